@@ -1,0 +1,30 @@
+#pragma once
+
+/// How input is refused: every fault at once, each with its path, what was expected, what was found.
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace planar_chain {
+
+struct Fault {
+  std::string path;      ///< from the scene's root, such as "links/lower/mass"
+  std::string expected;  ///< such as "a number > 0 kg"
+  std::string found;     ///< as the user wrote it, such as "\"heavy\"" or "nothing"
+};
+
+/// "links/lower/mass: expected a number > 0 kg, got \"heavy\""
+std::string toString(const Fault& fault);
+
+/// Thrown by whatever takes input from outside. what() has one line a fault.
+class Refused : public std::invalid_argument {
+ public:
+  explicit Refused(std::vector<Fault> faults);
+  const std::vector<Fault>& faults() const noexcept { return faults_; }
+
+ private:
+  std::vector<Fault> faults_;
+};
+
+}  // namespace planar_chain

@@ -1,0 +1,107 @@
+#pragma once
+
+/// The plane: vectors, rotations and symmetric tensors of two dimensions.
+///
+/// A vector of the plane is a complex number z = x + i y. i·z turns it by +90°, a·b is the dot
+/// product, a×b = (i a)·b the component of the cross product along k̂. Everything is a plain value,
+/// allocates nothing and throws nothing. Real is double in the program; any field with +, −, × works
+/// (long double in tests).
+
+#include <cmath>
+
+namespace planar_chain {
+
+template <class Real>
+struct Vec2 {
+  Real x{};
+  Real y{};
+
+  constexpr Vec2& operator+=(Vec2 b) {
+    x += b.x;
+    y += b.y;
+    return *this;
+  }
+  constexpr Vec2& operator-=(Vec2 b) {
+    x -= b.x;
+    y -= b.y;
+    return *this;
+  }
+};
+
+using Vec2d = Vec2<double>;
+
+template <class Real>
+constexpr Vec2<Real> operator+(Vec2<Real> a, Vec2<Real> b) {
+  return {a.x + b.x, a.y + b.y};
+}
+
+template <class Real>
+constexpr Vec2<Real> operator-(Vec2<Real> a, Vec2<Real> b) {
+  return {a.x - b.x, a.y - b.y};
+}
+
+template <class Real>
+constexpr Vec2<Real> operator*(Real k, Vec2<Real> a) {
+  return {k * a.x, k * a.y};
+}
+
+template <class Real>
+constexpr bool operator==(Vec2<Real> a, Vec2<Real> b) {
+  return a.x == b.x && a.y == b.y;
+}
+
+/// a·b
+template <class Real>
+constexpr Real dot(Vec2<Real> a, Vec2<Real> b) {
+  return a.x * b.x + a.y * b.y;
+}
+
+/// a×b, along k̂
+template <class Real>
+constexpr Real cross(Vec2<Real> a, Vec2<Real> b) {
+  return a.x * b.y - a.y * b.x;
+}
+
+/// i·a = k̂ × a
+template <class Real>
+constexpr Vec2<Real> perp(Vec2<Real> a) {
+  return {-a.y, a.x};
+}
+
+template <class Real>
+bool isFinite(Vec2<Real> a) {
+  return std::isfinite(a.x) && std::isfinite(a.y);
+}
+
+/// e = exp(i θ): turns body components into ground components.
+template <class Real>
+struct Rotation {
+  Real c{1};
+  Real s{0};
+
+  static Rotation of(Real theta) {
+    using std::cos;
+    using std::sin;
+    return {cos(theta), sin(theta)};
+  }
+};
+
+template <class Real>
+constexpr Vec2<Real> operator*(Rotation<Real> e, Vec2<Real> a) {
+  return {e.c * a.x - e.s * a.y, e.s * a.x + e.c * a.y};
+}
+
+/// A symmetric 2×2 tensor, such as the articulated mass.
+template <class Real>
+struct Sym2 {
+  Real xx{};
+  Real xy{};
+  Real yy{};
+};
+
+template <class Real>
+constexpr Vec2<Real> operator*(Sym2<Real> A, Vec2<Real> a) {
+  return {A.xx * a.x + A.xy * a.y, A.xy * a.x + A.yy * a.y};
+}
+
+}  // namespace planar_chain

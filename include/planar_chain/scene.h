@@ -1,0 +1,75 @@
+#pragma once
+
+/// A scene: everything that a simulation needs, as plain values. Written by hand in C++ or read by
+/// scene_reader.h; config/README.md explains every key.
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "planar_chain/chain.h"
+
+namespace planar_chain {
+
+/// The factor of a load in time.
+struct Constant {};
+/// sin(2π frequency t + phase)
+struct Sine {
+  double frequency = 0;  ///< Hz
+  double phase = 0;      ///< rad
+};
+/// Straight lines through (times, values); before the first and after the last the value is held.
+struct Ramp {
+  std::vector<double> times;  ///< s, strictly increasing, at least two
+  std::vector<double> values;
+};
+using TimeLaw = std::variant<Constant, Sine, Ramp>;
+
+/// A load acts on a link (force at a point, moment) and/or in a joint (torque), with one time law, in
+/// start ≤ t < stop.
+struct Load {
+  static constexpr int none = -1;
+
+  std::string name;
+  int link = none;    ///< index
+  Vec2d force;        ///< N, base frame
+  Vec2d point;        ///< m, link frame, from the inner pin
+  double moment = 0;  ///< N m, on the link
+  int joint = none;   ///< index
+  double torque = 0;  ///< N m: + on the joint's link, − on the link before
+  TimeLaw law = Constant{};
+  double start = 0;  ///< s
+  double stop = std::numeric_limits<double>::infinity();
+};
+
+struct IntegratorSettings {
+  std::string method = "auto";  ///< one of methodNames()
+  double tolerance = 1e-8;      ///< relative and absolute, for adaptive methods
+  double step = 1e-3;           ///< s, for methods of fixed step
+};
+
+/// What the node publishes; the tools read and check it like everything else, and do not use it.
+struct PublishSettings {
+  double rate = 200;       ///< Hz of joint_states and link_states: the node's tick
+  double tfRate = 50;      ///< Hz of /tf, at most rate
+  double statusRate = 10;  ///< Hz of status, at most rate
+  bool tf = true;
+  bool linkStates = true;
+  std::optional<std::string> framePrefix;  ///< absent: the node's namespace, if it has one
+  std::string worldFrame = "world";
+  std::string baseFrame = "base_link";
+};
+
+struct Scene {
+  Chain chain;
+  std::vector<double> q;   ///< initial relative angles, rad
+  std::vector<double> qd;  ///< initial rates, rad/s
+  std::vector<Load> loads;
+  IntegratorSettings integrator;
+  PublishSettings publish;
+  double commandTimeout = 0;  ///< s of sim time after which a held command lapses; 0: never
+};
+
+}  // namespace planar_chain
