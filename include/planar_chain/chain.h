@@ -2,9 +2,9 @@
 
 /// The chain: pin-connected rigid bodies in the plane, numbered from the ground pin outwards.
 ///
-/// Letters of the notes: r^i = com, p^i = pin, m_i = mass, I_i = inertia, k_i, d_i, q0_i of the joint
-/// at the body's inner pin. Body i's inner pin is body i−1's outer pin; body 1's is fixed at the origin
-/// of the base frame.
+/// Letters of the notes: r^i = com, p^i = pin, m_i = mass, I_i = inertia, k_i, d_i, q0_i of the
+/// joint at the body's inner pin. Body i's inner pin is body i−1's outer pin; body 1's is fixed at
+/// the origin of the base frame.
 
 #include <string>
 #include <vector>
@@ -22,8 +22,8 @@ struct Link {
   Vec2d pin;           ///< p, m, link frame, from the inner pin to the outer one
 };
 
-/// The joint at a link's inner pin. Its own torque on the link is −stiffness (q − restAngle) − damping q̇;
-/// the link before (or the ground) gets the opposite.
+/// The joint at a link's inner pin. Its own torque on the link is −stiffness (q − restAngle) −
+/// damping q̇; the link before (or the ground) gets the opposite.
 struct Joint {
   std::string name;
   double stiffness = 0;  ///< k, N m/rad, ≥ 0
@@ -40,11 +40,13 @@ std::vector<Fault> faultsOf(const Joint& joint);
 class Chain {
  public:
   /// joints[i] sits at the inner pin of links[i]; gravity in m/s², base frame.
-  /// @throws Refused with every fault: no links, sizes that differ, names empty or given twice, values
-  ///   out of range or not finite, and a mass matrix that is singular in some configuration, at the path
-  ///   links/<name>. The latter is exact. T = ½ Σ m|v|² + I ω² vanishes for a motion in which the first
-  ///   body that turns has I = 0 and r = 0 (its centre of mass stays), and every body further out either
-  ///   stands still or, carried along by its inner pin, turns about its centre of mass with I = 0.
+  /// @throws Refused with every fault: no links, sizes that differ, names empty or given twice,
+  /// values
+  ///   out of range or not finite, and a mass matrix that is singular in some configuration, at the
+  ///   path links/<name>. The latter is exact. T = ½ Σ m|v|² + I ω² vanishes for a motion in which
+  ///   the first body that turns has I = 0 and r = 0 (its centre of mass stays), and every body
+  ///   further out either stands still or, carried along by its inner pin, turns about its centre
+  ///   of mass with I = 0.
   Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity);
 
   int size() const { return static_cast<int>(links_.size()); }  ///< n

@@ -1,6 +1,7 @@
 #pragma once
 
-/// How input is refused: every fault at once, each with its path, what was expected, what was found.
+/// How input is refused: every fault at once, each with its path, what was expected, what was
+/// found.
 
 #include <stdexcept>
 #include <string>

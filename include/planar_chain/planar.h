@@ -4,8 +4,8 @@
 ///
 /// A vector of the plane is a complex number z = x + i y. i·z turns it by +90°, a·b is the dot
 /// product, a×b = (i a)·b the component of the cross product along k̂. Everything is a plain value,
-/// allocates nothing and throws nothing. Real is double in the program; any field with +, −, × works
-/// (long double in tests).
+/// allocates nothing and throws nothing. Real is double in the program; any field with +, −, ×
+/// works (long double in tests).
 
 #include <cmath>
 

@@ -27,8 +27,8 @@ struct Ramp {
 };
 using TimeLaw = std::variant<Constant, Sine, Ramp>;
 
-/// A load acts on a link (force at a point, moment) and/or in a joint (torque), with one time law, in
-/// start ≤ t < stop.
+/// A load acts on a link (force at a point, moment) and/or in a joint (torque), with one time law,
+/// in start ≤ t < stop.
 struct Load {
   static constexpr int none = -1;
 

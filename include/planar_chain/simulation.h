@@ -1,0 +1,94 @@
+#pragma once
+
+/// A scene in motion: advance it to a time, read its state, push it.
+///
+/// Knows no clock, no ROS and no files. Deterministic: the same calls give the same bits. Allocates
+/// in its constructor and nowhere else.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "planar_chain/energy.h"
+#include "planar_chain/motion.h"
+#include "planar_chain/scene.h"
+
+namespace planar_chain {
+
+struct Statistics {
+  long long steps = 0;        ///< accepted steps since construction
+  long long rejected = 0;     ///< steps tried again with a smaller size
+  long long evaluations = 0;  ///< of q̈
+  double localError =
+      0;  ///< estimate of the last step, in units of the tolerance; 0 for fixed steps
+};
+
+/// Where the energy went since the start, or since the state was last set. All in J.
+struct EnergyBalance {
+  Energy now;
+  double supplied = 0;    ///< work of loads and commands on the chain
+  double dissipated = 0;  ///< taken by the dampers
+  /// T + V − (T + V at the start) − supplied + dissipated: zero but for the error of integration.
+  double residual = 0;
+};
+
+class Simulation {
+ public:
+  /// commandCapacity: how many timed commands may be in force at once; 0: this simulation takes no
+  /// commands. The chain stands at scene.q, scene.qd at time 0.
+  /// @throws std::invalid_argument when q or qd is not of size n or a load names no body of the
+  /// chain.
+  explicit Simulation(const Scene& scene, int commandCapacity = 0);
+  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  /// Integrates to time t (s, ≥ time()) and lands on it, and on every start and stop of a load on
+  /// the way.
+  /// @returns false when the integration failed: time() and the state are then those of the last
+  /// good step,
+  ///   fault() says why, and every further call returns false until reset() or setState().
+  /// @throws std::invalid_argument for a t before time() or not finite.
+  bool advanceTo(double t);
+
+  double time() const;                    ///< s
+  const std::vector<double>& q() const;   ///< relative angles, rad, not wrapped
+  const std::vector<double>& qd() const;  ///< rad/s
+  const std::string& fault() const;       ///< empty: none
+  const std::string& method() const;      ///< in use, such as "dopri5"
+  const Scene& scene() const;
+  Statistics statistics() const;
+
+  // What acts and what follows from it at the present state; computed when asked for.
+  Energy energy() const;
+  EnergyBalance energyBalance() const;
+  /// q̈ at the present state, n values.
+  void accelerations(double* qdd) const;
+  /// Whole torque acting in each joint: spring, damper, loads and commands. n values, N m.
+  void jointTorques(double* tau) const;
+  /// n values.
+  void linkMotions(LinkMotion* motions) const;
+
+  // Commands, in force from time() on. Held ones last until the next one of the same joint or link,
+  // or until `until` (s, sim time); timed ones add to them and to each other for exactly their
+  // duration.
+  // @throws std::invalid_argument for an index out of range or a number that is not finite.
+  void holdTorque(int joint, double torque, double until);
+  void holdForce(int link, Vec2d point, Vec2d force, double moment, double until);
+  /// @returns false, and nothing changes, when commandCapacity timed commands are in force already.
+  bool addTorque(int joint, double torque, double duration);
+  bool addForce(int link, Vec2d point, Vec2d force, double moment, double duration);
+  void clearCommands();
+
+  /// A new state at the present time; the balance starts anew, a fault is forgiven. Commands stay.
+  /// @throws std::invalid_argument for wrong sizes or numbers that are not finite.
+  void setState(const std::vector<double>& q, const std::vector<double>& qd);
+  /// The scene's initial state without commands, at the present time: time stays monotonic.
+  void reset();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace planar_chain
