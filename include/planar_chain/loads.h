@@ -22,6 +22,7 @@ class Loads {
 
   /// True when nothing acts, now or ever: no loads and no commands.
   bool empty() const { return loads_.empty() && heldTorques_.empty(); }
+  bool takesCommands() const { return !heldTorques_.empty(); }
   /// True when a force, not only torques and moments, may act.
   bool mayPush() const { return mayPush_; }
 

@@ -19,8 +19,7 @@ struct Statistics {
   long long steps = 0;        ///< accepted steps since construction
   long long rejected = 0;     ///< steps tried again with a smaller size
   long long evaluations = 0;  ///< of q̈
-  double localError =
-      0;  ///< estimate of the last step, in units of the tolerance; 0 for fixed steps
+  double localError = 0;      ///< estimate of the last step, in units of the tolerance; 0 for fixed steps
 };
 
 /// Where the energy went since the start, or since the state was last set. All in J.

@@ -1,0 +1,67 @@
+#pragma once
+
+/// The chain as an initial value problem, in ABSOLUTE angles, which the recursion speaks natively and in
+/// which rounding does not add up along the chain:
+///
+///     y = [ θ_1…θ_n  ω_1…ω_n  (W_s  W_d) ]     θ̇ = ω     ω̇ = α(θ, ω, t)     Ẇ_s = power of loads and
+///     commands
+///                                                                            Ẇ_d = Σ d_i q̇_i²
+///
+/// The two works stand there only if something may supply or dissipate.
+
+#include <vector>
+
+#include "planar_chain/articulated.h"
+#include "planar_chain/loads.h"
+#include "planar_chain/motion.h"
+#include "planar_chain/ode/system.h"
+#include "planar_chain/scene.h"
+
+namespace planar_chain {
+
+class Dynamics : public ode::System {
+ public:
+  /// Both must outlive this object.
+  Dynamics(const Chain& chain, Loads& loads);
+
+  int size() const override { return 2 * n_ + works_; }
+  /// How many components are works, behind the angles and rates: 0 or 2.
+  int works() const { return works_; }
+  void derivative(double t, const double* y, double* dydt) override;
+  long long evaluations() const { return evaluations_; }
+
+  /// See simulation.h; y and dydt = f(t, y).
+  void linkMotions(double t, const double* y, LinkMotion* motions);
+  void jointTorques(double t, const double* y, double* tau);
+
+ private:
+  struct Spring {
+    int joint;
+    double k, restAngle;
+  };
+  struct Damper {
+    int joint;
+    double d;
+  };
+
+  /// Sets e_, N_ and F_ for (t, y); returns {power of the loads, power lost in the dampers}.
+  struct Powers {
+    double supplied, dissipated;
+  };
+  Powers gather(double t, const double* theta, const double* omega);
+  const Vec2d* forces() const { return loads_.reach() > 0 ? F_.data() : nullptr; }
+
+  const Chain& chain_;
+  Loads& loads_;
+  int n_;
+  int works_;
+  std::vector<Spring> springs_;
+  std::vector<Damper> dampers_;
+  Articulated<double> articulated_;
+  std::vector<Rotation<double>> e_;
+  std::vector<double> N_, alpha_;
+  std::vector<Vec2d> F_, pinVelocity_;
+  long long evaluations_ = 0;
+};
+
+}  // namespace planar_chain

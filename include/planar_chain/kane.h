@@ -1,0 +1,72 @@
+#pragma once
+
+/// Kane's equations of the chain as matrices: the road to lay beside the notes and tick off, line by line.
+///
+/// Plane motion of pin-connected rigid bodies, after F. Amirouche, Fundamentals of Multibody Dynamics:
+/// Theory and Applications. For body i of n, with θ_i = q_1 + … + q_i and ω_i = q̇_1 + … + q̇_i:
+///
+///     S_i0 = [[c, s], [−s, c]](θ_i)         row of body-i components · S_i0 = row of ground components
+///     [ω^i] = Ṡ_i0 S_i0ᵀ = [[0, ω_i], [−ω_i, 0]]
+///     S_r^i = [−r_y, r_x],  S_p^i = [−p_y, p_x]                   k̂ × r, k̂ × p as rows
+///     T = T_ωq: upper triangle of ones                            [ω_1 … ω_n] = q̇ᵀ T
+///     B_ij = S_r^i S_i0 (i = j),  S_p^i S_i0 (i < j),  0 (i > j)
+///     C_ij = S_r^i [ω^i] S_i0,    S_p^i [ω^i] S_i0,    0          in the same places
+///
+///     V_pd = T B                 W_pd = T
+///     [v_1x v_1y …] = q̇ᵀ V_pd    [a_1x a_1y …] = q̇ᵀ T C + q̈ᵀ T B
+///     A_1 = T C diag(m_1, m_1, m_2, m_2, …)    A_2 = T B diag(m_1, m_1, …)    A_3 = T diag(I)
+///     F_in = −q̇ᵀ A_1 − q̈ᵀ A_2    M_in = −q̈ᵀ A_3
+///
+///     Kane:  V_pd (F + F_in) + W_pd (M + M_in) + τ = 0, that is M_q q̈ = f with
+///     f_ext = V_pd F + W_pd M + τ
+///     f     = f_ext − V_pd A_1ᵀ q̇
+///     M_q   = V_pd A_2ᵀ + W_pd A_3ᵀ                               symmetric, positive definite
+///
+/// Dense, O(n³), and less accurate than the recursion of articulated.h in long chains, as cond(M_q)
+/// grows like n⁴: to read and to check against, not to run.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "planar_chain/scene.h"
+
+namespace planar_chain {
+
+/// What acts on the bodies and in the joints, inertia apart.
+struct ActiveForces {
+  Eigen::VectorXd F;    ///< 2n: x_1 y_1 x_2 y_2 …, at the centres of mass, ground components, N
+  Eigen::VectorXd M;    ///< n: on the bodies, N m
+  Eigen::VectorXd tau;  ///< n: τ_i on body i and −τ_i on body i−1, N m; springs and dampers included
+};
+
+/// Gravity m g at the centres of mass; the loads that act at time t (s); springs and dampers
+/// −k (q − q0) − d q̇. A force X at another point moves to the centre of mass with its moment there.
+/// @param q, qd relative angles (rad) and rates (rad/s), n each
+/// @throws std::invalid_argument when q or qd is not of size n, or a load names a link or joint that
+///   the chain does not have
+ActiveForces activeForces(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);
+
+/// Every matrix of the notes at one state. SI units; rows belong to q_i, columns of V_pd, A_1 and A_2
+/// to x_1 y_1 x_2 y_2 …
+struct Kane {
+  Eigen::VectorXd q;                   ///< n, rad, relative
+  Eigen::VectorXd qd;                  ///< n, rad/s
+  std::vector<Eigen::Matrix2d> S;      ///< n: S_i0
+  std::vector<Eigen::Matrix2d> omega;  ///< n: [ω^i], rad/s
+  Eigen::MatrixXd T;                   ///< n×n
+  Eigen::MatrixXd V_pd;                ///< n×2n, m: ∂v/∂q̇ᵀ
+  Eigen::MatrixXd W_pd;                ///< n×n: ∂ω/∂q̇ᵀ
+  Eigen::MatrixXd A_1;                 ///< n×2n, kg m/s
+  Eigen::MatrixXd A_2;                 ///< n×2n, kg m
+  Eigen::MatrixXd A_3;                 ///< n×n, kg m²
+  Eigen::VectorXd f_ext;               ///< n, N m
+  Eigen::VectorXd f;                   ///< n, N m
+  Eigen::MatrixXd M_q;                 ///< n×n, kg m²
+  Eigen::VectorXd qdd;                 ///< n, rad/s²: M_q q̈ = f, by Cholesky's L D Lᵀ
+};
+
+/// @throws std::invalid_argument when q, qd, M or tau is not of size n, or F not of size 2n
+Kane kane(const Chain& chain, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
+          const ActiveForces& active);
+
+}  // namespace planar_chain

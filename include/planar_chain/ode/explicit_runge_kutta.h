@@ -1,0 +1,36 @@
+#pragma once
+
+/// The steps of every explicit Runge–Kutta method; see tableau.h.
+
+#include "planar_chain/ode/stepper.h"
+#include "planar_chain/ode/tableau.h"
+
+namespace planar_chain::ode {
+
+class ExplicitRungeKutta : public Stepper {
+ public:
+  /// size: components of y. Keeps a copy of the table.
+  ExplicitRungeKutta(const Tableau& table, int size);
+
+  const char* name() const override { return table_.name; }
+  int order() const override { return table_.order; }
+  int errorOrder() const override { return table_.errorOrder; }
+
+  const Eigen::VectorXd& derivative(System& f, double t, const Eigen::VectorXd& y) override;
+  void step(System& f, double t, double h, const Eigen::VectorXd& y) override;
+  const Eigen::VectorXd& increment() const override { return increment_; }
+  const Eigen::VectorXd& error() const override { return error_; }
+  void accept() override;
+  void forget() override { firstIsKnown_ = false; }
+
+ private:
+  /// out = h Σ_j weights_j k_j
+  void combine(double h, const std::vector<double>& weights, Eigen::VectorXd& out) const;
+
+  Tableau table_;
+  std::vector<Eigen::VectorXd> k_;
+  Eigen::VectorXd stage_, increment_, error_;
+  bool firstIsKnown_ = false;
+};
+
+}  // namespace planar_chain::ode

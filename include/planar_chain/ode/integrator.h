@@ -1,0 +1,53 @@
+#pragma once
+
+/// From one time to another: who chooses the steps.
+
+#include <limits>
+#include <memory>
+
+#include "planar_chain/ode/stepper.h"
+#include "planar_chain/ode/system.h"
+
+namespace planar_chain::ode {
+
+enum class Outcome {
+  arrived,       ///< t is the time asked for
+  notFinite,     ///< the next step leaves the finite numbers, however small it is made
+  stepTooSmall,  ///< the tolerance asks for steps below the spacing of the numbers at t
+};
+
+struct StepCount {
+  long long accepted = 0;
+  long long rejected = 0;
+  double lastError = 0;  ///< of the last accepted step, in units of the tolerance; 0 without an estimate
+};
+
+/// What the error control looks at: |error_i| ≤ tolerance (1 + min(|y_i|, ceiling_i)), for every i.
+/// This is the textbook's atol + rtol |y_i| with atol = rtol, but that a component's size counts only up to
+/// its ceiling: an angle that has gone round a million times must not be a million times less exact.
+/// Components beyond the ceiling's length are not controlled.
+struct Tolerance {
+  double value = 0;
+  Eigen::ArrayXd ceiling;
+};
+
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+  /// Takes state to time end and lands on it exactly, with no step longer than longestStep. After any outcome
+  /// but `arrived` state is that of the last good step. Allocates nothing.
+  virtual Outcome integrate(System& f, State& state, double end, double longestStep) = 0;
+  /// f has jumped or the state was set.
+  virtual void restart() = 0;
+  virtual const StepCount& count() const = 0;
+};
+
+/// Equal steps of at most h between the times that it must land on.
+std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double h);
+
+/// Steps chosen so that the error estimate of each meets the tolerance (PI control; Hairer and Wanner,
+/// Solving ODEs II, section IV.2; the first step as in Solving ODEs I, section II.4).
+/// @throws std::invalid_argument for a stepper without error estimate.
+std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance);
+
+}  // namespace planar_chain::ode

@@ -1,0 +1,33 @@
+#pragma once
+
+/// One step of a one-step method: what every family of methods shows to those that choose the step size.
+
+#include <Eigen/Core>
+
+#include "planar_chain/ode/system.h"
+
+namespace planar_chain::ode {
+
+class Stepper {
+ public:
+  virtual ~Stepper() = default;
+
+  virtual const char* name() const = 0;
+  virtual int order() const = 0;
+  /// Order of the embedded solution; 0: the method has no error estimate.
+  virtual int errorOrder() const = 0;
+
+  /// f(t, y), evaluated unless the last accepted step left it behind.
+  virtual const Eigen::VectorXd& derivative(System& f, double t, const Eigen::VectorXd& y) = 0;
+  /// Tries a step from (t, y): increment() ≈ y(t + h) − y and, with an estimate, error(). Allocates nothing.
+  virtual void step(System& f, double t, double h, const Eigen::VectorXd& y) = 0;
+  virtual const Eigen::VectorXd& increment() const = 0;
+  virtual const Eigen::VectorXd& error() const = 0;
+
+  /// The step just tried was taken.
+  virtual void accept() = 0;
+  /// f has jumped or the state was set: nothing known of it holds.
+  virtual void forget() = 0;
+};
+
+}  // namespace planar_chain::ode

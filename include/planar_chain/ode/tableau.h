@@ -1,0 +1,28 @@
+#pragma once
+
+/// Explicit Runge–Kutta methods as data: a method is its table and where the table was taken from.
+///
+///     k_i = f(t + c_i h, y + h Σ_j a_ij k_j)     y(t + h) ≈ y + h Σ b_i k_i     error ≈ h Σ e_i k_i
+
+#include <vector>
+
+namespace planar_chain::ode {
+
+struct Tableau {
+  const char* name;
+  const char* source;
+  int order;                           ///< of the solution that is carried on
+  int errorOrder;                      ///< of the embedded solution; 0: there is none
+  std::vector<double> c;               ///< one a stage
+  std::vector<std::vector<double>> a;  ///< row i has i entries
+  std::vector<double> b;
+  std::vector<double> e;  ///< b minus the embedded weights; empty: no error estimate
+  bool lastIsFirst;       ///< the last stage is the first of the next step (FSAL)
+};
+
+/// W. Kutta's classical method (Hairer, Nørsett, Wanner, Solving ODEs I, table II.1.2).
+const Tableau& rk4();
+/// Dormand and Prince's 5(4) (the same, table II.5.2).
+const Tableau& dopri5();
+
+}  // namespace planar_chain::ode

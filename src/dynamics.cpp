@@ -1,0 +1,127 @@
+#include "planar_chain/dynamics.h"
+
+#include <algorithm>
+
+namespace planar_chain {
+
+namespace {
+
+/// q_i = θ_i − θ_{i−1}, and likewise the rates.
+double relative(const double* absolute, int i) {
+  return i > 0 ? absolute[i] - absolute[i - 1] : absolute[0];
+}
+
+/// +τ on body i, −τ on the body before.
+void addJointTorque(double tau, int i, double* N) {
+  N[i] += tau;
+  if (i > 0) N[i - 1] -= tau;
+}
+
+}  // namespace
+
+Dynamics::Dynamics(const Chain& chain, Loads& loads)
+    : chain_(chain), loads_(loads), n_(chain.size()), works_(0), articulated_(chain) {
+  for (int i = 0; i < n_; ++i) {
+    const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
+    if (joint.stiffness > 0) springs_.push_back({i, joint.stiffness, joint.restAngle});
+    if (joint.damping > 0) dampers_.push_back({i, joint.damping});
+  }
+  if (!dampers_.empty() || !loads.empty()) works_ = 2;
+
+  const auto n = static_cast<std::size_t>(n_);
+  e_.resize(n);
+  N_.resize(n);
+  alpha_.resize(n);
+  if (loads.mayPush()) {
+    F_.resize(n);
+    pinVelocity_.resize(n);
+  }
+}
+
+Dynamics::Powers Dynamics::gather(double t, const double* theta, const double* omega) {
+  for (int j = 0; j < n_; ++j) e_[static_cast<std::size_t>(j)] = Rotation<double>::of(theta[j]);
+
+  // Loads: forces, moments and torques, and what they supply.
+  std::fill(N_.begin(), N_.end(), 0.0);
+  const int reach = loads_.reach();
+  if (reach > 0) std::fill(F_.begin(), F_.end(), Vec2d{});
+  Vec2d v;
+  for (int j = 0; j < reach; ++j) {
+    const auto i = static_cast<std::size_t>(j);
+    pinVelocity_[i] = v;
+    v += omega[j] * perp(e_[i] * chain_.links()[i].pin);
+  }
+  Powers powers{loads_.apply(t, e_.data(), omega, pinVelocity_.data(), N_.data(), F_.data()), 0};
+
+  // Springs −k (q − q0) and dampers −d q̇.
+  for (const Spring& spring : springs_) {
+    const double q = relative(theta, spring.joint);
+    addJointTorque(-spring.k * (q - spring.restAngle), spring.joint, N_.data());
+  }
+  for (const Damper& damper : dampers_) {
+    const double qd = relative(omega, damper.joint);
+    addJointTorque(-damper.d * qd, damper.joint, N_.data());
+    powers.dissipated += damper.d * qd * qd;
+  }
+  return powers;
+}
+
+void Dynamics::derivative(double t, const double* y, double* dydt) {
+  ++evaluations_;
+  const double* theta = y;
+  const double* omega = y + n_;
+  const Powers powers = gather(t, theta, omega);
+  std::copy(omega, omega + n_, dydt);
+  articulated_.accelerations(e_.data(), omega, N_.data(), forces(), dydt + n_);
+  if (works_ > 0) {
+    dydt[2 * n_] = powers.supplied;
+    dydt[2 * n_ + 1] = powers.dissipated;
+  }
+}
+
+void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
+  const double* theta = y;
+  const double* omega = y + n_;
+  gather(t, theta, omega);
+  articulated_.accelerations(e_.data(), omega, N_.data(), forces(), alpha_.data());
+
+  // Outwards: positions, velocities, accelerations of the pins and of the centres of mass.
+  Vec2d x, v, a;
+  for (int j = 0; j < n_; ++j) {
+    const auto i = static_cast<std::size_t>(j);
+    const double w = omega[j];
+    const Vec2d R = e_[i] * chain_.links()[i].com;
+    const Vec2d P = e_[i] * chain_.links()[i].pin;
+    LinkMotion& body = motions[j];
+    body.innerPin = x;
+    body.angle = theta[j];
+    body.com = x + R;
+    body.velocity = v + w * perp(R);
+    body.omega = w;
+    body.acceleration = a + alpha_[i] * perp(R) - (w * w) * R;
+    body.alpha = alpha_[i];
+    x += P;
+    v += w * perp(P);
+    a += alpha_[i] * perp(P) - (w * w) * P;
+  }
+
+  // Inwards: F_pin,j = m (a_j − g) − F_j + F_pin,j+1.
+  Vec2d next;
+  for (int j = n_ - 1; j >= 0; --j) {
+    const auto i = static_cast<std::size_t>(j);
+    next += chain_.links()[i].mass * (motions[j].acceleration - chain_.gravity());
+    if (forces()) next -= F_[i];
+    motions[j].pinForce = next;
+  }
+}
+
+void Dynamics::jointTorques(double t, const double* y, double* tau) {
+  std::fill(tau, tau + n_, 0.0);
+  loads_.addJointTorques(t, tau);
+  for (const Spring& spring : springs_) {
+    tau[spring.joint] -= spring.k * (relative(y, spring.joint) - spring.restAngle);
+  }
+  for (const Damper& damper : dampers_) tau[damper.joint] -= damper.d * relative(y + n_, damper.joint);
+}
+
+}  // namespace planar_chain

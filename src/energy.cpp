@@ -1,0 +1,41 @@
+#include "planar_chain/energy.h"
+
+namespace planar_chain {
+
+Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
+  Energy energy;
+  Vec2d pin, pinVelocity;
+  double before = 0;
+  for (int j = 0; j < chain.size(); ++j) {
+    const Link& link = chain.links()[static_cast<std::size_t>(j)];
+    const Joint& joint = chain.joints()[static_cast<std::size_t>(j)];
+    const auto e = Rotation<double>::of(theta[j]);
+    const Vec2d R = e * link.com;
+    const Vec2d P = e * link.pin;
+    const Vec2d v = pinVelocity + omega[j] * perp(R);
+    const double stretch = theta[j] - before - joint.restAngle;
+    energy.kinetic += 0.5 * (link.mass * dot(v, v) + link.inertia * omega[j] * omega[j]);
+    energy.potential += 0.5 * joint.stiffness * stretch * stretch - link.mass * dot(chain.gravity(), pin + R);
+    pin += P;
+    pinVelocity += omega[j] * perp(P);
+    before = theta[j];
+  }
+  return energy;
+}
+
+double angularMomentum(const Chain& chain, const double* theta, const double* omega) {
+  double momentum = 0;
+  Vec2d pin, pinVelocity;
+  for (int j = 0; j < chain.size(); ++j) {
+    const Link& link = chain.links()[static_cast<std::size_t>(j)];
+    const auto e = Rotation<double>::of(theta[j]);
+    const Vec2d R = e * link.com;
+    const Vec2d P = e * link.pin;
+    momentum += link.mass * cross(pin + R, pinVelocity + omega[j] * perp(R)) + link.inertia * omega[j];
+    pin += P;
+    pinVelocity += omega[j] * perp(P);
+  }
+  return momentum;
+}
+
+}  // namespace planar_chain

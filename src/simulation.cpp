@@ -1,0 +1,251 @@
+#include "planar_chain/simulation.h"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include "planar_chain/dynamics.h"
+#include "planar_chain/loads.h"
+#include "planar_chain/ode/methods.h"
+
+namespace planar_chain {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+void require(bool holds, const char* what) {
+  if (!holds) throw std::invalid_argument(what);
+}
+
+bool allFinite(const std::vector<double>& values) {
+  for (const double value : values) {
+    if (!std::isfinite(value)) return false;
+  }
+  return true;
+}
+
+/// Angles count up to half a turn in the error control, rates as they are; works are not controlled.
+ode::Tolerance toleranceOf(double value, int n) {
+  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(2 * n, std::numeric_limits<double>::infinity())};
+  tolerance.ceiling.head(n) = pi;
+  return tolerance;
+}
+
+}  // namespace
+
+struct Simulation::Parts {
+  Scene scene;
+  int n;
+  Loads loads;
+  Dynamics dynamics;
+  ode::Method method;
+  ode::State state;
+  std::vector<double> q, qd;
+  std::vector<LinkMotion> motions;
+  double energyAtStart = 0;
+  std::string fault;
+
+  Parts(const Scene& given, int commandCapacity)
+      : scene(given),
+        n(given.chain.size()),
+        loads(scene, commandCapacity),
+        dynamics(scene.chain, loads),
+        method(ode::makeMethod(given.integrator.method, dynamics.size(), given.integrator.step,
+                               toleranceOf(given.integrator.tolerance, n))),
+        state(dynamics.size()),
+        q(static_cast<std::size_t>(n)),
+        qd(static_cast<std::size_t>(n)),
+        motions(static_cast<std::size_t>(n)) {
+    fault.reserve(200);
+  }
+
+  const double* theta() const { return state.y.data(); }
+  const double* omega() const { return state.y.data() + n; }
+
+  void set(const std::vector<double>& newQ, const std::vector<double>& newQd) {
+    const auto size = static_cast<std::size_t>(n);
+    require(newQ.size() == size && newQd.size() == size, "q and qd must have one value a joint");
+    require(allFinite(newQ) && allFinite(newQd), "q and qd must be finite");
+    q = newQ;
+    qd = newQd;
+    double theta = 0, omega = 0;
+    for (int i = 0; i < n; ++i) {
+      state.y[i] = theta += q[static_cast<std::size_t>(i)];
+      state.y[n + i] = omega += qd[static_cast<std::size_t>(i)];
+    }
+    state.y.tail(dynamics.works()).setZero();
+    state.carry.setZero();
+    fault.clear();
+    actAnew();
+    energyAtStart = energyOf(scene.chain, this->theta(), this->omega()).total();
+  }
+
+  /// Something else acts from now on.
+  void actAnew() {
+    loads.enter(state.t);
+    method.integrator->restart();
+  }
+
+  void readRelative() {
+    for (int i = n - 1; i >= 0; --i) {
+      const auto k = static_cast<std::size_t>(i);
+      q[k] = i > 0 ? theta()[i] - theta()[i - 1] : theta()[0];
+      qd[k] = i > 0 ? omega()[i] - omega()[i - 1] : omega()[0];
+    }
+  }
+
+  void fail(ode::Outcome outcome) {
+    char text[200];
+    const char* why = outcome == ode::Outcome::notFinite
+                          ? "the motion leaves the finite numbers"
+                          : "the tolerance asks for steps below the resolution of time";
+    std::snprintf(text, sizeof text, "%s gave up at t = %.9g s: %s; the last good state is kept",
+                  method.name.c_str(), state.t, why);
+    fault = text;
+  }
+};
+
+Simulation::Simulation(const Scene& scene, int commandCapacity) {
+  require(commandCapacity >= 0, "the number of commands must not be negative");
+  parts_ = std::make_unique<Parts>(scene, commandCapacity);
+  parts_->set(scene.q, scene.qd);
+}
+
+Simulation::~Simulation() = default;
+
+bool Simulation::advanceTo(double t) {
+  Parts& p = *parts_;
+  require(std::isfinite(t) && t >= p.state.t, "time must be finite and must not run backwards");
+  if (!p.fault.empty()) return false;
+  while (p.state.t < t) {
+    const double end = std::min(t, p.loads.until());
+    const ode::Outcome outcome =
+        p.method.integrator->integrate(p.dynamics, p.state, end, p.loads.longestStep());
+    if (outcome != ode::Outcome::arrived) {
+      p.fail(outcome);
+      break;
+    }
+    if (p.state.t >= p.loads.until()) p.actAnew();
+  }
+  p.readRelative();
+  return p.fault.empty();
+}
+
+double Simulation::time() const {
+  return parts_->state.t;
+}
+const std::vector<double>& Simulation::q() const {
+  return parts_->q;
+}
+const std::vector<double>& Simulation::qd() const {
+  return parts_->qd;
+}
+const std::string& Simulation::fault() const {
+  return parts_->fault;
+}
+const std::string& Simulation::method() const {
+  return parts_->method.name;
+}
+const Scene& Simulation::scene() const {
+  return parts_->scene;
+}
+
+Statistics Simulation::statistics() const {
+  const ode::StepCount& count = parts_->method.integrator->count();
+  return {count.accepted, count.rejected, parts_->dynamics.evaluations(), count.lastError};
+}
+
+Energy Simulation::energy() const {
+  return energyOf(parts_->scene.chain, parts_->theta(), parts_->omega());
+}
+
+EnergyBalance Simulation::energyBalance() const {
+  EnergyBalance balance;
+  balance.now = energy();
+  if (parts_->dynamics.works() > 0) {
+    balance.supplied = parts_->state.y[2 * parts_->n];
+    balance.dissipated = parts_->state.y[2 * parts_->n + 1];
+  }
+  balance.residual = balance.now.total() - parts_->energyAtStart - balance.supplied + balance.dissipated;
+  return balance;
+}
+
+void Simulation::accelerations(double* qdd) const {
+  linkMotions(parts_->motions.data());
+  double before = 0;
+  for (int i = 0; i < parts_->n; ++i) {
+    const double alpha = parts_->motions[static_cast<std::size_t>(i)].alpha;
+    qdd[i] = alpha - before;
+    before = alpha;
+  }
+}
+
+void Simulation::jointTorques(double* tau) const {
+  parts_->dynamics.jointTorques(parts_->state.t, parts_->state.y.data(), tau);
+}
+
+void Simulation::linkMotions(LinkMotion* motions) const {
+  parts_->dynamics.linkMotions(parts_->state.t, parts_->state.y.data(), motions);
+}
+
+namespace {
+
+void requireCommand(bool takesCommands, int index, int n) {
+  require(takesCommands, "this simulation was built without room for commands");
+  require(index >= 0 && index < n, "a command must name a joint or link of the chain");
+}
+
+}  // namespace
+
+void Simulation::holdTorque(int joint, double torque, double until) {
+  requireCommand(parts_->loads.takesCommands(), joint, parts_->n);
+  require(std::isfinite(torque) && !std::isnan(until), "a command must be finite");
+  parts_->loads.holdTorque(joint, torque, until);
+  parts_->actAnew();
+}
+
+void Simulation::holdForce(int link, Vec2d point, Vec2d force, double moment, double until) {
+  requireCommand(parts_->loads.takesCommands(), link, parts_->n);
+  require(isFinite(point) && isFinite(force) && std::isfinite(moment) && !std::isnan(until),
+          "a command must be finite");
+  parts_->loads.holdForce(link, point, force, moment, until);
+  parts_->actAnew();
+}
+
+bool Simulation::addTorque(int joint, double torque, double duration) {
+  requireCommand(parts_->loads.takesCommands(), joint, parts_->n);
+  const double start = parts_->state.t;
+  require(std::isfinite(torque) && start + duration > start && std::isfinite(duration),
+          "a command must be finite and last");
+  if (!parts_->loads.addTorque(joint, torque, start, start + duration)) return false;
+  parts_->actAnew();
+  return true;
+}
+
+bool Simulation::addForce(int link, Vec2d point, Vec2d force, double moment, double duration) {
+  requireCommand(parts_->loads.takesCommands(), link, parts_->n);
+  const double start = parts_->state.t;
+  require(isFinite(point) && isFinite(force) && std::isfinite(moment) && start + duration > start &&
+              std::isfinite(duration),
+          "a command must be finite and last");
+  if (!parts_->loads.addForce(link, point, force, moment, start, start + duration)) return false;
+  parts_->actAnew();
+  return true;
+}
+
+void Simulation::clearCommands() {
+  parts_->loads.clearCommands();
+  parts_->actAnew();
+}
+
+void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
+  parts_->set(q, qd);
+}
+
+void Simulation::reset() {
+  parts_->loads.clearCommands();
+  parts_->set(parts_->scene.q, parts_->scene.qd);
+}
+
+}  // namespace planar_chain
