@@ -28,12 +28,12 @@ class FixedSteps : public Integrator {
  public:
   FixedSteps(std::unique_ptr<Stepper> stepper, double h) : stepper_(std::move(stepper)), h_(h) {}
 
-  Outcome integrate(System& f, State& state, double end, double longestStep) override {
+  Outcome integrate(System& f, State& state, double end, double /*longestStep*/) override {
     // Time from the index: t = start + k span/steps. A span that is a whole number of steps but for rounding
     // is that number.
     const double start = state.t;
     const double span = end - start;
-    const double steps = std::max(1.0, std::ceil(span / std::min(h_, longestStep) - 1e-6));
+    const double steps = std::max(1.0, std::ceil(span / h_ - 1e-6));
     for (double k = 1; state.t < end; ++k) {
       const double next = k < steps ? start + span * (k / steps) : end;
       if (next <= state.t) return Outcome::stepTooSmall;
@@ -64,7 +64,7 @@ class AdaptiveSteps : public Integrator {
     if (stepper_->errorOrder() == 0) {
       throw std::invalid_argument(std::string(stepper_->name()) + " has no error estimate to adapt to");
     }
-    exponent_ = 1.0 / (stepper_->errorOrder() + 1);
+    exponent_ = 1.0 / stepper_->errorOrder();
   }
 
   Outcome integrate(System& f, State& state, double end, double longestStep) override {
@@ -78,7 +78,7 @@ class AdaptiveSteps : public Integrator {
       }
 
       stepper_->step(f, state.t, h, state.y);
-      const double error = errorNorm(state.y);
+      const double error = errorNorm(state.y, h);
       finite = std::isfinite(error) && stepper_->increment().allFinite();
       if (finite && error <= 1 && take(state, next, stepper_->increment())) {
         // The step that the error asks for grows from the one taken, but not past ten times the one proposed
@@ -126,21 +126,22 @@ class AdaptiveSteps : public Integrator {
     return h > left / 2 ? t + left / 2 : t + h;
   }
 
-  double scale(const Eigen::VectorXd& y, Eigen::Index i) const {
-    return tolerance_.value * (1 + std::min(std::abs(y[i]), tolerance_.ceiling[i]));
+  /// What tolerance (1 + min(|y_i|, ceiling_i)) is made of, with the larger |y_i| of the step's two ends.
+  double sizeOf(const Eigen::VectorXd& y, Eigen::Index i) const {
+    return 1 + std::min(std::abs(y[i]), tolerance_.ceiling[i]);
   }
 
-  /// max |error_i| / scale_i; NaN when any is not a number.
-  double errorNorm(const Eigen::VectorXd& y) const {
+  /// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is NaN.
+  double errorNorm(const Eigen::VectorXd& y, double h) {
     const Eigen::VectorXd& error = stepper_->error();
-    const Eigen::VectorXd& increment = stepper_->increment();
+    const double share =
+        std::max(tolerance_.value * std::min(h, 1.0), std::numeric_limits<double>::epsilon());
+    trial_ = y + stepper_->increment();
     double worst = 0;
     for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {
-      const double size =
-          std::min(std::max(std::abs(y[i]), std::abs(y[i] + increment[i])), tolerance_.ceiling[i]);
-      const double ratio = std::abs(error[i]) / (tolerance_.value * (1 + size));
-      if (!(ratio <= worst)) worst = ratio;
+      const double ratio = std::abs(error[i]) / (share * std::max(sizeOf(y, i), sizeOf(trial_, i)));
       if (std::isnan(ratio)) return ratio;
+      worst = std::max(worst, ratio);
     }
     return worst;
   }
@@ -148,19 +149,20 @@ class AdaptiveSteps : public Integrator {
   /// A step whose explicit Euler error is small: h² |ÿ| about 1 % of the scale, then adapted to the order.
   double firstStep(System& f, const State& state, double left) {
     const Eigen::VectorXd& slope = stepper_->derivative(f, state.t, state.y);
-    const Eigen::Index controlled = tolerance_.ceiling.size();
-    double d0 = 0, d1 = 0;
-    for (Eigen::Index i = 0; i < controlled; ++i) {
-      d0 = std::max(d0, std::abs(std::min(std::abs(state.y[i]), tolerance_.ceiling[i])) / scale(state.y, i));
-      d1 = std::max(d1, std::abs(slope[i]) / scale(state.y, i));
-    }
+    const auto norm = [&](auto component) {
+      double worst = 0;
+      for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {
+        const double scale = tolerance_.value * sizeOf(state.y, i);
+        worst = std::max(worst, std::abs(component(i)) / scale);
+      }
+      return worst;
+    };
+    const double d0 = norm([&](Eigen::Index i) { return sizeOf(state.y, i) - 1; });
+    const double d1 = norm([&](Eigen::Index i) { return slope[i]; });
     const double h0 = std::min(left, d0 > 1e-5 && d1 > 1e-5 ? 0.01 * d0 / d1 : 1e-6);
     trial_ = state.y + h0 * slope;
     f.derivative(state.t + h0, trial_.data(), trialDerivative_.data());
-    double d2 = 0;
-    for (Eigen::Index i = 0; i < controlled; ++i) {
-      d2 = std::max(d2, std::abs(trialDerivative_[i] - slope[i]) / scale(state.y, i) / h0);
-    }
+    const double d2 = norm([&](Eigen::Index i) { return (trialDerivative_[i] - slope[i]) / h0; });
     const double most = std::max(d1, d2);
     const double h1 = most > 1e-15 ? std::pow(0.01 / most, exponent_) : std::max(1e-6, 1e-3 * h0);
     return std::isfinite(h1) ? std::min({100 * h0, h1, left}) : h0;

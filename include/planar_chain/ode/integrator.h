@@ -22,10 +22,15 @@ struct StepCount {
   double lastError = 0;  ///< of the last accepted step, in units of the tolerance; 0 without an estimate
 };
 
-/// What the error control looks at: |error_i| ≤ tolerance (1 + min(|y_i|, ceiling_i)), for every i.
-/// This is the textbook's atol + rtol |y_i| with atol = rtol, but that a component's size counts only up to
-/// its ceiling: an angle that has gone round a million times must not be a million times less exact.
-/// Components beyond the ceiling's length are not controlled.
+/// What the error control looks at: a step of length h may add to component i an error of
+///
+///     tolerance · min(h, 1 s) · (1 + min(|y_i|, ceiling_i))
+///
+/// This is the textbook's atol + rtol |y_i| with atol = rtol, in two respects more demanding. It is an error
+/// per second, not per step, so what adds up over a second meets the tolerance however many steps it took
+/// (never less than the rounding of y_i itself). And a component's size counts only up to its ceiling: an
+/// angle that has gone round a million times must not be a million times less exact. Components beyond the
+/// ceiling's length are not controlled.
 struct Tolerance {
   double value = 0;
   Eigen::ArrayXd ceiling;
@@ -34,8 +39,9 @@ struct Tolerance {
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  /// Takes state to time end and lands on it exactly, with no step longer than longestStep. After any outcome
-  /// but `arrived` state is that of the last good step. Allocates nothing.
+  /// Takes state to time end and lands on it exactly; adaptive steps are no longer than longestStep, fixed
+  /// ones are as they were asked for. After any outcome but `arrived` state is that of the last good step.
+  /// Allocates nothing.
   virtual Outcome integrate(System& f, State& state, double end, double longestStep) = 0;
   /// f has jumped or the state was set.
   virtual void restart() = 0;
