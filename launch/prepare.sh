@@ -1,0 +1,57 @@
+# shellcheck shell=bash disable=SC2034
+# For launch/sim and test/run, which source this: the system's python and ROS, and what to install.
+
+# The system's programs come first: ROS's tools break under a python of pyenv or conda.
+export PATH="/usr/bin:/bin:/usr/sbin:/sbin:$PATH"
+unset PYTHONPATH PYTHONHOME
+
+# Sources the setup of a ROS installation, devel space or install space.
+enter() {
+  set +u
+  # shellcheck source=/dev/null
+  source "$1/setup.bash"
+  set -u
+}
+
+to_build=(build-essential cmake libcli11-dev libeigen3-dev libyaml-cpp-dev nlohmann-json3-dev)
+if [ -e /opt/ros/noetic/setup.bash ]; then
+  enter /opt/ros/noetic
+  to_run=("${to_build[@]}" ros-noetic-{ros-base,rviz,tf2-ros})
+  to_test=(ros-noetic-rostest)
+else
+  # Debian splits a message package in three: definitions (ros-…), C++ (lib…-dev), python.
+  to_run=("${to_build[@]}" catkin ros-message-generation ros-message-runtime
+    libroscpp-dev libtf2-ros-dev libsensor-msgs-dev libstd-srvs-dev
+    ros-std-msgs ros-geometry-msgs
+    python3-{std,sensor,geometry,tf2,rosgraph}-msgs python3-std-srvs
+    python3-{roslaunch,rosbag,rostopic} rosbash rosout rviz)
+  to_test=(librostest-dev python3-rostest)
+fi
+to_test+=(catkin-lint clang-format libgtest-dev shellcheck)
+
+# Installs those of the packages named that are missing; asks nothing, and needs no network if none is.
+install_missing() {
+  local missing root=() log
+  mapfile -t missing < <(comm -23 <(printf '%s\n' "$@" | sort -u) \
+    <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' | sed -n 's/^installed //p' | sort -u))
+  [ ${#missing[@]} -gt 0 ] || return 0
+  echo "Installing with apt: ${missing[*]}"
+  [ "$(id -u)" = 0 ] || root=(sudo)
+  log=$(mktemp)
+  {
+    "${root[@]}" apt-get -q update
+    "${root[@]}" env DEBIAN_FRONTEND=noninteractive \
+      apt-get -qy --no-install-recommends install "${missing[@]}"
+  } >"$log" 2>&1 || { cat "$log" >&2; return 1; }
+  rm "$log"
+}
+
+# Builds into build/, with more options for cmake; shows the compiler's output only if it fails.
+build() {
+  local log=build/build.log
+  mkdir -p build
+  echo "Building ($log)"
+  { cmake -S . -B build -DPYTHON_EXECUTABLE=/usr/bin/python3 "$@" &&
+    cmake --build build --parallel "$(nproc)"
+  } >"$log" 2>&1 || { cat "$log" >&2; return 1; }
+}
