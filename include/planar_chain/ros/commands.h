@@ -1,0 +1,55 @@
+#pragma once
+
+/// The commands: topics in, checked as a whole, then handed to the simulation.
+
+#include <planar_chain/JointTorque.h>
+#include <planar_chain/LinkForce.h>
+#include <planar_chain/SimStatus.h>
+#include <ros/node_handle.h>
+#include <ros/subscriber.h>
+#include <std_msgs/Float64MultiArray.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "planar_chain/fault.h"
+#include "planar_chain/simulation.h"
+
+namespace planar_chain {
+
+/// A message with any fault is refused whole: nothing changes, a throttled warning says why, and the
+/// status counts it. An accepted one is in force from the simulation's present time on.
+class Commands {
+ public:
+  /// How many timed commands may be in force at once.
+  static constexpr int kCapacity = 256;
+
+  /// Subscribes to ~joint_torques, ~joint_torque and ~link_force under `node`.
+  Commands(ros::NodeHandle& node, Simulation& simulation);
+
+  /// Ages and refusals; the rest of the status is left as it is.
+  void describe(SimStatus& status) const;
+
+ private:
+  void takeJointTorques(const std_msgs::Float64MultiArray& message);
+  void takeJointTorque(const JointTorque& message);
+  void takeLinkForce(const LinkForce& message);
+
+  bool refused(const std::vector<Fault>& faults);
+  double heldUntil() const;
+
+  static constexpr double kNever = -1;
+
+  Simulation& simulation_;
+  std::map<std::string, int> joints_, links_;  ///< index by name
+  double jointTorquesTaken_ = kNever;          ///< sim time of the last accepted message, s
+  double jointTorqueTaken_ = kNever;
+  double linkForceTaken_ = kNever;
+  std::uint64_t rejected_ = 0;
+  std::string lastRejection_;
+  std::vector<ros::Subscriber> subscribers_;
+};
+
+}  // namespace planar_chain

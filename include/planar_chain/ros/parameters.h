@@ -1,0 +1,21 @@
+#pragma once
+
+/// ROS parameters as the same tree of values that a scene file gives, so that one reader serves both.
+
+#include <xmlrpcpp/XmlRpcValue.h>
+
+#include <string>
+
+#include "planar_chain/value.h"
+
+namespace planar_chain {
+
+/// @throws Refused every value of a type that a scene has no use for (dates, binary data), with its
+///   path.
+Value valueOf(const XmlRpc::XmlRpcValue& parameter);
+
+/// The scene's tree from this node's private parameters.
+/// @throws Refused as valueOf, and where ~chain is missing: then it says how to load a scene.
+Value privateParameters();
+
+}  // namespace planar_chain

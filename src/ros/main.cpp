@@ -1,0 +1,22 @@
+/// planar_chain_node: the scene of the private parameters, running on wall time.
+
+#include <ros/console.h>
+#include <ros/init.h>
+
+#include "planar_chain/ros/node.h"
+#include "planar_chain/ros/parameters.h"
+#include "planar_chain/scene_reader.h"
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "planar_chain");
+  try {
+    planar_chain::Node node(planar_chain::readScene(planar_chain::privateParameters()));
+    ros::spin();
+  } catch (const planar_chain::Refused& refused) {
+    for (const auto& fault : refused.faults()) ROS_FATAL("%s", toString(fault).c_str());
+    return 2;
+  } catch (const std::exception& failure) {
+    ROS_FATAL("%s", failure.what());
+    return 1;
+  }
+}

@@ -1,0 +1,230 @@
+/// Laws that the motion obeys, what commands do, what failing leaves behind, and what the loop may not do.
+
+#include "planar_chain/simulation.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+
+#include "random_scene.h"
+
+// Every allocation of this program, by new or by Eigen's malloc, is counted; but for a sanitized build, where
+// malloc belongs to the sanitizer.
+#ifndef __SANITIZE_ADDRESS__
+namespace {
+std::atomic<long> allocations{0};
+}  // namespace
+
+extern "C" void* __libc_malloc(std::size_t size);
+extern "C" void* malloc(std::size_t size) {
+  ++allocations;
+  return __libc_malloc(size);
+}
+#endif
+
+namespace planar_chain {
+namespace {
+
+using test::randomScene;
+
+constexpr double forever = std::numeric_limits<double>::infinity();
+
+/// One rod of 1 m, 1 kg about its end, J = 1/3 kg m².
+Scene rod(Vec2d gravity = {}) {
+  return {Chain({{"rod", 1, 1. / 12, {0.5, 0}, {1, 0}}}, {{"rod_joint"}}, gravity), {0}, {0}, {}, {}, {}, 0};
+}
+
+#ifndef __SANITIZE_ADDRESS__
+TEST(Simulation, AllocatesNothingInTheLoop) {
+  for (const char* method : {"rk4", "dopri5"}) {
+    Scene scene = randomScene(10, 1);
+    scene.integrator.method = method;
+    Simulation simulation(scene, 16);
+    std::vector<LinkMotion> motions(10);
+    std::vector<double> tau(10);
+    const long before = allocations;
+    for (int k = 1; k <= 100; ++k) {
+      simulation.advanceTo(k * 0.01);
+      simulation.holdTorque(k % 10, 0.1, forever);
+      simulation.addForce(k % 10, {0.5, 0}, {0, 1}, 0, 0.005);
+      simulation.linkMotions(motions.data());
+      simulation.jointTorques(tau.data());
+      simulation.energyBalance();
+    }
+    simulation.reset();
+    EXPECT_EQ(allocations, before) << method;
+  }
+  const long before = allocations;
+  const std::vector<double> counted(100);
+  EXPECT_GT(allocations, before) << "the counter does not count";
+}
+#endif
+
+TEST(Simulation, IsDeterministic) {
+  const Scene scene = randomScene(6, 2);
+  Simulation one(scene), other(scene);
+  for (int k = 1; k <= 50; ++k) {
+    one.advanceTo(k * 0.02);
+    other.advanceTo(k * 0.02);
+  }
+  EXPECT_EQ(one.q(), other.q());
+  EXPECT_EQ(one.qd(), other.qd());
+}
+
+TEST(Simulation, StartsAtTheSceneToTheLastBit) {
+  const Scene scene = randomScene(6, 2);
+  const Simulation simulation(scene);
+  EXPECT_EQ(simulation.q(), scene.q);
+  EXPECT_EQ(simulation.qd(), scene.qd);
+  EXPECT_EQ(simulation.time(), 0);
+}
+
+TEST(Simulation, PowerInEqualsEnergyRate) {
+  // E − W_supplied + W_dissipated stays, with loads, springs and dampers. The works are integrated with the
+  // motion, so the balance is as exact as the motion: some tolerances, in units of the energy.
+  for (const int n : {1, 2, 5, 20}) {
+    Scene scene = randomScene(n, 10 + static_cast<unsigned>(n));
+    scene.integrator.tolerance = 1e-10;
+    Simulation simulation(scene);
+    const double scale = 1 + std::abs(simulation.energy().potential) + simulation.energy().kinetic;
+    ASSERT_TRUE(simulation.advanceTo(1));
+    const EnergyBalance balance = simulation.energyBalance();
+    EXPECT_LT(std::abs(balance.residual), 1e-9 * scale) << n;
+    EXPECT_GT(std::abs(balance.supplied), 1e-3) << n;
+    EXPECT_GT(balance.dissipated, 1e-3) << n;
+  }
+}
+
+TEST(Simulation, RunsBackwardsToWhereItStarted) {
+  // Without dampers and loads the motion is reversible: turn the rates round, and the start comes back.
+  Scene scene = randomScene(4, 5, {true, false, false});
+  scene.integrator.tolerance = 1e-12;
+  Simulation simulation(scene);
+  ASSERT_TRUE(simulation.advanceTo(0.7));
+  std::vector<double> qd = simulation.qd();
+  for (double& rate : qd) rate = -rate;
+  simulation.setState(simulation.q(), qd);
+  ASSERT_TRUE(simulation.advanceTo(1.4));
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_NEAR(simulation.q()[i], scene.q[i], 1e-10);
+    EXPECT_NEAR(-simulation.qd()[i], scene.qd[i], 1e-9);
+  }
+}
+
+TEST(Simulation, LandsOnLoadsSoThatImpulsesAreExact) {
+  // 2 N m from 0.1 s to 0.1373 s on J = 1/3: 6 · 0.0373 rad/s, whatever the steps are.
+  for (const char* method : {"rk4", "dopri5"}) {
+    Scene scene = rod();
+    Load push;
+    push.name = "push";
+    push.joint = 0;
+    push.torque = 2;
+    push.start = 0.1;
+    push.stop = 0.1373;
+    scene.loads = {push};
+    scene.integrator = {method, 1e-6, 0.01};
+    Simulation simulation(scene);
+    ASSERT_TRUE(simulation.advanceTo(1));
+    EXPECT_NEAR(simulation.qd()[0], 6 * 0.0373, 1e-15) << method;
+    EXPECT_NEAR(simulation.q()[0], 6 * 0.0373 * (1 - 0.1 - 0.0373 / 2), 1e-14) << method;
+  }
+}
+
+TEST(Simulation, RampsAndSinesGiveTheirImpulse) {
+  Scene scene = rod();
+  Load ramp, sine;
+  ramp.name = "ramp";
+  ramp.joint = 0;
+  ramp.torque = 3;
+  ramp.law = Ramp{{0.2, 0.5, 0.6}, {0, 1, 0.5}};
+  ramp.stop = 1;  // ∫ = 0.15 + 0.075 + 0.5 · 0.4
+  sine.name = "sine";
+  sine.link = 0;
+  sine.moment = 2;
+  sine.law = Sine{1.5, 0.3};
+  scene.loads = {ramp, sine};
+  scene.integrator.tolerance = 1e-11;
+  Simulation simulation(scene);
+  ASSERT_TRUE(simulation.advanceTo(1.2));
+  const double w = 3 * 3.14159265358979323846;
+  const double expected = 3 * (3 * (0.15 + 0.075 + 0.2) + 2 * (std::cos(0.3) - std::cos(w * 1.2 + 0.3)) / w);
+  EXPECT_NEAR(simulation.qd()[0], expected, 1e-11);
+}
+
+TEST(Commands, TimedOnesAddAndEndToTheBit) {
+  Simulation simulation(rod(), 8);
+  ASSERT_TRUE(simulation.advanceTo(0.01));
+  EXPECT_TRUE(simulation.addTorque(0, 1, 0.0373));
+  ASSERT_TRUE(simulation.advanceTo(0.02));
+  EXPECT_TRUE(simulation.addForce(0, {1, 0}, {0, 0}, 2, 0.0173));
+  for (int k = 3; k <= 10; ++k) ASSERT_TRUE(simulation.advanceTo(k * 0.01));
+  EXPECT_NEAR(simulation.qd()[0], 3 * (0.0373 + 2 * 0.0173), 1e-15);
+}
+
+TEST(Commands, HeldOnesAreReplacedAndLapse) {
+  Simulation simulation(rod(), 8);
+  simulation.holdTorque(0, 5, forever);
+  simulation.holdTorque(0, 1, 0.25);
+  ASSERT_TRUE(simulation.advanceTo(1));
+  EXPECT_NEAR(simulation.qd()[0], 3 * 0.25, 1e-14);
+  simulation.holdTorque(0, 1, forever);
+  simulation.clearCommands();
+  ASSERT_TRUE(simulation.advanceTo(2));
+  EXPECT_NEAR(simulation.qd()[0], 3 * 0.25, 1e-14);
+}
+
+TEST(Commands, WrongOnesThrowAndChangeNothing) {
+  Simulation simulation(rod(), 1), deaf(rod());
+  EXPECT_THROW(simulation.holdTorque(0, std::nan(""), forever), std::invalid_argument);
+  EXPECT_THROW(simulation.holdTorque(1, 1, forever), std::invalid_argument);
+  EXPECT_THROW(simulation.addTorque(0, 1, 0), std::invalid_argument);
+  EXPECT_THROW(simulation.addForce(-1, {}, {}, 0, 1), std::invalid_argument);
+  EXPECT_THROW(simulation.advanceTo(-1), std::invalid_argument);
+  EXPECT_THROW(simulation.setState({std::nan("")}, {0}), std::invalid_argument);
+  EXPECT_THROW(deaf.holdTorque(0, 1, forever), std::invalid_argument);
+  EXPECT_TRUE(simulation.addTorque(0, 0, 1));
+  EXPECT_FALSE(simulation.addTorque(0, 1, 1)) << "there is room for one";
+  ASSERT_TRUE(simulation.advanceTo(1));
+  EXPECT_EQ(simulation.qd()[0], 0);
+}
+
+TEST(Failure, KeepsTheLastGoodStateAndResetLeadsBack) {
+  // RK4 far beyond its limit: the spring's ω h is 100.
+  Scene scene = rod();
+  scene.chain = Chain({{"rod", 1, 1. / 12, {0.5, 0}, {1, 0}}}, {{"rod_joint", 1e8 / 3, 0, 0}}, {});
+  scene.q = {0.1};
+  scene.integrator = {"rk4", 1e-8, 0.01};
+  Simulation simulation(scene);
+  EXPECT_FALSE(simulation.advanceTo(100));
+  EXPECT_NE(simulation.fault().find("rk4"), std::string::npos);
+  EXPECT_TRUE(std::isfinite(simulation.q()[0]) && std::isfinite(simulation.qd()[0]));
+  const double t = simulation.time();
+  EXPECT_FALSE(simulation.advanceTo(t + 1));
+  EXPECT_EQ(simulation.time(), t);
+  simulation.reset();
+  EXPECT_EQ(simulation.fault(), "");
+  EXPECT_EQ(simulation.q()[0], 0.1);
+  EXPECT_EQ(simulation.time(), t);
+  EXPECT_TRUE(simulation.advanceTo(t + 0.01));
+}
+
+TEST(Absence, OfStrengthIsAbsenceToTheBit) {
+  // A spring, damper or load of strength zero gives the trajectory of none.
+  Scene bare = randomScene(5, 8, {false, false, false});
+  Scene zero = bare;
+  Load nothing;
+  nothing.name = "nothing";
+  nothing.link = 2;
+  nothing.joint = 3;
+  zero.loads = {nothing};
+  Simulation a(bare), b(zero);
+  ASSERT_TRUE(a.advanceTo(1) && b.advanceTo(1));
+  EXPECT_EQ(a.q(), b.q());
+  EXPECT_EQ(a.qd(), b.qd());
+}
+
+}  // namespace
+}  // namespace planar_chain
