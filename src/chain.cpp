@@ -34,7 +34,7 @@ void requireFinite(std::vector<Fault>& faults, const char* path, Vec2d given, co
 /// An offset whose moment of inertia is no number of the machine any more.
 void requireMoment(std::vector<Fault>& faults, const char* path, const Link& link, Vec2d offset) {
   const double moment = link.mass * dot(offset, offset) + link.inertia;
-  if (!faults.empty() || std::isfinite(moment)) return;
+  if (std::isfinite(moment)) return;
   faults.push_back({path, "an offset in m whose moment of inertia is finite", toText(offset)});
 }
 
@@ -46,6 +46,7 @@ std::vector<Fault> faultsOf(const Link& link) {
   requireNumber(faults, "inertia", link.inertia, link.inertia >= 0, " >= 0 kg m²");
   requireFinite(faults, "com", link.com, "m");
   requireFinite(faults, "pin", link.pin, "m");
+  if (!faults.empty()) return faults;
   requireMoment(faults, "com", link, link.com);
   requireMoment(faults, "pin", link, link.pin);
   return faults;

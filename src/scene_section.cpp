@@ -12,7 +12,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double noNumber = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t longestName = 100;
+constexpr std::size_t longestName = 64;
 
 double unjudgedNumber(const Value& value) {
   const std::optional<double> number = numberIn(value);
@@ -27,7 +27,9 @@ std::string found(const Value* value) {
   return isNumber && shown == '"' + *value->text() + '"' ? *value->text() : shown;
 }
 
-bool isLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool isLetter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
 
 /// A key as part of a path, which is one line of decent length.
 std::string step(const std::string& key) {
@@ -47,8 +49,7 @@ NumberRule NumberRule::from(double low, const std::string& unit) {
   return {">= " + toText(low) + " " + unit, low, infinity, true};
 }
 
-const char* const nameInWords =
-    "a name (a letter, then letters, digits and underscores, at most 100)";
+const char* const nameInWords = "a name (a letter, then letters, digits and underscores, at most 64)";
 
 bool isName(const std::string& text) {
   return !text.empty() && text.size() <= longestName && isLetter(text[0]) &&
@@ -147,16 +148,15 @@ bool Section::takeName(const std::string& key, std::string& target) const {
   return false;
 }
 
-bool Section::takeNumbers(const std::string& key, const char* unit,
-                          std::vector<double>& target) const {
+bool Section::takeNumbers(const std::string& key, const char* unit, std::vector<double>& target) const {
   const Value* value = find(key);
   if (!value) return false;
   std::vector<double> numbers;
   if (value->list()) {
     for (const Value& entry : *value->list()) numbers.push_back(unjudgedNumber(entry));
   }
-  const bool areSound = std::all_of(numbers.begin(), numbers.end(),
-                                    [](double number) { return std::isfinite(number); });
+  const bool areSound =
+      std::all_of(numbers.begin(), numbers.end(), [](double number) { return std::isfinite(number); });
   if (numbers.size() >= 2 && areSound) {
     target = std::move(numbers);
     return true;

@@ -27,7 +27,7 @@ struct NumberRule {
   static NumberRule from(double low, const std::string& unit);
 };
 
-/// What becomes a name in ROS, TF and URDF: a letter, then letters, digits, underscores; at most 100.
+/// What becomes a name in ROS, TF and URDF: a letter, then letters, digits, underscores; at most 64.
 bool isName(const std::string& text);
 extern const char* const nameInWords;
 
