@@ -21,7 +21,7 @@ if [ -e /opt/ros/noetic/setup.bash ]; then
 else
   # Debian splits a message package in three: definitions (ros-…), C++ (lib…-dev), python.
   to_run=("${to_build[@]}" catkin ros-message-generation ros-message-runtime
-    libroscpp-dev libtf2-ros-dev libsensor-msgs-dev libstd-srvs-dev
+    libroscpp-dev libtf2-ros-dev libtf2-msgs-dev libsensor-msgs-dev libstd-srvs-dev
     ros-std-msgs ros-geometry-msgs
     python3-{std,sensor,geometry,tf2,rosgraph}-msgs python3-std-srvs
     python3-{roslaunch,rosbag,rostopic} rosbash rosout rviz)
