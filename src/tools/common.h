@@ -1,0 +1,96 @@
+#pragma once
+
+/// What the tools of the command line share: exit statuses, arguments, scene files.
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "planar_chain/fault.h"
+#include "planar_chain/scene.h"
+#include "planar_chain/scene_reader.h"
+#include "planar_chain/value.h"
+
+namespace planar_chain::tools {
+
+enum ExitStatus : int { done = 0, runFailed = 1, badInput = 2 };
+
+/// Runs a tool's body: what it throws becomes words on standard error and an exit status.
+template <class Body>
+int run(const char* tool, Body&& body) {
+  try {
+    return body();
+  } catch (const Refused& refused) {
+    std::cerr << refused.what() << '\n';
+    return badInput;
+  } catch (const std::exception& error) {
+    std::cerr << tool << ": " << error.what() << '\n';
+    return runFailed;
+  }
+}
+
+/// @returns nothing to go on with; the exit status when there is nothing more to do (--help) or the
+///   arguments are wrong
+inline std::optional<int> parseArguments(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? done : badInput;
+  }
+}
+
+/// The tree of a scene file.
+/// @throws Refused when it cannot be read, is larger than any scene, or is no YAML
+inline Value loadScene(const std::string& path) {
+  constexpr std::streamsize largest = 1 << 26;
+  std::ifstream file(path, std::ios::binary);
+  std::string text;
+  std::vector<char> block(1 << 16);
+  while (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0) {
+    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
+    if (static_cast<std::streamsize>(text.size()) > largest) {
+      throw Refused({{path, "a scene file of at most 64 MiB", "more"}});
+    }
+  }
+  if (!file.eof()) {
+    throw Refused({{path, "a scene file that can be read", std::strerror(errno)}});
+  }
+  return parseYaml(text);
+}
+
+/// The finite number that an argument is, in a range that `holds` knows; else notes a fault and returns 0.
+template <class Range>
+double numberArgument(const std::string& option, const std::string& given, const char* expected,
+                      Range&& holds, std::vector<Fault>& faults) {
+  const std::optional<double> number = numberIn(given);
+  if (number && std::isfinite(*number) && holds(*number)) return *number;
+  faults.push_back({option, expected, describe(Value(given))});
+  return 0;
+}
+
+/// The scene, judged together with the arguments: all faults at once. `amend` changes the tree that the
+/// file gave, before it is read.
+/// @throws Refused
+template <class Amend>
+Scene readScene(const std::string& path, Amend&& amend, std::vector<Fault> faults) {
+  try {
+    Value value = loadScene(path);
+    amend(value);
+    Scene scene = planar_chain::readScene(value);
+    if (faults.empty()) return scene;
+  } catch (const Refused& refused) {
+    faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
+  }
+  throw Refused(std::move(faults));
+}
+
+}  // namespace planar_chain::tools

@@ -1,0 +1,236 @@
+/// simulate SCENE.yaml --duration T: runs a scene as fast as it goes and writes its motion as CSV.
+
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+
+#include "common.h"
+#include "planar_chain/simulation.h"
+
+namespace planar_chain::tools {
+namespace {
+
+struct Arguments {
+  std::string scene;
+  std::string duration;
+  std::string rate = "100";
+  std::string method;
+  std::string tolerance;
+  std::string step;
+  std::string csv;
+};
+
+void declare(CLI::App& app, Arguments& to) {
+  app.add_option("SCENE", to.scene, "The scene, a YAML file (config/README.md explains it)")->required();
+  app.add_option("--duration", to.duration, "Simulated time, s")->required();
+  app.add_option("--rate", to.rate, "Rows a second of simulated time")->capture_default_str();
+  app.add_option("--method", to.method, "Integrator, instead of the scene's");
+  app.add_option("--tolerance", to.tolerance, "Of adaptive methods, instead of the scene's");
+  app.add_option("--step", to.step, "s, of fixed-step methods, instead of the scene's");
+  app.add_option("--csv", to.csv, "File to write: t, q and qd of every joint, energy");
+  app.footer("Exit status: 0 done; 1 the run failed; 2 bad arguments or scene.");
+}
+
+// ---- Rows in time ----------------------------------------------------------------------------
+
+/// t = 0, 1/rate, 2/rate … up to and with the duration, each from its index.
+class Rows {
+ public:
+  Rows(double duration, double rate) : duration_(duration), rate_(rate) {
+    // A duration that is a multiple of 1/rate, up to rounding, has no extra row just before its end.
+    const double product = duration * rate;
+    const double nearest = std::round(product);
+    const bool isMultiple = nearest > 0 && std::abs(product - nearest) <= 1e-15 * 4 * product;
+    last_ = isMultiple ? nearest : std::ceil(product);
+  }
+
+  double last() const { return last_; }
+  double time(double k) const { return k >= last_ ? duration_ : k / rate_; }
+
+ private:
+  double duration_;
+  double rate_;
+  double last_;  ///< index; a double, for it may be anything before it is judged
+};
+
+Rows rowsOf(const Arguments& given, std::vector<Fault>& faults) {
+  constexpr double mostRows = 1e8;
+  const auto isPositive = [](double x) { return x > 0; };
+  const double duration =
+      numberArgument("--duration", given.duration, "a finite number > 0 s", isPositive, faults);
+  const double rate =
+      numberArgument("--rate", given.rate, "a finite number > 0 rows a second", isPositive, faults);
+  const Rows rows(duration, rate);
+  if (!(rows.last() <= mostRows)) {
+    faults.push_back({"--rate", "at most 100000000 rows in all", toText(rows.last())});
+  }
+  return rows;
+}
+
+// ---- The CSV file ----------------------------------------------------------------------------
+
+class Csv {
+ public:
+  /// @throws Refused when the file cannot be opened, or is the scene's
+  Csv(const std::string& path, const std::string& scenePath) : path_(path) {
+    std::error_code none;
+    if (std::filesystem::equivalent(path, scenePath, none)) {
+      throw Refused({{"--csv", "another file than the scene", describe(Value(path))}});
+    }
+    file_ = std::fopen(path.c_str(), "w");
+    if (!file_) {
+      const std::string why = std::strerror(errno);
+      throw Refused({{"--csv", "a file that can be written", describe(Value(path)) + ": " + why}});
+    }
+  }
+  ~Csv() {
+    if (file_) std::fclose(file_);
+  }
+  Csv(const Csv&) = delete;
+  Csv& operator=(const Csv&) = delete;
+
+  void header(const Chain& chain) {
+    std::fputs("t", file_);
+    for (const char* prefix : {"q_", "qd_"}) {
+      for (const Joint& joint : chain.joints()) std::fprintf(file_, ",%s%s", prefix, joint.name.c_str());
+    }
+    std::fputs(",energy\n", file_);
+  }
+
+  /// @throws std::runtime_error when the disk is full or the like
+  void row(const Simulation& simulation) {
+    std::fprintf(file_, "%.17g", simulation.time());
+    for (const double q : simulation.q()) std::fprintf(file_, ",%.17g", q);
+    for (const double qd : simulation.qd()) std::fprintf(file_, ",%.17g", qd);
+    std::fprintf(file_, ",%.17g\n", simulation.energy().total());
+    if (std::ferror(file_)) fail();
+  }
+
+  /// @throws std::runtime_error as row()
+  void close() {
+    if (std::fclose(std::exchange(file_, nullptr)) != 0) fail();
+  }
+
+ private:
+  [[noreturn]] void fail() const {
+    throw std::runtime_error("cannot write " + path_ + ": " + std::strerror(errno));
+  }
+
+  std::string path_;
+  std::FILE* file_ = nullptr;
+};
+
+// ---- What the user sees ----------------------------------------------------------------------
+
+/// A bar on standard error, if that is a terminal; drawn ten times a second.
+class Progress {
+ public:
+  explicit Progress(double duration) : duration_(duration), isShown_(isatty(STDERR_FILENO) == 1) {}
+  ~Progress() {
+    if (isShown_) std::fputs("\r\033[K", stderr);
+  }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void show(double t) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!isShown_ || now < next_) return;
+    next_ = now + std::chrono::milliseconds(100);
+    constexpr int width = 40;
+    const int filled = static_cast<int>(width * t / duration_);
+    std::fprintf(stderr, "\r[%s%s] %g of %g s\033[K",
+                 std::string(static_cast<std::size_t>(filled), '#').c_str(),
+                 std::string(static_cast<std::size_t>(width - filled), '.').c_str(), t, duration_);
+    std::fflush(stderr);
+  }
+
+ private:
+  double duration_;
+  bool isShown_;
+  std::chrono::steady_clock::time_point next_{};
+};
+
+void writeState(std::FILE* out, const Simulation& simulation) {
+  constexpr std::size_t most = 20;
+  const std::vector<Joint>& joints = simulation.scene().chain.joints();
+  int width = 0;
+  for (std::size_t i = 0; i < joints.size() && i < most; ++i) {
+    width = std::max(width, static_cast<int>(joints[i].name.size()));
+  }
+  for (std::size_t i = 0; i < joints.size() && i < most; ++i) {
+    std::fprintf(out, "  %-*s  q = %12.6g rad  qd = %12.6g rad/s\n", width, joints[i].name.c_str(),
+                 simulation.q()[i], simulation.qd()[i]);
+  }
+  if (joints.size() > most) std::fprintf(out, "  and %zu more joints\n", joints.size() - most);
+}
+
+void writeSummary(const Simulation& simulation) {
+  const Statistics statistics = simulation.statistics();
+  const Energy energy = simulation.energy();
+  std::printf("t = %g s by %s: %lld steps, %lld rejected, %lld evaluations\n", simulation.time(),
+              simulation.method().c_str(), statistics.steps, statistics.rejected, statistics.evaluations);
+  writeState(stdout, simulation);
+  std::printf("  energy = %.6g J (kinetic %.6g, potential %.6g)\n", energy.total(), energy.kinetic,
+              energy.potential);
+}
+
+// ---- The run ---------------------------------------------------------------------------------
+
+/// What the arguments override, put where the scene would say it: one reader judges both.
+void override(Value& scene, const char* key, const std::string& given) {
+  if (given.empty() || !scene.map()) return;
+  Value& integrator = scene.map()->try_emplace("integrator", Value::Map()).first->second;
+  if (integrator.map()) (*integrator.map())[key] = given;
+}
+
+int simulate(int argc, char** argv) {
+  CLI::App app("Simulates a scene and writes its motion.", "simulate");
+  Arguments given;
+  declare(app, given);
+  if (const auto status = parseArguments(app, argc, argv)) return *status;
+
+  std::vector<Fault> faults;
+  const Rows rows = rowsOf(given, faults);
+  const auto amend = [&](Value& value) {
+    override(value, "method", given.method);
+    override(value, "tolerance", given.tolerance);
+    override(value, "step", given.step);
+  };
+  const Scene scene = readScene(given.scene, amend, std::move(faults));
+
+  Simulation simulation(scene);
+  std::optional<Csv> csv;
+  if (!given.csv.empty()) {
+    csv.emplace(given.csv, given.scene);
+    csv->header(scene.chain);
+  }
+
+  bool isGood = true;
+  {
+    Progress progress(rows.time(rows.last()));
+    for (double k = 0; isGood && k <= rows.last(); ++k) {
+      isGood = simulation.advanceTo(rows.time(k));
+      if (isGood && csv) csv->row(simulation);
+      progress.show(simulation.time());
+    }
+  }
+  if (csv) csv->close();
+  if (!isGood) {
+    std::fprintf(stderr, "simulate: the run failed at t = %.17g s: %s\nThe last finite state:\n",
+                 simulation.time(), simulation.fault().c_str());
+    writeState(stderr, simulation);
+    return runFailed;
+  }
+  writeSummary(simulation);
+  return done;
+}
+
+}  // namespace
+}  // namespace planar_chain::tools
+
+int main(int argc, char** argv) {
+  namespace tools = planar_chain::tools;
+  return tools::run("simulate", [&] { return tools::simulate(argc, argv); });
+}
