@@ -11,7 +11,7 @@ namespace planar_chain {
 
 namespace {
 
-constexpr std::uint32_t kQueue = 2000;  // two seconds of commands at 1000 Hz
+constexpr std::uint32_t queueSize = 2000;  // two seconds of commands at 1000 Hz
 
 using Faults = std::vector<Fault>;
 
@@ -46,7 +46,7 @@ int find(Faults& faults, const std::string& path, const std::map<std::string, in
 void checkRoom(Faults& faults, const std::string& topic, bool taken) {
   if (taken) return;
   faults.push_back(
-      {topic, "at most " + std::to_string(Commands::kCapacity) + " timed commands in force", "one more"});
+      {topic, "at most " + std::to_string(Commands::capacity) + " timed commands in force", "one more"});
 }
 
 double age(double now, double taken) {
@@ -61,9 +61,9 @@ Commands::Commands(ros::NodeHandle& node, Simulation& simulation) : simulation_(
     joints_[chain.joints()[static_cast<std::size_t>(i)].name] = i;
     links_[chain.links()[static_cast<std::size_t>(i)].name] = i;
   }
-  subscribers_ = {node.subscribe("joint_torques", kQueue, &Commands::takeJointTorques, this),
-                  node.subscribe("joint_torque", kQueue, &Commands::takeJointTorque, this),
-                  node.subscribe("link_force", kQueue, &Commands::takeLinkForce, this)};
+  subscribers_ = {node.subscribe("joint_torques", queueSize, &Commands::takeJointTorques, this),
+                  node.subscribe("joint_torque", queueSize, &Commands::takeJointTorque, this),
+                  node.subscribe("link_force", queueSize, &Commands::takeLinkForce, this)};
 }
 
 void Commands::takeJointTorques(const std_msgs::Float64MultiArray& message) {

@@ -1,6 +1,6 @@
 #include "planar_chain/ros/frames.h"
 
-#include <utility>
+#include <algorithm>
 
 #include "planar_chain/fault.h"
 #include "planar_chain/value.h"
@@ -26,23 +26,12 @@ Frames framesOf(const Scene& scene, const std::string& nodeNamespace) {
   frames.base = frames.prefix + publish.baseFrame;
   for (const Link& link : scene.chain.links()) frames.links.push_back(frames.prefix + link.name);
 
-  std::vector<Fault> faults;
-  const auto refuse = [&faults](const char* key, const char* expected, const std::string& found) {
-    faults.push_back({std::string("publish/") + key, expected, describe(Value(found))});
-  };
-  if (frames.world.front() == '/') refuse("world_frame", "a frame without leading /", frames.world);
-  if (frames.base.front() == '/') {
-    const bool fromPrefix = !frames.prefix.empty();
-    refuse(fromPrefix ? "frame_prefix" : "base_frame", "a frame without leading /", frames.base);
+  // The reader keeps the scene's own names apart; only the prefix can make one of them the world's.
+  const auto isWorld = [&](const std::string& frame) { return frame == frames.world; };
+  if (isWorld(frames.base) || std::any_of(frames.links.begin(), frames.links.end(), isWorld)) {
+    throw Refused(
+        {{"publish/world_frame", "another frame than those of the chain", describe(Value(frames.world))}});
   }
-  if (frames.base == frames.world) {
-    refuse("base_frame", "another frame than the world's", frames.base);
-  }
-  for (const std::string& link : frames.links) {
-    if (link == frames.world) refuse("world_frame", "another frame than any link's", link);
-    if (link == frames.base) refuse("base_frame", "another frame than any link's", link);
-  }
-  if (!faults.empty()) throw Refused(std::move(faults));
   return frames;
 }
 

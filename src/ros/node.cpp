@@ -17,14 +17,14 @@ namespace planar_chain {
 
 namespace {
 
-constexpr double kQueueSeconds = 2;     // what a publisher keeps for a slow subscriber
-constexpr double kCatchUp = 0.05;       // s of wall time at a stretch, then commands are served
-constexpr double kPatience = 1;         // s of lag that are made up for
-constexpr double kFactorSeconds = 5;    // over which the real-time factor is measured
-constexpr double kWarningPeriod = 5.0;  // s
+constexpr double queueSeconds = 2;     // what a publisher keeps for a slow subscriber
+constexpr double catchUp = 0.05;       // s of wall time at a stretch, then commands are served
+constexpr double patience = 1;         // s of lag that are made up for
+constexpr double factorSeconds = 5;    // over which the real-time factor is measured
+constexpr double warningPeriod = 5.0;  // s
 
 std::uint32_t queueFor(double rate) {
-  return static_cast<std::uint32_t>(std::max(10.0, std::ceil(kQueueSeconds * rate)));
+  return static_cast<std::uint32_t>(std::max(10.0, std::ceil(queueSeconds * rate)));
 }
 
 /// Stamps come from wall time; a clock that someone else drives would be a second opinion.
@@ -45,12 +45,12 @@ std::string count(int number, const char* what) {
 Node::Node(const Scene& scene)
     : settings_(onWallTime(scene).publish),
       frames_(framesOf(scene, ros::this_node::getNamespace())),
-      simulation_(scene, Commands::kCapacity),
+      simulation_(scene, Commands::capacity),
       commands_(inner_, simulation_),
       messages_(scene, frames_),
       pace_(settings_.rate),
-      factor_(1 + static_cast<int>(std::ceil(kFactorSeconds * settings_.statusRate))) {
-  outer_.setParam("robot_description", urdfOf(scene));
+      factor_(1 + static_cast<int>(std::ceil(factorSeconds * settings_.statusRate))) {
+  outer_.setParam("robot_description", urdfOf(scene, frames_));
 
   jointStatesOut_ = outer_.advertise<sensor_msgs::JointState>("joint_states", queueFor(settings_.rate));
   statusOut_ = inner_.advertise<SimStatus>("status", queueFor(settings_.statusRate));
@@ -72,8 +72,8 @@ Node::Node(const Scene& scene)
 
 void Node::serveTicks(const ros::SteadyTimerEvent&) {
   const double entered = elapsed();
-  if (pace_.giveUp(entered, next_, kPatience) > 0) {
-    ROS_WARN_THROTTLE(kWarningPeriod,
+  if (pace_.giveUp(entered, next_, patience) > 0) {
+    ROS_WARN_THROTTLE(warningPeriod,
                       "this machine cannot run this scene in real time at %g Hz: sim time is %.3f s "
                       "behind the wall clock",
                       settings_.rate, pace_.givenUp());
@@ -82,7 +82,7 @@ void Node::serveTicks(const ros::SteadyTimerEvent&) {
   const long long due = pace_.due(entered);
   while (next_ <= due && ros::ok()) {
     tick(next_++);
-    if (next_ <= due && elapsed() - entered > kCatchUp) {
+    if (next_ <= due && elapsed() - entered > catchUp) {
       ++overruns_;
       break;
     }

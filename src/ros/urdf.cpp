@@ -10,9 +10,9 @@ namespace planar_chain {
 namespace {
 
 // Sizes of what is drawn, in mean lengths of a link.
-constexpr double kWidth = 0.08;
-constexpr double kPinRadius = 0.055;
-constexpr double kComRadius = 0.06;
+constexpr double barWidth = 0.1;
+constexpr double pinRadius = 0.07;
+constexpr double comRadius = 0.08;
 
 std::string escaped(const std::string& text) {
   std::string out;
@@ -68,14 +68,14 @@ double offLine(const Link& link) {
 
 class Writer {
  public:
-  explicit Writer(const Scene& scene)
-      : scene_(scene), unit_(meanLength(scene.chain)), base_(escaped(scene.publish.baseFrame)) {}
+  Writer(const Scene& scene, const Frames& frames)
+      : chain_(scene.chain), frames_(frames), unit_(meanLength(scene.chain)) {}
 
   std::string text() {
     out_ << "<?xml version=\"1.0\"?>\n<robot name=\"planar_chain\">\n";
     materials();
     ground();
-    for (int i = 0; i < scene_.chain.size(); ++i) {
+    for (int i = 0; i < chain_.size(); ++i) {
       link(i);
       joint(i);
     }
@@ -85,11 +85,11 @@ class Writer {
 
  private:
   void materials() {
-    material("ground", "0.25 0.27 0.30 1");
-    material("pin", "0.16 0.18 0.22 1");
+    material("ground", "0.55 0.58 0.62 1");
+    material("pin", "0.80 0.82 0.85 1");
     material("com", "0.85 0.25 0.20 1");
-    material("even", "0.16 0.47 0.71 1");
-    material("odd", "0.95 0.62 0.15 1");
+    material("even", "0.20 0.55 0.85 1");
+    material("odd", "0.98 0.65 0.15 1");
   }
 
   void material(const char* name, const char* rgba) {
@@ -98,21 +98,21 @@ class Writer {
 
   /// A bracket above the ground pin, as deep as the bodies.
   void ground() {
-    const double w = kWidth * unit_;
-    out_ << "  <link name=\"" << base_ << "\">\n";
+    const double w = barWidth * unit_;
+    out_ << "  <link name=\"" << escaped(frames_.base) << "\">\n";
     visual({0, 1.25 * w}, 0, box(4 * w, w / 2, w), "ground");
     visual({0, 0.5 * w}, 0, box(w, w, w / 2), "ground");
     out_ << "  </link>\n";
   }
 
   void link(int i) {
-    const Link& body = scene_.chain.links()[static_cast<std::size_t>(i)];
+    const Link& body = chain_.links()[static_cast<std::size_t>(i)];
     const double l = length(body.pin);
-    const double w = kWidth * unit_;
+    const double w = barWidth * unit_;
     // Neighbours differ in depth too, so that faces which overlap at a pin do not flicker.
     const double depth = i % 2 == 0 ? w : 0.8 * w;
 
-    out_ << "  <link name=\"" << escaped(body.name) << "\">\n"
+    out_ << "  <link name=\"" << escaped(frames_.links[static_cast<std::size_t>(i)]) << "\">\n"
          << "    <inertial>\n"
          << "      <origin xyz=\"" << xyz(body.com) << "\" rpy=\"0 0 0\"/>\n"
          << "      <mass value=\"" << toText(body.mass) << "\"/>\n"
@@ -123,22 +123,21 @@ class Writer {
       visual(0.5 * body.pin, std::atan2(body.pin.y, body.pin.x), box(l, w, depth),
              i % 2 == 0 ? "even" : "odd");
     }
-    visual({0, 0}, 0, cylinder(kPinRadius * unit_, 1.3 * w), "pin");
-    if (offLine(body) > w / 2) visual(body.com, 0, sphere(kComRadius * unit_), "com");
+    visual({0, 0}, 0, cylinder(pinRadius * unit_, 1.3 * w), "pin");
+    if (offLine(body) > w / 2) visual(body.com, 0, sphere(comRadius * unit_), "com");
     out_ << "  </link>\n";
   }
 
   void joint(int i) {
     const auto at = static_cast<std::size_t>(i);
-    const Chain& chain = scene_.chain;
-    const std::string parent = i == 0 ? base_ : escaped(chain.links()[at - 1].name);
-    const Vec2d origin = i == 0 ? Vec2d{} : chain.links()[at - 1].pin;
-    out_ << "  <joint name=\"" << escaped(chain.joints()[at].name) << "\" type=\"continuous\">\n"
+    const std::string parent = escaped(i == 0 ? frames_.base : frames_.links[at - 1]);
+    const Vec2d origin = i == 0 ? Vec2d{} : chain_.links()[at - 1].pin;
+    out_ << "  <joint name=\"" << escaped(chain_.joints()[at].name) << "\" type=\"continuous\">\n"
          << "    <parent link=\"" << parent << "\"/>\n"
-         << "    <child link=\"" << escaped(chain.links()[at].name) << "\"/>\n"
+         << "    <child link=\"" << escaped(frames_.links[at]) << "\"/>\n"
          << "    <origin xyz=\"" << xyz(origin) << "\" rpy=\"0 0 0\"/>\n"
          << "    <axis xyz=\"0 0 1\"/>\n"
-         << "    <dynamics damping=\"" << toText(chain.joints()[at].damping) << "\" friction=\"0\"/>\n"
+         << "    <dynamics damping=\"" << toText(chain_.joints()[at].damping) << "\" friction=\"0\"/>\n"
          << "  </joint>\n";
   }
 
@@ -160,16 +159,16 @@ class Writer {
 
   static std::string sphere(double radius) { return "<sphere radius=\"" + toText(radius) + "\"/>"; }
 
-  const Scene& scene_;
+  const Chain& chain_;
+  const Frames& frames_;
   double unit_;  ///< mean length of a link, m
-  std::string base_;
   std::ostringstream out_;
 };
 
 }  // namespace
 
-std::string urdfOf(const Scene& scene) {
-  return Writer(scene).text();
+std::string urdfOf(const Scene& scene, const Frames& frames) {
+  return Writer(scene, frames).text();
 }
 
 }  // namespace planar_chain

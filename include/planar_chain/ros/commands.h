@@ -24,7 +24,7 @@ namespace planar_chain {
 class Commands {
  public:
   /// How many timed commands may be in force at once.
-  static constexpr int kCapacity = 256;
+  static constexpr int capacity = 256;
 
   /// Subscribes to ~joint_torques, ~joint_torque and ~link_force under `node`.
   Commands(ros::NodeHandle& node, Simulation& simulation);
@@ -40,13 +40,13 @@ class Commands {
   bool refused(const std::vector<Fault>& faults);
   double heldUntil() const;
 
-  static constexpr double kNever = -1;
+  static constexpr double never = -1;
 
   Simulation& simulation_;
   std::map<std::string, int> joints_, links_;  ///< index by name
-  double jointTorquesTaken_ = kNever;          ///< sim time of the last accepted message, s
-  double jointTorqueTaken_ = kNever;
-  double linkForceTaken_ = kNever;
+  double jointTorquesTaken_ = never;           ///< sim time of the last accepted message, s
+  double jointTorqueTaken_ = never;
+  double linkForceTaken_ = never;
   std::uint64_t rejected_ = 0;
   std::string lastRejection_;
   std::vector<ros::Subscriber> subscribers_;

@@ -18,7 +18,7 @@ struct Frames {
 
 /// Without publish/frame_prefix the prefix is the node's namespace, such as "left/", and nothing in
 /// the root namespace.
-/// @throws Refused frames that would bear the same name, and names that begin with "/".
+/// @throws Refused a world frame that bears the name of another.
 Frames framesOf(const Scene& scene, const std::string& nodeNamespace);
 
 }  // namespace planar_chain

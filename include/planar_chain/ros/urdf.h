@@ -4,14 +4,16 @@
 
 #include <string>
 
+#include "planar_chain/ros/frames.h"
 #include "planar_chain/scene.h"
 
 namespace planar_chain {
 
-/// The root is publish.baseFrame; every link's frame sits at its inner pin, and its continuous joint
-/// (axis +z, the scene's damping) at the outer pin of the link before. What URDF has no word for is
-/// left out: springs, loads, gravity. An inertia I about +z is written as a plane body's: izz = I,
-/// ixx = iyy = I/2. Names are without frame prefix.
-std::string urdfOf(const Scene& scene);
+/// The root is the base frame; every link's frame sits at its inner pin, and its continuous joint (axis
+/// +z, the scene's damping) at the outer pin of the link before. Links bear the names of their frames on
+/// /tf, prefix and all, so that rviz finds them without further settings; joints are named as on
+/// joint_states. What URDF has no word for is left out: springs, loads, gravity. An inertia I about +z is
+/// written as a plane body's: izz = I, ixx = iyy = I/2.
+std::string urdfOf(const Scene& scene, const Frames& frames);
 
 }  // namespace planar_chain
