@@ -10,9 +10,9 @@ namespace planar_chain {
 namespace {
 
 // Sizes of what is drawn, in mean lengths of a link.
-constexpr double barWidth = 0.1;
-constexpr double pinRadius = 0.07;
-constexpr double comRadius = 0.08;
+constexpr double barWidth = 0.08;
+constexpr double pinRadius = 0.06;
+constexpr double comRadius = 0.07;
 
 std::string escaped(const std::string& text) {
   std::string out;

@@ -1,0 +1,168 @@
+#!/usr/bin/python3
+"""Commands: what the real rostopic publishes acts as M q̈ = f says, exactly as long as it should; what is
+wrong with a command changes nothing and is counted."""
+
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import Point, Vector3
+from planar_chain.msg import JointTorque, LinkForce, SimStatus
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from ros_node import LIMIT, Listener, Node, ROD_INERTIA, Running, nanoseconds, rod
+
+NAN = float('nan')
+
+
+def publisher(topic, message_type):
+    """A publisher that the node has connected to."""
+    out = rospy.Publisher(topic, message_type, queue_size=1000)
+    connected = rospy.Time.now() + rospy.Duration(LIMIT)
+    poll = rospy.Rate(100)
+    while out.get_num_connections() == 0:
+        if rospy.Time.now() > connected:
+            raise AssertionError('nobody takes ' + topic)
+        poll.sleep()
+    return out
+
+
+class Commands(unittest.TestCase):
+    def setUp(self):
+        self.states = Listener('/joint_states', JointState)
+        self.statuses = Listener('/planar_chain/status', SimStatus)
+
+    def tearDown(self):
+        self.states.close()
+        self.statuses.close()
+
+    def seconds_between(self, i, j):
+        return (nanoseconds(self.states.messages[j]) - nanoseconds(self.states.messages[i])) * 1e-9
+
+    def assert_constant_torque(self, first, last, torque):
+        """From state `first` to state `last` the rod gains the speed that the torque gives it."""
+        speed = self.states.messages[first].velocity[0]
+        for i in range(first, last + 1):
+            expected = speed + torque / ROD_INERTIA * self.seconds_between(first, i)
+            # Stamps are whole ns.
+            self.assertAlmostEqual(self.states.messages[i].velocity[0], expected, delta=2e-9)
+
+    def test_held_torque_from_rostopic_accelerates_as_the_equation_says(self):
+        with Node(rod()):
+            with Running('rostopic', 'pub', '/planar_chain/joint_torques',
+                         'std_msgs/Float64MultiArray', '{data: [0.31]}'):
+                first = self.states.wait_for(lambda state: state.effort[0] == 0.31)
+            self.states.wait_for_count(first + 100)
+            # In force since the state before the first that shows it.
+            self.assertEqual(self.states.messages[first - 1].velocity[0], 0.0)
+            self.assert_constant_torque(first - 1, first + 99, 0.31)
+
+    def test_a_held_torque_lapses_after_the_command_timeout(self):
+        with Node(rod(command_timeout=0.2)):
+            with Running('rostopic', 'pub', '/planar_chain/joint_torques',
+                         'std_msgs/Float64MultiArray', '{data: [0.31]}'):
+                first = self.states.wait_for(lambda state: state.effort[0] == 0.31)
+            after = self.states.wait_for(lambda state: state.effort[0] == 0, first)
+            self.states.wait_for_count(after + 20)
+            self.assert_constant_torque(after, after + 19, 0.0)
+            self.assertAlmostEqual(self.states.messages[after].velocity[0],
+                                   0.31 / ROD_INERTIA * 0.2, delta=1e-9)
+            late = self.statuses.wait_for(lambda status: status.joint_torques_age > 0.2)
+            self.assertEqual(self.statuses.messages[late].joint_torque_age, -1)
+
+    def test_a_timed_torque_adds_for_exactly_its_duration(self):
+        with Node(rod()):
+            held = publisher('/planar_chain/joint_torques', Float64MultiArray)
+            timed = publisher('/planar_chain/joint_torque', JointTorque)
+            held.publish(data=[0.1])
+            first = self.states.wait_for(lambda state: state.effort[0] == 0.1)
+            # 0.123 s is no multiple of the tick.
+            timed.publish(joint='rod_joint', torque=0.5, duration=0.123)
+            both = self.states.wait_for(lambda state: state.effort[0] > 0.5, first)
+            after = self.states.wait_for(lambda state: state.effort[0] == 0.1, both)
+            gained = self.states.messages[after].velocity[0]
+            steady = 0.1 / ROD_INERTIA * self.seconds_between(first - 1, after)
+            self.assertAlmostEqual(gained - steady, 0.5 * 0.123 / ROD_INERTIA, delta=3e-9)
+
+    def test_a_force_pulse_gives_its_exact_impulse(self):
+        with Node(rod()):
+            # So weak that the rod turns by 2.5e-5 rad meanwhile: the arm stays 1 m within 1e-9.
+            force, before = 0.005 * ROD_INERTIA, self.states
+            before.wait_for_count(2)
+            with Running('rostopic', 'pub', '/planar_chain/link_force', 'planar_chain/LinkForce',
+                         '{link: rod, point: {x: 1.0}, force: {y: %r}, duration: 0.1}' % force):
+                first = before.wait_for(lambda state: state.velocity[0] > 0)
+            last = self.states.wait_for(
+                lambda state: state.header.stamp.to_sec() > 0.15 + first_stamp(before, first))
+            speed = self.states.messages[last].velocity[0]
+            self.assertAlmostEqual(speed / (force * 1.0 * 0.1 / ROD_INERTIA), 1, delta=1e-9)
+
+    def test_a_moment_turns_the_link_it_acts_on(self):
+        with Node(rod()):
+            out = publisher('/planar_chain/link_force', LinkForce)
+            out.publish(link='rod', moment=31.0, duration=0.1)
+            first = self.states.wait_for(lambda state: state.velocity[0] > 0)
+            last = self.states.wait_for(
+                lambda state: state.header.stamp.to_sec() > 0.15 + first_stamp(self.states, first))
+            self.assertAlmostEqual(self.states.messages[last].velocity[0],
+                                   31.0 * 0.1 / ROD_INERTIA, delta=1e-9)
+
+    def test_a_wrong_command_changes_nothing_and_is_counted(self):
+        with Node(rod()):
+            torques = publisher('/planar_chain/joint_torques', Float64MultiArray)
+            torque = publisher('/planar_chain/joint_torque', JointTorque)
+            force = publisher('/planar_chain/link_force', LinkForce)
+            torques.publish(data=[0.31])
+            first = self.states.wait_for(lambda state: state.effort[0] == 0.31)
+
+            def wrong_force(**parts):
+                return force, LinkForce(**dict({'link': 'rod', 'force': Vector3(0, 1, 0)}, **parts))
+
+            wrong = [
+                ((torques, Float64MultiArray(data=[NAN])), 'joint_torques/data[0]', 'nan'),
+                ((torques, Float64MultiArray(data=[1, 2])), 'expected 1 torques', 'got 2'),
+                ((torques, Float64MultiArray(data=[])), 'expected 1 torques', 'got 0'),
+                ((torque, JointTorque('elbow', 1, 0)), 'expected one of rod_joint', 'got "elbow"'),
+                ((torque, JointTorque('rod_joint', NAN, 0)), 'joint_torque/torque', 'got nan'),
+                ((torque, JointTorque('rod_joint', 1, -1)), 'joint_torque/duration', 'got -1'),
+                ((torque, JointTorque('rod_joint', 1, NAN)), 'joint_torque/duration', 'got nan'),
+                (wrong_force(link='arm'), 'expected one of rod', 'got "arm"'),
+                (wrong_force(force=Vector3(0, NAN, 0)), 'link_force/force/y', 'got nan'),
+                (wrong_force(force=Vector3(0, 1, 2)), 'link_force/force/z: expected 0', 'got 2'),
+                (wrong_force(point=Point(0, 0, NAN)), 'link_force/point/z: expected 0', 'got nan'),
+                (wrong_force(moment=float('inf')), 'link_force/moment', 'got inf'),
+                (wrong_force(duration=-0.5), 'link_force/duration', 'got -0.5'),
+            ]
+            for count, ((out, message), expected, found) in enumerate(wrong, 1):
+                out.publish(message)
+                at = self.statuses.wait_for(lambda status: status.rejected_commands >= count)
+                status = self.statuses.messages[at]
+                self.assertEqual(status.rejected_commands, count)
+                self.assertIn(expected, status.last_rejection)
+                self.assertIn(found, status.last_rejection)
+            # What was held before is what acts, from the first command to this moment.
+            last = len(self.states.messages) - 1
+            self.assert_constant_torque(first - 1, last, 0.31)
+            self.assertEqual({state.effort[0] for state in self.states.messages[first:last]}, {0.31})
+
+    def test_more_timed_commands_than_there_is_room_for_are_refused(self):
+        with Node(rod()):
+            out = publisher('/planar_chain/joint_torque', JointTorque)
+            for _ in range(256):
+                out.publish(joint='rod_joint', torque=0.001, duration=1000)
+            full = self.states.wait_for(lambda state: abs(state.effort[0] - 0.256) < 1e-9)
+            out.publish(joint='rod_joint', torque=0.001, duration=1000)
+            at = self.statuses.wait_for(lambda status: status.rejected_commands == 1)
+            self.assertIn('at most 256', self.statuses.messages[at].last_rejection)
+            self.states.wait_for_count(full + 100)
+            self.assertAlmostEqual(self.states.messages[-1].effort[0], 0.256, delta=1e-9)
+
+
+def first_stamp(states, index):
+    return states.messages[index].header.stamp.to_sec()
+
+
+if __name__ == '__main__':
+    rospy.init_node('ros_commands', anonymous=True)
+    rostest.rosrun('planar_chain', 'ros_commands', Commands)
