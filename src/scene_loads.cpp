@@ -107,6 +107,7 @@ std::vector<Load> readLoads(const Value* value, const ChainNames* names, std::ve
                      {"link", "force", "point", "moment", "joint", "torque", "frequency", "phase", "times",
                       "values", "start", "stop"},
                      faults);
+    if (!entry.map()) continue;
     Load load;
     load.name = name;
     takeAction(in, names, load);

@@ -16,10 +16,10 @@ struct Arguments {
   std::string scene;
   std::string duration;
   std::string rate = "100";
-  std::string method;
-  std::string tolerance;
-  std::string step;
-  std::string csv;
+  std::optional<std::string> method;
+  std::optional<std::string> tolerance;
+  std::optional<std::string> step;
+  std::optional<std::string> csv;
 };
 
 void declare(CLI::App& app, Arguments& to) {
@@ -179,10 +179,10 @@ void writeSummary(const Simulation& simulation) {
 // ---- The run ---------------------------------------------------------------------------------
 
 /// What the arguments override, put where the scene would say it: one reader judges both.
-void override(Value& scene, const char* key, const std::string& given) {
-  if (given.empty() || !scene.map()) return;
+void override(Value& scene, const char* key, const std::optional<std::string>& given) {
+  if (!given || !scene.map()) return;
   Value& integrator = scene.map()->try_emplace("integrator", Value::Map()).first->second;
-  if (integrator.map()) (*integrator.map())[key] = given;
+  if (integrator.map()) (*integrator.map())[key] = *given;
 }
 
 int simulate(int argc, char** argv) {
@@ -202,8 +202,8 @@ int simulate(int argc, char** argv) {
 
   Simulation simulation(scene);
   std::optional<Csv> csv;
-  if (!given.csv.empty()) {
-    csv.emplace(given.csv, given.scene);
+  if (given.csv) {
+    csv.emplace(*given.csv, given.scene);
     csv->header(scene.chain);
   }
 
