@@ -6,6 +6,10 @@ namespace planar_chain {
 
 namespace {
 
+std::size_t index(int j) {
+  return static_cast<std::size_t>(j);
+}
+
 /// q_i = θ_i − θ_{i−1}, and likewise the rates.
 double relative(const double* absolute, int i) {
   return i > 0 ? absolute[i] - absolute[i - 1] : absolute[0];
@@ -20,7 +24,7 @@ void addJointTorque(double tau, int i, double* N) {
 }  // namespace
 
 Dynamics::Dynamics(const Chain& chain, Loads& loads)
-    : chain_(chain), loads_(loads), n_(chain.size()), works_(0), articulated_(chain) {
+    : chain_(chain), loads_(loads), n_(chain.size()), works_(0), articulated_(chain), linearized_(chain) {
   for (int i = 0; i < n_; ++i) {
     const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
     if (joint.stiffness > 0) springs_.push_back({i, joint.stiffness, joint.restAngle});
@@ -28,29 +32,38 @@ Dynamics::Dynamics(const Chain& chain, Loads& loads)
   }
   if (!dampers_.empty() || !loads.empty()) works_ = 2;
 
-  const auto n = static_cast<std::size_t>(n_);
+  const auto n = index(n_);
   e_.resize(n);
   N_.resize(n);
   alpha_.resize(n);
+  omegaAt_.resize(n);
+  kAt_.resize(n);
+  dAt_.resize(n);
+  eAt_.resize(n);
   if (loads.mayPush()) {
     F_.resize(n);
     pinVelocity_.resize(n);
+    XF_.resize(n);
+  }
+  for (const Spring& spring : springs_) kAt_[index(spring.joint)] = spring.k;
+  for (const Damper& damper : dampers_) dAt_[index(damper.joint)] = damper.d;
+}
+
+void Dynamics::findPinVelocities(const Rotation<double>* e, const double* omega) {
+  Vec2d v;
+  for (int j = 0; j < loads_.reach(); ++j) {
+    pinVelocity_[index(j)] = v;
+    v += omega[j] * perp(e[j] * chain_.links()[index(j)].pin);
   }
 }
 
 Dynamics::Powers Dynamics::gather(double t, const double* theta, const double* omega) {
-  for (int j = 0; j < n_; ++j) e_[static_cast<std::size_t>(j)] = Rotation<double>::of(theta[j]);
+  for (int j = 0; j < n_; ++j) e_[index(j)] = Rotation<double>::of(theta[j]);
 
   // Loads: forces, moments and torques, and what they supply.
   std::fill(N_.begin(), N_.end(), 0.0);
-  const int reach = loads_.reach();
-  if (reach > 0) std::fill(F_.begin(), F_.end(), Vec2d{});
-  Vec2d v;
-  for (int j = 0; j < reach; ++j) {
-    const auto i = static_cast<std::size_t>(j);
-    pinVelocity_[i] = v;
-    v += omega[j] * perp(e_[i] * chain_.links()[i].pin);
-  }
+  if (loads_.reach() > 0) std::fill(F_.begin(), F_.end(), Vec2d{});
+  findPinVelocities(e_.data(), omega);
   Powers powers{loads_.apply(t, e_.data(), omega, pinVelocity_.data(), N_.data(), F_.data()), 0};
 
   // Springs −k (q − q0) and dampers −d q̇.
@@ -72,23 +85,79 @@ void Dynamics::derivative(double t, const double* y, double* dydt) {
   const double* omega = y + n_;
   const Powers powers = gather(t, theta, omega);
   std::copy(omega, omega + n_, dydt);
-  articulated_.accelerations(e_.data(), omega, N_.data(), forces(), dydt + n_);
+  articulated_.accelerations(e_.data(), omega, N_.data(), forces(), -1.0 * chain_.gravity(), dydt + n_);
   if (works_ > 0) {
     dydt[2 * n_] = powers.supplied;
     dydt[2 * n_ + 1] = powers.dissipated;
   }
 }
 
+void Dynamics::linearize(double t, const double* y, double* dydt) {
+  derivative(t, y, dydt);
+  tAt_ = t;
+  std::copy(y + n_, y + 2 * n_, omegaAt_.begin());
+  std::copy(e_.begin(), e_.end(), eAt_.begin());
+  const bool pushed = loads_.reach() > 0;
+  if (pushed) {
+    std::fill(XF_.begin(), XF_.end(), 0.0);
+    loads_.addStiffness(t, e_.data(), XF_.data());
+  }
+  linearized_.linearize(e_.data(), y + n_, dydt + n_, forces(), pushed ? XF_.data() : nullptr, kAt_.data(),
+                        dAt_.data());
+}
+
+bool Dynamics::timeDerivative(double* ft) {
+  if (!loads_.varies()) return false;
+  // M ∂α/∂t = ∂f/∂t: the recursion without gravity and at rest.
+  std::fill(N_.begin(), N_.end(), 0.0);
+  if (loads_.reach() > 0) std::fill(F_.begin(), F_.end(), Vec2d{});
+  findPinVelocities(eAt_.data(), omegaAt_.data());
+  const double power =
+      loads_.applyRates(tAt_, eAt_.data(), omegaAt_.data(), pinVelocity_.data(), N_.data(), F_.data());
+  std::fill(ft, ft + 2 * n_, 0.0);
+  articulated_.accelerations(eAt_.data(), ft, N_.data(), forces(), {}, ft + n_);
+  ft[2 * n_] = power;
+  ft[2 * n_ + 1] = 0;
+  return true;
+}
+
+void Dynamics::factor(double s) {
+  s_ = s;
+  linearized_.factor(s);
+}
+
+void Dynamics::solve(const double* rhs, double* x) {
+  double* u = x;
+  double* v = x + n_;
+  linearized_.solve(rhs, rhs + n_, u, v);
+  if (works_ == 0) return;
+
+  // s x_W = rhs_W + the change of the powers along (u, v).
+  Vec2d change;
+  for (int j = 0; j < loads_.reach(); ++j) {
+    pinVelocity_[index(j)] = change;
+    const Vec2d P = eAt_[index(j)] * chain_.links()[index(j)].pin;
+    change += v[j] * perp(P) - (omegaAt_[index(j)] * u[j]) * P;
+  }
+  const double supplied = loads_.powerAlong(tAt_, eAt_.data(), omegaAt_.data(), u, v, pinVelocity_.data());
+  double dissipated = 0;
+  for (const Damper& damper : dampers_) {
+    dissipated += 2 * damper.d * relative(omegaAt_.data(), damper.joint) * relative(v, damper.joint);
+  }
+  x[2 * n_] = (rhs[2 * n_] + supplied) / s_;
+  x[2 * n_ + 1] = (rhs[2 * n_ + 1] + dissipated) / s_;
+}
+
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   const double* theta = y;
   const double* omega = y + n_;
   gather(t, theta, omega);
-  articulated_.accelerations(e_.data(), omega, N_.data(), forces(), alpha_.data());
+  articulated_.accelerations(e_.data(), omega, N_.data(), forces(), -1.0 * chain_.gravity(), alpha_.data());
 
   // Outwards: positions, velocities, accelerations of the pins and of the centres of mass.
   Vec2d x, v, a;
   for (int j = 0; j < n_; ++j) {
-    const auto i = static_cast<std::size_t>(j);
+    const auto i = index(j);
     const double w = omega[j];
     const Vec2d R = e_[i] * chain_.links()[i].com;
     const Vec2d P = e_[i] * chain_.links()[i].pin;
@@ -108,7 +177,7 @@ void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   // Inwards: F_pin,j = m (a_j − g) − F_j + F_pin,j+1.
   Vec2d next;
   for (int j = n_ - 1; j >= 0; --j) {
-    const auto i = static_cast<std::size_t>(j);
+    const auto i = index(j);
     next += chain_.links()[i].mass * (motions[j].acceleration - chain_.gravity());
     if (forces()) next -= F_[i];
     motions[j].pinForce = next;

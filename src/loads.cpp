@@ -128,6 +128,7 @@ void Loads::enter(double t) {
 }
 
 void Loads::evaluateFactors(double t) {
+  factors_[0] = 1;
   for (const SineFactor& sine : sines_) {
     factors_[static_cast<std::size_t>(sine.factor)] = std::sin(sine.pulsation * t + sine.phase);
   }
@@ -136,12 +137,20 @@ void Loads::evaluateFactors(double t) {
   }
 }
 
-double Loads::apply(double t, const Rotation<double>* e, const double* omega, const Vec2d* pinVelocity,
-                    double* N, Vec2d* F) {
-  evaluateFactors(t);
+void Loads::evaluateRates(double t) {
+  factors_[0] = 0;
+  for (const SineFactor& sine : sines_) {
+    factors_[static_cast<std::size_t>(sine.factor)] =
+        sine.pulsation * std::cos(sine.pulsation * t + sine.phase);
+  }
+  for (const LineFactor& line : lines_) factors_[static_cast<std::size_t>(line.factor)] = line.slope;
+}
+
+double Loads::applyFactors(const Rotation<double>* e, const double* omega, const Vec2d* pinVelocity,
+                           double* N, Vec2d* F) const {
   double power = 0;
   for (const JointTerm& term : jointTerms_) {
-    const double tau = factors_[static_cast<std::size_t>(term.factor)] * term.torque;
+    const double tau = times(term.factor, term.torque);
     const int i = term.joint;
     N[i] += tau;
     power += tau * omega[i];
@@ -165,11 +174,46 @@ double Loads::apply(double t, const Rotation<double>* e, const double* omega, co
   return power;
 }
 
+double Loads::apply(double t, const Rotation<double>* e, const double* omega, const Vec2d* pinVelocity,
+                    double* N, Vec2d* F) {
+  evaluateFactors(t);
+  return applyFactors(e, omega, pinVelocity, N, F);
+}
+
+double Loads::applyRates(double t, const Rotation<double>* e, const double* omega, const Vec2d* pinVelocity,
+                         double* N, Vec2d* F) {
+  evaluateRates(t);
+  return applyFactors(e, omega, pinVelocity, N, F);
+}
+
+void Loads::addStiffness(double t, const Rotation<double>* e, double* XF) {
+  evaluateFactors(t);
+  for (const BodyTerm& term : bodyTerms_) {
+    XF[term.body] += times(term.factor, dot(e[term.body] * term.point, term.force));
+  }
+}
+
+double Loads::powerAlong(double t, const Rotation<double>* e, const double* omega, const double* u,
+                         const double* v, const Vec2d* pinVelocityChange) {
+  evaluateFactors(t);
+  double change = 0;
+  for (const JointTerm& term : jointTerms_) {
+    const int i = term.joint;
+    change += times(term.factor, term.torque) * (i > 0 ? v[i] - v[i - 1] : v[0]);
+  }
+  for (const BodyTerm& term : bodyTerms_) {
+    const int j = term.body;
+    const Vec2d X = e[j] * term.point;
+    double rate = (term.moment + cross(X, term.force)) * v[j] - dot(X, term.force) * omega[j] * u[j];
+    if (j < reach_) rate += dot(term.force, pinVelocityChange[j]);
+    change += times(term.factor, rate);
+  }
+  return change;
+}
+
 void Loads::addJointTorques(double t, double* tau) {
   evaluateFactors(t);
-  for (const JointTerm& term : jointTerms_) {
-    tau[term.joint] += factors_[static_cast<std::size_t>(term.factor)] * term.torque;
-  }
+  for (const JointTerm& term : jointTerms_) tau[term.joint] += times(term.factor, term.torque);
 }
 
 void Loads::holdTorque(int joint, double torque, double until) {

@@ -51,7 +51,7 @@ struct Simulation::Parts {
         n(given.chain.size()),
         loads(scene, commandCapacity),
         dynamics(scene.chain, loads),
-        method(ode::makeMethod(given.integrator.method, dynamics.size(), given.integrator.step,
+        method(ode::makeMethod(given.integrator.method, dynamics, given.integrator.step,
                                toleranceOf(given.integrator.tolerance, n))),
         state(dynamics.size()),
         q(static_cast<std::size_t>(n)),
@@ -120,8 +120,7 @@ bool Simulation::advanceTo(double t) {
   if (!p.fault.empty()) return false;
   while (p.state.t < t) {
     const double end = std::min(t, p.loads.until());
-    const ode::Outcome outcome =
-        p.method.integrator->integrate(p.dynamics, p.state, end, p.loads.longestStep());
+    const ode::Outcome outcome = p.method.integrator->integrate(p.state, end, p.loads.longestStep());
     if (outcome != ode::Outcome::arrived) {
       p.fail(outcome);
       break;

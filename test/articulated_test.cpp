@@ -63,9 +63,10 @@ TEST(Articulated, KeepsItsDigitsOnAStraightChainOfAThousand) {
     eLong.push_back({static_cast<long double>(e.back().c), static_cast<long double>(e.back().s)});
     omegaLong[static_cast<std::size_t>(i)] = omega[static_cast<std::size_t>(i)] = random.between(-1, 1);
   }
-  Articulated<double>(chain).accelerations(e.data(), omega.data(), N.data(), nullptr, alpha.data());
+  Articulated<double>(chain).accelerations(e.data(), omega.data(), N.data(), nullptr, {0, 9.81},
+                                           alpha.data());
   Articulated<long double>(chain).accelerations(eLong.data(), omegaLong.data(), NLong.data(), nullptr,
-                                                alphaLong.data());
+                                                {0, 9.81L}, alphaLong.data());
   long double worst = 0, size = 0;
   for (std::size_t i = 0; i < n; ++i) {
     worst = std::max(worst, std::abs(alphaLong[i] - static_cast<long double>(alpha[i])));

@@ -40,9 +40,7 @@ template <class Real = double>
 class Articulated {
  public:
   explicit Articulated(const Chain& chain)
-      : bodies_(static_cast<std::size_t>(chain.size())),
-        handles_(static_cast<std::size_t>(chain.size())),
-        minusG_{-Real(chain.gravity().x), -Real(chain.gravity().y)} {
+      : bodies_(static_cast<std::size_t>(chain.size())), handles_(static_cast<std::size_t>(chain.size())) {
     for (std::size_t j = 0; j < bodies_.size(); ++j) {
       const Link& link = chain.links()[j];
       bodies_[j] = {Real(link.mass),
@@ -55,15 +53,16 @@ class Articulated {
   int size() const { return static_cast<int>(bodies_.size()); }
 
   /// e: exp(i θ_j); omega: ω_j, rad/s; N: N m; F: outer forces without gravity, N, ground components, or
-  /// nullptr where there are none; alpha: the result, rad/s². Each of size n. Allocates nothing.
+  /// nullptr where there are none; alpha: the result, rad/s². Each of size n. ground: acceleration of the
+  /// ground pin less gravity, m/s². Allocates nothing.
   void accelerations(const Rotation<Real>* e, const Real* omega, const Real* N, const Vec2<Real>* F,
-                     Real* alpha) {
+                     Vec2<Real> ground, Real* alpha) {
     if (F) {
       inwards<true>(e, omega, N, F);
     } else {
       inwards<false>(e, omega, N, F);
     }
-    outwards(e, omega, alpha);
+    outwards(e, omega, ground, alpha);
   }
 
  private:
@@ -99,8 +98,7 @@ class Articulated {
     }
   }
 
-  void outwards(const Rotation<Real>* e, const Real* omega, Real* alpha) const {
-    Vec2<Real> a = minusG_;
+  void outwards(const Rotation<Real>* e, const Real* omega, Vec2<Real> a, Real* alpha) const {
     for (int j = 0; j < size(); ++j) {
       const Handle& handle = handles_[static_cast<std::size_t>(j)];
       const Vec2<Real> P = e[j] * bodies_[static_cast<std::size_t>(j)].p;
@@ -111,7 +109,6 @@ class Articulated {
 
   std::vector<Body<Real>> bodies_;
   std::vector<Handle> handles_;
-  Vec2<Real> minusG_;
 };
 
 }  // namespace planar_chain

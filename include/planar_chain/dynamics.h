@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "planar_chain/articulated.h"
+#include "planar_chain/linearized.h"
 #include "planar_chain/loads.h"
 #include "planar_chain/motion.h"
 #include "planar_chain/ode/system.h"
@@ -19,7 +20,7 @@
 
 namespace planar_chain {
 
-class Dynamics : public ode::System {
+class Dynamics : public ode::LinearizedSystem {
  public:
   /// Both must outlive this object.
   Dynamics(const Chain& chain, Loads& loads);
@@ -28,6 +29,10 @@ class Dynamics : public ode::System {
   /// How many components are works, behind the angles and rates: 0 or 2.
   int works() const { return works_; }
   void derivative(double t, const double* y, double* dydt) override;
+  void linearize(double t, const double* y, double* dydt) override;
+  bool timeDerivative(double* ft) override;
+  void factor(double s) override;
+  void solve(const double* rhs, double* x) override;
   long long evaluations() const { return evaluations_; }
 
   /// See simulation.h; y and dydt = f(t, y).
@@ -49,6 +54,7 @@ class Dynamics : public ode::System {
     double supplied, dissipated;
   };
   Powers gather(double t, const double* theta, const double* omega);
+  void findPinVelocities(const Rotation<double>* e, const double* omega);
   const Vec2d* forces() const { return loads_.reach() > 0 ? F_.data() : nullptr; }
 
   const Chain& chain_;
@@ -62,6 +68,12 @@ class Dynamics : public ode::System {
   std::vector<double> N_, alpha_;
   std::vector<Vec2d> F_, pinVelocity_;
   long long evaluations_ = 0;
+
+  /// The state of the last linearize() and what J holds there.
+  Linearized<double> linearized_;
+  double tAt_ = 0, s_ = 0;
+  std::vector<double> omegaAt_, kAt_, dAt_, XF_;
+  std::vector<Rotation<double>> eAt_;
 };
 
 }  // namespace planar_chain

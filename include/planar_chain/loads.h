@@ -38,6 +38,18 @@ class Loads {
   /// time t, and returns its power, W. pinVelocity: of the first reach() inner pins. Allocates nothing.
   double apply(double t, const Rotation<double>* e, const double* omega, const Vec2d* pinVelocity, double* N,
                Vec2d* F);
+  /// The same for the rates of change with time alone, bodies and velocities held: ∂N/∂t, ∂F/∂t and the
+  /// returned ∂power/∂t.
+  double applyRates(double t, const Rotation<double>* e, const double* omega, const Vec2d* pinVelocity,
+                    double* N, Vec2d* F);
+  /// True when what acts changes with time.
+  bool varies() const { return !sines_.empty() || !lines_.empty(); }
+  /// Adds Σ X·F of each body to XF (n): how the moments of the forces change when bodies turn.
+  void addStiffness(double t, const Rotation<double>* e, double* XF);
+  /// The power's derivative along (u, v), changes of the angles and rates; du of the first reach() inner
+  /// pins' velocities.
+  double powerAlong(double t, const Rotation<double>* e, const double* omega, const double* u,
+                    const double* v, const Vec2d* pinVelocityChange);
   /// Adds to tau (n) the torques of loads and commands in the joints.
   void addJointTorques(double t, double* tau);
 
@@ -90,6 +102,10 @@ class Loads {
   bool acts(const Window& window, double t);
   int factorOf(const TimeLaw& law, double t);
   void evaluateFactors(double t);
+  void evaluateRates(double t);
+  double applyFactors(const Rotation<double>* e, const double* omega, const Vec2d* pinVelocity, double* N,
+                      Vec2d* F) const;
+  double times(int factor, double value) const { return factors_[static_cast<std::size_t>(factor)] * value; }
   void addBodyTerm(const BodyTerm& term);
 
   int size_;

@@ -28,7 +28,7 @@ class FixedSteps : public Integrator {
  public:
   FixedSteps(std::unique_ptr<Stepper> stepper, double h) : stepper_(std::move(stepper)), h_(h) {}
 
-  Outcome integrate(System& f, State& state, double end, double /*longestStep*/) override {
+  Outcome integrate(State& state, double end, double /*longestStep*/) override {
     // Time from the index: t = start + k span/steps. A span that is a whole number of steps but for rounding
     // is that number.
     const double start = state.t;
@@ -37,7 +37,7 @@ class FixedSteps : public Integrator {
     for (double k = 1; state.t < end; ++k) {
       const double next = k < steps ? start + span * (k / steps) : end;
       if (next <= state.t) return Outcome::stepTooSmall;
-      stepper_->step(f, state.t, next - state.t, state.y);
+      stepper_->step(state.t, next - state.t, state.y);
       if (!take(state, next, stepper_->increment())) return Outcome::notFinite;
       stepper_->accept();
       ++count_.accepted;
@@ -67,17 +67,17 @@ class AdaptiveSteps : public Integrator {
     exponent_ = 1.0 / stepper_->errorOrder();
   }
 
-  Outcome integrate(System& f, State& state, double end, double longestStep) override {
+  Outcome integrate(State& state, double end, double longestStep) override {
     bool finite = true;
     while (state.t < end) {
-      if (h_ <= 0) h_ = std::min(firstStep(f, state, end - state.t), longestStep);
+      if (h_ <= 0) h_ = std::min(firstStep(state, end - state.t), longestStep);
       const double next = landing(state.t, end, std::min(h_, longestStep));
       const double h = next - state.t;
       if (!(h > 4 * std::numeric_limits<double>::epsilon() * std::abs(state.t)) || h < tiny) {
         if (next < end) return finite ? Outcome::stepTooSmall : Outcome::notFinite;
       }
 
-      stepper_->step(f, state.t, h, state.y);
+      stepper_->step(state.t, h, state.y);
       const double error = errorNorm(state.y, h);
       finite = std::isfinite(error) && stepper_->increment().allFinite();
       if (finite && error <= 1 && take(state, next, stepper_->increment())) {
@@ -147,8 +147,8 @@ class AdaptiveSteps : public Integrator {
   }
 
   /// A step whose explicit Euler error is small: h² |ÿ| about 1 % of the scale, then adapted to the order.
-  double firstStep(System& f, const State& state, double left) {
-    const Eigen::VectorXd& slope = stepper_->derivative(f, state.t, state.y);
+  double firstStep(const State& state, double left) {
+    const Eigen::VectorXd& slope = stepper_->derivative(state.t, state.y);
     const auto norm = [&](auto component) {
       double worst = 0;
       for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {
@@ -161,7 +161,7 @@ class AdaptiveSteps : public Integrator {
     const double d1 = norm([&](Eigen::Index i) { return slope[i]; });
     const double h0 = std::min(left, d0 > 1e-5 && d1 > 1e-5 ? 0.01 * d0 / d1 : 1e-6);
     trial_ = state.y + h0 * slope;
-    f.derivative(state.t + h0, trial_.data(), trialDerivative_.data());
+    stepper_->system().derivative(state.t + h0, trial_.data(), trialDerivative_.data());
     const double d2 = norm([&](Eigen::Index i) { return (trialDerivative_[i] - slope[i]) / h0; });
     const double most = std::max(d1, d2);
     const double h1 = most > 1e-15 ? std::pow(0.01 / most, exponent_) : std::max(1e-6, 1e-3 * h0);

@@ -9,15 +9,16 @@ namespace planar_chain::ode {
 
 class ExplicitRungeKutta : public Stepper {
  public:
-  /// size: components of y. Keeps a copy of the table.
-  ExplicitRungeKutta(const Tableau& table, int size);
+  /// f must outlive the stepper; the table is copied.
+  ExplicitRungeKutta(const Tableau& table, System& f);
 
   const char* name() const override { return table_.name; }
   int order() const override { return table_.order; }
   int errorOrder() const override { return table_.errorOrder; }
 
-  const Eigen::VectorXd& derivative(System& f, double t, const Eigen::VectorXd& y) override;
-  void step(System& f, double t, double h, const Eigen::VectorXd& y) override;
+  System& system() override { return f_; }
+  const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) override;
+  void step(double t, double h, const Eigen::VectorXd& y) override;
   const Eigen::VectorXd& increment() const override { return increment_; }
   const Eigen::VectorXd& error() const override { return error_; }
   void accept() override;
@@ -28,8 +29,9 @@ class ExplicitRungeKutta : public Stepper {
   void combine(double h, const std::vector<double>& weights, Eigen::VectorXd& out) const;
 
   Tableau table_;
+  System& f_;
   std::vector<Eigen::VectorXd> k_;
-  Eigen::VectorXd stage_, increment_, error_;
+  Eigen::VectorXd stage_, increment_, coarse_, error_;
   bool firstIsKnown_ = false;
 };
 

@@ -42,7 +42,7 @@ class Integrator {
   /// Takes state to time end and lands on it exactly; adaptive steps are no longer than longestStep, fixed
   /// ones are as they were asked for. After any outcome but `arrived` state is that of the last good step.
   /// Allocates nothing.
-  virtual Outcome integrate(System& f, State& state, double end, double longestStep) = 0;
+  virtual Outcome integrate(State& state, double end, double longestStep) = 0;
   /// f has jumped or the state was set.
   virtual void restart() = 0;
   virtual const StepCount& count() const = 0;

@@ -18,9 +18,9 @@ struct Method {
   std::unique_ptr<Integrator> integrator;
 };
 
-/// For systems of the given size. step: for methods of fixed step, s. tolerance: for adaptive ones.
-/// "auto" is dopri5 here.
+/// For system f, which must outlive the method. step: for methods of fixed step, s. tolerance: for adaptive
+/// ones. "auto" is dopri5 here.
 /// @throws std::invalid_argument for a name that is not one of methodNames().
-Method makeMethod(const std::string& name, int size, double step, const Tolerance& tolerance);
+Method makeMethod(const std::string& name, LinearizedSystem& f, double step, const Tolerance& tolerance);
 
 }  // namespace planar_chain::ode

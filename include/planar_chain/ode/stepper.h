@@ -1,6 +1,7 @@
 #pragma once
 
-/// One step of a one-step method: what every family of methods shows to those that choose the step size.
+/// One step of a one-step method for one system: what every family of methods shows to those that choose the
+/// step size.
 
 #include <Eigen/Core>
 
@@ -17,10 +18,11 @@ class Stepper {
   /// Order of the embedded solution; 0: the method has no error estimate.
   virtual int errorOrder() const = 0;
 
+  virtual System& system() = 0;
   /// f(t, y), evaluated unless the last accepted step left it behind.
-  virtual const Eigen::VectorXd& derivative(System& f, double t, const Eigen::VectorXd& y) = 0;
+  virtual const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) = 0;
   /// Tries a step from (t, y): increment() ≈ y(t + h) − y and, with an estimate, error(). Allocates nothing.
-  virtual void step(System& f, double t, double h, const Eigen::VectorXd& y) = 0;
+  virtual void step(double t, double h, const Eigen::VectorXd& y) = 0;
   virtual const Eigen::VectorXd& increment() const = 0;
   virtual const Eigen::VectorXd& error() const = 0;
 

@@ -14,6 +14,19 @@ class System {
   virtual void derivative(double t, const double* y, double* dydt) = 0;
 };
 
+/// A system whose Jacobian J = ∂f/∂y can be solved with exactly.
+class LinearizedSystem : public System {
+ public:
+  /// Takes J and ∂f/∂t at (t, y), and writes f(t, y) on the way.
+  virtual void linearize(double t, const double* y, double* dydt) = 0;
+  /// ∂f/∂t at the last linearize(). False, and nothing is written, when f does not depend on t there.
+  virtual bool timeDerivative(double* ft) = 0;
+  /// Factors s·1 − J.
+  virtual void factor(double s) = 0;
+  /// x = (s·1 − J)⁻¹ rhs with the last factor(); x may be rhs.
+  virtual void solve(const double* rhs, double* x) = 0;
+};
+
 /// y at t. The part of the solution that is lost when a small increment is added to a larger y is carried
 /// to the next step (Kahan's summation), so rounding does not grow with the number of steps.
 struct State {

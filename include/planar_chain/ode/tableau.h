@@ -17,12 +17,17 @@ struct Tableau {
   std::vector<std::vector<double>> a;  ///< row i has i entries
   std::vector<double> b;
   std::vector<double> e;  ///< b minus the embedded weights; empty: no error estimate
-  bool lastIsFirst;       ///< the last stage is the first of the next step (FSAL)
+  /// A second, coarser estimate ẽ; empty: none. With both, component by component, the error is
+  /// e² / √(e² + 0.01 ẽ²): small where both agree that the step is fine.
+  std::vector<double> coarse;
+  bool lastIsFirst;  ///< the last stage is the first of the next step (FSAL)
 };
 
 /// W. Kutta's classical method (Hairer, Nørsett, Wanner, Solving ODEs I, table II.1.2).
 const Tableau& rk4();
 /// Dormand and Prince's 5(4) (the same, table II.5.2).
 const Tableau& dopri5();
+/// Dormand and Prince's 8(5,3) (the same, section II.5, digits of dop853.f).
+const Tableau& dop853();
 
 }  // namespace planar_chain::ode

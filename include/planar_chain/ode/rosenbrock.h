@@ -1,0 +1,62 @@
+#pragma once
+
+/// Rosenbrock methods: linearly implicit Runge–Kutta methods. One factorization a step, no iteration.
+///
+/// In the form that needs no product with J (Hairer, Wanner, Solving ODEs II, section IV.7), with J = ∂f/∂y
+/// and f_t = ∂f/∂t at (t, y):
+///
+///     (1/(hγ) − J) U_i = f(t + c_i h, y + Σ a_ij U_j) + Σ (C_ij/h) U_j + d_i h f_t
+///     y(t + h) ≈ y + Σ m_i U_i          error ≈ Σ e_i U_i
+
+#include <vector>
+
+#include "planar_chain/ode/stepper.h"
+
+namespace planar_chain::ode {
+
+struct RosenbrockTableau {
+  const char* name;
+  const char* source;
+  int order;
+  int errorOrder;
+  double gamma;
+  std::vector<double> c, d;               ///< one a stage
+  std::vector<std::vector<double>> a, C;  ///< row i has i entries
+  std::vector<double> m, e;
+};
+
+/// Steinebach's Rodas5P: order 5(4), stiffly accurate, L-stable.
+const RosenbrockTableau& rodas5p();
+/// Rang and Angermann's ROS34PW2: order 3(2), stiffly accurate, L-stable.
+const RosenbrockTableau& ros34pw2();
+
+class Rosenbrock : public Stepper {
+ public:
+  /// f must outlive the stepper; the table is copied.
+  Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f);
+
+  const char* name() const override { return table_.name; }
+  int order() const override { return table_.order; }
+  int errorOrder() const override { return table_.errorOrder; }
+
+  System& system() override { return f_; }
+  const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) override;
+  void step(double t, double h, const Eigen::VectorXd& y) override;
+  const Eigen::VectorXd& increment() const override { return increment_; }
+  const Eigen::VectorXd& error() const override { return error_; }
+  void accept() override { forget(); }
+  void forget() override { linearized_ = false; }
+
+ private:
+  /// out += Σ_j weights_j U_j
+  void add(const std::vector<double>& weights, double factor, Eigen::VectorXd& out) const;
+
+  RosenbrockTableau table_;
+  LinearizedSystem& f_;
+  std::vector<Eigen::VectorXd> U_;
+  Eigen::VectorXd slope_, timeSlope_, stage_, increment_, error_;
+  bool linearized_ = false;
+  bool timeDependent_ = false;
+};
+
+}  // namespace planar_chain::ode

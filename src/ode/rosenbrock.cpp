@@ -1,0 +1,124 @@
+#include "planar_chain/ode/rosenbrock.h"
+
+namespace planar_chain::ode {
+
+const RosenbrockTableau& rodas5p() {
+  // Stages 7 and 8 continue the step of stage 6 by its own and the next increment.
+  static const std::vector<double> a6{-7.502846399306121, 2.561846144803919, -11.627539656261098,
+                                      -0.18268767659942256, 0.030198172008377946};
+  static const std::vector<double> a7{-7.502846399306121,   2.561846144803919,    -11.627539656261098,
+                                      -0.18268767659942256, 0.030198172008377946, 1};
+  static const std::vector<double> a8{-7.502846399306121,
+                                      2.561846144803919,
+                                      -11.627539656261098,
+                                      -0.18268767659942256,
+                                      0.030198172008377946,
+                                      1,
+                                      1};
+  static const RosenbrockTableau table{
+      "rodas5p",
+      "G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P, BIT 63 (2023) 27, "
+      "doi 10.1007/s10543-023-00967-x",
+      5,
+      4,
+      0.21193756319429014,
+      {0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1, 1, 1},
+      {0.21193756319429014, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069,
+       0, 0, 0},
+      {{},
+       {3.0},
+       {2.849394379747939, 0.45842242204463923},
+       {-6.954028509809101, 2.489845061869568, -10.358996098473584},
+       {2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641},
+       a6,
+       a7,
+       a8},
+      {{},
+       {-14.155112264123755},
+       {-17.97296035885952, -2.859693295451294},
+       {147.12150275711716, -1.41221402718213, 71.68940251302358},
+       {165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306},
+       {24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471},
+       {30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623,
+        -28.087943162872662},
+       {37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,
+        -54.66780262877968, -9.48861652309627}},
+      {-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946,
+       1, 1, 1},
+      {0, 0, 0, 0, 0, 0, 0, 1}};
+  return table;
+}
+
+const RosenbrockTableau& ros34pw2() {
+  static const RosenbrockTableau table{
+      "ros34pw2",
+      "J. Rang, L. Angermann, New Rosenbrock W-methods of order 3 for partial differential algebraic "
+      "equations "
+      "of index 1, BIT 45 (2005) 761-787",
+      3,
+      2,
+      4.35866521508459003886e-01,
+      {0, 8.71733043016918007773e-01, 7.31579957788852430767e-01, 1},
+      {4.35866521508459003886e-01, -4.35866521508459003886e-01, -4.13333376233886440332e-01, 0},
+      {{},
+       {2},
+       {1.41921731745576473749, -2.59232211672969725669e-01},
+       {4.18476048231916042397, -2.85192017355495874842e-01, 2.29428036027904180827}},
+      {{},
+       {-4.58856072055808361654},
+       {-4.18476048231916042397, 2.85192017355495874842e-01},
+       {-6.36817920012835703147, -6.79562094446683584437, 2.87009860433105590261}},
+      {4.18476048231916042397, -2.85192017355495874842e-01, 2.29428036027904180827, 1},
+      {4.18476048231916042397 - 3.90701053467119185925, -2.85192017355495874842e-01 - 1.11804787782050318867,
+       2.29428036027904180827 - 5.21650232611490682899e-01, 0.5}};
+  return table;
+}
+
+Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
+    : table_(table),
+      f_(f),
+      U_(table.m.size(), Eigen::VectorXd::Zero(f.size())),
+      slope_(Eigen::VectorXd::Zero(f.size())),
+      timeSlope_(slope_),
+      stage_(slope_),
+      increment_(slope_),
+      error_(slope_) {}
+
+const Eigen::VectorXd& Rosenbrock::derivative(double t, const Eigen::VectorXd& y) {
+  if (!linearized_) {
+    f_.linearize(t, y.data(), slope_.data());
+    timeDependent_ = f_.timeDerivative(timeSlope_.data());
+    linearized_ = true;
+  }
+  return slope_;
+}
+
+void Rosenbrock::step(double t, double h, const Eigen::VectorXd& y) {
+  derivative(t, y);
+  f_.factor(1 / (h * table_.gamma));
+  for (std::size_t i = 0; i < U_.size(); ++i) {
+    Eigen::VectorXd& U = U_[i];
+    if (i == 0) {
+      U = slope_;
+    } else {
+      stage_ = y;
+      add(table_.a[i], 1, stage_);
+      f_.derivative(t + table_.c[i] * h, stage_.data(), U.data());
+    }
+    add(table_.C[i], 1 / h, U);
+    if (timeDependent_) U += (table_.d[i] * h) * timeSlope_;
+    f_.solve(U.data(), U.data());
+  }
+  increment_.setZero();
+  add(table_.m, 1, increment_);
+  error_.setZero();
+  add(table_.e, 1, error_);
+}
+
+void Rosenbrock::add(const std::vector<double>& weights, double factor, Eigen::VectorXd& out) const {
+  for (std::size_t j = 0; j < weights.size(); ++j) {
+    if (weights[j] != 0) out += (factor * weights[j]) * U_[j];
+  }
+}
+
+}  // namespace planar_chain::ode

@@ -1,0 +1,216 @@
+/// The exact O(n) solve against J itself: J x by automatic differentiation of the equations of motion, for
+/// random chains with everything on them, springs from none to 1e12, real and complex shifts.
+
+#include "planar_chain/linearized.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <complex>
+
+#include "planar_chain/articulated.h"
+#include "planar_chain/dynamics.h"
+#include "random_scene.h"
+
+namespace planar_chain {
+namespace {
+
+/// a + b ε with ε² = 0: b is the derivative. Carries any field.
+struct Dual {
+  double value = 0, slope = 0;
+  Dual(double v = 0, double d = 0) : value(v), slope(d) {}
+  Dual& operator+=(Dual b) { return *this = {value + b.value, slope + b.slope}; }
+  Dual& operator-=(Dual b) { return *this = {value - b.value, slope - b.slope}; }
+};
+Dual operator+(Dual a, Dual b) {
+  return {a.value + b.value, a.slope + b.slope};
+}
+Dual operator-(Dual a, Dual b) {
+  return {a.value - b.value, a.slope - b.slope};
+}
+Dual operator-(Dual a) {
+  return {-a.value, -a.slope};
+}
+Dual operator*(Dual a, Dual b) {
+  return {a.value * b.value, a.value * b.slope + a.slope * b.value};
+}
+Dual operator/(Dual a, Dual b) {
+  const double q = a.value / b.value;
+  return {q, (a.slope - q * b.slope) / b.value};
+}
+
+/// A scene at rest in time: constant loads only, so that they can be written down in one line each.
+Scene constantScene(int n, unsigned seed, double stiffness) {
+  Scene scene = test::randomScene(n, seed);
+  for (Load& load : scene.loads) load.law = Constant{};
+  std::vector<Joint> joints = scene.chain.joints();
+  for (Joint& joint : joints) joint.stiffness *= stiffness;
+  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  return scene;
+}
+
+Eigen::VectorXd stateOf(const Scene& scene) {
+  const int n = scene.chain.size();
+  Eigen::VectorXd y(2 * n);
+  double theta = 0, omega = 0;
+  for (int i = 0; i < n; ++i) {
+    y[i] = theta += scene.q[static_cast<std::size_t>(i)];
+    y[n + i] = omega += scene.qd[static_cast<std::size_t>(i)];
+  }
+  return y;
+}
+
+/// (ω, α)(y) of a scene of constant loads, in dual numbers: its slope is J times the slope of y.
+std::vector<Dual> rightHandSide(const Scene& scene, const std::vector<Dual>& y) {
+  const int n = scene.chain.size();
+  std::vector<Rotation<Dual>> e;
+  std::vector<Dual> N(static_cast<std::size_t>(n)), alpha(static_cast<std::size_t>(n));
+  std::vector<Vec2<Dual>> F(static_cast<std::size_t>(n));
+  const auto theta = [&](int i) { return i < 0 ? Dual() : y[static_cast<std::size_t>(i)]; };
+  const auto omega = [&](int i) { return i < 0 ? Dual() : y[static_cast<std::size_t>(n + i)]; };
+  const auto addTorque = [&](int i, Dual tau) {
+    N[static_cast<std::size_t>(i)] += tau;
+    if (i > 0) N[static_cast<std::size_t>(i - 1)] += -tau;
+  };
+  for (int i = 0; i < n; ++i) {
+    const Dual t = theta(i);
+    e.push_back({{std::cos(t.value), -std::sin(t.value) * t.slope},
+                 {std::sin(t.value), std::cos(t.value) * t.slope}});
+    const Joint& joint = scene.chain.joints()[static_cast<std::size_t>(i)];
+    addTorque(i, -Dual(joint.stiffness) * (theta(i) - theta(i - 1) - Dual(joint.restAngle)) -
+                     Dual(joint.damping) * (omega(i) - omega(i - 1)));
+  }
+  for (const Load& load : scene.loads) {
+    const auto j = static_cast<std::size_t>(load.link);
+    const Vec2<Dual> force{load.force.x, load.force.y};
+    N[j] += Dual(load.moment) + cross(e[j] * Vec2<Dual>{load.point.x, load.point.y}, force);
+    F[j] += force;
+    addTorque(load.joint, load.torque);
+  }
+  Articulated<Dual>(scene.chain)
+      .accelerations(e.data(), y.data() + n, N.data(), F.data(),
+                     {-scene.chain.gravity().x, -scene.chain.gravity().y}, alpha.data());
+  std::vector<Dual> out(y.begin() + n, y.end());
+  out.insert(out.end(), alpha.begin(), alpha.end());
+  return out;
+}
+
+/// J column by column.
+Eigen::MatrixXd jacobian(const Scene& scene) {
+  const Eigen::VectorXd y = stateOf(scene);
+  Eigen::MatrixXd J(y.size(), y.size());
+  for (Eigen::Index k = 0; k < y.size(); ++k) {
+    std::vector<Dual> at(y.data(), y.data() + y.size());
+    at[static_cast<std::size_t>(k)].slope = 1;
+    const std::vector<Dual> f = rightHandSide(scene, at);
+    for (Eigen::Index i = 0; i < y.size(); ++i) J(i, k) = f[static_cast<std::size_t>(i)].slope;
+  }
+  return J;
+}
+
+/// J is differentiated automatically by this test; here it is checked by differences of the program's own f.
+TEST(Jacobian, AgreesWithDifferencesOfTheProgram) {
+  for (const int n : {1, 2, 3, 7}) {
+    const Scene scene = constantScene(n, static_cast<unsigned>(n), 1);
+    Loads loads(scene, 0);
+    Dynamics dynamics(scene.chain, loads);
+    Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size()), plus(y), minus(y);
+    y.head(2 * n) = stateOf(scene);
+    const Eigen::MatrixXd J = jacobian(scene);
+    for (int k = 0; k < 2 * n; ++k) {
+      const double h = 1e-6;
+      Eigen::VectorXd shifted = y;
+      shifted[k] = y[k] + h;
+      dynamics.derivative(0, shifted.data(), plus.data());
+      shifted[k] = y[k] - h;
+      dynamics.derivative(0, shifted.data(), minus.data());
+      const Eigen::VectorXd column = ((plus - minus) / (2 * h)).head(2 * n);
+      EXPECT_LT((column - J.col(k)).norm(), 1e-7 * J.norm()) << "n = " << n << ", column " << k;
+    }
+  }
+}
+
+/// |(s − J) x − rhs| row by row against the size of what is summed there.
+template <class Scalar>
+double residual(const Scene& scene, Scalar s, unsigned seed) {
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  const int n = scene.chain.size();
+  Loads loads(scene, 0);
+  Dynamics dynamics(scene.chain, loads);
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size()), f(y);
+  y.head(2 * n) = stateOf(scene);
+  dynamics.derivative(0, y.data(), f.data());
+
+  std::vector<Rotation<double>> e;
+  std::vector<Vec2d> F(static_cast<std::size_t>(n));
+  std::vector<double> XF(static_cast<std::size_t>(n)), k, d;
+  for (int i = 0; i < n; ++i) {
+    e.push_back(Rotation<double>::of(y[i]));
+    k.push_back(scene.chain.joints()[static_cast<std::size_t>(i)].stiffness);
+    d.push_back(scene.chain.joints()[static_cast<std::size_t>(i)].damping);
+  }
+  for (const Load& load : scene.loads) {
+    const auto j = static_cast<std::size_t>(load.link);
+    F[j] += load.force;
+    XF[j] += dot(e[j] * load.point, load.force);
+  }
+  Linearized<Scalar> linearized(scene.chain);
+  linearized.linearize(e.data(), y.data() + n, f.data() + n, F.data(), XF.data(), k.data(), d.data());
+  linearized.factor(s);
+
+  test::Random random(seed);
+  Vector rhs(2 * n), x(2 * n);
+  for (Eigen::Index i = 0; i < 2 * n; ++i) rhs[i] = random.between(-1, 1);
+  linearized.solve(rhs.data(), rhs.data() + n, x.data(), x.data() + n);
+  const Eigen::MatrixXd J = jacobian(scene);
+  const Vector off = s * x - J * x - rhs;
+  Eigen::VectorXd size = std::abs(s) * x.cwiseAbs() + J.cwiseAbs() * x.cwiseAbs() + rhs.cwiseAbs();
+  size.tail(n) += std::abs(s) * rhs.head(n).cwiseAbs();  // v = s u − ρ_q is summed, and then times s
+  return (off.cwiseAbs().array() / size.array()).maxCoeff();
+}
+
+TEST(ExactSolve, SolvesWithTheJacobianForEveryStiffness) {
+  // Rounding allows some n ulps of what is summed; 1e-11 leaves room for the chains' own condition.
+  for (const int n : {1, 2, 3, 7, 20, 50}) {
+    for (const double stiffness : {0.0, 1.0, 1e3, 1e6, 1e9, 1e12}) {
+      const Scene scene = constantScene(n, 100 + static_cast<unsigned>(n), stiffness);
+      for (const double s : {0.1, 10.0, 1e3, 1e5}) {
+        EXPECT_LT(residual<double>(scene, s, 7), 1e-11) << "n " << n << " k " << stiffness << " s " << s;
+        EXPECT_LT(residual<std::complex<double>>(scene, {s, 2 * s}, 7), 1e-11)
+            << "complex, n " << n << " k " << stiffness << " s " << s;
+      }
+    }
+  }
+}
+
+TEST(ExactSolve, KnowsWorksAndTime) {
+  // Sines and ramps: ∂f/∂t, and the rows of the supplied and dissipated work, against differences.
+  const Scene scene = test::randomScene(5, 77);
+  Loads loads(scene, 0);
+  loads.enter(0.1);
+  Dynamics dynamics(scene.chain, loads);
+  const int size = dynamics.size();
+  ASSERT_EQ(size, 12);
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(size), f(size), ft(size), plus(size), minus(size);
+  y.head(10) = stateOf(scene);
+  const double t = 0.2, h = 1e-6;
+  dynamics.linearize(t, y.data(), f.data());
+  ASSERT_TRUE(dynamics.timeDerivative(ft.data()));
+  dynamics.derivative(t + h, y.data(), plus.data());
+  dynamics.derivative(t - h, y.data(), minus.data());
+  EXPECT_LT(((plus - minus) / (2 * h) - ft).norm(), 1e-8 * ft.norm());
+
+  Eigen::VectorXd rhs = Eigen::VectorXd::LinSpaced(size, -1, 1), x(size);
+  const double s = 20;
+  dynamics.factor(s);
+  dynamics.solve(rhs.data(), x.data());
+  Eigen::VectorXd shifted = y + h * x;
+  dynamics.derivative(t, shifted.data(), plus.data());
+  shifted = y - h * x;
+  dynamics.derivative(t, shifted.data(), minus.data());
+  const Eigen::VectorXd Jx = (plus - minus) / (2 * h);
+  EXPECT_LT((s * x - Jx - rhs).norm(), 1e-7 * (Jx.norm() + rhs.norm()));
+}
+
+}  // namespace
+}  // namespace planar_chain
