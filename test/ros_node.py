@@ -22,9 +22,8 @@ def node_program():
 
 def upload(scene, name):
     """Replaces the private parameters of the node `name` by the scene, a dict."""
-    for old in [p for p in rospy.get_param_names() if p.startswith(name + '/')]:
-        if rospy.has_param(old):
-            rospy.delete_param(old)
+    if rospy.has_param(name):
+        rospy.delete_param(name)
     rosparam.upload_params(name, scene)
 
 
@@ -38,7 +37,7 @@ class Node:
 
     def __enter__(self):
         upload(self._scene, self.name)
-        self._log = tempfile.TemporaryFile(mode='w+')
+        self._log = tempfile.TemporaryFile(mode='w+', encoding='utf-8')
         self.process = subprocess.Popen(
             [node_program()], env=dict(os.environ, ROS_NAMESPACE=self._namespace or '/'),
             stdout=self._log, stderr=subprocess.STDOUT)

@@ -62,9 +62,10 @@ Value valueOf(const XmlRpcValue& parameter) {
 Value privateParameters() {
   const std::string& node = ros::this_node::getName();
   XmlRpcValue parameters;
-  if (!ros::param::has(node + "/chain") || !ros::param::get(node, parameters)) {
+  ros::param::get(node, parameters);
+  if (!ros::param::has(node + "/chain") && !ros::param::has(node + "/links")) {
     throw Refused({{node + "/chain",
-                    "a scene in the node's private parameters (roslaunch planar_chain sim.launch "
+                    "a scene in the node's parameters (roslaunch planar_chain sim.launch "
                     "scene:=double_pendulum, or rosparam load SCENE.yaml " +
                         node + " before the node starts)",
                     "nothing"}});

@@ -15,7 +15,7 @@ namespace planar_chain {
 Value valueOf(const XmlRpc::XmlRpcValue& parameter);
 
 /// The scene's tree from this node's private parameters.
-/// @throws Refused as valueOf, and where ~chain is missing: then it says how to load a scene.
+/// @throws Refused as valueOf, and where there is no scene at all: then it says how to load one.
 Value privateParameters();
 
 }  // namespace planar_chain

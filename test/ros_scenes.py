@@ -1,0 +1,94 @@
+#!/usr/bin/python3
+"""Scenes through the parameter server: what is wrong with one is said in the same words as for a file, and
+ends the node; every scene that ships runs."""
+
+import glob
+import math
+import os
+import unittest
+
+import rosparam
+import rospy
+import rostest
+from planar_chain.msg import SimStatus
+from sensor_msgs.msg import JointState
+
+from ros_node import Listener, Node
+
+TEST = os.path.dirname(os.path.realpath(__file__))
+BAD = sorted(glob.glob(os.path.join(TEST, 'bad_scenes', '*.yaml')))
+GOOD = sorted(glob.glob(os.path.join(TEST, '..', 'config', 'scenes', '*.yaml')))
+
+# rosparam itself cannot load these, or loses what is wrong with them.
+ONLY_FILES = ('broken_', 'duplicate_')
+
+
+def load(path):
+    (scene, _), = rosparam.load_file(path)
+    return scene
+
+
+def has_empty_map(value):
+    """rosparam does not hand over an empty map: to the node it is absent."""
+    if isinstance(value, dict):
+        return not value or any(map(has_empty_map, value.values()))
+    return isinstance(value, list) and any(map(has_empty_map, value))
+
+
+def expected_faults(path):
+    """A trailing ... stands for any rest."""
+    mark = '# expect: '
+    with open(path, encoding='utf-8') as lines:
+        return [line[len(mark):].strip() for line in lines if line.startswith(mark)]
+
+
+class Scenes(unittest.TestCase):
+    def assert_refused(self, scene, faults):
+        with Node(scene) as node:
+            status, output = node.wait()
+        self.assertEqual(status, 2, output)
+        for fault in faults:
+            self.assertIn(fault[:-3] if fault.endswith('...') else fault, output)
+        self.assertEqual(output.count('FATAL'), len(faults), output)
+
+    def test_every_bad_scene_ends_the_node_with_every_fault(self):
+        bad = [path for path in BAD if not os.path.basename(path).startswith(ONLY_FILES)]
+        self.assertGreater(len(bad), 20)
+        for path in bad:
+            with self.subTest(os.path.basename(path)):
+                scene, faults = load(path), expected_faults(path)
+                self.assertTrue(faults)
+                if not has_empty_map(scene):
+                    self.assert_refused(scene, faults)
+
+    def test_without_a_scene_the_node_says_how_to_load_one(self):
+        self.assert_refused({}, ['/planar_chain/chain: expected a scene in the node\'s parameters '
+                                 '(roslaunch planar_chain sim.launch scene:=double_pendulum'])
+
+    def test_a_clock_of_somebody_else_is_refused(self):
+        rospy.set_param('/use_sim_time', True)
+        try:
+            self.assert_refused(load(GOOD[0]), ['/use_sim_time: expected false'])
+        finally:
+            rospy.delete_param('/use_sim_time')
+
+    def test_every_scene_that_ships_runs(self):
+        self.assertTrue(GOOD)
+        for path in GOOD:
+            with self.subTest(os.path.basename(path)):
+                states = Listener('/joint_states', JointState)
+                statuses = Listener('/planar_chain/status', SimStatus)
+                with Node(load(path)):
+                    states.wait_for_count(20)
+                    later = statuses.wait_for(lambda status: status.sim_time > 0)
+                states.close()
+                statuses.close()
+                self.assertEqual(statuses.messages[later].fault, '')
+                for state in states.messages:
+                    values = state.position + state.velocity + state.effort
+                    self.assertTrue(all(map(math.isfinite, values)))
+
+
+if __name__ == '__main__':
+    rospy.init_node('ros_scenes', anonymous=True)
+    rostest.rosrun('planar_chain', 'ros_scenes', Scenes)
