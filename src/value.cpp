@@ -208,10 +208,12 @@ Value resolve(const std::string& text) {
   return isSigned ? Value(*number) : Value(text);
 }
 
-/// Builds the tree as the parser comes through the text.
+/// Builds the tree as the parser comes through the text. Faults are noted and passed over, for a text
+/// that turns out to be no YAML at all has looked strange before; only what is too large ends it.
 class Builder : public YAML::EventHandler {
  public:
   Value root;
+  std::vector<Fault> faults;
 
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
@@ -224,14 +226,17 @@ class Builder : public YAML::EventHandler {
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& text) override {
     const bool isPlain = tag == "?";
-    if (!isPlain && tag != "!") refuseTag(mark, tag);
+    if (!isPlain) requireNoTag(mark, tag);
     count(mark, 1, 1);
     place(mark, anchor, {isPlain ? resolve(text) : Value(text), 1, 1}, isPlain);
   }
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto known = anchored_.find(anchor);
-    if (known == anchored_.end()) refuse(path(), "an alias of what is complete", placeOf(mark));
+    if (known == anchored_.end()) {
+      faults.push_back({path(), "an alias of what is complete", "one in " + placeOf(mark)});
+      return place(mark, 0, {}, false);
+    }
     count(mark, known->second.values, known->second.levels);
     place(mark, 0, known->second, false);
   }
@@ -276,8 +281,9 @@ class Builder : public YAML::EventHandler {
     return line.empty() ? "scene" : line;
   }
 
-  void refuseTag(const YAML::Mark& mark, const std::string& tag) const {
-    refuse(path(), "a value without a tag", tag + " in " + placeOf(mark));
+  void requireNoTag(const YAML::Mark& mark, const std::string& tag) {
+    if (tag.empty() || tag == "?" || tag == "!") return;
+    faults.push_back({path(), "a value without a tag", tag + " in " + placeOf(mark)});
   }
 
   void count(const YAML::Mark& mark, std::size_t values, std::size_t levels) {
@@ -291,10 +297,7 @@ class Builder : public YAML::EventHandler {
   }
 
   void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, Value empty) {
-    if (tag != "?" && tag != "!" && !tag.empty()) refuseTag(mark, tag);
-    if (!open_.empty() && open_.back().tree.value.map() && !open_.back().key) {
-      refuse(path(), "text as a key", describe(empty) + " in " + placeOf(mark));
-    }
+    requireNoTag(mark, tag);
     count(mark, 1, 1);
     Open level;
     level.tree.value = std::move(empty);
@@ -338,25 +341,25 @@ class Builder : public YAML::EventHandler {
   }
 
   void takeKey(const YAML::Mark& mark, Open& level, const Value& key, bool isPlain) {
-    if (!key.text()) refuse(path(), "text as a key", describe(key) + " in " + placeOf(mark));
-    level.key = *key.text();
+    if (!key.text()) {
+      faults.push_back({path(), "text as a key", describe(key) + " in " + placeOf(mark)});
+    }
+    level.key = key.text() ? *key.text() : describe(key);
     level.merges = isPlain && *level.key == "<<";
     if (level.tree.value.map()->count(*level.key) != 0) {
-      refuse(path(), "each key once", "it again in " + placeOf(mark));
+      faults.push_back({path(), "each key once", "it again in " + placeOf(mark)});
     }
   }
 
   /// << with a map, or a list of maps of which the first to have a key gives it.
   void merge(const YAML::Mark& mark, Open& level, const Value& source) {
-    if (source.map()) {
-      level.merged.insert(source.map()->begin(), source.map()->end());
-    } else if (source.list()) {
-      for (const Value& each : *source.list()) {
-        if (!each.map()) refuse(path(), "a map or a list of maps", placeOf(mark));
+    const Value::List one{source};
+    for (const Value& each : source.list() ? *source.list() : one) {
+      if (each.map()) {
         level.merged.insert(each.map()->begin(), each.map()->end());
+      } else {
+        faults.push_back({path(), "a map or a list of maps", describe(each) + " in " + placeOf(mark)});
       }
-    } else {
-      refuse(path(), "a map or a list of maps", describe(source) + " in " + placeOf(mark));
     }
   }
 
@@ -375,6 +378,7 @@ Value parseYaml(const std::string& text) {
     parser.HandleNextDocument(first);
     Builder second;
     if (parser.HandleNextDocument(second)) refuse("scene", "one YAML document", "more");
+    if (!first.faults.empty()) throw Refused(std::move(first.faults));
     return std::move(first.root);
   } catch (const YAML::Exception& error) {
     refuse("scene", "YAML", placeOf(error.mark) + ": " + error.msg);
