@@ -1,0 +1,243 @@
+#!/usr/bin/python3
+"""simulate and equations as their users meet them: exit statuses, files, messages.
+
+    tools_test.py BIN [unittest options]        BIN: the folder that holds both
+"""
+import csv
+import json
+import math
+import os
+import pty
+import subprocess
+import sys
+import tempfile
+import unittest
+
+BIN = ""
+ROD = "{mass: 1, inertia: 1e-1, com: [0.5, 0], pin: [1, 0]}"
+SCENE = f"chain: [upper, lower]\nlinks: {{upper: {ROD}, lower: {ROD}}}\n"
+
+
+class Tools(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def run_tool(self, tool, *arguments, scene=SCENE):
+        with open(self.path("scene.yaml"), "w") as file:
+            file.write(scene)
+        command = [os.path.join(BIN, tool), self.path("scene.yaml"), *arguments]
+        return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, timeout=60)
+
+    def simulate(self, *arguments, scene=SCENE):
+        return self.run_tool("simulate", "--csv", self.path("out.csv"), *arguments, scene=scene)
+
+    def rows(self):
+        with open(self.path("out.csv"), newline="") as file:
+            header, *rows = csv.reader(file)
+        return header, [[float(entry) for entry in row] for row in rows]
+
+    def assert_refused(self, result, *words):
+        """Status 2, the words said, nothing written."""
+        self.assertEqual(result.returncode, 2, result.stderr)
+        for word in words:
+            self.assertIn(word, result.stderr)
+        self.assertEqual(result.stdout, "")
+        self.assertFalse(os.path.exists(self.path("out.csv")))
+
+    # ---- simulate: rows --------------------------------------------------------------------------
+
+    def test_columns(self):
+        self.assertEqual(self.simulate("--duration", "1").returncode, 0)
+        header, rows = self.rows()
+        self.assertEqual(header, ["t", "q_upper_joint", "q_lower_joint", "qd_upper_joint",
+                                  "qd_lower_joint", "energy"])
+        self.assertEqual(len(rows), 101)
+        self.assertEqual(rows[0], [0] * 6)
+
+    def times(self, duration, rate):
+        result = self.simulate("--duration", duration, "--rate", rate)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return [row[0] for row in self.rows()[1]]
+
+    def test_times_come_from_the_index(self):
+        self.assertEqual(self.times("1", "10"), [k / 10 for k in range(11)])
+
+    def test_the_duration_has_a_row_of_its_own(self):
+        self.assertEqual(self.times("0.35", "10"), [0, 0.1, 0.2, 0.3, 0.35])
+
+    def test_no_last_row_is_doubled_by_rounding(self):
+        self.assertEqual(self.times("0.3", "10"), [0, 0.1, 0.2, 0.3])
+        self.assertEqual(len(self.times("0.7", "30")), 22)
+        self.assertEqual(len(self.times("1e-1", "1e3")), 101)
+
+    def test_a_rate_below_one_row_gives_both_ends(self):
+        self.assertEqual(self.times("0.5", "1"), [0, 0.5])
+
+    def test_too_many_rows_are_refused(self):
+        self.assert_refused(self.simulate("--duration", "1e9", "--rate", "1e9"), "100000000 rows")
+
+    # ---- simulate: arguments ---------------------------------------------------------------------
+
+    def test_method_and_step_override_the_scene(self):
+        result = self.simulate("--duration", "1", "--method", "rk4", "--step", "1e-2",
+                               scene=SCENE + "integrator: {method: dopri5, step: 1}\n")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("rk4: 100 steps", result.stdout)
+
+    def test_a_tighter_tolerance_conserves_energy_better(self):
+        def drift(tolerance):
+            self.simulate("--duration", "3", "--method", "dopri5", "--tolerance", tolerance)
+            energies = [row[-1] for row in self.rows()[1]]
+            return max(energies) - min(energies)
+        self.assertLess(drift("1e-11"), 1e-2 * drift("1e-5"))
+
+    def test_overrides_are_judged_as_the_scene_is(self):
+        result = self.simulate("--duration", "1", "--method", "magic", "--tolerance", "0", "--step", "x")
+        self.assert_refused(result, "integrator/method: expected one of auto, rk4",
+                            "integrator/tolerance", 'integrator/step: expected a number > 0 s, got "x"')
+
+    def test_the_duration_is_required_positive_and_finite(self):
+        self.assert_refused(self.simulate(), "--duration is required")
+        for duration in ("-1", "0", "inf", "nan", "soon", ""):
+            self.assert_refused(self.simulate("--duration", duration),
+                                f'--duration: expected a finite number > 0 s, got "{duration}"')
+
+    def test_unknown_options_are_refused(self):
+        self.assert_refused(self.simulate("--duration", "1", "--frobnicate"), "--frobnicate")
+
+    def test_all_faults_of_arguments_and_scene_come_at_once(self):
+        result = self.simulate("--duration", "-1", "--rate", "0",
+                               scene=SCENE.replace("mass: 1", "mass: -1"))
+        self.assert_refused(result, "--duration", "--rate", "links/upper/mass", "links/lower/mass")
+
+    def test_help(self):
+        result = self.run_tool("simulate", "--help")
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("--duration", result.stdout)
+
+    # ---- simulate: files -------------------------------------------------------------------------
+
+    def test_scenes_that_cannot_be_read(self):
+        for path in (self.path("none.yaml"), self.folder, "/dev/zero"):
+            result = subprocess.run([os.path.join(BIN, "simulate"), path, "--duration", "1"],
+                                    stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(path, result.stderr)
+
+    def test_broken_yaml_names_the_line(self):
+        self.assert_refused(self.simulate("--duration", "1", scene="chain: [l\n  - x: {"), "line 2")
+
+    def test_an_unwritable_csv_ends_it_before_the_run(self):
+        result = self.run_tool("simulate", "--duration", "1e6", "--csv", self.path("no/such/out.csv"))
+        self.assert_refused(result, "--csv", "No such file")
+
+    def test_the_scene_is_not_written_over(self):
+        result = self.run_tool("simulate", "--duration", "1", "--csv", self.path("scene.yaml"))
+        self.assert_refused(result, "--csv")
+        with open(self.path("scene.yaml")) as file:
+            self.assertEqual(file.read(), SCENE)
+
+    @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
+    def test_a_full_disk_fails_the_run(self):
+        result = self.run_tool("simulate", "--duration", "0.1", "--csv", "/dev/full")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("No space left", result.stderr)
+
+    def test_a_failed_run_keeps_its_rows(self):
+        blow_up = SCENE + "loads: {p: {joint: lower_joint, torque: 1e300, start: 0.35}}\n"
+        result = self.simulate("--duration", "1", "--rate", "10", scene=blow_up)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("failed at t = ", result.stderr)
+        self.assertIn("last finite state", result.stderr)
+        times = [row[0] for row in self.rows()[1]]
+        self.assertEqual(times[:4], [0, 0.1, 0.2, 0.3])
+        self.assertTrue(all(math.isfinite(x) for row in self.rows()[1] for x in row))
+
+    # ---- simulate: what is shown -----------------------------------------------------------------
+
+    def test_a_summary_without_csv(self):
+        result = self.run_tool("simulate", "--duration", "1")
+        self.assertEqual(result.returncode, 0)
+        for word in ("t = 1 s", "upper_joint", "energy", "steps"):
+            self.assertIn(word, result.stdout)
+        self.assertEqual(result.stderr, "")
+
+    def test_progress_on_a_terminal_only(self):
+        self.assertEqual(self.simulate("--duration", "1").stderr, "")
+        master, terminal = pty.openpty()
+        subprocess.run([os.path.join(BIN, "simulate"), self.path("scene.yaml"), "--duration", "1"],
+                       stdout=subprocess.DEVNULL, stderr=terminal, timeout=60)
+        os.close(terminal)
+        self.assertIn(b"of 1 s", os.read(master, 4096))
+        os.close(master)
+
+    # ---- equations -------------------------------------------------------------------------------
+
+    def equations(self, *arguments, scene=SCENE):
+        result = self.run_tool("equations", "--json", *arguments, scene=scene)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return json.loads(result.stdout)
+
+    def test_shapes(self):
+        at = self.equations()
+        for key, shape in {"S": (2, 2, 2), "T": (2, 2), "V_pd": (2, 4), "W_pd": (2, 2), "A_1": (2, 4),
+                           "A_2": (2, 4), "A_3": (2, 2), "M": (2, 2)}.items():
+            entry = at[key]
+            for size in shape:
+                self.assertEqual(len(entry), size, key)
+                entry = entry[0]
+        for key in ("q", "qd", "f_ext", "f", "qdd"):
+            self.assertEqual(len(at[key]), 2, key)
+
+    def test_values_worked_out_by_hand(self):
+        # One rod about its pin: M = I + m/4 = 0.35, f = −g/2 cos q.
+        rod = f"chain: [l]\nlinks: {{l: {ROD}}}\n"
+        at = self.equations("--q", "0.5", scene=rod)
+        self.assertAlmostEqual(at["M"][0][0], 0.35, 14)
+        self.assertAlmostEqual(at["f"][0], -9.81 / 2 * math.cos(0.5), 13)
+        self.assertAlmostEqual(at["qdd"][0], at["f"][0] / at["M"][0][0], 13)
+        self.assertEqual(at["S"][0], [[math.cos(0.5), math.sin(0.5)], [-math.sin(0.5), math.cos(0.5)]])
+
+    def test_the_state_is_the_scenes_unless_given(self):
+        at = self.equations(scene=SCENE.replace("pin: [1, 0]}", "pin: [1, 0], initial: {angle: 0.2}}", 1))
+        self.assertEqual(at["q"], [0.2, 0])
+
+    def test_negative_numbers_come_first(self):
+        for arguments in (["--q", "-0.5,0.3"], ["--q=-0.5,0.3"], ["--q", "-.5, 3e-1"]):
+            self.assertEqual(self.equations(*arguments)["q"], [-0.5, 0.3])
+        self.assertEqual(self.equations("--qd", "-1,2")["qd"], [-1, 2])
+
+    def test_time_drives_the_loads(self):
+        pushed = SCENE + "loads: {p: {joint: lower_joint, torque: 3, start: 1}}\n"
+        self.assertEqual(self.equations(scene=pushed)["tau"], [0, 0])
+        self.assertEqual(self.equations("--t", "1", scene=pushed)["tau"], [0, 3])
+
+    def test_wrong_states_are_refused(self):
+        for given in ("1", "1,2,3", "1,x", "1,2,", "1,nan"):
+            self.assert_refused(self.run_tool("equations", f"--q={given}"), "--q: expected 2 finite numbers")
+        self.assert_refused(self.run_tool("equations", "--q", "1", "--qd", "1"), "--q:", "--qd:")
+        self.assert_refused(self.run_tool("equations", "--t", "later"), "--t:")
+
+    def test_text_shows_every_letter(self):
+        result = self.run_tool("equations")
+        self.assertEqual(result.returncode, 0)
+        first_words = {line.split()[0] for line in result.stdout.splitlines() if line.strip()}
+        self.assertLessEqual({"q", "qd", "S_10", "S_20", "T", "V_pd", "W_pd", "A_1", "A_2", "A_3", "F",
+                              "M_ext", "tau", "f_ext", "f", "M", "qdd"}, first_words)
+
+    def test_dense_matrices_have_a_limit(self):
+        long = f"chain: [l]\nlinks: {{l: {ROD[:-1]}, repeat: 100000}}}}\n"
+        self.assert_refused(self.run_tool("equations", scene=long), "at most 1000 links")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    BIN = sys.argv.pop(1)
+    unittest.main()
