@@ -165,7 +165,8 @@ double residual(const Scene& scene, Scalar s, unsigned seed) {
   const Eigen::MatrixXd J = jacobian(scene);
   const Vector off = s * x - J * x - rhs;
   Eigen::VectorXd size = std::abs(s) * x.cwiseAbs() + J.cwiseAbs() * x.cwiseAbs() + rhs.cwiseAbs();
-  size.tail(n) += std::abs(s) * rhs.head(n).cwiseAbs();  // v = s u − ρ_q is summed, and then times s
+  // u = ρ_q/s + u' is summed, and J makes torques of it.
+  size += J.leftCols(n).cwiseAbs() * rhs.head(n).cwiseAbs() / std::abs(s);
   return (off.cwiseAbs().array() / size.array()).maxCoeff();
 }
 

@@ -3,27 +3,27 @@
 /// The exact linear solve of implicit methods in O(n).
 ///
 /// Implicit methods need (s·1 − J) [u; v] = [ρ_q; ρ_v] with J the full Jacobian of (θ̇, ω̇) = (ω, α(θ, ω)).
-/// The upper half gives v = s u − ρ_q. For the lower half the recursion of articulated.h is differentiated as
-/// it stands, so geometric (tension) stiffness, Coriolis terms, springs and dampers are all in it, and
-/// nothing is approximated. With δα = s² u − s ρ_q − ρ_v, a point P of body j has δ(acceleration) = (z u + w)
-/// P, where
+/// The upper half says v = s u − ρ_q. So that v is not left over from a subtraction, write u = σ + u' with
+/// σ = ρ_q/s; then v = s u'. For the lower half the recursion of articulated.h is differentiated as it
+/// stands, so geometric (tension) stiffness, Coriolis terms, springs and dampers are all in it, and nothing
+/// is approximated. With δα = s² u' − ρ_v, a point P of body j has δ(acceleration) = (z u' + w) P, where
 ///
-///     z = i (s² − ω²) − 2 ω s − α          w = i (−s ρ_q − ρ_v) + 2 ω ρ_q
+///     z = i (s² − ω²) − 2 ω s − α          w = −i ρ_v − (i ω² + α) σ
 ///
 /// (products of complex numbers). The joint at the inner pin resists with k̂ = k + s d. What hangs on a pin
-/// shows its parent, which moves by δa and turns by u, the force B δa + h u + b and the moment p·δa + q u +
-/// r. With a the acceleration of the inner pin less gravity, F_outer the force on the next body at its pin,
-/// X·F summed over the loads, inwards:
+/// shows its parent, which moves by δa and turns by σ + u', the force B δa + h u' + b and the moment
+/// p·δa + q u' + r. With a the acceleration of the inner pin less gravity, F_outer the force on the next body
+/// at its pin, X·F summed over the loads, inwards:
 ///
 ///     κ   = X·F − R·(m a) − P·F_outer
 ///     U_R = m zR + B zP + h                U_L = m iR + Bᵀ iP + p
 ///     D_m = (I + m|R|²) s² + κ + q + iP·(B zP + h) + p·(zP)        D = D_m + k̂
 ///     B ← m·1 + B − U_R U_Lᵀ/D     h ← U_R k̂/D     p ← k̂ U_L/D     q ← k̂ D_m/D
 ///
-///     ε   = (I + m|R|²)(s ρ_q + ρ_v) + δ − iP·(B wP + b) − p·(wP) − r       δ = d (ρ_q,j − ρ_q,j−1)
+///     ε   = (I + m|R|²) ρ_v − κ σ + δ − iP·(B wP + b) − p·(wP) − r       δ = −k (σ_j − σ_{j−1})
 ///     b ← m wR + B wP + b + U_R ε/D     r ← δ − k̂ ε/D
 ///
-/// and outwards:  u = (k̂ u_parent + ε − U_L·δa)/D     δa ← δa + u zP + wP.
+/// and outwards:  u' = (k̂ u'_parent + ε − U_L·δa)/D     δa ← δa + u' zP + wP.
 ///
 /// q is not written k̂ − k̂²/D, which cancels for stiff springs. The handles are not symmetric, as J is not.
 /// Everything is analytic in s, so Scalar may be complex.
@@ -130,12 +130,13 @@ class Linearized {
       const BodyAt& body = bodies_[index(j)];
       const Handle& handle = handles_[index(j)];
       Sweep& sweep = sweeps_[index(j)];
-      const Vec2<Scalar> w{2.0 * body.omega * rhoQ[j], -s_ * rhoQ[j] - rhoV[j]};
+      const Scalar sigma = rhoQ[j] / s_;
+      const Vec2<Scalar> w{-body.alpha * sigma, -rhoV[j] - body.omega * body.omega * sigma};
       const Vec2<Scalar> wR = turnScale(w, body.R);
       sweep.wP = turnScale(w, body.P);
-      const Scalar delta = body.d * (j > 0 ? rhoQ[j] - rhoQ[j - 1] : rhoQ[0]);
+      const Scalar delta = -body.k * (j > 0 ? sigma - rhoQ[j - 1] / s_ : sigma);
       const Vec2<Scalar> BwPb = handle.B * sweep.wP + b;
-      sweep.epsilon = body.J * (s_ * rhoQ[j] + rhoV[j]) + delta - dotMixed(perp(body.P), BwPb) -
+      sweep.epsilon = body.J * rhoV[j] - body.kappa * sigma + delta - dotMixed(perp(body.P), BwPb) -
                       dot(handle.p, sweep.wP) - r;
       const Scalar eD = sweep.epsilon / handle.D;
       b = Vec2<Scalar>{body.m * wR.x, body.m * wR.y} + BwPb + eD * handle.UR;
@@ -146,11 +147,10 @@ class Linearized {
     for (int j = 0; j < n_; ++j) {
       const Handle& handle = handles_[index(j)];
       const Sweep& sweep = sweeps_[index(j)];
-      const Scalar rho = rhoQ[j];
       parent = (handle.k * parent + sweep.epsilon - dot(handle.UL, da)) / handle.D;
       da += parent * handle.zP + sweep.wP;
-      u[j] = parent;
-      v[j] = s_ * parent - rho;
+      u[j] = rhoQ[j] / s_ + parent;
+      v[j] = s_ * parent;
     }
   }
 

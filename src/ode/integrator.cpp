@@ -113,6 +113,7 @@ class AdaptiveSteps : public Integrator {
   static constexpr double safety = 0.9;
   static constexpr double beta = 0.04;
   static constexpr double smallestFactor = 0.2;
+  static constexpr double shortestCounted = 1e-3;  // s
   static constexpr double tiny = 1e-300;
 
   double factor(double error) const {
@@ -134,8 +135,8 @@ class AdaptiveSteps : public Integrator {
   /// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is NaN.
   double errorNorm(const Eigen::VectorXd& y, double h) {
     const Eigen::VectorXd& error = stepper_->error();
-    const double share =
-        std::max(tolerance_.value * std::min(h, 1.0), std::numeric_limits<double>::epsilon());
+    const double share = std::max(tolerance_.value * std::min(std::max(h, shortestCounted), 1.0),
+                                  std::numeric_limits<double>::epsilon());
     trial_ = y + stepper_->increment();
     double worst = 0;
     for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {

@@ -24,13 +24,14 @@ struct StepCount {
 
 /// What the error control looks at: a step of length h may add to component i an error of
 ///
-///     tolerance · min(h, 1 s) · (1 + min(|y_i|, ceiling_i))
+///     tolerance · clamp(h / 1 s, 1/1000, 1) · (1 + min(|y_i|, ceiling_i))
 ///
 /// This is the textbook's atol + rtol |y_i| with atol = rtol, in two respects more demanding. It is an error
-/// per second, not per step, so what adds up over a second meets the tolerance however many steps it took
-/// (never less than the rounding of y_i itself). And a component's size counts only up to its ceiling: an
-/// angle that has gone round a million times must not be a million times less exact. Components beyond the
-/// ceiling's length are not controlled.
+/// per second, not per step, so what adds up over a second meets the tolerance however many steps it took.
+/// (Steps below a millisecond are treated like one of a millisecond: the rounding of a stiff f is in
+/// proportion to h as well, and no step would be short enough.) And a component's size counts only up to its
+/// ceiling: an angle that has gone round a million times must not be a million times less exact. Components
+/// beyond the ceiling's length are not controlled.
 struct Tolerance {
   double value = 0;
   Eigen::ArrayXd ceiling;
