@@ -12,8 +12,9 @@ import rospy
 import rostest
 from planar_chain.msg import SimStatus
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
 
-from ros_node import Listener, Node
+from ros_node import Listener, Node, nanoseconds, rod
 
 TEST = os.path.dirname(os.path.realpath(__file__))
 BAD = sorted(glob.glob(os.path.join(TEST, 'bad_scenes', '*.yaml')))
@@ -87,6 +88,47 @@ class Scenes(unittest.TestCase):
                 for state in states.messages:
                     values = state.position + state.velocity + state.effort
                     self.assertTrue(all(map(math.isfinite, values)))
+
+
+    def test_a_failed_integration_keeps_the_last_good_state_and_says_so(self):
+        # Far outside rk4's region of stability: the rate grows by orders of magnitude each step.
+        scene = rod(integrator={'method': 'rk4', 'step': 0.05})
+        scene['links']['rod']['joint'] = {'damping': 1000.0}
+        scene['links']['rod']['initial'] = {'velocity': 1.0}
+        states = Listener('/joint_states', JointState)
+        statuses = Listener('/planar_chain/status', SimStatus)
+        with Node(scene):
+            fault = statuses.wait_for(lambda status: status.fault)
+            # The status goes on, with time and stamps of states standing still.
+            statuses.wait_for_count(fault + 10)
+        states.close()
+        statuses.close()
+        first, later = statuses.messages[fault], statuses.messages[fault + 9]
+        self.assertIn('the last good state is kept', first.fault)
+        self.assertEqual(later.sim_time, first.sim_time)
+        self.assertGreater(nanoseconds(later), nanoseconds(first))
+        self.assertLess(nanoseconds(states.messages[-1]), nanoseconds(first) + 1)
+        for state in states.messages:
+            self.assertTrue(all(map(math.isfinite, state.position + state.velocity + state.effort)))
+        for status in statuses.messages:
+            self.assertTrue(all(map(math.isfinite, (
+                status.kinetic, status.potential, status.work_supplied, status.dissipated,
+                status.energy_balance, status.error_estimate, status.sim_time))))
+
+    def test_a_scene_too_heavy_for_the_machine_falls_behind_and_still_listens(self):
+        scene = rod(integrator={'method': 'rk4', 'step': 2e-6})
+        scene['links']['rod'].update(repeat=200)
+        scene['publish'] = {'rate': 1000.0}
+        statuses = Listener('/planar_chain/status', SimStatus)
+        out = rospy.Publisher('/planar_chain/joint_torques', Float64MultiArray, queue_size=10, latch=True)
+        with Node(scene):
+            out.publish(data=[1.0])
+            refused = statuses.wait_for(lambda status: status.rejected_commands > 0)
+            slow = statuses.wait_for(lambda status: status.lag > 1.5, refused)
+        out.unregister()
+        statuses.close()
+        self.assertGreater(statuses.messages[slow].overruns, 0)
+        self.assertLess(statuses.messages[slow].real_time_factor, 0.9)
 
 
 if __name__ == '__main__':
