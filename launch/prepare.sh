@@ -20,10 +20,8 @@ if [ -e /opt/ros/noetic/setup.bash ]; then
   to_test=(ros-noetic-rostest)
 else
   # Debian splits a message package in three: definitions (ros-…), C++ (lib…-dev), python.
-  to_run=("${to_build[@]}" catkin ros-message-generation ros-message-runtime
-    libroscpp-dev libtf2-ros-dev libtf2-msgs-dev libsensor-msgs-dev libstd-srvs-dev
-    ros-std-msgs ros-geometry-msgs
-    python3-{std,sensor,geometry,tf2,rosgraph}-msgs python3-std-srvs
+  to_run=("${to_build[@]}" catkin ros-message-generation ros-message-runtime libroscpp-dev libtf2-ros-dev
+    ros-{std,geometry}-msgs lib{std,geometry,sensor,tf2}-msgs-dev python3-{std,geometry,sensor,tf2}-msgs
     python3-{roslaunch,rosbag,rostopic} rosbash rosout rviz)
   to_test=(librostest-dev python3-rostest)
 fi
