@@ -9,9 +9,9 @@ namespace planar_chain {
 
 namespace {
 
-// Sizes of what is drawn, in mean lengths of a link.
-constexpr double barWidth = 0.08;
-constexpr double pinRadius = 0.06;
+// Sizes of what is drawn, in drawing units.
+constexpr double barWidth = 0.09;
+constexpr double pinRadius = 0.065;
 constexpr double comRadius = 0.07;
 
 std::string escaped(const std::string& text) {
@@ -45,16 +45,12 @@ double length(Vec2d a) {
   return std::hypot(a.x, a.y);
 }
 
-/// Links without length count with the arm of their centre of mass; a point at the pin not at all.
-double meanLength(const Chain& chain) {
-  double sum = 0;
-  int counted = 0;
-  for (const Link& link : chain.links()) {
-    const double size = std::fmax(length(link.pin), length(link.com));
-    sum += size;
-    if (size > 0) ++counted;
-  }
-  return counted > 0 ? sum / counted : 1.0;
+/// What is drawn scales with the mean length of a link; where links are many and short, with that of the
+/// chain, or a rope would be too thin to see.
+double drawingUnit(const Chain& chain) {
+  double reach = 0;
+  for (const Link& link : chain.links()) reach += std::fmax(length(link.pin), length(link.com));
+  return reach > 0 ? reach / std::fmin(chain.size(), 8) : 1;
 }
 
 /// How far the centre of mass lies from the line between the pins.
@@ -69,7 +65,7 @@ double offLine(const Link& link) {
 class Writer {
  public:
   Writer(const Scene& scene, const Frames& frames)
-      : chain_(scene.chain), frames_(frames), unit_(meanLength(scene.chain)) {}
+      : chain_(scene.chain), frames_(frames), unit_(drawingUnit(scene.chain)) {}
 
   std::string text() {
     out_ << "<?xml version=\"1.0\"?>\n<robot name=\"planar_chain\">\n";
@@ -161,7 +157,7 @@ class Writer {
 
   const Chain& chain_;
   const Frames& frames_;
-  double unit_;  ///< mean length of a link, m
+  double unit_;  ///< m
   std::ostringstream out_;
 };
 
