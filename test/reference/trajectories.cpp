@@ -27,6 +27,8 @@
 #include <string>
 #include <vector>
 
+#include "extrapolation.h"
+
 namespace {
 
 using Quad = __float128;
@@ -48,11 +50,6 @@ long double sine(long double x) {
 }
 long double root(long double x) {
   return std::sqrt(x);
-}
-
-template <class Real>
-Real magnitude(Real x) {
-  return x < 0 ? -x : x;
 }
 
 // ---- The scene -----------------------------------------------------------------------------------
@@ -274,89 +271,7 @@ class Lagrange {
   std::vector<Vec<Real>> mu_, P_, U_, z_;
 };
 
-// ---- The integrator ------------------------------------------------------------------------------
-
-/// Order 2 columns; `tolerance` bounds the error estimate of a step, relative to max(1, |y|).
-template <class Real>
-class Extrapolation {
- public:
-  Extrapolation(Lagrange<Real>& f, int columns, double tolerance)
-      : f_(f), columns_(columns), tolerance_(tolerance) {}
-
-  void integrate(double from, double to, std::vector<Real>& y) {
-    Real t = Real(from), left = Real(to) - Real(from);
-    Real h = std::min(Real(1e-3), left);
-    while (left > 0) {
-      const bool last = h >= left;
-      if (last) h = left;
-      const double error = step(t, h, y);
-      if (error <= 1) {
-        y = table_.back();
-        t += h;
-        left = last ? Real(0) : Real(to) - t;
-      }
-      const double growth = 0.8 * std::pow(std::max(error, 1e-12), -1.0 / (2 * columns_ - 1));
-      h *= Real(std::min(4.0, std::max(0.1, growth)));
-    }
-  }
-
- private:
-  double step(Real t, Real h, const std::vector<Real>& y) {
-    std::vector<Real> lowerOrder;
-    slope_.resize(y.size());
-    f_(t, y, slope_);
-    const std::vector<Real> slope = slope_;
-    table_.assign(columns_, {});
-    for (int k = 0; k < columns_; ++k) {
-      // Row k from the right: T_k1, then T_kj over the row before, whose entry j−1 it replaces.
-      std::vector<Real> entry = midpoint(t, h, 2 * (k + 1), y, slope);
-      for (int j = 0; j < k; ++j) {
-        const Real ratio = Real(k + 1) / Real(k - j);
-        std::vector<Real> next(y.size());
-        for (std::size_t i = 0; i < y.size(); ++i) {
-          next[i] = entry[i] + (entry[i] - table_[j][i]) / (ratio * ratio - 1);
-        }
-        table_[j] = entry;
-        entry = next;
-      }
-      table_[k] = entry;
-    }
-    double worst = 0;
-    for (std::size_t i = 0; i < y.size(); ++i) {
-      const Real scale = std::max(Real(1), magnitude(y[i]));
-      const Real error = magnitude(table_[columns_ - 1][i] - table_[columns_ - 2][i]) / scale;
-      worst = std::max(worst, double(error) / tolerance_);
-      if (!(double(error) >= 0)) return 1e12;
-    }
-    return worst;
-  }
-
-  std::vector<Real> midpoint(Real t, Real h, int steps, const std::vector<Real>& y,
-                             const std::vector<Real>& slope) {
-    const Real part = h / Real(steps);
-    std::vector<Real> before = y, now = y;
-    for (std::size_t i = 0; i < y.size(); ++i) now[i] += part * slope[i];
-    for (int k = 1; k < steps; ++k) {
-      f_(t + Real(k) * part, now, slope_);
-      for (std::size_t i = 0; i < y.size(); ++i) {
-        const Real next = before[i] + 2 * part * slope_[i];
-        before[i] = now[i];
-        now[i] = next;
-      }
-    }
-    f_(t + h, now, slope_);
-    for (std::size_t i = 0; i < y.size(); ++i) {
-      now[i] = (now[i] + before[i] + part * slope_[i]) / 2;
-    }
-    return now;
-  }
-
-  Lagrange<Real>& f_;
-  int columns_;
-  double tolerance_;
-  std::vector<std::vector<Real>> table_;
-  std::vector<Real> slope_;
-};
+// ---- A run ----------------------------------------------------------------------------------------
 
 /// Relative [q, q̇] at the scene's end.
 template <class Real>
@@ -381,7 +296,7 @@ std::vector<Real> run(const Scene<Real>& scene, int columns, double tolerance) {
     const double from = landings[k - 1], to = landings[k];
     if (from < 0 || to > scene.end || from == to) continue;
     f.enter(from + (to - from) / 2);
-    Extrapolation<Real>(f, columns, tolerance).integrate(from, to, y);
+    Extrapolation<Real, Lagrange<Real>>(f, columns, tolerance).integrate(from, to, y);
   }
 
   for (std::size_t i = n - 1; i > 0; --i) {
