@@ -191,6 +191,14 @@ TEST(Chain, NamesTheLinkThatTurnsWithoutMass) {
   EXPECT_NE(faults[0].found.find("out to d"), std::string::npos) << faults[0].found;
 }
 
+/// A mass on the pin that it is carried by moves with it, whatever is further out.
+TEST(Chain, DoesNotBlameTheLinkThatCarriesAMass) {
+  std::vector<Link> links{kinds()[2], kinds()[2]};
+  links[0].name = "a";
+  links[1].name = "b";
+  EXPECT_EQ(pathsOf(faultsOfChain(links, jointsFor(links))), Paths{"links/b"});
+}
+
 TEST(Chain, RefusesOffsetsThatVanishWhenSquared) {
   Link link{"a", 1, 0, {1e-170, 0}, {1, 0}};
   EXPECT_EQ(pathsOf(faultsOfChain({link}, jointsFor({link}))), Paths{"links/a"});
