@@ -21,7 +21,7 @@ L_SHAPED = {
     'chain': ['upper', 'lower'],
     'gravity': [0.0, 0.0],
     'links': {
-        'upper': {'mass': 1.0, 'inertia': 0.1, 'com': [0.5, 0.2], 'pin': [1.0, 0.0],
+        'upper': {'mass': 1.0, 'inertia': 0.1, 'com': [0.5, 0.2], 'pin': [0.8, 0.3],
                   'joint': {'name': 'shoulder', 'damping': 0.25}, 'initial': {'angle': math.pi / 2}},
         'lower': {'mass': 2.0, 'inertia': 0.0, 'com': [0.3, 0.0], 'pin': [0.6, 0.0],
                   'initial': {'angle': -math.pi / 2}},
@@ -113,7 +113,7 @@ class Frames(unittest.TestCase):
         lower = pose_in('world', 'alone/lower', tree)
         self.assert_poses_equal(upper[:3, 3], [0, 0, 0])
         self.assert_poses_equal(upper[:3, 0], [0, 0, 1])
-        self.assert_poses_equal(lower[:3, 3], [0, 0, 1])
+        self.assert_poses_equal(lower[:3, 3], [-0.3, 0, 0.8])
         self.assert_poses_equal(lower[:3, 0], [1, 0, 0])
         self.assert_poses_equal(lower[:3, 2], [0, -1, 0])
 
@@ -132,7 +132,7 @@ class Frames(unittest.TestCase):
         self.assertEqual(upper.find('mass').get('value'), '1')
         self.assertEqual(upper.find('inertia').get('izz'), '0.1')
         self.assertEqual(robot.find("joint[@name='shoulder']/dynamics").get('damping'), '0.25')
-        self.assertEqual(robot.find("joint[@name='lower_joint']/origin").get('xyz'), '1 0 0')
+        self.assertEqual(robot.find("joint[@name='lower_joint']/origin").get('xyz'), '0.8 0.3 0')
 
     def test_two_chains_in_two_namespaces(self):
         both = {}
