@@ -39,7 +39,7 @@ struct Simulation::Parts {
   int n;
   Loads loads;
   Dynamics dynamics;
-  ode::Method method;
+  std::unique_ptr<ode::Integrator> integrator;
   ode::State state;
   std::vector<double> q, qd;
   std::vector<LinkMotion> motions;
@@ -51,8 +51,8 @@ struct Simulation::Parts {
         n(given.chain.size()),
         loads(scene, commandCapacity),
         dynamics(scene.chain, loads),
-        method(ode::makeMethod(given.integrator.method, dynamics, given.integrator.step,
-                               toleranceOf(given.integrator.tolerance, n))),
+        integrator(ode::makeMethod(given.integrator.method, dynamics, given.integrator.step,
+                                   toleranceOf(given.integrator.tolerance, n))),
         state(dynamics.size()),
         q(static_cast<std::size_t>(n)),
         qd(static_cast<std::size_t>(n)),
@@ -84,7 +84,7 @@ struct Simulation::Parts {
   /// Something else acts from now on.
   void actAnew() {
     loads.enter(state.t);
-    method.integrator->restart();
+    integrator->restart();
   }
 
   void readRelative() {
@@ -101,7 +101,7 @@ struct Simulation::Parts {
                           ? "the motion leaves the finite numbers"
                           : "the tolerance asks for steps below the resolution of time";
     std::snprintf(text, sizeof text, "%s gave up at t = %.9g s: %s; the last good state is kept",
-                  method.name.c_str(), state.t, why);
+                  integrator->name(), state.t, why);
     fault = text;
   }
 };
@@ -120,7 +120,7 @@ bool Simulation::advanceTo(double t) {
   if (!p.fault.empty()) return false;
   while (p.state.t < t) {
     const double end = std::min(t, p.loads.until());
-    const ode::Outcome outcome = p.method.integrator->integrate(p.state, end, p.loads.longestStep());
+    const ode::Outcome outcome = p.integrator->integrate(p.state, end, p.loads.longestStep());
     if (outcome != ode::Outcome::arrived) {
       p.fail(outcome);
       break;
@@ -143,15 +143,15 @@ const std::vector<double>& Simulation::qd() const {
 const std::string& Simulation::fault() const {
   return parts_->fault;
 }
-const std::string& Simulation::method() const {
-  return parts_->method.name;
+std::string Simulation::method() const {
+  return parts_->integrator->name();
 }
 const Scene& Simulation::scene() const {
   return parts_->scene;
 }
 
 Statistics Simulation::statistics() const {
-  const ode::StepCount& count = parts_->method.integrator->count();
+  const ode::StepCount& count = parts_->integrator->count();
   return {count.accepted, count.rejected, parts_->dynamics.evaluations(), count.lastError};
 }
 

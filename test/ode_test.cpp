@@ -340,8 +340,8 @@ TEST(Methods, SolveToTheToleranceByName) {
     for (const double tolerance : {1e-5, 1e-7, 1e-9}) {
       auto f = testSystem();
       State state = testStart();
-      const Method method = makeMethod(name, f, 1e-3, {tolerance, Eigen::ArrayXd::Constant(3, 1e300)});
-      ASSERT_EQ(method.integrator->integrate(state, 3, 100), Outcome::arrived);
+      const auto method = makeMethod(name, f, 1e-3, {tolerance, Eigen::ArrayXd::Constant(3, 1e300)});
+      ASSERT_EQ(method->integrate(state, 3, 100), Outcome::arrived);
       EXPECT_LT(testError(state), 5 * tolerance) << name << " at " << tolerance;
     }
   }

@@ -54,7 +54,7 @@ class Simulation {
   const std::vector<double>& q() const;   ///< relative angles, rad, not wrapped
   const std::vector<double>& qd() const;  ///< rad/s
   const std::string& fault() const;       ///< empty: none
-  const std::string& method() const;      ///< in use, such as "dopri5"
+  std::string method() const;             ///< in use, such as "dopri5"
   const Scene& scene() const;
   Statistics statistics() const;
 

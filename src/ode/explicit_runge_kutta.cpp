@@ -14,6 +14,10 @@ ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
       coarse_(Eigen::VectorXd::Zero(table.coarse.empty() ? 0 : f.size())),
       error_(Eigen::VectorXd::Zero(table.e.empty() ? 0 : f.size())) {}
 
+double ExplicitRungeKutta::cost() const {
+  return static_cast<double>(k_.size()) - (table_.lastIsFirst ? 1 : 0);
+}
+
 const Eigen::VectorXd& ExplicitRungeKutta::derivative(double t, const Eigen::VectorXd& y) {
   if (!firstIsKnown_) f_.derivative(t, y.data(), k_.front().data());
   firstIsKnown_ = true;

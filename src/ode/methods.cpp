@@ -1,6 +1,7 @@
 #include "planar_chain/ode/methods.h"
 
 #include <stdexcept>
+#include <utility>
 
 #include "planar_chain/ode/explicit_runge_kutta.h"
 #include "planar_chain/ode/rosenbrock.h"
@@ -12,20 +13,28 @@ const std::vector<std::string>& methodNames() {
   return names;
 }
 
-Method makeMethod(const std::string& name, LinearizedSystem& f, double step, const Tolerance& tolerance) {
-  if (name == "rk4") return {"rk4", fixedSteps(std::make_unique<ExplicitRungeKutta>(rk4(), f), step)};
-  if (name == "dopri5" || name == "auto") {
-    return {"dopri5", adaptiveSteps(std::make_unique<ExplicitRungeKutta>(dopri5(), f), tolerance)};
+std::unique_ptr<Integrator> makeMethod(const std::string& name, LinearizedSystem& f, double step,
+                                       const Tolerance& tolerance) {
+  const auto explicitBy = [&](const Tableau& table) {
+    return std::make_unique<ExplicitRungeKutta>(table, f);
+  };
+  const auto implicitBy = [&](const RosenbrockTableau& table) {
+    return std::make_unique<Rosenbrock>(table, f);
+  };
+  if (name == "auto") {
+    // The stiff method first: explicit ones at their limit of stability leave oscillations behind, within the
+    // tolerance, that a stiff method must damp before it can take its own long steps.
+    std::vector<std::unique_ptr<Stepper>> steppers;
+    steppers.push_back(implicitBy(rodas5p()));
+    steppers.push_back(explicitBy(dop853()));
+    steppers.push_back(explicitBy(dopri5()));
+    return fastestSteps(std::move(steppers), tolerance);
   }
-  if (name == "dop853") {
-    return {"dop853", adaptiveSteps(std::make_unique<ExplicitRungeKutta>(dop853(), f), tolerance)};
-  }
-  if (name == "rodas5p") {
-    return {"rodas5p", adaptiveSteps(std::make_unique<Rosenbrock>(rodas5p(), f), tolerance)};
-  }
-  if (name == "ros34pw2") {
-    return {"ros34pw2", adaptiveSteps(std::make_unique<Rosenbrock>(ros34pw2(), f), tolerance)};
-  }
+  if (name == "rk4") return fixedSteps(explicitBy(rk4()), step);
+  if (name == "dopri5") return adaptiveSteps(explicitBy(dopri5()), tolerance);
+  if (name == "dop853") return adaptiveSteps(explicitBy(dop853()), tolerance);
+  if (name == "rodas5p") return adaptiveSteps(implicitBy(rodas5p()), tolerance);
+  if (name == "ros34pw2") return adaptiveSteps(implicitBy(ros34pw2()), tolerance);
   throw std::invalid_argument("no method is called " + name);
 }
 

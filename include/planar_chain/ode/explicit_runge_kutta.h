@@ -16,6 +16,7 @@ class ExplicitRungeKutta : public Stepper {
   int order() const override { return table_.order; }
   int errorOrder() const override { return table_.errorOrder; }
 
+  double cost() const override;
   System& system() override { return f_; }
   const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) override;
   void step(double t, double h, const Eigen::VectorXd& y) override;

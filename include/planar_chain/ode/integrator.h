@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <memory>
+#include <vector>
 
 #include "planar_chain/ode/stepper.h"
 #include "planar_chain/ode/system.h"
@@ -40,6 +41,8 @@ struct Tolerance {
 class Integrator {
  public:
   virtual ~Integrator() = default;
+  /// Name of the method in use.
+  virtual const char* name() const = 0;
   /// Takes state to time end and lands on it exactly; adaptive steps are no longer than longestStep, fixed
   /// ones are as they were asked for. After any outcome but `arrived` state is that of the last good step.
   /// Allocates nothing.
@@ -49,6 +52,10 @@ class Integrator {
   virtual const StepCount& count() const = 0;
 };
 
+/// Adds an increment to the state, carrying what rounding takes away, and sets its time. False, and nothing
+/// has changed, when the result is not finite. Allocates nothing.
+bool take(State& state, double t, const Eigen::VectorXd& increment);
+
 /// Equal steps of at most h between the times that it must land on.
 std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double h);
 
@@ -56,5 +63,8 @@ std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double 
 /// Solving ODEs II, section IV.2; the first step as in Solving ODEs I, section II.4).
 /// @throws std::invalid_argument for a stepper without error estimate.
 std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance);
+
+/// The one of several adaptive methods that comes forward fastest, found out while running; the first starts.
+std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance);
 
 }  // namespace planar_chain::ode

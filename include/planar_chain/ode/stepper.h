@@ -18,6 +18,8 @@ class Stepper {
   /// Order of the embedded solution; 0: the method has no error estimate.
   virtual int errorOrder() const = 0;
 
+  /// Of one try of a step, in evaluations of f: the same on every machine, so that choices by it are too.
+  virtual double cost() const = 0;
   virtual System& system() = 0;
   /// f(t, y), evaluated unless the last accepted step left it behind.
   virtual const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) = 0;

@@ -1,0 +1,47 @@
+#pragma once
+
+/// Steps chosen so that the error estimate of each meets the tolerance: PI control (Hairer, Wanner, Solving
+/// ODEs II, section IV.2), the first step as in Hairer, Nørsett, Wanner, Solving ODEs I, section II.4.
+
+#include "planar_chain/ode/integrator.h"
+
+namespace planar_chain::ode {
+
+class AdaptiveSteps : public Integrator {
+ public:
+  /// @throws std::invalid_argument for a stepper without error estimate.
+  AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance);
+
+  const char* name() const override { return stepper_->name(); }
+  Outcome integrate(State& state, double end, double longestStep) override;
+  void restart() override;
+  const StepCount& count() const override { return count_; }
+
+  enum class Attempt { accepted, rejected, tooSmall, notFinite };
+  /// One step towards end, or one try that shortens the next. The last two: no shorter step makes sense.
+  Attempt attempt(State& state, double end, double longestStep);
+  /// The state has moved without this object: the next step is tried with about h.
+  void resume(double h);
+  /// The next step, if nothing has to be landed on; 0: not known.
+  double proposal() const { return h_; }
+  /// What an attempt costs, in evaluations of f.
+  double cost() const { return stepper_->cost(); }
+
+ private:
+  double growth(double error) const;
+  double sizeOf(const Eigen::VectorXd& y, Eigen::Index i) const;
+  double errorNorm(const Eigen::VectorXd& y, double h);
+  double firstStep(const State& state, double left);
+
+  std::unique_ptr<Stepper> stepper_;
+  Tolerance tolerance_;
+  double exponent_;
+  double h_ = 0;
+  double lastError_ = 1e-4;
+  bool justRejected_ = false;
+  bool finite_ = true;
+  StepCount count_;
+  Eigen::VectorXd trial_, trialDerivative_;
+};
+
+}  // namespace planar_chain::ode

@@ -1,0 +1,143 @@
+#include "planar_chain/ode/adaptive_steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace planar_chain::ode {
+
+namespace {
+
+constexpr double safety = 0.9;
+constexpr double beta = 0.04;  // weight of the last error in the PI control
+constexpr double smallestFactor = 0.2;
+constexpr double largestFactor = 10;
+constexpr double shortestCounted = 1e-3;  // s; see Tolerance
+constexpr double smallestError = 1e-4;    // remembered by the PI control
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+/// The end of the next step of about h: two steps of equal length rather than a last one that is tiny.
+double landing(double t, double end, double h) {
+  const double left = end - t;
+  if (h >= left * (1 - 1e-9)) return end;
+  return h > left / 2 ? t + left / 2 : t + h;
+}
+
+}  // namespace
+
+AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance)
+    : stepper_(std::move(stepper)),
+      tolerance_(std::move(tolerance)),
+      exponent_(1.0 / stepper_->errorOrder()),
+      trial_(stepper_->increment()),
+      trialDerivative_(stepper_->increment()) {
+  if (stepper_->errorOrder() == 0) {
+    throw std::invalid_argument(std::string(stepper_->name()) + " has no error estimate to adapt to");
+  }
+}
+
+Outcome AdaptiveSteps::integrate(State& state, double end, double longestStep) {
+  while (state.t < end) {
+    const Attempt result = attempt(state, end, longestStep);
+    if (result == Attempt::tooSmall) return Outcome::stepTooSmall;
+    if (result == Attempt::notFinite) return Outcome::notFinite;
+  }
+  return Outcome::arrived;
+}
+
+AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double longestStep) {
+  if (h_ <= 0) h_ = firstStep(state, end - state.t);
+  const double next = landing(state.t, end, std::min(h_, longestStep));
+  const double h = next - state.t;
+  // Shorter than the spacing of the numbers at t, and not because this is all that is left.
+  if (next < end && !(h > 4 * epsilon * std::abs(state.t))) {
+    return finite_ ? Attempt::tooSmall : Attempt::notFinite;
+  }
+
+  stepper_->step(state.t, h, state.y);
+  const double error = errorNorm(state.y, h);
+  finite_ = std::isfinite(error) && stepper_->increment().allFinite();
+  if (finite_ && error <= 1 && take(state, next, stepper_->increment())) {
+    // The step that the error asks for grows from the one taken, but not past ten times the one proposed
+    // before: a step cut short to land on a time says little about far longer ones.
+    stepper_->accept();
+    const double wanted = h * std::max(growth(error), smallestFactor);
+    h_ = std::min(wanted, justRejected_ ? h : largestFactor * h_);
+    justRejected_ = false;
+    lastError_ = std::max(error, smallestError);
+    count_.lastError = error;
+    ++count_.accepted;
+    return Attempt::accepted;
+  }
+  const double factor = finite_ ? safety * std::pow(error, -exponent_) : 0.1;
+  h_ = h * std::min(std::max(factor, finite_ ? smallestFactor : 0.0), 0.9);
+  justRejected_ = true;
+  ++count_.rejected;
+  return Attempt::rejected;
+}
+
+void AdaptiveSteps::restart() {
+  resume(0);
+}
+
+void AdaptiveSteps::resume(double h) {
+  stepper_->forget();
+  h_ = h;
+  lastError_ = smallestError;
+  justRejected_ = false;
+  finite_ = true;
+}
+
+double AdaptiveSteps::growth(double error) const {
+  return safety * std::pow(std::max(error, 1e-30), -(exponent_ - 0.75 * beta)) * std::pow(lastError_, beta);
+}
+
+/// The factor of the tolerance that stands for the size of y_i.
+double AdaptiveSteps::sizeOf(const Eigen::VectorXd& y, Eigen::Index i) const {
+  return 1 + std::min(std::abs(y[i]), tolerance_.ceiling[i]);
+}
+
+/// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is NaN.
+double AdaptiveSteps::errorNorm(const Eigen::VectorXd& y, double h) {
+  const Eigen::VectorXd& error = stepper_->error();
+  const double share = std::max(tolerance_.value * std::min(std::max(h, shortestCounted), 1.0), epsilon);
+  trial_ = y + stepper_->increment();
+  double worst = 0;
+  for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {
+    const double ratio = std::abs(error[i]) / (share * std::max(sizeOf(y, i), sizeOf(trial_, i)));
+    if (std::isnan(ratio)) return ratio;
+    worst = std::max(worst, ratio);
+  }
+  return worst;
+}
+
+/// A step whose explicit Euler error is small: h² |ÿ| about 1 % of the scale, then adapted to the order.
+double AdaptiveSteps::firstStep(const State& state, double left) {
+  const Eigen::VectorXd& slope = stepper_->derivative(state.t, state.y);
+  const auto norm = [&](auto component) {
+    double worst = 0;
+    for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {
+      const double scale = tolerance_.value * sizeOf(state.y, i);
+      worst = std::max(worst, std::abs(component(i)) / scale);
+    }
+    return worst;
+  };
+  const double d0 = norm([&](Eigen::Index i) { return sizeOf(state.y, i) - 1; });
+  const double d1 = norm([&](Eigen::Index i) { return slope[i]; });
+  const double h0 = std::min(left, d0 > 1e-5 && d1 > 1e-5 ? 0.01 * d0 / d1 : 1e-6);
+  trial_ = state.y + h0 * slope;
+  stepper_->system().derivative(state.t + h0, trial_.data(), trialDerivative_.data());
+  const double d2 = norm([&](Eigen::Index i) { return (trialDerivative_[i] - slope[i]) / h0; });
+  const double most = std::max(d1, d2);
+  const double h1 = most > 1e-15 ? std::pow(0.01 / most, exponent_) : std::max(1e-6, 1e-3 * h0);
+  return std::isfinite(h1) ? std::min({100 * h0, h1, left}) : h0;
+}
+
+std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance) {
+  return std::make_unique<AdaptiveSteps>(std::move(stepper), std::move(tolerance));
+}
+
+}  // namespace planar_chain::ode
