@@ -233,6 +233,16 @@ std::complex<double> stability(const Weights& method, std::complex<double> z) {
   return 1.0 + z * (method.b.transpose() * system.partialPivLu().solve(one))(0);
 }
 
+TEST(ExplicitRungeKutta, IsStableUpToItsLimit) {
+  for (const Tableau* table : {&rk4(), &dopri5(), &dop853()}) {
+    const Weights method = weightsOf(*table);
+    for (double y = 0.01; y < table->stabilityLimit; y += 0.01) {
+      EXPECT_LE(std::abs(stability(method, {0, y})), 1 + 1e-9) << table->name << " at " << y;
+    }
+    EXPECT_GT(std::abs(stability(method, {0, table->stabilityLimit + 0.1})), 1 + 1e-9) << table->name;
+  }
+}
+
 TEST(Rosenbrock, IsLStable) {
   for (const Weights& method : {weightsOf(rodas5p()), weightsOf(ros34pw2())}) {
     // A-stable: |R| ≤ 1 on the imaginary axis (R has no pole to its left). L-stable: R(−∞) = 0.

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "planar_chain/ode/adaptive_steps.h"
@@ -10,17 +11,26 @@ namespace {
 /// Every now and then another method makes a few steps of the same motion, and takes over if it came clearly
 /// further for what they cost. Cost is counted, not timed, so the choice is the same on every machine.
 /// All steps meet the tolerance, whoever makes them, and none is made twice.
+///
+/// An explicit method may not run where its steps come near its limit of stability, however fast it is: there
+/// it leaves oscillations behind, within the tolerance, that a stiff method would have to follow. Where that
+/// is, the largest eigenvalue of J tells; it is kept up to date by power iteration.
 class FastestSteps : public Integrator {
  public:
   FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance) {
     for (auto& stepper : steppers) {
       methods_.push_back(std::make_unique<AdaptiveSteps>(std::move(stepper), tolerance));
     }
+    // The pattern of the highest modes of a chain: every component against its neighbours.
+    direction_ = Eigen::VectorXd::Ones(methods_.front()->system().size());
+    for (Eigen::Index i = 1; i < direction_.size(); i += 2) direction_[i] = -1;
+    base_ = moved_ = slope_ = direction_;
   }
 
   const char* name() const override { return methods_[inUse_]->name(); }
 
   Outcome integrate(State& state, double end, double longestStep) override {
+    if (!started_ && state.t < end) start(state, end);
     while (state.t < end) {
       const double before = state.t;
       AdaptiveSteps& method = running();
@@ -45,9 +55,9 @@ class FastestSteps : public Integrator {
       }
       failures_ = 0;
       if (onTrial_) {
-        if (run_.steps >= judged || run_.cost > trialCostLeft_) judgeTrial();
+        if (run_.steps >= judged || run_.cost > trialCostLeft_) judgeTrial(state);
       } else if (run_.steps >= patience_) {
-        startTrial();
+        startTrial(state);
       }
     }
     return Outcome::arrived;
@@ -64,6 +74,7 @@ class FastestSteps : public Integrator {
   static constexpr int judged = 3;              // steps after which a trial is looked at
   static constexpr double clearly = 1.15;       // how much faster a challenger must be to win,
   static constexpr double hopeful = 1.3;        // and how much faster than before to be given more time
+  static constexpr double farEnough = 0.75;     // of the limit of stability
   static constexpr double mostTrialCost = 600;  // evaluations
 
   /// What a method came forward by, and at what cost.
@@ -71,11 +82,58 @@ class FastestSteps : public Integrator {
     double progress = 0, cost = 0;
     int steps = 0;
     double speed() const { return cost > 0 ? progress / cost : 0; }
+    double meanStep() const { return steps > 0 ? progress / steps : 0; }
   };
 
   AdaptiveSteps& running() { return *methods_[onTrial_ ? challenger_ : inUse_]; }
 
-  void startTrial() {
+  /// An explicit method where its first step is far from the limit, the stiff one elsewhere.
+  void start(const State& state, double end) {
+    findLargestEigenvalue(state);
+    inUse_ = methods_.size() > 1 && maySteadily(1, methods_[1]->propose(state, end - state.t)) ? 1 : 0;
+    started_ = true;
+  }
+
+  /// May this method run with steps of h?
+  bool maySteadily(std::size_t method, double h) const {
+    return h * eigenvalue_ < farEnough * methods_[method]->stabilityLimit();
+  }
+
+  /// |λ|² of the largest eigenvalue by how much J J stretches the direction that it turns into.
+  void findLargestEigenvalue(const State& state) {
+    System& f = methods_.front()->system();
+    f.derivative(state.t, state.y.data(), base_.data());
+    for (int k = 0; k < 2; ++k) {
+      const double before = direction_.norm();
+      applyJacobian(f, state);
+      applyJacobian(f, state);
+      const double after = direction_.norm();
+      if (!(after > 0) || !std::isfinite(after)) {
+        direction_ = Eigen::VectorXd::Ones(direction_.size());
+        eigenvalue_ = 0;
+        return;
+      }
+      eigenvalue_ = std::sqrt(after / before);
+      direction_ /= after;
+    }
+    run_.cost += 5;
+  }
+  void applyJacobian(System& f, const State& state) {
+    const double size = 1e-6 / direction_.cwiseAbs().maxCoeff();
+    moved_ = state.y + size * direction_;
+    f.derivative(state.t, moved_.data(), slope_.data());
+    direction_ = (slope_ - base_) / size;
+  }
+
+  void startTrial(const State& state) {
+    findLargestEigenvalue(state);
+    if (!maySteadily(inUse_, run_.meanStep())) {
+      methods_.front()->resume(methods_[inUse_]->proposal());
+      inUse_ = 0;
+      patience_ = leastPatience;
+      run_ = {};
+      return;
+    }
     incumbentSpeed_ = run_.speed();
     lastLook_ = 0;
     trialCostLeft_ = std::min(run_.cost, mostTrialCost);
@@ -89,11 +147,13 @@ class FastestSteps : public Integrator {
 
   /// After some steps: it wins, or is getting faster, or is not worth more. A stiff method takes long to find
   /// its step where it must first damp what an explicit one has left oscillating.
-  void judgeTrial() {
+  void judgeTrial(const State& state) {
     const double speed = run_.speed();
     trialCostLeft_ -= run_.cost;
     if (speed > clearly * incumbentSpeed_) {
-      endTrial(true);
+      const double h = run_.meanStep();
+      findLargestEigenvalue(state);
+      endTrial(maySteadily(challenger_, h));
     } else if (trialCostLeft_ <= 0 || speed < hopeful * lastLook_) {
       endTrial(false);
     }
@@ -125,11 +185,13 @@ class FastestSteps : public Integrator {
 
   std::vector<std::unique_ptr<AdaptiveSteps>> methods_;
   std::size_t inUse_ = 0, challenger_ = 0;
-  bool onTrial_ = false;
+  bool started_ = false, onTrial_ = false;
   int patience_ = leastPatience, failures_ = 0;
   double incumbentSpeed_ = 0, lastLook_ = 0, trialCostLeft_ = 0;
   Run run_;
   StepCount count_;
+  double eigenvalue_ = 0;
+  Eigen::VectorXd direction_, base_, moved_, slope_;
 };
 
 }  // namespace

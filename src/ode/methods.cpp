@@ -22,8 +22,6 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, LinearizedSystem
     return std::make_unique<Rosenbrock>(table, f);
   };
   if (name == "auto") {
-    // The stiff method first: explicit ones at their limit of stability leave oscillations behind, within the
-    // tolerance, that a stiff method must damp before it can take its own long steps.
     std::vector<std::unique_ptr<Stepper>> steppers;
     steppers.push_back(implicitBy(rodas5p()));
     steppers.push_back(explicitBy(dop853()));

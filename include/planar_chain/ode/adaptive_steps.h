@@ -26,6 +26,10 @@ class AdaptiveSteps : public Integrator {
   double proposal() const { return h_; }
   /// What an attempt costs, in evaluations of f.
   double cost() const { return stepper_->cost(); }
+  double stabilityLimit() const { return stepper_->stabilityLimit(); }
+  System& system() { return stepper_->system(); }
+  /// A first step for this state, to be proposed from here on.
+  double propose(const State& state, double left) { return h_ = firstStep(state, left); }
 
  private:
   double growth(double error) const;

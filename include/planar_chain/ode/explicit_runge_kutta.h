@@ -17,6 +17,7 @@ class ExplicitRungeKutta : public Stepper {
   int errorOrder() const override { return table_.errorOrder; }
 
   double cost() const override;
+  double stabilityLimit() const override { return table_.stabilityLimit; }
   System& system() override { return f_; }
   const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) override;
   void step(double t, double h, const Eigen::VectorXd& y) override;

@@ -64,7 +64,8 @@ std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double 
 /// @throws std::invalid_argument for a stepper without error estimate.
 std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance);
 
-/// The one of several adaptive methods that comes forward fastest, found out while running; the first starts.
+/// The one of several adaptive methods that comes forward fastest, found out while running. The first must
+/// have no limit of stability.
 std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance);
 
 }  // namespace planar_chain::ode

@@ -8,6 +8,7 @@
 ///     (1/(hγ) − J) U_i = f(t + c_i h, y + Σ a_ij U_j) + Σ (C_ij/h) U_j + d_i h f_t
 ///     y(t + h) ≈ y + Σ m_i U_i          error ≈ Σ e_i U_i
 
+#include <limits>
 #include <vector>
 
 #include "planar_chain/ode/stepper.h"
@@ -41,6 +42,7 @@ class Rosenbrock : public Stepper {
 
   /// By instruction counts, a linearization with its factors takes 2 evaluations and a solve one half.
   double cost() const override { return 2 + 1.5 * static_cast<double>(U_.size()); }
+  double stabilityLimit() const override { return std::numeric_limits<double>::infinity(); }
   System& system() override { return f_; }
   const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) override;
   void step(double t, double h, const Eigen::VectorXd& y) override;

@@ -20,6 +20,8 @@ class Stepper {
 
   /// Of one try of a step, in evaluations of f: the same on every machine, so that choices by it are too.
   virtual double cost() const = 0;
+  /// Largest h × frequency at which an undamped oscillation does not grow; infinite for L-stable methods.
+  virtual double stabilityLimit() const = 0;
   virtual System& system() = 0;
   /// f(t, y), evaluated unless the last accepted step left it behind.
   virtual const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) = 0;

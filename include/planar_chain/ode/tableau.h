@@ -20,7 +20,8 @@ struct Tableau {
   /// A second, coarser estimate ẽ; empty: none. With both, component by component, the error is
   /// e² / √(e² + 0.01 ẽ²): small where both agree that the step is fine.
   std::vector<double> coarse;
-  bool lastIsFirst;  ///< the last stage is the first of the next step (FSAL)
+  double stabilityLimit;  ///< largest y with |R(iy)| ≤ 1
+  bool lastIsFirst;       ///< the last stage is the first of the next step (FSAL)
 };
 
 /// W. Kutta's classical method (Hairer, Nørsett, Wanner, Solving ODEs I, table II.1.2).
