@@ -16,6 +16,7 @@ constexpr double beta = 0.04;  // weight of the last error in the PI control
 constexpr double smallestFactor = 0.2;
 constexpr double largestFactor = 10;
 constexpr double shortestCounted = 1e-3;  // s; see Tolerance
+constexpr double share = 0.25;            // of the tolerance that the estimate may use; see Tolerance
 constexpr double smallestError = 1e-4;    // remembered by the PI control
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
@@ -103,11 +104,12 @@ double AdaptiveSteps::sizeOf(const Eigen::VectorXd& y, Eigen::Index i) const {
 /// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is NaN.
 double AdaptiveSteps::errorNorm(const Eigen::VectorXd& y, double h) {
   const Eigen::VectorXd& error = stepper_->error();
-  const double share = std::max(tolerance_.value * std::min(std::max(h, shortestCounted), 1.0), epsilon);
+  const double most =
+      std::max(share * tolerance_.value * std::min(std::max(h, shortestCounted), 1.0), epsilon);
   trial_ = y + stepper_->increment();
   double worst = 0;
   for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {
-    const double ratio = std::abs(error[i]) / (share * std::max(sizeOf(y, i), sizeOf(trial_, i)));
+    const double ratio = std::abs(error[i]) / (most * std::max(sizeOf(y, i), sizeOf(trial_, i)));
     if (std::isnan(ratio)) return ratio;
     worst = std::max(worst, ratio);
   }

@@ -25,14 +25,15 @@ struct StepCount {
 
 /// What the error control looks at: a step of length h may add to component i an error of
 ///
-///     tolerance · clamp(h / 1 s, 1/1000, 1) · (1 + min(|y_i|, ceiling_i))
+///     ¼ tolerance · clamp(h / 1 s, 1/1000, 1) · (1 + min(|y_i|, ceiling_i))
 ///
-/// This is the textbook's atol + rtol |y_i| with atol = rtol, in two respects more demanding. It is an error
-/// per second, not per step, so what adds up over a second meets the tolerance however many steps it took.
-/// (Steps below a millisecond are treated like one of a millisecond: the rounding of a stiff f is in
-/// proportion to h as well, and no step would be short enough.) And a component's size counts only up to its
-/// ceiling: an angle that has gone round a million times must not be a million times less exact. Components
-/// beyond the ceiling's length are not controlled.
+/// This is the textbook's atol + rtol |y_i| with atol = rtol, but more demanding. A quarter, as errors of
+/// angles and rates feed each other while they travel to the end. It is an error per second, not per step, so
+/// what adds up over a second meets the tolerance however many steps it took. (Steps below a millisecond are
+/// treated like one of a millisecond: the rounding of a stiff f is in proportion to h as well, and no step
+/// would be short enough.) And a component's size counts only up to its ceiling: an angle that has gone round
+/// a million times must not be a million times less exact. Components beyond the ceiling's length are not
+/// controlled.
 struct Tolerance {
   double value = 0;
   Eigen::ArrayXd ceiling;
