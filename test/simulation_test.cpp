@@ -167,6 +167,23 @@ TEST(Simulation, RampsAndSinesGiveTheirImpulse) {
   EXPECT_NEAR(simulation.qd()[0], expected, 1e-11);
 }
 
+TEST(Simulation, NoStepJumpsOverAWave) {
+  // At a tolerance that any step meets, a quarter of a period a step is what still sees the wave.
+  Scene scene = rod();
+  Load sine;
+  sine.name = "sine";
+  sine.joint = 0;
+  sine.torque = 2;
+  sine.law = Sine{1.5, 0};
+  scene.loads = {sine};
+  scene.integrator = {"dopri5", 1, 0};
+  Simulation simulation(scene);
+  ASSERT_TRUE(simulation.advanceTo(20.2));
+  const double w = 3 * 3.14159265358979323846;
+  EXPECT_NEAR(simulation.qd()[0], 3 * 2 * (1 - std::cos(w * 20.2)) / w, 1e-3);
+  EXPECT_GE(simulation.statistics().steps, 4 * 1.5 * 20.2);
+}
+
 TEST(Commands, TimedOnesAddAndEndToTheBit) {
   Simulation simulation(rod(), 8);
   ASSERT_TRUE(simulation.advanceTo(0.01));
