@@ -13,6 +13,10 @@ const std::vector<std::string>& methodNames() {
   return names;
 }
 
+bool hasFixedStep(const std::string& name) {
+  return name == "rk4";
+}
+
 std::unique_ptr<Integrator> makeMethod(const std::string& name, LinearizedSystem& f, double step,
                                        const Tolerance& tolerance) {
   const auto explicitBy = [&](const Tableau& table) {

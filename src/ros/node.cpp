@@ -11,6 +11,7 @@
 #include <sstream>
 #include <string>
 
+#include "planar_chain/ode/methods.h"
 #include "planar_chain/ros/urdf.h"
 
 namespace planar_chain {
@@ -128,11 +129,13 @@ void Node::sayWhatRuns() const {
     dampers += joint.damping > 0;
   }
   std::ostringstream line;
-  line << count(scene.chain.size(), "link") << " by " << simulation_.method() << ", "
-       << (scene.chain.gravity() == Vec2d{} ? "no gravity" : "gravity") << ", " << count(springs, "spring")
-       << ", " << count(dampers, "damper") << ", " << count(static_cast<int>(scene.loads.size()), "load")
-       << "; joint_states at " << settings_.rate << " Hz, "
-       << (settings_.linkStates ? "link_states while someone listens, " : "no link_states, ");
+  line << count(scene.chain.size(), "link") << " by " << scene.integrator.method
+       << (ode::hasFixedStep(scene.integrator.method) ? ", step " : ", tolerance ")
+       << (ode::hasFixedStep(scene.integrator.method) ? scene.integrator.step : scene.integrator.tolerance)
+       << ", " << (scene.chain.gravity() == Vec2d{} ? "no gravity" : "gravity") << ", "
+       << count(springs, "spring") << ", " << count(dampers, "damper") << ", "
+       << count(static_cast<int>(scene.loads.size()), "load") << "; joint_states at " << settings_.rate
+       << " Hz, " << (settings_.linkStates ? "link_states while someone listens, " : "no link_states, ");
   if (settings_.tf) {
     line << "tf at " << settings_.tfRate << " Hz below " << frames_.base;
   } else {

@@ -13,6 +13,9 @@ namespace planar_chain::ode {
 /// "auto" first, then every method of the program.
 const std::vector<std::string>& methodNames();
 
+/// True for a method that takes equal steps and knows no tolerance.
+bool hasFixedStep(const std::string& name);
+
 /// For system f, which must outlive it. step: for methods of fixed step, s. tolerance: for adaptive ones.
 /// "auto" chooses among dopri5, dop853 and rodas5p by measured progress, whenever that changes.
 /// @throws std::invalid_argument for a name that is not one of methodNames().
