@@ -220,6 +220,13 @@ TEST_P(EveryMethod, HasAnEmbeddedSolutionOfTheOrderItSays) {
   EXPECT_GT(violation(method, embedded, order + 1), 1e-6);
 }
 
+TEST(Dop853, HasACoarserEstimateOfOrderThree) {
+  const Weights method = weightsOf(dop853());
+  const Eigen::VectorXd embedded = method.b - vectorOf(dop853().coarse);
+  for (int p = 1; p <= 3; ++p) EXPECT_LT(violation(method, embedded, p), method.precision) << p;
+  EXPECT_GT(violation(method, embedded, 4), 1e-6);
+}
+
 INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod,
                          testing::Values(weightsOf(rk4()), weightsOf(dopri5()), weightsOf(dop853()),
                                          weightsOf(rodas5p()), weightsOf(ros34pw2())),
