@@ -167,6 +167,17 @@ TEST(Simulation, RampsAndSinesGiveTheirImpulse) {
   EXPECT_NEAR(simulation.qd()[0], expected, 1e-11);
 }
 
+TEST(Simulation, RoundingOfAStiffSpringDoesNotStarveTheStep) {
+  // The spring's torque is rounded to 1e-4 N m, which no shorter step makes smaller against h.
+  Scene scene = rod();
+  scene.chain = Chain({{"rod", 1, 1. / 12, {0.5, 0}, {1, 0}}}, {{"rod_joint", 1e12, 0, 1 + 1e-9}}, {});
+  scene.q = {1};
+  scene.integrator = {"dopri5", 1e-6, 0};
+  Simulation simulation(scene);
+  EXPECT_TRUE(simulation.advanceTo(1e-4)) << simulation.fault();
+  EXPECT_LT(simulation.statistics().steps, 3000);
+}
+
 TEST(Simulation, NoStepJumpsOverAWave) {
   // At a tolerance that any step meets, a quarter of a period a step is what still sees the wave.
   Scene scene = rod();
