@@ -17,6 +17,7 @@ constexpr double smallestFactor = 0.2;
 constexpr double largestFactor = 10;
 constexpr double shortestCounted = 1e-3;  // s; see Tolerance
 constexpr double share = 0.25;            // of the tolerance that the estimate may use; see Tolerance
+constexpr double roundingCounts = 1e-10;  // see Tolerance
 constexpr double smallestError = 1e-4;    // remembered by the PI control
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
@@ -29,9 +30,11 @@ double landing(double t, double end, double h) {
 
 }  // namespace
 
-AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance)
+AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
+                             std::shared_ptr<Surroundings> surroundings)
     : stepper_(std::move(stepper)),
       tolerance_(std::move(tolerance)),
+      surroundings_(std::move(surroundings)),
       exponent_(1.0 / stepper_->errorOrder()),
       trial_(stepper_->increment()),
       trialDerivative_(stepper_->increment()) {
@@ -50,6 +53,7 @@ Outcome AdaptiveSteps::integrate(State& state, double end, double longestStep) {
 }
 
 AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double longestStep) {
+  surroundings_->visit(state.t, state.y);
   if (h_ <= 0) h_ = firstStep(state, end - state.t);
   const double next = landing(state.t, end, std::min(h_, longestStep));
   const double h = next - state.t;
@@ -106,10 +110,13 @@ double AdaptiveSteps::errorNorm(const Eigen::VectorXd& y, double h) {
   const Eigen::VectorXd& error = stepper_->error();
   const double most =
       std::max(share * tolerance_.value * std::min(std::max(h, shortestCounted), 1.0), epsilon);
+  const double everyDigit = std::min(1.0, tolerance_.value / roundingCounts);
   trial_ = y + stepper_->increment();
   double worst = 0;
   for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {
-    const double ratio = std::abs(error[i]) / (most * std::max(sizeOf(y, i), sizeOf(trial_, i)));
+    const double rounding = everyDigit * surroundings_->roundingOver(h, i);
+    const double allowed = std::max(most * std::max(sizeOf(y, i), sizeOf(trial_, i)), rounding);
+    const double ratio = std::abs(error[i]) / allowed;
     if (std::isnan(ratio)) return ratio;
     worst = std::max(worst, ratio);
   }
@@ -139,7 +146,8 @@ double AdaptiveSteps::firstStep(const State& state, double left) {
 }
 
 std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance) {
-  return std::make_unique<AdaptiveSteps>(std::move(stepper), std::move(tolerance));
+  auto surroundings = std::make_shared<Surroundings>(stepper->system());
+  return std::make_unique<AdaptiveSteps>(std::move(stepper), std::move(tolerance), std::move(surroundings));
 }
 
 }  // namespace planar_chain::ode

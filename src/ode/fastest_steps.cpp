@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "planar_chain/ode/adaptive_steps.h"
@@ -17,14 +16,11 @@ namespace {
 /// is, the largest eigenvalue of J tells; it is kept up to date by power iteration.
 class FastestSteps : public Integrator {
  public:
-  FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance) {
+  FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance)
+      : surroundings_(std::make_shared<Surroundings>(steppers.front()->system())) {
     for (auto& stepper : steppers) {
-      methods_.push_back(std::make_unique<AdaptiveSteps>(std::move(stepper), tolerance));
+      methods_.push_back(std::make_unique<AdaptiveSteps>(std::move(stepper), tolerance, surroundings_));
     }
-    // The pattern of the highest modes of a chain: every component against its neighbours.
-    direction_ = Eigen::VectorXd::Ones(methods_.front()->system().size());
-    for (Eigen::Index i = 1; i < direction_.size(); i += 2) direction_[i] = -1;
-    base_ = moved_ = slope_ = direction_;
   }
 
   const char* name() const override { return methods_[inUse_]->name(); }
@@ -89,44 +85,18 @@ class FastestSteps : public Integrator {
 
   /// An explicit method where its first step is far from the limit, the stiff one elsewhere.
   void start(const State& state, double end) {
-    findLargestEigenvalue(state);
+    surroundings_->look(state.t, state.y);
     inUse_ = methods_.size() > 1 && maySteadily(1, methods_[1]->propose(state, end - state.t)) ? 1 : 0;
     started_ = true;
   }
 
   /// May this method run with steps of h?
   bool maySteadily(std::size_t method, double h) const {
-    return h * eigenvalue_ < farEnough * methods_[method]->stabilityLimit();
-  }
-
-  /// |λ|² of the largest eigenvalue by how much J J stretches the direction that it turns into.
-  void findLargestEigenvalue(const State& state) {
-    System& f = methods_.front()->system();
-    f.derivative(state.t, state.y.data(), base_.data());
-    for (int k = 0; k < 2; ++k) {
-      const double before = direction_.norm();
-      applyJacobian(f, state);
-      applyJacobian(f, state);
-      const double after = direction_.norm();
-      if (!(after > 0) || !std::isfinite(after)) {
-        direction_ = Eigen::VectorXd::Ones(direction_.size());
-        eigenvalue_ = 0;
-        return;
-      }
-      eigenvalue_ = std::sqrt(after / before);
-      direction_ /= after;
-    }
-    run_.cost += 5;
-  }
-  void applyJacobian(System& f, const State& state) {
-    const double size = 1e-6 / direction_.cwiseAbs().maxCoeff();
-    moved_ = state.y + size * direction_;
-    f.derivative(state.t, moved_.data(), slope_.data());
-    direction_ = (slope_ - base_) / size;
+    return h * surroundings_->largestEigenvalue() < farEnough * methods_[method]->stabilityLimit();
   }
 
   void startTrial(const State& state) {
-    findLargestEigenvalue(state);
+    surroundings_->look(state.t, state.y);
     if (!maySteadily(inUse_, run_.meanStep())) {
       methods_.front()->resume(methods_[inUse_]->proposal());
       inUse_ = 0;
@@ -152,7 +122,7 @@ class FastestSteps : public Integrator {
     trialCostLeft_ -= run_.cost;
     if (speed > clearly * incumbentSpeed_) {
       const double h = run_.meanStep();
-      findLargestEigenvalue(state);
+      surroundings_->look(state.t, state.y);
       endTrial(maySteadily(challenger_, h));
     } else if (trialCostLeft_ <= 0 || speed < hopeful * lastLook_) {
       endTrial(false);
@@ -183,6 +153,7 @@ class FastestSteps : public Integrator {
     return true;
   }
 
+  std::shared_ptr<Surroundings> surroundings_;
   std::vector<std::unique_ptr<AdaptiveSteps>> methods_;
   std::size_t inUse_ = 0, challenger_ = 0;
   bool started_ = false, onTrial_ = false;
@@ -190,8 +161,6 @@ class FastestSteps : public Integrator {
   double incumbentSpeed_ = 0, lastLook_ = 0, trialCostLeft_ = 0;
   Run run_;
   StepCount count_;
-  double eigenvalue_ = 0;
-  Eigen::VectorXd direction_, base_, moved_, slope_;
 };
 
 }  // namespace

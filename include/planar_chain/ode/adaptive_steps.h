@@ -4,13 +4,16 @@
 /// ODEs II, section IV.2), the first step as in Hairer, Nørsett, Wanner, Solving ODEs I, section II.4.
 
 #include "planar_chain/ode/integrator.h"
+#include "planar_chain/ode/surroundings.h"
 
 namespace planar_chain::ode {
 
 class AdaptiveSteps : public Integrator {
  public:
+  /// surroundings: of the stepper's system; those who step the same state may share it.
   /// @throws std::invalid_argument for a stepper without error estimate.
-  AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance);
+  AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
+                std::shared_ptr<Surroundings> surroundings);
 
   const char* name() const override { return stepper_->name(); }
   Outcome integrate(State& state, double end, double longestStep) override;
@@ -27,7 +30,6 @@ class AdaptiveSteps : public Integrator {
   /// What an attempt costs, in evaluations of f.
   double cost() const { return stepper_->cost(); }
   double stabilityLimit() const { return stepper_->stabilityLimit(); }
-  System& system() { return stepper_->system(); }
   /// A first step for this state, to be proposed from here on.
   double propose(const State& state, double left) { return h_ = firstStep(state, left); }
 
@@ -39,6 +41,7 @@ class AdaptiveSteps : public Integrator {
 
   std::unique_ptr<Stepper> stepper_;
   Tolerance tolerance_;
+  std::shared_ptr<Surroundings> surroundings_;
   double exponent_;
   double h_ = 0;
   double lastError_ = 1e-4;

@@ -29,11 +29,14 @@ struct StepCount {
 ///
 /// This is the textbook's atol + rtol |y_i| with atol = rtol, but more demanding. A quarter, as errors of
 /// angles and rates feed each other while they travel to the end. It is an error per second, not per step, so
-/// what adds up over a second meets the tolerance however many steps it took. (Steps below a millisecond are
-/// treated like one of a millisecond: the rounding of a stiff f is in proportion to h as well, and no step
-/// would be short enough.) And a component's size counts only up to its ceiling: an angle that has gone round
-/// a million times must not be a million times less exact. Components beyond the ceiling's length are not
-/// controlled.
+/// what adds up over a second meets the tolerance however many steps it took. And a component's size counts
+/// only up to its ceiling: an angle that has gone round a million times must not be a million times less
+/// exact. Components beyond the ceiling's length are not controlled.
+///
+/// The rounding of a stiff f may be larger than that, in proportion to h as well, so that no step would be
+/// short enough. Hence steps below a millisecond are treated like one of a millisecond, and an error that is
+/// no larger than what rounding of y does over the step passes (surroundings.h). Below a tolerance of 1e-10
+/// rounding counts in proportion: who asks for less wants every digit, whatever it costs.
 struct Tolerance {
   double value = 0;
   Eigen::ArrayXd ceiling;

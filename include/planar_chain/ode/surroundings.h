@@ -1,0 +1,36 @@
+#pragma once
+
+/// What f is like around a state: its largest eigenvalue, and how much of it is rounding.
+
+#include "planar_chain/ode/system.h"
+
+namespace planar_chain::ode {
+
+class Surroundings {
+ public:
+  /// f must outlive this object.
+  explicit Surroundings(System& f);
+
+  /// Looks anew, if it has not done so for a while: seven evaluations every hundred calls. Allocates nothing.
+  void visit(double t, const Eigen::VectorXd& y);
+  /// Looks anew.
+  void look(double t, const Eigen::VectorXd& y);
+
+  /// |λ| of the largest eigenvalue of J = ∂f/∂y, by power iteration that goes on from look to look; 1/s.
+  double largestEigenvalue() const { return eigenvalue_; }
+  /// How far rounding of y moves component i over a step of h: no error estimate can be relied on below.
+  /// f is off by noise_i, and what that shakes stops growing after the fastest mode's own time 1/|λ|.
+  double roundingOver(double h, Eigen::Index i) const {
+    return noise_[i] * (h * eigenvalue_ > 1 ? 1 / eigenvalue_ : h);
+  }
+
+ private:
+  void applyJacobian(double t, const Eigen::VectorXd& y);
+
+  System& f_;
+  int calls_ = 0;
+  double eigenvalue_ = 0;
+  Eigen::VectorXd direction_, base_, moved_, slope_, noise_;
+};
+
+}  // namespace planar_chain::ode

@@ -1,0 +1,67 @@
+#include "planar_chain/ode/surroundings.h"
+
+#include <cmath>
+#include <limits>
+
+namespace planar_chain::ode {
+
+namespace {
+
+/// The pattern of the highest modes of a chain: every component against its neighbours.
+Eigen::VectorXd zigzag(Eigen::Index size) {
+  Eigen::VectorXd pattern = Eigen::VectorXd::Ones(size);
+  for (Eigen::Index i = 1; i < size; i += 2) pattern[i] = -1;
+  return pattern;
+}
+
+}  // namespace
+
+Surroundings::Surroundings(System& f)
+    : f_(f),
+      direction_(zigzag(f.size())),
+      base_(direction_),
+      moved_(direction_),
+      slope_(direction_),
+      noise_(Eigen::VectorXd::Zero(f.size())) {}
+
+void Surroundings::visit(double t, const Eigen::VectorXd& y) {
+  if (calls_ % 100 == 0) look(t, y);
+  ++calls_;
+}
+
+void Surroundings::look(double t, const Eigen::VectorXd& y) {
+  f_.derivative(t, y.data(), base_.data());
+
+  // |λ|²: how much J J stretches the direction that it turns into.
+  for (int k = 0; k < 2; ++k) {
+    const double before = direction_.norm();
+    applyJacobian(t, y);
+    applyJacobian(t, y);
+    const double after = direction_.norm();
+    if (!(after > 0) || !std::isfinite(after)) {
+      direction_.setOnes();
+      eigenvalue_ = 0;
+      break;
+    }
+    eigenvalue_ = std::sqrt(after / before);
+    direction_ /= after;
+  }
+
+  // One unit in the last place of 1 + |y_i|, up here and down there.
+  for (Eigen::Index i = 0; i < y.size(); ++i) {
+    const double ulp = std::numeric_limits<double>::epsilon() * (1 + std::abs(y[i]));
+    moved_[i] = y[i] + (i % 2 == 0 ? ulp : -ulp);
+  }
+  f_.derivative(t, moved_.data(), slope_.data());
+  noise_ = (slope_ - base_).cwiseAbs();
+  if (!noise_.allFinite()) noise_.setZero();
+}
+
+void Surroundings::applyJacobian(double t, const Eigen::VectorXd& y) {
+  const double size = 1e-6 / direction_.cwiseAbs().maxCoeff();
+  moved_ = y + size * direction_;
+  f_.derivative(t, moved_.data(), slope_.data());
+  direction_ = (slope_ - base_) / size;
+}
+
+}  // namespace planar_chain::ode
