@@ -48,7 +48,7 @@ install_missing() {
 build() {
   local log=build/build.log
   mkdir -p build
-  echo "Building ($log)"
+  echo "Building ($log); the first time takes some minutes"
   { cmake -S . -B build -DPYTHON_EXECUTABLE=/usr/bin/python3 "$@" &&
     cmake --build build --parallel "$(nproc)"
   } >"$log" 2>&1 || { cat "$log" >&2; return 1; }

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "common.h"
+#include "planar_chain/ode/methods.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain::tools {
@@ -163,7 +164,7 @@ void writeState(std::FILE* out, const Simulation& simulation) {
     std::fprintf(out, "  %-*s  q = %12.6g rad  qd = %12.6g rad/s\n", width, joints[i].name.c_str(),
                  simulation.q()[i], simulation.qd()[i]);
   }
-  if (joints.size() > most) std::fprintf(out, "  and %zu more joints\n", joints.size() - most);
+  if (joints.size() > most) std::fprintf(out, "  and %zu more\n", joints.size() - most);
 }
 
 void writeSummary(const Simulation& simulation) {
@@ -199,6 +200,15 @@ int simulate(int argc, char** argv) {
     override(value, "step", given.step);
   };
   const Scene scene = readScene(given.scene, amend, std::move(faults));
+
+  const std::string& method = scene.integrator.method;
+  if (given.step && !ode::hasFixedStep(method)) {
+    std::fprintf(stderr, "simulate: %s chooses its steps; --step is for rk4\n", method.c_str());
+  }
+  if (given.tolerance && ode::hasFixedStep(method)) {
+    std::fprintf(stderr, "simulate: %s takes equal steps; --tolerance is for adaptive methods\n",
+                 method.c_str());
+  }
 
   Simulation simulation(scene);
   std::optional<Csv> csv;
