@@ -130,10 +130,12 @@ TEST(Jacobian, AgreesWithDifferencesOfTheProgram) {
   }
 }
 
-/// |(s − J) x − rhs| row by row against the size of what is summed there.
 template <class Scalar>
-double residual(const Scene& scene, Scalar s, unsigned seed) {
-  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+using VectorOf = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+
+/// x = (s − J)⁻¹ rhs by the recursion.
+template <class Scalar>
+VectorOf<Scalar> solution(const Scene& scene, Scalar s, const VectorOf<Scalar>& rhs) {
   const int n = scene.chain.size();
   Loads loads(scene, 0);
   Dynamics dynamics(scene.chain, loads);
@@ -157,13 +159,27 @@ double residual(const Scene& scene, Scalar s, unsigned seed) {
   Linearized<Scalar> linearized(scene.chain);
   linearized.linearize(e.data(), y.data() + n, f.data() + n, F.data(), XF.data(), k.data(), d.data());
   linearized.factor(s);
-
-  test::Random random(seed);
-  Vector rhs(2 * n), x(2 * n);
-  for (Eigen::Index i = 0; i < 2 * n; ++i) rhs[i] = random.between(-1, 1);
+  VectorOf<Scalar> x(2 * n);
   linearized.solve(rhs.data(), rhs.data() + n, x.data(), x.data() + n);
+  return x;
+}
+
+template <class Scalar>
+VectorOf<Scalar> randomVector(int size, unsigned seed) {
+  test::Random random(seed);
+  VectorOf<Scalar> result(size);
+  for (Eigen::Index i = 0; i < size; ++i) result[i] = random.between(-1, 1);
+  return result;
+}
+
+/// |(s − J) x − rhs| row by row against the size of what is summed there.
+template <class Scalar>
+double residual(const Scene& scene, Scalar s, unsigned seed) {
+  const int n = scene.chain.size();
+  const VectorOf<Scalar> rhs = randomVector<Scalar>(2 * n, seed);
+  const VectorOf<Scalar> x = solution<Scalar>(scene, s, rhs);
   const Eigen::MatrixXd J = jacobian(scene);
-  const Vector off = s * x - J * x - rhs;
+  const VectorOf<Scalar> off = s * x - J * x - rhs;
   Eigen::VectorXd size = std::abs(s) * x.cwiseAbs() + J.cwiseAbs() * x.cwiseAbs() + rhs.cwiseAbs();
   // u = ρ_q/s + u' is summed, and J makes torques of it.
   size += J.leftCols(n).cwiseAbs() * rhs.head(n).cwiseAbs() / std::abs(s);
@@ -182,6 +198,22 @@ TEST(ExactSolve, SolvesWithTheJacobianForEveryStiffness) {
       }
     }
   }
+}
+
+TEST(ExactSolve, LosesNothingToStiffSprings) {
+  // The same recursion in long double. Springs of 1e12 at rest, and a joint without one that carries them, so
+  // that everything else is of size 1: what cancels by the spring shows there, and nowhere in the residual.
+  // ρ_q = 0: torques of k ρ_q/s would be rounded themselves.
+  Scene scene = constantScene(5, 105, 1e12);
+  std::vector<Joint> joints = scene.chain.joints();
+  for (std::size_t i = 0; i < joints.size(); ++i) joints[i].restAngle = scene.q[i];
+  joints[0].stiffness = 0;
+  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  Eigen::VectorXd rhs = randomVector<double>(10, 7);
+  rhs.head(5).setZero();
+  const VectorOf<long double> fine = solution<long double>(scene, 10, rhs.cast<long double>());
+  const VectorOf<long double> off = solution<double>(scene, 10, rhs).cast<long double>() - fine;
+  EXPECT_LT(off.cwiseAbs().maxCoeff(), 1e-12L * fine.cwiseAbs().maxCoeff());
 }
 
 TEST(ExactSolve, KnowsWorksAndTime) {
