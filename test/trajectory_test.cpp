@@ -115,7 +115,8 @@ TEST(Published, BeamOfTheTestSetForInitialValueProblems) {
   // At these tolerances the angles came within 2.5e-12 and the rates within 1.2e-8: the beam's fastest waves,
   // at 6400 rad/s, are small and are what errs.
   for (const IntegratorSettings& settings :
-       {IntegratorSettings{"dopri5", 1e-8, 0}, IntegratorSettings{"dop853", 1e-7, 0}}) {
+       {IntegratorSettings{"dopri5", 1e-8, 0}, IntegratorSettings{"dop853", 1e-7, 0},
+        IntegratorSettings{"auto", 1e-8, 0}}) {
     scene.integrator = settings;
     Simulation simulation(scene);
     ASSERT_TRUE(simulation.advanceTo(5));
