@@ -1,6 +1,7 @@
 #include "planar_chain/chain.h"
 
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <set>
 #include <utility>
@@ -57,6 +58,24 @@ std::vector<Fault> faultsOf(const Joint& joint) {
   requireNumber(faults, "joint/damping", joint.damping, joint.damping >= 0, " >= 0 N m s/rad");
   requireNumber(faults, "joint/stiffness", joint.stiffness, joint.stiffness >= 0, " >= 0 N m/rad");
   requireNumber(faults, "joint/rest_angle", joint.restAngle, true, ", in rad");
+
+  // Limits: -∞ and ∞ are none.
+  constexpr double none = std::numeric_limits<double>::infinity();
+  if (joint.lower != -none) requireNumber(faults, "joint/lower", joint.lower, true, ", in rad");
+  if (joint.upper != none) {
+    const bool isAbove = !(joint.upper <= joint.lower);
+    requireNumber(faults, "joint/upper", joint.upper, isAbove, isAbove ? ", in rad" : " > lower, in rad");
+  }
+  if (joint.isLimited()) {
+    requireNumber(faults, "joint/stop_stiffness", joint.stopStiffness, joint.stopStiffness > 0,
+                  " > 0 N m/rad, beside lower or upper");
+    requireNumber(faults, "joint/stop_damping", joint.stopDamping, joint.stopDamping >= 0, " >= 0 N m s/rad");
+  } else {
+    requireNumber(faults, "joint/stop_stiffness", joint.stopStiffness, joint.stopStiffness == 0,
+                  " only beside lower or upper");
+    requireNumber(faults, "joint/stop_damping", joint.stopDamping, joint.stopDamping == 0,
+                  " only beside lower or upper");
+  }
   return faults;
 }
 

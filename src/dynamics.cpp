@@ -10,11 +10,6 @@ std::size_t index(int j) {
   return static_cast<std::size_t>(j);
 }
 
-/// q_i = θ_i − θ_{i−1}, and likewise the rates.
-double relative(const double* absolute, int i) {
-  return i > 0 ? absolute[i] - absolute[i - 1] : absolute[0];
-}
-
 /// +τ on body i, −τ on the body before.
 void addJointTorque(double tau, int i, double* N) {
   N[i] += tau;
@@ -24,13 +19,19 @@ void addJointTorque(double tau, int i, double* N) {
 }  // namespace
 
 Dynamics::Dynamics(const Chain& chain, Loads& loads)
-    : chain_(chain), loads_(loads), n_(chain.size()), works_(0), articulated_(chain), linearized_(chain) {
+    : chain_(chain),
+      loads_(loads),
+      n_(chain.size()),
+      works_(0),
+      stops_(chain),
+      articulated_(chain),
+      linearized_(chain) {
   for (int i = 0; i < n_; ++i) {
     const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
     if (joint.stiffness > 0) springs_.push_back({i, joint.stiffness, joint.restAngle});
     if (joint.damping > 0) dampers_.push_back({i, joint.damping});
   }
-  if (!dampers_.empty() || !loads.empty()) works_ = 2;
+  if (!dampers_.empty() || !loads.empty() || stops_.dissipate()) works_ = 2;
 
   const auto n = index(n_);
   e_.resize(n);
@@ -45,8 +46,26 @@ Dynamics::Dynamics(const Chain& chain, Loads& loads)
     pinVelocity_.resize(n);
     XF_.resize(n);
   }
+  thetaAt_.resize(stops_.empty() ? 0 : n);
+  findStiffness();
+}
+
+void Dynamics::findStiffness() {
+  std::fill(kAt_.begin(), kAt_.end(), 0.0);
+  std::fill(dAt_.begin(), dAt_.end(), 0.0);
   for (const Spring& spring : springs_) kAt_[index(spring.joint)] = spring.k;
   for (const Damper& damper : dampers_) dAt_[index(damper.joint)] = damper.d;
+  stops_.addStiffness(kAt_.data(), dAt_.data());
+}
+
+void Dynamics::enterStops(const double* y) {
+  stops_.enter(y);
+  findStiffness();
+}
+
+void Dynamics::changeStops(const double* y) {
+  stops_.change(y);
+  findStiffness();
 }
 
 void Dynamics::findPinVelocities(const Rotation<double>* e, const double* omega) {
@@ -76,6 +95,8 @@ Dynamics::Powers Dynamics::gather(double t, const double* theta, const double* o
     addJointTorque(-damper.d * qd, damper.joint, N_.data());
     powers.dissipated += damper.d * qd * qd;
   }
+  powers.dissipated +=
+      stops_.apply(theta, omega, [&](int joint, double torque) { addJointTorque(torque, joint, N_.data()); });
   return powers;
 }
 
@@ -95,6 +116,7 @@ void Dynamics::derivative(double t, const double* y, double* dydt) {
 void Dynamics::linearize(double t, const double* y, double* dydt) {
   derivative(t, y, dydt);
   tAt_ = t;
+  std::copy(y, y + static_cast<std::ptrdiff_t>(thetaAt_.size()), thetaAt_.begin());
   std::copy(y + n_, y + 2 * n_, omegaAt_.begin());
   std::copy(e_.begin(), e_.end(), eAt_.begin());
   const bool pushed = loads_.reach() > 0;
@@ -144,6 +166,7 @@ void Dynamics::solve(const double* rhs, double* x) {
   for (const Damper& damper : dampers_) {
     dissipated += 2 * damper.d * relative(omegaAt_.data(), damper.joint) * relative(v, damper.joint);
   }
+  dissipated += stops_.dissipationAlong(thetaAt_.data(), omegaAt_.data(), u, v);
   x[2 * n_] = (rhs[2 * n_] + supplied) / s_;
   x[2 * n_ + 1] = (rhs[2 * n_ + 1] + dissipated) / s_;
 }
@@ -191,6 +214,7 @@ void Dynamics::jointTorques(double t, const double* y, double* tau) {
     tau[spring.joint] -= spring.k * (relative(y, spring.joint) - spring.restAngle);
   }
   for (const Damper& damper : dampers_) tau[damper.joint] -= damper.d * relative(y + n_, damper.joint);
+  stops_.apply(y, y + n_, [&](int joint, double torque) { tau[joint] += torque; });
 }
 
 }  // namespace planar_chain

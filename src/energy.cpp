@@ -1,5 +1,7 @@
 #include "planar_chain/energy.h"
 
+#include <algorithm>
+
 namespace planar_chain {
 
 Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
@@ -13,13 +15,17 @@ Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
     const Vec2d R = e * link.com;
     const Vec2d P = e * link.pin;
     const Vec2d v = pinVelocity + omega[j] * perp(R);
-    const double stretch = theta[j] - before - joint.restAngle;
+    const double q = theta[j] - before;
+    const double stretch = q - joint.restAngle;
+    const double depth = std::max({0.0, q - joint.upper, joint.lower - q});
     energy.kinetic += 0.5 * (link.mass * dot(v, v) + link.inertia * omega[j] * omega[j]);
-    energy.potential += 0.5 * joint.stiffness * stretch * stretch - link.mass * dot(chain.gravity(), pin + R);
+    energy.elastic += 0.5 * (joint.stiffness * stretch * stretch + joint.stopStiffness * depth * depth);
+    energy.potential -= link.mass * dot(chain.gravity(), pin + R);
     pin += P;
     pinVelocity += omega[j] * perp(P);
     before = theta[j];
   }
+  energy.potential += energy.elastic;
   return energy;
 }
 

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <utility>
 
+#include "planar_chain/energy.h"
 #include "planar_chain/ode/methods.h"
 #include "scene_loads.h"
 #include "scene_section.h"
@@ -53,10 +55,17 @@ Entry readEntry(const std::string& name, const Value& value, const std::string& 
     entry.valuesAreSound = false;
   }
 
-  const Section joint(in.find("joint"), in.pathOf("joint"), {"name", "damping", "stiffness", "rest_angle"},
-                      faults);
-  entry.joint = {"", joint.unjudged("stiffness", 0.0), joint.unjudged("damping", 0.0),
-                 joint.unjudged("rest_angle", 0.0)};
+  const Section joint(
+      in.find("joint"), in.pathOf("joint"),
+      {"name", "damping", "stiffness", "rest_angle", "lower", "upper", "stop_stiffness", "stop_damping"},
+      faults);
+  entry.joint.stiffness = joint.unjudged("stiffness", 0.0);
+  entry.joint.damping = joint.unjudged("damping", 0.0);
+  entry.joint.restAngle = joint.unjudged("rest_angle", 0.0);
+  joint.take("lower", NumberRule::any("rad"), entry.joint.lower);
+  joint.take("upper", NumberRule::any("rad"), entry.joint.upper);
+  entry.joint.stopStiffness = joint.unjudged("stop_stiffness", 0.0);
+  entry.joint.stopDamping = joint.unjudged("stop_damping", 0.0);
   if (joint.has("name")) entry.namesAreSound &= joint.takeName("name", entry.joint.name);
   for (const Fault& fault : faultsOf(entry.joint)) {
     joint.fault(fault.path.substr(fault.path.find('/') + 1), fault.expected);
@@ -81,7 +90,9 @@ Entry readEntry(const std::string& name, const Value& value, const std::string& 
 /// links are judged all the same.
 void makePlain(Entry& entry) {
   entry.link = {entry.link.name, 1, 1, {0, 0}, {1, 0}};
-  entry.joint = {entry.joint.name, 0, 0, 0};
+  const std::string name = entry.joint.name;
+  entry.joint = {};
+  entry.joint.name = name;
 }
 
 // ---- chain -----------------------------------------------------------------------------------
@@ -191,6 +202,17 @@ std::optional<Chain> makeChain(const Expanded& from, Vec2d gravity, std::vector<
   }
 }
 
+/// What is finite number by number may still be beyond all numbers as a motion.
+void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<Fault>& faults) {
+  std::vector<double> theta(from.q.size()), omega(from.qd.size());
+  std::partial_sum(from.q.begin(), from.q.end(), theta.begin());
+  std::partial_sum(from.qd.begin(), from.qd.end(), omega.begin());
+  const double energy = energyOf(chain, theta.data(), omega.data()).total();
+  if (!std::isfinite(energy)) {
+    faults.push_back({"links", "a chain and initial rates of finite energy", toText(energy) + " J"});
+  }
+}
+
 // ---- integrator, publish ---------------------------------------------------------------------
 
 IntegratorSettings readIntegrator(const Value* value, std::vector<Fault>& faults) {
@@ -288,7 +310,8 @@ Scene readScene(const Value& value) {
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
 
-  if (!faults.empty() || !chain) throw Refused(std::move(faults));
+  if (faults.empty()) requireFiniteEnergy(*chain, *expanded, faults);
+  if (!faults.empty()) throw Refused(std::move(faults));
   return {std::move(*chain), std::move(expanded->q), std::move(expanded->qd), std::move(loads),
           integrator,        std::move(publish),     commandTimeout};
 }

@@ -1,18 +1,25 @@
 #include "planar_chain/simulation.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
+#include <utility>
 
 #include "planar_chain/dynamics.h"
+#include "planar_chain/energy_guard.h"
 #include "planar_chain/loads.h"
 #include "planar_chain/ode/methods.h"
+#include "planar_chain/ode/switches.h"
 
 namespace planar_chain {
 
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
+constexpr int stepsPerCheck = 32;    // of the energy balance
+constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
 
 void require(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(what);
@@ -23,6 +30,17 @@ bool allFinite(const std::vector<double>& values) {
     if (!std::isfinite(value)) return false;
   }
   return true;
+}
+
+/// The ladder of methods: the scene's; the same with smaller steps; a stiff one.
+constexpr std::size_t rungs = 3;
+IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung) {
+  if (rung > 0) {
+    scene.step /= 8;
+    scene.tolerance = std::max(scene.tolerance / 100, std::min(scene.tolerance, 1e-13));
+  }
+  if (rung > 1) scene.method = "rodas5p";
+  return scene;
 }
 
 /// Angles count up to half a turn in the error control, rates as they are; works are not controlled.
@@ -39,7 +57,12 @@ struct Simulation::Parts {
   int n;
   Loads loads;
   Dynamics dynamics;
-  std::unique_ptr<ode::Integrator> integrator;
+  std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
+  std::size_t rung = 0;
+  int goodChecks = 0;    // since the ladder was climbed
+  int rescueLength = 1;  // checks to pass on a higher rung
+  long long rescues = 0;
+  EnergyGuard guard;
   ode::State state;
   std::vector<double> q, qd;
   std::vector<LinkMotion> motions;
@@ -51,13 +74,26 @@ struct Simulation::Parts {
         n(given.chain.size()),
         loads(scene, commandCapacity),
         dynamics(scene.chain, loads),
-        integrator(ode::makeMethod(given.integrator.method, dynamics, given.integrator.step,
-                                   toleranceOf(given.integrator.tolerance, n))),
+        guard(scene.chain, scene.integrator, dynamics.works()),
         state(dynamics.size()),
         q(static_cast<std::size_t>(n)),
         qd(static_cast<std::size_t>(n)),
         motions(static_cast<std::size_t>(n)) {
-    fault.reserve(200);
+    fault.reserve(300);
+    climbTo(0);
+  }
+
+  ode::Integrator& integrator() const { return *ladder[rung]; }
+
+  void climbTo(std::size_t next) {
+    rung = next;
+    if (ladder[rung]) return;
+    const IntegratorSettings settings = settingsOf(scene.integrator, rung);
+    ladder[rung] =
+        ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings.tolerance, n));
+    if (!dynamics.stops().empty()) {
+      ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.stops(), dynamics.size());
+    }
   }
 
   const double* theta() const { return state.y.data(); }
@@ -67,24 +103,61 @@ struct Simulation::Parts {
     const auto size = static_cast<std::size_t>(n);
     require(newQ.size() == size && newQd.size() == size, "q and qd must have one value a joint");
     require(allFinite(newQ) && allFinite(newQd), "q and qd must be finite");
+    double theta = 0, omega = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      state.y[static_cast<Eigen::Index>(i)] = theta += newQ[i];
+      state.y[static_cast<Eigen::Index>(size + i)] = omega += newQd[i];
+    }
+    const double energy = energyOf(scene.chain, this->theta(), this->omega()).total();
+    if (!std::isfinite(energy)) state = guard.lastGood();
+    require(std::isfinite(energy), "q and qd must be of finite energy");
+    energyAtStart = energy;
     q = newQ;
     qd = newQd;
-    double theta = 0, omega = 0;
-    for (int i = 0; i < n; ++i) {
-      state.y[i] = theta += q[static_cast<std::size_t>(i)];
-      state.y[n + i] = omega += qd[static_cast<std::size_t>(i)];
-    }
     state.y.tail(dynamics.works()).setZero();
     state.carry.setZero();
     fault.clear();
-    actAnew();
-    energyAtStart = energyOf(scene.chain, this->theta(), this->omega()).total();
+    guard.begin(state);
+    climbTo(0);
+    rescueLength = 1;
+    dynamics.enterStops(state.y.data());
+    loads.enter(state.t);
+    integrator().begin();
   }
 
   /// Something else acts from now on.
   void actAnew() {
     loads.enter(state.t);
-    integrator->restart();
+    integrator().restart();
+  }
+
+  /// Some steps towards t; or, in trouble, none, and the next rung of the ladder.
+  void advance(double t) {
+    const double end = std::min(t, loads.until());
+    const ode::Outcome outcome = integrator().integrate(state, end, loads.longestStep(), stepsPerCheck);
+    const bool failed = outcome == ode::Outcome::notFinite || outcome == ode::Outcome::stepTooSmall;
+    if (failed || !guard.closes(state)) return climb(outcome);
+
+    if (outcome == ode::Outcome::switched) {
+      dynamics.changeStops(state.y.data());
+      integrator().begin();
+    }
+    if (state.t >= loads.until()) actAnew();
+    if (rung > 0 && ++goodChecks >= rescueLength) {
+      climbTo(0);
+      integrator().begin();
+    }
+  }
+
+  /// What acts has not changed since the last good state: so it is enough to go back there.
+  void climb(ode::Outcome outcome) {
+    state = guard.lastGood();
+    if (rung + 1 == rungs) return fail(outcome);
+    if (rung == 0) rescueLength = std::min(2 * rescueLength, longestRescue);
+    ++rescues;
+    goodChecks = 0;
+    climbTo(rung + 1);
+    integrator().begin();
   }
 
   void readRelative() {
@@ -96,12 +169,22 @@ struct Simulation::Parts {
   }
 
   void fail(ode::Outcome outcome) {
-    char text[200];
-    const char* why = outcome == ode::Outcome::notFinite
-                          ? "the motion leaves the finite numbers"
-                          : "the tolerance asks for steps below the resolution of time";
-    std::snprintf(text, sizeof text, "%s gave up at t = %.9g s: %s; the last good state is kept",
-                  integrator->name(), state.t, why);
+    char why[80];
+    switch (outcome) {
+      case ode::Outcome::notFinite:
+        std::snprintf(why, sizeof why, "the motion leaves the finite numbers");
+        break;
+      case ode::Outcome::stepTooSmall:
+        std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
+        break;
+      default:
+        std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", guard.gap());
+    }
+    char text[300];
+    std::snprintf(
+        text, sizeof text,
+        "%s gave up at t = %.9g s: %s, nor do smaller steps help, nor rodas5p; the last good state is kept",
+        scene.integrator.method.c_str(), state.t, why);
     fault = text;
   }
 };
@@ -118,15 +201,7 @@ bool Simulation::advanceTo(double t) {
   Parts& p = *parts_;
   require(std::isfinite(t) && t >= p.state.t, "time must be finite and must not run backwards");
   if (!p.fault.empty()) return false;
-  while (p.state.t < t) {
-    const double end = std::min(t, p.loads.until());
-    const ode::Outcome outcome = p.integrator->integrate(p.state, end, p.loads.longestStep());
-    if (outcome != ode::Outcome::arrived) {
-      p.fail(outcome);
-      break;
-    }
-    if (p.state.t >= p.loads.until()) p.actAnew();
-  }
+  while (p.state.t < t && p.fault.empty()) p.advance(t);
   p.readRelative();
   return p.fault.empty();
 }
@@ -144,15 +219,23 @@ const std::string& Simulation::fault() const {
   return parts_->fault;
 }
 std::string Simulation::method() const {
-  return parts_->integrator->name();
+  return parts_->integrator().name();
 }
 const Scene& Simulation::scene() const {
   return parts_->scene;
 }
 
 Statistics Simulation::statistics() const {
-  const ode::StepCount& count = parts_->integrator->count();
-  return {count.accepted, count.rejected, parts_->dynamics.evaluations(), count.lastError};
+  Statistics statistics;
+  for (const auto& integrator : parts_->ladder) {
+    if (!integrator) continue;
+    statistics.steps += integrator->count().accepted;
+    statistics.rejected += integrator->count().rejected;
+  }
+  statistics.evaluations = parts_->dynamics.evaluations();
+  statistics.localError = parts_->integrator().count().lastError;
+  statistics.rescues = parts_->rescues;
+  return statistics;
 }
 
 Energy Simulation::energy() const {

@@ -6,6 +6,8 @@
 /// joint at the body's inner pin. Body i's inner pin is body i−1's outer pin; body 1's is fixed at
 /// the origin of the base frame.
 
+#include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -29,7 +31,20 @@ struct Joint {
   double stiffness = 0;  ///< k, N m/rad, ≥ 0
   double damping = 0;    ///< d, N m s/rad, ≥ 0
   double restAngle = 0;  ///< q0, rad
+
+  // The limits of q, and the stops that push it back; see stops.h.
+  double lower = -std::numeric_limits<double>::infinity();  ///< rad
+  double upper = std::numeric_limits<double>::infinity();   ///< rad
+  double stopStiffness = 0;                                 ///< N m/rad, > 0 where there is a limit
+  double stopDamping = 0;                                   ///< N m s/rad, ≥ 0
+
+  bool isLimited() const { return std::isfinite(lower) || std::isfinite(upper); }
 };
+
+/// q_i = θ_i − θ_{i−1}, and likewise for rates.
+inline double relative(const double* absolute, int i) {
+  return i > 0 ? absolute[i] - absolute[i - 1] : absolute[0];
+}
 
 /// What is wrong with the values of one link or joint; paths are keys of the scene below the link:
 /// "mass", "joint/damping".

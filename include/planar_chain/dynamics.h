@@ -17,6 +17,7 @@
 #include "planar_chain/motion.h"
 #include "planar_chain/ode/system.h"
 #include "planar_chain/scene.h"
+#include "planar_chain/stops.h"
 
 namespace planar_chain {
 
@@ -34,6 +35,12 @@ class Dynamics : public ode::LinearizedSystem {
   void factor(double s) override;
   void solve(const double* rhs, double* x) override;
   long long evaluations() const { return evaluations_; }
+
+  /// Joint limits: f is that of where its stops are now.
+  const Stops& stops() const { return stops_; }
+  /// Every stop to where the state says; or those whose change is due. Allocate nothing.
+  void enterStops(const double* y);
+  void changeStops(const double* y);
 
   /// See simulation.h; y and dydt = f(t, y).
   void linkMotions(double t, const double* y, LinkMotion* motions);
@@ -54,6 +61,8 @@ class Dynamics : public ode::LinearizedSystem {
     double supplied, dissipated;
   };
   Powers gather(double t, const double* theta, const double* omega);
+  /// k and d of each joint, of its spring, damper and stops together.
+  void findStiffness();
   void findPinVelocities(const Rotation<double>* e, const double* omega);
   const Vec2d* forces() const { return loads_.reach() > 0 ? F_.data() : nullptr; }
 
@@ -63,6 +72,7 @@ class Dynamics : public ode::LinearizedSystem {
   int works_;
   std::vector<Spring> springs_;
   std::vector<Damper> dampers_;
+  Stops stops_;
   Articulated<double> articulated_;
   std::vector<Rotation<double>> e_;
   std::vector<double> N_, alpha_;
@@ -72,7 +82,7 @@ class Dynamics : public ode::LinearizedSystem {
   /// The state of the last linearize() and what J holds there.
   Linearized<double> linearized_;
   double tAt_ = 0, s_ = 0;
-  std::vector<double> omegaAt_, kAt_, dAt_, XF_;
+  std::vector<double> thetaAt_, omegaAt_, kAt_, dAt_, XF_;
   std::vector<Rotation<double>> eAt_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
-/// Energy and momentum of a chain: T = ½ Σ m|v|² + I ω², V = −Σ m g·x + ½ Σ k (q − q0)².
+/// Energy and momentum of a chain: T = ½ Σ m|v|² + I ω², V = −Σ m g·x + ½ Σ k (q − q0)² + what the
+/// stops hold (stops.h).
 
 #include <vector>
 
@@ -12,6 +13,7 @@ struct Energy {
   double kinetic = 0;  ///< T, J
   double potential =
       0;  ///< V, J: gravity (zero where a centre of mass is level with the ground pin) and springs
+  double elastic = 0;  ///< the part of V that springs and stops hold, J
   double total() const { return kinetic + potential; }
 };
 

@@ -73,6 +73,10 @@ bool isFinite(Vec2<Real> a) {
   return std::isfinite(a.x) && std::isfinite(a.y);
 }
 
+inline double length(Vec2<double> a) {
+  return std::hypot(a.x, a.y);
+}
+
 /// e = exp(i θ): turns body components into ground components.
 template <class Real>
 struct Rotation {

@@ -3,7 +3,12 @@
 /// A scene in motion: advance it to a time, read its state, push it.
 ///
 /// Knows no clock, no ROS and no files. Deterministic: the same calls give the same bits. Allocates
-/// in its constructor and nowhere else.
+/// in its constructor, and when the energy guard calls in another method for the first time; nowhere else.
+///
+/// The guard (energy_guard.h) looks every few steps. On trouble (the balance does not close, or the method
+/// can go no further) the simulation goes back to the last good state and climbs a ladder: the scene's method
+/// with smaller steps (an eighth, or a hundredth of the tolerance), then rodas5p, then failure. It climbs
+/// down again once a stretch has gone well, which must be longer each time.
 
 #include <memory>
 #include <string>
@@ -19,6 +24,7 @@ struct Statistics {
   long long steps = 0;        ///< accepted steps since construction
   long long rejected = 0;     ///< steps tried again with a smaller size
   long long evaluations = 0;  ///< of q̈
+  long long rescues = 0;      ///< times that the guard went back to the last good state; see Simulation
   double localError = 0;      ///< estimate of the last step, in units of the tolerance; 0 for fixed steps
 };
 
@@ -26,7 +32,7 @@ struct Statistics {
 struct EnergyBalance {
   Energy now;
   double supplied = 0;    ///< work of loads and commands on the chain
-  double dissipated = 0;  ///< taken by the dampers
+  double dissipated = 0;  ///< taken by dampers and stops
   /// T + V − (T + V at the start) − supplied + dissipated: zero but for the error of integration.
   double residual = 0;
 };
@@ -63,7 +69,7 @@ class Simulation {
   EnergyBalance energyBalance() const;
   /// q̈ at the present state, n values.
   void accelerations(double* qdd) const;
-  /// Whole torque acting in each joint: spring, damper, loads and commands. n values, N m.
+  /// Whole torque acting in each joint: spring, damper, stops, loads and commands. n values, N m.
   void jointTorques(double* tau) const;
   /// n values.
   void linkMotions(LinkMotion* motions) const;

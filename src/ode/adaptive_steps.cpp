@@ -43,13 +43,25 @@ AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance toleran
   }
 }
 
-Outcome AdaptiveSteps::integrate(State& state, double end, double longestStep) {
-  while (state.t < end) {
-    const Attempt result = attempt(state, end, longestStep);
-    if (result == Attempt::tooSmall) return Outcome::stepTooSmall;
-    if (result == Attempt::notFinite) return Outcome::notFinite;
+Outcome AdaptiveSteps::advance(State& state, double end, double longestStep) {
+  for (;;) {
+    switch (attempt(state, end, longestStep)) {
+      case Attempt::accepted:
+        return state.t < end ? Outcome::underway : Outcome::arrived;
+      case Attempt::rejected:
+        break;
+      case Attempt::tooSmall:
+        return Outcome::stepTooSmall;
+      case Attempt::notFinite:
+        return Outcome::notFinite;
+    }
   }
-  return Outcome::arrived;
+}
+
+bool AdaptiveSteps::stepTo(State& state, double t) {
+  stepper_->forget();
+  stepper_->step(state.t, t - state.t, state.y);
+  return take(state, t, stepper_->increment());
 }
 
 AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double longestStep) {
@@ -57,8 +69,9 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
   if (h_ <= 0) h_ = firstStep(state, end - state.t);
   const double next = landing(state.t, end, std::min(h_, longestStep));
   const double h = next - state.t;
-  // Shorter than the spacing of the numbers at t, and not because this is all that is left.
-  if (next < end && !(h > 4 * epsilon * std::abs(state.t))) {
+  // Shorter than the spacing of the numbers at t, or of those at a second, and not because this is all that
+  // is left.
+  if (next < end && !(h > 4 * epsilon * std::max(1.0, std::abs(state.t)))) {
     return finite_ ? Attempt::tooSmall : Attempt::notFinite;
   }
 
@@ -86,6 +99,11 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
 
 void AdaptiveSteps::restart() {
   resume(0);
+}
+
+void AdaptiveSteps::begin() {
+  restart();
+  surroundings_->forget();
 }
 
 void AdaptiveSteps::resume(double h) {

@@ -25,42 +25,42 @@ class FastestSteps : public Integrator {
 
   const char* name() const override { return methods_[inUse_]->name(); }
 
-  Outcome integrate(State& state, double end, double longestStep) override {
-    if (!started_ && state.t < end) start(state, end);
-    while (state.t < end) {
+  Outcome advance(State& state, double end, double longestStep) override {
+    if (!started_) start(state, end);
+    for (;;) {
       const double before = state.t;
-      AdaptiveSteps& method = running();
-      const AdaptiveSteps::Attempt result = method.attempt(state, end, longestStep);
-      run_.cost += method.cost();
+      lastTried_ = &running();
+      const AdaptiveSteps::Attempt result = lastTried_->attempt(state, end, longestStep);
+      run_.cost += lastTried_->cost();
       run_.progress += state.t - before;
-      switch (result) {
-        case AdaptiveSteps::Attempt::accepted:
-          ++count_.accepted;
-          ++run_.steps;
-          count_.lastError = method.count().lastError;
-          break;
-        case AdaptiveSteps::Attempt::rejected:
-          ++count_.rejected;
-          break;
-        case AdaptiveSteps::Attempt::tooSmall:
-        case AdaptiveSteps::Attempt::notFinite:
-          if (!tryTheNext()) {
-            return result == AdaptiveSteps::Attempt::tooSmall ? Outcome::stepTooSmall : Outcome::notFinite;
-          }
-          continue;
+      if (result == AdaptiveSteps::Attempt::accepted) {
+        ++count_.accepted;
+        ++run_.steps;
+        count_.lastError = lastTried_->count().lastError;
+      } else if (result == AdaptiveSteps::Attempt::rejected) {
+        ++count_.rejected;
+      } else {
+        if (tryTheNext()) continue;
+        return result == AdaptiveSteps::Attempt::tooSmall ? Outcome::stepTooSmall : Outcome::notFinite;
       }
       failures_ = 0;
-      if (onTrial_) {
-        if (run_.steps >= judged || run_.cost > trialCostLeft_) judgeTrial(state);
-      } else if (run_.steps >= patience_) {
-        startTrial(state);
+      compare(state);
+      if (result == AdaptiveSteps::Attempt::accepted) {
+        return state.t < end ? Outcome::underway : Outcome::arrived;
       }
     }
-    return Outcome::arrived;
   }
+
+  bool stepTo(State& state, double t) override { return lastTried_->stepTo(state, t); }
 
   void restart() override {
     for (auto& method : methods_) method->restart();
+  }
+  void begin() override {
+    for (auto& method : methods_) method->begin();
+    started_ = onTrial_ = false;
+    patience_ = leastPatience;
+    run_ = {};
   }
   const StepCount& count() const override { return count_; }
 
@@ -82,6 +82,14 @@ class FastestSteps : public Integrator {
   };
 
   AdaptiveSteps& running() { return *methods_[onTrial_ ? challenger_ : inUse_]; }
+
+  void compare(const State& state) {
+    if (onTrial_) {
+      if (run_.steps >= judged || run_.cost > trialCostLeft_) judgeTrial(state);
+    } else if (run_.steps >= patience_) {
+      startTrial(state);
+    }
+  }
 
   /// An explicit method where its first step is far from the limit, the stiff one elsewhere.
   void start(const State& state, double end) {
@@ -156,6 +164,7 @@ class FastestSteps : public Integrator {
   std::shared_ptr<Surroundings> surroundings_;
   std::vector<std::unique_ptr<AdaptiveSteps>> methods_;
   std::size_t inUse_ = 0, challenger_ = 0;
+  AdaptiveSteps* lastTried_ = nullptr;
   bool started_ = false, onTrial_ = false;
   int patience_ = leastPatience, failures_ = 0;
   double incumbentSpeed_ = 0, lastLook_ = 0, trialCostLeft_ = 0;

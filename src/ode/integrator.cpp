@@ -18,27 +18,35 @@ bool take(State& state, double t, const Eigen::VectorXd& increment) {
   return true;
 }
 
+Outcome Integrator::integrate(State& state, double end, double longestStep, int mostSteps) {
+  Outcome outcome = state.t < end ? Outcome::underway : Outcome::arrived;
+  for (int k = 0; outcome == Outcome::underway && k < mostSteps; ++k) {
+    outcome = advance(state, end, longestStep);
+  }
+  return outcome;
+}
+
 namespace {
 
 class FixedSteps : public Integrator {
  public:
   FixedSteps(std::unique_ptr<Stepper> stepper, double h) : stepper_(std::move(stepper)), h_(h) {}
 
-  Outcome integrate(State& state, double end, double /*longestStep*/) override {
-    // Time from the index: t = start + k span/steps. A span that is a whole number of steps but for rounding
-    // is that number.
-    const double start = state.t;
-    const double span = end - start;
-    const double steps = std::max(1.0, std::ceil(span / h_ - 1e-6));
-    for (double k = 1; state.t < end; ++k) {
-      const double next = k < steps ? start + span * (k / steps) : end;
-      if (next <= state.t) return Outcome::stepTooSmall;
-      stepper_->step(state.t, next - state.t, state.y);
-      if (!take(state, next, stepper_->increment())) return Outcome::notFinite;
-      stepper_->accept();
-      ++count_.accepted;
-    }
-    return Outcome::arrived;
+  Outcome advance(State& state, double end, double /*longestStep*/) override {
+    // What is left is a whole number of steps, if it is one but for rounding.
+    const double left = end - state.t;
+    const double steps = std::max(1.0, std::ceil(left / h_ - 1e-6));
+    const double next = steps > 1 ? state.t + left / steps : end;
+    if (next <= state.t) return Outcome::stepTooSmall;
+    if (!step(state, next)) return Outcome::notFinite;
+    stepper_->accept();
+    ++count_.accepted;
+    return steps > 1 ? Outcome::underway : Outcome::arrived;
+  }
+
+  bool stepTo(State& state, double t) override {
+    stepper_->forget();
+    return step(state, t);
   }
 
   const char* name() const override { return stepper_->name(); }
@@ -46,6 +54,11 @@ class FixedSteps : public Integrator {
   const StepCount& count() const override { return count_; }
 
  private:
+  bool step(State& state, double t) {
+    stepper_->step(state.t, t - state.t, state.y);
+    return take(state, t, stepper_->increment());
+  }
+
   std::unique_ptr<Stepper> stepper_;
   double h_;
   StepCount count_;

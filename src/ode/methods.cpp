@@ -9,12 +9,13 @@
 namespace planar_chain::ode {
 
 const std::vector<std::string>& methodNames() {
-  static const std::vector<std::string> names{"auto", "rk4", "dopri5", "dop853", "rodas5p", "ros34pw2"};
+  static const std::vector<std::string> names{"auto",    "rk4",      "dopri5",        "dop853",
+                                              "rodas5p", "ros34pw2", "ros34pw2_fixed"};
   return names;
 }
 
 bool hasFixedStep(const std::string& name) {
-  return name == "rk4";
+  return name == "rk4" || name == "ros34pw2_fixed";
 }
 
 std::unique_ptr<Integrator> makeMethod(const std::string& name, LinearizedSystem& f, double step,
@@ -37,6 +38,7 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, LinearizedSystem
   if (name == "dop853") return adaptiveSteps(explicitBy(dop853()), tolerance);
   if (name == "rodas5p") return adaptiveSteps(implicitBy(rodas5p()), tolerance);
   if (name == "ros34pw2") return adaptiveSteps(implicitBy(ros34pw2()), tolerance);
+  if (name == "ros34pw2_fixed") return fixedSteps(implicitBy(ros34pw2()), step);
   throw std::invalid_argument("no method is called " + name);
 }
 

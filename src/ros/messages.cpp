@@ -88,6 +88,7 @@ void describe(const Simulation& simulation, SimStatus& status) {
   status.method = simulation.method();
   status.steps = static_cast<std::uint64_t>(statistics.steps);
   status.rejected_steps = static_cast<std::uint64_t>(statistics.rejected);
+  status.rescues = static_cast<std::uint64_t>(statistics.rescues);
   status.evaluations = static_cast<std::uint64_t>(statistics.evaluations);
   status.error_estimate = statistics.localError;
   status.kinetic = balance.now.kinetic;

@@ -41,10 +41,6 @@ std::string xyz(Vec2d a) {
   return toText(a.x) + " " + toText(a.y) + " 0";
 }
 
-double length(Vec2d a) {
-  return std::hypot(a.x, a.y);
-}
-
 /// What is drawn scales with the mean length of a link; where links are many and short, with that of the
 /// chain, or a rope would be too thin to see.
 double drawingUnit(const Chain& chain) {
@@ -128,13 +124,22 @@ class Writer {
     const auto at = static_cast<std::size_t>(i);
     const std::string parent = escaped(i == 0 ? frames_.base : frames_.links[at - 1]);
     const Vec2d origin = i == 0 ? Vec2d{} : chain_.links()[at - 1].pin;
-    out_ << "  <joint name=\"" << escaped(chain_.joints()[at].name) << "\" type=\"continuous\">\n"
+    const Joint& own = chain_.joints()[at];
+    out_ << "  <joint name=\"" << escaped(own.name) << "\" type=\""
+         << (own.isLimited() ? "revolute" : "continuous") << "\">\n"
          << "    <parent link=\"" << parent << "\"/>\n"
          << "    <child link=\"" << escaped(frames_.links[at]) << "\"/>\n"
          << "    <origin xyz=\"" << xyz(origin) << "\" rpy=\"0 0 0\"/>\n"
          << "    <axis xyz=\"0 0 1\"/>\n"
-         << "    <dynamics damping=\"" << toText(chain_.joints()[at].damping) << "\" friction=\"0\"/>\n"
-         << "  </joint>\n";
+         << "    <dynamics damping=\"" << toText(own.damping) << "\" friction=\"0\"/>\n";
+    if (own.isLimited()) {
+      // URDF wants both limits and knows none for effort and velocity: numbers that are never reached.
+      constexpr double never = 1e9;
+      out_ << "    <limit lower=\"" << toText(std::fmax(own.lower, -never)) << "\" upper=\""
+           << toText(std::fmin(own.upper, never)) << "\" effort=\"" << toText(never) << "\" velocity=\""
+           << toText(never) << "\"/>\n";
+    }
+    out_ << "  </joint>\n";
   }
 
   void visual(Vec2d centre, double angle, const std::string& geometry, const char* colour) {

@@ -172,6 +172,12 @@ void writeSummary(const Simulation& simulation) {
   const Energy energy = simulation.energy();
   std::printf("t = %g s by %s: %lld steps, %lld rejected, %lld evaluations\n", simulation.time(),
               simulation.method().c_str(), statistics.steps, statistics.rejected, statistics.evaluations);
+  if (statistics.rescues > 0) {
+    std::printf(
+        "  the energy balance did not close %lld times: those steps were taken again, smaller or by "
+        "rodas5p\n",
+        statistics.rescues);
+  }
   writeState(stdout, simulation);
   std::printf("  energy = %.6g J (kinetic %.6g, potential %.6g)\n", energy.total(), energy.kinetic,
               energy.potential);
@@ -203,7 +209,7 @@ int simulate(int argc, char** argv) {
 
   const std::string& method = scene.integrator.method;
   if (given.step && !ode::hasFixedStep(method)) {
-    std::fprintf(stderr, "simulate: %s chooses its steps; --step is for rk4\n", method.c_str());
+    std::fprintf(stderr, "simulate: %s chooses its steps; --step is for methods of fixed step\n", method.c_str());
   }
   if (given.tolerance && ode::hasFixedStep(method)) {
     std::fprintf(stderr, "simulate: %s takes equal steps; --tolerance is for adaptive methods\n",

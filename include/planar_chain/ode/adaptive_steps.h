@@ -16,8 +16,10 @@ class AdaptiveSteps : public Integrator {
                 std::shared_ptr<Surroundings> surroundings);
 
   const char* name() const override { return stepper_->name(); }
-  Outcome integrate(State& state, double end, double longestStep) override;
+  Outcome advance(State& state, double end, double longestStep) override;
+  bool stepTo(State& state, double t) override;
   void restart() override;
+  void begin() override;
   const StepCount& count() const override { return count_; }
 
   enum class Attempt { accepted, rejected, tooSmall, notFinite };

@@ -13,8 +13,10 @@ namespace planar_chain::ode {
 
 enum class Outcome {
   arrived,       ///< t is the time asked for
+  underway,      ///< a good step on the way there
+  switched,      ///< as underway, and f is another one from here on: see switches.h
   notFinite,     ///< the next step leaves the finite numbers, however small it is made
-  stepTooSmall,  ///< the tolerance asks for steps below the spacing of the numbers at t
+  stepTooSmall,  ///< the tolerance asks for steps below the spacing of the numbers at t, or at 1 s
 };
 
 struct StepCount {
@@ -47,12 +49,20 @@ class Integrator {
   virtual ~Integrator() = default;
   /// Name of the method in use.
   virtual const char* name() const = 0;
-  /// Takes state to time end and lands on it exactly; adaptive steps are no longer than longestStep, fixed
-  /// ones are as they were asked for. After any outcome but `arrived` state is that of the last good step.
+  /// One step towards time end, landing on it exactly if it is the last; an adaptive step is no longer than
+  /// longestStep, a fixed one as it was asked for. After the last two outcomes state is as it was before.
   /// Allocates nothing.
-  virtual Outcome integrate(State& state, double end, double longestStep) = 0;
-  /// f has jumped or the state was set.
+  virtual Outcome advance(State& state, double end, double longestStep) = 0;
+  /// As many of them as it takes, but at most so many. Allocates nothing.
+  Outcome integrate(State& state, double end, double longestStep,
+                    int mostSteps = std::numeric_limits<int>::max());
+  /// A step of the last advance()'s method, without error control: shorter than that one was, from where it
+  /// started. False, and nothing has changed, when it is not finite. restart() must follow.
+  virtual bool stepTo(State& state, double t) = 0;
+  /// f has jumped.
   virtual void restart() = 0;
+  /// The state was set, or f has become another one altogether.
+  virtual void begin() { restart(); }
   virtual const StepCount& count() const = 0;
 };
 

@@ -13,6 +13,8 @@ class Surroundings {
 
   /// Looks anew, if it has not done so for a while: seven evaluations every hundred calls. Allocates nothing.
   void visit(double t, const Eigen::VectorXd& y);
+  /// The next visit() is the first.
+  void forget() { calls_ = 0; }
   /// Looks anew.
   void look(double t, const Eigen::VectorXd& y);
 

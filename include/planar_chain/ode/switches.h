@@ -1,0 +1,28 @@
+#pragma once
+
+/// What f switches on: it is smooth between switches, and no step may pass one.
+
+#include <memory>
+
+#include "planar_chain/ode/integrator.h"
+
+namespace planar_chain::ode {
+
+class Switches {
+ public:
+  virtual ~Switches() = default;
+  /// > 0 where a switch is due, ≤ 0 before; continuous along a motion.
+  virtual double due(const Eigen::VectorXd& y) const = 0;
+  /// For a step of h from y to next, at neither of which a switch is due: after what time it may be due in
+  /// between, or a negative number if that cannot be.
+  virtual double nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const = 0;
+};
+
+/// Steps as the given integrator does, and lands just behind every switch: advance() then says `switched`,
+/// and whoever owns the switches changes f and restarts. The time is found by steps of the same method from
+/// the same state, bracketed and by the Illinois rule (M. Dowell, P. Jarratt, BIT 11 (1971) 168–174), down to
+/// the spacing of the numbers.
+std::unique_ptr<Integrator> landingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches,
+                                              Eigen::Index size);
+
+}  // namespace planar_chain::ode

@@ -1,0 +1,82 @@
+#include "planar_chain/energy_guard.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "planar_chain/ode/methods.h"
+
+namespace planar_chain {
+
+namespace {
+
+constexpr double tolerances = 10;
+constexpr double share = 0.1;               // of the energy that moves, for fixed steps, per second
+constexpr double sharePerTolerance = 1000;  // the same for adaptive ones, in all
+constexpr double pi = 3.14159265358979323846;
+
+}  // namespace
+
+EnergyGuard::EnergyGuard(const Chain& chain, const IntegratorSettings& settings, int works)
+    : chain_(chain),
+      n_(chain.size()),
+      works_(works),
+      tolerance_(ode::hasFixedStep(settings.method) ? 0 : tolerances * settings.tolerance),
+      share_(ode::hasFixedStep(settings.method) ? share
+                                                : std::min(share, sharePerTolerance * settings.tolerance)),
+      isPerSecond_(ode::hasFixedStep(settings.method)),
+      good_(2 * chain.size() + works) {
+  double pin = 0;
+  for (int j = 0; j < n_; ++j) {
+    const Link& link = chain.links()[static_cast<std::size_t>(j)];
+    const Joint& joint = chain.joints()[static_cast<std::size_t>(j)];
+    const double reach = pin + length(link.com);
+    inertia_ += link.mass * reach * reach + link.inertia;
+    weight_ += link.mass * length(chain.gravity()) * reach;
+    stiffness_ += joint.stiffness + joint.stopStiffness;
+    pin += length(link.pin);
+  }
+}
+
+void EnergyGuard::begin(const ode::State& state) {
+  good_ = state;
+  energyThen_ = energyOf(chain_, state.y.data(), state.y.data() + n_);
+}
+
+bool EnergyGuard::closes(const ode::State& state) {
+  const Energy now = energyOf(chain_, state.y.data(), state.y.data() + n_);
+  const double in = supplied(state) - supplied(good_);
+  const double out = dissipated(state) - dissipated(good_);
+  const double moved = now.kinetic + energyThen_.kinetic + std::abs(now.potential - energyThen_.potential) +
+                       std::abs(in) + std::abs(out);
+  gap_ = now.kinetic - energyThen_.kinetic + (now.potential - energyThen_.potential) - in + out;
+  if (!(std::abs(gap_) <= allowedGap(state, now, moved))) return false;
+  good_ = state;
+  energyThen_ = now;
+  return true;
+}
+
+double EnergyGuard::allowedGap(const ode::State& state, const Energy& now, double moved) const {
+  const double span = state.t - good_.t;
+  const double rounding = std::numeric_limits<double>::epsilon() * std::max(32, n_);
+  const double error = tolerance_ * std::max(1.0, span);
+  const double angle = error + rounding * (pi + state.y.head(n_).cwiseAbs().maxCoeff());
+  const double rate = (error + rounding) * (1 + state.y.segment(n_, n_).cwiseAbs().maxCoeff());
+
+  const double kinetic = 0.5 * inertia_ * rate * rate;
+  const double elastic = 2 * stiffness_ * angle * angle;
+  const double mostKinetic = std::max(now.kinetic, energyThen_.kinetic);
+  const double mostElastic = std::max(now.elastic, energyThen_.elastic);
+  return 2 * std::sqrt(mostKinetic * kinetic) + kinetic + 2 * std::sqrt(mostElastic * elastic) + elastic +
+         weight_ * angle + share_ * (isPerSecond_ ? std::min(1.0, span) : 1) * moved;
+}
+
+double EnergyGuard::supplied(const ode::State& state) const {
+  return works_ > 0 ? state.y[2 * n_] : 0;
+}
+
+double EnergyGuard::dissipated(const ode::State& state) const {
+  return works_ > 0 ? state.y[2 * n_ + 1] : 0;
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,132 @@
+/// The guard: what it sees, what the ladder does about it, and that it leaves good runs alone.
+
+#include "planar_chain/energy_guard.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "planar_chain/ode/methods.h"
+#include "planar_chain/scene_reader.h"
+#include "planar_chain/simulation.h"
+#include "random_scene.h"
+
+namespace planar_chain {
+namespace {
+
+using test::randomScene;
+
+constexpr double J = 1. / 3;
+
+/// A rod on a spring, k = J w²: q = 0.1 cos w t.
+Scene oscillator(double w) {
+  Joint joint;
+  joint.name = "rod_joint";
+  joint.stiffness = J * w * w;
+  return {Chain({{"rod", 1, 1. / 12, {0.5, 0}, {1, 0}}}, {joint}, {}), {0.1}, {0}, {}, {}, {}, 0};
+}
+
+TEST(EnergyGuard, SeesWhatTheToleranceDoesNotExplain) {
+  const Scene scene = oscillator(10);
+  for (const double tolerance : {1e-4, 1e-8}) {
+    EnergyGuard guard(scene.chain, {"dopri5", tolerance, 0}, 0);
+    ode::State state(2);
+    state.y << 0.1, 0;
+    guard.begin(state);
+    state.t = 0.1;
+    state.y << 0.1 * std::cos(1), -std::sin(1);
+    EXPECT_TRUE(guard.closes(state));
+    state.y[1] *= 1 + 2 * tolerance;
+    EXPECT_TRUE(guard.closes(state)) << "an error that the tolerance allows";
+    const ode::State good = guard.lastGood();
+    state.y[1] *= 1 + 2e4 * tolerance;
+    EXPECT_FALSE(guard.closes(state));
+    const double before = good.y[1];
+    EXPECT_NEAR(guard.gap(), J / 2 * (state.y[1] * state.y[1] - before * before), 1e-15);
+    EXPECT_EQ(guard.lastGood().y, good.y) << "the last good state stays";
+    state.y[1] = std::nan("");
+    EXPECT_FALSE(guard.closes(state));
+  }
+}
+
+TEST(EnergyGuard, RescuesAMethodOutsideItsRegionOfStability) {
+  // RK4 is stable up to w h = 2.83: a little beyond, an eighth of the step is enough; far beyond, it is not.
+  for (const double wh : {3.5, 100.0}) {
+    Scene scene = oscillator(1000);
+    scene.integrator = {"rk4", 1e-8, wh / 1000};
+    Simulation simulation(scene);
+    ASSERT_TRUE(simulation.advanceTo(0.1)) << simulation.fault();
+    EXPECT_GT(simulation.statistics().rescues, 0);
+    const EnergyBalance balance = simulation.energyBalance();
+    EXPECT_NEAR(balance.residual, 0, 0.02 * balance.now.total());
+    if (wh > 50) {
+      EXPECT_EQ(simulation.method(), "rodas5p");
+      EXPECT_NEAR(simulation.q()[0], 0.1 * std::cos(100), 1e-6);
+    }
+  }
+}
+
+TEST(EnergyGuard, ComesBackToTheScenesMethod) {
+  // Beyond RK4's limit only while the rod is swung about by a stop, which is hit once.
+  Scene scene = oscillator(1);
+  Joint joint = scene.chain.joints()[0];
+  joint.stiffness = 0;
+  joint.upper = 0.2;
+  joint.stopStiffness = J * 1e6;
+  scene.chain = Chain(scene.chain.links(), {joint}, {});
+  scene.qd = {1};
+  scene.integrator = {"rk4", 1e-8, 0.01};
+  Simulation simulation(scene);
+  ASSERT_TRUE(simulation.advanceTo(0.15)) << simulation.fault();
+  EXPECT_GT(simulation.statistics().rescues, 0);
+  for (int tick = 16; tick <= 100; ++tick) ASSERT_TRUE(simulation.advanceTo(0.01 * tick));
+  EXPECT_EQ(simulation.method(), "rk4");
+  EXPECT_NEAR(simulation.qd()[0], -1, 1e-3);
+}
+
+Scene shipped(const std::string& name) {
+  std::ifstream file(std::string(SCENES_DIR) + "/" + name + ".yaml");
+  std::ostringstream text;
+  text << file.rdbuf();
+  return readSceneText(text.str());
+}
+
+TEST(EnergyGuard, LeavesGoodRunsAlone) {
+  std::vector<Scene> scenes;
+  for (const char* name : {"pendulum", "double_pendulum", "triple", "driven", "rope", "beam"}) {
+    scenes.push_back(shipped(name));
+  }
+  for (const unsigned seed : {1u, 2u, 3u, 4u}) scenes.push_back(randomScene(5, seed));
+  for (Scene& scene : scenes) {
+    for (const char* method : {"auto", "dopri5", "rodas5p", "ros34pw2"}) {
+      for (const double tolerance : {1e-3, 1e-6}) {
+        scene.integrator = {method, tolerance, 1e-3};
+        Simulation simulation(scene);
+        ASSERT_TRUE(simulation.advanceTo(0.5)) << simulation.fault();
+        EXPECT_EQ(simulation.statistics().rescues, 0)
+            << scene.chain.size() << " links by " << method << " at " << tolerance;
+      }
+    }
+  }
+}
+
+TEST(EnergyGuard, RefusesToGoOnWhereNothingHelps) {
+  // Two links at 1e20 rad/s: a second would take more steps than there are numbers in it.
+  for (const std::string& method : ode::methodNames()) {
+    Scene scene = randomScene(2, 1);
+    scene.qd = {1e20, -2e20};
+    scene.integrator = {method, 1e-8, 1e-3};
+    Simulation simulation(scene);
+    EXPECT_FALSE(simulation.advanceTo(1));
+    EXPECT_NE(simulation.fault().find(method + " gave up at t = 0 s"), std::string::npos);
+    EXPECT_EQ(simulation.time(), 0);
+    EXPECT_EQ(simulation.qd(), scene.qd);
+    simulation.setState(scene.q, {1, 2});
+    EXPECT_TRUE(simulation.advanceTo(0.1)) << simulation.fault();
+  }
+}
+
+}  // namespace
+}  // namespace planar_chain

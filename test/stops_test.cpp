@@ -1,0 +1,222 @@
+/// Joint limits: exact bounces, laws, and the derivative that implicit methods take through a stop.
+
+#include "planar_chain/stops.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "planar_chain/dynamics.h"
+#include "planar_chain/ode/methods.h"
+#include "planar_chain/simulation.h"
+#include "random_scene.h"
+
+namespace planar_chain {
+namespace {
+
+using test::Random;
+using test::randomScene;
+
+constexpr double J = 1. / 3;  // of a rod of 1 m, 1 kg about its end
+
+/// One rod with a stop at q = 1, or, mirrored, at q = −1.
+Scene rodWithStop(double k, double d, double sign = 1) {
+  Joint joint;
+  joint.name = "rod_joint";
+  (sign > 0 ? joint.upper : joint.lower) = sign;
+  joint.stopStiffness = k;
+  joint.stopDamping = d;
+  return {Chain({{"rod", 1, 1. / 12, {0.5, 0}, {1, 0}}}, {joint}, {}), {0}, {sign * 2}, {}, {}, {}, 0};
+}
+
+struct Bounce {
+  double end, depth, speed;  ///< when, where and how fast the joint leaves the stop's push, after the hit
+};
+
+/// J ẍ + d ẋ + k x = 0 from x = 0, ẋ = v, until the push k x + d ẋ = −J ẍ ends.
+Bounce bounce(double k, double d, double v) {
+  const double sigma = d / (2 * J);
+  const double square = k / J - sigma * sigma;
+  if (square > 0) {
+    const double w = std::sqrt(square);
+    const double t = std::atan2(2 * sigma * w, sigma * sigma - w * w) / w;
+    const double decay = v * std::exp(-sigma * t);
+    return {t, decay * std::sin(w * t) / w, decay * (std::cos(w * t) - sigma / w * std::sin(w * t))};
+  }
+  const double w = std::sqrt(-square);
+  const double t = std::atanh(2 * sigma * w / (sigma * sigma + w * w)) / w;
+  const double decay = v * std::exp(-sigma * t);
+  return {t, decay * std::sinh(w * t) / w, decay * (std::cosh(w * t) - sigma / w * std::sinh(w * t))};
+}
+
+// The rod turns freely at 2 rad/s, hits the stop at t = 0.5 and turns back, freely again.
+TEST(Stop, BouncesExactly) {
+  struct Case {
+    double k, d, tolerance;
+  };
+  for (const std::string& method : ode::methodNames()) {
+    for (const Case& c : {Case{30, 0, 1e-10},
+                          {30, 2, 1e-10},
+                          {1e4, 0, 1e-10},
+                          {1e4, 20, 1e-10},
+                          {3, 50, 1e-10},
+                          {1e8, 0, 1e-9},
+                          {1e8, 1e3, 1e-9}}) {
+      const bool isFixed = ode::hasFixedStep(method);
+      if (isFixed && c.k > 1e4) continue;
+      for (const double sign : {1.0, -1.0}) {
+        Scene scene = rodWithStop(c.k, c.d, sign);
+        scene.integrator = {method, c.tolerance, 1e-4};
+        Simulation simulation(scene);
+        ASSERT_TRUE(simulation.advanceTo(2)) << simulation.fault();
+        const Bounce exact = bounce(c.k, c.d, 2);
+        const double q = 1 + exact.depth + exact.speed * (1.5 - exact.end);
+        // Adaptive: the tolerance times 1.5 s on the way out. Fixed: order three in the contact's own time.
+        const double contactRate = std::max(std::sqrt(c.k / J), c.d / J);
+        const double allowed = isFixed ? std::pow(contactRate * 1e-4, 3) : 10 * c.tolerance;
+        EXPECT_NEAR(sign * simulation.q()[0], q, allowed) << method << " " << c.k << " " << c.d;
+        EXPECT_NEAR(sign * simulation.qd()[0], exact.speed, allowed) << method << " " << c.k << " " << c.d;
+        EXPECT_NEAR(simulation.energyBalance().residual, 0, allowed) << method << " " << c.k << " " << c.d;
+        EXPECT_EQ(simulation.statistics().rescues, 0) << method << " " << c.k << " " << c.d;
+      }
+    }
+  }
+}
+
+TEST(Stop, HoldsAtTheStaticDepth) {
+  // Under gravity from above the rod comes to rest where k x = m g r cos q.
+  Joint joint;
+  joint.name = "rod_joint";
+  joint.lower = -0.5;
+  joint.stopStiffness = 1000;
+  joint.stopDamping = 30;
+  Scene scene{Chain({{"rod", 1, 1. / 12, {0.5, 0}, {1, 0}}}, {joint}, {0, -9.81}), {0}, {0}, {}, {}, {}, 0};
+  Simulation simulation(scene);
+  ASSERT_TRUE(simulation.advanceTo(20)) << simulation.fault();
+  const double q = simulation.q()[0];
+  EXPECT_NEAR(simulation.qd()[0], 0, 1e-9);
+  EXPECT_NEAR(1000 * (-0.5 - q), 9.81 * 0.5 * std::cos(q), 1e-6);
+  double tau = 0;
+  simulation.jointTorques(&tau);
+  EXPECT_NEAR(tau, 9.81 * 0.5 * std::cos(q), 1e-6);
+}
+
+TEST(Stop, IsNotJumpedOverByALongStep) {
+  // Swinging up to 0.5 rad from the vertical by itself; the stop stands a hair below that.
+  Joint joint;
+  joint.name = "rod_joint";
+  joint.upper = 0.4999;
+  joint.stopStiffness = 1e4;
+  joint.stopDamping = 50;
+  const Chain chain({{"rod", 1, 1. / 12, {0.5, 0}, {1, 0}}}, {joint}, {9.81, 0});
+  const auto at = [&](const char* method, double tolerance) {
+    Scene scene{chain, {-0.5}, {0}, {}, {method, tolerance, 1e-3}, {}, 0};
+    Simulation simulation(scene);
+    EXPECT_TRUE(simulation.advanceTo(3)) << simulation.fault();
+    return simulation.q()[0];
+  };
+  const double exact = at("dop853", 1e-13);
+  for (const char* method : {"auto", "dopri5", "dop853", "rodas5p"}) {
+    EXPECT_NEAR(at(method, 1e-6), exact, 1e-5) << method;
+  }
+}
+
+/// Every joint of a random chain between stops.
+Scene caged(int n, unsigned seed, double k, double d) {
+  Random random(seed + 100);
+  Scene scene = randomScene(n, seed, {true, false, false});
+  std::vector<Joint> joints = scene.chain.joints();
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    joints[i].lower = scene.q[i] - random.between(0.05, 0.6);
+    joints[i].upper = scene.q[i] + random.between(0.05, 0.6);
+    joints[i].stopStiffness = k;
+    joints[i].stopDamping = d;
+  }
+  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  scene.integrator.tolerance = 1e-11;
+  return scene;
+}
+
+TEST(Stop, KeepsTheEnergyBalanceOfWholeChains) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    Simulation simulation(caged(4, seed, 500, 5));
+    double dissipated = 0;
+    for (int k = 1; k <= 100; ++k) {
+      ASSERT_TRUE(simulation.advanceTo(0.02 * k)) << simulation.fault();
+      const EnergyBalance balance = simulation.energyBalance();
+      EXPECT_GE(balance.dissipated, dissipated);
+      EXPECT_NEAR(balance.residual, 0, 1e-8);
+      dissipated = balance.dissipated;
+    }
+    EXPECT_GT(dissipated, 0.1) << "some stop must have been hit";
+  }
+}
+
+TEST(Stop, WithoutDampingGivesTheWayBack) {
+  for (const unsigned seed : {4u, 5u}) {
+    const Scene scene = caged(3, seed, 300, 0);
+    Simulation simulation(scene);
+    ASSERT_TRUE(simulation.advanceTo(1));
+    std::vector<double> back = simulation.qd();
+    for (double& rate : back) rate = -rate;
+    simulation.setState(simulation.q(), back);
+    ASSERT_TRUE(simulation.advanceTo(2));
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(simulation.q()[i], scene.q[i], 1e-6) << seed;
+  }
+}
+
+TEST(Stop, IsInTheJacobian) {
+  // (s − J) x = b with J by differences; joints 1 and 3 push, 2 is parted.
+  Scene scene = caged(3, 7, 40, 3);
+  Loads loads(scene, 0);
+  Dynamics dynamics(scene.chain, loads);
+  Eigen::VectorXd y(dynamics.size());
+  double theta = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Joint& joint = scene.chain.joints()[i];
+    theta += i == 0 ? joint.lower - 0.2 : joint.upper + 0.2;
+    y[static_cast<Eigen::Index>(i)] = theta;
+  }
+  y.segment(3, 3) << -1, -10, -9.5;
+  y.tail(2).setZero();
+  dynamics.enterStops(y.data());
+
+  const Eigen::Index size = y.size();
+  Eigen::MatrixXd jacobian(size, size);
+  Eigen::VectorXd plus(size), minus(size), shifted(size);
+  constexpr double h = 1e-6;
+  for (Eigen::Index k = 0; k < size; ++k) {
+    shifted = y;
+    shifted[k] = y[k] + h;
+    dynamics.derivative(0, shifted.data(), plus.data());
+    shifted[k] = y[k] - h;
+    dynamics.derivative(0, shifted.data(), minus.data());
+    jacobian.col(k) = (plus - minus) / (2 * h);
+  }
+  dynamics.linearize(0, y.data(), plus.data());
+  dynamics.factor(7);
+  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(size, -1, 2);
+  Eigen::VectorXd x(size);
+  dynamics.solve(b.data(), x.data());
+  EXPECT_LT((7 * x - jacobian * x - b).norm(), 1e-7 * jacobian.norm() * x.norm());
+  EXPECT_GT(jacobian.row(size - 1).norm(), 1) << "the stops dissipate";
+}
+
+TEST(Stop, ThatIsNeverReachedChangesNoBit) {
+  Scene bare = randomScene(4, 9);
+  Scene limited = bare;
+  std::vector<Joint> joints = bare.chain.joints();
+  for (Joint& joint : joints) {
+    joint.lower = -1000;
+    joint.upper = 1000;
+    joint.stopStiffness = 1;
+  }
+  limited.chain = Chain(bare.chain.links(), joints, bare.chain.gravity());
+  Simulation a(bare), b(limited);
+  ASSERT_TRUE(a.advanceTo(2) && b.advanceTo(2));
+  EXPECT_EQ(a.q(), b.q());
+  EXPECT_EQ(a.qd(), b.qd());
+}
+
+}  // namespace
+}  // namespace planar_chain
