@@ -209,7 +209,8 @@ int simulate(int argc, char** argv) {
 
   const std::string& method = scene.integrator.method;
   if (given.step && !ode::hasFixedStep(method)) {
-    std::fprintf(stderr, "simulate: %s chooses its steps; --step is for methods of fixed step\n", method.c_str());
+    std::fprintf(stderr, "simulate: %s chooses its steps; --step is for methods of fixed step\n",
+                 method.c_str());
   }
   if (given.tolerance && ode::hasFixedStep(method)) {
     std::fprintf(stderr, "simulate: %s takes equal steps; --tolerance is for adaptive methods\n",
