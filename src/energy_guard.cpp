@@ -11,8 +11,8 @@ namespace planar_chain {
 namespace {
 
 constexpr double tolerances = 10;
-constexpr double share = 0.1;               // of the energy that moves, for fixed steps, per second
-constexpr double sharePerTolerance = 1000;  // the same for adaptive ones, in all
+constexpr double share = 0.1;               // of the energy that moves, for fixed steps
+constexpr double sharePerTolerance = 1000;  // the same for adaptive ones
 constexpr double pi = 3.14159265358979323846;
 
 }  // namespace
@@ -24,7 +24,6 @@ EnergyGuard::EnergyGuard(const Chain& chain, const IntegratorSettings& settings,
       tolerance_(ode::hasFixedStep(settings.method) ? 0 : tolerances * settings.tolerance),
       share_(ode::hasFixedStep(settings.method) ? share
                                                 : std::min(share, sharePerTolerance * settings.tolerance)),
-      isPerSecond_(ode::hasFixedStep(settings.method)),
       good_(2 * chain.size() + works) {
   double pin = 0;
   for (int j = 0; j < n_; ++j) {
@@ -41,25 +40,33 @@ EnergyGuard::EnergyGuard(const Chain& chain, const IntegratorSettings& settings,
 void EnergyGuard::begin(const ode::State& state) {
   good_ = state;
   energyThen_ = energyOf(chain_, state.y.data(), state.y.data() + n_);
+  gap_ = moved_ = 0;
 }
 
 bool EnergyGuard::closes(const ode::State& state) {
   const Energy now = energyOf(chain_, state.y.data(), state.y.data() + n_);
   const double in = supplied(state) - supplied(good_);
   const double out = dissipated(state) - dissipated(good_);
-  const double moved = now.kinetic + energyThen_.kinetic + std::abs(now.potential - energyThen_.potential) +
-                       std::abs(in) + std::abs(out);
-  gap_ = now.kinetic - energyThen_.kinetic + (now.potential - energyThen_.potential) - in + out;
-  if (!(std::abs(gap_) <= allowedGap(state, now, moved))) return false;
+  const double fading = std::max(0.0, 1 - (state.t - good_.t));
+  const double gap = gap_ * fading + (now.kinetic - energyThen_.kinetic) +
+                     (now.potential - energyThen_.potential) - in + out;
+  const double moved = std::max(moved_ * fading, now.kinetic + energyThen_.kinetic +
+                                                     std::abs(now.potential - energyThen_.potential) +
+                                                     std::abs(in) + std::abs(out));
+  if (!(std::abs(gap) <= errorEnergy(state, now) + share_ * moved)) {
+    refused_ = gap;
+    return false;
+  }
   good_ = state;
   energyThen_ = now;
+  gap_ = gap;
+  moved_ = moved;
   return true;
 }
 
-double EnergyGuard::allowedGap(const ode::State& state, const Energy& now, double moved) const {
-  const double span = state.t - good_.t;
+double EnergyGuard::errorEnergy(const ode::State& state, const Energy& now) const {
   const double rounding = std::numeric_limits<double>::epsilon() * std::max(32, n_);
-  const double error = tolerance_ * std::max(1.0, span);
+  const double error = tolerance_ * std::max(1.0, state.t - good_.t);
   const double angle = error + rounding * (pi + state.y.head(n_).cwiseAbs().maxCoeff());
   const double rate = (error + rounding) * (1 + state.y.segment(n_, n_).cwiseAbs().maxCoeff());
 
@@ -68,7 +75,7 @@ double EnergyGuard::allowedGap(const ode::State& state, const Energy& now, doubl
   const double mostKinetic = std::max(now.kinetic, energyThen_.kinetic);
   const double mostElastic = std::max(now.elastic, energyThen_.elastic);
   return 2 * std::sqrt(mostKinetic * kinetic) + kinetic + 2 * std::sqrt(mostElastic * elastic) + elastic +
-         weight_ * angle + share_ * (isPerSecond_ ? std::min(1.0, span) : 1) * moved;
+         weight_ * angle;
 }
 
 double EnergyGuard::supplied(const ode::State& state) const {

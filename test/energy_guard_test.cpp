@@ -43,12 +43,49 @@ TEST(EnergyGuard, SeesWhatTheToleranceDoesNotExplain) {
     const ode::State good = guard.lastGood();
     state.y[1] *= 1 + 2e4 * tolerance;
     EXPECT_FALSE(guard.closes(state));
-    const double before = good.y[1];
-    EXPECT_NEAR(guard.gap(), J / 2 * (state.y[1] * state.y[1] - before * before), 1e-15);
+    const double excess = J / 2 * (state.y[1] * state.y[1] - good.y[1] * good.y[1]);
+    EXPECT_NEAR(guard.gap(), excess, 2e-4 * excess) << "and what was let pass just before";
     EXPECT_EQ(guard.lastGood().y, good.y) << "the last good state stays";
+    state.y = good.y;
+    state.y[0] += 3 * tolerance;
+    EXPECT_TRUE(guard.closes(state)) << "an angle that little off moves no more energy than this";
     state.y[1] = std::nan("");
     EXPECT_FALSE(guard.closes(state));
   }
+}
+
+TEST(EnergyGuard, AddsUpTheGapsOfASecond) {
+  // A fixed step may be off by a tenth of the energy in a second: by a twentieth once, but not thrice.
+  const Scene scene = oscillator(10);
+  EnergyGuard guard(scene.chain, {"rk4", 0, 0.01}, 0);
+  ode::State state(2);
+  state.y << 0, 1;
+  guard.begin(state);
+  const auto grow = [&] {
+    state.t += 0.01;
+    state.y[1] *= std::sqrt(1.05);
+    return guard.closes(state);
+  };
+  EXPECT_TRUE(grow());
+  state.t += 2;
+  EXPECT_TRUE(guard.closes(state));
+  EXPECT_TRUE(grow());
+  EXPECT_TRUE(grow());
+  EXPECT_TRUE(grow());
+  EXPECT_TRUE(grow());
+  EXPECT_FALSE(grow()) << "moved counts before and after: a fifth of the kinetic energy";
+}
+
+TEST(EnergyGuard, IsNoBlinderThanRounding) {
+  const Scene scene = oscillator(10);
+  EnergyGuard guard(scene.chain, {"dopri5", 1e-15, 0}, 0);
+  ode::State state(2);
+  state.y << 0, 1;
+  guard.begin(state);
+  state.y[1] = 1 + 1e-15;
+  EXPECT_TRUE(guard.closes(state));
+  state.y[1] = 1 + 5e-12;
+  EXPECT_FALSE(guard.closes(state));
 }
 
 TEST(EnergyGuard, RescuesAMethodOutsideItsRegionOfStability) {
@@ -60,7 +97,7 @@ TEST(EnergyGuard, RescuesAMethodOutsideItsRegionOfStability) {
     ASSERT_TRUE(simulation.advanceTo(0.1)) << simulation.fault();
     EXPECT_GT(simulation.statistics().rescues, 0);
     const EnergyBalance balance = simulation.energyBalance();
-    EXPECT_NEAR(balance.residual, 0, 0.02 * balance.now.total());
+    EXPECT_NEAR(balance.residual, 0, 0.1 * balance.now.total());
     if (wh > 50) {
       EXPECT_EQ(simulation.method(), "rodas5p");
       EXPECT_NEAR(simulation.q()[0], 0.1 * std::cos(100), 1e-6);
@@ -83,7 +120,7 @@ TEST(EnergyGuard, ComesBackToTheScenesMethod) {
   EXPECT_GT(simulation.statistics().rescues, 0);
   for (int tick = 16; tick <= 100; ++tick) ASSERT_TRUE(simulation.advanceTo(0.01 * tick));
   EXPECT_EQ(simulation.method(), "rk4");
-  EXPECT_NEAR(simulation.qd()[0], -1, 1e-3);
+  EXPECT_NEAR(simulation.qd()[0], -1, 0.05) << "within a tenth of the energy";
 }
 
 Scene shipped(const std::string& name) {

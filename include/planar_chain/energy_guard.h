@@ -5,15 +5,15 @@
 ///
 ///     T + V = (T + V before) + W_s − W_d
 ///
-/// A gap is no sign of trouble while errors that the tolerance allows explain it. Angles off by ε and rates
-/// off by ε (1 + max|ω|) move the energy by at most
+/// Gaps of about the last second are added up; they are no sign of trouble while what the tolerance allows
+/// explains them. Angles off by ε and rates off by ε (1 + max|ω|) move the energy by at most
 ///
 ///     2 √(T T_ε) + T_ε + 2 √(V_e V_ε) + V_ε + ε Σ m |g| ρ     T_ε: kinetic energy of that rate error at
 ///     worst
 ///
 /// with V_e the elastic energy, V_ε = 2 ε² Σ k, ρ_j = |r_j| + Σ_{k<j} |p_k| the farthest that body j can be
-/// from the ground; ε = 10 tolerances and what rounding does. Methods of fixed step promise no tolerance;
-/// they may be off by a tenth of the energy that moves, per second.
+/// from the ground; ε = 10 tolerances and what rounding does. To this comes a share of the energy that moves:
+/// a thousand tolerances; a tenth for methods of fixed step, which promise no tolerance.
 
 #include "planar_chain/energy.h"
 #include "planar_chain/ode/system.h"
@@ -32,11 +32,11 @@ class EnergyGuard {
   /// Allocates nothing.
   bool closes(const ode::State& state);
   const ode::State& lastGood() const { return good_; }
-  /// What was missing or too much at the last closes(), J.
-  double gap() const { return gap_; }
+  /// What was too much (or missing, if negative) when the balance last did not close, J.
+  double gap() const { return refused_; }
 
  private:
-  double allowedGap(const ode::State& state, const Energy& now, double moved) const;
+  double errorEnergy(const ode::State& state, const Energy& now) const;
   double supplied(const ode::State& state) const;
   double dissipated(const ode::State& state) const;
 
@@ -44,13 +44,13 @@ class EnergyGuard {
   int n_, works_;
   double tolerance_;      ///< ε without rounding; 0 for fixed steps
   double share_;          ///< of the energy that moves
-  bool isPerSecond_;      ///< that share
   double inertia_ = 0;    ///< Σ m ρ² + I
   double stiffness_ = 0;  ///< Σ k
   double weight_ = 0;     ///< Σ m |g| ρ
   ode::State good_;
   Energy energyThen_;
-  double gap_ = 0;
+  double gap_ = 0, moved_ = 0;  ///< of about the last second
+  double refused_ = 0;
 };
 
 }  // namespace planar_chain
