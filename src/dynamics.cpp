@@ -10,6 +10,11 @@ std::size_t index(int j) {
   return static_cast<std::size_t>(j);
 }
 
+std::variant<Articulated<double>, Segments> recursionFor(const Chain& chain) {
+  if (Segments::areWorthwhile(chain.size())) return Segments(chain);
+  return Articulated<double>(chain);
+}
+
 /// +τ on body i, −τ on the body before.
 void addJointTorque(double tau, int i, double* N) {
   N[i] += tau;
@@ -24,7 +29,7 @@ Dynamics::Dynamics(const Chain& chain, Loads& loads)
       n_(chain.size()),
       works_(0),
       stops_(chain),
-      articulated_(chain),
+      recursion_(recursionFor(chain)),
       linearized_(chain) {
   for (int i = 0; i < n_; ++i) {
     const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
@@ -77,7 +82,7 @@ void Dynamics::findPinVelocities(const Rotation<double>* e, const double* omega)
 }
 
 Dynamics::Powers Dynamics::gather(double t, const double* theta, const double* omega) {
-  for (int j = 0; j < n_; ++j) e_[index(j)] = Rotation<double>::of(theta[j]);
+  rotations(theta, e_.data(), n_);
 
   // Loads: forces, moments and torques, and what they supply.
   std::fill(N_.begin(), N_.end(), 0.0);
@@ -100,13 +105,18 @@ Dynamics::Powers Dynamics::gather(double t, const double* theta, const double* o
   return powers;
 }
 
+void Dynamics::accelerations(const Rotation<double>* e, const double* omega, Vec2d ground, double* alpha) {
+  std::visit([&](auto& recursion) { recursion.accelerations(e, omega, N_.data(), forces(), ground, alpha); },
+             recursion_);
+}
+
 void Dynamics::derivative(double t, const double* y, double* dydt) {
   ++evaluations_;
   const double* theta = y;
   const double* omega = y + n_;
   const Powers powers = gather(t, theta, omega);
   std::copy(omega, omega + n_, dydt);
-  articulated_.accelerations(e_.data(), omega, N_.data(), forces(), -1.0 * chain_.gravity(), dydt + n_);
+  accelerations(e_.data(), omega, -1.0 * chain_.gravity(), dydt + n_);
   if (works_ > 0) {
     dydt[2 * n_] = powers.supplied;
     dydt[2 * n_ + 1] = powers.dissipated;
@@ -137,7 +147,7 @@ bool Dynamics::timeDerivative(double* ft) {
   const double power =
       loads_.applyRates(tAt_, eAt_.data(), omegaAt_.data(), pinVelocity_.data(), N_.data(), F_.data());
   std::fill(ft, ft + 2 * n_, 0.0);
-  articulated_.accelerations(eAt_.data(), ft, N_.data(), forces(), {}, ft + n_);
+  accelerations(eAt_.data(), ft, {}, ft + n_);
   ft[2 * n_] = power;
   ft[2 * n_ + 1] = 0;
   return true;
@@ -175,7 +185,7 @@ void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   const double* theta = y;
   const double* omega = y + n_;
   gather(t, theta, omega);
-  articulated_.accelerations(e_.data(), omega, N_.data(), forces(), -1.0 * chain_.gravity(), alpha_.data());
+  accelerations(e_.data(), omega, -1.0 * chain_.gravity(), alpha_.data());
 
   // Outwards: positions, velocities, accelerations of the pins and of the centres of mass.
   Vec2d x, v, a;

@@ -8,7 +8,7 @@
 /// (N_j = M_j + τ_j − τ_{j+1} + X×F), inwards from the tip, where A = 0 and b = 0:
 ///
 ///     U = m iR + A iP
-///     D = I + m|R|² + iP·(A iP)
+///     D = J + iP·(A iP)                 J = I + m|r|²
 ///     β = b − ω² A P
 ///     u = N − iP·β
 ///     A ← m·1 + A − U Uᵀ/D
@@ -32,22 +32,48 @@ namespace planar_chain {
 /// What the recursion needs of one body.
 template <class Real>
 struct Body {
-  Real m, I;
+  Real m;
+  Real J;  ///< I + m|r|²
   Vec2<Real> r, p;
+
+  explicit Body(const Link& link)
+      : m(link.mass),
+        J(Real(link.inertia) +
+          Real(link.mass) * (Real(link.com.x) * Real(link.com.x) + Real(link.com.y) * Real(link.com.y))),
+        r{Real(link.com.x), Real(link.com.y)},
+        p{Real(link.pin.x), Real(link.pin.y)} {}
+  Body(Real m_, Real J_, Vec2<Real> r_, Vec2<Real> p_) : m(m_), J(J_), r(r_), p(p_) {}
 };
+
+/// What a body shows on the way in and needs on the way out.
+template <class Real>
+struct Handle {
+  Vec2<Real> U;
+  Real u, inverseD;
+};
+
+/// One body inwards: (A, b) of all that hangs on its outer pin become those of all that hangs on its inner
+/// one, but for outer forces on the body itself. ww = ω².
+template <class Real>
+inline Handle<Real> inwards(const Body<Real>& body, Vec2<Real> R, Vec2<Real> P, Real ww, Real N,
+                            Sym2<Real>& A, Vec2<Real>& b) {
+  const Vec2<Real> AiP = A * perp(P);
+  const Vec2<Real> U = body.m * perp(R) + AiP;
+  const Real inverseD = Real(1) / (body.J + dot(perp(P), AiP));
+  const Vec2<Real> beta = b - ww * (A * P);
+  const Real u = N - dot(perp(P), beta);
+
+  const Vec2<Real> UD = inverseD * U;
+  A = {body.m + A.xx - U.x * UD.x, A.xy - U.x * UD.y, body.m + A.yy - U.y * UD.y};
+  b = beta - (ww * body.m) * R + u * UD;
+  return {U, u, inverseD};
+}
 
 template <class Real = double>
 class Articulated {
  public:
-  explicit Articulated(const Chain& chain)
-      : bodies_(static_cast<std::size_t>(chain.size())), handles_(static_cast<std::size_t>(chain.size())) {
-    for (std::size_t j = 0; j < bodies_.size(); ++j) {
-      const Link& link = chain.links()[j];
-      bodies_[j] = {Real(link.mass),
-                    Real(link.inertia),
-                    {Real(link.com.x), Real(link.com.y)},
-                    {Real(link.pin.x), Real(link.pin.y)}};
-    }
+  explicit Articulated(const Chain& chain) : handles_(static_cast<std::size_t>(chain.size())) {
+    for (const Link& link : chain.links()) bodies_.emplace_back(link);
   }
 
   int size() const { return static_cast<int>(bodies_.size()); }
@@ -57,58 +83,27 @@ class Articulated {
   /// ground pin less gravity, m/s². Allocates nothing.
   void accelerations(const Rotation<Real>* e, const Real* omega, const Real* N, const Vec2<Real>* F,
                      Vec2<Real> ground, Real* alpha) {
-    if (F) {
-      inwards<true>(e, omega, N, F);
-    } else {
-      inwards<false>(e, omega, N, F);
-    }
-    outwards(e, omega, ground, alpha);
-  }
-
- private:
-  /// What a body shows on the way in and needs on the way out.
-  struct Handle {
-    Vec2<Real> U;
-    Real u, D;
-  };
-
-  template <bool hasForces>
-  void inwards(const Rotation<Real>* e, const Real* omega, const Real* N, const Vec2<Real>* F) {
     Sym2<Real> A;
     Vec2<Real> b;
     for (int j = size() - 1; j >= 0; --j) {
-      const Body<Real>& body = bodies_[static_cast<std::size_t>(j)];
-      const Real m = body.m;
-      const Real ww = omega[j] * omega[j];
-      const Vec2<Real> R = e[j] * body.r;
-      const Vec2<Real> P = e[j] * body.p;
-
-      const Vec2<Real> AiP = A * perp(P);
-      const Vec2<Real> U = m * perp(R) + AiP;
-      const Real D = body.I + m * dot(R, R) + dot(perp(P), AiP);
-      const Vec2<Real> beta = b - ww * (A * P);
-      const Real u = N[j] - dot(perp(P), beta);
-
-      const Real xD = U.x / D;
-      const Real yD = U.y / D;
-      A = {m + A.xx - U.x * xD, A.xy - U.x * yD, m + A.yy - U.y * yD};
-      b = beta - (ww * m) * R + Vec2<Real>{u * xD, u * yD};
-      if constexpr (hasForces) b -= F[j];
-      handles_[static_cast<std::size_t>(j)] = {U, u, D};
+      const Body<Real>& body = bodies_[index(j)];
+      handles_[index(j)] = inwards(body, e[j] * body.r, e[j] * body.p, omega[j] * omega[j], N[j], A, b);
+      if (F) b -= F[j];
     }
-  }
-
-  void outwards(const Rotation<Real>* e, const Real* omega, Vec2<Real> a, Real* alpha) const {
+    Vec2<Real> a = ground;
     for (int j = 0; j < size(); ++j) {
-      const Handle& handle = handles_[static_cast<std::size_t>(j)];
-      const Vec2<Real> P = e[j] * bodies_[static_cast<std::size_t>(j)].p;
-      alpha[j] = (handle.u - dot(handle.U, a)) / handle.D;
+      const Handle<Real>& handle = handles_[index(j)];
+      const Vec2<Real> P = e[j] * bodies_[index(j)].p;
+      alpha[j] = (handle.u - dot(handle.U, a)) * handle.inverseD;
       a += alpha[j] * perp(P) - (omega[j] * omega[j]) * P;
     }
   }
 
+ private:
+  static std::size_t index(int j) { return static_cast<std::size_t>(j); }
+
   std::vector<Body<Real>> bodies_;
-  std::vector<Handle> handles_;
+  std::vector<Handle<Real>> handles_;
 };
 
 }  // namespace planar_chain

@@ -9,6 +9,7 @@
 ///
 /// The two works stand there only if something may supply or dissipate.
 
+#include <variant>
 #include <vector>
 
 #include "planar_chain/articulated.h"
@@ -17,6 +18,7 @@
 #include "planar_chain/motion.h"
 #include "planar_chain/ode/system.h"
 #include "planar_chain/scene.h"
+#include "planar_chain/segments.h"
 #include "planar_chain/stops.h"
 
 namespace planar_chain {
@@ -64,6 +66,8 @@ class Dynamics : public ode::LinearizedSystem {
   /// k and d of each joint, of its spring, damper and stops together.
   void findStiffness();
   void findPinVelocities(const Rotation<double>* e, const double* omega);
+  /// The recursion with N_ and F_.
+  void accelerations(const Rotation<double>* e, const double* omega, Vec2d ground, double* alpha);
   const Vec2d* forces() const { return loads_.reach() > 0 ? F_.data() : nullptr; }
 
   const Chain& chain_;
@@ -73,7 +77,7 @@ class Dynamics : public ode::LinearizedSystem {
   std::vector<Spring> springs_;
   std::vector<Damper> dampers_;
   Stops stops_;
-  Articulated<double> articulated_;
+  std::variant<Articulated<double>, Segments> recursion_;  ///< whichever is faster for this chain
   std::vector<Rotation<double>> e_;
   std::vector<double> N_, alpha_;
   std::vector<Vec2d> F_, pinVelocity_;

@@ -1,0 +1,60 @@
+#pragma once
+
+/// The recursion of articulated.h for long chains: cut into segments that run side by side in SIMD lanes.
+///
+/// The recursion waits for its own results, link by link, so one at a time leaves a core idle. A segment on
+/// whose outer pin the next one exerts a still unknown force −f shows two handles, its inner and outer pin:
+///
+///     F_in = A a + b + G f          a_out = Gᵀ a − C f + c
+///
+/// A and b as in articulated.h, with f = 0; and from the outermost body, where G = 1, C = 0, c = 0, inwards
+///
+///     g = Gᵀ iP        C ← C + g gᵀ/D        c ← c + g u/D − ω² Gᵀ P        G ← G − U gᵀ/D
+///
+/// The segments are joined from the tip, with (A', b') of all that lies outside a segment:
+///
+///     K = (1 + A'C)⁻¹        A' ← A + G K A' Gᵀ        b' ← b + G K (A' c + b')
+///
+/// and gone through from the ground: f = K (A' (Gᵀ a + c) + b'), the next a = Gᵀ a − C f + c, and within each
+///
+///     α = (u − g·f − U·a)/D        a ← a + iα P − ω² P
+///
+/// As exact as the recursion itself. What runs is chosen once, by the CPU and the length of the chain.
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "planar_chain/chain.h"
+#include "planar_chain/planar.h"
+
+namespace planar_chain {
+
+namespace simd {
+struct Kernel;
+}
+
+/// e_j = exp(i θ_j) for n angles, to 1 ulp or so for any finite angle. Allocates nothing.
+void rotations(const double* theta, Rotation<double>* e, int n);
+
+class Segments {
+ public:
+  /// The best kernel of this CPU, or the one given.
+  explicit Segments(const Chain& chain, const simd::Kernel* kernel = nullptr);
+
+  /// True where this is faster than the recursion link by link: on this CPU, for n links.
+  static bool areWorthwhile(int n);
+
+  /// As Articulated::accelerations. Allocates nothing.
+  void accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
+                     Vec2d ground, double* alpha);
+
+ private:
+  const simd::Kernel& kernel_;
+  int n_, steps_;
+  std::vector<double> storage_;
+  double* links_;
+  double* handles_;
+};
+
+}  // namespace planar_chain

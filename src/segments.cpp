@@ -1,0 +1,128 @@
+#include "planar_chain/segments.h"
+
+#include <cstdint>
+
+#include "simd/kernel.h"
+
+namespace planar_chain {
+
+namespace {
+
+constexpr std::size_t linkQuantities = 6;
+constexpr std::size_t handleQuantities = 9;
+constexpr std::size_t cacheLine = 64;
+
+/// A 2×2 matrix without symmetry.
+struct Matrix {
+  double xx = 0, xy = 0, yx = 0, yy = 0;
+};
+
+Matrix operator*(const Matrix& A, const Matrix& B) {
+  return {A.xx * B.xx + A.xy * B.yx, A.xx * B.xy + A.xy * B.yy, A.yx * B.xx + A.yy * B.yx,
+          A.yx * B.xy + A.yy * B.yy};
+}
+
+Vec2d operator*(const Matrix& A, Vec2d a) {
+  return {A.xx * a.x + A.xy * a.y, A.yx * a.x + A.yy * a.y};
+}
+
+Matrix whole(const Sym2<double>& A) {
+  return {A.xx, A.xy, A.xy, A.yy};
+}
+
+Matrix transposed(const Matrix& A) {
+  return {A.xx, A.yx, A.xy, A.yy};
+}
+
+/// (1 + B)⁻¹
+Matrix inverseOfOnePlus(const Matrix& B) {
+  const double determinant = (1 + B.xx) * (1 + B.yy) - B.xy * B.yx;
+  return {(1 + B.yy) / determinant, -B.xy / determinant, -B.yx / determinant, (1 + B.xx) / determinant};
+}
+
+}  // namespace
+
+void rotations(const double* theta, Rotation<double>* e, int n) {
+  static_assert(sizeof(Rotation<double>) == 2 * sizeof(double));
+  static const auto run = simd::kernels().front()->rotations;
+  run(theta, &e->c, n);
+}
+
+bool Segments::areWorthwhile(int n) {
+  constexpr int leastLinks = 16;
+  constexpr int leastLanes = 4;
+  return n >= leastLinks && simd::kernels().front()->lanes >= leastLanes;
+}
+
+Segments::Segments(const Chain& chain, const simd::Kernel* kernel)
+    : kernel_(kernel ? *kernel : *simd::kernels().front()),
+      n_(chain.size()),
+      steps_((n_ + kernel_.lanes - 1) / kernel_.lanes) {
+  const auto lanes = static_cast<std::size_t>(kernel_.lanes);
+  const auto steps = static_cast<std::size_t>(steps_);
+  const std::size_t spare = cacheLine / sizeof(double);
+  storage_.resize(steps * lanes * (linkQuantities + handleQuantities) + spare);
+  const auto address = reinterpret_cast<std::uintptr_t>(storage_.data());
+  links_ = storage_.data() + (cacheLine - address % cacheLine) % cacheLine / sizeof(double);
+  handles_ = links_ + steps * lanes * linkQuantities;
+
+  for (std::size_t s = 0; s < lanes; ++s) {
+    for (std::size_t i = 0; i < steps; ++i) {
+      const std::size_t j = s * steps + i;
+      double* to = links_ + i * linkQuantities * lanes + s;
+      to[lanes] = 1;  // J of a body beyond the end, which has no more
+      if (j >= static_cast<std::size_t>(n_)) continue;
+      const Link& link = chain.links()[j];
+      to[0] = link.mass;
+      to[lanes] = link.inertia + link.mass * dot(link.com, link.com);
+      to[2 * lanes] = link.com.x;
+      to[3 * lanes] = link.com.y;
+      to[4 * lanes] = link.pin.x;
+      to[5 * lanes] = link.pin.y;
+    }
+  }
+}
+
+void Segments::accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
+                             Vec2d ground, double* alpha) {
+  constexpr int most = simd::SegmentHandles::most;
+  const simd::SegmentArrays arrays{steps_, n_, links_, handles_};
+  simd::SegmentHandles h;
+  kernel_.inwards(arrays, &e->c, omega, N, F ? &F->x : nullptr, h);
+
+  // Joined from the tip.
+  Matrix outerA;
+  Vec2d outerb;
+  Matrix KA[most];
+  Vec2d Kb[most];
+  for (int s = kernel_.lanes - 1; s >= 0; --s) {
+    const Matrix G{h.G[0][s], h.G[1][s], h.G[2][s], h.G[3][s]};
+    const Matrix C = whole({h.C[0][s], h.C[1][s], h.C[2][s]});
+    const Matrix A = whole({h.A[0][s], h.A[1][s], h.A[2][s]});
+    const Vec2d c{h.c[0][s], h.c[1][s]};
+    const Matrix K = inverseOfOnePlus(outerA * C);
+    KA[s] = K * outerA;
+    Kb[s] = KA[s] * c + K * outerb;
+    const Matrix added = G * KA[s] * transposed(G);
+    outerA = {A.xx + added.xx, A.xy + added.xy, A.yx + added.yx, A.yy + added.yy};
+    outerb = Vec2d{h.b[0][s], h.b[1][s]} + G * Kb[s];
+  }
+
+  // Gone through from the ground.
+  double a[2][most], f[2][most];
+  Vec2d at = ground;
+  for (int s = 0; s < kernel_.lanes; ++s) {
+    const Matrix G{h.G[0][s], h.G[1][s], h.G[2][s], h.G[3][s]};
+    const Matrix C = whole({h.C[0][s], h.C[1][s], h.C[2][s]});
+    const Vec2d carried = transposed(G) * at;
+    const Vec2d force = KA[s] * carried + Kb[s];
+    a[0][s] = at.x;
+    a[1][s] = at.y;
+    f[0][s] = force.x;
+    f[1][s] = force.y;
+    at = carried - C * force + Vec2d{h.c[0][s], h.c[1][s]};
+  }
+  kernel_.outwards(arrays, a, f, alpha);
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,18 @@
+/// For x86-64 with AVX2 and FMA; CMakeLists.txt has the options.
+
+#include <immintrin.h>
+
+namespace planar_chain::simd {
+namespace {
+constexpr int laneCount = 4;
+}  // namespace
+}  // namespace planar_chain::simd
+
+#include "lane_kernel.h"
+
+namespace planar_chain::simd {
+
+extern const Kernel avx2;
+const Kernel avx2{"avx2", laneCount, rotations, inwardsAll, outwardsAll};
+
+}  // namespace planar_chain::simd

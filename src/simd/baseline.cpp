@@ -1,0 +1,16 @@
+/// For every CPU; CMakeLists.txt has the options.
+
+namespace planar_chain::simd {
+namespace {
+constexpr int laneCount = 2;
+}  // namespace
+}  // namespace planar_chain::simd
+
+#include "lane_kernel.h"
+
+namespace planar_chain::simd {
+
+extern const Kernel baseline;
+const Kernel baseline{"baseline", laneCount, rotations, inwardsAll, outwardsAll};
+
+}  // namespace planar_chain::simd

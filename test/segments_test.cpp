@@ -1,0 +1,145 @@
+/// The kernels in SIMD lanes: every one that this CPU runs, against long double and the recursion link by
+/// link.
+
+#include "planar_chain/segments.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../src/simd/kernel.h"
+#include "planar_chain/articulated.h"
+#include "random_scene.h"
+
+namespace planar_chain {
+namespace {
+
+using test::Random;
+using test::randomScene;
+
+std::vector<const simd::Kernel*> runnable() {
+  std::vector<const simd::Kernel*> found;
+  for (const simd::Kernel* kernel : simd::kernels()) {
+    if (kernel) found.push_back(kernel);
+  }
+  return found;
+}
+
+/// How far a is from exact, in units in the last place of exact.
+double ulps(double a, long double exact) {
+  const double size = std::abs(static_cast<double>(exact));
+  return static_cast<double>(std::abs(a - exact)) / (std::nextafter(size, 2) - size);
+}
+
+TEST(Rotations, AreExactToAnUlpOrSoForAnyAngle) {
+  // Small and large, near multiples of π/2, a million turns, and beyond where π/2 is taken off in lanes.
+  Random random(1);
+  for (const simd::Kernel* kernel : runnable()) {
+    for (const double size : {1e-300, 1e-8, 1.0, 30.0, 1e4, 6.3e6, 0.99e9, 1e15, 1e300}) {
+      for (int k = 0; k < 4000; ++k) {
+        constexpr int n = 11;
+        double theta[n], e[2 * n];
+        for (double& angle : theta) {
+          angle = random.between(-size, size);
+          if (k % 2 == 0 && size < 1e9) angle = std::round(angle / M_PI_2) * M_PI_2;
+        }
+        kernel->rotations(theta, e, n);
+        for (int j = 0; j < n; ++j) {
+          const long double exact = theta[j];
+          ASSERT_LT(ulps(e[2 * j], std::cos(exact)), 1.5) << kernel->name << " cos " << theta[j];
+          ASSERT_LT(ulps(e[2 * j + 1], std::sin(exact)), 1.5) << kernel->name << " sin " << theta[j];
+        }
+      }
+    }
+    double odd[3] = {std::numeric_limits<double>::infinity(), std::nan(""), -0.0}, e[6];
+    kernel->rotations(odd, e, 3);
+    EXPECT_TRUE(std::isnan(e[0]) && std::isnan(e[1]) && std::isnan(e[2]) && std::isnan(e[3]));
+    EXPECT_EQ(e[4], 1);
+    EXPECT_TRUE(e[5] == 0 && std::signbit(e[5]));
+  }
+}
+
+/// A chain in motion, with what acts on it.
+struct Moving {
+  Chain chain;
+  std::vector<Rotation<double>> e;
+  std::vector<double> omega, N;
+  std::vector<Vec2d> F;
+};
+
+Moving randomMotion(int n, unsigned seed, double bend) {
+  const Scene scene = randomScene(n, seed);
+  Random random(seed);
+  Moving moving{scene.chain, {}, {}, {}, {}};
+  double theta = 0;
+  for (int j = 0; j < n; ++j) {
+    theta += random.between(-bend, bend);
+    moving.e.push_back(Rotation<double>::of(theta));
+    moving.omega.push_back(random.between(-3, 3));
+    moving.N.push_back(random.between(-2, 2));
+    moving.F.push_back(random.vector(5));
+  }
+  return moving;
+}
+
+template <class To, class From>
+std::vector<To> converted(const std::vector<From>& from) {
+  return {from.begin(), from.end()};
+}
+
+/// The recursion in long double.
+std::vector<long double> exactly(const Moving& moving, bool hasForces, Vec2d ground) {
+  std::vector<Rotation<long double>> e;
+  std::vector<Vec2<long double>> F;
+  for (const auto& rotation : moving.e) e.push_back({rotation.c, rotation.s});
+  for (const Vec2d& force : moving.F) F.push_back({force.x, force.y});
+  std::vector<long double> alpha(moving.e.size());
+  Articulated<long double>(moving.chain)
+      .accelerations(e.data(), converted<long double>(moving.omega).data(),
+                     converted<long double>(moving.N).data(), hasForces ? F.data() : nullptr,
+                     {ground.x, ground.y}, alpha.data());
+  return alpha;
+}
+
+/// Worst error of α, against the largest α.
+double errorOf(const std::vector<double>& alpha, const std::vector<long double>& exact) {
+  long double worst = 0, size = 0;
+  for (std::size_t j = 0; j < alpha.size(); ++j) {
+    worst = std::max(worst, std::abs(exact[j] - alpha[j]));
+    size = std::max(size, std::abs(exact[j]));
+  }
+  return static_cast<double>(worst / size);
+}
+
+TEST(Segments, AreAsExactAsTheRecursionLinkByLink) {
+  // Every length up to a few segments, so that the last ones are full, short or empty; then long ones,
+  // straight and crooked, where what a segment passes on becomes too small to be told.
+  std::vector<int> lengths;
+  for (int n = 1; n <= 40; ++n) lengths.push_back(n);
+  for (const int n : {100, 1000, 10000}) lengths.push_back(n);
+  for (const int n : lengths) {
+    for (const double bend : {0.01, 1.0}) {
+      for (const bool hasForces : {false, true}) {
+        const Moving moving = randomMotion(n, static_cast<unsigned>(n), bend);
+        const Vec2d ground{1, 9.81};
+        const std::vector<long double> exact = exactly(moving, hasForces, ground);
+        const Vec2d* F = hasForces ? moving.F.data() : nullptr;
+        std::vector<double> alpha(static_cast<std::size_t>(n));
+        Articulated<double>(moving.chain)
+            .accelerations(moving.e.data(), moving.omega.data(), moving.N.data(), F, ground, alpha.data());
+        const double own = errorOf(alpha, exact);
+        for (const simd::Kernel* kernel : runnable()) {
+          std::fill(alpha.begin(), alpha.end(), std::nan(""));
+          Segments(moving.chain, kernel)
+              .accelerations(moving.e.data(), moving.omega.data(), moving.N.data(), F, ground, alpha.data());
+          ASSERT_LT(errorOf(alpha, exact), 20 * own + 1e-14) << kernel->name << " " << n << " " << bend;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace planar_chain
