@@ -9,6 +9,7 @@
 ///
 /// The two works stand there only if something may supply or dissipate.
 
+#include <complex>
 #include <vector>
 
 #include "planar_chain/articulated.h"
@@ -33,6 +34,9 @@ class Dynamics : public ode::LinearizedSystem {
   bool timeDerivative(double* ft) override;
   void factor(double s) override;
   void solve(const double* rhs, double* x) override;
+  void reserveComplex(int count) override;
+  void factorComplex(int k, std::complex<double> s) override;
+  void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override;
   long long evaluations() const { return evaluations_; }
 
   /// See simulation.h; y and dydt = f(t, y).
@@ -54,6 +58,8 @@ class Dynamics : public ode::LinearizedSystem {
     double supplied, dissipated;
   };
   Powers gather(double t, const double* theta, const double* omega);
+  /// How both change along (u, v), at the last linearize().
+  Powers powersAlong(const double* u, const double* v);
   void findPinVelocities(const Rotation<double>* e, const double* omega);
   const Vec2d* forces() const { return loads_.reach() > 0 ? F_.data() : nullptr; }
 
@@ -71,7 +77,10 @@ class Dynamics : public ode::LinearizedSystem {
 
   /// The state of the last linearize() and what J holds there.
   Linearized<double> linearized_;
+  std::vector<Linearized<std::complex<double>>> complexLinearized_;
   double tAt_ = 0, s_ = 0;
+  std::vector<std::complex<double>> complexS_;
+  std::vector<double> part_;
   std::vector<double> omegaAt_, kAt_, dAt_, XF_;
   std::vector<Rotation<double>> eAt_;
 };
