@@ -136,6 +136,10 @@ void Dynamics::linearize(double t, const double* y, double* dydt) {
   }
   linearized_.linearize(e_.data(), y + n_, dydt + n_, forces(), pushed ? XF_.data() : nullptr, kAt_.data(),
                         dAt_.data());
+  for (auto& linearized : complexLinearized_) {
+    linearized.linearize(e_.data(), y + n_, dydt + n_, forces(), pushed ? XF_.data() : nullptr, kAt_.data(),
+                         dAt_.data());
+  }
 }
 
 bool Dynamics::timeDerivative(double* ft) {
@@ -165,20 +169,51 @@ void Dynamics::solve(const double* rhs, double* x) {
   if (works_ == 0) return;
 
   // s x_W = rhs_W + the change of the powers along (u, v).
+  const Powers change = powersAlong(u, v);
+  x[2 * n_] = (rhs[2 * n_] + change.supplied) / s_;
+  x[2 * n_ + 1] = (rhs[2 * n_ + 1] + change.dissipated) / s_;
+}
+
+void Dynamics::reserveComplex(int count) {
+  while (complexLinearized_.size() < index(count)) complexLinearized_.emplace_back(chain_);
+  complexS_.resize(complexLinearized_.size());
+  part_.resize(index(2 * n_));
+}
+
+void Dynamics::factorComplex(int k, std::complex<double> s) {
+  complexS_[index(k)] = s;
+  complexLinearized_[index(k)].factor(s);
+}
+
+void Dynamics::solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) {
+  complexLinearized_[index(k)].solve(rhs, rhs + n_, x, x + n_);
+  if (works_ == 0) return;
+
+  // The powers change linearly: real and imaginary parts one by one.
+  double* u = part_.data();
+  double* v = u + n_;
+  for (int i = 0; i < 2 * n_; ++i) u[i] = x[i].real();
+  const Powers real = powersAlong(u, v);
+  for (int i = 0; i < 2 * n_; ++i) u[i] = x[i].imag();
+  const Powers imaginary = powersAlong(u, v);
+  const std::complex<double> s = complexS_[index(k)];
+  x[2 * n_] = (rhs[2 * n_] + std::complex<double>(real.supplied, imaginary.supplied)) / s;
+  x[2 * n_ + 1] = (rhs[2 * n_ + 1] + std::complex<double>(real.dissipated, imaginary.dissipated)) / s;
+}
+
+Dynamics::Powers Dynamics::powersAlong(const double* u, const double* v) {
   Vec2d change;
   for (int j = 0; j < loads_.reach(); ++j) {
     pinVelocity_[index(j)] = change;
     const Vec2d P = eAt_[index(j)] * chain_.links()[index(j)].pin;
     change += v[j] * perp(P) - (omegaAt_[index(j)] * u[j]) * P;
   }
-  const double supplied = loads_.powerAlong(tAt_, eAt_.data(), omegaAt_.data(), u, v, pinVelocity_.data());
-  double dissipated = 0;
+  Powers powers{loads_.powerAlong(tAt_, eAt_.data(), omegaAt_.data(), u, v, pinVelocity_.data()), 0};
   for (const Damper& damper : dampers_) {
-    dissipated += 2 * damper.d * relative(omegaAt_.data(), damper.joint) * relative(v, damper.joint);
+    powers.dissipated += 2 * damper.d * relative(omegaAt_.data(), damper.joint) * relative(v, damper.joint);
   }
-  dissipated += stops_.dissipationAlong(thetaAt_.data(), omegaAt_.data(), u, v);
-  x[2 * n_] = (rhs[2 * n_] + supplied) / s_;
-  x[2 * n_ + 1] = (rhs[2 * n_ + 1] + dissipated) / s_;
+  powers.dissipated += stops_.dissipationAlong(thetaAt_.data(), omegaAt_.data(), u, v);
+  return powers;
 }
 
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {

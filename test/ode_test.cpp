@@ -10,9 +10,15 @@
 #include "planar_chain/ode/integrator.h"
 #include "planar_chain/ode/methods.h"
 #include "planar_chain/ode/rosenbrock.h"
+#include "test_system.h"
 
 namespace planar_chain::ode {
 namespace {
+
+using test::errorOfEqualSteps;
+using test::testError;
+using test::testStart;
+using test::testSystem;
 
 /// A system from a lambda.
 template <class F>
@@ -29,61 +35,6 @@ class Lambda : public System {
 template <class F>
 Lambda<F> systemOf(int size, F f) {
   return Lambda<F>(size, f);
-}
-
-/// Not autonomous, not linear, solved exactly: y_1 = sin t², y_2 = cos t², y_3 = exp(sin t).
-class TestSystem : public LinearizedSystem {
- public:
-  int size() const override { return 3; }
-  void derivative(double t, const double* y, double* dydt) override {
-    dydt[0] = 2 * t * y[1];
-    dydt[1] = -2 * t * y[0];
-    dydt[2] = y[2] * std::cos(t);
-  }
-  void linearize(double t, const double* y, double* dydt) override {
-    derivative(t, y, dydt);
-    J_ << 0, 2 * t, 0, -2 * t, 0, 0, 0, 0, std::cos(t);
-    ft_ << 2 * y[1], -2 * y[0], -y[2] * std::sin(t);
-  }
-  bool timeDerivative(double* ft) override {
-    Eigen::Map<Eigen::Vector3d>{ft} = ft_;
-    return true;
-  }
-  void factor(double s) override { lu_.compute(s * Eigen::Matrix3d::Identity() - J_); }
-  void solve(const double* rhs, double* x) override {
-    const Eigen::Vector3d solution = lu_.solve(Eigen::Map<const Eigen::Vector3d>(rhs));
-    Eigen::Map<Eigen::Vector3d>{x} = solution;
-  }
-
- private:
-  Eigen::Matrix3d J_;
-  Eigen::Vector3d ft_;
-  Eigen::PartialPivLU<Eigen::Matrix3d> lu_;
-};
-TestSystem testSystem() {
-  return {};
-}
-State testStart() {
-  State state(3);
-  state.y << 0, 1, 1;
-  return state;
-}
-double testError(const State& state) {
-  const double t = state.t;
-  const Eigen::Vector3d exact(std::sin(t * t), std::cos(t * t), std::exp(std::sin(t)));
-  return (state.y - exact).cwiseAbs().maxCoeff();
-}
-
-/// Error of equal steps over [0, 2].
-double errorOfEqualSteps(Stepper&& stepper, int steps) {
-  State state = testStart();
-  for (int k = 0; k < steps; ++k) {
-    stepper.step(k * (2.0 / steps), 2.0 / steps, state.y);
-    state.y += stepper.increment();
-    stepper.accept();
-  }
-  state.t = 2;
-  return testError(state);
 }
 
 /// A rooted tree: the order conditions of every one-step method are one equation a tree (Hairer, Nørsett,

@@ -39,7 +39,7 @@ Scene rod(Vec2d gravity = {}) {
 
 #ifndef __SANITIZE_ADDRESS__
 TEST(Simulation, AllocatesNothingInTheLoop) {
-  for (const char* method : {"rk4", "dopri5"}) {
+  for (const char* method : {"rk4", "dopri5", "radau13"}) {
     Scene scene = randomScene(10, 1);
     scene.integrator.method = method;
     Simulation simulation(scene, 16);

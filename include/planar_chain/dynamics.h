@@ -9,6 +9,7 @@
 ///
 /// The two works stand there only if something may supply or dissipate.
 
+#include <complex>
 #include <variant>
 #include <vector>
 
@@ -36,6 +37,9 @@ class Dynamics : public ode::LinearizedSystem {
   bool timeDerivative(double* ft) override;
   void factor(double s) override;
   void solve(const double* rhs, double* x) override;
+  void reserveComplex(int count) override;
+  void factorComplex(int k, std::complex<double> s) override;
+  void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override;
   long long evaluations() const { return evaluations_; }
 
   /// Joint limits: f is that of where its stops are now.
@@ -65,6 +69,8 @@ class Dynamics : public ode::LinearizedSystem {
   Powers gather(double t, const double* theta, const double* omega);
   /// k and d of each joint, of its spring, damper and stops together.
   void findStiffness();
+  /// How both change along (u, v), at the last linearize().
+  Powers powersAlong(const double* u, const double* v);
   void findPinVelocities(const Rotation<double>* e, const double* omega);
   /// The recursion with N_ and F_.
   void accelerations(const Rotation<double>* e, const double* omega, Vec2d ground, double* alpha);
@@ -85,7 +91,10 @@ class Dynamics : public ode::LinearizedSystem {
 
   /// The state of the last linearize() and what J holds there.
   Linearized<double> linearized_;
+  std::vector<Linearized<std::complex<double>>> complexLinearized_;
   double tAt_ = 0, s_ = 0;
+  std::vector<std::complex<double>> complexS_;
+  std::vector<double> part_;
   std::vector<double> thetaAt_, omegaAt_, kAt_, dAt_, XF_;
   std::vector<Rotation<double>> eAt_;
 };

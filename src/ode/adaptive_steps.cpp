@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "planar_chain/ode/allowance.h"
+
 namespace planar_chain::ode {
 
 namespace {
@@ -15,10 +17,7 @@ constexpr double safety = 0.9;
 constexpr double beta = 0.04;  // weight of the last error in the PI control
 constexpr double smallestFactor = 0.2;
 constexpr double largestFactor = 10;
-constexpr double shortestCounted = 1e-3;  // s; see Tolerance
-constexpr double share = 0.25;            // of the tolerance that the estimate may use; see Tolerance
-constexpr double roundingCounts = 1e-10;  // see Tolerance
-constexpr double smallestError = 1e-4;    // remembered by the PI control
+constexpr double smallestError = 1e-4;  // remembered by the PI control
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// The end of the next step of about h: two steps of equal length rather than a last one that is tiny.
@@ -118,23 +117,15 @@ double AdaptiveSteps::growth(double error) const {
   return safety * std::pow(std::max(error, 1e-30), -(exponent_ - 0.75 * beta)) * std::pow(lastError_, beta);
 }
 
-/// The factor of the tolerance that stands for the size of y_i.
-double AdaptiveSteps::sizeOf(const Eigen::VectorXd& y, Eigen::Index i) const {
-  return 1 + std::min(std::abs(y[i]), tolerance_.ceiling[i]);
-}
-
 /// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is NaN.
 double AdaptiveSteps::errorNorm(const Eigen::VectorXd& y, double h) {
   const Eigen::VectorXd& error = stepper_->error();
-  const double most =
-      std::max(share * tolerance_.value * std::min(std::max(h, shortestCounted), 1.0), epsilon);
-  const double everyDigit = std::min(1.0, tolerance_.value / roundingCounts);
+  const Allowance allowance(tolerance_, *surroundings_, h);
   trial_ = y + stepper_->increment();
   double worst = 0;
   for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {
-    const double rounding = everyDigit * surroundings_->roundingOver(h, i);
-    const double allowed = std::max(most * std::max(sizeOf(y, i), sizeOf(trial_, i)), rounding);
-    const double ratio = std::abs(error[i]) / allowed;
+    const double size = std::max(tolerance_.size(y, i), tolerance_.size(trial_, i));
+    const double ratio = std::abs(error[i]) / allowance.of(i, size);
     if (std::isnan(ratio)) return ratio;
     worst = std::max(worst, ratio);
   }
@@ -147,12 +138,12 @@ double AdaptiveSteps::firstStep(const State& state, double left) {
   const auto norm = [&](auto component) {
     double worst = 0;
     for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {
-      const double scale = tolerance_.value * sizeOf(state.y, i);
+      const double scale = tolerance_.value * tolerance_.size(state.y, i);
       worst = std::max(worst, std::abs(component(i)) / scale);
     }
     return worst;
   };
-  const double d0 = norm([&](Eigen::Index i) { return sizeOf(state.y, i) - 1; });
+  const double d0 = norm([&](Eigen::Index i) { return tolerance_.size(state.y, i) - 1; });
   const double d1 = norm([&](Eigen::Index i) { return slope[i]; });
   const double h0 = std::min(left, d0 > 1e-5 && d1 > 1e-5 ? 0.01 * d0 / d1 : 1e-6);
   trial_ = state.y + h0 * slope;

@@ -3,14 +3,16 @@
 #include <stdexcept>
 #include <utility>
 
+#include "planar_chain/ode/adaptive_steps.h"
 #include "planar_chain/ode/explicit_runge_kutta.h"
+#include "planar_chain/ode/radau.h"
 #include "planar_chain/ode/rosenbrock.h"
 
 namespace planar_chain::ode {
 
 const std::vector<std::string>& methodNames() {
-  static const std::vector<std::string> names{"auto",    "rk4",      "dopri5",        "dop853",
-                                              "rodas5p", "ros34pw2", "ros34pw2_fixed"};
+  static const std::vector<std::string> names{"auto",    "rk4",     "dopri5",   "dop853",
+                                              "rodas5p", "radau13", "ros34pw2", "ros34pw2_fixed"};
   return names;
 }
 
@@ -39,6 +41,11 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, LinearizedSystem
   if (name == "rodas5p") return adaptiveSteps(implicitBy(rodas5p()), tolerance);
   if (name == "ros34pw2") return adaptiveSteps(implicitBy(ros34pw2()), tolerance);
   if (name == "ros34pw2_fixed") return fixedSteps(implicitBy(ros34pw2()), step);
+  if (name == "radau13") {
+    auto surroundings = std::make_shared<Surroundings>(f);
+    return std::make_unique<AdaptiveSteps>(std::make_unique<Radau>(f, tolerance, surroundings), tolerance,
+                                           surroundings);
+  }
   throw std::invalid_argument("no method is called " + name);
 }
 

@@ -37,7 +37,6 @@ class AdaptiveSteps : public Integrator {
 
  private:
   double growth(double error) const;
-  double sizeOf(const Eigen::VectorXd& y, Eigen::Index i) const;
   double errorNorm(const Eigen::VectorXd& y, double h);
   double firstStep(const State& state, double left);
 

@@ -2,7 +2,8 @@
 
 /// From one time to another: who chooses the steps.
 
-#include <limits>
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -42,6 +43,11 @@ struct StepCount {
 struct Tolerance {
   double value = 0;
   Eigen::ArrayXd ceiling;
+
+  /// The factor that stands for the size of component i of a state y.
+  double size(const Eigen::VectorXd& y, Eigen::Index i) const {
+    return 1 + std::min(std::abs(y[i]), ceiling[i]);
+  }
 };
 
 class Integrator {

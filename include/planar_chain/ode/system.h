@@ -3,6 +3,7 @@
 /// An initial value problem ẏ = f(t, y), and where its solution stands. Knows no chain.
 
 #include <Eigen/Core>
+#include <complex>
 
 namespace planar_chain::ode {
 
@@ -25,6 +26,13 @@ class LinearizedSystem : public System {
   virtual void factor(double s) = 0;
   /// x = (s·1 − J)⁻¹ rhs with the last factor(); x may be rhs.
   virtual void solve(const double* rhs, double* x) = 0;
+
+  /// Room for factorizations with complex s that are kept beside each other and the real one. Allocates.
+  virtual void reserveComplex(int count) = 0;
+  /// Factors s·1 − J as number k < count.
+  virtual void factorComplex(int k, std::complex<double> s) = 0;
+  /// x = (s·1 − J)⁻¹ rhs with factorization k; x may be rhs.
+  virtual void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) = 0;
 };
 
 /// y at t. The part of the solution that is lost when a small increment is added to a larger y is carried

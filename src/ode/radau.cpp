@@ -1,0 +1,175 @@
+#include "planar_chain/ode/radau.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace planar_chain::ode {
+
+namespace {
+
+constexpr int mostIterations = 17;    // for seven stages; Hairer's code RADAU
+constexpr double newtonShare = 0.03;  // of the error allowed, or √tolerance if that is less: the same
+constexpr double slow = 0.5;          // an iteration that shrinks the change by less may be shaking digits
+constexpr double farShorter = 1e-6;   // of the last step: its polynomial tells nothing
+constexpr double halving = 1.8;       // an error of 1.8⁷ makes the step 0.9/1.8 of what it was
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+}  // namespace
+
+Radau::Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const Surroundings> surroundings)
+    : table_(radau13()),
+      f_(f),
+      tolerance_(std::move(tolerance)),
+      surroundings_(std::move(surroundings)),
+      slope_(Eigen::VectorXd::Zero(f.size())),
+      stage_(slope_),
+      combined_(slope_),
+      increment_(slope_),
+      error_(slope_),
+      Z_(Stages::Zero(f.size(), stages)),
+      last_(Z_),
+      R_(Z_),
+      change_(Z_),
+      pair_(static_cast<std::size_t>(f.size())),
+      allowed_(Eigen::ArrayXd::Zero(tolerance_.ceiling.size())),
+      exactEnough_(allowed_),
+      lost_(allowed_) {
+  f_.reserveComplex(RadauTable::pairs);
+}
+
+const Eigen::VectorXd& Radau::derivative(double t, const Eigen::VectorXd& y) {
+  if (!linearized_) {
+    f_.linearize(t, y.data(), slope_.data());
+    linearized_ = true;
+  }
+  return slope_;
+}
+
+void Radau::step(double t, double h, const Eigen::VectorXd& y) {
+  derivative(t, y);
+  f_.factor(table_.lambda / h);
+  for (int k = 0; k < RadauTable::pairs; ++k) {
+    f_.factorComplex(k, table_.mu[static_cast<std::size_t>(k)] / h);
+  }
+  const Allowance allowance(tolerance_, *surroundings_, h);
+  const double share = std::min(newtonShare, std::sqrt(tolerance_.value));
+  for (Eigen::Index i = 0; i < allowed_.size(); ++i) {
+    const double size = tolerance_.size(y, i);
+    allowed_[i] = allowance.of(i, size);
+    lost_[i] = std::max(allowance.rounding(i), 2 * epsilon * size);
+    exactEnough_[i] = std::max(share * allowed_[i], lost_[i]);
+  }
+  hTried_ = h;
+  carryOn(h);
+  const Newton result = solveStages(t, h, y);
+  if (result == Newton::converged) {
+    increment_ = Z_.col(stages - 1);
+    estimate(t, h, y);
+    return;
+  }
+  rate_ = 1;
+  increment_.setZero();
+  error_.setZero();
+  error_[0] = result == Newton::failed ? std::pow(halving, errorOrder()) * allowed_[0] : std::nan("");
+}
+
+/// Z_i = π(1 + c_i h/hLast) − π(1), π the polynomial of the last step.
+void Radau::carryOn(double h) {
+  if (h <= farShorter * hLast_ || hLast_ == 0) {
+    Z_.setZero();
+    return;
+  }
+  RadauTable::Square weights;
+  for (int i = 0; i < stages; ++i) {
+    const double x = 1 + table_.c[i] * (h / hLast_);
+    const double whole = x * (x - table_.c.array()).prod();
+    weights.col(i) = whole * table_.p.array() / (x - table_.c.array());
+  }
+  weights.row(stages - 1).array() -= 1;
+  Z_ = last_.lazyProduct(weights);
+}
+
+/// Iterates until what is left to do, judged by how fast the changes shrink, is exact enough.
+Radau::Newton Radau::solveStages(double t, double h, const Eigen::VectorXd& y) {
+  rate_ = std::pow(std::max(rate_, epsilon), 0.8);
+  double before = 0;
+  for (iterations_ = 1; iterations_ <= mostIterations; ++iterations_) {
+    improve(t, h, y);
+    if (!change_.allFinite()) return Newton::notFinite;
+    const double size = largest(exactEnough_);
+    if (iterations_ > 1 && size > 0) {
+      const double theta = size / before;
+      if (theta > slow && largest(lost_) <= 1) return Newton::converged;
+      if (theta >= 0.99) return Newton::failed;
+      rate_ = theta / (1 - theta);
+      if (rate_ * size > 1 && std::pow(theta, mostIterations - iterations_) / (1 - theta) * size > 1) {
+        return Newton::failed;
+      }
+    }
+    if (rate_ * size <= 1) return Newton::converged;
+    before = size;
+  }
+  return Newton::failed;
+}
+
+/// One iteration of Newton's method.
+void Radau::improve(double t, double h, const Eigen::VectorXd& y) {
+  for (int i = 0; i < stages; ++i) {
+    stage_ = y + Z_.col(i);
+    f_.derivative(t + table_.c[i] * h, stage_.data(), R_.col(i).data());
+  }
+  const RadauTable::Square slopes = table_.W.transpose() / h;
+  R_ -= Z_.lazyProduct(slopes);
+
+  change_ = R_.lazyProduct(table_.inverseT.transpose());
+  f_.solve(change_.col(0).data(), change_.col(0).data());
+  for (int k = 0; k < RadauTable::pairs; ++k) {
+    double* re = change_.col(1 + 2 * k).data();
+    double* im = change_.col(2 + 2 * k).data();
+    for (std::size_t i = 0; i < pair_.size(); ++i) pair_[i] = {re[i], im[i]};
+    f_.solveComplex(k, pair_.data(), pair_.data());
+    for (std::size_t i = 0; i < pair_.size(); ++i) {
+      re[i] = pair_[i].real();
+      im[i] = pair_[i].imag();
+    }
+  }
+  R_ = change_.lazyProduct(table_.T.transpose());
+  change_.swap(R_);
+  Z_ += change_;
+}
+
+void Radau::estimate(double t, double h, const Eigen::VectorXd& y) {
+  combined_ = (table_.lambda / h) * Z_.lazyProduct(table_.e);
+  stage_ = slope_ + combined_;
+  f_.solve(stage_.data(), error_.data());
+  if ((error_.head(allowed_.size()).array().abs() > allowed_).any()) {
+    stage_ = y + error_;
+    f_.derivative(t, stage_.data(), error_.data());
+    stage_ = error_ + combined_;
+    f_.solve(stage_.data(), error_.data());
+  }
+}
+
+/// Of all controlled components of all stages' changes, in these units.
+double Radau::largest(const Eigen::ArrayXd& unit) const {
+  double most = 0;
+  for (int i = 0; i < stages; ++i) {
+    most = std::max(most, (change_.col(i).head(unit.size()).array().abs() / unit).maxCoeff());
+  }
+  return most;
+}
+
+void Radau::accept() {
+  last_.swap(Z_);
+  hLast_ = hTried_;
+  linearized_ = false;
+}
+
+void Radau::forget() {
+  hLast_ = 0;
+  rate_ = 1;
+  linearized_ = false;
+}
+
+}  // namespace planar_chain::ode

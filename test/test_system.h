@@ -1,0 +1,81 @@
+#pragma once
+
+/// An initial value problem with a known solution, for every method.
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <complex>
+#include <vector>
+
+#include "planar_chain/ode/stepper.h"
+#include "planar_chain/ode/system.h"
+
+namespace planar_chain::ode::test {
+
+/// Not autonomous, not linear, solved exactly: y_1 = sin t², y_2 = cos t², y_3 = exp(sin t).
+class TestSystem : public LinearizedSystem {
+ public:
+  int size() const override { return 3; }
+  void derivative(double t, const double* y, double* dydt) override {
+    dydt[0] = 2 * t * y[1];
+    dydt[1] = -2 * t * y[0];
+    dydt[2] = y[2] * std::cos(t);
+  }
+  void linearize(double t, const double* y, double* dydt) override {
+    derivative(t, y, dydt);
+    J_ << 0, 2 * t, 0, -2 * t, 0, 0, 0, 0, std::cos(t);
+    ft_ << 2 * y[1], -2 * y[0], -y[2] * std::sin(t);
+  }
+  bool timeDerivative(double* ft) override {
+    Eigen::Map<Eigen::Vector3d>{ft} = ft_;
+    return true;
+  }
+  void factor(double s) override { lu_.compute(s * Eigen::Matrix3d::Identity() - J_); }
+  void solve(const double* rhs, double* x) override {
+    const Eigen::Vector3d solution = lu_.solve(Eigen::Map<const Eigen::Vector3d>(rhs));
+    Eigen::Map<Eigen::Vector3d>{x} = solution;
+  }
+
+  void reserveComplex(int count) override { complexLu_.resize(static_cast<std::size_t>(count)); }
+  void factorComplex(int k, std::complex<double> s) override {
+    complexLu_[static_cast<std::size_t>(k)].compute(s * Eigen::Matrix3cd::Identity() - J_);
+  }
+  void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override {
+    const Eigen::Vector3cd solution =
+        complexLu_[static_cast<std::size_t>(k)].solve(Eigen::Map<const Eigen::Vector3cd>(rhs));
+    Eigen::Map<Eigen::Vector3cd>{x} = solution;
+  }
+
+ private:
+  Eigen::Matrix3d J_;
+  Eigen::Vector3d ft_;
+  Eigen::PartialPivLU<Eigen::Matrix3d> lu_;
+  std::vector<Eigen::PartialPivLU<Eigen::Matrix3cd>> complexLu_;
+};
+inline TestSystem testSystem() {
+  return {};
+}
+inline State testStart() {
+  State state(3);
+  state.y << 0, 1, 1;
+  return state;
+}
+inline double testError(const State& state) {
+  const double t = state.t;
+  const Eigen::Vector3d exact(std::sin(t * t), std::cos(t * t), std::exp(std::sin(t)));
+  return (state.y - exact).cwiseAbs().maxCoeff();
+}
+
+/// Error of equal steps over [0, 2].
+inline double errorOfEqualSteps(Stepper&& stepper, int steps) {
+  State state = testStart();
+  for (int k = 0; k < steps; ++k) {
+    stepper.step(k * (2.0 / steps), 2.0 / steps, state.y);
+    state.y += stepper.increment();
+    stepper.accept();
+  }
+  state.t = 2;
+  return testError(state);
+}
+
+}  // namespace planar_chain::ode::test
