@@ -143,6 +143,35 @@ TEST(Pendulum, BalancedAtTheTopFallsWhenRoundingSaysSo) {
   EXPECT_EQ(still.q(), scene.q);
 }
 
+TEST(Pendulum, OnAThreadOfBeads) {
+  // A tip 2e8 times a bead, struck where it hangs straight: it swings as if the thread were rigid, as what
+  // the beads' own weight bends is of the order (n m/M)². From the lowest point: a quarter period later.
+  constexpr double g = 9.81, rate = 1.5, tolerance = 1e-6;
+  for (const int n : {20, 200}) {
+    const double l = 1. / n;
+    Scene scene = test::beads(n, l, {g, 0});
+    std::vector<Link> links = scene.chain.links();
+    links.back().mass = 2e8;
+    scene.chain = Chain(links, scene.chain.joints(), {g, 0});
+    scene.qd[0] = rate;
+    double inertia = 0, moment = 0;
+    for (int i = 1; i <= n; ++i) {
+      const double m = links[static_cast<std::size_t>(i - 1)].mass;
+      inertia += m * i * l * i * l;
+      moment += m * i * l;
+    }
+    const double w0 = std::sqrt(moment * g / inertia), k = rate / (2 * w0);
+    const double quarter = std::comp_ellint_1(k) / w0;
+    scene.integrator.tolerance = tolerance;
+    Simulation simulation(scene);
+    ASSERT_TRUE(simulation.advanceTo(0.5)) << simulation.fault();
+    std::vector<LinkMotion> motions(static_cast<std::size_t>(n));
+    simulation.linkMotions(motions.data());
+    const Vec2d tip = motions.back().com;
+    EXPECT_NEAR(std::atan2(tip.y, tip.x), swing(2 * std::asin(k), w0, 0.5 - quarter), tolerance) << n;
+  }
+}
+
 // ---- Ten thousand links --------------------------------------------------------------------------
 
 /// The angles of links whose pins are off a straight line by w_0 = 0 … w_n, small.
