@@ -70,11 +70,11 @@ Segments::Segments(const Chain& chain, const simd::Kernel* kernel)
     for (std::size_t i = 0; i < steps; ++i) {
       const std::size_t j = s * steps + i;
       double* to = links_ + i * linkQuantities * lanes + s;
-      to[lanes] = 1;  // J of a body beyond the end, which has no more
+      to[lanes] = 1;  // I of a body beyond the end, which has no more
       if (j >= static_cast<std::size_t>(n_)) continue;
       const Link& link = chain.links()[j];
       to[0] = link.mass;
-      to[lanes] = link.inertia + link.mass * dot(link.com, link.com);
+      to[lanes] = link.inertia;
       to[2 * lanes] = link.com.x;
       to[3 * lanes] = link.com.y;
       to[4 * lanes] = link.pin.x;

@@ -122,6 +122,7 @@ class Misled : public LinearizedSystem {
   void derivative(double t, const double* y, double* dydt) override { *dydt = -1000 * (*y - std::cos(t)); }
   void linearize(double t, const double* y, double* dydt) override { derivative(t, y, dydt); }
   bool timeDerivative(double*) override { return false; }
+  LinearCosts linearCosts() const override { return {1, 1, 1, 1}; }
   void factor(double shift) override { shift_ = shift; }
   void solve(const double* rhs, double* x) override { *x = *rhs / (shift_ + 1000 * factor_); }
   void reserveComplex(int count) override { shifts_.resize(static_cast<std::size_t>(count)); }

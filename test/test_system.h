@@ -30,6 +30,7 @@ class TestSystem : public LinearizedSystem {
     Eigen::Map<Eigen::Vector3d>{ft} = ft_;
     return true;
   }
+  LinearCosts linearCosts() const override { return {2, 1, 2, 2}; }
   void factor(double s) override { lu_.compute(s * Eigen::Matrix3d::Identity() - J_); }
   void solve(const double* rhs, double* x) override {
     const Eigen::Vector3d solution = lu_.solve(Eigen::Map<const Eigen::Vector3d>(rhs));

@@ -48,6 +48,7 @@ class Counted : public ode::LinearizedSystem {
     f_.linearize(t, y, dydt);
   }
   bool timeDerivative(double* ft) override { return f_.timeDerivative(ft); }
+  ode::LinearCosts linearCosts() const override { return f_.linearCosts(); }
   void factor(double s) override { f_.factor(s); }
   void solve(const double* rhs, double* x) override {
     ++solves;

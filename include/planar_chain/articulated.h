@@ -8,7 +8,7 @@
 /// (N_j = M_j + τ_j − τ_{j+1} + X×F), inwards from the tip, where A = 0 and b = 0:
 ///
 ///     U = m iR + A iP
-///     D = J + iP·(A iP)                 J = I + m|r|²
+///     D = I + m|R|² + iP·(A iP)         (|R| as it comes out rounded, not |r|: then A cancels better)
 ///     β = b − ω² A P
 ///     u = N − iP·β
 ///     A ← m·1 + A − U Uᵀ/D
@@ -32,17 +32,8 @@ namespace planar_chain {
 /// What the recursion needs of one body.
 template <class Real>
 struct Body {
-  Real m;
-  Real J;  ///< I + m|r|²
+  Real m, I;
   Vec2<Real> r, p;
-
-  explicit Body(const Link& link)
-      : m(link.mass),
-        J(Real(link.inertia) +
-          Real(link.mass) * (Real(link.com.x) * Real(link.com.x) + Real(link.com.y) * Real(link.com.y))),
-        r{Real(link.com.x), Real(link.com.y)},
-        p{Real(link.pin.x), Real(link.pin.y)} {}
-  Body(Real m_, Real J_, Vec2<Real> r_, Vec2<Real> p_) : m(m_), J(J_), r(r_), p(p_) {}
 };
 
 /// What a body shows on the way in and needs on the way out.
@@ -59,7 +50,7 @@ inline Handle<Real> inwards(const Body<Real>& body, Vec2<Real> R, Vec2<Real> P, 
                             Sym2<Real>& A, Vec2<Real>& b) {
   const Vec2<Real> AiP = A * perp(P);
   const Vec2<Real> U = body.m * perp(R) + AiP;
-  const Real inverseD = Real(1) / (body.J + dot(perp(P), AiP));
+  const Real inverseD = Real(1) / (body.I + body.m * dot(R, R) + dot(perp(P), AiP));
   const Vec2<Real> beta = b - ww * (A * P);
   const Real u = N - dot(perp(P), beta);
 
@@ -73,7 +64,12 @@ template <class Real = double>
 class Articulated {
  public:
   explicit Articulated(const Chain& chain) : handles_(static_cast<std::size_t>(chain.size())) {
-    for (const Link& link : chain.links()) bodies_.emplace_back(link);
+    for (const Link& link : chain.links()) {
+      bodies_.push_back({Real(link.mass),
+                         Real(link.inertia),
+                         {Real(link.com.x), Real(link.com.y)},
+                         {Real(link.pin.x), Real(link.pin.y)}});
+    }
   }
 
   int size() const { return static_cast<int>(bodies_.size()); }

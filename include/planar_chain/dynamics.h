@@ -35,6 +35,7 @@ class Dynamics : public ode::LinearizedSystem {
   void derivative(double t, const double* y, double* dydt) override;
   void linearize(double t, const double* y, double* dydt) override;
   bool timeDerivative(double* ft) override;
+  ode::LinearCosts linearCosts() const override;
   void factor(double s) override;
   void solve(const double* rhs, double* x) override;
   void reserveComplex(int count) override;

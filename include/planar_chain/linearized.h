@@ -29,6 +29,7 @@
 /// Everything is analytic in s, so Scalar may be complex.
 
 #include <complex>
+#include <memory>
 #include <vector>
 
 #include "planar_chain/chain.h"
@@ -47,13 +48,31 @@ Scalar dotMixed(Vec2d a, Vec2<Scalar> b) {
   return a.x * b.x + a.y * b.y;
 }
 
+/// A body in the state at which the chain is linearized.
+struct BodyAt {
+  double m, J, omega, alpha, kappa, k, d;
+  Vec2d R, P;
+  Vec2d force;  ///< m × acceleration of the centre of mass less gravity
+};
+
 template <class Scalar = double>
 class Linearized {
  public:
   explicit Linearized(const Chain& chain)
       : n_(chain.size()),
         chain_(chain),
-        bodies_(static_cast<std::size_t>(n_)),
+        shared_(std::make_shared<std::vector<BodyAt>>(static_cast<std::size_t>(n_))),
+        bodies_(*shared_),
+        handles_(static_cast<std::size_t>(n_)),
+        sweeps_(static_cast<std::size_t>(n_)) {}
+
+  /// Another factorization at the state of `other`, whenever that is linearized.
+  template <class Other>
+  explicit Linearized(const Linearized<Other>& other)
+      : n_(other.n_),
+        chain_(other.chain_),
+        shared_(other.shared_),
+        bodies_(*shared_),
         handles_(static_cast<std::size_t>(n_)),
         sweeps_(static_cast<std::size_t>(n_)) {}
 
@@ -155,6 +174,9 @@ class Linearized {
   }
 
  private:
+  template <class Other>
+  friend class Linearized;
+
   static std::size_t index(int j) { return static_cast<std::size_t>(j); }
 
   /// A 2×2 matrix without symmetry.
@@ -168,11 +190,6 @@ class Linearized {
     return {A.xx * a.x + A.yx * a.y, A.xy * a.x + A.yy * a.y};
   }
 
-  struct BodyAt {
-    double m, J, omega, alpha, kappa, k, d;
-    Vec2d R, P;
-    Vec2d force;  ///< m × acceleration of the centre of mass less gravity
-  };
   /// What the factorization keeps of a body: its neighbour's handle, and its own.
   struct Handle {
     Matrix B;
@@ -187,7 +204,8 @@ class Linearized {
   int n_;
   const Chain& chain_;
   Scalar s_{};
-  std::vector<BodyAt> bodies_;
+  std::shared_ptr<std::vector<BodyAt>> shared_;
+  std::vector<BodyAt>& bodies_;
   std::vector<Handle> handles_;
   std::vector<Sweep> sweeps_;
 };

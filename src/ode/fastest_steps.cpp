@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "planar_chain/ode/adaptive_steps.h"
@@ -11,13 +13,15 @@ namespace {
 /// further for what they cost. Cost is counted, not timed, so the choice is the same on every machine.
 /// All steps meet the tolerance, whoever makes them, and none is made twice.
 ///
-/// An explicit method may not run where its steps come near its limit of stability, however fast it is: there
-/// it leaves oscillations behind, within the tolerance, that a stiff method would have to follow. Where that
-/// is, the largest eigenvalue of J tells; it is kept up to date by power iteration.
+/// An explicit method stays well below its limit of stability, however small its errors are: near it, it
+/// leaves oscillations behind, within the tolerance, that a stiff method would have to follow. Where the
+/// limit is, the largest eigenvalue of J tells; it is kept up to date by power iteration. So what an explicit
+/// method can come to at best is known without trying.
 class FastestSteps : public Integrator {
  public:
-  FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance)
-      : surroundings_(std::make_shared<Surroundings>(steppers.front()->system())) {
+  FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance,
+               std::shared_ptr<Surroundings> surroundings)
+      : surroundings_(std::move(surroundings)) {
     for (auto& stepper : steppers) {
       methods_.push_back(std::make_unique<AdaptiveSteps>(std::move(stepper), tolerance, surroundings_));
     }
@@ -30,9 +34,12 @@ class FastestSteps : public Integrator {
     for (;;) {
       const double before = state.t;
       lastTried_ = &running();
-      const AdaptiveSteps::Attempt result = lastTried_->attempt(state, end, longestStep);
-      run_.cost += lastTried_->cost();
+      const AdaptiveSteps::Attempt result =
+          lastTried_->attempt(state, end, std::min(longestStep, steadyStep(*lastTried_)));
+      const double cost = lastTried_->cost();
+      run_.cost += cost;
       run_.progress += state.t - before;
+      (onTrial_ ? onTrials_ : onIncumbents_) += cost;
       if (result == AdaptiveSteps::Attempt::accepted) {
         ++count_.accepted;
         ++run_.steps;
@@ -44,7 +51,7 @@ class FastestSteps : public Integrator {
         return result == AdaptiveSteps::Attempt::tooSmall ? Outcome::stepTooSmall : Outcome::notFinite;
       }
       failures_ = 0;
-      compare(state);
+      compare();
       if (result == AdaptiveSteps::Attempt::accepted) {
         return state.t < end ? Outcome::underway : Outcome::arrived;
       }
@@ -61,6 +68,7 @@ class FastestSteps : public Integrator {
     started_ = onTrial_ = false;
     patience_ = leastPatience;
     run_ = {};
+    onTrials_ = onIncumbents_ = 0;
   }
   const StepCount& count() const override { return count_; }
 
@@ -72,82 +80,87 @@ class FastestSteps : public Integrator {
   static constexpr double hopeful = 1.3;        // and how much faster than before to be given more time
   static constexpr double farEnough = 0.75;     // of the limit of stability
   static constexpr double mostTrialCost = 600;  // evaluations
+  static constexpr double tuition = 0.2;        // of what incumbents cost, for implicit methods' trials
 
   /// What a method came forward by, and at what cost.
   struct Run {
     double progress = 0, cost = 0;
     int steps = 0;
     double speed() const { return cost > 0 ? progress / cost : 0; }
-    double meanStep() const { return steps > 0 ? progress / steps : 0; }
   };
 
   AdaptiveSteps& running() { return *methods_[onTrial_ ? challenger_ : inUse_]; }
+  bool isExplicit(std::size_t method) const { return std::isfinite(methods_[method]->stabilityLimit()); }
 
-  void compare(const State& state) {
+  /// The longest step that is well within the limit of stability.
+  double steadyStep(const AdaptiveSteps& method) const {
+    const double eigenvalue = surroundings_->largestEigenvalue();
+    return eigenvalue > 0 ? farEnough * method.stabilityLimit() / eigenvalue
+                          : std::numeric_limits<double>::infinity();
+  }
+
+  void compare() {
     if (onTrial_) {
-      if (run_.steps >= judged || run_.cost > trialCostLeft_) judgeTrial(state);
+      if (run_.steps >= judged || run_.cost > trialCostLeft_) judgeTrial();
     } else if (run_.steps >= patience_) {
-      startTrial(state);
+      startTrial();
     }
   }
 
   /// An explicit method where its first step is far from the limit, the stiff one elsewhere.
   void start(const State& state, double end) {
     surroundings_->look(state.t, state.y);
-    inUse_ = methods_.size() > 1 && maySteadily(1, methods_[1]->propose(state, end - state.t)) ? 1 : 0;
+    inUse_ = 0;
+    while (inUse_ < methods_.size() && !isExplicit(inUse_)) ++inUse_;
+    if (inUse_ == methods_.size() ||
+        methods_[inUse_]->propose(state, end - state.t) >= steadyStep(*methods_[inUse_])) {
+      inUse_ = 0;
+    }
+    challenger_ = inUse_;
     started_ = true;
   }
 
-  /// May this method run with steps of h?
-  bool maySteadily(std::size_t method, double h) const {
-    return h * surroundings_->largestEigenvalue() < farEnough * methods_[method]->stabilityLimit();
+  /// Whether a trial of this method makes sense, against the incumbent's speed.
+  bool isWorthATrial(std::size_t method) const {
+    if (isExplicit(method)) {
+      return steadyStep(*methods_[method]) > clearly * incumbentSpeed_ * methods_[method]->cost();
+    }
+    // Against an explicit method, one that solves is a gamble, for which there is a budget.
+    return !isExplicit(inUse_) || onTrials_ + judged * methods_[method]->cost() <= tuition * onIncumbents_;
   }
 
-  void startTrial(const State& state) {
-    surroundings_->look(state.t, state.y);
-    if (!maySteadily(inUse_, run_.meanStep())) {
-      methods_.front()->resume(methods_[inUse_]->proposal());
-      inUse_ = 0;
-      patience_ = leastPatience;
-      run_ = {};
+  void startTrial() {
+    incumbentSpeed_ = run_.speed();
+    trialCostLeft_ = std::min(run_.cost, mostTrialCost);
+    run_ = {};
+    for (std::size_t k = 1; k < methods_.size(); ++k) {
+      const std::size_t next = (challenger_ + k) % methods_.size();
+      if (next == inUse_ || !isWorthATrial(next)) continue;
+      challenger_ = next;
+      lastLook_ = 0;
+      const double own = methods_[next]->proposal();
+      methods_[next]->resume(own > 0 ? own : methods_[inUse_]->proposal());
+      onTrial_ = true;
       return;
     }
-    incumbentSpeed_ = run_.speed();
-    lastLook_ = 0;
-    trialCostLeft_ = std::min(run_.cost, mostTrialCost);
-    challenger_ = (challenger_ + 1) % methods_.size();
-    if (challenger_ == inUse_) challenger_ = (challenger_ + 1) % methods_.size();
-    const double own = methods_[challenger_]->proposal();
-    methods_[challenger_]->resume(own > 0 ? own : methods_[inUse_]->proposal());
-    onTrial_ = true;
-    run_ = {};
   }
 
   /// After some steps: it wins, or is getting faster, or is not worth more. A stiff method takes long to find
   /// its step where it must first damp what an explicit one has left oscillating.
-  void judgeTrial(const State& state) {
+  void judgeTrial() {
     const double speed = run_.speed();
     trialCostLeft_ -= run_.cost;
     if (speed > clearly * incumbentSpeed_) {
-      const double h = run_.meanStep();
-      surroundings_->look(state.t, state.y);
-      endTrial(maySteadily(challenger_, h));
+      inUse_ = challenger_;
+      patience_ = std::max(patience_ / 2, leastPatience);
+      onTrial_ = false;
     } else if (trialCostLeft_ <= 0 || speed < hopeful * lastLook_) {
-      endTrial(false);
+      methods_[inUse_]->resume(methods_[inUse_]->proposal());
+      patience_ = std::min(2 * patience_, mostPatience);
+      onTrial_ = false;
     }
     lastLook_ = speed;
     run_ = {};
-  }
-
-  void endTrial(bool won) {
-    if (won) {
-      inUse_ = challenger_;
-      patience_ = std::max(patience_ / 2, leastPatience);
-    } else {
-      methods_[inUse_]->resume(methods_[inUse_]->proposal());
-      patience_ = std::min(2 * patience_, mostPatience);
-    }
-    onTrial_ = false;
   }
 
   /// The method in use can go no further; false when none can.
@@ -168,15 +181,16 @@ class FastestSteps : public Integrator {
   bool started_ = false, onTrial_ = false;
   int patience_ = leastPatience, failures_ = 0;
   double incumbentSpeed_ = 0, lastLook_ = 0, trialCostLeft_ = 0;
+  double onTrials_ = 0, onIncumbents_ = 0;  ///< cost of all
   Run run_;
   StepCount count_;
 };
 
 }  // namespace
 
-std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers,
-                                         Tolerance tolerance) {
-  return std::make_unique<FastestSteps>(std::move(steppers), tolerance);
+std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance,
+                                         std::shared_ptr<Surroundings> surroundings) {
+  return std::make_unique<FastestSteps>(std::move(steppers), tolerance, std::move(surroundings));
 }
 
 }  // namespace planar_chain::ode

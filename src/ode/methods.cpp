@@ -29,11 +29,13 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, LinearizedSystem
     return std::make_unique<Rosenbrock>(table, f);
   };
   if (name == "auto") {
+    auto surroundings = std::make_shared<Surroundings>(f);
     std::vector<std::unique_ptr<Stepper>> steppers;
     steppers.push_back(implicitBy(rodas5p()));
+    steppers.push_back(std::make_unique<Radau>(f, tolerance, surroundings));
     steppers.push_back(explicitBy(dop853()));
     steppers.push_back(explicitBy(dopri5()));
-    return fastestSteps(std::move(steppers), tolerance);
+    return fastestSteps(std::move(steppers), tolerance, std::move(surroundings));
   }
   if (name == "rk4") return fixedSteps(explicitBy(rk4()), step);
   if (name == "dopri5") return adaptiveSteps(explicitBy(dopri5()), tolerance);

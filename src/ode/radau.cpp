@@ -38,6 +38,14 @@ Radau::Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const Sur
   f_.reserveComplex(RadauTable::pairs);
 }
 
+double Radau::cost() const {
+  constexpr double sums = 1;  // of all stages, in evaluations
+  const LinearCosts linear = f_.linearCosts();
+  const double once = linear.factor + RadauTable::pairs * linear.factorComplex + linear.solve;
+  const double iteration = stages + linear.solve + RadauTable::pairs * linear.solveComplex + sums;
+  return once + iterations_ * iteration;
+}
+
 const Eigen::VectorXd& Radau::derivative(double t, const Eigen::VectorXd& y) {
   if (!linearized_) {
     f_.linearize(t, y.data(), slope_.data());

@@ -84,6 +84,12 @@ Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
       increment_(slope_),
       error_(slope_) {}
 
+double Rosenbrock::cost() const {
+  const LinearCosts linear = f_.linearCosts();
+  const auto stages = static_cast<double>(U_.size());
+  return linear.factor + stages - 1 + stages * linear.solve;
+}
+
 const Eigen::VectorXd& Rosenbrock::derivative(double t, const Eigen::VectorXd& y) {
   if (!linearized_) {
     f_.linearize(t, y.data(), slope_.data());

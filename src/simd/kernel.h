@@ -12,7 +12,7 @@ namespace planar_chain::simd {
 struct SegmentArrays {
   int steps;
   int bodies;           ///< n ≤ steps × lanes; those beyond are without mass and length
-  const double* links;  ///< m, J, r, p: 6 quantities a step
+  const double* links;  ///< m, I, r, p: 6 quantities a step
   double* handles;      ///< U, u, 1/D, g, P, ω²: 9 quantities a step
 };
 

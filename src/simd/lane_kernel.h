@@ -98,25 +98,17 @@ bool isReducible(Real theta) {
 }
 
 void rotations(const double* theta, double* e, int n) {
-  int j = 0;
-  for (; j + laneCount <= n; j += laneCount) {
+  if (n < laneCount) return rotate(theta, e, n);
+  const auto block = [=](int j) {
     const Real angles = Real::load(theta + j);
     if (isReducible(angles)) {
       rotationsOf(angles, e + 2 * j);
     } else {
       rotate(theta + j, e + 2 * j, laneCount);
     }
-  }
-  if (j == n) return;
-  Real angles;
-  for (int l = 0; l < n - j; ++l) angles.v[l] = theta[j + l];
-  if (isReducible(angles)) {
-    double rotated[2 * laneCount];
-    rotationsOf(angles, rotated);
-    for (int l = 0; l < 2 * (n - j); ++l) e[2 * j + l] = rotated[l];
-  } else {
-    rotate(theta + j, e + 2 * j, n - j);
-  }
+  };
+  for (int j = 0; j + laneCount <= n; j += laneCount) block(j);
+  if (n % laneCount != 0) block(n - laneCount);  // some of them for a second time
 }
 
 #else
@@ -172,7 +164,7 @@ void runInwards(const SegmentArrays& arrays, const double* e, const double* omeg
   for (int i = arrays.steps - 1; i >= 0; --i) {
     const double* link = at(arrays.links, linkQuantities, i, 0);
     const auto own = [link](int q) { return Real::load(link + q * laneCount); };
-    const Body<Real> body(own(0), own(1), {own(2), own(3)}, {own(4), own(5)});
+    const Body<Real> body{own(0), own(1), {own(2), own(3)}, {own(4), own(5)}};
     const Rotation<Real> turn{read(arrays, e, 2, 0, i, 1), read(arrays, e, 2, 1, i, 0)};
     const Real rate = read(arrays, omega, 1, 0, i, 0);
     const Real ww = rate * rate;

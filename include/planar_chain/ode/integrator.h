@@ -84,8 +84,11 @@ std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double 
 /// @throws std::invalid_argument for a stepper without error estimate.
 std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance);
 
+class Surroundings;
+
 /// The one of several adaptive methods that comes forward fastest, found out while running. The first must
-/// have no limit of stability.
-std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance);
+/// have no limit of stability. surroundings: of the system; steppers may share it.
+std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance,
+                                         std::shared_ptr<Surroundings> surroundings);
 
 }  // namespace planar_chain::ode

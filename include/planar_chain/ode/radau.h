@@ -39,8 +39,8 @@ class Radau : public Stepper {
   int order() const override { return 2 * stages - 1; }
   int errorOrder() const override { return stages; }
 
-  /// Of the last try, by profile: factors take 10 evaluations; solves and sums of an iteration 5.
-  double cost() const override { return 12 + iterations_ * (stages + 5.0); }
+  /// Of the last try.
+  double cost() const override;
   double stabilityLimit() const override { return std::numeric_limits<double>::infinity(); }
   System& system() override { return f_; }
   const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) override;

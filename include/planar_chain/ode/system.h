@@ -15,6 +15,13 @@ class System {
   virtual void derivative(double t, const double* y, double* dydt) = 0;
 };
 
+/// What the exact solve takes, in evaluations of f.
+struct LinearCosts {
+  double factor;  ///< with linearize()
+  double solve;
+  double factorComplex, solveComplex;
+};
+
 /// A system whose Jacobian J = ∂f/∂y can be solved with exactly.
 class LinearizedSystem : public System {
  public:
@@ -22,6 +29,7 @@ class LinearizedSystem : public System {
   virtual void linearize(double t, const double* y, double* dydt) = 0;
   /// ∂f/∂t at the last linearize(). False, and nothing is written, when f does not depend on t there.
   virtual bool timeDerivative(double* ft) = 0;
+  virtual LinearCosts linearCosts() const = 0;
   /// Factors s·1 − J.
   virtual void factor(double s) = 0;
   /// x = (s·1 − J)⁻¹ rhs with the last factor(); x may be rhs.
