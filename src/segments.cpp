@@ -100,9 +100,11 @@ void Segments::accelerations(const Rotation<double>* e, const double* omega, con
     const Matrix C = whole({h.C[0][s], h.C[1][s], h.C[2][s]});
     const Matrix A = whole({h.A[0][s], h.A[1][s], h.A[2][s]});
     const Vec2d c{h.c[0][s], h.c[1][s]};
-    const Matrix K = inverseOfOnePlus(outerA * C);
-    KA[s] = K * outerA;
-    Kb[s] = KA[s] * c + K * outerb;
+    const Matrix frame{h.d[0][s], -h.d[1][s], h.d[1][s], h.d[0][s]};
+    const Matrix A_ = transposed(frame) * outerA * frame;
+    const Matrix K = inverseOfOnePlus(A_ * C);
+    KA[s] = K * A_;
+    Kb[s] = KA[s] * c + K * (transposed(frame) * outerb);
     const Matrix added = G * KA[s] * transposed(G);
     outerA = {A.xx + added.xx, A.xy + added.xy, A.yx + added.yx, A.yy + added.yy};
     outerb = Vec2d{h.b[0][s], h.b[1][s]} + G * Kb[s];
@@ -120,7 +122,8 @@ void Segments::accelerations(const Rotation<double>* e, const double* omega, con
     a[1][s] = at.y;
     f[0][s] = force.x;
     f[1][s] = force.y;
-    at = carried - C * force + Vec2d{h.c[0][s], h.c[1][s]};
+    const Rotation<double> frame{h.d[0][s], h.d[1][s]};
+    at = frame * (carried - C * force + Vec2d{h.c[0][s], h.c[1][s]});
   }
   kernel_.outwards(arrays, a, f, alpha);
 }

@@ -7,15 +7,20 @@
 ///
 ///     F_in = A a + b + G f          a_out = Gᵀ a − C f + c
 ///
-/// A and b as in articulated.h, with f = 0; and from the outermost body, where G = 1, C = 0, c = 0, inwards
+/// A and b as in articulated.h, with f = 0; and from the outermost body, where C = 0, c = 0, inwards
 ///
 ///     g = Gᵀ iP        C ← C + g gᵀ/D        c ← c + g u/D − ω² Gᵀ P        G ← G − U gᵀ/D
 ///
-/// The segments are joined from the tip, with (A', b') of all that lies outside a segment:
+/// The outer pin has axes of its own, d along the segment's last link and i d: there G = (d, i d), and f, C and
+/// c stand in them. So what a taut segment gives way along itself is small because g is, and does not
+/// come out as rounding of what it gives way across; a heavy tip would meet that with all its mass.
+///
+/// The segments are joined from the tip, with (A', b') of all that lies outside a segment, in its outer axes:
 ///
 ///     K = (1 + A'C)⁻¹        A' ← A + G K A' Gᵀ        b' ← b + G K (A' c + b')
 ///
-/// and gone through from the ground: f = K (A' (Gᵀ a + c) + b'), the next a = Gᵀ a − C f + c, and within each
+/// and gone through from the ground: f = K (A' (Gᵀ a + c) + b'), the next a = Gᵀ a − C f + c, turned back into
+/// ground axes, and within each
 ///
 ///     α = (u − g·f − U·a)/D        a ← a + iα P − ω² P
 ///

@@ -19,6 +19,7 @@ struct SegmentArrays {
 /// What a segment shows at its two pins; one number a lane, `most` at most.
 struct SegmentHandles {
   static constexpr int most = 8;
+  double d[2][most];              ///< first axis of the outer pin's frame
   double A[3][most], b[2][most];  ///< xx, xy, yy; x, y
   double G[4][most];              ///< xx, xy, yx, yy
   double C[3][most], c[2][most];

@@ -155,12 +155,27 @@ Real flushed(Real a) {
   return a;
 }
 
+/// The directions of the outermost links.
+Vector outerFrames(const SegmentArrays& arrays, const double* e) {
+  const int i = arrays.steps - 1;
+  const double* link = at(arrays.links, linkQuantities, i, 0);
+  const Rotation<Real> turn{read(arrays, e, 2, 0, i, 1), read(arrays, e, 2, 1, i, 0)};
+  const Vector P = turn * Vector{Real::load(link + 4 * laneCount), Real::load(link + 5 * laneCount)};
+  Vector d{Real(1), Real(0)};
+  for (int s = 0; s < laneCount; ++s) {
+    const double length = std::sqrt(P.x.v[s] * P.x.v[s] + P.y.v[s] * P.y.v[s]);
+    if (length > 0) d.x.v[s] = P.x.v[s] / length, d.y.v[s] = P.y.v[s] / length;
+  }
+  return d;
+}
+
 template <bool hasForces>
 void runInwards(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                 const double* F, SegmentHandles& handles) {
   Sym2<Real> A, C;
   Vector b, c;
-  Vector Gx{Real(1), Real(0)}, Gy{Real(0), Real(1)};  // rows of G
+  const Vector d = outerFrames(arrays, e);
+  Vector Gx{d.x, -d.y}, Gy{d.y, d.x};  // rows of G
   for (int i = arrays.steps - 1; i >= 0; --i) {
     const double* link = at(arrays.links, linkQuantities, i, 0);
     const auto own = [link](int q) { return Real::load(link + q * laneCount); };
@@ -192,6 +207,7 @@ void runInwards(const SegmentArrays& arrays, const double* e, const double* omeg
       value.store(to + laneCount * q++);
     }
   }
+  d.x.store(handles.d[0]), d.y.store(handles.d[1]);
   A.xx.store(handles.A[0]), A.xy.store(handles.A[1]), A.yy.store(handles.A[2]);
   C.xx.store(handles.C[0]), C.xy.store(handles.C[1]), C.yy.store(handles.C[2]);
   b.x.store(handles.b[0]), b.y.store(handles.b[1]);
