@@ -18,6 +18,7 @@ constexpr double beta = 0.04;  // weight of the last error in the PI control
 constexpr double smallestFactor = 0.2;
 constexpr double largestFactor = 10;
 constexpr double smallestError = 1e-4;  // remembered by the PI control
+constexpr int mostJumps = 10;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// The end of the next step of about h: two steps of equal length rather than a last one that is tiny.
@@ -66,22 +67,28 @@ bool AdaptiveSteps::stepTo(State& state, double t) {
 AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double longestStep) {
   surroundings_->visit(state.t, state.y);
   if (h_ <= 0) h_ = firstStep(state, end - state.t);
-  const double next = landing(state.t, end, std::min(h_, longestStep));
-  const double h = next - state.t;
-  // Shorter than the spacing of the numbers at t, or of those at a second, and not because this is all that
-  // is left.
-  if (next < end && !(h > 4 * epsilon * std::max(1.0, std::abs(state.t)))) {
-    return finite_ ? Attempt::tooSmall : Attempt::notFinite;
+  double next = landing(state.t, end, std::min(h_, longestStep));
+  // The spacing of the numbers at t, or of those at a second: what settles faster is a jump. Methods that
+  // damp it in one step, and do not see it, may make a few that are asked no questions.
+  const double shortest = 4 * epsilon * std::max(1.0, std::abs(state.t));
+  bool isJump = false;
+  if (next < end && !(next - state.t > shortest)) {
+    if (!finite_) return Attempt::notFinite;
+    if (std::isfinite(stabilityLimit()) || seesWhatItDamps() || jumps_ == mostJumps) return Attempt::tooSmall;
+    isJump = true;
+    ++jumps_;
+    next = std::min(state.t + 2 * shortest, end);
   }
+  const double h = next - state.t;
 
   stepper_->step(state.t, h, state.y);
   const double error = errorNorm(state.y, h);
   finite_ = std::isfinite(error) && stepper_->increment().allFinite();
-  if (finite_ && error <= 1 && take(state, next, stepper_->increment())) {
+  if (finite_ && (error <= 1 || isJump) && take(state, next, stepper_->increment())) {
     // The step that the error asks for grows from the one taken, but not past ten times the one proposed
     // before: a step cut short to land on a time says little about far longer ones.
     stepper_->accept();
-    const double wanted = h * std::max(growth(error), smallestFactor);
+    const double wanted = h * std::max(growth(error), isJump ? 1 : smallestFactor);
     h_ = std::min(wanted, justRejected_ ? h : largestFactor * h_);
     justRejected_ = false;
     lastError_ = std::max(error, smallestError);
@@ -98,6 +105,7 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
 
 void AdaptiveSteps::restart() {
   resume(0);
+  jumps_ = 0;
 }
 
 void AdaptiveSteps::begin() {

@@ -17,6 +17,9 @@ namespace {
 /// leaves oscillations behind, within the tolerance, that a stiff method would have to follow. Where the
 /// limit is, the largest eigenvalue of J tells; it is kept up to date by power iteration. So what an explicit
 /// method can come to at best is known without trying.
+///
+/// Between steps that follow an oscillation and steps so long that they damp it away may lie many that fit
+/// neither. An implicit method that sees what it damps is therefore tried with a leap, even against itself.
 class FastestSteps : public Integrator {
  public:
   FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance,
@@ -80,7 +83,8 @@ class FastestSteps : public Integrator {
   static constexpr double hopeful = 1.3;        // and how much faster than before to be given more time
   static constexpr double farEnough = 0.75;     // of the limit of stability
   static constexpr double mostTrialCost = 600;  // evaluations
-  static constexpr double tuition = 0.2;        // of what incumbents cost, for implicit methods' trials
+  static constexpr double tuition = 0.2;        // of what incumbents cost, for trials that are a gamble
+  static constexpr double leap = 1000;          // times the incumbent's step
 
   /// What a method came forward by, and at what cost.
   struct Run {
@@ -123,23 +127,28 @@ class FastestSteps : public Integrator {
   /// Whether a trial of this method makes sense, against the incumbent's speed.
   bool isWorthATrial(std::size_t method) const {
     if (isExplicit(method)) {
-      return steadyStep(*methods_[method]) > clearly * incumbentSpeed_ * methods_[method]->cost();
+      return method != inUse_ &&
+             steadyStep(*methods_[method]) > clearly * incumbentSpeed_ * methods_[method]->cost();
     }
-    // Against an explicit method, one that solves is a gamble, for which there is a budget.
-    return !isExplicit(inUse_) || onTrials_ + judged * methods_[method]->cost() <= tuition * onIncumbents_;
+    if (method == inUse_ && !methods_[method]->seesWhatItDamps()) return false;
+    const bool isGamble = method == inUse_ || isExplicit(inUse_);
+    return !isGamble || onTrials_ + judged * methods_[method]->cost() <= tuition * onIncumbents_;
   }
 
   void startTrial() {
     incumbentSpeed_ = run_.speed();
     trialCostLeft_ = std::min(run_.cost, mostTrialCost);
     run_ = {};
-    for (std::size_t k = 1; k < methods_.size(); ++k) {
+    for (std::size_t k = 1; k <= methods_.size(); ++k) {
       const std::size_t next = (challenger_ + k) % methods_.size();
-      if (next == inUse_ || !isWorthATrial(next)) continue;
+      if (!isWorthATrial(next)) continue;
       challenger_ = next;
       lastLook_ = 0;
+      incumbentStep_ = methods_[inUse_]->proposal();
       const double own = methods_[next]->proposal();
-      methods_[next]->resume(own > 0 ? own : methods_[inUse_]->proposal());
+      methods_[next]->resume(methods_[next]->seesWhatItDamps() ? std::max(own, leap * incumbentStep_)
+                             : own > 0                         ? own
+                                                               : incumbentStep_);
       onTrial_ = true;
       return;
     }
@@ -155,7 +164,7 @@ class FastestSteps : public Integrator {
       patience_ = std::max(patience_ / 2, leastPatience);
       onTrial_ = false;
     } else if (trialCostLeft_ <= 0 || speed < hopeful * lastLook_) {
-      methods_[inUse_]->resume(methods_[inUse_]->proposal());
+      methods_[inUse_]->resume(incumbentStep_);
       patience_ = std::min(2 * patience_, mostPatience);
       onTrial_ = false;
     }
@@ -180,7 +189,7 @@ class FastestSteps : public Integrator {
   AdaptiveSteps* lastTried_ = nullptr;
   bool started_ = false, onTrial_ = false;
   int patience_ = leastPatience, failures_ = 0;
-  double incumbentSpeed_ = 0, lastLook_ = 0, trialCostLeft_ = 0;
+  double incumbentSpeed_ = 0, incumbentStep_ = 0, lastLook_ = 0, trialCostLeft_ = 0;
   double onTrials_ = 0, onIncumbents_ = 0;  ///< cost of all
   Run run_;
   StepCount count_;

@@ -33,6 +33,7 @@ Radau::Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const Sur
       change_(Z_),
       pair_(static_cast<std::size_t>(f.size())),
       allowed_(Eigen::ArrayXd::Zero(tolerance_.ceiling.size())),
+      mayVanish_(allowed_),
       exactEnough_(allowed_),
       lost_(allowed_) {
   f_.reserveComplex(RadauTable::pairs);
@@ -65,6 +66,7 @@ void Radau::step(double t, double h, const Eigen::VectorXd& y) {
   for (Eigen::Index i = 0; i < allowed_.size(); ++i) {
     const double size = tolerance_.size(y, i);
     allowed_[i] = allowance.of(i, size);
+    mayVanish_[i] = std::max(allowed_[i], tolerance_.value * size);
     lost_[i] = std::max(allowance.rounding(i), 2 * epsilon * size);
     exactEnough_[i] = std::max(share * allowed_[i], lost_[i]);
   }
@@ -151,7 +153,8 @@ void Radau::estimate(double t, double h, const Eigen::VectorXd& y) {
   combined_ = (table_.lambda / h) * Z_.lazyProduct(table_.e);
   stage_ = slope_ + combined_;
   f_.solve(stage_.data(), error_.data());
-  if ((error_.head(allowed_.size()).array().abs() > allowed_).any()) {
+  const auto error = error_.head(allowed_.size()).array().abs();
+  if ((error > allowed_).any() && (error <= mayVanish_).all()) {
     stage_ = y + error_;
     f_.derivative(t, stage_.data(), error_.data());
     stage_ = error_ + combined_;

@@ -32,6 +32,7 @@ class AdaptiveSteps : public Integrator {
   /// What an attempt costs, in evaluations of f.
   double cost() const { return stepper_->cost(); }
   double stabilityLimit() const { return stepper_->stabilityLimit(); }
+  bool seesWhatItDamps() const { return stepper_->seesWhatItDamps(); }
   /// A first step for this state, to be proposed from here on.
   double propose(const State& state, double left) { return h_ = firstStep(state, left); }
 
@@ -48,6 +49,7 @@ class AdaptiveSteps : public Integrator {
   double lastError_ = 1e-4;
   bool justRejected_ = false;
   bool finite_ = true;
+  int jumps_ = 0;  ///< made since the last restart
   StepCount count_;
   Eigen::VectorXd trial_, trialDerivative_;
 };

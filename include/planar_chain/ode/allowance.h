@@ -20,7 +20,9 @@ class Allowance {
         everyDigit_(std::min(1.0, tolerance.value / roundingCounts)) {}
 
   /// For component i, where its size() is size.
-  double of(Eigen::Index i, double size) const { return std::max(most_ * size, everyDigit_ * rounding(i)); }
+  double of(Eigen::Index i, double size) const {
+    return std::max(most_ * size, everyDigit_ * clearly * rounding(i));
+  }
   /// No estimate of component i can be relied on below.
   double rounding(Eigen::Index i) const { return surroundings_.roundingOver(h_, i); }
 
@@ -28,6 +30,7 @@ class Allowance {
   static constexpr double shortestCounted = 1e-3;  // s
   static constexpr double share = 0.25;            // of the tolerance that a step's error may use
   static constexpr double roundingCounts = 1e-10;  // in full, down to this tolerance
+  static constexpr double clearly = 4;  // above rounding, so that steps whose estimate is that grow
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
   const Surroundings& surroundings_;

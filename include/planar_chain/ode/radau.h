@@ -16,7 +16,9 @@
 ///
 ///     (λ/h − J)⁻¹ (f(t, y) + λ/h Σ e_i Z_i)
 ///
-/// and once more with f(t, y + error) for f(t, y) where that is too much: stiff components vanish then.
+/// A stiff component shows there as it is, however long the step, which damps it away. Where that is too much
+/// for a step but no more than the tolerance itself, the error is taken once more, with f(t, y + error) for
+/// f(t, y): the stiff component vanishes then, in the error as in the solution.
 
 #include <complex>
 #include <limits>
@@ -42,6 +44,7 @@ class Radau : public Stepper {
   /// Of the last try.
   double cost() const override;
   double stabilityLimit() const override { return std::numeric_limits<double>::infinity(); }
+  bool seesWhatItDamps() const override { return true; }
   System& system() override { return f_; }
   const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) override;
   void step(double t, double h, const Eigen::VectorXd& y) override;
@@ -68,7 +71,7 @@ class Radau : public Stepper {
   Eigen::VectorXd slope_, stage_, combined_, increment_, error_;
   Stages Z_, last_, R_, change_;
   std::vector<std::complex<double>> pair_;
-  Eigen::ArrayXd allowed_, exactEnough_, lost_;
+  Eigen::ArrayXd allowed_, mayVanish_, exactEnough_, lost_;
   double hTried_ = 0, hLast_ = 0;
   double rate_ = 1;  ///< θ/(1 − θ) of the last iteration, θ: by how much it shrank the change
   int iterations_ = 4;
