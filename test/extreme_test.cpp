@@ -234,13 +234,15 @@ TEST(TenThousandLinks, HangAndSwingInTheirFirstMode) {
 }
 
 TEST(TenThousandLinks, BendIntoACircleUnderAMoment) {
-  // A clamped, damped bar comes to rest where each joint bends by M/k, however far that is from straight.
+  // A clamped, damped bar comes to rest where each joint bends by M/k, however far that is from straight. The
+  // moment begins late: the last of 10,000 links follows it within 1e-16 s, less than the clock can tell.
   for (const int n : {100, 1000, 10000}) {
     Scene scene = test::jointedBar(n, 0.5);
     Load load;
     load.name = "moment";
     load.link = n - 1;
     load.moment = 1;
+    load.start = 1;
     scene.loads = {load};
     scene.integrator.tolerance = n < 10000 ? 1e-6 : 1e-3;
     Simulation simulation(scene);
