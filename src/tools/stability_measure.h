@@ -28,7 +28,7 @@ std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::LinearizedS
 
 /// Equal steps of h are STABLE on a scene if a run of them stays finite and the energy of motion, that is
 /// T + V less the V of hanging straight down, never exceeds 1.1 times what it was at the start. (No load
-/// acts, so in truth it never grows.) The run takes 400,000 link-steps, but at least 200 and at most 2000
+/// acts, so in truth it never grows.) The run takes 400,000 link-steps, but at least 100 and at most 2000
 /// steps, and lasts at least the scene's horizon. A method may take energy away: that is an error, not
 /// instability.
 constexpr double mostEnergy = 1.1;
@@ -54,7 +54,7 @@ class Bench {
   /// Steps of 1, 0.5, 0.2, 0.1 … s, down to a decade of stable ones and at least to 1 ms; then by bisection.
   Limit findLimit(const Method& method);
 
-  /// Angles after 1 s, by `auto` at a tolerance of 1e-11. Nothing when that takes too long.
+  /// Angles after 1 s, by `auto` at a tolerance of 1e-10. Nothing when that takes too long.
   const std::optional<Eigen::VectorXd>& reference();
   /// Largest error of an angle after 1 s, rad; nothing without a reference. Not finite if the run is not.
   std::optional<double> errorAfterASecond(const Method& method, double h);

@@ -56,13 +56,21 @@ Case stiffBar(const std::string& family, double k, double dampingTime) {
   return {family, k, make(bar)};
 }
 
+Scene withHeavyTip(double ratio, double bend) {
+  return make({20, [ratio](int i) { return 0.05 * (i == 19 ? ratio : 1); }, leanWithBend(bend)});
+}
+
 Case heavyTip(const std::string& family, double ratio) {
-  const Recipe chain{20, [ratio](int i) { return 0.05 * (i == 19 ? ratio : 1); }, leanWithBend(0.01)};
-  return {family, ratio, make(chain)};
+  return {family, ratio, withHeavyTip(ratio, 0)};
+}
+
+/// The slack of a hundredth of a radian lets the light links be flung to and fro between pin and tip.
+Case slack(const std::string& family, double ratio) {
+  return {family, ratio, withHeavyTip(ratio, 0.01)};
 }
 
 Case tapered(const std::string& family, double ratio) {
-  const Recipe chain{20, [ratio](int i) { return 0.05 * std::pow(ratio, -i / 19.0); }, leanWithBend(0.01)};
+  const Recipe chain{20, [ratio](int i) { return 0.05 * std::pow(ratio, -i / 19.0); }, leanWithBend(0.02)};
   return {family, ratio, make(chain)};
 }
 
@@ -107,8 +115,11 @@ std::vector<Family> stabilityFamilies(bool quick) {
              [](const std::string& name, double k) { return stiffBar(name, k, 0); }),
       family("stiff_damped", bar + "; dampers d = 1e-3 s · k beside the springs", "k, N m/rad", stiffnesses,
              [](const std::string& name, double k) { return stiffBar(name, k, 1e-3); }),
-      family("heavy_tip", "Twenty links, 1 m, the last one heavier than the others" + swung,
+      family("heavy_tip",
+             "Twenty links, 1 m, the last one heavier than the others, swung out straight by 0.1 rad",
              "ratio of masses", ratios, heavyTip),
+      family("slack_tip", "The same, and bent by 0.01 rad: the light links are flung between pin and tip",
+             "ratio of masses", ratios, slack),
       family(
           "light_tip",
           "Twenty links, 1 m, each lighter than the one before by the same factor, first to last as given" +
