@@ -50,7 +50,7 @@ std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::LinearizedS
 }
 
 int stepsOf(const Case& scene, double h) {
-  const double steps = std::clamp(4e5 / scene.scene.chain.size(), 100.0, 2000.0);
+  const double steps = std::clamp(2e5 / scene.scene.chain.size(), 100.0, 2000.0);
   return static_cast<int>(std::max(steps, std::ceil(scene.horizon / h)));
 }
 

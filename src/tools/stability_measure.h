@@ -28,7 +28,7 @@ std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::LinearizedS
 
 /// Equal steps of h are STABLE on a scene if a run of them stays finite and the energy of motion, that is
 /// T + V less the V of hanging straight down, never exceeds 1.1 times what it was at the start. (No load
-/// acts, so in truth it never grows.) The run takes 400,000 link-steps, but at least 100 and at most 2000
+/// acts, so in truth it never grows.) The run takes 200,000 link-steps, but at least 100 and at most 2000
 /// steps, and lasts at least the scene's horizon. A method may take energy away: that is an error, not
 /// instability.
 constexpr double mostEnergy = 1.1;
