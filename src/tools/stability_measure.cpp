@@ -111,6 +111,7 @@ Limit Bench::findLimit(const Method& method) {
     (verdict == Verdict::stable ? limit.stable : limit.unstable) = h;
     if (verdict != Verdict::stable) limit.how = verdict;
   }
+  if (limit.stable) limit.largerStable = std::max(limit.largerStable, *limit.stable);
   return limit;
 }
 
