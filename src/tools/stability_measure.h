@@ -48,6 +48,7 @@ struct Limit {
 /// A case, ready to be run again and again.
 class Bench {
  public:
+  /// The case must outlive this object.
   explicit Bench(const Case& given);
 
   Verdict run(const Method& method, double h);
