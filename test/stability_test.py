@@ -1,0 +1,86 @@
+#!/usr/bin/python3
+"""stability --quick: what it measures agrees with the theory of linear stability.
+
+    stability_test.py BIN [unittest options]        BIN: the folder that holds it
+"""
+import csv
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+BIN = ""
+CLOSE_TO_REST = ("stiff", "stiff_damped", "heavy_tip", "long")
+
+
+def run(*arguments):
+    return subprocess.run([os.path.join(BIN, "stability"), *arguments], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, universal_newlines=True, timeout=200)
+
+
+class Measured(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "out.csv")
+            cls.result = run("--quick", "--csv", path)
+            with open(path, newline="") as file:
+                cls.all_rows = list(csv.DictReader(file))
+
+    def rows(self, method, *families):
+        found = [row for row in self.all_rows if row["method"] == method and row["family"] in families]
+        self.assertGreaterEqual(len(found), 2 * len(families))
+        return found
+
+    def test_it_runs(self):
+        self.assertEqual(self.result.returncode, 0, self.result.stderr)
+        self.assertIn("| k, N m/rad |", self.result.stdout)
+
+    def test_rk4_goes_as_far_as_theory_says(self):
+        for row in self.rows("rk4", "stiff"):
+            theory = 2.828427 / float(row["largest_eigenvalue"])
+            self.assertLess(abs(float(row["largest_stable_s"]) / theory - 1), 0.15, row)
+
+    def test_so_do_damped_chains_and_long_ones(self):
+        for method in ("rk4", "dop853"):
+            for row in self.rows(method, *CLOSE_TO_REST):
+                theory = float(row["predicted_s"])
+                if row["largest_stable_s"]:
+                    self.assertLess(abs(float(row["largest_stable_s"]) / theory - 1), 0.15, row)
+                else:
+                    self.assertLess(theory, 2e-8, row)  # beyond what is tried
+
+    def test_frequencies_follow_the_root_of_the_stiffness(self):
+        frequency = {float(row["value"]): float(row["largest_eigenvalue"]) for row in self.rows("rk4", "stiff")}
+        self.assertLess(abs(frequency[1e9] / frequency[1e6] / 1000**0.5 - 1), 1e-2)
+
+    def test_explicit_methods_blow_up_beyond(self):
+        for method in ("rk4", "dopri5", "dop853"):
+            for row in self.rows(method, *CLOSE_TO_REST):
+                self.assertIn(row["how"], ("grows", "not finite"), row)
+
+    def test_implicit_methods_bear_every_step_close_to_rest(self):
+        for method in ("rodas5p", "ros34pw2"):
+            for row in self.rows(method, *CLOSE_TO_REST):
+                self.assertEqual((float(row["largest_stable_s"]), row["unstable_s"]), (1, ""), row)
+
+    def test_but_not_on_a_whip(self):
+        with_limit = [row for row in self.all_rows if row["family"] == "whip" and row["method"] != "auto"]
+        self.assertEqual(len(with_limit), 5)
+        for row in with_limit:
+            self.assertNotEqual(row["unstable_s"], "", row)
+
+
+class Arguments(unittest.TestCase):
+    def test_wrong_ones_are_refused(self):
+        for arguments in (["--fast"], ["scene.yaml"], ["--quick", "--csv", "/no/such/folder/out.csv"]):
+            result = run(*arguments)
+            self.assertEqual((result.returncode, result.stdout), (2, ""), result.stderr)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    BIN = sys.argv.pop(1)
+    unittest.main()
