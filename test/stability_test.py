@@ -65,9 +65,13 @@ class Measured(unittest.TestCase):
             for row in self.rows(method, *CLOSE_TO_REST):
                 self.assertEqual((float(row["largest_stable_s"]), row["unstable_s"]), (1, ""), row)
 
+    def test_radau13_ends_where_its_stages_are_not_found(self):
+        for row in self.rows("radau13", *CLOSE_TO_REST):
+            self.assertIn(row["how"], ("", "not finite"), row)
+
     def test_but_not_on_a_whip(self):
         with_limit = [row for row in self.all_rows if row["family"] == "whip" and row["method"] != "auto"]
-        self.assertEqual(len(with_limit), 5)
+        self.assertEqual(len(with_limit), 6)
         for row in with_limit:
             self.assertNotEqual(row["unstable_s"], "", row)
 

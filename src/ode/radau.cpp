@@ -79,7 +79,7 @@ void Radau::step(double t, double h, const Eigen::VectorXd& y) {
     return;
   }
   rate_ = 1;
-  increment_.setZero();
+  increment_.setConstant(std::nan(""));
   error_.setZero();
   error_[0] = result == Newton::failed ? std::pow(halving, errorOrder()) * allowed_[0] : std::nan("");
 }

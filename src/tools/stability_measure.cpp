@@ -8,6 +8,7 @@
 
 #include "planar_chain/energy.h"
 #include "planar_chain/ode/methods.h"
+#include "planar_chain/ode/radau.h"
 #include "planar_chain/ode/surroundings.h"
 
 namespace planar_chain::tools {
@@ -33,20 +34,26 @@ std::complex<double> amplification(const ode::Tableau& table, std::complex<doubl
   return result;
 }
 
+ode::Tolerance toleranceOf(double value, int size) {
+  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(size, infinity)};
+  tolerance.ceiling.head(size / 2) = pi;
+  return tolerance;
+}
+
 }  // namespace
 
 const std::vector<Method>& measuredMethods() {
-  static const std::vector<Method> methods{{"rk4", &ode::rk4(), nullptr},
-                                           {"dopri5", &ode::dopri5(), nullptr},
-                                           {"dop853", &ode::dop853(), nullptr},
-                                           {"rodas5p", nullptr, &ode::rodas5p()},
-                                           {"ros34pw2", nullptr, &ode::ros34pw2()}};
+  static const std::vector<Method> methods{
+      {"rk4", &ode::rk4(), nullptr},           {"dopri5", &ode::dopri5(), nullptr},
+      {"dop853", &ode::dop853(), nullptr},     {"rodas5p", nullptr, &ode::rodas5p()},
+      {"ros34pw2", nullptr, &ode::ros34pw2()}, {"radau13", nullptr, nullptr}};
   return methods;
 }
 
 std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::LinearizedSystem& f) {
   if (method.table) return std::make_unique<ode::ExplicitRungeKutta>(*method.table, f);
-  return std::make_unique<ode::Rosenbrock>(*method.rosenbrock, f);
+  if (method.rosenbrock) return std::make_unique<ode::Rosenbrock>(*method.rosenbrock, f);
+  return std::make_unique<ode::Radau>(f, toleranceOf(1e-6, f.size()), std::make_shared<ode::Surroundings>(f));
 }
 
 int stepsOf(const Case& scene, double h) {
@@ -117,9 +124,7 @@ Limit Bench::findLimit(const Method& method) {
 
 const std::optional<Eigen::VectorXd>& Bench::reference() {
   if (std::exchange(referenceTried_, true)) return reference_;
-  ode::Tolerance tolerance{1e-10, Eigen::ArrayXd::Constant(2 * n_, infinity)};
-  tolerance.ceiling.head(n_) = pi;
-  const auto integrator = ode::makeMethod("auto", dynamics_, 0, tolerance);
+  const auto integrator = ode::makeMethod("auto", dynamics_, 0, toleranceOf(1e-10, 2 * n_));
   integrator->begin();
   ode::State state = start_;
   ode::Outcome outcome = ode::Outcome::underway;
