@@ -142,7 +142,7 @@ TEST(Radau, RejectsAStepWhoseStagesAreNotFound) {
   const auto radau = radauFor(f, 1e-6);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(1);
   radau->step(0, 1, y);
-  EXPECT_EQ(radau->increment()[0], 0);
+  EXPECT_TRUE(std::isnan(radau->increment()[0]));
   EXPECT_GT(radau->error()[0], 10 * 0.25e-6);
 
   State state(1);

@@ -57,7 +57,8 @@ class Bench {
 
   /// Angles after 1 s, by `auto` at a tolerance of 1e-10. Nothing when that takes too long.
   const std::optional<Eigen::VectorXd>& reference();
-  /// Largest error of an angle after 1 s, rad; nothing without a reference. Not finite if the run is not.
+  /// Largest error of an angle after 1 s, rad; nothing without a reference, or when it takes too long. Not
+  /// finite if the run is not.
   std::optional<double> errorAfterASecond(const Method& method, double h);
 
   /// The largest step at which no mode of the chain at rest grows: |R(h λ)| ≤ 1 for every eigenvalue λ of J
