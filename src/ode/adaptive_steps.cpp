@@ -69,12 +69,12 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
   if (h_ <= 0) h_ = firstStep(state, end - state.t);
   double next = landing(state.t, end, std::min(h_, longestStep));
   // The spacing of the numbers at t, or of those at a second: what settles faster is a jump. Methods that
-  // damp it in one step may make a few that are asked no questions.
+  // damp it in one step, and would not see it, may make a few that are asked no questions.
   const double shortest = 4 * epsilon * std::max(1.0, std::abs(state.t));
   bool isJump = false;
   if (next < end && !(next - state.t > shortest)) {
     if (!finite_) return Attempt::notFinite;
-    if (std::isfinite(stabilityLimit()) || jumps_ == mostJumps) return Attempt::tooSmall;
+    if (std::isfinite(stabilityLimit()) || seesWhatItDamps() || jumps_ == mostJumps) return Attempt::tooSmall;
     isJump = true;
     ++jumps_;
     next = std::min(state.t + 2 * shortest, end);

@@ -78,13 +78,14 @@ class FastestSteps : public Integrator {
  private:
   static constexpr int leastPatience = 25;  // steps between trials, doubled while the incumbent wins
   static constexpr int mostPatience = 1600;
-  static constexpr int judged = 3;              // steps after which a trial is looked at
-  static constexpr double clearly = 1.15;       // how much faster a challenger must be to win,
-  static constexpr double hopeful = 1.3;        // and how much faster than before to be given more time
-  static constexpr double farEnough = 0.75;     // of the limit of stability
-  static constexpr double mostTrialCost = 600;  // evaluations
-  static constexpr double tuition = 0.2;        // of what incumbents cost, for trials that are a gamble
-  static constexpr double leap = 1000;          // times the incumbent's step
+  static constexpr int judged = 3;                // steps after which a trial is looked at
+  static constexpr double clearly = 1.15;         // how much faster a challenger must be to win,
+  static constexpr double hopeful = 1.3;          // and how much faster than before to be given more time
+  static constexpr double farEnough = 0.75;       // of the limit of stability
+  static constexpr double clearlyNotStiff = 0.1;  // of those, for a start with an explicit method
+  static constexpr double mostTrialCost = 600;    // evaluations
+  static constexpr double tuition = 0.2;          // of what incumbents cost, for trials that are a gamble
+  static constexpr double farthestLeap = 1000;    // times the incumbent's step
 
   /// What a method came forward by, and at what cost.
   struct Run {
@@ -117,7 +118,7 @@ class FastestSteps : public Integrator {
     inUse_ = 0;
     while (inUse_ < methods_.size() && !isExplicit(inUse_)) ++inUse_;
     if (inUse_ == methods_.size() ||
-        methods_[inUse_]->propose(state, end - state.t) >= steadyStep(*methods_[inUse_])) {
+        methods_[inUse_]->propose(state, end - state.t) >= clearlyNotStiff * steadyStep(*methods_[inUse_])) {
       inUse_ = 0;
     }
     challenger_ = inUse_;
@@ -146,13 +147,16 @@ class FastestSteps : public Integrator {
       lastLook_ = 0;
       incumbentStep_ = methods_[inUse_]->proposal();
       const double own = methods_[next]->proposal();
-      methods_[next]->resume(methods_[next]->seesWhatItDamps() ? std::max(own, leap * incumbentStep_)
+      methods_[next]->resume(methods_[next]->seesWhatItDamps() ? std::max(own, nextLeap() * incumbentStep_)
                              : own > 0                         ? own
                                                                : incumbentStep_);
       onTrial_ = true;
       return;
     }
   }
+
+  /// 10, 100, 1000, 10 …
+  double nextLeap() { return leap_ = leap_ < farthestLeap ? 10 * leap_ : 10; }
 
   /// After some steps: it wins, or is getting faster, or is not worth more. A stiff method takes long to find
   /// its step where it must first damp what an explicit one has left oscillating.
@@ -190,6 +194,7 @@ class FastestSteps : public Integrator {
   bool started_ = false, onTrial_ = false;
   int patience_ = leastPatience, failures_ = 0;
   double incumbentSpeed_ = 0, incumbentStep_ = 0, lastLook_ = 0, trialCostLeft_ = 0;
+  double leap_ = 1;
   double onTrials_ = 0, onIncumbents_ = 0;  ///< cost of all
   Run run_;
   StepCount count_;
