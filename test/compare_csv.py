@@ -1,0 +1,24 @@
+#!/usr/bin/python3
+"""How far apart two motions end: compare_csv.py A.csv B.csv
+
+Of two files that `simulate --csv` wrote, the last rows: the largest difference of an absolute angle and of an
+absolute rate, and the largest of either in B.
+"""
+import csv
+import itertools
+import sys
+
+
+def absolute(path):
+    with open(path, newline="") as file:
+        rows = list(csv.reader(file))
+    last = dict(zip(rows[0], rows[-1]))
+    return [list(itertools.accumulate(float(value) for name, value in last.items() if name.startswith(kind)))
+            for kind in ("q_", "qd_")]
+
+
+if len(sys.argv) != 3:
+    sys.exit(__doc__)
+for name, ours, theirs in zip(("angles, rad", "rates, rad/s"), *map(absolute, sys.argv[1:])):
+    apart = max(abs(a - b) for a, b in zip(ours, theirs))
+    print(f"{name}: {apart:.3g} apart, of {max(map(abs, theirs)):.3g}")
