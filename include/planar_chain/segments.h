@@ -11,16 +11,16 @@
 ///
 ///     g = Gᵀ iP        C ← C + g gᵀ/D        c ← c + g u/D − ω² Gᵀ P        G ← G − U gᵀ/D
 ///
-/// The outer pin has axes of its own, d along the segment's last link and i d: there G = (d, i d), and f, C and
-/// c stand in them. So what a taut segment gives way along itself is small because g is, and does not
+/// The outer pin has axes of its own, d along the segment's last link and i d: there G = (d, i d), and f, C
+/// and c stand in them. So what a taut segment gives way along itself is small because g is, and does not
 /// come out as rounding of what it gives way across; a heavy tip would meet that with all its mass.
 ///
 /// The segments are joined from the tip, with (A', b') of all that lies outside a segment, in its outer axes:
 ///
 ///     K = (1 + A'C)⁻¹        A' ← A + G K A' Gᵀ        b' ← b + G K (A' c + b')
 ///
-/// and gone through from the ground: f = K (A' (Gᵀ a + c) + b'), the next a = Gᵀ a − C f + c, turned back into
-/// ground axes, and within each
+/// and gone through from the ground: f = K (A' (Gᵀ a + c) + b'), the next a = Gᵀ a − C f + c, turned back
+/// into ground axes, and within each
 ///
 ///     α = (u − g·f − U·a)/D        a ← a + iα P − ω² P
 ///

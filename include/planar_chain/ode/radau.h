@@ -34,7 +34,8 @@ namespace planar_chain::ode {
 class Radau : public Stepper {
  public:
   /// f must outlive the stepper. tolerance, surroundings: those of the error control, as the stages need
-  /// only be as exact as the step. Steps whose stages are not found have no increment, but NaN, and an error that halves them.
+  /// only be as exact as the step. Steps whose stages are not
+  /// found have no increment, but NaN, and an error that halves them.
   Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const Surroundings> surroundings);
 
   const char* name() const override { return "radau13"; }

@@ -22,7 +22,7 @@ class Stepper {
   virtual double cost() const = 0;
   /// Largest h × frequency at which an undamped oscillation does not grow; infinite for L-stable methods.
   virtual double stabilityLimit() const = 0;
-  /// Whether error() shows oscillations too fast for the step, which the method damps away, as large as they are.
+  /// Whether error() shows oscillations too fast for the step, which the method damps away, in their size.
   virtual bool seesWhatItDamps() const { return false; }
   virtual System& system() = 0;
   /// f(t, y), evaluated unless the last accepted step left it behind.
