@@ -38,22 +38,100 @@
 namespace planar_chain {
 
 /// z·P, a product of complex numbers of the plane; z's parts may themselves be complex numbers.
-template <class Scalar>
-Vec2<Scalar> turnScale(Vec2<Scalar> z, Vec2d P) {
+template <class Scalar, class Real>
+Vec2<Scalar> turnScale(Vec2<Scalar> z, Vec2<Real> P) {
   return {z.x * P.x - z.y * P.y, z.x * P.y + z.y * P.x};
 }
 
-template <class Scalar>
-Scalar dotMixed(Vec2d a, Vec2<Scalar> b) {
+template <class Scalar, class Real>
+Scalar dotMixed(Vec2<Real> a, Vec2<Scalar> b) {
   return a.x * b.x + a.y * b.y;
 }
 
-/// A body in the state at which the chain is linearized.
-struct BodyAt {
-  double m, J, omega, alpha, kappa, k, d;
-  Vec2d R, P;
-  Vec2d force;  ///< m × acceleration of the centre of mass less gravity
+/// A 2×2 matrix without symmetry.
+template <class Scalar>
+struct Matrix2 {
+  Scalar xx{}, xy{}, yx{}, yy{};
+  friend Vec2<Scalar> operator*(const Matrix2& A, Vec2<Scalar> a) {
+    return {A.xx * a.x + A.xy * a.y, A.yx * a.x + A.yy * a.y};
+  }
 };
+
+/// A body in the state at which the chain is linearized.
+template <class Real>
+struct BodyAt {
+  Real m, J, omega, alpha, kappa, k, d;
+  Vec2<Real> R, P;
+};
+
+/// What hangs on a pin, as its parent feels it.
+template <class Scalar>
+struct Shown {
+  Matrix2<Scalar> B;
+  Vec2<Scalar> h, p;
+  Scalar q{};
+};
+
+/// What the factorization keeps of a body: its outer neighbour's handle, and its own.
+template <class Scalar>
+struct LinearHandle {
+  Matrix2<Scalar> B;
+  Vec2<Scalar> p, zP, UR, UL;
+  Scalar inverseD, k;
+};
+
+/// What the way in keeps of a body for the way out.
+template <class Scalar>
+struct Sweep {
+  Vec2<Scalar> wP;
+  Scalar epsilon;
+};
+
+/// One body inwards, for the factorization of s·1 − J.
+template <class Scalar, class Real>
+LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>& shown) {
+  const Vec2<Scalar> z{Real(-2) * body.omega * s - body.alpha, s * s - body.omega * body.omega};
+  const Vec2<Scalar> zR = turnScale(z, body.R);
+  const Vec2<Scalar> zP = turnScale(z, body.P);
+  const Vec2<Real> iP = perp(body.P);
+  const Scalar k = body.k + s * body.d;
+  const Matrix2<Scalar>& B = shown.B;
+
+  const Vec2<Scalar> BzPh = B * zP + shown.h;
+  const Vec2<Scalar> UR = Vec2<Scalar>{body.m * zR.x, body.m * zR.y} + BzPh;
+  const Vec2<Scalar> UL{B.xx * iP.x + B.yx * iP.y + shown.p.x - body.m * body.R.y,
+                        B.xy * iP.x + B.yy * iP.y + shown.p.y + body.m * body.R.x};
+  const Scalar Dm = body.J * s * s + body.kappa + shown.q + dotMixed(iP, BzPh) + dot(shown.p, zP);
+  const Scalar inverseD = Real(1) / (Dm + k);
+  const LinearHandle<Scalar> handle{B, shown.p, zP, UR, UL, inverseD, k};
+
+  const Scalar kD = k * inverseD;
+  const Vec2<Scalar> ULD = inverseD * UL;
+  shown.B = {body.m + B.xx - UR.x * ULD.x, B.xy - UR.x * ULD.y, B.yx - UR.y * ULD.x,
+             body.m + B.yy - UR.y * ULD.y};
+  shown.h = kD * UR;
+  shown.p = k * ULD;
+  shown.q = kD * Dm;
+  return handle;
+}
+
+/// One body inwards, for a right-hand side: b and r of what hangs on its outer pin become those of what hangs
+/// on its inner one. bend: σ less that of the parent.
+template <class Scalar, class Real>
+Sweep<Scalar> carry(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle, Scalar sigma, Scalar bend,
+                    Scalar rhoV, Vec2<Scalar>& b, Scalar& r) {
+  const Vec2<Scalar> w{-(body.alpha * sigma), -rhoV - body.omega * body.omega * sigma};
+  const Vec2<Scalar> wR = turnScale(w, body.R);
+  const Vec2<Scalar> wP = turnScale(w, body.P);
+  const Scalar delta = -(body.k * bend);
+  const Vec2<Scalar> BwPb = handle.B * wP + b;
+  const Scalar epsilon =
+      body.J * rhoV - body.kappa * sigma + delta - dotMixed(perp(body.P), BwPb) - dot(handle.p, wP) - r;
+  const Scalar eD = epsilon * handle.inverseD;
+  b = Vec2<Scalar>{body.m * wR.x, body.m * wR.y} + BwPb + eD * handle.UR;
+  r = delta - handle.k * eD;
+  return {wP, epsilon};
+}
 
 template <class Scalar = double>
 class Linearized {
@@ -61,8 +139,9 @@ class Linearized {
   explicit Linearized(const Chain& chain)
       : n_(chain.size()),
         chain_(chain),
-        shared_(std::make_shared<std::vector<BodyAt>>(static_cast<std::size_t>(n_))),
+        shared_(std::make_shared<std::vector<BodyAt<double>>>(static_cast<std::size_t>(n_))),
         bodies_(*shared_),
+        forces_(static_cast<std::size_t>(n_)),
         handles_(static_cast<std::size_t>(n_)),
         sweeps_(static_cast<std::size_t>(n_)) {}
 
@@ -84,7 +163,7 @@ class Linearized {
     Vec2d a = -1.0 * chain_.gravity();
     for (int j = 0; j < n_; ++j) {
       const Link& link = chain_.links()[index(j)];
-      BodyAt& body = bodies_[index(j)];
+      BodyAt<double>& body = bodies_[index(j)];
       body.m = link.mass;
       body.R = e[j] * link.com;
       body.P = e[j] * link.pin;
@@ -95,15 +174,15 @@ class Linearized {
       body.d = d[j];
       const double ww = omega[j] * omega[j];
       body.kappa = -link.mass * dot(body.R, a);
-      body.force = link.mass * (a + alpha[j] * perp(body.R) - ww * body.R);
+      forces_[index(j)] = link.mass * (a + alpha[j] * perp(body.R) - ww * body.R);
       a += alpha[j] * perp(body.P) - ww * body.P;
     }
     Vec2d outer;
     for (int j = n_ - 1; j >= 0; --j) {
-      BodyAt& body = bodies_[index(j)];
+      BodyAt<double>& body = bodies_[index(j)];
       body.kappa -= dot(body.P, outer);
       if (XF) body.kappa += XF[j];
-      outer += body.force;
+      outer += forces_[index(j)];
       if (F) outer -= F[j];
     }
   }
@@ -111,33 +190,8 @@ class Linearized {
   /// Factors s·1 − J at the state of the last linearize(). Allocates nothing.
   void factor(Scalar s) {
     s_ = s;
-    Matrix B;
-    Vec2<Scalar> h, p;
-    Scalar q{};
-    for (int j = n_ - 1; j >= 0; --j) {
-      const BodyAt& body = bodies_[index(j)];
-      Handle& handle = handles_[index(j)];
-      const Vec2<Scalar> z{-2.0 * body.omega * s - body.alpha, s * s - body.omega * body.omega};
-      const Vec2<Scalar> zR = turnScale(z, body.R);
-      const Vec2<Scalar> zP = turnScale(z, body.P);
-      const Vec2d iP = perp(body.P);
-      const Scalar k = body.k + s * body.d;
-
-      const Vec2<Scalar> BzPh = B * zP + h;
-      const Vec2<Scalar> UR = Vec2<Scalar>{body.m * zR.x, body.m * zR.y} + BzPh;
-      const Vec2<Scalar> UL = transposedTimes(B, iP) + p +
-                              Vec2<Scalar>{-body.m * body.R.y + Scalar{}, body.m * body.R.x + Scalar{}};
-      const Scalar Dm = body.J * s * s + body.kappa + q + dotMixed(iP, BzPh) + dot(p, zP);
-      const Scalar D = Dm + k;
-      handle = {B, p, zP, UR, UL, D, k};
-
-      const Scalar kD = k / D;
-      const Scalar xD = UL.x / D, yD = UL.y / D;
-      B = {body.m + B.xx - UR.x * xD, B.xy - UR.x * yD, B.yx - UR.y * xD, body.m + B.yy - UR.y * yD};
-      h = kD * UR;
-      p = kD * UL;
-      q = kD * Dm;
-    }
+    Shown<Scalar> shown;
+    for (int j = n_ - 1; j >= 0; --j) handles_[index(j)] = eliminate(bodies_[index(j)], s, shown);
   }
 
   /// [u; v] = (s·1 − J)⁻¹ [ρ_q; ρ_v]; n values each, and the results may stand in the same place. Allocates
@@ -146,27 +200,16 @@ class Linearized {
     Vec2<Scalar> b;
     Scalar r{};
     for (int j = n_ - 1; j >= 0; --j) {
-      const BodyAt& body = bodies_[index(j)];
-      const Handle& handle = handles_[index(j)];
-      Sweep& sweep = sweeps_[index(j)];
       const Scalar sigma = rhoQ[j] / s_;
-      const Vec2<Scalar> w{-body.alpha * sigma, -rhoV[j] - body.omega * body.omega * sigma};
-      const Vec2<Scalar> wR = turnScale(w, body.R);
-      sweep.wP = turnScale(w, body.P);
-      const Scalar delta = -body.k * (j > 0 ? sigma - rhoQ[j - 1] / s_ : sigma);
-      const Vec2<Scalar> BwPb = handle.B * sweep.wP + b;
-      sweep.epsilon = body.J * rhoV[j] - body.kappa * sigma + delta - dotMixed(perp(body.P), BwPb) -
-                      dot(handle.p, sweep.wP) - r;
-      const Scalar eD = sweep.epsilon / handle.D;
-      b = Vec2<Scalar>{body.m * wR.x, body.m * wR.y} + BwPb + eD * handle.UR;
-      r = delta - handle.k * eD;
+      const Scalar bend = j > 0 ? sigma - rhoQ[j - 1] / s_ : sigma;
+      sweeps_[index(j)] = carry(bodies_[index(j)], handles_[index(j)], sigma, bend, rhoV[j], b, r);
     }
     Vec2<Scalar> da;
     Scalar parent{};
     for (int j = 0; j < n_; ++j) {
-      const Handle& handle = handles_[index(j)];
-      const Sweep& sweep = sweeps_[index(j)];
-      parent = (handle.k * parent + sweep.epsilon - dot(handle.UL, da)) / handle.D;
+      const LinearHandle<Scalar>& handle = handles_[index(j)];
+      const Sweep<Scalar>& sweep = sweeps_[index(j)];
+      parent = (handle.k * parent + sweep.epsilon - dot(handle.UL, da)) * handle.inverseD;
       da += parent * handle.zP + sweep.wP;
       u[j] = rhoQ[j] / s_ + parent;
       v[j] = s_ * parent;
@@ -179,35 +222,14 @@ class Linearized {
 
   static std::size_t index(int j) { return static_cast<std::size_t>(j); }
 
-  /// A 2×2 matrix without symmetry.
-  struct Matrix {
-    Scalar xx{}, xy{}, yx{}, yy{};
-    friend Vec2<Scalar> operator*(const Matrix& A, Vec2<Scalar> a) {
-      return {A.xx * a.x + A.xy * a.y, A.yx * a.x + A.yy * a.y};
-    }
-  };
-  static Vec2<Scalar> transposedTimes(const Matrix& A, Vec2d a) {
-    return {A.xx * a.x + A.yx * a.y, A.xy * a.x + A.yy * a.y};
-  }
-
-  /// What the factorization keeps of a body: its neighbour's handle, and its own.
-  struct Handle {
-    Matrix B;
-    Vec2<Scalar> p, zP, UR, UL;
-    Scalar D, k;
-  };
-  struct Sweep {
-    Vec2<Scalar> wP;
-    Scalar epsilon;
-  };
-
   int n_;
   const Chain& chain_;
   Scalar s_{};
-  std::shared_ptr<std::vector<BodyAt>> shared_;
-  std::vector<BodyAt>& bodies_;
-  std::vector<Handle> handles_;
-  std::vector<Sweep> sweeps_;
+  std::shared_ptr<std::vector<BodyAt<double>>> shared_;
+  std::vector<BodyAt<double>>& bodies_;
+  std::vector<Vec2d> forces_;  ///< m × acceleration of the centre of mass less gravity
+  std::vector<LinearHandle<Scalar>> handles_;
+  std::vector<Sweep<Scalar>> sweeps_;
 };
 
 }  // namespace planar_chain
