@@ -15,6 +15,20 @@ std::variant<Articulated<double>, Segments> recursionFor(const Chain& chain) {
   return Articulated<double>(chain);
 }
 
+std::variant<Linearized<double>, LinearizedSegments<double>> solverFor(const Chain& chain) {
+  if (Segments::areWorthwhile(chain.size())) return LinearizedSegments<double>(chain);
+  return Linearized<double>(chain);
+}
+
+/// Another solver at the same state.
+std::variant<Linearized<std::complex<double>>, LinearizedSegments<std::complex<double>>> complexOf(
+    const std::variant<Linearized<double>, LinearizedSegments<double>>& solver) {
+  if (const auto* segments = std::get_if<LinearizedSegments<double>>(&solver)) {
+    return LinearizedSegments<std::complex<double>>(*segments);
+  }
+  return Linearized<std::complex<double>>(std::get<Linearized<double>>(solver));
+}
+
 /// +τ on body i, −τ on the body before.
 void addJointTorque(double tau, int i, double* N) {
   N[i] += tau;
@@ -30,7 +44,7 @@ Dynamics::Dynamics(const Chain& chain, Loads& loads)
       works_(0),
       stops_(chain),
       recursion_(recursionFor(chain)),
-      linearized_(chain) {
+      linearized_(solverFor(chain)) {
   for (int i = 0; i < n_; ++i) {
     const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
     if (joint.stiffness > 0) springs_.push_back({i, joint.stiffness, joint.restAngle});
@@ -134,8 +148,12 @@ void Dynamics::linearize(double t, const double* y, double* dydt) {
     std::fill(XF_.begin(), XF_.end(), 0.0);
     loads_.addStiffness(t, e_.data(), XF_.data());
   }
-  linearized_.linearize(e_.data(), y + n_, dydt + n_, forces(), pushed ? XF_.data() : nullptr, kAt_.data(),
-                        dAt_.data());
+  std::visit(
+      [&](auto& solver) {
+        solver.linearize(e_.data(), y + n_, dydt + n_, forces(), pushed ? XF_.data() : nullptr, kAt_.data(),
+                         dAt_.data());
+      },
+      linearized_);
 }
 
 bool Dynamics::timeDerivative(double* ft) {
@@ -161,13 +179,13 @@ ode::LinearCosts Dynamics::linearCosts() const {
 
 void Dynamics::factor(double s) {
   s_ = s;
-  linearized_.factor(s);
+  std::visit([s](auto& solver) { solver.factor(s); }, linearized_);
 }
 
 void Dynamics::solve(const double* rhs, double* x) {
   double* u = x;
   double* v = x + n_;
-  linearized_.solve(rhs, rhs + n_, u, v);
+  std::visit([&](auto& solver) { solver.solve(rhs, rhs + n_, u, v); }, linearized_);
   if (works_ == 0) return;
 
   // s x_W = rhs_W + the change of the powers along (u, v).
@@ -177,18 +195,18 @@ void Dynamics::solve(const double* rhs, double* x) {
 }
 
 void Dynamics::reserveComplex(int count) {
-  while (complexLinearized_.size() < index(count)) complexLinearized_.emplace_back(linearized_);
+  while (complexLinearized_.size() < index(count)) complexLinearized_.push_back(complexOf(linearized_));
   complexS_.resize(complexLinearized_.size());
   part_.resize(index(2 * n_));
 }
 
 void Dynamics::factorComplex(int k, std::complex<double> s) {
   complexS_[index(k)] = s;
-  complexLinearized_[index(k)].factor(s);
+  std::visit([s](auto& solver) { solver.factor(s); }, complexLinearized_[index(k)]);
 }
 
 void Dynamics::solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) {
-  complexLinearized_[index(k)].solve(rhs, rhs + n_, x, x + n_);
+  std::visit([&](auto& solver) { solver.solve(rhs, rhs + n_, x, x + n_); }, complexLinearized_[index(k)]);
   if (works_ == 0) return;
 
   // The powers change linearly: real and imaginary parts one by one.

@@ -1,7 +1,5 @@
 #include "planar_chain/segments.h"
 
-#include <cstdint>
-
 #include "simd/kernel.h"
 
 namespace planar_chain {
@@ -10,7 +8,6 @@ namespace {
 
 constexpr std::size_t linkQuantities = 6;
 constexpr std::size_t handleQuantities = 9;
-constexpr std::size_t cacheLine = 64;
 
 /// A 2×2 matrix without symmetry.
 struct Matrix {
@@ -54,25 +51,18 @@ bool Segments::areWorthwhile(int n) {
   return n >= leastLinks && simd::kernels().front()->lanes >= leastLanes;
 }
 
-Segments::Segments(const Chain& chain, const simd::Kernel* kernel)
-    : kernel_(kernel ? *kernel : *simd::kernels().front()),
-      n_(chain.size()),
-      steps_((n_ + kernel_.lanes - 1) / kernel_.lanes) {
-  const auto lanes = static_cast<std::size_t>(kernel_.lanes);
-  const auto steps = static_cast<std::size_t>(steps_);
-  const std::size_t spare = cacheLine / sizeof(double);
-  storage_.resize(steps * lanes * (linkQuantities + handleQuantities) + spare);
-  const auto address = reinterpret_cast<std::uintptr_t>(storage_.data());
-  links_ = storage_.data() + (cacheLine - address % cacheLine) % cacheLine / sizeof(double);
-  handles_ = links_ + steps * lanes * linkQuantities;
-
+CacheLines linksInLanes(const Chain& chain, int lanes_) {
+  const auto lanes = static_cast<std::size_t>(lanes_);
+  const std::vector<Link>& all = chain.links();
+  const std::size_t steps = (all.size() + lanes - 1) / lanes;
+  CacheLines links(steps * lanes * linkQuantities);
   for (std::size_t s = 0; s < lanes; ++s) {
     for (std::size_t i = 0; i < steps; ++i) {
       const std::size_t j = s * steps + i;
-      double* to = links_ + i * linkQuantities * lanes + s;
+      double* to = links.data() + i * linkQuantities * lanes + s;
       to[lanes] = 1;  // I of a body beyond the end, which has no more
-      if (j >= static_cast<std::size_t>(n_)) continue;
-      const Link& link = chain.links()[j];
+      if (j >= all.size()) continue;
+      const Link& link = all[j];
       to[0] = link.mass;
       to[lanes] = link.inertia;
       to[2 * lanes] = link.com.x;
@@ -81,12 +71,20 @@ Segments::Segments(const Chain& chain, const simd::Kernel* kernel)
       to[5 * lanes] = link.pin.y;
     }
   }
+  return links;
 }
+
+Segments::Segments(const Chain& chain, const simd::Kernel* kernel)
+    : kernel_(kernel ? *kernel : *simd::kernels().front()),
+      n_(chain.size()),
+      steps_((n_ + kernel_.lanes - 1) / kernel_.lanes),
+      links_(linksInLanes(chain, kernel_.lanes)),
+      handles_(static_cast<std::size_t>(steps_ * kernel_.lanes) * handleQuantities) {}
 
 void Segments::accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
                              Vec2d ground, double* alpha) {
   constexpr int most = simd::SegmentHandles::most;
-  const simd::SegmentArrays arrays{steps_, n_, links_, handles_};
+  const simd::SegmentArrays arrays{steps_, n_, links_.data(), handles_.data()};
   simd::SegmentHandles h;
   kernel_.inwards(arrays, &e->c, omega, N, F ? &F->x : nullptr, h);
 

@@ -7,11 +7,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "../src/simd/kernel.h"
 #include "planar_chain/articulated.h"
+#include "planar_chain/linearized.h"
+#include "planar_chain/linearized_segments.h"
 #include "random_scene.h"
 
 namespace planar_chain {
@@ -184,6 +190,103 @@ TEST(Segments, AreAsExactWhereTheThreadIsTaut) {
               << kernel->name << " " << n << " " << tipMass << " " << bend;
         }
       }
+    }
+  }
+}
+
+// ---- The exact solve -----------------------------------------------------------------------------
+
+/// A state to linearize at, and a right-hand side.
+struct Linear {
+  Moving moving;
+  std::vector<double> alpha, XF, k, d;
+  double size;  ///< of s
+};
+
+Linear linearOf(Moving moving, double k, double d, double size) {
+  const std::size_t n = moving.e.size();
+  Linear at{std::move(moving), std::vector<double>(n), {}, {}, {}, size};
+  Articulated<double>(at.moving.chain)
+      .accelerations(at.moving.e.data(), at.moving.omega.data(), at.moving.N.data(), at.moving.F.data(),
+                     -1.0 * at.moving.chain.gravity(), at.alpha.data());
+  Random random(static_cast<unsigned>(n));
+  for (std::size_t j = 0; j < n; ++j) {
+    at.XF.push_back(random.between(-1, 1));
+    at.k.push_back(j % 3 == 2 ? 0 : k * random.between(0.5, 1));
+    at.d.push_back(j % 5 == 4 ? 0 : d * random.between(0.5, 1));
+  }
+  return at;
+}
+
+/// (s − J)⁻¹ of a right-hand side by Solver, u and v in a row.
+template <class Scalar, class Solver>
+std::vector<Scalar> solution(Solver& solver, const Linear& at, Scalar s) {
+  const std::size_t n = at.alpha.size();
+  solver.linearize(at.moving.e.data(), at.moving.omega.data(), at.alpha.data(), at.moving.F.data(),
+                   at.XF.data(), at.k.data(), at.d.data());
+  solver.factor(s);
+  Random random(7);
+  std::vector<Scalar> x(2 * n);
+  for (Scalar& component : x) component = static_cast<Scalar>(random.between(-1, 1));
+  solver.solve(x.data(), x.data() + n, x.data(), x.data() + n);
+  return x;
+}
+
+template <class Scalar, class Exact>
+double worstOf(const std::vector<Scalar>& x, const std::vector<Exact>& exact) {
+  double worst = 0, size = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    worst = std::max(worst, static_cast<double>(std::abs(Exact(x[i]) - exact[i])));
+    size = std::max(size, static_cast<double>(std::abs(exact[i])));
+    if (!(worst >= 0)) return worst;
+  }
+  return worst / size;
+}
+
+template <class Scalar, class Long>
+void compareSolves(const Linear& at, Scalar s, double factor) {
+  Linearized<Long> exactSolver(at.moving.chain);
+  const std::vector<Long> exact = solution(exactSolver, at, Long(s));
+  Linearized<Scalar> sequential(at.moving.chain);
+  const double own = worstOf(solution(sequential, at, s), exact);
+  for (const simd::Kernel* kernel : runnable()) {
+    LinearizedSegments<double> real(at.moving.chain, kernel);
+    if constexpr (std::is_same_v<Scalar, double>) {
+      EXPECT_LT(worstOf(solution(real, at, s), exact), factor * own + 1e-14)
+          << kernel->name << " " << at.alpha.size();
+    } else {
+      LinearizedSegments<Scalar> segments(real);
+      EXPECT_LT(worstOf(solution(segments, at, s), exact), factor * own + 1e-14)
+          << kernel->name << " " << at.alpha.size();
+    }
+  }
+}
+
+TEST(LinearizedSegments, AreAsExactAsTheSolveLinkByLink) {
+  std::vector<int> lengths;
+  for (int n = 1; n <= 20; ++n) lengths.push_back(n);
+  for (const int n : {33, 100, 1000, 10000}) lengths.push_back(n);
+  for (const int n : lengths) {
+    for (const double bend : {0.01, 1.0}) {
+      for (const double k : {0.0, 1e3, 1e9}) {
+        for (const double size : {100.0, 1e4}) {
+          const Linear at = linearOf(randomMotion(n, static_cast<unsigned>(n), bend), k, 1e-3 * k, size);
+          compareSolves<double, long double>(at, size, 100);
+          compareSolves<std::complex<double>, std::complex<long double>>(at, {size, -0.7 * size}, 100);
+        }
+      }
+    }
+  }
+}
+
+TEST(LinearizedSegments, AreAsExactWhereTheThreadIsTaut) {
+  for (const double tipMass : {1.0, 1e5, 2e8}) {
+    for (const double bend : {1e-9, 1e-3}) {
+      Moving moving = taut(200, tipMass, bend);
+      moving.F.assign(200, {});
+      const Linear at = linearOf(moving, 0, 0, 100);
+      compareSolves<double, long double>(at, 100, 30);
+      compareSolves<std::complex<double>, std::complex<long double>>(at, {100, 60}, 30);
     }
   }
 }

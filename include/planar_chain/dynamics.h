@@ -15,6 +15,7 @@
 
 #include "planar_chain/articulated.h"
 #include "planar_chain/linearized.h"
+#include "planar_chain/linearized_segments.h"
 #include "planar_chain/loads.h"
 #include "planar_chain/motion.h"
 #include "planar_chain/ode/system.h"
@@ -84,15 +85,18 @@ class Dynamics : public ode::LinearizedSystem {
   std::vector<Spring> springs_;
   std::vector<Damper> dampers_;
   Stops stops_;
-  std::variant<Articulated<double>, Segments> recursion_;  ///< whichever is faster for this chain
+  /// Link by link or in segments, whichever is faster for this chain.
+  template <class Scalar>
+  using Solver = std::variant<Linearized<Scalar>, LinearizedSegments<Scalar>>;
+  std::variant<Articulated<double>, Segments> recursion_;
   std::vector<Rotation<double>> e_;
   std::vector<double> N_, alpha_;
   std::vector<Vec2d> F_, pinVelocity_;
   long long evaluations_ = 0;
 
   /// The state of the last linearize() and what J holds there.
-  Linearized<double> linearized_;
-  std::vector<Linearized<std::complex<double>>> complexLinearized_;
+  Solver<double> linearized_;
+  std::vector<Solver<std::complex<double>>> complexLinearized_;
   double tAt_ = 0, s_ = 0;
   std::vector<std::complex<double>> complexS_;
   std::vector<double> part_;

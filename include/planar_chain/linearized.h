@@ -133,13 +133,25 @@ Sweep<Scalar> carry(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle
   return {wP, epsilon};
 }
 
+/// The real numbers below those of a solve.
+template <class Scalar>
+struct RealOf {
+  using type = Scalar;
+};
+template <class Real>
+struct RealOf<std::complex<Real>> {
+  using type = Real;
+};
+
 template <class Scalar = double>
 class Linearized {
  public:
+  using Real = typename RealOf<Scalar>::type;
+
   explicit Linearized(const Chain& chain)
       : n_(chain.size()),
         chain_(chain),
-        shared_(std::make_shared<std::vector<BodyAt<double>>>(static_cast<std::size_t>(n_))),
+        shared_(std::make_shared<std::vector<BodyAt<Real>>>(static_cast<std::size_t>(n_))),
         bodies_(*shared_),
         forces_(static_cast<std::size_t>(n_)),
         handles_(static_cast<std::size_t>(n_)),
@@ -160,30 +172,32 @@ class Linearized {
   /// joint, with whatever acts like a spring or damper there. n values each. Allocates nothing.
   void linearize(const Rotation<double>* e, const double* omega, const double* alpha, const Vec2d* F,
                  const double* XF, const double* k, const double* d) {
-    Vec2d a = -1.0 * chain_.gravity();
+    const auto wide = [](Vec2d a) { return Vec2<Real>{Real(a.x), Real(a.y)}; };
+    Vec2<Real> a = wide(-1.0 * chain_.gravity());
     for (int j = 0; j < n_; ++j) {
       const Link& link = chain_.links()[index(j)];
-      BodyAt<double>& body = bodies_[index(j)];
+      const Rotation<Real> turn{Real(e[j].c), Real(e[j].s)};
+      BodyAt<Real>& body = bodies_[index(j)];
       body.m = link.mass;
-      body.R = e[j] * link.com;
-      body.P = e[j] * link.pin;
-      body.J = link.inertia + link.mass * dot(body.R, body.R);
+      body.R = turn * wide(link.com);
+      body.P = turn * wide(link.pin);
+      body.J = link.inertia + body.m * dot(body.R, body.R);
       body.omega = omega[j];
       body.alpha = alpha[j];
       body.k = k[j];
       body.d = d[j];
-      const double ww = omega[j] * omega[j];
-      body.kappa = -link.mass * dot(body.R, a);
-      forces_[index(j)] = link.mass * (a + alpha[j] * perp(body.R) - ww * body.R);
-      a += alpha[j] * perp(body.P) - ww * body.P;
+      const Real ww = body.omega * body.omega;
+      body.kappa = -body.m * dot(body.R, a);
+      forces_[index(j)] = body.m * (a + body.alpha * perp(body.R) - ww * body.R);
+      a += body.alpha * perp(body.P) - ww * body.P;
     }
-    Vec2d outer;
+    Vec2<Real> outer;
     for (int j = n_ - 1; j >= 0; --j) {
-      BodyAt<double>& body = bodies_[index(j)];
+      BodyAt<Real>& body = bodies_[index(j)];
       body.kappa -= dot(body.P, outer);
       if (XF) body.kappa += XF[j];
       outer += forces_[index(j)];
-      if (F) outer -= F[j];
+      if (F) outer -= wide(F[j]);
     }
   }
 
@@ -225,9 +239,9 @@ class Linearized {
   int n_;
   const Chain& chain_;
   Scalar s_{};
-  std::shared_ptr<std::vector<BodyAt<double>>> shared_;
-  std::vector<BodyAt<double>>& bodies_;
-  std::vector<Vec2d> forces_;  ///< m × acceleration of the centre of mass less gravity
+  std::shared_ptr<std::vector<BodyAt<Real>>> shared_;
+  std::vector<BodyAt<Real>>& bodies_;
+  std::vector<Vec2<Real>> forces_;  ///< m × acceleration of the centre of mass less gravity
   std::vector<LinearHandle<Scalar>> handles_;
   std::vector<Sweep<Scalar>> sweeps_;
 };

@@ -30,6 +30,7 @@
 #include <memory>
 #include <vector>
 
+#include "planar_chain/cache_lines.h"
 #include "planar_chain/chain.h"
 #include "planar_chain/planar.h"
 
@@ -38,6 +39,10 @@ namespace planar_chain {
 namespace simd {
 struct Kernel;
 }
+
+/// What the recursions need of the links, m, I, r and p, for a chain cut into `lanes` segments: lane s of
+/// step i is body s·steps + i; those beyond the end are without mass and length.
+CacheLines linksInLanes(const Chain& chain, int lanes);
 
 /// e_j = exp(i θ_j) for n angles, to 1 ulp or so for any finite angle. Allocates nothing.
 void rotations(const double* theta, Rotation<double>* e, int n);
@@ -57,9 +62,7 @@ class Segments {
  private:
   const simd::Kernel& kernel_;
   int n_, steps_;
-  std::vector<double> storage_;
-  double* links_;
-  double* handles_;
+  CacheLines links_, handles_;
 };
 
 }  // namespace planar_chain

@@ -8,11 +8,19 @@ constexpr int laneCount = 8;
 }  // namespace
 }  // namespace planar_chain::simd
 
-#include "lane_kernel.h"
+#include "linear_kernel.h"
 
 namespace planar_chain::simd {
 
 extern const Kernel avx512;
-const Kernel avx512{"avx512", laneCount, rotations, inwardsAll, outwardsAll};
+const Kernel avx512{"avx512",
+                    laneCount,
+                    rotations,
+                    inwardsAll,
+                    outwardsAll,
+                    linearizeOutwardsAll,
+                    linearizeInwardsAll,
+                    linearKernel<Real>,
+                    linearKernel<ComplexLanes>};
 
 }  // namespace planar_chain::simd

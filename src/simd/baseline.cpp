@@ -6,11 +6,13 @@ constexpr int laneCount = 2;
 }  // namespace
 }  // namespace planar_chain::simd
 
-#include "lane_kernel.h"
+#include "linear_kernel.h"
 
 namespace planar_chain::simd {
 
 extern const Kernel baseline;
-const Kernel baseline{"baseline", laneCount, rotations, inwardsAll, outwardsAll};
+const Kernel baseline{"baseline",          laneCount,          rotations,
+                      inwardsAll,          outwardsAll,        linearizeOutwardsAll,
+                      linearizeInwardsAll, linearKernel<Real>, linearKernel<ComplexLanes>};
 
 }  // namespace planar_chain::simd

@@ -25,6 +25,40 @@ struct SegmentHandles {
   double C[3][most], c[2][most];
 };
 
+/// The same layout, for the exact solve; see linearized_segments.h.
+struct LinearArrays {
+  static constexpr int stateQuantities = 11;   ///< m, J, ω, α, κ, k, d, R, P
+  static constexpr int handleQuantities = 26;  ///< B, p, zP, U_R, U_L, 1/D, k̂, H's first columns, η, t
+  static constexpr int sweepQuantities = 3;    ///< wP, ε
+  int steps, bodies;
+  const double* links;  ///< as in SegmentArrays
+  double* state;
+  double* handles;  ///< of numbers of the solve: a complex one has its real parts first
+  double* sweeps;
+};
+
+/// The state at which the chain is linearized; pairs are interleaved. F and XF may be nullptr.
+struct LinearState {
+  const double *e, *omega, *alpha, *F, *XF, *k, *d;
+};
+
+/// By segment, `most` lanes at most: quantity q of a real solve stands in row q, of a complex one in rows 2q
+/// and 2q + 1.
+using Rows = double (*)[SegmentHandles::most];
+using ConstRows = const double (*)[SegmentHandles::most];
+
+/// The solve with real or complex numbers.
+struct LinearKernel {
+  /// s: one number, or its two parts. To `shown`: K, H, G, C, row by row, 3×3 each.
+  void (*factor)(const LinearArrays& arrays, const double* s, Rows shown);
+  /// To `shown`: y and c, 3 each.
+  void (*inwards)(const LinearArrays& arrays, const double* s, const double* rhoQ, const double* rhoV,
+                  Rows shown);
+  /// From X at the inner joint and Y at the outer one, 3 each.
+  void (*outwards)(const LinearArrays& arrays, const double* s, const double* rhoQ, ConstRows ends, double* u,
+                   double* v);
+};
+
 struct Kernel {
   const char* name;
   int lanes;
@@ -36,6 +70,13 @@ struct Kernel {
   /// Outwards, from the acceleration a of each segment's inner pin and the force f on its outer one.
   void (*outwards)(const SegmentArrays& arrays, const double (*a)[SegmentHandles::most],
                    const double (*f)[SegmentHandles::most], double* alpha);
+
+  /// To sums: per segment, as if its inner pin did not accelerate, the acceleration of its outer pin, what
+  /// its bodies' inertia and loads add up to, and its mass; then axes along its last link: 2 + 2 + 1 + 2.
+  void (*linearizeOutwards)(const LinearArrays& arrays, const LinearState& at, Rows sums);
+  /// From starts: the acceleration of the inner pin less gravity, and the force of all outside: 2 + 2.
+  void (*linearizeInwards)(const LinearArrays& arrays, const LinearState& at, ConstRows starts);
+  LinearKernel real, complex;
 };
 
 /// Those that this CPU can run, the best first; the last one runs on every CPU. Null pointers fill up.
