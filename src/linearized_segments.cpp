@@ -92,6 +92,12 @@ LinearizedSegments<Scalar>::LinearizedSegments(const LinearizedSegments<Other>& 
 }
 
 template <class Scalar>
+bool LinearizedSegments<Scalar>::areWorthwhile(int n) {
+  constexpr int leastLinks = 48;  // the segments must be worth joining
+  return n >= leastLinks && Segments::areWorthwhile(n);
+}
+
+template <class Scalar>
 void LinearizedSegments<Scalar>::reserve() {
   const auto places = static_cast<std::size_t>(steps_ * kernel_.lanes * parts<Scalar>);
   handles_ = CacheLines(places * LinearArrays::handleQuantities);

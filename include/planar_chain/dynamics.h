@@ -21,6 +21,7 @@
 #include "planar_chain/ode/system.h"
 #include "planar_chain/scene.h"
 #include "planar_chain/segments.h"
+#include "planar_chain/springs.h"
 #include "planar_chain/stops.h"
 
 namespace planar_chain {
@@ -55,15 +56,6 @@ class Dynamics : public ode::LinearizedSystem {
   void jointTorques(double t, const double* y, double* tau);
 
  private:
-  struct Spring {
-    int joint;
-    double k, restAngle;
-  };
-  struct Damper {
-    int joint;
-    double d;
-  };
-
   /// Sets e_, N_ and F_ for (t, y); returns {power of the loads, power lost in the dampers}.
   struct Powers {
     double supplied, dissipated;
@@ -82,8 +74,7 @@ class Dynamics : public ode::LinearizedSystem {
   Loads& loads_;
   int n_;
   int works_;
-  std::vector<Spring> springs_;
-  std::vector<Damper> dampers_;
+  Springs springs_;
   Stops stops_;
   /// Link by link or in segments, whichever is faster for this chain.
   template <class Scalar>

@@ -56,6 +56,9 @@ class LinearizedSegments {
   template <class Other>
   explicit LinearizedSegments(const LinearizedSegments<Other>& other);
 
+  /// True where this is faster than the solve link by link: on this CPU, for n links.
+  static bool areWorthwhile(int n);
+
   /// As those of Linearized. They allocate nothing.
   void linearize(const Rotation<double>* e, const double* omega, const double* alpha, const Vec2d* F,
                  const double* XF, const double* k, const double* d);

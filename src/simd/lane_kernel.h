@@ -130,7 +130,8 @@ constexpr int linkQuantities = 6;
 constexpr int handleQuantities = 9;
 
 /// Quantities of the bodies of one step, lane by lane; those beyond the chain's end read as `beyond`.
-Real read(const SegmentArrays& arrays, const double* values, int width, int offset, int i, double beyond) {
+[[gnu::always_inline]] inline Real read(const SegmentArrays& arrays, const double* values, int width,
+                                        int offset, int i, double beyond) {
   const std::ptrdiff_t stride = static_cast<std::ptrdiff_t>(arrays.steps);
   if (i + stride * (laneCount - 1) < arrays.bodies) {
     return Real::gather(values + i * width + offset, stride * width);

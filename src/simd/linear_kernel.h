@@ -100,7 +100,7 @@ struct RowWriter {
 };
 
 template <class Number>
-Number fromRows(ConstRows& from) {
+[[gnu::always_inline]] inline Number fromRows(ConstRows& from) {
   Number a;
   for (int k = 0; k < parts<Number>; ++k) part(a, k) = Real::load(*from++);
   return a;
@@ -110,7 +110,8 @@ Number fromRows(ConstRows& from) {
 
 /// Bodies i + s·steps + shift of an array of numbers, 0 where there is none.
 template <class Number>
-Number gathered(const LinearArrays& arrays, const double* values, int i, int shift = 0) {
+[[gnu::always_inline]] inline Number gathered(const LinearArrays& arrays, const double* values, int i,
+                                              int shift = 0) {
   constexpr int width = parts<Number>;
   Number a;
   const std::ptrdiff_t stride = arrays.steps;
@@ -130,7 +131,7 @@ Number gathered(const LinearArrays& arrays, const double* values, int i, int shi
 }
 
 template <class Number>
-void scattered(const LinearArrays& arrays, Number a, int i, double* values) {
+[[gnu::always_inline]] inline void scattered(const LinearArrays& arrays, Number a, int i, double* values) {
   constexpr int width = parts<Number>;
   const std::ptrdiff_t stride = arrays.steps;
   for (int k = 0; k < width; ++k) {
@@ -152,7 +153,7 @@ double* stateAt(const LinearArrays& arrays, int i) {
   return arrays.state + static_cast<std::ptrdiff_t>(i) * LinearArrays::stateQuantities * laneCount;
 }
 
-BodyAt<Real> bodyAt(const LinearArrays& arrays, int i) {
+[[gnu::always_inline]] inline BodyAt<Real> bodyAt(const LinearArrays& arrays, int i) {
   Reader<Real> read{stateAt(arrays, i)};
   BodyAt<Real> body;
   for (Real* quantity : {&body.m, &body.J, &body.omega, &body.alpha, &body.kappa, &body.k, &body.d}) {
@@ -326,7 +327,7 @@ void factorAll(const LinearArrays& arrays, const double* s_, Rows to) {
 }
 
 template <class Number>
-LinearHandle<Number> handleFrom(Reader<Number>& read) {
+[[gnu::always_inline]] inline LinearHandle<Number> handleFrom(Reader<Number>& read) {
   LinearHandle<Number> handle;
   for (Number* value : {&handle.B.xx, &handle.B.xy, &handle.B.yx, &handle.B.yy}) *value = read.number();
   for (Vec2<Number>* value : {&handle.p, &handle.zP, &handle.UR, &handle.UL}) *value = read.vector();
@@ -336,7 +337,7 @@ LinearHandle<Number> handleFrom(Reader<Number>& read) {
 }
 
 template <class Number>
-Triple<Number> tripleFrom(Reader<Number>& read) {
+[[gnu::always_inline]] inline Triple<Number> tripleFrom(Reader<Number>& read) {
   Triple<Number> a;
   for (Number* value : {&a.x, &a.y, &a.z}) *value = read.number();
   return a;
