@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """How far apart two motions end: compare_csv.py A.csv B.csv
 
-Of two files that `simulate --csv` wrote, the last rows: the largest difference of an absolute angle and of an
-absolute rate, and the largest of either in B.
+Of two files that `simulate --csv` wrote, the last rows; or B a list of theta_i and omega_i, as reference/beam.csv:
+the largest difference of an absolute angle and of an absolute rate, and the largest of either in B.
 """
 import csv
 import itertools
@@ -12,6 +12,8 @@ import sys
 def absolute(path):
     with open(path, newline="") as file:
         rows = list(csv.reader(file))
+    if rows[0] == ["component", "value"]:
+        return [[float(value) for name, value in rows[1:] if name.startswith(kind)] for kind in ("theta_", "omega_")]
     last = dict(zip(rows[0], rows[-1]))
     return [list(itertools.accumulate(float(value) for name, value in last.items() if name.startswith(kind)))
             for kind in ("q_", "qd_")]

@@ -42,7 +42,11 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, LinearizedSystem
   if (name == "dop853") return adaptiveSteps(explicitBy(dop853()), tolerance);
   if (name == "rodas5p") return adaptiveSteps(implicitBy(rodas5p()), tolerance);
   if (name == "ros34pw2") return adaptiveSteps(implicitBy(ros34pw2()), tolerance);
-  if (name == "ros34pw2_fixed") return fixedSteps(implicitBy(ros34pw2()), step);
+  if (name == "ros34pw2_fixed") {
+    RosenbrockTableau table = ros34pw2();
+    table.name = "ros34pw2_fixed";
+    return fixedSteps(implicitBy(table), step);
+  }
   if (name == "radau13") {
     auto surroundings = std::make_shared<Surroundings>(f);
     return std::make_unique<AdaptiveSteps>(std::make_unique<Radau>(f, tolerance, surroundings), tolerance,

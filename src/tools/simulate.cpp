@@ -174,9 +174,10 @@ void writeSummary(const Simulation& simulation) {
               simulation.method().c_str(), statistics.steps, statistics.rejected, statistics.evaluations);
   if (statistics.rescues > 0) {
     std::printf(
-        "  the energy balance did not close %lld times: those steps were taken again, smaller or by "
-        "rodas5p\n",
-        statistics.rescues);
+        "  the guard stepped in %lld time%s, as the energy balance did not close or a step was not possible: "
+        "those "
+        "steps were taken again, smaller or by rodas5p, which saves the energy but no accuracy lost before\n",
+        statistics.rescues, statistics.rescues == 1 ? "" : "s");
   }
   writeState(stdout, simulation);
   std::printf("  energy = %.6g J (kinetic %.6g, potential %.6g)\n", energy.total(), energy.kinetic,

@@ -103,14 +103,15 @@ std::string limitCell(const Measured& measured) {
   return cell;
 }
 
-std::string errorWord(const std::optional<double>& error, const char* unknown) {
-  if (!error) return unknown;
-  return std::isfinite(*error) ? text("%.0e", *error) : "blows up";
-}
-
-std::string errorCell(const Measured& measured) {
-  return errorWord(measured.errorAtLimit, "–") + "; " +
-         (measured.isStableAtMillisecond ? errorWord(measured.errorAtMillisecond, "stable") : "blows up");
+std::string errorCell(const Method& method, const Measured& measured) {
+  const bool iterates = !method.table && !method.rosenbrock;
+  const char* failure = iterates ? "no stages" : "blows up";
+  const auto word = [&](const std::optional<double>& error, const char* unknown) -> std::string {
+    if (!error) return unknown;
+    return std::isfinite(*error) ? text("%.0e", *error) : failure;
+  };
+  return word(measured.errorAtLimit, "–") + "; " +
+         (measured.isStableAtMillisecond ? word(measured.errorAtMillisecond, "stable") : failure);
 }
 
 /// What `auto` does in two seconds, or in as many of them as some ten million link-evaluations allow.
@@ -157,7 +158,7 @@ void printFamily(const Family& family, bool quick, std::optional<Csv>& csv) {
     for (const Method& method : measuredMethods()) {
       const Measured m = measure(bench, method, !quick);
       limitRow.push_back(limitCell(m));
-      errorRow.push_back(errorCell(m));
+      errorRow.push_back(errorCell(method, m));
       if (csv) {
         csv->row({family.name, value, links, method.name, text("%.4g", m.limit.stable),
                   text("%.4g", m.limit.unstable), wordFor(m.limit.how), text("%.4g", m.limit.largerStable),
@@ -250,8 +251,8 @@ a decade of stable ones and at least to 1 ms, and then between the last two to 3
 smallest tried blows up (1e-9 s; a whip: 1e-4 s). `≥`: none blows up. `*`: larger ones passed as well, but not all.
 In brackets, for explicit methods: where |R(h λ)| passes 1 for an eigenvalue λ of the chain at rest; for rk4 undamped
 that is 2.83/|λ|. dopri5 grows so slowly just beyond (by 1e-5 a step) that a run does not see it.
-radau13 never grows; it ends where its iteration, with one Jacobian a step, no longer finds the stages. With error
-control, as it is offered, such a step is made again, shorter.
+radau13 never grows; it ends (`no stages`) where its iteration, with one Jacobian a step, no longer solves the
+equations of the stages. With error control, as it is offered, such a step is made again, shorter.
 
 Errors are the largest of an angle after 1 s, against auto at tolerance 1e-10; `–`: none at hand. A second may be longer
 than a run: what is barely stable may blow up yet. Above 1 rad light links whirl in another way, and the energy hardly
