@@ -156,18 +156,22 @@ Real flushed(Real a) {
   return a;
 }
 
-/// The directions of the outermost links.
-Vector outerFrames(const SegmentArrays& arrays, const double* e) {
-  const int i = arrays.steps - 1;
-  const double* link = at(arrays.links, linkQuantities, i, 0);
-  const Rotation<Real> turn{read(arrays, e, 2, 0, i, 1), read(arrays, e, 2, 1, i, 0)};
-  const Vector P = turn * Vector{Real::load(link + 4 * laneCount), Real::load(link + 5 * laneCount)};
+/// P/|P|; where P = 0, the first axis.
+Vector unit(Vector P) {
   Vector d{Real(1), Real(0)};
   for (int s = 0; s < laneCount; ++s) {
     const double length = std::sqrt(P.x.v[s] * P.x.v[s] + P.y.v[s] * P.y.v[s]);
     if (length > 0) d.x.v[s] = P.x.v[s] / length, d.y.v[s] = P.y.v[s] / length;
   }
   return d;
+}
+
+/// The directions of the outermost links.
+Vector outerFrames(const SegmentArrays& arrays, const double* e) {
+  const int i = arrays.steps - 1;
+  const double* link = at(arrays.links, linkQuantities, i, 0);
+  const Rotation<Real> turn{read(arrays, e, 2, 0, i, 1), read(arrays, e, 2, 1, i, 0)};
+  return unit(turn * Vector{Real::load(link + 4 * laneCount), Real::load(link + 5 * laneCount)});
 }
 
 template <bool hasForces>

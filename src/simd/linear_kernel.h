@@ -172,7 +172,7 @@ Vector inertialForce(const BodyAt<Real>& body, Vector a) {
 }
 
 void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Rows sums) {
-  Vector a, force, d{Real(1), Real(0)};
+  Vector a, force, P;
   Real mass;
   for (int i = 0; i < arrays.steps; ++i) {
     Reader<Real> link{simd::at(arrays.links, linkQuantities, i, 0)};
@@ -199,15 +199,10 @@ void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Row
     force += inertialForce(body, a);
     if (at.F) force -= gatheredVector(arrays, at.F, i);
     a += body.alpha * perp(body.P) - (body.omega * body.omega) * body.P;
-    d = body.P;
-  }
-  for (int s = 0; s < laneCount; ++s) {
-    const double length = std::sqrt(d.x.v[s] * d.x.v[s] + d.y.v[s] * d.y.v[s]);
-    d.x.v[s] = length > 0 ? d.x.v[s] / length : 1;
-    d.y.v[s] = length > 0 ? d.y.v[s] / length : 0;
+    P = body.P;
   }
   RowWriter<Real> write{sums};
-  write(a), write(force), write(mass), write(d);
+  write(a), write(force), write(mass), write(unit(P));
 }
 
 /// κ, from the tip of each segment; a is what it was on the way out, taken back link by link.
@@ -275,12 +270,7 @@ template <class Number>
 void factorAll(const LinearArrays& arrays, const double* s_, Rows to) {
   const Number s = everywhere<Number>(s_);
   const Number one = Real(1), zero = Real();
-  Vector d = bodyAt(arrays, arrays.steps - 1).P;
-  for (int k = 0; k < laneCount; ++k) {
-    const double length = std::sqrt(d.x.v[k] * d.x.v[k] + d.y.v[k] * d.y.v[k]);
-    d.x.v[k] = length > 0 ? d.x.v[k] / length : 1;
-    d.y.v[k] = length > 0 ? d.y.v[k] / length : 0;
-  }
+  const Vector d = unit(bodyAt(arrays, arrays.steps - 1).P);
   Shown<Number> shown;
   // Rows of G; columns of H; rows of C.
   Triple<Number> Gx{d.x, -d.y, zero}, Gy{d.y, d.x, zero}, Gz{zero, zero, one};
