@@ -10,8 +10,9 @@ std::size_t index(int j) {
   return static_cast<std::size_t>(j);
 }
 
-std::variant<Articulated<double>, Segments> recursionFor(const Chain& chain) {
+std::variant<ShortChain, Articulated<double>, Segments> recursionFor(const Chain& chain) {
   if (Segments::areWorthwhile(chain.size())) return Segments(chain);
+  if (chain.size() <= ShortChain::most) return ShortChain(chain);
   return Articulated<double>(chain);
 }
 
@@ -44,42 +45,68 @@ Dynamics::Dynamics(const Chain& chain, Loads& loads)
       works_(0),
       springs_(chain),
       stops_(chain),
-      recursion_(recursionFor(chain)),
-      linearized_(solverFor(chain)) {
+      recursion_(recursionFor(chain)) {
   if (springs_.dissipate() || !loads.empty() || stops_.dissipate()) works_ = 2;
 
   const auto n = index(n_);
-  e_.resize(n);
-  N_.resize(n);
-  alpha_.resize(n);
-  omegaAt_.resize(n);
-  kAt_.resize(n);
-  dAt_.resize(n);
-  eAt_.resize(n);
-  if (loads.mayPush()) {
+  e_.resize(index(ShortChain::roomFor(n_)));
+  motion_.resize(index(size()));
+  if (!springs_.empty() || !loads.empty() || !stops_.empty()) N_.resize(n);
+  if (!loads.empty()) {
     F_.resize(n);
     pinVelocity_.resize(n);
-    XF_.resize(n);
   }
-  thetaAt_.resize(stops_.empty() ? 0 : n);
-  findStiffness();
+  effects_.reserve(3);
+  listEffects();
 }
 
-void Dynamics::findStiffness() {
-  std::fill(kAt_.begin(), kAt_.end(), 0.0);
-  std::fill(dAt_.begin(), dAt_.end(), 0.0);
-  springs_.addStiffness(kAt_.data(), dAt_.data());
-  stops_.addStiffness(kAt_.data(), dAt_.data());
+void Dynamics::enter(double t) {
+  loads_.enter(t);
+  listEffects();
 }
 
 void Dynamics::enterStops(const double* y) {
   stops_.enter(y);
-  findStiffness();
+  changedStops();
 }
 
 void Dynamics::changeStops(const double* y) {
   stops_.change(y);
-  findStiffness();
+  changedStops();
+}
+
+void Dynamics::changedStops() {
+  listEffects();
+  if (linearized_) findStiffness();
+}
+
+void Dynamics::listEffects() {
+  effects_.clear();
+  if (loads_.acting() == Acting::forces) effects_.push_back(&Dynamics::applyForces);
+  if (loads_.acting() == Acting::moments) effects_.push_back(&Dynamics::applyTorques);
+  if (!springs_.empty()) effects_.push_back(&Dynamics::applySprings);
+  if (stops_.act()) effects_.push_back(&Dynamics::applyStops);
+  acting_ = effects_.empty() ? Acting::nothing : std::max(loads_.acting(), Acting::moments);
+}
+
+Dynamics::Powers Dynamics::applyForces(double t, const double* theta, const double* omega) {
+  rotations(theta, e_.data(), n_);
+  std::fill(F_.begin(), F_.end(), Vec2d{});
+  findPinVelocities(e_.data(), omega);
+  return {loads_.apply(t, e_.data(), omega, pinVelocity_.data(), N_.data(), F_.data()), 0};
+}
+
+Dynamics::Powers Dynamics::applyTorques(double t, const double* /*theta*/, const double* omega) {
+  return {loads_.apply(t, nullptr, omega, nullptr, N_.data(), nullptr), 0};
+}
+
+Dynamics::Powers Dynamics::applySprings(double /*t*/, const double* theta, const double* omega) {
+  return {0, springs_.apply(theta, omega, N_.data())};
+}
+
+Dynamics::Powers Dynamics::applyStops(double /*t*/, const double* theta, const double* omega) {
+  return {0, stops_.apply(theta, omega,
+                          [&](int joint, double torque) { addJointTorque(torque, joint, N_.data()); })};
 }
 
 void Dynamics::findPinVelocities(const Rotation<double>* e, const double* omega) {
@@ -90,33 +117,36 @@ void Dynamics::findPinVelocities(const Rotation<double>* e, const double* omega)
   }
 }
 
-Dynamics::Powers Dynamics::gather(double t, const double* theta, const double* omega) {
-  rotations(theta, e_.data(), n_);
-
-  // Loads: forces, moments and torques, and what they supply.
-  std::fill(N_.begin(), N_.end(), 0.0);
-  if (loads_.reach() > 0) std::fill(F_.begin(), F_.end(), Vec2d{});
-  findPinVelocities(e_.data(), omega);
-  Powers powers{loads_.apply(t, e_.data(), omega, pinVelocity_.data(), N_.data(), F_.data()), 0};
-
-  powers.dissipated += springs_.apply(theta, omega, N_.data());
-  powers.dissipated +=
-      stops_.apply(theta, omega, [&](int joint, double torque) { addJointTorque(torque, joint, N_.data()); });
-  return powers;
-}
-
-void Dynamics::accelerations(const Rotation<double>* e, const double* omega, Vec2d ground, double* alpha) {
-  std::visit([&](auto& recursion) { recursion.accelerations(e, omega, N_.data(), forces(), ground, alpha); },
-             recursion_);
+void Dynamics::run(Acting acting, const double* y, Vec2d ground, double* dydt) {
+  if (auto* chain = std::get_if<ShortChain>(&recursion_)) {
+    return chain->derivative(acting, y, e_.data(), N_.data(), F_.data(), ground, dydt);
+  }
+  if (acting != Acting::forces) rotations(y, e_.data(), n_);
+  const double* omega = y + n_;
+  const double* N = acting == Acting::nothing ? nullptr : N_.data();
+  const Vec2d* F = acting == Acting::forces ? F_.data() : nullptr;
+  std::copy(omega, omega + n_, dydt);
+  if (auto* segments = std::get_if<Segments>(&recursion_)) {
+    segments->accelerations(e_.data(), omega, N, F, ground, dydt + n_);
+  } else {
+    std::get<Articulated<double>>(recursion_).accelerations(e_.data(), omega, N, F, ground, dydt + n_);
+  }
 }
 
 void Dynamics::derivative(double t, const double* y, double* dydt) {
   ++evaluations_;
-  const double* theta = y;
-  const double* omega = y + n_;
-  const Powers powers = gather(t, theta, omega);
-  std::copy(omega, omega + n_, dydt);
-  accelerations(e_.data(), omega, -1.0 * chain_.gravity(), dydt + n_);
+  evaluate(t, y, dydt);
+}
+
+void Dynamics::evaluate(double t, const double* y, double* dydt) {
+  std::fill(N_.begin(), N_.end(), 0.0);
+  Powers powers;
+  for (const Effect effect : effects_) {
+    const Powers own = (this->*effect)(t, y, y + n_);
+    powers.supplied += own.supplied;
+    powers.dissipated += own.dissipated;
+  }
+  run(acting_, y, -1.0 * chain_.gravity(), dydt);
   if (works_ > 0) {
     dydt[2 * n_] = powers.supplied;
     dydt[2 * n_ + 1] = powers.dissipated;
@@ -128,7 +158,7 @@ void Dynamics::linearize(double t, const double* y, double* dydt) {
   tAt_ = t;
   std::copy(y, y + static_cast<std::ptrdiff_t>(thetaAt_.size()), thetaAt_.begin());
   std::copy(y + n_, y + 2 * n_, omegaAt_.begin());
-  std::copy(e_.begin(), e_.end(), eAt_.begin());
+  std::copy(e_.begin(), e_.begin() + n_, eAt_.begin());
   const bool pushed = loads_.reach() > 0;
   if (pushed) {
     std::fill(XF_.begin(), XF_.end(), 0.0);
@@ -139,19 +169,20 @@ void Dynamics::linearize(double t, const double* y, double* dydt) {
         solver.linearize(e_.data(), y + n_, dydt + n_, forces(), pushed ? XF_.data() : nullptr, kAt_.data(),
                          dAt_.data());
       },
-      linearized_);
+      *linearized_);
 }
 
 bool Dynamics::timeDerivative(double* ft) {
   if (!loads_.varies()) return false;
   // M ∂α/∂t = ∂f/∂t: the recursion without gravity and at rest.
   std::fill(N_.begin(), N_.end(), 0.0);
-  if (loads_.reach() > 0) std::fill(F_.begin(), F_.end(), Vec2d{});
+  std::fill(F_.begin(), F_.end(), Vec2d{});
   findPinVelocities(eAt_.data(), omegaAt_.data());
   const double power =
       loads_.applyRates(tAt_, eAt_.data(), omegaAt_.data(), pinVelocity_.data(), N_.data(), F_.data());
-  std::fill(ft, ft + 2 * n_, 0.0);
-  accelerations(eAt_.data(), ft, {}, ft + n_);
+  std::copy(eAt_.begin(), eAt_.end(), e_.begin());
+  std::fill(motion_.begin(), motion_.end(), 0.0);
+  run(Acting::forces, motion_.data(), {}, ft);
   ft[2 * n_] = power;
   ft[2 * n_ + 1] = 0;
   return true;
@@ -159,20 +190,20 @@ bool Dynamics::timeDerivative(double* ft) {
 
 ode::LinearCosts Dynamics::linearCosts() const {
   // By clock, of evaluations as this chain has them; between chains with springs and without.
-  if (std::holds_alternative<LinearizedSegments<double>>(linearized_)) return {2.7, 0.8, 3.1, 2.5};
+  if (LinearizedSegments<double>::areWorthwhile(n_)) return {2.7, 0.8, 3.1, 2.5};
   if (std::holds_alternative<Segments>(recursion_)) return {3, 1, 2, 2.2};
   return {2.2, 0.9, 1.5, 1.9};
 }
 
 void Dynamics::factor(double s) {
   s_ = s;
-  std::visit([s](auto& solver) { solver.factor(s); }, linearized_);
+  std::visit([s](auto& solver) { solver.factor(s); }, *linearized_);
 }
 
 void Dynamics::solve(const double* rhs, double* x) {
   double* u = x;
   double* v = x + n_;
-  std::visit([&](auto& solver) { solver.solve(rhs, rhs + n_, u, v); }, linearized_);
+  std::visit([&](auto& solver) { solver.solve(rhs, rhs + n_, u, v); }, *linearized_);
   if (works_ == 0) return;
 
   // s x_W = rhs_W + the change of the powers along (u, v).
@@ -181,10 +212,29 @@ void Dynamics::solve(const double* rhs, double* x) {
   x[2 * n_ + 1] = (rhs[2 * n_ + 1] + change.dissipated) / s_;
 }
 
-void Dynamics::reserveComplex(int count) {
-  while (complexLinearized_.size() < index(count)) complexLinearized_.push_back(complexOf(linearized_));
+void Dynamics::reserve(int complexCount) {
+  if (!linearized_) {
+    linearized_.emplace(solverFor(chain_));
+    const auto n = index(n_);
+    thetaAt_.resize(stops_.empty() ? 0 : n);
+    omegaAt_.resize(n);
+    kAt_.resize(n);
+    dAt_.resize(n);
+    eAt_.resize(n);
+    if (!loads_.empty()) XF_.resize(n);
+    findStiffness();
+  }
+  while (complexLinearized_.size() < index(complexCount))
+    complexLinearized_.push_back(complexOf(*linearized_));
   complexS_.resize(complexLinearized_.size());
-  part_.resize(index(2 * n_));
+  part_.resize(complexLinearized_.empty() ? 0 : index(2 * n_));
+}
+
+void Dynamics::findStiffness() {
+  std::fill(kAt_.begin(), kAt_.end(), 0.0);
+  std::fill(dAt_.begin(), dAt_.end(), 0.0);
+  springs_.addStiffness(kAt_.data(), dAt_.data());
+  stops_.addStiffness(kAt_.data(), dAt_.data());
 }
 
 void Dynamics::factorComplex(int k, std::complex<double> s) {
@@ -222,10 +272,10 @@ Dynamics::Powers Dynamics::powersAlong(const double* u, const double* v) {
 }
 
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
+  evaluate(t, y, motion_.data());
   const double* theta = y;
   const double* omega = y + n_;
-  gather(t, theta, omega);
-  accelerations(e_.data(), omega, -1.0 * chain_.gravity(), alpha_.data());
+  const double* alpha = motion_.data() + n_;
 
   // Outwards: positions, velocities, accelerations of the pins and of the centres of mass.
   Vec2d x, v, a;
@@ -240,11 +290,11 @@ void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
     body.com = x + R;
     body.velocity = v + w * perp(R);
     body.omega = w;
-    body.acceleration = a + alpha_[i] * perp(R) - (w * w) * R;
-    body.alpha = alpha_[i];
+    body.acceleration = a + alpha[j] * perp(R) - (w * w) * R;
+    body.alpha = alpha[j];
     x += P;
     v += w * perp(P);
-    a += alpha_[i] * perp(P) - (w * w) * P;
+    a += alpha[j] * perp(P) - (w * w) * P;
   }
 
   // Inwards: F_pin,j = m (a_j − g) − F_j + F_pin,j+1.

@@ -7,7 +7,7 @@ namespace planar_chain {
 namespace {
 
 constexpr std::size_t linkQuantities = 6;
-constexpr std::size_t handleQuantities = 9;
+constexpr std::size_t handleQuantities = 8;
 
 /// A 2×2 matrix without symmetry.
 struct Matrix {
@@ -51,14 +51,18 @@ bool Segments::areWorthwhile(int n) {
   return n >= leastLinks && simd::kernels().front()->lanes >= leastLanes;
 }
 
-CacheLines linksInLanes(const Chain& chain, int lanes_) {
+namespace {
+
+/// bodyIn(s, i, steps): the number of the body in lane s of step i.
+template <class BodyIn>
+CacheLines linksWith(const Chain& chain, int lanes_, BodyIn bodyIn) {
   const auto lanes = static_cast<std::size_t>(lanes_);
   const std::vector<Link>& all = chain.links();
   const std::size_t steps = (all.size() + lanes - 1) / lanes;
   CacheLines links(steps * lanes * linkQuantities);
   for (std::size_t s = 0; s < lanes; ++s) {
     for (std::size_t i = 0; i < steps; ++i) {
-      const std::size_t j = s * steps + i;
+      const std::size_t j = bodyIn(s, i, steps);
       double* to = links.data() + i * linkQuantities * lanes + s;
       to[lanes] = 1;  // I of a body beyond the end, which has no more
       if (j >= all.size()) continue;
@@ -72,6 +76,19 @@ CacheLines linksInLanes(const Chain& chain, int lanes_) {
     }
   }
   return links;
+}
+
+}  // namespace
+
+CacheLines linksInLanes(const Chain& chain, int lanes) {
+  return linksWith(chain, lanes,
+                   [](std::size_t s, std::size_t i, std::size_t steps) { return s * steps + i; });
+}
+
+CacheLines linksInBlocks(const Chain& chain, int lanes) {
+  return linksWith(chain, lanes, [lanes](std::size_t s, std::size_t i, std::size_t) {
+    return i * static_cast<std::size_t>(lanes) + s;
+  });
 }
 
 Segments::Segments(const Chain& chain, const simd::Kernel* kernel)

@@ -121,13 +121,13 @@ struct Simulation::Parts {
     climbTo(0);
     rescueLength = 1;
     dynamics.enterStops(state.y.data());
-    loads.enter(state.t);
+    dynamics.enter(state.t);
     integrator().begin();
   }
 
   /// Something else acts from now on.
   void actAnew() {
-    loads.enter(state.t);
+    dynamics.enter(state.t);
     integrator().restart();
   }
 

@@ -61,7 +61,6 @@ double Springs::findTorques(const double* theta, const double* omega) {
 }
 
 double Springs::apply(const double* theta, const double* omega, double* N) {
-  if (k_.empty()) return 0;
   const double lost = findTorques(theta, omega);
   const double* torque = torque_.data();
   double* own = N + first_;

@@ -222,6 +222,7 @@ TEST(ExactSolve, KnowsWorksAndTime) {
   Loads loads(scene, 0);
   loads.enter(0.1);
   Dynamics dynamics(scene.chain, loads);
+  dynamics.reserve(0);
   const int size = dynamics.size();
   ASSERT_EQ(size, 12);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(size), f(size), ft(size), plus(size), minus(size);

@@ -125,7 +125,7 @@ class Misled : public LinearizedSystem {
   LinearCosts linearCosts() const override { return {1, 1, 1, 1}; }
   void factor(double shift) override { shift_ = shift; }
   void solve(const double* rhs, double* x) override { *x = *rhs / (shift_ + 1000 * factor_); }
-  void reserveComplex(int count) override { shifts_.resize(static_cast<std::size_t>(count)); }
+  void reserve(int complexCount) override { shifts_.resize(static_cast<std::size_t>(complexCount)); }
   void factorComplex(int k, Complex shift) override { shifts_[static_cast<std::size_t>(k)] = shift; }
   void solveComplex(int k, const Complex* rhs, Complex* x) override {
     *x = *rhs / (shifts_[static_cast<std::size_t>(k)] + 1000 * factor_);
@@ -173,7 +173,7 @@ TEST(Radau, SolvesWithComplexShiftsWorksIncluded) {
     y[5 + i] = (i > 0 ? y[4 + i] : 0) + scene.qd[static_cast<std::size_t>(i)];
   }
   const double t = 0.2, h = 1e-6;
-  dynamics.reserveComplex(2);
+  dynamics.reserve(2);
   dynamics.linearize(t, y.data(), f.data());
   const Complex shifts[] = {{20, 30}, {5, -3}};
   for (int k = 0; k < 2; ++k) dynamics.factorComplex(k, shifts[k]);

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <map>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -18,6 +19,7 @@
 #include "planar_chain/articulated.h"
 #include "planar_chain/linearized.h"
 #include "planar_chain/linearized_segments.h"
+#include "planar_chain/short_chain.h"
 #include "random_scene.h"
 
 namespace planar_chain {
@@ -74,7 +76,13 @@ struct Moving {
   std::vector<Rotation<double>> e;
   std::vector<double> omega, N;
   std::vector<Vec2d> F;
+
+  /// Only what acts.
+  const double* moments(Acting acting) const { return acting == Acting::nothing ? nullptr : N.data(); }
+  const Vec2d* forces(Acting acting) const { return acting == Acting::forces ? F.data() : nullptr; }
 };
+
+constexpr Acting everything[] = {Acting::nothing, Acting::moments, Acting::forces};
 
 Moving randomMotion(int n, unsigned seed, double bend) {
   const Scene scene = randomScene(n, seed);
@@ -97,15 +105,16 @@ std::vector<To> converted(const std::vector<From>& from) {
 }
 
 /// The recursion in long double.
-std::vector<long double> exactly(const Moving& moving, bool hasForces, Vec2d ground) {
+std::vector<long double> exactly(const Moving& moving, Acting acting, Vec2d ground) {
   std::vector<Rotation<long double>> e;
   std::vector<Vec2<long double>> F;
   for (const auto& rotation : moving.e) e.push_back({rotation.c, rotation.s});
   for (const Vec2d& force : moving.F) F.push_back({force.x, force.y});
+  const std::vector<long double> N = converted<long double>(moving.N);
   std::vector<long double> alpha(moving.e.size());
   Articulated<long double>(moving.chain)
       .accelerations(e.data(), converted<long double>(moving.omega).data(),
-                     converted<long double>(moving.N).data(), hasForces ? F.data() : nullptr,
+                     moving.moments(acting) ? N.data() : nullptr, moving.forces(acting) ? F.data() : nullptr,
                      {ground.x, ground.y}, alpha.data());
   return alpha;
 }
@@ -128,19 +137,20 @@ TEST(Segments, AreAsExactAsTheRecursionLinkByLink) {
   for (const int n : {100, 1000, 10000}) lengths.push_back(n);
   for (const int n : lengths) {
     for (const double bend : {0.01, 1.0}) {
-      for (const bool hasForces : {false, true}) {
+      for (const Acting acting : everything) {
         const Moving moving = randomMotion(n, static_cast<unsigned>(n), bend);
         const Vec2d ground{1, 9.81};
-        const std::vector<long double> exact = exactly(moving, hasForces, ground);
-        const Vec2d* F = hasForces ? moving.F.data() : nullptr;
+        const std::vector<long double> exact = exactly(moving, acting, ground);
+        const double* N = moving.moments(acting);
+        const Vec2d* F = moving.forces(acting);
         std::vector<double> alpha(static_cast<std::size_t>(n));
         Articulated<double>(moving.chain)
-            .accelerations(moving.e.data(), moving.omega.data(), moving.N.data(), F, ground, alpha.data());
+            .accelerations(moving.e.data(), moving.omega.data(), N, F, ground, alpha.data());
         const double own = errorOf(alpha, exact);
         for (const simd::Kernel* kernel : runnable()) {
           std::fill(alpha.begin(), alpha.end(), std::nan(""));
           Segments(moving.chain, kernel)
-              .accelerations(moving.e.data(), moving.omega.data(), moving.N.data(), F, ground, alpha.data());
+              .accelerations(moving.e.data(), moving.omega.data(), N, F, ground, alpha.data());
           ASSERT_LT(errorOf(alpha, exact), 20 * own + 1e-14) << kernel->name << " " << n << " " << bend;
         }
       }
@@ -148,8 +158,68 @@ TEST(Segments, AreAsExactAsTheRecursionLinkByLink) {
   }
 }
 
+TEST(ShortChains, AreAsExactAsTheRecursionLinkByLink) {
+  for (int n = 1; n <= ShortChain::most; ++n) {
+    const auto size = static_cast<std::size_t>(n);
+    for (const double bend : {0.01, 1.0}) {
+      for (const Acting acting : everything) {
+        Moving moving = randomMotion(n, static_cast<unsigned>(100 + n), bend);
+        std::vector<double> y, dydt(2 * size), alpha(size);
+        for (Rotation<double>& e : moving.e) {
+          y.push_back(std::atan2(e.s, e.c));
+          e = Rotation<double>::of(y.back());
+        }
+        y.insert(y.end(), moving.omega.begin(), moving.omega.end());
+        const Vec2d ground{1, 9.81};
+        const std::vector<long double> exact = exactly(moving, acting, ground);
+        Articulated<double>(moving.chain)
+            .accelerations(moving.e.data(), moving.omega.data(), moving.moments(acting),
+                           moving.forces(acting), ground, alpha.data());
+        const double own = errorOf(alpha, exact);
+        for (const simd::Kernel* kernel : runnable()) {
+          std::vector<Rotation<double>> e(static_cast<std::size_t>(ShortChain::roomFor(n)), {0, 0});
+          if (acting == Acting::forces) std::copy(moving.e.begin(), moving.e.end(), e.begin());
+          std::fill(dydt.begin(), dydt.end(), std::nan(""));
+          ShortChain(moving.chain, kernel)
+              .derivative(acting, y.data(), e.data(), moving.moments(acting), moving.forces(acting), ground,
+                          dydt.data());
+          std::copy(dydt.begin() + n, dydt.end(), alpha.begin());
+          ASSERT_LT(errorOf(alpha, exact), 20 * own + 1e-14) << kernel->name << " " << n << " " << bend;
+          for (std::size_t j = 0; j < size; ++j) {
+            ASSERT_EQ(dydt[j], moving.omega[j]);
+            ASSERT_NEAR(e[j].c, moving.e[j].c, 3e-16);
+            ASSERT_NEAR(e[j].s, moving.e[j].s, 3e-16);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(ShortChains, KnowAngleAndNumberOfAnySize) {
+  // Beyond what is reduced in lanes the library is asked; what is not finite comes out as not finite.
+  for (int n = 1; n <= ShortChain::most; ++n) {
+    const auto size = static_cast<std::size_t>(n);
+    const Moving moving = randomMotion(n, 1, 1);
+    std::vector<Rotation<double>> e(static_cast<std::size_t>(ShortChain::roomFor(n)));
+    std::vector<double> y(2 * size, 1e15), dydt(2 * size);
+    for (const simd::Kernel* kernel : runnable()) {
+      ShortChain chain(moving.chain, kernel);
+      const auto run = [&] {
+        chain.derivative(Acting::nothing, y.data(), e.data(), nullptr, nullptr, {0, 9.81}, dydt.data());
+      };
+      run();
+      for (std::size_t j = 0; j < size; ++j) EXPECT_EQ(e[j].c, std::cos(1e15));
+      y[size - 1] = std::nan("");
+      run();
+      EXPECT_TRUE(std::isnan(dydt[size]));
+      y[size - 1] = 1e15;
+    }
+  }
+}
+
 /// A taut thread of rods in rotation, bent a little.
-Moving taut(int n, double tipMass, double bend) {
+Moving taut(int n, double tipMass, double bend, unsigned seed) {
   const double l = 1.0 / n;
   std::vector<Link> links(static_cast<std::size_t>(n), {"", 1, l * l / 12, {l / 2, 0}, {l, 0}});
   std::vector<Joint> joints(links.size());
@@ -159,13 +229,18 @@ Moving taut(int n, double tipMass, double bend) {
   }
   links.back().mass = tipMass;
   Moving moving{Chain(links, joints, {9.81, 0}), {}, {}, std::vector<double>(links.size()), {}};
-  Random random(static_cast<unsigned>(n));
+  Random random(seed);
   for (int j = 0; j < n; ++j) {
     moving.e.push_back(
-        Rotation<double>::of(0.4 + bend * (std::sin(7 * j * l) + random.between(-0.01, 0.01))));
+        Rotation<double>::of(0.4 + 0.1 * seed + bend * (std::sin(7 * j * l) + random.between(-0.01, 0.01))));
     moving.omega.push_back(1.3 + bend * std::cos(9 * j * l));
   }
   return moving;
+}
+
+double medianOf(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
 }
 
 TEST(Segments, AreAsExactWhereTheThreadIsTaut) {
@@ -174,19 +249,27 @@ TEST(Segments, AreAsExactWhereTheThreadIsTaut) {
   for (const int n : {20, 200, 10000}) {
     for (const double tipMass : {1.0, 1e5, 2e8}) {
       for (const double bend : {1e-9, 1e-6, 1e-3}) {
-        const Moving moving = taut(n, tipMass, bend);
+        // Where rounding alone decides, one state says nothing: the median of several does.
+        constexpr unsigned states = 15;
         const Vec2d ground{-9.81, 0};
-        const std::vector<long double> exact = exactly(moving, false, ground);
-        std::vector<double> alpha(static_cast<std::size_t>(n));
-        Articulated<double>(moving.chain)
-            .accelerations(moving.e.data(), moving.omega.data(), moving.N.data(), nullptr, ground,
-                           alpha.data());
-        const double own = errorOf(alpha, exact);
-        for (const simd::Kernel* kernel : runnable()) {
-          Segments(moving.chain, kernel)
-              .accelerations(moving.e.data(), moving.omega.data(), moving.N.data(), nullptr, ground,
-                             alpha.data());
-          EXPECT_LT(errorOf(alpha, exact), 10 * own)
+        std::vector<double> own;
+        std::map<const simd::Kernel*, std::vector<double>> inSegments;
+        for (unsigned seed = 0; seed < states; ++seed) {
+          const Moving moving = taut(n, tipMass, bend, seed);
+          const std::vector<long double> exact = exactly(moving, Acting::moments, ground);
+          std::vector<double> alpha(static_cast<std::size_t>(n));
+          const auto errorBy = [&](auto recursion) {
+            recursion.accelerations(moving.e.data(), moving.omega.data(), moving.N.data(), nullptr, ground,
+                                    alpha.data());
+            return errorOf(alpha, exact);
+          };
+          own.push_back(errorBy(Articulated<double>(moving.chain)));
+          for (const simd::Kernel* kernel : runnable()) {
+            inSegments[kernel].push_back(errorBy(Segments(moving.chain, kernel)));
+          }
+        }
+        for (const auto& [kernel, errors] : inSegments) {
+          EXPECT_LT(medianOf(errors), 3 * medianOf(own))
               << kernel->name << " " << n << " " << tipMass << " " << bend;
         }
       }
@@ -282,7 +365,7 @@ TEST(LinearizedSegments, AreAsExactAsTheSolveLinkByLink) {
 TEST(LinearizedSegments, AreAsExactWhereTheThreadIsTaut) {
   for (const double tipMass : {1.0, 1e5, 2e8}) {
     for (const double bend : {1e-9, 1e-3}) {
-      Moving moving = taut(200, tipMass, bend);
+      Moving moving = taut(200, tipMass, bend, 7);
       moving.F.assign(200, {});
       const Linear at = linearOf(moving, 0, 0, 100);
       compareSolves<double, long double>(at, 100, 30);

@@ -170,6 +170,7 @@ TEST(Stop, IsInTheJacobian) {
   Scene scene = caged(3, 7, 40, 3);
   Loads loads(scene, 0);
   Dynamics dynamics(scene.chain, loads);
+  dynamics.reserve(0);
   Eigen::VectorXd y(dynamics.size());
   double theta = 0;
   for (std::size_t i = 0; i < 3; ++i) {

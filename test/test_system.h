@@ -3,6 +3,7 @@
 /// An initial value problem with a known solution, for every method.
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <vector>
@@ -37,7 +38,9 @@ class TestSystem : public LinearizedSystem {
     Eigen::Map<Eigen::Vector3d>{x} = solution;
   }
 
-  void reserveComplex(int count) override { complexLu_.resize(static_cast<std::size_t>(count)); }
+  void reserve(int complexCount) override {
+    complexLu_.resize(std::max(complexLu_.size(), static_cast<std::size_t>(complexCount)));
+  }
   void factorComplex(int k, std::complex<double> s) override {
     complexLu_[static_cast<std::size_t>(k)].compute(s * Eigen::Matrix3cd::Identity() - J_);
   }

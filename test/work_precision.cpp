@@ -54,7 +54,7 @@ class Counted : public ode::LinearizedSystem {
     ++solves;
     f_.solve(rhs, x);
   }
-  void reserveComplex(int slots) override { f_.reserveComplex(slots); }
+  void reserve(int complexCount) override { f_.reserve(complexCount); }
   void factorComplex(int slot, std::complex<double> s) override { f_.factorComplex(slot, s); }
   void solveComplex(int slot, const std::complex<double>* rhs, std::complex<double>* x) override {
     ++complexSolves;
@@ -163,7 +163,7 @@ Result run(const Case& c, const std::string& method, double tolerance, double li
     state.y[i] = theta += scene.q[static_cast<std::size_t>(i)];
     state.y[n + i] = omega += scene.qd[static_cast<std::size_t>(i)];
   }
-  loads.enter(0);
+  dynamics.enter(0);
   Result result;
   const double start = cpu();
   try {
@@ -172,7 +172,7 @@ Result run(const Case& c, const std::string& method, double tolerance, double li
       const double end = std::min(c.end, loads.until());
       result.ok = integrator->integrate(state, end, loads.longestStep()) == ode::Outcome::arrived;
       if (state.t >= loads.until()) {
-        loads.enter(state.t);
+        dynamics.enter(state.t);
         integrator->restart();
       }
     }

@@ -16,7 +16,7 @@
 ///
 /// and outwards from the ground, a = −g (gravity is an acceleration of the frame, so F holds none):
 ///
-///     α = (u − U·a)/D        a ← a + iα P − ω² P
+///     α = u/D − (U/D)·a        a ← a + iα P − ω² P
 ///
 /// Source: R. Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 7, reduced to planar pins; the
 /// reduction drops the rotation from the handle, which leaves 2×2 matrices and one division a link.
@@ -36,34 +36,77 @@ struct Body {
   Vec2<Real> r, p;
 };
 
-/// What a body shows on the way in and needs on the way out.
+/// The same body where it is: all that does not depend on its neighbours.
+template <class Real>
+struct Turned {
+  Real m, J;  ///< J = I + m|R|²
+  Vec2<Real> R, P;
+  Real ww;  ///< ω²
+};
+
+template <class Real>
+inline Turned<Real> turned(const Body<Real>& body, Rotation<Real> e, Real omega) {
+  const Vec2<Real> R = e * body.r;
+  return {body.m, mulAdd(body.m, dot(R, R), body.I), R, e * body.p, omega * omega};
+}
+
 template <class Real>
 struct Handle {
   Vec2<Real> U;
   Real u, inverseD;
 };
 
-/// One body inwards: (A, b) of all that hangs on its outer pin become those of all that hangs on its inner
-/// one, but for outer forces on the body itself. ww = ω².
-template <class Real>
-inline Handle<Real> inwards(const Body<Real>& body, Vec2<Real> R, Vec2<Real> P, Real ww, Real N,
-                            Sym2<Real>& A, Vec2<Real>& b) {
-  const Vec2<Real> AiP = A * perp(P);
-  const Vec2<Real> U = body.m * perp(R) + AiP;
-  const Real inverseD = Real(1) / (body.I + body.m * dot(R, R) + dot(perp(P), AiP));
-  const Vec2<Real> beta = b - ww * (A * P);
-  const Real u = N - dot(perp(P), beta);
+/// One body inwards: (A, b) of all that hangs on its outer pin, if anything does, become those of all that
+/// hangs on its inner one, but for outer forces on the body itself.
+template <bool isTip, class Real>
+[[gnu::always_inline]] inline Handle<Real> inwards(const Turned<Real>& body, Real N, Sym2<Real>& A,
+                                                   Vec2<Real>& b) {
+  const Vec2<Real> mR = body.m * body.R;
+  Handle<Real> handle{perp(mR), N, Real(1)};
+  Real D = body.J;
+  Sym2<Real> mass{body.m, Real(0), body.m};
+  Vec2<Real> beta{};
+  if constexpr (!isTip) {
+    const Vec2<Real> AiP = A * perp(body.P);
+    handle.U += AiP;
+    D = mulAdd(body.P.x, AiP.y, mulAdd(-body.P.y, AiP.x, D));
+    beta = mulAdd(-body.ww, A * body.P, b);
+    handle.u = N - dot(perp(body.P), beta);
+    mass = {body.m + A.xx, A.xy, body.m + A.yy};
+  }
+  handle.inverseD = Real(1) / D;
+  const Vec2<Real> U = handle.U;
+  const Real minus = -handle.inverseD;
+  A = {mulAdd(minus, U.x * U.x, mass.xx), mulAdd(minus, U.x * U.y, mass.xy),
+       mulAdd(minus, U.y * U.y, mass.yy)};
+  b = mulAdd(handle.u * handle.inverseD, U, mulAdd(-body.ww, mR, beta));
+  return handle;
+}
 
-  const Vec2<Real> UD = inverseD * U;
-  A = {body.m + A.xx - U.x * UD.x, A.xy - U.x * UD.y, body.m + A.yy - U.y * UD.y};
-  b = beta - (ww * body.m) * R + u * UD;
-  return {U, u, inverseD};
+/// What a body needs on the way out.
+template <class Real>
+struct Reply {
+  Vec2<Real> UD, P;  ///< U/D, P
+  Real uD, ww;       ///< u/D, ω²
+};
+
+template <class Real>
+inline Reply<Real> replyOf(const Handle<Real>& handle, const Turned<Real>& body) {
+  return {handle.inverseD * handle.U, body.P, handle.inverseD * handle.u, body.ww};
+}
+
+/// One body outwards: a of its inner pin becomes that of its outer one. Returns α.
+template <class Real>
+inline Real outwards(const Reply<Real>& body, Vec2<Real>& a) {
+  const Real alpha = mulAdd(-body.UD.x, a.x, mulAdd(-body.UD.y, a.y, body.uD));
+  a = mulAdd(alpha, perp(body.P), mulAdd(-body.ww, body.P, a));
+  return alpha;
 }
 
 template <class Real = double>
 class Articulated {
  public:
-  explicit Articulated(const Chain& chain) : handles_(static_cast<std::size_t>(chain.size())) {
+  explicit Articulated(const Chain& chain) : replies_(static_cast<std::size_t>(chain.size())) {
     for (const Link& link : chain.links()) {
       bodies_.push_back({Real(link.mass),
                          Real(link.inertia),
@@ -74,32 +117,40 @@ class Articulated {
 
   int size() const { return static_cast<int>(bodies_.size()); }
 
-  /// e: exp(i θ_j); omega: ω_j, rad/s; N: N m; F: outer forces without gravity, N, ground components, or
+  /// e: exp(i θ_j); omega: ω_j, rad/s; N: N m, and F: outer forces without gravity, N, ground components, or
   /// nullptr where there are none; alpha: the result, rad/s². Each of size n. ground: acceleration of the
   /// ground pin less gravity, m/s². Allocates nothing.
   void accelerations(const Rotation<Real>* e, const Real* omega, const Real* N, const Vec2<Real>* F,
                      Vec2<Real> ground, Real* alpha) {
-    Sym2<Real> A;
-    Vec2<Real> b;
-    for (int j = size() - 1; j >= 0; --j) {
-      const Body<Real>& body = bodies_[index(j)];
-      handles_[index(j)] = inwards(body, e[j] * body.r, e[j] * body.p, omega[j] * omega[j], N[j], A, b);
-      if (F) b -= F[j];
-    }
-    Vec2<Real> a = ground;
-    for (int j = 0; j < size(); ++j) {
-      const Handle<Real>& handle = handles_[index(j)];
-      const Vec2<Real> P = e[j] * bodies_[index(j)].p;
-      alpha[j] = (handle.u - dot(handle.U, a)) * handle.inverseD;
-      a += alpha[j] * perp(P) - (omega[j] * omega[j]) * P;
-    }
+    const auto moment = [N](int j) { return N[j]; };
+    const auto force = [F](int j) { return F[j]; };
+    const auto none = [](int) { return Real(0); };
+    const auto noForce = [](int) { return Vec2<Real>{}; };
+    if (F && N) return recur(e, omega, moment, force, ground, alpha);
+    if (F) return recur(e, omega, none, force, ground, alpha);
+    if (N) return recur(e, omega, moment, noForce, ground, alpha);
+    recur(e, omega, none, noForce, ground, alpha);
   }
 
  private:
+  template <class N, class F>
+  void recur(const Rotation<Real>* e, const Real* omega, N moment, F force, Vec2<Real> ground, Real* alpha) {
+    Sym2<Real> A;
+    Vec2<Real> b;
+    for (int j = size() - 1; j >= 0; --j) {
+      const Turned<Real> body = turned(bodies_[index(j)], e[j], omega[j]);
+      const Handle<Real> handle = inwards<false>(body, moment(j), A, b);
+      b -= force(j);
+      replies_[index(j)] = replyOf(handle, body);
+    }
+    Vec2<Real> a = ground;
+    for (int j = 0; j < size(); ++j) alpha[j] = outwards(replies_[index(j)], a);
+  }
+
   static std::size_t index(int j) { return static_cast<std::size_t>(j); }
 
   std::vector<Body<Real>> bodies_;
-  std::vector<Handle<Real>> handles_;
+  std::vector<Reply<Real>> replies_;
 };
 
 }  // namespace planar_chain

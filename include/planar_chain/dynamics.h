@@ -8,11 +8,17 @@
 ///                                                                            Ẇ_d = Σ d_i q̇_i²
 ///
 /// The two works stand there only if something may supply or dissipate.
+///
+/// What runs is chosen when the chain is given, by its length and by what it has, and again when something
+/// starts or stops to act: derivative() goes through a list of the effects there are, and has no question
+/// to ask.
 
 #include <complex>
+#include <optional>
 #include <variant>
 #include <vector>
 
+#include "planar_chain/acting.h"
 #include "planar_chain/articulated.h"
 #include "planar_chain/linearized.h"
 #include "planar_chain/linearized_segments.h"
@@ -21,6 +27,7 @@
 #include "planar_chain/ode/system.h"
 #include "planar_chain/scene.h"
 #include "planar_chain/segments.h"
+#include "planar_chain/short_chain.h"
 #include "planar_chain/springs.h"
 #include "planar_chain/stops.h"
 
@@ -31,6 +38,9 @@ class Dynamics : public ode::LinearizedSystem {
   /// Both must outlive this object.
   Dynamics(const Chain& chain, Loads& loads);
 
+  /// Chooses what of the loads acts in [t, loads.until()). Allocates nothing.
+  void enter(double t);
+
   int size() const override { return 2 * n_ + works_; }
   /// How many components are works, behind the angles and rates: 0 or 2.
   int works() const { return works_; }
@@ -40,7 +50,7 @@ class Dynamics : public ode::LinearizedSystem {
   ode::LinearCosts linearCosts() const override;
   void factor(double s) override;
   void solve(const double* rhs, double* x) override;
-  void reserveComplex(int count) override;
+  void reserve(int complexCount) override;
   void factorComplex(int k, std::complex<double> s) override;
   void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override;
   long long evaluations() const { return evaluations_; }
@@ -56,18 +66,27 @@ class Dynamics : public ode::LinearizedSystem {
   void jointTorques(double t, const double* y, double* tau);
 
  private:
-  /// Sets e_, N_ and F_ for (t, y); returns {power of the loads, power lost in the dampers}.
   struct Powers {
-    double supplied, dissipated;
+    double supplied = 0, dissipated = 0;
   };
-  Powers gather(double t, const double* theta, const double* omega);
+  /// Adds what it is to N_ and F_, and returns its powers.
+  using Effect = Powers (Dynamics::*)(double t, const double* theta, const double* omega);
+  Powers applyForces(double t, const double* theta, const double* omega);
+  Powers applyTorques(double t, const double* theta, const double* omega);
+  Powers applySprings(double t, const double* theta, const double* omega);
+  Powers applyStops(double t, const double* theta, const double* omega);
+  /// After a change of what acts.
+  void listEffects();
+  void changedStops();
+
+  /// [ω α] with N_ and F_, as far as they act, from a ground that accelerates so.
+  void run(Acting acting, const double* y, Vec2d ground, double* dydt);
+  void evaluate(double t, const double* y, double* dydt);
+  void findPinVelocities(const Rotation<double>* e, const double* omega);
   /// k and d of each joint, of its spring, damper and stops together.
   void findStiffness();
   /// How both change along (u, v), at the last linearize().
   Powers powersAlong(const double* u, const double* v);
-  void findPinVelocities(const Rotation<double>* e, const double* omega);
-  /// The recursion with N_ and F_.
-  void accelerations(const Rotation<double>* e, const double* omega, Vec2d ground, double* alpha);
   const Vec2d* forces() const { return loads_.reach() > 0 ? F_.data() : nullptr; }
 
   const Chain& chain_;
@@ -76,17 +95,19 @@ class Dynamics : public ode::LinearizedSystem {
   int works_;
   Springs springs_;
   Stops stops_;
-  /// Link by link or in segments, whichever is faster for this chain.
-  template <class Scalar>
-  using Solver = std::variant<Linearized<Scalar>, LinearizedSegments<Scalar>>;
-  std::variant<Articulated<double>, Segments> recursion_;
+  std::variant<ShortChain, Articulated<double>, Segments> recursion_;
+  Acting acting_ = Acting::nothing;
+  std::vector<Effect> effects_;
   std::vector<Rotation<double>> e_;
-  std::vector<double> N_, alpha_;
+  std::vector<double> N_, motion_;
   std::vector<Vec2d> F_, pinVelocity_;
   long long evaluations_ = 0;
 
-  /// The state of the last linearize() and what J holds there.
-  Solver<double> linearized_;
+  // For the exact solve, once there is room for it: link by link or in segments, whichever is faster for this
+  // chain; the state of the last linearize() and what J holds there.
+  template <class Scalar>
+  using Solver = std::variant<Linearized<Scalar>, LinearizedSegments<Scalar>>;
+  std::optional<Solver<double>> linearized_;
   std::vector<Solver<std::complex<double>>> complexLinearized_;
   double tAt_ = 0, s_ = 0;
   std::vector<std::complex<double>> complexS_;

@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "planar_chain/acting.h"
 #include "planar_chain/planar.h"
 #include "planar_chain/scene.h"
 
@@ -32,6 +33,11 @@ class Loads {
   /// A step should not be longer than a quarter of the shortest period in force, s.
   double longestStep() const { return longestStep_; }
 
+  /// What of it acts now.
+  Acting acting() const {
+    if (!bodyTerms_.empty()) return Acting::forces;
+    return jointTerms_.empty() ? Acting::nothing : Acting::moments;
+  }
   /// How many bodies, from the ground, must have their inner pins' velocities known: 0 without forces.
   int reach() const { return reach_; }
   /// Adds to N (moments about the inner pins, n) and F (forces, n; not touched without forces) what acts at

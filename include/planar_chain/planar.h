@@ -11,6 +11,12 @@
 
 namespace planar_chain {
 
+/// a b + c; a number type of which the CPU does this at once, and rounds once, has a function of its own.
+template <class Real>
+constexpr Real mulAdd(Real a, Real b, Real c) {
+  return a * b + c;
+}
+
 template <class Real>
 struct Vec2 {
   Real x{};
@@ -53,13 +59,19 @@ constexpr bool operator==(Vec2<Real> a, Vec2<Real> b) {
 /// a·b
 template <class Real>
 constexpr Real dot(Vec2<Real> a, Vec2<Real> b) {
-  return a.x * b.x + a.y * b.y;
+  return mulAdd(a.x, b.x, a.y * b.y);
+}
+
+/// k a + b
+template <class Real>
+constexpr Vec2<Real> mulAdd(Real k, Vec2<Real> a, Vec2<Real> b) {
+  return {mulAdd(k, a.x, b.x), mulAdd(k, a.y, b.y)};
 }
 
 /// a×b, along k̂
 template <class Real>
 constexpr Real cross(Vec2<Real> a, Vec2<Real> b) {
-  return a.x * b.y - a.y * b.x;
+  return mulAdd(a.x, b.y, -a.y * b.x);
 }
 
 /// i·a = k̂ × a
@@ -92,7 +104,7 @@ struct Rotation {
 
 template <class Real>
 constexpr Vec2<Real> operator*(Rotation<Real> e, Vec2<Real> a) {
-  return {e.c * a.x - e.s * a.y, e.s * a.x + e.c * a.y};
+  return {mulAdd(e.c, a.x, -e.s * a.y), mulAdd(e.s, a.x, e.c * a.y)};
 }
 
 /// A symmetric 2×2 tensor, such as the articulated mass.
@@ -105,7 +117,7 @@ struct Sym2 {
 
 template <class Real>
 constexpr Vec2<Real> operator*(Sym2<Real> A, Vec2<Real> a) {
-  return {A.xx * a.x + A.xy * a.y, A.xy * a.x + A.yy * a.y};
+  return {mulAdd(A.xx, a.x, A.xy * a.y), mulAdd(A.xy, a.x, A.yy * a.y)};
 }
 
 }  // namespace planar_chain

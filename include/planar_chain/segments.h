@@ -22,7 +22,7 @@
 /// and gone through from the ground: f = K (A' (Gᵀ a + c) + b'), the next a = Gᵀ a − C f + c, turned back
 /// into ground axes, and within each
 ///
-///     α = (u − g·f − U·a)/D        a ← a + iα P − ω² P
+///     α = u/D − (g/D)·f − (U/D)·a        a ← a + iα P − ω² P
 ///
 /// As exact as the recursion itself. What runs is chosen once, by the CPU and the length of the chain.
 
@@ -43,6 +43,8 @@ struct Kernel;
 /// What the recursions need of the links, m, I, r and p, for a chain cut into `lanes` segments: lane s of
 /// step i is body s·steps + i; those beyond the end are without mass and length.
 CacheLines linksInLanes(const Chain& chain, int lanes);
+/// The same for neighbours side by side: lane s of step i is body i·lanes + s.
+CacheLines linksInBlocks(const Chain& chain, int lanes);
 
 /// e_j = exp(i θ_j) for n angles, to 1 ulp or so for any finite angle. Allocates nothing.
 void rotations(const double* theta, Rotation<double>* e, int n);

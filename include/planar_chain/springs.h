@@ -16,6 +16,7 @@ class Springs {
  public:
   explicit Springs(const Chain& chain);
 
+  bool empty() const { return k_.empty(); }
   /// Whether there is a damper.
   bool dissipate() const { return !d_.empty(); }
 

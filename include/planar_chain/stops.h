@@ -27,6 +27,8 @@ class Stops : public ode::Switches {
 
   bool empty() const { return stops_.empty(); }
   bool dissipate() const;
+  /// Whether one does something now.
+  bool act() const { return !active_.empty(); }
 
   /// Every stop to the place that the state (y = [θ ω …]) says, whatever it was before.
   void enter(const double* y);

@@ -36,7 +36,7 @@ Radau::Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const Sur
       mayVanish_(allowed_),
       exactEnough_(allowed_),
       lost_(allowed_) {
-  f_.reserveComplex(RadauTable::pairs);
+  f_.reserve(RadauTable::pairs);
 }
 
 double Radau::cost() const {

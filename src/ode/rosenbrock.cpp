@@ -82,7 +82,9 @@ Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
       timeSlope_(slope_),
       stage_(slope_),
       increment_(slope_),
-      error_(slope_) {}
+      error_(slope_) {
+  f_.reserve(0);
+}
 
 double Rosenbrock::cost() const {
   const LinearCosts linear = f_.linearCosts();

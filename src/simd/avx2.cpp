@@ -9,13 +9,18 @@ constexpr int laneCount = 4;
 }  // namespace planar_chain::simd
 
 #include "linear_kernel.h"
+#include "short_kernel.h"
 
 namespace planar_chain::simd {
+
+extern const ShortChains shortChainsAvx2;
+const ShortChains shortChainsAvx2{laneCount, shortChainFor};
 
 extern const Kernel avx2;
 const Kernel avx2{"avx2",
                   laneCount,
                   rotations,
+                  &shortChainsAvx2,
                   inwardsAll,
                   outwardsAll,
                   linearizeOutwardsAll,

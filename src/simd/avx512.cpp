@@ -12,10 +12,13 @@ constexpr int laneCount = 8;
 
 namespace planar_chain::simd {
 
+extern const ShortChains shortChainsAvx2;  // 8 lanes are too many for these
+
 extern const Kernel avx512;
 const Kernel avx512{"avx512",
                     laneCount,
                     rotations,
+                    &shortChainsAvx2,
                     inwardsAll,
                     outwardsAll,
                     linearizeOutwardsAll,

@@ -7,12 +7,22 @@ constexpr int laneCount = 2;
 }  // namespace planar_chain::simd
 
 #include "linear_kernel.h"
+#include "short_kernel.h"
 
 namespace planar_chain::simd {
 
+const ShortChains shortChains{laneCount, shortChainFor};
+
 extern const Kernel baseline;
-const Kernel baseline{"baseline",          laneCount,          rotations,
-                      inwardsAll,          outwardsAll,        linearizeOutwardsAll,
-                      linearizeInwardsAll, linearKernel<Real>, linearKernel<ComplexLanes>};
+const Kernel baseline{"baseline",
+                      laneCount,
+                      rotations,
+                      &shortChains,
+                      inwardsAll,
+                      outwardsAll,
+                      linearizeOutwardsAll,
+                      linearizeInwardsAll,
+                      linearKernel<Real>,
+                      linearKernel<ComplexLanes>};
 
 }  // namespace planar_chain::simd

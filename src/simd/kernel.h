@@ -6,14 +6,29 @@
 
 #include <array>
 
+#include "planar_chain/acting.h"
+
 namespace planar_chain::simd {
+
+/// The recursion in a row, sines and cosines included; see short_chain.h.
+struct ShortChains {
+  static constexpr int most = 16;           ///< links
+  static constexpr int linkQuantities = 6;  ///< m, I, r, p
+  /// links: body k·lanes + l in lane l of block k. y = [θ ω] and dydt, 2n; e: pairs, with room for whole
+  /// blocks, written unless forces act, then read. N, F: read if they act. ground: x, y.
+  using Run = void (*)(int n, const double* links, const double* y, double* e, const double* N,
+                       const double* F, const double* ground, double* dydt);
+
+  int lanes;
+  Run (*runFor)(int n, Acting acting);
+};
 
 /// Arrays of `steps` × `lanes` numbers a quantity: lane s of step i is body s·steps + i, from the ground.
 struct SegmentArrays {
   int steps;
   int bodies;           ///< n ≤ steps × lanes; those beyond are without mass and length
   const double* links;  ///< m, I, r, p: 6 quantities a step
-  double* handles;      ///< U, u, 1/D, g, P, ω²: 9 quantities a step
+  double* handles;      ///< U/D, u/D, ω², P, g/D: 8 quantities a step
 };
 
 /// What a segment shows at its two pins; one number a lane, `most` at most.
@@ -64,7 +79,8 @@ struct Kernel {
   int lanes;
   /// e = (cos θ, sin θ) of n angles, to 1 ulp or so for any finite θ.
   void (*rotations)(const double* theta, double* e, int n);
-  /// Towards the ground, every segment by itself. e: pairs; F: pairs, or nullptr.
+  const ShortChains* shortChains;
+  /// Towards the ground, every segment by itself. e: pairs; N: or nullptr; F: pairs, or nullptr.
   void (*inwards)(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                   const double* F, SegmentHandles& handles);
   /// Outwards, from the acceleration a of each segment's inner pin and the force f on its outer one.

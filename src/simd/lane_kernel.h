@@ -15,7 +15,6 @@ namespace {
 
 using Real = Lanes;
 using Vector = Vec2<Real>;
-using Integers = long long __attribute__((vector_size(8 * laneCount)));
 
 // ---- Sines and cosines -----------------------------------------------------------------------
 
@@ -29,42 +28,34 @@ void rotate(const double* theta, double* e, int n) {
 
 #ifdef __FMA__
 
-Real fused(Real a, Real b, Real c) {
-#if defined(__AVX512F__)
-  return Real(_mm512_fmadd_pd(a.v, b.v, c.v));
-#else
-  return Real(_mm256_fmadd_pd(a.v, b.v, c.v));
-#endif
-}
-
 /// θ = k π/2 + r, |r| ≤ π/4, with π/2 in three parts (W. Cody, W. Waite, Software Manual for the Elementary
 /// Functions, 1980): with fused multiplication the first difference is exact and the third part is below what
 /// r can hold. Then sin r and cos r by the polynomials of Sun's fdlibm (k_sin.c, k_cos.c).
-void rotationsOf(Real theta, double* e) {
+Pairs rotationsOf(Real theta) {
   // Adding 1.5·2⁵² rounds to an integer, whose last bits are then k's.
   const Real shift(6755399441055744.0);
-  const Real shifted = fused(theta, Real(6.36619772367581382433e-01), shift);
+  const Real shifted = mulAdd(theta, Real(6.36619772367581382433e-01), shift);
   const Real k = shifted - shift;
-  Real r = fused(k, Real(-1.57079632679489655800e+00), theta);
-  r = fused(k, Real(-6.12323399573676603587e-17), r);
-  r = fused(k, Real(1.49738490485916983294e-33), r);
+  Real r = mulAdd(k, Real(-1.57079632679489655800e+00), theta);
+  r = mulAdd(k, Real(-6.12323399573676603587e-17), r);
+  r = mulAdd(k, Real(1.49738490485916983294e-33), r);
 
   const Real z = r * r;
-  Real p = fused(z, Real(1.58969099521155010221e-10), Real(-2.50507602534068634195e-08));
-  p = fused(z, p, Real(2.75573137070700676789e-06));
-  p = fused(z, p, Real(-1.98412698298579493134e-04));
-  p = fused(z, p, Real(8.33333333332248946124e-03));
-  p = fused(z, p, Real(-1.66666666666666324348e-01));
-  const Real sine = fused(z * r, p, r);
+  Real p = mulAdd(z, Real(1.58969099521155010221e-10), Real(-2.50507602534068634195e-08));
+  p = mulAdd(z, p, Real(2.75573137070700676789e-06));
+  p = mulAdd(z, p, Real(-1.98412698298579493134e-04));
+  p = mulAdd(z, p, Real(8.33333333332248946124e-03));
+  p = mulAdd(z, p, Real(-1.66666666666666324348e-01));
+  const Real sine = mulAdd(z * r, p, r);
 
-  Real q = fused(z, Real(-1.13596475577881948265e-11), Real(2.08757232129817482790e-09));
-  q = fused(z, q, Real(-2.75573143513906633035e-07));
-  q = fused(z, q, Real(2.48015872894767294178e-05));
-  q = fused(z, q, Real(-1.38888888888741095749e-03));
-  q = fused(z, q, Real(4.16666666666666019037e-02));
+  Real q = mulAdd(z, Real(-1.13596475577881948265e-11), Real(2.08757232129817482790e-09));
+  q = mulAdd(z, q, Real(-2.75573143513906633035e-07));
+  q = mulAdd(z, q, Real(2.48015872894767294178e-05));
+  q = mulAdd(z, q, Real(-1.38888888888741095749e-03));
+  q = mulAdd(z, q, Real(4.16666666666666019037e-02));
   const Real half = Real(0.5) * z;
   const Real w = Real(1) - half;
-  const Real cosine = w + fused(z * z, q, (Real(1) - w) - half);
+  const Real cosine = w + mulAdd(z * z, q, (Real(1) - w) - half);
 
   // Quadrant k mod 4: odd ones exchange sine and cosine; the signs follow.
   Integers bits;
@@ -79,22 +70,16 @@ void rotationsOf(Real theta, double* e) {
   std::memcpy(&cosines, &c, sizeof c);
   sines ^= sineSign;
   cosines ^= cosineSign;
-  double pairs[2][laneCount];
-  std::memcpy(pairs[0], &cosines, sizeof cosines);
-  std::memcpy(pairs[1], &sines, sizeof sines);
-  for (int l = 0; l < laneCount; ++l) {
-    e[2 * l] = pairs[0][l];
-    e[2 * l + 1] = pairs[1][l];
-  }
+  Pairs e;
+  std::memcpy(&e.x.v, &cosines, sizeof cosines);
+  std::memcpy(&e.y.v, &sines, sizeof sines);
+  return e;
 }
 
 /// Up to here k π/2 is exact enough; beyond, and for what is not finite, the library is asked.
 bool isReducible(Real theta) {
   constexpr double largest = 1e9;
-  const Integers inside = (theta.v < Real(largest).v) & (theta.v > Real(-largest).v);
-  bool all = true;
-  for (int l = 0; l < laneCount; ++l) all = all && inside[l];
-  return all;
+  return all((theta.v < Real(largest).v) & (theta.v > Real(-largest).v));
 }
 
 void rotations(const double* theta, double* e, int n) {
@@ -102,7 +87,7 @@ void rotations(const double* theta, double* e, int n) {
   const auto block = [=](int j) {
     const Real angles = Real::load(theta + j);
     if (isReducible(angles)) {
-      rotationsOf(angles, e + 2 * j);
+      storePairs(e + 2 * j, rotationsOf(angles));
     } else {
       rotate(theta + j, e + 2 * j, laneCount);
     }
@@ -127,21 +112,41 @@ const double* at(const double* array, int quantities, int i, int q) {
 }
 
 constexpr int linkQuantities = 6;
-constexpr int handleQuantities = 9;
+constexpr int handleQuantities = 8;
 
-/// Quantities of the bodies of one step, lane by lane; those beyond the chain's end read as `beyond`.
-[[gnu::always_inline]] inline Real read(const SegmentArrays& arrays, const double* values, int width,
-                                        int offset, int i, double beyond) {
-  const std::ptrdiff_t stride = static_cast<std::ptrdiff_t>(arrays.steps);
-  if (i + stride * (laneCount - 1) < arrays.bodies) {
-    return Real::gather(values + i * width + offset, stride * width);
-  }
-  Real a(beyond);
+/// True where lane s of step i is a body in every lane.
+[[gnu::always_inline]] inline bool isFull(const SegmentArrays& arrays, int i) {
+  return i + static_cast<std::ptrdiff_t>(arrays.steps) * (laneCount - 1) < arrays.bodies;
+}
+
+/// A number of each body of a step, lane by lane; 0 for those beyond the chain's end.
+[[gnu::always_inline]] inline Real read(const SegmentArrays& arrays, const double* values, int i) {
+  const std::ptrdiff_t stride = arrays.steps;
+  if (isFull(arrays, i)) return Real::gather(values + i, stride);
+  Real a;
   for (int s = 0; s < laneCount; ++s) {
-    const std::ptrdiff_t j = i + s * stride;
-    if (j < arrays.bodies) a.v[s] = values[j * width + offset];
+    if (i + s * stride < arrays.bodies) a.v[s] = values[i + s * stride];
   }
   return a;
+}
+
+/// A pair of each body; (beyond, 0) for those beyond the end.
+[[gnu::always_inline]] inline Pairs readPairs(const SegmentArrays& arrays, const double* pairs, int i,
+                                              double beyond) {
+  const std::ptrdiff_t stride = arrays.steps;
+  if (isFull(arrays, i)) return gatherPairs(pairs + 2 * i, 2 * stride);
+  Pairs a{Real(beyond), Real()};
+  for (int s = 0; s < laneCount; ++s) {
+    const double* from = pairs + 2 * (i + s * stride);
+    if (i + s * stride < arrays.bodies) a.x.v[s] = from[0], a.y.v[s] = from[1];
+  }
+  return a;
+}
+
+[[gnu::always_inline]] inline Rotation<Real> readRotation(const SegmentArrays& arrays, const double* e,
+                                                          int i) {
+  const Pairs pairs = readPairs(arrays, e, i, 1);
+  return {pairs.x, pairs.y};
 }
 
 /// Numbers this small are zero: G shrinks exponentially along a segment, and denormal numbers are slow.
@@ -170,11 +175,11 @@ Vector unit(Vector P) {
 Vector outerFrames(const SegmentArrays& arrays, const double* e) {
   const int i = arrays.steps - 1;
   const double* link = at(arrays.links, linkQuantities, i, 0);
-  const Rotation<Real> turn{read(arrays, e, 2, 0, i, 1), read(arrays, e, 2, 1, i, 0)};
-  return unit(turn * Vector{Real::load(link + 4 * laneCount), Real::load(link + 5 * laneCount)});
+  return unit(readRotation(arrays, e, i) *
+              Vector{Real::load(link + 4 * laneCount), Real::load(link + 5 * laneCount)});
 }
 
-template <bool hasForces>
+template <bool hasMoments, bool hasForces>
 void runInwards(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                 const double* F, SegmentHandles& handles) {
   Sym2<Real> A, C;
@@ -184,23 +189,24 @@ void runInwards(const SegmentArrays& arrays, const double* e, const double* omeg
   for (int i = arrays.steps - 1; i >= 0; --i) {
     const double* link = at(arrays.links, linkQuantities, i, 0);
     const auto own = [link](int q) { return Real::load(link + q * laneCount); };
-    const Body<Real> body{own(0), own(1), {own(2), own(3)}, {own(4), own(5)}};
-    const Rotation<Real> turn{read(arrays, e, 2, 0, i, 1), read(arrays, e, 2, 1, i, 0)};
-    const Real rate = read(arrays, omega, 1, 0, i, 0);
-    const Real ww = rate * rate;
-    const Vector R = turn * body.r;
-    const Vector P = turn * body.p;
+    const Turned<Real> body = turned(Body<Real>{own(0), own(1), {own(2), own(3)}, {own(4), own(5)}},
+                                     readRotation(arrays, e, i), read(arrays, omega, i));
+    const Vector P = body.P;
+    Real moment;
+    if constexpr (hasMoments) moment = read(arrays, N, i);
+    const Handle<Real> handle = inwards<false>(body, moment, A, b);
+    if constexpr (hasForces) {
+      const Pairs force = readPairs(arrays, F, i, 0);
+      b -= Vector{force.x, force.y};
+    }
 
-    const Handle<Real> handle = inwards(body, R, P, ww, read(arrays, N, 1, 0, i, 0), A, b);
-    if constexpr (hasForces) b -= Vector{read(arrays, F, 2, 0, i, 0), read(arrays, F, 2, 1, i, 0)};
-
-    const Vector g = P.x * Gy - P.y * Gx;   // Gᵀ iP
-    const Vector GP = P.x * Gx + P.y * Gy;  // Gᵀ P
+    const Vector g = mulAdd(P.x, Gy, -P.y * Gx);  // Gᵀ iP
+    const Vector GP = mulAdd(P.x, Gx, P.y * Gy);  // Gᵀ P
     const Vector gD = handle.inverseD * g;
-    C = {C.xx + g.x * gD.x, C.xy + g.x * gD.y, C.yy + g.y * gD.y};
-    c += handle.u * gD - ww * GP;
-    Gx -= handle.U.x * gD;
-    Gy -= handle.U.y * gD;
+    C = {mulAdd(g.x, gD.x, C.xx), mulAdd(g.x, gD.y, C.xy), mulAdd(g.y, gD.y, C.yy)};
+    c = mulAdd(handle.u, gD, mulAdd(-body.ww, GP, c));
+    Gx = mulAdd(-handle.U.x, gD, Gx);
+    Gy = mulAdd(-handle.U.y, gD, Gy);
     if (i % stepsPerFlush == 0) {
       Gx = {flushed(Gx.x), flushed(Gx.y)};
       Gy = {flushed(Gy.x), flushed(Gy.y)};
@@ -208,7 +214,8 @@ void runInwards(const SegmentArrays& arrays, const double* e, const double* omeg
 
     double* to = arrays.handles + static_cast<std::ptrdiff_t>(i) * handleQuantities * laneCount;
     int q = 0;
-    for (const Real value : {handle.U.x, handle.U.y, handle.u, handle.inverseD, g.x, g.y, P.x, P.y, ww}) {
+    const Reply<Real> reply = replyOf(handle, body);
+    for (const Real value : {reply.UD.x, reply.UD.y, reply.uD, reply.ww, P.x, P.y, gD.x, gD.y}) {
       value.store(to + laneCount * q++);
     }
   }
@@ -223,9 +230,11 @@ void runInwards(const SegmentArrays& arrays, const double* e, const double* omeg
 void inwardsAll(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                 const double* F, SegmentHandles& handles) {
   if (F) {
-    runInwards<true>(arrays, e, omega, N, F, handles);
+    runInwards<true, true>(arrays, e, omega, N, F, handles);
+  } else if (N) {
+    runInwards<true, false>(arrays, e, omega, N, F, handles);
   } else {
-    runInwards<false>(arrays, e, omega, N, F, handles);
+    runInwards<false, false>(arrays, e, omega, N, F, handles);
   }
 }
 
@@ -237,10 +246,10 @@ void outwardsAll(const SegmentArrays& arrays, const double (*from)[SegmentHandle
   for (int i = 0; i < arrays.steps; ++i) {
     const double* handle = at(arrays.handles, handleQuantities, i, 0);
     const auto own = [handle](int q) { return Real::load(handle + q * laneCount); };
-    const Vector U{own(0), own(1)}, g{own(4), own(5)}, P{own(6), own(7)};
-    const Real result = (own(2) - dot(g, force) - dot(U, a)) * own(3);
-    a += result * perp(P) - own(8) * P;
-    if (i + stride * (laneCount - 1) < arrays.bodies) {
+    const Vector gD{own(6), own(7)};
+    const Real result =
+        outwards(Reply<Real>{{own(0), own(1)}, {own(4), own(5)}, own(2) - dot(gD, force), own(3)}, a);
+    if (isFull(arrays, i)) {
       result.scatter(alpha + i, stride);
     } else {
       for (int s = 0; s < laneCount; ++s) {

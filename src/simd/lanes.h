@@ -3,6 +3,10 @@
 /// A number in each lane of a SIMD register. In an unnamed namespace on purpose: each file that includes this
 /// is compiled for another CPU, and none may share a function with another. It must define laneCount before.
 
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
 #include <cstddef>
 #include <cstring>
 
@@ -41,6 +45,79 @@ struct Lanes {
   Lanes& operator+=(Lanes b) { return *this = *this + b; }
   Lanes& operator-=(Lanes b) { return *this = *this - b; }
 };
+
+#if defined(__AVX512F__)
+Lanes mulAdd(Lanes a, Lanes b, Lanes c) {
+  return Lanes(_mm512_fmadd_pd(a.v, b.v, c.v));
+}
+#elif defined(__FMA__)
+Lanes mulAdd(Lanes a, Lanes b, Lanes c) {
+  return Lanes(_mm256_fmadd_pd(a.v, b.v, c.v));
+}
+#endif
+
+using Integers = long long __attribute__((vector_size(8 * laneCount)));
+
+/// Pairs (x, y): of lane s at from[s·stride], two numbers each; and in a row.
+struct Pairs {
+  Lanes x, y;
+};
+
+#if defined(__AVX512F__)
+
+// All of maskz: GCC 12 takes the unmasked ones for reading what was never written.
+Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
+  const auto four = [=](std::ptrdiff_t first) {  // lanes first, first + 2, + 4, + 6
+    const auto two = [=](std::ptrdiff_t s) {
+      return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(from + s * stride)),
+                                  _mm_loadu_pd(from + (s + 2) * stride), 1);
+    };
+    return _mm512_maskz_insertf64x4(0xff, _mm512_castpd256_pd512(two(first)), two(first + 4), 1);
+  };
+  const __m512d even = four(0), odd = four(1);
+  return {Lanes(_mm512_maskz_unpacklo_pd(0xff, even, odd)), Lanes(_mm512_maskz_unpackhi_pd(0xff, even, odd))};
+}
+
+void storePairs(double* to, Pairs pairs) {
+  const __m512i low = _mm512_setr_epi64(0, 8, 1, 9, 2, 10, 3, 11);
+  const __m512i high = _mm512_setr_epi64(4, 12, 5, 13, 6, 14, 7, 15);
+  _mm512_storeu_pd(to, _mm512_permutex2var_pd(pairs.x.v, low, pairs.y.v));
+  _mm512_storeu_pd(to + 8, _mm512_permutex2var_pd(pairs.x.v, high, pairs.y.v));
+}
+
+bool all(Integers mask) {
+  return _mm512_movepi64_mask(reinterpret_cast<__m512i>(mask)) == 0xff;
+}
+
+#elif defined(__AVX2__)
+
+Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
+  const auto two = [=](std::ptrdiff_t s) {  // lanes s and s + 2
+    return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(from + s * stride)),
+                                _mm_loadu_pd(from + (s + 2) * stride), 1);
+  };
+  const __m256d even = two(0), odd = two(1);
+  return {Lanes(_mm256_unpacklo_pd(even, odd)), Lanes(_mm256_unpackhi_pd(even, odd))};
+}
+
+void storePairs(double* to, Pairs pairs) {
+  const __m256d even = _mm256_unpacklo_pd(pairs.x.v, pairs.y.v);
+  const __m256d odd = _mm256_unpackhi_pd(pairs.x.v, pairs.y.v);
+  _mm256_storeu_pd(to, _mm256_permute2f128_pd(even, odd, 0x20));
+  _mm256_storeu_pd(to + 4, _mm256_permute2f128_pd(even, odd, 0x31));
+}
+
+bool all(Integers mask) {
+  return _mm256_movemask_pd(reinterpret_cast<__m256d>(mask)) == 0xf;
+}
+
+#else
+
+Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
+  return {Lanes::gather(from, stride), Lanes::gather(from + 1, stride)};
+}
+
+#endif
 
 }  // namespace
 }  // namespace planar_chain::simd

@@ -192,7 +192,7 @@ double costOf(const Method& method, int n, bool quick) {
   const Scene scene = hangingChain(n);
   Loads loads(scene, 0);
   Dynamics dynamics(scene.chain, loads);
-  loads.enter(0);
+  dynamics.enter(0);
   const auto integrator = ode::fixedSteps(makeStepper(method, dynamics), 1e-3 / n);
   ode::State state(dynamics.size());
   double theta = 0;

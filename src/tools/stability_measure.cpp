@@ -74,7 +74,7 @@ Bench::Bench(const Case& given)
   rest.y.head(n_).setConstant(-pi / 2);
   energyAtRest_ = energyOf(given.scene.chain, rest.y.data(), rest.y.data() + n_).total();
   energyAtStart_ = energyOfMotion(start_);
-  loads_.enter(0);
+  dynamics_.enter(0);
 }
 
 double Bench::energyOfMotion(const ode::State& state) const {

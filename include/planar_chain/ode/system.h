@@ -25,6 +25,9 @@ struct LinearCosts {
 /// A system whose Jacobian J = ∂f/∂y can be solved with exactly.
 class LinearizedSystem : public System {
  public:
+  /// Room for what follows, with at least so many factorizations with complex s, kept beside each other and the real
+  /// one. Allocates.
+  virtual void reserve(int complexCount) = 0;
   /// Takes J and ∂f/∂t at (t, y), and writes f(t, y) on the way.
   virtual void linearize(double t, const double* y, double* dydt) = 0;
   /// ∂f/∂t at the last linearize(). False, and nothing is written, when f does not depend on t there.
@@ -35,8 +38,6 @@ class LinearizedSystem : public System {
   /// x = (s·1 − J)⁻¹ rhs with the last factor(); x may be rhs.
   virtual void solve(const double* rhs, double* x) = 0;
 
-  /// Room for factorizations with complex s that are kept beside each other and the real one. Allocates.
-  virtual void reserveComplex(int count) = 0;
   /// Factors s·1 − J as number k < count.
   virtual void factorComplex(int k, std::complex<double> s) = 0;
   /// x = (s·1 − J)⁻¹ rhs with factorization k; x may be rhs.
