@@ -56,6 +56,7 @@ Dynamics::Dynamics(const Chain& chain, Loads& loads)
     F_.resize(n);
     pinVelocity_.resize(n);
   }
+  outside_ = {e_.data(), N_.data(), F_.data(), -1.0 * chain.gravity()};
   effects_.reserve(3);
   listEffects();
 }
@@ -117,28 +118,23 @@ void Dynamics::findPinVelocities(const Rotation<double>* e, const double* omega)
   }
 }
 
-void Dynamics::run(Acting acting, const double* y, Vec2d ground, double* dydt) {
-  if (auto* chain = std::get_if<ShortChain>(&recursion_)) {
-    return chain->derivative(acting, y, e_.data(), N_.data(), F_.data(), ground, dydt);
-  }
-  if (acting != Acting::forces) rotations(y, e_.data(), n_);
+inline void Dynamics::run(Acting acting, const Outside& outside, const double* y, double* dydt) {
+  if (auto* chain = std::get_if<ShortChain>(&recursion_)) return chain->derivative(acting, outside, y, dydt);
+
+  if (acting != Acting::forces) rotations(y, outside.e, n_);
   const double* omega = y + n_;
-  const double* N = acting == Acting::nothing ? nullptr : N_.data();
-  const Vec2d* F = acting == Acting::forces ? F_.data() : nullptr;
+  const double* N = acting == Acting::nothing ? nullptr : outside.N;
+  const Vec2d* F = acting == Acting::forces ? outside.F : nullptr;
   std::copy(omega, omega + n_, dydt);
   if (auto* segments = std::get_if<Segments>(&recursion_)) {
-    segments->accelerations(e_.data(), omega, N, F, ground, dydt + n_);
+    segments->accelerations(outside.e, omega, N, F, outside.ground, dydt + n_);
   } else {
-    std::get<Articulated<double>>(recursion_).accelerations(e_.data(), omega, N, F, ground, dydt + n_);
+    std::get_if<Articulated<double>>(&recursion_)
+        ->accelerations(outside.e, omega, N, F, outside.ground, dydt + n_);
   }
 }
 
-void Dynamics::derivative(double t, const double* y, double* dydt) {
-  ++evaluations_;
-  evaluate(t, y, dydt);
-}
-
-void Dynamics::evaluate(double t, const double* y, double* dydt) {
+inline void Dynamics::evaluate(double t, const double* y, double* dydt) {
   std::fill(N_.begin(), N_.end(), 0.0);
   Powers powers;
   for (const Effect effect : effects_) {
@@ -146,11 +142,16 @@ void Dynamics::evaluate(double t, const double* y, double* dydt) {
     powers.supplied += own.supplied;
     powers.dissipated += own.dissipated;
   }
-  run(acting_, y, -1.0 * chain_.gravity(), dydt);
+  run(acting_, outside_, y, dydt);
   if (works_ > 0) {
     dydt[2 * n_] = powers.supplied;
     dydt[2 * n_ + 1] = powers.dissipated;
   }
+}
+
+void Dynamics::derivative(double t, const double* y, double* dydt) {
+  ++evaluations_;
+  evaluate(t, y, dydt);
 }
 
 void Dynamics::linearize(double t, const double* y, double* dydt) {
@@ -182,7 +183,7 @@ bool Dynamics::timeDerivative(double* ft) {
       loads_.applyRates(tAt_, eAt_.data(), omegaAt_.data(), pinVelocity_.data(), N_.data(), F_.data());
   std::copy(eAt_.begin(), eAt_.end(), e_.begin());
   std::fill(motion_.begin(), motion_.end(), 0.0);
-  run(Acting::forces, motion_.data(), {}, ft);
+  run(Acting::forces, {e_.data(), N_.data(), F_.data(), {}}, motion_.data(), ft);
   ft[2 * n_] = power;
   ft[2 * n_ + 1] = 0;
   return true;

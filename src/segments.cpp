@@ -33,8 +33,8 @@ Matrix transposed(const Matrix& A) {
 
 /// (1 + B)⁻¹
 Matrix inverseOfOnePlus(const Matrix& B) {
-  const double determinant = (1 + B.xx) * (1 + B.yy) - B.xy * B.yx;
-  return {(1 + B.yy) / determinant, -B.xy / determinant, -B.yx / determinant, (1 + B.xx) / determinant};
+  const double inverse = 1 / ((1 + B.xx) * (1 + B.yy) - B.xy * B.yx);
+  return {(1 + B.yy) * inverse, -B.xy * inverse, -B.yx * inverse, (1 + B.xx) * inverse};
 }
 
 }  // namespace
@@ -105,12 +105,13 @@ void Segments::accelerations(const Rotation<double>* e, const double* omega, con
   simd::SegmentHandles h;
   kernel_.inwards(arrays, &e->c, omega, N, F ? &F->x : nullptr, h);
 
-  // Joined from the tip.
-  Matrix outerA;
-  Vec2d outerb;
+  // Joined from the tip, outside of which there is nothing.
+  const int last = kernel_.lanes - 1;
+  Matrix outerA = whole({h.A[0][last], h.A[1][last], h.A[2][last]});
+  Vec2d outerb{h.b[0][last], h.b[1][last]};
   Matrix KA[most];
   Vec2d Kb[most];
-  for (int s = kernel_.lanes - 1; s >= 0; --s) {
+  for (int s = last - 1; s >= 0; --s) {
     const Matrix G{h.G[0][s], h.G[1][s], h.G[2][s], h.G[3][s]};
     const Matrix C = whole({h.C[0][s], h.C[1][s], h.C[2][s]});
     const Matrix A = whole({h.A[0][s], h.A[1][s], h.A[2][s]});

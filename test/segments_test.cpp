@@ -181,7 +181,7 @@ TEST(ShortChains, AreAsExactAsTheRecursionLinkByLink) {
           if (acting == Acting::forces) std::copy(moving.e.begin(), moving.e.end(), e.begin());
           std::fill(dydt.begin(), dydt.end(), std::nan(""));
           ShortChain(moving.chain, kernel)
-              .derivative(acting, y.data(), e.data(), moving.moments(acting), moving.forces(acting), ground,
+              .derivative(acting, {e.data(), moving.moments(acting), moving.forces(acting), ground}, y.data(),
                           dydt.data());
           std::copy(dydt.begin() + n, dydt.end(), alpha.begin());
           ASSERT_LT(errorOf(alpha, exact), 20 * own + 1e-14) << kernel->name << " " << n << " " << bend;
@@ -206,7 +206,7 @@ TEST(ShortChains, KnowAngleAndNumberOfAnySize) {
     for (const simd::Kernel* kernel : runnable()) {
       ShortChain chain(moving.chain, kernel);
       const auto run = [&] {
-        chain.derivative(Acting::nothing, y.data(), e.data(), nullptr, nullptr, {0, 9.81}, dydt.data());
+        chain.derivative(Acting::nothing, {e.data(), nullptr, nullptr, {0, 9.81}}, y.data(), dydt.data());
       };
       run();
       for (std::size_t j = 0; j < size; ++j) EXPECT_EQ(e[j].c, std::cos(1e15));

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "planar_chain/planar.h"
+
 namespace planar_chain {
 
 /// What acts on the bodies besides pins, gravity and inertia. Each has all before it.
@@ -7,6 +9,15 @@ enum class Acting {
   nothing,
   moments,  ///< springs, dampers, stops, joint torques
   forces,   ///< at points of links, with the moments that they have
+};
+
+/// The arrays that it stands in, n of each: e = exp(i θ_j); N: moments about the inner pins, N m; F: forces
+/// without gravity, N, ground components; and the acceleration of the ground pin less gravity, m/s².
+struct Outside {
+  Rotation<double>* e;
+  const double* N;
+  const Vec2d* F;
+  Vec2d ground;
 };
 
 }  // namespace planar_chain

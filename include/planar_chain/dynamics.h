@@ -37,6 +37,8 @@ class Dynamics : public ode::LinearizedSystem {
  public:
   /// Both must outlive this object.
   Dynamics(const Chain& chain, Loads& loads);
+  Dynamics(const Dynamics&) = delete;
+  Dynamics& operator=(const Dynamics&) = delete;
 
   /// Chooses what of the loads acts in [t, loads.until()). Allocates nothing.
   void enter(double t);
@@ -79,8 +81,8 @@ class Dynamics : public ode::LinearizedSystem {
   void listEffects();
   void changedStops();
 
-  /// [ω α] with N_ and F_, as far as they act, from a ground that accelerates so.
-  void run(Acting acting, const double* y, Vec2d ground, double* dydt);
+  /// [ω α] with what acts.
+  void run(Acting acting, const Outside& outside, const double* y, double* dydt);
   void evaluate(double t, const double* y, double* dydt);
   void findPinVelocities(const Rotation<double>* e, const double* omega);
   /// k and d of each joint, of its spring, damper and stops together.
@@ -101,6 +103,7 @@ class Dynamics : public ode::LinearizedSystem {
   std::vector<Rotation<double>> e_;
   std::vector<double> N_, motion_;
   std::vector<Vec2d> F_, pinVelocity_;
+  Outside outside_;  ///< these
   long long evaluations_ = 0;
 
   // For the exact solve, once there is room for it: link by link or in segments, whichever is faster for this

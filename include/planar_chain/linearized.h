@@ -40,21 +40,18 @@ namespace planar_chain {
 /// z·P, a product of complex numbers of the plane; z's parts may themselves be complex numbers.
 template <class Scalar, class Real>
 Vec2<Scalar> turnScale(Vec2<Scalar> z, Vec2<Real> P) {
-  return {z.x * P.x - z.y * P.y, z.x * P.y + z.y * P.x};
+  return {mulAdd(P.x, z.x, -P.y * z.y), mulAdd(P.y, z.x, P.x * z.y)};
 }
 
 template <class Scalar, class Real>
 Scalar dotMixed(Vec2<Real> a, Vec2<Scalar> b) {
-  return a.x * b.x + a.y * b.y;
+  return mulAdd(a.x, b.x, a.y * b.y);
 }
 
 /// A 2×2 matrix without symmetry.
 template <class Scalar>
 struct Matrix2 {
   Scalar xx{}, xy{}, yx{}, yy{};
-  friend Vec2<Scalar> operator*(const Matrix2& A, Vec2<Scalar> a) {
-    return {A.xx * a.x + A.xy * a.y, A.yx * a.x + A.yy * a.y};
-  }
 };
 
 /// A body in the state at which the chain is linearized.
@@ -97,18 +94,19 @@ LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>
   const Scalar k = body.k + s * body.d;
   const Matrix2<Scalar>& B = shown.B;
 
-  const Vec2<Scalar> BzPh = B * zP + shown.h;
-  const Vec2<Scalar> UR = Vec2<Scalar>{body.m * zR.x, body.m * zR.y} + BzPh;
-  const Vec2<Scalar> UL{B.xx * iP.x + B.yx * iP.y + shown.p.x - body.m * body.R.y,
-                        B.xy * iP.x + B.yy * iP.y + shown.p.y + body.m * body.R.x};
-  const Scalar Dm = body.J * s * s + body.kappa + shown.q + dotMixed(iP, BzPh) + dot(shown.p, zP);
+  const Vec2<Scalar> BzPh{mulAdd(B.xx, zP.x, mulAdd(B.xy, zP.y, shown.h.x)),
+                          mulAdd(B.yx, zP.x, mulAdd(B.yy, zP.y, shown.h.y))};
+  const Vec2<Scalar> UR = mulAdd(body.m, zR, BzPh);
+  const Vec2<Scalar> UL{mulAdd(iP.x, B.xx, mulAdd(iP.y, B.yx, shown.p.x - body.m * body.R.y)),
+                        mulAdd(iP.x, B.xy, mulAdd(iP.y, B.yy, shown.p.y + body.m * body.R.x))};
+  const Scalar Dm = mulAdd(body.J, s * s, body.kappa + shown.q) + dotMixed(iP, BzPh) + dot(shown.p, zP);
   const Scalar inverseD = Real(1) / (Dm + k);
   const LinearHandle<Scalar> handle{B, shown.p, zP, UR, UL, inverseD, k};
 
   const Scalar kD = k * inverseD;
   const Vec2<Scalar> ULD = inverseD * UL;
-  shown.B = {body.m + B.xx - UR.x * ULD.x, B.xy - UR.x * ULD.y, B.yx - UR.y * ULD.x,
-             body.m + B.yy - UR.y * ULD.y};
+  shown.B = {mulAdd(-UR.x, ULD.x, body.m + B.xx), mulAdd(-UR.x, ULD.y, B.xy), mulAdd(-UR.y, ULD.x, B.yx),
+             mulAdd(-UR.y, ULD.y, body.m + B.yy)};
   shown.h = kD * UR;
   shown.p = k * ULD;
   shown.q = kD * Dm;
@@ -124,11 +122,12 @@ Sweep<Scalar> carry(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle
   const Vec2<Scalar> wR = turnScale(w, body.R);
   const Vec2<Scalar> wP = turnScale(w, body.P);
   const Scalar delta = -(body.k * bend);
-  const Vec2<Scalar> BwPb = handle.B * wP + b;
-  const Scalar epsilon =
-      body.J * rhoV - body.kappa * sigma + delta - dotMixed(perp(body.P), BwPb) - dot(handle.p, wP) - r;
+  const Vec2<Scalar> BwPb{mulAdd(handle.B.xx, wP.x, mulAdd(handle.B.xy, wP.y, b.x)),
+                          mulAdd(handle.B.yx, wP.x, mulAdd(handle.B.yy, wP.y, b.y))};
+  const Scalar epsilon = mulAdd(body.J, rhoV, mulAdd(-body.kappa, sigma, delta - r)) -
+                         dotMixed(perp(body.P), BwPb) - dot(handle.p, wP);
   const Scalar eD = epsilon * handle.inverseD;
-  b = Vec2<Scalar>{body.m * wR.x, body.m * wR.y} + BwPb + eD * handle.UR;
+  b = mulAdd(eD, handle.UR, mulAdd(body.m, wR, BwPb));
   r = delta - handle.k * eD;
   return {wP, epsilon};
 }

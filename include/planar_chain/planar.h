@@ -12,8 +12,8 @@
 namespace planar_chain {
 
 /// a b + c; a number type of which the CPU does this at once, and rounds once, has a function of its own.
-template <class Real>
-constexpr Real mulAdd(Real a, Real b, Real c) {
+template <class A, class B, class C>
+constexpr C mulAdd(A a, B b, C c) {
   return a * b + c;
 }
 
@@ -63,8 +63,8 @@ constexpr Real dot(Vec2<Real> a, Vec2<Real> b) {
 }
 
 /// k a + b
-template <class Real>
-constexpr Vec2<Real> mulAdd(Real k, Vec2<Real> a, Vec2<Real> b) {
+template <class Factor, class A, class B>
+constexpr Vec2<B> mulAdd(Factor k, Vec2<A> a, Vec2<B> b) {
   return {mulAdd(k, a.x, b.x), mulAdd(k, a.y, b.y)};
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 /// The recursion of articulated.h for short chains: link by link, as it stands there, with sines, cosines and
-/// all else that does not depend on the neighbours computed for several links at a time; for up to eight
-/// links written out without loops.
+/// all else that does not depend on the neighbours computed for several links at a time; for up to twelve
+/// links written out without loops, and two in closed form.
 ///
 /// Scene-made: there is one function for each length and for each kind of what acts, which computes no more
 /// than that takes.
@@ -25,27 +25,22 @@ class ShortChain {
  public:
   /// For n links up to this; longer ones: segments.h.
   static const int most;
-  /// How many pairs e has room for in derivative().
+  /// How many rotations outside.e must have room for in derivative().
   static int roomFor(int n);
 
   /// The best kernel of this CPU, or the one given.
   explicit ShortChain(const Chain& chain, const simd::Kernel* kernel = nullptr);
 
-  /// y = [θ ω], dydt = [ω α], n numbers each. e: exp(i θ), written, but read when forces act. N, F and ground
-  /// as in Articulated::accelerations, the first two read when they act. Allocates nothing.
-  void derivative(Acting acting, const double* y, Rotation<double>* e, const double* N, const Vec2d* F,
-                  Vec2d ground, double* dydt) {
-    runs_[static_cast<std::size_t>(acting)](n_, links_.data(), y, &e->c, N, F ? &F->x : nullptr, &ground.x,
-                                            dydt);
+  /// y = [θ ω], dydt = [ω α], n numbers each. outside.e is written, but read when forces act; N and F are read
+  /// when they act. Allocates nothing.
+  void derivative(Acting acting, const Outside& outside, const double* y, double* dydt) {
+    runs_[static_cast<std::size_t>(acting)](n_, links_.data(), outside, y, dydt);
   }
 
  private:
   int n_;
   CacheLines links_;
-  std::array<void (*)(int n, const double* links, const double* y, double* e, const double* N,
-                      const double* F, const double* ground, double* dydt),
-             3>
-      runs_;
+  std::array<void (*)(int n, const double* links, const Outside& outside, const double* y, double* dydt), 3> runs_;
 };
 
 }  // namespace planar_chain

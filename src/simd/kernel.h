@@ -14,10 +14,8 @@ namespace planar_chain::simd {
 struct ShortChains {
   static constexpr int most = 16;           ///< links
   static constexpr int linkQuantities = 6;  ///< m, I, r, p
-  /// links: body k·lanes + l in lane l of block k. y = [θ ω] and dydt, 2n; e: pairs, with room for whole
-  /// blocks, written unless forces act, then read. N, F: read if they act. ground: x, y.
-  using Run = void (*)(int n, const double* links, const double* y, double* e, const double* N,
-                       const double* F, const double* ground, double* dydt);
+  /// links: body k·lanes + l in lane l of block k; see ShortChain::derivative.
+  using Run = void (*)(int n, const double* links, const Outside& outside, const double* y, double* dydt);
 
   int lanes;
   Run (*runFor)(int n, Acting acting);

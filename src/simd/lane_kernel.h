@@ -19,7 +19,7 @@ using Vector = Vec2<Real>;
 // ---- Sines and cosines -----------------------------------------------------------------------
 
 /// exp(i θ) by the machine's library.
-void rotate(const double* theta, double* e, int n) {
+[[gnu::cold, gnu::noinline]] void rotate(const double* theta, double* e, int n) {
   for (int j = 0; j < n; ++j) {
     e[2 * j] = std::cos(theta[j]);
     e[2 * j + 1] = std::sin(theta[j]);
@@ -31,7 +31,7 @@ void rotate(const double* theta, double* e, int n) {
 /// θ = k π/2 + r, |r| ≤ π/4, with π/2 in three parts (W. Cody, W. Waite, Software Manual for the Elementary
 /// Functions, 1980): with fused multiplication the first difference is exact and the third part is below what
 /// r can hold. Then sin r and cos r by the polynomials of Sun's fdlibm (k_sin.c, k_cos.c).
-Pairs rotationsOf(Real theta) {
+[[gnu::always_inline]] inline Pairs rotationsOf(Real theta) {
   // Adding 1.5·2⁵² rounds to an integer, whose last bits are then k's.
   const Real shift(6755399441055744.0);
   const Real shifted = mulAdd(theta, Real(6.36619772367581382433e-01), shift);
@@ -57,23 +57,16 @@ Pairs rotationsOf(Real theta) {
   const Real w = Real(1) - half;
   const Real cosine = w + mulAdd(z * z, q, (Real(1) - w) - half);
 
-  // Quadrant k mod 4: odd ones exchange sine and cosine; the signs follow.
-  Integers bits;
-  std::memcpy(&bits, &shifted.v, sizeof bits);
+  // Quadrant k mod 4: odd ones exchange sine and cosine; the signs follow. Casts keep the bits.
+  using Register = Real::Register;
+  const auto bits = reinterpret_cast<Integers>(shifted.v);
   const Integers odd = (bits & 1) != 0;
   const Integers sineSign = (bits & 2) << 62;
   const Integers cosineSign = ((bits + 1) & 2) << 62;
-  Integers sines, cosines;
-  const auto s = odd ? cosine.v : sine.v;
-  const auto c = odd ? sine.v : cosine.v;
-  std::memcpy(&sines, &s, sizeof s);
-  std::memcpy(&cosines, &c, sizeof c);
-  sines ^= sineSign;
-  cosines ^= cosineSign;
-  Pairs e;
-  std::memcpy(&e.x.v, &cosines, sizeof cosines);
-  std::memcpy(&e.y.v, &sines, sizeof sines);
-  return e;
+  const Register s = odd ? cosine.v : sine.v;
+  const Register c = odd ? sine.v : cosine.v;
+  return {Real(reinterpret_cast<Register>(reinterpret_cast<Integers>(c) ^ cosineSign)),
+          Real(reinterpret_cast<Register>(reinterpret_cast<Integers>(s) ^ sineSign))};
 }
 
 /// Up to here k π/2 is exact enough; beyond, and for what is not finite, the library is asked.
@@ -154,11 +147,7 @@ constexpr int handleQuantities = 8;
 constexpr int stepsPerFlush = 8;
 Real flushed(Real a) {
   const Integers large = (a.v > Real(1e-140).v) | (a.v < Real(-1e-140).v);
-  Integers bits;
-  std::memcpy(&bits, &a.v, sizeof bits);
-  bits &= large;
-  std::memcpy(&a.v, &bits, sizeof bits);
-  return a;
+  return Real(reinterpret_cast<Real::Register>(reinterpret_cast<Integers>(a.v) & large));
 }
 
 /// P/|P|; where P = 0, the first axis.
@@ -213,11 +202,8 @@ void runInwards(const SegmentArrays& arrays, const double* e, const double* omeg
     }
 
     double* to = arrays.handles + static_cast<std::ptrdiff_t>(i) * handleQuantities * laneCount;
-    int q = 0;
     const Reply<Real> reply = replyOf(handle, body);
-    for (const Real value : {reply.UD.x, reply.UD.y, reply.uD, reply.ww, P.x, P.y, gD.x, gD.y}) {
-      value.store(to + laneCount * q++);
-    }
+    storeAll(to, reply.UD.x, reply.UD.y, reply.uD, reply.ww, P.x, P.y, gD.x, gD.y);
   }
   d.x.store(handles.d[0]), d.y.store(handles.d[1]);
   A.xx.store(handles.A[0]), A.xy.store(handles.A[1]), A.yy.store(handles.A[2]);

@@ -10,6 +10,8 @@
 #include <cstddef>
 #include <cstring>
 
+#include "planar_chain/planar.h"
+
 namespace planar_chain::simd {
 namespace {
 
@@ -46,6 +48,7 @@ struct Lanes {
   Lanes& operator-=(Lanes b) { return *this = *this - b; }
 };
 
+using planar_chain::mulAdd;
 #if defined(__AVX512F__)
 Lanes mulAdd(Lanes a, Lanes b, Lanes c) {
   return Lanes(_mm512_fmadd_pd(a.v, b.v, c.v));
@@ -57,6 +60,12 @@ Lanes mulAdd(Lanes a, Lanes b, Lanes c) {
 #endif
 
 using Integers = long long __attribute__((vector_size(8 * laneCount)));
+
+/// One after the other.
+template <class... Numbers>
+[[gnu::always_inline]] inline void storeAll(double* to, Numbers... numbers) {
+  ((numbers.store(to), to += laneCount), ...);
+}
 
 /// Pairs (x, y): of lane s at from[s·stride], two numbers each; and in a row.
 struct Pairs {

@@ -4,6 +4,9 @@
 /// neighbours in lanes, one body a lane, and then the recursion of articulated.h in a row, written out
 /// without loops for up to eight links. What the template's arguments do not name is not computed.
 
+#include <algorithm>
+#include <utility>
+
 #include "lane_kernel.h"
 
 namespace planar_chain::simd {
@@ -34,97 +37,162 @@ Number mulAdd(Number a, Number b, Number c) {
 /// The first numbers of a register, so many as there are; the others are 0.
 [[gnu::always_inline]] inline Real loadSome(const double* from, int count) {
   if (count >= laneCount) return Real::load(from);
+#if defined(__AVX2__) && !defined(__AVX512F__)
+  alignas(32) static constexpr long long masks[2 * laneCount] = {-1, -1, -1, -1, 0, 0, 0, 0};
+  const auto* mask = reinterpret_cast<const __m256i*>(masks + laneCount - count);
+  return Real(_mm256_maskload_pd(from, _mm256_loadu_si256(mask)));
+#else
   Real a;
-  for (int s = 0; s < laneCount; ++s) {
-    if (s < count) a.v[s] = from[s];
-  }
+  for (int s = 0; s < count; ++s) a.v[s] = from[s];
   return a;
+#endif
 }
 
-/// exp(i θ) of so many angles, in lanes and to e, which has room for laneCount of them.
-[[gnu::always_inline]] inline Pairs rotationsOfSome(const double* theta, int count, double* e) {
+/// exp(i θ) of so many angles to e, which has room for laneCount of them.
+[[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
 #ifdef __FMA__
   const Real angles = loadSome(theta, count);
-  if (isReducible(angles)) {
+  if (__builtin_expect(isReducible(angles), true)) {
     const Pairs turns = rotationsOf(angles);
     storePairs(e, turns);
-    return turns;
+    return {turns.x, turns.y};
   }
 #endif
   rotate(theta, e, count < laneCount ? count : laneCount);
-  return gatherPairs(e, 2);
+  const Pairs turns = gatherPairs(e, 2);
+  return {turns.x, turns.y};
 }
 
-/// One body a lane: what the recursion reads.
-struct BodiesInLanes {
-  double J[laneCount], Rx[laneCount], Ry[laneCount], Px[laneCount], Py[laneCount], ww[laneCount];
+/// The bodies where they are, one a lane: all that does not depend on the neighbours.
+template <int fixed>
+class BodiesInLanes {
+ public:
+  template <Acting acting>
+  [[gnu::always_inline]] void turn(int n, const double* links, const double* y, double* e) {
+    const double* omega = y + n;
+#pragma GCC unroll 4
+    for (int k = 0; k < (n + laneCount - 1) / laneCount; ++k) {
+      const int first = k * laneCount;
+      const auto own = [=](int q) { return Real::load(links + (k * width + q) * laneCount); };
+      Rotation<Real> turn;
+      if constexpr (acting == Acting::forces) {
+        const Pairs pairs = gatherPairs(e + 2 * first, 2);
+        turn = {pairs.x, pairs.y};
+      } else {
+        turn = rotationsOfSome(y + first, n - first, e + 2 * first);
+      }
+      blocks_[k] = turned(Body<Real>{own(0), own(1), {own(2), own(3)}, {own(4), own(5)}}, turn,
+                          loadSome(omega + first, n - first));
+    }
+  }
+
+  [[gnu::always_inline]] Turned<Number> operator[](int j) const {
+    const Turned<Real>& block = blocks_[j / laneCount];
+    const int s = j % laneCount;
+    const auto lane = [s](const Real& value) {
+      if constexpr (fixed > 0) return Number(value.v[s]);  // stays in its register
+      Number a;
+      std::memcpy(&a.v, reinterpret_cast<const char*>(&value.v) + sizeof a.v * static_cast<std::size_t>(s),
+                  sizeof a.v);
+      return a;
+    };
+    return {lane(block.m), lane(block.J), {lane(block.R.x), lane(block.R.y)}, {lane(block.P.x), lane(block.P.y)},
+            lane(block.ww)};
+  }
+
+ private:
+  static constexpr int width = ShortChains::linkQuantities;
+  static constexpr int most = fixed > 0 ? fixed : ShortChains::most;
+  Turned<Real> blocks_[(most + laneCount - 1) / laneCount];
 };
 
+Vec2<Number> vectorOf(const Vec2d& a) {
+  return {Number(a.x), Number(a.y)};
+}
+
+/// N_j, F_j where they act.
+template <Acting acting>
+Number momentOn(const Outside& outside, int j) {
+  if constexpr (acting == Acting::nothing) return Number(0);
+  return Number(outside.N[j]);
+}
+
+template <Acting acting>
+Vec2<Number> forceOn(const Outside& outside, int j) {
+  if constexpr (acting != Acting::forces) return {};
+  return vectorOf(outside.F[j]);
+}
+
+/// The recursion, for so many links, or as many as given.
 template <int fixed, Acting acting>
-void shortChain(int given, const double* links, const double* y, double* __restrict e, const double* N,
-                const double* F, const double* ground, double* __restrict dydt) {
+void shortChain(int given, const double* links, const Outside& outside, const double* y,
+                double* __restrict dydt) {
   const int n = fixed > 0 ? fixed : given;
   constexpr int most = fixed > 0 ? fixed : ShortChains::most;
-  constexpr int mostBlocks = (most + laneCount - 1) / laneCount;
-  const int blocks = (n + laneCount - 1) / laneCount;
-  const double* omega = y + n;
-
-  BodiesInLanes bodies[mostBlocks];
-#pragma GCC unroll 4
-  for (int k = 0; k < blocks; ++k) {
-    const int first = k * laneCount;
-    const double* own = links + first * ShortChains::linkQuantities;
-    const auto link = [own](int q) { return Real::load(own + q * laneCount); };
-    const Pairs turn = acting == Acting::forces ? gatherPairs(e + 2 * first, 2)
-                                                : rotationsOfSome(y + first, n - first, e + 2 * first);
-    const Turned<Real> body = turned(Body<Real>{link(0), link(1), {link(2), link(3)}, {link(4), link(5)}},
-                                     Rotation<Real>{turn.x, turn.y}, loadSome(omega + first, n - first));
-    BodiesInLanes& to = bodies[k];
-    body.J.store(to.J), body.ww.store(to.ww);
-    body.R.x.store(to.Rx), body.R.y.store(to.Ry);
-    body.P.x.store(to.Px), body.P.y.store(to.Py);
-  }
-  const auto body = [&](int j) {
-    const BodiesInLanes& from = bodies[j / laneCount];
-    const int s = j % laneCount;
-    const double m = links[j / laneCount * laneCount * ShortChains::linkQuantities + s];
-    return Turned<Number>{Number(m),
-                          Number(from.J[s]),
-                          {Number(from.Rx[s]), Number(from.Ry[s])},
-                          {Number(from.Px[s]), Number(from.Py[s])},
-                          Number(from.ww[s])};
-  };
-  const auto moment = [N](int j) {
-    if constexpr (acting == Acting::nothing) return Number(0);
-    return Number(N[j]);
-  };
+  BodiesInLanes<fixed> bodies;
+  bodies.template turn<acting>(n, links, y, &outside.e->c);
 
   Sym2<Number> A;
   Vec2<Number> b;
   Reply<Number> replies[most];
   const auto inwardsOver = [&](auto isTip, int j) {
-    const Turned<Number> here = body(j);
-    replies[j] = replyOf(inwards<decltype(isTip)::value>(here, moment(j), A, b), here);
-    if constexpr (acting == Acting::forces) b -= Vec2<Number>{Number(F[2 * j]), Number(F[2 * j + 1])};
+    const Turned<Number> body = bodies[j];
+    replies[j] = replyOf(inwards<decltype(isTip)::value>(body, momentOn<acting>(outside, j), A, b), body);
+    if constexpr (acting == Acting::forces) b -= forceOn<acting>(outside, j);
   };
   inwardsOver(std::true_type{}, n - 1);
-#pragma GCC unroll 8
+#pragma GCC unroll 12
   for (int j = n - 2; j >= 0; --j) inwardsOver(std::false_type{}, j);
 
-  Vec2<Number> a{Number(ground[0]), Number(ground[1])};
-#pragma GCC unroll 8
+  Vec2<Number> a = vectorOf(outside.ground);
+#pragma GCC unroll 12
   for (int j = 0; j < n; ++j) {
-    dydt[j] = omega[j];
+    dydt[j] = y[n + j];
     dydt[n + j] = outwards(replies[j], a).v;
   }
 }
 
+/// Two bodies in closed form: M α = f in absolute angles (formulation.md, written out), with κ = m_2 P_1·R_2
+/// and λ = m_2 P_1×R_2
+///
+///     (J_1 + m_2 |P_1|²) α_1 + κ α_2 = N_1 + P_1×F_2 − (m_1 R_1 + m_2 P_1)×a + ω_2² λ
+///                  κ α_1 + J_2 α_2 = N_2 − m_2 R_2×a − ω_1² λ
 template <Acting acting>
-constexpr ShortChains::Run shortChainOf(int n) {
-  constexpr ShortChains::Run fixed[] = {shortChain<1, acting>, shortChain<2, acting>, shortChain<3, acting>,
-                                        shortChain<4, acting>, shortChain<5, acting>, shortChain<6, acting>,
-                                        shortChain<7, acting>, shortChain<8, acting>};
-  return n <= 8 ? fixed[n - 1] : shortChain<0, acting>;
+void twoBodies(int /*n*/, const double* links, const Outside& outside, const double* y,
+               double* __restrict dydt) {
+  BodiesInLanes<2> bodies;
+  bodies.turn<acting>(2, links, y, &outside.e->c);
+  const Turned<Number> first = bodies[0], second = bodies[1];
+  const Vec2<Number> a = vectorOf(outside.ground);
+  const Vec2<Number> mP = second.m * first.P;
+  const Vec2<Number> mR = second.m * second.R;
+
+  const Number M = mulAdd(first.P.x, mP.x, mulAdd(first.P.y, mP.y, first.J));
+  const Number kappa = dot(first.P, mR);
+  const Number lambda = cross(first.P, mR);
+  const Number f1 = mulAdd(second.ww, lambda, momentOn<acting>(outside, 0) - cross(mulAdd(first.m, first.R, mP), a)) +
+                    cross(first.P, forceOn<acting>(outside, 1));
+  const Number f2 = mulAdd(-first.ww, lambda, momentOn<acting>(outside, 1) - cross(mR, a));
+  const Number inverse = Number(1) / mulAdd(M, second.J, -kappa * kappa);
+  dydt[0] = y[2];
+  dydt[1] = y[3];
+  dydt[2] = (mulAdd(second.J, f1, -kappa * f2) * inverse).v;
+  dydt[3] = (mulAdd(M, f2, -kappa * f1) * inverse).v;
+}
+
+/// Functions for 3, 4 … links, and then for any number.
+template <Acting acting, int... n>
+constexpr ShortChains::Run shortChainOf(int links, std::integer_sequence<int, n...>) {
+  constexpr ShortChains::Run fixed[] = {shortChain<n + 3, acting>..., shortChain<0, acting>};
+  if (links == 1) return shortChain<1, acting>;
+  if (links == 2) return twoBodies<acting>;
+  return fixed[std::min(links - 3, static_cast<int>(sizeof...(n)))];
+}
+
+template <Acting acting>
+constexpr ShortChains::Run shortChainOf(int links) {
+  constexpr int mostUnrolled = 12;
+  return shortChainOf<acting>(links, std::make_integer_sequence<int, mostUnrolled - 2>());
 }
 
 ShortChains::Run shortChainFor(int n, Acting acting) {

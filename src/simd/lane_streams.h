@@ -1,0 +1,197 @@
+#pragma once
+
+/// What the exact solve in lanes reads and writes: complex numbers, rows of three, quantities one after the
+/// other, and the arrays of the caller, whose bodies stand in their order along the chain.
+
+#include "lane_kernel.h"
+#include "planar_chain/linearized.h"
+
+namespace planar_chain::simd {
+namespace {
+
+// ---- Complex numbers in lanes ----------------------------------------------------------------
+
+struct ComplexLanes {
+  Real re, im;
+
+  ComplexLanes() = default;
+  ComplexLanes(Real re_, Real im_ = Real()) : re(re_), im(im_) {}
+
+  friend ComplexLanes operator+(ComplexLanes a, ComplexLanes b) { return {a.re + b.re, a.im + b.im}; }
+  friend ComplexLanes operator-(ComplexLanes a, ComplexLanes b) { return {a.re - b.re, a.im - b.im}; }
+  friend ComplexLanes operator-(ComplexLanes a) { return {-a.re, -a.im}; }
+  friend ComplexLanes operator*(ComplexLanes a, ComplexLanes b) {
+    return {mulAdd(a.re, b.re, -a.im * b.im), mulAdd(a.re, b.im, a.im * b.re)};
+  }
+  friend ComplexLanes operator*(Real a, ComplexLanes b) { return {a * b.re, a * b.im}; }
+  friend ComplexLanes operator*(ComplexLanes b, Real a) { return a * b; }
+  friend ComplexLanes operator/(Real a, ComplexLanes b) {
+    const Real scale = a / mulAdd(b.re, b.re, b.im * b.im);
+    return {scale * b.re, -(scale * b.im)};
+  }
+  ComplexLanes& operator+=(ComplexLanes b) { return *this = *this + b; }
+  ComplexLanes& operator-=(ComplexLanes b) { return *this = *this - b; }
+};
+
+ComplexLanes mulAdd(ComplexLanes a, ComplexLanes b, ComplexLanes c) {
+  return {mulAdd(a.re, b.re, mulAdd(-a.im, b.im, c.re)), mulAdd(a.re, b.im, mulAdd(a.im, b.re, c.im))};
+}
+ComplexLanes mulAdd(Real a, ComplexLanes b, ComplexLanes c) {
+  return {mulAdd(a, b.re, c.re), mulAdd(a, b.im, c.im)};
+}
+
+/// Rows of 3.
+template <class Number>
+struct Triple {
+  Number x, y, z;
+  friend Triple operator*(Number k, const Triple& a) { return {k * a.x, k * a.y, k * a.z}; }
+};
+
+/// k a + b
+template <class Number>
+Triple<Number> mulAdd(Number k, const Triple<Number>& a, const Triple<Number>& b) {
+  return {mulAdd(k, a.x, b.x), mulAdd(k, a.y, b.y), mulAdd(k, a.z, b.z)};
+}
+
+/// How many doubles a number takes in each lane, and where they stand.
+template <class Number>
+constexpr int parts = sizeof(Number) / sizeof(Real);
+
+Real& part(Real& a, int) {
+  return a;
+}
+Real& part(ComplexLanes& a, int which) {
+  return which == 0 ? a.re : a.im;
+}
+
+template <class Number>
+Number loaded(const double* from) {
+  Number a;
+  for (int k = 0; k < parts<Number>; ++k) part(a, k) = Real::load(from + k * laneCount);
+  return a;
+}
+
+template <class Number>
+void store(Number a, double* to) {
+  for (int k = 0; k < parts<Number>; ++k) part(a, k).store(to + k * laneCount);
+}
+
+/// The same number in all lanes.
+template <class Number>
+Number everywhere(const double* from) {
+  Number a;
+  for (int k = 0; k < parts<Number>; ++k) part(a, k) = Real(from[k]);
+  return a;
+}
+
+/// What can be written is numbers and what consists of them.
+template <class To, class Number>
+struct WriterOf {
+  template <class... Quantities>
+  [[gnu::always_inline]] void operator()(const Quantities&... quantities) {
+    (write(quantities), ...);
+  }
+
+ private:
+  void write(const Number& a) { static_cast<To*>(this)->number(a); }
+  void write(const Vec2<Number>& a) { (*this)(a.x, a.y); }
+  void write(const Triple<Number>& a) { (*this)(a.x, a.y, a.z); }
+  void write(const Matrix2<Number>& a) { (*this)(a.xx, a.xy, a.yx, a.yy); }
+};
+
+/// One number after the other.
+template <class Number>
+struct Writer : WriterOf<Writer<Number>, Number> {
+  double* to;
+  explicit Writer(double* to_) : to(to_) {}
+  void number(const Number& a) {
+    store(a, to);
+    to += parts<Number> * laneCount;
+  }
+};
+
+/// Into rows of `most`.
+template <class Number>
+struct RowWriter : WriterOf<RowWriter<Number>, Number> {
+  Rows to;
+  explicit RowWriter(Rows to_) : to(to_) {}
+  void number(Number a) {
+    for (int k = 0; k < parts<Number>; ++k) part(a, k).store(*to++);
+  }
+};
+
+template <class Number>
+struct Reader {
+  const double* from;
+  explicit Reader(const double* from_) : from(from_) {}
+
+  template <class... Quantities>
+  [[gnu::always_inline]] void operator()(Quantities&... quantities) {
+    (read(quantities), ...);
+  }
+
+ private:
+  void read(Number& a) {
+    a = loaded<Number>(from);
+    from += parts<Number> * laneCount;
+  }
+  void read(Vec2<Number>& a) { (*this)(a.x, a.y); }
+  void read(Triple<Number>& a) { (*this)(a.x, a.y, a.z); }
+  void read(Matrix2<Number>& a) { (*this)(a.xx, a.xy, a.yx, a.yy); }
+};
+
+template <class Number>
+[[gnu::always_inline]] inline Number fromRows(ConstRows& from) {
+  Number a;
+  for (int k = 0; k < parts<Number>; ++k) part(a, k) = Real::load(*from++);
+  return a;
+}
+
+// ---- Arrays of the caller --------------------------------------------------------------------
+
+/// Bodies i + s·steps + shift of an array of numbers, 0 where there is none.
+template <class Number>
+[[gnu::always_inline]] inline Number gathered(const LinearArrays& arrays, const double* values, int i,
+                                              int shift = 0) {
+  constexpr int width = parts<Number>;
+  Number a;
+  const std::ptrdiff_t stride = arrays.steps;
+  const std::ptrdiff_t first = i + shift;
+  const bool inside = first >= 0 && first + stride * (laneCount - 1) < arrays.bodies;
+  for (int k = 0; k < width; ++k) {
+    if (inside) {
+      part(a, k) = Real::gather(values + first * width + k, stride * width);
+      continue;
+    }
+    for (int s = 0; s < laneCount; ++s) {
+      const std::ptrdiff_t j = first + s * stride;
+      if (j >= 0 && j < arrays.bodies) part(a, k).v[s] = values[j * width + k];
+    }
+  }
+  return a;
+}
+
+template <class Number>
+[[gnu::always_inline]] inline void scattered(const LinearArrays& arrays, Number a, int i, double* values) {
+  constexpr int width = parts<Number>;
+  const std::ptrdiff_t stride = arrays.steps;
+  const bool inside = i + stride * (laneCount - 1) < arrays.bodies;
+  for (int k = 0; k < width; ++k) {
+    if (inside) {
+      part(a, k).scatter(values + i * width + k, stride * width);
+      continue;
+    }
+    for (int s = 0; s < laneCount; ++s) {
+      const std::ptrdiff_t j = i + s * stride;
+      if (j < arrays.bodies) values[j * width + k] = part(a, k).v[s];
+    }
+  }
+}
+
+Vector gatheredVector(const LinearArrays& arrays, const double* pairs, int i) {
+  const ComplexLanes pair = gathered<ComplexLanes>(arrays, pairs, i);
+  return {pair.re, pair.im};
+}
+
+}  // namespace
+}  // namespace planar_chain::simd
