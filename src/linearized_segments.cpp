@@ -100,14 +100,16 @@ bool LinearizedSegments<Scalar>::areWorthwhile(int n) {
 template <class Scalar>
 void LinearizedSegments<Scalar>::reserve() {
   const auto places = static_cast<std::size_t>(steps_ * kernel_.lanes * parts<Scalar>);
-  handles_ = CacheLines(places * LinearArrays::handleQuantities);
+  inward_ = CacheLines(places * LinearArrays::inwardQuantities);
+  outward_ = CacheLines(places * LinearArrays::outwardQuantities);
   sweeps_ = CacheLines(places * LinearArrays::sweepQuantities);
   joined_.resize(static_cast<std::size_t>(kernel_.lanes));
 }
 
 template <class Scalar>
 simd::LinearArrays LinearizedSegments<Scalar>::arrays() {
-  return {steps_, n_, state_->links.data(), state_->bodies.data(), handles_.data(), sweeps_.data()};
+  return {steps_,        n_, state_->links.data(), state_->bodies.data(), inward_.data(), outward_.data(),
+          sweeps_.data()};
 }
 
 template <class Scalar>
@@ -147,7 +149,7 @@ void LinearizedSegments<Scalar>::factor(Scalar s) {
     segment.G = matrixFrom<Matrix>(shown, 2 * joined, lane);
     segment.C = matrixFrom<Matrix>(shown, 3 * joined, lane);
     K = segment.frame.transpose() * K * segment.frame;
-    segment.S = (Matrix::Identity() + K * segment.C).partialPivLu().inverse();
+    segment.S = (Matrix::Identity() + K * segment.C).inverse();
     segment.SK = segment.S * K;
     K = matrixFrom<Matrix>(shown, 0, lane) + segment.G * segment.SK * segment.H;
   }

@@ -86,7 +86,7 @@ class LinearizedSegments {
   int n_, steps_;
   Scalar s_{};
   std::shared_ptr<SegmentsState> state_;
-  CacheLines handles_, sweeps_;
+  CacheLines inward_, outward_, sweeps_;
   std::vector<Joined> joined_;
 };
 

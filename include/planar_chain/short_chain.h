@@ -31,8 +31,8 @@ class ShortChain {
   /// The best kernel of this CPU, or the one given.
   explicit ShortChain(const Chain& chain, const simd::Kernel* kernel = nullptr);
 
-  /// y = [θ ω], dydt = [ω α], n numbers each. outside.e is written, but read when forces act; N and F are read
-  /// when they act. Allocates nothing.
+  /// y = [θ ω], dydt = [ω α], n numbers each. outside.e is written, but read when forces act; N and F are
+  /// read when they act. Allocates nothing.
   void derivative(Acting acting, const Outside& outside, const double* y, double* dydt) {
     runs_[static_cast<std::size_t>(acting)](n_, links_.data(), outside, y, dydt);
   }
@@ -40,7 +40,8 @@ class ShortChain {
  private:
   int n_;
   CacheLines links_;
-  std::array<void (*)(int n, const double* links, const Outside& outside, const double* y, double* dydt), 3> runs_;
+  std::array<void (*)(int n, const double* links, const Outside& outside, const double* y, double* dydt), 3>
+      runs_;
 };
 
 }  // namespace planar_chain

@@ -41,13 +41,15 @@ struct SegmentHandles {
 /// The same layout, for the exact solve; see linearized_segments.h.
 struct LinearArrays {
   static constexpr int stateQuantities = 11;   ///< m, J, ω, α, κ, k, d, R, P
-  static constexpr int handleQuantities = 26;  ///< B, p, zP, U_R, U_L, 1/D, k̂, H's first columns, η, t
-  static constexpr int sweepQuantities = 3;    ///< wP, ε
+  static constexpr int inwardQuantities = 19;  ///< B, p, U_R, 1/D, k̂, H's first columns, η
+  static constexpr int outwardQuantities = 8;  ///< zP, U_L/D, k̂/D, t/D
+  static constexpr int sweepQuantities = 3;    ///< wP, ε/D
   int steps, bodies;
   const double* links;  ///< as in SegmentArrays
   double* state;
-  double* handles;  ///< of numbers of the solve: a complex one has its real parts first
-  double* sweeps;
+  /// What the factorization keeps for the way in of a solve and for the way out, and what the way in keeps
+  /// for the way out: numbers of the solve, so a complex one has its real parts first.
+  double *inward, *outward, *sweeps;
 };
 
 /// The state at which the chain is linearized; pairs are interleaved. F and XF may be nullptr.

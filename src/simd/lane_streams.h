@@ -45,11 +45,12 @@ template <class Number>
 struct Triple {
   Number x, y, z;
   friend Triple operator*(Number k, const Triple& a) { return {k * a.x, k * a.y, k * a.z}; }
+  friend Triple operator-(const Triple& a) { return {-a.x, -a.y, -a.z}; }
 };
 
 /// k a + b
-template <class Number>
-Triple<Number> mulAdd(Number k, const Triple<Number>& a, const Triple<Number>& b) {
+template <class Factor, class Number>
+Triple<Number> mulAdd(Factor k, const Triple<Number>& a, const Triple<Number>& b) {
   return {mulAdd(k, a.x, b.x), mulAdd(k, a.y, b.y), mulAdd(k, a.z, b.z)};
 }
 

@@ -3,6 +3,8 @@
 /// The exact solve of linearized.h in segments, for `laneCount` lanes. See linearized_segments.h for the
 /// equations.
 
+#include <algorithm>
+
 #include "lane_streams.h"
 
 namespace planar_chain::simd {
@@ -10,20 +12,29 @@ namespace {
 
 // ---- The state -------------------------------------------------------------------------------
 
+/// Where the quantities of step i stand.
 template <class Number>
-double* handleAt(const LinearArrays& arrays, int i) {
-  return arrays.handles +
-         static_cast<std::ptrdiff_t>(i) * LinearArrays::handleQuantities * parts<Number> * laneCount;
+double* placeOf(double* array, int quantities, int i) {
+  return array + static_cast<std::ptrdiff_t>(i) * quantities * parts<Number> * laneCount;
+}
+
+template <class Number>
+double* inwardAt(const LinearArrays& arrays, int i) {
+  return placeOf<Number>(arrays.inward, LinearArrays::inwardQuantities, i);
+}
+
+template <class Number>
+double* outwardAt(const LinearArrays& arrays, int i) {
+  return placeOf<Number>(arrays.outward, LinearArrays::outwardQuantities, i);
 }
 
 template <class Number>
 double* sweepAt(const LinearArrays& arrays, int i) {
-  return arrays.sweeps +
-         static_cast<std::ptrdiff_t>(i) * LinearArrays::sweepQuantities * parts<Number> * laneCount;
+  return placeOf<Number>(arrays.sweeps, LinearArrays::sweepQuantities, i);
 }
 
 double* stateAt(const LinearArrays& arrays, int i) {
-  return arrays.state + static_cast<std::ptrdiff_t>(i) * LinearArrays::stateQuantities * laneCount;
+  return placeOf<Real>(arrays.state, LinearArrays::stateQuantities, i);
 }
 
 [[gnu::always_inline]] inline BodyAt<Real> bodyAt(const LinearArrays& arrays, int i) {
@@ -114,51 +125,114 @@ void flush(Triple<Number>& a) {
   flushOne(a.x), flushOne(a.y), flushOne(a.z);
 }
 
+/// A factorization on its way in. A few steps at a time, and for these first what a body shows, then what it
+/// does to each of the other matrices: all of them together would not fit into a CPU's registers.
 template <class Number>
-void factorAll(const LinearArrays& arrays, const double* s_, Rows to) {
-  const Number s = everywhere<Number>(s_);
-  const Number one = Real(1), zero = Real();
-  const Vector d = unit(bodyAt(arrays, arrays.steps - 1).P);
-  Shown<Number> shown;
-  // Rows of G; columns of H; rows of C.
-  Triple<Number> Gx{d.x, -d.y, zero}, Gy{d.y, d.x, zero}, Gz{zero, zero, one};
-  Triple<Number> Hx{d.x, -d.y, zero}, Hy{d.y, d.x, zero}, Hz{zero, zero, one};
-  Triple<Number> Cx, Cy, Cz;
-  for (int i = arrays.steps - 1; i >= 0; --i) {
-    const BodyAt<Real> body = bodyAt(arrays, i);
-    const LinearHandle<Number> handle = eliminate(body, s, shown);
+class Factorization {
+  /// 3×3: G and C by rows, H by columns.
+  struct Rows3 {
+    Triple<Number> x, y, z;
+  };
 
-    const Triple<Number> t =
-        mulAdd(Number(body.P.y), Gx, mulAdd(Number(-body.P.x), Gy, Triple<Number>{-Gz.x, -Gz.y, -Gz.z}));
-    const Triple<Number> eta = mulAdd(handle.zP.x, Hx, mulAdd(handle.zP.y, Hy, Hz));
-
-    Writer<Number> write(handleAt<Number>(arrays, i));
-    write(handle.B, handle.p, handle.zP, handle.UR, handle.UL, handle.inverseD, handle.k, Hx, Hy, eta, t);
-
-    const Triple<Number> tD = handle.inverseD * t;
-    Cx = mulAdd(-eta.x, tD, Cx);
-    Cy = mulAdd(-eta.y, tD, Cy);
-    Cz = mulAdd(-eta.z, tD, Cz);
-    Gx = mulAdd(handle.UR.x, tD, Gx);
-    Gy = mulAdd(handle.UR.y, tD, Gy);
-    Gz = -handle.k * tD;
-    const Triple<Number> etaD = handle.inverseD * eta;
-    Hx = mulAdd(-handle.UL.x, etaD, Hx);
-    Hy = mulAdd(-handle.UL.y, etaD, Hy);
-    Hz = handle.k * etaD;
-    if (i % stepsPerFlush == 0) flush(Gx), flush(Gy), flush(Gz), flush(Hx), flush(Hy), flush(Hz);
+ public:
+  explicit Factorization(const LinearArrays& arrays, Number s) : arrays_(arrays), s_(s) {
+    const Vector d = unit(bodyAt(arrays, arrays.steps - 1).P);
+    const Number zero = Real(), one = Real(1), x = d.x, y = d.y;
+    G_ = H_ = {{x, -y, zero}, {y, x, zero}, {zero, zero, one}};
   }
-  RowWriter<Number> write(to);
-  write(shown.B.xx, shown.B.xy, shown.h.x, shown.B.yx, shown.B.yy, shown.h.y, shown.p, shown.q);
-  write(Hx.x, Hy.x, Hz.x, Hx.y, Hy.y, Hz.y, Hx.z, Hy.z, Hz.z);
-  write(Gx, Gy, Gz, Cx, Cy, Cz);
-}
+
+  /// Steps last − 1 … first.
+  void go(int first, int last) {
+    shown_ = eliminateBodies(first, last, shown_);
+    G_ = carryG(first, last, G_);
+    H_ = carryH(first, last, H_);
+    C_ = addToC(first, last, C_);
+    flush(G_.x), flush(G_.y), flush(G_.z), flush(H_.x), flush(H_.y), flush(H_.z);
+  }
+
+  void writeTo(Rows to) const {
+    RowWriter<Number> write(to);
+    write(shown_.B.xx, shown_.B.xy, shown_.h.x, shown_.B.yx, shown_.B.yy, shown_.h.y, shown_.p, shown_.q);
+    write(H_.x.x, H_.y.x, H_.z.x, H_.x.y, H_.y.y, H_.z.y, H_.x.z, H_.y.z, H_.z.z);
+    write(G_.x, G_.y, G_.z, C_.x, C_.y, C_.z);
+  }
+
+ private:
+  // What is found first stands first: B, p, U_R, 1/D, k̂ | H's first columns | η, and zP, U_L/D, k̂/D | t/D.
+  static constexpr int size = parts<Number> * laneCount;
+  double* columnsAt(int i) const { return inwardAt<Number>(arrays_, i) + 10 * size; }
+  double* etaAt(int i) const { return columnsAt(i) + 6 * size; }
+  double* tDAt(int i) const { return outwardAt<Number>(arrays_, i) + 5 * size; }
+
+  // By value, so that they stay in registers.
+  Shown<Number> eliminateBodies(int first, int last, Shown<Number> shown) const {
+    for (int i = last - 1; i >= first; --i) {
+      const LinearHandle<Number> handle = eliminate(bodyAt(arrays_, i), s_, shown);
+      Writer<Number> inward(inwardAt<Number>(arrays_, i));
+      inward(handle.B, handle.p, handle.UR, handle.inverseD, handle.k);
+      Writer<Number> outward(outwardAt<Number>(arrays_, i));
+      outward(handle.zP, handle.inverseD * handle.UL, handle.inverseD * handle.k);
+    }
+    return shown;
+  }
+
+  /// t = −Gᵀ(iP, 1), G ← G + (U_R, −k̂ …) tᵀ/D
+  Rows3 carryG(int first, int last, Rows3 G) const {
+    for (int i = last - 1; i >= first; --i) {
+      Reader<Number> inward(inwardAt<Number>(arrays_, i) + 6 * size);
+      Vec2<Number> UR;
+      Number inverseD, k;
+      inward(UR, inverseD, k);
+      const Vector P = bodyAt(arrays_, i).P;
+      const Triple<Number> tD = inverseD * mulAdd(P.y, G.x, mulAdd(-P.x, G.y, -G.z));
+      Writer<Number> write(tDAt(i));
+      write(tD);
+      G = {mulAdd(UR.x, tD, G.x), mulAdd(UR.y, tD, G.y), -k * tD};
+    }
+    return G;
+  }
+
+  /// η = H (zP, 1), H ← H − η (U_L, −k̂ …)ᵀ/D
+  Rows3 carryH(int first, int last, Rows3 H) const {
+    for (int i = last - 1; i >= first; --i) {
+      Reader<Number> outward(outwardAt<Number>(arrays_, i));
+      Vec2<Number> zP, ULD;
+      Number kD;
+      outward(zP, ULD, kD);
+      const Triple<Number> eta = mulAdd(zP.x, H.x, mulAdd(zP.y, H.y, H.z));
+      Writer<Number> write(columnsAt(i));
+      write(H.x, H.y, eta);
+      H = {mulAdd(-ULD.x, eta, H.x), mulAdd(-ULD.y, eta, H.y), kD * eta};
+    }
+    return H;
+  }
+
+  /// C ← C − η tᵀ/D
+  Rows3 addToC(int first, int last, Rows3 C) const {
+    for (int i = last - 1; i >= first; --i) {
+      Triple<Number> eta, tD;
+      Reader<Number> inward(etaAt(i));
+      inward(eta);
+      Reader<Number> outward(tDAt(i));
+      outward(tD);
+      C = {mulAdd(-eta.x, tD, C.x), mulAdd(-eta.y, tD, C.y), mulAdd(-eta.z, tD, C.z)};
+    }
+    return C;
+  }
+
+  const LinearArrays& arrays_;
+  Number s_;
+  Shown<Number> shown_;
+  Rows3 G_, H_, C_;
+};
 
 template <class Number>
-[[gnu::always_inline]] inline LinearHandle<Number> handleFrom(Reader<Number>& read) {
-  LinearHandle<Number> handle;
-  read(handle.B, handle.p, handle.zP, handle.UR, handle.UL, handle.inverseD, handle.k);
-  return handle;
+void factorAll(const LinearArrays& arrays, const double* s, Rows to) {
+  Factorization<Number> factorization(arrays, everywhere<Number>(s));
+  for (int last = arrays.steps; last > 0; last -= stepsPerFlush) {
+    factorization.go(std::max(0, last - stepsPerFlush), last);
+  }
+  factorization.writeTo(to);
 }
 
 template <class Number>
@@ -171,17 +245,18 @@ void solveInwardsAll(const LinearArrays& arrays, const double* s, const double* 
   Number rho = gathered<Number>(arrays, rhoQ, arrays.steps - 1);
   for (int i = arrays.steps - 1; i >= 0; --i) {
     const Number rhoInner = gathered<Number>(arrays, rhoQ, i, -1);
-    Reader<Number> read(handleAt<Number>(arrays, i));
-    const LinearHandle<Number> handle = handleFrom(read);
+    Reader<Number> read(inwardAt<Number>(arrays, i));
+    LinearHandle<Number> handle;
     Triple<Number> Hx, Hy, eta;
-    read(Hx, Hy, eta);
+    read(handle.B, handle.p, handle.UR, handle.inverseD, handle.k, Hx, Hy, eta);
     const Sweep<Number> sweep = carry(bodyAt(arrays, i), handle, inverseS * rho, inverseS * (rho - rhoInner),
                                       gathered<Number>(arrays, rhoV, i), b, r);
     c = mulAdd(sweep.wP.x, Hx, mulAdd(sweep.wP.y, Hy, c));
-    c = mulAdd(sweep.epsilon * handle.inverseD, eta, c);
+    const Number epsilonD = sweep.epsilon * handle.inverseD;
+    c = mulAdd(epsilonD, eta, c);
 
     Writer<Number> write(sweepAt<Number>(arrays, i));
-    write(sweep.wP, sweep.epsilon);
+    write(sweep.wP, epsilonD);
     rho = rhoInner;
   }
   RowWriter<Number> write(to);
@@ -202,19 +277,17 @@ void solveOutwardsAll(const LinearArrays& arrays, const double* s_, const double
   Y.y = fromRows<Number>(ends);
   Y.z = fromRows<Number>(ends);
   for (int i = 0; i < arrays.steps; ++i) {
-    Reader<Number> read(handleAt<Number>(arrays, i));
-    const LinearHandle<Number> handle = handleFrom(read);
-    read.from += 9 * parts<Number> * laneCount;
-    Triple<Number> t;
-    read(t);
+    Reader<Number> read(outwardAt<Number>(arrays, i));
+    Vec2<Number> zP, ULD, wP;
+    Number kD, epsilonD;
+    Triple<Number> tD;
+    read(zP, ULD, kD, tD);
     Reader<Number> sweep(sweepAt<Number>(arrays, i));
-    Vec2<Number> wP;
-    Number epsilon;
-    sweep(wP, epsilon);
-    const Number outside = mulAdd(t.x, Y.x, mulAdd(t.y, Y.y, mulAdd(t.z, Y.z, epsilon)));
-    const Number pulled = mulAdd(-handle.UL.x, da.x, mulAdd(-handle.UL.y, da.y, outside));
-    parent = mulAdd(handle.k, parent, pulled) * handle.inverseD;
-    da = mulAdd(parent, handle.zP, da + wP);
+    sweep(wP, epsilonD);
+    const Number outside = mulAdd(tD.x, Y.x, mulAdd(tD.y, Y.y, mulAdd(tD.z, Y.z, epsilonD)));
+    const Number pulled = mulAdd(-ULD.x, da.x, mulAdd(-ULD.y, da.y, outside));
+    parent = mulAdd(kD, parent, pulled);
+    da = mulAdd(parent, zP, da + wP);
     const Number sigma = inverseS * gathered<Number>(arrays, rhoQ, i);
     scattered(arrays, sigma + parent, i, u);
     scattered(arrays, s * parent, i, v);

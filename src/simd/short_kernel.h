@@ -96,7 +96,10 @@ class BodiesInLanes {
                   sizeof a.v);
       return a;
     };
-    return {lane(block.m), lane(block.J), {lane(block.R.x), lane(block.R.y)}, {lane(block.P.x), lane(block.P.y)},
+    return {lane(block.m),
+            lane(block.J),
+            {lane(block.R.x), lane(block.R.y)},
+            {lane(block.P.x), lane(block.P.y)},
             lane(block.ww)};
   }
 
@@ -170,8 +173,9 @@ void twoBodies(int /*n*/, const double* links, const Outside& outside, const dou
   const Number M = mulAdd(first.P.x, mP.x, mulAdd(first.P.y, mP.y, first.J));
   const Number kappa = dot(first.P, mR);
   const Number lambda = cross(first.P, mR);
-  const Number f1 = mulAdd(second.ww, lambda, momentOn<acting>(outside, 0) - cross(mulAdd(first.m, first.R, mP), a)) +
-                    cross(first.P, forceOn<acting>(outside, 1));
+  const Number f1 =
+      mulAdd(second.ww, lambda, momentOn<acting>(outside, 0) - cross(mulAdd(first.m, first.R, mP), a)) +
+      cross(first.P, forceOn<acting>(outside, 1));
   const Number f2 = mulAdd(-first.ww, lambda, momentOn<acting>(outside, 1) - cross(mR, a));
   const Number inverse = Number(1) / mulAdd(M, second.J, -kappa * kappa);
   dydt[0] = y[2];
