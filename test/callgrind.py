@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 
 Profile = collections.namedtuple("Profile", "total where")
-Profile.__doc__ = "Instructions in all, and a Counter of those by (function, source file), inlined code by its own file."
+Profile.__doc__ = "Instructions in all, and a Counter of them by (function, source file): inlined code by its own."
 
 POSITION = re.compile(r"(fl|fi|fe|fn|cfn)=\((\d+)\)(?: (.*))?")
 
@@ -48,21 +48,26 @@ def read(path):
     return Profile(sum(where.values()), where)
 
 
-def run(command, inside, each_call=False):
-    """Counts while the function `inside` is running; its name may end in *, but not with each_call.
+def prefix(inside, out):
+    """For a command: counts into the file `out` while function `inside` is running, whose name may end in *."""
+    return ["valgrind", "--tool=callgrind", "--toggle-collect=" + inside, "--callgrind-out-file=" + out]
 
-    Returns what the program wrote, and its profile; or a list of profiles, one for each call of the function.
+
+def run(command, inside, each_call=False):
+    """What the program wrote, and its profile inside that function; or a list of profiles, one for each call of it.
+
+    Then `inside` must be the whole name.
     """
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, "out")
-        options = ["--tool=callgrind", "--toggle-collect=" + inside, "--callgrind-out-file=" + out]
-        if each_call:
-            options.append("--dump-after=" + inside)
-        result = subprocess.run(["valgrind", *options, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                universal_newlines=True, check=False)
+        dumps = ["--dump-after=" + inside] if each_call else []
+        result = subprocess.run([*prefix(inside, out), *dumps, *command], stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, universal_newlines=True, check=False)
         if result.returncode != 0:
             raise RuntimeError(f"{command}: exit status {result.returncode}\n{result.stderr}")
         if not each_call:
             return result.stdout, read(out)
-        dumps = sorted(glob.glob(out + ".*"), key=lambda path: int(path.rsplit(".", 1)[1]))
-        return result.stdout, [read(path) for path in dumps]
+        paths = sorted(glob.glob(out + ".*"), key=lambda path: int(path.rsplit(".", 1)[1]))
+        if not paths:
+            raise RuntimeError(f"{command}: no function is called {inside}")
+        return result.stdout, [read(path) for path in paths]

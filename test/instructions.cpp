@@ -10,17 +10,13 @@
 #include <vector>
 
 #include "../src/simd/kernel.h"
+#include "counted.h"
 #include "planar_chain/dynamics.h"
 #include "planar_chain/loads.h"
 #include "planar_chain/ode/methods.h"
 #include "random_scene.h"
 
 using namespace planar_chain;
-
-/// Callgrind counts what is done in here, by this name.
-extern "C" [[gnu::noinline]] void counted(const std::function<void()>& operation, int times) {
-  for (int k = 0; k < times; ++k) operation();
-}
 
 namespace {
 
