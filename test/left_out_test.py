@@ -48,7 +48,8 @@ def costs(links, joint, more, method, inside="planar_chain::Simulation::advanceT
     scene = f"""
 chain: [link]
 links:
-  link: {{mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0], repeat: {links}, joint: {{{joint}}}, initial: {{angle: 0.05}}}}
+  link: {{mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0], repeat: {links}, joint: {{{joint}}},
+         initial: {{angle: 0.05}}}}
 {more}
 integrator: {{method: {method}, tolerance: 1e-4, step: 0.001}}
 """
