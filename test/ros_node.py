@@ -28,18 +28,19 @@ def upload(scene, name):
 
 
 class Node:
-    """A node on a scene of its own, while the with statement lasts."""
+    """A node on a scene of its own, while the with statement lasts; prefix: of the command that runs it."""
 
-    def __init__(self, scene, namespace=''):
+    def __init__(self, scene, namespace='', prefix=()):
         self.name = namespace + '/planar_chain'
         self._namespace = namespace
+        self._command = [*prefix, node_program()]
         self._scene = scene
 
     def __enter__(self):
         upload(self._scene, self.name)
         self._log = tempfile.TemporaryFile(mode='w+', encoding='utf-8')
         self.process = subprocess.Popen(
-            [node_program()], env=dict(os.environ, ROS_NAMESPACE=self._namespace or '/'),
+            self._command, env=dict(os.environ, ROS_NAMESPACE=self._namespace or '/'),
             stdout=self._log, stderr=subprocess.STDOUT)
         return self
 

@@ -252,20 +252,5 @@ TEST(Failure, KeepsTheLastGoodStateAndResetLeadsBack) {
   EXPECT_TRUE(simulation.advanceTo(t + 0.01));
 }
 
-TEST(Absence, OfStrengthIsAbsenceToTheBit) {
-  // A spring, damper or load of strength zero gives the trajectory of none.
-  Scene bare = randomScene(5, 8, {false, false, false});
-  Scene zero = bare;
-  Load nothing;
-  nothing.name = "nothing";
-  nothing.link = 2;
-  nothing.joint = 3;
-  zero.loads = {nothing};
-  Simulation a(bare), b(zero);
-  ASSERT_TRUE(a.advanceTo(1) && b.advanceTo(1));
-  EXPECT_EQ(a.q(), b.q());
-  EXPECT_EQ(a.qd(), b.qd());
-}
-
 }  // namespace
 }  // namespace planar_chain

@@ -61,7 +61,9 @@ Outcome AdaptiveSteps::advance(State& state, double end, double longestStep) {
 bool AdaptiveSteps::stepTo(State& state, double t) {
   stepper_->forget();
   stepper_->step(state.t, t - state.t, state.y);
-  return take(state, t, stepper_->increment());
+  const bool isFinite = take(state, t, stepper_->increment());
+  stepper_->forget();
+  return isFinite;
 }
 
 AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double longestStep) {

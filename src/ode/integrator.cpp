@@ -46,7 +46,9 @@ class FixedSteps : public Integrator {
 
   bool stepTo(State& state, double t) override {
     stepper_->forget();
-    return step(state, t);
+    const bool isFinite = step(state, t);
+    stepper_->forget();
+    return isFinite;
   }
 
   const char* name() const override { return stepper_->name(); }

@@ -14,6 +14,13 @@ Eigen::VectorXd zigzag(Eigen::Index size) {
   return pattern;
 }
 
+/// Summed one by one, so that zeros behind the others, works that nothing does, change no rounding.
+double lengthOf(const Eigen::VectorXd& direction) {
+  double square = 0;
+  for (const double component : direction) square += component * component;
+  return std::sqrt(square);
+}
+
 }  // namespace
 
 Surroundings::Surroundings(System& f)
@@ -34,10 +41,10 @@ void Surroundings::look(double t, const Eigen::VectorXd& y) {
 
   // |λ|²: how much J J stretches the direction that it turns into.
   for (int k = 0; k < 2; ++k) {
-    const double before = direction_.norm();
+    const double before = lengthOf(direction_);
     applyJacobian(t, y);
     applyJacobian(t, y);
-    const double after = direction_.norm();
+    const double after = lengthOf(direction_);
     if (!(after > 0) || !std::isfinite(after)) {
       direction_.setOnes();
       eigenvalue_ = 0;

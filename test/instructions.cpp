@@ -1,0 +1,107 @@
+/// What instructions.py counts: evaluations, the exact solve and steps, on short and long chains. A program,
+/// not a test; it writes what it has called, and how often.
+
+#include <Eigen/Core>
+#include <complex>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "../src/simd/kernel.h"
+#include "counted.h"
+#include "planar_chain/dynamics.h"
+#include "planar_chain/loads.h"
+#include "planar_chain/ode/methods.h"
+#include "random_scene.h"
+
+using namespace planar_chain;
+
+namespace {
+
+class Chains {
+ public:
+  Chains(int n, bool sprung)
+      : n_(n),
+        chain_(sprung ? "springs and dampers" : "bare"),
+        scene_(test::randomScene(n, static_cast<unsigned>(n), {sprung, sprung, false})),
+        loads_(scene_, 0),
+        dynamics_(scene_.chain, loads_),
+        start_(dynamics_.size()),
+        slope_(dynamics_.size()),
+        solution_(dynamics_.size()),
+        complexRhs_(static_cast<std::size_t>(dynamics_.size()), {1, 1}),
+        complexSolution_(complexRhs_) {
+    double theta = 0, omega = 0;
+    for (int i = 0; i < n; ++i) {
+      start_.y[i] = theta += scene_.q[static_cast<std::size_t>(i)];
+      start_.y[n + i] = omega += scene_.qd[static_cast<std::size_t>(i)];
+    }
+    dynamics_.reserveComplex(1);
+  }
+
+  bool countAll() {
+    const double* y = start_.y.data();
+    count("evaluation", [&] { dynamics_.derivative(0, y, slope_.data()); });
+    count("linearize", [&] { dynamics_.linearize(0, y, slope_.data()); });
+    count("factor", [&] { dynamics_.factor(1e3); });
+    count("solve", [&] { dynamics_.solve(slope_.data(), solution_.data()); });
+    count("complex factor", [&] { dynamics_.factorComplex(0, {1e3, 1e3}); });
+    count("complex solve", [&] { dynamics_.solveComplex(0, complexRhs_.data(), complexSolution_.data()); });
+    bool good = slope_.allFinite() && solution_.allFinite();
+    for (const char* method : {"rk4", "dopri5", "rodas5p"}) good = countSteps(method) && good;
+    return good;
+  }
+
+ private:
+  /// So many that what is done once does not count, but fewer than the steps after which AdaptiveSteps looks
+  /// around.
+  int times() const { return n_ <= 10 ? 50 : n_ <= 100 ? 10 : 3; }
+
+  void count(const std::string& what, const std::function<void()>& operation) const {
+    operation();
+    counted(operation, times());
+    std::printf("%s,%s,%d,%d\n", what.c_str(), chain_, n_, times());
+  }
+
+  /// Steps so short that none is rejected.
+  bool countSteps(const char* method) {
+    constexpr double step = 1e-5;
+    constexpr double forever = std::numeric_limits<double>::infinity();
+    const ode::Tolerance tolerance{1, Eigen::ArrayXd::Constant(2 * n_, forever)};
+    const auto integrator = ode::makeMethod(method, dynamics_, step, tolerance);
+    ode::State state = start_;
+    bool good = true;
+    count(std::string("step of ") + method,
+          [&] { good = integrator->advance(state, 1, step) == ode::Outcome::underway && good; });
+    return good && integrator->count().rejected == 0;
+  }
+
+  int n_;
+  const char* chain_;
+  Scene scene_;
+  Loads loads_;
+  Dynamics dynamics_;
+  ode::State start_;
+  Eigen::VectorXd slope_, solution_;
+  std::vector<std::complex<double>> complexRhs_, complexSolution_;
+};
+
+}  // namespace
+
+int main() {
+#ifdef __clang__
+  const char* compiler = "clang++";
+#else
+  const char* compiler = "g++";
+#endif
+  std::printf("%s %s, glibc %d.%d, Eigen %d.%d, %s, kernel %s\n", compiler, __VERSION__, __GLIBC__,
+              __GLIBC_MINOR__, EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, BUILD,
+              simd::kernels().front()->name);
+  for (const bool sprung : {false, true}) {
+    for (const int n : {1, 2, 10, 100, 1000}) {
+      if (!Chains(n, sprung).countAll()) return 1;
+    }
+  }
+}
