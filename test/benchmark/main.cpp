@@ -12,6 +12,11 @@ int main(int argc, char** argv) {
     if (!peer.version.empty()) benchmark::AddCustomContext(peer.name, peer.version);
   }
   registerEvaluations();
+  registerSolves();
+  registerSteps();
+#ifdef WITH_ROS
+  registerMessages();
+#endif
   benchmark::RunSpecifiedBenchmarks();
   return allAgreed() ? 0 : 1;
 }

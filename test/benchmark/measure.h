@@ -14,6 +14,14 @@ namespace planar_chain::benchmarks {
 void registerEvaluations();
 /// False when a peer that has been measured computed another motion.
 bool allAgreed();
+/// linearize, factor and solve; in segments and link by link.
+void registerSolves();
+/// One step of each method; one tick of the simulation.
+void registerSteps();
+#ifdef WITH_ROS
+/// The messages of one tick of the node.
+void registerMessages();
+#endif
 
 /// Time over n × times, in ns.
 inline benchmark::Counter perLink(int n) {
