@@ -1,5 +1,6 @@
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 
 #include "measure.h"
@@ -17,7 +18,7 @@ constexpr double tolerance = 1e-6;
 constexpr double tick = 1e-3;         // s
 constexpr int ticksBefore = 20;       // until the method has found its step
 constexpr int longestWithAuto = 200;  // links: longer chains, undamped, are followed in microseconds
-constexpr int stepsCounted = 200;     // two looks of surroundings.h among them
+constexpr int stepsCounted = 100;     // one look of surroundings.h among them
 
 /// Counts what a method asks for.
 class Counted : public ode::LinearizedSystem {
@@ -76,14 +77,17 @@ class Stepped {
   std::unique_ptr<ode::Integrator> integrator_;
 };
 
-/// What one step asks for, on average.
-void countCalls(const std::string& method, int n, benchmark::UserCounters& counters) {
+/// What one step asks for, on average; counted once.
+const benchmark::UserCounters& callsOf(const std::string& method, int n) {
+  static std::map<std::pair<std::string, int>, benchmark::UserCounters> counted;
+  const auto [place, isNew] = counted.try_emplace({method, n});
+  if (!isNew) return place->second;
   MovingRods at(n, crooked(n));
   Counted f(at.dynamics);
   Stepped stepped(method, n, f, at);
   const Counted before = f;
   for (int k = 0; k < stepsCounted; ++k) stepped.step();
-  const auto add = [&](const char* what, int Counted::*calls) {
+  const auto add = [&, &counters = place->second](const char* what, int Counted::*calls) {
     counters[what] = static_cast<double>(f.*calls - before.*calls) / stepsCounted;
   };
   add("evaluations", &Counted::evaluations);
@@ -92,6 +96,7 @@ void countCalls(const std::string& method, int n, benchmark::UserCounters& count
   add("solves", &Counted::solves);
   add("complex_factors", &Counted::complexFactors);
   add("complex_solves", &Counted::complexSolves);
+  return place->second;
 }
 
 void measureStep(benchmark::State& state, const std::string& method, int n) {
@@ -101,8 +106,9 @@ void measureStep(benchmark::State& state, const std::string& method, int n) {
     if (!stepped.step()) state.SkipWithError("no single step");
   }
   if (stepped.count().rejected > 0) state.SkipWithError("steps were rejected");
+  const benchmark::UserCounters& calls = callsOf(method, n);
+  state.counters.insert(calls.begin(), calls.end());
   state.counters["ns_per_link"] = perLink(n);
-  countCalls(method, n, state.counters);
 }
 
 void measureTick(benchmark::State& state, const std::string& method, int n) {

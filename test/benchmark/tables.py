@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Tables in Markdown of what the benchmark wrote as JSON: tables.py result.json
+"""Tables in Markdown of what the benchmark wrote as JSON: tables.py result.json [quantile]
 
-Every figure is the median of the repetitions' CPU times. Ratios are those of medians of one run.
+Every figure is the lower decile of the repetitions' CPU times, or another quantile. Where two processors share a
+core's units, what runs on the other one makes some repetitions take half as long again; how many they are is
+chance, and would move medians and their ratios.
 """
 
 import collections
 import json
-import statistics
 import sys
 
 OURS = 'planar_chain'
@@ -16,8 +17,13 @@ PARTS = {'evaluations': 'evaluation/crooked/' + OURS, 'linearizations': 'solve/l
          'solves': 'solve/solve', 'complex_factors': 'solve/complex factor', 'complex_solves': 'solve/complex solve'}
 
 
+def quantile(values, share):
+    return sorted(values)[round(share * (len(values) - 1))]
+
+
 class Results:
-    def __init__(self, path):
+    def __init__(self, path, share):
+        self.share = share
         with open(path) as file:
             data = json.load(file)
         self.context = data['context']
@@ -32,7 +38,7 @@ class Results:
     def time(self, name, n):
         """ns, or None if it was not measured."""
         runs = self.repetitions.get((name, n))
-        return statistics.median(b['cpu_time'] for b in runs) if runs else None
+        return quantile([b['cpu_time'] for b in runs], self.share) if runs else None
 
     def per_link(self, name, n):
         time = self.time(name, n)
@@ -45,19 +51,15 @@ class Results:
         return sorted({n for name, n in self.repetitions if name.startswith(group + '/')})
 
     def kinds(self, group):
-        """What the group has, in the order of the program's registration of repetitions: by name, ours first."""
+        """What the group has: this program first, then by name."""
         names = {name[len(group) + 1:] for name, _ in self.repetitions if name.startswith(group + '/')}
         return sorted(names, key=lambda name: (name != OURS, name.lower()))
 
-    def spread(self):
-        """Half of the distance of the quartiles over the median: that of the typical benchmark."""
-        halves = []
-        for runs in self.repetitions.values():
-            times = [b['cpu_time'] for b in runs]
-            if len(times) > 3:
-                low, middle, high = statistics.quantiles(times, n=4)
-                halves.append((high - low) / 2 / middle)
-        return statistics.median(halves) if halves else None
+    def disturbance(self):
+        """How far the typical benchmark's median lies above its figure."""
+        above = [quantile([b['cpu_time'] for b in runs], 0.5) / self.time(*key) - 1
+                 for key, runs in self.repetitions.items()]
+        return quantile(above, 0.5) if above else 0
 
 
 def ratio(a, b):
@@ -157,14 +159,12 @@ def processor():
 
 
 def main():
-    results = Results(sys.argv[1])
+    results = Results(sys.argv[1], float(sys.argv[2]) if len(sys.argv) > 2 else 0.1)
     known = {'date', 'host_name', 'executable', 'num_cpus', 'mhz_per_cpu', 'cpu_scaling_enabled', 'caches',
              'load_avg', 'library_build_type'}
     versions = ', '.join(f'{name} {value}' for name, value in results.context.items() if name not in known)
-    spread = results.spread()
     print(f'{results.context["date"]}, one core of {processor()}, load average {results.context["load_avg"][0]:.1f}; '
-          f'{versions}.'
-          + (f' Half of the repetitions lie within {spread:.0%} of their median.' if spread is not None else ''))
+          f'{versions}. Medians lie {results.disturbance():.0%} above these figures.')
     for error in results.errors:
         print(f'\n**{error}**')
     evaluations(results)
