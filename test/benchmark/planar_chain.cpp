@@ -1,0 +1,30 @@
+#include "moving_rods.h"
+#include "peer.h"
+
+/// This program: Dynamics::derivative, which every method calls.
+
+namespace planar_chain::benchmarks {
+
+namespace {
+
+class PlanarChain : public Peer {
+ public:
+  explicit PlanarChain(int n) : n_(n) {}
+  void place(const Posture& posture) override { rods_ = std::make_unique<MovingRods>(n_, posture); }
+  void evaluate() override { rods_->dynamics.derivative(0, rods_->y.data(), rods_->dydt.data()); }
+  void read(double* qdd) const override { makeRelative(rods_->dydt.data() + n_, n_, qdd); }
+
+ private:
+  int n_;
+  std::unique_ptr<MovingRods> rods_;
+};
+
+}  // namespace
+
+PeerKind planarChain() {
+  return {"planar_chain", "", 1, 10000, 1e-6, [](const Chain& chain) -> std::unique_ptr<Peer> {
+            return std::make_unique<PlanarChain>(chain.size());
+          }};
+}
+
+}  // namespace planar_chain::benchmarks

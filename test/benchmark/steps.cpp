@@ -1,0 +1,148 @@
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+
+#include "measure.h"
+#include "moving_rods.h"
+#include "planar_chain/ode/methods.h"
+#include "planar_chain/simulation.h"
+
+namespace planar_chain::benchmarks {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double interval = 1e-7;  // s: so short that rods hardly move in a whole run and no step is rejected
+constexpr double tolerance = 1e-6;
+constexpr double tick = 1e-3;         // s
+constexpr int ticksBefore = 20;       // until the method has found its step
+constexpr int longestWithAuto = 200;  // links: longer chains, undamped, are followed in microseconds
+constexpr int stepsCounted = 100;     // one look of surroundings.h among them
+
+/// Counts what a method asks for.
+class Counted : public ode::LinearizedSystem {
+ public:
+  explicit Counted(Dynamics& f) : f_(f) {}
+  int size() const override { return f_.size(); }
+  void derivative(double t, const double* y, double* dydt) override {
+    ++evaluations;
+    f_.derivative(t, y, dydt);
+  }
+  void linearize(double t, const double* y, double* dydt) override {
+    ++linearizations;
+    f_.linearize(t, y, dydt);
+  }
+  bool timeDerivative(double* ft) override { return f_.timeDerivative(ft); }
+  ode::LinearCosts linearCosts() const override { return f_.linearCosts(); }
+  void factor(double s) override {
+    ++factors;
+    f_.factor(s);
+  }
+  void solve(const double* rhs, double* x) override {
+    ++solves;
+    f_.solve(rhs, x);
+  }
+  void reserveComplex(int count) override { f_.reserveComplex(count); }
+  void factorComplex(int k, std::complex<double> s) override {
+    ++complexFactors;
+    f_.factorComplex(k, s);
+  }
+  void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override {
+    ++complexSolves;
+    f_.solveComplex(k, rhs, x);
+  }
+  int evaluations = 0, linearizations = 0, factors = 0, solves = 0, complexFactors = 0, complexSolves = 0;
+
+ private:
+  Dynamics& f_;
+};
+
+/// Rods under a method that goes forward by one interval at a time.
+class Stepped {
+ public:
+  Stepped(const std::string& method, int n, ode::LinearizedSystem& f, const MovingRods& at)
+      : state_(f.size()) {
+    std::copy(at.y.begin(), at.y.end(), state_.y.data());
+    ode::Tolerance allowed{tolerance, Eigen::ArrayXd::Constant(2 * n, infinity)};
+    allowed.ceiling.head(n) = 4;
+    integrator_ = ode::makeMethod(method, f, interval, allowed);
+    step();  // the first one looks for its length
+  }
+  bool step() { return integrator_->advance(state_, state_.t + interval, infinity) == ode::Outcome::arrived; }
+  const ode::StepCount& count() const { return integrator_->count(); }
+
+ private:
+  ode::State state_;
+  std::unique_ptr<ode::Integrator> integrator_;
+};
+
+/// What one step asks for, on average; counted once.
+const benchmark::UserCounters& callsOf(const std::string& method, int n) {
+  static std::map<std::pair<std::string, int>, benchmark::UserCounters> counted;
+  const auto [place, isNew] = counted.try_emplace({method, n});
+  if (!isNew) return place->second;
+  MovingRods at(n, crooked(n));
+  Counted f(at.dynamics);
+  Stepped stepped(method, n, f, at);
+  const Counted before = f;
+  for (int k = 0; k < stepsCounted; ++k) stepped.step();
+  const auto add = [&, &counters = place->second](const char* what, int Counted::*calls) {
+    counters[what] = static_cast<double>(f.*calls - before.*calls) / stepsCounted;
+  };
+  add("evaluations", &Counted::evaluations);
+  add("linearizations", &Counted::linearizations);
+  add("factors", &Counted::factors);
+  add("solves", &Counted::solves);
+  add("complex_factors", &Counted::complexFactors);
+  add("complex_solves", &Counted::complexSolves);
+  return place->second;
+}
+
+void measureStep(benchmark::State& state, const std::string& method, int n) {
+  MovingRods at(n, crooked(n));
+  Stepped stepped(method, n, at.dynamics, at);
+  for (auto _ : state) {
+    if (!stepped.step()) state.SkipWithError("no single step");
+  }
+  if (stepped.count().rejected > 0) state.SkipWithError("steps were rejected");
+  const benchmark::UserCounters& calls = callsOf(method, n);
+  state.counters.insert(calls.begin(), calls.end());
+  state.counters["ns_per_link"] = perLink(n);
+}
+
+void measureTick(benchmark::State& state, const std::string& method, int n) {
+  Scene scene = hanging(n);
+  scene.integrator.method = method;
+  scene.integrator.step = tick;
+  Simulation simulation(scene);
+  long long ticks = 0;
+  const auto next = [&] { return simulation.advanceTo(static_cast<double>(++ticks) * tick); };
+  while (ticks < ticksBefore) next();
+  const long long before = simulation.statistics().steps;
+  for (auto _ : state) {
+    if (!next()) state.SkipWithError(simulation.fault().c_str());
+    benchmark::DoNotOptimize(simulation.energyBalance().residual);
+  }
+  state.counters["ns_per_link"] = perLink(n);
+  state.counters["steps"] =
+      static_cast<double>(simulation.statistics().steps - before) / static_cast<double>(ticks - ticksBefore);
+}
+
+}  // namespace
+
+void registerSteps() {
+  for (const int n : sizes()) {
+    for (const char* method : {"rk4", "dopri5", "dop853", "rodas5p", "ros34pw2", "radau13"}) {
+      benchmark::RegisterBenchmark(nameOf("step", method, n).c_str(),
+                                   [method, n](benchmark::State& state) { measureStep(state, method, n); });
+    }
+    for (const char* method : {"auto", "ros34pw2_fixed"}) {
+      if (std::string(method) == "auto" && n > longestWithAuto) continue;
+      benchmark::RegisterBenchmark(nameOf("tick", method, n).c_str(),
+                                   [method, n](benchmark::State& state) { measureTick(state, method, n); });
+    }
+  }
+}
+
+}  // namespace planar_chain::benchmarks
