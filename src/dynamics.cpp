@@ -58,11 +58,17 @@ Dynamics::Dynamics(const Chain& chain, Loads& loads)
   }
   outside_ = {e_.data(), N_.data(), F_.data(), -1.0 * chain.gravity()};
   effects_.reserve(3);
-  listEffects();
+  findLoads();
 }
 
 void Dynamics::enter(double t) {
   loads_.enter(t);
+  findLoads();
+}
+
+void Dynamics::findLoads() {
+  loadsAct_ = loads_.acting();
+  varies_ = loads_.varies();
   listEffects();
 }
 
@@ -83,11 +89,11 @@ void Dynamics::changedStops() {
 
 void Dynamics::listEffects() {
   effects_.clear();
-  if (loads_.acting() == Acting::forces) effects_.push_back(&Dynamics::applyForces);
-  if (loads_.acting() == Acting::moments) effects_.push_back(&Dynamics::applyTorques);
+  if (loadsAct_ == Acting::forces) effects_.push_back(&Dynamics::applyForces);
+  if (loadsAct_ == Acting::moments) effects_.push_back(&Dynamics::applyTorques);
   if (!springs_.empty()) effects_.push_back(&Dynamics::applySprings);
   if (stops_.act()) effects_.push_back(&Dynamics::applyStops);
-  acting_ = effects_.empty() ? Acting::nothing : std::max(loads_.acting(), Acting::moments);
+  acting_ = effects_.empty() ? Acting::nothing : std::max(loadsAct_, Acting::moments);
 }
 
 Dynamics::Powers Dynamics::applyForces(double t, const double* theta, const double* omega) {
@@ -174,7 +180,7 @@ void Dynamics::linearize(double t, const double* y, double* dydt) {
 }
 
 bool Dynamics::timeDerivative(double* ft) {
-  if (!loads_.varies()) return false;
+  if (!varies_) return false;
   // M ∂α/∂t = ∂f/∂t: the recursion without gravity and at rest.
   std::fill(N_.begin(), N_.end(), 0.0);
   std::fill(F_.begin(), F_.end(), Vec2d{});

@@ -38,7 +38,7 @@ class Chains {
       start_.y[i] = theta += scene_.q[static_cast<std::size_t>(i)];
       start_.y[n + i] = omega += scene_.qd[static_cast<std::size_t>(i)];
     }
-    dynamics_.reserveComplex(1);
+    dynamics_.reserve(1);
   }
 
   bool countAll() {

@@ -78,6 +78,7 @@ class Dynamics : public ode::LinearizedSystem {
   Powers applySprings(double t, const double* theta, const double* omega);
   Powers applyStops(double t, const double* theta, const double* omega);
   /// After a change of what acts.
+  void findLoads();
   void listEffects();
   void changedStops();
 
@@ -98,7 +99,8 @@ class Dynamics : public ode::LinearizedSystem {
   Springs springs_;
   Stops stops_;
   std::variant<ShortChain, Articulated<double>, Segments> recursion_;
-  Acting acting_ = Acting::nothing;
+  Acting loadsAct_ = Acting::nothing, acting_ = Acting::nothing;
+  bool varies_ = false;  ///< f, with time
   std::vector<Effect> effects_;
   std::vector<Rotation<double>> e_;
   std::vector<double> N_, motion_;

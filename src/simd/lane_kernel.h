@@ -3,6 +3,7 @@
 /// The kernel for `laneCount` lanes, as the including file's compiler options make it. See segments.h for the
 /// equations.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -24,6 +25,20 @@ using Vector = Vec2<Real>;
     e[2 * j] = std::cos(theta[j]);
     e[2 * j + 1] = std::sin(theta[j]);
   }
+}
+
+/// The first numbers of a register, so many as there are; the others are 0.
+[[gnu::always_inline]] inline Real loadSome(const double* from, int count) {
+  if (count >= laneCount) return Real::load(from);
+#if defined(__AVX2__) && !defined(__AVX512F__)
+  alignas(32) static constexpr long long masks[2 * laneCount] = {-1, -1, -1, -1, 0, 0, 0, 0};
+  const auto* mask = reinterpret_cast<const __m256i*>(masks + laneCount - count);
+  return Real(_mm256_maskload_pd(from, _mm256_loadu_si256(mask)));
+#else
+  Real a;
+  for (int s = 0; s < count; ++s) a.v[s] = from[s];
+  return a;
+#endif
 }
 
 #ifdef __FMA__
@@ -70,26 +85,46 @@ using Vector = Vec2<Real>;
 }
 
 /// Up to here k π/2 is exact enough; beyond, and for what is not finite, the library is asked.
-bool isReducible(Real theta) {
-  constexpr double largest = 1e9;
-  return all((theta.v < Real(largest).v) & (theta.v > Real(-largest).v));
+constexpr double largestReducible = 1e9;
+bool areReducible(Real theta) {
+  return all((theta.v < Real(largestReducible).v) & (theta.v > Real(-largestReducible).v));
+}
+
+/// Each by itself, so that no angle changes what comes out for another.
+[[gnu::cold, gnu::noinline]] void rotateIrreducible(const double* theta, double* e, int count) {
+  for (int j = 0; j < count; ++j) {
+    if (!(std::abs(theta[j]) < largestReducible)) rotate(theta + j, e + 2 * j, 1);
+  }
+}
+
+/// exp(i θ) of so many angles, in lanes and to e, which has room for laneCount of them.
+[[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
+  const Real angles = loadSome(theta, count);
+  Pairs turns = rotationsOf(angles);
+  storePairs(e, turns);
+  if (__builtin_expect(!areReducible(angles), false)) {
+    rotateIrreducible(theta, e, count < laneCount ? count : laneCount);
+    turns = gatherPairs(e, 2);
+  }
+  return {turns.x, turns.y};
 }
 
 void rotations(const double* theta, double* e, int n) {
-  if (n < laneCount) return rotate(theta, e, n);
-  const auto block = [=](int j) {
-    const Real angles = Real::load(theta + j);
-    if (isReducible(angles)) {
-      storePairs(e + 2 * j, rotationsOf(angles));
-    } else {
-      rotate(theta + j, e + 2 * j, laneCount);
-    }
-  };
-  for (int j = 0; j + laneCount <= n; j += laneCount) block(j);
-  if (n % laneCount != 0) block(n - laneCount);  // some of them for a second time
+  int j = 0;
+  for (; j + laneCount <= n; j += laneCount) rotationsOfSome(theta + j, laneCount, e + 2 * j);
+  if (j == n) return;
+  double last[2 * laneCount];
+  rotationsOfSome(theta + j, n - j, last);
+  std::copy(last, last + 2 * (n - j), e + 2 * j);
 }
 
 #else
+
+[[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
+  rotate(theta, e, count < laneCount ? count : laneCount);
+  const Pairs turns = gatherPairs(e, 2);
+  return {turns.x, turns.y};
+}
 
 void rotations(const double* theta, double* e, int n) {
   rotate(theta, e, n);

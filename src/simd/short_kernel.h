@@ -34,35 +34,6 @@ Number mulAdd(Number a, Number b, Number c) {
 }
 #endif
 
-/// The first numbers of a register, so many as there are; the others are 0.
-[[gnu::always_inline]] inline Real loadSome(const double* from, int count) {
-  if (count >= laneCount) return Real::load(from);
-#if defined(__AVX2__) && !defined(__AVX512F__)
-  alignas(32) static constexpr long long masks[2 * laneCount] = {-1, -1, -1, -1, 0, 0, 0, 0};
-  const auto* mask = reinterpret_cast<const __m256i*>(masks + laneCount - count);
-  return Real(_mm256_maskload_pd(from, _mm256_loadu_si256(mask)));
-#else
-  Real a;
-  for (int s = 0; s < count; ++s) a.v[s] = from[s];
-  return a;
-#endif
-}
-
-/// exp(i θ) of so many angles to e, which has room for laneCount of them.
-[[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
-#ifdef __FMA__
-  const Real angles = loadSome(theta, count);
-  if (__builtin_expect(isReducible(angles), true)) {
-    const Pairs turns = rotationsOf(angles);
-    storePairs(e, turns);
-    return {turns.x, turns.y};
-  }
-#endif
-  rotate(theta, e, count < laneCount ? count : laneCount);
-  const Pairs turns = gatherPairs(e, 2);
-  return {turns.x, turns.y};
-}
-
 /// The bodies where they are, one a lane: all that does not depend on the neighbours.
 template <int fixed>
 class BodiesInLanes {

@@ -74,7 +74,7 @@ void registerDynamics(int n) {
   for (const auto& [what, work] : works) {
     benchmark::RegisterBenchmark(nameOf("solve", what, n).c_str(), [n, work = work](benchmark::State& state) {
       MovingRods at(n, crooked(n));
-      at.dynamics.reserveComplex(1);
+      at.dynamics.reserve(1);
       at.dynamics.linearize(0, at.y.data(), at.dydt.data());
       work(state, n, at.dynamics, at);
     });

@@ -43,7 +43,7 @@ class Counted : public ode::LinearizedSystem {
     ++solves;
     f_.solve(rhs, x);
   }
-  void reserveComplex(int count) override { f_.reserveComplex(count); }
+  void reserve(int complexCount) override { f_.reserve(complexCount); }
   void factorComplex(int k, std::complex<double> s) override {
     ++complexFactors;
     f_.factorComplex(k, s);
