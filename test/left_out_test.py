@@ -15,8 +15,9 @@ BIN = ""
 
 # What belongs to an effect: (functions, source files); a cost is the effect's if both match.
 ANYWHERE = r""
-# The loop itself asks how far it may go, once for many steps; a contact sums up what then resists in each joint.
-IN_EVALUATIONS = r"^(?!planar_chain::Simulation::|planar_chain::Springs::addStiffness)"
+# Once for many steps, or for a step of an implicit method, or at a contact, it may be asked for.
+IN_EVALUATIONS = (r"^(?!planar_chain::Simulation::|planar_chain::Dynamics::(timeDerivative|changeStops)"
+                  r"|planar_chain::Springs::addStiffness)")
 EFFECTS = {
     "springs and dampers": [(IN_EVALUATIONS, r"^springs\.")],
     "limits": [(ANYWHERE, r"^(stops|switches)\.")],
