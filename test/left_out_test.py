@@ -16,7 +16,7 @@ BIN = ""
 # What belongs to an effect: (functions, source files); a cost is the effect's if both match.
 ANYWHERE = r""
 # Once for many steps, or for a step of an implicit method, or at a contact, it may be asked for.
-IN_EVALUATIONS = (r"^(?!planar_chain::Simulation::|planar_chain::Dynamics::(timeDerivative|changeStops)"
+IN_EVALUATIONS = (r"^(?!planar_chain::Simulation::|planar_chain::Dynamics::(timeDerivative|changeStops|listEffects)"
                   r"|planar_chain::Springs::addStiffness)")
 EFFECTS = {
     "springs and dampers": [(IN_EVALUATIONS, r"^springs\.")],
