@@ -377,8 +377,7 @@ TEST(ZeroStrengthOf, ALimitIsAbsenceButForWhatAMethodKeepsFromStepToStep) {
     const auto [q, evaluations, rejected] = endOf(limited);
     EXPECT_GT(evaluations, itsEvaluations) << method << " has not looked";
     EXPECT_EQ(rejected, itsRejected) << method;
-    const bool keepsNothing = method == "rk4" || method.substr(0, 3) == "ros" || method == "rodas5p";
-    if (keepsNothing) {
+    if (method == "rk4" || method.substr(0, 3) == "ros" || method == "rodas5p") {  // keep nothing
       EXPECT_EQ(q, free) << method;
     } else {
       EXPECT_NEAR(q, free, 1e-9) << method;
