@@ -57,7 +57,7 @@ Dynamics::Dynamics(const Chain& chain, Loads& loads)
     pinVelocity_.resize(n);
   }
   outside_ = {e_.data(), N_.data(), F_.data(), -1.0 * chain.gravity()};
-  effects_.reserve(3);
+  effects_.reserve(4);
   findLoads();
 }
 
@@ -89,11 +89,18 @@ void Dynamics::changedStops() {
 
 void Dynamics::listEffects() {
   effects_.clear();
+  effects_.push_back(&Dynamics::clearMoments);
   if (loadsAct_ == Acting::forces) effects_.push_back(&Dynamics::applyForces);
   if (loadsAct_ == Acting::moments) effects_.push_back(&Dynamics::applyTorques);
   if (!springs_.empty()) effects_.push_back(&Dynamics::applySprings);
   if (stops_.act()) effects_.push_back(&Dynamics::applyStops);
+  if (effects_.size() == 1) effects_.clear();
   acting_ = effects_.empty() ? Acting::nothing : std::max(loadsAct_, Acting::moments);
+}
+
+Dynamics::Powers Dynamics::clearMoments(double /*t*/, const double* /*theta*/, const double* /*omega*/) {
+  std::fill(N_.begin(), N_.end(), 0.0);
+  return {};
 }
 
 Dynamics::Powers Dynamics::applyForces(double t, const double* theta, const double* omega) {
@@ -141,7 +148,6 @@ inline void Dynamics::run(Acting acting, const Outside& outside, const double* y
 }
 
 inline void Dynamics::evaluate(double t, const double* y, double* dydt) {
-  std::fill(N_.begin(), N_.end(), 0.0);
   Powers powers;
   for (const Effect effect : effects_) {
     const Powers own = (this->*effect)(t, y, y + n_);

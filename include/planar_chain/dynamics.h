@@ -73,6 +73,7 @@ class Dynamics : public ode::LinearizedSystem {
   };
   /// Adds what it is to N_ and F_, and returns its powers.
   using Effect = Powers (Dynamics::*)(double t, const double* theta, const double* omega);
+  Powers clearMoments(double t, const double* theta, const double* omega);
   Powers applyForces(double t, const double* theta, const double* omega);
   Powers applyTorques(double t, const double* theta, const double* omega);
   Powers applySprings(double t, const double* theta, const double* omega);

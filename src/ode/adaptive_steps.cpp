@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "../simd/kernel.h"
 #include "planar_chain/ode/allowance.h"
 
 namespace planar_chain::ode {
@@ -36,6 +37,7 @@ AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance toleran
       tolerance_(std::move(tolerance)),
       surroundings_(std::move(surroundings)),
       exponent_(1.0 / stepper_->errorOrder()),
+      lastLog_(std::log2(smallestError)),
       trial_(stepper_->increment()),
       trialDerivative_(stepper_->increment()) {
   if (stepper_->errorOrder() == 0) {
@@ -86,15 +88,16 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
   stepper_->step(state.t, h, state.y);
   const double error = errorNorm(state.y, h);
   const bool mayPass = error <= 1 || isJump;
-  finite_ = std::isfinite(error) && (!mayPass || stepper_->increment().allFinite());
-  if (finite_ && mayPass && take(state, next, stepper_->increment())) {
+  const bool taken = mayPass && std::isfinite(error) && take(state, next, stepper_->increment());
+  finite_ = std::isfinite(error) && (taken || !mayPass);
+  if (taken) {
     // The step that the error asks for grows from the one taken, but not past ten times the one proposed
     // before: a step cut short to land on a time says little about far longer ones.
     stepper_->accept();
     const double wanted = h * std::max(growth(error), isJump ? 1 : smallestFactor);
     h_ = std::min(wanted, justRejected_ ? h : largestFactor * h_);
     justRejected_ = false;
-    lastError_ = std::max(error, smallestError);
+    lastLog_ = std::log2(std::max(error, smallestError));
     count_.lastError = error;
     ++count_.accepted;
     return Attempt::accepted;
@@ -119,28 +122,24 @@ void AdaptiveSteps::begin() {
 void AdaptiveSteps::resume(double h) {
   stepper_->forget();
   h_ = h;
-  lastError_ = smallestError;
+  lastLog_ = std::log2(smallestError);
   justRejected_ = false;
   finite_ = true;
 }
 
+/// error^−(exponent − ¾ β) × lastError^β, less a little.
 double AdaptiveSteps::growth(double error) const {
-  return safety * std::pow(std::max(error, 1e-30), -(exponent_ - 0.75 * beta)) * std::pow(lastError_, beta);
+  const double log = std::log2(std::max(error, 1e-30));
+  return safety * std::exp2(beta * lastLog_ - (exponent_ - 0.75 * beta) * log);
 }
 
-/// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is NaN.
-double AdaptiveSteps::errorNorm(const Eigen::VectorXd& y, double h) {
-  const Eigen::VectorXd& error = stepper_->error();
+/// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is not finite.
+double AdaptiveSteps::errorNorm(const Eigen::VectorXd& y, double h) const {
+  static const simd::VectorKernel& kernel = simd::kernels().front()->vectors;
   const Allowance allowance(tolerance_, *surroundings_, h);
-  trial_ = y + stepper_->increment();
-  double worst = 0;
-  for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {
-    const double size = std::max(tolerance_.size(y, i), tolerance_.size(trial_, i));
-    const double ratio = std::abs(error[i]) / allowance.of(i, size);
-    if (std::isnan(ratio)) return ratio;
-    worst = std::max(worst, ratio);
-  }
-  return worst;
+  return kernel.largestRatio({stepper_->error().data(), y.data(), stepper_->increment().data(),
+                              tolerance_.ceiling.data(), surroundings_->noise().data()},
+                             allowance.most(), allowance.perNoise(), tolerance_.ceiling.size());
 }
 
 /// A step whose explicit Euler error is small: h² |ÿ| about 1 % of the scale, then adapted to the order.

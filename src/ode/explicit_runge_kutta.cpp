@@ -1,7 +1,6 @@
 #include "planar_chain/ode/explicit_runge_kutta.h"
 
 #include <cmath>
-#include <utility>
 
 namespace planar_chain::ode {
 
@@ -9,6 +8,10 @@ ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
     : table_(table),
       f_(f),
       k_(table.b.size(), Eigen::VectorXd::Zero(f.size())),
+      a_(combinationsOf(table.a, k_)),
+      b_(table.b, k_),
+      e_(table.e, k_),
+      coarseWeights_(table.coarse, k_),
       stage_(Eigen::VectorXd::Zero(f.size())),
       increment_(Eigen::VectorXd::Zero(f.size())),
       coarse_(Eigen::VectorXd::Zero(table.coarse.empty() ? 0 : f.size())),
@@ -26,17 +29,21 @@ const Eigen::VectorXd& ExplicitRungeKutta::derivative(double t, const Eigen::Vec
 
 void ExplicitRungeKutta::step(double t, double h, const Eigen::VectorXd& y) {
   derivative(t, y);
-  for (std::size_t i = 1; i < k_.size(); ++i) {
-    combine(h, table_.a[i], stage_);
-    stage_ += y;
+  const std::size_t last = k_.size() - 1;
+  for (std::size_t i = 1; i <= last; ++i) {
+    if (i == last && table_.lastIsFirst) {
+      b_.addTo(y, h, increment_, stage_);
+    } else {
+      a_[i].addTo(y, h, stage_);
+    }
     f_.derivative(t + table_.c[i] * h, stage_.data(), k_[i].data());
   }
-  combine(h, table_.b, increment_);
-  if (!table_.e.empty()) combine(h, table_.e, error_);
+  if (!table_.lastIsFirst) b_(h, increment_);
+  if (!table_.e.empty()) e_(h, error_);
   if (!table_.coarse.empty()) {
-    combine(h, table_.coarse, coarse_);
+    coarseWeights_(h, coarse_);
     for (Eigen::Index i = 0; i < error_.size(); ++i) {
-      const double size = std::hypot(error_[i], 0.1 * coarse_[i]);
+      const double size = std::sqrt(error_[i] * error_[i] + 0.01 * (coarse_[i] * coarse_[i]));
       error_[i] = size > 0 ? error_[i] * (error_[i] / size) : size;
     }
   }
@@ -44,14 +51,7 @@ void ExplicitRungeKutta::step(double t, double h, const Eigen::VectorXd& y) {
 
 void ExplicitRungeKutta::accept() {
   firstIsKnown_ = table_.lastIsFirst;
-  if (table_.lastIsFirst) std::swap(k_.front(), k_.back());
-}
-
-void ExplicitRungeKutta::combine(double h, const std::vector<double>& weights, Eigen::VectorXd& out) const {
-  out = (h * weights[0]) * k_[0];
-  for (std::size_t j = 1; j < weights.size(); ++j) {
-    if (weights[j] != 0) out += (h * weights[j]) * k_[j];
-  }
+  if (table_.lastIsFirst) k_.front() = k_.back();  // not exchanged: the combinations know where they stand
 }
 
 }  // namespace planar_chain::ode

@@ -4,16 +4,13 @@
 #include <cmath>
 #include <utility>
 
+#include "../simd/kernel.h"
+
 namespace planar_chain::ode {
 
 bool take(State& state, double t, const Eigen::VectorXd& increment) {
-  if (!(state.y + increment).allFinite()) return false;
-  for (Eigen::Index i = 0; i < state.y.size(); ++i) {
-    const double whole = increment[i] + state.carry[i];
-    const double next = state.y[i] + whole;
-    state.carry[i] = whole - (next - state.y[i]);
-    state.y[i] = next;
-  }
+  static const simd::VectorKernel& kernel = simd::kernels().front()->vectors;
+  if (!kernel.addCarried(state.y.data(), state.carry.data(), increment.data(), state.y.size())) return false;
   state.t = t;
   return true;
 }

@@ -78,6 +78,10 @@ Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
     : table_(table),
       f_(f),
       U_(table.m.size(), Eigen::VectorXd::Zero(f.size())),
+      a_(combinationsOf(table.a, U_)),
+      C_(combinationsOf(table.C, U_)),
+      m_(table.m, U_),
+      e_(table.e, U_),
       slope_(Eigen::VectorXd::Zero(f.size())),
       timeSlope_(slope_),
       stage_(slope_),
@@ -109,24 +113,15 @@ void Rosenbrock::step(double t, double h, const Eigen::VectorXd& y) {
     if (i == 0) {
       U = slope_;
     } else {
-      stage_ = y;
-      add(table_.a[i], 1, stage_);
+      a_[i].addTo(y, 1, stage_);
       f_.derivative(t + table_.c[i] * h, stage_.data(), U.data());
+      C_[i].addTo(U, 1 / h, U);
     }
-    add(table_.C[i], 1 / h, U);
     if (timeDependent_) U += (table_.d[i] * h) * timeSlope_;
     f_.solve(U.data(), U.data());
   }
-  increment_.setZero();
-  add(table_.m, 1, increment_);
-  error_.setZero();
-  add(table_.e, 1, error_);
-}
-
-void Rosenbrock::add(const std::vector<double>& weights, double factor, Eigen::VectorXd& out) const {
-  for (std::size_t j = 0; j < weights.size(); ++j) {
-    if (weights[j] != 0) out += (factor * weights[j]) * U_[j];
-  }
+  m_(1, increment_);
+  e_(1, error_);
 }
 
 }  // namespace planar_chain::ode

@@ -10,6 +10,7 @@ constexpr int laneCount = 4;
 
 #include "linear_kernel.h"
 #include "short_kernel.h"
+#include "vector_kernel.h"
 
 namespace planar_chain::simd {
 
@@ -26,6 +27,7 @@ const Kernel avx2{"avx2",
                   linearizeOutwardsAll,
                   linearizeInwardsAll,
                   linearKernel<Real>,
-                  linearKernel<ComplexLanes>};
+                  linearKernel<ComplexLanes>,
+                  vectorKernel};
 
 }  // namespace planar_chain::simd

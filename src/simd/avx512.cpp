@@ -9,6 +9,7 @@ constexpr int laneCount = 8;
 }  // namespace planar_chain::simd
 
 #include "linear_kernel.h"
+#include "vector_kernel.h"
 
 namespace planar_chain::simd {
 
@@ -24,6 +25,7 @@ const Kernel avx512{"avx512",
                     linearizeOutwardsAll,
                     linearizeInwardsAll,
                     linearKernel<Real>,
-                    linearKernel<ComplexLanes>};
+                    linearKernel<ComplexLanes>,
+                    vectorKernel};
 
 }  // namespace planar_chain::simd

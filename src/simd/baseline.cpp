@@ -8,6 +8,7 @@ constexpr int laneCount = 2;
 
 #include "linear_kernel.h"
 #include "short_kernel.h"
+#include "vector_kernel.h"
 
 namespace planar_chain::simd {
 
@@ -23,6 +24,7 @@ const Kernel baseline{"baseline",
                       linearizeOutwardsAll,
                       linearizeInwardsAll,
                       linearKernel<Real>,
-                      linearKernel<ComplexLanes>};
+                      linearKernel<ComplexLanes>,
+                      vectorKernel};
 
 }  // namespace planar_chain::simd

@@ -5,6 +5,7 @@
 /// binary built anywhere runs everywhere. Internal to the core; see segments.h for the mathematics.
 
 #include <array>
+#include <cstddef>
 
 #include "planar_chain/acting.h"
 
@@ -74,6 +75,27 @@ struct LinearKernel {
                    double* v);
 };
 
+/// What an error norm reads, component by component.
+struct ErrorVectors {
+  const double *error, *y, *increment, *ceiling, *noise;
+};
+
+/// Vectors of the integrators.
+struct VectorKernel {
+  static constexpr int mostTerms = 13;
+  /// sum = factor Σ weights_j terms_j, out = base + sum; sum or out may be nullptr, and any two may be the
+  /// same.
+  using Combine = void (*)(double factor, const double* weights, const double* const* terms,
+                           const double* base, double* sum, double* out, std::ptrdiff_t n);
+  std::array<Combine, mostTerms> combine;  ///< of 1, 2 … terms
+  /// Adds the increment to y, and to carry what rounding takes away. False, and nothing has changed, when y
+  /// would not be finite.
+  bool (*addCarried)(double* y, double* carry, const double* increment, std::ptrdiff_t n);
+  /// max |error| / max(most (1 + min(max(|y|, |y + increment|), ceiling)), rounding noise); NaN when one is
+  /// not finite.
+  double (*largestRatio)(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n);
+};
+
 struct Kernel {
   const char* name;
   int lanes;
@@ -93,6 +115,7 @@ struct Kernel {
   /// From starts: the acceleration of the inner pin less gravity, and the force of all outside: 2 + 2.
   void (*linearizeInwards)(const LinearArrays& arrays, const LinearState& at, ConstRows starts);
   LinearKernel real, complex;
+  VectorKernel vectors;
 };
 
 /// Those that this CPU can run, the best first; the last one runs on every CPU. Null pointers fill up.

@@ -27,20 +27,6 @@ using Vector = Vec2<Real>;
   }
 }
 
-/// The first numbers of a register, so many as there are; the others are 0.
-[[gnu::always_inline]] inline Real loadSome(const double* from, int count) {
-  if (count >= laneCount) return Real::load(from);
-#if defined(__AVX2__) && !defined(__AVX512F__)
-  alignas(32) static constexpr long long masks[2 * laneCount] = {-1, -1, -1, -1, 0, 0, 0, 0};
-  const auto* mask = reinterpret_cast<const __m256i*>(masks + laneCount - count);
-  return Real(_mm256_maskload_pd(from, _mm256_loadu_si256(mask)));
-#else
-  Real a;
-  for (int s = 0; s < count; ++s) a.v[s] = from[s];
-  return a;
-#endif
-}
-
 #ifdef __FMA__
 
 /// θ = k π/2 + r, |r| ≤ π/4, with π/2 in three parts (W. Cody, W. Waite, Software Manual for the Elementary

@@ -128,5 +128,51 @@ Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
 
 #endif
 
+// ---- The first numbers of a register, so many as there are -----------------------------------------
+
+#if defined(__AVX2__) && !defined(__AVX512F__)
+
+[[gnu::always_inline]] inline __m256i maskOf(int count) {
+  alignas(32) static constexpr long long masks[2 * laneCount] = {-1, -1, -1, -1, 0, 0, 0, 0};
+  return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(masks + laneCount - count));
+}
+
+#endif
+
+/// The others are 0.
+[[gnu::always_inline]] inline Lanes loadSome(const double* from, int count) {
+  if (count >= laneCount) return Lanes::load(from);
+#if defined(__AVX2__) && !defined(__AVX512F__)
+  return Lanes(_mm256_maskload_pd(from, maskOf(count)));
+#else
+  Lanes a;
+  for (int s = 0; s < count; ++s) a.v[s] = from[s];
+  return a;
+#endif
+}
+
+[[gnu::always_inline]] inline void storeSome(double* to, Lanes a, int count) {
+  if (count >= laneCount) return a.store(to);
+#if defined(__AVX2__) && !defined(__AVX512F__)
+  _mm256_maskstore_pd(to, maskOf(count), a.v);
+#else
+  for (int s = 0; s < count; ++s) to[s] = a.v[s];
+#endif
+}
+
+// ---- Size ------------------------------------------------------------------------------------------
+
+[[gnu::always_inline]] inline Lanes larger(Lanes a, Lanes b) {
+  return Lanes(a.v > b.v ? a.v : b.v);
+}
+
+[[gnu::always_inline]] inline Lanes smaller(Lanes a, Lanes b) {
+  return Lanes(a.v < b.v ? a.v : b.v);
+}
+
+[[gnu::always_inline]] inline Lanes absolute(Lanes a) {
+  return larger(a, -a);
+}
+
 }  // namespace
 }  // namespace planar_chain::simd

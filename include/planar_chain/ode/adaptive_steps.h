@@ -38,15 +38,15 @@ class AdaptiveSteps : public Integrator {
 
  private:
   double growth(double error) const;
-  double errorNorm(const Eigen::VectorXd& y, double h);
+  double errorNorm(const Eigen::VectorXd& y, double h) const;
   double firstStep(const State& state, double left);
 
   std::unique_ptr<Stepper> stepper_;
   Tolerance tolerance_;
   std::shared_ptr<Surroundings> surroundings_;
   double exponent_;
+  double lastLog_;  ///< of the last step's error, to base 2
   double h_ = 0;
-  double lastError_ = 1e-4;
   bool justRejected_ = false;
   bool finite_ = true;
   int jumps_ = 0;  ///< made since the last restart

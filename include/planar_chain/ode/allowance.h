@@ -19,10 +19,12 @@ class Allowance {
         most_(std::max(share * tolerance.value * std::min(std::max(h, shortestCounted), 1.0), epsilon)),
         everyDigit_(std::min(1.0, tolerance.value / roundingCounts)) {}
 
-  /// For component i, where its size() is size.
+  /// For component i, where its size() is size: most() × size, or if that is more perNoise() × that of its f.
   double of(Eigen::Index i, double size) const {
-    return std::max(most_ * size, everyDigit_ * clearly * rounding(i));
+    return std::max(most_ * size, perNoise() * surroundings_.noise()[i]);
   }
+  double most() const { return most_; }
+  double perNoise() const { return everyDigit_ * clearly * surroundings_.timeOf(h_); }
   /// No estimate of component i can be relied on below.
   double rounding(Eigen::Index i) const { return surroundings_.roundingOver(h_, i); }
 

@@ -2,6 +2,7 @@
 
 /// The steps of every explicit Runge–Kutta method; see tableau.h.
 
+#include "planar_chain/ode/combination.h"
 #include "planar_chain/ode/stepper.h"
 #include "planar_chain/ode/tableau.h"
 
@@ -27,12 +28,11 @@ class ExplicitRungeKutta : public Stepper {
   void forget() override { firstIsKnown_ = false; }
 
  private:
-  /// out = h Σ_j weights_j k_j
-  void combine(double h, const std::vector<double>& weights, Eigen::VectorXd& out) const;
-
   Tableau table_;
   System& f_;
   std::vector<Eigen::VectorXd> k_;
+  std::vector<Combination> a_;
+  Combination b_, e_, coarseWeights_;
   Eigen::VectorXd stage_, increment_, coarse_, error_;
   bool firstIsKnown_ = false;
 };

@@ -11,6 +11,7 @@
 #include <limits>
 #include <vector>
 
+#include "planar_chain/ode/combination.h"
 #include "planar_chain/ode/stepper.h"
 
 namespace planar_chain::ode {
@@ -51,12 +52,11 @@ class Rosenbrock : public Stepper {
   void forget() override { linearized_ = false; }
 
  private:
-  /// out += Σ_j weights_j U_j
-  void add(const std::vector<double>& weights, double factor, Eigen::VectorXd& out) const;
-
   RosenbrockTableau table_;
   LinearizedSystem& f_;
   std::vector<Eigen::VectorXd> U_;
+  std::vector<Combination> a_, C_;
+  Combination m_, e_;
   Eigen::VectorXd slope_, timeSlope_, stage_, increment_, error_;
   bool linearized_ = false;
   bool timeDependent_ = false;

@@ -22,9 +22,9 @@ class Surroundings {
   double largestEigenvalue() const { return eigenvalue_; }
   /// How far rounding of y moves component i over a step of h: no error estimate can be relied on below.
   /// f is off by noise_i, and what that shakes stops growing after the fastest mode's own time 1/|λ|.
-  double roundingOver(double h, Eigen::Index i) const {
-    return noise_[i] * (h * eigenvalue_ > 1 ? 1 / eigenvalue_ : h);
-  }
+  double roundingOver(double h, Eigen::Index i) const { return noise_[i] * timeOf(h); }
+  double timeOf(double h) const { return h * eigenvalue_ > 1 ? 1 / eigenvalue_ : h; }
+  const Eigen::VectorXd& noise() const { return noise_; }
 
  private:
   void applyJacobian(double t, const Eigen::VectorXd& y);

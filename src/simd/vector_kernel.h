@@ -1,0 +1,100 @@
+#pragma once
+
+/// Vectors of the integrators, for `laneCount` lanes: each function reads and writes every component once.
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <utility>
+
+#include "kernel.h"
+#include "lanes.h"
+
+namespace planar_chain::simd {
+namespace {
+
+/// f(i, count) for every register's worth of n components, the last of which may be fewer.
+template <class F>
+[[gnu::always_inline]] inline void forRegisters(std::ptrdiff_t n, F f) {
+  std::ptrdiff_t i = 0;
+  for (; i + laneCount <= n; i += laneCount) f(i, laneCount);
+  if (i < n) f(i, static_cast<int>(n - i));
+}
+
+template <int count>
+void combineOf(double factor, const double* weights, const double* const* terms, const double* base,
+               double* sum, double* out, std::ptrdiff_t n) {
+  Lanes weight[count];
+  for (int j = 0; j < count; ++j) weight[j] = Lanes(factor * weights[j]);
+  const auto total = [&](std::ptrdiff_t i, int size) {
+    Lanes a = weight[0] * loadSome(terms[0] + i, size);
+    for (int j = 1; j < count; ++j) a = mulAdd(weight[j], loadSome(terms[j] + i, size), a);
+    return a;
+  };
+  if (!out) {
+    forRegisters(n, [&](std::ptrdiff_t i, int size) { storeSome(sum + i, total(i, size), size); });
+  } else if (!sum) {
+    forRegisters(n, [&](std::ptrdiff_t i, int size) {
+      storeSome(out + i, loadSome(base + i, size) + total(i, size), size);
+    });
+  } else {
+    forRegisters(n, [&](std::ptrdiff_t i, int size) {
+      const Lanes a = total(i, size);
+      storeSome(sum + i, a, size);
+      storeSome(out + i, loadSome(base + i, size) + a, size);
+    });
+  }
+}
+
+template <int... counts>
+constexpr std::array<VectorKernel::Combine, sizeof...(counts)> combinations(
+    std::integer_sequence<int, counts...>) {
+  return {combineOf<counts + 1>...};
+}
+
+double sumOf(Lanes a) {
+  double sum = 0;
+  for (int s = 0; s < laneCount; ++s) sum += a.v[s];
+  return sum;
+}
+
+bool addCarried(double* y, double* carry, const double* increment, std::ptrdiff_t n) {
+  Lanes zero;  // NaN, if one sum is not finite
+  forRegisters(n, [&](std::ptrdiff_t i, int size) {
+    zero = mulAdd(Lanes(0), loadSome(y + i, size) + loadSome(increment + i, size), zero);
+  });
+  if (std::isnan(sumOf(zero))) return false;
+  forRegisters(n, [&](std::ptrdiff_t i, int size) {
+    const Lanes old = loadSome(y + i, size);
+    const Lanes whole = loadSome(increment + i, size) + loadSome(carry + i, size);
+    const Lanes next = old + whole;
+    storeSome(carry + i, whole - (next - old), size);
+    storeSome(y + i, next, size);
+  });
+  return true;
+}
+
+double largestRatio(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n) {
+  Lanes worst, zero;
+  forRegisters(n, [&](std::ptrdiff_t i, int count) {
+    const Lanes y = loadSome(of.y + i, count);
+    const Lanes next = y + loadSome(of.increment + i, count);
+    const Lanes size =
+        Lanes(1) + smaller(larger(absolute(y), absolute(next)), loadSome(of.ceiling + i, count));
+    const Lanes allowed = larger(Lanes(most) * size, Lanes(rounding) * loadSome(of.noise + i, count));
+    const Lanes ratio = absolute(loadSome(of.error + i, count)) / allowed;
+    worst = larger(ratio, worst);
+    zero = mulAdd(Lanes(0), ratio, zero);
+  });
+  if (std::isnan(sumOf(zero))) return std::numeric_limits<double>::quiet_NaN();
+  double largest = 0;
+  for (int s = 0; s < laneCount; ++s) largest = worst.v[s] > largest ? worst.v[s] : largest;
+  return largest;
+}
+
+constexpr VectorKernel vectorKernel{combinations(std::make_integer_sequence<int, VectorKernel::mostTerms>()),
+                                    addCarried, largestRatio};
+
+}  // namespace
+}  // namespace planar_chain::simd
