@@ -203,9 +203,9 @@ bool Dynamics::timeDerivative(double* ft) {
 
 ode::LinearCosts Dynamics::linearCosts() const {
   // By clock, of evaluations as this chain has them; between chains with springs and without.
-  if (LinearizedSegments<double>::areWorthwhile(n_)) return {2.7, 0.8, 3.1, 2.5};
-  if (std::holds_alternative<Segments>(recursion_)) return {3, 1, 2, 2.2};
-  return {2.2, 0.9, 1.5, 1.9};
+  if (LinearizedSegments<double>::areWorthwhile(n_)) return {3, 0.8, 4.2, 2.8};
+  if (std::holds_alternative<Segments>(recursion_)) return {2.4, 0.7, 2.6, 2.1};
+  return {2.9, 1, 3.2, 2.8};
 }
 
 void Dynamics::factor(double s) {

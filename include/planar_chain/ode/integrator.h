@@ -63,7 +63,7 @@ class Integrator {
   Outcome integrate(State& state, double end, double longestStep,
                     int mostSteps = std::numeric_limits<int>::max());
   /// A step of the last advance()'s method, without error control: shorter than that one was, from where it
-  /// started. False, and nothing has changed, when it is not finite. restart() must follow.
+  /// started. False, and nothing has changed, when it is not finite.
   virtual bool stepTo(State& state, double t) = 0;
   /// f has jumped.
   virtual void restart() = 0;
