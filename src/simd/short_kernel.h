@@ -2,7 +2,8 @@
 
 /// Short chains, for the CPU that the including file's compiler options name: what does not depend on the
 /// neighbours in lanes, one body a lane, and then the recursion of articulated.h in a row, written out
-/// without loops for up to eight links. What the template's arguments do not name is not computed.
+/// without loops for up to twelve links; two have a closed form. What the template's arguments do not name is
+/// not computed.
 
 #include <algorithm>
 #include <utility>
