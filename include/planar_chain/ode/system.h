@@ -25,8 +25,8 @@ struct LinearCosts {
 /// A system whose Jacobian J = ∂f/∂y can be solved with exactly.
 class LinearizedSystem : public System {
  public:
-  /// Room for what follows, with at least so many factorizations with complex s, kept beside each other and the real
-  /// one. Allocates.
+  /// Room for what follows, with at least so many factorizations with complex s, kept beside each other and
+  /// the real one. Allocates.
   virtual void reserve(int complexCount) = 0;
   /// Takes J and ∂f/∂t at (t, y), and writes f(t, y) on the way.
   virtual void linearize(double t, const double* y, double* dydt) = 0;
