@@ -2,7 +2,7 @@
 
 /// Short chains, for the CPU that the including file's compiler options name: what does not depend on the
 /// neighbours in lanes, one body a lane, and then the recursion of articulated.h in a row, written out
-/// without loops for up to eight links. What the template's arguments do not name is not computed.
+/// without loops for up to twelve links. What the template's arguments do not name is not computed.
 
 #include <algorithm>
 #include <utility>
@@ -166,8 +166,7 @@ constexpr ShortChains::Run shortChainOf(int links, std::integer_sequence<int, n.
 
 template <Acting acting>
 constexpr ShortChains::Run shortChainOf(int links) {
-  constexpr int mostUnrolled = 12;
-  return shortChainOf<acting>(links, std::make_integer_sequence<int, mostUnrolled - 2>());
+  return shortChainOf<acting>(links, std::make_integer_sequence<int, ShortChains::mostUnrolled - 2>());
 }
 
 ShortChains::Run shortChainFor(int n, Acting acting) {
