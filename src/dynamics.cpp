@@ -61,6 +61,10 @@ Dynamics::Dynamics(const Chain& chain, Loads& loads)
   findLoads();
 }
 
+std::string Dynamics::recursion() const {
+  return std::visit([](const auto& recursion) { return recursion.name(); }, recursion_);
+}
+
 void Dynamics::enter(double t) {
   loads_.enter(t);
   findLoads();

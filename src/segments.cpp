@@ -98,6 +98,10 @@ Segments::Segments(const Chain& chain, const simd::Kernel* kernel)
       links_(linksInLanes(chain, kernel_.lanes)),
       handles_(static_cast<std::size_t>(steps_ * kernel_.lanes) * handleQuantities) {}
 
+std::string Segments::name() const {
+  return "in " + std::to_string(kernel_.lanes) + " segments side by side (" + kernel_.name + ")";
+}
+
 void Segments::accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
                              Vec2d ground, double* alpha) {
   constexpr int most = simd::SegmentHandles::most;

@@ -19,4 +19,10 @@ ShortChain::ShortChain(const Chain& chain, const simd::Kernel* kernel) : n_(chai
   links_ = linksInBlocks(chain, kind.lanes);
 }
 
+std::string ShortChain::name() const {
+  if (n_ == 2) return "closed form for two";
+  if (n_ > simd::ShortChains::mostUnrolled) return "link by link";
+  return "link by link, written out for " + std::to_string(n_);
+}
+
 }  // namespace planar_chain

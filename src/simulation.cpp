@@ -221,6 +221,9 @@ const std::string& Simulation::fault() const {
 std::string Simulation::method() const {
   return parts_->integrator().name();
 }
+std::string Simulation::recursion() const {
+  return parts_->dynamics.recursion();
+}
 const Scene& Simulation::scene() const {
   return parts_->scene;
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What nobody listens to is not made, by callgrind."""
+"""What nobody listens to is not made, by callgrind; who listens later gets all of it; and the log says what runs."""
 
 import os
 import tempfile
@@ -8,11 +8,12 @@ import unittest
 import rospy
 import rostest
 from planar_chain.msg import LinkStates, SimStatus
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
 import callgrind
-from ros_node import Listener, Node, rod
+from ros_node import Listener, Node, nanoseconds, rod
 
 # topic: (its type, what makes it)
 MESSAGES = {
@@ -38,6 +39,15 @@ def made(*topics):
             if any(function.startswith(maker) for function in functions)}
 
 
+def said(scene):
+    """What a node on this scene writes to its log."""
+    statuses = Listener('/planar_chain/status', SimStatus)
+    with Node(scene) as node:
+        statuses.wait_for_count(1)
+    statuses.close()
+    return node.wait()[1]
+
+
 class LeftOut(unittest.TestCase):
     def check(self, *topics):
         self.assertEqual(made(*topics), set(topics))
@@ -47,6 +57,59 @@ class LeftOut(unittest.TestCase):
 
     def test_link_states_and_status_alone(self):
         self.check('/planar_chain/link_states', '/planar_chain/status')
+
+    def test_who_listens_later_gets_whole_messages(self):
+        states = Listener('/joint_states', JointState)
+        with Node(rod()):
+            states.wait_for_count(200)
+            late = {topic: Listener(topic, message_type) for topic, (message_type, _) in MESSAGES.items()}
+            for listener in late.values():
+                listener.wait_for_count(1)
+        state, transforms, links, status = (late[topic].messages[0] for topic in MESSAGES)
+        for listener in (states, *late.values()):
+            listener.close()
+
+        self.assertEqual((state.name, len(state.position), len(state.velocity), len(state.effort)),
+                         (['rod_joint'], 1, 1, 1))
+        turn = transforms.transforms[0].transform.rotation
+        self.assertAlmostEqual(turn.z ** 2 + turn.w ** 2, 1, delta=1e-12)
+        self.assertEqual((links.name, len(links.pose), len(links.pin_force)), (['rod'], 1, 1))
+        for message in (state, transforms.transforms[0], links, status):
+            self.assertGreater(nanoseconds(message), nanoseconds(states.messages[0]) + 0.9e9)
+        # Measured since the start, not since somebody listens: the first sample of all is 0.
+        self.assertGreater(status.real_time_factor, 0)
+        self.assertGreater(status.sim_time, 0.9)
+        self.assertNotEqual(status.method, '')
+
+    def test_a_fault_that_nobody_hears_is_said_once(self):
+        log = Listener('/rosout', Log)
+        with Node(rod(loads={'blast': {'joint': 'rod_joint', 'torque': 1e200, 'start': 0.3}})) as node:
+            log.wait_for(lambda line: line.level == Log.ERROR)
+            statuses = Listener('/planar_chain/status', SimStatus)
+            statuses.wait_for_count(5)
+        for listener in (log, statuses):
+            listener.close()
+        self.assertIn('the last good state is kept', statuses.messages[0].fault)
+        self.assertEqual(node.wait()[1].count('the last good state is kept'), 1)
+
+    def test_the_log_says_what_runs_and_what_is_left_out(self):
+        bare = said(rod(publish={'tf': False, 'link_states': False}))
+        self.assertIn('1 link (link by link, written out for 1) by auto, tolerance 1e-08; '
+                      'runs: energy guard, commands that hold until replaced; '
+                      'left out: gravity, springs, dampers, loads, limits', bare)
+        self.assertIn('made while somebody listens: joint_states at 200 Hz, status at 10 Hz; '
+                      'never: link_states, tf', bare)
+
+        joint = {'stiffness': 1.0, 'damping': 0.1, 'upper': 1.0, 'stop_stiffness': 100.0}
+        full = rod(gravity=[0.0, -9.81], command_timeout=0.5,
+                   loads={'turn': {'joint': 'rod_joint', 'torque': 1.0}})
+        full['links']['rod']['joint'] = joint
+        log = said(full)
+        self.assertIn('runs: gravity, 1 spring, 1 damper, 1 load, 1 limit, energy guard, '
+                      'commands that lapse after 0.5 s; left out: nothing', log)
+        self.assertIn('made while somebody listens: joint_states and link_states at 200 Hz, '
+                      'tf at 50 Hz below base_link, status at 20 Hz', log)
+        self.assertNotIn('never', log)
 
 
 if __name__ == '__main__':

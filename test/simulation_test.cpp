@@ -8,7 +8,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <new>
+#include <set>
+#include <string>
 
+#include "planar_chain/segments.h"
 #include "random_scene.h"
 
 // Every allocation of this program, by new or by Eigen's malloc, is counted; but for a sanitized build, where
@@ -80,6 +83,19 @@ TEST(Simulation, StartsAtTheSceneToTheLastBit) {
   EXPECT_EQ(simulation.q(), scene.q);
   EXPECT_EQ(simulation.qd(), scene.qd);
   EXPECT_EQ(simulation.time(), 0);
+}
+
+TEST(Simulation, SaysWhichRecursionRuns) {
+  const auto recursionFor = [](int n) { return Simulation(randomScene(n, 1)).recursion(); };
+  EXPECT_EQ(recursionFor(1), "link by link, written out for 1");
+  EXPECT_EQ(recursionFor(2), "closed form for two");
+  EXPECT_EQ(recursionFor(5), "link by link, written out for 5");
+  EXPECT_EQ(recursionFor(14), "link by link");
+  // In segments where the CPU has lanes enough.
+  const std::set<std::string> ofLongOnes{"link by link", "in 4 segments side by side (avx2)",
+                                         "in 8 segments side by side (avx512)"};
+  EXPECT_EQ(ofLongOnes.count(recursionFor(100)), 1u) << recursionFor(100);
+  EXPECT_EQ(recursionFor(100) != "link by link", Segments::areWorthwhile(100)) << recursionFor(100);
 }
 
 TEST(Simulation, PowerInEqualsEnergyRate) {

@@ -89,6 +89,7 @@ class Tools(unittest.TestCase):
                                scene=SCENE + "integrator: {method: dopri5, step: 1}\n")
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("rk4: 100 steps", result.stdout)
+        self.assertIn(" evaluations (closed form for two)", result.stdout)
 
     def test_a_tighter_tolerance_conserves_energy_better(self):
         def drift(tolerance):

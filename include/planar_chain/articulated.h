@@ -22,6 +22,7 @@
 /// reduction drops the rotation from the handle, which leaves 2×2 matrices and one division a link.
 /// Templated on the number type: tests run it in long double.
 
+#include <string>
 #include <vector>
 
 #include "planar_chain/chain.h"
@@ -116,6 +117,8 @@ class Articulated {
   }
 
   int size() const { return static_cast<int>(bodies_.size()); }
+  /// In words.
+  std::string name() const { return "link by link"; }
 
   /// e: exp(i θ_j); omega: ω_j, rad/s; N: N m, and F: outer forces without gravity, N, ground components, or
   /// nullptr where there are none; alpha: the result, rad/s². Each of size n. ground: acceleration of the

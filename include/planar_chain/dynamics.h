@@ -15,6 +15,7 @@
 
 #include <complex>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -46,6 +47,8 @@ class Dynamics : public ode::LinearizedSystem {
   int size() const override { return 2 * n_ + works_; }
   /// How many components are works, behind the angles and rates: 0 or 2.
   int works() const { return works_; }
+  /// See simulation.h.
+  std::string recursion() const;
   void derivative(double t, const double* y, double* dydt) override;
   void linearize(double t, const double* y, double* dydt) override;
   bool timeDerivative(double* ft) override;

@@ -28,6 +28,7 @@
 
 #include <array>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "planar_chain/cache_lines.h"
@@ -56,6 +57,9 @@ class Segments {
 
   /// True where this is faster than the recursion link by link: on this CPU, for n links.
   static bool areWorthwhile(int n);
+
+  /// In words, as "in 8 segments side by side (avx512)".
+  std::string name() const;
 
   /// As Articulated::accelerations. Allocates nothing.
   void accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,

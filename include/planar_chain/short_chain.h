@@ -8,6 +8,7 @@
 /// than that takes.
 
 #include <array>
+#include <string>
 
 #include "planar_chain/acting.h"
 #include "planar_chain/cache_lines.h"
@@ -30,6 +31,9 @@ class ShortChain {
 
   /// The best kernel of this CPU, or the one given.
   explicit ShortChain(const Chain& chain, const simd::Kernel* kernel = nullptr);
+
+  /// In words, as "link by link, written out for 5".
+  std::string name() const;
 
   /// y = [θ ω], dydt = [ω α], n numbers each. outside.e is written, but read when forces act; N and F are
   /// read when they act. Allocates nothing.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "planar_chain/segments.h"
+
 namespace planar_chain {
 
 Messages::Messages(const Scene& scene, const Frames& frames) {
@@ -22,6 +24,8 @@ Messages::Messages(const Scene& scene, const Frames& frames) {
   motions_.resize(n);
 
   transforms_.transforms.resize(n);
+  halfAngles_.resize(n);
+  halfTurns_.resize(n);
   Vec2d pinBefore;
   for (std::size_t i = 0; i < n; ++i) {
     geometry_msgs::TransformStamped& transform = transforms_.transforms[i];
@@ -62,11 +66,14 @@ const LinkStates& Messages::linkStates(const Simulation& simulation, ros::Time s
 }
 
 const tf2_msgs::TFMessage& Messages::transforms(const Simulation& simulation, ros::Time stamp) {
+  std::transform(simulation.q().begin(), simulation.q().end(), halfAngles_.begin(),
+                 [](double q) { return q / 2; });
+  rotations(halfAngles_.data(), halfTurns_.data(), static_cast<int>(halfAngles_.size()));
   for (std::size_t i = 0; i < transforms_.transforms.size(); ++i) {
     geometry_msgs::TransformStamped& transform = transforms_.transforms[i];
     transform.header.stamp = stamp;
-    transform.transform.rotation.z = std::sin(simulation.q()[i] / 2);
-    transform.transform.rotation.w = std::cos(simulation.q()[i] / 2);
+    transform.transform.rotation.z = halfTurns_[i].s;
+    transform.transform.rotation.w = halfTurns_[i].c;
   }
   return transforms_;
 }

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "planar_chain/ode/methods.h"
 #include "planar_chain/ros/urdf.h"
@@ -38,9 +39,19 @@ const Scene& onWallTime(const Scene& scene) {
   return scene;
 }
 
-std::string count(int number, const char* what) {
-  if (number == 0) return std::string("no ") + what + "s";
-  return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
+bool isHeard(const ros::Publisher& topic) {
+  return topic.getNumSubscribers() > 0;  // none where the scene does not want it advertised
+}
+
+std::string count(int number, const std::string& one) {
+  return std::to_string(number) + " " + one + (number == 1 ? "" : "s");
+}
+
+/// "a, b, c"; "nothing".
+std::string listed(const std::vector<std::string>& items) {
+  std::string list;
+  for (const std::string& item : items) list += (list.empty() ? "" : ", ") + item;
+  return list.empty() ? "nothing" : list;
 }
 
 }  // namespace
@@ -68,6 +79,7 @@ Node::Node(const Scene& scene)
   }
   status_.header.frame_id = frames_.base;
   sayWhatRuns();
+  sayWhatIsPublished();
 
   steadyStart_ = std::chrono::steady_clock::now();
   timer_ = outer_.createSteadyTimer(ros::WallDuration(1 / settings_.rate), &Node::serveTicks, this);
@@ -93,15 +105,8 @@ void Node::serveTicks(const ros::SteadyTimerEvent&) {
 void Node::tick(long long k) {
   const ros::Time stamp = stampOf(k);
   // After a fault only the status goes on: no stamp is given to a state that does not move.
-  const bool moves = simulation_.fault().empty() && simulation_.advanceTo(pace_.timeOf(k));
-  if (moves) {
-    jointStatesOut_.publish(messages_.jointStates(simulation_, stamp));
-    if (settings_.tf && pace_.falls(k, settings_.tfRate)) {
-      tfOut_.publish(messages_.transforms(simulation_, stamp));
-    }
-    if (settings_.linkStates && linkStatesOut_.getNumSubscribers() > 0) {
-      linkStatesOut_.publish(messages_.linkStates(simulation_, stamp));
-    }
+  if (simulation_.fault().empty() && simulation_.advanceTo(pace_.timeOf(k))) {
+    publishState(k, stamp);
   } else if (!faultSaid_) {
     ROS_ERROR("%s", simulation_.fault().c_str());
     faultSaid_ = true;
@@ -109,12 +114,22 @@ void Node::tick(long long k) {
   if (pace_.falls(k, settings_.statusRate)) publishStatus(stamp);
 }
 
+void Node::publishState(long long k, ros::Time stamp) {
+  if (isHeard(jointStatesOut_)) jointStatesOut_.publish(messages_.jointStates(simulation_, stamp));
+  if (isHeard(tfOut_) && pace_.falls(k, settings_.tfRate)) {
+    tfOut_.publish(messages_.transforms(simulation_, stamp));
+  }
+  if (isHeard(linkStatesOut_)) linkStatesOut_.publish(messages_.linkStates(simulation_, stamp));
+}
+
 void Node::publishStatus(ros::Time stamp) {
   const double now = elapsed();
+  // Sampled whoever listens: it looks back to before the listener came.
+  status_.real_time_factor = factor_.sample(simulation_.time(), now);
+  if (!isHeard(statusOut_)) return;
   status_.header.stamp = stamp;
   describe(simulation_, status_);
   commands_.describe(status_);
-  status_.real_time_factor = factor_.sample(simulation_.time(), now);
   status_.overruns = overruns_;
   status_.lag = now - simulation_.time();
   statusOut_.publish(status_);
@@ -122,31 +137,59 @@ void Node::publishStatus(ros::Time stamp) {
 
 void Node::sayWhatRuns() const {
   const Scene& scene = simulation_.scene();
-  int springs = 0;
-  int dampers = 0;
+  int springs = 0, dampers = 0, limits = 0;
   for (const Joint& joint : scene.chain.joints()) {
     springs += joint.stiffness > 0;
     dampers += joint.damping > 0;
+    limits += std::isfinite(joint.lower) + std::isfinite(joint.upper);
   }
-  std::ostringstream line;
-  line << count(scene.chain.size(), "link") << " by " << scene.integrator.method
-       << (ode::hasFixedStep(scene.integrator.method) ? ", step " : ", tolerance ")
-       << (ode::hasFixedStep(scene.integrator.method) ? scene.integrator.step : scene.integrator.tolerance)
-       << ", " << (scene.chain.gravity() == Vec2d{} ? "no gravity" : "gravity") << ", "
-       << count(springs, "spring") << ", " << count(dampers, "damper") << ", "
-       << count(static_cast<int>(scene.loads.size()), "load") << "; joint_states at " << settings_.rate
-       << " Hz, " << (settings_.linkStates ? "link_states while someone listens, " : "no link_states, ");
-  if (settings_.tf) {
-    line << "tf at " << settings_.tfRate << " Hz below " << frames_.base;
-  } else {
-    line << "no tf";
-  }
-  line << ", status at " << settings_.statusRate << " Hz; commands ";
+  std::ostringstream held;
+  held << "commands that ";
   if (scene.commandTimeout > 0) {
-    line << "lapse after " << scene.commandTimeout << " s";
+    held << "lapse after " << scene.commandTimeout << " s";
   } else {
-    line << "hold until replaced";
+    held << "hold until replaced";
   }
+
+  std::vector<std::string> runs, leftOut;
+  const auto tell = [&](int number, const std::string& one) {
+    (number > 0 ? runs : leftOut).push_back(number > 0 ? count(number, one) : one + "s");
+  };
+  if (scene.chain.gravity() == Vec2d{}) {
+    leftOut.push_back("gravity");
+  } else {
+    runs.push_back("gravity");
+  }
+  // With dampers, the springs that are missing run along at 0 N m/rad: not left out.
+  if (springs > 0 || dampers == 0) tell(springs, "spring");
+  tell(dampers, "damper");
+  tell(static_cast<int>(scene.loads.size()), "load");
+  tell(limits, "limit");
+  runs.push_back("energy guard");
+  runs.push_back(held.str());
+
+  const IntegratorSettings& integrator = scene.integrator;
+  const bool hasFixedStep = ode::hasFixedStep(integrator.method);
+  std::ostringstream line;
+  line << count(scene.chain.size(), "link") << " (" << simulation_.recursion() << ") by " << integrator.method
+       << (hasFixedStep ? ", step " : ", tolerance ")
+       << (hasFixedStep ? integrator.step : integrator.tolerance) << "; runs: " << listed(runs)
+       << "; left out: " << listed(leftOut);
+  ROS_INFO("%s", line.str().c_str());
+}
+
+void Node::sayWhatIsPublished() const {
+  std::ostringstream line;
+  line << "made while somebody listens: joint_states";
+  if (settings_.linkStates) line << " and link_states";
+  line << " at " << settings_.rate << " Hz, ";
+  if (settings_.tf) line << "tf at " << settings_.tfRate << " Hz below " << frames_.base << ", ";
+  line << "status at " << settings_.statusRate << " Hz";
+
+  std::vector<std::string> never;
+  if (!settings_.linkStates) never.push_back("link_states");
+  if (!settings_.tf) never.push_back("tf");
+  if (!never.empty()) line << "; never: " << listed(never);
   ROS_INFO("%s", line.str().c_str());
 }
 

@@ -14,6 +14,7 @@ namespace planar_chain::simd {
 /// The recursion in a row, sines and cosines included; see short_chain.h.
 struct ShortChains {
   static constexpr int most = 16;           ///< links
+  static constexpr int mostUnrolled = 12;   ///< links that are written out without loops
   static constexpr int linkQuantities = 6;  ///< m, I, r, p
   /// links: body k·lanes + l in lane l of block k; see ShortChain::derivative.
   using Run = void (*)(int n, const double* links, const Outside& outside, const double* y, double* dydt);

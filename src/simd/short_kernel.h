@@ -167,8 +167,7 @@ constexpr ShortChains::Run shortChainOf(int links, std::integer_sequence<int, n.
 
 template <Acting acting>
 constexpr ShortChains::Run shortChainOf(int links) {
-  constexpr int mostUnrolled = 12;
-  return shortChainOf<acting>(links, std::make_integer_sequence<int, mostUnrolled - 2>());
+  return shortChainOf<acting>(links, std::make_integer_sequence<int, ShortChains::mostUnrolled - 2>());
 }
 
 ShortChains::Run shortChainFor(int n, Acting acting) {

@@ -170,8 +170,9 @@ void writeState(std::FILE* out, const Simulation& simulation) {
 void writeSummary(const Simulation& simulation) {
   const Statistics statistics = simulation.statistics();
   const Energy energy = simulation.energy();
-  std::printf("t = %g s by %s: %lld steps, %lld rejected, %lld evaluations\n", simulation.time(),
-              simulation.method().c_str(), statistics.steps, statistics.rejected, statistics.evaluations);
+  std::printf("t = %g s by %s: %lld steps, %lld rejected, %lld evaluations (%s)\n", simulation.time(),
+              simulation.method().c_str(), statistics.steps, statistics.rejected, statistics.evaluations,
+              simulation.recursion().c_str());
   if (statistics.rescues > 0) {
     std::printf(
         "  the guard stepped in %lld time%s, as the energy balance did not close or a step was not possible: "

@@ -11,6 +11,7 @@
 
 #include <vector>
 
+#include "planar_chain/planar.h"
 #include "planar_chain/ros/frames.h"
 #include "planar_chain/simulation.h"
 
@@ -36,6 +37,8 @@ class Messages {
   LinkStates linkStates_;
   tf2_msgs::TFMessage transforms_;
   std::vector<LinkMotion> motions_;
+  std::vector<double> halfAngles_;
+  std::vector<Rotation<double>> halfTurns_;
 };
 
 /// The simulation's part of the status; the rest is left as it is.

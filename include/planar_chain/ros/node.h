@@ -23,6 +23,7 @@ namespace planar_chain {
 /// Runs on wall time. Tick k brings the simulation to time k/rate, exactly, and is stamped
 /// start + k/rate, where start is the wall time of tick 0. So stamps are evenly spaced whatever the
 /// machine does; when it cannot keep up, they fall behind the wall clock, and the status says so.
+/// A message is made when somebody listens to it, and only then.
 class Node {
  public:
   /// Sets robot_description, advertises, subscribes, and starts to run as soon as callbacks are served.
@@ -32,8 +33,10 @@ class Node {
  private:
   void serveTicks(const ros::SteadyTimerEvent& event);
   void tick(long long k);
+  void publishState(long long k, ros::Time stamp);
   void publishStatus(ros::Time stamp);
   void sayWhatRuns() const;
+  void sayWhatIsPublished() const;
 
   ros::Time stampOf(long long k) const;
   double elapsed() const;  ///< wall time since the start, s
