@@ -10,6 +10,13 @@
 
 #include "lane_kernel.h"
 
+/// The next loop is written out; but not for the undefined behaviour sanitizer, which watches its turns.
+#ifdef PLANAR_CHAIN_SANITIZE
+#define PLANAR_CHAIN_WRITTEN_OUT
+#else
+#define PLANAR_CHAIN_WRITTEN_OUT _Pragma("GCC unroll 12")
+#endif
+
 namespace planar_chain::simd {
 namespace {
 
@@ -42,7 +49,7 @@ class BodiesInLanes {
   template <Acting acting>
   [[gnu::always_inline]] void turn(int n, const double* links, const double* y, double* e) {
     const double* omega = y + n;
-#pragma GCC unroll 4
+    PLANAR_CHAIN_WRITTEN_OUT
     for (int k = 0; k < (n + laneCount - 1) / laneCount; ++k) {
       const int first = k * laneCount;
       const auto own = [=](int q) { return Real::load(links + (k * width + q) * laneCount); };
@@ -116,11 +123,11 @@ void shortChain(int given, const double* links, const Outside& outside, const do
     if constexpr (acting == Acting::forces) b -= forceOn<acting>(outside, j);
   };
   inwardsOver(std::true_type{}, n - 1);
-#pragma GCC unroll 12
+  PLANAR_CHAIN_WRITTEN_OUT
   for (int j = n - 2; j >= 0; --j) inwardsOver(std::false_type{}, j);
 
   Vec2<Number> a = vectorOf(outside.ground);
-#pragma GCC unroll 12
+  PLANAR_CHAIN_WRITTEN_OUT
   for (int j = 0; j < n; ++j) {
     dydt[j] = y[n + j];
     dydt[n + j] = outwards(replies[j], a).v;
