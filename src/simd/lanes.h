@@ -154,7 +154,14 @@ Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
 [[gnu::always_inline]] inline void storeSome(double* to, Lanes a, int count) {
   if (count >= laneCount) return a.store(to);
 #if defined(__AVX2__) && !defined(__AVX512F__)
-  _mm256_maskstore_pd(to, maskOf(count), a.v);
+  // Not with a mask, which takes some CPUs as long as ten stores.
+  __m128d left = _mm256_castpd256_pd128(a.v);
+  if (count & 2) {
+    _mm_storeu_pd(to, left);
+    left = _mm256_extractf128_pd(a.v, 1);
+    to += 2;
+  }
+  if (count & 1) _mm_store_sd(to, left);
 #else
   for (int s = 0; s < count; ++s) to[s] = a.v[s];
 #endif
