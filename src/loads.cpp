@@ -26,12 +26,10 @@ Loads::Loads(const Scene& scene, int commandCapacity)
     if (load.link < Load::none || load.link >= size_ || load.joint < Load::none || load.joint >= size_) {
       throw std::invalid_argument("load " + load.name + " acts on no body of the chain");
     }
-    mayPush_ = mayPush_ || load.link != Load::none;
   }
 
   // Room for everything at once, so that enter() never allocates.
   const std::size_t held = commandCapacity > 0 ? static_cast<std::size_t>(size_) : 0;
-  mayPush_ = mayPush_ || held > 0;
   heldTorques_.resize(held);
   heldForces_.resize(held);
   timedTorques_.reserve(capacity_);

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "counted_system.h"
 #include "planar_chain/dynamics.h"
 #include "planar_chain/loads.h"
 #include "planar_chain/ode/methods.h"
@@ -34,36 +35,15 @@ double cpu() {
 struct TimeIsUp {};
 
 /// Counts, and stops a run that takes too long.
-class Counted : public ode::LinearizedSystem {
+class Counted : public test::CountedSystem {
  public:
-  Counted(Dynamics& f, double limit) : f_(f), limit_(cpu() + limit) {}
-  int size() const override { return f_.size(); }
+  Counted(Dynamics& f, double limit) : CountedSystem(f), limit_(cpu() + limit) {}
   void derivative(double t, const double* y, double* dydt) override {
-    ++evaluations;
     if ((++calls_ & 255) == 0 && cpu() > limit_) throw TimeIsUp{};
-    f_.derivative(t, y, dydt);
+    CountedSystem::derivative(t, y, dydt);
   }
-  void linearize(double t, const double* y, double* dydt) override {
-    ++linearizations;
-    f_.linearize(t, y, dydt);
-  }
-  bool timeDerivative(double* ft) override { return f_.timeDerivative(ft); }
-  ode::LinearCosts linearCosts() const override { return f_.linearCosts(); }
-  void factor(double s) override { f_.factor(s); }
-  void solve(const double* rhs, double* x) override {
-    ++solves;
-    f_.solve(rhs, x);
-  }
-  void reserve(int complexCount) override { f_.reserve(complexCount); }
-  void factorComplex(int slot, std::complex<double> s) override { f_.factorComplex(slot, s); }
-  void solveComplex(int slot, const std::complex<double>* rhs, std::complex<double>* x) override {
-    ++complexSolves;
-    f_.solveComplex(slot, rhs, x);
-  }
-  long long evaluations = 0, linearizations = 0, solves = 0, complexSolves = 0;
 
  private:
-  Dynamics& f_;
   double limit_;
   long long calls_ = 0;
 };

@@ -24,8 +24,6 @@ class Loads {
   /// True when nothing acts, now or ever: no loads and no commands.
   bool empty() const { return loads_.empty() && heldTorques_.empty(); }
   bool takesCommands() const { return !heldTorques_.empty(); }
-  /// True when a force, not only torques and moments, may act.
-  bool mayPush() const { return mayPush_; }
 
   /// Chooses what acts in [t, until()). Allocates nothing.
   void enter(double t);
@@ -115,7 +113,6 @@ class Loads {
   void addBodyTerm(const BodyTerm& term);
 
   int size_;
-  bool mayPush_ = false;
   std::vector<Load> loads_;
   std::vector<TorqueCommand> heldTorques_, timedTorques_;
   std::vector<ForceCommand> heldForces_, timedForces_;

@@ -8,9 +8,8 @@ constexpr int laneCount = 4;
 }  // namespace
 }  // namespace planar_chain::simd
 
-#include "linear_kernel.h"
+#include "kernel_here.h"
 #include "short_kernel.h"
-#include "vector_kernel.h"
 
 namespace planar_chain::simd {
 
@@ -18,16 +17,6 @@ extern const ShortChains shortChainsAvx2;
 const ShortChains shortChainsAvx2{laneCount, shortChainFor};
 
 extern const Kernel avx2;
-const Kernel avx2{"avx2",
-                  laneCount,
-                  rotations,
-                  &shortChainsAvx2,
-                  inwardsAll,
-                  outwardsAll,
-                  linearizeOutwardsAll,
-                  linearizeInwardsAll,
-                  linearKernel<Real>,
-                  linearKernel<ComplexLanes>,
-                  vectorKernel};
+const Kernel avx2 = kernelHere("avx2", &shortChainsAvx2);
 
 }  // namespace planar_chain::simd

@@ -8,24 +8,13 @@ constexpr int laneCount = 8;
 }  // namespace
 }  // namespace planar_chain::simd
 
-#include "linear_kernel.h"
-#include "vector_kernel.h"
+#include "kernel_here.h"
 
 namespace planar_chain::simd {
 
 extern const ShortChains shortChainsAvx2;  // 8 lanes are too many for these
 
 extern const Kernel avx512;
-const Kernel avx512{"avx512",
-                    laneCount,
-                    rotations,
-                    &shortChainsAvx2,
-                    inwardsAll,
-                    outwardsAll,
-                    linearizeOutwardsAll,
-                    linearizeInwardsAll,
-                    linearKernel<Real>,
-                    linearKernel<ComplexLanes>,
-                    vectorKernel};
+const Kernel avx512 = kernelHere("avx512", &shortChainsAvx2);
 
 }  // namespace planar_chain::simd

@@ -128,24 +128,41 @@ const double* at(const double* array, int quantities, int i, int q) {
 constexpr int linkQuantities = 6;
 constexpr int handleQuantities = 8;
 
-/// True where lane s of step i is a body in every lane.
-[[gnu::always_inline]] inline bool isFull(const SegmentArrays& arrays, int i) {
-  return i + static_cast<std::ptrdiff_t>(arrays.steps) * (laneCount - 1) < arrays.bodies;
+/// True where lane s of step i + shift is a body in every lane. Arrays: those of segments or of the exact
+/// solve.
+template <int shift = 0, class Arrays>
+[[gnu::always_inline]] inline bool isFull(const Arrays& arrays, int i) {
+  const bool begins = shift >= 0 || i + shift >= 0;
+  return begins && i + shift + static_cast<std::ptrdiff_t>(arrays.steps) * (laneCount - 1) < arrays.bodies;
 }
 
-/// A number of each body of a step, lane by lane; 0 for those beyond the chain's end.
-[[gnu::always_inline]] inline Real read(const SegmentArrays& arrays, const double* values, int i) {
+/// The first of `width` numbers of each body of step i + shift, lane by lane; 0 where there is no body.
+template <int width = 1, int shift = 0, class Arrays>
+[[gnu::always_inline]] inline Real read(const Arrays& arrays, const double* values, int i) {
   const std::ptrdiff_t stride = arrays.steps;
-  if (isFull(arrays, i)) return Real::gather(values + i, stride);
+  if (isFull<shift>(arrays, i)) return Real::gather(values + (i + shift) * width, stride * width);
   Real a;
   for (int s = 0; s < laneCount; ++s) {
-    if (i + s * stride < arrays.bodies) a.v[s] = values[i + s * stride];
+    const std::ptrdiff_t j = i + shift + s * stride;
+    if (j >= 0 && j < arrays.bodies) a.v[s] = values[j * width];
   }
   return a;
 }
 
+/// The other way, to the bodies that there are.
+template <int width = 1, class Arrays>
+[[gnu::always_inline]] inline void write(const Arrays& arrays, Real a, double* values, int i) {
+  const std::ptrdiff_t stride = arrays.steps;
+  if (isFull(arrays, i)) return a.scatter(values + i * width, stride * width);
+  for (int s = 0; s < laneCount; ++s) {
+    const std::ptrdiff_t j = i + s * stride;
+    if (j < arrays.bodies) values[j * width] = a.v[s];
+  }
+}
+
 /// A pair of each body; (beyond, 0) for those beyond the end.
-[[gnu::always_inline]] inline Pairs readPairs(const SegmentArrays& arrays, const double* pairs, int i,
+template <class Arrays>
+[[gnu::always_inline]] inline Pairs readPairs(const Arrays& arrays, const double* pairs, int i,
                                               double beyond) {
   const std::ptrdiff_t stride = arrays.steps;
   if (isFull(arrays, i)) return gatherPairs(pairs + 2 * i, 2 * stride);
@@ -155,6 +172,13 @@ constexpr int handleQuantities = 8;
     if (i + s * stride < arrays.bodies) a.x.v[s] = from[0], a.y.v[s] = from[1];
   }
   return a;
+}
+
+/// Of vectors; 0 beyond the end.
+template <class Arrays>
+[[gnu::always_inline]] inline Vector readVector(const Arrays& arrays, const double* pairs, int i) {
+  const Pairs vector = readPairs(arrays, pairs, i, 0);
+  return {vector.x, vector.y};
 }
 
 [[gnu::always_inline]] inline Rotation<Real> readRotation(const SegmentArrays& arrays, const double* e,
@@ -206,8 +230,7 @@ void runInwards(const SegmentArrays& arrays, const double* e, const double* omeg
     if constexpr (hasMoments) moment = read(arrays, N, i);
     const Handle<Real> handle = inwards<false>(body, moment, A, b);
     if constexpr (hasForces) {
-      const Pairs force = readPairs(arrays, F, i, 0);
-      b -= Vector{force.x, force.y};
+      b -= readVector(arrays, F, i);
     }
 
     const Vector g = mulAdd(P.x, Gy, -P.y * Gx);  // Gᵀ iP
@@ -249,20 +272,13 @@ void outwardsAll(const SegmentArrays& arrays, const double (*from)[SegmentHandle
                  const double (*f)[SegmentHandles::most], double* alpha) {
   Vector a{Real::load(from[0]), Real::load(from[1])};
   const Vector force{Real::load(f[0]), Real::load(f[1])};
-  const std::ptrdiff_t stride = arrays.steps;
   for (int i = 0; i < arrays.steps; ++i) {
     const double* handle = at(arrays.handles, handleQuantities, i, 0);
     const auto own = [handle](int q) { return Real::load(handle + q * laneCount); };
     const Vector gD{own(6), own(7)};
     const Real result =
         outwards(Reply<Real>{{own(0), own(1)}, {own(4), own(5)}, own(2) - dot(gD, force), own(3)}, a);
-    if (isFull(arrays, i)) {
-      result.scatter(alpha + i, stride);
-    } else {
-      for (int s = 0; s < laneCount; ++s) {
-        if (i + s * stride < arrays.bodies) alpha[i + s * stride] = result.v[s];
-      }
-    }
+    write(arrays, result, alpha, i);
   }
 }
 

@@ -150,48 +150,19 @@ template <class Number>
 
 // ---- Arrays of the caller --------------------------------------------------------------------
 
-/// Bodies i + s·steps + shift of an array of numbers, 0 where there is none.
-template <class Number>
-[[gnu::always_inline]] inline Number gathered(const LinearArrays& arrays, const double* values, int i,
-                                              int shift = 0) {
-  constexpr int width = parts<Number>;
+/// A number of each body of step i + shift; 0 where there is none.
+template <class Number, int shift = 0>
+[[gnu::always_inline]] inline Number gathered(const LinearArrays& arrays, const double* values, int i) {
   Number a;
-  const std::ptrdiff_t stride = arrays.steps;
-  const std::ptrdiff_t first = i + shift;
-  const bool inside = first >= 0 && first + stride * (laneCount - 1) < arrays.bodies;
-  for (int k = 0; k < width; ++k) {
-    if (inside) {
-      part(a, k) = Real::gather(values + first * width + k, stride * width);
-      continue;
-    }
-    for (int s = 0; s < laneCount; ++s) {
-      const std::ptrdiff_t j = first + s * stride;
-      if (j >= 0 && j < arrays.bodies) part(a, k).v[s] = values[j * width + k];
-    }
+  for (int k = 0; k < parts<Number>; ++k) {
+    part(a, k) = read<parts<Number>, shift>(arrays, values + k, i);
   }
   return a;
 }
 
 template <class Number>
 [[gnu::always_inline]] inline void scattered(const LinearArrays& arrays, Number a, int i, double* values) {
-  constexpr int width = parts<Number>;
-  const std::ptrdiff_t stride = arrays.steps;
-  const bool inside = i + stride * (laneCount - 1) < arrays.bodies;
-  for (int k = 0; k < width; ++k) {
-    if (inside) {
-      part(a, k).scatter(values + i * width + k, stride * width);
-      continue;
-    }
-    for (int s = 0; s < laneCount; ++s) {
-      const std::ptrdiff_t j = i + s * stride;
-      if (j < arrays.bodies) values[j * width + k] = part(a, k).v[s];
-    }
-  }
-}
-
-Vector gatheredVector(const LinearArrays& arrays, const double* pairs, int i) {
-  const ComplexLanes pair = gathered<ComplexLanes>(arrays, pairs, i);
-  return {pair.re, pair.im};
+  for (int k = 0; k < parts<Number>; ++k) write<parts<Number>>(arrays, part(a, k), values + k, i);
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Row
     Real inertia;
     Vector r, p;
     link(body.m, inertia, r, p);
-    const Vector turned = gatheredVector(arrays, at.e, i);
+    const Vector turned = readVector(arrays, at.e, i);
     const Rotation<Real> turn{turned.x, turned.y};
     body.R = turn * r;
     body.P = turn * p;
@@ -83,7 +83,7 @@ void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Row
 
     mass += body.m;
     force += inertialForce(body, a);
-    if (at.F) force -= gatheredVector(arrays, at.F, i);
+    if (at.F) force -= readVector(arrays, at.F, i);
     a = beyond(body, a);
     P = body.P;
   }
@@ -111,7 +111,7 @@ void linearizeInwardsAll(const LinearArrays& arrays, const LinearState& at, Cons
     if (at.XF) kappa += gathered<Real>(arrays, at.XF, i);
     kappa.store(stateAt(arrays, i) + kappaPlace * laneCount);
     outer += inertialForce(body, inner);
-    if (at.F) outer -= gatheredVector(arrays, at.F, i);
+    if (at.F) outer -= readVector(arrays, at.F, i);
   }
 }
 
@@ -244,7 +244,7 @@ void solveInwardsAll(const LinearArrays& arrays, const double* s, const double* 
   Triple<Number> c;
   Number rho = gathered<Number>(arrays, rhoQ, arrays.steps - 1);
   for (int i = arrays.steps - 1; i >= 0; --i) {
-    const Number rhoInner = gathered<Number>(arrays, rhoQ, i, -1);
+    const Number rhoInner = gathered<Number, -1>(arrays, rhoQ, i);
     Reader<Number> read(inwardAt<Number>(arrays, i));
     LinearHandle<Number> handle;
     Triple<Number> Hx, Hy, eta;

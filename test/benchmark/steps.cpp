@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 
+#include "../counted_system.h"
 #include "measure.h"
 #include "moving_rods.h"
 #include "planar_chain/ode/methods.h"
@@ -19,44 +20,6 @@ constexpr double tick = 1e-3;         // s
 constexpr int ticksBefore = 20;       // until the method has found its step
 constexpr int longestWithAuto = 200;  // links: longer chains, undamped, are followed in microseconds
 constexpr int stepsCounted = 100;     // one look of surroundings.h among them
-
-/// Counts what a method asks for.
-class Counted : public ode::LinearizedSystem {
- public:
-  explicit Counted(Dynamics& f) : f_(f) {}
-  int size() const override { return f_.size(); }
-  void derivative(double t, const double* y, double* dydt) override {
-    ++evaluations;
-    f_.derivative(t, y, dydt);
-  }
-  void linearize(double t, const double* y, double* dydt) override {
-    ++linearizations;
-    f_.linearize(t, y, dydt);
-  }
-  bool timeDerivative(double* ft) override { return f_.timeDerivative(ft); }
-  ode::LinearCosts linearCosts() const override { return f_.linearCosts(); }
-  void factor(double s) override {
-    ++factors;
-    f_.factor(s);
-  }
-  void solve(const double* rhs, double* x) override {
-    ++solves;
-    f_.solve(rhs, x);
-  }
-  void reserve(int complexCount) override { f_.reserve(complexCount); }
-  void factorComplex(int k, std::complex<double> s) override {
-    ++complexFactors;
-    f_.factorComplex(k, s);
-  }
-  void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override {
-    ++complexSolves;
-    f_.solveComplex(k, rhs, x);
-  }
-  int evaluations = 0, linearizations = 0, factors = 0, solves = 0, complexFactors = 0, complexSolves = 0;
-
- private:
-  Dynamics& f_;
-};
 
 /// Rods under a method that goes forward by one interval at a time.
 class Stepped {
@@ -83,19 +46,19 @@ const benchmark::UserCounters& callsOf(const std::string& method, int n) {
   const auto [place, isNew] = counted.try_emplace({method, n});
   if (!isNew) return place->second;
   MovingRods at(n, crooked(n));
-  Counted f(at.dynamics);
+  test::CountedSystem f(at.dynamics);
   Stepped stepped(method, n, f, at);
-  const Counted before = f;
+  const test::CountedSystem before = f;
   for (int k = 0; k < stepsCounted; ++k) stepped.step();
-  const auto add = [&, &counters = place->second](const char* what, int Counted::*calls) {
+  const auto add = [&, &counters = place->second](const char* what, long long test::CountedSystem::*calls) {
     counters[what] = static_cast<double>(f.*calls - before.*calls) / stepsCounted;
   };
-  add("evaluations", &Counted::evaluations);
-  add("linearizations", &Counted::linearizations);
-  add("factors", &Counted::factors);
-  add("solves", &Counted::solves);
-  add("complex_factors", &Counted::complexFactors);
-  add("complex_solves", &Counted::complexSolves);
+  add("evaluations", &test::CountedSystem::evaluations);
+  add("linearizations", &test::CountedSystem::linearizations);
+  add("factors", &test::CountedSystem::factors);
+  add("solves", &test::CountedSystem::solves);
+  add("complex_factors", &test::CountedSystem::complexFactors);
+  add("complex_solves", &test::CountedSystem::complexSolves);
   return place->second;
 }
 

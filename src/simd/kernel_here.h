@@ -1,0 +1,26 @@
+#pragma once
+
+/// All that a kernel is made of, for the CPU that the including file's compiler options name.
+
+#include "linear_kernel.h"
+#include "vector_kernel.h"
+
+namespace planar_chain::simd {
+namespace {
+
+constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
+  return {name,
+          laneCount,
+          rotations,
+          shortChains,
+          inwardsAll,
+          outwardsAll,
+          linearizeOutwardsAll,
+          linearizeInwardsAll,
+          linearKernel<Real>,
+          linearKernel<ComplexLanes>,
+          vectorKernel};
+}
+
+}  // namespace
+}  // namespace planar_chain::simd

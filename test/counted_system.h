@@ -1,0 +1,50 @@
+#pragma once
+
+/// What a method asks of a system, counted.
+
+#include <complex>
+
+#include "planar_chain/ode/system.h"
+
+namespace planar_chain::test {
+
+class CountedSystem : public ode::LinearizedSystem {
+ public:
+  explicit CountedSystem(ode::LinearizedSystem& f) : f_(f) {}
+  int size() const override { return f_.size(); }
+  void derivative(double t, const double* y, double* dydt) override {
+    ++evaluations;
+    f_.derivative(t, y, dydt);
+  }
+  void linearize(double t, const double* y, double* dydt) override {
+    ++linearizations;
+    f_.linearize(t, y, dydt);
+  }
+  bool timeDerivative(double* ft) override { return f_.timeDerivative(ft); }
+  ode::LinearCosts linearCosts() const override { return f_.linearCosts(); }
+  void factor(double s) override {
+    ++factors;
+    f_.factor(s);
+  }
+  void solve(const double* rhs, double* x) override {
+    ++solves;
+    f_.solve(rhs, x);
+  }
+  void reserve(int complexCount) override { f_.reserve(complexCount); }
+  void factorComplex(int k, std::complex<double> s) override {
+    ++complexFactors;
+    f_.factorComplex(k, s);
+  }
+  void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override {
+    ++complexSolves;
+    f_.solveComplex(k, rhs, x);
+  }
+
+  long long evaluations = 0, linearizations = 0;
+  long long factors = 0, solves = 0, complexFactors = 0, complexSolves = 0;
+
+ private:
+  ode::LinearizedSystem& f_;
+};
+
+}  // namespace planar_chain::test
