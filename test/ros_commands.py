@@ -11,22 +11,10 @@ from planar_chain.msg import JointTorque, LinkForce, SimStatus
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
-from ros_node import LIMIT, Listener, Node, ROD_INERTIA, Running, nanoseconds, rod
+from ros_node import Listener, Node, ROD_INERTIA, Running, nanoseconds, publisher, rod
 
 NAN = float('nan')
 NOW = rospy.Time()
-
-
-def publisher(topic, message_type):
-    """A publisher that the node has connected to."""
-    out = rospy.Publisher(topic, message_type, queue_size=1000)
-    connected = rospy.Time.now() + rospy.Duration(LIMIT)
-    poll = rospy.Rate(100)
-    while out.get_num_connections() == 0:
-        if rospy.Time.now() > connected:
-            raise AssertionError('nobody takes ' + topic)
-        poll.sleep()
-    return out
 
 
 class Commands(unittest.TestCase):
