@@ -73,6 +73,7 @@ class Time(unittest.TestCase):
 
     def motion(self, go_on):
         """200 states from a reset on, with a push at a time between two ticks."""
+        seen = len(self.states.messages)
         torque = publisher('/planar_chain/joint_torque', JointTorque)
         step = service('step', Step)
         self.assertTrue(service('pause', Trigger)().success)
@@ -82,7 +83,7 @@ class Time(unittest.TestCase):
                        start=first.header.stamp + rospy.Duration(0, 123456789))
         self.statuses.wait_for(lambda status: status.paused and status.joint_torque_age >= 0,
                                len(self.statuses.messages))
-        begun = self.wait_for_stamp(nanoseconds(first))
+        begun = self.wait_for_stamp(nanoseconds(first), seen)
         self.assertTrue(service('resume', Trigger)().success)
         go_on(begun)
         self.states.wait_for_count(begun + 200)
