@@ -175,8 +175,11 @@ class ForeignClock : public ReadClock {
  public:
   explicit ForeignClock(double rate)
       : ReadClock(rate, 0),
-        subscriber_(ros::NodeHandle().subscribe("/clock", queue, &ForeignClock::take, this,
-                                                ros::TransportHints().tcpNoDelay())) {}
+        subscriber_(ros::NodeHandle().subscribe("/clock", queue, &ForeignClock::hear, this,
+                                                ros::TransportHints().tcpNoDelay())) {
+    // What was told before there was a subscriber: roscpp has one of its own.
+    take(ros::Time::now());
+  }
 
   std::string name() const override { return "/clock, which it follows"; }
   bool hasBegun() const override { return reading_ > 0; }
@@ -207,8 +210,10 @@ class ForeignClock : public ReadClock {
   double lag(long long done) const override { return hasBegun() ? ReadClock::lag(done) : 0; }
 
  private:
-  void take(const rosgraph_msgs::Clock& message) {
-    const auto reading = static_cast<std::int64_t>(message.clock.toNSec());
+  void hear(const rosgraph_msgs::Clock& message) { take(message.clock); }
+
+  void take(ros::Time time) {
+    const auto reading = static_cast<std::int64_t>(time.toNSec());
     if (reading == reading_) return;
     jumped_ |= reading < reading_ || reading_ == 0;
     reading_ = reading;

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::uint32_t queueSize = 2000;  // two seconds of commands at 1000 Hz
 constexpr double farthestStart = 86400;    // s: what is farther was meant by another clock
+constexpr double stampResolution = 1e-9;   // s
 
 using Faults = std::vector<Fault>;
 
@@ -154,7 +155,7 @@ Commands::Window Commands::windowOf(Faults& faults, const std::string& topic, ro
     return {};
   }
   const double end = duration > 0 ? begin + duration : heldFrom(begin);
-  if (!(end > std::max(begin, now))) {
+  if (!(end > std::max(begin, now)) || (begin < now && end - now < stampResolution)) {
     faults.push_back({topic + "/start", "a command that is not over",
                       toText(now - begin) + " s ago, for " + toText(end - begin) + " s"});
   }
