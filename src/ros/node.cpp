@@ -126,9 +126,10 @@ void Node::serveTicks(double now) {
   breathUntil_ = now + breather;
 }
 
-/// @returns false when the integration failed: nothing is published then.
+/// @returns false when the integration failed, or the node ends: nothing is published then.
 bool Node::tick() {
-  if (!simulation_.advanceTo(sceneTime(next_))) {
+  if (!simulation_.advanceTo(sceneTime(next_), ros::ok)) {
+    if (simulation_.fault().empty()) return false;
     ROS_ERROR("%s", simulation_.fault().c_str());
     publishStatus(elapsed());
     diagnostics_.publish();
@@ -252,8 +253,7 @@ Node::Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
   if (next_ == origin_) --origin_;
   states.reserve(ticks);
   for (std::uint32_t k = 0; k < ticks; ++k) {
-    if (!ros::ok()) return {false, "the node ends"};
-    if (!tick()) return {false, simulation_.fault()};
+    if (!tick()) return {false, ros::ok() ? simulation_.fault() : "the node ends"};
     states.push_back(messages_.jointStates(simulation_, clock_->stampOf(next_ - 1)));
   }
   return {true, ran ? "the run was paused; ~resume lets it go on" : ""};
