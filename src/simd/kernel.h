@@ -15,15 +15,15 @@ namespace planar_chain::simd {
 struct SegmentArrays {
   static constexpr int linkQuantities = 6;  ///< m, I, r, p
   int steps;
-  int bodies;           ///< n ≤ steps × lanes; those beyond are without mass and length
+  int bodies;  ///< n ≤ steps × lanes; those beyond are without mass and length
   const double* links;
-  double* handles;      ///< U/D, u/D, ω², P, g/D: 8 quantities a step
+  double* handles;  ///< U/D, u/D, ω², P, g/D: 8 quantities a step
 };
 
 /// The recursion in a row, sines and cosines included; see short_chain.h.
 struct ShortChains {
-  static constexpr int most = 16;           ///< links
-  static constexpr int mostUnrolled = 12;   ///< links that are written out without loops
+  static constexpr int most = 16;          ///< links
+  static constexpr int mostUnrolled = 12;  ///< links that are written out without loops
   static constexpr int linkQuantities = SegmentArrays::linkQuantities;
   /// links: body k·lanes + l in lane l of block k; see ShortChain::derivative.
   using Run = void (*)(int n, const double* links, const Outside& outside, const double* y, double* dydt);
