@@ -8,6 +8,7 @@ import signal
 import subprocess
 import tempfile
 import threading
+import time
 
 import roslib.packages
 import rosparam
@@ -92,6 +93,13 @@ class Listener:
             if not self._arrival.wait_for(lambda: len(self.messages) >= count, LIMIT):
                 raise AssertionError('%s: %d messages of %d came' % (
                     self._topic, len(self.messages), count))
+
+    def wait_for_publisher(self):
+        began = time.monotonic()
+        while self._subscriber.get_num_connections() == 0:
+            if time.monotonic() - began > LIMIT:
+                raise AssertionError('nobody publishes ' + self._topic)
+            time.sleep(0.01)
 
     def close(self):
         self._subscriber.unregister()
