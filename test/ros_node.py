@@ -48,6 +48,8 @@ class Node:
     def __exit__(self, *_):
         self.process.send_signal(signal.SIGINT)
         self.process.wait(LIMIT)
+        while PUBLISHERS:
+            PUBLISHERS.pop().unregister()
 
     def wait(self):
         """Waits for the end of the program; returns its exit status and all it wrote."""
@@ -131,10 +133,14 @@ class Arrivals(rospy.SubscribeListener):
         self.first.set()
 
 
+PUBLISHERS = []  # for the node that runs
+
+
 def publisher(topic, message_type):
-    """A publisher that the node has connected to."""
+    """A publisher that the node has connected to, as long as the node runs."""
     arrivals = Arrivals()
     out = rospy.Publisher(topic, message_type, arrivals, queue_size=1000, tcp_nodelay=True)
+    PUBLISHERS.append(out)
     if not arrivals.first.wait(LIMIT):
         raise AssertionError('nobody takes ' + topic)
     return out
