@@ -241,4 +241,23 @@ void Loads::clearCommands() {
   std::fill(heldForces_.begin(), heldForces_.end(), ForceCommand{});
 }
 
+std::vector<Load> Loads::commands(double t) const {
+  std::vector<Load> loads;
+  for (const auto* commands : {&heldTorques_, &timedTorques_}) {
+    for (const auto& [joint, torque, window] : *commands) {
+      if (window.stop <= t) continue;
+      loads.push_back(
+          {"command", Load::none, {}, {}, 0, joint, torque, Constant{}, window.start, window.stop});
+    }
+  }
+  for (const auto* commands : {&heldForces_, &timedForces_}) {
+    for (const auto& [link, point, force, moment, window] : *commands) {
+      if (window.stop <= t) continue;
+      loads.push_back(
+          {"command", link, force, point, moment, Load::none, 0, Constant{}, window.start, window.stop});
+    }
+  }
+  return loads;
+}
+
 }  // namespace planar_chain

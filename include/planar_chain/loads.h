@@ -63,6 +63,8 @@ class Loads {
   bool addTorque(int joint, double torque, double start, double stop);
   bool addForce(int link, Vec2d point, Vec2d force, double moment, double start, double stop);
   void clearCommands();
+  /// Those that last beyond t, as loads of a scene would say it.
+  std::vector<Load> commands(double t) const;
 
  private:
   /// One pair of time law and effect, in force in [start, stop).

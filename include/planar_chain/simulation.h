@@ -87,6 +87,8 @@ class Simulation {
   bool addTorque(int joint, double torque, double duration);
   bool addForce(int link, Vec2d point, Vec2d force, double moment, double duration);
   void clearCommands();
+  /// Those that have not ended, as loads: the scene with these added says what acts.
+  std::vector<Load> commands() const;
 
   /// A new state at the present time; the balance starts anew, a fault is forgiven. Commands stay.
   /// @throws std::invalid_argument for wrong sizes or numbers that are not finite.

@@ -61,6 +61,7 @@ Node::Node(const Scene& scene)
       frames_(framesOf(scene, ros::this_node::getNamespace())),
       simulation_(scene, Commands::capacity),
       commands_(inner_, simulation_),
+      queries_(inner_, simulation_),
       messages_(scene, frames_),
       pace_(settings_.rate),
       factor_(1 + static_cast<int>(std::ceil(factorSeconds * settings_.statusRate))) {

@@ -16,6 +16,7 @@
 #include "planar_chain/ros/frames.h"
 #include "planar_chain/ros/messages.h"
 #include "planar_chain/ros/pace.h"
+#include "planar_chain/ros/queries.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain {
@@ -47,6 +48,7 @@ class Node {
   Frames frames_;
   Simulation simulation_;
   Commands commands_;
+  Queries queries_;
   Messages messages_;
   SimStatus status_;
 
