@@ -6,6 +6,16 @@ namespace planar_chain {
 
 namespace {
 
+constexpr std::size_t mostFaults = 1000;
+
+std::vector<Fault>& shorten(std::vector<Fault>& faults) {
+  if (faults.size() <= mostFaults) return faults;
+  const std::string all = std::to_string(faults.size());
+  faults.resize(mostFaults);
+  faults.push_back({"input", "at most " + std::to_string(mostFaults) + " faults", all});
+  return faults;
+}
+
 std::string oneLineEach(const std::vector<Fault>& faults) {
   std::string lines;
   for (const Fault& fault : faults) {
@@ -22,6 +32,6 @@ std::string toString(const Fault& fault) {
 }
 
 Refused::Refused(std::vector<Fault> faults)
-    : std::invalid_argument(oneLineEach(faults)), faults_(std::move(faults)) {}
+    : std::invalid_argument(oneLineEach(shorten(faults))), faults_(std::move(faults)) {}
 
 }  // namespace planar_chain

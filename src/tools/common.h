@@ -49,19 +49,16 @@ inline std::optional<int> parseArguments(CLI::App& app, int argc, char** argv) {
 }
 
 /// The tree of a scene file.
-/// @throws Refused when it cannot be read, is larger than any scene, or is no YAML
+/// @throws Refused when it cannot be read, and as parseYaml
 inline Value loadScene(const std::string& path) {
-  constexpr std::streamsize largest = 1 << 26;
   std::ifstream file(path, std::ios::binary);
   std::string text;
   std::vector<char> block(1 << 16);
-  while (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0) {
+  while (text.size() <= longestYaml &&
+         (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0)) {
     text.append(block.data(), static_cast<std::size_t>(file.gcount()));
-    if (static_cast<std::streamsize>(text.size()) > largest) {
-      throw Refused({{path, "a scene file of at most 64 MiB", "more"}});
-    }
   }
-  if (!file.eof()) {
+  if (text.size() <= longestYaml && !file.eof()) {
     throw Refused({{path, "a scene file that can be read", std::strerror(errno)}});
   }
   return parseYaml(text);
