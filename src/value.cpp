@@ -113,11 +113,12 @@ std::string cut(std::string text) {
   return text.substr(0, end) + "…";
 }
 
-std::string quote(const std::string& text) {
+/// On one line.
+std::string shown(const std::string& text) {
   std::string line = cut(text);
   std::replace_if(
       line.begin(), line.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, ' ');
-  return '"' + line + '"';
+  return line;
 }
 
 /// Appends a value; stops soon after the longest that is shown.
@@ -127,7 +128,7 @@ void append(std::string& line, const Value& value) {
   } else if (value.number()) {
     line += toText(*value.number());
   } else if (value.text()) {
-    line += quote(*value.text());
+    line += '"' + shown(*value.text()) + '"';
   } else if (value.oddNumber()) {
     line += cut(value.oddNumber()->text) + " (not read alike by all: write it as a decimal number)";
   } else if (value.list()) {
@@ -143,7 +144,7 @@ void append(std::string& line, const Value& value) {
     for (const auto& [key, entry] : *value.map()) {
       if (line.back() != '{') line += ", ";
       if (line.size() > longestShown) break;
-      line += cut(key) + ": ";
+      line += shown(key) + ": ";
       append(line, entry);
     }
     line += '}';
@@ -180,14 +181,14 @@ std::string notTooMany() {
   return "at most " + std::to_string(mostValues) + " values in all";
 }
 
-/// What is too large for any scene, before the parser, which takes some 200 bytes for each [ of a text, sees
-/// it.
+/// What is too large for any scene, before the parser sees it, which takes some 200 bytes for each of these.
 void requireBounds(const std::string& text) {
   if (text.size() > longestYaml) refuse("scene", notTooLong(), std::to_string(text.size()));
-  const auto begins = std::count_if(text.begin(), text.end(),
-                                    [](char c) { return c == '[' || c == '{' || c == ',' || c == '?'; });
-  if (static_cast<std::size_t>(begins) > mostValues) {
-    refuse("scene", notTooMany(), "a text with " + std::to_string(begins) + " of [ { , and ?");
+  const auto marks = std::count_if(text.begin(), text.end(), [](char c) {
+    return c == '[' || c == '{' || c == ',' || c == ':' || c == '?';
+  });
+  if (static_cast<std::size_t>(marks) > mostValues) {
+    refuse("scene", notTooMany(), "a text with " + std::to_string(marks) + " of [ { , : ?");
   }
 }
 
@@ -297,14 +298,14 @@ class Builder : public YAML::EventHandler {
     for (const Open& level : open_) {
       const std::string step =
           level.tree.value.list() ? std::to_string(level.tree.value.list()->size()) : level.key.value_or("");
-      if (!step.empty()) line += (line.empty() ? "" : "/") + cut(step);
+      if (!step.empty()) line += (line.empty() ? "" : "/") + shown(step);
     }
     return line.empty() ? "scene" : line;
   }
 
   void requireNoTag(const YAML::Mark& mark, const std::string& tag) {
     if (tag.empty() || tag == "?" || tag == "!") return;
-    faults.push_back({path(), "a value without a tag", tag + " in " + placeOf(mark)});
+    faults.push_back({path(), "a value without a tag", shown(tag) + " in " + placeOf(mark)});
   }
 
   void count(const YAML::Mark& mark, const Counted& tree) {
@@ -405,7 +406,7 @@ Value parseYaml(const std::string& text) {
     if (!first.faults.empty()) throw Refused(std::move(first.faults));
     return std::move(first.root);
   } catch (const YAML::Exception& error) {
-    refuse("scene", "YAML", placeOf(error.mark) + ": " + error.msg);
+    refuse("scene", "YAML", placeOf(error.mark) + ": " + shown(error.msg));
   }
 }
 
