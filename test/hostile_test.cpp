@@ -69,6 +69,8 @@ std::vector<Bomb> bombs() {
       {"LaughsMerged", laughs("{<<: [", "", "]}"), values},
       {"LongTextManyTimes", "a: &a " + repeated("x", million) + "\nb: [" + repeated("*a,", 60000) + "]",
        bytes},
+      {"LongTextInAListManyTimes",
+       "a: &a [" + repeated("x", million) + "]\nb: [" + repeated("*a,", 60000) + "]", bytes},
       {"LongListManyTimes", "a: &a [" + repeated("1,", 400000) + "]\nb: [" + repeated("*a,", 60000) + "]",
        values},
       {"AnchorInItself", "chain: &a [*a]", "an alias of what is complete"},
