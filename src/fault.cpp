@@ -16,22 +16,22 @@ std::vector<Fault>& shorten(std::vector<Fault>& faults) {
   return faults;
 }
 
-std::string oneLineEach(const std::vector<Fault>& faults) {
-  std::string lines;
-  for (const Fault& fault : faults) {
-    if (!lines.empty()) lines += '\n';
-    lines += toString(fault);
-  }
-  return lines;
-}
-
 }  // namespace
 
 std::string toString(const Fault& fault) {
   return fault.path + ": expected " + fault.expected + ", got " + fault.found;
 }
 
+std::string toString(const std::vector<Fault>& faults, const char* between) {
+  std::string text;
+  for (const Fault& fault : faults) {
+    if (!text.empty()) text += between;
+    text += toString(fault);
+  }
+  return text;
+}
+
 Refused::Refused(std::vector<Fault> faults)
-    : std::invalid_argument(oneLineEach(shorten(faults))), faults_(std::move(faults)) {}
+    : std::invalid_argument(toString(shorten(faults), "\n")), faults_(std::move(faults)) {}
 
 }  // namespace planar_chain

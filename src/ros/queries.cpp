@@ -1,14 +1,13 @@
 #include "planar_chain/ros/queries.h"
 
 #include <Eigen/Core>
-#include <cmath>
 #include <string>
 #include <utility>
 
 #include "planar_chain/fault.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
-#include "planar_chain/value.h"
+#include "planar_chain/ros/checks.h"
 
 namespace planar_chain {
 
@@ -20,20 +19,6 @@ VectorXd vectorOf(const std::vector<double>& values) {
   return Eigen::Map<const VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-void checkNumbers(std::vector<Fault>& faults, const std::string& path, const char* unit,
-                  const std::vector<double>& numbers, std::size_t n) {
-  if (numbers.size() != n) {
-    faults.push_back(
-        {path, std::to_string(n) + " numbers, one per joint in chain order", std::to_string(numbers.size())});
-    return;
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    if (std::isfinite(numbers[i])) continue;
-    faults.push_back(
-        {path + "[" + std::to_string(i) + "]", std::string("a finite number, ") + unit, toText(numbers[i])});
-  }
-}
-
 /// Where and under what the equations are to be told: the scene, with the commands for loads.
 struct Question {
   Scene scene;
@@ -42,19 +27,19 @@ struct Question {
 
   /// @throws Refused
   template <class Request>
-  Question(const std::string& service, const Simulation& simulation, const Request& request)
+  Question(const Simulation& simulation, const Request& request)
       : scene(simulation.scene()), t(simulation.time()) {
     std::vector<Fault> faults;
     const int n = scene.chain.size();
     if (n > mostLinksInMatrices) {
-      faults.push_back({service,
+      faults.push_back({"chain",
                         "at most " + std::to_string(mostLinksInMatrices) + " links, for matrices are dense",
                         std::to_string(n)});
     }
     const bool isPresent = request.q.empty() && request.qd.empty();
     if (!isPresent) {
-      checkNumbers(faults, service + "/q", "rad", request.q, static_cast<std::size_t>(n));
-      checkNumbers(faults, service + "/qd", "rad/s", request.qd, static_cast<std::size_t>(n));
+      checkValues(faults, "q", "angles", "rad", request.q, simulation.q().size());
+      checkValues(faults, "qd", "rates", "rad/s", request.qd, simulation.qd().size());
     }
     if (!faults.empty()) throw Refused(std::move(faults));
     q = vectorOf(isPresent ? simulation.q() : request.q);
@@ -64,16 +49,15 @@ struct Question {
 };
 
 /// @throws Refused what is not finite
-void copy(const char* service, const VectorXd& from, std::vector<double>& to) {
-  if (!from.allFinite())
-    throw Refused({{service, "a state whose equations are finite", "numbers too large"}});
+void copy(const VectorXd& from, std::vector<double>& to) {
+  if (!from.allFinite()) throw Refused({{"state", "one whose equations are finite", "numbers too large"}});
   to.assign(from.begin(), from.end());
 }
 
-void copy(const char* service, const Eigen::MatrixXd& from, Matrix& to) {
+void copy(const Eigen::MatrixXd& from, Matrix& to) {
   to.rows = static_cast<std::uint32_t>(from.rows());
   to.columns = static_cast<std::uint32_t>(from.cols());
-  copy(service, from.transpose().reshaped(), to.data);
+  copy(from.transpose().reshaped(), to.data);
 }
 
 template <class Response, class Fill>
@@ -84,7 +68,7 @@ void fill(Response& response, Fill&& make) {
     response.success = true;
   } catch (const Refused& refused) {
     response = {};
-    response.message = refused.what();
+    response.message = toString(refused.faults());
   }
 }
 
@@ -92,34 +76,31 @@ void fill(Response& response, Fill&& make) {
 
 void answer(const Simulation& simulation, const Equations::Request& request, Equations::Response& response) {
   fill(response, [&] {
-    const char* service = "equations";
-    const Question at(service, simulation, request);
+    const Question at(simulation, request);
     const Kane k = kane(at.scene.chain, at.q, at.qd, activeForces(at.scene, at.t, at.q, at.qd));
-    const auto put = [service](const auto& from, auto& to) { copy(service, from, to); };
-    put(k.q, response.q);
-    put(k.qd, response.qd);
+    copy(k.q, response.q);
+    copy(k.qd, response.qd);
     response.S.resize(k.S.size());
-    for (std::size_t i = 0; i < k.S.size(); ++i) put(k.S[i], response.S[i]);
-    put(k.T, response.T);
-    put(k.V_pd, response.V_pd);
-    put(k.W_pd, response.W_pd);
-    put(k.A_1, response.A_1);
-    put(k.A_2, response.A_2);
-    put(k.A_3, response.A_3);
-    put(k.f_ext, response.f_ext);
-    put(k.f, response.f);
-    put(k.M_q, response.M);
-    put(k.qdd, response.qdd);
+    for (std::size_t i = 0; i < k.S.size(); ++i) copy(k.S[i], response.S[i]);
+    copy(k.T, response.T);
+    copy(k.V_pd, response.V_pd);
+    copy(k.W_pd, response.W_pd);
+    copy(k.A_1, response.A_1);
+    copy(k.A_2, response.A_2);
+    copy(k.A_3, response.A_3);
+    copy(k.f_ext, response.f_ext);
+    copy(k.f, response.f);
+    copy(k.M_q, response.M);
+    copy(k.qdd, response.qdd);
   });
 }
 
 void answer(const Simulation& simulation, const Linearize::Request& request, Linearize::Response& response) {
   fill(response, [&] {
-    const char* service = "linearize";
-    const Question at(service, simulation, request);
+    const Question at(simulation, request);
     const LinearModel model = linearModel(at.scene, at.t, at.q, at.qd);
-    copy(service, model.A, response.A);
-    copy(service, model.B, response.B);
+    copy(model.A, response.A);
+    copy(model.B, response.B);
   });
 }
 
