@@ -14,6 +14,7 @@ namespace planar_chain {
 namespace {
 
 constexpr std::uint32_t queueSize = 2000;  // two seconds of commands at 1000 Hz
+constexpr std::size_t longestList = 200;   // letters of names that are told
 constexpr double farthestStart = 86400;    // s: what is farther was meant by another clock
 constexpr double stampResolution = 1e-9;   // s
 
@@ -35,7 +36,10 @@ int find(Faults& faults, const std::string& path, const std::map<std::string, in
   const auto found = index.find(name);
   if (found != index.end()) return found->second;
   std::string known;
-  for (const auto& entry : index) known += (known.empty() ? "" : ", ") + entry.first;
+  for (auto entry = index.begin(); entry != index.end() && known.size() < longestList; ++entry) {
+    known += (known.empty() ? "" : ", ") + entry->first;
+  }
+  if (known.size() >= longestList) known += ", …";
   faults.push_back({path, "one of " + known, describe(Value(name))});
   return -1;
 }
@@ -52,13 +56,16 @@ double age(double now, double taken) {
 
 }  // namespace
 
-Commands::Commands(ros::NodeHandle& node, Simulation& simulation, SceneTime sceneTime)
+Commands::Commands(Simulation& simulation, SceneTime sceneTime)
     : simulation_(simulation), sceneTime_(std::move(sceneTime)) {
   const Chain& chain = simulation.scene().chain;
   for (int i = 0; i < chain.size(); ++i) {
     joints_[chain.joints()[static_cast<std::size_t>(i)].name] = i;
     links_[chain.links()[static_cast<std::size_t>(i)].name] = i;
   }
+}
+
+void Commands::listen(ros::NodeHandle& node) {
   const auto hints = ros::TransportHints().tcpNoDelay();
   subscribers_ = {node.subscribe("joint_torques", queueSize, &Commands::takeJointTorques, this, hints),
                   node.subscribe("joint_torque", queueSize, &Commands::takeJointTorque, this, hints),

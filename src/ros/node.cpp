@@ -45,7 +45,7 @@ Node::Node(const Scene& scene)
       frames_(framesOf(scene, ros::this_node::getNamespace())),
       simulation_(scene, Commands::capacity),
       clock_(makeClock(scene)),
-      commands_(inner_, simulation_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
+      commands_(simulation_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
       queries_(inner_, simulation_),
       messages_(scene, frames_),
       diagnostics_(status_, clock_->name()),
@@ -66,6 +66,7 @@ Node::Node(const Scene& scene)
     tfOut_ = outer_.advertise<tf2_msgs::TFMessage>("/tf", queueFor(settings_.tfRate));
     staticTf_.emplace();
   }
+  commands_.listen(inner_);
   status_.header.frame_id = frames_.base;
   ROS_INFO("%s", whatRuns(simulation_).c_str());
   ROS_INFO("%s; time: %s", whatIsPublished(settings_, frames_).c_str(), clock_->name().c_str());

@@ -31,8 +31,13 @@ class Commands {
   /// From the node's time to that of the simulation, s; infinite while the node does not know its time.
   using SceneTime = std::function<double(ros::Time)>;
 
+  Commands(Simulation& simulation, SceneTime sceneTime);
+
   /// Subscribes to ~joint_torques, ~joint_torque and ~link_force under `node`.
-  Commands(ros::NodeHandle& node, Simulation& simulation, SceneTime sceneTime);
+  void listen(ros::NodeHandle& node);
+  void takeJointTorques(const std_msgs::Float64MultiArray& message);
+  void takeJointTorque(const JointTorque& message);
+  void takeLinkForce(const LinkForce& message);
 
   /// Holds one torque per joint, from now on. @returns the faults, and nothing has changed if there are any.
   std::vector<Fault> hold(const std::vector<double>& torques, const std::string& path);
@@ -48,10 +53,6 @@ class Commands {
   struct Window {
     double start, duration;
   };
-
-  void takeJointTorques(const std_msgs::Float64MultiArray& message);
-  void takeJointTorque(const JointTorque& message);
-  void takeLinkForce(const LinkForce& message);
 
   Window windowOf(std::vector<Fault>& faults, const std::string& topic, ros::Time start,
                   double duration) const;
