@@ -1,8 +1,6 @@
 /// Any numbers at all, as many as there are, are a state or are refused by ~equations and ~linearize; an
 /// answer is finite.
 
-#include "planar_chain/ros/queries.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -10,6 +8,7 @@
 #include <cstring>
 #include <vector>
 
+#include "planar_chain/ros/queries.h"
 #include "planar_chain/scene_reader.h"
 
 namespace planar_chain {
