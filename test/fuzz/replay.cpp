@@ -19,8 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const char* const lastInput = "fuzz_last_input";
-
 /// What a reader may stumble over.
 const std::vector<std::string> words{"nan",
                                      "-.inf",
@@ -97,8 +95,8 @@ class Mutations {
   std::mt19937 engine_{1};
 };
 
-void run(const std::string& input) {
-  std::ofstream(lastInput, std::ios::binary) << input;
+void run(const std::string& input, const fs::path& kept) {
+  std::ofstream(kept, std::ios::binary) << input;
   LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(input.data()), input.size());
 }
 
@@ -124,12 +122,13 @@ int main(int argc, char** argv) {
     return 2;
   }
 
-  std::printf("a failing input is in %s\n", fs::absolute(lastInput).c_str());
+  const fs::path kept = fs::absolute(fs::path(argv[0]).filename() += "_last_input");
+  std::printf("a failing input is in %s\n", kept.c_str());
   std::fflush(stdout);
-  for (const std::string& input : corpus) run(input);
+  for (const std::string& input : corpus) run(input, kept);
   Mutations mutations(corpus);
   const int runs = std::atoi(argv[1]);
-  for (int k = 0; k < runs; ++k) run(mutations.next());
-  fs::remove(lastInput);
+  for (int k = 0; k < runs; ++k) run(mutations.next(), kept);
+  fs::remove(kept);
   std::printf("%zu files and %d changed ones\n", corpus.size(), runs);
 }
