@@ -55,12 +55,16 @@ double age(double now, double taken) {
 
 }  // namespace
 
-Commands::Commands(ros::NodeHandle& node, Simulation& simulation) : simulation_(simulation) {
+Commands::Commands(Simulation& simulation) : simulation_(simulation) {
   const Chain& chain = simulation.scene().chain;
   for (int i = 0; i < chain.size(); ++i) {
     joints_[chain.joints()[static_cast<std::size_t>(i)].name] = i;
     links_[chain.links()[static_cast<std::size_t>(i)].name] = i;
   }
+}
+
+Commands::Commands(ros::NodeHandle& node, Simulation& simulation) : Commands(simulation) {
+  takenOut_ = node.advertise<CommandTaken>("commands_taken", queueSize);
   subscribers_ = {node.subscribe("joint_torques", queueSize, &Commands::takeJointTorques, this),
                   node.subscribe("joint_torque", queueSize, &Commands::takeJointTorque, this),
                   node.subscribe("link_force", queueSize, &Commands::takeLinkForce, this)};
@@ -84,6 +88,7 @@ void Commands::takeJointTorques(const std_msgs::Float64MultiArray& message) {
     simulation_.holdTorque(static_cast<int>(i), message.data[i], heldUntil());
   }
   jointTorquesTaken_ = simulation_.time();
+  tell([&](CommandTaken& taken) { taken.joint_torques = message.data; });
 }
 
 void Commands::takeJointTorque(const JointTorque& message) {
@@ -100,6 +105,7 @@ void Commands::takeJointTorque(const JointTorque& message) {
     simulation_.holdTorque(joint, message.torque, heldUntil());
   }
   jointTorqueTaken_ = simulation_.time();
+  tell([&](CommandTaken& taken) { taken.joint_torque.push_back(message); });
 }
 
 void Commands::takeLinkForce(const LinkForce& message) {
@@ -125,6 +131,7 @@ void Commands::takeLinkForce(const LinkForce& message) {
     simulation_.holdForce(link, point, force, message.moment, heldUntil());
   }
   linkForceTaken_ = simulation_.time();
+  tell([&](CommandTaken& taken) { taken.link_force.push_back(message); });
 }
 
 bool Commands::refused(const std::vector<Fault>& faults) {
@@ -137,6 +144,30 @@ bool Commands::refused(const std::vector<Fault>& faults) {
   }
   ROS_WARN_THROTTLE(1.0, "command refused: %s", lastRejection_.c_str());
   return true;
+}
+
+/// Counts every command; makes the message while somebody listens.
+template <class Fill>
+void Commands::tell(Fill&& fill) {
+  ++accepted_;
+  if (takenOut_.getNumSubscribers() == 0) return;
+  CommandTaken taken;
+  taken.number = accepted_;
+  taken.sim_time = simulation_.time();
+  fill(taken);
+  takenOut_.publish(taken);
+}
+
+bool Commands::take(const CommandTaken& recorded) {
+  const std::uint64_t rejectedBefore = rejected_;
+  for (const JointTorque& torque : recorded.joint_torque) takeJointTorque(torque);
+  for (const LinkForce& force : recorded.link_force) takeLinkForce(force);
+  if (recorded.joint_torque.empty() && recorded.link_force.empty()) {
+    std_msgs::Float64MultiArray torques;
+    torques.data = recorded.joint_torques;
+    takeJointTorques(torques);
+  }
+  return rejected_ == rejectedBefore;
 }
 
 double Commands::heldUntil() const {

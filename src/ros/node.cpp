@@ -194,8 +194,7 @@ void Node::sayWhatIsPublished() const {
 }
 
 ros::Time Node::stampOf(long long k) const {
-  const long double ns = static_cast<long double>(k) * 1e9L / static_cast<long double>(settings_.rate);
-  return start_ + ros::Duration().fromNSec(std::llround(ns));
+  return start_ + ros::Duration().fromNSec(pace_.nanosecondsOf(k));
 }
 
 double Node::elapsed() const {

@@ -4,6 +4,10 @@
 
 namespace planar_chain {
 
+std::int64_t Pace::nanosecondsOf(long long tick) const {
+  return std::llround(static_cast<long double>(tick) * 1e9L / static_cast<long double>(rate_));
+}
+
 long long Pace::due(double now) const {
   return static_cast<long long>(std::floor((now - givenUp_) * rate_));
 }

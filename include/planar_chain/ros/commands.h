@@ -2,10 +2,12 @@
 
 /// The commands: topics in, checked as a whole, then handed to the simulation.
 
+#include <planar_chain/CommandTaken.h>
 #include <planar_chain/JointTorque.h>
 #include <planar_chain/LinkForce.h>
 #include <planar_chain/SimStatus.h>
 #include <ros/node_handle.h>
+#include <ros/publisher.h>
 #include <ros/subscriber.h>
 #include <std_msgs/Float64MultiArray.h>
 
@@ -26,8 +28,14 @@ class Commands {
   /// How many timed commands may be in force at once.
   static constexpr int capacity = 256;
 
-  /// Subscribes to ~joint_torques, ~joint_torque and ~link_force under `node`.
+  /// Takes what take() is given, and nothing else.
+  explicit Commands(Simulation& simulation);
+  /// Subscribes to ~joint_torques, ~joint_torque and ~link_force under `node`, and tells on ~commands_taken
+  /// what it took.
   Commands(ros::NodeHandle& node, Simulation& simulation);
+
+  /// A command that was recorded, from the simulation's present time on. @returns false: refused
+  bool take(const CommandTaken& recorded);
 
   /// Ages and refusals; the rest of the status is left as it is.
   void describe(SimStatus& status) const;
@@ -38,6 +46,8 @@ class Commands {
   void takeLinkForce(const LinkForce& message);
 
   bool refused(const std::vector<Fault>& faults);
+  template <class Fill>
+  void tell(Fill&& fill);
   double heldUntil() const;
 
   static constexpr double never = -1;
@@ -47,9 +57,11 @@ class Commands {
   double jointTorquesTaken_ = never;           ///< sim time of the last accepted message, s
   double jointTorqueTaken_ = never;
   double linkForceTaken_ = never;
+  std::uint64_t accepted_ = 0;
   std::uint64_t rejected_ = 0;
   std::string lastRejection_;
   std::vector<ros::Subscriber> subscribers_;
+  ros::Publisher takenOut_;
 };
 
 }  // namespace planar_chain

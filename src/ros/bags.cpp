@@ -1,0 +1,99 @@
+/// The run of simulate that reads or writes bags: planar_chain/bags.h, made of the node's parts.
+
+#include "planar_chain/bags.h"
+
+#include <ros/names.h>
+#include <ros/time.h>
+
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "planar_chain/fault.h"
+#include "planar_chain/ros/bag_reader.h"
+#include "planar_chain/ros/bag_writer.h"
+#include "planar_chain/ros/commands.h"
+#include "planar_chain/value.h"
+
+namespace planar_chain {
+
+namespace {
+
+constexpr const char* usualNode = "/planar_chain";
+
+/// A full name: with / first, as rosnode lists it.
+std::optional<std::string> fullName(const std::optional<std::string>& node) {
+  if (!node) return std::nullopt;
+  std::string problem;
+  const std::string name = ros::names::clean("/" + *node);
+  if (name == "/" || !ros::names::validate(name, problem)) {
+    throw Refused({{"--node", "the name of a node, such as /left/planar_chain", describe(Value(*node))}});
+  }
+  return name;
+}
+
+class NodeWithoutRos : public Bags {
+ public:
+  NodeWithoutRos(const Scene& scene, const BagArguments& given)
+      : simulation_(scene, Commands::capacity), commands_(simulation_) {
+    const std::optional<std::string> node = fullName(given.node);
+    if (given.commands) recorded_ = readCommands(*given.commands, node, scene.publish.rate);
+    if (given.out) writer_.emplace(*given.out, scene, node ? *node : recorded_ ? recorded_->node : usualNode);
+  }
+
+  Simulation& simulation() override { return simulation_; }
+
+  bool advanceTo(double t) override {
+    if (!recorded_) return simulation_.advanceTo(t);
+    for (; next_ < recorded_->commands.size() && recorded_->commands[next_].sim_time < t; ++next_) {
+      const CommandTaken& command = recorded_->commands[next_];
+      if (!simulation_.advanceTo(command.sim_time)) return false;
+      if (!commands_.take(command)) {
+        ++refused_;
+      } else if (writer_) {
+        writer_->command(command);
+      }
+    }
+    return simulation_.advanceTo(t);
+  }
+
+  void tick(long long k) override {
+    if (writer_ && k > 0) writer_->tick(k, simulation_, commands_);
+  }
+
+  void close() override {
+    if (writer_) writer_->close();
+  }
+
+  std::string summary() const override {
+    if (!recorded_) return "";
+    std::ostringstream text;
+    text << "  commands of " << recorded_->node << ": " << next_ - refused_ << " taken";
+    if (refused_ > 0) text << ", " << refused_ << " refused";
+    const std::size_t late = recorded_->commands.size() - next_;
+    if (late > 0) text << ", " << late << " after the end";
+    if (!recorded_->isExact) {
+      text << "\n  the bag has no " << recorded_->node
+           << "/commands_taken: when they were taken is known to the tick only";
+    }
+    text << '\n';
+    return text.str();
+  }
+
+ private:
+  Simulation simulation_;
+  Commands commands_;
+  std::optional<RecordedCommands> recorded_;
+  std::size_t next_ = 0;  ///< the first command that is not taken yet
+  std::size_t refused_ = 0;
+  std::optional<BagWriter> writer_;
+};
+
+}  // namespace
+
+extern "C" Bags* openBags(const Scene& scene, const BagArguments& given) {
+  ros::Time::init();  // for the log's own stamps
+  return new NodeWithoutRos(scene, given);
+}
+
+}  // namespace planar_chain
