@@ -86,7 +86,7 @@ std::uint8_t* BagFile::roomFor(std::uint32_t connection, ros::Time time, std::ui
   info.first = std::min(info.first, time);
   info.last = std::max(info.last, time);
 
-  if (!std::exchange(connections_[connection].isInBag, true)) appendConnection(chunk_, connection);
+  if (connections_[connection].messages++ == 0) appendConnection(chunk_, connection);
   index_[connection].push_back({time, static_cast<std::uint32_t>(chunk_.size())});
   Fields(chunk_, Op::message).add("conn", connection).add("time", time);
   append(chunk_, length);
@@ -110,8 +110,8 @@ void BagFile::appendConnection(std::string& to, std::uint32_t number) const {
 }
 
 void BagFile::writeHeader(std::uint64_t indexPosition) {
-  const auto used =
-      std::count_if(connections_.begin(), connections_.end(), [](const Connection& c) { return c.isInBag; });
+  const auto used = std::count_if(connections_.begin(), connections_.end(),
+                                  [](const Connection& c) { return c.messages > 0; });
   std::string record;
   Fields(record, Op::bag)
       .add("chunk_count", static_cast<std::uint32_t>(chunks_.size()))
@@ -155,7 +155,7 @@ void BagFile::close() {
   const std::uint64_t indexPosition = position_;
   std::string records;
   for (std::uint32_t number = 0; number < connections_.size(); ++number) {
-    if (connections_[number].isInBag) appendConnection(records, number);
+    if (connections_[number].messages > 0) appendConnection(records, number);
   }
   for (const ChunkInfo& chunk : chunks_) {
     std::string counts;

@@ -55,7 +55,6 @@ void BagWriter::writeStatus(ros::Time stamp, const Simulation& simulation, const
   describe(simulation, status_);
   commands.describe(status_);
   file_.write(statusOut_, stamp, status_);
-  ++status_.header.seq;
 }
 
 }  // namespace planar_chain

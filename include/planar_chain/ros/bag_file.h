@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -31,15 +32,20 @@ class BagFile {
   std::uint32_t connect(const std::string& topic, const std::string& caller, bool isLatching = false) {
     namespace traits = ros::message_traits;
     return connect({topic, caller, isLatching, traits::datatype<Message>(), traits::md5sum<Message>(),
-                    traits::definition<Message>(), false});
+                    traits::definition<Message>(), 0});
   }
 
+  /// As every publisher does, it puts its own count into header.seq, where there is one.
   /// @throws std::runtime_error when the disk is full or the like
   template <class Message>
   void write(std::uint32_t connection, ros::Time time, const Message& message) {
     const std::uint32_t length = ros::serialization::serializationLength(message);
-    ros::serialization::OStream stream(roomFor(connection, time, length), length);
+    const std::uint32_t count = connections_[connection].messages;
+    std::uint8_t* const room = roomFor(connection, time, length);
+    ros::serialization::OStream stream(room, length);
     ros::serialization::serialize(stream, message);
+    // The header comes first, and seq first in it.
+    if (ros::message_traits::hasHeader<Message>()) std::memcpy(room, &count, sizeof count);
   }
 
   /// Writes the index: the bag is whole.
@@ -51,7 +57,7 @@ class BagFile {
     std::string topic, caller;
     bool isLatching;
     std::string type, md5sum, definition;
-    bool isInBag;
+    std::uint32_t messages;  ///< in the bag
   };
   struct IndexEntry {
     ros::Time time;
