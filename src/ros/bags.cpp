@@ -26,7 +26,7 @@ std::optional<std::string> fullName(const std::optional<std::string>& node) {
   if (!node) return std::nullopt;
   std::string problem;
   const std::string name = ros::names::clean("/" + *node);
-  if (name == "/" || !ros::names::validate(name, problem)) {
+  if (name.size() < 2 || !ros::names::validate(name, problem)) {
     throw Refused({{"--node", "the name of a node, such as /left/planar_chain", describe(Value(*node))}});
   }
   return name;
@@ -74,7 +74,7 @@ class NodeWithoutRos : public Bags {
     if (late > 0) text << ", " << late << " after the end";
     if (!recorded_->isExact) {
       text << "\n  the bag has no " << recorded_->node
-           << "/commands_taken: when they were taken is known to the tick only";
+           << "/commands_taken: each acts from the tick at which it was recorded, which need not be the node's";
     }
     text << '\n';
     return text.str();

@@ -13,7 +13,7 @@ namespace planar_chain {
 struct RecordedCommands {
   std::string node;                    ///< whose they were, such as /left/planar_chain
   std::vector<CommandTaken> commands;  ///< in the order in which they were taken
-  bool isExact;                        ///< sim times are the node's own; else to the tick only
+  bool isExact;                        ///< sim times are the node's own; else the recorder's
 };
 
 /// From ~commands_taken where the bag has it: sim times are exact, and none may be missing. Otherwise from

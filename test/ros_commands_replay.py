@@ -1,0 +1,121 @@
+#!/usr/bin/python3
+"""What a node did under commands from several sources, recorded by the real rosbag, simulate does again: every
+state that was recorded, to the last bit."""
+
+import os
+import random
+import subprocess
+import tempfile
+import time
+import unittest
+import xmlrpc.client
+
+import roslib.packages
+import rosbag
+import rospy
+import rostest
+import yaml
+from geometry_msgs.msg import Point, Vector3
+from planar_chain.msg import JointTorque, LinkForce, SimStatus
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from ros_commands import publisher
+from ros_node import LIMIT, Listener, Node, Running, nanoseconds
+
+TOPICS = ['/joint_states', '/planar_chain/status', '/planar_chain/commands_taken', '/planar_chain/joint_torques']
+LINK = {'mass': 1.0, 'inertia': 0.1, 'com': [0.5, 0.0], 'pin': [1.0, 0.0], 'joint': {'damping': 0.05}}
+SCENE = {
+    'chain': ['first', 'second', 'third'],
+    'links': {name: dict(LINK) for name in ('first', 'second', 'third')},
+    'loads': {'shake': {'joint': 'second_joint', 'torque': 1.0, 'frequency': 0.7}},
+    'command_timeout': 0.3,
+    'publish': {'rate': 200.0, 'status_rate': 20.0},
+}
+
+
+def wait_until_recorded(topics):
+    """Until the node has a connection to rosbag for each."""
+    code, _, uri = rospy.get_master().lookupNode('/planar_chain')
+    assert code == 1
+    node = xmlrpc.client.ServerProxy(uri)
+    waited = time.monotonic()
+    while True:
+        recorded = {link[4] for link in node.getBusInfo(rospy.get_name())[2] if link[1].startswith('/record')}
+        if set(topics) <= recorded:
+            return
+        if time.monotonic() - waited > LIMIT:
+            raise AssertionError('rosbag records %s only' % recorded)
+        rospy.rostime.wallsleep(0.05)
+
+
+def states_in(path):
+    """{ns of sim time: (q, qd, effort)}"""
+    with rosbag.Bag(path) as bag:
+        _, status, _ = next(bag.read_messages('/planar_chain/status'))
+        start = nanoseconds(status) - round(status.sim_time * 1e9)
+        return {nanoseconds(message) - start: (message.position, message.velocity, message.effort)
+                for _, message, _ in bag.read_messages('/joint_states')}
+
+
+class CommandsReplay(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def record(self):
+        """A node that is pushed some hundred times."""
+        states = Listener('/joint_states', JointState)
+        statuses = Listener('/planar_chain/status', SimStatus)
+        with Node(SCENE):
+            with Running('rosbag', 'record', '-q', '-O', self.path('node.bag'), *TOPICS):
+                torques = publisher('/planar_chain/joint_torques', Float64MultiArray)
+                torque = publisher('/planar_chain/joint_torque', JointTorque)
+                force = publisher('/planar_chain/link_force', LinkForce)
+                wait_until_recorded(['/joint_states', '/planar_chain/status', '/planar_chain/commands_taken'])
+                chance = random.Random(1)
+                for _ in range(30):
+                    # Several in one tick, on topics whose order is the node's to say, some of them wrong.
+                    for _ in range(chance.randint(1, 4)):
+                        torques.publish(data=[chance.uniform(-2, 2) for _ in range(chance.choice([3, 3, 3, 2]))])
+                        torque.publish(joint=chance.choice(['first_joint', 'third_joint', 'elbow']),
+                                       torque=chance.uniform(-3, 3), duration=chance.choice([0, 0.0373, 0.2]))
+                        force.publish(link='third', point=Point(chance.uniform(0, 1), 0, 0),
+                                      force=Vector3(chance.uniform(-5, 5), 1, 0),
+                                      moment=chance.uniform(-1, 1), duration=chance.choice([0, 0.0123]))
+                    states.wait_for_count(len(states.messages) + chance.randint(1, 12))
+                last = statuses.wait_for(lambda status: status.link_force_age > 0.5)
+        self.assertGreater(statuses.messages[last].rejected_commands, 0)
+        states.close()
+        statuses.close()
+
+    def replay(self):
+        with open(self.path('scene.yaml'), 'w') as file:
+            yaml.safe_dump(SCENE, file)
+        recorded = states_in(self.path('node.bag'))
+        simulate, = roslib.packages.find_node('planar_chain', 'simulate')
+        said = subprocess.run(
+            [simulate, self.path('scene.yaml'), '--duration', str(max(recorded) / 1e9),
+             '--commands', self.path('node.bag'), '--bag', self.path('again.bag')],
+            check=True, stdout=subprocess.PIPE, universal_newlines=True, timeout=LIMIT).stdout
+        return recorded, states_in(self.path('again.bag')), said
+
+    def test_recorded_commands_give_the_recorded_motion(self):
+        self.record()
+        recorded, again, said = self.replay()
+        with rosbag.Bag(self.path('node.bag')) as bag:
+            count = bag.get_message_count('/planar_chain/commands_taken')
+        self.assertGreater(count, 100)
+        self.assertIn('commands of /planar_chain: %d taken\n' % count, said)
+        self.assertGreater(len(recorded), 200)
+        for stamp in sorted(set(recorded) - {0}):
+            self.assertEqual(again[stamp], recorded[stamp], '%d ns' % stamp)
+
+
+if __name__ == '__main__':
+    rospy.init_node('ros_commands_replay', anonymous=True)
+    rostest.rosrun('planar_chain', 'ros_commands_replay', CommandsReplay)
