@@ -209,16 +209,16 @@ class Bags(unittest.TestCase):
                 bag.write(topic, message, time_of(received))
 
     COMMANDS = [
-        CommandTaken(number=1, sim_time=30 / 300, joint_torque=[JointTorque(joint="lower_joint", torque=2.0, duration=0.0373)]),
-        CommandTaken(number=2, sim_time=60 / 300, joint_torques=[0.5, -0.5]),
-        CommandTaken(number=3, sim_time=60 / 300, joint_torque=[JointTorque(joint="upper_joint", torque=1.5, duration=0.0)]),
-        CommandTaken(number=4, sim_time=90 / 300,
+        CommandTaken(number=1, tick=31, sim_time=30 / 300, joint_torque=[JointTorque(joint="lower_joint", torque=2.0, duration=0.0373)]),
+        CommandTaken(number=2, tick=61, sim_time=60 / 300, joint_torques=[0.5, -0.5]),
+        CommandTaken(number=3, tick=61, sim_time=60 / 300, joint_torque=[JointTorque(joint="upper_joint", torque=1.5, duration=0.0)]),
+        CommandTaken(number=4, tick=91, sim_time=90 / 300,
                      link_force=[LinkForce(link="lower", point=Point(0.0, 0.0, 0.0), force=Vector3(3.0, 1.0, 0.0), moment=0.2, duration=0.25)])]
 
     def write_commands(self, name, commands, node="/planar_chain"):
         self.write(name, *((node + "/commands_taken", command, 10**9 + i) for i, command in enumerate(commands)))
 
-    def test_commands_act_from_their_sim_time_as_loads_do(self):
+    def test_commands_act_from_their_ticks_as_loads_do(self):
         self.write_commands("in.bag", self.COMMANDS)
         said = self.simulate("--duration", "1", "--commands", self.path("in.bag"), "--csv", self.path("out.csv"))
         self.assertIn("commands of /planar_chain: 4 taken\n", said)
@@ -245,7 +245,7 @@ loads:
         self.bag("--duration", "1", "--commands", self.path("one.bag"), name="two.bag")
         self.assertTrue(self.bytes_of("one.bag") == self.bytes_of("two.bag"))
 
-    def test_without_sim_times_commands_act_from_the_state_received_before(self):
+    def test_without_ticks_commands_act_from_the_state_received_before(self):
         exact = self.COMMANDS
         self.write_commands("in.bag", exact)
         self.bag("--duration", "1", "--commands", self.path("in.bag"))
@@ -253,9 +253,11 @@ loads:
 
         start = 1700000000123456789  # ns: of wall time
         late = 40000  # ns from stamp to receipt
-        status = SimStatus(sim_time=0.1)
-        status.header.stamp = time_of(start + 10**8)
-        messages = [("/planar_chain/status", status, start + 10**8 + late)]
+        messages = []
+        for more in (3 * 10**6, 10**5):  # ns from the tick to the stamp of the status
+            status = SimStatus(sim_time=0.1)
+            status.header.stamp = time_of(start + 10**8 + more)
+            messages.append(("/planar_chain/status", status, start + 10**8 + more + late))
         for k in range(300):
             state = JointState()
             state.header.stamp = time_of(start + stamp_of(k))
@@ -270,9 +272,9 @@ loads:
         self.assertIn("has no /planar_chain/commands_taken", said)
         self.assertEqual(self.read("out.bag")["/joint_states"], expected)
 
-        self.write("raw.bag", *messages[1:])
+        self.write("raw.bag", *messages[2:])
         self.assert_replay_refused("raw.bag", "/planar_chain/status")
-        self.write("raw.bag", messages[0], *messages[-4:])
+        self.write("raw.bag", *messages[:2], *messages[-4:])
         self.assert_replay_refused("raw.bag", "/joint_states")
 
     def assert_replay_refused(self, name, *words, more=()):
@@ -294,14 +296,17 @@ loads:
         with open(self.path("cut.bag"), "wb") as file:
             file.write(self.bytes_of("bare.bag")[:9000])
         self.assert_replay_refused("cut.bag", "expected a bag that can be read")
-        for sim_time in (-1, math.nan, math.inf):
-            self.write_commands("in.bag", [CommandTaken(number=1, sim_time=sim_time, joint_torques=[0, 0])])
-            self.assert_replay_refused("in.bag", "sim times")
+        for sim_time in (-1, math.nan, math.inf, 0.2):
+            self.write_commands("in.bag", [CommandTaken(number=1, tick=31, sim_time=sim_time, joint_torques=[0, 0])])
+            self.assert_replay_refused("in.bag", "expected commands of a node with ticks of 300 Hz", "tick 31")
+        self.write_commands("in.bag", [CommandTaken(number=1, tick=1, joint_torques=[0, 0]),
+                                       CommandTaken(number=2, tick=0, joint_torques=[0, 0])])
+        self.assert_replay_refused("in.bag", "ticks that do not go back")
         self.write("in.bag", ("/planar_chain/commands_taken", JointTorque(), 1))
         self.assert_replay_refused("in.bag", "of type planar_chain/CommandTaken", "planar_chain/JointTorque")
 
     def test_commands_of_two_nodes_need_a_choice(self):
-        left = CommandTaken(number=1, sim_time=0.1, joint_torques=[1.0, 1.0])
+        left = CommandTaken(number=1, tick=31, sim_time=0.1, joint_torques=[1.0, 1.0])
         self.write("in.bag", ("/left/planar_chain/commands_taken", left, 1),
                    ("/right/planar_chain/commands_taken", self.COMMANDS[0], 2))
         self.assert_replay_refused("in.bag", "--node: expected one of /left/planar_chain, /right/planar_chain")
@@ -310,7 +315,7 @@ loads:
         self.assertEqual([str(message) for _, message in topics["/left/planar_chain/commands_taken"]], [str(left)])
 
     def test_a_command_that_is_wrong_here_is_refused_and_said(self):
-        self.write_commands("in.bag", [CommandTaken(number=1, sim_time=0.1, joint_torques=[1, 1, 1])])
+        self.write_commands("in.bag", [CommandTaken(number=1, tick=31, sim_time=0.1, joint_torques=[1, 1, 1])])
         result = self.run_tool("--duration", "1", "--commands", self.path("in.bag"))
         self.assertIn("0 taken, 1 refused", result.stdout)
         self.assertIn("expected 2 torques", result.stdout + result.stderr)

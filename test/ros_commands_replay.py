@@ -24,13 +24,14 @@ from ros_commands import publisher
 from ros_node import LIMIT, Listener, Node, Running, nanoseconds
 
 TOPICS = ['/joint_states', '/planar_chain/status', '/planar_chain/commands_taken', '/planar_chain/joint_torques']
+RATE = 200.0
 LINK = {'mass': 1.0, 'inertia': 0.1, 'com': [0.5, 0.0], 'pin': [1.0, 0.0], 'joint': {'damping': 0.05}}
 SCENE = {
     'chain': ['first', 'second', 'third'],
     'links': {name: dict(LINK) for name in ('first', 'second', 'third')},
     'loads': {'shake': {'joint': 'second_joint', 'torque': 1.0, 'frequency': 0.7}},
     'command_timeout': 0.3,
-    'publish': {'rate': 200.0, 'status_rate': 20.0},
+    'publish': {'rate': RATE, 'status_rate': 20.0},
 }
 
 
@@ -50,11 +51,12 @@ def wait_until_recorded(topics):
 
 
 def states_in(path):
-    """{ns of sim time: (q, qd, effort)}"""
+    """{tick: (q, qd, effort)}"""
     with rosbag.Bag(path) as bag:
-        _, status, _ = next(bag.read_messages('/planar_chain/status'))
-        start = nanoseconds(status) - round(status.sim_time * 1e9)
-        return {nanoseconds(message) - start: (message.position, message.velocity, message.effort)
+        # A status is stamped when its sim time has come, or somewhat later.
+        start = min(nanoseconds(status) * 1e-9 - status.sim_time
+                    for _, status, _ in bag.read_messages('/planar_chain/status'))
+        return {round((nanoseconds(message) * 1e-9 - start) * RATE): (message.position, message.velocity, message.effort)
                 for _, message, _ in bag.read_messages('/joint_states')}
 
 
@@ -99,7 +101,7 @@ class CommandsReplay(unittest.TestCase):
         recorded = states_in(self.path('node.bag'))
         simulate, = roslib.packages.find_node('planar_chain', 'simulate')
         said = subprocess.run(
-            [simulate, self.path('scene.yaml'), '--duration', str(max(recorded) / 1e9),
+            [simulate, self.path('scene.yaml'), '--duration', str(max(recorded) / RATE),
              '--commands', self.path('node.bag'), '--bag', self.path('again.bag')],
             check=True, stdout=subprocess.PIPE, universal_newlines=True, timeout=LIMIT).stdout
         return recorded, states_in(self.path('again.bag')), said
@@ -112,8 +114,8 @@ class CommandsReplay(unittest.TestCase):
         self.assertGreater(count, 100)
         self.assertIn('commands of /planar_chain: %d taken\n' % count, said)
         self.assertGreater(len(recorded), 200)
-        for stamp in sorted(set(recorded) - {0}):
-            self.assertEqual(again[stamp], recorded[stamp], '%d ns' % stamp)
+        for tick in sorted(set(recorded) - {0}):
+            self.assertEqual(again[tick], recorded[tick], 'tick %d' % tick)
 
 
 if __name__ == '__main__':

@@ -24,8 +24,8 @@ class Bags {
 
   virtual Simulation& simulation() = 0;
 
-  /// Simulation::advanceTo, where each recorded command acts from its own sim time on.
-  virtual bool advanceTo(double t) = 0;
+  /// Simulation::advanceTo for the time t of row k, after the commands that were taken before tick k.
+  virtual bool advanceTo(long long k, double t) = 0;
 
   /// Writes what the node publishes at tick k, to whose time the simulation has come; after a fault only
   /// the status, which names it. Nothing at tick 0, for time 0 is never stamped.

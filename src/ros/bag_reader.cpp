@@ -9,12 +9,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <cstdint>
 #include <set>
 #include <utility>
 
 #include "planar_chain/fault.h"
-#include "planar_chain/ros/pace.h"
 #include "planar_chain/value.h"
 
 namespace planar_chain {
@@ -39,7 +38,7 @@ std::optional<std::string> nodeOf(const std::string& topic, const std::string& n
 class Reader {
  public:
   Reader(const std::string& path, const std::optional<std::string>& node, double rate)
-      : path_(path), pace_(rate), bag_(path, rosbag::bagmode::Read) {
+      : path_(path), rate_(rate), bag_(path, rosbag::bagmode::Read) {
     for (const rosbag::ConnectionInfo* connection : rosbag::View(bag_).getConnections()) {
       topics_.insert(connection->topic);
     }
@@ -86,17 +85,21 @@ class Reader {
     std::sort(commands.begin(), commands.end(),
               [](const CommandTaken& a, const CommandTaken& b) { return a.number < b.number; });
 
-    double before = 0;
+    std::uint64_t before = 0;
     for (std::size_t i = 0; i < commands.size(); ++i) {
       const CommandTaken& command = commands[i];
       if (command.number != i + 1) {
         refuse(path_, "every command that the node took since its start",
                "number " + std::to_string(command.number) + " where " + std::to_string(i + 1) + " is due");
       }
-      if (!(std::isfinite(command.sim_time) && command.sim_time >= before)) {
-        refuse(path_, "sim times that do not go back", toText(command.sim_time));
+      if (command.tick < before) refuse(path_, "ticks that do not go back", std::to_string(command.tick));
+      before = command.tick;
+      // Taken before its tick, after the one before that.
+      const double ticks = command.sim_time * rate_;
+      if (!(std::abs(ticks - static_cast<double>(command.tick)) <= 1.01)) {
+        refuse(path_, "commands of a node with ticks of " + toText(rate_) + " Hz (publish/rate, or --rate)",
+               "tick " + std::to_string(command.tick) + " after " + toText(command.sim_time) + " s");
       }
-      before = command.sim_time;
     }
     return commands;
   }
@@ -108,43 +111,54 @@ class Reader {
     for (const std::string& name : received) topics.push_back(node_ + name);
 
     std::vector<CommandTaken> commands;
-    std::optional<double> now;
-    std::size_t early = 0;  // commands before the first state
+    std::optional<std::uint64_t> last;  // tick
     rosbag::View view(bag_, rosbag::TopicQuery(topics));
     for (const rosbag::MessageInstance& entry : view) {
       if (entry.getTopic() == states) {
-        now = simTimeOf(messageOf<sensor_msgs::JointState>(entry)->header.stamp, start);
-        for (; early < commands.size(); ++early) commands[early].sim_time = *now;
-        continue;
+        const std::uint64_t tick = tickOf(messageOf<sensor_msgs::JointState>(entry)->header.stamp, start);
+        if (!last) setTicks(commands.begin(), commands.end(), tick);
+        last = tick;
+      } else {
+        commands.push_back(commandOf(entry));
+        commands.back().number = commands.size();
+        if (last) setTicks(commands.end() - 1, commands.end(), *last + 1);
       }
-      CommandTaken command = commandOf(entry);
-      command.number = commands.size() + 1;
-      if (now) command.sim_time = *now;
-      commands.push_back(std::move(command));
-      if (now) early = commands.size();
     }
-    if (!now) refuse(path_, states + ", whose stamps tell when a command was taken", "none");
+    if (!last) refuse(path_, states + ", whose stamps tell when a command was taken", "none");
     return commands;
   }
 
-  /// The stamp of sim time 0, ns.
-  std::int64_t startOfSimTime() {
-    const std::string topic = node_ + "/status";
-    rosbag::View view(bag_, rosbag::TopicQuery(topic));
-    if (view.size() == 0) refuse(path_, topic + ", which tells when sim time began", "none");
-    const auto status = messageOf<SimStatus>(*view.begin());
-    return static_cast<std::int64_t>(status->header.stamp.toNSec()) - std::llround(status->sim_time * 1e9L);
+  using Iterator = std::vector<CommandTaken>::iterator;
+  void setTicks(Iterator command, Iterator end, std::uint64_t tick) const {
+    for (; command != end; ++command) {
+      command->tick = tick;
+      command->sim_time = static_cast<double>(tick > 0 ? tick - 1 : 0) / rate_;
+    }
   }
 
-  /// That of the tick with this stamp.
-  double simTimeOf(ros::Time stamp, std::int64_t start) const {
+  /// The stamp of sim time 0, ns: a status is stamped when its sim time has come, or somewhat later.
+  std::int64_t startOfSimTime() {
+    const std::string topic = node_ + "/status";
+    std::optional<std::int64_t> start;
+    rosbag::View view(bag_, rosbag::TopicQuery(topic));
+    for (const rosbag::MessageInstance& entry : view) {
+      const auto status = messageOf<SimStatus>(entry);
+      const std::int64_t its =
+          static_cast<std::int64_t>(status->header.stamp.toNSec()) - std::llround(status->sim_time * 1e9);
+      start = start ? std::min(*start, its) : its;
+    }
+    if (!start) refuse(path_, topic + ", which tells when sim time began", "none");
+    return *start;
+  }
+
+  std::uint64_t tickOf(ros::Time stamp, std::int64_t start) const {
     const std::int64_t elapsed = static_cast<std::int64_t>(stamp.toNSec()) - start;
-    const long long tick = pace_.nearest(static_cast<double>(elapsed) * 1e-9);
-    // Both stamps are rounded to ns.
-    const bool isTick = std::abs(pace_.nanosecondsOf(tick) - elapsed) <= 1;
-    const double time = isTick ? pace_.timeOf(tick) : static_cast<double>(elapsed) * 1e-9;
-    if (time < 0) refuse(path_, "stamps of joint_states after the start of sim time", toText(time) + " s");
-    return time;
+    const long long tick = std::llround(static_cast<double>(elapsed) * 1e-9 * rate_);
+    if (tick < 0) {
+      refuse(path_, "joint_states after the start of sim time",
+             toText(static_cast<double>(elapsed) * 1e-9) + " s");
+    }
+    return static_cast<std::uint64_t>(tick);
   }
 
   CommandTaken commandOf(const rosbag::MessageInstance& entry) const {
@@ -160,7 +174,7 @@ class Reader {
   }
 
   const std::string& path_;
-  Pace pace_;
+  double rate_;  ///< of ticks, Hz
   rosbag::Bag bag_;
   std::set<std::string> topics_;
   std::string node_;

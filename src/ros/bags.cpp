@@ -5,6 +5,7 @@
 #include <ros/names.h>
 #include <ros/time.h>
 
+#include <cstdint>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -43,16 +44,9 @@ class NodeWithoutRos : public Bags {
 
   Simulation& simulation() override { return simulation_; }
 
-  bool advanceTo(double t) override {
-    if (!recorded_) return simulation_.advanceTo(t);
-    for (; next_ < recorded_->commands.size() && recorded_->commands[next_].sim_time < t; ++next_) {
-      const CommandTaken& command = recorded_->commands[next_];
-      if (!simulation_.advanceTo(command.sim_time)) return false;
-      if (!commands_.take(command)) {
-        ++refused_;
-      } else if (writer_) {
-        writer_->command(command);
-      }
+  bool advanceTo(long long k, double t) override {
+    while (hasNext() && recorded_->commands[next_].tick <= static_cast<std::uint64_t>(k)) {
+      take(recorded_->commands[next_++]);
     }
     return simulation_.advanceTo(t);
   }
@@ -74,13 +68,24 @@ class NodeWithoutRos : public Bags {
     if (late > 0) text << ", " << late << " after the end";
     if (!recorded_->isExact) {
       text << "\n  the bag has no " << recorded_->node
-           << "/commands_taken: each acts from the tick at which it was recorded, which need not be the node's";
+           << "/commands_taken: each acts from the tick at which it was recorded, which need not be the "
+              "node's";
     }
     text << '\n';
     return text.str();
   }
 
  private:
+  bool hasNext() const { return recorded_ && next_ < recorded_->commands.size(); }
+
+  void take(const CommandTaken& command) {
+    if (!commands_.take(command)) {
+      ++refused_;
+    } else if (writer_) {
+      writer_->command(command);
+    }
+  }
+
   Simulation simulation_;
   Commands commands_;
   std::optional<RecordedCommands> recorded_;

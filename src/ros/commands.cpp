@@ -63,8 +63,8 @@ Commands::Commands(Simulation& simulation) : simulation_(simulation) {
   }
 }
 
-Commands::Commands(ros::NodeHandle& node, Simulation& simulation) : Commands(simulation) {
-  takenOut_ = node.advertise<CommandTaken>("commands_taken", queueSize);
+Commands::Commands(ros::NodeHandle& node, Simulation& simulation, CommandLog& log) : Commands(simulation) {
+  log_ = &log;
   subscribers_ = {node.subscribe("joint_torques", queueSize, &Commands::takeJointTorques, this),
                   node.subscribe("joint_torque", queueSize, &Commands::takeJointTorque, this),
                   node.subscribe("link_force", queueSize, &Commands::takeLinkForce, this)};
@@ -88,7 +88,7 @@ void Commands::takeJointTorques(const std_msgs::Float64MultiArray& message) {
     simulation_.holdTorque(static_cast<int>(i), message.data[i], heldUntil());
   }
   jointTorquesTaken_ = simulation_.time();
-  tell([&](CommandTaken& taken) { taken.joint_torques = message.data; });
+  log([&](CommandTaken& taken) { taken.joint_torques = message.data; });
 }
 
 void Commands::takeJointTorque(const JointTorque& message) {
@@ -105,7 +105,7 @@ void Commands::takeJointTorque(const JointTorque& message) {
     simulation_.holdTorque(joint, message.torque, heldUntil());
   }
   jointTorqueTaken_ = simulation_.time();
-  tell([&](CommandTaken& taken) { taken.joint_torque.push_back(message); });
+  log([&](CommandTaken& taken) { taken.joint_torque.push_back(message); });
 }
 
 void Commands::takeLinkForce(const LinkForce& message) {
@@ -131,7 +131,7 @@ void Commands::takeLinkForce(const LinkForce& message) {
     simulation_.holdForce(link, point, force, message.moment, heldUntil());
   }
   linkForceTaken_ = simulation_.time();
-  tell([&](CommandTaken& taken) { taken.link_force.push_back(message); });
+  log([&](CommandTaken& taken) { taken.link_force.push_back(message); });
 }
 
 bool Commands::refused(const std::vector<Fault>& faults) {
@@ -146,16 +146,9 @@ bool Commands::refused(const std::vector<Fault>& faults) {
   return true;
 }
 
-/// Counts every command; makes the message while somebody listens.
 template <class Fill>
-void Commands::tell(Fill&& fill) {
-  ++accepted_;
-  if (takenOut_.getNumSubscribers() == 0) return;
-  CommandTaken taken;
-  taken.number = accepted_;
-  taken.sim_time = simulation_.time();
-  fill(taken);
-  takenOut_.publish(taken);
+void Commands::log(Fill&& fill) {
+  if (log_) log_->add(fill);
 }
 
 bool Commands::take(const CommandTaken& recorded) {

@@ -60,7 +60,11 @@ Node::Node(const Scene& scene)
     : settings_(onWallTime(scene).publish),
       frames_(framesOf(scene, ros::this_node::getNamespace())),
       simulation_(scene, Commands::capacity),
-      commands_(inner_, simulation_),
+      log_(inner_,
+           [this] {
+             return CommandLog::Instant{next_, simulation_.time()};
+           }),
+      commands_(inner_, simulation_, log_),
       messages_(scene, frames_),
       pace_(settings_.rate),
       factor_(1 + static_cast<int>(std::ceil(factorSeconds * settings_.statusRate))) {

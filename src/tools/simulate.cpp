@@ -262,8 +262,9 @@ int simulate(int argc, char** argv) {
   {
     Progress progress(rows.time(rows.last()));
     for (double k = 0; isGood && k <= rows.last(); ++k) {
-      isGood = bags ? bags->advanceTo(rows.time(k)) : simulation.advanceTo(rows.time(k));
-      if (bags && rows.isTick(k)) bags->tick(static_cast<long long>(k));
+      const auto row = static_cast<long long>(k);
+      isGood = bags ? bags->advanceTo(row, rows.time(k)) : simulation.advanceTo(rows.time(k));
+      if (bags && rows.isTick(k)) bags->tick(row);
       if (isGood && csv) csv->row(simulation);
       progress.show(simulation.time());
     }

@@ -1,6 +1,6 @@
 #pragma once
 
-/// The commands that a bag holds, and the sim time at which the node took each.
+/// The commands that a bag holds, and the tick before which the node took each.
 
 #include <planar_chain/CommandTaken.h>
 
@@ -13,12 +13,12 @@ namespace planar_chain {
 struct RecordedCommands {
   std::string node;                    ///< whose they were, such as /left/planar_chain
   std::vector<CommandTaken> commands;  ///< in the order in which they were taken
-  bool isExact;                        ///< sim times are the node's own; else the recorder's
+  bool isExact;                        ///< ticks are the node's own; else the recorder's
 };
 
-/// From ~commands_taken where the bag has it: sim times are exact, and none may be missing. Otherwise from
-/// ~joint_torques, ~joint_torque and ~link_force: a command is taken to act from the tick of the joint_states
-/// that were received last before it, where ~status tells at which stamp sim time began.
+/// From ~commands_taken where the bag has it: ticks are exact, and none may be missing. Otherwise from
+/// ~joint_torques, ~joint_torque and ~link_force: a command is taken to come after the joint_states
+/// that were received last before it, and ~status tells at which stamp sim time began.
 /// `node`: whose; absent: the bag must hold the commands of one only. `rate`: of the ticks, Hz.
 /// @throws Refused when the file is no bag that can be read, or holds no such commands, or not all
 RecordedCommands readCommands(const std::string& path, const std::optional<std::string>& node, double rate);

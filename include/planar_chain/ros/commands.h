@@ -2,12 +2,10 @@
 
 /// The commands: topics in, checked as a whole, then handed to the simulation.
 
-#include <planar_chain/CommandTaken.h>
 #include <planar_chain/JointTorque.h>
 #include <planar_chain/LinkForce.h>
 #include <planar_chain/SimStatus.h>
 #include <ros/node_handle.h>
-#include <ros/publisher.h>
 #include <ros/subscriber.h>
 #include <std_msgs/Float64MultiArray.h>
 
@@ -17,6 +15,7 @@
 #include <vector>
 
 #include "planar_chain/fault.h"
+#include "planar_chain/ros/command_log.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain {
@@ -30,9 +29,9 @@ class Commands {
 
   /// Takes what take() is given, and nothing else.
   explicit Commands(Simulation& simulation);
-  /// Subscribes to ~joint_torques, ~joint_torque and ~link_force under `node`, and tells on ~commands_taken
-  /// what it took.
-  Commands(ros::NodeHandle& node, Simulation& simulation);
+  /// Subscribes to ~joint_torques, ~joint_torque and ~link_force under `node`; what is accepted goes into
+  /// `log`.
+  Commands(ros::NodeHandle& node, Simulation& simulation, CommandLog& log);
 
   /// A command that was recorded, from the simulation's present time on. @returns false: refused
   bool take(const CommandTaken& recorded);
@@ -47,21 +46,20 @@ class Commands {
 
   bool refused(const std::vector<Fault>& faults);
   template <class Fill>
-  void tell(Fill&& fill);
+  void log(Fill&& fill);
   double heldUntil() const;
 
   static constexpr double never = -1;
 
   Simulation& simulation_;
+  CommandLog* log_ = nullptr;
   std::map<std::string, int> joints_, links_;  ///< index by name
   double jointTorquesTaken_ = never;           ///< sim time of the last accepted message, s
   double jointTorqueTaken_ = never;
   double linkForceTaken_ = never;
-  std::uint64_t accepted_ = 0;
   std::uint64_t rejected_ = 0;
   std::string lastRejection_;
   std::vector<ros::Subscriber> subscribers_;
-  ros::Publisher takenOut_;
 };
 
 }  // namespace planar_chain

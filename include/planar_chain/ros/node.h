@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 
+#include "planar_chain/ros/command_log.h"
 #include "planar_chain/ros/commands.h"
 #include "planar_chain/ros/frames.h"
 #include "planar_chain/ros/messages.h"
@@ -46,6 +47,7 @@ class Node {
   PublishSettings settings_;
   Frames frames_;
   Simulation simulation_;
+  CommandLog log_;
   Commands commands_;
   Messages messages_;
   SimStatus status_;

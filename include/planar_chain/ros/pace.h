@@ -3,7 +3,6 @@
 /// Wall time cut into ticks. Times are s on a steady clock since the start; tick k belongs to sim time
 /// k/rate, computed from the index.
 
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -16,8 +15,6 @@ class Pace {
   double timeOf(long long tick) const { return static_cast<double>(tick) / rate_; }
   /// The same, rounded to whole ns.
   std::int64_t nanosecondsOf(long long tick) const;
-  /// The tick whose time is closest to `time`.
-  long long nearest(double time) const { return std::llround(time * rate_); }
 
   /// The last tick whose time has come at `now`.
   long long due(double now) const;
