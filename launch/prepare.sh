@@ -21,6 +21,7 @@ if [ -e /opt/ros/noetic/setup.bash ]; then
 else
   # Debian splits a message package in three: definitions (ros-…), C++ (lib…-dev), python.
   to_run=("${to_build[@]}" catkin ros-message-generation ros-message-runtime libroscpp-dev libtf2-ros-dev
+    librosbag-storage-dev libros-rosgraph-msgs-dev python3-rosgraph-msgs
     ros-{std,geometry}-msgs lib{std,geometry,sensor,tf2}-msgs-dev python3-{std,geometry,sensor,tf2}-msgs
     python3-{roslaunch,rosbag,rostopic} rosbash rosout rviz)
   to_test=(librostest-dev python3-rostest)
