@@ -4,24 +4,20 @@
 
 namespace planar_chain {
 
-namespace {
-
-std::string oneLineEach(const std::vector<Fault>& faults) {
-  std::string lines;
-  for (const Fault& fault : faults) {
-    if (!lines.empty()) lines += '\n';
-    lines += toString(fault);
-  }
-  return lines;
-}
-
-}  // namespace
-
 std::string toString(const Fault& fault) {
   return fault.path + ": expected " + fault.expected + ", got " + fault.found;
 }
 
+std::string toString(const std::vector<Fault>& faults, const char* between) {
+  std::string text;
+  for (const Fault& fault : faults) {
+    if (!text.empty()) text += between;
+    text += toString(fault);
+  }
+  return text;
+}
+
 Refused::Refused(std::vector<Fault> faults)
-    : std::invalid_argument(oneLineEach(faults)), faults_(std::move(faults)) {}
+    : std::invalid_argument(toString(faults, "\n")), faults_(std::move(faults)) {}
 
 }  // namespace planar_chain

@@ -209,11 +209,11 @@ class Bags(unittest.TestCase):
                 bag.write(topic, message, time_of(received))
 
     COMMANDS = [
-        CommandTaken(number=1, tick=31, sim_time=30 / 300, joint_torque=[JointTorque(joint="lower_joint", torque=2.0, duration=0.0373)]),
-        CommandTaken(number=2, tick=61, sim_time=60 / 300, joint_torques=[0.5, -0.5]),
-        CommandTaken(number=3, tick=61, sim_time=60 / 300, joint_torque=[JointTorque(joint="upper_joint", torque=1.5, duration=0.0)]),
-        CommandTaken(number=4, tick=91, sim_time=90 / 300,
-                     link_force=[LinkForce(link="lower", point=Point(0.0, 0.0, 0.0), force=Vector3(3.0, 1.0, 0.0), moment=0.2, duration=0.25)])]
+        CommandTaken(number=1, tick=31, scene_time=30 / 300, kind=CommandTaken.JOINT_TORQUE, joint_torque=[JointTorque(joint="lower_joint", torque=2.0, duration=0.0373)]),
+        CommandTaken(number=2, tick=61, scene_time=60 / 300, joint_torques=[0.5, -0.5]),
+        CommandTaken(number=3, tick=61, scene_time=60 / 300, kind=CommandTaken.JOINT_TORQUE, joint_torque=[JointTorque(joint="upper_joint", torque=1.5, duration=0.0)]),
+        CommandTaken(number=4, tick=91, scene_time=90 / 300,
+                     kind=CommandTaken.LINK_FORCE, link_force=[LinkForce(link="lower", point=Point(0.0, 0.0, 0.0), force=Vector3(3.0, 1.0, 0.0), moment=0.2, duration=0.25)])]
 
     def write_commands(self, name, commands, node="/planar_chain"):
         self.write(name, *((node + "/commands_taken", command, 10**9 + i) for i, command in enumerate(commands)))
@@ -265,7 +265,7 @@ loads:
         raw = [("joint_torque", exact[0].joint_torque[0]), ("joint_torques", Float64MultiArray(data=[0.5, -0.5])),
                ("joint_torque", exact[2].joint_torque[0]), ("link_force", exact[3].link_force[0])]
         for i, (topic, message) in enumerate(raw):
-            received = start + stamp_of(round(exact[i].sim_time * 300)) + late + 1000 * (i + 1)
+            received = start + stamp_of(round(exact[i].scene_time * 300)) + late + 1000 * (i + 1)
             messages.append(("/planar_chain/" + topic, message, received))
         self.write("raw.bag", *messages)
         said = self.simulate("--duration", "1", "--commands", self.path("raw.bag"), "--bag", self.path("out.bag"))
@@ -296,8 +296,8 @@ loads:
         with open(self.path("cut.bag"), "wb") as file:
             file.write(self.bytes_of("bare.bag")[:9000])
         self.assert_replay_refused("cut.bag", "expected a bag that can be read")
-        for sim_time in (-1, math.nan, math.inf, 0.2):
-            self.write_commands("in.bag", [CommandTaken(number=1, tick=31, sim_time=sim_time, joint_torques=[0, 0])])
+        for scene_time in (-1, math.nan, math.inf, 0.2):
+            self.write_commands("in.bag", [CommandTaken(number=1, tick=31, scene_time=scene_time, joint_torques=[0, 0])])
             self.assert_replay_refused("in.bag", "expected commands of a node with ticks of 300 Hz", "tick 31")
         self.write_commands("in.bag", [CommandTaken(number=1, tick=1, joint_torques=[0, 0]),
                                        CommandTaken(number=2, tick=0, joint_torques=[0, 0])])
@@ -306,7 +306,7 @@ loads:
         self.assert_replay_refused("in.bag", "of type planar_chain/CommandTaken", "planar_chain/JointTorque")
 
     def test_commands_of_two_nodes_need_a_choice(self):
-        left = CommandTaken(number=1, tick=31, sim_time=0.1, joint_torques=[1.0, 1.0])
+        left = CommandTaken(number=1, tick=31, scene_time=0.1, joint_torques=[1.0, 1.0])
         self.write("in.bag", ("/left/planar_chain/commands_taken", left, 1),
                    ("/right/planar_chain/commands_taken", self.COMMANDS[0], 2))
         self.assert_replay_refused("in.bag", "--node: expected one of /left/planar_chain, /right/planar_chain")
@@ -315,7 +315,7 @@ loads:
         self.assertEqual([str(message) for _, message in topics["/left/planar_chain/commands_taken"]], [str(left)])
 
     def test_a_command_that_is_wrong_here_is_refused_and_said(self):
-        self.write_commands("in.bag", [CommandTaken(number=1, tick=31, sim_time=0.1, joint_torques=[1, 1, 1])])
+        self.write_commands("in.bag", [CommandTaken(number=1, tick=31, scene_time=0.1, joint_torques=[1, 1, 1])])
         result = self.run_tool("--duration", "1", "--commands", self.path("in.bag"))
         self.assertIn("0 taken, 1 refused", result.stdout)
         self.assertIn("expected 2 torques", result.stdout + result.stderr)

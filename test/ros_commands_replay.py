@@ -17,8 +17,10 @@ import rostest
 import yaml
 from geometry_msgs.msg import Point, Vector3
 from planar_chain.msg import JointTorque, LinkForce, SimStatus
+from planar_chain.srv import SetState, Step
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import Trigger
 
 from ros_commands import publisher
 from ros_node import LIMIT, Listener, Node, Running, nanoseconds
@@ -50,12 +52,13 @@ def wait_until_recorded(topics):
         rospy.rostime.wallsleep(0.05)
 
 
-def states_in(path):
-    """{tick: (q, qd, effort)}"""
+def states_in(path, start=None):
+    """{tick: (q, qd, effort)}; start: the stamp of tick 0, s"""
     with rosbag.Bag(path) as bag:
-        # A status is stamped when its sim time has come, or somewhat later.
-        start = min(nanoseconds(status) * 1e-9 - status.sim_time
-                    for _, status, _ in bag.read_messages('/planar_chain/status'))
+        if start is None:
+            # A status is stamped when its sim time has come, or somewhat later.
+            start = min(nanoseconds(status) * 1e-9 - status.sim_time
+                        for _, status, _ in bag.read_messages('/planar_chain/status'))
         return {round((nanoseconds(message) * 1e-9 - start) * RATE): (message.position, message.velocity, message.effort)
                 for _, message, _ in bag.read_messages('/joint_states')}
 
@@ -69,46 +72,49 @@ class CommandsReplay(unittest.TestCase):
     def path(self, name):
         return os.path.join(self.folder, name)
 
-    def record(self):
-        """A node that is pushed some hundred times."""
+    def record(self, scene, between):
+        """A node that is pushed some hundred times; between(i, states): what else is asked of it."""
         states = Listener('/joint_states', JointState)
         statuses = Listener('/planar_chain/status', SimStatus)
-        with Node(SCENE):
+        with Node(scene):
             with Running('rosbag', 'record', '-q', '-O', self.path('node.bag'), *TOPICS):
                 torques = publisher('/planar_chain/joint_torques', Float64MultiArray)
                 torque = publisher('/planar_chain/joint_torque', JointTorque)
                 force = publisher('/planar_chain/link_force', LinkForce)
                 wait_until_recorded(['/joint_states', '/planar_chain/status', '/planar_chain/commands_taken'])
                 chance = random.Random(1)
-                for _ in range(30):
+                states.wait_for_count(1)
+                for i in range(30):
                     # Several in one tick, on topics whose order is the node's to say, some of them wrong.
                     for _ in range(chance.randint(1, 4)):
                         torques.publish(data=[chance.uniform(-2, 2) for _ in range(chance.choice([3, 3, 3, 2]))])
                         torque.publish(joint=chance.choice(['first_joint', 'third_joint', 'elbow']),
-                                       torque=chance.uniform(-3, 3), duration=chance.choice([0, 0.0373, 0.2]))
+                                       torque=chance.uniform(-3, 3), duration=chance.choice([0, 0.0373, 0.2]),
+                                       start=states.messages[-1].header.stamp + rospy.Duration(chance.choice([0.05, 0.1])))
                         force.publish(link='third', point=Point(chance.uniform(0, 1), 0, 0),
                                       force=Vector3(chance.uniform(-5, 5), 1, 0),
                                       moment=chance.uniform(-1, 1), duration=chance.choice([0, 0.0123]))
                     states.wait_for_count(len(states.messages) + chance.randint(1, 12))
+                    between(i, states)
                 last = statuses.wait_for(lambda status: status.link_force_age > 0.5)
         self.assertGreater(statuses.messages[last].rejected_commands, 0)
         states.close()
         statuses.close()
 
-    def replay(self):
+    def replay(self, scene, start):
         with open(self.path('scene.yaml'), 'w') as file:
-            yaml.safe_dump(SCENE, file)
-        recorded = states_in(self.path('node.bag'))
+            yaml.safe_dump(scene, file)
+        recorded = states_in(self.path('node.bag'), start)
         simulate, = roslib.packages.find_node('planar_chain', 'simulate')
         said = subprocess.run(
             [simulate, self.path('scene.yaml'), '--duration', str(max(recorded) / RATE),
              '--commands', self.path('node.bag'), '--bag', self.path('again.bag')],
             check=True, stdout=subprocess.PIPE, universal_newlines=True, timeout=LIMIT).stdout
-        return recorded, states_in(self.path('again.bag')), said
+        return recorded, states_in(self.path('again.bag'), 0), said
 
-    def test_recorded_commands_give_the_recorded_motion(self):
-        self.record()
-        recorded, again, said = self.replay()
+    def check(self, scene, start, between=lambda i, states: None):
+        self.record(scene, between)
+        recorded, again, said = self.replay(scene, start)
         with rosbag.Bag(self.path('node.bag')) as bag:
             count = bag.get_message_count('/planar_chain/commands_taken')
         self.assertGreater(count, 100)
@@ -116,6 +122,36 @@ class CommandsReplay(unittest.TestCase):
         self.assertGreater(len(recorded), 200)
         for tick in sorted(set(recorded) - {0}):
             self.assertEqual(again[tick], recorded[tick], 'tick %d' % tick)
+        return recorded
+
+    def test_commands_by_the_wall_clock(self):
+        self.check(SCENE, None)
+
+    def test_steps_new_states_and_resets_by_the_nodes_own_clock(self):
+        def call(name, service, **request):
+            response = rospy.ServiceProxy('/planar_chain/' + name, service)(**request)
+            self.assertTrue(response.success, response.message)
+
+        def between(i, states):
+            if i % 7 == 1:
+                call('step', Step, torques=[0.5, 0.1 * i, 0.0], n=5)
+                call('step', Step, n=3)
+                call('resume', Trigger)
+            elif i == 5:
+                call('set_state', SetState, q=[0.3, -0.2, 0.1], qd=[0.0, 1.0, 0.0])
+            elif i == 11:
+                call('clear_commands', Trigger)
+            elif i == 13:
+                call('reset', Trigger)
+            elif i == 14:
+                call('pause', Trigger)
+                call('reset', Trigger)
+                call('step', Step, n=2)
+                call('resume', Trigger)
+
+        recorded = self.check(dict(SCENE, real_time_factor=1.0), 0, between)
+        first = ((0.0,) * 3, (0.0,) * 3)
+        self.assertGreaterEqual([state[:2] for state in recorded.values()].count(first), 1)
 
 
 if __name__ == '__main__':

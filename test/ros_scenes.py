@@ -66,13 +66,6 @@ class Scenes(unittest.TestCase):
         self.assert_refused({}, ['/planar_chain/chain: expected a scene in the node\'s parameters '
                                  '(roslaunch planar_chain sim.launch scene:=double_pendulum'])
 
-    def test_a_clock_of_somebody_else_is_refused(self):
-        rospy.set_param('/use_sim_time', True)
-        try:
-            self.assert_refused(load(GOOD[0]), ['/use_sim_time: expected false'])
-        finally:
-            rospy.delete_param('/use_sim_time')
-
     def test_every_scene_that_ships_runs(self):
         self.assertTrue(GOOD)
         for path in GOOD:

@@ -17,6 +17,8 @@ struct Fault {
 
 /// "links/lower/mass: expected a number > 0 kg, got \"heavy\""
 std::string toString(const Fault& fault);
+/// All of them, in one line if nothing else is said.
+std::string toString(const std::vector<Fault>& faults, const char* between = "; ");
 
 /// Thrown by whatever takes input from outside. what() has one line a fault.
 class Refused : public std::invalid_argument {

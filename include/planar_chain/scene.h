@@ -70,6 +70,9 @@ struct Scene {
   IntegratorSettings integrator;
   PublishSettings publish;
   double commandTimeout = 0;  ///< s of sim time after which a held command lapses; 0: never
+  /// Sim time per wall time where the node owns /clock, 0: as fast as it goes; absent: it does not. Node
+  /// only.
+  std::optional<double> realTimeFactor = std::nullopt;
 };
 
 }  // namespace planar_chain

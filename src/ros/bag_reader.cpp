@@ -86,6 +86,7 @@ class Reader {
               [](const CommandTaken& a, const CommandTaken& b) { return a.number < b.number; });
 
     std::uint64_t before = 0;
+    bool isFirstScene = true;  // before any reset
     for (std::size_t i = 0; i < commands.size(); ++i) {
       const CommandTaken& command = commands[i];
       if (command.number != i + 1) {
@@ -94,11 +95,12 @@ class Reader {
       }
       if (command.tick < before) refuse(path_, "ticks that do not go back", std::to_string(command.tick));
       before = command.tick;
+      isFirstScene = isFirstScene && command.kind != CommandTaken::RESET;
       // Taken before its tick, after the one before that.
-      const double ticks = command.sim_time * rate_;
+      const double ticks = isFirstScene ? command.scene_time * rate_ : static_cast<double>(command.tick);
       if (!(std::abs(ticks - static_cast<double>(command.tick)) <= 1.01)) {
         refuse(path_, "commands of a node with ticks of " + toText(rate_) + " Hz (publish/rate, or --rate)",
-               "tick " + std::to_string(command.tick) + " after " + toText(command.sim_time) + " s");
+               "tick " + std::to_string(command.tick) + " after " + toText(command.scene_time) + " s");
       }
     }
     return commands;
@@ -119,7 +121,7 @@ class Reader {
         if (!last) setTicks(commands.begin(), commands.end(), tick);
         last = tick;
       } else {
-        commands.push_back(commandOf(entry));
+        commands.push_back(commandOf(entry, start));
         commands.back().number = commands.size();
         if (last) setTicks(commands.end() - 1, commands.end(), *last + 1);
       }
@@ -132,7 +134,7 @@ class Reader {
   void setTicks(Iterator command, Iterator end, std::uint64_t tick) const {
     for (; command != end; ++command) {
       command->tick = tick;
-      command->sim_time = static_cast<double>(tick > 0 ? tick - 1 : 0) / rate_;
+      command->scene_time = static_cast<double>(tick > 0 ? tick - 1 : 0) / rate_;
     }
   }
 
@@ -161,15 +163,22 @@ class Reader {
     return static_cast<std::uint64_t>(tick);
   }
 
-  CommandTaken commandOf(const rosbag::MessageInstance& entry) const {
+  CommandTaken commandOf(const rosbag::MessageInstance& entry, std::int64_t simStart) const {
     CommandTaken command;
+    ros::Time start;
     if (entry.getTopic() == node_ + received[0]) {
+      command.kind = CommandTaken::JOINT_TORQUES;
       command.joint_torques = messageOf<std_msgs::Float64MultiArray>(entry)->data;
     } else if (entry.getTopic() == node_ + received[1]) {
+      command.kind = CommandTaken::JOINT_TORQUE;
       command.joint_torque.push_back(*messageOf<JointTorque>(entry));
+      start = command.joint_torque.back().start;
     } else {
+      command.kind = CommandTaken::LINK_FORCE;
       command.link_force.push_back(*messageOf<LinkForce>(entry));
+      start = command.link_force.back().start;
     }
+    command.start = static_cast<double>(static_cast<std::int64_t>(start.toNSec()) - simStart) * 1e-9;
     return command;
   }
 

@@ -21,7 +21,7 @@ BagWriter::BagWriter(const std::string& path, const Scene& scene, const std::str
   status_.header.frame_id = frames_.base;
 }
 
-void BagWriter::tick(long long k, const Simulation& simulation, const Commands& commands) {
+void BagWriter::tick(long long k, double simTime, const Simulation& simulation, const Commands& commands) {
   ros::Time stamp;
   stamp.fromNSec(static_cast<std::uint64_t>(pace_.nanosecondsOf(k)));
 
@@ -32,7 +32,7 @@ void BagWriter::tick(long long k, const Simulation& simulation, const Commands& 
 
   const bool isGood = simulation.fault().empty();
   if (isGood) writeState(k, stamp, simulation);
-  if (!isGood || pace_.falls(k, settings_.statusRate)) writeStatus(stamp, simulation, commands);
+  if (!isGood || pace_.falls(k, settings_.statusRate)) writeStatus(stamp, simTime, simulation, commands);
 }
 
 void BagWriter::writeState(long long k, ros::Time stamp, const Simulation& simulation) {
@@ -50,9 +50,12 @@ void BagWriter::writeState(long long k, ros::Time stamp, const Simulation& simul
   }
 }
 
-void BagWriter::writeStatus(ros::Time stamp, const Simulation& simulation, const Commands& commands) {
+void BagWriter::writeStatus(ros::Time stamp, double simTime, const Simulation& simulation,
+                            const Commands& commands) {
   status_.header.stamp = stamp;
   describe(simulation, status_);
+  status_.sim_time = simTime;
+  if (!simulation.fault().empty()) status_.standstill = standstillByFault;
   commands.describe(status_);
   file_.write(statusOut_, stamp, status_);
 }

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <sstream>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "planar_chain/ros/bag_reader.h"
 #include "planar_chain/ros/bag_writer.h"
 #include "planar_chain/ros/commands.h"
+#include "planar_chain/ros/pace.h"
 #include "planar_chain/value.h"
 
 namespace planar_chain {
@@ -33,10 +35,13 @@ std::optional<std::string> fullName(const std::optional<std::string>& node) {
   return name;
 }
 
+/// Ticks as the node's do, and takes what was recorded as the node takes it.
 class NodeWithoutRos : public Bags {
  public:
   NodeWithoutRos(const Scene& scene, const BagArguments& given)
-      : simulation_(scene, Commands::capacity), commands_(simulation_) {
+      : pace_(scene.publish.rate),
+        simulation_(scene, Commands::capacity),
+        commands_(simulation_, [this](ros::Time) { return recorded_->commands[next_].start; }) {
     const std::optional<std::string> node = fullName(given.node);
     if (given.commands) recorded_ = readCommands(*given.commands, node, scene.publish.rate);
     if (given.out) writer_.emplace(*given.out, scene, node ? *node : recorded_ ? recorded_->node : usualNode);
@@ -45,14 +50,21 @@ class NodeWithoutRos : public Bags {
   Simulation& simulation() override { return simulation_; }
 
   bool advanceTo(long long k, double t) override {
-    while (hasNext() && recorded_->commands[next_].tick <= static_cast<std::uint64_t>(k)) {
-      take(recorded_->commands[next_++]);
+    for (; hasNext() && recorded_->commands[next_].tick <= static_cast<std::uint64_t>(k); ++next_) {
+      const CommandTaken& command = recorded_->commands[next_];
+      if (!take(command)) {
+        ++refused_;
+      } else if (writer_) {
+        writer_->command(command);
+      }
     }
-    return simulation_.advanceTo(t);
+    const bool isTick = t == pace_.timeOf(k);
+    return simulation_.advanceTo(isTick ? pace_.timeOf(k - origin_) : t - pace_.timeOf(origin_));
   }
 
   void tick(long long k) override {
-    if (writer_ && k > 0) writer_->tick(k, simulation_, commands_);
+    if (writer_ && k > 0)
+      writer_->tick(k, pace_.timeOf(origin_) + simulation_.time(), simulation_, commands_);
   }
 
   void close() override {
@@ -78,14 +90,42 @@ class NodeWithoutRos : public Bags {
  private:
   bool hasNext() const { return recorded_ && next_ < recorded_->commands.size(); }
 
-  void take(const CommandTaken& command) {
-    if (!commands_.take(command)) {
-      ++refused_;
-    } else if (writer_) {
-      writer_->command(command);
+  bool take(const CommandTaken& command) {
+    const auto tick = static_cast<long long>(command.tick);
+    // After a fault the node stands between two ticks.
+    if (command.kind == CommandTaken::SET_STATE && command.scene_time > simulation_.time()) {
+      simulation_.advanceTo(command.scene_time);
+    }
+    switch (command.kind) {
+      case CommandTaken::CLEAR_COMMANDS:
+        simulation_.clearCommands();
+        return true;
+      case CommandTaken::SET_STATE:
+        return isSet(command);
+      case CommandTaken::STEP:
+        if (tick == origin_) --origin_;
+        return command.joint_torques.empty() || commands_.hold(command.joint_torques, "torques").empty();
+      case CommandTaken::RESET:
+        simulation_.reset();
+        commands_.forget();
+        origin_ = tick;
+        return true;
+      default:
+        return commands_.take(command);
     }
   }
 
+  bool isSet(const CommandTaken& command) {
+    try {
+      simulation_.setState(command.q, command.qd);
+    } catch (const std::invalid_argument&) {
+      return false;
+    }
+    return true;
+  }
+
+  Pace pace_;
+  long long origin_ = 0;  ///< the tick of scene time 0
   Simulation simulation_;
   Commands commands_;
   std::optional<RecordedCommands> recorded_;

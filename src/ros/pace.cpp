@@ -8,23 +8,19 @@ std::int64_t Pace::nanosecondsOf(long long tick) const {
   return std::llround(static_cast<long double>(tick) * 1e9L / static_cast<long double>(rate_));
 }
 
-long long Pace::due(double now) const {
-  return static_cast<long long>(std::floor((now - givenUp_) * rate_));
-}
-
-double Pace::giveUp(double now, long long next, double patience) {
-  const double behind = now - givenUp_ - timeOf(next);
-  if (behind <= patience) return 0;
-  givenUp_ += behind;
-  return behind;
-}
-
 bool Pace::falls(long long tick, double frequency) const {
   // A millionth of a period forgives the rounding of the quotient.
   const auto happened = [&](long long k) {
     return std::floor(static_cast<double>(k) * frequency / rate_ + 1e-6);
   };
   return tick == 0 || happened(tick) > happened(tick - 1);
+}
+
+bool Every::falls(double now) {
+  if (now < next_) return false;
+  next_ += period_;
+  if (next_ <= now) next_ = now + period_;
+  return true;
 }
 
 double RealTimeFactor::sample(double simTime, double wallTime) {

@@ -32,15 +32,16 @@ class BagWriter {
   /// A command that was taken since the last tick.
   void command(const CommandTaken& taken) { taken_.push_back(taken); }
 
-  /// Everything that a node publishes at tick k ≥ 1; after a fault only the status.
+  /// Everything that a node publishes at tick k ≥ 1; after a fault only the status. simTime: s simulated so
+  /// far, resets or not.
   /// @throws std::runtime_error when the disk is full or the like
-  void tick(long long k, const Simulation& simulation, const Commands& commands);
+  void tick(long long k, double simTime, const Simulation& simulation, const Commands& commands);
 
   void close() { file_.close(); }
 
  private:
   void writeState(long long k, ros::Time stamp, const Simulation& simulation);
-  void writeStatus(ros::Time stamp, const Simulation& simulation, const Commands& commands);
+  void writeStatus(ros::Time stamp, double simTime, const Simulation& simulation, const Commands& commands);
 
   PublishSettings settings_;
   Frames frames_;

@@ -1,6 +1,7 @@
 #pragma once
 
-/// ~commands_taken: what was taken, and before which tick, so that the same can be done again.
+/// ~commands_taken: what was taken that changes the motion, and before which tick, so that all of it can be
+/// done again.
 
 #include <planar_chain/CommandTaken.h>
 #include <ros/node_handle.h>
@@ -16,25 +17,30 @@ class CommandLog {
  public:
   struct Instant {
     long long nextTick;
-    double simTime;  ///< s
+    double sceneTime;  ///< s
   };
 
   /// now: where the simulation stands.
   CommandLog(ros::NodeHandle& node, std::function<Instant()> now)
       : out_(node.advertise<CommandTaken>("commands_taken", queueSize)), now_(std::move(now)) {}
 
-  /// Counts a command; `fill` puts it into the message, which is made while somebody listens.
+  /// Counts what was taken; `fill` puts what belongs to it into the message, which is made while somebody
+  /// listens.
   template <class Fill>
-  void add(Fill&& fill) {
+  void add(std::uint8_t kind, Fill&& fill) {
     ++count_;
     if (out_.getNumSubscribers() == 0) return;
     const Instant now = now_();
     CommandTaken taken;
     taken.number = count_;
     taken.tick = static_cast<std::uint64_t>(now.nextTick);
-    taken.sim_time = now.simTime;
+    taken.scene_time = now.sceneTime;
+    taken.kind = kind;
     fill(taken);
     out_.publish(taken);
+  }
+  void add(std::uint8_t kind) {
+    add(kind, [](CommandTaken&) {});
   }
 
  private:
