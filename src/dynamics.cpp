@@ -205,8 +205,11 @@ bool Dynamics::timeDerivative(double* ft) {
 }
 
 ode::LinearCosts Dynamics::linearCosts() const {
-  // By clock, of evaluations as this chain has them; between chains with springs and without.
-  if (LinearizedSegments<double>::areWorthwhile(n_)) return {3, 0.8, 4.2, 2.8};
+  // By clock, of evaluations as this chain has them; between chains with springs and without. Where the
+  // factorizations do not stay in cache, complex solves wait for memory.
+  constexpr int staysInCache = 2500;
+  if (n_ > staysInCache && LinearizedSegments<double>::areWorthwhile(n_)) return {2.4, 0.9, 5, 10};
+  if (LinearizedSegments<double>::areWorthwhile(n_)) return {2.4, 0.8, 3.5, 3.5};
   if (std::holds_alternative<Segments>(recursion_)) return {2.4, 0.7, 2.6, 2.1};
   return {2.9, 1, 3.2, 2.8};
 }

@@ -126,13 +126,10 @@ void LinearizedSegments<Scalar>::setJoints(const double* k, const double* d) {
   const auto lanes = static_cast<std::ptrdiff_t>(kernel_.lanes);
   for (int place = 0; place < steps_ * kernel_.lanes; ++place) {
     const int i = place / kernel_.lanes, lane = place % kernel_.lanes, j = lane * steps_ + i;
-    const double* link = state_->links.data() + i * simd::SegmentArrays::linkQuantities * lanes + lane;
-    const double m = link[0], inertia = link[lanes], x = link[2 * lanes], y = link[3 * lanes];
     double* joint = state_->joints.data() + i * LinearArrays::jointQuantities * lanes + lane;
-    joint[0] = m;
-    joint[lanes] = inertia + m * (x * x + y * y);
-    joint[2 * lanes] = j < n_ ? k[j] : 0;
-    joint[3 * lanes] = j < n_ ? d[j] : 0;
+    joint[0] = state_->links.data()[i * simd::SegmentArrays::linkQuantities * lanes + lane];
+    joint[lanes] = j < n_ ? k[j] : 0;
+    joint[2 * lanes] = j < n_ ? d[j] : 0;
   }
 }
 

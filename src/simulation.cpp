@@ -218,14 +218,18 @@ Simulation::Simulation(const Scene& scene, int commandCapacity)
 
 Simulation::~Simulation() = default;
 
-bool Simulation::advanceTo(double t) {
+bool Simulation::advanceTo(double t, bool (*goesOn)()) {
   Parts& p = *parts_;
   require(std::isfinite(t) && t >= p.state.t, "time must be finite and must not run backwards");
   if (!p.fault.empty()) return false;
   p.settled();
-  while (p.state.t < t && p.fault.empty()) p.advance(t);
+  bool isWanted = true;
+  while (p.state.t < t && p.fault.empty() && isWanted) {
+    p.advance(t);
+    isWanted = !goesOn || goesOn();
+  }
   p.readRelative();
-  return p.fault.empty();
+  return p.fault.empty() && p.state.t >= t;
 }
 
 double Simulation::time() const {

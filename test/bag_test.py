@@ -296,7 +296,11 @@ loads:
         with open(self.path("cut.bag"), "wb") as file:
             file.write(self.bytes_of("bare.bag")[:9000])
         self.assert_replay_refused("cut.bag", "expected a bag that can be read")
-        for scene_time in (-1, math.nan, math.inf, 0.2):
+        for wrong in (CommandTaken(number=1, kind=7), CommandTaken(number=1, kind=CommandTaken.LINK_FORCE),
+                      CommandTaken(number=1, scene_time=math.nan), CommandTaken(number=1, scene_time=math.inf)):
+            self.write_commands("in.bag", [wrong])
+            self.assert_replay_refused("in.bag", "expected commands with what their kind needs", "number 1")
+        for scene_time in (-1, 0.2):
             self.write_commands("in.bag", [CommandTaken(number=1, tick=31, scene_time=scene_time, joint_torques=[0, 0])])
             self.assert_replay_refused("in.bag", "expected commands of a node with ticks of 300 Hz", "tick 31")
         self.write_commands("in.bag", [CommandTaken(number=1, tick=1, joint_torques=[0, 0]),

@@ -163,7 +163,7 @@ class Services(unittest.TestCase):
             # Held on; then let go.
             self.assertAlmostEqual(step([], 2).states[-1].velocity[0], 6 * rate, delta=1e-12)
             last = step([0.0], 3)
-            self.assertEqual(last.message, '')
+            self.assertEqual(last.message, 'done; it is paused')
             self.assertAlmostEqual(last.states[-1].velocity[0], 6 * rate, delta=1e-12)
             # What was answered is what was published.
             seen = self.states.wait_for(lambda state: state.header.stamp == last.states[-1].header.stamp)

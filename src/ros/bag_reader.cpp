@@ -35,6 +35,12 @@ std::optional<std::string> nodeOf(const std::string& topic, const std::string& n
   return isBelow ? std::optional(topic.substr(0, topic.size() - name.size())) : std::nullopt;
 }
 
+bool isWhole(const CommandTaken& command) {
+  return command.kind <= CommandTaken::RESET && std::isfinite(command.scene_time) &&
+         command.joint_torque.size() == (command.kind == CommandTaken::JOINT_TORQUE ? 1 : 0) &&
+         command.link_force.size() == (command.kind == CommandTaken::LINK_FORCE ? 1 : 0);
+}
+
 class Reader {
  public:
   Reader(const std::string& path, const std::optional<std::string>& node, double rate)
@@ -92,6 +98,10 @@ class Reader {
       if (command.number != i + 1) {
         refuse(path_, "every command that the node took since its start",
                "number " + std::to_string(command.number) + " where " + std::to_string(i + 1) + " is due");
+      }
+      if (!isWhole(command)) {
+        refuse(path_, "commands with what their kind needs",
+               "number " + std::to_string(i + 1) + " of kind " + std::to_string(command.kind));
       }
       if (command.tick < before) refuse(path_, "ticks that do not go back", std::to_string(command.tick));
       before = command.tick;

@@ -104,7 +104,7 @@ class NodeWithoutRos : public Bags {
         return isSet(command);
       case CommandTaken::STEP:
         if (tick == origin_) --origin_;
-        return command.joint_torques.empty() || commands_.hold(command.joint_torques, "torques").empty();
+        return command.joint_torques.empty() || isHeld(command);
       case CommandTaken::RESET:
         simulation_.reset();
         commands_.forget();
@@ -113,6 +113,12 @@ class NodeWithoutRos : public Bags {
       default:
         return commands_.take(command);
     }
+  }
+
+  bool isHeld(const CommandTaken& command) {
+    const bool isGood = commands_.faultsOf(command.joint_torques, "torques").empty();
+    if (isGood) commands_.hold(command.joint_torques);
+    return isGood;
   }
 
   bool isSet(const CommandTaken& command) {

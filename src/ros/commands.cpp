@@ -70,7 +70,7 @@ Commands::Commands(ros::NodeHandle& node, Simulation& simulation, SceneTime scen
                   node.subscribe("link_force", queueSize, &Commands::takeLinkForce, this, hints)};
 }
 
-std::vector<Fault> Commands::hold(const std::vector<double>& torques, const std::string& path) {
+std::vector<Fault> Commands::faultsOf(const std::vector<double>& torques, const std::string& path) const {
   Faults faults;
   const auto& joints = simulation_.scene().chain.joints();
   if (torques.size() != joints.size()) {
@@ -81,21 +81,18 @@ std::vector<Fault> Commands::hold(const std::vector<double>& torques, const std:
       checkFinite(faults, path + "[" + std::to_string(i) + "]", "N m", torques[i]);
     }
   }
-  const double until = heldFrom(simulation_.time());
-  if (!(until > simulation_.time())) {
+  if (!(heldFrom(simulation_.time()) > simulation_.time())) {
     faults.push_back({"command_timeout", "a time that passes", toText(simulation_.scene().commandTimeout)});
   }
-  if (!faults.empty()) return faults;
+  return faults;
+}
 
-  for (std::size_t i = 0; i < joints.size(); ++i) {
+void Commands::hold(const std::vector<double>& torques) {
+  const double until = heldFrom(simulation_.time());
+  for (std::size_t i = 0; i < torques.size(); ++i) {
     simulation_.holdTorque(static_cast<int>(i), torques[i], until);
   }
   jointTorquesTaken_ = simulation_.time();
-  return {};
-}
-
-void Commands::clear() {
-  simulation_.clearCommands();
 }
 
 void Commands::forget() {
@@ -103,7 +100,8 @@ void Commands::forget() {
 }
 
 void Commands::takeJointTorques(const std_msgs::Float64MultiArray& message) {
-  if (refused(hold(message.data, "joint_torques/data"))) return;
+  if (refused(faultsOf(message.data, "joint_torques/data"))) return;
+  hold(message.data);
   log(CommandTaken::JOINT_TORQUES, [&](CommandTaken& entry) { entry.joint_torques = message.data; });
 }
 

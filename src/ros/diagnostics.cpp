@@ -16,10 +16,6 @@ Diagnostics::Diagnostics(const SimStatus& status, std::string clock)
   updater_.add("simulation", this, &Diagnostics::report);
 }
 
-void Diagnostics::publishNowAndThen(double now) {
-  if (period_.falls(now)) publish();
-}
-
 void Diagnostics::publish() {
   // Not by the updater's own period, which is one of sim time; and nothing is stamped 0.
   if (!ros::Time::now().isZero()) updater_.force_update();

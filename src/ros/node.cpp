@@ -72,7 +72,8 @@ Node::Node(const Scene& scene)
       factor_(1 + static_cast<int>(std::ceil(factorSeconds * settings_.statusRate))),
       statuses_(1 / settings_.statusRate),
       warnings_(warningPeriod),
-      reminders_(longestWait) {
+      reminders_(longestWait),
+      diagnoses_(1) {
   outer_.setParam("robot_description", urdfOf(scene, frames_));
 
   jointStatesOut_ = outer_.advertise<sensor_msgs::JointState>("joint_states", queueFor(settings_.rate));
@@ -105,7 +106,10 @@ double Node::serve() {
   const auto goes = [this] { return !paused_ && simulation_.fault().empty(); };
   if (goes() && now >= breathUntil_) serveTicks(now);
   if (statuses_.falls(now)) publishStatus(now);
-  diagnostics_.publishNowAndThen(now);
+  if (diagnoses_.falls(now)) {
+    lookAtNode();
+    diagnostics_.publish();
+  }
   if (reminders_.falls(now)) clock_->tellAgain();
   const double untilStatus = statuses_.next() - now;
   return goes() ? std::min(untilStatus, std::max(clock_->untilDue(next_), breathUntil_ - now)) : untilStatus;
@@ -131,11 +135,13 @@ void Node::serveTicks(double now) {
   breathUntil_ = now + breather;
 }
 
-/// @returns false when the integration failed: nothing is published then.
+/// @returns false when the integration failed, or the node ends: nothing is published then.
 bool Node::tick() {
-  if (!simulation_.advanceTo(sceneTime(next_))) {
+  if (!simulation_.advanceTo(sceneTime(next_), ros::ok)) {
+    if (simulation_.fault().empty()) return false;
     ROS_ERROR("%s", simulation_.fault().c_str());
     publishStatus(elapsed());
+    lookAtNode();
     diagnostics_.publish();
     return false;
   }
@@ -147,8 +153,9 @@ bool Node::tick() {
 void Node::publishState() {
   clock_->tell(next_);
   const ros::Time stamp = clock_->stampOf(next_);
-  if (next_ == clock_->firstTick() && staticTf_)
+  if (staticTf_ && next_ == clock_->firstTick()) {
     staticTf_->sendTransform(Messages::baseInWorld(frames_, stamp));
+  }
   if (isHeard(jointStatesOut_)) jointStatesOut_.publish(messages_.jointStates(simulation_, stamp));
   if (isHeard(tfOut_) && pace_.falls(next_, settings_.tfRate)) {
     tfOut_.publish(messages_.transforms(simulation_, stamp));
@@ -156,30 +163,25 @@ void Node::publishState() {
   if (isHeard(linkStatesOut_)) linkStatesOut_.publish(messages_.linkStates(simulation_, stamp));
 }
 
-/// Whoever listens, what the status says of the node itself is kept up to date.
 void Node::publishStatus(double now) {
-  status_.sim_time = pace_.timeOf(origin_) + simulation_.time();
-  status_.real_time_factor = factor_.sample(status_.sim_time, now);
-  status_.paused = paused_;
-  status_.standstill = standstill();
-  status_.fault = simulation_.fault();
-  status_.overruns = overruns_;
-  status_.lag = status_.standstill.empty() ? std::max(0.0, clock_->lag(next_ - 1)) : 0;
-  commands_.describe(status_);
-
-  const ros::Time stamp = clock_->now();
-  if (stamp.isZero()) return;
-  if (!isHeard(statusOut_)) return;
-  const double simTime = status_.sim_time;
-  status_.header.stamp = stamp;
+  // Sampled whoever listens: it looks back to before the listener came.
+  status_.real_time_factor = factor_.sample(simTime(), now);
+  status_.header.stamp = clock_->now();
+  if (status_.header.stamp.isZero() || !isHeard(statusOut_)) return;
   describe(simulation_, status_);
-  status_.sim_time = simTime;
+  lookAtNode();
   statusOut_.publish(status_);
 }
 
-std::string Node::standstill() const {
-  if (!simulation_.fault().empty()) return standstillByFault;
-  return paused_ ? "paused" : clock_->standstill();
+/// What the status says of the node itself.
+void Node::lookAtNode() {
+  status_.sim_time = simTime();
+  status_.paused = paused_;
+  status_.fault = simulation_.fault();
+  status_.standstill = !status_.fault.empty() ? standstillByFault : paused_ ? "paused" : clock_->standstill();
+  status_.overruns = overruns_;
+  status_.lag = status_.standstill.empty() ? std::max(0.0, clock_->lag(next_ - 1)) : 0;
+  commands_.describe(status_);
 }
 
 // ---- What may be asked of it -------------------------------------------------------------------
@@ -250,25 +252,24 @@ Node::Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
   const std::size_t joints = simulation_.q().size();
   const auto most = std::min<std::size_t>(mostSteps, std::max<std::size_t>(1, mostStepValues / joints));
   std::vector<Fault> faults;
+  if (!torques.empty()) faults = commands_.faultsOf(torques, "torques");
   if (ticks < 1 || ticks > most) {
     faults.push_back({"n", "from 1 to " + std::to_string(most) + " ticks", std::to_string(ticks)});
   }
-  if (!torques.empty()) checkValues(faults, "torques", "torques", "N m", torques, joints);
   if (!faults.empty()) return {false, toString(faults)};
 
   const bool ran = !paused_;
   paused_ = true;
-  if (!torques.empty()) commands_.hold(torques, "torques");
+  if (!torques.empty()) commands_.hold(torques);
   log_.add(CommandTaken::STEP, [&](CommandTaken& taken) { taken.joint_torques = torques; });
   // Where the state of scene time 0 has not been shown, it is that of the tick before.
   if (next_ == origin_) --origin_;
   states.reserve(ticks);
   for (std::uint32_t k = 0; k < ticks; ++k) {
-    if (!ros::ok()) return {false, "the node ends"};
-    if (!tick()) return {false, simulation_.fault()};
+    if (!tick()) return {false, ros::ok() ? simulation_.fault() : "the node ends"};
     states.push_back(messages_.jointStates(simulation_, clock_->stampOf(next_ - 1)));
   }
-  return {true, ran ? "the run was paused; ~resume lets it go on" : ""};
+  return {true, ran ? "done; the run was paused, ~resume lets it go on" : "done; it is paused"};
 }
 
 // ---- Time --------------------------------------------------------------------------------------

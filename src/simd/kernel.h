@@ -15,17 +15,18 @@ namespace planar_chain::simd {
 struct SegmentArrays {
   static constexpr int linkQuantities = 6;  ///< m, I, r, p
   int steps;
-  int bodies;           ///< n ≤ steps × lanes; those beyond are without mass and length
+  int bodies;  ///< n ≤ steps × lanes; those beyond are without mass and length
   const double* links;
-  double* handles;      ///< U/D, u/D, ω², P, g/D: 8 quantities a step
+  double* handles;  ///< U/D, u/D, ω², P, g/D: 8 quantities a step
 };
 
 /// The recursion in a row, sines and cosines included; see short_chain.h.
 struct ShortChains {
-  static constexpr int most = 16;           ///< links
-  static constexpr int mostUnrolled = 12;   ///< links that are written out without loops
+  static constexpr int most = 16;          ///< links
+  static constexpr int mostUnrolled = 12;  ///< links that are written out without loops
   static constexpr int linkQuantities = SegmentArrays::linkQuantities;
-  /// links: body k·lanes + l in lane l of block k; see ShortChain::derivative.
+  /// links: body k·lanes + l in lane l of block k; or what two have in their place, see twoInLanes(). For the
+  /// rest see ShortChain::derivative.
   using Run = void (*)(int n, const double* links, const Outside& outside, const double* y, double* dydt);
 
   int lanes;
@@ -43,8 +44,8 @@ struct SegmentHandles {
 
 /// The same layout, for the exact solve; see linearized_segments.h.
 struct LinearArrays {
-  static constexpr int jointQuantities = 4;    ///< m, J, k, d
-  static constexpr int stateQuantities = 7;    ///< ω, α, κ, R, P
+  static constexpr int jointQuantities = 3;    ///< m, k, d
+  static constexpr int stateQuantities = 8;    ///< J, ω, α, κ, R, P
   static constexpr int inwardQuantities = 19;  ///< B, p, U_R, 1/D, k̂, H's first columns, η
   static constexpr int outwardQuantities = 8;  ///< zP, U_L/D, k̂/D, t/D
   static constexpr int sweepQuantities = 3;    ///< wP, ε/D

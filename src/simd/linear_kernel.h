@@ -44,13 +44,13 @@ double* stateAt(const LinearArrays& arrays, int i) {
 [[gnu::always_inline]] inline BodyAt<Real> bodyAt(const LinearArrays& arrays, int i) {
   BodyAt<Real> body;
   Reader<Real> joint(jointAt(arrays, i));
-  joint(body.m, body.J, body.k, body.d);
+  joint(body.m, body.k, body.d);
   Reader<Real> state(stateAt(arrays, i));
-  state(body.omega, body.alpha, body.kappa, body.R, body.P);
+  state(body.J, body.omega, body.alpha, body.kappa, body.R, body.P);
   return body;
 }
 
-constexpr int kappaPlace = 2;
+constexpr int kappaPlace = 3;
 
 /// a + iα X − ω² X
 Vector accelerationAt(const BodyAt<Real>& body, Vector a, Vector X) {
@@ -79,10 +79,11 @@ void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Row
     const Rotation<Real> turn{turned.x, turned.y};
     body.R = turn * r;
     body.P = turn * p;
+    body.J = mulAdd(body.m, dot(body.R, body.R), inertia);
     body.omega = gathered<Real>(arrays, at.omega, i);
     body.alpha = gathered<Real>(arrays, at.alpha, i);
     Writer<Real> write(stateAt(arrays, i));
-    write(body.omega, body.alpha, Real(), body.R, body.P);
+    write(body.J, body.omega, body.alpha, Real(), body.R, body.P);
     Writer<Real> pin(sweepAt<Real>(arrays, i));
     pin(a);
 

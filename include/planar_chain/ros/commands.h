@@ -40,10 +40,10 @@ class Commands {
 
   /// One that was recorded: a torque, torques or a force. @returns false: refused
   bool take(const CommandTaken& recorded);
-  /// Holds one torque per joint, from now on. @returns the faults, and nothing has changed if there are any.
-  std::vector<Fault> hold(const std::vector<double>& torques, const std::string& path);
-  /// No command is in force, none waits.
-  void clear();
+  /// What is wrong with one torque per joint, to be held from now on.
+  std::vector<Fault> faultsOf(const std::vector<double>& torques, const std::string& path) const;
+  /// Holds them; they must have no faults.
+  void hold(const std::vector<double>& torques);
   /// The simulation was reset: as if no command had ever come. Refusals count on.
   void forget();
 

@@ -7,8 +7,6 @@
 
 #include <string>
 
-#include "planar_chain/ros/pace.h"
-
 namespace planar_chain {
 
 class Diagnostics {
@@ -16,8 +14,6 @@ class Diagnostics {
   /// status: what the node knows of itself, which must outlive this; clock: the name of what it follows.
   Diagnostics(const SimStatus& status, std::string clock);
 
-  /// Once a second at most. now: s of wall time.
-  void publishNowAndThen(double now);
   void publish();
 
  private:
@@ -26,7 +22,6 @@ class Diagnostics {
   const SimStatus& status_;
   std::string clock_;
   diagnostic_updater::Updater updater_;
-  Every period_{1.0};
 };
 
 }  // namespace planar_chain

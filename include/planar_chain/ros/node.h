@@ -60,10 +60,11 @@ class Node {
   bool tick();
   void publishState();
   void publishStatus(double now);
-  std::string standstill() const;
+  void lookAtNode();
   void goOn();
 
   double sceneTime(long long tick) const { return pace_.timeOf(tick - origin_); }
+  double simTime() const { return pace_.timeOf(origin_) + simulation_.time(); }
   double sceneTimeOf(ros::Time stamp) const;
   double elapsed() const;  ///< wall time since the start, s
 
@@ -89,7 +90,7 @@ class Node {
   double breathUntil_ = 0;  ///< s of wall time
   std::uint64_t overruns_ = 0;
   RealTimeFactor factor_;
-  Every statuses_, warnings_, reminders_;
+  Every statuses_, warnings_, reminders_, diagnoses_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
