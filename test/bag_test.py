@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 import genpy
 import rosbag
@@ -172,6 +173,14 @@ class Bags(unittest.TestCase):
             self.assert_refused(self.run_tool("--duration", "1", "--bag", self.path("new.bag"), "--node", name),
                                 "--node: expected the name of a node")
         self.assert_refused(self.run_tool("--duration", "1", "--node", "arm"), "--node")
+
+    def test_the_urdf_bears_the_frames_of_tf(self):
+        topics = self.bag("--duration", "0.1", "--urdf", self.path("out.urdf"), "--node", "/left/arm")
+        with open(self.path("out.urdf")) as file:
+            links = {link.get("name") for link in xml.etree.ElementTree.parse(file).findall("link")}
+        transforms = topics["/tf"][0][1].transforms
+        self.assertEqual(links, {t.header.frame_id for t in transforms} | {t.child_frame_id for t in transforms})
+        self.assert_refused(self.run_tool("--duration", "1", "--urdf", self.path("scene.yaml")), "--urdf")
 
     # ---- What goes wrong -------------------------------------------------------------------------
 

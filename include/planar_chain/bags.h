@@ -15,6 +15,7 @@ namespace planar_chain {
 struct BagArguments {
   std::optional<std::string> out;       ///< path of the bag to write
   std::optional<std::string> commands;  ///< path of the bag whose commands are taken
+  std::optional<std::string> urdf;      ///< path of the file to write: what robot_description is
   std::optional<std::string> node;      ///< whose topics these are; absent: found out, or /planar_chain
 };
 

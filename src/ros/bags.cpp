@@ -6,6 +6,7 @@
 #include <ros/time.h>
 
 #include <cstdint>
+#include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "planar_chain/ros/bag_writer.h"
 #include "planar_chain/ros/commands.h"
 #include "planar_chain/ros/pace.h"
+#include "planar_chain/ros/urdf.h"
 #include "planar_chain/value.h"
 
 namespace planar_chain {
@@ -35,6 +37,12 @@ std::optional<std::string> fullName(const std::optional<std::string>& node) {
   return name;
 }
 
+void writeUrdf(const std::string& path, const Scene& scene, const std::string& node) {
+  std::ofstream file(path);
+  file << urdfOf(scene, framesOf(scene, ros::names::parentNamespace(node)));
+  if (!file.flush()) throw std::runtime_error("cannot write " + path);
+}
+
 /// Ticks as the node's do, and takes what was recorded as the node takes it.
 class NodeWithoutRos : public Bags {
  public:
@@ -44,7 +52,9 @@ class NodeWithoutRos : public Bags {
         commands_(simulation_, [this](ros::Time) { return recorded_->commands[next_].start; }) {
     const std::optional<std::string> node = fullName(given.node);
     if (given.commands) recorded_ = readCommands(*given.commands, node, scene.publish.rate);
-    if (given.out) writer_.emplace(*given.out, scene, node ? *node : recorded_ ? recorded_->node : usualNode);
+    const std::string writtenFor = node ? *node : recorded_ ? recorded_->node : usualNode;
+    if (given.out) writer_.emplace(*given.out, scene, writtenFor);
+    if (given.urdf) writeUrdf(*given.urdf, scene, writtenFor);
   }
 
   Simulation& simulation() override { return simulation_; }

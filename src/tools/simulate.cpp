@@ -25,7 +25,7 @@ struct Arguments {
   std::optional<std::string> csv;
   BagArguments bags;
 
-  bool wantsBags() const { return bags.out || bags.commands; }
+  bool wantsBags() const { return bags.out || bags.commands || bags.urdf; }
 };
 
 void declare(CLI::App& app, Arguments& to) {
@@ -40,6 +40,8 @@ void declare(CLI::App& app, Arguments& to) {
   app.add_option("--bag", to.bags.out,
                  "Bag to write: what the node publishes, stamped from 0 s on, and /clock");
   app.add_option("--commands", to.bags.commands, "Bag whose recorded commands are taken at their times");
+  app.add_option("--urdf", to.bags.urdf,
+                 "File to write: the scene as URDF, robot_description for the bag in rviz");
   app.add_option("--node", to.bags.node, "Whose topics the bags have (default: found out, or /planar_chain)");
   app.footer("Exit status: 0 done; 1 the run failed; 2 bad arguments or scene.");
 }
@@ -198,7 +200,7 @@ void writeSummary(const Simulation& simulation) {
 void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
   if (given.wantsBags()) checkBags(faults);
   if (given.bags.node && !given.wantsBags()) {
-    faults.push_back({"--node", "--bag or --commands, whose topics are meant", "neither"});
+    faults.push_back({"--node", "--bag, --commands or --urdf, of which it is the node", "neither"});
   }
   const auto check = [&](const char* option, const std::optional<std::string>& path,
                          std::initializer_list<std::optional<std::string>> others) {
@@ -206,6 +208,7 @@ void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
   };
   check("--csv", given.csv, {given.scene, given.bags.commands});
   check("--bag", given.bags.out, {given.scene, given.bags.commands, given.csv});
+  check("--urdf", given.bags.urdf, {given.scene, given.bags.commands, given.csv, given.bags.out});
 }
 
 // ---- The run ---------------------------------------------------------------------------------
