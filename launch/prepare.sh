@@ -24,7 +24,7 @@ else
     ros-{std,geometry,sensor}-msgs lib{std,geometry,sensor,tf2}-msgs-dev libdiagnostic-updater-dev
     librosbag-storage-dev libros-rosgraph-msgs-dev libstd-srvs-dev
     python3-{diagnostic,geometry,rosgraph,sensor,std,tf2}-msgs python3-std-srvs
-    python3-{roslaunch,rosbag,rostopic} rosbash rosout rviz)
+    python3-{roslaunch,rosbag,rosservice,rostopic} rosbash rosout rviz)
   to_test=(librostest-dev python3-rostest)
 fi
 to_test+=(catkin-lint clang-format libgtest-dev liburdfdom-tools python3-numpy shellcheck valgrind)

@@ -181,7 +181,10 @@ class Services(unittest.TestCase):
                     self.assertIn(fault, answer.message)
             self.assertAlmostEqual(step([], 1).states[-1].velocity[0], 6 * rate, delta=1e-12)
             self.assertTrue(self.next_status().paused)
+            # Two seconds ahead of the wall clock, and stamps increase all the same: see tearDown.
+            ahead = step([], 400).states[-1]
             self.ask('resume')
+            self.states.wait_for(lambda state: state.header.stamp > ahead.header.stamp)
             self.states.wait_for_count(len(self.states.messages) + 20)
 
 

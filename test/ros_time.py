@@ -12,6 +12,7 @@ from planar_chain.srv import Step
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
 
 from ros_node import Listener, Node, ROD_INERTIA, nanoseconds, publisher, rod, service, spinning
 
@@ -128,8 +129,12 @@ class Time(unittest.TestCase):
 
     def check_own_clock(self, factor):
         clocks = self.listen('/clock', Clock)
+        fixed = self.listen('/tf_static', TFMessage)
         with Node(dict(rod(links=spinning()), real_time_factor=factor)):
             self.states.wait_for_count(20)
+            # Latched, with the first of all stamps: time 0 has none.
+            fixed.wait_for_count(1)
+            self.assertEqual(nanoseconds(fixed.messages[0].transforms[0]), TICK)
             self.assertTrue(service('pause', Trigger)().success)
             last = service('step', Step)([], 2).states[-1]
             self.wait_for_stamp(nanoseconds(last))
