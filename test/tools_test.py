@@ -160,6 +160,14 @@ class Tools(unittest.TestCase):
         self.assertEqual(times[:4], [0, 0.1, 0.2, 0.3])
         self.assertTrue(all(math.isfinite(x) for row in self.rows()[1] for x in row))
 
+    def test_a_build_without_ros_has_no_bags(self):
+        if os.path.exists(os.path.join(BIN, "..", "libplanar_chain_bags.so")):
+            self.skipTest("this one has ROS: see bag_test.py")
+        for option in ("--bag", "--commands"):
+            result = self.run_tool("simulate", "--duration", "1", option, self.path("out.bag"))
+            self.assert_refused(result, option, "expected a build with ROS")
+            self.assertFalse(os.path.exists(self.path("out.bag")))
+
     # ---- simulate: what is shown -----------------------------------------------------------------
 
     def test_a_summary_without_csv(self):

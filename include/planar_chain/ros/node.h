@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "planar_chain/ros/clock.h"
+#include "planar_chain/ros/command_log.h"
 #include "planar_chain/ros/commands.h"
 #include "planar_chain/ros/diagnostics.h"
 #include "planar_chain/ros/frames.h"
@@ -74,6 +75,7 @@ class Node {
   Frames frames_;
   Simulation simulation_;
   std::unique_ptr<Clock> clock_;
+  CommandLog log_;
   Commands commands_;
   Queries queries_;
   Messages messages_;
