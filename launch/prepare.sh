@@ -22,7 +22,8 @@ else
   # Debian splits a message package in three: definitions (ros-…), C++ (lib…-dev), python.
   to_run=("${to_build[@]}" catkin ros-message-generation ros-message-runtime libroscpp-dev libtf2-ros-dev
     ros-{std,geometry,sensor}-msgs lib{std,geometry,sensor,tf2}-msgs-dev libdiagnostic-updater-dev
-    libros-rosgraph-msgs-dev libstd-srvs-dev python3-{diagnostic,geometry,rosgraph,sensor,std,tf2}-msgs python3-std-srvs
+    librosbag-storage-dev libros-rosgraph-msgs-dev libstd-srvs-dev
+    python3-{diagnostic,geometry,rosgraph,sensor,std,tf2}-msgs python3-std-srvs
     python3-{roslaunch,rosbag,rosservice,rostopic} rosbash rosout rviz)
   to_test=(librostest-dev python3-rostest)
 fi

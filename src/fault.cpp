@@ -4,6 +4,20 @@
 
 namespace planar_chain {
 
+namespace {
+
+constexpr std::size_t mostFaults = 1000;
+
+std::vector<Fault>& shorten(std::vector<Fault>& faults) {
+  if (faults.size() <= mostFaults) return faults;
+  const std::string all = std::to_string(faults.size());
+  faults.resize(mostFaults);
+  faults.push_back({"input", "at most " + std::to_string(mostFaults) + " faults", all});
+  return faults;
+}
+
+}  // namespace
+
 std::string toString(const Fault& fault) {
   return fault.path + ": expected " + fault.expected + ", got " + fault.found;
 }
@@ -18,6 +32,6 @@ std::string toString(const std::vector<Fault>& faults, const char* between) {
 }
 
 Refused::Refused(std::vector<Fault> faults)
-    : std::invalid_argument(toString(faults, "\n")), faults_(std::move(faults)) {}
+    : std::invalid_argument(toString(shorten(faults), "\n")), faults_(std::move(faults)) {}
 
 }  // namespace planar_chain

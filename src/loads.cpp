@@ -289,4 +289,24 @@ void Loads::clearCommands() {
   std::fill(forces_.held.begin(), forces_.held.end(), ForceCommand{});
 }
 
+std::vector<Load> Loads::commands(double t) const {
+  std::vector<Load> loads;
+  const auto isInForce = [t](const Window& window) { return window.start <= t && t < window.stop; };
+  for (const auto* commands : {&torques_.held, &torques_.timed}) {
+    for (const auto& [joint, torque, window] : *commands) {
+      if (!isInForce(window)) continue;
+      loads.push_back(
+          {"command", Load::none, {}, {}, 0, joint, torque, Constant{}, window.start, window.stop});
+    }
+  }
+  for (const auto* commands : {&forces_.held, &forces_.timed}) {
+    for (const auto& [link, point, force, moment, window] : *commands) {
+      if (!isInForce(window)) continue;
+      loads.push_back(
+          {"command", link, force, point, moment, Load::none, 0, Constant{}, window.start, window.stop});
+    }
+  }
+  return loads;
+}
+
 }  // namespace planar_chain

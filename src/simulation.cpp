@@ -350,6 +350,10 @@ void Simulation::clearCommands() {
   parts_->actsOtherwise = true;
 }
 
+std::vector<Load> Simulation::commands() const {
+  return parts_->loads.commands(parts_->state.t);
+}
+
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
   parts_->set(q, qd);
 }

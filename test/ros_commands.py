@@ -102,6 +102,7 @@ class Commands(unittest.TestCase):
             torques = publisher('/planar_chain/joint_torques', Float64MultiArray)
             torque = publisher('/planar_chain/joint_torque', JointTorque)
             force = publisher('/planar_chain/link_force', LinkForce)
+            self.states.wait_for_count(1)  # one before the command
             torques.publish(data=[0.31])
             first = self.states.wait_for(lambda state: state.effort[0] == 0.31)
 

@@ -11,6 +11,7 @@
 #include <set>
 #include <string>
 
+#include "planar_chain/kane.h"
 #include "planar_chain/segments.h"
 #include "random_scene.h"
 
@@ -285,6 +286,33 @@ TEST(Commands, HeldOnesAreReplacedAndLapse) {
   simulation.clearCommands();
   ASSERT_TRUE(simulation.advanceTo(2));
   EXPECT_NEAR(simulation.qd()[0], 3 * 0.25, 1e-14);
+}
+
+TEST(Commands, AreLoadsThatActTheSame) {
+  // Kane's equations of the scene with its commands for loads, while some lapse and end.
+  Scene scene = randomScene(4, 5);
+  Simulation simulation(scene, 8);
+  EXPECT_TRUE(simulation.commands().empty());
+  simulation.holdTorque(1, 2, forever);
+  simulation.holdTorque(3, -4, 0.15);
+  simulation.holdForce(2, {0.3, -0.2}, {1, 5}, 0.7, forever);
+  simulation.addTorque(1, 3, 0.25);
+  simulation.addForce(0, {1, 1}, {-2, 3}, -1, 0.35);
+  for (const std::size_t left : {5U, 4U, 3U, 2U}) {
+    scene.loads = simulation.scene().loads;
+    const std::vector<Load> commands = simulation.commands();
+    EXPECT_EQ(commands.size(), left);
+    scene.loads.insert(scene.loads.end(), commands.begin(), commands.end());
+    const auto vector = [](const std::vector<double>& v) -> Eigen::VectorXd {
+      return Eigen::Map<const Eigen::VectorXd>(v.data(), 4);
+    };
+    const Eigen::VectorXd q = vector(simulation.q()), qd = vector(simulation.qd());
+    const Eigen::VectorXd kanes = kane(scene.chain, q, qd, activeForces(scene, simulation.time(), q, qd)).qdd;
+    Eigen::VectorXd qdd(4);
+    simulation.accelerations(qdd.data());
+    EXPECT_LT((qdd - kanes).norm(), 1e-11 * kanes.norm()) << left;
+    simulation.advanceTo(simulation.time() + 0.15);
+  }
 }
 
 TEST(Commands, WrongOnesThrowAndChangeNothing) {

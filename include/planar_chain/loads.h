@@ -71,6 +71,8 @@ class Loads {
   bool addTorque(int joint, double torque, Window window, double now);
   bool addForce(int link, Vec2d point, Vec2d force, double moment, Window window, double now);
   void clearCommands();
+  /// Those that are in force at t, as loads of a scene would say it.
+  std::vector<Load> commands(double t) const;
 
  private:
   struct TorqueCommand {

@@ -92,6 +92,8 @@ class Simulation {
   bool addTorque(int joint, double torque, double duration, double start = now);
   bool addForce(int link, Vec2d point, Vec2d force, double moment, double duration, double start = now);
   void clearCommands();
+  /// Those in force at time(), as loads: the scene with these added says what acts.
+  std::vector<Load> commands() const;
 
   /// A new state at the present time; the balance starts anew, a fault is forgiven. Commands stay.
   /// @throws std::invalid_argument for wrong sizes or numbers that are not finite.

@@ -235,8 +235,7 @@ class ForeignClock : public ReadClock {
 }  // namespace
 
 std::int64_t Clock::ns(long long tick) const {
-  const auto since = static_cast<long double>(tick - tick0_) * 1e9L / static_cast<long double>(rate_);
-  return stamp0_ + std::llround(since);
+  return stamp0_ + Pace(rate_).nanosecondsOf(tick - tick0_);
 }
 
 void Clock::beginStamps(long long tick, std::int64_t stamp) {

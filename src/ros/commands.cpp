@@ -14,6 +14,7 @@ namespace planar_chain {
 namespace {
 
 constexpr std::uint32_t queueSize = 2000;  // two seconds of commands at 1000 Hz
+constexpr std::size_t longestList = 200;   // letters of names that are told
 constexpr double farthestStart = 86400;    // s: what is farther was meant by another clock
 constexpr double stampResolution = 1e-9;   // s
 
@@ -35,7 +36,10 @@ int find(Faults& faults, const std::string& path, const std::map<std::string, in
   const auto found = index.find(name);
   if (found != index.end()) return found->second;
   std::string known;
-  for (const auto& entry : index) known += (known.empty() ? "" : ", ") + entry.first;
+  for (auto entry = index.begin(); entry != index.end() && known.size() < longestList; ++entry) {
+    known += (known.empty() ? "" : ", ") + entry->first;
+  }
+  if (known.size() >= longestList) known += ", …";
   faults.push_back({path, "one of " + known, describe(Value(name))});
   return -1;
 }
@@ -52,13 +56,17 @@ double age(double now, double taken) {
 
 }  // namespace
 
-Commands::Commands(ros::NodeHandle& node, Simulation& simulation, SceneTime sceneTime)
+Commands::Commands(Simulation& simulation, SceneTime sceneTime)
     : simulation_(simulation), sceneTime_(std::move(sceneTime)) {
   const Chain& chain = simulation.scene().chain;
   for (int i = 0; i < chain.size(); ++i) {
     joints_[chain.joints()[static_cast<std::size_t>(i)].name] = i;
     links_[chain.links()[static_cast<std::size_t>(i)].name] = i;
   }
+}
+
+void Commands::listen(ros::NodeHandle& node, CommandLog& log) {
+  log_ = &log;
   const auto hints = ros::TransportHints().tcpNoDelay();
   subscribers_ = {node.subscribe("joint_torques", queueSize, &Commands::takeJointTorques, this, hints),
                   node.subscribe("joint_torque", queueSize, &Commands::takeJointTorque, this, hints),
@@ -95,7 +103,9 @@ void Commands::forget() {
 }
 
 void Commands::takeJointTorques(const std_msgs::Float64MultiArray& message) {
-  if (!refused(faultsOf(message.data, "joint_torques/data"))) hold(message.data);
+  if (refused(faultsOf(message.data, "joint_torques/data"))) return;
+  hold(message.data);
+  log(CommandTaken::JOINT_TORQUES, [&](CommandTaken& entry) { entry.joint_torques = message.data; });
 }
 
 void Commands::takeJointTorque(const JointTorque& message) {
@@ -111,6 +121,10 @@ void Commands::takeJointTorque(const JointTorque& message) {
           : simulation_.holdTorque(joint, message.torque, heldFrom(window.start), window.start);
   if (refused(faultsOfRoom("joint_torque", taken))) return;
   jointTorqueTaken_ = simulation_.time();
+  log(CommandTaken::JOINT_TORQUE, [&](CommandTaken& entry) {
+    entry.joint_torque.push_back(message);
+    entry.start = window.start;
+  });
 }
 
 void Commands::takeLinkForce(const LinkForce& message) {
@@ -134,6 +148,10 @@ void Commands::takeLinkForce(const LinkForce& message) {
           : simulation_.holdForce(link, point, force, message.moment, heldFrom(window.start), window.start);
   if (refused(faultsOfRoom("link_force", taken))) return;
   linkForceTaken_ = simulation_.time();
+  log(CommandTaken::LINK_FORCE, [&](CommandTaken& entry) {
+    entry.link_force.push_back(message);
+    entry.start = window.start;
+  });
 }
 
 /// When a command acts, in the simulation's time; a fault where it never would.
@@ -166,6 +184,23 @@ bool Commands::refused(const std::vector<Fault>& faults) {
   // By the wall: sim time may stand still.
   if (warnings_.falls(ros::WallTime::now().toSec())) ROS_WARN("command refused: %s", lastRejection_.c_str());
   return true;
+}
+
+template <class Fill>
+void Commands::log(std::uint8_t kind, Fill&& fill) {
+  if (log_) log_->add(kind, fill);
+}
+
+bool Commands::take(const CommandTaken& recorded) {
+  const std::uint64_t rejectedBefore = rejected_;
+  if (recorded.kind == CommandTaken::JOINT_TORQUES) {
+    std_msgs::Float64MultiArray torques;
+    torques.data = recorded.joint_torques;
+    takeJointTorques(torques);
+  }
+  for (const JointTorque& torque : recorded.joint_torque) takeJointTorque(torque);
+  for (const LinkForce& force : recorded.link_force) takeLinkForce(force);
+  return rejected_ == rejectedBefore;
 }
 
 double Commands::heldFrom(double start) const {

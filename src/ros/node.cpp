@@ -11,9 +11,9 @@
 #include <limits>
 #include <stdexcept>
 
+#include "planar_chain/ros/checks.h"
 #include "planar_chain/ros/summary.h"
 #include "planar_chain/ros/urdf.h"
-#include "planar_chain/value.h"
 
 namespace planar_chain {
 
@@ -38,20 +38,6 @@ bool isHeard(const ros::Publisher& topic) {
   return topic.getNumSubscribers() > 0;  // none where the scene does not want it advertised
 }
 
-/// One finite number per joint.
-void checkValues(std::vector<Fault>& faults, const std::string& path, const char* what, const char* unit,
-                 const std::vector<double>& values, std::size_t joints) {
-  if (values.size() != joints) {
-    faults.push_back({path, std::to_string(joints) + " " + what + ", one per joint in chain order",
-                      std::to_string(values.size())});
-  }
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (std::isfinite(values[i])) continue;
-    faults.push_back(
-        {path + "[" + std::to_string(i) + "]", std::string("a finite number, ") + unit, toText(values[i])});
-  }
-}
-
 }  // namespace
 
 Node::Node(const Scene& scene)
@@ -59,7 +45,12 @@ Node::Node(const Scene& scene)
       frames_(framesOf(scene, ros::this_node::getNamespace())),
       simulation_(scene, Commands::capacity),
       clock_(makeClock(scene)),
-      commands_(inner_, simulation_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
+      log_(inner_,
+           [this] {
+             return CommandLog::Instant{next_, simulation_.time()};
+           }),
+      commands_(simulation_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
+      queries_(inner_, simulation_),
       messages_(scene, frames_),
       diagnostics_(status_, clock_->name()),
       pace_(settings_.rate),
@@ -80,6 +71,7 @@ Node::Node(const Scene& scene)
     tfOut_ = outer_.advertise<tf2_msgs::TFMessage>("/tf", queueFor(settings_.tfRate));
     staticTf_.emplace();
   }
+  commands_.listen(inner_, log_);
   status_.header.frame_id = frames_.base;
   ROS_INFO("%s", whatRuns(simulation_).c_str());
   ROS_INFO("%s; time: %s", whatIsPublished(settings_, frames_).c_str(), clock_->name().c_str());
@@ -173,9 +165,7 @@ void Node::lookAtNode() {
   status_.sim_time = simTime();
   status_.paused = paused_;
   status_.fault = simulation_.fault();
-  status_.standstill = !status_.fault.empty() ? "the integration has failed"
-                       : paused_              ? "paused"
-                                              : clock_->standstill();
+  status_.standstill = !status_.fault.empty() ? standstillByFault : paused_ ? "paused" : clock_->standstill();
   status_.overruns = overruns_;
   status_.lag = status_.standstill.empty() ? std::max(0.0, clock_->lag(next_ - 1)) : 0;
   commands_.describe(status_);
@@ -208,6 +198,7 @@ Node::Answer Node::reset() {
   const bool hadFailed = !simulation_.fault().empty();
   simulation_.reset();
   commands_.forget();
+  log_.add(CommandTaken::RESET);
   origin_ = next_;
   if (hadFailed && !paused_) goOn();
   return {true, paused_ ? "back at the first state, paused" : "back at the first state"};
@@ -215,6 +206,7 @@ Node::Answer Node::reset() {
 
 Node::Answer Node::clearCommands() {
   simulation_.clearCommands();
+  log_.add(CommandTaken::CLEAR_COMMANDS);
   return {true, "no command is in force or waits"};
 }
 
@@ -229,6 +221,10 @@ Node::Answer Node::setState(const std::vector<double>& q, const std::vector<doub
   } catch (const std::invalid_argument& refusal) {
     return {false, refusal.what()};
   }
+  log_.add(CommandTaken::SET_STATE, [&](CommandTaken& taken) {
+    taken.q = q;
+    taken.qd = qd;
+  });
   if (hadFailed && !paused_) goOn();
   return {true, "the state is set"};
 }
@@ -252,6 +248,7 @@ Node::Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
   const bool ran = !paused_;
   paused_ = true;
   if (!torques.empty()) commands_.hold(torques);
+  log_.add(CommandTaken::STEP, [&](CommandTaken& taken) { taken.joint_torques = torques; });
   // Where the state of scene time 0 has not been shown, it is that of the tick before.
   if (next_ == origin_) --origin_;
   states.reserve(ticks);

@@ -4,6 +4,10 @@
 
 namespace planar_chain {
 
+std::int64_t Pace::nanosecondsOf(long long tick) const {
+  return std::llround(static_cast<long double>(tick) * 1e9L / static_cast<long double>(rate_));
+}
+
 bool Pace::falls(long long tick, double frequency) const {
   // A millionth of a period forgives the rounding of the quotient.
   const auto happened = [&](long long k) {

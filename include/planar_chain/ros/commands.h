@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "planar_chain/fault.h"
+#include "planar_chain/ros/command_log.h"
 #include "planar_chain/ros/pace.h"
 #include "planar_chain/simulation.h"
 
@@ -31,9 +32,17 @@ class Commands {
   /// From the node's time to that of the simulation, s; infinite while the node does not know its time.
   using SceneTime = std::function<double(ros::Time)>;
 
-  /// Subscribes to ~joint_torques, ~joint_torque and ~link_force under `node`.
-  Commands(ros::NodeHandle& node, Simulation& simulation, SceneTime sceneTime);
+  Commands(Simulation& simulation, SceneTime sceneTime);
 
+  /// Subscribes to ~joint_torques, ~joint_torque and ~link_force under `node`; what is accepted goes into
+  /// `log`.
+  void listen(ros::NodeHandle& node, CommandLog& log);
+  void takeJointTorques(const std_msgs::Float64MultiArray& message);
+  void takeJointTorque(const JointTorque& message);
+  void takeLinkForce(const LinkForce& message);
+
+  /// One that was recorded: a torque, torques or a force. @returns false: refused
+  bool take(const CommandTaken& recorded);
   /// What is wrong with one torque per joint, to be held from now on.
   std::vector<Fault> faultsOf(const std::vector<double>& torques, const std::string& path) const;
   /// Holds them; they must have no faults.
@@ -49,19 +58,18 @@ class Commands {
     double start, duration;
   };
 
-  void takeJointTorques(const std_msgs::Float64MultiArray& message);
-  void takeJointTorque(const JointTorque& message);
-  void takeLinkForce(const LinkForce& message);
-
   Window windowOf(std::vector<Fault>& faults, const std::string& topic, ros::Time start,
                   double duration) const;
   bool refused(const std::vector<Fault>& faults);
   double heldFrom(double start) const;
+  template <class Fill>
+  void log(std::uint8_t kind, Fill&& fill);
 
   static constexpr double never = -1;
 
   Simulation& simulation_;
   SceneTime sceneTime_;
+  CommandLog* log_ = nullptr;
   Every warnings_{1.0};
   std::map<std::string, int> joints_, links_;  ///< index by name
   double jointTorquesTaken_ = never;           ///< scene time of the last accepted message, s

@@ -15,11 +15,13 @@
 #include <vector>
 
 #include "planar_chain/ros/clock.h"
+#include "planar_chain/ros/command_log.h"
 #include "planar_chain/ros/commands.h"
 #include "planar_chain/ros/diagnostics.h"
 #include "planar_chain/ros/frames.h"
 #include "planar_chain/ros/messages.h"
 #include "planar_chain/ros/pace.h"
+#include "planar_chain/ros/queries.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain {
@@ -73,7 +75,9 @@ class Node {
   Frames frames_;
   Simulation simulation_;
   std::unique_ptr<Clock> clock_;
+  CommandLog log_;
   Commands commands_;
+  Queries queries_;
   Messages messages_;
   SimStatus status_;
   Diagnostics diagnostics_;

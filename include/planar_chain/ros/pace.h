@@ -2,6 +2,7 @@
 
 /// Time cut into ticks, and how fast it goes.
 
+#include <cstdint>
 #include <vector>
 
 namespace planar_chain {
@@ -12,6 +13,8 @@ class Pace {
   explicit Pace(double rate) : rate_(rate) {}
 
   double timeOf(long long tick) const { return static_cast<double>(tick) / rate_; }
+  /// The same, rounded to whole ns.
+  std::int64_t nanosecondsOf(long long tick) const;
 
   /// Whether something that happens `frequency` times a second (at most rate) falls on this tick;
   /// tick 0 always does.
