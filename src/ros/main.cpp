@@ -5,11 +5,26 @@
 #include <ros/node_handle.h>
 
 #include <clocale>
+#include <csignal>
 
 #include "planar_chain/ros/node.h"
 #include "planar_chain/ros/parameters.h"
 #include "planar_chain/ros/services.h"
 #include "planar_chain/scene_reader.h"
+
+namespace {
+
+volatile std::sig_atomic_t endIsAsked = 0;
+
+void askForTheEnd(int /*signal*/) {
+  endIsAsked = 1;
+}
+
+bool goesOn() {
+  return endIsAsked == 0 && !ros::isShuttingDown();
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   // The log writes m² as m?? in a locale without it; numbers keep their dot.
@@ -19,7 +34,11 @@ int main(int argc, char** argv) {
   try {
     planar_chain::Node node(planar_chain::readScene(planar_chain::privateParameters()));
     const planar_chain::Services services(node);
-    node.run();
+    // Not roscpp's own way, which takes everything down in another thread, in the middle of a tick. While the
+    // master is waited for, above, that is what is wanted.
+    std::signal(SIGINT, askForTheEnd);
+    std::signal(SIGTERM, askForTheEnd);
+    node.run(goesOn);
   } catch (const planar_chain::Refused& refused) {
     for (const auto& fault : refused.faults()) ROS_FATAL("%s", toString(fault).c_str());
     return 2;

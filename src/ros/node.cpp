@@ -79,9 +79,10 @@ Node::Node(const Scene& scene)
 
 // ---- The run -----------------------------------------------------------------------------------
 
-void Node::run() {
+void Node::run(bool (*goesOn)()) {
+  goesOn_ = goesOn;
   clock_->begin(next_);
-  while (ros::ok()) {
+  while (goesOn_()) {
     const double wait = serve();
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::clamp(wait, 0.0, longestWait)));
   }
@@ -124,7 +125,7 @@ void Node::serveTicks(double now) {
 
 /// @returns false when the integration failed, or the node ends: nothing is published then.
 bool Node::tick() {
-  if (!simulation_.advanceTo(sceneTime(next_), ros::ok)) {
+  if (!simulation_.advanceTo(sceneTime(next_), goesOn_)) {
     if (simulation_.fault().empty()) return false;
     ROS_ERROR("%s", simulation_.fault().c_str());
     publishStatus(elapsed());
@@ -253,7 +254,7 @@ Node::Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
   if (next_ == origin_) --origin_;
   states.reserve(ticks);
   for (std::uint32_t k = 0; k < ticks; ++k) {
-    if (!tick()) return {false, ros::ok() ? simulation_.fault() : "the node ends"};
+    if (!tick()) return {false, goesOn_() ? simulation_.fault() : "the node ends"};
     states.push_back(messages_.jointStates(simulation_, clock_->stampOf(next_ - 1)));
   }
   return {true, ran ? "done; the run was paused, ~resume lets it go on" : "done; it is paused"};

@@ -36,8 +36,8 @@ class Node {
   /// @throws Refused what is wrong with the scene's frames.
   explicit Node(const Scene& scene);
 
-  /// Ticks and serves, until ROS shuts down.
-  void run();
+  /// Ticks and serves while goesOn says so, which is asked in the middle of long ticks, too.
+  void run(bool (*goesOn)());
 
   // What may be asked of it, between two ticks. Where the answer is no success, nothing has changed.
   struct Answer {
@@ -89,7 +89,8 @@ class Node {
   long long next_;        ///< the first tick that has not happened yet
   long long origin_ = 0;  ///< the tick of scene time 0
   bool paused_ = false;
-  double breathUntil_ = 0;  ///< s of wall time
+  bool (*goesOn_)() = nullptr;  ///< from run() on
+  double breathUntil_ = 0;      ///< s of wall time
   std::uint64_t overruns_ = 0;
   RealTimeFactor factor_;
   Every statuses_, warnings_, reminders_, diagnoses_;
