@@ -193,7 +193,7 @@ std::vector<double> settingsFor(const Contestant& contestant, const Contest& con
 // ---- Measuring -------------------------------------------------------------------------------
 
 Effort effortFor(bool quick) {
-  return quick ? Effort{0.03, 0.1} : Effort{0.3, 1.5};
+  return quick ? Effort{0.03, 0.1} : Effort{0.1, 0.5};
 }
 
 Result measure(const Contest& contest, const Contestant& contestant, double setting, const Effort& effort) {

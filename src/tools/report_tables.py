@@ -15,8 +15,7 @@ ORDERS = {("planar_chain", "rk4"): 4, ("planar_chain", "dopri5"): 5, ("planar_ch
 
 EXPLANATION = """<p>Each point is one run from t = 0 to the end of the scene: its tolerance (or its step) grows tighter to the
 right. An error is the largest of any link, absolute, against the reference; time is the thread's own on the processor,
-of stepping alone, after a first run; the median of up to 21 runs (at least three, or one where a run takes more than a
-tenth of a second), their least in <code>work_precision_runs.csv</code>. <code>planar_chain</code> (solid) runs without
+of stepping alone, after a first run; the median of up to 21 runs (at least three, or one where a run takes more than 33 ms), their least in <code>work_precision_runs.csv</code>. <code>planar_chain</code> (solid) runs without
 the guard on the energy balance, which would rescue what fails. Others are dashed. Failed runs stand at the upper edge:
 diverged (not finite, or an angle more than 1 rad off), refused (the method gave up), timed out (tighter settings are
 then not tried). Grey: below, the rounding of the scene's own numbers to double decides.</p>

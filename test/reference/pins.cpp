@@ -150,7 +150,13 @@ class Pins {
 
 }  // namespace
 
-/// pins TOLERANCE DRAWS
+/// pins PRECISION TOLERANCE DRAWS, PRECISION quad or extended (80 bits, for chains that would take hours)
 int main(int, char** argv) {
-  writeReference<Pins>(false, std::stod(argv[1]), std::stoi(argv[2]));
+  const double tolerance = std::stod(argv[2]);
+  const int draws = std::stoi(argv[3]);
+  if (argv[1] == std::string("quad")) {
+    writeReference<Pins, Quad>(false, tolerance, draws);
+  } else {
+    writeReference<Pins, long double>(false, tolerance, draws);
+  }
 }

@@ -7,6 +7,7 @@
                 trajectories.cpp, other equations, on scenes of trajectories/
     exact       pendulum.csv
     published   beam.csv
+    collocation stiff.csv
 README.md explains the columns.
 """
 
@@ -24,17 +25,20 @@ HERE = pathlib.Path(__file__).parent
 ROOMS = {"report": HERE / "report", "config": HERE / "../../config/scenes"}
 # Every tenth link of the longest chain: there neighbours move alike.
 MOST_LINKS = 1000
-# Tolerance of a step of the first run, and how often the scene is disturbed to see what rounding does.
-PRECISION = {"hanging1000": ("1e-22", "2"), "hanging10000": ("1e-20", "1"), "rope100": ("1e-24", "4")}
+# What pins.cpp computes with, the tolerance of a step of the first run, and how often the scene is disturbed to see what
+# rounding does.
+PRECISION = {"rope100": ("quad", "1e-24", "4"), "hanging1000": ("extended", "1e-17", "2"),
+             "hanging10000": ("extended", "1e-16", "1")}
+USUAL = ("quad", "1e-26", "4")
 CHECKED = ("double_2", "damped_2", "springs_3", "push_3", "sine_4", "ramp_4", "heavy_tip_8", "stiff_6", "swing_12")
 
 getcontext().prec = 30
 
 
-def run(program, scene, duration, tolerance="1e-26", draws="4"):
+def run(program, scene, duration, arguments=USUAL):
     """Rows of value, uncertainty, rounding: θ of each link, then ω."""
     return [line.split() for line in subprocess.run(
-        [program, tolerance, draws], input=numbers(scene, duration), stdout=subprocess.PIPE, text=True,
+        [program, *arguments], input=numbers(scene, duration), stdout=subprocess.PIPE, text=True,
         check=True).stdout.splitlines()]
 
 
@@ -42,7 +46,7 @@ def check(program):
     """Newton and Euler with pin forces against Lagrange with Cholesky: both made in quadruple precision."""
     for name in CHECKED:
         ours = [Decimal(row[0]) for row in run(program, scenes.read(HERE / f"trajectories/{name}.yaml"),
-                                               DURATIONS[name], draws="1")]
+                                               DURATIONS[name])]
         with open(HERE / f"trajectories/{name}.csv", encoding="utf-8") as file:
             theirs = [(row["quantity"], Decimal(row["value"])) for row in csv.DictReader(file)]
         off, total = Decimal(0), Decimal(0)
@@ -65,9 +69,21 @@ def read_beam(_, __):
         return [[line["value"], "0", "0"] for line in csv.DictReader(file)]
 
 
+def read_stiff(_, __):
+    """The bar of stiff/falling.yaml with k = 1e9 and d = 1e6; from relative angles."""
+    with open(HERE / "stiff.csv", encoding="utf-8") as file:
+        lines = [line for line in csv.DictReader(file)
+                 if (line["scene"], line["k"], line["d"]) == ("falling", "1e+09", "1e+06")]
+    rows, total = [], Decimal(0)
+    for line in lines:
+        total = Decimal(line["value"]) + (total if line["index"] != "0" else 0)
+        rows.append([f"{total:.19e}", line["uncertainty"], "0"])
+    return rows
+
+
 def integrate(program, row):
     room, file = row["scene"].split("/")
-    return run(program, scenes.read(ROOMS[room] / file), float(row["end_s"]), *PRECISION.get(row["name"], ()))
+    return run(program, scenes.read(ROOMS[room] / file), float(row["end_s"]), PRECISION.get(row["name"], USUAL))
 
 
 def write(row, lines):
@@ -91,7 +107,8 @@ def main():
         if any(row["reference"] == "pins" for row in rows):
             check(program)
         for row in rows:
-            make = {"pins": integrate, "exact": read_pendulum, "published": read_beam}[row["reference"]]
+            make = {"pins": integrate, "exact": read_pendulum, "published": read_beam,
+                    "collocation": read_stiff}[row["reference"]]
             write(row, make(program, row))
 
 

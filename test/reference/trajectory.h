@@ -16,6 +16,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "extrapolation.h"
@@ -250,16 +251,25 @@ std::vector<double> changeByRounding(const Scene<Quad>& scene, bool relative, in
 }
 
 /// Reads one scene, writes the state at its end ([q, q̇], or absolute [θ, ω]), the difference to a second run of
-/// other order and other steps, and what rounding the scene to double changes.
-template <template <class> class Equations>
+/// other order and other steps, and what rounding the scene to double changes. Real: Quad or long double.
+template <template <class> class Equations, class Real>
 void writeReference(bool relative, double tolerance, int draws) {
-  const Scene<Quad> scene = readScene<Quad>();
-  std::vector<Quad> y = run<Equations>(scene, 12, tolerance), other = run<Equations>(scene, 9, 100 * tolerance);
-  if (relative) makeRelative(y), makeRelative(other);
-  const std::vector<double> change = changeByRounding<Equations>(scene, relative, draws);
+  const Scene<Quad> given = readScene<Quad>();
+  const auto result = [&](int columns, double to) {
+    std::vector<Real> y;
+    if constexpr (std::is_same_v<Real, Quad>) {
+      y = run<Equations>(given, columns, to);
+    } else {
+      y = run<Equations>(narrowed(given), columns, to);
+    }
+    if (relative) makeRelative(y);
+    return y;
+  };
+  const std::vector<Real> y = result(12, tolerance), other = result(9, 100 * tolerance);
+  const std::vector<double> change = changeByRounding<Equations>(given, relative, draws);
   for (std::size_t i = 0; i < y.size(); ++i) {
     char text[64];
-    quadmath_snprintf(text, sizeof text, "%.20Qg", y[i]);
+    quadmath_snprintf(text, sizeof text, "%.20Qg", Quad(y[i]));
     std::printf("%s %.2e %.2e\n", text, double(magnitude(y[i] - other[i])), change[i]);
   }
 }
