@@ -30,9 +30,9 @@ class OdeRun : public NativeRun {
       dMass mass;
       dMassSetParameters(&mass, link.mass, 0, 0, 0, link.inertia, link.inertia, link.inertia, 0, 0, 0);
       dBodySetMass(body, &mass);
-      dMatrix3 turn;
-      dRFromAxisAndAngle(turn, 0, 0, 1, theta);
-      dBodySetRotation(body, turn);
+      dMatrix3 rotation;
+      dRFromAxisAndAngle(rotation, 0, 0, 1, theta);
+      dBodySetRotation(body, rotation);
       dBodySetPosition(body, pin.x + arm.x, pin.y + arm.y, 0);
       dBodySetLinearVel(body, pinVelocity.x - omega * arm.y, pinVelocity.y + omega * arm.x, 0);
       dBodySetAngularVel(body, 0, 0, omega);
