@@ -175,7 +175,7 @@ void Dynamics::linearize(double t, const double* y, double* dydt) {
   tAt_ = t;
   std::copy(y, y + static_cast<std::ptrdiff_t>(thetaAt_.size()), thetaAt_.begin());
   std::copy(y + n_, y + 2 * n_, omegaAt_.begin());
-  std::copy(e_.begin(), e_.begin() + n_, eAt_.begin());
+  std::copy(e_.begin(), e_.begin() + static_cast<std::ptrdiff_t>(eAt_.size()), eAt_.begin());
   const bool pushed = loads_.reach() > 0;
   if (pushed) {
     std::fill(XF_.begin(), XF_.end(), 0.0);
@@ -183,8 +183,7 @@ void Dynamics::linearize(double t, const double* y, double* dydt) {
   }
   std::visit(
       [&](auto& solver) {
-        solver.linearize(e_.data(), y + n_, dydt + n_, forces(), pushed ? XF_.data() : nullptr, kAt_.data(),
-                         dAt_.data());
+        solver.linearize(e_.data(), y + n_, dydt + n_, forces(), pushed ? XF_.data() : nullptr);
       },
       *linearized_);
 }
@@ -206,8 +205,11 @@ bool Dynamics::timeDerivative(double* ft) {
 }
 
 ode::LinearCosts Dynamics::linearCosts() const {
-  // By clock, of evaluations as this chain has them; between chains with springs and without.
-  if (LinearizedSegments<double>::areWorthwhile(n_)) return {3, 0.8, 4.2, 2.8};
+  // By clock, of evaluations as this chain has them; between chains with springs and without. Where the
+  // factorizations do not stay in cache, complex solves wait for memory.
+  constexpr int staysInCache = 2500;
+  if (n_ > staysInCache && LinearizedSegments<double>::areWorthwhile(n_)) return {2.4, 0.9, 5, 10};
+  if (LinearizedSegments<double>::areWorthwhile(n_)) return {2.4, 0.8, 3.5, 3.5};
   if (std::holds_alternative<Segments>(recursion_)) return {2.4, 0.7, 2.6, 2.1};
   return {2.9, 1, 3.2, 2.8};
 }
@@ -237,8 +239,10 @@ void Dynamics::reserve(int complexCount) {
     omegaAt_.resize(n);
     kAt_.resize(n);
     dAt_.resize(n);
-    eAt_.resize(n);
-    if (!loads_.empty()) XF_.resize(n);
+    if (!loads_.empty()) {
+      eAt_.resize(n);
+      XF_.resize(n);
+    }
     findStiffness();
   }
   while (complexLinearized_.size() < index(complexCount))
@@ -252,6 +256,7 @@ void Dynamics::findStiffness() {
   std::fill(dAt_.begin(), dAt_.end(), 0.0);
   springs_.addStiffness(kAt_.data(), dAt_.data());
   stops_.addStiffness(kAt_.data(), dAt_.data());
+  std::visit([&](auto& solver) { solver.setJoints(kAt_.data(), dAt_.data()); }, *linearized_);
 }
 
 void Dynamics::factorComplex(int k, std::complex<double> s) {

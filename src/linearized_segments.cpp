@@ -74,8 +74,11 @@ LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::K
       state_(std::make_shared<SegmentsState>()) {
   const auto places = static_cast<std::size_t>(steps_ * kernel_.lanes);
   state_->links = linksInLanes(chain, kernel_.lanes);
+  state_->joints = CacheLines(places * LinearArrays::jointQuantities);
   state_->bodies = CacheLines(places * LinearArrays::stateQuantities);
   state_->frames.resize(static_cast<std::size_t>(kernel_.lanes));
+  const std::vector<double> none(static_cast<std::size_t>(n_));
+  setJoints(none.data(), none.data());
   reserve();
 }
 
@@ -108,15 +111,32 @@ void LinearizedSegments<Scalar>::reserve() {
 
 template <class Scalar>
 simd::LinearArrays LinearizedSegments<Scalar>::arrays() {
-  return {steps_,        n_, state_->links.data(), state_->bodies.data(), inward_.data(), outward_.data(),
+  return {steps_,
+          n_,
+          state_->links.data(),
+          state_->joints.data(),
+          state_->bodies.data(),
+          inward_.data(),
+          outward_.data(),
           sweeps_.data()};
 }
 
 template <class Scalar>
+void LinearizedSegments<Scalar>::setJoints(const double* k, const double* d) {
+  const auto lanes = static_cast<std::ptrdiff_t>(kernel_.lanes);
+  for (int place = 0; place < steps_ * kernel_.lanes; ++place) {
+    const int i = place / kernel_.lanes, lane = place % kernel_.lanes, j = lane * steps_ + i;
+    double* joint = state_->joints.data() + i * LinearArrays::jointQuantities * lanes + lane;
+    joint[0] = state_->links.data()[i * simd::SegmentArrays::linkQuantities * lanes + lane];
+    joint[lanes] = j < n_ ? k[j] : 0;
+    joint[2 * lanes] = j < n_ ? d[j] : 0;
+  }
+}
+
+template <class Scalar>
 void LinearizedSegments<Scalar>::linearize(const Rotation<double>* e, const double* omega,
-                                           const double* alpha, const Vec2d* F, const double* XF,
-                                           const double* k, const double* d) {
-  const simd::LinearState at{&e->c, omega, alpha, F ? &F->x : nullptr, XF, k, d};
+                                           const double* alpha, const Vec2d* F, const double* XF) {
+  const simd::LinearState at{&e->c, omega, alpha, F ? &F->x : nullptr, XF};
   double sums[7][most], starts[4][most];
   kernel_.linearizeOutwards(arrays(), at, sums);
   Vec2d a = -1.0 * chain_.gravity();

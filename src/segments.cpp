@@ -6,7 +6,7 @@ namespace planar_chain {
 
 namespace {
 
-constexpr std::size_t linkQuantities = 6;
+constexpr std::size_t linkQuantities = simd::SegmentArrays::linkQuantities;
 constexpr std::size_t handleQuantities = 8;
 
 /// A 2×2 matrix without symmetry.

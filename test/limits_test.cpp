@@ -23,7 +23,8 @@ double frequency(const Chain& chain, double theta, double spin, double guess) {
   std::vector<double> k, d;
   for (const Joint& joint : chain.joints()) k.push_back(joint.stiffness), d.push_back(joint.damping);
   Linearized<Complex> linearized(chain);
-  linearized.linearize(e.data(), omega.data(), alpha.data(), nullptr, nullptr, k.data(), d.data());
+  linearized.setJoints(k.data(), d.data());
+  linearized.linearize(e.data(), omega.data(), alpha.data(), nullptr, nullptr);
   std::vector<Complex> x(2 * n, 1), next(2 * n);
   for (std::size_t i = 0; i < n; ++i) x[i] += std::sin(1.0 + 7.0 * static_cast<double>(i));
   Complex s{0, guess};

@@ -157,7 +157,8 @@ VectorOf<Scalar> solution(const Scene& scene, Scalar s, const VectorOf<Scalar>& 
     XF[j] += dot(e[j] * load.point, load.force);
   }
   Linearized<Scalar> linearized(scene.chain);
-  linearized.linearize(e.data(), y.data() + n, f.data() + n, F.data(), XF.data(), k.data(), d.data());
+  linearized.setJoints(k.data(), d.data());
+  linearized.linearize(e.data(), y.data() + n, f.data() + n, F.data(), XF.data());
   linearized.factor(s);
   VectorOf<Scalar> x(2 * n);
   linearized.solve(rhs.data(), rhs.data() + n, x.data(), x.data() + n);

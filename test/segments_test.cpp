@@ -305,8 +305,9 @@ Linear linearOf(Moving moving, double k, double d, double size) {
 template <class Scalar, class Solver>
 std::vector<Scalar> solution(Solver& solver, const Linear& at, Scalar s) {
   const std::size_t n = at.alpha.size();
+  solver.setJoints(at.k.data(), at.d.data());
   solver.linearize(at.moving.e.data(), at.moving.omega.data(), at.alpha.data(), at.moving.F.data(),
-                   at.XF.data(), at.k.data(), at.d.data());
+                   at.XF.data());
   solver.factor(s);
   Random random(7);
   std::vector<Scalar> x(2 * n);

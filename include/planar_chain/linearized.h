@@ -97,8 +97,9 @@ LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>
   const Vec2<Scalar> BzPh{mulAdd(B.xx, zP.x, mulAdd(B.xy, zP.y, shown.h.x)),
                           mulAdd(B.yx, zP.x, mulAdd(B.yy, zP.y, shown.h.y))};
   const Vec2<Scalar> UR = mulAdd(body.m, zR, BzPh);
-  const Vec2<Scalar> UL{mulAdd(iP.x, B.xx, mulAdd(iP.y, B.yx, shown.p.x - body.m * body.R.y)),
-                        mulAdd(iP.x, B.xy, mulAdd(iP.y, B.yy, shown.p.y + body.m * body.R.x))};
+  const Vec2<Scalar> miRp = mulAdd(body.m, perp(body.R), shown.p);
+  const Vec2<Scalar> UL{mulAdd(iP.x, B.xx, mulAdd(iP.y, B.yx, miRp.x)),
+                        mulAdd(iP.x, B.xy, mulAdd(iP.y, B.yy, miRp.y))};
   const Scalar Dm = mulAdd(body.J, s * s, body.kappa + shown.q) + dotMixed(iP, BzPh) + dot(shown.p, zP);
   const Scalar inverseD = Real(1) / (Dm + k);
   const LinearHandle<Scalar> handle{B, shown.p, zP, UR, UL, inverseD, k};
@@ -166,11 +167,20 @@ class Linearized {
         handles_(static_cast<std::size_t>(n_)),
         sweeps_(static_cast<std::size_t>(n_)) {}
 
+  /// k (N m/rad), d (N m s/rad) of each joint, with whatever acts like a spring or damper there; 0 before. n
+  /// values each. Allocates nothing.
+  void setJoints(const double* k, const double* d) {
+    for (int j = 0; j < n_; ++j) {
+      bodies_[index(j)].k = k[j];
+      bodies_[index(j)].d = d[j];
+    }
+  }
+
   /// The state to linearize at: e = exp(i θ_j), ω (rad/s), α (rad/s²), and what acts: F (N) outer forces
-  /// without gravity and XF = Σ X·F (N m) of each body, both nullptr where there are none. k, d: of each
-  /// joint, with whatever acts like a spring or damper there. n values each. Allocates nothing.
+  /// without gravity and XF = Σ X·F (N m) of each body, both nullptr where there are none. n values each.
+  /// Allocates nothing.
   void linearize(const Rotation<double>* e, const double* omega, const double* alpha, const Vec2d* F,
-                 const double* XF, const double* k, const double* d) {
+                 const double* XF) {
     const auto wide = [](Vec2d a) { return Vec2<Real>{Real(a.x), Real(a.y)}; };
     Vec2<Real> a = wide(-1.0 * chain_.gravity());
     for (int j = 0; j < n_; ++j) {
@@ -183,8 +193,6 @@ class Linearized {
       body.J = link.inertia + body.m * dot(body.R, body.R);
       body.omega = omega[j];
       body.alpha = alpha[j];
-      body.k = k[j];
-      body.d = d[j];
       const Real ww = body.omega * body.omega;
       body.kappa = -body.m * dot(body.R, a);
       forces_[index(j)] = body.m * (a + body.alpha * perp(body.R) - ww * body.R);

@@ -42,7 +42,7 @@ struct LinearArrays;
 
 /// What all factorizations at one state share.
 struct SegmentsState {
-  CacheLines links, bodies;
+  CacheLines links, joints, bodies;
   std::vector<Rotation<double>> frames;  ///< axes of each segment's outer pin
 };
 
@@ -60,8 +60,9 @@ class LinearizedSegments {
   static bool areWorthwhile(int n);
 
   /// As those of Linearized. They allocate nothing.
+  void setJoints(const double* k, const double* d);
   void linearize(const Rotation<double>* e, const double* omega, const double* alpha, const Vec2d* F,
-                 const double* XF, const double* k, const double* d);
+                 const double* XF);
   void factor(Scalar s);
   void solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v);
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "../simd/kernel.h"
+
 namespace planar_chain::ode {
 
 namespace {
@@ -14,6 +16,33 @@ constexpr double slow = 0.5;          // an iteration that shrinks the change by
 constexpr double farShorter = 1e-6;   // of the last step: its polynomial tells nothing
 constexpr double halving = 1.8;       // an error of 1.8⁷ makes the step 0.9/1.8 of what it was
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+using Rows = Eigen::Index;
+using Stages = Eigen::Matrix<double, Eigen::Dynamic, RadauTable::stages>;
+
+/// f(first, count) for all rows, a few at a time: what is read and written again is still in cache.
+template <class F>
+void forRows(Rows rows, F f) {
+  constexpr Rows few = 128;
+  for (Rows first = 0; first < rows; first += few) f(first, std::min(few, rows - first));
+}
+
+/// sums = base + x weights, of `count` rows from `first`; base may be nullptr or sums, not x.
+void multiply(const Stages& x, const RadauTable::Square& weights, const Stages* base, Stages& sums,
+              Rows first, Rows count) {
+  static const simd::VectorKernel::Combine combine =
+      simd::kernels().front()->vectors.combine[RadauTable::stages - 1];
+  const double* columns[RadauTable::stages];
+  for (int j = 0; j < RadauTable::stages; ++j) columns[j] = x.col(j).data() + first;
+  for (int i = 0; i < RadauTable::stages; ++i) {
+    double* to = sums.col(i).data() + first;
+    if (base) {
+      combine(1, weights.col(i).data(), columns, base->col(i).data() + first, nullptr, to, count);
+    } else {
+      combine(1, weights.col(i).data(), columns, nullptr, to, nullptr, count);
+    }
+  }
+}
 
 }  // namespace
 
@@ -97,7 +126,7 @@ void Radau::carryOn(double h) {
     weights.col(i) = whole * table_.p.array() / (x - table_.c.array());
   }
   weights.row(stages - 1).array() -= 1;
-  Z_ = last_.lazyProduct(weights);
+  forRows(Z_.rows(), [&](Rows first, Rows count) { multiply(last_, weights, nullptr, Z_, first, count); });
 }
 
 /// Iterates until what is left to do, judged by how fast the changes shrink, is exact enough.
@@ -129,10 +158,12 @@ void Radau::improve(double t, double h, const Eigen::VectorXd& y) {
     stage_ = y + Z_.col(i);
     f_.derivative(t + table_.c[i] * h, stage_.data(), R_.col(i).data());
   }
-  const RadauTable::Square slopes = table_.W.transpose() / h;
-  R_ -= Z_.lazyProduct(slopes);
-
-  change_ = R_.lazyProduct(table_.inverseT.transpose());
+  const RadauTable::Square slopes = -table_.W.transpose() / h;
+  const RadauTable::Square toEigenvectors = table_.inverseT.transpose();
+  forRows(R_.rows(), [&](Rows first, Rows count) {
+    multiply(Z_, slopes, &R_, R_, first, count);
+    multiply(R_, toEigenvectors, nullptr, change_, first, count);
+  });
   f_.solve(change_.col(0).data(), change_.col(0).data());
   for (int k = 0; k < RadauTable::pairs; ++k) {
     double* re = change_.col(1 + 2 * k).data();
@@ -144,9 +175,12 @@ void Radau::improve(double t, double h, const Eigen::VectorXd& y) {
       im[i] = pair_[i].imag();
     }
   }
-  R_ = change_.lazyProduct(table_.T.transpose());
+  const RadauTable::Square fromEigenvectors = table_.T.transpose();
+  forRows(R_.rows(), [&](Rows first, Rows count) {
+    multiply(change_, fromEigenvectors, nullptr, R_, first, count);
+    Z_.middleRows(first, count) += R_.middleRows(first, count);
+  });
   change_.swap(R_);
-  Z_ += change_;
 }
 
 void Radau::estimate(double t, double h, const Eigen::VectorXd& y) {
@@ -165,9 +199,10 @@ void Radau::estimate(double t, double h, const Eigen::VectorXd& y) {
 /// Of all controlled components of all stages' changes, in these units.
 double Radau::largest(const Eigen::ArrayXd& unit) const {
   double most = 0;
-  for (int i = 0; i < stages; ++i) {
-    most = std::max(most, (change_.col(i).head(unit.size()).array().abs() / unit).maxCoeff());
-  }
+  forRows(unit.size(), [&](Rows first, Rows count) {
+    const auto change = change_.middleRows(first, count).array().abs();
+    most = std::max(most, (change.colwise() / unit.segment(first, count)).maxCoeff());
+  });
   return most;
 }
 

@@ -11,24 +11,26 @@
 
 namespace planar_chain::simd {
 
+/// Arrays of `steps` × `lanes` numbers a quantity: lane s of step i is body s·steps + i, from the ground.
+struct SegmentArrays {
+  static constexpr int linkQuantities = 6;  ///< m, I, r, p
+  int steps;
+  int bodies;  ///< n ≤ steps × lanes; those beyond are without mass and length
+  const double* links;
+  double* handles;  ///< U/D, u/D, ω², P, g/D: 8 quantities a step
+};
+
 /// The recursion in a row, sines and cosines included; see short_chain.h.
 struct ShortChains {
-  static constexpr int most = 16;           ///< links
-  static constexpr int mostUnrolled = 12;   ///< links that are written out without loops
-  static constexpr int linkQuantities = 6;  ///< m, I, r, p
-  /// links: body k·lanes + l in lane l of block k; see ShortChain::derivative.
+  static constexpr int most = 16;          ///< links
+  static constexpr int mostUnrolled = 12;  ///< links that are written out without loops
+  static constexpr int linkQuantities = SegmentArrays::linkQuantities;
+  /// links: body k·lanes + l in lane l of block k; or what two have in their place, see twoInLanes(). For the
+  /// rest see ShortChain::derivative.
   using Run = void (*)(int n, const double* links, const Outside& outside, const double* y, double* dydt);
 
   int lanes;
   Run (*runFor)(int n, Acting acting);
-};
-
-/// Arrays of `steps` × `lanes` numbers a quantity: lane s of step i is body s·steps + i, from the ground.
-struct SegmentArrays {
-  int steps;
-  int bodies;           ///< n ≤ steps × lanes; those beyond are without mass and length
-  const double* links;  ///< m, I, r, p: 6 quantities a step
-  double* handles;      ///< U/D, u/D, ω², P, g/D: 8 quantities a step
 };
 
 /// What a segment shows at its two pins; one number a lane, `most` at most.
@@ -42,12 +44,13 @@ struct SegmentHandles {
 
 /// The same layout, for the exact solve; see linearized_segments.h.
 struct LinearArrays {
-  static constexpr int stateQuantities = 11;   ///< m, J, ω, α, κ, k, d, R, P
+  static constexpr int jointQuantities = 3;    ///< m, k, d
+  static constexpr int stateQuantities = 8;    ///< J, ω, α, κ, R, P
   static constexpr int inwardQuantities = 19;  ///< B, p, U_R, 1/D, k̂, H's first columns, η
   static constexpr int outwardQuantities = 8;  ///< zP, U_L/D, k̂/D, t/D
   static constexpr int sweepQuantities = 3;    ///< wP, ε/D
   int steps, bodies;
-  const double* links;  ///< as in SegmentArrays
+  const double *links, *joints;  ///< links: as in SegmentArrays
   double* state;
   /// What the factorization keeps for the way in of a solve and for the way out, and what the way in keeps
   /// for the way out: numbers of the solve, so a complex one has its real parts first.
@@ -56,7 +59,7 @@ struct LinearArrays {
 
 /// The state at which the chain is linearized; pairs are interleaved. F and XF may be nullptr.
 struct LinearState {
-  const double *e, *omega, *alpha, *F, *XF, *k, *d;
+  const double *e, *omega, *alpha, *F, *XF;
 };
 
 /// By segment, `most` lanes at most: quantity q of a real solve stands in row q, of a complex one in rows 2q

@@ -125,7 +125,7 @@ const double* at(const double* array, int quantities, int i, int q) {
   return array + (static_cast<std::ptrdiff_t>(i) * quantities + q) * laneCount;
 }
 
-constexpr int linkQuantities = 6;
+constexpr int linkQuantities = SegmentArrays::linkQuantities;
 constexpr int handleQuantities = 8;
 
 /// True where lane s of step i + shift is a body in every lane. Arrays: those of segments or of the exact

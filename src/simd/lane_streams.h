@@ -36,6 +36,9 @@ struct ComplexLanes {
 ComplexLanes mulAdd(ComplexLanes a, ComplexLanes b, ComplexLanes c) {
   return {mulAdd(a.re, b.re, mulAdd(-a.im, b.im, c.re)), mulAdd(a.re, b.im, mulAdd(a.im, b.re, c.im))};
 }
+ComplexLanes mulAdd(Real a, Real b, ComplexLanes c) {
+  return {mulAdd(a, b, c.re), c.im};
+}
 ComplexLanes mulAdd(Real a, ComplexLanes b, ComplexLanes c) {
   return {mulAdd(a, b.re, c.re), mulAdd(a, b.im, c.im)};
 }

@@ -33,18 +33,24 @@ double* sweepAt(const LinearArrays& arrays, int i) {
   return placeOf<Number>(arrays.sweeps, LinearArrays::sweepQuantities, i);
 }
 
+const double* jointAt(const LinearArrays& arrays, int i) {
+  return arrays.joints + static_cast<std::ptrdiff_t>(i) * LinearArrays::jointQuantities * laneCount;
+}
+
 double* stateAt(const LinearArrays& arrays, int i) {
   return placeOf<Real>(arrays.state, LinearArrays::stateQuantities, i);
 }
 
 [[gnu::always_inline]] inline BodyAt<Real> bodyAt(const LinearArrays& arrays, int i) {
-  Reader<Real> read(stateAt(arrays, i));
   BodyAt<Real> body;
-  read(body.m, body.J, body.omega, body.alpha, body.kappa, body.k, body.d, body.R, body.P);
+  Reader<Real> joint(jointAt(arrays, i));
+  joint(body.m, body.k, body.d);
+  Reader<Real> state(stateAt(arrays, i));
+  state(body.J, body.omega, body.alpha, body.kappa, body.R, body.P);
   return body;
 }
 
-constexpr int kappaPlace = 4;
+constexpr int kappaPlace = 3;
 
 /// a + iα X − ω² X
 Vector accelerationAt(const BodyAt<Real>& body, Vector a, Vector X) {
@@ -59,6 +65,7 @@ Vector beyond(const BodyAt<Real>& body, Vector a) {
   return accelerationAt(body, a, body.P);
 }
 
+/// As if the inner pin of each segment did not accelerate. The accelerations of the pins stand in the sweeps.
 void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Rows sums) {
   Vector a, force, P;
   Real mass;
@@ -75,11 +82,10 @@ void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Row
     body.J = mulAdd(body.m, dot(body.R, body.R), inertia);
     body.omega = gathered<Real>(arrays, at.omega, i);
     body.alpha = gathered<Real>(arrays, at.alpha, i);
-
-    body.k = gathered<Real>(arrays, at.k, i);
-    body.d = gathered<Real>(arrays, at.d, i);
     Writer<Real> write(stateAt(arrays, i));
-    write(body.m, body.J, body.omega, body.alpha, Real(), body.k, body.d, body.R, body.P);
+    write(body.J, body.omega, body.alpha, Real(), body.R, body.P);
+    Writer<Real> pin(sweepAt<Real>(arrays, i));
+    pin(a);
 
     mass += body.m;
     force += inertialForce(body, a);
@@ -91,26 +97,20 @@ void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Row
   write(a, force, mass, unit(P));
 }
 
-/// κ, from the tip of each segment; a is what it was on the way out, taken back link by link.
+/// κ, from the tip of each segment.
 void linearizeInwardsAll(const LinearArrays& arrays, const LinearState& at, ConstRows starts) {
-  Vector a{Real::load(starts[0]), Real::load(starts[1])};
+  const Vector start{Real::load(starts[0]), Real::load(starts[1])};
   Vector outer{Real::load(starts[2]), Real::load(starts[3])};
-  // Outwards: a of each inner pin, kept where κ will be and in the sweeps.
-  for (int i = 0; i < arrays.steps; ++i) {
-    const BodyAt<Real> body = bodyAt(arrays, i);
-    Writer<Real> write(sweepAt<Real>(arrays, i));
-    write(a);
-    a = beyond(body, a);
-  }
   for (int i = arrays.steps - 1; i >= 0; --i) {
     const BodyAt<Real> body = bodyAt(arrays, i);
-    Vector inner;
-    Reader<Real> read(sweepAt<Real>(arrays, i));
-    read(inner);
-    Real kappa = mulAdd(-body.m, dot(body.R, inner), -dot(body.P, outer));
+    Vector a;
+    Reader<Real> pin(sweepAt<Real>(arrays, i));
+    pin(a);
+    a += start;
+    Real kappa = mulAdd(-body.m, dot(body.R, a), -dot(body.P, outer));
     if (at.XF) kappa += gathered<Real>(arrays, at.XF, i);
     kappa.store(stateAt(arrays, i) + kappaPlace * laneCount);
-    outer += inertialForce(body, inner);
+    outer += inertialForce(body, a);
     if (at.F) outer -= readVector(arrays, at.F, i);
   }
 }

@@ -42,6 +42,15 @@ Number mulAdd(Number a, Number b, Number c) {
 }
 #endif
 
+/// exp(i θ_j) of bodies first, first + 1 … from their angles, or where these were asked for before, for
+/// forces.
+template <Acting acting>
+[[gnu::always_inline]] inline Rotation<Real> rotationsFrom(int first, int n, const double* y, double* e) {
+  if constexpr (acting != Acting::forces) return rotationsOfSome(y + first, n - first, e + 2 * first);
+  const Pairs pairs = gatherPairs(e + 2 * first, 2);
+  return {pairs.x, pairs.y};
+}
+
 /// The bodies where they are, one a lane: all that does not depend on the neighbours.
 template <int fixed>
 class BodiesInLanes {
@@ -53,13 +62,7 @@ class BodiesInLanes {
     for (int k = 0; k < (n + laneCount - 1) / laneCount; ++k) {
       const int first = k * laneCount;
       const auto own = [=](int q) { return Real::load(links + (k * width + q) * laneCount); };
-      Rotation<Real> turn;
-      if constexpr (acting == Acting::forces) {
-        const Pairs pairs = gatherPairs(e + 2 * first, 2);
-        turn = {pairs.x, pairs.y};
-      } else {
-        turn = rotationsOfSome(y + first, n - first, e + 2 * first);
-      }
+      const Rotation<Real> turn = rotationsFrom<acting>(first, n, y, e);
       blocks_[k] = turned(Body<Real>{own(0), own(1), {own(2), own(3)}, {own(4), own(5)}}, turn,
                           loadSome(omega + first, n - first));
     }
@@ -134,33 +137,38 @@ void shortChain(int given, const double* links, const Outside& outside, const do
   }
 }
 
-/// Two bodies in closed form: M α = f in absolute angles (formulation.md, written out), with κ = m_2 P_1·R_2
-/// and λ = m_2 P_1×R_2
+/// Two bodies in closed form: M α = f in absolute angles (formulation.md, written out). With the first
+/// moments S_1 = m_1 R_1 + m_2 P_1 and S_2 = m_2 R_2, κ = P_1·S_2 and λ = P_1×S_2
 ///
-///     (J_1 + m_2 |P_1|²) α_1 + κ α_2 = N_1 + P_1×F_2 − (m_1 R_1 + m_2 P_1)×a + ω_2² λ
-///                  κ α_1 + J_2 α_2 = N_2 − m_2 R_2×a − ω_1² λ
+///     M_11 α_1 + κ α_2 = N_1 + P_1×F_2 − S_1×a + ω_2² λ            M_11 = J_1 + m_2 |p_1|²
+///        κ α_1 + J_2 α_2 = N_2 − S_2×a − ω_1² λ
+///
+/// and det M = J_1 J_2 + m_2 |p_1|² I_2 + λ², where nothing cancels. Constants: see twoInLanes().
 template <Acting acting>
 void twoBodies(int /*n*/, const double* links, const Outside& outside, const double* y,
                double* __restrict dydt) {
-  BodiesInLanes<2> bodies;
-  bodies.turn<acting>(2, links, y, &outside.e->c);
-  const Turned<Number> first = bodies[0], second = bodies[1];
+  const Rotation<Real> turn = rotationsFrom<acting>(0, 2, y, &outside.e->c);
+  const auto own = [links](int q) { return Real::load(links + q * laneCount); };
+  const Vector moments = turn * Vector{own(2), own(3)};
+  const Vector pins = turn * Vector{own(4), own(5)};
+  const auto vector = [](const Vector& of, int j) {
+    return Vec2<Number>{Number(of.x.v[j]), Number(of.y.v[j])};
+  };
+  const Vec2<Number> S1 = vector(moments, 0), S2 = vector(moments, 1), P1 = vector(pins, 0);
+  const Number M11(links[0]), J2(links[1]), constant(links[laneCount]);
+  const Number omega1(y[2]), omega2(y[3]);
   const Vec2<Number> a = vectorOf(outside.ground);
-  const Vec2<Number> mP = second.m * first.P;
-  const Vec2<Number> mR = second.m * second.R;
 
-  const Number M = mulAdd(first.P.x, mP.x, mulAdd(first.P.y, mP.y, first.J));
-  const Number kappa = dot(first.P, mR);
-  const Number lambda = cross(first.P, mR);
-  const Number f1 =
-      mulAdd(second.ww, lambda, momentOn<acting>(outside, 0) - cross(mulAdd(first.m, first.R, mP), a)) +
-      cross(first.P, forceOn<acting>(outside, 1));
-  const Number f2 = mulAdd(-first.ww, lambda, momentOn<acting>(outside, 1) - cross(mR, a));
-  const Number inverse = Number(1) / mulAdd(M, second.J, -kappa * kappa);
+  const Number kappa = dot(P1, S2);
+  const Number lambda = cross(P1, S2);
+  Number f1 = mulAdd(omega2 * omega2, lambda, momentOn<acting>(outside, 0) - cross(S1, a));
+  if constexpr (acting == Acting::forces) f1 += cross(P1, forceOn<acting>(outside, 1));
+  const Number f2 = mulAdd(-(omega1 * omega1), lambda, momentOn<acting>(outside, 1) - cross(S2, a));
+  const Number inverse = Number(1) / mulAdd(lambda, lambda, constant);
   dydt[0] = y[2];
   dydt[1] = y[3];
-  dydt[2] = (mulAdd(second.J, f1, -kappa * f2) * inverse).v;
-  dydt[3] = (mulAdd(M, f2, -kappa * f1) * inverse).v;
+  dydt[2] = (mulAdd(J2, f1, -kappa * f2) * inverse).v;
+  dydt[3] = (mulAdd(M11, f2, -kappa * f1) * inverse).v;
 }
 
 /// Functions for 3, 4 … links, and then for any number.

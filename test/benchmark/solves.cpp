@@ -86,10 +86,9 @@ template <class Scalar, template <class> class Solver>
 struct SolverAt {
   explicit SolverAt(int n) : at(n, crooked(n)), real(at.scene.chain), complex(real) {
     at.dynamics.derivative(0, at.y.data(), at.dydt.data());
-    const std::vector<double> zero(static_cast<std::size_t>(n), 0.0);
     std::vector<Rotation<double>> e;
     for (int i = 0; i < n; ++i) e.push_back(Rotation<double>::of(at.y[static_cast<std::size_t>(i)]));
-    real.linearize(e.data(), at.y.data() + n, at.dydt.data() + n, nullptr, nullptr, zero.data(), zero.data());
+    real.linearize(e.data(), at.y.data() + n, at.dydt.data() + n, nullptr, nullptr);
   }
   Solver<Scalar>& solver() {
     if constexpr (std::is_same_v<Scalar, Complex>)
