@@ -198,25 +198,38 @@ def processor():
     return "not known"
 
 
+def digest(program):
+    return hashlib.sha256(program.read_bytes()).hexdigest() if program.exists() else ""
+
+
 def about(arguments):
     """What stands under each figure, and what must be the same for a table to be gone on with."""
     facts = json.loads(output_of([OWN, "about", "--data", DATA]))
     facts["engines"] = json.loads(output_of([PEERS, "about", "--data", DATA])) if PEERS.exists() else {}
-    digest = hashlib.sha256()
-    for program in (OWN, PEERS, HERE / "stability"):
-        if program.exists():
-            digest.update(program.read_bytes())
-    facts.update(programs=digest.hexdigest(), quick=arguments.quick, cpu=processor())
+    facts.update(programs=digest(OWN) + digest(HERE / "stability"), others=digest(PEERS), quick=arguments.quick,
+                 cpu=processor())
     return facts
+
+
+def keep_own(path, columns):
+    """Drops the lines of other engines."""
+    rows = [row for row in read_table(path) if row["engine"] == "planar_chain"]
+    write_whole(path, "".join(",".join(cells) + "\n" for cells in [columns, *([row[name] for name in columns]
+                                                                           for row in rows)]))
 
 
 def prepare(folder, facts):
     """Keeps tables of the same programs, removes others."""
     path = folder / "about.json"
     before = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    if any(before.get(name) != value for name, value in facts.items()):
+    changed = {name for name, value in facts.items() if before.get(name) != value}
+    if changed - {"engines", "others"}:
         for table in TABLES:
             (folder / f"{table}.csv").unlink(missing_ok=True)
+    elif changed:
+        keep_own(folder / "work_precision.csv", COLUMNS)
+        keep_own(folder / "work_precision_runs.csv", RUN_COLUMNS)
+        (folder / "scaling.csv").unlink(missing_ok=True)
     facts["date"] = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
     facts["command"] = "rosrun planar_chain report " + shlex.join(sys.argv[1:])
     write_whole(path, json.dumps(facts, indent=1) + "\n")

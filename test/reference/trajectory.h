@@ -218,6 +218,7 @@ void makeRelative(std::vector<Real>& y) {
 /// initial value by ±2^-53 max(1, |value|): taken 2^20 times as large and scaled back.
 template <template <class> class Equations>
 std::vector<double> changeByRounding(const Scene<Quad>& scene, bool relative, int draws) {
+  if (draws == 0) return std::vector<double>(scene.y.size(), 0);
   const double enlarged = 0x1p-33, scaleBack = 0x1p-20;
   const Scene<long double> exact = narrowed(scene);
   const auto result = [&](const Scene<long double>& of) {
