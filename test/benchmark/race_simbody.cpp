@@ -1,7 +1,9 @@
 #include "race.h"
 #include "simbody_pins.h"
 
-/// Simbody's integrators with error control, of the whole system; setting: their accuracy.
+/// Simbody's integrators with error control, of the whole system; setting: their accuracy. CPodes is a
+/// SUNDIALS of its own and takes the symbols of the one linked here for its own: the two cannot be in one
+/// program.
 
 namespace planar_chain::benchmarks {
 

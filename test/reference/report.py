@@ -27,8 +27,8 @@ ROOMS = {"report": HERE / "report", "config": HERE / "../../config/scenes"}
 MOST_LINKS = 1000
 # What pins.cpp computes with, the tolerance of a step of the first run, and how often the scene is disturbed to see what
 # rounding does.
-PRECISION = {"rope100": ("quad", "1e-24", "4"), "hanging1000": ("extended", "1e-14", "0"),
-             "hanging10000": ("extended", "1e-12", "0")}
+PRECISION = {"rope100": ("quad", "1e-24", "4"), "hanging1000": ("quad", "1e-18", "0"),
+             "hanging10000": ("quad", "1e-17", "0")}
 USUAL = ("quad", "1e-26", "4")
 CHECKED = ("double_2", "damped_2", "springs_3", "push_3", "sine_4", "ramp_4", "heavy_tip_8", "stiff_6", "swing_12")
 
