@@ -4,6 +4,7 @@
     report_test.py BIN [unittest options]        BIN: the folder that holds it
 """
 import csv
+import fcntl
 import os
 import pathlib
 import re
@@ -104,6 +105,15 @@ class Report(unittest.TestCase):
         about.write_text(about.read_text(encoding="utf-8").replace('"programs": "', '"programs": "0'), encoding="utf-8")
         self.assertEqual(run(*self.arguments).returncode, 0)
         self.assertNotEqual(path.read_text(encoding="utf-8").splitlines(True)[1], marked)
+
+
+    def test_two_reports_do_not_write_one_folder(self):
+        with tempfile.TemporaryDirectory() as folder:
+            lock = os.open(folder, os.O_RDONLY)
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            result = run("--output", folder, "--scenes", "pendulum", "--studies", "race")
+            os.close(lock)
+            self.assertEqual((result.returncode, os.listdir(folder)), (1, []), result.stderr)
 
 
 class Arguments(unittest.TestCase):

@@ -7,6 +7,7 @@ where it was. test/report/README.md says what is measured and how.
 import argparse
 import csv
 import datetime
+import fcntl
 import hashlib
 import json
 import os
@@ -256,9 +257,8 @@ def parse(scenes):
     try:
         folder = pathlib.Path(arguments.output)
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "about.json").touch()
-        if os.path.getsize(folder / "about.json") == 0:
-            (folder / "about.json").unlink()
+        if not os.access(folder, os.W_OK):
+            raise PermissionError(f'"{folder}"')
     except OSError as error:
         parser.error(f"--output: expected a folder that can be written, got {error}")
     arguments.folder = folder
@@ -272,6 +272,10 @@ def report():
     import report_page  # pylint: disable=import-outside-toplevel  # matplotlib takes a second: after the arguments
     folder = arguments.folder
     flags = ["--data", str(DATA), *(["--quick"] if arguments.quick else [])]
+    try:
+        fcntl.flock(os.open(folder, os.O_RDONLY), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise Failed(f"another report is writing {folder}") from None
     prepare(folder, about(arguments))
     points = list_points(arguments.scenes, flags) if "race" in arguments.studies else []
     others = [name for name in arguments.studies if name != "race"]

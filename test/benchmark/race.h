@@ -41,6 +41,14 @@ inline bool hasSprings(const Scene& scene) {
   return false;
 }
 
+/// Bodies without inertia about their centres of mass.
+inline bool hasPoints(const Scene& scene) {
+  for (const Link& link : scene.chain.links()) {
+    if (link.inertia == 0) return true;
+  }
+  return false;
+}
+
 /// Equal steps of at most h by a program that keeps relative angles: RK4 evaluates four times a step, Euler
 /// once.
 class NativeRun : public tools::Run {

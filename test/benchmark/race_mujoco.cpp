@@ -38,8 +38,9 @@ class MujocoRun : public NativeRun {
   std::unique_ptr<mjData, void (*)(mjData*)> data_;
 };
 
+/// It refuses bodies without inertia.
 bool takes(const Scene& scene) {
-  return scene.loads.empty() && scene.chain.size() <= 100;
+  return scene.loads.empty() && scene.chain.size() <= 100 && !hasPoints(scene);
 }
 
 }  // namespace

@@ -81,11 +81,7 @@ class OdeRun : public NativeRun {
 };
 
 bool takes(const Scene& scene) {
-  if (!scene.loads.empty() || hasSprings(scene) || scene.chain.size() > 20) return false;
-  for (const Link& link : scene.chain.links()) {
-    if (link.inertia == 0) return false;
-  }
-  return true;
+  return scene.loads.empty() && !hasSprings(scene) && scene.chain.size() <= 20 && !hasPoints(scene);
 }
 
 }  // namespace
