@@ -20,8 +20,8 @@ OWN = "planar_chain"
 COLOURS = {"auto": "black", "rk4": "#9467bd", "dopri5": "#1f77b4", "dop853": "#17becf", "rodas5p": "#d62728",
            "radau13": "#ff7f0e", "ros34pw2": "#e377c2", "ros34pw2_fixed": "#8c564b"}
 PEER_COLOURS = ["#2ca02c", "#98df8a", "#556b2f", "#bcbd22", "#7f7f7f", "#393b79", "#8c6d31", "#5254a3", "#637939",
-                "#3182bd", "#a55194", "#c7c7c7", "#e6550d"]
-PEER_MARKS = "sDv^<>pP*hXd8"
+                "#3182bd", "#a55194", "#c7c7c7", "#e6550d", "#17a589"]
+PEER_MARKS = "sDv^<>pP*hXd8H"
 FAILURES = {"diverged": ("x", "diverged"), "refused": ("1", "refused"), "timed out": (r"$\rightarrow$", "timed out")}
 
 
@@ -416,6 +416,7 @@ def write(folder, data, titles):
         sections.append(("What each effect costs", [tables.EFFECTS, *effects_section(about, study["effects"])]))
     if study["long"]:
         sections.append(("Long runs", [tables.LONG, *long_section(about, study["long"])]))
+    sections.append(("Real time", [tables.REAL_TIME]))
     body = [f"<!doctype html><html lang=en><meta charset=utf-8><title>planar_chain: report</title><style>{STYLE}</style>",
             "<h1>planar_chain: error against run time</h1>",
             f"<p>{'A quick report: few settings, short runs. ' if about['quick'] else ''}Every number is in a CSV file "
