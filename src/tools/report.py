@@ -25,7 +25,7 @@ STUDIES = ("race", "consistency", "stability", "scaling", "effects", "long")
 COLUMNS = ("scene", "engine", "method", "setting", "error_theta", "error_omega", "cpu_seconds", "evaluations", "steps",
            "rejected", "worst_step_seconds", "outcome")
 RUN_COLUMNS = ("scene", "engine", "method", "setting", "runs", "cpu_seconds_least")
-TABLES = ("work_precision", "work_precision_runs", *STUDIES[1:])
+TABLES = {"race": ("work_precision", "work_precision_runs"), **{name: (name,) for name in STUDIES[1:]}}
 
 
 class Failed(Exception):
@@ -219,21 +219,24 @@ def keep_own(path, columns):
                                                                            for row in rows)]))
 
 
-def prepare(folder, facts):
-    """Keeps tables of the same programs, removes others."""
+def prepare(folder, studies, facts):
+    """Keeps what the same programs measured of these studies, removes what others did."""
     path = folder / "about.json"
-    before = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    changed = {name for name, value in facts.items() if before.get(name) != value}
-    if changed - {"engines", "others"}:
-        for table in TABLES:
-            (folder / f"{table}.csv").unlink(missing_ok=True)
-    elif changed:
-        keep_own(folder / "work_precision.csv", COLUMNS)
-        keep_own(folder / "work_precision_runs.csv", RUN_COLUMNS)
-        (folder / "scaling.csv").unlink(missing_ok=True)
-    facts["date"] = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
-    facts["command"] = "rosrun planar_chain report " + shlex.join(sys.argv[1:])
-    write_whole(path, json.dumps(facts, indent=1) + "\n")
+    known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    for name in studies:
+        before = known.get(name, {})
+        changed = {fact for fact, value in facts.items() if before.get(fact) != value}
+        if changed - {"engines", "others"}:
+            for table in TABLES[name]:
+                (folder / f"{table}.csv").unlink(missing_ok=True)
+        elif changed and name == "race":
+            keep_own(folder / "work_precision.csv", COLUMNS)
+            keep_own(folder / "work_precision_runs.csv", RUN_COLUMNS)
+        elif changed and name == "scaling":
+            (folder / "scaling.csv").unlink(missing_ok=True)
+        date = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
+        known[name] = {**facts, "date": date, "command": "rosrun planar_chain report " + shlex.join(sys.argv[1:])}
+    write_whole(path, json.dumps(known, indent=1) + "\n")
 
 
 def chosen(text, known, what, parser):
@@ -276,11 +279,12 @@ def report():
         fcntl.flock(os.open(folder, os.O_RDONLY), fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise Failed(f"another report is writing {folder}") from None
-    prepare(folder, about(arguments))
+    prepare(folder, arguments.studies, about(arguments))
     points = list_points(arguments.scenes, flags) if "race" in arguments.studies else []
     others = [name for name in arguments.studies if name != "race"]
     with Progress(len(points) + len(others)) as progress:
-        race(folder, points, flags, progress)
+        if points:
+            race(folder, points, flags, progress)
         for name in others:
             progress.show(name)
             study(folder, name, flags, arguments.quick)

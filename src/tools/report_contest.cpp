@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <fstream>
 #include <iostream>
 #include <limits>
@@ -13,6 +12,7 @@
 #include <stdexcept>
 
 #include "planar_chain/scene_reader.h"
+#include "stability_measure.h"
 
 namespace planar_chain::tools {
 
@@ -122,12 +122,6 @@ double largestError(const std::vector<double>& values, const std::vector<int>& i
 }
 
 }  // namespace
-
-double threadSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 Scene sceneOfFile(const std::string& path) {
   std::ifstream file(path);

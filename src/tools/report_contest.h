@@ -98,7 +98,4 @@ Scene sceneOfFile(const std::string& path);
 /// θ and ω of a scene's start.
 void readStart(const Scene& scene, double* theta, double* omega);
 
-/// s of this thread on the processor.
-double threadSeconds();
-
 }  // namespace planar_chain::tools

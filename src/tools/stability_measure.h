@@ -29,6 +29,8 @@ std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::LinearizedS
                                           double stagesTo = 1e-6);
 /// For size components, the first half of them angles, which count up to half a turn.
 ode::Tolerance toleranceOf(double value, int size);
+/// s of this thread on the processor.
+double threadSeconds();
 /// Median of what one step on a hanging chain of n links takes, s.
 double costOf(const Method& method, int n, bool quick);
 

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "../../src/tools/stability_scenes.h"
+#include "../../src/tools/stability_measure.h"
 
 namespace planar_chain::benchmarks {
 
