@@ -352,7 +352,7 @@ def consistency_section(about, rows, race_rows):
     orders = tables.orders(rows, race_rows)
     if orders:
         parts.append(table(["method", "with equal steps on", "order by theory", "measured", "verdict"],
-                           [[name, where, theory, f"{order:.2f}", "fits" if fits else "DOES NOT FIT"]
+                           [[name, where, theory, order, "fits" if fits else "DOES NOT FIT"]
                             for name, where, theory, order, fits in orders],
                            lambda i, _: "" if orders[i][4] else "bad"))
     energy = [row for row in rows if row["study"] == "energy"]

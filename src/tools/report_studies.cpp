@@ -28,10 +28,10 @@ double median(std::vector<double> values) {
 /// On a single link.
 void printOrders(const Contest& contest, bool quick) {
   constexpr double stagesSolvedTo = 1e-13;
-  const int parts = quick ? 16 : 20;
+  const int parts = quick ? 32 : 40;
   for (const Method& method : measuredMethods()) {
     for (int k = 0; k < parts; ++k) {
-      const double h = contest.end / std::round(8 * std::pow(2.0, 0.5 * k));
+      const double h = contest.end / std::round(8 * std::pow(2.0, 0.25 * k));
       OwnRun run(contest.scene, contest.end, [&](Dynamics& dynamics) {
         return ode::fixedSteps(makeStepper(method, dynamics, stagesSolvedTo), h);
       });
