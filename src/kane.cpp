@@ -51,6 +51,12 @@ double factorAt(const Load& load, double t) {
   return 1;
 }
 
+/// s = k x + d ẋ of a stop that pushes, x > 0 deep in it; else 0.
+double pushOf(const Joint& joint, double x, double xd) {
+  const double s = joint.stopStiffness * x + joint.stopDamping * xd;
+  return x > 0 && s > 0 ? s : 0;
+}
+
 /// S_i0 = [[c, s], [−s, c]]
 Matrix2d shifter(double theta) {
   const double c = std::cos(theta);
@@ -84,10 +90,11 @@ ActiveForces activeForces(const Scene& scene, double t, const VectorXd& q, const
     active.F(2 * i + 1) = chain.links()[i].mass * chain.gravity().y;
   }
 
-  // Springs and dampers: τ_i = −k_i (q_i − q0_i) − d_i q̇_i
+  // Springs, dampers and stops: τ_i = −k_i (q_i − q0_i) − d_i q̇_i − s_upper + s_lower
   for (int i = 0; i < n; ++i) {
     const Joint& joint = chain.joints()[i];
-    active.tau(i) = -joint.stiffness * (q(i) - joint.restAngle) - joint.damping * qd(i);
+    active.tau(i) = -joint.stiffness * (q(i) - joint.restAngle) - joint.damping * qd(i) -
+                    pushOf(joint, q(i) - joint.upper, qd(i)) + pushOf(joint, joint.lower - q(i), -qd(i));
   }
 
   // Loads. A force X at the point x (link frame) has the moment ((x − r) S_i0) × X about the centre

@@ -30,10 +30,8 @@ Loads::Loads(const Scene& scene, int commandCapacity)
 
   // Room for everything at once, so that enter() never allocates.
   const std::size_t held = commandCapacity > 0 ? static_cast<std::size_t>(size_) : 0;
-  heldTorques_.resize(held);
-  heldForces_.resize(held);
-  timedTorques_.reserve(capacity_);
-  timedForces_.reserve(capacity_);
+  reserve(torques_, held);
+  reserve(forces_, held);
   const std::size_t most = loads_.size() + held + capacity_;
   factors_.reserve(loads_.size() + 1);
   sines_.reserve(loads_.size());
@@ -41,6 +39,30 @@ Loads::Loads(const Scene& scene, int commandCapacity)
   jointTerms_.reserve(most);
   bodyTerms_.reserve(most);
   enter(0);
+}
+
+template <class Command>
+void Loads::reserve(Commands<Command>& commands, std::size_t held) {
+  commands.held.resize(held);
+  commands.waiting.reserve(capacity_);
+  commands.timed.reserve(capacity_);
+}
+
+/// What starts by t is held; what is over by t is forgotten.
+template <class Command>
+void Loads::bringForward(Commands<Command>& commands, double t) {
+  auto& waiting = commands.waiting;
+  const auto due = std::find_if(waiting.begin(), waiting.end(),
+                                [t](const Command& command) { return command.window.start > t; });
+  for (auto command = waiting.begin(); command != due; ++command) {
+    commands.held[static_cast<std::size_t>(command->index)] = *command;
+  }
+  waiting.erase(waiting.begin(), due);
+  if (!waiting.empty()) until_ = std::min(until_, waiting.front().window.start);
+
+  const auto over = [t](const Command& command) { return command.window.stop <= t; };
+  commands.timed.erase(std::remove_if(commands.timed.begin(), commands.timed.end(), over),
+                       commands.timed.end());
 }
 
 bool Loads::acts(const Window& window, double t) {
@@ -108,18 +130,17 @@ void Loads::enter(double t) {
     if (load.link != Load::none) addBodyTerm({load.link, load.force, load.point, load.moment, factor});
   }
 
-  const auto over = [t](const auto& command) { return command.window.stop <= t; };
-  timedTorques_.erase(std::remove_if(timedTorques_.begin(), timedTorques_.end(), over), timedTorques_.end());
-  timedForces_.erase(std::remove_if(timedForces_.begin(), timedForces_.end(), over), timedForces_.end());
-  for (const auto* commands : {&heldTorques_, &timedTorques_}) {
+  bringForward(torques_, t);
+  bringForward(forces_, t);
+  for (const auto* commands : {&torques_.held, &torques_.timed}) {
     for (const TorqueCommand& command : *commands) {
-      if (acts(command.window, t)) jointTerms_.push_back({command.joint, command.torque, 0});
+      if (acts(command.window, t)) jointTerms_.push_back({command.index, command.torque, 0});
     }
   }
-  for (const auto* commands : {&heldForces_, &timedForces_}) {
+  for (const auto* commands : {&forces_.held, &forces_.timed}) {
     for (const ForceCommand& command : *commands) {
       if (acts(command.window, t)) {
-        addBodyTerm({command.link, command.force, command.point, command.moment, 0});
+        addBodyTerm({command.index, command.force, command.point, command.moment, 0});
       }
     }
   }
@@ -214,31 +235,78 @@ void Loads::addJointTorques(double t, double* tau) {
   for (const JointTerm& term : jointTerms_) tau[term.joint] += times(term.factor, term.torque);
 }
 
-void Loads::holdTorque(int joint, double torque, double until) {
-  heldTorques_[static_cast<std::size_t>(joint)] = {joint, torque, {-never, until}};
+bool Loads::hasRoom() const {
+  return torques_.waiting.size() + torques_.timed.size() + forces_.waiting.size() + forces_.timed.size() <
+         capacity_;
 }
 
-void Loads::holdForce(int link, Vec2d point, Vec2d force, double moment, double until) {
-  heldForces_[static_cast<std::size_t>(link)] = {link, point, force, moment, {-never, until}};
-}
-
-bool Loads::addTorque(int joint, double torque, double start, double stop) {
-  if (timedTorques_.size() + timedForces_.size() >= capacity_) return false;
-  timedTorques_.push_back({joint, torque, {start, stop}});
+template <class Command>
+bool Loads::hold(Commands<Command>& commands, const Command& command, double now) {
+  if (command.window.start <= now) {
+    commands.held[static_cast<std::size_t>(command.index)] = command;
+    return true;
+  }
+  if (!hasRoom()) return false;
+  const auto startsLater = [](const Command& one, const Command& other) {
+    return one.window.start < other.window.start;
+  };
+  const auto place = std::upper_bound(commands.waiting.begin(), commands.waiting.end(), command, startsLater);
+  commands.waiting.insert(place, command);
+  until_ = std::min(until_, command.window.start);
   return true;
 }
 
-bool Loads::addForce(int link, Vec2d point, Vec2d force, double moment, double start, double stop) {
-  if (timedTorques_.size() + timedForces_.size() >= capacity_) return false;
-  timedForces_.push_back({link, point, force, moment, {start, stop}});
+template <class Command>
+bool Loads::add(Commands<Command>& commands, const Command& command, double now) {
+  if (!hasRoom()) return false;
+  commands.timed.push_back(command);
+  if (command.window.start > now) until_ = std::min(until_, command.window.start);
   return true;
+}
+
+bool Loads::holdTorque(int joint, double torque, Window window, double now) {
+  return hold(torques_, {joint, torque, window}, now);
+}
+
+bool Loads::holdForce(int link, Vec2d point, Vec2d force, double moment, Window window, double now) {
+  return hold(forces_, {link, point, force, moment, window}, now);
+}
+
+bool Loads::addTorque(int joint, double torque, Window window, double now) {
+  return add(torques_, {joint, torque, window}, now);
+}
+
+bool Loads::addForce(int link, Vec2d point, Vec2d force, double moment, Window window, double now) {
+  return add(forces_, {link, point, force, moment, window}, now);
 }
 
 void Loads::clearCommands() {
-  timedTorques_.clear();
-  timedForces_.clear();
-  std::fill(heldTorques_.begin(), heldTorques_.end(), TorqueCommand{});
-  std::fill(heldForces_.begin(), heldForces_.end(), ForceCommand{});
+  torques_.waiting.clear();
+  forces_.waiting.clear();
+  torques_.timed.clear();
+  forces_.timed.clear();
+  std::fill(torques_.held.begin(), torques_.held.end(), TorqueCommand{});
+  std::fill(forces_.held.begin(), forces_.held.end(), ForceCommand{});
+}
+
+std::vector<Load> Loads::commands(double t) const {
+  std::vector<Load> loads;
+  const auto isInForce = [t](const Window& window) { return window.start <= t && t < window.stop; };
+  for (const auto* commands : {&torques_.held, &torques_.timed}) {
+    for (const auto& [joint, torque, window] : *commands) {
+      if (!isInForce(window)) continue;
+      loads.push_back(
+          {"command", Load::none, {}, {}, 0, joint, torque, Constant{}, window.start, window.stop});
+    }
+  }
+  for (const auto* commands : {&forces_.held, &forces_.timed}) {
+    for (const auto& [link, point, force, moment, window] : *commands) {
+      if (!isInForce(window)) continue;
+      loads.push_back(
+          {"command", link, force, point, moment, Load::none, 0, Constant{}, window.start, window.stop});
+    }
+  }
+  return loads;
 }
 
 }  // namespace planar_chain

@@ -19,6 +19,7 @@ namespace {
 
 constexpr int mostLinks = 100000;
 constexpr double highestRate = 10000;
+constexpr double highestFactor = 1000;
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 // ---- links -----------------------------------------------------------------------------------
@@ -296,7 +297,9 @@ PublishSettings readPublish(const Value* value, const ChainNames* names, std::ve
 Scene readScene(const Value& value) {
   std::vector<Fault> faults;
   const Section top(
-      &value, "", {"chain", "gravity", "links", "loads", "integrator", "publish", "command_timeout"}, faults);
+      &value, "",
+      {"chain", "gravity", "links", "loads", "integrator", "publish", "command_timeout", "real_time_factor"},
+      faults);
 
   Vec2d gravity{0, -9.81};
   top.take("gravity", "m/s²", gravity);
@@ -309,11 +312,19 @@ Scene readScene(const Value& value) {
   PublishSettings publish = readPublish(top.find("publish"), names, faults);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
+  std::optional<double> realTimeFactor;
+  if (top.has("real_time_factor")) {
+    top.take(
+        "real_time_factor",
+        {">= 0, sim time per wall time, and at most " + toText(highestFactor) + " (0: as fast as it goes)", 0,
+         highestFactor, true},
+        realTimeFactor.emplace());
+  }
 
   if (faults.empty()) requireFiniteEnergy(*chain, *expanded, faults);
   if (!faults.empty()) throw Refused(std::move(faults));
   return {std::move(*chain), std::move(expanded->q), std::move(expanded->qd), std::move(loads),
-          integrator,        std::move(publish),     commandTimeout};
+          integrator,        std::move(publish),     commandTimeout,          realTimeFactor};
 }
 
 Scene readSceneText(const std::string& yaml) {

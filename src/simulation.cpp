@@ -53,7 +53,7 @@ ode::Tolerance toleranceOf(double value, int n) {
 }  // namespace
 
 struct Simulation::Parts {
-  Scene scene;
+  const Scene& scene;
   int n;
   Loads loads;
   Dynamics dynamics;
@@ -67,6 +67,7 @@ struct Simulation::Parts {
   std::vector<double> q, qd;
   std::vector<LinkMotion> motions;
   double energyAtStart = 0;
+  bool actsOtherwise = false;  // than the dynamics know
   std::string fault;
 
   Parts(const Scene& given, int commandCapacity)
@@ -122,6 +123,7 @@ struct Simulation::Parts {
     rescueLength = 1;
     dynamics.enterStops(state.y.data());
     dynamics.enter(state.t);
+    actsOtherwise = false;
     integrator().begin();
   }
 
@@ -129,6 +131,25 @@ struct Simulation::Parts {
   void actAnew() {
     dynamics.enter(state.t);
     integrator().restart();
+    actsOtherwise = false;
+  }
+
+  /// The dynamics as of the last command.
+  Dynamics& settled() {
+    if (actsOtherwise) actAnew();
+    return dynamics;
+  }
+
+  void requireCommand(int index, bool isFinite) const {
+    require(loads.takesCommands(), "this simulation was built without room for commands");
+    require(index >= 0 && index < n, "a command must name a joint or link of the chain");
+    require(isFinite, "a command must be finite");
+  }
+  Loads::Window held(double start, double until) const;
+  Loads::Window timed(double start, double duration) const;
+  bool isTaken(bool taken, Loads::Window window) {
+    if (taken && window.start <= state.t) actsOtherwise = true;
+    return taken;
   }
 
   /// Some steps towards t; or, in trouble, none, and the next rung of the ladder.
@@ -189,21 +210,26 @@ struct Simulation::Parts {
   }
 };
 
-Simulation::Simulation(const Scene& scene, int commandCapacity) {
+Simulation::Simulation(const Scene& scene, int commandCapacity)
+    : scene_(scene), commandCapacity_(commandCapacity) {
   require(commandCapacity >= 0, "the number of commands must not be negative");
-  parts_ = std::make_unique<Parts>(scene, commandCapacity);
-  parts_->set(scene.q, scene.qd);
+  reset();
 }
 
 Simulation::~Simulation() = default;
 
-bool Simulation::advanceTo(double t) {
+bool Simulation::advanceTo(double t, bool (*goesOn)()) {
   Parts& p = *parts_;
   require(std::isfinite(t) && t >= p.state.t, "time must be finite and must not run backwards");
   if (!p.fault.empty()) return false;
-  while (p.state.t < t && p.fault.empty()) p.advance(t);
+  p.settled();
+  bool isWanted = true;
+  while (p.state.t < t && p.fault.empty() && isWanted) {
+    p.advance(t);
+    isWanted = !goesOn || goesOn();
+  }
   p.readRelative();
-  return p.fault.empty();
+  return p.fault.empty() && p.state.t >= t;
 }
 
 double Simulation::time() const {
@@ -225,7 +251,7 @@ std::string Simulation::recursion() const {
   return parts_->dynamics.recursion();
 }
 const Scene& Simulation::scene() const {
-  return parts_->scene;
+  return scene_;
 }
 
 Statistics Simulation::statistics() const {
@@ -242,7 +268,7 @@ Statistics Simulation::statistics() const {
 }
 
 Energy Simulation::energy() const {
-  return energyOf(parts_->scene.chain, parts_->theta(), parts_->omega());
+  return energyOf(scene_.chain, parts_->theta(), parts_->omega());
 }
 
 EnergyBalance Simulation::energyBalance() const {
@@ -267,61 +293,65 @@ void Simulation::accelerations(double* qdd) const {
 }
 
 void Simulation::jointTorques(double* tau) const {
-  parts_->dynamics.jointTorques(parts_->state.t, parts_->state.y.data(), tau);
+  parts_->settled().jointTorques(parts_->state.t, parts_->state.y.data(), tau);
 }
 
 void Simulation::linkMotions(LinkMotion* motions) const {
-  parts_->dynamics.linkMotions(parts_->state.t, parts_->state.y.data(), motions);
+  parts_->settled().linkMotions(parts_->state.t, parts_->state.y.data(), motions);
 }
 
 namespace {
 
-void requireCommand(bool takesCommands, int index, int n) {
-  require(takesCommands, "this simulation was built without room for commands");
-  require(index >= 0 && index < n, "a command must name a joint or link of the chain");
+/// The window of a command given at `now`.
+Loads::Window windowFrom(double start, double stop, double now) {
+  require(std::isfinite(start) && !std::isnan(stop), "a command must be finite");
+  require(stop > std::max(start, now), "a command must last");
+  return {start, stop};
 }
 
 }  // namespace
 
-void Simulation::holdTorque(int joint, double torque, double until) {
-  requireCommand(parts_->loads.takesCommands(), joint, parts_->n);
-  require(std::isfinite(torque) && !std::isnan(until), "a command must be finite");
-  parts_->loads.holdTorque(joint, torque, until);
-  parts_->actAnew();
+Loads::Window Simulation::Parts::held(double start, double until) const {
+  return windowFrom(start == now ? state.t : start, until, state.t);
 }
 
-void Simulation::holdForce(int link, Vec2d point, Vec2d force, double moment, double until) {
-  requireCommand(parts_->loads.takesCommands(), link, parts_->n);
-  require(isFinite(point) && isFinite(force) && std::isfinite(moment) && !std::isnan(until),
-          "a command must be finite");
-  parts_->loads.holdForce(link, point, force, moment, until);
-  parts_->actAnew();
+Loads::Window Simulation::Parts::timed(double start, double duration) const {
+  require(std::isfinite(duration), "a command must be finite");
+  const double from = start == now ? state.t : start;
+  return windowFrom(from, from + duration, state.t);
 }
 
-bool Simulation::addTorque(int joint, double torque, double duration) {
-  requireCommand(parts_->loads.takesCommands(), joint, parts_->n);
-  const double start = parts_->state.t;
-  require(std::isfinite(torque) && start + duration > start && std::isfinite(duration),
-          "a command must be finite and last");
-  if (!parts_->loads.addTorque(joint, torque, start, start + duration)) return false;
-  parts_->actAnew();
-  return true;
+bool Simulation::holdTorque(int joint, double torque, double until, double start) {
+  parts_->requireCommand(joint, std::isfinite(torque));
+  const Loads::Window window = parts_->held(start, until);
+  return parts_->isTaken(parts_->loads.holdTorque(joint, torque, window, time()), window);
 }
 
-bool Simulation::addForce(int link, Vec2d point, Vec2d force, double moment, double duration) {
-  requireCommand(parts_->loads.takesCommands(), link, parts_->n);
-  const double start = parts_->state.t;
-  require(isFinite(point) && isFinite(force) && std::isfinite(moment) && start + duration > start &&
-              std::isfinite(duration),
-          "a command must be finite and last");
-  if (!parts_->loads.addForce(link, point, force, moment, start, start + duration)) return false;
-  parts_->actAnew();
-  return true;
+bool Simulation::holdForce(int link, Vec2d point, Vec2d force, double moment, double until, double start) {
+  parts_->requireCommand(link, isFinite(point) && isFinite(force) && std::isfinite(moment));
+  const Loads::Window window = parts_->held(start, until);
+  return parts_->isTaken(parts_->loads.holdForce(link, point, force, moment, window, time()), window);
+}
+
+bool Simulation::addTorque(int joint, double torque, double duration, double start) {
+  parts_->requireCommand(joint, std::isfinite(torque));
+  const Loads::Window window = parts_->timed(start, duration);
+  return parts_->isTaken(parts_->loads.addTorque(joint, torque, window, time()), window);
+}
+
+bool Simulation::addForce(int link, Vec2d point, Vec2d force, double moment, double duration, double start) {
+  parts_->requireCommand(link, isFinite(point) && isFinite(force) && std::isfinite(moment));
+  const Loads::Window window = parts_->timed(start, duration);
+  return parts_->isTaken(parts_->loads.addForce(link, point, force, moment, window, time()), window);
 }
 
 void Simulation::clearCommands() {
   parts_->loads.clearCommands();
-  parts_->actAnew();
+  parts_->actsOtherwise = true;
+}
+
+std::vector<Load> Simulation::commands() const {
+  return parts_->loads.commands(parts_->state.t);
 }
 
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
@@ -329,8 +359,9 @@ void Simulation::setState(const std::vector<double>& q, const std::vector<double
 }
 
 void Simulation::reset() {
-  parts_->loads.clearCommands();
-  parts_->set(parts_->scene.q, parts_->scene.qd);
+  // Made anew: nothing that a method has learnt on the way is left.
+  parts_ = std::make_unique<Parts>(scene_, commandCapacity_);
+  parts_->set(scene_.q, scene_.qd);
 }
 
 }  // namespace planar_chain

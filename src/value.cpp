@@ -113,11 +113,12 @@ std::string cut(std::string text) {
   return text.substr(0, end) + "…";
 }
 
-std::string quote(const std::string& text) {
+/// On one line.
+std::string shown(const std::string& text) {
   std::string line = cut(text);
   std::replace_if(
       line.begin(), line.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, ' ');
-  return '"' + line + '"';
+  return line;
 }
 
 /// Appends a value; stops soon after the longest that is shown.
@@ -127,7 +128,7 @@ void append(std::string& line, const Value& value) {
   } else if (value.number()) {
     line += toText(*value.number());
   } else if (value.text()) {
-    line += quote(*value.text());
+    line += '"' + shown(*value.text()) + '"';
   } else if (value.oddNumber()) {
     line += cut(value.oddNumber()->text) + " (not read alike by all: write it as a decimal number)";
   } else if (value.list()) {
@@ -143,7 +144,7 @@ void append(std::string& line, const Value& value) {
     for (const auto& [key, entry] : *value.map()) {
       if (line.back() != '{') line += ", ";
       if (line.size() > longestShown) break;
-      line += cut(key) + ": ";
+      line += shown(key) + ": ";
       append(line, entry);
     }
     line += '}';
@@ -170,6 +171,25 @@ namespace {
 
 [[noreturn]] void refuse(std::string path, std::string expected, std::string found) {
   throw Refused({{std::move(path), std::move(expected), std::move(found)}});
+}
+
+std::string notTooLong() {
+  return "at most " + std::to_string(longestYaml) + " bytes";
+}
+
+std::string notTooMany() {
+  return "at most " + std::to_string(mostValues) + " values in all";
+}
+
+/// What is too large for any scene, before the parser sees it, which takes some 200 bytes for each of these.
+void requireBounds(const std::string& text) {
+  if (text.size() > longestYaml) refuse("scene", notTooLong(), std::to_string(text.size()));
+  const auto marks = std::count_if(text.begin(), text.end(), [](char c) {
+    return c == '[' || c == '{' || c == ',' || c == ':' || c == '?';
+  });
+  if (static_cast<std::size_t>(marks) > mostValues) {
+    refuse("scene", notTooMany(), "a text with " + std::to_string(marks) + " of [ { , : ?");
+  }
 }
 
 std::string placeOf(const YAML::Mark& mark) {
@@ -219,16 +239,17 @@ class Builder : public YAML::EventHandler {
   void OnDocumentEnd() override {}
 
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-    count(mark, 1, 1);
-    place(mark, anchor, {Value(), 1, 1}, true);
+    count(mark, {});
+    place(mark, anchor, {}, true);
   }
 
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& text) override {
     const bool isPlain = tag == "?";
     if (!isPlain) requireNoTag(mark, tag);
-    count(mark, 1, 1);
-    place(mark, anchor, {isPlain ? resolve(text) : Value(text), 1, 1}, isPlain);
+    Counted scalar{isPlain ? resolve(text) : Value(text), text.size()};
+    count(mark, scalar);
+    place(mark, anchor, std::move(scalar), isPlain);
   }
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
@@ -237,7 +258,7 @@ class Builder : public YAML::EventHandler {
       faults.push_back({path(), "an alias of what is complete", "one in " + placeOf(mark)});
       return place(mark, 0, {}, false);
     }
-    count(mark, known->second.values, known->second.levels);
+    count(mark, known->second);
     place(mark, 0, known->second, false);
   }
 
@@ -254,9 +275,10 @@ class Builder : public YAML::EventHandler {
   void OnMapEnd() override { close(); }
 
  private:
-  /// A value with the number of values and of levels in it.
+  /// A value with the number of bytes, of values and of levels in it.
   struct Counted {
     Value value;
+    std::size_t bytes = 0;
     std::size_t values = 1;
     std::size_t levels = 1;
   };
@@ -276,29 +298,29 @@ class Builder : public YAML::EventHandler {
     for (const Open& level : open_) {
       const std::string step =
           level.tree.value.list() ? std::to_string(level.tree.value.list()->size()) : level.key.value_or("");
-      if (!step.empty()) line += (line.empty() ? "" : "/") + cut(step);
+      if (!step.empty()) line += (line.empty() ? "" : "/") + shown(step);
     }
     return line.empty() ? "scene" : line;
   }
 
   void requireNoTag(const YAML::Mark& mark, const std::string& tag) {
     if (tag.empty() || tag == "?" || tag == "!") return;
-    faults.push_back({path(), "a value without a tag", tag + " in " + placeOf(mark)});
+    faults.push_back({path(), "a value without a tag", shown(tag) + " in " + placeOf(mark)});
   }
 
-  void count(const YAML::Mark& mark, std::size_t values, std::size_t levels) {
-    values_ += values;
-    if (open_.size() + levels > deepest) {
+  void count(const YAML::Mark& mark, const Counted& tree) {
+    bytes_ += tree.bytes;
+    values_ += tree.values;
+    if (open_.size() + tree.levels > deepest) {
       refuse(path(), "at most " + std::to_string(deepest) + " levels", "more in " + placeOf(mark));
     }
-    if (values_ > mostValues) {
-      refuse(path(), "at most " + std::to_string(mostValues) + " values in all", "more in " + placeOf(mark));
-    }
+    if (values_ > mostValues) refuse(path(), notTooMany(), "more in " + placeOf(mark));
+    if (bytes_ > longestYaml) refuse(path(), notTooLong(), "more in " + placeOf(mark));
   }
 
   void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, Value empty) {
     requireNoTag(mark, tag);
-    count(mark, 1, 1);
+    count(mark, {});
     Open level;
     level.tree.value = std::move(empty);
     level.mark = mark;
@@ -325,6 +347,7 @@ class Builder : public YAML::EventHandler {
       takeKey(mark, level, tree.value, isPlain);
       return;
     }
+    level.tree.bytes += tree.bytes;
     level.tree.values += tree.values;
     level.tree.levels = std::max(level.tree.levels, tree.levels + 1);
     if (level.tree.value.list()) {
@@ -365,12 +388,14 @@ class Builder : public YAML::EventHandler {
 
   std::vector<Open> open_;
   std::map<YAML::anchor_t, Counted> anchored_;
+  std::size_t bytes_ = 0;
   std::size_t values_ = 0;
 };
 
 }  // namespace
 
 Value parseYaml(const std::string& text) {
+  requireBounds(text);
   try {
     std::istringstream in(text);
     YAML::Parser parser(in);
@@ -381,7 +406,7 @@ Value parseYaml(const std::string& text) {
     if (!first.faults.empty()) throw Refused(std::move(first.faults));
     return std::move(first.root);
   } catch (const YAML::Exception& error) {
-    refuse("scene", "YAML", placeOf(error.mark) + ": " + error.msg);
+    refuse("scene", "YAML", placeOf(error.mark) + ": " + shown(error.msg));
   }
 }
 

@@ -9,35 +9,12 @@
 #include <complex>
 
 #include "planar_chain/articulated.h"
+#include "planar_chain/dual.h"
 #include "planar_chain/dynamics.h"
 #include "random_scene.h"
 
 namespace planar_chain {
 namespace {
-
-/// a + b ε with ε² = 0: b is the derivative. Carries any field.
-struct Dual {
-  double value = 0, slope = 0;
-  Dual(double v = 0, double d = 0) : value(v), slope(d) {}
-  Dual& operator+=(Dual b) { return *this = {value + b.value, slope + b.slope}; }
-  Dual& operator-=(Dual b) { return *this = {value - b.value, slope - b.slope}; }
-};
-Dual operator+(Dual a, Dual b) {
-  return {a.value + b.value, a.slope + b.slope};
-}
-Dual operator-(Dual a, Dual b) {
-  return {a.value - b.value, a.slope - b.slope};
-}
-Dual operator-(Dual a) {
-  return {-a.value, -a.slope};
-}
-Dual operator*(Dual a, Dual b) {
-  return {a.value * b.value, a.value * b.slope + a.slope * b.value};
-}
-Dual operator/(Dual a, Dual b) {
-  const double q = a.value / b.value;
-  return {q, (a.slope - q * b.slope) / b.value};
-}
 
 /// A scene at rest in time: constant loads only, so that they can be written down in one line each.
 Scene constantScene(int n, unsigned seed, double stiffness) {
@@ -73,9 +50,7 @@ std::vector<Dual> rightHandSide(const Scene& scene, const std::vector<Dual>& y) 
     if (i > 0) N[static_cast<std::size_t>(i - 1)] += -tau;
   };
   for (int i = 0; i < n; ++i) {
-    const Dual t = theta(i);
-    e.push_back({{std::cos(t.value), -std::sin(t.value) * t.slope},
-                 {std::sin(t.value), std::cos(t.value) * t.slope}});
+    e.push_back(turning(Rotation<double>::of(theta(i).value), theta(i).slope));
     const Joint& joint = scene.chain.joints()[static_cast<std::size_t>(i)];
     addTorque(i, -Dual(joint.stiffness) * (theta(i) - theta(i - 1) - Dual(joint.restAngle)) -
                      Dual(joint.damping) * (omega(i) - omega(i - 1)));

@@ -11,21 +11,10 @@ from planar_chain.msg import JointTorque, LinkForce, SimStatus
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
-from ros_node import LIMIT, Listener, Node, ROD_INERTIA, Running, nanoseconds, rod
+from ros_node import Listener, Node, ROD_INERTIA, Running, nanoseconds, publisher, rod
 
 NAN = float('nan')
-
-
-def publisher(topic, message_type):
-    """A publisher that the node has connected to."""
-    out = rospy.Publisher(topic, message_type, queue_size=1000)
-    connected = rospy.Time.now() + rospy.Duration(LIMIT)
-    poll = rospy.Rate(100)
-    while out.get_num_connections() == 0:
-        if rospy.Time.now() > connected:
-            raise AssertionError('nobody takes ' + topic)
-        poll.sleep()
-    return out
+NOW = rospy.Time()
 
 
 class Commands(unittest.TestCase):
@@ -113,6 +102,7 @@ class Commands(unittest.TestCase):
             torques = publisher('/planar_chain/joint_torques', Float64MultiArray)
             torque = publisher('/planar_chain/joint_torque', JointTorque)
             force = publisher('/planar_chain/link_force', LinkForce)
+            self.states.wait_for_count(1)  # one before the command
             torques.publish(data=[0.31])
             first = self.states.wait_for(lambda state: state.effort[0] == 0.31)
 
@@ -123,10 +113,10 @@ class Commands(unittest.TestCase):
                 ((torques, Float64MultiArray(data=[NAN])), 'joint_torques/data[0]', 'nan'),
                 ((torques, Float64MultiArray(data=[1, 2])), 'expected 1 torques', 'got 2'),
                 ((torques, Float64MultiArray(data=[])), 'expected 1 torques', 'got 0'),
-                ((torque, JointTorque('elbow', 1, 0)), 'expected one of rod_joint', 'got "elbow"'),
-                ((torque, JointTorque('rod_joint', NAN, 0)), 'joint_torque/torque', 'got nan'),
-                ((torque, JointTorque('rod_joint', 1, -1)), 'joint_torque/duration', 'got -1'),
-                ((torque, JointTorque('rod_joint', 1, NAN)), 'joint_torque/duration', 'got nan'),
+                ((torque, JointTorque('elbow', 1, 0, NOW)), 'expected one of rod_joint', 'got "elbow"'),
+                ((torque, JointTorque('rod_joint', NAN, 0, NOW)), 'joint_torque/torque', 'got nan'),
+                ((torque, JointTorque('rod_joint', 1, -1, NOW)), 'joint_torque/duration', 'got -1'),
+                ((torque, JointTorque('rod_joint', 1, NAN, NOW)), 'joint_torque/duration', 'got nan'),
                 (wrong_force(link='arm'), 'expected one of rod', 'got "arm"'),
                 (wrong_force(force=Vector3(0, NAN, 0)), 'link_force/force/y', 'got nan'),
                 (wrong_force(force=Vector3(0, 1, 2)), 'link_force/force/z: expected 0', 'got 2'),
@@ -149,14 +139,14 @@ class Commands(unittest.TestCase):
     def test_more_timed_commands_than_there_is_room_for_are_refused(self):
         with Node(rod()):
             out = publisher('/planar_chain/joint_torque', JointTorque)
-            for _ in range(256):
+            for _ in range(1024):
                 out.publish(joint='rod_joint', torque=0.001, duration=1000)
-            full = self.states.wait_for(lambda state: abs(state.effort[0] - 0.256) < 1e-9)
+            full = self.states.wait_for(lambda state: abs(state.effort[0] - 1.024) < 1e-9)
             out.publish(joint='rod_joint', torque=0.001, duration=1000)
             at = self.statuses.wait_for(lambda status: status.rejected_commands == 1)
-            self.assertIn('at most 256', self.statuses.messages[at].last_rejection)
+            self.assertIn('at most 1024', self.statuses.messages[at].last_rejection)
             self.states.wait_for_count(full + 100)
-            self.assertAlmostEqual(self.states.messages[-1].effort[0], 0.256, delta=1e-9)
+            self.assertAlmostEqual(self.states.messages[-1].effort[0], 1.024, delta=1e-9)
 
 
 def first_stamp(states, index):

@@ -112,6 +112,33 @@ class Running:
         self.process.wait(LIMIT)
 
 
+class Arrivals(rospy.SubscribeListener):
+    """Notices a subscriber of one's own topic."""
+
+    def __init__(self):
+        super().__init__()
+        self.first = threading.Event()
+
+    def peer_subscribe(self, topic_name, topic_publish, peer_publish):
+        self.first.set()
+
+
+def publisher(topic, message_type):
+    """A publisher that the node has connected to."""
+    arrivals = Arrivals()
+    out = rospy.Publisher(topic, message_type, arrivals, queue_size=1000, tcp_nodelay=True)
+    if not arrivals.first.wait(LIMIT):
+        raise AssertionError('nobody takes ' + topic)
+    return out
+
+
+def service(name, service_type):
+    """A connection to a service of the node in the root namespace, kept open."""
+    name = '/planar_chain/' + name
+    rospy.wait_for_service(name, LIMIT)
+    return rospy.ServiceProxy(name, service_type, persistent=True)
+
+
 def nanoseconds(message):
     return message.header.stamp.to_nsec()
 
@@ -124,6 +151,13 @@ def rod(**more):
         'links': {'rod': {'mass': 2.0, 'inertia': 0.3, 'com': [0.4, 0.0], 'pin': [1.0, 0.0]}},
         'publish': {'rate': 200.0, 'status_rate': 20.0},
     }, **more)
+
+
+def spinning():
+    """The links of rod(), at 1 rad/s."""
+    links = rod()['links']
+    links['rod']['initial'] = {'velocity': 1.0}
+    return links
 
 
 ROD_INERTIA = 0.62

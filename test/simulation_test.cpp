@@ -11,6 +11,7 @@
 #include <set>
 #include <string>
 
+#include "planar_chain/kane.h"
 #include "planar_chain/segments.h"
 #include "random_scene.h"
 
@@ -53,11 +54,13 @@ TEST(Simulation, AllocatesNothingInTheLoop) {
       simulation.advanceTo(k * 0.01);
       simulation.holdTorque(k % 10, 0.1, forever);
       simulation.addForce(k % 10, {0.5, 0}, {0, 1}, 0, 0.005);
+      simulation.holdTorque(k % 10, 0.2, forever, k * 0.01 + 0.0123);
+      simulation.addTorque(k % 10, 0.3, 0.001, k * 0.01 + 0.0047);
       simulation.linkMotions(motions.data());
       simulation.jointTorques(tau.data());
       simulation.energyBalance();
     }
-    simulation.reset();
+    simulation.clearCommands();
     EXPECT_EQ(allocations, before) << method;
   }
   const long before = allocations;
@@ -221,6 +224,58 @@ TEST(Commands, TimedOnesAddAndEndToTheBit) {
   EXPECT_NEAR(simulation.qd()[0], 3 * (0.0373 + 2 * 0.0173), 1e-15);
 }
 
+TEST(Commands, StartToTheBitAndWhatIsLeftOfThemActs) {
+  Simulation simulation(rod(), 8);
+  ASSERT_TRUE(simulation.advanceTo(0.01));
+  EXPECT_TRUE(simulation.addTorque(0, 1, 0.0373, 0.0234));                // wholly ahead
+  EXPECT_TRUE(simulation.addForce(0, {1, 0}, {0, 0}, 2, 0.015, 0.0005));  // 0.0055 s are left of it
+  EXPECT_TRUE(simulation.holdTorque(0, 4, 0.09, 0.0811));
+  EXPECT_THROW(simulation.addTorque(0, 1, 0.009, 0), std::invalid_argument) << "over";
+  EXPECT_THROW(simulation.holdTorque(0, 1, 0.01, 0), std::invalid_argument) << "over";
+  ASSERT_TRUE(simulation.advanceTo(0.0234));
+  EXPECT_NEAR(simulation.qd()[0], 3 * 2 * 0.0055, 1e-15);
+  for (int k = 3; k <= 10; ++k) ASSERT_TRUE(simulation.advanceTo(k * 0.01));
+  EXPECT_NEAR(simulation.qd()[0], 3 * (2 * 0.0055 + 0.0373 + 4 * 0.0089), 1e-15);
+}
+
+TEST(Commands, HeldOnesWaitInOrderOfTheirStarts) {
+  Simulation simulation(rod(), 3);
+  EXPECT_TRUE(simulation.holdTorque(0, 3, forever, 0.3));
+  EXPECT_TRUE(simulation.holdTorque(0, 1, forever, 0.1));
+  EXPECT_TRUE(simulation.holdTorque(0, 2, forever, 0.2));
+  EXPECT_FALSE(simulation.holdTorque(0, 4, forever, 0.4)) << "there is room for three";
+  EXPECT_TRUE(simulation.holdTorque(0, 10, forever)) << "what is held now needs no room";
+  ASSERT_TRUE(simulation.advanceTo(0.4));
+  EXPECT_NEAR(simulation.qd()[0], 3 * (10 * 0.1 + 1 * 0.1 + 2 * 0.1 + 3 * 0.1), 1e-14);
+  EXPECT_TRUE(simulation.holdTorque(0, 5, forever, 0.5));
+  simulation.clearCommands();
+  ASSERT_TRUE(simulation.advanceTo(1));
+  EXPECT_NEAR(simulation.qd()[0], 3 * 1.6, 1e-14);
+}
+
+TEST(Commands, ThatWaitChangeNoBitBeforeTheyStart) {
+  // Whenever they came, if it was before.
+  const auto motionWithCommandGivenAt = [](int given) {
+    Scene scene = randomScene(6, 3);
+    scene.integrator.method = "auto";
+    Simulation simulation(scene, 4);
+    std::vector<double> values;
+    for (int k = 1; k <= 40; ++k) {
+      if (k == given) {
+        simulation.addTorque(1, 2, 0.0345, 0.7111);
+        simulation.holdForce(3, {0.1, 0}, {1, 2}, 0, forever, 0.8222);
+      }
+      simulation.advanceTo(k * 0.025);
+      values.insert(values.end(), simulation.q().begin(), simulation.q().end());
+    }
+    return values;
+  };
+  const std::vector<double> early = motionWithCommandGivenAt(1);
+  EXPECT_EQ(early, motionWithCommandGivenAt(17));
+  EXPECT_EQ(early, motionWithCommandGivenAt(28));
+  EXPECT_NE(early, motionWithCommandGivenAt(30));
+}
+
 TEST(Commands, HeldOnesAreReplacedAndLapse) {
   Simulation simulation(rod(), 8);
   simulation.holdTorque(0, 5, forever);
@@ -231,6 +286,33 @@ TEST(Commands, HeldOnesAreReplacedAndLapse) {
   simulation.clearCommands();
   ASSERT_TRUE(simulation.advanceTo(2));
   EXPECT_NEAR(simulation.qd()[0], 3 * 0.25, 1e-14);
+}
+
+TEST(Commands, AreLoadsThatActTheSame) {
+  // Kane's equations of the scene with its commands for loads, while some lapse and end.
+  Scene scene = randomScene(4, 5);
+  Simulation simulation(scene, 8);
+  EXPECT_TRUE(simulation.commands().empty());
+  simulation.holdTorque(1, 2, forever);
+  simulation.holdTorque(3, -4, 0.15);
+  simulation.holdForce(2, {0.3, -0.2}, {1, 5}, 0.7, forever);
+  simulation.addTorque(1, 3, 0.25);
+  simulation.addForce(0, {1, 1}, {-2, 3}, -1, 0.35);
+  for (const std::size_t left : {5U, 4U, 3U, 2U}) {
+    scene.loads = simulation.scene().loads;
+    const std::vector<Load> commands = simulation.commands();
+    EXPECT_EQ(commands.size(), left);
+    scene.loads.insert(scene.loads.end(), commands.begin(), commands.end());
+    const auto vector = [](const std::vector<double>& v) -> Eigen::VectorXd {
+      return Eigen::Map<const Eigen::VectorXd>(v.data(), 4);
+    };
+    const Eigen::VectorXd q = vector(simulation.q()), qd = vector(simulation.qd());
+    const Eigen::VectorXd kanes = kane(scene.chain, q, qd, activeForces(scene, simulation.time(), q, qd)).qdd;
+    Eigen::VectorXd qdd(4);
+    simulation.accelerations(qdd.data());
+    EXPECT_LT((qdd - kanes).norm(), 1e-11 * kanes.norm()) << left;
+    simulation.advanceTo(simulation.time() + 0.15);
+  }
 }
 
 TEST(Commands, WrongOnesThrowAndChangeNothing) {
@@ -264,8 +346,36 @@ TEST(Failure, KeepsTheLastGoodStateAndResetLeadsBack) {
   simulation.reset();
   EXPECT_EQ(simulation.fault(), "");
   EXPECT_EQ(simulation.q()[0], 0.1);
-  EXPECT_EQ(simulation.time(), t);
-  EXPECT_TRUE(simulation.advanceTo(t + 0.01));
+  EXPECT_EQ(simulation.time(), 0);
+  EXPECT_TRUE(simulation.advanceTo(0.01));
+}
+
+TEST(Reset, GivesTheSameBitsAgainWhateverWentBefore) {
+  for (const char* method : {"auto", "dop853", "radau13", "rk4"}) {
+    Scene scene = randomScene(6, 2);
+    scene.integrator.method = method;
+    Simulation simulation(scene, 8);
+    const auto motion = [&] {
+      std::vector<double> values;
+      for (int k = 1; k <= 60; ++k) {
+        if (k == 20) simulation.addTorque(2, 3, 0.123);
+        simulation.advanceTo(k * 0.05);
+        values.insert(values.end(), simulation.q().begin(), simulation.q().end());
+        values.insert(values.end(), simulation.qd().begin(), simulation.qd().end());
+      }
+      values.push_back(static_cast<double>(simulation.statistics().steps));
+      return values;
+    };
+    const std::vector<double> first = motion();
+    simulation.holdTorque(1, 100, forever, 3.5);
+    simulation.advanceTo(4);
+    simulation.holdTorque(0, -50, forever, 5);
+    simulation.setState(scene.qd, scene.q);
+    simulation.advanceTo(4.1);
+    simulation.reset();
+    EXPECT_EQ(simulation.time(), 0);
+    EXPECT_EQ(first, motion()) << method;
+  }
 }
 
 }  // namespace

@@ -160,6 +160,14 @@ class Tools(unittest.TestCase):
         self.assertEqual(times[:4], [0, 0.1, 0.2, 0.3])
         self.assertTrue(all(math.isfinite(x) for row in self.rows()[1] for x in row))
 
+    def test_a_build_without_ros_has_no_bags(self):
+        if os.path.exists(os.path.join(BIN, "..", "libplanar_chain_bags.so")):
+            self.skipTest("this one has ROS: see bag_test.py")
+        for option in ("--bag", "--commands"):
+            result = self.run_tool("simulate", "--duration", "1", option, self.path("out.bag"))
+            self.assert_refused(result, option, "expected a build with ROS")
+            self.assertFalse(os.path.exists(self.path("out.bag")))
+
     # ---- simulate: what is shown -----------------------------------------------------------------
 
     def test_a_summary_without_csv(self):
@@ -204,6 +212,16 @@ class Tools(unittest.TestCase):
         self.assertAlmostEqual(at["f"][0], -9.81 / 2 * math.cos(0.5), 13)
         self.assertAlmostEqual(at["qdd"][0], at["f"][0] / at["M"][0][0], 13)
         self.assertEqual(at["S"][0], [[math.cos(0.5), math.sin(0.5)], [-math.sin(0.5), math.cos(0.5)]])
+
+    def test_the_linear_model_is_shown_when_asked_for(self):
+        rod = f"chain: [l]\nlinks: {{l: {ROD}}}\n"
+        at = self.equations("--q", "0.5", "--linearize", scene=rod)
+        self.assertEqual((at["A"][0], at["B"][0]), ([0, 1], [0]))
+        self.assertAlmostEqual(at["A"][1][0], 9.81 / 2 * math.sin(0.5) / 0.35, 13)
+        self.assertEqual(at["A"][1][1], 0)
+        self.assertAlmostEqual(at["B"][1][0], 1 / 0.35, 14)
+        self.assertNotIn("A", self.equations(scene=rod))
+        self.assertIn("A   dx/dt = A x + B dtau", self.run_tool("equations", "--linearize").stdout)
 
     def test_the_state_is_the_scenes_unless_given(self):
         at = self.equations(scene=SCENE.replace("pin: [1, 0]}", "pin: [1, 0], initial: {angle: 0.2}}", 1))

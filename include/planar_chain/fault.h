@@ -17,8 +17,11 @@ struct Fault {
 
 /// "links/lower/mass: expected a number > 0 kg, got \"heavy\""
 std::string toString(const Fault& fault);
+/// All of them, in one line if nothing else is said.
+std::string toString(const std::vector<Fault>& faults, const char* between = "; ");
 
-/// Thrown by whatever takes input from outside. what() has one line a fault.
+/// Thrown by whatever takes input from outside. what() has one line a fault. Of more than 1000 it keeps the
+/// first 1000, and one more that says how many there were.
 class Refused : public std::invalid_argument {
  public:
   explicit Refused(std::vector<Fault> faults);

@@ -36,11 +36,12 @@ namespace planar_chain {
 struct ActiveForces {
   Eigen::VectorXd F;    ///< 2n: x_1 y_1 x_2 y_2 …, at the centres of mass, ground components, N
   Eigen::VectorXd M;    ///< n: on the bodies, N m
-  Eigen::VectorXd tau;  ///< n: τ_i on body i and −τ_i on body i−1, N m; springs and dampers included
+  Eigen::VectorXd tau;  ///< n: τ_i on body i and −τ_i on body i−1, N m; springs, dampers, stops included
 };
 
 /// Gravity m g at the centres of mass; the loads that act at time t (s); springs and dampers
-/// −k (q − q0) − d q̇. A force X at another point moves to the centre of mass with its moment there.
+/// −k (q − q0) − d q̇; stops that push (stops.h). A force X at another point moves to the centre of mass with
+/// its moment there.
 /// @param q, qd relative angles (rad) and rates (rad/s), n each
 /// @throws std::invalid_argument when q or qd is not of size n, or a load names a link or joint that
 ///   the chain does not have

@@ -17,13 +17,13 @@ namespace planar_chain {
 
 class Loads {
  public:
-  /// commandCapacity: how many timed commands may be in force at once; 0: no commands, and no room for them.
+  /// commandCapacity: how many commands may be timed or wait for their start; 0: no commands at all.
   /// @throws std::invalid_argument when a load names a link or joint that the chain does not have.
   Loads(const Scene& scene, int commandCapacity);
 
   /// True when nothing acts, now or ever: no loads and no commands.
-  bool empty() const { return loads_.empty() && heldTorques_.empty(); }
-  bool takesCommands() const { return !heldTorques_.empty(); }
+  bool empty() const { return loads_.empty() && !takesCommands(); }
+  bool takesCommands() const { return !torques_.held.empty(); }
 
   /// Chooses what acts in [t, until()). Allocates nothing.
   void enter(double t);
@@ -57,29 +57,39 @@ class Loads {
   /// Adds to tau (n) the torques of loads and commands in the joints.
   void addJointTorques(double t, double* tau);
 
-  // Commands; see simulation.h. In force from the next enter(t) on.
-  void holdTorque(int joint, double torque, double until);
-  void holdForce(int link, Vec2d point, Vec2d force, double moment, double until);
-  bool addTorque(int joint, double torque, double start, double stop);
-  bool addForce(int link, Vec2d point, Vec2d force, double moment, double start, double stop);
-  void clearCommands();
-
- private:
-  /// One pair of time law and effect, in force in [start, stop).
+  /// In force in [start, stop).
   struct Window {
     double start = 0;
     double stop = -std::numeric_limits<double>::infinity();
   };
+
+  // Commands; see simulation.h. What starts after `now` shortens until() and changes nothing else; what has
+  // started is in force from the next enter(t) on.
+  /// @returns false, and nothing changes, when there is no room for one more that waits or is timed.
+  bool holdTorque(int joint, double torque, Window window, double now);
+  bool holdForce(int link, Vec2d point, Vec2d force, double moment, Window window, double now);
+  bool addTorque(int joint, double torque, Window window, double now);
+  bool addForce(int link, Vec2d point, Vec2d force, double moment, Window window, double now);
+  void clearCommands();
+  /// Those that are in force at t, as loads of a scene would say it.
+  std::vector<Load> commands(double t) const;
+
+ private:
   struct TorqueCommand {
-    int joint = 0;
+    int index = 0;  ///< of the joint
     double torque = 0;
     Window window;
   };
   struct ForceCommand {
-    int link = 0;
+    int index = 0;  ///< of the link
     Vec2d point, force;
     double moment = 0;
     Window window;
+  };
+  /// Held: one each joint or link. Waiting: in order of their starts, to be held from then on.
+  template <class Command>
+  struct Commands {
+    std::vector<Command> held, waiting, timed;
   };
 
   // What acts now. The factor of term k is factors_[term.factor]; factors_[0] is 1.
@@ -103,6 +113,16 @@ class Loads {
     int factor;
   };
 
+  template <class Command>
+  void reserve(Commands<Command>& commands, std::size_t held);
+  template <class Command>
+  bool hold(Commands<Command>& commands, const Command& command, double now);
+  template <class Command>
+  bool add(Commands<Command>& commands, const Command& command, double now);
+  template <class Command>
+  void bringForward(Commands<Command>& commands, double t);
+  bool hasRoom() const;
+
   bool acts(const Window& window, double t);
   int factorOf(const TimeLaw& law, double t);
   void evaluateFactors(double t);
@@ -114,8 +134,8 @@ class Loads {
 
   int size_;
   std::vector<Load> loads_;
-  std::vector<TorqueCommand> heldTorques_, timedTorques_;
-  std::vector<ForceCommand> heldForces_, timedForces_;
+  Commands<TorqueCommand> torques_;
+  Commands<ForceCommand> forces_;
   std::size_t capacity_ = 0;
 
   double until_ = std::numeric_limits<double>::infinity();

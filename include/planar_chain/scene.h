@@ -50,7 +50,7 @@ struct IntegratorSettings {
   double step = 1e-3;           ///< s, for methods of fixed step
 };
 
-/// What the node publishes; the tools read and check it like everything else, and do not use it.
+/// What the node publishes, and simulate writes into a bag; the other tools check it like everything else.
 struct PublishSettings {
   double rate = 200;       ///< Hz of joint_states and link_states: the node's tick
   double tfRate = 50;      ///< Hz of /tf, at most rate
@@ -70,6 +70,9 @@ struct Scene {
   IntegratorSettings integrator;
   PublishSettings publish;
   double commandTimeout = 0;  ///< s of sim time after which a held command lapses; 0: never
+  /// Sim time per wall time where the node owns /clock, 0: as fast as it goes; absent: it does not. Node
+  /// only.
+  std::optional<double> realTimeFactor = std::nullopt;
 };
 
 }  // namespace planar_chain

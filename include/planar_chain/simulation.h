@@ -3,13 +3,15 @@
 /// A scene in motion: advance it to a time, read its state, push it.
 ///
 /// Knows no clock, no ROS and no files. Deterministic: the same calls give the same bits. Allocates
-/// in its constructor, and when the energy guard calls in another method for the first time; nowhere else.
+/// in its constructor and in reset(), and when the energy guard calls in another method for the first time;
+/// nowhere else.
 ///
 /// The guard (energy_guard.h) looks every few steps. On trouble (the balance does not close, or the method
 /// can go no further) the simulation goes back to the last good state and climbs a ladder: the scene's method
 /// with smaller steps (an eighth, or a hundredth of the tolerance), then rodas5p, then failure. It climbs
 /// down again once a stretch has gone well, which must be longer each time.
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,7 +23,7 @@
 namespace planar_chain {
 
 struct Statistics {
-  long long steps = 0;        ///< accepted steps since construction
+  long long steps = 0;        ///< accepted steps since construction or reset()
   long long rejected = 0;     ///< steps tried again with a smaller size
   long long evaluations = 0;  ///< of q̈
   long long rescues = 0;      ///< times that the guard went back to the last good state; see Simulation
@@ -39,7 +41,7 @@ struct EnergyBalance {
 
 class Simulation {
  public:
-  /// commandCapacity: how many timed commands may be in force at once; 0: this simulation takes no
+  /// commandCapacity: how many commands may be timed or wait for their start; 0: this simulation takes no
   /// commands. The chain stands at scene.q, scene.qd at time 0.
   /// @throws std::invalid_argument when q or qd is not of size n or a load names no body of the
   /// chain.
@@ -52,9 +54,10 @@ class Simulation {
   /// the way.
   /// @returns false when the integration failed: time() and the state are then those of the last
   /// good step,
-  ///   fault() says why, and every further call returns false until reset() or setState().
+  ///   fault() says why, and every further call returns false until reset() or setState(). And when goesOn,
+  ///   asked every few steps, says false: without a fault, somewhere on the way.
   /// @throws std::invalid_argument for a t before time() or not finite.
-  bool advanceTo(double t);
+  bool advanceTo(double t, bool (*goesOn)() = nullptr);
 
   double time() const;                    ///< s
   const std::vector<double>& q() const;   ///< relative angles, rad, not wrapped
@@ -77,25 +80,32 @@ class Simulation {
   /// n values.
   void linkMotions(LinkMotion* motions) const;
 
-  // Commands, in force from time() on. Held ones last until the next one of the same joint or link,
-  // or until `until` (s, sim time); timed ones add to them and to each other for exactly their
-  // duration.
-  // @throws std::invalid_argument for an index out of range or a number that is not finite.
-  void holdTorque(int joint, double torque, double until);
-  void holdForce(int link, Vec2d point, Vec2d force, double moment, double until);
-  /// @returns false, and nothing changes, when commandCapacity timed commands are in force already.
-  bool addTorque(int joint, double torque, double duration);
-  bool addForce(int link, Vec2d point, Vec2d force, double moment, double duration);
+  // Commands, in force from `start` on (s of time(); the integrator lands there), or from time() on if that
+  // is later. Held ones last until the next one of the same joint or link starts, or until `until`; timed
+  // ones add to them and to each other until start + duration. What starts later changes nothing before.
+  // @returns false, and nothing changes, when commandCapacity commands are timed or wait already.
+  // @throws std::invalid_argument for an index out of range, a number that is not finite, and a command that
+  //   is over by time().
+  static constexpr double now = -std::numeric_limits<double>::infinity();
+  bool holdTorque(int joint, double torque, double until, double start = now);
+  bool holdForce(int link, Vec2d point, Vec2d force, double moment, double until, double start = now);
+  bool addTorque(int joint, double torque, double duration, double start = now);
+  bool addForce(int link, Vec2d point, Vec2d force, double moment, double duration, double start = now);
   void clearCommands();
+  /// Those in force at time(), as loads: the scene with these added says what acts.
+  std::vector<Load> commands() const;
 
   /// A new state at the present time; the balance starts anew, a fault is forgiven. Commands stay.
   /// @throws std::invalid_argument for wrong sizes or numbers that are not finite.
   void setState(const std::vector<double>& q, const std::vector<double>& qd);
-  /// The scene's initial state without commands, at the present time: time stays monotonic.
+  /// All as it was when constructed, time 0 included: the same calls give the same bits again. Only a
+  /// reference to scene() stays good.
   void reset();
 
  private:
   struct Parts;
+  const Scene scene_;
+  const int commandCapacity_;
   std::unique_ptr<Parts> parts_;
 };
 

@@ -69,10 +69,13 @@ std::string describe(const Value& value);
 /// `value` may be null: absent.
 std::string describe(const Value* value);
 
+/// Bytes. A scene of every link that a chain may have is shorter.
+constexpr std::size_t longestYaml = 1 << 24;
+
 /// The tree of one YAML document.
 /// @throws Refused what is not YAML (with line and column), more than one document, keys that are given
-///   twice or are no text, explicit tags, more than 16 levels, more than a million values (aliases
-///   counted as often as they are used).
+///   twice or are no text, explicit tags, more than 16 levels, more than a million values, more than
+///   longestYaml bytes (aliases counted as often as they are used).
 Value parseYaml(const std::string& text);
 
 }  // namespace planar_chain

@@ -2,8 +2,10 @@
 
 #include <ros/console.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "planar_chain/value.h"
 
@@ -12,6 +14,9 @@ namespace planar_chain {
 namespace {
 
 constexpr std::uint32_t queueSize = 2000;  // two seconds of commands at 1000 Hz
+constexpr std::size_t longestList = 200;   // letters of names that are told
+constexpr double farthestStart = 86400;    // s: what is farther was meant by another clock
+constexpr double stampResolution = 1e-9;   // s
 
 using Faults = std::vector<Fault>;
 
@@ -25,28 +30,24 @@ void checkZero(Faults& faults, const std::string& path, double value) {
   faults.push_back({path, "0: the motion is plane", toText(value)});
 }
 
-/// Finite, not negative, and not too short for the clock to tell its end from its start.
-void checkDuration(Faults& faults, const std::string& path, double now, double duration) {
-  const bool lasts = duration == 0 || now + duration > now;
-  if (std::isfinite(duration) && duration >= 0 && lasts) return;
-  faults.push_back({path, "a finite number >= 0 s", toText(duration)});
-}
-
 /// The index of `name`, or −1 and a fault.
 int find(Faults& faults, const std::string& path, const std::map<std::string, int>& index,
          const std::string& name) {
   const auto found = index.find(name);
   if (found != index.end()) return found->second;
   std::string known;
-  for (const auto& entry : index) known += (known.empty() ? "" : ", ") + entry.first;
+  for (auto entry = index.begin(); entry != index.end() && known.size() < longestList; ++entry) {
+    known += (known.empty() ? "" : ", ") + entry->first;
+  }
+  if (known.size() >= longestList) known += ", …";
   faults.push_back({path, "one of " + known, describe(Value(name))});
   return -1;
 }
 
-void checkRoom(Faults& faults, const std::string& topic, bool taken) {
-  if (taken) return;
-  faults.push_back(
-      {topic, "at most " + std::to_string(Commands::capacity) + " timed commands in force", "one more"});
+std::vector<Fault> faultsOfRoom(const std::string& topic, bool taken) {
+  if (taken) return {};
+  return {{topic, "at most " + std::to_string(Commands::capacity) + " commands that are timed or wait",
+           "one more"}};
 }
 
 double age(double now, double taken) {
@@ -55,51 +56,75 @@ double age(double now, double taken) {
 
 }  // namespace
 
-Commands::Commands(ros::NodeHandle& node, Simulation& simulation) : simulation_(simulation) {
+Commands::Commands(Simulation& simulation, SceneTime sceneTime)
+    : simulation_(simulation), sceneTime_(std::move(sceneTime)) {
   const Chain& chain = simulation.scene().chain;
   for (int i = 0; i < chain.size(); ++i) {
     joints_[chain.joints()[static_cast<std::size_t>(i)].name] = i;
     links_[chain.links()[static_cast<std::size_t>(i)].name] = i;
   }
-  subscribers_ = {node.subscribe("joint_torques", queueSize, &Commands::takeJointTorques, this),
-                  node.subscribe("joint_torque", queueSize, &Commands::takeJointTorque, this),
-                  node.subscribe("link_force", queueSize, &Commands::takeLinkForce, this)};
+}
+
+void Commands::listen(ros::NodeHandle& node, CommandLog& log) {
+  log_ = &log;
+  const auto hints = ros::TransportHints().tcpNoDelay();
+  subscribers_ = {node.subscribe("joint_torques", queueSize, &Commands::takeJointTorques, this, hints),
+                  node.subscribe("joint_torque", queueSize, &Commands::takeJointTorque, this, hints),
+                  node.subscribe("link_force", queueSize, &Commands::takeLinkForce, this, hints)};
+}
+
+std::vector<Fault> Commands::faultsOf(const std::vector<double>& torques, const std::string& path) const {
+  Faults faults;
+  const auto& joints = simulation_.scene().chain.joints();
+  if (torques.size() != joints.size()) {
+    faults.push_back({path, std::to_string(joints.size()) + " torques, one per joint in chain order",
+                      std::to_string(torques.size())});
+  } else {
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      checkFinite(faults, path + "[" + std::to_string(i) + "]", "N m", torques[i]);
+    }
+  }
+  if (!(heldFrom(simulation_.time()) > simulation_.time())) {
+    faults.push_back({"command_timeout", "a time that passes", toText(simulation_.scene().commandTimeout)});
+  }
+  return faults;
+}
+
+void Commands::hold(const std::vector<double>& torques) {
+  const double until = heldFrom(simulation_.time());
+  for (std::size_t i = 0; i < torques.size(); ++i) {
+    simulation_.holdTorque(static_cast<int>(i), torques[i], until);
+  }
+  jointTorquesTaken_ = simulation_.time();
+}
+
+void Commands::forget() {
+  jointTorquesTaken_ = jointTorqueTaken_ = linkForceTaken_ = never;
 }
 
 void Commands::takeJointTorques(const std_msgs::Float64MultiArray& message) {
-  const auto& joints = simulation_.scene().chain.joints();
-  Faults faults;
-  if (message.data.size() != joints.size()) {
-    faults.push_back({"joint_torques/data",
-                      std::to_string(joints.size()) + " torques, one per joint in chain order",
-                      std::to_string(message.data.size())});
-  } else {
-    for (std::size_t i = 0; i < joints.size(); ++i) {
-      checkFinite(faults, "joint_torques/data[" + std::to_string(i) + "]", "N m", message.data[i]);
-    }
-  }
-  if (refused(faults)) return;
-
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    simulation_.holdTorque(static_cast<int>(i), message.data[i], heldUntil());
-  }
-  jointTorquesTaken_ = simulation_.time();
+  if (refused(faultsOf(message.data, "joint_torques/data"))) return;
+  hold(message.data);
+  log(CommandTaken::JOINT_TORQUES, [&](CommandTaken& entry) { entry.joint_torques = message.data; });
 }
 
 void Commands::takeJointTorque(const JointTorque& message) {
   Faults faults;
   const int joint = find(faults, "joint_torque/joint", joints_, message.joint);
   checkFinite(faults, "joint_torque/torque", "N m", message.torque);
-  checkDuration(faults, "joint_torque/duration", simulation_.time(), message.duration);
+  const Window window = windowOf(faults, "joint_torque", message.start, message.duration);
   if (refused(faults)) return;
 
-  if (message.duration > 0) {
-    checkRoom(faults, "joint_torque", simulation_.addTorque(joint, message.torque, message.duration));
-    if (refused(faults)) return;
-  } else {
-    simulation_.holdTorque(joint, message.torque, heldUntil());
-  }
+  const bool taken =
+      message.duration > 0
+          ? simulation_.addTorque(joint, message.torque, window.duration, window.start)
+          : simulation_.holdTorque(joint, message.torque, heldFrom(window.start), window.start);
+  if (refused(faultsOfRoom("joint_torque", taken))) return;
   jointTorqueTaken_ = simulation_.time();
+  log(CommandTaken::JOINT_TORQUE, [&](CommandTaken& entry) {
+    entry.joint_torque.push_back(message);
+    entry.start = window.start;
+  });
 }
 
 void Commands::takeLinkForce(const LinkForce& message) {
@@ -112,36 +137,75 @@ void Commands::takeLinkForce(const LinkForce& message) {
   checkFinite(faults, "link_force/force/y", "N", message.force.y);
   checkZero(faults, "link_force/force/z", message.force.z);
   checkFinite(faults, "link_force/moment", "N m", message.moment);
-  checkDuration(faults, "link_force/duration", simulation_.time(), message.duration);
+  const Window window = windowOf(faults, "link_force", message.start, message.duration);
   if (refused(faults)) return;
 
   const Vec2d point{message.point.x, message.point.y};
   const Vec2d force{message.force.x, message.force.y};
-  if (message.duration > 0) {
-    checkRoom(faults, "link_force",
-              simulation_.addForce(link, point, force, message.moment, message.duration));
-    if (refused(faults)) return;
-  } else {
-    simulation_.holdForce(link, point, force, message.moment, heldUntil());
-  }
+  const bool taken =
+      message.duration > 0
+          ? simulation_.addForce(link, point, force, message.moment, window.duration, window.start)
+          : simulation_.holdForce(link, point, force, message.moment, heldFrom(window.start), window.start);
+  if (refused(faultsOfRoom("link_force", taken))) return;
   linkForceTaken_ = simulation_.time();
+  log(CommandTaken::LINK_FORCE, [&](CommandTaken& entry) {
+    entry.link_force.push_back(message);
+    entry.start = window.start;
+  });
+}
+
+/// When a command acts, in the simulation's time; a fault where it never would.
+Commands::Window Commands::windowOf(Faults& faults, const std::string& topic, ros::Time start,
+                                    double duration) const {
+  const double now = simulation_.time();
+  const double begin = start.isZero() ? now : sceneTime_(start);
+  if (!(begin - now <= farthestStart)) {
+    faults.push_back(
+        {topic + "/start", "0 for now, or the node's time, at most a day ahead",
+         std::isfinite(begin) ? toText(begin - now) + " s ahead" : "a time before /clock has begun"});
+    return {};
+  }
+  if (!(std::isfinite(duration) && duration >= 0 && (duration == 0 || begin + duration > begin))) {
+    faults.push_back({topic + "/duration", "a finite number >= 0 s", toText(duration)});
+    return {};
+  }
+  const double end = duration > 0 ? begin + duration : heldFrom(begin);
+  if (!(end > std::max(begin, now)) || (begin < now && end - now < stampResolution)) {
+    faults.push_back({topic + "/start", "a command that is not over",
+                      toText(now - begin) + " s ago, for " + toText(end - begin) + " s"});
+  }
+  return {begin, duration};
 }
 
 bool Commands::refused(const std::vector<Fault>& faults) {
   if (faults.empty()) return false;
   ++rejected_;
-  lastRejection_.clear();
-  for (const Fault& fault : faults) {
-    if (!lastRejection_.empty()) lastRejection_ += "; ";
-    lastRejection_ += toString(fault);
-  }
-  ROS_WARN_THROTTLE(1.0, "command refused: %s", lastRejection_.c_str());
+  lastRejection_ = toString(faults);
+  // By the wall: sim time may stand still.
+  if (warnings_.falls(ros::WallTime::now().toSec())) ROS_WARN("command refused: %s", lastRejection_.c_str());
   return true;
 }
 
-double Commands::heldUntil() const {
+template <class Fill>
+void Commands::log(std::uint8_t kind, Fill&& fill) {
+  if (log_) log_->add(kind, fill);
+}
+
+bool Commands::take(const CommandTaken& recorded) {
+  const std::uint64_t rejectedBefore = rejected_;
+  if (recorded.kind == CommandTaken::JOINT_TORQUES) {
+    std_msgs::Float64MultiArray torques;
+    torques.data = recorded.joint_torques;
+    takeJointTorques(torques);
+  }
+  for (const JointTorque& torque : recorded.joint_torque) takeJointTorque(torque);
+  for (const LinkForce& force : recorded.link_force) takeLinkForce(force);
+  return rejected_ == rejectedBefore;
+}
+
+double Commands::heldFrom(double start) const {
   const double timeout = simulation_.scene().commandTimeout;
-  return timeout > 0 ? simulation_.time() + timeout : std::numeric_limits<double>::infinity();
+  return timeout > 0 ? start + timeout : std::numeric_limits<double>::infinity();
 }
 
 void Commands::describe(SimStatus& status) const {

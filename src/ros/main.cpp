@@ -1,4 +1,4 @@
-/// planar_chain_node: the scene of the private parameters, running on wall time.
+/// planar_chain_node: the scene of the private parameters, running.
 
 #include <ros/console.h>
 #include <ros/init.h>
@@ -8,6 +8,7 @@
 
 #include "planar_chain/ros/node.h"
 #include "planar_chain/ros/parameters.h"
+#include "planar_chain/ros/services.h"
 #include "planar_chain/scene_reader.h"
 
 int main(int argc, char** argv) {
@@ -17,7 +18,8 @@ int main(int argc, char** argv) {
   const ros::NodeHandle loggingLastsAsLongAsThis;
   try {
     planar_chain::Node node(planar_chain::readScene(planar_chain::privateParameters()));
-    ros::spin();
+    const planar_chain::Services services(node);
+    node.run();
   } catch (const planar_chain::Refused& refused) {
     for (const auto& fault : refused.faults()) ROS_FATAL("%s", toString(fault).c_str());
     return 2;

@@ -91,7 +91,7 @@ geometry_msgs::TransformStamped Messages::baseInWorld(const Frames& frames, ros:
 void describe(const Simulation& simulation, SimStatus& status) {
   const Statistics statistics = simulation.statistics();
   const EnergyBalance balance = simulation.energyBalance();
-  status.sim_time = simulation.time();
+  status.sim_time = status.scene_time = simulation.time();
   status.method = simulation.method();
   status.steps = static_cast<std::uint64_t>(statistics.steps);
   status.rejected_steps = static_cast<std::uint64_t>(statistics.rejected);

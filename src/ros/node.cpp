@@ -1,18 +1,18 @@
 #include "planar_chain/ros/node.h"
 
+#include <ros/callback_queue.h>
 #include <ros/console.h>
 #include <ros/init.h>
-#include <ros/param.h>
 #include <ros/this_node.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
-#include <string>
-#include <vector>
+#include <limits>
+#include <stdexcept>
 
-#include "planar_chain/ode/methods.h"
+#include "planar_chain/ros/checks.h"
+#include "planar_chain/ros/summary.h"
 #include "planar_chain/ros/urdf.h"
 
 namespace planar_chain {
@@ -23,47 +23,43 @@ constexpr double queueSeconds = 2;      // what a publisher keeps for a slow sub
 constexpr long long fewTicks = 4;       // done at a stretch when behind,
 constexpr long long catchUpShare = 50;  // or this part of what is missing,
 constexpr double catchUpTime = 0.05;    // s of wall time at most
-constexpr double patience = 1;          // s of lag that are made up for
 constexpr double factorSeconds = 5;     // over which the real-time factor is measured
-constexpr double warningPeriod = 5.0;   // s
+constexpr double warningPeriod = 5;     // s
+constexpr double longestWait = 0.1;     // s, so that shutdowns and standstills are noticed
+
+constexpr std::uint32_t mostSteps = 10000;       // of one call,
+constexpr std::size_t mostStepValues = 1000000;  // and joints × ticks of its answer
 
 std::uint32_t queueFor(double rate) {
   return static_cast<std::uint32_t>(std::max(10.0, std::ceil(queueSeconds * rate)));
-}
-
-/// Stamps come from wall time; a clock that someone else drives would be a second opinion.
-const Scene& onWallTime(const Scene& scene) {
-  if (ros::param::param("/use_sim_time", false)) {
-    throw Refused({{"/use_sim_time", "false: the node runs on wall time", "true"}});
-  }
-  return scene;
 }
 
 bool isHeard(const ros::Publisher& topic) {
   return topic.getNumSubscribers() > 0;  // none where the scene does not want it advertised
 }
 
-std::string count(int number, const std::string& one) {
-  return std::to_string(number) + " " + one + (number == 1 ? "" : "s");
-}
-
-/// "a, b, c"; "nothing".
-std::string listed(const std::vector<std::string>& items) {
-  std::string list;
-  for (const std::string& item : items) list += (list.empty() ? "" : ", ") + item;
-  return list.empty() ? "nothing" : list;
-}
-
 }  // namespace
 
 Node::Node(const Scene& scene)
-    : settings_(onWallTime(scene).publish),
+    : settings_(scene.publish),
       frames_(framesOf(scene, ros::this_node::getNamespace())),
       simulation_(scene, Commands::capacity),
-      commands_(inner_, simulation_),
+      clock_(makeClock(scene)),
+      log_(inner_,
+           [this] {
+             return CommandLog::Instant{next_, simulation_.time()};
+           }),
+      commands_(simulation_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
+      queries_(inner_, simulation_),
       messages_(scene, frames_),
+      diagnostics_(status_, clock_->name()),
       pace_(settings_.rate),
-      factor_(1 + static_cast<int>(std::ceil(factorSeconds * settings_.statusRate))) {
+      next_(clock_->firstTick()),
+      factor_(1 + static_cast<int>(std::ceil(factorSeconds * settings_.statusRate))),
+      statuses_(1 / settings_.statusRate),
+      warnings_(warningPeriod),
+      reminders_(longestWait),
+      diagnoses_(1) {
   outer_.setParam("robot_description", urdfOf(scene, frames_));
 
   jointStatesOut_ = outer_.advertise<sensor_msgs::JointState>("joint_states", queueFor(settings_.rate));
@@ -71,135 +67,213 @@ Node::Node(const Scene& scene)
   if (settings_.linkStates) {
     linkStatesOut_ = inner_.advertise<LinkStates>("link_states", queueFor(settings_.rate));
   }
-  start_ = ros::Time::now();
   if (settings_.tf) {
     tfOut_ = outer_.advertise<tf2_msgs::TFMessage>("/tf", queueFor(settings_.tfRate));
     staticTf_.emplace();
-    staticTf_->sendTransform(Messages::baseInWorld(frames_, start_));
   }
+  commands_.listen(inner_, log_);
   status_.header.frame_id = frames_.base;
-  sayWhatRuns();
-  sayWhatIsPublished();
-
-  steadyStart_ = std::chrono::steady_clock::now();
-  timer_ = outer_.createSteadyTimer(ros::WallDuration(1 / settings_.rate), &Node::serveTicks, this);
+  ROS_INFO("%s", whatRuns(simulation_).c_str());
+  ROS_INFO("%s; time: %s", whatIsPublished(settings_, frames_).c_str(), clock_->name().c_str());
 }
 
-void Node::serveTicks(const ros::SteadyTimerEvent&) {
-  const double entered = elapsed();
-  if (pace_.giveUp(entered, next_, patience) > 0) {
-    ROS_WARN_THROTTLE(warningPeriod,
-                      "this machine cannot run this scene in real time at %g Hz: sim time is %.3f s "
-                      "behind the wall clock",
-                      settings_.rate, pace_.givenUp());
+// ---- The run -----------------------------------------------------------------------------------
+
+void Node::run() {
+  clock_->begin(next_);
+  while (ros::ok()) {
+    const double wait = serve();
+    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::clamp(wait, 0.0, longestWait)));
+  }
+}
+
+/// @returns how long there is nothing to do, s of wall time.
+double Node::serve() {
+  const double now = elapsed();
+  const auto goes = [this] { return !paused_ && simulation_.fault().empty(); };
+  if (goes() && now >= breathUntil_) serveTicks(now);
+  if (statuses_.falls(now)) publishStatus(now);
+  if (diagnoses_.falls(now)) {
+    lookAtNode();
+    diagnostics_.publish();
+  }
+  if (reminders_.falls(now)) clock_->tellAgain();
+  const double untilStatus = statuses_.next() - now;
+  return goes() ? std::min(untilStatus, std::max(clock_->untilDue(next_), breathUntil_ - now)) : untilStatus;
+}
+
+void Node::serveTicks(double now) {
+  const double givenUp = clock_->givenUp();
+  const long long due = clock_->due(next_);
+  if (clock_->givenUp() > givenUp && warnings_.falls(now)) {
+    ROS_WARN("sim time cannot follow %s at %g Hz: another %.3f s are given up", clock_->name().c_str(),
+             settings_.rate, clock_->givenUp() - givenUp);
   }
 
   // Catches up a little at a time: a flood would overrun the queues of those who listen (rosbag keeps
   // 100 messages a topic), and commands are to be served in between.
-  const long long due = pace_.due(entered);
-  const long long last = std::min(due, next_ + std::max(fewTicks, (due - next_) / catchUpShare) - 1);
-  while (next_ <= last && elapsed() - entered <= catchUpTime) tick(next_++);
-  if (next_ <= due) ++overruns_;
-}
-
-void Node::tick(long long k) {
-  const ros::Time stamp = stampOf(k);
-  // After a fault only the status goes on: no stamp is given to a state that does not move.
-  if (simulation_.fault().empty() && simulation_.advanceTo(pace_.timeOf(k))) {
-    publishState(k, stamp);
-  } else if (!faultSaid_) {
-    ROS_ERROR("%s", simulation_.fault().c_str());
-    faultSaid_ = true;
+  const double breather = clock_->breather();
+  const long long stretch = breather > 0 ? std::max(fewTicks, (due - next_) / catchUpShare) : due - next_ + 1;
+  const long long last = std::min(due, next_ + stretch - 1);
+  while (next_ <= last && elapsed() - now <= catchUpTime && tick()) {
   }
-  if (pace_.falls(k, settings_.statusRate)) publishStatus(stamp);
+  if (next_ > due) return;
+  ++overruns_;
+  breathUntil_ = now + breather;
 }
 
-void Node::publishState(long long k, ros::Time stamp) {
+/// @returns false when the integration failed, or the node ends: nothing is published then.
+bool Node::tick() {
+  if (!simulation_.advanceTo(sceneTime(next_), ros::ok)) {
+    if (simulation_.fault().empty()) return false;
+    ROS_ERROR("%s", simulation_.fault().c_str());
+    publishStatus(elapsed());
+    lookAtNode();
+    diagnostics_.publish();
+    return false;
+  }
+  publishState();
+  ++next_;
+  return true;
+}
+
+void Node::publishState() {
+  clock_->tell(next_);
+  const ros::Time stamp = clock_->stampOf(next_);
+  if (staticTf_ && next_ == clock_->firstTick()) {
+    staticTf_->sendTransform(Messages::baseInWorld(frames_, stamp));
+  }
   if (isHeard(jointStatesOut_)) jointStatesOut_.publish(messages_.jointStates(simulation_, stamp));
-  if (isHeard(tfOut_) && pace_.falls(k, settings_.tfRate)) {
+  if (isHeard(tfOut_) && pace_.falls(next_, settings_.tfRate)) {
     tfOut_.publish(messages_.transforms(simulation_, stamp));
   }
   if (isHeard(linkStatesOut_)) linkStatesOut_.publish(messages_.linkStates(simulation_, stamp));
 }
 
-void Node::publishStatus(ros::Time stamp) {
-  const double now = elapsed();
+void Node::publishStatus(double now) {
   // Sampled whoever listens: it looks back to before the listener came.
-  status_.real_time_factor = factor_.sample(simulation_.time(), now);
-  if (!isHeard(statusOut_)) return;
-  status_.header.stamp = stamp;
+  status_.real_time_factor = factor_.sample(simTime(), now);
+  status_.header.stamp = clock_->now();
+  if (status_.header.stamp.isZero() || !isHeard(statusOut_)) return;
   describe(simulation_, status_);
-  commands_.describe(status_);
-  status_.overruns = overruns_;
-  status_.lag = now - simulation_.time();
+  lookAtNode();
   statusOut_.publish(status_);
 }
 
-void Node::sayWhatRuns() const {
-  const Scene& scene = simulation_.scene();
-  int springs = 0, dampers = 0, limits = 0;
-  for (const Joint& joint : scene.chain.joints()) {
-    springs += joint.stiffness > 0;
-    dampers += joint.damping > 0;
-    limits += std::isfinite(joint.lower) + std::isfinite(joint.upper);
-  }
-  std::ostringstream held;
-  held << "commands that ";
-  if (scene.commandTimeout > 0) {
-    held << "lapse after " << scene.commandTimeout << " s";
-  } else {
-    held << "hold until replaced";
-  }
-
-  std::vector<std::string> runs, leftOut;
-  const auto tell = [&](int number, const std::string& one) {
-    (number > 0 ? runs : leftOut).push_back(number > 0 ? count(number, one) : one + "s");
-  };
-  if (scene.chain.gravity() == Vec2d{}) {
-    leftOut.push_back("gravity");
-  } else {
-    runs.push_back("gravity");
-  }
-  // With dampers, the springs that are missing run along at 0 N m/rad: not left out.
-  if (springs > 0 || dampers == 0) tell(springs, "spring");
-  tell(dampers, "damper");
-  tell(static_cast<int>(scene.loads.size()), "load");
-  tell(limits, "limit");
-  runs.push_back("energy guard");
-  runs.push_back(held.str());
-
-  const IntegratorSettings& integrator = scene.integrator;
-  const bool hasFixedStep = ode::hasFixedStep(integrator.method);
-  std::ostringstream line;
-  line << count(scene.chain.size(), "link") << " (" << simulation_.recursion() << ") by " << integrator.method
-       << (hasFixedStep ? ", step " : ", tolerance ")
-       << (hasFixedStep ? integrator.step : integrator.tolerance) << "; runs: " << listed(runs)
-       << "; left out: " << listed(leftOut);
-  ROS_INFO("%s", line.str().c_str());
+/// What the status says of the node itself.
+void Node::lookAtNode() {
+  status_.sim_time = simTime();
+  status_.paused = paused_;
+  status_.fault = simulation_.fault();
+  status_.standstill = !status_.fault.empty() ? standstillByFault : paused_ ? "paused" : clock_->standstill();
+  status_.overruns = overruns_;
+  status_.lag = status_.standstill.empty() ? std::max(0.0, clock_->lag(next_ - 1)) : 0;
+  commands_.describe(status_);
 }
 
-void Node::sayWhatIsPublished() const {
-  std::ostringstream line;
-  line << "made while somebody listens: joint_states";
-  if (settings_.linkStates) line << " and link_states";
-  line << " at " << settings_.rate << " Hz, ";
-  if (settings_.tf) line << "tf at " << settings_.tfRate << " Hz below " << frames_.base << ", ";
-  line << "status at " << settings_.statusRate << " Hz";
+// ---- What may be asked of it -------------------------------------------------------------------
 
-  std::vector<std::string> never;
-  if (!settings_.linkStates) never.push_back("link_states");
-  if (!settings_.tf) never.push_back("tf");
-  if (!never.empty()) line << "; never: " << listed(never);
-  ROS_INFO("%s", line.str().c_str());
+void Node::goOn() {
+  breathUntil_ = 0;
+  clock_->begin(next_);
 }
 
-ros::Time Node::stampOf(long long k) const {
-  const long double ns = static_cast<long double>(k) * 1e9L / static_cast<long double>(settings_.rate);
-  return start_ + ros::Duration().fromNSec(std::llround(ns));
+Node::Answer Node::pause() {
+  if (paused_) return {true, "it was paused already"};
+  paused_ = true;
+  return {true, "paused"};
+}
+
+Node::Answer Node::resume() {
+  if (!simulation_.fault().empty()) {
+    return {false, simulation_.fault() + "; ~reset or ~set_state leads back"};
+  }
+  if (!paused_) return {true, "it was running already"};
+  paused_ = false;
+  goOn();
+  return {true, "it goes on"};
+}
+
+Node::Answer Node::reset() {
+  const bool hadFailed = !simulation_.fault().empty();
+  simulation_.reset();
+  commands_.forget();
+  log_.add(CommandTaken::RESET);
+  origin_ = next_;
+  if (hadFailed && !paused_) goOn();
+  return {true, paused_ ? "back at the first state, paused" : "back at the first state"};
+}
+
+Node::Answer Node::clearCommands() {
+  simulation_.clearCommands();
+  log_.add(CommandTaken::CLEAR_COMMANDS);
+  return {true, "no command is in force or waits"};
+}
+
+Node::Answer Node::setState(const std::vector<double>& q, const std::vector<double>& qd) {
+  std::vector<Fault> faults;
+  checkValues(faults, "q", "angles", "rad", q, simulation_.q().size());
+  checkValues(faults, "qd", "rates", "rad/s", qd, simulation_.qd().size());
+  if (!faults.empty()) return {false, toString(faults)};
+  const bool hadFailed = !simulation_.fault().empty();
+  try {
+    simulation_.setState(q, qd);
+  } catch (const std::invalid_argument& refusal) {
+    return {false, refusal.what()};
+  }
+  log_.add(CommandTaken::SET_STATE, [&](CommandTaken& taken) {
+    taken.q = q;
+    taken.qd = qd;
+  });
+  if (hadFailed && !paused_) goOn();
+  return {true, "the state is set"};
+}
+
+Node::Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
+                        std::vector<sensor_msgs::JointState>& states) {
+  // As a whole or not at all.
+  if (!simulation_.fault().empty()) {
+    return {false, simulation_.fault() + "; ~reset or ~set_state leads back"};
+  }
+  if (!clock_->hasBegun()) return {false, clock_->standstill()};
+  const std::size_t joints = simulation_.q().size();
+  const auto most = std::min<std::size_t>(mostSteps, std::max<std::size_t>(1, mostStepValues / joints));
+  std::vector<Fault> faults;
+  if (!torques.empty()) faults = commands_.faultsOf(torques, "torques");
+  if (ticks < 1 || ticks > most) {
+    faults.push_back({"n", "from 1 to " + std::to_string(most) + " ticks", std::to_string(ticks)});
+  }
+  if (!faults.empty()) return {false, toString(faults)};
+
+  const bool ran = !paused_;
+  paused_ = true;
+  if (!torques.empty()) commands_.hold(torques);
+  log_.add(CommandTaken::STEP, [&](CommandTaken& taken) { taken.joint_torques = torques; });
+  // Where the state of scene time 0 has not been shown, it is that of the tick before.
+  if (next_ == origin_) --origin_;
+  states.reserve(ticks);
+  for (std::uint32_t k = 0; k < ticks; ++k) {
+    if (!tick()) return {false, ros::ok() ? simulation_.fault() : "the node ends"};
+    states.push_back(messages_.jointStates(simulation_, clock_->stampOf(next_ - 1)));
+  }
+  return {true, ran ? "done; the run was paused, ~resume lets it go on" : "done; it is paused"};
+}
+
+// ---- Time --------------------------------------------------------------------------------------
+
+/// The stamp of a tick is that tick's time to the bit; any other is so many ns from the last stamps'
+/// beginning.
+double Node::sceneTimeOf(ros::Time stamp) const {
+  if (!clock_->hasBegun()) return std::numeric_limits<double>::infinity();
+  const auto ns = static_cast<std::int64_t>(stamp.toNSec());
+  const long long from = std::max(clock_->stampsBegan(), origin_);
+  const double since = static_cast<double>(ns - clock_->ns(from)) / 1e9;
+  const long long tick = from + std::llround(since * settings_.rate);
+  return clock_->ns(tick) == ns ? sceneTime(tick) : sceneTime(from) + since;
 }
 
 double Node::elapsed() const {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - steadyStart_).count();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }
 
 }  // namespace planar_chain

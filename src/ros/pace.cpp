@@ -4,15 +4,8 @@
 
 namespace planar_chain {
 
-long long Pace::due(double now) const {
-  return static_cast<long long>(std::floor((now - givenUp_) * rate_));
-}
-
-double Pace::giveUp(double now, long long next, double patience) {
-  const double behind = now - givenUp_ - timeOf(next);
-  if (behind <= patience) return 0;
-  givenUp_ += behind;
-  return behind;
+std::int64_t Pace::nanosecondsOf(long long tick) const {
+  return std::llround(static_cast<long double>(tick) * 1e9L / static_cast<long double>(rate_));
 }
 
 bool Pace::falls(long long tick, double frequency) const {
@@ -21,6 +14,13 @@ bool Pace::falls(long long tick, double frequency) const {
     return std::floor(static_cast<double>(k) * frequency / rate_ + 1e-6);
   };
   return tick == 0 || happened(tick) > happened(tick - 1);
+}
+
+bool Every::falls(double now) {
+  if (now < next_) return false;
+  next_ += period_;
+  if (next_ <= now) next_ = now + period_;
+  return true;
 }
 
 double RealTimeFactor::sample(double simTime, double wallTime) {

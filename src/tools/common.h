@@ -3,11 +3,14 @@
 /// What the tools of the command line share: exit statuses, arguments, scene files.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -49,19 +52,16 @@ inline std::optional<int> parseArguments(CLI::App& app, int argc, char** argv) {
 }
 
 /// The tree of a scene file.
-/// @throws Refused when it cannot be read, is larger than any scene, or is no YAML
+/// @throws Refused when it cannot be read, and as parseYaml
 inline Value loadScene(const std::string& path) {
-  constexpr std::streamsize largest = 1 << 26;
   std::ifstream file(path, std::ios::binary);
   std::string text;
   std::vector<char> block(1 << 16);
-  while (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0) {
+  while (text.size() <= longestYaml &&
+         (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0)) {
     text.append(block.data(), static_cast<std::size_t>(file.gcount()));
-    if (static_cast<std::streamsize>(text.size()) > largest) {
-      throw Refused({{path, "a scene file of at most 64 MiB", "more"}});
-    }
   }
-  if (!file.eof()) {
+  if (text.size() <= longestYaml && !file.eof()) {
     throw Refused({{path, "a scene file that can be read", std::strerror(errno)}});
   }
   return parseYaml(text);
@@ -75,6 +75,29 @@ double numberArgument(const std::string& option, const std::string& given, const
   if (number && std::isfinite(*number) && holds(*number)) return *number;
   faults.push_back({option, expected, describe(Value(given))});
   return 0;
+}
+
+/// Notes a fault when the file `path` cannot be written, or is one of `others`. Changes no file.
+inline void checkOutput(const char* option, const std::string& path,
+                        std::initializer_list<std::optional<std::string>> others,
+                        std::vector<Fault>& faults) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  const auto isSame = [&](const std::optional<std::string>& other) {
+    return other && (fs::equivalent(path, *other, none) ||
+                     fs::weakly_canonical(path, none) == fs::weakly_canonical(*other, none));
+  };
+  if (std::any_of(others.begin(), others.end(), isSame)) {
+    faults.push_back({option, "a file that is not another of the run's", describe(Value(path))});
+    return;
+  }
+  const bool isNew = !fs::exists(path, none);
+  if (!std::ofstream(path, std::ios::app)) {
+    const std::string why = std::strerror(errno);
+    faults.push_back({option, "a file that can be written", describe(Value(path)) + ": " + why});
+  } else if (isNew) {
+    fs::remove(path, none);
+  }
 }
 
 /// The scene, judged together with the arguments: all faults at once. `amend` changes the tree that the

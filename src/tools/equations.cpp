@@ -8,6 +8,7 @@
 
 #include "common.h"
 #include "planar_chain/kane.h"
+#include "planar_chain/linear_model.h"
 
 namespace planar_chain::tools {
 namespace {
@@ -19,6 +20,7 @@ struct Arguments {
   std::optional<std::string> q;
   std::optional<std::string> qd;
   std::string t = "0";
+  bool linearize = false;
   bool json = false;
 };
 
@@ -27,6 +29,8 @@ void declare(CLI::App& app, Arguments& to) {
   app.add_option("--q", to.q, "Relative angles, rad, such as 0.1,0.2; the scene's initial ones if absent");
   app.add_option("--qd", to.qd, "Rates, rad/s, such as 0,0; the scene's initial ones if absent");
   app.add_option("--t", to.t, "Time, s, for loads that depend on it")->capture_default_str();
+  app.add_flag("--linearize", to.linearize,
+               "Also A and B of dx/dt = A x + B dtau, x = (dq, dqd) off the state");
   app.add_flag("--json", to.json, "For programs: one JSON object, matrices as arrays of rows");
   app.footer("Exit status: 0 done; 1 no finite solution; 2 bad arguments or scene.");
 }
@@ -80,7 +84,8 @@ void print(const std::string& letter, const std::string& meaning, const Eigen::M
   std::printf("\n");
 }
 
-void printText(const Scene& scene, double t, const ActiveForces& active, const Kane& at) {
+void printText(const Scene& scene, double t, const ActiveForces& active, const Kane& at,
+               const std::optional<LinearModel>& near) {
   std::printf("M q'' = f(q, q', t) at t = %s s; bodies from the ground outwards:", shown(t).c_str());
   for (const Link& link : scene.chain.links()) std::printf(" %s", link.name.c_str());
   std::printf("\n\n");
@@ -104,6 +109,9 @@ void printText(const Scene& scene, double t, const ActiveForces& active, const K
   print("f", "= f_ext - V_pd A_1' qd, N m", at.f.transpose());
   print("M", "= V_pd A_2' + W_pd A_3', kg m^2", at.M_q);
   print("qdd", "M qdd = f, rad/s^2", at.qdd.transpose());
+  if (!near) return;
+  print("A", "dx/dt = A x + B dtau, x = (dq, dqd) off this state", near->A);
+  print("B", "= [0; M^-1], dtau more torque in the joints", near->B);
 }
 
 // ---- For a program ---------------------------------------------------------------------------
@@ -120,34 +128,35 @@ Json rowsOf(const Eigen::MatrixXd& matrix) {
   return rows;
 }
 
-void printJson(double t, const ActiveForces& active, const Kane& at) {
+void printJson(double t, const ActiveForces& active, const Kane& at, const std::optional<LinearModel>& near) {
   Json shifters = Json::array();
   for (const Eigen::Matrix2d& S : at.S) shifters.push_back(rowsOf(S));
-  const std::pair<const char*, Json> entries[] = {
-      {"t", t},
-      {"q", listOf(at.q)},
-      {"qd", listOf(at.qd)},
-      {"S", shifters},
-      {"T", rowsOf(at.T)},
-      {"V_pd", rowsOf(at.V_pd)},
-      {"W_pd", rowsOf(at.W_pd)},
-      {"A_1", rowsOf(at.A_1)},
-      {"A_2", rowsOf(at.A_2)},
-      {"A_3", rowsOf(at.A_3)},
-      {"F", listOf(active.F)},
-      {"M_ext", listOf(active.M)},
-      {"tau", listOf(active.tau)},
-      {"f_ext", listOf(at.f_ext)},
-      {"f", listOf(at.f)},
-      {"M", rowsOf(at.M_q)},
-      {"qdd", listOf(at.qdd)},
-  };
-
   // One key a line: a matrix stays readable, and a diff small.
   const char* before = "{";
-  for (const auto& [key, entry] : entries) {
+  const auto put = [&before](const char* key, const Json& entry) {
     std::printf("%s\n  \"%s\": %s", before, key, entry.dump().c_str());
     before = ",";
+  };
+  put("t", t);
+  put("q", listOf(at.q));
+  put("qd", listOf(at.qd));
+  put("S", shifters);
+  put("T", rowsOf(at.T));
+  put("V_pd", rowsOf(at.V_pd));
+  put("W_pd", rowsOf(at.W_pd));
+  put("A_1", rowsOf(at.A_1));
+  put("A_2", rowsOf(at.A_2));
+  put("A_3", rowsOf(at.A_3));
+  put("F", listOf(active.F));
+  put("M_ext", listOf(active.M));
+  put("tau", listOf(active.tau));
+  put("f_ext", listOf(at.f_ext));
+  put("f", listOf(at.f));
+  put("M", rowsOf(at.M_q));
+  put("qdd", listOf(at.qdd));
+  if (near) {
+    put("A", rowsOf(near->A));
+    put("B", rowsOf(near->B));
   }
   std::printf("\n}\n");
 }
@@ -175,10 +184,12 @@ int equations(int argc, char** argv) {
 
   const ActiveForces active = activeForces(scene, t, q, qd);
   const Kane at = kane(scene.chain, q, qd, active);
+  std::optional<LinearModel> near;
+  if (given.linearize) near = linearModel(scene, t, q, qd);
   if (given.json) {
-    printJson(t, active, at);
+    printJson(t, active, at, near);
   } else {
-    printText(scene, t, active, at);
+    printText(scene, t, active, at, near);
   }
   if (at.qdd.allFinite()) return done;
   std::cerr << "equations: the accelerations are not finite: the numbers are too large\n";

@@ -1,11 +1,13 @@
-/// simulate SCENE.yaml --duration T: runs a scene as fast as it goes and writes its motion as CSV.
+/// simulate SCENE.yaml --duration T: runs a scene as fast as it goes and writes its motion as CSV, or as the
+/// bag that a node would give.
 
 #include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
+#include <memory>
 
+#include "bags_library.h"
 #include "common.h"
 #include "planar_chain/ode/methods.h"
 #include "planar_chain/simulation.h"
@@ -16,21 +18,31 @@ namespace {
 struct Arguments {
   std::string scene;
   std::string duration;
-  std::string rate = "100";
+  std::optional<std::string> rate;
   std::optional<std::string> method;
   std::optional<std::string> tolerance;
   std::optional<std::string> step;
   std::optional<std::string> csv;
+  BagArguments bags;
+
+  bool wantsBags() const { return bags.out || bags.commands || bags.urdf; }
 };
 
 void declare(CLI::App& app, Arguments& to) {
   app.add_option("SCENE", to.scene, "The scene, a YAML file (config/README.md explains it)")->required();
   app.add_option("--duration", to.duration, "Simulated time, s")->required();
-  app.add_option("--rate", to.rate, "Rows a second of simulated time")->capture_default_str();
+  app.add_option("--rate", to.rate,
+                 "Rows a second of simulated time (default 100; with a bag: the scene's publish/rate)");
   app.add_option("--method", to.method, "Integrator, instead of the scene's");
   app.add_option("--tolerance", to.tolerance, "Of adaptive methods, instead of the scene's");
   app.add_option("--step", to.step, "s, of fixed-step methods, instead of the scene's");
   app.add_option("--csv", to.csv, "File to write: t, q and qd of every joint, energy");
+  app.add_option("--bag", to.bags.out,
+                 "Bag to write: what the node publishes, stamped from 0 s on, and /clock");
+  app.add_option("--commands", to.bags.commands, "Bag whose recorded commands are taken at their times");
+  app.add_option("--urdf", to.bags.urdf,
+                 "File to write: the scene as URDF, robot_description for the bag in rviz");
+  app.add_option("--node", to.bags.node, "Whose topics the bags have (default: found out, or /planar_chain)");
   app.footer("Exit status: 0 done; 1 the run failed; 2 bad arguments or scene.");
 }
 
@@ -43,26 +55,31 @@ class Rows {
     // A duration that is a multiple of 1/rate, up to rounding, has no extra row just before its end.
     const double product = duration * rate;
     const double nearest = std::round(product);
-    const bool isMultiple = nearest > 0 && std::abs(product - nearest) <= 1e-15 * 4 * product;
-    last_ = isMultiple ? nearest : std::ceil(product);
+    endsOnATick_ = nearest > 0 && std::abs(product - nearest) <= 1e-15 * 4 * product;
+    last_ = endsOnATick_ ? nearest : std::ceil(product);
   }
 
   double last() const { return last_; }
+  /// Whether row k lies at k/rate, as a tick of the node does.
+  bool isTick(double k) const { return k < last_ || endsOnATick_; }
   double time(double k) const { return k >= last_ ? duration_ : k / rate_; }
 
  private:
   double duration_;
   double rate_;
   double last_;  ///< index; a double, for it may be anything before it is judged
+  bool endsOnATick_;
 };
 
-Rows rowsOf(const Arguments& given, std::vector<Fault>& faults) {
+/// `usualRate`: where none is given.
+Rows rowsOf(const Arguments& given, double usualRate, std::vector<Fault>& faults) {
   constexpr double mostRows = 1e8;
   const auto isPositive = [](double x) { return x > 0; };
   const double duration =
       numberArgument("--duration", given.duration, "a finite number > 0 s", isPositive, faults);
-  const double rate =
-      numberArgument("--rate", given.rate, "a finite number > 0 rows a second", isPositive, faults);
+  const double rate = given.rate ? numberArgument("--rate", *given.rate, "a finite number > 0 rows a second",
+                                                  isPositive, faults)
+                                 : usualRate;
   const Rows rows(duration, rate);
   if (!(rows.last() <= mostRows)) {
     faults.push_back({"--rate", "at most 100000000 rows in all", toText(rows.last())});
@@ -74,17 +91,9 @@ Rows rowsOf(const Arguments& given, std::vector<Fault>& faults) {
 
 class Csv {
  public:
-  /// @throws Refused when the file cannot be opened, or is the scene's
-  Csv(const std::string& path, const std::string& scenePath) : path_(path) {
-    std::error_code none;
-    if (std::filesystem::equivalent(path, scenePath, none)) {
-      throw Refused({{"--csv", "another file than the scene", describe(Value(path))}});
-    }
-    file_ = std::fopen(path.c_str(), "w");
-    if (!file_) {
-      const std::string why = std::strerror(errno);
-      throw Refused({{"--csv", "a file that can be written", describe(Value(path)) + ": " + why}});
-    }
+  /// @throws std::runtime_error when the file cannot be opened
+  explicit Csv(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "w")) {
+    if (!file_) fail();
   }
   ~Csv() {
     if (file_) std::fclose(file_);
@@ -120,7 +129,7 @@ class Csv {
   }
 
   std::string path_;
-  std::FILE* file_ = nullptr;
+  std::FILE* file_;
 };
 
 // ---- What the user sees ----------------------------------------------------------------------
@@ -185,13 +194,30 @@ void writeSummary(const Simulation& simulation) {
               energy.potential);
 }
 
+// ---- The files -------------------------------------------------------------------------------
+
+/// Notes a fault for each file that is to be written and cannot be, or is another of the run's.
+void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
+  if (given.wantsBags()) checkBags(faults);
+  if (given.bags.node && !given.wantsBags()) {
+    faults.push_back({"--node", "--bag, --commands or --urdf, of which it is the node", "neither"});
+  }
+  const auto check = [&](const char* option, const std::optional<std::string>& path,
+                         std::initializer_list<std::optional<std::string>> others) {
+    if (path) checkOutput(option, *path, others, faults);
+  };
+  check("--csv", given.csv, {given.scene, given.bags.commands});
+  check("--bag", given.bags.out, {given.scene, given.bags.commands, given.csv});
+  check("--urdf", given.bags.urdf, {given.scene, given.bags.commands, given.csv, given.bags.out});
+}
+
 // ---- The run ---------------------------------------------------------------------------------
 
 /// What the arguments override, put where the scene would say it: one reader judges both.
-void override(Value& scene, const char* key, const std::optional<std::string>& given) {
+void override(Value& scene, const char* section, const char* key, const std::optional<std::string>& given) {
   if (!given || !scene.map()) return;
-  Value& integrator = scene.map()->try_emplace("integrator", Value::Map()).first->second;
-  if (integrator.map()) (*integrator.map())[key] = *given;
+  Value& settings = scene.map()->try_emplace(section, Value::Map()).first->second;
+  if (settings.map()) (*settings.map())[key] = *given;
 }
 
 int simulate(int argc, char** argv) {
@@ -201,13 +227,19 @@ int simulate(int argc, char** argv) {
   if (const auto status = parseArguments(app, argc, argv)) return *status;
 
   std::vector<Fault> faults;
-  const Rows rows = rowsOf(given, faults);
+  constexpr double usualRate = 100;
+  rowsOf(given, usualRate, faults);
+  checkFiles(given, faults);
   const auto amend = [&](Value& value) {
-    override(value, "method", given.method);
-    override(value, "tolerance", given.tolerance);
-    override(value, "step", given.step);
+    override(value, "integrator", "method", given.method);
+    override(value, "integrator", "tolerance", given.tolerance);
+    override(value, "integrator", "step", given.step);
+    if (given.wantsBags()) override(value, "publish", "rate", given.rate);
   };
   const Scene scene = readScene(given.scene, amend, std::move(faults));
+  // With a bag, rows are the node's ticks: the steps end where the node's do, and so the digits are the same.
+  const Rows rows = rowsOf(given, given.wantsBags() ? scene.publish.rate : usualRate, faults);
+  if (!faults.empty()) throw Refused(std::move(faults));
 
   const std::string& method = scene.integrator.method;
   if (given.step && !ode::hasFixedStep(method)) {
@@ -219,10 +251,13 @@ int simulate(int argc, char** argv) {
                  method.c_str());
   }
 
-  Simulation simulation(scene);
+  std::unique_ptr<Bags> bags;
+  std::optional<Simulation> alone;
+  if (given.wantsBags()) bags.reset(bagsLibrary()(scene, given.bags));
+  Simulation& simulation = bags ? bags->simulation() : alone.emplace(scene);
   std::optional<Csv> csv;
   if (given.csv) {
-    csv.emplace(*given.csv, given.scene);
+    csv.emplace(*given.csv);
     csv->header(scene.chain);
   }
 
@@ -230,12 +265,15 @@ int simulate(int argc, char** argv) {
   {
     Progress progress(rows.time(rows.last()));
     for (double k = 0; isGood && k <= rows.last(); ++k) {
-      isGood = simulation.advanceTo(rows.time(k));
+      const auto row = static_cast<long long>(k);
+      isGood = bags ? bags->advanceTo(row, rows.time(k)) : simulation.advanceTo(rows.time(k));
+      if (bags && rows.isTick(k)) bags->tick(row);
       if (isGood && csv) csv->row(simulation);
       progress.show(simulation.time());
     }
   }
   if (csv) csv->close();
+  if (bags) bags->close();
   if (!isGood) {
     std::fprintf(stderr, "simulate: the run failed at t = %.17g s: %s\nThe last finite state:\n",
                  simulation.time(), simulation.fault().c_str());
@@ -243,6 +281,7 @@ int simulate(int argc, char** argv) {
     return runFailed;
   }
   writeSummary(simulation);
+  if (bags) std::fputs(bags->summary().c_str(), stdout);
   return done;
 }
 

@@ -41,6 +41,9 @@ class Messages {
   std::vector<Rotation<double>> halfTurns_;
 };
 
+/// Why sim time stands still after a fault, in SimStatus.
+inline constexpr const char* standstillByFault = "the integration has failed";
+
 /// The simulation's part of the status; the rest is left as it is.
 void describe(const Simulation& simulation, SimStatus& status);
 

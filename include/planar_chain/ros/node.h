@@ -1,44 +1,72 @@
 #pragma once
 
-/// The node: a simulation kept in step with wall time, its publishers and its commands.
+/// The node: a simulation kept in step with a clock, its publishers and its commands.
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
-#include <ros/steady_timer.h>
+#include <sensor_msgs/JointState.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "planar_chain/ros/clock.h"
+#include "planar_chain/ros/command_log.h"
 #include "planar_chain/ros/commands.h"
+#include "planar_chain/ros/diagnostics.h"
 #include "planar_chain/ros/frames.h"
 #include "planar_chain/ros/messages.h"
 #include "planar_chain/ros/pace.h"
+#include "planar_chain/ros/queries.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain {
 
-/// Runs on wall time. Tick k brings the simulation to time k/rate, exactly, and is stamped
-/// start + k/rate, where start is the wall time of tick 0. So stamps are evenly spaced whatever the
-/// machine does; when it cannot keep up, they fall behind the wall clock, and the status says so.
-/// A message is made when somebody listens to it, and only then.
+/// Tick k brings the simulation to scene time (k − origin)/rate, exactly, whatever the clock; clock.h says
+/// when, and how it is stamped. origin: the tick of the start, or of the last reset. Ticks stand still while
+/// the node is paused, after a fault, and with their clock. A message is made when somebody listens to it,
+/// and only then.
 class Node {
  public:
-  /// Sets robot_description, advertises, subscribes, and starts to run as soon as callbacks are served.
-  /// @throws Refused what is wrong with the scene's frames, and use_sim_time.
+  /// Sets robot_description, advertises and subscribes.
+  /// @throws Refused what is wrong with the scene's frames.
   explicit Node(const Scene& scene);
 
- private:
-  void serveTicks(const ros::SteadyTimerEvent& event);
-  void tick(long long k);
-  void publishState(long long k, ros::Time stamp);
-  void publishStatus(ros::Time stamp);
-  void sayWhatRuns() const;
-  void sayWhatIsPublished() const;
+  /// Ticks and serves, until ROS shuts down.
+  void run();
 
-  ros::Time stampOf(long long k) const;
+  // What may be asked of it, between two ticks. Where the answer is no success, nothing has changed.
+  struct Answer {
+    bool success;
+    std::string message;
+  };
+  Answer pause();
+  Answer resume();
+  /// The scene's first state at scene time 0, without commands and faults.
+  Answer reset();
+  Answer clearCommands();
+  Answer setState(const std::vector<double>& q, const std::vector<double>& qd);
+  /// `ticks` ticks, after which it is paused, with these torques held if there are any. Adds the state after
+  /// each to `states`. No success, but all changed so far, when the integration fails on the way.
+  Answer step(const std::vector<double>& torques, std::uint32_t ticks,
+              std::vector<sensor_msgs::JointState>& states);
+
+ private:
+  double serve();
+  void serveTicks(double now);
+  bool tick();
+  void publishState();
+  void publishStatus(double now);
+  void lookAtNode();
+  void goOn();
+
+  double sceneTime(long long tick) const { return pace_.timeOf(tick - origin_); }
+  double simTime() const { return pace_.timeOf(origin_) + simulation_.time(); }
+  double sceneTimeOf(ros::Time stamp) const;
   double elapsed() const;  ///< wall time since the start, s
 
   ros::NodeHandle outer_;       ///< the node's namespace
@@ -46,21 +74,26 @@ class Node {
   PublishSettings settings_;
   Frames frames_;
   Simulation simulation_;
+  std::unique_ptr<Clock> clock_;
+  CommandLog log_;
   Commands commands_;
+  Queries queries_;
   Messages messages_;
   SimStatus status_;
+  Diagnostics diagnostics_;
 
   ros::Publisher jointStatesOut_, linkStatesOut_, tfOut_, statusOut_;
   std::optional<tf2_ros::StaticTransformBroadcaster> staticTf_;
 
   Pace pace_;
-  RealTimeFactor factor_;
-  long long next_ = 0;  ///< the first tick that has not happened yet
+  long long next_;        ///< the first tick that has not happened yet
+  long long origin_ = 0;  ///< the tick of scene time 0
+  bool paused_ = false;
+  double breathUntil_ = 0;  ///< s of wall time
   std::uint64_t overruns_ = 0;
-  bool faultSaid_ = false;
-  ros::Time start_;
-  std::chrono::steady_clock::time_point steadyStart_;
-  ros::SteadyTimer timer_;  ///< last: nothing ticks before all else stands
+  RealTimeFactor factor_;
+  Every statuses_, warnings_, reminders_, diagnoses_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace planar_chain

@@ -1,28 +1,20 @@
 #pragma once
 
-/// Wall time cut into ticks. Times are s on a steady clock since the start; tick k belongs to sim time
-/// k/rate, computed from the index.
+/// Time cut into ticks, and how fast it goes.
 
+#include <cstdint>
 #include <vector>
 
 namespace planar_chain {
 
+/// Tick k belongs to time k/rate, computed from the index.
 class Pace {
  public:
   explicit Pace(double rate) : rate_(rate) {}
 
   double timeOf(long long tick) const { return static_cast<double>(tick) / rate_; }
-
-  /// The last tick whose time has come at `now`.
-  long long due(double now) const;
-
-  /// When `next` is more than `patience` late, shifts the clock so that it is due at `now`: what was
-  /// missed is not made up for.
-  /// @returns s given up; 0: none.
-  double giveUp(double now, long long next, double patience);
-
-  /// Given up since the start, s.
-  double givenUp() const { return givenUp_; }
+  /// The same, rounded to whole ns.
+  std::int64_t nanosecondsOf(long long tick) const;
 
   /// Whether something that happens `frequency` times a second (at most rate) falls on this tick;
   /// tick 0 always does.
@@ -30,7 +22,20 @@ class Pace {
 
  private:
   double rate_;
-  double givenUp_ = 0;
+};
+
+/// Something that is done now and then, by a clock of s.
+class Every {
+ public:
+  explicit Every(double period) : period_(period) {}
+
+  /// Whether it is time; at the first call it is. What was missed is not made up for.
+  bool falls(double now);
+  double next() const { return next_; }
+
+ private:
+  double period_;
+  double next_ = 0;
 };
 
 /// Sim time per wall time over the last few seconds.

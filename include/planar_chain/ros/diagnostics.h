@@ -1,0 +1,27 @@
+#pragma once
+
+/// The node's health on /diagnostics.
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <planar_chain/SimStatus.h>
+
+#include <string>
+
+namespace planar_chain {
+
+class Diagnostics {
+ public:
+  /// status: what the node knows of itself, which must outlive this; clock: the name of what it follows.
+  Diagnostics(const SimStatus& status, std::string clock);
+
+  void publish();
+
+ private:
+  void report(diagnostic_updater::DiagnosticStatusWrapper& out);
+
+  const SimStatus& status_;
+  std::string clock_;
+  diagnostic_updater::Updater updater_;
+};
+
+}  // namespace planar_chain

@@ -1,0 +1,349 @@
+#!/usr/bin/python3
+"""simulate --bag and --commands, seen with rosbag's own reader and fed by its own writer: no master runs.
+
+    bag_test.py BIN [unittest options]        BIN: the folder that holds simulate; ROS's environment is needed
+"""
+import csv
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+import genpy
+import rosbag
+from geometry_msgs.msg import Point, Vector3
+from planar_chain.msg import CommandTaken, JointTorque, LinkForce, SimStatus
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+BIN = ""
+ROD = "{mass: 1, inertia: 1e-1, com: [0.5, 0], pin: [1, 0], initial: {angle: 0.4}}"
+CHAIN = f"chain: [upper, lower]\nlinks: {{upper: {ROD}, lower: {ROD}}}\n"
+SCENE = CHAIN + "publish: {rate: 300, tf_rate: 70, status_rate: 10}\n"
+
+
+def stamp_of(k, rate=300):
+    """ns; whole at the end, so that nothing adds up"""
+    return (2 * k * 10**9 + rate) // (2 * rate)
+
+
+def time_of(nanoseconds):
+    return genpy.Time(nanoseconds // 10**9, nanoseconds % 10**9)
+
+
+class Bags(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def run_tool(self, *arguments, scene=SCENE):
+        with open(self.path("scene.yaml"), "w") as file:
+            file.write(scene)
+        command = [os.path.join(BIN, "simulate"), self.path("scene.yaml"), *arguments]
+        return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, timeout=60)
+
+    def simulate(self, *arguments, scene=SCENE):
+        result = self.run_tool(*arguments, scene=scene)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return result.stdout
+
+    def bag(self, *arguments, name="out.bag", scene=SCENE):
+        """{topic: [(ns at which it was received, message)]} of a run with these arguments."""
+        self.simulate("--bag", self.path(name), *arguments, scene=scene)
+        return self.read(name)
+
+    def read(self, name):
+        topics = {}
+        with rosbag.Bag(self.path(name)) as bag:
+            for topic, message, received in bag.read_messages():
+                topics.setdefault(topic, []).append((received.to_nsec(), message))
+        return topics
+
+    def bytes_of(self, name):
+        with open(self.path(name), "rb") as file:
+            return file.read()
+
+    def rows(self):
+        with open(self.path("out.csv"), newline="") as file:
+            return [[float(entry) for entry in row] for row in list(csv.reader(file))[1:]]
+
+    def assert_refused(self, result, *words, status=2):
+        self.assertEqual(result.returncode, status, result.stderr)
+        for word in words:
+            self.assertIn(word, result.stderr)
+        self.assertEqual(result.stdout, "")
+
+    # ---- What is written -------------------------------------------------------------------------
+
+    def test_topics_types_and_counts(self):
+        topics = self.bag("--duration", "20")  # several chunks
+        self.assertEqual({topic: (messages[0][1]._type, len(messages)) for topic, messages in topics.items()}, {
+            "/clock": ("rosgraph_msgs/Clock", 6000),
+            "/joint_states": ("sensor_msgs/JointState", 6000),
+            "/tf": ("tf2_msgs/TFMessage", 1400),
+            "/tf_static": ("tf2_msgs/TFMessage", 1),
+            "/planar_chain/link_states": ("planar_chain/LinkStates", 6000),
+            "/planar_chain/status": ("planar_chain/SimStatus", 200)})
+
+    def test_connections_are_those_of_the_node_and_tf_static_is_latched(self):
+        self.bag("--duration", "0.1")
+        with rosbag.Bag(self.path("out.bag")) as bag:
+            headers = {c.topic: c.header for c in bag._connections.values()}
+        self.assertEqual({header["callerid"] for header in headers.values()}, {b"/planar_chain"})
+        self.assertEqual({topic for topic, header in headers.items() if header["latching"] == b"1"},
+                         {"/tf_static"})
+
+    def test_stamps_are_those_of_the_ticks_and_never_0(self):
+        topics = self.bag("--duration", "2")
+        ticks = [stamp_of(k) for k in range(1, 601)]
+        stamps = {topic: [received for received, _ in messages] for topic, messages in topics.items()}
+        for topic in ("/clock", "/joint_states", "/planar_chain/link_states"):
+            self.assertEqual(stamps[topic], ticks)
+        for topic in ("/tf", "/planar_chain/status"):
+            self.assertEqual(sorted(set(stamps[topic]) & set(ticks)), stamps[topic])
+        self.assertEqual(stamps["/tf_static"], ticks[:1])
+        # What the messages say themselves
+        self.assertEqual([message.clock.to_nsec() for _, message in topics["/clock"]], ticks)
+        for topic in ("/joint_states", "/planar_chain/link_states", "/planar_chain/status"):
+            self.assertEqual([message.header.stamp.to_nsec() for _, message in topics[topic]], stamps[topic])
+            self.assertEqual([message.header.seq for _, message in topics[topic]], list(range(len(stamps[topic]))))
+        for topic in ("/tf", "/tf_static"):
+            for received, message in topics[topic]:
+                self.assertEqual({t.header.stamp.to_nsec() for t in message.transforms}, {received})
+
+    def test_values_are_those_of_the_csv_to_the_last_bit(self):
+        topics = self.bag("--duration", "2", "--csv", self.path("out.csv"))
+        rows = self.rows()[1:]
+        self.assertEqual([[*m.position, *m.velocity] for _, m in topics["/joint_states"]],
+                         [row[1:5] for row in rows])
+        by_stamp = dict(zip((received for received, _ in topics["/clock"]), rows))
+        for stamp, status in topics["/planar_chain/status"]:
+            self.assertEqual(status.sim_time, by_stamp[stamp][0])
+            self.assertEqual(status.kinetic + status.potential, by_stamp[stamp][5])
+            self.assertEqual((status.real_time_factor, status.overruns, status.lag, status.joint_torque_age),
+                             (0, 0, 0, -1))
+        for stamp, links in topics["/planar_chain/link_states"]:
+            self.assertAlmostEqual(links.pose[1].theta, sum(by_stamp[stamp][1:3]), delta=1e-12)
+        for stamp, message in topics["/tf"]:
+            for turn, angle in zip((t.transform.rotation for t in message.transforms), by_stamp[stamp][1:3]):
+                self.assertAlmostEqual(turn.z, math.sin(angle / 2), delta=1e-15)
+
+    def test_a_bag_does_not_change_the_motion(self):
+        self.bag("--duration", "1", "--csv", self.path("out.csv"))
+        with_bag = self.rows()
+        self.simulate("--duration", "1", "--rate", "300", "--csv", self.path("out.csv"))
+        self.assertEqual(self.rows(), with_bag)
+
+    def test_two_runs_give_the_same_bytes(self):
+        self.bag("--duration", "10", name="one.bag")
+        self.bag("--duration", "10", name="two.bag")
+        self.assertGreater(len(self.bytes_of("one.bag")), 10**6)
+        self.assertTrue(self.bytes_of("one.bag") == self.bytes_of("two.bag"))
+
+    def test_what_the_scene_does_not_want_is_not_there(self):
+        topics = self.bag("--duration", "1", scene=CHAIN + "publish: {tf: false, link_states: false}\n")
+        self.assertEqual(set(topics), {"/clock", "/joint_states", "/planar_chain/status"})
+        self.assertEqual(len(topics["/joint_states"]), 200)
+
+    def test_the_rate_replaces_that_of_the_scene_and_is_judged_as_it_is(self):
+        topics = self.bag("--duration", "1", "--rate", "100")
+        self.assertEqual([received for received, _ in topics["/joint_states"]], [10**7 * k for k in range(1, 101)])
+        self.assert_refused(self.run_tool("--duration", "1", "--rate", "50", "--bag", self.path("new.bag")),
+                            "publish/tf_rate")
+
+    def test_a_last_row_between_ticks_is_no_message(self):
+        topics = self.bag("--duration", "0.0249", "--rate", "100", "--csv", self.path("out.csv"))
+        self.assertEqual([row[0] for row in self.rows()], [0, 0.01, 0.02, 0.0249])
+        self.assertEqual([received for received, _ in topics["/clock"]], [10**7, 2 * 10**7])
+
+    def test_a_node_of_another_name_in_a_namespace(self):
+        topics = self.bag("--duration", "0.1", "--node", "/left/arm")
+        self.assertEqual(set(topics), {"/clock", "/tf", "/tf_static", "/left/joint_states", "/left/arm/status",
+                                       "/left/arm/link_states"})
+        self.assertEqual([t.child_frame_id for t in topics["/tf"][0][1].transforms], ["left/upper", "left/lower"])
+        for name in ("", "/", "a b"):
+            self.assert_refused(self.run_tool("--duration", "1", "--bag", self.path("new.bag"), "--node", name),
+                                "--node: expected the name of a node")
+        self.assert_refused(self.run_tool("--duration", "1", "--node", "arm"), "--node")
+
+    def test_the_urdf_bears_the_frames_of_tf(self):
+        topics = self.bag("--duration", "0.1", "--urdf", self.path("out.urdf"), "--node", "/left/arm")
+        with open(self.path("out.urdf")) as file:
+            links = {link.get("name") for link in xml.etree.ElementTree.parse(file).findall("link")}
+        transforms = topics["/tf"][0][1].transforms
+        self.assertEqual(links, {t.header.frame_id for t in transforms} | {t.child_frame_id for t in transforms})
+        self.assert_refused(self.run_tool("--duration", "1", "--urdf", self.path("scene.yaml")), "--urdf")
+
+    # ---- What goes wrong -------------------------------------------------------------------------
+
+    def test_files_that_cannot_be_written_are_refused_and_nothing_is_touched(self):
+        with open(self.path("out.csv"), "w") as file:
+            file.write("precious")
+        for path, why in ((self.path("no/out.bag"), "No such file"), (self.folder, "Is a directory"),
+                          (self.path("scene.yaml"), "not another"), (self.path("out.csv"), "not another")):
+            result = self.run_tool("--duration", "1e6", "--csv", self.path("out.csv"), "--bag", path)
+            self.assert_refused(result, "--bag: expected a file that", why)
+        self.assertEqual(self.bytes_of("out.csv"), b"precious")
+        self.assertEqual(self.bytes_of("scene.yaml").decode(), SCENE)
+
+    @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
+    def test_a_full_disk_fails_the_run(self):
+        for duration in ("0.1", "20"):
+            self.assert_refused(self.run_tool("--duration", duration, "--bag", "/dev/full"), "No space left", status=1)
+
+    def test_a_failed_run_keeps_a_whole_bag_that_names_the_fault(self):
+        blow_up = SCENE + "loads: {p: {joint: lower_joint, torque: 1e300, start: 0.35}}\n"
+        result = self.run_tool("--duration", "1", "--bag", self.path("out.bag"), scene=blow_up)
+        self.assert_refused(result, "failed at t = ", status=1)
+        topics = self.read("out.bag")
+        self.assertNotEqual(topics["/planar_chain/status"][-1][1].fault, "")
+        states = topics["/joint_states"]
+        self.assertGreaterEqual(len(states), 105)
+        self.assertTrue(all(math.isfinite(x) for _, m in states for x in (*m.position, *m.velocity, *m.effort)))
+
+    # ---- Commands --------------------------------------------------------------------------------
+
+    def write(self, name, *messages):
+        """A bag of (topic, message, ns at which it was received)."""
+        with rosbag.Bag(self.path(name), "w") as bag:
+            for topic, message, received in messages:
+                bag.write(topic, message, time_of(received))
+
+    COMMANDS = [
+        CommandTaken(number=1, tick=31, scene_time=30 / 300, kind=CommandTaken.JOINT_TORQUE, joint_torque=[JointTorque(joint="lower_joint", torque=2.0, duration=0.0373)]),
+        CommandTaken(number=2, tick=61, scene_time=60 / 300, joint_torques=[0.5, -0.5]),
+        CommandTaken(number=3, tick=61, scene_time=60 / 300, kind=CommandTaken.JOINT_TORQUE, joint_torque=[JointTorque(joint="upper_joint", torque=1.5, duration=0.0)]),
+        CommandTaken(number=4, tick=91, scene_time=90 / 300,
+                     kind=CommandTaken.LINK_FORCE, link_force=[LinkForce(link="lower", point=Point(0.0, 0.0, 0.0), force=Vector3(3.0, 1.0, 0.0), moment=0.2, duration=0.25)])]
+
+    def write_commands(self, name, commands, node="/planar_chain"):
+        self.write(name, *((node + "/commands_taken", command, 10**9 + i) for i, command in enumerate(commands)))
+
+    def test_commands_act_from_their_ticks_as_loads_do(self):
+        self.write_commands("in.bag", self.COMMANDS)
+        said = self.simulate("--duration", "1", "--commands", self.path("in.bag"), "--csv", self.path("out.csv"))
+        self.assertIn("commands of /planar_chain: 4 taken\n", said)
+        commanded = self.rows()
+        self.simulate("--duration", "1", "--rate", "300", "--csv", self.path("out.csv"), scene=SCENE + """
+loads:
+  one: {joint: lower_joint, torque: 2.0, start: 0.1, stop: 0.1373}
+  two: {joint: lower_joint, torque: -0.5, start: 0.2}
+  three: {joint: upper_joint, torque: 1.5, start: 0.2}
+  four: {link: lower, force: [3, 1], point: [0, 0], moment: 0.2, start: 0.3, stop: 0.55}
+""")
+        for row, expected in zip(commanded, self.rows()):
+            for value, its in zip(row[:5], expected):
+                self.assertAlmostEqual(value, its, delta=1e-7)  # the tolerance, grown
+        self.simulate("--duration", "1", "--rate", "300", "--csv", self.path("out.csv"))
+        self.assertGreater(abs(self.rows()[-1][1] - commanded[-1][1]), 0.01)
+
+    def test_a_bag_of_a_run_with_commands_gives_the_same_run_again(self):
+        self.write_commands("in.bag", reversed(self.COMMANDS))
+        topics = self.bag("--duration", "1", "--commands", self.path("in.bag"), name="one.bag")
+        self.assertEqual([str(message) for _, message in topics["/planar_chain/commands_taken"]],
+                         [str(command) for command in self.COMMANDS])
+        self.assertEqual(topics["/planar_chain/status"][-1][1].joint_torques_age, 1 - 60 / 300)
+        self.bag("--duration", "1", "--commands", self.path("one.bag"), name="two.bag")
+        self.assertTrue(self.bytes_of("one.bag") == self.bytes_of("two.bag"))
+
+    def test_without_ticks_commands_act_from_the_state_received_before(self):
+        exact = self.COMMANDS
+        self.write_commands("in.bag", exact)
+        self.bag("--duration", "1", "--commands", self.path("in.bag"))
+        expected = self.read("out.bag")["/joint_states"]
+
+        start = 1700000000123456789  # ns: of wall time
+        late = 40000  # ns from stamp to receipt
+        messages = []
+        for more in (3 * 10**6, 10**5):  # ns from the tick to the stamp of the status
+            status = SimStatus(sim_time=0.1)
+            status.header.stamp = time_of(start + 10**8 + more)
+            messages.append(("/planar_chain/status", status, start + 10**8 + more + late))
+        for k in range(300):
+            state = JointState()
+            state.header.stamp = time_of(start + stamp_of(k))
+            messages.append(("/joint_states", state, start + stamp_of(k) + late))
+        raw = [("joint_torque", exact[0].joint_torque[0]), ("joint_torques", Float64MultiArray(data=[0.5, -0.5])),
+               ("joint_torque", exact[2].joint_torque[0]), ("link_force", exact[3].link_force[0])]
+        for i, (topic, message) in enumerate(raw):
+            received = start + stamp_of(round(exact[i].scene_time * 300)) + late + 1000 * (i + 1)
+            messages.append(("/planar_chain/" + topic, message, received))
+        self.write("raw.bag", *messages)
+        said = self.simulate("--duration", "1", "--commands", self.path("raw.bag"), "--bag", self.path("out.bag"))
+        self.assertIn("has no /planar_chain/commands_taken", said)
+        self.assertEqual(self.read("out.bag")["/joint_states"], expected)
+
+        self.write("raw.bag", *messages[2:])
+        self.assert_replay_refused("raw.bag", "/planar_chain/status")
+        self.write("raw.bag", *messages[:2], *messages[-4:])
+        self.assert_replay_refused("raw.bag", "/joint_states")
+
+    def assert_replay_refused(self, name, *words, more=()):
+        result = self.run_tool("--duration", "1", "--commands", self.path(name), "--bag", self.path("new.bag"), *more)
+        self.assert_refused(result, *words)
+        self.assertFalse(os.path.exists(self.path("new.bag")))
+
+    def test_a_bag_that_has_lost_commands_is_refused(self):
+        self.write_commands("in.bag", self.COMMANDS[1:])
+        self.assert_replay_refused("in.bag", "number 2 where 1 is due")
+        self.write_commands("in.bag", self.COMMANDS[:1] + self.COMMANDS[2:])
+        self.assert_replay_refused("in.bag", "number 3 where 2 is due")
+
+    def test_bags_that_tell_nothing_are_refused(self):
+        self.bag("--duration", "0.1", name="bare.bag")
+        self.assert_replay_refused("bare.bag", "expected a bag with commands")
+        self.assert_replay_refused("scene.yaml", "expected a bag that can be read")
+        self.assert_replay_refused("none.bag", "expected a bag that can be read")
+        with open(self.path("cut.bag"), "wb") as file:
+            file.write(self.bytes_of("bare.bag")[:9000])
+        self.assert_replay_refused("cut.bag", "expected a bag that can be read")
+        for wrong in (CommandTaken(number=1, kind=7), CommandTaken(number=1, kind=CommandTaken.LINK_FORCE),
+                      CommandTaken(number=1, scene_time=math.nan), CommandTaken(number=1, scene_time=math.inf)):
+            self.write_commands("in.bag", [wrong])
+            self.assert_replay_refused("in.bag", "expected commands with what their kind needs", "number 1")
+        for scene_time in (-1, 0.2):
+            self.write_commands("in.bag", [CommandTaken(number=1, tick=31, scene_time=scene_time, joint_torques=[0, 0])])
+            self.assert_replay_refused("in.bag", "expected commands of a node with ticks of 300 Hz", "tick 31")
+        self.write_commands("in.bag", [CommandTaken(number=1, tick=1, joint_torques=[0, 0]),
+                                       CommandTaken(number=2, tick=0, joint_torques=[0, 0])])
+        self.assert_replay_refused("in.bag", "ticks that do not go back")
+        self.write("in.bag", ("/planar_chain/commands_taken", JointTorque(), 1))
+        self.assert_replay_refused("in.bag", "of type planar_chain/CommandTaken", "planar_chain/JointTorque")
+
+    def test_commands_of_two_nodes_need_a_choice(self):
+        left = CommandTaken(number=1, tick=31, scene_time=0.1, joint_torques=[1.0, 1.0])
+        self.write("in.bag", ("/left/planar_chain/commands_taken", left, 1),
+                   ("/right/planar_chain/commands_taken", self.COMMANDS[0], 2))
+        self.assert_replay_refused("in.bag", "--node: expected one of /left/planar_chain, /right/planar_chain")
+        self.assert_replay_refused("in.bag", "/planar_chain", more=("--node", "planar_chain"))
+        topics = self.bag("--duration", "1", "--commands", self.path("in.bag"), "--node", "left/planar_chain")
+        self.assertEqual([str(message) for _, message in topics["/left/planar_chain/commands_taken"]], [str(left)])
+
+    def test_a_command_that_is_wrong_here_is_refused_and_said(self):
+        self.write_commands("in.bag", [CommandTaken(number=1, tick=31, scene_time=0.1, joint_torques=[1, 1, 1])])
+        result = self.run_tool("--duration", "1", "--commands", self.path("in.bag"))
+        self.assertIn("0 taken, 1 refused", result.stdout)
+        self.assertIn("expected 2 torques", result.stdout + result.stderr)
+
+    def test_the_bag_of_commands_is_not_written_over(self):
+        self.write_commands("in.bag", self.COMMANDS)
+        before = self.bytes_of("in.bag")
+        for option in ("--bag", "--csv"):
+            self.assert_refused(
+                self.run_tool("--duration", "1", "--commands", self.path("in.bag"), option, self.path("in.bag")), option)
+        self.assertEqual(self.bytes_of("in.bag"), before)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    BIN = sys.argv.pop(1)
+    unittest.main()

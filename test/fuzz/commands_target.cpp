@@ -1,0 +1,127 @@
+/// Any run of commands is taken or refused, one by one, with its reason; the chain stays finite, and no
+/// number of the status is not.
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "planar_chain/ros/commands.h"
+#include "planar_chain/scene_reader.h"
+
+namespace planar_chain {
+namespace {
+
+void require(bool holds) {
+  if (!holds) std::abort();
+}
+
+/// Bytes, read from the front; zeros when there are no more.
+class Bytes {
+ public:
+  Bytes(const std::uint8_t* data, std::size_t size) : at_(data), left_(size) {}
+
+  bool empty() const { return left_ == 0; }
+
+  template <class Number>
+  Number take() {
+    Number number{};
+    const std::size_t size = std::min(left_, sizeof number);
+    std::memcpy(&number, at_, size);
+    at_ += size;
+    left_ -= size;
+    return number;
+  }
+
+  /// One of these, or any letters.
+  std::string name(const char* const (&known)[2]) {
+    const auto which = take<std::uint8_t>();
+    if (which < 2) return known[which];
+    std::string letters;
+    for (int k = which % 16; k > 0; --k) letters += take<char>();
+    return letters;
+  }
+
+ private:
+  const std::uint8_t* at_;
+  std::size_t left_;
+};
+
+void takeOne(Bytes& bytes, Commands& commands) {
+  switch (bytes.take<std::uint8_t>() % 3) {
+    case 0: {
+      std_msgs::Float64MultiArray message;
+      message.data.resize(bytes.take<std::uint8_t>() % 5);
+      for (double& torque : message.data) torque = bytes.take<double>();
+      return commands.takeJointTorques(message);
+    }
+    case 1: {
+      JointTorque message;
+      message.joint = bytes.name({"a_joint", "b_joint"});
+      message.torque = bytes.take<double>();
+      message.duration = bytes.take<double>();
+      message.start.sec = bytes.take<std::uint32_t>();
+      message.start.nsec = bytes.take<std::uint32_t>();
+      return commands.takeJointTorque(message);
+    }
+    default: {
+      LinkForce message;
+      message.link = bytes.name({"a", "b"});
+      for (double* part : {&message.point.x, &message.point.y, &message.force.x, &message.force.y,
+                           &message.moment, &message.duration, &message.point.z, &message.force.z}) {
+        *part = bytes.take<double>();
+      }
+      message.start.sec = bytes.take<std::uint32_t>();
+      return commands.takeLinkForce(message);
+    }
+  }
+}
+
+void requireFinite(const Simulation& simulation) {
+  for (const auto* numbers : {&simulation.q(), &simulation.qd()}) {
+    for (const double number : *numbers) require(std::isfinite(number));
+  }
+}
+
+const Scene& scene() {
+  static const Scene one = readSceneText(
+      "chain: [a, b]\n"
+      "links:\n"
+      "  a: {mass: 1, inertia: 0.1, com: [0.5, 0.1], pin: [1, 0]}\n"
+      "  b: {mass: 2, inertia: 0.1, com: [0.3, 0], pin: [0.4, 0.1]}\n"
+      "integrator: {method: rk4, step: 0.01}\n");
+  return one;
+}
+
+}  // namespace
+}  // namespace planar_chain
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace planar_chain;
+  ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Fatal);
+
+  Simulation simulation(scene(), Commands::capacity);
+  Commands commands(simulation, [](ros::Time stamp) { return stamp.toSec() - 1e9; });
+  Bytes bytes(data, size);
+  std::uint64_t refusals = 0;
+  while (!bytes.empty()) {
+    takeOne(bytes, commands);
+    SimStatus status;
+    commands.describe(status);
+    require(status.rejected_commands >= refusals && status.rejected_commands <= refusals + 1);
+    require((status.rejected_commands == 0) == status.last_rejection.empty());
+    require(status.last_rejection.size() < 2000);
+    for (const double age : {status.joint_torques_age, status.joint_torque_age, status.link_force_age}) {
+      require(age == -1 || (age >= 0 && std::isfinite(age)));
+    }
+    refusals = status.rejected_commands;
+
+    if (simulation.fault().empty()) simulation.advanceTo(simulation.time() + 0.01);
+    requireFinite(simulation);
+  }
+  return 0;
+}

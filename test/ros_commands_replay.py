@@ -1,0 +1,163 @@
+#!/usr/bin/python3
+"""What a node did under commands from several sources, recorded by the real rosbag, simulate does again: every
+state that was recorded, to the last bit."""
+
+import os
+import random
+import subprocess
+import tempfile
+import time
+import unittest
+import xmlrpc.client
+
+import roslib.packages
+import rosbag
+import rospy
+import rostest
+import yaml
+from geometry_msgs.msg import Point, Vector3
+from planar_chain.msg import JointTorque, LinkForce, SimStatus
+from planar_chain.srv import SetState, Step
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import Trigger
+
+from ros_commands import publisher
+from ros_node import LIMIT, Listener, Node, Running, nanoseconds
+
+TOPICS = ['/joint_states', '/planar_chain/status', '/planar_chain/commands_taken', '/planar_chain/joint_torques']
+RATE = 200.0
+LINK = {'mass': 1.0, 'inertia': 0.1, 'com': [0.5, 0.0], 'pin': [1.0, 0.0], 'joint': {'damping': 0.05}}
+SCENE = {
+    'chain': ['first', 'second', 'third'],
+    'links': {name: dict(LINK) for name in ('first', 'second', 'third')},
+    'loads': {'shake': {'joint': 'second_joint', 'torque': 1.0, 'frequency': 0.7}},
+    'command_timeout': 0.3,
+    'publish': {'rate': RATE, 'status_rate': 20.0},
+}
+
+
+def wait_until_recorded(topics):
+    """Until the node has a connection to rosbag for each."""
+    code, _, uri = rospy.get_master().lookupNode('/planar_chain')
+    assert code == 1
+    node = xmlrpc.client.ServerProxy(uri)
+    waited = time.monotonic()
+    while True:
+        recorded = {link[4] for link in node.getBusInfo(rospy.get_name())[2] if link[1].startswith('/record')}
+        if set(topics) <= recorded:
+            return
+        if time.monotonic() - waited > LIMIT:
+            raise AssertionError('rosbag records %s only' % recorded)
+        rospy.rostime.wallsleep(0.05)
+
+
+def states_in(path, start=None):
+    """{tick: (q, qd, effort)}; start: the stamp of tick 0, s, without which ticks may all be some too few"""
+    with rosbag.Bag(path) as bag:
+        if start is None:
+            # A status is stamped when its sim time has come, or later on a busy machine.
+            start = min(nanoseconds(status) * 1e-9 - status.sim_time
+                        for _, status, _ in bag.read_messages('/planar_chain/status'))
+        return {round((nanoseconds(message) * 1e-9 - start) * RATE): (message.position, message.velocity, message.effort)
+                for _, message, _ in bag.read_messages('/joint_states')}
+
+
+class CommandsReplay(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def record(self, scene, between):
+        """A node that is pushed some hundred times; between(i, states): what else is asked of it."""
+        states = Listener('/joint_states', JointState)
+        statuses = Listener('/planar_chain/status', SimStatus)
+        with Node(scene):
+            with Running('rosbag', 'record', '-q', '-O', self.path('node.bag'), *TOPICS):
+                torques = publisher('/planar_chain/joint_torques', Float64MultiArray)
+                torque = publisher('/planar_chain/joint_torque', JointTorque)
+                force = publisher('/planar_chain/link_force', LinkForce)
+                wait_until_recorded(['/joint_states', '/planar_chain/status', '/planar_chain/commands_taken'])
+                chance = random.Random(1)
+                states.wait_for_count(1)
+                for i in range(30):
+                    # Several in one tick, on topics whose order is the node's to say, some of them wrong.
+                    for _ in range(chance.randint(1, 4)):
+                        torques.publish(data=[chance.uniform(-2, 2) for _ in range(chance.choice([3, 3, 3, 2]))])
+                        torque.publish(joint=chance.choice(['first_joint', 'third_joint', 'elbow']),
+                                       torque=chance.uniform(-3, 3), duration=chance.choice([0, 0.0373, 0.2]),
+                                       start=states.messages[-1].header.stamp + rospy.Duration(chance.choice([0.05, 0.1])))
+                        force.publish(link='third', point=Point(chance.uniform(0, 1), 0, 0),
+                                      force=Vector3(chance.uniform(-5, 5), 1, 0),
+                                      moment=chance.uniform(-1, 1), duration=chance.choice([0, 0.0123]))
+                    states.wait_for_count(len(states.messages) + chance.randint(1, 12))
+                    between(i, states)
+                last = statuses.wait_for(lambda status: status.link_force_age > 0.5)
+        self.assertGreater(statuses.messages[last].rejected_commands, 0)
+        states.close()
+        statuses.close()
+
+    def replay(self, scene, start):
+        with open(self.path('scene.yaml'), 'w') as file:
+            yaml.safe_dump(scene, file)
+        recorded = states_in(self.path('node.bag'), start)
+        simulate, = roslib.packages.find_node('planar_chain', 'simulate')
+        said = subprocess.run(
+            [simulate, self.path('scene.yaml'), '--duration', str(max(recorded) / RATE + 1),
+             '--commands', self.path('node.bag'), '--bag', self.path('again.bag')],
+            check=True, stdout=subprocess.PIPE, universal_newlines=True, timeout=LIMIT).stdout
+        return recorded, states_in(self.path('again.bag'), 0), said
+
+    def check(self, scene, start, between=lambda i, states: None):
+        self.record(scene, between)
+        recorded, again, said = self.replay(scene, start)
+        with rosbag.Bag(self.path('node.bag')) as bag:
+            count = bag.get_message_count('/planar_chain/commands_taken')
+        self.assertGreater(count, 100)
+        self.assertIn('commands of /planar_chain: %d taken\n' % count, said)
+        self.assertGreater(len(recorded), 200)
+        if start is None:
+            first = min(recorded)
+            more = next((more for more in range(100) if again.get(first + more) == recorded[first]), 0)
+            recorded = {tick + more: state for tick, state in recorded.items()}
+        for tick in sorted(set(recorded) - {0}):
+            self.assertEqual(again[tick], recorded[tick], 'tick %d' % tick)
+        return recorded
+
+    def test_commands_by_the_wall_clock(self):
+        self.check(SCENE, None)
+
+    def test_steps_new_states_and_resets_by_the_nodes_own_clock(self):
+        def call(name, service, **request):
+            response = rospy.ServiceProxy('/planar_chain/' + name, service)(**request)
+            self.assertTrue(response.success, response.message)
+
+        def between(i, states):
+            if i % 7 == 1:
+                call('step', Step, torques=[0.5, 0.1 * i, 0.0], n=5)
+                call('step', Step, n=3)
+                call('resume', Trigger)
+            elif i == 5:
+                call('set_state', SetState, q=[0.3, -0.2, 0.1], qd=[0.0, 1.0, 0.0])
+            elif i == 11:
+                call('clear_commands', Trigger)
+            elif i == 13:
+                call('reset', Trigger)
+            elif i == 14:
+                call('pause', Trigger)
+                call('reset', Trigger)
+                call('step', Step, n=2)
+                call('resume', Trigger)
+
+        recorded = self.check(dict(SCENE, real_time_factor=1.0), 0, between)
+        first = ((0.0,) * 3, (0.0,) * 3)
+        self.assertGreaterEqual([state[:2] for state in recorded.values()].count(first), 1)
+
+
+if __name__ == '__main__':
+    rospy.init_node('ros_commands_replay', anonymous=True)
+    rostest.rosrun('planar_chain', 'ros_commands_replay', CommandsReplay)

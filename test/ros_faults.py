@@ -1,0 +1,120 @@
+#!/usr/bin/python3
+"""What goes wrong: an integration that fails, an end in the middle of a tick, a subscriber that does not read."""
+
+import math
+import os
+import signal
+import subprocess
+import threading
+import unittest
+
+import rospy
+import rostest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from planar_chain.msg import LinkStates, SimStatus
+from planar_chain.srv import Step
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+
+from bag_load import cpu_seconds
+from ros_node import LIMIT, Listener, Node, nanoseconds, rod, service
+
+
+def numbers(message):
+    """Every number of a message, those of messages in it included."""
+    if isinstance(message, (list, tuple)):
+        for part in message:
+            yield from numbers(part)
+    elif hasattr(message, '__slots__'):
+        for name in message.__slots__:
+            yield from numbers(getattr(message, name))
+    elif isinstance(message, float):
+        yield message
+
+
+def resident_bytes(pid):
+    with open('/proc/%d/statm' % pid, encoding='ascii') as sizes:
+        return int(sizes.read().split()[1]) * os.sysconf('SC_PAGE_SIZE')
+
+
+def level(diagnostics):
+    return diagnostics.status[0].level
+
+
+class Faults(unittest.TestCase):
+    def listen(self, topic, message_type):
+        listener = Listener(topic, message_type)
+        self.addCleanup(listener.close)
+        return listener
+
+    def test_a_failure_is_named_everywhere_and_reset_leads_back(self):
+        topics = [self.listen('/joint_states', JointState), self.listen('/tf', TFMessage),
+                  self.listen('/planar_chain/link_states', LinkStates),
+                  self.listen('/planar_chain/status', SimStatus)]
+        diagnostics = self.listen('/diagnostics', DiagnosticArray)
+        ok, error = DiagnosticStatus.OK, DiagnosticStatus.ERROR
+        with Node(rod(loads={'blast': {'joint': 'rod_joint', 'torque': 1e200, 'start': 1.3}})):
+            well = diagnostics.wait_for(lambda message: level(message) == ok)
+            self.assertEqual(diagnostics.messages[well].status[0].name, 'planar_chain: simulation')
+            failed = diagnostics.wait_for(lambda message: level(message) == error, well)
+            self.assertIn('the last good state is kept', diagnostics.messages[failed].status[0].message)
+            status = topics[-1].wait_for(lambda message: message.fault)
+            self.assertIn(topics[-1].messages[status].fault, diagnostics.messages[failed].status[0].message)
+            self.assertTrue(service('reset', Trigger)().success)
+            diagnostics.wait_for(lambda message: level(message) == ok, failed)
+        for topic in topics:
+            self.assertGreater(len(topic.messages), 5)
+            for message in topic.messages:
+                self.assertTrue(all(map(math.isfinite, numbers(message))))
+
+    def test_an_interrupt_ends_a_step_that_would_take_for_ever(self):
+        with Node(rod(integrator={'method': 'rk4', 'step': 1e-9},
+                      publish={'rate': 0.01, 'status_rate': 0.01})) as node:
+            step = service('step', Step)
+            answers = []
+
+            def call():
+                try:
+                    answers.append(step([], 1).success)
+                except rospy.ServiceException as failure:
+                    answers.append(failure)
+            caller = threading.Thread(target=call)
+            caller.start()
+            idle = cpu_seconds(node.process.pid)
+            while cpu_seconds(node.process.pid) < idle + 0.5 and node.process.poll() is None:
+                rospy.rostime.wallsleep(0.05)
+            self.assertEqual(answers, [])
+            node.process.send_signal(signal.SIGINT)
+            status, output = node.wait()
+            caller.join(LIMIT)
+        self.assertEqual(status, 0, output)
+        self.assertNotEqual(answers, [True])
+
+    def test_a_subscriber_that_does_not_read_costs_no_one_anything(self):
+        scene = dict(rod(), real_time_factor=2.0)
+        scene['links']['rod'].update(repeat=100)
+        states = self.listen('/joint_states', JointState)
+        with Node(scene) as node:
+            states.wait_for_count(1)
+            deaf = subprocess.Popen(['rostopic', 'echo', '/joint_states'], stdout=subprocess.PIPE)
+            try:
+                deaf.stdout.readline()
+                deaf.send_signal(signal.SIGSTOP)
+                # What the kernel keeps for it is full by then, and what the node does.
+                states.wait_for_count(3000)
+                before = resident_bytes(node.process.pid)
+                states.wait_for_count(5000)
+                after = resident_bytes(node.process.pid)
+            finally:
+                deaf.kill()
+                deaf.communicate()
+        # 2000 messages of 4 KB, were they kept.
+        self.assertLess(after - before, 2e6)
+        stamps = list(map(nanoseconds, states.messages))
+        self.assertEqual({later - sooner for sooner, later in zip(stamps, stamps[1:])}, {5000000})
+
+
+if __name__ == '__main__':
+    rospy.init_node('ros_faults', anonymous=True)
+    rostest.rosrun('planar_chain', 'ros_faults', Faults)

@@ -1,0 +1,61 @@
+#!/usr/bin/python3
+"""sim.launch: a node that is killed comes back where it is asked to; a real-time factor makes the node's time
+everybody's."""
+
+import os
+import signal
+import unittest
+import xmlrpc.client
+
+import rosgraph
+import rospy
+import rostest
+from sensor_msgs.msg import JointState
+
+from ros_node import Listener, Running
+
+
+def pid_of(name):
+    node = xmlrpc.client.ServerProxy(rosgraph.Master('/ros_launch').lookupNode(name))
+    return node.getPid('/ros_launch')[2]
+
+
+class Launch(unittest.TestCase):
+    def setUp(self):
+        self.states = Listener('/joint_states', JointState)
+
+    def tearDown(self):
+        self.states.close()
+
+    def launch(self, *arguments):
+        return Running('roslaunch', 'planar_chain', 'sim.launch', 'rviz:=false', *arguments)
+
+    def test_a_killed_node_comes_back(self):
+        with self.launch('scene:=pendulum', 'respawn:=true'):
+            self.states.wait_for_count(50)
+            killed = pid_of('/planar_chain')
+            os.kill(killed, signal.SIGKILL)
+            # The chain is let go anew, and stamps are later ones.
+            first = self.states.messages[0]
+            seen = len(self.states.messages)
+            again = self.states.wait_for(
+                lambda state: abs(state.position[0] - first.position[0]) < 1e-3, seen)
+            self.assertGreater(self.states.messages[again].header.stamp,
+                               self.states.messages[seen - 1].header.stamp)
+            self.assertNotEqual(pid_of('/planar_chain'), killed)
+
+    def test_a_real_time_factor_sets_use_sim_time(self):
+        try:
+            with self.launch('scene:=pendulum', 'real_time_factor:=4'):
+                self.states.wait_for_count(50)
+                self.assertIs(rospy.get_param('/use_sim_time'), True)
+                self.assertEqual(rospy.get_param('/planar_chain/real_time_factor'), 4)
+                self.assertLess(self.states.messages[-1].header.stamp.to_sec(), 1000)
+        finally:
+            rospy.delete_param('/use_sim_time')
+            rospy.delete_param('/planar_chain')
+
+
+if __name__ == '__main__':
+    rospy.init_node('ros_launch', anonymous=True)
+    rostest.rosrun('planar_chain', 'ros_launch', Launch)

@@ -1,0 +1,193 @@
+#!/usr/bin/python3
+"""Services: pause, resume, reset, set_state, clear_commands and step say whether and why; the way a reset leads back
+to is the first one, bit for bit; stamps never go back."""
+
+import math
+import unittest
+
+import rospy
+import rostest
+from planar_chain.msg import JointTorque, SimStatus
+from planar_chain.srv import SetState, Step
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+
+from ros_node import Listener, Node, ROD_INERTIA, nanoseconds, publisher, rod, service, spinning
+
+NAN = float('nan')
+PENDULUM = rod(gravity=[0.0, -9.81], loads={
+    'push': {'joint': 'rod_joint', 'torque': 3.0, 'start': 0.0123, 'stop': 0.1456},
+    'shake': {'joint': 'rod_joint', 'torque': 2.0, 'frequency': 3.0}})
+
+
+def motion(states):
+    return [(state.position, state.velocity, state.effort) for state in states]
+
+
+class Services(unittest.TestCase):
+    def setUp(self):
+        self.states = Listener('/joint_states', JointState)
+        self.statuses = Listener('/planar_chain/status', SimStatus)
+        self.transforms = Listener('/tf', TFMessage)
+
+    def tearDown(self):
+        for listener in (self.states, self.statuses, self.transforms):
+            listener.close()
+        stamps = list(map(nanoseconds, self.states.messages))
+        self.assertTrue(all(later > sooner for sooner, later in zip(stamps, stamps[1:])))
+        times = [status.sim_time for status in self.statuses.messages]
+        self.assertEqual(times, sorted(times))
+
+    def ask(self, name, success=True):
+        answer = service(name, Trigger)()
+        self.assertEqual(answer.success, success, answer.message)
+        self.assertNotEqual(answer.message, '')
+        return answer.message
+
+    def next_status(self, holds=lambda status: True):
+        return self.statuses.messages[self.statuses.wait_for(holds, len(self.statuses.messages) + 1)]
+
+    def test_paused_nothing_moves_and_nothing_is_stamped(self):
+        with Node(rod(links=spinning())):
+            self.states.wait_for_count(10)
+            self.ask('pause')
+            still = self.next_status(lambda status: status.paused)
+            self.assertEqual(still.standstill, 'paused')
+            states, transforms = len(self.states.messages), len(self.transforms.messages)
+            self.statuses.wait_for_count(len(self.statuses.messages) + 10)
+            self.assertEqual((len(self.states.messages), len(self.transforms.messages)), (states, transforms))
+            self.assertEqual(self.statuses.messages[-1].sim_time, still.sim_time)
+            self.assertEqual(self.statuses.messages[-1].lag, 0)
+            paused = self.states.messages[-1]
+            self.assertIn('already', self.ask('pause'))
+
+            self.ask('resume')
+            self.states.wait_for_count(states + 50)
+            # By one tick, and stamped with the time of day.
+            after = self.states.messages[states]
+            self.assertAlmostEqual(after.position[0], paused.position[0] + 0.005, delta=1e-12)
+            self.assertGreater(nanoseconds(after) - nanoseconds(paused), 0.3e9)
+            self.assertFalse(self.next_status().paused)
+            self.assertIn('already', self.ask('resume'))
+
+    def test_reset_leads_to_the_first_motion_bit_for_bit(self):
+        # The first node is stepped from a reset, the second runs freely before and after its own.
+        with Node(PENDULUM):
+            self.ask('pause')
+            self.ask('reset')
+            first = motion(service('step', Step)([], 200).states)
+        self.tearDown()
+        self.setUp()
+        with Node(PENDULUM):
+            torque = publisher('/planar_chain/joint_torque', JointTorque)
+            torque.publish(joint='rod_joint', torque=7.0, duration=1000.0)
+            self.states.wait_for(lambda state: state.effort[0] > 6)
+            begun = len(self.states.messages)
+            self.ask('reset')
+            zero = self.states.wait_for(lambda state: state.position == (0.0,), begun)
+            self.states.wait_for_count(zero + 201)
+            again = motion(self.states.messages[zero:zero + 201])
+            self.assertEqual(again[1:], first)
+            status = self.next_status()
+            self.assertLess(status.scene_time, status.sim_time)
+            self.assertEqual(status.joint_torque_age, -1)
+
+    def test_reset_leads_back_from_a_fault(self):
+        scene = rod(loads={'blast': {'joint': 'rod_joint', 'torque': 1e200, 'start': 0.3}})
+        with Node(scene):
+            fault = self.next_status(lambda status: status.fault)
+            self.assertEqual(fault.standstill, 'the integration has failed')
+            self.assertIn('the last good state is kept', self.ask('resume', success=False))
+            refused = service('step', Step)([], 1)
+            self.assertFalse(refused.success)
+            self.assertIn('the last good state is kept', refused.message)
+            self.assertEqual(refused.states, [])
+            seen = len(self.states.messages)
+            self.ask('reset')
+            self.states.wait_for_count(seen + 20)
+            self.next_status(lambda status: status.fault)
+            seen = len(self.states.messages)
+            self.assertTrue(service('set_state', SetState)([0.5], [0.0]).success)
+            # The blast goes on: it fails again at once, at the state that was set.
+            self.next_status(lambda status: status.fault)
+            self.assertEqual(len(self.states.messages), seen)
+        for state in self.states.messages:
+            self.assertTrue(all(map(math.isfinite, state.position + state.velocity + state.effort)))
+
+    def test_set_state_sets_all_or_nothing(self):
+        with Node(rod()):
+            self.ask('pause')
+            set_state = service('set_state', SetState)
+            self.assertTrue(set_state([0.25], [2.0]).success)
+            step = service('step', Step)
+            self.assertAlmostEqual(step([], 1).states[0].position[0], 0.26, delta=1e-12)
+            for q, qd, faults in (([], [0.0], ['q: expected 1 angles', 'got 0']),
+                                  ([NAN], [1.0, 2.0], ['q[0]: expected a finite number', 'got nan',
+                                                       'qd: expected 1 rates', 'got 2']),
+                                  ([0.0], [1e200], ['finite energy'])):
+                answer = set_state(q, qd)
+                self.assertFalse(answer.success)
+                for fault in faults:
+                    self.assertIn(fault, answer.message)
+            self.assertAlmostEqual(step([], 1).states[0].position[0], 0.27, delta=1e-12)
+
+    def test_clear_commands_lets_go_of_all_kinds(self):
+        with Node(rod()):
+            held = publisher('/planar_chain/joint_torques', Float64MultiArray)
+            timed = publisher('/planar_chain/joint_torque', JointTorque)
+            held.publish(data=[0.1])
+            timed.publish(joint='rod_joint', torque=0.2, duration=1000.0)
+            both = self.states.wait_for(lambda state: state.effort[0] > 0.25)
+            soon = self.states.messages[both].header.stamp + rospy.Duration(1.0)
+            timed.publish(joint='rod_joint', torque=10.0, duration=0, start=soon)
+            self.next_status(lambda status: status.joint_torque_age >= 0)
+            self.ask('clear_commands')
+            free = self.states.wait_for(lambda state: state.effort[0] == 0, both)
+            last = self.states.wait_for(lambda state: state.header.stamp > soon + rospy.Duration(0.1))
+            self.assertEqual({state.effort[0] for state in self.states.messages[free:last]}, {0.0})
+
+    def test_step_is_exact_atomic_and_pauses(self):
+        with Node(rod()):
+            self.states.wait_for_count(3)
+            step = service('step', Step)
+            first = step([0.31], 4)
+            self.assertTrue(first.success)
+            self.assertIn('paused', first.message)
+            self.assertEqual(len(first.states), 4)
+            rate = 0.31 / ROD_INERTIA * 0.005
+            speeds = [state.velocity[0] for state in first.states]
+            for k, speed in enumerate(speeds, 1):
+                self.assertAlmostEqual(speed, k * rate, delta=1e-12)
+            # Held on; then let go.
+            self.assertAlmostEqual(step([], 2).states[-1].velocity[0], 6 * rate, delta=1e-12)
+            last = step([0.0], 3)
+            self.assertEqual(last.message, 'done; it is paused')
+            self.assertAlmostEqual(last.states[-1].velocity[0], 6 * rate, delta=1e-12)
+            # What was answered is what was published.
+            seen = self.states.wait_for(lambda state: state.header.stamp == last.states[-1].header.stamp)
+            self.assertEqual(motion(self.states.messages[seen - 8:seen + 1]),
+                             motion(first.states[:4] + self.states.messages[seen - 4:seen - 2] + last.states))
+
+            for torques, n, faults in (([], 0, ['n: expected from 1 to 10000 ticks, got 0']),
+                                       ([], 10001, ['got 10001']),
+                                       ([1.0, 2.0], 1, ['torques: expected 1 torques', 'got 2']),
+                                       ([NAN], 0, ['torques[0]: expected a finite', 'n: expected'])):
+                answer = step(torques, n)
+                self.assertFalse(answer.success)
+                self.assertEqual(answer.states, [])
+                for fault in faults:
+                    self.assertIn(fault, answer.message)
+            self.assertAlmostEqual(step([], 1).states[-1].velocity[0], 6 * rate, delta=1e-12)
+            self.assertTrue(self.next_status().paused)
+            # Two seconds ahead of the wall clock, and stamps increase all the same: see tearDown.
+            ahead = step([], 400).states[-1]
+            self.ask('resume')
+            self.states.wait_for(lambda state: state.header.stamp > ahead.header.stamp)
+            self.states.wait_for_count(len(self.states.messages) + 20)
+
+
+if __name__ == '__main__':
+    rospy.init_node('ros_services', anonymous=True)
+    rostest.rosrun('planar_chain', 'ros_services', Services)

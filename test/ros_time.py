@@ -1,0 +1,262 @@
+#!/usr/bin/python3
+"""Time: by the wall, by a /clock of the node's own at any speed, by somebody else's /clock that jumps and stops.
+The motion is the same to the bit in all of them; stamps follow the clock, and never are 0."""
+
+import contextlib
+import unittest
+
+import rospy
+import rostest
+from planar_chain.msg import JointTorque, SimStatus
+from planar_chain.srv import Step
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+
+from ros_node import Listener, Node, ROD_INERTIA, nanoseconds, publisher, rod, service, spinning
+
+TICK = 5000000  # ns, at 200 Hz
+# A tip that rings at 2 kHz: some 200 steps a tick, each chosen anew, which takes about a millisecond. So those who
+# listen can keep up where it goes as fast as it can.
+SWINGING = rod(chain=['rod', 'tip'], gravity=[0.0, -9.81],
+               loads={'shake': {'joint': 'rod_joint', 'torque': 2.0, 'frequency': 3.0, 'start': 0.0321}},
+               links=dict(rod()['links'], tip={'mass': 0.1, 'inertia': 0.01, 'com': [0.1, 0.0], 'pin': [0.2, 0.0],
+                                               'joint': {'stiffness': 1e6}, 'initial': {'velocity': 1.0}}))
+
+
+def of_time(ns):
+    return rospy.Time(ns // 10 ** 9, ns % 10 ** 9)
+
+
+@contextlib.contextmanager
+def sim_time():
+    rospy.set_param('/use_sim_time', True)
+    try:
+        yield
+    finally:
+        rospy.delete_param('/use_sim_time')
+
+
+class Conductor:
+    """Publishes /clock for a node that follows it."""
+
+    def __init__(self):
+        self._out = publisher('/clock', Clock)
+        self.now = 0
+
+    def set(self, ns):
+        self.now = ns
+        self._out.publish(of_time(ns))
+
+    def close(self):
+        self._out.unregister()
+
+
+class Time(unittest.TestCase):
+    def setUp(self):
+        self.states = self.listen('/joint_states', JointState)
+        self.statuses = self.listen('/planar_chain/status', SimStatus)
+
+    def listen(self, topic, message_type):
+        listener = Listener(topic, message_type)
+        self.addCleanup(listener.close)
+        return listener
+
+    def conductor(self):
+        conductor = Conductor()
+        self.addCleanup(conductor.close)
+        return conductor
+
+    def stamps(self, first=0):
+        return list(map(nanoseconds, self.states.messages[first:]))
+
+    def wait_for_stamp(self, ns, after=0):
+        return self.states.wait_for(lambda state: nanoseconds(state) == ns, after)
+
+    def assert_even(self, first, last):
+        """These states are a tick apart: none is missing."""
+        stamps = self.stamps()[first:last]
+        self.assertEqual({later - sooner for sooner, later in zip(stamps, stamps[1:])}, {TICK})
+
+    # ---- The motion ----------------------------------------------------------------------------
+
+    def motion(self, go_on):
+        """200 states from a reset on, with a push at a time between two ticks."""
+        seen = len(self.states.messages)
+        torque = publisher('/planar_chain/joint_torque', JointTorque)
+        step = service('step', Step)
+        self.assertTrue(service('pause', Trigger)().success)
+        self.assertTrue(service('reset', Trigger)().success)
+        first = step([], 1).states[0]
+        torque.publish(joint='rod_joint', torque=5.0, duration=0.1357,
+                       start=first.header.stamp + rospy.Duration(0, 123456789))
+        self.statuses.wait_for(lambda status: status.paused and status.joint_torque_age >= 0,
+                               len(self.statuses.messages))
+        begun = self.wait_for_stamp(nanoseconds(first), seen)
+        self.assertTrue(service('resume', Trigger)().success)
+        go_on(begun)
+        self.states.wait_for_count(begun + 200)
+        states = self.states.messages[begun:begun + 200]
+        self.assert_even(begun + 1, begun + 200)
+        self.assertGreater(max(state.effort[0] for state in states), 4)
+        return [(state.position, state.velocity, state.effort) for state in states]
+
+    def test_the_motion_is_the_same_by_every_clock(self):
+        def by_itself(_):
+            pass
+
+        with Node(SWINGING):
+            by_wall = self.motion(by_itself)
+        for factor in (0, 0.7, 20.0):
+            with Node(dict(SWINGING, real_time_factor=factor)):
+                self.assertEqual(self.motion(by_itself), by_wall, factor)
+
+        with sim_time(), Node(SWINGING):
+            conductor = self.conductor()
+            conductor.set(10 ** 9)
+            self.wait_for_stamp(10 ** 9)
+
+            def conducted(begun):
+                # No multiple of the tick; some ticks fall between two, some steps bring several.
+                while len(self.states.messages) < begun + 200:
+                    count = len(self.states.messages)
+                    conductor.set(conductor.now + 13700000)
+                    self.states.wait_for_count(count + 1)
+            self.assertEqual(self.motion(conducted), by_wall)
+
+    # ---- A clock of its own --------------------------------------------------------------------
+
+    def check_own_clock(self, factor):
+        clocks = self.listen('/clock', Clock)
+        fixed = self.listen('/tf_static', TFMessage)
+        with Node(dict(rod(links=spinning()), real_time_factor=factor)):
+            self.states.wait_for_count(20)
+            # Latched, with the first of all stamps: time 0 has none.
+            fixed.wait_for_count(1)
+            self.assertEqual(nanoseconds(fixed.messages[0].transforms[0]), TICK)
+            self.assertTrue(service('pause', Trigger)().success)
+            last = service('step', Step)([], 2).states[-1]
+            self.wait_for_stamp(nanoseconds(last))
+            # The clock lives on, and stands.
+            clocks.wait_for(lambda clock: clock.clock == last.header.stamp)
+            clocks.wait_for_count(len(clocks.messages) + 5)
+            self.assertEqual(clocks.messages[-1].clock, last.header.stamp)
+            still = self.statuses.wait_for(lambda status: status.header.stamp == last.header.stamp)
+            self.assertTrue(self.statuses.messages[still].paused)
+        told = [clock.clock.to_nsec() for clock in clocks.messages]
+        self.assertEqual(told, sorted(told))
+        self.assertGreater(told[0], 0)
+        self.assertEqual({stamp % TICK for stamp in self.stamps()}, {0})
+        # Stamps are the time that was simulated, and no state is ahead of the clock.
+        for state in self.states.messages:
+            self.assertAlmostEqual(state.position[0], nanoseconds(state) * 1e-9, delta=1e-9)
+        heard = [stamp for stamp in self.stamps() if stamp > told[0]]
+        self.assertGreater(len(heard), 1)
+        self.assertLessEqual(set(heard[-3:]), set(told))
+
+    def test_its_own_clock_at_half_speed(self):
+        self.check_own_clock(0.5)
+
+    def test_its_own_clock_as_fast_as_it_goes(self):
+        self.check_own_clock(0)
+        self.assertEqual(self.statuses.messages[-1].lag, 0)
+
+    def test_speed_is_what_was_asked_for(self):
+        for factor in (0.5, 8.0):
+            first = len(self.statuses.messages)
+            with Node(dict(rod(), real_time_factor=factor)):
+                late = self.statuses.wait_for(lambda status: status.sim_time > 2 * factor, first)
+            self.assertAlmostEqual(self.statuses.messages[late].real_time_factor / factor, 1, delta=0.2)
+
+    # ---- Somebody else's clock -----------------------------------------------------------------
+
+    def test_a_clock_that_has_not_begun_is_waited_for(self):
+        with sim_time(), Node(rod(links=spinning())):
+            conductor = self.conductor()
+            conductor.set(0)
+            refused = service('step', Step)([], 1)
+            self.assertFalse(refused.success)
+            self.assertEqual(refused.message, '/clock has not begun')
+            self.assertEqual(self.states.messages, [])
+            conductor.set(3 * 10 ** 9 + 1)
+            self.states.wait_for_count(1)
+            self.statuses.wait_for_count(1)
+        self.assertEqual(self.stamps()[0], 3 * 10 ** 9 + 1)
+        self.assertEqual(self.states.messages[0].position[0], 0.0)
+        self.assertGreater(nanoseconds(self.statuses.messages[0]), 0)
+
+    def test_a_clock_that_jumps(self):
+        with sim_time(), Node(rod(links=spinning())):
+            conductor = self.conductor()
+            conductor.set(10 * 10 ** 9)
+            self.wait_for_stamp(10 * 10 ** 9)
+            # By less than it has patience for: made up for.
+            conductor.set(10 * 10 ** 9 + 100 * TICK + 7)
+            self.wait_for_stamp(10 * 10 ** 9 + 100 * TICK)
+            self.assertEqual(self.stamps(), [10 * 10 ** 9 + k * TICK for k in range(101)])
+            # By more: given up, stamped anew.
+            conductor.set(50 * 10 ** 9 + 3)
+            self.wait_for_stamp(50 * 10 ** 9 + 3)
+            conductor.set(50 * 10 ** 9 + 3 + TICK)
+            self.wait_for_stamp(50 * 10 ** 9 + 3 + TICK)
+            # Back, as a bag that begins again.
+            conductor.set(2 * 10 ** 9)
+            self.wait_for_stamp(2 * 10 ** 9)
+            conductor.set(2 * 10 ** 9 + 2 * TICK - 1)
+            self.wait_for_stamp(2 * 10 ** 9 + TICK)
+            conductor.set(2 * 10 ** 9 + 2 * TICK)
+            self.wait_for_stamp(2 * 10 ** 9 + 2 * TICK)
+        self.assertEqual(self.stamps(101), [50 * 10 ** 9 + 3, 50 * 10 ** 9 + 3 + TICK,
+                                            2 * 10 ** 9, 2 * 10 ** 9 + TICK, 2 * 10 ** 9 + 2 * TICK])
+        # The simulation went on from its state, a tick a message.
+        for k, state in enumerate(self.states.messages):
+            self.assertAlmostEqual(state.position[0], k * 0.005, delta=1e-12)
+
+    def test_a_clock_that_stops(self):
+        with sim_time(), Node(rod(links=spinning())):
+            conductor = self.conductor()
+            conductor.set(10 ** 9)
+            self.wait_for_stamp(10 ** 9)
+            conductor.set(10 ** 9 + TICK)
+            self.wait_for_stamp(10 ** 9 + TICK)
+            still = self.statuses.wait_for(lambda status: status.standstill)
+            self.assertEqual(self.statuses.messages[still].standstill, '/clock stands still')
+            conductor.set(conductor.now)
+            self.statuses.wait_for_count(still + 10)
+            self.assertEqual(len(self.states.messages), 2)
+            conductor.set(10 ** 9 + 2 * TICK)
+            self.wait_for_stamp(10 ** 9 + 2 * TICK)
+            self.statuses.wait_for(lambda status: not status.standstill, still + 10)
+
+    # ---- Commands at a time --------------------------------------------------------------------
+
+    def test_a_command_acts_from_its_start_on_to_the_bit(self):
+        with Node(rod()):
+            torque = publisher('/planar_chain/joint_torque', JointTorque)
+            self.assertTrue(service('pause', Trigger)().success)
+            step = service('step', Step)
+            now = step([], 1).states[0].header.stamp
+
+            # Two sources: a push of 37.3 ms that begins between two ticks, and one of which 4 ms are left.
+            before = len(self.statuses.messages)
+            torque.publish(joint='rod_joint', torque=1.0, duration=0.0373, start=now + rospy.Duration(0, 11100000))
+            torque.publish(joint='rod_joint', torque=-2.0, duration=0.01, start=now - rospy.Duration(0, 6000000))
+            # Over; too far ahead; and something else to say that all were heard.
+            torque.publish(joint='rod_joint', torque=5.0, duration=0.01, start=now - rospy.Duration(0, 10000000))
+            torque.publish(joint='rod_joint', torque=5.0, duration=0.01, start=now + rospy.Duration(90000))
+            torque.publish(joint='rod_joint', torque=5.0, duration=0.01, start=rospy.Time(4294967295, 0))
+            heard = self.statuses.wait_for(lambda status: status.rejected_commands == 3, before)
+            self.assertIn('joint_torque/start: expected 0 for now, or the node\'s time, at most a day ahead',
+                          self.statuses.messages[heard].last_rejection)
+            speeds = [0.0] + [state.velocity[0] * ROD_INERTIA for state in step([], 20).states]
+        # After k ticks: what both pushes have given by then.
+        for k, speed in enumerate(speeds):
+            t = k * 0.005
+            expected = min(max(t - 0.0111, 0), 0.0373) - 2 * min(t, 0.004)
+            self.assertAlmostEqual(speed, expected, delta=1e-12)
+
+
+if __name__ == '__main__':
+    rospy.init_node('ros_time', anonymous=True)
+    rostest.rosrun('planar_chain', 'ros_time', Time)
