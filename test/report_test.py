@@ -84,7 +84,7 @@ class Report(unittest.TestCase):
 
     def test_the_page_is_whole_and_stands_alone(self):
         page = (self.folder / "index.html").read_text(encoding="utf-8")
-        self.assertEqual(len(re.findall(r'<img [^>]*src="data:image/svg', page)), len(SCENES) + 1)
+        self.assertEqual(len(re.findall(r'<img [^>]*src="data:image/(?:svg|png)', page)), len(SCENES) + 1)
         self.assertNotRegex(page, r'(src|href)="(?!data:|#)')
         for fact in ("commit", "-O", "rosrun planar_chain report"):
             self.assertIn(fact, page)

@@ -10,6 +10,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  pylint: disable=wrong-import-position
 
+from PIL import Image  # noqa: E402  pylint: disable=wrong-import-position
+
 import report_tables as tables  # noqa: E402  pylint: disable=wrong-import-position
 from report_tables import number, read  # noqa: E402  pylint: disable=wrong-import-position
 
@@ -27,16 +29,21 @@ FAILURES = {"diverged": ("x", "diverged"), "refused": ("1", "refused"), "timed o
 
 # ---- Pieces of HTML ------------------------------------------------------------------------------
 
-def picture(figure, name, alt, folder=None):
-    """The figure inline, and as a file of its own where a folder is given."""
-    text = io.StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None})
-    plt.close(figure)
-    svg = text.getvalue()
+def picture(figure, name, alt, folder=None, kind="svg"):
+    """The figure inline, and as a file of its own where a folder is given. Those of thousands of marks are shorter as
+    png."""
     if folder is not None:
-        (folder / f"{name}.svg").write_text(svg, encoding="utf-8")
-    data = base64.b64encode(svg.encode()).decode()
-    return f'<img id="{name}" alt="{html.escape(alt)}" src="data:image/svg+xml;base64,{data}">'
+        figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
+    content = io.BytesIO()
+    figure.savefig(content, format=kind, metadata={"Date": None} if kind == "svg" else None)
+    plt.close(figure)
+    if kind == "png":  # few colours, a quarter of the size
+        few = Image.open(content).convert("RGB").quantize(64)
+        content = io.BytesIO()
+        few.save(content, format="png", optimize=True)
+    mime = "svg+xml" if kind == "svg" else kind
+    data = base64.b64encode(content.getvalue()).decode()
+    return f'<img id="{name}" alt="{html.escape(alt)}" src="data:image/{mime};base64,{data}">'
 
 
 def table(header, rows, classes=None):
@@ -141,7 +148,7 @@ def race_section(folder, about, rows, titles, floors):
         keep = folder if scene == "chain10" else None
         parts.append(f"<h3>{html.escape(titles[scene]['title'])}</h3>")
         parts.append(picture(draw_scene(scene, titles[scene]["title"], own, style, floors), scene,
-                             f"Error against run time and evaluations: {titles[scene]['title']}", keep))
+                             f"Error against run time and evaluations: {titles[scene]['title']}", keep, "png"))
         parts.append(foot(about))
         parts.append(times_table(own))
     return parts
@@ -266,11 +273,11 @@ def stability_section(about, rows):
         return figure
 
     steps = draw("largest_stable_s", "Largest stable step, s, by method", -9, 0, "viridis", "#b2182b")
-    parts = [picture(steps, "stability", "Largest stable step of each method"), foot(about)]
+    parts = [picture(steps, "stability", "Largest stable step of each method", kind="png"), foot(about)]
     if any(row["error_at_1ms_rad"] for row in rows):
         errors = draw("error_at_1ms_rad", "Error of an angle after 1 s with equal steps of 1 ms, rad; ?: no reference",
                       -15, 1, "viridis_r", "#b2182b")
-        parts += [picture(errors, "stability_errors", "Error with steps of 1 ms"), foot(about)]
+        parts += [picture(errors, "stability_errors", "Error with steps of 1 ms", kind="png"), foot(about)]
     automatic = [row for row in rows if row["method"] == "auto"]
     parts.append("<p>Beside it, <code>auto</code> at tolerance 1e-6: its mean step and its method at the end.</p>")
     parts.append(table(["family", "value", "mean step, s", "method at the end"],

@@ -1,8 +1,9 @@
-/// Reference trajectories of long chains in quadruple precision, apart from the program and from the equations of
-/// trajectories.cpp: Newton's and Euler's equations of every body with the forces in the pins as unknowns.
+/// Reference trajectories of long chains in quadruple precision, apart from the program and from the
+/// equations of trajectories.cpp: Newton's and Euler's equations of every body with the forces in the pins as
+/// unknowns.
 ///
-/// Body i, with R = exp(i θ) r from its inner pin to the centre of mass, Q = exp(i θ) (p − r) from there to the
-/// outer pin, outer force W and moment N about the centre of mass, and f_i, f_i+1 in its pins:
+/// Body i, with R = exp(i θ) r from its inner pin to the centre of mass, Q = exp(i θ) (p − r) from there to
+/// the outer pin, outer force W and moment N about the centre of mass, and f_i, f_i+1 in its pins:
 ///
 ///     m a = W + f_i − f_i+1          I α = N − (iR)·f_i − (iQ)·f_i+1
 ///
@@ -79,7 +80,8 @@ class Pins {
       const Vec<Real> iR = turned(R_[i]), iQ = turned(Q_[i]);
       const Real ww = omega[i] * omega[i], w = 1 / b.m, v = 1 / b.I;
       D_[i] = plus(Matrix<Real>{w, 0, 0, w}, v, iR, iR);
-      f_[i] = {-(W_[i].x * w - iR.x * N_[i] * v + ww * R_[i].x), -(W_[i].y * w - iR.y * N_[i] * v + ww * R_[i].y)};
+      f_[i] = {-(W_[i].x * w - iR.x * N_[i] * v + ww * R_[i].x),
+               -(W_[i].y * w - iR.y * N_[i] * v + ww * R_[i].y)};
       upper_[i] = plus(Matrix<Real>{-w, 0, 0, -w}, v, iR, iQ);
       if (i == 0) continue;
       const Body<Real>& in = s_.bodies[i - 1];
@@ -150,13 +152,7 @@ class Pins {
 
 }  // namespace
 
-/// pins PRECISION TOLERANCE DRAWS, PRECISION quad or extended (80 bits, for chains that would take hours)
+/// pins TOLERANCE DRAWS
 int main(int, char** argv) {
-  const double tolerance = std::stod(argv[2]);
-  const int draws = std::stoi(argv[3]);
-  if (argv[1] == std::string("quad")) {
-    writeReference<Pins, Quad>(false, tolerance, draws);
-  } else {
-    writeReference<Pins, long double>(false, tolerance, draws);
-  }
+  writeReference<Pins>(false, std::stod(argv[1]), std::stoi(argv[2]));
 }

@@ -127,5 +127,5 @@ class Lagrange {
 }  // namespace
 
 int main() {
-  writeReference<Lagrange, Quad>(true, 1e-28, 8);
+  writeReference<Lagrange>(true, 1e-28, 8);
 }

@@ -1,11 +1,12 @@
 #pragma once
 
-/// What the programs of reference trajectories share that know nothing of each other's equations: number types,
-/// a scene as bare numbers (written by trajectories.py), its run by extrapolation (Hairer, Nørsett, Wanner I,
-/// II.9) with a landing on every start, stop and corner of the loads, and what rounding the scene to double
-/// changes.
+/// What the programs of reference trajectories share that know nothing of each other's equations: number
+/// types, a scene as bare numbers (written by trajectories.py), its run by extrapolation (Hairer, Nørsett,
+/// Wanner I, II.9) with a landing on every start, stop and corner of the loads, and what rounding the scene
+/// to double changes.
 ///
-/// Equations<Real>(scene), the system of y = [θ, ω] in absolute angles, has enter(t) and operator()(t, y, dydt).
+/// Equations<Real>(scene), the system of y = [θ, ω] in absolute angles, has enter(t) and operator()(t, y,
+/// dydt).
 
 #include <quadmath.h>
 
@@ -16,7 +17,6 @@
 #include <random>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "extrapolation.h"
@@ -214,11 +214,10 @@ void makeRelative(std::vector<Real>& y) {
   }
 }
 
-/// The largest change of the result over some draws when every parameter is off by a relative ±2^-53 and every
-/// initial value by ±2^-53 max(1, |value|): taken 2^20 times as large and scaled back.
+/// The largest change of the result over some draws when every parameter is off by a relative ±2^-53 and
+/// every initial value by ±2^-53 max(1, |value|): taken 2^20 times as large and scaled back.
 template <template <class> class Equations>
 std::vector<double> changeByRounding(const Scene<Quad>& scene, bool relative, int draws) {
-  if (draws == 0) return std::vector<double>(scene.y.size(), 0);
   const double enlarged = 0x1p-33, scaleBack = 0x1p-20;
   const Scene<long double> exact = narrowed(scene);
   const auto result = [&](const Scene<long double>& of) {
@@ -251,26 +250,18 @@ std::vector<double> changeByRounding(const Scene<Quad>& scene, bool relative, in
   return change;
 }
 
-/// Reads one scene, writes the state at its end ([q, q̇], or absolute [θ, ω]), the difference to a second run of
-/// other order and other steps, and what rounding the scene to double changes. Real: Quad or long double.
-template <template <class> class Equations, class Real>
+/// Reads one scene, writes the state at its end ([q, q̇], or absolute [θ, ω]), the difference to a second run
+/// of other order and other steps, and what rounding the scene to double changes.
+template <template <class> class Equations>
 void writeReference(bool relative, double tolerance, int draws) {
-  const Scene<Quad> given = readScene<Quad>();
-  const auto result = [&](int columns, double to) {
-    std::vector<Real> y;
-    if constexpr (std::is_same_v<Real, Quad>) {
-      y = run<Equations>(given, columns, to);
-    } else {
-      y = run<Equations>(narrowed(given), columns, to);
-    }
-    if (relative) makeRelative(y);
-    return y;
-  };
-  const std::vector<Real> y = result(12, tolerance), other = result(9, 100 * tolerance);
-  const std::vector<double> change = changeByRounding<Equations>(given, relative, draws);
+  const Scene<Quad> scene = readScene<Quad>();
+  std::vector<Quad> y = run<Equations>(scene, 12, tolerance),
+                    other = run<Equations>(scene, 9, 100 * tolerance);
+  if (relative) makeRelative(y), makeRelative(other);
+  const std::vector<double> change = changeByRounding<Equations>(scene, relative, draws);
   for (std::size_t i = 0; i < y.size(); ++i) {
     char text[64];
-    quadmath_snprintf(text, sizeof text, "%.20Qg", Quad(y[i]));
+    quadmath_snprintf(text, sizeof text, "%.20Qg", y[i]);
     std::printf("%s %.2e %.2e\n", text, double(magnitude(y[i] - other[i])), change[i]);
   }
 }
