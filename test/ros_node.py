@@ -8,6 +8,7 @@ import signal
 import subprocess
 import tempfile
 import threading
+import time
 
 import roslib.packages
 import rosparam
@@ -47,6 +48,8 @@ class Node:
     def __exit__(self, *_):
         self.process.send_signal(signal.SIGINT)
         self.process.wait(LIMIT)
+        while PUBLISHERS:
+            PUBLISHERS.pop().unregister()
 
     def wait(self):
         """Waits for the end of the program; returns its exit status and all it wrote."""
@@ -93,6 +96,13 @@ class Listener:
                 raise AssertionError('%s: %d messages of %d came' % (
                     self._topic, len(self.messages), count))
 
+    def wait_for_publisher(self):
+        began = time.monotonic()
+        while self._subscriber.get_num_connections() == 0:
+            if time.monotonic() - began > LIMIT:
+                raise AssertionError('nobody publishes ' + self._topic)
+            time.sleep(0.01)
+
     def close(self):
         self._subscriber.unregister()
 
@@ -123,10 +133,14 @@ class Arrivals(rospy.SubscribeListener):
         self.first.set()
 
 
+PUBLISHERS = []  # for the node that runs
+
+
 def publisher(topic, message_type):
-    """A publisher that the node has connected to."""
+    """A publisher that the node has connected to, as long as the node runs."""
     arrivals = Arrivals()
     out = rospy.Publisher(topic, message_type, arrivals, queue_size=1000, tcp_nodelay=True)
+    PUBLISHERS.append(out)
     if not arrivals.first.wait(LIMIT):
         raise AssertionError('nobody takes ' + topic)
     return out

@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from ros_node import Listener, Node, ROD_INERTIA, nanoseconds, publisher, rod, service, spinning
+from ros_node import LIMIT, Listener, Node, ROD_INERTIA, nanoseconds, publisher, rod, service, spinning
 
 TICK = 5000000  # ns, at 200 Hz
 # A tip that rings at 2 kHz: some 200 steps a tick, each chosen anew, which takes about a millisecond. So those who
@@ -49,9 +49,6 @@ class Conductor:
         self.now = ns
         self._out.publish(of_time(ns))
 
-    def close(self):
-        self._out.unregister()
-
 
 class Time(unittest.TestCase):
     def setUp(self):
@@ -64,9 +61,10 @@ class Time(unittest.TestCase):
         return listener
 
     def conductor(self):
-        conductor = Conductor()
-        self.addCleanup(conductor.close)
-        return conductor
+        # The node stands before its clock begins, and its first states are heard.
+        rospy.wait_for_service('/planar_chain/step', LIMIT)
+        self.states.wait_for_publisher()
+        return Conductor()
 
     def stamps(self, first=0):
         return list(map(nanoseconds, self.states.messages[first:]))
