@@ -16,7 +16,7 @@ enter() {
 to_build=(build-essential cmake libcli11-dev libeigen3-dev libyaml-cpp-dev nlohmann-json3-dev)
 if [ -e /opt/ros/noetic/setup.bash ]; then
   enter /opt/ros/noetic
-  to_run=("${to_build[@]}" ros-noetic-{ros-base,diagnostic-updater,rviz,tf2-ros})
+  to_run=("${to_build[@]}" ros-noetic-{ros-base,diagnostic-updater,rviz,tf2-ros} python3-matplotlib)
   to_test=(ros-noetic-rostest)
 else
   # Debian splits a message package in three: definitions (ros-…), C++ (lib…-dev), python.
@@ -24,7 +24,7 @@ else
     ros-{std,geometry,sensor}-msgs lib{std,geometry,sensor,tf2}-msgs-dev libdiagnostic-updater-dev
     librosbag-storage-dev libros-rosgraph-msgs-dev libstd-srvs-dev
     python3-{diagnostic,geometry,rosgraph,sensor,std,tf2}-msgs python3-std-srvs
-    python3-{roslaunch,rosbag,rosservice,rostopic} rosbash rosout rviz)
+    python3-{matplotlib,roslaunch,rosbag,rosservice,rostopic} rosbash rosout rviz)
   to_test=(librostest-dev python3-rostest)
 fi
 to_test+=(catkin-lint clang-format libgtest-dev liburdfdom-tools python3-numpy shellcheck valgrind)

@@ -1,7 +1,6 @@
 /// stability: how far each method goes with equal steps, on chains that get stiffer, heavier, longer.
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 
 #include "common.h"
@@ -185,31 +184,6 @@ void printFamily(const Family& family, bool quick, std::optional<Csv>& csv) {
 }
 
 // ---- Cost ------------------------------------------------------------------------------------
-
-/// Median of what one step takes, s.
-double costOf(const Method& method, int n, bool quick) {
-  using Clock = std::chrono::steady_clock;
-  const Scene scene = hangingChain(n);
-  Loads loads(scene, 0);
-  Dynamics dynamics(scene.chain, loads);
-  dynamics.enter(0);
-  const auto integrator = ode::fixedSteps(makeStepper(method, dynamics), 1e-3 / n);
-  ode::State state(dynamics.size());
-  double theta = 0;
-  for (int i = 0; i < n; ++i) state.y[i] = theta += scene.q[static_cast<std::size_t>(i)];
-
-  const int batch = std::max(1, 2000 / n);
-  const int repetitions = std::clamp((quick ? 100'000 : 1'000'000) / (n * batch), 9, 301);
-  const double end = 2e-3 / n * batch * repetitions;
-  std::vector<double> times;
-  for (int k = 0; k < repetitions; ++k) {
-    const auto begin = Clock::now();
-    integrator->integrate(state, end, std::numeric_limits<double>::infinity(), batch);
-    times.push_back(std::chrono::duration<double>(Clock::now() - begin).count() / batch);
-  }
-  std::nth_element(times.begin(), times.begin() + repetitions / 2, times.end());
-  return times[static_cast<std::size_t>(repetitions / 2)];
-}
 
 void printCost(bool quick) {
   constexpr int base = 100;

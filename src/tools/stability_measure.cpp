@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <limits>
 #include <utility>
 
@@ -35,12 +36,6 @@ std::complex<double> amplification(const ode::Tableau& table, std::complex<doubl
   return result;
 }
 
-ode::Tolerance toleranceOf(double value, int size) {
-  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(size, infinity)};
-  tolerance.ceiling.head(size / 2) = pi;
-  return tolerance;
-}
-
 }  // namespace
 
 const std::vector<Method>& measuredMethods() {
@@ -51,10 +46,17 @@ const std::vector<Method>& measuredMethods() {
   return methods;
 }
 
-std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::LinearizedSystem& f) {
+ode::Tolerance toleranceOf(double value, int size) {
+  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(size, infinity)};
+  tolerance.ceiling.head(size / 2) = pi;
+  return tolerance;
+}
+
+std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::LinearizedSystem& f, double stagesTo) {
   if (method.table) return std::make_unique<ode::ExplicitRungeKutta>(*method.table, f);
   if (method.rosenbrock) return std::make_unique<ode::Rosenbrock>(*method.rosenbrock, f);
-  return std::make_unique<ode::Radau>(f, toleranceOf(1e-6, f.size()), std::make_shared<ode::Surroundings>(f));
+  return std::make_unique<ode::Radau>(f, toleranceOf(stagesTo, f.size()),
+                                      std::make_shared<ode::Surroundings>(f));
 }
 
 int stepsOf(const Case& scene, double h) {
@@ -209,6 +211,37 @@ std::optional<double> Bench::predictedLimit(const Method& method) {
   double h = 0.3 / fastest;
   while (!grows(h)) h *= fine;
   return h / fine;
+}
+
+// ---- Cost ------------------------------------------------------------------------------------
+
+double threadSeconds() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+double costOf(const Method& method, int n, bool quick) {
+  const Scene scene = hangingChain(n);
+  Loads loads(scene, 0);
+  Dynamics dynamics(scene.chain, loads);
+  dynamics.enter(0);
+  const auto integrator = ode::fixedSteps(makeStepper(method, dynamics), 1e-3 / n);
+  ode::State state(dynamics.size());
+  double theta = 0;
+  for (int i = 0; i < n; ++i) state.y[i] = theta += scene.q[static_cast<std::size_t>(i)];
+
+  const int batch = std::max(1, 2000 / n);
+  const int repetitions = std::clamp((quick ? 100'000 : 1'000'000) / (n * batch), 9, 301);
+  const double end = 2e-3 / n * batch * repetitions;
+  std::vector<double> times;
+  for (int k = 0; k < repetitions; ++k) {
+    const double begin = threadSeconds();
+    integrator->integrate(state, end, infinity, batch);
+    times.push_back((threadSeconds() - begin) / batch);
+  }
+  std::nth_element(times.begin(), times.begin() + repetitions / 2, times.end());
+  return times[static_cast<std::size_t>(repetitions / 2)];
 }
 
 }  // namespace planar_chain::tools

@@ -21,10 +21,18 @@ namespace planar_chain::tools {
 struct Method {
   const char* name;
   const ode::Tableau* table;
-  const ode::RosenbrockTableau* rosenbrock;  ///< both null: radau13, its stages solved to a tolerance of 1e-6
+  const ode::RosenbrockTableau* rosenbrock;  ///< both null: radau13
 };
 const std::vector<Method>& measuredMethods();
-std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::LinearizedSystem& f);
+/// stagesTo: the tolerance to which radau13 solves its stages.
+std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::LinearizedSystem& f,
+                                          double stagesTo = 1e-6);
+/// For size components, the first half of them angles, which count up to half a turn.
+ode::Tolerance toleranceOf(double value, int size);
+/// s of this thread on the processor.
+double threadSeconds();
+/// Median of what one step on a hanging chain of n links takes, s.
+double costOf(const Method& method, int n, bool quick);
 
 /// Equal steps of h are STABLE on a scene if a run of them stays finite and the energy of motion, that is
 /// T + V less the V of hanging straight down, never exceeds 1.1 times what it was at the start. (No load

@@ -84,6 +84,16 @@ Case whip(const std::string& family, int n) {
   return {family, static_cast<double>(n), make(chain), 2, 1e-4, false};
 }
 
+/// Without gravity about the ground pin, bent a little: tension is all that holds it.
+Case spinning(const std::string& family, double rate) {
+  Scene scene = make({10, [](int) { return 0.1; }, leanWithBend(0.02)});
+  scene.chain = Chain(scene.chain.links(), scene.chain.joints(), {});
+  scene.qd[0] = rate;
+  Case result{family, rate, std::move(scene)};
+  result.isNearRest = false;
+  return result;
+}
+
 template <class Value, class Make>
 Family family(std::string name, std::string story, std::string varied, const std::vector<Value>& values,
               Make&& makeCase) {
@@ -106,6 +116,7 @@ std::vector<Family> stabilityFamilies(bool quick) {
   const Numbers ratios = quick ? Numbers{1, 1e4, 1e8} : Numbers{1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8};
   const Counts lengths = quick ? Counts{10, 50} : Counts{10, 20, 50, 100, 200, 500, 1000, 10000};
   const Counts whips = quick ? Counts{10} : Counts{10, 20, 50, 100};
+  const Numbers spins = quick ? Numbers{1, 100} : Numbers{1, 10, 100, 1e3, 1e4};
   const std::string bar =
       "A bar of 1 m and 1 kg, ten links, springs k in its nine inner joints, swung out by 0.1 rad and bent";
   const std::string swung = ", swung out by 0.1 rad and bent a little";
@@ -128,6 +139,8 @@ std::vector<Family> stabilityFamilies(bool quick) {
       family("long", "A uniform chain of 1 m and 1 kg" + swung, "links", lengths, hanging),
       family("whip", "The same, let go straight and level: it falls, and its tip cracks like a whip", "links",
              whips, whip),
+      family("spin", "Ten links of 1 m and 1 kg in all, bent a little, turning about the pin without gravity",
+             "rad/s", spins, spinning),
   };
 }
 

@@ -1,5 +1,4 @@
-#include <BulletDynamics/Featherstone/btMultiBody.h>
-
+#include "bullet_body.h"
 #include "peer.h"
 
 /// btMultiBody: articulated bodies in space, in double precision.
@@ -10,22 +9,7 @@ namespace {
 
 class Bullet : public Peer {
  public:
-  explicit Bullet(const Chain& chain)
-      : n_(chain.size()), body_(new btMultiBody(n_, 0, btVector3(0, 0, 0), true, false)) {
-    const btVector3 axis(0, 0, 1);
-    btVector3 pinFromComBefore(0, 0, 0);
-    for (int i = 0; i < n_; ++i) {
-      const Link& link = chain.links()[static_cast<std::size_t>(i)];
-      const btVector3 com(link.com.x, link.com.y, 0), pin(link.pin.x, link.pin.y, 0);
-      const btVector3 inertia(link.inertia, link.inertia, link.inertia);
-      body_->setupRevolute(i, link.mass, inertia, i - 1, btQuaternion::getIdentity(), axis, pinFromComBefore,
-                           com, true);
-      pinFromComBefore = pin - com;
-    }
-    body_->finalizeMultiDof();
-    body_->setLinearDamping(0);
-    body_->setAngularDamping(0);
-    body_->setUseGyroTerm(false);  // a body that stays in its plane has none
+  explicit Bullet(const Chain& chain) : n_(chain.size()), body_(bodyOf(chain)) {
     for (int i = 0; i < n_; ++i) {
       const Vec2d weight = chain.links()[static_cast<std::size_t>(i)].mass * chain.gravity();
       body_->addLinkForce(i, btVector3(weight.x, weight.y, 0));

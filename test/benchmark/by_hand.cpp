@@ -1,7 +1,6 @@
-#include <Eigen/Dense>
-#include <cmath>
+#include "by_hand.h"
 
-#include "peer.h"
+#include <cmath>
 
 /// What an expert would write for one chain, in absolute angles: the double pendulum's closed form, and the
 /// mass matrix with Cholesky's decomposition.
@@ -9,27 +8,6 @@
 namespace planar_chain::benchmarks {
 
 namespace {
-
-/// θ and ω of a posture, α, and back.
-class InAbsoluteAngles : public Peer {
- public:
-  explicit InAbsoluteAngles(int n) : n_(n), theta_(n), omega_(n), alpha_(n) {}
-
-  void place(const Posture& posture) override {
-    double theta = 0, omega = 0;
-    for (Eigen::Index i = 0; i < n_; ++i) {
-      theta_[i] = theta += posture.q[static_cast<std::size_t>(i)];
-      omega_[i] = omega += posture.qd[static_cast<std::size_t>(i)];
-    }
-  }
-
-  void read(double* qdd) const override { makeRelative(alpha_.data(), n_, qdd); }
-
- protected:
-  int n_;
-  Eigen::ArrayXd theta_, omega_;
-  Eigen::VectorXd alpha_;
-};
 
 /// With the centres of mass on the links' lines, and δ = θ_1 − θ_2:
 ///
@@ -123,9 +101,17 @@ class Dense : public InAbsoluteAngles {
 
 }  // namespace
 
+std::unique_ptr<InAbsoluteAngles> doublePendulumByHand(const Chain& chain) {
+  return std::make_unique<DoublePendulum>(chain);
+}
+
+std::unique_ptr<InAbsoluteAngles> denseByHand(const Chain& chain) {
+  return std::make_unique<Dense>(chain);
+}
+
 PeerKind closedForm() {
   return {"closed form", "by hand", 2, 2, 1e-6, [](const Chain& chain) -> std::unique_ptr<Peer> {
-            return std::make_unique<DoublePendulum>(chain);
+            return doublePendulumByHand(chain);
           }};
 }
 
@@ -136,7 +122,7 @@ PeerKind denseCholesky() {
           1,
           1000,
           1e-6,
-          [](const Chain& chain) -> std::unique_ptr<Peer> { return std::make_unique<Dense>(chain); }};
+          [](const Chain& chain) -> std::unique_ptr<Peer> { return denseByHand(chain); }};
 }
 
 }  // namespace planar_chain::benchmarks

@@ -1,9 +1,7 @@
-#include <Simbody.h>
-
 #include "peer.h"
+#include "simbody_pins.h"
 
-/// calcAccelerationIgnoringConstraints: articulated bodies. The bodies' frames stand in their centres of
-/// mass, so that gravity is a force that never changes.
+/// calcAccelerationIgnoringConstraints: articulated bodies. Gravity is a force that never changes.
 
 namespace planar_chain::benchmarks {
 
@@ -16,17 +14,10 @@ class Simbody : public Peer {
     noTorques_ = 0;
     weights_.resize(chain.size() + 1);
     weights_ = SimTK::SpatialVec(SimTK::Vec3(0), SimTK::Vec3(0));
-    SimTK::MobilizedBodyIndex before = matter_.getGround().getMobilizedBodyIndex();
-    SimTK::Vec3 pinBefore(0);
+    SimbodyPins pins(matter_);
     for (const Link& link : chain.links()) {
-      const SimTK::Vec3 com(link.com.x, link.com.y, 0), pin(link.pin.x, link.pin.y, 0);
-      const SimTK::MassProperties mass(link.mass, SimTK::Vec3(0), SimTK::Inertia(link.inertia));
-      const SimTK::MobilizedBody::Pin body(matter_.updMobilizedBody(before), SimTK::Transform(pinBefore),
-                                           SimTK::Body::Rigid(mass), SimTK::Transform(-com));
-      before = body.getMobilizedBodyIndex();
-      pinBefore = pin - com;
       const Vec2d weight = link.mass * chain.gravity();
-      weights_[before][1] = SimTK::Vec3(weight.x, weight.y, 0);
+      weights_[pins.add(link).getMobilizedBodyIndex()][1] = SimTK::Vec3(weight.x, weight.y, 0);
     }
     state_ = system_.realizeTopology();
     system_.realizeModel(state_);

@@ -1,0 +1,14 @@
+#pragma once
+
+/// A chain as MuJoCo's model, joints' springs and dampers included; no loads.
+
+#include <mujoco/mujoco.h>
+
+#include "planar_chain/chain.h"
+
+namespace planar_chain::benchmarks {
+
+/// @throws std::runtime_error when MuJoCo does not accept it. To be deleted by mj_deleteModel.
+mjModel* modelOf(const Chain& chain);
+
+}  // namespace planar_chain::benchmarks

@@ -1,0 +1,138 @@
+#!/usr/bin/python3
+"""report: its tables, its page, what counts as failed, resuming, bad arguments; on a few scenes and studies.
+
+    report_test.py BIN [unittest options]        BIN: the folder that holds it
+"""
+import csv
+import fcntl
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+BIN = ""
+COLUMNS = ["scene", "engine", "method", "setting", "error_theta", "error_omega", "cpu_seconds", "evaluations", "steps",
+           "rejected", "worst_step_seconds", "outcome"]
+SCENES = ("pendulum", "triple", "stiffest4")
+
+
+def run(*arguments):
+    return subprocess.run([os.path.join(BIN, "report"), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          universal_newlines=True, timeout=200, check=False)
+
+
+def table(path):
+    with open(path, encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+class Report(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.scratch.name) / "new/report"
+        cls.arguments = ["--output", str(cls.folder), "--quick", "--scenes", ",".join(SCENES), "--studies", "race,consistency"]
+        cls.result = run(*cls.arguments)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.scratch.cleanup()
+
+    def rows(self, **values):
+        return [row for row in table(self.folder / "work_precision.csv")
+                if row["engine"] == "planar_chain" and all(row[name] == value for name, value in values.items())]
+
+    def test_it_runs(self):
+        self.assertEqual((self.result.returncode, self.result.stderr), (0, ""))
+
+    def test_the_table_has_the_columns_agreed(self):
+        with open(self.folder / "work_precision.csv", encoding="utf-8") as file:
+            self.assertEqual(file.readline().strip().split(","), COLUMNS)
+        self.assertEqual({row["scene"] for row in self.rows()}, set(SCENES))
+        for row in self.rows():
+            self.assertIn(row["outcome"], ("ok", "diverged", "refused", "timed out"))
+            self.assertGreater(float(row["cpu_seconds"]), 0)
+
+    def test_every_method_takes_part(self):
+        self.assertEqual({row["method"] for row in self.rows(scene="triple")},
+                         {"auto", "rk4", "dopri5", "dop853", "rodas5p", "ros34pw2", "ros34pw2_fixed", "radau13"})
+
+    def test_errors_come_down_with_the_tolerance(self):
+        for scene in ("pendulum", "triple"):
+            for method in ("auto", "dopri5", "dop853", "rodas5p", "radau13"):
+                errors = [float(row["error_theta"]) for row in self.rows(scene=scene, method=method)]
+                self.assertLess(errors[-1], 1e-7, (scene, method))
+                self.assertLess(errors[-1], 1e-2 * errors[0], (scene, method))
+
+    def test_what_blows_up_is_not_ok(self):
+        # Springs of 1e9 N m/rad: rk4 bears no step that is tried here.
+        for row in self.rows(scene="stiffest4", method="rk4"):
+            self.assertIn(row["outcome"], ("diverged", "timed out"), row)
+            self.assertEqual(row["error_theta"], "nan", row)
+        for row in self.rows(scene="stiffest4", method="auto"):
+            self.assertEqual(row["outcome"], "ok", row)
+
+    def test_methods_have_their_orders(self):
+        page = (self.folder / "index.html").read_text(encoding="utf-8")
+        orders = dict(re.findall(r"<td[^>]*>(\w+)</td><td[^>]*>pendulum</td><td[^>]*>\d+</td><td[^>]*>([0-9.]+)", page))
+        for method, order in (("rk4", 4), ("dopri5", 5), ("dop853", 8), ("rodas5p", 5), ("ros34pw2", 3)):
+            self.assertLess(abs(float(orders[method]) - order), max(0.5, 0.15 * order), orders)
+        self.assertNotIn("DOES NOT FIT", page)
+
+    def test_the_page_is_whole_and_stands_alone(self):
+        page = (self.folder / "index.html").read_text(encoding="utf-8")
+        self.assertEqual(len(re.findall(r'<img [^>]*src="data:image/(?:svg|png)', page)), len(SCENES) + 1)
+        self.assertNotRegex(page, r'(src|href)="(?!data:|#)')
+        for fact in ("commit", "-O", "rosrun planar_chain report"):
+            self.assertIn(fact, page)
+
+    def test_it_goes_on_where_it_was(self):
+        path = self.folder / "work_precision.csv"
+        whole = path.read_text(encoding="utf-8").splitlines(True)
+        # Killed in the middle of a line: what is there is kept, what is not is measured again.
+        marked = whole[1].replace(whole[1].split(",")[6], "1.234567e+00")
+        path.write_text("".join([whole[0], marked, *whole[2:-2], whole[-2][:20]]), encoding="utf-8")
+        self.assertEqual(run(*self.arguments).returncode, 0)
+        again = path.read_text(encoding="utf-8").splitlines(True)
+        self.assertEqual(again[1], marked)
+        key = [",".join(line.split(",")[:4]) for line in whole]
+        self.assertEqual(sorted(",".join(line.split(",")[:4]) for line in again), sorted(key))
+        # Measured by other programs: everything anew.
+        about = self.folder / "about.json"
+        about.write_text(about.read_text(encoding="utf-8").replace('"programs": "', '"programs": "0'), encoding="utf-8")
+        self.assertEqual(run(*self.arguments).returncode, 0)
+        self.assertNotEqual(path.read_text(encoding="utf-8").splitlines(True)[1], marked)
+
+
+    def test_two_reports_do_not_write_one_folder(self):
+        with tempfile.TemporaryDirectory() as folder:
+            lock = os.open(folder, os.O_RDONLY)
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            result = run("--output", folder, "--scenes", "pendulum", "--studies", "race")
+            os.close(lock)
+            self.assertEqual((result.returncode, os.listdir(folder)), (1, []), result.stderr)
+
+
+class Arguments(unittest.TestCase):
+    def test_wrong_ones_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for arguments in ([], ["--quick"], ["--output"], ["--output", folder, "--fast"], ["--output", folder, "more"],
+                              ["--output", folder, "--scenes", "nobody"], ["--output", folder, "--studies", "race,"],
+                              ["--output", "/dev/null/report"], ["--output", __file__]):
+                result = run(*arguments)
+                self.assertEqual((result.returncode, result.stdout), (2, ""), arguments)
+                self.assertNotEqual(result.stderr, "", arguments)
+            self.assertEqual(os.listdir(folder), [])
+
+    def test_help_is_no_error(self):
+        self.assertEqual(run("--help").returncode, 0)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    BIN = sys.argv.pop(1)
+    unittest.main()
