@@ -61,7 +61,10 @@ inline Value loadScene(const std::string& path) {
          (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0)) {
     text.append(block.data(), static_cast<std::size_t>(file.gcount()));
   }
-  if (text.size() <= longestYaml && !file.eof()) {
+  if (text.size() > longestYaml) {
+    throw Refused({{path, "a scene of at most " + std::to_string(longestYaml) + " bytes", "more"}});
+  }
+  if (!file.eof()) {
     throw Refused({{path, "a scene file that can be read", std::strerror(errno)}});
   }
   return parseYaml(text);
