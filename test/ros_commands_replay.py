@@ -105,7 +105,7 @@ class CommandsReplay(unittest.TestCase):
         with open(self.path('scene.yaml'), 'w') as file:
             yaml.safe_dump(scene, file)
         recorded = states_in(self.path('node.bag'), start)
-        simulate, = roslib.packages.find_node('planar_chain', 'simulate')
+        simulate = roslib.packages.find_node('planar_chain', 'simulate')[0]
         said = subprocess.run(
             [simulate, self.path('scene.yaml'), '--duration', str(max(recorded) / RATE + 1),
              '--commands', self.path('node.bag'), '--bag', self.path('again.bag')],
