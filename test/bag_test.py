@@ -8,7 +8,6 @@ import math
 import os
 import subprocess
 import sys
-import tempfile
 import unittest
 import xml.etree.ElementTree
 
@@ -18,6 +17,8 @@ from geometry_msgs.msg import Point, Vector3
 from planar_chain.msg import CommandTaken, JointTorque, LinkForce, SimStatus
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
+
+from in_folder import InFolder
 
 BIN = ""
 ROD = "{mass: 1, inertia: 1e-1, com: [0.5, 0], pin: [1, 0], initial: {angle: 0.4}}"
@@ -34,15 +35,7 @@ def time_of(nanoseconds):
     return genpy.Time(nanoseconds // 10**9, nanoseconds % 10**9)
 
 
-class Bags(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
+class Bags(InFolder):
     def run_tool(self, *arguments, scene=SCENE):
         with open(self.path("scene.yaml"), "w") as file:
             file.write(scene)

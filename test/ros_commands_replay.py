@@ -5,9 +5,7 @@ state that was recorded, to the last bit."""
 import os
 import random
 import subprocess
-import tempfile
 import time
-import unittest
 import xmlrpc.client
 
 import roslib.packages
@@ -22,6 +20,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
+from in_folder import InFolder
 from ros_commands import publisher
 from ros_node import LIMIT, Listener, Node, Running, nanoseconds
 
@@ -63,15 +62,7 @@ def states_in(path, start=None):
                 for _, message, _ in bag.read_messages('/joint_states')}
 
 
-class CommandsReplay(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
+class CommandsReplay(InFolder):
     def record(self, scene, between):
         """A node that is pushed some hundred times; between(i, states): what else is asked of it."""
         states = Listener('/joint_states', JointState)

@@ -10,23 +10,16 @@ import os
 import pty
 import subprocess
 import sys
-import tempfile
 import unittest
+
+from in_folder import InFolder
 
 BIN = ""
 ROD = "{mass: 1, inertia: 1e-1, com: [0.5, 0], pin: [1, 0]}"
 SCENE = f"chain: [upper, lower]\nlinks: {{upper: {ROD}, lower: {ROD}}}\n"
 
 
-class Tools(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
+class Tools(InFolder):
     def run_tool(self, tool, *arguments, scene=SCENE):
         with open(self.path("scene.yaml"), "w") as file:
             file.write(scene)

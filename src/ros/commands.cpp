@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "planar_chain/ros/checks.h"
 #include "planar_chain/value.h"
 
 namespace planar_chain {
@@ -19,11 +20,6 @@ constexpr double farthestStart = 86400;    // s: what is farther was meant by an
 constexpr double stampResolution = 1e-9;   // s
 
 using Faults = std::vector<Fault>;
-
-void checkFinite(Faults& faults, const std::string& path, const char* unit, double value) {
-  if (std::isfinite(value)) return;
-  faults.push_back({path, std::string("a finite number, ") + unit, toText(value)});
-}
 
 void checkZero(Faults& faults, const std::string& path, double value) {
   if (value == 0) return;
@@ -75,15 +71,7 @@ void Commands::listen(ros::NodeHandle& node, CommandLog& log) {
 
 std::vector<Fault> Commands::faultsOf(const std::vector<double>& torques, const std::string& path) const {
   Faults faults;
-  const auto& joints = simulation_.scene().chain.joints();
-  if (torques.size() != joints.size()) {
-    faults.push_back({path, std::to_string(joints.size()) + " torques, one per joint in chain order",
-                      std::to_string(torques.size())});
-  } else {
-    for (std::size_t i = 0; i < joints.size(); ++i) {
-      checkFinite(faults, path + "[" + std::to_string(i) + "]", "N m", torques[i]);
-    }
-  }
+  checkValues(faults, path, "torques", "N m", torques, simulation_.q().size());
   if (!(heldFrom(simulation_.time()) > simulation_.time())) {
     faults.push_back({"command_timeout", "a time that passes", toText(simulation_.scene().commandTimeout)});
   }
