@@ -7,6 +7,7 @@ import unittest
 
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from planar_chain.msg import JointTorque, SimStatus
 from planar_chain.srv import Step
 from rosgraph_msgs.msg import Clock
@@ -27,6 +28,10 @@ SWINGING = rod(chain=['rod', 'tip'], gravity=[0.0, -9.81],
 
 def of_time(ns):
     return rospy.Time(ns // 10 ** 9, ns % 10 ** 9)
+
+
+def at_level(level):
+    return lambda diagnostics: diagnostics.status[0].level == level
 
 
 @contextlib.contextmanager
@@ -166,6 +171,18 @@ class Time(unittest.TestCase):
             with Node(dict(rod(), real_time_factor=factor)):
                 late = self.statuses.wait_for(lambda status: status.sim_time > 2 * factor, first)
             self.assertAlmostEqual(self.statuses.messages[late].real_time_factor / factor, 1, delta=0.2)
+
+    def test_two_owners_are_told(self):
+        diagnostics = self.listen('/diagnostics', DiagnosticArray)
+        with Node(dict(rod(), real_time_factor=1.0)):
+            alone = diagnostics.wait_for(at_level(DiagnosticStatus.OK))
+            rival = rospy.Publisher('/clock', Clock, queue_size=1)
+            told = diagnostics.wait_for(at_level(DiagnosticStatus.WARN), alone)
+            self.assertIn('/clock has several publishers: ', diagnostics.messages[told].status[0].message)
+            for owner in ('/planar_chain', rospy.get_name()):
+                self.assertIn(owner, diagnostics.messages[told].status[0].message)
+            rival.unregister()
+            diagnostics.wait_for(at_level(DiagnosticStatus.OK), told)
 
     # ---- Somebody else's clock -----------------------------------------------------------------
 

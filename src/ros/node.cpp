@@ -81,6 +81,8 @@ Node::Node(const Scene& scene)
 
 void Node::run(bool (*goesOn)()) {
   goesOn_ = goesOn;
+  master_.emplace(std::vector{ros::this_node::getName(), outer_.resolveName("robot_description"),
+                              std::string("/use_sim_time")});
   clock_->begin(next_);
   while (goesOn_()) {
     const double wait = serve();
@@ -94,10 +96,7 @@ double Node::serve() {
   const auto goes = [this] { return !paused_ && simulation_.fault().empty(); };
   if (goes() && now >= breathUntil_) serveTicks(now);
   if (statuses_.falls(now)) publishStatus(now);
-  if (diagnoses_.falls(now)) {
-    lookAtNode();
-    diagnostics_.publish();
-  }
+  if (diagnoses_.falls(now)) publishDiagnostics();
   if (reminders_.falls(now)) clock_->tellAgain();
   const double untilStatus = statuses_.next() - now;
   return goes() ? std::min(untilStatus, std::max(clock_->untilDue(next_), breathUntil_ - now)) : untilStatus;
@@ -129,8 +128,7 @@ bool Node::tick() {
     if (simulation_.fault().empty()) return false;
     ROS_ERROR("%s", simulation_.fault().c_str());
     publishStatus(elapsed());
-    lookAtNode();
-    diagnostics_.publish();
+    publishDiagnostics();
     return false;
   }
   publishState();
@@ -170,6 +168,11 @@ void Node::lookAtNode() {
   status_.overruns = overruns_;
   status_.lag = status_.standstill.empty() ? std::max(0.0, clock_->lag(next_ - 1)) : 0;
   commands_.describe(status_);
+}
+
+void Node::publishDiagnostics() {
+  lookAtNode();
+  diagnostics_.publish(master_->faultOfClock());
 }
 
 // ---- What may be asked of it -------------------------------------------------------------------

@@ -19,6 +19,7 @@
 #include "planar_chain/ros/commands.h"
 #include "planar_chain/ros/diagnostics.h"
 #include "planar_chain/ros/frames.h"
+#include "planar_chain/ros/master_watch.h"
 #include "planar_chain/ros/messages.h"
 #include "planar_chain/ros/pace.h"
 #include "planar_chain/ros/queries.h"
@@ -36,7 +37,8 @@ class Node {
   /// @throws Refused what is wrong with the scene's frames.
   explicit Node(const Scene& scene);
 
-  /// Ticks and serves while goesOn says so, which is asked in the middle of long ticks, too.
+  /// When the services are advertised, too. Ticks and serves while goesOn says so, which is asked in the
+  /// middle of long ticks, too.
   void run(bool (*goesOn)());
 
   // What may be asked of it, between two ticks. Where the answer is no success, nothing has changed.
@@ -62,6 +64,7 @@ class Node {
   void publishState();
   void publishStatus(double now);
   void lookAtNode();
+  void publishDiagnostics();
   void goOn();
 
   double sceneTime(long long tick) const { return pace_.timeOf(tick - origin_); }
@@ -84,6 +87,7 @@ class Node {
 
   ros::Publisher jointStatesOut_, linkStatesOut_, tfOut_, statusOut_;
   std::optional<tf2_ros::StaticTransformBroadcaster> staticTf_;
+  std::optional<MasterWatch> master_;  ///< from run() on
 
   Pace pace_;
   long long next_;        ///< the first tick that has not happened yet
