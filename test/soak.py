@@ -11,6 +11,7 @@ failed; the node ends with status 0. Ends with status 1 as soon as something doe
 
 import argparse
 import math
+import os
 import random
 import statistics
 import struct
@@ -268,6 +269,8 @@ def main():
     arguments.add_argument('--node', metavar='PROGRAM')
     arguments.add_argument('--may-lag', action='store_true')
     given = arguments.parse_args()
+    # What the sanitizer holds back of freed memory: by default a quarter of a GB, which would take long to fill.
+    os.environ.setdefault('ASAN_OPTIONS', 'quarantine_size_mb=16')
     with Master():
         rospy.init_node('soak')
         with Node(SCENE, program=given.node) as node:
