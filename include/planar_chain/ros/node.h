@@ -2,6 +2,7 @@
 
 /// The node: a simulation kept in step with a clock, its publishers and its commands.
 
+#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <sensor_msgs/JointState.h>
@@ -30,7 +31,8 @@ namespace planar_chain {
 /// Tick k brings the simulation to scene time (k − origin)/rate, exactly, whatever the clock; clock.h says
 /// when, and how it is stamped. origin: the tick of the start, or of the last reset. Ticks stand still while
 /// the node is paused, after a fault, and with their clock. A message is made when somebody listens to it,
-/// and only then.
+/// and only then. A tick that takes long does not keep it from telling how it fares, nor from being asked:
+/// what would change the motion has to wait, or is refused; ~reset gives the tick up.
 class Node {
  public:
   /// Sets robot_description, advertises and subscribes.
@@ -59,8 +61,10 @@ class Node {
 
  private:
   double serve();
+  void tellOfItself(double now);
   void serveTicks(double now);
   bool tick();
+  bool bear(double began);
   void publishState();
   void publishStatus(double now);
   void lookAtNode();
@@ -72,8 +76,9 @@ class Node {
   double sceneTimeOf(ros::Time stamp) const;
   double elapsed() const;  ///< wall time since the start, s
 
-  ros::NodeHandle outer_;       ///< the node's namespace
-  ros::NodeHandle inner_{"~"};  ///< below the node's name
+  ros::CallbackQueue commandQueue_;  ///< they wait for the end of a tick
+  ros::NodeHandle outer_;            ///< the node's namespace
+  ros::NodeHandle inner_{"~"};       ///< below the node's name
   PublishSettings settings_;
   Frames frames_;
   Simulation simulation_;
@@ -93,6 +98,8 @@ class Node {
   long long next_;        ///< the first tick that has not happened yet
   long long origin_ = 0;  ///< the tick of scene time 0
   bool paused_ = false;
+  bool inTick_ = false;
+  long long resets_ = 0;
   bool (*goesOn_)() = nullptr;  ///< from run() on
   double breathUntil_ = 0;      ///< s of wall time
   std::uint64_t overruns_ = 0;
