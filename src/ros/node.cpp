@@ -318,7 +318,7 @@ Node::Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
   for (std::uint32_t k = 0; k < ticks; ++k) {
     if (!tick())
       return {false, !goesOn_()                    ? "the node ends"
-                     : simulation_.fault().empty() ? "reset"
+                     : simulation_.fault().empty() ? "~reset gave the tick up"
                                                    : simulation_.fault()};
     states.push_back(messages_.jointStates(simulation_, clock_->stampOf(next_ - 1)));
   }
