@@ -175,7 +175,7 @@ def why_slower(fastest, ratio, evaluations, spread):
     """By a rule, from who was faster and how often both evaluated the accelerations."""
     engine, method = fastest
     if ratio <= 1 + min(spread, 0.1):
-        return f"no slower than its own runs scatter ({100 * spread:.0f} %)"
+        return f"as fast within {100 * min(spread, 0.1):.0f} %, and its own runs scatter by {100 * spread:.0f} %"
     if engine == "planar_chain" and method not in CHOOSES_FROM:
         kind = "equal steps, a length found by hindsight" if method in ("rk4", "ros34pw2_fixed") else "a lower order"
         return f"not one that auto chooses from: {kind}, cheaper at this accuracy"
