@@ -164,8 +164,8 @@ def references_section(about, rows, titles):
     made = {"exact": "exact solution by Jacobi's elliptic functions, 20 digits",
             "published": "published, 16 digits (Test Set for IVP Solvers)",
             "collocation": "quadruple precision, Radau collocation of order 17, Lagrange's equations",
-            "pins": "quadruple precision, extrapolation of order 24; Newton's equations with pin forces",
-            "pins in long double": "long double, extrapolation of order 16; Newton's equations with pin forces"}
+            "pins": "quadruple precision, extrapolation of order 24, pin forces",
+            "pins in long double": "long double, extrapolation of order 16, pin forces"}
     body = []
     for scene in dict.fromkeys(row["scene"] for row in rows):
         ends = [row for row in titles[scene]["ends"] if row["quantity"] == "theta"]
@@ -176,5 +176,6 @@ def references_section(about, rows, titles):
         body.append([scene, made[titles[scene]["reference"]], f"{uncertainty:.1e}" if uncertainty else "all digits given",
                      f"{rounding:.1e}" if rounding else "–", f"{closest:.1e}",
                      "yes" if tighter >= 100 else f"no: {tighter:.0f} times"])
-    return [table(["scene", "reference", "an angle's difference to a second run", "what rounding the scene to double changes",
-                   "closest contestant, rad", "100 times tighter than that"], body), foot(about)]
+    return [table(["scene", "reference", "against a second run, rad", "by rounding the scene, rad",
+                   "closest contestant, rad", "100 times tighter"], body, lambda _, j: "words" if j == 1 else ""),
+            foot(about)]

@@ -176,9 +176,10 @@ def real_time_section(about, rows):
                 axes.loglog(*zip(*points), line, color=colours(0.9 * k / max(1, len(lengths) - 1)), linewidth=1.5,
                             label=f"{n} links, {'late' if quantity == 'late' else 'work of a tick'}")
         axes.axvline(1 / rate, color="#b2182b", linewidth=1)
-        axes.text(1 / rate, 1.15, "period", color="#b2182b", ha="center", va="bottom", fontsize=8)
+        axes.annotate("period", (1 / rate, 1.01), xycoords=("data", "axes fraction"), color="#b2182b", ha="center",
+                      fontsize=8)
         axes.set_title(f"{rate} Hz", fontsize=10, pad=16)
-        axes.set_xlabel("s")
+        axes.set_xlabel("late (solid), work of a tick (dotted), s")
     panels[0, 0].set_ylabel("part of the ticks that take longer")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncol=len(lengths), frameon=False, fontsize=8)
