@@ -32,6 +32,7 @@ PointMotion Pull::motionOf(const double* q, const double* qd, int link, Vec2d po
     motion.velocity += omega * perp(arm);
     arm_ = arm;
   }
+  motion.turn = e_[static_cast<std::size_t>(link)];
   const Vec2d alongX = answer(link, {1, 0}), alongY = answer(link, {0, 1});
   motion.mobility = {alongX.x, (alongX.y + alongY.x) / 2, alongY.y};
   return motion;

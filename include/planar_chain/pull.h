@@ -29,6 +29,7 @@ namespace planar_chain {
 struct PointMotion {
   Vec2d position;           ///< m
   Vec2d velocity;           ///< m/s
+  Rotation<double> turn;    ///< of the link
   Sym2<double> mobility{};  ///< Λ⁻¹, 1/kg
 };
 
