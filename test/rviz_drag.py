@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Drags a link of a scene with the mouse, in rviz on a display of its own (Xvfb), and sees joint_states follow:
-rviz_drag.py [--scene NAME] [--link LINK] [--to X Y] [--picture OUT.png] [--seconds S]. By hand; in a sourced shell,
-with xdotool, xvfb and imagemagick installed. Without --link nothing is dragged: only the picture."""
+"""Drags the tip of a scene's chain with the mouse, in rviz on a display of its own (Xvfb), and sees joint_states follow:
+rviz_drag.py [--scene NAME] [--to X Y] [--picture OUT.png] [--seconds S]. By hand; in a sourced shell,
+with xdotool, xvfb and imagemagick installed. Without --to nothing is dragged: only the picture."""
 
 import argparse
 import math
@@ -12,9 +12,10 @@ import time
 
 import rospy
 from planar_chain.msg import LinkStates, SimStatus
+from std_srvs.srv import Trigger
 from visualization_msgs.msg import InteractiveMarkerFeedback
 
-from ros_node import Listener
+from ros_node import Listener, service
 
 SIZE = (1280, 800)
 VIEW = (364, 62, 900, 709)  # px: left, top, width, height of rviz's view in that
@@ -41,11 +42,14 @@ class Screen:
     def mouse(*command):
         subprocess.run(['xdotool', *map(str, command)], check=True)
 
+    def press(self, point):
+        self.mouse('mousemove', *self.pixel(*point))
+        time.sleep(0.5)
+        self.mouse('mousedown', 1)
+        time.sleep(0.3)
+
     def drag(self, begin, end):
         (x0, y0), (x1, y1) = self.pixel(*begin), self.pixel(*end)
-        self.mouse('mousemove', x0, y0)
-        time.sleep(0.3)
-        self.mouse('mousedown', 1)
         steps = max(1, round(math.hypot(x1 - x0, y1 - y0) / SPEED))
         for k in range(1, steps + 1):
             self.mouse('mousemove', x0 + (x1 - x0) * k // steps, y0 + (y1 - y0) * k // steps)
@@ -95,7 +99,11 @@ def main():
         feedback.wait_for_publisher()
         time.sleep(LOADED + arguments.seconds)
         if arguments.to:
+            service('pause', Trigger)()  # or the mouse would come too late
+            time.sleep(0.5)
             begin = tip_of(states.messages[-1], scene)
+            screen.press(begin)
+            service('resume', Trigger)()
             screen.drag(begin, arguments.to)
             time.sleep(2)
         if arguments.picture:

@@ -10,6 +10,7 @@ namespace {
 constexpr double barWidth = 0.09;  // units
 constexpr double thin = 0.4;       // of that
 constexpr int fewLinks = 8;        // of which one is a unit long
+constexpr double fewWidths = 2;    // of a link, so short that only a line of many is seen
 constexpr double longest = 1.5;    // units, of an arrow
 
 double largestLoad(const Scene& scene, double reach) {
@@ -55,12 +56,18 @@ Vec2d Drawing::arrow(Vec2d f) const {
   return std::fmin(1, longest * unit / size) * drawn;
 }
 
+bool isShort(const Link& link, const Drawing& drawing) {
+  const double l = length(link.pin);
+  return l > 0 && l < fewWidths * drawing.bar;
+}
+
 bool isPoint(const Link& link, const Drawing& drawing) {
-  return isStraight(link, drawing.bar) && rodLength(link) < drawing.bar;
+  return !isShort(link, drawing) && isStraight(link, drawing.bar) && rodLength(link) < drawing.bar;
 }
 
 std::vector<Bar> barsOf(const Link& link, const Drawing& drawing) {
   const double l = length(link.pin);
+  if (isShort(link, drawing)) return {{{}, link.pin}};
   const Bar pins{{}, link.pin, thin};
   if (!isStraight(link, drawing.bar)) return {{{}, link.com}, {link.com, link.pin}, pins};
   if (isPoint(link, drawing)) {

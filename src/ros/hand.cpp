@@ -12,7 +12,7 @@ namespace planar_chain {
 
 namespace {
 
-constexpr double fastest = 12;            // rad/s: a point is there in half a second
+constexpr double fastest = 20;            // rad/s: a point is there in a third of a second
 constexpr double fewTicks = 0.2;          // rad of the spring's motion that a force may last
 constexpr double mostCommands = 250;      // Hz
 constexpr double mostPictures = 50;       // Hz

@@ -108,7 +108,7 @@ class Writer {
     if (isPoint(body, drawing_)) visual(body.com, 0, sphere(bobRadius * w), paint);
     const bool endsInABar = i == chain_.size() - 1 && length(body.pin) > 0 && !isPoint(body, drawing_);
     if (endsInABar) visual(body.pin, 0, cylinder(w / 2, depth), paint);
-    visual({0, 0}, 0, cylinder(pinRadius * w, 1.3 * w), "pin");
+    if (i == 0 || !isShort(body, drawing_)) visual({0, 0}, 0, cylinder(pinRadius * w, 1.3 * w), "pin");
     out_ << "  </link>\n";
   }
 

@@ -31,6 +31,8 @@ struct Bar {
 /// centre of mass and moment of inertia, where it lies along the pins; else arms from both pins to the centre
 /// of mass.
 std::vector<Bar> barsOf(const Link& link, const Drawing& drawing);
+/// Whether it is about as short as it is wide: one of many, drawn as a plain bar without its pin.
+bool isShort(const Link& link, const Drawing& drawing);
 /// Whether all mass is drawn at one point, a bob.
 bool isPoint(const Link& link, const Drawing& drawing);
 
