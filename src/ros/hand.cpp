@@ -18,7 +18,7 @@ constexpr double mostCommands = 250;      // Hz
 constexpr double mostPictures = 50;       // Hz
 constexpr double silence = 1;             // s of wall time
 constexpr double memory = 2;              // s
-constexpr double heightOverBodies = 1.2;  // widths of a link: over all that Views draws
+constexpr double heightOverBodies = 1.6;  // widths of a link: over all that Views draws
 constexpr double markerWidth = 2;         // of the link's own: easier to hit
 
 /// What a mouse may take hold of: not to be seen, for the link itself is; rviz lights it up under the mouse.
@@ -52,13 +52,13 @@ Hand::Hand(const Scene& scene, const std::string& simulation)
       every_(std::max(1, static_cast<int>(std::ceil(scene.publish.rate / mostCommands)))),
       duration_(every_ / scene.publish.rate),
       pulsation_(std::fmin(fastest, fewTicks / duration_)),
-      sketch_(frames_.base, "pull", heightOverBodies * drawing_.bar),
+      sketch_(frames_, "pull", heightOverBodies * drawing_.bar),
       pictures_(1 / mostPictures),
       warnings_(1),
       outer_(ros::names::parentNamespace(simulation)),
       server_(ros::this_node::getName()),
       forceOut_(outer_.advertise<LinkForce>(simulation + "/link_force", 10)),
-      pictureOut_(inner_.advertise<visualization_msgs::Marker>("force", 2)) {
+      pictureOut_(inner_.advertise<visualization_msgs::MarkerArray>("force", 2)) {
   const int n = scene_.chain.size();
   const int stride = (n + mostMarkers - 1) / mostMarkers;
   for (int i = n - 1; i >= 0; i -= stride) offerMarker(i);
@@ -180,10 +180,14 @@ void Hand::findTarget() {
 
 void Hand::show(const PointMotion& point, Vec2d force, ros::Time stamp) {
   const std_msgs::ColorRGBA paint = colour(1, 0.9, 0.35), pale = colour(1, 0.9, 0.35, 0.35);
+  const Rotation<double> back{point.turn.c, -point.turn.s};
+  const Vec2d from = grip_->point, mouse = from + back * (*grip_->target - point.position);
+  const double w = drawing_.bar;
   sketch_.clear();
-  sketch_.band(point.position, *grip_->target, 0.12 * drawing_.bar, 0.12 * drawing_.bar, pale, pale);
-  sketch_.sector(*grip_->target, 0.3 * drawing_.bar, 0, 6.3, pale);
-  sketch_.arrow(point.position, point.position + drawing_.arrow(force), 0.4 * drawing_.bar, paint);
+  Sketch& sketch = sketch_.on(grip_->link);
+  sketch.band(from, mouse, 0.12 * w, 0.12 * w, pale, pale);
+  sketch.sector(mouse, 0.3 * w, 0, 6.3, pale);
+  sketch.arrow(from, from + back * drawing_.arrow(force), 0.4 * w, paint);
   pictureOut_.publish(sketch_.message(stamp));
 }
 

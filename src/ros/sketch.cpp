@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace planar_chain {
 
@@ -25,8 +26,10 @@ std_msgs::ColorRGBA colour(double red, double green, double blue, double alpha) 
   return paint;
 }
 
-Sketch::Sketch(const std::string& frame, const std::string& name, double height) : height_(height) {
+Sketch::Sketch(const std::string& frame, const std::string& name, int id, double height) : height_(height) {
   marker_.header.frame_id = frame;
+  marker_.frame_locked = true;
+  marker_.id = id;
   marker_.ns = name;
   marker_.type = visualization_msgs::Marker::TRIANGLE_LIST;
   marker_.pose.orientation.w = 1;
@@ -102,6 +105,24 @@ const visualization_msgs::Marker& Sketch::message(ros::Time stamp) {
   marker_.action =
       marker_.points.empty() ? visualization_msgs::Marker::DELETE : visualization_msgs::Marker::ADD;
   return marker_;
+}
+
+Sketches::Sketches(Frames frames, std::string name, double height)
+    : frames_(std::move(frames)), name_(std::move(name)), height_(height) {}
+
+void Sketches::clear() {
+  for (auto& [link, sketch] : sketches_) sketch.clear();
+}
+
+Sketch& Sketches::on(int link) {
+  const std::string& frame = link == base ? frames_.base : frames_.links[static_cast<std::size_t>(link)];
+  return sketches_.try_emplace(link, frame, name_, link, height_).first->second;
+}
+
+const visualization_msgs::MarkerArray& Sketches::message(ros::Time stamp) {
+  message_.markers.clear();
+  for (auto& [link, sketch] : sketches_) message_.markers.push_back(sketch.message(stamp));
+  return message_;
 }
 
 }  // namespace planar_chain

@@ -23,7 +23,7 @@ constexpr double turnRadius = 2;
 constexpr double centreRadius = 0.5, rim = 0.1;
 constexpr double trailWidth = 0.3;
 constexpr double coilInner = 0.9, coilOuter = 1.7, coilWidth = 0.17, coilTurns = 2.25;
-constexpr double behind = -0.55, overBodies = 0.8, overCoils = 0.9, overPins = 1, onTop = 1.1;
+constexpr double behind = -0.55, overBodies = 1.2, overCoils = 1.3, overPins = 1.4, onTop = 1.5;
 
 constexpr double fullTurn = 5;       // rad, of an arrow for the largest torque that is told apart
 constexpr double leastTold = 0.005;  // of the force or torque of Drawing
@@ -54,11 +54,11 @@ Views::Views(ros::NodeHandle& node, const Scene& scene, const Frames& frames)
       stride_((scene.chain.size() + most - 1) / most),
       motions_(static_cast<std::size_t>(scene.chain.size())),
       torques_(static_cast<std::size_t>(scene.chain.size())),
-      loads_(frames.base, "loads", onTop * drawing_.bar),
-      pinForces_(frames.base, "pin_forces", overPins * drawing_.bar),
-      springs_(frames.base, "springs", overBodies * drawing_.bar),
-      path_(frames.base, "trail", behind * drawing_.bar),
-      centres_(frames.base, "centres", overCoils * drawing_.bar) {
+      loads_(frames, "loads", onTop * drawing_.bar),
+      pinForces_(frames, "pin_forces", overPins * drawing_.bar),
+      springs_(frames, "springs", overBodies * drawing_.bar),
+      path_(frames, "trail", behind * drawing_.bar),
+      centres_(frames, "centres", overCoils * drawing_.bar) {
   energy_.header.frame_id = frames.base;
   energy_.ns = "energy";
   energy_.type = visualization_msgs::Marker::TEXT_VIEW_FACING;
@@ -70,14 +70,14 @@ Views::Views(ros::NodeHandle& node, const Scene& scene, const Frames& frames)
   energy_.color = colour(0.85, 0.88, 0.92);
 
   const auto advertise = [&node](const char* name) {
-    return node.advertise<visualization_msgs::Marker>(std::string("view/") + name, 2);
+    return node.advertise<visualization_msgs::MarkerArray>(std::string("view/") + name, 2);
   };
   loadsOut_ = advertise("loads");
   pinForcesOut_ = advertise("pin_forces");
   springsOut_ = advertise("springs");
   trailOut_ = advertise("trail");
   centresOut_ = advertise("centres");
-  energyOut_ = advertise("energy");
+  energyOut_ = node.advertise<visualization_msgs::Marker>("view/energy", 2);
 }
 
 void Views::publish(const Simulation& simulation, ros::Time stamp) {
@@ -87,7 +87,7 @@ void Views::publish(const Simulation& simulation, ros::Time stamp) {
       isHeard(centresOut_)) {
     simulation.linkMotions(motions_.data());
   }
-  const auto show = [stamp](const ros::Publisher& out, Sketch& sketch, const auto& draw) {
+  const auto show = [stamp](const ros::Publisher& out, Sketches& sketch, const auto& draw) {
     if (!isHeard(out)) return;
     sketch.clear();
     draw();
@@ -105,9 +105,8 @@ void Views::publish(const Simulation& simulation, ros::Time stamp) {
   }
 }
 
-Vec2d Views::pointOf(int link, Vec2d point) const {
-  const LinkMotion& motion = motions_[static_cast<std::size_t>(link)];
-  return motion.innerPin + Rotation<double>::of(motion.angle) * point;
+Vec2d Views::seenBy(int link, Vec2d vector) const {
+  return Rotation<double>::of(-motions_[static_cast<std::size_t>(link)].angle) * vector;
 }
 
 void Views::drawLoads(const Simulation& simulation, double t) {
@@ -120,32 +119,28 @@ void Views::drawLoads(const Simulation& simulation, double t) {
 
 void Views::drawLoad(const Chain& chain, const Load& load, double factor) {
   const double width = arrowWidth * drawing_.bar;
-  const auto turn = [&](Vec2d centre, double torque) {
+  const auto turn = [&](int link, Vec2d centre, double torque) {
     const double share = torque / drawing_.torque;
     if (std::fabs(share) < leastTold) return;
     const double sweep = std::copysign(fullTurn * std::fmin(1, std::sqrt(std::fabs(share))), share);
-    loads_.turn(centre, turnRadius * drawing_.bar, pi / 2 - sweep / 2, sweep, width, red);
+    loads_.on(link).turn(centre, turnRadius * drawing_.bar, -sweep / 2, sweep, width, red);
   };
   if (load.link != Load::none) {
     const Vec2d force = factor * load.force;
     if (length(force) > leastTold * drawing_.force) {
-      const Vec2d at = pointOf(load.link, load.point);
-      loads_.arrow(at, at + drawing_.arrow(force), width, red);
+      loads_.on(load.link).arrow(load.point, load.point + seenBy(load.link, drawing_.arrow(force)), width,
+                                 red);
     }
-    const Vec2d centre = chain.links()[static_cast<std::size_t>(load.link)].com;
-    turn(pointOf(load.link, centre), factor * load.moment);
+    turn(load.link, chain.links()[static_cast<std::size_t>(load.link)].com, factor * load.moment);
   }
-  if (load.joint != Load::none) {
-    turn(motions_[static_cast<std::size_t>(load.joint)].innerPin, factor * load.torque);
-  }
+  if (load.joint != Load::none) turn(load.joint, {}, factor * load.torque);
 }
 
 void Views::drawPinForces() {
-  for (std::size_t i = 0; i < motions_.size(); i += static_cast<std::size_t>(stride_)) {
-    const LinkMotion& motion = motions_[i];
-    if (length(motion.pinForce) < leastTold * drawing_.force) continue;
-    pinForces_.arrow(motion.innerPin, motion.innerPin + drawing_.arrow(motion.pinForce),
-                     arrowWidth * drawing_.bar, green);
+  for (int i = 0; i < static_cast<int>(motions_.size()); i += stride_) {
+    const Vec2d force = motions_[static_cast<std::size_t>(i)].pinForce;
+    if (length(force) < leastTold * drawing_.force) continue;
+    pinForces_.on(i).arrow({}, seenBy(i, drawing_.arrow(force)), arrowWidth * drawing_.bar, green);
   }
 }
 
@@ -162,19 +157,20 @@ void Views::drawSprings(const Simulation& simulation, double t) {
   const std::vector<Load> commands = simulation.commands();
   std::for_each(commands.begin(), commands.end(), leaveOut);
 
-  for (std::size_t i = 0; i < motions_.size(); ++i) {
-    const Joint& joint = scene.chain.joints()[i];
+  for (int i = 0; i < scene.chain.size(); i += stride_) {
+    const Joint& joint = scene.chain.joints()[static_cast<std::size_t>(i)];
     if (joint.stiffness == 0 && !joint.isLimited()) continue;
-    springs_.coil(motions_[i].innerPin, coilInner * drawing_.bar, coilOuter * drawing_.bar, motions_[i].angle,
-                  2 * pi * coilTurns, coilWidth * drawing_.bar,
-                  heat(std::fabs(torques_[i]) / drawing_.torque));
+    const double share = std::fabs(torques_[static_cast<std::size_t>(i)]) / drawing_.torque;
+    springs_.on(i).coil({}, coilInner * drawing_.bar, coilOuter * drawing_.bar, 0, 2 * pi * coilTurns,
+                        coilWidth * drawing_.bar, heat(share));
   }
 }
 
 void Views::drawTrail(const Simulation& simulation) {
   const double now = simulation.time();
-  const int last = static_cast<int>(motions_.size()) - 1;
-  const Vec2d tip = pointOf(last, simulation.scene().chain.links().back().pin);
+  const LinkMotion& last = motions_.back();
+  const Vec2d tip =
+      last.innerPin + Rotation<double>::of(last.angle) * simulation.scene().chain.links().back().pin;
   if (!trail_.empty() && now < trail_.back().time) trail_.clear();  // a reset
   if (trail_.empty() || now - trail_.back().time >= 1 / trailRate) trail_.push_back({now, tip});
   while (now - trail_.front().time > trailTime) trail_.pop_front();
@@ -187,7 +183,7 @@ void Views::drawTrail(const Simulation& simulation) {
   };
   for (std::size_t k = 1; k < trail_.size(); ++k) {
     const Spot &from = trail_[k - 1], &to = trail_[k];
-    path_.band(from.tip, to.tip, width(from), width(to), shade(from), shade(to));
+    path_.on(Sketches::base).band(from.tip, to.tip, width(from), width(to), shade(from), shade(to));
   }
 }
 
@@ -195,20 +191,21 @@ void Views::drawTrail(const Simulation& simulation) {
 void Views::drawCentres(const Chain& chain) {
   Vec2d sum;
   double mass = 0;
-  for (std::size_t i = 0; i < motions_.size(); ++i) {
-    sum += chain.links()[i].mass * motions_[i].com;
-    mass += chain.links()[i].mass;
-    if (stride_ == 1) drawCentre(motions_[i].com, centreRadius * drawing_.bar);
+  for (int i = 0; i < chain.size(); ++i) {
+    const Link& link = chain.links()[static_cast<std::size_t>(i)];
+    sum += link.mass * motions_[static_cast<std::size_t>(i)].com;
+    mass += link.mass;
+    if (stride_ == 1) drawCentre(centres_.on(i), link.com, centreRadius * drawing_.bar);
   }
-  drawCentre(1 / mass * sum, 1.6 * centreRadius * drawing_.bar);
+  if (chain.size() > 1) {
+    drawCentre(centres_.on(Sketches::base), 1 / mass * sum, 1.6 * centreRadius * drawing_.bar);
+  }
 }
 
 /// A disc in quarters, with a rim.
-void Views::drawCentre(Vec2d at, double radius) {
-  for (int k = 0; k < 4; ++k) {
-    centres_.sector(at, radius, k * pi / 2, pi / 2, k % 2 == 0 ? white : black);
-  }
-  centres_.coil(at, radius, radius, 0, 2 * pi, rim * drawing_.bar, white);
+void Views::drawCentre(Sketch& sketch, Vec2d at, double radius) {
+  for (int k = 0; k < 4; ++k) sketch.sector(at, radius, k * pi / 2, pi / 2, k % 2 == 0 ? white : black);
+  sketch.coil(at, radius, radius, 0, 2 * pi, rim * drawing_.bar, white);
 }
 
 void Views::tellEnergy(const EnergyBalance& balance) {

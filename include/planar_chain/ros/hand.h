@@ -80,7 +80,7 @@ class Hand {
   double pulsation_;                  ///< of the spring, rad/s
   std::optional<Grip> grip_;
   int ticks_ = 0;
-  Sketch sketch_;
+  Sketches sketch_;
   Every pictures_, warnings_;
 
   ros::NodeHandle outer_, inner_{"~"};

@@ -1,13 +1,16 @@
 #pragma once
 
-/// Flat figures in the plane of motion, as one marker for rviz.
+/// Flat figures in the plane of motion, as markers for rviz.
 
 #include <std_msgs/ColorRGBA.h>
-#include <visualization_msgs/Marker.h>
+#include <visualization_msgs/MarkerArray.h>
 
+#include <map>
 #include <string>
+#include <vector>
 
 #include "planar_chain/planar.h"
+#include "planar_chain/ros/frames.h"
 
 namespace planar_chain {
 
@@ -15,8 +18,8 @@ std_msgs::ColorRGBA colour(double red, double green, double blue, double alpha =
 
 class Sketch {
  public:
-  /// At `height` (m) above the plane of `frame`.
-  Sketch(const std::string& frame, const std::string& name, double height);
+  /// At `height` (m) above the plane of `frame`, and moving with it: rviz draws it where that is by then.
+  Sketch(const std::string& frame, const std::string& name, int id, double height);
 
   void clear() { marker_.points.clear(), marker_.colors.clear(); }
   /// A band from a to b, which may fade and taper. Widths in m.
@@ -40,6 +43,26 @@ class Sketch {
 
   double height_;
   visualization_msgs::Marker marker_;
+};
+
+/// One in each frame where there is something to draw.
+class Sketches {
+ public:
+  static constexpr int base = -1;
+
+  Sketches(Frames frames, std::string name, double height);
+
+  void clear();
+  /// That in the frame of a link, or of the base; in the axes of that frame.
+  Sketch& on(int link);
+  const visualization_msgs::MarkerArray& message(ros::Time stamp);
+
+ private:
+  Frames frames_;
+  std::string name_;
+  double height_;
+  std::map<int, Sketch> sketches_;
+  visualization_msgs::MarkerArray message_;
 };
 
 }  // namespace planar_chain

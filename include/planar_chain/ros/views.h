@@ -18,7 +18,7 @@ namespace planar_chain {
 
 class Views {
  public:
-  /// Of long chains as many pins and centres of mass are drawn, evenly spread.
+  /// Of long chains as many pins, springs and centres of mass are drawn, evenly spread.
   static constexpr int most = 16;
 
   /// Advertises ~view/loads, pin_forces, springs, trail, centres and energy.
@@ -39,16 +39,17 @@ class Views {
   void drawSprings(const Simulation& simulation, double t);
   void drawTrail(const Simulation& simulation);
   void drawCentres(const Chain& chain);
-  void drawCentre(Vec2d at, double radius);
+  void drawCentre(Sketch& sketch, Vec2d at, double radius);
   void tellEnergy(const EnergyBalance& balance);
-  Vec2d pointOf(int link, Vec2d point) const;
+  /// A vector of the base in the axes of a link.
+  Vec2d seenBy(int link, Vec2d vector) const;
 
   Drawing drawing_;
-  int stride_;  ///< of long chains
+  int stride_;  ///< from one link that is drawn to the next
   std::vector<LinkMotion> motions_;
   std::vector<double> torques_;
   std::deque<Spot> trail_;
-  Sketch loads_, pinForces_, springs_, path_, centres_;
+  Sketches loads_, pinForces_, springs_, path_, centres_;
   visualization_msgs::Marker energy_;
   ros::Publisher loadsOut_, pinForcesOut_, springsOut_, trailOut_, centresOut_, energyOut_;
 };
