@@ -24,5 +24,8 @@ int main(int argc, char** argv) {
   } catch (const planar_chain::Refused& refused) {
     for (const auto& fault : refused.faults()) ROS_FATAL("%s", toString(fault).c_str());
     return 2;
+  } catch (const std::exception& failure) {
+    ROS_FATAL("%s", failure.what());
+    return 1;
   }
 }
