@@ -247,6 +247,30 @@ loads:
         self.bag("--duration", "1", "--commands", self.path("one.bag"), name="two.bag")
         self.assertTrue(self.bytes_of("one.bag") == self.bytes_of("two.bag"))
 
+    def test_without_a_duration_a_run_ends_as_the_recorded_one(self):
+        self.write_commands("in.bag", self.COMMANDS)
+        self.bag("--duration", "1.23", "--commands", self.path("in.bag"), name="one.bag")  # between two of status
+        self.bag("--commands", self.path("one.bag"), name="two.bag")
+        self.assertTrue(self.bytes_of("one.bag") == self.bytes_of("two.bag"))
+        # Stamps that jump over a pause are not the time that was simulated.
+        late = [(topic, message, received + (10**12 if received > 10**9 else 0))
+                for topic, messages in self.read("one.bag").items() for received, message in messages]
+        for _, message, received in late:
+            if hasattr(message, "header"):
+                message.header.stamp = time_of(received)
+        self.write("late.bag", *late)
+        self.bag("--commands", self.path("late.bag"), name="two.bag")
+        self.assertTrue(self.bytes_of("one.bag") == self.bytes_of("two.bag"))
+
+        result = self.run_tool("--commands", self.path("in.bag"), "--bag", self.path("new.bag"))
+        self.assert_refused(result, "--duration: expected a time, for the bag has no states of /planar_chain")
+        for time in (-1.0, math.nan, 1e300):
+            self.write("in.bag", ("/planar_chain/commands_taken", self.COMMANDS[0], 1),
+                       ("/planar_chain/status", SimStatus(sim_time=time), 2))
+            result = self.run_tool("--commands", self.path("in.bag"), "--bag", self.path("new.bag"))
+            self.assert_refused(result, "a sim_time from 0 s")
+        self.assertFalse(os.path.exists(self.path("new.bag")))
+
     def test_without_ticks_commands_act_from_the_state_received_before(self):
         exact = self.COMMANDS
         self.write_commands("in.bag", exact)

@@ -98,8 +98,7 @@ class CommandsReplay(InFolder):
         recorded = states_in(self.path('node.bag'), start)
         simulate = roslib.packages.find_node('planar_chain', 'simulate')[0]
         said = subprocess.run(
-            [simulate, self.path('scene.yaml'), '--duration', str(max(recorded) / RATE + 1),
-             '--commands', self.path('node.bag'), '--bag', self.path('again.bag')],
+            [simulate, self.path('scene.yaml'), '--commands', self.path('node.bag'), '--bag', self.path('again.bag')],
             check=True, stdout=subprocess.PIPE, universal_newlines=True, timeout=LIMIT).stdout
         return recorded, states_in(self.path('again.bag'), 0), said
 

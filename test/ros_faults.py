@@ -11,14 +11,15 @@ import unittest
 import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from planar_chain.msg import LinkStates, SimStatus
-from planar_chain.srv import Step
+from planar_chain.msg import LinkForce, LinkStates, SimStatus
+from planar_chain.srv import SetState, Step
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from bag_load import cpu_seconds
-from ros_node import LIMIT, Listener, Node, nanoseconds, rod, service
+from ros_node import LIMIT, Listener, Node, nanoseconds, publisher, rod, service
 
 
 def numbers(message):
@@ -36,6 +37,9 @@ def numbers(message):
 def resident_bytes(pid):
     with open('/proc/%d/statm' % pid, encoding='ascii') as sizes:
         return int(sizes.read().split()[1]) * os.sysconf('SC_PAGE_SIZE')
+
+
+WITHOUT_END = rod(integrator={'method': 'rk4', 'step': 1e-9}, publish={'rate': 0.01, 'status_rate': 0.01})
 
 
 def level(diagnostics):
@@ -68,28 +72,64 @@ class Faults(unittest.TestCase):
             for message in topic.messages:
                 self.assertTrue(all(map(math.isfinite, numbers(message))))
 
-    def test_an_interrupt_ends_a_step_that_would_take_for_ever(self):
-        with Node(rod(integrator={'method': 'rk4', 'step': 1e-9},
-                      publish={'rate': 0.01, 'status_rate': 0.01})) as node:
-            step = service('step', Step)
-            answers = []
+    def call_a_step_that_would_take_for_ever(self, node):
+        """@returns the thread that calls, and its answer in a list"""
+        step, answers = service('step', Step), []
 
-            def call():
-                try:
-                    answers.append(step([], 1).success)
-                except rospy.ServiceException as failure:
-                    answers.append(failure)
-            caller = threading.Thread(target=call)
-            caller.start()
-            idle = cpu_seconds(node.process.pid)
-            while cpu_seconds(node.process.pid) < idle + 0.5 and node.process.poll() is None:
-                rospy.rostime.wallsleep(0.05)
-            self.assertEqual(answers, [])
+        def call():
+            try:
+                answers.append(step([], 1))
+            except rospy.ServiceException as failure:
+                answers.append(failure)
+        caller = threading.Thread(target=call)
+        caller.start()
+        idle = cpu_seconds(node.process.pid)
+        while cpu_seconds(node.process.pid) < idle + 0.5 and node.process.poll() is None:
+            rospy.rostime.wallsleep(0.05)
+        self.assertEqual(answers, [])
+        return caller, answers
+
+    def test_an_interrupt_ends_a_step_that_would_take_for_ever(self):
+        with Node(WITHOUT_END) as node:
+            caller, answers = self.call_a_step_that_would_take_for_ever(node)
             node.process.send_signal(signal.SIGINT)
             status, output = node.wait()
             caller.join(LIMIT)
         self.assertEqual(status, 0, output)
-        self.assertNotEqual(answers, [True])
+        self.assertFalse(any(getattr(answer, 'success', False) for answer in answers))
+
+    def test_a_reset_gives_up_a_step_that_would_take_for_ever(self):
+        with Node(WITHOUT_END) as node:
+            caller, answers = self.call_a_step_that_would_take_for_ever(node)
+            self.assertTrue(service('reset', Trigger)().success)
+            caller.join(LIMIT)
+            self.assertEqual([(answer.success, answer.message) for answer in answers],
+                             [(False, '~reset gave the tick up')])
+
+    def test_a_tick_without_end_is_told_and_given_up_by_reset(self):
+        states = self.listen('/joint_states', JointState)
+        statuses = self.listen('/planar_chain/status', SimStatus)
+        links = dict(rod()['links'], tip={'mass': 0.1, 'inertia': 0.01, 'com': [0.1, 0.0], 'pin': [0.2, 0.0]})
+        with Node(rod(chain=['rod', 'tip'], links=links)):
+            force = publisher('/planar_chain/link_force', LinkForce)
+            torques = publisher('/planar_chain/joint_torques', Float64MultiArray)
+            states.wait_for_count(20)
+            # It turns some thousand million times a second then.
+            force.publish(link='tip', moment=1e12, duration=0.001)
+            stuck = statuses.wait_for(lambda status: status.lag > 0.5)
+            statuses.wait_for_count(stuck + 20)
+            self.assertEqual(statuses.messages[-1].fault, '')
+            torques.publish(data=[1.0, 1.0])
+            for answer in (service('set_state', SetState)([0, 0], [0, 0]), service('step', Step)([], 1),
+                           service('clear_commands', Trigger)()):
+                self.assertFalse(answer.success)
+                self.assertIn('~reset gives it up', answer.message)
+            stuck = len(states.messages)
+            self.assertTrue(service('reset', Trigger)().success)
+            states.wait_for_count(stuck + 100)
+            # What waited was forgotten.
+            self.assertEqual({(state.position, state.effort) for state in states.messages[stuck:]},
+                             {((0.0, 0.0), (0.0, 0.0))})
 
     def test_a_subscriber_that_does_not_read_costs_no_one_anything(self):
         scene = dict(rod(), real_time_factor=2.0)

@@ -29,12 +29,13 @@ def upload(scene, name):
 
 
 class Node:
-    """A node on a scene of its own, while the with statement lasts; prefix: of the command that runs it."""
+    """A node on a scene of its own, while the with statement lasts; prefix: of the command that runs it; program:
+    another than that of the package."""
 
-    def __init__(self, scene, namespace='', prefix=()):
+    def __init__(self, scene, namespace='', prefix=(), program=None):
         self.name = namespace + '/planar_chain'
         self._namespace = namespace
-        self._command = [*prefix, node_program()]
+        self._command = [*prefix, program or node_program()]
         self._scene = scene
 
     def __enter__(self):

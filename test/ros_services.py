@@ -49,13 +49,22 @@ class Services(unittest.TestCase):
     def next_status(self, holds=lambda status: True):
         return self.statuses.messages[self.statuses.wait_for(holds, len(self.statuses.messages) + 1)]
 
+    def last_turn(self, holds, after=0):
+        """A status of a rod that turns at 1 rad/s and stands still now; returns when its last state is here too."""
+        still = self.next_status(holds)
+        self.states.wait_for(lambda state: abs(state.position[0] - still.scene_time) < 1e-9, after)
+        return still
+
     def test_paused_nothing_moves_and_nothing_is_stamped(self):
         with Node(rod(links=spinning())):
             self.states.wait_for_count(10)
             self.ask('pause')
-            still = self.next_status(lambda status: status.paused)
+            still = self.last_turn(lambda status: status.paused)
             self.assertEqual(still.standstill, 'paused')
-            states, transforms = len(self.states.messages), len(self.transforms.messages)
+            states = len(self.states.messages)
+            last = self.states.messages[-1].header.stamp
+            transforms = 1 + self.transforms.wait_for(
+                lambda message: any(frame.header.stamp == last for frame in message.transforms))
             self.statuses.wait_for_count(len(self.statuses.messages) + 10)
             self.assertEqual((len(self.states.messages), len(self.transforms.messages)), (states, transforms))
             self.assertEqual(self.statuses.messages[-1].sim_time, still.sim_time)
@@ -95,9 +104,9 @@ class Services(unittest.TestCase):
             self.assertEqual(status.joint_torque_age, -1)
 
     def test_reset_leads_back_from_a_fault(self):
-        scene = rod(loads={'blast': {'joint': 'rod_joint', 'torque': 1e200, 'start': 0.3}})
+        scene = rod(links=spinning(), loads={'blast': {'joint': 'rod_joint', 'torque': 1e200, 'start': 0.3}})
         with Node(scene):
-            fault = self.next_status(lambda status: status.fault)
+            fault = self.last_turn(lambda status: status.fault)
             self.assertEqual(fault.standstill, 'the integration has failed')
             self.assertIn('the last good state is kept', self.ask('resume', success=False))
             refused = service('step', Step)([], 1)
@@ -107,7 +116,7 @@ class Services(unittest.TestCase):
             seen = len(self.states.messages)
             self.ask('reset')
             self.states.wait_for_count(seen + 20)
-            self.next_status(lambda status: status.fault)
+            self.last_turn(lambda status: status.fault, seen)
             seen = len(self.states.messages)
             self.assertTrue(service('set_state', SetState)([0.5], [0.0]).success)
             # The blast goes on: it fails again at once, at the state that was set.

@@ -3,11 +3,14 @@
 The motion is the same to the bit in all of them; stamps follow the clock, and never are 0."""
 
 import contextlib
+import struct
+import tempfile
 import unittest
 
 import rospy
 import rostest
-from planar_chain.msg import JointTorque, SimStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from planar_chain.msg import JointTorque, LinkStates, SimStatus
 from planar_chain.srv import Step
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -27,6 +30,20 @@ SWINGING = rod(chain=['rod', 'tip'], gravity=[0.0, -9.81],
 
 def of_time(ns):
     return rospy.Time(ns // 10 ** 9, ns % 10 ** 9)
+
+
+# Where the stamp begins, in bytes of a message
+STAMPED = {'/joint_states': 4, '/planar_chain/link_states': 4, '/tf': 8}
+
+
+def stamp_in(message, begin):
+    """ns; message: its first bytes, in hexadecimal"""
+    seconds, nanoseconds_more = struct.unpack_from('<II', bytes.fromhex(message), begin)
+    return seconds * 10 ** 9 + nanoseconds_more
+
+
+def at_level(level):
+    return lambda diagnostics: diagnostics.status[0].level == level
 
 
 @contextlib.contextmanager
@@ -166,6 +183,36 @@ class Time(unittest.TestCase):
             with Node(dict(rod(), real_time_factor=factor)):
                 late = self.statuses.wait_for(lambda status: status.sim_time > 2 * factor, first)
             self.assertAlmostEqual(self.statuses.messages[late].real_time_factor / factor, 1, delta=0.2)
+
+    def test_its_own_clock_is_published_before_the_messages_of_a_tick(self):
+        clocks = self.listen('/clock', Clock)
+        self.listen('/tf', TFMessage)
+        self.listen('/planar_chain/link_states', LinkStates)
+        for factor in (1.0, 0):
+            with tempfile.NamedTemporaryFile() as lines:
+                preload = ('env', 'LD_PRELOAD=libplanar_chain_published.so', 'PUBLISHED=' + lines.name)
+                with Node(dict(rod(), real_time_factor=factor), prefix=preload):
+                    clocks.wait_for_count(len(clocks.messages) + 200)
+                told, seen = None, set()
+                for topic, start in (line.decode().split() for line in lines):
+                    if topic == '/clock':
+                        told = stamp_in(start, 0)
+                    elif told is not None and topic in STAMPED:
+                        self.assertEqual(stamp_in(start, STAMPED[topic]), told, topic)
+                        seen.add(topic)
+                self.assertEqual(seen, set(STAMPED))
+
+    def test_two_owners_are_told(self):
+        diagnostics = self.listen('/diagnostics', DiagnosticArray)
+        with Node(dict(rod(), real_time_factor=1.0)):
+            alone = diagnostics.wait_for(at_level(DiagnosticStatus.OK))
+            rival = rospy.Publisher('/clock', Clock, queue_size=1)
+            told = diagnostics.wait_for(at_level(DiagnosticStatus.WARN), alone)
+            self.assertIn('/clock has several publishers: ', diagnostics.messages[told].status[0].message)
+            for owner in ('/planar_chain', rospy.get_name()):
+                self.assertIn(owner, diagnostics.messages[told].status[0].message)
+            rival.unregister()
+            diagnostics.wait_for(at_level(DiagnosticStatus.OK), told)
 
     # ---- Somebody else's clock -----------------------------------------------------------------
 

@@ -69,6 +69,13 @@ class Measured(unittest.TestCase):
         for row in self.rows("radau13", *CLOSE_TO_REST):
             self.assertIn(row["how"], ("", "not finite"), row)
 
+    def test_what_spins_faster_bears_shorter_steps(self):
+        # Without gravity the rate is the only time there is.
+        for method in ("rk4", "dop853"):
+            angle = [float(row["value"]) * float(row["largest_stable_s"]) for row in self.rows(method, "spin")]
+            self.assertLess(max(angle) / min(angle), 1.15, angle)
+            self.assertLess(max(angle), 1, angle)
+
     def test_but_not_on_a_whip(self):
         with_limit = [row for row in self.all_rows if row["family"] == "whip" and row["method"] != "auto"]
         self.assertEqual(len(with_limit), 6)

@@ -97,7 +97,7 @@ class Tools(InFolder):
                             "integrator/tolerance", 'integrator/step: expected a number > 0 s, got "x"')
 
     def test_the_duration_is_required_positive_and_finite(self):
-        self.assert_refused(self.simulate(), "--duration is required")
+        self.assert_refused(self.simulate(), "--duration: expected a finite number > 0 s, or --commands")
         for duration in ("-1", "0", "inf", "nan", "soon", ""):
             self.assert_refused(self.simulate("--duration", duration),
                                 f'--duration: expected a finite number > 0 s, got "{duration}"')

@@ -12,9 +12,13 @@
 
 namespace planar_chain {
 
+/// As many ticks a run may have.
+inline constexpr double mostRows = 1e8;
+
 struct BagArguments {
   std::optional<std::string> out;       ///< path of the bag to write
   std::optional<std::string> commands;  ///< path of the bag whose commands are taken
+  bool endsAsRecorded = false;          ///< the run is to end with the last state in the bag of commands
   std::optional<std::string> urdf;      ///< path of the file to write: what robot_description is
   std::optional<std::string> node;      ///< whose topics these are; absent: found out, or /planar_chain
 };
@@ -24,6 +28,9 @@ class Bags {
   virtual ~Bags() = default;
 
   virtual Simulation& simulation() = 0;
+
+  /// When the last state in the bag of commands was, s; for runs that end there.
+  virtual double recordedEnd() const = 0;
 
   /// Simulation::advanceTo for the time t of row k, after the commands that were taken before tick k.
   virtual bool advanceTo(long long k, double t) = 0;

@@ -13,6 +13,7 @@
 #include <set>
 #include <utility>
 
+#include "planar_chain/bags.h"
 #include "planar_chain/fault.h"
 #include "planar_chain/value.h"
 
@@ -21,7 +22,7 @@ namespace planar_chain {
 namespace {
 
 constexpr const char* option = "--commands";
-const std::string taken = "/commands_taken";
+const std::string taken = "/commands_taken", status = "/status";
 const std::vector<std::string> received = {"/joint_torques", "/joint_torque", "/link_force"};
 
 [[noreturn]] void refuse(const std::string& path, const std::string& expected, const std::string& found) {
@@ -51,9 +52,9 @@ class Reader {
     node_ = node ? *node : onlyNode();
   }
 
-  RecordedCommands read() {
-    if (topics_.count(node_ + taken) > 0) return {node_, whatTheNodeTook(), true};
-    return {node_, whatWasReceived(), false};
+  RecordedCommands read(bool alsoEnd) {
+    const bool isExact = topics_.count(node_ + taken) > 0;
+    return {node_, isExact ? whatTheNodeTook() : whatWasReceived(), isExact, alsoEnd ? lastTick() : 0};
   }
 
  private:
@@ -117,7 +118,7 @@ class Reader {
   }
 
   std::vector<CommandTaken> whatWasReceived() {
-    const std::string states = ros::names::append(ros::names::parentNamespace(node_), "joint_states");
+    const std::string states = jointStates();
     const std::int64_t start = startOfSimTime();
     std::vector<std::string> topics = {states};
     for (const std::string& name : received) topics.push_back(node_ + name);
@@ -140,6 +141,33 @@ class Reader {
     return commands;
   }
 
+  /// A status tells the time, and each of the joint_states stamped after it is a tick more: stamps alone
+  /// cannot tell, as they jump over every standstill.
+  long long lastTick() {
+    long long tick = 0;
+    std::vector<ros::Time> later;
+    rosbag::View view(bag_, rosbag::TopicQuery(std::vector{jointStates(), node_ + status}));
+    for (const rosbag::MessageInstance& entry : view) {
+      if (entry.getTopic() == jointStates()) {
+        later.push_back(messageOf<sensor_msgs::JointState>(entry)->header.stamp);
+        continue;
+      }
+      const auto said = messageOf<SimStatus>(entry);
+      const double ticks = said->sim_time * rate_;
+      if (!(ticks >= 0 && ticks <= mostRows)) {
+        refuse(path_, "a sim_time from 0 s to that of 100000000 ticks", toText(said->sim_time) + " s");
+      }
+      tick = std::llround(ticks);
+      const auto isNotLater = [&](ros::Time stamp) { return stamp <= said->header.stamp; };
+      later.erase(std::remove_if(later.begin(), later.end(), isNotLater), later.end());
+    }
+    return tick + static_cast<long long>(later.size());
+  }
+
+  std::string jointStates() const {
+    return ros::names::append(ros::names::parentNamespace(node_), "joint_states");
+  }
+
   using Iterator = std::vector<CommandTaken>::iterator;
   void setTicks(Iterator command, Iterator end, std::uint64_t tick) const {
     for (; command != end; ++command) {
@@ -150,13 +178,13 @@ class Reader {
 
   /// The stamp of sim time 0, ns: a status is stamped when its sim time has come, or somewhat later.
   std::int64_t startOfSimTime() {
-    const std::string topic = node_ + "/status";
+    const std::string topic = node_ + status;
     std::optional<std::int64_t> start;
     rosbag::View view(bag_, rosbag::TopicQuery(topic));
     for (const rosbag::MessageInstance& entry : view) {
-      const auto status = messageOf<SimStatus>(entry);
+      const auto said = messageOf<SimStatus>(entry);
       const std::int64_t its =
-          static_cast<std::int64_t>(status->header.stamp.toNSec()) - std::llround(status->sim_time * 1e9);
+          static_cast<std::int64_t>(said->header.stamp.toNSec()) - std::llround(said->sim_time * 1e9);
       start = start ? std::min(*start, its) : its;
     }
     if (!start) refuse(path_, topic + ", which tells when sim time began", "none");
@@ -201,9 +229,10 @@ class Reader {
 
 }  // namespace
 
-RecordedCommands readCommands(const std::string& path, const std::optional<std::string>& node, double rate) {
+RecordedCommands readCommands(const std::string& path, const std::optional<std::string>& node, double rate,
+                              bool alsoEnd) {
   try {
-    return Reader(path, node, rate).read();
+    return Reader(path, node, rate).read(alsoEnd);
   } catch (const rosbag::BagException& problem) {
     refuse(path, "a bag that can be read", problem.what());
   }

@@ -51,13 +51,19 @@ class NodeWithoutRos : public Bags {
         simulation_(scene, Commands::capacity),
         commands_(simulation_, [this](ros::Time) { return recorded_->commands[next_].start; }) {
     const std::optional<std::string> node = fullName(given.node);
-    if (given.commands) recorded_ = readCommands(*given.commands, node, scene.publish.rate);
+    if (given.commands)
+      recorded_ = readCommands(*given.commands, node, scene.publish.rate, given.endsAsRecorded);
+    if (given.endsAsRecorded && !(recorded_->lastTick > 0)) {
+      throw Refused({{"--duration", "a time, for the bag has no states of " + recorded_->node, "nothing"}});
+    }
     const std::string writtenFor = node ? *node : recorded_ ? recorded_->node : usualNode;
     if (given.out) writer_.emplace(*given.out, scene, writtenFor);
     if (given.urdf) writeUrdf(*given.urdf, scene, writtenFor);
   }
 
   Simulation& simulation() override { return simulation_; }
+
+  double recordedEnd() const override { return pace_.timeOf(recorded_->lastTick); }
 
   bool advanceTo(long long k, double t) override {
     for (; hasNext() && recorded_->commands[next_].tick <= static_cast<std::uint64_t>(k); ++next_) {

@@ -199,7 +199,7 @@ class ForeignClock : public ReadClock {
     if (!hasBegun()) return next - 1;
     if (jumped_) {
       if (reading_ < ns(next - 1) && warnings_.falls(since(start_))) {
-        ROS_WARN("/clock went back to %.3f s; the simulation goes on from its state", seconds(reading_));
+        ROS_INFO("/clock went back to %.3f s; the simulation goes on from its state", seconds(reading_));
       }
       jumped_ = false;
       beginAt(next, reading_);

@@ -16,7 +16,8 @@ Diagnostics::Diagnostics(const SimStatus& status, std::string clock)
   updater_.add("simulation", this, &Diagnostics::report);
 }
 
-void Diagnostics::publish() {
+void Diagnostics::publish(const std::string& faultOfClock) {
+  faultOfClock_ = faultOfClock;
   // Not by the updater's own period, which is one of sim time; and nothing is stamped 0.
   if (!ros::Time::now().isZero()) updater_.force_update();
 }
@@ -25,6 +26,8 @@ void Diagnostics::report(diagnostic_updater::DiagnosticStatusWrapper& out) {
   using diagnostic_msgs::DiagnosticStatus;
   if (!status_.fault.empty()) {
     out.summary(DiagnosticStatus::ERROR, status_.fault);
+  } else if (!faultOfClock_.empty()) {
+    out.summary(DiagnosticStatus::WARN, faultOfClock_);
   } else if (status_.lag > worrying) {
     out.summaryf(DiagnosticStatus::WARN, "%.3f s behind %s", status_.lag, clock_.c_str());
   } else {

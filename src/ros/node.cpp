@@ -19,6 +19,9 @@ namespace planar_chain {
 
 namespace {
 
+using Steady = std::chrono::steady_clock;
+using Seconds = std::chrono::duration<double>;
+
 constexpr double queueSeconds = 2;      // what a publisher keeps for a slow subscriber
 constexpr long long fewTicks = 4;       // done at a stretch when behind,
 constexpr long long catchUpShare = 50;  // or this part of what is missing,
@@ -27,12 +30,26 @@ constexpr double factorSeconds = 5;     // over which the real-time factor is me
 constexpr double warningPeriod = 5;     // s
 constexpr double longestWait = 0.1;     // s, so that shutdowns and standstills are noticed
 
+constexpr auto longestPart = std::chrono::milliseconds(100);  // of a tick, between two looks around
+
 constexpr std::uint32_t mostSteps = 10000;       // of one call,
 constexpr std::size_t mostStepValues = 1000000;  // and joints × ticks of its answer
 
 std::uint32_t queueFor(double rate) {
   return static_cast<std::uint32_t>(std::max(10.0, std::ceil(queueSeconds * rate)));
 }
+
+/// A part of a tick: Simulation::advanceTo asks a plain function whether to go on.
+struct {
+  bool (*nodeGoesOn)();
+  Steady::time_point end;
+} part;
+
+bool partGoesOn() {
+  return part.nodeGoesOn() && Steady::now() < part.end;
+}
+
+constexpr const char* longTick = "a tick is under way that takes long; ~reset gives it up";
 
 bool isHeard(const ros::Publisher& topic) {
   return topic.getNumSubscribers() > 0;  // none where the scene does not want it advertised
@@ -72,7 +89,9 @@ Node::Node(const Scene& scene)
     tfOut_ = outer_.advertise<tf2_msgs::TFMessage>("/tf", queueFor(settings_.tfRate));
     staticTf_.emplace();
   }
-  commands_.listen(inner_, log_);
+  ros::NodeHandle commandsHandle("~");
+  commandsHandle.setCallbackQueue(&commandQueue_);
+  commands_.listen(commandsHandle, log_);
   status_.header.frame_id = frames_.base;
   ROS_INFO("%s", whatRuns(simulation_).c_str());
   ROS_INFO("%s; time: %s", whatIsPublished(settings_, frames_).c_str(), clock_->name().c_str());
@@ -82,10 +101,13 @@ Node::Node(const Scene& scene)
 
 void Node::run(bool (*goesOn)()) {
   goesOn_ = goesOn;
+  master_.emplace(std::vector{ros::this_node::getName(), outer_.resolveName("robot_description"),
+                              std::string("/use_sim_time")});
   clock_->begin(next_);
   while (goesOn_()) {
     const double wait = serve();
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::clamp(wait, 0.0, longestWait)));
+    commandQueue_.callAvailable();
   }
 }
 
@@ -94,14 +116,15 @@ double Node::serve() {
   const double now = elapsed();
   const auto goes = [this] { return !paused_ && simulation_.fault().empty(); };
   if (goes() && now >= breathUntil_) serveTicks(now);
-  if (statuses_.falls(now)) publishStatus(now);
-  if (diagnoses_.falls(now)) {
-    lookAtNode();
-    diagnostics_.publish();
-  }
-  if (reminders_.falls(now)) clock_->tellAgain();
+  tellOfItself(now);
   const double untilStatus = statuses_.next() - now;
   return goes() ? std::min(untilStatus, std::max(clock_->untilDue(next_), breathUntil_ - now)) : untilStatus;
+}
+
+void Node::tellOfItself(double now) {
+  if (statuses_.falls(now)) publishStatus(now);
+  if (diagnoses_.falls(now)) publishDiagnostics();
+  if (reminders_.falls(now)) clock_->tellAgain();
 }
 
 void Node::serveTicks(double now) {
@@ -124,19 +147,41 @@ void Node::serveTicks(double now) {
   breathUntil_ = now + breather;
 }
 
-/// @returns false when the integration failed, or the node ends: nothing is published then.
+/// @returns false when the integration failed, the tick was given up, or the node ends: nothing is published
+/// then.
 bool Node::tick() {
-  if (!simulation_.advanceTo(sceneTime(next_), goesOn_)) {
-    if (simulation_.fault().empty()) return false;
-    ROS_ERROR("%s", simulation_.fault().c_str());
-    publishStatus(elapsed());
-    lookAtNode();
-    diagnostics_.publish();
-    return false;
+  const double began = elapsed();
+  part = {goesOn_, Steady::now() + longestPart};
+  while (!simulation_.advanceTo(sceneTime(next_), partGoesOn)) {
+    if (!simulation_.fault().empty()) {
+      ROS_ERROR("%s", simulation_.fault().c_str());
+      publishStatus(elapsed());
+      publishDiagnostics();
+      return false;
+    }
+    if (!goesOn_() || !bear(began)) return false;
+    part.end = Steady::now() + longestPart;
   }
   publishState();
   ++next_;
   return true;
+}
+
+/// What cannot wait for the end of a tick that began then. @returns false when the tick was given up.
+bool Node::bear(double began) {
+  const long long resets = resets_;
+  const double now = elapsed();
+  if (now - began > warningPeriod && warnings_.falls(now)) {
+    ROS_WARN(
+        "a tick takes long: after %.0f s it has come to %.9g s, on its way from %.9g to %.9g s; commands "
+        "wait",
+        now - began, simulation_.time(), sceneTime(next_ - 1), sceneTime(next_));
+  }
+  tellOfItself(now);
+  inTick_ = true;
+  ros::getGlobalCallbackQueue()->callAvailable();
+  inTick_ = false;
+  return resets == resets_;
 }
 
 void Node::publishState() {
@@ -174,6 +219,11 @@ void Node::lookAtNode() {
   commands_.describe(status_);
 }
 
+void Node::publishDiagnostics() {
+  lookAtNode();
+  diagnostics_.publish(master_->faultOfClock());
+}
+
 // ---- What may be asked of it -------------------------------------------------------------------
 
 void Node::goOn() {
@@ -199,6 +249,12 @@ Node::Answer Node::resume() {
 
 Node::Answer Node::reset() {
   const bool hadFailed = !simulation_.fault().empty();
+  if (inTick_) {
+    commandQueue_.clear();
+  } else {
+    commandQueue_.callAvailable();
+  }
+  ++resets_;
   simulation_.reset();
   commands_.forget();
   log_.add(CommandTaken::RESET);
@@ -208,16 +264,20 @@ Node::Answer Node::reset() {
 }
 
 Node::Answer Node::clearCommands() {
+  if (inTick_) return {false, longTick};
+  commandQueue_.callAvailable();
   simulation_.clearCommands();
   log_.add(CommandTaken::CLEAR_COMMANDS);
   return {true, "no command is in force or waits"};
 }
 
 Node::Answer Node::setState(const std::vector<double>& q, const std::vector<double>& qd) {
+  if (inTick_) return {false, longTick};
   std::vector<Fault> faults;
   checkValues(faults, "q", "angles", "rad", q, simulation_.q().size());
   checkValues(faults, "qd", "rates", "rad/s", qd, simulation_.qd().size());
   if (!faults.empty()) return {false, toString(faults)};
+  commandQueue_.callAvailable();
   const bool hadFailed = !simulation_.fault().empty();
   try {
     simulation_.setState(q, qd);
@@ -238,7 +298,9 @@ Node::Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
   if (!simulation_.fault().empty()) {
     return {false, simulation_.fault() + "; ~reset or ~set_state leads back"};
   }
+  if (inTick_) return {false, longTick};
   if (!clock_->hasBegun()) return {false, clock_->standstill()};
+  commandQueue_.callAvailable();
   const std::size_t joints = simulation_.q().size();
   const auto most = std::min<std::size_t>(mostSteps, std::max<std::size_t>(1, mostStepValues / joints));
   std::vector<Fault> faults;
@@ -256,7 +318,10 @@ Node::Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
   if (next_ == origin_) --origin_;
   states.reserve(ticks);
   for (std::uint32_t k = 0; k < ticks; ++k) {
-    if (!tick()) return {false, goesOn_() ? simulation_.fault() : "the node ends"};
+    if (!tick())
+      return {false, !goesOn_()                    ? "the node ends"
+                     : simulation_.fault().empty() ? "~reset gave the tick up"
+                                                   : simulation_.fault()};
     states.push_back(messages_.jointStates(simulation_, clock_->stampOf(next_ - 1)));
   }
   return {true, ran ? "done; the run was paused, ~resume lets it go on" : "done; it is paused"};
@@ -276,7 +341,7 @@ double Node::sceneTimeOf(ros::Time stamp) const {
 }
 
 double Node::elapsed() const {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  return Seconds(Steady::now() - start_).count();
 }
 
 }  // namespace planar_chain

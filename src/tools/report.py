@@ -18,10 +18,12 @@ import sys
 
 sys.dont_write_bytecode = True  # the script may lie in a folder of sources
 
+import report_real_time as real_time  # noqa: E402  pylint: disable=wrong-import-position
+
 HERE = pathlib.Path(__file__).absolute().parent
 DATA = HERE / "../../share/planar_chain"
 OWN, PEERS = HERE / "report_measure", HERE / "report_peers"
-STUDIES = ("race", "consistency", "stability", "scaling", "effects", "long")
+STUDIES = ("race", "consistency", "stability", "scaling", "effects", "long", "real_time")
 COLUMNS = ("scene", "engine", "method", "setting", "error_theta", "error_omega", "cpu_seconds", "evaluations", "steps",
            "rejected", "worst_step_seconds", "outcome")
 RUN_COLUMNS = ("scene", "engine", "method", "setting", "runs", "cpu_seconds_least")
@@ -98,9 +100,13 @@ class Table:
     def __exit__(self, *_):
         self.file.close()
 
-    def add(self, cells):
-        self.file.write(",".join(cells) + "\n")
+    def add_all(self, rows):
+        """At once, so that all or none of them are there."""
+        self.file.write("".join(",".join(cells) + "\n" for cells in rows))
         self.file.flush()
+
+    def add(self, cells):
+        self.add_all([cells])
 
 
 # ---- Error against run time ----------------------------------------------------------------------
@@ -189,6 +195,19 @@ def study(folder, name, flags, quick):
     write_whole(path, text)
 
 
+def real_time_study(folder, quick, progress):
+    if real_time.why_not(HERE):
+        return  # and the page says so
+    with Table(folder / "real_time.csv", real_time.COLUMNS) as table:
+        done = {(row["links"], row["rate"]) for row in read_table(folder / "real_time.csv") if row["share"] == "0"
+                and row["quantity"] == "work"}
+        for links, rate in real_time.cells(quick):
+            progress.show(f"real time: {links} links at {rate} Hz")
+            if (str(links), str(rate)) not in done:
+                table.add_all(real_time.measure(links, rate, quick))
+            progress.advance()
+
+
 # ---- The whole -----------------------------------------------------------------------------------
 
 def processor():
@@ -207,8 +226,9 @@ def about(arguments):
     """What stands under each figure, and what must be the same for a table to be gone on with."""
     facts = json.loads(output_of([OWN, "about", "--data", DATA]))
     facts["engines"] = json.loads(output_of([PEERS, "about", "--data", DATA])) if PEERS.exists() else {}
-    facts.update(programs=digest(OWN) + digest(HERE / "stability"), others=digest(PEERS), quick=arguments.quick,
-                 cpu=processor())
+    facts.update(programs=digest(OWN) + digest(HERE / "stability"), others=digest(PEERS),
+                 node=digest(HERE / "planar_chain_node") + digest(HERE / "report_listen"), quick=arguments.quick,
+                 cpu=processor(), left_out=real_time.why_not(HERE))
     return facts
 
 
@@ -226,13 +246,13 @@ def prepare(folder, studies, facts):
     for name in studies:
         before = known.get(name, {})
         changed = {fact for fact, value in facts.items() if before.get(fact) != value}
-        if changed - {"engines", "others"}:
+        if changed - {"engines", "others", "node", "left_out"} or name == "real_time" and "node" in changed:
             for table in TABLES[name]:
                 (folder / f"{table}.csv").unlink(missing_ok=True)
-        elif changed and name == "race":
+        elif changed & {"engines", "others"} and name == "race":
             keep_own(folder / "work_precision.csv", COLUMNS)
             keep_own(folder / "work_precision_runs.csv", RUN_COLUMNS)
-        elif changed and name == "scaling":
+        elif changed & {"engines", "others"} and name == "scaling":
             (folder / "scaling.csv").unlink(missing_ok=True)
         date = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
         known[name] = {**facts, "date": date, "command": "rosrun planar_chain report " + shlex.join(sys.argv[1:])}
@@ -281,14 +301,17 @@ def report():
         raise Failed(f"another report is writing {folder}") from None
     prepare(folder, arguments.studies, about(arguments))
     points = list_points(arguments.scenes, flags) if "race" in arguments.studies else []
-    others = [name for name in arguments.studies if name != "race"]
-    with Progress(len(points) + len(others)) as progress:
+    others = [name for name in arguments.studies if name not in ("race", "real_time")]
+    ticks = len(real_time.cells(arguments.quick)) if "real_time" in arguments.studies else 0
+    with Progress(len(points) + len(others) + ticks) as progress:
         if points:
             race(folder, points, flags, progress)
         for name in others:
             progress.show(name)
             study(folder, name, flags, arguments.quick)
             progress.advance()
+        if ticks:
+            real_time_study(folder, arguments.quick, progress)
     report_page.write(folder, DATA / "report", titles)
     print(f"{folder / 'index.html'}")
 

@@ -18,7 +18,9 @@ namespace planar_chain::tools {
 
 namespace {
 
-constexpr double lost = 1;  // rad
+constexpr double lost = 1;        // rad
+constexpr double isShort = 0.03;  // s: such runs are made thrice to time their steps
+constexpr int longChain = 1000;   // links
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<std::string> cellsOf(const std::string& line) {
@@ -49,6 +51,10 @@ std::vector<double> ladder(double largest, double smallest) {
     if (h <= largest && h >= smallest) steps.push_back(h);
   }
   return steps;
+}
+
+bool isLongChain(const Contest& contest) {
+  return contest.scene.chain.size() >= longChain;
 }
 
 // ---- One run ---------------------------------------------------------------------------------
@@ -103,8 +109,7 @@ double clockSeconds() {
       time = threadSeconds();
       time = threadSeconds() - time;
     }
-    std::nth_element(times.begin(), times.begin() + 499, times.end());
-    return times[499];
+    return median(times);
   }();
   return seconds;
 }
@@ -129,14 +134,6 @@ Scene sceneOfFile(const std::string& path) {
   text << file.rdbuf();
   if (!file) throw std::runtime_error(path + " cannot be read");
   return readSceneText(text.str());
-}
-
-void readStart(const Scene& scene, double* theta, double* omega) {
-  double q = 0, qd = 0;
-  for (std::size_t i = 0; i < scene.q.size(); ++i) {
-    theta[i] = q += scene.q[i];
-    omega[i] = qd += scene.qd[i];
-  }
 }
 
 // ---- Contests --------------------------------------------------------------------------------
@@ -173,7 +170,7 @@ std::vector<double> settingsFor(const Contestant& contestant, const Contest& con
     if (quick) return {1e-3, 1e-6, 1e-9};
     return {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13};
   }
-  const double mostLinkSteps = quick ? 3e5 : 1e7;
+  const double mostLinkSteps = (quick ? 3e5 : 1e7) * (isLongChain(contest) ? 3 : 1);
   std::vector<double> steps =
       ladder(contest.end / 10, contest.end * contest.scene.chain.size() / mostLinkSteps);
   if (!quick) return steps;
@@ -186,8 +183,9 @@ std::vector<double> settingsFor(const Contestant& contestant, const Contest& con
 
 // ---- Measuring -------------------------------------------------------------------------------
 
-Effort effortFor(bool quick) {
-  return quick ? Effort{0.03, 0.1} : Effort{0.1, 0.5};
+Effort effortFor(const Contest& contest, bool quick) {
+  const double longer = isLongChain(contest) ? 2 : 1;
+  return quick ? Effort{0.03, 3, 0.02, 0.1 * longer} : Effort{0.1, 10, 0.5, 0.5 * longer};
 }
 
 Result measure(const Contest& contest, const Contestant& contestant, double setting, const Effort& effort) {
@@ -209,21 +207,24 @@ Result measure(const Contest& contest, const Contestant& contestant, double sett
   first.run->read(theta.data(), omega.data());
   result.thetaError = largestError(theta, contest.index, contest.theta);
   result.omegaError = largestError(omega, contest.index, contest.omega);
-  if (!(result.thetaError <= lost) || !std::isfinite(result.omegaError)) result.outcome = "diverged";
-
-  const bool isShort = first.seconds < effort.budget / 3;
-  if (isShort) {
-    result.runs = static_cast<int>(std::clamp(effort.budget / first.seconds, 3.0, 21.0));
-    std::vector<double> times;
-    for (int k = 0; k < result.runs; ++k) {
-      times.push_back(ride(contest, contestant, setting, effort.limit).seconds);
-    }
-    std::sort(times.begin(), times.end());
-    result.median = times[times.size() / 2];
-    result.least = times.front();
+  if (!(result.thetaError <= lost) || !std::isfinite(result.omegaError)) {
+    result.outcome = "diverged";
+    result.worstStep = nan;
+    return result;
   }
+
+  const double wanted = std::clamp(effort.budget / first.seconds, 1.0 * effort.fewest, 21.0);
+  result.runs = first.seconds > effort.isLong ? 2 : static_cast<int>(wanted);
+  std::vector<double> times;
+  for (int k = 0; k < result.runs; ++k) {
+    times.push_back(ride(contest, contestant, setting, effort.limit).seconds);
+  }
+  result.median = median(times);
+  result.least = *std::min_element(times.begin(), times.end());
   std::vector<double> steps;
-  for (int k = 0; k < (isShort ? 3 : 1); ++k) timeSteps(contest, contestant, setting, steps);
+  for (int k = 0; k < (first.seconds < isShort ? 3 : 1); ++k) {
+    timeSteps(contest, contestant, setting, steps);
+  }
   result.worstStep = std::max(0.0, *std::max_element(steps.begin(), steps.end()) - clockSeconds());
   return result;
 }
@@ -263,8 +264,9 @@ void racePoints(const std::string& folder, const std::vector<Contestant>& contes
       return each.engine == cells[1] && each.method == cells[2];
     });
     if (contestant == contestants.end()) throw std::runtime_error("nobody is called " + line);
+    const Contest& contest = contests.at(cells[0]);
     const Result r =
-        measure(contests.at(cells[0]), *contestant, std::strtod(cells[3].c_str(), nullptr), effortFor(quick));
+        measure(contest, *contestant, std::strtod(cells[3].c_str(), nullptr), effortFor(contest, quick));
     std::printf("%s,%.4e,%.4e,%.6e,%lld,%lld,%lld,%.3e,%s,%d,%.6e\n", line.c_str(), r.thetaError,
                 r.omegaError, r.median, r.counts.evaluations, r.counts.steps, r.counts.rejected, r.worstStep,
                 r.outcome, r.runs, r.least);

@@ -66,12 +66,14 @@ struct Contestant {
 std::vector<double> settingsFor(const Contestant& contestant, const Contest& contest, bool quick);
 
 /// How long a setting is measured. A first run, which warms up, is followed by as many as the budget allows,
-/// at least three and at most 21; one that alone exceeds it stands for itself.
+/// but at least `fewest` and at most 21; by two where a run is long. Who does not arrive is not asked again.
 struct Effort {
   double budget;  ///< s a setting
+  int fewest;     ///< runs
+  double isLong;  ///< s a run
   double limit;   ///< s a run: longer ones are given up
 };
-Effort effortFor(bool quick);
+Effort effortFor(const Contest& contest, bool quick);
 
 struct Result {
   const char* outcome = "ok";             ///< or "diverged", "refused", "timed out"
@@ -94,8 +96,5 @@ void racePoints(const std::string& folder, const std::vector<Contestant>& contes
 
 /// @throws std::runtime_error when the file cannot be read
 Scene sceneOfFile(const std::string& path);
-
-/// θ and ω of a scene's start.
-void readStart(const Scene& scene, double* theta, double* omega);
 
 }  // namespace planar_chain::tools

@@ -17,7 +17,7 @@ namespace {
 
 struct Arguments {
   std::string scene;
-  std::string duration;
+  std::optional<std::string> duration;
   std::optional<std::string> rate;
   std::optional<std::string> method;
   std::optional<std::string> tolerance;
@@ -30,7 +30,9 @@ struct Arguments {
 
 void declare(CLI::App& app, Arguments& to) {
   app.add_option("SCENE", to.scene, "The scene, a YAML file (config/README.md explains it)")->required();
-  app.add_option("--duration", to.duration, "Simulated time, s")->required();
+  app.add_option("--duration", to.duration,
+                 "Simulated time, s; with --commands it may be left out: to the last state that their bag "
+                 "has, on joint_states or ~status");
   app.add_option("--rate", to.rate,
                  "Rows a second of simulated time (default 100; with a bag: the scene's publish/rate)");
   app.add_option("--method", to.method, "Integrator, instead of the scene's");
@@ -71,12 +73,12 @@ class Rows {
   bool endsOnATick_;
 };
 
-/// `usualRate`: where none is given.
-Rows rowsOf(const Arguments& given, double usualRate, std::vector<Fault>& faults) {
-  constexpr double mostRows = 1e8;
+/// `usualDuration`, `usualRate`: where none is given.
+Rows rowsOf(const Arguments& given, double usualDuration, double usualRate, std::vector<Fault>& faults) {
   const auto isPositive = [](double x) { return x > 0; };
-  const double duration =
-      numberArgument("--duration", given.duration, "a finite number > 0 s", isPositive, faults);
+  const double duration = given.duration ? numberArgument("--duration", *given.duration,
+                                                          "a finite number > 0 s", isPositive, faults)
+                                         : usualDuration;
   const double rate = given.rate ? numberArgument("--rate", *given.rate, "a finite number > 0 rows a second",
                                                   isPositive, faults)
                                  : usualRate;
@@ -227,8 +229,13 @@ int simulate(int argc, char** argv) {
   if (const auto status = parseArguments(app, argc, argv)) return *status;
 
   std::vector<Fault> faults;
-  constexpr double usualRate = 100;
-  rowsOf(given, usualRate, faults);
+  constexpr double usualRate = 100, unknownDuration = 1;
+  rowsOf(given, unknownDuration, usualRate, faults);
+  given.bags.endsAsRecorded = !given.duration;
+  if (!given.duration && !given.bags.commands) {
+    faults.push_back(
+        {"--duration", "a finite number > 0 s, or --commands with a bag that has the states", "neither"});
+  }
   checkFiles(given, faults);
   const auto amend = [&](Value& value) {
     override(value, "integrator", "method", given.method);
@@ -238,7 +245,8 @@ int simulate(int argc, char** argv) {
   };
   const Scene scene = readScene(given.scene, amend, std::move(faults));
   // With a bag, rows are the node's ticks: the steps end where the node's do, and so the digits are the same.
-  const Rows rows = rowsOf(given, given.wantsBags() ? scene.publish.rate : usualRate, faults);
+  const double rate = given.wantsBags() ? scene.publish.rate : usualRate;
+  Rows rows = rowsOf(given, unknownDuration, rate, faults);
   if (!faults.empty()) throw Refused(std::move(faults));
 
   const std::string& method = scene.integrator.method;
@@ -254,6 +262,7 @@ int simulate(int argc, char** argv) {
   std::unique_ptr<Bags> bags;
   std::optional<Simulation> alone;
   if (given.wantsBags()) bags.reset(bagsLibrary()(scene, given.bags));
+  if (!given.duration) rows = rowsOf(given, bags->recordedEnd(), rate, faults);
   Simulation& simulation = bags ? bags->simulation() : alone.emplace(scene);
   std::optional<Csv> csv;
   if (given.csv) {

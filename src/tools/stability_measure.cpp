@@ -70,8 +70,7 @@ Bench::Bench(const Case& given)
       loads_(given.scene, 0),
       dynamics_(given.scene.chain, loads_),
       start_(dynamics_.size()) {
-  double theta = 0;
-  for (int i = 0; i < n_; ++i) start_.y[i] = theta += given.scene.q[static_cast<std::size_t>(i)];
+  readStart(given.scene, start_.y.data(), start_.y.data() + n_);
   ode::State rest(dynamics_.size());
   rest.y.head(n_).setConstant(-pi / 2);
   energyAtRest_ = energyOf(given.scene.chain, rest.y.data(), rest.y.data() + n_).total();
@@ -221,6 +220,12 @@ double threadSeconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 double costOf(const Method& method, int n, bool quick) {
   const Scene scene = hangingChain(n);
   Loads loads(scene, 0);
@@ -228,8 +233,7 @@ double costOf(const Method& method, int n, bool quick) {
   dynamics.enter(0);
   const auto integrator = ode::fixedSteps(makeStepper(method, dynamics), 1e-3 / n);
   ode::State state(dynamics.size());
-  double theta = 0;
-  for (int i = 0; i < n; ++i) state.y[i] = theta += scene.q[static_cast<std::size_t>(i)];
+  readStart(scene, state.y.data(), state.y.data() + n);
 
   const int batch = std::max(1, 2000 / n);
   const int repetitions = std::clamp((quick ? 100'000 : 1'000'000) / (n * batch), 9, 301);
@@ -240,8 +244,7 @@ double costOf(const Method& method, int n, bool quick) {
     integrator->integrate(state, end, infinity, batch);
     times.push_back((threadSeconds() - begin) / batch);
   }
-  std::nth_element(times.begin(), times.begin() + repetitions / 2, times.end());
-  return times[static_cast<std::size_t>(repetitions / 2)];
+  return median(times);
 }
 
 }  // namespace planar_chain::tools

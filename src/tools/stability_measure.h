@@ -31,6 +31,8 @@ std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::LinearizedS
 ode::Tolerance toleranceOf(double value, int size);
 /// s of this thread on the processor.
 double threadSeconds();
+/// The upper one of an even number; of one value at least.
+double median(std::vector<double> values);
 /// Median of what one step on a hanging chain of n links takes, s.
 double costOf(const Method& method, int n, bool quick);
 

@@ -49,11 +49,18 @@ std::function<double(double)> leanWithBend(double bend) {
   return [bend](double x) { return 0.1 + bend * std::sin(pi * x); };
 }
 
-Case stiffBar(const std::string& family, double k, double dampingTime) {
+Scene springyBar(double k, double d) {
   // Bent as a moment of about 1 N m would, if that is little.
   const double bend = 0.02 * std::min(1.0, 10 / k);
-  const Recipe bar{10, [](int) { return 0.1; }, leanWithBend(bend), k, dampingTime * k};
-  return {family, k, make(bar)};
+  return make({10, [](int) { return 0.1; }, leanWithBend(bend), k, d});
+}
+
+Case stiffBar(const std::string& family, double k, double dampingTime) {
+  return {family, k, springyBar(k, dampingTime * k)};
+}
+
+Case dampedBar(const std::string& family, double d) {
+  return {family, d, springyBar(100, d)};
 }
 
 Scene withHeavyTip(double ratio, double bend) {
@@ -108,13 +115,21 @@ Scene hangingChain(int n) {
   return make({n, [n](int) { return 1.0 / n; }, leanWithBend(0.02)});
 }
 
+void readStart(const Scene& scene, double* theta, double* omega) {
+  double q = 0, qd = 0;
+  for (std::size_t i = 0; i < scene.q.size(); ++i) {
+    theta[i] = q += scene.q[i];
+    omega[i] = qd += scene.qd[i];
+  }
+}
+
 std::vector<Family> stabilityFamilies(bool quick) {
   using Numbers = std::vector<double>;
   using Counts = std::vector<int>;
   const Numbers stiffnesses =
       quick ? Numbers{1, 1e3, 1e6, 1e9} : Numbers{1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
   const Numbers ratios = quick ? Numbers{1, 1e4, 1e8} : Numbers{1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8};
-  const Counts lengths = quick ? Counts{10, 50} : Counts{10, 20, 50, 100, 200, 500, 1000, 10000};
+  const Counts lengths = quick ? Counts{10, 50} : Counts{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 10000};
   const Counts whips = quick ? Counts{10} : Counts{10, 20, 50, 100};
   const Numbers spins = quick ? Numbers{1, 100} : Numbers{1, 10, 100, 1e3, 1e4};
   const std::string bar =
@@ -126,6 +141,8 @@ std::vector<Family> stabilityFamilies(bool quick) {
              [](const std::string& name, double k) { return stiffBar(name, k, 0); }),
       family("stiff_damped", bar + "; dampers d = 1e-3 s · k beside the springs", "k, N m/rad", stiffnesses,
              [](const std::string& name, double k) { return stiffBar(name, k, 1e-3); }),
+      family("damped", "The same with k = 100 N m/rad and dampers d of their own", "d, N m s/rad",
+             stiffnesses, dampedBar),
       family("heavy_tip",
              "Twenty links, 1 m, the last one heavier than the others, swung out straight by 0.1 rad",
              "ratio of masses", ratios, heavyTip),

@@ -33,4 +33,7 @@ std::vector<Family> stabilityFamilies(bool quick);
 /// A uniform chain of 1 m and 1 kg, swung out by 0.1 rad and bent a little.
 Scene hangingChain(int n);
 
+/// θ and ω of a scene's start, absolute, n each.
+void readStart(const Scene& scene, double* theta, double* omega);
+
 }  // namespace planar_chain::tools

@@ -3,7 +3,6 @@
 
 #include "race.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -56,9 +55,7 @@ void printScaling(const std::vector<Contestant>& contestants, bool quick) {
         run->step();
         times.push_back(tools::threadSeconds() - start);
       }
-      std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2),
-                       times.end());
-      std::printf("%s,%s,%d,%.4e\n", each.engine.c_str(), each.method.c_str(), n, times[times.size() / 2]);
+      std::printf("%s,%s,%d,%.4e\n", each.engine.c_str(), each.method.c_str(), n, tools::median(times));
     }
   }
 }

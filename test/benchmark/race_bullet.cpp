@@ -51,7 +51,7 @@ class BulletRun : public NativeRun {
 };
 
 bool takes(const Scene& scene) {
-  return scene.loads.empty() && !hasSprings(scene) && scene.chain.size() <= 100;
+  return scene.loads.empty() && !hasSprings(scene) && scene.chain.size() <= 1000;
 }
 
 }  // namespace

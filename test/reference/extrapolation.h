@@ -12,7 +12,9 @@ Real magnitude(Real x) {
   return x < 0 ? -x : x;
 }
 
-/// Order 2 columns; `tolerance` bounds the error estimate of a step, relative to max(1, |y|).
+/// Order 2 columns; `tolerance` bounds the error estimate of a step, relative to max(1, |y|). What is
+/// extrapolated is the step's change of y, so that y itself is rounded once a step; extrapolation would
+/// multiply its rounding.
 template <class Real, class System>
 class Extrapolation {
  public:
@@ -26,7 +28,7 @@ class Extrapolation {
       if (last) h = left;
       const double error = step(t, h, y);
       if (error <= 1) {
-        y = table_.back();
+        for (std::size_t i = 0; i < y.size(); ++i) y[i] += table_.back()[i];
         t += h;
         left = last ? Real(0) : Real(to) - t;
       }
@@ -65,20 +67,25 @@ class Extrapolation {
     return worst;
   }
 
+  /// The change of y by so many parts of the midpoint rule.
   std::vector<Real> midpoint(Real t, Real h, int steps, const std::vector<Real>& y,
                              const std::vector<Real>& slope) {
     const Real part = h / Real(steps);
-    std::vector<Real> before = y, now = y;
-    for (std::size_t i = 0; i < y.size(); ++i) now[i] += part * slope[i];
+    std::vector<Real> before(y.size(), Real(0)), now(y.size()), at(y.size());
+    for (std::size_t i = 0; i < y.size(); ++i) now[i] = part * slope[i];
+    const auto evaluate = [&](Real when) {
+      for (std::size_t i = 0; i < y.size(); ++i) at[i] = y[i] + now[i];
+      f_(when, at, slope_);
+    };
     for (int k = 1; k < steps; ++k) {
-      f_(t + Real(k) * part, now, slope_);
+      evaluate(t + Real(k) * part);
       for (std::size_t i = 0; i < y.size(); ++i) {
         const Real next = before[i] + 2 * part * slope_[i];
         before[i] = now[i];
         now[i] = next;
       }
     }
-    f_(t + h, now, slope_);
+    evaluate(t + h);
     for (std::size_t i = 0; i < y.size(); ++i) {
       now[i] = (now[i] + before[i] + part * slope_[i]) / 2;
     }

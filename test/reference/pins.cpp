@@ -57,8 +57,12 @@ class Pins {
         W_(n_),
         f_(n_ + 1),
         N_(n_),
+        w_(n_),
+        v_(n_),
         D_(n_),
-        upper_(n_) {}
+        upper_(n_) {
+    for (int i = 0; i < n_; ++i) w_[i] = 1 / s_.bodies[i].m, v_[i] = 1 / s_.bodies[i].I;
+  }
 
   void enter(double t) { now_ = t; }
 
@@ -76,41 +80,41 @@ class Pins {
 
     // Rows: what each pin's two sides would do apart, and how its own and the neighbours' forces move them.
     for (int i = 0; i < n_; ++i) {
-      const Body<Real>& b = s_.bodies[i];
       const Vec<Real> iR = turned(R_[i]), iQ = turned(Q_[i]);
-      const Real ww = omega[i] * omega[i], w = 1 / b.m, v = 1 / b.I;
+      const Real ww = omega[i] * omega[i], w = w_[i], v = v_[i];
       D_[i] = plus(Matrix<Real>{w, 0, 0, w}, v, iR, iR);
       f_[i] = {-(W_[i].x * w - iR.x * N_[i] * v + ww * R_[i].x),
                -(W_[i].y * w - iR.y * N_[i] * v + ww * R_[i].y)};
       upper_[i] = plus(Matrix<Real>{-w, 0, 0, -w}, v, iR, iQ);
       if (i == 0) continue;
-      const Body<Real>& in = s_.bodies[i - 1];
       const Vec<Real> iQin = turned(Q_[i - 1]);
-      const Real wwIn = omega[i - 1] * omega[i - 1], wIn = 1 / in.m, vIn = 1 / in.I;
+      const Real wwIn = omega[i - 1] * omega[i - 1], wIn = w_[i - 1], vIn = v_[i - 1];
       D_[i] = plus(Matrix<Real>{D_[i].a + wIn, D_[i].b, D_[i].c, D_[i].d + wIn}, vIn, iQin, iQin);
       f_[i].x += W_[i - 1].x * wIn + iQin.x * N_[i - 1] * vIn - wwIn * Q_[i - 1].x;
       f_[i].y += W_[i - 1].y * wIn + iQin.y * N_[i - 1] * vIn - wwIn * Q_[i - 1].y;
     }
 
-    // Gauss, from the tip inwards, and back.
+    // Gauss, from the tip inwards, and back; D_ becomes the inverse of what is left of it.
     for (int i = n_ - 1; i > 0; --i) {
-      const Matrix<Real> factor = times(upper_[i - 1], inverse(D_[i]));
+      D_[i] = inverse(D_[i]);
+      const Matrix<Real> factor = times(upper_[i - 1], D_[i]);
       const Matrix<Real> less = times(factor, transposed(upper_[i - 1]));
       const Vec<Real> shift = times(factor, f_[i]);
       D_[i - 1] = {D_[i - 1].a - less.a, D_[i - 1].b - less.b, D_[i - 1].c - less.c, D_[i - 1].d - less.d};
       f_[i - 1] = {f_[i - 1].x - shift.x, f_[i - 1].y - shift.y};
     }
+    D_[0] = inverse(D_[0]);
     f_[n_] = {};
     for (int i = 0; i < n_; ++i) {
       if (i > 0) {
         const Vec<Real> shift = times(transposed(upper_[i - 1]), f_[i - 1]);
         f_[i] = {f_[i].x - shift.x, f_[i].y - shift.y};
       }
-      f_[i] = times(inverse(D_[i]), f_[i]);
+      f_[i] = times(D_[i], f_[i]);
     }
     for (int i = 0; i < n_; ++i) {
       dydt[i] = omega[i];
-      dydt[n_ + i] = (N_[i] - dot(turned(R_[i]), f_[i]) - dot(turned(Q_[i]), f_[i + 1])) / s_.bodies[i].I;
+      dydt[n_ + i] = (N_[i] - dot(turned(R_[i]), f_[i]) - dot(turned(Q_[i]), f_[i + 1])) * v_[i];
     }
   }
 
@@ -146,13 +150,19 @@ class Pins {
   int n_;
   double now_ = 0;
   std::vector<Vec<Real>> R_, Q_, W_, f_;
-  std::vector<Real> N_;
+  std::vector<Real> N_, w_, v_;  // w, v: 1/m, 1/I
   std::vector<Matrix<Real>> D_, upper_;
 };
 
 }  // namespace
 
-/// pins TOLERANCE DRAWS
+/// pins quad|long COLUMNS TOLERANCE COLUMNS TOLERANCE DRAWS: of the run, of a second one; long: long double
 int main(int, char** argv) {
-  writeReference<Pins>(false, std::stod(argv[1]), std::stoi(argv[2]));
+  const Effort effort{
+      {std::stoi(argv[2]), std::stod(argv[3])}, {std::stoi(argv[4]), std::stod(argv[5])}, std::stoi(argv[6])};
+  if (std::string(argv[1]) == "quad") {
+    writeReference<Pins, Quad>(false, effort);
+  } else {
+    writeReference<Pins, long double>(false, effort);
+  }
 }

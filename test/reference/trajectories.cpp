@@ -127,5 +127,5 @@ class Lagrange {
 }  // namespace
 
 int main() {
-  writeReference<Lagrange>(true, 1e-28, 8);
+  writeReference<Lagrange, Quad>(true, {{12, 1e-28}, {9, 1e-26}, 8});
 }

@@ -160,9 +160,15 @@ bool acts(const Load<Real>& load, double now) {
 
 // ---- A run ----------------------------------------------------------------------------------------
 
+/// Columns of the extrapolation and tolerance of a step.
+struct Accuracy {
+  int columns;
+  double tolerance;
+};
+
 /// [θ, ω] at the scene's end.
 template <template <class> class Equations, class Real>
-std::vector<Real> run(const Scene<Real>& scene, int columns, double tolerance) {
+std::vector<Real> run(const Scene<Real>& scene, const Accuracy& accuracy) {
   const std::size_t n = scene.bodies.size();
   std::vector<Real> y = scene.y;
   for (std::size_t i = 1; i < n; ++i) {
@@ -183,16 +189,17 @@ std::vector<Real> run(const Scene<Real>& scene, int columns, double tolerance) {
     const double from = landings[k - 1], to = landings[k];
     if (from < 0 || to > scene.end || from == to) continue;
     f.enter(from + (to - from) / 2);
-    Extrapolation<Real, Equations<Real>>(f, columns, tolerance).integrate(from, to, y);
+    Extrapolation<Real, Equations<Real>>(f, accuracy.columns, accuracy.tolerance).integrate(from, to, y);
   }
   return y;
 }
 
 // ---- What double allows --------------------------------------------------------------------------
 
-inline Scene<long double> narrowed(const Scene<Quad>& s) {
-  const auto vec = [](Vec<Quad> a) { return Vec<long double>{(long double)a.x, (long double)a.y}; };
-  const auto list = [](const std::vector<Quad>& a) { return std::vector<long double>(a.begin(), a.end()); };
+template <class Real>
+Scene<long double> narrowed(const Scene<Real>& s) {
+  const auto vec = [](Vec<Real> a) { return Vec<long double>{(long double)a.x, (long double)a.y}; };
+  const auto list = [](const std::vector<Real>& a) { return std::vector<long double>(a.begin(), a.end()); };
   Scene<long double> result{vec(s.g), {}, {}, list(s.y), s.end};
   for (const auto& b : s.bodies) {
     result.bodies.push_back({(long double)b.m, (long double)b.I, vec(b.r), vec(b.p), (long double)b.k,
@@ -214,14 +221,20 @@ void makeRelative(std::vector<Real>& y) {
   }
 }
 
+/// Of a reference: its run, a second one, draws of rounding.
+struct Effort {
+  Accuracy first, second;
+  int draws;
+};
+
 /// The largest change of the result over some draws when every parameter is off by a relative ±2^-53 and
 /// every initial value by ±2^-53 max(1, |value|): taken 2^20 times as large and scaled back.
-template <template <class> class Equations>
-std::vector<double> changeByRounding(const Scene<Quad>& scene, bool relative, int draws) {
+template <template <class> class Equations, class Real>
+std::vector<double> changeByRounding(const Scene<Real>& scene, bool relative, const Effort& effort) {
   const double enlarged = 0x1p-33, scaleBack = 0x1p-20;
   const Scene<long double> exact = narrowed(scene);
   const auto result = [&](const Scene<long double>& of) {
-    std::vector<long double> y = run<Equations>(of, 8, 1e-14);
+    std::vector<long double> y = run<Equations>(of, Accuracy{8, std::max(1e-14, effort.second.tolerance)});
     if (relative) makeRelative(y);
     return y;
   };
@@ -229,7 +242,7 @@ std::vector<double> changeByRounding(const Scene<Quad>& scene, bool relative, in
   std::vector<double> change(y.size(), 0);
   std::mt19937 random(1);
   const auto sign = [&] { return random() % 2 ? enlarged : -enlarged; };
-  for (int draw = 0; draw < draws; ++draw) {
+  for (int draw = 0; draw < effort.draws; ++draw) {
     Scene<long double> other = exact;
     const auto disturb = [&](long double& x) { x *= 1 + sign(); };
     const auto disturbVec = [&](Vec<long double>& a) { disturb(a.x), disturb(a.y); };
@@ -250,18 +263,17 @@ std::vector<double> changeByRounding(const Scene<Quad>& scene, bool relative, in
   return change;
 }
 
-/// Reads one scene, writes the state at its end ([q, q̇], or absolute [θ, ω]), the difference to a second run
-/// of other order and other steps, and what rounding the scene to double changes.
-template <template <class> class Equations>
-void writeReference(bool relative, double tolerance, int draws) {
-  const Scene<Quad> scene = readScene<Quad>();
-  std::vector<Quad> y = run<Equations>(scene, 12, tolerance),
-                    other = run<Equations>(scene, 9, 100 * tolerance);
+/// Reads one scene, writes the state at its end ([q, q̇], or absolute [θ, ω]), the difference to the second
+/// run, which takes other steps, and what rounding the scene to double changes.
+template <template <class> class Equations, class Real>
+void writeReference(bool relative, const Effort& effort) {
+  const Scene<Real> scene = readScene<Real>();
+  std::vector<Real> y = run<Equations>(scene, effort.first), other = run<Equations>(scene, effort.second);
   if (relative) makeRelative(y), makeRelative(other);
-  const std::vector<double> change = changeByRounding<Equations>(scene, relative, draws);
+  const std::vector<double> change = changeByRounding<Equations>(scene, relative, effort);
   for (std::size_t i = 0; i < y.size(); ++i) {
     char text[64];
-    quadmath_snprintf(text, sizeof text, "%.20Qg", y[i]);
+    quadmath_snprintf(text, sizeof text, "%.20Qg", Quad(y[i]));
     std::printf("%s %.2e %.2e\n", text, double(magnitude(y[i] - other[i])), change[i]);
   }
 }

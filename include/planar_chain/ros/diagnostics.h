@@ -14,13 +14,14 @@ class Diagnostics {
   /// status: what the node knows of itself, which must outlive this; clock: the name of what it follows.
   Diagnostics(const SimStatus& status, std::string clock);
 
-  void publish();
+  /// faultOfClock: what is wrong with /clock, if anything
+  void publish(const std::string& faultOfClock);
 
  private:
   void report(diagnostic_updater::DiagnosticStatusWrapper& out);
 
   const SimStatus& status_;
-  std::string clock_;
+  std::string clock_, faultOfClock_;
   diagnostic_updater::Updater updater_;
 };
 

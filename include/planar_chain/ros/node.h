@@ -2,6 +2,7 @@
 
 /// The node: a simulation kept in step with a clock, its publishers and its commands.
 
+#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <sensor_msgs/JointState.h>
@@ -19,6 +20,7 @@
 #include "planar_chain/ros/commands.h"
 #include "planar_chain/ros/diagnostics.h"
 #include "planar_chain/ros/frames.h"
+#include "planar_chain/ros/master_watch.h"
 #include "planar_chain/ros/messages.h"
 #include "planar_chain/ros/pace.h"
 #include "planar_chain/ros/queries.h"
@@ -30,14 +32,16 @@ namespace planar_chain {
 /// Tick k brings the simulation to scene time (k − origin)/rate, exactly, whatever the clock; clock.h says
 /// when, and how it is stamped. origin: the tick of the start, or of the last reset. Ticks stand still while
 /// the node is paused, after a fault, and with their clock. A message is made when somebody listens to it,
-/// and only then.
+/// and only then. A tick that takes long does not keep it from telling how it fares, nor from being asked:
+/// what would change the motion has to wait, or is refused; ~reset gives the tick up.
 class Node {
  public:
   /// Sets robot_description, advertises and subscribes.
   /// @throws Refused what is wrong with the scene's frames.
   explicit Node(const Scene& scene);
 
-  /// Ticks and serves while goesOn says so, which is asked in the middle of long ticks, too.
+  /// When the services are advertised, too. Ticks and serves while goesOn says so, which is asked in the
+  /// middle of long ticks, too.
   void run(bool (*goesOn)());
 
   // What may be asked of it, between two ticks. Where the answer is no success, nothing has changed.
@@ -58,11 +62,14 @@ class Node {
 
  private:
   double serve();
+  void tellOfItself(double now);
   void serveTicks(double now);
   bool tick();
+  bool bear(double began);
   void publishState();
   void publishStatus(double now);
   void lookAtNode();
+  void publishDiagnostics();
   void goOn();
 
   double sceneTime(long long tick) const { return pace_.timeOf(tick - origin_); }
@@ -70,8 +77,9 @@ class Node {
   double sceneTimeOf(ros::Time stamp) const;
   double elapsed() const;  ///< wall time since the start, s
 
-  ros::NodeHandle outer_;       ///< the node's namespace
-  ros::NodeHandle inner_{"~"};  ///< below the node's name
+  ros::CallbackQueue commandQueue_;  ///< they wait for the end of a tick
+  ros::NodeHandle outer_;            ///< the node's namespace
+  ros::NodeHandle inner_{"~"};       ///< below the node's name
   PublishSettings settings_;
   Frames frames_;
   Simulation simulation_;
@@ -86,11 +94,14 @@ class Node {
 
   ros::Publisher jointStatesOut_, linkStatesOut_, tfOut_, statusOut_;
   std::optional<tf2_ros::StaticTransformBroadcaster> staticTf_;
+  std::optional<MasterWatch> master_;  ///< from run() on
 
   Pace pace_;
   long long next_;        ///< the first tick that has not happened yet
   long long origin_ = 0;  ///< the tick of scene time 0
   bool paused_ = false;
+  bool inTick_ = false;
+  long long resets_ = 0;
   bool (*goesOn_)() = nullptr;  ///< from run() on
   double breathUntil_ = 0;      ///< s of wall time
   std::uint64_t overruns_ = 0;

@@ -1,0 +1,87 @@
+#!/usr/bin/python3
+"""two_chains.launch: two chains in two namespaces, by the /clock of a bag that begins again and again, with a third chain
+in it. Nobody warns of anything, and the chains go on from their states."""
+
+import subprocess
+
+import roslib.packages
+import rosbag
+import rospy
+import rostest
+from rosgraph_msgs.msg import Clock, Log
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+
+from in_folder import InFolder
+from ros_node import LIMIT, Listener, Running, nanoseconds
+
+SECONDS = 2
+TICK = 0.005  # s
+PACKAGE = roslib.packages.get_pkg_dir('planar_chain')
+
+
+def write_bag(path):
+    """What a robot might have recorded: without /clock, which rosbag play makes."""
+    simulate = roslib.packages.find_node('planar_chain', 'simulate')[0]
+    subprocess.run([simulate, PACKAGE + '/config/scenes/triple.yaml', '--duration', str(SECONDS),
+                    '--bag', path + '.all', '--node', '/played/planar_chain'],
+                   check=True, stdout=subprocess.DEVNULL, timeout=LIMIT)
+    with rosbag.Bag(path + '.all') as everything, rosbag.Bag(path, 'w') as bag:
+        for topic, message, received in everything.read_messages():
+            if topic != '/clock':
+                bag.write(topic, message, received)
+
+
+def times_back(stamps):
+    return [i for i in range(1, len(stamps)) if stamps[i] < stamps[i - 1]]
+
+
+class TwoChains(InFolder):
+    def listen(self, topic, message_type):
+        listener = Listener(topic, message_type)
+        self.addCleanup(listener.close)
+        return listener
+
+    def test_nobody_warns_when_the_bag_begins_again(self):
+        write_bag(self.path('run.bag'))
+        said = self.listen('/rosout', Log)
+        clock = self.listen('/clock', Clock)
+        transforms = self.listen('/tf', TFMessage)
+        chains = [self.listen('/%s/joint_states' % side, JointState) for side in ('left', 'right')]
+        self.addCleanup(rospy.delete_param, '/use_sim_time')
+        with Running('roslaunch', PACKAGE + '/test/two_chains.launch', 'bag:=' + self.path('run.bag')):
+            again = 0
+            for _ in range(2):
+                before = clock.messages[again].clock if again else rospy.Time()
+                turn = clock.wait_for(lambda told: told.clock > before + rospy.Duration(SECONDS / 2), again)
+                again = clock.wait_for(lambda told: told.clock < rospy.Time(SECONDS / 2), turn)
+            for chain in chains:
+                seen = len(chain.messages)
+                chain.wait_for(lambda state: nanoseconds(state) > SECONDS * 5 * 10 ** 8, seen)
+
+        # A machine that stands still for a second may be told of.
+        warned = [entry for entry in said.messages if entry.level >= Log.WARN and 'cannot follow' not in entry.msg]
+        self.assertEqual(warned, [])
+        for chain in chains:
+            stamps = list(map(nanoseconds, chain.messages))
+            self.assertEqual(len(times_back(stamps)), 2)
+            self.assertNotIn(0, stamps)
+            self.assertLess(max(stamps), (SECONDS + 1) * 10 ** 9)
+            # From state to state by the mean of both speeds, over the bag's beginning, too.
+            for before, after in zip(chain.messages, chain.messages[1:]):
+                for i, angle in enumerate(after.position):
+                    turned = 0.5 * TICK * (before.velocity[i] + after.velocity[i])
+                    self.assertAlmostEqual(angle - before.position[i], turned, delta=0.01)
+        stamps_of = {}
+        for message in transforms.messages:
+            for transform in message.transforms:
+                stamps_of.setdefault(transform.child_frame_id, []).append(nanoseconds(transform))
+        self.assertEqual({frame.split('/')[0] for frame in stamps_of}, {'left', 'right', 'played'})
+        for frame, stamps in stamps_of.items():
+            self.assertFalse(any(later == sooner for sooner, later in zip(stamps, stamps[1:])), frame)
+            self.assertEqual(len(times_back(stamps)), 2, frame)
+
+
+if __name__ == '__main__':
+    rospy.init_node('ros_two_chains', anonymous=True)
+    rostest.rosrun('planar_chain', 'ros_two_chains', TwoChains)
