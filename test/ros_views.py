@@ -2,13 +2,20 @@
 """What acts, as markers: a hanging rod, whose forces, spring, centre of mass and energy are known."""
 
 import math
+import os
+import sys
 import unittest
 
 import rospy
 import rostest
+import yaml
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ros_node import Listener, Node, rod
+
+PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..')
+sys.path.append(os.path.join(PACKAGE, 'src', 'tools'))
+import show  # noqa: E402
 
 WEIGHT = 2.0 * 9.81  # N: half a unit, which is the rod's length here, 1 m
 
@@ -75,6 +82,20 @@ class Views(unittest.TestCase):
         self.assertGreater(tense.r, 3 * tense.b)
         # Of one place nothing is drawn: the first message takes away what there may be.
         self.assertEqual([marker.action for marker in trail.markers], [])
+
+    def test_rviz_looks_from_as_far_as_the_chain_is_long(self):
+        with open(os.path.join(PACKAGE, 'config', 'planar_chain.rviz'), encoding='utf-8') as file:
+            config = yaml.safe_load(file)
+        self.assertEqual(show.reach({'links': {'bead': {'com': ['0.01', 0], 'pin': [0.03, 0.04], 'repeat': 100}}}), 5)
+        self.assertEqual([show.cell(size) for size in (0.7, 1.7, 45.0)], [0.5, 1, 20])
+        show.fit(config, 5.0)
+        manager = config['Visualization Manager']
+        view = manager['Views']['Current']
+        self.assertAlmostEqual(view['Distance'] * math.tan(view['Field of View'] / 2), 1.25 * 5, delta=1e-9)
+        self.assertEqual(manager['Displays'][0]['Cell Size'], 1)
+        shown = {display.get('Marker Topic') for display in manager['Displays']}
+        self.assertLessEqual({'planar_chain/view/' + name for name in (
+            'loads', 'pin_forces', 'springs', 'trail', 'centres', 'energy')}, shown)
 
     def test_what_is_not_there_is_not_drawn(self):
         scene = hanging()
