@@ -198,13 +198,13 @@ def study(folder, name, flags, quick):
 def real_time_study(folder, quick, progress):
     if real_time.why_not(HERE):
         return  # and the page says so
-    with Table(folder / "real_time.csv", real_time.COLUMNS) as table:
+    with Table(folder / "real_time.csv", real_time.COLUMNS) as table, real_time.Master() as master:
         done = {(row["links"], row["rate"]) for row in read_table(folder / "real_time.csv") if row["share"] == "0"
                 and row["quantity"] == "work"}
         for links, rate in real_time.cells(quick):
             progress.show(f"real time: {links} links at {rate} Hz")
             if (str(links), str(rate)) not in done:
-                table.add_all(real_time.measure(links, rate, quick))
+                table.add_all(real_time.measure(master, links, rate, quick))
             progress.advance()
 
 
