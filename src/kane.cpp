@@ -29,28 +29,6 @@ void requireIndex(const Load& load, const char* what, int index, int n) {
   }
 }
 
-/// The factor of a load at time t: its time law inside start ≤ t < stop, 0 outside.
-double factorAt(const Load& load, double t) {
-  if (t < load.start || t >= load.stop) return 0;
-
-  if (const auto* sine = std::get_if<Sine>(&load.law)) {
-    constexpr double twoPi = 6.283185307179586476925;
-    return std::sin(twoPi * sine->frequency * t + sine->phase);
-  }
-  if (const auto* ramp = std::get_if<Ramp>(&load.law)) {
-    const auto& ts = ramp->times;
-    const auto& ys = ramp->values;
-    if (t <= ts.front()) return ys.front();
-    for (std::size_t k = 1; k < ts.size(); ++k) {
-      if (t < ts[k]) {
-        return ys[k - 1] + (ys[k] - ys[k - 1]) * (t - ts[k - 1]) / (ts[k] - ts[k - 1]);
-      }
-    }
-    return ys.back();
-  }
-  return 1;
-}
-
 /// s = k x + d ẋ of a stop that pushes, x > 0 deep in it; else 0.
 double pushOf(const Joint& joint, double x, double xd) {
   const double s = joint.stopStiffness * x + joint.stopDamping * xd;
@@ -75,6 +53,27 @@ RowVector2d crossRow(Vec2d r) {
 }
 
 }  // namespace
+
+double factorAt(const Load& load, double t) {
+  if (t < load.start || t >= load.stop) return 0;
+
+  if (const auto* sine = std::get_if<Sine>(&load.law)) {
+    constexpr double twoPi = 6.283185307179586476925;
+    return std::sin(twoPi * sine->frequency * t + sine->phase);
+  }
+  if (const auto* ramp = std::get_if<Ramp>(&load.law)) {
+    const auto& ts = ramp->times;
+    const auto& ys = ramp->values;
+    if (t <= ts.front()) return ys.front();
+    for (std::size_t k = 1; k < ts.size(); ++k) {
+      if (t < ts[k]) {
+        return ys[k - 1] + (ys[k] - ys[k - 1]) * (t - ts[k - 1]) / (ts[k] - ts[k - 1]);
+      }
+    }
+    return ys.back();
+  }
+  return 1;
+}
 
 ActiveForces activeForces(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd) {
   const Chain& chain = scene.chain;

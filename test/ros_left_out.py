@@ -11,6 +11,7 @@ from planar_chain.msg import LinkStates, SimStatus
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
 
 import callgrind
 from ros_node import Listener, Node, nanoseconds, rod
@@ -22,11 +23,20 @@ MESSAGES = {
     '/planar_chain/link_states': (LinkStates, 'planar_chain::Messages::linkStates('),
     '/planar_chain/status': (SimStatus, 'planar_chain::describe('),
 }
+VIEWS = {
+    '/planar_chain/view/loads': (MarkerArray, 'planar_chain::Views::drawLoads('),
+    '/planar_chain/view/pin_forces': (MarkerArray, 'planar_chain::Views::drawPinForces('),
+    '/planar_chain/view/springs': (MarkerArray, 'planar_chain::Views::drawSprings('),
+    '/planar_chain/view/trail': (MarkerArray, 'planar_chain::Views::drawTrail('),
+    '/planar_chain/view/centres': (MarkerArray, 'planar_chain::Views::drawCentres('),
+    '/planar_chain/view/energy': (Marker, 'planar_chain::Views::tellEnergy('),
+}
+ALL = {**MESSAGES, **VIEWS}
 
 
 def made(*topics):
     """The topics whose messages are made in the ticks of a node while somebody listens to these."""
-    listeners = [Listener(topic, MESSAGES[topic][0]) for topic in topics]
+    listeners = [Listener(topic, ALL[topic][0]) for topic in topics]
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, 'out')
         with Node(rod(), prefix=callgrind.prefix('planar_chain::Node::serve()*', out)):
@@ -35,7 +45,7 @@ def made(*topics):
         functions = {function for function, _ in callgrind.read(out).where}
     for listener in listeners:
         listener.close()
-    return {topic for topic, (_, maker) in MESSAGES.items()
+    return {topic for topic, (_, maker) in ALL.items()
             if any(function.startswith(maker) for function in functions)}
 
 
@@ -57,6 +67,12 @@ class LeftOut(unittest.TestCase):
 
     def test_link_states_and_status_alone(self):
         self.check('/planar_chain/link_states', '/planar_chain/status')
+
+    def test_some_views_alone(self):
+        self.check('/planar_chain/view/pin_forces', '/planar_chain/view/trail', '/planar_chain/view/energy')
+
+    def test_the_other_views_alone(self):
+        self.check('/planar_chain/view/loads', '/planar_chain/view/springs', '/planar_chain/view/centres')
 
     def test_who_listens_later_gets_whole_messages(self):
         states = Listener('/joint_states', JointState)
@@ -97,7 +113,7 @@ class LeftOut(unittest.TestCase):
         self.assertIn('1 link (link by link, written out for 1) by auto, tolerance 1e-08; '
                       'runs: energy guard, commands that hold until replaced; '
                       'left out: gravity, springs, dampers, loads, limits', bare)
-        self.assertIn('made while somebody listens: joint_states at 200 Hz, status at 10 Hz; '
+        self.assertIn('made while somebody listens: joint_states at 200 Hz, status at 10 Hz, views at 50 Hz; '
                       'never: link_states, tf', bare)
 
         joint = {'stiffness': 1.0, 'damping': 0.1, 'upper': 1.0, 'stop_stiffness': 100.0}
@@ -108,7 +124,7 @@ class LeftOut(unittest.TestCase):
         self.assertIn('runs: gravity, 1 spring, 1 damper, 1 load, 1 limit, energy guard, '
                       'commands that lapse after 0.5 s; left out: nothing', log)
         self.assertIn('made while somebody listens: joint_states and link_states at 200 Hz, '
-                      'tf at 50 Hz below base_link, status at 20 Hz', log)
+                      'tf at 50 Hz below base_link, status at 20 Hz, views at 50 Hz', log)
         self.assertNotIn('never', log)
 
 

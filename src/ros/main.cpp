@@ -3,6 +3,7 @@
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/node_handle.h>
+#include <ros/this_node.h>
 
 #include <clocale>
 #include <csignal>
@@ -32,7 +33,8 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "planar_chain");
   const ros::NodeHandle loggingLastsAsLongAsThis;
   try {
-    planar_chain::Node node(planar_chain::readScene(planar_chain::privateParameters()));
+    planar_chain::Node node(
+        planar_chain::readScene(planar_chain::sceneParameters(ros::this_node::getName())));
     const planar_chain::Services services(node);
     // Not roscpp's own way, which takes everything down in another thread, in the middle of a tick. While the
     // master is waited for, above, that is what is wanted.

@@ -69,6 +69,7 @@ Node::Node(const Scene& scene)
       commands_(simulation_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
       queries_(inner_, simulation_),
       messages_(scene, frames_),
+      views_(inner_, scene, frames_),
       diagnostics_(status_, clock_->name()),
       pace_(settings_.rate),
       next_(clock_->firstTick()),
@@ -190,8 +191,9 @@ void Node::publishState() {
     staticTf_->sendTransform(Messages::baseInWorld(frames_, stamp));
   }
   if (isHeard(jointStatesOut_)) jointStatesOut_.publish(messages_.jointStates(simulation_, stamp));
-  if (isHeard(tfOut_) && pace_.falls(next_, settings_.tfRate)) {
-    tfOut_.publish(messages_.transforms(simulation_, stamp));
+  if (pace_.falls(next_, settings_.tfRate)) {
+    if (isHeard(tfOut_)) tfOut_.publish(messages_.transforms(simulation_, stamp));
+    views_.publish(simulation_, stamp);
   }
   if (isHeard(linkStatesOut_)) linkStatesOut_.publish(messages_.linkStates(simulation_, stamp));
 }

@@ -1,7 +1,6 @@
 #include "planar_chain/ros/parameters.h"
 
 #include <ros/param.h>
-#include <ros/this_node.h>
 
 #include <utility>
 #include <vector>
@@ -59,8 +58,7 @@ Value valueOf(const XmlRpcValue& parameter) {
   return value;
 }
 
-Value privateParameters() {
-  const std::string& node = ros::this_node::getName();
+Value sceneParameters(const std::string& node) {
   XmlRpcValue parameters;
   ros::param::get(node, parameters);
   if (!ros::param::has(node + "/chain") && !ros::param::has(node + "/links")) {

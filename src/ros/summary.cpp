@@ -72,7 +72,7 @@ std::string whatIsPublished(const PublishSettings& settings, const Frames& frame
   if (settings.linkStates) line << " and link_states";
   line << " at " << settings.rate << " Hz, ";
   if (settings.tf) line << "tf at " << settings.tfRate << " Hz below " << frames.base << ", ";
-  line << "status at " << settings.statusRate << " Hz";
+  line << "status at " << settings.statusRate << " Hz, views at " << settings.tfRate << " Hz";
 
   std::vector<std::string> never;
   if (!settings.linkStates) never.push_back("link_states");

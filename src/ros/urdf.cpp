@@ -3,16 +3,17 @@
 #include <cmath>
 #include <sstream>
 
+#include "planar_chain/ros/drawing.h"
 #include "planar_chain/value.h"
 
 namespace planar_chain {
 
 namespace {
 
-// Sizes of what is drawn, in drawing units.
-constexpr double barWidth = 0.09;
-constexpr double pinRadius = 0.065;
-constexpr double comRadius = 0.07;
+// Sizes, in widths of a link.
+constexpr double pinRadius = 0.72;
+constexpr double bobRadius = 1.1;
+constexpr double hatches = 5;
 
 std::string escaped(const std::string& text) {
   std::string out;
@@ -41,27 +42,9 @@ std::string xyz(Vec2d a) {
   return toText(a.x) + " " + toText(a.y) + " 0";
 }
 
-/// What is drawn scales with the mean length of a link; where links are many and short, with that of the
-/// chain, or a rope would be too thin to see.
-double drawingUnit(const Chain& chain) {
-  double reach = 0;
-  for (const Link& link : chain.links()) reach += std::fmax(length(link.pin), length(link.com));
-  return reach > 0 ? reach / std::fmin(chain.size(), 8) : 1;
-}
-
-/// How far the centre of mass lies from the line between the pins.
-double offLine(const Link& link) {
-  const double l = length(link.pin);
-  if (l == 0) return length(link.com);
-  const double along = dot(link.com, link.pin) / l;
-  const double beyond = along < 0 ? -along : std::fmax(0.0, along - l);
-  return std::hypot(cross(link.pin, link.com) / l, beyond);
-}
-
 class Writer {
  public:
-  Writer(const Scene& scene, const Frames& frames)
-      : chain_(scene.chain), frames_(frames), unit_(drawingUnit(scene.chain)) {}
+  Writer(const Scene& scene, const Frames& frames) : chain_(scene.chain), frames_(frames), drawing_(scene) {}
 
   std::string text() {
     out_ << "<?xml version=\"1.0\"?>\n<robot name=\"planar_chain\">\n";
@@ -79,7 +62,6 @@ class Writer {
   void materials() {
     material("ground", "0.55 0.58 0.62 1");
     material("pin", "0.80 0.82 0.85 1");
-    material("com", "0.85 0.25 0.20 1");
     material("even", "0.20 0.55 0.85 1");
     material("odd", "0.98 0.65 0.15 1");
   }
@@ -88,19 +70,24 @@ class Writer {
     out_ << "  <material name=\"" << name << "\"><color rgba=\"" << rgba << "\"/></material>\n";
   }
 
-  /// A bracket above the ground pin, as deep as the bodies.
+  /// A bearing as engineers draw it: two struts from the pin to a bar, and hatching where the ground is.
   void ground() {
-    const double w = barWidth * unit_;
+    const double w = drawing_.bar;
     out_ << "  <link name=\"" << escaped(frames_.base) << "\">\n";
-    visual({0, 1.25 * w}, 0, box(4 * w, w / 2, w), "ground");
-    visual({0, 0.5 * w}, 0, box(w, w, w / 2), "ground");
+    for (const double side : {-1.0, 1.0}) {
+      visual({side * 0.45 * w, 0.8 * w}, std::atan2(1.6, side * 0.9), box(1.85 * w, 0.25 * w, 0.4 * w),
+             "ground");
+    }
+    visual({0, 1.7 * w}, 0, box(4.4 * w, 0.25 * w, 0.6 * w), "ground");
+    for (int k = 0; k < hatches; ++k) {
+      visual({(k - 1.7) * 0.85 * w, 2.15 * w}, 0.8, box(1.1 * w, 0.12 * w, 0.3 * w), "ground");
+    }
     out_ << "  </link>\n";
   }
 
   void link(int i) {
     const Link& body = chain_.links()[static_cast<std::size_t>(i)];
-    const double l = length(body.pin);
-    const double w = barWidth * unit_;
+    const double w = drawing_.bar;
     // Neighbours differ in depth too, so that faces which overlap at a pin do not flicker.
     const double depth = i % 2 == 0 ? w : 0.8 * w;
 
@@ -111,12 +98,17 @@ class Writer {
          << "      <inertia ixx=\"" << toText(body.inertia / 2) << "\" ixy=\"0\" ixz=\"0\" iyy=\""
          << toText(body.inertia / 2) << "\" iyz=\"0\" izz=\"" << toText(body.inertia) << "\"/>\n"
          << "    </inertial>\n";
-    if (l > 0) {
-      visual(0.5 * body.pin, std::atan2(body.pin.y, body.pin.x), box(l, w, depth),
-             i % 2 == 0 ? "even" : "odd");
+    const char* const paint = i % 2 == 0 ? "even" : "odd";
+    for (const Bar& bar : barsOf(body, drawing_)) {
+      const Vec2d along = bar.to - bar.from;
+      if (length(along) == 0) continue;
+      visual(0.5 * (bar.from + bar.to), std::atan2(along.y, along.x),
+             box(length(along), bar.share * w, bar.share * depth), paint);
     }
-    visual({0, 0}, 0, cylinder(pinRadius * unit_, 1.3 * w), "pin");
-    if (offLine(body) > w / 2) visual(body.com, 0, sphere(comRadius * unit_), "com");
+    if (isPoint(body, drawing_)) visual(body.com, 0, sphere(bobRadius * w), paint);
+    const bool endsInABar = i == chain_.size() - 1 && length(body.pin) > 0 && !isPoint(body, drawing_);
+    if (endsInABar) visual(body.pin, 0, cylinder(w / 2, depth), paint);
+    if (i == 0 || !isShort(body, drawing_)) visual({0, 0}, 0, cylinder(pinRadius * w, 1.3 * w), "pin");
     out_ << "  </link>\n";
   }
 
@@ -162,7 +154,7 @@ class Writer {
 
   const Chain& chain_;
   const Frames& frames_;
-  double unit_;  ///< m
+  Drawing drawing_;
   std::ostringstream out_;
 };
 

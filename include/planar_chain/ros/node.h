@@ -24,6 +24,7 @@
 #include "planar_chain/ros/messages.h"
 #include "planar_chain/ros/pace.h"
 #include "planar_chain/ros/queries.h"
+#include "planar_chain/ros/views.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain {
@@ -87,6 +88,7 @@ class Node {
   Commands commands_;
   Queries queries_;
   Messages messages_;
+  Views views_;
   SimStatus status_;
   Diagnostics diagnostics_;
 

@@ -14,8 +14,8 @@ namespace planar_chain {
 ///   path.
 Value valueOf(const XmlRpc::XmlRpcValue& parameter);
 
-/// The scene's tree from this node's private parameters.
+/// The scene's tree from the private parameters of a node, given by its full name.
 /// @throws Refused as valueOf, and where there is no scene at all: then it says how to load one.
-Value privateParameters();
+Value sceneParameters(const std::string& node);
 
 }  // namespace planar_chain

@@ -1,0 +1,160 @@
+/// A point drawn to a place: what it weighs against the dense form of kane.h, and how it comes.
+
+#include "planar_chain/pull.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "planar_chain/kane.h"
+#include "planar_chain/simulation.h"
+#include "random_scene.h"
+
+namespace planar_chain {
+namespace {
+
+using test::randomScene;
+
+struct Case {
+  Scene scene;
+  int link;
+  Vec2d point;
+  Eigen::VectorXd q, qd;
+  PointMotion motion;
+  Kane kane;
+  Eigen::MatrixXd J;  ///< 2×n: v_X = J q̇
+
+  explicit Case(int n) : scene(randomScene(n, 300 + static_cast<unsigned>(n))) {
+    test::Random random(static_cast<unsigned>(n));
+    link = random.index(n);
+    point = random.vector(1);
+    q = Eigen::Map<const Eigen::VectorXd>(scene.q.data(), n);
+    qd = Eigen::Map<const Eigen::VectorXd>(scene.qd.data(), n);
+    motion = Pull(scene.chain).motionOf(scene.q.data(), scene.qd.data(), link, point);
+    kane = planar_chain::kane(scene.chain, q, qd, activeForces(scene, 0, q, qd));
+
+    // The point as a centre of mass: V_pd is ∂v/∂q̇ᵀ.
+    std::vector<Link> links = scene.chain.links();
+    links[static_cast<std::size_t>(link)].com = point;
+    const Chain moved(links, scene.chain.joints(), {});
+    J = planar_chain::kane(moved, q, qd, activeForces(scene, 0, q, qd))
+            .V_pd.middleCols(2 * link, 2)
+            .transpose();
+  }
+
+  /// What a force on the point adds to its acceleration, by M_q.
+  Eigen::Vector2d added(Vec2d force) const {
+    return J * kane.M_q.ldlt().solve(J.transpose() * Eigen::Vector2d(force.x, force.y));
+  }
+};
+
+TEST(Pull, EffectiveMassIsThatOfTheDenseMatrices) {
+  // 1e-10 for the condition of M_q, up to 1e5 in these chains, n ulps each.
+  for (int n = 1; n <= 20; ++n) {
+    const Case c(n);
+    for (const Vec2d u : {Vec2d{1, 0}, Vec2d{0, 1}, Vec2d{0.6, 0.8}, Vec2d{0.8, -0.6}}) {
+      const double dense = Eigen::Vector2d(u.x, u.y).dot(c.added(u));
+      EXPECT_NEAR(1 / effectiveMass(c.motion.mobility, u), dense, 1e-10 * c.added(u).norm()) << n;
+      EXPECT_NEAR(effectiveMass(c.motion.mobility, 3.0 * u), effectiveMass(c.motion.mobility, u),
+                  1e-12 * effectiveMass(c.motion.mobility, u));
+    }
+    EXPECT_NEAR(c.motion.mobility.xy, c.added({1, 0}).y(), 1e-10 * c.added({1, 0}).norm()) << n;
+  }
+}
+
+TEST(Pull, PointMovesAsItsPositionChanges) {
+  constexpr double h = 1e-6;
+  for (int n = 1; n <= 20; ++n) {
+    const Case c(n);
+    const auto positionAfter = [&](double t) {
+      const Eigen::VectorXd q = c.q + t * c.qd;
+      return Pull(c.scene.chain).motionOf(q.data(), c.qd.data(), c.link, c.point).position;
+    };
+    const Vec2d rate = 1 / (2 * h) * (positionAfter(h) - positionAfter(-h));
+    EXPECT_NEAR(c.motion.velocity.x, rate.x, 1e-7 * n) << n;
+    EXPECT_NEAR(c.motion.velocity.y, rate.y, 1e-7 * n) << n;
+  }
+}
+
+TEST(Pull, ForceAddsTheAccelerationOfCriticalDamping) {
+  constexpr double pulsation = 7;
+  const Vec2d target{0.3, -0.4};
+  int bounded = 0;
+  for (int n = 1; n <= 20; ++n) {
+    const Case c(n);
+    const Vec2d force = Pull(c.scene.chain).force(c.motion, target, pulsation);
+    const Vec2d wanted =
+        pulsation * pulsation * (target - c.motion.position) - 2 * pulsation * c.motion.velocity;
+    Eigen::Matrix2d mobility;
+    mobility << c.motion.mobility.xx, c.motion.mobility.xy, c.motion.mobility.xy, c.motion.mobility.yy;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(mobility);
+    double mass = 0;
+    for (const Link& link : c.scene.chain.links()) mass += link.mass;
+    const Eigen::Vector2d added = c.added(force);
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::Vector2d u = axes.eigenvectors().col(k);
+      const double along = u.dot(Eigen::Vector2d(wanted.x, wanted.y));
+      if (axes.eigenvalues()(k) > 1 / mass) {
+        EXPECT_NEAR(u.dot(added), along, 1e-9 * length(wanted)) << n;
+      } else {
+        ++bounded;
+        EXPECT_NEAR(u.dot(Eigen::Vector2d(force.x, force.y)), mass * along, 1e-9 * mass * length(wanted))
+            << n;
+      }
+    }
+  }
+  EXPECT_GT(bounded, 0);
+  EXPECT_LT(bounded, 20);
+}
+
+TEST(Pull, RodIsBoundedAlongItselfAndLightAcross) {
+  // J = I + m r² = 1 about the pin: at 2 m it weighs 1/4 kg across.
+  const Chain chain({{"rod", 3, 0.25, {0.5, 0}, {2, 0}}}, {{"pin"}}, {});
+  Pull pull(chain);
+  const double q = 0, qd = 0;
+  const PointMotion tip = pull.motionOf(&q, &qd, 0, {2, 0});
+  EXPECT_NEAR(effectiveMass(tip.mobility, {0, 1}), 0.25, 1e-15);
+  EXPECT_TRUE(std::isinf(effectiveMass(tip.mobility, {1, 0})));
+  const Vec2d force = pull.force(tip, {3, 1}, 10);
+  EXPECT_NEAR(force.x, 3 * 100, 1e-12);
+  EXPECT_NEAR(force.y, 0.25 * 100, 1e-13);
+}
+
+TEST(Pull, PointComesToItsPlaceAsFastAsItCanWithoutPassing) {
+  // Ten links without gravity, the tip drawn 0.02 m aside from rest, the force anew each millisecond: the
+  // exact solution d (1 − (1 + ωt) exp(−ωt)), but for the force that is held and what the chain does
+  // meanwhile.
+  constexpr double pulsation = 10, d = 0.02, tick = 1e-3;
+  std::vector<Link> links;
+  std::vector<Joint> joints;
+  Scene scene{Chain({{"only", 1, 1, {}, {1, 0}}}, {{"only_joint"}}, {}), {}, {}, {}, {}, {}, 0};
+  for (int i = 0; i < 10; ++i) {
+    links.push_back({"link_" + std::to_string(i), 1, 1. / 12, {0.5, 0}, {1, 0}});
+    joints.push_back({"joint_" + std::to_string(i)});
+    scene.q.push_back(i % 2 == 0 ? 0.6 : -0.6);
+    scene.qd.push_back(0);
+  }
+  scene.chain = Chain(links, joints, {});
+  Simulation simulation(scene, 16);
+  Pull pull(scene.chain);
+  const Vec2d tip{1, 0};
+  const auto now = [&] { return pull.motionOf(simulation.q().data(), simulation.qd().data(), 9, tip); };
+  const Vec2d begin = now().position, target = begin + Vec2d{0.6 * d, 0.8 * d};
+  double farthest = 0;
+  for (int k = 0; k < 1500; ++k) {
+    const double t = k * tick;
+    const Vec2d gone = now().position - begin;
+    const double along = 0.6 * gone.x + 0.8 * gone.y;
+    EXPECT_NEAR(along, d * (1 - (1 + pulsation * t) * std::exp(-pulsation * t)), 0.02 * d) << t;
+    EXPECT_NEAR(0.8 * gone.x - 0.6 * gone.y, 0, 0.02 * d) << t;
+    farthest = std::fmax(farthest, along);
+    simulation.addForce(9, tip, pull.force(now(), target, pulsation), 0, tick);
+    ASSERT_TRUE(simulation.advanceTo((k + 1) * tick));
+  }
+  EXPECT_LT(farthest, 1.001 * d);
+  EXPECT_GT(farthest, 0.999 * d);
+}
+
+}  // namespace
+}  // namespace planar_chain

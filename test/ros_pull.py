@@ -1,0 +1,198 @@
+#!/usr/bin/python3
+"""The node `pull`: what rviz tells of a drag becomes a critically damped spring to the mouse, which ends with the
+mouse button, with rviz's silence, and with the node. In lockstep: a tick is made when the force for it is there."""
+
+import math
+import os
+import signal
+import subprocess
+import threading
+import unittest
+
+import roslib.packages
+import rospy
+import rostest
+from planar_chain.msg import CommandTaken
+from planar_chain.srv import Step
+from sensor_msgs.msg import JointState
+from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerInit, Marker, MarkerArray
+
+from ros_node import LIMIT, Listener, Node, PUBLISHERS, nanoseconds, publisher, rod, service
+
+RATE = 200.0
+PULSATION = 20.0  # rad/s, of pull's spring
+NEVER = 0.3       # s of wall time in which a force that is not on its way does not come
+
+
+class Pull:
+    """The program under test, while the with statement lasts."""
+
+    def __enter__(self):
+        program = roslib.packages.find_node('planar_chain', 'pull')[0]
+        self.process = subprocess.Popen([program], env=dict(os.environ, ROS_NAMESPACE='/'))
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+            self.process.wait(LIMIT)
+
+
+class Rviz:
+    """Says of a drag what rviz says: the mouse in the link's frame as it stood at a stamp, again and again."""
+
+    def __init__(self):
+        self._out = publisher('/pull/feedback', InteractiveMarkerFeedback)
+        PUBLISHERS.remove(self._out)  # of another node
+        self._said = None
+        self._silent = threading.Event()
+        self._thread = threading.Thread(target=self._keep_alive)
+        self._thread.start()
+
+    def _keep_alive(self):
+        while not self._silent.wait(0.2):
+            if self._said:
+                self._out.publish(self._said)
+
+    def say(self, event, stamp, moved=(0.0, 0.0), point=(1.0, 0.0), frame='rod'):
+        message = InteractiveMarkerFeedback(
+            client_id='/rviz', marker_name='rod', control_name='pull', event_type=event, mouse_point_valid=True)
+        message.header.frame_id, message.header.stamp = frame, stamp
+        message.pose.position.x, message.pose.position.y = moved
+        message.pose.orientation.w = 1
+        message.mouse_point.x, message.mouse_point.y = point
+        self._said = None
+        self._out.publish(message)
+        if event != InteractiveMarkerFeedback.MOUSE_UP:
+            message.event_type = InteractiveMarkerFeedback.KEEP_ALIVE
+            self._said = message
+
+    def fall_silent(self):
+        self._silent.set()
+        self._thread.join()
+
+    def close(self):
+        self.fall_silent()
+        self._out.unregister()
+
+
+class Dragged(unittest.TestCase):
+    def setUp(self):
+        self.states = Listener('/joint_states', JointState)
+        self.taken = Listener('/planar_chain/commands_taken', CommandTaken)
+        self.pictures = Listener('/pull/force', MarkerArray)
+        self.offered = Listener('/pull/update_full', InteractiveMarkerInit)
+        listeners = (self.states, self.taken, self.pictures, self.offered)
+        self.addCleanup(lambda: [listener.close() for listener in listeners])
+
+    def start(self):
+        """A rod at rest along x, its tip held by the mouse; one force for each tick from here on."""
+        for running in (Node(rod(publish={'rate': RATE})), Pull()):
+            running.__enter__()
+            self.addCleanup(running.__exit__)
+            self.running = running
+        self.step_service = service('step', Step)
+        self.taken.wait_for_publisher()
+        self.pictures.wait_for_publisher()
+        self.offered.wait_for(lambda offer: [marker.name for marker in offer.markers] == ['rod'])
+        self.rviz = Rviz()
+        self.addCleanup(self.rviz.close)
+        state = self.step()
+        self.rviz.say(InteractiveMarkerFeedback.MOUSE_DOWN, state.header.stamp)
+        self.step_until(lambda: self.forces())
+
+    def step(self):
+        return self.step_service(torques=[], n=1).states[-1]
+
+    def step_until(self, holds):
+        """Ticks, each with time for a force to come."""
+        for _ in range(int(LIMIT / NEVER)):
+            state = self.step()
+            rospy.sleep(NEVER / 3)
+            if holds():
+                return state
+        raise AssertionError('%d forces came' % len(self.forces()))
+
+    def forces(self):
+        return [taken.link_force[0] for taken in list(self.taken.messages) if taken.kind == CommandTaken.LINK_FORCE]
+
+    def drag(self, x, y):
+        """The mouse at x, y of the base; the state from which the rod is drawn there."""
+        state = self.step_until(lambda: True)
+        self.assertAlmostEqual(state.position[0], 0, delta=1e-12)
+        self.rviz.say(InteractiveMarkerFeedback.POSE_UPDATE, state.header.stamp, (x - 1, y))
+        return self.step_until(lambda: self.forces()[-1].force.y != 0)
+
+    def step_with_force(self):
+        """A tick whose force is there already, and the force for the next."""
+        seen = len(self.taken.messages)
+        state = self.step()
+        self.taken.wait_for_count(seen + 1)
+        return state
+
+    def assert_free(self):
+        """Nothing acts: the rod turns evenly."""
+        speeds = [self.step().velocity[0] for _ in range(10)]
+        self.assertGreater(abs(speeds[0]), 0.01)
+        for speed in speeds:
+            self.assertAlmostEqual(speed, speeds[0], delta=1e-12)
+
+    def is_let_go(self):
+        return self.pictures.messages and self.pictures.messages[-1].markers[0].action == Marker.DELETE
+
+    def test_the_link_comes_to_the_mouse_with_critical_damping(self):
+        self.start()
+        angle = 0.1
+        begin = self.drag(math.cos(angle), math.sin(angle))
+        farthest = 0
+        for k in range(1, 101):
+            state = self.step_with_force()
+            t = (nanoseconds(state) - nanoseconds(begin)) * 1e-9
+            self.assertAlmostEqual(t, k / RATE, delta=1e-8)
+            expected = angle * (1 - (1 + PULSATION * t) * math.exp(-PULSATION * t))
+            # A force that is held for ω/200 rad comes late by half of that.
+            self.assertAlmostEqual(state.position[0], expected, delta=0.05 * angle)
+            farthest = max(farthest, state.position[0])
+        self.assertAlmostEqual(farthest / angle, 1, delta=0.005)
+        force = self.forces()[-1]
+        self.assertEqual((force.link, force.point.x, force.point.y, force.duration), ('rod', 1, 0, 1 / RATE))
+
+    def test_the_force_ends_with_the_mouse_button(self):
+        self.start()
+        self.drag(0.0, 1.0)
+        self.step_with_force()
+        self.rviz.say(InteractiveMarkerFeedback.MOUSE_UP, rospy.Time())
+        self.step_until(self.is_let_go)
+        self.assert_free()
+
+    def test_the_force_ends_when_rviz_falls_silent(self):
+        self.start()
+        self.drag(0.0, 1.0)
+        self.step_with_force()
+        self.assertFalse(self.is_let_go())
+        self.rviz.fall_silent()
+        self.step_until(self.is_let_go)
+        self.assert_free()
+
+    def test_the_force_ends_with_the_node_that_sends_it(self):
+        self.start()
+        self.drag(0.0, 1.0)
+        self.step_with_force()
+        self.running.process.kill()
+        self.running.process.wait(LIMIT)
+        self.step()  # for which the force was there
+        self.assert_free()
+
+    def test_what_no_rviz_says_is_passed_over(self):
+        self.start()
+        state = self.step()
+        self.rviz.say(InteractiveMarkerFeedback.POSE_UPDATE, state.header.stamp, (float('nan'), 0.0))
+        self.step_until(lambda: True)
+        self.rviz.say(InteractiveMarkerFeedback.POSE_UPDATE, state.header.stamp, (0.0, 1.0), frame='world')
+        self.step_until(lambda: True)
+        self.assertEqual({force.force.y for force in self.forces()}, {0.0})
+
+
+if __name__ == '__main__':
+    rospy.init_node('ros_pull', anonymous=True)
+    rostest.rosrun('planar_chain', 'ros_pull', Dragged)

@@ -1,0 +1,109 @@
+#!/usr/bin/python3
+"""What acts, as markers: a hanging rod, whose forces, spring, centre of mass and energy are known."""
+
+import math
+import os
+import sys
+import unittest
+
+import rospy
+import rostest
+import yaml
+from visualization_msgs.msg import Marker, MarkerArray
+
+from ros_node import Listener, Node, rod
+
+PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..')
+sys.path.append(os.path.join(PACKAGE, 'src', 'tools'))
+import show  # noqa: E402
+
+WEIGHT = 2.0 * 9.81  # N: half a unit, which is the rod's length here, 1 m
+
+
+def hanging(**joint):
+    """It stays where it is, but for its spring; half its weight is carried at its tip."""
+    scene = rod(gravity=[0.0, -9.81], loads={'lift': {'link': 'rod', 'force': [0.0, WEIGHT / 2], 'point': [1.0, 0.0]}})
+    scene['links']['rod'].update(com=[0.5, 0.0], initial={'angle': -math.pi / 2}, joint=joint)
+    return scene
+
+
+def corners(marker):
+    return [(point.x, point.y) for point in marker.points]
+
+
+class Views(unittest.TestCase):
+    def see(self, scene, *names):
+        """The first message of each view."""
+        topics = {name: Listener('/planar_chain/view/' + name, Marker if name == 'energy' else MarkerArray)
+                  for name in names}
+        with Node(scene):
+            for listener in topics.values():
+                listener.wait_for_count(3)
+        for listener in topics.values():
+            listener.close()
+        return [topics[name].messages[0] for name in names]
+
+    def only(self, array, frame):
+        """The one marker, in this frame and moving with it."""
+        self.assertEqual([(marker.header.frame_id, marker.frame_locked, marker.action, marker.type)
+                          for marker in array.markers], [(frame, True, Marker.ADD, Marker.TRIANGLE_LIST)])
+        marker = array.markers[0]
+        self.assertGreater(marker.header.stamp.to_sec(), 1)
+        self.assertEqual(len(marker.points), len(marker.colors))
+        return marker
+
+    def assert_arrow(self, marker, tail, head):
+        """Two bands of two triangles: the shaft, and a head that ends in a point."""
+        points = corners(marker)
+        self.assertEqual(len(points), 12)
+        for k in (0, 1):
+            self.assertAlmostEqual((points[0][k] + points[5][k]) / 2, tail[k], delta=1e-9)
+            self.assertAlmostEqual(points[7][k], head[k], delta=1e-9)
+            self.assertAlmostEqual(points[8][k], head[k], delta=1e-9)
+
+    def test_forces_centre_and_energy_of_a_hanging_rod(self):
+        loads, pins, centres, energy = self.see(hanging(), 'loads', 'pin_forces', 'centres', 'energy')
+        # Up is −x for the rod; half its weight is a quarter of a metre.
+        self.assert_arrow(self.only(loads, 'rod'), (1.0, 0.0), (0.75, 0.0))
+        self.assert_arrow(self.only(pins, 'rod'), (0.0, 0.0), (-0.25, 0.0))
+        sign = corners(self.only(centres, 'rod'))
+        self.assertAlmostEqual(min(x for x, _ in sign) + max(x for x, _ in sign), 1.0, delta=1e-2)
+        self.assertIn((0.5, 0.0), sign)
+        lines = dict(line.split(' ', 1) for line in energy.text.splitlines())
+        self.assertEqual(lines['potential'], '-9.81 J')
+        self.assertLess(abs(float(lines['balance'].split()[0])), 1e-9)
+        self.assertLess(float(lines['kinetic'].split()[0]), 1e-20)
+
+    def test_a_spring_reddens_with_its_load_and_the_trail_begins_at_the_tip(self):
+        slack, = self.see(hanging(stiffness=10.0, rest_angle=-math.pi / 2), 'springs')
+        tense, trail = self.see(hanging(stiffness=10.0, rest_angle=0.0), 'springs', 'trail')
+        slack, tense = (self.only(spring, 'rod').colors[0] for spring in (slack, tense))
+        self.assertLess(slack.r, slack.b)
+        self.assertGreater(tense.r, 3 * tense.b)
+        # Of one place nothing is drawn: the first message takes away what there may be.
+        self.assertEqual([marker.action for marker in trail.markers], [])
+
+    def test_rviz_looks_from_as_far_as_the_chain_is_long(self):
+        with open(os.path.join(PACKAGE, 'config', 'planar_chain.rviz'), encoding='utf-8') as file:
+            config = yaml.safe_load(file)
+        self.assertEqual(show.reach({'links': {'bead': {'com': ['0.01', 0], 'pin': [0.03, 0.04], 'repeat': 100}}}), 5)
+        self.assertEqual([show.cell(size) for size in (0.7, 1.7, 45.0)], [0.5, 1, 20])
+        show.fit(config, 5.0)
+        manager = config['Visualization Manager']
+        view = manager['Views']['Current']
+        self.assertAlmostEqual(view['Distance'] * math.tan(view['Field of View'] / 2), 1.25 * 5, delta=1e-9)
+        self.assertEqual(manager['Displays'][0]['Cell Size'], 1)
+        shown = {display.get('Marker Topic') for display in manager['Displays']}
+        self.assertLessEqual({'planar_chain/view/' + name for name in (
+            'loads', 'pin_forces', 'springs', 'trail', 'centres', 'energy')}, shown)
+
+    def test_what_is_not_there_is_not_drawn(self):
+        scene = hanging()
+        del scene['loads']
+        loads, springs = self.see(scene, 'loads', 'springs')
+        self.assertEqual((loads.markers, springs.markers), ([], []))
+
+
+if __name__ == '__main__':
+    rospy.init_node('ros_views', anonymous=True)
+    rostest.rosrun('planar_chain', 'ros_views', Views)
