@@ -13,6 +13,10 @@ import sys
 import tempfile
 import unittest
 
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).absolute().parent / "../src/tools"))
+import report_tables  # noqa: E402  pylint: disable=wrong-import-position
+
 BIN = ""
 COLUMNS = ["scene", "engine", "method", "setting", "error_theta", "error_omega", "cpu_seconds", "evaluations", "steps",
            "rejected", "worst_step_seconds", "outcome"]
@@ -106,7 +110,6 @@ class Report(unittest.TestCase):
         self.assertEqual(run(*self.arguments).returncode, 0)
         self.assertNotEqual(path.read_text(encoding="utf-8").splitlines(True)[1], marked)
 
-
     def test_two_reports_do_not_write_one_folder(self):
         with tempfile.TemporaryDirectory() as folder:
             lock = os.open(folder, os.O_RDONLY)
@@ -114,6 +117,35 @@ class Report(unittest.TestCase):
             result = run("--output", folder, "--scenes", "pendulum", "--studies", "race")
             os.close(lock)
             self.assertEqual((result.returncode, os.listdir(folder)), (1, []), result.stderr)
+
+
+class Reasons(unittest.TestCase):
+    """Where auto is not the fastest, from made-up points of errors 1e-2, 1e-4, 1e-6."""
+
+    def verdict(self, level, **others):
+        rows = []
+        for name, (seconds, evaluations) in {"planar_chain auto": (1, 100), **others}.items():
+            engine, method = name.split(" ")
+            rows += [{"engine": engine, "method": method, "setting": f"{error:g}", "error_theta": f"{error:g}",
+                      "cpu_seconds": str(seconds), "evaluations": str(evaluations), "outcome": "ok"}
+                     for error in (1e-2, 1e-4, 1e-6)]
+        return report_tables.verdict(rows, level, 1e-12, 0.02)
+
+    def test_each_case_has_its_own(self):
+        seen = set()
+        for others, outcome in (({"planar_chain dopri5": (2, 100)}, "fastest"),
+                                ({"planar_chain dopri5": (0.5, 50)}, "slower"),
+                                ({"planar_chain dopri5": (0.5, 100)}, "slower"),
+                                ({"planar_chain rk4": (0.5, 50)}, "slower"),
+                                ({"odeint Fehlberg": (0.5, 50)}, "slower"),
+                                ({"odeint Fehlberg": (0.5, 100)}, "slower"),
+                                ({"odeint Fehlberg": (0.99, 100)}, "slower")):
+            cell = self.verdict(4, **others)
+            self.assertEqual(cell.outcome, outcome, others)
+            self.assertNotIn(cell.why, seen)
+            seen.add(cell.why)
+        self.assertEqual(self.verdict(8).outcome, "nobody")
+        self.assertEqual(self.verdict(5, **{"odeint Fehlberg": (0.5, 50)}).ratio, 2)
 
 
 class Arguments(unittest.TestCase):

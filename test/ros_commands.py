@@ -7,11 +7,13 @@ import unittest
 import rospy
 import rostest
 from geometry_msgs.msg import Point, Vector3
-from planar_chain.msg import JointTorque, LinkForce, SimStatus
+from planar_chain.msg import CommandTaken, JointTorque, LinkForce, SimStatus
+from planar_chain.srv import Step
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import Trigger
 
-from ros_node import Listener, Node, ROD_INERTIA, Running, nanoseconds, publisher, rod
+from ros_node import Listener, Node, ROD_INERTIA, Running, nanoseconds, publisher, rod, service
 
 NAN = float('nan')
 NOW = rospy.Time()
@@ -135,6 +137,30 @@ class Commands(unittest.TestCase):
             last = len(self.states.messages) - 1
             self.assert_constant_torque(first - 1, last, 0.31)
             self.assertEqual({state.effort[0] for state in self.states.messages[first:last]}, {0.31})
+
+    def test_two_hundred_commands_in_a_tick_all_act_and_end_to_rounding(self):
+        taken = Listener('/planar_chain/commands_taken', CommandTaken)
+        self.addCleanup(taken.close)
+        with Node(rod(publish={'rate': 100.0})):
+            torque = publisher('/planar_chain/joint_torque', JointTorque)
+            force = publisher('/planar_chain/link_force', LinkForce)
+            taken.wait_for_publisher()
+            self.assertTrue(service('pause', Trigger)().success)
+            step = service('step', Step)
+            impulse = 0.0
+            for tick in range(1, 6):
+                for i in range(100):
+                    torque.publish(joint='rod_joint', torque=0.01 * i, duration=0.0373)
+                    force.publish(link='rod', moment=-0.02 * i, duration=0.0373)
+                taken.wait_for_count(201 * tick - 1)  # ~step is one, too
+                step([], 1)
+                impulse -= 0.01 * sum(range(100)) * 0.0373
+            # The first push has ended in the fourth tick after it, the last one does so here.
+            state = step([], 4).states[-1]
+        first = taken.messages[0].tick
+        self.assertEqual([entry.tick - first for entry in taken.messages[:1005]], [k for k in range(5) for _ in range(201)])
+        self.assertEqual(state.effort[0], 0.0)
+        self.assertAlmostEqual(state.velocity[0] * ROD_INERTIA, impulse, delta=1e-12)
 
     def test_more_timed_commands_than_there_is_room_for_are_refused(self):
         with Node(rod()):

@@ -5,13 +5,12 @@
 #include <ros/network.h>
 #include <ros/this_node.h>
 #include <xmlrpcpp/XmlRpcClient.h>
+#include <xmlrpcpp/XmlRpcException.h>
 
 #include <algorithm>
 #include <chrono>
 #include <initializer_list>
 #include <optional>
-
-#include "planar_chain/ros/pace.h"
 
 namespace planar_chain {
 
@@ -20,7 +19,6 @@ namespace {
 using XmlRpc::XmlRpcValue;
 
 constexpr auto period = std::chrono::seconds(2);
-constexpr double warningPeriod = 30;  // s
 
 XmlRpcValue requestOf(std::initializer_list<XmlRpcValue> arguments) {
   XmlRpcValue request;
@@ -97,26 +95,33 @@ std::string MasterWatch::faultOfClock() const {
 }
 
 void MasterWatch::watch() {
-  bool isRegistered = true;
-  const auto start = std::chrono::steady_clock::now();
-  Every warnings(warningPeriod);
   std::unique_lock lock(mutex_);
   while (!end_.wait_for(lock, period, [this] { return ends_; })) {
     lock.unlock();
     std::string faultOfClock;
-    if (const auto state = askMaster("getSystemState", {})) {
-      // Every node publishes there.
-      if (!isRegistered || !contains(nodesOf(*state, publishers, "/rosout"), name_)) {
-        isRegistered = registerAgain();
-        if (isRegistered) ROS_WARN("the master did not know this node any more: it is registered again");
-      }
-      faultOfClock = faultOfClockIn(*state);
+    try {
+      faultOfClock = look();
+    } catch (const XmlRpc::XmlRpcException&) {
+      // An answer of another kind than the master's API has: as good as none.
     }
-    const std::chrono::duration<double> now = std::chrono::steady_clock::now() - start;
-    if (!faultOfClock.empty() && warnings.falls(now.count())) ROS_WARN("%s", faultOfClock.c_str());
     lock.lock();
     faultOfClock_ = faultOfClock;
   }
+}
+
+/// @returns the fault of /clock
+std::string MasterWatch::look() {
+  const auto state = askMaster("getSystemState", {});
+  if (!state) return "";
+  // Every node publishes there.
+  if (!isRegistered_ || !contains(nodesOf(*state, publishers, "/rosout"), name_)) {
+    isRegistered_ = registerAgain();
+    if (isRegistered_) ROS_WARN("the master did not know this node any more: it is registered again");
+  }
+  const std::string fault = faultOfClockIn(*state);
+  const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
+  if (!fault.empty() && warnings_.falls(now.count())) ROS_WARN("%s", fault.c_str());
+  return fault;
 }
 
 /// @returns whether all of it could be told.

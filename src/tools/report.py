@@ -198,13 +198,13 @@ def study(folder, name, flags, quick):
 def real_time_study(folder, quick, progress):
     if real_time.why_not(HERE):
         return  # and the page says so
-    with Table(folder / "real_time.csv", real_time.COLUMNS) as table:
+    with Table(folder / "real_time.csv", real_time.COLUMNS) as table, real_time.Master() as master:
         done = {(row["links"], row["rate"]) for row in read_table(folder / "real_time.csv") if row["share"] == "0"
                 and row["quantity"] == "work"}
         for links, rate in real_time.cells(quick):
             progress.show(f"real time: {links} links at {rate} Hz")
             if (str(links), str(rate)) not in done:
-                table.add_all(real_time.measure(links, rate, quick))
+                table.add_all(real_time.measure(master, links, rate, quick))
             progress.advance()
 
 
@@ -310,10 +310,16 @@ def report():
             progress.show(name)
             study(folder, name, flags, arguments.quick)
             progress.advance()
-        if ticks:
-            real_time_study(folder, arguments.quick, progress)
+        failure = None
+        try:
+            if ticks:
+                real_time_study(folder, arguments.quick, progress)
+        except (OSError, subprocess.SubprocessError) as error:  # the other studies' page is written nevertheless
+            failure = error
     report_page.write(folder, DATA / "report", titles)
     print(f"{folder / 'index.html'}")
+    if failure is not None:
+        raise Failed(failure)
 
 
 def main():

@@ -184,8 +184,8 @@ std::vector<double> settingsFor(const Contestant& contestant, const Contest& con
 // ---- Measuring -------------------------------------------------------------------------------
 
 Effort effortFor(const Contest& contest, bool quick) {
-  const double longer = isLongChain(contest) ? 2 : 1;
-  return quick ? Effort{0.03, 3, 0.02, 0.1 * longer} : Effort{0.1, 10, 0.5, 0.5 * longer};
+  const double longer = isLongChain(contest) ? 4 : 1;
+  return quick ? Effort{0.03, 3, 0.02, 0.1 * longer} : Effort{0.1, 10, 0.25, 0.5 * longer};
 }
 
 Result measure(const Contest& contest, const Contestant& contestant, double setting, const Effort& effort) {

@@ -8,6 +8,7 @@ import shutil
 import socket
 import subprocess
 import tempfile
+import time
 
 COLUMNS = ("links", "rate", "quantity", "ticks", "beyond_a_period", "missing", "overruns", "share", "seconds")
 # Parts of the ticks that take longer than the seconds beside them.
@@ -42,10 +43,30 @@ def cells(quick):
             for rate in ((100, 1000) if quick else (100, 500, 1000))]
 
 
-def free_port():
-    with socket.socket() as opened:
-        opened.bind(("127.0.0.1", 0))
-        return opened.getsockname()[1]
+class Master:
+    """One of its own, at a free port, while the with statement lasts."""
+
+    def __enter__(self):
+        with socket.socket() as opened:
+            opened.bind(("127.0.0.1", 0))
+            port = opened.getsockname()[1]
+        self.folder = tempfile.TemporaryDirectory()
+        self.environment = {**os.environ, "ROS_MASTER_URI": f"http://localhost:{port}", "ROS_HOSTNAME": "localhost",
+                            "ROS_HOME": self.folder.name, "ROS_LOG_DIR": self.folder.name}
+        self.process = subprocess.Popen(["rosmaster", "--core", "-p", str(port)], env=self.environment,
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        for _ in range(600):
+            with socket.socket() as tried:
+                if tried.connect_ex(("127.0.0.1", port)) == 0:
+                    return self
+            time.sleep(0.1)
+        self.__exit__()
+        raise OSError("rosmaster does not answer")
+
+    def __exit__(self, *_):
+        self.process.terminate()
+        self.process.wait()
+        self.folder.cleanup()
 
 
 def value_at(ordered, share):
@@ -53,15 +74,15 @@ def value_at(ordered, share):
     return ordered[min(len(ordered) - 1, int((1 - share) * len(ordered)))]
 
 
-def measure(links, rate, quick):
+def measure(master, links, rate, quick):
     """The rows of a cell. Raises OSError when no tick comes."""
     with tempfile.TemporaryDirectory() as folder:
         room = pathlib.Path(folder)
         (room / "scene.yaml").write_text(SCENE.format(more=links - 1, rate=float(rate)), encoding="utf-8")
         (room / "run.launch").write_text(LAUNCH.format(folder=folder, seconds=2 if quick else 10), encoding="utf-8")
-        result = subprocess.run(["roslaunch", "-p", str(free_port()), str(room / "run.launch")], stdout=subprocess.PIPE,
+        result = subprocess.run(["roslaunch", str(room / "run.launch")], stdout=subprocess.PIPE,
                                 stderr=subprocess.STDOUT, universal_newlines=True, timeout=120, check=False,
-                                env={**os.environ, "ROS_HOME": folder, "ROS_LOG_DIR": folder})
+                                env=master.environment)
         if not (room / "ticks").exists():
             raise OSError(f"real time, {links} links at {rate} Hz: {result.stdout[-2000:]}")
         lines = [line.split() for line in (room / "ticks").read_text(encoding="utf-8").splitlines()]

@@ -1,9 +1,11 @@
 """What follows from a report's tables: times to an accuracy, slopes, orders. Knows no picture and no page."""
+import collections
 import csv
 import math
 
 LEVELS = range(3, 12)  # errors 1e-3 to 1e-11
 FAMILIES = {"stiff": "Stiff joints: springs k, N m/rad", "stiff_damped": "Stiff joints, damped: k, N m/rad; d = k · 1 ms",
+            "damped": "Damped joints, k = 100 N m/rad: d, N m s/rad",
             "heavy_tip": "Heavy tip: its mass over a link's", "slack_tip": "Heavy tip, slack: its mass over a link's",
             "light_tip": "Tapering: first mass over the last", "long": "Long chains: links", "whip": "Whips: links",
             "spin": "Spinning chain of ten links: rad/s"}
@@ -11,29 +13,6 @@ ORDERS = {("planar_chain", "rk4"): 4, ("planar_chain", "dopri5"): 5, ("planar_ch
           ("planar_chain", "rodas5p"): 5, ("planar_chain", "ros34pw2"): 3, ("planar_chain", "radau13"): 13,
           ("planar_chain", "ros34pw2_fixed"): 3, ("MuJoCo", "Euler"): 1, ("MuJoCo", "implicit"): 1,
           ("MuJoCo", "RK4"): 4, ("Bullet", "Euler"): 1, ("Bullet", "RK4"): 4, ("DART", "Euler"): 1, ("ODE", "Euler"): 1}
-
-EXPLANATION = """<p>Each point is one run from t = 0 to the end of the scene: its tolerance (or its step) grows tighter to the
-right. An error is the largest of any link, absolute, against the reference; time is the thread's own on the processor,
-of stepping alone, after a first run; the median of up to 21 runs (at least three, or one where a run takes more than 33
-ms), their least in <code>work_precision_runs.csv</code>. <code>planar_chain</code> (solid) runs without the guard on the energy balance, which would rescue what fails. Others are dashed. Failed runs stand at the upper edge:
-diverged (not finite, or an angle more than 1 rad off), refused (the method gave up), timed out (tighter settings are
-then not tried). Grey: below, the rounding of the scene's own numbers to double decides.</p>
-<p>The worst step is the largest of a run, where each step counts with the least time of three runs.</p>"""
-REFERENCES = """<p>Made in quadruple precision, from equations and by a method that share nothing with the program: Newton's and
-Euler's equations with the pin forces as unknowns, Gragg's extrapolation. Before it made them, that program had to agree
-to 1e-17 with another one (Lagrange's equations, Cholesky's method) on nine scenes. The second run had another order
-and a hundred times the tolerance. <code>test/reference/report.py</code> makes them again.</p>"""
-STABILITY = """<p>Equal steps, without error control: a step is stable if energy never exceeds 1.1 times what it was. "none": every
-step tried blows up, down to 1e-9 s; "≥ 1": none blows up. Stable is not accurate. <code>rosrun planar_chain
-stability</code> prints the same with what theory says.</p>"""
-EFFECTS = """<p>One evaluation of the accelerations in each scene that ships, and what is left of its time when one effect is taken
-out of the scene: medians of runs in turn.</p>"""
-LONG = """<p>Nothing supplies or takes energy here; the second chain keeps its angular momentum too. Energy is relative to what
-falling to the bottom would set free. Dashed: tolerance 1e-12. A cross ends a run that failed. Nothing is corrected: the
-guard of the simulation is off.</p>"""
-
-REAL_TIME = """<p>Left out: the report runs without a roscore, and does not measure the jitter of the node's ticks. The worst single
-step of each run, above, is the part of it that a method is answerable for.</p>"""
 
 
 def read(path):
@@ -77,22 +56,22 @@ def first_that_holds(group, level):
     return first
 
 
-def time_to(group, level):
-    """s, between two settings interpolated along the straight line of the diagram."""
+def at_level(group, level, column):
+    """Of a column, such as cpu_seconds; between two settings interpolated along the straight line of the diagram."""
     first = first_that_holds(group, level)
     if first is None:
         return None
-    error, time = number(group[first]["error_theta"]), number(group[first]["cpu_seconds"])
-    if first == 0 or error == 0:
-        return time
-    looser, sooner = number(group[first - 1]["error_theta"]), number(group[first - 1]["cpu_seconds"])
+    error, value = number(group[first]["error_theta"]), number(group[first][column])
+    if first == 0 or error == 0 or value == 0:
+        return value
+    looser, sooner = number(group[first - 1]["error_theta"]), number(group[first - 1][column])
     share = (math.log(10.0**-level) - math.log(error)) / (math.log(looser) - math.log(error))
-    return math.exp(math.log(time) + share * (math.log(sooner) - math.log(time)))
+    return math.exp(math.log(value) + share * (math.log(sooner) - math.log(value)))
 
 
 def times_to(rows):
     """(engine, method): {level: s} of one scene."""
-    return {who: {level: time for level in LEVELS for time in [time_to(group, level)] if time is not None}
+    return {who: {level: time for level in LEVELS for time in [at_level(group, level, "cpu_seconds")] if time is not None}
             for who, group in by_contestant(rows).items()}
 
 
@@ -148,3 +127,63 @@ def agreement(rows):
             line.append(f"{min(errors):.0e}" if errors else "lost" if own else "–")
         body.append(line)
     return scenes, body, bad
+
+
+# ---- Where auto is not the fastest, and why ------------------------------------------------------
+
+AUTO = ("planar_chain", "auto")
+CHOOSES_FROM = ("dopri5", "dop853", "rodas5p", "radau13")
+Cell = collections.namedtuple("Cell", "outcome fastest ratio evaluations why")
+
+
+def scatter(runs, rows):
+    """How far the median of auto's runs lies above their least, at its worst setting that arrived, relative."""
+    arrived = {row["setting"]: number(row["cpu_seconds"]) for row in rows
+               if (row["engine"], row["method"]) == AUTO and row["outcome"] == "ok"}
+    return max([arrived[row["setting"]] / number(row["cpu_seconds_least"]) - 1 for row in runs
+                if (row["engine"], row["method"]) == AUTO and row["setting"] in arrived], default=0)
+
+
+def verdict(rows, level, floor, spread):
+    """One scene at one level. outcome: nobody, not reached, fastest, slower (than `fastest`, by `ratio`)."""
+    groups = by_contestant(rows)
+    times = {who: at_level(group, level, "cpu_seconds") for who, group in groups.items()}
+    times = {who: time for who, time in times.items() if time is not None}
+    auto = times.pop(AUTO, None)
+    fastest = min(times, key=times.get) if times else None
+    if auto is None:
+        return Cell("not reached" if times else "nobody", fastest, None, None, why_not_reached(rows, level, floor))
+    if fastest is None or auto <= times[fastest]:
+        return Cell("fastest", fastest, auto / times[fastest] if fastest else 0, None, "")
+    ratio = auto / times[fastest]
+    theirs = at_level(groups[fastest], level, "evaluations")
+    evaluations = at_level(groups[AUTO], level, "evaluations") / theirs if theirs else None
+    return Cell("slower", fastest, ratio, evaluations, why_slower(fastest, ratio, evaluations, spread))
+
+
+def why_not_reached(rows, level, floor):
+    auto = [row for row in rows if (row["engine"], row["method"]) == AUTO]
+    if floor > 0.1 * 10.0**-level:
+        return f"rounding the scene's own numbers changes {floor:.0e} rad: whoever gets there does so by luck"
+    if any(row["outcome"] == "timed out" for row in auto):
+        return "its finer settings take longer than a run may"
+    closest = min((number(row["error_theta"]) for row in auto if row["outcome"] == "ok"), default=math.nan)
+    return f"its finest setting ends {closest:.0e} rad off"
+
+
+def why_slower(fastest, ratio, evaluations, spread):
+    """By a rule, from who was faster and how often both evaluated the accelerations."""
+    engine, method = fastest
+    if ratio <= 1 + min(spread, 0.1):
+        return f"as fast within {100 * min(spread, 0.1):.0f} %, and its own runs scatter by {100 * spread:.0f} %"
+    if engine == "planar_chain" and method not in CHOOSES_FROM:
+        kind = "equal steps, a length found by hindsight" if method in ("rk4", "ros34pw2_fixed") else "a lower order"
+        return f"not one that auto chooses from: {kind}, cheaper at this accuracy"
+    often = evaluations is not None and evaluations > 1.05
+    if engine == "planar_chain":
+        return ("auto finds out while running that this method is the fastest: its trials of others, and what it runs "
+                "before it knows" if often else
+                "as many evaluations or fewer: auto ran dearer steps of another method for part of the time")
+    if often:
+        return "another method that needs fewer evaluations for this accuracy"
+    return "about as many evaluations, and less beside them: no trials, no guard against a change of stiffness"

@@ -13,6 +13,8 @@
 #include <thread>
 #include <vector>
 
+#include "planar_chain/ros/pace.h"
+
 namespace planar_chain {
 
 /// Where the master does not know this node any more, everything is registered again: topics, services, and
@@ -32,13 +34,18 @@ class MasterWatch {
   std::string faultOfClock() const;
 
  private:
+  static constexpr double warningPeriod = 30;  // s
+
   void watch();
+  std::string look();
   bool registerAgain() const;
   std::string faultOfClockIn(const XmlRpc::XmlRpcValue& state) const;
 
   std::string name_, uri_;                       ///< this node's
   std::map<std::string, std::string> services_;  ///< uri by name
   std::map<std::string, XmlRpc::XmlRpcValue> parameters_;
+  bool isRegistered_ = true;
+  Every warnings_{warningPeriod};
   std::string faultOfClock_;
   bool ends_ = false;
   mutable std::mutex mutex_;  ///< of the two above

@@ -1,0 +1,206 @@
+#!/usr/bin/python3
+"""Draws a motion: angles, rates, torques, energy, error estimate over time, and the phase portrait.
+
+FILE is a CSV of `simulate --csv`, or a bag of `simulate --bag` or of rosbag record with joint_states and, for energy
+and error, the node's ~status. What the file has not is left out."""
+
+import argparse
+import csv
+import os
+import sys
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+from matplotlib import pyplot  # noqa: E402  the backend comes first
+
+# Of Okabe and Ito: told apart by the colour-blind; with the dashes, in black and white as well.
+COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6D31", "#7F7F7F"]
+DASHES = ["-", "--", "-.", ":"]
+MOST_JOINTS = len(COLOURS)
+ROW_HEIGHT, WIDTH = 1.9, 11.0  # inch
+
+
+class Refused(Exception):
+    """What is wrong with the input: what, expected, found."""
+
+
+class Motion:
+    """t: of each state; q, qd, and effort or None: a column a joint. energy: t and curves by name; balance, error:
+    t and values; each may be None."""
+
+    def __init__(self, joints, t, q, qd, effort=None):
+        self.joints, self.t, self.q, self.qd, self.effort = joints, t, q, qd, effort
+        self.energy = self.balance = self.error = None
+
+
+# ---- Reading -----------------------------------------------------------------------------------
+
+
+def read_csv(path):
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    header = rows[0] if rows else []
+    joints = [name[2:] for name in header if name.startswith("q_")]
+    if not joints or header != ["t", *("q_" + j for j in joints), *("qd_" + j for j in joints), "energy"]:
+        raise Refused(f"{path}: expected the columns t, q_<joint>…, qd_<joint>…, energy, got "
+                      f"{', '.join(header)[:80] or 'nothing'}")
+    try:
+        table = np.array(rows[1:], dtype=float)
+    except ValueError as problem:
+        raise Refused(f"{path}: expected {len(header)} numbers a row, got {problem}") from problem
+    if len(table) < 2:
+        raise Refused(f"{path}: expected two rows or more, got {len(table)}")
+    n = len(joints)
+    t, energy = table[:, 0], table[:, -1]
+    motion = Motion(joints, t, table[:, 1:n + 1], table[:, n + 1:2 * n + 1])
+    motion.energy = t, {"T + V, less that of the start": energy - energy[0]}
+    return motion
+
+
+def topics_of(bag, path, node):
+    """Of joint_states and of ~status, or None; of one node."""
+    types = {topic: about.msg_type for topic, about in bag.get_type_and_topic_info().topics.items()}
+    states = sorted(topic for topic, kind in types.items() if kind == "sensor_msgs/JointState")
+    statuses = sorted(topic for topic, kind in types.items() if kind == "planar_chain/SimStatus")
+    if node:
+        node = "/" + node.strip("/")
+        states = [topic for topic in states if topic == node.rpartition("/")[0] + "/joint_states"]
+        statuses = [topic for topic in statuses if topic == node + "/status"]
+    if len(states) != 1 or len(statuses) > 1:
+        found = ", ".join(states + statuses) or "neither"
+        which = "of " + node if node else "of one node (--node says which)"
+        raise Refused(f"{path}: expected joint_states and ~status {which}, got {found}")
+    return states[0], statuses[0] if statuses else None
+
+
+def read_bag(path, node):
+    import rosbag  # a CSV needs no ROS
+    try:
+        with rosbag.Bag(path) as bag:
+            states_topic, status_topic = topics_of(bag, path, node)
+            states = [message for _, message, _ in bag.read_messages(states_topic)]
+            statuses = [message for _, message, _ in bag.read_messages(status_topic)] if status_topic else []
+    except rosbag.ROSBagException as problem:
+        raise Refused(f"{path}: expected a bag that can be read, got {problem}") from problem
+    if len(states) < 2:
+        raise Refused(f"{path}: expected two states or more on {states_topic}, got {len(states)}")
+    start = states[0].header.stamp
+
+    def since_start(messages):
+        return np.array([(message.header.stamp - start).to_sec() for message in messages])
+
+    motion = Motion(list(states[0].name), since_start(states), *(
+        np.array([getattr(state, field) for state in states]) for field in ("position", "velocity", "effort")))
+    if statuses:
+        def values(field):
+            return np.array([getattr(status, field) for status in statuses])
+
+        t = since_start(statuses)
+        motion.energy = t, {"T": values("kinetic"), "V": values("potential"), "supplied": values("work_supplied"),
+                            "dissipated": values("dissipated")}
+        motion.balance = t, values("energy_balance")
+        motion.error = t, values("error_estimate")
+    return motion
+
+
+# ---- Drawing -----------------------------------------------------------------------------------
+
+
+def chosen(motion, names):
+    """Columns of the joints to draw: those named, or all, or some of many."""
+    missing = [name for name in names if name not in motion.joints]
+    if missing:
+        raise Refused(f"--joints: expected joints of {', '.join(motion.joints[:12])}"
+                      f"{' …' if len(motion.joints) > 12 else ''}, got {', '.join(missing)}")
+    if names:
+        return [motion.joints.index(name) for name in names]
+    n = len(motion.joints)
+    return sorted({round(k) for k in np.linspace(0, n - 1, min(n, MOST_JOINTS))})
+
+
+def lines(axes, t, curves):
+    for k, (name, values) in enumerate(curves):
+        axes.plot(t, values, DASHES[k // 2 % len(DASHES)], color=COLOURS[k % len(COLOURS)], label=name)
+
+
+def panels(motion, columns):
+    """Of each: label of the axis, its times, its curves, whether logarithmic."""
+    def of(table):
+        return [(motion.joints[j], table[:, j]) for j in columns]
+
+    yield "angle q (rad)", motion.t, of(motion.q), False
+    yield "rate q̇ (rad/s)", motion.t, of(motion.qd), False
+    if motion.effort is not None and motion.effort.any():
+        yield "torque τ (N m)", motion.t, of(motion.effort), False
+    if motion.energy:
+        yield "energy (J)", motion.energy[0], list(motion.energy[1].items()), False
+    if motion.balance:
+        yield "energy balance (J)", motion.balance[0], [("what does not add up", motion.balance[1])], False
+    if motion.error and (motion.error[1] > 0).any():
+        t, values = motion.error
+        yield "error estimate\n(tolerances)", t[values > 0], [("of the last step", values[values > 0])], True
+
+
+def draw(motion, columns, title):
+    rows = list(panels(motion, columns))
+    height = max(len(rows), 3)
+    figure = pyplot.figure(figsize=(WIDTH, 0.6 + ROW_HEIGHT * height), layout="constrained")
+    figure.suptitle(title)
+    grid = figure.add_gridspec(height, 2, width_ratios=[2, 1])
+    first = None
+    for row, (label, t, curves, logarithmic) in enumerate(rows):
+        first = axes = figure.add_subplot(grid[row, 0], sharex=first)
+        lines(axes, t, curves)
+        axes.set_ylabel(label)
+        axes.set_yscale("log" if logarithmic else "linear")
+        axes.ticklabel_format(axis="x", useOffset=False)
+        axes.label_outer()
+        if curves[0][0] not in motion.joints:
+            axes.legend(fontsize="small", loc="best")
+    axes.tick_params(labelbottom=True)
+    axes.set_xlabel("time (s)")
+
+    phase = figure.add_subplot(grid[:2, 1])
+    for k, j in enumerate(columns):
+        lines_of = dict(color=COLOURS[k % len(COLOURS)], linewidth=0.9)
+        phase.plot(motion.q[:, j], motion.qd[:, j], DASHES[k // 2 % len(DASHES)], label=motion.joints[j], **lines_of)
+        phase.plot(motion.q[0, j], motion.qd[0, j], "o", markersize=4, **lines_of)
+    phase.set(xlabel="angle q (rad)", ylabel="rate q̇ (rad/s)", title="phase portrait, ● the start")
+    key = figure.add_subplot(grid[2, 1])
+    key.axis("off")
+    key.legend(*phase.get_legend_handles_labels(), loc="upper left", title="joint", frameon=False)
+    return figure
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="plot", description=__doc__.replace("\n\n", " ").replace("\n", " "))
+    parser.add_argument("file", metavar="FILE", help="a .csv or a .bag")
+    parser.add_argument("--joints", nargs="+", default=[], metavar="JOINT",
+                        help=f"which to draw; otherwise all, or {MOST_JOINTS} of them, evenly along the chain")
+    parser.add_argument("--node", help="whose, such as /left/planar_chain, where a bag has several")
+    parser.add_argument("--output", metavar="OUT", help="a .png, .svg or .pdf; otherwise FILE.png")
+    parser.add_argument("--dark", action="store_true", help="for a dark screen")
+    given = parser.parse_args()
+    output = given.output or given.file + ".png"
+    try:
+        if os.path.splitext(output)[1] not in (".png", ".svg", ".pdf"):
+            raise Refused(f"--output: expected a name that ends in .png, .svg or .pdf, got {output}")
+        motion = read_bag(given.file, given.node) if given.file.endswith(".bag") else read_csv(given.file)
+        columns = chosen(motion, given.joints)
+        title = os.path.basename(given.file)
+        if not given.joints and len(columns) < len(motion.joints):
+            title += f": {len(columns)} of {len(motion.joints)} joints"
+        pyplot.style.use(["default", "dark_background"] if given.dark else "default")
+        pyplot.rcParams.update({"axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.3})
+        draw(motion, columns, title).savefig(output, dpi=130)
+    except (Refused, OSError, UnicodeDecodeError) as problem:
+        print(f"plot: {problem}", file=sys.stderr)
+        return 2
+    print(f"written to {output}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

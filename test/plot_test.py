@@ -1,0 +1,108 @@
+#!/usr/bin/python3
+"""plot: what it reads from CSV and bag is what simulate wrote; what it draws; what it refuses.
+
+    plot_test.py BIN [unittest options]        BIN: the folder that holds simulate and plot
+"""
+
+import os
+import subprocess
+import sys
+import unittest
+import xml.etree.ElementTree
+
+import numpy as np
+
+from in_folder import InFolder
+
+BIN = sys.argv.pop(1)
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "../src/tools"))
+import plot  # noqa: E402
+
+SCENE = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../config/scenes/triple.yaml")
+JOINTS = ["shoulder_pin", "elbow_pin", "hand_pin"]
+
+
+class Plot(InFolder):
+    def run_tool(self, name, *arguments):
+        return subprocess.run([os.path.join(BIN, name), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, check=False)
+
+    def simulate(self, *arguments):
+        run = self.run_tool("simulate", SCENE, "--duration", "2", *arguments)
+        self.assertEqual(run.returncode, 0, run.stderr)
+
+    def refused(self, *arguments):
+        run = self.run_tool("plot", *arguments)
+        self.assertEqual(run.returncode, 2, run.stdout)
+        self.assertNotIn("Traceback", run.stderr)
+        return run.stderr
+
+    def test_csv_and_bag_are_read_as_they_were_written(self):
+        table, bag = self.path("run.csv"), self.path("run.bag")
+        self.simulate("--rate", "100", "--csv", table, "--bag", bag)
+        read, recorded = plot.read_csv(table), plot.read_bag(bag, None)
+        rows = np.loadtxt(table, delimiter=",", skiprows=1)
+        self.assertEqual((read.joints, recorded.joints), (JOINTS, JOINTS))
+        np.testing.assert_array_equal(np.column_stack([read.t, read.q, read.qd]), rows[:, :-1])
+        np.testing.assert_array_equal(read.energy[1]["T + V, less that of the start"], rows[:, -1] - rows[0, -1])
+
+        # The same motion, at the bag's own rate.
+        shift = recorded.t + 0.01 * np.argmin(abs(rows[:, 1] - recorded.q[0, 0]))
+        for j in range(3):
+            np.testing.assert_allclose(np.interp(shift, rows[:, 0], rows[:, 1 + j]), recorded.q[:, j], atol=2e-2)
+        t, parts = recorded.energy
+        total = parts["T"] + parts["V"] - parts["supplied"] + parts["dissipated"]
+        np.testing.assert_allclose(total - recorded.balance[1], rows[0, -1], rtol=1e-12)
+        self.assertEqual(len(t), len(recorded.error[1]))
+
+    def test_every_panel_is_drawn_and_names_what_it_shows(self):
+        bag, picture = self.path("run.bag"), self.path("run.svg")
+        self.simulate("--bag", bag)
+        for more in ([], ["--dark"], ["--joints", "hand_pin"]):
+            run = self.run_tool("plot", bag, "--output", picture, *more)
+            self.assertEqual((run.returncode, run.stdout), (0, f"written to {picture}\n"), run.stderr)
+            # Text is drawn as outlines; matplotlib notes it in comments.
+            with open(picture, encoding="utf-8") as file:
+                text = file.read()
+            for label in ("angle q (rad)", "torque τ (N m)", "energy (J)", "energy balance (J)", "(tolerances)",
+                          "phase portrait", "hand_pin"):
+                self.assertIn(label, text)
+            self.assertEqual("elbow_pin" in text, "--joints" not in more)
+            xml.etree.ElementTree.parse(picture)
+
+    def test_formats_and_the_usual_name(self):
+        table = self.path("run.csv")
+        self.simulate("--csv", table)
+        for output, mark in ((None, b"\x89PNG"), (self.path("a.pdf"), b"%PDF"), (self.path("a.png"), b"\x89PNG")):
+            run = self.run_tool("plot", table, *(["--output", output] if output else []))
+            self.assertEqual(run.returncode, 0, run.stderr)
+            with open(output or table + ".png", "rb") as file:
+                self.assertTrue(file.read().startswith(mark))
+
+    def test_many_joints_are_some_of_them_along_the_chain(self):
+        motion = plot.Motion([f"j{k}" for k in range(100)], None, None, None)
+        columns = plot.chosen(motion, [])
+        self.assertEqual((len(columns), columns[0], columns[-1]), (plot.MOST_JOINTS, 0, 99))
+        self.assertEqual(plot.chosen(motion, ["j7", "j3"]), [7, 3])
+
+    def test_refusals_say_what_was_expected_and_found(self):
+        table = self.path("run.csv")
+        self.simulate("--csv", table)
+        self.assertIn("--joints: expected joints of shoulder_pin, elbow_pin, hand_pin, got knee",
+                      self.refused(table, "--joints", "knee"))
+        self.assertIn("ends in .png, .svg or .pdf, got a.gif", self.refused(table, "--output", "a.gif"))
+        self.assertIn("No such file", self.refused(self.path("none.csv")))
+        other = self.path("other.csv")
+        for text, fault in (("", "got nothing"), ("a,b\n1,2\n", "got a, b"), ("t,q_a,qd_a,energy\n0,0,0,0\n", "got 1"),
+                            ("t,q_a,qd_a,energy\n0,0,x,0\n", "expected 4 numbers a row")):
+            with open(other, "w", encoding="utf-8") as file:
+                file.write(text)
+            self.assertIn(fault, self.refused(other))
+        bag = self.path("no.bag")
+        with open(bag, "w", encoding="utf-8") as file:
+            file.write("no bag")
+        self.assertIn("expected a bag that can be read", self.refused(bag))
+
+
+if __name__ == "__main__":
+    unittest.main()
