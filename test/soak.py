@@ -251,10 +251,10 @@ class Soak:
 
     def _growth(self):
         """Of memory, after a first quarter in which everything is used for the first time."""
-        samples = self._memory[len(self._memory) // 4:]
-        third = max(1, len(samples) // 3)
-        before, after = statistics.median(samples[:third]), statistics.median(samples[-third:])
-        print('memory: %.2f MB, then %.2f MB, at most %.2f MB' % (before / 1e6, after / 1e6, max(samples) / 1e6))
+        size = max(1, len(self._memory) // 8)
+        eighths = [statistics.median(self._memory[i:i + size]) for i in range(0, len(self._memory), size)][:8]
+        print('memory, MB: ' + ', '.join('%.2f' % (bytes_then / 1e6) for bytes_then in eighths))
+        before, after = eighths[len(eighths) // 4], eighths[-1]
         return ['memory has grown by %.0f bytes' % (after - before)] if after - before > MOST_GROWTH else []
 
 
