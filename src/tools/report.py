@@ -310,10 +310,16 @@ def report():
             progress.show(name)
             study(folder, name, flags, arguments.quick)
             progress.advance()
-        if ticks:
-            real_time_study(folder, arguments.quick, progress)
+        failure = None
+        try:
+            if ticks:
+                real_time_study(folder, arguments.quick, progress)
+        except (OSError, subprocess.SubprocessError) as error:  # the other studies' page is written nevertheless
+            failure = error
     report_page.write(folder, DATA / "report", titles)
     print(f"{folder / 'index.html'}")
+    if failure is not None:
+        raise Failed(failure)
 
 
 def main():

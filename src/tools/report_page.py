@@ -14,32 +14,36 @@ td:first-child,th:first-child,.words{text-align:left} .foot{font-size:11px;color
 .wide{overflow-x:auto} h2{border-top:2px solid #ddd;padding-top:.7em}"""
 
 
-EXPLANATION = """<p>Each point is one run from t = 0 to the end of the scene: its tolerance (or its step) grows tighter to the
-right. An error is the largest of any link, absolute, against the reference; time is the thread's own on the processor,
-of stepping alone, after a first run; the median of ten to 21 runs (two where one takes more than 0.25 s; a quick report: three,
-two above 20 ms), their least in <code>work_precision_runs.csv</code>. A run is given up after 0.5 s (ropes of 1000 links and
-more: 2 s; quick: 0.1 and 0.4 s), and tighter settings of that method are not tried. <code>planar_chain</code> (solid) runs without the guard on the energy balance, which would rescue what fails. Others are dashed. Failed runs stand at the upper edge:
-diverged (not finite, or an angle more than 1 rad off), refused (the method gave up), timed out. Grey: below, the rounding of the scene's own numbers to double decides, or what is not known of the reference.</p>
-<p>The worst step is the largest of a run, where each step counts with the least time of three runs (of one, where a run
-takes more than 30 ms).</p>"""
-REFERENCES = """<p>Made from equations and by a method that share nothing with the program: Newton's and
-Euler's equations with the pin forces as unknowns, Gragg's extrapolation. Before it made them in quadruple precision, that
-program had to agree to 1e-17 with another one (Lagrange's equations, Cholesky's method) on nine scenes; before it made
-the two longest in long double, what it says of its own error had to bound how far it is off those in quadruple precision.
-The second run had another order and ten to a hundred times the tolerance. <code>test/reference/report.py</code> makes them again.</p>"""
-STABILITY = """<p>Equal steps, without error control: a step is stable if energy never exceeds 1.1 times what it was. "none": every
-step tried blows up, down to 1e-9 s; "≥ 1": none blows up. Stable is not accurate. <code>rosrun planar_chain
-stability</code> prints the same with what theory says.</p>"""
-EFFECTS = """<p>One evaluation of the accelerations in each scene that ships, and what is left of its time when one effect is taken
-out of the scene: medians of runs in turn.</p>"""
-LONG = """<p>Nothing supplies or takes energy here; the second chain keeps its angular momentum too. Energy is relative to what
-falling to the bottom would set free. Dashed: tolerance 1e-12. A cross ends a run that failed. Nothing is corrected: the
-guard of the simulation is off.</p>"""
-REAL_TIME = """<p>A node on a rope of so many rods of 0.1 m (<code>auto</code>, its usual tolerance), and another process that listens
-to <code>joint_states</code>, on the same machine, for ten seconds (quick: two). Late: from a tick's stamp, the time at which it is due
-by the wall clock, to its arrival there, so that waking, computing, writing and the socket are all in it. Work: what the
-simulation of a tick takes on the processor. A tick that comes later than its period has missed its deadline. No
-priorities were given, and no core was kept free.</p>"""
+EXPLANATION = """<p>Each point is one run from t = 0 to the end of the scene: its tolerance (or its step) grows
+tighter to the right. An error is the largest of any link, absolute, against the reference; time is the thread's own
+on the processor, of stepping alone, after a first run; the median of ten to 21 runs (two where one takes more than
+0.25 s; a quick report: three, two above 20 ms), their least in <code>work_precision_runs.csv</code>. A run is given
+up after 0.5 s (ropes of 1000 links and more: 2 s; quick: 0.1 and 0.4 s), and tighter settings of that method are not
+tried. <code>planar_chain</code> (solid) runs without the guard on the energy balance, which would rescue what fails.
+Others are dashed. Failed runs stand at the upper edge: diverged (not finite, or an angle more than 1 rad off),
+refused (the method gave up), timed out. Grey: below, the rounding of the scene's own numbers to double decides, or
+what is not known of the reference.</p>
+<p>The worst step is the largest of a run, where each step counts with the least time of three runs (of one, where a
+run takes more than 30 ms).</p>"""
+REFERENCES = """<p>Made from equations and by a method that share nothing with the program: Newton's and Euler's
+equations with the pin forces as unknowns, Gragg's extrapolation. Before it made them in quadruple precision, that
+program had to agree to 1e-17 with another one (Lagrange's equations, Cholesky's method) on nine scenes; before it
+made the two longest in long double, what it says of its own error had to bound how far it is off those in quadruple
+precision. The second run had another order and ten to a hundred times the tolerance.
+<code>test/reference/report.py</code> makes them again.</p>"""
+STABILITY = """<p>Equal steps, without error control: a step is stable if energy never exceeds 1.1 times what it was.
+"none": every step tried blows up, down to 1e-9 s; "≥ 1": none blows up. Stable is not accurate. <code>rosrun
+planar_chain stability</code> prints the same with what theory says.</p>"""
+EFFECTS = """<p>One evaluation of the accelerations in each scene that ships, and what is left of its time when one
+effect is taken out of the scene: medians of runs in turn.</p>"""
+LONG = """<p>Nothing supplies or takes energy here; the second chain keeps its angular momentum too. Energy is
+relative to what falling to the bottom would set free. Dashed: tolerance 1e-12. A cross ends a run that failed.
+Nothing is corrected: the guard of the simulation is off.</p>"""
+REAL_TIME = """<p>A node on a rope of so many rods of 0.1 m (<code>auto</code>, its usual tolerance), and another
+process that listens to <code>joint_states</code>, on the same machine, for ten seconds (quick: two). Late: from a
+tick's stamp, the time at which it is due by the wall clock, to its arrival there, so that waking, computing, writing
+and the socket are all in it. Work: what the simulation of a tick takes on the processor. A tick that comes later than
+its period has missed its deadline. No priorities were given, and no core was kept free.</p>"""
 
 
 def write(folder, data, titles):
@@ -56,9 +60,10 @@ def write(folder, data, titles):
     sections = []
     if rows:
         runs = read(folder / "work_precision_runs.csv")
-        sections += [("Is the default the fastest?", race.verdict_section(folder, about["race"], rows, runs, floors)),
-                     ("Error against run time", [EXPLANATION, *race.race_section(folder, about["race"], rows, titles, floors)]),
-                     ("References", [REFERENCES, *race.references_section(about["race"], rows, titles)])]
+        foot = about["race"]
+        sections += [("Is the default the fastest?", race.verdict_section(folder, foot, rows, runs, floors)),
+                     ("Error against run time", [EXPLANATION, *race.race_section(folder, foot, rows, titles, floors)]),
+                     ("References", [REFERENCES, *race.references_section(foot, rows, titles)])]
     for name, title, text, section in (("stability", "Stability", STABILITY, studies.stability_section),
                                        ("scaling", "Scaling", "", studies.scaling_section),
                                        ("effects", "What each effect costs", EFFECTS, studies.effects_section),
