@@ -185,14 +185,15 @@ class Time(unittest.TestCase):
             self.assertAlmostEqual(self.statuses.messages[late].real_time_factor / factor, 1, delta=0.2)
 
     def test_its_own_clock_is_published_before_the_messages_of_a_tick(self):
-        clocks = self.listen('/clock', Clock)
-        self.listen('/tf', TFMessage)
-        self.listen('/planar_chain/link_states', LinkStates)
+        heard = [self.listen('/clock', Clock), self.listen('/tf', TFMessage),
+                 self.listen('/planar_chain/link_states', LinkStates), self.states]
         for factor in (1.0, 0):
             with tempfile.NamedTemporaryFile() as lines:
                 preload = ('env', 'LD_PRELOAD=libplanar_chain_published.so', 'PUBLISHED=' + lines.name)
                 with Node(dict(rod(), real_time_factor=factor), prefix=preload):
-                    clocks.wait_for_count(len(clocks.messages) + 200)
+                    # All are connected, the clock first.
+                    for listener in heard:
+                        listener.wait_for_count(len(listener.messages) + 50)
                 told, seen = None, set()
                 for topic, start in (line.decode().split() for line in lines):
                     if topic == '/clock':
