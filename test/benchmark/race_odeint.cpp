@@ -2,6 +2,7 @@
 #include <boost/version.hpp>
 
 #include "../../src/tools/report_own.h"
+#include "../../src/tools/stability_scenes.h"
 #include "by_hand.h"
 #include "race.h"
 

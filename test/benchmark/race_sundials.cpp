@@ -8,6 +8,7 @@
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
 #include "../../src/tools/report_own.h"
+#include "../../src/tools/stability_scenes.h"
 #include "race.h"
 
 /// SUNDIALS under this program's equations: CVODE (BDF with a dense Jacobian by differences, or Krylov's
