@@ -255,7 +255,8 @@ def prepare(folder, studies, facts):
         elif changed & {"engines", "others"} and name == "scaling":
             (folder / "scaling.csv").unlink(missing_ok=True)
         date = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
-        known[name] = {**facts, "date": date, "command": "rosrun planar_chain report " + shlex.join(sys.argv[1:])}
+        words = ["DIR" if pathlib.Path(word) == folder else word for word in sys.argv[1:]]
+        known[name] = {**facts, "date": date, "command": "rosrun planar_chain report " + shlex.join(words)}
     write_whole(path, json.dumps(known, indent=1) + "\n")
 
 

@@ -9,7 +9,8 @@ from report_tables import number, read
 STYLE = """body{font:15px/1.5 sans-serif;max-width:1360px;margin:2em auto;padding:0 1em;color:#222}
 img{max-width:100%;height:auto} table{border-collapse:collapse;font-size:13px;margin:.6em 0}
 td,th{border-bottom:1px solid #ddd;padding:2px 9px;text-align:right;white-space:nowrap}
-td:first-child,th:first-child,.words{text-align:left} .foot{font-size:11px;color:#777;margin:0 0 1em}
+td:first-child,th:first-child,.words{text-align:left}
+.words{white-space:normal;min-width:18em} .foot{font-size:11px;color:#777;margin:0 0 1em}
 .best{font-weight:bold;background:#e6f5d0} .bad{background:#f4a582;font-weight:bold}
 .wide{overflow-x:auto} h2{border-top:2px solid #ddd;padding-top:.7em}"""
 
