@@ -11,6 +11,7 @@ import unittest
 import xml.etree.ElementTree
 
 import numpy as np
+import rosbag
 
 from in_folder import InFolder
 
@@ -50,6 +51,9 @@ class Plot(InFolder):
         shift = recorded.t + 0.01 * np.argmin(abs(rows[:, 1] - recorded.q[0, 0]))
         for j in range(3):
             np.testing.assert_allclose(np.interp(shift, rows[:, 0], rows[:, 1 + j]), recorded.q[:, j], atol=2e-2)
+        with rosbag.Bag(bag) as file:
+            efforts = [state.effort for _, state, _ in file.read_messages("/joint_states")]
+        np.testing.assert_array_equal(recorded.effort, efforts)
         t, parts = recorded.energy
         total = parts["T"] + parts["V"] - parts["supplied"] + parts["dissipated"]
         np.testing.assert_allclose(total - recorded.balance[1], rows[0, -1], rtol=1e-12)
