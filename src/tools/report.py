@@ -254,6 +254,8 @@ def prepare(folder, studies, facts):
             keep_own(folder / "work_precision_runs.csv", RUN_COLUMNS)
         elif changed & {"engines", "others"} and name == "scaling":
             (folder / "scaling.csv").unlink(missing_ok=True)
+        if before and not changed:
+            continue  # gone on with: it keeps the date of its measurements
         date = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
         words = ["DIR" if pathlib.Path(word) == folder else word for word in sys.argv[1:]]
         known[name] = {**facts, "date": date, "command": "rosrun planar_chain report " + shlex.join(words)}
