@@ -56,7 +56,7 @@ class Services(unittest.TestCase):
         return still
 
     def test_paused_nothing_moves_and_nothing_is_stamped(self):
-        with Node(rod(links=spinning())):
+        with Node(rod(links=spinning(), publish={'rate': 200.0, 'tf_rate': 200.0, 'status_rate': 20.0})):
             self.states.wait_for_count(10)
             self.ask('pause')
             still = self.last_turn(lambda status: status.paused)
