@@ -75,7 +75,7 @@ def help_of(tool):
 
 
 def options_of(tool):
-    return set(re.findall(r'--[a-z][a-z-]*', help_of(tool)))
+    return set(re.findall(r'^ +(?:-h, ?)?(--[a-z][a-z-]*)', help_of(tool), re.MULTILINE))
 
 
 def names_of(node):
