@@ -278,6 +278,37 @@ class Pages(InFolder):
                 named = set(re.findall(r'`(--[a-z][a-z-]*)', row))
                 self.assertEqual(named, options_of(tool) - {'--help'})
 
+    def keys_refused_at(self, path, scene):
+        """Those that the reader lists when it is given an unknown one there."""
+        with open(self.path('scene.yaml'), 'w', encoding='utf-8') as file:
+            file.write(scene)
+        run = subprocess.run([os.path.join(BIN, 'simulate'), self.path('scene.yaml'), '--duration', '0.1'],
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, check=False)
+        (keys,) = re.findall(r'^ *%s: expected one of (?:the keys )?(.*), got "unknown"$' % path, run.stderr,
+                             re.MULTILINE)
+        return keys.split(', ')
+
+    def test_every_key_and_method_of_a_scene_has_its_place(self):
+        page = text_of(os.path.join(ROOT, 'config/README.md'))
+        link = 'mass: 1, inertia: 1, com: [0, 0], pin: [1, 0]'
+        count = 0
+        for path, more, inside in (
+                ('unknown', 'unknown: 1', ''),
+                ('links/a/unknown', '', 'unknown: 1'),
+                ('links/a/joint/unknown', '', 'joint: {unknown: 1}'),
+                ('links/a/initial/unknown', '', 'initial: {unknown: 1}'),
+                ('loads/b/unknown', 'loads: {b: {link: a, moment: 1, unknown: 1}}', ''),
+                ('integrator/unknown', 'integrator: {unknown: 1}', ''),
+                ('integrator/method', 'integrator: {method: unknown}', ''),
+                ('publish/unknown', 'publish: {unknown: 1}', '')):
+            for key in self.keys_refused_at(path, 'chain: [a]\nlinks: {a: {%s, %s}}\n%s\n' % (link, inside, more)):
+                count += 1
+                group = path.split('/')[2] + '/' if path.count('/') == 3 else ''
+                with self.subTest(key=path.replace('unknown', key)):
+                    self.assertTrue(key in ('joint', 'initial')  # maps, whose keys have theirs
+                                    or re.search(r'^\|[^|]*`%s%s`' % (group, key), page, re.MULTILINE))
+        self.assertGreaterEqual(count, 40)
+
     def test_every_argument_of_the_launch_file_has_its_place(self):
         page = text_of(os.path.join(ROOT, 'src/README.md'))
         launch = xml.etree.ElementTree.parse(os.path.join(ROOT, 'launch/sim.launch'))

@@ -184,6 +184,8 @@ def strobe(motion, scene, given, apart):
     if links.joints != motion.joints:
         raise Refused(f"--strobe: expected the scene of {', '.join(motion.joints[:12])}, got that of "
                       f"{', '.join(links.joints[:12])}")
+    if not math.isfinite(apart):
+        raise Refused(f"--apart: expected a finite number, got {apart}")
     first, last = motion.t[0], motion.t[-1]
     if not given:
         return draw_strobe(motion, links, np.linspace(first, last, INSTANTS), apart, title)
@@ -216,8 +218,6 @@ def main():
         title = os.path.basename(given.file)
         if (given.at or given.apart) and not given.strobe:
             raise Refused("--at and --apart: expected --strobe SCENE beside them, got nothing")
-        if not math.isfinite(given.apart):
-            raise Refused(f"--apart: expected a finite number, got {given.apart}")
         if not given.joints and len(columns) < len(motion.joints):
             title += f": {len(columns)} of {len(motion.joints)} joints"
         pyplot.style.use(["default", "dark_background"] if given.dark else "default")
