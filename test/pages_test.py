@@ -87,6 +87,7 @@ MASTER = Master()
 
 
 def setUpModule():
+    os.environ['PATH'] = '/usr/bin:' + os.environ['PATH']  # as the tutorial has it
     MASTER.__enter__()
     unittest.addModuleCleanup(MASTER.__exit__)
     rospy.init_node('pages_test', disable_signals=True)
@@ -134,7 +135,11 @@ class Reader:
     def end(self, process):
         """By Ctrl-C, which all in the terminal feel."""
         os.killpg(process.pid, signal.SIGINT)
-        self.said = process.communicate(timeout=LIMIT)[0]
+        try:
+            self.said = process.communicate(timeout=LIMIT)[0]
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            raise
 
     def end_launch(self):
         if self._launch:
