@@ -22,7 +22,7 @@ from sensor_msgs.msg import JointState
 
 from in_folder import InFolder
 from own_master import Master
-from ros_node import LIMIT, Listener, Node, rod
+from ros_node import LIMIT, Listener, Node, rod, upload
 
 BIN = sys.argv.pop(1)
 ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.realpath(__file__)), '..'))
@@ -154,7 +154,11 @@ class Reader:
             self.end_launch()
             self._launch = self.start(command + ' rviz:=false')
             self._states = Listener('/joint_states', JointState)
-            self._states.wait_for_count(1)
+            try:
+                self._states.wait_for_count(1)
+            except AssertionError as problem:
+                self.end_launch()
+                raise AssertionError(command + '\n' + self.said) from problem
             return
         if command in self.ENDLESS:
             process = self.start(command)
@@ -192,6 +196,7 @@ class Tutorial(InFolder):
         self.text = text_of(os.path.join(ROOT, 'launch/README.md'))
 
     def test_does_what_it_says_step_by_step(self):
+        upload(rod(), '/planar_chain')  # what another launch may have left
         reader = Reader(self.folder)
         heard = {}
         try:
