@@ -9,7 +9,7 @@
 
 namespace planar_chain {
 
-/// The root is the base frame; every link's frame sits at its inner pin, and its continuous joint (axis
+/// The root is the world frame, with z up, in which the base frame stands upright; every link's frame sits at its inner pin, and its continuous joint (axis
 /// +z, the scene's damping) at the outer pin of the link before. Links bear the names of their frames on
 /// /tf, prefix and all, so that rviz finds them without further settings; joints are named as on
 /// joint_states. What URDF has no word for is left out: springs, loads, gravity. An inertia I about +z is
