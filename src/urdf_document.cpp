@@ -84,7 +84,7 @@ class Element {
 
   double number(const char* attribute, const NumberRule& rule, double absent = missing) const {
     const char* given = at_ ? at_->Attribute(attribute) : nullptr;
-    if (!given && !std::isnan(absent)) return absent;
+    if (!given && rule.holds(absent)) return absent;
     const std::vector<std::string> words = wordsOf(given ? given : "");
     const auto number = words.size() == 1 ? numberIn(words[0]) : std::nullopt;
     if (number && std::isfinite(*number) && rule.holds(*number)) return *number;
@@ -235,9 +235,10 @@ UrdfDocument parseUrdf(const std::string& text) {
     refuse("XML", "line " + std::to_string(xml.ErrorLineNum()) + ": " + xml.ErrorName());
   }
   const tinyxml2::XMLElement* robot = xml.RootElement();
-  if (!robot || std::strcmp(robot->Name(), "robot") != 0 || robot->NextSiblingElement()) {
+  if (!robot || std::strcmp(robot->Name(), "robot") != 0) {
     refuse("one element robot", robot ? describe(Value(robot->Name())) : "nothing");
   }
+  if (robot->NextSiblingElement()) refuse("one element robot", "more after it");
 
   UrdfDocument document;
   std::vector<Fault> faults;
