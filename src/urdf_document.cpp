@@ -18,6 +18,10 @@ namespace planar_chain {
 
 namespace {
 
+// Beyond these a text is refused unread. A chain of ten thousand links, as the node writes it, has half of
+// them.
+constexpr std::size_t mostMarks = 1000000;   ///< < and =
+constexpr std::size_t mostElements = 50000;  ///< links, joints
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 const char* const top = "robot_description";
 
@@ -204,11 +208,25 @@ UrdfJoint readJoint(const Element& element, std::string name, const Indices& lin
 // ---- The whole -------------------------------------------------------------------------------
 
 void requireBounds(const std::string& text) {
+  if (text.size() > longestYaml) {
+    refuse("at most " + std::to_string(longestYaml) + " bytes", std::to_string(text.size()));
+  }
   const auto marks = std::count_if(text.begin(), text.end(), [](char c) { return c == '<' || c == '='; });
-  if (static_cast<std::size_t>(marks) > mostUrdfMarks) {
-    refuse("at most " + std::to_string(mostUrdfMarks) + " of < and =", std::to_string(marks));
+  if (static_cast<std::size_t>(marks) > mostMarks) {
+    refuse("at most " + std::to_string(mostMarks) + " of < and =", std::to_string(marks));
   }
   if (text.find('\0') != std::string::npos) refuse("XML", "a text with a byte 0");
+}
+
+/// The elements of a kind.
+/// @throws Refused too many
+std::vector<const tinyxml2::XMLElement*> all(const char* kind, const tinyxml2::XMLElement& robot) {
+  std::vector<const tinyxml2::XMLElement*> elements;
+  for (auto at = robot.FirstChildElement(kind); at; at = at->NextSiblingElement(kind)) elements.push_back(at);
+  if (elements.size() > mostElements) {
+    refuse("at most " + std::to_string(mostElements) + " of " + kind, std::to_string(elements.size()));
+  }
+  return elements;
 }
 
 /// The name of an element, which no other of its kind has.
@@ -243,7 +261,7 @@ UrdfDocument parseUrdf(const std::string& text) {
   UrdfDocument document;
   std::vector<Fault> faults;
   Indices links, joints;
-  for (auto at = robot->FirstChildElement("link"); at; at = at->NextSiblingElement("link")) {
+  for (const tinyxml2::XMLElement* at : all("link", *robot)) {
     UrdfLink link;
     link.name = nameOf(at, links, faults);
     const Element element(at, urdfPath("link", link.name), faults);
@@ -251,7 +269,7 @@ UrdfDocument parseUrdf(const std::string& text) {
     readInertial(element.only("inertial"), link);
     document.links.push_back(std::move(link));
   }
-  for (auto at = robot->FirstChildElement("joint"); at; at = at->NextSiblingElement("joint")) {
+  for (const tinyxml2::XMLElement* at : all("joint", *robot)) {
     std::string name = nameOf(at, joints, faults);
     const Element element(at, urdfPath("joint", name), faults);
     document.joints.push_back(readJoint(element, std::move(name), links));

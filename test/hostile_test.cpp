@@ -8,6 +8,7 @@
 
 #include "planar_chain/fault.h"
 #include "planar_chain/scene_reader.h"
+#include "planar_chain/urdf_reader.h"
 #include "planar_chain/value.h"
 
 namespace planar_chain {
@@ -86,21 +87,70 @@ std::vector<Bomb> bombs() {
   };
 }
 
-class Hostile : public testing::TestWithParam<Bomb> {};
+/// The same as URDFs.
+std::vector<Bomb> robots() {
+  const char* const marks = "at most 1000000 of < and =";
+  const std::string link = "<link name='a'><inertial><mass value='1'/></inertial></link>";
+  const auto robot = [](const std::string& inside) { return "<robot>" + inside + "</robot>"; };
+  std::string entities = "<!DOCTYPE robot [<!ENTITY e0 'ha'>";
+  for (int i = 1; i < 30; ++i) {
+    entities +=
+        "<!ENTITY e" + std::to_string(i) + " '" + repeated("&e" + std::to_string(i - 1) + ";", 10) + "'>";
+  }
+  return {
+      {"Elements", repeated("<a/>", longestYaml / 4), marks},
+      {"ElementsWithinBounds", robot(repeated("<a/>", million - 2)), "one link that hangs on no joint"},
+      {"Nested", repeated("<a>", million), "XML_ELEMENT_DEPTH_EXCEEDED"},
+      {"Attributes", "<robot" + repeated(" a=''", longestYaml / 6) + "/>", marks},
+      {"AttributesAllAlike", "<robot" + repeated(" a=''", million - 1) + "/>", "XML"},
+      {"Links", robot(repeated("<link/>", million - 2)), "at most 50000 of link"},
+      {"LinksWithinBounds", robot(repeated("<link><inertial/></link>", 50000)), "a name, got nothing"},
+      {"LinksOfOneName", robot(repeated(link, 50000)), "a name that no other has"},
+      {"Joints", robot(repeated("<joint/>", million - 2)), "at most 50000 of joint"},
+      {"JointsWithinBounds", robot(repeated("<joint type='revolute'><axis xyz='0'/></joint>", 50000)),
+       "at most 1000 faults"},
+      {"Origins", robot("<joint name='j'>" + repeated("<origin/>", million - 10) + "</joint>"), "it once"},
+      {"Brackets", repeated("<", million), "XML"},
+      {"Comments", repeated("<!--", million), "XML"},
+      {"Entities", entities + "]><robot name='&e29;'/>", "robot_description"},
+      {"Declarations", repeated("<?xml?>", million), "robot_description"},
+      {"LongName", robot("<link name='" + repeated("x", some) + "'/>"), "a joint that is revolute"},
+      {"LongNumber",
+       robot("<link name='a'><inertial><mass value='" + repeated("9", some) + "'/></inertial></link>"),
+       "mass/value"},
+      {"ManyNumbers", robot("<joint name='a'><origin xyz='" + repeated("9 ", some / 2) + "'/></joint>"),
+       "origin/xyz"},
+      {"LongText", robot(repeated("x", longestYaml - 100)), "one link that hangs on no joint"},
+      {"Zeros", std::string(some, '\0'), "a byte 0"},
+      {"NoUnicode", std::string(some, '\xff'), "XML"},
+  };
+}
 
-TEST_P(Hostile, TextIsRefusedInBoundedTimeAndMemory) {
+class Hostile : public testing::TestWithParam<Bomb> {};
+class HostileRobot : public testing::TestWithParam<Bomb> {};
+
+template <class Read>
+void refuse(const Bomb& bomb, Read&& read) {
 #ifndef __SANITIZE_ADDRESS__  // which has its own idea of address space
   const rlimit half{1 << 29, RLIM_INFINITY};
   ASSERT_EQ(setrlimit(RLIMIT_AS, &half), 0);
 #endif
   try {
-    readSceneText(GetParam().text);
+    read(bomb.text);
     ADD_FAILURE() << "accepted";
   } catch (const Refused& refused) {
     const std::string words = refused.what();
-    EXPECT_NE(words.find(GetParam().refusal), std::string::npos) << words.substr(0, 300);
+    EXPECT_NE(words.find(bomb.refusal), std::string::npos) << words.substr(0, 300);
     EXPECT_LT(words.size(), 300000U);
   }
+}
+
+TEST_P(Hostile, TextIsRefusedInBoundedTimeAndMemory) {
+  refuse(GetParam(), readSceneText);
+}
+
+TEST_P(HostileRobot, TextIsRefusedInBoundedTimeAndMemory) {
+  refuse(GetParam(), readUrdf);
 }
 
 std::string nameOf(const testing::TestParamInfo<Bomb>& bomb) {
@@ -108,6 +158,7 @@ std::string nameOf(const testing::TestParamInfo<Bomb>& bomb) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Texts, Hostile, testing::ValuesIn(bombs()), nameOf);
+INSTANTIATE_TEST_SUITE_P(Texts, HostileRobot, testing::ValuesIn(robots()), nameOf);
 
 TEST(Refusal, OfVeryManyFaultsSaysHowManyThereWere) {
   std::string text = "chain: [";

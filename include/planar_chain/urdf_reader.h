@@ -9,9 +9,6 @@
 
 namespace planar_chain {
 
-/// Beyond it a text is refused unread: the < and = in it, of which a chain of ten thousand links has fewer.
-constexpr std::size_t mostUrdfMarks = 1000000;
-
 struct PlanarRobot {
   std::vector<Link> links;    ///< what moves, from the ground outwards; the last one's pin is [0, 0]
   std::vector<Joint> joints;  ///< name, damping, limits
@@ -23,7 +20,6 @@ struct PlanarRobot {
 /// when all joints are at 0, and so the angles q are URDF's own joint positions. What is out of the plane
 /// does not count, for a chain that pins keep in the plane: offsets along the axes, and of the inertia
 /// tensor all but kᵀ I k. Links on fixed joints are one body, those fixed to the root are the ground.
-/// @param text at most longestYaml bytes
 /// @throws Refused every fault at once, such as
 ///   robot_description/joint[slide]/type: expected revolute, continuous or fixed, got "prismatic"
 PlanarRobot readUrdf(const std::string& text);
