@@ -109,8 +109,8 @@ Accelerations mujocoLoads(const std::string& urdf, const Vector3d& gravity, cons
   const std::shared_ptr<mjData> data(mj_makeData(model.get()), mj_deleteData);
   return [=](const VectorXd& q, const VectorXd& qd) -> VectorXd {
     if (model->nv != q.size()) throw std::runtime_error("MuJoCo has other joints");
-    std::copy(q.begin(), q.end(), data->qpos);
-    std::copy(qd.begin(), qd.end(), data->qvel);
+    std::copy_n(q.data(), q.size(), data->qpos);
+    std::copy_n(qd.data(), q.size(), data->qvel);
     mj_forward(model.get(), data.get());
     return VectorXd::Map(data->qacc, q.size());
   };
@@ -137,8 +137,10 @@ void compare(const Accelerations& theirs, const Scene& scene, double tolerance, 
   test::Random random(static_cast<unsigned>(n));
   for (int k = 0; k < 5; ++k) {
     VectorXd q(n), qd(n);
-    for (double& angle : q) angle = random.between(-3, 3);
-    for (double& rate : qd) rate = random.between(-4, 4);
+    for (int i = 0; i < n; ++i) {
+      q[i] = random.between(-3, 3);
+      qd[i] = random.between(-4, 4);
+    }
     const Kane ours = kane(scene.chain, q, qd, activeForces(scene, 0, q, qd));
     // What the engine's q̈ leaves over of M q̈ = f: free of the condition of M.
     const VectorXd rest = ours.M_q * theirs(q, qd) - ours.f;

@@ -82,7 +82,7 @@ TEST_P(Robots, InThePlaneAreWhatTheyAreInSpace) {
     ASSERT_EQ(scene.chain.size(), n);
     test::Random random(seed + 1000);
     VectorXd q(n), qd = VectorXd::Zero(n);
-    for (double& angle : q) angle = random.between(-3, 3);
+    for (int i = 0; i < n; ++i) q[i] = random.between(-3, 3);
     const ActiveForces active = activeForces(scene, 0, q, qd);
     const Kane kane = planar_chain::kane(scene.chain, q, qd, active);
     const InSpace space = inSpace(parts, q);
@@ -141,10 +141,14 @@ TEST(Plane, InclinedFeelsThePartOfGravityInIt) {
 }
 
 TEST(Plane, TakesRightAnglesOfFiveDigits) {
-  const std::string roll = "<origin rpy='1.5708 0 0'/><axis xyz='0 0 1'/>";
-  EXPECT_NEAR(sceneOf(twoRods(roll, "<axis xyz='0 0 1'/>")).chain.gravity().y, -9.81, 1e-9);
-  EXPECT_THROW(sceneOf(twoRods("<origin rpy='1.57 0 0'/><axis xyz='0 0 1'/>", "<axis xyz='0 0.001 1'/>")),
-               Refused);
+  // The second axis is 4e-6 rad off the first: turned by 1.5708, and back.
+  const auto robot = [](const std::string& roll) {
+    std::string text = twoRods("<origin rpy='" + roll + " 0 0'/><axis xyz='0 0 1'/>", "<axis xyz='0 -1 0'/>");
+    const std::string place = "xyz='0 0.2 -1'";
+    return text.insert(text.find(place), "rpy='-" + roll + " 0 0' ");
+  };
+  EXPECT_NEAR(sceneOf(robot("1.5708")).chain.gravity().y, -9.81, 1e-9);
+  EXPECT_THROW(sceneOf(robot("1.57")), Refused);
 }
 
 TEST(Scene, SaysWhatUrdfHasNoWordFor) {
