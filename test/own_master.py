@@ -1,8 +1,10 @@
-"""A master of one's own, for checks that are run by hand or that must kill it."""
+#!/usr/bin/python3
+"""A master of one's own, for checks that are run by hand or that must kill it; own_master.py COMMAND… runs one with it."""
 
 import os
 import socket
 import subprocess
+import sys
 import tempfile
 import time
 
@@ -39,3 +41,9 @@ class Master:
     def __exit__(self, *_):
         self.kill()
         self._logs.cleanup()
+
+
+if __name__ == '__main__':
+    with Master():
+        STATUS = subprocess.call(sys.argv[1:])
+    sys.exit(abs(STATUS))

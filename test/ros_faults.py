@@ -4,6 +4,7 @@
 import math
 import os
 import signal
+import struct
 import subprocess
 import threading
 import unittest
@@ -12,7 +13,7 @@ import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from planar_chain.msg import LinkForce, LinkStates, SimStatus
-from planar_chain.srv import SetState, Step
+from planar_chain.srv import SetState, SetStateRequest, Step
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
@@ -37,6 +38,27 @@ def numbers(message):
 def resident_bytes(pid):
     with open('/proc/%d/statm' % pid, encoding='ascii') as sizes:
         return int(sizes.read().split()[1]) * os.sysconf('SC_PAGE_SIZE')
+
+
+def peak_bytes(pid):
+    with open('/proc/%d/status' % pid, encoding='ascii') as lines:
+        return next(int(line.split()[1]) * 1024 for line in lines if line.startswith('VmHWM:'))
+
+
+class LyingTorques(Float64MultiArray):
+    """Says that 32 GB of numbers follow, and ends."""
+
+    def serialize(self, buff):
+        buff.write(struct.pack('<III', 0, 0, 2**32 - 1))
+
+
+class LyingState(SetStateRequest):
+    def serialize(self, buff):
+        buff.write(struct.pack('<I', 2**32 - 1))
+
+
+class LyingSetState(SetState):
+    _request_class = LyingState
 
 
 WITHOUT_END = rod(integrator={'method': 'rk4', 'step': 1e-9}, publish={'rate': 0.01, 'status_rate': 0.01})
@@ -130,6 +152,22 @@ class Faults(unittest.TestCase):
             # What waited was forgotten.
             self.assertEqual({(state.position, state.effort) for state in states.messages[stuck:]},
                              {((0.0, 0.0), (0.0, 0.0))})
+
+    def test_a_list_that_lies_about_its_length_takes_no_memory(self):
+        states = self.listen('/joint_states', JointState)
+        with Node(rod()) as node:
+            states.wait_for_count(10)
+            liar = rospy.Publisher('/planar_chain/joint_torques', LyingTorques, queue_size=1)
+            honest = publisher('/planar_chain/joint_torques', Float64MultiArray)
+            while liar.get_num_connections() == 0:
+                rospy.sleep(0.01)
+            liar.publish(LyingTorques())
+            with self.assertRaises(rospy.ServiceException):
+                service('set_state', LyingSetState)(LyingState())
+            honest.publish(data=[0.62])
+            states.wait_for(lambda state: state.effort[0] == 0.62)
+            self.assertLess(peak_bytes(node.process.pid), 300e6)
+            liar.unregister()
 
     def test_a_subscriber_that_does_not_read_costs_no_one_anything(self):
         scene = dict(rod(), real_time_factor=2.0)

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "planar_chain/ros/bounded.h"
 #include "planar_chain/ros/checks.h"
 #include "planar_chain/value.h"
 
@@ -64,9 +65,16 @@ Commands::Commands(Simulation& simulation, SceneTime sceneTime)
 void Commands::listen(ros::NodeHandle& node, CommandLog& log) {
   log_ = &log;
   const auto hints = ros::TransportHints().tcpNoDelay();
-  subscribers_ = {node.subscribe("joint_torques", queueSize, &Commands::takeJointTorques, this, hints),
-                  node.subscribe("joint_torque", queueSize, &Commands::takeJointTorque, this, hints),
-                  node.subscribe("link_force", queueSize, &Commands::takeLinkForce, this, hints)};
+  using TorquesIn = std_msgs::Float64MultiArray_<Bounded<void>>;
+  const boost::function<void(const TorquesIn&)> takeTorques = [this](const TorquesIn& in) {
+    std_msgs::Float64MultiArray message;
+    message.data = plain(in.data);
+    takeJointTorques(message);
+  };
+  subscribers_ = {
+      node.subscribe<TorquesIn, const TorquesIn&>("joint_torques", queueSize, takeTorques, {}, hints),
+      node.subscribe("joint_torque", queueSize, &Commands::takeJointTorque, this, hints),
+      node.subscribe("link_force", queueSize, &Commands::takeLinkForce, this, hints)};
 }
 
 std::vector<Fault> Commands::faultsOf(const std::vector<double>& torques, const std::string& path) const {

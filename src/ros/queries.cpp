@@ -7,6 +7,7 @@
 #include "planar_chain/fault.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
+#include "planar_chain/ros/bounded.h"
 #include "planar_chain/ros/checks.h"
 
 namespace planar_chain {
@@ -105,21 +106,23 @@ void answer(const Simulation& simulation, const Linearize::Request& request, Lin
   });
 }
 
-template <class Service>
-void Queries::offer(ros::NodeHandle& node, const char* name, const Simulation& simulation) {
-  using Request = typename Service::Request;
-  using Response = typename Service::Response;
-  const boost::function<bool(Request&, Response&)> serve = [&simulation](Request& request,
-                                                                         Response& response) {
-    answer(simulation, request, response);
-    return true;
-  };
-  services_.push_back(node.advertiseService(name, serve));
+namespace {
+
+template <class Service, class Request>
+ros::ServiceServer offer(ros::NodeHandle& node, const char* name, const Simulation& simulation) {
+  return advertise<Service, Request>(
+      node, name, [&simulation](const Request& asked, typename Service::Response& response) {
+        typename Service::Request request;
+        request.q = plain(asked.q);
+        request.qd = plain(asked.qd);
+        answer(simulation, request, response);
+      });
 }
 
-Queries::Queries(ros::NodeHandle& node, const Simulation& simulation) {
-  offer<Equations>(node, "equations", simulation);
-  offer<Linearize>(node, "linearize", simulation);
-}
+}  // namespace
+
+Queries::Queries(ros::NodeHandle& node, const Simulation& simulation)
+    : services_{offer<Equations, EquationsRequest_<Bounded<void>>>(node, "equations", simulation),
+                offer<Linearize, LinearizeRequest_<Bounded<void>>>(node, "linearize", simulation)} {}
 
 }  // namespace planar_chain

@@ -1,6 +1,9 @@
 #include "planar_chain/ros/services.h"
 
-#include <boost/function.hpp>
+#include <string>
+#include <utility>
+
+#include "planar_chain/ros/bounded.h"
 
 namespace planar_chain {
 
@@ -8,38 +11,36 @@ namespace {
 
 /// Every request is answered: roscpp's own failure says nothing.
 template <class Response>
-bool answer(Node::Answer from, Response& response) {
-  response.success = from.success;
-  response.message = std::move(from.message);
-  return true;
+void give(Node::Answer answer, Response& response) {
+  response.success = answer.success;
+  response.message = std::move(answer.message);
 }
+
+using SetStateIn = SetStateRequest_<Bounded<void>>;
+using StepIn = StepRequest_<Bounded<void>>;
 
 }  // namespace
 
 Services::Services(Node& node) : node_(node) {
-  advertise("pause", &Node::pause);
-  advertise("resume", &Node::resume);
-  advertise("reset", &Node::reset);
-  advertise("clear_commands", &Node::clearCommands);
-
-  const boost::function<bool(SetState::Request&, SetState::Response&)> setState =
-      [this](SetState::Request& in, SetState::Response& out) {
-        return answer(node_.setState(in.q, in.qd), out);
-      };
-  servers_.push_back(handle_.advertiseService("set_state", setState));
-
-  const boost::function<bool(Step::Request&, Step::Response&)> step = [this](Step::Request& in,
-                                                                             Step::Response& out) {
-    return answer(node_.step(in.torques, in.n, out.states), out);
-  };
-  servers_.push_back(handle_.advertiseService("step", step));
+  offer("pause", &Node::pause);
+  offer("resume", &Node::resume);
+  offer("reset", &Node::reset);
+  offer("clear_commands", &Node::clearCommands);
+  servers_.push_back(advertise<SetState, SetStateIn>(handle_, "set_state",
+                                                     [this](const SetStateIn& in, SetState::Response& out) {
+                                                       give(node_.setState(plain(in.q), plain(in.qd)), out);
+                                                     }));
+  servers_.push_back(advertise<Step, StepIn>(handle_, "step", [this](const StepIn& in, Step::Response& out) {
+    give(node_.step(plain(in.torques), in.n, out.states), out);
+  }));
 }
 
-void Services::advertise(const char* name, Node::Answer (Node::*action)()) {
+void Services::offer(const char* name, Node::Answer (Node::*action)()) {
   using std_srvs::Trigger;
-  const boost::function<bool(Trigger::Request&, Trigger::Response&)> serve =
-      [this, action](Trigger::Request&, Trigger::Response& out) { return answer((node_.*action)(), out); };
-  servers_.push_back(handle_.advertiseService(name, serve));
+  servers_.push_back(advertise<Trigger, Trigger::Request>(
+      handle_, name, [this, action](const Trigger::Request& /*empty*/, Trigger::Response& out) {
+        give((node_.*action)(), out);
+      }));
 }
 
 }  // namespace planar_chain

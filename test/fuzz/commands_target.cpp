@@ -3,53 +3,15 @@
 
 #include <ros/console.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
-#include <cstring>
-#include <string>
 
+#include "bytes.h"
 #include "planar_chain/ros/commands.h"
 #include "planar_chain/scene_reader.h"
 
 namespace planar_chain {
 namespace {
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
-
-/// Bytes, read from the front; zeros when there are no more.
-class Bytes {
- public:
-  Bytes(const std::uint8_t* data, std::size_t size) : at_(data), left_(size) {}
-
-  bool empty() const { return left_ == 0; }
-
-  template <class Number>
-  Number take() {
-    Number number{};
-    const std::size_t size = std::min(left_, sizeof number);
-    std::memcpy(&number, at_, size);
-    at_ += size;
-    left_ -= size;
-    return number;
-  }
-
-  /// One of these, or any letters.
-  std::string name(const char* const (&known)[2]) {
-    const auto which = take<std::uint8_t>();
-    if (which < 2) return known[which];
-    std::string letters;
-    for (int k = which % 16; k > 0; --k) letters += take<char>();
-    return letters;
-  }
-
- private:
-  const std::uint8_t* at_;
-  std::size_t left_;
-};
 
 void takeOne(Bytes& bytes, Commands& commands) {
   switch (bytes.take<std::uint8_t>() % 3) {

@@ -4,19 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <vector>
 
+#include "bytes.h"
 #include "planar_chain/ros/queries.h"
 #include "planar_chain/scene_reader.h"
 
 namespace planar_chain {
 namespace {
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
 
 bool areFinite(const std::vector<double>& numbers) {
   return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });

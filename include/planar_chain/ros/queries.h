@@ -28,9 +28,6 @@ class Queries {
   Queries(ros::NodeHandle& node, const Simulation& simulation);
 
  private:
-  template <class Service>
-  void offer(ros::NodeHandle& node, const char* name, const Simulation& simulation);
-
   std::vector<ros::ServiceServer> services_;
 };
 

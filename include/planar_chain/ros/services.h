@@ -20,7 +20,7 @@ class Services {
   explicit Services(Node& node);
 
  private:
-  void advertise(const char* name, Node::Answer (Node::*action)());
+  void offer(const char* name, Node::Answer (Node::*action)());
 
   Node& node_;
   ros::NodeHandle handle_{"~"};
