@@ -12,14 +12,17 @@ import xml.etree.ElementTree
 
 import numpy as np
 import rosbag
+import yaml
 
 from in_folder import InFolder
 
 BIN = sys.argv.pop(1)
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "../src/tools"))
 import plot  # noqa: E402
+import plot_strobe  # noqa: E402
 
-SCENE = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../config/scenes/triple.yaml")
+SCENES = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../config/scenes")
+SCENE = os.path.join(SCENES, "triple.yaml")
 JOINTS = ["shoulder_pin", "elbow_pin", "hand_pin"]
 
 
@@ -88,6 +91,50 @@ class Plot(InFolder):
         columns = plot.chosen(motion, [])
         self.assertEqual((len(columns), columns[0], columns[-1]), (plot.MOST_JOINTS, 0, 99))
         self.assertEqual(plot.chosen(motion, ["j7", "j3"]), [7, 3])
+
+    def test_strobe_puts_pins_where_the_links_end(self):
+        links = plot_strobe.Links(SCENE)
+        self.assertEqual(links.joints, JOINTS)
+        with open(SCENE, encoding="utf-8") as file:
+            scene = yaml.safe_load(file)
+        q = np.array([[0.3, -0.7, 1.9], [0.0, 0.0, 0.0]])
+        for row, points, coms in zip(q, *plot_strobe.pins(links, q)):
+            pin, theta = np.zeros(2), 0.0
+            for k, name in enumerate(scene["chain"]):
+                theta += row[k]
+                turn = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
+                np.testing.assert_allclose([points[k].real, points[k].imag], pin, atol=1e-15)
+                com = pin + turn @ scene["links"][name]["com"]
+                np.testing.assert_allclose([coms[k].real, coms[k].imag], com, atol=1e-15)
+                pin = pin + turn @ scene["links"][name]["pin"]
+            np.testing.assert_allclose([points[-1].real, points[-1].imag], pin, atol=1e-15)
+
+    def test_strobe_knows_repeated_links_and_masses_beside_their_link(self):
+        links = plot_strobe.Links(os.path.join(SCENES, "throw.yaml"))
+        self.assertEqual((links.joints[1], links.joints[9], links.joints[-1]),
+                         ("sling_1_joint", "sling_9_joint", "pouch_joint"))
+        self.assertEqual(list(np.flatnonzero(plot_strobe.is_aside(links, 3.65))), [0])
+
+    def test_strobe_is_drawn_and_refuses_what_does_not_fit(self):
+        table, picture = self.path("run.csv"), self.path("run.svg")
+        self.simulate("--csv", table)
+        run = self.run_tool("plot", table, "--strobe", SCENE, "--at", "0", "0.5", "2", "--apart", "1", "--output", picture)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        with open(picture, encoding="utf-8") as file:
+            text = file.read()
+        for label in ("x (m)", "y (m)", "time (s)", "way of the tip", "triple.yaml"):
+            self.assertIn(label, text)
+        self.assertIn("expected --strobe SCENE", self.refused(table, "--at", "0", "1"))
+        self.assertIn("expected a scene", self.refused(table, "--strobe", table))
+        motion = plot.read_csv(table)
+        for scene, times, apart, fault in (
+                (os.path.join(SCENES, "whip.yaml"), [], 0, "--strobe: expected the scene of shoulder_pin"),
+                (SCENE, [1.0], 0, "--at: expected two times or more from 0 to 2 s, got 1"),
+                (SCENE, [0.0, 2.1], 0, "got 0, 2.1"), (SCENE, [np.nan, 1.0], 0, "got nan, 1"),
+                (SCENE, [1.0, 1.0], 0, "got 1, 1"), (SCENE, [], np.inf, "--apart: expected a finite number, got inf")):
+            with self.assertRaises(plot.Refused) as refusal:
+                plot.strobe(motion, scene, times, apart)
+            self.assertIn(fault, str(refusal.exception))
 
     def test_refusals_say_what_was_expected_and_found(self):
         table = self.path("run.csv")

@@ -58,7 +58,7 @@ class Chain {
   /// @throws Refused with every fault: no links, sizes that differ, names empty or given twice,
   /// values
   ///   out of range or not finite, and a mass matrix that is singular in some configuration, at the
-  ///   path links/<name>. The latter is exact. T = ½ Σ m|v|² + I ω² vanishes for a motion in which
+  ///   path `links/<name>`. The latter is exact. T = ½ Σ m|v|² + I ω² vanishes for a motion in which
   ///   the first body that turns has I = 0 and r = 0 (its centre of mass stays), and every body
   ///   further out either stands still or, carried along by its inner pin, turns about its centre
   ///   of mass with I = 0.

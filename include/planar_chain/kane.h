@@ -44,8 +44,7 @@ double factorAt(const Load& load, double t);
 
 /// Gravity m g at the centres of mass; the loads that act at time t (s); springs and dampers
 /// −k (q − q0) − d q̇; stops that push (stops.h). A force X at another point moves to the centre of mass with
-/// its moment there.
-/// @param q, qd relative angles (rad) and rates (rad/s), n each
+/// its moment there. q, qd: relative angles (rad) and rates (rad/s), n each.
 /// @throws std::invalid_argument when q or qd is not of size n, or a load names a link or joint that
 ///   the chain does not have
 ActiveForces activeForces(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);

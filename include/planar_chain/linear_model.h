@@ -24,8 +24,7 @@ struct LinearModel {
   Eigen::MatrixXd B;  ///< 2n×n: columns δτ_i, N m, + on body i and − on body i−1
 };
 
-/// @param t s
-/// @param q, qd relative angles (rad) and rates (rad/s), n each
+/// t: s; q, qd: relative angles (rad) and rates (rad/s), n each.
 /// @throws std::invalid_argument when q or qd is not of size n, or a load names a link or joint that
 ///   the chain does not have
 LinearModel linearModel(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);

@@ -1,11 +1,13 @@
 #!/usr/bin/python3
-"""Draws a motion: angles, rates, torques, energy, error estimate over time, and the phase portrait.
+"""Draws a motion: angles, rates, torques, energy, error estimate over time, and the phase portrait; or, with
+--strobe, the chain itself at several instants.
 
 FILE is a CSV of `simulate --csv`, or a bag of `simulate --bag` or of rosbag record with joint_states and, for energy
 and error, the node's ~status. What the file has not is left out."""
 
 import argparse
 import csv
+import math
 import os
 import sys
 
@@ -14,12 +16,14 @@ import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
+from plot_strobe import Links, NoScene, draw_strobe  # noqa: E402
 
 # Of Okabe and Ito: told apart by the colour-blind; with the dashes, in black and white as well.
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6D31", "#7F7F7F"]
 DASHES = ["-", "--", "-.", ":"]
 MOST_JOINTS = len(COLOURS)
 ROW_HEIGHT, WIDTH = 1.9, 11.0  # inch
+INSTANTS = 9  # under the stroboscope
 
 
 class Refused(Exception):
@@ -174,6 +178,23 @@ def draw(motion, columns, title):
     return figure
 
 
+def strobe(motion, scene, given, apart):
+    links = Links(scene)
+    title = os.path.basename(scene)
+    if links.joints != motion.joints:
+        raise Refused(f"--strobe: expected the scene of {', '.join(motion.joints[:12])}, got that of "
+                      f"{', '.join(links.joints[:12])}")
+    if not math.isfinite(apart):
+        raise Refused(f"--apart: expected a finite number, got {apart}")
+    first, last = motion.t[0], motion.t[-1]
+    if not given:
+        return draw_strobe(motion, links, np.linspace(first, last, INSTANTS), apart, title)
+    if len(set(given)) < 2 or not all(first <= t <= last for t in given):
+        raise Refused(f"--at: expected two times or more from {first:g} to {last:g} s, got "
+                      f"{', '.join(f'{t:g}' for t in given)}")
+    return draw_strobe(motion, links, np.sort(given), apart, title)
+
+
 def main():
     parser = argparse.ArgumentParser(prog="plot", description=__doc__.replace("\n\n", " ").replace("\n", " "))
     parser.add_argument("file", metavar="FILE", help="a .csv or a .bag")
@@ -181,6 +202,11 @@ def main():
                         help=f"which to draw; otherwise all, or {MOST_JOINTS} of them, evenly along the chain")
     parser.add_argument("--node", help="whose, such as /left/planar_chain, where a bag has several")
     parser.add_argument("--output", metavar="OUT", help="a .png, .svg or .pdf; otherwise FILE.png")
+    parser.add_argument("--strobe", metavar="SCENE", help="draws the chain in the plane; SCENE is its YAML file")
+    parser.add_argument("--at", nargs="+", type=float, default=[], metavar="T",
+                        help=f"instants of --strobe, s since the first state; otherwise {INSTANTS} in equal steps")
+    parser.add_argument("--apart", type=float, default=0.0, metavar="D",
+                        help="m, by which --strobe moves each instant to the right of the one before")
     parser.add_argument("--dark", action="store_true", help="for a dark screen")
     given = parser.parse_args()
     output = given.output or given.file + ".png"
@@ -190,12 +216,16 @@ def main():
         motion = read_bag(given.file, given.node) if given.file.endswith(".bag") else read_csv(given.file)
         columns = chosen(motion, given.joints)
         title = os.path.basename(given.file)
+        if (given.at or given.apart) and not given.strobe:
+            raise Refused("--at and --apart: expected --strobe SCENE beside them, got nothing")
         if not given.joints and len(columns) < len(motion.joints):
             title += f": {len(columns)} of {len(motion.joints)} joints"
         pyplot.style.use(["default", "dark_background"] if given.dark else "default")
         pyplot.rcParams.update({"axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.3})
-        draw(motion, columns, title).savefig(output, dpi=130)
-    except (Refused, OSError, UnicodeDecodeError) as problem:
+        figure = (strobe(motion, given.strobe, given.at, given.apart) if given.strobe
+                  else draw(motion, columns, title))
+        figure.savefig(output, dpi=130)
+    except (NoScene, Refused, OSError, UnicodeDecodeError) as problem:
         print(f"plot: {problem}", file=sys.stderr)
         return 2
     print(f"written to {output}")

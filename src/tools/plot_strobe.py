@@ -1,0 +1,88 @@
+"""The chain itself at several instants, as under a stroboscope: for plot."""
+
+import numpy as np
+import yaml
+from matplotlib import colormaps, pyplot
+from matplotlib.colors import Normalize
+
+FEW_LINKS = 12          # of chains up to so many every pin is marked
+ASIDE = 0.02            # of the reach: a centre of mass further off its link has a line of its own
+WIDEST, HIGHEST, LEAST = 6.5, 5.5, 2.5  # inch, of what is drawn
+MARGINS = 2.1, 0.9                      # inch, around it
+
+
+class NoScene(Exception):
+    """What is wrong with the scene: what, expected, found."""
+
+
+class Links:
+    """pin, com: of each link in chain order, complex, m; joints: their names."""
+
+    def __init__(self, path):
+        with open(path, encoding="utf-8") as file:
+            try:
+                scene = yaml.safe_load(file)
+                entries = [(name, scene["links"][name]) for name in scene["chain"]]
+                self.pin, self.com, self.joints = [], [], []
+                for name, link in entries:
+                    repeat = int(link.get("repeat", 1))
+                    joint = (link.get("joint") or {}).get("name")
+                    for suffix in [""] if repeat == 1 else [f"_{k}" for k in range(1, repeat + 1)]:
+                        self.joints.append(joint + suffix if joint else name + suffix + "_joint")
+                        self.pin.append(complex(*map(float, link["pin"])))
+                        self.com.append(complex(*map(float, link["com"])))
+            except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError) as problem:
+                raise NoScene(f"{path}: expected a scene (simulate tells its faults), got "
+                              f"{type(problem).__name__}") from problem
+
+
+def pins(links, q):
+    """Ground pin, every outer pin and the tip, and the centres of mass, complex, m; q: a row an instant."""
+    rotation = np.exp(1j * np.cumsum(q, axis=1))
+    outer = np.cumsum(rotation * links.pin, axis=1)
+    points = np.concatenate([np.zeros((len(q), 1)), outer], axis=1)
+    return points, points[:, :-1] + rotation * links.com
+
+
+def is_aside(links, reach):
+    """Which centres of mass do not lie on the line from pin to pin."""
+    pin, com = np.array(links.pin), np.array(links.com)
+    along = np.clip((com * pin.conj()).real / np.maximum(abs(pin) ** 2, 1e-300), 0, 1)
+    return abs(com - along * pin) > ASIDE * reach
+
+
+def at(motion, times):
+    """The angles at these times, between states by straight lines."""
+    return np.column_stack([np.interp(times, motion.t, angle) for angle in motion.q.T])
+
+
+def draw_strobe(motion, links, times, apart, title):
+    """apart: m, by which each instant stands to the right of the one before."""
+    points, coms = pins(links, at(motion, times))
+    shift = apart * np.arange(len(times))[:, np.newaxis]
+    points, coms = points + shift, coms + shift
+    fine = motion.t[(motion.t >= times[0]) & (motion.t <= times[-1])]
+    trail = pins(links, at(motion, fine))[0][:, -1] + np.interp(fine, times, shift[:, 0])
+    aside = is_aside(links, np.sum(np.abs(links.pin)))
+    seen = np.concatenate([points.ravel(), trail, coms[:, aside].ravel()])
+    width, height = max(np.ptp(seen.real), 1e-9), max(np.ptp(seen.imag), 1e-9)
+    inch = min(WIDEST / width, HIGHEST / height)  # a metre
+    figure, axes = pyplot.subplots(figsize=[max(inch * size, LEAST) + margin
+                                            for size, margin in zip((width, height), MARGINS)], layout="constrained")
+    colour = colormaps["viridis_r"]
+    span = Normalize(times[0], times[-1] + 0.05 * (times[-1] - times[0]))
+    axes.plot(trail.real, trail.imag, color="#D55E00", linewidth=0.8, label="way of the tip")
+    for t, chain, masses in zip(times, points, coms):
+        mark = "o" if len(links.pin) <= FEW_LINKS else ""
+        axes.plot(chain.real, chain.imag, "-", marker=mark, markersize=3, linewidth=1.6, color=colour(span(t)))
+        for start, mass in zip(chain[:-1][aside], masses[aside]):
+            axes.plot([start.real, mass.real], [start.imag, mass.imag], ":", color=colour(span(t)))
+            axes.plot(mass.real, mass.imag, "s", markersize=6, color=colour(span(t)))
+    ground = points[:, 0] if apart else points[:1, 0]
+    axes.plot(ground.real, ground.imag, "^", markersize=9, color="#7F7F7F", label="ground pin", zorder=0)
+    axes.set(title=title, xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    axes.legend(fontsize="small", loc="best")
+    bar = figure.colorbar(pyplot.cm.ScalarMappable(span, colour), ax=axes, label="time (s)")
+    bar.ax.hlines(times, 0, 1, color="white", linewidth=0.8)
+    bar.ax.set_ylim(times[0], times[-1])
+    return figure
