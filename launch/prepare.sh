@@ -13,20 +13,21 @@ enter() {
   set -u
 }
 
-to_build=(build-essential cmake libcli11-dev libeigen3-dev libyaml-cpp-dev nlohmann-json3-dev)
+to_build=(build-essential cmake libeigen3-dev libtinyxml2-dev libyaml-cpp-dev nlohmann-json3-dev)
 if [ -e /opt/ros/noetic/setup.bash ]; then
   enter /opt/ros/noetic
+  # Ubuntu 20.04 has no package of CLI11: see test/README.md.
   to_run=("${to_build[@]}" ros-noetic-{ros-base,diagnostic-updater,interactive-markers,rviz,tf2-ros} python3-{matplotlib,yaml})
-  to_test=(ros-noetic-rostest)
+  to_test=(ros-noetic-{kdl-parser,rostest})
 else
   # Debian splits a message package in three: definitions (ros-…), C++ (lib…-dev), python.
-  to_run=("${to_build[@]}" catkin ros-message-generation ros-message-runtime libroscpp-dev libtf2-ros-dev
+  to_run=("${to_build[@]}" libcli11-dev catkin ros-message-generation ros-message-runtime libroscpp-dev libtf2-ros-dev
     ros-{std,geometry,sensor,visualization}-msgs lib{std,geometry,sensor,tf2,visualization}-msgs-dev
     libdiagnostic-updater-dev libinteractive-markers-dev
     librosbag-storage-dev libros-rosgraph-msgs-dev libstd-srvs-dev
     python3-{diagnostic,geometry,rosgraph,sensor,std,tf2,visualization}-msgs python3-std-srvs
     python3-{matplotlib,roslaunch,rosbag,rospy,rosservice,rostopic,yaml} rosbash rosout rviz)
-  to_test=(librostest-dev python3-rostest)
+  to_test=(libkdl-parser-dev libmujoco-dev librostest-dev python3-rostest)
 fi
 to_test+=(catkin-lint clang-format doxygen libgtest-dev liburdfdom-tools python3-numpy shellcheck valgrind)
 

@@ -36,8 +36,8 @@ struct At {
         d(VectorXd::Zero(n)),
         XF(VectorXd::Zero(n)),
         F(index(n)) {
-    std::partial_sum(q.begin(), q.end(), y.begin());
-    std::partial_sum(qd.begin(), qd.end(), y.begin() + n);
+    std::partial_sum(q.data(), q.data() + n, y.data());
+    std::partial_sum(qd.data(), qd.data() + n, y.data() + n);
     const double* theta = y.data();
     const double* omega = theta + n;
     for (int i = 0; i < n; ++i) e.push_back(Rotation<double>::of(theta[i]));

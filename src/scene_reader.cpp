@@ -10,6 +10,7 @@
 
 #include "planar_chain/energy.h"
 #include "planar_chain/ode/methods.h"
+#include "planar_chain/urdf_reader.h"
 #include "scene_loads.h"
 #include "scene_section.h"
 
@@ -34,6 +35,29 @@ struct Entry {
   bool namesAreSound = true;
   bool valuesAreSound = true;
 };
+
+/// What a joint does beside turning; somebody else judges it.
+void takeTorques(const Section& joint, Joint& to) {
+  to.stiffness = joint.unjudged("stiffness", 0.0);
+  to.restAngle = joint.unjudged("rest_angle", 0.0);
+  to.stopStiffness = joint.unjudged("stop_stiffness", 0.0);
+  to.stopDamping = joint.unjudged("stop_damping", 0.0);
+}
+
+/// @returns whether the joint is sound
+bool judge(const Joint& joint, const Section& in) {
+  const std::vector<Fault> faults = faultsOf(joint);
+  for (const Fault& fault : faults) {
+    in.fault(fault.path.substr(fault.path.find('/') + 1), fault.expected);
+  }
+  return faults.empty();
+}
+
+void takeInitial(const Section& link, std::vector<Fault>& faults, double& q, double& qd) {
+  const Section initial(link.find("initial"), link.pathOf("initial"), {"angle", "velocity"}, faults);
+  initial.take("angle", NumberRule::any("rad"), q);
+  initial.take("velocity", NumberRule::any("rad/s"), qd);
+}
 
 Entry readEntry(const std::string& name, const Value& value, const std::string& path,
                 std::vector<Fault>& faults) {
@@ -60,18 +84,12 @@ Entry readEntry(const std::string& name, const Value& value, const std::string& 
       in.find("joint"), in.pathOf("joint"),
       {"name", "damping", "stiffness", "rest_angle", "lower", "upper", "stop_stiffness", "stop_damping"},
       faults);
-  entry.joint.stiffness = joint.unjudged("stiffness", 0.0);
+  takeTorques(joint, entry.joint);
   entry.joint.damping = joint.unjudged("damping", 0.0);
-  entry.joint.restAngle = joint.unjudged("rest_angle", 0.0);
   joint.take("lower", NumberRule::any("rad"), entry.joint.lower);
   joint.take("upper", NumberRule::any("rad"), entry.joint.upper);
-  entry.joint.stopStiffness = joint.unjudged("stop_stiffness", 0.0);
-  entry.joint.stopDamping = joint.unjudged("stop_damping", 0.0);
   if (joint.has("name")) entry.namesAreSound &= joint.takeName("name", entry.joint.name);
-  for (const Fault& fault : faultsOf(entry.joint)) {
-    joint.fault(fault.path.substr(fault.path.find('/') + 1), fault.expected);
-    entry.valuesAreSound = false;
-  }
+  entry.valuesAreSound &= judge(entry.joint, joint);
 
   const double repeat = in.unjudged("repeat", 1.0);
   if (repeat >= 1 && repeat <= mostLinks && repeat == std::floor(repeat)) {
@@ -81,9 +99,7 @@ Entry readEntry(const std::string& name, const Value& value, const std::string& 
     entry.namesAreSound = false;
   }
 
-  const Section initial(in.find("initial"), in.pathOf("initial"), {"angle", "velocity"}, faults);
-  initial.take("angle", NumberRule::any("rad"), entry.q);
-  initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
+  takeInitial(in, faults, entry.q, entry.qd);
   return entry;
 }
 
@@ -106,7 +122,21 @@ struct Expanded {
   std::vector<double> qd;
   ChainNames names;
   std::map<std::string, std::string> entryOf;  ///< the key in `links`, by link name
+  Vec2d gravity{0, -9.81};                     ///< m/s², where the scene says nothing else
 };
+
+/// `entry` is the link's key in `links`.
+void append(const std::string& entry, Link link, Joint joint, double q, double qd, Expanded& to) {
+  const int index = static_cast<int>(to.links.size());
+  to.names.links.emplace(link.name, index);
+  to.names.joints.emplace(joint.name, index);
+  to.names.com.push_back(link.com);
+  to.entryOf.emplace(link.name, entry);
+  to.links.push_back(std::move(link));
+  to.joints.push_back(std::move(joint));
+  to.q.push_back(q);
+  to.qd.push_back(qd);
+}
 
 void append(const Entry& entry, Expanded& to) {
   for (int i = 1; i <= entry.repeat; ++i) {
@@ -115,16 +145,7 @@ void append(const Entry& entry, Expanded& to) {
     Joint joint = entry.joint;
     link.name += suffix;
     joint.name = joint.name.empty() ? link.name + "_joint" : joint.name + suffix;
-
-    const int index = static_cast<int>(to.links.size());
-    to.names.links.emplace(link.name, index);
-    to.names.joints.emplace(joint.name, index);
-    to.names.com.push_back(link.com);
-    to.entryOf.emplace(link.name, entry.link.name);
-    to.links.push_back(std::move(link));
-    to.joints.push_back(std::move(joint));
-    to.q.push_back(entry.q);
-    to.qd.push_back(entry.qd);
+    append(entry.link.name, std::move(link), std::move(joint), entry.q, entry.qd, to);
   }
 }
 
@@ -182,6 +203,46 @@ std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults
   if (!isCertain) return std::nullopt;
   Expanded expanded;
   for (const Entry* entry : inOrder) append(*entry, expanded);
+  return expanded;
+}
+
+/// The chain that a URDF describes; `links` says of it what URDF has no word for.
+/// @returns nothing when there is a fault in the URDF
+std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults) {
+  if (top.has("chain")) top.fault("chain", "nothing beside robot_description, which has the order");
+  const std::string* text = top.find("robot_description")->text();
+  if (!text) {
+    top.fault("robot_description", "the text of a URDF");
+    return std::nullopt;
+  }
+  PlanarRobot robot;
+  try {
+    robot = readUrdf(*text);
+  } catch (const Refused& refused) {
+    faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
+    return std::nullopt;
+  }
+
+  Expanded expanded;
+  expanded.gravity = robot.gravity;
+  const Section links(top.find("links"), "links", {}, faults);
+  for (std::size_t i = 0; i < robot.links.size(); ++i) {
+    const std::string name = robot.links[i].name;
+    const Section in(links.find(name), links.pathOf(name), {"joint", "initial"}, faults);
+    const Section ofJoint(in.find("joint"), in.pathOf("joint"),
+                          {"stiffness", "rest_angle", "stop_stiffness", "stop_damping"}, faults);
+    Joint joint = robot.joints[i];
+    takeTorques(ofJoint, joint);
+    if (!judge(joint, ofJoint)) joint = {joint.name};
+    double q = 0, qd = 0;
+    takeInitial(in, faults, q, qd);
+    append(name, std::move(robot.links[i]), std::move(joint), q, qd, expanded);
+  }
+  for (const auto& entry : links.entries()) {
+    if (expanded.names.links.count(entry.first) != 0) continue;
+    faults.push_back(
+        {links.pathOf(entry.first), "a link of robot_description that moves", describe(Value(entry.first))});
+  }
   return expanded;
 }
 
@@ -296,16 +357,17 @@ PublishSettings readPublish(const Value* value, const ChainNames* names, std::ve
 
 Scene readScene(const Value& value) {
   std::vector<Fault> faults;
-  const Section top(
-      &value, "",
-      {"chain", "gravity", "links", "loads", "integrator", "publish", "command_timeout", "real_time_factor"},
-      faults);
+  const Section top(&value, "",
+                    {"chain", "gravity", "links", "loads", "integrator", "publish", "command_timeout",
+                     "real_time_factor", "robot_description"},
+                    faults);
 
-  Vec2d gravity{0, -9.81};
-  top.take("gravity", "m/s²", gravity);
-  std::optional<Expanded> expanded = readLinks(top, faults);
+  std::optional<Expanded> expanded =
+      top.has("robot_description") ? readRobot(top, faults) : readLinks(top, faults);
   const ChainNames* names = expanded ? &expanded->names : nullptr;
   std::optional<Chain> chain;
+  Vec2d gravity = expanded ? expanded->gravity : Vec2d{};
+  top.take("gravity", "m/s²", gravity);
   if (expanded) chain = makeChain(*expanded, gravity, faults);
   std::vector<Load> loads = readLoads(top.find("loads"), names, faults);
   const IntegratorSettings integrator = readIntegrator(top.find("integrator"), faults);

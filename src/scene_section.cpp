@@ -31,12 +31,6 @@ bool isLetter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
 }
 
-/// A key as part of a path, which is one line of decent length.
-std::string step(const std::string& key) {
-  const std::string quoted = describe(Value(key));
-  return quoted.substr(1, quoted.size() - 2);
-}
-
 }  // namespace
 
 NumberRule NumberRule::any(const std::string& unit) {
@@ -55,6 +49,11 @@ bool isName(const std::string& text) {
   return !text.empty() && text.size() <= longestName && isLetter(text[0]) &&
          std::all_of(text.begin(), text.end(),
                      [](char c) { return isLetter(c) || (c >= '0' && c <= '9') || c == '_'; });
+}
+
+std::string stepOf(const std::string& key) {
+  const std::string quoted = describe(Value(key));
+  return quoted.substr(1, quoted.size() - 2);
 }
 
 Section::Section(const Value* value, std::string path, std::initializer_list<const char*> known,
@@ -84,7 +83,7 @@ const Value* Section::find(const std::string& key) const {
 }
 
 std::string Section::pathOf(const std::string& key) const {
-  return path_.empty() ? step(key) : path_ + "/" + step(key);
+  return path_.empty() ? stepOf(key) : path_ + "/" + stepOf(key);
 }
 
 void Section::fault(const std::string& key, const std::string& expected) const {

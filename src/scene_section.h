@@ -31,6 +31,9 @@ struct NumberRule {
 bool isName(const std::string& text);
 extern const char* const nameInWords;
 
+/// A key or name as part of a path, which is one line of decent length.
+std::string stepOf(const std::string& key);
+
 class Section {
  public:
   /// The map at `value`; absent (null pointer) is an empty one, anything else is a fault. Keys other than

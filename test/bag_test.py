@@ -168,12 +168,12 @@ class Bags(InFolder):
         self.assert_refused(self.run_tool("--duration", "1", "--node", "arm"), "--node")
 
     def test_the_urdf_bears_the_frames_of_tf(self):
-        topics = self.bag("--duration", "0.1", "--urdf", self.path("out.urdf"), "--node", "/left/arm")
+        topics = self.bag("--duration", "0.1", "--write-urdf", self.path("out.urdf"), "--node", "/left/arm")
         with open(self.path("out.urdf")) as file:
             links = {link.get("name") for link in xml.etree.ElementTree.parse(file).findall("link")}
-        transforms = topics["/tf"][0][1].transforms
+        transforms = topics["/tf"][0][1].transforms + topics["/tf_static"][0][1].transforms
         self.assertEqual(links, {t.header.frame_id for t in transforms} | {t.child_frame_id for t in transforms})
-        self.assert_refused(self.run_tool("--duration", "1", "--urdf", self.path("scene.yaml")), "--urdf")
+        self.assert_refused(self.run_tool("--duration", "1", "--write-urdf", self.path("scene.yaml")), "--write-urdf")
 
     # ---- What goes wrong -------------------------------------------------------------------------
 

@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "planar_chain/fault.h"
 #include "planar_chain/scene_reader.h"
+#include "planar_chain/urdf_reader.h"
 #include "planar_chain/value.h"
 
 namespace planar_chain {
@@ -86,28 +89,102 @@ std::vector<Bomb> bombs() {
   };
 }
 
-class Hostile : public testing::TestWithParam<Bomb> {};
+/// A text that is made when it is wanted, or all of them would fill the memory that is allowed.
+struct RobotBomb {
+  const char* name;
+  std::function<std::string()> text;
+  const char* refusal;
+};
 
-TEST_P(Hostile, TextIsRefusedInBoundedTimeAndMemory) {
+std::string robot(const std::string& inside) {
+  return "<robot>" + inside + "</robot>";
+}
+
+/// Each entity is ten times the one before.
+std::string entities() {
+  std::string text = "<!DOCTYPE robot [<!ENTITY e0 'ha'>";
+  for (int i = 1; i < 30; ++i) {
+    text += "<!ENTITY e" + std::to_string(i) + " '" + repeated("&e" + std::to_string(i - 1) + ";", 10) + "'>";
+  }
+  return text + "]><robot name='&e29;'/>";
+}
+
+std::vector<RobotBomb> robotBombs() {
+  const char* const marks = "at most 1000000 of < and =";
+  const char* const link = "<link name='a'><inertial><mass value='1'/></inertial></link>";
+  return {
+      {"Elements", [] { return repeated("<a/>", longestYaml / 4); }, marks},
+      {"ElementsWithinBounds", [] { return robot(repeated("<a/>", million - 2)); },
+       "one link that hangs on no joint"},
+      {"Nested", [] { return repeated("<a>", million); }, "XML_ELEMENT_DEPTH_EXCEEDED"},
+      {"Attributes", [] { return "<robot" + repeated(" a=''", longestYaml / 6) + "/>"; }, marks},
+      {"AttributesAllAlike", [] { return "<robot" + repeated(" a=''", million - 1) + "/>"; }, "XML"},
+      {"Links", [] { return robot(repeated("<link/>", million - 2)); }, "at most 50000 of link"},
+      {"LinksWithinBounds", [] { return robot(repeated("<link><inertial/></link>", 50000)); },
+       "a name, got nothing"},
+      {"LinksOfOneName", [=] { return robot(repeated(link, 50000)); }, "a name that no other has"},
+      {"Joints", [] { return robot(repeated("<joint/>", million - 2)); }, "at most 50000 of joint"},
+      {"JointsWithinBounds",
+       [] { return robot(repeated("<joint type='revolute'><axis xyz='0'/></joint>", 50000)); },
+       "at most 1000 faults"},
+      {"Origins", [] { return robot("<joint name='j'>" + repeated("<origin/>", million - 10) + "</joint>"); },
+       "it once"},
+      {"Brackets", [] { return repeated("<", million); }, "XML"},
+      {"Comments", [] { return repeated("<!--", million); }, "XML"},
+      {"Entities", entities, "one link that hangs on no joint"},
+      {"Declarations", [] { return repeated("<?xml?>", million); }, "one element robot"},
+      {"LongName", [] { return robot("<link name='" + repeated("x", some) + "'/>"); },
+       "a joint that is revolute"},
+      {"LongNumber",
+       [] {
+         return robot("<link name='a'><inertial><mass value='" + repeated("9", some) +
+                      "'/></inertial></link>");
+       },
+       "mass/value"},
+      {"ManyNumbers",
+       [] { return robot("<joint name='a'><origin xyz='" + repeated("9 ", some / 2) + "'/></joint>"); },
+       "origin/xyz"},
+      {"LongText", [] { return robot(repeated("x", longestYaml - 100)); }, "one link that hangs on no joint"},
+      {"TooLong", [] { return robot(repeated("x", longestYaml)); }, "at most 16777216 bytes"},
+      {"Zeros", [] { return std::string(some, '\0'); }, "a byte 0"},
+      {"NoUnicode", [] { return std::string(some, '\xff'); }, "XML"},
+  };
+}
+
+class Hostile : public testing::TestWithParam<Bomb> {};
+class HostileRobot : public testing::TestWithParam<RobotBomb> {};
+
+template <class Read>
+void refuse(const std::string& text, const char* refusal, Read&& read) {
 #ifndef __SANITIZE_ADDRESS__  // which has its own idea of address space
   const rlimit half{1 << 29, RLIM_INFINITY};
   ASSERT_EQ(setrlimit(RLIMIT_AS, &half), 0);
 #endif
   try {
-    readSceneText(GetParam().text);
+    read(text);
     ADD_FAILURE() << "accepted";
   } catch (const Refused& refused) {
     const std::string words = refused.what();
-    EXPECT_NE(words.find(GetParam().refusal), std::string::npos) << words.substr(0, 300);
+    EXPECT_NE(words.find(refusal), std::string::npos) << words.substr(0, 300);
     EXPECT_LT(words.size(), 300000U);
   }
 }
 
-std::string nameOf(const testing::TestParamInfo<Bomb>& bomb) {
+TEST_P(Hostile, TextIsRefusedInBoundedTimeAndMemory) {
+  refuse(GetParam().text, GetParam().refusal, readSceneText);
+}
+
+TEST_P(HostileRobot, TextIsRefusedInBoundedTimeAndMemory) {
+  refuse(GetParam().text(), GetParam().refusal, readUrdf);
+}
+
+template <class Param>
+std::string nameOf(const testing::TestParamInfo<Param>& bomb) {
   return bomb.param.name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Texts, Hostile, testing::ValuesIn(bombs()), nameOf);
+INSTANTIATE_TEST_SUITE_P(Texts, Hostile, testing::ValuesIn(bombs()), nameOf<Bomb>);
+INSTANTIATE_TEST_SUITE_P(Texts, HostileRobot, testing::ValuesIn(robotBombs()), nameOf<RobotBomb>);
 
 TEST(Refusal, OfVeryManyFaultsSaysHowManyThereWere) {
   std::string text = "chain: [";

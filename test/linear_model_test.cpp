@@ -178,9 +178,10 @@ TEST(LinearModel, HasTheInverseMassMatrixInB) {
 std::vector<double> frequencies(const Scene& scene, double tolerance) {
   const MatrixXd A = linearModel(scene, 0, vector(scene.q), vector(scene.qd)).A;
   std::vector<double> result;
-  for (const std::complex<double>& value : A.eigenvalues()) {
-    EXPECT_NEAR(value.real(), 0, tolerance);
-    if (value.imag() >= 0) result.push_back(value.imag());
+  const Eigen::VectorXcd values = A.eigenvalues();
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    EXPECT_NEAR(values[i].real(), 0, tolerance);
+    if (values[i].imag() >= 0) result.push_back(values[i].imag());
   }
   std::sort(result.begin(), result.end());
   return result;

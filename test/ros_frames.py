@@ -46,6 +46,13 @@ def about_z(angle, origin):
     return pose
 
 
+def about_x(rpy):
+    roll, pitch, yaw = map(float, rpy.split())
+    assert pitch == 0 and yaw == 0
+    c, s = math.cos(roll), math.sin(roll)
+    return numpy.array([[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]])
+
+
 def tree_of(transforms):
     """(parent, pose in the parent) by frame."""
     return {one.child_frame_id: (one.header.frame_id,
@@ -65,6 +72,11 @@ def urdf_tree(urdf, joints):
     """The same from robot_description and the joints' angles."""
     tree = {}
     for joint in ElementTree.fromstring(urdf).findall('joint'):
+        if joint.get('type') == 'fixed':
+            assert joint.find('origin').get('xyz') == '0 0 0'
+            tree[joint.find('child').get('link')] = (
+                joint.find('parent').get('link'), about_x(joint.find('origin').get('rpy')))
+            continue
         assert joint.get('type') == 'continuous' and joint.find('axis').get('xyz') == '0 0 1'
         assert joint.find('origin').get('rpy') == '0 0 0'
         origin = [float(number) for number in joint.find('origin').get('xyz').split()]
@@ -124,7 +136,7 @@ class Frames(unittest.TestCase):
         checked = subprocess.run(['check_urdf', '/dev/stdin'], input=urdf, text=True,
                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
         self.assertEqual(checked.returncode, 0, checked.stdout)
-        self.assertIn('root Link: alone/base_link has 1 child(ren)', checked.stdout)
+        self.assertIn('root Link: world has 1 child(ren)', checked.stdout)
 
         robot = ElementTree.fromstring(urdf)
         upper = robot.find("link[@name='alone/upper']/inertial")
@@ -150,6 +162,8 @@ class Frames(unittest.TestCase):
                 in_base = pose_in(prefix + 'base_link', prefix + name, by_tf)
                 self.assert_poses_equal(
                     in_base, pose_in(prefix + 'base_link', prefix + name, by_urdf))
+                self.assert_poses_equal(
+                    pose_in('world', prefix + name, by_tf), pose_in('world', prefix + name, by_urdf))
                 com = ElementTree.fromstring(urdf).find(
                     "link[@name='%s']/inertial/origin" % (prefix + name)).get('xyz').split()
                 self.assert_poses_equal((in_base @ [*map(float, com), 1])[:2], [pose.x, pose.y])

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
-"""sim.launch: a node that is killed comes back where it is asked to; a real-time factor makes the node's time
-everybody's."""
+"""sim.launch: a node that is killed comes back where it is asked to; a URDF moves; a real-time factor makes
+the node's time everybody's."""
 
 import os
 import signal
+import tempfile
 import unittest
 import xmlrpc.client
 
@@ -13,6 +14,12 @@ import rostest
 from sensor_msgs.msg import JointState
 
 from ros_node import Listener, Running
+
+ROBOT = """<robot name="r"><link name="ground"/>
+<link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+<inertia ixx="0.2" ixy="0" ixz="0" iyy="0.25" iyz="0" izz="0.1"/></inertial></link>
+<joint name="pin" type="continuous"><parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/></joint></robot>
+"""
 
 
 def pid_of(name):
@@ -54,6 +61,22 @@ class Launch(unittest.TestCase):
         finally:
             rospy.delete_param('/use_sim_time')
             rospy.delete_param('/planar_chain')
+
+    def test_a_urdf_is_what_moves(self):
+        with tempfile.NamedTemporaryFile('w', suffix='.urdf') as robot, \
+                tempfile.NamedTemporaryFile('w', suffix='.yaml') as rest:
+            robot.write(ROBOT)
+            robot.flush()
+            rest.write('links: {rod: {initial: {angle: 1.0}}}\ngravity: [0, 0]\n')
+            rest.flush()
+            try:
+                with self.launch('urdf:=' + robot.name, 'scene_file:=' + rest.name):
+                    self.states.wait_for_count(20)
+                    state = self.states.messages[-1]
+                    self.assertEqual((state.name, state.position), (['pin'], (1.0,)))
+                    self.assertIn('<link name="rod">', rospy.get_param('/robot_description'))
+            finally:
+                rospy.delete_param('/planar_chain')
 
 
 if __name__ == '__main__':

@@ -18,6 +18,14 @@ BIN = ""
 ROD = "{mass: 1, inertia: 1e-1, com: [0.5, 0], pin: [1, 0]}"
 SCENE = f"chain: [upper, lower]\nlinks: {{upper: {ROD}, lower: {ROD}}}\n"
 
+ROBOT = """<robot name="r">
+  <link name="ground"/>
+  <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+    <inertia ixx="0.2" ixy="0" ixz="0" iyy="0.25" iyz="0" izz="0.1"/></inertial></link>
+  <joint name="pin" type="continuous"><parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+</robot>
+"""
+
 
 class Tools(InFolder):
     def run_tool(self, tool, *arguments, scene=SCENE):
@@ -42,6 +50,56 @@ class Tools(InFolder):
             self.assertIn(word, result.stderr)
         self.assertEqual(result.stdout, "")
         self.assertFalse(os.path.exists(self.path("out.csv")))
+
+    # ---- A robot's URDF ----------------------------------------------------------------------------
+
+    def run_robot(self, tool, *arguments, robot=ROBOT):
+        with open(self.path("robot.urdf"), "w") as file:
+            file.write(robot)
+        command = [os.path.join(BIN, tool), "--urdf", self.path("robot.urdf"), *arguments]
+        return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, timeout=60)
+
+    def test_a_robot_is_a_scene(self):
+        # A rod of 2 kg, 0.5 m from its level axis, in the wind of gravity: M = I + m r², f = -m g r sin q.
+        result = self.run_robot("equations", "--json", "--q", "1.5707963267948966")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        told = json.loads(result.stdout)
+        self.assertAlmostEqual(told["M"][0][0], 0.25 + 2 * 0.25, delta=1e-14)
+        self.assertAlmostEqual(told["f"][0], -2 * 9.81 * 0.5, delta=1e-13)
+        result = self.run_robot("simulate", "--duration", "1", "--csv", self.path("out.csv"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(self.rows()[0], ["t", "q_pin", "qd_pin", "energy"])
+
+    def test_a_scene_says_the_rest(self):
+        beside = "links: {rod: {initial: {angle: 0.5}}}\ngravity: [0, 0]\n"
+        result = self.simulate("--duration", "1", "--urdf", self.path("robot.urdf"), scene=beside)
+        self.assert_refused(result, self.path("robot.urdf") + ": expected a file that can be read")
+        with open(self.path("robot.urdf"), "w") as file:
+            file.write(ROBOT)
+        result = self.simulate("--duration", "1", "--urdf", self.path("robot.urdf"), scene=beside)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual({row[1] for row in self.rows()[1]}, {0.5})
+        os.remove(self.path("out.csv"))
+        self.assert_refused(self.simulate("--duration", "1", "--urdf", self.path("robot.urdf")),
+                            "chain: expected nothing beside robot_description")
+        self.assert_refused(self.simulate("--duration", "1", "--urdf", self.path("robot.urdf"),
+                                          scene="robot_description: x"), "nothing beside --urdf")
+
+    def test_a_robot_is_not_written_over(self):
+        self.assert_refused(self.run_robot("simulate", "--duration", "1", "--csv", self.path("robot.urdf")),
+                            "--csv: expected a file that is not another of the run's")
+
+    def test_a_robot_that_is_no_chain_is_refused_with_all_other_faults(self):
+        self.assert_refused(
+            self.run_robot("simulate", "--duration", "-1", robot=ROBOT.replace("continuous", "prismatic")),
+            "--duration", 'robot_description/joint[pin]/type: expected revolute, continuous or fixed, got "prismatic"')
+
+    def test_neither_scene_nor_robot(self):
+        for tool, *arguments in (("simulate", "--duration", "1"), ("equations",)):
+            result = subprocess.run([os.path.join(BIN, tool), *arguments], stdout=subprocess.PIPE,
+                                    stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
+            self.assert_refused(result, "SCENE: expected a scene file, or --urdf")
 
     # ---- simulate: rows --------------------------------------------------------------------------
 

@@ -17,7 +17,7 @@ Eigen::VectorXd zigzag(Eigen::Index size) {
 /// Summed one by one, so that zeros behind the others, works that nothing does, change no rounding.
 double lengthOf(const Eigen::VectorXd& direction) {
   double square = 0;
-  for (const double component : direction) square += component * component;
+  for (Eigen::Index i = 0; i < direction.size(); ++i) square += direction[i] * direction[i];
   return std::sqrt(square);
 }
 

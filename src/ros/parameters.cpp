@@ -61,7 +61,8 @@ Value valueOf(const XmlRpcValue& parameter) {
 Value sceneParameters(const std::string& node) {
   XmlRpcValue parameters;
   ros::param::get(node, parameters);
-  if (!ros::param::has(node + "/chain") && !ros::param::has(node + "/links")) {
+  if (!ros::param::has(node + "/chain") && !ros::param::has(node + "/links") &&
+      !ros::param::has(node + "/robot_description")) {
     throw Refused({{node + "/chain",
                     "a scene in the node's parameters (roslaunch planar_chain sim.launch "
                     "scene:=double_pendulum, or rosparam load SCENE.yaml " +

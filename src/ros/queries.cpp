@@ -52,13 +52,14 @@ struct Question {
 /// @throws Refused what is not finite
 void copy(const VectorXd& from, std::vector<double>& to) {
   if (!from.allFinite()) throw Refused({{"state", "one whose equations are finite", "numbers too large"}});
-  to.assign(from.begin(), from.end());
+  to.assign(from.data(), from.data() + from.size());
 }
 
 void copy(const Eigen::MatrixXd& from, Matrix& to) {
   to.rows = static_cast<std::uint32_t>(from.rows());
   to.columns = static_cast<std::uint32_t>(from.cols());
-  copy(from.transpose().reshaped(), to.data);
+  const Eigen::MatrixXd byRows = from.transpose();
+  copy(VectorXd::Map(byRows.data(), byRows.size()), to.data);
 }
 
 template <class Response, class Fill>

@@ -49,6 +49,7 @@ class Writer {
   std::string text() {
     out_ << "<?xml version=\"1.0\"?>\n<robot name=\"planar_chain\">\n";
     materials();
+    upright();
     ground();
     for (int i = 0; i < chain_.size(); ++i) {
       link(i);
@@ -68,6 +69,16 @@ class Writer {
 
   void material(const char* name, const char* rgba) {
     out_ << "  <material name=\"" << name << "\"><color rgba=\"" << rgba << "\"/></material>\n";
+  }
+
+  /// The plane of motion stands upright: y of the base up along z of the world.
+  void upright() {
+    out_ << "  <link name=\"" << escaped(frames_.world) << "\"/>\n"
+         << "  <joint name=\"" << escaped(frames_.world + "-" + frames_.base) << "\" type=\"fixed\">\n"
+         << "    <parent link=\"" << escaped(frames_.world) << "\"/>\n"
+         << "    <child link=\"" << escaped(frames_.base) << "\"/>\n"
+         << "    <origin xyz=\"0 0 0\" rpy=\"" << toText(std::acos(0.0)) << " 0 0\"/>\n"
+         << "  </joint>\n";
   }
 
   /// A bearing as engineers draw it: two struts from the pin to a bar, and hatching where the ground is.

@@ -15,7 +15,8 @@ constexpr const char* file = PLANAR_CHAIN_BAGS;
 
 void checkBags(std::vector<Fault>& faults) {
   if (*file == 0)
-    faults.push_back({"--bag, --commands, --urdf", "a build with ROS", "one without (PLANAR_CHAIN_ROS=OFF)"});
+    faults.push_back(
+        {"--bag, --commands, --write-urdf", "a build with ROS", "one without (PLANAR_CHAIN_ROS=OFF)"});
 }
 
 OpenBags* bagsLibrary() {

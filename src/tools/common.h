@@ -51,9 +51,21 @@ inline std::optional<int> parseArguments(CLI::App& app, int argc, char** argv) {
   }
 }
 
-/// The tree of a scene file.
-/// @throws Refused when it cannot be read, and as parseYaml
-inline Value loadScene(const std::string& path) {
+/// Where a scene comes from.
+struct SceneArguments {
+  std::optional<std::string> scene;
+  std::optional<std::string> urdf;
+};
+
+inline void declareScene(CLI::App& app, SceneArguments& to) {
+  app.add_option("SCENE", to.scene, "The scene, a YAML file (config/README.md explains it)");
+  app.add_option(
+      "--urdf", to.urdf,
+      "A URDF that is a planar chain, in place of the scene's chain and links; SCENE may say the rest");
+}
+
+/// @throws Refused when it cannot be read
+inline std::string loadText(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string text;
   std::vector<char> block(1 << 16);
@@ -62,12 +74,24 @@ inline Value loadScene(const std::string& path) {
     text.append(block.data(), static_cast<std::size_t>(file.gcount()));
   }
   if (text.size() > longestYaml) {
-    throw Refused({{path, "a scene of at most " + std::to_string(longestYaml) + " bytes", "more"}});
+    throw Refused({{path, "at most " + std::to_string(longestYaml) + " bytes", "more"}});
   }
   if (!file.eof()) {
-    throw Refused({{path, "a scene file that can be read", std::strerror(errno)}});
+    throw Refused({{path, "a file that can be read", std::strerror(errno)}});
   }
-  return parseYaml(text);
+  return text;
+}
+
+/// The tree of a scene: of its file, and the URDF at its key there.
+/// @throws Refused when one cannot be read, and as parseYaml
+inline Value loadScene(const SceneArguments& given) {
+  if (!given.scene && !given.urdf)
+    throw Refused({{"SCENE", "a scene file, or --urdf with a robot's", "neither"}});
+  Value scene = given.scene ? parseYaml(loadText(*given.scene)) : Value(Value::Map());
+  if (given.urdf && scene.map() && !scene.map()->emplace("robot_description", loadText(*given.urdf)).second) {
+    throw Refused({{"robot_description", "nothing beside --urdf", "one in the scene"}});
+  }
+  return scene;
 }
 
 /// The finite number that an argument is, in a range that `holds` knows; else notes a fault and returns 0.
@@ -104,12 +128,12 @@ inline void checkOutput(const char* option, const std::string& path,
 }
 
 /// The scene, judged together with the arguments: all faults at once. `amend` changes the tree that the
-/// file gave, before it is read.
+/// files gave, before it is read.
 /// @throws Refused
 template <class Amend>
-Scene readScene(const std::string& path, Amend&& amend, std::vector<Fault> faults) {
+Scene readScene(const SceneArguments& given, Amend&& amend, std::vector<Fault> faults) {
   try {
-    Value value = loadScene(path);
+    Value value = loadScene(given);
     amend(value);
     Scene scene = planar_chain::readScene(value);
     if (faults.empty()) return scene;

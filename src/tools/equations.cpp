@@ -16,7 +16,7 @@ namespace {
 // ---- Arguments -------------------------------------------------------------------------------
 
 struct Arguments {
-  std::string scene;
+  SceneArguments scene;
   std::optional<std::string> q;
   std::optional<std::string> qd;
   std::string t = "0";
@@ -25,7 +25,7 @@ struct Arguments {
 };
 
 void declare(CLI::App& app, Arguments& to) {
-  app.add_option("SCENE", to.scene, "The scene, a YAML file (config/README.md explains it)")->required();
+  declareScene(app, to.scene);
   app.add_option("--q", to.q, "Relative angles, rad, such as 0.1,0.2; the scene's initial ones if absent");
   app.add_option("--qd", to.qd, "Rates, rad/s, such as 0,0; the scene's initial ones if absent");
   app.add_option("--t", to.t, "Time, s, for loads that depend on it")->capture_default_str();

@@ -1,5 +1,5 @@
-/// simulate SCENE.yaml --duration T: runs a scene as fast as it goes and writes its motion as CSV, or as the
-/// bag that a node would give.
+/// simulate SCENE.yaml --duration T, or with --urdf ROBOT.urdf: runs a scene as fast as it goes and writes
+/// its motion as CSV, or as the bag that a node would give.
 
 #include <unistd.h>
 
@@ -16,7 +16,7 @@ namespace planar_chain::tools {
 namespace {
 
 struct Arguments {
-  std::string scene;
+  SceneArguments from;
   std::optional<std::string> duration;
   std::optional<std::string> rate;
   std::optional<std::string> method;
@@ -29,7 +29,7 @@ struct Arguments {
 };
 
 void declare(CLI::App& app, Arguments& to) {
-  app.add_option("SCENE", to.scene, "The scene, a YAML file (config/README.md explains it)")->required();
+  declareScene(app, to.from);
   app.add_option("--duration", to.duration,
                  "Simulated time, s; with --commands it may be left out: to the last state that their bag "
                  "has, on joint_states or ~status");
@@ -42,7 +42,7 @@ void declare(CLI::App& app, Arguments& to) {
   app.add_option("--bag", to.bags.out,
                  "Bag to write: what the node publishes, stamped from 0 s on, and /clock");
   app.add_option("--commands", to.bags.commands, "Bag whose recorded commands are taken at their times");
-  app.add_option("--urdf", to.bags.urdf,
+  app.add_option("--write-urdf", to.bags.urdf,
                  "File to write: the scene as URDF, robot_description for the bag in rviz");
   app.add_option("--node", to.bags.node, "Whose topics the bags have (default: found out, or /planar_chain)");
   app.footer("Exit status: 0 done; 1 the run failed; 2 bad arguments or scene.");
@@ -202,15 +202,16 @@ void writeSummary(const Simulation& simulation) {
 void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
   if (given.wantsBags()) checkBags(faults);
   if (given.bags.node && !given.wantsBags()) {
-    faults.push_back({"--node", "--bag, --commands or --urdf, of which it is the node", "neither"});
+    faults.push_back({"--node", "--bag, --commands or --write-urdf, of which it is the node", "neither"});
   }
   const auto check = [&](const char* option, const std::optional<std::string>& path,
                          std::initializer_list<std::optional<std::string>> others) {
     if (path) checkOutput(option, *path, others, faults);
   };
-  check("--csv", given.csv, {given.scene, given.bags.commands});
-  check("--bag", given.bags.out, {given.scene, given.bags.commands, given.csv});
-  check("--urdf", given.bags.urdf, {given.scene, given.bags.commands, given.csv, given.bags.out});
+  const auto& [scene, urdf] = given.from;
+  check("--csv", given.csv, {scene, urdf, given.bags.commands});
+  check("--bag", given.bags.out, {scene, urdf, given.bags.commands, given.csv});
+  check("--write-urdf", given.bags.urdf, {scene, urdf, given.bags.commands, given.csv, given.bags.out});
 }
 
 // ---- The run ---------------------------------------------------------------------------------
@@ -243,7 +244,7 @@ int simulate(int argc, char** argv) {
     override(value, "integrator", "step", given.step);
     if (given.wantsBags()) override(value, "publish", "rate", given.rate);
   };
-  const Scene scene = readScene(given.scene, amend, std::move(faults));
+  const Scene scene = readScene(given.from, amend, std::move(faults));
   // With a bag, rows are the node's ticks: the steps end where the node's do, and so the digits are the same.
   const double rate = given.wantsBags() ? scene.publish.rate : usualRate;
   Rows rows = rowsOf(given, unknownDuration, rate, faults);

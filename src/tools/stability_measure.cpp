@@ -185,8 +185,8 @@ void Bench::findEigenvalues() {
   const Eigen::VectorXcd eigenvalues = Eigen::EigenSolver<Eigen::MatrixXd>(J, false).eigenvalues();
   // Slow modes drown in the rounding of fast ones, and bind no step.
   const double slow = 1e-3 * eigenvalues.cwiseAbs().maxCoeff();
-  for (const std::complex<double> lambda : eigenvalues) {
-    if (std::abs(lambda) > slow) eigenvalues_.push_back(lambda);
+  for (Eigen::Index k = 0; k < eigenvalues.size(); ++k) {
+    if (std::abs(eigenvalues[k]) > slow) eigenvalues_.push_back(eigenvalues[k]);
   }
 }
 

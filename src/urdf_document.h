@@ -1,0 +1,52 @@
+#pragma once
+
+/// What a URDF says that matters to dynamics, as it says it. Internal to urdf_reader.h; the one place that
+/// knows XML.
+
+#include <Eigen/Core>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planar_chain/fault.h"
+
+namespace planar_chain {
+
+/// How one frame lies in another.
+struct Pose {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+};
+
+struct UrdfLink {
+  std::string name;
+  double mass = 0;                                    ///< kg, ≥ 0
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();      ///< m, link frame
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< kg m², about com, in the link's axes
+};
+
+struct UrdfJoint {
+  std::string name;
+  bool moves = false;
+  std::size_t parent = 0;  ///< index of the link
+  std::size_t child = 0;
+  Pose origin;                                              ///< of the child in the parent, at position 0
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();          ///< unit vector, child's frame
+  double damping = 0;                                       ///< N m s/rad, ≥ 0
+  double lower = -std::numeric_limits<double>::infinity();  ///< rad
+  double upper = std::numeric_limits<double>::infinity();
+};
+
+struct UrdfDocument {
+  std::vector<UrdfLink> links;
+  std::vector<UrdfJoint> joints;
+};
+
+/// "robot_description/joint[elbow]"
+std::string urdfPath(const char* kind, const std::string& name);
+
+/// @throws Refused with every fault of an element on its own; whether they make a chain is not looked at.
+UrdfDocument parseUrdf(const std::string& text);
+
+}  // namespace planar_chain

@@ -1,0 +1,197 @@
+/// What a URDF means as a chain: against the same robot in space, every link on its own, and against scenes
+/// said by hand.
+
+#include "planar_chain/urdf_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <sstream>
+
+#include "planar_chain/kane.h"
+#include "planar_chain/scene_reader.h"
+#include "random_robot.h"
+
+namespace planar_chain {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+Scene sceneOf(const std::string& urdf, const std::string& yaml = "") {
+  Value scene = yaml.empty() ? Value(Value::Map()) : parseYaml(yaml);
+  scene.map()->emplace("robot_description", urdf);
+  return readScene(scene);
+}
+
+// ---- In space --------------------------------------------------------------------------------
+
+/// The same robot at rest, by every link's own Jacobian: M(q), and the joint torques of gravity.
+struct InSpace {
+  MatrixXd M;
+  VectorXd weight;
+};
+
+InSpace inSpace(const std::vector<test::Part>& parts, const VectorXd& q) {
+  struct Axis {
+    Vector3d at, along;
+  };
+  struct Place {
+    Vector3d at;
+    Matrix3d turn;
+    std::vector<Axis> axes;  // of the joints that move it
+  };
+  std::vector<Place> places;
+  InSpace sum{MatrixXd::Zero(q.size(), q.size()), VectorXd::Zero(q.size())};
+  Eigen::Index joints = 0;
+  for (const test::Part& part : parts) {
+    Place place = part.parent < 0 ? Place{Vector3d::Zero(), Matrix3d::Identity(), {}}
+                                  : places[static_cast<std::size_t>(part.parent)];
+    place.at += place.turn * part.xyz;
+    place.turn *= test::turnOf(part.rpy);
+    if (part.moves) {
+      place.axes.push_back({place.at, place.turn * part.axis});
+      place.turn *= Eigen::AngleAxisd(q[joints++], part.axis).toRotationMatrix();
+    }
+    const Vector3d com = place.at + place.turn * part.com;
+    const Matrix3d axes = place.turn * test::turnOf(part.inertialRpy);
+    const Matrix3d inertia = axes * part.inertia * axes.transpose();
+    MatrixXd v = MatrixXd::Zero(3, q.size()), w = v;
+    for (std::size_t i = 0; i < place.axes.size(); ++i) {
+      const auto column = static_cast<Eigen::Index>(i);
+      v.col(column) = place.axes[i].along.cross(com - place.axes[i].at);
+      w.col(column) = place.axes[i].along;
+    }
+    sum.M += part.mass * v.transpose() * v + w.transpose() * inertia * w;
+    sum.weight += v.transpose() * Vector3d(0, 0, -9.81 * part.mass);
+    places.push_back(place);
+  }
+  return sum;
+}
+
+class Robots : public testing::TestWithParam<int> {};
+
+TEST_P(Robots, InThePlaneAreWhatTheyAreInSpace) {
+  const int n = GetParam();
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const std::vector<test::Part> parts = test::randomRobot(n, seed);
+    const Scene scene = sceneOf(test::urdfOf(parts));
+    ASSERT_EQ(scene.chain.size(), n);
+    test::Random random(seed + 1000);
+    VectorXd q(n), qd = VectorXd::Zero(n);
+    for (int i = 0; i < n; ++i) q[i] = random.between(-3, 3);
+    const ActiveForces active = activeForces(scene, 0, q, qd);
+    const Kane kane = planar_chain::kane(scene.chain, q, qd, active);
+    const InSpace space = inSpace(parts, q);
+    EXPECT_LT((kane.M_q - space.M).norm(), 1e-13 * space.M.norm()) << "seed " << seed;
+    EXPECT_LT((kane.f - space.weight).norm(), 1e-13 * (9.81 * n * space.M.norm())) << "seed " << seed;
+    int joint = 0;
+    for (const test::Part& part : parts) {
+      if (!part.moves) continue;
+      const auto at = static_cast<std::size_t>(joint++);
+      EXPECT_EQ(scene.chain.links()[at].name, part.name);
+      EXPECT_EQ(scene.chain.joints()[at].name, part.name + "_joint");
+      EXPECT_EQ(scene.chain.joints()[at].damping, part.damping);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Links, Robots, testing::Values(1, 2, 3, 7));
+
+// ---- By hand ---------------------------------------------------------------------------------
+
+/// Two rods; `first` and `second` are what stands in their joints.
+std::string twoRods(const std::string& first, const std::string& second,
+                    const std::string& type = "continuous") {
+  const std::string body =
+      "<inertial><origin xyz='0 0 -0.5'/><mass value='2'/>"
+      "<inertia ixx='0.3' ixy='0' ixz='0' iyy='0.25' iyz='0' izz='0.1'/></inertial></link>";
+  return "<robot name='two'><link name='ground'/><link name='upper'>" + body + "<link name='lower'>" + body +
+         "<joint name='shoulder' type='" + type + "'><parent link='ground'/><child link='upper'/>" + first +
+         "</joint><joint name='elbow' type='" + type + "'><parent link='upper'/><child link='lower'/>" +
+         "<origin xyz='0 0.2 -1'/>" + second + "</joint></robot>";
+}
+
+TEST(Plane, StandsUprightWhereTheAxisIsLevel) {
+  const std::string y = "<axis xyz='0 1 0'/>";
+  const Chain chain = sceneOf(twoRods(y, y)).chain;
+  EXPECT_EQ(chain.gravity(), (Vec2d{0, -9.81}));
+  EXPECT_EQ(chain.links()[0].com, (Vec2d{0, -0.5}));
+  EXPECT_EQ(chain.links()[0].pin, (Vec2d{0, -1}));
+  EXPECT_EQ(chain.links()[0].inertia, 0.25);
+  EXPECT_EQ(chain.links()[1].pin, (Vec2d{0, 0}));
+}
+
+TEST(Plane, LiesWhereTheAxisIsUpright) {
+  // Axes along root's z: the plane is level and has root's x. The rods are turned into it.
+  const std::string z = "<axis xyz='1 0 0'/>";
+  const Chain chain = sceneOf(twoRods("<origin rpy='0 -1.5707963267948966 0'/>" + z, z)).chain;
+  EXPECT_EQ(chain.gravity(), (Vec2d{0, 0}));
+  EXPECT_NEAR(chain.links()[0].pin.x, 1, 1e-15);
+  EXPECT_NEAR(chain.links()[0].pin.y, 0.2, 1e-15);
+  EXPECT_NEAR(chain.links()[0].inertia, 0.3, 1e-15);
+}
+
+TEST(Plane, InclinedFeelsThePartOfGravityInIt) {
+  const std::string inclined = "<axis xyz='0 0.8 0.6'/>";
+  EXPECT_NEAR(sceneOf(twoRods(inclined, inclined)).chain.gravity().y, -9.81 * 0.8, 1e-14);
+}
+
+TEST(Plane, TakesRightAnglesOfFiveDigits) {
+  // The second axis is 4e-6 rad off the first: turned by 1.5708, and back.
+  const auto robot = [](const std::string& roll) {
+    std::string text = twoRods("<origin rpy='" + roll + " 0 0'/><axis xyz='0 0 1'/>", "<axis xyz='0 -1 0'/>");
+    const std::string place = "xyz='0 0.2 -1'";
+    return text.insert(text.find(place), "rpy='-" + roll + " 0 0' ");
+  };
+  EXPECT_NEAR(sceneOf(robot("1.5708")).chain.gravity().y, -9.81, 1e-9);
+  EXPECT_THROW(sceneOf(robot("1.57")), Refused);
+}
+
+TEST(Scene, SaysWhatUrdfHasNoWordFor) {
+  const std::string y = "<axis xyz='0 1 0'/><limit lower='-1' upper='2' effort='0' velocity='0'/>";
+  const Scene scene = sceneOf(twoRods(y, y, "revolute"),
+                              "gravity: [1, -2]\n"
+                              "links:\n"
+                              "  upper: {joint: {stop_stiffness: 100.0}}\n"
+                              "  lower: {joint: {stop_stiffness: 50.0, stop_damping: 2.0, stiffness: 3.0,"
+                              " rest_angle: 0.1}, initial: {angle: 0.5, velocity: 4.0}}\n"
+                              "loads: {push: {joint: elbow, torque: 1.0}}\n"
+                              "integrator: {method: rk4}\n");
+  EXPECT_EQ(scene.chain.gravity(), (Vec2d{1, -2}));
+  const Joint& elbow = scene.chain.joints()[1];
+  EXPECT_EQ(elbow.lower, -1);
+  EXPECT_EQ(elbow.upper, 2);
+  EXPECT_EQ(elbow.stopStiffness, 50);
+  EXPECT_EQ(elbow.stopDamping, 2);
+  EXPECT_EQ(elbow.stiffness, 3);
+  EXPECT_EQ(elbow.restAngle, 0.1);
+  EXPECT_EQ(scene.q, (std::vector<double>{0, 0.5}));
+  EXPECT_EQ(scene.qd, (std::vector<double>{0, 4}));
+  ASSERT_EQ(scene.loads.size(), 1U);
+  EXPECT_EQ(scene.loads[0].joint, 1);
+  EXPECT_EQ(scene.integrator.method, "rk4");
+}
+
+TEST(Links, OnTheGroundAndWithoutMassDoNotCount) {
+  std::string robot = twoRods("<axis xyz='0 1 0'/>", "<axis xyz='0 1 0'/>");
+  const Chain without = sceneOf(robot).chain;
+  robot.insert(
+      robot.find("</robot>"),
+      "<link name='tool'/><joint name='t' type='fixed'><parent link='lower'/><child link='tool'/></joint>"
+      "<link name='table'><inertial><mass value='9'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' "
+      "izz='1'/></inertial></link><joint name='u' type='fixed'><parent link='ground'/>"
+      "<child link='table'/></joint><gazebo/><transmission name='any'/>");
+  const Chain with = sceneOf(robot).chain;
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(with.links()[i].mass, without.links()[i].mass);
+    EXPECT_EQ(with.links()[i].inertia, without.links()[i].inertia);
+    EXPECT_EQ(with.links()[i].com, without.links()[i].com);
+  }
+}
+
+}  // namespace
+}  // namespace planar_chain
