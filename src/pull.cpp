@@ -4,10 +4,6 @@
 
 namespace planar_chain {
 
-double effectiveMass(Sym2<double> mobility, Vec2d u) {
-  return dot(u, u) / dot(u, mobility * u);
-}
-
 Pull::Pull(const Chain& chain) : chain_(chain), recursion_(chain) {
   const auto n = static_cast<std::size_t>(chain.size());
   e_.resize(n);

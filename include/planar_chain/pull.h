@@ -33,9 +33,6 @@ struct PointMotion {
   Sym2<double> mobility{};  ///< Λ⁻¹, 1/kg
 };
 
-/// m_eff along u ≠ 0, kg; infinite where the point cannot give way.
-double effectiveMass(Sym2<double> mobility, Vec2d u);
-
 class Pull {
  public:
   /// The chain must outlive this.

@@ -1,6 +1,5 @@
 /// planar_chain_node: the scene of the private parameters, running.
 
-#include <ros/console.h>
 #include <ros/init.h>
 #include <ros/node_handle.h>
 #include <ros/this_node.h>
@@ -11,7 +10,6 @@
 #include "planar_chain/ros/node.h"
 #include "planar_chain/ros/parameters.h"
 #include "planar_chain/ros/services.h"
-#include "planar_chain/scene_reader.h"
 
 namespace {
 
@@ -32,20 +30,13 @@ int main(int argc, char** argv) {
   std::setlocale(LC_CTYPE, "C.UTF-8");
   ros::init(argc, argv, "planar_chain");
   const ros::NodeHandle loggingLastsAsLongAsThis;
-  try {
-    planar_chain::Node node(
-        planar_chain::readScene(planar_chain::sceneParameters(ros::this_node::getName())));
+  return planar_chain::withScene(ros::this_node::getName(), [](const planar_chain::Scene& scene) {
+    planar_chain::Node node(scene);
     const planar_chain::Services services(node);
     // Not roscpp's own way, which takes everything down in another thread, in the middle of a tick. While the
     // master is waited for, above, that is what is wanted.
     std::signal(SIGINT, askForTheEnd);
     std::signal(SIGTERM, askForTheEnd);
     node.run(goesOn);
-  } catch (const planar_chain::Refused& refused) {
-    for (const auto& fault : refused.faults()) ROS_FATAL("%s", toString(fault).c_str());
-    return 2;
-  } catch (const std::exception& failure) {
-    ROS_FATAL("%s", failure.what());
-    return 1;
-  }
+  });
 }

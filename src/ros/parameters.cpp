@@ -1,11 +1,15 @@
 #include "planar_chain/ros/parameters.h"
 
+#include <ros/console.h>
+#include <ros/names.h>
 #include <ros/param.h>
 
+#include <exception>
 #include <utility>
 #include <vector>
 
 #include "planar_chain/fault.h"
+#include "planar_chain/scene_reader.h"
 
 namespace planar_chain {
 
@@ -70,6 +74,19 @@ Value sceneParameters(const std::string& node) {
                     "nothing"}});
   }
   return valueOf(parameters);
+}
+
+int withScene(const std::string& node, const std::function<void(const Scene&)>& act) {
+  try {
+    act(readScene(sceneParameters(ros::names::resolve(node))));
+    return 0;
+  } catch (const Refused& refused) {
+    for (const Fault& fault : refused.faults()) ROS_FATAL("%s", toString(fault).c_str());
+    return 2;
+  } catch (const std::exception& failure) {
+    ROS_FATAL("%s", failure.what());
+    return 1;
+  }
 }
 
 }  // namespace planar_chain
