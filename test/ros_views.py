@@ -87,6 +87,10 @@ class Views(unittest.TestCase):
         with open(os.path.join(PACKAGE, 'config', 'planar_chain.rviz'), encoding='utf-8') as file:
             config = yaml.safe_load(file)
         self.assertEqual(show.reach({'links': {'bead': {'com': ['0.01', 0], 'pin': [0.03, 0.04], 'repeat': 100}}}), 5)
+        robot = ('<robot><link name="ground"/><link name="a"/><link name="b"><inertial><origin xyz="0 0 -0.5"/></inertial></link>'
+                 '<joint><parent link="ground"/><child link="a"/><origin xyz="0 0 9"/></joint>'
+                 '<joint><parent link="a"/><child link="b"/><origin xyz="3 0 4"/></joint></robot>')
+        self.assertEqual(show.reach_of_robot(robot), 5.5)
         self.assertEqual([show.cell(size) for size in (0.7, 1.7, 45.0)], [0.5, 1, 20])
         show.fit(config, 5.0)
         manager = config['Visualization Manager']

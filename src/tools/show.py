@@ -6,6 +6,7 @@ import math
 import subprocess
 import sys
 import tempfile
+import xml.etree.ElementTree
 
 import rospy
 import yaml
@@ -21,11 +22,25 @@ def reach(scene):
                for link in scene['links'].values()) or DEFAULT
 
 
+def reach_of_robot(urdf):
+    """The same of a URDF: from joint to joint, and to the farthest centre of mass."""
+    def length(origin):
+        return 0 if origin is None else math.hypot(*map(float, origin.get('xyz', '0 0 0').split()))
+
+    robot = xml.etree.ElementTree.fromstring(urdf)
+    joints = robot.findall('joint')
+    moving = {joint.find('child').get('link') for joint in joints}
+    between = [joint for joint in joints if joint.find('parent').get('link') in moving]
+    centres = (length(link.find('inertial/origin')) for link in robot.findall('link'))
+    return sum(length(joint.find('origin')) for joint in between) + max(centres) or DEFAULT
+
+
 def reach_of(node):
     """The same of the scene in a node's parameters. What is wrong with it, the node itself says."""
     try:
-        return reach(rospy.get_param(node))
-    except (AttributeError, KeyError, TypeError, ValueError):
+        scene = rospy.get_param(node)
+        return reach_of_robot(scene['robot_description']) if 'robot_description' in scene else reach(scene)
+    except (AttributeError, KeyError, TypeError, ValueError, SyntaxError):
         return DEFAULT
 
 
