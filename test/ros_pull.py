@@ -12,7 +12,7 @@ import unittest
 import roslib.packages
 import rospy
 import rostest
-from planar_chain.msg import CommandTaken
+from planar_chain.msg import CommandTaken, LinkStates
 from planar_chain.srv import Step
 from sensor_msgs.msg import JointState
 from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerInit, Marker, MarkerArray
@@ -21,6 +21,7 @@ from ros_node import LIMIT, Listener, Node, PUBLISHERS, nanoseconds, publisher, 
 
 RATE = 200.0
 PULSATION = 20.0  # rad/s, of pull's spring
+OVERLAP = 1e-6    # s that a force outlasts its tick
 NEVER = 0.3       # s of wall time in which a force that is not on its way does not come
 
 
@@ -81,8 +82,9 @@ class Dragged(unittest.TestCase):
         self.states = Listener('/joint_states', JointState)
         self.taken = Listener('/planar_chain/commands_taken', CommandTaken)
         self.pictures = Listener('/pull/force', MarkerArray)
+        self.links = Listener('/planar_chain/link_states', LinkStates)
         self.offered = Listener('/pull/update_full', InteractiveMarkerInit)
-        listeners = (self.states, self.taken, self.pictures, self.offered)
+        listeners = (self.states, self.taken, self.pictures, self.offered, self.links)
         self.addCleanup(lambda: [listener.close() for listener in listeners])
 
     def start(self):
@@ -157,13 +159,17 @@ class Dragged(unittest.TestCase):
             farthest = max(farthest, state.position[0])
         self.assertAlmostEqual(farthest / angle, 1, delta=0.005)
         force = self.forces()[-1]
-        self.assertEqual((force.link, force.point.x, force.point.y, force.duration), ('rod', 1, 0, 1 / RATE))
+        self.assertEqual((force.link, force.point.x, force.point.y, force.duration), ('rod', 1, 0, 1 / RATE + OVERLAP))
+        # What is told of a tick's end has the force that led there: the rod's angular acceleration is its change of rate.
+        alphas = [links.acceleration[0].angular.z for links in self.links.messages]
+        self.assertGreater(max(alphas), 0.5 * PULSATION ** 2 * angle)
 
     def test_the_force_ends_with_the_mouse_button(self):
         self.start()
         self.drag(0.0, 1.0)
         self.step_with_force()
         self.rviz.say(InteractiveMarkerFeedback.MOUSE_UP, rospy.Time())
+        self.rviz.say(InteractiveMarkerFeedback.KEEP_ALIVE, rospy.Time())  # else it is silence that ends it
         self.step_until(self.is_let_go)
         self.assert_free()
 

@@ -32,16 +32,16 @@ def corners(marker):
 
 
 class Views(unittest.TestCase):
-    def see(self, scene, *names):
-        """The first message of each view."""
+    def see(self, scene, *names, least=3):
+        """The first message of each view; or the last, where there must be more than three."""
         topics = {name: Listener('/planar_chain/view/' + name, Marker if name == 'energy' else MarkerArray)
                   for name in names}
         with Node(scene):
             for listener in topics.values():
-                listener.wait_for_count(3)
+                listener.wait_for_count(least)
         for listener in topics.values():
             listener.close()
-        return [topics[name].messages[0] for name in names]
+        return [topics[name].messages[0 if least == 3 else least - 1] for name in names]
 
     def only(self, array, frame):
         """The one marker, in this frame and moving with it."""
@@ -73,6 +73,18 @@ class Views(unittest.TestCase):
         self.assertEqual(lines['potential'], '-9.81 J')
         self.assertLess(abs(float(lines['balance'].split()[0])), 1e-9)
         self.assertLess(float(lines['kinetic'].split()[0]), 1e-20)
+
+    def test_the_centre_is_that_of_mass_and_what_motors_give_is_supplied(self):
+        scene = rod(chain=['rod', 'feather'], loads={'motor': {'joint': 'rod_joint', 'torque': 5.0, 'stop': 0.1}})
+        scene['links']['feather'] = {'mass': 0.02, 'inertia': 0.001, 'com': [10.0, 0.0], 'pin': [10.0, 0.0],
+                                     'joint': {'damping': 1e-3}}
+        centres, energy = self.see(scene, 'centres', 'energy', least=20)
+        corner, = [corners(marker)[0] for marker in centres.markers if marker.header.frame_id == 'base_link']
+        self.assertAlmostEqual(math.hypot(*corner), (2 * 0.4 + 0.02 * 11) / 2.02, delta=0.02)
+        lines = dict(line.split(' ', 1) for line in energy.text.splitlines())
+        supplied, dissipated, kinetic = (float(lines[name].split()[0]) for name in ('supplied', 'dissipated', 'kinetic'))
+        self.assertGreater(supplied, kinetic)
+        self.assertAlmostEqual(supplied - dissipated, kinetic, delta=0.01 * kinetic)
 
     def test_a_spring_reddens_with_its_load_and_the_trail_begins_at_the_tip(self):
         slack, = self.see(hanging(stiffness=10.0, rest_angle=-math.pi / 2), 'springs')

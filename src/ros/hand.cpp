@@ -15,6 +15,7 @@ namespace {
 constexpr double fastest = 20;            // rad/s: a point is there in a third of a second
 constexpr double fewTicks = 0.2;          // rad of the spring's motion that a force may last
 constexpr double mostCommands = 250;      // Hz
+constexpr double overlap = 1e-6;          // s that a force outlasts its tick, whose end is told with it
 constexpr double mostPictures = 50;       // Hz
 constexpr double silence = 1;             // s of wall time
 constexpr double memory = 2;              // s
@@ -163,7 +164,7 @@ void Hand::pull(const sensor_msgs::JointState& state) {
   command.point.y = grip_->point.y;
   command.force.x = force.x;
   command.force.y = force.y;
-  command.duration = duration_;
+  command.duration = duration_ + overlap;
   forceOut_.publish(command);
   if (pictures_.falls(ros::WallTime::now().toSec())) show(point, force, state.header.stamp);
 }

@@ -32,7 +32,7 @@ class Links:
                         self.pin.append(complex(*map(float, link["pin"])))
                         self.com.append(complex(*map(float, link["com"])))
             except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError) as problem:
-                raise NoScene(f"{path}: expected a scene (simulate tells its faults), got "
+                raise NoScene(f"{path}: expected a scene with chain and links (not a URDF; simulate tells other faults), got "
                               f"{type(problem).__name__}") from problem
 
 

@@ -3,13 +3,15 @@
 parameter ~simulation, the name of a node (default planar_chain)."""
 
 import math
+import signal
 import subprocess
 import sys
 import tempfile
 import xml.etree.ElementTree
 
-import rospy
-import yaml
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # a launch that ends at once interrupts the imports
+import rospy  # noqa: E402
+import yaml  # noqa: E402
 
 FREE = 1.25   # half the height of the view, in reaches of the chain
 CELLS = 3     # of the grid, at least, in a reach
@@ -61,6 +63,7 @@ def fit(config, size):
 
 
 def main():
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     arguments = rospy.myargv()[1:]
     if not arguments:
         sys.exit(__doc__)
