@@ -54,8 +54,8 @@ def cell(size):
 
 def fit(config, size):
     manager = config['Visualization Manager']
-    view = manager['Views']['Current']
-    view['Distance'] = FREE * size / math.tan(view['Field of View'] / 2)
+    for view in (manager['Views']['Current'], *(manager['Views'].get('Saved') or ())):
+        view['Distance'] = FREE * size / math.tan(view['Field of View'] / 2)
     for display in manager['Displays']:
         if display['Class'] == 'rviz/Grid':
             display['Cell Size'] = cell(size / CELLS)
