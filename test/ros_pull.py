@@ -133,7 +133,9 @@ class Dragged(unittest.TestCase):
         return state
 
     def assert_free(self):
-        """Nothing acts: the rod turns evenly."""
+        """Nothing acts: the rod turns evenly, after the tick of the last force and the one that it outlasts it into."""
+        for _ in range(2):
+            self.step()
         speeds = [self.step().velocity[0] for _ in range(10)]
         self.assertGreater(abs(speeds[0]), 0.01)
         for speed in speeds:
@@ -188,7 +190,6 @@ class Dragged(unittest.TestCase):
         self.step_with_force()
         self.running.process.kill()
         self.running.process.wait(LIMIT)
-        self.step()  # for which the force was there
         self.assert_free()
 
     def test_what_no_rviz_says_is_passed_over(self):
