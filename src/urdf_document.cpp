@@ -48,10 +48,10 @@ class Element {
       : at_(at), path_(std::move(path)), faults_(&faults) {}
 
   bool isThere() const { return at_ != nullptr; }
-  const std::string& path() const { return path_; }
   void fault(const std::string& key, const std::string& expected, const std::string& found) const {
     faults_->push_back({path_ + (key.empty() ? "" : "/" + key), expected, found});
   }
+  bool is(const char* attribute, const char* text) const { return at_ && at_->Attribute(attribute, text); }
   /// What an attribute says, as it is told to the user.
   std::string found(const char* attribute) const {
     const char* text = at_ ? at_->Attribute(attribute) : nullptr;
@@ -193,12 +193,12 @@ UrdfJoint readJoint(const Element& element, std::string name, const Indices& lin
   joint.child = linkOf(element.only("child"), links);
   joint.origin = poseOf(element.only("origin"));
 
-  const std::string type = element.found("type");
-  joint.moves = type != "\"fixed\"";
-  if (type != "\"fixed\"" && type != "\"revolute\"" && type != "\"continuous\"") {
-    element.fault("type", "revolute, continuous or fixed", type);
+  const bool isLimited = element.is("type", "revolute");
+  joint.moves = !element.is("type", "fixed");
+  if (isLimited || element.is("type", "continuous")) {
+    readMotion(element, isLimited, joint);
   } else if (joint.moves) {
-    readMotion(element, type == "\"revolute\"", joint);
+    element.fault("type", "revolute, continuous or fixed", element.found("type"));
   }
   const Element mimic = element.only("mimic");
   if (mimic.isThere()) mimic.fault("joint", "a joint that mimics no other", mimic.found("joint"));

@@ -2,8 +2,6 @@
 /// before unless the clock went back. Needs a master: see own_master.py.
 
 #include <ros/callback_queue.h>
-#include <ros/console.h>
-#include <ros/init.h>
 #include <ros/node_handle.h>
 #include <ros/param.h>
 #include <rosgraph_msgs/Clock.h>
@@ -16,6 +14,7 @@
 #include "bytes.h"
 #include "planar_chain/ros/clock.h"
 #include "planar_chain/scene_reader.h"
+#include "ros_begun.h"
 
 namespace planar_chain {
 namespace {
@@ -25,9 +24,7 @@ constexpr int mostTicks = 5;  // at a stretch
 /// The publisher of /clock, in this very process: what it says is heard at the next look.
 ros::Publisher& foreigner() {
   static ros::Publisher one = [] {
-    int none = 0;
-    ros::init(none, nullptr, "fuzz_clock", ros::init_options::NoSigintHandler | ros::init_options::NoRosout);
-    ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Fatal);
+    beginRos("fuzz_clock");
     static ros::NodeHandle node;
     ros::param::set("/use_sim_time", true);
     return node.advertise<rosgraph_msgs::Clock>("/clock", 10);

@@ -1,18 +1,16 @@
 /// Any run of requests is done or refused, with its reason: what ~set_state and ~step take is sound, what
 /// they answer is finite, and what they refuse has changed nothing. Needs a master: see own_master.py.
 
-#include <ros/console.h>
-#include <ros/init.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
+#include <memory>
 #include <vector>
 
 #include "bytes.h"
 #include "planar_chain/ros/node.h"
 #include "planar_chain/scene_reader.h"
+#include "ros_begun.h"
 
 namespace planar_chain {
 namespace {
@@ -27,19 +25,19 @@ bool goesOn() {
 }
 
 Node& node() {
-  static int none = 0;
-  ros::init(none, nullptr, "fuzz_services", ros::init_options::NoSigintHandler | ros::init_options::NoRosout);
-  ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Fatal);
-  static Node one(
-      readSceneText("chain: [a, b]\n"
-                    "links:\n"
-                    "  a: {mass: 1, inertia: 0.1, com: [0.5, 0.1], pin: [1, 0], initial: {velocity: 3}}\n"
-                    "  b: {mass: 2, inertia: 0.1, com: [0.3, 0], pin: [0.4, 0.1],\n"
-                    "      joint: {stiffness: 3, damping: 0.2, upper: 1, stop_stiffness: 40}}\n"
-                    "integrator: {method: rk4, step: 0.01}\n"));
-  static const bool knowsWhomToAsk = (one.run(goesOn), true);  // which ends at once
-  require(knowsWhomToAsk);
-  return one;
+  static const std::unique_ptr<Node> one = [] {
+    beginRos("fuzz_services");
+    auto made = std::make_unique<Node>(
+        readSceneText("chain: [a, b]\n"
+                      "links:\n"
+                      "  a: {mass: 1, inertia: 0.1, com: [0.5, 0.1], pin: [1, 0], initial: {velocity: 3}}\n"
+                      "  b: {mass: 2, inertia: 0.1, com: [0.3, 0], pin: [0.4, 0.1],\n"
+                      "      joint: {stiffness: 3, damping: 0.2, upper: 1, stop_stiffness: 40}}\n"
+                      "integrator: {method: rk4, step: 0.01}\n"));
+    made->run(goesOn);  // which ends at once, and knows then whom to ask
+    return made;
+  }();
+  return *one;
 }
 
 /// As many as a byte says, or mostly as many as there are links.
