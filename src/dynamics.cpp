@@ -88,7 +88,7 @@ void Dynamics::changeStops(const double* y) {
 
 void Dynamics::changedStops() {
   listEffects();
-  if (linearized_) findStiffness();
+  findStiffness();
 }
 
 void Dynamics::listEffects() {
@@ -151,13 +151,18 @@ inline void Dynamics::run(Acting acting, const Outside& outside, const double* y
   }
 }
 
-inline void Dynamics::evaluate(double t, const double* y, double* dydt) {
+inline Dynamics::Powers Dynamics::applyEffects(double t, const double* y) {
   Powers powers;
   for (const Effect effect : effects_) {
     const Powers own = (this->*effect)(t, y, y + n_);
     powers.supplied += own.supplied;
     powers.dissipated += own.dissipated;
   }
+  return powers;
+}
+
+inline void Dynamics::evaluate(double t, const double* y, double* dydt) {
+  const Powers powers = applyEffects(t, y);
   run(acting_, outside_, y, dydt);
   if (works_ > 0) {
     dydt[2 * n_] = powers.supplied;
@@ -237,8 +242,6 @@ void Dynamics::reserve(int complexCount) {
     const auto n = index(n_);
     thetaAt_.resize(stops_.empty() ? 0 : n);
     omegaAt_.resize(n);
-    kAt_.resize(n);
-    dAt_.resize(n);
     if (!loads_.empty()) {
       eAt_.resize(n);
       XF_.resize(n);
@@ -252,11 +255,16 @@ void Dynamics::reserve(int complexCount) {
 }
 
 void Dynamics::findStiffness() {
+  if (!linearized_ && !series_) return;
+  kAt_.resize(index(n_));
+  dAt_.resize(index(n_));
   std::fill(kAt_.begin(), kAt_.end(), 0.0);
   std::fill(dAt_.begin(), dAt_.end(), 0.0);
   springs_.addStiffness(kAt_.data(), dAt_.data());
   stops_.addStiffness(kAt_.data(), dAt_.data());
-  std::visit([&](auto& solver) { solver.setJoints(kAt_.data(), dAt_.data()); }, *linearized_);
+  if (linearized_) {
+    std::visit([&](auto& solver) { solver.setJoints(kAt_.data(), dAt_.data()); }, *linearized_);
+  }
 }
 
 void Dynamics::factorComplex(int k, std::complex<double> s) {
@@ -291,6 +299,46 @@ Dynamics::Powers Dynamics::powersAlong(const double* u, const double* v) {
   powers.dissipated += springs_.dissipationAlong(omegaAt_.data(), v);
   powers.dissipated += stops_.dissipationAlong(thetaAt_.data(), omegaAt_.data(), u, v);
   return powers;
+}
+
+// ---- Taylor series ---------------------------------------------------------------------------------
+
+void Dynamics::reserveSeries(int order) {
+  if (series_ && series_->orders() >= order) return;
+  series_.emplace(chain_, order, !loads_.empty());
+  loads_.reserveSeries(order);
+  findStiffness();
+}
+
+void Dynamics::series(double t, const double* y, int order, double* c) {
+  evaluations_ += order;
+  tAt_ = t;
+  std::copy(y, y + 2 * n_, c);
+  applyEffects(t, y);
+  const bool acts = !effects_.empty();
+  series_->find(order, acting_, {nullptr, acts ? N_.data() : nullptr, forces(), outside_.ground},
+                acts ? this : nullptr, c);
+}
+
+void Dynamics::findOrder(int k, const double* theta, const double* omega) {
+  std::fill(N_.begin(), N_.end(), 0.0);
+  for (int i = 0; i < n_; ++i) {
+    const double torque = -kAt_[index(i)] * relative(theta, i) - dAt_[index(i)] * relative(omega, i);
+    addJointTorque(torque, i, N_.data());
+  }
+  if (loadsAct_ == Acting::nothing) return;
+  std::fill(F_.begin(), F_.end(), Vec2d{});
+  loads_.applyCoefficients(k, tAt_, series_->rotations(), series_->rotationsPerOrder(), N_.data(), F_.data());
+}
+
+void Dynamics::integrands(double t, const double* y, double* rates) {
+  const Powers powers = applyEffects(t, y);
+  rates[0] = powers.supplied;
+  rates[1] = powers.dissipated;
+}
+
+double Dynamics::seriesCost(int order) const {
+  return series_->cost(order);
 }
 
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {

@@ -205,6 +205,39 @@ double Loads::applyRates(double t, const Rotation<double>* e, const double* omeg
   return applyFactors(e, omega, pinVelocity, N, F);
 }
 
+void Loads::applyCoefficients(int k, double t, const Rotation<double>* e, std::ptrdiff_t perOrder, double* N,
+                              Vec2d* F) {
+  const auto coefficient = [this](int order, int factor) -> double& {
+    return factorSeries_[static_cast<std::size_t>(order) * mostFactors() + static_cast<std::size_t>(factor)];
+  };
+  if (k == 1) {
+    evaluateFactors(t);
+    std::copy(factors_.begin(), factors_.end(), factorSeries_.begin());
+    evaluateRates(t);
+    std::copy(factors_.begin(), factors_.end(), &coefficient(1, 0));
+  } else {
+    for (std::size_t i = 0; i < factors_.size(); ++i) coefficient(k, static_cast<int>(i)) = 0;
+    for (const SineFactor& sine : sines_) {  // f̈ = −pulsation² f
+      coefficient(k, sine.factor) =
+          -sine.pulsation * sine.pulsation / (k * (k - 1)) * coefficient(k - 2, sine.factor);
+    }
+  }
+
+  for (const JointTerm& term : jointTerms_) {
+    const double tau = coefficient(k, term.factor) * term.torque;
+    N[term.joint] += tau;
+    if (term.joint > 0) N[term.joint - 1] -= tau;
+  }
+  for (const BodyTerm& term : bodyTerms_) {
+    const int j = term.body;
+    N[j] += coefficient(k, term.factor) * term.moment;
+    if (j < reach_) F[j] += coefficient(k, term.factor) * term.force;
+    for (int i = 0; i <= (term.factor == 0 ? 0 : k); ++i) {
+      N[j] += coefficient(i, term.factor) * cross(e[(k - i) * perOrder + j] * term.point, term.force);
+    }
+  }
+}
+
 void Loads::addStiffness(double t, const Rotation<double>* e, double* XF) {
   evaluateFactors(t);
   for (const BodyTerm& term : bodyTerms_) {

@@ -8,9 +8,9 @@
 
 namespace planar_chain::test {
 
-class CountedSystem : public ode::LinearizedSystem {
+class CountedSystem : public ode::SeriesSystem {
  public:
-  explicit CountedSystem(ode::LinearizedSystem& f) : f_(f) {}
+  explicit CountedSystem(ode::SeriesSystem& f) : f_(f) {}
   int size() const override { return f_.size(); }
   void derivative(double t, const double* y, double* dydt) override {
     ++evaluations;
@@ -39,12 +39,21 @@ class CountedSystem : public ode::LinearizedSystem {
     ++complexSolves;
     f_.solveComplex(k, rhs, x);
   }
+  bool seriesAreWorthwhile() const override { return f_.seriesAreWorthwhile(); }
+  void reserveSeries(int order) override { f_.reserveSeries(order); }
+  int driving() const override { return f_.driving(); }
+  void series(double t, const double* y, int order, double* c) override {
+    ++allSeries;
+    f_.series(t, y, order, c);
+  }
+  void integrands(double t, const double* y, double* rates) override { f_.integrands(t, y, rates); }
+  double seriesCost(int order) const override { return f_.seriesCost(order); }
 
   long long evaluations = 0, linearizations = 0;
-  long long factors = 0, solves = 0, complexFactors = 0, complexSolves = 0;
+  long long factors = 0, solves = 0, complexFactors = 0, complexSolves = 0, allSeries = 0;
 
  private:
-  ode::LinearizedSystem& f_;
+  ode::SeriesSystem& f_;
 };
 
 }  // namespace planar_chain::test

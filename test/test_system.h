@@ -14,7 +14,7 @@
 namespace planar_chain::ode::test {
 
 /// Not autonomous, not linear, solved exactly: y_1 = sin t², y_2 = cos t², y_3 = exp(sin t).
-class TestSystem : public LinearizedSystem {
+class TestSystem : public SeriesSystem {
  public:
   int size() const override { return 3; }
   void derivative(double t, const double* y, double* dydt) override {
@@ -49,6 +49,30 @@ class TestSystem : public LinearizedSystem {
         complexLu_[static_cast<std::size_t>(k)].solve(Eigen::Map<const Eigen::Vector3cd>(rhs));
     Eigen::Map<Eigen::Vector3cd>{x} = solution;
   }
+
+  bool seriesAreWorthwhile() const override { return true; }
+  void reserveSeries(int /*order*/) override {}
+  int driving() const override { return 3; }
+  void series(double t, const double* y, int order, double* c) override {
+    std::copy(y, y + 3, c);
+    double cosine = std::cos(t), sine = std::sin(t);
+    std::vector<double> cosines;  // cos(t + h) in powers of h
+    for (int k = 0; k < order; ++k) {
+      cosines.push_back(cosine);
+      double y3 = 0;
+      for (int j = 0; j <= k; ++j) y3 += c[3 * (k - j) + 2] * cosines[static_cast<std::size_t>(j)];
+      const double *at = c + 3 * k, *before = k > 0 ? at - 3 : nullptr;
+      double* next = c + 3 * (k + 1);
+      next[0] = 2 * (t * at[1] + (before ? before[1] : 0)) / (k + 1);
+      next[1] = -2 * (t * at[0] + (before ? before[0] : 0)) / (k + 1);
+      next[2] = y3 / (k + 1);
+      const double nextCosine = -sine / (k + 1);
+      sine = cosine / (k + 1);
+      cosine = nextCosine;
+    }
+  }
+  void integrands(double /*t*/, const double* /*y*/, double* /*rates*/) override {}
+  double seriesCost(int order) const override { return order; }
 
  private:
   Eigen::Matrix3d J_;

@@ -25,6 +25,7 @@
 #include "planar_chain/linearized_segments.h"
 #include "planar_chain/loads.h"
 #include "planar_chain/motion.h"
+#include "planar_chain/motion_series.h"
 #include "planar_chain/ode/system.h"
 #include "planar_chain/scene.h"
 #include "planar_chain/segments.h"
@@ -34,7 +35,7 @@
 
 namespace planar_chain {
 
-class Dynamics : public ode::LinearizedSystem {
+class Dynamics : public ode::SeriesSystem, private SeriesLoads {
  public:
   /// Both must outlive this object.
   Dynamics(const Chain& chain, Loads& loads);
@@ -58,6 +59,13 @@ class Dynamics : public ode::LinearizedSystem {
   void reserve(int complexCount) override;
   void factorComplex(int k, std::complex<double> s) override;
   void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override;
+  bool seriesAreWorthwhile() const override { return MotionSeries::areWorthwhile(n_); }
+  void reserveSeries(int order) override;
+  int driving() const override { return 2 * n_; }
+  void series(double t, const double* y, int order, double* c) override;
+  void integrands(double t, const double* y, double* rates) override;
+  double seriesCost(int order) const override;
+  /// Of f; each order of a series counts as one.
   long long evaluations() const { return evaluations_; }
 
   /// Joint limits: f is that of where its stops are now.
@@ -71,6 +79,8 @@ class Dynamics : public ode::LinearizedSystem {
   void jointTorques(double t, const double* y, double* tau);
 
  private:
+  void findOrder(int k, const double* theta, const double* omega) override;
+
   struct Powers {
     double supplied = 0, dissipated = 0;
   };
@@ -88,6 +98,7 @@ class Dynamics : public ode::LinearizedSystem {
 
   /// [ω α] with what acts.
   void run(Acting acting, const Outside& outside, const double* y, double* dydt);
+  Powers applyEffects(double t, const double* y);
   void evaluate(double t, const double* y, double* dydt);
   void findPinVelocities(const Rotation<double>* e, const double* omega);
   /// k and d of each joint, of its spring, damper and stops together.
@@ -123,6 +134,8 @@ class Dynamics : public ode::LinearizedSystem {
   std::vector<double> part_;
   std::vector<double> thetaAt_, omegaAt_, kAt_, dAt_, XF_;
   std::vector<Rotation<double>> eAt_;
+
+  std::optional<MotionSeries> series_;  ///< once there is room for it
 };
 
 }  // namespace planar_chain

@@ -46,6 +46,12 @@ class Loads {
   /// returned ∂power/∂t.
   double applyRates(double t, const Rotation<double>* e, const double* omega, const Vec2d* pinVelocity,
                     double* N, Vec2d* F);
+  /// Room for applyCoefficients() below this order. Allocates.
+  void reserveSeries(int orders) { factorSeries_.resize(static_cast<std::size_t>(orders) * mostFactors()); }
+  /// The same for Taylor coefficients of order k > 0 around t, after all of lower order. e: of exp(i θ_j), so
+  /// many numbers an order.
+  void applyCoefficients(int k, double t, const Rotation<double>* e, std::ptrdiff_t perOrder, double* N,
+                         Vec2d* F);
   /// True when what acts changes with time.
   bool varies() const { return !sines_.empty() || !lines_.empty(); }
   /// Adds Σ X·F of each body to XF (n): how the moments of the forces change when bodies turn.
@@ -123,6 +129,7 @@ class Loads {
   void bringForward(Commands<Command>& commands, double t);
   bool hasRoom() const;
 
+  std::size_t mostFactors() const { return 1 + loads_.size(); }
   bool acts(const Window& window, double t);
   int factorOf(const TimeLaw& law, double t);
   void evaluateFactors(double t);
@@ -141,7 +148,7 @@ class Loads {
   double until_ = std::numeric_limits<double>::infinity();
   double longestStep_ = std::numeric_limits<double>::infinity();
   int reach_ = 0;
-  std::vector<double> factors_;
+  std::vector<double> factors_, factorSeries_;
   std::vector<SineFactor> sines_;
   std::vector<LineFactor> lines_;
   std::vector<JointTerm> jointTerms_;

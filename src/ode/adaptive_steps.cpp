@@ -15,7 +15,7 @@ namespace planar_chain::ode {
 namespace {
 
 constexpr double safety = 0.9;
-constexpr double beta = 0.04;  // weight of the last error in the PI control
+constexpr double mostBeta = 0.04;  // weight of the last error in the PI control
 constexpr double smallestFactor = 0.2;
 constexpr double largestFactor = 10;
 constexpr double smallestError = 1e-4;  // remembered by the PI control
@@ -37,6 +37,7 @@ AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance toleran
       tolerance_(std::move(tolerance)),
       surroundings_(std::move(surroundings)),
       exponent_(1.0 / stepper_->errorOrder()),
+      beta_(std::min(mostBeta, 7 * mostBeta * exponent_)),
       lastLog_(std::log2(smallestError)),
       trial_(stepper_->increment()),
       trialDerivative_(stepper_->increment()) {
@@ -71,6 +72,8 @@ bool AdaptiveSteps::stepTo(State& state, double t) {
 AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double longestStep) {
   surroundings_->visit(state.t, state.y);
   if (h_ <= 0) h_ = firstStep(state, end - state.t);
+  const bool isForeseen = stepper_->foresees(state.t, h_, state.y);
+  if (isForeseen) h_ *= foreseen(errorNorm(state.y, h_));
   double next = landing(state.t, end, std::min(h_, longestStep));
   // The spacing of the numbers at t, or of those at a second: what settles faster is a jump. Methods that
   // damp it in one step, and would not see it, may make a few that are asked no questions.
@@ -94,8 +97,10 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
     // The step that the error asks for grows from the one taken, but not past ten times the one proposed
     // before: a step cut short to land on a time says little about far longer ones.
     stepper_->accept();
-    const double wanted = h * std::max(growth(error), isJump ? 1 : smallestFactor);
-    h_ = std::min(wanted, justRejected_ ? h : largestFactor * h_);
+    if (!isForeseen) {
+      const double wanted = h * std::max(growth(error), isJump ? 1 : smallestFactor);
+      h_ = std::min(wanted, justRejected_ ? h : largestFactor * h_);
+    }
     justRejected_ = false;
     lastLog_ = std::log2(std::max(error, smallestError));
     count_.lastError = error;
@@ -127,10 +132,17 @@ void AdaptiveSteps::resume(double h) {
   finite_ = true;
 }
 
+/// What a step is to be lengthened by whose error is known before it is tried; it has to be so again.
+double AdaptiveSteps::foreseen(double error) const {
+  constexpr double sure = 0.98;
+  if (!std::isfinite(error)) return smallestFactor;
+  return std::min(std::max(sure * std::pow(error, -exponent_), smallestFactor), largestFactor);
+}
+
 /// error^−(exponent − ¾ β) × lastError^β, less a little.
 double AdaptiveSteps::growth(double error) const {
   const double log = std::log2(std::max(error, 1e-30));
-  return safety * std::exp2(beta * lastLog_ - (exponent_ - 0.75 * beta) * log);
+  return safety * std::exp2(beta_ * lastLog_ - (exponent_ - 0.75 * beta_) * log);
 }
 
 /// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is not finite.

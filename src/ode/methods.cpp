@@ -7,12 +7,13 @@
 #include "planar_chain/ode/explicit_runge_kutta.h"
 #include "planar_chain/ode/radau.h"
 #include "planar_chain/ode/rosenbrock.h"
+#include "planar_chain/ode/taylor.h"
 
 namespace planar_chain::ode {
 
 const std::vector<std::string>& methodNames() {
-  static const std::vector<std::string> names{"auto",    "rk4",     "dopri5",   "dop853",
-                                              "rodas5p", "radau13", "ros34pw2", "ros34pw2_fixed"};
+  static const std::vector<std::string> names{"auto",    "rk4",    "dopri5",   "dop853",        "rodas5p",
+                                              "radau13", "taylor", "ros34pw2", "ros34pw2_fixed"};
   return names;
 }
 
@@ -20,7 +21,7 @@ bool hasFixedStep(const std::string& name) {
   return name == "rk4" || name == "ros34pw2_fixed";
 }
 
-std::unique_ptr<Integrator> makeMethod(const std::string& name, LinearizedSystem& f, double step,
+std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f, double step,
                                        const Tolerance& tolerance) {
   const auto explicitBy = [&](const Tableau& table) {
     return std::make_unique<ExplicitRungeKutta>(table, f);
@@ -33,6 +34,7 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, LinearizedSystem
     std::vector<std::unique_ptr<Stepper>> steppers;
     steppers.push_back(implicitBy(rodas5p()));
     steppers.push_back(std::make_unique<Radau>(f, tolerance, surroundings));
+    if (f.seriesAreWorthwhile()) steppers.push_back(std::make_unique<Taylor>(f, tolerance.value));
     steppers.push_back(explicitBy(dop853()));
     steppers.push_back(explicitBy(dopri5()));
     return fastestSteps(std::move(steppers), tolerance, std::move(surroundings));
@@ -47,6 +49,7 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, LinearizedSystem
     table.name = "ros34pw2_fixed";
     return fixedSteps(implicitBy(table), step);
   }
+  if (name == "taylor") return adaptiveSteps(std::make_unique<Taylor>(f, tolerance.value), tolerance);
   if (name == "radau13") {
     auto surroundings = std::make_shared<Surroundings>(f);
     return std::make_unique<AdaptiveSteps>(std::make_unique<Radau>(f, tolerance, surroundings), tolerance,

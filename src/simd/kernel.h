@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "planar_chain/acting.h"
+#include "planar_chain/motion_series.h"
 
 namespace planar_chain::simd {
 
@@ -95,9 +96,43 @@ struct VectorKernel {
   /// Adds the increment to y, and to carry what rounding takes away. False, and nothing has changed, when y
   /// would not be finite.
   bool (*addCarried)(double* y, double* carry, const double* increment, std::ptrdiff_t n);
+  /// sum = Σ_{0<k≤order} c_k h^k; c_k: row k of n numbers.
+  void (*polynomial)(double h, const double* c, int order, double* sum, std::ptrdiff_t n);
   /// max |error| / max(most (1 + min(max(|y|, |y + increment|), ceiling)), rounding noise); NaN when one is
   /// not finite.
   double (*largestRatio)(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n);
+};
+
+/// A link, for the Taylor series of a motion; see series_links.h.
+struct SeriesLink {
+  double m, I, J;
+  Vec2d mr, p;
+  // Of order 0: U/D, 1/D, and the articulated mass at the outer pin.
+  Vec2d W;
+  double inverseD;
+  Sym2<double> A;
+  // Of the order in hand, as if its α were 0: a of the inner pin, f on the next link; then b and u/D; z: see
+  // Turning.
+  Vec2d a, f, b;
+  double v;
+  Rotation<double> z;
+};
+
+/// Where its coefficients stand: for each order a row of `width` first factors of the products, and one of
+/// second factors; exp(i θ_j), n an order; and what is known of the products before an order comes.
+struct SeriesArrays {
+  int n, width;
+  double *rows, *known;
+  Rotation<double>* e;
+  SeriesLink* links;
+};
+
+/// For one body, for two without outer forces, and for any number.
+struct SeriesShape {
+  /// c: row k of 2n numbers is order k of θ and ω; row 0 is there, as is e of order 0. N and F: order 0, and
+  /// nullptr where nothing acts. loads: or nullptr.
+  void (*run)(const SeriesArrays& arrays, int order, const Outside& outside, SeriesLoads* loads, double* c);
+  int (*width)(int n);
 };
 
 struct Kernel {
@@ -120,6 +155,7 @@ struct Kernel {
   void (*linearizeInwards)(const LinearArrays& arrays, const LinearState& at, ConstRows starts);
   LinearKernel real, complex;
   VectorKernel vectors;
+  const SeriesShape* series;  ///< three
 };
 
 /// Those that this CPU can run, the best first; the last one runs on every CPU. Null pointers fill up.

@@ -3,6 +3,7 @@
 /// All that a kernel is made of, for the CPU that the including file's compiler options name.
 
 #include "linear_kernel.h"
+#include "series_links.h"
 #include "vector_kernel.h"
 
 namespace planar_chain::simd {
@@ -19,7 +20,8 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           linearizeInwardsAll,
           linearKernel<Real>,
           linearKernel<ComplexLanes>,
-          vectorKernel};
+          vectorKernel,
+          seriesShapes};
 }
 
 }  // namespace

@@ -9,38 +9,10 @@
 #include <utility>
 
 #include "lane_kernel.h"
-
-/// The next loop is written out; but not for the undefined behaviour sanitizer, which watches its turns.
-#ifdef PLANAR_CHAIN_SANITIZE
-#define PLANAR_CHAIN_WRITTEN_OUT
-#else
-#define PLANAR_CHAIN_WRITTEN_OUT _Pragma("GCC unroll 12")
-#endif
+#include "number.h"
 
 namespace planar_chain::simd {
 namespace {
-
-/// A double whose functions are compiled for this CPU alone; see lanes.h.
-struct Number {
-  double v = 0;
-
-  Number() = default;
-  explicit Number(double x) : v(x) {}
-
-  friend Number operator+(Number a, Number b) { return Number(a.v + b.v); }
-  friend Number operator-(Number a, Number b) { return Number(a.v - b.v); }
-  friend Number operator*(Number a, Number b) { return Number(a.v * b.v); }
-  friend Number operator/(Number a, Number b) { return Number(a.v / b.v); }
-  friend Number operator-(Number a) { return Number(-a.v); }
-  Number& operator+=(Number b) { return *this = *this + b; }
-  Number& operator-=(Number b) { return *this = *this - b; }
-};
-
-#ifdef __FMA__
-Number mulAdd(Number a, Number b, Number c) {
-  return Number(__builtin_fma(a.v, b.v, c.v));
-}
-#endif
 
 /// exp(i θ_j) of bodies first, first + 1 … from their angles, or where these were asked for before, for
 /// forces.
@@ -90,10 +62,6 @@ class BodiesInLanes {
   static constexpr int most = fixed > 0 ? fixed : ShortChains::most;
   Turned<Real> blocks_[(most + laneCount - 1) / laneCount];
 };
-
-Vec2<Number> vectorOf(const Vec2d& a) {
-  return {Number(a.x), Number(a.y)};
-}
 
 /// N_j, F_j where they act.
 template <Acting acting>

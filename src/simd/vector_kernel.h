@@ -75,6 +75,15 @@ bool addCarried(double* y, double* carry, const double* increment, std::ptrdiff_
   return true;
 }
 
+void polynomial(double h, const double* c, int order, double* sum, std::ptrdiff_t n) {
+  const Lanes step(h);
+  forRegisters(n, [&](std::ptrdiff_t i, int size) {
+    Lanes total = loadSome(c + order * n + i, size);
+    for (int k = order - 1; k > 0; --k) total = mulAdd(step, total, loadSome(c + k * n + i, size));
+    storeSome(sum + i, step * total, size);
+  });
+}
+
 double largestRatio(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n) {
   Lanes worst, zero;
   forRegisters(n, [&](std::ptrdiff_t i, int count) {
@@ -94,7 +103,7 @@ double largestRatio(const ErrorVectors& of, double most, double rounding, std::p
 }
 
 constexpr VectorKernel vectorKernel{combinations(std::make_integer_sequence<int, VectorKernel::mostTerms>()),
-                                    addCarried, largestRatio};
+                                    addCarried, polynomial, largestRatio};
 
 }  // namespace
 }  // namespace planar_chain::simd

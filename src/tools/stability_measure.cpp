@@ -52,7 +52,7 @@ ode::Tolerance toleranceOf(double value, int size) {
   return tolerance;
 }
 
-std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::LinearizedSystem& f, double stagesTo) {
+std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::SeriesSystem& f, double stagesTo) {
   if (method.table) return std::make_unique<ode::ExplicitRungeKutta>(*method.table, f);
   if (method.rosenbrock) return std::make_unique<ode::Rosenbrock>(*method.rosenbrock, f);
   return std::make_unique<ode::Radau>(f, toleranceOf(stagesTo, f.size()),

@@ -25,7 +25,7 @@ struct Method {
 };
 const std::vector<Method>& measuredMethods();
 /// stagesTo: the tolerance to which radau13 solves its stages.
-std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::LinearizedSystem& f,
+std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::SeriesSystem& f,
                                           double stagesTo = 1e-6);
 /// For size components, the first half of them angles, which count up to half a turn.
 ode::Tolerance toleranceOf(double value, int size);

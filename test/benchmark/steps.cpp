@@ -24,7 +24,7 @@ constexpr int stepsCounted = 100;     // one look of surroundings.h among them
 /// Rods under a method that goes forward by one interval at a time.
 class Stepped {
  public:
-  Stepped(const std::string& method, int n, ode::LinearizedSystem& f, const MovingRods& at)
+  Stepped(const std::string& method, int n, ode::SeriesSystem& f, const MovingRods& at)
       : state_(f.size()) {
     std::copy(at.y.begin(), at.y.end(), state_.y.data());
     ode::Tolerance allowed{tolerance, Eigen::ArrayXd::Constant(2 * n, infinity)};

@@ -38,13 +38,14 @@ class AdaptiveSteps : public Integrator {
 
  private:
   double growth(double error) const;
+  double foreseen(double error) const;
   double errorNorm(const Eigen::VectorXd& y, double h) const;
   double firstStep(const State& state, double left);
 
   std::unique_ptr<Stepper> stepper_;
   Tolerance tolerance_;
   std::shared_ptr<Surroundings> surroundings_;
-  double exponent_;
+  double exponent_, beta_;
   double lastLog_;  ///< of the last step's error, to base 2
   double h_ = 0;
   bool justRejected_ = false;

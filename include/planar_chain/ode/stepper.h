@@ -27,6 +27,8 @@ class Stepper {
   virtual System& system() = 0;
   /// f(t, y), evaluated unless the last accepted step left it behind.
   virtual const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) = 0;
+  /// Leaves in error() that of a step from (t, y), if it can tell without trying one. Allocates nothing.
+  virtual bool foresees(double /*t*/, double /*h*/, const Eigen::VectorXd& /*y*/) { return false; }
   /// Tries a step from (t, y): increment() ≈ y(t + h) − y and, with an estimate, error(). Allocates nothing.
   virtual void step(double t, double h, const Eigen::VectorXd& y) = 0;
   virtual const Eigen::VectorXd& increment() const = 0;

@@ -44,6 +44,23 @@ class LinearizedSystem : public System {
   virtual void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) = 0;
 };
 
+/// And whose solution has a Taylor series. Its first driving() components drive themselves; the others
+/// are integrals along the way.
+class SeriesSystem : public LinearizedSystem {
+ public:
+  /// Whether they may pay, which depends on what else there is.
+  virtual bool seriesAreWorthwhile() const = 0;
+  /// Room for series up to this order. Allocates.
+  virtual void reserveSeries(int order) = 0;
+  virtual int driving() const = 0;
+  /// The solution through (t, y): to row k = 0 … order of c, of driving() numbers each, y^(k)/k!.
+  virtual void series(double t, const double* y, int order, double* c) = 0;
+  /// The rates of the others.
+  virtual void integrands(double t, const double* y, double* rates) = 0;
+  /// What a series takes, in evaluations of f.
+  virtual double seriesCost(int order) const = 0;
+};
+
 /// y at t. The part of the solution that is lost when a small increment is added to a larger y is carried
 /// to the next step (Kahan's summation), so rounding does not grow with the number of steps.
 struct State {

@@ -1,0 +1,53 @@
+#pragma once
+
+/// Steps along the Taylor series of the solution, of an order that the tolerance asks for:
+///
+///     y(t + h) = Σ_{k≤p} c_k h^k          c_k = y^(k)(t)/k!
+///
+/// The last terms tell the error of order p − 1: |c_p| h^p, and, as every other coefficient may vanish by
+/// symmetry, a quarter of |c_{p−1}| h^{p−1}. Steps that end at e^−2 of the radius of convergence, where each
+/// term is a seventh of the last, take the fewest coefficients (Jorba and Zou, see motion_series.h). A step
+/// that was too long is shortened without computing anything anew. Integrals along the way are taken by
+/// Gauss's rule.
+
+#include <vector>
+
+#include "planar_chain/ode/stepper.h"
+
+namespace planar_chain::ode {
+
+class Taylor : public Stepper {
+ public:
+  /// f must outlive the stepper.
+  Taylor(SeriesSystem& f, double tolerance);
+
+  const char* name() const override { return "taylor"; }
+  int order() const override { return order_; }
+  int errorOrder() const override { return order_ - 1; }
+
+  /// Of the last try.
+  double cost() const override { return cost_; }
+  double stabilityLimit() const override { return stabilityLimit_; }
+  System& system() override { return f_; }
+  const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) override;
+  bool foresees(double t, double h, const Eigen::VectorXd& y) override;
+  void step(double t, double h, const Eigen::VectorXd& y) override;
+  const Eigen::VectorXd& increment() const override { return increment_; }
+  const Eigen::VectorXd& error() const override { return error_; }
+  void accept() override { forget(); }
+  void forget() override { isKnown_ = false; }
+
+ private:
+  void findSeries(double t, const Eigen::VectorXd& y);
+  void findError(double h);
+
+  SeriesSystem& f_;
+  int order_;
+  double stabilityLimit_, cost_;
+  Eigen::VectorXd nodes_, weights_;  ///< of Gauss's rule on [0, 1]
+  std::vector<double> c_;
+  Eigen::VectorXd increment_, error_, derivative_, between_, rates_;
+  bool isKnown_ = false;
+};
+
+}  // namespace planar_chain::ode

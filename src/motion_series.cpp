@@ -1,0 +1,57 @@
+#include "planar_chain/motion_series.h"
+
+#include <algorithm>
+
+#include "simd/kernel.h"
+
+namespace planar_chain {
+
+namespace {
+
+std::size_t index(int j) {
+  return static_cast<std::size_t>(j);
+}
+
+}  // namespace
+
+MotionSeries::MotionSeries(const Chain& chain, int orders, bool forcesMayAct, const simd::Kernel* kernel)
+    : n_(chain.size()),
+      orders_(orders),
+      kernel_(kernel ? *kernel : *simd::kernels().front()),
+      least_(kernel_.series + std::min(n_, 3) - 1),
+      forces_(n_ == 2 ? least_ + 1 : least_),
+      width_(std::max(least_->width(n_), forcesMayAct ? forces_->width(n_) : 0)),
+      factors_(index(2 * width_) * index(orders + 1)),
+      known_(index(width_)),
+      e_(index(n_) * index(orders + 2)) {
+  for (const Link& link : chain.links()) {
+    simd::SeriesLink own{};
+    own.m = link.mass;
+    own.I = link.inertia;
+    own.J = link.inertia + link.mass * dot(link.com, link.com);
+    own.mr = link.mass * link.com;
+    own.p = link.pin;
+    links_.push_back(own);
+  }
+}
+
+MotionSeries::~MotionSeries() = default;
+
+void MotionSeries::find(int order, Acting acting, const Outside& outside, SeriesLoads* loads, double* c) {
+  kernel_.rotations(c, &e_.front().c, n_);
+  const simd::SeriesShape& shape = acting == Acting::forces ? *forces_ : *least_;
+  shape.run({n_, shape.width(n_), factors_.data(), known_.data(), e_.data(), links_.data()}, order, outside,
+            loads, c);
+}
+
+bool MotionSeries::areWorthwhile(int n) {
+  return n <= 200;  // coefficients of more leave the caches
+}
+
+double MotionSeries::cost(int order) const {
+  // By clock, for one link, two, short chains, and others, whose evaluations are faster.
+  const double perOrder = n_ == 1 ? 0.5 : n_ == 2 ? 0.7 : n_ <= simd::ShortChains::most ? 1.6 : 3;
+  return perOrder * order;
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,105 @@
+#include "planar_chain/ode/taylor.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "../simd/kernel.h"
+
+namespace planar_chain::ode {
+
+namespace {
+
+/// More than Jorba and Zou's 1 − ½ ln(tolerance), the best where the work grows with the order's square: most of
+/// it grows with the order.
+int orderFor(double tolerance) {
+  constexpr int least = 10, most = 30;
+  return std::min(std::max(static_cast<int>(std::lround(10 - .56 * std::log(tolerance))), least), most);
+}
+
+/// The longest stretch |z| of the imaginary axis on which the truncated exponential Σ z^k/k! does not grow,
+/// by more than one part in 1e6.
+double stabilityLimitOf(int order) {
+  constexpr double fine = 0.01;
+  for (double size = fine;; size += fine) {
+    std::complex<double> sum = 1, term = 1;
+    for (int k = 1; k <= order; ++k) sum += term *= std::complex<double>(0, size) / static_cast<double>(k);
+    if (std::abs(sum) > 1 + 1e-6) return size - fine;
+  }
+}
+
+}  // namespace
+
+Taylor::Taylor(SeriesSystem& f, double tolerance)
+    : f_(f),
+      order_(orderFor(tolerance)),
+      stabilityLimit_(stabilityLimitOf(order_)),
+      c_(static_cast<std::size_t>((order_ + 1) * f.driving())),
+      increment_(Eigen::VectorXd::Zero(f.size())),
+      error_(increment_),
+      derivative_(increment_),
+      between_(increment_),
+      rates_(Eigen::VectorXd::Zero(f.size() - f.driving())) {
+  f_.reserveSeries(order_);
+  cost_ = f_.seriesCost(order_);
+
+  // Gauss's rule by Golub and Welsch: eigenvalues of the Legendre polynomials' recurrence.
+  const int count = rates_.size() > 0 ? order_ / 2 + 1 : 0;
+  if (count == 0) return;
+  Eigen::VectorXd beside(count - 1);
+  for (int k = 1; k < count; ++k) beside[k - 1] = k / std::sqrt(4.0 * k * k - 1);
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> roots;
+  roots.computeFromTridiagonal(Eigen::VectorXd::Zero(count), beside);
+  nodes_ = (roots.eigenvalues().array() + 1) / 2;
+  weights_ = roots.eigenvectors().row(0).array().square();
+}
+
+void Taylor::findSeries(double t, const Eigen::VectorXd& y) {
+  if (!isKnown_) f_.series(t, y.data(), order_, c_.data());
+  isKnown_ = true;
+}
+
+const Eigen::VectorXd& Taylor::derivative(double t, const Eigen::VectorXd& y) {
+  findSeries(t, y);
+  const auto driving = f_.driving();
+  std::copy_n(c_.data() + driving, driving, derivative_.data());
+  if (rates_.size() > 0) f_.integrands(t, y.data(), derivative_.data() + driving);
+  return derivative_;
+}
+
+void Taylor::findError(double h) {
+  const double last = std::pow(h, order_), beforeLast = 0.25 * last / h;
+  const Eigen::Index driving = f_.driving();
+  const double* row = c_.data() + order_ * driving;
+  for (Eigen::Index i = 0; i < driving; ++i) {
+    error_[i] = last * std::abs(row[i]) + beforeLast * std::abs(row[i - driving]);
+  }
+}
+
+bool Taylor::foresees(double t, double h, const Eigen::VectorXd& y) {
+  cost_ = isKnown_ ? 0 : f_.seriesCost(order_);
+  findSeries(t, y);
+  findError(h);
+  increment_.setZero();
+  return true;
+}
+
+void Taylor::step(double t, double h, const Eigen::VectorXd& y) {
+  static const simd::VectorKernel& kernel = simd::kernels().front()->vectors;
+  findSeries(t, y);
+  const auto driving = static_cast<Eigen::Index>(f_.driving());
+  kernel.polynomial(h, c_.data(), order_, increment_.data(), driving);
+
+  findError(h);
+
+  increment_.tail(rates_.size()).setZero();
+  for (Eigen::Index k = 0; k < nodes_.size(); ++k) {
+    kernel.polynomial(nodes_[k] * h, c_.data(), order_, between_.data(), driving);
+    between_.head(driving) += y.head(driving);
+    f_.integrands(t + nodes_[k] * h, between_.data(), rates_.data());
+    increment_.tail(rates_.size()) += h * weights_[k] * rates_;
+  }
+}
+
+}  // namespace planar_chain::ode

@@ -1,0 +1,156 @@
+#pragma once
+
+/// Taylor coefficients of a chain's motion, one order after the other; see motion_series.h for the equations.
+///
+/// The coefficient of a product is a sum over those of its factors (Cauchy),
+///
+///     (xy)_k = x_k y_0 + x_0 y_k + Σ_{0<j<k} x_j y_{k−j}
+///
+/// and all but its first two terms are known before order k comes: they are computed for all products
+/// together, in lanes, and the rest in its place.
+
+#include "kernel.h"
+#include "lanes.h"
+#include "number.h"
+
+namespace planar_chain::simd {
+namespace {
+
+/// add(i, j) for all i + j = k but the ends, from the middle outwards: the last orders have hardly been
+/// stored.
+template <class Add>
+[[gnu::always_inline]] inline void forInnerOrders(int k, Add add) {
+  int low = k / 2, high = k - low;
+  if (low == high) add(low--, high++);
+  for (; low > 0; --low, ++high) {
+    add(low, high);
+    add(high, low);
+  }
+}
+
+/// Σ_{0<j<k} of so many products. A row of `width` first factors and one of second ones for each order.
+template <int columns>
+[[gnu::always_inline]] inline void findKnown(const double* rows, int width, int k, double* known) {
+  constexpr int registers = columns / laneCount;
+  Lanes sums[registers];
+  forInnerOrders(k, [&](int one, int other) {
+    const double *x = rows + 2 * one * width, *y = rows + (2 * other + 1) * width;
+    PLANAR_CHAIN_WRITTEN_OUT
+    for (int r = 0; r < registers; ++r) {
+      sums[r] = mulAdd(Lanes::load(x + r * laneCount), Lanes::load(y + r * laneCount), sums[r]);
+    }
+  });
+  PLANAR_CHAIN_WRITTEN_OUT
+  for (int r = 0; r < registers; ++r) sums[r].store(known + r * laneCount);
+}
+
+/// What order k goes from, and where order k + 1 goes.
+struct Order {
+  int k;
+  double *rows, *row;  ///< of the products: order 0, and k
+  const double *N, *omega;
+  const Vec2d* F;
+  double* nextOmega;
+  const Rotation<double>*start, *e;  ///< exp(i θ_j): order 0, and k
+  Rotation<double>* nextE;
+  double perOrder, perNext;  ///< 1/(k + 1), 1/(k + 2)
+
+  Number moment(int j) const { return Number(N ? N[j] : 0); }
+};
+
+/// Order k of the products from a column on.
+template <bool isFirst>
+class Products {
+ public:
+  Products(const Order& order, int width, int column, const double* known)
+      : x0_(order.rows + column),
+        y0_(x0_ + width),
+        x_(order.row + column),
+        y_(x_ + width),
+        known_(known + column) {}
+
+  void setX(int i, Number x) const { x_[i] = x.v; }
+  void setY(int i, Number y) const { y_[i] = y.v; }
+  Number x(int i) const { return Number(x_[i]); }
+  Number y(int i) const { return Number(y_[i]); }
+  Number firstX(int i) const { return Number(x0_[i]); }
+
+  /// As if y were the second factor's order k.
+  Number with(int i, Number y) const {
+    if constexpr (isFirst) return x(i) * y;
+    return mulAdd(x(i), Number(y0_[i]), mulAdd(firstX(i), y, Number(known_[i])));
+  }
+  Number operator()(int i) const { return with(i, y(i)); }
+
+  /// A cross product: factors in columns i and i + 1, those of the second one exchanged.
+  void setCrossX(int i, Vec2<Number> x) const {
+    setX(i, x.x);
+    setX(i + 1, x.y);
+  }
+  void setCrossY(int i, Vec2<Number> y) const {
+    setY(i, y.y);
+    setY(i + 1, y.x);
+  }
+  Vec2<Number> firstCrossX(int i) const { return {firstX(i), firstX(i + 1)}; }
+  Number crossWith(int i, Vec2<Number> y) const { return with(i, y.y) - with(i + 1, y.x); }
+
+ private:
+  const double *x0_, *y0_;
+  double *x_, *y_;
+  const double* known_;
+};
+
+Rotation<Number> numbersOf(const Rotation<double>& e) {
+  return {Number(e.c), Number(e.s)};
+}
+
+Sym2<Number> numbersOf(const Sym2<double>& A) {
+  return {Number(A.xx), Number(A.xy), Number(A.yy)};
+}
+
+Vec2d valueOf(Vec2<Number> a) {
+  return {a.x.v, a.y.v};
+}
+
+// ---- How a body turns --------------------------------------------------------------------------------
+
+/// Columns i and i + 1 are ω c and ω s, the second factor one order ahead. With z = Σ_{j≤k} ω_j e_{k+1−j},
+///
+///     ë_k = i (α_k e_0 + (k+1) z)        e_{k+2} = i (ω_{k+1} e_0 + z)/(k+2)        (k+1) ω_{k+1} = α_k
+template <bool isFirst>
+[[gnu::always_inline]] inline Rotation<Number> turning(const Products<isFirst>& product, Number omega) {
+  product.setX(0, omega);
+  product.setX(1, omega);
+  return {product(0), product(1)};
+}
+
+/// ë_k as if α_k were 0.
+[[gnu::always_inline]] inline Rotation<Number> second(const Order& order, Rotation<Number> z) {
+  const Number orders(order.k + 1);
+  return {-orders * z.s, orders * z.c};
+}
+
+/// Order k + 1 of how body j turns, and then e to `column` of the second factors of that order.
+[[gnu::always_inline]] inline void goOn(const Order& order, int width, int column, int j, Rotation<Number> z,
+                                        Number alpha) {
+  const Number omega = Number(order.perOrder) * alpha, part(order.perNext);
+  const Rotation<Number> start = numbersOf(order.start[j]);
+  const Rotation<Number> e{-part * mulAdd(omega, start.s, z.s), part * mulAdd(omega, start.c, z.c)};
+  order.nextOmega[j] = omega.v;
+  order.nextE[j] = {e.c.v, e.s.v};
+  double* y = order.row + 3 * width + column;
+  y[0] = e.c.v;
+  y[1] = e.s.v;
+}
+
+/// e_1 = i ω_0 e_0
+void beginTurning(const SeriesArrays& of, int j, int column, double omega) {
+  const Rotation<double> start = of.e[j], e{-omega * start.s, omega * start.c};
+  of.e[of.n + j] = e;
+  double* y = of.rows + of.width + column;
+  y[0] = e.c;
+  y[1] = e.s;
+}
+
+}  // namespace
+}  // namespace planar_chain::simd

@@ -1,0 +1,216 @@
+/// Taylor series of motions, and the method that goes along them.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "../src/simd/kernel.h"
+#include "planar_chain/dynamics.h"
+#include "planar_chain/motion_series.h"
+#include "planar_chain/ode/methods.h"
+#include "planar_chain/ode/taylor.h"
+#include "random_scene.h"
+#include "test_system.h"
+
+namespace planar_chain {
+namespace {
+
+constexpr int order = 16;
+
+/// A scene at a time when all of its loads act, and its series there.
+struct Around {
+  explicit Around(const Scene& scene, double at = 0.1)
+      : n(scene.chain.size()), t(at), loads(scene, 0), dynamics(scene.chain, loads), y(start(scene)) {
+    dynamics.enter(t);
+    dynamics.enterStops(y.data());
+    dynamics.reserveSeries(order);
+    c.resize(static_cast<std::size_t>(2 * n * (order + 1)));
+    dynamics.series(t, y.data(), order, c.data());
+  }
+
+  std::vector<double> start(const Scene& scene) const {
+    std::vector<double> state(static_cast<std::size_t>(dynamics.size()));
+    double theta = 0, omega = 0;
+    for (std::size_t i = 0; i < scene.q.size(); ++i) {
+      state[i] = theta += scene.q[i];
+      state[scene.q.size() + i] = omega += scene.qd[i];
+    }
+    return state;
+  }
+
+  double coefficient(int k, int i) const { return c[static_cast<std::size_t>(2 * n * k + i)]; }
+
+  /// The first h at which the last two terms are below 1e-14 of the rates'.
+  double reach() const {
+    double h = 1;
+    for (const int k : {order - 1, order}) {
+      double last = 0, rates = 1;
+      for (int i = 0; i < 2 * n; ++i) {
+        last = std::max(last, k * std::abs(coefficient(k, i)));
+        rates = std::max(rates, std::abs(coefficient(1, i)));
+      }
+      if (last > 0) h = std::min(h, std::pow(1e-14 * rates / last, 1.0 / (k - 1)));
+    }
+    return h;
+  }
+
+  /// How far the polynomial is from obeying the equations of motion at h, against the rates there.
+  double violation(double h) {
+    std::vector<double> at = y, slope(static_cast<std::size_t>(2 * n)), f(y.size());
+    for (int i = 0; i < 2 * n; ++i) {
+      double value = 0, rate = 0;
+      for (int k = order; k > 0; --k) {
+        rate = rate * h + k * coefficient(k, i);
+        value = (value + coefficient(k, i)) * h;
+      }
+      at[static_cast<std::size_t>(i)] += value;
+      slope[static_cast<std::size_t>(i)] = rate;
+    }
+    dynamics.derivative(t + h, at.data(), f.data());
+    double worst = 0, size = 1;
+    for (std::size_t i = 0; i < slope.size(); ++i) {
+      worst = std::max(worst, std::abs(slope[i] - f[i]));
+      size = std::max(size, std::abs(f[i]));
+    }
+    return worst / size;
+  }
+
+  int n;
+  double t;
+  Loads loads;
+  Dynamics dynamics;
+  std::vector<double> y, c;
+};
+
+class SeriesOf : public testing::TestWithParam<int> {};
+
+TEST_P(SeriesOf, AnyChainObeysItsEquationsOfMotion) {
+  // The equations are those of derivative(), which others test. Measured: at most 5e-13.
+  const int n = GetParam();
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    for (const test::With with : {test::With{false, false, false}, test::With{true, false, false},
+                                  test::With{true, true, false}, test::With{true, true, true}}) {
+      Around around(test::randomScene(n, seed, with));
+      const double h = around.reach();
+      ASSERT_GT(h, 1e-4);
+      for (const double share : {-1.0, -0.5, 0.25, 0.5, 1.0}) {
+        EXPECT_LT(around.violation(share * h), 1e-11)
+            << n << " links, seed " << seed << ", h = " << share * h;
+      }
+    }
+  }
+}
+
+TEST_P(SeriesOf, AnyChainUnderTorquesAloneObeysThem) {
+  const int n = GetParam();
+  Scene scene = test::randomScene(n, 5);
+  for (Load& load : scene.loads) load.link = Load::none;
+  Around around(scene);
+  EXPECT_LT(around.violation(around.reach()), 1e-11);
+}
+
+TEST_P(SeriesOf, PushedStopsObeysThem) {
+  const int n = GetParam();
+  Scene scene = test::randomScene(n, 6);
+  std::vector<Joint> joints = scene.chain.joints();
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    joints[i].upper = scene.q[i] - 0.01;
+    joints[i].stopStiffness = 300;
+    joints[i].stopDamping = 2;
+    scene.qd[i] = std::abs(scene.qd[i]);
+  }
+  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  Around around(scene);
+  ASSERT_TRUE(around.dynamics.stops().act());
+  EXPECT_LT(around.violation(0.5 * around.reach()), 1e-11);
+}
+
+INSTANTIATE_TEST_SUITE_P(Links, SeriesOf, testing::Values(1, 2, 3, 4, 5, 9, 16, 40));
+
+TEST(Series, AreTheSameByEveryKernel) {
+  for (const int n : {1, 2, 3, 8, 17}) {
+    const Scene scene = test::randomScene(n, 3, {false, false, false});
+    const Around around(scene);
+    for (const simd::Kernel* kernel : simd::kernels()) {
+      if (!kernel) continue;
+      for (const Acting acting : {Acting::nothing, Acting::forces}) {
+        MotionSeries series(scene.chain, order, true, kernel);
+        std::vector<double> c(around.c.size());
+        std::copy(around.c.begin(), around.c.begin() + 2 * n, c.begin());
+        series.find(order, acting, {nullptr, nullptr, nullptr, -1.0 * scene.chain.gravity()}, nullptr,
+                    c.data());
+        for (int k = 0; k <= order; ++k) {
+          double size = 0, worst = 0;
+          for (int i = 0; i < 2 * n; ++i) {
+            const auto at = static_cast<std::size_t>(2 * n * k + i);
+            size = std::max(size, std::abs(around.c[at]));
+            worst = std::max(worst, std::abs(c[at] - around.c[at]));
+          }
+          EXPECT_LE(worst, 1e-11 * size) << kernel->name << ", " << n << " links, order " << k;
+        }
+      }
+    }
+  }
+}
+
+TEST(Series, OfAChainAllAtRestInEquilibriumIsZero) {
+  const Scene scene{Chain({{"rod", 1, 0.1, {0, -0.5}, {0, -1}}, {"bob", 1, 0.1, {0, -0.5}, {0, -1}}},
+                          {{"a"}, {"b"}}, {0, -9.81}),
+                    {0, 0},
+                    {0, 0},
+                    {},
+                    {},
+                    {},
+                    0};
+  const Around around(scene);
+  for (const double coefficient : around.c) EXPECT_EQ(coefficient, 0);
+}
+
+TEST(Taylor, TakesItsOrderFromTheTolerance) {
+  auto f = ode::test::testSystem();
+  int last = 0;
+  for (const double tolerance : {1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12}) {
+    const int order = ode::Taylor(f, tolerance).order();
+    EXPECT_GT(order, last);
+    last = order;
+  }
+}
+
+TEST(Taylor, HasTheOrderThatItSays) {
+  auto f = ode::test::testSystem();
+  const int order = ode::Taylor(f, 1e-2).order();
+  const double coarse = ode::test::errorOfEqualSteps(ode::Taylor(f, 1e-2), 12);
+  const double fine = ode::test::errorOfEqualSteps(ode::Taylor(f, 1e-2), 18);
+  EXPECT_NEAR(std::log(coarse / fine) / std::log(1.5), order, 1);
+}
+
+TEST(Taylor, ForeseesTheErrorOfAStep) {
+  auto f = ode::test::testSystem();
+  ode::Taylor taylor(f, 1e-8);
+  const Eigen::VectorXd y = ode::test::testStart().y;
+  for (const double h : {0.1, 0.4}) {
+    ASSERT_TRUE(taylor.foresees(0, h, y));
+    const Eigen::VectorXd foreseen = taylor.error();
+    taylor.step(0, h, y);
+    EXPECT_EQ(foreseen, taylor.error());
+    EXPECT_GT(foreseen.maxCoeff(), 0);
+  }
+}
+
+TEST(Taylor, FindsOneSeriesAStepAndNoneForAStepMadeShorter) {
+  const Scene scene = test::randomScene(2, 8, {false, false, false});
+  Around around(scene);
+  ode::Taylor taylor(around.dynamics, 1e-6);
+  const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(around.y.data(), 4);
+  const long long before = around.dynamics.evaluations();
+  for (const double h : {0.2, 0.1, 0.05}) taylor.step(0, h, y);
+  EXPECT_EQ(around.dynamics.evaluations() - before, taylor.order());
+  taylor.forget();
+  taylor.step(0, 0.05, y);
+  EXPECT_EQ(around.dynamics.evaluations() - before, 2 * taylor.order());
+}
+
+}  // namespace
+}  // namespace planar_chain
