@@ -305,7 +305,7 @@ Dynamics::Powers Dynamics::powersAlong(const double* u, const double* v) {
 
 void Dynamics::reserveSeries(int order) {
   if (series_ && series_->orders() >= order) return;
-  series_.emplace(chain_, order, !loads_.empty());
+  series_.emplace(chain_, order);
   loads_.reserveSeries(order);
   findStiffness();
 }
@@ -316,7 +316,7 @@ void Dynamics::series(double t, const double* y, int order, double* c) {
   std::copy(y, y + 2 * n_, c);
   applyEffects(t, y);
   const bool acts = !effects_.empty();
-  series_->find(order, acting_, {nullptr, acts ? N_.data() : nullptr, forces(), outside_.ground},
+  series_->find(order, {nullptr, acts ? N_.data() : nullptr, forces(), outside_.ground},
                 acts ? this : nullptr, c);
 }
 

@@ -14,13 +14,12 @@ std::size_t index(int j) {
 
 }  // namespace
 
-MotionSeries::MotionSeries(const Chain& chain, int orders, bool forcesMayAct, const simd::Kernel* kernel)
+MotionSeries::MotionSeries(const Chain& chain, int orders, const simd::Kernel* kernel)
     : n_(chain.size()),
       orders_(orders),
       kernel_(kernel ? *kernel : *simd::kernels().front()),
-      least_(kernel_.series + std::min(n_, 3) - 1),
-      forces_(n_ == 2 ? least_ + 1 : least_),
-      width_(std::max(least_->width(n_), forcesMayAct ? forces_->width(n_) : 0)),
+      shape_(kernel_.series[std::min(n_, 3) - 1]),
+      width_(shape_.width(n_)),
       factors_(index(2 * width_) * index(orders + 1)),
       known_(index(width_)),
       e_(index(n_) * index(orders + 2)) {
@@ -37,11 +36,10 @@ MotionSeries::MotionSeries(const Chain& chain, int orders, bool forcesMayAct, co
 
 MotionSeries::~MotionSeries() = default;
 
-void MotionSeries::find(int order, Acting acting, const Outside& outside, SeriesLoads* loads, double* c) {
+void MotionSeries::find(int order, const Outside& outside, SeriesLoads* loads, double* c) {
   kernel_.rotations(c, &e_.front().c, n_);
-  const simd::SeriesShape& shape = acting == Acting::forces ? *forces_ : *least_;
-  shape.run({n_, shape.width(n_), factors_.data(), known_.data(), e_.data(), links_.data()}, order, outside,
-            loads, c);
+  shape_.run({n_, width_, factors_.data(), known_.data(), e_.data(), links_.data()}, order, outside, loads,
+             c);
 }
 
 bool MotionSeries::areWorthwhile(int n) {

@@ -127,7 +127,7 @@ struct SeriesArrays {
   SeriesLink* links;
 };
 
-/// For one body, for two without outer forces, and for any number.
+/// For one body, for two, and for any number.
 struct SeriesShape {
   /// c: row k of 2n numbers is order k of θ and ω; row 0 is there, as is e of order 0. N and F: order 0, and
   /// nullptr where nothing acts. loads: or nullptr.

@@ -27,7 +27,7 @@ class One {
   [[gnu::always_inline]] void find(const Order& order) {
     const Products<isFirst> product(order, width, 0, known_);
     const Rotation<Number> z = turning(product, Number(order.omega[0])), e = numbersOf(order.e[0]);
-    const Number torque = order.moment(0) - mulAdd(e.c, acrossA_, e.s * alongA_);
+    const Number torque = order.moment(0) - mulAdd(e.c, acrossA_, -e.s * alongA_);
     goOn(order, width, 0, 0, z, inverseJ_ * torque);
   }
 
@@ -37,10 +37,9 @@ class One {
   Number inverseJ_, acrossA_, alongA_;
 };
 
-/// With the first moments S_1 = m_1 R_1 + m_2 P_1 and S_2 = m_2 R_2, no outer forces, and κ = P_1·S_2 of
-/// order 0,
+/// With the first moments S_1 = m_1 R_1 + m_2 P_1 and S_2 = m_2 R_2, and κ = P_1·S_2 of order 0,
 ///
-///     M_11 α_1 + κ α_2 = N_1 − S_1×a − P_1×S̈_2            M_11 = J_1 + m_2 |p_1|²
+///     M_11 α_1 + κ α_2 = N_1 − S_1×a − P_1×(S̈_2 − F_2)            M_11 = J_1 + m_2 |p_1|²
 ///        κ α_1 + J_2 α_2 = N_2 − S_2×a − S_2×P̈_1
 ///
 /// in order k, where P̈_1 and S̈_2 on the right are as if α_k were 0; det M as in short_kernel.h.
@@ -80,8 +79,10 @@ class Two {
     const Vec2<Number> S2 = e2 * s2_;
     crossing.setCrossX(0, e1 * p1_);
     crossing.setCrossX(2, S2);
-    const Vec2<Number> P1dd = second(order, z1) * p1_, S2dd = second(order, z2) * s2_;
-    const Number f1 = order.moment(0) - mulAdd(e1.c, acrossA_, e1.s * alongA_) - crossing.crossWith(0, S2dd);
+    const Vec2<Number> P1dd = second(order, z1) * p1_;
+    Vec2<Number> S2dd = second(order, z2) * s2_;
+    if (order.F) S2dd -= vectorOf(order.F[1]);
+    const Number f1 = order.moment(0) - mulAdd(e1.c, acrossA_, -e1.s * alongA_) - crossing.crossWith(0, S2dd);
     const Number f2 = order.moment(1) - cross(S2, a_) - crossing.crossWith(2, P1dd);
     const Number alpha1 = mulAdd(J2_, f1, -kappa_ * f2) * inverse_;
     const Number alpha2 = mulAdd(M11_, f2, -kappa_ * f1) * inverse_;
