@@ -59,7 +59,7 @@ TEST_P(Memory, IsSoMuchALinkWhateverTheLength) {
 INSTANTIATE_TEST_SUITE_P(Methods, Memory,
                          testing::Values(Method{"rk4", 1}, Method{"dopri5", 1}, Method{"dop853", 1},
                                          Method{"ros34pw2_fixed", 1.5}, Method{"rodas5p", 1.5},
-                                         Method{"radau13", 5}, Method{"auto", 6}),
+                                         Method{"radau13", 5}, Method{"taylor", 6}, Method{"auto", 6}),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
 }  // namespace

@@ -62,11 +62,12 @@ class Report(unittest.TestCase):
 
     def test_every_method_takes_part(self):
         self.assertEqual({row["method"] for row in self.rows(scene="triple")},
-                         {"auto", "rk4", "dopri5", "dop853", "rodas5p", "ros34pw2", "ros34pw2_fixed", "radau13"})
+                         {"auto", "rk4", "dopri5", "dop853", "rodas5p", "ros34pw2", "ros34pw2_fixed", "radau13",
+                          "taylor"})
 
     def test_errors_come_down_with_the_tolerance(self):
         for scene in ("pendulum", "triple"):
-            for method in ("auto", "dopri5", "dop853", "rodas5p", "radau13"):
+            for method in ("auto", "dopri5", "dop853", "taylor", "rodas5p", "radau13"):
                 errors = [float(row["error_theta"]) for row in self.rows(scene=scene, method=method)]
                 self.assertLess(errors[-1], 1e-7, (scene, method))
                 self.assertLess(errors[-1], 1e-2 * errors[0], (scene, method))

@@ -78,7 +78,7 @@ class Measured(unittest.TestCase):
 
     def test_but_not_on_a_whip(self):
         with_limit = [row for row in self.all_rows if row["family"] == "whip" and row["method"] != "auto"]
-        self.assertEqual(len(with_limit), 6)
+        self.assertEqual(len(with_limit), 7)
         for row in with_limit:
             self.assertNotEqual(row["unstable_s"], "", row)
 

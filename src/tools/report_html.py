@@ -14,8 +14,8 @@ plt.rcParams.update({"svg.hashsalt": "planar_chain", "font.size": 9, "axes.grid"
 
 OWN = "planar_chain"
 COLOURS = {"auto": "black", "rk4": "#9467bd", "dopri5": "#1f77b4", "dop853": "#17becf", "rodas5p": "#d62728",
-           "radau13": "#ff7f0e", "ros34pw2": "#e377c2", "ros34pw2_fixed": "#8c564b"}
-PEER_COLOURS = ["#2ca02c", "#98df8a", "#556b2f", "#bcbd22", "#7f7f7f", "#393b79", "#8c6d31", "#5254a3", "#637939",
+           "radau13": "#ff7f0e", "taylor": "#2b8a3e", "ros34pw2": "#e377c2", "ros34pw2_fixed": "#8c564b"}
+PEER_COLOURS = ["#8fbc8f", "#98df8a", "#556b2f", "#bcbd22", "#7f7f7f", "#393b79", "#8c6d31", "#5254a3", "#637939",
                 "#3182bd", "#a55194", "#c7c7c7", "#e6550d", "#17a589"]
 PEER_MARKS = "sDv^<>pP*hXd8H"
 

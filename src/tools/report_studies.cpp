@@ -250,8 +250,8 @@ void studyLongRuns(const std::string& folder, bool quick) {
   const double end = quick ? 100 : 1e4;
   const std::pair<const char*, Scene> scenes[] = {{"double", pendulum.scene}, {"free_chain", freeChain()}};
   const std::pair<const char*, double> runs[] = {
-      {"auto", 1e-8},    {"dopri5", 1e-8}, {"dop853", 1e-8}, {"rodas5p", 1e-8},
-      {"radau13", 1e-8}, {"rk4", 0.005},   {"auto", 1e-12},  {"ros34pw2_fixed", 0.005}};
+      {"auto", 1e-8},   {"dopri5", 1e-8}, {"dop853", 1e-8}, {"rodas5p", 1e-8},        {"radau13", 1e-8},
+      {"taylor", 1e-8}, {"rk4", 0.005},   {"auto", 1e-12},  {"ros34pw2_fixed", 0.005}};
   for (const auto& [name, scene] : scenes) {
     for (const auto& [method, setting] : runs) followLong(name, scene, method, setting, end);
   }

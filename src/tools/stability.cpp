@@ -103,7 +103,7 @@ std::string limitCell(const Measured& measured) {
 }
 
 std::string errorCell(const Method& method, const Measured& measured) {
-  const bool iterates = !method.table && !method.rosenbrock;
+  const bool iterates = !method.table && !method.rosenbrock && !method.isSeries;
   const char* failure = iterates ? "no stages" : "blows up";
   const auto word = [&](const std::optional<double>& error, const char* unknown) -> std::string {
     if (!error) return unknown;
@@ -225,7 +225,7 @@ a decade of stable ones and at least to 1 ms, and then between the last two to 3
 smallest tried blows up (1e-9 s; a whip: 1e-4 s). `≥`: none blows up. `*`: larger ones passed as well, but not all.
 In brackets, for explicit methods: where |R(h λ)| passes 1 for an eigenvalue λ of the chain at rest; for rk4 undamped
 that is 2.83/|λ|. dopri5 grows so slowly just beyond (by 1e-5 a step) that a run does not see it.
-radau13 never grows; it ends (`no stages`) where its iteration, with one Jacobian a step, no longer solves the
+taylor is here of order 20, that of tolerance 1e-8. radau13 never grows; it ends (`no stages`) where its iteration, with one Jacobian a step, no longer solves the
 equations of the stages. With error control, as it is offered, such a step is made again, shorter.
 
 Errors are the largest of an angle after 1 s, against auto at tolerance 1e-10; `–`: none at hand. A second may be longer

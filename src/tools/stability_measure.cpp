@@ -11,6 +11,7 @@
 #include "planar_chain/ode/methods.h"
 #include "planar_chain/ode/radau.h"
 #include "planar_chain/ode/surroundings.h"
+#include "planar_chain/ode/taylor.h"
 
 namespace planar_chain::tools {
 
@@ -18,6 +19,7 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double toleranceOfSeries = 1e-8;   // for order 20
 constexpr double resolution = 1.03;          // of a limit found by bisection
 constexpr int mostDense = 100;               // links for which all eigenvalues are found
 constexpr double mostLinkEvaluations = 4e7;  // for a reference: some two seconds
@@ -42,7 +44,8 @@ const std::vector<Method>& measuredMethods() {
   static const std::vector<Method> methods{
       {"rk4", &ode::rk4(), nullptr},           {"dopri5", &ode::dopri5(), nullptr},
       {"dop853", &ode::dop853(), nullptr},     {"rodas5p", nullptr, &ode::rodas5p()},
-      {"ros34pw2", nullptr, &ode::ros34pw2()}, {"radau13", nullptr, nullptr}};
+      {"ros34pw2", nullptr, &ode::ros34pw2()}, {"radau13", nullptr, nullptr},
+      {"taylor", nullptr, nullptr, true}};
   return methods;
 }
 
@@ -55,6 +58,7 @@ ode::Tolerance toleranceOf(double value, int size) {
 std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::SeriesSystem& f, double stagesTo) {
   if (method.table) return std::make_unique<ode::ExplicitRungeKutta>(*method.table, f);
   if (method.rosenbrock) return std::make_unique<ode::Rosenbrock>(*method.rosenbrock, f);
+  if (method.isSeries) return std::make_unique<ode::Taylor>(f, toleranceOfSeries);
   return std::make_unique<ode::Radau>(f, toleranceOf(stagesTo, f.size()),
                                       std::make_shared<ode::Surroundings>(f));
 }

@@ -21,12 +21,12 @@ namespace planar_chain::tools {
 struct Method {
   const char* name;
   const ode::Tableau* table;
-  const ode::RosenbrockTableau* rosenbrock;  ///< both null: radau13
+  const ode::RosenbrockTableau* rosenbrock;
+  bool isSeries = false;  ///< taylor, of order 20; none of the three: radau13
 };
 const std::vector<Method>& measuredMethods();
 /// stagesTo: the tolerance to which radau13 solves its stages.
-std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::SeriesSystem& f,
-                                          double stagesTo = 1e-6);
+std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::SeriesSystem& f, double stagesTo = 1e-6);
 /// For size components, the first half of them angles, which count up to half a turn.
 ode::Tolerance toleranceOf(double value, int size);
 /// s of this thread on the processor.

@@ -24,8 +24,7 @@ constexpr int stepsCounted = 100;     // one look of surroundings.h among them
 /// Rods under a method that goes forward by one interval at a time.
 class Stepped {
  public:
-  Stepped(const std::string& method, int n, ode::SeriesSystem& f, const MovingRods& at)
-      : state_(f.size()) {
+  Stepped(const std::string& method, int n, ode::SeriesSystem& f, const MovingRods& at) : state_(f.size()) {
     std::copy(at.y.begin(), at.y.end(), state_.y.data());
     ode::Tolerance allowed{tolerance, Eigen::ArrayXd::Constant(2 * n, infinity)};
     allowed.ceiling.head(n) = 4;
@@ -96,7 +95,7 @@ void measureTick(benchmark::State& state, const std::string& method, int n) {
 
 void registerSteps() {
   for (const int n : sizes()) {
-    for (const char* method : {"rk4", "dopri5", "dop853", "rodas5p", "ros34pw2", "radau13"}) {
+    for (const char* method : {"rk4", "dopri5", "dop853", "rodas5p", "ros34pw2", "radau13", "taylor"}) {
       benchmark::RegisterBenchmark(nameOf("step", method, n).c_str(),
                                    [method, n](benchmark::State& state) { measureStep(state, method, n); });
     }
