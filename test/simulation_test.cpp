@@ -12,6 +12,7 @@
 #include <string>
 
 #include "planar_chain/kane.h"
+#include "planar_chain/ode/methods.h"
 #include "planar_chain/segments.h"
 #include "random_scene.h"
 
@@ -348,6 +349,28 @@ TEST(Failure, KeepsTheLastGoodStateAndResetLeadsBack) {
   EXPECT_EQ(simulation.q()[0], 0.1);
   EXPECT_EQ(simulation.time(), 0);
   EXPECT_TRUE(simulation.advanceTo(0.01));
+}
+
+TEST(Fault, IsSaidAtOnceWhereNoMethodGetsAnywhere) {
+  // Every method tries a few steps, shorter and shorter, before it gives up.
+  Load blast;
+  blast.name = "blast";
+  blast.joint = 0;
+  blast.torque = 1e200;
+  blast.start = 0.3;
+  for (const std::string& method : ode::methodNames()) {
+    const Scene scene{Chain({{"rod", 1, 0.1, {0.5, 0}, {1, 0}}}, {{"rod_joint"}}, {}),
+                      {0},
+                      {0},
+                      {blast},
+                      {method, 1e-8, 0.01},
+                      {},
+                      0};
+    Simulation simulation(scene, 10);
+    for (int k = 1; k <= 60; ++k) EXPECT_TRUE(simulation.advanceTo(k * 0.005)) << method;
+    EXPECT_FALSE(simulation.advanceTo(0.305)) << method;
+    EXPECT_NE(simulation.fault().find("the last good state is kept"), std::string::npos) << method;
+  }
 }
 
 TEST(Reset, GivesTheSameBitsAgainWhateverWentBefore) {

@@ -46,6 +46,7 @@ class FastestSteps : public Integrator {
       if (result == AdaptiveSteps::Attempt::accepted) {
         ++count_.accepted;
         ++run_.steps;
+        failures_ = 0;
         count_.lastError = lastTried_->count().lastError;
       } else if (result == AdaptiveSteps::Attempt::rejected) {
         ++count_.rejected;
@@ -53,7 +54,6 @@ class FastestSteps : public Integrator {
         if (tryTheNext()) continue;
         return result == AdaptiveSteps::Attempt::tooSmall ? Outcome::stepTooSmall : Outcome::notFinite;
       }
-      failures_ = 0;
       compare();
       if (result == AdaptiveSteps::Attempt::accepted) {
         return state.t < end ? Outcome::underway : Outcome::arrived;
