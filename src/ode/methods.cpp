@@ -34,8 +34,14 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
     std::vector<std::unique_ptr<Stepper>> steppers;
     steppers.push_back(implicitBy(rodas5p()));
     steppers.push_back(std::make_unique<Radau>(f, tolerance, surroundings));
-    if (f.seriesAreWorthwhile()) steppers.push_back(std::make_unique<Taylor>(f, tolerance.value));
+    const auto addSeries = [&] {
+      if (f.seriesAreWorthwhile()) steppers.push_back(std::make_unique<Taylor>(f, tolerance.value));
+    };
+    // A start is made with the first explicit one: where the tolerance is fine, that is mostly the best.
+    constexpr double fine = 1e-5;
+    if (tolerance.value <= fine) addSeries();
     steppers.push_back(explicitBy(dop853()));
+    if (tolerance.value > fine) addSeries();
     steppers.push_back(explicitBy(dopri5()));
     return fastestSteps(std::move(steppers), tolerance, std::move(surroundings));
   }
