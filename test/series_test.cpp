@@ -203,6 +203,16 @@ TEST(Taylor, ForeseesTheErrorOfAStep) {
   }
 }
 
+TEST(Taylor, SeesTheErrorWhereItsLastCoefficientVanishes) {
+  // sin t² has t^18/9! and no t^19.
+  auto f = ode::test::testSystem();
+  ode::Taylor taylor(f, 1e-7);
+  ASSERT_EQ(taylor.order(), 19);
+  const double h = 0.3;
+  ASSERT_TRUE(taylor.foresees(0, h, ode::test::testStart().y));
+  EXPECT_GE(taylor.error()[0], std::pow(h, 18) / 362880);
+}
+
 TEST(Taylor, FindsOneSeriesAStepAndNoneForAStepMadeShorter) {
   const Scene scene = test::randomScene(2, 8, {false, false, false});
   Around around(scene);

@@ -177,7 +177,8 @@ TEST_P(QuadruplePrecision, ErrorIsToleranceTimesGrowth) {
   Reference reference(GetParam());
   for (const IntegratorSettings& settings :
        {IntegratorSettings{"dopri5", 1e-8, 0}, IntegratorSettings{"dop853", 1e-10, 0},
-        IntegratorSettings{"rodas5p", 1e-8, 0}, IntegratorSettings{"auto", 1e-8, 0}}) {
+        IntegratorSettings{"taylor", 1e-8, 0}, IntegratorSettings{"rodas5p", 1e-8, 0},
+        IntegratorSettings{"auto", 1e-8, 0}}) {
     reference.scene.integrator = settings;
     Simulation simulation(reference.scene);
     const double scale = 1 + std::abs(simulation.energy().potential) + simulation.energy().kinetic;

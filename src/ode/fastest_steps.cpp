@@ -70,6 +70,7 @@ class FastestSteps : public Integrator {
     for (auto& method : methods_) method->begin();
     started_ = onTrial_ = false;
     patience_ = leastPatience;
+    failures_ = 0;
     run_ = {};
     onTrials_ = onIncumbents_ = 0;
   }

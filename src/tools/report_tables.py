@@ -10,9 +10,9 @@ FAMILIES = {"stiff": "Stiff joints: springs k, N m/rad", "stiff_damped": "Stiff 
             "light_tip": "Tapering: first mass over the last", "long": "Long chains: links", "whip": "Whips: links",
             "spin": "Spinning chain of ten links: rad/s"}
 ORDERS = {("planar_chain", "rk4"): 4, ("planar_chain", "dopri5"): 5, ("planar_chain", "dop853"): 8,
-          ("planar_chain", "rodas5p"): 5, ("planar_chain", "ros34pw2"): 3, ("planar_chain", "radau13"): 13, ("planar_chain", "taylor"): 20,
-          ("planar_chain", "ros34pw2_fixed"): 3, ("MuJoCo", "Euler"): 1, ("MuJoCo", "implicit"): 1,
-          ("MuJoCo", "RK4"): 4, ("Bullet", "Euler"): 1, ("Bullet", "RK4"): 4, ("DART", "Euler"): 1, ("ODE", "Euler"): 1}
+          ("planar_chain", "rodas5p"): 5, ("planar_chain", "ros34pw2"): 3, ("planar_chain", "radau13"): 13,
+          ("planar_chain", "taylor"): 20, ("planar_chain", "ros34pw2_fixed"): 3,
+          ("MuJoCo", "Euler"): 1, ("MuJoCo", "implicit"): 1, ("MuJoCo", "RK4"): 4, ("Bullet", "Euler"): 1, ("Bullet", "RK4"): 4, ("DART", "Euler"): 1, ("ODE", "Euler"): 1}
 
 
 def read(path):

@@ -131,8 +131,9 @@ def overhead(results, method, n):
 
 def steps(results):
     sizes = results.sizes('step')
-    table('One step, ns a link:', ['n'] + METHODS,
-          [[f'{n:,}'] + [number(results.per_link(f'step/{method}', n)) for method in METHODS] for n in sizes])
+    stepped = METHODS + ['taylor']  # whose series are no part
+    table('One step, ns a link:', ['n'] + stepped,
+          [[f'{n:,}'] + [number(results.per_link(f'step/{method}', n)) for method in stepped] for n in sizes])
     table('The step over the evaluations, factorizations and solves that it asks for:', ['n'] + METHODS,
           [[f'{n:,}'] + [number(overhead(results, method, n)) for method in METHODS] for n in sizes])
     kinds = results.kinds('tick')
