@@ -17,7 +17,7 @@ std::size_t index(int j) {
 MotionSeries::MotionSeries(const Chain& chain, int orders, const simd::Kernel* kernel)
     : n_(chain.size()),
       orders_(orders),
-      kernel_(kernel ? *kernel : *simd::kernels().front()),
+      kernel_(kernel ? *kernel : simd::kernelFor(n_)),
       shape_(kernel_.series[std::min(n_, 3) - 1]),
       width_(shape_.width(n_)),
       factors_(index(2 * width_) * index(orders + 1)),
@@ -48,7 +48,7 @@ bool MotionSeries::areWorthwhile(int n) {
 
 double MotionSeries::cost(int order) const {
   // By clock, for one link, two, short chains, and others, whose evaluations are faster.
-  const double perOrder = n_ == 1 ? 0.5 : n_ == 2 ? 0.7 : n_ <= simd::ShortChains::most ? 1.6 : 3;
+  const double perOrder = n_ == 1 ? 0.4 : n_ == 2 ? 0.5 : n_ <= simd::ShortChains::most ? 1.2 : 3;
   return perOrder * order;
 }
 

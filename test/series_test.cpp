@@ -185,9 +185,9 @@ TEST(Taylor, TakesItsOrderFromTheTolerance) {
 TEST(Taylor, HasTheOrderThatItSays) {
   auto f = ode::test::testSystem();
   const int promised = ode::Taylor(f, 1e-2).order();
-  const double coarse = ode::test::errorOfEqualSteps(ode::Taylor(f, 1e-2), 12);
-  const double fine = ode::test::errorOfEqualSteps(ode::Taylor(f, 1e-2), 18);
-  EXPECT_NEAR(std::log(coarse / fine) / std::log(1.5), promised, 1);
+  const double coarse = ode::test::errorOfEqualSteps(ode::Taylor(f, 1e-2), 5);
+  const double fine = ode::test::errorOfEqualSteps(ode::Taylor(f, 1e-2), 7);
+  EXPECT_NEAR(std::log(coarse / fine) / std::log(7.0 / 5), promised, 1);
 }
 
 TEST(Taylor, ForeseesTheErrorOfAStep) {
@@ -206,7 +206,7 @@ TEST(Taylor, ForeseesTheErrorOfAStep) {
 TEST(Taylor, SeesTheErrorWhereItsLastCoefficientVanishes) {
   // sin t² has t^18/9! and no t^19.
   auto f = ode::test::testSystem();
-  ode::Taylor taylor(f, 1e-7);
+  ode::Taylor taylor(f, 1e-4);
   ASSERT_EQ(taylor.order(), 19);
   const double h = 0.3;
   ASSERT_TRUE(taylor.foresees(0, h, ode::test::testStart().y));

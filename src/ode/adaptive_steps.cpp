@@ -36,6 +36,7 @@ AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance toleran
     : stepper_(std::move(stepper)),
       tolerance_(std::move(tolerance)),
       surroundings_(std::move(surroundings)),
+      vectors_(simd::kernelFor(tolerance_.ceiling.size()).vectors),
       exponent_(1.0 / stepper_->errorOrder()),
       beta_(std::min(mostBeta, 7 * mostBeta * exponent_)),
       lastLog_(std::log2(smallestError)),
@@ -100,9 +101,9 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
     if (!isForeseen) {
       const double wanted = h * std::max(growth(error), isJump ? 1 : smallestFactor);
       h_ = std::min(wanted, justRejected_ ? h : largestFactor * h_);
+      lastLog_ = std::log2(std::max(error, smallestError));
     }
     justRejected_ = false;
-    lastLog_ = std::log2(std::max(error, smallestError));
     count_.lastError = error;
     ++count_.accepted;
     return Attempt::accepted;
@@ -147,11 +148,10 @@ double AdaptiveSteps::growth(double error) const {
 
 /// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is not finite.
 double AdaptiveSteps::errorNorm(const Eigen::VectorXd& y, double h) const {
-  static const simd::VectorKernel& kernel = simd::kernels().front()->vectors;
   const Allowance allowance(tolerance_, *surroundings_, h);
-  return kernel.largestRatio({stepper_->error().data(), y.data(), stepper_->increment().data(),
-                              tolerance_.ceiling.data(), surroundings_->noise().data()},
-                             allowance.most(), allowance.perNoise(), tolerance_.ceiling.size());
+  return vectors_.largestRatio({stepper_->error().data(), y.data(), stepper_->increment().data(),
+                                tolerance_.ceiling.data(), surroundings_->noise().data()},
+                               allowance.most(), allowance.perNoise(), tolerance_.ceiling.size());
 }
 
 /// A step whose explicit Euler error is small: h² |ÿ| about 1 % of the scale, then adapted to the order.

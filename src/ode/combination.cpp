@@ -15,7 +15,7 @@ Combination::Combination(const std::vector<double>& weights, const std::vector<E
     terms_.push_back(x[j].data());
   }
   size_ = x.front().size();
-  run_ = simd::kernels().front()->vectors.combine[terms_.size() - 1];
+  run_ = simd::kernelFor(size_).vectors.combine[terms_.size() - 1];
 }
 
 std::vector<Combination> combinationsOf(const std::vector<std::vector<double>>& rows,

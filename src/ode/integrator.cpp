@@ -9,8 +9,9 @@
 namespace planar_chain::ode {
 
 bool take(State& state, double t, const Eigen::VectorXd& increment) {
-  static const simd::VectorKernel& kernel = simd::kernels().front()->vectors;
-  if (!kernel.addCarried(state.y.data(), state.carry.data(), increment.data(), state.y.size())) return false;
+  const Eigen::Index n = state.y.size();
+  if (!simd::kernelFor(n).vectors.addCarried(state.y.data(), state.carry.data(), increment.data(), n))
+    return false;
   state.t = t;
   return true;
 }

@@ -161,4 +161,7 @@ struct Kernel {
 /// Those that this CPU can run, the best first; the last one runs on every CPU. Null pointers fill up.
 const std::array<const Kernel*, 3>& kernels();
 
+/// The best for vectors, or chains, of this size: 8 lanes are too many for short ones.
+const Kernel& kernelFor(std::ptrdiff_t size);
+
 }  // namespace planar_chain::simd

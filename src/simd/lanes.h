@@ -151,6 +151,8 @@ Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
   if (count >= laneCount) return Lanes::load(from);
 #if defined(__AVX2__) && !defined(__AVX512F__)
   return Lanes(_mm256_maskload_pd(from, maskOf(count)));
+#elif defined(__AVX512F__)
+  return Lanes(_mm512_maskz_loadu_pd(static_cast<__mmask8>((1 << count) - 1), from));
 #else
   Lanes a;
   for (int s = 0; s < count; ++s) a.v[s] = from[s];

@@ -16,41 +16,37 @@
 namespace planar_chain::simd {
 namespace {
 
-/// add(i, j) for all i + j = k but the ends, from the middle outwards: the last orders have hardly been
-/// stored.
-template <class Add>
-[[gnu::always_inline]] inline void forInnerOrders(int k, Add add) {
-  int low = k / 2, high = k - low;
-  if (low == high) add(low--, high++);
-  for (; low > 0; --low, ++high) {
-    add(low, high);
-    add(high, low);
-  }
-}
-
-/// Σ_{0<j<k} of so many products. A row of `width` first factors and one of second ones for each order.
+/// Σ_{0<j<k} of so many products, from the middle outwards: the last orders have hardly been stored. A row of
+/// `width` first factors and one of second ones for each order.
 template <int columns>
 [[gnu::always_inline]] inline void findKnown(const double* rows, int width, int k, double* known) {
   constexpr int registers = columns / laneCount;
-  Lanes sums[registers];
-  forInnerOrders(k, [&](int one, int other) {
-    const double *x = rows + 2 * one * width, *y = rows + (2 * other + 1) * width;
+  Lanes sums[registers], others[registers];
+  const auto add = [=](int first, int second, Lanes* to) {
+    const double *x = rows + 2 * first * width, *y = rows + (2 * second + 1) * width;
     PLANAR_CHAIN_WRITTEN_OUT
     for (int r = 0; r < registers; ++r) {
-      sums[r] = mulAdd(Lanes::load(x + r * laneCount), Lanes::load(y + r * laneCount), sums[r]);
+      to[r] = mulAdd(Lanes::load(x + r * laneCount), Lanes::load(y + r * laneCount), to[r]);
     }
-  });
+  };
+  int low = k / 2, high = k - low;
+  if (low == high) add(low--, high++, sums);
+  for (; low > 0; --low, ++high) {
+    add(low, high, sums);
+    add(high, low, others);
+  }
   PLANAR_CHAIN_WRITTEN_OUT
-  for (int r = 0; r < registers; ++r) sums[r].store(known + r * laneCount);
+  for (int r = 0; r < registers; ++r) (sums[r] + others[r]).store(known + r * laneCount);
 }
 
 /// What order k goes from, and where order k + 1 goes.
 struct Order {
   int k;
   double *rows, *row;  ///< of the products: order 0, and k
+  int n;
   const double *N, *omega;
   const Vec2d* F;
-  double* nextOmega;
+  double* next;                      ///< θ and then ω
   const Rotation<double>*start, *e;  ///< exp(i θ_j): order 0, and k
   Rotation<double>* nextE;
   double perOrder, perNext;  ///< 1/(k + 1), 1/(k + 2)
@@ -78,7 +74,7 @@ class Products {
   /// As if y were the second factor's order k.
   Number with(int i, Number y) const {
     if constexpr (isFirst) return x(i) * y;
-    return mulAdd(x(i), Number(y0_[i]), mulAdd(firstX(i), y, Number(known_[i])));
+    return mulAdd(firstX(i), y, without(i));
   }
   Number operator()(int i) const { return with(i, y(i)); }
 
@@ -92,9 +88,16 @@ class Products {
     setY(i + 1, y.x);
   }
   Vec2<Number> firstCrossX(int i) const { return {firstX(i), firstX(i + 1)}; }
-  Number crossWith(int i, Vec2<Number> y) const { return with(i, y.y) - with(i + 1, y.x); }
+  /// number − product, y coming last
+  Number lessCross(Number number, int i, Vec2<Number> y) const {
+    if constexpr (!isFirst) number -= without(i) - without(i + 1);
+    return mulAdd(firstX(i + 1), y.x, mulAdd(-firstX(i), y.y, number));
+  }
 
  private:
+  /// All but the last term.
+  Number without(int i) const { return mulAdd(x(i), Number(y0_[i]), Number(known_[i])); }
+
   const double *x0_, *y0_;
   double *x_, *y_;
   const double* known_;
@@ -124,19 +127,19 @@ template <bool isFirst>
   return {product(0), product(1)};
 }
 
-/// ë_k as if α_k were 0.
-[[gnu::always_inline]] inline Rotation<Number> second(const Order& order, Rotation<Number> z) {
-  const Number orders(order.k + 1);
-  return {-orders * z.s, orders * z.c};
+/// ë_k b as if α_k were 0.
+[[gnu::always_inline]] inline Vec2<Number> second(const Order& order, Rotation<Number> z, Vec2<Number> b) {
+  return Rotation<Number>{-z.s, z.c} * (Number(order.k + 1) * b);
 }
 
 /// Order k + 1 of how body j turns, and then e to `column` of the second factors of that order.
 [[gnu::always_inline]] inline void goOn(const Order& order, int width, int column, int j, Rotation<Number> z,
                                         Number alpha) {
-  const Number omega = Number(order.perOrder) * alpha, part(order.perNext);
+  const Number part(order.perNext), turn = Number(order.perOrder * order.perNext) * alpha;
   const Rotation<Number> start = numbersOf(order.start[j]);
-  const Rotation<Number> e{-part * mulAdd(omega, start.s, z.s), part * mulAdd(omega, start.c, z.c)};
-  order.nextOmega[j] = omega.v;
+  const Rotation<Number> e{mulAdd(-turn, start.s, -part * z.s), mulAdd(turn, start.c, part * z.c)};
+  order.next[j] = order.perOrder * order.omega[j];
+  order.next[order.n + j] = (Number(order.perOrder) * alpha).v;
   order.nextE[j] = {e.c.v, e.s.v};
   double* y = order.row + 3 * width + column;
   y[0] = e.c.v;

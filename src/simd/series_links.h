@@ -1,8 +1,9 @@
 #pragma once
 
-/// The Taylor series of one body, of two and of any number; see motion_series.h for the equations.
+/// The Taylor series of one body and of any number; see motion_series.h for the equations.
 
 #include "series_kernel.h"
+#include "series_two.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -35,68 +36,6 @@ class One {
   static constexpr int width = 8;
   double* known_;
   Number inverseJ_, acrossA_, alongA_;
-};
-
-/// With the first moments S_1 = m_1 R_1 + m_2 P_1 and S_2 = m_2 R_2, and κ = P_1·S_2 of order 0,
-///
-///     M_11 α_1 + κ α_2 = N_1 − S_1×a − P_1×(S̈_2 − F_2)            M_11 = J_1 + m_2 |p_1|²
-///        κ α_1 + J_2 α_2 = N_2 − S_2×a − S_2×P̈_1
-///
-/// in order k, where P̈_1 and S̈_2 on the right are as if α_k were 0; det M as in short_kernel.h.
-class Two {
- public:
-  static int widthFor(int /*n*/) { return width; }
-
-  Two(const SeriesArrays& of, Vec2d ground, const double* omega) : known_(of.known) {
-    const SeriesLink &first = of.links[0], &second = of.links[1];
-    p1_ = vectorOf(first.p);
-    s2_ = vectorOf(second.mr);
-    const Vec2d s1 = first.mr + second.m * first.p;
-    acrossA_ = Number(cross(s1, ground));
-    alongA_ = Number(dot(s1, ground));
-    a_ = vectorOf(ground);
-
-    const double mPP = second.m * dot(first.p, first.p);
-    M11_ = Number(first.J + mPP);
-    J2_ = Number(second.J);
-    startP1_ = numbersOf(of.e[0]) * p1_;
-    startS2_ = numbersOf(of.e[1]) * s2_;
-    kappa_ = dot(startP1_, startS2_);
-    const Number lambda = cross(startP1_, startS2_);
-    inverse_ = Number(1) / mulAdd(lambda, lambda, Number(first.J * second.J + mPP * second.I));
-    for (int j = 0; j < 2; ++j) beginTurning(of, j, 2 * j, omega[j]);
-  }
-  int bodies() const { return 2; }
-  int stride() const { return width; }
-  void know(const double* rows, int k) { findKnown<width>(rows, width, k, known_); }
-
-  template <bool isFirst>
-  [[gnu::always_inline]] void find(const Order& order) {
-    const Products<isFirst> turn1(order, width, 0, known_), turn2(order, width, 2, known_);
-    const Products<isFirst> crossing(order, width, 4, known_);
-    const Rotation<Number> z1 = turning(turn1, Number(order.omega[0])), e1 = numbersOf(order.e[0]);
-    const Rotation<Number> z2 = turning(turn2, Number(order.omega[1])), e2 = numbersOf(order.e[1]);
-    const Vec2<Number> S2 = e2 * s2_;
-    crossing.setCrossX(0, e1 * p1_);
-    crossing.setCrossX(2, S2);
-    const Vec2<Number> P1dd = second(order, z1) * p1_;
-    Vec2<Number> S2dd = second(order, z2) * s2_;
-    if (order.F) S2dd -= vectorOf(order.F[1]);
-    const Number f1 = order.moment(0) - mulAdd(e1.c, acrossA_, -e1.s * alongA_) - crossing.crossWith(0, S2dd);
-    const Number f2 = order.moment(1) - cross(S2, a_) - crossing.crossWith(2, P1dd);
-    const Number alpha1 = mulAdd(J2_, f1, -kappa_ * f2) * inverse_;
-    const Number alpha2 = mulAdd(M11_, f2, -kappa_ * f1) * inverse_;
-    goOn(order, width, 0, 0, z1, alpha1);
-    goOn(order, width, 2, 1, z2, alpha2);
-    crossing.setCrossY(0, mulAdd(alpha2, perp(startS2_), S2dd));
-    crossing.setCrossY(2, mulAdd(alpha1, perp(startP1_), P1dd));
-  }
-
- private:
-  static constexpr int width = 8;
-  double* known_;
-  Vec2<Number> p1_, s2_, a_, startP1_, startS2_;
-  Number acrossA_, alongA_, M11_, J2_, kappa_, inverse_;
 };
 
 /// Link by link. Columns of each: how it turns, m R×a, P×f, with a of the inner pin and f on the next link.
@@ -137,31 +76,30 @@ class Links {
     Vec2<Number> a = isFirst ? ground_ : Vec2<Number>{};
     for (int j = 0; j < n_; ++j) {
       SeriesLink& link = links_[j];
-      const Products<isFirst> product = productsOf(j);
+      const auto product = productsOf(j);
       const Rotation<Number> e = numbersOf(order.e[j]), z = turning(product, Number(order.omega[j]));
-      const Rotation<Number> edd = second(order, z);
       const Vec2<Number> mr = vectorOf(link.mr), p = vectorOf(link.p);
       product.setCrossX(mRa, e * mr);
       product.setCrossX(Pf, e * p);
       link.z = {z.c.v, z.s.v};
       link.a = valueOf(a);
-      link.f = valueOf(mulAdd(Number(link.m), a, edd * mr));
-      a += edd * p;
+      link.f = valueOf(mulAdd(Number(link.m), a, second(order, z, mr)));
+      a += second(order, z, p);
     }
 
     // Forces, inwards, and what moment is left over; b of all that it makes move.
     Vec2<Number> f, b;
     for (int j = n_ - 1; j >= 0; --j) {
       SeriesLink& link = links_[j];
-      const Products<isFirst> product = productsOf(j);
-      const Number left =
-          order.moment(j) - product.crossWith(mRa, vectorOf(link.a)) - product.crossWith(Pf, f);
+      const auto product = productsOf(j);
+      const Number own = product.lessCross(order.moment(j), mRa, vectorOf(link.a));
+      const Number left = product.lessCross(own, Pf, f);
       const Number u = left - cross(product.firstCrossX(Pf), b);
-      const Vec2<Number> own = vectorOf(link.f);
+      const Vec2<Number> inertial = vectorOf(link.f);
       link.v = (Number(link.inverseD) * u).v;
       link.f = valueOf(f);
       link.b = valueOf(b);
-      f += own;
+      f += inertial;
       if (order.F) f -= vectorOf(order.F[j]);
       b = mulAdd(u, vectorOf(link.W), b);
     }
@@ -170,7 +108,7 @@ class Links {
     Vec2<Number> da;
     for (int j = 0; j < n_; ++j) {
       const SeriesLink& link = links_[j];
-      const Products<isFirst> product = productsOf(j);
+      const auto product = productsOf(j);
       const Number alpha = Number(link.v) - dot(vectorOf(link.W), da);
       product.setCrossY(mRa, vectorOf(link.a) + da);
       da = mulAdd(alpha, perp(product.firstCrossX(Pf)), da);
@@ -195,14 +133,15 @@ template <class Shape, bool isFirst>
                                            const Outside& outside, SeriesLoads* loads, double* c) {
   const int n = shape.bodies();
   double* theta = c + k * 2 * n;
-  double *omega = theta + n, *next = omega + n;
+  double* omega = theta + n;
   const Order order{k,
                     of.rows,
                     of.rows + 2 * k * shape.stride(),
+                    n,
                     outside.N,
                     omega,
                     outside.F,
-                    next + n,
+                    omega + n,
                     of.e,
                     of.e + k * n,
                     of.e + (k + 2) * n,
@@ -212,7 +151,6 @@ template <class Shape, bool isFirst>
     shape.know(of.rows, k);
     if (loads) loads->findOrder(k, theta, omega);
   }
-  for (int i = 0; i < n; ++i) next[i] = order.perOrder * omega[i];
   shape.template find<isFirst>(order);
 }
 

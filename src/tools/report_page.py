@@ -28,9 +28,8 @@ what is not known of the reference.</p>
 run takes more than 30 ms).</p>"""
 REFERENCES = """<p>Made from equations and by a method that share nothing with the program: Newton's and Euler's
 equations with the pin forces as unknowns, Gragg's extrapolation. Before it made them in quadruple precision, that
-program had to agree to 1e-17 with another one (Lagrange's equations, Cholesky's method) on nine scenes; before it
-made the two longest in long double, what it says of its own error had to bound how far it is off those in quadruple
-precision. The second run had another order and ten to a hundred times the tolerance.
+program had to agree to 1e-17 with another one (Lagrange's equations, Cholesky's method) on nine scenes. The second run
+had another order and ten to a hundred times the tolerance.
 <code>test/reference/report.py</code> makes them again.</p>"""
 STABILITY = """<p>Equal steps, without error control: a step is stable if energy never exceeds 1.1 times what it was.
 "none": every step tried blows up, down to 1e-9 s; "≥ 1": none blows up. Stable is not accurate. <code>rosrun

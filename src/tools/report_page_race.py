@@ -164,8 +164,7 @@ def references_section(about, rows, titles):
     made = {"exact": "exact solution by Jacobi's elliptic functions, 20 digits",
             "published": "published, 16 digits (Test Set for IVP Solvers)",
             "collocation": "quadruple precision, Radau collocation of order 17, Lagrange's equations",
-            "pins": "quadruple precision, extrapolation of order 24, pin forces",
-            "pins in long double": "long double, extrapolation of order 16, pin forces"}
+            "pins": "quadruple precision, extrapolation of order 18 to 24, pin forces"}
     body = []
     for scene in dict.fromkeys(row["scene"] for row in rows):
         ends = [row for row in titles[scene]["ends"] if row["quantity"] == "theta"]

@@ -12,7 +12,8 @@ FAMILIES = {"stiff": "Stiff joints: springs k, N m/rad", "stiff_damped": "Stiff 
 ORDERS = {("planar_chain", "rk4"): 4, ("planar_chain", "dopri5"): 5, ("planar_chain", "dop853"): 8,
           ("planar_chain", "rodas5p"): 5, ("planar_chain", "ros34pw2"): 3, ("planar_chain", "radau13"): 13,
           ("planar_chain", "taylor"): 20, ("planar_chain", "ros34pw2_fixed"): 3,
-          ("MuJoCo", "Euler"): 1, ("MuJoCo", "implicit"): 1, ("MuJoCo", "RK4"): 4, ("Bullet", "Euler"): 1, ("Bullet", "RK4"): 4, ("DART", "Euler"): 1, ("ODE", "Euler"): 1}
+          ("MuJoCo", "Euler"): 1, ("MuJoCo", "implicit"): 1, ("MuJoCo", "RK4"): 4,
+          ("Bullet", "Euler"): 1, ("Bullet", "RK4"): 4, ("DART", "Euler"): 1, ("ODE", "Euler"): 1}
 
 
 def read(path):

@@ -225,7 +225,7 @@ a decade of stable ones and at least to 1 ms, and then between the last two to 3
 smallest tried blows up (1e-9 s; a whip: 1e-4 s). `≥`: none blows up. `*`: larger ones passed as well, but not all.
 In brackets, for explicit methods: where |R(h λ)| passes 1 for an eigenvalue λ of the chain at rest; for rk4 undamped
 that is 2.83/|λ|. dopri5 grows so slowly just beyond (by 1e-5 a step) that a run does not see it.
-taylor is here of order 20, that of tolerance 1e-8. radau13 never grows; it ends (`no stages`) where its iteration, with
+taylor is here of order 20, that of tolerance 2e-5. radau13 never grows; it ends (`no stages`) where its iteration, with
 one Jacobian a step, no longer solves the equations of the stages. With error control, as it is offered, such a step is
 made again, shorter.
 

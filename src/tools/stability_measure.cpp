@@ -19,7 +19,7 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double toleranceOfSeries = 1e-8;   // for order 20
+constexpr double toleranceOfSeries = 2e-5;   // for order 20
 constexpr double resolution = 1.03;          // of a limit found by bisection
 constexpr int mostDense = 100;               // links for which all eigenvalues are found
 constexpr double mostLinkEvaluations = 4e7;  // for a reference: some two seconds

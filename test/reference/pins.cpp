@@ -156,13 +156,9 @@ class Pins {
 
 }  // namespace
 
-/// pins quad|long COLUMNS TOLERANCE COLUMNS TOLERANCE DRAWS: of the run, of a second one; long: long double
+/// pins COLUMNS TOLERANCE COLUMNS TOLERANCE DRAWS: of the run, of a second one
 int main(int, char** argv) {
-  const Effort effort{
-      {std::stoi(argv[2]), std::stod(argv[3])}, {std::stoi(argv[4]), std::stod(argv[5])}, std::stoi(argv[6])};
-  if (std::string(argv[1]) == "quad") {
-    writeReference<Pins, Quad>(false, effort);
-  } else {
-    writeReference<Pins, long double>(false, effort);
-  }
+  writeReference<Pins, Quad>(false, {{std::stoi(argv[1]), std::stod(argv[2])},
+                                     {std::stoi(argv[3]), std::stod(argv[4])},
+                                     std::stoi(argv[5])});
 }

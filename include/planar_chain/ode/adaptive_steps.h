@@ -6,6 +6,10 @@
 #include "planar_chain/ode/integrator.h"
 #include "planar_chain/ode/surroundings.h"
 
+namespace planar_chain::simd {
+struct VectorKernel;
+}
+
 namespace planar_chain::ode {
 
 class AdaptiveSteps : public Integrator {
@@ -45,6 +49,7 @@ class AdaptiveSteps : public Integrator {
   std::unique_ptr<Stepper> stepper_;
   Tolerance tolerance_;
   std::shared_ptr<Surroundings> surroundings_;
+  const simd::VectorKernel& vectors_;
   double exponent_, beta_;
   double lastLog_;  ///< of the last step's error, to base 2
   double h_ = 0;

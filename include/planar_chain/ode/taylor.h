@@ -15,6 +15,10 @@
 
 #include "planar_chain/ode/stepper.h"
 
+namespace planar_chain::simd {
+struct VectorKernel;
+}
+
 namespace planar_chain::ode {
 
 class Taylor : public Stepper {
@@ -43,6 +47,7 @@ class Taylor : public Stepper {
   void findError(double h);
 
   SeriesSystem& f_;
+  const simd::VectorKernel& vectors_;
   int order_;
   double stabilityLimit_, cost_;
   Eigen::VectorXd nodes_, weights_;  ///< of Gauss's rule on [0, 1]
