@@ -171,7 +171,8 @@ def references_section(about, rows, titles):
         closest = min((number(row["error_theta"]) for row in rows if row["scene"] == scene and row["outcome"] == "ok"),
                       default=math.nan)
         rounding, uncertainty = (max(number(row[column]) for row in ends) for column in ("rounding", "uncertainty"))
-        tighter = closest / uncertainty if uncertainty else math.inf
+        rounded = 2.0**-53  # ends are compared as doubles: nearer than this is 0
+        tighter = max(closest, rounded) / uncertainty if uncertainty else math.inf
         body.append([scene, made[titles[scene]["reference"]], f"{uncertainty:.1e}" if uncertainty else "all digits given",
                      f"{rounding:.1e}" if rounding else "–", f"{closest:.1e}",
                      "yes" if tighter >= 100 else f"no: {tighter:.0f} times"])
