@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -201,6 +202,15 @@ TEST(Taylor, ForeseesTheErrorOfAStep) {
     EXPECT_EQ(foreseen, taylor.error());
     EXPECT_GT(foreseen.maxCoeff(), 0);
   }
+}
+
+TEST(Taylor, MakesItsStepsAsLongAsTheirErrorsMayBe) {
+  auto f = ode::test::testSystem();
+  ode::State state = ode::test::testStart();
+  const ode::Tolerance tolerance{1e-8, Eigen::VectorXd::Ones(f.size())};
+  const auto steps = ode::adaptiveSteps(std::make_unique<ode::Taylor>(f, 1e-8), tolerance);
+  ASSERT_EQ(steps->integrate(state, 2, 2, 100), ode::Outcome::arrived);
+  EXPECT_LE(steps->count().accepted, 4);
 }
 
 TEST(Taylor, SeesTheErrorWhereItsLastCoefficientVanishes) {
