@@ -149,10 +149,10 @@ Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
 /// The others are 0.
 [[gnu::always_inline]] inline Lanes loadSome(const double* from, int count) {
   if (count >= laneCount) return Lanes::load(from);
-#if defined(__AVX2__) && !defined(__AVX512F__)
-  return Lanes(_mm256_maskload_pd(from, maskOf(count)));
-#elif defined(__AVX512F__)
+#if defined(__AVX512F__)
   return Lanes(_mm512_maskz_loadu_pd(static_cast<__mmask8>((1 << count) - 1), from));
+#elif defined(__AVX2__)
+  return Lanes(_mm256_maskload_pd(from, maskOf(count)));
 #else
   Lanes a;
   for (int s = 0; s < count; ++s) a.v[s] = from[s];

@@ -16,27 +16,33 @@
 namespace planar_chain::simd {
 namespace {
 
-/// Σ_{0<j<k} of so many products, from the middle outwards: the last orders have hardly been stored. A row of
-/// `width` first factors and one of second ones for each order.
+/// add(i, j, part) for all i + j = k, both at least `least`, from the middle outwards: the last orders have
+/// hardly been stored. In two parts, 0 and 1, so that no sum waits for every term.
+template <class Add>
+[[gnu::always_inline]] inline void forInnerOrders(int k, int least, Add add) {
+  int low = k / 2, high = k - low;
+  if (low == high && low >= least) add(low--, high++, 0);
+  for (; low >= least; --low, ++high) {
+    add(low, high, 0);
+    add(high, low, 1);
+  }
+}
+
+/// Σ_{0<j<k} of so many products. A row of `width` first factors and one of second ones for each order.
 template <int columns>
 [[gnu::always_inline]] inline void findKnown(const double* rows, int width, int k, double* known) {
   constexpr int registers = columns / laneCount;
-  Lanes sums[registers], others[registers];
-  const auto add = [=](int first, int second, Lanes* to) {
+  Lanes sums[2][registers];
+  forInnerOrders(k, 1, [&](int first, int second, int part) {
     const double *x = rows + 2 * first * width, *y = rows + (2 * second + 1) * width;
     PLANAR_CHAIN_WRITTEN_OUT
     for (int r = 0; r < registers; ++r) {
-      to[r] = mulAdd(Lanes::load(x + r * laneCount), Lanes::load(y + r * laneCount), to[r]);
+      Lanes& sum = sums[part][r];
+      sum = mulAdd(Lanes::load(x + r * laneCount), Lanes::load(y + r * laneCount), sum);
     }
-  };
-  int low = k / 2, high = k - low;
-  if (low == high) add(low--, high++, sums);
-  for (; low > 0; --low, ++high) {
-    add(low, high, sums);
-    add(high, low, others);
-  }
+  });
   PLANAR_CHAIN_WRITTEN_OUT
-  for (int r = 0; r < registers; ++r) (sums[r] + others[r]).store(known + r * laneCount);
+  for (int r = 0; r < registers; ++r) (sums[0][r] + sums[1][r]).store(known + r * laneCount);
 }
 
 /// What order k goes from, and where order k + 1 goes.

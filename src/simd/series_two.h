@@ -50,17 +50,11 @@ class Two {
 
   void know(const double* rows, int k) {
     Four turns[2], crosses[2];
-    const auto add = [&](int one, int other, int to) {
-      const double *x = rows + 2 * one * width, *y = rows + (2 * other + 1) * width;
-      turns[to] = mulAdd(Four::load(x), Four::load(y), turns[to]);
-      crosses[to] = mulAdd(Four::load(x + 4), Four::load(y + 4), crosses[to]);
-    };
-    int low = k / 2, high = k - low;
-    if (low == high && low > 1) add(low--, high++, 0);
-    for (; low > 1; --low, ++high) {
-      add(low, high, 0);
-      add(high, low, 1);
-    }
+    forInnerOrders(k, 2, [&](int first, int second, int part) {
+      const double *x = rows + 2 * first * width, *y = rows + (2 * second + 1) * width;
+      turns[part] = mulAdd(Four::load(x), Four::load(y), turns[part]);
+      crosses[part] = mulAdd(Four::load(x + 4), Four::load(y + 4), crosses[part]);
+    });
     knownTurn_ = turns[0] + turns[1];
     knownCross_ = crosses[0] + crosses[1];
   }
@@ -93,12 +87,13 @@ class Two {
     const Four alpha = mulAdd(minusInverse_, f, minusInverseAcross_ * exchanged(f));
 
     // Order k + 1
-    heads(Four(order.perOrder) * omega_, Four(order.perOrder) * alpha).store(order.next);
+    const Four nextOmega = Four(order.perOrder) * alpha;
+    heads(Four(order.perOrder) * omega_, nextOmega).store(order.next);
     lastOmega_ = omega_;
     lastX_ = x;
     lastY_ = crossed(mulAdd(alpha, iC0_, Cdd));
     lastY_.store(row + width + 4);
-    omega_ = Four(order.perOrder) * alpha;
+    omega_ = nextOmega;
     e_ = nextE_;
     nextE_ = mulAdd(Four(order.perOrder * order.perNext) * alpha, ie0_, Four(order.perNext) * i(z));
     nextE_.store(&order.nextE[0].c);
