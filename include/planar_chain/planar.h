@@ -103,7 +103,7 @@ struct Rotation {
 };
 
 template <class Real>
-[[gnu::always_inline]] constexpr Vec2<Real> operator*(Rotation<Real> e, Vec2<Real> a) {
+constexpr Vec2<Real> operator*(Rotation<Real> e, Vec2<Real> a) {
   return {mulAdd(e.c, a.x, -e.s * a.y), mulAdd(e.s, a.x, e.c * a.y)};
 }
 
