@@ -258,17 +258,32 @@ loads:
         for _, message, received in late:
             if hasattr(message, "header"):
                 message.header.stamp = time_of(received)
+            if hasattr(message, "tick_stamp"):
+                message.tick_stamp = time_of(received)
         self.write("late.bag", *late)
         self.bag("--commands", self.path("late.bag"), name="two.bag")
         self.assertTrue(self.bytes_of("one.bag") == self.bytes_of("two.bag"))
 
+        # A busy machine stamps a status late, and its topics come in any order.
+        for more in (-10**7, 10**7):
+            busy = []
+            for topic, messages in self.read("one.bag").items():
+                for received, message in messages:
+                    if topic == "/planar_chain/status":
+                        message.header.stamp = time_of(received + 10**7)
+                        received = max(1, received + more)
+                    busy.append((topic, message, received))
+            self.write("busy.bag", *busy)
+            self.bag("--commands", self.path("busy.bag"), name="two.bag")
+            self.assertTrue(self.bytes_of("one.bag") == self.bytes_of("two.bag"), more)
+
         result = self.run_tool("--commands", self.path("in.bag"), "--bag", self.path("new.bag"))
         self.assert_refused(result, "--duration: expected a time, for the bag has no states of /planar_chain")
-        for time in (-1.0, math.nan, 1e300):
+        for tick in (10**8 + 1, 2**64 - 1):
             self.write("in.bag", ("/planar_chain/commands_taken", self.COMMANDS[0], 1),
-                       ("/planar_chain/status", SimStatus(sim_time=time), 2))
+                       ("/planar_chain/status", SimStatus(tick=tick), 2))
             result = self.run_tool("--commands", self.path("in.bag"), "--bag", self.path("new.bag"))
-            self.assert_refused(result, "a sim_time from 0 s")
+            self.assert_refused(result, "ticks up to number 100000000", str(tick))
         self.assertFalse(os.path.exists(self.path("new.bag")))
 
     def test_without_ticks_commands_act_from_the_state_received_before(self):
@@ -280,10 +295,10 @@ loads:
         start = 1700000000123456789  # ns: of wall time
         late = 40000  # ns from stamp to receipt
         messages = []
-        for more in (3 * 10**6, 10**5):  # ns from the tick to the stamp of the status
-            status = SimStatus(sim_time=0.1)
-            status.header.stamp = time_of(start + 10**8 + more)
-            messages.append(("/planar_chain/status", status, start + 10**8 + more + late))
+        for paused, k in ((10**9, 60), (0, 30)):  # ns of a pause before the tick
+            status = SimStatus(tick=k, tick_stamp=time_of(start + paused + stamp_of(k)))
+            status.header.stamp = time_of(start + paused + stamp_of(k) + 10**7)  # of a busy machine
+            messages.append(("/planar_chain/status", status, start + 10**8 + late))
         for k in range(300):
             state = JointState()
             state.header.stamp = time_of(start + stamp_of(k))

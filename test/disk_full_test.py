@@ -54,7 +54,7 @@ class DiskFull(InFolder):
                 recorder = subprocess.run([record, '-L', '1k', '-O', bag, '/joint_states', '/planar_chain/link_states'],
                                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True,
                                           timeout=LIMIT)
-                self.assertIn('Error writing to file', recorder.stdout)
+                self.assertIn('Error', recorder.stdout)  # which one, depends on what it was about to write
                 self.assertNotEqual(recorder.returncode, 0)
                 for listener in (states, links, statuses):
                     listener.wait_for_count(len(listener.messages) + 20)
@@ -63,7 +63,7 @@ class DiskFull(InFolder):
         self.assertEqual({status.fault for status in statuses.messages}, {''})
         for listener in (states, links):
             self.assertEqual(faults_in(list(map(nanoseconds, listener.messages)), 200, 'its stamps'), [])
-        with self.assertRaises(rosbag.ROSBagUnindexedException):
+        with self.assertRaises((rosbag.ROSBagUnindexedException, rosbag.ROSBagException)):
             rosbag.Bag(bag + '.active')
 
     def simulate(self):

@@ -15,6 +15,7 @@
 
 #include "planar_chain/bags.h"
 #include "planar_chain/fault.h"
+#include "planar_chain/ros/pace.h"
 #include "planar_chain/value.h"
 
 namespace planar_chain {
@@ -141,27 +142,29 @@ class Reader {
     return commands;
   }
 
-  /// A status tells the time, and each of the joint_states stamped after it is a tick more: stamps alone
-  /// cannot tell, as they jump over every standstill.
+  /// A status tells a tick and its stamp, and each of the joint_states stamped after it is a tick more: stamps
+  /// alone cannot tell, as they jump over every standstill.
   long long lastTick() {
-    long long tick = 0;
+    std::uint64_t tick = 0;
+    ros::Time stamp;
     std::vector<ros::Time> later;
     rosbag::View view(bag_, rosbag::TopicQuery(std::vector{jointStates(), node_ + status}));
     for (const rosbag::MessageInstance& entry : view) {
       if (entry.getTopic() == jointStates()) {
-        later.push_back(messageOf<sensor_msgs::JointState>(entry)->header.stamp);
+        const ros::Time its = messageOf<sensor_msgs::JointState>(entry)->header.stamp;
+        if (its > stamp) later.push_back(its);  // else it was told before the status, and came after it
         continue;
       }
       const auto said = messageOf<SimStatus>(entry);
-      const double ticks = said->sim_time * rate_;
-      if (!(ticks >= 0 && ticks <= mostRows)) {
-        refuse(path_, "a sim_time from 0 s to that of 100000000 ticks", toText(said->sim_time) + " s");
+      if (said->tick > static_cast<std::uint64_t>(mostRows)) {
+        refuse(path_, "ticks up to number 100000000", std::to_string(said->tick));
       }
-      tick = std::llround(ticks);
-      const auto isNotLater = [&](ros::Time stamp) { return stamp <= said->header.stamp; };
+      tick = said->tick;
+      stamp = said->tick_stamp;
+      const auto isNotLater = [&](ros::Time its) { return its <= stamp; };
       later.erase(std::remove_if(later.begin(), later.end(), isNotLater), later.end());
     }
-    return tick + static_cast<long long>(later.size());
+    return static_cast<long long>(tick + later.size());
   }
 
   std::string jointStates() const {
@@ -176,15 +179,16 @@ class Reader {
     }
   }
 
-  /// The stamp of sim time 0, ns: a status is stamped when its sim time has come, or somewhat later.
+  /// The stamp of sim time 0, ns: by what a status tells of its tick, or somewhat later after a standstill.
   std::int64_t startOfSimTime() {
     const std::string topic = node_ + status;
     std::optional<std::int64_t> start;
     rosbag::View view(bag_, rosbag::TopicQuery(topic));
     for (const rosbag::MessageInstance& entry : view) {
       const auto said = messageOf<SimStatus>(entry);
-      const std::int64_t its =
-          static_cast<std::int64_t>(said->header.stamp.toNSec()) - std::llround(said->sim_time * 1e9);
+      if (said->tick_stamp.isZero()) continue;
+      const std::int64_t its = static_cast<std::int64_t>(said->tick_stamp.toNSec()) -
+                               Pace(rate_).nanosecondsOf(static_cast<long long>(said->tick));
       start = start ? std::min(*start, its) : its;
     }
     if (!start) refuse(path_, topic + ", which tells when sim time began", "none");

@@ -31,7 +31,11 @@ void BagWriter::tick(long long k, double simTime, const Simulation& simulation, 
   taken_.clear();
 
   const bool isGood = simulation.fault().empty();
-  if (isGood) writeState(k, stamp, simulation);
+  if (isGood) {
+    writeState(k, stamp, simulation);
+    status_.tick = static_cast<std::uint64_t>(k);
+    status_.tick_stamp = stamp;
+  }
   if (!isGood || pace_.falls(k, settings_.statusRate)) writeStatus(stamp, simTime, simulation, commands);
 }
 

@@ -211,6 +211,10 @@ void Node::publishStatus(double now) {
 /// What the status says of the node itself.
 void Node::lookAtNode() {
   status_.sim_time = simTime();
+  if (next_ > clock_->firstTick()) {
+    status_.tick = static_cast<std::uint64_t>(next_ - 1);
+    status_.tick_stamp = clock_->stampOf(next_ - 1);
+  }
   status_.paused = paused_;
   status_.fault = simulation_.fault();
   status_.standstill = !status_.fault.empty() ? standstillByFault : paused_ ? "paused" : clock_->standstill();
