@@ -67,7 +67,7 @@ Matrix matrixFrom(const double (*rows)[most], int first, int s) {
 template <class Scalar>
 LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::Kernel* kernel)
     : chain_(chain),
-      kernel_(kernel ? *kernel : *simd::kernels().front()),
+      kernel_(kernel ? *kernel : simd::kernelFor(chain.size())),
       solver_(solverFor(kernel_, Scalar())),
       n_(chain.size()),
       steps_((n_ + kernel_.lanes - 1) / kernel_.lanes),

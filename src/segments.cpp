@@ -92,7 +92,7 @@ CacheLines linksInBlocks(const Chain& chain, int lanes) {
 }
 
 Segments::Segments(const Chain& chain, const simd::Kernel* kernel)
-    : kernel_(kernel ? *kernel : *simd::kernels().front()),
+    : kernel_(kernel ? *kernel : simd::kernelFor(chain.size())),
       n_(chain.size()),
       steps_((n_ + kernel_.lanes - 1) / kernel_.lanes),
       links_(linksInLanes(chain, kernel_.lanes)),

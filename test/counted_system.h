@@ -43,6 +43,7 @@ class CountedSystem : public ode::SeriesSystem {
   void reserveSeries(int order) override { f_.reserveSeries(order); }
   int driving() const override { return f_.driving(); }
   void series(double t, const double* y, int order, double* c) override { f_.series(t, y, order, c); }
+  bool hasIntegrands() const override { return f_.hasIntegrands(); }
   void integrands(double t, const double* y, double* rates) override { f_.integrands(t, y, rates); }
   double seriesCost(int order) const override { return f_.seriesCost(order); }
 

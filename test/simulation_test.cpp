@@ -100,6 +100,8 @@ TEST(Simulation, SaysWhichRecursionRuns) {
                                          "in 8 segments side by side (avx512)"};
   EXPECT_EQ(ofLongOnes.count(recursionFor(100)), 1u) << recursionFor(100);
   EXPECT_EQ(recursionFor(100) != "link by link", Segments::areWorthwhile(100)) << recursionFor(100);
+  // 8 pieces of a short one are not worth joining.
+  EXPECT_EQ(recursionFor(20), Segments::areWorthwhile(20) ? "in 4 segments side by side (avx2)" : "link by link");
 }
 
 TEST(Simulation, PowerInEqualsEnergyRate) {

@@ -71,6 +71,7 @@ class TestSystem : public SeriesSystem {
       cosine = nextCosine;
     }
   }
+  bool hasIntegrands() const override { return false; }
   void integrands(double /*t*/, const double* /*y*/, double* /*rates*/) override {}
   double seriesCost(int order) const override { return order; }
 

@@ -63,6 +63,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   void reserveSeries(int order) override;
   int driving() const override { return 2 * n_; }
   void series(double t, const double* y, int order, double* c) override;
+  bool hasIntegrands() const override { return !effects_.empty(); }
   void integrands(double t, const double* y, double* rates) override;
   double seriesCost(int order) const override;
   /// Of f; each order of a series counts as one.

@@ -49,7 +49,7 @@ struct SegmentsState {
 template <class Scalar = double>
 class LinearizedSegments {
  public:
-  /// The best kernel of this CPU, or the one given.
+  /// The best kernel of this CPU for so many links, or the one given.
   explicit LinearizedSegments(const Chain& chain, const simd::Kernel* kernel = nullptr);
 
   /// Another factorization at the state of `other`, whenever that is linearized.

@@ -52,7 +52,7 @@ void rotations(const double* theta, Rotation<double>* e, int n);
 
 class Segments {
  public:
-  /// The best kernel of this CPU, or the one given.
+  /// The best kernel of this CPU for so many links, or the one given.
   explicit Segments(const Chain& chain, const simd::Kernel* kernel = nullptr);
 
   /// True where this is faster than the recursion link by link: on this CPU, for n links.

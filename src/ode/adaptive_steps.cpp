@@ -15,7 +15,9 @@ namespace planar_chain::ode {
 namespace {
 
 constexpr double safety = 0.9;
-constexpr double mostBeta = 0.04;  // weight of the last error in the PI control
+constexpr double sure = 0.98;        // where the error is foreseen
+constexpr double nearlyWhole = 0.9;  // of a step: its error is nearly that of the whole one
+constexpr double mostBeta = 0.04;    // weight of the last error in the PI control
 constexpr double smallestFactor = 0.2;
 constexpr double largestFactor = 10;
 constexpr double smallestError = 1e-4;  // remembered by the PI control
@@ -39,6 +41,7 @@ AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance toleran
       vectors_(simd::kernelFor(tolerance_.ceiling.size()).vectors),
       exponent_(1.0 / stepper_->errorOrder()),
       beta_(std::min(mostBeta, 7 * mostBeta * exponent_)),
+      aimed_(std::pow(sure, stepper_->errorOrder())),
       lastLog_(std::log2(smallestError)),
       trial_(stepper_->increment()),
       trialDerivative_(stepper_->increment()) {
@@ -74,7 +77,8 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
   surroundings_->visit(state.t, state.y);
   if (h_ <= 0) h_ = firstStep(state, end - state.t);
   const bool isForeseen = stepper_->foresees(state.t, h_, state.y);
-  if (isForeseen) h_ *= foreseen(errorNorm(state.y, h_));
+  const double lengthened = isForeseen ? foreseen(errorNorm(state.y, h_)) : 1;
+  h_ *= lengthened;
   double next = landing(state.t, end, std::min(h_, longestStep));
   // The spacing of the numbers at t, or of those at a second: what settles faster is a jump. Methods that
   // damp it in one step, and would not see it, may make a few that are asked no questions.
@@ -90,7 +94,9 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
   const double h = next - state.t;
 
   stepper_->step(state.t, h, state.y);
-  const double error = errorNorm(state.y, h);
+  const double most = aimed_ * std::max(lengthened, 1 / lengthened);
+  const bool isAsForeseen = isForeseen && most <= 1 && h > nearlyWhole * h_;
+  const double error = isAsForeseen ? most : errorNorm(state.y, h);
   const bool mayPass = error <= 1 || isJump;
   const bool taken = mayPass && std::isfinite(error) && take(state, next, stepper_->increment());
   finite_ = std::isfinite(error) && (taken || !mayPass);
@@ -133,11 +139,13 @@ void AdaptiveSteps::resume(double h) {
   finite_ = true;
 }
 
-/// What a step is to be lengthened by whose error is known before it is tried; it has to be so again.
+/// What a step is to be lengthened by whose error is known before it is tried; it has to be so again. By
+/// single precision, which is fast.
 double AdaptiveSteps::foreseen(double error) const {
-  constexpr double sure = 0.98;
   if (!std::isfinite(error)) return smallestFactor;
-  return std::min(std::max(sure * std::pow(error, -exponent_), smallestFactor), largestFactor);
+  const float log = std::log2(static_cast<float>(error));
+  const double factor = sure * std::exp2(static_cast<float>(-exponent_) * log);
+  return std::min(std::max(factor, smallestFactor), largestFactor);
 }
 
 /// error^−(exponent − ¾ β) × lastError^β, less a little.

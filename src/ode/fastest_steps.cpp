@@ -77,11 +77,13 @@ class FastestSteps : public Integrator {
   const StepCount& count() const override { return count_; }
 
  private:
-  static constexpr int leastPatience = 25;  // steps between trials, doubled while the incumbent wins
+  static constexpr int leastPatience = 25;  // steps between trials, doubled while the incumbent wins,
+  static constexpr int fewerTrials = 4;     // or more of that where it wins clearly
   static constexpr int mostPatience = 1600;
-  static constexpr int judged = 3;                // steps after which a trial is looked at
-  static constexpr double clearly = 1.15;         // how much faster a challenger must be to win,
-  static constexpr double hopeful = 1.3;          // and how much faster than before to be given more time
+  static constexpr int judged = 3;         // steps after which a trial is looked at
+  static constexpr double clearly = 1.15;  // how much faster a challenger must be to win,
+  static constexpr double hopeful = 1.3;   // and how much faster than before to be given more time
+  static constexpr double hopeless = 0.7;  // of the incumbent's speed, for the step an explicit one proposes
   static constexpr double farEnough = 0.75;       // of the limit of stability
   static constexpr double clearlyNotStiff = 0.1;  // of those, for a start with an explicit method
   static constexpr double mostTrialCost = 600;    // evaluations
@@ -133,12 +135,15 @@ class FastestSteps : public Integrator {
              steadyStep(*methods_[method]) > clearly * incumbentSpeed_ * methods_[method]->cost();
     }
     if (method == inUse_ && !methods_[method]->seesWhatItDamps()) return false;
+    // Far from its limit an explicit one follows what makes its steps short, and the others would have to.
+    if (isExplicit(inUse_) && incumbentStep_ < clearlyNotStiff * steadyStep(*methods_[inUse_])) return false;
     const bool isGamble = method == inUse_ || isExplicit(inUse_);
     return !isGamble || onTrials_ + judged * methods_[method]->cost() <= tuition * onIncumbents_;
   }
 
   void startTrial() {
     incumbentSpeed_ = run_.speed();
+    incumbentStep_ = methods_[inUse_]->proposal();
     trialCostLeft_ = std::min(run_.cost, mostTrialCost);
     run_ = {};
     for (std::size_t k = 1; k <= methods_.size(); ++k) {
@@ -146,7 +151,6 @@ class FastestSteps : public Integrator {
       if (!isWorthATrial(next)) continue;
       challenger_ = next;
       lastLook_ = 0;
-      incumbentStep_ = methods_[inUse_]->proposal();
       const double own = methods_[next]->proposal();
       methods_[next]->resume(methods_[next]->seesWhatItDamps() ? std::max(own, nextLeap() * incumbentStep_)
                              : own > 0                         ? own
@@ -163,14 +167,18 @@ class FastestSteps : public Integrator {
   /// its step where it must first damp what an explicit one has left oscillating.
   void judgeTrial() {
     const double speed = run_.speed();
+    const AdaptiveSteps& challenger = *methods_[challenger_];
+    // An explicit method has its step by now, though some tries were lost on the way there.
+    const bool isHopeless =
+        isExplicit(challenger_) && challenger.proposal() < hopeless * incumbentSpeed_ * challenger.cost();
     trialCostLeft_ -= run_.cost;
     if (speed > clearly * incumbentSpeed_) {
       inUse_ = challenger_;
       patience_ = std::max(patience_ / 2, leastPatience);
       onTrial_ = false;
-    } else if (trialCostLeft_ <= 0 || speed < hopeful * lastLook_) {
+    } else if (isHopeless || trialCostLeft_ <= 0 || speed < hopeful * lastLook_) {
       methods_[inUse_]->resume(incumbentStep_);
-      patience_ = std::min(2 * patience_, mostPatience);
+      patience_ = std::min((isHopeless ? fewerTrials : 2) * patience_, mostPatience);
       onTrial_ = false;
     }
     lastLook_ = speed;

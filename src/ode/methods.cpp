@@ -42,7 +42,6 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
     if (tolerance.value <= fine) addSeries();
     steppers.push_back(explicitBy(dop853()));
     if (tolerance.value > fine) addSeries();
-    steppers.push_back(explicitBy(dopri5()));
     return fastestSteps(std::move(steppers), tolerance, std::move(surroundings));
   }
   if (name == "rk4") return fixedSteps(explicitBy(rk4()), step);

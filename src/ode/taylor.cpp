@@ -21,7 +21,7 @@ int orderFor(double tolerance) {
 /// The longest stretch |z| of the imaginary axis on which the truncated exponential Σ z^k/k! does not grow,
 /// by more than one part in 1e6.
 double stabilityLimitOf(int order) {
-  constexpr double fine = 0.01;
+  constexpr double fine = 0.1;
   for (double size = fine;; size += fine) {
     std::complex<double> sum = 1, term = 1;
     for (int k = 1; k <= order; ++k) sum += term *= std::complex<double>(0, size) / static_cast<double>(k);
@@ -104,6 +104,7 @@ void Taylor::step(double t, double h, const Eigen::VectorXd& y) {
   findError(h);
 
   increment_.tail(rates_.size()).setZero();
+  if (!f_.hasIntegrands()) return;
   for (Eigen::Index k = 0; k < nodes_.size(); ++k) {
     vectors_.polynomial(nodes_[k] * h, c_.data(), order_, between_.data(), driving);
     between_.head(driving) += y.head(driving);

@@ -50,7 +50,7 @@ class AdaptiveSteps : public Integrator {
   Tolerance tolerance_;
   std::shared_ptr<Surroundings> surroundings_;
   const simd::VectorKernel& vectors_;
-  double exponent_, beta_;
+  double exponent_, beta_, aimed_;
   double lastLog_;  ///< of the last step's error, to base 2
   double h_ = 0;
   bool justRejected_ = false;

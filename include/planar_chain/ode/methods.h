@@ -17,7 +17,7 @@ const std::vector<std::string>& methodNames();
 bool hasFixedStep(const std::string& name);
 
 /// For system f, which must outlive it. step: for methods of fixed step, s. tolerance: for adaptive ones.
-/// "auto" chooses among dopri5, dop853, taylor, rodas5p and radau13 by measured progress, whenever that
+/// "auto" chooses among dop853, taylor, rodas5p and radau13 by measured progress, whenever that
 /// changes.
 /// @throws std::invalid_argument for a name that is not one of methodNames().
 std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f, double step,

@@ -55,6 +55,8 @@ class SeriesSystem : public LinearizedSystem {
   virtual int driving() const = 0;
   /// The solution through (t, y): to row k = 0 … order of c, of driving() numbers each, y^(k)/k!.
   virtual void series(double t, const double* y, int order, double* c) = 0;
+  /// Whether the others change at all, as things are.
+  virtual bool hasIntegrands() const = 0;
   /// The rates of the others.
   virtual void integrands(double t, const double* y, double* rates) = 0;
   /// What a series takes, in evaluations of f.
