@@ -15,6 +15,7 @@ import unittest
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).absolute().parent / "../src/tools"))
+import report as report_program  # noqa: E402  pylint: disable=wrong-import-position
 import report_tables  # noqa: E402  pylint: disable=wrong-import-position
 
 BIN = ""
@@ -118,6 +119,31 @@ class Report(unittest.TestCase):
             result = run("--output", folder, "--scenes", "pendulum", "--studies", "race")
             os.close(lock)
             self.assertEqual((result.returncode, os.listdir(folder)), (1, []), result.stderr)
+
+
+class Turns(unittest.TestCase):
+    """Of points that are measured more than once."""
+
+    POINT = ("triple", "planar_chain", "dop853", "1e-06")
+
+    def test_short_runs_ask_for_three_with_ten_runs_in_all(self):
+        data = os.path.join(BIN, "../../share/planar_chain")
+        racer = report_program.Racer(pathlib.Path(BIN) / "report_measure", ["--data", data])
+        cells, runs, turns = racer.measure(self.POINT)
+        racer.close()
+        self.assertEqual((cells[:4], cells[-1], runs[:4], turns), (list(self.POINT), "ok", list(self.POINT), 3))
+        self.assertGreaterEqual(3 * int(runs[4]), 10)
+
+    def test_all_count(self):
+        def turn(seconds, worst, runs, least):
+            return ([*self.POINT, "1e-9", "2e-9", seconds, "7", "5", "1", worst, "ok"], [*self.POINT, runs, least])
+
+        cells, runs = report_program.together([turn("3e-3", "4e-6", "4", "2e-3"), turn("1e-3", "6e-6", "4", "9e-4"),
+                                               turn("2e-3", "2e-6", "5", "1e-3")])
+        self.assertEqual(cells, [*self.POINT, "1e-9", "2e-9", "2.000000e-03", "7", "5", "1", "2.000e-06", "ok"])
+        self.assertEqual(runs, [*self.POINT, "13", "9.000000e-04"])
+        failed = ([*self.POINT, "nan", "nan", "1e-3", "7", "5", "1", "nan", "diverged"], [*self.POINT, "1", "1e-3"])
+        self.assertEqual(report_program.together([failed])[0][-2:], ["nan", "diverged"])
 
 
 class Reasons(unittest.TestCase):

@@ -19,7 +19,7 @@ namespace planar_chain::tools {
 namespace {
 
 constexpr double lost = 1;        // rad
-constexpr double isShort = 0.03;  // s: such runs are made thrice to time their steps
+constexpr double isShort = 0.03;  // s: such runs are made in turns, and thrice to time their steps
 constexpr int longChain = 1000;   // links
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
@@ -185,7 +185,7 @@ std::vector<double> settingsFor(const Contestant& contestant, const Contest& con
 
 Effort effortFor(const Contest& contest, bool quick) {
   const double longer = isLongChain(contest) ? 4 : 1;
-  return quick ? Effort{0.03, 3, 0.02, 0.1 * longer} : Effort{0.1, 10, 0.25, 0.5 * longer};
+  return quick ? Effort{0.03, 3, 1, 0.02, 0.1 * longer} : Effort{0.1, 10, 3, 0.25, 0.5 * longer};
 }
 
 Result measure(const Contest& contest, const Contestant& contestant, double setting, const Effort& effort) {
@@ -213,8 +213,9 @@ Result measure(const Contest& contest, const Contestant& contestant, double sett
     return result;
   }
 
+  if (first.seconds < isShort) result.turns = effort.turns;
   const double wanted = std::clamp(effort.budget / first.seconds, 1.0 * effort.fewest, 21.0);
-  result.runs = first.seconds > effort.isLong ? 2 : static_cast<int>(wanted);
+  result.runs = first.seconds > effort.isLong ? 2 : static_cast<int>(std::ceil(wanted / result.turns));
   std::vector<double> times;
   for (int k = 0; k < result.runs; ++k) {
     times.push_back(ride(contest, contestant, setting, effort.limit).seconds);
@@ -267,9 +268,9 @@ void racePoints(const std::string& folder, const std::vector<Contestant>& contes
     const Contest& contest = contests.at(cells[0]);
     const Result r =
         measure(contest, *contestant, std::strtod(cells[3].c_str(), nullptr), effortFor(contest, quick));
-    std::printf("%s,%.4e,%.4e,%.6e,%lld,%lld,%lld,%.3e,%s,%d,%.6e\n", line.c_str(), r.thetaError,
+    std::printf("%s,%.4e,%.4e,%.6e,%lld,%lld,%lld,%.3e,%s,%d,%.6e,%d\n", line.c_str(), r.thetaError,
                 r.omegaError, r.median, r.counts.evaluations, r.counts.steps, r.counts.rejected, r.worstStep,
-                r.outcome, r.runs, r.least);
+                r.outcome, r.runs, r.least, r.turns);
     std::fflush(stdout);
   }
 }

@@ -66,10 +66,12 @@ struct Contestant {
 std::vector<double> settingsFor(const Contestant& contestant, const Contest& contest, bool quick);
 
 /// How long a setting is measured. A first run, which warms up, is followed by as many as the budget allows,
-/// but at least `fewest` and at most 21; by two where a run is long. Who does not arrive is not asked again.
+/// but at least `fewest` and at most 21; by two where a run is long. Short runs are divided among turns, each
+/// of which warms up. Who does not arrive is not asked again.
 struct Effort {
   double budget;  ///< s a setting
   int fewest;     ///< runs
+  int turns;
   double isLong;  ///< s a run
   double limit;   ///< s a run: longer ones are given up
 };
@@ -81,6 +83,7 @@ struct Result {
   double median = 0, least = 0;           ///< s, of the runs
   double worstStep = 0;  ///< s: of each step the least over up to three runs, of these the largest
   int runs = 0;
+  int turns = 1;  ///< in which the point is to be measured, this one among them
   Counts counts;
 };
 
@@ -89,8 +92,8 @@ struct Result {
 Result measure(const Contest& contest, const Contestant& contestant, double setting, const Effort& effort);
 
 /// The protocol of report_measure and report_peers. list: a line "scene,engine,method,setting" for each
-/// point. race: for each such line on standard input the columns of work_precision.csv, then runs and the
-/// least time.
+/// point. race: for each such line on standard input the columns of work_precision.csv, then runs, the
+/// least time and turns.
 void listPoints(const std::string& folder, const std::vector<Contestant>& contestants, bool quick);
 void racePoints(const std::string& folder, const std::vector<Contestant>& contestants, bool quick);
 

@@ -17,8 +17,9 @@ td:first-child,th:first-child,.words{text-align:left}
 
 EXPLANATION = """<p>Each point is one run from t = 0 to the end of the scene: its tolerance (or its step) grows
 tighter to the right. An error is the largest of any link, absolute, against the reference; time is the thread's own
-on the processor, of stepping alone, after a first run; the median of ten to 21 runs (two where one takes more than
-0.25 s; a quick report: three, two above 20 ms), their least in <code>work_precision_runs.csv</code>. A run is given
+on the processor, of stepping alone, after a first run; the median of ten to 21 runs (in three turns through all
+methods where one takes less than 0.03 s, two where one takes more than 0.25 s; a quick report: three, two above
+20 ms), their least in <code>work_precision_runs.csv</code>. A run is given
 up after 0.5 s (ropes of 1000 links and more: 2 s; quick: 0.1 and 0.4 s), and tighter settings of that method are not
 tried. <code>planar_chain</code> (solid) runs without the guard on the energy balance, which would rescue what fails.
 Others are dashed. Failed runs stand at the upper edge: diverged (not finite, or an angle more than 1 rad off),
