@@ -44,10 +44,13 @@ class CountedSystem : public ode::SeriesSystem {
   int driving() const override { return f_.driving(); }
   void series(double t, const double* y, int order, double* c) override { f_.series(t, y, order, c); }
   bool hasIntegrands() const override { return f_.hasIntegrands(); }
-  void integrands(double t, const double* y, double* rates) override { f_.integrands(t, y, rates); }
+  void integrands(double t, const double* y, double* rates) override {
+    ++integrals;
+    f_.integrands(t, y, rates);
+  }
   double seriesCost(int order) const override { return f_.seriesCost(order); }
 
-  long long evaluations = 0, linearizations = 0;
+  long long evaluations = 0, linearizations = 0, integrals = 0;
   long long factors = 0, solves = 0, complexFactors = 0, complexSolves = 0;
 
  private:

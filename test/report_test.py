@@ -105,7 +105,7 @@ class Report(unittest.TestCase):
         again = path.read_text(encoding="utf-8").splitlines(True)
         self.assertEqual(again[1], marked)
         key = [",".join(line.split(",")[:4]) for line in whole]
-        self.assertEqual(sorted(",".join(line.split(",")[:4]) for line in again), sorted(key))
+        self.assertEqual([",".join(line.split(",")[:4]) for line in again], key)
         # Measured by other programs: everything anew.
         about = self.folder / "about.json"
         about.write_text(about.read_text(encoding="utf-8").replace('"programs": "', '"programs": "0'), encoding="utf-8")
@@ -144,6 +144,21 @@ class Turns(unittest.TestCase):
         self.assertEqual(runs, [*self.POINT, "13", "9.000000e-04"])
         failed = ([*self.POINT, "nan", "nan", "1e-3", "7", "5", "1", "nan", "diverged"], [*self.POINT, "1", "1e-3"])
         self.assertEqual(report_program.together([failed])[0][-2:], ["nan", "diverged"])
+
+
+class Order(unittest.TestCase):
+    def test_rows_stand_as_their_points_whenever_they_were_measured(self):
+        points = [(None, (scene, "planar_chain", method, setting)) for scene in ("triple", "double")
+                  for method in ("auto", "rk4") for setting in ("0.01", "0.001", "1e-05")]
+        measured = [points[k][1] for k in (2, 0, 3, 5, 4, 1, 9, 8, 7, 6)]
+        strange = ("elsewhere", "planar_chain", "auto", "0.01")
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "some.csv"
+            columns = COLUMNS[:4]
+            report_program.write_rows(path, columns, [dict(zip(columns, cells)) for cells in [strange, *measured]])
+            report_program.sort_rows(path, columns, points)
+            self.assertEqual([tuple(row.values()) for row in table(path)],
+                             [strange, *[point for _, point in points if point in measured]])
 
 
 class Reasons(unittest.TestCase):

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "../src/simd/kernel.h"
+#include "counted_system.h"
 #include "planar_chain/dynamics.h"
 #include "planar_chain/motion_series.h"
 #include "planar_chain/ode/methods.h"
@@ -234,6 +235,20 @@ TEST(Taylor, FindsOneSeriesAStepAndNoneForAStepMadeShorter) {
   taylor.forget();
   taylor.step(0, 0.05, y);
   EXPECT_EQ(around.dynamics.evaluations() - before, 2 * taylor.order());
+}
+
+TEST(Taylor, SumsWorksOnlyWhereSomethingDoesThem) {
+  for (const bool hasSprings : {false, true}) {
+    const Scene scene = test::randomScene(2, 8, {hasSprings, false, false});
+    Loads loads(scene, 1);  // room for a command, so there are works
+    Dynamics dynamics(scene.chain, loads);
+    dynamics.enter(0);
+    test::CountedSystem counted(dynamics);
+    ode::Taylor taylor(counted, 1e-6);
+    taylor.step(0, 0.1, Eigen::VectorXd::Constant(dynamics.size(), 0.3));
+    EXPECT_EQ(counted.integrals, hasSprings ? taylor.order() / 2 + 1 : 0);
+    EXPECT_EQ(taylor.increment().tail(2), Eigen::VectorXd::Zero(2));
+  }
 }
 
 }  // namespace

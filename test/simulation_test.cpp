@@ -101,7 +101,8 @@ TEST(Simulation, SaysWhichRecursionRuns) {
   EXPECT_EQ(ofLongOnes.count(recursionFor(100)), 1u) << recursionFor(100);
   EXPECT_EQ(recursionFor(100) != "link by link", Segments::areWorthwhile(100)) << recursionFor(100);
   // 8 pieces of a short one are not worth joining.
-  EXPECT_EQ(recursionFor(20), Segments::areWorthwhile(20) ? "in 4 segments side by side (avx2)" : "link by link");
+  EXPECT_EQ(recursionFor(20),
+            Segments::areWorthwhile(20) ? "in 4 segments side by side (avx2)" : "link by link");
 }
 
 TEST(Simulation, PowerInEqualsEnergyRate) {
@@ -187,6 +188,29 @@ TEST(Simulation, RampsAndSinesGiveTheirImpulse) {
   const double w = 3 * 3.14159265358979323846;
   const double expected = 3 * (3 * (0.15 + 0.075 + 0.2) + 2 * (std::cos(0.3) - std::cos(w * 1.2 + 0.3)) / w);
   EXPECT_NEAR(simulation.qd()[0], expected, 1e-11);
+}
+
+TEST(Auto, LosesLittleByTrials) {
+  // Of methods that are no better: against the one that it stays with.
+  struct Run {
+    int links;
+    const char* best;
+    double tolerance, end;
+  };
+  for (const Run& run : {Run{2, "taylor", 1e-8, 5.0}, Run{10, "dop853", 1e-4, 4.0}}) {
+    Scene scene = randomScene(run.links, 4, {false, false, false});
+    scene.integrator.tolerance = run.tolerance;
+    const auto statisticsOf = [&](const char* method) {
+      scene.integrator.method = method;
+      Simulation simulation(scene);
+      EXPECT_TRUE(simulation.advanceTo(run.end)) << simulation.fault();
+      EXPECT_EQ(simulation.method(), run.best);
+      return simulation.statistics();
+    };
+    const Statistics best = statisticsOf(run.best), chosen = statisticsOf("auto");
+    EXPECT_LT(static_cast<double>(chosen.evaluations), 1.06 * static_cast<double>(best.evaluations));
+    EXPECT_LT(static_cast<double>(chosen.steps), 1.06 * static_cast<double>(best.steps));
+  }
 }
 
 TEST(Simulation, RoundingOfAStiffSpringDoesNotStarveTheStep) {

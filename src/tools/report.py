@@ -86,6 +86,11 @@ def write_whole(path, text):
     part.replace(path)
 
 
+def write_rows(path, columns, rows):
+    lines = [columns, *([row[name] for name in columns] for row in rows)]
+    write_whole(path, "".join(",".join(cells) + "\n" for cells in lines))
+
+
 class Table:
     """A file that grows by a line at a time."""
 
@@ -150,6 +155,15 @@ def key(row):
     return row["scene"], row["engine"], row["method"], row["setting"]
 
 
+def sort_rows(path, columns, points):
+    """Scene by scene in the order of the points, whenever they were measured: each method's loosest setting first."""
+    rows = read_table(path)
+    place = {point: k for k, (_, point) in enumerate(points)}
+    scenes = list(dict.fromkeys(row["scene"] for row in rows))
+    rows.sort(key=lambda row: (scenes.index(row["scene"]), place.get(key(row), len(place))))
+    write_rows(path, columns, rows)
+
+
 def list_points(scenes, flags):
     """(program, point) of everything that is to be measured, scene by scene."""
     points = []
@@ -212,6 +226,8 @@ def race(folder, points, flags, progress):
                 write(turns)
         for racer in racers.values():
             racer.close()
+    sort_rows(folder / "work_precision.csv", COLUMNS, points)
+    sort_rows(folder / "work_precision_runs.csv", RUN_COLUMNS, points)
 
 
 # ---- The other studies ---------------------------------------------------------------------------
@@ -270,9 +286,7 @@ def about(arguments):
 
 def keep_own(path, columns):
     """Drops the lines of other engines."""
-    rows = [row for row in read_table(path) if row["engine"] == "planar_chain"]
-    write_whole(path, "".join(",".join(cells) + "\n" for cells in [columns, *([row[name] for name in columns]
-                                                                           for row in rows)]))
+    write_rows(path, columns, [row for row in read_table(path) if row["engine"] == "planar_chain"])
 
 
 def prepare(folder, studies, facts):

@@ -133,7 +133,7 @@ def agreement(rows):
 # ---- Where auto is not the fastest, and why ------------------------------------------------------
 
 AUTO = ("planar_chain", "auto")
-CHOOSES_FROM = ("taylor", "dopri5", "dop853", "rodas5p", "radau13")
+CHOOSES_FROM = ("taylor", "dop853", "rodas5p", "radau13")
 Cell = collections.namedtuple("Cell", "outcome fastest ratio evaluations why")
 
 

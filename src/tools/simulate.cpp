@@ -178,10 +178,13 @@ void writeState(std::FILE* out, const Simulation& simulation) {
   if (joints.size() > most) std::fprintf(out, "  and %zu more\n", joints.size() - most);
 }
 
-void writeSummary(const Simulation& simulation) {
+/// end: of the run, s; scene time is less after a reset.
+void writeSummary(const Simulation& simulation, double end) {
   const Statistics statistics = simulation.statistics();
   const Energy energy = simulation.energy();
-  std::printf("t = %g s by %s: %lld steps, %lld rejected, %lld evaluations (%s)\n", simulation.time(),
+  const bool chose = simulation.scene().integrator.method == "auto";
+  std::printf("t = %g s%s by %s%s: %lld steps, %lld rejected, %lld evaluations (%s)\n", simulation.time(),
+              simulation.time() < end ? " since the last reset" : "", chose ? "auto, at last " : "",
               simulation.method().c_str(), statistics.steps, statistics.rejected, statistics.evaluations,
               simulation.recursion().c_str());
   if (statistics.rescues > 0) {
@@ -290,7 +293,7 @@ int simulate(int argc, char** argv) {
     writeState(stderr, simulation);
     return runFailed;
   }
-  writeSummary(simulation);
+  writeSummary(simulation, rows.time(rows.last()));
   if (bags) std::fputs(bags->summary().c_str(), stdout);
   return done;
 }
