@@ -77,19 +77,22 @@ def scaling_section(about, rows):
     for who in dict.fromkeys((row["engine"], row["method"]) for row in rows):
         points = [(int(row["links"]), number(row["seconds"])) for row in rows
                   if (row["engine"], row["method"]) == who and math.isfinite(number(row["seconds"]))]
-        slope = tables.slope([(n, s) for n, s in points if n >= 100])
+        slopes = [tables.slope([(n, s) for n, s in points if least <= n <= most])
+                  for least, most in ((10, 100), (100, math.inf))]
+        last = next((slope for slope in reversed(slopes) if slope), None)
         name = name_of(who)
-        axes.loglog(*zip(*points), **style[who], label=f"{name}, n^{slope:.2f}" if slope else name)
+        axes.loglog(*zip(*points), **style[who], label=f"{name}, n^{last:.2f}" if last else name)
         at = dict(points)
         body.append([name, *(f"{1e6 * at[n]:.3g}" if n in at else "–" for n in (1, 10, 100, 1000, 10000)),
-                     f"{slope:.2f}" if slope else "–"])
+                     *(f"{slope:.2f}" if slope else "–" for slope in slopes)])
     axes.set_xlabel("links n")
     axes.set_ylabel("one step, s")
     axes.legend(fontsize=7.5, frameon=False, loc="center left", bbox_to_anchor=(1.01, 0.5))
-    axes.set_title("One step against the number of links; slopes from 100 links on", fontsize=10)
+    axes.set_title("One step against the number of links; slopes from 100 links on, or to there from ten", fontsize=10)
     figure.tight_layout()
     return [picture(figure, "scaling", "Time of a step against the number of links"), foot(about),
-            table(["one step, µs; links:", "1", "10", "100", "1000", "10,000", "slope from 100 on"], body)]
+            table(["one step, µs; links:", "1", "10", "100", "1000", "10,000", "slope, 10 to 100", "slope, from 100 on"],
+                  body)]
 
 
 def effects_section(about, rows):
