@@ -53,7 +53,7 @@ bool EnergyGuard::closes(const ode::State& state) {
   const double moved = std::max(moved_ * fading, now.kinetic + energyThen_.kinetic +
                                                      std::abs(now.potential - energyThen_.potential) +
                                                      std::abs(in) + std::abs(out));
-  if (!(std::abs(gap) <= errorEnergy(state, now) + share_ * moved)) {
+  if (!std::isfinite(gap) || !(std::abs(gap) <= errorEnergy(state, now) + share_ * moved)) {
     refused_ = gap;
     return false;
   }
@@ -74,8 +74,9 @@ double EnergyGuard::errorEnergy(const ode::State& state, const Energy& now) cons
   const double elastic = 2 * stiffness_ * angle * angle;
   const double mostKinetic = std::max(now.kinetic, energyThen_.kinetic);
   const double mostElastic = std::max(now.elastic, energyThen_.elastic);
-  return 2 * std::sqrt(mostKinetic * kinetic) + kinetic + 2 * std::sqrt(mostElastic * elastic) + elastic +
-         weight_ * angle;
+  // Root by root: a product of energies may be past what a double holds.
+  return 2 * std::sqrt(mostKinetic) * std::sqrt(kinetic) + kinetic +
+         2 * std::sqrt(mostElastic) * std::sqrt(elastic) + elastic + weight_ * angle;
 }
 
 double EnergyGuard::supplied(const ode::State& state) const {

@@ -54,6 +54,21 @@ TEST(EnergyGuard, SeesWhatTheToleranceDoesNotExplain) {
   }
 }
 
+TEST(EnergyGuard, SeesWhatAlmostLeavesTheNumbers) {
+  // Energies of 1e164 J, whose product no double holds, and more than any double holds.
+  const Scene scene = oscillator(10);
+  for (const double rate : {1e82, 1e160}) {
+    EnergyGuard guard(scene.chain, {"auto", 1e-6, 0}, 0);
+    ode::State state(2);
+    state.y << 0.1, 0;
+    guard.begin(state);
+    state.t = 0.001;
+    state.y << 1e78, rate;
+    EXPECT_FALSE(guard.closes(state)) << rate;
+    EXPECT_EQ(guard.lastGood().y[1], 0);
+  }
+}
+
 TEST(EnergyGuard, AddsUpTheGapsOfASecond) {
   // A fixed step may be off by a tenth of the energy in a second: by a twentieth once, but not thrice.
   const Scene scene = oscillator(10);

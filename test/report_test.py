@@ -175,9 +175,10 @@ class Reasons(unittest.TestCase):
 
     def test_each_case_has_its_own(self):
         seen = set()
-        for others, outcome in (({"planar_chain dopri5": (2, 100)}, "fastest"),
+        for others, outcome in (({"planar_chain dop853": (2, 100)}, "fastest"),
+                                ({"planar_chain dop853": (0.5, 50)}, "slower"),
+                                ({"planar_chain dop853": (0.5, 100)}, "slower"),
                                 ({"planar_chain dopri5": (0.5, 50)}, "slower"),
-                                ({"planar_chain dopri5": (0.5, 100)}, "slower"),
                                 ({"planar_chain rk4": (0.5, 50)}, "slower"),
                                 ({"odeint Fehlberg": (0.5, 50)}, "slower"),
                                 ({"odeint Fehlberg": (0.5, 100)}, "slower"),

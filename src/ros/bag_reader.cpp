@@ -142,8 +142,8 @@ class Reader {
     return commands;
   }
 
-  /// A status tells a tick and its stamp, and each of the joint_states stamped after it is a tick more: stamps
-  /// alone cannot tell, as they jump over every standstill.
+  /// A status tells a tick and its stamp, and each of the joint_states stamped after it is a tick more:
+  /// stamps alone cannot tell, as they jump over every standstill.
   long long lastTick() {
     std::uint64_t tick = 0;
     ros::Time stamp;
