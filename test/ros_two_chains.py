@@ -62,9 +62,13 @@ class TwoChains(InFolder):
         # A machine that stands still for a second may be told of.
         warned = [entry for entry in said.messages if entry.level >= Log.WARN and 'cannot follow' not in entry.msg]
         self.assertEqual(warned, [])
+        # On a slow machine the bag may begin once more before all is shut down.
+        begun_again = len(times_back([told.clock for told in clock.messages]))
+        self.assertGreaterEqual(begun_again, 2)
+        seen_again = range(2, begun_again + 1)
         for chain in chains:
             stamps = list(map(nanoseconds, chain.messages))
-            self.assertEqual(len(times_back(stamps)), 2)
+            self.assertIn(len(times_back(stamps)), seen_again)
             self.assertNotIn(0, stamps)
             self.assertLess(max(stamps), (SECONDS + 1) * 10 ** 9)
             # From state to state by the mean of both speeds, over the bag's beginning, too.
@@ -79,7 +83,7 @@ class TwoChains(InFolder):
         self.assertEqual({frame.split('/')[0] for frame in stamps_of}, {'left', 'right', 'played'})
         for frame, stamps in stamps_of.items():
             self.assertFalse(any(later == sooner for sooner, later in zip(stamps, stamps[1:])), frame)
-            self.assertEqual(len(times_back(stamps)), 2, frame)
+            self.assertIn(len(times_back(stamps)), seen_again, frame)
 
 
 if __name__ == '__main__':
