@@ -45,7 +45,8 @@ Dynamics::Dynamics(const Chain& chain, Loads& loads)
       works_(0),
       springs_(chain),
       stops_(chain),
-      recursion_(recursionFor(chain)) {
+      recursion_(recursionFor(chain)),
+      positions_(std::holds_alternative<ShortChain>(recursion_) ? 0 : n_) {
   if (springs_.dissipate() || !loads.empty() || stops_.dissipate()) works_ = 2;
 
   const auto n = index(n_);
@@ -135,19 +136,18 @@ void Dynamics::findPinVelocities(const Rotation<double>* e, const double* omega)
   }
 }
 
-inline void Dynamics::run(Acting acting, const Outside& outside, const double* y, double* dydt) {
-  if (auto* chain = std::get_if<ShortChain>(&recursion_)) return chain->derivative(acting, outside, y, dydt);
+inline void Dynamics::run(Acting acting, const Outside& outside, const double* y, double* rates) {
+  if (auto* chain = std::get_if<ShortChain>(&recursion_)) return chain->derivative(acting, outside, y, rates);
 
   if (acting != Acting::forces) rotations(y, outside.e, n_);
   const double* omega = y + n_;
   const double* N = acting == Acting::nothing ? nullptr : outside.N;
   const Vec2d* F = acting == Acting::forces ? outside.F : nullptr;
-  std::copy(omega, omega + n_, dydt);
   if (auto* segments = std::get_if<Segments>(&recursion_)) {
-    segments->accelerations(outside.e, omega, N, F, outside.ground, dydt + n_);
+    segments->accelerations(outside.e, omega, N, F, outside.ground, rates);
   } else {
     std::get_if<Articulated<double>>(&recursion_)
-        ->accelerations(outside.e, omega, N, F, outside.ground, dydt + n_);
+        ->accelerations(outside.e, omega, N, F, outside.ground, rates);
   }
 }
 
@@ -161,13 +161,24 @@ inline Dynamics::Powers Dynamics::applyEffects(double t, const double* y) {
   return powers;
 }
 
-inline void Dynamics::evaluate(double t, const double* y, double* dydt) {
+inline void Dynamics::evaluateRates(double t, const double* y, double* out) {
   const Powers powers = applyEffects(t, y);
-  run(acting_, outside_, y, dydt);
+  run(acting_, outside_, y, out);
   if (works_ > 0) {
-    dydt[2 * n_] = powers.supplied;
-    dydt[2 * n_ + 1] = powers.dissipated;
+    double* works = out + 2 * n_ - positions_;
+    works[0] = powers.supplied;
+    works[1] = powers.dissipated;
   }
+}
+
+void Dynamics::evaluate(double t, const double* y, double* dydt) {
+  std::copy(y + n_, y + n_ + positions_, dydt);
+  evaluateRates(t, y, dydt + positions_);
+}
+
+void Dynamics::rates(double t, const double* y, double* out) {
+  ++evaluations_;
+  evaluateRates(t, y, out);
 }
 
 void Dynamics::derivative(double t, const double* y, double* dydt) {
@@ -203,7 +214,8 @@ bool Dynamics::timeDerivative(double* ft) {
       loads_.applyRates(tAt_, eAt_.data(), omegaAt_.data(), pinVelocity_.data(), N_.data(), F_.data());
   std::copy(eAt_.begin(), eAt_.end(), e_.begin());
   std::fill(motion_.begin(), motion_.end(), 0.0);
-  run(Acting::forces, {e_.data(), N_.data(), F_.data(), {}}, motion_.data(), ft);
+  std::fill(ft, ft + n_, 0.0);
+  run(Acting::forces, {e_.data(), N_.data(), F_.data(), {}}, motion_.data(), ft + positions_);
   ft[2 * n_] = power;
   ft[2 * n_ + 1] = 0;
   return true;

@@ -16,6 +16,11 @@ class CountedSystem : public ode::SeriesSystem {
     ++evaluations;
     f_.derivative(t, y, dydt);
   }
+  int positions() const override { return f_.positions(); }
+  void rates(double t, const double* y, double* out) override {
+    ++evaluations;
+    f_.rates(t, y, out);
+  }
   void linearize(double t, const double* y, double* dydt) override {
     ++linearizations;
     f_.linearize(t, y, dydt);

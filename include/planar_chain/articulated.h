@@ -92,13 +92,13 @@ struct Reply {
 };
 
 template <class Real>
-inline Reply<Real> replyOf(const Handle<Real>& handle, const Turned<Real>& body) {
+[[gnu::always_inline]] inline Reply<Real> replyOf(const Handle<Real>& handle, const Turned<Real>& body) {
   return {handle.inverseD * handle.U, body.P, handle.inverseD * handle.u, body.ww};
 }
 
 /// One body outwards: a of its inner pin becomes that of its outer one. Returns α.
 template <class Real>
-inline Real outwards(const Reply<Real>& body, Vec2<Real>& a) {
+[[gnu::always_inline]] inline Real outwards(const Reply<Real>& body, Vec2<Real>& a) {
   const Real alpha = mulAdd(-body.UD.x, a.x, mulAdd(-body.UD.y, a.y, body.uD));
   a = mulAdd(alpha, perp(body.P), mulAdd(-body.ww, body.P, a));
   return alpha;

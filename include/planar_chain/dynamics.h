@@ -10,7 +10,7 @@
 /// The two works stand there only if something may supply or dissipate.
 ///
 /// What runs is chosen when the chain is given, by its length and by what it has, and again when something
-/// starts or stops to act: derivative() goes through a list of the effects there are, and has no question
+/// starts or stops to act: rates() goes through a list of the effects there are, and has no question
 /// to ask.
 
 #include <complex>
@@ -51,6 +51,9 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   /// See simulation.h.
   std::string recursion() const;
   void derivative(double t, const double* y, double* dydt) override;
+  /// None for short chains, which compute all in one go.
+  int positions() const override { return positions_; }
+  void rates(double t, const double* y, double* out) override;
   void linearize(double t, const double* y, double* dydt) override;
   bool timeDerivative(double* ft) override;
   ode::LinearCosts linearCosts() const override;
@@ -97,9 +100,10 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   void listEffects();
   void changedStops();
 
-  /// [ω α] with what acts.
-  void run(Acting acting, const Outside& outside, const double* y, double* dydt);
+  /// All but positions() of [ω α], with what acts.
+  void run(Acting acting, const Outside& outside, const double* y, double* rates);
   Powers applyEffects(double t, const double* y);
+  void evaluateRates(double t, const double* y, double* out);
   void evaluate(double t, const double* y, double* dydt);
   void findPinVelocities(const Rotation<double>* e, const double* omega);
   /// k and d of each joint, of its spring, damper and stops together.
@@ -115,6 +119,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   Springs springs_;
   Stops stops_;
   std::variant<ShortChain, Articulated<double>, Segments> recursion_;
+  int positions_;
   Acting loadsAct_ = Acting::nothing, acting_ = Acting::nothing;
   bool varies_ = false;  ///< f, with time
   std::vector<Effect> effects_;

@@ -1,34 +1,48 @@
 #include "planar_chain/ode/explicit_runge_kutta.h"
 
-#include <cmath>
+#include "../simd/kernel.h"
 
 namespace planar_chain::ode {
 
 ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
     : table_(table),
       f_(f),
-      k_(table.b.size(), Eigen::VectorXd::Zero(f.size())),
-      a_(combinationsOf(table.a, k_)),
-      b_(table.b, k_),
-      e_(table.e, k_),
-      coarseWeights_(table.coarse, k_),
-      stage_(Eigen::VectorXd::Zero(f.size())),
-      increment_(Eigen::VectorXd::Zero(f.size())),
+      positions_(f.positions()),
+      damp_(simd::kernelFor(f.size()).vectors.damp),
+      k_(table.b.size(), Eigen::VectorXd::Zero(f.size() - positions_)),
+      slope_(Eigen::VectorXd::Zero(f.size())),
+      stage_(slope_),
+      increment_(slope_),
       coarse_(Eigen::VectorXd::Zero(table.coarse.empty() ? 0 : f.size())),
-      error_(Eigen::VectorXd::Zero(table.e.empty() ? 0 : f.size())) {}
+      error_(Eigen::VectorXd::Zero(table.e.empty() ? 0 : f.size())) {
+  // Nothing depends on what stands behind the rates, nor has it an error that counts.
+  const Eigen::Index behind = f.size() - 2 * positions_, others = positions_ > 0 ? 0 : behind;
+  const auto row = [&](const std::vector<double>& weights, double drift, Eigen::Index count) {
+    return NystromRow(weights, drift, table.a, k_, positions_, count);
+  };
+  for (std::size_t i = 0; i < table.a.size(); ++i) a_.push_back(row(table.a[i], table.c[i], others));
+  b_ = row(table.b, 1, behind);
+  e_ = row(table.e, 0, others);
+  coarseWeights_ = row(table.coarse, 0, others);
+}
 
 double ExplicitRungeKutta::cost() const {
   return static_cast<double>(k_.size()) - (table_.lastIsFirst ? 1 : 0);
 }
 
-const Eigen::VectorXd& ExplicitRungeKutta::derivative(double t, const Eigen::VectorXd& y) {
-  if (!firstIsKnown_) f_.derivative(t, y.data(), k_.front().data());
+void ExplicitRungeKutta::evaluateFirst(double t, const Eigen::VectorXd& y) {
+  if (!firstIsKnown_) f_.rates(t, y.data(), k_.front().data());
   firstIsKnown_ = true;
-  return k_.front();
+}
+
+const Eigen::VectorXd& ExplicitRungeKutta::derivative(double t, const Eigen::VectorXd& y) {
+  evaluateFirst(t, y);
+  slope_ << y.segment(positions_, positions_), k_.front();
+  return slope_;
 }
 
 void ExplicitRungeKutta::step(double t, double h, const Eigen::VectorXd& y) {
-  derivative(t, y);
+  evaluateFirst(t, y);
   const std::size_t last = k_.size() - 1;
   for (std::size_t i = 1; i <= last; ++i) {
     if (i == last && table_.lastIsFirst) {
@@ -36,22 +50,19 @@ void ExplicitRungeKutta::step(double t, double h, const Eigen::VectorXd& y) {
     } else {
       a_[i].addTo(y, h, stage_);
     }
-    f_.derivative(t + table_.c[i] * h, stage_.data(), k_[i].data());
+    f_.rates(t + table_.c[i] * h, stage_.data(), k_[i].data());
   }
-  if (!table_.lastIsFirst) b_(h, increment_);
-  if (!table_.e.empty()) e_(h, error_);
+  if (!table_.lastIsFirst) b_.increment(y, h, increment_);
+  if (!table_.e.empty()) e_.increment(y, h, error_);
   if (!table_.coarse.empty()) {
-    coarseWeights_(h, coarse_);
-    for (Eigen::Index i = 0; i < error_.size(); ++i) {
-      const double size = std::sqrt(error_[i] * error_[i] + 0.01 * (coarse_[i] * coarse_[i]));
-      error_[i] = size > 0 ? error_[i] * (error_[i] / size) : size;
-    }
+    coarseWeights_.increment(y, h, coarse_);
+    damp_(error_.data(), coarse_.data(), error_.size());
   }
 }
 
 void ExplicitRungeKutta::accept() {
   firstIsKnown_ = table_.lastIsFirst;
-  if (table_.lastIsFirst) k_.front() = k_.back();  // not exchanged: the combinations know where they stand
+  if (table_.lastIsFirst) k_.front() = k_.back();  // not exchanged: the rows know where they stand
 }
 
 }  // namespace planar_chain::ode

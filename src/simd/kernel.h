@@ -85,6 +85,13 @@ struct ErrorVectors {
   const double *error, *y, *increment, *ceiling, *noise;
 };
 
+/// See ode/nystrom.h: weights of the rates and of the positions, one a term; c.
+struct NystromWeights {
+  const double *rates, *positions;
+  const double* const* terms;
+  double drift;
+};
+
 /// Vectors of the integrators.
 struct VectorKernel {
   static constexpr int mostTerms = 13;
@@ -93,6 +100,12 @@ struct VectorKernel {
   using Combine = void (*)(double factor, const double* weights, const double* const* terms,
                            const double* base, double* sum, double* out, std::ptrdiff_t n);
   std::array<Combine, mostTerms> combine;  ///< of 1, 2 … terms
+  /// The same for n positions and their n rates, which stand behind them.
+  using CombineTwice = void (*)(const NystromWeights& weights, double h, const double* base, double* sum,
+                                double* out, std::ptrdiff_t n);
+  std::array<CombineTwice, mostTerms> combineTwice;
+  /// error ← error² / √(error² + 0.01 coarse²), component by component.
+  void (*damp)(double* error, const double* coarse, std::ptrdiff_t n);
   /// Adds the increment to y, and to carry what rounding takes away. False, and nothing has changed, when y
   /// would not be finite.
   bool (*addCarried)(double* y, double* carry, const double* increment, std::ptrdiff_t n);

@@ -7,6 +7,7 @@
 #include <immintrin.h>
 #endif
 
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 
@@ -188,6 +189,17 @@ Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
 
 [[gnu::always_inline]] inline Lanes absolute(Lanes a) {
   return larger(a, -a);
+}
+
+[[gnu::always_inline]] inline Lanes root(Lanes a) {
+#if defined(__AVX512F__)
+  return Lanes(_mm512_maskz_sqrt_pd(0xff, a.v));
+#elif defined(__AVX2__)
+  return Lanes(_mm256_sqrt_pd(a.v));
+#else
+  for (int s = 0; s < laneCount; ++s) a.v[s] = std::sqrt(a.v[s]);
+  return a;
+#endif
 }
 
 }  // namespace

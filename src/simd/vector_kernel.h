@@ -47,10 +47,62 @@ void combineOf(double factor, const double* weights, const double* const* terms,
   }
 }
 
+template <int count>
+void combineTwiceOf(const NystromWeights& weights, double h, const double* base, double* sum, double* out,
+                    std::ptrdiff_t n) {
+  Lanes forRates[count], forPositions[count];
+  for (int j = 0; j < count; ++j) {
+    forRates[j] = Lanes(h * weights.rates[j]);
+    forPositions[j] = Lanes(h * h * weights.positions[j]);
+  }
+  const Lanes drift(h * weights.drift);
+  const auto run = [&](auto write) {
+    forRegisters(n, [&](std::ptrdiff_t i, int size) {
+      const Lanes omega = loadSome(base + n + i, size), first = loadSome(weights.terms[0] + i, size);
+      Lanes rate = forRates[0] * first, position = mulAdd(forPositions[0], first, drift * omega);
+      for (int j = 1; j < count; ++j) {
+        const Lanes term = loadSome(weights.terms[j] + i, size);
+        rate = mulAdd(forRates[j], term, rate);
+        position = mulAdd(forPositions[j], term, position);
+      }
+      write(i, size, omega, position, rate);
+    });
+  };
+  const auto toSum = [=](std::ptrdiff_t i, int size, Lanes, Lanes position, Lanes rate) {
+    storeSome(sum + i, position, size);
+    storeSome(sum + n + i, rate, size);
+  };
+  const auto toOut = [=](std::ptrdiff_t i, int size, Lanes omega, Lanes position, Lanes rate) {
+    storeSome(out + i, loadSome(base + i, size) + position, size);
+    storeSome(out + n + i, omega + rate, size);
+  };
+  if (!out) {
+    run(toSum);
+  } else if (!sum) {
+    run(toOut);
+  } else {
+    run([=](auto... all) { toSum(all...), toOut(all...); });
+  }
+}
+
 template <int... counts>
 constexpr std::array<VectorKernel::Combine, sizeof...(counts)> combinations(
     std::integer_sequence<int, counts...>) {
   return {combineOf<counts + 1>...};
+}
+
+template <int... counts>
+constexpr std::array<VectorKernel::CombineTwice, sizeof...(counts)> twoCombinations(
+    std::integer_sequence<int, counts...>) {
+  return {combineTwiceOf<counts + 1>...};
+}
+
+void damp(double* error, const double* coarse, std::ptrdiff_t n) {
+  forRegisters(n, [&](std::ptrdiff_t i, int count) {
+    const Lanes fine = loadSome(error + i, count), rough = loadSome(coarse + i, count);
+    const Lanes size = root(fine * fine + Lanes(0.01) * (rough * rough));
+    storeSome(error + i, Lanes(size.v > 0 ? (fine * (fine / size)).v : size.v), count);
+  });
 }
 
 double sumOf(Lanes a) {
@@ -102,8 +154,9 @@ double largestRatio(const ErrorVectors& of, double most, double rounding, std::p
   return largest;
 }
 
-constexpr VectorKernel vectorKernel{combinations(std::make_integer_sequence<int, VectorKernel::mostTerms>()),
-                                    addCarried, polynomial, largestRatio};
+using Counts = std::make_integer_sequence<int, VectorKernel::mostTerms>;
+constexpr VectorKernel vectorKernel{
+    combinations(Counts()), twoCombinations(Counts()), damp, addCarried, polynomial, largestRatio};
 
 }  // namespace
 }  // namespace planar_chain::simd

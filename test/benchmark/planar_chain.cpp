@@ -1,7 +1,7 @@
 #include "moving_rods.h"
 #include "peer.h"
 
-/// This program: Dynamics::derivative, which every method calls.
+/// This program: Dynamics::rates, which every method calls.
 
 namespace planar_chain::benchmarks {
 
@@ -11,7 +11,10 @@ class PlanarChain : public Peer {
  public:
   explicit PlanarChain(int n) : n_(n) {}
   void place(const Posture& posture) override { rods_ = std::make_unique<MovingRods>(n_, posture); }
-  void evaluate() override { rods_->dynamics.derivative(0, rods_->y.data(), rods_->dydt.data()); }
+  void evaluate() override {
+    Dynamics& dynamics = rods_->dynamics;
+    dynamics.rates(0, rods_->y.data(), rods_->dydt.data() + dynamics.positions());
+  }
   void read(double* qdd) const override { makeRelative(rods_->dydt.data() + n_, n_, qdd); }
 
  private:

@@ -2,7 +2,7 @@
 
 /// The steps of every explicit Runge–Kutta method; see tableau.h.
 
-#include "planar_chain/ode/combination.h"
+#include "planar_chain/ode/nystrom.h"
 #include "planar_chain/ode/stepper.h"
 #include "planar_chain/ode/tableau.h"
 
@@ -28,12 +28,16 @@ class ExplicitRungeKutta : public Stepper {
   void forget() override { firstIsKnown_ = false; }
 
  private:
+  void evaluateFirst(double t, const Eigen::VectorXd& y);
+
   Tableau table_;
   System& f_;
-  std::vector<Eigen::VectorXd> k_;
-  std::vector<Combination> a_;
-  Combination b_, e_, coarseWeights_;
-  Eigen::VectorXd stage_, increment_, coarse_, error_;
+  Eigen::Index positions_;
+  void (*damp_)(double* error, const double* coarse, std::ptrdiff_t n);
+  std::vector<Eigen::VectorXd> k_;  ///< f at the stages, but for the positions' part
+  std::vector<NystromRow> a_;
+  NystromRow b_, e_, coarseWeights_;
+  Eigen::VectorXd slope_, stage_, increment_, coarse_, error_;
   bool firstIsKnown_ = false;
 };
 

@@ -13,6 +13,12 @@ class System {
   virtual int size() const = 0;
   /// dydt = f(t, y); both of length size(). Must allocate nothing and may write numbers that are not finite.
   virtual void derivative(double t, const double* y, double* dydt) = 0;
+
+  /// So many components at the head of y are known to be positions: their derivatives are the next so many,
+  /// and nothing depends on those behind.
+  virtual int positions() const { return 0; }
+  /// The derivative of all but the positions, size() − positions() numbers; as derivative().
+  virtual void rates(double t, const double* y, double* out) { derivative(t, y, out); }
 };
 
 /// What the exact solve takes, in evaluations of f.

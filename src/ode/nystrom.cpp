@@ -1,0 +1,53 @@
+#include "planar_chain/ode/nystrom.h"
+
+#include <cmath>
+
+#include "../simd/kernel.h"
+
+namespace planar_chain::ode {
+
+namespace {
+
+constexpr double vanishing = 1e-14;  // what rounding leaves of sums that are zero
+
+/// weights a
+std::vector<double> timesTable(const std::vector<double>& weights,
+                               const std::vector<std::vector<double>>& a) {
+  std::vector<double> product(weights.size());
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    for (std::size_t j = 0; j < a[i].size(); ++j) product[j] += weights[i] * a[i][j];
+  }
+  return product;
+}
+
+}  // namespace
+
+NystromRow::NystromRow(const std::vector<double>& weights, double drift,
+                       const std::vector<std::vector<double>>& a, const std::vector<Eigen::VectorXd>& k,
+                       Eigen::Index positions, Eigen::Index others)
+    : drift_(drift), positions_(positions), others_(others) {
+  if (weights.empty()) return;  // the row of the first stage, or of what the method has not
+  const std::vector<double> twice = timesTable(weights, a);
+  for (std::size_t j = 0; j < weights.size(); ++j) {
+    const bool isOnlyOne = terms_.empty() && j + 1 == weights.size();
+    const double forPositions = std::abs(twice[j]) > vanishing ? twice[j] : 0;
+    if (weights[j] == 0 && forPositions == 0 && !isOnlyOne) continue;
+    rates_.push_back(weights[j]);
+    twice_.push_back(forPositions);
+    terms_.push_back(k[j].data());
+    otherTerms_.push_back(k[j].data() + positions);
+  }
+  combineTwice_ = simd::kernelFor(positions).vectors.combineTwice[terms_.size() - 1];
+  combine_ = simd::kernelFor(others).vectors.combine[terms_.size() - 1];
+}
+
+void NystromRow::run(double h, const double* base, double* sum, double* out) const {
+  if (positions_ > 0) {
+    combineTwice_({rates_.data(), twice_.data(), terms_.data(), drift_}, h, base, sum, out, positions_);
+  }
+  if (others_ == 0) return;
+  const auto behind = [this](auto* values) { return values ? values + 2 * positions_ : nullptr; };
+  combine_(h, rates_.data(), otherTerms_.data(), base + 2 * positions_, behind(sum), behind(out), others_);
+}
+
+}  // namespace planar_chain::ode
