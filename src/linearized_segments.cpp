@@ -104,6 +104,7 @@ template <class Scalar>
 void LinearizedSegments<Scalar>::reserve() {
   const auto places = static_cast<std::size_t>(steps_ * kernel_.lanes * parts<Scalar>);
   inward_ = CacheLines(places * LinearArrays::inwardQuantities);
+  handles_ = CacheLines(places * LinearArrays::handleQuantities);
   outward_ = CacheLines(places * LinearArrays::outwardQuantities);
   sweeps_ = CacheLines(places * LinearArrays::sweepQuantities);
   joined_.resize(static_cast<std::size_t>(kernel_.lanes));
@@ -117,6 +118,7 @@ simd::LinearArrays LinearizedSegments<Scalar>::arrays() {
           state_->joints.data(),
           state_->bodies.data(),
           inward_.data(),
+          handles_.data(),
           outward_.data(),
           sweeps_.data()};
 }

@@ -20,10 +20,12 @@
 ///     D_m = (I + m|R|²) s² + κ + q + iP·(B zP + h) + p·(zP)        D = D_m + k̂
 ///     B ← m·1 + B − U_R U_Lᵀ/D     h ← U_R k̂/D     p ← k̂ U_L/D     q ← k̂ D_m/D
 ///
-///     ε   = (I + m|R|²) ρ_v − κ σ + δ − iP·(B wP + b) − p·(wP) − r       δ = −k (σ_j − σ_{j−1})
+///     ε   = (I + m|R|²) ρ_v − κ σ + δ − iP·b + (m iR − U_L)·(wP) − r     δ = −k (σ_j − σ_{j−1})
 ///     b ← m wR + B wP + b + U_R ε/D     r ← δ − k̂ ε/D
 ///
 /// and outwards:  u' = (k̂ u'_parent + ε − U_L·δa)/D     δa ← δa + u' zP + wP.
+///
+/// (U_L − m iR)·(wP) is iP·(B wP) + p·(wP): so p need not be kept.
 ///
 /// q is not written k̂ − k̂²/D, which cancels for stiff springs. The handles are not symmetric, as J is not.
 /// Everything is analytic in s, so Scalar may be complex.
@@ -69,20 +71,26 @@ struct Shown {
   Scalar q{};
 };
 
-/// What the factorization keeps of a body: its outer neighbour's handle, and its own.
+/// What the factorization keeps of a body: its outer neighbour's B, and its own.
 template <class Scalar>
 struct LinearHandle {
   Matrix2<Scalar> B;
-  Vec2<Scalar> p, zP, UR, UL;
-  Scalar inverseD, k;
+  Vec2<Scalar> UR, zP, ULD;  ///< ULD: U_L/D
+  Scalar inverseD;
 };
 
 /// What the way in keeps of a body for the way out.
 template <class Scalar>
 struct Sweep {
   Vec2<Scalar> wP;
-  Scalar epsilon;
+  Scalar epsilonD;  ///< ε/D
 };
+
+/// k̂
+template <class Scalar, class Real>
+Scalar stiffness(const BodyAt<Real>& body, Scalar s) {
+  return mulAdd(s, body.d, Scalar(body.k));
+}
 
 /// One body inwards, for the factorization of s·1 − J.
 template <class Scalar, class Real>
@@ -91,7 +99,7 @@ LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>
   const Vec2<Scalar> zR = turnScale(z, body.R);
   const Vec2<Scalar> zP = turnScale(z, body.P);
   const Vec2<Real> iP = perp(body.P);
-  const Scalar k = body.k + s * body.d;
+  const Scalar k = stiffness(body, s);
   const Matrix2<Scalar>& B = shown.B;
 
   const Vec2<Scalar> BzPh{mulAdd(B.xx, zP.x, mulAdd(B.xy, zP.y, shown.h.x)),
@@ -102,10 +110,9 @@ LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>
                         mulAdd(iP.x, B.xy, mulAdd(iP.y, B.yy, miRp.y))};
   const Scalar Dm = mulAdd(body.J, s * s, body.kappa + shown.q) + dotMixed(iP, BzPh) + dot(shown.p, zP);
   const Scalar inverseD = Real(1) / (Dm + k);
-  const LinearHandle<Scalar> handle{B, shown.p, zP, UR, UL, inverseD, k};
-
   const Scalar kD = k * inverseD;
   const Vec2<Scalar> ULD = inverseD * UL;
+  const LinearHandle<Scalar> handle{B, UR, zP, ULD, inverseD};
   shown.B = {mulAdd(-UR.x, ULD.x, body.m + B.xx), mulAdd(-UR.x, ULD.y, B.xy), mulAdd(-UR.y, ULD.x, B.yx),
              mulAdd(-UR.y, ULD.y, body.m + B.yy)};
   shown.h = kD * UR;
@@ -115,22 +122,22 @@ LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>
 }
 
 /// One body inwards, for a right-hand side: b and r of what hangs on its outer pin become those of what hangs
-/// on its inner one. bend: σ less that of the parent.
+/// on its inner one. k: k̂; bend: σ less that of the parent.
 template <class Scalar, class Real>
-Sweep<Scalar> carry(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle, Scalar sigma, Scalar bend,
-                    Scalar rhoV, Vec2<Scalar>& b, Scalar& r) {
+Sweep<Scalar> carry(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle, Scalar k, Scalar sigma,
+                    Scalar bend, Scalar rhoV, Vec2<Scalar>& b, Scalar& r) {
   const Vec2<Scalar> w{-(body.alpha * sigma), -rhoV - body.omega * body.omega * sigma};
   const Vec2<Scalar> wR = turnScale(w, body.R);
   const Vec2<Scalar> wP = turnScale(w, body.P);
   const Scalar delta = -(body.k * bend);
+  const Scalar own = mulAdd(body.J, rhoV, mulAdd(-body.kappa, sigma, delta - r)) - dotMixed(perp(body.P), b) +
+                     body.m * dotMixed(perp(body.R), wP);
+  const Scalar eD = own * handle.inverseD - dot(handle.ULD, wP);
   const Vec2<Scalar> BwPb{mulAdd(handle.B.xx, wP.x, mulAdd(handle.B.xy, wP.y, b.x)),
                           mulAdd(handle.B.yx, wP.x, mulAdd(handle.B.yy, wP.y, b.y))};
-  const Scalar epsilon = mulAdd(body.J, rhoV, mulAdd(-body.kappa, sigma, delta - r)) -
-                         dotMixed(perp(body.P), BwPb) - dot(handle.p, wP);
-  const Scalar eD = epsilon * handle.inverseD;
   b = mulAdd(eD, handle.UR, mulAdd(body.m, wR, BwPb));
-  r = delta - handle.k * eD;
-  return {wP, epsilon};
+  r = delta - k * eD;
+  return {wP, eD};
 }
 
 /// The real numbers below those of a solve.
@@ -223,14 +230,16 @@ class Linearized {
     for (int j = n_ - 1; j >= 0; --j) {
       const Scalar sigma = rhoQ[j] / s_;
       const Scalar bend = j > 0 ? sigma - rhoQ[j - 1] / s_ : sigma;
-      sweeps_[index(j)] = carry(bodies_[index(j)], handles_[index(j)], sigma, bend, rhoV[j], b, r);
+      const BodyAt<Real>& body = bodies_[index(j)];
+      sweeps_[index(j)] = carry(body, handles_[index(j)], stiffness(body, s_), sigma, bend, rhoV[j], b, r);
     }
     Vec2<Scalar> da;
     Scalar parent{};
     for (int j = 0; j < n_; ++j) {
       const LinearHandle<Scalar>& handle = handles_[index(j)];
       const Sweep<Scalar>& sweep = sweeps_[index(j)];
-      parent = (handle.k * parent + sweep.epsilon - dot(handle.UL, da)) * handle.inverseD;
+      const Scalar kD = stiffness(bodies_[index(j)], s_) * handle.inverseD;
+      parent = kD * parent + sweep.epsilonD - dot(handle.ULD, da);
       da += parent * handle.zP + sweep.wP;
       u[j] = rhoQ[j] / s_ + parent;
       v[j] = s_ * parent;

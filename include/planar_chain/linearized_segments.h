@@ -9,14 +9,16 @@
 ///     Y = K X + y + G Y'          X' = H X − C Y' + c
 ///
 /// with K = (B h; p q) and y = (b, r) of linearized.h for Y' = 0; and from the outermost body, where G = 1,
-/// H = 1 = (H_a, H_u), C = 0, c = 0, inwards
+/// H = 1 = (H_a, H_u), C = 0, inwards
 ///
-///     t = −(iP·G_f + G_m)         η = H_a zP + H_u                        (G_f, G_m: rows of force and
-///     moment) c ← c + H_a wP + η ε/D      C ← C − η t/D G_f ← G_f + U_R t/D         G_m ← −k̂ t/D H_a ← H_a −
-///     η U_Lᵀ/D        H_u ← η k̂/D
+///     t = −(iP·G_f + G_m)         η = H_a zP + H_u             G_f, G_m: rows of force and moment
+///     G_f ← G_f + U_R t/D         G_m ← −k̂ t/D
+///     H_a ← H_a − η U_Lᵀ/D        H_u ← η k̂/D                  C ← C − η t/D
 ///
-/// X', Y' and c stand in axes along the segment's last link, for the reason given in segments.h. The segments
-/// are joined from the tip, with (K', y') of all that lies outside a segment:
+/// c, what X' comes to from X = 0 with Y' = 0, is found by going through the segment once more: that takes
+/// less time than to keep H of every body. X', Y' and c stand in axes along the segment's last link, for the
+/// reason given in segments.h. The segments are joined from the tip, with (K', y') of all that lies outside a
+/// segment:
 ///
 ///     S = (1 + K'C)⁻¹        K' ← K + G S K' H        y' ← y + G S (K' c + y')
 ///
@@ -87,7 +89,7 @@ class LinearizedSegments {
   int n_, steps_;
   Scalar s_{};
   std::shared_ptr<SegmentsState> state_;
-  CacheLines inward_, outward_, sweeps_;
+  CacheLines inward_, handles_, outward_, sweeps_;
   std::vector<Joined> joined_;
 };
 

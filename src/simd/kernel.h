@@ -47,15 +47,17 @@ struct SegmentHandles {
 struct LinearArrays {
   static constexpr int jointQuantities = 3;    ///< m, k, d
   static constexpr int stateQuantities = 8;    ///< J, ω, α, κ, R, P
-  static constexpr int inwardQuantities = 19;  ///< B, p, U_R, 1/D, k̂, H's first columns, η
-  static constexpr int outwardQuantities = 8;  ///< zP, U_L/D, k̂/D, t/D
+  static constexpr int inwardQuantities = 6;   ///< B, U_R
+  static constexpr int handleQuantities = 5;   ///< zP, U_L/D, 1/D
+  static constexpr int outwardQuantities = 3;  ///< t/D
   static constexpr int sweepQuantities = 3;    ///< wP, ε/D
   int steps, bodies;
   const double *links, *joints;  ///< links: as in SegmentArrays
   double* state;
-  /// What the factorization keeps for the way in of a solve and for the way out, and what the way in keeps
-  /// for the way out: numbers of the solve, so a complex one has its real parts first.
-  double *inward, *outward, *sweeps;
+  /// What the factorization keeps for the way in of a solve, for both ways and for the way out, and what the
+  /// way in keeps for the way out: numbers of the solve, so a complex one has its real parts first. No more
+  /// than that: long chains wait for memory.
+  double *inward, *handles, *outward, *sweeps;
 };
 
 /// The state at which the chain is linearized; pairs are interleaved. F and XF may be nullptr.

@@ -24,6 +24,11 @@ double* inwardAt(const LinearArrays& arrays, int i) {
 }
 
 template <class Number>
+double* handleAt(const LinearArrays& arrays, int i) {
+  return placeOf<Number>(arrays.handles, LinearArrays::handleQuantities, i);
+}
+
+template <class Number>
 double* outwardAt(const LinearArrays& arrays, int i) {
   return placeOf<Number>(arrays.outward, LinearArrays::outwardQuantities, i);
 }
@@ -125,29 +130,54 @@ void flush(Triple<Number>& a) {
   flushOne(a.x), flushOne(a.y), flushOne(a.z);
 }
 
+/// 3×3: G and C by rows, H by columns.
+template <class Number>
+struct Triples {
+  Triple<Number> x, y, z;
+};
+
+template <class Number>
+void flush(Triples<Number>& A) {
+  flush(A.x), flush(A.y), flush(A.z);
+}
+
+/// H at the outer pins, and G, whose rows are H's columns there: unit matrices, seen from the pins' axes.
+template <class Number>
+Triples<Number> frames(const LinearArrays& arrays) {
+  const Vector d = unit(bodyAt(arrays, arrays.steps - 1).P);
+  const Number zero = Real(), one = Real(1), x = d.x, y = d.y;
+  return {{x, -y, zero}, {y, x, zero}, {zero, zero, one}};
+}
+
+/// zP, U_L/D, 1/D
+template <class Number>
+[[gnu::always_inline]] inline void readHandle(const LinearArrays& arrays, int i, LinearHandle<Number>& to) {
+  Reader<Number> read(handleAt<Number>(arrays, i));
+  read(to.zP, to.ULD, to.inverseD);
+}
+
+template <class Number>
+[[gnu::always_inline]] inline Number stiffnessAt(const LinearArrays& arrays, int i, Number s) {
+  BodyAt<Real> body;
+  Reader<Real> joint(jointAt(arrays, i));
+  joint(body.m, body.k, body.d);
+  return stiffness(body, s);
+}
+
 /// A factorization on its way in. A few steps at a time, and for these first what a body shows, then what it
-/// does to each of the other matrices: all of them together would not fit into a CPU's registers.
+/// does to the other matrices: all of them together would not fit into a CPU's registers.
 template <class Number>
 class Factorization {
-  /// 3×3: G and C by rows, H by columns.
-  struct Rows3 {
-    Triple<Number> x, y, z;
-  };
-
  public:
-  explicit Factorization(const LinearArrays& arrays, Number s) : arrays_(arrays), s_(s) {
-    const Vector d = unit(bodyAt(arrays, arrays.steps - 1).P);
-    const Number zero = Real(), one = Real(1), x = d.x, y = d.y;
-    G_ = H_ = {{x, -y, zero}, {y, x, zero}, {zero, zero, one}};
-  }
+  explicit Factorization(const LinearArrays& arrays, Number s)
+      : arrays_(arrays), s_(s), G_(frames<Number>(arrays)), H_(G_) {}
 
   /// Steps last − 1 … first.
   void go(int first, int last) {
     shown_ = eliminateBodies(first, last, shown_);
     G_ = carryG(first, last, G_);
-    H_ = carryH(first, last, H_);
-    C_ = addToC(first, last, C_);
-    flush(G_.x), flush(G_.y), flush(G_.z), flush(H_.x), flush(H_.y), flush(H_.z);
+    carryH(first, last);
+    flush(G_), flush(H_);
   }
 
   void writeTo(Rows to) const {
@@ -158,72 +188,57 @@ class Factorization {
   }
 
  private:
-  // What is found first stands first: B, p, U_R, 1/D, k̂ | H's first columns | η, and zP, U_L/D, k̂/D | t/D.
-  static constexpr int size = parts<Number> * laneCount;
-  double* columnsAt(int i) const { return inwardAt<Number>(arrays_, i) + 10 * size; }
-  double* etaAt(int i) const { return columnsAt(i) + 6 * size; }
-  double* tDAt(int i) const { return outwardAt<Number>(arrays_, i) + 5 * size; }
-
   // By value, so that they stay in registers.
   Shown<Number> eliminateBodies(int first, int last, Shown<Number> shown) const {
     for (int i = last - 1; i >= first; --i) {
       const LinearHandle<Number> handle = eliminate(bodyAt(arrays_, i), s_, shown);
       Writer<Number> inward(inwardAt<Number>(arrays_, i));
-      inward(handle.B, handle.p, handle.UR, handle.inverseD, handle.k);
-      Writer<Number> outward(outwardAt<Number>(arrays_, i));
-      outward(handle.zP, handle.inverseD * handle.UL, handle.inverseD * handle.k);
+      inward(handle.B, handle.UR);
+      Writer<Number> both(handleAt<Number>(arrays_, i));
+      both(handle.zP, handle.ULD, handle.inverseD);
     }
     return shown;
   }
 
   /// t = −Gᵀ(iP, 1), G ← G + (U_R, −k̂ …) tᵀ/D
-  Rows3 carryG(int first, int last, Rows3 G) const {
+  Triples<Number> carryG(int first, int last, Triples<Number> G) const {
     for (int i = last - 1; i >= first; --i) {
-      Reader<Number> inward(inwardAt<Number>(arrays_, i) + 6 * size);
-      Vec2<Number> UR;
-      Number inverseD, k;
-      inward(UR, inverseD, k);
+      Reader<Number> inward(inwardAt<Number>(arrays_, i));
+      LinearHandle<Number> handle;
+      inward(handle.B, handle.UR);
+      readHandle(arrays_, i, handle);
       const Vector P = bodyAt(arrays_, i).P;
-      const Triple<Number> tD = inverseD * mulAdd(P.y, G.x, mulAdd(-P.x, G.y, -G.z));
-      Writer<Number> write(tDAt(i));
+      const Triple<Number> tD = handle.inverseD * mulAdd(P.y, G.x, mulAdd(-P.x, G.y, -G.z));
+      Writer<Number> write(outwardAt<Number>(arrays_, i));
       write(tD);
-      G = {mulAdd(UR.x, tD, G.x), mulAdd(UR.y, tD, G.y), -k * tD};
+      const Number k = stiffnessAt(arrays_, i, s_);
+      G = {mulAdd(handle.UR.x, tD, G.x), mulAdd(handle.UR.y, tD, G.y), -k * tD};
     }
     return G;
   }
 
-  /// η = H (zP, 1), H ← H − η (U_L, −k̂ …)ᵀ/D
-  Rows3 carryH(int first, int last, Rows3 H) const {
+  /// η = H (zP, 1), H ← H − η (U_L, −k̂ …)ᵀ/D, C ← C − η tᵀ/D
+  void carryH(int first, int last) {
+    Triples<Number> H = H_, C = C_;
     for (int i = last - 1; i >= first; --i) {
+      LinearHandle<Number> handle;
+      readHandle(arrays_, i, handle);
+      const Number kD = stiffnessAt(arrays_, i, s_) * handle.inverseD;
+      const Triple<Number> eta = mulAdd(handle.zP.x, H.x, mulAdd(handle.zP.y, H.y, H.z));
+      H = {mulAdd(-handle.ULD.x, eta, H.x), mulAdd(-handle.ULD.y, eta, H.y), kD * eta};
+      Triple<Number> tD;
       Reader<Number> outward(outwardAt<Number>(arrays_, i));
-      Vec2<Number> zP, ULD;
-      Number kD;
-      outward(zP, ULD, kD);
-      const Triple<Number> eta = mulAdd(zP.x, H.x, mulAdd(zP.y, H.y, H.z));
-      Writer<Number> write(columnsAt(i));
-      write(H.x, H.y, eta);
-      H = {mulAdd(-ULD.x, eta, H.x), mulAdd(-ULD.y, eta, H.y), kD * eta};
-    }
-    return H;
-  }
-
-  /// C ← C − η tᵀ/D
-  Rows3 addToC(int first, int last, Rows3 C) const {
-    for (int i = last - 1; i >= first; --i) {
-      Triple<Number> eta, tD;
-      Reader<Number> inward(etaAt(i));
-      inward(eta);
-      Reader<Number> outward(tDAt(i));
       outward(tD);
       C = {mulAdd(-eta.x, tD, C.x), mulAdd(-eta.y, tD, C.y), mulAdd(-eta.z, tD, C.z)};
     }
-    return C;
+    H_ = H;
+    C_ = C;
   }
 
   const LinearArrays& arrays_;
   Number s_;
   Shown<Number> shown_;
-  Rows3 G_, H_, C_;
+  Triples<Number> G_, H_, C_;
 };
 
 template <class Number>
@@ -235,30 +250,55 @@ void factorAll(const LinearArrays& arrays, const double* s, Rows to) {
   factorization.writeTo(to);
 }
 
+/// X = (δa, u') of the way out, from body to body.
 template <class Number>
-void solveInwardsAll(const LinearArrays& arrays, const double* s, const double* rhoQ, const double* rhoV,
+struct Moving {
+  Vec2<Number> da;
+  Number parent;
+
+  /// outside: t·Y'/D, for what is joined.
+  [[gnu::always_inline]] void pass(const LinearArrays& arrays, int i, Number s, Number outside) {
+    LinearHandle<Number> handle;
+    readHandle(arrays, i, handle);
+    Sweep<Number> sweep;
+    Reader<Number> read(sweepAt<Number>(arrays, i));
+    read(sweep.wP, sweep.epsilonD);
+    const Number kD = stiffnessAt(arrays, i, s) * handle.inverseD;
+    const Number pushed = outside + sweep.epsilonD;
+    const Number pulled = mulAdd(-handle.ULD.x, da.x, mulAdd(-handle.ULD.y, da.y, pushed));
+    parent = mulAdd(kD, parent, pulled);
+    da = mulAdd(parent, handle.zP, da + sweep.wP);
+  }
+};
+
+template <class Number>
+void solveInwardsAll(const LinearArrays& arrays, const double* s_, const double* rhoQ, const double* rhoV,
                      Rows to) {
-  const Number inverseS = Real(1) / everywhere<Number>(s);
+  const Number s = everywhere<Number>(s_);
+  const Number inverseS = Real(1) / s;
   Vec2<Number> b;
   Number r = Real();
-  Triple<Number> c;
   Number rho = gathered<Number>(arrays, rhoQ, arrays.steps - 1);
   for (int i = arrays.steps - 1; i >= 0; --i) {
     const Number rhoInner = gathered<Number, -1>(arrays, rhoQ, i);
-    Reader<Number> read(inwardAt<Number>(arrays, i));
     LinearHandle<Number> handle;
-    Triple<Number> Hx, Hy, eta;
-    read(handle.B, handle.p, handle.UR, handle.inverseD, handle.k, Hx, Hy, eta);
-    const Sweep<Number> sweep = carry(bodyAt(arrays, i), handle, inverseS * rho, inverseS * (rho - rhoInner),
-                                      gathered<Number>(arrays, rhoV, i), b, r);
-    c = mulAdd(sweep.wP.x, Hx, mulAdd(sweep.wP.y, Hy, c));
-    const Number epsilonD = sweep.epsilon * handle.inverseD;
-    c = mulAdd(epsilonD, eta, c);
-
+    Reader<Number> inward(inwardAt<Number>(arrays, i));
+    inward(handle.B, handle.UR);
+    readHandle(arrays, i, handle);
+    const BodyAt<Real> body = bodyAt(arrays, i);
+    const Sweep<Number> sweep = carry(body, handle, stiffness(body, s), inverseS * rho,
+                                      inverseS * (rho - rhoInner), gathered<Number>(arrays, rhoV, i), b, r);
     Writer<Number> write(sweepAt<Number>(arrays, i));
-    write(sweep.wP, epsilonD);
+    write(sweep.wP, sweep.epsilonD);
     rho = rhoInner;
   }
+
+  // c: what X' comes to by itself.
+  Moving<Number> own{{}, Real()};
+  for (int i = 0; i < arrays.steps; ++i) own.pass(arrays, i, s, Real());
+  const Triples<Number> H = frames<Number>(arrays);
+  const Triple<Number> none{Real(), Real(), Real()};
+  const Triple<Number> c = mulAdd(own.da.x, H.x, mulAdd(own.da.y, H.y, mulAdd(own.parent, H.z, none)));
   RowWriter<Number> write(to);
   write(b, r, c);
 }
@@ -268,29 +308,22 @@ void solveOutwardsAll(const LinearArrays& arrays, const double* s_, const double
                       double* u, double* v) {
   const Number s = everywhere<Number>(s_);
   const Number inverseS = Real(1) / s;
-  Vec2<Number> da;
-  da.x = fromRows<Number>(ends);
-  da.y = fromRows<Number>(ends);
-  Number parent = fromRows<Number>(ends);
+  Moving<Number> X;
+  X.da.x = fromRows<Number>(ends);
+  X.da.y = fromRows<Number>(ends);
+  X.parent = fromRows<Number>(ends);
   Triple<Number> Y;
   Y.x = fromRows<Number>(ends);
   Y.y = fromRows<Number>(ends);
   Y.z = fromRows<Number>(ends);
   for (int i = 0; i < arrays.steps; ++i) {
-    Reader<Number> read(outwardAt<Number>(arrays, i));
-    Vec2<Number> zP, ULD, wP;
-    Number kD, epsilonD;
     Triple<Number> tD;
-    read(zP, ULD, kD, tD);
-    Reader<Number> sweep(sweepAt<Number>(arrays, i));
-    sweep(wP, epsilonD);
-    const Number outside = mulAdd(tD.x, Y.x, mulAdd(tD.y, Y.y, mulAdd(tD.z, Y.z, epsilonD)));
-    const Number pulled = mulAdd(-ULD.x, da.x, mulAdd(-ULD.y, da.y, outside));
-    parent = mulAdd(kD, parent, pulled);
-    da = mulAdd(parent, zP, da + wP);
+    Reader<Number> outward(outwardAt<Number>(arrays, i));
+    outward(tD);
+    X.pass(arrays, i, s, mulAdd(tD.x, Y.x, mulAdd(tD.y, Y.y, tD.z * Y.z)));
     const Number sigma = inverseS * gathered<Number>(arrays, rhoQ, i);
-    scattered(arrays, sigma + parent, i, u);
-    scattered(arrays, s * parent, i, v);
+    scattered(arrays, sigma + X.parent, i, u);
+    scattered(arrays, s * X.parent, i, v);
   }
 }
 
