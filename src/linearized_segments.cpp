@@ -10,7 +10,7 @@ namespace planar_chain {
 namespace {
 
 using simd::LinearArrays;
-constexpr int most = simd::SegmentHandles::most;
+constexpr int most = simd::mostLanes;
 constexpr int joined = 9;  // elements of one of the four matrices that a segment shows
 
 const simd::LinearKernel& solverFor(const simd::Kernel& kernel, double) {

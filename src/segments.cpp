@@ -9,34 +9,6 @@ namespace {
 constexpr std::size_t linkQuantities = simd::SegmentArrays::linkQuantities;
 constexpr std::size_t handleQuantities = 8;
 
-/// A 2×2 matrix without symmetry.
-struct Matrix {
-  double xx = 0, xy = 0, yx = 0, yy = 0;
-};
-
-Matrix operator*(const Matrix& A, const Matrix& B) {
-  return {A.xx * B.xx + A.xy * B.yx, A.xx * B.xy + A.xy * B.yy, A.yx * B.xx + A.yy * B.yx,
-          A.yx * B.xy + A.yy * B.yy};
-}
-
-Vec2d operator*(const Matrix& A, Vec2d a) {
-  return {A.xx * a.x + A.xy * a.y, A.yx * a.x + A.yy * a.y};
-}
-
-Matrix whole(const Sym2<double>& A) {
-  return {A.xx, A.xy, A.xy, A.yy};
-}
-
-Matrix transposed(const Matrix& A) {
-  return {A.xx, A.yx, A.xy, A.yy};
-}
-
-/// (1 + B)⁻¹
-Matrix inverseOfOnePlus(const Matrix& B) {
-  const double inverse = 1 / ((1 + B.xx) * (1 + B.yy) - B.xy * B.yx);
-  return {(1 + B.yy) * inverse, -B.xy * inverse, -B.yx * inverse, (1 + B.xx) * inverse};
-}
-
 }  // namespace
 
 void rotations(const double* theta, Rotation<double>* e, int n) {
@@ -46,7 +18,7 @@ void rotations(const double* theta, Rotation<double>* e, int n) {
 }
 
 bool Segments::areWorthwhile(int n) {
-  constexpr int leastLinks = 16;
+  constexpr int leastLinks = 13;
   constexpr int leastLanes = 4;
   return n >= leastLinks && simd::kernels().front()->lanes >= leastLanes;
 }
@@ -104,48 +76,8 @@ std::string Segments::name() const {
 
 void Segments::accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
                              Vec2d ground, double* alpha) {
-  constexpr int most = simd::SegmentHandles::most;
-  const simd::SegmentArrays arrays{steps_, n_, links_.data(), handles_.data()};
-  simd::SegmentHandles h;
-  kernel_.inwards(arrays, &e->c, omega, N, F ? &F->x : nullptr, h);
-
-  // Joined from the tip, outside of which there is nothing.
-  const int last = kernel_.lanes - 1;
-  Matrix outerA = whole({h.A[0][last], h.A[1][last], h.A[2][last]});
-  Vec2d outerb{h.b[0][last], h.b[1][last]};
-  Matrix KA[most];
-  Vec2d Kb[most];
-  for (int s = last - 1; s >= 0; --s) {
-    const Matrix G{h.G[0][s], h.G[1][s], h.G[2][s], h.G[3][s]};
-    const Matrix C = whole({h.C[0][s], h.C[1][s], h.C[2][s]});
-    const Matrix A = whole({h.A[0][s], h.A[1][s], h.A[2][s]});
-    const Vec2d c{h.c[0][s], h.c[1][s]};
-    const Matrix frame{h.d[0][s], -h.d[1][s], h.d[1][s], h.d[0][s]};
-    const Matrix A_ = transposed(frame) * outerA * frame;
-    const Matrix K = inverseOfOnePlus(A_ * C);
-    KA[s] = K * A_;
-    Kb[s] = KA[s] * c + K * (transposed(frame) * outerb);
-    const Matrix added = G * KA[s] * transposed(G);
-    outerA = {A.xx + added.xx, A.xy + added.xy, A.yx + added.yx, A.yy + added.yy};
-    outerb = Vec2d{h.b[0][s], h.b[1][s]} + G * Kb[s];
-  }
-
-  // Gone through from the ground.
-  double a[2][most], f[2][most];
-  Vec2d at = ground;
-  for (int s = 0; s < kernel_.lanes; ++s) {
-    const Matrix G{h.G[0][s], h.G[1][s], h.G[2][s], h.G[3][s]};
-    const Matrix C = whole({h.C[0][s], h.C[1][s], h.C[2][s]});
-    const Vec2d carried = transposed(G) * at;
-    const Vec2d force = KA[s] * carried + Kb[s];
-    a[0][s] = at.x;
-    a[1][s] = at.y;
-    f[0][s] = force.x;
-    f[1][s] = force.y;
-    const Rotation<double> frame{h.d[0][s], h.d[1][s]};
-    at = frame * (carried - C * force + Vec2d{h.c[0][s], h.c[1][s]});
-  }
-  kernel_.outwards(arrays, a, f, alpha);
+  kernel_.segments({steps_, n_, links_.data(), handles_.data()}, &e->c, omega, N, F ? &F->x : nullptr, ground,
+                   alpha);
 }
 
 }  // namespace planar_chain

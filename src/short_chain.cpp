@@ -34,7 +34,7 @@ CacheLines twoInLanes(const Chain& chain, int lanes) {
 const int ShortChain::most = simd::ShortChains::most;
 
 int ShortChain::roomFor(int n) {
-  return n + simd::SegmentHandles::most;
+  return n + simd::mostLanes;
 }
 
 ShortChain::ShortChain(const Chain& chain, const simd::Kernel* kernel) : n_(chain.size()) {

@@ -15,12 +15,15 @@
 /// and c stand in them. So what a taut segment gives way along itself is small because g is, and does not
 /// come out as rounding of what it gives way across; a heavy tip would meet that with all its mass.
 ///
-/// The segments are joined from the tip, with (A', b') of all that lies outside a segment, in its outer axes:
+/// Neighbours are joined two by two, and then the pairs, until one is left. With A', b', C', c' and G' of the
+/// outer one, its inner handle turned into the axes of the pin between, and K = (1 + A'C)⁻¹, both together
+/// show
 ///
-///     K = (1 + A'C)⁻¹        A' ← A + G K A' Gᵀ        b' ← b + G K (A' c + b')
+///     A + G K A' Gᵀ        b + G k        G K G'        C' + G'ᵀ C K G'        c' + G'ᵀ (c − C k)
 ///
-/// and gone through from the ground: f = K (A' (Gᵀ a + c) + b'), the next a = Gᵀ a − C f + c, turned back
-/// into ground axes, and within each
+/// where k = K (A' c + b'). And outwards, from the ground's a and f' = 0: at the pin between
+/// f = K A' Gᵀ a + k + K G' f' and the outer one's a = Gᵀ a − C f + c, turned back into ground axes; then
+/// within each segment
 ///
 ///     α = u/D − (g/D)·f − (U/D)·a        a ← a + iα P − ω² P
 ///

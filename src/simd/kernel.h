@@ -34,14 +34,8 @@ struct ShortChains {
   Run (*runFor)(int n, Acting acting);
 };
 
-/// What a segment shows at its two pins; one number a lane, `most` at most.
-struct SegmentHandles {
-  static constexpr int most = 8;
-  double d[2][most];              ///< first axis of the outer pin's frame
-  double A[3][most], b[2][most];  ///< xx, xy, yy; x, y
-  double G[4][most];              ///< xx, xy, yx, yy
-  double C[3][most], c[2][most];
-};
+/// No CPU has more.
+constexpr int mostLanes = 8;
 
 /// The same layout, for the exact solve; see linearized_segments.h.
 struct LinearArrays {
@@ -65,10 +59,10 @@ struct LinearState {
   const double *e, *omega, *alpha, *F, *XF;
 };
 
-/// By segment, `most` lanes at most: quantity q of a real solve stands in row q, of a complex one in rows 2q
+/// By segment, `mostLanes` at most: quantity q of a real solve stands in row q, of a complex one in rows 2q
 /// and 2q + 1.
-using Rows = double (*)[SegmentHandles::most];
-using ConstRows = const double (*)[SegmentHandles::most];
+using Rows = double (*)[mostLanes];
+using ConstRows = const double (*)[mostLanes];
 
 /// The solve with real or complex numbers.
 struct LinearKernel {
@@ -156,12 +150,9 @@ struct Kernel {
   /// e = (cos θ, sin θ) of n angles, to 1 ulp or so for any finite θ.
   void (*rotations)(const double* theta, double* e, int n);
   const ShortChains* shortChains;
-  /// Towards the ground, every segment by itself. e: pairs; N: or nullptr; F: pairs, or nullptr.
-  void (*inwards)(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
-                  const double* F, SegmentHandles& handles);
-  /// Outwards, from the acceleration a of each segment's inner pin and the force f on its outer one.
-  void (*outwards)(const SegmentArrays& arrays, const double (*a)[SegmentHandles::most],
-                   const double (*f)[SegmentHandles::most], double* alpha);
+  /// The recursion in segments. e: pairs; N: or nullptr; F: pairs, or nullptr; ground: a of the inner pin.
+  void (*segments)(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
+                   const double* F, Vec2d ground, double* alpha);
 
   /// To sums: per segment, as if its inner pin did not accelerate, the acceleration of its outer pin, what
   /// its bodies' inertia and loads add up to, and its mass; then axes along its last link: 2 + 2 + 1 + 2.

@@ -7,15 +7,13 @@
 #include <cmath>
 #include <cstddef>
 
+#include "join_kernel.h"
 #include "kernel.h"
 #include "lanes.h"
 #include "planar_chain/articulated.h"
 
 namespace planar_chain::simd {
 namespace {
-
-using Real = Lanes;
-using Vector = Vec2<Real>;
 
 // ---- Sines and cosines -----------------------------------------------------------------------
 
@@ -187,22 +185,11 @@ template <class Arrays>
   return {pairs.x, pairs.y};
 }
 
-/// Numbers this small are zero: G shrinks exponentially along a segment, and denormal numbers are slow.
-/// Looked at every few steps, so smaller ones than that do occur, but not as small as denormal ones.
-constexpr int stepsPerFlush = 8;
-Real flushed(Real a) {
-  const Integers large = (a.v > Real(1e-140).v) | (a.v < Real(-1e-140).v);
-  return Real(reinterpret_cast<Real::Register>(reinterpret_cast<Integers>(a.v) & large));
-}
-
 /// P/|P|; where P = 0, the first axis.
 Vector unit(Vector P) {
-  Vector d{Real(1), Real(0)};
-  for (int s = 0; s < laneCount; ++s) {
-    const double length = std::sqrt(P.x.v[s] * P.x.v[s] + P.y.v[s] * P.y.v[s]);
-    if (length > 0) d.x.v[s] = P.x.v[s] / length, d.y.v[s] = P.y.v[s] / length;
-  }
-  return d;
+  const Real length = root(mulAdd(P.x, P.x, P.y * P.y));
+  const Integers has = length.v > 0;
+  return {Real(has ? (P.x / length).v : Real(1).v), Real(has ? (P.y / length).v : Real().v)};
 }
 
 /// The directions of the outermost links.
@@ -214,8 +201,8 @@ Vector outerFrames(const SegmentArrays& arrays, const double* e) {
 }
 
 template <bool hasMoments, bool hasForces>
-void runInwards(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
-                const double* F, SegmentHandles& handles) {
+[[gnu::always_inline]] inline Handles inwardsOver(const SegmentArrays& arrays, const double* e,
+                                                  const double* omega, const double* N, const double* F) {
   Sym2<Real> A, C;
   Vector b, c;
   const Vector d = outerFrames(arrays, e);
@@ -249,29 +236,11 @@ void runInwards(const SegmentArrays& arrays, const double* e, const double* omeg
     const Reply<Real> reply = replyOf(handle, body);
     storeAll(to, reply.UD.x, reply.UD.y, reply.uD, reply.ww, P.x, P.y, gD.x, gD.y);
   }
-  d.x.store(handles.d[0]), d.y.store(handles.d[1]);
-  A.xx.store(handles.A[0]), A.xy.store(handles.A[1]), A.yy.store(handles.A[2]);
-  C.xx.store(handles.C[0]), C.xy.store(handles.C[1]), C.yy.store(handles.C[2]);
-  b.x.store(handles.b[0]), b.y.store(handles.b[1]);
-  c.x.store(handles.c[0]), c.y.store(handles.c[1]);
-  Gx.x.store(handles.G[0]), Gx.y.store(handles.G[1]), Gy.x.store(handles.G[2]), Gy.y.store(handles.G[3]);
+  return {d, A, C, b, c, {Gx, Gy}};
 }
 
-void inwardsAll(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
-                const double* F, SegmentHandles& handles) {
-  if (F) {
-    runInwards<true, true>(arrays, e, omega, N, F, handles);
-  } else if (N) {
-    runInwards<true, false>(arrays, e, omega, N, F, handles);
-  } else {
-    runInwards<false, false>(arrays, e, omega, N, F, handles);
-  }
-}
-
-void outwardsAll(const SegmentArrays& arrays, const double (*from)[SegmentHandles::most],
-                 const double (*f)[SegmentHandles::most], double* alpha) {
-  Vector a{Real::load(from[0]), Real::load(from[1])};
-  const Vector force{Real::load(f[0]), Real::load(f[1])};
+[[gnu::always_inline]] inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force,
+                                                double* alpha) {
   for (int i = 0; i < arrays.steps; ++i) {
     const double* handle = at(arrays.handles, handleQuantities, i, 0);
     const auto own = [handle](int q) { return Real::load(handle + q * laneCount); };
@@ -279,6 +248,26 @@ void outwardsAll(const SegmentArrays& arrays, const double (*from)[SegmentHandle
     const Real result =
         outwards(Reply<Real>{{own(0), own(1)}, {own(4), own(5)}, own(2) - dot(gD, force), own(3)}, a);
     write(arrays, result, alpha, i);
+  }
+}
+
+template <bool hasMoments, bool hasForces>
+[[gnu::flatten]] void runSegments(const SegmentArrays& arrays, const double* e, const double* omega,
+                                  const double* N, const double* F, Vec2d ground, double* alpha) {
+  const JoinedPair<1> joined(inwardsOver<hasMoments, hasForces>(arrays, e, omega, N, F));
+  Vector a{Real(ground.x), Real(ground.y)}, force;
+  joined.passOutwards(a, force);
+  outwardsOver(arrays, a, force, alpha);
+}
+
+void segmentsAll(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
+                 const double* F, Vec2d ground, double* alpha) {
+  if (F) {
+    runSegments<true, true>(arrays, e, omega, N, F, ground, alpha);
+  } else if (N) {
+    runSegments<true, false>(arrays, e, omega, N, F, ground, alpha);
+  } else {
+    runSegments<false, false>(arrays, e, omega, N, F, ground, alpha);
   }
 }
 

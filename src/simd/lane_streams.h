@@ -114,7 +114,7 @@ struct Writer : WriterOf<Writer<Number>, Number> {
   }
 };
 
-/// Into rows of `most`.
+/// Into rows of `mostLanes`.
 template <class Number>
 struct RowWriter : WriterOf<RowWriter<Number>, Number> {
   Rows to;

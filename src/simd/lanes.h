@@ -83,7 +83,7 @@ struct Pairs {
 #if defined(__AVX512F__)
 
 // All of maskz: GCC 12 takes the unmasked ones for reading what was never written.
-Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
+[[gnu::always_inline]] inline Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
   const auto four = [=](std::ptrdiff_t first) {  // lanes first, first + 2, + 4, + 6
     const auto two = [=](std::ptrdiff_t s) {
       return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(from + s * stride)),
@@ -95,20 +95,20 @@ Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
   return {Lanes(_mm512_maskz_unpacklo_pd(0xff, even, odd)), Lanes(_mm512_maskz_unpackhi_pd(0xff, even, odd))};
 }
 
-void storePairs(double* to, Pairs pairs) {
+[[gnu::always_inline]] inline void storePairs(double* to, Pairs pairs) {
   const __m512i low = _mm512_setr_epi64(0, 8, 1, 9, 2, 10, 3, 11);
   const __m512i high = _mm512_setr_epi64(4, 12, 5, 13, 6, 14, 7, 15);
   _mm512_storeu_pd(to, _mm512_permutex2var_pd(pairs.x.v, low, pairs.y.v));
   _mm512_storeu_pd(to + 8, _mm512_permutex2var_pd(pairs.x.v, high, pairs.y.v));
 }
 
-bool all(Integers mask) {
+[[gnu::always_inline]] inline bool all(Integers mask) {
   return _mm512_movepi64_mask(reinterpret_cast<__m512i>(mask)) == 0xff;
 }
 
 #elif defined(__AVX2__)
 
-Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
+[[gnu::always_inline]] inline Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
   const auto two = [=](std::ptrdiff_t s) {  // lanes s and s + 2
     return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(from + s * stride)),
                                 _mm_loadu_pd(from + (s + 2) * stride), 1);
@@ -117,20 +117,20 @@ Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
   return {Lanes(_mm256_unpacklo_pd(even, odd)), Lanes(_mm256_unpackhi_pd(even, odd))};
 }
 
-void storePairs(double* to, Pairs pairs) {
+[[gnu::always_inline]] inline void storePairs(double* to, Pairs pairs) {
   const __m256d even = _mm256_unpacklo_pd(pairs.x.v, pairs.y.v);
   const __m256d odd = _mm256_unpackhi_pd(pairs.x.v, pairs.y.v);
   _mm256_storeu_pd(to, _mm256_permute2f128_pd(even, odd, 0x20));
   _mm256_storeu_pd(to + 4, _mm256_permute2f128_pd(even, odd, 0x31));
 }
 
-bool all(Integers mask) {
+[[gnu::always_inline]] inline bool all(Integers mask) {
   return _mm256_movemask_pd(reinterpret_cast<__m256d>(mask)) == 0xf;
 }
 
 #else
 
-Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
+[[gnu::always_inline]] inline Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
   return {Lanes::gather(from, stride), Lanes::gather(from + 1, stride)};
 }
 
@@ -200,6 +200,14 @@ Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
   for (int s = 0; s < laneCount; ++s) a.v[s] = std::sqrt(a.v[s]);
   return a;
 #endif
+}
+
+/// Numbers this small are zero: G shrinks exponentially along a segment, and denormal numbers are slow.
+/// Looked at every few steps, so smaller ones than that do occur, but not as small as denormal ones.
+constexpr int stepsPerFlush = 8;
+[[gnu::always_inline]] inline Lanes flushed(Lanes a) {
+  const Integers large = (a.v > Lanes(1e-140).v) | (a.v < Lanes(-1e-140).v);
+  return Lanes(reinterpret_cast<Lanes::Register>(reinterpret_cast<Integers>(a.v) & large));
 }
 
 }  // namespace

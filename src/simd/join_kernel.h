@@ -1,0 +1,187 @@
+#pragma once
+
+/// Segments joined two by two in lanes: see segments.h for the equations. All lanes of a group of neighbours
+/// hold what the group shows, so each round joins all pairs of groups at once.
+
+#include "lanes.h"
+#include "planar_chain/planar.h"
+
+namespace planar_chain::simd {
+namespace {
+
+using Real = Lanes;
+using Vector = Vec2<Real>;
+
+// ---- Lanes of other groups -------------------------------------------------------------------------
+
+/// From the groups of `size` lanes, pair by pair: what the inner one has, in the lanes of both; and the
+/// outer.
+template <int size>
+[[gnu::always_inline]] inline Real ofInner(Real a) {
+#if defined(__AVX512F__)
+  if constexpr (size == 1) return Real(_mm512_maskz_movedup_pd(0xff, a.v));
+  if constexpr (size == 2) return Real(_mm512_maskz_permutex_pd(0xff, a.v, 0x44));
+  if constexpr (size == 4) return Real(_mm512_maskz_shuffle_f64x2(0xff, a.v, a.v, 0x44));
+#elif defined(__AVX2__)
+  if constexpr (size == 1) return Real(_mm256_movedup_pd(a.v));
+  if constexpr (size == 2) return Real(_mm256_permute2f128_pd(a.v, a.v, 0x00));
+#else
+  Real b;
+  for (int s = 0; s < laneCount; ++s) b.v[s] = a.v[s & ~size];
+  return b;
+#endif
+}
+
+template <int size>
+[[gnu::always_inline]] inline Real ofOuter(Real a) {
+#if defined(__AVX512F__)
+  if constexpr (size == 1) return Real(_mm512_maskz_permute_pd(0xff, a.v, 0xff));
+  if constexpr (size == 2) return Real(_mm512_maskz_permutex_pd(0xff, a.v, 0xee));
+  if constexpr (size == 4) return Real(_mm512_maskz_shuffle_f64x2(0xff, a.v, a.v, 0xee));
+#elif defined(__AVX2__)
+  if constexpr (size == 1) return Real(_mm256_permute_pd(a.v, 0xf));
+  if constexpr (size == 2) return Real(_mm256_permute2f128_pd(a.v, a.v, 0x11));
+#else
+  Real b;
+  for (int s = 0; s < laneCount; ++s) b.v[s] = a.v[s | size];
+  return b;
+#endif
+}
+
+/// In the lanes of inner groups the first, in those of outer ones the second.
+template <int size>
+[[gnu::always_inline]] inline Real either(Real inner, Real outer) {
+  Integers isOuter;
+  for (int s = 0; s < laneCount; ++s) isOuter[s] = s & size ? -1 : 0;
+  return Real(isOuter ? outer.v : inner.v);
+}
+
+// ---- Two segments ----------------------------------------------------------------------------------
+
+/// 2×2, by rows.
+struct Square {
+  Vector x, y;
+};
+
+[[gnu::always_inline]] inline Vector operator*(const Square& M, Vector a) {
+  return {dot(M.x, a), dot(M.y, a)};
+}
+[[gnu::always_inline]] inline Vector transposedTimes(const Square& M, Vector a) {
+  return mulAdd(a.x, M.x, a.y * M.y);
+}
+[[gnu::always_inline]] inline Square operator*(const Square& M, const Square& N) {
+  return {transposedTimes(N, M.x), transposedTimes(N, M.y)};
+}
+[[gnu::always_inline]] inline Square operator*(const Square& M, const Sym2<Real>& A) {
+  return {A * M.x, A * M.y};
+}
+[[gnu::always_inline]] inline Square operator*(const Sym2<Real>& A, const Square& M) {
+  return {mulAdd(A.xx, M.x, A.xy * M.y), mulAdd(A.xy, M.x, A.yy * M.y)};
+}
+
+/// What a segment shows.
+struct Handles {
+  Vector d;
+  Sym2<Real> A, C;
+  Vector b, c;
+  Square G;
+};
+
+template <int size>
+struct Group {
+  [[gnu::always_inline]] static Vector inner(Vector a) { return {ofInner<size>(a.x), ofInner<size>(a.y)}; }
+  [[gnu::always_inline]] static Vector outer(Vector a) { return {ofOuter<size>(a.x), ofOuter<size>(a.y)}; }
+  [[gnu::always_inline]] static Sym2<Real> inner(const Sym2<Real>& A) {
+    return {ofInner<size>(A.xx), ofInner<size>(A.xy), ofInner<size>(A.yy)};
+  }
+  [[gnu::always_inline]] static Sym2<Real> outer(const Sym2<Real>& A) {
+    return {ofOuter<size>(A.xx), ofOuter<size>(A.xy), ofOuter<size>(A.yy)};
+  }
+  [[gnu::always_inline]] static Square inner(const Square& A) { return {inner(A.x), inner(A.y)}; }
+  [[gnu::always_inline]] static Square outer(const Square& A) { return {outer(A.x), outer(A.y)}; }
+};
+
+template <int size>
+class JoinedPair;
+
+/// There are no more lanes.
+template <>
+class JoinedPair<0> {};
+
+/// A pair of groups of so many lanes, joined: what the way out needs of it, and of all larger ones.
+template <int size>
+class JoinedPair {
+ public:
+  [[gnu::always_inline]] explicit JoinedPair(const Handles& all) {
+    using Half = Group<size>;
+    d_ = Half::inner(all.d);
+    G_ = Half::inner(all.G);
+    C_ = Half::inner(all.C);
+    c_ = Half::inner(all.c);
+    Handles pair;
+    pair.d = Half::outer(all.d);
+
+    // The outer group's inner handle, in the axes of the pin between.
+    const Sym2<Real> given = Half::outer(all.A);
+    const Vector x = given * d_, y = given * perp(d_);
+    const Sym2<Real> A{dot(d_, x), dot(d_, y), dot(perp(d_), y)};
+    const auto turnedBack = [this](Vector a) { return Vector{dot(d_, a), cross(d_, a)}; };
+    const Square whole = Half::outer(all.G);
+    const Square G{mulAdd(d_.x, whole.x, d_.y * whole.y), mulAdd(d_.x, whole.y, -d_.y * whole.x)};
+
+    // K = (1 + A C)⁻¹
+    const Vector one{A.xx, A.xy}, two{A.xy, A.yy};
+    const Vector ACx = C_ * one, ACy = C_ * two;
+    const Real xx = Real(1) + ACx.x, yy = Real(1) + ACy.y;
+    const Real inverse = Real(1) / mulAdd(xx, yy, -ACx.y * ACy.x);
+    const Square K{{yy * inverse, -ACx.y * inverse}, {-ACy.x * inverse, xx * inverse}};
+
+    KA_ = K * A;
+    KG_ = K * G;
+    Kb_ = KA_ * c_;
+    Kb_ += K * turnedBack(Half::outer(all.b));
+    const Square GKA = G_ * KA_;
+    pair.A = Half::inner(all.A);
+    pair.A = {mulAdd(GKA.x.x, G_.x.x, mulAdd(GKA.x.y, G_.x.y, pair.A.xx)),
+              mulAdd(GKA.x.x, G_.y.x, mulAdd(GKA.x.y, G_.y.y, pair.A.xy)),
+              mulAdd(GKA.y.x, G_.y.x, mulAdd(GKA.y.y, G_.y.y, pair.A.yy))};
+    pair.b = Half::inner(all.b);
+    pair.b += G_ * Kb_;
+    pair.G = G_ * KG_;
+    pair.G = {{flushed(pair.G.x.x), flushed(pair.G.x.y)}, {flushed(pair.G.y.x), flushed(pair.G.y.y)}};
+    const Square CKG = C_ * KG_;
+    pair.C = Half::outer(all.C);
+    pair.C = {mulAdd(G.x.x, CKG.x.x, mulAdd(G.y.x, CKG.y.x, pair.C.xx)),
+              mulAdd(G.x.x, CKG.x.y, mulAdd(G.y.x, CKG.y.y, pair.C.xy)),
+              mulAdd(G.x.y, CKG.x.y, mulAdd(G.y.y, CKG.y.y, pair.C.yy))};
+    pair.c = Half::outer(all.c);
+    pair.c += transposedTimes(G, c_ - C_ * Kb_);
+
+    if constexpr (2 * size < laneCount) larger_ = JoinedPair<2 * size>(pair);
+  }
+  JoinedPair() = default;
+
+  /// From the acceleration a of the whole chain's inner pin and f = 0 to those of each lane's segment.
+  [[gnu::always_inline]] void passOutwards(Vector& a, Vector& f) const {
+    if constexpr (2 * size < laneCount) larger_.passOutwards(a, f);
+    const Vector carried = transposedTimes(G_, a);
+    Vector force = KA_ * carried;
+    force += Kb_;
+    force += KG_ * f;
+    const Vector at = carried - C_ * force + c_;
+    const Rotation<Real> frame{d_.x, d_.y};
+    const Vector beyond = frame * at;
+    a = {either<size>(a.x, beyond.x), either<size>(a.y, beyond.y)};
+    f = {either<size>(force.x, f.x), either<size>(force.y, f.y)};
+  }
+
+ private:
+  static constexpr int next = 2 * size < laneCount ? 2 * size : 0;
+  Vector d_, c_, Kb_;
+  Sym2<Real> C_;
+  Square G_, KA_, KG_;
+  JoinedPair<next> larger_;
+};
+
+}  // namespace
+}  // namespace planar_chain::simd
