@@ -1,7 +1,5 @@
 #include "planar_chain/linearized_segments.h"
 
-#include <Eigen/LU>
-
 #include "planar_chain/segments.h"
 #include "simd/kernel.h"
 
@@ -11,7 +9,6 @@ namespace {
 
 using simd::LinearArrays;
 constexpr int most = simd::mostLanes;
-constexpr int joined = 9;  // elements of one of the four matrices that a segment shows
 
 const simd::LinearKernel& solverFor(const simd::Kernel& kernel, double) {
   return kernel.real;
@@ -37,31 +34,6 @@ double* partsOf(std::complex<double>* values) {
   return reinterpret_cast<double*>(values);
 }
 
-/// Quantity q of segment s in rows.
-template <class Scalar>
-Scalar element(const double (*rows)[most], int q, int s) {
-  if constexpr (parts<Scalar> == 1) {
-    return rows[q][s];
-  } else {
-    return {rows[2 * q][s], rows[2 * q + 1][s]};
-  }
-}
-
-template <class Scalar>
-void setElement(double (*rows)[most], int q, int s, Scalar value) {
-  for (int k = 0; k < parts<Scalar>; ++k) rows[q * parts<Scalar> + k][s] = partsOf(&value)[k];
-}
-
-template <class Matrix>
-Matrix matrixFrom(const double (*rows)[most], int first, int s) {
-  Matrix matrix;
-  int q = first;
-  for (int i = 0; i < matrix.rows(); ++i) {
-    for (int j = 0; j < matrix.cols(); ++j) matrix(i, j) = element<typename Matrix::Scalar>(rows, q++, s);
-  }
-  return matrix;
-}
-
 }  // namespace
 
 template <class Scalar>
@@ -76,7 +48,6 @@ LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::K
   state_->links = linksInLanes(chain, kernel_.lanes);
   state_->joints = CacheLines(places * LinearArrays::jointQuantities);
   state_->bodies = CacheLines(places * LinearArrays::stateQuantities);
-  state_->frames.resize(static_cast<std::size_t>(kernel_.lanes));
   const std::vector<double> none(static_cast<std::size_t>(n_));
   setJoints(none.data(), none.data());
   reserve();
@@ -107,7 +78,10 @@ void LinearizedSegments<Scalar>::reserve() {
   handles_ = CacheLines(places * LinearArrays::handleQuantities);
   outward_ = CacheLines(places * LinearArrays::outwardQuantities);
   sweeps_ = CacheLines(places * LinearArrays::sweepQuantities);
-  joined_.resize(static_cast<std::size_t>(kernel_.lanes));
+  int rounds = 0;
+  while (1 << rounds < kernel_.lanes) ++rounds;
+  pairs_ = CacheLines(static_cast<std::size_t>(rounds * kernel_.lanes * parts<Scalar>) *
+                      LinearArrays::pairQuantities);
 }
 
 template <class Scalar>
@@ -120,7 +94,8 @@ simd::LinearArrays LinearizedSegments<Scalar>::arrays() {
           inward_.data(),
           handles_.data(),
           outward_.data(),
-          sweeps_.data()};
+          sweeps_.data(),
+          pairs_.data()};
 }
 
 template <class Scalar>
@@ -139,13 +114,12 @@ template <class Scalar>
 void LinearizedSegments<Scalar>::linearize(const Rotation<double>* e, const double* omega,
                                            const double* alpha, const Vec2d* F, const double* XF) {
   const simd::LinearState at{&e->c, omega, alpha, F ? &F->x : nullptr, XF};
-  double sums[7][most], starts[4][most];
+  double sums[5][most], starts[4][most];
   kernel_.linearizeOutwards(arrays(), at, sums);
   Vec2d a = -1.0 * chain_.gravity();
   for (int s = 0; s < kernel_.lanes; ++s) {
     starts[0][s] = a.x;
     starts[1][s] = a.y;
-    state_->frames[static_cast<std::size_t>(s)] = {sums[5][s], sums[6][s]};
     a += Vec2d{sums[0][s], sums[1][s]};
   }
   Vec2d outer;
@@ -160,46 +134,12 @@ void LinearizedSegments<Scalar>::linearize(const Rotation<double>* e, const doub
 template <class Scalar>
 void LinearizedSegments<Scalar>::factor(Scalar s) {
   s_ = s;
-  double shown[4 * joined * parts<Scalar>][most];
-  solver_.factor(arrays(), partsOf(&s), shown);
-  Matrix K = Matrix::Zero();
-  for (int lane = kernel_.lanes - 1; lane >= 0; --lane) {
-    Joined& segment = joined_[static_cast<std::size_t>(lane)];
-    const Rotation<double> d = state_->frames[static_cast<std::size_t>(lane)];
-    segment.frame << d.c, -d.s, 0, d.s, d.c, 0, 0, 0, 1;
-    segment.H = matrixFrom<Matrix>(shown, joined, lane);
-    segment.G = matrixFrom<Matrix>(shown, 2 * joined, lane);
-    segment.C = matrixFrom<Matrix>(shown, 3 * joined, lane);
-    K = segment.frame.transpose() * K * segment.frame;
-    segment.S = (Matrix::Identity() + K * segment.C).inverse();
-    segment.SK = segment.S * K;
-    K = matrixFrom<Matrix>(shown, 0, lane) + segment.G * segment.SK * segment.H;
-  }
+  solver_.factor(arrays(), partsOf(&s_));
 }
 
 template <class Scalar>
 void LinearizedSegments<Scalar>::solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v) {
-  double shown[6 * parts<Scalar>][most], ends[6 * parts<Scalar>][most];
-  solver_.inwards(arrays(), partsOf(&s_), partsOf(rhoQ), partsOf(rhoV), shown);
-  Vector y = Vector::Zero();
-  for (int lane = kernel_.lanes - 1; lane >= 0; --lane) {
-    Joined& segment = joined_[static_cast<std::size_t>(lane)];
-    segment.c = matrixFrom<Vector>(shown, 3, lane);
-    segment.y = segment.SK * segment.c + segment.S * (segment.frame.transpose() * y);
-    y = matrixFrom<Vector>(shown, 0, lane) + segment.G * segment.y;
-  }
-  Vector X = Vector::Zero();
-  for (int lane = 0; lane < kernel_.lanes; ++lane) {
-    const Joined& segment = joined_[static_cast<std::size_t>(lane)];
-    const Vector carried = segment.H * X;
-    const Vector Y = segment.SK * carried + segment.y;
-    for (int q = 0; q < 3; ++q) {
-      setElement<Scalar>(ends, q, lane, X[q]);
-      setElement<Scalar>(ends, 3 + q, lane, Y[q]);
-    }
-    X = segment.frame * (carried - segment.C * Y + segment.c);
-  }
-  solver_.outwards(arrays(), partsOf(&s_), partsOf(rhoQ), ends, partsOf(u), partsOf(v));
+  solver_.solve(arrays(), partsOf(&s_), partsOf(rhoQ), partsOf(rhoV), partsOf(u), partsOf(v));
 }
 
 template class LinearizedSegments<double>;

@@ -17,15 +17,16 @@
 ///
 /// c, what X' comes to from X = 0 with Y' = 0, is found by going through the segment once more: that takes
 /// less time than to keep H of every body. X', Y' and c stand in axes along the segment's last link, for the
-/// reason given in segments.h. The segments are joined from the tip, with (K', y') of all that lies outside a
-/// segment:
+/// reason given in segments.h. Neighbours are joined two by two, and then the pairs, until one is left. With
+/// K', y', G', H', C' and c' of the outer one, in the axes of the joint between, and S = (1 + K'C)⁻¹, both
+/// show
 ///
-///     S = (1 + K'C)⁻¹        K' ← K + G S K' H        y' ← y + G S (K' c + y')
+///     K + G S K' H        G S G'        H' (1 − C S K') H        C' + H' C S G'
+///     y + G k             c' + H' (c − C k)                      k = S (K' c + y')
 ///
-/// and gone through from the ground: Y' = S (K' (H X + c) + y'), the next X = H X − C Y' + c, and within each
-/// ε + t·Y' stands for ε.
+/// And outwards, from X = 0 at the ground and Y = 0 at the tip: S K' H X + k + S G' Y in the joint between,
+/// and the outer one's X = H X − C Y' + c; then within each segment ε + t·Y' stands for ε.
 
-#include <Eigen/Core>
 #include <complex>
 #include <memory>
 #include <vector>
@@ -45,7 +46,6 @@ struct LinearArrays;
 /// What all factorizations at one state share.
 struct SegmentsState {
   CacheLines links, joints, bodies;
-  std::vector<Rotation<double>> frames;  ///< axes of each segment's outer pin
 };
 
 template <class Scalar = double>
@@ -72,14 +72,6 @@ class LinearizedSegments {
   template <class Other>
   friend class LinearizedSegments;
 
-  using Matrix = Eigen::Matrix<Scalar, 3, 3, Eigen::DontAlign>;
-  using Vector = Eigen::Matrix<Scalar, 3, 1, Eigen::DontAlign>;
-
-  /// A segment, and what is joined to it.
-  struct Joined {
-    Matrix G, H, C, S, SK, frame;
-    Vector c, y;  ///< y: S (K' c + y')
-  };
   void reserve();
   simd::LinearArrays arrays();
 
@@ -89,8 +81,7 @@ class LinearizedSegments {
   int n_, steps_;
   Scalar s_{};
   std::shared_ptr<SegmentsState> state_;
-  CacheLines inward_, handles_, outward_, sweeps_;
-  std::vector<Joined> joined_;
+  CacheLines inward_, handles_, outward_, sweeps_, pairs_;
 };
 
 }  // namespace planar_chain

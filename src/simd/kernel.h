@@ -45,6 +45,7 @@ struct LinearArrays {
   static constexpr int handleQuantities = 5;   ///< zP, U_L/D, 1/D
   static constexpr int outwardQuantities = 3;  ///< t/D
   static constexpr int sweepQuantities = 3;    ///< wP, ε/D
+  static constexpr int pairQuantities = 74;    ///< d, and eight matrices
   int steps, bodies;
   const double *links, *joints;  ///< links: as in SegmentArrays
   double* state;
@@ -52,6 +53,7 @@ struct LinearArrays {
   /// way in keeps for the way out: numbers of the solve, so a complex one has its real parts first. No more
   /// than that: long chains wait for memory.
   double *inward, *handles, *outward, *sweeps;
+  double* pairs;  ///< what is kept of the pairs of segments, round by round
 };
 
 /// The state at which the chain is linearized; pairs are interleaved. F and XF may be nullptr.
@@ -59,21 +61,15 @@ struct LinearState {
   const double *e, *omega, *alpha, *F, *XF;
 };
 
-/// By segment, `mostLanes` at most: quantity q of a real solve stands in row q, of a complex one in rows 2q
-/// and 2q + 1.
+/// By segment, `mostLanes` at most: quantity q stands in row q.
 using Rows = double (*)[mostLanes];
 using ConstRows = const double (*)[mostLanes];
 
-/// The solve with real or complex numbers.
+/// The solve with real or complex numbers, at s: one number, or its two parts.
 struct LinearKernel {
-  /// s: one number, or its two parts. To `shown`: K, H, G, C, row by row, 3×3 each.
-  void (*factor)(const LinearArrays& arrays, const double* s, Rows shown);
-  /// To `shown`: y and c, 3 each.
-  void (*inwards)(const LinearArrays& arrays, const double* s, const double* rhoQ, const double* rhoV,
-                  Rows shown);
-  /// From X at the inner joint and Y at the outer one, 3 each.
-  void (*outwards)(const LinearArrays& arrays, const double* s, const double* rhoQ, ConstRows ends, double* u,
-                   double* v);
+  void (*factor)(const LinearArrays& arrays, const double* s);
+  void (*solve)(const LinearArrays& arrays, const double* s, const double* rhoQ, const double* rhoV,
+                double* u, double* v);
 };
 
 /// What an error norm reads, component by component.
@@ -155,7 +151,7 @@ struct Kernel {
                    const double* F, Vec2d ground, double* alpha);
 
   /// To sums: per segment, as if its inner pin did not accelerate, the acceleration of its outer pin, what
-  /// its bodies' inertia and loads add up to, and its mass; then axes along its last link: 2 + 2 + 1 + 2.
+  /// its bodies' inertia and loads add up to, and its mass: 2 + 2 + 1.
   void (*linearizeOutwards)(const LinearArrays& arrays, const LinearState& at, Rows sums);
   /// From starts: the acceleration of the inner pin less gravity, and the force of all outside: 2 + 2.
   void (*linearizeInwards)(const LinearArrays& arrays, const LinearState& at, ConstRows starts);

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "lane_streams.h"
+#include "linear_join.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -72,7 +72,7 @@ Vector beyond(const BodyAt<Real>& body, Vector a) {
 
 /// As if the inner pin of each segment did not accelerate. The accelerations of the pins stand in the sweeps.
 void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Rows sums) {
-  Vector a, force, P;
+  Vector a, force;
   Real mass;
   for (int i = 0; i < arrays.steps; ++i) {
     Reader<Real> link(simd::at(arrays.links, linkQuantities, i, 0));
@@ -96,10 +96,9 @@ void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Row
     force += inertialForce(body, a);
     if (at.F) force -= readVector(arrays, at.F, i);
     a = beyond(body, a);
-    P = body.P;
   }
   RowWriter<Real> write(sums);
-  write(a, force, mass, unit(P));
+  write(a, force, mass);
 }
 
 /// κ, from the tip of each segment.
@@ -122,31 +121,9 @@ void linearizeInwardsAll(const LinearArrays& arrays, const LinearState& at, Cons
 
 // ---- The solve -------------------------------------------------------------------------------
 
-template <class Number>
-void flush(Triple<Number>& a) {
-  const auto flushOne = [](Number& number) {
-    for (int k = 0; k < parts<Number>; ++k) part(number, k) = flushed(part(number, k));
-  };
-  flushOne(a.x), flushOne(a.y), flushOne(a.z);
-}
-
-/// 3×3: G and C by rows, H by columns.
-template <class Number>
-struct Triples {
-  Triple<Number> x, y, z;
-};
-
-template <class Number>
-void flush(Triples<Number>& A) {
-  flush(A.x), flush(A.y), flush(A.z);
-}
-
-/// H at the outer pins, and G, whose rows are H's columns there: unit matrices, seen from the pins' axes.
-template <class Number>
-Triples<Number> frames(const LinearArrays& arrays) {
-  const Vector d = unit(bodyAt(arrays, arrays.steps - 1).P);
-  const Number zero = Real(), one = Real(1), x = d.x, y = d.y;
-  return {{x, -y, zero}, {y, x, zero}, {zero, zero, one}};
+/// Those of the segments' outer pins.
+Axes outerAxes(const LinearArrays& arrays) {
+  return {unit(bodyAt(arrays, arrays.steps - 1).P)};
 }
 
 /// zP, U_L/D, 1/D
@@ -170,7 +147,11 @@ template <class Number>
 class Factorization {
  public:
   explicit Factorization(const LinearArrays& arrays, Number s)
-      : arrays_(arrays), s_(s), G_(frames<Number>(arrays)), H_(G_) {}
+      : arrays_(arrays), s_(s), axes_(outerAxes(arrays)) {
+    const Number zero = Real(), one = Real(1);
+    G_ = axes_.taking(Matrix3<Number>{{one, zero, zero}, {zero, one, zero}, {zero, zero, one}});
+    H_ = G_;
+  }
 
   /// Steps last − 1 … first.
   void go(int first, int last) {
@@ -180,11 +161,13 @@ class Factorization {
     flush(G_), flush(H_);
   }
 
-  void writeTo(Rows to) const {
-    RowWriter<Number> write(to);
-    write(shown_.B.xx, shown_.B.xy, shown_.h.x, shown_.B.yx, shown_.B.yy, shown_.h.y, shown_.p, shown_.q);
-    write(H_.x.x, H_.y.x, H_.z.x, H_.x.y, H_.y.y, H_.z.y, H_.x.z, H_.y.z, H_.z.z);
-    write(G_.x, G_.y, G_.z, C_.x, C_.y, C_.z);
+  Shows<Number> shows() const {
+    const Matrix2<Number>& B = shown_.B;
+    return {axes_.d,
+            {{B.xx, B.xy, shown_.h.x}, {B.yx, B.yy, shown_.h.y}, {shown_.p.x, shown_.p.y, shown_.q}},
+            {{H_.x.x, H_.y.x, H_.z.x}, {H_.x.y, H_.y.y, H_.z.y}, {H_.x.z, H_.y.z, H_.z.z}},
+            G_,
+            C_};
   }
 
  private:
@@ -201,7 +184,7 @@ class Factorization {
   }
 
   /// t = −Gᵀ(iP, 1), G ← G + (U_R, −k̂ …) tᵀ/D
-  Triples<Number> carryG(int first, int last, Triples<Number> G) const {
+  Matrix3<Number> carryG(int first, int last, Matrix3<Number> G) const {
     for (int i = last - 1; i >= first; --i) {
       Reader<Number> inward(inwardAt<Number>(arrays_, i));
       LinearHandle<Number> handle;
@@ -219,7 +202,7 @@ class Factorization {
 
   /// η = H (zP, 1), H ← H − η (U_L, −k̂ …)ᵀ/D, C ← C − η tᵀ/D
   void carryH(int first, int last) {
-    Triples<Number> H = H_, C = C_;
+    Matrix3<Number> H = H_, C = C_;
     for (int i = last - 1; i >= first; --i) {
       LinearHandle<Number> handle;
       readHandle(arrays_, i, handle);
@@ -237,17 +220,19 @@ class Factorization {
 
   const LinearArrays& arrays_;
   Number s_;
+  Axes axes_;
   Shown<Number> shown_;
-  Triples<Number> G_, H_, C_;
+  Matrix3<Number> G_, C_;
+  Matrix3<Number> H_;  ///< by columns
 };
 
 template <class Number>
-void factorAll(const LinearArrays& arrays, const double* s, Rows to) {
+[[gnu::flatten]] void factorAll(const LinearArrays& arrays, const double* s) {
   Factorization<Number> factorization(arrays, everywhere<Number>(s));
   for (int last = arrays.steps; last > 0; last -= stepsPerFlush) {
     factorization.go(std::max(0, last - stepsPerFlush), last);
   }
-  factorization.writeTo(to);
+  LinearPairs<Number, 1>::factor(factorization.shows(), arrays.pairs);
 }
 
 /// X = (δa, u') of the way out, from body to body.
@@ -271,10 +256,10 @@ struct Moving {
   }
 };
 
+/// b and r of what hangs on the segments' inner joints.
 template <class Number>
-void solveInwardsAll(const LinearArrays& arrays, const double* s_, const double* rhoQ, const double* rhoV,
-                     Rows to) {
-  const Number s = everywhere<Number>(s_);
+[[gnu::always_inline]] inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s,
+                                                          const double* rhoQ, const double* rhoV) {
   const Number inverseS = Real(1) / s;
   Vec2<Number> b;
   Number r = Real();
@@ -292,35 +277,28 @@ void solveInwardsAll(const LinearArrays& arrays, const double* s_, const double*
     write(sweep.wP, sweep.epsilonD);
     rho = rhoInner;
   }
+  return {b.x, b.y, r};
+}
 
-  // c: what X' comes to by itself.
-  Moving<Number> own{{}, Real()};
-  for (int i = 0; i < arrays.steps; ++i) own.pass(arrays, i, s, Real());
-  const Triples<Number> H = frames<Number>(arrays);
-  const Triple<Number> none{Real(), Real(), Real()};
-  const Triple<Number> c = mulAdd(own.da.x, H.x, mulAdd(own.da.y, H.y, mulAdd(own.parent, H.z, none)));
-  RowWriter<Number> write(to);
-  write(b, r, c);
+/// X' of each segment by itself.
+template <class Number>
+[[gnu::always_inline]] inline Triple<Number> ownMotion(const LinearArrays& arrays, Number s) {
+  Moving<Number> X{{}, Real()};
+  for (int i = 0; i < arrays.steps; ++i) X.pass(arrays, i, s, Real());
+  return {X.da.x, X.da.y, X.parent};
 }
 
 template <class Number>
-void solveOutwardsAll(const LinearArrays& arrays, const double* s_, const double* rhoQ, ConstRows ends,
-                      double* u, double* v) {
-  const Number s = everywhere<Number>(s_);
+[[gnu::always_inline]] inline void carryOutwards(const LinearArrays& arrays, Number s, const double* rhoQ,
+                                                 const Triple<Number>& start, const Triple<Number>& Y,
+                                                 double* u, double* v) {
   const Number inverseS = Real(1) / s;
-  Moving<Number> X;
-  X.da.x = fromRows<Number>(ends);
-  X.da.y = fromRows<Number>(ends);
-  X.parent = fromRows<Number>(ends);
-  Triple<Number> Y;
-  Y.x = fromRows<Number>(ends);
-  Y.y = fromRows<Number>(ends);
-  Y.z = fromRows<Number>(ends);
+  Moving<Number> X{{start.x, start.y}, start.z};
   for (int i = 0; i < arrays.steps; ++i) {
     Triple<Number> tD;
     Reader<Number> outward(outwardAt<Number>(arrays, i));
     outward(tD);
-    X.pass(arrays, i, s, mulAdd(tD.x, Y.x, mulAdd(tD.y, Y.y, tD.z * Y.z)));
+    X.pass(arrays, i, s, dot(tD, Y));
     const Number sigma = inverseS * gathered<Number>(arrays, rhoQ, i);
     scattered(arrays, sigma + X.parent, i, u);
     scattered(arrays, s * X.parent, i, v);
@@ -328,7 +306,19 @@ void solveOutwardsAll(const LinearArrays& arrays, const double* s_, const double
 }
 
 template <class Number>
-constexpr LinearKernel linearKernel{factorAll<Number>, solveInwardsAll<Number>, solveOutwardsAll<Number>};
+[[gnu::flatten]] void solveAll(const LinearArrays& arrays, const double* s_, const double* rhoQ,
+                               const double* rhoV, double* u, double* v) {
+  const Number s = everywhere<Number>(s_);
+  ShowsOfSide<Number> shown;
+  shown.y = carryInwards(arrays, s, rhoQ, rhoV);
+  shown.c = outerAxes(arrays).fromGround(ownMotion(arrays, s));
+  Triple<Number> X{Real(), Real(), Real()}, Y = X;
+  LinearPairs<Number, 1>::solve(shown, arrays.pairs, X, Y);
+  carryOutwards(arrays, s, rhoQ, X, Y, u, v);
+}
+
+template <class Number>
+constexpr LinearKernel linearKernel{factorAll<Number>, solveAll<Number>};
 
 }  // namespace
 }  // namespace planar_chain::simd
