@@ -76,7 +76,7 @@ template <class Scalar>
 struct LinearHandle {
   Matrix2<Scalar> B;
   Vec2<Scalar> UR, zP, ULD;  ///< ULD: U_L/D
-  Scalar inverseD;
+  Scalar inverseD, k, kD;    ///< k: k̂; kD: k̂/D
 };
 
 /// What the way in keeps of a body for the way out.
@@ -112,7 +112,7 @@ LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>
   const Scalar inverseD = Real(1) / (Dm + k);
   const Scalar kD = k * inverseD;
   const Vec2<Scalar> ULD = inverseD * UL;
-  const LinearHandle<Scalar> handle{B, UR, zP, ULD, inverseD};
+  const LinearHandle<Scalar> handle{B, UR, zP, ULD, inverseD, k, kD};
   shown.B = {mulAdd(-UR.x, ULD.x, body.m + B.xx), mulAdd(-UR.x, ULD.y, B.xy), mulAdd(-UR.y, ULD.x, B.yx),
              mulAdd(-UR.y, ULD.y, body.m + B.yy)};
   shown.h = kD * UR;
@@ -122,10 +122,10 @@ LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>
 }
 
 /// One body inwards, for a right-hand side: b and r of what hangs on its outer pin become those of what hangs
-/// on its inner one. k: k̂; bend: σ less that of the parent.
+/// on its inner one. bend: σ less that of the parent.
 template <class Scalar, class Real>
-Sweep<Scalar> carry(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle, Scalar k, Scalar sigma,
-                    Scalar bend, Scalar rhoV, Vec2<Scalar>& b, Scalar& r) {
+Sweep<Scalar> carry(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle, Scalar sigma, Scalar bend,
+                    Scalar rhoV, Vec2<Scalar>& b, Scalar& r) {
   const Vec2<Scalar> w{-(body.alpha * sigma), -rhoV - body.omega * body.omega * sigma};
   const Vec2<Scalar> wR = turnScale(w, body.R);
   const Vec2<Scalar> wP = turnScale(w, body.P);
@@ -136,7 +136,7 @@ Sweep<Scalar> carry(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle
   const Vec2<Scalar> BwPb{mulAdd(handle.B.xx, wP.x, mulAdd(handle.B.xy, wP.y, b.x)),
                           mulAdd(handle.B.yx, wP.x, mulAdd(handle.B.yy, wP.y, b.y))};
   b = mulAdd(eD, handle.UR, mulAdd(body.m, wR, BwPb));
-  r = delta - k * eD;
+  r = delta - handle.k * eD;
   return {wP, eD};
 }
 
@@ -230,16 +230,14 @@ class Linearized {
     for (int j = n_ - 1; j >= 0; --j) {
       const Scalar sigma = rhoQ[j] / s_;
       const Scalar bend = j > 0 ? sigma - rhoQ[j - 1] / s_ : sigma;
-      const BodyAt<Real>& body = bodies_[index(j)];
-      sweeps_[index(j)] = carry(body, handles_[index(j)], stiffness(body, s_), sigma, bend, rhoV[j], b, r);
+      sweeps_[index(j)] = carry(bodies_[index(j)], handles_[index(j)], sigma, bend, rhoV[j], b, r);
     }
     Vec2<Scalar> da;
     Scalar parent{};
     for (int j = 0; j < n_; ++j) {
       const LinearHandle<Scalar>& handle = handles_[index(j)];
       const Sweep<Scalar>& sweep = sweeps_[index(j)];
-      const Scalar kD = stiffness(bodies_[index(j)], s_) * handle.inverseD;
-      parent = kD * parent + sweep.epsilonD - dot(handle.ULD, da);
+      parent = handle.kD * parent + sweep.epsilonD - dot(handle.ULD, da);
       da += parent * handle.zP + sweep.wP;
       u[j] = rhoQ[j] / s_ + parent;
       v[j] = s_ * parent;

@@ -41,10 +41,8 @@ NystromRow::NystromRow(const std::vector<double>& weights, double drift,
   combine_ = simd::kernelFor(others).vectors.combine[terms_.size() - 1];
 }
 
-void NystromRow::run(double h, const double* base, double* sum, double* out) const {
-  if (positions_ > 0) {
-    combineTwice_({rates_.data(), twice_.data(), terms_.data(), drift_}, h, base, sum, out, positions_);
-  }
+void NystromRow::runTwice(double h, const double* base, double* sum, double* out) const {
+  combineTwice_({rates_.data(), twice_.data(), terms_.data(), drift_}, h, base, sum, out, positions_);
   if (others_ == 0) return;
   const auto behind = [this](auto* values) { return values ? values + 2 * positions_ : nullptr; };
   combine_(h, rates_.data(), otherTerms_.data(), base + 2 * positions_, behind(sum), behind(out), others_);

@@ -126,19 +126,17 @@ Axes outerAxes(const LinearArrays& arrays) {
   return {unit(bodyAt(arrays, arrays.steps - 1).P)};
 }
 
-/// zP, U_L/D, 1/D
+/// All that is of a body's own, but for U_R.
 template <class Number>
-[[gnu::always_inline]] inline void readHandle(const LinearArrays& arrays, int i, LinearHandle<Number>& to) {
+[[gnu::always_inline]] inline void readHandle(const LinearArrays& arrays, int i, Number s,
+                                              LinearHandle<Number>& to) {
   Reader<Number> read(handleAt<Number>(arrays, i));
   read(to.zP, to.ULD, to.inverseD);
-}
-
-template <class Number>
-[[gnu::always_inline]] inline Number stiffnessAt(const LinearArrays& arrays, int i, Number s) {
   BodyAt<Real> body;
   Reader<Real> joint(jointAt(arrays, i));
   joint(body.m, body.k, body.d);
-  return stiffness(body, s);
+  to.k = stiffness(body, s);
+  to.kD = to.k * to.inverseD;
 }
 
 /// A factorization on its way in. A few steps at a time, and for these first what a body shows, then what it
@@ -189,13 +187,12 @@ class Factorization {
       Reader<Number> inward(inwardAt<Number>(arrays_, i));
       LinearHandle<Number> handle;
       inward(handle.B, handle.UR);
-      readHandle(arrays_, i, handle);
+      readHandle(arrays_, i, s_, handle);
       const Vector P = bodyAt(arrays_, i).P;
       const Triple<Number> tD = handle.inverseD * mulAdd(P.y, G.x, mulAdd(-P.x, G.y, -G.z));
       Writer<Number> write(outwardAt<Number>(arrays_, i));
       write(tD);
-      const Number k = stiffnessAt(arrays_, i, s_);
-      G = {mulAdd(handle.UR.x, tD, G.x), mulAdd(handle.UR.y, tD, G.y), -k * tD};
+      G = {mulAdd(handle.UR.x, tD, G.x), mulAdd(handle.UR.y, tD, G.y), -handle.k * tD};
     }
     return G;
   }
@@ -205,10 +202,9 @@ class Factorization {
     Matrix3<Number> H = H_, C = C_;
     for (int i = last - 1; i >= first; --i) {
       LinearHandle<Number> handle;
-      readHandle(arrays_, i, handle);
-      const Number kD = stiffnessAt(arrays_, i, s_) * handle.inverseD;
+      readHandle(arrays_, i, s_, handle);
       const Triple<Number> eta = mulAdd(handle.zP.x, H.x, mulAdd(handle.zP.y, H.y, H.z));
-      H = {mulAdd(-handle.ULD.x, eta, H.x), mulAdd(-handle.ULD.y, eta, H.y), kD * eta};
+      H = {mulAdd(-handle.ULD.x, eta, H.x), mulAdd(-handle.ULD.y, eta, H.y), handle.kD * eta};
       Triple<Number> tD;
       Reader<Number> outward(outwardAt<Number>(arrays_, i));
       outward(tD);
@@ -244,14 +240,13 @@ struct Moving {
   /// outside: t·Y'/D, for what is joined.
   [[gnu::always_inline]] void pass(const LinearArrays& arrays, int i, Number s, Number outside) {
     LinearHandle<Number> handle;
-    readHandle(arrays, i, handle);
+    readHandle(arrays, i, s, handle);
     Sweep<Number> sweep;
     Reader<Number> read(sweepAt<Number>(arrays, i));
     read(sweep.wP, sweep.epsilonD);
-    const Number kD = stiffnessAt(arrays, i, s) * handle.inverseD;
     const Number pushed = outside + sweep.epsilonD;
     const Number pulled = mulAdd(-handle.ULD.x, da.x, mulAdd(-handle.ULD.y, da.y, pushed));
-    parent = mulAdd(kD, parent, pulled);
+    parent = mulAdd(handle.kD, parent, pulled);
     da = mulAdd(parent, handle.zP, da + sweep.wP);
   }
 };
@@ -269,10 +264,10 @@ template <class Number>
     LinearHandle<Number> handle;
     Reader<Number> inward(inwardAt<Number>(arrays, i));
     inward(handle.B, handle.UR);
-    readHandle(arrays, i, handle);
+    readHandle(arrays, i, s, handle);
     const BodyAt<Real> body = bodyAt(arrays, i);
-    const Sweep<Number> sweep = carry(body, handle, stiffness(body, s), inverseS * rho,
-                                      inverseS * (rho - rhoInner), gathered<Number>(arrays, rhoV, i), b, r);
+    const Sweep<Number> sweep = carry(body, handle, inverseS * rho, inverseS * (rho - rhoInner),
+                                      gathered<Number>(arrays, rhoV, i), b, r);
     Writer<Number> write(sweepAt<Number>(arrays, i));
     write(sweep.wP, sweep.epsilonD);
     rho = rhoInner;

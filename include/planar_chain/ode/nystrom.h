@@ -39,7 +39,11 @@ class NystromRow {
   }
 
  private:
-  void run(double h, const double* base, double* sum, double* out) const;
+  void run(double h, const double* base, double* sum, double* out) const {
+    if (positions_ > 0) return runTwice(h, base, sum, out);
+    combine_(h, rates_.data(), terms_.data(), base, sum, out, others_);
+  }
+  void runTwice(double h, const double* base, double* sum, double* out) const;
 
   void (*combineTwice_)(const simd::NystromWeights& weights, double h, const double* base, double* sum,
                         double* out, std::ptrdiff_t n) = nullptr;
