@@ -100,6 +100,7 @@ void Dynamics::listEffects() {
   if (!springs_.empty()) effects_.push_back(&Dynamics::applySprings);
   if (stops_.act()) effects_.push_back(&Dynamics::applyStops);
   if (effects_.size() == 1) effects_.clear();
+  isBare_ = effects_.empty() && works_ == 0;
   acting_ = effects_.empty() ? Acting::nothing : std::max(loadsAct_, Acting::moments);
 }
 
@@ -162,6 +163,11 @@ inline Dynamics::Powers Dynamics::applyEffects(double t, const double* y) {
 }
 
 inline void Dynamics::evaluateRates(double t, const double* y, double* out) {
+  if (isBare_) return run(Acting::nothing, outside_, y, out);
+  evaluateEffects(t, y, out);
+}
+
+[[gnu::noinline]] void Dynamics::evaluateEffects(double t, const double* y, double* out) {
   const Powers powers = applyEffects(t, y);
   run(acting_, outside_, y, out);
   if (works_ > 0) {
@@ -225,9 +231,9 @@ ode::LinearCosts Dynamics::linearCosts() const {
   // By clock, of evaluations as this chain has them; between chains with springs and without. Where the
   // factorizations do not stay in cache, complex solves wait for memory.
   constexpr int staysInCache = 2500;
-  if (n_ > staysInCache && LinearizedSegments<double>::areWorthwhile(n_)) return {2.4, 0.9, 5, 10};
-  if (LinearizedSegments<double>::areWorthwhile(n_)) return {2.4, 0.8, 3.5, 3.5};
-  if (std::holds_alternative<Segments>(recursion_)) return {2.4, 0.7, 2.6, 2.1};
+  if (n_ > staysInCache && LinearizedSegments<double>::areWorthwhile(n_)) return {3, 1.3, 3.4, 3.4};
+  if (LinearizedSegments<double>::areWorthwhile(n_)) return {2.4, 0.95, 3, 2.5};
+  if (std::holds_alternative<Segments>(recursion_)) return {3.5, 1.2, 4, 2.7};
   return {2.9, 1, 3.2, 2.8};
 }
 

@@ -82,13 +82,16 @@ void Springs::addStiffness(double* k, double* d) const {
 }
 
 double Springs::dissipationAlong(const double* omega, const double* v) const {
-  double change = 0;
-  for (std::size_t i = 0; i < d_.size(); ++i) {
-    const std::size_t j = first_ + i;
-    const double qd = j > 0 ? omega[j] - omega[j - 1] : omega[j];
-    change += 2 * d_[i] * qd * (j > 0 ? v[j] - v[j - 1] : v[j]);
-  }
-  return change;
+  const double *d = d_.data(), *own = v + first_;
+  const bool hasParent = first_ > 0;
+  double change[lanes] = {};
+  forDifferences(omega, first_, d_.size(), [=, &change](std::size_t i, std::size_t l, double qd) {
+    const double along = i > 0 || hasParent ? own[i] - own[i - 1] : own[i];
+    change[l] += 2 * d[i] * qd * along;
+  });
+  double all = 0;
+  for (const double sum : change) all += sum;
+  return all;
 }
 
 }  // namespace planar_chain

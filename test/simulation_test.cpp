@@ -94,15 +94,17 @@ TEST(Simulation, SaysWhichRecursionRuns) {
   EXPECT_EQ(recursionFor(1), "link by link, written out for 1");
   EXPECT_EQ(recursionFor(2), "closed form for two");
   EXPECT_EQ(recursionFor(5), "link by link, written out for 5");
-  EXPECT_EQ(recursionFor(14), "link by link");
+  EXPECT_EQ(recursionFor(12), "link by link, written out for 12");
   // In segments where the CPU has lanes enough.
   const std::set<std::string> ofLongOnes{"link by link", "in 4 segments side by side (avx2)",
                                          "in 8 segments side by side (avx512)"};
   EXPECT_EQ(ofLongOnes.count(recursionFor(100)), 1u) << recursionFor(100);
   EXPECT_EQ(recursionFor(100) != "link by link", Segments::areWorthwhile(100)) << recursionFor(100);
   // 8 pieces of a short one are not worth joining.
-  EXPECT_EQ(recursionFor(20),
-            Segments::areWorthwhile(20) ? "in 4 segments side by side (avx2)" : "link by link");
+  for (const int n : {13, 20}) {
+    EXPECT_EQ(recursionFor(n),
+              Segments::areWorthwhile(n) ? "in 4 segments side by side (avx2)" : "link by link");
+  }
 }
 
 TEST(Simulation, PowerInEqualsEnergyRate) {

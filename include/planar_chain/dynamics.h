@@ -104,6 +104,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   void run(Acting acting, const Outside& outside, const double* y, double* rates);
   Powers applyEffects(double t, const double* y);
   void evaluateRates(double t, const double* y, double* out);
+  void evaluateEffects(double t, const double* y, double* out);
   void evaluate(double t, const double* y, double* dydt);
   void findPinVelocities(const Rotation<double>* e, const double* omega);
   /// k and d of each joint, of its spring, damper and stops together.
@@ -122,6 +123,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   int positions_;
   Acting loadsAct_ = Acting::nothing, acting_ = Acting::nothing;
   bool varies_ = false;  ///< f, with time
+  bool isBare_ = true;   ///< nothing but links, pins and gravity, so that even the list need not be asked
   std::vector<Effect> effects_;
   std::vector<Rotation<double>> e_;
   std::vector<double> N_, motion_;

@@ -163,7 +163,9 @@ struct Pairs {
 
 [[gnu::always_inline]] inline void storeSome(double* to, Lanes a, int count) {
   if (count >= laneCount) return a.store(to);
-#if defined(__AVX2__) && !defined(__AVX512F__)
+#if defined(__AVX512F__)
+  _mm512_mask_storeu_pd(to, static_cast<__mmask8>((1 << count) - 1), a.v);
+#elif defined(__AVX2__)
   // Not with a mask, which takes some CPUs as long as ten stores.
   __m128d left = _mm256_castpd256_pd128(a.v);
   if (count & 2) {
