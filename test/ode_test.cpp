@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <complex>
 
@@ -198,6 +199,54 @@ TEST(ExplicitRungeKutta, IsStableUpToItsLimit) {
       EXPECT_LE(std::abs(stability(method, {0, y})), 1 + 1e-9) << table->name << " at " << y;
     }
     EXPECT_GT(std::abs(stability(method, {0, table->stabilityLimit + 0.1})), 1 + 1e-9) << table->name;
+  }
+}
+
+/// Five positions, driven, with what they do summed behind them; known as positions or not.
+class Driven : public System {
+ public:
+  explicit Driven(bool isKnown) : isKnown_(isKnown) {}
+  int size() const override { return 2 * n + 1; }
+  int positions() const override { return isKnown_ ? n : 0; }
+  void derivative(double t, const double* y, double* dydt) override {
+    std::copy(y + n, y + 2 * n, dydt);
+    ratesTo(t, y, dydt + n);
+  }
+  void rates(double t, const double* y, double* out) override {
+    isKnown_ ? ratesTo(t, y, out) : derivative(t, y, out);
+  }
+
+  static constexpr int n = 5;
+
+ private:
+  static void ratesTo(double t, const double* y, double* out) {
+    out[n] = 0;
+    for (int i = 0; i < n; ++i) {
+      out[i] = std::sin(t + i) - y[i] * y[(i + 1) % n] - 0.3 * y[n + i] * std::abs(y[n + i]);
+      out[n] += out[i] * y[n + i];
+    }
+  }
+  bool isKnown_;
+};
+
+TEST(ExplicitRungeKutta, IsTheSameInNystromsForm) {
+  for (const Tableau* table : {&rk4(), &dopri5(), &dop853()}) {
+    Driven plain(false), known(true);
+    ExplicitRungeKutta one(*table, plain), other(*table, known);
+    Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(plain.size(), -1, 1);
+    for (double t = 0; t < 0.5; t += 0.1) {
+      EXPECT_LT((one.derivative(t, y) - other.derivative(t, y)).norm(), 3e-15) << table->name;
+      one.step(t, 0.1, y);
+      other.step(t, 0.1, y);
+      EXPECT_LT((one.increment() - other.increment()).norm(), 3e-16) << table->name;
+      if (!table->e.empty()) {
+        EXPECT_LT((one.error() - other.error()).head(2 * Driven::n).norm(), 3e-16) << table->name;
+        EXPECT_GT(one.error().norm(), 1e-15) << table->name;
+      }
+      y += one.increment();
+      one.accept();
+      other.accept();
+    }
   }
 }
 

@@ -17,7 +17,7 @@ using Vector = Vec2<Real>;
 /// From the groups of `size` lanes, pair by pair: what the inner one has, in the lanes of both; and the
 /// outer.
 template <int size>
-[[gnu::always_inline]] inline Real ofInner(Real a) {
+inline Real ofInner(Real a) {
 #if defined(__AVX512F__)
   if constexpr (size == 1) return Real(_mm512_maskz_movedup_pd(0xff, a.v));
   if constexpr (size == 2) return Real(_mm512_maskz_permutex_pd(0xff, a.v, 0x44));
@@ -33,7 +33,7 @@ template <int size>
 }
 
 template <int size>
-[[gnu::always_inline]] inline Real ofOuter(Real a) {
+inline Real ofOuter(Real a) {
 #if defined(__AVX512F__)
   if constexpr (size == 1) return Real(_mm512_maskz_permute_pd(0xff, a.v, 0xff));
   if constexpr (size == 2) return Real(_mm512_maskz_permutex_pd(0xff, a.v, 0xee));
@@ -50,7 +50,7 @@ template <int size>
 
 /// In the lanes of inner groups the first, in those of outer ones the second.
 template <int size>
-[[gnu::always_inline]] inline Real either(Real inner, Real outer) {
+inline Real either(Real inner, Real outer) {
   Integers isOuter;
   for (int s = 0; s < laneCount; ++s) isOuter[s] = s & size ? -1 : 0;
   return Real(isOuter ? outer.v : inner.v);
@@ -63,19 +63,19 @@ struct Square {
   Vector x, y;
 };
 
-[[gnu::always_inline]] inline Vector operator*(const Square& M, Vector a) {
+inline Vector operator*(const Square& M, Vector a) {
   return {dot(M.x, a), dot(M.y, a)};
 }
-[[gnu::always_inline]] inline Vector transposedTimes(const Square& M, Vector a) {
+inline Vector transposedTimes(const Square& M, Vector a) {
   return mulAdd(a.x, M.x, a.y * M.y);
 }
-[[gnu::always_inline]] inline Square operator*(const Square& M, const Square& N) {
+inline Square operator*(const Square& M, const Square& N) {
   return {transposedTimes(N, M.x), transposedTimes(N, M.y)};
 }
-[[gnu::always_inline]] inline Square operator*(const Square& M, const Sym2<Real>& A) {
+inline Square operator*(const Square& M, const Sym2<Real>& A) {
   return {A * M.x, A * M.y};
 }
-[[gnu::always_inline]] inline Square operator*(const Sym2<Real>& A, const Square& M) {
+inline Square operator*(const Sym2<Real>& A, const Square& M) {
   return {mulAdd(A.xx, M.x, A.xy * M.y), mulAdd(A.xy, M.x, A.yy * M.y)};
 }
 
@@ -89,16 +89,16 @@ struct Handles {
 
 template <int size>
 struct Group {
-  [[gnu::always_inline]] static Vector inner(Vector a) { return {ofInner<size>(a.x), ofInner<size>(a.y)}; }
-  [[gnu::always_inline]] static Vector outer(Vector a) { return {ofOuter<size>(a.x), ofOuter<size>(a.y)}; }
-  [[gnu::always_inline]] static Sym2<Real> inner(const Sym2<Real>& A) {
+  static Vector inner(Vector a) { return {ofInner<size>(a.x), ofInner<size>(a.y)}; }
+  static Vector outer(Vector a) { return {ofOuter<size>(a.x), ofOuter<size>(a.y)}; }
+  static Sym2<Real> inner(const Sym2<Real>& A) {
     return {ofInner<size>(A.xx), ofInner<size>(A.xy), ofInner<size>(A.yy)};
   }
-  [[gnu::always_inline]] static Sym2<Real> outer(const Sym2<Real>& A) {
+  static Sym2<Real> outer(const Sym2<Real>& A) {
     return {ofOuter<size>(A.xx), ofOuter<size>(A.xy), ofOuter<size>(A.yy)};
   }
-  [[gnu::always_inline]] static Square inner(const Square& A) { return {inner(A.x), inner(A.y)}; }
-  [[gnu::always_inline]] static Square outer(const Square& A) { return {outer(A.x), outer(A.y)}; }
+  static Square inner(const Square& A) { return {inner(A.x), inner(A.y)}; }
+  static Square outer(const Square& A) { return {outer(A.x), outer(A.y)}; }
 };
 
 template <int size>
@@ -112,7 +112,7 @@ class JoinedPair<0> {};
 template <int size>
 class JoinedPair {
  public:
-  [[gnu::always_inline]] explicit JoinedPair(const Handles& all) {
+  explicit JoinedPair(const Handles& all) {
     using Half = Group<size>;
     d_ = Half::inner(all.d);
     G_ = Half::inner(all.G);
@@ -162,7 +162,7 @@ class JoinedPair {
   JoinedPair() = default;
 
   /// From the acceleration a of the whole chain's inner pin and f = 0 to those of each lane's segment.
-  [[gnu::always_inline]] void passOutwards(Vector& a, Vector& f) const {
+  void passOutwards(Vector& a, Vector& f) const {
     if constexpr (2 * size < laneCount) larger_.passOutwards(a, f);
     const Vector carried = transposedTimes(G_, a);
     Vector force = KA_ * carried;

@@ -201,8 +201,8 @@ Vector outerFrames(const SegmentArrays& arrays, const double* e) {
 }
 
 template <bool hasMoments, bool hasForces>
-[[gnu::always_inline]] inline Handles inwardsOver(const SegmentArrays& arrays, const double* e,
-                                                  const double* omega, const double* N, const double* F) {
+inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
+                           const double* F) {
   Sym2<Real> A, C;
   Vector b, c;
   const Vector d = outerFrames(arrays, e);
@@ -239,8 +239,7 @@ template <bool hasMoments, bool hasForces>
   return {d, A, C, b, c, {Gx, Gy}};
 }
 
-[[gnu::always_inline]] inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force,
-                                                double* alpha) {
+inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force, double* alpha) {
   for (int i = 0; i < arrays.steps; ++i) {
     const double* handle = at(arrays.handles, handleQuantities, i, 0);
     const auto own = [handle](int q) { return Real::load(handle + q * laneCount); };
@@ -252,8 +251,8 @@ template <bool hasMoments, bool hasForces>
 }
 
 template <bool hasMoments, bool hasForces>
-[[gnu::flatten]] void runSegments(const SegmentArrays& arrays, const double* e, const double* omega,
-                                  const double* N, const double* F, Vec2d ground, double* alpha) {
+PLANAR_CHAIN_IN_ONE_PIECE void runSegments(const SegmentArrays& arrays, const double* e, const double* omega,
+                                           const double* N, const double* F, Vec2d ground, double* alpha) {
   const JoinedPair<1> joined(inwardsOver<hasMoments, hasForces>(arrays, e, omega, N, F));
   Vector a{Real(ground.x), Real(ground.y)}, force;
   joined.passOutwards(a, force);

@@ -16,48 +16,47 @@ struct Matrix3 {
 };
 
 template <class Number>
-[[gnu::always_inline]] inline Number dot(const Triple<Number>& a, const Triple<Number>& b) {
+inline Number dot(const Triple<Number>& a, const Triple<Number>& b) {
   return mulAdd(a.x, b.x, mulAdd(a.y, b.y, a.z * b.z));
 }
 template <class Number>
-[[gnu::always_inline]] inline Triple<Number> operator+(const Triple<Number>& a, const Triple<Number>& b) {
+inline Triple<Number> operator+(const Triple<Number>& a, const Triple<Number>& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
 template <class Number>
-[[gnu::always_inline]] inline Triple<Number> operator-(const Triple<Number>& a, const Triple<Number>& b) {
+inline Triple<Number> operator-(const Triple<Number>& a, const Triple<Number>& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 template <class Number>
-[[gnu::always_inline]] inline Triple<Number> cross(const Triple<Number>& a, const Triple<Number>& b) {
+inline Triple<Number> cross(const Triple<Number>& a, const Triple<Number>& b) {
   return {mulAdd(a.y, b.z, -a.z * b.y), mulAdd(a.z, b.x, -a.x * b.z), mulAdd(a.x, b.y, -a.y * b.x)};
 }
 
 template <class Number>
-[[gnu::always_inline]] inline Triple<Number> operator*(const Matrix3<Number>& M, const Triple<Number>& a) {
+inline Triple<Number> operator*(const Matrix3<Number>& M, const Triple<Number>& a) {
   return {dot(M.x, a), dot(M.y, a), dot(M.z, a)};
 }
 /// M + A N
 template <class Number>
-[[gnu::always_inline]] inline Matrix3<Number> mulAdd(const Matrix3<Number>& A, const Matrix3<Number>& N,
-                                                     const Matrix3<Number>& M) {
+inline Matrix3<Number> mulAdd(const Matrix3<Number>& A, const Matrix3<Number>& N, const Matrix3<Number>& M) {
   const auto row = [&N](const Triple<Number>& a, const Triple<Number>& m) {
     return mulAdd(a.x, N.x, mulAdd(a.y, N.y, mulAdd(a.z, N.z, m)));
   };
   return {row(A.x, M.x), row(A.y, M.y), row(A.z, M.z)};
 }
 template <class Number>
-[[gnu::always_inline]] inline Matrix3<Number> operator*(const Matrix3<Number>& A, const Matrix3<Number>& N) {
+inline Matrix3<Number> operator*(const Matrix3<Number>& A, const Matrix3<Number>& N) {
   const auto row = [&N](const Triple<Number>& a) { return mulAdd(a.x, N.x, mulAdd(a.y, N.y, a.z * N.z)); };
   return {row(A.x), row(A.y), row(A.z)};
 }
 template <class Number>
-[[gnu::always_inline]] inline Matrix3<Number> operator-(const Matrix3<Number>& A) {
+inline Matrix3<Number> operator-(const Matrix3<Number>& A) {
   return {-A.x, -A.y, -A.z};
 }
 
 /// (1 + M)⁻¹, by its cofactors.
 template <class Number>
-[[gnu::always_inline]] inline Matrix3<Number> inverseOfOnePlus(Matrix3<Number> M) {
+inline Matrix3<Number> inverseOfOnePlus(Matrix3<Number> M) {
   const Number one = Real(1);
   M.x.x += one, M.y.y += one, M.z.z += one;
   const Triple<Number> yz = cross(M.y, M.z), zx = cross(M.z, M.x), xy = cross(M.x, M.y);
@@ -67,13 +66,13 @@ template <class Number>
 }
 
 template <class Number>
-[[gnu::always_inline]] inline void flush(Triple<Number>& a) {
+inline void flush(Triple<Number>& a) {
   for (Number* number : {&a.x, &a.y, &a.z}) {
     for (int k = 0; k < parts<Number>; ++k) part(*number, k) = flushed(part(*number, k));
   }
 }
 template <class Number>
-[[gnu::always_inline]] inline void flush(Matrix3<Number>& A) {
+inline void flush(Matrix3<Number>& A) {
   flush(A.x), flush(A.y), flush(A.z);
 }
 
@@ -82,21 +81,21 @@ struct Axes {
   Vector d;
 
   template <class Number>
-  [[gnu::always_inline]] Triple<Number> fromGround(const Triple<Number>& a) const {
+  Triple<Number> fromGround(const Triple<Number>& a) const {
     return {mulAdd(d.x, a.x, d.y * a.y), mulAdd(d.x, a.y, -d.y * a.x), a.z};
   }
   template <class Number>
-  [[gnu::always_inline]] Triple<Number> toGround(const Triple<Number>& a) const {
+  Triple<Number> toGround(const Triple<Number>& a) const {
     return {mulAdd(d.x, a.x, -d.y * a.y), mulAdd(d.y, a.x, d.x * a.y), a.z};
   }
   /// M of what is given in these axes.
   template <class Number>
-  [[gnu::always_inline]] Matrix3<Number> taking(const Matrix3<Number>& M) const {
+  Matrix3<Number> taking(const Matrix3<Number>& M) const {
     return {fromGround(M.x), fromGround(M.y), fromGround(M.z)};
   }
   /// What M gives, in these axes.
   template <class Number>
-  [[gnu::always_inline]] Matrix3<Number> giving(const Matrix3<Number>& M) const {
+  Matrix3<Number> giving(const Matrix3<Number>& M) const {
     return {mulAdd(d.x, M.x, d.y * M.y), mulAdd(d.x, M.y, -d.y * M.x), M.z};
   }
 };
@@ -104,42 +103,41 @@ struct Axes {
 // ---- Groups of lanes -------------------------------------------------------------------------------
 
 template <int size, class F>
-[[gnu::always_inline]] inline ComplexLanes eachPart(ComplexLanes a, F f) {
+inline ComplexLanes eachPart(ComplexLanes a, F f) {
   return {f(a.re), f(a.im)};
 }
 template <int size, class F>
-[[gnu::always_inline]] inline Real eachPart(Real a, F f) {
+inline Real eachPart(Real a, F f) {
   return f(a);
 }
 template <int size, class Number>
-[[gnu::always_inline]] inline Triple<Number> innerOf(const Triple<Number>& a) {
+inline Triple<Number> innerOf(const Triple<Number>& a) {
   const auto one = [](Number x) { return eachPart<size>(x, [](Real r) { return ofInner<size>(r); }); };
   return {one(a.x), one(a.y), one(a.z)};
 }
 template <int size, class Number>
-[[gnu::always_inline]] inline Triple<Number> outerOf(const Triple<Number>& a) {
+inline Triple<Number> outerOf(const Triple<Number>& a) {
   const auto one = [](Number x) { return eachPart<size>(x, [](Real r) { return ofOuter<size>(r); }); };
   return {one(a.x), one(a.y), one(a.z)};
 }
 template <int size, class Number>
-[[gnu::always_inline]] inline Matrix3<Number> innerOf(const Matrix3<Number>& A) {
+inline Matrix3<Number> innerOf(const Matrix3<Number>& A) {
   return {innerOf<size>(A.x), innerOf<size>(A.y), innerOf<size>(A.z)};
 }
 template <int size, class Number>
-[[gnu::always_inline]] inline Matrix3<Number> outerOf(const Matrix3<Number>& A) {
+inline Matrix3<Number> outerOf(const Matrix3<Number>& A) {
   return {outerOf<size>(A.x), outerOf<size>(A.y), outerOf<size>(A.z)};
 }
 template <int size>
-[[gnu::always_inline]] inline Real eitherOf(Real inner, Real outer) {
+inline Real eitherOf(Real inner, Real outer) {
   return either<size>(inner, outer);
 }
 template <int size>
-[[gnu::always_inline]] inline ComplexLanes eitherOf(ComplexLanes inner, ComplexLanes outer) {
+inline ComplexLanes eitherOf(ComplexLanes inner, ComplexLanes outer) {
   return {either<size>(inner.re, outer.re), either<size>(inner.im, outer.im)};
 }
 template <int size, class Number>
-[[gnu::always_inline]] inline Triple<Number> eitherOf(const Triple<Number>& inner,
-                                                      const Triple<Number>& outer) {
+inline Triple<Number> eitherOf(const Triple<Number>& inner, const Triple<Number>& outer) {
   return {eitherOf<size>(inner.x, outer.x), eitherOf<size>(inner.y, outer.y),
           eitherOf<size>(inner.z, outer.z)};
 }
@@ -163,7 +161,7 @@ template <class Number, int size>
 struct LinearPairs {
   static constexpr int quantities = LinearArrays::pairQuantities;
 
-  [[gnu::always_inline]] static void factor(const Shows<Number>& all, double* kept) {
+  static void factor(const Shows<Number>& all, double* kept) {
     if constexpr (size < laneCount) {
       const Axes axes{{ofInner<size>(all.d.x), ofInner<size>(all.d.y)}};
       const Matrix3<Number> G = innerOf<size>(all.G), H = innerOf<size>(all.H), C = innerOf<size>(all.C);
@@ -192,8 +190,8 @@ struct LinearPairs {
   }
 
   /// X at the whole chain's inner joint becomes that of each lane's segment, and Y, at the outer one, too.
-  [[gnu::always_inline]] static void solve(const ShowsOfSide<Number>& all, const double* kept,
-                                           Triple<Number>& X, Triple<Number>& Y) {
+  static void solve(const ShowsOfSide<Number>& all, const double* kept, Triple<Number>& X,
+                    Triple<Number>& Y) {
     if constexpr (size < laneCount) {
       Axes axes;
       Matrix3<Number> S, SK, SKH, SG, G, H, C, outerH;

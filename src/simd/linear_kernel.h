@@ -46,7 +46,7 @@ double* stateAt(const LinearArrays& arrays, int i) {
   return placeOf<Real>(arrays.state, LinearArrays::stateQuantities, i);
 }
 
-[[gnu::always_inline]] inline BodyAt<Real> bodyAt(const LinearArrays& arrays, int i) {
+inline BodyAt<Real> bodyAt(const LinearArrays& arrays, int i) {
   BodyAt<Real> body;
   Reader<Real> joint(jointAt(arrays, i));
   joint(body.m, body.k, body.d);
@@ -128,8 +128,7 @@ Axes outerAxes(const LinearArrays& arrays) {
 
 /// All that is of a body's own, but for U_R.
 template <class Number>
-[[gnu::always_inline]] inline void readHandle(const LinearArrays& arrays, int i, Number s,
-                                              LinearHandle<Number>& to) {
+inline void readHandle(const LinearArrays& arrays, int i, Number s, LinearHandle<Number>& to) {
   Reader<Number> read(handleAt<Number>(arrays, i));
   read(to.zP, to.ULD, to.inverseD);
   BodyAt<Real> body;
@@ -223,7 +222,7 @@ class Factorization {
 };
 
 template <class Number>
-[[gnu::flatten]] void factorAll(const LinearArrays& arrays, const double* s) {
+PLANAR_CHAIN_IN_ONE_PIECE void factorAll(const LinearArrays& arrays, const double* s) {
   Factorization<Number> factorization(arrays, everywhere<Number>(s));
   for (int last = arrays.steps; last > 0; last -= stepsPerFlush) {
     factorization.go(std::max(0, last - stepsPerFlush), last);
@@ -238,7 +237,7 @@ struct Moving {
   Number parent;
 
   /// outside: t·Y'/D, for what is joined.
-  [[gnu::always_inline]] void pass(const LinearArrays& arrays, int i, Number s, Number outside) {
+  void pass(const LinearArrays& arrays, int i, Number s, Number outside) {
     LinearHandle<Number> handle;
     readHandle(arrays, i, s, handle);
     Sweep<Number> sweep;
@@ -253,8 +252,8 @@ struct Moving {
 
 /// b and r of what hangs on the segments' inner joints.
 template <class Number>
-[[gnu::always_inline]] inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s,
-                                                          const double* rhoQ, const double* rhoV) {
+inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s, const double* rhoQ,
+                                   const double* rhoV) {
   const Number inverseS = Real(1) / s;
   Vec2<Number> b;
   Number r = Real();
@@ -277,16 +276,15 @@ template <class Number>
 
 /// X' of each segment by itself.
 template <class Number>
-[[gnu::always_inline]] inline Triple<Number> ownMotion(const LinearArrays& arrays, Number s) {
+inline Triple<Number> ownMotion(const LinearArrays& arrays, Number s) {
   Moving<Number> X{{}, Real()};
   for (int i = 0; i < arrays.steps; ++i) X.pass(arrays, i, s, Real());
   return {X.da.x, X.da.y, X.parent};
 }
 
 template <class Number>
-[[gnu::always_inline]] inline void carryOutwards(const LinearArrays& arrays, Number s, const double* rhoQ,
-                                                 const Triple<Number>& start, const Triple<Number>& Y,
-                                                 double* u, double* v) {
+inline void carryOutwards(const LinearArrays& arrays, Number s, const double* rhoQ,
+                          const Triple<Number>& start, const Triple<Number>& Y, double* u, double* v) {
   const Number inverseS = Real(1) / s;
   Moving<Number> X{{start.x, start.y}, start.z};
   for (int i = 0; i < arrays.steps; ++i) {
@@ -301,8 +299,8 @@ template <class Number>
 }
 
 template <class Number>
-[[gnu::flatten]] void solveAll(const LinearArrays& arrays, const double* s_, const double* rhoQ,
-                               const double* rhoV, double* u, double* v) {
+PLANAR_CHAIN_IN_ONE_PIECE void solveAll(const LinearArrays& arrays, const double* s_, const double* rhoQ,
+                                        const double* rhoV, double* u, double* v) {
   const Number s = everywhere<Number>(s_);
   ShowsOfSide<Number> shown;
   shown.y = carryInwards(arrays, s, rhoQ, rhoV);

@@ -1,0 +1,112 @@
+/// The integrators' vectors in SIMD lanes: every kernel that this CPU runs, against plain loops, for every
+/// number of components that is left over at the end, and nothing written beyond it.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "../src/simd/kernel.h"
+#include "random_scene.h"
+
+namespace planar_chain::simd {
+namespace {
+
+constexpr double untouched = 12345;
+constexpr std::ptrdiff_t most = 19;
+
+struct Vectors : testing::TestWithParam<std::ptrdiff_t> {
+  const std::ptrdiff_t n = GetParam();
+  test::Random random{static_cast<unsigned>(n)};
+
+  std::vector<double> vector(std::ptrdiff_t size) {
+    std::vector<double> values(static_cast<std::size_t>(size));
+    for (double& value : values) value = random.between(-2, 2);
+    values.push_back(untouched);
+    return values;
+  }
+
+  template <class F>
+  void forKernels(F f) {
+    for (const Kernel* kernel : kernels()) {
+      SCOPED_TRACE(kernel ? kernel->name : "");
+      if (kernel) f(kernel->vectors);
+    }
+  }
+
+  static void expectNear(const std::vector<double>& found, const std::vector<double>& expected) {
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-13) << i;
+    EXPECT_EQ(found.back(), untouched);
+  }
+};
+
+TEST_P(Vectors, AreCombined) {
+  for (std::size_t count = 1; count <= VectorKernel::mostTerms; ++count) {
+    std::vector<std::vector<double>> terms;
+    std::vector<const double*> places;
+    for (std::size_t j = 0; j < count; ++j) terms.push_back(vector(n));
+    for (const auto& term : terms) places.push_back(term.data());
+    const std::vector<double> rates = vector(most), positions = vector(most), base = vector(2 * n);
+    const double h = 0.3, drift = 0.7;
+
+    std::vector<double> sum = base, out = base, sumTwice = base, outTwice = base;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+      const std::size_t rate = i + static_cast<std::size_t>(n);
+      double byRates = 0, byPositions = h * drift * base[rate];
+      for (std::size_t j = 0; j < count; ++j) {
+        byRates += h * rates[j] * terms[j][i];
+        byPositions += h * h * positions[j] * terms[j][i];
+      }
+      sum[i] = byRates;
+      out[i] = base[i] + byRates;
+      sumTwice[i] = byPositions;
+      sumTwice[rate] = byRates;
+      outTwice[i] = base[i] + byPositions;
+      outTwice[rate] = base[rate] + byRates;
+    }
+    const NystromWeights weights{rates.data(), positions.data(), places.data(), drift};
+    forKernels([&](const VectorKernel& vectors) {
+      const auto once = vectors.combine[count - 1];
+      const auto twice = vectors.combineTwice[count - 1];
+      // Both, the sum alone, or the result alone.
+      for (const bool withSum : {true, false}) {
+        for (const bool withOut : {true, false}) {
+          if (!withSum && !withOut) continue;
+          std::vector<double> a = base, b = base, c = base, d = base;
+          once(h, rates.data(), places.data(), base.data(), withSum ? a.data() : nullptr,
+               withOut ? b.data() : nullptr, n);
+          twice(weights, h, base.data(), withSum ? c.data() : nullptr, withOut ? d.data() : nullptr, n);
+          expectNear(a, withSum ? sum : base);
+          expectNear(b, withOut ? out : base);
+          expectNear(c, withSum ? sumTwice : base);
+          expectNear(d, withOut ? outTwice : base);
+        }
+      }
+    });
+  }
+}
+
+TEST_P(Vectors, DampErrorsByCoarserOnes) {
+  std::vector<double> fine = vector(n), coarse = vector(n), expected = fine;
+  fine[0] = coarse[0] = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    const double size = std::sqrt(fine[i] * fine[i] + 0.01 * coarse[i] * coarse[i]);
+    expected[i] = size > 0 ? fine[i] * fine[i] / size : 0;
+  }
+  forKernels([&](const VectorKernel& vectors) {
+    std::vector<double> damped = fine;
+    vectors.damp(damped.data(), coarse.data(), n);
+    expectNear(damped, expected);
+    damped = fine;
+    damped[static_cast<std::size_t>(n) - 1] = std::numeric_limits<double>::infinity();
+    vectors.damp(damped.data(), coarse.data(), n);
+    EXPECT_FALSE(std::isfinite(damped[static_cast<std::size_t>(n) - 1]));
+  });
+}
+
+INSTANTIATE_TEST_SUITE_P(OfEveryLength, Vectors, testing::Range<std::ptrdiff_t>(1, most));
+
+}  // namespace
+}  // namespace planar_chain::simd
