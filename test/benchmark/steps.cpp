@@ -61,6 +61,21 @@ const benchmark::UserCounters& callsOf(const std::string& method, int n) {
   return place->second;
 }
 
+/// Evaluations that wait for each other, as those of a step do: where the next state stands depends on what
+/// the last one gave.
+void measureInARow(benchmark::State& state, int n) {
+  MovingRods at(n, crooked(n));
+  const double* y = at.y.data();
+  const double& last = at.dydt.back();
+  for (auto _ : state) {
+    at.dynamics.rates(0, y, at.dydt.data() + at.dynamics.positions());
+    y += std::isnan(last) ? 1 : 0;
+    benchmark::ClobberMemory();
+  }
+  if (y != at.y.data()) state.SkipWithError("not a number");
+  state.counters["ns_per_link"] = perLink(n);
+}
+
 void measureStep(benchmark::State& state, const std::string& method, int n) {
   MovingRods at(n, crooked(n));
   Stepped stepped(method, n, at.dynamics, at);
@@ -95,6 +110,8 @@ void measureTick(benchmark::State& state, const std::string& method, int n) {
 
 void registerSteps() {
   for (const int n : sizes()) {
+    benchmark::RegisterBenchmark(nameOf("in a row", "evaluation", n).c_str(),
+                                 [n](benchmark::State& state) { measureInARow(state, n); });
     for (const char* method : {"rk4", "dopri5", "dop853", "rodas5p", "ros34pw2", "radau13", "taylor"}) {
       benchmark::RegisterBenchmark(nameOf("step", method, n).c_str(),
                                    [method, n](benchmark::State& state) { measureStep(state, method, n); });

@@ -13,7 +13,7 @@ import sys
 OURS = 'planar_chain'
 METHODS = ['rk4', 'dopri5', 'dop853', 'rodas5p', 'ros34pw2', 'radau13']
 # What a step asks for, and the benchmark that says what it takes.
-PARTS = {'evaluations': 'evaluation/crooked/' + OURS, 'linearizations': 'solve/linearize', 'factors': 'solve/factor',
+PARTS = {'evaluations': 'in a row/evaluation', 'linearizations': 'solve/linearize', 'factors': 'solve/factor',
          'solves': 'solve/solve', 'complex_factors': 'solve/complex factor', 'complex_solves': 'solve/complex solve'}
 
 
@@ -131,6 +131,10 @@ def overhead(results, method, n):
 
 def steps(results):
     sizes = results.sizes('step')
+    kinds = results.kinds('in a row')
+    table('Evaluations that wait for each other, ns a link:', ['n'] + kinds,
+          [[f'{n:,}'] + [number(results.per_link(f'in a row/{kind}', n)) for kind in kinds]
+           for n in results.sizes('in a row')])
     stepped = METHODS + ['taylor']  # whose series are no part
     table('One step, ns a link:', ['n'] + stepped,
           [[f'{n:,}'] + [number(results.per_link(f'step/{method}', n)) for method in stepped] for n in sizes])
