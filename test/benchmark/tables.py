@@ -13,7 +13,7 @@ import sys
 OURS = 'planar_chain'
 METHODS = ['rk4', 'dopri5', 'dop853', 'rodas5p', 'ros34pw2', 'radau13']
 # What a step asks for, and the benchmark that says what it takes.
-PARTS = {'evaluations': 'in a row/evaluation', 'linearizations': 'solve/linearize', 'factors': 'solve/factor',
+PARTS = {'evaluations': 'evaluation/crooked/' + OURS, 'linearizations': 'solve/linearize', 'factors': 'solve/factor',
          'solves': 'solve/solve', 'complex_factors': 'solve/complex factor', 'complex_solves': 'solve/complex solve'}
 
 
