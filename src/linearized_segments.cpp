@@ -1,5 +1,7 @@
 #include "planar_chain/linearized_segments.h"
 
+#include <vector>
+
 #include "planar_chain/segments.h"
 #include "simd/kernel.h"
 

@@ -10,8 +10,8 @@
 /// The two works stand there only if something may supply or dissipate.
 ///
 /// What runs is chosen when the chain is given, by its length and by what it has, and again when something
-/// starts or stops to act: rates() goes through a list of the effects there are, and has no question
-/// to ask.
+/// starts or stops to act: rates() goes through a list of the effects there are, or knows that there are
+/// none.
 
 #include <complex>
 #include <optional>

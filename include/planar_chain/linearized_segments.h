@@ -29,7 +29,6 @@
 
 #include <complex>
 #include <memory>
-#include <vector>
 
 #include "planar_chain/cache_lines.h"
 #include "planar_chain/chain.h"

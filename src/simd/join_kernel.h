@@ -79,6 +79,15 @@ inline Square operator*(const Sym2<Real>& A, const Square& M) {
   return {mulAdd(A.xx, M.x, A.xy * M.y), mulAdd(A.xy, M.x, A.yy * M.y)};
 }
 
+inline Square transposed(const Square& M) {
+  return {{M.x.x, M.y.x}, {M.x.y, M.y.y}};
+}
+/// A + M Nᵀ, which is symmetric.
+inline Sym2<Real> plusSymmetric(const Sym2<Real>& A, const Square& M, const Square& N) {
+  return {mulAdd(M.x.x, N.x.x, mulAdd(M.x.y, N.x.y, A.xx)), mulAdd(M.x.x, N.y.x, mulAdd(M.x.y, N.y.y, A.xy)),
+          mulAdd(M.y.x, N.y.x, mulAdd(M.y.y, N.y.y, A.yy))};
+}
+
 /// What a segment shows.
 struct Handles {
   Vector d;
@@ -140,20 +149,12 @@ class JoinedPair {
     KG_ = K * G;
     Kb_ = KA_ * c_;
     Kb_ += K * turnedBack(Half::outer(all.b));
-    const Square GKA = G_ * KA_;
-    pair.A = Half::inner(all.A);
-    pair.A = {mulAdd(GKA.x.x, G_.x.x, mulAdd(GKA.x.y, G_.x.y, pair.A.xx)),
-              mulAdd(GKA.x.x, G_.y.x, mulAdd(GKA.x.y, G_.y.y, pair.A.xy)),
-              mulAdd(GKA.y.x, G_.y.x, mulAdd(GKA.y.y, G_.y.y, pair.A.yy))};
+    pair.A = plusSymmetric(Half::inner(all.A), G_ * KA_, G_);
     pair.b = Half::inner(all.b);
     pair.b += G_ * Kb_;
     pair.G = G_ * KG_;
     pair.G = {{flushed(pair.G.x.x), flushed(pair.G.x.y)}, {flushed(pair.G.y.x), flushed(pair.G.y.y)}};
-    const Square CKG = C_ * KG_;
-    pair.C = Half::outer(all.C);
-    pair.C = {mulAdd(G.x.x, CKG.x.x, mulAdd(G.y.x, CKG.y.x, pair.C.xx)),
-              mulAdd(G.x.x, CKG.x.y, mulAdd(G.y.x, CKG.y.y, pair.C.xy)),
-              mulAdd(G.x.y, CKG.x.y, mulAdd(G.y.y, CKG.y.y, pair.C.yy))};
+    pair.C = plusSymmetric(Half::outer(all.C), transposed(G), transposed(C_ * KG_));
     pair.c = Half::outer(all.c);
     pair.c += transposedTimes(G, c_ - C_ * Kb_);
 

@@ -144,13 +144,6 @@ struct Reader {
   void read(Matrix2<Number>& a) { (*this)(a.xx, a.xy, a.yx, a.yy); }
 };
 
-template <class Number>
-[[gnu::always_inline]] inline Number fromRows(ConstRows& from) {
-  Number a;
-  for (int k = 0; k < parts<Number>; ++k) part(a, k) = Real::load(*from++);
-  return a;
-}
-
 // ---- Arrays of the caller --------------------------------------------------------------------
 
 /// A number of each body of step i + shift; 0 where there is none.

@@ -102,22 +102,22 @@ struct Axes {
 
 // ---- Groups of lanes -------------------------------------------------------------------------------
 
-template <int size, class F>
+template <class F>
 inline ComplexLanes eachPart(ComplexLanes a, F f) {
   return {f(a.re), f(a.im)};
 }
-template <int size, class F>
+template <class F>
 inline Real eachPart(Real a, F f) {
   return f(a);
 }
 template <int size, class Number>
 inline Triple<Number> innerOf(const Triple<Number>& a) {
-  const auto one = [](Number x) { return eachPart<size>(x, [](Real r) { return ofInner<size>(r); }); };
+  const auto one = [](Number x) { return eachPart(x, [](Real r) { return ofInner<size>(r); }); };
   return {one(a.x), one(a.y), one(a.z)};
 }
 template <int size, class Number>
 inline Triple<Number> outerOf(const Triple<Number>& a) {
-  const auto one = [](Number x) { return eachPart<size>(x, [](Real r) { return ofOuter<size>(r); }); };
+  const auto one = [](Number x) { return eachPart(x, [](Real r) { return ofOuter<size>(r); }); };
   return {one(a.x), one(a.y), one(a.z)};
 }
 template <int size, class Number>

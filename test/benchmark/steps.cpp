@@ -61,8 +61,7 @@ const benchmark::UserCounters& callsOf(const std::string& method, int n) {
   return place->second;
 }
 
-/// Evaluations that wait for each other, as those of a step do: where the next state stands depends on what
-/// the last one gave.
+/// Evaluations that wait for each other: where the next state stands depends on what the last one gave.
 void measureInARow(benchmark::State& state, int n) {
   MovingRods at(n, crooked(n));
   const double* y = at.y.data();
