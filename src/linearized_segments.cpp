@@ -44,11 +44,10 @@ LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::K
       kernel_(kernel ? *kernel : simd::kernelFor(chain.size())),
       solver_(solverFor(kernel_, Scalar())),
       n_(chain.size()),
-      steps_((n_ + kernel_.lanes - 1) / kernel_.lanes),
+      steps_(stepsOfSegments(n_, kernel_.lanes)),
       state_(std::make_shared<SegmentsState>()) {
   const auto places = static_cast<std::size_t>(steps_ * kernel_.lanes);
   state_->links = linksInLanes(chain, kernel_.lanes);
-  state_->joints = CacheLines(places * LinearArrays::jointQuantities);
   state_->bodies = CacheLines(places * LinearArrays::stateQuantities);
   const std::vector<double> none(static_cast<std::size_t>(n_));
   setJoints(none.data(), none.data());
@@ -91,7 +90,6 @@ simd::LinearArrays LinearizedSegments<Scalar>::arrays() {
   return {steps_,
           n_,
           state_->links.data(),
-          state_->joints.data(),
           state_->bodies.data(),
           inward_.data(),
           handles_.data(),
@@ -105,10 +103,9 @@ void LinearizedSegments<Scalar>::setJoints(const double* k, const double* d) {
   const auto lanes = static_cast<std::ptrdiff_t>(kernel_.lanes);
   for (int place = 0; place < steps_ * kernel_.lanes; ++place) {
     const int i = place / kernel_.lanes, lane = place % kernel_.lanes, j = lane * steps_ + i;
-    double* joint = state_->joints.data() + i * LinearArrays::jointQuantities * lanes + lane;
-    joint[0] = state_->links.data()[i * simd::SegmentArrays::linkQuantities * lanes + lane];
-    joint[lanes] = j < n_ ? k[j] : 0;
-    joint[2 * lanes] = j < n_ ? d[j] : 0;
+    double* joint = state_->bodies.data() + i * LinearArrays::stateQuantities * lanes + lane;
+    joint[0] = j < n_ ? k[j] : 0;
+    joint[lanes] = j < n_ ? d[j] : 0;
   }
 }
 

@@ -23,14 +23,20 @@ bool Segments::areWorthwhile(int n) {
   return n >= leastLinks && simd::kernels().front()->lanes >= leastLanes;
 }
 
+int stepsOfSegments(int n, int lanes) {
+  constexpr int apart = 128;  // numbers: 1 KB, of a cache that repeats itself every 4
+  const int steps = (n + lanes - 1) / lanes;
+  return steps % apart == 0 ? steps + 1 : steps;
+}
+
 namespace {
 
 /// bodyIn(s, i, steps): the number of the body in lane s of step i.
 template <class BodyIn>
-CacheLines linksWith(const Chain& chain, int lanes_, BodyIn bodyIn) {
+CacheLines linksWith(const Chain& chain, int lanes_, int steps_, BodyIn bodyIn) {
   const auto lanes = static_cast<std::size_t>(lanes_);
   const std::vector<Link>& all = chain.links();
-  const std::size_t steps = (all.size() + lanes - 1) / lanes;
+  const auto steps = static_cast<std::size_t>(steps_);
   CacheLines links(steps * lanes * linkQuantities);
   for (std::size_t s = 0; s < lanes; ++s) {
     for (std::size_t i = 0; i < steps; ++i) {
@@ -53,20 +59,20 @@ CacheLines linksWith(const Chain& chain, int lanes_, BodyIn bodyIn) {
 }  // namespace
 
 CacheLines linksInLanes(const Chain& chain, int lanes) {
-  return linksWith(chain, lanes,
+  return linksWith(chain, lanes, stepsOfSegments(chain.size(), lanes),
                    [](std::size_t s, std::size_t i, std::size_t steps) { return s * steps + i; });
 }
 
 CacheLines linksInBlocks(const Chain& chain, int lanes) {
-  return linksWith(chain, lanes, [lanes](std::size_t s, std::size_t i, std::size_t) {
-    return i * static_cast<std::size_t>(lanes) + s;
-  });
+  return linksWith(
+      chain, lanes, (chain.size() + lanes - 1) / lanes,
+      [lanes](std::size_t s, std::size_t i, std::size_t) { return i * static_cast<std::size_t>(lanes) + s; });
 }
 
 Segments::Segments(const Chain& chain, const simd::Kernel* kernel)
     : kernel_(kernel ? *kernel : simd::kernelFor(chain.size())),
       n_(chain.size()),
-      steps_((n_ + kernel_.lanes - 1) / kernel_.lanes),
+      steps_(stepsOfSegments(n_, kernel_.lanes)),
       links_(linksInLanes(chain, kernel_.lanes)),
       handles_(static_cast<std::size_t>(steps_ * kernel_.lanes) * handleQuantities) {}
 

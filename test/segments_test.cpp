@@ -134,7 +134,7 @@ TEST(Segments, AreAsExactAsTheRecursionLinkByLink) {
   // straight and crooked, where what a segment passes on becomes too small to be told.
   std::vector<int> lengths;
   for (int n = 1; n <= 40; ++n) lengths.push_back(n);
-  for (const int n : {100, 1000, 10000}) lengths.push_back(n);
+  for (const int n : {100, 1000, 1024, 10000}) lengths.push_back(n);
   for (const int n : lengths) {
     for (const double bend : {0.01, 1.0}) {
       for (const Acting acting : everything) {
@@ -349,7 +349,7 @@ void compareSolves(const Linear& at, Scalar s, double factor) {
 TEST(LinearizedSegments, AreAsExactAsTheSolveLinkByLink) {
   std::vector<int> lengths;
   for (int n = 1; n <= 20; ++n) lengths.push_back(n);
-  for (const int n : {33, 100, 1000, 10000}) lengths.push_back(n);
+  for (const int n : {33, 100, 1000, 1024, 10000}) lengths.push_back(n);
   for (const int n : lengths) {
     for (const double bend : {0.01, 1.0}) {
       for (const double k : {0.0, 1e3, 1e9}) {

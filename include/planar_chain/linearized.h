@@ -13,19 +13,19 @@
 /// (products of complex numbers). The joint at the inner pin resists with k̂ = k + s d. What hangs on a pin
 /// shows its parent, which moves by δa and turns by σ + u', the force B δa + h u' + b and the moment
 /// p·δa + q u' + r. With a the acceleration of the inner pin less gravity, F_outer the force on the next body
-/// at its pin, X·F summed over the loads, inwards:
+/// at its pin, X·F summed over the loads, J = I + m|R|² and z = x + i y, inwards:
 ///
-///     κ   = X·F − R·(m a) − P·F_outer
-///     U_R = m zR + B zP + h                U_L = m iR + Bᵀ iP + p
-///     D_m = (I + m|R|²) s² + κ + q + iP·(B zP + h) + p·(zP)        D = D_m + k̂
+///     κ   = X·F − R·(m a) − P·F_outer            λ   = Bᵀ iP + p
+///     E_v = m iR + B iP                          E_d = m R + B P
+///     U_R = y E_v + x E_d + h                    U_L = m iR + λ
+///     D_m = J s² + κ + q + iP·h + y λ·iP + x λ·P        D = D_m + k̂
 ///     B ← m·1 + B − U_R U_Lᵀ/D     h ← U_R k̂/D     p ← k̂ U_L/D     q ← k̂ D_m/D
 ///
-///     ε   = (I + m|R|²) ρ_v − κ σ + δ − iP·b + (m iR − U_L)·(wP) − r     δ = −k (σ_j − σ_{j−1})
-///     b ← m wR + B wP + b + U_R ε/D     r ← δ − k̂ ε/D
+///     M_v = J + λ·iP     M_q = ω² λ·iP + α λ·P − κ     E_q = ω² E_v + α E_d     δ = −k (σ_j − σ_{j−1})
+///     ε   = M_v ρ_v + M_q σ + δ − iP·b − r
+///     b ← b − E_v ρ_v − E_q σ + U_R ε/D     r ← δ − k̂ ε/D
 ///
 /// and outwards:  u' = (k̂ u'_parent + ε − U_L·δa)/D     δa ← δa + u' zP + wP.
-///
-/// (U_L − m iR)·(wP) is iP·(B wP) + p·(wP): so p need not be kept.
 ///
 /// q is not written k̂ − k̂²/D, which cancels for stiff springs. The handles are not symmetric, as J is not.
 /// Everything is analytic in s, so Scalar may be complex.
@@ -71,19 +71,13 @@ struct Shown {
   Scalar q{};
 };
 
-/// What the factorization keeps of a body: its outer neighbour's B, and its own.
+/// What the factorization keeps of a body.
 template <class Scalar>
 struct LinearHandle {
-  Matrix2<Scalar> B;
-  Vec2<Scalar> UR, zP, ULD;  ///< ULD: U_L/D
-  Scalar inverseD, k, kD;    ///< k: k̂; kD: k̂/D
-};
-
-/// What the way in keeps of a body for the way out.
-template <class Scalar>
-struct Sweep {
-  Vec2<Scalar> wP;
-  Scalar epsilonD;  ///< ε/D
+  Scalar Mv, Mq, inverseD;  ///< inwards
+  Vec2<Scalar> Ev, Eq, UR;
+  Vec2<Scalar> ULD;  ///< outwards: U_L/D
+  Scalar kD;         ///< k̂/D
 };
 
 /// k̂
@@ -92,53 +86,86 @@ Scalar stiffness(const BodyAt<Real>& body, Scalar s) {
   return mulAdd(s, body.d, Scalar(body.k));
 }
 
+/// z
+template <class Scalar, class Real>
+Vec2<Scalar> turnOf(const BodyAt<Real>& body, Scalar s) {
+  return {Real(-2) * body.omega * s - body.alpha, s * s - body.omega * body.omega};
+}
+
+/// w
+template <class Scalar, class Real>
+Vec2<Scalar> driftOf(const BodyAt<Real>& body, Scalar sigma, Scalar rhoV) {
+  return {-(body.alpha * sigma), -rhoV - body.omega * body.omega * sigma};
+}
+
 /// One body inwards, for the factorization of s·1 − J.
 template <class Scalar, class Real>
 LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>& shown) {
-  const Vec2<Scalar> z{Real(-2) * body.omega * s - body.alpha, s * s - body.omega * body.omega};
-  const Vec2<Scalar> zR = turnScale(z, body.R);
-  const Vec2<Scalar> zP = turnScale(z, body.P);
-  const Vec2<Real> iP = perp(body.P);
-  const Scalar k = stiffness(body, s);
+  const auto [x, y] = turnOf(body, s);
+  const Vec2<Real> P = body.P, iP = perp(P);
+  const Real ww = body.omega * body.omega;
   const Matrix2<Scalar>& B = shown.B;
 
-  const Vec2<Scalar> BzPh{mulAdd(B.xx, zP.x, mulAdd(B.xy, zP.y, shown.h.x)),
-                          mulAdd(B.yx, zP.x, mulAdd(B.yy, zP.y, shown.h.y))};
-  const Vec2<Scalar> UR = mulAdd(body.m, zR, BzPh);
-  const Vec2<Scalar> miRp = mulAdd(body.m, perp(body.R), shown.p);
-  const Vec2<Scalar> UL{mulAdd(iP.x, B.xx, mulAdd(iP.y, B.yx, miRp.x)),
-                        mulAdd(iP.x, B.xy, mulAdd(iP.y, B.yy, miRp.y))};
-  const Scalar Dm = mulAdd(body.J, s * s, body.kappa + shown.q) + dotMixed(iP, BzPh) + dot(shown.p, zP);
+  const Vec2<Scalar> lambda{mulAdd(iP.x, B.xx, mulAdd(iP.y, B.yx, shown.p.x)),
+                            mulAdd(iP.x, B.xy, mulAdd(iP.y, B.yy, shown.p.y))};
+  const Scalar alongTurn = dotMixed(iP, lambda), alongPin = dotMixed(P, lambda);
+  const Vec2<Scalar> Ev{mulAdd(iP.x, B.xx, mulAdd(iP.y, B.xy, Scalar(-body.m * body.R.y))),
+                        mulAdd(iP.x, B.yx, mulAdd(iP.y, B.yy, Scalar(body.m * body.R.x)))};
+  const Vec2<Scalar> Ed{mulAdd(P.x, B.xx, mulAdd(P.y, B.xy, Scalar(body.m * body.R.x))),
+                        mulAdd(P.x, B.yx, mulAdd(P.y, B.yy, Scalar(body.m * body.R.y)))};
+  const Vec2<Scalar> UR = mulAdd(y, Ev, mulAdd(x, Ed, shown.h));
+  const Vec2<Scalar> UL = mulAdd(body.m, perp(body.R), lambda);
+
+  const Scalar Dm = mulAdd(body.J, s * s, body.kappa + shown.q) +
+                    (dotMixed(iP, shown.h) + mulAdd(y, alongTurn, x * alongPin));
+  const Scalar k = stiffness(body, s);
   const Scalar inverseD = Real(1) / (Dm + k);
   const Scalar kD = k * inverseD;
   const Vec2<Scalar> ULD = inverseD * UL;
-  const LinearHandle<Scalar> handle{B, UR, zP, ULD, inverseD, k, kD};
   shown.B = {mulAdd(-UR.x, ULD.x, body.m + B.xx), mulAdd(-UR.x, ULD.y, B.xy), mulAdd(-UR.y, ULD.x, B.yx),
              mulAdd(-UR.y, ULD.y, body.m + B.yy)};
   shown.h = kD * UR;
   shown.p = k * ULD;
   shown.q = kD * Dm;
-  return handle;
+  return {body.J + alongTurn,
+          mulAdd(ww, alongTurn, mulAdd(body.alpha, alongPin, Scalar(-body.kappa))),
+          inverseD,
+          Ev,
+          {mulAdd(ww, Ev.x, body.alpha * Ed.x), mulAdd(ww, Ev.y, body.alpha * Ed.y)},
+          UR,
+          ULD,
+          kD};
 }
 
 /// One body inwards, for a right-hand side: b and r of what hangs on its outer pin become those of what hangs
-/// on its inner one. bend: σ less that of the parent.
+/// on its inner one. Returns ε/D. bend: σ less that of the parent.
 template <class Scalar, class Real>
-Sweep<Scalar> carry(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle, Scalar sigma, Scalar bend,
-                    Scalar rhoV, Vec2<Scalar>& b, Scalar& r) {
-  const Vec2<Scalar> w{-(body.alpha * sigma), -rhoV - body.omega * body.omega * sigma};
-  const Vec2<Scalar> wR = turnScale(w, body.R);
-  const Vec2<Scalar> wP = turnScale(w, body.P);
+Scalar carry(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle, Scalar s, Scalar sigma,
+             Scalar bend, Scalar rhoV, Vec2<Scalar>& b, Scalar& r) {
   const Scalar delta = -(body.k * bend);
-  const Scalar own = mulAdd(body.J, rhoV, mulAdd(-body.kappa, sigma, delta - r)) - dotMixed(perp(body.P), b) +
-                     body.m * dotMixed(perp(body.R), wP);
-  const Scalar eD = own * handle.inverseD - dot(handle.ULD, wP);
-  const Vec2<Scalar> BwPb{mulAdd(handle.B.xx, wP.x, mulAdd(handle.B.xy, wP.y, b.x)),
-                          mulAdd(handle.B.yx, wP.x, mulAdd(handle.B.yy, wP.y, b.y))};
-  b = mulAdd(eD, handle.UR, mulAdd(body.m, wR, BwPb));
-  r = delta - handle.k * eD;
-  return {wP, eD};
+  const Scalar own = mulAdd(handle.Mv, rhoV, mulAdd(handle.Mq, sigma, delta - r));
+  const Scalar epsilonD = (own - dotMixed(perp(body.P), b)) * handle.inverseD;
+  b = mulAdd(epsilonD, handle.UR, mulAdd(-rhoV, handle.Ev, mulAdd(-sigma, handle.Eq, b)));
+  r = mulAdd(-stiffness(body, s), epsilonD, delta);
+  return epsilonD;
 }
+
+/// δa and u' of the way out, from body to body.
+template <class Scalar>
+struct Moving {
+  Vec2<Scalar> da;
+  Scalar parent{};
+
+  template <class Real>
+  void pass(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle, Scalar s, Scalar sigma, Scalar rhoV,
+            Scalar epsilonD) {
+    const Vec2<Scalar> zP = turnScale(turnOf(body, s), body.P);
+    const Vec2<Scalar> wP = turnScale(driftOf(body, sigma, rhoV), body.P);
+    const Scalar pulled = mulAdd(-handle.ULD.x, da.x, mulAdd(-handle.ULD.y, da.y, epsilonD));
+    parent = mulAdd(handle.kD, parent, pulled);
+    da = mulAdd(parent, zP, da + wP);
+  }
+};
 
 /// The real numbers below those of a solve.
 template <class Scalar>
@@ -162,7 +189,7 @@ class Linearized {
         bodies_(*shared_),
         forces_(static_cast<std::size_t>(n_)),
         handles_(static_cast<std::size_t>(n_)),
-        sweeps_(static_cast<std::size_t>(n_)) {}
+        epsilonD_(static_cast<std::size_t>(n_)) {}
 
   /// Another factorization at the state of `other`, whenever that is linearized.
   template <class Other>
@@ -172,7 +199,7 @@ class Linearized {
         shared_(other.shared_),
         bodies_(*shared_),
         handles_(static_cast<std::size_t>(n_)),
-        sweeps_(static_cast<std::size_t>(n_)) {}
+        epsilonD_(static_cast<std::size_t>(n_)) {}
 
   /// k (N m/rad), d (N m s/rad) of each joint, with whatever acts like a spring or damper there; 0 before. n
   /// values each. Allocates nothing.
@@ -230,17 +257,14 @@ class Linearized {
     for (int j = n_ - 1; j >= 0; --j) {
       const Scalar sigma = rhoQ[j] / s_;
       const Scalar bend = j > 0 ? sigma - rhoQ[j - 1] / s_ : sigma;
-      sweeps_[index(j)] = carry(bodies_[index(j)], handles_[index(j)], sigma, bend, rhoV[j], b, r);
+      epsilonD_[index(j)] = carry(bodies_[index(j)], handles_[index(j)], s_, sigma, bend, rhoV[j], b, r);
     }
-    Vec2<Scalar> da;
-    Scalar parent{};
+    Moving<Scalar> moving;
     for (int j = 0; j < n_; ++j) {
-      const LinearHandle<Scalar>& handle = handles_[index(j)];
-      const Sweep<Scalar>& sweep = sweeps_[index(j)];
-      parent = handle.kD * parent + sweep.epsilonD - dot(handle.ULD, da);
-      da += parent * handle.zP + sweep.wP;
-      u[j] = rhoQ[j] / s_ + parent;
-      v[j] = s_ * parent;
+      const Scalar sigma = rhoQ[j] / s_;
+      moving.pass(bodies_[index(j)], handles_[index(j)], s_, sigma, rhoV[j], epsilonD_[index(j)]);
+      u[j] = sigma + moving.parent;
+      v[j] = s_ * moving.parent;
     }
   }
 
@@ -257,7 +281,7 @@ class Linearized {
   std::vector<BodyAt<Real>>& bodies_;
   std::vector<Vec2<Real>> forces_;  ///< m × acceleration of the centre of mass less gravity
   std::vector<LinearHandle<Scalar>> handles_;
-  std::vector<Sweep<Scalar>> sweeps_;
+  std::vector<Scalar> epsilonD_;
 };
 
 }  // namespace planar_chain

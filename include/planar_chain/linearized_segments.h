@@ -44,7 +44,7 @@ struct LinearArrays;
 
 /// What all factorizations at one state share.
 struct SegmentsState {
-  CacheLines links, joints, bodies;
+  CacheLines links, bodies;
 };
 
 template <class Scalar = double>

@@ -44,6 +44,10 @@ namespace simd {
 struct Kernel;
 }
 
+/// Links in the longest of so many segments. One more where the segments would stand as far apart as a CPU's
+/// cache repeats itself.
+int stepsOfSegments(int n, int lanes);
+
 /// What the recursions need of the links, m, I, r and p, for a chain cut into `lanes` segments: lane s of
 /// step i is body s·steps + i; those beyond the end are without mass and length.
 CacheLines linksInLanes(const Chain& chain, int lanes);

@@ -39,15 +39,15 @@ constexpr int mostLanes = 8;
 
 /// The same layout, for the exact solve; see linearized_segments.h.
 struct LinearArrays {
-  static constexpr int jointQuantities = 3;    ///< m, k, d
-  static constexpr int stateQuantities = 8;    ///< J, ω, α, κ, R, P
-  static constexpr int inwardQuantities = 6;   ///< B, U_R
-  static constexpr int handleQuantities = 5;   ///< zP, U_L/D, 1/D
+  static constexpr int jointQuantities = 2;    ///< k, d
+  static constexpr int stateQuantities = 11;   ///< those, ω, α, P, which a solve reads; R, m, J, κ
+  static constexpr int inwardQuantities = 9;   ///< 1/D, U_R, M_v, M_q, E_v, E_q
+  static constexpr int handleQuantities = 3;   ///< U_L/D, k̂/D
   static constexpr int outwardQuantities = 3;  ///< t/D
-  static constexpr int sweepQuantities = 3;    ///< wP, ε/D
+  static constexpr int sweepQuantities = 3;    ///< ρ_q, ρ_v, ε/D; of linearize(), a
   static constexpr int pairQuantities = 74;    ///< d, and eight matrices
   int steps, bodies;
-  const double *links, *joints;  ///< links: as in SegmentArrays
+  const double* links;  ///< as in SegmentArrays
   double* state;
   /// What the factorization keeps for the way in of a solve, for both ways and for the way out, and what the
   /// way in keeps for the way out: numbers of the solve, so a complex one has its real parts first. No more

@@ -38,24 +38,16 @@ double* sweepAt(const LinearArrays& arrays, int i) {
   return placeOf<Number>(arrays.sweeps, LinearArrays::sweepQuantities, i);
 }
 
-const double* jointAt(const LinearArrays& arrays, int i) {
-  return arrays.joints + static_cast<std::ptrdiff_t>(i) * LinearArrays::jointQuantities * laneCount;
-}
-
 double* stateAt(const LinearArrays& arrays, int i) {
   return placeOf<Real>(arrays.state, LinearArrays::stateQuantities, i);
 }
 
 inline BodyAt<Real> bodyAt(const LinearArrays& arrays, int i) {
   BodyAt<Real> body;
-  Reader<Real> joint(jointAt(arrays, i));
-  joint(body.m, body.k, body.d);
   Reader<Real> state(stateAt(arrays, i));
-  state(body.J, body.omega, body.alpha, body.kappa, body.R, body.P);
+  state(body.k, body.d, body.omega, body.alpha, body.P, body.R, body.m, body.J, body.kappa);
   return body;
 }
-
-constexpr int kappaPlace = 3;
 
 /// a + iα X − ω² X
 Vector accelerationAt(const BodyAt<Real>& body, Vector a, Vector X) {
@@ -87,8 +79,8 @@ void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Row
     body.J = mulAdd(body.m, dot(body.R, body.R), inertia);
     body.omega = gathered<Real>(arrays, at.omega, i);
     body.alpha = gathered<Real>(arrays, at.alpha, i);
-    Writer<Real> write(stateAt(arrays, i));
-    write(body.J, body.omega, body.alpha, Real(), body.R, body.P);
+    Writer<Real> write(stateAt(arrays, i) + LinearArrays::jointQuantities * laneCount);
+    write(body.omega, body.alpha, body.P, body.R, body.m, body.J);
     Writer<Real> pin(sweepAt<Real>(arrays, i));
     pin(a);
 
@@ -113,7 +105,7 @@ void linearizeInwardsAll(const LinearArrays& arrays, const LinearState& at, Cons
     a += start;
     Real kappa = mulAdd(-body.m, dot(body.R, a), -dot(body.P, outer));
     if (at.XF) kappa += gathered<Real>(arrays, at.XF, i);
-    kappa.store(stateAt(arrays, i) + kappaPlace * laneCount);
+    kappa.store(stateAt(arrays, i + 1) - laneCount);
     outer += inertialForce(body, a);
     if (at.F) outer -= readVector(arrays, at.F, i);
   }
@@ -126,16 +118,11 @@ Axes outerAxes(const LinearArrays& arrays) {
   return {unit(bodyAt(arrays, arrays.steps - 1).P)};
 }
 
-/// All that is of a body's own, but for U_R.
+/// What the way out of a solve reads, and the factorization of its own.
 template <class Number>
-inline void readHandle(const LinearArrays& arrays, int i, Number s, LinearHandle<Number>& to) {
+inline void readHandle(const LinearArrays& arrays, int i, LinearHandle<Number>& to) {
   Reader<Number> read(handleAt<Number>(arrays, i));
-  read(to.zP, to.ULD, to.inverseD);
-  BodyAt<Real> body;
-  Reader<Real> joint(jointAt(arrays, i));
-  joint(body.m, body.k, body.d);
-  to.k = stiffness(body, s);
-  to.kD = to.k * to.inverseD;
+  read(to.ULD, to.kD);
 }
 
 /// A factorization on its way in. A few steps at a time, and for these first what a body shows, then what it
@@ -173,9 +160,9 @@ class Factorization {
     for (int i = last - 1; i >= first; --i) {
       const LinearHandle<Number> handle = eliminate(bodyAt(arrays_, i), s_, shown);
       Writer<Number> inward(inwardAt<Number>(arrays_, i));
-      inward(handle.B, handle.UR);
-      Writer<Number> both(handleAt<Number>(arrays_, i));
-      both(handle.zP, handle.ULD, handle.inverseD);
+      inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
+      Writer<Number> outward(handleAt<Number>(arrays_, i));
+      outward(handle.ULD, handle.kD);
     }
     return shown;
   }
@@ -183,15 +170,14 @@ class Factorization {
   /// t = −Gᵀ(iP, 1), G ← G + (U_R, −k̂ …) tᵀ/D
   Matrix3<Number> carryG(int first, int last, Matrix3<Number> G) const {
     for (int i = last - 1; i >= first; --i) {
-      Reader<Number> inward(inwardAt<Number>(arrays_, i));
       LinearHandle<Number> handle;
-      inward(handle.B, handle.UR);
-      readHandle(arrays_, i, s_, handle);
-      const Vector P = bodyAt(arrays_, i).P;
-      const Triple<Number> tD = handle.inverseD * mulAdd(P.y, G.x, mulAdd(-P.x, G.y, -G.z));
+      Reader<Number> inward(inwardAt<Number>(arrays_, i));
+      inward(handle.inverseD, handle.UR);
+      const BodyAt<Real> body = bodyAt(arrays_, i);
+      const Triple<Number> tD = handle.inverseD * mulAdd(body.P.y, G.x, mulAdd(-body.P.x, G.y, -G.z));
       Writer<Number> write(outwardAt<Number>(arrays_, i));
       write(tD);
-      G = {mulAdd(handle.UR.x, tD, G.x), mulAdd(handle.UR.y, tD, G.y), -handle.k * tD};
+      G = {mulAdd(handle.UR.x, tD, G.x), mulAdd(handle.UR.y, tD, G.y), -stiffness(body, s_) * tD};
     }
     return G;
   }
@@ -201,8 +187,10 @@ class Factorization {
     Matrix3<Number> H = H_, C = C_;
     for (int i = last - 1; i >= first; --i) {
       LinearHandle<Number> handle;
-      readHandle(arrays_, i, s_, handle);
-      const Triple<Number> eta = mulAdd(handle.zP.x, H.x, mulAdd(handle.zP.y, H.y, H.z));
+      readHandle(arrays_, i, handle);
+      const BodyAt<Real> body = bodyAt(arrays_, i);
+      const Vec2<Number> zP = turnScale(turnOf(body, s_), body.P);
+      const Triple<Number> eta = mulAdd(zP.x, H.x, mulAdd(zP.y, H.y, H.z));
       H = {mulAdd(-handle.ULD.x, eta, H.x), mulAdd(-handle.ULD.y, eta, H.y), handle.kD * eta};
       Triple<Number> tD;
       Reader<Number> outward(outwardAt<Number>(arrays_, i));
@@ -230,71 +218,89 @@ PLANAR_CHAIN_IN_ONE_PIECE void factorAll(const LinearArrays& arrays, const doubl
   LinearPairs<Number, 1>::factor(factorization.shows(), arrays.pairs);
 }
 
-/// X = (δa, u') of the way out, from body to body.
+/// What a solve keeps of step i.
 template <class Number>
-struct Moving {
-  Vec2<Number> da;
-  Number parent;
+struct Sweep {
+  static constexpr int size = LinearArrays::sweepQuantities * parts<Number> * laneCount;
+  double *rhoQ, *rhoV, *epsilonD;
 
-  /// outside: t·Y'/D, for what is joined.
-  void pass(const LinearArrays& arrays, int i, Number s, Number outside) {
-    LinearHandle<Number> handle;
-    readHandle(arrays, i, s, handle);
-    Sweep<Number> sweep;
-    Reader<Number> read(sweepAt<Number>(arrays, i));
-    read(sweep.wP, sweep.epsilonD);
-    const Number pushed = outside + sweep.epsilonD;
-    const Number pulled = mulAdd(-handle.ULD.x, da.x, mulAdd(-handle.ULD.y, da.y, pushed));
-    parent = mulAdd(handle.kD, parent, pulled);
-    da = mulAdd(parent, handle.zP, da + sweep.wP);
-  }
+  Sweep(const LinearArrays& arrays, int i)
+      : rhoQ(sweepAt<Number>(arrays, i)),
+        rhoV(rhoQ + parts<Number> * laneCount),
+        epsilonD(rhoV + parts<Number> * laneCount) {}
 };
 
 /// b and r of what hangs on the segments' inner joints.
 template <class Number>
 inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s, const double* rhoQ,
                                    const double* rhoV) {
+  constexpr int block = stepsPerBlock<Number>;
   const Number inverseS = Real(1) / s;
   Vec2<Number> b;
   Number r = Real();
-  Number rho = gathered<Number>(arrays, rhoQ, arrays.steps - 1);
-  for (int i = arrays.steps - 1; i >= 0; --i) {
-    const Number rhoInner = gathered<Number, -1>(arrays, rhoQ, i);
-    LinearHandle<Number> handle;
-    Reader<Number> inward(inwardAt<Number>(arrays, i));
-    inward(handle.B, handle.UR);
-    readHandle(arrays, i, s, handle);
-    const BodyAt<Real> body = bodyAt(arrays, i);
-    const Sweep<Number> sweep = carry(body, handle, inverseS * rho, inverseS * (rho - rhoInner),
-                                      gathered<Number>(arrays, rhoV, i), b, r);
-    Writer<Number> write(sweepAt<Number>(arrays, i));
-    write(sweep.wP, sweep.epsilonD);
-    rho = rhoInner;
+  int end = arrays.steps;
+  for (int first = (end - 1) / block * block; first >= 0; end = first, first -= block) {
+    const Sweep<Number> to(arrays, first);
+    gatherBlock<Number>(arrays, rhoQ, first, to.rhoQ, to.size);
+    gatherBlock<Number>(arrays, rhoV, first, to.rhoV, to.size);
+    Number rho = loaded<Number>(Sweep<Number>(arrays, end - 1).rhoQ);
+    for (int i = end - 1; i >= first; --i) {
+      const Sweep<Number> sweep(arrays, i);
+      const Number rhoInner =
+          i > first ? loaded<Number>(sweep.rhoQ - to.size) : gathered<Number, -1>(arrays, rhoQ, i);
+      LinearHandle<Number> handle;
+      Reader<Number> inward(inwardAt<Number>(arrays, i));
+      inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
+      store(carry(bodyAt(arrays, i), handle, s, inverseS * rho, inverseS * (rho - rhoInner),
+                  loaded<Number>(sweep.rhoV), b, r),
+            sweep.epsilonD);
+      rho = rhoInner;
+    }
   }
   return {b.x, b.y, r};
+}
+
+/// Step i of the way out, where the solve left off; `outside`: what else has to do with ε/D.
+template <class Number>
+inline Number pass(const LinearArrays& arrays, int i, Number s, Number inverseS, Number outside,
+                   Moving<Number>& X) {
+  LinearHandle<Number> handle;
+  Reader<Number> read(handleAt<Number>(arrays, i));
+  read(handle.ULD, handle.kD);
+  const Sweep<Number> sweep(arrays, i);
+  const Number sigma = inverseS * loaded<Number>(sweep.rhoQ);
+  X.pass(bodyAt(arrays, i), handle, s, sigma, loaded<Number>(sweep.rhoV),
+         outside + loaded<Number>(sweep.epsilonD));
+  return sigma;
 }
 
 /// X' of each segment by itself.
 template <class Number>
 inline Triple<Number> ownMotion(const LinearArrays& arrays, Number s) {
-  Moving<Number> X{{}, Real()};
-  for (int i = 0; i < arrays.steps; ++i) X.pass(arrays, i, s, Real());
+  const Number inverseS = Real(1) / s;
+  Moving<Number> X;
+  for (int i = 0; i < arrays.steps; ++i) pass(arrays, i, s, inverseS, Number(Real()), X);
   return {X.da.x, X.da.y, X.parent};
 }
 
 template <class Number>
-inline void carryOutwards(const LinearArrays& arrays, Number s, const double* rhoQ,
-                          const Triple<Number>& start, const Triple<Number>& Y, double* u, double* v) {
+inline void carryOutwards(const LinearArrays& arrays, Number s, const Triple<Number>& start,
+                          const Triple<Number>& Y, double* u, double* v) {
+  constexpr int block = stepsPerBlock<Number>, stride = parts<Number> * laneCount;
   const Number inverseS = Real(1) / s;
   Moving<Number> X{{start.x, start.y}, start.z};
-  for (int i = 0; i < arrays.steps; ++i) {
-    Triple<Number> tD;
-    Reader<Number> outward(outwardAt<Number>(arrays, i));
-    outward(tD);
-    X.pass(arrays, i, s, dot(tD, Y));
-    const Number sigma = inverseS * gathered<Number>(arrays, rhoQ, i);
-    scattered(arrays, sigma + X.parent, i, u);
-    scattered(arrays, s * X.parent, i, v);
+  for (int first = 0; first < arrays.steps; first += block) {
+    alignas(64) double changes[2][block * stride];
+    for (int i = first; i < std::min(first + block, arrays.steps); ++i) {
+      Triple<Number> tD;
+      Reader<Number> outward(outwardAt<Number>(arrays, i));
+      outward(tD);
+      const Number sigma = pass(arrays, i, s, inverseS, dot(tD, Y), X);
+      store(sigma + X.parent, changes[0] + (i - first) * stride);
+      store(s * X.parent, changes[1] + (i - first) * stride);
+    }
+    scatterBlock<Number>(arrays, changes[0], first, u);
+    scatterBlock<Number>(arrays, changes[1], first, v);
   }
 }
 
@@ -307,7 +313,7 @@ PLANAR_CHAIN_IN_ONE_PIECE void solveAll(const LinearArrays& arrays, const double
   shown.c = outerAxes(arrays).fromGround(ownMotion(arrays, s));
   Triple<Number> X{Real(), Real(), Real()}, Y = X;
   LinearPairs<Number, 1>::solve(shown, arrays.pairs, X, Y);
-  carryOutwards(arrays, s, rhoQ, X, Y, u, v);
+  carryOutwards(arrays, s, X, Y, u, v);
 }
 
 template <class Number>
