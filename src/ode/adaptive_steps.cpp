@@ -24,6 +24,14 @@ constexpr double smallestError = 1e-4;  // remembered by the PI control
 constexpr int mostJumps = 10;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
+// What a step's length hangs on need not be exact, and single precision is fast.
+double log2(double x) {
+  return std::log2(static_cast<float>(x));
+}
+double exp2(double x) {
+  return std::exp2(static_cast<float>(x));
+}
+
 /// The end of the next step of about h: two steps of equal length rather than a last one that is tiny.
 double landing(double t, double end, double h) {
   const double left = end - t;
@@ -42,7 +50,7 @@ AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance toleran
       exponent_(1.0 / stepper_->errorOrder()),
       beta_(std::min(mostBeta, 7 * mostBeta * exponent_)),
       aimed_(std::pow(sure, stepper_->errorOrder())),
-      lastLog_(std::log2(smallestError)),
+      lastLog_(log2(smallestError)),
       trial_(stepper_->increment()),
       trialDerivative_(stepper_->increment()) {
   if (stepper_->errorOrder() == 0) {
@@ -107,7 +115,7 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
     if (!isForeseen) {
       const double wanted = h * std::max(growth(error), isJump ? 1 : smallestFactor);
       h_ = std::min(wanted, justRejected_ ? h : largestFactor * h_);
-      lastLog_ = std::log2(std::max(error, smallestError));
+      lastLog_ = log2(std::max(error, smallestError));
     }
     justRejected_ = false;
     count_.lastError = error;
@@ -134,24 +142,22 @@ void AdaptiveSteps::begin() {
 void AdaptiveSteps::resume(double h) {
   stepper_->forget();
   h_ = h;
-  lastLog_ = std::log2(smallestError);
+  lastLog_ = log2(smallestError);
   justRejected_ = false;
   finite_ = true;
 }
 
-/// What a step is to be lengthened by whose error is known before it is tried; it has to be so again. By
-/// single precision, which is fast.
+/// What a step is to be lengthened by whose error is known before it is tried; it has to be so again.
 double AdaptiveSteps::foreseen(double error) const {
   if (!std::isfinite(error)) return smallestFactor;
-  const float log = std::log2(static_cast<float>(error));
-  const double factor = sure * std::exp2(static_cast<float>(-exponent_) * log);
+  const double factor = sure * exp2(-exponent_ * log2(error));
   return std::min(std::max(factor, smallestFactor), largestFactor);
 }
 
 /// error^−(exponent − ¾ β) × lastError^β, less a little.
 double AdaptiveSteps::growth(double error) const {
-  const double log = std::log2(std::max(error, 1e-30));
-  return safety * std::exp2(beta_ * lastLog_ - (exponent_ - 0.75 * beta_) * log);
+  const double log = log2(std::max(error, 1e-30));
+  return safety * exp2(beta_ * lastLog_ - (exponent_ - 0.75 * beta_) * log);
 }
 
 /// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is not finite.

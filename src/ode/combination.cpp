@@ -18,11 +18,18 @@ Combination::Combination(const std::vector<double>& weights, const std::vector<E
   run_ = simd::kernelFor(size_).vectors.combine[terms_.size() - 1];
 }
 
-std::vector<Combination> combinationsOf(const std::vector<std::vector<double>>& rows,
-                                        const std::vector<Eigen::VectorXd>& x) {
-  std::vector<Combination> combinations;
-  for (const std::vector<double>& row : rows) combinations.emplace_back(row, x);
-  return combinations;
+TwoCombinations::TwoCombinations(const std::vector<double>& first, const std::vector<double>& second,
+                                 const std::vector<Eigen::VectorXd>& x)
+    : run_(simd::kernelFor(x.front().size()).vectors.combineForTwo), first_(first), second_(second) {
+  for (std::size_t j = 0; j < first.size(); ++j) x_.push_back(x[j].data());
+  terms_.resize(x_.size());
+}
+
+void TwoCombinations::operator()(Eigen::Index begin, Eigen::Index count, const double* base, double* out,
+                                 double factor, const double* offset, double* other) {
+  for (std::size_t j = 0; j < x_.size(); ++j) terms_[j] = x_[j] + begin;
+  run_({first_.data(), second_.data(), terms_.data(), static_cast<int>(terms_.size())}, factor, base + begin,
+       out + begin, offset ? offset + begin : nullptr, other + begin, count);
 }
 
 }  // namespace planar_chain::ode

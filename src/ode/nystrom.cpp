@@ -23,7 +23,7 @@ std::vector<double> timesTable(const std::vector<double>& weights,
 }  // namespace
 
 NystromRow::NystromRow(const std::vector<double>& weights, double drift,
-                       const std::vector<std::vector<double>>& a, const std::vector<Eigen::VectorXd>& k,
+                       const std::vector<std::vector<double>>& a, const std::vector<double*>& k,
                        Eigen::Index positions, Eigen::Index others)
     : drift_(drift), positions_(positions), others_(others) {
   if (weights.empty()) return;  // the row of the first stage, or of what the method has not
@@ -34,8 +34,8 @@ NystromRow::NystromRow(const std::vector<double>& weights, double drift,
     if (weights[j] == 0 && forPositions == 0 && !isOnlyOne) continue;
     rates_.push_back(weights[j]);
     twice_.push_back(forPositions);
-    terms_.push_back(k[j].data());
-    otherTerms_.push_back(k[j].data() + positions);
+    terms_.push_back(k[j]);
+    otherTerms_.push_back(k[j] + positions);
   }
   combineTwice_ = simd::kernelFor(positions).vectors.combineTwice[terms_.size() - 1];
   combine_ = simd::kernelFor(others).vectors.combine[terms_.size() - 1];

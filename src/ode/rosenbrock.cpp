@@ -78,15 +78,15 @@ Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
     : table_(table),
       f_(f),
       U_(table.m.size(), Eigen::VectorXd::Zero(f.size())),
-      a_(combinationsOf(table.a, U_)),
-      C_(combinationsOf(table.C, U_)),
       m_(table.m, U_),
       e_(table.e, U_),
       slope_(Eigen::VectorXd::Zero(f.size())),
       timeSlope_(slope_),
       stage_(slope_),
+      rates_(Eigen::VectorXd::Zero(f.size() - f.positions())),
       increment_(slope_),
       error_(slope_) {
+  for (std::size_t i = 0; i < U_.size(); ++i) stages_.emplace_back(table.a[i], table.C[i], U_);
   f_.reserve(0);
 }
 
@@ -105,6 +105,19 @@ const Eigen::VectorXd& Rosenbrock::derivative(double t, const Eigen::VectorXd& y
   return slope_;
 }
 
+/// U ← f(t, y + Σ a_ij U_j) + Σ (C_ij/h) U_j. The positions' f is the rates of the stage.
+void Rosenbrock::findSide(std::size_t i, double t, double h, const Eigen::VectorXd& y) {
+  Eigen::VectorXd& U = U_[i];
+  const Eigen::Index positions = f_.positions();
+  const auto findSums = [&](Eigen::Index begin, Eigen::Index count, const double* offset) {
+    stages_[i](begin, count, y.data(), stage_.data(), 1 / h, offset, U.data());
+  };
+  findSums(positions, rates_.size(), nullptr);
+  if (positions > 0) findSums(0, positions, stage_.data() + positions);
+  f_.rates(t + table_.c[i] * h, stage_.data(), rates_.data());
+  U.tail(rates_.size()) += rates_;
+}
+
 void Rosenbrock::step(double t, double h, const Eigen::VectorXd& y) {
   derivative(t, y);
   f_.factor(1 / (h * table_.gamma));
@@ -113,9 +126,7 @@ void Rosenbrock::step(double t, double h, const Eigen::VectorXd& y) {
     if (i == 0) {
       U = slope_;
     } else {
-      a_[i].addTo(y, 1, stage_);
-      f_.derivative(t + table_.c[i] * h, stage_.data(), U.data());
-      C_[i].addTo(U, 1 / h, U);
+      findSide(i, t, h, y);
     }
     if (timeDependent_) U += (table_.d[i] * h) * timeSlope_;
     f_.solve(U.data(), U.data());

@@ -84,6 +84,13 @@ struct NystromWeights {
   double drift;
 };
 
+/// Of two sums of the same terms.
+struct WeightsOfTwo {
+  const double *first, *second;
+  const double* const* terms;
+  int count;
+};
+
 /// Vectors of the integrators.
 struct VectorKernel {
   static constexpr int mostTerms = 13;
@@ -96,6 +103,9 @@ struct VectorKernel {
   using CombineTwice = void (*)(const NystromWeights& weights, double h, const double* base, double* sum,
                                 double* out, std::ptrdiff_t n);
   std::array<CombineTwice, mostTerms> combineTwice;
+  /// out = base + Σ first_j terms_j, other = offset + factor Σ second_j terms_j; offset: or nullptr.
+  void (*combineForTwo)(const WeightsOfTwo& weights, double factor, const double* base, double* out,
+                        const double* offset, double* other, std::ptrdiff_t n);
   /// error ← error² / √(error² + 0.01 coarse²), component by component.
   void (*damp)(double* error, const double* coarse, std::ptrdiff_t n);
   /// Adds the increment to y, and to carry what rounding takes away. False, and nothing has changed, when y

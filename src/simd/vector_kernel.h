@@ -22,6 +22,14 @@ template <class F>
   if (i < n) f(i, static_cast<int>(n - i));
 }
 
+/// f(i, count, which), by turns for two sums, so that none waits for the one before.
+template <class F>
+[[gnu::always_inline]] inline void forRegistersByTurns(std::ptrdiff_t n, F f) {
+  std::ptrdiff_t i = 0;
+  for (; i + 2 * laneCount <= n; i += 2 * laneCount) f(i, laneCount, 0), f(i + laneCount, laneCount, 1);
+  forRegisters(n - i, [&](std::ptrdiff_t rest, int count) { f(i + rest, count, 0); });
+}
+
 template <int count>
 void combineOf(double factor, const double* weights, const double* const* terms, const double* base,
                double* sum, double* out, std::ptrdiff_t n) {
@@ -97,6 +105,21 @@ constexpr std::array<VectorKernel::CombineTwice, sizeof...(counts)> twoCombinati
   return {combineTwiceOf<counts + 1>...};
 }
 
+void combineForTwo(const WeightsOfTwo& weights, double factor, const double* base, double* out,
+                   const double* offset, double* other, std::ptrdiff_t n) {
+  forRegisters(n, [&](std::ptrdiff_t i, int size) {
+    Lanes first, second;
+    for (int j = 0; j < weights.count; ++j) {
+      const Lanes term = loadSome(weights.terms[j] + i, size);
+      first = mulAdd(Lanes(weights.first[j]), term, first);
+      second = mulAdd(Lanes(weights.second[j]), term, second);
+    }
+    const Lanes from = offset ? loadSome(offset + i, size) : Lanes();
+    storeSome(out + i, loadSome(base + i, size) + first, size);
+    storeSome(other + i, mulAdd(Lanes(factor), second, from), size);
+  });
+}
+
 void damp(double* error, const double* coarse, std::ptrdiff_t n) {
   forRegisters(n, [&](std::ptrdiff_t i, int count) {
     const Lanes fine = loadSome(error + i, count), rough = loadSome(coarse + i, count);
@@ -112,11 +135,11 @@ double sumOf(Lanes a) {
 }
 
 bool addCarried(double* y, double* carry, const double* increment, std::ptrdiff_t n) {
-  Lanes zero;  // NaN, if one sum is not finite
-  forRegisters(n, [&](std::ptrdiff_t i, int size) {
-    zero = mulAdd(Lanes(0), loadSome(y + i, size) + loadSome(increment + i, size), zero);
+  Lanes zero[2];  // NaN, if one sum is not finite
+  forRegistersByTurns(n, [&](std::ptrdiff_t i, int size, int which) {
+    zero[which] = mulAdd(Lanes(0), loadSome(y + i, size) + loadSome(increment + i, size), zero[which]);
   });
-  if (std::isnan(sumOf(zero))) return false;
+  if (std::isnan(sumOf(zero[0] + zero[1]))) return false;
   forRegisters(n, [&](std::ptrdiff_t i, int size) {
     const Lanes old = loadSome(y + i, size);
     const Lanes whole = loadSome(increment + i, size) + loadSome(carry + i, size);
@@ -136,27 +159,63 @@ void polynomial(double h, const double* c, int order, double* sum, std::ptrdiff_
   });
 }
 
-double largestRatio(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n) {
-  Lanes worst, zero;
-  forRegisters(n, [&](std::ptrdiff_t i, int count) {
+/// Errors, and what is allowed, of so many components from the i-th on.
+struct Errors {
+  const ErrorVectors& of;
+  Lanes most, rounding;
+
+  [[gnu::always_inline]] Lanes size(std::ptrdiff_t i, int count) const {
+    return absolute(loadSome(of.error + i, count));
+  }
+  [[gnu::always_inline]] Lanes allowed(std::ptrdiff_t i, int count) const {
     const Lanes y = loadSome(of.y + i, count);
     const Lanes next = y + loadSome(of.increment + i, count);
-    const Lanes size =
+    const Lanes scale =
         Lanes(1) + smaller(larger(absolute(y), absolute(next)), loadSome(of.ceiling + i, count));
-    const Lanes allowed = larger(Lanes(most) * size, Lanes(rounding) * loadSome(of.noise + i, count));
-    const Lanes ratio = absolute(loadSome(of.error + i, count)) / allowed;
-    worst = larger(ratio, worst);
-    zero = mulAdd(Lanes(0), ratio, zero);
-  });
-  if (std::isnan(sumOf(zero))) return std::numeric_limits<double>::quiet_NaN();
+    return larger(most * scale, rounding * loadSome(of.noise + i, count));
+  }
+};
+
+double largestOf(Lanes a) {
   double largest = 0;
-  for (int s = 0; s < laneCount; ++s) largest = worst.v[s] > largest ? worst.v[s] : largest;
+  for (int s = 0; s < laneCount; ++s) largest = a.v[s] > largest ? a.v[s] : largest;
   return largest;
 }
 
+[[gnu::noinline]] double largestRatioByDivision(const Errors& errors, std::ptrdiff_t n) {
+  Lanes worst, zero;
+  forRegisters(n, [&](std::ptrdiff_t i, int count) {
+    const Lanes ratio = errors.size(i, count) / errors.allowed(i, count);
+    worst = larger(ratio, worst);
+    zero = mulAdd(Lanes(0), ratio, zero);
+  });
+  return std::isnan(sumOf(zero)) ? std::numeric_limits<double>::quiet_NaN() : largestOf(worst);
+}
+
+/// Ratios are compared by products. Where one is not finite, divisions tell why.
+double largestRatio(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n) {
+  const Errors errors{of, Lanes(most), Lanes(rounding)};
+  Lanes error[2], allowed[2] = {Lanes(1), Lanes(1)}, zero[2];
+  forRegistersByTurns(n, [&](std::ptrdiff_t i, int count, int which) {
+    const Lanes size = errors.size(i, count), may = errors.allowed(i, count);
+    const Lanes own = size * allowed[which], before = error[which] * may;
+    const Integers isLarger = own.v > before.v;
+    error[which] = Lanes(isLarger ? size.v : error[which].v);
+    allowed[which] = Lanes(isLarger ? may.v : allowed[which].v);
+    zero[which] = mulAdd(Lanes(0), own + before, zero[which]);
+  });
+  if (std::isnan(sumOf(zero[0] + zero[1]))) return largestRatioByDivision(errors, n);
+  return largestOf(larger(error[0] / allowed[0], error[1] / allowed[1]));
+}
+
 using Counts = std::make_integer_sequence<int, VectorKernel::mostTerms>;
-constexpr VectorKernel vectorKernel{
-    combinations(Counts()), twoCombinations(Counts()), damp, addCarried, polynomial, largestRatio};
+constexpr VectorKernel vectorKernel{combinations(Counts()),
+                                    twoCombinations(Counts()),
+                                    combineForTwo,
+                                    damp,
+                                    addCarried,
+                                    polynomial,
+                                    largestRatio};
 
 }  // namespace
 }  // namespace planar_chain::simd

@@ -1,16 +1,21 @@
 #pragma once
 
-/// factor Σ_j w_j x_j for a row w of a method's table, and that added to something, in one pass over the
-/// components. Zeros are left out when it is made. Allocates then, and not later.
+/// Sums of vectors by rows of a method's table, in one pass over the components. They allocate when they are
+/// made, and not later.
 
 #include <Eigen/Core>
 #include <vector>
 
+namespace planar_chain::simd {
+struct WeightsOfTwo;
+}
+
 namespace planar_chain::ode {
 
+/// factor Σ_j w_j x_j, and that added to something.
 class Combination {
  public:
-  /// Of the first x, which stay where they are and have the same length.
+  /// Of the first x, which stay where they are and have the same length. Leaves zeros out.
   Combination(const std::vector<double>& weights, const std::vector<Eigen::VectorXd>& x);
 
   /// sum = factor Σ w_j x_j
@@ -36,8 +41,22 @@ class Combination {
   std::ptrdiff_t size_ = 0;
 };
 
-/// One a row.
-std::vector<Combination> combinationsOf(const std::vector<std::vector<double>>& rows,
-                                        const std::vector<Eigen::VectorXd>& x);
+/// Two sums of the same vectors.
+class TwoCombinations {
+ public:
+  TwoCombinations(const std::vector<double>& first, const std::vector<double>& second,
+                  const std::vector<Eigen::VectorXd>& x);
+
+  /// For `count` components from the one at `begin` on: out = base + Σ first_j x_j, and other = offset +
+  /// factor Σ second_j x_j; no offset: nullptr. The arrays begin with the vectors.
+  void operator()(Eigen::Index begin, Eigen::Index count, const double* base, double* out, double factor,
+                  const double* offset, double* other);
+
+ private:
+  void (*run_)(const simd::WeightsOfTwo& weights, double factor, const double* base, double* out,
+               const double* offset, double* other, std::ptrdiff_t n) = nullptr;
+  std::vector<double> first_, second_;
+  std::vector<const double*> x_, terms_;  ///< where they begin, and where they are read
+};
 
 }  // namespace planar_chain::ode

@@ -2,6 +2,7 @@
 
 /// The steps of every explicit Runge–Kutta method; see tableau.h.
 
+#include "planar_chain/cache_lines.h"
 #include "planar_chain/ode/nystrom.h"
 #include "planar_chain/ode/stepper.h"
 #include "planar_chain/ode/tableau.h"
@@ -34,10 +35,12 @@ class ExplicitRungeKutta : public Stepper {
   System& f_;
   Eigen::Index positions_;
   void (*damp_)(double* error, const double* coarse, std::ptrdiff_t n);
-  std::vector<Eigen::VectorXd> k_;  ///< f at the stages, but for the positions' part
+  Eigen::Index rates_;  ///< components of f but for the positions' part
+  CacheLines slopes_, stage_;
+  std::vector<double*> k_;  ///< these, at the stages
   std::vector<NystromRow> a_;
   NystromRow b_, e_, coarseWeights_;
-  Eigen::VectorXd slope_, stage_, increment_, coarse_, error_;
+  Eigen::VectorXd slope_, increment_, coarse_, error_;
   bool firstIsKnown_ = false;
 };
 

@@ -25,17 +25,15 @@ class NystromRow {
   /// weights: a row with at most one entry a stage; drift: what they add up to; a: the method's; k_j: α_j and
   /// the derivatives of so many others behind, which stay where they are. Allocates.
   NystromRow(const std::vector<double>& weights, double drift, const std::vector<std::vector<double>>& a,
-             const std::vector<Eigen::VectorXd>& k, Eigen::Index positions, Eigen::Index others);
+             const std::vector<double*>& k, Eigen::Index positions, Eigen::Index others);
 
   /// The sum without θ and ω, from those of base, or with them, or both. Allocate nothing.
   void increment(const Eigen::VectorXd& base, double h, Eigen::VectorXd& sum) const {
     run(h, base.data(), sum.data(), nullptr);
   }
-  void addTo(const Eigen::VectorXd& base, double h, Eigen::VectorXd& out) const {
-    run(h, base.data(), nullptr, out.data());
-  }
-  void addTo(const Eigen::VectorXd& base, double h, Eigen::VectorXd& sum, Eigen::VectorXd& out) const {
-    run(h, base.data(), sum.data(), out.data());
+  void addTo(const Eigen::VectorXd& base, double h, double* out) const { run(h, base.data(), nullptr, out); }
+  void addTo(const Eigen::VectorXd& base, double h, Eigen::VectorXd& sum, double* out) const {
+    run(h, base.data(), sum.data(), out);
   }
 
  private:

@@ -52,12 +52,14 @@ class Rosenbrock : public Stepper {
   void forget() override { linearized_ = false; }
 
  private:
+  void findSide(std::size_t i, double t, double h, const Eigen::VectorXd& y);
+
   RosenbrockTableau table_;
   LinearizedSystem& f_;
   std::vector<Eigen::VectorXd> U_;
-  std::vector<Combination> a_, C_;
+  std::vector<TwoCombinations> stages_;
   Combination m_, e_;
-  Eigen::VectorXd slope_, timeSlope_, stage_, increment_, error_;
+  Eigen::VectorXd slope_, timeSlope_, stage_, rates_, increment_, error_;
   bool linearized_ = false;
   bool timeDependent_ = false;
 };
