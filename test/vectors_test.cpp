@@ -88,6 +88,65 @@ TEST_P(Vectors, AreCombined) {
   }
 }
 
+TEST_P(Vectors, AreCombinedForTwo) {
+  constexpr std::size_t count = 5;
+  std::vector<std::vector<double>> terms;
+  std::vector<const double*> places;
+  for (std::size_t j = 0; j < count; ++j) terms.push_back(vector(n));
+  for (const auto& term : terms) places.push_back(term.data());
+  const std::vector<double> first = vector(count), second = vector(count), base = vector(n),
+                            offset = vector(n);
+  const double factor = 3.7;
+  std::vector<double> out = base, other = base, withOffset = base;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+    other[i] = 0;
+    for (std::size_t j = 0; j < count; ++j) {
+      out[i] += first[j] * terms[j][i];
+      other[i] += factor * second[j] * terms[j][i];
+    }
+    withOffset[i] = offset[i] + other[i];
+  }
+  forKernels([&](const VectorKernel& vectors) {
+    const WeightsOfTwo weights{first.data(), second.data(), places.data(), count};
+    for (const double* from : {static_cast<const double*>(nullptr), offset.data()}) {
+      std::vector<double> a = base, b = base;
+      vectors.combineForTwo(weights, factor, base.data(), a.data(), from, b.data(), n);
+      expectNear(a, out);
+      expectNear(b, from ? withOffset : other);
+    }
+  });
+}
+
+TEST_P(Vectors, FindTheLargestRatio) {
+  constexpr double share = 1e-6, rounding = 1e3, nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<double> y = vector(n), increment = vector(n), noise = vector(n);
+  std::vector<double> ceiling(y.size(), std::numeric_limits<double>::infinity()), error = vector(n);
+  ceiling[0] = 0.5;
+  const auto allowed = [&](std::size_t i) {
+    const double size = 1 + std::min(std::max(std::abs(y[i]), std::abs(y[i] + increment[i])), ceiling[i]);
+    return std::max(share * size, rounding * noise[i]);
+  };
+  const auto found = [&](const VectorKernel& vectors) {
+    return vectors.largestRatio({error.data(), y.data(), increment.data(), ceiling.data(), noise.data()},
+                                share, rounding, n);
+  };
+  forKernels([&](const VectorKernel& vectors) {
+    // Each component in its turn; up to where products of two such numbers are not finite.
+    for (std::size_t worst = 0; worst < static_cast<std::size_t>(n); ++worst) {
+      for (const double size : {1e-9, 1.0, -1e200, 1e304}) {
+        for (std::size_t i = 0; i < error.size() - 1; ++i) error[i] = 0.7 * allowed(i) * 1e-9;
+        error[worst] = size * allowed(worst);
+        EXPECT_NEAR(found(vectors) / std::abs(size), 1, 1e-14) << worst << " " << size;
+      }
+      for (const double bad : {nan, std::numeric_limits<double>::infinity()}) {
+        error[worst] = bad;
+        EXPECT_TRUE(std::isnan(found(vectors)));
+        error[worst] = 0;
+      }
+    }
+  });
+}
+
 TEST_P(Vectors, DampErrorsByCoarserOnes) {
   std::vector<double> fine = vector(n), coarse = vector(n), expected = fine;
   fine[0] = coarse[0] = 0;
