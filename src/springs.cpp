@@ -1,7 +1,5 @@
 #include "planar_chain/springs.h"
 
-#include <algorithm>
-
 namespace planar_chain {
 
 namespace {
@@ -35,31 +33,24 @@ Springs::Springs(const Chain& chain) {
     k_.resize(last - first_ + 1);
     dissipates = dissipates || joint.damping > 0;
   }
-  torque_.resize(std::min(block, size()));
-  const auto turned = [](const Joint& joint) { return joint.stiffness > 0 && joint.restAngle != 0; };
-  if (std::any_of(chain.joints().begin(), chain.joints().end(), turned)) rest_.resize(size());
+  rest_.resize(size());
+  torque_.resize(size());
   if (dissipates) d_.resize(size());
   for (std::size_t i = 0; i < size(); ++i) {
     const Joint& joint = chain.joints()[first_ + i];
     k_[i] = joint.stiffness;
-    if (!rest_.empty()) rest_[i] = joint.restAngle;
+    rest_[i] = joint.restAngle;
     if (dissipates) d_[i] = joint.damping;
   }
 }
 
-double Springs::findTorques(const double* theta, const double* omega, std::size_t begin, std::size_t count) {
-  const double *k = k_.data() + begin, *d = d_.data() + begin;
+double Springs::findTorques(const double* theta, const double* omega) {
+  const double *k = k_.data(), *rest = rest_.data(), *d = d_.data();
   double* __restrict torque = torque_.data();
-  const std::size_t first = first_ + begin;
-  if (rest_.empty()) {
-    forDifferences(theta, first, count, [=](std::size_t i, std::size_t, double q) { torque[i] = -k[i] * q; });
-  } else {
-    const double* rest = rest_.data() + begin;
-    forDifferences(theta, first, count,
-                   [=](std::size_t i, std::size_t, double q) { torque[i] = -k[i] * (q - rest[i]); });
-  }
+  forDifferences(theta, first_, size(),
+                 [=](std::size_t i, std::size_t, double q) { torque[i] = -k[i] * (q - rest[i]); });
   double lost[lanes] = {};
-  forDifferences(omega, first, d_.empty() ? 0 : count, [=, &lost](std::size_t i, std::size_t l, double qd) {
+  forDifferences(omega, first_, d_.size(), [=, &lost](std::size_t i, std::size_t l, double qd) {
     const double damping = d[i] * qd;
     torque[i] -= damping;
     lost[l] += damping * qd;
@@ -69,32 +60,20 @@ double Springs::findTorques(const double* theta, const double* omega, std::size_
   return all;
 }
 
-template <class F>
-double Springs::forBlocks(const double* theta, const double* omega, F f) {
-  double lost = 0;
-  for (std::size_t begin = 0; begin < size(); begin += block) {
-    const std::size_t count = std::min(block, size() - begin);
-    lost += findTorques(theta, omega, begin, count);
-    f(first_ + begin, count);
-  }
+double Springs::apply(const double* theta, const double* omega, double* N) {
+  const double lost = findTorques(theta, omega);
+  const double* torque = torque_.data();
+  double* own = N + first_;
+  const std::size_t last = size() - 1;
+  for (std::size_t i = 0; i < last; ++i) own[i] += torque[i] - torque[i + 1];
+  own[last] += torque[last];
+  if (first_ > 0) N[first_ - 1] -= torque[0];
   return lost;
 }
 
-double Springs::apply(const double* theta, const double* omega, double* N) {
-  return forBlocks(theta, omega, [this, N](std::size_t joint, std::size_t count) {
-    const double* torque = torque_.data();
-    double* __restrict own = N + joint;
-    const std::size_t last = count - 1;
-    for (std::size_t i = 0; i < last; ++i) own[i] += torque[i] - torque[i + 1];
-    own[last] += torque[last];
-    if (joint > 0) N[joint - 1] -= torque[0];
-  });
-}
-
 void Springs::addTorques(const double* theta, const double* omega, double* tau) {
-  forBlocks(theta, omega, [this, tau](std::size_t joint, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) tau[joint + i] += torque_[i];
-  });
+  findTorques(theta, omega);
+  for (std::size_t i = 0; i < size(); ++i) tau[first_ + i] += torque_[i];
 }
 
 void Springs::addStiffness(double* k, double* d) const {

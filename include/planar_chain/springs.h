@@ -30,18 +30,12 @@ class Springs {
   double dissipationAlong(const double* omega, const double* v) const;
 
  private:
-  static constexpr std::size_t block = 512;  // joints: what is found of them stays in a CPU's nearest cache
-
-  /// f(i, count) for joints i, i + 1 …, whose torques stand in torque_, block by block; returns Σ d q̇².
-  template <class F>
-  double forBlocks(const double* theta, const double* omega, F f);
-  /// Of `count` joints, from the begin-th of the flat arrays on.
-  double findTorques(const double* theta, const double* omega, std::size_t begin, std::size_t count);
+  /// To torque_; returns Σ d q̇².
+  double findTorques(const double* theta, const double* omega);
   std::size_t size() const { return k_.size(); }
 
   std::size_t first_ = 0;
-  std::vector<double> k_, d_, torque_;
-  std::vector<double> rest_;  ///< empty where all are 0
+  std::vector<double> k_, rest_, d_, torque_;
 };
 
 }  // namespace planar_chain

@@ -18,18 +18,17 @@ Combination::Combination(const std::vector<double>& weights, const std::vector<E
   run_ = simd::kernelFor(size_).vectors.combine[terms_.size() - 1];
 }
 
-TwoCombinations::TwoCombinations(const std::vector<double>& first, const std::vector<double>& second,
-                                 const std::vector<Eigen::VectorXd>& x)
-    : run_(simd::kernelFor(x.front().size()).vectors.combineForTwo), first_(first), second_(second) {
-  for (std::size_t j = 0; j < first.size(); ++j) x_.push_back(x[j].data());
-  terms_.resize(x_.size());
+TwoCombinations::TwoCombinations(const std::vector<double>& v, const std::vector<double>& w,
+                                 const std::vector<Eigen::VectorXd>& x, Eigen::Index begin,
+                                 Eigen::Index count)
+    : v_(v), w_(w), count_(count) {
+  for (std::size_t j = 0; j < v.size(); ++j) terms_.push_back(x[j].data() + begin);
+  if (!terms_.empty()) run_ = simd::kernelFor(count).vectors.combineForTwo[terms_.size() - 1];
 }
 
-void TwoCombinations::operator()(Eigen::Index begin, Eigen::Index count, const double* base, double* out,
-                                 double factor, const double* offset, double* other) {
-  for (std::size_t j = 0; j < x_.size(); ++j) terms_[j] = x_[j] + begin;
-  run_({first_.data(), second_.data(), terms_.data(), static_cast<int>(terms_.size())}, factor, base + begin,
-       out + begin, offset ? offset + begin : nullptr, other + begin, count);
+void TwoCombinations::operator()(const double* base, double* out, double factor, const double* offset,
+                                 double* other) const {
+  run_({v_.data(), w_.data(), terms_.data()}, factor, base, out, offset, other, count_);
 }
 
 }  // namespace planar_chain::ode

@@ -86,7 +86,11 @@ Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
       rates_(Eigen::VectorXd::Zero(f.size() - f.positions())),
       increment_(slope_),
       error_(slope_) {
-  for (std::size_t i = 0; i < U_.size(); ++i) stages_.emplace_back(table.a[i], table.C[i], U_);
+  const Eigen::Index positions = f.positions();
+  for (std::size_t i = 0; i < U_.size(); ++i) {
+    positionSums_.emplace_back(table.a[i], table.C[i], U_, 0, positions);
+    rateSums_.emplace_back(table.a[i], table.C[i], U_, positions, rates_.size());
+  }
   f_.reserve(0);
 }
 
@@ -109,11 +113,9 @@ const Eigen::VectorXd& Rosenbrock::derivative(double t, const Eigen::VectorXd& y
 void Rosenbrock::findSide(std::size_t i, double t, double h, const Eigen::VectorXd& y) {
   Eigen::VectorXd& U = U_[i];
   const Eigen::Index positions = f_.positions();
-  const auto findSums = [&](Eigen::Index begin, Eigen::Index count, const double* offset) {
-    stages_[i](begin, count, y.data(), stage_.data(), 1 / h, offset, U.data());
-  };
-  findSums(positions, rates_.size(), nullptr);
-  if (positions > 0) findSums(0, positions, stage_.data() + positions);
+  double* stageRates = stage_.data() + positions;
+  rateSums_[i](y.data() + positions, stageRates, 1 / h, nullptr, U.data() + positions);
+  if (positions > 0) positionSums_[i](y.data(), stage_.data(), 1 / h, stageRates, U.data());
   f_.rates(t + table_.c[i] * h, stage_.data(), rates_.data());
   U.tail(rates_.size()) += rates_;
 }

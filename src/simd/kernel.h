@@ -88,7 +88,6 @@ struct NystromWeights {
 struct WeightsOfTwo {
   const double *first, *second;
   const double* const* terms;
-  int count;
 };
 
 /// Vectors of the integrators.
@@ -104,8 +103,10 @@ struct VectorKernel {
                                 double* out, std::ptrdiff_t n);
   std::array<CombineTwice, mostTerms> combineTwice;
   /// out = base + Σ first_j terms_j, other = offset + factor Σ second_j terms_j; offset: or nullptr.
-  void (*combineForTwo)(const WeightsOfTwo& weights, double factor, const double* base, double* out,
-                        const double* offset, double* other, std::ptrdiff_t n);
+  using CombineForTwo = void (*)(const WeightsOfTwo& weights, double factor, const double* base, double* out,
+                                 const double* offset, double* other, std::ptrdiff_t n);
+  static constexpr int mostTermsForTwo = 7;
+  std::array<CombineForTwo, mostTermsForTwo> combineForTwo;
   /// error ← error² / √(error² + 0.01 coarse²), component by component.
   void (*damp)(double* error, const double* coarse, std::ptrdiff_t n);
   /// Adds the increment to y, and to carry what rounding takes away. False, and nothing has changed, when y

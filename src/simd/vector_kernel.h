@@ -105,19 +105,30 @@ constexpr std::array<VectorKernel::CombineTwice, sizeof...(counts)> twoCombinati
   return {combineTwiceOf<counts + 1>...};
 }
 
-void combineForTwo(const WeightsOfTwo& weights, double factor, const double* base, double* out,
-                   const double* offset, double* other, std::ptrdiff_t n) {
+template <int count>
+void combineForTwoOf(const WeightsOfTwo& weights, double factor, const double* base, double* out,
+                     const double* offset, double* other, std::ptrdiff_t n) {
+  Lanes first[count], second[count];
+  for (int j = 0; j < count; ++j) {
+    first[j] = Lanes(weights.first[j]);
+    second[j] = Lanes(factor * weights.second[j]);
+  }
   forRegisters(n, [&](std::ptrdiff_t i, int size) {
-    Lanes first, second;
-    for (int j = 0; j < weights.count; ++j) {
+    Lanes a = loadSome(base + i, size), b = offset ? loadSome(offset + i, size) : Lanes();
+    for (int j = 0; j < count; ++j) {
       const Lanes term = loadSome(weights.terms[j] + i, size);
-      first = mulAdd(Lanes(weights.first[j]), term, first);
-      second = mulAdd(Lanes(weights.second[j]), term, second);
+      a = mulAdd(first[j], term, a);
+      b = mulAdd(second[j], term, b);
     }
-    const Lanes from = offset ? loadSome(offset + i, size) : Lanes();
-    storeSome(out + i, loadSome(base + i, size) + first, size);
-    storeSome(other + i, mulAdd(Lanes(factor), second, from), size);
+    storeSome(out + i, a, size);
+    storeSome(other + i, b, size);
   });
+}
+
+template <int... counts>
+constexpr std::array<VectorKernel::CombineForTwo, sizeof...(counts)> combinationsForTwo(
+    std::integer_sequence<int, counts...>) {
+  return {combineForTwoOf<counts + 1>...};
 }
 
 void damp(double* error, const double* coarse, std::ptrdiff_t n) {
@@ -208,10 +219,12 @@ double largestRatio(const ErrorVectors& of, double most, double rounding, std::p
   return largestOf(larger(error[0] / allowed[0], error[1] / allowed[1]));
 }
 
-using Counts = std::make_integer_sequence<int, VectorKernel::mostTerms>;
-constexpr VectorKernel vectorKernel{combinations(Counts()),
-                                    twoCombinations(Counts()),
-                                    combineForTwo,
+template <int count>
+using Counts = std::make_integer_sequence<int, count>;
+
+constexpr VectorKernel vectorKernel{combinations(Counts<VectorKernel::mostTerms>()),
+                                    twoCombinations(Counts<VectorKernel::mostTerms>()),
+                                    combinationsForTwo(Counts<VectorKernel::mostTermsForTwo>()),
                                     damp,
                                     addCarried,
                                     polynomial,

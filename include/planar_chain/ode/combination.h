@@ -41,22 +41,22 @@ class Combination {
   std::ptrdiff_t size_ = 0;
 };
 
-/// Two sums of the same vectors.
+/// out = base + Σ_j v_j x_j and other = offset + factor Σ_j w_j x_j, some components of them.
 class TwoCombinations {
  public:
-  TwoCombinations(const std::vector<double>& first, const std::vector<double>& second,
-                  const std::vector<Eigen::VectorXd>& x);
+  /// Of the first x, which stay where they are: `count` components, from the one at `begin` on.
+  TwoCombinations(const std::vector<double>& v, const std::vector<double>& w,
+                  const std::vector<Eigen::VectorXd>& x, Eigen::Index begin, Eigen::Index count);
 
-  /// For `count` components from the one at `begin` on: out = base + Σ first_j x_j, and other = offset +
-  /// factor Σ second_j x_j; no offset: nullptr. The arrays begin with the vectors.
-  void operator()(Eigen::Index begin, Eigen::Index count, const double* base, double* out, double factor,
-                  const double* offset, double* other);
+  /// The arrays begin with these components; no offset: nullptr.
+  void operator()(const double* base, double* out, double factor, const double* offset, double* other) const;
 
  private:
   void (*run_)(const simd::WeightsOfTwo& weights, double factor, const double* base, double* out,
                const double* offset, double* other, std::ptrdiff_t n) = nullptr;
-  std::vector<double> first_, second_;
-  std::vector<const double*> x_, terms_;  ///< where they begin, and where they are read
+  std::vector<double> v_, w_;
+  std::vector<const double*> terms_;
+  Eigen::Index count_;
 };
 
 }  // namespace planar_chain::ode

@@ -57,7 +57,7 @@ class Rosenbrock : public Stepper {
   RosenbrockTableau table_;
   LinearizedSystem& f_;
   std::vector<Eigen::VectorXd> U_;
-  std::vector<TwoCombinations> stages_;
+  std::vector<TwoCombinations> positionSums_, rateSums_;  ///< of a stage: Σ a_ij U_j and Σ C_ij U_j
   Combination m_, e_;
   Eigen::VectorXd slope_, timeSlope_, stage_, rates_, increment_, error_;
   bool linearized_ = false;
