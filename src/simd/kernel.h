@@ -23,12 +23,8 @@ struct SegmentArrays {
 
 /// The recursion in a row, sines and cosines included; see short_chain.h.
 struct ShortChains {
-  static constexpr int most = 16;  ///< links
-#ifdef PLANAR_CHAIN_SANITIZE
-  static constexpr int mostUnrolled = 3;  // each length takes the compiler two seconds there
-#else
+  static constexpr int most = 16;          ///< links
   static constexpr int mostUnrolled = 12;  ///< links that are written out without loops
-#endif
   static constexpr int linkQuantities = SegmentArrays::linkQuantities;
   /// links: body k·lanes + l in lane l of block k; or what two have in their place, see twoInLanes(). For the
   /// rest see ShortChain::derivative.

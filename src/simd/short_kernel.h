@@ -139,6 +139,12 @@ void twoBodies(int /*n*/, const double* links, const Outside& outside, const dou
   dydt[3] = (mulAdd(M11, f2, -kappa * f1) * inverse).v;
 }
 
+#ifdef PLANAR_CHAIN_SANITIZE
+constexpr int longestWrittenOut = 3;  // see lanes.h
+#else
+constexpr int longestWrittenOut = ShortChains::mostUnrolled;
+#endif
+
 /// Functions for 3, 4 … links, and then for any number.
 template <Acting acting, int... n>
 constexpr ShortChains::Run shortChainOf(int links, std::integer_sequence<int, n...>) {
@@ -150,7 +156,7 @@ constexpr ShortChains::Run shortChainOf(int links, std::integer_sequence<int, n.
 
 template <Acting acting>
 constexpr ShortChains::Run shortChainOf(int links) {
-  return shortChainOf<acting>(links, std::make_integer_sequence<int, ShortChains::mostUnrolled - 2>());
+  return shortChainOf<acting>(links, std::make_integer_sequence<int, longestWrittenOut - 2>());
 }
 
 ShortChains::Run shortChainFor(int n, Acting acting) {
