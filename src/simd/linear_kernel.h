@@ -265,8 +265,7 @@ template <class Number>
 inline Number pass(const LinearArrays& arrays, int i, Number s, Number inverseS, Number outside,
                    Moving<Number>& X) {
   LinearHandle<Number> handle;
-  Reader<Number> read(handleAt<Number>(arrays, i));
-  read(handle.ULD, handle.kD);
+  readHandle(arrays, i, handle);
   const Sweep<Number> sweep(arrays, i);
   const Number sigma = inverseS * loaded<Number>(sweep.rhoQ);
   X.pass(bodyAt(arrays, i), handle, s, sigma, loaded<Number>(sweep.rhoV),
