@@ -265,7 +265,8 @@ template <class Number>
 inline Number pass(const LinearArrays& arrays, int i, Number s, Number inverseS, Number outside,
                    Moving<Number>& X) {
   LinearHandle<Number> handle;
-  readHandle(arrays, i, handle);
+  Reader<Number> read(handleAt<Number>(arrays, i));
+  read(handle.ULD, handle.kD);
   const Sweep<Number> sweep(arrays, i);
   const Number sigma = inverseS * loaded<Number>(sweep.rhoQ);
   X.pass(bodyAt(arrays, i), handle, s, sigma, loaded<Number>(sweep.rhoV),
