@@ -49,9 +49,9 @@ struct LinearArrays {
   int steps, bodies;
   const double* links;  ///< as in SegmentArrays
   double* state;
-  /// What the factorization keeps for the way in of a solve, for both ways and for the way out, and what the
-  /// way in keeps for the way out: numbers of the solve, so a complex one has its real parts first. No more
-  /// than that: long chains wait for memory.
+  /// What the factorization keeps for the way in of a solve, for its ways out and for the last of them, and
+  /// what the way in keeps for the way out: numbers of the solve, so a complex one has its real parts first.
+  /// No more than that: long chains wait for memory.
   double *inward, *handles, *outward, *sweeps;
   double* pairs;  ///< what is kept of the pairs of segments, round by round
 };

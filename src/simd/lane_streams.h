@@ -102,7 +102,6 @@ struct WriterOf {
   void write(const Number& a) { static_cast<To*>(this)->number(a); }
   void write(const Vec2<Number>& a) { (*this)(a.x, a.y); }
   void write(const Triple<Number>& a) { (*this)(a.x, a.y, a.z); }
-  void write(const Matrix2<Number>& a) { (*this)(a.xx, a.xy, a.yx, a.yy); }
 };
 
 /// One number after the other.
@@ -143,7 +142,6 @@ struct Reader {
   }
   void read(Vec2<Number>& a) { (*this)(a.x, a.y); }
   void read(Triple<Number>& a) { (*this)(a.x, a.y, a.z); }
-  void read(Matrix2<Number>& a) { (*this)(a.xx, a.xy, a.yx, a.yy); }
 };
 
 // ---- Arrays of the caller --------------------------------------------------------------------

@@ -12,28 +12,17 @@ struct WeightsOfTwo;
 
 namespace planar_chain::ode {
 
-/// factor Σ_j w_j x_j, and that added to something.
+/// factor Σ_j w_j x_j
 class Combination {
  public:
   /// Of the first x, which stay where they are and have the same length. Leaves zeros out.
   Combination(const std::vector<double>& weights, const std::vector<Eigen::VectorXd>& x);
 
-  /// sum = factor Σ w_j x_j
-  void operator()(double factor, Eigen::VectorXd& sum) const { run(factor, nullptr, sum.data(), nullptr); }
-  /// out = base + factor Σ w_j x_j; the two may be the same.
-  void addTo(const Eigen::VectorXd& base, double factor, Eigen::VectorXd& out) const {
-    run(factor, base.data(), nullptr, out.data());
-  }
-  /// Both.
-  void addTo(const Eigen::VectorXd& base, double factor, Eigen::VectorXd& sum, Eigen::VectorXd& out) const {
-    run(factor, base.data(), sum.data(), out.data());
+  void operator()(double factor, Eigen::VectorXd& sum) const {
+    run_(factor, weights_.data(), terms_.data(), nullptr, sum.data(), nullptr, size_);
   }
 
  private:
-  void run(double factor, const double* base, double* sum, double* out) const {
-    run_(factor, weights_.data(), terms_.data(), base, sum, out, size_);
-  }
-
   void (*run_)(double factor, const double* weights, const double* const* terms, const double* base,
                double* sum, double* out, std::ptrdiff_t n) = nullptr;
   std::vector<double> weights_;
