@@ -16,8 +16,8 @@ std::variant<ShortChain, Articulated<double>, Segments> recursionFor(const Chain
   return Articulated<double>(chain);
 }
 
-std::variant<Linearized<double>, LinearizedSegments<double>> solverFor(const Chain& chain) {
-  if (LinearizedSegments<double>::areWorthwhile(chain.size())) return LinearizedSegments<double>(chain);
+std::variant<Linearized<double>, LinearizedSegments<double>> solverFor(const Chain& chain, bool inSegments) {
+  if (inSegments) return LinearizedSegments<double>(chain);
   return Linearized<double>(chain);
 }
 
@@ -28,6 +28,12 @@ std::variant<Linearized<std::complex<double>>, LinearizedSegments<std::complex<d
     return LinearizedSegments<std::complex<double>>(*segments);
   }
   return Linearized<std::complex<double>>(std::get<Linearized<double>>(solver));
+}
+
+std::optional<Arrangement> arrangementOf(
+    const std::variant<ShortChain, Articulated<double>, Segments>& recursion) {
+  if (const auto* segments = std::get_if<Segments>(&recursion)) return segments->arrangement();
+  return std::nullopt;
 }
 
 /// +τ on body i, −τ on the body before.
@@ -43,22 +49,37 @@ Dynamics::Dynamics(const Chain& chain, Loads& loads)
       loads_(loads),
       n_(chain.size()),
       works_(0),
-      springs_(chain),
       stops_(chain),
       recursion_(recursionFor(chain)),
-      positions_(std::holds_alternative<ShortChain>(recursion_) ? 0 : n_) {
+      arrangement_(arrangementOf(recursion_)),
+      springs_(chain),
+      arrangedSprings_(chain, arrangement_ ? &*arrangement_ : nullptr),
+      places_(arrangement_ ? arrangement_->places() : n_),
+      positions_(std::holds_alternative<ShortChain>(recursion_) ? 0 : places_) {
   if (springs_.dissipate() || !loads.empty() || stops_.dissipate()) works_ = 2;
 
   const auto n = index(n_);
+  const bool acts = !springs_.empty() || !loads.empty() || !stops_.empty();
   e_.resize(index(ShortChain::roomFor(n_)));
   motion_.resize(index(size()));
-  if (!springs_.empty() || !loads.empty() || !stops_.empty()) N_.resize(n);
+  if (acts) N_.resize(n);
   if (!loads.empty()) {
     F_.resize(n);
     pinVelocity_.resize(n);
   }
   outside_ = {e_.data(), N_.data(), F_.data(), -1.0 * chain.gravity()};
+  if (arrangement_) {
+    const auto places = index(places_);
+    arrangedE_ = AlignedArray<Rotation<double>>(places);
+    arrangedF_ = AlignedArray<Vec2d>(loads.empty() ? 0 : places);
+    arrangedN_ = CacheLines(acts ? places : 0);
+    arrangedY_ = CacheLines(index(arrangedSize()));
+    arrangedRates_ = CacheLines(index(places_ + works_));
+    inOrder_.resize(2 * n);
+    outside_ = {arrangedE_.data(), arrangedN_.data(), arrangedF_.data(), outside_.ground};
+  }
   effects_.reserve(4);
+  effectsInOrder_.reserve(4);
   findLoads();
 }
 
@@ -93,13 +114,24 @@ void Dynamics::changedStops() {
 }
 
 void Dynamics::listEffects() {
+  effectsInOrder_.clear();
+  if (loadsAct_ == Acting::forces) effectsInOrder_.push_back(&Dynamics::applyForces);
+  if (loadsAct_ == Acting::moments) effectsInOrder_.push_back(&Dynamics::applyTorques);
+  if (stops_.act()) effectsInOrder_.push_back(&Dynamics::applyStops);
+
   effects_.clear();
-  effects_.push_back(&Dynamics::clearMoments);
-  if (loadsAct_ == Acting::forces) effects_.push_back(&Dynamics::applyForces);
-  if (loadsAct_ == Acting::moments) effects_.push_back(&Dynamics::applyTorques);
-  if (!springs_.empty()) effects_.push_back(&Dynamics::applySprings);
-  if (stops_.act()) effects_.push_back(&Dynamics::applyStops);
-  if (effects_.size() == 1) effects_.clear();
+  if (!arrangement_) {
+    effects_ = effectsInOrder_;
+    if (!springs_.empty()) effects_.push_back(&Dynamics::applySprings);
+    if (!effects_.empty()) effects_.insert(effects_.begin(), &Dynamics::clearMoments);
+  } else {
+    if (!effectsInOrder_.empty()) {
+      effects_.push_back(&Dynamics::applyInOrder);
+    } else if (!springs_.empty()) {
+      effects_.push_back(&Dynamics::clearArrangedMoments);
+    }
+    if (!springs_.empty()) effects_.push_back(&Dynamics::applyArrangedSprings);
+  }
   isBare_ = effects_.empty() && works_ == 0;
   acting_ = effects_.empty() ? Acting::nothing : std::max(loadsAct_, Acting::moments);
 }
@@ -107,6 +139,24 @@ void Dynamics::listEffects() {
 Dynamics::Powers Dynamics::clearMoments(double /*t*/, const double* /*theta*/, const double* /*omega*/) {
   std::fill(N_.begin(), N_.end(), 0.0);
   return {};
+}
+
+Dynamics::Powers Dynamics::clearArrangedMoments(double /*t*/, const double* /*theta*/,
+                                                const double* /*omega*/) {
+  std::fill_n(arrangedN_.data(), places_, 0.0);
+  return {};
+}
+
+Dynamics::Powers Dynamics::applyInOrder(double t, const double* y, const double* /*omega*/) {
+  const double* ordered = inOrder(y);
+  clearMoments(t, ordered, ordered + n_);
+  const Powers powers = applyEffects(effectsInOrder_, t, ordered, ordered + n_);
+  arrangeLoads(acting_);
+  return powers;
+}
+
+Dynamics::Powers Dynamics::applyArrangedSprings(double /*t*/, const double* theta, const double* omega) {
+  return {0, arrangedSprings_.apply(theta, omega, arrangedN_.data())};
 }
 
 Dynamics::Powers Dynamics::applyForces(double t, const double* theta, const double* omega) {
@@ -137,25 +187,60 @@ void Dynamics::findPinVelocities(const Rotation<double>* e, const double* omega)
   }
 }
 
+void Dynamics::arrange(const double* y, double* arranged) const {
+  if (!arrangement_) return System::arrange(y, arranged);
+  arrangement_->arrange(y, arranged);
+  arrangement_->arrange(y + n_, arranged + places_);
+  std::copy_n(y + 2 * n_, works_, arranged + 2 * places_);
+}
+
+void Dynamics::restore(const double* arranged, double* y) const {
+  if (!arrangement_) return System::restore(arranged, y);
+  arrangement_->restore(arranged, y);
+  arrangement_->restore(arranged + places_, y + n_);
+  std::copy_n(arranged + 2 * places_, works_, y + 2 * n_);
+}
+
+const double* Dynamics::inOrder(const double* y) {
+  if (!arrangement_) return y;
+  arrangement_->restore(y, inOrder_.data());
+  arrangement_->restore(y + places_, inOrder_.data() + n_);
+  return inOrder_.data();
+}
+
+const double* Dynamics::arranged(const double* values, double* room) const {
+  if (!arrangement_) return values;
+  arrangement_->arrange(values, room);
+  return room;
+}
+
+void Dynamics::arrangeLoads(Acting acting) {
+  if (!arrangement_ || acting == Acting::nothing) return;
+  arrangement_->arrange(N_.data(), arrangedN_.data());
+  if (acting == Acting::forces) arrangement_->arrange(F_.data(), arrangedF_.data());
+}
+
 inline void Dynamics::run(Acting acting, const Outside& outside, const double* y, double* rates) {
   if (auto* chain = std::get_if<ShortChain>(&recursion_)) return chain->derivative(acting, outside, y, rates);
 
-  if (acting != Acting::forces) rotations(y, outside.e, n_);
-  const double* omega = y + n_;
+  const double* omega = y + places_;
   const double* N = acting == Acting::nothing ? nullptr : outside.N;
   const Vec2d* F = acting == Acting::forces ? outside.F : nullptr;
   if (auto* segments = std::get_if<Segments>(&recursion_)) {
+    rotations(y, outside.e, places_);
     segments->accelerations(outside.e, omega, N, F, outside.ground, rates);
   } else {
+    if (acting != Acting::forces) rotations(y, outside.e, n_);
     std::get_if<Articulated<double>>(&recursion_)
         ->accelerations(outside.e, omega, N, F, outside.ground, rates);
   }
 }
 
-inline Dynamics::Powers Dynamics::applyEffects(double t, const double* y) {
+inline Dynamics::Powers Dynamics::applyEffects(const std::vector<Effect>& effects, double t,
+                                               const double* theta, const double* omega) {
   Powers powers;
-  for (const Effect effect : effects_) {
-    const Powers own = (this->*effect)(t, y, y + n_);
+  for (const Effect effect : effects) {
+    const Powers own = (this->*effect)(t, theta, omega);
     powers.supplied += own.supplied;
     powers.dissipated += own.dissipated;
   }
@@ -168,17 +253,17 @@ inline void Dynamics::evaluateRates(double t, const double* y, double* out) {
 }
 
 [[gnu::noinline]] void Dynamics::evaluateEffects(double t, const double* y, double* out) {
-  const Powers powers = applyEffects(t, y);
+  const Powers powers = applyEffects(effects_, t, y, y + places_);
   run(acting_, outside_, y, out);
   if (works_ > 0) {
-    double* works = out + 2 * n_ - positions_;
+    double* works = out + 2 * places_ - positions_;
     works[0] = powers.supplied;
     works[1] = powers.dissipated;
   }
 }
 
 void Dynamics::evaluate(double t, const double* y, double* dydt) {
-  std::copy(y + n_, y + n_ + positions_, dydt);
+  std::copy_n(y + places_, positions_, dydt);
   evaluateRates(t, y, dydt + positions_);
 }
 
@@ -189,25 +274,43 @@ void Dynamics::rates(double t, const double* y, double* out) {
 
 void Dynamics::derivative(double t, const double* y, double* dydt) {
   ++evaluations_;
-  evaluate(t, y, dydt);
+  evaluateInOrder(t, y, dydt);
+}
+
+void Dynamics::evaluateInOrder(double t, const double* y, double* dydt) {
+  if (!arrangement_) return evaluate(t, y, dydt);
+  arrange(y, arrangedY_.data());
+  double* rates = arrangedRates_.data();
+  evaluateRates(t, arrangedY_.data(), rates);
+  std::copy_n(y + n_, n_, dydt);
+  arrangement_->restore(rates, dydt + n_);
+  std::copy_n(rates + places_, works_, dydt + 2 * n_);
 }
 
 void Dynamics::linearize(double t, const double* y, double* dydt) {
-  derivative(t, y, dydt);
+  ++evaluations_;
+  evaluate(t, y, dydt);
   tAt_ = t;
-  std::copy(y, y + static_cast<std::ptrdiff_t>(thetaAt_.size()), thetaAt_.begin());
-  std::copy(y + n_, y + 2 * n_, omegaAt_.begin());
-  std::copy(e_.begin(), e_.begin() + static_cast<std::ptrdiff_t>(eAt_.size()), eAt_.begin());
-  const bool pushed = loads_.reach() > 0;
+  if (works_ > 0) keep(y);
+  const bool pushed = !eAt_.empty() && loads_.reach() > 0;
+  const Vec2d* F = pushed ? outside_.F : nullptr;
+  const double* XF = nullptr;
   if (pushed) {
     std::fill(XF_.begin(), XF_.end(), 0.0);
-    loads_.addStiffness(t, e_.data(), XF_.data());
+    loads_.addStiffness(t, eAt_.data(), XF_.data());
+    XF = arranged(XF_.data(), arrangedY_.data());
   }
-  std::visit(
-      [&](auto& solver) {
-        solver.linearize(e_.data(), y + n_, dydt + n_, forces(), pushed ? XF_.data() : nullptr);
-      },
-      *linearized_);
+  std::visit([&](auto& solver) { solver.linearize(outside_.e, y + places_, dydt + places_, F, XF); },
+             *linearized_);
+}
+
+void Dynamics::keep(const double* y) {
+  std::copy_n(y + places_, arrangedOmegaAt_.size(), arrangedOmegaAt_.begin());
+  if (omegaAt_.empty()) return;
+  const double* ordered = inOrder(y);
+  std::copy_n(ordered, n_, thetaAt_.begin());
+  std::copy_n(ordered + n_, n_, omegaAt_.begin());
+  if (!eAt_.empty()) rotations(ordered, eAt_.data(), n_);
 }
 
 bool Dynamics::timeDerivative(double* ft) {
@@ -218,12 +321,19 @@ bool Dynamics::timeDerivative(double* ft) {
   findPinVelocities(eAt_.data(), omegaAt_.data());
   const double power =
       loads_.applyRates(tAt_, eAt_.data(), omegaAt_.data(), pinVelocity_.data(), N_.data(), F_.data());
-  std::copy(eAt_.begin(), eAt_.end(), e_.begin());
-  std::fill(motion_.begin(), motion_.end(), 0.0);
-  std::fill(ft, ft + n_, 0.0);
-  run(Acting::forces, {e_.data(), N_.data(), F_.data(), {}}, motion_.data(), ft + positions_);
-  ft[2 * n_] = power;
-  ft[2 * n_ + 1] = 0;
+  arrangeLoads(Acting::forces);
+  if (!arrangement_) std::copy(eAt_.begin(), eAt_.end(), e_.begin());
+  std::copy(thetaAt_.begin(), thetaAt_.end(), motion_.begin());
+  std::fill(motion_.begin() + n_, motion_.end(), 0.0);
+  const double* y = motion_.data();
+  if (arrangement_) {
+    arrange(y, arrangedY_.data());
+    y = arrangedY_.data();
+  }
+  std::fill_n(ft, places_, 0.0);
+  run(Acting::forces, {outside_.e, outside_.N, outside_.F, {}}, y, ft + positions_);
+  ft[2 * places_] = power;
+  ft[2 * places_ + 1] = 0;
   return true;
 }
 
@@ -231,9 +341,8 @@ ode::LinearCosts Dynamics::linearCosts() const {
   // By clock, of evaluations as this chain has them; between chains with springs and without. Where the
   // factorizations do not stay in cache, complex solves wait for memory.
   constexpr int staysInCache = 2500;
-  if (n_ > staysInCache && LinearizedSegments<double>::areWorthwhile(n_)) return {3, 1.3, 3.4, 3.4};
-  if (LinearizedSegments<double>::areWorthwhile(n_)) return {2.4, 0.95, 3, 2.5};
-  if (std::holds_alternative<Segments>(recursion_)) return {3.5, 1.2, 4, 2.7};
+  if (arrangement_)
+    return n_ > staysInCache ? ode::LinearCosts{3, 1.3, 3.4, 3.4} : ode::LinearCosts{2.4, 0.95, 3, 2.5};
   return {2.9, 1, 3.2, 2.8};
 }
 
@@ -243,23 +352,23 @@ void Dynamics::factor(double s) {
 }
 
 void Dynamics::solve(const double* rhs, double* x) {
-  double* u = x;
-  double* v = x + n_;
-  std::visit([&](auto& solver) { solver.solve(rhs, rhs + n_, u, v); }, *linearized_);
+  std::visit([&](auto& solver) { solver.solve(rhs, rhs + places_, x, x + places_); }, *linearized_);
   if (works_ == 0) return;
 
   // s x_W = rhs_W + the change of the powers along (u, v).
-  const Powers change = powersAlong(u, v);
-  x[2 * n_] = (rhs[2 * n_] + change.supplied) / s_;
-  x[2 * n_ + 1] = (rhs[2 * n_ + 1] + change.dissipated) / s_;
+  const Powers change = powersAlong(x);
+  x[2 * places_] = (rhs[2 * places_] + change.supplied) / s_;
+  x[2 * places_ + 1] = (rhs[2 * places_ + 1] + change.dissipated) / s_;
 }
 
 void Dynamics::reserve(int complexCount) {
   if (!linearized_) {
-    linearized_.emplace(solverFor(chain_));
+    linearized_.emplace(solverFor(chain_, isArranged()));
     const auto n = index(n_);
-    thetaAt_.resize(stops_.empty() ? 0 : n);
-    omegaAt_.resize(n);
+    arrangedOmegaAt_.resize(springs_.dissipate() ? index(places_) : 0);
+    const std::size_t inOrder = stops_.empty() && loads_.empty() ? 0 : n;
+    thetaAt_.resize(inOrder);
+    omegaAt_.resize(inOrder);
     if (!loads_.empty()) {
       eAt_.resize(n);
       XF_.resize(n);
@@ -269,7 +378,7 @@ void Dynamics::reserve(int complexCount) {
   while (complexLinearized_.size() < index(complexCount))
     complexLinearized_.push_back(complexOf(*linearized_));
   complexS_.resize(complexLinearized_.size());
-  part_.resize(complexLinearized_.empty() ? 0 : index(2 * n_));
+  part_.resize(complexLinearized_.empty() ? 0 : index(2 * places_));
 }
 
 void Dynamics::findStiffness() {
@@ -281,7 +390,9 @@ void Dynamics::findStiffness() {
   springs_.addStiffness(kAt_.data(), dAt_.data());
   stops_.addStiffness(kAt_.data(), dAt_.data());
   if (linearized_) {
-    std::visit([&](auto& solver) { solver.setJoints(kAt_.data(), dAt_.data()); }, *linearized_);
+    const double* k = arranged(kAt_.data(), arrangedY_.data());
+    const double* d = arranged(dAt_.data(), arrangedY_.data() + places_);
+    std::visit([&](auto& solver) { solver.setJoints(k, d); }, *linearized_);
   }
 }
 
@@ -291,30 +402,35 @@ void Dynamics::factorComplex(int k, std::complex<double> s) {
 }
 
 void Dynamics::solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) {
-  std::visit([&](auto& solver) { solver.solve(rhs, rhs + n_, x, x + n_); }, complexLinearized_[index(k)]);
+  std::visit([&](auto& solver) { solver.solve(rhs, rhs + places_, x, x + places_); },
+             complexLinearized_[index(k)]);
   if (works_ == 0) return;
 
   // The powers change linearly: real and imaginary parts one by one.
-  double* u = part_.data();
-  double* v = u + n_;
-  for (int i = 0; i < 2 * n_; ++i) u[i] = x[i].real();
-  const Powers real = powersAlong(u, v);
-  for (int i = 0; i < 2 * n_; ++i) u[i] = x[i].imag();
-  const Powers imaginary = powersAlong(u, v);
+  const auto powersOf = [&](auto part) {
+    for (int i = 0; i < 2 * places_; ++i) part_[index(i)] = part(x[i]);
+    return powersAlong(part_.data());
+  };
+  const Powers real = powersOf([](std::complex<double> z) { return z.real(); });
+  const Powers imaginary = powersOf([](std::complex<double> z) { return z.imag(); });
   const std::complex<double> s = complexS_[index(k)];
-  x[2 * n_] = (rhs[2 * n_] + std::complex<double>(real.supplied, imaginary.supplied)) / s;
-  x[2 * n_ + 1] = (rhs[2 * n_ + 1] + std::complex<double>(real.dissipated, imaginary.dissipated)) / s;
+  const int works = 2 * places_;
+  x[works] = (rhs[works] + std::complex<double>(real.supplied, imaginary.supplied)) / s;
+  x[works + 1] = (rhs[works + 1] + std::complex<double>(real.dissipated, imaginary.dissipated)) / s;
 }
 
-Dynamics::Powers Dynamics::powersAlong(const double* u, const double* v) {
+Dynamics::Powers Dynamics::powersAlong(const double* uv) {
+  Powers powers{0, arrangedSprings_.dissipationAlong(arrangedOmegaAt_.data(), uv + places_)};
+  if (omegaAt_.empty()) return powers;
+  const double* u = inOrder(uv);
+  const double* v = u + n_;
   Vec2d change;
   for (int j = 0; j < loads_.reach(); ++j) {
     pinVelocity_[index(j)] = change;
     const Vec2d P = eAt_[index(j)] * chain_.links()[index(j)].pin;
     change += v[j] * perp(P) - (omegaAt_[index(j)] * u[j]) * P;
   }
-  Powers powers{loads_.powerAlong(tAt_, eAt_.data(), omegaAt_.data(), u, v, pinVelocity_.data()), 0};
-  powers.dissipated += springs_.dissipationAlong(omegaAt_.data(), v);
+  powers.supplied = loads_.powerAlong(tAt_, eAt_.data(), omegaAt_.data(), u, v, pinVelocity_.data());
   powers.dissipated += stops_.dissipationAlong(thetaAt_.data(), omegaAt_.data(), u, v);
   return powers;
 }
@@ -328,11 +444,19 @@ void Dynamics::reserveSeries(int order) {
   findStiffness();
 }
 
+Dynamics::Powers Dynamics::findLoadsInOrder(double t, const double* y) {
+  if (effects_.empty()) return {};
+  clearMoments(t, y, y + n_);
+  Powers powers = applyEffects(effectsInOrder_, t, y, y + n_);
+  if (!springs_.empty()) powers.dissipated += springs_.apply(y, y + n_, N_.data());
+  return powers;
+}
+
 void Dynamics::series(double t, const double* y, int order, double* c) {
   evaluations_ += order;
   tAt_ = t;
   std::copy(y, y + 2 * n_, c);
-  applyEffects(t, y);
+  findLoadsInOrder(t, y);
   const bool acts = !effects_.empty();
   series_->find(order, {nullptr, acts ? N_.data() : nullptr, forces(), outside_.ground},
                 acts ? this : nullptr, c);
@@ -350,7 +474,7 @@ void Dynamics::findOrder(int k, const double* theta, const double* omega) {
 }
 
 void Dynamics::integrands(double t, const double* y, double* rates) {
-  const Powers powers = applyEffects(t, y);
+  const Powers powers = findLoadsInOrder(t, y);
   rates[0] = powers.supplied;
   rates[1] = powers.dissipated;
 }
@@ -360,7 +484,8 @@ double Dynamics::seriesCost(int order) const {
 }
 
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
-  evaluate(t, y, motion_.data());
+  evaluateInOrder(t, y, motion_.data());
+  rotations(y, e_.data(), n_);
   const double* theta = y;
   const double* omega = y + n_;
   const double* alpha = motion_.data() + n_;

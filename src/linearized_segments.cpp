@@ -43,13 +43,13 @@ LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::K
     : chain_(chain),
       kernel_(kernel ? *kernel : simd::kernelFor(chain.size())),
       solver_(solverFor(kernel_, Scalar())),
-      n_(chain.size()),
-      steps_(stepsOfSegments(n_, kernel_.lanes)),
+      arrangement_(chain.size(), kernel),
       state_(std::make_shared<SegmentsState>()) {
-  const auto places = static_cast<std::size_t>(steps_ * kernel_.lanes);
-  state_->links = linksInLanes(chain, kernel_.lanes);
+  const auto places = static_cast<std::size_t>(arrangement_.places());
+  state_->links = linksArranged(chain, arrangement_);
   state_->bodies = CacheLines(places * LinearArrays::stateQuantities);
-  const std::vector<double> none(static_cast<std::size_t>(n_));
+  state_->masses = CacheLines(places * LinearArrays::massQuantities);
+  const std::vector<double> none(places);
   setJoints(none.data(), none.data());
   reserve();
 }
@@ -60,25 +60,18 @@ LinearizedSegments<Scalar>::LinearizedSegments(const LinearizedSegments<Other>& 
     : chain_(other.chain_),
       kernel_(other.kernel_),
       solver_(solverFor(kernel_, Scalar())),
-      n_(other.n_),
-      steps_(other.steps_),
+      arrangement_(other.arrangement_),
       state_(other.state_) {
   reserve();
 }
 
 template <class Scalar>
-bool LinearizedSegments<Scalar>::areWorthwhile(int n) {
-  constexpr int leastLinks = 48;  // the segments must be worth joining
-  return n >= leastLinks && Segments::areWorthwhile(n);
-}
-
-template <class Scalar>
 void LinearizedSegments<Scalar>::reserve() {
-  const auto places = static_cast<std::size_t>(steps_ * kernel_.lanes * parts<Scalar>);
+  const auto places = static_cast<std::size_t>(arrangement_.places() * parts<Scalar>);
   inward_ = CacheLines(places * LinearArrays::inwardQuantities);
   handles_ = CacheLines(places * LinearArrays::handleQuantities);
   outward_ = CacheLines(places * LinearArrays::outwardQuantities);
-  sweeps_ = CacheLines(places * LinearArrays::sweepQuantities);
+  sweeps_ = CacheLines(places);
   int rounds = 0;
   while (1 << rounds < kernel_.lanes) ++rounds;
   pairs_ = CacheLines(static_cast<std::size_t>(rounds * kernel_.lanes * parts<Scalar>) *
@@ -87,25 +80,19 @@ void LinearizedSegments<Scalar>::reserve() {
 
 template <class Scalar>
 simd::LinearArrays LinearizedSegments<Scalar>::arrays() {
-  return {steps_,
-          n_,
-          state_->links.data(),
-          state_->bodies.data(),
-          inward_.data(),
-          handles_.data(),
-          outward_.data(),
-          sweeps_.data(),
-          pairs_.data()};
+  return {arrangement_.steps(),  state_->links.data(), state_->bodies.data(),
+          state_->masses.data(), inward_.data(),       handles_.data(),
+          outward_.data(),       sweeps_.data(),       pairs_.data()};
 }
 
 template <class Scalar>
 void LinearizedSegments<Scalar>::setJoints(const double* k, const double* d) {
   const auto lanes = static_cast<std::ptrdiff_t>(kernel_.lanes);
-  for (int place = 0; place < steps_ * kernel_.lanes; ++place) {
-    const int i = place / kernel_.lanes, lane = place % kernel_.lanes, j = lane * steps_ + i;
-    double* joint = state_->bodies.data() + i * LinearArrays::stateQuantities * lanes + lane;
-    joint[0] = j < n_ ? k[j] : 0;
-    joint[lanes] = j < n_ ? d[j] : 0;
+  for (int place = 0; place < arrangement_.places(); ++place) {
+    double* joint =
+        state_->bodies.data() + place / lanes * LinearArrays::stateQuantities * lanes + place % lanes;
+    joint[0] = k[place];
+    joint[lanes] = d[place];
   }
 }
 

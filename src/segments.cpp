@@ -23,12 +23,6 @@ bool Segments::areWorthwhile(int n) {
   return n >= leastLinks && simd::kernels().front()->lanes >= leastLanes;
 }
 
-int stepsOfSegments(int n, int lanes) {
-  constexpr int apart = 128;  // numbers: 1 KB, of a cache that repeats itself every 4
-  const int steps = (n + lanes - 1) / lanes;
-  return steps % apart == 0 ? steps + 1 : steps;
-}
-
 namespace {
 
 /// bodyIn(s, i, steps): the number of the body in lane s of step i.
@@ -58,8 +52,8 @@ CacheLines linksWith(const Chain& chain, int lanes_, int steps_, BodyIn bodyIn) 
 
 }  // namespace
 
-CacheLines linksInLanes(const Chain& chain, int lanes) {
-  return linksWith(chain, lanes, stepsOfSegments(chain.size(), lanes),
+CacheLines linksArranged(const Chain& chain, const Arrangement& arrangement) {
+  return linksWith(chain, arrangement.lanes(), arrangement.steps(),
                    [](std::size_t s, std::size_t i, std::size_t steps) { return s * steps + i; });
 }
 
@@ -71,10 +65,9 @@ CacheLines linksInBlocks(const Chain& chain, int lanes) {
 
 Segments::Segments(const Chain& chain, const simd::Kernel* kernel)
     : kernel_(kernel ? *kernel : simd::kernelFor(chain.size())),
-      n_(chain.size()),
-      steps_(stepsOfSegments(n_, kernel_.lanes)),
-      links_(linksInLanes(chain, kernel_.lanes)),
-      handles_(static_cast<std::size_t>(steps_ * kernel_.lanes) * handleQuantities) {}
+      arrangement_(chain.size(), kernel),
+      links_(linksArranged(chain, arrangement_)),
+      handles_(static_cast<std::size_t>(arrangement_.places()) * handleQuantities) {}
 
 std::string Segments::name() const {
   return "in " + std::to_string(kernel_.lanes) + " segments side by side (" + kernel_.name + ")";
@@ -82,8 +75,8 @@ std::string Segments::name() const {
 
 void Segments::accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
                              Vec2d ground, double* alpha) {
-  kernel_.segments({steps_, n_, links_.data(), handles_.data()}, &e->c, omega, N, F ? &F->x : nullptr, ground,
-                   alpha);
+  kernel_.segments({arrangement_.steps(), links_.data(), handles_.data()}, &e->c, omega, N,
+                   F ? &F->x : nullptr, ground, alpha);
 }
 
 }  // namespace planar_chain

@@ -4,25 +4,43 @@ namespace planar_chain {
 
 namespace {
 
-/// f(i, l, x_{first+i} − x_{first+i−1}) for i = 0 … size − 1; before x_0 there is 0. l counts from 0 to
-/// `lanes`, so that sums in as many parts do not wait for each other.
-constexpr std::size_t lanes = 8;
+constexpr std::size_t lanes = 8;  // sums in as many parts do not wait for each other
 
-template <class F>
-void forDifferences(const double* x, std::size_t first, std::size_t size, F f) {
-  if (size == 0) return;
-  const double* own = x + first;
-  f(0, 0, first > 0 ? own[0] - own[-1] : own[0]);
-  std::size_t i = 1;
-  for (; i + lanes <= size; i += lanes) {
-    for (std::size_t l = 0; l < lanes; ++l) f(i + l, l, own[i + l] - own[i + l - 1]);
-  }
-  for (; i < size; ++i) f(i, 0, own[i] - own[i - 1]);
+double sumOf(const double (&parts)[lanes]) {
+  double all = 0;
+  for (const double part : parts) all += part;
+  return all;
 }
+
+/// Of the outer body's number and the inner one's, which is 0 where there is none.
+struct Difference {
+  std::size_t outer, inner;
+  bool hasInner;
+  double operator()(const double* x) const { return hasInner ? x[outer] - x[inner] : x[outer]; }
+};
 
 }  // namespace
 
-Springs::Springs(const Chain& chain) {
+/// f(i, l, difference) for the first `count` joints; l: less than `lanes`, and another one for each
+/// neighbour.
+template <class F>
+void Springs::forJoints(std::size_t count, F f) const {
+  if (count == 0) return;
+  for (std::size_t i = 0; i < row_; ++i) {  // each lane's first stands behind the last of the lane before
+    const std::size_t own = first_ + i;
+    f(i, 0, Difference{own, row_ > 1 ? own + count - row_ - 1 : own - 1, own > 0});
+  }
+  const auto next = [&](std::size_t i, std::size_t l) {
+    f(i, l, Difference{first_ + i, first_ + i - row_, true});
+  };
+  std::size_t i = row_;
+  for (; i + lanes <= count; i += lanes) {
+    for (std::size_t l = 0; l < lanes; ++l) next(i + l, l);
+  }
+  for (; i < count; ++i) next(i, 0);
+}
+
+Springs::Springs(const Chain& chain, const Arrangement* arrangement) {
   bool dissipates = false;
   std::size_t last = 0;
   for (std::size_t i = 0; i < chain.joints().size(); ++i) {
@@ -33,40 +51,48 @@ Springs::Springs(const Chain& chain) {
     k_.resize(last - first_ + 1);
     dissipates = dissipates || joint.damping > 0;
   }
+  if (k_.empty()) return;
+  if (arrangement) {
+    first_ = 0;
+    last = chain.joints().size() - 1;
+    row_ = static_cast<std::size_t>(arrangement->lanes());
+    k_.resize(static_cast<std::size_t>(arrangement->places()));
+  }
   rest_.resize(size());
   torque_.resize(size());
   if (dissipates) d_.resize(size());
-  for (std::size_t i = 0; i < size(); ++i) {
-    const Joint& joint = chain.joints()[first_ + i];
-    k_[i] = joint.stiffness;
-    rest_[i] = joint.restAngle;
-    if (dissipates) d_[i] = joint.damping;
+  for (std::size_t i = first_; i <= last; ++i) {
+    const Joint& joint = chain.joints()[i];
+    const std::size_t place = arrangement ? arrangement->placeOf(i) : i - first_;
+    k_[place] = joint.stiffness;
+    rest_[place] = joint.restAngle;
+    if (dissipates) d_[place] = joint.damping;
   }
 }
 
 double Springs::findTorques(const double* theta, const double* omega) {
   const double *k = k_.data(), *rest = rest_.data(), *d = d_.data();
   double* __restrict torque = torque_.data();
-  forDifferences(theta, first_, size(),
-                 [=](std::size_t i, std::size_t, double q) { torque[i] = -k[i] * (q - rest[i]); });
+  forJoints(size(), [=](std::size_t i, std::size_t, const Difference& difference) {
+    torque[i] = -k[i] * (difference(theta) - rest[i]);
+  });
   double lost[lanes] = {};
-  forDifferences(omega, first_, d_.size(), [=, &lost](std::size_t i, std::size_t l, double qd) {
-    const double damping = d[i] * qd;
+  forJoints(d_.size(), [=, &lost](std::size_t i, std::size_t l, const Difference& difference) {
+    const double qd = difference(omega), damping = d[i] * qd;
     torque[i] -= damping;
     lost[l] += damping * qd;
   });
-  double all = 0;
-  for (const double sum : lost) all += sum;
-  return all;
+  return sumOf(lost);
 }
 
 double Springs::apply(const double* theta, const double* omega, double* N) {
   const double lost = findTorques(theta, omega);
   const double* torque = torque_.data();
   double* own = N + first_;
-  const std::size_t last = size() - 1;
-  for (std::size_t i = 0; i < last; ++i) own[i] += torque[i] - torque[i + 1];
-  own[last] += torque[last];
+  const std::size_t last = size() - row_;  // joints without one a row on
+  for (std::size_t i = 0; i < last; ++i) own[i] += torque[i] - torque[i + row_];
+  for (std::size_t l = 0; l < row_; ++l)
+    own[last + l] += torque[last + l] - (l + 1 < row_ ? torque[l + 1] : 0);
   if (first_ > 0) N[first_ - 1] -= torque[0];
   return lost;
 }
@@ -82,16 +108,12 @@ void Springs::addStiffness(double* k, double* d) const {
 }
 
 double Springs::dissipationAlong(const double* omega, const double* v) const {
-  const double *d = d_.data(), *own = v + first_;
-  const bool hasParent = first_ > 0;
+  const double* d = d_.data();
   double change[lanes] = {};
-  forDifferences(omega, first_, d_.size(), [=, &change](std::size_t i, std::size_t l, double qd) {
-    const double along = i > 0 || hasParent ? own[i] - own[i - 1] : own[i];
-    change[l] += 2 * d[i] * qd * along;
+  forJoints(d_.size(), [=, &change](std::size_t i, std::size_t l, const Difference& difference) {
+    change[l] += 2 * d[i] * difference(omega) * difference(v);
   });
-  double all = 0;
-  for (const double sum : change) all += sum;
-  return all;
+  return sumOf(change);
 }
 
 }  // namespace planar_chain

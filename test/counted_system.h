@@ -16,6 +16,10 @@ class CountedSystem : public ode::SeriesSystem {
     ++evaluations;
     f_.derivative(t, y, dydt);
   }
+  bool isArranged() const override { return f_.isArranged(); }
+  int arrangedSize() const override { return f_.arrangedSize(); }
+  void arrange(const double* y, double* arranged) const override { f_.arrange(y, arranged); }
+  void restore(const double* arranged, double* y) const override { f_.restore(arranged, y); }
   int positions() const override { return f_.positions(); }
   void rates(double t, const double* y, double* out) override {
     ++evaluations;

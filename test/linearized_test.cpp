@@ -193,33 +193,49 @@ TEST(ExactSolve, LosesNothingToStiffSprings) {
 }
 
 TEST(ExactSolve, KnowsWorksAndTime) {
-  // Sines and ramps: ∂f/∂t, and the rows of the supplied and dissipated work, against differences.
-  const Scene scene = test::randomScene(5, 77);
-  Loads loads(scene, 0);
-  loads.enter(0.1);
-  Dynamics dynamics(scene.chain, loads);
-  dynamics.reserve(0);
-  const int size = dynamics.size();
-  ASSERT_EQ(size, 12);
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(size), f(size), ft(size), plus(size), minus(size);
-  y.head(10) = stateOf(scene);
-  const double t = 0.2, h = 1e-6;
-  dynamics.linearize(t, y.data(), f.data());
-  ASSERT_TRUE(dynamics.timeDerivative(ft.data()));
-  dynamics.derivative(t + h, y.data(), plus.data());
-  dynamics.derivative(t - h, y.data(), minus.data());
-  EXPECT_LT(((plus - minus) / (2 * h) - ft).norm(), 1e-8 * ft.norm());
+  // Sines and ramps: ∂f/∂t, and the rows of the supplied and dissipated work, against differences. Link by
+  // link and arranged in segments.
+  for (const int n : {5, 20, 70}) {
+    const Scene scene = test::randomScene(n, 77);
+    Loads loads(scene, 0);
+    loads.enter(0.1);
+    Dynamics dynamics(scene.chain, loads);
+    dynamics.reserve(0);
+    const int size = dynamics.size();
+    ASSERT_EQ(size, 2 * n + 2);
+    Eigen::VectorXd y = Eigen::VectorXd::Zero(size), ft(size), plus(size), minus(size);
+    y.head(2 * n) = stateOf(scene);
+    const auto arranged = [&](const Eigen::VectorXd& values) {
+      Eigen::VectorXd all = Eigen::VectorXd::Constant(dynamics.arrangedSize(), std::nan(""));
+      dynamics.arrange(values.data(), all.data());
+      return all;
+    };
+    const double t = 0.2, h = 1e-6;
+    Eigen::VectorXd f = arranged(y), arrangedTime = f;
+    dynamics.linearize(t, arranged(y).data(), f.data());
+    ASSERT_TRUE(dynamics.timeDerivative(arrangedTime.data()));
+    dynamics.restore(arrangedTime.data(), ft.data());
+    EXPECT_EQ(arranged(ft), arrangedTime) << "0 beyond the end";
+    dynamics.derivative(t + h, y.data(), plus.data());
+    dynamics.derivative(t - h, y.data(), minus.data());
+    EXPECT_LT(((plus - minus) / (2 * h) - ft).norm(), 1e-7 * ft.norm()) << n;
+    dynamics.derivative(t, y.data(), plus.data());
+    EXPECT_EQ(arranged(plus), f) << n;
 
-  Eigen::VectorXd rhs = Eigen::VectorXd::LinSpaced(size, -1, 1), x(size);
-  const double s = 20;
-  dynamics.factor(s);
-  dynamics.solve(rhs.data(), x.data());
-  Eigen::VectorXd shifted = y + h * x;
-  dynamics.derivative(t, shifted.data(), plus.data());
-  shifted = y - h * x;
-  dynamics.derivative(t, shifted.data(), minus.data());
-  const Eigen::VectorXd Jx = (plus - minus) / (2 * h);
-  EXPECT_LT((s * x - Jx - rhs).norm(), 1e-7 * (Jx.norm() + rhs.norm()));
+    const Eigen::VectorXd rhs = Eigen::VectorXd::LinSpaced(size, -1, 1);
+    Eigen::VectorXd inPlace = arranged(rhs), x(size);
+    const double s = 20;
+    dynamics.factor(s);
+    dynamics.solve(inPlace.data(), inPlace.data());
+    dynamics.restore(inPlace.data(), x.data());
+    EXPECT_EQ(arranged(x), inPlace) << "0 beyond the end";
+    Eigen::VectorXd shifted = y + h * x;
+    dynamics.derivative(t, shifted.data(), plus.data());
+    shifted = y - h * x;
+    dynamics.derivative(t, shifted.data(), minus.data());
+    const Eigen::VectorXd Jx = (plus - minus) / (2 * h);
+    EXPECT_LT((s * x - Jx - rhs).norm(), 1e-7 * (Jx.norm() + rhs.norm())) << n;
+  }
 }
 
 }  // namespace

@@ -161,38 +161,56 @@ TEST(Radau, DampsWhatIsStiffInOneStep) {
 }
 
 TEST(Radau, SolvesWithComplexShiftsWorksIncluded) {
-  // (s − J) x = rhs, J x by differences of f along the real and the imaginary part of x.
-  const Scene scene = planar_chain::test::randomScene(5, 77);
-  Loads loads(scene, 0);
-  loads.enter(0.1);
-  Dynamics dynamics(scene.chain, loads);
-  const int size = dynamics.size();
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(size), f(size), plus(size), minus(size);
-  for (int i = 0; i < 5; ++i) {
-    y[i] = (i > 0 ? y[i - 1] : 0) + scene.q[static_cast<std::size_t>(i)];
-    y[5 + i] = (i > 0 ? y[4 + i] : 0) + scene.qd[static_cast<std::size_t>(i)];
-  }
-  const double t = 0.2, h = 1e-6;
-  dynamics.reserve(2);
-  dynamics.linearize(t, y.data(), f.data());
-  const Complex shifts[] = {{20, 30}, {5, -3}};
-  for (int k = 0; k < 2; ++k) dynamics.factorComplex(k, shifts[k]);
-  for (int k = 0; k < 2; ++k) {
-    Eigen::VectorXcd rhs(size), x(size);
-    rhs.real() = Eigen::VectorXd::LinSpaced(size, -1, 1);
-    rhs.imag() = Eigen::VectorXd::LinSpaced(size, 2, -1);
-    dynamics.solveComplex(k, rhs.data(), x.data());
-    const auto along = [&](const Eigen::VectorXd& direction) {
-      Eigen::VectorXd shifted = y + h * direction;
-      dynamics.derivative(t, shifted.data(), plus.data());
-      shifted = y - h * direction;
-      dynamics.derivative(t, shifted.data(), minus.data());
-      return Eigen::VectorXd((plus - minus) / (2 * h));
-    };
-    Eigen::VectorXcd Jx(size);
-    Jx.real() = along(x.real());
-    Jx.imag() = along(x.imag());
-    EXPECT_LT((shifts[k] * x - Jx - rhs).norm(), 1e-7 * (Jx.norm() + rhs.norm())) << k;
+  // (s − J) x = rhs, J x by differences of f along the real and the imaginary part of x. Link by link and
+  // arranged in segments.
+  for (const int n : {5, 20, 70}) {
+    const Scene scene = planar_chain::test::randomScene(n, 77);
+    Loads loads(scene, 0);
+    loads.enter(0.1);
+    Dynamics dynamics(scene.chain, loads);
+    const int size = dynamics.size();
+    Eigen::VectorXd y = Eigen::VectorXd::Zero(size), plus(size), minus(size);
+    for (int i = 0; i < n; ++i) {
+      y[i] = (i > 0 ? y[i - 1] : 0) + scene.q[static_cast<std::size_t>(i)];
+      y[n + i] = (i > 0 ? y[n + i - 1] : 0) + scene.qd[static_cast<std::size_t>(i)];
+    }
+    const double t = 0.2, h = 1e-6;
+    dynamics.reserve(2);
+    Eigen::VectorXd arranged(dynamics.arrangedSize()), f(arranged);
+    dynamics.arrange(y.data(), arranged.data());
+    dynamics.linearize(t, arranged.data(), f.data());
+    const Complex shifts[] = {{20, 30}, {5, -3}};
+    for (int k = 0; k < 2; ++k) dynamics.factorComplex(k, shifts[k]);
+    for (int k = 0; k < 2; ++k) {
+      Eigen::VectorXcd rhs(size), x(size), arrangedX(dynamics.arrangedSize());
+      rhs.real() = Eigen::VectorXd::LinSpaced(size, -1, 1);
+      rhs.imag() = Eigen::VectorXd::LinSpaced(size, 2, -1);
+      const auto part = [&](const Eigen::VectorXd& values) {
+        dynamics.arrange(values.data(), arranged.data());
+        return arranged;
+      };
+      arrangedX.real() = part(rhs.real());
+      arrangedX.imag() = part(rhs.imag());
+      dynamics.solveComplex(k, arrangedX.data(), arrangedX.data());
+      const auto restored = [&](const Eigen::VectorXd& values) {
+        Eigen::VectorXd inOrder(size);
+        dynamics.restore(values.data(), inOrder.data());
+        return inOrder;
+      };
+      x.real() = restored(arrangedX.real());
+      x.imag() = restored(arrangedX.imag());
+      const auto along = [&](const Eigen::VectorXd& direction) {
+        Eigen::VectorXd shifted = y + h * direction;
+        dynamics.derivative(t, shifted.data(), plus.data());
+        shifted = y - h * direction;
+        dynamics.derivative(t, shifted.data(), minus.data());
+        return Eigen::VectorXd((plus - minus) / (2 * h));
+      };
+      Eigen::VectorXcd Jx(size);
+      Jx.real() = along(x.real());
+      Jx.imag() = along(x.imag());
+      EXPECT_LT((shifts[k] * x - Jx - rhs).norm(), 1e-7 * (Jx.norm() + rhs.norm())) << n << " " << k;
+    }
   }
 }
 

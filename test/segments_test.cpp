@@ -70,6 +70,52 @@ TEST(Rotations, AreExactToAnUlpOrSoForAnyAngle) {
   }
 }
 
+/// Where body j stands among the segments, side by side.
+std::size_t placeOf(std::size_t j, const Arrangement& order) {
+  const auto steps = static_cast<std::size_t>(order.steps()), lanes = static_cast<std::size_t>(order.lanes());
+  return j % steps * lanes + j / steps;
+}
+
+template <class T>
+std::vector<T> arranged(const std::vector<T>& values, const Arrangement& order, T beyond = {}) {
+  std::vector<T> all(static_cast<std::size_t>(order.places()), beyond);
+  for (std::size_t j = 0; j < values.size(); ++j) all[placeOf(j, order)] = values[j];
+  return all;
+}
+
+template <class T>
+std::vector<T> restored(const T* all, std::size_t n, const Arrangement& order) {
+  std::vector<T> values;
+  for (std::size_t j = 0; j < n; ++j) values.push_back(all[placeOf(j, order)]);
+  return values;
+}
+
+TEST(Arrangement, PutsSegmentsSideBySide) {
+  for (const simd::Kernel* kernel : runnable()) {
+    for (const int n : {1, 2, 3, 4, 5, 7, 8, 9, 13, 31, 63, 64, 65, 100, 127, 129, 1000, 1024, 4096}) {
+      const Arrangement order(n, kernel);
+      ASSERT_GE(order.places(), n);
+      std::vector<double> values;
+      std::vector<Vec2d> vectors;
+      for (int j = 1; j <= n; ++j) values.push_back(j), vectors.push_back({1.0 * j, -2.0 * j});
+      std::vector<double> there(static_cast<std::size_t>(order.places()) + 1, std::nan("")),
+          back(values.size() + 1, -1);
+      order.arrange(values.data(), there.data());
+      ASSERT_TRUE(std::isnan(there.back())) << "written too far";
+      there.pop_back();
+      ASSERT_EQ(there, arranged(values, order)) << kernel->name << " " << n;
+      order.restore(there.data(), back.data());
+      ASSERT_EQ(back.back(), -1) << "written too far";
+      back.pop_back();
+      ASSERT_EQ(back, values) << kernel->name << " " << n;
+
+      std::vector<Vec2d> vectorsThere(there.size(), {1, 1});
+      order.arrange(vectors.data(), vectorsThere.data());
+      ASSERT_EQ(vectorsThere, arranged(vectors, order));
+    }
+  }
+}
+
 /// A chain in motion, with what acts on it.
 struct Moving {
   Chain chain;
@@ -129,6 +175,23 @@ double errorOf(const std::vector<double>& alpha, const std::vector<long double>&
   return static_cast<double>(worst / size);
 }
 
+/// α by segments.
+std::vector<double> bySegments(const Moving& moving, const simd::Kernel* kernel, const double* N,
+                               const Vec2d* F, Vec2d ground) {
+  Segments segments(moving.chain, kernel);
+  const Arrangement& order = segments.arrangement();
+  const auto e = arranged(moving.e, order, {1, 0});
+  const auto omega = arranged(moving.omega, order);
+  const auto moments = N ? arranged(moving.N, order) : std::vector<double>();
+  const auto forces = F ? arranged(moving.F, order) : std::vector<Vec2d>();
+  std::vector<double> alpha(e.size(), std::nan(""));
+  segments.accelerations(e.data(), omega.data(), N ? moments.data() : nullptr, F ? forces.data() : nullptr,
+                         ground, alpha.data());
+  std::vector<double> inOrder = restored(alpha.data(), moving.e.size(), order);
+  EXPECT_EQ(arranged(inOrder, order), alpha) << "0 beyond the end";
+  return inOrder;
+}
+
 TEST(Segments, AreAsExactAsTheRecursionLinkByLink) {
   // Every length up to a few segments, so that the last ones are full, short or empty; then long ones,
   // straight and crooked, where what a segment passes on becomes too small to be told.
@@ -148,10 +211,8 @@ TEST(Segments, AreAsExactAsTheRecursionLinkByLink) {
             .accelerations(moving.e.data(), moving.omega.data(), N, F, ground, alpha.data());
         const double own = errorOf(alpha, exact);
         for (const simd::Kernel* kernel : runnable()) {
-          std::fill(alpha.begin(), alpha.end(), std::nan(""));
-          Segments(moving.chain, kernel)
-              .accelerations(moving.e.data(), moving.omega.data(), N, F, ground, alpha.data());
-          ASSERT_LT(errorOf(alpha, exact), 20 * own + 1e-14) << kernel->name << " " << n << " " << bend;
+          ASSERT_LT(errorOf(bySegments(moving, kernel, N, F, ground), exact), 20 * own + 1e-14)
+              << kernel->name << " " << n << " " << bend;
         }
       }
     }
@@ -258,14 +319,13 @@ TEST(Segments, AreAsExactWhereTheThreadIsTaut) {
           const Moving moving = taut(n, tipMass, bend, seed);
           const std::vector<long double> exact = exactly(moving, Acting::moments, ground);
           std::vector<double> alpha(static_cast<std::size_t>(n));
-          const auto errorBy = [&](auto recursion) {
-            recursion.accelerations(moving.e.data(), moving.omega.data(), moving.N.data(), nullptr, ground,
-                                    alpha.data());
-            return errorOf(alpha, exact);
-          };
-          own.push_back(errorBy(Articulated<double>(moving.chain)));
+          Articulated<double>(moving.chain)
+              .accelerations(moving.e.data(), moving.omega.data(), moving.N.data(), nullptr, ground,
+                             alpha.data());
+          own.push_back(errorOf(alpha, exact));
           for (const simd::Kernel* kernel : runnable()) {
-            inSegments[kernel].push_back(errorBy(Segments(moving.chain, kernel)));
+            inSegments[kernel].push_back(
+                errorOf(bySegments(moving, kernel, moving.N.data(), nullptr, ground), exact));
           }
         }
         for (const auto& [kernel, errors] : inSegments) {
@@ -301,19 +361,52 @@ Linear linearOf(Moving moving, double k, double d, double size) {
   return at;
 }
 
-/// (s − J)⁻¹ of a right-hand side by Solver, u and v in a row.
-template <class Scalar, class Solver>
-std::vector<Scalar> solution(Solver& solver, const Linear& at, Scalar s) {
+template <class Scalar>
+std::vector<Scalar> randomSide(std::size_t n) {
+  Random random(7);
+  std::vector<Scalar> side(n);
+  for (Scalar& component : side) component = static_cast<Scalar>(random.between(-1, 1));
+  return side;
+}
+
+/// (s − J)⁻¹ of a right-hand side link by link, u and v in a row.
+template <class Scalar>
+std::vector<Scalar> solution(Linearized<Scalar>& solver, const Linear& at, Scalar s) {
   const std::size_t n = at.alpha.size();
   solver.setJoints(at.k.data(), at.d.data());
   solver.linearize(at.moving.e.data(), at.moving.omega.data(), at.alpha.data(), at.moving.F.data(),
                    at.XF.data());
   solver.factor(s);
-  Random random(7);
-  std::vector<Scalar> x(2 * n);
-  for (Scalar& component : x) component = static_cast<Scalar>(random.between(-1, 1));
+  std::vector<Scalar> x = randomSide<Scalar>(2 * n);
   solver.solve(x.data(), x.data() + n, x.data(), x.data() + n);
   return x;
+}
+
+/// The same by segments, where the solution takes the place of the right-hand side or not.
+template <class Scalar>
+std::vector<Scalar> solution(LinearizedSegments<double>& real, LinearizedSegments<Scalar>& solver,
+                             const Linear& at, Scalar s, bool inPlace) {
+  const std::size_t n = at.alpha.size();
+  const Arrangement& order = solver.arrangement();
+  real.setJoints(arranged(at.k, order).data(), arranged(at.d, order).data());
+  real.linearize(arranged(at.moving.e, order, {1, 0}).data(), arranged(at.moving.omega, order).data(),
+                 arranged(at.alpha, order).data(), arranged(at.moving.F, order).data(),
+                 arranged(at.XF, order).data());
+  solver.factor(s);
+  const std::vector<Scalar> side = randomSide<Scalar>(2 * n);
+  const auto half = static_cast<std::ptrdiff_t>(n);
+  std::vector<Scalar> x = arranged(std::vector<Scalar>(side.begin(), side.begin() + half), order);
+  const std::vector<Scalar> rates = arranged(std::vector<Scalar>(side.begin() + half, side.end()), order);
+  const std::size_t places = x.size();
+  x.insert(x.end(), rates.begin(), rates.end());
+  std::vector<Scalar> apart(inPlace ? 0 : x.size());
+  Scalar* to = inPlace ? x.data() : apart.data();
+  solver.solve(x.data(), x.data() + places, to, to + places);
+  std::vector<Scalar> found = restored(to, n, order);
+  EXPECT_EQ(arranged(found, order), std::vector<Scalar>(to, to + places)) << "0 beyond the end";
+  const std::vector<Scalar> v = restored(to + places, n, order);
+  found.insert(found.end(), v.begin(), v.end());
+  return found;
 }
 
 template <class Scalar, class Exact>
@@ -335,13 +428,16 @@ void compareSolves(const Linear& at, Scalar s, double factor) {
   const double own = worstOf(solution(sequential, at, s), exact);
   for (const simd::Kernel* kernel : runnable()) {
     LinearizedSegments<double> real(at.moving.chain, kernel);
+    const auto compare = [&](auto& segments) {
+      const std::vector<Scalar> x = solution(real, segments, at, s, true);
+      EXPECT_LT(worstOf(x, exact), factor * own + 1e-14) << kernel->name << " " << at.alpha.size();
+      EXPECT_EQ(solution(real, segments, at, s, false), x);
+    };
     if constexpr (std::is_same_v<Scalar, double>) {
-      EXPECT_LT(worstOf(solution(real, at, s), exact), factor * own + 1e-14)
-          << kernel->name << " " << at.alpha.size();
+      compare(real);
     } else {
       LinearizedSegments<Scalar> segments(real);
-      EXPECT_LT(worstOf(solution(segments, at, s), exact), factor * own + 1e-14)
-          << kernel->name << " " << at.alpha.size();
+      compare(segments);
     }
   }
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "../src/simd/kernel.h"
 #include "random_scene.h"
 
 namespace planar_chain {
@@ -72,6 +73,33 @@ TEST_P(SpringsOf, AreThoseOfTheFormula) {
   for (std::size_t i = 0; i < row.n; ++i) {
     ASSERT_NEAR(N[i], expected[i], 1e-14) << i;
     ASSERT_NEAR(tau[i], torques[i], 1e-14) << i;
+  }
+}
+
+TEST_P(SpringsOf, AreTheSameArranged) {
+  const Chain chain_ = chain();
+  for (const simd::Kernel* kernel : simd::kernels()) {
+    if (!kernel) continue;
+    const Arrangement order(chain_.size(), kernel);
+    const auto arranged = [&](const std::vector<double>& values) {
+      std::vector<double> all(static_cast<std::size_t>(order.places()));
+      order.arrange(values.data(), all.data());
+      return all;
+    };
+    Springs springs(chain_), there(chain_, &order);
+    EXPECT_EQ(there.empty(), springs.empty());
+    EXPECT_EQ(there.dissipate(), springs.dissipate());
+    if (springs.empty()) continue;
+    std::vector<double> N(row.n, 0.25), tau(row.n), arrangedN = arranged(N), arrangedTau = arranged(tau);
+    const double lost = springs.apply(theta.data(), omega.data(), N.data());
+    EXPECT_NEAR(there.apply(arranged(theta).data(), arranged(omega).data(), arrangedN.data()), lost,
+                1e-13 * lost);
+    springs.addTorques(theta.data(), omega.data(), tau.data());
+    there.addTorques(arranged(theta).data(), arranged(omega).data(), arrangedTau.data());
+    EXPECT_EQ(arrangedN, arranged(N)) << order.lanes();
+    EXPECT_EQ(arrangedTau, arranged(tau)) << order.lanes();
+    EXPECT_NEAR(there.dissipationAlong(arranged(omega).data(), arranged(along).data()),
+                springs.dissipationAlong(omega.data(), along.data()), 1e-13 * lost);
   }
 }
 

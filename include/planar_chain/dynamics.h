@@ -7,7 +7,8 @@
 ///     commands
 ///                                                                            Ẇ_d = Σ d_i q̇_i²
 ///
-/// The two works stand there only if something may supply or dissipate.
+/// The two works stand there only if something may supply or dissipate. Arranged, angles and rates stand as
+/// the segments of a long chain are gone through (arrangement.h), the works behind them.
 ///
 /// What runs is chosen when the chain is given, by its length and by what it has, and again when something
 /// starts or stops to act: rates() goes through a list of the effects there are, or knows that there are
@@ -20,7 +21,9 @@
 #include <vector>
 
 #include "planar_chain/acting.h"
+#include "planar_chain/arrangement.h"
 #include "planar_chain/articulated.h"
+#include "planar_chain/cache_lines.h"
 #include "planar_chain/linearized.h"
 #include "planar_chain/linearized_segments.h"
 #include "planar_chain/loads.h"
@@ -51,6 +54,10 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   /// See simulation.h.
   std::string recursion() const;
   void derivative(double t, const double* y, double* dydt) override;
+  bool isArranged() const override { return arrangement_.has_value(); }
+  int arrangedSize() const override { return 2 * places_ + works_; }
+  void arrange(const double* y, double* arranged) const override;
+  void restore(const double* arranged, double* y) const override;
   /// None for short chains, which compute all in one go.
   int positions() const override { return positions_; }
   void rates(double t, const double* y, double* out) override;
@@ -88,9 +95,12 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   struct Powers {
     double supplied = 0, dissipated = 0;
   };
-  /// Adds what it is to N_ and F_, and returns its powers.
+  /// Adds what it is to N_ and F_, or to those arranged, and returns its powers.
   using Effect = Powers (Dynamics::*)(double t, const double* theta, const double* omega);
   Powers clearMoments(double t, const double* theta, const double* omega);
+  Powers clearArrangedMoments(double t, const double* theta, const double* omega);
+  Powers applyInOrder(double t, const double* y, const double* omega);
+  Powers applyArrangedSprings(double t, const double* theta, const double* omega);
   Powers applyForces(double t, const double* theta, const double* omega);
   Powers applyTorques(double t, const double* theta, const double* omega);
   Powers applySprings(double t, const double* theta, const double* omega);
@@ -100,35 +110,55 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   void listEffects();
   void changedStops();
 
-  /// All but positions() of [ω α], with what acts.
+  /// All but positions() of [ω α], with what acts; arranged, but for the e of `acting` forces.
   void run(Acting acting, const Outside& outside, const double* y, double* rates);
-  Powers applyEffects(double t, const double* y);
+  Powers applyEffects(const std::vector<Effect>& effects, double t, const double* theta, const double* omega);
+  /// N_ and F_ of what acts at a state in the order of the chain.
+  Powers findLoadsInOrder(double t, const double* y);
+  /// Of an arranged y.
   void evaluateRates(double t, const double* y, double* out);
   void evaluateEffects(double t, const double* y, double* out);
   void evaluate(double t, const double* y, double* dydt);
+  /// Of one in the order of the chain.
+  void evaluateInOrder(double t, const double* y, double* dydt);
+  /// Angles and rates of an arranged y in their order along the chain.
+  const double* inOrder(const double* y);
+  /// N_ and F_ to where `outside_` has them.
+  void arrangeLoads(Acting acting);
+  /// What powersAlong() and timeDerivative() need of the arranged state that is linearized at.
+  void keep(const double* y);
+  /// A number of each body: to `room`, which is returned; or as it stands, where that makes no difference.
+  const double* arranged(const double* values, double* room) const;
   void findPinVelocities(const Rotation<double>* e, const double* omega);
   /// k and d of each joint, of its spring, damper and stops together.
   void findStiffness();
-  /// How both change along (u, v), at the last linearize().
-  Powers powersAlong(const double* u, const double* v);
+  /// How both change along (u, v), arranged, at the last linearize().
+  Powers powersAlong(const double* uv);
   const Vec2d* forces() const { return loads_.reach() > 0 ? F_.data() : nullptr; }
 
   const Chain& chain_;
   Loads& loads_;
   int n_;
   int works_;
-  Springs springs_;
   Stops stops_;
   std::variant<ShortChain, Articulated<double>, Segments> recursion_;
-  int positions_;
+  std::optional<Arrangement> arrangement_;
+  Springs springs_, arrangedSprings_;
+  int places_, positions_;
   Acting loadsAct_ = Acting::nothing, acting_ = Acting::nothing;
   bool varies_ = false;  ///< f, with time
   bool isBare_ = true;   ///< nothing but links, pins and gravity, so that even the list need not be asked
-  std::vector<Effect> effects_;
+  std::vector<Effect> effects_;         ///< of rates()
+  std::vector<Effect> effectsInOrder_;  ///< in the order of the chain: of the series, or without springs
   std::vector<Rotation<double>> e_;
   std::vector<double> N_, motion_;
   std::vector<Vec2d> F_, pinVelocity_;
-  Outside outside_;  ///< these
+  // The same arranged, for a chain in segments; and a state with its derivative; and in the chain's order.
+  AlignedArray<Rotation<double>> arrangedE_;
+  AlignedArray<Vec2d> arrangedF_;
+  CacheLines arrangedN_, arrangedY_, arrangedRates_;
+  std::vector<double> inOrder_;
+  Outside outside_;  ///< what run() is given
   long long evaluations_ = 0;
 
   // For the exact solve, once there is room for it: link by link or in segments, whichever is faster for this
@@ -140,7 +170,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   double tAt_ = 0, s_ = 0;
   std::vector<std::complex<double>> complexS_;
   std::vector<double> part_;
-  std::vector<double> thetaAt_, omegaAt_, kAt_, dAt_, XF_;
+  std::vector<double> thetaAt_, omegaAt_, arrangedOmegaAt_, kAt_, dAt_, XF_;
   std::vector<Rotation<double>> eAt_;
 
   std::optional<MotionSeries> series_;  ///< once there is room for it

@@ -30,6 +30,7 @@
 #include <complex>
 #include <memory>
 
+#include "planar_chain/arrangement.h"
 #include "planar_chain/cache_lines.h"
 #include "planar_chain/chain.h"
 #include "planar_chain/planar.h"
@@ -44,7 +45,7 @@ struct LinearArrays;
 
 /// What all factorizations at one state share.
 struct SegmentsState {
-  CacheLines links, bodies;
+  CacheLines links, bodies, masses;
 };
 
 template <class Scalar = double>
@@ -57,10 +58,10 @@ class LinearizedSegments {
   template <class Other>
   explicit LinearizedSegments(const LinearizedSegments<Other>& other);
 
-  /// True where this is faster than the solve link by link: on this CPU, for n links.
-  static bool areWorthwhile(int n);
+  /// The order of all that comes and goes; beyond the end e = 1, and nothing else.
+  const Arrangement& arrangement() const { return arrangement_; }
 
-  /// As those of Linearized. They allocate nothing.
+  /// As those of Linearized, of all places. They allocate nothing.
   void setJoints(const double* k, const double* d);
   void linearize(const Rotation<double>* e, const double* omega, const double* alpha, const Vec2d* F,
                  const double* XF);
@@ -77,7 +78,7 @@ class LinearizedSegments {
   const Chain& chain_;
   const simd::Kernel& kernel_;
   const simd::LinearKernel& solver_;
-  int n_, steps_;
+  Arrangement arrangement_;
   Scalar s_{};
   std::shared_ptr<SegmentsState> state_;
   CacheLines inward_, handles_, outward_, sweeps_, pairs_;

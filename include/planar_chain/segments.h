@@ -34,6 +34,7 @@
 #include <string>
 #include <vector>
 
+#include "planar_chain/arrangement.h"
 #include "planar_chain/cache_lines.h"
 #include "planar_chain/chain.h"
 #include "planar_chain/planar.h"
@@ -44,13 +45,9 @@ namespace simd {
 struct Kernel;
 }
 
-/// Links in the longest of so many segments. One more where the segments would stand as far apart as a CPU's
-/// cache repeats itself.
-int stepsOfSegments(int n, int lanes);
-
-/// What the recursions need of the links, m, I, r and p, for a chain cut into `lanes` segments: lane s of
-/// step i is body s·steps + i; those beyond the end are without mass and length.
-CacheLines linksInLanes(const Chain& chain, int lanes);
+/// What the recursions need of the links, m, I, r and p, row by row, for a chain cut into segments; those
+/// beyond the end are without mass and length, with I = 1.
+CacheLines linksArranged(const Chain& chain, const Arrangement& arrangement);
 /// The same for neighbours side by side: lane s of step i is body i·lanes + s.
 CacheLines linksInBlocks(const Chain& chain, int lanes);
 
@@ -68,13 +65,17 @@ class Segments {
   /// In words, as "in 8 segments side by side (avx512)".
   std::string name() const;
 
-  /// As Articulated::accelerations. Allocates nothing.
+  /// The order of what comes and goes.
+  const Arrangement& arrangement() const { return arrangement_; }
+
+  /// As Articulated::accelerations, of all places: those beyond the end with e = 1 and nothing else.
+  /// Allocates nothing.
   void accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
                      Vec2d ground, double* alpha);
 
  private:
   const simd::Kernel& kernel_;
-  int n_, steps_;
+  Arrangement arrangement_;
   CacheLines links_, handles_;
 };
 

@@ -20,7 +20,7 @@ constexpr double nearlyWhole = 0.9;  // of a step: its error is nearly that of t
 constexpr double mostBeta = 0.04;    // weight of the last error in the PI control
 constexpr double smallestFactor = 0.2;
 constexpr double largestFactor = 10;
-constexpr double smallestError = 1e-4;  // remembered by the PI control
+constexpr double smallestLog = -13.287712;  // log2 of the smallest error that the PI control remembers, 1e-4
 constexpr int mostJumps = 10;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
@@ -50,7 +50,7 @@ AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance toleran
       exponent_(1.0 / stepper_->errorOrder()),
       beta_(std::min(mostBeta, 7 * mostBeta * exponent_)),
       aimed_(std::pow(sure, stepper_->errorOrder())),
-      lastLog_(log2(smallestError)),
+      lastLog_(smallestLog),
       trial_(stepper_->increment()),
       trialDerivative_(stepper_->increment()) {
   if (stepper_->errorOrder() == 0) {
@@ -113,9 +113,10 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
     // before: a step cut short to land on a time says little about far longer ones.
     stepper_->accept();
     if (!isForeseen) {
-      const double wanted = h * std::max(growth(error), isJump ? 1 : smallestFactor);
+      const double log = log2(std::max(error, 1e-30));
+      const double wanted = h * std::max(growth(log), isJump ? 1 : smallestFactor);
       h_ = std::min(wanted, justRejected_ ? h : largestFactor * h_);
-      lastLog_ = log2(std::max(error, smallestError));
+      lastLog_ = std::max(log, smallestLog);
     }
     justRejected_ = false;
     count_.lastError = error;
@@ -142,7 +143,7 @@ void AdaptiveSteps::begin() {
 void AdaptiveSteps::resume(double h) {
   stepper_->forget();
   h_ = h;
-  lastLog_ = log2(smallestError);
+  lastLog_ = smallestLog;
   justRejected_ = false;
   finite_ = true;
 }
@@ -154,9 +155,8 @@ double AdaptiveSteps::foreseen(double error) const {
   return std::min(std::max(factor, smallestFactor), largestFactor);
 }
 
-/// error^−(exponent − ¾ β) × lastError^β, less a little.
-double AdaptiveSteps::growth(double error) const {
-  const double log = log2(std::max(error, 1e-30));
+/// error^−(exponent − ¾ β) × lastError^β, less a little; log: of the error.
+double AdaptiveSteps::growth(double log) const {
   return safety * exp2(beta_ * lastLog_ - (exponent_ - 0.75 * beta_) * log);
 }
 

@@ -6,32 +6,32 @@
 
 namespace planar_chain::ode {
 
-namespace {
-
-/// Numbers from one row to the next, of so many each: whole cache lines, an odd number of them, so that rows
-/// do not compete for the same places of a cache.
-std::size_t apart(Eigen::Index size) {
-  constexpr std::size_t line = 64 / sizeof(double);
-  return ((static_cast<std::size_t>(size) + line - 1) / line | 1) * line;
-}
-
-}  // namespace
-
 ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
     : table_(table),
       f_(f),
+      isArranged_(f.isArranged()),
+      size_(f.arrangedSize()),
       positions_(f.positions()),
-      damp_(simd::kernelFor(f.size()).vectors.damp),
-      rates_(f.size() - positions_),
-      slopes_(table.b.size() * apart(rates_)),
-      stage_(static_cast<std::size_t>(f.size())),
+      rates_(size_ - positions_),
+      damp_(simd::kernelFor(size_).vectors.damp),
+      slopes_(table.b.size(), static_cast<std::size_t>(rates_)),
+      stage_(static_cast<std::size_t>(size_)),
+      coarse_(static_cast<std::size_t>(table.coarse.empty() ? 0 : size_)),
       slope_(Eigen::VectorXd::Zero(f.size())),
       increment_(slope_),
-      coarse_(Eigen::VectorXd::Zero(table.coarse.empty() ? 0 : f.size())),
-      error_(Eigen::VectorXd::Zero(table.e.empty() ? 0 : f.size())) {
-  for (std::size_t i = 0; i < table.b.size(); ++i) k_.push_back(slopes_.data() + i * apart(rates_));
+      error_(Eigen::VectorXd::Zero(table.e.empty() ? 0 : f.size())),
+      incrementInStages_(increment_.data()),
+      errorInStages_(error_.data()) {
+  if (isArranged_) {
+    for (CacheLines* lines : {&start_, &arrangedIncrement_, &arrangedError_}) {
+      *lines = CacheLines(static_cast<std::size_t>(size_));
+    }
+    incrementInStages_ = arrangedIncrement_.data();
+    errorInStages_ = arrangedError_.data();
+  }
+  for (std::size_t i = 0; i < table.b.size(); ++i) k_.push_back(slopes_.row(i));
   // Nothing depends on what stands behind the rates, nor has it an error that counts.
-  const Eigen::Index behind = f.size() - 2 * positions_, others = positions_ > 0 ? 0 : behind;
+  const Eigen::Index behind = size_ - 2 * positions_, others = positions_ > 0 ? 0 : behind;
   const auto row = [&](const std::vector<double>& weights, double drift, Eigen::Index count) {
     return NystromRow(weights, drift, table.a, k_, positions_, count);
   };
@@ -45,34 +45,47 @@ double ExplicitRungeKutta::cost() const {
   return static_cast<double>(k_.size()) - (table_.lastIsFirst ? 1 : 0);
 }
 
-void ExplicitRungeKutta::evaluateFirst(double t, const Eigen::VectorXd& y) {
-  if (!firstIsKnown_) f_.rates(t, y.data(), k_.front());
+const double* ExplicitRungeKutta::arranged(const Eigen::VectorXd& y) {
+  if (!isArranged_) return y.data();
+  f_.arrange(y.data(), start_.data());
+  return start_.data();
+}
+
+void ExplicitRungeKutta::evaluateFirst(double t, const double* y) {
+  if (!firstIsKnown_) f_.rates(t, y, k_.front());
   firstIsKnown_ = true;
 }
 
 const Eigen::VectorXd& ExplicitRungeKutta::derivative(double t, const Eigen::VectorXd& y) {
-  evaluateFirst(t, y);
-  std::copy_n(y.data() + positions_, positions_, slope_.data());
-  std::copy_n(k_.front(), rates_, slope_.data() + positions_);
+  const double* start = arranged(y);
+  evaluateFirst(t, start);
+  std::copy_n(start + positions_, positions_, stage_.data());
+  std::copy_n(k_.front(), rates_, stage_.data() + positions_);
+  f_.restore(stage_.data(), slope_.data());
   return slope_;
 }
 
 void ExplicitRungeKutta::step(double t, double h, const Eigen::VectorXd& y) {
-  evaluateFirst(t, y);
+  const double* start = arranged(y);
+  evaluateFirst(t, start);
   const std::size_t last = k_.size() - 1;
   for (std::size_t i = 1; i <= last; ++i) {
     if (i == last && table_.lastIsFirst) {
-      b_.addTo(y, h, increment_, stage_.data());
+      b_.run(h, start, incrementInStages_, stage_.data());
     } else {
-      a_[i].addTo(y, h, stage_.data());
+      a_[i].run(h, start, nullptr, stage_.data());
     }
     f_.rates(t + table_.c[i] * h, stage_.data(), k_[i]);
   }
-  if (!table_.lastIsFirst) b_.increment(y, h, increment_);
-  if (!table_.e.empty()) e_.increment(y, h, error_);
+  if (!table_.lastIsFirst) b_.run(h, start, incrementInStages_, nullptr);
+  if (!table_.e.empty()) e_.run(h, start, errorInStages_, nullptr);
   if (!table_.coarse.empty()) {
-    coarseWeights_.increment(y, h, coarse_);
-    damp_(error_.data(), coarse_.data(), error_.size());
+    coarseWeights_.run(h, start, coarse_.data(), nullptr);
+    damp_(errorInStages_, coarse_.data(), size_);
+  }
+  if (isArranged_) {
+    f_.restore(incrementInStages_, increment_.data());
+    if (!table_.e.empty()) f_.restore(errorInStages_, error_.data());
   }
 }
 

@@ -50,20 +50,24 @@ Radau::Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const Sur
       f_(f),
       tolerance_(std::move(tolerance)),
       surroundings_(std::move(surroundings)),
+      start_(Eigen::VectorXd::Zero(f.arrangedSize())),
+      startSlope_(start_),
+      stage_(start_),
+      combined_(start_),
+      estimate_(start_),
       slope_(Eigen::VectorXd::Zero(f.size())),
-      stage_(slope_),
-      combined_(slope_),
       increment_(slope_),
       error_(slope_),
-      Z_(Stages::Zero(f.size(), stages)),
+      Z_(Stages::Zero(f.arrangedSize(), stages)),
       last_(Z_),
       R_(Z_),
       change_(Z_),
-      pair_(static_cast<std::size_t>(f.size())),
+      pair_(static_cast<std::size_t>(f.arrangedSize())),
       allowed_(Eigen::ArrayXd::Zero(tolerance_.ceiling.size())),
       mayVanish_(allowed_),
-      exactEnough_(allowed_),
-      lost_(allowed_) {
+      units_(slope_),
+      perExactEnough_(start_),
+      perLost_(start_) {
   f_.reserve(RadauTable::pairs);
 }
 
@@ -75,35 +79,51 @@ double Radau::cost() const {
   return once + iterations_ * iteration;
 }
 
+void Radau::linearize(double t, const Eigen::VectorXd& y) {
+  if (linearized_) return;
+  f_.arrange(y.data(), start_.data());
+  f_.linearize(t, start_.data(), startSlope_.data());
+  linearized_ = true;
+}
+
 const Eigen::VectorXd& Radau::derivative(double t, const Eigen::VectorXd& y) {
-  if (!linearized_) {
-    f_.linearize(t, y.data(), slope_.data());
-    linearized_ = true;
-  }
+  linearize(t, y);
+  f_.restore(startSlope_.data(), slope_.data());
   return slope_;
 }
 
+void Radau::findSlope(double t, const double* y, double* slope) {
+  const int positions = f_.positions();
+  std::copy_n(y + positions, positions, slope);
+  f_.rates(t, y, slope + positions);
+}
+
 void Radau::step(double t, double h, const Eigen::VectorXd& y) {
-  derivative(t, y);
+  linearize(t, y);
   f_.factor(table_.lambda / h);
   for (int k = 0; k < RadauTable::pairs; ++k) {
     f_.factorComplex(k, table_.mu[static_cast<std::size_t>(k)] / h);
   }
   const Allowance allowance(tolerance_, *surroundings_, h);
-  const double share = std::min(newtonShare, std::sqrt(tolerance_.value));
+  const auto lost = [&](Eigen::Index i) {
+    return std::max(allowance.rounding(i), 2 * epsilon * tolerance_.size(y, i));
+  };
   for (Eigen::Index i = 0; i < allowed_.size(); ++i) {
     const double size = tolerance_.size(y, i);
     allowed_[i] = allowance.of(i, size);
     mayVanish_[i] = std::max(allowed_[i], tolerance_.value * size);
-    lost_[i] = std::max(allowance.rounding(i), 2 * epsilon * size);
-    exactEnough_[i] = std::max(share * allowed_[i], lost_[i]);
+    units_[i] = 1 / lost(i);
   }
+  f_.arrange(units_.data(), perLost_.data());
+  const double share = std::min(newtonShare, std::sqrt(tolerance_.value));
+  for (Eigen::Index i = 0; i < allowed_.size(); ++i) units_[i] = 1 / std::max(share * allowed_[i], lost(i));
+  f_.arrange(units_.data(), perExactEnough_.data());
   hTried_ = h;
   carryOn(h);
-  const Newton result = solveStages(t, h, y);
+  const Newton result = solveStages(t, h);
   if (result == Newton::converged) {
-    increment_ = Z_.col(stages - 1);
-    estimate(t, h, y);
+    f_.restore(Z_.col(stages - 1).data(), increment_.data());
+    estimate(t, h);
     return;
   }
   rate_ = 1;
@@ -129,16 +149,16 @@ void Radau::carryOn(double h) {
 }
 
 /// Iterates until what is left to do, judged by how fast the changes shrink, is exact enough.
-Radau::Newton Radau::solveStages(double t, double h, const Eigen::VectorXd& y) {
+Radau::Newton Radau::solveStages(double t, double h) {
   rate_ = std::pow(std::max(rate_, epsilon), 0.8);
   double before = 0;
   for (iterations_ = 1; iterations_ <= mostIterations; ++iterations_) {
-    improve(t, h, y);
+    improve(t, h);
     if (!change_.allFinite()) return Newton::notFinite;
-    const double size = largest(exactEnough_);
+    const double size = largest(perExactEnough_);
     if (iterations_ > 1 && size > 0) {
       const double theta = size / before;
-      if (theta > slow && largest(lost_) <= 1) return Newton::converged;
+      if (theta > slow && largest(perLost_) <= 1) return Newton::converged;
       if (theta >= 0.99) return Newton::failed;
       rate_ = theta / (1 - theta);
       if (rate_ * size > 1 && std::pow(theta, mostIterations - iterations_) / (1 - theta) * size > 1) {
@@ -152,10 +172,10 @@ Radau::Newton Radau::solveStages(double t, double h, const Eigen::VectorXd& y) {
 }
 
 /// One iteration of Newton's method.
-void Radau::improve(double t, double h, const Eigen::VectorXd& y) {
+void Radau::improve(double t, double h) {
   for (int i = 0; i < stages; ++i) {
-    stage_ = y + Z_.col(i);
-    f_.derivative(t + table_.c[i] * h, stage_.data(), R_.col(i).data());
+    stage_ = start_ + Z_.col(i);
+    findSlope(t + table_.c[i] * h, stage_.data(), R_.col(i).data());
   }
   const RadauTable::Square slopes = -table_.W.transpose() / h;
   const RadauTable::Square toEigenvectors = table_.inverseT.transpose();
@@ -182,25 +202,27 @@ void Radau::improve(double t, double h, const Eigen::VectorXd& y) {
   change_.swap(R_);
 }
 
-void Radau::estimate(double t, double h, const Eigen::VectorXd& y) {
+void Radau::estimate(double t, double h) {
   combined_ = (table_.lambda / h) * Z_.lazyProduct(table_.e);
-  stage_ = slope_ + combined_;
-  f_.solve(stage_.data(), error_.data());
+  stage_ = startSlope_ + combined_;
+  f_.solve(stage_.data(), estimate_.data());
+  f_.restore(estimate_.data(), error_.data());
   const auto error = error_.head(allowed_.size()).array().abs();
   if ((error > allowed_).any() && (error <= mayVanish_).all()) {
-    stage_ = y + error_;
-    f_.derivative(t, stage_.data(), error_.data());
-    stage_ = error_ + combined_;
-    f_.solve(stage_.data(), error_.data());
+    stage_ = start_ + estimate_;
+    findSlope(t, stage_.data(), estimate_.data());
+    stage_ = estimate_ + combined_;
+    f_.solve(stage_.data(), estimate_.data());
+    f_.restore(estimate_.data(), error_.data());
   }
 }
 
-/// Of all controlled components of all stages' changes, in these units.
-double Radau::largest(const Eigen::ArrayXd& unit) const {
+/// Of all components of all stages' changes, each in its unit.
+double Radau::largest(const Eigen::VectorXd& perUnit) const {
   double most = 0;
-  forRows(unit.size(), [&](Rows first, Rows count) {
+  forRows(perUnit.size(), [&](Rows first, Rows count) {
     const auto change = change_.middleRows(first, count).array().abs();
-    most = std::max(most, (change.colwise() / unit.segment(first, count)).maxCoeff());
+    most = std::max(most, (change.colwise() * perUnit.segment(first, count).array()).maxCoeff());
   });
   return most;
 }

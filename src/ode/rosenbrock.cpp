@@ -74,22 +74,38 @@ const RosenbrockTableau& ros34pw2() {
   return table;
 }
 
+namespace {
+
+std::vector<double*> rowsOf(CacheRows& rows, std::size_t count) {
+  std::vector<double*> all;
+  for (std::size_t i = 0; i < count; ++i) all.push_back(rows.row(i));
+  return all;
+}
+
+/// y ← y + k x
+void add(double k, const double* x, double* y, Eigen::Index size) {
+  Eigen::Map<Eigen::VectorXd>(y, size) += k * Eigen::Map<const Eigen::VectorXd>(x, size);
+}
+
+}  // namespace
+
 Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
     : table_(table),
       f_(f),
-      U_(table.m.size(), Eigen::VectorXd::Zero(f.size())),
-      m_(table.m, U_),
-      e_(table.e, U_),
+      rows_(table.m.size(), static_cast<std::size_t>(f.arrangedSize())),
+      U_(rowsOf(rows_, table.m.size())),
+      m_(table.m, U_, f.arrangedSize()),
+      e_(table.e, U_, f.arrangedSize()),
       slope_(Eigen::VectorXd::Zero(f.size())),
-      timeSlope_(slope_),
-      stage_(slope_),
-      rates_(Eigen::VectorXd::Zero(f.size() - f.positions())),
       increment_(slope_),
       error_(slope_) {
-  const Eigen::Index positions = f.positions();
+  for (CacheLines* lines : {&start_, &startSlope_, &timeSlope_, &stage_, &rates_, &sum_}) {
+    *lines = CacheLines(static_cast<std::size_t>(f.arrangedSize()));
+  }
+  const Eigen::Index positions = f.positions(), rates = f.arrangedSize() - positions;
   for (std::size_t i = 0; i < U_.size(); ++i) {
     positionSums_.emplace_back(table.a[i], table.C[i], U_, 0, positions);
-    rateSums_.emplace_back(table.a[i], table.C[i], U_, positions, rates_.size());
+    rateSums_.emplace_back(table.a[i], table.C[i], U_, positions, rates);
   }
   f_.reserve(0);
 }
@@ -100,41 +116,49 @@ double Rosenbrock::cost() const {
   return linear.factor + stages - 1 + stages * linear.solve;
 }
 
+void Rosenbrock::linearize(double t, const Eigen::VectorXd& y) {
+  if (linearized_) return;
+  f_.arrange(y.data(), start_.data());
+  f_.linearize(t, start_.data(), startSlope_.data());
+  timeDependent_ = f_.timeDerivative(timeSlope_.data());
+  linearized_ = true;
+}
+
 const Eigen::VectorXd& Rosenbrock::derivative(double t, const Eigen::VectorXd& y) {
-  if (!linearized_) {
-    f_.linearize(t, y.data(), slope_.data());
-    timeDependent_ = f_.timeDerivative(timeSlope_.data());
-    linearized_ = true;
-  }
+  linearize(t, y);
+  f_.restore(startSlope_.data(), slope_.data());
   return slope_;
 }
 
 /// U ← f(t, y + Σ a_ij U_j) + Σ (C_ij/h) U_j. The positions' f is the rates of the stage.
-void Rosenbrock::findSide(std::size_t i, double t, double h, const Eigen::VectorXd& y) {
-  Eigen::VectorXd& U = U_[i];
+void Rosenbrock::findSide(std::size_t i, double t, double h) {
+  double* U = U_[i];
+  const double* y = start_.data();
   const Eigen::Index positions = f_.positions();
   double* stageRates = stage_.data() + positions;
-  rateSums_[i](y.data() + positions, stageRates, 1 / h, nullptr, U.data() + positions);
-  if (positions > 0) positionSums_[i](y.data(), stage_.data(), 1 / h, stageRates, U.data());
+  rateSums_[i](y + positions, stageRates, 1 / h, nullptr, U + positions);
+  if (positions > 0) positionSums_[i](y, stage_.data(), 1 / h, stageRates, U);
   f_.rates(t + table_.c[i] * h, stage_.data(), rates_.data());
-  U.tail(rates_.size()) += rates_;
+  add(1, rates_.data(), U + positions, f_.arrangedSize() - positions);
 }
 
 void Rosenbrock::step(double t, double h, const Eigen::VectorXd& y) {
-  derivative(t, y);
+  linearize(t, y);
   f_.factor(1 / (h * table_.gamma));
+  const Eigen::Index size = f_.arrangedSize();
   for (std::size_t i = 0; i < U_.size(); ++i) {
-    Eigen::VectorXd& U = U_[i];
     if (i == 0) {
-      U = slope_;
+      std::copy_n(startSlope_.data(), size, U_[0]);
     } else {
-      findSide(i, t, h, y);
+      findSide(i, t, h);
     }
-    if (timeDependent_) U += (table_.d[i] * h) * timeSlope_;
-    f_.solve(U.data(), U.data());
+    if (timeDependent_) add(table_.d[i] * h, timeSlope_.data(), U_[i], size);
+    f_.solve(U_[i], U_[i]);
   }
-  m_(1, increment_);
-  e_(1, error_);
+  m_(1, sum_.data());
+  f_.restore(sum_.data(), increment_.data());
+  e_(1, sum_.data());
+  f_.restore(sum_.data(), error_.data());
 }
 
 }  // namespace planar_chain::ode

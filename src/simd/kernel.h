@@ -12,11 +12,10 @@
 
 namespace planar_chain::simd {
 
-/// Arrays of `steps` × `lanes` numbers a quantity: lane s of step i is body s·steps + i, from the ground.
+/// Arrays of `steps` × `lanes` numbers a quantity, in the order of an Arrangement: see arrangement.h.
 struct SegmentArrays {
   static constexpr int linkQuantities = 6;  ///< m, I, r, p
   int steps;
-  int bodies;  ///< n ≤ steps × lanes; those beyond are without mass and length
   const double* links;
   double* handles;  ///< U/D, u/D, ω², P, g/D: 8 quantities a step
 };
@@ -40,17 +39,18 @@ constexpr int mostLanes = 8;
 /// The same layout, for the exact solve; see linearized_segments.h.
 struct LinearArrays {
   static constexpr int jointQuantities = 2;    ///< k, d
-  static constexpr int stateQuantities = 11;   ///< those, ω, α, P, which a solve reads; R, m, J, κ
+  static constexpr int stateQuantities = 6;    ///< those, ω, α, P, which a solve reads
+  static constexpr int massQuantities = 5;     ///< R, m, J, κ
   static constexpr int inwardQuantities = 9;   ///< 1/D, U_R, M_v, M_q, E_v, E_q
-  static constexpr int handleQuantities = 3;   ///< U_L/D, k̂/D
+  static constexpr int handleQuantities = 3;   ///< U_L/D, k̂/D; of linearize(), a
   static constexpr int outwardQuantities = 3;  ///< t/D
-  static constexpr int sweepQuantities = 3;    ///< ρ_q, ρ_v, ε/D; of linearize(), a
   static constexpr int pairQuantities = 74;    ///< d, and eight matrices
-  int steps, bodies;
+  int steps;
   const double* links;  ///< as in SegmentArrays
-  double* state;
+  double *state, *masses;
   /// What the factorization keeps for the way in of a solve, for its ways out and for the last of them, and
-  /// what the way in keeps for the way out: numbers of the solve, so a complex one has its real parts first.
+  /// ε/D, which the way in keeps for the way out: numbers of the solve, so a complex one has its real parts
+  /// first.
   /// No more than that: long chains wait for memory.
   double *inward, *handles, *outward, *sweeps;
   double* pairs;  ///< what is kept of the pairs of segments, round by round
@@ -65,7 +65,8 @@ struct LinearState {
 using Rows = double (*)[mostLanes];
 using ConstRows = const double (*)[mostLanes];
 
-/// The solve with real or complex numbers, at s: one number, or its two parts.
+/// The solve with real or complex numbers, at s: one number, or its two parts. Right-hand side and solution:
+/// pairs, if complex; they may stand in the same place.
 struct LinearKernel {
   void (*factor)(const LinearArrays& arrays, const double* s);
   void (*solve)(const LinearArrays& arrays, const double* s, const double* rhoQ, const double* rhoV,
@@ -157,6 +158,9 @@ struct Kernel {
   /// e = (cos θ, sin θ) of n angles, to 1 ulp or so for any finite θ.
   void (*rotations)(const double* theta, double* e, int n);
   const ShortChains* shortChains;
+  /// n numbers in the order of the arrays, with 0 beyond the end; and back.
+  void (*arrange)(int n, int steps, const double* values, double* arranged);
+  void (*restore)(int n, int steps, const double* arranged, double* values);
   /// The recursion in segments. e: pairs; N: or nullptr; F: pairs, or nullptr; ground: a of the inner pin.
   void (*segments)(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                    const double* F, Vec2d ground, double* alpha);

@@ -2,6 +2,7 @@
 
 /// All that a kernel is made of, for the CPU that the including file's compiler options name.
 
+#include "arrange_kernel.h"
 #include "linear_kernel.h"
 #include "series_links.h"
 #include "vector_kernel.h"
@@ -14,6 +15,8 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           laneCount,
           rotations,
           shortChains,
+          arrange,
+          restore,
           segmentsAll,
           linearizeOutwardsAll,
           linearizeInwardsAll,

@@ -88,7 +88,7 @@ bool areReducible(Real theta) {
   storePairs(e, turns);
   if (__builtin_expect(!areReducible(angles), false)) {
     rotateIrreducible(theta, e, count < laneCount ? count : laneCount);
-    turns = gatherPairs(e, 2);
+    turns = loadPairs(e);
   }
   return {turns.x, turns.y};
 }
@@ -106,7 +106,7 @@ void rotations(const double* theta, double* e, int n) {
 
 [[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
   rotate(theta, e, count < laneCount ? count : laneCount);
-  const Pairs turns = gatherPairs(e, 2);
+  const Pairs turns = loadPairs(e);
   return {turns.x, turns.y};
 }
 
@@ -126,62 +126,23 @@ const double* at(const double* array, int quantities, int i, int q) {
 constexpr int linkQuantities = SegmentArrays::linkQuantities;
 constexpr int handleQuantities = 8;
 
-/// True where lane s of step i + shift is a body in every lane. Arrays: those of segments or of the exact
-/// solve.
-template <int shift = 0, class Arrays>
-[[gnu::always_inline]] inline bool isFull(const Arrays& arrays, int i) {
-  const bool begins = shift >= 0 || i + shift >= 0;
-  return begins && i + shift + static_cast<std::ptrdiff_t>(arrays.steps) * (laneCount - 1) < arrays.bodies;
+/// A number of each body of step i.
+[[gnu::always_inline]] inline Real read(const double* values, int i) {
+  return Real::load(values + static_cast<std::ptrdiff_t>(i) * laneCount);
 }
 
-/// The first of `width` numbers of each body of step i + shift, lane by lane; 0 where there is no body.
-template <int width = 1, int shift = 0, class Arrays>
-[[gnu::always_inline]] inline Real read(const Arrays& arrays, const double* values, int i) {
-  const std::ptrdiff_t stride = arrays.steps;
-  if (isFull<shift>(arrays, i)) return Real::gather(values + (i + shift) * width, stride * width);
-  Real a;
-  for (int s = 0; s < laneCount; ++s) {
-    const std::ptrdiff_t j = i + shift + s * stride;
-    if (j >= 0 && j < arrays.bodies) a.v[s] = values[j * width];
-  }
-  return a;
+/// A pair of each.
+[[gnu::always_inline]] inline Pairs readPairs(const double* pairs, int i) {
+  return loadPairs(pairs + 2 * static_cast<std::ptrdiff_t>(i) * laneCount);
 }
 
-/// The other way, to the bodies that there are.
-template <int width = 1, class Arrays>
-[[gnu::always_inline]] inline void write(const Arrays& arrays, Real a, double* values, int i) {
-  const std::ptrdiff_t stride = arrays.steps;
-  if (isFull(arrays, i)) return a.scatter(values + i * width, stride * width);
-  for (int s = 0; s < laneCount; ++s) {
-    const std::ptrdiff_t j = i + s * stride;
-    if (j < arrays.bodies) values[j * width] = a.v[s];
-  }
-}
-
-/// A pair of each body; (beyond, 0) for those beyond the end.
-template <class Arrays>
-[[gnu::always_inline]] inline Pairs readPairs(const Arrays& arrays, const double* pairs, int i,
-                                              double beyond) {
-  const std::ptrdiff_t stride = arrays.steps;
-  if (isFull(arrays, i)) return gatherPairs(pairs + 2 * i, 2 * stride);
-  Pairs a{Real(beyond), Real()};
-  for (int s = 0; s < laneCount; ++s) {
-    const double* from = pairs + 2 * (i + s * stride);
-    if (i + s * stride < arrays.bodies) a.x.v[s] = from[0], a.y.v[s] = from[1];
-  }
-  return a;
-}
-
-/// Of vectors; 0 beyond the end.
-template <class Arrays>
-[[gnu::always_inline]] inline Vector readVector(const Arrays& arrays, const double* pairs, int i) {
-  const Pairs vector = readPairs(arrays, pairs, i, 0);
+[[gnu::always_inline]] inline Vector readVector(const double* pairs, int i) {
+  const Pairs vector = readPairs(pairs, i);
   return {vector.x, vector.y};
 }
 
-[[gnu::always_inline]] inline Rotation<Real> readRotation(const SegmentArrays& arrays, const double* e,
-                                                          int i) {
-  const Pairs pairs = readPairs(arrays, e, i, 1);
+[[gnu::always_inline]] inline Rotation<Real> readRotation(const double* e, int i) {
+  const Pairs pairs = readPairs(e, i);
   return {pairs.x, pairs.y};
 }
 
@@ -196,7 +157,7 @@ Vector unit(Vector P) {
 Vector outerFrames(const SegmentArrays& arrays, const double* e) {
   const int i = arrays.steps - 1;
   const double* link = at(arrays.links, linkQuantities, i, 0);
-  return unit(readRotation(arrays, e, i) *
+  return unit(readRotation(e, i) *
               Vector{Real::load(link + 4 * laneCount), Real::load(link + 5 * laneCount)});
 }
 
@@ -211,13 +172,13 @@ inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const d
     const double* link = at(arrays.links, linkQuantities, i, 0);
     const auto own = [link](int q) { return Real::load(link + q * laneCount); };
     const Turned<Real> body = turned(Body<Real>{own(0), own(1), {own(2), own(3)}, {own(4), own(5)}},
-                                     readRotation(arrays, e, i), read(arrays, omega, i));
+                                     readRotation(e, i), read(omega, i));
     const Vector P = body.P;
     Real moment;
-    if constexpr (hasMoments) moment = read(arrays, N, i);
+    if constexpr (hasMoments) moment = read(N, i);
     const Handle<Real> handle = inwards<false>(body, moment, A, b);
     if constexpr (hasForces) {
-      b -= readVector(arrays, F, i);
+      b -= readVector(F, i);
     }
 
     const Vector g = mulAdd(P.x, Gy, -P.y * Gx);  // Gᵀ iP
@@ -246,7 +207,7 @@ inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force, do
     const Vector gD{own(6), own(7)};
     const Real result =
         outwards(Reply<Real>{{own(0), own(1)}, {own(4), own(5)}, own(2) - dot(gD, force), own(3)}, a);
-    write(arrays, result, alpha, i);
+    result.store(alpha + static_cast<std::ptrdiff_t>(i) * laneCount);
   }
 }
 

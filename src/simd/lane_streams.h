@@ -1,9 +1,7 @@
 #pragma once
 
 /// What the exact solve in lanes reads and writes: complex numbers, rows of three, quantities one after the
-/// other, and the arrays of the caller, whose bodies stand in their order along the chain.
-
-#include <algorithm>
+/// other, right-hand sides and solutions.
 
 #include "lane_kernel.h"
 #include "planar_chain/linearized.h"
@@ -144,80 +142,38 @@ struct Reader {
   void read(Triple<Number>& a) { (*this)(a.x, a.y, a.z); }
 };
 
-// ---- Arrays of the caller --------------------------------------------------------------------
+// ---- Right-hand sides and solutions ------------------------------------------------------------
 
-/// A number of each body of step i + shift; 0 where there is none.
-template <class Number, int shift = 0>
-[[gnu::always_inline]] inline Number gathered(const LinearArrays& arrays, const double* values, int i) {
+/// A number of each body of step i; the two parts of complex ones stand side by side.
+[[gnu::always_inline]] inline void read(const double* values, int i, Real& a) {
+  a = read(values, i);
+}
+[[gnu::always_inline]] inline void read(const double* values, int i, ComplexLanes& a) {
+  const Pairs both = readPairs(values, i);
+  a = {both.x, both.y};
+}
+template <class Number>
+[[gnu::always_inline]] inline Number numberAt(const double* values, int i) {
   Number a;
-  for (int k = 0; k < parts<Number>; ++k) {
-    part(a, k) = read<parts<Number>, shift>(arrays, values + k, i);
-  }
+  read(values, i, a);
   return a;
 }
 
-/// Rows become columns: groups of `size` lanes change places in pairs of rows, and so do all larger ones.
-template <int size = 1>
-[[gnu::always_inline]] inline void transpose(Real* rows) {
-  if constexpr (size < laneCount) {
-    for (int i = 0; i < laneCount; ++i) {
-      if (i & size) continue;
-      const Real inner = rows[i], outer = rows[i | size];
-      rows[i] = either<size>(inner, ofInner<size>(outer));
-      rows[i | size] = either<size>(ofOuter<size>(inner), outer);
-    }
-    transpose<2 * size>(rows);
-  }
+[[gnu::always_inline]] inline void write(double* values, int i, Real a) {
+  a.store(values + static_cast<std::ptrdiff_t>(i) * laneCount);
+}
+[[gnu::always_inline]] inline void write(double* values, int i, ComplexLanes a) {
+  storePairs(values + 2 * static_cast<std::ptrdiff_t>(i) * laneCount, {a.re, a.im});
 }
 
-/// Steps that are moved at a time: their numbers fill a register of each lane.
-template <class Number>
-constexpr int stepsPerBlock = laneCount / parts<Number>;
-
-/// True where all bodies of the block's steps are there.
-template <class Number>
-[[gnu::always_inline]] inline bool isWhole(const LinearArrays& arrays, int first) {
-  const int last = first + stepsPerBlock<Number> - 1;
-  return last < arrays.steps && isFull(arrays, last);
+/// Of the segment before; 0 for the first.
+inline Real ofSegmentBefore(Real a) {
+  Real b;
+  for (int s = 1; s < laneCount; ++s) b.v[s] = a.v[s - 1];
+  return b;
 }
-
-/// A number of each body of the block's steps: that of step `first` to `to`, the others `stride` apart.
-template <class Number>
-[[gnu::always_inline]] inline void gatherBlock(const LinearArrays& arrays, const double* values, int first,
-                                               double* to, int stride) {
-  constexpr int width = parts<Number>;
-  if (isWhole<Number>(arrays, first)) {
-    Real rows[laneCount];
-    for (int s = 0; s < laneCount; ++s) {
-      rows[s] = Real::load(values + (first + s * static_cast<std::ptrdiff_t>(arrays.steps)) * width);
-    }
-    transpose(rows);
-    for (int i = 0; i < laneCount; ++i) rows[i].store(to + i / width * stride + i % width * laneCount);
-    return;
-  }
-  const int end = std::min(first + stepsPerBlock<Number>, arrays.steps);
-  for (int i = first; i < end; ++i) store(gathered<Number>(arrays, values, i), to + (i - first) * stride);
-}
-
-/// The other way, from numbers one after the other, to the bodies that there are.
-template <class Number>
-[[gnu::always_inline]] inline void scatterBlock(const LinearArrays& arrays, const double* from, int first,
-                                                double* values) {
-  constexpr int width = parts<Number>;
-  if (isWhole<Number>(arrays, first)) {
-    Real rows[laneCount];
-    for (int i = 0; i < laneCount; ++i) rows[i] = Real::load(from + i * laneCount);
-    transpose(rows);
-    for (int s = 0; s < laneCount; ++s) {
-      rows[s].store(values + (first + s * static_cast<std::ptrdiff_t>(arrays.steps)) * width);
-    }
-    return;
-  }
-  const int end = std::min(first + stepsPerBlock<Number>, arrays.steps);
-  for (int i = first; i < end; ++i) {
-    Number a = loaded<Number>(from + (i - first) * width * laneCount);
-    for (int k = 0; k < width; ++k) write<width>(arrays, part(a, k), values + k, i);
-  }
+inline ComplexLanes ofSegmentBefore(ComplexLanes a) {
+  return {ofSegmentBefore(a.re), ofSegmentBefore(a.im)};
 }
 
 }  // namespace

@@ -40,15 +40,6 @@ struct Lanes {
     return a;
   }
   void store(double* to) const { std::memcpy(to, &v, sizeof v); }
-  /// Lane s from from[s·stride].
-  static Lanes gather(const double* from, std::ptrdiff_t stride) {
-    Lanes a;
-    for (int s = 0; s < laneCount; ++s) a.v[s] = from[s * stride];
-    return a;
-  }
-  void scatter(double* to, std::ptrdiff_t stride) const {
-    for (int s = 0; s < laneCount; ++s) to[s * stride] = v[s];
-  }
 
   friend Lanes operator+(Lanes a, Lanes b) { return a.v + b.v; }
   friend Lanes operator-(Lanes a, Lanes b) { return a.v - b.v; }
@@ -78,7 +69,7 @@ template <class... Numbers>
   ((numbers.store(to), to += laneCount), ...);
 }
 
-/// Pairs (x, y): of lane s at from[s·stride], two numbers each; and in a row.
+/// Pairs (x, y), in memory one after the other.
 struct Pairs {
   Lanes x, y;
 };
@@ -86,16 +77,11 @@ struct Pairs {
 #if defined(__AVX512F__)
 
 // All of maskz: GCC 12 takes the unmasked ones for reading what was never written.
-[[gnu::always_inline]] inline Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
-  const auto four = [=](std::ptrdiff_t first) {  // lanes first, first + 2, + 4, + 6
-    const auto two = [=](std::ptrdiff_t s) {
-      return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(from + s * stride)),
-                                  _mm_loadu_pd(from + (s + 2) * stride), 1);
-    };
-    return _mm512_maskz_insertf64x4(0xff, _mm512_castpd256_pd512(two(first)), two(first + 4), 1);
-  };
-  const __m512d even = four(0), odd = four(1);
-  return {Lanes(_mm512_maskz_unpacklo_pd(0xff, even, odd)), Lanes(_mm512_maskz_unpackhi_pd(0xff, even, odd))};
+[[gnu::always_inline]] inline Pairs loadPairs(const double* from) {
+  const __m512d low = _mm512_loadu_pd(from), high = _mm512_loadu_pd(from + 8);
+  const __m512i x = _mm512_setr_epi64(0, 2, 4, 6, 8, 10, 12, 14);
+  const __m512i y = _mm512_setr_epi64(1, 3, 5, 7, 9, 11, 13, 15);
+  return {Lanes(_mm512_permutex2var_pd(low, x, high)), Lanes(_mm512_permutex2var_pd(low, y, high))};
 }
 
 [[gnu::always_inline]] inline void storePairs(double* to, Pairs pairs) {
@@ -111,13 +97,11 @@ struct Pairs {
 
 #elif defined(__AVX2__)
 
-[[gnu::always_inline]] inline Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
-  const auto two = [=](std::ptrdiff_t s) {  // lanes s and s + 2
-    return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(from + s * stride)),
-                                _mm_loadu_pd(from + (s + 2) * stride), 1);
-  };
-  const __m256d even = two(0), odd = two(1);
-  return {Lanes(_mm256_unpacklo_pd(even, odd)), Lanes(_mm256_unpackhi_pd(even, odd))};
+[[gnu::always_inline]] inline Pairs loadPairs(const double* from) {
+  const __m256d low = _mm256_loadu_pd(from), high = _mm256_loadu_pd(from + 4);
+  const __m256d inner = _mm256_permute2f128_pd(low, high, 0x20);
+  const __m256d outer = _mm256_permute2f128_pd(low, high, 0x31);
+  return {Lanes(_mm256_unpacklo_pd(inner, outer)), Lanes(_mm256_unpackhi_pd(inner, outer))};
 }
 
 [[gnu::always_inline]] inline void storePairs(double* to, Pairs pairs) {
@@ -133,8 +117,20 @@ struct Pairs {
 
 #else
 
-[[gnu::always_inline]] inline Pairs gatherPairs(const double* from, std::ptrdiff_t stride) {
-  return {Lanes::gather(from, stride), Lanes::gather(from + 1, stride)};
+[[gnu::always_inline]] inline Pairs loadPairs(const double* from) {
+  Pairs pairs;
+  for (int s = 0; s < laneCount; ++s) pairs.x.v[s] = from[2 * s], pairs.y.v[s] = from[2 * s + 1];
+  return pairs;
+}
+
+[[gnu::always_inline]] inline void storePairs(double* to, Pairs pairs) {
+  for (int s = 0; s < laneCount; ++s) to[2 * s] = pairs.x.v[s], to[2 * s + 1] = pairs.y.v[s];
+}
+
+[[gnu::always_inline]] inline bool all(Integers mask) {
+  bool each = true;
+  for (int s = 0; s < laneCount; ++s) each = each && mask[s] != 0;
+  return each;
 }
 
 #endif

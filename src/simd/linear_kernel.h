@@ -35,17 +35,22 @@ double* outwardAt(const LinearArrays& arrays, int i) {
 
 template <class Number>
 double* sweepAt(const LinearArrays& arrays, int i) {
-  return placeOf<Number>(arrays.sweeps, LinearArrays::sweepQuantities, i);
+  return placeOf<Number>(arrays.sweeps, 1, i);
 }
 
 double* stateAt(const LinearArrays& arrays, int i) {
   return placeOf<Real>(arrays.state, LinearArrays::stateQuantities, i);
 }
 
+double* massAt(const LinearArrays& arrays, int i) {
+  return placeOf<Real>(arrays.masses, LinearArrays::massQuantities, i);
+}
+
 inline BodyAt<Real> bodyAt(const LinearArrays& arrays, int i) {
   BodyAt<Real> body;
-  Reader<Real> state(stateAt(arrays, i));
-  state(body.k, body.d, body.omega, body.alpha, body.P, body.R, body.m, body.J, body.kappa);
+  Reader<Real> state(stateAt(arrays, i)), mass(massAt(arrays, i));
+  state(body.k, body.d, body.omega, body.alpha, body.P);
+  mass(body.R, body.m, body.J, body.kappa);
   return body;
 }
 
@@ -62,7 +67,8 @@ Vector beyond(const BodyAt<Real>& body, Vector a) {
   return accelerationAt(body, a, body.P);
 }
 
-/// As if the inner pin of each segment did not accelerate. The accelerations of the pins stand in the sweeps.
+/// As if the inner pin of each segment did not accelerate. The accelerations of the pins stand where the next
+/// factorization will have its handles.
 void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Rows sums) {
   Vector a, force;
   Real mass;
@@ -72,21 +78,22 @@ void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Row
     Real inertia;
     Vector r, p;
     link(body.m, inertia, r, p);
-    const Vector turned = readVector(arrays, at.e, i);
-    const Rotation<Real> turn{turned.x, turned.y};
+    const Rotation<Real> turn = readRotation(at.e, i);
     body.R = turn * r;
     body.P = turn * p;
     body.J = mulAdd(body.m, dot(body.R, body.R), inertia);
-    body.omega = gathered<Real>(arrays, at.omega, i);
-    body.alpha = gathered<Real>(arrays, at.alpha, i);
+    body.omega = read(at.omega, i);
+    body.alpha = read(at.alpha, i);
     Writer<Real> write(stateAt(arrays, i) + LinearArrays::jointQuantities * laneCount);
-    write(body.omega, body.alpha, body.P, body.R, body.m, body.J);
-    Writer<Real> pin(sweepAt<Real>(arrays, i));
+    write(body.omega, body.alpha, body.P);
+    Writer<Real> writeMass(massAt(arrays, i));
+    writeMass(body.R, body.m, body.J);
+    Writer<Real> pin(handleAt<Real>(arrays, i));
     pin(a);
 
     mass += body.m;
     force += inertialForce(body, a);
-    if (at.F) force -= readVector(arrays, at.F, i);
+    if (at.F) force -= readVector(at.F, i);
     a = beyond(body, a);
   }
   RowWriter<Real> write(sums);
@@ -100,14 +107,14 @@ void linearizeInwardsAll(const LinearArrays& arrays, const LinearState& at, Cons
   for (int i = arrays.steps - 1; i >= 0; --i) {
     const BodyAt<Real> body = bodyAt(arrays, i);
     Vector a;
-    Reader<Real> pin(sweepAt<Real>(arrays, i));
+    Reader<Real> pin(handleAt<Real>(arrays, i));
     pin(a);
     a += start;
     Real kappa = mulAdd(-body.m, dot(body.R, a), -dot(body.P, outer));
-    if (at.XF) kappa += gathered<Real>(arrays, at.XF, i);
-    kappa.store(stateAt(arrays, i + 1) - laneCount);
+    if (at.XF) kappa += read(at.XF, i);
+    kappa.store(massAt(arrays, i + 1) - laneCount);
     outer += inertialForce(body, a);
-    if (at.F) outer -= readVector(arrays, at.F, i);
+    if (at.F) outer -= readVector(at.F, i);
   }
 }
 
@@ -218,89 +225,67 @@ PLANAR_CHAIN_IN_ONE_PIECE void factorAll(const LinearArrays& arrays, const doubl
   LinearPairs<Number, 1>::factor(factorization.shows(), arrays.pairs);
 }
 
-/// What a solve keeps of step i.
-template <class Number>
-struct Sweep {
-  static constexpr int size = LinearArrays::sweepQuantities * parts<Number> * laneCount;
-  double *rhoQ, *rhoV, *epsilonD;
-
-  Sweep(const LinearArrays& arrays, int i)
-      : rhoQ(sweepAt<Number>(arrays, i)),
-        rhoV(rhoQ + parts<Number> * laneCount),
-        epsilonD(rhoV + parts<Number> * laneCount) {}
+/// [ρ_q; ρ_v].
+struct Side {
+  const double *rhoQ, *rhoV;
 };
 
-/// b and r of what hangs on the segments' inner joints.
+/// b and r of what hangs on the segments' inner joints. Keeps ε/D.
 template <class Number>
-inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s, const double* rhoQ,
-                                   const double* rhoV) {
-  constexpr int block = stepsPerBlock<Number>;
+inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s, Side side) {
   const Number inverseS = Real(1) / s;
   Vec2<Number> b;
   Number r = Real();
-  int end = arrays.steps;
-  for (int first = (end - 1) / block * block; first >= 0; end = first, first -= block) {
-    const Sweep<Number> to(arrays, first);
-    gatherBlock<Number>(arrays, rhoQ, first, to.rhoQ, to.size);
-    gatherBlock<Number>(arrays, rhoV, first, to.rhoV, to.size);
-    Number rho = loaded<Number>(Sweep<Number>(arrays, end - 1).rhoQ);
-    for (int i = end - 1; i >= first; --i) {
-      const Sweep<Number> sweep(arrays, i);
-      const Number rhoInner =
-          i > first ? loaded<Number>(sweep.rhoQ - to.size) : gathered<Number, -1>(arrays, rhoQ, i);
-      LinearHandle<Number> handle;
-      Reader<Number> inward(inwardAt<Number>(arrays, i));
-      inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
-      store(carry(bodyAt(arrays, i), handle, s, inverseS * rho, inverseS * (rho - rhoInner),
-                  loaded<Number>(sweep.rhoV), b, r),
-            sweep.epsilonD);
-      rho = rhoInner;
-    }
+  const int last = arrays.steps - 1;
+  Number rho = numberAt<Number>(side.rhoQ, last);
+  const Number rhoBefore = ofSegmentBefore(rho);
+  for (int i = last; i >= 0; --i) {
+    const Number rhoInner = i > 0 ? numberAt<Number>(side.rhoQ, i - 1) : rhoBefore;
+    LinearHandle<Number> handle;
+    Reader<Number> inward(inwardAt<Number>(arrays, i));
+    inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
+    store(carry(bodyAt(arrays, i), handle, s, inverseS * rho, inverseS * (rho - rhoInner),
+                numberAt<Number>(side.rhoV, i), b, r),
+          sweepAt<Number>(arrays, i));
+    rho = rhoInner;
   }
   return {b.x, b.y, r};
 }
 
 /// Step i of the way out, where the solve left off; `outside`: what else has to do with ε/D.
 template <class Number>
-inline Number pass(const LinearArrays& arrays, int i, Number s, Number inverseS, Number outside,
+inline Number pass(const LinearArrays& arrays, int i, Number s, Number inverseS, Side side, Number outside,
                    Moving<Number>& X) {
   LinearHandle<Number> handle;
   Reader<Number> read(handleAt<Number>(arrays, i));
   read(handle.ULD, handle.kD);
-  const Sweep<Number> sweep(arrays, i);
-  const Number sigma = inverseS * loaded<Number>(sweep.rhoQ);
-  X.pass(bodyAt(arrays, i), handle, s, sigma, loaded<Number>(sweep.rhoV),
-         outside + loaded<Number>(sweep.epsilonD));
+  const Number sigma = inverseS * numberAt<Number>(side.rhoQ, i);
+  X.pass(bodyAt(arrays, i), handle, s, sigma, numberAt<Number>(side.rhoV, i),
+         outside + loaded<Number>(sweepAt<Number>(arrays, i)));
   return sigma;
 }
 
 /// X' of each segment by itself.
 template <class Number>
-inline Triple<Number> ownMotion(const LinearArrays& arrays, Number s) {
+inline Triple<Number> ownMotion(const LinearArrays& arrays, Number s, Side side) {
   const Number inverseS = Real(1) / s;
   Moving<Number> X;
-  for (int i = 0; i < arrays.steps; ++i) pass(arrays, i, s, inverseS, Number(Real()), X);
+  for (int i = 0; i < arrays.steps; ++i) pass(arrays, i, s, inverseS, side, Number(Real()), X);
   return {X.da.x, X.da.y, X.parent};
 }
 
 template <class Number>
-inline void carryOutwards(const LinearArrays& arrays, Number s, const Triple<Number>& start,
+inline void carryOutwards(const LinearArrays& arrays, Number s, Side side, const Triple<Number>& start,
                           const Triple<Number>& Y, double* u, double* v) {
-  constexpr int block = stepsPerBlock<Number>, stride = parts<Number> * laneCount;
   const Number inverseS = Real(1) / s;
   Moving<Number> X{{start.x, start.y}, start.z};
-  for (int first = 0; first < arrays.steps; first += block) {
-    alignas(64) double changes[2][block * stride];
-    for (int i = first; i < std::min(first + block, arrays.steps); ++i) {
-      Triple<Number> tD;
-      Reader<Number> outward(outwardAt<Number>(arrays, i));
-      outward(tD);
-      const Number sigma = pass(arrays, i, s, inverseS, dot(tD, Y), X);
-      store(sigma + X.parent, changes[0] + (i - first) * stride);
-      store(s * X.parent, changes[1] + (i - first) * stride);
-    }
-    scatterBlock<Number>(arrays, changes[0], first, u);
-    scatterBlock<Number>(arrays, changes[1], first, v);
+  for (int i = 0; i < arrays.steps; ++i) {
+    Triple<Number> tD;
+    Reader<Number> outward(outwardAt<Number>(arrays, i));
+    outward(tD);
+    const Number sigma = pass(arrays, i, s, inverseS, side, dot(tD, Y), X);
+    write(u, i, sigma + X.parent);
+    write(v, i, s * X.parent);
   }
 }
 
@@ -309,11 +294,12 @@ PLANAR_CHAIN_IN_ONE_PIECE void solveAll(const LinearArrays& arrays, const double
                                         const double* rhoV, double* u, double* v) {
   const Number s = everywhere<Number>(s_);
   ShowsOfSide<Number> shown;
-  shown.y = carryInwards(arrays, s, rhoQ, rhoV);
-  shown.c = outerAxes(arrays).fromGround(ownMotion(arrays, s));
+  const Side side{rhoQ, rhoV};
+  shown.y = carryInwards(arrays, s, side);
+  shown.c = outerAxes(arrays).fromGround(ownMotion(arrays, s, side));
   Triple<Number> X{Real(), Real(), Real()}, Y = X;
   LinearPairs<Number, 1>::solve(shown, arrays.pairs, X, Y);
-  carryOutwards(arrays, s, X, Y, u, v);
+  carryOutwards(arrays, s, side, X, Y, u, v);
 }
 
 template <class Number>

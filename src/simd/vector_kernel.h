@@ -3,11 +3,11 @@
 /// Vectors of the integrators, for `laneCount` lanes: each function reads and writes every component once.
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <utility>
 
+#include "join_kernel.h"
 #include "kernel.h"
 #include "lanes.h"
 
@@ -139,10 +139,9 @@ void damp(double* error, const double* coarse, std::ptrdiff_t n) {
   });
 }
 
-double sumOf(Lanes a) {
-  double sum = 0;
-  for (int s = 0; s < laneCount; ++s) sum += a.v[s];
-  return sum;
+/// Each of them.
+[[gnu::always_inline]] inline bool isNumber(Lanes a) {
+  return all(a.v == a.v);
 }
 
 bool addCarried(double* y, double* carry, const double* increment, std::ptrdiff_t n) {
@@ -150,7 +149,7 @@ bool addCarried(double* y, double* carry, const double* increment, std::ptrdiff_
   forRegistersByTurns(n, [&](std::ptrdiff_t i, int size, int which) {
     zero[which] = mulAdd(Lanes(0), loadSome(y + i, size) + loadSome(increment + i, size), zero[which]);
   });
-  if (std::isnan(sumOf(zero[0] + zero[1]))) return false;
+  if (!isNumber(zero[0] + zero[1])) return false;
   forRegisters(n, [&](std::ptrdiff_t i, int size) {
     const Lanes old = loadSome(y + i, size);
     const Lanes whole = loadSome(increment + i, size) + loadSome(carry + i, size);
@@ -187,10 +186,11 @@ struct Errors {
   }
 };
 
-double largestOf(Lanes a) {
-  double largest = 0;
-  for (int s = 0; s < laneCount; ++s) largest = a.v[s] > largest ? a.v[s] : largest;
-  return largest;
+/// Of the lanes, pair by pair.
+template <int size = 1>
+[[gnu::always_inline]] inline double largestOf(Lanes a) {
+  if constexpr (size < laneCount) return largestOf<2 * size>(larger(ofInner<size>(a), ofOuter<size>(a)));
+  return a.v[0];
 }
 
 [[gnu::noinline]] double largestRatioByDivision(const Errors& errors, std::ptrdiff_t n) {
@@ -200,7 +200,7 @@ double largestOf(Lanes a) {
     worst = larger(ratio, worst);
     zero = mulAdd(Lanes(0), ratio, zero);
   });
-  return std::isnan(sumOf(zero)) ? std::numeric_limits<double>::quiet_NaN() : largestOf(worst);
+  return isNumber(zero) ? largestOf(worst) : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// Ratios are compared by products. Where one is not finite, divisions tell why.
@@ -215,7 +215,7 @@ double largestRatio(const ErrorVectors& of, double most, double rounding, std::p
     allowed[which] = Lanes(isLarger ? may.v : allowed[which].v);
     zero[which] = mulAdd(Lanes(0), own + before, zero[which]);
   });
-  if (std::isnan(sumOf(zero[0] + zero[1]))) return largestRatioByDivision(errors, n);
+  if (!isNumber(zero[0] + zero[1])) return largestRatioByDivision(errors, n);
   return largestOf(larger(error[0] / allowed[0], error[1] / allowed[1]));
 }
 

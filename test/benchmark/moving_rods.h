@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "chains.h"
+#include "planar_chain/cache_lines.h"
 #include "planar_chain/dynamics.h"
 
 namespace planar_chain::benchmarks {
@@ -16,12 +17,19 @@ struct MovingRods {
     for (const double q : posture.q) y.push_back(theta += q);
     for (const double qd : posture.qd) y.push_back(omega += qd);
     dydt.resize(y.size());
+    arrangedY = CacheLines(static_cast<std::size_t>(dynamics.arrangedSize()));
+    arrangedRates = CacheLines(static_cast<std::size_t>(dynamics.arrangedSize()));
+    dynamics.arrange(y.data(), arrangedY.data());
   }
+
+  /// As the methods evaluate it at their stages.
+  void evaluate() { dynamics.rates(0, arrangedY.data(), arrangedRates.data() + dynamics.positions()); }
 
   Scene scene;
   Loads loads;
   Dynamics dynamics;
-  std::vector<double> y, dydt;  ///< θ_1…θ_n ω_1…ω_n; ω_1…ω_n α_1…α_n
+  std::vector<double> y, dydt;          ///< θ_1…θ_n ω_1…ω_n; ω_1…ω_n α_1…α_n
+  CacheLines arrangedY, arrangedRates;  ///< the same, arranged
 };
 
 }  // namespace planar_chain::benchmarks

@@ -1,7 +1,7 @@
 #include "moving_rods.h"
 #include "peer.h"
 
-/// This program: Dynamics::rates, which every method calls.
+/// This program: Dynamics::rates, which every method calls, of an arranged state.
 
 namespace planar_chain::benchmarks {
 
@@ -11,11 +11,11 @@ class PlanarChain : public Peer {
  public:
   explicit PlanarChain(int n) : n_(n) {}
   void place(const Posture& posture) override { rods_ = std::make_unique<MovingRods>(n_, posture); }
-  void evaluate() override {
-    Dynamics& dynamics = rods_->dynamics;
-    dynamics.rates(0, rods_->y.data(), rods_->dydt.data() + dynamics.positions());
+  void evaluate() override { rods_->evaluate(); }
+  void read(double* qdd) const override {
+    rods_->dynamics.restore(rods_->arrangedRates.data(), rods_->dydt.data());
+    makeRelative(rods_->dydt.data() + n_, n_, qdd);
   }
-  void read(double* qdd) const override { makeRelative(rods_->dydt.data() + n_, n_, qdd); }
 
  private:
   int n_;

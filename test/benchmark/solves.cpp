@@ -1,9 +1,11 @@
 #include <complex>
 #include <memory>
 #include <random>
+#include <type_traits>
 
 #include "measure.h"
 #include "moving_rods.h"
+#include "planar_chain/segments.h"
 
 namespace planar_chain::benchmarks {
 
@@ -26,10 +28,10 @@ Complex randomNumber(std::mt19937_64& engine, Complex) {
   return {randomNumber(engine, 0.0), randomNumber(engine, 0.0)};
 }
 
-/// A right-hand side [ρ_q; ρ_v] and room for [u; v].
+/// A right-hand side [ρ_q; ρ_v] and room for [u; v], of so many numbers.
 template <class Scalar>
 struct Sides {
-  explicit Sides(int n) : rhs(static_cast<std::size_t>(2 * n)), x(rhs.size()) {
+  explicit Sides(int size) : rhs(static_cast<std::size_t>(size)), x(rhs.size()) {
     std::mt19937_64 engine(21);
     for (Scalar& value : rhs) value = randomNumber(engine, Scalar());
   }
@@ -52,13 +54,13 @@ void registerDynamics(int n) {
   const std::pair<const char*, Work> works[] = {
       {"linearize",
        [](benchmark::State& state, int size, Dynamics& f, MovingRods& at) {
-         repeat(state, size, [&] { f.linearize(0, at.y.data(), at.dydt.data()); });
+         repeat(state, size, [&] { f.linearize(0, at.arrangedY.data(), at.arrangedRates.data()); });
        }},
       {"factor", [](benchmark::State& state, int size, Dynamics& f,
                     MovingRods&) { repeat(state, size, [&] { f.factor(shift<double>); }); }},
       {"solve",
        [](benchmark::State& state, int size, Dynamics& f, MovingRods&) {
-         Sides<double> sides(size);
+         Sides<double> sides(f.arrangedSize());
          f.factor(shift<double>);
          repeat(state, size, [&] { f.solve(sides.rhs.data(), sides.x.data()); });
        }},
@@ -67,7 +69,7 @@ void registerDynamics(int n) {
          repeat(state, size, [&] { f.factorComplex(0, shift<Complex>); });
        }},
       {"complex solve", [](benchmark::State& state, int size, Dynamics& f, MovingRods&) {
-         Sides<Complex> sides(size);
+         Sides<Complex> sides(f.arrangedSize());
          f.factorComplex(0, shift<Complex>);
          repeat(state, size, [&] { f.solveComplex(0, sides.rhs.data(), sides.x.data()); });
        }}};
@@ -75,20 +77,29 @@ void registerDynamics(int n) {
     benchmark::RegisterBenchmark(nameOf("solve", what, n).c_str(), [n, work = work](benchmark::State& state) {
       MovingRods at(n, crooked(n));
       at.dynamics.reserve(1);
-      at.dynamics.linearize(0, at.y.data(), at.dydt.data());
+      at.dynamics.linearize(0, at.arrangedY.data(), at.arrangedRates.data());
       work(state, n, at.dynamics, at);
     });
   }
 }
 
-/// The rods, linearized by one of the two solvers.
+/// The rods, linearized by one of the two solvers, each in its order.
 template <class Scalar, template <class> class Solver>
 struct SolverAt {
-  explicit SolverAt(int n) : at(n, crooked(n)), real(at.scene.chain), complex(real) {
+  static constexpr bool isArranged = std::is_same_v<Solver<Scalar>, LinearizedSegments<Scalar>>;
+
+  explicit SolverAt(int n)
+      : at(n, crooked(n)),
+        real(at.scene.chain),
+        complex(real),
+        places(isArranged ? at.dynamics.arrangedSize() / 2 : n) {
     at.dynamics.derivative(0, at.y.data(), at.dydt.data());
-    std::vector<Rotation<double>> e;
-    for (int i = 0; i < n; ++i) e.push_back(Rotation<double>::of(at.y[static_cast<std::size_t>(i)]));
-    real.linearize(e.data(), at.y.data() + n, at.dydt.data() + n, nullptr, nullptr);
+    at.dynamics.arrange(at.dydt.data(), at.arrangedRates.data());
+    const double* y = isArranged ? at.arrangedY.data() : at.y.data();
+    const double* dydt = isArranged ? at.arrangedRates.data() : at.dydt.data();
+    std::vector<Rotation<double>> e(static_cast<std::size_t>(places));
+    rotations(y, e.data(), places);
+    real.linearize(e.data(), y + places, dydt + places, nullptr, nullptr);
   }
   Solver<Scalar>& solver() {
     if constexpr (std::is_same_v<Scalar, Complex>)
@@ -100,6 +111,7 @@ struct SolverAt {
   MovingRods at;
   Solver<double> real;
   Solver<Complex> complex;
+  int places;
 };
 
 template <class Scalar, template <class> class Solver>
@@ -109,15 +121,16 @@ void registerSolver(const std::string& kind, const std::string& how, int n) {
                                  SolverAt<Scalar, Solver> at(n);
                                  repeat(state, n, [&] { at.solver().factor(shift<Scalar>); });
                                });
-  benchmark::RegisterBenchmark(nameOf("solver", kind + "solve " + how, n).c_str(),
-                               [n](benchmark::State& state) {
-                                 SolverAt<Scalar, Solver> at(n);
-                                 at.solver().factor(shift<Scalar>);
-                                 Sides<Scalar> sides(n);
-                                 const Scalar* rhs = sides.rhs.data();
-                                 Scalar* x = sides.x.data();
-                                 repeat(state, n, [&] { at.solver().solve(rhs, rhs + n, x, x + n); });
-                               });
+  benchmark::RegisterBenchmark(
+      nameOf("solver", kind + "solve " + how, n).c_str(), [n](benchmark::State& state) {
+        SolverAt<Scalar, Solver> at(n);
+        at.solver().factor(shift<Scalar>);
+        Sides<Scalar> sides(2 * at.places);
+        const Scalar* rhs = sides.rhs.data();
+        Scalar* x = sides.x.data();
+        const int places = at.places;
+        repeat(state, n, [&] { at.solver().solve(rhs, rhs + places, x, x + places); });
+      });
 }
 
 }  // namespace

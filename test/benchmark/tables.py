@@ -129,17 +129,29 @@ def overhead(results, method, n):
     return whole / parts
 
 
+def over_evaluations(results, method, evaluation, n):
+    one = results.time(evaluation, n)
+    return ratio(results.time(f'step/{method}', n), one and one * results.counter(f'step/{method}', n, 'evaluations'))
+
+
 def steps(results):
     sizes = results.sizes('step')
-    kinds = results.kinds('in a row')
-    table('Evaluations that wait for each other, ns a link:', ['n'] + kinds,
-          [[f'{n:,}'] + [number(results.per_link(f'in a row/{kind}', n)) for kind in kinds]
-           for n in results.sizes('in a row')])
+    ways = {'arranged': f'evaluation/crooked/{OURS}', 'in a row': 'in a row/evaluation',
+            'in order': 'in order/evaluation'}
+    table('Evaluations side by side, that wait for each other, and of a state in the order of the chain, ns a link:',
+          ['n'] + list(ways),
+          [[f'{n:,}'] + [number(results.per_link(way, n)) for way in ways.values()]
+           for n in results.sizes('in order')])
     stepped = METHODS + ['taylor']  # whose series are no part
     table('One step, ns a link:', ['n'] + stepped,
           [[f'{n:,}'] + [number(results.per_link(f'step/{method}', n)) for method in stepped] for n in sizes])
     table('The step over the evaluations, factorizations and solves that it asks for:', ['n'] + METHODS,
           [[f'{n:,}'] + [number(overhead(results, method, n)) for method in METHODS] for n in sizes])
+    plain = [method for method in ('rk4', 'dopri5', 'dop853') if method in results.kinds('step')]
+    table('The step over as many evaluations of each of these kinds:',
+          ['n'] + [f'{method} {way}' for method in plain for way in ways],
+          [[f'{n:,}'] + [number(over_evaluations(results, method, way, n)) for method in plain for way in ways.values()]
+           for n in sizes])
     kinds = results.kinds('tick')
     table('One tick of a swinging chain at 1000 Hz, with its energy balance, ns a link:', ['n'] + kinds,
           [[f'{n:,}'] + [number(results.per_link(f'tick/{kind}', n)) for kind in kinds]

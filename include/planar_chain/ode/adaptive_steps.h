@@ -41,7 +41,7 @@ class AdaptiveSteps : public Integrator {
   double propose(const State& state, double left) { return h_ = firstStep(state, left); }
 
  private:
-  double growth(double error) const;
+  double growth(double log) const;
   double foreseen(double error) const;
   double errorNorm(const Eigen::VectorXd& y, double h) const;
   double firstStep(const State& state, double left);

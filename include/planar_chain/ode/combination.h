@@ -15,11 +15,11 @@ namespace planar_chain::ode {
 /// factor Σ_j w_j x_j
 class Combination {
  public:
-  /// Of the first x, which stay where they are and have the same length. Leaves zeros out.
-  Combination(const std::vector<double>& weights, const std::vector<Eigen::VectorXd>& x);
+  /// Of the first x, of `size` components, which stay where they are. Leaves zeros out.
+  Combination(const std::vector<double>& weights, const std::vector<double*>& x, Eigen::Index size);
 
-  void operator()(double factor, Eigen::VectorXd& sum) const {
-    run_(factor, weights_.data(), terms_.data(), nullptr, sum.data(), nullptr, size_);
+  void operator()(double factor, double* sum) const {
+    run_(factor, weights_.data(), terms_.data(), nullptr, sum, nullptr, size_);
   }
 
  private:
@@ -34,8 +34,8 @@ class Combination {
 class TwoCombinations {
  public:
   /// Of the first x, which stay where they are: `count` components, from the one at `begin` on.
-  TwoCombinations(const std::vector<double>& v, const std::vector<double>& w,
-                  const std::vector<Eigen::VectorXd>& x, Eigen::Index begin, Eigen::Index count);
+  TwoCombinations(const std::vector<double>& v, const std::vector<double>& w, const std::vector<double*>& x,
+                  Eigen::Index begin, Eigen::Index count);
 
   /// The arrays begin with these components; no offset: nullptr.
   void operator()(const double* base, double* out, double factor, const double* offset, double* other) const;

@@ -29,18 +29,22 @@ class ExplicitRungeKutta : public Stepper {
   void forget() override { firstIsKnown_ = false; }
 
  private:
-  void evaluateFirst(double t, const Eigen::VectorXd& y);
+  /// y, arranged; and f there.
+  const double* arranged(const Eigen::VectorXd& y);
+  void evaluateFirst(double t, const double* y);
 
   Tableau table_;
   System& f_;
-  Eigen::Index positions_;
+  bool isArranged_;
+  Eigen::Index size_, positions_, rates_;  ///< arranged: of y; rates: components of f but for the positions'
   void (*damp_)(double* error, const double* coarse, std::ptrdiff_t n);
-  Eigen::Index rates_;  ///< components of f but for the positions' part
-  CacheLines slopes_, stage_;
+  CacheRows slopes_;
   std::vector<double*> k_;  ///< these, at the stages
   std::vector<NystromRow> a_;
   NystromRow b_, e_, coarseWeights_;
-  Eigen::VectorXd slope_, increment_, coarse_, error_;
+  CacheLines start_, stage_, arrangedIncrement_, arrangedError_, coarse_;
+  Eigen::VectorXd slope_, increment_, error_;
+  double *incrementInStages_, *errorInStages_;  ///< where they are found
   bool firstIsKnown_ = false;
 };
 

@@ -27,20 +27,13 @@ class NystromRow {
   NystromRow(const std::vector<double>& weights, double drift, const std::vector<std::vector<double>>& a,
              const std::vector<double*>& k, Eigen::Index positions, Eigen::Index others);
 
-  /// The sum without θ and ω, from those of base, or with them, or both. Allocate nothing.
-  void increment(const Eigen::VectorXd& base, double h, Eigen::VectorXd& sum) const {
-    run(h, base.data(), sum.data(), nullptr);
-  }
-  void addTo(const Eigen::VectorXd& base, double h, double* out) const { run(h, base.data(), nullptr, out); }
-  void addTo(const Eigen::VectorXd& base, double h, Eigen::VectorXd& sum, double* out) const {
-    run(h, base.data(), sum.data(), out);
-  }
-
- private:
+  /// sum: without θ and ω, from those of base; out: with them; either may be nullptr. Allocates nothing.
   void run(double h, const double* base, double* sum, double* out) const {
     if (positions_ > 0) return runTwice(h, base, sum, out);
     combine_(h, rates_.data(), terms_.data(), base, sum, out, others_);
   }
+
+ private:
   void runTwice(double h, const double* base, double* sum, double* out) const;
 
   void (*combineTwice_)(const simd::NystromWeights& weights, double h, const double* base, double* sum,

@@ -60,19 +60,24 @@ class Radau : public Stepper {
   enum class Newton { converged, failed, notFinite };
 
   void carryOn(double h);
-  Newton solveStages(double t, double h, const Eigen::VectorXd& y);
-  void improve(double t, double h, const Eigen::VectorXd& y);
-  void estimate(double t, double h, const Eigen::VectorXd& y);
-  double largest(const Eigen::ArrayXd& unit) const;
+  void linearize(double t, const Eigen::VectorXd& y);
+  /// f at an arranged state.
+  void findSlope(double t, const double* y, double* slope);
+  Newton solveStages(double t, double h);
+  void improve(double t, double h);
+  void estimate(double t, double h);
+  double largest(const Eigen::VectorXd& perUnit) const;
 
   const RadauTable& table_;
   LinearizedSystem& f_;
   Tolerance tolerance_;
   std::shared_ptr<const Surroundings> surroundings_;
-  Eigen::VectorXd slope_, stage_, combined_, increment_, error_;
+  Eigen::VectorXd start_, startSlope_, stage_, combined_, estimate_;  ///< arranged, as all with stages
+  Eigen::VectorXd slope_, increment_, error_;
   Stages Z_, last_, R_, change_;
   std::vector<std::complex<double>> pair_;
-  Eigen::ArrayXd allowed_, mayVanish_, exactEnough_, lost_;
+  Eigen::ArrayXd allowed_, mayVanish_;
+  Eigen::VectorXd units_, perExactEnough_, perLost_;  ///< the last two: arranged, 1 over it
   double hTried_ = 0, hLast_ = 0;
   double rate_ = 1;  ///< θ/(1 − θ) of the last iteration, θ: by how much it shrank the change
   int iterations_ = 4;

@@ -11,6 +11,7 @@
 #include <limits>
 #include <vector>
 
+#include "planar_chain/cache_lines.h"
 #include "planar_chain/ode/combination.h"
 #include "planar_chain/ode/stepper.h"
 
@@ -52,14 +53,18 @@ class Rosenbrock : public Stepper {
   void forget() override { linearized_ = false; }
 
  private:
-  void findSide(std::size_t i, double t, double h, const Eigen::VectorXd& y);
+  void linearize(double t, const Eigen::VectorXd& y);
+  void findSide(std::size_t i, double t, double h);
 
   RosenbrockTableau table_;
   LinearizedSystem& f_;
-  std::vector<Eigen::VectorXd> U_;
+  CacheRows rows_;
+  std::vector<double*> U_;                                ///< these
   std::vector<TwoCombinations> positionSums_, rateSums_;  ///< of a stage: Σ a_ij U_j and Σ C_ij U_j
   Combination m_, e_;
-  Eigen::VectorXd slope_, timeSlope_, stage_, rates_, increment_, error_;
+  // Arranged: y and f there, ∂f/∂t; of a stage, y and its rates; a sum.
+  CacheLines start_, startSlope_, timeSlope_, stage_, rates_, sum_;
+  Eigen::VectorXd slope_, increment_, error_;
   bool linearized_ = false;
   bool timeDependent_ = false;
 };

@@ -3,6 +3,7 @@
 /// An initial value problem ẏ = f(t, y), and where its solution stands. Knows no chain.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <complex>
 
 namespace planar_chain::ode {
@@ -14,10 +15,20 @@ class System {
   /// dydt = f(t, y); both of length size(). Must allocate nothing and may write numbers that are not finite.
   virtual void derivative(double t, const double* y, double* dydt) = 0;
 
-  /// So many components at the head of y are known to be positions: their derivatives are the next so many,
-  /// and nothing depends on those behind.
+  // A system may go through the components in an order of its own: "arranged", y has arrangedSize() numbers,
+  // those beside y's are 0 and stay 0. Methods that go through their stages so save it the reordering. By
+  // default the orders are the same.
+  virtual bool isArranged() const { return false; }
+  virtual int arrangedSize() const { return size(); }
+  /// To the other order and back; not in place.
+  virtual void arrange(const double* y, double* arranged) const { std::copy_n(y, size(), arranged); }
+  virtual void restore(const double* arranged, double* y) const { std::copy_n(arranged, size(), y); }
+
+  /// So many components at the head of an arranged y are known to be positions: their derivatives are the
+  /// next so many, and nothing depends on those behind.
   virtual int positions() const { return 0; }
-  /// The derivative of all but the positions, size() − positions() numbers; as derivative().
+  /// The derivative of all but the positions, arrangedSize() − positions() numbers, at an arranged y; as
+  /// derivative().
   virtual void rates(double t, const double* y, double* out) { derivative(t, y, out); }
 };
 
@@ -28,7 +39,7 @@ struct LinearCosts {
   double factorComplex, solveComplex;
 };
 
-/// A system whose Jacobian J = ∂f/∂y can be solved with exactly.
+/// A system whose Jacobian J = ∂f/∂y can be solved with exactly. All of it is arranged.
 class LinearizedSystem : public System {
  public:
   /// Room for what follows, with at least so many factorizations with complex s, kept beside each other and
@@ -50,8 +61,8 @@ class LinearizedSystem : public System {
   virtual void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) = 0;
 };
 
-/// And whose solution has a Taylor series. Its first driving() components drive themselves; the others
-/// are integrals along the way.
+/// And whose solution has a Taylor series, in the order of y. Its first driving() components drive
+/// themselves; the others are integrals along the way.
 class SeriesSystem : public LinearizedSystem {
  public:
   /// Whether they may pay, which depends on what else there is.
