@@ -220,7 +220,8 @@ void Dynamics::arrangeLoads(Acting acting) {
   if (acting == Acting::forces) arrangement_->arrange(F_.data(), arrangedF_.data());
 }
 
-inline void Dynamics::run(Acting acting, const Outside& outside, const double* y, double* rates) {
+[[gnu::always_inline]] inline void Dynamics::run(Acting acting, const Outside& outside, const double* y,
+                                                 double* rates) {
   if (auto* chain = std::get_if<ShortChain>(&recursion_)) return chain->derivative(acting, outside, y, rates);
 
   const double* omega = y + places_;
@@ -338,12 +339,13 @@ bool Dynamics::timeDerivative(double* ft) {
 }
 
 ode::LinearCosts Dynamics::linearCosts() const {
-  // By clock, of evaluations as this chain has them; between chains with springs and without. Where the
-  // factorizations do not stay in cache, complex solves wait for memory.
-  constexpr int staysInCache = 2500;
-  if (arrangement_)
-    return n_ > staysInCache ? ode::LinearCosts{3, 1.3, 3.4, 3.4} : ode::LinearCosts{2.4, 0.95, 3, 2.5};
-  return {2.9, 1, 3.2, 2.8};
+  // By clock, of evaluations as this chain has them; between chains with springs and without. Joining
+  // segments is dear for short ones; where factorizations do not stay in cache, solves wait for memory.
+  constexpr int isShort = 200, staysInCache = 2500;
+  if (!arrangement_) return {2.9, 1, 3.2, 2.8};
+  if (n_ <= isShort) return {3, 0.6, 6, 2.3};
+  if (n_ <= staysInCache) return {2.6, 0.6, 3, 1.8};
+  return {3.4, 1, 3.6, 3.2};
 }
 
 void Dynamics::factor(double s) {

@@ -26,9 +26,10 @@ struct Difference {
 template <class F>
 void Springs::forJoints(std::size_t count, F f) const {
   if (count == 0) return;
-  for (std::size_t i = 0; i < row_; ++i) {  // each lane's first stands behind the last of the lane before
-    const std::size_t own = first_ + i;
-    f(i, 0, Difference{own, row_ > 1 ? own + count - row_ - 1 : own - 1, own > 0});
+  f(0, 0, Difference{first_, first_ - 1, first_ > 0});
+  const std::size_t lastRow = count - row_;
+  for (std::size_t i = 1; i < row_; ++i) {  // what a lane begins with hangs on the last of the lane before
+    f(i, 0, Difference{i, lastRow + i - 1, true});
   }
   const auto next = [&](std::size_t i, std::size_t l) {
     f(i, l, Difference{first_ + i, first_ + i - row_, true});
@@ -89,10 +90,10 @@ double Springs::apply(const double* theta, const double* omega, double* N) {
   const double lost = findTorques(theta, omega);
   const double* torque = torque_.data();
   double* own = N + first_;
-  const std::size_t last = size() - row_;  // joints without one a row on
-  for (std::size_t i = 0; i < last; ++i) own[i] += torque[i] - torque[i + row_];
-  for (std::size_t l = 0; l < row_; ++l)
-    own[last + l] += torque[last + l] - (l + 1 < row_ ? torque[l + 1] : 0);
+  const std::size_t last = size() - 1, lastRow = size() - row_;
+  for (std::size_t i = 0; i < lastRow; ++i) own[i] += torque[i] - torque[i + row_];
+  for (std::size_t i = lastRow; i < last; ++i) own[i] += torque[i] - torque[i - lastRow + 1];
+  own[last] += torque[last];
   if (first_ > 0) N[first_ - 1] -= torque[0];
   return lost;
 }

@@ -46,9 +46,8 @@ void arrange(int n, int steps, const double* values, double* arranged) {
   for (int first = 0; first < steps; first += laneCount) {
     const int size = std::min(laneCount, steps - first);
     Real rows[laneCount];
-    forStretches(n, steps, first, size, [&](int s, std::ptrdiff_t begin, int count) {
-      rows[s] = loadSome(values + begin, count);
-    });
+    forStretches(n, steps, first, size,
+                 [&](int s, std::ptrdiff_t begin, int count) { rows[s] = loadSome(values + begin, count); });
     transpose(rows);
     double* to = arranged + static_cast<std::ptrdiff_t>(first) * laneCount;
     PLANAR_CHAIN_WRITTEN_OUT
@@ -68,9 +67,8 @@ void restore(int n, int steps, const double* arranged, double* values) {
       if (i < size) rows[i] = Real::load(from + i * laneCount);
     }
     transpose(rows);
-    forStretches(n, steps, first, size, [&](int s, std::ptrdiff_t begin, int count) {
-      storeSome(values + begin, rows[s], count);
-    });
+    forStretches(n, steps, first, size,
+                 [&](int s, std::ptrdiff_t begin, int count) { storeSome(values + begin, rows[s], count); });
   }
 }
 
