@@ -136,6 +136,28 @@ class Misled : public LinearizedSystem {
   std::vector<Complex> shifts_;
 };
 
+TEST(Radau, EstimatesTheErrorByItsFormula) {
+  // (λ/h − J)⁻¹ (f + λ/h Σ e_i Z_i), where the stages solve Z = h A f(y + Z), which is linear here.
+  const RadauTable& table = radau13();
+  for (const double h : {0.003, 0.03}) {
+    Misled f(1);
+    const auto radau = radauFor(f, 1e-13);
+    const double t = 0.5;
+    const Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 2);
+    radau->step(t, h, y);
+
+    const RadauTable::Vector slopes = -1000 * (y[0] - (t + h * table.c.array()).cos());
+    const RadauTable::Square system = RadauTable::Square::Identity() + 1000 * h * table.A;
+    const RadauTable::Vector Z = system.partialPivLu().solve(h * table.A * slopes);
+    double side = 0;
+    f.derivative(t, y.data(), &side);
+    side += table.lambda / h * table.e.dot(Z);
+    const double expected = side / (table.lambda / h + 1000);
+    EXPECT_GT(std::abs(expected), 1e-6);
+    EXPECT_NEAR(radau->error()[0], expected, 1e-9 * std::abs(expected) + 1e-14);
+  }
+}
+
 TEST(Radau, RejectsAStepWhoseStagesAreNotFound) {
   // A tenth of the true J lets Newton's method diverge, but for steps that are short against 1/1000.
   Misled f(0.1);
