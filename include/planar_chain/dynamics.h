@@ -110,7 +110,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   void listEffects();
   void changedStops();
 
-  /// All but positions() of [ω α], with what acts; arranged, but for the e of `acting` forces.
+  /// All but positions() of [ω α], with what acts, arranged. Link by link, e is read where forces act.
   void run(Acting acting, const Outside& outside, const double* y, double* rates);
   Powers applyEffects(const std::vector<Effect>& effects, double t, const double* theta, const double* omega);
   /// N_ and F_ of what acts at a state in the order of the chain.
