@@ -365,7 +365,7 @@ void Dynamics::solve(const double* rhs, double* x) {
 
 void Dynamics::reserve(int complexCount) {
   if (!linearized_) {
-    linearized_.emplace(solverFor(chain_, isArranged()));
+    linearized_.emplace(solverFor(chain_, arrangement_.has_value()));
     const auto n = index(n_);
     arrangedOmegaAt_.resize(springs_.dissipate() ? index(places_) : 0);
     const std::size_t inOrder = stops_.empty() && loads_.empty() ? 0 : n;

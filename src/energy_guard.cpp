@@ -23,8 +23,7 @@ EnergyGuard::EnergyGuard(const Chain& chain, const IntegratorSettings& settings,
       works_(works),
       tolerance_(ode::hasFixedStep(settings.method) ? 0 : tolerances * settings.tolerance),
       share_(ode::hasFixedStep(settings.method) ? share
-                                                : std::min(share, sharePerTolerance * settings.tolerance)),
-      good_(2 * chain.size() + works) {
+                                                : std::min(share, sharePerTolerance * settings.tolerance)) {
   double pin = 0;
   for (int j = 0; j < n_; ++j) {
     const Link& link = chain.links()[static_cast<std::size_t>(j)];
@@ -37,38 +36,47 @@ EnergyGuard::EnergyGuard(const Chain& chain, const IntegratorSettings& settings,
   }
 }
 
-void EnergyGuard::begin(const ode::State& state) {
+void EnergyGuard::begin(const ode::State& state, const double* y) {
   good_ = state;
-  energyThen_ = energyOf(chain_, state.y.data(), state.y.data() + n_);
+  energyThen_ = energyOf(chain_, y, y + n_);
+  worksThen_ = worksOf(y);
   gap_ = moved_ = 0;
 }
 
-bool EnergyGuard::closes(const ode::State& state) {
-  const Energy now = energyOf(chain_, state.y.data(), state.y.data() + n_);
-  const double in = supplied(state) - supplied(good_);
-  const double out = dissipated(state) - dissipated(good_);
+bool EnergyGuard::closes(const ode::State& state, const double* y) {
+  const Energy now = energyOf(chain_, y, y + n_);
+  const Works works = worksOf(y);
+  const double in = works.in - worksThen_.in;
+  const double out = works.out - worksThen_.out;
   const double fading = std::max(0.0, 1 - (state.t - good_.t));
   const double gap = gap_ * fading + (now.kinetic - energyThen_.kinetic) +
                      (now.potential - energyThen_.potential) - in + out;
   const double moved = std::max(moved_ * fading, now.kinetic + energyThen_.kinetic +
                                                      std::abs(now.potential - energyThen_.potential) +
                                                      std::abs(in) + std::abs(out));
-  if (!std::isfinite(gap) || !(std::abs(gap) <= errorEnergy(state, now) + share_ * moved)) {
+  if (!std::isfinite(gap) || !(std::abs(gap) <= errorEnergy(state.t, y, now) + share_ * moved)) {
     refused_ = gap;
     return false;
   }
   good_ = state;
   energyThen_ = now;
+  worksThen_ = works;
   gap_ = gap;
   moved_ = moved;
   return true;
 }
 
-double EnergyGuard::errorEnergy(const ode::State& state, const Energy& now) const {
+EnergyGuard::Works EnergyGuard::worksOf(const double* y) const {
+  if (works_ == 0) return {};
+  return {y[2 * n_], y[2 * n_ + 1]};
+}
+
+double EnergyGuard::errorEnergy(double t, const double* y, const Energy& now) const {
+  const Eigen::Map<const Eigen::ArrayXd> theta(y, n_), omega(y + n_, n_);
   const double rounding = std::numeric_limits<double>::epsilon() * std::max(32, n_);
-  const double error = tolerance_ * std::max(1.0, state.t - good_.t);
-  const double angle = error + rounding * (pi + state.y.head(n_).cwiseAbs().maxCoeff());
-  const double rate = (error + rounding) * (1 + state.y.segment(n_, n_).cwiseAbs().maxCoeff());
+  const double error = tolerance_ * std::max(1.0, t - good_.t);
+  const double angle = error + rounding * (pi + theta.abs().maxCoeff());
+  const double rate = (error + rounding) * (1 + omega.abs().maxCoeff());
 
   const double kinetic = 0.5 * inertia_ * rate * rate;
   const double elastic = 2 * stiffness_ * angle * angle;
@@ -77,14 +85,6 @@ double EnergyGuard::errorEnergy(const ode::State& state, const Energy& now) cons
   // Root by root: a product of energies may be past what a double holds.
   return 2 * std::sqrt(mostKinetic) * std::sqrt(kinetic) + kinetic +
          2 * std::sqrt(mostElastic) * std::sqrt(elastic) + elastic + weight_ * angle;
-}
-
-double EnergyGuard::supplied(const ode::State& state) const {
-  return works_ > 0 ? state.y[2 * n_] : 0;
-}
-
-double EnergyGuard::dissipated(const ode::State& state) const {
-  return works_ > 0 ? state.y[2 * n_ + 1] : 0;
 }
 
 }  // namespace planar_chain

@@ -64,6 +64,7 @@ struct Simulation::Parts {
   long long rescues = 0;
   EnergyGuard guard;
   ode::State state;
+  Eigen::VectorXd y;  ///< the state in the order of the chain
   std::vector<double> q, qd;
   std::vector<LinkMotion> motions;
   double energyAtStart = 0;
@@ -76,7 +77,8 @@ struct Simulation::Parts {
         loads(scene, commandCapacity),
         dynamics(scene.chain, loads),
         guard(scene.chain, scene.integrator, dynamics.works()),
-        state(dynamics.size()),
+        state(dynamics.arrangedSize()),
+        y(dynamics.size()),
         q(static_cast<std::size_t>(n)),
         qd(static_cast<std::size_t>(n)),
         motions(static_cast<std::size_t>(n)) {
@@ -93,12 +95,13 @@ struct Simulation::Parts {
     ladder[rung] =
         ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings.tolerance, n));
     if (!dynamics.stops().empty()) {
-      ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.stops(), dynamics.size());
+      ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.stops(), dynamics);
     }
   }
 
-  const double* theta() const { return state.y.data(); }
-  const double* omega() const { return state.y.data() + n; }
+  const double* theta() const { return y.data(); }
+  const double* omega() const { return y.data() + n; }
+  void restore() { dynamics.restore(state.y.data(), y.data()); }
 
   void set(const std::vector<double>& newQ, const std::vector<double>& newQd) {
     const auto size = static_cast<std::size_t>(n);
@@ -106,22 +109,23 @@ struct Simulation::Parts {
     require(allFinite(newQ) && allFinite(newQd), "q and qd must be finite");
     double theta = 0, omega = 0;
     for (std::size_t i = 0; i < size; ++i) {
-      state.y[static_cast<Eigen::Index>(i)] = theta += newQ[i];
-      state.y[static_cast<Eigen::Index>(size + i)] = omega += newQd[i];
+      y[static_cast<Eigen::Index>(i)] = theta += newQ[i];
+      y[static_cast<Eigen::Index>(size + i)] = omega += newQd[i];
     }
     const double energy = energyOf(scene.chain, this->theta(), this->omega()).total();
-    if (!std::isfinite(energy)) state = guard.lastGood();
+    if (!std::isfinite(energy)) restore();
     require(std::isfinite(energy), "q and qd must be of finite energy");
     energyAtStart = energy;
     q = newQ;
     qd = newQd;
-    state.y.tail(dynamics.works()).setZero();
+    y.tail(dynamics.works()).setZero();
+    dynamics.arrange(y.data(), state.y.data());
     state.carry.setZero();
     fault.clear();
-    guard.begin(state);
+    guard.begin(state, y.data());
     climbTo(0);
     rescueLength = 1;
-    dynamics.enterStops(state.y.data());
+    dynamics.enterStops(y.data());
     dynamics.enter(state.t);
     actsOtherwise = false;
     integrator().begin();
@@ -156,11 +160,12 @@ struct Simulation::Parts {
   void advance(double t) {
     const double end = std::min(t, loads.until());
     const ode::Outcome outcome = integrator().integrate(state, end, loads.longestStep(), stepsPerCheck);
+    restore();
     const bool failed = outcome == ode::Outcome::notFinite || outcome == ode::Outcome::stepTooSmall;
-    if (failed || !guard.closes(state)) return climb(outcome);
+    if (failed || !guard.closes(state, y.data())) return climb(outcome);
 
     if (outcome == ode::Outcome::switched) {
-      dynamics.changeStops(state.y.data());
+      dynamics.changeStops(y.data());
       integrator().begin();
     }
     if (state.t >= loads.until()) actAnew();
@@ -173,6 +178,7 @@ struct Simulation::Parts {
   /// What acts has not changed since the last good state: so it is enough to go back there.
   void climb(ode::Outcome outcome) {
     state = guard.lastGood();
+    restore();
     if (rung + 1 == rungs) return fail(outcome);
     if (rung == 0) rescueLength = std::min(2 * rescueLength, longestRescue);
     ++rescues;
@@ -275,8 +281,8 @@ EnergyBalance Simulation::energyBalance() const {
   EnergyBalance balance;
   balance.now = energy();
   if (parts_->dynamics.works() > 0) {
-    balance.supplied = parts_->state.y[2 * parts_->n];
-    balance.dissipated = parts_->state.y[2 * parts_->n + 1];
+    balance.supplied = parts_->y[2 * parts_->n];
+    balance.dissipated = parts_->y[2 * parts_->n + 1];
   }
   balance.residual = balance.now.total() - parts_->energyAtStart - balance.supplied + balance.dissipated;
   return balance;
@@ -293,11 +299,11 @@ void Simulation::accelerations(double* qdd) const {
 }
 
 void Simulation::jointTorques(double* tau) const {
-  parts_->settled().jointTorques(parts_->state.t, parts_->state.y.data(), tau);
+  parts_->settled().jointTorques(parts_->state.t, parts_->y.data(), tau);
 }
 
 void Simulation::linkMotions(LinkMotion* motions) const {
-  parts_->settled().linkMotions(parts_->state.t, parts_->state.y.data(), motions);
+  parts_->settled().linkMotions(parts_->state.t, parts_->y.data(), motions);
 }
 
 namespace {

@@ -16,7 +16,6 @@ class CountedSystem : public ode::SeriesSystem {
     ++evaluations;
     f_.derivative(t, y, dydt);
   }
-  bool isArranged() const override { return f_.isArranged(); }
   int arrangedSize() const override { return f_.arrangedSize(); }
   void arrange(const double* y, double* arranged) const override { f_.arrange(y, arranged); }
   void restore(const double* arranged, double* y) const override { f_.restore(arranged, y); }

@@ -128,33 +128,29 @@ Scene sceneOf(int n, const Effect& effect) {
 
 struct Evaluated {
   explicit Evaluated(const Scene& given)
-      : scene(given),
-        loads(scene, 0),
-        dynamics(scene.chain, loads),
-        state(dynamics.size()),
-        slope(dynamics.size()) {
+      : scene(given), loads(scene, 0), dynamics(scene.chain, loads), y(dynamics.size()), slope(y) {
     const int n = scene.chain.size();
     double theta = 0, omega = 0;
     for (int i = 0; i < n; ++i) {
-      state.y[i] = theta += scene.q[static_cast<std::size_t>(i)];
-      state.y[n + i] = omega += scene.qd[static_cast<std::size_t>(i)];
+      y[i] = theta += scene.q[static_cast<std::size_t>(i)];
+      y[n + i] = omega += scene.qd[static_cast<std::size_t>(i)];
     }
-    dynamics.enterStops(state.y.data());
+    y.tail(dynamics.works()).setZero();
+    dynamics.enterStops(y.data());
   }
   Scene scene;
   Loads loads;
   Dynamics dynamics;
-  ode::State state;
-  Eigen::VectorXd slope;
+  Eigen::VectorXd y, slope;
 };
 
 /// The integrator alone, which no guard watches.
 struct Unguarded : Evaluated {
-  explicit Unguarded(const Scene& given) : Evaluated(given), start(state) {
+  explicit Unguarded(const Scene& given) : Evaluated(given), start(dynamics, y), state(start) {
     const ode::Tolerance tolerance{1, Eigen::ArrayXd::Constant(2 * scene.chain.size(), forever)};
     integrator = ode::makeMethod("rk4", dynamics, step, tolerance);
   }
-  ode::State start;
+  ode::State start, state;
   std::unique_ptr<ode::Integrator> integrator;
 };
 
@@ -162,11 +158,9 @@ std::vector<Operation> operationsOf(int n) {
   std::vector<Operation> operations;
   for (const Effect& effect : effects) {
     const auto evaluated = std::make_shared<Evaluated>(sceneOf(n, effect));
-    operations.push_back({"evaluation", effect.name, [] {},
-                          [evaluated] {
-                            evaluated->dynamics.derivative(0, evaluated->state.y.data(),
-                                                           evaluated->slope.data());
-                          }});
+    operations.push_back(
+        {"evaluation", effect.name, [] {},
+         [evaluated] { evaluated->dynamics.derivative(0, evaluated->y.data(), evaluated->slope.data()); }});
   }
   const auto addTicks = [&](const std::string& name, std::shared_ptr<Simulation> simulation) {
     operations.push_back({"tick", name, [simulation] { simulation->reset(); },

@@ -73,15 +73,15 @@ Motion motionOf(
   return motion;
 }
 
-ode::State startOf(const Scene& scene, int size) {
-  ode::State state(size);
+ode::State startOf(const Scene& scene, const Dynamics& dynamics) {
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size());
   const int n = scene.chain.size();
   double theta = 0, omega = 0;
   for (int i = 0; i < n; ++i) {
-    state.y[i] = theta += scene.q[static_cast<std::size_t>(i)];
-    state.y[n + i] = omega += scene.qd[static_cast<std::size_t>(i)];
+    y[i] = theta += scene.q[static_cast<std::size_t>(i)];
+    y[n + i] = omega += scene.qd[static_cast<std::size_t>(i)];
   }
-  return state;
+  return {dynamics, y};
 }
 
 /// What is asked of the steps: none longer, and to land on these times and begin anew there.
@@ -99,7 +99,7 @@ Motion motionByHand(Scene scene, const Steps& steps = {}) {
   tolerance.ceiling.head(n) = pi;
   const auto integrator =
       ode::makeMethod(scene.integrator.method, dynamics, scene.integrator.step, tolerance);
-  ode::State state = startOf(scene, dynamics.size());
+  ode::State state = startOf(scene, dynamics);
   integrator->begin();
 
   Motion motion;
@@ -111,8 +111,9 @@ Motion motionByHand(Scene scene, const Steps& steps = {}) {
     if (steps.restarts.count(end) > 0) integrator->restart();
     if (end != k * interval) continue;
     ++k;
-    for (int i = 0; i < n; ++i) motion.values.push_back(relative(state.y.data(), i));
-    for (int i = 0; i < n; ++i) motion.values.push_back(relative(state.y.data() + n, i));
+    const Eigen::VectorXd y = state.restoredBy(dynamics);
+    for (int i = 0; i < n; ++i) motion.values.push_back(relative(y.data(), i));
+    for (int i = 0; i < n; ++i) motion.values.push_back(relative(y.data() + n, i));
   }
   motion.steps = integrator->count().accepted;
   motion.rejected = integrator->count().rejected;
@@ -343,7 +344,7 @@ TEST(ZeroStrengthOf, WorksIsAbsenceInTheLargestEigenvalue) {
       Loads loads(scene, 0);
       Dynamics dynamics(scene.chain, loads);
       ode::Surroundings surroundings(dynamics);
-      surroundings.look(0, startOf(scene, dynamics.size()).y);
+      surroundings.look(0, startOf(scene, dynamics).y);
       return surroundings.largestEigenvalue();
     };
     const Scene bare = randomScene(n, static_cast<unsigned>(n), {false, false, false});

@@ -54,7 +54,6 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   /// See simulation.h.
   std::string recursion() const;
   void derivative(double t, const double* y, double* dydt) override;
-  bool isArranged() const override { return arrangement_.has_value(); }
   int arrangedSize() const override { return 2 * places_ + works_; }
   void arrange(const double* y, double* arranged) const override;
   void restore(const double* arranged, double* y) const override;

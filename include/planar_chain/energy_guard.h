@@ -26,19 +26,21 @@ class EnergyGuard {
   /// The chain must outlive this object; works: the components of y behind angles and rates, 0 or 2.
   EnergyGuard(const Chain& chain, const IntegratorSettings& settings, int works);
 
-  /// The balance starts at this state.
-  void begin(const ode::State& state);
+  /// The balance starts at this state; y: it in the order of the chain.
+  void begin(const ode::State& state, const double* y);
   /// True when the balance from the last good state to this one closes; it is the last good one from then on.
   /// Allocates nothing.
-  bool closes(const ode::State& state);
+  bool closes(const ode::State& state, const double* y);
   const ode::State& lastGood() const { return good_; }
   /// What was too much (or missing, if negative) when the balance last did not close, J.
   double gap() const { return refused_; }
 
  private:
-  double errorEnergy(const ode::State& state, const Energy& now) const;
-  double supplied(const ode::State& state) const;
-  double dissipated(const ode::State& state) const;
+  struct Works {
+    double in = 0, out = 0;
+  };
+  Works worksOf(const double* y) const;
+  double errorEnergy(double t, const double* y, const Energy& now) const;
 
   const Chain& chain_;
   int n_, works_;
@@ -49,6 +51,7 @@ class EnergyGuard {
   double weight_ = 0;     ///< Σ m |g| ρ
   ode::State good_;
   Energy energyThen_;
+  Works worksThen_;
   double gap_ = 0, moved_ = 0;  ///< of about the last second
   double refused_ = 0;
 };

@@ -161,7 +161,7 @@ double AdaptiveSteps::growth(double log) const {
 }
 
 /// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is not finite.
-double AdaptiveSteps::errorNorm(const Eigen::VectorXd& y, double h) const {
+double AdaptiveSteps::errorNorm(const Vector& y, double h) const {
   const Allowance allowance(tolerance_, *surroundings_, h);
   return vectors_.largestRatio({stepper_->error().data(), y.data(), stepper_->increment().data(),
                                 tolerance_.ceiling.data(), surroundings_->noise().data()},
@@ -170,7 +170,7 @@ double AdaptiveSteps::errorNorm(const Eigen::VectorXd& y, double h) const {
 
 /// A step whose explicit Euler error is small: h² |ÿ| about 1 % of the scale, then adapted to the order.
 double AdaptiveSteps::firstStep(const State& state, double left) {
-  const Eigen::VectorXd& slope = stepper_->derivative(state.t, state.y);
+  const Vector& slope = stepper_->derivative(state.t, state.y);
   const auto norm = [&](auto component) {
     double worst = 0;
     for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {
@@ -183,7 +183,7 @@ double AdaptiveSteps::firstStep(const State& state, double left) {
   const double d1 = norm([&](Eigen::Index i) { return slope[i]; });
   const double h0 = std::min(left, d0 > 1e-5 && d1 > 1e-5 ? 0.01 * d0 / d1 : 1e-6);
   trial_ = state.y + h0 * slope;
-  stepper_->system().derivative(state.t + h0, trial_.data(), trialDerivative_.data());
+  stepper_->system().slope(state.t + h0, trial_.data(), trialDerivative_.data());
   const double d2 = norm([&](Eigen::Index i) { return (trialDerivative_[i] - slope[i]) / h0; });
   const double most = std::max(d1, d2);
   const double h1 = most > 1e-15 ? std::pow(0.01 / most, exponent_) : std::max(1e-6, 1e-3 * h0);

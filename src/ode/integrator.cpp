@@ -8,7 +8,15 @@
 
 namespace planar_chain::ode {
 
-bool take(State& state, double t, const Eigen::VectorXd& increment) {
+Tolerance Tolerance::arrangedBy(const System& f) const {
+  const Eigen::Index others = f.size() - ceiling.size();
+  Vector all(f.size()), arranged(f.arrangedSize());
+  all.head(ceiling.size()) = ceiling;
+  f.arrange(all.data(), arranged.data());
+  return {value, arranged.head(arranged.size() - others)};
+}
+
+bool take(State& state, double t, const Vector& increment) {
   const Eigen::Index n = state.y.size();
   if (!simd::kernelFor(n).vectors.addCarried(state.y.data(), state.carry.data(), increment.data(), n))
     return false;

@@ -22,7 +22,8 @@ bool hasFixedStep(const std::string& name) {
 }
 
 std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f, double step,
-                                       const Tolerance& tolerance) {
+                                       const Tolerance& inOrder) {
+  const Tolerance tolerance = inOrder.arrangedBy(f);
   const auto explicitBy = [&](const Tableau& table) {
     return std::make_unique<ExplicitRungeKutta>(table, f);
   };

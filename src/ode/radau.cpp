@@ -50,14 +50,11 @@ Radau::Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const Sur
       f_(f),
       tolerance_(std::move(tolerance)),
       surroundings_(std::move(surroundings)),
-      start_(Eigen::VectorXd::Zero(f.arrangedSize())),
-      startSlope_(start_),
-      stage_(start_),
-      combined_(start_),
-      estimate_(start_),
-      slope_(Eigen::VectorXd::Zero(f.size())),
-      increment_(slope_),
-      error_(slope_),
+      startSlope_(f.arrangedSize()),
+      stage_(startSlope_),
+      combined_(startSlope_),
+      increment_(startSlope_),
+      error_(startSlope_),
       Z_(Stages::Zero(f.arrangedSize(), stages)),
       last_(Z_),
       R_(Z_),
@@ -65,9 +62,8 @@ Radau::Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const Sur
       pair_(static_cast<std::size_t>(f.arrangedSize())),
       allowed_(Eigen::ArrayXd::Zero(tolerance_.ceiling.size())),
       mayVanish_(allowed_),
-      units_(slope_),
-      perExactEnough_(start_),
-      perLost_(start_) {
+      perExactEnough_(startSlope_),
+      perLost_(startSlope_) {
   f_.reserve(RadauTable::pairs);
 }
 
@@ -79,51 +75,39 @@ double Radau::cost() const {
   return once + iterations_ * iteration;
 }
 
-void Radau::linearize(double t, const Eigen::VectorXd& y) {
+void Radau::linearize(double t, const Vector& y) {
   if (linearized_) return;
-  f_.arrange(y.data(), start_.data());
-  f_.linearize(t, start_.data(), startSlope_.data());
+  f_.linearize(t, y.data(), startSlope_.data());
   linearized_ = true;
 }
 
-const Eigen::VectorXd& Radau::derivative(double t, const Eigen::VectorXd& y) {
+const Vector& Radau::derivative(double t, const Vector& y) {
   linearize(t, y);
-  f_.restore(startSlope_.data(), slope_.data());
-  return slope_;
+  return startSlope_;
 }
 
-void Radau::findSlope(double t, const double* y, double* slope) {
-  const int positions = f_.positions();
-  std::copy_n(y + positions, positions, slope);
-  f_.rates(t, y, slope + positions);
-}
-
-void Radau::step(double t, double h, const Eigen::VectorXd& y) {
+void Radau::step(double t, double h, const Vector& y) {
   linearize(t, y);
   f_.factor(table_.lambda / h);
   for (int k = 0; k < RadauTable::pairs; ++k) {
     f_.factorComplex(k, table_.mu[static_cast<std::size_t>(k)] / h);
   }
   const Allowance allowance(tolerance_, *surroundings_, h);
-  const auto lost = [&](Eigen::Index i) {
-    return std::max(allowance.rounding(i), 2 * epsilon * tolerance_.size(y, i));
-  };
+  const double share = std::min(newtonShare, std::sqrt(tolerance_.value));
   for (Eigen::Index i = 0; i < allowed_.size(); ++i) {
     const double size = tolerance_.size(y, i);
+    const double lost = std::max(allowance.rounding(i), 2 * epsilon * size);
     allowed_[i] = allowance.of(i, size);
     mayVanish_[i] = std::max(allowed_[i], tolerance_.value * size);
-    units_[i] = 1 / lost(i);
+    perLost_[i] = 1 / lost;
+    perExactEnough_[i] = 1 / std::max(share * allowed_[i], lost);
   }
-  f_.arrange(units_.data(), perLost_.data());
-  const double share = std::min(newtonShare, std::sqrt(tolerance_.value));
-  for (Eigen::Index i = 0; i < allowed_.size(); ++i) units_[i] = 1 / std::max(share * allowed_[i], lost(i));
-  f_.arrange(units_.data(), perExactEnough_.data());
   hTried_ = h;
   carryOn(h);
-  const Newton result = solveStages(t, h);
+  const Newton result = solveStages(t, h, y);
   if (result == Newton::converged) {
-    f_.restore(Z_.col(stages - 1).data(), increment_.data());
-    estimate(t, h);
+    increment_ = Z_.col(stages - 1);
+    estimate(t, h, y);
     return;
   }
   rate_ = 1;
@@ -149,11 +133,11 @@ void Radau::carryOn(double h) {
 }
 
 /// Iterates until what is left to do, judged by how fast the changes shrink, is exact enough.
-Radau::Newton Radau::solveStages(double t, double h) {
+Radau::Newton Radau::solveStages(double t, double h, const Vector& y) {
   rate_ = std::pow(std::max(rate_, epsilon), 0.8);
   double before = 0;
   for (iterations_ = 1; iterations_ <= mostIterations; ++iterations_) {
-    improve(t, h);
+    improve(t, h, y);
     if (!change_.allFinite()) return Newton::notFinite;
     const double size = largest(perExactEnough_);
     if (iterations_ > 1 && size > 0) {
@@ -172,10 +156,10 @@ Radau::Newton Radau::solveStages(double t, double h) {
 }
 
 /// One iteration of Newton's method.
-void Radau::improve(double t, double h) {
+void Radau::improve(double t, double h, const Vector& y) {
   for (int i = 0; i < stages; ++i) {
-    stage_ = start_ + Z_.col(i);
-    findSlope(t + table_.c[i] * h, stage_.data(), R_.col(i).data());
+    stage_ = y + Z_.col(i);
+    f_.slope(t + table_.c[i] * h, stage_.data(), R_.col(i).data());
   }
   const RadauTable::Square slopes = -table_.W.transpose() / h;
   const RadauTable::Square toEigenvectors = table_.inverseT.transpose();
@@ -202,23 +186,21 @@ void Radau::improve(double t, double h) {
   change_.swap(R_);
 }
 
-void Radau::estimate(double t, double h) {
+void Radau::estimate(double t, double h, const Vector& y) {
   combined_ = (table_.lambda / h) * Z_.lazyProduct(table_.e);
   stage_ = startSlope_ + combined_;
-  f_.solve(stage_.data(), estimate_.data());
-  f_.restore(estimate_.data(), error_.data());
+  f_.solve(stage_.data(), error_.data());
   const auto error = error_.head(allowed_.size()).array().abs();
   if ((error > allowed_).any() && (error <= mayVanish_).all()) {
-    stage_ = start_ + estimate_;
-    findSlope(t, stage_.data(), estimate_.data());
-    stage_ = estimate_ + combined_;
-    f_.solve(stage_.data(), estimate_.data());
-    f_.restore(estimate_.data(), error_.data());
+    stage_ = y + error_;
+    f_.slope(t, stage_.data(), error_.data());
+    stage_ = error_ + combined_;
+    f_.solve(stage_.data(), error_.data());
   }
 }
 
 /// Of all components of all stages' changes, each in its unit.
-double Radau::largest(const Eigen::VectorXd& perUnit) const {
+double Radau::largest(const Vector& perUnit) const {
   double most = 0;
   forRows(perUnit.size(), [&](Rows first, Rows count) {
     const auto change = change_.middleRows(first, count).array().abs();

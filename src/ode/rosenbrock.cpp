@@ -96,12 +96,12 @@ Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
       U_(rowsOf(rows_, table.m.size())),
       m_(table.m, U_, f.arrangedSize()),
       e_(table.e, U_, f.arrangedSize()),
-      slope_(Eigen::VectorXd::Zero(f.size())),
-      increment_(slope_),
-      error_(slope_) {
-  for (CacheLines* lines : {&start_, &startSlope_, &timeSlope_, &stage_, &rates_, &sum_}) {
-    *lines = CacheLines(static_cast<std::size_t>(f.arrangedSize()));
-  }
+      startSlope_(f.arrangedSize()),
+      timeSlope_(startSlope_),
+      stage_(startSlope_),
+      rates_(startSlope_),
+      increment_(startSlope_),
+      error_(startSlope_) {
   const Eigen::Index positions = f.positions(), rates = f.arrangedSize() - positions;
   for (std::size_t i = 0; i < U_.size(); ++i) {
     positionSums_.emplace_back(table.a[i], table.C[i], U_, 0, positions);
@@ -116,24 +116,21 @@ double Rosenbrock::cost() const {
   return linear.factor + stages - 1 + stages * linear.solve;
 }
 
-void Rosenbrock::linearize(double t, const Eigen::VectorXd& y) {
+void Rosenbrock::linearize(double t, const Vector& y) {
   if (linearized_) return;
-  f_.arrange(y.data(), start_.data());
-  f_.linearize(t, start_.data(), startSlope_.data());
+  f_.linearize(t, y.data(), startSlope_.data());
   timeDependent_ = f_.timeDerivative(timeSlope_.data());
   linearized_ = true;
 }
 
-const Eigen::VectorXd& Rosenbrock::derivative(double t, const Eigen::VectorXd& y) {
+const Vector& Rosenbrock::derivative(double t, const Vector& y) {
   linearize(t, y);
-  f_.restore(startSlope_.data(), slope_.data());
-  return slope_;
+  return startSlope_;
 }
 
 /// U ← f(t, y + Σ a_ij U_j) + Σ (C_ij/h) U_j. The positions' f is the rates of the stage.
-void Rosenbrock::findSide(std::size_t i, double t, double h) {
+void Rosenbrock::findSide(std::size_t i, double t, double h, const double* y) {
   double* U = U_[i];
-  const double* y = start_.data();
   const Eigen::Index positions = f_.positions();
   double* stageRates = stage_.data() + positions;
   rateSums_[i](y + positions, stageRates, 1 / h, nullptr, U + positions);
@@ -142,7 +139,7 @@ void Rosenbrock::findSide(std::size_t i, double t, double h) {
   add(1, rates_.data(), U + positions, f_.arrangedSize() - positions);
 }
 
-void Rosenbrock::step(double t, double h, const Eigen::VectorXd& y) {
+void Rosenbrock::step(double t, double h, const Vector& y) {
   linearize(t, y);
   f_.factor(1 / (h * table_.gamma));
   const Eigen::Index size = f_.arrangedSize();
@@ -150,15 +147,13 @@ void Rosenbrock::step(double t, double h, const Eigen::VectorXd& y) {
     if (i == 0) {
       std::copy_n(startSlope_.data(), size, U_[0]);
     } else {
-      findSide(i, t, h);
+      findSide(i, t, h, y.data());
     }
     if (timeDependent_) add(table_.d[i] * h, timeSlope_.data(), U_[i], size);
     f_.solve(U_[i], U_[i]);
   }
-  m_(1, sum_.data());
-  f_.restore(sum_.data(), increment_.data());
-  e_(1, sum_.data());
-  f_.restore(sum_.data(), error_.data());
+  m_(1, increment_.data());
+  e_(1, error_.data());
 }
 
 }  // namespace planar_chain::ode

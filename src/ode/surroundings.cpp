@@ -8,14 +8,16 @@ namespace planar_chain::ode {
 namespace {
 
 /// The pattern of the highest modes of a chain: every component against its neighbours.
-Eigen::VectorXd zigzag(Eigen::Index size) {
-  Eigen::VectorXd pattern = Eigen::VectorXd::Ones(size);
-  for (Eigen::Index i = 1; i < size; i += 2) pattern[i] = -1;
-  return pattern;
+Vector zigzagOf(const System& f) {
+  Vector pattern(f.size()), arranged(f.arrangedSize());
+  pattern.setOnes();
+  for (Eigen::Index i = 1; i < pattern.size(); i += 2) pattern[i] = -1;
+  f.arrange(pattern.data(), arranged.data());
+  return arranged;
 }
 
 /// Summed one by one, so that zeros behind the others, works that nothing does, change no rounding.
-double lengthOf(const Eigen::VectorXd& direction) {
+double lengthOf(const Vector& direction) {
   double square = 0;
   for (Eigen::Index i = 0; i < direction.size(); ++i) square += direction[i] * direction[i];
   return std::sqrt(square);
@@ -25,19 +27,20 @@ double lengthOf(const Eigen::VectorXd& direction) {
 
 Surroundings::Surroundings(System& f)
     : f_(f),
-      direction_(zigzag(f.size())),
+      zigzag_(zigzagOf(f)),
+      direction_(zigzag_),
       base_(direction_),
       moved_(direction_),
       slope_(direction_),
-      noise_(Eigen::VectorXd::Zero(f.size())) {}
+      noise_(f.arrangedSize()) {}
 
-void Surroundings::visit(double t, const Eigen::VectorXd& y) {
+void Surroundings::visit(double t, const Vector& y) {
   if (calls_ % 100 == 0) look(t, y);
   ++calls_;
 }
 
-void Surroundings::look(double t, const Eigen::VectorXd& y) {
-  f_.derivative(t, y.data(), base_.data());
+void Surroundings::look(double t, const Vector& y) {
+  f_.slope(t, y.data(), base_.data());
 
   // |λ|²: how much J J stretches the direction that it turns into.
   for (int k = 0; k < 2; ++k) {
@@ -46,7 +49,7 @@ void Surroundings::look(double t, const Eigen::VectorXd& y) {
     applyJacobian(t, y);
     const double after = lengthOf(direction_);
     if (!(after > 0) || !std::isfinite(after)) {
-      direction_.setOnes();
+      direction_ = zigzag_.cwiseAbs();
       eigenvalue_ = 0;
       break;
     }
@@ -57,17 +60,17 @@ void Surroundings::look(double t, const Eigen::VectorXd& y) {
   // One unit in the last place of 1 + |y_i|, up here and down there.
   for (Eigen::Index i = 0; i < y.size(); ++i) {
     const double ulp = std::numeric_limits<double>::epsilon() * (1 + std::abs(y[i]));
-    moved_[i] = y[i] + (i % 2 == 0 ? ulp : -ulp);
+    moved_[i] = y[i] + zigzag_[i] * ulp;
   }
-  f_.derivative(t, moved_.data(), slope_.data());
+  f_.slope(t, moved_.data(), slope_.data());
   noise_ = (slope_ - base_).cwiseAbs();
   if (!noise_.allFinite()) noise_.setZero();
 }
 
-void Surroundings::applyJacobian(double t, const Eigen::VectorXd& y) {
+void Surroundings::applyJacobian(double t, const Vector& y) {
   const double size = 1e-6 / direction_.cwiseAbs().maxCoeff();
   moved_ = y + size * direction_;
-  f_.derivative(t, moved_.data(), slope_.data());
+  f_.slope(t, moved_.data(), slope_.data());
   direction_ = (slope_ - base_) / size;
 }
 

@@ -11,8 +11,14 @@ namespace {
 
 class LandingOnSwitches : public Integrator {
  public:
-  LandingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches, Eigen::Index size)
-      : steps_(std::move(steps)), switches_(switches), before_(size), trial_(size) {}
+  LandingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches, const System& f)
+      : steps_(std::move(steps)),
+        switches_(switches),
+        f_(f),
+        before_(f.arrangedSize()),
+        trial_(before_),
+        y_(f.size()),
+        yBefore_(y_) {}
 
   const char* name() const override { return steps_->name(); }
   void restart() override { steps_->restart(); }
@@ -24,18 +30,25 @@ class LandingOnSwitches : public Integrator {
     before_ = state;
     const Outcome outcome = steps_->advance(state, end, longestStep);
     if (outcome != Outcome::arrived && outcome != Outcome::underway) return outcome;
-    if (switches_.due(state.y) > 0) return land(state);
-    const double passing = switches_.nearest(before_.y, state.y, state.t - before_.t);
+    if (due(state) > 0) return land(state);
+    f_.restore(before_.y.data(), yBefore_.data());
+    const double passing = switches_.nearest(yBefore_, y_, state.t - before_.t);
     if (passing <= 0 || !(tryTo(before_.t + passing) > 0)) return outcome;
     state = trial_;
     return land(state);
   }
 
  private:
+  /// Leaves the restored state in y_.
+  double due(const State& state) {
+    f_.restore(state.y.data(), y_.data());
+    return switches_.due(y_);
+  }
+
   /// What is due at t; trial_ is the state there.
   double tryTo(double t) {
     trial_ = before_;
-    return steps_->stepTo(trial_, t) ? switches_.due(trial_.y) : std::numeric_limits<double>::quiet_NaN();
+    return steps_->stepTo(trial_, t) ? due(trial_) : std::numeric_limits<double>::quiet_NaN();
   }
 
   /// Something is due at state and was not before: to the first numbers at which it is.
@@ -43,8 +56,8 @@ class LandingOnSwitches : public Integrator {
     constexpr double narrow = 4 * std::numeric_limits<double>::epsilon();
     constexpr double leastShare = 1. / 64;  // of the bracket, cut off each time
     double low = before_.t;
-    double dueLow = switches_.due(before_.y);
-    double dueHigh = switches_.due(state.y);
+    double dueLow = due(before_);
+    double dueHigh = due(state);
     int side = 0;  // of the bracket that moved last
     while (state.t - low > narrow * std::max(std::abs(state.t), state.t - before_.t)) {
       const double share = -dueLow / (dueHigh - dueLow);
@@ -72,14 +85,16 @@ class LandingOnSwitches : public Integrator {
 
   std::unique_ptr<Integrator> steps_;
   const Switches& switches_;
+  const System& f_;
   State before_, trial_;
+  Eigen::VectorXd y_, yBefore_;
 };
 
 }  // namespace
 
 std::unique_ptr<Integrator> landingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches,
-                                              Eigen::Index size) {
-  return std::make_unique<LandingOnSwitches>(std::move(steps), switches, size);
+                                              const System& f) {
+  return std::make_unique<LandingOnSwitches>(std::move(steps), switches, f);
 }
 
 }  // namespace planar_chain::ode

@@ -46,16 +46,17 @@ Taylor::Taylor(SeriesSystem& f, double tolerance)
       order_(orderFor(tolerance)),
       stabilityLimit_(stabilityLimitOf(order_)),
       c_(static_cast<std::size_t>((order_ + 1) * f.driving())),
-      increment_(Eigen::VectorXd::Zero(f.size())),
+      y_(f.size()),
+      sum_(y_),
+      integrandRates_(f.size() - f.driving()),
+      increment_(f.arrangedSize()),
       error_(increment_),
-      derivative_(increment_),
-      between_(increment_),
-      rates_(Eigen::VectorXd::Zero(f.size() - f.driving())) {
+      derivative_(increment_) {
   f_.reserveSeries(order_);
   cost_ = f_.seriesCost(order_);
 
   // Gauss's rule by Golub and Welsch: eigenvalues of the Legendre polynomials' recurrence.
-  const int count = rates_.size() > 0 ? order_ / 2 + 1 : 0;
+  const int count = integrandRates_.size() > 0 ? order_ / 2 + 1 : 0;
   if (count == 0) return;
   Eigen::VectorXd beside(count - 1);
   for (int k = 1; k < count; ++k) beside[k - 1] = k / std::sqrt(4.0 * k * k - 1);
@@ -65,16 +66,19 @@ Taylor::Taylor(SeriesSystem& f, double tolerance)
   weights_ = roots.eigenvectors().row(0).array().square();
 }
 
-void Taylor::findSeries(double t, const Eigen::VectorXd& y) {
-  if (!isKnown_) f_.series(t, y.data(), order_, c_.data());
+void Taylor::findSeries(double t, const Vector& y) {
+  if (isKnown_) return;
+  f_.restore(y.data(), y_.data());
+  f_.series(t, y_.data(), order_, c_.data());
   isKnown_ = true;
 }
 
-const Eigen::VectorXd& Taylor::derivative(double t, const Eigen::VectorXd& y) {
+const Vector& Taylor::derivative(double t, const Vector& y) {
   findSeries(t, y);
   const auto driving = f_.driving();
-  std::copy_n(c_.data() + driving, driving, derivative_.data());
-  if (rates_.size() > 0) f_.integrands(t, y.data(), derivative_.data() + driving);
+  std::copy_n(c_.data() + driving, driving, sum_.data());
+  if (integrandRates_.size() > 0) f_.integrands(t, y_.data(), sum_.data() + driving);
+  f_.arrange(sum_.data(), derivative_.data());
   return derivative_;
 }
 
@@ -84,11 +88,13 @@ void Taylor::findError(double h) {
   const Eigen::Index driving = f_.driving();
   const double* row = c_.data() + order_ * driving;
   for (Eigen::Index i = 0; i < driving; ++i) {
-    error_[i] = last * std::abs(row[i]) + 0.25 * beforeLast * std::abs(row[i - driving]);
+    sum_[i] = last * std::abs(row[i]) + 0.25 * beforeLast * std::abs(row[i - driving]);
   }
+  sum_.tail(integrandRates_.size()).setZero();
+  f_.arrange(sum_.data(), error_.data());
 }
 
-bool Taylor::foresees(double t, double h, const Eigen::VectorXd& y) {
+bool Taylor::foresees(double t, double h, const Vector& y) {
   cost_ = isKnown_ ? 0 : f_.seriesCost(order_);
   findSeries(t, y);
   findError(h);
@@ -96,20 +102,19 @@ bool Taylor::foresees(double t, double h, const Eigen::VectorXd& y) {
   return true;
 }
 
-void Taylor::step(double t, double h, const Eigen::VectorXd& y) {
+void Taylor::step(double t, double h, const Vector& y) {
   findSeries(t, y);
-  const auto driving = static_cast<Eigen::Index>(f_.driving());
-  vectors_.polynomial(h, c_.data(), order_, increment_.data(), driving);
-
   findError(h);
-
-  increment_.tail(rates_.size()).setZero();
+  const auto driving = static_cast<Eigen::Index>(f_.driving());
+  vectors_.polynomial(h, c_.data(), order_, sum_.data(), driving);
+  sum_.tail(integrandRates_.size()).setZero();
+  f_.arrange(sum_.data(), increment_.data());
   if (!f_.hasIntegrands()) return;
   for (Eigen::Index k = 0; k < nodes_.size(); ++k) {
-    vectors_.polynomial(nodes_[k] * h, c_.data(), order_, between_.data(), driving);
-    between_.head(driving) += y.head(driving);
-    f_.integrands(t + nodes_[k] * h, between_.data(), rates_.data());
-    increment_.tail(rates_.size()) += h * weights_[k] * rates_;
+    vectors_.polynomial(nodes_[k] * h, c_.data(), order_, sum_.data(), driving);
+    sum_.head(driving) += y_.head(driving);
+    f_.integrands(t + nodes_[k] * h, sum_.data(), integrandRates_.data());
+    increment_.tail(integrandRates_.size()) += h * weights_[k] * integrandRates_;
   }
 }
 

@@ -13,8 +13,7 @@ OwnRun::OwnRun(const Scene& scene, double end, const Make& make)
       loads_(scene, 0),
       dynamics_(scene.chain, loads_),
       integrator_(make(dynamics_)),
-      state_(dynamics_.size()) {
-  readStart(scene, state_.y.data(), state_.y.data() + n_);
+      state_(startOf(scene, dynamics_)) {
   dynamics_.enter(0);
   integrator_->begin();
 }
@@ -37,8 +36,9 @@ Counts OwnRun::counts() const {
 }
 
 void OwnRun::read(double* theta, double* omega) const {
-  std::copy_n(state_.y.data(), n_, theta);
-  std::copy_n(state_.y.data() + n_, n_, omega);
+  const Eigen::VectorXd y = state_.restoredBy(dynamics_);
+  std::copy_n(y.data(), n_, theta);
+  std::copy_n(y.data() + n_, n_, omega);
 }
 
 OwnRun::Make methodFor(const std::string& method, double setting) {

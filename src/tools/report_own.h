@@ -22,7 +22,7 @@ class OwnRun : public Run {
   Progress step() override;
   Counts counts() const override;
   void read(double* theta, double* omega) const override;
-  const ode::State& state() const { return state_; }
+  double time() const { return state_.t; }  ///< s
 
  private:
   double end_;

@@ -31,8 +31,9 @@ void printOrders(const Contest& contest, bool quick) {
       });
       Progress progress = Progress::underway;
       while (progress == Progress::underway) progress = run.step();
-      const auto& y = run.state().y;
-      const double error = std::max(std::abs(y[0] - contest.theta[0]), std::abs(y[1] - contest.omega[0]));
+      double theta = 0, omega = 0;  // of one link
+      run.read(&theta, &omega);
+      const double error = std::max(std::abs(theta - contest.theta[0]), std::abs(omega - contest.omega[0]));
       std::printf("order,%s,%s,%.9g,%.4e,\n", contest.name.c_str(), method.name, h,
                   progress == Progress::arrived ? error : nan);
     }
@@ -220,11 +221,14 @@ void followLong(const char* name, const Scene& scene, const std::string& method,
   const int n = scene.chain.size();
   const bool isFree = scene.chain.gravity().x == 0 && scene.chain.gravity().y == 0;
   OwnRun run(scene, end, methodFor(method, setting));
+  Eigen::VectorXd theta(n), omega(n);
   const auto energy = [&] {
-    return energyOf(scene.chain, run.state().y.data(), run.state().y.data() + n).total();
+    run.read(theta.data(), omega.data());
+    return energyOf(scene.chain, theta.data(), omega.data()).total();
   };
   const auto momentum = [&] {
-    return angularMomentum(scene.chain, run.state().y.data(), run.state().y.data() + n);
+    run.read(theta.data(), omega.data());
+    return angularMomentum(scene.chain, theta.data(), omega.data());
   };
   // Against the energy that may move: that of falling to the bottom.
   Eigen::VectorXd bottom = Eigen::VectorXd::Zero(2 * n);
@@ -233,9 +237,9 @@ void followLong(const char* name, const Scene& scene, const std::string& method,
   const double energyThen = energy(), momentumThen = momentum();
   Progress progress = Progress::underway;
   for (double look = 1; progress == Progress::underway; look *= std::pow(10.0, 0.125)) {
-    while (progress == Progress::underway && run.state().t < look) progress = run.step();
+    while (progress == Progress::underway && run.time() < look) progress = run.step();
     const bool failed = progress == Progress::diverged || progress == Progress::refused;
-    std::printf("%s,%s,%g,%.6g,%lld,%.4e,%.4e\n", name, method.c_str(), setting, run.state().t,
+    std::printf("%s,%s,%g,%.6g,%lld,%.4e,%.4e\n", name, method.c_str(), setting, run.time(),
                 run.counts().steps, failed ? nan : (energy() - energyThen) / (energyThen - lowest),
                 failed || !isFree ? nan : (momentum() - momentumThen) / momentumThen);
   }

@@ -59,8 +59,14 @@ std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::SeriesSyste
   if (method.table) return std::make_unique<ode::ExplicitRungeKutta>(*method.table, f);
   if (method.rosenbrock) return std::make_unique<ode::Rosenbrock>(*method.rosenbrock, f);
   if (method.isSeries) return std::make_unique<ode::Taylor>(f, toleranceOfSeries);
-  return std::make_unique<ode::Radau>(f, toleranceOf(stagesTo, f.size()),
+  return std::make_unique<ode::Radau>(f, toleranceOf(stagesTo, f.size()).arrangedBy(f),
                                       std::make_shared<ode::Surroundings>(f));
+}
+
+ode::State startOf(const Scene& scene, const Dynamics& dynamics) {
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size());
+  readStart(scene, y.data(), y.data() + scene.chain.size());
+  return {dynamics, y};
 }
 
 int stepsOf(const Case& scene, double h) {
@@ -73,17 +79,21 @@ Bench::Bench(const Case& given)
       n_(given.scene.chain.size()),
       loads_(given.scene, 0),
       dynamics_(given.scene.chain, loads_),
-      start_(dynamics_.size()) {
-  readStart(given.scene, start_.y.data(), start_.y.data() + n_);
-  ode::State rest(dynamics_.size());
-  rest.y.head(n_).setConstant(-pi / 2);
-  energyAtRest_ = energyOf(given.scene.chain, rest.y.data(), rest.y.data() + n_).total();
+      start_(startOf(given.scene, dynamics_)) {
+  energyAtRest_ = energyOfMotion(ode::State(dynamics_, atRest()));
   energyAtStart_ = energyOfMotion(start_);
   dynamics_.enter(0);
 }
 
+Eigen::VectorXd Bench::atRest() const {
+  Eigen::VectorXd rest = Eigen::VectorXd::Zero(dynamics_.size());
+  rest.head(n_).setConstant(-pi / 2);
+  return rest;
+}
+
 double Bench::energyOfMotion(const ode::State& state) const {
-  return energyOf(case_.scene.chain, state.y.data(), state.y.data() + n_).total() - energyAtRest_;
+  const Eigen::VectorXd y = state.restoredBy(dynamics_);
+  return energyOf(case_.scene.chain, y.data(), y.data() + n_).total() - energyAtRest_;
 }
 
 Verdict Bench::run(const Method& method, double h) {
@@ -141,7 +151,7 @@ const std::optional<Eigen::VectorXd>& Bench::reference() {
     const double spent = static_cast<double>(dynamics_.evaluations() - before) * n_ / mostLinkEvaluations;
     if (spent > 0.2 && spent > state.t) break;
   }
-  if (outcome == ode::Outcome::arrived) reference_ = state.y.head(n_);
+  if (outcome == ode::Outcome::arrived) reference_ = state.restoredBy(dynamics_).head(n_);
   return reference_;
 }
 
@@ -150,7 +160,7 @@ std::optional<double> Bench::errorAfterASecond(const Method& method, double h) {
   const auto integrator = ode::fixedSteps(makeStepper(method, dynamics_), h);
   ode::State state = start_;
   if (integrator->integrate(state, 1, infinity) != ode::Outcome::arrived) return infinity;
-  const double error = (state.y.head(n_) - *reference()).cwiseAbs().maxCoeff();
+  const double error = (state.restoredBy(dynamics_).head(n_) - *reference()).cwiseAbs().maxCoeff();
   return std::isfinite(error) ? error : infinity;
 }
 
@@ -158,14 +168,13 @@ std::optional<double> Bench::errorAfterASecond(const Method& method, double h) {
 
 void Bench::findEigenvalues() {
   if (!eigenvalues_.empty()) return;
-  Eigen::VectorXd rest = Eigen::VectorXd::Zero(dynamics_.size());
-  rest.head(n_).setConstant(-pi / 2);
-
+  const Eigen::VectorXd rest = atRest();
   if (n_ > mostDense) {
     ode::Surroundings surroundings(dynamics_);
+    const ode::State state(dynamics_, rest);
     double last = 0;
     for (int looks = 0; looks < 3000; ++looks) {
-      surroundings.look(0, rest);
+      surroundings.look(0, state.y);
       if (looks % 100 != 99) continue;
       if (std::abs(surroundings.largestEigenvalue() - last) < 1e-5 * last) break;
       last = surroundings.largestEigenvalue();
@@ -236,8 +245,7 @@ double costOf(const Method& method, int n, bool quick) {
   Dynamics dynamics(scene.chain, loads);
   dynamics.enter(0);
   const auto integrator = ode::fixedSteps(makeStepper(method, dynamics), 1e-3 / n);
-  ode::State state(dynamics.size());
-  readStart(scene, state.y.data(), state.y.data() + n);
+  ode::State state = startOf(scene, dynamics);
 
   const int batch = std::max(1, 2000 / n);
   const int repetitions = std::clamp((quick ? 100'000 : 1'000'000) / (n * batch), 9, 301);

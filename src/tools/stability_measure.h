@@ -29,6 +29,8 @@ const std::vector<Method>& measuredMethods();
 std::unique_ptr<ode::Stepper> makeStepper(const Method& method, ode::SeriesSystem& f, double stagesTo = 1e-6);
 /// For size components, the first half of them angles, which count up to half a turn.
 ode::Tolerance toleranceOf(double value, int size);
+/// Where the scene starts.
+ode::State startOf(const Scene& scene, const Dynamics& dynamics);
 /// s of this thread on the processor.
 double threadSeconds();
 /// The upper one of an even number; of one value at least.
@@ -78,6 +80,7 @@ class Bench {
   double largestFrequency();
 
  private:
+  Eigen::VectorXd atRest() const;
   double energyOfMotion(const ode::State& state) const;
   void findEigenvalues();
 

@@ -24,8 +24,9 @@ constexpr int stepsCounted = 100;     // one look of surroundings.h among them
 /// Rods under a method that goes forward by one interval at a time.
 class Stepped {
  public:
-  Stepped(const std::string& method, int n, ode::SeriesSystem& f, const MovingRods& at) : state_(f.size()) {
-    std::copy(at.y.begin(), at.y.end(), state_.y.data());
+  Stepped(const std::string& method, int n, ode::SeriesSystem& f, const MovingRods& at)
+      : state_(f.arrangedSize()) {
+    std::copy_n(at.arrangedY.data(), f.arrangedSize(), state_.y.data());
     ode::Tolerance allowed{tolerance, Eigen::ArrayXd::Constant(2 * n, infinity)};
     allowed.ceiling.head(n) = 4;
     integrator_ = ode::makeMethod(method, f, interval, allowed);

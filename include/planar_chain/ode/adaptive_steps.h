@@ -43,7 +43,7 @@ class AdaptiveSteps : public Integrator {
  private:
   double growth(double log) const;
   double foreseen(double error) const;
-  double errorNorm(const Eigen::VectorXd& y, double h) const;
+  double errorNorm(const Vector& y, double h) const;
   double firstStep(const State& state, double left);
 
   std::unique_ptr<Stepper> stepper_;
@@ -57,7 +57,7 @@ class AdaptiveSteps : public Integrator {
   bool finite_ = true;
   int jumps_ = 0;  ///< made since the last restart
   StepCount count_;
-  Eigen::VectorXd trial_, trialDerivative_;
+  Vector trial_, trialDerivative_;
 };
 
 }  // namespace planar_chain::ode

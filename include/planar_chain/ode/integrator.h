@@ -44,10 +44,11 @@ struct Tolerance {
   double value = 0;
   Eigen::ArrayXd ceiling;
 
+  /// For the components as f has them.
+  Tolerance arrangedBy(const System& f) const;
+
   /// The factor that stands for the size of component i of a state y.
-  double size(const Eigen::VectorXd& y, Eigen::Index i) const {
-    return 1 + std::min(std::abs(y[i]), ceiling[i]);
-  }
+  double size(const Vector& y, Eigen::Index i) const { return 1 + std::min(std::abs(y[i]), ceiling[i]); }
 };
 
 class Integrator {
@@ -74,7 +75,7 @@ class Integrator {
 
 /// Adds an increment to the state, carrying what rounding takes away, and sets its time. False, and nothing
 /// has changed, when the result is not finite. Allocates nothing.
-bool take(State& state, double t, const Eigen::VectorXd& increment);
+bool take(State& state, double t, const Vector& increment);
 
 /// Equal steps of at most h between the times that it must land on.
 std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double h);

@@ -47,10 +47,10 @@ class Radau : public Stepper {
   double stabilityLimit() const override { return std::numeric_limits<double>::infinity(); }
   bool seesWhatItDamps() const override { return true; }
   System& system() override { return f_; }
-  const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) override;
-  void step(double t, double h, const Eigen::VectorXd& y) override;
-  const Eigen::VectorXd& increment() const override { return increment_; }
-  const Eigen::VectorXd& error() const override { return error_; }
+  const Vector& derivative(double t, const Vector& y) override;
+  void step(double t, double h, const Vector& y) override;
+  const Vector& increment() const override { return increment_; }
+  const Vector& error() const override { return error_; }
   void accept() override;
   void forget() override;
 
@@ -60,24 +60,21 @@ class Radau : public Stepper {
   enum class Newton { converged, failed, notFinite };
 
   void carryOn(double h);
-  void linearize(double t, const Eigen::VectorXd& y);
-  /// f at an arranged state.
-  void findSlope(double t, const double* y, double* slope);
-  Newton solveStages(double t, double h);
-  void improve(double t, double h);
-  void estimate(double t, double h);
-  double largest(const Eigen::VectorXd& perUnit) const;
+  void linearize(double t, const Vector& y);
+  Newton solveStages(double t, double h, const Vector& y);
+  void improve(double t, double h, const Vector& y);
+  void estimate(double t, double h, const Vector& y);
+  double largest(const Vector& perUnit) const;
 
   const RadauTable& table_;
   LinearizedSystem& f_;
   Tolerance tolerance_;
   std::shared_ptr<const Surroundings> surroundings_;
-  Eigen::VectorXd start_, startSlope_, stage_, combined_, estimate_;  ///< arranged, as all with stages
-  Eigen::VectorXd slope_, increment_, error_;
+  Vector startSlope_, stage_, combined_, increment_, error_;
   Stages Z_, last_, R_, change_;
   std::vector<std::complex<double>> pair_;
   Eigen::ArrayXd allowed_, mayVanish_;
-  Eigen::VectorXd units_, perExactEnough_, perLost_;  ///< the last two: arranged, 1 over it
+  Vector perExactEnough_, perLost_;  ///< 1 over it
   double hTried_ = 0, hLast_ = 0;
   double rate_ = 1;  ///< θ/(1 − θ) of the last iteration, θ: by how much it shrank the change
   int iterations_ = 4;

@@ -45,16 +45,16 @@ class Rosenbrock : public Stepper {
   double cost() const override;
   double stabilityLimit() const override { return std::numeric_limits<double>::infinity(); }
   System& system() override { return f_; }
-  const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) override;
-  void step(double t, double h, const Eigen::VectorXd& y) override;
-  const Eigen::VectorXd& increment() const override { return increment_; }
-  const Eigen::VectorXd& error() const override { return error_; }
+  const Vector& derivative(double t, const Vector& y) override;
+  void step(double t, double h, const Vector& y) override;
+  const Vector& increment() const override { return increment_; }
+  const Vector& error() const override { return error_; }
   void accept() override { forget(); }
   void forget() override { linearized_ = false; }
 
  private:
-  void linearize(double t, const Eigen::VectorXd& y);
-  void findSide(std::size_t i, double t, double h);
+  void linearize(double t, const Vector& y);
+  void findSide(std::size_t i, double t, double h, const double* y);
 
   RosenbrockTableau table_;
   LinearizedSystem& f_;
@@ -62,9 +62,9 @@ class Rosenbrock : public Stepper {
   std::vector<double*> U_;                                ///< these
   std::vector<TwoCombinations> positionSums_, rateSums_;  ///< of a stage: Σ a_ij U_j and Σ C_ij U_j
   Combination m_, e_;
-  // Arranged: y and f there, ∂f/∂t; of a stage, y and its rates; a sum.
-  CacheLines start_, startSlope_, timeSlope_, stage_, rates_, sum_;
-  Eigen::VectorXd slope_, increment_, error_;
+  Vector startSlope_, timeSlope_;  ///< f where the step starts; ∂f/∂t
+  Vector stage_, rates_;           ///< y of a stage, and f but for the positions'
+  Vector increment_, error_;
   bool linearized_ = false;
   bool timeDependent_ = false;
 };

@@ -26,13 +26,13 @@ class Stepper {
   virtual bool seesWhatItDamps() const { return false; }
   virtual System& system() = 0;
   /// f(t, y), evaluated unless the last accepted step left it behind.
-  virtual const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) = 0;
+  virtual const Vector& derivative(double t, const Vector& y) = 0;
   /// Leaves in error() that of a step from (t, y), if it can tell without trying one. Allocates nothing.
-  virtual bool foresees(double /*t*/, double /*h*/, const Eigen::VectorXd& /*y*/) { return false; }
+  virtual bool foresees(double /*t*/, double /*h*/, const Vector& /*y*/) { return false; }
   /// Tries a step from (t, y): increment() ≈ y(t + h) − y and, with an estimate, error(). Allocates nothing.
-  virtual void step(double t, double h, const Eigen::VectorXd& y) = 0;
-  virtual const Eigen::VectorXd& increment() const = 0;
-  virtual const Eigen::VectorXd& error() const = 0;
+  virtual void step(double t, double h, const Vector& y) = 0;
+  virtual const Vector& increment() const = 0;
+  virtual const Vector& error() const = 0;
 
   /// The step just tried was taken.
   virtual void accept() = 0;

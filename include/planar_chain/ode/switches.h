@@ -8,6 +8,7 @@
 
 namespace planar_chain::ode {
 
+/// Of states that are not arranged.
 class Switches {
  public:
   virtual ~Switches() = default;
@@ -23,6 +24,6 @@ class Switches {
 /// the same state, bracketed and by the Illinois rule (M. Dowell, P. Jarratt, BIT 11 (1971) 168–174), down to
 /// the spacing of the numbers.
 std::unique_ptr<Integrator> landingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches,
-                                              Eigen::Index size);
+                                              const System& f);
 
 }  // namespace planar_chain::ode

@@ -1,10 +1,16 @@
 #pragma once
 
 /// An initial value problem ẏ = f(t, y), and where its solution stands. Knows no chain.
+///
+/// A system may go through the components in an order of its own. "Arranged", y has arrangedSize() numbers;
+/// those beside y's are 0 and stay 0. Methods and their states know only this order, so nothing is reordered
+/// but what somebody wants to read. By default both orders are the same.
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <complex>
+
+#include "planar_chain/ode/vector.h"
 
 namespace planar_chain::ode {
 
@@ -15,10 +21,6 @@ class System {
   /// dydt = f(t, y); both of length size(). Must allocate nothing and may write numbers that are not finite.
   virtual void derivative(double t, const double* y, double* dydt) = 0;
 
-  // A system may go through the components in an order of its own: "arranged", y has arrangedSize() numbers,
-  // those beside y's are 0 and stay 0. Methods that go through their stages so save it the reordering. By
-  // default the orders are the same.
-  virtual bool isArranged() const { return false; }
   virtual int arrangedSize() const { return size(); }
   /// To the other order and back; not in place.
   virtual void arrange(const double* y, double* arranged) const { std::copy_n(y, size(), arranged); }
@@ -30,6 +32,12 @@ class System {
   /// The derivative of all but the positions, arrangedSize() − positions() numbers, at an arranged y; as
   /// derivative().
   virtual void rates(double t, const double* y, double* out) { derivative(t, y, out); }
+  /// All of it, at an arranged y and arranged.
+  void slope(double t, const double* y, double* out) {
+    const int count = positions();
+    std::copy_n(y + count, count, out);
+    rates(t, y, out + count);
+  }
 };
 
 /// What the exact solve takes, in evaluations of f.
@@ -61,7 +69,7 @@ class LinearizedSystem : public System {
   virtual void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) = 0;
 };
 
-/// And whose solution has a Taylor series, in the order of y. Its first driving() components drive
+/// And whose solution has a Taylor series, which is not arranged. Its first driving() components drive
 /// themselves; the others are integrals along the way.
 class SeriesSystem : public LinearizedSystem {
  public:
@@ -80,15 +88,24 @@ class SeriesSystem : public LinearizedSystem {
   virtual double seriesCost(int order) const = 0;
 };
 
-/// y at t. The part of the solution that is lost when a small increment is added to a larger y is carried
-/// to the next step (Kahan's summation), so rounding does not grow with the number of steps.
+/// y at t, arranged. The part of the solution that is lost when a small increment is added to a larger y is
+/// carried to the next step (Kahan's summation), so rounding does not grow with the number of steps.
 struct State {
   double t = 0;
-  Eigen::VectorXd y;
-  Eigen::VectorXd carry;
+  Vector y;
+  Vector carry;
 
   State() = default;
-  explicit State(Eigen::Index size) : y(Eigen::VectorXd::Zero(size)), carry(Eigen::VectorXd::Zero(size)) {}
+  explicit State(Eigen::Index size) : y(size), carry(size) {}
+  /// From and to y as others have it.
+  State(const System& f, const Eigen::VectorXd& values) : State(f.arrangedSize()) {
+    f.arrange(values.data(), y.data());
+  }
+  Eigen::VectorXd restoredBy(const System& f) const {
+    Eigen::VectorXd values(f.size());
+    f.restore(y.data(), values.data());
+    return values;
+  }
 };
 
 }  // namespace planar_chain::ode

@@ -34,16 +34,16 @@ class Taylor : public Stepper {
   double cost() const override { return cost_; }
   double stabilityLimit() const override { return stabilityLimit_; }
   System& system() override { return f_; }
-  const Eigen::VectorXd& derivative(double t, const Eigen::VectorXd& y) override;
-  bool foresees(double t, double h, const Eigen::VectorXd& y) override;
-  void step(double t, double h, const Eigen::VectorXd& y) override;
-  const Eigen::VectorXd& increment() const override { return increment_; }
-  const Eigen::VectorXd& error() const override { return error_; }
+  const Vector& derivative(double t, const Vector& y) override;
+  bool foresees(double t, double h, const Vector& y) override;
+  void step(double t, double h, const Vector& y) override;
+  const Vector& increment() const override { return increment_; }
+  const Vector& error() const override { return error_; }
   void accept() override { forget(); }
   void forget() override { isKnown_ = false; }
 
  private:
-  void findSeries(double t, const Eigen::VectorXd& y);
+  void findSeries(double t, const Vector& y);
   void findError(double h);
 
   SeriesSystem& f_;
@@ -52,7 +52,8 @@ class Taylor : public Stepper {
   double stabilityLimit_, cost_;
   Eigen::VectorXd nodes_, weights_;  ///< of Gauss's rule on [0, 1]
   std::vector<double> c_;
-  Eigen::VectorXd increment_, error_, derivative_, between_, rates_;
+  Vector y_, sum_, integrandRates_;  ///< in the order of the series
+  Vector increment_, error_, derivative_;
   bool isKnown_ = false;
 };
 
