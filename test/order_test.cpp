@@ -6,8 +6,11 @@
 #include <string>
 #include <utility>
 
+#include "planar_chain/dynamics.h"
 #include "planar_chain/ode/methods.h"
+#include "planar_chain/ode/surroundings.h"
 #include "planar_chain/ode/switches.h"
+#include "random_scene.h"
 #include "test_system.h"
 
 namespace planar_chain::ode {
@@ -126,6 +129,31 @@ TEST(Order, MakesNoDifferenceToSwitches) {
       EXPECT_EQ(method->integrate(state, 2, 100), Outcome::switched) << name;
       EXPECT_NEAR(state.restoredBy(f)[1], 0.5, 1e-14) << name << isReordered;
     }
+  }
+}
+
+/// Another system, whose order nobody knows.
+struct Plain : System {
+  System& f;
+  explicit Plain(System& f_) : f(f_) {}
+  int size() const override { return f.size(); }
+  void derivative(double t, const double* y, double* dydt) override { f.derivative(t, y, dydt); }
+};
+
+TEST(Order, MakesNoDifferenceToTheSurroundingsOfAChain) {
+  for (const int n : {5, 20, 70}) {
+    const Scene scene = planar_chain::test::randomScene(n, 7);
+    Loads loads(scene, 0);
+    Dynamics dynamics(scene.chain, loads);
+    dynamics.enter(0);
+    Plain plain(dynamics);
+    const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(dynamics.size(), -1, 2);
+    Surroundings expected(plain), found(dynamics);
+    for (int k = 0; k < 3; ++k) expected.look(0, y), found.look(0, State(dynamics, y).y);
+    EXPECT_NEAR(found.largestEigenvalue(), expected.largestEigenvalue(), 1e-9 * expected.largestEigenvalue());
+    State noise(dynamics.arrangedSize());
+    noise.y = found.noise();
+    EXPECT_EQ(noise.restoredBy(dynamics), expected.noise()) << n;
   }
 }
 
