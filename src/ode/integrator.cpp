@@ -16,9 +16,8 @@ Tolerance Tolerance::arrangedBy(const System& f) const {
   return {value, arranged.head(arranged.size() - others)};
 }
 
-bool take(State& state, double t, const Vector& increment) {
-  const Eigen::Index n = state.y.size();
-  if (!simd::kernelFor(n).vectors.addCarried(state.y.data(), state.carry.data(), increment.data(), n))
+bool take(const simd::VectorKernel& vectors, State& state, double t, const Vector& increment) {
+  if (!vectors.addCarried(state.y.data(), state.carry.data(), increment.data(), increment.size()))
     return false;
   state.t = t;
   return true;
@@ -36,7 +35,10 @@ namespace {
 
 class FixedSteps : public Integrator {
  public:
-  FixedSteps(std::unique_ptr<Stepper> stepper, double h) : stepper_(std::move(stepper)), h_(h) {}
+  FixedSteps(std::unique_ptr<Stepper> stepper, double h)
+      : stepper_(std::move(stepper)),
+        vectors_(simd::kernelFor(stepper_->increment().size()).vectors),
+        h_(h) {}
 
   Outcome advance(State& state, double end, double /*longestStep*/) override {
     // What is left is a whole number of steps, if it is one but for rounding.
@@ -64,10 +66,11 @@ class FixedSteps : public Integrator {
  private:
   bool step(State& state, double t) {
     stepper_->step(state.t, t - state.t, state.y);
-    return take(state, t, stepper_->increment());
+    return take(vectors_, state, t, stepper_->increment());
   }
 
   std::unique_ptr<Stepper> stepper_;
+  const simd::VectorKernel& vectors_;
   double h_;
   StepCount count_;
 };

@@ -22,11 +22,14 @@ template <class F>
   if (i < n) f(i, static_cast<int>(n - i));
 }
 
-/// f(i, count, which), by turns for two sums, so that none waits for the one before.
+/// f(i, count, which), by turns for several sums, so that none waits for the one before.
+constexpr int turns = 4;
 template <class F>
 [[gnu::always_inline]] inline void forRegistersByTurns(std::ptrdiff_t n, F f) {
   std::ptrdiff_t i = 0;
-  for (; i + 2 * laneCount <= n; i += 2 * laneCount) f(i, laneCount, 0), f(i + laneCount, laneCount, 1);
+  for (; i + turns * laneCount <= n; i += turns * laneCount) {
+    for (int which = 0; which < turns; ++which) f(i + which * laneCount, laneCount, which);
+  }
   forRegisters(n - i, [&](std::ptrdiff_t rest, int count) { f(i + rest, count, 0); });
 }
 
@@ -35,17 +38,22 @@ void combineOf(double factor, const double* weights, const double* const* terms,
                double* sum, double* out, std::ptrdiff_t n) {
   Lanes weight[count];
   for (int j = 0; j < count; ++j) weight[j] = Lanes(factor * weights[j]);
-  const auto total = [&](std::ptrdiff_t i, int size) {
+  const auto firstOf = [&](int some, std::ptrdiff_t i, int size) {
     Lanes a = weight[0] * loadSome(terms[0] + i, size);
-    for (int j = 1; j < count; ++j) a = mulAdd(weight[j], loadSome(terms[j] + i, size), a);
+    for (int j = 1; j < some; ++j) a = mulAdd(weight[j], loadSome(terms[j] + i, size), a);
     return a;
+  };
+  const auto total = [&](std::ptrdiff_t i, int size) { return firstOf(count, i, size); };
+  // The last term is the latest: nothing but its own product waits for it.
+  const auto stage = [&](std::ptrdiff_t i, int size) {
+    Lanes a = loadSome(base + i, size);
+    if constexpr (count > 1) a += firstOf(count - 1, i, size);
+    return mulAdd(weight[count - 1], loadSome(terms[count - 1] + i, size), a);
   };
   if (!out) {
     forRegisters(n, [&](std::ptrdiff_t i, int size) { storeSome(sum + i, total(i, size), size); });
   } else if (!sum) {
-    forRegisters(n, [&](std::ptrdiff_t i, int size) {
-      storeSome(out + i, loadSome(base + i, size) + total(i, size), size);
-    });
+    forRegisters(n, [&](std::ptrdiff_t i, int size) { storeSome(out + i, stage(i, size), size); });
   } else {
     forRegisters(n, [&](std::ptrdiff_t i, int size) {
       const Lanes a = total(i, size);
@@ -139,17 +147,21 @@ void damp(double* error, const double* coarse, std::ptrdiff_t n) {
   });
 }
 
+[[gnu::always_inline]] inline Lanes sumOf(const Lanes (&some)[turns]) {
+  return (some[0] + some[1]) + (some[2] + some[3]);
+}
+
 /// Each of them.
 [[gnu::always_inline]] inline bool isNumber(Lanes a) {
   return all(a.v == a.v);
 }
 
 bool addCarried(double* y, double* carry, const double* increment, std::ptrdiff_t n) {
-  Lanes zero[2];  // NaN, if one sum is not finite
+  Lanes zero[turns];  // NaN, if one sum is not finite
   forRegistersByTurns(n, [&](std::ptrdiff_t i, int size, int which) {
     zero[which] = mulAdd(Lanes(0), loadSome(y + i, size) + loadSome(increment + i, size), zero[which]);
   });
-  if (!isNumber(zero[0] + zero[1])) return false;
+  if (!isNumber(sumOf(zero))) return false;
   forRegisters(n, [&](std::ptrdiff_t i, int size) {
     const Lanes old = loadSome(y + i, size);
     const Lanes whole = loadSome(increment + i, size) + loadSome(carry + i, size);
@@ -193,7 +205,7 @@ template <int size = 1>
   return a.v[0];
 }
 
-[[gnu::noinline]] double largestRatioByDivision(const Errors& errors, std::ptrdiff_t n) {
+double largestRatioByDivision(const Errors& errors, std::ptrdiff_t n) {
   Lanes worst, zero;
   forRegisters(n, [&](std::ptrdiff_t i, int count) {
     const Lanes ratio = errors.size(i, count) / errors.allowed(i, count);
@@ -206,7 +218,9 @@ template <int size = 1>
 /// Ratios are compared by products. Where one is not finite, divisions tell why.
 double largestRatio(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n) {
   const Errors errors{of, Lanes(most), Lanes(rounding)};
-  Lanes error[2], allowed[2] = {Lanes(1), Lanes(1)}, zero[2];
+  if (n <= laneCount) return largestRatioByDivision(errors, n);
+  Lanes error[turns], allowed[turns], zero[turns];
+  for (Lanes& each : allowed) each = Lanes(1);
   forRegistersByTurns(n, [&](std::ptrdiff_t i, int count, int which) {
     const Lanes size = errors.size(i, count), may = errors.allowed(i, count);
     const Lanes own = size * allowed[which], before = error[which] * may;
@@ -215,8 +229,9 @@ double largestRatio(const ErrorVectors& of, double most, double rounding, std::p
     allowed[which] = Lanes(isLarger ? may.v : allowed[which].v);
     zero[which] = mulAdd(Lanes(0), own + before, zero[which]);
   });
-  if (!isNumber(zero[0] + zero[1])) return largestRatioByDivision(errors, n);
-  return largestOf(larger(error[0] / allowed[0], error[1] / allowed[1]));
+  if (!isNumber(sumOf(zero))) return largestRatioByDivision(errors, n);
+  return largestOf(larger(larger(error[0] / allowed[0], error[1] / allowed[1]),
+                          larger(error[2] / allowed[2], error[3] / allowed[3])));
 }
 
 template <int count>

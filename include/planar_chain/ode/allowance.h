@@ -17,7 +17,7 @@ class Allowance {
       : surroundings_(surroundings),
         h_(h),
         most_(std::max(share * tolerance.value * std::min(std::max(h, shortestCounted), 1.0), epsilon)),
-        everyDigit_(std::min(1.0, tolerance.value / roundingCounts)) {}
+        everyDigit_(std::min(1.0, tolerance.value * perRounding)) {}
 
   /// For component i, where its size() is size: most() × size, or if that is more perNoise() × that of its f.
   double of(Eigen::Index i, double size) const {
@@ -31,8 +31,8 @@ class Allowance {
  private:
   static constexpr double shortestCounted = 1e-3;  // s
   static constexpr double share = 0.25;            // of the tolerance that a step's error may use
-  static constexpr double roundingCounts = 1e-10;  // in full, down to this tolerance
-  static constexpr double clearly = 4;  // above rounding, so that steps whose estimate is that grow
+  static constexpr double perRounding = 1e10;  // 1 over the tolerance down to which rounding counts in full
+  static constexpr double clearly = 4;         // above rounding, so that steps whose estimate is that grow
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
   const Surroundings& surroundings_;

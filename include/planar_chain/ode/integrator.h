@@ -10,6 +10,10 @@
 #include "planar_chain/ode/stepper.h"
 #include "planar_chain/ode/system.h"
 
+namespace planar_chain::simd {
+struct VectorKernel;
+}
+
 namespace planar_chain::ode {
 
 enum class Outcome {
@@ -75,7 +79,7 @@ class Integrator {
 
 /// Adds an increment to the state, carrying what rounding takes away, and sets its time. False, and nothing
 /// has changed, when the result is not finite. Allocates nothing.
-bool take(State& state, double t, const Vector& increment);
+bool take(const simd::VectorKernel& vectors, State& state, double t, const Vector& increment);
 
 /// Equal steps of at most h between the times that it must land on.
 std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double h);

@@ -14,7 +14,9 @@ class Vector : public Eigen::Map<Eigen::VectorXd> {
 
  public:
   /// Zeros.
-  explicit Vector(Eigen::Index size = 0) : Map(nullptr, 0), lines_(static_cast<std::size_t>(size)) { show(size); }
+  explicit Vector(Eigen::Index size = 0) : Map(nullptr, 0), lines_(static_cast<std::size_t>(size)) {
+    show(size);
+  }
   template <class Derived>
   Vector(const Eigen::MatrixBase<Derived>& values) : Vector(values.size()) {
     Map::operator=(values);
