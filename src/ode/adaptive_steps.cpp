@@ -67,6 +67,8 @@ double landing(double t, double end, double h) {
 AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
                              std::shared_ptr<Surroundings> surroundings)
     : stepper_(std::move(stepper)),
+      increment_(stepper_->increment()),
+      error_(stepper_->error()),
       tolerance_(std::move(tolerance)),
       surroundings_(std::move(surroundings)),
       vectors_(simd::kernelFor(tolerance_.ceiling.size()).vectors),
@@ -74,8 +76,8 @@ AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance toleran
       beta_(std::min(mostBeta, 7 * mostBeta * exponent_)),
       aimed_(std::pow(sure, stepper_->errorOrder())),
       lastLog_(smallestLog),
-      trial_(stepper_->increment()),
-      trialDerivative_(stepper_->increment()) {
+      trial_(increment_),
+      trialDerivative_(increment_) {
   if (stepper_->errorOrder() == 0) {
     throw std::invalid_argument(std::string(stepper_->name()) + " has no error estimate to adapt to");
   }
@@ -99,7 +101,7 @@ Outcome AdaptiveSteps::advance(State& state, double end, double longestStep) {
 bool AdaptiveSteps::stepTo(State& state, double t) {
   stepper_->forget();
   stepper_->step(state.t, t - state.t, state.y);
-  const bool isFinite = take(vectors_, state, t, stepper_->increment());
+  const bool isFinite = take(vectors_, state, t, increment_);
   stepper_->forget();
   return isFinite;
 }
@@ -129,7 +131,7 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
   const bool isAsForeseen = isForeseen && most <= 1 && h > nearlyWhole * h_;
   const double error = isAsForeseen ? most : errorNorm(state.y, h);
   const bool mayPass = error <= 1 || isJump;
-  const bool taken = mayPass && std::isfinite(error) && take(vectors_, state, next, stepper_->increment());
+  const bool taken = mayPass && std::isfinite(error) && take(vectors_, state, next, increment_);
   finite_ = std::isfinite(error) && (taken || !mayPass);
   if (taken) {
     // The step that the error asks for grows from the one taken, but not past ten times the one proposed
@@ -186,9 +188,9 @@ double AdaptiveSteps::growth(double log) const {
 /// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is not finite.
 double AdaptiveSteps::errorNorm(const Vector& y, double h) const {
   const Allowance allowance(tolerance_, *surroundings_, h);
-  return vectors_.largestRatio({stepper_->error().data(), y.data(), stepper_->increment().data(),
-                                tolerance_.ceiling.data(), surroundings_->noise().data()},
-                               allowance.most(), allowance.perNoise(), tolerance_.ceiling.size());
+  return vectors_.largestRatio(
+      {error_.data(), y.data(), increment_.data(), tolerance_.ceiling.data(), surroundings_->noise().data()},
+      allowance.most(), allowance.perNoise(), tolerance_.ceiling.size());
 }
 
 /// A step whose explicit Euler error is small: h² |ÿ| about 1 % of the scale, then adapted to the order.

@@ -49,17 +49,15 @@ const Vector& ExplicitRungeKutta::derivative(double t, const Vector& y) {
 
 void ExplicitRungeKutta::step(double t, double h, const Vector& y) {
   const double* start = y.data();
+  double* stage = stage_.data();
   evaluateFirst(t, start);
-  const std::size_t last = k_.size() - 1;
-  for (std::size_t i = 1; i <= last; ++i) {
-    if (i == last && table_.lastIsFirst) {
-      b_.run(h, start, increment_.data(), stage_.data());
-    } else {
-      a_[i].run(h, start, nullptr, stage_.data());
-    }
-    f_.rates(t + table_.c[i] * h, stage_.data(), k_[i]);
+  const std::size_t last = k_.size() - 1, rows = table_.lastIsFirst ? last : last + 1;
+  for (std::size_t i = 1; i < rows; ++i) {
+    a_[i].run(h, start, nullptr, stage);
+    f_.rates(t + table_.c[i] * h, stage, k_[i]);
   }
-  if (!table_.lastIsFirst) b_.run(h, start, increment_.data(), nullptr);
+  b_.run(h, start, increment_.data(), table_.lastIsFirst ? stage : nullptr);
+  if (table_.lastIsFirst) f_.rates(t + h, stage, k_[last]);
   if (!table_.e.empty()) e_.run(h, start, error_.data(), nullptr);
   if (!table_.coarse.empty()) {
     coarseWeights_.run(h, start, coarse_.data(), nullptr);

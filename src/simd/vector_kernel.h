@@ -157,18 +157,28 @@ void damp(double* error, const double* coarse, std::ptrdiff_t n) {
 }
 
 bool addCarried(double* y, double* carry, const double* increment, std::ptrdiff_t n) {
-  Lanes zero[turns];  // NaN, if one sum is not finite
-  forRegistersByTurns(n, [&](std::ptrdiff_t i, int size, int which) {
-    zero[which] = mulAdd(Lanes(0), loadSome(y + i, size) + loadSome(increment + i, size), zero[which]);
-  });
-  if (!isNumber(sumOf(zero))) return false;
-  forRegisters(n, [&](std::ptrdiff_t i, int size) {
+  const auto add = [&](std::ptrdiff_t i, int size) {
     const Lanes old = loadSome(y + i, size);
     const Lanes whole = loadSome(increment + i, size) + loadSome(carry + i, size);
     const Lanes next = old + whole;
     storeSome(carry + i, whole - (next - old), size);
     storeSome(y + i, next, size);
+  };
+  const auto sum = [&](std::ptrdiff_t i, int size) {
+    return loadSome(y + i, size) + loadSome(increment + i, size);
+  };
+  if (n <= laneCount) {
+    const int size = static_cast<int>(n);
+    const bool isFinite = isNumber(Lanes(0) * sum(0, size));
+    if (isFinite) add(0, size);
+    return isFinite;
+  }
+  Lanes zero[turns];  // NaN, if one sum is not finite
+  forRegistersByTurns(n, [&](std::ptrdiff_t i, int size, int which) {
+    zero[which] = mulAdd(Lanes(0), sum(i, size), zero[which]);
   });
+  if (!isNumber(sumOf(zero))) return false;
+  forRegisters(n, add);
   return true;
 }
 
@@ -196,6 +206,9 @@ struct Errors {
         Lanes(1) + smaller(larger(absolute(y), absolute(next)), loadSome(of.ceiling + i, count));
     return larger(most * scale, rounding * loadSome(of.noise + i, count));
   }
+  [[gnu::always_inline]] Lanes ratio(std::ptrdiff_t i, int count) const {
+    return size(i, count) / allowed(i, count);
+  }
 };
 
 /// Of the lanes, pair by pair.
@@ -205,20 +218,28 @@ template <int size = 1>
   return a.v[0];
 }
 
-double largestRatioByDivision(const Errors& errors, std::ptrdiff_t n) {
+/// NaN, if one is not finite.
+[[gnu::always_inline]] inline double largestOfFinite(Lanes ratio, Lanes zero) {
+  return isNumber(zero) ? largestOf(ratio) : std::numeric_limits<double>::quiet_NaN();
+}
+
+[[gnu::noinline]] double largestRatioByDivision(const Errors& errors, std::ptrdiff_t n) {
   Lanes worst, zero;
   forRegisters(n, [&](std::ptrdiff_t i, int count) {
-    const Lanes ratio = errors.size(i, count) / errors.allowed(i, count);
+    const Lanes ratio = errors.ratio(i, count);
     worst = larger(ratio, worst);
     zero = mulAdd(Lanes(0), ratio, zero);
   });
-  return isNumber(zero) ? largestOf(worst) : std::numeric_limits<double>::quiet_NaN();
+  return largestOfFinite(worst, zero);
 }
 
 /// Ratios are compared by products. Where one is not finite, divisions tell why.
 double largestRatio(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n) {
   const Errors errors{of, Lanes(most), Lanes(rounding)};
-  if (n <= laneCount) return largestRatioByDivision(errors, n);
+  if (n <= laneCount) {
+    const Lanes ratio = errors.ratio(0, static_cast<int>(n));
+    return largestOfFinite(ratio, Lanes(0) * ratio);
+  }
   Lanes error[turns], allowed[turns], zero[turns];
   for (Lanes& each : allowed) each = Lanes(1);
   forRegistersByTurns(n, [&](std::ptrdiff_t i, int count, int which) {

@@ -47,6 +47,7 @@ class AdaptiveSteps : public Integrator {
   double firstStep(const State& state, double left);
 
   std::unique_ptr<Stepper> stepper_;
+  const Vector &increment_, &error_;  ///< the stepper's
   Tolerance tolerance_;
   std::shared_ptr<Surroundings> surroundings_;
   const simd::VectorKernel& vectors_;

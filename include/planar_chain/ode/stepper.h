@@ -31,6 +31,7 @@ class Stepper {
   virtual bool foresees(double /*t*/, double /*h*/, const Vector& /*y*/) { return false; }
   /// Tries a step from (t, y): increment() ≈ y(t + h) − y and, with an estimate, error(). Allocates nothing.
   virtual void step(double t, double h, const Vector& y) = 0;
+  /// These are always the same objects.
   virtual const Vector& increment() const = 0;
   virtual const Vector& error() const = 0;
 
