@@ -12,16 +12,26 @@ namespace {
 using simd::LinearArrays;
 constexpr int most = simd::mostLanes;
 
-const simd::LinearKernel& solverFor(const simd::Kernel& kernel, double) {
-  return kernel.real;
+const simd::LinearKernel& solverFor(const simd::Kernel& kernel, double, bool keepsAll) {
+  return keepsAll ? kernel.real : kernel.realAgain;
 }
-const simd::LinearKernel& solverFor(const simd::Kernel& kernel, std::complex<double>) {
-  return kernel.complex;
+const simd::LinearKernel& solverFor(const simd::Kernel& kernel, std::complex<double>, bool keepsAll) {
+  return keepsAll ? kernel.complex : kernel.complexAgain;
 }
 
 /// Doubles a number.
 template <class Scalar>
 constexpr int parts = sizeof(Scalar) / sizeof(double);
+
+/// Whether all that a solve goes through stays in a cache of its own.
+bool keepsAll(Kept kept, int places, int parts) {
+  if (kept != Kept::whatFits) return kept == Kept::all;
+  constexpr std::size_t cache = 2 << 20;
+  constexpr int ofNumbers = LinearArrays::inwardQuantities + LinearArrays::handleQuantities +
+                            LinearArrays::outwardQuantities + 1 + LinearArrays::sideQuantities;
+  const int quantities = LinearArrays::stateQuantities + ofNumbers * parts;
+  return static_cast<std::size_t>(places) * static_cast<std::size_t>(quantities) * sizeof(double) <= cache;
+}
 
 const double* partsOf(const double* values) {
   return values;
@@ -39,11 +49,12 @@ double* partsOf(std::complex<double>* values) {
 }  // namespace
 
 template <class Scalar>
-LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::Kernel* kernel)
+LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::Kernel* kernel, Kept kept)
     : chain_(chain),
       kernel_(kernel ? *kernel : simd::kernelFor(chain.size())),
-      solver_(solverFor(kernel_, Scalar())),
       arrangement_(chain.size(), kernel),
+      keepsAll_(keepsAll(kept, arrangement_.places(), parts<Scalar>)),
+      solver_(solverFor(kernel_, Scalar(), keepsAll_)),
       state_(std::make_shared<SegmentsState>()) {
   const auto places = static_cast<std::size_t>(arrangement_.places());
   state_->links = linksArranged(chain, arrangement_);
@@ -56,11 +67,12 @@ LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::K
 
 template <class Scalar>
 template <class Other>
-LinearizedSegments<Scalar>::LinearizedSegments(const LinearizedSegments<Other>& other)
+LinearizedSegments<Scalar>::LinearizedSegments(const LinearizedSegments<Other>& other, Kept kept)
     : chain_(other.chain_),
       kernel_(other.kernel_),
-      solver_(solverFor(kernel_, Scalar())),
       arrangement_(other.arrangement_),
+      keepsAll_(keepsAll(kept, arrangement_.places(), parts<Scalar>)),
+      solver_(solverFor(kernel_, Scalar(), keepsAll_)),
       state_(other.state_) {
   reserve();
 }
@@ -68,7 +80,7 @@ LinearizedSegments<Scalar>::LinearizedSegments(const LinearizedSegments<Other>& 
 template <class Scalar>
 void LinearizedSegments<Scalar>::reserve() {
   const auto places = static_cast<std::size_t>(arrangement_.places() * parts<Scalar>);
-  inward_ = CacheLines(places * LinearArrays::inwardQuantities);
+  inward_ = CacheLines(places * (keepsAll_ ? LinearArrays::inwardQuantities : LinearArrays::leastInward));
   handles_ = CacheLines(places * LinearArrays::handleQuantities);
   outward_ = CacheLines(places * LinearArrays::outwardQuantities);
   sweeps_ = CacheLines(places);
@@ -130,6 +142,8 @@ void LinearizedSegments<Scalar>::solve(const Scalar* rhoQ, const Scalar* rhoV, S
 
 template class LinearizedSegments<double>;
 template class LinearizedSegments<std::complex<double>>;
-template LinearizedSegments<std::complex<double>>::LinearizedSegments(const LinearizedSegments<double>&);
+template LinearizedSegments<double>::LinearizedSegments(const LinearizedSegments<double>&, Kept);
+template LinearizedSegments<std::complex<double>>::LinearizedSegments(const LinearizedSegments<double>&,
+                                                                      Kept);
 
 }  // namespace planar_chain

@@ -98,43 +98,76 @@ Vec2<Scalar> driftOf(const BodyAt<Real>& body, Scalar sigma, Scalar rhoV) {
   return {-(body.alpha * sigma), -rhoV - body.omega * body.omega * sigma};
 }
 
-/// One body inwards, for the factorization of s·1 − J.
+/// What a body feels of what hangs on its outer pin.
+template <class Scalar>
+struct Felt {
+  Vec2<Scalar> lambda, Ev, Ed, UR;
+  Scalar alongTurn, alongPin;  ///< λ·iP, λ·P
+};
+
 template <class Scalar, class Real>
-LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>& shown) {
+[[gnu::always_inline]] inline Felt<Scalar> feltBy(const BodyAt<Real>& body, Scalar s,
+                                                  const Shown<Scalar>& shown) {
   const auto [x, y] = turnOf(body, s);
   const Vec2<Real> P = body.P, iP = perp(P);
-  const Real ww = body.omega * body.omega;
   const Matrix2<Scalar>& B = shown.B;
-
   const Vec2<Scalar> lambda{mulAdd(iP.x, B.xx, mulAdd(iP.y, B.yx, shown.p.x)),
                             mulAdd(iP.x, B.xy, mulAdd(iP.y, B.yy, shown.p.y))};
-  const Scalar alongTurn = dotMixed(iP, lambda), alongPin = dotMixed(P, lambda);
   const Vec2<Scalar> Ev{mulAdd(iP.x, B.xx, mulAdd(iP.y, B.xy, Scalar(-body.m * body.R.y))),
                         mulAdd(iP.x, B.yx, mulAdd(iP.y, B.yy, Scalar(body.m * body.R.x)))};
   const Vec2<Scalar> Ed{mulAdd(P.x, B.xx, mulAdd(P.y, B.xy, Scalar(body.m * body.R.x))),
                         mulAdd(P.x, B.yx, mulAdd(P.y, B.yy, Scalar(body.m * body.R.y)))};
-  const Vec2<Scalar> UR = mulAdd(y, Ev, mulAdd(x, Ed, shown.h));
-  const Vec2<Scalar> UL = mulAdd(body.m, perp(body.R), lambda);
+  return {lambda, Ev, Ed, mulAdd(y, Ev, mulAdd(x, Ed, shown.h)), dotMixed(iP, lambda), dotMixed(P, lambda)};
+}
 
-  const Scalar Dm = mulAdd(body.J, s * s, body.kappa + shown.q) +
-                    (dotMixed(iP, shown.h) + mulAdd(y, alongTurn, x * alongPin));
-  const Scalar k = stiffness(body, s);
-  const Scalar inverseD = Real(1) / (Dm + k);
-  const Scalar kD = k * inverseD;
-  const Vec2<Scalar> ULD = inverseD * UL;
+/// What the way in of a solve needs but for 1/D.
+template <class Scalar, class Real>
+[[gnu::always_inline]] inline void takeSides(const BodyAt<Real>& body, const Felt<Scalar>& felt,
+                                             LinearHandle<Scalar>& to) {
+  const Real ww = body.omega * body.omega;
+  to.Mv = body.J + felt.alongTurn;
+  to.Mq = mulAdd(ww, felt.alongTurn, mulAdd(body.alpha, felt.alongPin, Scalar(-body.kappa)));
+  to.Ev = felt.Ev;
+  to.Eq = {mulAdd(ww, felt.Ev.x, body.alpha * felt.Ed.x), mulAdd(ww, felt.Ev.y, body.alpha * felt.Ed.y)};
+  to.UR = felt.UR;
+}
+
+/// B, h and p of what hangs on the inner pin. k: k̂.
+template <class Scalar, class Real>
+[[gnu::always_inline]] inline void passOn(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle,
+                                          Scalar k, Shown<Scalar>& shown) {
+  const Vec2<Scalar>&UR = handle.UR, &ULD = handle.ULD;
+  const Matrix2<Scalar>& B = shown.B;
   shown.B = {mulAdd(-UR.x, ULD.x, body.m + B.xx), mulAdd(-UR.x, ULD.y, B.xy), mulAdd(-UR.y, ULD.x, B.yx),
              mulAdd(-UR.y, ULD.y, body.m + B.yy)};
-  shown.h = kD * UR;
+  shown.h = handle.kD * UR;
   shown.p = k * ULD;
-  shown.q = kD * Dm;
-  return {body.J + alongTurn,
-          mulAdd(ww, alongTurn, mulAdd(body.alpha, alongPin, Scalar(-body.kappa))),
-          inverseD,
-          Ev,
-          {mulAdd(ww, Ev.x, body.alpha * Ed.x), mulAdd(ww, Ev.y, body.alpha * Ed.y)},
-          UR,
-          ULD,
-          kD};
+}
+
+/// One body inwards, for the factorization of s·1 − J.
+template <class Scalar, class Real>
+LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>& shown) {
+  const auto [x, y] = turnOf(body, s);
+  const Felt<Scalar> felt = feltBy(body, s, shown);
+  const Scalar Dm = mulAdd(body.J, s * s, body.kappa + shown.q) +
+                    (dotMixed(perp(body.P), shown.h) + mulAdd(y, felt.alongTurn, x * felt.alongPin));
+  const Scalar k = stiffness(body, s);
+  LinearHandle<Scalar> handle;
+  takeSides(body, felt, handle);
+  handle.inverseD = Real(1) / (Dm + k);
+  handle.kD = k * handle.inverseD;
+  handle.ULD = handle.inverseD * mulAdd(body.m, perp(body.R), felt.lambda);
+  passOn(body, handle, k, shown);
+  shown.q = handle.kD * Dm;
+  return handle;
+}
+
+/// The same once more, with 1/D, U_L/D and k̂/D in handle: all else of it is computed, and all but q of what
+/// is shown.
+template <class Scalar, class Real>
+void eliminateAgain(const BodyAt<Real>& body, Scalar s, Shown<Scalar>& shown, LinearHandle<Scalar>& handle) {
+  takeSides(body, feltBy(body, s, shown), handle);
+  passOn(body, handle, stiffness(body, s), shown);
 }
 
 /// One body inwards, for a right-hand side: b and r of what hangs on its outer pin become those of what hangs

@@ -43,6 +43,10 @@ struct LinearKernel;
 struct LinearArrays;
 }  // namespace simd
 
+/// What a factorization keeps of each body for the way in of a solve: all that it reads; or, as long chains
+/// wait for memory, the least, 1/D: the rest is computed once more. To the bit the same.
+enum class Kept { whatFits, all, least };
+
 /// What all factorizations at one state share.
 struct SegmentsState {
   CacheLines links, bodies, masses;
@@ -52,11 +56,12 @@ template <class Scalar = double>
 class LinearizedSegments {
  public:
   /// The best kernel of this CPU for so many links, or the one given.
-  explicit LinearizedSegments(const Chain& chain, const simd::Kernel* kernel = nullptr);
+  explicit LinearizedSegments(const Chain& chain, const simd::Kernel* kernel = nullptr,
+                              Kept kept = Kept::whatFits);
 
   /// Another factorization at the state of `other`, whenever that is linearized.
   template <class Other>
-  explicit LinearizedSegments(const LinearizedSegments<Other>& other);
+  explicit LinearizedSegments(const LinearizedSegments<Other>& other, Kept kept = Kept::whatFits);
 
   /// The order of all that comes and goes; beyond the end e = 1, and nothing else.
   const Arrangement& arrangement() const { return arrangement_; }
@@ -77,8 +82,9 @@ class LinearizedSegments {
 
   const Chain& chain_;
   const simd::Kernel& kernel_;
-  const simd::LinearKernel& solver_;
   Arrangement arrangement_;
+  bool keepsAll_;
+  const simd::LinearKernel& solver_;
   Scalar s_{};
   std::shared_ptr<SegmentsState> state_;
   CacheLines inward_, handles_, outward_, sweeps_, pairs_;

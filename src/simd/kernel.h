@@ -42,6 +42,8 @@ struct LinearArrays {
   static constexpr int stateQuantities = 6;    ///< those, ω, α, P, which a solve reads
   static constexpr int massQuantities = 5;     ///< R, m, J, κ
   static constexpr int inwardQuantities = 9;   ///< 1/D, U_R, M_v, M_q, E_v, E_q
+  static constexpr int leastInward = 1;        ///< of these: 1/D
+  static constexpr int sideQuantities = 2;     ///< ρ_q, ρ_v
   static constexpr int handleQuantities = 3;   ///< U_L/D, k̂/D; of linearize(), a
   static constexpr int outwardQuantities = 3;  ///< t/D
   static constexpr int pairQuantities = 74;    ///< d, and eight matrices
@@ -171,6 +173,7 @@ struct Kernel {
   /// From starts: the acceleration of the inner pin less gravity, and the force of all outside: 2 + 2.
   void (*linearizeInwards)(const LinearArrays& arrays, const LinearState& at, ConstRows starts);
   LinearKernel real, complex;
+  LinearKernel realAgain, complexAgain;  ///< those that compute again what the way in reads, but for 1/D
   VectorKernel vectors;
   const SeriesShape* series;  ///< three
 };

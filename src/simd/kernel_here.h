@@ -20,8 +20,10 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           segmentsAll,
           linearizeOutwardsAll,
           linearizeInwardsAll,
-          linearKernel<Real>,
-          linearKernel<ComplexLanes>,
+          linearKernel<Real, true>,
+          linearKernel<ComplexLanes, true>,
+          linearKernel<Real, false>,
+          linearKernel<ComplexLanes, false>,
           vectorKernel,
           seriesShapes};
 }

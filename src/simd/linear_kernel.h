@@ -18,9 +18,10 @@ double* placeOf(double* array, int quantities, int i) {
   return array + static_cast<std::ptrdiff_t>(i) * quantities * parts<Number> * laneCount;
 }
 
-template <class Number>
+template <class Number, bool keepsAll>
 double* inwardAt(const LinearArrays& arrays, int i) {
-  return placeOf<Number>(arrays.inward, LinearArrays::inwardQuantities, i);
+  return placeOf<Number>(arrays.inward, keepsAll ? LinearArrays::inwardQuantities : LinearArrays::leastInward,
+                         i);
 }
 
 template <class Number>
@@ -132,9 +133,25 @@ inline void readHandle(const LinearArrays& arrays, int i, LinearHandle<Number>& 
   read(to.ULD, to.kD);
 }
 
+/// What the way in reads, and computes where it is not kept: then `shown` is what hangs on the body.
+template <class Number, bool keepsAll>
+inline LinearHandle<Number> inwardHandle(const LinearArrays& arrays, int i, const BodyAt<Real>& body,
+                                         Number s, Shown<Number>& shown) {
+  LinearHandle<Number> handle;
+  Reader<Number> inward(inwardAt<Number, keepsAll>(arrays, i));
+  inward(handle.inverseD);
+  if constexpr (keepsAll) {
+    inward(handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
+  } else {
+    readHandle(arrays, i, handle);
+    eliminateAgain(body, s, shown, handle);
+  }
+  return handle;
+}
+
 /// A factorization on its way in. A few steps at a time, and for these first what a body shows, then what it
 /// does to the other matrices: all of them together would not fit into a CPU's registers.
-template <class Number>
+template <class Number, bool keepsAll>
 class Factorization {
  public:
   explicit Factorization(const LinearArrays& arrays, Number s)
@@ -163,11 +180,16 @@ class Factorization {
 
  private:
   // By value, so that they stay in registers.
-  Shown<Number> eliminateBodies(int first, int last, Shown<Number> shown) const {
+  Shown<Number> eliminateBodies(int first, int last, Shown<Number> shown) {
     for (int i = last - 1; i >= first; --i) {
       const LinearHandle<Number> handle = eliminate(bodyAt(arrays_, i), s_, shown);
-      Writer<Number> inward(inwardAt<Number>(arrays_, i));
-      inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
+      Writer<Number> inward(inwardAt<Number, keepsAll>(arrays_, i));
+      inward(handle.inverseD);
+      if constexpr (keepsAll) {
+        inward(handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
+      } else {
+        UR_[i - first] = handle.UR;
+      }
       Writer<Number> outward(handleAt<Number>(arrays_, i));
       outward(handle.ULD, handle.kD);
     }
@@ -177,14 +199,20 @@ class Factorization {
   /// t = −Gᵀ(iP, 1), G ← G + (U_R, −k̂ …) tᵀ/D
   Matrix3<Number> carryG(int first, int last, Matrix3<Number> G) const {
     for (int i = last - 1; i >= first; --i) {
-      LinearHandle<Number> handle;
-      Reader<Number> inward(inwardAt<Number>(arrays_, i));
-      inward(handle.inverseD, handle.UR);
       const BodyAt<Real> body = bodyAt(arrays_, i);
-      const Triple<Number> tD = handle.inverseD * mulAdd(body.P.y, G.x, mulAdd(-body.P.x, G.y, -G.z));
+      Number inverseD;
+      Vec2<Number> UR;
+      Reader<Number> inward(inwardAt<Number, keepsAll>(arrays_, i));
+      inward(inverseD);
+      if constexpr (keepsAll) {
+        inward(UR);
+      } else {
+        UR = UR_[i - first];
+      }
+      const Triple<Number> tD = inverseD * mulAdd(body.P.y, G.x, mulAdd(-body.P.x, G.y, -G.z));
       Writer<Number> write(outwardAt<Number>(arrays_, i));
       write(tD);
-      G = {mulAdd(handle.UR.x, tD, G.x), mulAdd(handle.UR.y, tD, G.y), -stiffness(body, s_) * tD};
+      G = {mulAdd(UR.x, tD, G.x), mulAdd(UR.y, tD, G.y), -stiffness(body, s_) * tD};
     }
     return G;
   }
@@ -212,13 +240,14 @@ class Factorization {
   Number s_;
   Axes axes_;
   Shown<Number> shown_;
+  Vec2<Number> UR_[keepsAll ? 1 : stepsPerFlush];  ///< of the steps in hand, where they are not kept
   Matrix3<Number> G_, C_;
   Matrix3<Number> H_;  ///< by columns
 };
 
-template <class Number>
+template <class Number, bool keepsAll>
 PLANAR_CHAIN_IN_ONE_PIECE void factorAll(const LinearArrays& arrays, const double* s) {
-  Factorization<Number> factorization(arrays, everywhere<Number>(s));
+  Factorization<Number, keepsAll> factorization(arrays, everywhere<Number>(s));
   for (int last = arrays.steps; last > 0; last -= stepsPerFlush) {
     factorization.go(std::max(0, last - stepsPerFlush), last);
   }
@@ -231,21 +260,21 @@ struct Side {
 };
 
 /// b and r of what hangs on the segments' inner joints. Keeps ε/D.
-template <class Number>
+template <class Number, bool keepsAll>
 inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s, Side side) {
   const Number inverseS = Real(1) / s;
   Vec2<Number> b;
   Number r = Real();
+  Shown<Number> shown;
   const int last = arrays.steps - 1;
   Number rho = numberAt<Number>(side.rhoQ, last);
   const Number rhoBefore = ofSegmentBefore(rho);
   for (int i = last; i >= 0; --i) {
     const Number rhoInner = i > 0 ? numberAt<Number>(side.rhoQ, i - 1) : rhoBefore;
-    LinearHandle<Number> handle;
-    Reader<Number> inward(inwardAt<Number>(arrays, i));
-    inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
-    store(carry(bodyAt(arrays, i), handle, s, inverseS * rho, inverseS * (rho - rhoInner),
-                numberAt<Number>(side.rhoV, i), b, r),
+    const BodyAt<Real> body = bodyAt(arrays, i);
+    const LinearHandle<Number> handle = inwardHandle<Number, keepsAll>(arrays, i, body, s, shown);
+    store(carry(body, handle, s, inverseS * rho, inverseS * (rho - rhoInner), numberAt<Number>(side.rhoV, i),
+                b, r),
           sweepAt<Number>(arrays, i));
     rho = rhoInner;
   }
@@ -289,21 +318,21 @@ inline void carryOutwards(const LinearArrays& arrays, Number s, Side side, const
   }
 }
 
-template <class Number>
+template <class Number, bool keepsAll>
 PLANAR_CHAIN_IN_ONE_PIECE void solveAll(const LinearArrays& arrays, const double* s_, const double* rhoQ,
                                         const double* rhoV, double* u, double* v) {
   const Number s = everywhere<Number>(s_);
   ShowsOfSide<Number> shown;
   const Side side{rhoQ, rhoV};
-  shown.y = carryInwards(arrays, s, side);
+  shown.y = carryInwards<Number, keepsAll>(arrays, s, side);
   shown.c = outerAxes(arrays).fromGround(ownMotion(arrays, s, side));
   Triple<Number> X{Real(), Real(), Real()}, Y = X;
   LinearPairs<Number, 1>::solve(shown, arrays.pairs, X, Y);
   carryOutwards(arrays, s, side, X, Y, u, v);
 }
 
-template <class Number>
-constexpr LinearKernel linearKernel{factorAll<Number>, solveAll<Number>};
+template <class Number, bool keepsAll>
+constexpr LinearKernel linearKernel{factorAll<Number, keepsAll>, solveAll<Number, keepsAll>};
 
 }  // namespace
 }  // namespace planar_chain::simd
