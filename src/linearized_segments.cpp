@@ -80,7 +80,7 @@ LinearizedSegments<Scalar>::LinearizedSegments(const LinearizedSegments<Other>& 
 template <class Scalar>
 void LinearizedSegments<Scalar>::reserve() {
   const auto places = static_cast<std::size_t>(arrangement_.places() * parts<Scalar>);
-  inward_ = CacheLines(places * (keepsAll_ ? LinearArrays::inwardQuantities : LinearArrays::leastInward));
+  inward_ = CacheLines(keepsAll_ ? places * LinearArrays::inwardQuantities : 0);
   handles_ = CacheLines(places * LinearArrays::handleQuantities);
   outward_ = CacheLines(places * LinearArrays::outwardQuantities);
   sweeps_ = CacheLines(places);

@@ -44,7 +44,7 @@ struct LinearArrays;
 }  // namespace simd
 
 /// What a factorization keeps of each body for the way in of a solve: all that it reads; or, as long chains
-/// wait for memory, the least, 1/D: the rest is computed once more. To the bit the same.
+/// wait for memory, no more than the way out needs, and the rest is computed once more. To the bit the same.
 enum class Kept { whatFits, all, least };
 
 /// What all factorizations at one state share.

@@ -38,13 +38,12 @@ constexpr int mostLanes = 8;
 
 /// The same layout, for the exact solve; see linearized_segments.h.
 struct LinearArrays {
-  static constexpr int jointQuantities = 2;    ///< k, d
-  static constexpr int stateQuantities = 6;    ///< those, ω, α, P, which a solve reads
-  static constexpr int massQuantities = 5;     ///< R, m, J, κ
-  static constexpr int inwardQuantities = 9;   ///< 1/D, U_R, M_v, M_q, E_v, E_q
-  static constexpr int leastInward = 1;        ///< of these: 1/D
-  static constexpr int sideQuantities = 2;     ///< ρ_q, ρ_v
-  static constexpr int handleQuantities = 3;   ///< U_L/D, k̂/D; of linearize(), a
+  static constexpr int jointQuantities = 2;   ///< k, d
+  static constexpr int stateQuantities = 6;   ///< those, ω, α, P, which a solve reads
+  static constexpr int massQuantities = 5;    ///< R, m, J, κ
+  static constexpr int inwardQuantities = 9;  ///< 1/D, U_R, M_v, M_q, E_v, E_q
+  static constexpr int sideQuantities = 2;    ///< ρ_q, ρ_v
+  static constexpr int handleQuantities = 3;  ///< U_L/D, k̂/D, or 1/D without those inwards; of linearize(), a
   static constexpr int outwardQuantities = 3;  ///< t/D
   static constexpr int pairQuantities = 74;    ///< d, and eight matrices
   int steps;
@@ -173,7 +172,7 @@ struct Kernel {
   /// From starts: the acceleration of the inner pin less gravity, and the force of all outside: 2 + 2.
   void (*linearizeInwards)(const LinearArrays& arrays, const LinearState& at, ConstRows starts);
   LinearKernel real, complex;
-  LinearKernel realAgain, complexAgain;  ///< those that compute again what the way in reads, but for 1/D
+  LinearKernel realAgain, complexAgain;  ///< those that keep nothing for the way in, and compute it again
   VectorKernel vectors;
   const SeriesShape* series;  ///< three
 };

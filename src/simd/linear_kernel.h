@@ -18,10 +18,9 @@ double* placeOf(double* array, int quantities, int i) {
   return array + static_cast<std::ptrdiff_t>(i) * quantities * parts<Number> * laneCount;
 }
 
-template <class Number, bool keepsAll>
+template <class Number>
 double* inwardAt(const LinearArrays& arrays, int i) {
-  return placeOf<Number>(arrays.inward, keepsAll ? LinearArrays::inwardQuantities : LinearArrays::leastInward,
-                         i);
+  return placeOf<Number>(arrays.inward, LinearArrays::inwardQuantities, i);
 }
 
 template <class Number>
@@ -127,26 +126,34 @@ Axes outerAxes(const LinearArrays& arrays) {
 }
 
 /// What the way out of a solve reads, and the factorization of its own.
-template <class Number>
-inline void readHandle(const LinearArrays& arrays, int i, LinearHandle<Number>& to) {
+template <class Number, bool keepsAll>
+inline LinearHandle<Number> outwardHandle(const LinearArrays& arrays, int i, const BodyAt<Real>& body,
+                                          Number s) {
+  LinearHandle<Number> handle;
   Reader<Number> read(handleAt<Number>(arrays, i));
-  read(to.ULD, to.kD);
+  if constexpr (keepsAll) {
+    read(handle.ULD, handle.kD);
+  } else {
+    read(handle.ULD, handle.inverseD);
+    handle.kD = stiffness(body, s) * handle.inverseD;
+  }
+  return handle;
 }
 
 /// What the way in reads, and computes where it is not kept: then `shown` is what hangs on the body.
 template <class Number, bool keepsAll>
 inline LinearHandle<Number> inwardHandle(const LinearArrays& arrays, int i, const BodyAt<Real>& body,
                                          Number s, Shown<Number>& shown) {
-  LinearHandle<Number> handle;
-  Reader<Number> inward(inwardAt<Number, keepsAll>(arrays, i));
-  inward(handle.inverseD);
   if constexpr (keepsAll) {
-    inward(handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
+    LinearHandle<Number> handle;
+    Reader<Number> inward(inwardAt<Number>(arrays, i));
+    inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
+    return handle;
   } else {
-    readHandle(arrays, i, handle);
+    LinearHandle<Number> handle = outwardHandle<Number, keepsAll>(arrays, i, body, s);
     eliminateAgain(body, s, shown, handle);
+    return handle;
   }
-  return handle;
 }
 
 /// A factorization on its way in. A few steps at a time, and for these first what a body shows, then what it
@@ -183,15 +190,16 @@ class Factorization {
   Shown<Number> eliminateBodies(int first, int last, Shown<Number> shown) {
     for (int i = last - 1; i >= first; --i) {
       const LinearHandle<Number> handle = eliminate(bodyAt(arrays_, i), s_, shown);
-      Writer<Number> inward(inwardAt<Number, keepsAll>(arrays_, i));
-      inward(handle.inverseD);
+      Writer<Number> outward(handleAt<Number>(arrays_, i));
+      outward(handle.ULD);
       if constexpr (keepsAll) {
-        inward(handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
+        outward(handle.kD);
+        Writer<Number> inward(inwardAt<Number>(arrays_, i));
+        inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
       } else {
+        outward(handle.inverseD);
         UR_[i - first] = handle.UR;
       }
-      Writer<Number> outward(handleAt<Number>(arrays_, i));
-      outward(handle.ULD, handle.kD);
     }
     return shown;
   }
@@ -202,11 +210,11 @@ class Factorization {
       const BodyAt<Real> body = bodyAt(arrays_, i);
       Number inverseD;
       Vec2<Number> UR;
-      Reader<Number> inward(inwardAt<Number, keepsAll>(arrays_, i));
-      inward(inverseD);
       if constexpr (keepsAll) {
-        inward(UR);
+        Reader<Number> inward(inwardAt<Number>(arrays_, i));
+        inward(inverseD, UR);
       } else {
+        inverseD = outwardHandle<Number, keepsAll>(arrays_, i, body, s_).inverseD;
         UR = UR_[i - first];
       }
       const Triple<Number> tD = inverseD * mulAdd(body.P.y, G.x, mulAdd(-body.P.x, G.y, -G.z));
@@ -221,9 +229,8 @@ class Factorization {
   void carryH(int first, int last) {
     Matrix3<Number> H = H_, C = C_;
     for (int i = last - 1; i >= first; --i) {
-      LinearHandle<Number> handle;
-      readHandle(arrays_, i, handle);
       const BodyAt<Real> body = bodyAt(arrays_, i);
+      const LinearHandle<Number> handle = outwardHandle<Number, keepsAll>(arrays_, i, body, s_);
       const Vec2<Number> zP = turnScale(turnOf(body, s_), body.P);
       const Triple<Number> eta = mulAdd(zP.x, H.x, mulAdd(zP.y, H.y, H.z));
       H = {mulAdd(-handle.ULD.x, eta, H.x), mulAdd(-handle.ULD.y, eta, H.y), handle.kD * eta};
@@ -282,28 +289,29 @@ inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s, Side si
 }
 
 /// Step i of the way out, where the solve left off; `outside`: what else has to do with ε/D.
-template <class Number>
+template <class Number, bool keepsAll>
 inline Number pass(const LinearArrays& arrays, int i, Number s, Number inverseS, Side side, Number outside,
                    Moving<Number>& X) {
-  LinearHandle<Number> handle;
-  Reader<Number> read(handleAt<Number>(arrays, i));
-  read(handle.ULD, handle.kD);
+  const BodyAt<Real> body = bodyAt(arrays, i);
+  const LinearHandle<Number> handle = outwardHandle<Number, keepsAll>(arrays, i, body, s);
   const Number sigma = inverseS * numberAt<Number>(side.rhoQ, i);
-  X.pass(bodyAt(arrays, i), handle, s, sigma, numberAt<Number>(side.rhoV, i),
+  X.pass(body, handle, s, sigma, numberAt<Number>(side.rhoV, i),
          outside + loaded<Number>(sweepAt<Number>(arrays, i)));
   return sigma;
 }
 
 /// X' of each segment by itself.
-template <class Number>
+template <class Number, bool keepsAll>
 inline Triple<Number> ownMotion(const LinearArrays& arrays, Number s, Side side) {
   const Number inverseS = Real(1) / s;
   Moving<Number> X;
-  for (int i = 0; i < arrays.steps; ++i) pass(arrays, i, s, inverseS, side, Number(Real()), X);
+  for (int i = 0; i < arrays.steps; ++i) {
+    pass<Number, keepsAll>(arrays, i, s, inverseS, side, Number(Real()), X);
+  }
   return {X.da.x, X.da.y, X.parent};
 }
 
-template <class Number>
+template <class Number, bool keepsAll>
 inline void carryOutwards(const LinearArrays& arrays, Number s, Side side, const Triple<Number>& start,
                           const Triple<Number>& Y, double* u, double* v) {
   const Number inverseS = Real(1) / s;
@@ -312,7 +320,7 @@ inline void carryOutwards(const LinearArrays& arrays, Number s, Side side, const
     Triple<Number> tD;
     Reader<Number> outward(outwardAt<Number>(arrays, i));
     outward(tD);
-    const Number sigma = pass(arrays, i, s, inverseS, side, dot(tD, Y), X);
+    const Number sigma = pass<Number, keepsAll>(arrays, i, s, inverseS, side, dot(tD, Y), X);
     write(u, i, sigma + X.parent);
     write(v, i, s * X.parent);
   }
@@ -325,10 +333,10 @@ PLANAR_CHAIN_IN_ONE_PIECE void solveAll(const LinearArrays& arrays, const double
   ShowsOfSide<Number> shown;
   const Side side{rhoQ, rhoV};
   shown.y = carryInwards<Number, keepsAll>(arrays, s, side);
-  shown.c = outerAxes(arrays).fromGround(ownMotion(arrays, s, side));
+  shown.c = outerAxes(arrays).fromGround(ownMotion<Number, keepsAll>(arrays, s, side));
   Triple<Number> X{Real(), Real(), Real()}, Y = X;
   LinearPairs<Number, 1>::solve(shown, arrays.pairs, X, Y);
-  carryOutwards(arrays, s, side, X, Y, u, v);
+  carryOutwards<Number, keepsAll>(arrays, s, side, X, Y, u, v);
 }
 
 template <class Number, bool keepsAll>
