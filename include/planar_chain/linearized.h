@@ -101,7 +101,7 @@ Vec2<Scalar> driftOf(const BodyAt<Real>& body, Scalar sigma, Scalar rhoV) {
 /// What a body feels of what hangs on its outer pin.
 template <class Scalar>
 struct Felt {
-  Vec2<Scalar> lambda, Ev, Ed, UR;
+  Vec2<Scalar> UL, Ev, Ed, UR;
   Scalar alongTurn, alongPin;  ///< λ·iP, λ·P
 };
 
@@ -117,19 +117,28 @@ template <class Scalar, class Real>
                         mulAdd(iP.x, B.yx, mulAdd(iP.y, B.yy, Scalar(body.m * body.R.x)))};
   const Vec2<Scalar> Ed{mulAdd(P.x, B.xx, mulAdd(P.y, B.xy, Scalar(body.m * body.R.x))),
                         mulAdd(P.x, B.yx, mulAdd(P.y, B.yy, Scalar(body.m * body.R.y)))};
-  return {lambda, Ev, Ed, mulAdd(y, Ev, mulAdd(x, Ed, shown.h)), dotMixed(iP, lambda), dotMixed(P, lambda)};
+  return {mulAdd(body.m, perp(body.R), lambda),
+          Ev,
+          Ed,
+          mulAdd(y, Ev, mulAdd(x, Ed, shown.h)),
+          dotMixed(iP, lambda),
+          dotMixed(P, lambda)};
 }
 
-/// What the way in of a solve needs but for 1/D.
+/// `found`: 1/D, U_L/D and k̂/D of it.
 template <class Scalar, class Real>
-[[gnu::always_inline]] inline void takeSides(const BodyAt<Real>& body, const Felt<Scalar>& felt,
-                                             LinearHandle<Scalar>& to) {
+[[gnu::always_inline]] inline LinearHandle<Scalar> handleOf(const BodyAt<Real>& body,
+                                                            const Felt<Scalar>& felt,
+                                                            const LinearHandle<Scalar>& found) {
   const Real ww = body.omega * body.omega;
-  to.Mv = body.J + felt.alongTurn;
-  to.Mq = mulAdd(ww, felt.alongTurn, mulAdd(body.alpha, felt.alongPin, Scalar(-body.kappa)));
-  to.Ev = felt.Ev;
-  to.Eq = {mulAdd(ww, felt.Ev.x, body.alpha * felt.Ed.x), mulAdd(ww, felt.Ev.y, body.alpha * felt.Ed.y)};
-  to.UR = felt.UR;
+  return {body.J + felt.alongTurn,
+          mulAdd(ww, felt.alongTurn, mulAdd(body.alpha, felt.alongPin, Scalar(-body.kappa))),
+          found.inverseD,
+          felt.Ev,
+          {mulAdd(ww, felt.Ev.x, body.alpha * felt.Ed.x), mulAdd(ww, felt.Ev.y, body.alpha * felt.Ed.y)},
+          felt.UR,
+          found.ULD,
+          found.kD};
 }
 
 /// B, h and p of what hangs on the inner pin. k: k̂.
@@ -152,22 +161,23 @@ LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>
   const Scalar Dm = mulAdd(body.J, s * s, body.kappa + shown.q) +
                     (dotMixed(perp(body.P), shown.h) + mulAdd(y, felt.alongTurn, x * felt.alongPin));
   const Scalar k = stiffness(body, s);
-  LinearHandle<Scalar> handle;
-  takeSides(body, felt, handle);
-  handle.inverseD = Real(1) / (Dm + k);
-  handle.kD = k * handle.inverseD;
-  handle.ULD = handle.inverseD * mulAdd(body.m, perp(body.R), felt.lambda);
+  LinearHandle<Scalar> found;
+  found.inverseD = Real(1) / (Dm + k);
+  found.kD = k * found.inverseD;
+  found.ULD = found.inverseD * felt.UL;
+  const LinearHandle<Scalar> handle = handleOf(body, felt, found);
   passOn(body, handle, k, shown);
   shown.q = handle.kD * Dm;
   return handle;
 }
 
-/// The same once more, with 1/D, U_L/D and k̂/D in handle: all else of it is computed, and all but q of what
-/// is shown.
+/// The same once more, from 1/D, U_L/D and k̂/D; of what is shown, q is left.
 template <class Scalar, class Real>
-void eliminateAgain(const BodyAt<Real>& body, Scalar s, Shown<Scalar>& shown, LinearHandle<Scalar>& handle) {
-  takeSides(body, feltBy(body, s, shown), handle);
+LinearHandle<Scalar> eliminateAgain(const BodyAt<Real>& body, Scalar s, const LinearHandle<Scalar>& found,
+                                    Shown<Scalar>& shown) {
+  const LinearHandle<Scalar> handle = handleOf(body, feltBy(body, s, shown), found);
   passOn(body, handle, stiffness(body, s), shown);
+  return handle;
 }
 
 /// One body inwards, for a right-hand side: b and r of what hangs on its outer pin become those of what hangs

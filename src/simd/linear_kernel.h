@@ -150,9 +150,7 @@ inline LinearHandle<Number> inwardHandle(const LinearArrays& arrays, int i, cons
     inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
     return handle;
   } else {
-    LinearHandle<Number> handle = outwardHandle<Number, keepsAll>(arrays, i, body, s);
-    eliminateAgain(body, s, shown, handle);
-    return handle;
+    return eliminateAgain(body, s, outwardHandle<Number, keepsAll>(arrays, i, body, s), shown);
   }
 }
 
