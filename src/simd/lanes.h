@@ -189,7 +189,7 @@ struct Pairs {
 }
 
 [[gnu::always_inline]] inline Lanes absolute(Lanes a) {
-  return larger(a, -a);
+  return Lanes(reinterpret_cast<Lanes::Register>(reinterpret_cast<Integers>(a.v) & ~(1ll << 63)));
 }
 
 [[gnu::always_inline]] inline Lanes root(Lanes a) {
