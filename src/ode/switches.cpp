@@ -69,7 +69,7 @@ class LandingOnSwitches : public Integrator {
         return Outcome::notFinite;
       }
       if (due > 0) {
-        std::swap(state, trial_);
+        state = trial_;
         dueHigh = due;
         if (side > 0) dueLow /= 2;
         side = 1;
