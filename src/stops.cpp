@@ -1,6 +1,7 @@
 #include "planar_chain/stops.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -71,30 +72,42 @@ double Stops::due(const Eigen::VectorXd& y) const {
   return most;
 }
 
+namespace {
+
+/// Where g_0 + g_1 s + g_2 s² + g_3 s³, not above 0 at s = 0 and s = 1, has a top between that may be above
+/// it; 1: nowhere. What it stands for may rise above the ends by more, but not by twice as much.
+double passing(const std::array<double, 4>& g) {
+  constexpr double most = 2;
+  // the root of the derivative where the second one is −2 root
+  const double square = g[2] * g[2] - 3 * g[1] * g[3];
+  const double s = g[1] / (std::sqrt(std::max(0.0, square)) - g[2]);
+  if (!(square >= 0 && s > 0 && s < 1)) return 1;
+  const double end = std::max(g[0], g[0] + g[1] + g[2] + g[3]);
+  const double top = g[0] + s * (g[1] + s * (g[2] + s * g[3]));
+  return end <= 0 && end + most * (top - end) > 0 ? s : 1;
+}
+
+std::array<double, 4> operator-(const std::array<double, 4>& g) {
+  return {-g[0], -g[1], -g[2], -g[3]};
+}
+
+}  // namespace
+
 double Stops::nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const {
-  // A free joint that came closer and went away again: the top of the cubic through both ends, if that is
-  // near enough to the stop for the cubic's error to matter.
-  constexpr double doubt = 0.1;
-  double when = -1;
-  double closest = -std::numeric_limits<double>::infinity();
+  double first = 1;
   for (const Stop& stop : stops_) {
-    const double v0 = stop.speed(y.data() + n_) * h;
-    const double v1 = stop.speed(next.data() + n_) * h;
-    if (stop.place != Place::free || !(v0 > 0 && v1 < 0)) continue;
-    const double x0 = stop.depth(y.data());
-    const double rise = stop.depth(next.data()) - x0;
-    // x(s) = x0 + v0 s + b s² + c s³, 0 ≤ s ≤ 1; its top at b² − 3 v0 c under the root
-    const double b = 3 * rise - 2 * v0 - v1;
-    const double c = v0 + v1 - 2 * rise;
-    const double root = std::sqrt(std::max(0.0, b * b - 3 * v0 * c));
-    const double s = std::min(1.0, v0 / (root - b));
-    const double top = x0 + s * (v0 + s * (b + s * c));
-    if (s > 0 && top > -doubt * (v0 - v1) && top > closest) {
-      closest = top;
-      when = s * h;
-    }
+    const double x0 = stop.depth(y.data()), rise = stop.depth(next.data()) - x0;
+    const double v0 = stop.speed(y.data() + n_) * h, v1 = stop.speed(next.data() + n_) * h;
+    // through both ends: x = x0 + v0 s + b s² + c s³, and x + lag ẋ
+    const double b = 3 * rise - 2 * v0 - v1, c = v0 + v1 - 2 * rise;
+    const double lag = stop.d / (stop.k * h);
+    const std::array<double, 4> depth{x0, v0, b, c};
+    const std::array<double, 4> push{x0 + lag * v0, v0 + 2 * lag * b, b + 3 * lag * c, c};
+    if (stop.place == Place::free) first = std::min(first, passing(depth));
+    if (stop.place == Place::pushing) first = std::min(first, passing(-push));
+    if (stop.place == Place::parted) first = std::min({first, passing(-depth), passing(push)});
   }
-  return when;
+  return first < 1 ? first * h : -1;
 }
 
 // ---- What they do ----------------------------------------------------------------------------

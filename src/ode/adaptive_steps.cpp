@@ -99,11 +99,8 @@ Outcome AdaptiveSteps::advance(State& state, double end, double longestStep) {
 }
 
 bool AdaptiveSteps::stepTo(State& state, double t) {
-  stepper_->forget();
-  stepper_->step(state.t, t - state.t, state.y);
-  const bool isFinite = take(vectors_, state, t, increment_);
-  stepper_->forget();
-  return isFinite;
+  stepper_->stepAgain(state.t, t - state.t, state.y);
+  return take(vectors_, state, t, increment_);
 }
 
 AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double longestStep) {

@@ -46,17 +46,16 @@ class FixedSteps : public Integrator {
     const double steps = std::max(1.0, std::ceil(left / h_ - 1e-6));
     const double next = steps > 1 ? state.t + left / steps : end;
     if (next <= state.t) return Outcome::stepTooSmall;
-    if (!step(state, next)) return Outcome::notFinite;
+    stepper_->step(state.t, next - state.t, state.y);
+    if (!take(vectors_, state, next, stepper_->increment())) return Outcome::notFinite;
     stepper_->accept();
     ++count_.accepted;
     return steps > 1 ? Outcome::underway : Outcome::arrived;
   }
 
   bool stepTo(State& state, double t) override {
-    stepper_->forget();
-    const bool isFinite = step(state, t);
-    stepper_->forget();
-    return isFinite;
+    stepper_->stepAgain(state.t, t - state.t, state.y);
+    return take(vectors_, state, t, stepper_->increment());
   }
 
   const char* name() const override { return stepper_->name(); }
@@ -64,11 +63,6 @@ class FixedSteps : public Integrator {
   const StepCount& count() const override { return count_; }
 
  private:
-  bool step(State& state, double t) {
-    stepper_->step(state.t, t - state.t, state.y);
-    return take(vectors_, state, t, stepper_->increment());
-  }
-
   std::unique_ptr<Stepper> stepper_;
   const simd::VectorKernel& vectors_;
   double h_;

@@ -1,6 +1,7 @@
 #include "planar_chain/ode/switches.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -12,13 +13,11 @@ namespace {
 class LandingOnSwitches : public Integrator {
  public:
   LandingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches, const System& f)
-      : steps_(std::move(steps)),
-        switches_(switches),
-        f_(f),
-        before_(f.arrangedSize()),
-        trial_(before_),
-        y_(f.size()),
-        yBefore_(y_) {}
+      : steps_(std::move(steps)), switches_(switches), f_(f), before_(f.arrangedSize()), trial_(before_) {
+    from_.y.resize(f.size());
+    found_ = from_;
+    ahead_.fill(from_);
+  }
 
   const char* name() const override { return steps_->name(); }
   void restart() override { steps_->restart(); }
@@ -30,52 +29,96 @@ class LandingOnSwitches : public Integrator {
     before_ = state;
     const Outcome outcome = steps_->advance(state, end, longestStep);
     if (outcome != Outcome::arrived && outcome != Outcome::underway) return outcome;
-    if (due(state) > 0) return land(state);
-    f_.restore(before_.y.data(), yBefore_.data());
-    const double passing = switches_.nearest(yBefore_, y_, state.t - before_.t);
-    if (passing <= 0 || !(tryTo(before_.t + passing) > 0)) return outcome;
-    state = trial_;
-    return land(state);
+    const int pieces = steps_->pieces();
+    const double length = (state.t - before_.t) / pieces;
+    look(before_, from_);
+    for (int k = 1; k <= pieces; ++k) {
+      Place& next = ahead_.front();
+      if (k == pieces) {
+        look(state, next);
+      } else if (!lookAt(before_.t + k * length, next)) {
+        return giveUp(state);
+      }
+      const Found found = findOnTheWay();
+      if (found == Found::notFinite) return giveUp(state);
+      if (found == Found::due) return land(state);
+    }
+    return outcome;
   }
 
  private:
-  /// Leaves the restored state in y_.
-  double due(const State& state) {
-    f_.restore(state.y.data(), y_.data());
-    return switches_.due(y_);
+  /// A state on the way.
+  struct Place {
+    double t;
+    Eigen::VectorXd y;
+    double due;
+  };
+  enum class Found { nothing, due, notFinite };
+
+  void look(const State& state, Place& place) const {
+    place.t = state.t;
+    f_.restore(state.y.data(), place.y.data());
+    place.due = switches_.due(place.y);
   }
 
-  /// What is due at t; trial_ is the state there.
-  double tryTo(double t) {
+  /// trial_ is the state there. False when it is not finite.
+  bool lookAt(double t, Place& place) {
     trial_ = before_;
-    return steps_->stepTo(trial_, t) ? due(trial_) : std::numeric_limits<double>::quiet_NaN();
+    if (!steps_->stepTo(trial_, t)) return false;
+    look(trial_, place);
+    return true;
   }
 
-  /// Something is due at state and was not before: to the first numbers at which it is.
+  Outcome giveUp(State& state) const {
+    state = before_;
+    return Outcome::notFinite;
+  }
+
+  /// From from_, where nothing is due, to the first place ahead; or, where something is due on the way, as
+  /// far as nothing is, with the next place in found_.
+  Found findOnTheWay() {
+    for (std::size_t count = 1; count > 0;) {
+      Place& to = ahead_[count - 1];
+      const double passing = switches_.nearest(from_.y, to.y, to.t - from_.t);
+      const double t = from_.t + passing;
+      if (passing > 0 && t > from_.t && t < to.t && count < ahead_.size()) {
+        if (!lookAt(t, ahead_[count++])) return Found::notFinite;
+        continue;
+      }
+      if (to.due > 0) {
+        std::swap(found_, to);
+        return Found::due;
+      }
+      std::swap(from_, to);
+      --count;
+    }
+    return Found::nothing;
+  }
+
+  /// Something is due at found_ and was not at from_: to the first numbers at which it is.
   Outcome land(State& state) {
     constexpr double narrow = 4 * std::numeric_limits<double>::epsilon();
     constexpr double leastShare = 1. / 64;  // of the bracket, cut off each time
-    double low = before_.t;
-    double dueLow = due(before_);
-    double dueHigh = due(state);
+    if (found_.t < state.t) {
+      if (!lookAt(found_.t, found_)) return giveUp(state);
+      state = trial_;
+    }
+    Place& place = ahead_.front();
+    double low = from_.t, dueLow = from_.due, dueHigh = found_.due;
     int side = 0;  // of the bracket that moved last
     while (state.t - low > narrow * std::max(std::abs(state.t), state.t - before_.t)) {
       const double share = -dueLow / (dueHigh - dueLow);
       const double t = low + (state.t - low) * std::min(std::max(share, leastShare), 1 - leastShare);
       if (t <= low || t >= state.t) break;
-      const double due = tryTo(t);
-      if (std::isnan(due)) {
-        state = before_;
-        return Outcome::notFinite;
-      }
-      if (due > 0) {
+      if (!lookAt(t, place)) return giveUp(state);
+      if (place.due > 0) {
         state = trial_;
-        dueHigh = due;
+        dueHigh = place.due;
         if (side > 0) dueLow /= 2;
         side = 1;
       } else {
         low = t;
-        dueLow = due;
+        dueLow = place.due;
         if (side < 0) dueHigh /= 2;
         side = -1;
       }
@@ -87,7 +130,8 @@ class LandingOnSwitches : public Integrator {
   const Switches& switches_;
   const System& f_;
   State before_, trial_;
-  Eigen::VectorXd y_, yBefore_;
+  Place from_{}, found_{};
+  std::array<Place, 8> ahead_;  ///< the nearest last; more cuts than that make no sense
 };
 
 }  // namespace

@@ -105,6 +105,14 @@ bool Taylor::foresees(double t, double h, const Vector& y) {
 void Taylor::step(double t, double h, const Vector& y) {
   findSeries(t, y);
   findError(h);
+  findIncrement(t, h);
+}
+
+void Taylor::stepAgain(double t, double h, const Vector& /*y*/) {
+  findIncrement(t, h);  // by the same series
+}
+
+void Taylor::findIncrement(double t, double h) {
   const auto driving = static_cast<Eigen::Index>(f_.driving());
   vectors_.polynomial(h, c_.data(), order_, sum_.data(), driving);
   sum_.tail(integrandRates_.size()).setZero();

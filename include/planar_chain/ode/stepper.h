@@ -31,6 +31,14 @@ class Stepper {
   virtual bool foresees(double /*t*/, double /*h*/, const Vector& /*y*/) { return false; }
   /// Tries a step from (t, y): increment() ≈ y(t + h) − y and, with an estimate, error(). Allocates nothing.
   virtual void step(double t, double h, const Vector& y) = 0;
+  /// The same from where the last accepted step began; what a method knows of where that one ended is lost.
+  virtual void stepAgain(double t, double h, const Vector& y) {
+    forget();
+    step(t, h, y);
+    forget();
+  }
+  /// In how many pieces of equal length a step is not far from cubics.
+  virtual int pieces() const { return 1; }
   /// These are always the same objects.
   virtual const Vector& increment() const = 0;
   virtual const Vector& error() const = 0;

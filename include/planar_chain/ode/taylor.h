@@ -37,6 +37,8 @@ class Taylor : public Stepper {
   const Vector& derivative(double t, const Vector& y) override;
   bool foresees(double t, double h, const Vector& y) override;
   void step(double t, double h, const Vector& y) override;
+  void stepAgain(double t, double h, const Vector& y) override;
+  int pieces() const override { return 4; }
   const Vector& increment() const override { return increment_; }
   const Vector& error() const override { return error_; }
   void accept() override { forget(); }
@@ -45,6 +47,7 @@ class Taylor : public Stepper {
  private:
   void findSeries(double t, const Vector& y);
   void findError(double h);
+  void findIncrement(double t, double h);
 
   SeriesSystem& f_;
   const simd::VectorKernel& vectors_;
