@@ -62,7 +62,6 @@ class FastestSteps : public Integrator {
   }
 
   bool stepTo(State& state, double t) override { return lastTried_->stepTo(state, t); }
-  int pieces() const override { return lastTried_->pieces(); }
 
   void restart() override {
     for (auto& method : methods_) method->restart();

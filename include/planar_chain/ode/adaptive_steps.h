@@ -22,7 +22,6 @@ class AdaptiveSteps : public Integrator {
   const char* name() const override { return stepper_->name(); }
   Outcome advance(State& state, double end, double longestStep) override;
   bool stepTo(State& state, double t) override;
-  int pieces() const override { return stepper_->pieces(); }
   void restart() override;
   void begin() override;
   const StepCount& count() const override { return count_; }

@@ -70,8 +70,6 @@ class Integrator {
   /// A step of the last advance()'s method, without error control: shorter than that one was, from where it
   /// started. False, and nothing has changed, when it is not finite.
   virtual bool stepTo(State& state, double t) = 0;
-  /// Of that step: in how many pieces of equal length it is not far from cubics.
-  virtual int pieces() const { return 1; }
   /// f has jumped.
   virtual void restart() = 0;
   /// The state was set, or f has become another one altogether.

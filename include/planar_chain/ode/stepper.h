@@ -37,8 +37,6 @@ class Stepper {
     step(t, h, y);
     forget();
   }
-  /// In how many pieces of equal length a step is not far from cubics.
-  virtual int pieces() const { return 1; }
   /// These are always the same objects.
   virtual const Vector& increment() const = 0;
   virtual const Vector& error() const = 0;

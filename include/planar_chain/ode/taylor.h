@@ -38,7 +38,6 @@ class Taylor : public Stepper {
   bool foresees(double t, double h, const Vector& y) override;
   void step(double t, double h, const Vector& y) override;
   void stepAgain(double t, double h, const Vector& y) override;
-  int pieces() const override { return 4; }
   const Vector& increment() const override { return increment_; }
   const Vector& error() const override { return error_; }
   void accept() override { forget(); }
