@@ -29,21 +29,17 @@ class LandingOnSwitches : public Integrator {
     before_ = state;
     const Outcome outcome = steps_->advance(state, end, longestStep);
     if (outcome != Outcome::arrived && outcome != Outcome::underway) return outcome;
-    const int pieces = steps_->pieces();
-    const double length = (state.t - before_.t) / pieces;
     look(before_, from_);
-    for (int k = 1; k <= pieces; ++k) {
-      Place& next = ahead_.front();
-      if (k == pieces) {
-        look(state, next);
-      } else if (!lookAt(before_.t + k * length, next)) {
-        return giveUp(state);
-      }
-      const Found found = findOnTheWay();
-      if (found == Found::notFinite) return giveUp(state);
-      if (found == Found::due) return land(state);
+    look(state, ahead_.front());
+    switch (findOnTheWay()) {
+      case Found::nothing:
+        return outcome;
+      case Found::due:
+        return land(state);
+      case Found::notFinite:
+        break;
     }
-    return outcome;
+    return giveUp(state);
   }
 
  private:
@@ -74,8 +70,8 @@ class LandingOnSwitches : public Integrator {
     return Outcome::notFinite;
   }
 
-  /// From from_, where nothing is due, to the first place ahead; or, where something is due on the way, as
-  /// far as nothing is, with the next place in found_.
+  /// From from_, where nothing is due, to the only place ahead; or, where something is due on the way, as far
+  /// as nothing is, with the next place in found_.
   Found findOnTheWay() {
     for (std::size_t count = 1; count > 0;) {
       Place& to = ahead_[count - 1];
