@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "simd/kernel.h"
+
 namespace planar_chain {
 
 namespace {
@@ -221,7 +223,7 @@ void Dynamics::arrangeLoads(Acting acting) {
 }
 
 [[gnu::always_inline]] inline void Dynamics::run(Acting acting, const Outside& outside, const double* y,
-                                                 double* rates) {
+                                                 double* rates, const simd::NystromSums* ahead) {
   if (auto* chain = std::get_if<ShortChain>(&recursion_)) return chain->derivative(acting, outside, y, rates);
 
   const double* omega = y + places_;
@@ -229,7 +231,7 @@ void Dynamics::arrangeLoads(Acting acting) {
   const Vec2d* F = acting == Acting::forces ? outside.F : nullptr;
   if (auto* segments = std::get_if<Segments>(&recursion_)) {
     rotations(y, outside.e, places_);
-    segments->accelerations(outside.e, omega, N, F, outside.ground, rates);
+    segments->accelerations(outside.e, omega, N, F, outside.ground, rates, ahead);
   } else {
     if (acting != Acting::forces) rotations(y, outside.e, n_);
     std::get_if<Articulated<double>>(&recursion_)
@@ -248,14 +250,15 @@ inline Dynamics::Powers Dynamics::applyEffects(const std::vector<Effect>& effect
   return powers;
 }
 
-inline void Dynamics::evaluateRates(double t, const double* y, double* out) {
-  if (isBare_) return run(Acting::nothing, outside_, y, out);
-  evaluateEffects(t, y, out);
+inline void Dynamics::evaluateRates(double t, const double* y, double* out, const simd::NystromSums* ahead) {
+  if (isBare_) return run(Acting::nothing, outside_, y, out, ahead);
+  evaluateEffects(t, y, out, ahead);
 }
 
-[[gnu::noinline]] void Dynamics::evaluateEffects(double t, const double* y, double* out) {
+[[gnu::noinline]] void Dynamics::evaluateEffects(double t, const double* y, double* out,
+                                                 const simd::NystromSums* ahead) {
   const Powers powers = applyEffects(effects_, t, y, y + places_);
-  run(acting_, outside_, y, out);
+  run(acting_, outside_, y, out, ahead);
   if (works_ > 0) {
     double* works = out + 2 * places_ - positions_;
     works[0] = powers.supplied;
@@ -271,6 +274,14 @@ void Dynamics::evaluate(double t, const double* y, double* dydt) {
 void Dynamics::rates(double t, const double* y, double* out) {
   ++evaluations_;
   evaluateRates(t, y, out);
+}
+
+void Dynamics::ratesAndRow(double t, const double* y, double* out, const ode::RowAhead& ahead) {
+  if (!arrangement_) return System::ratesAndRow(t, y, out, ahead);
+  ++evaluations_;
+  const simd::NystromSums sums = ahead.row.sums(ahead.h, ahead.base, ahead.sum, ahead.out);
+  evaluateRates(t, y, out, &sums);
+  ahead.row.runOthers(ahead.h, ahead.base, ahead.sum, ahead.out);
 }
 
 void Dynamics::derivative(double t, const double* y, double* dydt) {

@@ -60,6 +60,8 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   /// None for short chains, which compute all in one go.
   int positions() const override { return positions_; }
   void rates(double t, const double* y, double* out) override;
+  /// In segments the row is run on the way out of the recursion.
+  void ratesAndRow(double t, const double* y, double* out, const ode::RowAhead& ahead) override;
   void linearize(double t, const double* y, double* dydt) override;
   bool timeDerivative(double* ft) override;
   ode::LinearCosts linearCosts() const override;
@@ -110,13 +112,14 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   void changedStops();
 
   /// All but positions() of [ω α], with what acts, arranged. Link by link, e is read where forces act.
-  void run(Acting acting, const Outside& outside, const double* y, double* rates);
+  void run(Acting acting, const Outside& outside, const double* y, double* rates,
+           const simd::NystromSums* ahead = nullptr);
   Powers applyEffects(const std::vector<Effect>& effects, double t, const double* theta, const double* omega);
   /// N_ and F_ of what acts at a state in the order of the chain.
   Powers findLoadsInOrder(double t, const double* y);
   /// Of an arranged y.
-  void evaluateRates(double t, const double* y, double* out);
-  void evaluateEffects(double t, const double* y, double* out);
+  void evaluateRates(double t, const double* y, double* out, const simd::NystromSums* ahead = nullptr);
+  void evaluateEffects(double t, const double* y, double* out, const simd::NystromSums* ahead);
   void evaluate(double t, const double* y, double* dydt);
   /// Of one in the order of the chain.
   void evaluateInOrder(double t, const double* y, double* dydt);

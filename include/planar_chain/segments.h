@@ -43,7 +43,8 @@ namespace planar_chain {
 
 namespace simd {
 struct Kernel;
-}
+struct NystromSums;
+}  // namespace simd
 
 /// What the recursions need of the links, m, I, r and p, row by row, for a chain cut into segments; those
 /// beyond the end are without mass and length, with I = 1.
@@ -69,9 +70,10 @@ class Segments {
   const Arrangement& arrangement() const { return arrangement_; }
 
   /// As Articulated::accelerations, of all places: those beyond the end with e = 1 and nothing else.
-  /// Allocates nothing.
+  /// Allocates nothing. ahead: a row of ode/nystrom.h whose last term is alpha, and which is run on the way
+  /// out.
   void accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
-                     Vec2d ground, double* alpha);
+                     Vec2d ground, double* alpha, const simd::NystromSums* ahead = nullptr);
 
  private:
   const simd::Kernel& kernel_;

@@ -1,6 +1,7 @@
 #include "planar_chain/ode/explicit_runge_kutta.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "../simd/kernel.h"
 
@@ -19,55 +20,74 @@ ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
       slope_(size_),
       increment_(slope_),
       error_(table.e.empty() ? 0 : size_) {
-  for (std::size_t i = 0; i < table.b.size(); ++i) k_.push_back(slopes_.row(i));
+  std::vector<double*> k;
+  for (std::size_t i = 0; i < table.b.size(); ++i) k.push_back(slopes_.row(i));
+  ways_[0] = wayWith(k);
+  if (table.lastIsFirst) std::swap(k.front(), k.back());
+  ways_[1] = wayWith(k);
+}
+
+ExplicitRungeKutta::Way ExplicitRungeKutta::wayWith(const std::vector<double*>& k) const {
   // Nothing depends on what stands behind the rates, nor has it an error that counts.
   const Eigen::Index behind = size_ - 2 * positions_, others = positions_ > 0 ? 0 : behind;
   const auto row = [&](const std::vector<double>& weights, double drift, Eigen::Index count) {
-    return NystromRow(weights, drift, table.a, k_, positions_, count);
+    return NystromRow(weights, drift, table_.a, k, positions_, count);
   };
-  for (std::size_t i = 0; i < table.a.size(); ++i) a_.push_back(row(table.a[i], table.c[i], others));
-  b_ = row(table.b, 1, behind);
-  e_ = row(table.e, 0, others);
-  coarseWeights_ = row(table.coarse, 0, others);
+  Way way{k, {}, row(table_.b, 1, behind), row(table_.e, 0, others), row(table_.coarse, 0, others)};
+  for (std::size_t i = 0; i < table_.a.size(); ++i) way.a.push_back(row(table_.a[i], table_.c[i], others));
+  return way;
 }
 
 double ExplicitRungeKutta::cost() const {
-  return static_cast<double>(k_.size()) - (table_.lastIsFirst ? 1 : 0);
+  return static_cast<double>(table_.b.size()) - (table_.lastIsFirst ? 1 : 0);
 }
 
 void ExplicitRungeKutta::evaluateFirst(double t, const double* y) {
-  if (!firstIsKnown_) f_.rates(t, y, k_.front());
+  if (!firstIsKnown_) f_.rates(t, y, way_->k.front());
   firstIsKnown_ = true;
 }
 
 const Vector& ExplicitRungeKutta::derivative(double t, const Vector& y) {
   evaluateFirst(t, y.data());
   std::copy_n(y.data() + positions_, positions_, slope_.data());
-  std::copy_n(k_.front(), rates_, slope_.data() + positions_);
+  std::copy_n(way_->k.front(), rates_, slope_.data() + positions_);
   return slope_;
+}
+
+/// The slope k of the stage, and the row that comes next.
+inline void ExplicitRungeKutta::evaluate(double t, double* k, const RowAhead& next) {
+  if (positions_ > 0 && next.row.endsWith(k)) return f_.ratesAndRow(t, stage_.data(), k, next);
+  f_.rates(t, stage_.data(), k);
+  next.run();
 }
 
 void ExplicitRungeKutta::step(double t, double h, const Vector& y) {
   const double* start = y.data();
   double* stage = stage_.data();
   evaluateFirst(t, start);
-  const std::size_t last = k_.size() - 1, rows = table_.lastIsFirst ? last : last + 1;
-  for (std::size_t i = 1; i < rows; ++i) {
-    a_[i].run(h, start, nullptr, stage);
-    f_.rates(t + table_.c[i] * h, stage, k_[i]);
+  const Way& way = *way_;
+  way.a[1].run(h, start, nullptr, stage);
+  const std::size_t last = way.k.size() - (table_.lastIsFirst ? 2 : 1);
+  for (std::size_t i = 1; i < last; ++i) {
+    evaluate(t + table_.c[i] * h, way.k[i], {way.a[i + 1], h, start, nullptr, stage});
   }
-  b_.run(h, start, increment_.data(), table_.lastIsFirst ? stage : nullptr);
-  if (table_.lastIsFirst) f_.rates(t + h, stage, k_[last]);
-  if (!table_.e.empty()) e_.run(h, start, error_.data(), nullptr);
+  const RowAhead error{way.e, h, start, error_.data(), nullptr};
+  if (table_.lastIsFirst) {
+    evaluate(t + table_.c[last] * h, way.k[last], {way.b, h, start, increment_.data(), stage});
+    evaluate(t + h, way.k[last + 1], error);
+  } else {
+    evaluate(t + table_.c[last] * h, way.k[last], {way.b, h, start, increment_.data(), nullptr});
+    if (!table_.e.empty()) error.run();
+  }
   if (!table_.coarse.empty()) {
-    coarseWeights_.run(h, start, coarse_.data(), nullptr);
+    way.coarse.run(h, start, coarse_.data(), nullptr);
     damp_(error_.data(), coarse_.data(), size_);
   }
 }
 
 void ExplicitRungeKutta::accept() {
   firstIsKnown_ = table_.lastIsFirst;
-  if (table_.lastIsFirst) std::copy_n(k_.back(), rates_, k_.front());  // the rows know where they stand
+  way_ = way_ == ways_.data() ? &ways_[1] : &ways_[0];
 }
 
 }  // namespace planar_chain::ode

@@ -41,8 +41,24 @@ NystromRow::NystromRow(const std::vector<double>& weights, double drift,
   combine_ = simd::kernelFor(others).vectors.combine[terms_.size() - 1];
 }
 
+simd::NystromSums NystromRow::sums(double h, const double* base, double* sum, double* out) const {
+  return {rates_.data(),
+          twice_.data(),
+          terms_.data(),
+          static_cast<int>(terms_.size()),
+          drift_,
+          h,
+          base,
+          sum,
+          out};
+}
+
 void NystromRow::runTwice(double h, const double* base, double* sum, double* out) const {
-  combineTwice_({rates_.data(), twice_.data(), terms_.data(), drift_}, h, base, sum, out, positions_);
+  combineTwice_(sums(h, base, sum, out), positions_);
+  runOthers(h, base, sum, out);
+}
+
+void NystromRow::runOthers(double h, const double* base, double* sum, double* out) const {
   if (others_ == 0) return;
   const auto behind = [this](auto* values) { return values ? values + 2 * positions_ : nullptr; };
   combine_(h, rates_.data(), otherTerms_.data(), base + 2 * positions_, behind(sum), behind(out), others_);

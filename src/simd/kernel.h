@@ -79,11 +79,14 @@ struct ErrorVectors {
   const double *error, *y, *increment, *ceiling, *noise;
 };
 
-/// See ode/nystrom.h: weights of the rates and of the positions, one a term; c.
-struct NystromWeights {
-  const double *rates, *positions;
+/// A row of ode/nystrom.h: the sums alone, and with those of base; either may be nullptr.
+struct NystromSums {
+  const double *forRates, *forPositions;  ///< weights, one a term
   const double* const* terms;
-  double drift;
+  int count;
+  double drift, h;
+  const double* base;
+  double *sum, *out;
 };
 
 /// Of two sums of the same terms.
@@ -101,8 +104,7 @@ struct VectorKernel {
                            const double* base, double* sum, double* out, std::ptrdiff_t n);
   std::array<Combine, mostTerms> combine;  ///< of 1, 2 … terms
   /// The same for n positions and their n rates, which stand behind them.
-  using CombineTwice = void (*)(const NystromWeights& weights, double h, const double* base, double* sum,
-                                double* out, std::ptrdiff_t n);
+  using CombineTwice = void (*)(const NystromSums& row, std::ptrdiff_t n);
   std::array<CombineTwice, mostTerms> combineTwice;
   /// out = base + Σ first_j terms_j, other = offset + factor Σ second_j terms_j; offset: or nullptr.
   using CombineForTwo = void (*)(const WeightsOfTwo& weights, double factor, const double* base, double* out,
@@ -162,9 +164,10 @@ struct Kernel {
   /// n numbers in the order of the arrays, with 0 beyond the end; and back.
   void (*arrange)(int n, int steps, const double* values, double* arranged);
   void (*restore)(int n, int steps, const double* arranged, double* values);
-  /// The recursion in segments. e: pairs; N: or nullptr; F: pairs, or nullptr; ground: a of the inner pin.
+  /// The recursion in segments. e: pairs; N: or nullptr; F: pairs, or nullptr; ground: a of the inner pin;
+  /// ahead: a row whose last term is alpha, or nullptr.
   void (*segments)(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
-                   const double* F, Vec2d ground, double* alpha);
+                   const double* F, Vec2d ground, double* alpha, const NystromSums* ahead);
 
   /// To sums: per segment, as if its inner pin did not accelerate, the acceleration of its outer pin, what
   /// its bodies' inertia and loads add up to, and its mass: 2 + 2 + 1.

@@ -4,12 +4,15 @@
 /// equations.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "join_kernel.h"
 #include "kernel.h"
 #include "lanes.h"
+#include "nystrom_lanes.h"
 #include "planar_chain/articulated.h"
 
 namespace planar_chain::simd {
@@ -200,34 +203,64 @@ inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const d
   return {d, A, C, b, c, {Gx, Gy}};
 }
 
-inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force, double* alpha) {
+/// use(i, α) of the bodies of each step, from i on.
+template <class Use>
+[[gnu::always_inline]] inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force,
+                                                double* alpha, Use use) {
   for (int i = 0; i < arrays.steps; ++i) {
     const double* handle = at(arrays.handles, handleQuantities, i, 0);
     const auto own = [handle](int q) { return Real::load(handle + q * laneCount); };
     const Vector gD{own(6), own(7)};
     const Real result =
         outwards(Reply<Real>{{own(0), own(1)}, {own(4), own(5)}, own(2) - dot(gD, force), own(3)}, a);
-    result.store(alpha + static_cast<std::ptrdiff_t>(i) * laneCount);
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(i) * laneCount;
+    result.store(alpha + first);
+    use(first, result);
   }
+}
+
+/// With the sums of a row, which need no waiting: they run while the recursion waits for itself.
+template <int count>
+PLANAR_CHAIN_IN_ONE_PIECE void outwardsAnd(const SegmentArrays& arrays, const Vector& a, const Vector& force,
+                                           double* alpha, const NystromSums& row) {
+  const NystromLanes<count> lanes(row, static_cast<std::ptrdiff_t>(arrays.steps) * laneCount);
+  lanes.run([&](auto write) {
+    outwardsOver(arrays, a, force, alpha,
+                 [&](std::ptrdiff_t first, Real result) { write(first, laneCount, result); });
+  });
+}
+
+using OutwardsAnd = void (*)(const SegmentArrays& arrays, const Vector& a, const Vector& force, double* alpha,
+                             const NystromSums& row);
+template <int... counts>
+constexpr std::array<OutwardsAnd, sizeof...(counts)> outwardsAndRow(std::integer_sequence<int, counts...>) {
+  return {outwardsAnd<counts + 1>...};
 }
 
 template <bool hasMoments, bool hasForces>
 PLANAR_CHAIN_IN_ONE_PIECE void runSegments(const SegmentArrays& arrays, const double* e, const double* omega,
-                                           const double* N, const double* F, Vec2d ground, double* alpha) {
+                                           const double* N, const double* F, Vec2d ground, double* alpha,
+                                           const NystromSums* ahead) {
+  static constexpr auto outwardsAndRows =
+      outwardsAndRow(std::make_integer_sequence<int, VectorKernel::mostTerms>());
   const JoinedPair<1> joined(inwardsOver<hasMoments, hasForces>(arrays, e, omega, N, F));
   Vector a{Real(ground.x), Real(ground.y)}, force;
   joined.passOutwards(a, force);
-  outwardsOver(arrays, a, force, alpha);
+  if (ahead) {
+    outwardsAndRows[static_cast<std::size_t>(ahead->count) - 1](arrays, a, force, alpha, *ahead);
+  } else {
+    outwardsOver(arrays, a, force, alpha, [](std::ptrdiff_t, Real) {});
+  }
 }
 
 void segmentsAll(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
-                 const double* F, Vec2d ground, double* alpha) {
+                 const double* F, Vec2d ground, double* alpha, const NystromSums* ahead) {
   if (F) {
-    runSegments<true, true>(arrays, e, omega, N, F, ground, alpha);
+    runSegments<true, true>(arrays, e, omega, N, F, ground, alpha, ahead);
   } else if (N) {
-    runSegments<true, false>(arrays, e, omega, N, F, ground, alpha);
+    runSegments<true, false>(arrays, e, omega, N, F, ground, alpha, ahead);
   } else {
-    runSegments<false, false>(arrays, e, omega, N, F, ground, alpha);
+    runSegments<false, false>(arrays, e, omega, N, F, ground, alpha, ahead);
   }
 }
 

@@ -32,7 +32,7 @@ struct Lanes {
 
   Lanes() : v{} {}
   Lanes(Register v_) : v(v_) {}
-  explicit Lanes(double x) : v(Register{} + x) {}
+  explicit Lanes(double x) : v(everywhere(x)) {}
 
   static Lanes load(const double* from) {
     Lanes a;
@@ -48,6 +48,17 @@ struct Lanes {
   friend Lanes operator-(Lanes a) { return -a.v; }
   Lanes& operator+=(Lanes b) { return *this = *this + b; }
   Lanes& operator-=(Lanes b) { return *this = *this - b; }
+
+ private:
+  static Register everywhere(double x) {
+#if defined(__AVX512F__)
+    return _mm512_set1_pd(x);
+#elif defined(__AVX2__)
+    return _mm256_set1_pd(x);
+#else
+    return Register{} + x;
+#endif
+  }
 };
 
 using planar_chain::mulAdd;
@@ -180,12 +191,40 @@ struct Pairs {
 
 // ---- Size ------------------------------------------------------------------------------------------
 
+// All three compare once; of a number and what is none, the first two give b.
+
 [[gnu::always_inline]] inline Lanes larger(Lanes a, Lanes b) {
+#if defined(__AVX512F__)
+  return Lanes(_mm512_maskz_max_pd(0xff, a.v, b.v));
+#elif defined(__AVX2__)
+  return Lanes(_mm256_max_pd(a.v, b.v));
+#else
   return Lanes(a.v > b.v ? a.v : b.v);
+#endif
 }
 
 [[gnu::always_inline]] inline Lanes smaller(Lanes a, Lanes b) {
+#if defined(__AVX512F__)
+  return Lanes(_mm512_maskz_min_pd(0xff, a.v, b.v));
+#elif defined(__AVX2__)
+  return Lanes(_mm256_min_pd(a.v, b.v));
+#else
   return Lanes(a.v < b.v ? a.v : b.v);
+#endif
+}
+
+/// Where a > b, x and y become those given.
+[[gnu::always_inline]] inline void replaceWhereLarger(Lanes a, Lanes b, Lanes newX, Lanes newY, Lanes& x,
+                                                      Lanes& y) {
+#if defined(__AVX512F__)
+  const __mmask8 isLarger = _mm512_cmp_pd_mask(a.v, b.v, _CMP_GT_OQ);
+  x = Lanes(_mm512_mask_mov_pd(x.v, isLarger, newX.v));
+  y = Lanes(_mm512_mask_mov_pd(y.v, isLarger, newY.v));
+#else
+  const Integers isLarger = a.v > b.v;
+  x = Lanes(isLarger ? newX.v : x.v);
+  y = Lanes(isLarger ? newY.v : y.v);
+#endif
 }
 
 [[gnu::always_inline]] inline Lanes absolute(Lanes a) {

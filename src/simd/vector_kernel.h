@@ -10,6 +10,7 @@
 #include "join_kernel.h"
 #include "kernel.h"
 #include "lanes.h"
+#include "nystrom_lanes.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -64,41 +65,11 @@ void combineOf(double factor, const double* weights, const double* const* terms,
 }
 
 template <int count>
-void combineTwiceOf(const NystromWeights& weights, double h, const double* base, double* sum, double* out,
-                    std::ptrdiff_t n) {
-  Lanes forRates[count], forPositions[count];
-  for (int j = 0; j < count; ++j) {
-    forRates[j] = Lanes(h * weights.rates[j]);
-    forPositions[j] = Lanes(h * h * weights.positions[j]);
-  }
-  const Lanes drift(h * weights.drift);
-  const auto run = [&](auto write) {
-    forRegisters(n, [&](std::ptrdiff_t i, int size) {
-      const Lanes omega = loadSome(base + n + i, size), first = loadSome(weights.terms[0] + i, size);
-      Lanes rate = forRates[0] * first, position = mulAdd(forPositions[0], first, drift * omega);
-      for (int j = 1; j < count; ++j) {
-        const Lanes term = loadSome(weights.terms[j] + i, size);
-        rate = mulAdd(forRates[j], term, rate);
-        position = mulAdd(forPositions[j], term, position);
-      }
-      write(i, size, omega, position, rate);
-    });
-  };
-  const auto toSum = [=](std::ptrdiff_t i, int size, Lanes, Lanes position, Lanes rate) {
-    storeSome(sum + i, position, size);
-    storeSome(sum + n + i, rate, size);
-  };
-  const auto toOut = [=](std::ptrdiff_t i, int size, Lanes omega, Lanes position, Lanes rate) {
-    storeSome(out + i, loadSome(base + i, size) + position, size);
-    storeSome(out + n + i, omega + rate, size);
-  };
-  if (!out) {
-    run(toSum);
-  } else if (!sum) {
-    run(toOut);
-  } else {
-    run([=](auto... all) { toSum(all...), toOut(all...); });
-  }
+void combineTwiceOf(const NystromSums& row, std::ptrdiff_t n) {
+  const NystromLanes<count> lanes(row, n);
+  lanes.run([&](auto write) {
+    forRegisters(n, [&](std::ptrdiff_t i, int size) { write(i, size, lanes.lastTerm(i, size)); });
+  });
 }
 
 template <int... counts>
@@ -202,9 +173,8 @@ struct Errors {
   [[gnu::always_inline]] Lanes allowed(std::ptrdiff_t i, int count) const {
     const Lanes y = loadSome(of.y + i, count);
     const Lanes next = y + loadSome(of.increment + i, count);
-    const Lanes scale =
-        Lanes(1) + smaller(larger(absolute(y), absolute(next)), loadSome(of.ceiling + i, count));
-    return larger(most * scale, rounding * loadSome(of.noise + i, count));
+    const Lanes counted = smaller(larger(absolute(y), absolute(next)), loadSome(of.ceiling + i, count));
+    return larger(mulAdd(most, counted, most), rounding * loadSome(of.noise + i, count));
   }
   [[gnu::always_inline]] Lanes ratio(std::ptrdiff_t i, int count) const {
     return size(i, count) / allowed(i, count);
@@ -233,26 +203,37 @@ template <int size = 1>
   return largestOfFinite(worst, zero);
 }
 
-/// Ratios are compared by products. Where one is not finite, divisions tell why.
+/// The largest ratio of each lane; ratios are compared by products.
+struct LargestRatio {
+  Lanes size, allowed{1}, zero;  ///< zero: NaN, if a product is not finite
+
+  [[gnu::always_inline]] void meet(Lanes otherSize, Lanes otherAllowed) {
+    const Lanes other = otherSize * allowed, own = size * otherAllowed;
+    replaceWhereLarger(other, own, otherSize, otherAllowed, size, allowed);
+    zero = mulAdd(Lanes(0), other + own, zero);
+  }
+  [[gnu::always_inline]] void meet(const LargestRatio& other) {
+    meet(other.size, other.allowed);
+    zero += other.zero;
+  }
+};
+
+/// Where a product is not finite, divisions tell why.
 double largestRatio(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n) {
   const Errors errors{of, Lanes(most), Lanes(rounding)};
   if (n <= laneCount) {
     const Lanes ratio = errors.ratio(0, static_cast<int>(n));
     return largestOfFinite(ratio, Lanes(0) * ratio);
   }
-  Lanes error[turns], allowed[turns], zero[turns];
-  for (Lanes& each : allowed) each = Lanes(1);
+  LargestRatio largest[turns];
   forRegistersByTurns(n, [&](std::ptrdiff_t i, int count, int which) {
-    const Lanes size = errors.size(i, count), may = errors.allowed(i, count);
-    const Lanes own = size * allowed[which], before = error[which] * may;
-    const Integers isLarger = own.v > before.v;
-    error[which] = Lanes(isLarger ? size.v : error[which].v);
-    allowed[which] = Lanes(isLarger ? may.v : allowed[which].v);
-    zero[which] = mulAdd(Lanes(0), own + before, zero[which]);
+    largest[which].meet(errors.size(i, count), errors.allowed(i, count));
   });
-  if (!isNumber(sumOf(zero))) return largestRatioByDivision(errors, n);
-  return largestOf(larger(larger(error[0] / allowed[0], error[1] / allowed[1]),
-                          larger(error[2] / allowed[2], error[3] / allowed[3])));
+  for (int half = turns / 2; half > 0; half /= 2) {
+    for (int which = 0; which < half; ++which) largest[which].meet(largest[which + half]);
+  }
+  if (!isNumber(largest[0].zero)) return largestRatioByDivision(errors, n);
+  return largestOf(largest[0].size / largest[0].allowed);
 }
 
 template <int count>

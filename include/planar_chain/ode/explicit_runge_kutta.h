@@ -2,6 +2,8 @@
 
 /// The steps of every explicit Runge–Kutta method; see tableau.h.
 
+#include <array>
+
 #include "planar_chain/cache_lines.h"
 #include "planar_chain/ode/nystrom.h"
 #include "planar_chain/ode/stepper.h"
@@ -30,15 +32,23 @@ class ExplicitRungeKutta : public Stepper {
 
  private:
   void evaluateFirst(double t, const double* y);
+  void evaluate(double t, double* k, const RowAhead& next);
+
+  /// The stages' slopes, and the rows that go through them.
+  struct Way {
+    std::vector<double*> k;
+    std::vector<NystromRow> a;
+    NystromRow b, e, coarse;
+  };
+  Way wayWith(const std::vector<double*>& k) const;
 
   Tableau table_;
   System& f_;
   Eigen::Index size_, positions_, rates_;  ///< of y; components of f but for the positions'
   void (*damp_)(double* error, const double* coarse, std::ptrdiff_t n);
   CacheRows slopes_;
-  std::vector<double*> k_;  ///< these, at the stages
-  std::vector<NystromRow> a_;
-  NystromRow b_, e_, coarseWeights_;
+  std::array<Way, 2> ways_;  ///< for every other step: where the last slope is the first of the next step
+  const Way* way_ = ways_.data();
   CacheLines stage_, coarse_;
   Vector slope_, increment_, error_;
   bool firstIsKnown_ = false;

@@ -13,7 +13,7 @@
 #include <vector>
 
 namespace planar_chain::simd {
-struct NystromWeights;
+struct NystromSums;
 }
 
 namespace planar_chain::ode {
@@ -33,17 +33,33 @@ class NystromRow {
     combine_(h, rates_.data(), terms_.data(), base, sum, out, others_);
   }
 
+  /// The two parts of run(), where there are positions: what is to be summed for them and their rates, by
+  /// whoever makes the last term; and the others behind.
+  simd::NystromSums sums(double h, const double* base, double* sum, double* out) const;
+  void runOthers(double h, const double* base, double* sum, double* out) const;
+  /// Whether that is the last term.
+  bool endsWith(const double* k) const { return !terms_.empty() && terms_.back() == k; }
+
  private:
   void runTwice(double h, const double* base, double* sum, double* out) const;
 
-  void (*combineTwice_)(const simd::NystromWeights& weights, double h, const double* base, double* sum,
-                        double* out, std::ptrdiff_t n) = nullptr;
+  void (*combineTwice_)(const simd::NystromSums& row, std::ptrdiff_t n) = nullptr;
   void (*combine_)(double factor, const double* weights, const double* const* terms, const double* base,
                    double* sum, double* out, std::ptrdiff_t n) = nullptr;
   std::vector<double> rates_, twice_;
   std::vector<const double*> terms_, otherTerms_;
   double drift_ = 0;
   Eigen::Index positions_ = 0, others_ = 0;
+};
+
+/// A row that is to be run as soon as its last term is there.
+struct RowAhead {
+  const NystromRow& row;
+  double h;
+  const double* base;
+  double *sum, *out;
+
+  void run() const { row.run(h, base, sum, out); }
 };
 
 }  // namespace planar_chain::ode

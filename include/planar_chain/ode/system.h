@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <complex>
 
+#include "planar_chain/ode/nystrom.h"
 #include "planar_chain/ode/vector.h"
 
 namespace planar_chain::ode {
@@ -32,6 +33,11 @@ class System {
   /// The derivative of all but the positions, arrangedSize() − positions() numbers, at an arranged y; as
   /// derivative().
   virtual void rates(double t, const double* y, double* out) { derivative(t, y, out); }
+  /// And a row whose last term they are, which may write to y; where there are positions.
+  virtual void ratesAndRow(double t, const double* y, double* out, const RowAhead& ahead) {
+    rates(t, y, out);
+    ahead.run();
+  }
   /// All of it, at an arranged y and arranged.
   void slope(double t, const double* y, double* out) {
     const int count = positions();
