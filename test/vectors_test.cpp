@@ -48,7 +48,9 @@ TEST_P(Vectors, AreCombined) {
     std::vector<const double*> places;
     for (std::size_t j = 0; j < count; ++j) terms.push_back(vector(n));
     for (const auto& term : terms) places.push_back(term.data());
-    const std::vector<double> rates = vector(most), positions = vector(most), base = vector(2 * n);
+    const std::vector<double> rates = vector(most), base = vector(2 * n);
+    std::vector<double> positions = vector(most);
+    positions[count - 1] = 0;
     const double h = 0.3, drift = 0.7;
 
     std::vector<double> sum = base, out = base, sumTwice = base, outTwice = base;
@@ -66,7 +68,6 @@ TEST_P(Vectors, AreCombined) {
       outTwice[i] = base[i] + byPositions;
       outTwice[rate] = base[rate] + byRates;
     }
-    const NystromWeights weights{rates.data(), positions.data(), places.data(), drift};
     forKernels([&](const VectorKernel& vectors) {
       const auto once = vectors.combine[count - 1];
       const auto twice = vectors.combineTwice[count - 1];
@@ -77,7 +78,9 @@ TEST_P(Vectors, AreCombined) {
           std::vector<double> a = base, b = base, c = base, d = base;
           once(h, rates.data(), places.data(), base.data(), withSum ? a.data() : nullptr,
                withOut ? b.data() : nullptr, n);
-          twice(weights, h, base.data(), withSum ? c.data() : nullptr, withOut ? d.data() : nullptr, n);
+          twice({rates.data(), positions.data(), places.data(), static_cast<int>(count), drift, h, base.data(),
+                 withSum ? c.data() : nullptr, withOut ? d.data() : nullptr},
+                n);
           expectNear(a, withSum ? sum : base);
           expectNear(b, withOut ? out : base);
           expectNear(c, withSum ? sumTwice : base);
@@ -121,16 +124,15 @@ TEST_P(Vectors, AreCombinedForTwo) {
 
 TEST_P(Vectors, FindTheLargestRatio) {
   constexpr double share = 1e-6, rounding = 1e3, nan = std::numeric_limits<double>::quiet_NaN();
-  const std::vector<double> y = vector(n), increment = vector(n), noise = vector(n);
+  const std::vector<double> y = vector(n), noise = vector(n);
   std::vector<double> ceiling(y.size(), std::numeric_limits<double>::infinity()), error = vector(n);
   ceiling[0] = 0.5;
   const auto allowed = [&](std::size_t i) {
-    const double size = 1 + std::min(std::max(std::abs(y[i]), std::abs(y[i] + increment[i])), ceiling[i]);
+    const double size = 1 + std::min(std::abs(y[i]), ceiling[i]);
     return std::max(share * size, rounding * noise[i]);
   };
   const auto found = [&](const VectorKernel& vectors) {
-    return vectors.largestRatio({error.data(), y.data(), increment.data(), ceiling.data(), noise.data()},
-                                share, rounding, n);
+    return vectors.largestRatio({error.data(), y.data(), ceiling.data(), noise.data()}, share, rounding, n);
   };
   forKernels([&](const VectorKernel& vectors) {
     // Each component in its turn; up to where products of two such numbers are not finite.

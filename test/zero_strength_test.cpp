@@ -376,9 +376,14 @@ TEST(ZeroStrengthOf, ALimitIsAbsenceButForWhatAMethodKeepsFromStepToStep) {
       joints[0].stopStiffness = 1;
     });
     const auto [q, evaluations, rejected] = endOf(limited);
-    EXPECT_GT(evaluations, itsEvaluations) << method << " has not looked";
+    const bool looksAtItsSeries = method == "taylor" || method == "auto";
+    if (looksAtItsSeries) {
+      EXPECT_EQ(evaluations, itsEvaluations) << method;
+    } else {
+      EXPECT_GT(evaluations, itsEvaluations) << method << " has not looked";
+    }
     EXPECT_EQ(rejected, itsRejected) << method;
-    if (method == "rk4" || method.substr(0, 3) == "ros" || method == "rodas5p") {  // keep nothing
+    if (looksAtItsSeries || method == "rk4" || method.substr(0, 3) == "ros" || method == "rodas5p") {  // keep nothing
       EXPECT_EQ(q, free) << method;
     } else {
       EXPECT_NEAR(q, free, 1e-9) << method;

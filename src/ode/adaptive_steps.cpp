@@ -186,8 +186,8 @@ double AdaptiveSteps::growth(double log) const {
 double AdaptiveSteps::errorNorm(const Vector& y, double h) const {
   const Allowance allowance(tolerance_, *surroundings_, h);
   return vectors_.largestRatio(
-      {error_.data(), y.data(), increment_.data(), tolerance_.ceiling.data(), surroundings_->noise().data()},
-      allowance.most(), allowance.perNoise(), tolerance_.ceiling.size());
+      {error_.data(), y.data(), tolerance_.ceiling.data(), surroundings_->noise().data()}, allowance.most(),
+      allowance.perNoise(), tolerance_.ceiling.size());
 }
 
 /// A step whose explicit Euler error is small: h² |ÿ| about 1 % of the scale, then adapted to the order.

@@ -98,7 +98,6 @@ bool Taylor::foresees(double t, double h, const Vector& y) {
   cost_ = isKnown_ ? 0 : f_.seriesCost(order_);
   findSeries(t, y);
   findError(h);
-  increment_.setZero();
   return true;
 }
 

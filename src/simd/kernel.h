@@ -76,12 +76,12 @@ struct LinearKernel {
 
 /// What an error norm reads, component by component.
 struct ErrorVectors {
-  const double *error, *y, *increment, *ceiling, *noise;
+  const double *error, *y, *ceiling, *noise;
 };
 
 /// A row of ode/nystrom.h: the sums alone, and with those of base; either may be nullptr.
 struct NystromSums {
-  const double *forRates, *forPositions;  ///< weights, one a term
+  const double *forRates, *forPositions;  ///< weights, one a term; the last term is in no position
   const double* const* terms;
   int count;
   double drift, h;
@@ -118,7 +118,7 @@ struct VectorKernel {
   bool (*addCarried)(double* y, double* carry, const double* increment, std::ptrdiff_t n);
   /// sum = Σ_{0<k≤order} c_k h^k; c_k: row k of n numbers.
   void (*polynomial)(double h, const double* c, int order, double* sum, std::ptrdiff_t n);
-  /// max |error| / max(most (1 + min(max(|y|, |y + increment|), ceiling)), rounding noise); NaN when one is
+  /// max |error| / max(most (1 + min(|y|, ceiling)), rounding noise); NaN when one is
   /// not finite.
   double (*largestRatio)(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n);
 };

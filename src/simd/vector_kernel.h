@@ -171,9 +171,8 @@ struct Errors {
     return absolute(loadSome(of.error + i, count));
   }
   [[gnu::always_inline]] Lanes allowed(std::ptrdiff_t i, int count) const {
-    const Lanes y = loadSome(of.y + i, count);
-    const Lanes next = y + loadSome(of.increment + i, count);
-    const Lanes counted = smaller(larger(absolute(y), absolute(next)), loadSome(of.ceiling + i, count));
+    const Lanes y = absolute(loadSome(of.y + i, count));
+    const Lanes counted = smaller(y, loadSome(of.ceiling + i, count));
     return larger(mulAdd(most, counted, most), rounding * loadSome(of.noise + i, count));
   }
   [[gnu::always_inline]] Lanes ratio(std::ptrdiff_t i, int count) const {
