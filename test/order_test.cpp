@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "counted_system.h"
 #include "planar_chain/dynamics.h"
 #include "planar_chain/ode/methods.h"
 #include "planar_chain/ode/surroundings.h"
@@ -161,6 +162,36 @@ TEST(Order, MakesNoDifferenceToTheSurroundingsOfAChain) {
 
 bool beginsALine(const Vector& vector) {
   return reinterpret_cast<std::uintptr_t>(vector.data()) % 64 == 0;
+}
+
+/// In segments the sums of a step run on the way out of its evaluations; a system that is only passed on, as
+/// a counted one is, makes them by themselves.
+TEST(RowsAhead, AreTheSumsByThemselvesToTheBit) {
+  for (const int n : {13, 20, 70, 100}) {
+    for (const planar_chain::test::With with :
+         {planar_chain::test::With{false, false, false}, {true, true, false}, {true, true, true}}) {
+      const Scene scene = planar_chain::test::randomScene(n, static_cast<unsigned>(n), with);
+      const auto endOf = [&](const char* method, bool together) {
+        Loads loads(scene, 0);
+        Dynamics dynamics(scene.chain, loads);
+        dynamics.enter(0);
+        planar_chain::test::CountedSystem counted(dynamics);
+        SeriesSystem& f = together ? static_cast<SeriesSystem&>(dynamics) : counted;
+        Eigen::VectorXd y = Eigen::VectorXd::Zero(f.size());
+        for (Eigen::Index i = 0; i < 2 * n; ++i) y[i] = std::sin(1 + 1.7 * static_cast<double>(i));
+        State state(f, y);
+        Tolerance tolerance{1e-8, Eigen::ArrayXd::Constant(2 * n, 10)};
+        const auto integrator = makeMethod(method, f, 1e-4, tolerance);
+        EXPECT_EQ(integrator->integrate(state, 2e-3, 1), Outcome::arrived);
+        EXPECT_GT(integrator->count().accepted, 1);
+        EXPECT_EQ(counted.evaluations > 0, !together);
+        return state.restoredBy(f);
+      };
+      for (const char* method : {"rk4", "dopri5", "dop853"}) {
+        EXPECT_EQ(endOf(method, true), endOf(method, false)) << method << " " << n;
+      }
+    }
+  }
 }
 
 TEST(VectorOf, NumbersBeginsWhereACacheLineDoes) {

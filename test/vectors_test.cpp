@@ -78,8 +78,8 @@ TEST_P(Vectors, AreCombined) {
           std::vector<double> a = base, b = base, c = base, d = base;
           once(h, rates.data(), places.data(), base.data(), withSum ? a.data() : nullptr,
                withOut ? b.data() : nullptr, n);
-          twice({rates.data(), positions.data(), places.data(), static_cast<int>(count), drift, h, base.data(),
-                 withSum ? c.data() : nullptr, withOut ? d.data() : nullptr},
+          twice({rates.data(), positions.data(), places.data(), static_cast<int>(count), drift, h,
+                 base.data(), withSum ? c.data() : nullptr, withOut ? d.data() : nullptr},
                 n);
           expectNear(a, withSum ? sum : base);
           expectNear(b, withOut ? out : base);

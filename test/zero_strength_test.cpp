@@ -383,7 +383,8 @@ TEST(ZeroStrengthOf, ALimitIsAbsenceButForWhatAMethodKeepsFromStepToStep) {
       EXPECT_GT(evaluations, itsEvaluations) << method << " has not looked";
     }
     EXPECT_EQ(rejected, itsRejected) << method;
-    if (looksAtItsSeries || method == "rk4" || method.substr(0, 3) == "ros" || method == "rodas5p") {  // keep nothing
+    if (looksAtItsSeries || method == "rk4" || method.substr(0, 3) == "ros" ||
+        method == "rodas5p") {  // keep nothing
       EXPECT_EQ(q, free) << method;
     } else {
       EXPECT_NEAR(q, free, 1e-9) << method;
