@@ -55,10 +55,14 @@ const Vector& ExplicitRungeKutta::derivative(double t, const Vector& y) {
 }
 
 /// The slope k of the stage, and the row that comes next.
-inline void ExplicitRungeKutta::evaluate(double t, double* k, const RowAhead& next) {
-  if (positions_ > 0 && next.row.endsWith(k)) return f_.ratesAndRow(t, stage_.data(), k, next);
+[[gnu::always_inline]] inline void ExplicitRungeKutta::evaluate(double t, double* k, double h,
+                                                                const double* base, const NystromRow& row,
+                                                                double* sum, double* out) {
+  if (positions_ > 0 && row.endsWith(k)) {
+    return f_.ratesAndRow(t, stage_.data(), k, {row, h, base, sum, out});
+  }
   f_.rates(t, stage_.data(), k);
-  next.run();
+  row.run(h, base, sum, out);
 }
 
 void ExplicitRungeKutta::step(double t, double h, const Vector& y) {
@@ -69,15 +73,14 @@ void ExplicitRungeKutta::step(double t, double h, const Vector& y) {
   way.a[1].run(h, start, nullptr, stage);
   const std::size_t last = way.k.size() - (table_.lastIsFirst ? 2 : 1);
   for (std::size_t i = 1; i < last; ++i) {
-    evaluate(t + table_.c[i] * h, way.k[i], {way.a[i + 1], h, start, nullptr, stage});
+    evaluate(t + table_.c[i] * h, way.k[i], h, start, way.a[i + 1], nullptr, stage);
   }
-  const RowAhead error{way.e, h, start, error_.data(), nullptr};
+  double* end = table_.lastIsFirst ? stage : nullptr;
+  evaluate(t + table_.c[last] * h, way.k[last], h, start, way.b, increment_.data(), end);
   if (table_.lastIsFirst) {
-    evaluate(t + table_.c[last] * h, way.k[last], {way.b, h, start, increment_.data(), stage});
-    evaluate(t + h, way.k[last + 1], error);
-  } else {
-    evaluate(t + table_.c[last] * h, way.k[last], {way.b, h, start, increment_.data(), nullptr});
-    if (!table_.e.empty()) error.run();
+    evaluate(t + h, way.k[last + 1], h, start, way.e, error_.data(), nullptr);
+  } else if (!table_.e.empty()) {
+    way.e.run(h, start, error_.data(), nullptr);
   }
   if (!table_.coarse.empty()) {
     way.coarse.run(h, start, coarse_.data(), nullptr);

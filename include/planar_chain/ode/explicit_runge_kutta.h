@@ -32,7 +32,8 @@ class ExplicitRungeKutta : public Stepper {
 
  private:
   void evaluateFirst(double t, const double* y);
-  void evaluate(double t, double* k, const RowAhead& next);
+  void evaluate(double t, double* k, double h, const double* base, const NystromRow& row, double* sum,
+                double* out);
 
   /// The stages' slopes, and the rows that go through them.
   struct Way {
