@@ -74,17 +74,22 @@ double Stops::due(const Eigen::VectorXd& y) const {
 
 namespace {
 
-/// Where g_0 + g_1 s + g_2 s² + g_3 s³, not above 0 at s = 0 and s = 1, has a top between that may be above
-/// it; 1: nowhere. What it stands for may rise above the ends by more, but not by twice as much.
-double passing(const std::array<double, 4>& g) {
+/// Of a curve that a cubic stands for, not above 0 at both ends: whether it may be between them. It may rise
+/// above the ends by more than the cubic does, but not by twice as much.
+bool mayPass(double end, double top) {
   constexpr double most = 2;
+  return end <= 0 && end + most * (top - end) > 0;
+}
+
+/// Where g_0 + g_1 s + g_2 s² + g_3 s³ has a top at which it may pass, 0 < s < 1; 1: nowhere.
+double passing(const std::array<double, 4>& g) {
   // the root of the derivative where the second one is −2 root
   const double square = g[2] * g[2] - 3 * g[1] * g[3];
   const double s = g[1] / (std::sqrt(std::max(0.0, square)) - g[2]);
   if (!(square >= 0 && s > 0 && s < 1)) return 1;
   const double end = std::max(g[0], g[0] + g[1] + g[2] + g[3]);
   const double top = g[0] + s * (g[1] + s * (g[2] + s * g[3]));
-  return end <= 0 && end + most * (top - end) > 0 ? s : 1;
+  return mayPass(end, top) ? s : 1;
 }
 
 std::array<double, 4> operator-(const std::array<double, 4>& g) {
@@ -96,10 +101,13 @@ std::array<double, 4> operator-(const std::array<double, 4>& g) {
 double Stops::nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const {
   double first = 1;
   for (const Stop& stop : stops_) {
-    const double x0 = stop.depth(y.data()), rise = stop.depth(next.data()) - x0;
+    const double x0 = stop.depth(y.data()), x1 = stop.depth(next.data());
     const double v0 = stop.speed(y.data() + n_) * h, v1 = stop.speed(next.data() + n_) * h;
+    // A cubic stays below its Bézier points, and most joints are far from their stops.
+    const bool isNear = mayPass(std::max(x0, x1), std::max(x0 + v0 / 3, x1 - v1 / 3));
+    if (stop.place == Place::free && !isNear) continue;
     // through both ends: x = x0 + v0 s + b s² + c s³, and x + lag ẋ
-    const double b = 3 * rise - 2 * v0 - v1, c = v0 + v1 - 2 * rise;
+    const double b = 3 * (x1 - x0) - 2 * v0 - v1, c = v0 + v1 - 2 * (x1 - x0);
     const double lag = stop.d / (stop.k * h);
     const std::array<double, 4> depth{x0, v0, b, c};
     const std::array<double, 4> push{x0 + lag * v0, v0 + 2 * lag * b, b + 3 * lag * c, c};

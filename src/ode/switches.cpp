@@ -29,7 +29,7 @@ class LandingOnSwitches : public Integrator {
     before_ = state;
     const Outcome outcome = steps_->advance(state, end, longestStep);
     if (outcome != Outcome::arrived && outcome != Outcome::underway) return outcome;
-    look(before_, from_);
+    go(before_, from_);
     look(state, ahead_.front());
     switch (findOnTheWay()) {
       case Found::nothing:
@@ -47,13 +47,16 @@ class LandingOnSwitches : public Integrator {
   struct Place {
     double t;
     Eigen::VectorXd y;
-    double due;
+    double due;  ///< once it was looked at
   };
   enum class Found { nothing, due, notFinite };
 
-  void look(const State& state, Place& place) const {
+  void go(const State& state, Place& place) const {
     place.t = state.t;
     f_.restore(state.y.data(), place.y.data());
+  }
+  void look(const State& state, Place& place) const {
+    go(state, place);
     place.due = switches_.due(place.y);
   }
 
@@ -100,7 +103,7 @@ class LandingOnSwitches : public Integrator {
       state = trial_;
     }
     Place& place = ahead_.front();
-    double low = from_.t, dueLow = from_.due, dueHigh = found_.due;
+    double low = from_.t, dueLow = switches_.due(from_.y), dueHigh = found_.due;
     int side = 0;  // of the bracket that moved last
     while (state.t - low > narrow * std::max(std::abs(state.t), state.t - before_.t)) {
       const double share = -dueLow / (dueHigh - dueLow);
