@@ -102,6 +102,28 @@ TEST(Stop, HoldsAtTheStaticDepth) {
   EXPECT_NEAR(tau, 9.81 * 0.5 * std::cos(q), 1e-6);
 }
 
+TEST(Stop, TakesWhatLiesOnItFromTheBeginning) {
+  // Level, at rest, on a stop that holds it: at t = 0, θ = 0, x = 0, where no number says how small is small.
+  for (const std::string& method : ode::methodNames()) {
+    for (const double damping : {0., 5.}) {
+      Joint joint{"rod_joint"};
+      joint.lower = 0;
+      joint.stopStiffness = 1e4;
+      joint.stopDamping = damping;
+      Scene scene{
+          Chain({{"rod", 1, 1. / 12, {0.5, 0}, {1, 0}}}, {joint}, {0, -9.81}), {0}, {0}, {}, {}, {}, 0};
+      scene.integrator = {method, 1e-9, 1e-5};
+      Simulation simulation(scene);
+      ASSERT_TRUE(simulation.advanceTo(0.01)) << method << ": " << simulation.fault();
+      // J ẍ + d ẋ + k x = m g r, where cos q ≈ 1
+      const double sigma = damping / (2 * J), w = std::sqrt(1e4 / J - sigma * sigma), t = 0.01;
+      const double x =
+          9.81 * 0.5 / 1e4 * (1 - std::exp(-sigma * t) * (std::cos(w * t) + sigma / w * std::sin(w * t)));
+      EXPECT_NEAR(simulation.q()[0], -x, 1e-6 * x + 1e-9) << method;
+    }
+  }
+}
+
 TEST(Stop, IsNotJumpedOverByALongStep) {
   // Swinging up to 0.5 rad from the vertical by itself; the stop stands a hair below that.
   Joint joint;

@@ -96,7 +96,8 @@ class LandingOnSwitches : public Integrator {
 
   /// Something is due at found_ and was not at from_: to the first numbers at which it is.
   Outcome land(State& state) {
-    constexpr double narrow = 4 * std::numeric_limits<double>::epsilon();
+    const double narrow =
+        4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), state.t - before_.t);
     constexpr double leastShare = 1. / 64;  // of the bracket, cut off each time
     if (found_.t < state.t) {
       if (!lookAt(found_.t, found_)) return giveUp(state);
@@ -105,7 +106,7 @@ class LandingOnSwitches : public Integrator {
     Place& place = ahead_.front();
     double low = from_.t, dueLow = switches_.due(from_.y), dueHigh = found_.due;
     int side = 0;  // of the bracket that moved last
-    while (state.t - low > narrow * std::max(std::abs(state.t), state.t - before_.t)) {
+    while (state.t - low > narrow) {
       const double share = -dueLow / (dueHigh - dueLow);
       const double t = low + (state.t - low) * std::min(std::max(share, leastShare), 1 - leastShare);
       if (t <= low || t >= state.t) break;

@@ -23,7 +23,7 @@ class Switches {
 /// and whoever owns the switches changes f and restarts. Where a switch may be due within a step, that is cut
 /// into pieces until it is, or cannot be. The time is found by steps of the same method from the same state,
 /// bracketed and by the Illinois rule (M. Dowell, P. Jarratt, BIT 11 (1971) 168–174), down to the spacing of
-/// the numbers.
+/// the numbers at the end of the step, or at its length.
 std::unique_ptr<Integrator> landingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches,
                                               const System& f);
 
