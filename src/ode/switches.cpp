@@ -131,7 +131,7 @@ class LandingOnSwitches : public Integrator {
   const System& f_;
   State before_, trial_;
   Place from_{}, found_{};
-  std::array<Place, 8> ahead_;  ///< the nearest last; more cuts than that make no sense
+  std::array<Place, 8> ahead_;  ///< the nearest last; cuts within cuts any deeper make no sense
 };
 
 }  // namespace

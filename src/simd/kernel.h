@@ -118,8 +118,7 @@ struct VectorKernel {
   bool (*addCarried)(double* y, double* carry, const double* increment, std::ptrdiff_t n);
   /// sum = Σ_{0<k≤order} c_k h^k; c_k: row k of n numbers.
   void (*polynomial)(double h, const double* c, int order, double* sum, std::ptrdiff_t n);
-  /// max |error| / max(most (1 + min(|y|, ceiling)), rounding noise); NaN when one is
-  /// not finite.
+  /// max |error| / max(most (1 + min(|y|, ceiling)), rounding noise); NaN when one is not finite.
   double (*largestRatio)(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n);
 };
 
