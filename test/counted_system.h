@@ -4,7 +4,7 @@
 
 #include <complex>
 
-#include "planar_chain/ode/system.h"
+#include "ode/system.h"
 
 namespace planar_chain::test {
 

@@ -16,9 +16,9 @@
 #include <utility>
 
 #include "counted.h"
-#include "planar_chain/dynamics.h"
-#include "planar_chain/loads.h"
-#include "planar_chain/ode/methods.h"
+#include "dynamics/dynamics.h"
+#include "effects/loads.h"
+#include "ode/methods.h"
 #include "planar_chain/simulation.h"
 
 using namespace planar_chain;

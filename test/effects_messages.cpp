@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "effects.h"
-#include "planar_chain/ros/frames.h"
-#include "planar_chain/ros/messages.h"
 #include "planar_chain/simulation.h"
+#include "ros/messages/frames.h"
+#include "ros/messages/messages.h"
 
 namespace planar_chain::test {
 

@@ -1,6 +1,6 @@
 /// The guard: what it sees, what the ladder does about it, and that it leaves good runs alone.
 
-#include "planar_chain/energy_guard.h"
+#include "run/energy_guard.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "planar_chain/ode/methods.h"
+#include "ode/methods.h"
 #include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "../src/simd/kernel.h"
 #include "counted.h"
-#include "planar_chain/dynamics.h"
-#include "planar_chain/loads.h"
-#include "planar_chain/ode/methods.h"
+#include "dynamics/dynamics.h"
+#include "effects/loads.h"
+#include "lanes/kernel.h"
+#include "ode/methods.h"
 #include "random_scene.h"
 
 using namespace planar_chain;

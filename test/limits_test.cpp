@@ -7,7 +7,7 @@
 #include <complex>
 
 #include "known_chains.h"
-#include "planar_chain/linearized.h"
+#include "recursion/linearized.h"
 
 namespace planar_chain {
 namespace {

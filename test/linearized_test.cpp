@@ -1,17 +1,17 @@
 /// The exact O(n) solve against J itself: J x by automatic differentiation of the equations of motion, for
 /// random chains with everything on them, springs from none to 1e12, real and complex shifts.
 
-#include "planar_chain/linearized.h"
+#include "recursion/linearized.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <complex>
 
-#include "planar_chain/articulated.h"
-#include "planar_chain/dual.h"
-#include "planar_chain/dynamics.h"
+#include "dynamics/dynamics.h"
 #include "random_scene.h"
+#include "recursion/articulated.h"
+#include "recursion/dual.h"
 
 namespace planar_chain {
 namespace {

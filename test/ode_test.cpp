@@ -7,10 +7,10 @@
 #include <cmath>
 #include <complex>
 
-#include "planar_chain/ode/explicit_runge_kutta.h"
-#include "planar_chain/ode/integrator.h"
-#include "planar_chain/ode/methods.h"
-#include "planar_chain/ode/rosenbrock.h"
+#include "ode/explicit_runge_kutta.h"
+#include "ode/integrator.h"
+#include "ode/methods.h"
+#include "ode/rosenbrock.h"
 #include "test_system.h"
 
 namespace planar_chain::ode {

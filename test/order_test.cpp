@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "counted_system.h"
-#include "planar_chain/dynamics.h"
-#include "planar_chain/ode/methods.h"
-#include "planar_chain/ode/surroundings.h"
-#include "planar_chain/ode/switches.h"
+#include "dynamics/dynamics.h"
+#include "ode/methods.h"
+#include "ode/surroundings.h"
+#include "ode/switches.h"
 #include "random_scene.h"
 #include "test_system.h"
 

@@ -1,6 +1,6 @@
 /// A point drawn to a place: what it weighs against the dense form of kane.h, and how it comes.
 
-#include "planar_chain/pull.h"
+#include "dynamics/pull.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 /// Radau IIA of order 13 against its own promises: its numbers, its order, its damping, and what it does when
 /// Newton's method fails.
 
-#include "planar_chain/ode/radau.h"
+#include "ode/radau.h"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,10 @@
 #include <cmath>
 #include <complex>
 
-#include "planar_chain/dynamics.h"
-#include "planar_chain/loads.h"
-#include "planar_chain/ode/adaptive_steps.h"
-#include "planar_chain/ode/methods.h"
+#include "dynamics/dynamics.h"
+#include "effects/loads.h"
+#include "ode/adaptive_steps.h"
+#include "ode/methods.h"
 #include "random_scene.h"
 #include "test_system.h"
 

@@ -14,7 +14,7 @@ import tempfile
 import unittest
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).absolute().parent / "../src/tools"))
+sys.path.insert(0, str(pathlib.Path(__file__).absolute().parent / "../src/report"))
 import report as report_program  # noqa: E402  pylint: disable=wrong-import-position
 import report_tables  # noqa: E402  pylint: disable=wrong-import-position
 

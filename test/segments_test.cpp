@@ -1,7 +1,7 @@
 /// The kernels in SIMD lanes: every one that this CPU runs, against long double and the recursion link by
 /// link.
 
-#include "planar_chain/segments.h"
+#include "lanes/segments.h"
 
 #include <gtest/gtest.h>
 
@@ -15,12 +15,12 @@
 #include <utility>
 #include <vector>
 
-#include "../src/simd/kernel.h"
-#include "planar_chain/articulated.h"
-#include "planar_chain/linearized.h"
-#include "planar_chain/linearized_segments.h"
-#include "planar_chain/short_chain.h"
+#include "lanes/kernel.h"
+#include "lanes/linearized_segments.h"
+#include "lanes/short_chain.h"
 #include "random_scene.h"
+#include "recursion/articulated.h"
+#include "recursion/linearized.h"
 
 namespace planar_chain {
 namespace {

@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "../src/simd/kernel.h"
 #include "counted_system.h"
-#include "planar_chain/dynamics.h"
-#include "planar_chain/motion_series.h"
-#include "planar_chain/ode/methods.h"
-#include "planar_chain/ode/taylor.h"
+#include "dynamics/dynamics.h"
+#include "lanes/kernel.h"
+#include "lanes/motion_series.h"
+#include "ode/methods.h"
+#include "ode/taylor.h"
 #include "random_scene.h"
 #include "test_system.h"
 

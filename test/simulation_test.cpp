@@ -11,9 +11,9 @@
 #include <set>
 #include <string>
 
+#include "lanes/segments.h"
+#include "ode/methods.h"
 #include "planar_chain/kane.h"
-#include "planar_chain/ode/methods.h"
-#include "planar_chain/segments.h"
 #include "random_scene.h"
 
 // Every allocation of this program, by new or by Eigen's malloc, is counted; but for a sanitized build, where

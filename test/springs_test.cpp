@@ -1,14 +1,14 @@
 /// Springs and dampers against the formula joint by joint: rows of joints with and without them, shorter and
 /// longer than the blocks in which they are gone through.
 
-#include "planar_chain/springs.h"
+#include "effects/springs.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
-#include "../src/simd/kernel.h"
+#include "lanes/kernel.h"
 #include "random_scene.h"
 
 namespace planar_chain {

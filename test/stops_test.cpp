@@ -1,14 +1,14 @@
 /// Joint limits: exact bounces, laws, and the derivative that implicit methods take through a stop.
 
-#include "planar_chain/stops.h"
+#include "effects/stops.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "dynamics/dynamics.h"
 #include "known_chains.h"
-#include "planar_chain/dynamics.h"
-#include "planar_chain/ode/methods.h"
+#include "ode/methods.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
 

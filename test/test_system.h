@@ -8,8 +8,8 @@
 #include <complex>
 #include <vector>
 
-#include "planar_chain/ode/stepper.h"
-#include "planar_chain/ode/system.h"
+#include "ode/stepper.h"
+#include "ode/system.h"
 
 namespace planar_chain::ode::test {
 

@@ -26,10 +26,10 @@
 #endif
 
 #include "planar_chain/kane.h"
-#include "planar_chain/ros/frames.h"
-#include "planar_chain/ros/urdf.h"
 #include "planar_chain/scene_reader.h"
 #include "random_robot.h"
+#include "ros/messages/frames.h"
+#include "ros/view/urdf.h"
 
 namespace planar_chain {
 namespace {

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "planar_chain/ros/frames.h"
-#include "planar_chain/ros/urdf.h"
 #include "planar_chain/scene_reader.h"
 #include "planar_chain/urdf_reader.h"
 #include "random_scene.h"
+#include "ros/messages/frames.h"
+#include "ros/view/urdf.h"
 
 namespace planar_chain {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "../src/simd/kernel.h"
+#include "simd/vectors.h"
 #include "random_scene.h"
 
 namespace planar_chain::simd {
@@ -29,9 +29,9 @@ struct Vectors : testing::TestWithParam<std::ptrdiff_t> {
 
   template <class F>
   void forKernels(F f) {
-    for (const Kernel* kernel : kernels()) {
-      SCOPED_TRACE(kernel ? kernel->name : "");
-      if (kernel) f(kernel->vectors);
+    for (const VectorKernel* kernel : vectorKernels()) {
+      SCOPED_TRACE(kernel ? kernel->lanes : 0);
+      if (kernel) f(*kernel);
     }
   }
 

@@ -15,9 +15,9 @@
 #include <tuple>
 #include <vector>
 
-#include "planar_chain/dynamics.h"
-#include "planar_chain/ode/methods.h"
-#include "planar_chain/ode/surroundings.h"
+#include "dynamics/dynamics.h"
+#include "ode/methods.h"
+#include "ode/surroundings.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
 

@@ -31,4 +31,17 @@ class Refused : public std::invalid_argument {
   std::vector<Fault> faults_;
 };
 
+// ---- How a fault shows what was found --------------------------------------------------------------
+
+/// The shortest decimal number that reads back as the same double: 15 to 17 digits, in any locale.
+std::string toText(double number);
+
+/// A longer text is cut behind so many bytes, between two characters of UTF-8, and ends with "…".
+constexpr std::size_t longestShown = 80;
+std::string cutToShow(std::string text);
+/// The same with a space in place of each control character.
+std::string onOneLine(const std::string& text);
+/// The same in double quotes.
+std::string quoted(const std::string& text);
+
 }  // namespace planar_chain

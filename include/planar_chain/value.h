@@ -14,6 +14,8 @@
 #include <variant>
 #include <vector>
 
+#include "planar_chain/fault.h"
+
 namespace planar_chain {
 
 class Value {
@@ -58,9 +60,6 @@ std::optional<double> numberIn(const std::string& text);
 
 /// The number that a value is or, as text, spells.
 std::optional<double> numberIn(const Value& value);
-
-/// As short as reads back to the same double (15 to 17 digits), whatever the locale.
-std::string toText(double number);
 
 /// How a value is shown to the one who wrote it: text in double quotes, [1, 2, 3], null as nothing; on
 /// one line, and cut where it gets long.

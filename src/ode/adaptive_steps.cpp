@@ -1,4 +1,4 @@
-#include "planar_chain/ode/adaptive_steps.h"
+#include "ode/adaptive_steps.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "../simd/kernel.h"
-#include "planar_chain/ode/allowance.h"
+#include "ode/allowance.h"
+#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -71,7 +71,7 @@ AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance toleran
       error_(stepper_->error()),
       tolerance_(std::move(tolerance)),
       surroundings_(std::move(surroundings)),
-      vectors_(simd::kernelFor(tolerance_.ceiling.size()).vectors),
+      vectors_(simd::vectorsFor(tolerance_.ceiling.size())),
       exponent_(1.0 / stepper_->errorOrder()),
       beta_(std::min(mostBeta, 7 * mostBeta * exponent_)),
       aimed_(std::pow(sure, stepper_->errorOrder())),

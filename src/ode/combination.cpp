@@ -1,8 +1,8 @@
-#include "planar_chain/ode/combination.h"
+#include "ode/combination.h"
 
 #include <cstddef>
 
-#include "../simd/kernel.h"
+#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -15,14 +15,14 @@ Combination::Combination(const std::vector<double>& weights, const std::vector<d
     weights_.push_back(weights[j]);
     terms_.push_back(x[j]);
   }
-  run_ = simd::kernelFor(size_).vectors.combine[terms_.size() - 1];
+  run_ = simd::vectorsFor(size_).combine[terms_.size() - 1];
 }
 
 TwoCombinations::TwoCombinations(const std::vector<double>& v, const std::vector<double>& w,
                                  const std::vector<double*>& x, Eigen::Index begin, Eigen::Index count)
     : v_(v), w_(w), count_(count) {
   for (std::size_t j = 0; j < v.size(); ++j) terms_.push_back(x[j] + begin);
-  if (!terms_.empty()) run_ = simd::kernelFor(count).vectors.combineForTwo[terms_.size() - 1];
+  if (!terms_.empty()) run_ = simd::vectorsFor(count).combineForTwo[terms_.size() - 1];
 }
 
 void TwoCombinations::operator()(const double* base, double* out, double factor, const double* offset,

@@ -1,9 +1,9 @@
-#include "planar_chain/ode/explicit_runge_kutta.h"
+#include "ode/explicit_runge_kutta.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "../simd/kernel.h"
+#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -13,7 +13,7 @@ ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
       size_(f.arrangedSize()),
       positions_(f.positions()),
       rates_(size_ - positions_),
-      damp_(simd::kernelFor(size_).vectors.damp),
+      damp_(simd::vectorsFor(size_).damp),
       slopes_(table.b.size(), static_cast<std::size_t>(rates_)),
       stage_(static_cast<std::size_t>(size_)),
       coarse_(static_cast<std::size_t>(table.coarse.empty() ? 0 : size_)),

@@ -3,7 +3,7 @@
 #include <limits>
 #include <utility>
 
-#include "planar_chain/ode/adaptive_steps.h"
+#include "ode/adaptive_steps.h"
 
 namespace planar_chain::ode {
 

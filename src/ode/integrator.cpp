@@ -1,10 +1,10 @@
-#include "planar_chain/ode/integrator.h"
+#include "ode/integrator.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "../simd/kernel.h"
+#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -36,9 +36,7 @@ namespace {
 class FixedSteps : public Integrator {
  public:
   FixedSteps(std::unique_ptr<Stepper> stepper, double h)
-      : stepper_(std::move(stepper)),
-        vectors_(simd::kernelFor(stepper_->increment().size()).vectors),
-        h_(h) {}
+      : stepper_(std::move(stepper)), vectors_(simd::vectorsFor(stepper_->increment().size())), h_(h) {}
 
   Outcome advance(State& state, double end, double /*longestStep*/) override {
     // What is left is a whole number of steps, if it is one but for rounding.

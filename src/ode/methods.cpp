@@ -1,13 +1,13 @@
-#include "planar_chain/ode/methods.h"
+#include "ode/methods.h"
 
 #include <stdexcept>
 #include <utility>
 
-#include "planar_chain/ode/adaptive_steps.h"
-#include "planar_chain/ode/explicit_runge_kutta.h"
-#include "planar_chain/ode/radau.h"
-#include "planar_chain/ode/rosenbrock.h"
-#include "planar_chain/ode/taylor.h"
+#include "ode/adaptive_steps.h"
+#include "ode/explicit_runge_kutta.h"
+#include "ode/radau.h"
+#include "ode/rosenbrock.h"
+#include "ode/taylor.h"
 
 namespace planar_chain::ode {
 

@@ -1,8 +1,8 @@
-#include "planar_chain/ode/nystrom.h"
+#include "ode/nystrom.h"
 
 #include <cmath>
 
-#include "../simd/kernel.h"
+#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -37,8 +37,8 @@ NystromRow::NystromRow(const std::vector<double>& weights, double drift,
     terms_.push_back(k[j]);
     otherTerms_.push_back(k[j] + positions);
   }
-  combineTwice_ = simd::kernelFor(positions).vectors.combineTwice[terms_.size() - 1];
-  combine_ = simd::kernelFor(others).vectors.combine[terms_.size() - 1];
+  combineTwice_ = simd::vectorsFor(positions).combineTwice[terms_.size() - 1];
+  combine_ = simd::vectorsFor(others).combine[terms_.size() - 1];
 }
 
 simd::NystromSums NystromRow::sums(double h, const double* base, double* sum, double* out) const {

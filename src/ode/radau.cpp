@@ -1,10 +1,10 @@
-#include "planar_chain/ode/radau.h"
+#include "ode/radau.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "../simd/kernel.h"
+#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -30,7 +30,7 @@ void forRows(Rows rows, F f) {
 /// sums = base + x weights, of `count` rows from `first`; base may be nullptr or sums, not x.
 void multiply(const Stages& x, const RadauTable::Square& weights, const Stages* base, Stages& sums,
               Rows first, Rows count) {
-  const simd::VectorKernel::Combine combine = simd::kernelFor(count).vectors.combine[RadauTable::stages - 1];
+  const simd::VectorKernel::Combine combine = simd::vectorsFor(count).combine[RadauTable::stages - 1];
   const double* columns[RadauTable::stages];
   for (int j = 0; j < RadauTable::stages; ++j) columns[j] = x.col(j).data() + first;
   for (int i = 0; i < RadauTable::stages; ++i) {

@@ -1,4 +1,4 @@
-#include "planar_chain/ode/radau_table.h"
+#include "ode/radau_table.h"
 
 #include <Eigen/Dense>
 

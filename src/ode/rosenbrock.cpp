@@ -1,4 +1,4 @@
-#include "planar_chain/ode/rosenbrock.h"
+#include "ode/rosenbrock.h"
 
 namespace planar_chain::ode {
 

@@ -1,4 +1,4 @@
-#include "planar_chain/ode/surroundings.h"
+#include "ode/surroundings.h"
 
 #include <cmath>
 #include <limits>

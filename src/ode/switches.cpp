@@ -1,4 +1,4 @@
-#include "planar_chain/ode/switches.h"
+#include "ode/switches.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "planar_chain/ode/tableau.h"
+#include "ode/tableau.h"
 
 namespace planar_chain::ode {
 

@@ -1,11 +1,11 @@
-#include "planar_chain/ode/taylor.h"
+#include "ode/taylor.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 
-#include "../simd/kernel.h"
+#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -42,7 +42,7 @@ double power(double x, int k) {
 
 Taylor::Taylor(SeriesSystem& f, double tolerance)
     : f_(f),
-      vectors_(simd::kernelFor(f.driving()).vectors),
+      vectors_(simd::vectorsFor(f.driving())),
       order_(orderFor(tolerance)),
       stabilityLimit_(stabilityLimitOf(order_)),
       c_(static_cast<std::size_t>((order_ + 1) * f.driving())),

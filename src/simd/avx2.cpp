@@ -8,15 +8,11 @@ constexpr int laneCount = 4;
 }  // namespace
 }  // namespace planar_chain::simd
 
-#include "kernel_here.h"
-#include "short_kernel.h"
+#include "simd/vector_kernel.h"
 
 namespace planar_chain::simd {
 
-extern const ShortChains shortChainsAvx2;
-const ShortChains shortChainsAvx2{laneCount, shortChainFor};
-
-extern const Kernel avx2;
-const Kernel avx2 = kernelHere("avx2", &shortChainsAvx2);
+extern const VectorKernel vectorsAvx2;
+const VectorKernel vectorsAvx2 = vectorKernel;
 
 }  // namespace planar_chain::simd

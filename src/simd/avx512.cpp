@@ -8,13 +8,11 @@ constexpr int laneCount = 8;
 }  // namespace
 }  // namespace planar_chain::simd
 
-#include "kernel_here.h"
+#include "simd/vector_kernel.h"
 
 namespace planar_chain::simd {
 
-extern const ShortChains shortChainsAvx2;  // 8 lanes are too many for these
-
-extern const Kernel avx512;
-const Kernel avx512 = kernelHere("avx512", &shortChainsAvx2);
+extern const VectorKernel vectorsAvx512;
+const VectorKernel vectorsAvx512 = vectorKernel;
 
 }  // namespace planar_chain::simd

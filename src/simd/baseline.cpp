@@ -6,14 +6,11 @@ constexpr int laneCount = 2;
 }  // namespace
 }  // namespace planar_chain::simd
 
-#include "kernel_here.h"
-#include "short_kernel.h"
+#include "simd/vector_kernel.h"
 
 namespace planar_chain::simd {
 
-const ShortChains shortChains{laneCount, shortChainFor};
-
-extern const Kernel baseline;
-const Kernel baseline = kernelHere("baseline", &shortChains);
+extern const VectorKernel vectorsBaseline;
+const VectorKernel vectorsBaseline = vectorKernel;
 
 }  // namespace planar_chain::simd

@@ -3,7 +3,7 @@
 /// Two pairs of numbers, in one register or in two, for the CPU that the including file's compiler options
 /// name; see lanes.h.
 
-#include "lanes.h"
+#include "simd/lanes.h"
 
 namespace planar_chain::simd {
 namespace {

@@ -189,6 +189,50 @@ struct Pairs {
 #endif
 }
 
+// ---- Lanes of other groups -------------------------------------------------------------------------
+
+/// From the groups of `size` lanes, pair by pair: what the inner one has, in the lanes of both; and the
+/// outer.
+template <int size>
+inline Lanes ofInner(Lanes a) {
+#if defined(__AVX512F__)
+  if constexpr (size == 1) return Lanes(_mm512_maskz_movedup_pd(0xff, a.v));
+  if constexpr (size == 2) return Lanes(_mm512_maskz_permutex_pd(0xff, a.v, 0x44));
+  if constexpr (size == 4) return Lanes(_mm512_maskz_shuffle_f64x2(0xff, a.v, a.v, 0x44));
+#elif defined(__AVX2__)
+  if constexpr (size == 1) return Lanes(_mm256_movedup_pd(a.v));
+  if constexpr (size == 2) return Lanes(_mm256_permute2f128_pd(a.v, a.v, 0x00));
+#else
+  Lanes b;
+  for (int s = 0; s < laneCount; ++s) b.v[s] = a.v[s & ~size];
+  return b;
+#endif
+}
+
+template <int size>
+inline Lanes ofOuter(Lanes a) {
+#if defined(__AVX512F__)
+  if constexpr (size == 1) return Lanes(_mm512_maskz_permute_pd(0xff, a.v, 0xff));
+  if constexpr (size == 2) return Lanes(_mm512_maskz_permutex_pd(0xff, a.v, 0xee));
+  if constexpr (size == 4) return Lanes(_mm512_maskz_shuffle_f64x2(0xff, a.v, a.v, 0xee));
+#elif defined(__AVX2__)
+  if constexpr (size == 1) return Lanes(_mm256_permute_pd(a.v, 0xf));
+  if constexpr (size == 2) return Lanes(_mm256_permute2f128_pd(a.v, a.v, 0x11));
+#else
+  Lanes b;
+  for (int s = 0; s < laneCount; ++s) b.v[s] = a.v[s | size];
+  return b;
+#endif
+}
+
+/// In the lanes of inner groups the first, in those of outer ones the second.
+template <int size>
+inline Lanes either(Lanes inner, Lanes outer) {
+  Integers isOuter;
+  for (int s = 0; s < laneCount; ++s) isOuter[s] = s & size ? -1 : 0;
+  return Lanes(isOuter ? outer.v : inner.v);
+}
+
 // ---- Size ------------------------------------------------------------------------------------------
 
 // All three compare once; of a number and what is none, the first two give b.

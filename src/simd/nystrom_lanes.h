@@ -4,8 +4,8 @@
 
 #include <cstddef>
 
-#include "kernel.h"
-#include "lanes.h"
+#include "simd/lanes.h"
+#include "simd/vectors.h"
 
 namespace planar_chain::simd {
 namespace {

@@ -7,10 +7,9 @@
 #include <limits>
 #include <utility>
 
-#include "join_kernel.h"
-#include "kernel.h"
-#include "lanes.h"
-#include "nystrom_lanes.h"
+#include "simd/lanes.h"
+#include "simd/nystrom_lanes.h"
+#include "simd/vectors.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -238,7 +237,8 @@ double largestRatio(const ErrorVectors& of, double most, double rounding, std::p
 template <int count>
 using Counts = std::make_integer_sequence<int, count>;
 
-constexpr VectorKernel vectorKernel{combinations(Counts<VectorKernel::mostTerms>()),
+constexpr VectorKernel vectorKernel{laneCount,
+                                    combinations(Counts<VectorKernel::mostTerms>()),
                                     twoCombinations(Counts<VectorKernel::mostTerms>()),
                                     combinationsForTwo(Counts<VectorKernel::mostTermsForTwo>()),
                                     damp,

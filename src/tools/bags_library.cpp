@@ -1,4 +1,4 @@
-#include "bags_library.h"
+#include "tools/bags_library.h"
 
 #include <dlfcn.h>
 

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "planar_chain/bags.h"
 #include "planar_chain/fault.h"
+#include "ros/bag/bags.h"
 
 namespace planar_chain::tools {
 

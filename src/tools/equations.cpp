@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "common.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
+#include "tools/common.h"
 
 namespace planar_chain::tools {
 namespace {

@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <memory>
 
-#include "bags_library.h"
-#include "common.h"
-#include "planar_chain/ode/methods.h"
+#include "ode/methods.h"
 #include "planar_chain/simulation.h"
+#include "tools/bags_library.h"
+#include "tools/common.h"
 
 namespace planar_chain::tools {
 namespace {

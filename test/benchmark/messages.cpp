@@ -1,8 +1,8 @@
-#include "planar_chain/ros/messages.h"
+#include "ros/messages/messages.h"
 
 #include "chains.h"
 #include "measure.h"
-#include "planar_chain/ros/frames.h"
+#include "ros/messages/frames.h"
 
 namespace planar_chain::benchmarks {
 

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "chains.h"
-#include "planar_chain/cache_lines.h"
-#include "planar_chain/dynamics.h"
+#include "dynamics/dynamics.h"
+#include "simd/cache_lines.h"
 
 namespace planar_chain::benchmarks {
 

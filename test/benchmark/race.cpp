@@ -7,7 +7,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "../../src/tools/stability_measure.h"
+#include "report/stability_measure.h"
 
 namespace planar_chain::benchmarks {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "../../src/tools/report_contest.h"
+#include "report/report_contest.h"
 
 namespace planar_chain::benchmarks {
 

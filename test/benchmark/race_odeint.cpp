@@ -1,10 +1,10 @@
 #include <boost/numeric/odeint.hpp>
 #include <boost/version.hpp>
 
-#include "../../src/tools/report_own.h"
-#include "../../src/tools/stability_scenes.h"
 #include "by_hand.h"
 #include "race.h"
+#include "report/report_own.h"
+#include "report/stability_scenes.h"
 
 /// Boost.odeint's Fehlberg 7(8) with error control: under the equations that an expert writes by hand (closed
 /// form for two links, else mass matrix and Cholesky), and under this program's.

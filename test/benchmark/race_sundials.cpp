@@ -7,9 +7,9 @@
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
-#include "../../src/tools/report_own.h"
-#include "../../src/tools/stability_scenes.h"
 #include "race.h"
+#include "report/report_own.h"
+#include "report/stability_scenes.h"
 
 /// SUNDIALS under this program's equations: CVODE (BDF with a dense Jacobian by differences, or Krylov's
 /// method for more than 100 links; Adams), ARKODE (Fehlberg's explicit pair of 8th order).

@@ -3,9 +3,9 @@
 #include <random>
 #include <type_traits>
 
+#include "lanes/segments.h"
 #include "measure.h"
 #include "moving_rods.h"
-#include "planar_chain/segments.h"
 
 namespace planar_chain::benchmarks {
 

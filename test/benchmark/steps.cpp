@@ -6,7 +6,7 @@
 #include "../counted_system.h"
 #include "measure.h"
 #include "moving_rods.h"
-#include "planar_chain/ode/methods.h"
+#include "ode/methods.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain::benchmarks {

@@ -12,8 +12,8 @@
 #include <memory>
 
 #include "bytes.h"
-#include "planar_chain/ros/clock.h"
 #include "planar_chain/scene_reader.h"
+#include "ros/node/clock.h"
 #include "ros_begun.h"
 
 namespace planar_chain {

@@ -7,8 +7,8 @@
 #include <cstdint>
 
 #include "bytes.h"
-#include "planar_chain/ros/commands.h"
 #include "planar_chain/scene_reader.h"
+#include "ros/node/commands.h"
 
 namespace planar_chain {
 namespace {

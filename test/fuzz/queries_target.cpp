@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "bytes.h"
-#include "planar_chain/ros/queries.h"
 #include "planar_chain/scene_reader.h"
+#include "ros/node/queries.h"
 
 namespace planar_chain {
 namespace {

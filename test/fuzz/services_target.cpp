@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "bytes.h"
-#include "planar_chain/ros/node.h"
 #include "planar_chain/scene_reader.h"
+#include "ros/node/node.h"
 #include "ros_begun.h"
 
 namespace planar_chain {

@@ -1,0 +1,143 @@
+#include "effects/stops.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace planar_chain {
+
+Stops::Stops(const Chain& chain) : n_(chain.size()) {
+  for (int i = 0; i < n_; ++i) {
+    const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
+    for (const double sign : {-1.0, 1.0}) {
+      const double limit = sign > 0 ? joint.upper : joint.lower;
+      if (std::isfinite(limit)) stops_.push_back({i, limit, sign, joint.stopStiffness, joint.stopDamping});
+    }
+  }
+  active_.reserve(stops_.size());
+}
+
+bool Stops::dissipate() const {
+  return std::any_of(stops_.begin(), stops_.end(), [](const Stop& stop) { return stop.d > 0; });
+}
+
+// ---- Places ----------------------------------------------------------------------------------
+
+double Stops::Stop::due(double x, double xd) const {
+  constexpr double rounding = 1e-12;  // a parted stop that is met with next to no speed must not flutter
+  const double lag = d / k * xd;
+  switch (place) {
+    case Place::free:
+      return x;
+    case Place::pushing:
+      return -(x + lag);
+    case Place::parted:
+      break;
+  }
+  return std::max(-x, x + lag - rounding * (std::abs(x) + std::abs(lag)));
+}
+
+Stops::Place Stops::Stop::next(double x, double xd) const {
+  if (!(x > 0)) return Place::free;
+  return k * x + d * xd > 0 ? Place::pushing : Place::parted;
+}
+
+void Stops::enter(const double* y) {
+  for (Stop& stop : stops_) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
+  listActive();
+}
+
+void Stops::change(const double* y) {
+  for (Stop& stop : stops_) {
+    const double x = stop.depth(y);
+    const double xd = stop.speed(y + n_);
+    if (stop.due(x, xd) > 0) stop.place = stop.next(x, xd);
+  }
+  listActive();
+}
+
+void Stops::listActive() {
+  active_.clear();
+  for (const Stop& stop : stops_) {
+    if (stop.place != Place::free) active_.push_back(&stop);
+  }
+}
+
+double Stops::due(const Eigen::VectorXd& y) const {
+  double most = -std::numeric_limits<double>::infinity();
+  for (const Stop& stop : stops_) {
+    most = std::max(most, stop.due(stop.depth(y.data()), stop.speed(y.data() + n_)));
+  }
+  return most;
+}
+
+namespace {
+
+/// Of a curve that a cubic stands for, not above 0 at both ends: whether it may be between them. It may rise
+/// above the ends by more than the cubic does, but not by twice as much.
+bool mayPass(double end, double top) {
+  constexpr double most = 2;
+  return end <= 0 && end + most * (top - end) > 0;
+}
+
+/// Where g_0 + g_1 s + g_2 s² + g_3 s³ has a top at which it may pass, 0 < s < 1; 1: nowhere.
+double passing(const std::array<double, 4>& g) {
+  // the root of the derivative where the second one is −2 root
+  const double square = g[2] * g[2] - 3 * g[1] * g[3];
+  const double s = g[1] / (std::sqrt(std::max(0.0, square)) - g[2]);
+  if (!(square >= 0 && s > 0 && s < 1)) return 1;
+  const double end = std::max(g[0], g[0] + g[1] + g[2] + g[3]);
+  const double top = g[0] + s * (g[1] + s * (g[2] + s * g[3]));
+  return mayPass(end, top) ? s : 1;
+}
+
+std::array<double, 4> operator-(const std::array<double, 4>& g) {
+  return {-g[0], -g[1], -g[2], -g[3]};
+}
+
+}  // namespace
+
+double Stops::nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const {
+  double first = 1;
+  for (const Stop& stop : stops_) {
+    const double x0 = stop.depth(y.data()), x1 = stop.depth(next.data());
+    const double v0 = stop.speed(y.data() + n_) * h, v1 = stop.speed(next.data() + n_) * h;
+    // A cubic stays below its Bézier points, and most joints are far from their stops.
+    const bool isNear = mayPass(std::max(x0, x1), std::max(x0 + v0 / 3, x1 - v1 / 3));
+    if (stop.place == Place::free && !isNear) continue;
+    // through both ends: x = x0 + v0 s + b s² + c s³, and x + lag ẋ
+    const double b = 3 * (x1 - x0) - 2 * v0 - v1, c = v0 + v1 - 2 * (x1 - x0);
+    const double lag = stop.d / (stop.k * h);
+    const std::array<double, 4> depth{x0, v0, b, c};
+    const std::array<double, 4> push{x0 + lag * v0, v0 + 2 * lag * b, b + 3 * lag * c, c};
+    if (stop.place == Place::free) first = std::min(first, passing(depth));
+    if (stop.place == Place::pushing) first = std::min(first, passing(-push));
+    if (stop.place == Place::parted) first = std::min({first, passing(-depth), passing(push)});
+  }
+  return first < 1 ? first * h : -1;
+}
+
+// ---- What they do ----------------------------------------------------------------------------
+
+void Stops::addStiffness(double* k, double* d) const {
+  for (const Stop* stop : active_) {
+    if (stop->place != Place::pushing) continue;
+    k[stop->joint] += stop->k;
+    d[stop->joint] += stop->d;
+  }
+}
+
+double Stops::dissipationAlong(const double* theta, const double* omega, const double* u,
+                               const double* v) const {
+  double change = 0;
+  for (const Stop* stop : active_) {
+    const double du = stop->sign * relative(u, stop->joint);
+    const double dv = stop->sign * relative(v, stop->joint);
+    change += stop->place == Place::pushing ? 2 * stop->d * stop->speed(omega) * dv
+                                            : -stop->k * (stop->depth(theta) * dv + stop->speed(omega) * du);
+  }
+  return change;
+}
+
+}  // namespace planar_chain

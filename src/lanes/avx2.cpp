@@ -1,0 +1,22 @@
+/// For x86-64 with AVX2 and FMA; CMakeLists.txt has the options.
+
+#include <immintrin.h>
+
+namespace planar_chain::simd {
+namespace {
+constexpr int laneCount = 4;
+}  // namespace
+}  // namespace planar_chain::simd
+
+#include "lanes/kernel_here.h"
+#include "lanes/short_kernel.h"
+
+namespace planar_chain::simd {
+
+extern const ShortChains shortChainsAvx2;
+const ShortChains shortChainsAvx2{laneCount, shortChainFor};
+
+extern const Kernel kernelAvx2;
+const Kernel kernelAvx2 = kernelHere("avx2", &shortChainsAvx2);
+
+}  // namespace planar_chain::simd

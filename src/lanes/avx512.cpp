@@ -1,0 +1,20 @@
+/// For x86-64 with AVX-512; CMakeLists.txt has the options.
+
+#include <immintrin.h>
+
+namespace planar_chain::simd {
+namespace {
+constexpr int laneCount = 8;
+}  // namespace
+}  // namespace planar_chain::simd
+
+#include "lanes/kernel_here.h"
+
+namespace planar_chain::simd {
+
+extern const ShortChains shortChainsAvx2;  // 8 lanes are too many for these
+
+extern const Kernel kernelAvx512;
+const Kernel kernelAvx512 = kernelHere("avx512", &shortChainsAvx2);
+
+}  // namespace planar_chain::simd

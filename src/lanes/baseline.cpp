@@ -1,0 +1,19 @@
+/// For every CPU; CMakeLists.txt has the options.
+
+namespace planar_chain::simd {
+namespace {
+constexpr int laneCount = 2;
+}  // namespace
+}  // namespace planar_chain::simd
+
+#include "lanes/kernel_here.h"
+#include "lanes/short_kernel.h"
+
+namespace planar_chain::simd {
+
+const ShortChains shortChains{laneCount, shortChainFor};
+
+extern const Kernel kernelBaseline;
+const Kernel kernelBaseline = kernelHere("baseline", &shortChains);
+
+}  // namespace planar_chain::simd

@@ -1,0 +1,144 @@
+#pragma once
+
+/// Segments joined two by two in lanes: see segments.h for the equations. All lanes of a group of neighbours
+/// hold what the group shows, so each round joins all pairs of groups at once.
+
+#include "planar_chain/planar.h"
+#include "simd/lanes.h"
+
+namespace planar_chain::simd {
+namespace {
+
+using Real = Lanes;
+using Vector = Vec2<Real>;
+
+// ---- Two segments ----------------------------------------------------------------------------------
+
+/// 2×2, by rows.
+struct Square {
+  Vector x, y;
+};
+
+inline Vector operator*(const Square& M, Vector a) {
+  return {dot(M.x, a), dot(M.y, a)};
+}
+inline Vector transposedTimes(const Square& M, Vector a) {
+  return mulAdd(a.x, M.x, a.y * M.y);
+}
+inline Square operator*(const Square& M, const Square& N) {
+  return {transposedTimes(N, M.x), transposedTimes(N, M.y)};
+}
+inline Square operator*(const Square& M, const Sym2<Real>& A) {
+  return {A * M.x, A * M.y};
+}
+inline Square operator*(const Sym2<Real>& A, const Square& M) {
+  return {mulAdd(A.xx, M.x, A.xy * M.y), mulAdd(A.xy, M.x, A.yy * M.y)};
+}
+
+inline Square transposed(const Square& M) {
+  return {{M.x.x, M.y.x}, {M.x.y, M.y.y}};
+}
+/// A + M Nᵀ, which is symmetric.
+inline Sym2<Real> plusSymmetric(const Sym2<Real>& A, const Square& M, const Square& N) {
+  return {mulAdd(M.x.x, N.x.x, mulAdd(M.x.y, N.x.y, A.xx)), mulAdd(M.x.x, N.y.x, mulAdd(M.x.y, N.y.y, A.xy)),
+          mulAdd(M.y.x, N.y.x, mulAdd(M.y.y, N.y.y, A.yy))};
+}
+
+/// What a segment shows.
+struct Handles {
+  Vector d;
+  Sym2<Real> A, C;
+  Vector b, c;
+  Square G;
+};
+
+template <int size>
+struct Group {
+  static Vector inner(Vector a) { return {ofInner<size>(a.x), ofInner<size>(a.y)}; }
+  static Vector outer(Vector a) { return {ofOuter<size>(a.x), ofOuter<size>(a.y)}; }
+  static Sym2<Real> inner(const Sym2<Real>& A) {
+    return {ofInner<size>(A.xx), ofInner<size>(A.xy), ofInner<size>(A.yy)};
+  }
+  static Sym2<Real> outer(const Sym2<Real>& A) {
+    return {ofOuter<size>(A.xx), ofOuter<size>(A.xy), ofOuter<size>(A.yy)};
+  }
+  static Square inner(const Square& A) { return {inner(A.x), inner(A.y)}; }
+  static Square outer(const Square& A) { return {outer(A.x), outer(A.y)}; }
+};
+
+template <int size>
+class JoinedPair;
+
+/// There are no more lanes.
+template <>
+class JoinedPair<0> {};
+
+/// A pair of groups of so many lanes, joined: what the way out needs of it, and of all larger ones.
+template <int size>
+class JoinedPair {
+ public:
+  explicit JoinedPair(const Handles& all) {
+    using Half = Group<size>;
+    d_ = Half::inner(all.d);
+    G_ = Half::inner(all.G);
+    C_ = Half::inner(all.C);
+    c_ = Half::inner(all.c);
+    Handles pair;
+    pair.d = Half::outer(all.d);
+
+    // The outer group's inner handle, in the axes of the pin between.
+    const Sym2<Real> given = Half::outer(all.A);
+    const Vector x = given * d_, y = given * perp(d_);
+    const Sym2<Real> A{dot(d_, x), dot(d_, y), dot(perp(d_), y)};
+    const auto turnedBack = [this](Vector a) { return Vector{dot(d_, a), cross(d_, a)}; };
+    const Square whole = Half::outer(all.G);
+    const Square G{mulAdd(d_.x, whole.x, d_.y * whole.y), mulAdd(d_.x, whole.y, -d_.y * whole.x)};
+
+    // K = (1 + A C)⁻¹
+    const Vector one{A.xx, A.xy}, two{A.xy, A.yy};
+    const Vector ACx = C_ * one, ACy = C_ * two;
+    const Real xx = Real(1) + ACx.x, yy = Real(1) + ACy.y;
+    const Real inverse = Real(1) / mulAdd(xx, yy, -ACx.y * ACy.x);
+    const Square K{{yy * inverse, -ACx.y * inverse}, {-ACy.x * inverse, xx * inverse}};
+
+    KA_ = K * A;
+    KG_ = K * G;
+    Kb_ = KA_ * c_;
+    Kb_ += K * turnedBack(Half::outer(all.b));
+    pair.A = plusSymmetric(Half::inner(all.A), G_ * KA_, G_);
+    pair.b = Half::inner(all.b);
+    pair.b += G_ * Kb_;
+    pair.G = G_ * KG_;
+    pair.G = {{flushed(pair.G.x.x), flushed(pair.G.x.y)}, {flushed(pair.G.y.x), flushed(pair.G.y.y)}};
+    pair.C = plusSymmetric(Half::outer(all.C), transposed(G), transposed(C_ * KG_));
+    pair.c = Half::outer(all.c);
+    pair.c += transposedTimes(G, c_ - C_ * Kb_);
+
+    if constexpr (2 * size < laneCount) larger_ = JoinedPair<2 * size>(pair);
+  }
+  JoinedPair() = default;
+
+  /// From the acceleration a of the whole chain's inner pin and f = 0 to those of each lane's segment.
+  void passOutwards(Vector& a, Vector& f) const {
+    if constexpr (2 * size < laneCount) larger_.passOutwards(a, f);
+    const Vector carried = transposedTimes(G_, a);
+    Vector force = KA_ * carried;
+    force += Kb_;
+    force += KG_ * f;
+    const Vector at = carried - C_ * force + c_;
+    const Rotation<Real> frame{d_.x, d_.y};
+    const Vector beyond = frame * at;
+    a = {either<size>(a.x, beyond.x), either<size>(a.y, beyond.y)};
+    f = {either<size>(force.x, f.x), either<size>(force.y, f.y)};
+  }
+
+ private:
+  static constexpr int next = 2 * size < laneCount ? 2 * size : 0;
+  Vector d_, c_, Kb_;
+  Sym2<Real> C_;
+  Square G_, KA_, KG_;
+  JoinedPair<next> larger_;
+};
+
+}  // namespace
+}  // namespace planar_chain::simd

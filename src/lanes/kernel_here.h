@@ -1,0 +1,30 @@
+#pragma once
+
+/// All that a kernel is made of, for the CPU that the including file's compiler options name.
+
+#include "lanes/arrange_kernel.h"
+#include "lanes/linear_kernel.h"
+#include "lanes/series_links.h"
+
+namespace planar_chain::simd {
+namespace {
+
+constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
+  return {name,
+          laneCount,
+          rotations,
+          shortChains,
+          arrange,
+          restore,
+          segmentsAll,
+          linearizeOutwardsAll,
+          linearizeInwardsAll,
+          linearKernel<Real, true>,
+          linearKernel<ComplexLanes, true>,
+          linearKernel<Real, false>,
+          linearKernel<ComplexLanes, false>,
+          seriesShapes};
+}
+
+}  // namespace
+}  // namespace planar_chain::simd

@@ -1,0 +1,268 @@
+#pragma once
+
+/// The kernel for `laneCount` lanes, as the including file's compiler options make it. See segments.h for the
+/// equations.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "lanes/join_kernel.h"
+#include "lanes/kernel.h"
+#include "recursion/articulated.h"
+#include "simd/lanes.h"
+#include "simd/nystrom_lanes.h"
+
+namespace planar_chain::simd {
+namespace {
+
+// ---- Sines and cosines -----------------------------------------------------------------------
+
+/// exp(i θ) by the machine's library.
+[[gnu::cold, gnu::noinline]] void rotate(const double* theta, double* e, int n) {
+  for (int j = 0; j < n; ++j) {
+    e[2 * j] = std::cos(theta[j]);
+    e[2 * j + 1] = std::sin(theta[j]);
+  }
+}
+
+#ifdef __FMA__
+
+/// θ = k π/2 + r, |r| ≤ π/4, with π/2 in three parts (W. Cody, W. Waite, Software Manual for the Elementary
+/// Functions, 1980): with fused multiplication the first difference is exact and the third part is below what
+/// r can hold. Then sin r and cos r by the polynomials of Sun's fdlibm (k_sin.c, k_cos.c).
+[[gnu::always_inline]] inline Pairs rotationsOf(Real theta) {
+  // Adding 1.5·2⁵² rounds to an integer, whose last bits are then k's.
+  const Real shift(6755399441055744.0);
+  const Real shifted = mulAdd(theta, Real(6.36619772367581382433e-01), shift);
+  const Real k = shifted - shift;
+  Real r = mulAdd(k, Real(-1.57079632679489655800e+00), theta);
+  r = mulAdd(k, Real(-6.12323399573676603587e-17), r);
+  r = mulAdd(k, Real(1.49738490485916983294e-33), r);
+
+  const Real z = r * r;
+  Real p = mulAdd(z, Real(1.58969099521155010221e-10), Real(-2.50507602534068634195e-08));
+  p = mulAdd(z, p, Real(2.75573137070700676789e-06));
+  p = mulAdd(z, p, Real(-1.98412698298579493134e-04));
+  p = mulAdd(z, p, Real(8.33333333332248946124e-03));
+  p = mulAdd(z, p, Real(-1.66666666666666324348e-01));
+  const Real sine = mulAdd(z * r, p, r);
+
+  Real q = mulAdd(z, Real(-1.13596475577881948265e-11), Real(2.08757232129817482790e-09));
+  q = mulAdd(z, q, Real(-2.75573143513906633035e-07));
+  q = mulAdd(z, q, Real(2.48015872894767294178e-05));
+  q = mulAdd(z, q, Real(-1.38888888888741095749e-03));
+  q = mulAdd(z, q, Real(4.16666666666666019037e-02));
+  const Real half = Real(0.5) * z;
+  const Real w = Real(1) - half;
+  const Real cosine = w + mulAdd(z * z, q, (Real(1) - w) - half);
+
+  // Quadrant k mod 4: odd ones exchange sine and cosine; the signs follow. Casts keep the bits.
+  using Register = Real::Register;
+  const auto bits = reinterpret_cast<Integers>(shifted.v);
+  const Integers odd = (bits & 1) != 0;
+  const Integers sineSign = (bits & 2) << 62;
+  const Integers cosineSign = ((bits + 1) & 2) << 62;
+  const Register s = odd ? cosine.v : sine.v;
+  const Register c = odd ? sine.v : cosine.v;
+  return {Real(reinterpret_cast<Register>(reinterpret_cast<Integers>(c) ^ cosineSign)),
+          Real(reinterpret_cast<Register>(reinterpret_cast<Integers>(s) ^ sineSign))};
+}
+
+/// Up to here k π/2 is exact enough; beyond, and for what is not finite, the library is asked.
+constexpr double largestReducible = 1e9;
+bool areReducible(Real theta) {
+  return all((theta.v < Real(largestReducible).v) & (theta.v > Real(-largestReducible).v));
+}
+
+/// Each by itself, so that no angle changes what comes out for another.
+[[gnu::cold, gnu::noinline]] void rotateIrreducible(const double* theta, double* e, int count) {
+  for (int j = 0; j < count; ++j) {
+    if (!(std::abs(theta[j]) < largestReducible)) rotate(theta + j, e + 2 * j, 1);
+  }
+}
+
+/// exp(i θ) of so many angles, in lanes and to e, which has room for laneCount of them.
+[[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
+  const Real angles = loadSome(theta, count);
+  Pairs turns = rotationsOf(angles);
+  storePairs(e, turns);
+  if (__builtin_expect(!areReducible(angles), false)) {
+    rotateIrreducible(theta, e, count < laneCount ? count : laneCount);
+    turns = loadPairs(e);
+  }
+  return {turns.x, turns.y};
+}
+
+void rotations(const double* theta, double* e, int n) {
+  int j = 0;
+  for (; j + laneCount <= n; j += laneCount) rotationsOfSome(theta + j, laneCount, e + 2 * j);
+  if (j == n) return;
+  double last[2 * laneCount];
+  rotationsOfSome(theta + j, n - j, last);
+  std::copy(last, last + 2 * (n - j), e + 2 * j);
+}
+
+#else
+
+[[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
+  rotate(theta, e, count < laneCount ? count : laneCount);
+  const Pairs turns = loadPairs(e);
+  return {turns.x, turns.y};
+}
+
+void rotations(const double* theta, double* e, int n) {
+  rotate(theta, e, n);
+}
+
+#endif
+
+// ---- Segments --------------------------------------------------------------------------------
+
+/// Lane s of quantity q at step i.
+const double* at(const double* array, int quantities, int i, int q) {
+  return array + (static_cast<std::ptrdiff_t>(i) * quantities + q) * laneCount;
+}
+
+constexpr int linkQuantities = SegmentArrays::linkQuantities;
+constexpr int handleQuantities = 8;
+
+/// A number of each body of step i.
+[[gnu::always_inline]] inline Real read(const double* values, int i) {
+  return Real::load(values + static_cast<std::ptrdiff_t>(i) * laneCount);
+}
+
+/// A pair of each.
+[[gnu::always_inline]] inline Pairs readPairs(const double* pairs, int i) {
+  return loadPairs(pairs + 2 * static_cast<std::ptrdiff_t>(i) * laneCount);
+}
+
+[[gnu::always_inline]] inline Vector readVector(const double* pairs, int i) {
+  const Pairs vector = readPairs(pairs, i);
+  return {vector.x, vector.y};
+}
+
+[[gnu::always_inline]] inline Rotation<Real> readRotation(const double* e, int i) {
+  const Pairs pairs = readPairs(e, i);
+  return {pairs.x, pairs.y};
+}
+
+/// P/|P|; where P = 0, the first axis.
+Vector unit(Vector P) {
+  const Real length = root(mulAdd(P.x, P.x, P.y * P.y));
+  const Integers has = length.v > 0;
+  return {Real(has ? (P.x / length).v : Real(1).v), Real(has ? (P.y / length).v : Real().v)};
+}
+
+/// The directions of the outermost links.
+Vector outerFrames(const SegmentArrays& arrays, const double* e) {
+  const int i = arrays.steps - 1;
+  const double* link = at(arrays.links, linkQuantities, i, 0);
+  return unit(readRotation(e, i) *
+              Vector{Real::load(link + 4 * laneCount), Real::load(link + 5 * laneCount)});
+}
+
+template <bool hasMoments, bool hasForces>
+inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
+                           const double* F) {
+  Sym2<Real> A, C;
+  Vector b, c;
+  const Vector d = outerFrames(arrays, e);
+  Vector Gx{d.x, -d.y}, Gy{d.y, d.x};  // rows of G
+  for (int i = arrays.steps - 1; i >= 0; --i) {
+    const double* link = at(arrays.links, linkQuantities, i, 0);
+    const auto own = [link](int q) { return Real::load(link + q * laneCount); };
+    const Turned<Real> body = turned(Body<Real>{own(0), own(1), {own(2), own(3)}, {own(4), own(5)}},
+                                     readRotation(e, i), read(omega, i));
+    const Vector P = body.P;
+    Real moment;
+    if constexpr (hasMoments) moment = read(N, i);
+    const Handle<Real> handle = inwards<false>(body, moment, A, b);
+    if constexpr (hasForces) {
+      b -= readVector(F, i);
+    }
+
+    const Vector g = mulAdd(P.x, Gy, -P.y * Gx);  // Gᵀ iP
+    const Vector GP = mulAdd(P.x, Gx, P.y * Gy);  // Gᵀ P
+    const Vector gD = handle.inverseD * g;
+    C = {mulAdd(g.x, gD.x, C.xx), mulAdd(g.x, gD.y, C.xy), mulAdd(g.y, gD.y, C.yy)};
+    c = mulAdd(handle.u, gD, mulAdd(-body.ww, GP, c));
+    Gx = mulAdd(-handle.U.x, gD, Gx);
+    Gy = mulAdd(-handle.U.y, gD, Gy);
+    if (i % stepsPerFlush == 0) {
+      Gx = {flushed(Gx.x), flushed(Gx.y)};
+      Gy = {flushed(Gy.x), flushed(Gy.y)};
+    }
+
+    double* to = arrays.handles + static_cast<std::ptrdiff_t>(i) * handleQuantities * laneCount;
+    const Reply<Real> reply = replyOf(handle, body);
+    storeAll(to, reply.UD.x, reply.UD.y, reply.uD, reply.ww, P.x, P.y, gD.x, gD.y);
+  }
+  return {d, A, C, b, c, {Gx, Gy}};
+}
+
+/// use(i, α) of the bodies of each step, from i on.
+template <class Use>
+[[gnu::always_inline]] inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force,
+                                                double* alpha, Use use) {
+  for (int i = 0; i < arrays.steps; ++i) {
+    const double* handle = at(arrays.handles, handleQuantities, i, 0);
+    const auto own = [handle](int q) { return Real::load(handle + q * laneCount); };
+    const Vector gD{own(6), own(7)};
+    const Real result =
+        outwards(Reply<Real>{{own(0), own(1)}, {own(4), own(5)}, own(2) - dot(gD, force), own(3)}, a);
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(i) * laneCount;
+    result.store(alpha + first);
+    use(first, result);
+  }
+}
+
+/// With the sums of a row, which need no waiting: they run while the recursion waits for itself.
+template <int count>
+PLANAR_CHAIN_IN_ONE_PIECE void outwardsAnd(const SegmentArrays& arrays, const Vector& a, const Vector& force,
+                                           double* alpha, const NystromSums& row) {
+  const NystromLanes<count> lanes(row, static_cast<std::ptrdiff_t>(arrays.steps) * laneCount);
+  lanes.run([&](auto write) {
+    outwardsOver(arrays, a, force, alpha,
+                 [&](std::ptrdiff_t first, Real result) { write(first, laneCount, result); });
+  });
+}
+
+using OutwardsAnd = void (*)(const SegmentArrays& arrays, const Vector& a, const Vector& force, double* alpha,
+                             const NystromSums& row);
+template <int... counts>
+constexpr std::array<OutwardsAnd, sizeof...(counts)> outwardsAndRow(std::integer_sequence<int, counts...>) {
+  return {outwardsAnd<counts + 1>...};
+}
+
+template <bool hasMoments, bool hasForces>
+PLANAR_CHAIN_IN_ONE_PIECE void runSegments(const SegmentArrays& arrays, const double* e, const double* omega,
+                                           const double* N, const double* F, Vec2d ground, double* alpha,
+                                           const NystromSums* ahead) {
+  static constexpr auto outwardsAndRows =
+      outwardsAndRow(std::make_integer_sequence<int, VectorKernel::mostTerms>());
+  const JoinedPair<1> joined(inwardsOver<hasMoments, hasForces>(arrays, e, omega, N, F));
+  Vector a{Real(ground.x), Real(ground.y)}, force;
+  joined.passOutwards(a, force);
+  if (ahead) {
+    outwardsAndRows[static_cast<std::size_t>(ahead->count) - 1](arrays, a, force, alpha, *ahead);
+  } else {
+    outwardsOver(arrays, a, force, alpha, [](std::ptrdiff_t, Real) {});
+  }
+}
+
+void segmentsAll(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
+                 const double* F, Vec2d ground, double* alpha, const NystromSums* ahead) {
+  if (F) {
+    runSegments<true, true>(arrays, e, omega, N, F, ground, alpha, ahead);
+  } else if (N) {
+    runSegments<true, false>(arrays, e, omega, N, F, ground, alpha, ahead);
+  } else {
+    runSegments<false, false>(arrays, e, omega, N, F, ground, alpha, ahead);
+  }
+}
+
+}  // namespace
+}  // namespace planar_chain::simd

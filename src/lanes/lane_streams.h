@@ -1,0 +1,180 @@
+#pragma once
+
+/// What the exact solve in lanes reads and writes: complex numbers, rows of three, quantities one after the
+/// other, right-hand sides and solutions.
+
+#include "lanes/lane_kernel.h"
+#include "recursion/linearized.h"
+
+namespace planar_chain::simd {
+namespace {
+
+// ---- Complex numbers in lanes ----------------------------------------------------------------
+
+struct ComplexLanes {
+  Real re, im;
+
+  ComplexLanes() = default;
+  ComplexLanes(Real re_, Real im_ = Real()) : re(re_), im(im_) {}
+
+  friend ComplexLanes operator+(ComplexLanes a, ComplexLanes b) { return {a.re + b.re, a.im + b.im}; }
+  friend ComplexLanes operator-(ComplexLanes a, ComplexLanes b) { return {a.re - b.re, a.im - b.im}; }
+  friend ComplexLanes operator-(ComplexLanes a) { return {-a.re, -a.im}; }
+  friend ComplexLanes operator*(ComplexLanes a, ComplexLanes b) {
+    return {mulAdd(a.re, b.re, -a.im * b.im), mulAdd(a.re, b.im, a.im * b.re)};
+  }
+  friend ComplexLanes operator*(Real a, ComplexLanes b) { return {a * b.re, a * b.im}; }
+  friend ComplexLanes operator*(ComplexLanes b, Real a) { return a * b; }
+  friend ComplexLanes operator/(Real a, ComplexLanes b) {
+    const Real scale = a / mulAdd(b.re, b.re, b.im * b.im);
+    return {scale * b.re, -(scale * b.im)};
+  }
+  ComplexLanes& operator+=(ComplexLanes b) { return *this = *this + b; }
+  ComplexLanes& operator-=(ComplexLanes b) { return *this = *this - b; }
+};
+
+ComplexLanes mulAdd(ComplexLanes a, ComplexLanes b, ComplexLanes c) {
+  return {mulAdd(a.re, b.re, mulAdd(-a.im, b.im, c.re)), mulAdd(a.re, b.im, mulAdd(a.im, b.re, c.im))};
+}
+ComplexLanes mulAdd(Real a, Real b, ComplexLanes c) {
+  return {mulAdd(a, b, c.re), c.im};
+}
+ComplexLanes mulAdd(Real a, ComplexLanes b, ComplexLanes c) {
+  return {mulAdd(a, b.re, c.re), mulAdd(a, b.im, c.im)};
+}
+
+/// Rows of 3.
+template <class Number>
+struct Triple {
+  Number x, y, z;
+  friend Triple operator*(Number k, const Triple& a) { return {k * a.x, k * a.y, k * a.z}; }
+  friend Triple operator-(const Triple& a) { return {-a.x, -a.y, -a.z}; }
+};
+
+/// k a + b
+template <class Factor, class Number>
+Triple<Number> mulAdd(Factor k, const Triple<Number>& a, const Triple<Number>& b) {
+  return {mulAdd(k, a.x, b.x), mulAdd(k, a.y, b.y), mulAdd(k, a.z, b.z)};
+}
+
+/// How many doubles a number takes in each lane, and where they stand.
+template <class Number>
+constexpr int parts = sizeof(Number) / sizeof(Real);
+
+Real& part(Real& a, int) {
+  return a;
+}
+Real& part(ComplexLanes& a, int which) {
+  return which == 0 ? a.re : a.im;
+}
+
+template <class Number>
+Number loaded(const double* from) {
+  Number a;
+  for (int k = 0; k < parts<Number>; ++k) part(a, k) = Real::load(from + k * laneCount);
+  return a;
+}
+
+template <class Number>
+void store(Number a, double* to) {
+  for (int k = 0; k < parts<Number>; ++k) part(a, k).store(to + k * laneCount);
+}
+
+/// The same number in all lanes.
+template <class Number>
+Number everywhere(const double* from) {
+  Number a;
+  for (int k = 0; k < parts<Number>; ++k) part(a, k) = Real(from[k]);
+  return a;
+}
+
+/// What can be written is numbers and what consists of them.
+template <class To, class Number>
+struct WriterOf {
+  template <class... Quantities>
+  [[gnu::always_inline]] void operator()(const Quantities&... quantities) {
+    (write(quantities), ...);
+  }
+
+ private:
+  void write(const Number& a) { static_cast<To*>(this)->number(a); }
+  void write(const Vec2<Number>& a) { (*this)(a.x, a.y); }
+  void write(const Triple<Number>& a) { (*this)(a.x, a.y, a.z); }
+};
+
+/// One number after the other.
+template <class Number>
+struct Writer : WriterOf<Writer<Number>, Number> {
+  double* to;
+  explicit Writer(double* to_) : to(to_) {}
+  void number(const Number& a) {
+    store(a, to);
+    to += parts<Number> * laneCount;
+  }
+};
+
+/// Into rows of `mostLanes`.
+template <class Number>
+struct RowWriter : WriterOf<RowWriter<Number>, Number> {
+  Rows to;
+  explicit RowWriter(Rows to_) : to(to_) {}
+  void number(Number a) {
+    for (int k = 0; k < parts<Number>; ++k) part(a, k).store(*to++);
+  }
+};
+
+template <class Number>
+struct Reader {
+  const double* from;
+  explicit Reader(const double* from_) : from(from_) {}
+
+  template <class... Quantities>
+  [[gnu::always_inline]] void operator()(Quantities&... quantities) {
+    (read(quantities), ...);
+  }
+
+ private:
+  void read(Number& a) {
+    a = loaded<Number>(from);
+    from += parts<Number> * laneCount;
+  }
+  void read(Vec2<Number>& a) { (*this)(a.x, a.y); }
+  void read(Triple<Number>& a) { (*this)(a.x, a.y, a.z); }
+};
+
+// ---- Right-hand sides and solutions ------------------------------------------------------------
+
+/// A number of each body of step i; the two parts of complex ones stand side by side.
+[[gnu::always_inline]] inline void read(const double* values, int i, Real& a) {
+  a = read(values, i);
+}
+[[gnu::always_inline]] inline void read(const double* values, int i, ComplexLanes& a) {
+  const Pairs both = readPairs(values, i);
+  a = {both.x, both.y};
+}
+template <class Number>
+[[gnu::always_inline]] inline Number numberAt(const double* values, int i) {
+  Number a;
+  read(values, i, a);
+  return a;
+}
+
+[[gnu::always_inline]] inline void write(double* values, int i, Real a) {
+  a.store(values + static_cast<std::ptrdiff_t>(i) * laneCount);
+}
+[[gnu::always_inline]] inline void write(double* values, int i, ComplexLanes a) {
+  storePairs(values + 2 * static_cast<std::ptrdiff_t>(i) * laneCount, {a.re, a.im});
+}
+
+/// Of the segment before; 0 for the first.
+inline Real ofSegmentBefore(Real a) {
+  Real b;
+  for (int s = 1; s < laneCount; ++s) b.v[s] = a.v[s - 1];
+  return b;
+}
+inline ComplexLanes ofSegmentBefore(ComplexLanes a) {
+  return {ofSegmentBefore(a.re), ofSegmentBefore(a.im)};
+}
+
+}  // namespace
+}  // namespace planar_chain::simd

@@ -1,0 +1,219 @@
+#pragma once
+
+/// What segments show for the exact solve, joined two by two in lanes: see linearized_segments.h for the
+/// equations and join_kernel.h for the groups.
+
+#include "lanes/join_kernel.h"
+#include "lanes/lane_streams.h"
+
+namespace planar_chain::simd {
+namespace {
+
+/// 3×3, by rows.
+template <class Number>
+struct Matrix3 {
+  Triple<Number> x, y, z;
+};
+
+template <class Number>
+inline Number dot(const Triple<Number>& a, const Triple<Number>& b) {
+  return mulAdd(a.x, b.x, mulAdd(a.y, b.y, a.z * b.z));
+}
+template <class Number>
+inline Triple<Number> operator+(const Triple<Number>& a, const Triple<Number>& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class Number>
+inline Triple<Number> operator-(const Triple<Number>& a, const Triple<Number>& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class Number>
+inline Triple<Number> cross(const Triple<Number>& a, const Triple<Number>& b) {
+  return {mulAdd(a.y, b.z, -a.z * b.y), mulAdd(a.z, b.x, -a.x * b.z), mulAdd(a.x, b.y, -a.y * b.x)};
+}
+
+template <class Number>
+inline Triple<Number> operator*(const Matrix3<Number>& M, const Triple<Number>& a) {
+  return {dot(M.x, a), dot(M.y, a), dot(M.z, a)};
+}
+/// M + A N
+template <class Number>
+inline Matrix3<Number> mulAdd(const Matrix3<Number>& A, const Matrix3<Number>& N, const Matrix3<Number>& M) {
+  const auto row = [&N](const Triple<Number>& a, const Triple<Number>& m) {
+    return mulAdd(a.x, N.x, mulAdd(a.y, N.y, mulAdd(a.z, N.z, m)));
+  };
+  return {row(A.x, M.x), row(A.y, M.y), row(A.z, M.z)};
+}
+template <class Number>
+inline Matrix3<Number> operator*(const Matrix3<Number>& A, const Matrix3<Number>& N) {
+  const auto row = [&N](const Triple<Number>& a) { return mulAdd(a.x, N.x, mulAdd(a.y, N.y, a.z * N.z)); };
+  return {row(A.x), row(A.y), row(A.z)};
+}
+template <class Number>
+inline Matrix3<Number> operator-(const Matrix3<Number>& A) {
+  return {-A.x, -A.y, -A.z};
+}
+
+/// (1 + M)⁻¹, by its cofactors.
+template <class Number>
+inline Matrix3<Number> inverseOfOnePlus(Matrix3<Number> M) {
+  const Number one = Real(1);
+  M.x.x += one, M.y.y += one, M.z.z += one;
+  const Triple<Number> yz = cross(M.y, M.z), zx = cross(M.z, M.x), xy = cross(M.x, M.y);
+  const Number inverse = Real(1) / dot(M.x, yz);
+  return {inverse * Triple<Number>{yz.x, zx.x, xy.x}, inverse * Triple<Number>{yz.y, zx.y, xy.y},
+          inverse * Triple<Number>{yz.z, zx.z, xy.z}};
+}
+
+template <class Number>
+inline void flush(Triple<Number>& a) {
+  for (Number* number : {&a.x, &a.y, &a.z}) {
+    for (int k = 0; k < parts<Number>; ++k) part(*number, k) = flushed(part(*number, k));
+  }
+}
+template <class Number>
+inline void flush(Matrix3<Number>& A) {
+  flush(A.x), flush(A.y), flush(A.z);
+}
+
+/// Axes along d, and those of the ground.
+struct Axes {
+  Vector d;
+
+  template <class Number>
+  Triple<Number> fromGround(const Triple<Number>& a) const {
+    return {mulAdd(d.x, a.x, d.y * a.y), mulAdd(d.x, a.y, -d.y * a.x), a.z};
+  }
+  template <class Number>
+  Triple<Number> toGround(const Triple<Number>& a) const {
+    return {mulAdd(d.x, a.x, -d.y * a.y), mulAdd(d.y, a.x, d.x * a.y), a.z};
+  }
+  /// M of what is given in these axes.
+  template <class Number>
+  Matrix3<Number> taking(const Matrix3<Number>& M) const {
+    return {fromGround(M.x), fromGround(M.y), fromGround(M.z)};
+  }
+  /// What M gives, in these axes.
+  template <class Number>
+  Matrix3<Number> giving(const Matrix3<Number>& M) const {
+    return {mulAdd(d.x, M.x, d.y * M.y), mulAdd(d.x, M.y, -d.y * M.x), M.z};
+  }
+};
+
+// ---- Groups of lanes -------------------------------------------------------------------------------
+
+template <class F>
+inline ComplexLanes eachPart(ComplexLanes a, F f) {
+  return {f(a.re), f(a.im)};
+}
+template <class F>
+inline Real eachPart(Real a, F f) {
+  return f(a);
+}
+template <int size, class Number>
+inline Triple<Number> innerOf(const Triple<Number>& a) {
+  const auto one = [](Number x) { return eachPart(x, [](Real r) { return ofInner<size>(r); }); };
+  return {one(a.x), one(a.y), one(a.z)};
+}
+template <int size, class Number>
+inline Triple<Number> outerOf(const Triple<Number>& a) {
+  const auto one = [](Number x) { return eachPart(x, [](Real r) { return ofOuter<size>(r); }); };
+  return {one(a.x), one(a.y), one(a.z)};
+}
+template <int size, class Number>
+inline Matrix3<Number> innerOf(const Matrix3<Number>& A) {
+  return {innerOf<size>(A.x), innerOf<size>(A.y), innerOf<size>(A.z)};
+}
+template <int size, class Number>
+inline Matrix3<Number> outerOf(const Matrix3<Number>& A) {
+  return {outerOf<size>(A.x), outerOf<size>(A.y), outerOf<size>(A.z)};
+}
+template <int size>
+inline Real eitherOf(Real inner, Real outer) {
+  return either<size>(inner, outer);
+}
+template <int size>
+inline ComplexLanes eitherOf(ComplexLanes inner, ComplexLanes outer) {
+  return {either<size>(inner.re, outer.re), either<size>(inner.im, outer.im)};
+}
+template <int size, class Number>
+inline Triple<Number> eitherOf(const Triple<Number>& inner, const Triple<Number>& outer) {
+  return {eitherOf<size>(inner.x, outer.x), eitherOf<size>(inner.y, outer.y),
+          eitherOf<size>(inner.z, outer.z)};
+}
+
+// ---- Two segments ----------------------------------------------------------------------------------
+
+/// What a segment shows: of the factorization, and of a right-hand side.
+template <class Number>
+struct Shows {
+  Vector d;
+  Matrix3<Number> K, H, G, C;
+};
+template <class Number>
+struct ShowsOfSide {
+  Triple<Number> y, c;
+};
+
+/// Pairs of groups of so many lanes, and all larger ones; what a factorization keeps of them stands in an
+/// array of `quantities` numbers a round.
+template <class Number, int size>
+struct LinearPairs {
+  static constexpr int quantities = LinearArrays::pairQuantities;
+
+  static void factor(const Shows<Number>& all, double* kept) {
+    if constexpr (size < laneCount) {
+      const Axes axes{{ofInner<size>(all.d.x), ofInner<size>(all.d.y)}};
+      const Matrix3<Number> G = innerOf<size>(all.G), H = innerOf<size>(all.H), C = innerOf<size>(all.C);
+      const Matrix3<Number> outerK = axes.giving(axes.taking(outerOf<size>(all.K)));
+      const Matrix3<Number> outerG = axes.giving(outerOf<size>(all.G));
+      const Matrix3<Number> outerH = axes.taking(outerOf<size>(all.H));
+      const Matrix3<Number> S = inverseOfOnePlus(outerK * C);
+      const Matrix3<Number> SK = S * outerK, SKH = SK * H, SG = S * outerG;
+
+      Shows<Number> pair;
+      pair.d = {ofOuter<size>(all.d.x), ofOuter<size>(all.d.y)};
+      pair.K = mulAdd(G, SKH, innerOf<size>(all.K));
+      pair.G = G * SG;
+      pair.H = outerH * mulAdd(-C, SKH, H);
+      pair.C = mulAdd(outerH, C * SG, outerOf<size>(all.C));
+      flush(pair.G), flush(pair.H);
+
+      Writer<Real> write(kept);
+      write(axes.d);
+      Writer<Number> writeMatrices(write.to);
+      for (const Matrix3<Number>* M : {&S, &SK, &SKH, &SG, &G, &H, &C, &outerH}) {
+        writeMatrices(M->x, M->y, M->z);
+      }
+      LinearPairs<Number, 2 * size>::factor(pair, writeMatrices.to);
+    }
+  }
+
+  /// X at the whole chain's inner joint becomes that of each lane's segment, and Y, at the outer one, too.
+  static void solve(const ShowsOfSide<Number>& all, const double* kept, Triple<Number>& X,
+                    Triple<Number>& Y) {
+    if constexpr (size < laneCount) {
+      Axes axes;
+      Matrix3<Number> S, SK, SKH, SG, G, H, C, outerH;
+      Reader<Real> read(kept);
+      read(axes.d);
+      Reader<Number> readMatrices(read.from);
+      for (Matrix3<Number>* M : {&S, &SK, &SKH, &SG, &G, &H, &C, &outerH}) {
+        readMatrices(M->x, M->y, M->z);
+      }
+      const Triple<Number> c = innerOf<size>(all.c);
+      const Triple<Number> k = SK * c + S * axes.fromGround(outerOf<size>(all.y));
+      LinearPairs<Number, 2 * size>::solve(
+          {innerOf<size>(all.y) + G * k, outerOf<size>(all.c) + outerH * (c - C * k)}, readMatrices.from, X,
+          Y);
+
+      const Triple<Number> between = SKH * X + (k + SG * Y);
+      const Triple<Number> beyond = axes.toGround(H * X + (c - C * between));
+      X = eitherOf<size>(X, beyond);
+      Y = eitherOf<size>(between, Y);
+    }
+  }
+};
+
+}  // namespace
+}  // namespace planar_chain::simd

@@ -1,0 +1,344 @@
+#pragma once
+
+/// The exact solve of linearized.h in segments, for `laneCount` lanes. See linearized_segments.h for the
+/// equations.
+
+#include <algorithm>
+
+#include "lanes/linear_join.h"
+
+namespace planar_chain::simd {
+namespace {
+
+// ---- The state -------------------------------------------------------------------------------
+
+/// Where the quantities of step i stand.
+template <class Number>
+double* placeOf(double* array, int quantities, int i) {
+  return array + static_cast<std::ptrdiff_t>(i) * quantities * parts<Number> * laneCount;
+}
+
+template <class Number>
+double* inwardAt(const LinearArrays& arrays, int i) {
+  return placeOf<Number>(arrays.inward, LinearArrays::inwardQuantities, i);
+}
+
+template <class Number>
+double* handleAt(const LinearArrays& arrays, int i) {
+  return placeOf<Number>(arrays.handles, LinearArrays::handleQuantities, i);
+}
+
+template <class Number>
+double* outwardAt(const LinearArrays& arrays, int i) {
+  return placeOf<Number>(arrays.outward, LinearArrays::outwardQuantities, i);
+}
+
+template <class Number>
+double* sweepAt(const LinearArrays& arrays, int i) {
+  return placeOf<Number>(arrays.sweeps, 1, i);
+}
+
+double* stateAt(const LinearArrays& arrays, int i) {
+  return placeOf<Real>(arrays.state, LinearArrays::stateQuantities, i);
+}
+
+double* massAt(const LinearArrays& arrays, int i) {
+  return placeOf<Real>(arrays.masses, LinearArrays::massQuantities, i);
+}
+
+inline BodyAt<Real> bodyAt(const LinearArrays& arrays, int i) {
+  BodyAt<Real> body;
+  Reader<Real> state(stateAt(arrays, i)), mass(massAt(arrays, i));
+  state(body.k, body.d, body.omega, body.alpha, body.P);
+  mass(body.R, body.m, body.J, body.kappa);
+  return body;
+}
+
+/// a + iα X − ω² X
+Vector accelerationAt(const BodyAt<Real>& body, Vector a, Vector X) {
+  return mulAdd(body.alpha, perp(X), mulAdd(-(body.omega * body.omega), X, a));
+}
+
+Vector inertialForce(const BodyAt<Real>& body, Vector a) {
+  return body.m * accelerationAt(body, a, body.R);
+}
+
+Vector beyond(const BodyAt<Real>& body, Vector a) {
+  return accelerationAt(body, a, body.P);
+}
+
+/// As if the inner pin of each segment did not accelerate. The accelerations of the pins stand where the next
+/// factorization will have its handles.
+void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Rows sums) {
+  Vector a, force;
+  Real mass;
+  for (int i = 0; i < arrays.steps; ++i) {
+    Reader<Real> link(simd::at(arrays.links, linkQuantities, i, 0));
+    BodyAt<Real> body;
+    Real inertia;
+    Vector r, p;
+    link(body.m, inertia, r, p);
+    const Rotation<Real> turn = readRotation(at.e, i);
+    body.R = turn * r;
+    body.P = turn * p;
+    body.J = mulAdd(body.m, dot(body.R, body.R), inertia);
+    body.omega = read(at.omega, i);
+    body.alpha = read(at.alpha, i);
+    Writer<Real> write(stateAt(arrays, i) + LinearArrays::jointQuantities * laneCount);
+    write(body.omega, body.alpha, body.P);
+    Writer<Real> writeMass(massAt(arrays, i));
+    writeMass(body.R, body.m, body.J);
+    Writer<Real> pin(handleAt<Real>(arrays, i));
+    pin(a);
+
+    mass += body.m;
+    force += inertialForce(body, a);
+    if (at.F) force -= readVector(at.F, i);
+    a = beyond(body, a);
+  }
+  RowWriter<Real> write(sums);
+  write(a, force, mass);
+}
+
+/// κ, from the tip of each segment.
+void linearizeInwardsAll(const LinearArrays& arrays, const LinearState& at, ConstRows starts) {
+  const Vector start{Real::load(starts[0]), Real::load(starts[1])};
+  Vector outer{Real::load(starts[2]), Real::load(starts[3])};
+  for (int i = arrays.steps - 1; i >= 0; --i) {
+    const BodyAt<Real> body = bodyAt(arrays, i);
+    Vector a;
+    Reader<Real> pin(handleAt<Real>(arrays, i));
+    pin(a);
+    a += start;
+    Real kappa = mulAdd(-body.m, dot(body.R, a), -dot(body.P, outer));
+    if (at.XF) kappa += read(at.XF, i);
+    kappa.store(massAt(arrays, i + 1) - laneCount);
+    outer += inertialForce(body, a);
+    if (at.F) outer -= readVector(at.F, i);
+  }
+}
+
+// ---- The solve -------------------------------------------------------------------------------
+
+/// Those of the segments' outer pins.
+Axes outerAxes(const LinearArrays& arrays) {
+  return {unit(bodyAt(arrays, arrays.steps - 1).P)};
+}
+
+/// What the way out of a solve reads, and the factorization of its own.
+template <class Number, bool keepsAll>
+inline LinearHandle<Number> outwardHandle(const LinearArrays& arrays, int i, const BodyAt<Real>& body,
+                                          Number s) {
+  LinearHandle<Number> handle;
+  Reader<Number> read(handleAt<Number>(arrays, i));
+  if constexpr (keepsAll) {
+    read(handle.ULD, handle.kD);
+  } else {
+    read(handle.ULD, handle.inverseD);
+    handle.kD = stiffness(body, s) * handle.inverseD;
+  }
+  return handle;
+}
+
+/// What the way in reads, and computes where it is not kept: then `shown` is what hangs on the body.
+template <class Number, bool keepsAll>
+inline LinearHandle<Number> inwardHandle(const LinearArrays& arrays, int i, const BodyAt<Real>& body,
+                                         Number s, Shown<Number>& shown) {
+  if constexpr (keepsAll) {
+    LinearHandle<Number> handle;
+    Reader<Number> inward(inwardAt<Number>(arrays, i));
+    inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
+    return handle;
+  } else {
+    return eliminateAgain(body, s, outwardHandle<Number, keepsAll>(arrays, i, body, s), shown);
+  }
+}
+
+/// A factorization on its way in. A few steps at a time, and for these first what a body shows, then what it
+/// does to the other matrices: all of them together would not fit into a CPU's registers.
+template <class Number, bool keepsAll>
+class Factorization {
+ public:
+  explicit Factorization(const LinearArrays& arrays, Number s)
+      : arrays_(arrays), s_(s), axes_(outerAxes(arrays)) {
+    const Number zero = Real(), one = Real(1);
+    G_ = axes_.taking(Matrix3<Number>{{one, zero, zero}, {zero, one, zero}, {zero, zero, one}});
+    H_ = G_;
+  }
+
+  /// Steps last − 1 … first.
+  void go(int first, int last) {
+    shown_ = eliminateBodies(first, last, shown_);
+    G_ = carryG(first, last, G_);
+    carryH(first, last);
+    flush(G_), flush(H_);
+  }
+
+  Shows<Number> shows() const {
+    const Matrix2<Number>& B = shown_.B;
+    return {axes_.d,
+            {{B.xx, B.xy, shown_.h.x}, {B.yx, B.yy, shown_.h.y}, {shown_.p.x, shown_.p.y, shown_.q}},
+            {{H_.x.x, H_.y.x, H_.z.x}, {H_.x.y, H_.y.y, H_.z.y}, {H_.x.z, H_.y.z, H_.z.z}},
+            G_,
+            C_};
+  }
+
+ private:
+  // By value, so that they stay in registers.
+  Shown<Number> eliminateBodies(int first, int last, Shown<Number> shown) {
+    for (int i = last - 1; i >= first; --i) {
+      const LinearHandle<Number> handle = eliminate(bodyAt(arrays_, i), s_, shown);
+      Writer<Number> outward(handleAt<Number>(arrays_, i));
+      outward(handle.ULD);
+      if constexpr (keepsAll) {
+        outward(handle.kD);
+        Writer<Number> inward(inwardAt<Number>(arrays_, i));
+        inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
+      } else {
+        outward(handle.inverseD);
+        UR_[i - first] = handle.UR;
+      }
+    }
+    return shown;
+  }
+
+  /// t = −Gᵀ(iP, 1), G ← G + (U_R, −k̂ …) tᵀ/D
+  Matrix3<Number> carryG(int first, int last, Matrix3<Number> G) const {
+    for (int i = last - 1; i >= first; --i) {
+      const BodyAt<Real> body = bodyAt(arrays_, i);
+      Number inverseD;
+      Vec2<Number> UR;
+      if constexpr (keepsAll) {
+        Reader<Number> inward(inwardAt<Number>(arrays_, i));
+        inward(inverseD, UR);
+      } else {
+        inverseD = outwardHandle<Number, keepsAll>(arrays_, i, body, s_).inverseD;
+        UR = UR_[i - first];
+      }
+      const Triple<Number> tD = inverseD * mulAdd(body.P.y, G.x, mulAdd(-body.P.x, G.y, -G.z));
+      Writer<Number> write(outwardAt<Number>(arrays_, i));
+      write(tD);
+      G = {mulAdd(UR.x, tD, G.x), mulAdd(UR.y, tD, G.y), -stiffness(body, s_) * tD};
+    }
+    return G;
+  }
+
+  /// η = H (zP, 1), H ← H − η (U_L, −k̂ …)ᵀ/D, C ← C − η tᵀ/D
+  void carryH(int first, int last) {
+    Matrix3<Number> H = H_, C = C_;
+    for (int i = last - 1; i >= first; --i) {
+      const BodyAt<Real> body = bodyAt(arrays_, i);
+      const LinearHandle<Number> handle = outwardHandle<Number, keepsAll>(arrays_, i, body, s_);
+      const Vec2<Number> zP = turnScale(turnOf(body, s_), body.P);
+      const Triple<Number> eta = mulAdd(zP.x, H.x, mulAdd(zP.y, H.y, H.z));
+      H = {mulAdd(-handle.ULD.x, eta, H.x), mulAdd(-handle.ULD.y, eta, H.y), handle.kD * eta};
+      Triple<Number> tD;
+      Reader<Number> outward(outwardAt<Number>(arrays_, i));
+      outward(tD);
+      C = {mulAdd(-eta.x, tD, C.x), mulAdd(-eta.y, tD, C.y), mulAdd(-eta.z, tD, C.z)};
+    }
+    H_ = H;
+    C_ = C;
+  }
+
+  const LinearArrays& arrays_;
+  Number s_;
+  Axes axes_;
+  Shown<Number> shown_;
+  Vec2<Number> UR_[keepsAll ? 1 : stepsPerFlush];  ///< of the steps in hand, where they are not kept
+  Matrix3<Number> G_, C_;
+  Matrix3<Number> H_;  ///< by columns
+};
+
+template <class Number, bool keepsAll>
+PLANAR_CHAIN_IN_ONE_PIECE void factorAll(const LinearArrays& arrays, const double* s) {
+  Factorization<Number, keepsAll> factorization(arrays, everywhere<Number>(s));
+  for (int last = arrays.steps; last > 0; last -= stepsPerFlush) {
+    factorization.go(std::max(0, last - stepsPerFlush), last);
+  }
+  LinearPairs<Number, 1>::factor(factorization.shows(), arrays.pairs);
+}
+
+/// [ρ_q; ρ_v].
+struct Side {
+  const double *rhoQ, *rhoV;
+};
+
+/// b and r of what hangs on the segments' inner joints. Keeps ε/D.
+template <class Number, bool keepsAll>
+inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s, Side side) {
+  const Number inverseS = Real(1) / s;
+  Vec2<Number> b;
+  Number r = Real();
+  Shown<Number> shown;
+  const int last = arrays.steps - 1;
+  Number rho = numberAt<Number>(side.rhoQ, last);
+  const Number rhoBefore = ofSegmentBefore(rho);
+  for (int i = last; i >= 0; --i) {
+    const Number rhoInner = i > 0 ? numberAt<Number>(side.rhoQ, i - 1) : rhoBefore;
+    const BodyAt<Real> body = bodyAt(arrays, i);
+    const LinearHandle<Number> handle = inwardHandle<Number, keepsAll>(arrays, i, body, s, shown);
+    store(carry(body, handle, s, inverseS * rho, inverseS * (rho - rhoInner), numberAt<Number>(side.rhoV, i),
+                b, r),
+          sweepAt<Number>(arrays, i));
+    rho = rhoInner;
+  }
+  return {b.x, b.y, r};
+}
+
+/// Step i of the way out, where the solve left off; `outside`: what else has to do with ε/D.
+template <class Number, bool keepsAll>
+inline Number pass(const LinearArrays& arrays, int i, Number s, Number inverseS, Side side, Number outside,
+                   Moving<Number>& X) {
+  const BodyAt<Real> body = bodyAt(arrays, i);
+  const LinearHandle<Number> handle = outwardHandle<Number, keepsAll>(arrays, i, body, s);
+  const Number sigma = inverseS * numberAt<Number>(side.rhoQ, i);
+  X.pass(body, handle, s, sigma, numberAt<Number>(side.rhoV, i),
+         outside + loaded<Number>(sweepAt<Number>(arrays, i)));
+  return sigma;
+}
+
+/// X' of each segment by itself.
+template <class Number, bool keepsAll>
+inline Triple<Number> ownMotion(const LinearArrays& arrays, Number s, Side side) {
+  const Number inverseS = Real(1) / s;
+  Moving<Number> X;
+  for (int i = 0; i < arrays.steps; ++i) {
+    pass<Number, keepsAll>(arrays, i, s, inverseS, side, Number(Real()), X);
+  }
+  return {X.da.x, X.da.y, X.parent};
+}
+
+template <class Number, bool keepsAll>
+inline void carryOutwards(const LinearArrays& arrays, Number s, Side side, const Triple<Number>& start,
+                          const Triple<Number>& Y, double* u, double* v) {
+  const Number inverseS = Real(1) / s;
+  Moving<Number> X{{start.x, start.y}, start.z};
+  for (int i = 0; i < arrays.steps; ++i) {
+    Triple<Number> tD;
+    Reader<Number> outward(outwardAt<Number>(arrays, i));
+    outward(tD);
+    const Number sigma = pass<Number, keepsAll>(arrays, i, s, inverseS, side, dot(tD, Y), X);
+    write(u, i, sigma + X.parent);
+    write(v, i, s * X.parent);
+  }
+}
+
+template <class Number, bool keepsAll>
+PLANAR_CHAIN_IN_ONE_PIECE void solveAll(const LinearArrays& arrays, const double* s_, const double* rhoQ,
+                                        const double* rhoV, double* u, double* v) {
+  const Number s = everywhere<Number>(s_);
+  ShowsOfSide<Number> shown;
+  const Side side{rhoQ, rhoV};
+  shown.y = carryInwards<Number, keepsAll>(arrays, s, side);
+  shown.c = outerAxes(arrays).fromGround(ownMotion<Number, keepsAll>(arrays, s, side));
+  Triple<Number> X{Real(), Real(), Real()}, Y = X;
+  LinearPairs<Number, 1>::solve(shown, arrays.pairs, X, Y);
+  carryOutwards<Number, keepsAll>(arrays, s, side, X, Y, u, v);
+}
+
+template <class Number, bool keepsAll>
+constexpr LinearKernel linearKernel{factorAll<Number, keepsAll>, solveAll<Number, keepsAll>};
+
+}  // namespace
+}  // namespace planar_chain::simd

@@ -1,0 +1,93 @@
+#pragma once
+
+/// The exact solve of linearized.h for long chains, in segments that run side by side in SIMD lanes, as those
+/// of segments.h do.
+///
+/// What passes a joint: X = (δa, u'), how its pin accelerates and its inner body turns, and Y = (force,
+/// moment), what the inner body gives. A segment whose outer joint bears a still unknown Y' shows
+///
+///     Y = K X + y + G Y'          X' = H X − C Y' + c
+///
+/// with K = (B h; p q) and y = (b, r) of linearized.h for Y' = 0; and from the outermost body, where G = 1,
+/// H = 1 = (H_a, H_u), C = 0, inwards
+///
+///     t = −(iP·G_f + G_m)         η = H_a zP + H_u             G_f, G_m: rows of force and moment
+///     G_f ← G_f + U_R t/D         G_m ← −k̂ t/D
+///     H_a ← H_a − η U_Lᵀ/D        H_u ← η k̂/D                  C ← C − η t/D
+///
+/// c, what X' comes to from X = 0 with Y' = 0, is found by going through the segment once more: that takes
+/// less time than to keep H of every body. X', Y' and c stand in axes along the segment's last link, for the
+/// reason given in segments.h. Neighbours are joined two by two, and then the pairs, until one is left. With
+/// K', y', G', H', C' and c' of the outer one, in the axes of the joint between, and S = (1 + K'C)⁻¹, both
+/// show
+///
+///     K + G S K' H        G S G'        H' (1 − C S K') H        C' + H' C S G'
+///     y + G k             c' + H' (c − C k)                      k = S (K' c + y')
+///
+/// And outwards, from X = 0 at the ground and Y = 0 at the tip: S K' H X + k + S G' Y in the joint between,
+/// and the outer one's X = H X − C Y' + c; then within each segment ε + t·Y' stands for ε.
+
+#include <complex>
+#include <memory>
+
+#include "lanes/arrangement.h"
+#include "planar_chain/chain.h"
+#include "planar_chain/planar.h"
+#include "simd/cache_lines.h"
+
+namespace planar_chain {
+
+namespace simd {
+struct Kernel;
+struct LinearKernel;
+struct LinearArrays;
+}  // namespace simd
+
+/// What a factorization keeps of each body for the way in of a solve: all that it reads; or, as long chains
+/// wait for memory, no more than the way out needs, and the rest is computed once more. To the bit the same.
+enum class Kept { whatFits, all, least };
+
+/// What all factorizations at one state share.
+struct SegmentsState {
+  CacheLines links, bodies, masses;
+};
+
+template <class Scalar = double>
+class LinearizedSegments {
+ public:
+  /// The best kernel of this CPU for so many links, or the one given.
+  explicit LinearizedSegments(const Chain& chain, const simd::Kernel* kernel = nullptr,
+                              Kept kept = Kept::whatFits);
+
+  /// Another factorization at the state of `other`, whenever that is linearized.
+  template <class Other>
+  explicit LinearizedSegments(const LinearizedSegments<Other>& other, Kept kept = Kept::whatFits);
+
+  /// The order of all that comes and goes; beyond the end e = 1, and nothing else.
+  const Arrangement& arrangement() const { return arrangement_; }
+
+  /// As those of Linearized, of all places. They allocate nothing.
+  void setJoints(const double* k, const double* d);
+  void linearize(const Rotation<double>* e, const double* omega, const double* alpha, const Vec2d* F,
+                 const double* XF);
+  void factor(Scalar s);
+  void solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v);
+
+ private:
+  template <class Other>
+  friend class LinearizedSegments;
+
+  void reserve();
+  simd::LinearArrays arrays();
+
+  const Chain& chain_;
+  const simd::Kernel& kernel_;
+  Arrangement arrangement_;
+  bool keepsAll_;
+  const simd::LinearKernel& solver_;
+  Scalar s_{};
+  std::shared_ptr<SegmentsState> state_;
+  CacheLines inward_, handles_, outward_, sweeps_, pairs_;
+};
+
+}  // namespace planar_chain

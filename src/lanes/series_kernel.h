@@ -1,0 +1,165 @@
+#pragma once
+
+/// Taylor coefficients of a chain's motion, one order after the other; see motion_series.h for the equations.
+///
+/// The coefficient of a product is a sum over those of its factors (Cauchy),
+///
+///     (xy)_k = x_k y_0 + x_0 y_k + Σ_{0<j<k} x_j y_{k−j}
+///
+/// and all but its first two terms are known before order k comes: they are computed for all products
+/// together, in lanes, and the rest in its place.
+
+#include "lanes/kernel.h"
+#include "simd/lanes.h"
+#include "simd/number.h"
+
+namespace planar_chain::simd {
+namespace {
+
+/// add(i, j, part) for all i + j = k, both at least `least`, from the middle outwards: the last orders have
+/// hardly been stored. In two parts, 0 and 1, so that no sum waits for every term.
+template <class Add>
+[[gnu::always_inline]] inline void forInnerOrders(int k, int least, Add add) {
+  int low = k / 2, high = k - low;
+  if (low == high && low >= least) add(low--, high++, 0);
+  for (; low >= least; --low, ++high) {
+    add(low, high, 0);
+    add(high, low, 1);
+  }
+}
+
+/// Σ_{0<j<k} of so many products. A row of `width` first factors and one of second ones for each order.
+template <int columns>
+[[gnu::always_inline]] inline void findKnown(const double* rows, int width, int k, double* known) {
+  constexpr int registers = columns / laneCount;
+  Lanes sums[2][registers];
+  forInnerOrders(k, 1, [&](int first, int second, int part) {
+    const double *x = rows + 2 * first * width, *y = rows + (2 * second + 1) * width;
+    PLANAR_CHAIN_WRITTEN_OUT
+    for (int r = 0; r < registers; ++r) {
+      Lanes& sum = sums[part][r];
+      sum = mulAdd(Lanes::load(x + r * laneCount), Lanes::load(y + r * laneCount), sum);
+    }
+  });
+  PLANAR_CHAIN_WRITTEN_OUT
+  for (int r = 0; r < registers; ++r) (sums[0][r] + sums[1][r]).store(known + r * laneCount);
+}
+
+/// What order k goes from, and where order k + 1 goes.
+struct Order {
+  int k;
+  double *rows, *row;  ///< of the products: order 0, and k
+  int n;
+  const double *N, *omega;
+  const Vec2d* F;
+  double* next;                      ///< θ and then ω
+  const Rotation<double>*start, *e;  ///< exp(i θ_j): order 0, and k
+  Rotation<double>* nextE;
+  double perOrder, perNext;  ///< 1/(k + 1), 1/(k + 2)
+
+  Number moment(int j) const { return Number(N ? N[j] : 0); }
+};
+
+/// Order k of the products from a column on.
+template <bool isFirst>
+class Products {
+ public:
+  Products(const Order& order, int width, int column, const double* known)
+      : x0_(order.rows + column),
+        y0_(x0_ + width),
+        x_(order.row + column),
+        y_(x_ + width),
+        known_(known + column) {}
+
+  void setX(int i, Number x) const { x_[i] = x.v; }
+  void setY(int i, Number y) const { y_[i] = y.v; }
+  Number x(int i) const { return Number(x_[i]); }
+  Number y(int i) const { return Number(y_[i]); }
+  Number firstX(int i) const { return Number(x0_[i]); }
+
+  /// As if y were the second factor's order k.
+  Number with(int i, Number y) const {
+    if constexpr (isFirst) return x(i) * y;
+    return mulAdd(firstX(i), y, without(i));
+  }
+  Number operator()(int i) const { return with(i, y(i)); }
+
+  /// A cross product: factors in columns i and i + 1, those of the second one exchanged.
+  void setCrossX(int i, Vec2<Number> x) const {
+    setX(i, x.x);
+    setX(i + 1, x.y);
+  }
+  void setCrossY(int i, Vec2<Number> y) const {
+    setY(i, y.y);
+    setY(i + 1, y.x);
+  }
+  Vec2<Number> firstCrossX(int i) const { return {firstX(i), firstX(i + 1)}; }
+  /// number − product, y coming last
+  Number lessCross(Number number, int i, Vec2<Number> y) const {
+    if constexpr (!isFirst) number -= without(i) - without(i + 1);
+    return mulAdd(firstX(i + 1), y.x, mulAdd(-firstX(i), y.y, number));
+  }
+
+ private:
+  /// All but the last term.
+  Number without(int i) const { return mulAdd(x(i), Number(y0_[i]), Number(known_[i])); }
+
+  const double *x0_, *y0_;
+  double *x_, *y_;
+  const double* known_;
+};
+
+Rotation<Number> numbersOf(const Rotation<double>& e) {
+  return {Number(e.c), Number(e.s)};
+}
+
+Sym2<Number> numbersOf(const Sym2<double>& A) {
+  return {Number(A.xx), Number(A.xy), Number(A.yy)};
+}
+
+Vec2d valueOf(Vec2<Number> a) {
+  return {a.x.v, a.y.v};
+}
+
+// ---- How a body turns --------------------------------------------------------------------------------
+
+/// Columns i and i + 1 are ω c and ω s, the second factor one order ahead. With z = Σ_{j≤k} ω_j e_{k+1−j},
+///
+///     ë_k = i (α_k e_0 + (k+1) z)        e_{k+2} = i (ω_{k+1} e_0 + z)/(k+2)        (k+1) ω_{k+1} = α_k
+template <bool isFirst>
+[[gnu::always_inline]] inline Rotation<Number> turning(const Products<isFirst>& product, Number omega) {
+  product.setX(0, omega);
+  product.setX(1, omega);
+  return {product(0), product(1)};
+}
+
+/// ë_k b as if α_k were 0.
+[[gnu::always_inline]] inline Vec2<Number> second(const Order& order, Rotation<Number> z, Vec2<Number> b) {
+  return Rotation<Number>{-z.s, z.c} * (Number(order.k + 1) * b);
+}
+
+/// Order k + 1 of how body j turns, and then e to `column` of the second factors of that order.
+[[gnu::always_inline]] inline void goOn(const Order& order, int width, int column, int j, Rotation<Number> z,
+                                        Number alpha) {
+  const Number part(order.perNext), turn = Number(order.perOrder * order.perNext) * alpha;
+  const Rotation<Number> start = numbersOf(order.start[j]);
+  const Rotation<Number> e{mulAdd(-turn, start.s, -part * z.s), mulAdd(turn, start.c, part * z.c)};
+  order.next[j] = order.perOrder * order.omega[j];
+  order.next[order.n + j] = (Number(order.perOrder) * alpha).v;
+  order.nextE[j] = {e.c.v, e.s.v};
+  double* y = order.row + 3 * width + column;
+  y[0] = e.c.v;
+  y[1] = e.s.v;
+}
+
+/// e_1 = i ω_0 e_0
+void beginTurning(const SeriesArrays& of, int j, int column, double omega) {
+  const Rotation<double> start = of.e[j], e{-omega * start.s, omega * start.c};
+  of.e[of.n + j] = e;
+  double* y = of.rows + of.width + column;
+  y[0] = e.c;
+  y[1] = e.s;
+}
+
+}  // namespace
+}  // namespace planar_chain::simd

@@ -1,0 +1,120 @@
+#pragma once
+
+/// The Taylor series of two bodies; see motion_series.h for the equations. Each order waits for the one
+/// before, so what counts is how long that is waited for: both bodies go side by side, and the sums of an
+/// order are begun before the one before is done.
+
+#include "lanes/series_kernel.h"
+#include "simd/four.h"
+
+namespace planar_chain::simd {
+namespace {
+
+/// With the first moments S_1 = m_1 R_1 + m_2 P_1 and S_2 = m_2 R_2, and κ = P_1·S_2 of order 0,
+///
+///     M_11 α_1 + κ α_2 = N_1 − S_1×a − P_1×(S̈_2 − F_2)            M_11 = J_1 + m_2 |p_1|²
+///        κ α_1 + J_2 α_2 = N_2 − S_2×a − S_2×P̈_1
+///
+/// in order k, where P̈_1 and S̈_2 on the right are as if α_k were 0; det M as in short_kernel.h.
+///
+/// A pair for each body: e, (ω, ω), C = (P_1, S_2). Columns 0 … 3 are those of ω e, see turning(); columns 4
+/// … 7 those of the cross products, (x, −y) of P_1 and S_2 times (y, x) of S̈_2 − F_2 and P̈_1. What is known
+/// of order k lacks its terms with order k − 1, which find() adds from registers.
+class Two {
+ public:
+  static int widthFor(int /*n*/) { return width; }
+
+  Two(const SeriesArrays& of, Vec2d ground, const double* omega) {
+    const SeriesLink &first = of.links[0], &second = of.links[1];
+    const Vec2d s1 = first.mr + second.m * first.p, s2 = second.mr;
+    across_ = {Vec2d{cross(s1, ground), -dot(s1, ground)}, Vec2d{cross(s2, ground), -dot(s2, ground)}};
+    body_ = {first.p, s2};
+    turnedBody_ = i(body_);
+    minusBody_ = Four(0) - body_;
+    ie0_ = i(Four::load(&of.e[0].c));
+
+    e_ = Four::load(&of.e[0].c);
+    const Vec2d P1 = of.e[0] * first.p, S2 = of.e[1] * s2;
+    iC0_ = i({P1, S2});
+    const double mPP = second.m * dot(first.p, first.p), kappa = dot(P1, S2), lambda = cross(P1, S2);
+    const double inverse = 1 / (first.J * second.J + mPP * second.I + lambda * lambda);
+    minusInverse_ = {-inverse * second.J, -inverse * (first.J + mPP)};
+    minusInverseAcross_ = Four(inverse * kappa);
+
+    omega_ = {omega[0], omega[1]};
+    nextE_ = omega_ * ie0_;
+    nextE_.store(&of.e[2].c);
+  }
+  int bodies() const { return 2; }
+  int stride() const { return width; }
+
+  void know(const double* rows, int k) {
+    Four turns[2], crosses[2];
+    forInnerOrders(k, 2, [&](int first, int second, int part) {
+      const double *x = rows + 2 * first * width, *y = rows + (2 * second + 1) * width;
+      turns[part] = mulAdd(Four::load(x), Four::load(y), turns[part]);
+      crosses[part] = mulAdd(Four::load(x + 4), Four::load(y + 4), crosses[part]);
+    });
+    knownTurn_ = turns[0] + turns[1];
+    knownCross_ = crosses[0] + crosses[1];
+  }
+
+  template <bool isFirst>
+  [[gnu::always_inline]] void find(const Order& order) {
+    const Four x = conjugate(place(e_, body_, turnedBody_));
+    double* row = order.row;
+    omega_.store(row);
+    x.store(row + 4);
+    nextE_.store(row + width);
+
+    // z and, in two parts, what is left of the moments, less what comes late
+    Four z, left = e_ * across_ - Four(Vec2d{order.moment(0).v}, Vec2d{order.moment(1).v});
+    if constexpr (!isFirst) {
+      const double *x0 = order.rows, *y0 = x0 + width;
+      const double* x1 = order.k > 2 ? y0 + width : nothing_;
+      const double* y1 = order.k > 1 ? y0 + 2 * width : nothing_;
+      z = mulAdd(Four::load(x1), e_, mulAdd(lastOmega_, Four::load(y1), knownTurn_));
+      z = mulAdd(omega_, Four::load(y0), z);
+      left = left + mulAdd(Four::load(x1 + 4), lastY_, mulAdd(lastX_, Four::load(y1 + 4), knownCross_));
+      left = mulAdd(x, Four::load(y0 + 4), left);
+    }
+    z = mulAdd(Four::load(order.rows), nextE_, z);
+    const Four orders(order.k + 1);
+    Four Cdd = place(z, orders * turnedBody_, orders * minusBody_);
+    if (order.F) Cdd = Cdd - Four(Vec2d{}, order.F[1]);
+    left = mulAdd(Four::load(order.rows + 4), crossed(Cdd), left);
+    const Four f = left + turned(left);
+    const Four alpha = mulAdd(minusInverse_, f, minusInverseAcross_ * exchanged(f));
+
+    // Order k + 1
+    const Four nextOmega = Four(order.perOrder) * alpha;
+    heads(Four(order.perOrder) * omega_, nextOmega).store(order.next);
+    lastOmega_ = omega_;
+    lastX_ = x;
+    lastY_ = crossed(mulAdd(alpha, iC0_, Cdd));
+    lastY_.store(row + width + 4);
+    omega_ = nextOmega;
+    e_ = nextE_;
+    nextE_ = mulAdd(Four(order.perOrder * order.perNext) * alpha, ie0_, Four(order.perNext) * i(z));
+    nextE_.store(&order.nextE[0].c);
+  }
+
+ private:
+  static constexpr int width = 8;
+  static constexpr double nothing_[width] = {};
+
+  static Four conjugate(Four a) { return a * Four(Vec2d{1, -1}, Vec2d{1, -1}); }
+  static Four i(Four a) { return turned(a) * Four(Vec2d{-1, 1}, Vec2d{-1, 1}); }
+  /// e b
+  static Four place(Four e, Four b, Four ib) { return mulAdd(firsts(e), b, seconds(e) * ib); }
+  /// What a pair of (x, −y) times it gives, summed, is its cross product with the other pair.
+  static Four crossed(Four a) { return turned(exchanged(a)); }
+
+  Four across_, body_, turnedBody_, minusBody_, ie0_, iC0_, minusInverse_, minusInverseAcross_;
+  Four e_, nextE_, omega_;  ///< of order k, k + 1 and k
+  Four lastOmega_, lastX_, lastY_;
+  Four knownTurn_, knownCross_;
+};
+
+}  // namespace
+}  // namespace planar_chain::simd

@@ -1,0 +1,64 @@
+#pragma once
+
+/// Steps chosen so that the error estimate of each meets the tolerance: PI control (Hairer, Wanner, Solving
+/// ODEs II, section IV.2), the first step as in Hairer, Nørsett, Wanner, Solving ODEs I, section II.4.
+
+#include "ode/integrator.h"
+#include "ode/surroundings.h"
+
+namespace planar_chain::simd {
+struct VectorKernel;
+}
+
+namespace planar_chain::ode {
+
+class AdaptiveSteps : public Integrator {
+ public:
+  /// surroundings: of the stepper's system; those who step the same state may share it.
+  /// @throws std::invalid_argument for a stepper without error estimate.
+  AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
+                std::shared_ptr<Surroundings> surroundings);
+
+  const char* name() const override { return stepper_->name(); }
+  Outcome advance(State& state, double end, double longestStep) override;
+  bool stepTo(State& state, double t) override;
+  void restart() override;
+  void begin() override;
+  const StepCount& count() const override { return count_; }
+
+  enum class Attempt { accepted, rejected, tooSmall, notFinite };
+  /// One step towards end, or one try that shortens the next. The last two: no shorter step makes sense.
+  Attempt attempt(State& state, double end, double longestStep);
+  /// The state has moved without this object: the next step is tried with about h.
+  void resume(double h);
+  /// The next step, if nothing has to be landed on; 0: not known.
+  double proposal() const { return h_; }
+  /// What an attempt costs, in evaluations of f.
+  double cost() const { return stepper_->cost(); }
+  double stabilityLimit() const { return stepper_->stabilityLimit(); }
+  bool seesWhatItDamps() const { return stepper_->seesWhatItDamps(); }
+  /// A first step for this state, to be proposed from here on.
+  double propose(const State& state, double left) { return h_ = firstStep(state, left); }
+
+ private:
+  double growth(double log) const;
+  double foreseen(double error) const;
+  double errorNorm(const Vector& y, double h) const;
+  double firstStep(const State& state, double left);
+
+  std::unique_ptr<Stepper> stepper_;
+  const Vector &increment_, &error_;  ///< the stepper's
+  Tolerance tolerance_;
+  std::shared_ptr<Surroundings> surroundings_;
+  const simd::VectorKernel& vectors_;
+  double exponent_, beta_, aimed_;
+  double lastLog_;  ///< of the last step's error, to base 2
+  double h_ = 0;
+  bool justRejected_ = false;
+  bool finite_ = true;
+  int jumps_ = 0;  ///< made since the last restart
+  StepCount count_;
+  Vector trial_, trialDerivative_;
+};
+
+}  // namespace planar_chain::ode

@@ -1,0 +1,58 @@
+#pragma once
+
+/// The steps of every explicit Runge–Kutta method; see tableau.h.
+
+#include <array>
+
+#include "ode/nystrom.h"
+#include "ode/stepper.h"
+#include "ode/tableau.h"
+#include "simd/cache_lines.h"
+
+namespace planar_chain::ode {
+
+class ExplicitRungeKutta : public Stepper {
+ public:
+  /// f must outlive the stepper; the table is copied.
+  ExplicitRungeKutta(const Tableau& table, System& f);
+
+  const char* name() const override { return table_.name; }
+  int order() const override { return table_.order; }
+  int errorOrder() const override { return table_.errorOrder; }
+
+  double cost() const override;
+  double stabilityLimit() const override { return table_.stabilityLimit; }
+  System& system() override { return f_; }
+  const Vector& derivative(double t, const Vector& y) override;
+  void step(double t, double h, const Vector& y) override;
+  const Vector& increment() const override { return increment_; }
+  const Vector& error() const override { return error_; }
+  void accept() override;
+  void forget() override { firstIsKnown_ = false; }
+
+ private:
+  void evaluateFirst(double t, const double* y);
+  void evaluate(double t, double* k, double h, const double* base, const NystromRow& row, double* sum,
+                double* out);
+
+  /// The stages' slopes, and the rows that go through them.
+  struct Way {
+    std::vector<double*> k;
+    std::vector<NystromRow> a;
+    NystromRow b, e, coarse;
+  };
+  Way wayWith(const std::vector<double*>& k) const;
+
+  Tableau table_;
+  System& f_;
+  Eigen::Index size_, positions_, rates_;  ///< of y; components of f but for the positions'
+  void (*damp_)(double* error, const double* coarse, std::ptrdiff_t n);
+  CacheRows slopes_;
+  std::array<Way, 2> ways_;  ///< for every other step: where the last slope is the first of the next step
+  const Way* way_ = ways_.data();
+  CacheLines stage_, coarse_;
+  Vector slope_, increment_, error_;
+  bool firstIsKnown_ = false;
+};
+
+}  // namespace planar_chain::ode

@@ -1,0 +1,84 @@
+#pragma once
+
+/// Radau IIA of order 13: an implicit Runge–Kutta method, L-stable. See radau_table.h for its numbers.
+///
+/// With Z_i = Y_i − y the stages solve (Hairer, Wanner, Solving ODEs II, section IV.8)
+///
+///     R_i = f(t + c_i h, y + Z_i) − Σ_j W_ij Z_j / h = 0          W = A⁻¹ = T Λ T⁻¹
+///
+/// by simplified Newton, J = ∂f/∂y at (t, y): with one factorization for the real λ and one for each complex
+/// pair μ,
+///
+///     (λ/h − J) ζ = T⁻¹ R      Z ← Z + T ζ
+///
+/// begun with the polynomial of the last step, carried on. Then y(t + h) ≈ y + Z_7, and as y + Z_7 less an
+/// embedded solution of order 7 the error is
+///
+///     (λ/h − J)⁻¹ (f(t, y) + λ/h Σ e_i Z_i)
+///
+/// A stiff component shows there as it is, however long the step, which damps it away. Where that is too much
+/// for a step but no more than the tolerance itself, the error is taken once more, with f(t, y + error) for
+/// f(t, y): the stiff component vanishes then, in the error as in the solution.
+
+#include <complex>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "ode/allowance.h"
+#include "ode/radau_table.h"
+#include "ode/stepper.h"
+
+namespace planar_chain::ode {
+
+class Radau : public Stepper {
+ public:
+  /// f must outlive the stepper. tolerance, surroundings: those of the error control, as the stages need
+  /// only be as exact as the step. Steps whose stages are not
+  /// found have no increment, but NaN, and an error that halves them.
+  Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const Surroundings> surroundings);
+
+  const char* name() const override { return "radau13"; }
+  int order() const override { return 2 * stages - 1; }
+  int errorOrder() const override { return stages; }
+
+  /// Of the last try.
+  double cost() const override;
+  double stabilityLimit() const override { return std::numeric_limits<double>::infinity(); }
+  bool seesWhatItDamps() const override { return true; }
+  System& system() override { return f_; }
+  const Vector& derivative(double t, const Vector& y) override;
+  void step(double t, double h, const Vector& y) override;
+  const Vector& increment() const override { return increment_; }
+  const Vector& error() const override { return error_; }
+  void accept() override;
+  void forget() override;
+
+ private:
+  static constexpr int stages = RadauTable::stages;
+  using Stages = Eigen::Matrix<double, Eigen::Dynamic, stages>;  ///< a column a stage
+  enum class Newton { converged, failed, notFinite };
+
+  void carryOn(double h);
+  void linearize(double t, const Vector& y);
+  Newton solveStages(double t, double h, const Vector& y);
+  void improve(double t, double h, const Vector& y);
+  void estimate(double t, double h, const Vector& y);
+  double largest(const Vector& perUnit) const;
+
+  const RadauTable& table_;
+  LinearizedSystem& f_;
+  Tolerance tolerance_;
+  std::shared_ptr<const Surroundings> surroundings_;
+  Vector startSlope_, stage_, combined_, increment_, error_;
+  Stages Z_, last_, R_, change_;
+  std::vector<std::complex<double>> pair_;
+  Eigen::ArrayXd allowed_, mayVanish_;
+  Vector perExactEnough_, perLost_;  ///< 1 over it
+  double hTried_ = 0, hLast_ = 0;
+  double rate_ = 1;  ///< θ/(1 − θ) of the last iteration, θ: by how much it shrank the change
+  int iterations_ = 4;
+  bool linearized_ = false;
+};
+
+}  // namespace planar_chain::ode

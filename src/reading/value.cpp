@@ -1,0 +1,381 @@
+#include "planar_chain/value.h"
+
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <locale>
+#include <sstream>
+
+#include "planar_chain/fault.h"
+
+namespace planar_chain {
+
+namespace {
+
+constexpr std::size_t deepest = 16;
+constexpr std::size_t mostValues = 1000000;
+
+bool isDigit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+template <std::size_t n>
+bool isOneOf(const std::string& text, const char* const (&words)[n]) {
+  return std::find(std::begin(words), std::end(words), text) != std::end(words);
+}
+
+/// [+-]? (digits (. digits?)? | . digits) ([eE] [+-]? digits)?
+bool isDecimal(const std::string& text) {
+  std::size_t i = 0;
+  const auto sign = [&] {
+    if (i < text.size() && (text[i] == '+' || text[i] == '-')) ++i;
+  };
+  const auto digits = [&] {
+    const std::size_t first = i;
+    while (i < text.size() && isDigit(text[i])) ++i;
+    return i - first;
+  };
+
+  sign();
+  const std::size_t begin = i;
+  const std::size_t whole = digits();
+  if (i < text.size() && text[i] == '.') {
+    ++i;
+    if (whole + digits() == 0) return false;
+  } else if (whole == 0 || (whole > 1 && text[begin] == '0')) {
+    return false;
+  }
+  if (i < text.size() && (text[i] == 'e' || text[i] == 'E')) {
+    ++i;
+    sign();
+    if (digits() == 0) return false;
+  }
+  return i == text.size();
+}
+
+}  // namespace
+
+// ---- Numbers in text -------------------------------------------------------------------------
+
+std::optional<double> numberIn(const std::string& text) {
+  const bool isSigned = !text.empty() && (text[0] == '+' || text[0] == '-');
+  const std::string bare = text.substr(isSigned ? 1 : 0);
+  if (isOneOf(bare, {".nan", ".NaN", ".NAN", "nan", "NaN", "NAN"})) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  const double infinity = std::numeric_limits<double>::infinity();
+  const double sign = text[0] == '-' ? -1 : 1;
+  if (isOneOf(bare, {".inf", ".Inf", ".INF", "inf", "Inf", "INF"})) return sign * infinity;
+  if (!isDecimal(text)) return std::nullopt;
+
+  std::istringstream in(text);
+  in.imbue(std::locale::classic());
+  double number = 0;
+  in >> number;
+  return in.fail() ? sign * infinity : number;
+}
+
+std::optional<double> numberIn(const Value& value) {
+  if (value.number()) return *value.number();
+  if (value.text()) return numberIn(*value.text());
+  return std::nullopt;
+}
+
+// ---- Values as their writer knows them -------------------------------------------------------
+
+namespace {
+
+/// Appends a value; stops soon after the longest that is shown.
+void append(std::string& line, const Value& value) {
+  if (value.flag()) {
+    line += *value.flag() ? "true" : "false";
+  } else if (value.number()) {
+    line += toText(*value.number());
+  } else if (value.text()) {
+    line += quoted(*value.text());
+  } else if (value.oddNumber()) {
+    line += cutToShow(value.oddNumber()->text) + " (not read alike by all: write it as a decimal number)";
+  } else if (value.list()) {
+    line += '[';
+    for (const Value& entry : *value.list()) {
+      if (line.back() != '[') line += ", ";
+      if (line.size() > longestShown) break;
+      append(line, entry);
+    }
+    line += ']';
+  } else if (value.map()) {
+    line += '{';
+    for (const auto& [key, entry] : *value.map()) {
+      if (line.back() != '{') line += ", ";
+      if (line.size() > longestShown) break;
+      line += onOneLine(key) + ": ";
+      append(line, entry);
+    }
+    line += '}';
+  } else {
+    line += "nothing";
+  }
+}
+
+}  // namespace
+
+std::string describe(const Value& value) {
+  std::string line;
+  append(line, value);
+  return value.list() || value.map() ? cutToShow(std::move(line)) : line;
+}
+
+std::string describe(const Value* value) {
+  return value ? describe(*value) : "nothing";
+}
+
+// ---- YAML ------------------------------------------------------------------------------------
+
+namespace {
+
+[[noreturn]] void refuse(std::string path, std::string expected, std::string found) {
+  throw Refused({{std::move(path), std::move(expected), std::move(found)}});
+}
+
+std::string notTooLong() {
+  return "at most " + std::to_string(longestYaml) + " bytes";
+}
+
+std::string notTooMany() {
+  return "at most " + std::to_string(mostValues) + " values in all";
+}
+
+/// What is too large for any scene, before the parser sees it, which takes some 200 bytes for each of these.
+void requireBounds(const std::string& text) {
+  if (text.size() > longestYaml) refuse("scene", notTooLong(), std::to_string(text.size()));
+  const auto marks = std::count_if(text.begin(), text.end(), [](char c) {
+    return c == '[' || c == '{' || c == ',' || c == ':' || c == '?';
+  });
+  if (static_cast<std::size_t>(marks) > mostValues) {
+    refuse("scene", notTooMany(), "a text with " + std::to_string(marks) + " of [ { , : ?");
+  }
+}
+
+std::string placeOf(const YAML::Mark& mark) {
+  return "line " + std::to_string(mark.line + 1) + ", column " + std::to_string(mark.column + 1);
+}
+
+/// What PyYAML reads as a whole number, and the decimal grammar does not: 010, 0x1F, 0b1, 1_000, 1:30.
+bool isOddNumber(const std::string& text) {
+  const std::string bare = text.substr(text[0] == '+' || text[0] == '-' ? 1 : 0);
+  if (bare.empty() || !isDigit(bare[0]) || isDecimal(text)) return false;
+  if (bare.compare(0, 2, "0x") == 0 || bare.compare(0, 2, "0b") == 0) {
+    return bare.find_first_not_of("0123456789abcdefABCDEF_", 2) == std::string::npos;
+  }
+  if (bare.find_first_not_of("0123456789_:.") != std::string::npos) return false;
+  return bare.find_first_of("_:") != std::string::npos || bare.find('.') == std::string::npos;
+}
+
+/// A plain scalar as PyYAML resolves it. Its numbers have a dot unless they are whole, and a sign in the
+/// exponent; other spellings stay text, which may count as a number later.
+Value resolve(const std::string& text) {
+  if (isOneOf(text, {"", "~", "null", "Null", "NULL"})) return Value();
+  if (isOneOf(text, {"true", "True", "TRUE", "yes", "Yes", "YES", "on", "On", "ON"})) return true;
+  if (isOneOf(text, {"false", "False", "FALSE", "no", "No", "NO", "off", "Off", "OFF"})) {
+    return false;
+  }
+  if (isOddNumber(text)) return Value::OddNumber{text};
+  const std::optional<double> number = numberIn(text);
+  if (!number) return text;
+  const std::size_t exponent = text.find_first_of("eE");
+  if (text.find('.') == std::string::npos) {
+    const bool isWhole = exponent == std::string::npos && std::isfinite(*number);
+    return isWhole ? Value(*number) : Value(text);
+  }
+  const bool isSigned = exponent == std::string::npos || !std::isfinite(*number) ||
+                        text[exponent + 1] == '+' || text[exponent + 1] == '-';
+  return isSigned ? Value(*number) : Value(text);
+}
+
+/// Builds the tree as the parser comes through the text. Faults are noted and passed over, for a text
+/// that turns out to be no YAML at all has looked strange before; only what is too large ends it.
+class Builder : public YAML::EventHandler {
+ public:
+  Value root;
+  std::vector<Fault> faults;
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    count(mark, {});
+    place(mark, anchor, {}, true);
+  }
+
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& text) override {
+    const bool isPlain = tag == "?";
+    if (!isPlain) requireNoTag(mark, tag);
+    Counted scalar{isPlain ? resolve(text) : Value(text), text.size()};
+    count(mark, scalar);
+    place(mark, anchor, std::move(scalar), isPlain);
+  }
+
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    const auto known = anchored_.find(anchor);
+    if (known == anchored_.end()) {
+      faults.push_back({path(), "an alias of what is complete", "one in " + placeOf(mark)});
+      return place(mark, 0, {}, false);
+    }
+    count(mark, known->second);
+    place(mark, 0, known->second, false);
+  }
+
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
+    open(mark, tag, anchor, Value(Value::List()));
+  }
+  void OnSequenceEnd() override { close(); }
+
+  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
+    open(mark, tag, anchor, Value(Value::Map()));
+  }
+  void OnMapEnd() override { close(); }
+
+ private:
+  /// A value with the number of bytes, of values and of levels in it.
+  struct Counted {
+    Value value;
+    std::size_t bytes = 0;
+    std::size_t values = 1;
+    std::size_t levels = 1;
+  };
+
+  /// A list or map that is not at its end yet.
+  struct Open {
+    Counted tree;
+    YAML::Mark mark;
+    YAML::anchor_t anchor = 0;
+    std::optional<std::string> key;
+    bool merges = false;  ///< the key was a plain <<
+    Value::Map merged;    ///< what << brought; the map's own keys come first
+  };
+
+  std::string path() const {
+    std::string line;
+    for (const Open& level : open_) {
+      const std::string step =
+          level.tree.value.list() ? std::to_string(level.tree.value.list()->size()) : level.key.value_or("");
+      if (!step.empty()) line += (line.empty() ? "" : "/") + onOneLine(step);
+    }
+    return line.empty() ? "scene" : line;
+  }
+
+  void requireNoTag(const YAML::Mark& mark, const std::string& tag) {
+    if (tag.empty() || tag == "?" || tag == "!") return;
+    faults.push_back({path(), "a value without a tag", onOneLine(tag) + " in " + placeOf(mark)});
+  }
+
+  void count(const YAML::Mark& mark, const Counted& tree) {
+    bytes_ += tree.bytes;
+    values_ += tree.values;
+    if (open_.size() + tree.levels > deepest) {
+      refuse(path(), "at most " + std::to_string(deepest) + " levels", "more in " + placeOf(mark));
+    }
+    if (values_ > mostValues) refuse(path(), notTooMany(), "more in " + placeOf(mark));
+    if (bytes_ > longestYaml) refuse(path(), notTooLong(), "more in " + placeOf(mark));
+  }
+
+  void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, Value empty) {
+    requireNoTag(mark, tag);
+    count(mark, {});
+    Open level;
+    level.tree.value = std::move(empty);
+    level.mark = mark;
+    level.anchor = anchor;
+    open_.push_back(std::move(level));
+  }
+
+  void close() {
+    Open level = std::move(open_.back());
+    open_.pop_back();
+    if (level.tree.value.map()) level.tree.value.map()->merge(level.merged);
+    place(level.mark, level.anchor, std::move(level.tree), false);
+  }
+
+  /// Puts a finished value where it belongs: as the root, a list's next entry, a map's key or value.
+  void place(const YAML::Mark& mark, YAML::anchor_t anchor, Counted tree, bool isPlain) {
+    if (anchor != 0) anchored_[anchor] = tree;
+    if (open_.empty()) {
+      root = std::move(tree.value);
+      return;
+    }
+    Open& level = open_.back();
+    if (level.tree.value.map() && !level.key) {
+      takeKey(mark, level, tree.value, isPlain);
+      return;
+    }
+    level.tree.bytes += tree.bytes;
+    level.tree.values += tree.values;
+    level.tree.levels = std::max(level.tree.levels, tree.levels + 1);
+    if (level.tree.value.list()) {
+      level.tree.value.list()->push_back(std::move(tree.value));
+      return;
+    }
+    if (level.merges) {
+      merge(mark, level, tree.value);
+    } else {
+      level.tree.value.map()->emplace(*level.key, std::move(tree.value));
+    }
+    level.key.reset();
+    level.merges = false;
+  }
+
+  void takeKey(const YAML::Mark& mark, Open& level, const Value& key, bool isPlain) {
+    if (!key.text()) {
+      faults.push_back({path(), "text as a key", describe(key) + " in " + placeOf(mark)});
+    }
+    level.key = key.text() ? *key.text() : describe(key);
+    level.merges = isPlain && *level.key == "<<";
+    if (level.tree.value.map()->count(*level.key) != 0) {
+      faults.push_back({path(), "each key once", "it again in " + placeOf(mark)});
+    }
+  }
+
+  /// << with a map, or a list of maps of which the first to have a key gives it.
+  void merge(const YAML::Mark& mark, Open& level, const Value& source) {
+    const Value::List one{source};
+    for (const Value& each : source.list() ? *source.list() : one) {
+      if (each.map()) {
+        level.merged.insert(each.map()->begin(), each.map()->end());
+      } else {
+        faults.push_back({path(), "a map or a list of maps", describe(each) + " in " + placeOf(mark)});
+      }
+    }
+  }
+
+  std::vector<Open> open_;
+  std::map<YAML::anchor_t, Counted> anchored_;
+  std::size_t bytes_ = 0;
+  std::size_t values_ = 0;
+};
+
+}  // namespace
+
+Value parseYaml(const std::string& text) {
+  requireBounds(text);
+  try {
+    std::istringstream in(text);
+    YAML::Parser parser(in);
+    Builder first;
+    parser.HandleNextDocument(first);
+    Builder second;
+    if (parser.HandleNextDocument(second)) refuse("scene", "one YAML document", "more");
+    if (!first.faults.empty()) throw Refused(std::move(first.faults));
+    return std::move(first.root);
+  } catch (const YAML::Exception& error) {
+    refuse("scene", "YAML", placeOf(error.mark) + ": " + onOneLine(error.msg));
+  }
+}
+
+}  // namespace planar_chain

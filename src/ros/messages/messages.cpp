@@ -1,0 +1,109 @@
+#include "ros/messages/messages.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "lanes/segments.h"
+
+namespace planar_chain {
+
+Messages::Messages(const Scene& scene, const Frames& frames) {
+  const auto n = static_cast<std::size_t>(scene.chain.size());
+  for (const Joint& joint : scene.chain.joints()) jointStates_.name.push_back(joint.name);
+  jointStates_.position.resize(n);
+  jointStates_.velocity.resize(n);
+  jointStates_.effort.resize(n);
+
+  linkStates_.header.frame_id = frames.base;
+  for (const Link& link : scene.chain.links()) linkStates_.name.push_back(link.name);
+  linkStates_.pose.resize(n);
+  linkStates_.velocity.resize(n);
+  linkStates_.acceleration.resize(n);
+  linkStates_.pin_force.resize(n);
+  motions_.resize(n);
+
+  transforms_.transforms.resize(n);
+  halfAngles_.resize(n);
+  halfTurns_.resize(n);
+  Vec2d pinBefore;
+  for (std::size_t i = 0; i < n; ++i) {
+    geometry_msgs::TransformStamped& transform = transforms_.transforms[i];
+    transform.header.frame_id = i == 0 ? frames.base : frames.links[i - 1];
+    transform.child_frame_id = frames.links[i];
+    transform.transform.translation.x = pinBefore.x;
+    transform.transform.translation.y = pinBefore.y;
+    pinBefore = scene.chain.links()[i].pin;
+  }
+}
+
+const sensor_msgs::JointState& Messages::jointStates(const Simulation& simulation, ros::Time stamp) {
+  jointStates_.header.stamp = stamp;
+  std::copy(simulation.q().begin(), simulation.q().end(), jointStates_.position.begin());
+  std::copy(simulation.qd().begin(), simulation.qd().end(), jointStates_.velocity.begin());
+  simulation.jointTorques(jointStates_.effort.data());
+  return jointStates_;
+}
+
+const LinkStates& Messages::linkStates(const Simulation& simulation, ros::Time stamp) {
+  linkStates_.header.stamp = stamp;
+  simulation.linkMotions(motions_.data());
+  for (std::size_t i = 0; i < motions_.size(); ++i) {
+    const LinkMotion& link = motions_[i];
+    linkStates_.pose[i].x = link.com.x;
+    linkStates_.pose[i].y = link.com.y;
+    linkStates_.pose[i].theta = link.angle;
+    linkStates_.velocity[i].linear.x = link.velocity.x;
+    linkStates_.velocity[i].linear.y = link.velocity.y;
+    linkStates_.velocity[i].angular.z = link.omega;
+    linkStates_.acceleration[i].linear.x = link.acceleration.x;
+    linkStates_.acceleration[i].linear.y = link.acceleration.y;
+    linkStates_.acceleration[i].angular.z = link.alpha;
+    linkStates_.pin_force[i].x = link.pinForce.x;
+    linkStates_.pin_force[i].y = link.pinForce.y;
+  }
+  return linkStates_;
+}
+
+const tf2_msgs::TFMessage& Messages::transforms(const Simulation& simulation, ros::Time stamp) {
+  std::transform(simulation.q().begin(), simulation.q().end(), halfAngles_.begin(),
+                 [](double q) { return q / 2; });
+  rotations(halfAngles_.data(), halfTurns_.data(), static_cast<int>(halfAngles_.size()));
+  for (std::size_t i = 0; i < transforms_.transforms.size(); ++i) {
+    geometry_msgs::TransformStamped& transform = transforms_.transforms[i];
+    transform.header.stamp = stamp;
+    transform.transform.rotation.z = halfTurns_[i].s;
+    transform.transform.rotation.w = halfTurns_[i].c;
+  }
+  return transforms_;
+}
+
+geometry_msgs::TransformStamped Messages::baseInWorld(const Frames& frames, ros::Time stamp) {
+  geometry_msgs::TransformStamped transform;
+  transform.header.stamp = stamp;
+  transform.header.frame_id = frames.world;
+  transform.child_frame_id = frames.base;
+  transform.transform.rotation.x = std::sqrt(0.5);
+  transform.transform.rotation.w = std::sqrt(0.5);
+  return transform;
+}
+
+void describe(const Simulation& simulation, SimStatus& status) {
+  const Statistics statistics = simulation.statistics();
+  const EnergyBalance balance = simulation.energyBalance();
+  status.sim_time = status.scene_time = simulation.time();
+  status.method = simulation.method();
+  status.steps = static_cast<std::uint64_t>(statistics.steps);
+  status.rejected_steps = static_cast<std::uint64_t>(statistics.rejected);
+  status.rescues = static_cast<std::uint64_t>(statistics.rescues);
+  status.evaluations = static_cast<std::uint64_t>(statistics.evaluations);
+  status.error_estimate = statistics.localError;
+  status.kinetic = balance.now.kinetic;
+  status.potential = balance.now.potential;
+  status.work_supplied = balance.supplied;
+  status.dissipated = balance.dissipated;
+  status.energy_balance = balance.residual;
+  status.fault = simulation.fault();
+}
+
+}  // namespace planar_chain

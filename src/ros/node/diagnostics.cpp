@@ -1,0 +1,45 @@
+#include "ros/node/diagnostics.h"
+
+#include <utility>
+
+namespace planar_chain {
+
+namespace {
+
+constexpr double worrying = 0.5;  // s of lag
+
+}  // namespace
+
+Diagnostics::Diagnostics(const SimStatus& status, std::string clock)
+    : status_(status), clock_(std::move(clock)) {
+  updater_.setHardwareID("none");
+  updater_.add("simulation", this, &Diagnostics::report);
+}
+
+void Diagnostics::publish(const std::string& faultOfClock) {
+  faultOfClock_ = faultOfClock;
+  // Not by the updater's own period, which is one of sim time; and nothing is stamped 0.
+  if (!ros::Time::now().isZero()) updater_.force_update();
+}
+
+void Diagnostics::report(diagnostic_updater::DiagnosticStatusWrapper& out) {
+  using diagnostic_msgs::DiagnosticStatus;
+  if (!status_.fault.empty()) {
+    out.summary(DiagnosticStatus::ERROR, status_.fault);
+  } else if (!faultOfClock_.empty()) {
+    out.summary(DiagnosticStatus::WARN, faultOfClock_);
+  } else if (status_.lag > worrying) {
+    out.summaryf(DiagnosticStatus::WARN, "%.3f s behind %s", status_.lag, clock_.c_str());
+  } else {
+    out.summary(DiagnosticStatus::OK, status_.standstill.empty() ? "it goes on" : status_.standstill);
+  }
+  out.add("follows", clock_);
+  out.add("sim_time", status_.sim_time);
+  out.add("real_time_factor", status_.real_time_factor);
+  out.add("lag", status_.lag);
+  out.add("overruns", status_.overruns);
+  out.add("rejected_commands", status_.rejected_commands);
+  out.add("last_rejection", status_.last_rejection);
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,128 @@
+#include "ros/node/queries.h"
+
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+
+#include "planar_chain/fault.h"
+#include "planar_chain/kane.h"
+#include "planar_chain/linear_model.h"
+#include "ros/messages/bounded.h"
+#include "ros/messages/checks.h"
+
+namespace planar_chain {
+
+namespace {
+
+using Eigen::VectorXd;
+
+VectorXd vectorOf(const std::vector<double>& values) {
+  return Eigen::Map<const VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+/// Where and under what the equations are to be told: the scene, with the commands for loads.
+struct Question {
+  Scene scene;
+  double t;
+  VectorXd q, qd;
+
+  /// @throws Refused
+  template <class Request>
+  Question(const Simulation& simulation, const Request& request)
+      : scene(simulation.scene()), t(simulation.time()) {
+    std::vector<Fault> faults;
+    const int n = scene.chain.size();
+    if (n > mostLinksInMatrices) {
+      faults.push_back({"chain",
+                        "at most " + std::to_string(mostLinksInMatrices) + " links, for matrices are dense",
+                        std::to_string(n)});
+    }
+    const bool isPresent = request.q.empty() && request.qd.empty();
+    if (!isPresent) {
+      checkValues(faults, "q", "angles", "rad", request.q, simulation.q().size());
+      checkValues(faults, "qd", "rates", "rad/s", request.qd, simulation.qd().size());
+    }
+    if (!faults.empty()) throw Refused(std::move(faults));
+    q = vectorOf(isPresent ? simulation.q() : request.q);
+    qd = vectorOf(isPresent ? simulation.qd() : request.qd);
+    for (const Load& command : simulation.commands()) scene.loads.push_back(command);
+  }
+};
+
+/// @throws Refused what is not finite
+void copy(const VectorXd& from, std::vector<double>& to) {
+  if (!from.allFinite()) throw Refused({{"state", "one whose equations are finite", "numbers too large"}});
+  to.assign(from.data(), from.data() + from.size());
+}
+
+void copy(const Eigen::MatrixXd& from, Matrix& to) {
+  to.rows = static_cast<std::uint32_t>(from.rows());
+  to.columns = static_cast<std::uint32_t>(from.cols());
+  const Eigen::MatrixXd byRows = from.transpose();
+  copy(VectorXd::Map(byRows.data(), byRows.size()), to.data);
+}
+
+template <class Response, class Fill>
+void fill(Response& response, Fill&& make) {
+  response = {};
+  try {
+    make();
+    response.success = true;
+  } catch (const Refused& refused) {
+    response = {};
+    response.message = toString(refused.faults());
+  }
+}
+
+}  // namespace
+
+void answer(const Simulation& simulation, const Equations::Request& request, Equations::Response& response) {
+  fill(response, [&] {
+    const Question at(simulation, request);
+    const Kane k = kane(at.scene.chain, at.q, at.qd, activeForces(at.scene, at.t, at.q, at.qd));
+    copy(k.q, response.q);
+    copy(k.qd, response.qd);
+    response.S.resize(k.S.size());
+    for (std::size_t i = 0; i < k.S.size(); ++i) copy(k.S[i], response.S[i]);
+    copy(k.T, response.T);
+    copy(k.V_pd, response.V_pd);
+    copy(k.W_pd, response.W_pd);
+    copy(k.A_1, response.A_1);
+    copy(k.A_2, response.A_2);
+    copy(k.A_3, response.A_3);
+    copy(k.f_ext, response.f_ext);
+    copy(k.f, response.f);
+    copy(k.M_q, response.M);
+    copy(k.qdd, response.qdd);
+  });
+}
+
+void answer(const Simulation& simulation, const Linearize::Request& request, Linearize::Response& response) {
+  fill(response, [&] {
+    const Question at(simulation, request);
+    const LinearModel model = linearModel(at.scene, at.t, at.q, at.qd);
+    copy(model.A, response.A);
+    copy(model.B, response.B);
+  });
+}
+
+namespace {
+
+template <class Service, class Request>
+ros::ServiceServer offer(ros::NodeHandle& node, const char* name, const Simulation& simulation) {
+  return advertise<Service, Request>(
+      node, name, [&simulation](const Request& asked, typename Service::Response& response) {
+        typename Service::Request request;
+        request.q = plain(asked.q);
+        request.qd = plain(asked.qd);
+        answer(simulation, request, response);
+      });
+}
+
+}  // namespace
+
+Queries::Queries(ros::NodeHandle& node, const Simulation& simulation)
+    : services_{offer<Equations, EquationsRequest_<Bounded<void>>>(node, "equations", simulation),
+                offer<Linearize, LinearizeRequest_<Bounded<void>>>(node, "linearize", simulation)} {}
+
+}  // namespace planar_chain

@@ -1,0 +1,86 @@
+#include "ros/view/drawing.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace planar_chain {
+
+namespace {
+
+constexpr double barWidth = 0.09;  // units
+constexpr double thin = 0.4;       // of that
+constexpr int fewLinks = 8;        // of which one is a unit long
+constexpr double fewWidths = 2;    // of a link, so short that only a line of many is seen
+constexpr double longest = 1.5;    // units, of an arrow
+
+double largestLoad(const Scene& scene, double reach) {
+  double largest = 0;
+  for (const Load& load : scene.loads) {
+    const double turning = std::fmax(std::fabs(load.moment), std::fabs(load.torque)) / reach;
+    largest = std::fmax(largest, std::fmax(length(load.force), turning));
+  }
+  return largest;
+}
+
+/// Whether the centre of mass lies on the line through the pins, as far as can be seen.
+bool isStraight(const Link& link, double width) {
+  const double l = length(link.pin);
+  return l > 0 ? std::fabs(cross(link.pin, link.com)) / l < width / 2 : length(link.com) < width / 2;
+}
+
+/// Of the uniform rod with this mass and moment of inertia, m l²/12.
+double rodLength(const Link& link) {
+  return std::sqrt(12 * link.inertia / link.mass);
+}
+
+}  // namespace
+
+Drawing::Drawing(const Scene& scene) : reach(0) {
+  double mass = 0;
+  for (const Link& link : scene.chain.links()) {
+    reach += std::fmax(length(link.pin), length(link.com));
+    mass += link.mass;
+  }
+  if (reach == 0) reach = 1;
+  unit = reach / std::min(scene.chain.size(), fewLinks);
+  bar = barWidth * unit;
+  force = mass * length(scene.chain.gravity());
+  if (force == 0) force = largestLoad(scene, reach);
+  if (force == 0) force = 1;
+  torque = force * reach / 2;
+}
+
+Vec2d Drawing::arrow(Vec2d f) const {
+  const Vec2d drawn = unit / 2 / force * f;
+  const double size = length(drawn);
+  return std::fmin(1, longest * unit / size) * drawn;
+}
+
+bool isShort(const Link& link, const Drawing& drawing) {
+  const double l = length(link.pin);
+  return l > 0 && l < fewWidths * drawing.bar;
+}
+
+bool isPoint(const Link& link, const Drawing& drawing) {
+  return !isShort(link, drawing) && isStraight(link, drawing.bar) && rodLength(link) < drawing.bar;
+}
+
+std::vector<Bar> barsOf(const Link& link, const Drawing& drawing) {
+  const double l = length(link.pin);
+  if (isShort(link, drawing)) return {{{}, link.pin}};
+  const Bar pins{{}, link.pin, thin};
+  if (!isStraight(link, drawing.bar)) return {{{}, link.com}, {link.com, link.pin}, pins};
+  if (isPoint(link, drawing)) {
+    // A bob may hang beyond the pin, or the other way.
+    return dot(link.com, link.pin) > l * l || l == 0 ? std::vector<Bar>{{{}, link.com, thin}}
+                                                     : std::vector<Bar>{pins};
+  }
+  const Vec2d along = l > 0 ? 1 / l * link.pin : Vec2d{1, 0};
+  const Vec2d half = rodLength(link) / 2 * along;
+  const Bar rod{link.com - half, link.com + half};
+  const bool spansThePins = length(rod.from) < drawing.bar / 2 && length(rod.to - link.pin) < drawing.bar / 2;
+  if (spansThePins) return {{{}, link.pin}};
+  return {rod, pins};
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,373 @@
+#include "planar_chain/simulation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <utility>
+
+#include "dynamics/dynamics.h"
+#include "effects/loads.h"
+#include "ode/methods.h"
+#include "ode/switches.h"
+#include "run/energy_guard.h"
+
+namespace planar_chain {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+constexpr int stepsPerCheck = 32;    // of the energy balance
+constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
+
+void require(bool holds, const char* what) {
+  if (!holds) throw std::invalid_argument(what);
+}
+
+bool allFinite(const std::vector<double>& values) {
+  for (const double value : values) {
+    if (!std::isfinite(value)) return false;
+  }
+  return true;
+}
+
+/// The ladder of methods: the scene's; the same with smaller steps; a stiff one.
+constexpr std::size_t rungs = 3;
+IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung) {
+  if (rung > 0) {
+    scene.step /= 8;
+    scene.tolerance = std::max(scene.tolerance / 100, std::min(scene.tolerance, 1e-13));
+  }
+  if (rung > 1) scene.method = "rodas5p";
+  return scene;
+}
+
+/// Angles count up to half a turn in the error control, rates as they are; works are not controlled.
+ode::Tolerance toleranceOf(double value, int n) {
+  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(2 * n, std::numeric_limits<double>::infinity())};
+  tolerance.ceiling.head(n) = pi;
+  return tolerance;
+}
+
+}  // namespace
+
+struct Simulation::Parts {
+  const Scene& scene;
+  int n;
+  Loads loads;
+  Dynamics dynamics;
+  std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
+  std::size_t rung = 0;
+  int goodChecks = 0;    // since the ladder was climbed
+  int rescueLength = 1;  // checks to pass on a higher rung
+  long long rescues = 0;
+  EnergyGuard guard;
+  ode::State state;
+  Eigen::VectorXd y;  ///< the state in the order of the chain
+  std::vector<double> q, qd;
+  std::vector<LinkMotion> motions;
+  double energyAtStart = 0;
+  bool actsOtherwise = false;  // than the dynamics know
+  std::string fault;
+
+  Parts(const Scene& given, int commandCapacity)
+      : scene(given),
+        n(given.chain.size()),
+        loads(scene, commandCapacity),
+        dynamics(scene.chain, loads),
+        guard(scene.chain, scene.integrator, dynamics.works()),
+        state(dynamics.arrangedSize()),
+        y(dynamics.size()),
+        q(static_cast<std::size_t>(n)),
+        qd(static_cast<std::size_t>(n)),
+        motions(static_cast<std::size_t>(n)) {
+    fault.reserve(300);
+    climbTo(0);
+  }
+
+  ode::Integrator& integrator() const { return *ladder[rung]; }
+
+  void climbTo(std::size_t next) {
+    rung = next;
+    if (ladder[rung]) return;
+    const IntegratorSettings settings = settingsOf(scene.integrator, rung);
+    ladder[rung] =
+        ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings.tolerance, n));
+    if (!dynamics.stops().empty()) {
+      ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.stops(), dynamics);
+    }
+  }
+
+  const double* theta() const { return y.data(); }
+  const double* omega() const { return y.data() + n; }
+  void restore() { dynamics.restore(state.y.data(), y.data()); }
+
+  void set(const std::vector<double>& newQ, const std::vector<double>& newQd) {
+    const auto size = static_cast<std::size_t>(n);
+    require(newQ.size() == size && newQd.size() == size, "q and qd must have one value a joint");
+    require(allFinite(newQ) && allFinite(newQd), "q and qd must be finite");
+    double theta = 0, omega = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      y[static_cast<Eigen::Index>(i)] = theta += newQ[i];
+      y[static_cast<Eigen::Index>(size + i)] = omega += newQd[i];
+    }
+    const double energy = energyOf(scene.chain, this->theta(), this->omega()).total();
+    if (!std::isfinite(energy)) restore();
+    require(std::isfinite(energy), "q and qd must be of finite energy");
+    energyAtStart = energy;
+    q = newQ;
+    qd = newQd;
+    y.tail(dynamics.works()).setZero();
+    dynamics.arrange(y.data(), state.y.data());
+    state.carry.setZero();
+    fault.clear();
+    guard.begin(state, y.data());
+    climbTo(0);
+    rescueLength = 1;
+    dynamics.enterStops(y.data());
+    dynamics.enter(state.t);
+    actsOtherwise = false;
+    integrator().begin();
+  }
+
+  /// Something else acts from now on.
+  void actAnew() {
+    dynamics.enter(state.t);
+    integrator().restart();
+    actsOtherwise = false;
+  }
+
+  /// The dynamics as of the last command.
+  Dynamics& settled() {
+    if (actsOtherwise) actAnew();
+    return dynamics;
+  }
+
+  void requireCommand(int index, bool isFinite) const {
+    require(loads.takesCommands(), "this simulation was built without room for commands");
+    require(index >= 0 && index < n, "a command must name a joint or link of the chain");
+    require(isFinite, "a command must be finite");
+  }
+  Loads::Window held(double start, double until) const;
+  Loads::Window timed(double start, double duration) const;
+  bool isTaken(bool taken, Loads::Window window) {
+    if (taken && window.start <= state.t) actsOtherwise = true;
+    return taken;
+  }
+
+  /// Some steps towards t; or, in trouble, none, and the next rung of the ladder.
+  void advance(double t) {
+    const double end = std::min(t, loads.until());
+    const ode::Outcome outcome = integrator().integrate(state, end, loads.longestStep(), stepsPerCheck);
+    restore();
+    const bool failed = outcome == ode::Outcome::notFinite || outcome == ode::Outcome::stepTooSmall;
+    if (failed || !guard.closes(state, y.data())) return climb(outcome);
+
+    if (outcome == ode::Outcome::switched) {
+      dynamics.changeStops(y.data());
+      integrator().begin();
+    }
+    if (state.t >= loads.until()) actAnew();
+    if (rung > 0 && ++goodChecks >= rescueLength) {
+      climbTo(0);
+      integrator().begin();
+    }
+  }
+
+  /// What acts has not changed since the last good state: so it is enough to go back there.
+  void climb(ode::Outcome outcome) {
+    state = guard.lastGood();
+    restore();
+    if (rung + 1 == rungs) return fail(outcome);
+    if (rung == 0) rescueLength = std::min(2 * rescueLength, longestRescue);
+    ++rescues;
+    goodChecks = 0;
+    climbTo(rung + 1);
+    integrator().begin();
+  }
+
+  void readRelative() {
+    for (int i = n - 1; i >= 0; --i) {
+      const auto k = static_cast<std::size_t>(i);
+      q[k] = i > 0 ? theta()[i] - theta()[i - 1] : theta()[0];
+      qd[k] = i > 0 ? omega()[i] - omega()[i - 1] : omega()[0];
+    }
+  }
+
+  void fail(ode::Outcome outcome) {
+    char why[80];
+    switch (outcome) {
+      case ode::Outcome::notFinite:
+        std::snprintf(why, sizeof why, "the motion leaves the finite numbers");
+        break;
+      case ode::Outcome::stepTooSmall:
+        std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
+        break;
+      default:
+        std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", guard.gap());
+    }
+    char text[300];
+    std::snprintf(
+        text, sizeof text,
+        "%s gave up at t = %.9g s: %s, nor do smaller steps help, nor rodas5p; the last good state is kept",
+        scene.integrator.method.c_str(), state.t, why);
+    fault = text;
+  }
+};
+
+Simulation::Simulation(const Scene& scene, int commandCapacity)
+    : scene_(scene), commandCapacity_(commandCapacity) {
+  require(commandCapacity >= 0, "the number of commands must not be negative");
+  reset();
+}
+
+Simulation::~Simulation() = default;
+
+bool Simulation::advanceTo(double t, bool (*goesOn)()) {
+  Parts& p = *parts_;
+  require(std::isfinite(t) && t >= p.state.t, "time must be finite and must not run backwards");
+  if (!p.fault.empty()) return false;
+  p.settled();
+  bool isWanted = true;
+  while (p.state.t < t && p.fault.empty() && isWanted) {
+    p.advance(t);
+    isWanted = !goesOn || goesOn();
+  }
+  p.readRelative();
+  return p.fault.empty() && p.state.t >= t;
+}
+
+double Simulation::time() const {
+  return parts_->state.t;
+}
+const std::vector<double>& Simulation::q() const {
+  return parts_->q;
+}
+const std::vector<double>& Simulation::qd() const {
+  return parts_->qd;
+}
+const std::string& Simulation::fault() const {
+  return parts_->fault;
+}
+std::string Simulation::method() const {
+  return parts_->integrator().name();
+}
+std::string Simulation::recursion() const {
+  return parts_->dynamics.recursion();
+}
+const Scene& Simulation::scene() const {
+  return scene_;
+}
+
+Statistics Simulation::statistics() const {
+  Statistics statistics;
+  for (const auto& integrator : parts_->ladder) {
+    if (!integrator) continue;
+    statistics.steps += integrator->count().accepted;
+    statistics.rejected += integrator->count().rejected;
+  }
+  statistics.evaluations = parts_->dynamics.evaluations();
+  statistics.localError = parts_->integrator().count().lastError;
+  statistics.rescues = parts_->rescues;
+  return statistics;
+}
+
+Energy Simulation::energy() const {
+  return energyOf(scene_.chain, parts_->theta(), parts_->omega());
+}
+
+EnergyBalance Simulation::energyBalance() const {
+  EnergyBalance balance;
+  balance.now = energy();
+  if (parts_->dynamics.works() > 0) {
+    balance.supplied = parts_->y[2 * parts_->n];
+    balance.dissipated = parts_->y[2 * parts_->n + 1];
+  }
+  balance.residual = balance.now.total() - parts_->energyAtStart - balance.supplied + balance.dissipated;
+  return balance;
+}
+
+void Simulation::accelerations(double* qdd) const {
+  linkMotions(parts_->motions.data());
+  double before = 0;
+  for (int i = 0; i < parts_->n; ++i) {
+    const double alpha = parts_->motions[static_cast<std::size_t>(i)].alpha;
+    qdd[i] = alpha - before;
+    before = alpha;
+  }
+}
+
+void Simulation::jointTorques(double* tau) const {
+  parts_->settled().jointTorques(parts_->state.t, parts_->y.data(), tau);
+}
+
+void Simulation::linkMotions(LinkMotion* motions) const {
+  parts_->settled().linkMotions(parts_->state.t, parts_->y.data(), motions);
+}
+
+namespace {
+
+/// The window of a command given at `now`.
+Loads::Window windowFrom(double start, double stop, double now) {
+  require(std::isfinite(start) && !std::isnan(stop), "a command must be finite");
+  require(stop > std::max(start, now), "a command must last");
+  return {start, stop};
+}
+
+}  // namespace
+
+Loads::Window Simulation::Parts::held(double start, double until) const {
+  return windowFrom(start == now ? state.t : start, until, state.t);
+}
+
+Loads::Window Simulation::Parts::timed(double start, double duration) const {
+  require(std::isfinite(duration), "a command must be finite");
+  const double from = start == now ? state.t : start;
+  return windowFrom(from, from + duration, state.t);
+}
+
+bool Simulation::holdTorque(int joint, double torque, double until, double start) {
+  parts_->requireCommand(joint, std::isfinite(torque));
+  const Loads::Window window = parts_->held(start, until);
+  return parts_->isTaken(parts_->loads.holdTorque(joint, torque, window, time()), window);
+}
+
+bool Simulation::holdForce(int link, Vec2d point, Vec2d force, double moment, double until, double start) {
+  parts_->requireCommand(link, isFinite(point) && isFinite(force) && std::isfinite(moment));
+  const Loads::Window window = parts_->held(start, until);
+  return parts_->isTaken(parts_->loads.holdForce(link, point, force, moment, window, time()), window);
+}
+
+bool Simulation::addTorque(int joint, double torque, double duration, double start) {
+  parts_->requireCommand(joint, std::isfinite(torque));
+  const Loads::Window window = parts_->timed(start, duration);
+  return parts_->isTaken(parts_->loads.addTorque(joint, torque, window, time()), window);
+}
+
+bool Simulation::addForce(int link, Vec2d point, Vec2d force, double moment, double duration, double start) {
+  parts_->requireCommand(link, isFinite(point) && isFinite(force) && std::isfinite(moment));
+  const Loads::Window window = parts_->timed(start, duration);
+  return parts_->isTaken(parts_->loads.addForce(link, point, force, moment, window, time()), window);
+}
+
+void Simulation::clearCommands() {
+  parts_->loads.clearCommands();
+  parts_->actsOtherwise = true;
+}
+
+std::vector<Load> Simulation::commands() const {
+  return parts_->loads.commands(parts_->state.t);
+}
+
+void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
+  parts_->set(q, qd);
+}
+
+void Simulation::reset() {
+  // Made anew: nothing that a method has learnt on the way is left.
+  parts_ = std::make_unique<Parts>(scene_, commandCapacity_);
+  parts_->set(scene_.q, scene_.qd);
+}
+
+}  // namespace planar_chain

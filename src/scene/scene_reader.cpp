@@ -1,0 +1,396 @@
+#include "planar_chain/scene_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "ode/methods.h"
+#include "planar_chain/energy.h"
+#include "planar_chain/urdf_reader.h"
+#include "reading/section.h"
+#include "scene/scene_loads.h"
+
+namespace planar_chain {
+
+namespace {
+
+constexpr int mostLinks = 100000;
+constexpr double highestRate = 10000;
+constexpr double highestFactor = 1000;
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+
+// ---- links -----------------------------------------------------------------------------------
+
+/// One entry of `links`: as many links alike as `repeat` says.
+struct Entry {
+  Link link;
+  Joint joint;
+  double q = 0;
+  double qd = 0;
+  int repeat = 1;
+  bool namesAreSound = true;
+  bool valuesAreSound = true;
+};
+
+/// What a joint does beside turning; somebody else judges it.
+void takeTorques(const Section& joint, Joint& to) {
+  to.stiffness = joint.unjudged("stiffness", 0.0);
+  to.restAngle = joint.unjudged("rest_angle", 0.0);
+  to.stopStiffness = joint.unjudged("stop_stiffness", 0.0);
+  to.stopDamping = joint.unjudged("stop_damping", 0.0);
+}
+
+/// @returns whether the joint is sound
+bool judge(const Joint& joint, const Section& in) {
+  const std::vector<Fault> faults = faultsOf(joint);
+  for (const Fault& fault : faults) {
+    in.fault(fault.path.substr(fault.path.find('/') + 1), fault.expected);
+  }
+  return faults.empty();
+}
+
+void takeInitial(const Section& link, std::vector<Fault>& faults, double& q, double& qd) {
+  const Section initial(link.find("initial"), link.pathOf("initial"), {"angle", "velocity"}, faults);
+  initial.take("angle", NumberRule::any("rad"), q);
+  initial.take("velocity", NumberRule::any("rad/s"), qd);
+}
+
+Entry readEntry(const std::string& name, const Value& value, const std::string& path,
+                std::vector<Fault>& faults) {
+  Entry entry;
+  entry.link.name = name;
+  const Section in(&value, path, {"mass", "inertia", "com", "pin", "repeat", "joint", "initial"}, faults);
+  if (!isName(name)) {
+    faults.push_back({path, nameInWords, describe(Value(name))});
+    entry.namesAreSound = false;
+  }
+  if (!value.map()) {
+    entry.valuesAreSound = false;
+    return entry;
+  }
+
+  entry.link = {name, in.unjudged("mass", missing), in.unjudged("inertia", missing),
+                in.unjudged("com", Vec2d{missing, missing}), in.unjudged("pin", Vec2d{missing, missing})};
+  for (const Fault& fault : faultsOf(entry.link)) {
+    in.fault(fault.path, fault.expected);
+    entry.valuesAreSound = false;
+  }
+
+  const Section joint(
+      in.find("joint"), in.pathOf("joint"),
+      {"name", "damping", "stiffness", "rest_angle", "lower", "upper", "stop_stiffness", "stop_damping"},
+      faults);
+  takeTorques(joint, entry.joint);
+  entry.joint.damping = joint.unjudged("damping", 0.0);
+  joint.take("lower", NumberRule::any("rad"), entry.joint.lower);
+  joint.take("upper", NumberRule::any("rad"), entry.joint.upper);
+  if (joint.has("name")) entry.namesAreSound &= joint.takeName("name", entry.joint.name);
+  entry.valuesAreSound &= judge(entry.joint, joint);
+
+  const double repeat = in.unjudged("repeat", 1.0);
+  if (repeat >= 1 && repeat <= mostLinks && repeat == std::floor(repeat)) {
+    entry.repeat = static_cast<int>(repeat);
+  } else {
+    in.fault("repeat", "an integer from 1 to " + std::to_string(mostLinks));
+    entry.namesAreSound = false;
+  }
+
+  takeInitial(in, faults, entry.q, entry.qd);
+  return entry;
+}
+
+/// An entry with faults of its own stands in the chain as a plain disc, so that the names and the other
+/// links are judged all the same.
+void makePlain(Entry& entry) {
+  entry.link = {entry.link.name, 1, 1, {0, 0}, {1, 0}};
+  const std::string name = entry.joint.name;
+  entry.joint = {};
+  entry.joint.name = name;
+}
+
+// ---- chain -----------------------------------------------------------------------------------
+
+/// The links in chain order, every repetition written out.
+struct Expanded {
+  std::vector<Link> links;
+  std::vector<Joint> joints;
+  std::vector<double> q;
+  std::vector<double> qd;
+  ChainNames names;
+  std::map<std::string, std::string> entryOf;  ///< the key in `links`, by link name
+  Vec2d gravity{0, -9.81};                     ///< m/s², where the scene says nothing else
+};
+
+/// `entry` is the link's key in `links`.
+void append(const std::string& entry, Link link, Joint joint, double q, double qd, Expanded& to) {
+  const int index = static_cast<int>(to.links.size());
+  to.names.links.emplace(link.name, index);
+  to.names.joints.emplace(joint.name, index);
+  to.names.com.push_back(link.com);
+  to.entryOf.emplace(link.name, entry);
+  to.links.push_back(std::move(link));
+  to.joints.push_back(std::move(joint));
+  to.q.push_back(q);
+  to.qd.push_back(qd);
+}
+
+void append(const Entry& entry, Expanded& to) {
+  for (int i = 1; i <= entry.repeat; ++i) {
+    const std::string suffix = entry.repeat > 1 ? "_" + std::to_string(i) : "";
+    Link link = entry.link;
+    Joint joint = entry.joint;
+    link.name += suffix;
+    joint.name = joint.name.empty() ? link.name + "_joint" : joint.name + suffix;
+    append(entry.link.name, std::move(link), std::move(joint), entry.q, entry.qd, to);
+  }
+}
+
+/// @returns nothing when the order or the names are not certain; there is a fault then.
+std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults) {
+  // The entries, in the chain or not.
+  const Section links(top.find("links"), "links", {}, faults);
+  if (links.entries().empty() && (!top.has("links") || top.find("links")->map())) {
+    top.fault("links", "a map with one link at least");
+  }
+  std::map<std::string, Entry> entries;
+  bool isCertain = true;
+  for (const auto& [name, value] : links.entries()) {
+    Entry entry = readEntry(name, value, links.pathOf(name), faults);
+    isCertain &= entry.namesAreSound;
+    if (!entry.valuesAreSound) makePlain(entry);
+    entries.emplace(name, std::move(entry));
+  }
+
+  // The order.
+  const Value* chain = top.find("chain");
+  const Value::List* order = chain ? chain->list() : nullptr;
+  if (!order || order->empty()) {
+    top.fault("chain", "a list of link names, from the ground pin outwards");
+    return std::nullopt;
+  }
+  std::vector<const Entry*> inOrder;
+  std::set<std::string> listed;
+  long long total = 0;
+  for (std::size_t i = 0; i < order->size(); ++i) {
+    const Value& name = (*order)[i];
+    const auto entry = name.text() ? entries.find(*name.text()) : entries.end();
+    const char* fault = entry == entries.end()                ? "the name of an entry in links"
+                        : !listed.insert(entry->first).second ? "each link once"
+                                                              : nullptr;
+    if (fault) {
+      faults.push_back({"chain/" + std::to_string(i), fault, describe(name)});
+      isCertain = false;
+    } else {
+      inOrder.push_back(&entry->second);
+      total += entry->second.repeat;
+    }
+  }
+  for (const auto& entry : entries) {
+    if (listed.count(entry.first) == 0) {
+      faults.push_back({links.pathOf(entry.first), "a link listed in chain", describe(Value(entry.first))});
+    }
+  }
+  if (total > mostLinks) {
+    faults.push_back({"chain", "at most " + std::to_string(mostLinks) + " links, repeated ones counted",
+                      std::to_string(total)});
+    isCertain = false;
+  }
+
+  if (!isCertain) return std::nullopt;
+  Expanded expanded;
+  for (const Entry* entry : inOrder) append(*entry, expanded);
+  return expanded;
+}
+
+/// The chain that a URDF describes; `links` says of it what URDF has no word for.
+/// @returns nothing when there is a fault in the URDF
+std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults) {
+  if (top.has("chain")) top.fault("chain", "nothing beside robot_description, which has the order");
+  const std::string* text = top.find("robot_description")->text();
+  if (!text) {
+    top.fault("robot_description", "the text of a URDF");
+    return std::nullopt;
+  }
+  PlanarRobot robot;
+  try {
+    robot = readUrdf(*text);
+  } catch (const Refused& refused) {
+    faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
+    return std::nullopt;
+  }
+
+  Expanded expanded;
+  expanded.gravity = robot.gravity;
+  const Section links(top.find("links"), "links", {}, faults);
+  for (std::size_t i = 0; i < robot.links.size(); ++i) {
+    const std::string name = robot.links[i].name;
+    const Section in(links.find(name), links.pathOf(name), {"joint", "initial"}, faults);
+    const Section ofJoint(in.find("joint"), in.pathOf("joint"),
+                          {"stiffness", "rest_angle", "stop_stiffness", "stop_damping"}, faults);
+    Joint joint = robot.joints[i];
+    takeTorques(ofJoint, joint);
+    if (!judge(joint, ofJoint)) joint = {joint.name};
+    double q = 0, qd = 0;
+    takeInitial(in, faults, q, qd);
+    append(name, std::move(robot.links[i]), std::move(joint), q, qd, expanded);
+  }
+  for (const auto& entry : links.entries()) {
+    if (expanded.names.links.count(entry.first) != 0) continue;
+    faults.push_back(
+        {links.pathOf(entry.first), "a link of robot_description that moves", describe(Value(entry.first))});
+  }
+  return expanded;
+}
+
+/// The chain's own faults, at the keys of the scene: a repeated link's only once.
+std::optional<Chain> makeChain(const Expanded& from, Vec2d gravity, std::vector<Fault>& faults) {
+  try {
+    return Chain(from.links, from.joints, gravity);
+  } catch (const Refused& refused) {
+    const std::string links = "links/";
+    std::set<std::pair<std::string, std::string>> told;
+    for (Fault fault : refused.faults()) {
+      const std::size_t end = fault.path.find('/', links.size());
+      const std::string name = fault.path.substr(links.size(), end - links.size());
+      const std::string rest = end == std::string::npos ? "" : fault.path.substr(end);
+      fault.path = links + from.entryOf.at(name) + rest;
+      if (told.emplace(fault.path, fault.expected).second) faults.push_back(std::move(fault));
+    }
+    return std::nullopt;
+  }
+}
+
+/// What is finite number by number may still be beyond all numbers as a motion.
+void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<Fault>& faults) {
+  std::vector<double> theta(from.q.size()), omega(from.qd.size());
+  std::partial_sum(from.q.begin(), from.q.end(), theta.begin());
+  std::partial_sum(from.qd.begin(), from.qd.end(), omega.begin());
+  const double energy = energyOf(chain, theta.data(), omega.data()).total();
+  if (!std::isfinite(energy)) {
+    faults.push_back({"links", "a chain and initial rates of finite energy", toText(energy) + " J"});
+  }
+}
+
+// ---- integrator, publish ---------------------------------------------------------------------
+
+IntegratorSettings readIntegrator(const Value* value, std::vector<Fault>& faults) {
+  IntegratorSettings settings;
+  const Section in(value, "integrator", {"method", "tolerance", "step"}, faults);
+  if (const Value* method = in.find("method")) {
+    const std::vector<std::string>& known = ode::methodNames();
+    if (method->text() && std::find(known.begin(), known.end(), *method->text()) != known.end()) {
+      settings.method = *method->text();
+    } else {
+      std::string names;
+      for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
+      in.fault("method", "one of " + names);
+    }
+  }
+  in.take("tolerance", {"from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
+  in.take("step", NumberRule::above(0, "s"), settings.step);
+  return settings;
+}
+
+bool isFrame(const std::string& text) {
+  return !text.empty() && text[0] != '/' && std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '/';
+  });
+}
+
+void takeFrame(const Section& in, const std::string& key, std::string& target) {
+  const Value* value = in.find(key);
+  if (!value) return;
+  if (value->text() && isFrame(*value->text())) {
+    target = *value->text();
+  } else {
+    in.fault(key, "a frame (letters, digits, _ and /, which is not the first)");
+  }
+}
+
+PublishSettings readPublish(const Value* value, const ChainNames* names, std::vector<Fault>& faults) {
+  PublishSettings settings;
+  const Section in(
+      value, "publish",
+      {"rate", "tf_rate", "status_rate", "tf", "link_states", "frame_prefix", "world_frame", "base_frame"},
+      faults);
+
+  in.take("rate", {"> 0 Hz and at most " + toText(highestRate), 0, highestRate, false}, settings.rate);
+  settings.tfRate = std::min(settings.tfRate, settings.rate);
+  settings.statusRate = std::min(settings.statusRate, settings.rate);
+  const NumberRule upToRate{"> 0 Hz and at most the rate, " + toText(settings.rate), 0, settings.rate, false};
+  in.take("tf_rate", upToRate, settings.tfRate);
+  in.take("status_rate", upToRate, settings.statusRate);
+
+  in.take("tf", settings.tf);
+  in.take("link_states", settings.linkStates);
+
+  const Value* prefix = in.find("frame_prefix");
+  if (prefix && prefix->text() && prefix->text()->empty()) {
+    settings.framePrefix = "";
+  } else if (prefix) {
+    settings.framePrefix.emplace();
+    takeFrame(in, "frame_prefix", *settings.framePrefix);
+  }
+  takeFrame(in, "world_frame", settings.worldFrame);
+  takeFrame(in, "base_frame", settings.baseFrame);
+  const auto requireOwn = [&](const char* key, const std::string& frame) {
+    if (names && names->links.count(frame) != 0) {
+      faults.push_back({in.pathOf(key), "a frame that is not a link's", describe(Value(frame))});
+    }
+  };
+  requireOwn("world_frame", settings.worldFrame);
+  requireOwn("base_frame", settings.baseFrame);
+  if (settings.worldFrame == settings.baseFrame) {
+    faults.push_back(
+        {in.pathOf("base_frame"), "a frame other than world_frame", describe(Value(settings.baseFrame))});
+  }
+  return settings;
+}
+
+}  // namespace
+
+// ---- The whole -------------------------------------------------------------------------------
+
+Scene readScene(const Value& value) {
+  std::vector<Fault> faults;
+  const Section top(&value, "",
+                    {"chain", "gravity", "links", "loads", "integrator", "publish", "command_timeout",
+                     "real_time_factor", "robot_description"},
+                    faults);
+
+  std::optional<Expanded> expanded =
+      top.has("robot_description") ? readRobot(top, faults) : readLinks(top, faults);
+  const ChainNames* names = expanded ? &expanded->names : nullptr;
+  std::optional<Chain> chain;
+  Vec2d gravity = expanded ? expanded->gravity : Vec2d{};
+  top.take("gravity", "m/s²", gravity);
+  if (expanded) chain = makeChain(*expanded, gravity, faults);
+  std::vector<Load> loads = readLoads(top.find("loads"), names, faults);
+  const IntegratorSettings integrator = readIntegrator(top.find("integrator"), faults);
+  PublishSettings publish = readPublish(top.find("publish"), names, faults);
+  double commandTimeout = 0;
+  top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
+  std::optional<double> realTimeFactor;
+  if (top.has("real_time_factor")) {
+    top.take(
+        "real_time_factor",
+        {">= 0, sim time per wall time, and at most " + toText(highestFactor) + " (0: as fast as it goes)", 0,
+         highestFactor, true},
+        realTimeFactor.emplace());
+  }
+
+  if (faults.empty()) requireFiniteEnergy(*chain, *expanded, faults);
+  if (!faults.empty()) throw Refused(std::move(faults));
+  return {std::move(*chain), std::move(expanded->q), std::move(expanded->qd), std::move(loads),
+          integrator,        std::move(publish),     commandTimeout,          realTimeFactor};
+}
+
+Scene readSceneText(const std::string& yaml) {
+  return readScene(parseYaml(yaml));
+}
+
+}  // namespace planar_chain
