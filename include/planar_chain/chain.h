@@ -7,6 +7,7 @@
 /// the origin of the base frame.
 
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <string>
 #include <vector>
@@ -44,6 +45,22 @@ struct Joint {
 /// q_i = θ_i − θ_{i−1}, and likewise for rates.
 inline double relative(const double* absolute, int i) {
   return i > 0 ? absolute[i] - absolute[i - 1] : absolute[0];
+}
+
+/// q_1 … q_n from θ_1 … θ_n, and likewise for rates and accelerations. Both may be the same array.
+inline void toRelative(const double* absolute, int n, double* q) {
+  for (int i = n - 1; i >= 0; --i) q[i] = relative(absolute, i);
+}
+
+/// θ_i = q_1 + … + q_i, and likewise for rates and accelerations. Both may be the same array.
+inline void toAbsolute(const double* relative, int n, double* absolute) {
+  double sum = 0;
+  for (int i = 0; i < n; ++i) absolute[i] = sum += relative[i];
+}
+
+/// The position of link or joint i in a std::vector.
+constexpr std::size_t index(int i) {
+  return static_cast<std::size_t>(i);
 }
 
 /// What is wrong with the values of one link or joint; paths are keys of the scene below the link:

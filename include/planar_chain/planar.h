@@ -11,6 +11,8 @@
 
 namespace planar_chain {
 
+constexpr double pi = 3.14159265358979323846;
+
 /// a b + c; a number type of which the CPU does this at once, and rounds once, has a function of its own.
 template <class A, class B, class C>
 constexpr C mulAdd(A a, B b, C c) {

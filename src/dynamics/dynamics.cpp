@@ -8,10 +8,6 @@ namespace planar_chain {
 
 namespace {
 
-std::size_t index(int j) {
-  return static_cast<std::size_t>(j);
-}
-
 std::variant<ShortChain, Articulated<double>, Segments> recursionFor(const Chain& chain) {
   if (Segments::areWorthwhile(chain.size())) return Segments(chain);
   if (chain.size() <= ShortChain::most) return ShortChain(chain);

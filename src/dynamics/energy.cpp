@@ -7,15 +7,14 @@ namespace planar_chain {
 Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
   Energy energy;
   Vec2d pin, pinVelocity;
-  double before = 0;
   for (int j = 0; j < chain.size(); ++j) {
-    const Link& link = chain.links()[static_cast<std::size_t>(j)];
-    const Joint& joint = chain.joints()[static_cast<std::size_t>(j)];
+    const Link& link = chain.links()[index(j)];
+    const Joint& joint = chain.joints()[index(j)];
     const auto e = Rotation<double>::of(theta[j]);
     const Vec2d R = e * link.com;
     const Vec2d P = e * link.pin;
     const Vec2d v = pinVelocity + omega[j] * perp(R);
-    const double q = theta[j] - before;
+    const double q = relative(theta, j);
     const double stretch = q - joint.restAngle;
     const double depth = std::max({0.0, q - joint.upper, joint.lower - q});
     energy.kinetic += 0.5 * (link.mass * dot(v, v) + link.inertia * omega[j] * omega[j]);
@@ -23,7 +22,6 @@ Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
     energy.potential -= link.mass * dot(chain.gravity(), pin + R);
     pin += P;
     pinVelocity += omega[j] * perp(P);
-    before = theta[j];
   }
   energy.potential += energy.elastic;
   return energy;
@@ -33,7 +31,7 @@ double angularMomentum(const Chain& chain, const double* theta, const double* om
   double momentum = 0;
   Vec2d pin, pinVelocity;
   for (int j = 0; j < chain.size(); ++j) {
-    const Link& link = chain.links()[static_cast<std::size_t>(j)];
+    const Link& link = chain.links()[index(j)];
     const auto e = Rotation<double>::of(theta[j]);
     const Vec2d R = e * link.com;
     const Vec2d P = e * link.pin;

@@ -58,8 +58,7 @@ double factorAt(const Load& load, double t) {
   if (t < load.start || t >= load.stop) return 0;
 
   if (const auto* sine = std::get_if<Sine>(&load.law)) {
-    constexpr double twoPi = 6.283185307179586476925;
-    return std::sin(twoPi * sine->frequency * t + sine->phase);
+    return std::sin(2 * pi * sine->frequency * t + sine->phase);
   }
   if (const auto* ramp = std::get_if<Ramp>(&load.law)) {
     const auto& ts = ramp->times;

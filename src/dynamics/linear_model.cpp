@@ -16,10 +16,6 @@ namespace {
 
 using Eigen::VectorXd;
 
-std::size_t index(int j) {
-  return static_cast<std::size_t>(j);
-}
-
 /// One state, and what acts there.
 struct At {
   int n;

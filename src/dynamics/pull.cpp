@@ -5,7 +5,9 @@
 namespace planar_chain {
 
 Pull::Pull(const Chain& chain) : chain_(chain), recursion_(chain) {
-  const auto n = static_cast<std::size_t>(chain.size());
+  const auto n = index(chain.size());
+  theta_.resize(n);
+  omega_.resize(n);
   e_.resize(n);
   still_.resize(n);
   N_.resize(n);
@@ -16,19 +18,18 @@ Pull::Pull(const Chain& chain) : chain_(chain), recursion_(chain) {
 
 PointMotion Pull::motionOf(const double* q, const double* qd, int link, Vec2d point) {
   PointMotion motion;
-  double theta = 0, omega = 0;
+  toAbsolute(q, chain_.size(), theta_.data());
+  toAbsolute(qd, chain_.size(), omega_.data());
   for (int i = 0; i < chain_.size(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    theta += q[i];
-    omega += qd[i];
-    e_[at] = Rotation<double>::of(theta);
+    const auto at = index(i);
+    e_[at] = Rotation<double>::of(theta_[at]);
     if (i > link) continue;
     const Vec2d arm = e_[at] * (i < link ? chain_.links()[at].pin : point);
     motion.position += arm;
-    motion.velocity += omega * perp(arm);
+    motion.velocity += omega_[at] * perp(arm);
     arm_ = arm;
   }
-  motion.turn = e_[static_cast<std::size_t>(link)];
+  motion.turn = e_[index(link)];
   const Vec2d alongX = answer(link, {1, 0}), alongY = answer(link, {0, 1});
   motion.mobility = {alongX.x, (alongX.y + alongY.x) / 2, alongY.y};
   return motion;
@@ -36,7 +37,7 @@ PointMotion Pull::motionOf(const double* q, const double* qd, int link, Vec2d po
 
 /// The acceleration that the force gives the point.
 Vec2d Pull::answer(int link, Vec2d force) {
-  const auto last = static_cast<std::size_t>(link);
+  const std::size_t last = index(link);
   N_[last] = cross(arm_, force);
   F_[last] = force;
   recursion_.accelerations(e_.data(), still_.data(), N_.data(), F_.data(), {}, alpha_.data());

@@ -52,7 +52,7 @@ class Pull {
   Articulated<double> recursion_;
   Vec2d arm_;  ///< from the link's inner pin to the point, base frame
   std::vector<Rotation<double>> e_;
-  std::vector<double> still_, N_, alpha_;
+  std::vector<double> theta_, omega_, still_, N_, alpha_;
   std::vector<Vec2d> F_;
 };
 

@@ -8,7 +8,6 @@ namespace planar_chain {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double never = std::numeric_limits<double>::infinity();
 
 template <class... Visitors>

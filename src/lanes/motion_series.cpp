@@ -6,14 +6,6 @@
 
 namespace planar_chain {
 
-namespace {
-
-std::size_t index(int j) {
-  return static_cast<std::size_t>(j);
-}
-
-}  // namespace
-
 MotionSeries::MotionSeries(const Chain& chain, int orders, const simd::Kernel* kernel)
     : n_(chain.size()),
       orders_(orders),

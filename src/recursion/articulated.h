@@ -107,7 +107,7 @@ template <class Real>
 template <class Real = double>
 class Articulated {
  public:
-  explicit Articulated(const Chain& chain) : replies_(static_cast<std::size_t>(chain.size())) {
+  explicit Articulated(const Chain& chain) : replies_(index(chain.size())) {
     for (const Link& link : chain.links()) {
       bodies_.push_back({Real(link.mass),
                          Real(link.inertia),
@@ -149,8 +149,6 @@ class Articulated {
     Vec2<Real> a = ground;
     for (int j = 0; j < size(); ++j) alpha[j] = outwards(replies_[index(j)], a);
   }
-
-  static std::size_t index(int j) { return static_cast<std::size_t>(j); }
 
   std::vector<Body<Real>> bodies_;
   std::vector<Reply<Real>> replies_;

@@ -228,11 +228,11 @@ class Linearized {
   explicit Linearized(const Chain& chain)
       : n_(chain.size()),
         chain_(chain),
-        shared_(std::make_shared<std::vector<BodyAt<Real>>>(static_cast<std::size_t>(n_))),
+        shared_(std::make_shared<std::vector<BodyAt<Real>>>(index(n_))),
         bodies_(*shared_),
-        forces_(static_cast<std::size_t>(n_)),
-        handles_(static_cast<std::size_t>(n_)),
-        epsilonD_(static_cast<std::size_t>(n_)) {}
+        forces_(index(n_)),
+        handles_(index(n_)),
+        epsilonD_(index(n_)) {}
 
   /// Another factorization at the state of `other`, whenever that is linearized.
   template <class Other>
@@ -241,8 +241,8 @@ class Linearized {
         chain_(other.chain_),
         shared_(other.shared_),
         bodies_(*shared_),
-        handles_(static_cast<std::size_t>(n_)),
-        epsilonD_(static_cast<std::size_t>(n_)) {}
+        handles_(index(n_)),
+        epsilonD_(index(n_)) {}
 
   /// k (N m/rad), d (N m s/rad) of each joint, with whatever acts like a spring or damper there; 0 before. n
   /// values each. Allocates nothing.
@@ -314,8 +314,6 @@ class Linearized {
  private:
   template <class Other>
   friend class Linearized;
-
-  static std::size_t index(int j) { return static_cast<std::size_t>(j); }
 
   int n_;
   const Chain& chain_;

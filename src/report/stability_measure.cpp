@@ -17,7 +17,6 @@ namespace planar_chain::tools {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double toleranceOfSeries = 2e-5;   // for order 20
 constexpr double resolution = 1.03;          // of a limit found by bisection

@@ -9,8 +9,6 @@ namespace planar_chain::tools {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 /// A chain of 1 m in all, made of n rods, at rest. mass(i), kg; lean(x): angle of the link at x, from 0
 /// (ground) to 1 (tip), against straight down. Springs k and dampers d in all joints but the ground's.
 struct Recipe {
@@ -24,8 +22,7 @@ Scene make(const Recipe& recipe) {
   const double length = 1.0 / recipe.n;
   std::vector<Link> links;
   std::vector<Joint> joints;
-  std::vector<double> q;
-  double before = 0;
+  std::vector<double> q;  // absolute until all are known
   for (int i = 0; i < recipe.n; ++i) {
     const std::string name = "link_" + std::to_string(i + 1);
     const double mass = recipe.mass(i);
@@ -36,10 +33,9 @@ Scene make(const Recipe& recipe) {
       joint.damping = recipe.d;
     }
     joints.push_back(joint);
-    const double theta = -pi / 2 + recipe.lean((i + 0.5) / recipe.n);
-    q.push_back(theta - before);
-    before = theta;
+    q.push_back(-pi / 2 + recipe.lean((i + 0.5) / recipe.n));
   }
+  toRelative(q.data(), recipe.n, q.data());
   std::vector<double> qd(q.size(), 0.0);
   return {Chain(std::move(links), std::move(joints), {0, -9.81}), std::move(q), std::move(qd), {}, {}, {}, 0};
 }
@@ -116,11 +112,8 @@ Scene hangingChain(int n) {
 }
 
 void readStart(const Scene& scene, double* theta, double* omega) {
-  double q = 0, qd = 0;
-  for (std::size_t i = 0; i < scene.q.size(); ++i) {
-    theta[i] = q += scene.q[i];
-    omega[i] = qd += scene.qd[i];
-  }
+  toAbsolute(scene.q.data(), scene.chain.size(), theta);
+  toAbsolute(scene.qd.data(), scene.chain.size(), omega);
 }
 
 std::vector<Family> stabilityFamilies(bool quick) {

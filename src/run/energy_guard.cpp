@@ -13,7 +13,6 @@ namespace {
 constexpr double tolerances = 10;
 constexpr double share = 0.1;               // of the energy that moves, for fixed steps
 constexpr double sharePerTolerance = 1000;  // the same for adaptive ones
-constexpr double pi = 3.14159265358979323846;
 
 }  // namespace
 

@@ -17,7 +17,6 @@ namespace planar_chain {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int stepsPerCheck = 32;    // of the energy balance
 constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
 

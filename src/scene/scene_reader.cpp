@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <utility>
@@ -267,8 +266,8 @@ std::optional<Chain> makeChain(const Expanded& from, Vec2d gravity, std::vector<
 /// What is finite number by number may still be beyond all numbers as a motion.
 void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<Fault>& faults) {
   std::vector<double> theta(from.q.size()), omega(from.qd.size());
-  std::partial_sum(from.q.begin(), from.q.end(), theta.begin());
-  std::partial_sum(from.qd.begin(), from.qd.end(), omega.begin());
+  toAbsolute(from.q.data(), chain.size(), theta.data());
+  toAbsolute(from.qd.data(), chain.size(), omega.data());
   const double energy = energyOf(chain, theta.data(), omega.data()).total();
   if (!std::isfinite(energy)) {
     faults.push_back({"links", "a chain and initial rates of finite energy", toText(energy) + " J"});

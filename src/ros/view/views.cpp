@@ -12,8 +12,6 @@ namespace planar_chain {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 const std_msgs::ColorRGBA red = colour(1, 0.33, 0.42), green = colour(0.4, 0.85, 0.5),
                           white = colour(0.95, 0.95, 0.95), black = colour(0.1, 0.1, 0.12);
 
