@@ -17,7 +17,6 @@
 
 #include "counted.h"
 #include "dynamics/dynamics.h"
-#include "effects/loads.h"
 #include "ode/methods.h"
 #include "planar_chain/simulation.h"
 
@@ -128,7 +127,7 @@ Scene sceneOf(int n, const Effect& effect) {
 
 struct Evaluated {
   explicit Evaluated(const Scene& given)
-      : scene(given), loads(scene, 0), dynamics(scene.chain, loads), y(dynamics.size()), slope(y) {
+      : scene(given), dynamics(scene), y(dynamics.size()), slope(y) {
     const int n = scene.chain.size();
     double theta = 0, omega = 0;
     for (int i = 0; i < n; ++i) {
@@ -136,10 +135,9 @@ struct Evaluated {
       y[n + i] = omega += scene.qd[static_cast<std::size_t>(i)];
     }
     y.tail(dynamics.works()).setZero();
-    dynamics.enterStops(y.data());
+    dynamics.enterState(y.data());
   }
   Scene scene;
-  Loads loads;
   Dynamics dynamics;
   Eigen::VectorXd y, slope;
 };

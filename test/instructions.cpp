@@ -11,7 +11,6 @@
 
 #include "counted.h"
 #include "dynamics/dynamics.h"
-#include "effects/loads.h"
 #include "lanes/kernel.h"
 #include "ode/methods.h"
 #include "random_scene.h"
@@ -26,8 +25,8 @@ class Chains {
       : n_(n),
         chain_(sprung ? "springs and dampers" : "bare"),
         scene_(test::randomScene(n, static_cast<unsigned>(n), {sprung, sprung, false})),
-        loads_(scene_, 0),
-        dynamics_(scene_.chain, loads_),
+        
+        dynamics_(scene_),
         y_(Eigen::VectorXd::Zero(dynamics_.size())),
         slope_(y_),
         rates_(Eigen::VectorXd::Zero(dynamics_.arrangedSize())),
@@ -84,7 +83,6 @@ class Chains {
   int n_;
   const char* chain_;
   Scene scene_;
-  Loads loads_;
   Dynamics dynamics_;
   ode::State start_;
   Eigen::VectorXd y_, slope_, rates_, solution_;

@@ -87,8 +87,7 @@ Eigen::MatrixXd jacobian(const Scene& scene) {
 TEST(Jacobian, AgreesWithDifferencesOfTheProgram) {
   for (const int n : {1, 2, 3, 7}) {
     const Scene scene = constantScene(n, static_cast<unsigned>(n), 1);
-    Loads loads(scene, 0);
-    Dynamics dynamics(scene.chain, loads);
+    Dynamics dynamics(scene);
     Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size()), plus(y), minus(y);
     y.head(2 * n) = stateOf(scene);
     const Eigen::MatrixXd J = jacobian(scene);
@@ -112,8 +111,7 @@ using VectorOf = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
 template <class Scalar>
 VectorOf<Scalar> solution(const Scene& scene, Scalar s, const VectorOf<Scalar>& rhs) {
   const int n = scene.chain.size();
-  Loads loads(scene, 0);
-  Dynamics dynamics(scene.chain, loads);
+  Dynamics dynamics(scene);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size()), f(y);
   y.head(2 * n) = stateOf(scene);
   dynamics.derivative(0, y.data(), f.data());
@@ -197,9 +195,8 @@ TEST(ExactSolve, KnowsWorksAndTime) {
   // link and arranged in segments.
   for (const int n : {5, 20, 70}) {
     const Scene scene = test::randomScene(n, 77);
-    Loads loads(scene, 0);
-    loads.enter(0.1);
-    Dynamics dynamics(scene.chain, loads);
+    Dynamics dynamics(scene);
+    dynamics.enter(0.1);
     dynamics.reserve(0);
     const int size = dynamics.size();
     ASSERT_EQ(size, 2 * n + 2);

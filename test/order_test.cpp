@@ -144,8 +144,7 @@ struct Plain : System {
 TEST(Order, MakesNoDifferenceToTheSurroundingsOfAChain) {
   for (const int n : {5, 20, 70}) {
     const Scene scene = planar_chain::test::randomScene(n, 7);
-    Loads loads(scene, 0);
-    Dynamics dynamics(scene.chain, loads);
+    Dynamics dynamics(scene);
     dynamics.enter(0);
     Plain plain(dynamics);
     const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(dynamics.size(), -1, 2);
@@ -172,8 +171,7 @@ TEST(RowsAhead, AreTheSumsByThemselvesToTheBit) {
          {planar_chain::test::With{false, false, false}, {true, true, false}, {true, true, true}}) {
       const Scene scene = planar_chain::test::randomScene(n, static_cast<unsigned>(n), with);
       const auto endOf = [&](const char* method, bool together) {
-        Loads loads(scene, 0);
-        Dynamics dynamics(scene.chain, loads);
+        Dynamics dynamics(scene);
         dynamics.enter(0);
         planar_chain::test::CountedSystem counted(dynamics);
         SeriesSystem& f = together ? static_cast<SeriesSystem&>(dynamics) : counted;

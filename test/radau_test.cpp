@@ -10,7 +10,6 @@
 #include <complex>
 
 #include "dynamics/dynamics.h"
-#include "effects/loads.h"
 #include "ode/adaptive_steps.h"
 #include "ode/methods.h"
 #include "random_scene.h"
@@ -187,9 +186,8 @@ TEST(Radau, SolvesWithComplexShiftsWorksIncluded) {
   // arranged in segments.
   for (const int n : {5, 20, 70}) {
     const Scene scene = planar_chain::test::randomScene(n, 77);
-    Loads loads(scene, 0);
-    loads.enter(0.1);
-    Dynamics dynamics(scene.chain, loads);
+    Dynamics dynamics(scene);
+    dynamics.enter(0.1);
     const int size = dynamics.size();
     Eigen::VectorXd y = Eigen::VectorXd::Zero(size), plus(size), minus(size);
     for (int i = 0; i < n; ++i) {

@@ -10,6 +10,7 @@
 
 #include "counted_system.h"
 #include "dynamics/dynamics.h"
+#include "effects/commands.h"
 #include "lanes/kernel.h"
 #include "lanes/motion_series.h"
 #include "ode/methods.h"
@@ -28,11 +29,10 @@ struct Around {
       : scene(std::move(given)),
         n(scene.chain.size()),
         t(at),
-        loads(scene, 0),
-        dynamics(scene.chain, loads),
+                dynamics(scene),
         y(start()) {
     dynamics.enter(t);
-    dynamics.enterStops(y.data());
+    dynamics.enterState(y.data());
     dynamics.reserveSeries(order);
     c.resize(static_cast<std::size_t>(2 * n * (order + 1)));
     dynamics.series(t, y.data(), order, c.data());
@@ -88,7 +88,6 @@ struct Around {
   Scene scene;
   int n;
   double t;
-  Loads loads;
   Dynamics dynamics;
   std::vector<double> y, c;
 };
@@ -132,7 +131,7 @@ TEST_P(SeriesOf, PushedStopsObeysThem) {
   }
   scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
   Around around(scene);
-  ASSERT_TRUE(around.dynamics.stops().act());
+  ASSERT_TRUE(around.dynamics.effects().act());
   EXPECT_LT(around.violation(0.5 * around.reach()), 1e-11);
 }
 
@@ -240,8 +239,7 @@ TEST(Taylor, FindsOneSeriesAStepAndNoneForAStepMadeShorter) {
 TEST(Taylor, SumsWorksOnlyWhereSomethingDoesThem) {
   for (const bool hasSprings : {false, true}) {
     const Scene scene = test::randomScene(2, 8, {hasSprings, false, false});
-    Loads loads(scene, 1);  // room for a command, so there are works
-    Dynamics dynamics(scene.chain, loads);
+    Dynamics dynamics(scene, std::make_unique<Commands>(2, 1));  // room for a command, so there are works
     dynamics.enter(0);
     test::CountedSystem counted(dynamics);
     ode::Taylor taylor(counted, 1e-6);

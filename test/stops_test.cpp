@@ -178,7 +178,7 @@ double nearestOf(const std::vector<Cubic>& motions, double h, double k, double d
     return y;
   };
   const Eigen::VectorXd y = at(0), next = at(h);
-  stops.enter(y.data());
+  stops.enterState(y.data());
   return stops.nearest(y, next, h);
 }
 
@@ -291,8 +291,7 @@ TEST(Stop, WithoutDampingGivesTheWayBack) {
 TEST(Stop, IsInTheJacobian) {
   // (s − J) x = b with J by differences; joints 1 and 3 push, 2 is parted.
   Scene scene = caged(3, 7, 40, 3);
-  Loads loads(scene, 0);
-  Dynamics dynamics(scene.chain, loads);
+  Dynamics dynamics(scene);
   dynamics.reserve(0);
   Eigen::VectorXd y(dynamics.size());
   double theta = 0;
@@ -303,7 +302,7 @@ TEST(Stop, IsInTheJacobian) {
   }
   y.segment(3, 3) << -1, -10, -9.5;
   y.tail(2).setZero();
-  dynamics.enterStops(y.data());
+  dynamics.enterState(y.data());
 
   const Eigen::Index size = y.size();
   Eigen::MatrixXd jacobian(size, size);

@@ -93,8 +93,7 @@ struct Steps {
 /// The same by the integrator alone, which nobody watches. For scenes without loads and limits.
 Motion motionByHand(Scene scene, const Steps& steps = {}) {
   const int n = scene.chain.size();
-  Loads loads(scene, 0);
-  Dynamics dynamics(scene.chain, loads);
+  Dynamics dynamics(scene);
   ode::Tolerance tolerance{scene.integrator.tolerance, Eigen::ArrayXd::Constant(2 * n, forever)};
   tolerance.ceiling.head(n) = pi;
   const auto integrator =
@@ -341,8 +340,7 @@ TEST_P(ZeroStrength, OfACommandOnTheWayBeginsANewStepThereAndNothingElse) {
 TEST(ZeroStrengthOf, WorksIsAbsenceInTheLargestEigenvalue) {
   for (int n = 1; n <= 40; ++n) {
     const auto eigenvalueOf = [n](const Scene& scene) {
-      Loads loads(scene, 0);
-      Dynamics dynamics(scene.chain, loads);
+      Dynamics dynamics(scene);
       ode::Surroundings surroundings(dynamics);
       surroundings.look(0, startOf(scene, dynamics).y);
       return surroundings.largestEigenvalue();

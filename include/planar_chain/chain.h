@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -39,7 +40,15 @@ struct Joint {
   double stopStiffness = 0;                                 ///< N m/rad, > 0 where there is a limit
   double stopDamping = 0;                                   ///< N m s/rad, ≥ 0
 
+  /// Values of effects that have no member here, by their keys in the scene.
+  std::map<std::string, double> others{};
+
   bool isLimited() const { return std::isfinite(lower) || std::isfinite(upper); }
+  /// Returns others[key], or 0 where it is absent.
+  double other(const std::string& key) const {
+    const auto entry = others.find(key);
+    return entry == others.end() ? 0 : entry->second;
+  }
 };
 
 /// q_i = θ_i − θ_{i−1}, and likewise for rates.

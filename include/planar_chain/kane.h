@@ -39,9 +39,6 @@ struct ActiveForces {
   Eigen::VectorXd tau;  ///< n: τ_i on body i and −τ_i on body i−1, N m; springs, dampers, stops included
 };
 
-/// The factor of a load at time t (s): its time law inside start ≤ t < stop, 0 outside.
-double factorAt(const Load& load, double t);
-
 /// Gravity m g at the centres of mass; the loads that act at time t (s); springs and dampers
 /// −k (q − q0) − d q̇; stops that push (stops.h). A force X at another point moves to the centre of mass with
 /// its moment there. q, qd: relative angles (rad) and rates (rad/s), n each.

@@ -44,6 +44,9 @@ struct Load {
   double stop = std::numeric_limits<double>::infinity();
 };
 
+/// The factor of a load at time t (s): its time law inside start ≤ t < stop, 0 outside.
+double factorAt(const Load& load, double t);
+
 struct IntegratorSettings {
   std::string method = "auto";  ///< one of methodNames()
   double tolerance = 1e-8;      ///< relative and absolute, for adaptive methods

@@ -54,10 +54,10 @@ class Simulation {
   /// the way.
   /// @returns false when the integration failed: time() and the state are then those of the last
   /// good step,
-  ///   fault() says why, and every further call returns false until reset() or setState(). And when goesOn,
-  ///   asked every few steps, says false: without a fault, somewhere on the way.
+  ///   fault() says why, and every further call returns false until reset() or setState(). And when
+  ///   keepGoing, asked every few steps, says false: without a fault, somewhere on the way.
   /// @throws std::invalid_argument for a t before time() or not finite.
-  bool advanceTo(double t, bool (*goesOn)() = nullptr);
+  bool advanceTo(double t, bool (*keepGoing)() = nullptr);
 
   double time() const;                    ///< s
   const std::vector<double>& q() const;   ///< relative angles, rad, not wrapped

@@ -1,10 +1,11 @@
 #include "planar_chain/energy.h"
 
-#include <algorithm>
+#include "effects/effect_kind.h"
 
 namespace planar_chain {
 
 Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
+  const std::vector<const EffectKind*>& kinds = effectKinds();
   Energy energy;
   Vec2d pin, pinVelocity;
   for (int j = 0; j < chain.size(); ++j) {
@@ -14,11 +15,10 @@ Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
     const Vec2d R = e * link.com;
     const Vec2d P = e * link.pin;
     const Vec2d v = pinVelocity + omega[j] * perp(R);
-    const double q = relative(theta, j);
-    const double stretch = q - joint.restAngle;
-    const double depth = std::max({0.0, q - joint.upper, joint.lower - q});
+    double stored = 0;
+    for (const EffectKind* kind : kinds) stored += kind->energyIn(joint, relative(theta, j));
     energy.kinetic += 0.5 * (link.mass * dot(v, v) + link.inertia * omega[j] * omega[j]);
-    energy.elastic += 0.5 * (joint.stiffness * stretch * stretch + joint.stopStiffness * depth * depth);
+    energy.elastic += stored;
     energy.potential -= link.mass * dot(chain.gravity(), pin + R);
     pin += P;
     pinVelocity += omega[j] * perp(P);

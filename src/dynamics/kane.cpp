@@ -4,7 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
-#include <variant>
+
+#include "effects/effect_kind.h"
 
 namespace planar_chain {
 namespace {
@@ -20,19 +21,6 @@ void requireSize(const char* name, const VectorXd& v, int expected) {
     throw std::invalid_argument(std::string(name) + ": expected " + std::to_string(expected) +
                                 " values, got " + std::to_string(v.size()));
   }
-}
-
-void requireIndex(const Load& load, const char* what, int index, int n) {
-  if (index != Load::none && (index < 0 || index >= n)) {
-    throw std::invalid_argument("load " + load.name + ": the chain has no " + what + " " +
-                                std::to_string(index));
-  }
-}
-
-/// s = k x + d ẋ of a stop that pushes, x > 0 deep in it; else 0.
-double pushOf(const Joint& joint, double x, double xd) {
-  const double s = joint.stopStiffness * x + joint.stopDamping * xd;
-  return x > 0 && s > 0 ? s : 0;
 }
 
 /// S_i0 = [[c, s], [−s, c]]
@@ -54,26 +42,6 @@ RowVector2d crossRow(Vec2d r) {
 
 }  // namespace
 
-double factorAt(const Load& load, double t) {
-  if (t < load.start || t >= load.stop) return 0;
-
-  if (const auto* sine = std::get_if<Sine>(&load.law)) {
-    return std::sin(2 * pi * sine->frequency * t + sine->phase);
-  }
-  if (const auto* ramp = std::get_if<Ramp>(&load.law)) {
-    const auto& ts = ramp->times;
-    const auto& ys = ramp->values;
-    if (t <= ts.front()) return ys.front();
-    for (std::size_t k = 1; k < ts.size(); ++k) {
-      if (t < ts[k]) {
-        return ys[k - 1] + (ys[k] - ys[k - 1]) * (t - ts[k - 1]) / (ts[k] - ts[k - 1]);
-      }
-    }
-    return ys.back();
-  }
-  return 1;
-}
-
 ActiveForces activeForces(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd) {
   const Chain& chain = scene.chain;
   const int n = chain.size();
@@ -88,29 +56,9 @@ ActiveForces activeForces(const Scene& scene, double t, const VectorXd& q, const
     active.F(2 * i + 1) = chain.links()[i].mass * chain.gravity().y;
   }
 
-  // Springs, dampers and stops: τ_i = −k_i (q_i − q0_i) − d_i q̇_i − s_upper + s_lower
-  for (int i = 0; i < n; ++i) {
-    const Joint& joint = chain.joints()[i];
-    active.tau(i) = -joint.stiffness * (q(i) - joint.restAngle) - joint.damping * qd(i) -
-                    pushOf(joint, q(i) - joint.upper, qd(i)) + pushOf(joint, joint.lower - q(i), -qd(i));
-  }
-
-  // Loads. A force X at the point x (link frame) has the moment ((x − r) S_i0) × X about the centre
-  // of mass.
-  for (const Load& load : scene.loads) {
-    requireIndex(load, "link", load.link, n);
-    requireIndex(load, "joint", load.joint, n);
-    const double factor = factorAt(load, t);
-    if (load.link != Load::none) {
-      const Vec2d r = chain.links()[load.link].com;
-      const RowVector2d arm =
-          RowVector2d(load.point.x - r.x, load.point.y - r.y) * shifter(q.head(load.link + 1).sum());
-      active.F(2 * load.link) += factor * load.force.x;
-      active.F(2 * load.link + 1) += factor * load.force.y;
-      active.M(load.link) += factor * (load.moment + arm.x() * load.force.y - arm.y() * load.force.x);
-    }
-    if (load.joint != Load::none) active.tau(load.joint) += factor * load.torque;
-  }
+  // Springs, dampers, stops, loads: each writes its own as on paper.
+  for (const EffectKind* kind : effectKinds())
+    kind->addDense(scene, t, q, qd, {active.F, active.M, active.tau});
   return active;
 }
 

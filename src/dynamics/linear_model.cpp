@@ -1,12 +1,9 @@
 #include "planar_chain/linear_model.h"
 
-#include <numeric>
 #include <stdexcept>
 #include <vector>
 
-#include "effects/loads.h"
-#include "effects/springs.h"
-#include "effects/stops.h"
+#include "effects/effects.h"
 #include "recursion/articulated.h"
 #include "recursion/dual.h"
 
@@ -32,29 +29,19 @@ struct At {
         d(VectorXd::Zero(n)),
         XF(VectorXd::Zero(n)),
         F(index(n)) {
-    std::partial_sum(q.data(), q.data() + n, y.data());
-    std::partial_sum(qd.data(), qd.data() + n, y.data() + n);
-    const double* theta = y.data();
-    const double* omega = theta + n;
-    for (int i = 0; i < n; ++i) e.push_back(Rotation<double>::of(theta[i]));
+    toAbsolute(q.data(), n, y.data());
+    toAbsolute(qd.data(), n, y.data() + n);
+    for (int i = 0; i < n; ++i) e.push_back(Rotation<double>::of(y[i]));
 
-    Loads loads(scene, 0);
-    loads.enter(t);
-    const std::vector<Vec2d> forNoPower(index(n));
-    loads.apply(t, e.data(), omega, forNoPower.data(), N.data(), F.data());
-    loads.addStiffness(t, e.data(), XF.data());
-
-    Springs springs(scene.chain);
-    if (!springs.empty()) springs.apply(theta, omega, N.data());
-    springs.addStiffness(k.data(), d.data());
-
-    Stops stops(scene.chain);
-    stops.enter(y.data());
-    stops.apply(theta, omega, [this](int joint, double torque) {
-      N[joint] += torque;
-      if (joint > 0) N[joint - 1] -= torque;
-    });
-    stops.addStiffness(k.data(), d.data());
+    const std::vector<Vec2d> pinVelocity(index(n));  // for the power, which nobody reads
+    const ChainState at{t, y.data(), y.data() + n, e.data(), pinVelocity.data()};
+    Effects effects(scene, nullptr);
+    effects.enter(t);
+    effects.enterState(y.data());
+    for (Effect* effect : effects.active()) effect->apply(at, {N.data(), F.data()});
+    effects.findStiffness(k.data(), d.data());
+    effects.addTangents(at, k.data(), d.data());
+    effects.addForceStiffness(at, XF.data());
   }
 };
 

@@ -2,343 +2,207 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <stdexcept>
+#include <utility>
+
+#include "effects/timed_terms.h"
 
 namespace planar_chain {
 
 namespace {
 
-constexpr double never = std::numeric_limits<double>::infinity();
-
-template <class... Visitors>
-struct Overloaded : Visitors... {
-  using Visitors::operator()...;
-};
-template <class... Visitors>
-Overloaded(Visitors...) -> Overloaded<Visitors...>;
-
-}  // namespace
-
-Loads::Loads(const Scene& scene, int commandCapacity)
-    : size_(scene.chain.size()), loads_(scene.loads), capacity_(static_cast<std::size_t>(commandCapacity)) {
-  for (const Load& load : loads_) {
-    if (load.link < Load::none || load.link >= size_ || load.joint < Load::none || load.joint >= size_) {
+class Loads : public TimedTerms {
+ public:
+  explicit Loads(const Scene& scene)
+      : TimedTerms(scene.loads.size(), scene.loads.size()), loads_(scene.loads) {
+    const auto isBody = [&](int index) { return index >= Load::none && index < scene.chain.size(); };
+    for (const Load& load : loads_) {
+      if (isBody(load.link) && isBody(load.joint)) continue;
       throw std::invalid_argument("load " + load.name + " acts on no body of the chain");
     }
   }
 
-  // Room for everything at once, so that enter() never allocates.
-  const std::size_t held = commandCapacity > 0 ? static_cast<std::size_t>(size_) : 0;
-  reserve(torques_, held);
-  reserve(forces_, held);
-  const std::size_t most = loads_.size() + held + capacity_;
-  factors_.reserve(loads_.size() + 1);
-  sines_.reserve(loads_.size());
-  lines_.reserve(loads_.size());
-  jointTerms_.reserve(most);
-  bodyTerms_.reserve(most);
-  enter(0);
-}
-
-template <class Command>
-void Loads::reserve(Commands<Command>& commands, std::size_t held) {
-  commands.held.resize(held);
-  commands.waiting.reserve(capacity_);
-  commands.timed.reserve(capacity_);
-}
-
-/// What starts by t is held; what is over by t is forgotten.
-template <class Command>
-void Loads::bringForward(Commands<Command>& commands, double t) {
-  auto& waiting = commands.waiting;
-  const auto due = std::find_if(waiting.begin(), waiting.end(),
-                                [t](const Command& command) { return command.window.start > t; });
-  for (auto command = waiting.begin(); command != due; ++command) {
-    commands.held[static_cast<std::size_t>(command->index)] = *command;
-  }
-  waiting.erase(waiting.begin(), due);
-  if (!waiting.empty()) until_ = std::min(until_, waiting.front().window.start);
-
-  const auto over = [t](const Command& command) { return command.window.stop <= t; };
-  commands.timed.erase(std::remove_if(commands.timed.begin(), commands.timed.end(), over),
-                       commands.timed.end());
-}
-
-bool Loads::acts(const Window& window, double t) {
-  if (window.start > t) {
-    until_ = std::min(until_, window.start);
-    return false;
-  }
-  if (window.stop <= t) return false;
-  until_ = std::min(until_, window.stop);
-  return true;
-}
-
-int Loads::factorOf(const TimeLaw& law, double t) {
-  const int next = static_cast<int>(factors_.size());
-  return std::visit(Overloaded{[](const Constant&) { return 0; },
-                               [&](const Sine& sine) {
-                                 sines_.push_back({2 * pi * sine.frequency, sine.phase, next});
-                                 factors_.push_back(0);
-                                 longestStep_ = std::min(longestStep_, 0.25 / std::abs(sine.frequency));
-                                 return next;
-                               },
-                               [&](const Ramp& ramp) {
-                                 // The straight piece to the right of t; flat before the first and after the
-                                 // last corner.
-                                 const auto after = std::upper_bound(ramp.times.begin(), ramp.times.end(), t);
-                                 const auto k = after - ramp.times.begin();
-                                 LineFactor line{0, 0, 0, next};
-                                 if (after == ramp.times.begin()) {
-                                   line.value = ramp.values.front();
-                                 } else if (after == ramp.times.end()) {
-                                   line.value = ramp.values.back();
-                                 } else {
-                                   const auto i = static_cast<std::size_t>(k - 1);
-                                   line.t0 = ramp.times[i];
-                                   line.value = ramp.values[i];
-                                   line.slope = (ramp.values[i + 1] - ramp.values[i]) /
-                                                (ramp.times[i + 1] - ramp.times[i]);
-                                 }
-                                 if (after != ramp.times.end()) until_ = std::min(until_, *after);
-                                 lines_.push_back(line);
-                                 factors_.push_back(0);
-                                 return next;
-                               }},
-                    law);
-}
-
-void Loads::addBodyTerm(const BodyTerm& term) {
-  bodyTerms_.push_back(term);
-  if (!(term.force == Vec2d{})) reach_ = std::max(reach_, term.body + 1);
-}
-
-void Loads::enter(double t) {
-  until_ = longestStep_ = never;
-  reach_ = 0;
-  factors_.assign(1, 1.0);
-  sines_.clear();
-  lines_.clear();
-  jointTerms_.clear();
-  bodyTerms_.clear();
-
-  for (const Load& load : loads_) {
-    if (!acts({load.start, load.stop}, t)) continue;
-    const int factor = factorOf(load.law, t);
-    if (load.joint != Load::none) jointTerms_.push_back({load.joint, load.torque, factor});
-    if (load.link != Load::none) addBodyTerm({load.link, load.force, load.point, load.moment, factor});
-  }
-
-  bringForward(torques_, t);
-  bringForward(forces_, t);
-  for (const auto* commands : {&torques_.held, &torques_.timed}) {
-    for (const TorqueCommand& command : *commands) {
-      if (acts(command.window, t)) jointTerms_.push_back({command.index, command.torque, 0});
+ private:
+  void list(double t) override {
+    for (const Load& load : loads_) {
+      if (!acts({load.start, load.stop}, t)) continue;
+      const int factor = factorOf(load.law, t);
+      if (load.joint != Load::none) addJointTerm(load.joint, load.torque, factor);
+      if (load.link != Load::none) addBodyTerm(load.link, load.force, load.point, load.moment, factor);
     }
   }
-  for (const auto* commands : {&forces_.held, &forces_.timed}) {
-    for (const ForceCommand& command : *commands) {
-      if (acts(command.window, t)) {
-        addBodyTerm({command.index, command.force, command.point, command.moment, 0});
+
+  std::vector<Load> loads_;
+};
+
+using Indices = std::map<std::string, int>;
+
+// ---- Reading -------------------------------------------------------------------------------------
+
+/// "a link of the chain (upper, lower)"
+std::string oneOf(const char* what, const Indices& names) {
+  constexpr std::size_t longest = 80;
+  std::string line;
+  for (const auto& entry : names) {
+    if (line.size() > longest) {
+      line += ", …";
+      break;
+    }
+    line += (line.empty() ? "" : ", ") + entry.first;
+  }
+  return std::string("a ") + what + " of the chain (" + line + ")";
+}
+
+/// The index of what `key` names, or Load::none.
+int takeReference(const Section& load, const std::string& key, const Indices* names) {
+  const Value* value = load.find(key);
+  if (!value || !names) return Load::none;
+  const auto entry = value->text() ? names->find(*value->text()) : names->end();
+  if (entry != names->end()) return entry->second;
+  load.fault(key, oneOf(key.c_str(), *names));
+  return Load::none;
+}
+
+/// What acts, and on what.
+void takeAction(const Section& in, const ChainNames* names, Load& load) {
+  load.link = takeReference(in, "link", names ? &names->links : nullptr);
+  load.joint = takeReference(in, "joint", names ? &names->joints : nullptr);
+  if (names && load.link != Load::none) {
+    load.point = names->com[static_cast<std::size_t>(load.link)];
+  }
+  in.take("force", "N", load.force);
+  in.take("point", "m", load.point);
+  in.take("moment", NumberRule::any("N m"), load.moment);
+  in.take("torque", NumberRule::any("N m"), load.torque);
+
+  const bool actsOnLink = in.has("force") || in.has("moment");
+  if (in.has("link") && !actsOnLink) in.fault("force", "force or moment, as there is a link");
+  if (in.has("point") && !in.has("force") && (actsOnLink || !in.has("link"))) {
+    in.fault("force", "a force, as there is a point");
+  }
+  if (actsOnLink && !in.has("link")) in.fault("link", "the link on which force or moment acts");
+  if (in.has("joint") && !in.has("torque")) in.fault("torque", "a torque, as there is a joint");
+  if (in.has("torque") && !in.has("joint")) in.fault("joint", "the joint in which the torque acts");
+  if (!in.has("link") && !in.has("joint") && !actsOnLink && !in.has("point") && !in.has("torque")) {
+    in.fault("link", "a link with force or moment, or a joint with torque");
+  }
+}
+
+TimeLaw takeSine(const Section& in) {
+  Sine sine;
+  in.take("frequency", NumberRule::any("Hz"), sine.frequency);
+  in.take("phase", NumberRule::any("rad"), sine.phase);
+  return sine;
+}
+
+TimeLaw takeRamp(const Section& in) {
+  Ramp ramp;
+  if (!in.has("times")) in.fault("times", "a list of times, as there are values");
+  if (!in.has("values")) in.fault("values", "a list of values, as there are times");
+  const bool hasTimes = in.takeNumbers("times", "s", ramp.times);
+  const bool hasValues = in.takeNumbers("values", "no unit: factors", ramp.values);
+  const auto notLater = std::greater_equal<>();
+  if (hasTimes && std::adjacent_find(ramp.times.begin(), ramp.times.end(), notLater) != ramp.times.end()) {
+    in.fault("times", "times that increase strictly");
+  }
+  if (hasTimes && hasValues && ramp.times.size() != ramp.values.size()) {
+    in.fault("values", std::to_string(ramp.times.size()) + " numbers, as many as times");
+  }
+  return ramp;
+}
+
+void takeTimeLaw(const Section& in, Load& load) {
+  const bool isRamp = in.has("times") || in.has("values");
+  const bool isSine = in.has("frequency");
+  if (isRamp && isSine) in.fault("frequency", "no frequency beside times and values");
+  if (in.has("phase") && !isSine) in.fault("frequency", "a frequency, as there is a phase");
+  if (isSine || in.has("phase")) load.law = takeSine(in);
+  if (isRamp) load.law = takeRamp(in);
+
+  in.take("start", NumberRule::from(0, "s"), load.start);
+  in.take("stop", NumberRule::above(load.start, "s, the start"), load.stop);
+}
+
+// ---- The kind ------------------------------------------------------------------------------------
+
+class LoadKind : public EffectKind {
+ public:
+  const char* sceneKey() const override { return "loads"; }
+  void takeScene(const Section& top, const ChainNames* names, std::vector<Load>& loads,
+                 std::vector<Fault>& faults) const override {
+    const Section all(top.find("loads"), "loads", {}, faults);
+    for (const auto& [name, entry] : all.entries()) {
+      if (!isName(name)) faults.push_back({all.pathOf(name), nameInWords, describe(Value(name))});
+      const Section in(&entry, all.pathOf(name),
+                       {"link", "force", "point", "moment", "joint", "torque", "frequency", "phase", "times",
+                        "values", "start", "stop"},
+                       faults);
+      if (!entry.map()) continue;
+      Load load;
+      load.name = name;
+      takeAction(in, names, load);
+      takeTimeLaw(in, load);
+      loads.push_back(std::move(load));
+    }
+  }
+
+  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+    return scene.loads.empty() ? nullptr : std::make_unique<Loads>(scene);
+  }
+
+  /// A force X at the point x (link frame) has the moment ((x − r) S_i0) × X about the centre of mass.
+  void addDense(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& /*qd*/,
+                const DenseActions& to) const override {
+    const auto require = [&](const Load& load, const char* what, int index) {
+      if (index == Load::none || (index >= 0 && index < scene.chain.size())) return;
+      throw std::invalid_argument("load " + load.name + ": the chain has no " + what + " " +
+                                  std::to_string(index));
+    };
+    for (const Load& load : scene.loads) {
+      require(load, "link", load.link);
+      require(load, "joint", load.joint);
+      const double f = factorAt(load, t);
+      if (load.link != Load::none) {
+        const double theta = q.head(load.link + 1).sum();
+        const Vec2d x = load.point - scene.chain.links()[static_cast<std::size_t>(load.link)].com;
+        const Vec2d arm{x.x * std::cos(theta) - x.y * std::sin(theta),
+                        x.x * std::sin(theta) + x.y * std::cos(theta)};
+        to.F(2 * load.link) += f * load.force.x;
+        to.F(2 * load.link + 1) += f * load.force.y;
+        to.M(load.link) += f * (load.moment + arm.x * load.force.y - arm.y * load.force.x);
       }
-    }
-  }
-}
-
-void Loads::evaluateFactors(double t) {
-  factors_[0] = 1;
-  for (const SineFactor& sine : sines_) {
-    factors_[static_cast<std::size_t>(sine.factor)] = std::sin(sine.pulsation * t + sine.phase);
-  }
-  for (const LineFactor& line : lines_) {
-    factors_[static_cast<std::size_t>(line.factor)] = line.value + line.slope * (t - line.t0);
-  }
-}
-
-void Loads::evaluateRates(double t) {
-  factors_[0] = 0;
-  for (const SineFactor& sine : sines_) {
-    factors_[static_cast<std::size_t>(sine.factor)] =
-        sine.pulsation * std::cos(sine.pulsation * t + sine.phase);
-  }
-  for (const LineFactor& line : lines_) factors_[static_cast<std::size_t>(line.factor)] = line.slope;
-}
-
-double Loads::applyFactors(const Rotation<double>* e, const double* omega, const Vec2d* pinVelocity,
-                           double* N, Vec2d* F) const {
-  double power = 0;
-  for (const JointTerm& term : jointTerms_) {
-    const double tau = times(term.factor, term.torque);
-    const int i = term.joint;
-    N[i] += tau;
-    power += tau * omega[i];
-    if (i > 0) {
-      N[i - 1] -= tau;
-      power -= tau * omega[i - 1];
-    }
-  }
-  for (const BodyTerm& term : bodyTerms_) {
-    const double factor = factors_[static_cast<std::size_t>(term.factor)];
-    const int j = term.body;
-    const Vec2d force = factor * term.force;
-    const double moment = factor * term.moment + cross(e[j] * term.point, force);
-    N[j] += moment;
-    power += moment * omega[j];
-    if (j < reach_) {
-      F[j] += force;
-      power += dot(force, pinVelocity[j]);
-    }
-  }
-  return power;
-}
-
-double Loads::apply(double t, const Rotation<double>* e, const double* omega, const Vec2d* pinVelocity,
-                    double* N, Vec2d* F) {
-  evaluateFactors(t);
-  return applyFactors(e, omega, pinVelocity, N, F);
-}
-
-double Loads::applyRates(double t, const Rotation<double>* e, const double* omega, const Vec2d* pinVelocity,
-                         double* N, Vec2d* F) {
-  evaluateRates(t);
-  return applyFactors(e, omega, pinVelocity, N, F);
-}
-
-void Loads::applyCoefficients(int k, double t, const Rotation<double>* e, std::ptrdiff_t perOrder, double* N,
-                              Vec2d* F) {
-  const auto coefficient = [this](int order, int factor) -> double& {
-    return factorSeries_[static_cast<std::size_t>(order) * mostFactors() + static_cast<std::size_t>(factor)];
-  };
-  if (k == 1) {
-    evaluateFactors(t);
-    std::copy(factors_.begin(), factors_.end(), factorSeries_.begin());
-    evaluateRates(t);
-    std::copy(factors_.begin(), factors_.end(), &coefficient(1, 0));
-  } else {
-    for (std::size_t i = 0; i < factors_.size(); ++i) coefficient(k, static_cast<int>(i)) = 0;
-    for (const SineFactor& sine : sines_) {  // f̈ = −pulsation² f
-      coefficient(k, sine.factor) =
-          -sine.pulsation * sine.pulsation / (k * (k - 1)) * coefficient(k - 2, sine.factor);
+      if (load.joint != Load::none) to.tau(load.joint) += f * load.torque;
     }
   }
 
-  for (const JointTerm& term : jointTerms_) {
-    const double tau = coefficient(k, term.factor) * term.torque;
-    N[term.joint] += tau;
-    if (term.joint > 0) N[term.joint - 1] -= tau;
+  void summarize(const Scene& scene, SceneWords& words) const override {
+    words.count(static_cast<int>(scene.loads.size()), "load");
   }
-  for (const BodyTerm& term : bodyTerms_) {
-    const int j = term.body;
-    N[j] += coefficient(k, term.factor) * term.moment;
-    if (j < reach_) F[j] += coefficient(k, term.factor) * term.force;
-    for (int i = 0; i <= (term.factor == 0 ? 0 : k); ++i) {
-      N[j] += coefficient(i, term.factor) * cross(e[(k - i) * perOrder + j] * term.point, term.force);
+};
+
+}  // namespace
+
+const EffectKind& loadKind() {
+  static const LoadKind kind;
+  return kind;
+}
+
+double factorAt(const Load& load, double t) {
+  if (t < load.start || t >= load.stop) return 0;
+  if (const auto* sine = std::get_if<Sine>(&load.law)) {
+    return std::sin(2 * pi * sine->frequency * t + sine->phase);
+  }
+  if (const auto* ramp = std::get_if<Ramp>(&load.law)) {
+    const auto& ts = ramp->times;
+    const auto& ys = ramp->values;
+    if (t <= ts.front()) return ys.front();
+    for (std::size_t k = 1; k < ts.size(); ++k) {
+      if (t < ts[k]) return ys[k - 1] + (ys[k] - ys[k - 1]) * (t - ts[k - 1]) / (ts[k] - ts[k - 1]);
     }
+    return ys.back();
   }
-}
-
-void Loads::addStiffness(double t, const Rotation<double>* e, double* XF) {
-  evaluateFactors(t);
-  for (const BodyTerm& term : bodyTerms_) {
-    XF[term.body] += times(term.factor, dot(e[term.body] * term.point, term.force));
-  }
-}
-
-double Loads::powerAlong(double t, const Rotation<double>* e, const double* omega, const double* u,
-                         const double* v, const Vec2d* pinVelocityChange) {
-  evaluateFactors(t);
-  double change = 0;
-  for (const JointTerm& term : jointTerms_) {
-    const int i = term.joint;
-    change += times(term.factor, term.torque) * (i > 0 ? v[i] - v[i - 1] : v[0]);
-  }
-  for (const BodyTerm& term : bodyTerms_) {
-    const int j = term.body;
-    const Vec2d X = e[j] * term.point;
-    double rate = (term.moment + cross(X, term.force)) * v[j] - dot(X, term.force) * omega[j] * u[j];
-    if (j < reach_) rate += dot(term.force, pinVelocityChange[j]);
-    change += times(term.factor, rate);
-  }
-  return change;
-}
-
-void Loads::addJointTorques(double t, double* tau) {
-  evaluateFactors(t);
-  for (const JointTerm& term : jointTerms_) tau[term.joint] += times(term.factor, term.torque);
-}
-
-bool Loads::hasRoom() const {
-  return torques_.waiting.size() + torques_.timed.size() + forces_.waiting.size() + forces_.timed.size() <
-         capacity_;
-}
-
-template <class Command>
-bool Loads::hold(Commands<Command>& commands, const Command& command, double now) {
-  if (command.window.start <= now) {
-    commands.held[static_cast<std::size_t>(command.index)] = command;
-    return true;
-  }
-  if (!hasRoom()) return false;
-  const auto startsLater = [](const Command& one, const Command& other) {
-    return one.window.start < other.window.start;
-  };
-  const auto place = std::upper_bound(commands.waiting.begin(), commands.waiting.end(), command, startsLater);
-  commands.waiting.insert(place, command);
-  until_ = std::min(until_, command.window.start);
-  return true;
-}
-
-template <class Command>
-bool Loads::add(Commands<Command>& commands, const Command& command, double now) {
-  if (!hasRoom()) return false;
-  commands.timed.push_back(command);
-  if (command.window.start > now) until_ = std::min(until_, command.window.start);
-  return true;
-}
-
-bool Loads::holdTorque(int joint, double torque, Window window, double now) {
-  return hold(torques_, {joint, torque, window}, now);
-}
-
-bool Loads::holdForce(int link, Vec2d point, Vec2d force, double moment, Window window, double now) {
-  return hold(forces_, {link, point, force, moment, window}, now);
-}
-
-bool Loads::addTorque(int joint, double torque, Window window, double now) {
-  return add(torques_, {joint, torque, window}, now);
-}
-
-bool Loads::addForce(int link, Vec2d point, Vec2d force, double moment, Window window, double now) {
-  return add(forces_, {link, point, force, moment, window}, now);
-}
-
-void Loads::clearCommands() {
-  torques_.waiting.clear();
-  forces_.waiting.clear();
-  torques_.timed.clear();
-  forces_.timed.clear();
-  std::fill(torques_.held.begin(), torques_.held.end(), TorqueCommand{});
-  std::fill(forces_.held.begin(), forces_.held.end(), ForceCommand{});
-}
-
-std::vector<Load> Loads::commands(double t) const {
-  std::vector<Load> loads;
-  const auto isInForce = [t](const Window& window) { return window.start <= t && t < window.stop; };
-  for (const auto* commands : {&torques_.held, &torques_.timed}) {
-    for (const auto& [joint, torque, window] : *commands) {
-      if (!isInForce(window)) continue;
-      loads.push_back(
-          {"command", Load::none, {}, {}, 0, joint, torque, Constant{}, window.start, window.stop});
-    }
-  }
-  for (const auto* commands : {&forces_.held, &forces_.timed}) {
-    for (const auto& [link, point, force, moment, window] : *commands) {
-      if (!isInForce(window)) continue;
-      loads.push_back(
-          {"command", link, force, point, moment, Load::none, 0, Constant{}, window.start, window.stop});
-    }
-  }
-  return loads;
+  return 1;
 }
 
 }  // namespace planar_chain

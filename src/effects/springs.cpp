@@ -1,14 +1,18 @@
 #include "effects/springs.h"
 
+#include "model/require.h"
+
 namespace planar_chain {
 
 namespace {
 
-constexpr std::size_t lanes = 8;  // sums in as many parts do not wait for each other
+constexpr std::size_t parts = 8;  // sums in as many parts do not wait for each other
 
-double sumOf(const double (&parts)[lanes]) {
+/// Few joints are all in the first part.
+double sumOf(const double (&sums)[parts], bool areFew) {
+  if (areFew) return sums[0];
   double all = 0;
-  for (const double part : parts) all += part;
+  for (const double sum : sums) all += sum;
   return all;
 }
 
@@ -21,7 +25,7 @@ struct Difference {
 
 }  // namespace
 
-/// f(i, l, difference) for the first `count` joints; l: less than `lanes`, and another one for each
+/// f(i, l, difference) for the first `count` joints; l: less than `parts`, and another one for each
 /// neighbour.
 template <class F>
 void Springs::forJoints(std::size_t count, F f) const {
@@ -35,13 +39,13 @@ void Springs::forJoints(std::size_t count, F f) const {
     f(i, l, Difference{first_ + i, first_ + i - row_, true});
   };
   std::size_t i = row_;
-  for (; i + lanes <= count; i += lanes) {
-    for (std::size_t l = 0; l < lanes; ++l) next(i + l, l);
+  for (; i + parts <= count; i += parts) {
+    for (std::size_t l = 0; l < parts; ++l) next(i + l, l);
   }
   for (; i < count; ++i) next(i, 0);
 }
 
-Springs::Springs(const Chain& chain, const Arrangement* arrangement) {
+Springs::Springs(const Chain& chain, const Arrangement* lanes) {
   bool dissipates = false;
   std::size_t last = 0;
   for (std::size_t i = 0; i < chain.joints().size(); ++i) {
@@ -53,18 +57,18 @@ Springs::Springs(const Chain& chain, const Arrangement* arrangement) {
     dissipates = dissipates || joint.damping > 0;
   }
   if (k_.empty()) return;
-  if (arrangement) {
+  if (lanes) {
     first_ = 0;
     last = chain.joints().size() - 1;
-    row_ = static_cast<std::size_t>(arrangement->lanes());
-    k_.resize(static_cast<std::size_t>(arrangement->places()));
+    row_ = static_cast<std::size_t>(lanes->lanes());
+    k_.resize(static_cast<std::size_t>(lanes->places()));
   }
   rest_.resize(size());
   torque_.resize(size());
   if (dissipates) d_.resize(size());
   for (std::size_t i = first_; i <= last; ++i) {
     const Joint& joint = chain.joints()[i];
-    const std::size_t place = arrangement ? arrangement->placeOf(i) : i - first_;
+    const std::size_t place = lanes ? lanes->placeOf(i) : i - first_;
     k_[place] = joint.stiffness;
     rest_[place] = joint.restAngle;
     if (dissipates) d_[place] = joint.damping;
@@ -77,13 +81,13 @@ double Springs::findTorques(const double* theta, const double* omega) {
   forJoints(size(), [=](std::size_t i, std::size_t, const Difference& difference) {
     torque[i] = -k[i] * (difference(theta) - rest[i]);
   });
-  double lost[lanes] = {};
+  double lost[parts] = {};
   forJoints(d_.size(), [=, &lost](std::size_t i, std::size_t l, const Difference& difference) {
     const double qd = difference(omega), damping = d[i] * qd;
     torque[i] -= damping;
     lost[l] += damping * qd;
   });
-  return sumOf(lost);
+  return sumOf(lost, d_.size() < row_ + parts);
 }
 
 double Springs::apply(const double* theta, const double* omega, double* N) {
@@ -110,11 +114,98 @@ void Springs::addStiffness(double* k, double* d) const {
 
 double Springs::dissipationAlong(const double* omega, const double* v) const {
   const double* d = d_.data();
-  double change[lanes] = {};
+  double change[parts] = {};
   forJoints(d_.size(), [=, &change](std::size_t i, std::size_t l, const Difference& difference) {
     change[l] += 2 * d[i] * difference(omega) * difference(v);
   });
-  return sumOf(change);
+  return sumOf(change, d_.size() < row_ + parts);
+}
+
+// ---- The effect ------------------------------------------------------------------------------------
+
+namespace {
+
+class SpringEffect : public Effect {
+ public:
+  SpringEffect(const Chain& chain, const Arrangement* lanes) : inOrder_(chain), inLanes_(chain, lanes) {}
+  bool empty() const { return inOrder_.empty(); }
+
+  Acting mostActing() const override { return Acting::moments; }
+  Acting acting() const override { return Acting::moments; }
+  bool hasPower() const override { return inOrder_.dissipate(); }
+  Powers apply(const ChainState& at, const Actions& to) override {
+    return {0, inOrder_.apply(at.theta, at.omega, to.N)};
+  }
+  void addTorques(const ChainState& at, double* tau) override {
+    inOrder_.addTorques(at.theta, at.omega, tau);
+  }
+  bool worksInLanes() const override { return true; }
+  Powers applyInLanes(const double* theta, const double* omega, double* N) override {
+    return {0, inLanes_.apply(theta, omega, N)};
+  }
+  void addStiffness(double* k, double* d) const override { inOrder_.addStiffness(k, d); }
+  Powers powersAlongInLanes(const double* omega, const double* v) override {
+    return {0, inLanes_.dissipationAlong(omega, v)};
+  }
+
+ private:
+  Springs inOrder_, inLanes_;
+};
+
+class SpringKind : public EffectKind {
+ public:
+  std::vector<JointKey> jointKeys() const override {
+    return {{"damping", true}, {"stiffness", false}, {"rest_angle", false}};
+  }
+  void takeJoint(const Section& in, Joint& joint) const override {
+    joint.damping = in.unjudged("damping", joint.damping);
+    joint.stiffness = in.unjudged("stiffness", joint.stiffness);
+    joint.restAngle = in.unjudged("rest_angle", joint.restAngle);
+  }
+  void judge(const Joint& joint, std::vector<Fault>& faults) const override {
+    requireNumber(faults, "joint/damping", joint.damping, joint.damping >= 0, " >= 0 N m s/rad");
+    requireNumber(faults, "joint/stiffness", joint.stiffness, joint.stiffness >= 0, " >= 0 N m/rad");
+    requireNumber(faults, "joint/rest_angle", joint.restAngle, true, ", in rad");
+  }
+
+  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* lanes) const override {
+    auto effect = std::make_unique<SpringEffect>(scene.chain, lanes);
+    return effect->empty() ? nullptr : std::move(effect);
+  }
+
+  /// τ_i = −k_i (q_i − q0_i) − d_i q̇_i
+  void addDense(const Scene& scene, double /*t*/, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
+                const DenseActions& to) const override {
+    for (int i = 0; i < scene.chain.size(); ++i) {
+      const Joint& joint = scene.chain.joints()[static_cast<std::size_t>(i)];
+      to.tau(i) += -joint.stiffness * (q(i) - joint.restAngle) - joint.damping * qd(i);
+    }
+  }
+
+  /// V = ½ k (q − q0)²
+  double energyIn(const Joint& joint, double q) const override {
+    const double stretch = q - joint.restAngle;
+    return 0.5 * (joint.stiffness * stretch * stretch);
+  }
+  double stiffnessOf(const Joint& joint) const override { return joint.stiffness; }
+
+  void summarize(const Scene& scene, SceneWords& words) const override {
+    int springs = 0, dampers = 0;
+    for (const Joint& joint : scene.chain.joints()) {
+      springs += joint.stiffness > 0;
+      dampers += joint.damping > 0;
+    }
+    // Beside dampers, missing springs run along at 0 N m/rad: they are not left out.
+    if (springs > 0 || dampers == 0) words.count(springs, "spring");
+    words.count(dampers, "damper");
+  }
+};
+
+}  // namespace
+
+const EffectKind& springKind() {
+  static const SpringKind kind;
+  return kind;
 }
 
 }  // namespace planar_chain

@@ -9,6 +9,7 @@
 
 #include <vector>
 
+#include "effects/effect_kind.h"
 #include "lanes/arrangement.h"
 #include "planar_chain/chain.h"
 
@@ -16,11 +17,11 @@ namespace planar_chain {
 
 class Springs {
  public:
-  /// All that comes and goes is in the order of the chain, or arranged.
-  explicit Springs(const Chain& chain, const Arrangement* arrangement = nullptr);
+  /// All that comes and goes is in chain order, or in that of `lanes`.
+  explicit Springs(const Chain& chain, const Arrangement* lanes = nullptr);
 
   bool empty() const { return k_.empty(); }
-  /// Whether there is a damper.
+  /// True if there is a damper.
   bool dissipate() const { return !d_.empty(); }
 
   /// Adds τ_i − τ_{i+1} to N_i (N m); returns Σ d q̇², W. Allocates nothing.
@@ -29,7 +30,7 @@ class Springs {
   void addTorques(const double* theta, const double* omega, double* tau);
   /// Adds k_i and d_i to those of each joint.
   void addStiffness(double* k, double* d) const;
-  /// How Σ d q̇² changes with ω along v.
+  /// Returns how Σ d q̇² changes with ω along v.
   double dissipationAlong(const double* omega, const double* v) const;
 
  private:
@@ -43,5 +44,8 @@ class Springs {
   std::size_t row_ = 1;  ///< from the inner body's number to that of the outer one
   std::vector<double> k_, rest_, d_, torque_;
 };
+
+/// Keys `stiffness`, `rest_angle` and `damping` of a joint.
+const EffectKind& springKind();
 
 }  // namespace planar_chain

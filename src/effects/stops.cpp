@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "model/require.h"
+
 namespace planar_chain {
 
 Stops::Stops(const Chain& chain) : n_(chain.size()) {
@@ -18,7 +20,7 @@ Stops::Stops(const Chain& chain) : n_(chain.size()) {
   active_.reserve(stops_.size());
 }
 
-bool Stops::dissipate() const {
+bool Stops::hasPower() const {
   return std::any_of(stops_.begin(), stops_.end(), [](const Stop& stop) { return stop.d > 0; });
 }
 
@@ -43,7 +45,7 @@ Stops::Place Stops::Stop::next(double x, double xd) const {
   return k * x + d * xd > 0 ? Place::pushing : Place::parted;
 }
 
-void Stops::enter(const double* y) {
+void Stops::enterState(const double* y) {
   for (Stop& stop : stops_) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
   listActive();
 }
@@ -120,6 +122,31 @@ double Stops::nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, dou
 
 // ---- What they do ----------------------------------------------------------------------------
 
+template <class Add>
+double Stops::addUp(const double* theta, const double* omega, Add&& add) const {
+  double dissipated = 0;
+  for (const Stop* stop : active_) {
+    const double x = stop->depth(theta);
+    const double xd = stop->speed(omega);
+    if (stop->place == Place::pushing) {
+      add(stop->joint, -stop->sign * (stop->k * x + stop->d * xd));
+      dissipated += stop->d * xd * xd;
+    } else {
+      dissipated -= stop->k * x * xd;
+    }
+  }
+  return dissipated;
+}
+
+Powers Stops::apply(const ChainState& at, const Actions& to) {
+  return {0,
+          addUp(at.theta, at.omega, [&](int joint, double torque) { addJointTorque(torque, joint, to.N); })};
+}
+
+void Stops::addTorques(const ChainState& at, double* tau) {
+  addUp(at.theta, at.omega, [&](int joint, double torque) { tau[joint] += torque; });
+}
+
 void Stops::addStiffness(double* k, double* d) const {
   for (const Stop* stop : active_) {
     if (stop->place != Place::pushing) continue;
@@ -128,16 +155,90 @@ void Stops::addStiffness(double* k, double* d) const {
   }
 }
 
-double Stops::dissipationAlong(const double* theta, const double* omega, const double* u,
-                               const double* v) const {
+Powers Stops::powersAlong(const ChainState& at, const StateChange& along) {
   double change = 0;
   for (const Stop* stop : active_) {
-    const double du = stop->sign * relative(u, stop->joint);
-    const double dv = stop->sign * relative(v, stop->joint);
-    change += stop->place == Place::pushing ? 2 * stop->d * stop->speed(omega) * dv
-                                            : -stop->k * (stop->depth(theta) * dv + stop->speed(omega) * du);
+    const double x = stop->depth(at.theta), xd = stop->speed(at.omega);
+    const double du = stop->sign * relative(along.u, stop->joint);
+    const double dv = stop->sign * relative(along.v, stop->joint);
+    change += stop->place == Place::pushing ? 2 * stop->d * xd * dv : -stop->k * (x * dv + xd * du);
   }
-  return change;
+  return {0, change};
+}
+
+// ---- Their kind --------------------------------------------------------------------------------
+
+namespace {
+
+constexpr double none = std::numeric_limits<double>::infinity();
+
+class StopKind : public EffectKind {
+ public:
+  std::vector<JointKey> jointKeys() const override {
+    return {{"lower", true}, {"upper", true}, {"stop_stiffness", false}, {"stop_damping", false}};
+  }
+  void takeJoint(const Section& in, Joint& joint) const override {
+    in.take("lower", NumberRule::any("rad"), joint.lower);
+    in.take("upper", NumberRule::any("rad"), joint.upper);
+    joint.stopStiffness = in.unjudged("stop_stiffness", joint.stopStiffness);
+    joint.stopDamping = in.unjudged("stop_damping", joint.stopDamping);
+  }
+  /// −∞ and ∞ are no limits.
+  void judge(const Joint& joint, std::vector<Fault>& faults) const override {
+    if (joint.lower != -none) requireNumber(faults, "joint/lower", joint.lower, true, ", in rad");
+    if (joint.upper != none) {
+      const bool isAbove = !(joint.upper <= joint.lower);
+      requireNumber(faults, "joint/upper", joint.upper, isAbove, isAbove ? ", in rad" : " > lower, in rad");
+    }
+    const bool isLimited = joint.isLimited();
+    const char* beside = " only beside lower or upper";
+    requireNumber(faults, "joint/stop_stiffness", joint.stopStiffness,
+                  isLimited ? joint.stopStiffness > 0 : joint.stopStiffness == 0,
+                  isLimited ? " > 0 N m/rad, beside lower or upper" : beside);
+    requireNumber(faults, "joint/stop_damping", joint.stopDamping,
+                  isLimited ? joint.stopDamping >= 0 : joint.stopDamping == 0,
+                  isLimited ? " >= 0 N m s/rad" : beside);
+  }
+
+  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+    auto effect = std::make_unique<Stops>(scene.chain);
+    return effect->empty() ? nullptr : std::move(effect);
+  }
+
+  /// τ_i = s_lower − s_upper; s = k x + d ẋ where x > 0 and s > 0
+  void addDense(const Scene& scene, double /*t*/, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
+                const DenseActions& to) const override {
+    for (int i = 0; i < scene.chain.size(); ++i) {
+      const Joint& joint = scene.chain.joints()[static_cast<std::size_t>(i)];
+      const auto push = [&](double x, double xd) {
+        const double s = joint.stopStiffness * x + joint.stopDamping * xd;
+        return x > 0 && s > 0 ? s : 0;
+      };
+      to.tau(i) += push(joint.lower - q(i), -qd(i)) - push(q(i) - joint.upper, qd(i));
+    }
+  }
+
+  /// V = ½ k x²
+  double energyIn(const Joint& joint, double q) const override {
+    const double depth = std::max({0.0, q - joint.upper, joint.lower - q});
+    return 0.5 * (joint.stopStiffness * depth * depth);
+  }
+  double stiffnessOf(const Joint& joint) const override { return joint.stopStiffness; }
+
+  void summarize(const Scene& scene, SceneWords& words) const override {
+    int limits = 0;
+    for (const Joint& joint : scene.chain.joints()) {
+      limits += std::isfinite(joint.lower) + std::isfinite(joint.upper);
+    }
+    words.count(limits, "limit");
+  }
+};
+
+}  // namespace
+
+const EffectKind& stopKind() {
+  static const StopKind kind;
+  return kind;
 }
 
 }  // namespace planar_chain

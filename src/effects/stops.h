@@ -16,49 +16,34 @@
 
 #include <vector>
 
-#include "ode/switches.h"
+#include "effects/effect_kind.h"
 #include "planar_chain/chain.h"
 
 namespace planar_chain {
 
-class Stops : public ode::Switches {
+class Stops : public Effect, public Switching {
  public:
   explicit Stops(const Chain& chain);
+  Stops(const Stops&) = delete;
+  Stops& operator=(const Stops&) = delete;
 
   bool empty() const { return stops_.empty(); }
-  bool dissipate() const;
-  /// Whether one does something now.
-  bool act() const { return !active_.empty(); }
 
-  /// Every stop to the place that the state (y = [θ ω …]) says, whatever it was before.
-  void enter(const double* y);
-  /// Every stop whose change is due to its next place. Allocates nothing.
-  void change(const double* y);
+  // Effect
+  Acting mostActing() const override { return Acting::moments; }
+  Acting acting() const override { return active_.empty() ? Acting::nothing : Acting::moments; }
+  bool hasPower() const override;
+  Powers apply(const ChainState& at, const Actions& to) override;
+  void addTorques(const ChainState& at, double* tau) override;
+  void addStiffness(double* k, double* d) const override;
+  Powers powersAlong(const ChainState& at, const StateChange& along) override;
+  Switching* switching() override { return this; }
 
-  // ode::Switches
+  // Switching
+  void enterState(const double* y) override;
+  void change(const double* y) override;
   double due(const Eigen::VectorXd& y) const override;
   double nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override;
-
-  /// Calls add(joint, torque) for each that pushes, + on the joint's own link; returns P_d, W.
-  template <class Add>
-  double apply(const double* theta, const double* omega, Add&& add) const {
-    double dissipated = 0;
-    for (const Stop* stop : active_) {
-      const double x = stop->depth(theta);
-      const double xd = stop->speed(omega);
-      if (stop->place == Place::pushing) {
-        add(stop->joint, -stop->sign * (stop->k * x + stop->d * xd));
-        dissipated += stop->d * xd * xd;
-      } else {
-        dissipated -= stop->k * x * xd;
-      }
-    }
-    return dissipated;
-  }
-  /// Adds what pushing stops do as springs and dampers, to k and d of each joint.
-  void addStiffness(double* k, double* d) const;
-  /// The derivative of P_d along (u, v), changes of the angles and rates.
-  double dissipationAlong(const double* theta, const double* omega, const double* u, const double* v) const;
 
  private:
   enum class Place { free, pushing, parted };
@@ -78,10 +63,16 @@ class Stops : public ode::Switches {
 
   /// Those that do something now.
   void listActive();
+  /// Calls add(joint, torque) for each that pushes, + on the joint's own link. Returns P_d, W.
+  template <class Add>
+  double addUp(const double* theta, const double* omega, Add&& add) const;
 
   int n_;
   std::vector<Stop> stops_;
   std::vector<const Stop*> active_;
 };
+
+/// Keys `lower`, `upper`, `stop_stiffness` and `stop_damping` of a joint.
+const EffectKind& stopKind();
 
 }  // namespace planar_chain

@@ -6,20 +6,11 @@
 #include <set>
 #include <utility>
 
+#include "model/require.h"
+
 namespace planar_chain {
 
 namespace {
-
-/// What is no number at all is asked for a number; ±∞ for a finite one.
-std::string expectedNumber(double given, const char* which) {
-  return (std::isinf(given) ? "a finite number" : "a number") + std::string(which);
-}
-
-void requireNumber(std::vector<Fault>& faults, const char* path, double given, bool isInRange,
-                   const char* which) {
-  if (std::isfinite(given) && isInRange) return;
-  faults.push_back({path, expectedNumber(given, which), toText(given)});
-}
 
 std::string toText(Vec2d a) {
   return "[" + planar_chain::toText(a.x) + ", " + planar_chain::toText(a.y) + "]";
@@ -48,32 +39,6 @@ std::vector<Fault> faultsOf(const Link& link) {
   if (!faults.empty()) return faults;
   requireMoment(faults, "com", link, link.com);
   requireMoment(faults, "pin", link, link.pin);
-  return faults;
-}
-
-std::vector<Fault> faultsOf(const Joint& joint) {
-  std::vector<Fault> faults;
-  requireNumber(faults, "joint/damping", joint.damping, joint.damping >= 0, " >= 0 N m s/rad");
-  requireNumber(faults, "joint/stiffness", joint.stiffness, joint.stiffness >= 0, " >= 0 N m/rad");
-  requireNumber(faults, "joint/rest_angle", joint.restAngle, true, ", in rad");
-
-  // Limits: -∞ and ∞ are none.
-  constexpr double none = std::numeric_limits<double>::infinity();
-  if (joint.lower != -none) requireNumber(faults, "joint/lower", joint.lower, true, ", in rad");
-  if (joint.upper != none) {
-    const bool isAbove = !(joint.upper <= joint.lower);
-    requireNumber(faults, "joint/upper", joint.upper, isAbove, isAbove ? ", in rad" : " > lower, in rad");
-  }
-  if (joint.isLimited()) {
-    requireNumber(faults, "joint/stop_stiffness", joint.stopStiffness, joint.stopStiffness > 0,
-                  " > 0 N m/rad, beside lower or upper");
-    requireNumber(faults, "joint/stop_damping", joint.stopDamping, joint.stopDamping >= 0, " >= 0 N m s/rad");
-  } else {
-    requireNumber(faults, "joint/stop_stiffness", joint.stopStiffness, joint.stopStiffness == 0,
-                  " only beside lower or upper");
-    requireNumber(faults, "joint/stop_damping", joint.stopDamping, joint.stopDamping == 0,
-                  " only beside lower or upper");
-  }
   return faults;
 }
 

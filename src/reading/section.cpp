@@ -56,7 +56,7 @@ std::string stepOf(const std::string& key) {
   return quoted.substr(1, quoted.size() - 2);
 }
 
-Section::Section(const Value* value, std::string path, std::initializer_list<const char*> known,
+Section::Section(const Value* value, std::string path, const std::vector<const char*>& known,
                  std::vector<Fault>& faults)
     : path_(std::move(path)), faults_(&faults) {
   static const Value::Map empty;

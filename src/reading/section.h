@@ -3,7 +3,6 @@
 /// A map of the scene that is being read: hands out its keys as what they should be, and notes every
 /// fault with its full path. Internal to the reader.
 
-#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -38,7 +37,7 @@ class Section {
  public:
   /// The map at `value`; absent (null pointer) is an empty one, anything else is a fault. Keys other than
   /// `known` are faults; an empty `known` admits every key.
-  Section(const Value* value, std::string path, std::initializer_list<const char*> known,
+  Section(const Value* value, std::string path, const std::vector<const char*>& known,
           std::vector<Fault>& faults);
 
   const Value::Map& entries() const { return *map_; }

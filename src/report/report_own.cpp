@@ -10,8 +10,7 @@ namespace planar_chain::tools {
 OwnRun::OwnRun(const Scene& scene, double end, const Make& make)
     : end_(end),
       n_(scene.chain.size()),
-      loads_(scene, 0),
-      dynamics_(scene.chain, loads_),
+      dynamics_(scene),
       integrator_(make(dynamics_)),
       state_(startOf(scene, dynamics_)) {
   dynamics_.enter(0);
@@ -20,11 +19,11 @@ OwnRun::OwnRun(const Scene& scene, double end, const Make& make)
 
 Progress OwnRun::step() {
   const ode::Outcome outcome =
-      integrator_->advance(state_, std::min(end_, loads_.until()), loads_.longestStep());
+      integrator_->advance(state_, std::min(end_, dynamics_.effects().until()), dynamics_.effects().longestStep());
   if (outcome == ode::Outcome::notFinite) return Progress::diverged;
   if (outcome == ode::Outcome::stepTooSmall) return Progress::refused;
   if (state_.t >= end_) return Progress::arrived;
-  if (state_.t >= loads_.until()) {
+  if (state_.t >= dynamics_.effects().until()) {
     dynamics_.enter(state_.t);
     integrator_->restart();
   }

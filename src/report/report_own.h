@@ -4,7 +4,6 @@
 /// balance, which would rescue what fails.
 
 #include "dynamics/dynamics.h"
-#include "effects/loads.h"
 #include "ode/integrator.h"
 #include "report/report_contest.h"
 
@@ -27,7 +26,6 @@ class OwnRun : public Run {
  private:
   double end_;
   int n_;
-  Loads loads_;
   Dynamics dynamics_;
   std::unique_ptr<ode::Integrator> integrator_;
   ode::State state_;

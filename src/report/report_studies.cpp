@@ -126,13 +126,12 @@ constexpr Effect effects[] = {
 struct Evaluated {
   explicit Evaluated(const Scene& given)
       : scene(given),
-        loads(scene, 0),
-        dynamics(scene.chain, loads),
+                dynamics(scene),
         y(dynamics.size()),
         slope(dynamics.size()) {
     y.setZero();
     readStart(scene, y.data(), y.data() + scene.chain.size());
-    dynamics.enterStops(y.data());
+    dynamics.enterState(y.data());
     dynamics.enter(0);
   }
   double seconds(int times) {
@@ -141,7 +140,6 @@ struct Evaluated {
     return (threadSeconds() - start) / times;
   }
   Scene scene;
-  Loads loads;
   Dynamics dynamics;
   Eigen::VectorXd y, slope;
 };

@@ -76,8 +76,7 @@ int stepsOf(const Case& scene, double h) {
 Bench::Bench(const Case& given)
     : case_(given),
       n_(given.scene.chain.size()),
-      loads_(given.scene, 0),
-      dynamics_(given.scene.chain, loads_),
+      dynamics_(given.scene),
       start_(startOf(given.scene, dynamics_)) {
   energyAtRest_ = energyOfMotion(ode::State(dynamics_, atRest()));
   energyAtStart_ = energyOfMotion(start_);
@@ -240,8 +239,7 @@ double median(std::vector<double> values) {
 
 double costOf(const Method& method, int n, bool quick) {
   const Scene scene = hangingChain(n);
-  Loads loads(scene, 0);
-  Dynamics dynamics(scene.chain, loads);
+  Dynamics dynamics(scene);
   dynamics.enter(0);
   const auto integrator = ode::fixedSteps(makeStepper(method, dynamics), 1e-3 / n);
   ode::State state = startOf(scene, dynamics);

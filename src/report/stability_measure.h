@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "dynamics/dynamics.h"
-#include "effects/loads.h"
 #include "ode/explicit_runge_kutta.h"
 #include "ode/integrator.h"
 #include "ode/rosenbrock.h"
@@ -86,7 +85,6 @@ class Bench {
 
   const Case& case_;
   int n_;
-  Loads loads_;
   Dynamics dynamics_;
   ode::State start_;
   double energyAtRest_ = 0, energyAtStart_ = 0;

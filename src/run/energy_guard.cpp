@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "effects/effect_kind.h"
 #include "ode/methods.h"
 
 namespace planar_chain {
@@ -23,14 +24,14 @@ EnergyGuard::EnergyGuard(const Chain& chain, const IntegratorSettings& settings,
       tolerance_(ode::hasFixedStep(settings.method) ? 0 : tolerances * settings.tolerance),
       share_(ode::hasFixedStep(settings.method) ? share
                                                 : std::min(share, sharePerTolerance * settings.tolerance)) {
+  const std::vector<const EffectKind*>& kinds = effectKinds();
   double pin = 0;
   for (int j = 0; j < n_; ++j) {
-    const Link& link = chain.links()[static_cast<std::size_t>(j)];
-    const Joint& joint = chain.joints()[static_cast<std::size_t>(j)];
+    const Link& link = chain.links()[index(j)];
     const double reach = pin + length(link.com);
     inertia_ += link.mass * reach * reach + link.inertia;
     weight_ += link.mass * length(chain.gravity()) * reach;
-    stiffness_ += joint.stiffness + joint.stopStiffness;
+    for (const EffectKind* kind : kinds) stiffness_ += kind->stiffnessOf(chain.joints()[index(j)]);
     pin += length(link.pin);
   }
 }

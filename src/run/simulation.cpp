@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "dynamics/dynamics.h"
-#include "effects/loads.h"
+#include "effects/commands.h"
 #include "ode/methods.h"
 #include "ode/switches.h"
 #include "run/energy_guard.h"
@@ -54,7 +54,7 @@ ode::Tolerance toleranceOf(double value, int n) {
 struct Simulation::Parts {
   const Scene& scene;
   int n;
-  Loads loads;
+  Commands* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
   Dynamics dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
   std::size_t rung = 0;
@@ -73,8 +73,7 @@ struct Simulation::Parts {
   Parts(const Scene& given, int commandCapacity)
       : scene(given),
         n(given.chain.size()),
-        loads(scene, commandCapacity),
-        dynamics(scene.chain, loads),
+        dynamics(scene, makeCommands(commandCapacity)),
         guard(scene.chain, scene.integrator, dynamics.works()),
         state(dynamics.arrangedSize()),
         y(dynamics.size()),
@@ -85,6 +84,13 @@ struct Simulation::Parts {
     climbTo(0);
   }
 
+  std::unique_ptr<Commands> makeCommands(int capacity) {
+    if (capacity == 0) return nullptr;
+    auto made = std::make_unique<Commands>(n, capacity);
+    commands = made.get();
+    return made;
+  }
+
   ode::Integrator& integrator() const { return *ladder[rung]; }
 
   void climbTo(std::size_t next) {
@@ -93,8 +99,8 @@ struct Simulation::Parts {
     const IntegratorSettings settings = settingsOf(scene.integrator, rung);
     ladder[rung] =
         ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings.tolerance, n));
-    if (!dynamics.stops().empty()) {
-      ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.stops(), dynamics);
+    if (dynamics.effects().haveSwitches()) {
+      ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.effects(), dynamics);
     }
   }
 
@@ -124,7 +130,7 @@ struct Simulation::Parts {
     guard.begin(state, y.data());
     climbTo(0);
     rescueLength = 1;
-    dynamics.enterStops(y.data());
+    dynamics.enterState(y.data());
     dynamics.enter(state.t);
     actsOtherwise = false;
     integrator().begin();
@@ -144,30 +150,31 @@ struct Simulation::Parts {
   }
 
   void requireCommand(int index, bool isFinite) const {
-    require(loads.takesCommands(), "this simulation was built without room for commands");
+    require(commands != nullptr, "this simulation was built without room for commands");
     require(index >= 0 && index < n, "a command must name a joint or link of the chain");
     require(isFinite, "a command must be finite");
   }
-  Loads::Window held(double start, double until) const;
-  Loads::Window timed(double start, double duration) const;
-  bool isTaken(bool taken, Loads::Window window) {
+  Window held(double start, double until) const;
+  Window timed(double start, double duration) const;
+  bool isTaken(bool taken, Window window) {
     if (taken && window.start <= state.t) actsOtherwise = true;
     return taken;
   }
 
   /// Some steps towards t; or, in trouble, none, and the next rung of the ladder.
   void advance(double t) {
-    const double end = std::min(t, loads.until());
-    const ode::Outcome outcome = integrator().integrate(state, end, loads.longestStep(), stepsPerCheck);
+    const double end = std::min(t, dynamics.effects().until());
+    const ode::Outcome outcome =
+        integrator().integrate(state, end, dynamics.effects().longestStep(), stepsPerCheck);
     restore();
     const bool failed = outcome == ode::Outcome::notFinite || outcome == ode::Outcome::stepTooSmall;
     if (failed || !guard.closes(state, y.data())) return climb(outcome);
 
     if (outcome == ode::Outcome::switched) {
-      dynamics.changeStops(y.data());
+      dynamics.change(y.data());
       integrator().begin();
     }
-    if (state.t >= loads.until()) actAnew();
+    if (state.t >= dynamics.effects().until()) actAnew();
     if (rung > 0 && ++goodChecks >= rescueLength) {
       climbTo(0);
       integrator().begin();
@@ -223,7 +230,7 @@ Simulation::Simulation(const Scene& scene, int commandCapacity)
 
 Simulation::~Simulation() = default;
 
-bool Simulation::advanceTo(double t, bool (*goesOn)()) {
+bool Simulation::advanceTo(double t, bool (*keepGoing)()) {
   Parts& p = *parts_;
   require(std::isfinite(t) && t >= p.state.t, "time must be finite and must not run backwards");
   if (!p.fault.empty()) return false;
@@ -231,7 +238,7 @@ bool Simulation::advanceTo(double t, bool (*goesOn)()) {
   bool isWanted = true;
   while (p.state.t < t && p.fault.empty() && isWanted) {
     p.advance(t);
-    isWanted = !goesOn || goesOn();
+    isWanted = !keepGoing || keepGoing();
   }
   p.readRelative();
   return p.fault.empty() && p.state.t >= t;
@@ -308,7 +315,7 @@ void Simulation::linkMotions(LinkMotion* motions) const {
 namespace {
 
 /// The window of a command given at `now`.
-Loads::Window windowFrom(double start, double stop, double now) {
+Window windowFrom(double start, double stop, double now) {
   require(std::isfinite(start) && !std::isnan(stop), "a command must be finite");
   require(stop > std::max(start, now), "a command must last");
   return {start, stop};
@@ -316,11 +323,11 @@ Loads::Window windowFrom(double start, double stop, double now) {
 
 }  // namespace
 
-Loads::Window Simulation::Parts::held(double start, double until) const {
+Window Simulation::Parts::held(double start, double until) const {
   return windowFrom(start == now ? state.t : start, until, state.t);
 }
 
-Loads::Window Simulation::Parts::timed(double start, double duration) const {
+Window Simulation::Parts::timed(double start, double duration) const {
   require(std::isfinite(duration), "a command must be finite");
   const double from = start == now ? state.t : start;
   return windowFrom(from, from + duration, state.t);
@@ -328,35 +335,37 @@ Loads::Window Simulation::Parts::timed(double start, double duration) const {
 
 bool Simulation::holdTorque(int joint, double torque, double until, double start) {
   parts_->requireCommand(joint, std::isfinite(torque));
-  const Loads::Window window = parts_->held(start, until);
-  return parts_->isTaken(parts_->loads.holdTorque(joint, torque, window, time()), window);
+  const Window window = parts_->held(start, until);
+  return parts_->isTaken(parts_->commands->hold({joint, torque, window}, time()), window);
 }
 
 bool Simulation::holdForce(int link, Vec2d point, Vec2d force, double moment, double until, double start) {
   parts_->requireCommand(link, isFinite(point) && isFinite(force) && std::isfinite(moment));
-  const Loads::Window window = parts_->held(start, until);
-  return parts_->isTaken(parts_->loads.holdForce(link, point, force, moment, window, time()), window);
+  const Window window = parts_->held(start, until);
+  return parts_->isTaken(parts_->commands->hold({link, point, force, moment, window}, time()), window);
 }
 
 bool Simulation::addTorque(int joint, double torque, double duration, double start) {
   parts_->requireCommand(joint, std::isfinite(torque));
-  const Loads::Window window = parts_->timed(start, duration);
-  return parts_->isTaken(parts_->loads.addTorque(joint, torque, window, time()), window);
+  const Window window = parts_->timed(start, duration);
+  return parts_->isTaken(parts_->commands->add({joint, torque, window}, time()), window);
 }
 
 bool Simulation::addForce(int link, Vec2d point, Vec2d force, double moment, double duration, double start) {
   parts_->requireCommand(link, isFinite(point) && isFinite(force) && std::isfinite(moment));
-  const Loads::Window window = parts_->timed(start, duration);
-  return parts_->isTaken(parts_->loads.addForce(link, point, force, moment, window, time()), window);
+  const Window window = parts_->timed(start, duration);
+  return parts_->isTaken(parts_->commands->add({link, point, force, moment, window}, time()), window);
 }
 
 void Simulation::clearCommands() {
-  parts_->loads.clearCommands();
+  if (!parts_->commands) return;
+  parts_->commands->clear();
   parts_->actsOtherwise = true;
 }
 
 std::vector<Load> Simulation::commands() const {
-  return parts_->loads.commands(parts_->state.t);
+  if (!parts_->commands) return {};
+  return parts_->commands->inForce(parts_->state.t);
 }
 
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {

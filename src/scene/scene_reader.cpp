@@ -7,11 +7,11 @@
 #include <set>
 #include <utility>
 
+#include "effects/effect_kind.h"
 #include "ode/methods.h"
 #include "planar_chain/energy.h"
 #include "planar_chain/urdf_reader.h"
 #include "reading/section.h"
-#include "scene/scene_loads.h"
 
 namespace planar_chain {
 
@@ -35,16 +35,22 @@ struct Entry {
   bool valuesAreSound = true;
 };
 
-/// What a joint does beside turning; somebody else judges it.
-void takeTorques(const Section& joint, Joint& to) {
-  to.stiffness = joint.unjudged("stiffness", 0.0);
-  to.restAngle = joint.unjudged("rest_angle", 0.0);
-  to.stopStiffness = joint.unjudged("stop_stiffness", 0.0);
-  to.stopDamping = joint.unjudged("stop_damping", 0.0);
+/// The keys that the effects know below a joint; beside a URDF only those that it has no word for.
+std::vector<const char*> jointKeys(bool besideUrdf) {
+  std::vector<const char*> keys;
+  if (!besideUrdf) keys.push_back("name");
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) {
+      if (!besideUrdf || !key.isInUrdf) keys.push_back(key.name);
+    }
+  }
+  return keys;
 }
 
+/// Copies what the effects have at a joint, and judges all of it.
 /// @returns whether the joint is sound
-bool judge(const Joint& joint, const Section& in) {
+bool takeEffects(const Section& in, Joint& joint) {
+  for (const EffectKind* kind : effectKinds()) kind->takeJoint(in, joint);
   const std::vector<Fault> faults = faultsOf(joint);
   for (const Fault& fault : faults) {
     in.fault(fault.path.substr(fault.path.find('/') + 1), fault.expected);
@@ -79,16 +85,9 @@ Entry readEntry(const std::string& name, const Value& value, const std::string& 
     entry.valuesAreSound = false;
   }
 
-  const Section joint(
-      in.find("joint"), in.pathOf("joint"),
-      {"name", "damping", "stiffness", "rest_angle", "lower", "upper", "stop_stiffness", "stop_damping"},
-      faults);
-  takeTorques(joint, entry.joint);
-  entry.joint.damping = joint.unjudged("damping", 0.0);
-  joint.take("lower", NumberRule::any("rad"), entry.joint.lower);
-  joint.take("upper", NumberRule::any("rad"), entry.joint.upper);
+  const Section joint(in.find("joint"), in.pathOf("joint"), jointKeys(false), faults);
   if (joint.has("name")) entry.namesAreSound &= joint.takeName("name", entry.joint.name);
-  entry.valuesAreSound &= judge(entry.joint, joint);
+  entry.valuesAreSound &= takeEffects(joint, entry.joint);
 
   const double repeat = in.unjudged("repeat", 1.0);
   if (repeat >= 1 && repeat <= mostLinks && repeat == std::floor(repeat)) {
@@ -228,11 +227,9 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   for (std::size_t i = 0; i < robot.links.size(); ++i) {
     const std::string name = robot.links[i].name;
     const Section in(links.find(name), links.pathOf(name), {"joint", "initial"}, faults);
-    const Section ofJoint(in.find("joint"), in.pathOf("joint"),
-                          {"stiffness", "rest_angle", "stop_stiffness", "stop_damping"}, faults);
+    const Section ofJoint(in.find("joint"), in.pathOf("joint"), jointKeys(true), faults);
     Joint joint = robot.joints[i];
-    takeTorques(ofJoint, joint);
-    if (!judge(joint, ofJoint)) joint = {joint.name};
+    if (!takeEffects(ofJoint, joint)) joint = {joint.name};
     double q = 0, qd = 0;
     takeInitial(in, faults, q, qd);
     append(name, std::move(robot.links[i]), std::move(joint), q, qd, expanded);
@@ -356,10 +353,15 @@ PublishSettings readPublish(const Value* value, const ChainNames* names, std::ve
 
 Scene readScene(const Value& value) {
   std::vector<Fault> faults;
-  const Section top(&value, "",
-                    {"chain", "gravity", "links", "loads", "integrator", "publish", "command_timeout",
-                     "real_time_factor", "robot_description"},
-                    faults);
+  std::vector<const char*> keys{"chain", "gravity", "links"};
+  for (const EffectKind* kind : effectKinds()) {
+    if (kind->sceneKey()) keys.push_back(kind->sceneKey());
+  }
+  for (const char* key :
+       {"integrator", "publish", "command_timeout", "real_time_factor", "robot_description"}) {
+    keys.push_back(key);
+  }
+  const Section top(&value, "", keys, faults);
 
   std::optional<Expanded> expanded =
       top.has("robot_description") ? readRobot(top, faults) : readLinks(top, faults);
@@ -368,7 +370,8 @@ Scene readScene(const Value& value) {
   Vec2d gravity = expanded ? expanded->gravity : Vec2d{};
   top.take("gravity", "m/s²", gravity);
   if (expanded) chain = makeChain(*expanded, gravity, faults);
-  std::vector<Load> loads = readLoads(top.find("loads"), names, faults);
+  std::vector<Load> loads;
+  for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads, faults);
   const IntegratorSettings integrator = readIntegrator(top.find("integrator"), faults);
   PublishSettings publish = readPublish(top.find("publish"), names, faults);
   double commandTimeout = 0;

@@ -34,8 +34,8 @@ template <class F>
 }
 
 template <int count>
-void combineOf(double factor, const double* weights, const double* const* terms, const double* base,
-               double* sum, double* out, std::ptrdiff_t n) {
+PLANAR_CHAIN_IN_ONE_PIECE void combineOf(double factor, const double* weights, const double* const* terms,
+                                         const double* base, double* sum, double* out, std::ptrdiff_t n) {
   Lanes weight[count];
   for (int j = 0; j < count; ++j) weight[j] = Lanes(factor * weights[j]);
   const auto firstOf = [&](int some, std::ptrdiff_t i, int size) {
@@ -64,7 +64,7 @@ void combineOf(double factor, const double* weights, const double* const* terms,
 }
 
 template <int count>
-void combineTwiceOf(const NystromSums& row, std::ptrdiff_t n) {
+PLANAR_CHAIN_IN_ONE_PIECE void combineTwiceOf(const NystromSums& row, std::ptrdiff_t n) {
   const NystromLanes<count> lanes(row, n);
   lanes.run([&](auto write) {
     forRegisters(n, [&](std::ptrdiff_t i, int size) { write(i, size, lanes.lastTerm(i, size)); });
@@ -84,8 +84,9 @@ constexpr std::array<VectorKernel::CombineTwice, sizeof...(counts)> twoCombinati
 }
 
 template <int count>
-void combineForTwoOf(const WeightsOfTwo& weights, double factor, const double* base, double* out,
-                     const double* offset, double* other, std::ptrdiff_t n) {
+PLANAR_CHAIN_IN_ONE_PIECE void combineForTwoOf(const WeightsOfTwo& weights, double factor, const double* base,
+                                               double* out, const double* offset, double* other,
+                                               std::ptrdiff_t n) {
   Lanes first[count], second[count];
   for (int j = 0; j < count; ++j) {
     first[j] = Lanes(weights.first[j]);
@@ -109,7 +110,7 @@ constexpr std::array<VectorKernel::CombineForTwo, sizeof...(counts)> combination
   return {combineForTwoOf<counts + 1>...};
 }
 
-void damp(double* error, const double* coarse, std::ptrdiff_t n) {
+PLANAR_CHAIN_IN_ONE_PIECE void damp(double* error, const double* coarse, std::ptrdiff_t n) {
   forRegisters(n, [&](std::ptrdiff_t i, int count) {
     const Lanes fine = loadSome(error + i, count), rough = loadSome(coarse + i, count);
     const Lanes size = root(fine * fine + Lanes(0.01) * (rough * rough));
@@ -126,7 +127,8 @@ void damp(double* error, const double* coarse, std::ptrdiff_t n) {
   return all(a.v == a.v);
 }
 
-bool addCarried(double* y, double* carry, const double* increment, std::ptrdiff_t n) {
+PLANAR_CHAIN_IN_ONE_PIECE bool addCarried(double* y, double* carry, const double* increment,
+                                          std::ptrdiff_t n) {
   const auto add = [&](std::ptrdiff_t i, int size) {
     const Lanes old = loadSome(y + i, size);
     const Lanes whole = loadSome(increment + i, size) + loadSome(carry + i, size);
@@ -152,7 +154,8 @@ bool addCarried(double* y, double* carry, const double* increment, std::ptrdiff_
   return true;
 }
 
-void polynomial(double h, const double* c, int order, double* sum, std::ptrdiff_t n) {
+PLANAR_CHAIN_IN_ONE_PIECE void polynomial(double h, const double* c, int order, double* sum,
+                                          std::ptrdiff_t n) {
   const Lanes step(h);
   forRegisters(n, [&](std::ptrdiff_t i, int size) {
     Lanes total = loadSome(c + order * n + i, size);
@@ -217,7 +220,8 @@ struct LargestRatio {
 };
 
 /// Where a product is not finite, divisions tell why.
-double largestRatio(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n) {
+PLANAR_CHAIN_IN_ONE_PIECE double largestRatio(const ErrorVectors& of, double most, double rounding,
+                                              std::ptrdiff_t n) {
   const Errors errors{of, Lanes(most), Lanes(rounding)};
   if (n <= laneCount) {
     const Lanes ratio = errors.ratio(0, static_cast<int>(n));

@@ -11,8 +11,7 @@ namespace planar_chain::benchmarks {
 /// Rods in motion, ready to be evaluated, linearized and integrated.
 struct MovingRods {
   MovingRods(int n, const Posture& posture)
-      : scene(sceneOf(rods(n), posture)), loads(scene, 0), dynamics(scene.chain, loads) {
-    loads.enter(0);
+      : scene(sceneOf(rods(n), posture)), dynamics(scene) {
     double theta = 0, omega = 0;
     for (const double q : posture.q) y.push_back(theta += q);
     for (const double qd : posture.qd) y.push_back(omega += qd);
@@ -26,7 +25,6 @@ struct MovingRods {
   void evaluate() { dynamics.rates(0, arrangedY.data(), arrangedRates.data() + dynamics.positions()); }
 
   Scene scene;
-  Loads loads;
   Dynamics dynamics;
   std::vector<double> y, dydt;          ///< θ_1…θ_n ω_1…ω_n; ω_1…ω_n α_1…α_n
   CacheLines arrangedY, arrangedRates;  ///< the same, arranged

@@ -36,17 +36,16 @@ class ByHand {
 
 class Own {
  public:
-  explicit Own(const Scene& scene) : loads_(scene, 0), dynamics_(scene.chain, loads_) {}
+  explicit Own(const Scene& scene) : dynamics_(scene) {}
   int size() const { return dynamics_.size(); }
   /// From t on; until when.
   double enter(double t) {
     dynamics_.enter(t);
-    return loads_.until();
+    return dynamics_.effects().until();
   }
   void operator()(const State& y, State& dydt, double t) { dynamics_.derivative(t, y.data(), dydt.data()); }
 
  private:
-  Loads loads_;
   Dynamics dynamics_;
 };
 

@@ -27,8 +27,7 @@ class SundialsRun : public tools::Run {
       : n_(contest.scene.chain.size()),
         end_(contest.end),
         kind_(kind),
-        loads_(contest.scene, 0),
-        dynamics_(contest.scene.chain, loads_) {
+        dynamics_(contest.scene) {
     SUNContext_Create(nullptr, &context_);
     y_ = N_VNew_Serial(dynamics_.size(), context_);
     N_VConst(0, y_);
@@ -114,13 +113,12 @@ class SundialsRun : public tools::Run {
   }
   void enter() {
     dynamics_.enter(t_);
-    until_ = std::min(end_, loads_.until());
+    until_ = std::min(end_, dynamics_.effects().until());
   }
 
   int n_;
   double end_, until_ = 0, t_ = 0;
   Kind kind_;
-  Loads loads_;
   Dynamics dynamics_;
   SUNContext context_ = nullptr;
   N_Vector y_ = nullptr;

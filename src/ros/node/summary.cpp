@@ -1,9 +1,9 @@
 #include "ros/node/summary.h"
 
-#include <cmath>
 #include <sstream>
 #include <vector>
 
+#include "effects/effect_kind.h"
 #include "ode/methods.h"
 
 namespace planar_chain {
@@ -25,12 +25,6 @@ std::string listed(const std::vector<std::string>& items) {
 
 std::string whatRuns(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
-  int springs = 0, dampers = 0, limits = 0;
-  for (const Joint& joint : scene.chain.joints()) {
-    springs += joint.stiffness > 0;
-    dampers += joint.damping > 0;
-    limits += std::isfinite(joint.lower) + std::isfinite(joint.upper);
-  }
   std::ostringstream held;
   held << "commands that ";
   if (scene.commandTimeout > 0) {
@@ -39,30 +33,19 @@ std::string whatRuns(const Simulation& simulation) {
     held << "hold until replaced";
   }
 
-  std::vector<std::string> runs, leftOut;
-  const auto tell = [&](int number, const std::string& one) {
-    (number > 0 ? runs : leftOut).push_back(number > 0 ? count(number, one) : one + "s");
-  };
-  if (scene.chain.gravity() == Vec2d{}) {
-    leftOut.push_back("gravity");
-  } else {
-    runs.push_back("gravity");
-  }
-  // With dampers, the springs that are missing run along at 0 N m/rad: not left out.
-  if (springs > 0 || dampers == 0) tell(springs, "spring");
-  tell(dampers, "damper");
-  tell(static_cast<int>(scene.loads.size()), "load");
-  tell(limits, "limit");
-  runs.push_back("energy guard");
-  runs.push_back(held.str());
+  SceneWords words;
+  (scene.chain.gravity() == Vec2d{} ? words.leftOut : words.runs).push_back("gravity");
+  for (const EffectKind* kind : effectKinds()) kind->summarize(scene, words);
+  words.runs.push_back("energy guard");
+  words.runs.push_back(held.str());
 
   const IntegratorSettings& integrator = scene.integrator;
   const bool hasFixedStep = ode::hasFixedStep(integrator.method);
   std::ostringstream line;
   line << count(scene.chain.size(), "link") << " (" << simulation.recursion() << ") by " << integrator.method
        << (hasFixedStep ? ", step " : ", tolerance ")
-       << (hasFixedStep ? integrator.step : integrator.tolerance) << "; runs: " << listed(runs)
-       << "; left out: " << listed(leftOut);
+       << (hasFixedStep ? integrator.step : integrator.tolerance) << "; runs: " << listed(words.runs)
+       << "; left out: " << listed(words.leftOut);
   return line.str();
 }
 

@@ -1,0 +1,49 @@
+#include "dynamics/mechanism.h"
+
+#include <algorithm>
+
+namespace planar_chain {
+
+Mechanism::Mechanism(const Chain& chain) : chain_(chain), n_(chain.size()), places_(n_) {
+  if (!Segments::areWorthwhile(n_)) return;
+  lanes_.emplace(n_);
+  places_ = lanes_->places();
+}
+
+Recursion Mechanism::makeRecursion() const {
+  if (lanes_) return Segments(chain_);
+  if (n_ <= ShortChain::most) return ShortChain(chain_);
+  return Articulated<double>(chain_);
+}
+
+void Mechanism::toLanes(const double* inOrder, double* inLanes) const {
+  if (!lanes_) {
+    std::copy_n(inOrder, 2 * n_, inLanes);
+    return;
+  }
+  lanes_->arrange(inOrder, inLanes);
+  lanes_->arrange(inOrder + n_, inLanes + places_);
+}
+
+void Mechanism::toOrder(const double* inLanes, double* inOrder) const {
+  if (!lanes_) {
+    std::copy_n(inLanes, 2 * n_, inOrder);
+    return;
+  }
+  lanes_->restore(inLanes, inOrder);
+  lanes_->restore(inLanes + places_, inOrder + n_);
+}
+
+const double* Mechanism::quantityInLanes(const double* values, double* room) const {
+  if (!lanes_) return values;
+  lanes_->arrange(values, room);
+  return room;
+}
+
+const double* Mechanism::stateInOrder(const double* y, double* room) const {
+  if (!lanes_) return y;
+  toOrder(y, room);
+  return room;
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,48 @@
+#pragma once
+
+/// What never changes of a chain: its bodies, and how its recursion is gone through. Chosen once, by the
+/// length and the processor; shared by all that computes with it.
+
+#include <optional>
+#include <variant>
+
+#include "lanes/arrangement.h"
+#include "lanes/segments.h"
+#include "lanes/short_chain.h"
+#include "planar_chain/chain.h"
+#include "recursion/articulated.h"
+
+namespace planar_chain {
+
+/// The recursion for q̈, with its room: written out for short chains, in segments for long ones.
+using Recursion = std::variant<ShortChain, Articulated<double>, Segments>;
+
+class Mechanism {
+ public:
+  /// The chain must outlive this object.
+  explicit Mechanism(const Chain& chain);
+
+  const Chain& chain() const { return chain_; }
+  int size() const { return n_; }  ///< n
+  /// The order of a long chain's bodies, in which its states are kept; nullptr: chain order.
+  const Arrangement* lanes() const { return lanes_ ? &*lanes_ : nullptr; }
+  /// The numbers that one quantity of all bodies takes in that order: n, or more.
+  int places() const { return places_; }
+  Recursion makeRecursion() const;
+
+  /// [θ ω] from chain order to lane order and back; not in place. Allocate nothing.
+  void toLanes(const double* inOrder, double* inLanes) const;
+  void toOrder(const double* inLanes, double* inOrder) const;
+  /// One number of each body.
+  const double* quantityInLanes(const double* values, double* room) const;
+  /// [θ ω] in chain order: copied to `room`, or as it stands where that is the order already.
+  const double* stateInOrder(const double* y, double* room) const;
+
+ private:
+  const Chain& chain_;
+  int n_;
+  std::optional<Arrangement> lanes_;
+  int places_;
+};
+
+}  // namespace planar_chain

@@ -1,0 +1,32 @@
+#include "effects/effect_kind.h"
+#include "effects/loads.h"
+#include "effects/springs.h"
+#include "effects/stops.h"
+
+namespace planar_chain {
+
+std::vector<const EffectKind*>& effectKinds() {
+  static std::vector<const EffectKind*> kinds{
+      &springKind(),
+      &loadKind(),
+      &stopKind(),
+  };
+  return kinds;
+}
+
+void SceneWords::count(int number, const std::string& one) {
+  if (number > 0) {
+    runs.push_back(std::to_string(number) + " " + one + (number == 1 ? "" : "s"));
+  } else {
+    leftOut.push_back(one + "s");
+  }
+}
+
+/// Declared by chain.h.
+std::vector<Fault> faultsOf(const Joint& joint) {
+  std::vector<Fault> faults;
+  for (const EffectKind* kind : effectKinds()) kind->judge(joint, faults);
+  return faults;
+}
+
+}  // namespace planar_chain

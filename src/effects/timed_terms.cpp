@@ -1,0 +1,219 @@
+#include "effects/timed_terms.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace planar_chain {
+
+namespace {
+
+constexpr double never = std::numeric_limits<double>::infinity();
+
+/// The straight piece of a ramp to the right of t: flat before the first corner and after the last one.
+struct Line {
+  double t0 = 0, value = 0, slope = 0, end = never;
+};
+Line lineAt(const Ramp& ramp, double t) {
+  const auto after = std::upper_bound(ramp.times.begin(), ramp.times.end(), t);
+  Line line;
+  if (after != ramp.times.end()) line.end = *after;
+  if (after == ramp.times.begin()) {
+    line.value = ramp.values.front();
+  } else if (after == ramp.times.end()) {
+    line.value = ramp.values.back();
+  } else {
+    const auto i = static_cast<std::size_t>(after - ramp.times.begin() - 1);
+    line.t0 = ramp.times[i];
+    line.value = ramp.values[i];
+    line.slope = (ramp.values[i + 1] - ramp.values[i]) / (ramp.times[i + 1] - ramp.times[i]);
+  }
+  return line;
+}
+
+}  // namespace
+
+TimedTerms::TimedTerms(std::size_t terms, std::size_t factors) {
+  factors_.reserve(factors + 1);
+  sines_.reserve(factors);
+  lines_.reserve(factors);
+  jointTerms_.reserve(terms);
+  bodyTerms_.reserve(terms);
+}
+
+// ---- What acts ---------------------------------------------------------------------------------
+
+void TimedTerms::enter(double t) {
+  until_ = longestStep_ = never;
+  reach_ = 0;
+  factors_.assign(1, 1.0);
+  sines_.clear();
+  lines_.clear();
+  jointTerms_.clear();
+  bodyTerms_.clear();
+  list(t);
+}
+
+bool TimedTerms::acts(const Window& window, double t) {
+  if (window.start > t) {
+    endBy(window.start);
+    return false;
+  }
+  if (window.stop <= t) return false;
+  endBy(window.stop);
+  return true;
+}
+
+int TimedTerms::factorOf(const TimeLaw& law, double t) {
+  if (std::holds_alternative<Constant>(law)) return 0;
+  const int next = static_cast<int>(factors_.size());
+  factors_.push_back(0);
+  if (const auto* sine = std::get_if<Sine>(&law)) {
+    sines_.push_back({2 * pi * sine->frequency, sine->phase, next});
+    longestStep_ = std::min(longestStep_, 0.25 / std::abs(sine->frequency));
+  } else {
+    const Line line = lineAt(std::get<Ramp>(law), t);
+    lines_.push_back({line.t0, line.value, line.slope, next});
+    endBy(line.end);
+  }
+  return next;
+}
+
+void TimedTerms::addJointTerm(int joint, double torque, int factor) {
+  jointTerms_.push_back({joint, torque, factor});
+}
+
+void TimedTerms::addBodyTerm(int body, Vec2d force, Vec2d point, double moment, int factor) {
+  bodyTerms_.push_back({body, force, point, moment, factor});
+  if (!(force == Vec2d{})) reach_ = std::max(reach_, body + 1);
+}
+
+void TimedTerms::endBy(double t) {
+  until_ = std::min(until_, t);
+}
+
+// ---- Moments and forces --------------------------------------------------------------------------
+
+void TimedTerms::evaluateFactors(double t) {
+  factors_[0] = 1;
+  for (const SineFactor& sine : sines_) {
+    factors_[index(sine.factor)] = std::sin(sine.pulsation * t + sine.phase);
+  }
+  for (const LineFactor& line : lines_) {
+    factors_[index(line.factor)] = line.value + line.slope * (t - line.t0);
+  }
+}
+
+void TimedTerms::evaluateRates(double t) {
+  factors_[0] = 0;
+  for (const SineFactor& sine : sines_) {
+    factors_[index(sine.factor)] = sine.pulsation * std::cos(sine.pulsation * t + sine.phase);
+  }
+  for (const LineFactor& line : lines_) factors_[index(line.factor)] = line.slope;
+}
+
+/// Returns the power, W.
+double TimedTerms::applyFactors(const ChainState& at, const Actions& to) const {
+  double power = 0;
+  for (const JointTerm& term : jointTerms_) {
+    const double tau = times(term.factor, term.torque);
+    addJointTorque(tau, term.joint, to.N);
+    power += tau * at.omega[term.joint];
+    if (term.joint > 0) power -= tau * at.omega[term.joint - 1];
+  }
+  for (const BodyTerm& term : bodyTerms_) {
+    const double factor = factors_[index(term.factor)];
+    const int j = term.body;
+    const Vec2d force = factor * term.force;
+    const double moment = factor * term.moment + cross(at.e[j] * term.point, force);
+    to.N[j] += moment;
+    power += moment * at.omega[j];
+    if (j < reach_) {
+      to.F[j] += force;
+      power += dot(force, at.pinVelocity[j]);
+    }
+  }
+  return power;
+}
+
+Powers TimedTerms::apply(const ChainState& at, const Actions& to) {
+  evaluateFactors(at.t);
+  return {applyFactors(at, to), 0};
+}
+
+Powers TimedTerms::applyRates(const ChainState& at, const Actions& to) {
+  evaluateRates(at.t);
+  return {applyFactors(at, to), 0};
+}
+
+void TimedTerms::addTorques(const ChainState& at, double* tau) {
+  evaluateFactors(at.t);
+  for (const JointTerm& term : jointTerms_) tau[term.joint] += times(term.factor, term.torque);
+}
+
+// ---- Derivatives -----------------------------------------------------------------------------------
+
+void TimedTerms::addForceStiffness(const ChainState& at, double* XF) {
+  evaluateFactors(at.t);
+  for (const BodyTerm& term : bodyTerms_) {
+    XF[term.body] += times(term.factor, dot(at.e[term.body] * term.point, term.force));
+  }
+}
+
+Powers TimedTerms::powersAlong(const ChainState& at, const StateChange& along) {
+  evaluateFactors(at.t);
+  double change = 0;
+  for (const JointTerm& term : jointTerms_) {
+    change += times(term.factor, term.torque) * relative(along.v, term.joint);
+  }
+  for (const BodyTerm& term : bodyTerms_) {
+    const int j = term.body;
+    const Vec2d X = at.e[j] * term.point;
+    double rate =
+        (term.moment + cross(X, term.force)) * along.v[j] - dot(X, term.force) * at.omega[j] * along.u[j];
+    if (j < reach_) rate += dot(term.force, along.pinVelocity[j]);
+    change += times(term.factor, rate);
+  }
+  return {change, 0};
+}
+
+// ---- Taylor series -----------------------------------------------------------------------------------
+
+void TimedTerms::reserveSeries(int orders) {
+  factorSeries_.resize(index(orders) * factors_.capacity());
+}
+
+void TimedTerms::addOrder(int k, const Series& known, const Actions& to) {
+  const auto coefficient = [this](int order, int factor) -> double& {
+    return factorSeries_[index(order) * factors_.capacity() + index(factor)];
+  };
+
+  // Order k of the factors.
+  if (k == 1) {
+    evaluateFactors(known.t);
+    std::copy(factors_.begin(), factors_.end(), factorSeries_.begin());
+    evaluateRates(known.t);
+    std::copy(factors_.begin(), factors_.end(), &coefficient(1, 0));
+  } else {
+    for (std::size_t i = 0; i < factors_.size(); ++i) coefficient(k, static_cast<int>(i)) = 0;
+    for (const SineFactor& sine : sines_) {  // f̈ = −pulsation² f
+      coefficient(k, sine.factor) =
+          -sine.pulsation * sine.pulsation / (k * (k - 1)) * coefficient(k - 2, sine.factor);
+    }
+  }
+
+  // Order k of what they multiply.
+  for (const JointTerm& term : jointTerms_) {
+    addJointTorque(coefficient(k, term.factor) * term.torque, term.joint, to.N);
+  }
+  for (const BodyTerm& term : bodyTerms_) {
+    const int j = term.body;
+    to.N[j] += coefficient(k, term.factor) * term.moment;
+    if (j < reach_) to.F[j] += coefficient(k, term.factor) * term.force;
+    for (int i = 0; i <= (term.factor == 0 ? 0 : k); ++i) {
+      const Vec2d X = known.e[(k - i) * known.perOrder + j] * term.point;
+      to.N[j] += coefficient(i, term.factor) * cross(X, term.force);
+    }
+  }
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,102 @@
+#pragma once
+
+/// Forces, moments and torques that act in windows of time: what loads and commands have in common.
+///
+/// Between two instants at which something starts, stops or has a corner, what acts is a fixed list of smooth
+/// terms: a force F at the point x of a body, a moment M on it, a torque τ in a joint, each times a factor
+/// f(t),
+///
+///     N_j += f (M + X×F)     F_j += f F     X = e_j x          N_i += f τ, N_{i−1} −= f τ
+///
+/// enter(t) makes that list for [t, until()). The integrator lands on until() and enters again, so no stage
+/// asks whether a load is on, and every impulse ∫F dt is exact.
+
+#include <limits>
+#include <vector>
+
+#include "effects/effect.h"
+#include "planar_chain/scene.h"
+
+namespace planar_chain {
+
+/// In force in [start, stop).
+struct Window {
+  double start = 0;
+  double stop = -std::numeric_limits<double>::infinity();
+};
+
+class TimedTerms : public Effect {
+ public:
+  void enter(double t) final;
+  double until() const final { return until_; }
+  /// A quarter of the shortest period in force.
+  double longestStep() const final { return longestStep_; }
+  bool variesWithTime() const final { return !sines_.empty() || !lines_.empty(); }
+
+  Acting mostActing() const final { return Acting::forces; }
+  Acting acting() const final {
+    if (!bodyTerms_.empty()) return Acting::forces;
+    return jointTerms_.empty() ? Acting::nothing : Acting::moments;
+  }
+  int reach() const final { return reach_; }
+  Powers apply(const ChainState& at, const Actions& to) final;
+  Powers applyRates(const ChainState& at, const Actions& to) final;
+  void addTorques(const ChainState& at, double* tau) final;
+  void addForceStiffness(const ChainState& at, double* XF) final;
+  Powers powersAlong(const ChainState& at, const StateChange& along) final;
+  void reserveSeries(int orders) final;
+  void addOrder(int k, const Series& known, const Actions& to) final;
+
+ protected:
+  /// Room for so many terms, and factors that change with time. Allocates.
+  TimedTerms(std::size_t terms, std::size_t factors);
+
+  /// Lists what acts from t on, by the functions below.
+  virtual void list(double t) = 0;
+  /// True if t is in the window. until() is its next end.
+  bool acts(const Window& window, double t);
+  /// The number of a factor with this law, from t on.
+  int factorOf(const TimeLaw& law, double t);
+  void addJointTerm(int joint, double torque, int factor = 0);
+  void addBodyTerm(int body, Vec2d force, Vec2d point, double moment, int factor = 0);
+  /// Nothing that is listed now holds beyond t.
+  void endBy(double t);
+
+ private:
+  struct SineFactor {
+    double pulsation, phase;
+    int factor;
+  };
+  struct LineFactor {
+    double t0, value, slope;
+    int factor;
+  };
+  struct JointTerm {
+    int joint;
+    double torque;
+    int factor;
+  };
+  struct BodyTerm {
+    int body;
+    Vec2d force, point;
+    double moment;
+    int factor;
+  };
+
+  void evaluateFactors(double t);
+  void evaluateRates(double t);
+  double applyFactors(const ChainState& at, const Actions& to) const;
+  double times(int factor, double value) const { return factors_[static_cast<std::size_t>(factor)] * value; }
+
+  double until_ = std::numeric_limits<double>::infinity();
+  double longestStep_ = std::numeric_limits<double>::infinity();
+  int reach_ = 0;
+  // The factor of a term is factors_[term.factor]; factors_[0] is 1.
+  std::vector<double> factors_, factorSeries_;
+  std::vector<SineFactor> sines_;
+  std::vector<LineFactor> lines_;
+  std::vector<JointTerm> jointTerms_;
+  std::vector<BodyTerm> bodyTerms_;
+};
+
+}  // namespace planar_chain
