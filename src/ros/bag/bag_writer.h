@@ -2,8 +2,9 @@
 
 /// Writes what a node publishes to a bag: the same topics, types and messages, made by the same functions.
 ///
-/// rosbag::Bag writes the file. It seeks twice at each message, and still a minute of
-/// config/scenes/double_pendulum.yaml at 200 Hz takes @FIGURE@ (test/README.md, Long checks).
+/// rosbag::Bag writes the file. It seeks to the end of the file twice per message, but is fast enough: a
+/// minute of config/scenes/double_pendulum.yaml at 200 Hz takes 0.34 s of processor time, 175 times less than
+/// real time (test/README.md, Long checks). A writer of our own took 0.04 s, and 285 lines.
 
 #include <planar_chain/CommandTaken.h>
 #include <planar_chain/SimStatus.h>

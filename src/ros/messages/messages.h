@@ -22,7 +22,7 @@ class Messages {
   Messages(const Scene& scene, const Frames& frames);
 
   // Each fills the message from the simulation's present state and returns it; it stays valid until
-  // the next call. Nothing is allocated.
+  // the next call. The caller may set header.seq. Nothing is allocated.
   sensor_msgs::JointState& jointStates(const Simulation& simulation, ros::Time stamp);
   LinkStates& linkStates(const Simulation& simulation, ros::Time stamp);
   /// Each link in the frame of the link before (the first: in the base frame): moved to that link's
