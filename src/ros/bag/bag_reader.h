@@ -1,6 +1,6 @@
 #pragma once
 
-/// The commands that a bag holds, and the tick before which the node took each.
+/// Reads the commands that a node took from a bag, each with its tick.
 
 #include <planar_chain/CommandTaken.h>
 
@@ -11,18 +11,19 @@
 namespace planar_chain {
 
 struct RecordedCommands {
-  std::string node;                    ///< whose they were, such as /left/planar_chain
+  std::string node;                    ///< the node that took them, such as /left/planar_chain
   std::vector<CommandTaken> commands;  ///< in the order in which they were taken
-  bool isExact;                        ///< ticks are the node's own; else the recorder's
-  long long lastTick;                  ///< of the states in the bag, give or take one; 0: none found
+  bool isExact = true;                 ///< the ticks are the node's own, else estimates from times of receipt
+  long long lastTick = 0;              ///< of the states in the bag, within one tick; 0 if it has none
 };
 
-/// From ~commands_taken where the bag has it: ticks are exact, and none may be missing. Otherwise from
-/// ~joint_torques, ~joint_torque and ~link_force: a command is taken to come after the joint_states
-/// that were received last before it, and ~status tells at which stamp sim time began.
-/// `node`: whose; absent: the bag must hold the commands of one only. `rate`: of the ticks, Hz.
-/// `alsoEnd`: whether lastTick is looked for, on joint_states and ~status.
-/// @throws Refused when the file is no bag that can be read, or holds no such commands, or not all
+/// Reads ~commands_taken if the bag has it. Its ticks are exact, and no command may be missing. Otherwise
+/// reads ~joint_torques, ~joint_torque and ~link_force. A command then counts as taken after the joint_states
+/// that rosbag received last before it, and ~status gives the stamp at which sim time began.
+/// @param node the node that took the commands; without it, the bag must hold those of one node only
+/// @param rate ticks per second
+/// @param alsoEnd finds lastTick, from joint_states and ~status
+/// @throws Refused when the file cannot be read, or has no such commands or not all of them
 RecordedCommands readCommands(const std::string& path, const std::optional<std::string>& node, double rate,
                               bool alsoEnd);
 

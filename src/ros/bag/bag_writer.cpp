@@ -2,6 +2,11 @@
 
 #include <ros/names.h>
 
+#include <boost/make_shared.hpp>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
 namespace planar_chain {
 
 BagWriter::BagWriter(const std::string& path, const Scene& scene, const std::string& node)
@@ -9,16 +14,19 @@ BagWriter::BagWriter(const std::string& path, const Scene& scene, const std::str
       frames_(framesOf(scene, ros::names::parentNamespace(node))),
       messages_(scene, frames_),
       pace_(settings_.rate),
-      file_(path) {
-  const std::string outer = ros::names::parentNamespace(node);
-  clockOut_ = file_.connect<rosgraph_msgs::Clock>("/clock", node);
-  jointStatesOut_ = file_.connect<sensor_msgs::JointState>(ros::names::append(outer, "joint_states"), node);
-  tfOut_ = file_.connect<tf2_msgs::TFMessage>("/tf", node);
-  staticTfOut_ = file_.connect<tf2_msgs::TFMessage>("/tf_static", node, true);
-  linkStatesOut_ = file_.connect<LinkStates>(node + "/link_states", node);
-  statusOut_ = file_.connect<SimStatus>(node + "/status", node);
-  commandsOut_ = file_.connect<CommandTaken>(node + "/commands_taken", node);
+      path_(path),
+      node_(node),
+      bag_(new rosbag::Bag),
+      jointStatesOut_{ros::names::append(ros::names::parentNamespace(node), "joint_states")},
+      linkStatesOut_{node + "/link_states"},
+      statusOut_{node + "/status"},
+      commandsOut_{node + "/commands_taken"} {
   status_.header.frame_id = frames_.base;
+  attempt([&] { bag_->open(path_, rosbag::bagmode::Write); });
+}
+
+void BagWriter::close() {
+  attempt([&] { bag_->close(); });
 }
 
 void BagWriter::tick(long long k, double simTime, const Simulation& simulation, const Commands& commands) {
@@ -26,8 +34,8 @@ void BagWriter::tick(long long k, double simTime, const Simulation& simulation, 
   stamp.fromNSec(static_cast<std::uint64_t>(pace_.nanosecondsOf(k)));
 
   clock_.clock = stamp;
-  file_.write(clockOut_, stamp, clock_);
-  for (const CommandTaken& taken : taken_) file_.write(commandsOut_, stamp, taken);
+  write(clockOut_, stamp, clock_);
+  for (CommandTaken& taken : taken_) write(commandsOut_, stamp, taken);
   taken_.clear();
 
   const bool isGood = simulation.fault().empty();
@@ -43,15 +51,13 @@ void BagWriter::writeState(long long k, ros::Time stamp, const Simulation& simul
   if (settings_.tf && k == 1) {
     tf2_msgs::TFMessage base;
     base.transforms.push_back(Messages::baseInWorld(frames_, stamp));
-    file_.write(staticTfOut_, stamp, base);
+    write(staticTfOut_, stamp, base);
   }
-  file_.write(jointStatesOut_, stamp, messages_.jointStates(simulation, stamp));
+  write(jointStatesOut_, stamp, messages_.jointStates(simulation, stamp));
   if (settings_.tf && pace_.falls(k, settings_.tfRate)) {
-    file_.write(tfOut_, stamp, messages_.transforms(simulation, stamp));
+    write(tfOut_, stamp, messages_.transforms(simulation, stamp));
   }
-  if (settings_.linkStates) {
-    file_.write(linkStatesOut_, stamp, messages_.linkStates(simulation, stamp));
-  }
+  if (settings_.linkStates) write(linkStatesOut_, stamp, messages_.linkStates(simulation, stamp));
 }
 
 void BagWriter::writeStatus(ros::Time stamp, double simTime, const Simulation& simulation,
@@ -61,7 +67,34 @@ void BagWriter::writeStatus(ros::Time stamp, double simTime, const Simulation& s
   status_.sim_time = simTime;
   if (!simulation.fault().empty()) status_.standstill = standstillByFault;
   commands.describe(status_);
-  file_.write(statusOut_, stamp, status_);
+  write(statusOut_, stamp, status_);
+}
+
+/// As ros::Publisher does, sets header.seq to the number of messages before, if the message has a header.
+template <class Message>
+void BagWriter::write(Topic& topic, ros::Time stamp, Message& message) {
+  namespace traits = ros::message_traits;
+  if (!topic.connection) {
+    topic.connection =
+        boost::make_shared<ros::M_string>(ros::M_string{{"callerid", node_},
+                                                        {"latching", topic.isLatched ? "1" : "0"},
+                                                        {"md5sum", traits::md5sum<Message>()},
+                                                        {"message_definition", traits::definition<Message>()},
+                                                        {"topic", topic.name},
+                                                        {"type", traits::datatype<Message>()}});
+  }
+  if (auto* const header = traits::header(message)) header->seq = topic.messages++;
+  attempt([&] { bag_->write(topic.name, stamp, message, topic.connection); });
+}
+
+/// rosbag's exceptions name neither the file nor the reason.
+template <class Operation>
+void BagWriter::attempt(Operation operation) const {
+  try {
+    operation();
+  } catch (const rosbag::BagException&) {
+    throw std::runtime_error("cannot write " + path_ + ": " + std::strerror(errno));
+  }
 }
 
 }  // namespace planar_chain

@@ -1,5 +1,3 @@
-/// The run of simulate that reads or writes bags: planar_chain/bags.h, made of the node's parts.
-
 #include "ros/bag/bags.h"
 
 #include <ros/names.h>
@@ -9,7 +7,6 @@
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 #include "planar_chain/fault.h"
@@ -26,7 +23,7 @@ namespace {
 
 constexpr const char* usualNode = "/planar_chain";
 
-/// A full name: with / first, as rosnode lists it.
+/// Returns the name with a leading slash, as rosnode lists it.
 std::optional<std::string> fullName(const std::optional<std::string>& node) {
   if (!node) return std::nullopt;
   std::string problem;
@@ -43,35 +40,36 @@ void writeUrdf(const std::string& path, const Scene& scene, const std::string& n
   if (!file.flush()) throw std::runtime_error("cannot write " + path);
 }
 
-/// Ticks as the node's do, and takes what was recorded as the node takes it.
-class NodeWithoutRos : public Bags {
+/// Does what the node does, tick by tick, without a master: src/ros/node/node.cpp has the same ticks.
+class OfflineNode : public Bags {
  public:
-  NodeWithoutRos(const Scene& scene, const BagArguments& given)
+  OfflineNode(const Scene& scene, const BagArguments& given)
       : pace_(scene.publish.rate),
         simulation_(scene, Commands::capacity),
-        commands_(simulation_, [this](ros::Time) { return recorded_->commands[next_].start; }) {
+        commands_(simulation_, [this](ros::Time) { return recorded_.commands[next_].start; }) {
     const std::optional<std::string> node = fullName(given.node);
-    if (given.commands)
+    if (given.commands) {
       recorded_ = readCommands(*given.commands, node, scene.publish.rate, given.endsAsRecorded);
-    if (given.endsAsRecorded && !(recorded_->lastTick > 0)) {
-      throw Refused({{"--duration", "a time, for the bag has no states of " + recorded_->node, "nothing"}});
     }
-    const std::string writtenFor = node ? *node : recorded_ ? recorded_->node : usualNode;
-    if (given.out) writer_.emplace(*given.out, scene, writtenFor);
-    if (given.urdf) writeUrdf(*given.urdf, scene, writtenFor);
+    if (given.endsAsRecorded && recorded_.lastTick == 0) {
+      throw Refused({{"--duration", "a time, for the bag has no states of " + recorded_.node, "nothing"}});
+    }
+    const std::string publisher = node ? *node : given.commands ? recorded_.node : usualNode;
+    if (given.out) writer_.emplace(*given.out, scene, publisher);
+    if (given.urdf) writeUrdf(*given.urdf, scene, publisher);
   }
 
   Simulation& simulation() override { return simulation_; }
 
-  double recordedEnd() const override { return pace_.timeOf(recorded_->lastTick); }
+  double recordedEnd() const override { return pace_.timeOf(recorded_.lastTick); }
 
   bool advanceTo(long long k, double t) override {
-    for (; hasNext() && recorded_->commands[next_].tick <= static_cast<std::uint64_t>(k); ++next_) {
-      const CommandTaken& command = recorded_->commands[next_];
-      if (!take(command)) {
+    const std::vector<CommandTaken>& commands = recorded_.commands;
+    for (; next_ < commands.size() && commands[next_].tick <= static_cast<std::uint64_t>(k); ++next_) {
+      if (!take(commands[next_])) {
         ++refused_;
       } else if (writer_) {
-        writer_->command(command);
+        writer_->command(commands[next_]);
       }
     }
     const bool isTick = t == pace_.timeOf(k);
@@ -79,8 +77,8 @@ class NodeWithoutRos : public Bags {
   }
 
   void tick(long long k) override {
-    if (writer_ && k > 0)
-      writer_->tick(k, pace_.timeOf(origin_) + simulation_.time(), simulation_, commands_);
+    if (!writer_ || k == 0) return;
+    writer_->tick(k, pace_.timeOf(origin_) + simulation_.time(), simulation_, commands_);
   }
 
   void close() override {
@@ -88,39 +86,35 @@ class NodeWithoutRos : public Bags {
   }
 
   std::string summary() const override {
-    if (!recorded_) return "";
+    if (recorded_.node.empty()) return "";
     std::ostringstream text;
-    text << "  commands of " << recorded_->node << ": " << next_ - refused_ << " taken";
+    text << "  commands of " << recorded_.node << ": " << next_ - refused_ << " taken";
     if (refused_ > 0) text << ", " << refused_ << " refused";
-    const std::size_t late = recorded_->commands.size() - next_;
+    const std::size_t late = recorded_.commands.size() - next_;
     if (late > 0) text << ", " << late << " after the end";
-    if (!recorded_->isExact) {
-      text << "\n  the bag has no " << recorded_->node
-           << "/commands_taken: each acts from the tick at which it was recorded, which need not be the "
-              "node's";
+    if (!recorded_.isExact) {
+      text
+          << "\n  the bag has no " << recorded_.node
+          << "/commands_taken: each command acts from the tick at which rosbag received it, which may not be "
+             "the node's tick";
     }
     text << '\n';
     return text.str();
   }
 
  private:
-  bool hasNext() const { return recorded_ && next_ < recorded_->commands.size(); }
-
+  /// Returns false if the command is refused.
   bool take(const CommandTaken& command) {
     const auto tick = static_cast<long long>(command.tick);
-    // After a fault the node stands between two ticks.
-    if (command.kind == CommandTaken::SET_STATE && command.scene_time > simulation_.time()) {
-      simulation_.advanceTo(command.scene_time);
-    }
     switch (command.kind) {
       case CommandTaken::CLEAR_COMMANDS:
         simulation_.clearCommands();
         return true;
       case CommandTaken::SET_STATE:
-        return isSet(command);
+        return setState(command);
       case CommandTaken::STEP:
-        if (tick == origin_) --origin_;
-        return command.joint_torques.empty() || isHeld(command);
+        if (tick == origin_) --origin_;  // as Node::step does
+        return command.joint_torques.empty() || hold(command.joint_torques);
       case CommandTaken::RESET:
         simulation_.reset();
         commands_.forget();
@@ -131,13 +125,15 @@ class NodeWithoutRos : public Bags {
     }
   }
 
-  bool isHeld(const CommandTaken& command) {
-    const bool isGood = commands_.faultsOf(command.joint_torques, "torques").empty();
-    if (isGood) commands_.hold(command.joint_torques);
-    return isGood;
+  bool hold(const std::vector<double>& torques) {
+    if (!commands_.faultsOf(torques, "torques").empty()) return false;
+    commands_.hold(torques);
+    return true;
   }
 
-  bool isSet(const CommandTaken& command) {
+  bool setState(const CommandTaken& command) {
+    // A fault stops the node between two ticks.
+    if (command.scene_time > simulation_.time()) simulation_.advanceTo(command.scene_time);
     try {
       simulation_.setState(command.q, command.qd);
     } catch (const std::invalid_argument&) {
@@ -150,8 +146,8 @@ class NodeWithoutRos : public Bags {
   long long origin_ = 0;  ///< the tick of scene time 0
   Simulation simulation_;
   Commands commands_;
-  std::optional<RecordedCommands> recorded_;
-  std::size_t next_ = 0;  ///< the first command that is not taken yet
+  RecordedCommands recorded_;
+  std::size_t next_ = 0;  ///< index of the next command to take
   std::size_t refused_ = 0;
   std::optional<BagWriter> writer_;
 };
@@ -159,8 +155,8 @@ class NodeWithoutRos : public Bags {
 }  // namespace
 
 extern "C" Bags* openBags(const Scene& scene, const BagArguments& given) {
-  ros::Time::init();  // for the log's own stamps
-  return new NodeWithoutRos(scene, given);
+  ros::Time::init();  // for the stamps of ROS's log
+  return new OfflineNode(scene, given);
 }
 
 }  // namespace planar_chain

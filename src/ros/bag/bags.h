@@ -1,8 +1,8 @@
 #pragma once
 
-/// What the tool simulate knows of bags: a run that takes recorded commands, and writes what a node would
-/// publish. The bags themselves are ROS's; they live in a library of their own (src/ros/bags.cpp), which is
-/// loaded when a run asks for one, so that no other run pays for ROS.
+/// The tool simulate's side of bags: a run takes recorded commands from one bag, and writes to another what a
+/// node would publish. The code that needs ROS is a library of its own (src/ros/bag/bags.cpp). simulate loads
+/// it when a run needs a bag, so other runs do not load ROS.
 
 #include <optional>
 #include <string>
@@ -12,15 +12,16 @@
 
 namespace planar_chain {
 
-/// As many ticks a run may have.
+/// The largest number of ticks in a run.
 inline constexpr double mostRows = 1e8;
 
 struct BagArguments {
   std::optional<std::string> out;       ///< path of the bag to write
-  std::optional<std::string> commands;  ///< path of the bag whose commands are taken
-  bool endsAsRecorded = false;          ///< the run is to end with the last state in the bag of commands
-  std::optional<std::string> urdf;      ///< path of the file to write: what robot_description is
-  std::optional<std::string> node;      ///< whose topics these are; absent: found out, or /planar_chain
+  std::optional<std::string> commands;  ///< path of the bag with recorded commands
+  bool endsAsRecorded = false;          ///< the run ends with the last state in the bag of commands
+  std::optional<std::string> urdf;      ///< path of the URDF to write, which is robot_description
+  std::optional<std::string>
+      node;  ///< the node that publishes; default: that of the commands, or /planar_chain
 };
 
 class Bags {
@@ -29,28 +30,28 @@ class Bags {
 
   virtual Simulation& simulation() = 0;
 
-  /// When the last state in the bag of commands was, s; for runs that end there.
+  /// Returns the time of the last state in the bag of commands, s. Requires endsAsRecorded.
   virtual double recordedEnd() const = 0;
 
-  /// Simulation::advanceTo for the time t of row k, after the commands that were taken before tick k.
+  /// Takes the commands recorded up to tick k, then calls Simulation::advanceTo for the time t of row k.
   virtual bool advanceTo(long long k, double t) = 0;
 
-  /// Writes what the node publishes at tick k, to whose time the simulation has come; after a fault only
-  /// the status, which names it. Nothing at tick 0, for time 0 is never stamped.
-  /// @throws std::runtime_error when the disk is full or the like
+  /// Writes what the node publishes at tick k, after advanceTo() for it. After a fault that is the status,
+  /// which names the fault. Writes nothing at tick 0, because no stamp is 0.
+  /// @throws std::runtime_error when the disk is full, for example
   virtual void tick(long long k) = 0;
 
-  /// Makes the bag whole.
+  /// Completes the bag.
   /// @throws std::runtime_error as tick()
   virtual void close() = 0;
 
-  /// What became of the commands, in lines of words; empty where there were none to take.
+  /// Returns lines that count the commands taken and refused; empty without a bag of commands.
   virtual std::string summary() const = 0;
 };
 
-/// The library's one function, under the name `openBags`: a run of a scene, whose publish settings say what
-/// is written, and when. The caller deletes it.
-/// @throws Refused every fault of the arguments and of the bag of commands
+/// The library's only function, exported as `openBags`: a run of the scene, whose publish settings give the
+/// topics and rates. The caller deletes it.
+/// @throws Refused with every fault of the arguments and of the bag of commands
 using OpenBags = Bags*(const Scene& scene, const BagArguments& given);
 
 }  // namespace planar_chain

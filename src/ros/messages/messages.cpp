@@ -37,7 +37,7 @@ Messages::Messages(const Scene& scene, const Frames& frames) {
   }
 }
 
-const sensor_msgs::JointState& Messages::jointStates(const Simulation& simulation, ros::Time stamp) {
+sensor_msgs::JointState& Messages::jointStates(const Simulation& simulation, ros::Time stamp) {
   jointStates_.header.stamp = stamp;
   std::copy(simulation.q().begin(), simulation.q().end(), jointStates_.position.begin());
   std::copy(simulation.qd().begin(), simulation.qd().end(), jointStates_.velocity.begin());
@@ -45,7 +45,7 @@ const sensor_msgs::JointState& Messages::jointStates(const Simulation& simulatio
   return jointStates_;
 }
 
-const LinkStates& Messages::linkStates(const Simulation& simulation, ros::Time stamp) {
+LinkStates& Messages::linkStates(const Simulation& simulation, ros::Time stamp) {
   linkStates_.header.stamp = stamp;
   simulation.linkMotions(motions_.data());
   for (std::size_t i = 0; i < motions_.size(); ++i) {
@@ -65,7 +65,7 @@ const LinkStates& Messages::linkStates(const Simulation& simulation, ros::Time s
   return linkStates_;
 }
 
-const tf2_msgs::TFMessage& Messages::transforms(const Simulation& simulation, ros::Time stamp) {
+tf2_msgs::TFMessage& Messages::transforms(const Simulation& simulation, ros::Time stamp) {
   std::transform(simulation.q().begin(), simulation.q().end(), halfAngles_.begin(),
                  [](double q) { return q / 2; });
   rotations(halfAngles_.data(), halfTurns_.data(), static_cast<int>(halfAngles_.size()));

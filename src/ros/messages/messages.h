@@ -22,12 +22,12 @@ class Messages {
   Messages(const Scene& scene, const Frames& frames);
 
   // Each fills the message from the simulation's present state and returns it; it stays valid until
-  // the next call. Nothing is allocated.
-  const sensor_msgs::JointState& jointStates(const Simulation& simulation, ros::Time stamp);
-  const LinkStates& linkStates(const Simulation& simulation, ros::Time stamp);
+  // the next call. The caller may set header.seq. Nothing is allocated.
+  sensor_msgs::JointState& jointStates(const Simulation& simulation, ros::Time stamp);
+  LinkStates& linkStates(const Simulation& simulation, ros::Time stamp);
   /// Each link in the frame of the link before (the first: in the base frame): moved to that link's
   /// outer pin, turned by q.
-  const tf2_msgs::TFMessage& transforms(const Simulation& simulation, ros::Time stamp);
+  tf2_msgs::TFMessage& transforms(const Simulation& simulation, ros::Time stamp);
 
   /// The base frame in the world: rolled by +π/2, so that the plane of motion stands upright.
   static geometry_msgs::TransformStamped baseInWorld(const Frames& frames, ros::Time stamp);
