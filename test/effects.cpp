@@ -126,8 +126,7 @@ Scene sceneOf(int n, const Effect& effect) {
 // ---- What is measured ------------------------------------------------------------------------
 
 struct Evaluated {
-  explicit Evaluated(const Scene& given)
-      : scene(given), dynamics(scene), y(dynamics.size()), slope(y) {
+  explicit Evaluated(const Scene& given) : scene(given), dynamics(scene), y(dynamics.size()), slope(y) {
     const int n = scene.chain.size();
     double theta = 0, omega = 0;
     for (int i = 0; i < n; ++i) {

@@ -25,7 +25,7 @@ class Chains {
       : n_(n),
         chain_(sprung ? "springs and dampers" : "bare"),
         scene_(test::randomScene(n, static_cast<unsigned>(n), {sprung, sprung, false})),
-        
+
         dynamics_(scene_),
         y_(Eigen::VectorXd::Zero(dynamics_.size())),
         slope_(y_),

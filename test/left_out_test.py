@@ -16,12 +16,13 @@ BIN = ""
 # What belongs to an effect: (functions, source files); a cost is the effect's if both match.
 ANYWHERE = r""
 # Once for many steps, or for a step of an implicit method, or at a contact, it may be asked for.
-IN_EVALUATIONS = (r"^(?!planar_chain::Simulation::|planar_chain::Dynamics::(timeDerivative|changeStops|listEffects)"
-                  r"|planar_chain::Springs::addStiffness)")
+IN_EVALUATIONS = (r"^(?!planar_chain::Simulation::|planar_chain::Dynamics::(timeDerivative|enter|change|switched)"
+                  r"|planar_chain::Effects::(enter|enterState|change|listActive|until|longestStep|findStiffness)"
+                  r"|planar_chain::(Springs|\(anonymous namespace\)::SpringEffect)::(addStiffness|acting))")
 EFFECTS = {
     "springs and dampers": [(IN_EVALUATIONS, r"^springs\.")],
     "limits": [(ANYWHERE, r"^(stops|switches)\.")],
-    "loads": [(ANYWHERE, r"^loads\.cpp$"), (IN_EVALUATIONS, r"^loads\.h$")],
+    "loads": [(ANYWHERE, r"^(loads|timed_terms)\.cpp$"), (IN_EVALUATIONS, r"^timed_terms\.h$")],
     "implicit solve": [(ANYWHERE, r"^(linearized|linearized_segments|linear_kernel|rosenbrock|radau)\.")],
     "what is published": [(r"Simulation::(energy|jointTorques|linkMotions)|::Messages::", ANYWHERE),
                           (r"Dynamics::(jointTorques|linkMotions)", ANYWHERE)],

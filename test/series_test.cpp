@@ -26,11 +26,7 @@ constexpr int order = 16;
 /// A scene at a time when all of its loads act, and its series there.
 struct Around {
   explicit Around(Scene given, double at = 0.1)
-      : scene(std::move(given)),
-        n(scene.chain.size()),
-        t(at),
-                dynamics(scene),
-        y(start()) {
+      : scene(std::move(given)), n(scene.chain.size()), t(at), dynamics(scene), y(start()) {
     dynamics.enter(t);
     dynamics.enterState(y.data());
     dynamics.reserveSeries(order);
@@ -239,7 +235,7 @@ TEST(Taylor, FindsOneSeriesAStepAndNoneForAStepMadeShorter) {
 TEST(Taylor, SumsWorksOnlyWhereSomethingDoesThem) {
   for (const bool hasSprings : {false, true}) {
     const Scene scene = test::randomScene(2, 8, {hasSprings, false, false});
-    Dynamics dynamics(scene, std::make_unique<Commands>(2, 1));  // room for a command, so there are works
+    Dynamics dynamics(scene, std::make_unique<CommandEffect>(2, 1));  // room for a command, so there are works
     dynamics.enter(0);
     test::CountedSystem counted(dynamics);
     ode::Taylor taylor(counted, 1e-6);

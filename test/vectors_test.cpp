@@ -1,13 +1,14 @@
 /// The integrators' vectors in SIMD lanes: every kernel that this CPU runs, against plain loops, for every
 /// number of components that is left over at the end, and nothing written beyond it.
 
+#include "simd/vectors.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include "simd/vectors.h"
 #include "random_scene.h"
 
 namespace planar_chain::simd {

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planar_chain/fault.h"
@@ -40,14 +40,16 @@ struct Joint {
   double stopStiffness = 0;                                 ///< N m/rad, > 0 where there is a limit
   double stopDamping = 0;                                   ///< N m s/rad, ≥ 0
 
-  /// Values of effects that have no member here, by their keys in the scene.
-  std::map<std::string, double> others{};
+  /// Values of effects that have no member here, with their keys in the scene.
+  std::vector<std::pair<std::string, double>> others{};
 
   bool isLimited() const { return std::isfinite(lower) || std::isfinite(upper); }
-  /// Returns others[key], or 0 where it is absent.
+  /// Returns the one of `others` with this key, or 0.
   double other(const std::string& key) const {
-    const auto entry = others.find(key);
-    return entry == others.end() ? 0 : entry->second;
+    for (const auto& [itsKey, value] : others) {
+      if (itsKey == key) return value;
+    }
+    return 0;
   }
 };
 

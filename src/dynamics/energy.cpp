@@ -1,11 +1,26 @@
 #include "planar_chain/energy.h"
 
-#include "effects/effect_kind.h"
+#include <algorithm>
+
+#include "dynamics/stored_energy.h"
 
 namespace planar_chain {
 
+std::vector<const EffectKind*> storingKinds(const Chain& chain) {
+  std::vector<const EffectKind*> storing;
+  for (const EffectKind* kind : effectKinds()) {
+    const auto storesIn = [kind](const Joint& joint) { return kind->stiffnessOf(joint) > 0; };
+    if (std::any_of(chain.joints().begin(), chain.joints().end(), storesIn)) storing.push_back(kind);
+  }
+  return storing;
+}
+
 Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
-  const std::vector<const EffectKind*>& kinds = effectKinds();
+  return energyOf(chain, storingKinds(chain), theta, omega);
+}
+
+Energy energyOf(const Chain& chain, const std::vector<const EffectKind*>& kinds, const double* theta,
+                const double* omega) {
   Energy energy;
   Vec2d pin, pinVelocity;
   for (int j = 0; j < chain.size(); ++j) {

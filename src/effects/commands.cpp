@@ -4,7 +4,7 @@
 
 namespace planar_chain {
 
-Commands::Commands(int n, int capacity)
+CommandEffect::CommandEffect(int n, int capacity)
     : TimedTerms(index(n) + index(capacity), 0), capacity_(index(capacity)) {
   torques_.held.resize(index(n));
   forces_.held.resize(index(n));
@@ -14,13 +14,13 @@ Commands::Commands(int n, int capacity)
 
 // ---- Giving commands -----------------------------------------------------------------------------
 
-bool Commands::hasRoom() const {
+bool CommandEffect::hasRoom() const {
   return torques_.waiting.size() + torques_.timed.size() + forces_.waiting.size() + forces_.timed.size() <
          capacity_;
 }
 
 template <class Command>
-bool Commands::hold(Lists<Command>& commands, const Command& command, double now) {
+bool CommandEffect::hold(Lists<Command>& commands, const Command& command, double now) {
   if (command.window.start <= now) {
     commands.held[index(command.index)] = command;
     return true;
@@ -36,19 +36,19 @@ bool Commands::hold(Lists<Command>& commands, const Command& command, double now
 }
 
 template <class Command>
-bool Commands::add(Lists<Command>& commands, const Command& command, double now) {
+bool CommandEffect::add(Lists<Command>& commands, const Command& command, double now) {
   if (!hasRoom()) return false;
   commands.timed.push_back(command);
   if (command.window.start > now) endBy(command.window.start);
   return true;
 }
 
-template bool Commands::hold(Lists<Torque>&, const Torque&, double);
-template bool Commands::hold(Lists<Force>&, const Force&, double);
-template bool Commands::add(Lists<Torque>&, const Torque&, double);
-template bool Commands::add(Lists<Force>&, const Force&, double);
+template bool CommandEffect::hold(Lists<Torque>&, const Torque&, double);
+template bool CommandEffect::hold(Lists<Force>&, const Force&, double);
+template bool CommandEffect::add(Lists<Torque>&, const Torque&, double);
+template bool CommandEffect::add(Lists<Force>&, const Force&, double);
 
-void Commands::clear() {
+void CommandEffect::clear() {
   torques_.waiting.clear();
   forces_.waiting.clear();
   torques_.timed.clear();
@@ -61,7 +61,7 @@ void Commands::clear() {
 
 /// Holds what starts by t, and forgets what is over by t.
 template <class Command>
-void Commands::bringForward(Lists<Command>& commands, double t) {
+void CommandEffect::bringForward(Lists<Command>& commands, double t) {
   auto& waiting = commands.waiting;
   const auto due = std::find_if(waiting.begin(), waiting.end(),
                                 [t](const Command& command) { return command.window.start > t; });
@@ -76,7 +76,7 @@ void Commands::bringForward(Lists<Command>& commands, double t) {
                        commands.timed.end());
 }
 
-void Commands::list(double t) {
+void CommandEffect::list(double t) {
   bringForward(torques_, t);
   bringForward(forces_, t);
   for (const auto* commands : {&torques_.held, &torques_.timed}) {
@@ -91,7 +91,7 @@ void Commands::list(double t) {
   }
 }
 
-std::vector<Load> Commands::inForce(double t) const {
+std::vector<Load> CommandEffect::inForce(double t) const {
   std::vector<Load> loads;
   const auto isInForce = [t](const Window& window) { return window.start <= t && t < window.stop; };
   for (const auto* commands : {&torques_.held, &torques_.timed}) {

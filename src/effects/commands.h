@@ -11,11 +11,11 @@
 
 namespace planar_chain {
 
-class Commands : public TimedTerms {
+class CommandEffect : public TimedTerms {
  public:
   /// For a chain of n links. capacity: how many commands may be timed, or wait for their start. Allocates;
   /// nothing else does but inForce().
-  Commands(int n, int capacity);
+  CommandEffect(int n, int capacity);
 
   struct Torque {
     int index = 0;  ///< of the joint

@@ -18,8 +18,8 @@ OwnRun::OwnRun(const Scene& scene, double end, const Make& make)
 }
 
 Progress OwnRun::step() {
-  const ode::Outcome outcome =
-      integrator_->advance(state_, std::min(end_, dynamics_.effects().until()), dynamics_.effects().longestStep());
+  const ode::Outcome outcome = integrator_->advance(state_, std::min(end_, dynamics_.effects().until()),
+                                                    dynamics_.effects().longestStep());
   if (outcome == ode::Outcome::notFinite) return Progress::diverged;
   if (outcome == ode::Outcome::stepTooSmall) return Progress::refused;
   if (state_.t >= end_) return Progress::arrived;

@@ -125,10 +125,7 @@ constexpr Effect effects[] = {
 /// A scene at its start, ready to be evaluated.
 struct Evaluated {
   explicit Evaluated(const Scene& given)
-      : scene(given),
-                dynamics(scene),
-        y(dynamics.size()),
-        slope(dynamics.size()) {
+      : scene(given), dynamics(scene), y(dynamics.size()), slope(dynamics.size()) {
     y.setZero();
     readStart(scene, y.data(), y.data() + scene.chain.size());
     dynamics.enterState(y.data());

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "effects/effect_kind.h"
 #include "ode/methods.h"
 
 namespace planar_chain {
@@ -19,32 +18,32 @@ constexpr double sharePerTolerance = 1000;  // the same for adaptive ones
 
 EnergyGuard::EnergyGuard(const Chain& chain, const IntegratorSettings& settings, int works)
     : chain_(chain),
+      kinds_(storingKinds(chain)),
       n_(chain.size()),
       works_(works),
       tolerance_(ode::hasFixedStep(settings.method) ? 0 : tolerances * settings.tolerance),
       share_(ode::hasFixedStep(settings.method) ? share
                                                 : std::min(share, sharePerTolerance * settings.tolerance)) {
-  const std::vector<const EffectKind*>& kinds = effectKinds();
   double pin = 0;
   for (int j = 0; j < n_; ++j) {
     const Link& link = chain.links()[index(j)];
     const double reach = pin + length(link.com);
     inertia_ += link.mass * reach * reach + link.inertia;
     weight_ += link.mass * length(chain.gravity()) * reach;
-    for (const EffectKind* kind : kinds) stiffness_ += kind->stiffnessOf(chain.joints()[index(j)]);
+    for (const EffectKind* kind : kinds_) stiffness_ += kind->stiffnessOf(chain.joints()[index(j)]);
     pin += length(link.pin);
   }
 }
 
 void EnergyGuard::begin(const ode::State& state, const double* y) {
   good_ = state;
-  energyThen_ = energyOf(chain_, y, y + n_);
+  energyThen_ = energyOf(chain_, kinds_, y, y + n_);
   worksThen_ = worksOf(y);
   gap_ = moved_ = 0;
 }
 
 bool EnergyGuard::closes(const ode::State& state, const double* y) {
-  const Energy now = energyOf(chain_, y, y + n_);
+  const Energy now = energyOf(chain_, kinds_, y, y + n_);
   const Works works = worksOf(y);
   const double in = works.in - worksThen_.in;
   const double out = works.out - worksThen_.out;

@@ -15,8 +15,8 @@
 /// from the ground; ε = 10 tolerances and what rounding does. To this comes a share of the energy that moves:
 /// a thousand tolerances; a tenth for methods of fixed step, which promise no tolerance.
 
+#include "dynamics/stored_energy.h"
 #include "ode/system.h"
-#include "planar_chain/energy.h"
 #include "planar_chain/scene.h"
 
 namespace planar_chain {
@@ -43,6 +43,7 @@ class EnergyGuard {
   double errorEnergy(double t, const double* y, const Energy& now) const;
 
   const Chain& chain_;
+  std::vector<const EffectKind*> kinds_;  ///< that store energy
   int n_, works_;
   double tolerance_;      ///< ε without rounding; 0 for fixed steps
   double share_;          ///< of the energy that moves

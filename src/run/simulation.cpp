@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "dynamics/dynamics.h"
+#include "dynamics/stored_energy.h"
 #include "effects/commands.h"
 #include "ode/methods.h"
 #include "ode/switches.h"
@@ -54,13 +55,14 @@ ode::Tolerance toleranceOf(double value, int n) {
 struct Simulation::Parts {
   const Scene& scene;
   int n;
-  Commands* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
+  CommandEffect* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
   Dynamics dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
   std::size_t rung = 0;
   int goodChecks = 0;    // since the ladder was climbed
   int rescueLength = 1;  // checks to pass on a higher rung
   long long rescues = 0;
+  std::vector<const EffectKind*> kinds;  ///< that store energy
   EnergyGuard guard;
   ode::State state;
   Eigen::VectorXd y;  ///< the state in the order of the chain
@@ -74,6 +76,7 @@ struct Simulation::Parts {
       : scene(given),
         n(given.chain.size()),
         dynamics(scene, makeCommands(commandCapacity)),
+        kinds(storingKinds(scene.chain)),
         guard(scene.chain, scene.integrator, dynamics.works()),
         state(dynamics.arrangedSize()),
         y(dynamics.size()),
@@ -84,9 +87,9 @@ struct Simulation::Parts {
     climbTo(0);
   }
 
-  std::unique_ptr<Commands> makeCommands(int capacity) {
+  std::unique_ptr<CommandEffect> makeCommands(int capacity) {
     if (capacity == 0) return nullptr;
-    auto made = std::make_unique<Commands>(n, capacity);
+    auto made = std::make_unique<CommandEffect>(n, capacity);
     commands = made.get();
     return made;
   }
@@ -117,7 +120,7 @@ struct Simulation::Parts {
       y[static_cast<Eigen::Index>(i)] = theta += newQ[i];
       y[static_cast<Eigen::Index>(size + i)] = omega += newQd[i];
     }
-    const double energy = energyOf(scene.chain, this->theta(), this->omega()).total();
+    const double energy = energyOf(scene.chain, kinds, this->theta(), this->omega()).total();
     if (!std::isfinite(energy)) restore();
     require(std::isfinite(energy), "q and qd must be of finite energy");
     energyAtStart = energy;
@@ -280,7 +283,7 @@ Statistics Simulation::statistics() const {
 }
 
 Energy Simulation::energy() const {
-  return energyOf(scene_.chain, parts_->theta(), parts_->omega());
+  return energyOf(scene_.chain, parts_->kinds, parts_->theta(), parts_->omega());
 }
 
 EnergyBalance Simulation::energyBalance() const {

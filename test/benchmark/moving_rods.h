@@ -10,8 +10,7 @@ namespace planar_chain::benchmarks {
 
 /// Rods in motion, ready to be evaluated, linearized and integrated.
 struct MovingRods {
-  MovingRods(int n, const Posture& posture)
-      : scene(sceneOf(rods(n), posture)), dynamics(scene) {
+  MovingRods(int n, const Posture& posture) : scene(sceneOf(rods(n), posture)), dynamics(scene) {
     double theta = 0, omega = 0;
     for (const double q : posture.q) y.push_back(theta += q);
     for (const double qd : posture.qd) y.push_back(omega += qd);

@@ -24,10 +24,7 @@ constexpr int mostDense = 100;  // links
 class SundialsRun : public tools::Run {
  public:
   SundialsRun(const Contest& contest, double setting, Kind kind)
-      : n_(contest.scene.chain.size()),
-        end_(contest.end),
-        kind_(kind),
-        dynamics_(contest.scene) {
+      : n_(contest.scene.chain.size()), end_(contest.end), kind_(kind), dynamics_(contest.scene) {
     SUNContext_Create(nullptr, &context_);
     y_ = N_VNew_Serial(dynamics_.size(), context_);
     N_VConst(0, y_);

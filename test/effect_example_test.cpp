@@ -1,0 +1,137 @@
+/// The example of src/README.md: drag in a joint, one pair of files and one line in the list. What holds for
+/// it holds for every effect: it is read and judged, agrees with the dense road, its derivative with
+/// differences, its motion with the exact one by every method, and nothing of it runs where it is not.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "dynamics/dynamics.h"
+#include "example/drags.h"
+#include "ode/methods.h"
+#include "planar_chain/kane.h"
+#include "planar_chain/linear_model.h"
+#include "planar_chain/scene_reader.h"
+#include "planar_chain/simulation.h"
+
+namespace planar_chain {
+namespace {
+
+/// The one line.
+const bool isListed = (effectKinds().push_back(&dragKind()), true);
+
+/// A flywheel: J = 0.5 kg m², c = 0.2 N m s²/rad², 3 rad/s, and nothing else.
+constexpr double J = 0.5, c = 0.2, v0 = 3;
+Scene flywheel(const std::string& method, const std::string& drag = "0.2") {
+  return readSceneText(
+      "chain: [wheel]\n"
+      "gravity: [0, 0]\n"
+      "links:\n"
+      "  wheel: {mass: 1, inertia: 0.5, com: [0, 0], pin: [1, 0], joint: {drag: " +
+      drag +
+      "}, initial: {velocity: 3}}\n"
+      "integrator: {method: " +
+      method + ", tolerance: 1e-10, step: 0.001}\n");
+}
+
+/// Five links with gravity, springs, and drag in every joint, folded and turning both ways.
+Scene chainOfFive(const std::string& method) {
+  return readSceneText(
+      "chain: [a, b]\n"
+      "links:\n"
+      "  a: {mass: 1, inertia: 0.1, com: [0.5, 0.1], pin: [1, 0], joint: {drag: 0.3, stiffness: 2},\n"
+      "      initial: {angle: 0.4, velocity: 2}}\n"
+      "  b: {mass: 0.5, inertia: 0.05, com: [0.3, 0], pin: [0.6, 0.1], repeat: 4, joint: {drag: 0.1},\n"
+      "      initial: {angle: -0.5, velocity: -3}}\n"
+      "integrator: {method: " +
+      method + ", tolerance: 1e-10, step: 0.0005}\n");
+}
+
+TEST(AnEffectOfYourOwn, IsReadAndJudged) {
+  ASSERT_TRUE(isListed);
+  EXPECT_EQ(flywheel("auto").chain.joints()[0].other("drag"), c);
+  try {
+    flywheel("auto", "-1");
+    FAIL() << "a negative drag is taken";
+  } catch (const Refused& refused) {
+    EXPECT_EQ(toString(refused.faults()),
+              "links/wheel/joint/drag: expected a number >= 0 N m s²/rad², got -1");
+  }
+}
+
+TEST(AnEffectOfYourOwn, SaysSoInTheLog) {
+  SceneWords with, without;
+  dragKind().summarize(flywheel("auto"), with);
+  dragKind().summarize(flywheel("auto", "0"), without);
+  EXPECT_EQ(with.runs, std::vector<std::string>{"1 drag"});
+  EXPECT_EQ(without.leftOut, std::vector<std::string>{"drags"});
+}
+
+class ByEveryMethod : public testing::TestWithParam<std::string> {};
+
+TEST_P(ByEveryMethod, SlowsAFlywheelAsTheFormulaSays) {
+  // q̇ = v0/(1 + c v0 t/J), q = J/c ln(1 + c v0 t/J)
+  Simulation simulation(flywheel(GetParam()));
+  for (const double t : {0.5, 2.0}) {
+    ASSERT_TRUE(simulation.advanceTo(t)) << simulation.fault();
+    const double slowed = 1 + c * v0 * t / J;
+    EXPECT_NEAR(simulation.q()[0], J / c * std::log(slowed), 1e-7) << t;
+    EXPECT_NEAR(simulation.qd()[0], v0 / slowed, 1e-7) << t;
+  }
+  EXPECT_NEAR(simulation.energyBalance().residual, 0, 1e-7);
+}
+
+TEST_P(ByEveryMethod, MovesAChainAlike) {
+  Simulation reference(chainOfFive("dop853")), simulation(chainOfFive(GetParam()));
+  ASSERT_TRUE(reference.advanceTo(1) && simulation.advanceTo(1));
+  for (std::size_t i = 0; i < reference.q().size(); ++i) {
+    EXPECT_NEAR(simulation.q()[i], reference.q()[i], 1e-5) << i;
+  }
+  EXPECT_NEAR(simulation.energyBalance().residual, 0, 1e-5);
+}
+
+std::vector<std::string> methods() {
+  std::vector<std::string> names = ode::methodNames();
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Drag, ByEveryMethod, testing::ValuesIn(methods()));
+
+TEST(AnEffectOfYourOwn, AgreesWithTheDenseRoad) {
+  const Scene scene = chainOfFive("auto");
+  const Simulation simulation(scene);
+  const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(scene.q.data(), 5);
+  const Eigen::VectorXd qd = Eigen::Map<const Eigen::VectorXd>(scene.qd.data(), 5);
+  const Kane dense = kane(scene.chain, q, qd, activeForces(scene, 0, q, qd));
+  Eigen::VectorXd qdd(5);
+  simulation.accelerations(qdd.data());
+  EXPECT_LT((qdd - dense.qdd).norm(), 1e-11 * dense.qdd.norm());
+}
+
+TEST(AnEffectOfYourOwn, HasItsExactDerivative) {
+  // A by automatic differentiation of what the effect says of itself, and by differences of the dense road.
+  const Scene scene = chainOfFive("auto");
+  const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(scene.q.data(), 5);
+  const Eigen::VectorXd qd = Eigen::Map<const Eigen::VectorXd>(scene.qd.data(), 5);
+  const Eigen::MatrixXd A = linearModel(scene, 0, q, qd).A;
+  constexpr double h = 1e-6;
+  for (int j = 0; j < 5; ++j) {
+    Eigen::VectorXd plus = qd, minus = qd;
+    plus[j] += h;
+    minus[j] -= h;
+    const Eigen::VectorXd difference = (kane(scene.chain, q, plus, activeForces(scene, 0, q, plus)).qdd -
+                                        kane(scene.chain, q, minus, activeForces(scene, 0, q, minus)).qdd) /
+                                       (2 * h);
+    EXPECT_LT((A.col(5 + j).tail(5) - difference).norm(), 1e-7 * difference.norm()) << j;
+  }
+}
+
+TEST(AnEffectOfYourOwn, IsNotThereWithoutItsKey) {
+  const Scene scene = flywheel("auto", "0");
+  EXPECT_EQ(dragKind().make(scene, nullptr), nullptr);
+  EXPECT_EQ(Dynamics(scene).works(), 0);
+}
+
+}  // namespace
+}  // namespace planar_chain

@@ -1,0 +1,145 @@
+#include "drags.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "model/require.h"
+
+namespace planar_chain {
+
+namespace {
+
+class Drags : public Effect, public Switching {
+ public:
+  explicit Drags(const Chain& chain) : n_(chain.size()) {
+    for (int i = 0; i < n_; ++i) {
+      const double c = chain.joints()[index(i)].other("drag");
+      if (c > 0) drags_.push_back({i, c, 1});
+    }
+  }
+  bool empty() const { return drags_.empty(); }
+
+  Acting mostActing() const override { return Acting::moments; }
+  Acting acting() const override { return Acting::moments; }
+
+  /// τ = −c s q̇²; takes c s q̇³.
+  Powers apply(const ChainState& at, const Actions& to) override {
+    Powers powers;
+    for (const Drag& drag : drags_) {
+      const double rate = relative(at.omega, drag.joint), torque = -drag.c * drag.sign * rate * rate;
+      addJointTorque(torque, drag.joint, to.N);
+      powers.dissipated -= torque * rate;
+    }
+    return powers;
+  }
+  void addTorques(const ChainState& at, double* tau) override {
+    for (const Drag& drag : drags_) {
+      const double rate = relative(at.omega, drag.joint);
+      tau[drag.joint] -= drag.c * drag.sign * rate * rate;
+    }
+  }
+
+  // The exact derivative.
+  bool isNonlinear() const override { return true; }
+  void addTangents(const ChainState& at, double* /*k*/, double* d) const override {
+    for (const Drag& drag : drags_) d[drag.joint] += 2 * drag.c * drag.sign * relative(at.omega, drag.joint);
+  }
+  Powers powersAlong(const ChainState& at, const StateChange& along) override {
+    double change = 0;
+    for (const Drag& drag : drags_) {
+      const double rate = relative(at.omega, drag.joint);
+      change += 3 * drag.c * drag.sign * rate * rate * relative(along.v, drag.joint);
+    }
+    return {0, change};
+  }
+
+  /// (q̇²)_k = Σ_j q̇_j q̇_{k−j}
+  void addOrder(int k, const Series& known, const Actions& to) override {
+    for (const Drag& drag : drags_) {
+      double square = 0;
+      for (int j = 0; j <= k; ++j) {
+        square += relative(known.omega(j), drag.joint) * relative(known.omega(k - j), drag.joint);
+      }
+      addJointTorque(-drag.c * drag.sign * square, drag.joint, to.N);
+    }
+  }
+
+  // The sign of q̇ is a switch.
+  Switching* switching() override { return this; }
+  void enterState(const double* y) override {
+    for (Drag& drag : drags_) drag.sign = relative(y + n_, drag.joint) < 0 ? -1 : 1;
+  }
+  void change(const double* y) override {
+    for (Drag& drag : drags_) {
+      if (dueOf(drag, y) > 0) drag.sign = -drag.sign;
+    }
+  }
+  double due(const Eigen::VectorXd& y) const override {
+    double most = -std::numeric_limits<double>::infinity();
+    for (const Drag& drag : drags_) most = std::max(most, dueOf(drag, y.data()));
+    return most;
+  }
+  /// Between two ends, q̇ is taken for the parabola of the cubic through both: v0 + 2 b s + 3 c s², 0 < s < 1.
+  /// Its turning point is where a change of sign may hide.
+  double nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override {
+    double first = -1;
+    for (const Drag& drag : drags_) {
+      const double v0 = relative(y.data() + n_, drag.joint) * h;
+      const double v1 = relative(next.data() + n_, drag.joint) * h;
+      const double dq = relative(next.data(), drag.joint) - relative(y.data(), drag.joint);
+      const double b = 3 * dq - 2 * v0 - v1, c = v0 + v1 - 2 * dq;
+      const double s = -b / (3 * c), turn = v0 + b * s;
+      const bool isHidden =
+          s > 0 && s < 1 && drag.sign * v0 >= 0 && drag.sign * v1 >= 0 && drag.sign * turn < 0;
+      if (isHidden && (first < 0 || s * h < first)) first = s * h;
+    }
+    return first;
+  }
+
+ private:
+  struct Drag {
+    int joint;
+    double c, sign;
+  };
+  double dueOf(const Drag& drag, const double* y) const { return -drag.sign * relative(y + n_, drag.joint); }
+
+  int n_;
+  std::vector<Drag> drags_;
+};
+
+class DragKind : public EffectKind {
+ public:
+  std::vector<JointKey> jointKeys() const override { return {{"drag", false}}; }
+  void takeJoint(const Section& in, Joint& joint) const override {
+    if (in.has("drag")) joint.others.emplace_back("drag", in.unjudged("drag", 0.0));
+  }
+  void judge(const Joint& joint, std::vector<Fault>& faults) const override {
+    requireNumber(faults, "joint/drag", joint.other("drag"), joint.other("drag") >= 0, " >= 0 N m s²/rad²");
+  }
+
+  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+    auto effect = std::make_unique<Drags>(scene.chain);
+    return effect->empty() ? nullptr : std::move(effect);
+  }
+  void addDense(const Scene& scene, double /*t*/, const Eigen::VectorXd& /*q*/, const Eigen::VectorXd& qd,
+                const DenseActions& to) const override {
+    for (int i = 0; i < scene.chain.size(); ++i) {
+      to.tau(i) -= scene.chain.joints()[index(i)].other("drag") * std::abs(qd(i)) * qd(i);
+    }
+  }
+  void summarize(const Scene& scene, SceneWords& words) const override {
+    int drags = 0;
+    for (const Joint& joint : scene.chain.joints()) drags += joint.other("drag") > 0;
+    words.count(drags, "drag");
+  }
+};
+
+}  // namespace
+
+const EffectKind& dragKind() {
+  static const DragKind kind;
+  return kind;
+}
+
+}  // namespace planar_chain
