@@ -195,8 +195,8 @@ void followLong(const char* name, const Scene& scene, const std::string& method,
   const double lowest = isFree ? 0 : energy(bottom);
   const double energyThen = energy(run.motion()), momentumThen = momentum(run.motion());
   Progress progress = Progress::underway;
-  for (double look = 1; progress == Progress::underway; look *= std::pow(10.0, 0.125)) {
-    while (progress == Progress::underway && run.time() < look) progress = run.step();
+  for (double due = 1; progress == Progress::underway; due *= std::pow(10.0, 0.125)) {
+    while (progress == Progress::underway && run.time() < due) progress = run.step();
     const bool failed = progress == Progress::diverged || progress == Progress::refused;
     std::printf("%s,%s,%g,%.6g,%lld,%.4e,%.4e\n", name, method.c_str(), setting, run.time(),
                 run.counts().steps,
