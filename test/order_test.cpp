@@ -6,12 +6,12 @@
 #include <string>
 #include <utility>
 
-#include "counted_system.h"
 #include "dynamics/dynamics.h"
 #include "ode/methods.h"
 #include "ode/surroundings.h"
 #include "ode/switches.h"
 #include "random_scene.h"
+#include "report/benchmark/counted_system.h"
 #include "test_system.h"
 
 namespace planar_chain::ode {
@@ -173,7 +173,7 @@ TEST(RowsAhead, AreTheSumsByThemselvesToTheBit) {
       const auto endOf = [&](const char* method, bool together) {
         Dynamics dynamics(scene);
         dynamics.enter(0);
-        planar_chain::test::CountedSystem counted(dynamics);
+        planar_chain::benchmarks::CountedSystem counted(dynamics);
         SeriesSystem& f = together ? static_cast<SeriesSystem&>(dynamics) : counted;
         Eigen::VectorXd y = Eigen::VectorXd::Zero(f.size());
         for (Eigen::Index i = 0; i < 2 * n; ++i) y[i] = std::sin(1 + 1.7 * static_cast<double>(i));

@@ -26,6 +26,7 @@ BELOW = {
     "ros/bag": ["ros/node"],
     "tools": ["ros/bag"],
     "report": ["tools"],
+    "report/benchmark": ["report"],
 }
 
 # The room that keeps the promise of a public header.

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "counted_system.h"
 #include "dynamics/dynamics.h"
 #include "effects/commands.h"
 #include "lanes/kernel.h"
@@ -16,6 +15,7 @@
 #include "ode/methods.h"
 #include "ode/taylor.h"
 #include "random_scene.h"
+#include "report/benchmark/counted_system.h"
 #include "test_system.h"
 
 namespace planar_chain {
@@ -237,7 +237,7 @@ TEST(Taylor, SumsWorksOnlyWhereSomethingDoesThem) {
     const Scene scene = test::randomScene(2, 8, {hasSprings, false, false});
     Dynamics dynamics(scene, std::make_unique<CommandEffect>(2, 1));  // room for a command, so there are works
     dynamics.enter(0);
-    test::CountedSystem counted(dynamics);
+    benchmarks::CountedSystem counted(dynamics);
     ode::Taylor taylor(counted, 1e-6);
     taylor.step(0, 0.1, Eigen::VectorXd::Constant(dynamics.size(), 0.3));
     EXPECT_EQ(counted.integrals, hasSprings ? taylor.order() / 2 + 1 : 0);

@@ -1,0 +1,47 @@
+#include "ros/messages/messages.h"
+
+#include "report/benchmark/chains.h"
+#include "report/benchmark/measure.h"
+#include "ros/messages/frames.h"
+
+namespace planar_chain::benchmarks {
+
+namespace {
+
+/// Fills one message again and again.
+template <class Fill>
+void add(const char* what, int n, Fill fill) {
+  benchmark::RegisterBenchmark(nameOf("message", what, n).c_str(), [n, fill](benchmark::State& state) {
+    const Scene scene = sceneOf(rods(n), crooked(n));
+    const Simulation simulation(scene);
+    Messages messages(scene, framesOf(scene, "/"));
+    for (auto _ : state) {
+      fill(messages, simulation, ros::Time(1));
+      benchmark::ClobberMemory();
+    }
+    state.counters["ns_per_link"] = perLink(n);
+  });
+}
+
+}  // namespace
+
+void registerMessages() {
+  for (const int n : sizes()) {
+    add("joint_states", n, [](Messages& messages, const Simulation& simulation, ros::Time stamp) {
+      messages.jointStates(simulation, stamp);
+    });
+    add("tf", n, [](Messages& messages, const Simulation& simulation, ros::Time stamp) {
+      messages.transforms(simulation, stamp);
+    });
+    add("link_states", n, [](Messages& messages, const Simulation& simulation, ros::Time stamp) {
+      messages.linkStates(simulation, stamp);
+    });
+    add("status", n, [](Messages&, const Simulation& simulation, ros::Time) {
+      SimStatus status;
+      describe(simulation, status);
+      benchmark::DoNotOptimize(status);
+    });
+  }
+}
+
+}  // namespace planar_chain::benchmarks

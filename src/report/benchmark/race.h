@@ -1,0 +1,90 @@
+#pragma once
+
+/// Other programs as contestants of the report: native steppers of multibody programs, and integrators of
+/// libraries under this program's equations or under those written by hand.
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "report/contest.h"
+
+namespace planar_chain::benchmarks {
+
+using tools::Contest;
+using tools::contestant;
+using tools::Contestant;
+using tools::Progress;
+
+struct Team {
+  std::string name, version;  ///< with the settings that all of its methods have
+  std::vector<Contestant> contestants;
+};
+
+/// Those that this program is built with.
+const std::vector<Team>& teams();
+
+// Each in a file of its own.
+Team byHandTeam();
+Team odeintTeam();
+Team bulletTeam();
+Team dartTeam();
+Team mujocoTeam();
+Team simbodyTeam();
+Team odeTeam();
+Team sundialsTeam();
+
+inline bool hasSprings(const Scene& scene) {
+  for (const Joint& joint : scene.chain.joints()) {
+    if (joint.stiffness != 0 || joint.damping != 0) return true;
+  }
+  return false;
+}
+
+/// Bodies without inertia about their centres of mass.
+inline bool hasPoints(const Scene& scene) {
+  for (const Link& link : scene.chain.links()) {
+    if (link.inertia == 0) return true;
+  }
+  return false;
+}
+
+/// Equal steps of at most h by a program that keeps relative angles: RK4 evaluates four times a step, Euler
+/// once.
+class NativeRun : public tools::Run {
+ public:
+  NativeRun(const Contest& contest, double h, int evaluationsPerStep)
+      : n_(contest.scene.chain.size()),
+        last_(static_cast<long long>(std::ceil(contest.end / h - 1e-6))),
+        h_(contest.end / static_cast<double>(last_)),
+        evaluationsPerStep_(evaluationsPerStep) {}
+
+  Progress step() override {
+    if (!stepBy(h_) || !std::isfinite(q(n_ - 1)) || !std::isfinite(qd(n_ - 1))) return Progress::diverged;
+    return ++done_ == last_ ? Progress::arrived : Progress::underway;
+  }
+  tools::Counts counts() const override { return {done_ * evaluationsPerStep_, done_, 0}; }
+  void read(double* theta, double* omega) const override {
+    double angle = 0, rate = 0;
+    for (int i = 0; i < n_; ++i) {
+      theta[i] = angle += q(i);
+      omega[i] = rate += qd(i);
+    }
+  }
+
+ protected:
+  double h() const { return h_; }
+  /// False when the program says that something is wrong.
+  virtual bool stepBy(double h) = 0;
+  virtual double q(int i) const = 0;
+  virtual double qd(int i) const = 0;
+
+ private:
+  int n_;
+  long long last_, done_ = 0;
+  double h_;
+  int evaluationsPerStep_;
+};
+
+}  // namespace planar_chain::benchmarks

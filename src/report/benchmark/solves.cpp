@@ -1,0 +1,149 @@
+#include <complex>
+#include <memory>
+#include <random>
+#include <type_traits>
+
+#include "lanes/segments.h"
+#include "report/benchmark/measure.h"
+#include "report/benchmark/moving_rods.h"
+
+namespace planar_chain::benchmarks {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr int segmentsFrom = 100;  // links, in the comparison with the solve link by link
+
+// 1/(hγ), 1/s, as in steps of about a millisecond.
+template <class Scalar>
+const Scalar shift = 5e3;
+template <>
+const Complex shift<Complex>{5e3, 4e3};
+
+double randomNumber(std::mt19937_64& engine, double) {
+  return std::uniform_real_distribution<double>(-1, 1)(engine);
+}
+Complex randomNumber(std::mt19937_64& engine, Complex) {
+  return {randomNumber(engine, 0.0), randomNumber(engine, 0.0)};
+}
+
+/// A right-hand side [ρ_q; ρ_v] and room for [u; v], of so many numbers.
+template <class Scalar>
+struct Sides {
+  explicit Sides(int size) : rhs(static_cast<std::size_t>(size)), x(rhs.size()) {
+    std::mt19937_64 engine(21);
+    for (Scalar& value : rhs) value = randomNumber(engine, Scalar());
+  }
+  std::vector<Scalar> rhs, x;
+};
+
+template <class Work>
+void repeat(benchmark::State& state, int n, Work work) {
+  work();  // its memory is cold
+  for (auto _ : state) {
+    work();
+    benchmark::ClobberMemory();
+  }
+  state.counters["ns_per_link"] = perLink(n);
+}
+
+/// As the methods call it, by way of Dynamics.
+void registerDynamics(int n) {
+  using Work = void (*)(benchmark::State&, int, Dynamics&, MovingRods&);
+  const std::pair<const char*, Work> works[] = {
+      {"linearize",
+       [](benchmark::State& state, int size, Dynamics& f, MovingRods& at) {
+         repeat(state, size, [&] { f.linearize(0, at.arrangedY.data(), at.arrangedRates.data()); });
+       }},
+      {"factor", [](benchmark::State& state, int size, Dynamics& f,
+                    MovingRods&) { repeat(state, size, [&] { f.factor(shift<double>); }); }},
+      {"solve",
+       [](benchmark::State& state, int size, Dynamics& f, MovingRods&) {
+         Sides<double> sides(f.arrangedSize());
+         f.factor(shift<double>);
+         repeat(state, size, [&] { f.solve(sides.rhs.data(), sides.x.data()); });
+       }},
+      {"complex factor",
+       [](benchmark::State& state, int size, Dynamics& f, MovingRods&) {
+         repeat(state, size, [&] { f.factorComplex(0, shift<Complex>); });
+       }},
+      {"complex solve", [](benchmark::State& state, int size, Dynamics& f, MovingRods&) {
+         Sides<Complex> sides(f.arrangedSize());
+         f.factorComplex(0, shift<Complex>);
+         repeat(state, size, [&] { f.solveComplex(0, sides.rhs.data(), sides.x.data()); });
+       }}};
+  for (const auto& [what, work] : works) {
+    benchmark::RegisterBenchmark(nameOf("solve", what, n).c_str(), [n, work = work](benchmark::State& state) {
+      MovingRods at(n, crooked(n));
+      at.dynamics.reserve(1);
+      at.dynamics.linearize(0, at.arrangedY.data(), at.arrangedRates.data());
+      work(state, n, at.dynamics, at);
+    });
+  }
+}
+
+/// The rods, linearized by one of the two solvers, each in its order.
+template <class Scalar, template <class> class Solver>
+struct SolverAt {
+  static constexpr bool isArranged = std::is_same_v<Solver<Scalar>, LinearizedSegments<Scalar>>;
+
+  explicit SolverAt(int n)
+      : at(n, crooked(n)),
+        real(at.scene.chain),
+        complex(real),
+        places(isArranged ? at.dynamics.arrangedSize() / 2 : n) {
+    at.dynamics.derivative(0, at.y.data(), at.dydt.data());
+    at.dynamics.arrange(at.dydt.data(), at.arrangedRates.data());
+    const double* y = isArranged ? at.arrangedY.data() : at.y.data();
+    const double* dydt = isArranged ? at.arrangedRates.data() : at.dydt.data();
+    std::vector<Rotation<double>> e(static_cast<std::size_t>(places));
+    rotations(y, e.data(), places);
+    real.linearize(e.data(), y + places, dydt + places, nullptr, nullptr);
+  }
+  Solver<Scalar>& solver() {
+    if constexpr (std::is_same_v<Scalar, Complex>)
+      return complex;
+    else
+      return real;
+  }
+
+  MovingRods at;
+  Solver<double> real;
+  Solver<Complex> complex;
+  int places;
+};
+
+template <class Scalar, template <class> class Solver>
+void registerSolver(const std::string& kind, const std::string& how, int n) {
+  benchmark::RegisterBenchmark(nameOf("solver", kind + "factor " + how, n).c_str(),
+                               [n](benchmark::State& state) {
+                                 SolverAt<Scalar, Solver> at(n);
+                                 repeat(state, n, [&] { at.solver().factor(shift<Scalar>); });
+                               });
+  benchmark::RegisterBenchmark(
+      nameOf("solver", kind + "solve " + how, n).c_str(), [n](benchmark::State& state) {
+        SolverAt<Scalar, Solver> at(n);
+        at.solver().factor(shift<Scalar>);
+        Sides<Scalar> sides(2 * at.places);
+        const Scalar* rhs = sides.rhs.data();
+        Scalar* x = sides.x.data();
+        const int places = at.places;
+        repeat(state, n, [&] { at.solver().solve(rhs, rhs + places, x, x + places); });
+      });
+}
+
+}  // namespace
+
+void registerSolves() {
+  for (const int n : sizes()) {
+    registerDynamics(n);
+    if (n < segmentsFrom) continue;
+    registerSolver<double, Linearized>("", "link by link", n);
+    registerSolver<double, LinearizedSegments>("", "in segments", n);
+    registerSolver<Complex, Linearized>("complex ", "link by link", n);
+    registerSolver<Complex, LinearizedSegments>("complex ", "in segments", n);
+  }
+}
+
+}  // namespace planar_chain::benchmarks

@@ -1,0 +1,88 @@
+#pragma once
+
+/// Error against run time: what each contestant does, and how it is measured.
+///
+/// A contest is a scene and its state at the end, by a reference. A contestant is a program's method, run
+/// with a setting: a tolerance, or a step in s. Time is the thread's time on the processor, of stepping
+/// alone.
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "planar_chain/scene.h"
+
+namespace planar_chain::tools {
+
+struct Contest {
+  std::string name;
+  Scene scene;
+  double end = 0;                ///< s
+  std::vector<int> index;        ///< links that are compared: all but of the longest chains
+  Eigen::VectorXd theta, omega;  ///< of these, absolute, at the end
+};
+
+/// The contests of a folder: report/scenes.csv names them, report/NAME.csv holds their ends, their scenes lie
+/// in report/ and config/scenes/.
+/// @throws std::runtime_error when a file is missing or malformed, or a name is not known
+std::vector<std::string> contestNames(const std::string& folder);
+Contest readContest(const std::string& folder, const std::string& name);
+
+enum class Progress {
+  underway,
+  arrived,
+  diverged,  ///< the numbers are no longer finite
+  refused,   ///< the method cannot go on
+};
+
+struct Counts {
+  long long evaluations = 0;  ///< of the accelerations
+  long long steps = 0, rejected = 0;
+};
+
+/// One run of a contestant, at time 0.
+class Run {
+ public:
+  virtual ~Run() = default;
+  /// One step of its own.
+  virtual Progress step() = 0;
+  virtual Counts counts() const = 0;
+  /// Absolute, n each.
+  virtual void read(double* theta, double* omega) const = 0;
+};
+
+struct Contestant {
+  std::string engine, method;
+  bool hasFixedStep = false;
+  /// True if it can take part in a scene.
+  std::function<bool(const Scene&)> takes;
+  /// The contest outlives the run.
+  std::function<std::unique_ptr<Run>(const Contest&, double setting)> make;
+};
+
+/// A contestant whose runs are made as Made(contest, setting, more...).
+template <class Made, class... More>
+Contestant contestant(const std::string& engine, const std::string& method, bool hasFixedStep,
+                      std::function<bool(const Scene&)> takes, More... more) {
+  return {engine, method, hasFixedStep, std::move(takes),
+          [=](const Contest& contest, double setting) -> std::unique_ptr<Run> {
+            return std::make_unique<Made>(contest, setting, more...);
+          }};
+}
+
+/// The protocol of report_measure and report_peers. list: a line "scene,engine,method,setting" for each
+/// point, each method's loosest setting first. race: for each such line on standard input the columns of
+/// work_precision.csv, then the number of runs, the least time, and the number of turns to measure the point
+/// in.
+///
+/// A first run warms up. As many follow as fit into 0.1 s, from ten to 21, or two if a run is long. Short
+/// runs are divided among three turns, each of which warms up. A run that fails is not repeated.
+void listPoints(const std::string& folder, const std::vector<Contestant>& contestants, bool quick);
+void racePoints(const std::string& folder, const std::vector<Contestant>& contestants, bool quick);
+/// engine,method,links,seconds: median of what one step of each contestant with equal steps takes on a
+/// hanging chain.
+void printScaling(const std::vector<Contestant>& contestants, const std::vector<int>& lengths, bool quick);
+
+}  // namespace planar_chain::tools

@@ -1,0 +1,137 @@
+#include "report/own.h"
+
+#include <algorithm>
+
+#include "ode/methods.h"
+#include "ode/radau.h"
+#include "ode/surroundings.h"
+#include "ode/taylor.h"
+
+namespace planar_chain::tools {
+
+namespace {
+
+constexpr double toleranceOfSeries = 2e-5;  // for order 20
+
+/// For size components, the first half of them angles, which count up to half a turn.
+ode::Tolerance toleranceOf(double value, int size) {
+  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(size, infinity)};
+  tolerance.ceiling.head(size / 2) = pi;
+  return tolerance;
+}
+
+ode::State startOf(const Scene& scene, const Dynamics& dynamics) {
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size());
+  readStart(scene, y.data(), y.data() + scene.chain.size());
+  return {dynamics, y};
+}
+
+Contestant contestantFor(const std::string& method, bool hasFixedStep,
+                         std::function<MakeIntegrator(double)> make) {
+  return {"planar_chain", method, hasFixedStep, [](const Scene&) { return true; },
+          [make](const Contest& contest, double setting) {
+            return std::make_unique<OwnRun>(contest.scene, contest.end, make(setting));
+          }};
+}
+
+}  // namespace
+
+const std::vector<Method>& measuredMethods() {
+  static const std::vector<Method> methods{
+      {"rk4", &ode::rk4(), nullptr},           {"dopri5", &ode::dopri5(), nullptr},
+      {"dop853", &ode::dop853(), nullptr},     {"rodas5p", nullptr, &ode::rodas5p()},
+      {"ros34pw2", nullptr, &ode::ros34pw2()}, {"radau13", nullptr, nullptr},
+      {"taylor", nullptr, nullptr, true}};
+  return methods;
+}
+
+MakeIntegrator equalSteps(const Method& method, double h, double stagesTo) {
+  return [=](Dynamics& f) {
+    std::unique_ptr<ode::Stepper> stepper;
+    if (method.table) {
+      stepper = std::make_unique<ode::ExplicitRungeKutta>(*method.table, f);
+    } else if (method.rosenbrock) {
+      stepper = std::make_unique<ode::Rosenbrock>(*method.rosenbrock, f);
+    } else if (method.isSeries) {
+      stepper = std::make_unique<ode::Taylor>(f, toleranceOfSeries);
+    } else {
+      stepper = std::make_unique<ode::Radau>(f, toleranceOf(stagesTo, f.size()).arrangedBy(f),
+                                             std::make_shared<ode::Surroundings>(f));
+    }
+    return ode::fixedSteps(std::move(stepper), h);
+  };
+}
+
+MakeIntegrator methodFor(const std::string& method, double setting) {
+  return [=](Dynamics& f) {
+    return ode::makeMethod(method, f, setting, toleranceOf(setting, f.size() - f.works()));
+  };
+}
+
+void readStart(const Scene& scene, double* theta, double* omega) {
+  toAbsolute(scene.q.data(), scene.chain.size(), theta);
+  toAbsolute(scene.qd.data(), scene.chain.size(), omega);
+}
+
+OwnRun::OwnRun(const Scene& scene, double end, const MakeIntegrator& make)
+    : end_(end),
+      n_(scene.chain.size()),
+      dynamics_(scene),
+      integrator_(make(dynamics_)),
+      state_(startOf(scene, dynamics_)) {
+  dynamics_.enter(0);
+  integrator_->begin();
+}
+
+Progress OwnRun::step() {
+  const Effects& effects = dynamics_.effects();
+  const ode::Outcome outcome =
+      integrator_->advance(state_, std::min(end_, effects.until()), effects.longestStep());
+  if (outcome == ode::Outcome::notFinite) return Progress::diverged;
+  if (outcome == ode::Outcome::stepTooSmall) return Progress::refused;
+  if (state_.t >= end_) return Progress::arrived;
+  if (state_.t >= effects.until()) {
+    dynamics_.enter(state_.t);
+    integrator_->restart();
+  }
+  return Progress::underway;
+}
+
+Progress OwnRun::steps(int most) {
+  Progress progress = Progress::underway;
+  for (int k = 0; k < most && progress == Progress::underway; ++k) progress = step();
+  return progress;
+}
+
+Counts OwnRun::counts() const {
+  return {dynamics_.evaluations(), integrator_->count().accepted, integrator_->count().rejected};
+}
+
+Eigen::VectorXd OwnRun::motion() const {
+  return state_.restoredBy(dynamics_).head(2 * n_);
+}
+
+void OwnRun::read(double* theta, double* omega) const {
+  const Eigen::VectorXd y = motion();
+  std::copy_n(y.data(), n_, theta);
+  std::copy_n(y.data() + n_, n_, omega);
+}
+
+std::vector<Contestant> ownContestants() {
+  std::vector<Contestant> contestants;
+  for (const std::string& method : ode::methodNames()) {
+    contestants.push_back(contestantFor(method, ode::hasFixedStep(method),
+                                        [=](double setting) { return methodFor(method, setting); }));
+  }
+  return contestants;
+}
+
+std::vector<Contestant> ownEqualSteps() {
+  std::vector<Contestant> contestants;
+  for (const Method& method : measuredMethods()) {
+    contestants.push_back(contestantFor(method.name, true, [=](double h) { return equalSteps(method, h); }));
+  }
+  return contestants;
+}
+
+}  // namespace planar_chain::tools

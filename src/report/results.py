@@ -1,0 +1,172 @@
+"""What follows from a report's tables: times to an accuracy, slopes, orders, where auto is not the fastest."""
+import collections
+import math
+
+OWN = "planar_chain"
+AUTO = (OWN, "auto")
+CHOOSES_FROM = ("taylor", "dop853", "rodas5p", "radau13")
+LEVELS = range(3, 12)  # errors 1e-3 to 1e-11
+ORDERS = {(OWN, "rk4"): 4, (OWN, "dopri5"): 5, (OWN, "dop853"): 8, (OWN, "rodas5p"): 5, (OWN, "ros34pw2"): 3,
+          (OWN, "radau13"): 13, (OWN, "taylor"): 20, (OWN, "ros34pw2_fixed"): 3,
+          ("MuJoCo", "Euler"): 1, ("MuJoCo", "implicit"): 1, ("MuJoCo", "RK4"): 4,
+          ("Bullet", "Euler"): 1, ("Bullet", "RK4"): 4, ("DART", "Euler"): 1, ("ODE", "Euler"): 1}
+
+
+def number(text):
+    return float(text) if text else math.nan
+
+
+def grouped(rows, *columns):
+    """The rows by the value of a column, or by the values of several, in order of their first appearance."""
+    groups = {}
+    for row in rows:
+        name = tuple(row[column] for column in columns) if len(columns) > 1 else row[columns[0]]
+        groups.setdefault(name, []).append(row)
+    return groups
+
+
+def name_of(who):
+    """(engine, method) in words."""
+    return who[1] if who[0] == OWN else f"{who[0]}: {who[1]}"
+
+
+def slope(points):
+    """The slope of a straight line through the logarithms; None for fewer than three points."""
+    logs = [(math.log(a), math.log(b)) for a, b in points if a > 0 and b > 0]
+    if len(logs) < 3:
+        return None
+    x_mean = sum(x for x, _ in logs) / len(logs)
+    y_mean = sum(y for _, y in logs) / len(logs)
+    return sum((x - x_mean) * (y - y_mean) for x, y in logs) / sum((x - x_mean)**2 for x, _ in logs)
+
+
+# ---- Times to an accuracy ------------------------------------------------------------------------
+
+def by_contestant(rows):
+    """(engine, method): its rows that arrived, loosest setting first."""
+    return {who: [row for row in group if row["outcome"] == "ok"]
+            for who, group in grouped(rows, "engine", "method").items()}
+
+
+def first_that_holds(group, level):
+    """Index of the loosest setting from which on every error is below; None if there is none."""
+    first = None
+    for k in range(len(group) - 1, -1, -1):
+        if not number(group[k]["error_theta"]) <= 10.0**-level:
+            break
+        first = k
+    return first
+
+
+def at_level(group, level, column):
+    """A column, such as cpu_seconds, at this error; between two settings along the straight line of the diagram."""
+    first = first_that_holds(group, level)
+    if first is None:
+        return None
+    error, value = number(group[first]["error_theta"]), number(group[first][column])
+    if first == 0 or error == 0 or value == 0:
+        return value
+    looser, sooner = number(group[first - 1]["error_theta"]), number(group[first - 1][column])
+    share = (math.log(10.0**-level) - math.log(error)) / (math.log(looser) - math.log(error))
+    return math.exp(math.log(value) + share * (math.log(sooner) - math.log(value)))
+
+
+def times_to(rows, column="cpu_seconds"):
+    """(engine, method): {level: s} of one scene."""
+    return {who: {level: time for level in LEVELS for time in [at_level(group, level, column)] if time is not None}
+            for who, group in by_contestant(rows).items()}
+
+
+def worst_step(group, level):
+    first = first_that_holds(group, level)
+    return None if first is None else number(group[first]["worst_step_seconds"])
+
+
+def best_of_engines(rows):
+    """The method of each other program that reaches most levels, and of these the one that is the fastest."""
+    best = {}
+    for who, times in times_to(rows).items():
+        rank = (len(times), -min(times.values(), default=0))
+        if who[0] != OWN and rank > best.get(who[0], ((-1, 0), None))[0]:
+            best[who[0]] = rank, who
+    return [who for _, who in best.values()]
+
+
+# ---- Consistency ---------------------------------------------------------------------------------
+
+def measured_order(points):
+    """From the errors that are neither coarse nor rounding."""
+    return slope([(h, error) for h, error in points if 3e-13 < error < 3e-3])
+
+
+def orders(rows, race_rows):
+    """name, scene, order by theory, measured, and if they agree. A method without a measured order does not."""
+    series = [((OWN, method), "pendulum", [(number(row["setting"]), number(row["value"])) for row in group])
+              for method, group in grouped([row for row in rows if row["study"] == "order"], "method").items()]
+    for who, group in by_contestant(race_rows).items():
+        for scene in ("pendulum", "chain10"):
+            points = [(number(row["setting"]), number(row["error_theta"])) for row in group if row["scene"] == scene]
+            if who[0] != OWN and who in ORDERS and measured_order(points) is not None:
+                series.append((who, scene, points))
+    found = []
+    for who, scene, points in series:
+        order, theory = measured_order(points), ORDERS[who]
+        fits = order is not None and abs(order - theory) <= max(0.5, 0.15 * theory)
+        found.append((name_of(who), scene, theory, "none" if order is None else f"{order:.2f}", fits))
+    return found
+
+
+# ---- Where auto is not the fastest, and why ------------------------------------------------------
+
+Cell = collections.namedtuple("Cell", "outcome fastest ratio evaluations why")
+
+
+def scatter(runs, rows):
+    """How far the median of auto's runs lies above their least, at its worst setting that arrived, relative."""
+    arrived = {row["setting"]: number(row["cpu_seconds"]) for row in by_contestant(rows).get(AUTO, [])}
+    return max([arrived[row["setting"]] / number(row["cpu_seconds_least"]) - 1 for row in runs
+                if (row["engine"], row["method"]) == AUTO and row["setting"] in arrived], default=0)
+
+
+def verdict(rows, level, floor, spread):
+    """One scene at one level. outcome: nobody, not reached, fastest, slower (than `fastest`, by `ratio`)."""
+    groups = by_contestant(rows)
+    times = {who: reached[level] for who, reached in times_to(rows).items() if level in reached}
+    auto = times.pop(AUTO, None)
+    fastest = min(times, key=times.get) if times else None
+    if auto is None:
+        return Cell("not reached" if times else "nobody", fastest, None, None, why_not_reached(rows, level, floor))
+    if fastest is None or auto <= times[fastest]:
+        return Cell("fastest", fastest, auto / times[fastest] if fastest else 0, None, "")
+    ratio = auto / times[fastest]
+    theirs = at_level(groups[fastest], level, "evaluations")
+    evaluations = at_level(groups[AUTO], level, "evaluations") / theirs if theirs else None
+    return Cell("slower", fastest, ratio, evaluations, why_slower(fastest, ratio, evaluations, spread))
+
+
+def why_not_reached(rows, level, floor):
+    auto = grouped(rows, "engine", "method").get(AUTO, [])
+    if floor > 0.1 * 10.0**-level:
+        return f"rounding the scene's own numbers changes {floor:.0e} rad, so this accuracy is reached by luck only"
+    if any(row["outcome"] == "timed out" for row in auto):
+        return "its finer settings take longer than a run may"
+    closest = min((number(row["error_theta"]) for row in auto if row["outcome"] == "ok"), default=math.nan)
+    return f"its finest setting ends {closest:.0e} rad off"
+
+
+def why_slower(fastest, ratio, evaluations, spread):
+    """By a rule, from the faster method and how often both evaluated the accelerations."""
+    engine, method = fastest
+    if ratio <= 1 + min(spread, 0.1):
+        return f"as fast within {100 * min(spread, 0.1):.0f} %; its own runs scatter by {100 * spread:.0f} %"
+    if engine == OWN and method not in CHOOSES_FROM:
+        kind = "equal steps, a length found by hindsight" if method in ("rk4", "ros34pw2_fixed") else "a lower order"
+        return f"a method that auto does not choose from: {kind}, cheaper at this accuracy"
+    often = evaluations is not None and evaluations > 1.05
+    if engine == OWN:
+        return ("auto finds out during the run that this method is the fastest: it pays for trials of others and for its "
+                "steps before that" if often else
+                "as many evaluations or fewer: auto took dearer steps of another method for part of the time")
+    if often:
+        return "another method that needs fewer evaluations for this accuracy"
+    return "about as many evaluations and less beside them: no trials, no guard against a change of stiffness"
