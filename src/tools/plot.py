@@ -16,7 +16,8 @@ import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
-from plot_strobe import Links, NoScene, draw_strobe  # noqa: E402
+from chain import NoChain  # noqa: E402
+from plot_strobe import Links, draw_strobe  # noqa: E402
 
 # Of Okabe and Ito: told apart by the colour-blind; with the dashes, in black and white as well.
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6D31", "#7F7F7F"]
@@ -225,7 +226,7 @@ def main():
         figure = (strobe(motion, given.strobe, given.at, given.apart) if given.strobe
                   else draw(motion, columns, title))
         figure.savefig(output, dpi=130)
-    except (NoScene, Refused, OSError, UnicodeDecodeError) as problem:
+    except (NoChain, Refused, OSError, UnicodeDecodeError) as problem:
         print(f"plot: {problem}", file=sys.stderr)
         return 2
     print(f"written to {output}")

@@ -1,7 +1,7 @@
 """The chain itself at several instants, as under a stroboscope: for plot."""
 
 import numpy as np
-import yaml
+from chain import read_chain
 from matplotlib import colormaps, pyplot
 from matplotlib.colors import Normalize
 
@@ -11,29 +11,13 @@ WIDEST, HIGHEST, LEAST = 6.5, 5.5, 2.5  # inch, of what is drawn
 MARGINS = 2.1, 0.9                      # inch, around it
 
 
-class NoScene(Exception):
-    """What is wrong with the scene: what, expected, found."""
-
-
 class Links:
     """pin, com: of each link in chain order, complex, m; joints: their names."""
 
-    def __init__(self, path):
-        with open(path, encoding="utf-8") as file:
-            try:
-                scene = yaml.safe_load(file)
-                entries = [(name, scene["links"][name]) for name in scene["chain"]]
-                self.pin, self.com, self.joints = [], [], []
-                for name, link in entries:
-                    repeat = int(link.get("repeat", 1))
-                    joint = (link.get("joint") or {}).get("name")
-                    for suffix in [""] if repeat == 1 else [f"_{k}" for k in range(1, repeat + 1)]:
-                        self.joints.append(joint + suffix if joint else name + suffix + "_joint")
-                        self.pin.append(complex(*map(float, link["pin"])))
-                        self.com.append(complex(*map(float, link["com"])))
-            except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError) as problem:
-                raise NoScene(f"{path}: expected a scene with chain and links (not a URDF; simulate tells other faults), got "
-                              f"{type(problem).__name__}") from problem
+    def __init__(self, scene):
+        links = read_chain(scene)["links"]
+        self.joints = [link["joint"]["name"] for link in links]
+        self.pin, self.com = ([complex(*link[key]) for link in links] for key in ("pin", "com"))
 
 
 def pins(links, q):
