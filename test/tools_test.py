@@ -82,7 +82,7 @@ class Tools(InFolder):
         self.assertEqual({row[1] for row in self.rows()[1]}, {0.5})
         os.remove(self.path("out.csv"))
         self.assert_refused(self.simulate("--duration", "1", "--urdf", self.path("robot.urdf")),
-                            "chain: expected nothing beside robot_description")
+                            "chain: expected no chain beside robot_description")
         self.assert_refused(self.simulate("--duration", "1", "--urdf", self.path("robot.urdf"),
                                           scene="robot_description: x"), "nothing beside --urdf")
 

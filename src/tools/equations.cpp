@@ -1,5 +1,5 @@
-/// equations SCENE.yaml: prints every matrix of Kane's equations at one state, by its letter in the notes
-/// (include/planar_chain/kane.h writes them down).
+/// equations SCENE.yaml: prints every matrix of Kane's equations at one state. include/planar_chain/kane.h
+/// defines the letters.
 
 #include <algorithm>
 #include <cstdio>
@@ -20,7 +20,7 @@ struct Arguments {
   SceneArguments scene;
   std::optional<std::string> q;
   std::optional<std::string> qd;
-  std::string t = "0";
+  std::optional<std::string> t;
   bool linearize = false;
   bool json = false;
   bool chain = false;
@@ -28,9 +28,9 @@ struct Arguments {
 
 void declare(CLI::App& app, Arguments& to) {
   declareScene(app, to.scene);
-  app.add_option("--q", to.q, "Relative angles, rad, such as 0.1,0.2; the scene's initial ones if absent");
-  app.add_option("--qd", to.qd, "Rates, rad/s, such as 0,0; the scene's initial ones if absent");
-  app.add_option("--t", to.t, "Time, s, for loads that depend on it")->capture_default_str();
+  app.add_option("--q", to.q, "Relative angles, rad, such as 0.1,0.2 (default: the scene's initial ones)");
+  app.add_option("--qd", to.qd, "Rates, rad/s, such as 0,0 (default: the scene's initial ones)");
+  app.add_option("--t", to.t, "Time, s, for loads that depend on it (default 0)");
   const auto linearize = app.add_flag("--linearize", to.linearize,
                                       "Also A and B of dx/dt = A x + B dtau, x = (dq, dqd) off the state");
   const auto json =
@@ -44,7 +44,7 @@ void declare(CLI::App& app, Arguments& to) {
   app.footer("Exit status: 0 done; 1 no finite solution; 2 bad arguments or scene.");
 }
 
-/// n finite numbers between commas.
+/// The numbers between commas, one for each joint. `absent` if none are given.
 Eigen::VectorXd vectorArgument(const char* option, const std::optional<std::string>& given,
                                const std::vector<double>& absent, std::vector<Fault>& faults) {
   std::vector<double> numbers = absent;
@@ -62,7 +62,7 @@ Eigen::VectorXd vectorArgument(const char* option, const std::optional<std::stri
       faults.push_back(
           {option,
            std::to_string(absent.size()) + " finite numbers with commas between, one a joint in chain order",
-           describe(Value(*given))});
+           quoted(*given)});
       numbers = absent;
     }
   }
@@ -162,30 +162,19 @@ Json jsonOf(const std::vector<Eigen::Matrix2d>& matrices) {
   return list;
 }
 
-/// Prints a JSON object with one key a line, so that a matrix stays readable and a diff small.
-class JsonPrinter {
- public:
-  JsonPrinter() = default;
-  ~JsonPrinter() { std::printf("\n}\n"); }
-  JsonPrinter(const JsonPrinter&) = delete;
-  JsonPrinter& operator=(const JsonPrinter&) = delete;
-
-  void put(const char* key, const Json& entry) {
-    std::printf("%s\n  \"%s\": %s", std::exchange(before_, ","), key, entry.dump().c_str());
-  }
-
- private:
-  const char* before_ = "{";
-};
-
-void printJson(double t, const ActiveForces& active, const Kane& at, const std::optional<LinearModel>& near) {
-  JsonPrinter out;
-  out.put("t", t);
-  showAll(active, at, near,
-          [&](const char* letter, const char*, const auto& value) { out.put(letter, jsonOf(value)); });
+/// Prints one key of an object on a line of its own. `before` is "{" for the first key, "," for the others.
+void printKey(const char* before, const char* key, const Json& entry) {
+  std::printf("%s\n  \"%s\": %s", before, key, entry.dump().c_str());
 }
 
-/// The chain as the program understands it, by the keys of a scene. A limit that is absent is null.
+void printJson(double t, const ActiveForces& active, const Kane& at, const std::optional<LinearModel>& near) {
+  printKey("{", "t", t);
+  showAll(active, at, near,
+          [](const char* letter, const char*, const auto& value) { printKey(",", letter, jsonOf(value)); });
+  std::printf("\n}\n");
+}
+
+/// Prints the chain as an object with the keys of a scene. An absent limit is null.
 void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
   Json links = Json::array();
   for (std::size_t i = 0; i < chain.links().size(); ++i) {
@@ -206,11 +195,11 @@ void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::Vecto
                        {"stop_stiffness", joint.stopStiffness},
                        {"stop_damping", joint.stopDamping}}}});
   }
-  JsonPrinter out;
-  out.put("gravity", {chain.gravity().x, chain.gravity().y});
-  out.put("q", jsonOf(q));
-  out.put("qd", jsonOf(qd));
-  out.put("links", links);
+  printKey("{", "gravity", {chain.gravity().x, chain.gravity().y});
+  printKey(",", "q", jsonOf(q));
+  printKey(",", "qd", jsonOf(qd));
+  printKey(",", "links", links);
+  std::printf("\n}\n");
 }
 
 int equations(int argc, char** argv) {
@@ -219,9 +208,9 @@ int equations(int argc, char** argv) {
   declare(app, given);
   if (const auto status = parseArguments(app, argc, argv)) return *status;
 
+  // The scene and the state.
   std::vector<Fault> faults;
-  const auto isAny = [](double) { return true; };
-  const double t = numberArgument("--t", given.t, "a finite number, in s", isAny, faults);
+  const double t = numberArgument("--t", given.t, "a finite number, in s", -infinity, 0, faults);
   const Scene scene = readScene(
       given.scene, [](Value&) {}, std::move(faults));
   if (!given.chain && scene.chain.size() > 1000) {
@@ -233,6 +222,7 @@ int equations(int argc, char** argv) {
   const Eigen::VectorXd qd = vectorArgument("--qd", given.qd, scene.qd, stateFaults);
   if (!stateFaults.empty()) throw Refused(std::move(stateFaults));
 
+  // What is asked for: the chain, or the equations.
   if (given.chain) {
     printChain(scene.chain, q, qd);
     return done;

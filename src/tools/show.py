@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""rviz on a running scene, from as far as its chain is long: show CONFIG [rviz's options]. The scene is that of the
-parameter ~simulation, the name of a node (default planar_chain)."""
+"""show CONFIG [rviz's options]: starts rviz on a running scene, with the view and the grid fitted to the length of the
+chain. The parameter ~simulation names the node (default planar_chain)."""
 
 import math
 import signal
@@ -8,13 +8,13 @@ import subprocess
 import sys
 import tempfile
 
-signal.signal(signal.SIGINT, signal.SIG_DFL)  # a launch that ends at once interrupts the imports
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # the launch may end during the imports
 import rospy  # noqa: E402
 import yaml  # noqa: E402
 from chain import NoChain, read_chain  # noqa: E402
 
-FREE = 1.25   # half the height of the view, in reaches of the chain
-CELLS = 3     # of the grid, at least, in a reach
+FREE = 1.25    # half the height of the view, in units of the reach
+CELLS = 3      # least number of grid cells in the reach
 DEFAULT = 2.0  # m: the reach where the scene is refused
 
 
@@ -32,7 +32,7 @@ def reach_of(node):
 
 
 def cell(size):
-    """1, 2 or 5 times a power of ten, at most this."""
+    """The largest of 1, 2 or 5 times a power of ten that is at most this."""
     power = 10 ** math.floor(math.log10(size))
     return max(digit * power for digit in (1, 2, 5) if digit * power <= size)
 
@@ -65,7 +65,7 @@ def main():
             try:
                 return rviz.wait()
             except KeyboardInterrupt:
-                pass  # rviz has been interrupted, too, and ends
+                pass  # rviz has been interrupted too
 
 
 if __name__ == '__main__':
