@@ -35,7 +35,7 @@ struct Entry {
   bool valuesAreSound = true;
 };
 
-/// The keys that the effects know below a joint; beside a URDF only those that it has no word for.
+/// The keys of a joint. Beside a URDF only those that URDF cannot express.
 std::vector<const char*> jointKeys(bool besideUrdf) {
   std::vector<const char*> keys;
   if (!besideUrdf) keys.push_back("name");
@@ -47,8 +47,8 @@ std::vector<const char*> jointKeys(bool besideUrdf) {
   return keys;
 }
 
-/// Copies what the effects have at a joint, and judges all of it.
-/// @returns whether the joint is sound
+/// Reads and checks the values of the effects in a joint.
+/// @returns true if the joint has no fault
 bool takeEffects(const Section& in, Joint& joint) {
   for (const EffectKind* kind : effectKinds()) kind->takeJoint(in, joint);
   const std::vector<Fault> faults = faultsOf(joint);
@@ -124,20 +124,7 @@ struct Expanded {
   Vec2d gravity{0, -9.81};                     ///< m/s², unless the scene sets it
 };
 
-/// Adds one link. `entry` is its key in `links`.
-void append(const std::string& entry, Link link, Joint joint, double q, double qd, Expanded& to) {
-  const int index = static_cast<int>(to.links.size());
-  to.names.links.emplace(link.name, index);
-  to.names.joints.emplace(joint.name, index);
-  to.names.com.push_back(link.com);
-  to.entryOf.emplace(link.name, entry);
-  to.links.push_back(std::move(link));
-  to.joints.push_back(std::move(joint));
-  to.q.push_back(q);
-  to.qd.push_back(qd);
-}
-
-/// Adds every link of an entry, and numbers them if there are several.
+/// Adds the links of an entry, numbered if there are several.
 void append(const Entry& entry, Expanded& to) {
   for (int i = 1; i <= entry.repeat; ++i) {
     const std::string suffix = entry.repeat > 1 ? "_" + std::to_string(i) : "";
@@ -145,7 +132,15 @@ void append(const Entry& entry, Expanded& to) {
     Joint joint = entry.joint;
     link.name += suffix;
     joint.name = joint.name.empty() ? link.name + "_joint" : joint.name + suffix;
-    append(entry.link.name, std::move(link), std::move(joint), entry.q, entry.qd, to);
+    const int at = static_cast<int>(to.links.size());
+    to.names.links.emplace(link.name, at);
+    to.names.joints.emplace(joint.name, at);
+    to.names.com.push_back(link.com);
+    to.entryOf.emplace(link.name, entry.link.name);
+    to.links.push_back(std::move(link));
+    to.joints.push_back(std::move(joint));
+    to.q.push_back(entry.q);
+    to.qd.push_back(entry.qd);
   }
 }
 
@@ -234,11 +229,10 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
     const std::string name = robot.links[i].name;
     const Section in(links.find(name), links.pathOf(name), {"joint", "initial"}, faults);
     const Section ofJoint(in.find("joint"), in.pathOf("joint"), jointKeys(true), faults);
-    Joint joint = robot.joints[i];
-    if (!takeEffects(ofJoint, joint)) joint = {joint.name};
-    double q = 0, qd = 0;
-    takeInitial(in, faults, q, qd);
-    append(name, std::move(robot.links[i]), std::move(joint), q, qd, expanded);
+    Entry entry{std::move(robot.links[i]), std::move(robot.joints[i])};
+    if (!takeEffects(ofJoint, entry.joint)) entry.joint = {entry.joint.name};
+    takeInitial(in, faults, entry.q, entry.qd);
+    append(entry, expanded);
   }
   for (const auto& entry : links.entries()) {
     if (expanded.names.links.count(entry.first) != 0) continue;

@@ -66,12 +66,9 @@ inline void declareScene(CLI::App& app, SceneArguments& to) {
 /// @throws Refused if the file cannot be read
 inline std::string loadText(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  std::string text;
-  std::vector<char> block(1 << 16);
-  while (text.size() <= longestYaml &&
-         (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0)) {
-    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
-  }
+  std::string text(longestYaml + 1, '\0');
+  file.read(&text[0], static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.size() > longestYaml) {
     throw Refused({{path, "at most " + std::to_string(longestYaml) + " bytes", "more"}});
   }

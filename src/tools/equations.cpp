@@ -47,24 +47,19 @@ void declare(CLI::App& app, Arguments& to) {
 /// The numbers between commas, one for each joint. `absent` if none are given.
 Eigen::VectorXd vectorArgument(const char* option, const std::optional<std::string>& given,
                                const std::vector<double>& absent, std::vector<Fault>& faults) {
-  std::vector<double> numbers = absent;
-  if (given) {
-    numbers.clear();
-    std::istringstream list(*given + ',');
-    bool areSound = true;
-    for (std::string part; std::getline(list, part, ',');) {
-      part.erase(0, part.find_first_not_of(' '));
-      const std::optional<double> number = numberIn(part);
-      areSound &= number && std::isfinite(*number);
-      numbers.push_back(number.value_or(0));
-    }
-    if (!areSound || numbers.size() != absent.size()) {
-      faults.push_back(
-          {option,
-           std::to_string(absent.size()) + " finite numbers with commas between, one a joint in chain order",
-           quoted(*given)});
-      numbers = absent;
-    }
+  if (!given)
+    return Eigen::Map<const Eigen::VectorXd>(absent.data(), static_cast<Eigen::Index>(absent.size()));
+  std::vector<double> numbers;
+  std::istringstream list(*given + ',');
+  for (std::string part; std::getline(list, part, ',');) {
+    part.erase(0, part.find_first_not_of(' '));
+    numbers.push_back(numberIn(part).value_or(infinity));
+  }
+  const auto isFinite = [](double number) { return std::isfinite(number); };
+  if (numbers.size() != absent.size() || !std::all_of(numbers.begin(), numbers.end(), isFinite)) {
+    const std::string n = std::to_string(absent.size());
+    faults.push_back(
+        {option, n + " finite numbers with commas between, one per joint in chain order", quoted(*given)});
   }
   return Eigen::Map<Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }

@@ -125,9 +125,8 @@ def chosen(motion, names):
     return sorted({round(k) for k in np.linspace(0, n - 1, min(n, MOST_JOINTS))})
 
 
-def lines(axes, t, curves):
-    for k, (name, values) in enumerate(curves):
-        axes.plot(t, values, DASHES[k // 2 % len(DASHES)], color=COLOURS[k % len(COLOURS)], label=name)
+def style(k):
+    return {"color": COLOURS[k % len(COLOURS)], "linestyle": DASHES[k // 2 % len(DASHES)]}
 
 
 def panels(motion, columns):
@@ -157,7 +156,8 @@ def draw(motion, columns, title):
     first = None
     for row, (label, t, curves, logarithmic) in enumerate(rows):
         first = axes = figure.add_subplot(grid[row, 0], sharex=first)
-        lines(axes, t, curves)
+        for k, (name, values) in enumerate(curves):
+            axes.plot(t, values, label=name, **style(k))
         axes.set_ylabel(label)
         axes.set_yscale("log" if logarithmic else "linear")
         axes.ticklabel_format(axis="x", useOffset=False)
@@ -169,9 +169,8 @@ def draw(motion, columns, title):
 
     phase = figure.add_subplot(grid[:2, 1])
     for k, j in enumerate(columns):
-        lines_of = dict(color=COLOURS[k % len(COLOURS)], linewidth=0.9)
-        phase.plot(motion.q[:, j], motion.qd[:, j], DASHES[k // 2 % len(DASHES)], label=motion.joints[j], **lines_of)
-        phase.plot(motion.q[0, j], motion.qd[0, j], "o", markersize=4, **lines_of)
+        phase.plot(motion.q[:, j], motion.qd[:, j], label=motion.joints[j], linewidth=0.9, **style(k))
+        phase.plot(motion.q[0, j], motion.qd[0, j], "o", markersize=4, color=style(k)["color"])
     phase.set(xlabel="angle q (rad)", ylabel="rate q̇ (rad/s)", title="phase portrait, ● the start")
     key = figure.add_subplot(grid[2, 1])
     key.axis("off")

@@ -87,14 +87,12 @@ Rows rowsOf(double duration, double rate, std::vector<Fault>& faults) {
 
 // ---- The CSV file ----------------------------------------------------------------------------
 
+/// Its functions throw std::runtime_error if writing fails, for example on a full disk.
 class Csv {
  public:
-  /// @throws std::runtime_error when the file cannot be opened
-  explicit Csv(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "w"), std::fclose) {
-    if (!file_) fail();
-  }
-
-  void header(const Chain& chain) {
+  Csv(const std::string& path, const Chain& chain)
+      : path_(path), file_(std::fopen(path.c_str(), "w"), std::fclose) {
+    require(file_ != nullptr);
     std::fputs("t", file_.get());
     for (const char* prefix : {"q_", "qd_"}) {
       for (const Joint& joint : chain.joints())
@@ -103,23 +101,19 @@ class Csv {
     std::fputs(",energy\n", file_.get());
   }
 
-  /// @throws std::runtime_error if writing fails, for example on a full disk
   void row(const Simulation& simulation) {
     std::fprintf(file_.get(), "%.17g", simulation.time());
     for (const double q : simulation.q()) std::fprintf(file_.get(), ",%.17g", q);
     for (const double qd : simulation.qd()) std::fprintf(file_.get(), ",%.17g", qd);
     std::fprintf(file_.get(), ",%.17g\n", simulation.energy().total());
-    if (std::ferror(file_.get())) fail();
+    require(std::ferror(file_.get()) == 0);
   }
 
-  /// @throws std::runtime_error as row()
-  void close() {
-    if (std::fclose(file_.release()) != 0) fail();
-  }
+  void close() { require(std::fclose(file_.release()) == 0); }
 
  private:
-  [[noreturn]] void fail() const {
-    throw std::runtime_error("cannot write " + path_ + ": " + std::strerror(errno));
+  void require(bool isGood) const {
+    if (!isGood) throw std::runtime_error("cannot write " + path_ + ": " + std::strerror(errno));
   }
 
   std::string path_;
@@ -142,11 +136,9 @@ class Progress {
     const auto now = std::chrono::steady_clock::now();
     if (!isShown_ || now < next_) return;
     next_ = now + std::chrono::milliseconds(100);
-    constexpr int width = 40;
-    const int filled = static_cast<int>(width * t / duration_);
-    std::fprintf(stderr, "\r[%s%s] %g of %g s\033[K",
-                 std::string(static_cast<std::size_t>(filled), '#').c_str(),
-                 std::string(static_cast<std::size_t>(width - filled), '.').c_str(), t, duration_);
+    std::string bar(40, '.');
+    std::fill_n(bar.begin(), static_cast<int>(40 * t / duration_), '#');
+    std::fprintf(stderr, "\r[%s] %g of %g s\033[K", bar.c_str(), t, duration_);
     std::fflush(stderr);
   }
 
@@ -279,10 +271,7 @@ int simulate(int argc, char** argv) {
   if (!given.duration) rows = Rows(bags->recordedEnd(), rate);
   Simulation& simulation = bags ? bags->simulation() : alone.emplace(scene);
   std::optional<Csv> csv;
-  if (given.csv) {
-    csv.emplace(*given.csv);
-    csv->header(scene.chain);
-  }
+  if (given.csv) csv.emplace(*given.csv, scene.chain);
 
   // The run, row by row.
   bool isGood = true;
