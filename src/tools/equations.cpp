@@ -175,20 +175,21 @@ void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::Vecto
   for (std::size_t i = 0; i < chain.links().size(); ++i) {
     const Link& link = chain.links()[i];
     const Joint& joint = chain.joints()[i];
+    Json ofJoint = {{"name", joint.name},
+                    {"damping", joint.damping},
+                    {"stiffness", joint.stiffness},
+                    {"rest_angle", joint.restAngle},
+                    {"lower", joint.lower},
+                    {"upper", joint.upper},
+                    {"stop_stiffness", joint.stopStiffness},
+                    {"stop_damping", joint.stopDamping}};
+    ofJoint.update(Json(joint.others));
     links.push_back({{"name", link.name},
                      {"mass", link.mass},
                      {"inertia", link.inertia},
                      {"com", {link.com.x, link.com.y}},
                      {"pin", {link.pin.x, link.pin.y}},
-                     {"joint",
-                      {{"name", joint.name},
-                       {"damping", joint.damping},
-                       {"stiffness", joint.stiffness},
-                       {"rest_angle", joint.restAngle},
-                       {"lower", joint.lower},
-                       {"upper", joint.upper},
-                       {"stop_stiffness", joint.stopStiffness},
-                       {"stop_damping", joint.stopDamping}}}});
+                     {"joint", ofJoint}});
   }
   printKey("{", "gravity", {chain.gravity().x, chain.gravity().y});
   printKey(",", "q", jsonOf(q));
