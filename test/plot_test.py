@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """plot: what it reads from CSV and bag is what simulate wrote; what it draws; what it refuses.
 
-    plot_test.py BIN [unittest options]        BIN: the folder that holds simulate and plot
+    plot_test.py BIN [unittest options]        BIN: the folder that holds simulate, equations and plot
 """
 
 import os
@@ -18,9 +18,11 @@ from in_folder import InFolder
 
 BIN = sys.argv.pop(1)
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "../src/tools"))
+import chain  # noqa: E402
 import plot  # noqa: E402
 import plot_strobe  # noqa: E402
 
+chain.EQUATIONS = os.path.join(BIN, "equations")
 SCENES = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../config/scenes")
 SCENE = os.path.join(SCENES, "triple.yaml")
 JOINTS = ["shoulder_pin", "elbow_pin", "hand_pin"]
@@ -125,7 +127,7 @@ class Plot(InFolder):
         for label in ("x (m)", "y (m)", "time (s)", "way of the tip", "triple.yaml"):
             self.assertIn(label, text)
         self.assertIn("expected --strobe SCENE", self.refused(table, "--at", "0", "1"))
-        self.assertIn("expected a scene", self.refused(table, "--strobe", table))
+        self.assertIn("scene: expected a map", self.refused(table, "--strobe", table))
         motion = plot.read_csv(table)
         for scene, times, apart, fault in (
                 (os.path.join(SCENES, "whip.yaml"), [], 0, "--strobe: expected the scene of shoulder_pin"),

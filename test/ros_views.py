@@ -6,6 +6,7 @@ import os
 import sys
 import unittest
 
+import roslib.packages
 import rospy
 import rostest
 import yaml
@@ -15,6 +16,7 @@ from ros_node import Listener, Node, rod
 
 PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..')
 sys.path.append(os.path.join(PACKAGE, 'src', 'tools'))
+import chain  # noqa: E402
 import show  # noqa: E402
 
 WEIGHT = 2.0 * 9.81  # N: half a unit, which is the rod's length here, 1 m
@@ -98,11 +100,14 @@ class Views(unittest.TestCase):
     def test_rviz_looks_from_as_far_as_the_chain_is_long(self):
         with open(os.path.join(PACKAGE, 'config', 'planar_chain.rviz'), encoding='utf-8') as file:
             config = yaml.safe_load(file)
-        self.assertEqual(show.reach({'links': {'bead': {'com': ['0.01', 0], 'pin': [0.03, 0.04], 'repeat': 100}}}), 5)
-        robot = ('<robot><link name="ground"/><link name="a"/><link name="b"><inertial><origin xyz="0 0 -0.5"/></inertial></link>'
-                 '<joint><parent link="ground"/><child link="a"/><origin xyz="0 0 9"/></joint>'
-                 '<joint><parent link="a"/><child link="b"/><origin xyz="3 0 4"/></joint></robot>')
-        self.assertEqual(show.reach_of_robot(robot), 5.5)
+        chain.EQUATIONS = roslib.packages.find_node('planar_chain', 'equations')[0]
+        scene = rod()
+        scene['links']['rod'].update(repeat=100, com=['1e-2', 0.0], pin=[0.03, 0.04])
+        rospy.set_param('/long', scene)
+        self.assertAlmostEqual(show.reach_of('/long'), 5, delta=1e-12)
+        self.assertEqual(show.reach_of('/none'), show.DEFAULT)
+        rospy.set_param('/refused', {'chain': []})
+        self.assertEqual(show.reach_of('/refused'), show.DEFAULT)
         self.assertEqual([show.cell(size) for size in (0.7, 1.7, 45.0)], [0.5, 1, 20])
         show.fit(config, 5.0)
         manager = config['Visualization Manager']

@@ -4,6 +4,7 @@ rviz_drag.py [--scene NAME] [--to X Y] [--picture OUT.png] [--seconds S]. By han
 with xdotool, xvfb and imagemagick installed. Without --to nothing is dragged: only the picture."""
 
 import argparse
+import json
 import math
 import os
 import subprocess
@@ -66,11 +67,10 @@ class Screen:
         self._server.wait()
 
 
-def tip_of(states, scene):
-    """Of the last link: its outer pin, m."""
-    name, pose = states.name[-1], states.pose[-1]
-    link = scene['links'].get(name) or scene['links'][name.rsplit('_', 1)[0]]
-    dx, dy = (float(pin) - float(com) for pin, com in zip(link['pin'], link['com']))
+def tip_of(states, links):
+    """The outer pin of the last link, m."""
+    pose = states.pose[-1]
+    dx, dy = (pin - com for pin, com in zip(links[-1]['pin'], links[-1]['com']))
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     return pose.x + c * dx - s * dy, pose.y + s * dx + c * dy
 
@@ -85,11 +85,11 @@ def main():
     root = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..')
     sys.path.append(os.path.join(root, 'src', 'tools'))
     import show
-    import yaml
-    with open(os.path.join(root, 'config', 'scenes', arguments.scene + '.yaml'), encoding='utf-8') as file:
-        scene = yaml.safe_load(file)
+    scene = os.path.join(root, 'config', 'scenes', arguments.scene + '.yaml')
+    chain = subprocess.run(['rosrun', 'planar_chain', 'equations', scene, '--chain'], stdout=subprocess.PIPE, check=True)
+    links = json.loads(chain.stdout)['links']
 
-    screen = Screen(show.reach(scene))
+    screen = Screen(show.reach(links))
     launch = subprocess.Popen(['roslaunch', 'planar_chain', 'sim.launch', 'scene:=' + arguments.scene, 'rviz:=true'])
     try:
         rospy.init_node('rviz_drag', anonymous=True)
@@ -101,7 +101,7 @@ def main():
         if arguments.to:
             service('pause', Trigger)()  # or the mouse would come too late
             time.sleep(0.5)
-            begin = tip_of(states.messages[-1], scene)
+            begin = tip_of(states.messages[-1], links)
             screen.press(begin)
             service('resume', Trigger)()
             screen.drag(begin, arguments.to)
@@ -109,7 +109,7 @@ def main():
         if arguments.picture:
             screen.shoot(arguments.picture)
         if arguments.to:
-            end = tip_of(states.messages[-1], scene)
+            end = tip_of(states.messages[-1], links)
             print('tip from (%.3f, %.3f) m to (%.3f, %.3f) m, mouse at (%.3f, %.3f) m, %d messages from rviz' % (
                 *begin, *end, *arguments.to, len(feedback.messages)))
             screen.mouse('mouseup', 1)

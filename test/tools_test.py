@@ -82,7 +82,7 @@ class Tools(InFolder):
         self.assertEqual({row[1] for row in self.rows()[1]}, {0.5})
         os.remove(self.path("out.csv"))
         self.assert_refused(self.simulate("--duration", "1", "--urdf", self.path("robot.urdf")),
-                            "chain: expected nothing beside robot_description")
+                            "chain: expected no chain beside robot_description")
         self.assert_refused(self.simulate("--duration", "1", "--urdf", self.path("robot.urdf"),
                                           scene="robot_description: x"), "nothing beside --urdf")
 
@@ -301,9 +301,40 @@ class Tools(InFolder):
         self.assertLessEqual({"q", "qd", "S_10", "S_20", "T", "V_pd", "W_pd", "A_1", "A_2", "A_3", "F",
                               "M_ext", "tau", "f_ext", "f", "M", "qdd"}, first_words)
 
+    def test_the_chain_is_written_out(self):
+        scene = ("chain: [rope, hook]\ngravity: [1, -2]\nlinks:\n"
+                 "  rope: {mass: 1e-1, inertia: 0, com: [0.5, 0], pin: ['1', 0], repeat: 2,\n"
+                 "         joint: {damping: 3, lower: -1, stop_stiffness: 9}, initial: {angle: 0.2}}\n"
+                 "  hook: {mass: 2, inertia: 1, com: [0, 0.5], pin: [0, 0], joint: {name: eye, stiffness: 4, rest_angle: 5}}\n")
+        free = {"damping": 0, "stiffness": 0, "rest_angle": 0, "lower": None, "upper": None, "stop_stiffness": 0,
+                "stop_damping": 0}
+        link = {"mass": 0.1, "inertia": 0, "com": [0.5, 0], "pin": [1, 0]}
+        held = {**free, "damping": 3, "lower": -1, "stop_stiffness": 9}
+        result = self.run_tool("equations", "--chain", "--qd", "1,2,3", scene=scene)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(json.loads(result.stdout), {
+            "gravity": [1, -2], "q": [0.2, 0.2, 0], "qd": [1, 2, 3], "links": [
+                {**link, "name": "rope_1", "joint": {**held, "name": "rope_1_joint"}},
+                {**link, "name": "rope_2", "joint": {**held, "name": "rope_2_joint"}},
+                {"name": "hook", "mass": 2, "inertia": 1, "com": [0, 0.5], "pin": [0, 0],
+                 "joint": {**free, "name": "eye", "stiffness": 4, "rest_angle": 5}}]})
+
+    def test_the_chain_of_a_robot_is_written_out(self):
+        told = json.loads(self.run_robot("equations", "--chain").stdout)
+        self.assertEqual([told[key] for key in ("gravity", "q", "qd")], [[0, -9.81], [0], [0]])
+        link, = told["links"]
+        self.assertEqual((link["name"], link["mass"], link["com"], link["joint"]["name"]), ("rod", 2, [0, -0.5], "pin"))
+        self.assertAlmostEqual(link["inertia"], 0.25, delta=1e-15)
+
+    def test_the_chain_comes_alone(self):
+        for other in ("--json", "--linearize"):
+            self.assert_refused(self.run_tool("equations", "--chain", other), "--chain", other)
+
     def test_dense_matrices_have_a_limit(self):
         long = f"chain: [l]\nlinks: {{l: {ROD[:-1]}, repeat: 100000}}}}\n"
         self.assert_refused(self.run_tool("equations", scene=long), "at most 1000 links")
+        chain = json.loads(self.run_tool("equations", "--chain", scene=long).stdout)
+        self.assertEqual(len(chain["links"]), 100000)
 
 
 if __name__ == "__main__":

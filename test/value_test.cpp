@@ -169,7 +169,7 @@ TEST(Value, AliasesCannotExplode) {
 }
 
 TEST(Value, AliasesOfWhatIsNotCompleteAreRefused) {
-  EXPECT_NE(refusal("a: &a [1, *a]\n").find("an alias of what is complete"), std::string::npos);
+  EXPECT_NE(refusal("a: &a [1, *a]\n").find("an alias of a complete value"), std::string::npos);
   EXPECT_NE(refusal("a: *nobody\n"), "");
 }
 

@@ -1,10 +1,10 @@
 #pragma once
 
-/// The chain: pin-connected rigid bodies in the plane, numbered from the ground pin outwards.
+/// The chain: rigid bodies in the plane, connected by pins and numbered from the ground outwards.
 ///
-/// Letters of the notes: r^i = com, p^i = pin, m_i = mass, I_i = inertia, k_i, d_i, q0_i of the
-/// joint at the body's inner pin. Body i's inner pin is body i−1's outer pin; body 1's is fixed at
-/// the origin of the base frame.
+/// The inner pin of body i is the outer pin of body i−1. The inner pin of body 1 is fixed at the origin of
+/// the base frame. Letters of the notes: r^i = com, p^i = pin, m_i = mass, I_i = inertia; k_i, d_i, q0_i of
+/// the joint at the inner pin.
 
 #include <cmath>
 #include <cstddef>
@@ -26,18 +26,18 @@ struct Link {
   Vec2d pin;           ///< p, m, link frame, from the inner pin to the outer one
 };
 
-/// The joint at a link's inner pin. Its own torque on the link is −stiffness (q − restAngle) −
-/// damping q̇; the link before (or the ground) gets the opposite.
+/// The joint at a link's inner pin. Its torque on the link is −stiffness (q − restAngle) − damping q̇. The
+/// opposite torque acts on the previous link, or on the ground.
 struct Joint {
   std::string name;
   double stiffness = 0;  ///< k, N m/rad, ≥ 0
   double damping = 0;    ///< d, N m s/rad, ≥ 0
   double restAngle = 0;  ///< q0, rad
 
-  // The limits of q, and the stops that push it back; see stops.h.
+  // The limits of q, and their stops, which push q back; see effects/stops.h.
   double lower = -std::numeric_limits<double>::infinity();  ///< rad
   double upper = std::numeric_limits<double>::infinity();   ///< rad
-  double stopStiffness = 0;                                 ///< N m/rad, > 0 where there is a limit
+  double stopStiffness = 0;                                 ///< N m/rad, > 0 if there is a limit
   double stopDamping = 0;                                   ///< N m s/rad, ≥ 0
 
   /// Values of effects that have no member here, with their keys in the scene.
@@ -74,22 +74,21 @@ constexpr std::size_t index(int i) {
   return static_cast<std::size_t>(i);
 }
 
-/// What is wrong with the values of one link or joint; paths are keys of the scene below the link:
-/// "mass", "joint/damping".
+/// The faults in the values of one link or joint. Paths are keys of the scene below the link, such as "mass"
+/// or "joint/damping".
 std::vector<Fault> faultsOf(const Link& link);
 std::vector<Fault> faultsOf(const Joint& joint);
 
-/// Validated once, then immutable.
+/// A chain whose values have been checked. Immutable.
 class Chain {
  public:
-  /// joints[i] sits at the inner pin of links[i]; gravity in m/s², base frame.
-  /// @throws Refused with every fault: no links, sizes that differ, names empty or given twice,
-  /// values
-  ///   out of range or not finite, and a mass matrix that is singular in some configuration, at the
-  ///   path `links/<name>`. The latter is exact. T = ½ Σ m|v|² + I ω² vanishes for a motion in which
-  ///   the first body that turns has I = 0 and r = 0 (its centre of mass stays), and every body
-  ///   further out either stands still or, carried along by its inner pin, turns about its centre
-  ///   of mass with I = 0.
+  /// joints[i] is at the inner pin of links[i]. gravity: m/s², base frame.
+  /// @throws Refused with every fault: no links; sizes that differ; names that are empty or not unique;
+  /// values out of
+  ///   range or not finite; and, at the path `links/<name>`, a mass matrix that is singular in some
+  ///   configuration. That test is exact: T = ½ Σ m|v|² + I ω² vanishes for a motion in which the first body
+  ///   that turns has I = 0 and r = 0 (its centre of mass stays), and every body further out either stands
+  ///   still or, carried by its inner pin, turns about its centre of mass with I = 0.
   Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity);
 
   int size() const { return static_cast<int>(links_.size()); }  ///< n

@@ -1,6 +1,6 @@
 #pragma once
 
-/// How input is refused: every fault at once, each with its path, what was expected, what was
+/// How input is refused: with all its faults at once. Each fault has a path, what was expected and what was
 /// found.
 
 #include <stdexcept>
@@ -10,18 +10,18 @@
 namespace planar_chain {
 
 struct Fault {
-  std::string path;      ///< from the scene's root, such as "links/lower/mass"
+  std::string path;      ///< from the root of the scene, such as "links/lower/mass"
   std::string expected;  ///< such as "a number > 0 kg"
-  std::string found;     ///< as the user wrote it, such as "\"heavy\"" or "nothing"
+  std::string found;     ///< as the user wrote it, such as "\"heavy\"", or "nothing"
 };
 
 /// "links/lower/mass: expected a number > 0 kg, got \"heavy\""
 std::string toString(const Fault& fault);
-/// All of them, in one line if nothing else is said.
+/// All faults, by default on one line.
 std::string toString(const std::vector<Fault>& faults, const char* between = "; ");
 
-/// Thrown by whatever takes input from outside. what() has one line a fault. Of more than 1000 it keeps the
-/// first 1000, and one more that says how many there were.
+/// Thrown for input that is refused. what() has one line per fault. Of more than 1000 faults it keeps the
+/// first 1000 and adds one that gives their number.
 class Refused : public std::invalid_argument {
  public:
   explicit Refused(std::vector<Fault> faults);
@@ -31,17 +31,18 @@ class Refused : public std::invalid_argument {
   std::vector<Fault> faults_;
 };
 
-// ---- How a fault shows what was found --------------------------------------------------------------
+// ---- Numbers and text in faults --------------------------------------------------------------------
 
 /// The shortest decimal number that reads back as the same double: 15 to 17 digits, in any locale.
 std::string toText(double number);
 
-/// A longer text is cut behind so many bytes, between two characters of UTF-8, and ends with "…".
+/// Longest text in a fault, bytes.
 constexpr std::size_t longestShown = 80;
+/// Cuts a longer text between two characters of UTF-8 and appends "…".
 std::string cutToShow(std::string text);
-/// The same with a space in place of each control character.
+/// As cutToShow, with a space for each control character.
 std::string onOneLine(const std::string& text);
-/// The same in double quotes.
+/// As onOneLine, in double quotes.
 std::string quoted(const std::string& text);
 
 }  // namespace planar_chain

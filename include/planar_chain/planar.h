@@ -2,10 +2,9 @@
 
 /// The plane: vectors, rotations and symmetric tensors of two dimensions.
 ///
-/// A vector of the plane is a complex number z = x + i y. i·z turns it by +90°, a·b is the dot
-/// product, a×b = (i a)·b the component of the cross product along k̂. Everything is a plain value,
-/// allocates nothing and throws nothing. Real is double in the program; any field with +, −, ×
-/// works (long double in tests).
+/// A vector of the plane is a complex number z = x + i y. i·z turns it by +90°. a·b is the dot product and
+/// a×b = (i a)·b the component of the cross product along k̂. Everything is a plain value, allocates nothing
+/// and throws nothing. Real is double in the program. Any field with +, −, × works; tests use long double.
 
 #include <cmath>
 
@@ -13,7 +12,7 @@ namespace planar_chain {
 
 constexpr double pi = 3.14159265358979323846;
 
-/// a b + c; a number type of which the CPU does this at once, and rounds once, has a function of its own.
+/// a b + c. Number types with a fused multiply-add, which rounds once, overload it.
 template <class A, class B, class C>
 constexpr C mulAdd(A a, B b, C c) {
   return a * b + c;
@@ -91,7 +90,7 @@ inline double length(Vec2<double> a) {
   return std::hypot(a.x, a.y);
 }
 
-/// e = exp(i θ): turns body components into ground components.
+/// e = exp(i θ). It turns body components into ground components.
 template <class Real>
 struct Rotation {
   Real c{1};

@@ -1,7 +1,7 @@
 #pragma once
 
-/// A scene: everything that a simulation needs, as plain values. Written by hand in C++ or read by
-/// scene_reader.h; config/README.md explains every key.
+/// A scene: everything that a simulation needs, as plain values. Fill it in C++ or read it with
+/// scene_reader.h. config/README.md explains every key.
 
 #include <limits>
 #include <optional>
@@ -13,22 +13,22 @@
 
 namespace planar_chain {
 
-/// The factor of a load in time.
+// The factor of a load as a function of time.
 struct Constant {};
 /// sin(2π frequency t + phase)
 struct Sine {
   double frequency = 0;  ///< Hz
   double phase = 0;      ///< rad
 };
-/// Straight lines through (times, values); before the first and after the last the value is held.
+/// Straight lines through (times, values). The first value holds before, the last one after.
 struct Ramp {
   std::vector<double> times;  ///< s, strictly increasing, at least two
   std::vector<double> values;
 };
 using TimeLaw = std::variant<Constant, Sine, Ramp>;
 
-/// A load acts on a link (force at a point, moment) and/or in a joint (torque), with one time law,
-/// in start ≤ t < stop.
+/// A load acts on a link (force at a point, moment), in a joint (torque), or both. One time law multiplies
+/// all of them. It acts in start ≤ t < stop.
 struct Load {
   static constexpr int none = -1;
 
@@ -38,7 +38,7 @@ struct Load {
   Vec2d point;        ///< m, link frame, from the inner pin
   double moment = 0;  ///< N m, on the link
   int joint = none;   ///< index
-  double torque = 0;  ///< N m: + on the joint's link, − on the link before
+  double torque = 0;  ///< N m: + on the joint's link, − on the previous link
   TimeLaw law = Constant{};
   double start = 0;  ///< s
   double stop = std::numeric_limits<double>::infinity();
@@ -53,14 +53,14 @@ struct IntegratorSettings {
   double step = 1e-3;           ///< s, for methods of fixed step
 };
 
-/// What the node publishes, and simulate writes into a bag; the other tools check it like everything else.
+/// What the node publishes and `simulate --bag` writes. Other tools only check it.
 struct PublishSettings {
-  double rate = 200;       ///< Hz of joint_states and link_states: the node's tick
+  double rate = 200;       ///< Hz of joint_states, link_states and the node's ticks
   double tfRate = 50;      ///< Hz of /tf, at most rate
   double statusRate = 10;  ///< Hz of status, at most rate
   bool tf = true;
   bool linkStates = true;
-  std::optional<std::string> framePrefix;  ///< absent: the node's namespace, if it has one
+  std::optional<std::string> framePrefix;  ///< default: the node's namespace, if it has one
   std::string worldFrame = "world";
   std::string baseFrame = "base_link";
 };
@@ -72,9 +72,9 @@ struct Scene {
   std::vector<Load> loads;
   IntegratorSettings integrator;
   PublishSettings publish;
-  double commandTimeout = 0;  ///< s of sim time after which a held command lapses; 0: never
-  /// Sim time per wall time where the node owns /clock, 0: as fast as it goes; absent: it does not. Node
-  /// only.
+  double commandTimeout = 0;  ///< s of simulated time after which a held command ends; 0: never
+  /// Simulated time per wall time; 0: as fast as possible. If given, the node publishes /clock. Tools ignore
+  /// it.
   std::optional<double> realTimeFactor = std::nullopt;
 };
 

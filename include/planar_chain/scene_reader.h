@@ -1,7 +1,7 @@
 #pragma once
 
-/// From a tree of values to a scene, or to the full list of what is wrong with it. The one reader: files,
-/// ROS parameters and overrides of the command line all pass here. config/README.md explains the keys.
+/// Makes a scene from a tree of values, or refuses it with all its faults. Files, ROS parameters and
+/// command-line overrides all pass through this reader. config/README.md explains the keys.
 
 #include <string>
 
@@ -14,7 +14,7 @@ namespace planar_chain {
 ///   links/lower/mass: expected a number > 0 kg, got "heavy"
 Scene readScene(const Value& value);
 
-/// @throws Refused as parseYaml, or as readScene.
+/// @throws Refused as parseYaml and readScene
 Scene readSceneText(const std::string& yaml);
 
 }  // namespace planar_chain

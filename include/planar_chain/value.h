@@ -1,11 +1,11 @@
 #pragma once
 
-/// A tree of plain values: what a scene is before it is understood. One road leads here from YAML text
-/// (parseYaml), another from ROS parameters; from here on there is one reader (scene_reader.h).
+/// A tree of plain values: the input of the scene reader. It comes from a YAML text (parseYaml) or from ROS
+/// parameters.
 ///
-/// So that both roads give the same tree, plain scalars of a YAML text are resolved as ROS's own
-/// reader, PyYAML (YAML 1.1), resolves them: yes, no, on, off are bools, and 1e-3, for want of a dot,
-/// is text. In return, text that is wholly a decimal number counts as a number (numberIn).
+/// Both sources give the same tree, because plain scalars of a YAML text are resolved as by PyYAML
+/// (YAML 1.1), which ROS uses: yes, no, on and off are bools, and 1e-3 is text because it has no dot. A text
+/// that spells a decimal number counts as a number (numberIn).
 
 #include <map>
 #include <optional>
@@ -21,10 +21,11 @@ namespace planar_chain {
 class Value {
  public:
   using List = std::vector<Value>;
-  using Map = std::map<std::string, Value>;  ///< by key, so that the order is the same on every road
+  using Map =
+      std::map<std::string, Value>;  ///< sorted by key, so that the order does not depend on the source
 
-  /// A number as readers of YAML do not agree on it: 010 (octal 8), 0x10, 1_000, 1:30 (90). Only
-  /// parseYaml makes it; nothing accepts it.
+  /// A number on which YAML readers disagree: 010 (octal 8), 0x10, 1_000, 1:30 (90). Only parseYaml makes it.
+  /// It is always refused.
   struct OddNumber {
     std::string text;
   };
@@ -53,28 +54,29 @@ class Value {
   std::variant<std::monostate, bool, double, std::string, OddNumber, List, Map> content_;
 };
 
-/// The number that a text spells, whatever the locale: an optional sign, decimal digits with at most one
-/// dot, an optional exponent; or nan, inf, .nan, .inf. No leading zeros in a whole number. One too large
-/// for a double is infinite.
+/// The number that a text spells, in any locale: an optional sign, decimal digits with at most one dot, an
+/// optional exponent; or nan, inf, .nan, .inf. A whole number has no leading zeros. A number too large for a
+/// double is infinite.
 std::optional<double> numberIn(const std::string& text);
 
-/// The number that a value is or, as text, spells.
+/// The number that a value holds or, as text, spells.
 std::optional<double> numberIn(const Value& value);
 
-/// How a value is shown to the one who wrote it: text in double quotes, [1, 2, 3], null as nothing; on
-/// one line, and cut where it gets long.
+/// A value as faults show it: text in double quotes, a list as [1, 2, 3], null as nothing. It is on one line,
+/// and cut if it is long.
 std::string describe(const Value& value);
 
-/// `value` may be null: absent.
+/// The same. A null pointer, an absent value, is shown as nothing.
 std::string describe(const Value* value);
 
-/// Bytes. A scene of every link that a chain may have is shorter.
+/// Longest YAML text, bytes. A scene that lists every link of the longest chain is shorter.
 constexpr std::size_t longestYaml = 1 << 24;
 
-/// The tree of one YAML document.
-/// @throws Refused what is not YAML (with line and column), more than one document, keys that are given
-///   twice or are no text, explicit tags, more than 16 levels, more than a million values, more than
-///   longestYaml bytes (aliases counted as often as they are used).
+/// Parses one YAML document.
+/// @throws Refused if the text is not YAML (with line and column) or has more than one document, keys that
+/// are repeated
+///   or not text, explicit tags, more than 16 levels, more than a million values or more than longestYaml
+///   bytes. Aliases count as often as they are used.
 Value parseYaml(const std::string& text);
 
 }  // namespace planar_chain

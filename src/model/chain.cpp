@@ -21,7 +21,7 @@ void requireFinite(std::vector<Fault>& faults, const char* path, Vec2d given, co
   faults.push_back({path, std::string("two finite numbers [x, y], in ") + unit, toText(given)});
 }
 
-/// An offset whose moment of inertia is no number of the machine any more.
+/// Records a fault if the moment of inertia for this offset overflows.
 void requireMoment(std::vector<Fault>& faults, const char* path, const Link& link, Vec2d offset) {
   const double moment = link.mass * dot(offset, offset) + link.inertia;
   if (std::isfinite(moment)) return;
@@ -46,27 +46,26 @@ std::vector<Fault> faultsOf(const Link& link) {
 
 namespace {
 
-/// I = 0 and r = 0, to the machine: about its inner pin the link has no moment of inertia.
+/// True if the link has no moment of inertia about its inner pin, in machine numbers: I = 0 and r = 0.
 bool isPointOnPin(const Link& link) {
   return link.inertia + link.mass * dot(link.com, link.com) == 0;
 }
 
-/// Why no mass moves when link j turns in some configuration, if there is one.
+/// The reason why no mass moves when link j turns, if there is a configuration in which this is so.
 std::optional<std::string> motionWithoutMass(const std::vector<Link>& links, std::size_t j) {
   if (!isPointOnPin(links[j])) return std::nullopt;
   const std::string itself = "a point mass on its inner pin";
   if (j + 1 == links.size()) return itself + " at the end of the chain";
-  if (links[j].pin == Vec2d{}) return itself + " with the outer pin on it too";
+  if (links[j].pin == Vec2d{}) return itself + ", which is its outer pin too";
 
-  // Its outer pin does move. A link carried along stands still in its centre of mass only if that is
-  // off the pin and, in some configuration, in line; it must turn, so I = 0. Its own outer pin moves
-  // on, unless it is in the centre of mass.
+  // The outer pin of link j moves and carries the next link along. That link's centre of mass stands still in
+  // some configuration only if it is off the pin. The link turns then, so I must be 0. Its own outer pin
+  // moves in turn, unless the pin is the centre of mass.
   for (std::size_t k = j + 1; k < links.size(); ++k) {
     const Link& link = links[k];
     if (link.inertia > 0 || isPointOnPin(link)) return std::nullopt;
     if (k + 1 == links.size() || link.pin == link.com) {
-      return itself + ", which turns freely when the links out to " + link.name +
-             ", point masses all, are in line";
+      return itself + ", which turns freely when the point masses out to " + link.name + " are in line";
     }
   }
   return std::nullopt;
@@ -76,25 +75,21 @@ void requireRegular(std::vector<Fault>& faults, const std::vector<Link>& links) 
   for (std::size_t j = 0; j < links.size(); ++j) {
     if (const auto why = motionWithoutMass(links, j)) {
       faults.push_back({"links/" + links[j].name,
-                        "inertia > 0 kg m² or a centre of mass off the inner pin (or the mass "
+                        "inertia > 0 kg m² or a centre of mass off the inner pin (otherwise the mass "
                         "matrix is singular)",
                         *why});
     }
   }
 }
 
-}  // namespace
-
 // ---- Chain -----------------------------------------------------------------------------------
-
-namespace {
 
 void requireName(std::vector<Fault>& faults, std::set<std::string>& taken, const std::string& path,
                  const std::string& name) {
   if (name.empty()) {
     faults.push_back({path, "a name", "nothing"});
   } else if (!taken.insert(name).second) {
-    faults.push_back({path, "a name that no other has", quoted(name)});
+    faults.push_back({path, "a unique name", quoted(name)});
   }
 }
 
@@ -102,12 +97,13 @@ void requireName(std::vector<Fault>& faults, std::set<std::string>& taken, const
 
 Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity)
     : links_(std::move(links)), joints_(std::move(joints)), gravity_(gravity) {
-  if (links_.empty()) throw Refused({{"chain", "one link at least", "none"}});
+  if (links_.empty()) throw Refused({{"chain", "at least one link", "none"}});
   if (joints_.size() != links_.size()) {
     throw Refused(
-        {{"chain", std::to_string(links_.size()) + " joints, one a link", std::to_string(joints_.size())}});
+        {{"chain", std::to_string(links_.size()) + " joints, one per link", std::to_string(joints_.size())}});
   }
 
+  // Every link and joint by itself, and their names.
   std::vector<Fault> faults;
   requireFinite(faults, "gravity", gravity_, "m/s²");
   std::set<std::string> linkNames;
@@ -124,6 +120,8 @@ Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity)
       }
     }
   }
+
+  // The links together.
   if (isSound) requireRegular(faults, links_);
   if (!faults.empty()) throw Refused(std::move(faults));
 }

@@ -22,7 +22,7 @@ std::vector<Fault>& shorten(std::vector<Fault>& faults) {
 
 }  // namespace
 
-// ---- How numbers and text are shown ---------------------------------------------------------------
+// ---- Numbers and text in faults -------------------------------------------------------------------
 
 std::string toText(double number) {
   if (std::isnan(number)) return "nan";

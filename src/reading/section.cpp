@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <utility>
 
 namespace planar_chain {
@@ -20,7 +19,7 @@ double unjudgedNumber(const Value& value) {
   return std::isfinite(*number) ? *number : infinity;
 }
 
-/// A number that came as text is shown as a number.
+/// The value as the fault shows it: a number spelt as text is shown without quotes.
 std::string found(const Value* value) {
   const std::string shown = describe(value);
   const bool isNumber = value && value->text() && numberIn(*value);
@@ -45,15 +44,13 @@ NumberRule NumberRule::from(double low, const std::string& unit) {
 
 const char* const nameInWords = "a name (a letter, then letters, digits and underscores, at most 64)";
 
-bool isName(const std::string& text) {
-  return !text.empty() && text.size() <= longestName && isLetter(text[0]) &&
-         std::all_of(text.begin(), text.end(),
-                     [](char c) { return isLetter(c) || (c >= '0' && c <= '9') || c == '_'; });
+bool isWordCharacter(char c) {
+  return isLetter(c) || (c >= '0' && c <= '9') || c == '_';
 }
 
-std::string stepOf(const std::string& key) {
-  const std::string quoted = describe(Value(key));
-  return quoted.substr(1, quoted.size() - 2);
+bool isName(const std::string& text) {
+  return !text.empty() && text.size() <= longestName && isLetter(text[0]) &&
+         std::all_of(text.begin(), text.end(), isWordCharacter);
 }
 
 Section::Section(const Value* value, std::string path, const std::vector<const char*>& known,
@@ -62,8 +59,7 @@ Section::Section(const Value* value, std::string path, const std::vector<const c
   static const Value::Map empty;
   map_ = value && value->map() ? value->map() : &empty;
 
-  std::string names;
-  for (const char* key : known) names += (names.empty() ? "" : ", ") + std::string(key);
+  const std::string names = inCommas(known);
   if (value && !value->map()) {
     const std::string keys = names.empty() ? "" : " with keys of: " + names;
     faults.push_back({path_.empty() ? "scene" : path_, "a map" + keys, describe(*value)});
@@ -72,7 +68,7 @@ Section::Section(const Value* value, std::string path, const std::vector<const c
   for (const auto& entry : *map_) {
     const std::string& key = entry.first;
     if (std::find(known.begin(), known.end(), key) == known.end()) {
-      faults.push_back({pathOf(key), "one of the keys " + names, describe(Value(key))});
+      faults.push_back({pathOf(key), "one of the keys " + names, quoted(key)});
     }
   }
 }
@@ -83,7 +79,7 @@ const Value* Section::find(const std::string& key) const {
 }
 
 std::string Section::pathOf(const std::string& key) const {
-  return path_.empty() ? stepOf(key) : path_ + "/" + stepOf(key);
+  return (path_.empty() ? "" : path_ + "/") + onOneLine(key);
 }
 
 void Section::fault(const std::string& key, const std::string& expected) const {
@@ -103,65 +99,58 @@ Vec2d Section::unjudged(const std::string& key, Vec2d absent) const {
   return {unjudgedNumber((*list)[0]), unjudgedNumber((*list)[1])};
 }
 
-bool Section::take(const std::string& key, const NumberRule& rule, double& target) const {
-  if (!has(key)) return false;
-  const double number = unjudged(key, noNumber);
-  if (std::isfinite(number) && rule.holds(number)) {
-    target = number;
-    return true;
+/// Sets the target to the value found. Without one, records a fault if the key is there.
+template <class T>
+bool Section::accept(const std::string& key, std::optional<T> found, const std::string& expected,
+                     T& target) const {
+  if (found) {
+    target = std::move(*found);
+  } else if (has(key)) {
+    fault(key, expected);
   }
-  fault(key, (std::isinf(number) ? "a finite number " : "a number ") + rule.which);
-  return false;
+  return found.has_value();
+}
+
+bool Section::take(const std::string& key, const NumberRule& rule, double& target) const {
+  std::optional<double> number = unjudged(key, noNumber);
+  const char* const kind = std::isinf(*number) ? "a finite number " : "a number ";
+  if (!std::isfinite(*number) || !rule.holds(*number)) number.reset();
+  return accept(key, number, kind + rule.which, target);
 }
 
 bool Section::take(const std::string& key, const char* unit, Vec2d& target) const {
-  if (!has(key)) return false;
-  const Vec2d pair = unjudged(key, Vec2d{});
-  if (isFinite(pair)) {
-    target = pair;
-    return true;
-  }
-  fault(key, std::string("two finite numbers [x, y], in ") + unit);
-  return false;
+  std::optional<Vec2d> pair = unjudged(key, Vec2d{noNumber, noNumber});
+  if (!isFinite(*pair)) pair.reset();
+  return accept(key, pair, std::string("two finite numbers [x, y], in ") + unit, target);
 }
 
 bool Section::take(const std::string& key, bool& target) const {
   const Value* value = find(key);
-  if (!value) return false;
-  if (value->flag()) {
-    target = *value->flag();
-    return true;
-  }
-  fault(key, "true or false");
-  return false;
+  const bool* flag = value ? value->flag() : nullptr;
+  return accept(key, flag ? std::optional(*flag) : std::nullopt, "true or false", target);
+}
+
+bool Section::takeText(const std::string& key, const std::function<bool(const std::string&)>& isAllowed,
+                       const std::string& expected, std::string& target) const {
+  const Value* value = find(key);
+  const std::string* text = value ? value->text() : nullptr;
+  return accept(key, text && isAllowed(*text) ? std::optional(*text) : std::nullopt, expected, target);
 }
 
 bool Section::takeName(const std::string& key, std::string& target) const {
-  const Value* value = find(key);
-  if (!value) return false;
-  if (value->text() && isName(*value->text())) {
-    target = *value->text();
-    return true;
-  }
-  fault(key, nameInWords);
-  return false;
+  return takeText(key, isName, nameInWords, target);
 }
 
 bool Section::takeNumbers(const std::string& key, const char* unit, std::vector<double>& target) const {
   const Value* value = find(key);
-  if (!value) return false;
-  std::vector<double> numbers;
-  if (value->list()) {
-    for (const Value& entry : *value->list()) numbers.push_back(unjudgedNumber(entry));
+  std::optional<std::vector<double>> numbers;
+  if (value && value->list() && value->list()->size() >= 2) {
+    numbers.emplace();
+    for (const Value& entry : *value->list()) numbers->push_back(unjudgedNumber(entry));
+    const auto isSound = [](double number) { return std::isfinite(number); };
+    if (!std::all_of(numbers->begin(), numbers->end(), isSound)) numbers.reset();
   }
-  const bool areSound =
-      std::all_of(numbers.begin(), numbers.end(), [](double number) { return std::isfinite(number); });
-  if (numbers.size() >= 2 && areSound) {
-    target = std::move(numbers);
-    return true;
-  }
-  fault(key, std::string("a list of two or more finite numbers, in ") + unit);
-  return false;
+  return accept(key, numbers, std::string("a list of two or more finite numbers, in ") + unit, target);
 }
 
 }  // namespace planar_chain

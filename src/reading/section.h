@@ -1,8 +1,9 @@
 #pragma once
 
-/// A map of the scene that is being read: hands out its keys as what they should be, and notes every
-/// fault with its full path. Internal to the reader.
+/// Section: one map of a scene. It returns the values of its keys and records every fault with its full path.
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,9 +13,9 @@
 
 namespace planar_chain {
 
-/// A range of finite numbers in words and in figures.
+/// A range of finite numbers, in words and as bounds.
 struct NumberRule {
-  std::string which;  ///< such as "> 0 s"; reads on from "a number "
+  std::string which;  ///< such as "> 0 s"; follows "a number "
   double low;
   double high;
   bool isLowIn;
@@ -26,42 +27,56 @@ struct NumberRule {
   static NumberRule from(double low, const std::string& unit);
 };
 
-/// What becomes a name in ROS, TF and URDF: a letter, then letters, digits, underscores; at most 64.
+/// A letter of ASCII, a digit or _.
+bool isWordCharacter(char c);
+
+/// True if ROS, TF and URDF accept the text as a name: a letter, then letters, digits, underscores; at
+/// most 64.
 bool isName(const std::string& text);
 extern const char* const nameInWords;
 
-/// A key or name as part of a path, which is one line of decent length.
-std::string stepOf(const std::string& key);
+/// "a, b, c"
+template <class Names>
+std::string inCommas(const Names& names) {
+  std::string line;
+  for (const auto& name : names) line += (line.empty() ? "" : ", ") + std::string(name);
+  return line;
+}
 
 class Section {
  public:
-  /// The map at `value`; absent (null pointer) is an empty one, anything else is a fault. Keys other than
-  /// `known` are faults; an empty `known` admits every key.
+  /// Reads `value` as a map. A null pointer (an absent key) counts as an empty map. Any other value is a
+  /// fault. Keys other than `known` are faults. An empty `known` accepts every key.
   Section(const Value* value, std::string path, const std::vector<const char*>& known,
           std::vector<Fault>& faults);
 
   const Value::Map& entries() const { return *map_; }
   const Value* find(const std::string& key) const;
   bool has(const std::string& key) const { return find(key) != nullptr; }
-  /// Full path of a key, or, as "joint/name", of a key of a map of this one.
+  /// Full path of a key. "joint/name" is a key of a map of this one.
   std::string pathOf(const std::string& key) const;
-  /// Notes that the key is not what was expected. Found is what stands there.
+  /// Records a fault: the key holds something other than `expected`.
   void fault(const std::string& key, const std::string& expected) const;
 
-  // Numbers whose range somebody else judges (faultsOf): what is no number comes as NaN, and a number
-  // that is not finite as ∞. The absent ones come as given.
+  // Numbers whose range the caller checks (faultsOf). A value that is not a number gives NaN, a number that
+  // is not finite gives ∞, an absent key gives `absent`.
   double unjudged(const std::string& key, double absent) const;
   Vec2d unjudged(const std::string& key, Vec2d absent) const;
 
-  // Judged here. A faulty or absent value leaves `target` alone.
-  /// @returns whether the target was set
+  // Values that are checked here. A faulty or absent value leaves `target` as it is.
+  /// @returns true if the target was set
   bool take(const std::string& key, const NumberRule& rule, double& target) const;
   bool take(const std::string& key, const char* unit, Vec2d& target) const;
   bool take(const std::string& key, bool& target) const;
+  bool takeText(const std::string& key, const std::function<bool(const std::string&)>& isAllowed,
+                const std::string& expected, std::string& target) const;
   bool takeName(const std::string& key, std::string& target) const;
   bool takeNumbers(const std::string& key, const char* unit, std::vector<double>& target) const;
 
  private:
+  template <class T>
+  bool accept(const std::string& key, std::optional<T> found, const std::string& expected, T& target) const;
+
   const Value::Map* map_;
   std::string path_;
   std::vector<Fault>* faults_;

@@ -28,7 +28,7 @@ bool isOneOf(const std::string& text, const char* const (&words)[n]) {
   return std::find(std::begin(words), std::end(words), text) != std::end(words);
 }
 
-/// [+-]? (digits (. digits?)? | . digits) ([eE] [+-]? digits)?
+/// [+-]? (digits (. digits?)? | . digits) ([eE] [+-]? digits)?, without leading zeros in a whole number
 bool isDecimal(const std::string& text) {
   std::size_t i = 0;
   const auto sign = [&] {
@@ -85,11 +85,22 @@ std::optional<double> numberIn(const Value& value) {
   return std::nullopt;
 }
 
-// ---- Values as their writer knows them -------------------------------------------------------
+// ---- Values as they are shown -----------------------------------------------------------------
 
 namespace {
 
-/// Appends a value; stops soon after the longest that is shown.
+template <class Entries, class AppendOne>
+void appendAll(std::string& line, const char* brackets, const Entries& entries, const AppendOne& appendOne) {
+  line += brackets[0];
+  for (const auto& entry : entries) {
+    if (line.back() != brackets[0]) line += ", ";
+    if (line.size() > longestShown) break;
+    appendOne(entry);
+  }
+  line += brackets[1];
+}
+
+/// Appends a value. Stops soon after longestShown.
 void append(std::string& line, const Value& value) {
   if (value.flag()) {
     line += *value.flag() ? "true" : "false";
@@ -98,24 +109,15 @@ void append(std::string& line, const Value& value) {
   } else if (value.text()) {
     line += quoted(*value.text());
   } else if (value.oddNumber()) {
-    line += cutToShow(value.oddNumber()->text) + " (not read alike by all: write it as a decimal number)";
+    line +=
+        cutToShow(value.oddNumber()->text) + " (YAML readers disagree on this number: write it in decimal)";
   } else if (value.list()) {
-    line += '[';
-    for (const Value& entry : *value.list()) {
-      if (line.back() != '[') line += ", ";
-      if (line.size() > longestShown) break;
-      append(line, entry);
-    }
-    line += ']';
+    appendAll(line, "[]", *value.list(), [&line](const Value& entry) { append(line, entry); });
   } else if (value.map()) {
-    line += '{';
-    for (const auto& [key, entry] : *value.map()) {
-      if (line.back() != '{') line += ", ";
-      if (line.size() > longestShown) break;
-      line += onOneLine(key) + ": ";
-      append(line, entry);
-    }
-    line += '}';
+    appendAll(line, "{}", *value.map(), [&line](const Value::Map::value_type& entry) {
+      line += onOneLine(entry.first) + ": ";
+      append(line, entry.second);
+    });
   } else {
     line += "nothing";
   }
@@ -149,7 +151,8 @@ std::string notTooMany() {
   return "at most " + std::to_string(mostValues) + " values in all";
 }
 
-/// What is too large for any scene, before the parser sees it, which takes some 200 bytes for each of these.
+/// Refuses a text that is too large for any scene. The parser would take some 200 bytes for each of the
+/// characters counted here.
 void requireBounds(const std::string& text) {
   if (text.size() > longestYaml) refuse("scene", notTooLong(), std::to_string(text.size()));
   const auto marks = std::count_if(text.begin(), text.end(), [](char c) {
@@ -164,7 +167,7 @@ std::string placeOf(const YAML::Mark& mark) {
   return "line " + std::to_string(mark.line + 1) + ", column " + std::to_string(mark.column + 1);
 }
 
-/// What PyYAML reads as a whole number, and the decimal grammar does not: 010, 0x1F, 0b1, 1_000, 1:30.
+/// True for a whole number in PyYAML's grammar but not in the decimal one: 010, 0x1F, 0b1, 1_000, 1:30.
 bool isOddNumber(const std::string& text) {
   const std::string bare = text.substr(text[0] == '+' || text[0] == '-' ? 1 : 0);
   if (bare.empty() || !isDigit(bare[0]) || isDecimal(text)) return false;
@@ -175,8 +178,8 @@ bool isOddNumber(const std::string& text) {
   return bare.find_first_of("_:") != std::string::npos || bare.find('.') == std::string::npos;
 }
 
-/// A plain scalar as PyYAML resolves it. Its numbers have a dot unless they are whole, and a sign in the
-/// exponent; other spellings stay text, which may count as a number later.
+/// Resolves a plain scalar as PyYAML does. A PyYAML number that is not whole has a dot, and its exponent has
+/// a sign. Other spellings stay text, which may count as a number later (numberIn).
 Value resolve(const std::string& text) {
   if (isOneOf(text, {"", "~", "null", "Null", "NULL"})) return Value();
   if (isOneOf(text, {"true", "True", "TRUE", "yes", "Yes", "YES", "on", "On", "ON"})) return true;
@@ -187,17 +190,15 @@ Value resolve(const std::string& text) {
   const std::optional<double> number = numberIn(text);
   if (!number) return text;
   const std::size_t exponent = text.find_first_of("eE");
-  if (text.find('.') == std::string::npos) {
-    const bool isWhole = exponent == std::string::npos && std::isfinite(*number);
-    return isWhole ? Value(*number) : Value(text);
-  }
-  const bool isSigned = exponent == std::string::npos || !std::isfinite(*number) ||
-                        text[exponent + 1] == '+' || text[exponent + 1] == '-';
-  return isSigned ? Value(*number) : Value(text);
+  const bool isDouble = text.find('.') == std::string::npos
+                            ? exponent == std::string::npos && std::isfinite(*number)
+                            : exponent == std::string::npos || !std::isfinite(*number) ||
+                                  text[exponent + 1] == '+' || text[exponent + 1] == '-';
+  return isDouble ? Value(*number) : Value(text);
 }
 
-/// Builds the tree as the parser comes through the text. Faults are noted and passed over, for a text
-/// that turns out to be no YAML at all has looked strange before; only what is too large ends it.
+/// Builds the tree from the parser's events. Faults are recorded and parsing goes on: if the text turns out
+/// not to be YAML, that is the one fault to report. Only a text that is too large ends the parsing.
 class Builder : public YAML::EventHandler {
  public:
   Value root;
@@ -206,10 +207,7 @@ class Builder : public YAML::EventHandler {
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
 
-  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-    count(mark, {});
-    place(mark, anchor, {}, true);
-  }
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { OnScalar(mark, "?", anchor, ""); }
 
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& text) override {
@@ -223,7 +221,7 @@ class Builder : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto known = anchored_.find(anchor);
     if (known == anchored_.end()) {
-      faults.push_back({path(), "an alias of what is complete", "one in " + placeOf(mark)});
+      faults.push_back({path(), "an alias of a complete value", "one in " + placeOf(mark)});
       return place(mark, 0, {}, false);
     }
     count(mark, known->second);
@@ -251,14 +249,14 @@ class Builder : public YAML::EventHandler {
     std::size_t levels = 1;
   };
 
-  /// A list or map that is not at its end yet.
+  /// A list or map whose end has not been parsed yet.
   struct Open {
     Counted tree;
     YAML::Mark mark;
     YAML::anchor_t anchor = 0;
     std::optional<std::string> key;
-    bool merges = false;  ///< the key was a plain <<
-    Value::Map merged;    ///< what << brought; the map's own keys come first
+    bool merges = false;  ///< the key is a plain <<
+    Value::Map merged;    ///< the keys from <<; the map's own keys take precedence
   };
 
   std::string path() const {
@@ -303,7 +301,7 @@ class Builder : public YAML::EventHandler {
     place(level.mark, level.anchor, std::move(level.tree), false);
   }
 
-  /// Puts a finished value where it belongs: as the root, a list's next entry, a map's key or value.
+  /// Puts a complete value in its place: the root, a list's next entry, a map's key or value.
   void place(const YAML::Mark& mark, YAML::anchor_t anchor, Counted tree, bool isPlain) {
     if (anchor != 0) anchored_[anchor] = tree;
     if (open_.empty()) {
@@ -342,7 +340,7 @@ class Builder : public YAML::EventHandler {
     }
   }
 
-  /// << with a map, or a list of maps of which the first to have a key gives it.
+  /// << takes a map or a list of maps. The first map with a key sets its value.
   void merge(const YAML::Mark& mark, Open& level, const Value& source) {
     const Value::List one{source};
     for (const Value& each : source.list() ? *source.list() : one) {

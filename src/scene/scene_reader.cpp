@@ -24,7 +24,7 @@ constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 // ---- links -----------------------------------------------------------------------------------
 
-/// One entry of `links`: as many links alike as `repeat` says.
+/// One entry of `links`. It stands for `repeat` equal links.
 struct Entry {
   Link link;
   Joint joint;
@@ -35,7 +35,7 @@ struct Entry {
   bool valuesAreSound = true;
 };
 
-/// The keys that the effects know below a joint; beside a URDF only those that it has no word for.
+/// The keys of a joint. Beside a URDF only those that URDF cannot express.
 std::vector<const char*> jointKeys(bool besideUrdf) {
   std::vector<const char*> keys;
   if (!besideUrdf) keys.push_back("name");
@@ -47,8 +47,8 @@ std::vector<const char*> jointKeys(bool besideUrdf) {
   return keys;
 }
 
-/// Copies what the effects have at a joint, and judges all of it.
-/// @returns whether the joint is sound
+/// Reads and checks the values of the effects in a joint.
+/// @returns true if the joint has no fault
 bool takeEffects(const Section& in, Joint& joint) {
   for (const EffectKind* kind : effectKinds()) kind->takeJoint(in, joint);
   const std::vector<Fault> faults = faultsOf(joint);
@@ -66,11 +66,12 @@ void takeInitial(const Section& link, std::vector<Fault>& faults, double& q, dou
 
 Entry readEntry(const std::string& name, const Value& value, const std::string& path,
                 std::vector<Fault>& faults) {
+  // The name.
   Entry entry;
   entry.link.name = name;
   const Section in(&value, path, {"mass", "inertia", "com", "pin", "repeat", "joint", "initial"}, faults);
   if (!isName(name)) {
-    faults.push_back({path, nameInWords, describe(Value(name))});
+    faults.push_back({path, nameInWords, quoted(name)});
     entry.namesAreSound = false;
   }
   if (!value.map()) {
@@ -78,6 +79,7 @@ Entry readEntry(const std::string& name, const Value& value, const std::string& 
     return entry;
   }
 
+  // The body.
   entry.link = {name, in.unjudged("mass", missing), in.unjudged("inertia", missing),
                 in.unjudged("com", Vec2d{missing, missing}), in.unjudged("pin", Vec2d{missing, missing})};
   for (const Fault& fault : faultsOf(entry.link)) {
@@ -85,10 +87,12 @@ Entry readEntry(const std::string& name, const Value& value, const std::string& 
     entry.valuesAreSound = false;
   }
 
+  // The joint.
   const Section joint(in.find("joint"), in.pathOf("joint"), jointKeys(false), faults);
   if (joint.has("name")) entry.namesAreSound &= joint.takeName("name", entry.joint.name);
   entry.valuesAreSound &= takeEffects(joint, entry.joint);
 
+  // The number of links, and their initial state.
   const double repeat = in.unjudged("repeat", 1.0);
   if (repeat >= 1 && repeat <= mostLinks && repeat == std::floor(repeat)) {
     entry.repeat = static_cast<int>(repeat);
@@ -101,18 +105,15 @@ Entry readEntry(const std::string& name, const Value& value, const std::string& 
   return entry;
 }
 
-/// An entry with faults of its own stands in the chain as a plain disc, so that the names and the other
-/// links are judged all the same.
+/// Replaces an entry with faults by a plain disc, so that the names and the other links can still be checked.
 void makePlain(Entry& entry) {
   entry.link = {entry.link.name, 1, 1, {0, 0}, {1, 0}};
-  const std::string name = entry.joint.name;
-  entry.joint = {};
-  entry.joint.name = name;
+  entry.joint = {entry.joint.name};
 }
 
 // ---- chain -----------------------------------------------------------------------------------
 
-/// The links in chain order, every repetition written out.
+/// The links in chain order, with `repeat` expanded.
 struct Expanded {
   std::vector<Link> links;
   std::vector<Joint> joints;
@@ -120,22 +121,10 @@ struct Expanded {
   std::vector<double> qd;
   ChainNames names;
   std::map<std::string, std::string> entryOf;  ///< the key in `links`, by link name
-  Vec2d gravity{0, -9.81};                     ///< m/s², where the scene says nothing else
+  Vec2d gravity{0, -9.81};                     ///< m/s², unless the scene sets it
 };
 
-/// `entry` is the link's key in `links`.
-void append(const std::string& entry, Link link, Joint joint, double q, double qd, Expanded& to) {
-  const int index = static_cast<int>(to.links.size());
-  to.names.links.emplace(link.name, index);
-  to.names.joints.emplace(joint.name, index);
-  to.names.com.push_back(link.com);
-  to.entryOf.emplace(link.name, entry);
-  to.links.push_back(std::move(link));
-  to.joints.push_back(std::move(joint));
-  to.q.push_back(q);
-  to.qd.push_back(qd);
-}
-
+/// Adds the links of an entry, numbered if there are several.
 void append(const Entry& entry, Expanded& to) {
   for (int i = 1; i <= entry.repeat; ++i) {
     const std::string suffix = entry.repeat > 1 ? "_" + std::to_string(i) : "";
@@ -143,16 +132,25 @@ void append(const Entry& entry, Expanded& to) {
     Joint joint = entry.joint;
     link.name += suffix;
     joint.name = joint.name.empty() ? link.name + "_joint" : joint.name + suffix;
-    append(entry.link.name, std::move(link), std::move(joint), entry.q, entry.qd, to);
+    const int at = static_cast<int>(to.links.size());
+    to.names.links.emplace(link.name, at);
+    to.names.joints.emplace(joint.name, at);
+    to.names.com.push_back(link.com);
+    to.entryOf.emplace(link.name, entry.link.name);
+    to.links.push_back(std::move(link));
+    to.joints.push_back(std::move(joint));
+    to.q.push_back(entry.q);
+    to.qd.push_back(entry.qd);
   }
 }
 
-/// @returns nothing when the order or the names are not certain; there is a fault then.
+/// The links from `chain` and `links`.
+/// @returns nothing if there is a fault in the order or in the names
 std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults) {
-  // The entries, in the chain or not.
+  // All entries, whether listed in `chain` or not.
   const Section links(top.find("links"), "links", {}, faults);
   if (links.entries().empty() && (!top.has("links") || top.find("links")->map())) {
-    top.fault("links", "a map with one link at least");
+    top.fault("links", "a map with at least one link");
   }
   std::map<std::string, Entry> entries;
   bool isCertain = true;
@@ -163,7 +161,7 @@ std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults
     entries.emplace(name, std::move(entry));
   }
 
-  // The order.
+  // The order: each name of `chain` once, and every entry.
   const Value* chain = top.find("chain");
   const Value::List* order = chain ? chain->list() : nullptr;
   if (!order || order->empty()) {
@@ -177,7 +175,7 @@ std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults
     const Value& name = (*order)[i];
     const auto entry = name.text() ? entries.find(*name.text()) : entries.end();
     const char* fault = entry == entries.end()                ? "the name of an entry in links"
-                        : !listed.insert(entry->first).second ? "each link once"
+                        : !listed.insert(entry->first).second ? "each link only once"
                                                               : nullptr;
     if (fault) {
       faults.push_back({"chain/" + std::to_string(i), fault, describe(name)});
@@ -189,25 +187,27 @@ std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults
   }
   for (const auto& entry : entries) {
     if (listed.count(entry.first) == 0) {
-      faults.push_back({links.pathOf(entry.first), "a link listed in chain", describe(Value(entry.first))});
+      faults.push_back({links.pathOf(entry.first), "a link listed in chain", quoted(entry.first)});
     }
   }
   if (total > mostLinks) {
-    faults.push_back({"chain", "at most " + std::to_string(mostLinks) + " links, repeated ones counted",
+    faults.push_back({"chain", "at most " + std::to_string(mostLinks) + " links, with repeated ones counted",
                       std::to_string(total)});
     isCertain = false;
   }
 
+  // The chain.
   if (!isCertain) return std::nullopt;
   Expanded expanded;
   for (const Entry* entry : inOrder) append(*entry, expanded);
   return expanded;
 }
 
-/// The chain that a URDF describes; `links` says of it what URDF has no word for.
-/// @returns nothing when there is a fault in the URDF
+/// The links of the URDF in `robot_description`. `links` adds what URDF cannot express.
+/// @returns nothing if there is a fault in the URDF
 std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults) {
-  if (top.has("chain")) top.fault("chain", "nothing beside robot_description, which has the order");
+  // The URDF.
+  if (top.has("chain")) top.fault("chain", "no chain beside robot_description, which gives the order");
   const std::string* text = top.find("robot_description")->text();
   if (!text) {
     top.fault("robot_description", "the text of a URDF");
@@ -221,6 +221,7 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
     return std::nullopt;
   }
 
+  // Springs, stops and initial state from `links`.
   Expanded expanded;
   expanded.gravity = robot.gravity;
   const Section links(top.find("links"), "links", {}, faults);
@@ -228,39 +229,37 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
     const std::string name = robot.links[i].name;
     const Section in(links.find(name), links.pathOf(name), {"joint", "initial"}, faults);
     const Section ofJoint(in.find("joint"), in.pathOf("joint"), jointKeys(true), faults);
-    Joint joint = robot.joints[i];
-    if (!takeEffects(ofJoint, joint)) joint = {joint.name};
-    double q = 0, qd = 0;
-    takeInitial(in, faults, q, qd);
-    append(name, std::move(robot.links[i]), std::move(joint), q, qd, expanded);
+    Entry entry{std::move(robot.links[i]), std::move(robot.joints[i])};
+    if (!takeEffects(ofJoint, entry.joint)) entry.joint = {entry.joint.name};
+    takeInitial(in, faults, entry.q, entry.qd);
+    append(entry, expanded);
   }
   for (const auto& entry : links.entries()) {
     if (expanded.names.links.count(entry.first) != 0) continue;
-    faults.push_back(
-        {links.pathOf(entry.first), "a link of robot_description that moves", describe(Value(entry.first))});
+    faults.push_back({links.pathOf(entry.first), "a moving link of robot_description", quoted(entry.first)});
   }
   return expanded;
 }
 
-/// The chain's own faults, at the keys of the scene: a repeated link's only once.
+/// Makes the chain. Its faults are reported at the keys of the scene, those of repeated links only once.
 std::optional<Chain> makeChain(const Expanded& from, Vec2d gravity, std::vector<Fault>& faults) {
   try {
     return Chain(from.links, from.joints, gravity);
   } catch (const Refused& refused) {
     const std::string links = "links/";
-    std::set<std::pair<std::string, std::string>> told;
+    std::set<std::pair<std::string, std::string>> reported;
     for (Fault fault : refused.faults()) {
       const std::size_t end = fault.path.find('/', links.size());
       const std::string name = fault.path.substr(links.size(), end - links.size());
       const std::string rest = end == std::string::npos ? "" : fault.path.substr(end);
       fault.path = links + from.entryOf.at(name) + rest;
-      if (told.emplace(fault.path, fault.expected).second) faults.push_back(std::move(fault));
+      if (reported.emplace(fault.path, fault.expected).second) faults.push_back(std::move(fault));
     }
     return std::nullopt;
   }
 }
 
-/// What is finite number by number may still be beyond all numbers as a motion.
+/// Records a fault if the initial energy overflows, which finite values do not exclude.
 void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<Fault>& faults) {
   std::vector<double> theta(from.q.size()), omega(from.qd.size());
   toAbsolute(from.q.data(), chain.size(), theta.data());
@@ -276,35 +275,22 @@ void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<F
 IntegratorSettings readIntegrator(const Value* value, std::vector<Fault>& faults) {
   IntegratorSettings settings;
   const Section in(value, "integrator", {"method", "tolerance", "step"}, faults);
-  if (const Value* method = in.find("method")) {
-    const std::vector<std::string>& known = ode::methodNames();
-    if (method->text() && std::find(known.begin(), known.end(), *method->text()) != known.end()) {
-      settings.method = *method->text();
-    } else {
-      std::string names;
-      for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
-      in.fault("method", "one of " + names);
-    }
-  }
+  const std::vector<std::string>& methods = ode::methodNames();
+  const auto isMethod = [&](const std::string& name) {
+    return std::find(methods.begin(), methods.end(), name) != methods.end();
+  };
+  in.takeText("method", isMethod, "one of " + inCommas(methods), settings.method);
   in.take("tolerance", {"from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
   in.take("step", NumberRule::above(0, "s"), settings.step);
   return settings;
 }
 
-bool isFrame(const std::string& text) {
-  return !text.empty() && text[0] != '/' && std::all_of(text.begin(), text.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '/';
-  });
-}
-
 void takeFrame(const Section& in, const std::string& key, std::string& target) {
-  const Value* value = in.find(key);
-  if (!value) return;
-  if (value->text() && isFrame(*value->text())) {
-    target = *value->text();
-  } else {
-    in.fault(key, "a frame (letters, digits, _ and /, which is not the first)");
-  }
+  const auto isFrame = [](const std::string& text) {
+    return !text.empty() && text[0] != '/' &&
+           std::all_of(text.begin(), text.end(), [](char c) { return isWordCharacter(c) || c == '/'; });
+  };
+  in.takeText(key, isFrame, "a frame (letters, digits, _ and /; not / first)", target);
 }
 
 PublishSettings readPublish(const Value* value, const ChainNames* names, std::vector<Fault>& faults) {
@@ -314,6 +300,7 @@ PublishSettings readPublish(const Value* value, const ChainNames* names, std::ve
       {"rate", "tf_rate", "status_rate", "tf", "link_states", "frame_prefix", "world_frame", "base_frame"},
       faults);
 
+  // Rates.
   in.take("rate", {"> 0 Hz and at most " + toText(highestRate), 0, highestRate, false}, settings.rate);
   settings.tfRate = std::min(settings.tfRate, settings.rate);
   settings.statusRate = std::min(settings.statusRate, settings.rate);
@@ -321,35 +308,33 @@ PublishSettings readPublish(const Value* value, const ChainNames* names, std::ve
   in.take("tf_rate", upToRate, settings.tfRate);
   in.take("status_rate", upToRate, settings.statusRate);
 
+  // Topics.
   in.take("tf", settings.tf);
   in.take("link_states", settings.linkStates);
 
-  const Value* prefix = in.find("frame_prefix");
-  if (prefix && prefix->text() && prefix->text()->empty()) {
-    settings.framePrefix = "";
-  } else if (prefix) {
+  // Frames. The prefix may be empty.
+  if (const Value* prefix = in.find("frame_prefix")) {
     settings.framePrefix.emplace();
-    takeFrame(in, "frame_prefix", *settings.framePrefix);
+    if (!prefix->text() || !prefix->text()->empty()) takeFrame(in, "frame_prefix", *settings.framePrefix);
   }
   takeFrame(in, "world_frame", settings.worldFrame);
   takeFrame(in, "base_frame", settings.baseFrame);
   const auto requireOwn = [&](const char* key, const std::string& frame) {
     if (names && names->links.count(frame) != 0) {
-      faults.push_back({in.pathOf(key), "a frame that is not a link's", describe(Value(frame))});
+      faults.push_back({in.pathOf(key), "a frame that is not a link's", quoted(frame)});
     }
   };
   requireOwn("world_frame", settings.worldFrame);
   requireOwn("base_frame", settings.baseFrame);
   if (settings.worldFrame == settings.baseFrame) {
-    faults.push_back(
-        {in.pathOf("base_frame"), "a frame other than world_frame", describe(Value(settings.baseFrame))});
+    faults.push_back({in.pathOf("base_frame"), "a frame other than world_frame", quoted(settings.baseFrame)});
   }
   return settings;
 }
 
 }  // namespace
 
-// ---- The whole -------------------------------------------------------------------------------
+// ---- The scene -------------------------------------------------------------------------------
 
 Scene readScene(const Value& value) {
   std::vector<Fault> faults;
@@ -363,6 +348,7 @@ Scene readScene(const Value& value) {
   }
   const Section top(&value, "", keys, faults);
 
+  // The chain.
   std::optional<Expanded> expanded =
       top.has("robot_description") ? readRobot(top, faults) : readLinks(top, faults);
   const ChainNames* names = expanded ? &expanded->names : nullptr;
@@ -370,6 +356,8 @@ Scene readScene(const Value& value) {
   Vec2d gravity = expanded ? expanded->gravity : Vec2d{};
   top.take("gravity", "m/s²", gravity);
   if (expanded) chain = makeChain(*expanded, gravity, faults);
+
+  // All other keys.
   std::vector<Load> loads;
   for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads, faults);
   const IntegratorSettings integrator = readIntegrator(top.find("integrator"), faults);
@@ -378,11 +366,10 @@ Scene readScene(const Value& value) {
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   std::optional<double> realTimeFactor;
   if (top.has("real_time_factor")) {
-    top.take(
-        "real_time_factor",
-        {">= 0, sim time per wall time, and at most " + toText(highestFactor) + " (0: as fast as it goes)", 0,
-         highestFactor, true},
-        realTimeFactor.emplace());
+    const std::string range = ">= 0 and <= " + toText(highestFactor);
+    top.take("real_time_factor",
+             {range + " (simulated time per wall time; 0: as fast as possible)", 0, highestFactor, true},
+             realTimeFactor.emplace());
   }
 
   if (faults.empty()) requireFiniteEnergy(*chain, *expanded, faults);

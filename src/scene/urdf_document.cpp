@@ -17,8 +17,7 @@ namespace planar_chain {
 
 namespace {
 
-// Beyond these a text is refused unread. A chain of ten thousand links, as the node writes it, has half of
-// them.
+// A text with more is refused unread. The URDF that the node writes for ten thousand links has half of these.
 constexpr std::size_t mostMarks = 1000000;   ///< < and =
 constexpr std::size_t mostElements = 50000;  ///< links, joints
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
@@ -28,36 +27,29 @@ const char* const top = "robot_description";
   throw Refused({{top, std::move(expected), std::move(found)}});
 }
 
-/// Words between white space.
-std::vector<std::string> wordsOf(const char* text) {
-  std::istringstream in(text);
-  std::vector<std::string> words;
-  for (std::string word; in >> word;) words.push_back(std::move(word));
-  return words;
-}
-
 // ---- Elements --------------------------------------------------------------------------------
 
 using Names = std::initializer_list<const char*>;
 
-/// An element, or one that is absent: then all of its attributes are.
+/// An element, or an absent one, which has no attributes.
 class Element {
  public:
   Element(const tinyxml2::XMLElement* at, std::string path, std::vector<Fault>& faults)
       : at_(at), path_(std::move(path)), faults_(&faults) {}
 
   bool isThere() const { return at_ != nullptr; }
+  const char* attribute(const char* name) const { return at_ ? at_->Attribute(name) : nullptr; }
+  /// An attribute as a fault shows it.
+  std::string found(const char* name) const { return attribute(name) ? quoted(attribute(name)) : "nothing"; }
   void fault(const std::string& key, const std::string& expected, const std::string& found) const {
-    faults_->push_back({path_ + (key.empty() ? "" : "/" + key), expected, found});
+    faults_->push_back({path_ + "/" + key, expected, found});
   }
-  bool is(const char* attribute, const char* text) const { return at_ && at_->Attribute(attribute, text); }
-  /// What an attribute says, as it is told to the user.
-  std::string found(const char* attribute) const {
-    const char* text = at_ ? at_->Attribute(attribute) : nullptr;
-    return text ? describe(Value(text)) : "nothing";
+  /// Records a fault: the attribute holds something other than `expected`.
+  void fault(const char* attribute, const std::string& expected) const {
+    fault(attribute, expected, found(attribute));
   }
 
-  /// Notes children or attributes that are none of these.
+  /// Records a fault for each child or attribute with another name.
   const Element& of(Names children, Names attributes) const {
     if (!at_) return *this;
     for (auto child = at_->FirstChildElement(); child; child = child->NextSiblingElement()) {
@@ -69,55 +61,56 @@ class Element {
     return *this;
   }
 
-  /// The child of that name, absent or not; notes a second one.
+  /// The child of that name, which may be absent. A second one is a fault.
   Element only(const char* name) const {
     const tinyxml2::XMLElement* child = at_ ? at_->FirstChildElement(name) : nullptr;
     if (child && child->NextSiblingElement(name)) {
-      fault(name, "it once",
-            "it again in line " + std::to_string(child->NextSiblingElement(name)->GetLineNum()));
+      const int line = child->NextSiblingElement(name)->GetLineNum();
+      faults_->push_back(
+          {path_ + "/" + name, "this element once", "it again in line " + std::to_string(line)});
     }
     return {child, path_ + "/" + name, *faults_};
   }
 
-  std::string text(const char* attribute) const {
-    const char* given = at_ ? at_->Attribute(attribute) : nullptr;
-    if (!given || !*given) fault(attribute, "a name", found(attribute));
-    return given ? given : "";
+  std::string name(const char* key) const {
+    const std::string given = attribute(key) ? attribute(key) : "";
+    if (given.empty()) fault(key, "a name");
+    return given;
   }
 
-  double number(const char* attribute, const NumberRule& rule, double absent = missing) const {
-    const char* given = at_ ? at_->Attribute(attribute) : nullptr;
-    if (!given && rule.holds(absent)) return absent;
-    const std::vector<std::string> words = wordsOf(given ? given : "");
-    const auto number = words.size() == 1 ? numberIn(words[0]) : std::nullopt;
-    if (number && std::isfinite(*number) && rule.holds(*number)) return *number;
-    fault(attribute, "a finite number " + rule.which, found(attribute));
+  double number(const char* key, const NumberRule& rule, double absent = missing) const {
+    if (!attribute(key) && rule.holds(absent)) return absent;
+    const std::vector<double> numbers = finiteNumbers(key);
+    if (numbers.size() == 1 && rule.holds(numbers[0])) return numbers[0];
+    fault(key, "a finite number " + rule.which);
     return missing;
   }
 
-  Eigen::Vector3d three(const char* attribute, const char* unit, const Eigen::Vector3d& absent) const {
-    const char* given = at_ ? at_->Attribute(attribute) : nullptr;
-    if (!given) return absent;
-    const std::vector<std::string> words = wordsOf(given);
-    Eigen::Vector3d numbers;
-    bool areSound = words.size() == 3;
-    for (std::size_t i = 0; areSound && i < 3; ++i) {
-      const auto number = numberIn(words[i]);
-      areSound = number && std::isfinite(*number);
-      numbers[static_cast<Eigen::Index>(i)] = number.value_or(0);
-    }
-    if (areSound) return numbers;
-    fault(attribute, std::string("three finite numbers") + unit, found(attribute));
+  Eigen::Vector3d three(const char* key, const char* unit, const Eigen::Vector3d& absent) const {
+    if (!attribute(key)) return absent;
+    const std::vector<double> numbers = finiteNumbers(key);
+    if (numbers.size() == 3) return {numbers[0], numbers[1], numbers[2]};
+    fault(key, std::string("three finite numbers") + unit);
     return absent;
   }
 
  private:
+  /// The numbers between white space; none if one of the words is not a finite number.
+  std::vector<double> finiteNumbers(const char* key) const {
+    std::istringstream in(attribute(key) ? attribute(key) : "");
+    std::vector<double> numbers;
+    for (std::string word; in >> word;) {
+      const auto number = numberIn(word);
+      if (!number || !std::isfinite(*number)) return {};
+      numbers.push_back(*number);
+    }
+    return numbers;
+  }
+
   void require(const char* name, const char* kind, Names known) const {
     const auto is = [name](const char* other) { return std::strcmp(name, other) == 0; };
     if (std::any_of(known.begin(), known.end(), is)) return;
-    std::string names;
-    for (const char* each : known) names += (names.empty() ? "" : ", ") + std::string(each);
-    fault(stepOf(name), std::string("one of the ") + kind + " " + names, describe(Value(name)));
+    fault(onOneLine(name), std::string("one of the ") + kind + " " + inCommas(known), quoted(name));
   }
 
   const tinyxml2::XMLElement* at_;
@@ -136,9 +129,11 @@ Pose poseOf(const Element& origin) {
 
 void readInertial(const Element& inertial, UrdfLink& link) {
   if (!inertial.of({"origin", "mass", "inertia"}, {}).isThere()) return;
+  // The frame of the tensor, and the mass.
   const Pose pose = poseOf(inertial.only("origin"));
   link.com = pose.shift;
   link.mass = inertial.only("mass").of({}, {"value"}).number("value", NumberRule::from(0, "kg"));
+  // The tensor, turned into the axes of the link.
   const Element inertia = inertial.only("inertia").of({}, {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
   const NumberRule rule = NumberRule::any("kg m²");
   const double xx = inertia.number("ixx", rule), xy = inertia.number("ixy", rule);
@@ -154,12 +149,13 @@ void readInertial(const Element& inertial, UrdfLink& link) {
 using Indices = std::map<std::string, std::size_t>;
 
 std::size_t linkOf(const Element& end, const Indices& links) {
-  const auto link = links.find(end.of({}, {"link"}).text("link"));
+  const auto link = links.find(end.of({}, {"link"}).name("link"));
   if (link != links.end()) return link->second;
-  end.fault("link", "the name of a link", end.found("link"));
+  end.fault("link", "the name of a link");
   return 0;
 }
 
+/// Reads axis, damping and limits of a joint that turns.
 void readMotion(const Element& element, bool isLimited, UrdfJoint& joint) {
   const Element axis = element.only("axis").of({}, {"xyz"});
   const Eigen::Vector3d given = axis.three("xyz", "", Eigen::Vector3d::UnitX());
@@ -167,13 +163,13 @@ void readMotion(const Element& element, bool isLimited, UrdfJoint& joint) {
   if (size > 0) {
     joint.axis = (given / size).normalized();
   } else {
-    axis.fault("xyz", "a direction", axis.found("xyz"));
+    axis.fault("xyz", "a direction");
   }
 
   const Element dynamics = element.only("dynamics").of({}, {"damping", "friction"});
   joint.damping = dynamics.number("damping", NumberRule::from(0, "N m s/rad"), 0);
   if (dynamics.number("friction", NumberRule::any("N m"), 0) != 0) {
-    dynamics.fault("friction", "0 N m, for dry friction is not simulated", dynamics.found("friction"));
+    dynamics.fault("friction", "0 N m (dry friction is not simulated)");
   }
 
   const Element limit = element.only("limit").of({}, {"lower", "upper", "effort", "velocity"});
@@ -188,23 +184,25 @@ UrdfJoint readJoint(const Element& element, std::string name, const Indices& lin
   element.of(
       {"parent", "child", "origin", "axis", "dynamics", "limit", "mimic", "calibration", "safety_controller"},
       {"name", "type"});
+  // The links it connects.
   joint.parent = linkOf(element.only("parent"), links);
   joint.child = linkOf(element.only("child"), links);
   joint.origin = poseOf(element.only("origin"));
 
-  const bool isLimited = element.is("type", "revolute");
-  joint.moves = !element.is("type", "fixed");
-  if (isLimited || element.is("type", "continuous")) {
-    readMotion(element, isLimited, joint);
+  // Its motion.
+  const std::string type = element.attribute("type") ? element.attribute("type") : "";
+  joint.moves = type != "fixed";
+  if (type == "revolute" || type == "continuous") {
+    readMotion(element, type == "revolute", joint);
   } else if (joint.moves) {
-    element.fault("type", "revolute, continuous or fixed", element.found("type"));
+    element.fault("type", "revolute, continuous or fixed");
   }
   const Element mimic = element.only("mimic");
-  if (mimic.isThere()) mimic.fault("joint", "a joint that mimics no other", mimic.found("joint"));
+  if (mimic.isThere()) mimic.fault("joint", "a joint that mimics no other");
   return joint;
 }
 
-// ---- The whole -------------------------------------------------------------------------------
+// ---- The document ----------------------------------------------------------------------------
 
 void requireBounds(const std::string& text) {
   if (text.size() > longestYaml) {
@@ -217,8 +215,8 @@ void requireBounds(const std::string& text) {
   if (text.find('\0') != std::string::npos) refuse("XML", "a text with a byte 0");
 }
 
-/// The elements of a kind.
-/// @throws Refused too many
+/// All elements of one kind.
+/// @throws Refused if there are too many
 std::vector<const tinyxml2::XMLElement*> all(const char* kind, const tinyxml2::XMLElement& robot) {
   std::vector<const tinyxml2::XMLElement*> elements;
   for (auto at = robot.FirstChildElement(kind); at; at = at->NextSiblingElement(kind)) elements.push_back(at);
@@ -228,24 +226,23 @@ std::vector<const tinyxml2::XMLElement*> all(const char* kind, const tinyxml2::X
   return elements;
 }
 
-/// The name of an element, which no other of its kind has.
+/// The name of an element. It must be unique among its kind.
 std::string nameOf(const tinyxml2::XMLElement* at, Indices& taken, std::vector<Fault>& faults) {
   const std::string line = "line " + std::to_string(at->GetLineNum());
   const Element element(at, std::string(top) + "/" + at->Name() + "[" + line + "]", faults);
-  const std::string name = element.text("name");
-  if (!name.empty() && !taken.emplace(name, taken.size()).second) {
-    element.fault("name", "a name that no other has", element.found("name"));
-  }
+  const std::string name = element.name("name");
+  if (!name.empty() && !taken.emplace(name, taken.size()).second) element.fault("name", "a unique name");
   return name;
 }
 
 }  // namespace
 
 std::string urdfPath(const char* kind, const std::string& name) {
-  return std::string(top) + "/" + kind + "[" + stepOf(name) + "]";
+  return std::string(top) + "/" + kind + "[" + onOneLine(name) + "]";
 }
 
 UrdfDocument parseUrdf(const std::string& text) {
+  // XML with one element, robot.
   requireBounds(text);
   tinyxml2::XMLDocument xml;
   if (xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
@@ -253,10 +250,11 @@ UrdfDocument parseUrdf(const std::string& text) {
   }
   const tinyxml2::XMLElement* robot = xml.RootElement();
   if (!robot || std::strcmp(robot->Name(), "robot") != 0) {
-    refuse("one element robot", robot ? describe(Value(robot->Name())) : "nothing");
+    refuse("one element robot", robot ? quoted(robot->Name()) : "nothing");
   }
   if (robot->NextSiblingElement()) refuse("one element robot", "more after it");
 
+  // Its links, then its joints, which refer to them.
   UrdfDocument document;
   std::vector<Fault> faults;
   Indices links, joints;
@@ -273,10 +271,12 @@ UrdfDocument parseUrdf(const std::string& text) {
     const Element element(at, urdfPath("joint", name), faults);
     document.joints.push_back(readJoint(element, std::move(name), links));
   }
+
+  // A file that xacro has not expanded.
   for (auto at = robot->FirstChildElement(); at; at = at->NextSiblingElement()) {
     if (std::strncmp(at->Name(), "xacro:", 6) != 0) continue;
     faults.push_back(
-        {std::string(top) + "/" + stepOf(at->Name()), "URDF as the program xacro writes it", "xacro"});
+        {std::string(top) + "/" + onOneLine(at->Name()), "URDF, the output of the program xacro", "xacro"});
   }
   if (!faults.empty()) throw Refused(std::move(faults));
   return document;

@@ -1,7 +1,7 @@
 #pragma once
 
-/// What a URDF says that matters to dynamics, as it says it. Internal to urdf_reader.h; the one place that
-/// knows XML.
+/// The parts of a URDF that matter to dynamics, in the units and frames of the file. Only this pair of files
+/// uses XML.
 
 #include <Eigen/Core>
 #include <limits>
@@ -13,7 +13,7 @@
 
 namespace planar_chain {
 
-/// How one frame lies in another.
+/// The pose of one frame in another.
 struct Pose {
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
@@ -46,7 +46,8 @@ struct UrdfDocument {
 /// "robot_description/joint[elbow]"
 std::string urdfPath(const char* kind, const std::string& name);
 
-/// @throws Refused with every fault of an element on its own; whether they make a chain is not looked at.
+/// Checks each element by itself, not whether they form a chain.
+/// @throws Refused with every fault
 UrdfDocument parseUrdf(const std::string& text);
 
 }  // namespace planar_chain

@@ -17,15 +17,14 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double standardGravity = 9.81;
-/// Rad: right angles are often written as 1.5708, and 1.57 is none.
-constexpr double parallel = 1e-5;
+constexpr double parallel = 1e-5;  // rad: accepts 1.5708 as a right angle, and not 1.57
 
 // ---- The tree --------------------------------------------------------------------------------
 
-/// Links and joints by the link from which they hang.
+/// The joints of each link, which lead outwards.
 class Tree {
  public:
-  /// @throws Refused what is no tree
+  /// @throws Refused if the document is not a tree
   explicit Tree(const UrdfDocument& document) : document_(document), joints_(document.links.size()) {
     std::vector<const UrdfJoint*> above(document.links.size());
     std::vector<Fault> faults;
@@ -33,9 +32,9 @@ class Tree {
       joints_[joint.parent].push_back(&joint);
       const UrdfJoint*& first = above[joint.child];
       if (first) {
-        faults.push_back({urdfPath("joint", joint.name) + "/child", "a link that hangs on no other joint",
-                          describe(Value(document.links[joint.child].name)) + ", which hangs on " +
-                              describe(Value(first->name))});
+        faults.push_back(
+            {urdfPath("joint", joint.name) + "/child", "a link that is the child of no other joint",
+             quoted(document.links[joint.child].name) + ", the child of " + quoted(first->name)});
       } else {
         first = &joint;
       }
@@ -56,12 +55,12 @@ class Tree {
       if (above[i]) continue;
       root_ = i;
       ++count;
-      if (count <= 3) roots += (count > 1 ? ", " : "") + describe(Value(document_.links[i].name));
+      if (count <= 3) roots += (count > 1 ? ", " : "") + quoted(document_.links[i].name);
     }
     if (count > 3) roots += " and " + std::to_string(count - 3) + " more";
     if (count != 1) {
-      faults.push_back(
-          {"robot_description", "one link that hangs on no joint, the ground", count == 0 ? "none" : roots});
+      faults.push_back({"robot_description", "one link that is the child of no joint, the ground",
+                        count == 0 ? "none" : roots});
     } else if (faults.empty() && reached() < above.size()) {
       faults.push_back({"robot_description", "a tree", "links in a closed loop"});
     }
@@ -86,19 +85,20 @@ Pose operator*(const Pose& a, const Pose& b) {
   return {a.turn * b.turn, a.shift + a.turn * b.shift};
 }
 
-/// A part of a body: a link, and where it lies. Shifts are from the body's own joint, in the root's axes.
+/// A link of a body, and its pose. The shift is measured from the body's joint, in the root's axes.
 struct Part {
   const UrdfLink* link;
   Pose pose;
 };
 
-/// Links on fixed joints.
+/// Links that fixed joints make one body.
 struct Body {
   std::vector<Part> parts;
-  const UrdfJoint* next = nullptr;  ///< that moves; null at the end of the chain
+  const UrdfJoint* next = nullptr;  ///< the next moving joint; null at the end of the chain
   Pose nextPose;
 };
 
+/// The body that begins with link `first`, whose axes are turned by `turn`.
 Body bodyFrom(const Tree& tree, std::size_t first, const Eigen::Matrix3d& turn, std::vector<Fault>& faults) {
   Body body;
   std::vector<std::pair<std::size_t, Pose>> links{{first, {turn, Vector3d::Zero()}}};
@@ -113,8 +113,8 @@ Body bodyFrom(const Tree& tree, std::size_t first, const Eigen::Matrix3d& turn, 
         body.next = joint;
         body.nextPose = below;
       } else {
-        faults.push_back({urdfPath("joint", joint->name), "a chain: one moving joint on a body",
-                          "a branch beside " + describe(Value(body.next->name))});
+        faults.push_back({urdfPath("joint", joint->name), "a chain, with one moving joint on a body",
+                          "a branch beside " + quoted(body.next->name)});
       }
     }
   }
@@ -123,6 +123,7 @@ Body bodyFrom(const Tree& tree, std::size_t first, const Eigen::Matrix3d& turn, 
 
 // ---- The plane -------------------------------------------------------------------------------
 
+/// The plane of motion: its axes in the root's, and the gravity in it. urdf_reader.h defines them.
 struct Plane {
   Vector3d i, j, k;
   Vec2d gravity;
@@ -144,16 +145,18 @@ struct Plane {
 
 /// The body in the plane, about its own joint.
 Link linkOf(const Body& body, const Plane& plane, std::vector<Fault>& faults) {
+  // Name and mass.
   Link link;
   link.name = body.parts[0].link->name;
   const std::string path = urdfPath("link", link.name);
-  if (!isName(link.name)) faults.push_back({path + "/name", nameInWords, describe(Value(link.name))});
+  if (!isName(link.name)) faults.push_back({path + "/name", nameInWords, quoted(link.name)});
   for (const Part& part : body.parts) link.mass += part.link->mass;
   if (link.mass == 0) {
-    faults.push_back(
-        {path + "/inertial", "a mass > 0 kg in what moves: the link, or one fixed to it", "none"});
+    faults.push_back({path + "/inertial", "a mass > 0 kg of this link or of one fixed to it", "none"});
     return link;
   }
+
+  // The centre of mass, then the moment of inertia about it.
   for (const Part& part : body.parts) {
     const Vec2d com = plane(part.pose.shift + part.pose.turn * part.link->com);
     link.com += part.link->mass / link.mass * com;
@@ -163,6 +166,8 @@ Link linkOf(const Body& body, const Plane& plane, std::vector<Fault>& faults) {
     const Vector3d axis = part.pose.turn.transpose() * plane.k;
     link.inertia += axis.dot(part.link->inertia * axis) + part.link->mass * dot(off, off);
   }
+
+  // The outer pin.
   if (body.next) link.pin = plane(body.nextPose.shift);
   for (const Fault& fault : faultsOf(link)) {
     faults.push_back({path + "/" + fault.path, fault.expected, fault.found});
@@ -172,7 +177,7 @@ Link linkOf(const Body& body, const Plane& plane, std::vector<Fault>& faults) {
 
 Joint jointOf(const UrdfJoint& from, std::vector<Fault>& faults) {
   if (!isName(from.name)) {
-    faults.push_back({urdfPath("joint", from.name) + "/name", nameInWords, describe(Value(from.name))});
+    faults.push_back({urdfPath("joint", from.name) + "/name", nameInWords, quoted(from.name)});
   }
   Joint joint;
   joint.name = from.name;
@@ -186,11 +191,11 @@ void requireParallel(const UrdfJoint& joint, const Vector3d& axis, const Plane& 
                      std::vector<Fault>& faults) {
   const std::string path = urdfPath("joint", joint.name) + "/axis";
   if (plane.k.cross(axis).norm() > parallel) {
-    faults.push_back({path, "one parallel to the first joint's: the chain moves in a plane",
+    faults.push_back({path, "an axis parallel to the first joint's, as the chain moves in a plane",
                       "an angle of " + toText(std::acos(plane.k.dot(axis))) + " rad"});
   } else if (plane.k.dot(axis) < 0) {
-    faults.push_back({path, "the direction of the first joint's, so that all angles grow the same way",
-                      "the opposite one"});
+    faults.push_back({path, "the direction of the first joint's axis, so that all angles have one sense",
+                      "the opposite direction"});
   }
 }
 
@@ -201,6 +206,8 @@ PlanarRobot readUrdf(const std::string& text) {
   const Tree tree(document);
   std::vector<Fault> faults;
   PlanarRobot robot;
+
+  // From the ground outwards, body by body. The first axis defines the plane.
   Body body = bodyFrom(tree, tree.root(), Eigen::Matrix3d::Identity(), faults);
   std::optional<Plane> plane;
   while (body.next) {

@@ -1,6 +1,6 @@
 #pragma once
 
-/// What the tools of the command line share: exit statuses, arguments, scene files.
+/// Shared by the command-line tools: exit statuses, arguments, scene files.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,8 +10,8 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <initializer_list>
 #include <iostream>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -26,7 +26,7 @@ namespace planar_chain::tools {
 
 enum ExitStatus : int { done = 0, runFailed = 1, badInput = 2 };
 
-/// Runs a tool's body: what it throws becomes words on standard error and an exit status.
+/// Runs a tool's body. An exception becomes a message on standard error and an exit status.
 template <class Body>
 int run(const char* tool, Body&& body) {
   try {
@@ -40,8 +40,7 @@ int run(const char* tool, Body&& body) {
   }
 }
 
-/// @returns nothing to go on with; the exit status when there is nothing more to do (--help) or the
-///   arguments are wrong
+/// @returns nothing if the tool is to run; the exit status after --help or bad arguments
 inline std::optional<int> parseArguments(CLI::App& app, int argc, char** argv) {
   try {
     app.parse(argc, argv);
@@ -51,7 +50,7 @@ inline std::optional<int> parseArguments(CLI::App& app, int argc, char** argv) {
   }
 }
 
-/// Where a scene comes from.
+/// The files of a scene.
 struct SceneArguments {
   std::optional<std::string> scene;
   std::optional<std::string> urdf;
@@ -61,18 +60,15 @@ inline void declareScene(CLI::App& app, SceneArguments& to) {
   app.add_option("SCENE", to.scene, "The scene, a YAML file (config/README.md explains it)");
   app.add_option(
       "--urdf", to.urdf,
-      "A URDF that is a planar chain, in place of the scene's chain and links; SCENE may say the rest");
+      "A URDF that is a planar chain, in place of the scene's chain and links; SCENE may add the rest");
 }
 
-/// @throws Refused when it cannot be read
+/// @throws Refused if the file cannot be read
 inline std::string loadText(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  std::string text;
-  std::vector<char> block(1 << 16);
-  while (text.size() <= longestYaml &&
-         (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0)) {
-    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
-  }
+  std::string text(longestYaml + 1, '\0');
+  file.read(&text[0], static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.size() > longestYaml) {
     throw Refused({{path, "at most " + std::to_string(longestYaml) + " bytes", "more"}});
   }
@@ -82,11 +78,11 @@ inline std::string loadText(const std::string& path) {
   return text;
 }
 
-/// The tree of a scene: of its file, and the URDF at its key there.
-/// @throws Refused when one cannot be read, and as parseYaml
+/// The tree of a scene file, with the URDF as robot_description.
+/// @throws Refused if a file cannot be read, and as parseYaml
 inline Value loadScene(const SceneArguments& given) {
   if (!given.scene && !given.urdf)
-    throw Refused({{"SCENE", "a scene file, or --urdf with a robot's", "neither"}});
+    throw Refused({{"SCENE", "a scene file, or --urdf with a robot", "neither"}});
   Value scene = given.scene ? parseYaml(loadText(*given.scene)) : Value(Value::Map());
   if (given.urdf && scene.map() && !scene.map()->emplace("robot_description", loadText(*given.urdf)).second) {
     throw Refused({{"robot_description", "nothing beside --urdf", "one in the scene"}});
@@ -94,20 +90,22 @@ inline Value loadScene(const SceneArguments& given) {
   return scene;
 }
 
-/// The finite number that an argument is, in a range that `holds` knows; else notes a fault and returns 0.
-template <class Range>
-double numberArgument(const std::string& option, const std::string& given, const char* expected,
-                      Range&& holds, std::vector<Fault>& faults) {
-  const std::optional<double> number = numberIn(given);
-  if (number && std::isfinite(*number) && holds(*number)) return *number;
-  faults.push_back({option, expected, describe(Value(given))});
-  return 0;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// The number that an argument spells, or `absent` without the argument. Records a fault unless it is finite
+/// and > low.
+inline double numberArgument(const char* option, const std::optional<std::string>& given,
+                             const char* expected, double low, double absent, std::vector<Fault>& faults) {
+  if (!given) return absent;
+  const std::optional<double> number = numberIn(*given);
+  if (number && std::isfinite(*number) && *number > low) return *number;
+  faults.push_back({option, expected, quoted(*given)});
+  return absent;
 }
 
-/// Notes a fault when the file `path` cannot be written, or is one of `others`. Changes no file.
+/// Records a fault if the file `path` cannot be written or is one of `others`. Changes no file.
 inline void checkOutput(const char* option, const std::string& path,
-                        std::initializer_list<std::optional<std::string>> others,
-                        std::vector<Fault>& faults) {
+                        const std::vector<std::optional<std::string>>& others, std::vector<Fault>& faults) {
   namespace fs = std::filesystem;
   std::error_code none;
   const auto isSame = [&](const std::optional<std::string>& other) {
@@ -115,20 +113,20 @@ inline void checkOutput(const char* option, const std::string& path,
                      fs::weakly_canonical(path, none) == fs::weakly_canonical(*other, none));
   };
   if (std::any_of(others.begin(), others.end(), isSame)) {
-    faults.push_back({option, "a file that is not another of the run's", describe(Value(path))});
+    faults.push_back({option, "a file that is not another of the run's", quoted(path)});
     return;
   }
   const bool isNew = !fs::exists(path, none);
   if (!std::ofstream(path, std::ios::app)) {
     const std::string why = std::strerror(errno);
-    faults.push_back({option, "a file that can be written", describe(Value(path)) + ": " + why});
+    faults.push_back({option, "a file that can be written", quoted(path) + ": " + why});
   } else if (isNew) {
     fs::remove(path, none);
   }
 }
 
-/// The scene, judged together with the arguments: all faults at once. `amend` changes the tree that the
-/// files gave, before it is read.
+/// Reads the scene. `faults` are those of the arguments; they are reported together with the scene's. `amend`
+/// may change the tree before it is read.
 /// @throws Refused
 template <class Amend>
 Scene readScene(const SceneArguments& given, Amend&& amend, std::vector<Fault> faults) {

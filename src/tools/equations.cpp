@@ -1,10 +1,11 @@
-/// equations SCENE.yaml: prints every matrix of Kane's equations at one state, by its letter in the notes
-/// (include/planar_chain/kane.h writes them down).
+/// equations SCENE.yaml: prints every matrix of Kane's equations at one state. include/planar_chain/kane.h
+/// defines the letters.
 
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <type_traits>
 
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
@@ -19,48 +20,79 @@ struct Arguments {
   SceneArguments scene;
   std::optional<std::string> q;
   std::optional<std::string> qd;
-  std::string t = "0";
+  std::optional<std::string> t;
   bool linearize = false;
   bool json = false;
+  bool chain = false;
 };
 
 void declare(CLI::App& app, Arguments& to) {
   declareScene(app, to.scene);
-  app.add_option("--q", to.q, "Relative angles, rad, such as 0.1,0.2; the scene's initial ones if absent");
-  app.add_option("--qd", to.qd, "Rates, rad/s, such as 0,0; the scene's initial ones if absent");
-  app.add_option("--t", to.t, "Time, s, for loads that depend on it")->capture_default_str();
-  app.add_flag("--linearize", to.linearize,
-               "Also A and B of dx/dt = A x + B dtau, x = (dq, dqd) off the state");
-  app.add_flag("--json", to.json, "For programs: one JSON object, matrices as arrays of rows");
+  app.add_option("--q", to.q, "Relative angles, rad, such as 0.1,0.2 (default: the scene's initial ones)");
+  app.add_option("--qd", to.qd, "Rates, rad/s, such as 0,0 (default: the scene's initial ones)");
+  app.add_option("--t", to.t, "Time, s, for loads that depend on it (default 0)");
+  const auto linearize = app.add_flag("--linearize", to.linearize,
+                                      "Also A and B of dx/dt = A x + B dtau, x = (dq, dqd) off the state");
+  const auto json =
+      app.add_flag("--json", to.json, "One JSON object for programs, matrices as arrays of rows");
+  app.add_flag(
+         "--chain", to.chain,
+         "Only the chain, as one JSON object: gravity, q, qd and every link with its joint, with repeated "
+         "links, a URDF and defaults written out")
+      ->excludes(linearize)
+      ->excludes(json);
   app.footer("Exit status: 0 done; 1 no finite solution; 2 bad arguments or scene.");
 }
 
-/// n finite numbers between commas.
+/// The numbers between commas, one for each joint. `absent` if none are given.
 Eigen::VectorXd vectorArgument(const char* option, const std::optional<std::string>& given,
                                const std::vector<double>& absent, std::vector<Fault>& faults) {
-  std::vector<double> numbers = absent;
-  if (given) {
-    numbers.clear();
-    std::istringstream list(*given + ',');
-    bool areSound = true;
-    for (std::string part; std::getline(list, part, ',');) {
-      part.erase(0, part.find_first_not_of(' '));
-      const std::optional<double> number = numberIn(part);
-      areSound &= number && std::isfinite(*number);
-      numbers.push_back(number.value_or(0));
-    }
-    if (!areSound || numbers.size() != absent.size()) {
-      faults.push_back(
-          {option,
-           std::to_string(absent.size()) + " finite numbers with commas between, one a joint in chain order",
-           describe(Value(*given))});
-      numbers = absent;
-    }
+  if (!given)
+    return Eigen::Map<const Eigen::VectorXd>(absent.data(), static_cast<Eigen::Index>(absent.size()));
+  std::vector<double> numbers;
+  std::istringstream list(*given + ',');
+  for (std::string part; std::getline(list, part, ',');) {
+    part.erase(0, part.find_first_not_of(' '));
+    numbers.push_back(numberIn(part).value_or(infinity));
+  }
+  const auto isFinite = [](double number) { return std::isfinite(number); };
+  if (numbers.size() != absent.size() || !std::all_of(numbers.begin(), numbers.end(), isFinite)) {
+    const std::string n = std::to_string(absent.size());
+    faults.push_back(
+        {option, n + " finite numbers with commas between, one per joint in chain order", quoted(*given)});
   }
   return Eigen::Map<Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }
 
-// ---- For a person ----------------------------------------------------------------------------
+// ---- Matrices --------------------------------------------------------------------------------
+
+/// Calls show(letter, meaning, value) for every matrix and vector of the equations, in the order of the
+/// notes.
+template <class Show>
+void showAll(const ActiveForces& active, const Kane& at, const std::optional<LinearModel>& near,
+             const Show& show) {
+  show("q", "relative joint angles, rad", at.q);
+  show("qd", "their rates, rad/s", at.qd);
+  show("S", "body from ground components", at.S);
+  show("T", "[omega_1 ... omega_n] = qd' T", at.T);
+  show("V_pd", "partial velocities of the centres of mass, columns x_1 y_1 x_2 y_2 ..., m", at.V_pd);
+  show("W_pd", "partial angular velocities", at.W_pd);
+  show("A_1", "inertia forces by qd: F_in = -qd' A_1 - qdd' A_2, kg m/s", at.A_1);
+  show("A_2", "inertia forces by qdd, kg m", at.A_2);
+  show("A_3", "inertia moments: M_in = -qdd' A_3, kg m^2", at.A_3);
+  show("F", "active forces at the centres of mass, ground components x_1 y_1 ..., N", active.F);
+  show("M_ext", "active moments on the bodies, N m", active.M);
+  show("tau", "joint torques, springs and dampers included, N m", active.tau);
+  show("f_ext", "= V_pd F + W_pd M_ext + tau, N m", at.f_ext);
+  show("f", "= f_ext - V_pd A_1' qd, N m", at.f);
+  show("M", "= V_pd A_2' + W_pd A_3', kg m^2", at.M_q);
+  show("qdd", "M qdd = f, rad/s^2", at.qdd);
+  if (!near) return;
+  show("A", "dx/dt = A x + B dtau, x = (dq, dqd) off this state", near->A);
+  show("B", "= [0; M^-1], dtau more torque in the joints", near->B);
+}
+
+// ---- As text ---------------------------------------------------------------------------------
 
 std::string shown(double number) {
   char text[32];
@@ -68,6 +100,7 @@ std::string shown(double number) {
   return text;
 }
 
+/// Prints the letter, its meaning, and the matrix in columns of one width.
 void print(const std::string& letter, const std::string& meaning, const Eigen::MatrixXd& matrix) {
   std::printf("%s   %s\n", letter.c_str(), meaning.c_str());
   std::size_t width = 0;
@@ -84,80 +117,84 @@ void print(const std::string& letter, const std::string& meaning, const Eigen::M
   std::printf("\n");
 }
 
-void printText(const Scene& scene, double t, const ActiveForces& active, const Kane& at,
+void printText(const Chain& chain, double t, const ActiveForces& active, const Kane& at,
                const std::optional<LinearModel>& near) {
   std::printf("M q'' = f(q, q', t) at t = %s s; bodies from the ground outwards:", shown(t).c_str());
-  for (const Link& link : scene.chain.links()) std::printf(" %s", link.name.c_str());
+  for (const Link& link : chain.links()) std::printf(" %s", link.name.c_str());
   std::printf("\n\n");
-
-  print("q", "relative joint angles, rad", at.q.transpose());
-  print("qd", "their rates, rad/s", at.qd.transpose());
-  for (std::size_t i = 0; i < at.S.size(); ++i) {
-    print("S_" + std::to_string(i + 1) + "0",
-          "shifter of " + scene.chain.links()[i].name + ": body from ground components", at.S[i]);
-  }
-  print("T", "[omega_1 ... omega_n] = qd' T", at.T);
-  print("V_pd", "partial velocities of the centres of mass, columns x_1 y_1 x_2 y_2 ..., m", at.V_pd);
-  print("W_pd", "partial angular velocities", at.W_pd);
-  print("A_1", "inertia forces by qd: F_in = -qd' A_1 - qdd' A_2, kg m/s", at.A_1);
-  print("A_2", "inertia forces by qdd, kg m", at.A_2);
-  print("A_3", "inertia moments: M_in = -qdd' A_3, kg m^2", at.A_3);
-  print("F", "active forces at the centres of mass, ground components x_1 y_1 ..., N", active.F.transpose());
-  print("M_ext", "active moments on the bodies, N m", active.M.transpose());
-  print("tau", "joint torques, springs and dampers included, N m", active.tau.transpose());
-  print("f_ext", "= V_pd F + W_pd M_ext + tau, N m", at.f_ext.transpose());
-  print("f", "= f_ext - V_pd A_1' qd, N m", at.f.transpose());
-  print("M", "= V_pd A_2' + W_pd A_3', kg m^2", at.M_q);
-  print("qdd", "M qdd = f, rad/s^2", at.qdd.transpose());
-  if (!near) return;
-  print("A", "dx/dt = A x + B dtau, x = (dq, dqd) off this state", near->A);
-  print("B", "= [0; M^-1], dtau more torque in the joints", near->B);
+  showAll(active, at, near, [&](const std::string& letter, const std::string& meaning, const auto& value) {
+    using Type = std::decay_t<decltype(value)>;
+    if constexpr (std::is_same_v<Type, Eigen::VectorXd>) {
+      print(letter, meaning, value.transpose());
+    } else if constexpr (std::is_same_v<Type, Eigen::MatrixXd>) {
+      print(letter, meaning, value);
+    } else {  // one matrix a body
+      for (std::size_t i = 0; i < value.size(); ++i) {
+        const std::string body = "shifter of " + chain.links()[i].name;
+        print(letter + "_" + std::to_string(i + 1) + "0", body + ": " + meaning, value[i]);
+      }
+    }
+  });
 }
 
-// ---- For a program ---------------------------------------------------------------------------
+// ---- As JSON ---------------------------------------------------------------------------------
 
 using Json = nlohmann::json;
 
-Json listOf(const Eigen::VectorXd& vector) {
+Json jsonOf(const Eigen::VectorXd& vector) {
   return std::vector<double>(vector.data(), vector.data() + vector.size());
 }
 
-Json rowsOf(const Eigen::MatrixXd& matrix) {
+Json jsonOf(const Eigen::MatrixXd& matrix) {
   Json rows = Json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back(listOf(matrix.row(i)));
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back(jsonOf(Eigen::VectorXd(matrix.row(i))));
   return rows;
 }
 
+Json jsonOf(const std::vector<Eigen::Matrix2d>& matrices) {
+  Json list = Json::array();
+  for (const Eigen::Matrix2d& matrix : matrices) list.push_back(jsonOf(Eigen::MatrixXd(matrix)));
+  return list;
+}
+
+/// Prints one key of an object on a line of its own. `before` is "{" for the first key, "," for the others.
+void printKey(const char* before, const char* key, const Json& entry) {
+  std::printf("%s\n  \"%s\": %s", before, key, entry.dump().c_str());
+}
+
 void printJson(double t, const ActiveForces& active, const Kane& at, const std::optional<LinearModel>& near) {
-  Json shifters = Json::array();
-  for (const Eigen::Matrix2d& S : at.S) shifters.push_back(rowsOf(S));
-  // One key a line: a matrix stays readable, and a diff small.
-  const char* before = "{";
-  const auto put = [&before](const char* key, const Json& entry) {
-    std::printf("%s\n  \"%s\": %s", before, key, entry.dump().c_str());
-    before = ",";
-  };
-  put("t", t);
-  put("q", listOf(at.q));
-  put("qd", listOf(at.qd));
-  put("S", shifters);
-  put("T", rowsOf(at.T));
-  put("V_pd", rowsOf(at.V_pd));
-  put("W_pd", rowsOf(at.W_pd));
-  put("A_1", rowsOf(at.A_1));
-  put("A_2", rowsOf(at.A_2));
-  put("A_3", rowsOf(at.A_3));
-  put("F", listOf(active.F));
-  put("M_ext", listOf(active.M));
-  put("tau", listOf(active.tau));
-  put("f_ext", listOf(at.f_ext));
-  put("f", listOf(at.f));
-  put("M", rowsOf(at.M_q));
-  put("qdd", listOf(at.qdd));
-  if (near) {
-    put("A", rowsOf(near->A));
-    put("B", rowsOf(near->B));
+  printKey("{", "t", t);
+  showAll(active, at, near,
+          [](const char* letter, const char*, const auto& value) { printKey(",", letter, jsonOf(value)); });
+  std::printf("\n}\n");
+}
+
+/// Prints the chain as an object with the keys of a scene. An absent limit is null.
+void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
+  Json links = Json::array();
+  for (std::size_t i = 0; i < chain.links().size(); ++i) {
+    const Link& link = chain.links()[i];
+    const Joint& joint = chain.joints()[i];
+    Json ofJoint = {{"name", joint.name},
+                    {"damping", joint.damping},
+                    {"stiffness", joint.stiffness},
+                    {"rest_angle", joint.restAngle},
+                    {"lower", joint.lower},
+                    {"upper", joint.upper},
+                    {"stop_stiffness", joint.stopStiffness},
+                    {"stop_damping", joint.stopDamping}};
+    ofJoint.update(Json(joint.others));
+    links.push_back({{"name", link.name},
+                     {"mass", link.mass},
+                     {"inertia", link.inertia},
+                     {"com", {link.com.x, link.com.y}},
+                     {"pin", {link.pin.x, link.pin.y}},
+                     {"joint", ofJoint}});
   }
+  printKey("{", "gravity", {chain.gravity().x, chain.gravity().y});
+  printKey(",", "q", jsonOf(q));
+  printKey(",", "qd", jsonOf(qd));
+  printKey(",", "links", links);
   std::printf("\n}\n");
 }
 
@@ -167,13 +204,12 @@ int equations(int argc, char** argv) {
   declare(app, given);
   if (const auto status = parseArguments(app, argc, argv)) return *status;
 
+  // The scene and the state.
   std::vector<Fault> faults;
-  const auto isAny = [](double) { return true; };
-  const double t = numberArgument("--t", given.t, "a finite number, in s", isAny, faults);
+  const double t = numberArgument("--t", given.t, "a finite number, in s", -infinity, 0, faults);
   const Scene scene = readScene(
       given.scene, [](Value&) {}, std::move(faults));
-  constexpr int mostLinks = 1000;
-  if (scene.chain.size() > mostLinks) {
+  if (!given.chain && scene.chain.size() > 1000) {
     throw Refused(
         {{"chain", "at most 1000 links, for the matrices are dense", std::to_string(scene.chain.size())}});
   }
@@ -182,6 +218,11 @@ int equations(int argc, char** argv) {
   const Eigen::VectorXd qd = vectorArgument("--qd", given.qd, scene.qd, stateFaults);
   if (!stateFaults.empty()) throw Refused(std::move(stateFaults));
 
+  // What is asked for: the chain, or the equations.
+  if (given.chain) {
+    printChain(scene.chain, q, qd);
+    return done;
+  }
   const ActiveForces active = activeForces(scene, t, q, qd);
   const Kane at = kane(scene.chain, q, qd, active);
   std::optional<LinearModel> near;
@@ -189,7 +230,7 @@ int equations(int argc, char** argv) {
   if (given.json) {
     printJson(t, active, at, near);
   } else {
-    printText(scene, t, active, at, near);
+    printText(scene.chain, t, active, at, near);
   }
   if (at.qdd.allFinite()) return done;
   std::cerr << "equations: the accelerations are not finite: the numbers are too large\n";

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Draws a motion: angles, rates, torques, energy, error estimate over time, and the phase portrait; or, with
---strobe, the chain itself at several instants.
+"""Draws a motion: angles, rates, torques, energy and error estimate over time, and the phase portrait. With --strobe
+it draws the chain itself at several instants.
 
-FILE is a CSV of `simulate --csv`, or a bag of `simulate --bag` or of rosbag record with joint_states and, for energy
-and error, the node's ~status. What the file has not is left out."""
+FILE is a CSV of `simulate --csv`, or a bag of `simulate --bag` or rosbag record. A bag needs joint_states; energy and
+error come from the node's ~status. Panels without data are left out."""
 
 import argparse
 import csv
@@ -16,23 +16,24 @@ import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
-from plot_strobe import Links, NoScene, draw_strobe  # noqa: E402
+from chain import NoChain  # noqa: E402
+from plot_strobe import Links, draw_strobe  # noqa: E402
 
-# Of Okabe and Ito: told apart by the colour-blind; with the dashes, in black and white as well.
+# The colours of Okabe and Ito, which the colour-blind can distinguish. The dashes help in black and white.
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6D31", "#7F7F7F"]
 DASHES = ["-", "--", "-.", ":"]
 MOST_JOINTS = len(COLOURS)
 ROW_HEIGHT, WIDTH = 1.9, 11.0  # inch
-INSTANTS = 9  # under the stroboscope
+INSTANTS = 9  # of --strobe
 
 
 class Refused(Exception):
-    """What is wrong with the input: what, expected, found."""
+    """A fault of the input: where, what was expected, what was found."""
 
 
 class Motion:
-    """t: of each state; q, qd, and effort or None: a column a joint. energy: t and curves by name; balance, error:
-    t and values; each may be None."""
+    """t: time of each state; q, qd, effort: one column for each joint. energy: times and curves by name. balance,
+    error: times and values. effort, energy, balance and error may be None."""
 
     def __init__(self, joints, t, q, qd, effort=None):
         self.joints, self.t, self.q, self.qd, self.effort = joints, t, q, qd, effort
@@ -64,7 +65,7 @@ def read_csv(path):
 
 
 def topics_of(bag, path, node):
-    """Of joint_states and of ~status, or None; of one node."""
+    """The topics joint_states and ~status of one node. The latter may be None."""
     types = {topic: about.msg_type for topic, about in bag.get_type_and_topic_info().topics.items()}
     states = sorted(topic for topic, kind in types.items() if kind == "sensor_msgs/JointState")
     statuses = sorted(topic for topic, kind in types.items() if kind == "planar_chain/SimStatus")
@@ -74,7 +75,7 @@ def topics_of(bag, path, node):
         statuses = [topic for topic in statuses if topic == node + "/status"]
     if len(states) != 1 or len(statuses) > 1:
         found = ", ".join(states + statuses) or "neither"
-        which = "of " + node if node else "of one node (--node says which)"
+        which = "of " + node if node else "of one node (choose it with --node)"
         raise Refused(f"{path}: expected joint_states and ~status {which}, got {found}")
     return states[0], statuses[0] if statuses else None
 
@@ -113,7 +114,7 @@ def read_bag(path, node):
 
 
 def chosen(motion, names):
-    """Columns of the joints to draw: those named, or all, or some of many."""
+    """The columns of the joints to draw: those named, or all, or some if there are many."""
     missing = [name for name in names if name not in motion.joints]
     if missing:
         raise Refused(f"--joints: expected joints of {', '.join(motion.joints[:12])}"
@@ -124,13 +125,12 @@ def chosen(motion, names):
     return sorted({round(k) for k in np.linspace(0, n - 1, min(n, MOST_JOINTS))})
 
 
-def lines(axes, t, curves):
-    for k, (name, values) in enumerate(curves):
-        axes.plot(t, values, DASHES[k // 2 % len(DASHES)], color=COLOURS[k % len(COLOURS)], label=name)
+def style(k):
+    return {"color": COLOURS[k % len(COLOURS)], "linestyle": DASHES[k // 2 % len(DASHES)]}
 
 
 def panels(motion, columns):
-    """Of each: label of the axis, its times, its curves, whether logarithmic."""
+    """For each panel: label of the axis, times, curves, True for a logarithmic axis."""
     def of(table):
         return [(motion.joints[j], table[:, j]) for j in columns]
 
@@ -156,7 +156,8 @@ def draw(motion, columns, title):
     first = None
     for row, (label, t, curves, logarithmic) in enumerate(rows):
         first = axes = figure.add_subplot(grid[row, 0], sharex=first)
-        lines(axes, t, curves)
+        for k, (name, values) in enumerate(curves):
+            axes.plot(t, values, label=name, **style(k))
         axes.set_ylabel(label)
         axes.set_yscale("log" if logarithmic else "linear")
         axes.ticklabel_format(axis="x", useOffset=False)
@@ -168,9 +169,8 @@ def draw(motion, columns, title):
 
     phase = figure.add_subplot(grid[:2, 1])
     for k, j in enumerate(columns):
-        lines_of = dict(color=COLOURS[k % len(COLOURS)], linewidth=0.9)
-        phase.plot(motion.q[:, j], motion.qd[:, j], DASHES[k // 2 % len(DASHES)], label=motion.joints[j], **lines_of)
-        phase.plot(motion.q[0, j], motion.qd[0, j], "o", markersize=4, **lines_of)
+        phase.plot(motion.q[:, j], motion.qd[:, j], label=motion.joints[j], linewidth=0.9, **style(k))
+        phase.plot(motion.q[0, j], motion.qd[0, j], "o", markersize=4, color=style(k)["color"])
     phase.set(xlabel="angle q (rad)", ylabel="rate q̇ (rad/s)", title="phase portrait, ● the start")
     key = figure.add_subplot(grid[2, 1])
     key.axis("off")
@@ -199,14 +199,14 @@ def main():
     parser = argparse.ArgumentParser(prog="plot", description=__doc__.replace("\n\n", " ").replace("\n", " "))
     parser.add_argument("file", metavar="FILE", help="a .csv or a .bag")
     parser.add_argument("--joints", nargs="+", default=[], metavar="JOINT",
-                        help=f"which to draw; otherwise all, or {MOST_JOINTS} of them, evenly along the chain")
-    parser.add_argument("--node", help="whose, such as /left/planar_chain, where a bag has several")
-    parser.add_argument("--output", metavar="OUT", help="a .png, .svg or .pdf; otherwise FILE.png")
+                        help=f"joints to draw (default: all, or {MOST_JOINTS} of them, evenly along the chain)")
+    parser.add_argument("--node", help="node, such as /left/planar_chain, if the bag has several")
+    parser.add_argument("--output", metavar="OUT", help="a .png, .svg or .pdf (default: FILE.png)")
     parser.add_argument("--strobe", metavar="SCENE", help="draws the chain in the plane; SCENE is its YAML file")
     parser.add_argument("--at", nargs="+", type=float, default=[], metavar="T",
-                        help=f"instants of --strobe, s since the first state; otherwise {INSTANTS} in equal steps")
+                        help=f"instants of --strobe, s since the first state (default: {INSTANTS} in equal steps)")
     parser.add_argument("--apart", type=float, default=0.0, metavar="D",
-                        help="m, by which --strobe moves each instant to the right of the one before")
+                        help="distance by which --strobe moves each instant to the right of the previous one, m")
     parser.add_argument("--dark", action="store_true", help="for a dark screen")
     given = parser.parse_args()
     output = given.output or given.file + ".png"
@@ -225,7 +225,7 @@ def main():
         figure = (strobe(motion, given.strobe, given.at, given.apart) if given.strobe
                   else draw(motion, columns, title))
         figure.savefig(output, dpi=130)
-    except (NoScene, Refused, OSError, UnicodeDecodeError) as problem:
+    except (NoChain, Refused, OSError, UnicodeDecodeError) as problem:
         print(f"plot: {problem}", file=sys.stderr)
         return 2
     print(f"written to {output}")

@@ -1,43 +1,27 @@
-"""The chain itself at several instants, as under a stroboscope: for plot."""
+"""Draws the chain at several instants, as under a stroboscope. For plot."""
 
 import numpy as np
-import yaml
+from chain import read_chain
 from matplotlib import colormaps, pyplot
 from matplotlib.colors import Normalize
 
-FEW_LINKS = 12          # of chains up to so many every pin is marked
-ASIDE = 0.02            # of the reach: a centre of mass further off its link has a line of its own
-WIDEST, HIGHEST, LEAST = 6.5, 5.5, 2.5  # inch, of what is drawn
+FEW_LINKS = 12          # in chains of at most so many links every pin is marked
+ASIDE = 0.02            # in units of the reach; a centre of mass further from its link gets a line of its own
+WIDEST, HIGHEST, LEAST = 6.5, 5.5, 2.5  # inch, size of the drawing
 MARGINS = 2.1, 0.9                      # inch, around it
 
 
-class NoScene(Exception):
-    """What is wrong with the scene: what, expected, found."""
-
-
 class Links:
-    """pin, com: of each link in chain order, complex, m; joints: their names."""
+    """pin, com: of each link in chain order, complex, m. joints: names."""
 
-    def __init__(self, path):
-        with open(path, encoding="utf-8") as file:
-            try:
-                scene = yaml.safe_load(file)
-                entries = [(name, scene["links"][name]) for name in scene["chain"]]
-                self.pin, self.com, self.joints = [], [], []
-                for name, link in entries:
-                    repeat = int(link.get("repeat", 1))
-                    joint = (link.get("joint") or {}).get("name")
-                    for suffix in [""] if repeat == 1 else [f"_{k}" for k in range(1, repeat + 1)]:
-                        self.joints.append(joint + suffix if joint else name + suffix + "_joint")
-                        self.pin.append(complex(*map(float, link["pin"])))
-                        self.com.append(complex(*map(float, link["com"])))
-            except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError) as problem:
-                raise NoScene(f"{path}: expected a scene with chain and links (not a URDF; simulate tells other faults), got "
-                              f"{type(problem).__name__}") from problem
+    def __init__(self, scene):
+        links = read_chain(scene)["links"]
+        self.joints = [link["joint"]["name"] for link in links]
+        self.pin, self.com = ([complex(*link[key]) for link in links] for key in ("pin", "com"))
 
 
 def pins(links, q):
-    """Ground pin, every outer pin and the tip, and the centres of mass, complex, m; q: a row an instant."""
+    """Two arrays, complex, m: the ground pin and all outer pins; the centres of mass. q: one row for each instant."""
     rotation = np.exp(1j * np.cumsum(q, axis=1))
     outer = np.cumsum(rotation * links.pin, axis=1)
     points = np.concatenate([np.zeros((len(q), 1)), outer], axis=1)
@@ -45,30 +29,35 @@ def pins(links, q):
 
 
 def is_aside(links, reach):
-    """Which centres of mass do not lie on the line from pin to pin."""
+    """True for each centre of mass that does not lie on the line from pin to pin."""
     pin, com = np.array(links.pin), np.array(links.com)
     along = np.clip((com * pin.conj()).real / np.maximum(abs(pin) ** 2, 1e-300), 0, 1)
     return abs(com - along * pin) > ASIDE * reach
 
 
 def at(motion, times):
-    """The angles at these times, between states by straight lines."""
+    """The angles at these times, interpolated linearly between states."""
     return np.column_stack([np.interp(times, motion.t, angle) for angle in motion.q.T])
 
 
 def draw_strobe(motion, links, times, apart, title):
-    """apart: m, by which each instant stands to the right of the one before."""
+    """apart: distance by which each instant is moved to the right of the previous one, m."""
+    # The chain at each instant, and the way of its tip.
     points, coms = pins(links, at(motion, times))
     shift = apart * np.arange(len(times))[:, np.newaxis]
     points, coms = points + shift, coms + shift
     fine = motion.t[(motion.t >= times[0]) & (motion.t <= times[-1])]
     trail = pins(links, at(motion, fine))[0][:, -1] + np.interp(fine, times, shift[:, 0])
     aside = is_aside(links, np.sum(np.abs(links.pin)))
+
+    # A figure that fits them.
     seen = np.concatenate([points.ravel(), trail, coms[:, aside].ravel()])
     width, height = max(np.ptp(seen.real), 1e-9), max(np.ptp(seen.imag), 1e-9)
     inch = min(WIDEST / width, HIGHEST / height)  # a metre
     figure, axes = pyplot.subplots(figsize=[max(inch * size, LEAST) + margin
                                             for size, margin in zip((width, height), MARGINS)], layout="constrained")
+
+    # Light is early, dark is late.
     colour = colormaps["viridis_r"]
     span = Normalize(times[0], times[-1] + 0.05 * (times[-1] - times[0]))
     axes.plot(trail.real, trail.imag, color="#D55E00", linewidth=0.8, label="way of the tip")

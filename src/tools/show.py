@@ -1,53 +1,38 @@
 #!/usr/bin/python3
-"""rviz on a running scene, from as far as its chain is long: show CONFIG [rviz's options]. The scene is that of the
-parameter ~simulation, the name of a node (default planar_chain)."""
+"""show CONFIG [rviz's options]: starts rviz on a running scene, with the view and the grid fitted to the length of the
+chain. The parameter ~simulation names the node (default planar_chain)."""
 
 import math
 import signal
 import subprocess
 import sys
 import tempfile
-import xml.etree.ElementTree
 
-signal.signal(signal.SIGINT, signal.SIG_DFL)  # a launch that ends at once interrupts the imports
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # the launch may end during the imports
 import rospy  # noqa: E402
 import yaml  # noqa: E402
+from chain import NoChain, read_chain  # noqa: E402
 
-FREE = 1.25   # half the height of the view, in reaches of the chain
-CELLS = 3     # of the grid, at least, in a reach
-DEFAULT = 2.0  # m: the reach of a scene that is none
-
-
-def reach(scene):
-    """No point of the chain comes farther from the ground pin, m."""
-    return sum(int(link.get('repeat', 1)) * max(math.hypot(*map(float, link[to])) for to in ('com', 'pin'))
-               for link in scene['links'].values()) or DEFAULT
+FREE = 1.25    # half the height of the view, in units of the reach
+CELLS = 3      # least number of grid cells in the reach
+DEFAULT = 2.0  # m: the reach where the scene is refused
 
 
-def reach_of_robot(urdf):
-    """The same of a URDF: from joint to joint, and to the farthest centre of mass."""
-    def length(origin):
-        return 0 if origin is None else math.hypot(*map(float, origin.get('xyz', '0 0 0').split()))
-
-    robot = xml.etree.ElementTree.fromstring(urdf)
-    joints = robot.findall('joint')
-    moving = {joint.find('child').get('link') for joint in joints}
-    between = [joint for joint in joints if joint.find('parent').get('link') in moving]
-    centres = (length(link.find('inertial/origin')) for link in robot.findall('link'))
-    return sum(length(joint.find('origin')) for joint in between) + max(centres) or DEFAULT
+def reach(links):
+    """The largest distance of a point of the chain from the ground pin, m."""
+    return sum(max(math.hypot(*link['com']), math.hypot(*link['pin'])) for link in links) or DEFAULT
 
 
 def reach_of(node):
-    """The same of the scene in a node's parameters. What is wrong with it, the node itself says."""
+    """The reach of the scene in a node's parameters. The node reports what is wrong with a scene."""
     try:
-        scene = rospy.get_param(node)
-        return reach_of_robot(scene['robot_description']) if 'robot_description' in scene else reach(scene)
-    except (AttributeError, KeyError, TypeError, ValueError, SyntaxError):
+        return reach(read_chain('/dev/stdin', yaml.safe_dump(rospy.get_param(node)))['links'])
+    except (KeyError, NoChain, OSError, yaml.YAMLError):
         return DEFAULT
 
 
 def cell(size):
-    """1, 2 or 5 times a power of ten, at most this."""
+    """The largest of 1, 2 or 5 times a power of ten that is at most this."""
     power = 10 ** math.floor(math.log10(size))
     return max(digit * power for digit in (1, 2, 5) if digit * power <= size)
 
@@ -80,7 +65,7 @@ def main():
             try:
                 return rviz.wait()
             except KeyboardInterrupt:
-                pass  # rviz has been interrupted, too, and ends
+                pass  # rviz has been interrupted too
 
 
 if __name__ == '__main__':

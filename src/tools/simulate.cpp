@@ -1,15 +1,17 @@
-/// simulate SCENE.yaml --duration T, or with --urdf ROBOT.urdf: runs a scene as fast as it goes and writes
-/// its motion as CSV, or as the bag that a node would give.
+/// simulate SCENE.yaml --duration T, or --urdf ROBOT.urdf: runs a scene as fast as possible and writes its
+/// motion as CSV or as the bag of a node.
 
+#include <dlfcn.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <stdexcept>
 
 #include "ode/methods.h"
 #include "planar_chain/simulation.h"
-#include "tools/bags_library.h"
+#include "ros/bag/bags.h"
 #include "tools/common.h"
 
 namespace planar_chain::tools {
@@ -30,31 +32,33 @@ struct Arguments {
 
 void declare(CLI::App& app, Arguments& to) {
   declareScene(app, to.from);
-  app.add_option("--duration", to.duration,
-                 "Simulated time, s; with --commands it may be left out: to the last state that their bag "
-                 "has, on joint_states or ~status");
+  app.add_option(
+      "--duration", to.duration,
+      "Simulated time, s (default with --commands: to the last state in their bag, on joint_states or "
+      "~status)");
   app.add_option("--rate", to.rate,
-                 "Rows a second of simulated time (default 100; with a bag: the scene's publish/rate)");
-  app.add_option("--method", to.method, "Integrator, instead of the scene's");
-  app.add_option("--tolerance", to.tolerance, "Of adaptive methods, instead of the scene's");
-  app.add_option("--step", to.step, "s, of fixed-step methods, instead of the scene's");
+                 "Rows per second of simulated time (default 100; with a bag: the scene's publish/rate)");
+  app.add_option("--method", to.method, "Integrator, in place of the scene's");
+  app.add_option("--tolerance", to.tolerance, "Tolerance of adaptive methods, in place of the scene's");
+  app.add_option("--step", to.step, "Step of fixed-step methods, s, in place of the scene's");
   app.add_option("--csv", to.csv, "File to write: t, q and qd of every joint, energy");
   app.add_option("--bag", to.bags.out,
                  "Bag to write: what the node publishes, stamped from 0 s on, and /clock");
-  app.add_option("--commands", to.bags.commands, "Bag whose recorded commands are taken at their times");
+  app.add_option("--commands", to.bags.commands, "Bag whose recorded commands act again at their times");
   app.add_option("--write-urdf", to.bags.urdf,
-                 "File to write: the scene as URDF, robot_description for the bag in rviz");
-  app.add_option("--node", to.bags.node, "Whose topics the bags have (default: found out, or /planar_chain)");
+                 "File to write: the scene as URDF, the robot_description for the bag in rviz");
+  app.add_option("--node", to.bags.node,
+                 "Node whose topics the bags have (default: the only one in the bag, or /planar_chain)");
   app.footer("Exit status: 0 done; 1 the run failed; 2 bad arguments or scene.");
 }
 
 // ---- Rows in time ----------------------------------------------------------------------------
 
-/// t = 0, 1/rate, 2/rate … up to and with the duration, each from its index.
+/// The times 0, 1/rate, 2/rate … and the duration, each computed from its index.
 class Rows {
  public:
   Rows(double duration, double rate) : duration_(duration), rate_(rate) {
-    // A duration that is a multiple of 1/rate, up to rounding, has no extra row just before its end.
+    // If the duration is a multiple of 1/rate, up to rounding, there is no extra row just before its end.
     const double product = duration * rate;
     const double nearest = std::round(product);
     endsOnATick_ = nearest > 0 && std::abs(product - nearest) <= 1e-15 * 4 * product;
@@ -62,26 +66,18 @@ class Rows {
   }
 
   double last() const { return last_; }
-  /// Whether row k lies at k/rate, as a tick of the node does.
+  /// True if row k lies at k/rate, as the ticks of a node do.
   bool isTick(double k) const { return k < last_ || endsOnATick_; }
   double time(double k) const { return k >= last_ ? duration_ : k / rate_; }
 
  private:
   double duration_;
   double rate_;
-  double last_;  ///< index; a double, for it may be anything before it is judged
+  double last_;  ///< index; a double, because it may be huge before it is checked
   bool endsOnATick_;
 };
 
-/// `usualDuration`, `usualRate`: where none is given.
-Rows rowsOf(const Arguments& given, double usualDuration, double usualRate, std::vector<Fault>& faults) {
-  const auto isPositive = [](double x) { return x > 0; };
-  const double duration = given.duration ? numberArgument("--duration", *given.duration,
-                                                          "a finite number > 0 s", isPositive, faults)
-                                         : usualDuration;
-  const double rate = given.rate ? numberArgument("--rate", *given.rate, "a finite number > 0 rows a second",
-                                                  isPositive, faults)
-                                 : usualRate;
+Rows rowsOf(double duration, double rate, std::vector<Fault>& faults) {
   const Rows rows(duration, rate);
   if (!(rows.last() <= mostRows)) {
     faults.push_back({"--rate", "at most 100000000 rows in all", toText(rows.last())});
@@ -91,52 +87,42 @@ Rows rowsOf(const Arguments& given, double usualDuration, double usualRate, std:
 
 // ---- The CSV file ----------------------------------------------------------------------------
 
+/// Its functions throw std::runtime_error if writing fails, for example on a full disk.
 class Csv {
  public:
-  /// @throws std::runtime_error when the file cannot be opened
-  explicit Csv(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "w")) {
-    if (!file_) fail();
-  }
-  ~Csv() {
-    if (file_) std::fclose(file_);
-  }
-  Csv(const Csv&) = delete;
-  Csv& operator=(const Csv&) = delete;
-
-  void header(const Chain& chain) {
-    std::fputs("t", file_);
+  Csv(const std::string& path, const Chain& chain)
+      : path_(path), file_(std::fopen(path.c_str(), "w"), std::fclose) {
+    require(file_ != nullptr);
+    std::fputs("t", file_.get());
     for (const char* prefix : {"q_", "qd_"}) {
-      for (const Joint& joint : chain.joints()) std::fprintf(file_, ",%s%s", prefix, joint.name.c_str());
+      for (const Joint& joint : chain.joints())
+        std::fprintf(file_.get(), ",%s%s", prefix, joint.name.c_str());
     }
-    std::fputs(",energy\n", file_);
+    std::fputs(",energy\n", file_.get());
   }
 
-  /// @throws std::runtime_error when the disk is full or the like
   void row(const Simulation& simulation) {
-    std::fprintf(file_, "%.17g", simulation.time());
-    for (const double q : simulation.q()) std::fprintf(file_, ",%.17g", q);
-    for (const double qd : simulation.qd()) std::fprintf(file_, ",%.17g", qd);
-    std::fprintf(file_, ",%.17g\n", simulation.energy().total());
-    if (std::ferror(file_)) fail();
+    std::fprintf(file_.get(), "%.17g", simulation.time());
+    for (const double q : simulation.q()) std::fprintf(file_.get(), ",%.17g", q);
+    for (const double qd : simulation.qd()) std::fprintf(file_.get(), ",%.17g", qd);
+    std::fprintf(file_.get(), ",%.17g\n", simulation.energy().total());
+    require(std::ferror(file_.get()) == 0);
   }
 
-  /// @throws std::runtime_error as row()
-  void close() {
-    if (std::fclose(std::exchange(file_, nullptr)) != 0) fail();
-  }
+  void close() { require(std::fclose(file_.release()) == 0); }
 
  private:
-  [[noreturn]] void fail() const {
-    throw std::runtime_error("cannot write " + path_ + ": " + std::strerror(errno));
+  void require(bool isGood) const {
+    if (!isGood) throw std::runtime_error("cannot write " + path_ + ": " + std::strerror(errno));
   }
 
   std::string path_;
-  std::FILE* file_;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
 };
 
-// ---- What the user sees ----------------------------------------------------------------------
+// ---- Progress and summary --------------------------------------------------------------------
 
-/// A bar on standard error, if that is a terminal; drawn ten times a second.
+/// A progress bar on standard error if that is a terminal, drawn ten times a second.
 class Progress {
  public:
   explicit Progress(double duration) : duration_(duration), isShown_(isatty(STDERR_FILENO) == 1) {}
@@ -150,11 +136,9 @@ class Progress {
     const auto now = std::chrono::steady_clock::now();
     if (!isShown_ || now < next_) return;
     next_ = now + std::chrono::milliseconds(100);
-    constexpr int width = 40;
-    const int filled = static_cast<int>(width * t / duration_);
-    std::fprintf(stderr, "\r[%s%s] %g of %g s\033[K",
-                 std::string(static_cast<std::size_t>(filled), '#').c_str(),
-                 std::string(static_cast<std::size_t>(width - filled), '.').c_str(), t, duration_);
+    std::string bar(40, '.');
+    std::fill_n(bar.begin(), static_cast<int>(40 * t / duration_), '#');
+    std::fprintf(stderr, "\r[%s] %g of %g s\033[K", bar.c_str(), t, duration_);
     std::fflush(stderr);
   }
 
@@ -164,21 +148,20 @@ class Progress {
   std::chrono::steady_clock::time_point next_{};
 };
 
+/// Angles and rates of the first twenty joints.
 void writeState(std::FILE* out, const Simulation& simulation) {
-  constexpr std::size_t most = 20;
   const std::vector<Joint>& joints = simulation.scene().chain.joints();
-  int width = 0;
-  for (std::size_t i = 0; i < joints.size() && i < most; ++i) {
-    width = std::max(width, static_cast<int>(joints[i].name.size()));
-  }
-  for (std::size_t i = 0; i < joints.size() && i < most; ++i) {
-    std::fprintf(out, "  %-*s  q = %12.6g rad  qd = %12.6g rad/s\n", width, joints[i].name.c_str(),
-                 simulation.q()[i], simulation.qd()[i]);
+  const std::size_t most = std::min<std::size_t>(joints.size(), 20);
+  std::size_t width = 0;
+  for (std::size_t i = 0; i < most; ++i) width = std::max(width, joints[i].name.size());
+  for (std::size_t i = 0; i < most; ++i) {
+    std::fprintf(out, "  %-*s  q = %12.6g rad  qd = %12.6g rad/s\n", static_cast<int>(width),
+                 joints[i].name.c_str(), simulation.q()[i], simulation.qd()[i]);
   }
   if (joints.size() > most) std::fprintf(out, "  and %zu more\n", joints.size() - most);
 }
 
-/// end: of the run, s; scene time is less after a reset.
+/// end: of the run, s. The scene's own time is less after a reset.
 void writeSummary(const Simulation& simulation, double end) {
   const Statistics statistics = simulation.statistics();
   const Energy energy = simulation.energy();
@@ -189,9 +172,9 @@ void writeSummary(const Simulation& simulation, double end) {
               simulation.recursion().c_str());
   if (statistics.rescues > 0) {
     std::printf(
-        "  the guard stepped in %lld time%s, as the energy balance did not close or a step was not possible: "
-        "those "
-        "steps were taken again, smaller or by rodas5p, which saves the energy but no accuracy lost before\n",
+        "  the energy guard repeated steps %lld time%s, smaller or by rodas5p, because the energy balance "
+        "did not "
+        "close or a step was impossible; this restores the energy, not the accuracy lost before\n",
         statistics.rescues, statistics.rescues == 1 ? "" : "s");
   }
   writeState(stdout, simulation);
@@ -201,25 +184,39 @@ void writeSummary(const Simulation& simulation, double end) {
 
 // ---- The files -------------------------------------------------------------------------------
 
-/// Notes a fault for each file that is to be written and cannot be, or is another of the run's.
+/// File name of the library for bags. Empty in a build without ROS.
+constexpr const char* bagsLibrary = PLANAR_CHAIN_BAGS;
+
+/// Loads the library, which only runs with bags need.
+/// @throws std::runtime_error if it cannot be loaded
+OpenBags* loadBags() {
+  void* const library = dlopen(bagsLibrary, RTLD_NOW);
+  void* const function = library ? dlsym(library, "openBags") : nullptr;
+  if (!function) throw std::runtime_error(dlerror());
+  return reinterpret_cast<OpenBags*>(function);
+}
+
+/// Records a fault for each output file that cannot be written or is another file of the run.
 void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
-  if (given.wantsBags()) checkBags(faults);
-  if (given.bags.node && !given.wantsBags()) {
-    faults.push_back({"--node", "--bag, --commands or --write-urdf, of which it is the node", "neither"});
+  if (given.wantsBags() && *bagsLibrary == 0) {
+    faults.push_back(
+        {"--bag, --commands, --write-urdf", "a build with ROS", "one without (PLANAR_CHAIN_ROS=OFF)"});
   }
-  const auto check = [&](const char* option, const std::optional<std::string>& path,
-                         std::initializer_list<std::optional<std::string>> others) {
+  if (given.bags.node && !given.wantsBags()) {
+    faults.push_back({"--node", "--bag, --commands or --write-urdf, whose node it names", "none of them"});
+  }
+  std::vector<std::optional<std::string>> others{given.from.scene, given.from.urdf, given.bags.commands};
+  using Output = std::pair<const char*, std::optional<std::string>>;
+  for (const auto& [option, path] :
+       {Output{"--csv", given.csv}, {"--bag", given.bags.out}, {"--write-urdf", given.bags.urdf}}) {
     if (path) checkOutput(option, *path, others, faults);
-  };
-  const auto& [scene, urdf] = given.from;
-  check("--csv", given.csv, {scene, urdf, given.bags.commands});
-  check("--bag", given.bags.out, {scene, urdf, given.bags.commands, given.csv});
-  check("--write-urdf", given.bags.urdf, {scene, urdf, given.bags.commands, given.csv, given.bags.out});
+    others.push_back(path);
+  }
 }
 
 // ---- The run ---------------------------------------------------------------------------------
 
-/// What the arguments override, put where the scene would say it: one reader judges both.
+/// Puts an argument in its place in the scene's tree, so that one reader checks both.
 void override(Value& scene, const char* section, const char* key, const std::optional<std::string>& given) {
   if (!given || !scene.map()) return;
   Value& settings = scene.map()->try_emplace(section, Value::Map()).first->second;
@@ -227,14 +224,16 @@ void override(Value& scene, const char* section, const char* key, const std::opt
 }
 
 int simulate(int argc, char** argv) {
-  CLI::App app("Simulates a scene and writes its motion.", "simulate");
+  CLI::App app("Simulates a scene as fast as possible and writes its motion.", "simulate");
   Arguments given;
   declare(app, given);
   if (const auto status = parseArguments(app, argc, argv)) return *status;
 
+  // Arguments and scene. All their faults are reported together.
   std::vector<Fault> faults;
-  constexpr double usualRate = 100, unknownDuration = 1;
-  rowsOf(given, unknownDuration, usualRate, faults);
+  const double duration = numberArgument("--duration", given.duration, "a finite number > 0 s", 0, 1, faults);
+  double rate = numberArgument("--rate", given.rate, "a finite number > 0 rows a second", 0, 100, faults);
+  rowsOf(duration, rate, faults);
   given.bags.endsAsRecorded = !given.duration;
   if (!given.duration && !given.bags.commands) {
     faults.push_back(
@@ -248,32 +247,33 @@ int simulate(int argc, char** argv) {
     if (given.wantsBags()) override(value, "publish", "rate", given.rate);
   };
   const Scene scene = readScene(given.from, amend, std::move(faults));
-  // With a bag, rows are the node's ticks: the steps end where the node's do, and so the digits are the same.
-  const double rate = given.wantsBags() ? scene.publish.rate : usualRate;
-  Rows rows = rowsOf(given, unknownDuration, rate, faults);
+
+  // With a bag, rows are the node's ticks: steps end where the node's do, so the motion is equal to the last
+  // digit.
+  if (given.wantsBags()) rate = scene.publish.rate;
+  Rows rows = rowsOf(duration, rate, faults);
   if (!faults.empty()) throw Refused(std::move(faults));
 
   const std::string& method = scene.integrator.method;
   if (given.step && !ode::hasFixedStep(method)) {
-    std::fprintf(stderr, "simulate: %s chooses its steps; --step is for methods of fixed step\n",
+    std::fprintf(stderr, "simulate: %s chooses its steps; --step only applies to fixed-step methods\n",
                  method.c_str());
   }
   if (given.tolerance && ode::hasFixedStep(method)) {
-    std::fprintf(stderr, "simulate: %s takes equal steps; --tolerance is for adaptive methods\n",
+    std::fprintf(stderr, "simulate: %s takes equal steps; --tolerance only applies to adaptive methods\n",
                  method.c_str());
   }
 
+  // The simulation, with or without bags, and the CSV file.
   std::unique_ptr<Bags> bags;
   std::optional<Simulation> alone;
-  if (given.wantsBags()) bags.reset(bagsLibrary()(scene, given.bags));
-  if (!given.duration) rows = rowsOf(given, bags->recordedEnd(), rate, faults);
+  if (given.wantsBags()) bags.reset(loadBags()(scene, given.bags));
+  if (!given.duration) rows = Rows(bags->recordedEnd(), rate);
   Simulation& simulation = bags ? bags->simulation() : alone.emplace(scene);
   std::optional<Csv> csv;
-  if (given.csv) {
-    csv.emplace(*given.csv);
-    csv->header(scene.chain);
-  }
+  if (given.csv) csv.emplace(*given.csv, scene.chain);
 
+  // The run, row by row.
   bool isGood = true;
   {
     Progress progress(rows.time(rows.last()));
@@ -287,6 +287,8 @@ int simulate(int argc, char** argv) {
   }
   if (csv) csv->close();
   if (bags) bags->close();
+
+  // The result.
   if (!isGood) {
     std::fprintf(stderr, "simulate: the run failed at t = %.17g s: %s\nThe last finite state:\n",
                  simulation.time(), simulation.fault().c_str());
