@@ -36,7 +36,7 @@ double bytesPerLink(int n, const std::string& method, bool sprung) {
 
 struct Method {
   const char* name;
-  double kilobytes;  // a link at most; README.md
+  double kilobytes;  // a link at most
 };
 
 class Memory : public testing::TestWithParam<Method> {};
