@@ -1,7 +1,12 @@
 #pragma once
 
-/// Energy and momentum of a chain: T = ½ Σ m|v|² + I ω², V = −Σ m g·x + ½ Σ k (q − q0)² + what the
-/// stops hold (stops.h).
+/// Energy and momentum of a chain:
+///
+///     T = ½ Σ m |v|² + I ω²        V = −Σ m g·x + V_e        V_e = ½ Σ k (q − q0)² + ½ Σ k_stop x²
+///     L = Σ m x×v + I ω
+///
+/// x, v: position and velocity of a centre of mass; x of a stop: how deep the joint is in it
+/// (effects/stops.h).
 
 #include <vector>
 
@@ -12,15 +17,16 @@ namespace planar_chain {
 struct Energy {
   double kinetic = 0;  ///< T, J
   double potential =
-      0;  ///< V, J: gravity (zero where a centre of mass is level with the ground pin) and springs
-  double elastic = 0;  ///< the part of V that springs and stops hold, J
+      0;               ///< V, J; the part of gravity is 0 where a centre of mass is level with the ground pin
+  double elastic = 0;  ///< V_e, J: the part of V that springs and stops store
   double total() const { return kinetic + potential; }
 };
 
-/// theta, omega: absolute angles (rad) and angular velocities (rad/s), n each. Allocates nothing.
+/// Returns the energy at the absolute angles theta (rad) and angular velocities omega (rad/s), n each.
+/// Allocates a little.
 Energy energyOf(const Chain& chain, const double* theta, const double* omega);
 
-/// Σ m x×v + I ω about the ground pin, kg m²/s. Allocates nothing.
+/// Returns L about the ground pin, kg m²/s. Allocates nothing.
 double angularMomentum(const Chain& chain, const double* theta, const double* omega);
 
 }  // namespace planar_chain

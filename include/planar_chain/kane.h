@@ -1,6 +1,6 @@
 #pragma once
 
-/// Kane's equations of the chain as matrices: the road to lay beside the notes and tick off, line by line.
+/// Kane's equations of the chain as matrices, line by line as in the notes.
 ///
 /// Plane motion of pin-connected rigid bodies, after F. Amirouche, Fundamentals of Multibody Dynamics:
 /// Theory and Applications. For body i of n, with θ_i = q_1 + … + q_i and ω_i = q̇_1 + … + q̇_i:
@@ -22,8 +22,8 @@
 ///     f     = f_ext − V_pd A_1ᵀ q̇
 ///     M_q   = V_pd A_2ᵀ + W_pd A_3ᵀ                               symmetric, positive definite
 ///
-/// Dense, O(n³), and less accurate than the recursion of articulated.h in long chains, as cond(M_q)
-/// grows like n⁴: to read and to check against, not to run.
+/// They are dense, O(n³), and for long chains less accurate than the recursion that runs
+/// (recursion/articulated.h), because cond(M_q) grows like n⁴. Read them and check against them.
 
 #include <Eigen/Core>
 #include <vector>
@@ -32,16 +32,16 @@
 
 namespace planar_chain {
 
-/// What acts on the bodies and in the joints, inertia apart.
+/// What acts on the bodies and in the joints, without inertia.
 struct ActiveForces {
   Eigen::VectorXd F;    ///< 2n: x_1 y_1 x_2 y_2 …, at the centres of mass, ground components, N
   Eigen::VectorXd M;    ///< n: on the bodies, N m
   Eigen::VectorXd tau;  ///< n: τ_i on body i and −τ_i on body i−1, N m; springs, dampers, stops included
 };
 
-/// Gravity m g at the centres of mass; the loads that act at time t (s); springs and dampers
-/// −k (q − q0) − d q̇; stops that push (stops.h). A force X at another point moves to the centre of mass with
-/// its moment there. q, qd: relative angles (rad) and rates (rad/s), n each.
+/// Returns what acts at time t (s): gravity m g at the centres of mass, loads, springs and dampers
+/// −k (q − q0) − d q̇, and stops that push (effects/stops.h). A force at another point moves to the centre of
+/// mass with its moment there. q, qd: relative angles (rad) and rates (rad/s), n each.
 /// @throws std::invalid_argument when q or qd is not of size n, or a load names a link or joint that
 ///   the chain does not have
 ActiveForces activeForces(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);

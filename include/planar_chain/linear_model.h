@@ -1,17 +1,17 @@
 #pragma once
 
-/// The chain near one state, as control theory writes it. With x = (δq, δq̇) off that state, in relative
-/// angles, and δτ more torque in the joints,
+/// The chain near one state, linearized as in control theory. x = (δq, δq̇) is the deviation from that state,
+/// in relative angles, and δτ is additional torque in the joints:
 ///
 ///     ẋ = A x + B δτ        A = [     0        1   ]        B = [   0   ]
 ///                               [ ∂q̈/∂q   ∂q̈/∂q̇ ]            [ M_q⁻¹ ]
 ///
-/// where q̈ = M_q⁻¹ f(q, q̇, t). Everything that acts is in it: gravity and offsets, Coriolis terms, springs
-/// and dampers, stops that push there (stops.h), loads as they are at time t. A force keeps its direction
-/// when its link turns, so its moment changes.
+/// with q̈ = M_q⁻¹ f(q, q̇, t). A and B include everything that acts: gravity, offsets, Coriolis terms,
+/// springs, dampers, stops that push in that state, and the loads at time t. A force keeps its direction when
+/// its link turns, so its moment changes.
 ///
-/// Found by automatic differentiation: the recursion of articulated.h in dual numbers (dual.h), once for each
-/// of the 3 n columns, O(n²) in all. Exact to rounding.
+/// Method: automatic differentiation. The recursion (recursion/articulated.h) runs in dual numbers once for
+/// each of the 3 n columns, O(n²) in all. The result is exact to rounding.
 
 #include <Eigen/Core>
 
@@ -24,7 +24,7 @@ struct LinearModel {
   Eigen::MatrixXd B;  ///< 2n×n: columns δτ_i, N m, + on body i and − on body i−1
 };
 
-/// t: s; q, qd: relative angles (rad) and rates (rad/s), n each.
+/// Returns A and B at time t (s). q, qd: relative angles (rad) and rates (rad/s), n each.
 /// @throws std::invalid_argument when q or qd is not of size n, or a load names a link or joint that
 ///   the chain does not have
 LinearModel linearModel(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);

@@ -1,22 +1,22 @@
 #pragma once
 
-/// A point of the chain drawn to a place, as by a hand: a spring that is critically damped, whatever hangs on
-/// the point.
+/// The force that pulls a point of the chain to a place: a critically damped spring, whatever hangs on the
+/// point.
 ///
-/// A force F at a point X of a link adds Λ⁻¹ F to the acceleration of X, and along a unit vector u it meets
-/// the effective mass m_eff:
+/// A force F at a point X of a link adds Λ⁻¹ F to the acceleration of X. Along a unit vector u it acts on the
+/// effective mass m_eff:
 ///
 ///     Λ⁻¹ = J M_q⁻¹ Jᵀ,   v_X = J q̇              1/m_eff = u·Λ⁻¹ u
 ///
-/// The columns of Λ⁻¹ are found in O(n): accelerations of X, by the recursion of articulated.h, in the chain
-/// at rest without gravity, under a force of 1 N along x and along y. A mass m on a spring m ω² with a damper
-/// 2 m ω comes to rest soonest without going past. So with d from X to where it is drawn
+/// The columns of Λ⁻¹ take O(n): they are the accelerations of X in the chain at rest without gravity, under
+/// a force of 1 N along x and along y. A mass m on a spring m ω² with a damper 2 m ω comes to rest soonest
+/// without overshoot. So, with d from X to the target,
 ///
 ///     F = Λ (ω² d − 2 ω v_X)                      adds ω² d − 2 ω v_X to the acceleration of X
 ///
-/// Along the axes of Λ⁻¹ on which it meets more than the mass of the whole chain (a taut one along itself:
-/// infinitely much), that mass stands in place of it: the force has a bound, the damping is less than
-/// critical.
+/// Along an axis of Λ⁻¹ the effective mass may exceed that of the whole chain; along a taut chain it is
+/// infinite. There the mass of the chain is used instead. So the force is bounded, and the damping is less
+/// than critical.
 
 #include <vector>
 
@@ -35,13 +35,14 @@ struct PointMotion {
 
 class Pull {
  public:
-  /// The chain must outlive this.
+  /// The chain must outlive this object.
   explicit Pull(const Chain& chain);
 
-  /// q, qd: relative angles (rad) and rates (rad/s), n each; point: link frame, m. Allocates nothing.
+  /// Returns the motion of a point of a link. q, qd: relative angles (rad) and rates (rad/s), n each; point:
+  /// link frame, m. Allocates nothing.
   PointMotion motionOf(const double* q, const double* qd, int link, Vec2d point);
 
-  /// F on that point, N. pulsation: ω, rad/s, > 0.
+  /// Returns F on that point, N. pulsation: ω, rad/s, > 0.
   Vec2d force(const PointMotion& point, Vec2d target, double pulsation) const;
 
  private:

@@ -8,14 +8,6 @@ namespace {
 
 constexpr std::size_t parts = 8;  // sums in as many parts do not wait for each other
 
-/// Few joints are all in the first part.
-double sumOf(const double (&sums)[parts], bool areFew) {
-  if (areFew) return sums[0];
-  double all = 0;
-  for (const double sum : sums) all += sum;
-  return all;
-}
-
 /// Of the outer body's number and the inner one's, which is 0 where there is none.
 struct Difference {
   std::size_t outer, inner;
@@ -25,7 +17,7 @@ struct Difference {
 
 }  // namespace
 
-/// f(i, l, difference) for the first `count` joints; l: less than `parts`, and another one for each
+/// Calls f(i, l, difference) for the first `count` joints. l is less than `parts`, and not that of a
 /// neighbour.
 template <class F>
 void Springs::forJoints(std::size_t count, F f) const {
@@ -43,6 +35,20 @@ void Springs::forJoints(std::size_t count, F f) const {
     for (std::size_t l = 0; l < parts; ++l) next(i + l, l);
   }
   for (; i < count; ++i) next(i, 0);
+}
+
+/// Returns Σ term(i, difference) over the first `count` joints.
+template <class Term>
+double Springs::sumOver(std::size_t count, Term term) const {
+  double sum = 0;
+  if (count < row_ + parts) {
+    forJoints(count, [&](std::size_t i, std::size_t, const Difference& of) { sum += term(i, of); });
+    return sum;
+  }
+  double sums[parts] = {};
+  forJoints(count, [&](std::size_t i, std::size_t l, const Difference& of) { sums[l] += term(i, of); });
+  for (const double part : sums) sum += part;
+  return sum;
 }
 
 Springs::Springs(const Chain& chain, const Arrangement* lanes) {
@@ -81,13 +87,11 @@ double Springs::findTorques(const double* theta, const double* omega) {
   forJoints(size(), [=](std::size_t i, std::size_t, const Difference& difference) {
     torque[i] = -k[i] * (difference(theta) - rest[i]);
   });
-  double lost[parts] = {};
-  forJoints(d_.size(), [=, &lost](std::size_t i, std::size_t l, const Difference& difference) {
+  return sumOver(d_.size(), [=](std::size_t i, const Difference& difference) {
     const double qd = difference(omega), damping = d[i] * qd;
     torque[i] -= damping;
-    lost[l] += damping * qd;
+    return damping * qd;
   });
-  return sumOf(lost, d_.size() < row_ + parts);
 }
 
 double Springs::apply(const double* theta, const double* omega, double* N) {
@@ -114,11 +118,9 @@ void Springs::addStiffness(double* k, double* d) const {
 
 double Springs::dissipationAlong(const double* omega, const double* v) const {
   const double* d = d_.data();
-  double change[parts] = {};
-  forJoints(d_.size(), [=, &change](std::size_t i, std::size_t l, const Difference& difference) {
-    change[l] += 2 * d[i] * difference(omega) * difference(v);
+  return sumOver(d_.size(), [=](std::size_t i, const Difference& difference) {
+    return 2 * d[i] * difference(omega) * difference(v);
   });
-  return sumOf(change, d_.size() < row_ + parts);
 }
 
 // ---- The effect ------------------------------------------------------------------------------------

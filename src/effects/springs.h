@@ -39,6 +39,8 @@ class Springs {
   std::size_t size() const { return k_.size(); }
   template <class F>
   void forJoints(std::size_t count, F f) const;
+  template <class Term>
+  double sumOver(std::size_t count, Term term) const;
 
   std::size_t first_ = 0;
   std::size_t row_ = 1;  ///< from the inner body's number to that of the outer one

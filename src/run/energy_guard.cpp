@@ -42,7 +42,7 @@ void EnergyGuard::begin(const ode::State& state, const double* y) {
   gap_ = moved_ = 0;
 }
 
-bool EnergyGuard::closes(const ode::State& state, const double* y) {
+bool EnergyGuard::accept(const ode::State& state, const double* y) {
   const Energy now = energyOf(chain_, kinds_, y, y + n_);
   const Works works = worksOf(y);
   const double in = works.in - worksThen_.in;

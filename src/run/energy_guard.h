@@ -1,19 +1,22 @@
 #pragma once
 
-/// Watches the energy balance: what no error estimate of a step can see, energy made or lost by the method
-/// itself, opens a gap in
+/// Checks the energy balance. A method that makes or loses energy opens a gap that no error estimate of a
+/// step shows:
 ///
-///     T + V = (T + V before) + W_s − W_d
+///     gap = T + V − (T + V before) − W_s + W_d
 ///
-/// Gaps of about the last second are added up; they are no sign of trouble while what the tolerance allows
-/// explains them. Angles off by ε and rates off by ε (1 + max|ω|) move the energy by at most
+/// Gaps of about the last second are added up. A gap is accepted while the tolerance explains it. Angles off
+/// by ε and rates off by ε (1 + max|ω|) change the energy by at most
 ///
-///     2 √(T T_ε) + T_ε + 2 √(V_e V_ε) + V_ε + ε Σ m |g| ρ     T_ε: kinetic energy of that rate error at
-///     worst
+///     2 √(T T_ε) + T_ε + 2 √(V_e V_ε) + V_ε + ε Σ m |g| ρ
 ///
-/// with V_e the elastic energy, V_ε = 2 ε² Σ k, ρ_j = |r_j| + Σ_{k<j} |p_k| the farthest that body j can be
-/// from the ground; ε = 10 tolerances and what rounding does. To this comes a share of the energy that moves:
-/// a thousand tolerances; a tenth for methods of fixed step, which promise no tolerance.
+///     T_ε         kinetic energy of that rate error, at worst
+///     V_e, V_ε    elastic energy; 2 ε² Σ k
+///     ρ_j         |r_j| + Σ_{k<j} |p_k|, the farthest that body j can be from the ground
+///     ε           10 tolerances, and rounding
+///
+/// A share of the energy that moves is allowed besides: a thousand tolerances. Methods of fixed step promise
+/// no tolerance; for them the share is a tenth.
 
 #include "dynamics/stored_energy.h"
 #include "ode/system.h"
@@ -23,16 +26,17 @@ namespace planar_chain {
 
 class EnergyGuard {
  public:
-  /// The chain must outlive this object; works: the components of y behind angles and rates, 0 or 2.
+  /// works: how many components of y stand behind angles and rates, 0 or 2. The chain must outlive this
+  /// object.
   EnergyGuard(const Chain& chain, const IntegratorSettings& settings, int works);
 
-  /// The balance starts at this state; y: it in the order of the chain.
+  /// Starts the balance at this state. y: the same state in chain order.
   void begin(const ode::State& state, const double* y);
-  /// True when the balance from the last good state to this one closes; it is the last good one from then on.
-  /// Allocates nothing.
-  bool closes(const ode::State& state, const double* y);
+  /// Returns true if the balance closes from the last good state to this one, which then is the last good
+  /// state. Allocates nothing.
+  bool accept(const ode::State& state, const double* y);
   const ode::State& lastGood() const { return good_; }
-  /// What was too much (or missing, if negative) when the balance last did not close, J.
+  /// The gap that was last refused, J: positive if there was too much energy.
   double gap() const { return refused_; }
 
  private:

@@ -171,7 +171,7 @@ struct Simulation::Parts {
         integrator().integrate(state, end, dynamics.effects().longestStep(), stepsPerCheck);
     restore();
     const bool failed = outcome == ode::Outcome::notFinite || outcome == ode::Outcome::stepTooSmall;
-    if (failed || !guard.closes(state, y.data())) return climb(outcome);
+    if (failed || !guard.accept(state, y.data())) return climb(outcome);
 
     if (outcome == ode::Outcome::switched) {
       dynamics.change(y.data());
