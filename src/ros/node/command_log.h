@@ -1,7 +1,7 @@
 #pragma once
 
-/// ~commands_taken: what was taken that changes the motion, and before which tick, so that all of it can be
-/// done again.
+/// The topic ~commands_taken: every accepted input that changes the motion, with the tick before which it
+/// came. From these the motion can be computed again.
 
 #include <planar_chain/CommandTaken.h>
 #include <ros/node_handle.h>
@@ -20,12 +20,11 @@ class CommandLog {
     double sceneTime;  ///< s
   };
 
-  /// now: where the simulation stands.
+  /// now: returns the simulation's present instant.
   CommandLog(ros::NodeHandle& node, std::function<Instant()> now)
       : out_(node.advertise<CommandTaken>("commands_taken", queueSize)), now_(std::move(now)) {}
 
-  /// Counts what was taken; `fill` puts what belongs to it into the message, which is made while somebody
-  /// listens.
+  /// Counts an input. If there are subscribers, publishes it; `fill` sets the fields of its kind.
   template <class Fill>
   void add(std::uint8_t kind, Fill&& fill) {
     ++count_;
@@ -44,7 +43,7 @@ class CommandLog {
   }
 
  private:
-  static constexpr std::uint32_t queueSize = 10000;  // a lost one would spoil the rest
+  static constexpr std::uint32_t queueSize = 10000;  // a lost message would make the others useless
 
   ros::Publisher out_;
   std::function<Instant()> now_;

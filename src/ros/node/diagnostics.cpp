@@ -6,7 +6,7 @@ namespace planar_chain {
 
 namespace {
 
-constexpr double worrying = 0.5;  // s of lag
+constexpr double largestLag = 0.5;  // s
 
 }  // namespace
 
@@ -16,9 +16,9 @@ Diagnostics::Diagnostics(const SimStatus& status, std::string clock)
   updater_.add("simulation", this, &Diagnostics::report);
 }
 
-void Diagnostics::publish(const std::string& faultOfClock) {
-  faultOfClock_ = faultOfClock;
-  // Not by the updater's own period, which is one of sim time; and nothing is stamped 0.
+void Diagnostics::publish(const std::string& clockFault) {
+  clockFault_ = clockFault;
+  // The updater's own period is simulation time, so force it. A message must not have the stamp 0.
   if (!ros::Time::now().isZero()) updater_.force_update();
 }
 
@@ -26,12 +26,12 @@ void Diagnostics::report(diagnostic_updater::DiagnosticStatusWrapper& out) {
   using diagnostic_msgs::DiagnosticStatus;
   if (!status_.fault.empty()) {
     out.summary(DiagnosticStatus::ERROR, status_.fault);
-  } else if (!faultOfClock_.empty()) {
-    out.summary(DiagnosticStatus::WARN, faultOfClock_);
-  } else if (status_.lag > worrying) {
+  } else if (!clockFault_.empty()) {
+    out.summary(DiagnosticStatus::WARN, clockFault_);
+  } else if (status_.lag > largestLag) {
     out.summaryf(DiagnosticStatus::WARN, "%.3f s behind %s", status_.lag, clock_.c_str());
   } else {
-    out.summary(DiagnosticStatus::OK, status_.standstill.empty() ? "it goes on" : status_.standstill);
+    out.summary(DiagnosticStatus::OK, status_.standstill.empty() ? "running" : status_.standstill);
   }
   out.add("follows", clock_);
   out.add("sim_time", status_.sim_time);

@@ -11,17 +11,17 @@ namespace planar_chain {
 
 class Diagnostics {
  public:
-  /// status: what the node knows of itself, which must outlive this; clock: the name of what it follows.
+  /// status: of the node; must outlive this. clock: the name of the node's clock.
   Diagnostics(const SimStatus& status, std::string clock);
 
-  /// faultOfClock: what is wrong with /clock, if anything
-  void publish(const std::string& faultOfClock);
+  /// Publishes the status at once. clockFault: a fault of /clock; empty: none.
+  void publish(const std::string& clockFault);
 
  private:
   void report(diagnostic_updater::DiagnosticStatusWrapper& out);
 
   const SimStatus& status_;
-  std::string clock_, faultOfClock_;
+  std::string clock_, clockFault_;
   diagnostic_updater::Updater updater_;
 };
 

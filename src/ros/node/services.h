@@ -1,12 +1,8 @@
 #pragma once
 
-/// The services: requests in, handed to the node, its answers out.
+/// The services that change the motion.
 
-#include <planar_chain/SetState.h>
-#include <planar_chain/Step.h>
-#include <ros/node_handle.h>
 #include <ros/service_server.h>
-#include <std_srvs/Trigger.h>
 
 #include <vector>
 
@@ -14,17 +10,8 @@
 
 namespace planar_chain {
 
-class Services {
- public:
-  /// Advertises ~pause, ~resume, ~reset, ~clear_commands, ~set_state and ~step. The node must outlive this.
-  explicit Services(Node& node);
-
- private:
-  void offer(const char* name, Node::Answer (Node::*action)());
-
-  Node& node_;
-  ros::NodeHandle handle_{"~"};
-  std::vector<ros::ServiceServer> servers_;
-};
+/// Advertises ~pause, ~resume, ~reset, ~clear_commands, ~set_state and ~step. The node must outlive the
+/// servers.
+std::vector<ros::ServiceServer> advertiseServices(Node& node);
 
 }  // namespace planar_chain
