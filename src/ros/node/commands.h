@@ -1,11 +1,13 @@
 #pragma once
 
-/// The command topics: each message is checked as a whole, then passed to the simulation.
+/// The command topics, and the log of accepted commands.
 
+#include <planar_chain/CommandTaken.h>
 #include <planar_chain/JointTorque.h>
 #include <planar_chain/LinkForce.h>
 #include <planar_chain/SimStatus.h>
 #include <ros/node_handle.h>
+#include <ros/publisher.h>
 #include <ros/subscriber.h>
 #include <std_msgs/Float64MultiArray.h>
 
@@ -13,18 +15,57 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planar_chain/fault.h"
 #include "planar_chain/simulation.h"
 #include "ros/messages/pace.h"
-#include "ros/node/command_log.h"
 
 namespace planar_chain {
 
-/// A message with a fault is refused as a whole: nothing changes, a throttled warning gives the reason, and
-/// the status counts it. An accepted command acts from its start, or from the simulation's present time if
-/// that is later.
+/// The topic ~commands_taken: every accepted input that changes the motion, with the tick before which it
+/// came. From these the motion can be computed again.
+class CommandLog {
+ public:
+  struct Instant {
+    long long nextTick;
+    double sceneTime;  ///< s
+  };
+
+  /// now: returns the simulation's present instant.
+  CommandLog(ros::NodeHandle& node, std::function<Instant()> now)
+      : out_(node.advertise<CommandTaken>("commands_taken", queueSize)), now_(std::move(now)) {}
+
+  /// Counts an input. If there are subscribers, publishes it; `fill` sets the fields of its kind.
+  template <class Fill>
+  void add(std::uint8_t kind, Fill&& fill) {
+    ++count_;
+    if (out_.getNumSubscribers() == 0) return;
+    const Instant now = now_();
+    CommandTaken taken;
+    taken.number = count_;
+    taken.tick = static_cast<std::uint64_t>(now.nextTick);
+    taken.scene_time = now.sceneTime;
+    taken.kind = kind;
+    fill(taken);
+    out_.publish(taken);
+  }
+  void add(std::uint8_t kind) {
+    add(kind, [](CommandTaken&) {});
+  }
+
+ private:
+  static constexpr std::uint32_t queueSize = 10000;  // a lost message would make the others useless
+
+  ros::Publisher out_;
+  std::function<Instant()> now_;
+  std::uint64_t count_ = 0;
+};
+
+/// Each message is checked as a whole, then passed to the simulation. A message with a fault is refused as a
+/// whole: nothing changes, a throttled warning gives the reason, and the status counts it. An accepted
+/// command acts from its start, or from the simulation's present time if that is later.
 class Commands {
  public:
   /// The most commands that can be timed or waiting.

@@ -9,7 +9,6 @@
 
 #include "ros/node/node.h"
 #include "ros/node/parameters.h"
-#include "ros/node/services.h"
 
 namespace {
 
@@ -32,7 +31,6 @@ int main(int argc, char** argv) {
   const ros::NodeHandle keepsLoggingAlive;
   return planar_chain::withScene(ros::this_node::getName(), [](const planar_chain::Scene& scene) {
     planar_chain::Node node(scene);
-    const auto servers = planar_chain::advertiseServices(node);
     // roscpp's own handler would shut down in another thread, in the middle of a tick. Until here it is
     // wanted: it ends the wait for a master.
     std::signal(SIGINT, end);

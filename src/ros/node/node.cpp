@@ -7,10 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
-#include "ros/messages/incoming.h"
-#include "ros/node/queries.h"
 #include "ros/node/summary.h"
 #include "ros/view/urdf.h"
 
@@ -26,14 +23,10 @@ constexpr long long catchUpShare = 50;  // or the missing ticks divided by this 
 constexpr double catchUpTime = 0.05;    // s of wall time at most
 constexpr double factorSeconds = 5;     // over which the real-time factor is measured
 constexpr double warningPeriod = 5;     // s
+constexpr double largestLag = 0.5;      // s, without a warning on /diagnostics
 constexpr double longestWait = 0.1;     // s, to notice a shutdown or a halted clock
 
 constexpr auto servePeriod = std::chrono::milliseconds(100);  // during a tick
-
-constexpr std::uint32_t mostSteps = 10000;       // of one call
-constexpr std::size_t mostStepValues = 1000000;  // joints × ticks of one answer
-
-constexpr const char* longTick = "a long tick is running; ~reset aborts it";
 
 std::uint32_t queueFor(double rate) {
   return static_cast<std::uint32_t>(std::max(10.0, std::ceil(queueSeconds * rate)));
@@ -66,10 +59,8 @@ Node::Node(const Scene& scene)
              return CommandLog::Instant{next_, simulation_.time()};
            }),
       commands_(simulation_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
-      queries_(advertiseQueries(inner_, simulation_)),
       messages_(scene, frames_),
       views_(inner_, scene, frames_),
-      diagnostics_(status_, clock_->name()),
       pace_(settings_.rate),
       next_(clock_->firstTick()),
       factor_(static_cast<std::size_t>(1 + std::ceil(factorSeconds * settings_.statusRate))),
@@ -94,6 +85,9 @@ Node::Node(const Scene& scene)
   ros::NodeHandle commandsHandle("~");
   commandsHandle.setCallbackQueue(&commandQueue_);
   commands_.listen(commandsHandle, log_);
+  advertiseServices();
+  diagnostics_.setHardwareID("none");
+  diagnostics_.add("simulation", this, &Node::diagnose);
 
   ROS_INFO("%s", whatRuns(simulation_).c_str());
   ROS_INFO("%s; time: %s", whatIsPublished(settings_, frames_).c_str(), clock_->name().c_str());
@@ -214,7 +208,29 @@ void Node::publishStatus(double now) {
 
 void Node::publishDiagnostics() {
   updateStatus();
-  diagnostics_.publish(master_->clockFault());
+  // The updater's own period is simulation time, so force it. A message must not have the stamp 0.
+  if (!ros::Time::now().isZero()) diagnostics_.force_update();
+}
+
+void Node::diagnose(diagnostic_updater::DiagnosticStatusWrapper& out) {
+  using diagnostic_msgs::DiagnosticStatus;
+  const std::string clockFault = master_->clockFault();
+  if (!status_.fault.empty()) {
+    out.summary(DiagnosticStatus::ERROR, status_.fault);
+  } else if (!clockFault.empty()) {
+    out.summary(DiagnosticStatus::WARN, clockFault);
+  } else if (status_.lag > largestLag) {
+    out.summaryf(DiagnosticStatus::WARN, "%.3f s behind %s", status_.lag, clock_->name().c_str());
+  } else {
+    out.summary(DiagnosticStatus::OK, status_.standstill.empty() ? "running" : status_.standstill);
+  }
+  out.add("follows", clock_->name());
+  out.add("sim_time", status_.sim_time);
+  out.add("real_time_factor", status_.real_time_factor);
+  out.add("lag", status_.lag);
+  out.add("overruns", status_.overruns);
+  out.add("rejected_commands", status_.rejected_commands);
+  out.add("last_rejection", status_.last_rejection);
 }
 
 /// Sets the fields of the status that the node determines.
@@ -232,111 +248,6 @@ void Node::updateStatus() {
   commands_.describe(status_);
 }
 
-// ---- The services ------------------------------------------------------------------------------
-
-void Node::restartClock() {
-  resting_ = 0;
-  clock_->begin(next_);
-}
-
-Node::Answer Node::pause() {
-  if (paused_) return {true, "already paused"};
-  paused_ = true;
-  return {true, "paused"};
-}
-
-Node::Answer Node::resume() {
-  if (!simulation_.fault().empty()) return {false, simulation_.fault() + "; call ~reset or ~set_state"};
-  if (!paused_) return {true, "already running"};
-  paused_ = false;
-  restartClock();
-  return {true, "running"};
-}
-
-Node::Answer Node::reset() {
-  const bool hadFailed = !simulation_.fault().empty();
-  // Commands that have arrived belong to the time before the reset.
-  if (inTick_) {
-    commandQueue_.clear();
-  } else {
-    commandQueue_.callAvailable();
-  }
-  ++resets_;
-  simulation_.reset();
-  commands_.forget();
-  log_.add(CommandTaken::RESET);
-  origin_ = next_;
-  if (hadFailed && !paused_) restartClock();
-  return {true, paused_ ? "reset to the initial state; paused" : "reset to the initial state"};
-}
-
-Node::Answer Node::clearCommands() {
-  if (inTick_) return {false, longTick};
-  commandQueue_.callAvailable();
-  simulation_.clearCommands();
-  log_.add(CommandTaken::CLEAR_COMMANDS);
-  return {true, "all commands are cleared"};
-}
-
-Node::Answer Node::setState(const std::vector<double>& q, const std::vector<double>& qd) {
-  // Check the request.
-  if (inTick_) return {false, longTick};
-  std::vector<Fault> faults;
-  checkValues(faults, "q", "angles", "rad", q, simulation_.q().size());
-  checkValues(faults, "qd", "rates", "rad/s", qd, simulation_.qd().size());
-  if (!faults.empty()) return {false, toString(faults)};
-
-  // Set the state.
-  commandQueue_.callAvailable();
-  const bool hadFailed = !simulation_.fault().empty();
-  try {
-    simulation_.setState(q, qd);
-  } catch (const std::invalid_argument& refusal) {
-    return {false, refusal.what()};
-  }
-  log_.add(CommandTaken::SET_STATE, [&](CommandTaken& taken) {
-    taken.q = q;
-    taken.qd = qd;
-  });
-  if (hadFailed && !paused_) restartClock();
-  return {true, "the state is set"};
-}
-
-Node::Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
-                        std::vector<sensor_msgs::JointState>& states) {
-  // Check the request.
-  if (!simulation_.fault().empty()) return {false, simulation_.fault() + "; call ~reset or ~set_state"};
-  if (inTick_) return {false, longTick};
-  if (!clock_->hasBegun()) return {false, clock_->haltedBy()};
-  commandQueue_.callAvailable();
-  const std::size_t joints = simulation_.q().size();
-  const auto most = std::min<std::size_t>(mostSteps, std::max<std::size_t>(1, mostStepValues / joints));
-  std::vector<Fault> faults;
-  if (!torques.empty()) faults = commands_.faultsOf(torques, "torques");
-  if (ticks < 1 || ticks > most) {
-    faults.push_back({"n", "from 1 to " + std::to_string(most) + " ticks", std::to_string(ticks)});
-  }
-  if (!faults.empty()) return {false, toString(faults)};
-
-  // Pause and hold the torques.
-  const bool ran = !paused_;
-  paused_ = true;
-  if (!torques.empty()) commands_.hold(torques);
-  log_.add(CommandTaken::STEP, [&](CommandTaken& taken) { taken.joint_torques = torques; });
-
-  // Tick. Unless the state of scene time 0 has been published, it counts as that of the tick before.
-  if (next_ == origin_) --origin_;
-  states.reserve(ticks);
-  for (std::uint32_t k = 0; k < ticks; ++k) {
-    if (!tick()) {
-      if (!keepGoing_()) return {false, "the node is ending"};
-      return {false, simulation_.fault().empty() ? "~reset aborted the tick" : simulation_.fault()};
-    }
-    states.push_back(messages_.jointStates(simulation_, clock_->stampOf(next_ - 1)));
-  }
-  return {true, ran ? "done; the simulation was paused, ~resume continues it" : "done; it is paused"};
-}
-
 // ---- Time --------------------------------------------------------------------------------------
 
 /// Returns the scene time of a stamp, s. A tick's stamp gives exactly the tick's time. Any other time is
@@ -348,6 +259,11 @@ double Node::sceneTimeOf(ros::Time stamp) const {
   const double since = static_cast<double>(ns - clock_->ns(from)) / 1e9;
   const long long tick = from + std::llround(since * settings_.rate);
   return clock_->ns(tick) == ns ? sceneTime(tick) : sceneTime(from) + since;
+}
+
+void Node::restartClock() {
+  resting_ = 0;
+  clock_->begin(next_);
 }
 
 double Node::elapsed() const {

@@ -2,6 +2,7 @@
 
 /// The node: a simulation that follows a clock, its publishers, its commands and its services.
 
+#include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
@@ -21,9 +22,7 @@
 #include "ros/messages/messages.h"
 #include "ros/messages/pace.h"
 #include "ros/node/clock.h"
-#include "ros/node/command_log.h"
 #include "ros/node/commands.h"
-#include "ros/node/diagnostics.h"
 #include "ros/node/master_watch.h"
 #include "ros/view/views.h"
 
@@ -36,12 +35,11 @@ namespace planar_chain {
 /// Commands then wait, and services that change the motion are refused, except ~reset, which aborts the tick.
 class Node {
  public:
-  /// Sets robot_description, advertises and subscribes.
+  /// Sets robot_description, advertises topics and services, and subscribes.
   /// @throws Refused for frame names that collide.
   explicit Node(const Scene& scene);
 
-  /// Ticks and serves while keepGoing() is true; it is polled during long ticks too. Call this after all
-  /// services are advertised.
+  /// Ticks and serves while keepGoing() is true; it is polled during long ticks too.
   void run(bool (*keepGoing)());
 
   // The services. Each acts between two ticks. If `success` is false, nothing has changed.
@@ -61,6 +59,7 @@ class Node {
               std::vector<sensor_msgs::JointState>& states);
 
  private:
+  void advertiseServices();
   double serve();
   void publishHealth(double now);
   void runDueTicks(double now);
@@ -69,6 +68,7 @@ class Node {
   void publishState();
   void publishStatus(double now);
   void publishDiagnostics();
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& out);
   void updateStatus();
   void restartClock();
 
@@ -86,14 +86,14 @@ class Node {
   std::unique_ptr<Clock> clock_;
   CommandLog log_;
   Commands commands_;
-  std::vector<ros::ServiceServer> queries_;
   Messages messages_;
   Views views_;
   SimStatus status_;
-  Diagnostics diagnostics_;
+  diagnostic_updater::Updater diagnostics_;
 
   ros::Publisher jointStatesOut_, linkStatesOut_, tfOut_, statusOut_;
   std::optional<tf2_ros::StaticTransformBroadcaster> staticTf_;
+  std::vector<ros::ServiceServer> servers_;
   std::optional<MasterWatch> master_;  ///< from run() on
 
   Pace pace_;
