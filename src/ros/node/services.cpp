@@ -139,7 +139,7 @@ Node::Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
   if (!torques.empty()) commands_.hold(torques);
   log_.add(CommandTaken::STEP, [&](CommandTaken& taken) { taken.joint_torques = torques; });
 
-  // Tick. Unless the state of scene time 0 has been published, it counts as that of the tick before.
+  // Tick. If the state of scene time 0 has not been published, it belongs to the tick before.
   if (next_ == origin_) --origin_;
   states.reserve(ticks);
   for (std::uint32_t k = 0; k < ticks; ++k) {

@@ -114,7 +114,7 @@ void MouseDrag::onFeedback(const Feedback& feedback) {
     case Feedback::POSE_UPDATE:
     case Feedback::KEEP_ALIVE:
       if (!isGrabbed) return;
-      grip_->heard = ros::WallTime::now();
+      grip_->feedbackAt = ros::WallTime::now();
       grip_->offset = offset;
       grip_->offsetAt = feedback.header.stamp;
       return findTarget();
@@ -163,7 +163,7 @@ void MouseDrag::findTarget() {
 void MouseDrag::onState(const sensor_msgs::JointState& state) {
   const auto n = static_cast<std::size_t>(scene_.chain.size());
   if (!grip_ || state.position.size() != n || state.velocity.size() != n) return;
-  if ((ros::WallTime::now() - grip_->heard).toSec() > longestSilence) return release();
+  if ((ros::WallTime::now() - grip_->feedbackAt).toSec() > longestSilence) return release();
 
   // Find the point, and the mouse. Stamps go back if the clock does.
   const PointMotion point =

@@ -56,7 +56,7 @@ class MouseDrag {
     Vec2d point;   ///< grabbed, link frame, m
     Vec2d offset;  ///< from the point to the mouse, link frame at offsetAt, m
     ros::Time offsetAt;
-    ros::WallTime heard;          ///< the last feedback
+    ros::WallTime feedbackAt;     ///< the last feedback
     std::deque<Place> path;       ///< the last two seconds
     std::optional<Vec2d> target;  ///< the mouse, base frame, m
   };

@@ -31,10 +31,14 @@ class Writer {
   std::string text() {
     out_.PushHeader(false, true);
     open("robot", {{"name", "planar_chain"}});
-    material("ground", "0.55 0.58 0.62 1");
-    material("pin", "0.80 0.82 0.85 1");
-    material("even", "0.20 0.55 0.85 1");
-    material("odd", "0.98 0.65 0.15 1");
+    for (const auto& [name, rgba] : {std::pair{"ground", "0.55 0.58 0.62 1"},
+                                     {"pin", "0.80 0.82 0.85 1"},
+                                     {"even", "0.20 0.55 0.85 1"},
+                                     {"odd", "0.98 0.65 0.15 1"}}) {
+      open("material", {{"name", name}});
+      leaf("color", {{"rgba", rgba}});
+      close();
+    }
     upright();
     ground();
     for (int i = 0; i < chain_.size(); ++i) {
@@ -56,12 +60,6 @@ class Writer {
   /// An element without children.
   void leaf(const char* element, Attributes attributes) {
     open(element, attributes);
-    close();
-  }
-
-  void material(const char* name, const char* rgba) {
-    open("material", {{"name", name}});
-    leaf("color", {{"rgba", rgba}});
     close();
   }
 
