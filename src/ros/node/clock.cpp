@@ -222,11 +222,6 @@ std::int64_t Clock::ns(long long tick) const {
   return stamp0_ + Pace(rate_).nanosecondsOf(tick - tick0_);
 }
 
-void Clock::beginStamps(long long tick, std::int64_t stamp) {
-  tick0_ = tick;
-  stamp0_ = stamp;
-}
-
 ros::Time Clock::stampOf(long long tick) const {
   return timeOf(ns(tick));
 }

@@ -58,7 +58,7 @@ class Clock {
  protected:
   double rate() const { return rate_; }
   /// Sets k_0 and s_0 (ns).
-  void beginStamps(long long tick, std::int64_t stamp);
+  void beginStamps(long long tick, std::int64_t stamp) { tick0_ = tick, stamp0_ = stamp; }
 
  private:
   double rate_;

@@ -26,12 +26,12 @@ void checkZero(Faults& faults, const std::string& path, double value) {
 }
 
 /// Returns the index of `name`. Without one, adds a fault and returns −1.
-int find(Faults& faults, const std::string& path, const std::map<std::string, int>& index,
+int find(Faults& faults, const std::string& path, const std::map<std::string, int>& indices,
          const std::string& name) {
-  const auto found = index.find(name);
-  if (found != index.end()) return found->second;
+  const auto found = indices.find(name);
+  if (found != indices.end()) return found->second;
   std::string known;
-  for (auto entry = index.begin(); entry != index.end() && known.size() < longestList; ++entry) {
+  for (auto entry = indices.begin(); entry != indices.end() && known.size() < longestList; ++entry) {
     known += (known.empty() ? "" : ", ") + entry->first;
   }
   if (known.size() >= longestList) known += ", …";
@@ -49,8 +49,8 @@ Commands::Commands(Simulation& simulation, SceneTime sceneTime)
     : simulation_(simulation), sceneTime_(std::move(sceneTime)) {
   const Chain& chain = simulation.scene().chain;
   for (int i = 0; i < chain.size(); ++i) {
-    joints_[chain.joints()[static_cast<std::size_t>(i)].name] = i;
-    links_[chain.links()[static_cast<std::size_t>(i)].name] = i;
+    joints_[chain.joints()[index(i)].name] = i;
+    links_[chain.links()[index(i)].name] = i;
   }
 }
 

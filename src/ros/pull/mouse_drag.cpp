@@ -79,7 +79,7 @@ void MouseDrag::offerMarker(int link) {
 
   visualization_msgs::InteractiveMarker marker;
   // Without a stamp the marker moves with its frame.
-  marker.header.frame_id = frames_.links[static_cast<std::size_t>(link)];
+  marker.header.frame_id = frames_.links[index(link)];
   marker.name = linkAt(link).name;
   marker.scale = static_cast<float>(drawing_.unit);
   marker.pose.orientation.w = 1;
@@ -95,7 +95,7 @@ void MouseDrag::onFeedback(const Feedback& feedback) {
   const auto found = links_.find(feedback.marker_name);
   if (found == links_.end()) return;
   const int link = found->second;
-  const std::string& frame = frames_.links[static_cast<std::size_t>(link)];
+  const std::string& frame = frames_.links[index(link)];
   const Vec2d offset = inPlane(feedback.pose.position), mouse = inPlane(feedback.mouse_point);
   if (feedback.header.frame_id != frame || !isFinite(offset) || !isFinite(mouse)) {
     if (warnings_.isDue(ros::WallTime::now().toSec())) {

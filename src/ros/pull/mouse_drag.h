@@ -68,7 +68,7 @@ class MouseDrag {
   void onState(const sensor_msgs::JointState& state);
   void findTarget();
   void draw(const PointMotion& point, Vec2d force, ros::Time stamp);
-  const Link& linkAt(int link) const { return scene_.chain.links()[static_cast<std::size_t>(link)]; }
+  const Link& linkAt(int link) const { return scene_.chain.links()[index(link)]; }
 
   const Scene scene_;
   Frames frames_;

@@ -113,7 +113,7 @@ void Sketches::clear() {
 }
 
 Sketch& Sketches::on(int link) {
-  const std::string& frame = link == base ? frames_.base : frames_.links[static_cast<std::size_t>(link)];
+  const std::string& frame = link == base ? frames_.base : frames_.links[index(link)];
   return sketches_.try_emplace(link, frame, name_, link, height_).first->second;
 }
 

@@ -88,9 +88,9 @@ class Writer {
   }
 
   void link(int i) {
-    const Link& body = chain_.links()[static_cast<std::size_t>(i)];
+    const Link& body = chain_.links()[index(i)];
     const double w = drawing_.bar;
-    open("link", {{"name", frames_.links[static_cast<std::size_t>(i)]}});
+    open("link", {{"name", frames_.links[index(i)]}});
 
     // Write the mass properties.
     open("inertial");
@@ -124,12 +124,11 @@ class Writer {
   }
 
   void joint(int i) {
-    const auto at = static_cast<std::size_t>(i);
-    const Joint& own = chain_.joints()[at];
+    const Joint& own = chain_.joints()[index(i)];
     open("joint", {{"name", own.name}, {"type", own.isLimited() ? "revolute" : "continuous"}});
-    leaf("parent", {{"link", i == 0 ? frames_.base : frames_.links[at - 1]}});
-    leaf("child", {{"link", frames_.links[at]}});
-    leaf("origin", {{"xyz", xyz(i == 0 ? Vec2d{} : chain_.links()[at - 1].pin)}, {"rpy", "0 0 0"}});
+    leaf("parent", {{"link", i == 0 ? frames_.base : frames_.links[index(i - 1)]}});
+    leaf("child", {{"link", frames_.links[index(i)]}});
+    leaf("origin", {{"xyz", xyz(i == 0 ? Vec2d{} : chain_.links()[index(i - 1)].pin)}, {"rpy", "0 0 0"}});
     leaf("axis", {{"xyz", "0 0 1"}});
     leaf("dynamics", {{"damping", toText(own.damping)}, {"friction", "0"}});
     if (own.isLimited()) {

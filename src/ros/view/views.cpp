@@ -44,8 +44,8 @@ bool hasSubscribers(const ros::Publisher& topic) {
 Views::Views(ros::NodeHandle& node, const Scene& scene, const Frames& frames)
     : drawing_(scene),
       stride_((scene.chain.size() + most - 1) / most),
-      motions_(static_cast<std::size_t>(scene.chain.size())),
-      torques_(static_cast<std::size_t>(scene.chain.size())) {
+      motions_(scene.chain.links().size()),
+      torques_(scene.chain.links().size()) {
   // Advertise the figures.
   const auto add = [&](const std::string& name, double height, auto draw) {
     views_.push_back({Sketches(frames, name, height * drawing_.bar),
@@ -87,7 +87,7 @@ void Views::publish(const Simulation& simulation, ros::Time stamp) {
 
 /// A vector in base-frame components, in the axes of a link.
 Vec2d Views::inLink(int link, Vec2d vector) const {
-  return Rotation<double>::of(-motions_[static_cast<std::size_t>(link)].angle) * vector;
+  return Rotation<double>::of(-motions_[index(link)].angle) * vector;
 }
 
 void Views::drawLoads(Sketches& sketch, const Simulation& simulation) {
@@ -113,14 +113,14 @@ void Views::drawLoad(Sketches& sketch, const Chain& chain, const Load& load, dou
       const Vec2d arrow = inLink(load.link, drawing_.arrow(force));
       sketch.on(load.link).arrow(load.point, load.point + arrow, width, red);
     }
-    turn(load.link, chain.links()[static_cast<std::size_t>(load.link)].com, factor * load.moment);
+    turn(load.link, chain.links()[index(load.link)].com, factor * load.moment);
   }
   if (load.joint != Load::none) turn(load.joint, {}, factor * load.torque);
 }
 
 void Views::drawPinForces(Sketches& sketch, const Simulation& /*see motions_*/) {
   for (int i = 0; i < static_cast<int>(motions_.size()); i += stride_) {
-    const Vec2d force = motions_[static_cast<std::size_t>(i)].pinForce;
+    const Vec2d force = motions_[index(i)].pinForce;
     if (length(force) < leastDrawn * drawing_.force) continue;
     sketch.on(i).arrow({}, inLink(i, drawing_.arrow(force)), arrowWidth * drawing_.bar, green);
   }
@@ -133,7 +133,7 @@ void Views::drawSprings(Sketches& sketch, const Simulation& simulation) {
   const auto subtract = [&](const std::vector<Load>& loads) {
     for (const Load& load : loads) {
       if (load.joint == Load::none) continue;
-      torques_[static_cast<std::size_t>(load.joint)] -= factorAt(load, simulation.time()) * load.torque;
+      torques_[index(load.joint)] -= factorAt(load, simulation.time()) * load.torque;
     }
   };
   subtract(scene.loads);
@@ -141,9 +141,9 @@ void Views::drawSprings(Sketches& sketch, const Simulation& simulation) {
 
   // Draw a coil on each joint that has a spring or stops.
   for (int i = 0; i < scene.chain.size(); i += stride_) {
-    const Joint& joint = scene.chain.joints()[static_cast<std::size_t>(i)];
+    const Joint& joint = scene.chain.joints()[index(i)];
     if (joint.stiffness == 0 && !joint.isLimited()) continue;
-    const double share = std::fabs(torques_[static_cast<std::size_t>(i)]) / drawing_.torque;
+    const double share = std::fabs(torques_[index(i)]) / drawing_.torque;
     sketch.on(i).coil({}, coilInner * drawing_.bar, coilOuter * drawing_.bar, 0, 2 * pi * coilTurns,
                       coilWidth * drawing_.bar, heat(share));
   }
@@ -175,8 +175,8 @@ void Views::drawCentres(Sketches& sketch, const Simulation& simulation) {
   Vec2d sum;
   double mass = 0;
   for (int i = 0; i < chain.size(); ++i) {
-    const Link& link = chain.links()[static_cast<std::size_t>(i)];
-    sum += link.mass * motions_[static_cast<std::size_t>(i)].com;
+    const Link& link = chain.links()[index(i)];
+    sum += link.mass * motions_[index(i)].com;
     mass += link.mass;
     if (stride_ == 1) drawCentre(sketch.on(i), link.com, centreRadius * drawing_.bar);
   }
