@@ -45,7 +45,7 @@ double age(double now, double taken) {
 
 }  // namespace
 
-Commands::Commands(Simulation& simulation, SceneTime sceneTime)
+CommandTopics::CommandTopics(Simulation& simulation, SceneTime sceneTime)
     : simulation_(simulation), sceneTime_(std::move(sceneTime)) {
   const Chain& chain = simulation.scene().chain;
   for (int i = 0; i < chain.size(); ++i) {
@@ -54,7 +54,7 @@ Commands::Commands(Simulation& simulation, SceneTime sceneTime)
   }
 }
 
-void Commands::listen(ros::NodeHandle& node, CommandLog& log) {
+void CommandTopics::listen(ros::NodeHandle& node, CommandLog& log) {
   log_ = &log;
   const auto hints = ros::TransportHints().tcpNoDelay();
   using TorquesIn = std_msgs::Float64MultiArray_<Bounded<void>>;
@@ -65,19 +65,19 @@ void Commands::listen(ros::NodeHandle& node, CommandLog& log) {
   };
   subscribers_ = {
       node.subscribe<TorquesIn, const TorquesIn&>("joint_torques", queueSize, takeTorques, {}, hints),
-      node.subscribe("joint_torque", queueSize, &Commands::takeJointTorque, this, hints),
-      node.subscribe("link_force", queueSize, &Commands::takeLinkForce, this, hints)};
+      node.subscribe("joint_torque", queueSize, &CommandTopics::takeJointTorque, this, hints),
+      node.subscribe("link_force", queueSize, &CommandTopics::takeLinkForce, this, hints)};
 }
 
 // ---- Accepting -----------------------------------------------------------------------------------
 
-void Commands::takeJointTorques(const std_msgs::Float64MultiArray& message) {
+void CommandTopics::takeJointTorques(const std_msgs::Float64MultiArray& message) {
   if (refused(faultsOf(message.data, "joint_torques/data"))) return;
   hold(message.data);
   log(CommandTaken::JOINT_TORQUES, [&](CommandTaken& entry) { entry.joint_torques = message.data; });
 }
 
-void Commands::takeJointTorque(const JointTorque& message) {
+void CommandTopics::takeJointTorque(const JointTorque& message) {
   Faults faults;
   const int joint = find(faults, "joint_torque/joint", joints_, message.joint);
   checkFinite(faults, "joint_torque/torque", "N m", message.torque);
@@ -95,7 +95,7 @@ void Commands::takeJointTorque(const JointTorque& message) {
   });
 }
 
-void Commands::takeLinkForce(const LinkForce& message) {
+void CommandTopics::takeLinkForce(const LinkForce& message) {
   Faults faults;
   const int link = find(faults, "link_force/link", links_, message.link);
   checkFinite(faults, "link_force/point/x", "m", message.point.x);
@@ -121,7 +121,7 @@ void Commands::takeLinkForce(const LinkForce& message) {
   });
 }
 
-bool Commands::take(const CommandTaken& recorded) {
+bool CommandTopics::take(const CommandTaken& recorded) {
   const std::uint64_t rejectedBefore = rejected_;
   if (recorded.kind == CommandTaken::JOINT_TORQUES) {
     std_msgs::Float64MultiArray torques;
@@ -133,7 +133,7 @@ bool Commands::take(const CommandTaken& recorded) {
   return rejected_ == rejectedBefore;
 }
 
-void Commands::hold(const std::vector<double>& torques) {
+void CommandTopics::hold(const std::vector<double>& torques) {
   const double until = heldUntil(simulation_.time());
   for (std::size_t i = 0; i < torques.size(); ++i) {
     simulation_.holdTorque(static_cast<int>(i), torques[i], until);
@@ -141,23 +141,24 @@ void Commands::hold(const std::vector<double>& torques) {
   jointTorquesTaken_ = simulation_.time();
 }
 
-double Commands::heldUntil(double start) const {
+double CommandTopics::heldUntil(double start) const {
   const double timeout = simulation_.scene().commandTimeout;
   return timeout > 0 ? start + timeout : std::numeric_limits<double>::infinity();
 }
 
 template <class Fill>
-void Commands::log(std::uint8_t kind, Fill&& fill) {
+void CommandTopics::log(std::uint8_t kind, Fill&& fill) {
   if (log_) log_->add(kind, fill);
 }
 
-void Commands::forget() {
+void CommandTopics::forget() {
   jointTorquesTaken_ = jointTorqueTaken_ = linkForceTaken_ = never;
 }
 
 // ---- Refusing ------------------------------------------------------------------------------------
 
-std::vector<Fault> Commands::faultsOf(const std::vector<double>& torques, const std::string& path) const {
+std::vector<Fault> CommandTopics::faultsOf(const std::vector<double>& torques,
+                                           const std::string& path) const {
   Faults faults;
   checkValues(faults, path, "torques", "N m", torques, simulation_.q().size());
   if (!(heldUntil(simulation_.time()) > simulation_.time())) {
@@ -169,7 +170,7 @@ std::vector<Fault> Commands::faultsOf(const std::vector<double>& torques, const 
 
 /// Returns the simulation time at which a command starts. Adds a fault if it would never act.
 template <class Message>
-double Commands::startOf(Faults& faults, const std::string& topic, const Message& message) const {
+double CommandTopics::startOf(Faults& faults, const std::string& topic, const Message& message) const {
   // Convert the start.
   const double now = simulation_.time();
   const double start = message.start.isZero() ? now : sceneTime_(message.start);
@@ -194,7 +195,7 @@ double Commands::startOf(Faults& faults, const std::string& topic, const Message
   return start;
 }
 
-bool Commands::refused(const Faults& faults) {
+bool CommandTopics::refused(const Faults& faults) {
   if (faults.empty()) return false;
   ++rejected_;
   lastRejection_ = toString(faults);
@@ -204,12 +205,12 @@ bool Commands::refused(const Faults& faults) {
 }
 
 /// isAccepted: what the simulation returned.
-bool Commands::refusedFull(const std::string& topic, bool isAccepted) {
+bool CommandTopics::refusedFull(const std::string& topic, bool isAccepted) {
   return !isAccepted &&
          refused({{topic, "at most " + std::to_string(capacity) + " timed or waiting commands", "one more"}});
 }
 
-void Commands::describe(SimStatus& status) const {
+void CommandTopics::describe(SimStatus& status) const {
   const double now = simulation_.time();
   status.joint_torques_age = age(now, jointTorquesTaken_);
   status.joint_torque_age = age(now, jointTorqueTaken_);

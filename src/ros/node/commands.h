@@ -66,7 +66,7 @@ class CommandLog {
 /// Each message is checked as a whole, then passed to the simulation. A message with a fault is refused as a
 /// whole: nothing changes, a throttled warning gives the reason, and the status counts it. An accepted
 /// command acts from its start, or from the simulation's present time if that is later.
-class Commands {
+class CommandTopics {
  public:
   /// The most commands that can be timed or waiting.
   static constexpr int capacity = 1024;
@@ -75,7 +75,7 @@ class Commands {
   using SceneTime = std::function<double(ros::Time)>;
 
   /// The simulation must outlive this.
-  Commands(Simulation& simulation, SceneTime sceneTime);
+  CommandTopics(Simulation& simulation, SceneTime sceneTime);
 
   /// Subscribes to joint_torques, joint_torque and link_force under `node`. Adds accepted messages to `log`.
   void listen(ros::NodeHandle& node, CommandLog& log);

@@ -52,7 +52,7 @@ bool hasSubscribers(const ros::Publisher& topic) {
 Node::Node(const Scene& scene)
     : settings_(scene.publish),
       frames_(framesOf(scene, ros::this_node::getNamespace())),
-      simulation_(scene, Commands::capacity),
+      simulation_(scene, CommandTopics::capacity),
       clock_(makeClock(scene)),
       log_(inner_,
            [this] {

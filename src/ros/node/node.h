@@ -85,7 +85,7 @@ class Node {
   Simulation simulation_;
   std::unique_ptr<Clock> clock_;
   CommandLog log_;
-  Commands commands_;
+  CommandTopics commands_;
   Messages messages_;
   Views views_;
   SimStatus status_;
