@@ -126,7 +126,7 @@ class Faults(unittest.TestCase):
             self.assertTrue(service('reset', Trigger)().success)
             caller.join(LIMIT)
             self.assertEqual([(answer.success, answer.message) for answer in answers],
-                             [(False, '~reset gave the tick up')])
+                             [(False, '~reset aborted the tick')])
 
     def test_a_tick_without_end_is_told_and_given_up_by_reset(self):
         states = self.listen('/joint_states', JointState)
@@ -145,7 +145,7 @@ class Faults(unittest.TestCase):
             for answer in (service('set_state', SetState)([0, 0], [0, 0]), service('step', Step)([], 1),
                            service('clear_commands', Trigger)()):
                 self.assertFalse(answer.success)
-                self.assertIn('~reset gives it up', answer.message)
+                self.assertIn('~reset aborts it', answer.message)
             stuck = len(states.messages)
             self.assertTrue(service('reset', Trigger)().success)
             states.wait_for_count(stuck + 100)

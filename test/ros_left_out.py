@@ -29,7 +29,7 @@ VIEWS = {
     '/planar_chain/view/springs': (MarkerArray, 'planar_chain::Views::drawSprings('),
     '/planar_chain/view/trail': (MarkerArray, 'planar_chain::Views::drawTrail('),
     '/planar_chain/view/centres': (MarkerArray, 'planar_chain::Views::drawCentres('),
-    '/planar_chain/view/energy': (Marker, 'planar_chain::Views::tellEnergy('),
+    '/planar_chain/view/energy': (Marker, 'planar_chain::Views::writeEnergy('),
 }
 ALL = {**MESSAGES, **VIEWS}
 
@@ -113,8 +113,8 @@ class LeftOut(unittest.TestCase):
         self.assertIn('1 link (link by link, written out for 1) by auto, tolerance 1e-08; '
                       'runs: energy guard, commands that hold until replaced; '
                       'left out: gravity, springs, dampers, loads, limits', bare)
-        self.assertIn('made while somebody listens: joint_states at 200 Hz, status at 10 Hz, views at 50 Hz; '
-                      'never: link_states, tf', bare)
+        self.assertIn('publishes on demand: joint_states at 200 Hz, status at 10 Hz, views at 50 Hz; '
+                      'disabled: link_states, tf', bare)
 
         joint = {'stiffness': 1.0, 'damping': 0.1, 'upper': 1.0, 'stop_stiffness': 100.0}
         full = rod(gravity=[0.0, -9.81], command_timeout=0.5,
@@ -123,9 +123,9 @@ class LeftOut(unittest.TestCase):
         log = said(full)
         self.assertIn('runs: gravity, 1 spring, 1 damper, 1 load, 1 limit, energy guard, '
                       'commands that lapse after 0.5 s; left out: nothing', log)
-        self.assertIn('made while somebody listens: joint_states and link_states at 200 Hz, '
+        self.assertIn('publishes on demand: joint_states and link_states at 200 Hz, '
                       'tf at 50 Hz below base_link, status at 20 Hz, views at 50 Hz', log)
-        self.assertNotIn('never', log)
+        self.assertNotIn('disabled', log)
 
 
 if __name__ == '__main__':

@@ -158,7 +158,7 @@ class Queries(unittest.TestCase):
                              'q[2]: expected a finite number, rad, got -inf',
                              'qd[0]: expected a finite number, rad/s, got inf')
                 self.refused(query, (Q, [1e200, 0, 0]),
-                             'state: expected one whose equations are finite, got numbers too large')
+                             'state: expected finite equations of motion, got numbers too large')
                 self.answer(query, Q, QD)
             statuses.wait_for(lambda status: status.sim_time > 0.1 and not status.fault, len(statuses.messages))
         statuses.close()
@@ -169,7 +169,7 @@ class Queries(unittest.TestCase):
         with Node(scene):
             for name, kind in (('equations', Equations), ('linearize', Linearize)):
                 self.refused(service(name, kind), ([], []),
-                             'chain: expected at most 200 links, for matrices are dense, got 201')
+                             'chain: expected at most 200 links (the matrices are dense), got 201')
 
 
 if __name__ == '__main__':

@@ -264,7 +264,7 @@ class Soak:
 
 def warnings_in(log, sanitized):
     told = [line for line in log.splitlines() if 'WARN' in line or 'ERROR' in line or 'FATAL' in line]
-    return [line for line in told if not (sanitized and 'sim time cannot follow' in line)]
+    return [line for line in told if not (sanitized and 'simulation time cannot keep up' in line)]
 
 
 def main():

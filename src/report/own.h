@@ -3,17 +3,14 @@
 /// This program's methods as contestants, without the guard on the energy balance, which would rescue a run
 /// that fails.
 
-#include <limits>
-
 #include "dynamics/dynamics.h"
 #include "ode/explicit_runge_kutta.h"
 #include "ode/integrator.h"
 #include "ode/rosenbrock.h"
 #include "report/contest.h"
+#include "tools/common.h"
 
 namespace planar_chain::tools {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A method with equal steps.
 struct Method {

@@ -13,7 +13,7 @@
 namespace planar_chain {
 namespace {
 
-void takeOne(Bytes& bytes, Commands& commands) {
+void takeOne(Bytes& bytes, CommandTopics& commands) {
   switch (bytes.take<std::uint8_t>() % 3) {
     case 0: {
       std_msgs::Float64MultiArray message;
@@ -73,8 +73,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace planar_chain;
   ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Fatal);
 
-  Simulation simulation(scene(), Commands::capacity);
-  Commands commands(simulation, [](ros::Time stamp) { return stamp.toSec() - 1e9; });
+  Simulation simulation(scene(), CommandTopics::capacity);
+  CommandTopics commands(simulation, [](ros::Time stamp) { return stamp.toSec() - 1e9; });
   Bytes bytes(data, size);
   std::uint64_t refusals = 0;
   while (!bytes.empty()) {

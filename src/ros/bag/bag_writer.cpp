@@ -29,7 +29,8 @@ void BagWriter::close() {
   attempt([&] { bag_->close(); });
 }
 
-void BagWriter::tick(long long k, double simTime, const Simulation& simulation, const Commands& commands) {
+void BagWriter::tick(long long k, double simTime, const Simulation& simulation,
+                     const CommandTopics& commands) {
   ros::Time stamp;
   stamp.fromNSec(static_cast<std::uint64_t>(pace_.nanosecondsOf(k)));
 
@@ -61,7 +62,7 @@ void BagWriter::writeState(long long k, ros::Time stamp, const Simulation& simul
 }
 
 void BagWriter::writeStatus(ros::Time stamp, double simTime, const Simulation& simulation,
-                            const Commands& commands) {
+                            const CommandTopics& commands) {
   status_.header.stamp = stamp;
   describe(simulation, status_);
   status_.sim_time = simTime;

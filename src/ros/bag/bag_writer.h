@@ -40,7 +40,7 @@ class BagWriter {
   /// Writes every message of tick k ≥ 1; after a fault only the status. simTime: simulated seconds since the
   /// start, resets included.
   /// @throws std::runtime_error when the disk is full, for example
-  void tick(long long k, double simTime, const Simulation& simulation, const Commands& commands);
+  void tick(long long k, double simTime, const Simulation& simulation, const CommandTopics& commands);
 
   /// Writes the index. Without it rosbag refuses the file, and `rosbag reindex` repairs it.
   /// @throws std::runtime_error as tick()
@@ -61,7 +61,8 @@ class BagWriter {
   };
 
   void writeState(long long k, ros::Time stamp, const Simulation& simulation);
-  void writeStatus(ros::Time stamp, double simTime, const Simulation& simulation, const Commands& commands);
+  void writeStatus(ros::Time stamp, double simTime, const Simulation& simulation,
+                   const CommandTopics& commands);
   template <class Message>
   void write(Topic& topic, ros::Time stamp, Message& message);
   template <class Operation>

@@ -45,7 +45,7 @@ class OfflineNode : public Bags {
  public:
   OfflineNode(const Scene& scene, const BagArguments& given)
       : pace_(scene.publish.rate),
-        simulation_(scene, Commands::capacity),
+        simulation_(scene, CommandTopics::capacity),
         commands_(simulation_, [this](ros::Time) { return recorded_.commands[next_].start; }) {
     const std::optional<std::string> node = fullName(given.node);
     if (given.commands) {
@@ -145,7 +145,7 @@ class OfflineNode : public Bags {
   Pace pace_;
   long long origin_ = 0;  ///< the tick of scene time 0
   Simulation simulation_;
-  Commands commands_;
+  CommandTopics commands_;
   RecordedCommands recorded_;
   std::size_t next_ = 0;  ///< index of the next command to take
   std::size_t refused_ = 0;

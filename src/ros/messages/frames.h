@@ -1,6 +1,6 @@
 #pragma once
 
-/// The names of the frames on /tf, which all nodes share.
+/// Frame names. All nodes share /tf, so a prefix keeps the frames of two chains apart.
 
 #include <string>
 #include <vector>
@@ -10,15 +10,15 @@
 namespace planar_chain {
 
 struct Frames {
-  std::string prefix;              ///< before every name but the world's
-  std::string world;               ///< as the scene says
+  std::string prefix;              ///< of every frame except the world
+  std::string world;               ///< without prefix
   std::string base;                ///< with prefix
   std::vector<std::string> links;  ///< with prefix, in chain order
 };
 
-/// Without publish/frame_prefix the prefix is the node's namespace, such as "left/", and nothing in
-/// the root namespace.
-/// @throws Refused a world frame that bears the name of another.
+/// Returns the names for a node in `nodeNamespace`. The prefix is publish/frame_prefix of the scene if given.
+/// Else it is the namespace, such as "left/", and empty in the root namespace.
+/// @throws Refused if the world frame has the name of another frame.
 Frames framesOf(const Scene& scene, const std::string& nodeNamespace);
 
 }  // namespace planar_chain

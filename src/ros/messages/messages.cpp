@@ -10,11 +10,12 @@ namespace planar_chain {
 
 Messages::Messages(const Scene& scene, const Frames& frames) {
   const auto n = static_cast<std::size_t>(scene.chain.size());
+
+  // Size the joint states and the link states.
   for (const Joint& joint : scene.chain.joints()) jointStates_.name.push_back(joint.name);
   jointStates_.position.resize(n);
   jointStates_.velocity.resize(n);
   jointStates_.effort.resize(n);
-
   linkStates_.header.frame_id = frames.base;
   for (const Link& link : scene.chain.links()) linkStates_.name.push_back(link.name);
   linkStates_.pose.resize(n);
@@ -23,6 +24,7 @@ Messages::Messages(const Scene& scene, const Frames& frames) {
   linkStates_.pin_force.resize(n);
   motions_.resize(n);
 
+  // Set the frames and the translations of the transforms. They are constant.
   transforms_.transforms.resize(n);
   halfAngles_.resize(n);
   halfTurns_.resize(n);

@@ -1,6 +1,6 @@
 #pragma once
 
-/// What the simulation says, as messages. Sized once, filled again at each tick.
+/// The state of a simulation as ROS messages.
 
 #include <geometry_msgs/TransformStamped.h>
 #include <planar_chain/LinkStates.h>
@@ -19,17 +19,19 @@ namespace planar_chain {
 
 class Messages {
  public:
+  /// Allocates every message in full length.
   Messages(const Scene& scene, const Frames& frames);
 
-  // Each fills the message from the simulation's present state and returns it; it stays valid until
-  // the next call. The caller may set header.seq. Nothing is allocated.
+  // Each returns the message for the simulation's present state. It is valid until the next call of the same
+  // function. The caller may set header.seq. Allocates nothing.
   sensor_msgs::JointState& jointStates(const Simulation& simulation, ros::Time stamp);
   LinkStates& linkStates(const Simulation& simulation, ros::Time stamp);
-  /// Each link in the frame of the link before (the first: in the base frame): moved to that link's
-  /// outer pin, turned by q.
+  /// The pose of each link in the frame of the link before, or in the base frame for the first: the origin
+  /// is that link's outer pin, the rotation is q about z.
   tf2_msgs::TFMessage& transforms(const Simulation& simulation, ros::Time stamp);
 
-  /// The base frame in the world: rolled by +π/2, so that the plane of motion stands upright.
+  /// Returns the pose of the base frame in the world: a roll of +π/2, so that the plane of motion is
+  /// vertical.
   static geometry_msgs::TransformStamped baseInWorld(const Frames& frames, ros::Time stamp);
 
  private:
@@ -41,10 +43,10 @@ class Messages {
   std::vector<Rotation<double>> halfTurns_;
 };
 
-/// Why sim time stands still after a fault, in SimStatus.
+/// SimStatus::standstill after a fault.
 inline constexpr const char* standstillByFault = "the integration has failed";
 
-/// The simulation's part of the status; the rest is left as it is.
+/// Sets the fields of `status` that the simulation determines. The others stay as they are.
 void describe(const Simulation& simulation, SimStatus& status);
 
 }  // namespace planar_chain

@@ -9,14 +9,14 @@ std::int64_t Pace::nanosecondsOf(long long tick) const {
 }
 
 bool Pace::falls(long long tick, double frequency) const {
-  // A millionth of a period forgives the rounding of the quotient.
+  // The millionth of a period covers the rounding of the quotient.
   const auto happened = [&](long long k) {
     return std::floor(static_cast<double>(k) * frequency / rate_ + 1e-6);
   };
   return tick == 0 || happened(tick) > happened(tick - 1);
 }
 
-bool Every::falls(double now) {
+bool Every::isDue(double now) {
   if (now < next_) return false;
   next_ += period_;
   if (next_ <= now) next_ = now + period_;
@@ -24,10 +24,10 @@ bool Every::falls(double now) {
 }
 
 double RealTimeFactor::sample(double simTime, double wallTime) {
-  const Sample oldest = ring_[taken_ < ring_.size() ? 0 : taken_ % ring_.size()];
-  const bool first = taken_ == 0;
-  ring_[taken_++ % ring_.size()] = {simTime, wallTime};
-  return first || wallTime <= oldest.wall ? 0 : (simTime - oldest.sim) / (wallTime - oldest.wall);
+  samples_.push_back({simTime, wallTime});
+  if (samples_.size() > most_) samples_.pop_front();
+  const auto [sim, wall] = samples_.front();
+  return wallTime > wall ? (simTime - sim) / (wallTime - wall) : 0;
 }
 
 }  // namespace planar_chain

@@ -1,36 +1,35 @@
 #pragma once
 
-/// Time cut into ticks, and how fast it goes.
+/// Tick times, periodic actions and the real-time factor.
 
 #include <cstdint>
-#include <vector>
+#include <deque>
 
 namespace planar_chain {
 
-/// Tick k belongs to time k/rate, computed from the index.
+/// Tick times, computed from the index: tick k is at k/rate.
 class Pace {
  public:
+  /// rate: Hz.
   explicit Pace(double rate) : rate_(rate) {}
 
-  double timeOf(long long tick) const { return static_cast<double>(tick) / rate_; }
-  /// The same, rounded to whole ns.
-  std::int64_t nanosecondsOf(long long tick) const;
+  double timeOf(long long tick) const { return static_cast<double>(tick) / rate_; }  ///< s
+  std::int64_t nanosecondsOf(long long tick) const;                                  ///< rounded
 
-  /// Whether something that happens `frequency` times a second (at most rate) falls on this tick;
-  /// tick 0 always does.
+  /// True if an action at `frequency` (Hz, at most rate) is due at this tick. Tick 0 is always due.
   bool falls(long long tick, double frequency) const;
 
  private:
   double rate_;
 };
 
-/// Something that is done now and then, by a clock of s.
+/// A periodic action on a clock in s.
 class Every {
  public:
   explicit Every(double period) : period_(period) {}
 
-  /// Whether it is time; at the first call it is. What was missed is not made up for.
-  bool falls(double now);
+  /// True once per period, first at the first call. Missed periods are skipped.
+  bool isDue(double now);
   double next() const { return next_; }
 
  private:
@@ -38,22 +37,21 @@ class Every {
   double next_ = 0;
 };
 
-/// Sim time per wall time over the last few seconds.
+/// Simulation time per wall time over the last few seconds.
 class RealTimeFactor {
  public:
-  /// Looks back over `samples` calls of sample().
-  explicit RealTimeFactor(int samples) : ring_(static_cast<std::size_t>(samples)) {}
+  /// samples: how many calls of sample() to look back.
+  explicit RealTimeFactor(std::size_t samples) : most_(samples + 1) {}
 
-  /// @returns the factor since the oldest sample that is kept; 0 for the first.
+  /// Returns the factor since the oldest sample kept. The first call returns 0. Times in s.
   double sample(double simTime, double wallTime);
 
  private:
   struct Sample {
-    double sim = 0;
-    double wall = 0;
+    double sim, wall;
   };
-  std::vector<Sample> ring_;
-  std::size_t taken_ = 0;
+  std::size_t most_;
+  std::deque<Sample> samples_;
 };
 
 }  // namespace planar_chain

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <limits>
 
-#include "planar_chain/value.h"
+#include "planar_chain/fault.h"
 #include "ros/messages/pace.h"
 
 namespace planar_chain {
@@ -19,8 +19,8 @@ namespace {
 
 using Steady = std::chrono::steady_clock;
 
-constexpr double patience = 1;       // s of lag that are made up for
-constexpr double standsAfter = 1;    // s of wall time without a word of the clock that is followed
+constexpr double longestLag = 1;     // s: a longer one is dropped
+constexpr double haltsAfter = 1;     // s of wall time without a new time on an external /clock
 constexpr double warningPeriod = 5;  // s
 constexpr std::uint32_t queue = 100;
 
@@ -40,19 +40,19 @@ double since(Steady::time_point then) {
   return std::chrono::duration<double>(Steady::now() - then).count();
 }
 
-/// A clock that can be read, in ns: tick k is due when it has come to the tick's stamp + late.
+/// A clock with a reading in ns. Tick k is due when the reading is at least the tick's stamp + late_.
 class ReadClock : public Clock {
  public:
-  /// speed: s of it per s of wall time, 0 where nobody knows.
-  ReadClock(double rate, double speed) : Clock(rate), speed_(speed) {}
+  /// speed: s of this clock per s of wall time; 0: unknown.
+  ReadClock(double rate, double speed, std::string name) : Clock(rate, std::move(name)), speed_(speed) {}
 
-  void begin(long long next) override { wait(next); }
+  void begin(long long next) override { schedule(next); }
 
   long long due(long long next) override {
     const std::int64_t behind = read() - late_ - ns(next);
-    if (seconds(behind) > patience * (speed_ > 0 ? speed_ : 1)) {
-      givenUp_ += behind;
-      giveUp(next, behind);
+    if (seconds(behind) > longestLag * (speed_ > 0 ? speed_ : 1)) {
+      dropped_ += behind;
+      drop(next, behind);
     }
     return lastBy(read() - late_);
   }
@@ -60,46 +60,45 @@ class ReadClock : public Clock {
   double untilDue(long long next) const override {
     return speed_ > 0 ? seconds(ns(next) + late_ - read()) / speed_ : std::numeric_limits<double>::infinity();
   }
-  double breather() const override { return speed_ > 0 ? 1 / (rate() * speed_) : 0; }
+  double catchUpPause() const override { return speed_ > 0 ? 1 / (rate() * speed_) : 0; }
   double lag(long long done) const override { return seconds(read() - lateAtBegin_ - ns(done)); }
-  double givenUp() const override { return seconds(givenUp_); }
+  double dropped() const override { return seconds(dropped_); }
   ros::Time now() const override { return timeOf(read()); }
 
  protected:
   virtual std::int64_t read() const = 0;
-  virtual void giveUp(long long /*next*/, std::int64_t behind) { late_ += behind; }
-  /// Tick `next` is due at once, but no sooner than a tick after the one before it.
-  void wait(long long next) {
+  virtual void drop(long long /*next*/, std::int64_t behind) { late_ += behind; }
+  /// Makes tick `next` due at once, or one tick after the last if that is later.
+  void schedule(long long next) {
     const std::int64_t ahead = ns(next) - (read() - late_);
     late_ = read() - ns(next) + std::clamp(ahead, std::int64_t{0}, ns(next) - ns(next - 1));
     lateAtBegin_ = late_;
   }
-  /// Stamps begin anew: tick `next` bears this one.
+  /// Restarts the stamps: tick `next` has this one.
   void beginAt(long long next, std::int64_t stamp) {
     beginStamps(next, stamp);
     late_ = 0;
-    wait(next);
+    schedule(next);
   }
 
  private:
+  /// The last tick with a stamp up to this reading.
   long long lastBy(std::int64_t reading) const {
-    const long long began = stampsBegan();
-    auto last = began + static_cast<long long>(std::floor(seconds(reading - ns(began)) * rate()));
+    const long long origin = stampOrigin();
+    auto last = origin + static_cast<long long>(std::floor(seconds(reading - ns(origin)) * rate()));
     while (ns(last) > reading) --last;
     while (ns(last + 1) <= reading) ++last;
     return last;
   }
 
   double speed_;
-  std::int64_t late_ = 0, lateAtBegin_ = 0, givenUp_ = 0;
+  std::int64_t late_ = 0, lateAtBegin_ = 0, dropped_ = 0;
 };
 
-/// Steady: it does not jump when the machine's clock is set.
+/// The time of day at the last begin() plus steady time. It does not jump when the machine's clock is set.
 class WallClock : public ReadClock {
  public:
-  explicit WallClock(double rate) : ReadClock(rate, 1) {}
-
-  std::string name() const override { return "the wall clock"; }
+  explicit WallClock(double rate) : ReadClock(rate, 1, "the wall clock") {}
 
   void begin(long long next) override {
     start_ = wallNow();
@@ -116,79 +115,64 @@ class WallClock : public ReadClock {
   Steady::time_point steadyStart_ = Steady::now();
 };
 
-/// Publishes /clock.
-class ClockPublisher {
- public:
-  ClockPublisher() : out_(ros::NodeHandle().advertise<rosgraph_msgs::Clock>("/clock", queue)) {}
-
-  void tell(ros::Time time) {
-    message_.clock = time;
-    if (!time.isZero() && out_.getNumSubscribers() > 0) out_.publish(message_);
-  }
-  ros::Time told() const { return message_.clock; }
-
- private:
-  ros::Publisher out_;
-  rosgraph_msgs::Clock message_;
-};
-
-/// Sim time since the start, `factor` times as fast as wall time.
+/// A /clock that this node publishes: simulation time since the start, `factor` times as fast as wall time.
 class OwnClock : public ReadClock {
  public:
-  OwnClock(double rate, double factor) : ReadClock(rate, factor), factor_(factor) {}
+  OwnClock(double rate, double factor)
+      : OwnClock(rate, factor, "its own /clock, real_time_factor " + toText(factor)) {}
 
-  std::string name() const override { return "its own /clock, real_time_factor " + toText(factor_); }
   long long firstTick() const override { return 1; }
-  ros::Time now() const override { return publisher_.told(); }
-  void tell(long long tick) override { publisher_.tell(stampOf(tick)); }
-  void tellAgain() override { publisher_.tell(publisher_.told()); }
+  ros::Time now() const override { return published_.clock; }
+  void publish(long long tick) override {
+    published_.clock = stampOf(tick);
+    publishAgain();
+  }
+  void publishAgain() override {
+    if (!published_.clock.isZero() && out_.getNumSubscribers() > 0) out_.publish(published_);
+  }
+
+ protected:
+  OwnClock(double rate, double factor, std::string name)
+      : ReadClock(rate, factor, std::move(name)),
+        factor_(factor),
+        out_(ros::NodeHandle().advertise<rosgraph_msgs::Clock>("/clock", queue)) {}
 
  private:
   std::int64_t read() const override { return std::llround(since(start_) * factor_ * 1e9); }
 
   double factor_;
   Steady::time_point start_ = Steady::now();
-  ClockPublisher publisher_;
+  ros::Publisher out_;
+  rosgraph_msgs::Clock published_;
 };
 
-/// Sim time as fast as it goes: the next tick is always due.
-class FreeClock : public Clock {
+/// The same as fast as possible: the next tick is always due.
+class FreeClock : public OwnClock {
  public:
-  explicit FreeClock(double rate) : Clock(rate) {}
+  explicit FreeClock(double rate) : OwnClock(rate, 0, "its own /clock, as fast as possible") {}
 
-  std::string name() const override { return "its own /clock, as fast as it goes"; }
-  long long firstTick() const override { return 1; }
   void begin(long long /*next*/) override {}
   long long due(long long next) override { return next; }
   double untilDue(long long /*next*/) const override { return 0; }
   double lag(long long /*done*/) const override { return 0; }
-  ros::Time now() const override { return publisher_.told(); }
-  void tell(long long tick) override { publisher_.tell(stampOf(tick)); }
-  void tellAgain() override { publisher_.tell(publisher_.told()); }
-
- private:
-  ClockPublisher publisher_;
 };
 
-/// Somebody else's /clock.
-class ForeignClock : public ReadClock {
+/// A /clock that another node publishes.
+class ExternalClock : public ReadClock {
  public:
-  explicit ForeignClock(double rate)
-      : ReadClock(rate, 0),
-        subscriber_(ros::NodeHandle().subscribe("/clock", queue, &ForeignClock::hear, this,
+  explicit ExternalClock(double rate)
+      : ReadClock(rate, 0, "an external /clock"),
+        subscriber_(ros::NodeHandle().subscribe("/clock", queue, &ExternalClock::onClock, this,
                                                 ros::TransportHints().tcpNoDelay())) {
-    // What was told before there was a subscriber: roscpp has one of its own.
+    // roscpp has its own subscriber, and may have received a time before this one.
     take(ros::Time::now());
   }
 
-  std::string name() const override { return "/clock, which it follows"; }
   bool hasBegun() const override { return reading_ > 0; }
 
-  std::string standstill() const override {
+  std::string haltedBy() const override {
     if (!hasBegun()) return "/clock has not begun";
-    const double silence = since(changed_);
-    if (silence < standsAfter) return "";
-    return "/clock stands still";
+    return since(changed_) < haltsAfter ? "" : "/clock stands still";
   }
 
   void begin(long long next) override {
@@ -198,8 +182,9 @@ class ForeignClock : public ReadClock {
   long long due(long long next) override {
     if (!hasBegun()) return next - 1;
     if (jumped_) {
-      if (reading_ < ns(next - 1) && warnings_.falls(since(start_))) {
-        ROS_INFO("/clock went back to %.3f s; the simulation goes on from its state", seconds(reading_));
+      if (reading_ < ns(next - 1) && warnings_.isDue(since(start_))) {
+        ROS_INFO("/clock went back to %.3f s; the simulation continues from its present state",
+                 seconds(reading_));
       }
       jumped_ = false;
       beginAt(next, reading_);
@@ -210,7 +195,7 @@ class ForeignClock : public ReadClock {
   double lag(long long done) const override { return hasBegun() ? ReadClock::lag(done) : 0; }
 
  private:
-  void hear(const rosgraph_msgs::Clock& message) { take(message.clock); }
+  void onClock(const rosgraph_msgs::Clock& message) { take(message.clock); }
 
   void take(ros::Time time) {
     const auto reading = static_cast<std::int64_t>(time.toNSec());
@@ -222,8 +207,7 @@ class ForeignClock : public ReadClock {
 
   std::int64_t read() const override { return reading_; }
 
-  /// Stamps follow the clock anew.
-  void giveUp(long long next, std::int64_t /*behind*/) override { beginAt(next, reading_); }
+  void drop(long long next, std::int64_t /*behind*/) override { beginAt(next, reading_); }
 
   std::int64_t reading_ = 0;
   bool jumped_ = false;
@@ -238,11 +222,6 @@ std::int64_t Clock::ns(long long tick) const {
   return stamp0_ + Pace(rate_).nanosecondsOf(tick - tick0_);
 }
 
-void Clock::beginStamps(long long tick, std::int64_t stamp) {
-  tick0_ = tick;
-  stamp0_ = stamp;
-}
-
 ros::Time Clock::stampOf(long long tick) const {
   return timeOf(ns(tick));
 }
@@ -253,7 +232,7 @@ std::unique_ptr<Clock> makeClock(const Scene& scene) {
     if (*scene.realTimeFactor > 0) return std::make_unique<OwnClock>(rate, *scene.realTimeFactor);
     return std::make_unique<FreeClock>(rate);
   }
-  if (ros::param::param("/use_sim_time", false)) return std::make_unique<ForeignClock>(rate);
+  if (ros::param::param("/use_sim_time", false)) return std::make_unique<ExternalClock>(rate);
   return std::make_unique<WallClock>(rate);
 }
 

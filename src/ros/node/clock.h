@@ -1,16 +1,18 @@
 #pragma once
 
-/// When ticks are due and how they are stamped: wall time, a /clock of the node's own, or one that it
-/// follows. Which, is chosen once. What the ticks do knows nothing of it, so the motion is the same by any
-/// clock.
+/// When a tick is due, and its stamp. There are three kinds of clock: wall time, a /clock that the node
+/// publishes, and an external /clock. The simulation does not depend on the kind, so the motion is the same
+/// with each.
 ///
-/// Tick k is stamped s_0 + (k − k_0)/rate, rounded to ns, with (k_0, s_0) where the stamps last began.
+/// The stamp of tick k is s_0 + (k − k_0)/rate, rounded to ns. k_0 is the tick at which the stamps last
+/// began.
 
 #include <ros/time.h>
 
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "planar_chain/scene.h"
 
@@ -18,55 +20,55 @@ namespace planar_chain {
 
 class Clock {
  public:
-  explicit Clock(double rate) : rate_(rate) {}
+  /// rate: ticks per s; name: in words, such as "the wall clock".
+  Clock(double rate, std::string name) : rate_(rate), name_(std::move(name)) {}
   virtual ~Clock() = default;
 
-  /// In words, such as "the wall clock".
-  virtual std::string name() const = 0;
-  /// Empty: it goes. Else why no tick can be due.
-  virtual std::string standstill() const { return ""; }
-  /// Whether it is known what time it is; nothing can be stamped before.
+  const std::string& name() const { return name_; }
+  /// Returns why no tick can become due. Empty while the clock runs.
+  virtual std::string haltedBy() const { return ""; }
+  /// False until the time is known. Nothing can be stamped before.
   virtual bool hasBegun() const { return true; }
-  /// The first tick that may be stamped: time 0 never is.
+  /// The first tick with a stamp. Its stamp is never 0.
   virtual long long firstTick() const { return 0; }
 
-  /// Sim time goes on, after the start or a standstill: tick `next` is due at once.
+  /// Starts, or continues after a halt: tick `next` is due at once.
   virtual void begin(long long next) = 0;
-  /// The last tick whose time has come. Ticks from `next` on that are too far behind are given up: their
-  /// times come later then.
+  /// Returns the last tick that is due. If `next` is due for more than a second, drops the delay.
   virtual long long due(long long next) = 0;
-  /// s of wall time until tick `next` is due, as far as that can be told.
+  /// Returns the wall time until tick `next` is due, s. Infinite if unknown.
   virtual double untilDue(long long next) const = 0;
-  /// s of wall time between stretches of ticks that are being made up for.
-  virtual double breather() const { return 0; }
-  /// s by which tick `done` is behind, given-up time included.
+  /// Returns the pause between two bursts of late ticks, s of wall time.
+  virtual double catchUpPause() const { return 0; }
+  /// Returns the delay of tick `done`, s, dropped time included.
   virtual double lag(long long done) const = 0;
-  /// Given up in all, s.
-  virtual double givenUp() const { return 0; }
+  /// Returns the total of the dropped time, s.
+  virtual double dropped() const { return 0; }
 
-  /// What time it is by this clock.
   virtual ros::Time now() const = 0;
-  /// Tells the time of a tick to all who listen, where this clock is their clock.
-  virtual void tell(long long /*tick*/) {}
-  /// The same time again, for those who came late.
-  virtual void tellAgain() {}
+  /// Publishes the time of a tick, if the node owns /clock.
+  virtual void publish(long long /*tick*/) {}
+  /// Publishes the same time again, for late subscribers.
+  virtual void publishAgain() {}
 
   ros::Time stampOf(long long tick) const;
-  std::int64_t ns(long long tick) const;  ///< the same in ns
-  /// The tick k_0.
-  long long stampsBegan() const { return tick0_; }
+  std::int64_t ns(long long tick) const;            ///< the same in ns
+  long long stampOrigin() const { return tick0_; }  ///< k_0
 
  protected:
   double rate() const { return rate_; }
-  void beginStamps(long long tick, std::int64_t stamp);
+  /// Sets k_0 and s_0 (ns).
+  void beginStamps(long long tick, std::int64_t stamp) { tick0_ = tick, stamp0_ = stamp; }
 
  private:
   double rate_;
+  std::string name_;
   long long tick0_ = 0;
   std::int64_t stamp0_ = 0;
 };
 
-/// The one that a scene asks for: with real_time_factor one of its own, else the one that /use_sim_time says.
+/// Returns a /clock of the node if the scene has a real_time_factor. Else /use_sim_time chooses between an
+/// external /clock and the wall clock.
 std::unique_ptr<Clock> makeClock(const Scene& scene);
 
 }  // namespace planar_chain

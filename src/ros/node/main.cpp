@@ -1,4 +1,4 @@
-/// planar_chain_node: the scene of the private parameters, running.
+/// planar_chain_node: runs the scene in its private parameters.
 
 #include <ros/init.h>
 #include <ros/node_handle.h>
@@ -9,34 +9,32 @@
 
 #include "ros/node/node.h"
 #include "ros/node/parameters.h"
-#include "ros/node/services.h"
 
 namespace {
 
-volatile std::sig_atomic_t endIsAsked = 0;
+volatile std::sig_atomic_t isEnding = 0;
 
-void askForTheEnd(int /*signal*/) {
-  endIsAsked = 1;
+void end(int /*signal*/) {
+  isEnding = 1;
 }
 
-bool goesOn() {
-  return endIsAsked == 0 && !ros::isShuttingDown();
+bool keepGoing() {
+  return isEnding == 0 && !ros::isShuttingDown();
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  // The log writes m² as m?? in a locale without it; numbers keep their dot.
+  // Let the log write signs such as ²; LC_NUMERIC stays, with its decimal point.
   std::setlocale(LC_CTYPE, "C.UTF-8");
   ros::init(argc, argv, "planar_chain");
-  const ros::NodeHandle loggingLastsAsLongAsThis;
+  const ros::NodeHandle keepsLoggingAlive;
   return planar_chain::withScene(ros::this_node::getName(), [](const planar_chain::Scene& scene) {
     planar_chain::Node node(scene);
-    const planar_chain::Services services(node);
-    // Not roscpp's own way, which takes everything down in another thread, in the middle of a tick. While the
-    // master is waited for, above, that is what is wanted.
-    std::signal(SIGINT, askForTheEnd);
-    std::signal(SIGTERM, askForTheEnd);
-    node.run(goesOn);
+    // roscpp's own handler would shut down in another thread, in the middle of a tick. Until here it is
+    // wanted: it ends the wait for a master.
+    std::signal(SIGINT, end);
+    std::signal(SIGTERM, end);
+    node.run(keepGoing);
   });
 }

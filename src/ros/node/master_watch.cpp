@@ -27,16 +27,16 @@ XmlRpcValue requestOf(std::initializer_list<XmlRpcValue> arguments) {
   return request;
 }
 
-/// http://wiki.ros.org/ROS/Master_API. @returns nothing where there is no answer, or no good one
-std::optional<XmlRpcValue> askMaster(const char* method, std::initializer_list<XmlRpcValue> arguments) {
+/// Calls the master, http://wiki.ros.org/ROS/Master_API. Returns nothing without a successful answer.
+std::optional<XmlRpcValue> callMaster(const char* method, std::initializer_list<XmlRpcValue> arguments) {
   XmlRpcValue response, payload;
   if (!ros::master::execute(method, requestOf(arguments), response, payload, false)) return std::nullopt;
   return payload;
 }
 
-/// http://wiki.ros.org/ROS/Slave_API, of the node `uri`, as askMaster().
-std::optional<XmlRpcValue> askNode(const std::string& uri, const char* method,
-                                   std::initializer_list<XmlRpcValue> arguments) {
+/// Calls the node `uri`, http://wiki.ros.org/ROS/Slave_API. Returns nothing without a successful answer.
+std::optional<XmlRpcValue> callNode(const std::string& uri, const char* method,
+                                    std::initializer_list<XmlRpcValue> arguments) {
   std::string host;
   std::uint32_t port = 0;
   if (!ros::network::splitURI(uri, host, port)) return std::nullopt;
@@ -46,9 +46,9 @@ std::optional<XmlRpcValue> askNode(const std::string& uri, const char* method,
   return response[2];
 }
 
-enum Part { publishers, subscribers, services };  // of the master's state
+enum Part { publishers, subscribers, services };  // of getSystemState
 
-/// The nodes that the master knows for a topic or service.
+/// Returns the nodes that the master knows for a topic or service.
 std::vector<std::string> nodesOf(const XmlRpcValue& state, Part part, const std::string& name) {
   std::vector<std::string> nodes;
   for (int i = 0; i < state[part].size(); ++i) {
@@ -66,16 +66,17 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 }  // namespace
 
 MasterWatch::MasterWatch(const std::vector<std::string>& parameters) : name_(ros::this_node::getName()) {
-  if (const auto uri = askMaster("lookupNode", {name_})) uri_ = std::string(XmlRpcValue(*uri));
-  if (auto state = askMaster("getSystemState", {})) {
+  // Read what is registered now.
+  if (const auto uri = callMaster("lookupNode", {name_})) uri_ = std::string(XmlRpcValue(*uri));
+  if (auto state = callMaster("getSystemState", {})) {
     for (int i = 0; i < (*state)[services].size(); ++i) {
       const std::string service = (*state)[services][i][0];
       if (!contains(nodesOf(*state, services, service), name_)) continue;
-      if (auto uri = askMaster("lookupService", {service})) services_[service] = std::string(*uri);
+      if (auto uri = callMaster("lookupService", {service})) services_[service] = std::string(*uri);
     }
   }
   for (const std::string& parameter : parameters) {
-    if (const auto value = askMaster("getParam", {parameter})) parameters_[parameter] = *value;
+    if (const auto value = callMaster("getParam", {parameter})) parameters_[parameter] = *value;
   }
   thread_ = std::thread([this] { watch(); });
 }
@@ -83,80 +84,80 @@ MasterWatch::MasterWatch(const std::vector<std::string>& parameters) : name_(ros
 MasterWatch::~MasterWatch() {
   {
     const std::lock_guard lock(mutex_);
-    ends_ = true;
+    isEnding_ = true;
   }
   end_.notify_all();
   thread_.join();
 }
 
-std::string MasterWatch::faultOfClock() const {
+std::string MasterWatch::clockFault() const {
   const std::lock_guard lock(mutex_);
-  return faultOfClock_;
+  return clockFault_;
 }
 
 void MasterWatch::watch() {
   std::unique_lock lock(mutex_);
-  while (!end_.wait_for(lock, period, [this] { return ends_; })) {
+  while (!end_.wait_for(lock, period, [this] { return isEnding_; })) {
     lock.unlock();
-    std::string faultOfClock;
+    std::string fault;
     try {
-      faultOfClock = look();
+      fault = update();
     } catch (const XmlRpc::XmlRpcException&) {
-      // An answer of another kind than the master's API has: as good as none.
+      // The answer does not follow the API. Treat it as no answer.
     }
     lock.lock();
-    faultOfClock_ = faultOfClock;
+    clockFault_ = fault;
   }
 }
 
-/// @returns the fault of /clock
-std::string MasterWatch::look() {
-  const auto state = askMaster("getSystemState", {});
+/// Registers the node again if necessary. Returns the fault of /clock.
+std::string MasterWatch::update() {
+  const auto state = callMaster("getSystemState", {});
   if (!state) return "";
-  // Every node publishes there.
+  // Every node publishes /rosout, so a master that does not know this has lost the node.
   if (!isRegistered_ || !contains(nodesOf(*state, publishers, "/rosout"), name_)) {
     isRegistered_ = registerAgain();
-    if (isRegistered_) ROS_WARN("the master did not know this node any more: it is registered again");
+    if (isRegistered_) ROS_WARN("the master had lost this node: registered again");
   }
-  const std::string fault = faultOfClockIn(*state);
+  const std::string fault = clockFaultIn(*state);
   const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
-  if (!fault.empty() && warnings_.falls(now.count())) ROS_WARN("%s", fault.c_str());
+  if (!fault.empty() && warnings_.isDue(now.count())) ROS_WARN("%s", fault.c_str());
   return fault;
 }
 
-/// @returns whether all of it could be told.
+/// Returns true if every call succeeded.
 bool MasterWatch::registerAgain() const {
-  auto published = askNode(uri_, "getPublications", {}), taken = askNode(uri_, "getSubscriptions", {});
+  auto published = callNode(uri_, "getPublications", {}), taken = callNode(uri_, "getSubscriptions", {});
   if (!published || !taken) return false;
-  bool isTold = true;
+  bool isDone = true;
   for (int i = 0; i < published->size(); ++i) {
-    isTold &= askMaster("registerPublisher", {(*published)[i][0], (*published)[i][1], uri_}).has_value();
+    isDone &= callMaster("registerPublisher", {(*published)[i][0], (*published)[i][1], uri_}).has_value();
   }
+  // Connect to publishers that registered before this node did.
   for (int i = 0; i < taken->size(); ++i) {
     const XmlRpcValue topic = (*taken)[i][0];
-    const auto known = askMaster("registerSubscriber", {topic, (*taken)[i][1], uri_});
-    isTold &= known.has_value();
-    if (known && known->size() > 0) isTold &= askNode(uri_, "publisherUpdate", {topic, *known}).has_value();
+    const auto known = callMaster("registerSubscriber", {topic, (*taken)[i][1], uri_});
+    isDone &= known.has_value();
+    if (known && known->size() > 0) isDone &= callNode(uri_, "publisherUpdate", {topic, *known}).has_value();
   }
   for (const auto& [service, uri] : services_) {
-    isTold &= askMaster("registerService", {service, uri, uri_}).has_value();
+    isDone &= callMaster("registerService", {service, uri, uri_}).has_value();
   }
   for (const auto& [parameter, value] : parameters_) {
-    auto isThere = askMaster("hasParam", {parameter});
-    isTold &= isThere && (bool(*isThere) || askMaster("setParam", {parameter, value}).has_value());
+    auto isThere = callMaster("hasParam", {parameter});
+    isDone &= isThere && (bool(*isThere) || callMaster("setParam", {parameter, value}).has_value());
   }
-  return isTold;
+  return isDone;
 }
 
-std::string MasterWatch::faultOfClockIn(const XmlRpcValue& state) const {
+std::string MasterWatch::clockFaultIn(const XmlRpcValue& state) const {
   const std::vector<std::string> owners = nodesOf(state, publishers, "/clock");
   if (owners.size() < 2) return "";
   if (!contains(owners, name_) && !contains(nodesOf(state, subscribers, "/clock"), name_)) return "";
   std::string all;
   for (const std::string& owner : owners) all += (all.empty() ? "" : ", ") + owner;
   return "/clock has several publishers: " + all +
-         "; time can have one owner, and jumps between them (rosnode cleanup strikes dead ones off the "
-         "master's list)";
+         ". Time jumps between them. Stop all but one (rosnode cleanup removes dead nodes from the master)";
 }
 
 }  // namespace planar_chain

@@ -1,8 +1,7 @@
 #pragma once
 
-/// Looks at the master every two seconds, in a thread of its own, for a master may take long to answer. A
-/// master that took the place of one that died knows nothing, and roscpp does not notice; and nobody notices
-/// when /clock has two owners.
+/// Checks the ROS master every two seconds, in its own thread because a master may answer slowly. roscpp
+/// notices neither a restarted master, which has lost all registrations, nor a second publisher of /clock.
 
 #include <xmlrpcpp/XmlRpcValue.h>
 
@@ -17,38 +16,38 @@
 
 namespace planar_chain {
 
-/// Where the master does not know this node any more, everything is registered again: topics, services, and
-/// the parameters named, unless the master has others by those names. Connections stay as they are, but once
-/// somebody new publishes a topic that this node takes, those whom the master does not know are cut off:
-/// that is how roscpp understands the master's word.
+/// If the master has lost this node, registers it again: topics, services, and the given parameters unless
+/// the master has other values for them. Existing connections stay. One exception follows from roscpp: when a
+/// new publisher of a subscribed topic appears, connections to publishers that the master does not know are
+/// closed.
 class MasterWatch {
  public:
-  /// When all is advertised and the parameters are set.
+  /// Construct this after everything is advertised and the parameters are set.
   explicit MasterWatch(const std::vector<std::string>& parameters);
-  /// Waits for an answer that is due.
+  /// Waits for a pending answer of the master.
   ~MasterWatch();
   MasterWatch(const MasterWatch&) = delete;
   MasterWatch& operator=(const MasterWatch&) = delete;
 
-  /// The faults of /clock, where this node publishes or takes it: several publishers. Empty: none.
-  std::string faultOfClock() const;
+  /// Returns a fault if /clock has several publishers and this node publishes or uses it. Empty: none.
+  std::string clockFault() const;
 
  private:
   static constexpr double warningPeriod = 30;  // s
 
   void watch();
-  std::string look();
+  std::string update();
   bool registerAgain() const;
-  std::string faultOfClockIn(const XmlRpc::XmlRpcValue& state) const;
+  std::string clockFaultIn(const XmlRpc::XmlRpcValue& state) const;
 
-  std::string name_, uri_;                       ///< this node's
+  std::string name_, uri_;                       ///< of this node
   std::map<std::string, std::string> services_;  ///< uri by name
   std::map<std::string, XmlRpc::XmlRpcValue> parameters_;
   bool isRegistered_ = true;
   Every warnings_{warningPeriod};
-  std::string faultOfClock_;
-  bool ends_ = false;
-  mutable std::mutex mutex_;  ///< of the two above
+  std::string clockFault_;
+  bool isEnding_ = false;
+  mutable std::mutex mutex_;  ///< guards clockFault_ and isEnding_
   std::condition_variable end_;
   std::thread thread_;
 };

@@ -1,10 +1,12 @@
 #pragma once
 
-/// The node: a simulation kept in step with a clock, its publishers and its commands.
+/// The node: a simulation that follows a clock, its publishers, its commands and its services.
 
+#include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
+#include <ros/service_server.h>
 #include <sensor_msgs/JointState.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 
@@ -20,93 +22,91 @@
 #include "ros/messages/messages.h"
 #include "ros/messages/pace.h"
 #include "ros/node/clock.h"
-#include "ros/node/command_log.h"
 #include "ros/node/commands.h"
-#include "ros/node/diagnostics.h"
 #include "ros/node/master_watch.h"
-#include "ros/node/queries.h"
 #include "ros/view/views.h"
 
 namespace planar_chain {
 
-/// Tick k brings the simulation to scene time (k − origin)/rate, exactly, whatever the clock; clock.h says
-/// when, and how it is stamped. origin: the tick of the start, or of the last reset. Ticks stand still while
-/// the node is paused, after a fault, and with their clock. A message is made when somebody listens to it,
-/// and only then. A tick that takes long does not keep it from telling how it fares, nor from being asked:
-/// what would change the motion has to wait, or is refused; ~reset gives the tick up.
+/// Tick k advances the simulation to scene time (k − origin)/rate exactly, with any clock. The origin is the
+/// tick of the start or of the last reset. clock.h determines when a tick is due and how it is stamped. There
+/// are no ticks while the node is paused, after a fault, and while the clock is halted. A message is computed
+/// only if it has subscribers. During a long tick the node still publishes its status and answers services.
+/// Commands then wait, and services that change the motion are refused, except ~reset, which aborts the tick.
 class Node {
  public:
-  /// Sets robot_description, advertises and subscribes.
-  /// @throws Refused what is wrong with the scene's frames.
+  /// Sets robot_description, advertises topics and services, and subscribes.
+  /// @throws Refused for frame names that collide.
   explicit Node(const Scene& scene);
 
-  /// When the services are advertised, too. Ticks and serves while goesOn says so, which is asked in the
-  /// middle of long ticks, too.
-  void run(bool (*goesOn)());
+  /// Ticks and serves while keepGoing() is true; it is polled during long ticks too.
+  void run(bool (*keepGoing)());
 
-  // What may be asked of it, between two ticks. Where the answer is no success, nothing has changed.
+  // The services. Each acts between two ticks. If `success` is false, nothing has changed.
   struct Answer {
     bool success;
     std::string message;
   };
   Answer pause();
   Answer resume();
-  /// The scene's first state at scene time 0, without commands and faults.
+  /// Restores the scene's initial state at scene time 0, without commands and faults.
   Answer reset();
   Answer clearCommands();
   Answer setState(const std::vector<double>& q, const std::vector<double>& qd);
-  /// `ticks` ticks, after which it is paused, with these torques held if there are any. Adds the state after
-  /// each to `states`. No success, but all changed so far, when the integration fails on the way.
+  /// Pauses, holds `torques` unless empty, and makes `ticks` ticks. Appends the state after each to `states`.
+  /// If the integration fails, the ticks before stay.
   Answer step(const std::vector<double>& torques, std::uint32_t ticks,
               std::vector<sensor_msgs::JointState>& states);
 
  private:
+  void advertiseServices();
   double serve();
-  void tellOfItself(double now);
-  void serveTicks(double now);
+  void publishHealth(double now);
+  void runDueTicks(double now);
   bool tick();
-  bool bear(double began);
+  bool serveDuringTick(double began);
   void publishState();
   void publishStatus(double now);
-  void lookAtNode();
   void publishDiagnostics();
-  void goOn();
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& out);
+  void updateStatus();
+  void restartClock();
 
   double sceneTime(long long tick) const { return pace_.timeOf(tick - origin_); }
   double simTime() const { return pace_.timeOf(origin_) + simulation_.time(); }
   double sceneTimeOf(ros::Time stamp) const;
   double elapsed() const;  ///< wall time since the start, s
 
-  ros::CallbackQueue commandQueue_;  ///< they wait for the end of a tick
-  ros::NodeHandle outer_;            ///< the node's namespace
+  ros::CallbackQueue commandQueue_;  ///< of messages that wait for the end of a tick
+  ros::NodeHandle outer_;            ///< in the node's namespace
   ros::NodeHandle inner_{"~"};       ///< below the node's name
   PublishSettings settings_;
   Frames frames_;
   Simulation simulation_;
   std::unique_ptr<Clock> clock_;
   CommandLog log_;
-  Commands commands_;
-  Queries queries_;
+  CommandTopics commands_;
   Messages messages_;
   Views views_;
   SimStatus status_;
-  Diagnostics diagnostics_;
+  diagnostic_updater::Updater diagnostics_;
 
   ros::Publisher jointStatesOut_, linkStatesOut_, tfOut_, statusOut_;
   std::optional<tf2_ros::StaticTransformBroadcaster> staticTf_;
+  std::vector<ros::ServiceServer> servers_;
   std::optional<MasterWatch> master_;  ///< from run() on
 
   Pace pace_;
-  long long next_;        ///< the first tick that has not happened yet
+  long long next_;        ///< the first tick that is still to come
   long long origin_ = 0;  ///< the tick of scene time 0
   bool paused_ = false;
-  bool inTick_ = false;
+  bool inTick_ = false;  ///< while services are served during a tick
   long long resets_ = 0;
-  bool (*goesOn_)() = nullptr;  ///< from run() on
-  double breathUntil_ = 0;      ///< s of wall time
+  bool (*keepGoing_)() = nullptr;  ///< from run() on
+  double resting_ = 0;             ///< no ticks until then, wall time since the start, s
   std::uint64_t overruns_ = 0;
   RealTimeFactor factor_;
-  Every statuses_, warnings_, reminders_, diagnoses_;
+  Every statuses_, warnings_, clockTimes_, diagnoses_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 

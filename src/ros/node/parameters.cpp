@@ -3,6 +3,7 @@
 #include <ros/console.h>
 #include <ros/names.h>
 #include <ros/param.h>
+#include <xmlrpcpp/XmlRpcValue.h>
 
 #include <exception>
 #include <utility>
@@ -17,6 +18,7 @@ namespace {
 
 using XmlRpc::XmlRpcValue;
 
+/// Converts a parameter. Adds a fault for each type that no scene has: dates and binary data.
 Value convert(const XmlRpcValue& parameter, const std::string& path, std::vector<Fault>& faults) {
   switch (parameter.getType()) {
     case XmlRpcValue::TypeBoolean:
@@ -41,30 +43,17 @@ Value convert(const XmlRpcValue& parameter, const std::string& path, std::vector
       }
       return map;
     }
-    case XmlRpcValue::TypeDateTime:
-      faults.push_back({path, "a number, text, list or map", "a date"});
-      return {};
-    case XmlRpcValue::TypeBase64:
-      faults.push_back({path, "a number, text, list or map", "binary data"});
-      return {};
     case XmlRpcValue::TypeInvalid:
       return {};
+    default:
+      const bool isDate = parameter.getType() == XmlRpcValue::TypeDateTime;
+      faults.push_back({path, "a number, text, list or map", isDate ? "a date" : "binary data"});
+      return {};
   }
-  return {};
 }
 
-}  // namespace
-
-Value valueOf(const XmlRpcValue& parameter) {
-  std::vector<Fault> faults;
-  Value value = convert(parameter, "", faults);
-  if (!faults.empty()) throw Refused(std::move(faults));
-  return value;
-}
-
+/// @throws Refused
 Value sceneParameters(const std::string& node) {
-  XmlRpcValue parameters;
-  ros::param::get(node, parameters);
   if (!ros::param::has(node + "/chain") && !ros::param::has(node + "/links") &&
       !ros::param::has(node + "/robot_description")) {
     throw Refused({{node + "/chain",
@@ -73,8 +62,15 @@ Value sceneParameters(const std::string& node) {
                         node + " before the node starts)",
                     "nothing"}});
   }
-  return valueOf(parameters);
+  XmlRpcValue parameters;
+  ros::param::get(node, parameters);
+  std::vector<Fault> faults;
+  Value value = convert(parameters, "", faults);
+  if (!faults.empty()) throw Refused(std::move(faults));
+  return value;
 }
+
+}  // namespace
 
 int withScene(const std::string& node, const std::function<void(const Scene&)>& act) {
   try {

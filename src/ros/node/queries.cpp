@@ -7,8 +7,7 @@
 #include "planar_chain/fault.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
-#include "ros/messages/bounded.h"
-#include "ros/messages/checks.h"
+#include "ros/messages/incoming.h"
 
 namespace planar_chain {
 
@@ -17,10 +16,10 @@ namespace {
 using Eigen::VectorXd;
 
 VectorXd vectorOf(const std::vector<double>& values) {
-  return Eigen::Map<const VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  return VectorXd::Map(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-/// Where and under what the equations are to be told: the scene, with the commands for loads.
+/// The time and state of a request, and the scene with the present commands as loads.
 struct Question {
   Scene scene;
   double t;
@@ -30,12 +29,12 @@ struct Question {
   template <class Request>
   Question(const Simulation& simulation, const Request& request)
       : scene(simulation.scene()), t(simulation.time()) {
+    // Check the request.
     std::vector<Fault> faults;
     const int n = scene.chain.size();
     if (n > mostLinksInMatrices) {
-      faults.push_back({"chain",
-                        "at most " + std::to_string(mostLinksInMatrices) + " links, for matrices are dense",
-                        std::to_string(n)});
+      const std::string most = std::to_string(mostLinksInMatrices);
+      faults.push_back({"chain", "at most " + most + " links (the matrices are dense)", std::to_string(n)});
     }
     const bool isPresent = request.q.empty() && request.qd.empty();
     if (!isPresent) {
@@ -43,15 +42,17 @@ struct Question {
       checkValues(faults, "qd", "rates", "rad/s", request.qd, simulation.qd().size());
     }
     if (!faults.empty()) throw Refused(std::move(faults));
+
+    // Copy the state and the commands.
     q = vectorOf(isPresent ? simulation.q() : request.q);
     qd = vectorOf(isPresent ? simulation.qd() : request.qd);
     for (const Load& command : simulation.commands()) scene.loads.push_back(command);
   }
 };
 
-/// @throws Refused what is not finite
+/// @throws Refused if a number is not finite.
 void copy(const VectorXd& from, std::vector<double>& to) {
-  if (!from.allFinite()) throw Refused({{"state", "one whose equations are finite", "numbers too large"}});
+  if (!from.allFinite()) throw Refused({{"state", "finite equations of motion", "numbers too large"}});
   to.assign(from.data(), from.data() + from.size());
 }
 
@@ -72,6 +73,17 @@ void fill(Response& response, Fill&& make) {
     response = {};
     response.message = toString(refused.faults());
   }
+}
+
+template <class Service, class Request>
+ros::ServiceServer offer(ros::NodeHandle& node, const char* name, const Simulation& simulation) {
+  return advertise<Service, Request>(
+      node, name, [&simulation](const Request& bounded, typename Service::Response& response) {
+        typename Service::Request request;
+        request.q = plain(bounded.q);
+        request.qd = plain(bounded.qd);
+        answer(simulation, request, response);
+      });
 }
 
 }  // namespace
@@ -106,23 +118,9 @@ void answer(const Simulation& simulation, const Linearize::Request& request, Lin
   });
 }
 
-namespace {
-
-template <class Service, class Request>
-ros::ServiceServer offer(ros::NodeHandle& node, const char* name, const Simulation& simulation) {
-  return advertise<Service, Request>(
-      node, name, [&simulation](const Request& asked, typename Service::Response& response) {
-        typename Service::Request request;
-        request.q = plain(asked.q);
-        request.qd = plain(asked.qd);
-        answer(simulation, request, response);
-      });
+std::vector<ros::ServiceServer> advertiseQueries(ros::NodeHandle& node, const Simulation& simulation) {
+  return {offer<Equations, EquationsRequest_<Bounded<void>>>(node, "equations", simulation),
+          offer<Linearize, LinearizeRequest_<Bounded<void>>>(node, "linearize", simulation)};
 }
-
-}  // namespace
-
-Queries::Queries(ros::NodeHandle& node, const Simulation& simulation)
-    : services_{offer<Equations, EquationsRequest_<Bounded<void>>>(node, "equations", simulation),
-                offer<Linearize, LinearizeRequest_<Bounded<void>>>(node, "linearize", simulation)} {}
 
 }  // namespace planar_chain

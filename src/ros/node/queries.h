@@ -1,6 +1,6 @@
 #pragma once
 
-/// The services that tell the equations: ~equations and ~linearize. They look, and change nothing.
+/// The services that compute the equations: ~equations and ~linearize. They change nothing.
 
 #include <planar_chain/Equations.h>
 #include <planar_chain/Linearize.h>
@@ -13,22 +13,17 @@
 
 namespace planar_chain {
 
-/// The longest chain that is answered: the matrices are dense, and nothing moves while they are made.
+/// The longest chain that is answered. The matrices are dense, and the simulation waits for them.
 constexpr int mostLinksInMatrices = 200;
 
-// Each fills the response: the matrices, or no success and every fault. Refused are a q or qd that has not
-// one finite number a joint (both empty: the present state), chains that are too long, and states whose
-// matrices are not finite.
+// Each sets the response to the matrices at the requested state, with the loads and commands of the present
+// time. An empty q and qd request the present state. On a fault `success` is false, `message` has every
+// fault, and the rest is empty. Faults are: not one finite number per joint, a chain that is too long, and
+// matrices that are not finite.
 void answer(const Simulation& simulation, const Equations::Request& request, Equations::Response& response);
 void answer(const Simulation& simulation, const Linearize::Request& request, Linearize::Response& response);
 
-/// Offers both services under `node`, about `simulation`, which must outlive this object.
-class Queries {
- public:
-  Queries(ros::NodeHandle& node, const Simulation& simulation);
-
- private:
-  std::vector<ros::ServiceServer> services_;
-};
+/// Advertises both services under `node`. The simulation must outlive the servers.
+std::vector<ros::ServiceServer> advertiseQueries(ros::NodeHandle& node, const Simulation& simulation);
 
 }  // namespace planar_chain

@@ -51,16 +51,16 @@ std::string whatRuns(const Simulation& simulation) {
 
 std::string whatIsPublished(const PublishSettings& settings, const Frames& frames) {
   std::ostringstream line;
-  line << "made while somebody listens: joint_states";
+  line << "publishes on demand: joint_states";
   if (settings.linkStates) line << " and link_states";
   line << " at " << settings.rate << " Hz, ";
   if (settings.tf) line << "tf at " << settings.tfRate << " Hz below " << frames.base << ", ";
   line << "status at " << settings.statusRate << " Hz, views at " << settings.tfRate << " Hz";
 
-  std::vector<std::string> never;
-  if (!settings.linkStates) never.push_back("link_states");
-  if (!settings.tf) never.push_back("tf");
-  if (!never.empty()) line << "; never: " << listed(never);
+  std::vector<std::string> disabled;
+  if (!settings.linkStates) disabled.push_back("link_states");
+  if (!settings.tf) disabled.push_back("tf");
+  if (!disabled.empty()) line << "; disabled: " << listed(disabled);
   return line.str();
 }
 

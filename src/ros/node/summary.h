@@ -1,6 +1,6 @@
 #pragma once
 
-/// What the node says of itself when it starts, each in a line.
+/// The two lines that the node logs when it starts.
 
 #include <string>
 
@@ -12,7 +12,7 @@ namespace planar_chain {
 /// What the scene runs, and what it leaves out.
 std::string whatRuns(const Simulation& simulation);
 
-/// Which messages are made, and which never.
+/// Which topics are published, and which are disabled.
 std::string whatIsPublished(const PublishSettings& settings, const Frames& frames);
 
 }  // namespace planar_chain

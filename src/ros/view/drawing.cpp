@@ -8,9 +8,9 @@ namespace planar_chain {
 namespace {
 
 constexpr double barWidth = 0.09;  // units
-constexpr double thin = 0.4;       // of that
-constexpr int fewLinks = 8;        // of which one is a unit long
-constexpr double fewWidths = 2;    // of a link, so short that only a line of many is seen
+constexpr double thin = 0.4;       // share of the width
+constexpr int fewLinks = 8;        // a longer chain has units of an eighth of its reach
+constexpr double fewWidths = 2;    // links shorter than this are short
 constexpr double longest = 1.5;    // units, of an arrow
 
 double largestLoad(const Scene& scene, double reach) {
@@ -22,13 +22,13 @@ double largestLoad(const Scene& scene, double reach) {
   return largest;
 }
 
-/// Whether the centre of mass lies on the line through the pins, as far as can be seen.
+/// True if the centre of mass is within half a width of the line through the pins.
 bool isStraight(const Link& link, double width) {
   const double l = length(link.pin);
   return l > 0 ? std::fabs(cross(link.pin, link.com)) / l < width / 2 : length(link.com) < width / 2;
 }
 
-/// Of the uniform rod with this mass and moment of inertia, m l²/12.
+/// The length l of the uniform rod with this mass and moment of inertia I = m l²/12.
 double rodLength(const Link& link) {
   return std::sqrt(12 * link.inertia / link.mass);
 }
@@ -71,10 +71,11 @@ std::vector<Bar> barsOf(const Link& link, const Drawing& drawing) {
   const Bar pins{{}, link.pin, thin};
   if (!isStraight(link, drawing.bar)) return {{{}, link.com}, {link.com, link.pin}, pins};
   if (isPoint(link, drawing)) {
-    // A bob may hang beyond the pin, or the other way.
-    return dot(link.com, link.pin) > l * l || l == 0 ? std::vector<Bar>{{{}, link.com, thin}}
-                                                     : std::vector<Bar>{pins};
+    // A bob beyond the outer pin hangs on a longer bar.
+    return {dot(link.com, link.pin) > l * l || l == 0 ? Bar{{}, link.com, thin} : pins};
   }
+
+  // Place the rod. If it spans the pins, it is the only bar.
   const Vec2d along = l > 0 ? 1 / l * link.pin : Vec2d{1, 0};
   const Vec2d half = rodLength(link) / 2 * along;
   const Bar rod{link.com - half, link.com + half};

@@ -1,6 +1,6 @@
 #pragma once
 
-/// How large a scene is drawn: its bodies in the URDF, and what acts on them in markers.
+/// Sizes and shapes of a drawn scene, for the URDF and for the markers.
 
 #include <vector>
 
@@ -11,29 +11,29 @@ namespace planar_chain {
 struct Drawing {
   explicit Drawing(const Scene& scene);
 
-  double reach;   ///< m: no point of the chain comes farther from the ground pin
-  double unit;    ///< m: mean length of a link; where links are many and short, an eighth of the reach
-  double bar;     ///< m: width of a link
-  double force;   ///< N, drawn one half unit long: the weight; without gravity, the largest load
-  double torque;  ///< N m: that force on half the reach
+  double reach;   ///< m: the largest possible distance from the ground pin
+  double unit;    ///< m: the mean length of a link, at least an eighth of the reach
+  double bar;     ///< m: the width of a link
+  double force;   ///< N: drawn half a unit long. The chain's weight; without gravity, the largest load
+  double torque;  ///< N m: `force` at half the reach
 
-  /// From an arrow's tail to its head, m: in proportion, but never longer than one unit and a half.
+  /// Returns the arrow of a force (N), in m: proportional to it, but at most 1.5 units long.
   Vec2d arrow(Vec2d f) const;
 };
 
-/// A straight part of a body, in its link's axes, m.
+/// A straight part of a body, in the link frame, m.
 struct Bar {
   Vec2d from, to;
   double share = 1;  ///< of the full width
 };
 
-/// A body as bars. Thin from pin to pin. Thick where the mass is: the uniform rod that has the body's mass,
-/// centre of mass and moment of inertia, where it lies along the pins; else arms from both pins to the centre
-/// of mass.
+/// Returns a body as bars. A thin one joins the pins. A thick one shows the mass: the uniform rod with the
+/// body's mass, centre of mass and moment of inertia, if the centre of mass is in line with the pins. Else
+/// two thick bars join the pins to the centre of mass.
 std::vector<Bar> barsOf(const Link& link, const Drawing& drawing);
-/// Whether it is about as short as it is wide: one of many, drawn as a plain bar without its pin.
+/// True if the link is about as short as it is wide. It is drawn as one bar without a pin.
 bool isShort(const Link& link, const Drawing& drawing);
-/// Whether all mass is drawn at one point, a bob.
+/// True if the mass is drawn as a bob at one point.
 bool isPoint(const Link& link, const Drawing& drawing);
 
 }  // namespace planar_chain

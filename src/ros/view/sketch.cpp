@@ -8,8 +8,8 @@ namespace planar_chain {
 
 namespace {
 
-constexpr double headLength = 4, headWidth = 3.2;  // of an arrow, in its widths
-constexpr double facet = 0.15;                     // rad, of a circle
+constexpr double headLength = 4, headWidth = 3.2;  // widths of the arrow
+constexpr double facet = 0.15;                     // rad: circles are drawn as polygons
 
 Vec2d onCircle(Vec2d centre, double radius, double angle) {
   return centre + Rotation<double>::of(angle) * Vec2d{radius, 0};
@@ -17,8 +17,8 @@ Vec2d onCircle(Vec2d centre, double radius, double angle) {
 
 }  // namespace
 
-std_msgs::ColorRGBA colour(double red, double green, double blue, double alpha) {
-  std_msgs::ColorRGBA paint;
+Colour colour(double red, double green, double blue, double alpha) {
+  Colour paint;
   paint.r = static_cast<float>(red);
   paint.g = static_cast<float>(green);
   paint.b = static_cast<float>(blue);
@@ -37,7 +37,7 @@ Sketch::Sketch(const std::string& frame, const std::string& name, int id, double
   marker_.color = colour(1, 1, 1);
 }
 
-void Sketch::corner(Vec2d a, const std_msgs::ColorRGBA& paint) {
+void Sketch::corner(Vec2d a, const Colour& paint) {
   geometry_msgs::Point point;
   point.x = a.x;
   point.y = a.y;
@@ -46,8 +46,8 @@ void Sketch::corner(Vec2d a, const std_msgs::ColorRGBA& paint) {
   marker_.colors.push_back(paint);
 }
 
-void Sketch::band(Vec2d a, Vec2d b, double widthA, double widthB, const std_msgs::ColorRGBA& colourA,
-                  const std_msgs::ColorRGBA& colourB) {
+void Sketch::band(Vec2d a, Vec2d b, double widthA, double widthB, const Colour& colourA,
+                  const Colour& colourB) {
   const double l = length(b - a);
   if (l == 0) return;
   const Vec2d across = 0.5 / l * perp(b - a);
@@ -57,10 +57,10 @@ void Sketch::band(Vec2d a, Vec2d b, double widthA, double widthB, const std_msgs
   corner(a1, colourA), corner(b2, colourB), corner(a2, colourA);
 }
 
-void Sketch::arrow(Vec2d from, Vec2d to, double width, const std_msgs::ColorRGBA& paint) {
+void Sketch::arrow(Vec2d from, Vec2d to, double width, const Colour& paint) {
   const double l = length(to - from);
   if (l == 0) return;
-  // A short arrow is all head, and smaller.
+  // An arrow shorter than its head is drawn as a smaller head.
   const double head = std::fmin(headLength * width, l);
   const double size = head / (headLength * width);
   const Vec2d neck = to - head / l * (to - from);
@@ -68,8 +68,7 @@ void Sketch::arrow(Vec2d from, Vec2d to, double width, const std_msgs::ColorRGBA
   band(neck, to, size * headWidth * width, 0, paint, paint);
 }
 
-void Sketch::turn(Vec2d centre, double radius, double from, double sweep, double width,
-                  const std_msgs::ColorRGBA& paint) {
+void Sketch::turn(Vec2d centre, double radius, double from, double sweep, double width, const Colour& paint) {
   const double head = std::copysign(std::fmin(headLength * width / radius, std::fabs(sweep)), sweep);
   const double shaft = sweep - head;
   const int pieces = std::max(1, static_cast<int>(std::fabs(shaft) / facet));
@@ -82,7 +81,7 @@ void Sketch::turn(Vec2d centre, double radius, double from, double sweep, double
 }
 
 void Sketch::coil(Vec2d centre, double inner, double outer, double from, double sweep, double width,
-                  const std_msgs::ColorRGBA& paint) {
+                  const Colour& paint) {
   const int pieces = std::max(1, static_cast<int>(std::fabs(sweep) / (2 * facet)));
   const auto at = [&](int k) {
     return onCircle(centre, inner + (outer - inner) * k / pieces, from + sweep * k / pieces);
@@ -90,8 +89,7 @@ void Sketch::coil(Vec2d centre, double inner, double outer, double from, double 
   for (int k = 0; k < pieces; ++k) band(at(k), at(k + 1), width, width, paint, paint);
 }
 
-void Sketch::sector(Vec2d centre, double radius, double from, double sweep,
-                    const std_msgs::ColorRGBA& paint) {
+void Sketch::sector(Vec2d centre, double radius, double from, double sweep, const Colour& paint) {
   const int pieces = std::max(1, static_cast<int>(std::fabs(sweep) / facet));
   for (int k = 0; k < pieces; ++k) {
     corner(centre, paint);
@@ -115,7 +113,7 @@ void Sketches::clear() {
 }
 
 Sketch& Sketches::on(int link) {
-  const std::string& frame = link == base ? frames_.base : frames_.links[static_cast<std::size_t>(link)];
+  const std::string& frame = link == base ? frames_.base : frames_.links[index(link)];
   return sketches_.try_emplace(link, frame, name_, link, height_).first->second;
 }
 

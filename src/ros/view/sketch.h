@@ -1,51 +1,52 @@
 #pragma once
 
-/// Flat figures in the plane of motion, as markers for rviz.
+/// Flat figures in the plane of motion, as rviz markers.
 
 #include <std_msgs/ColorRGBA.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <map>
 #include <string>
-#include <vector>
 
 #include "planar_chain/planar.h"
 #include "ros/messages/frames.h"
 
 namespace planar_chain {
 
-std_msgs::ColorRGBA colour(double red, double green, double blue, double alpha = 1);
+using Colour = std_msgs::ColorRGBA;
 
+/// Each component is in 0 … 1.
+Colour colour(double red, double green, double blue, double alpha = 1);
+
+/// A marker of triangles. Lengths in m, angles in rad, coordinates in the axes of its frame.
 class Sketch {
  public:
-  /// At `height` (m) above the plane of `frame`, and moving with it: rviz draws it where that is by then.
+  /// The figures lie at `height` (m) above the plane and move with the frame.
   Sketch(const std::string& frame, const std::string& name, int id, double height);
 
   void clear() { marker_.points.clear(), marker_.colors.clear(); }
-  /// A band from a to b, which may fade and taper. Widths in m.
-  void band(Vec2d a, Vec2d b, double widthA, double widthB, const std_msgs::ColorRGBA& colourA,
-            const std_msgs::ColorRGBA& colourB);
-  void arrow(Vec2d from, Vec2d to, double width, const std_msgs::ColorRGBA& paint);
-  /// An arrow on a circle, from angle `from` on by `sweep` (rad, either sign).
-  void turn(Vec2d centre, double radius, double from, double sweep, double width,
-            const std_msgs::ColorRGBA& paint);
-  /// A spiral from the inner radius to the outer one.
+  /// A band from a to b. Width and colour change linearly.
+  void band(Vec2d a, Vec2d b, double widthA, double widthB, const Colour& colourA, const Colour& colourB);
+  void arrow(Vec2d from, Vec2d to, double width, const Colour& paint);
+  /// An arrow along a circle, from angle `from` to `from + sweep`.
+  void turn(Vec2d centre, double radius, double from, double sweep, double width, const Colour& paint);
+  /// A spiral from the inner to the outer radius.
   void coil(Vec2d centre, double inner, double outer, double from, double sweep, double width,
-            const std_msgs::ColorRGBA& paint);
-  /// Part of a disc, as turn().
-  void sector(Vec2d centre, double radius, double from, double sweep, const std_msgs::ColorRGBA& paint);
+            const Colour& paint);
+  /// A sector of a disc.
+  void sector(Vec2d centre, double radius, double from, double sweep, const Colour& paint);
 
-  /// What was drawn since clear(); one that takes the last away, if that is nothing.
+  /// Returns the figures drawn since clear(). Without any, the message deletes the marker.
   const visualization_msgs::Marker& message(ros::Time stamp);
 
  private:
-  void corner(Vec2d a, const std_msgs::ColorRGBA& paint);
+  void corner(Vec2d a, const Colour& paint);
 
   double height_;
   visualization_msgs::Marker marker_;
 };
 
-/// One in each frame where there is something to draw.
+/// One Sketch per frame that has figures.
 class Sketches {
  public:
   static constexpr int base = -1;
@@ -53,7 +54,7 @@ class Sketches {
   Sketches(Frames frames, std::string name, double height);
 
   void clear();
-  /// That in the frame of a link, or of the base; in the axes of that frame.
+  /// Returns the sketch in the frame of a link, or of the base. The first call for a link allocates it.
   Sketch& on(int link);
   const visualization_msgs::MarkerArray& message(ros::Time stamp);
 

@@ -9,11 +9,11 @@
 
 namespace planar_chain {
 
-/// The root is the world frame, z up, in which the base frame stands upright; every link's frame sits at its
-/// inner pin, and its joint (axis +z, the scene's damping and limits) at the outer pin of the link before.
-/// Links bear the names of their frames on /tf, prefix and all, so that rviz finds them without further
-/// settings; joints are named as on joint_states. What URDF has no word for is left out: springs, loads,
-/// gravity. An inertia I about +z is written as a plane body's: izz = I, ixx = iyy = I/2.
+/// Returns the URDF. Its root is the world frame, z up; a fixed joint turns the base frame upright. Each link
+/// frame is at the link's inner pin, and its joint (axis +z, damping and limits of the scene) is at the outer
+/// pin of the link before. Links have the names of their /tf frames, prefix included. Joints have the names
+/// in joint_states. A moment of inertia I about +z becomes that of a flat body: izz = I, ixx = iyy = I/2.
+/// URDF has no springs, loads and gravity, so these are left out.
 std::string urdfOf(const Scene& scene, const Frames& frames);
 
 }  // namespace planar_chain

@@ -1,6 +1,6 @@
 #pragma once
 
-/// What acts, to be seen in rviz: a topic for each kind, made while somebody listens to it, and only then.
+/// What acts on the chain, as rviz markers: one topic per kind. A topic without subscribers is not computed.
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
@@ -18,40 +18,44 @@ namespace planar_chain {
 
 class Views {
  public:
-  /// Of long chains as many pins, springs and centres of mass are drawn, evenly spread.
+  /// The most pins, springs and centres of mass that are drawn. In a longer chain they are evenly spread.
   static constexpr int most = 16;
 
-  /// Advertises ~view/loads, pin_forces, springs, trail, centres and energy.
+  /// Advertises view/loads, pin_forces, springs, trail, centres and energy under `node`.
   Views(ros::NodeHandle& node, const Scene& scene, const Frames& frames);
 
-  /// Of the simulation's present state.
+  /// Publishes the simulation's present state.
   void publish(const Simulation& simulation, ros::Time stamp);
 
  private:
+  struct View {
+    Sketches sketch;
+    ros::Publisher out;
+    void (Views::*draw)(Sketches& sketch, const Simulation& simulation);
+  };
   struct Spot {
     double time;  ///< s
-    Vec2d tip;    ///< m
+    Vec2d tip;    ///< m, base frame
   };
 
-  void drawLoads(const Simulation& simulation, double t);
-  void drawLoad(const Chain& chain, const Load& load, double factor);
-  void drawPinForces();
-  void drawSprings(const Simulation& simulation, double t);
-  void drawTrail(const Simulation& simulation);
-  void drawCentres(const Chain& chain);
+  void drawLoads(Sketches& sketch, const Simulation& simulation);
+  void drawLoad(Sketches& sketch, const Chain& chain, const Load& load, double factor);
+  void drawPinForces(Sketches& sketch, const Simulation& simulation);
+  void drawSprings(Sketches& sketch, const Simulation& simulation);
+  void drawTrail(Sketches& sketch, const Simulation& simulation);
+  void drawCentres(Sketches& sketch, const Simulation& simulation);
   void drawCentre(Sketch& sketch, Vec2d at, double radius);
-  void tellEnergy(const EnergyBalance& balance);
-  /// A vector of the base in the axes of a link.
-  Vec2d seenBy(int link, Vec2d vector) const;
+  void writeEnergy(const EnergyBalance& balance);
+  Vec2d inLink(int link, Vec2d vector) const;
 
   Drawing drawing_;
-  int stride_;  ///< from one link that is drawn to the next
+  int stride_;  ///< from one drawn link to the next
   std::vector<LinkMotion> motions_;
   std::vector<double> torques_;
   std::deque<Spot> trail_;
-  Sketches loads_, pinForces_, springs_, path_, centres_;
+  std::vector<View> views_;
   visualization_msgs::Marker energy_;
-  ros::Publisher loadsOut_, pinForcesOut_, springsOut_, trailOut_, centresOut_, energyOut_;
+  ros::Publisher energyOut_;
 };
 
 }  // namespace planar_chain

@@ -1,8 +1,6 @@
-#include "ros/messages/checks.h"
+#include "ros/messages/incoming.h"
 
 #include <cmath>
-
-#include "planar_chain/value.h"
 
 namespace planar_chain {
 

@@ -1,0 +1,71 @@
+#pragma once
+
+/// Input from other nodes: lists of bounded size, and checks of the numbers in messages and requests.
+///
+/// roscpp allocates a list as long as the message announces, up to 32 GB, before it reads the entries. The
+/// type `Message_<Bounded<void>>` limits each list to 16 MiB. roscpp drops a message with a longer list and
+/// logs the reason.
+
+#include <ros/advertise_service_options.h>
+#include <ros/node_handle.h>
+#include <ros/service_server.h>
+
+#include <cstddef>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "planar_chain/fault.h"
+
+namespace planar_chain {
+
+constexpr std::size_t mostBytesInAList = std::size_t{16} << 20;
+
+/// std::allocator with that limit.
+template <class T>
+struct Bounded : std::allocator<T> {
+  template <class Other>
+  struct rebind {
+    using other = Bounded<Other>;
+  };
+  Bounded() = default;
+  template <class Other>
+  Bounded(const Bounded<Other>& /*stateless*/) {}
+
+  /// @throws std::length_error above mostBytesInAList.
+  T* allocate(std::size_t n) {
+    if (n > mostBytesInAList / sizeof(T)) throw std::length_error("a list of more than 16 MiB");
+    return std::allocator<T>::allocate(n);
+  }
+};
+
+template <class T>
+std::vector<T> plain(const std::vector<T, Bounded<T>>& list) {
+  return {list.begin(), list.end()};
+}
+
+/// Advertises a service under `node`. Request is Service::Request with bounded lists. Every call of
+/// `serve(const Request&, Service::Response&)` sends its response.
+template <class Service, class Request, class Serve>
+ros::ServiceServer advertise(ros::NodeHandle& node, const char* name, Serve serve) {
+  using Spec = ros::ServiceSpec<Request, typename Service::Response>;
+  ros::AdvertiseServiceOptions options;
+  options.init<Service>(name, {});
+  options.helper = boost::make_shared<ros::ServiceCallbackHelperT<Spec>>(
+      typename Spec::CallbackType([serve](Request& request, typename Service::Response& response) {
+        serve(request, response);
+        return true;
+      }));
+  return node.advertiseService(options);
+}
+
+/// Adds a fault if `value` is not finite. unit: such as "N m".
+void checkFinite(std::vector<Fault>& faults, const std::string& path, const char* unit, double value);
+
+/// Adds a fault if there is not one value per joint, and one for each value that is not finite. what, unit:
+/// such as "angles", "rad".
+void checkValues(std::vector<Fault>& faults, const std::string& path, const char* what, const char* unit,
+                 const std::vector<double>& values, std::size_t joints);
+
+}  // namespace planar_chain

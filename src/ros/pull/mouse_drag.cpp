@@ -1,0 +1,205 @@
+#include "ros/pull/mouse_drag.h"
+
+#include <planar_chain/LinkForce.h>
+#include <ros/console.h>
+#include <ros/names.h>
+#include <ros/this_node.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace planar_chain {
+
+namespace {
+
+constexpr double highestPulsation = 20;   // rad/s: the point arrives in a third of a second
+constexpr double turnPerForce = 0.2;      // rad of the spring's motion while one force lasts, at most
+constexpr double mostForces = 250;        // Hz
+constexpr double overlap = 1e-6;          // s: the state at the end of a tick shows the force of that tick
+constexpr double mostPictures = 50;       // Hz
+constexpr double longestSilence = 1;      // s of wall time
+constexpr double memory = 2;              // s
+constexpr double heightOverBodies = 1.6;  // widths of a link: above everything that Views draws
+constexpr double markerWidth = 2;         // widths of a link: easier to hit
+
+Vec2d inPlane(const geometry_msgs::Point& point) {
+  return {point.x, point.y};
+}
+
+/// The area that reacts to the mouse. It is almost transparent, as the link is visible; rviz highlights it.
+visualization_msgs::Marker boxAround(const Bar& bar, double width) {
+  const Vec2d along = bar.to - bar.from, middle = 0.5 * (bar.from + bar.to);
+  const double angle = std::atan2(along.y, along.x);
+  visualization_msgs::Marker box;
+  box.type = visualization_msgs::Marker::CUBE;
+  box.pose.position.x = middle.x;
+  box.pose.position.y = middle.y;
+  box.pose.orientation.z = std::sin(angle / 2);
+  box.pose.orientation.w = std::cos(angle / 2);
+  box.scale.x = length(along) + width;
+  box.scale.y = box.scale.z = width;
+  box.color = colour(1, 1, 1, 0.01);
+  return box;
+}
+
+}  // namespace
+
+MouseDrag::MouseDrag(const Scene& scene, const std::string& simulation)
+    : scene_(scene),
+      frames_(framesOf(scene, ros::names::parentNamespace(simulation))),
+      drawing_(scene),
+      pull_(scene_.chain),
+      stride_(std::max(1, static_cast<int>(std::ceil(scene.publish.rate / mostForces)))),
+      duration_(stride_ / scene.publish.rate),
+      pulsation_(std::fmin(highestPulsation, turnPerForce / duration_)),
+      sketch_(frames_, "pull", heightOverBodies * drawing_.bar),
+      pictures_(1 / mostPictures),
+      warnings_(1),
+      outer_(ros::names::parentNamespace(simulation)),
+      server_(ros::this_node::getName()),
+      forceOut_(outer_.advertise<LinkForce>(simulation + "/link_force", 10)),
+      pictureOut_(inner_.advertise<visualization_msgs::MarkerArray>("force", 2)) {
+  const int n = scene_.chain.size();
+  const int stride = (n + mostMarkers - 1) / mostMarkers;
+  for (int i = n - 1; i >= 0; i -= stride) offerMarker(i);
+  server_.applyChanges();
+}
+
+void MouseDrag::offerMarker(int link) {
+  visualization_msgs::InteractiveMarkerControl control;
+  control.name = "pull";
+  control.interaction_mode = visualization_msgs::InteractiveMarkerControl::MOVE_PLANE;
+  // The mouse moves in the plane across the control's x axis, which is turned to +z here.
+  control.orientation.y = -std::sqrt(0.5);
+  control.orientation.w = std::sqrt(0.5);
+  control.always_visible = true;
+  for (const Bar& bar : barsOf(linkAt(link), drawing_)) {
+    control.markers.push_back(boxAround(bar, markerWidth * drawing_.bar));
+  }
+
+  visualization_msgs::InteractiveMarker marker;
+  // Without a stamp the marker moves with its frame.
+  marker.header.frame_id = frames_.links[index(link)];
+  marker.name = linkAt(link).name;
+  marker.scale = static_cast<float>(drawing_.unit);
+  marker.pose.orientation.w = 1;
+  marker.controls.push_back(control);
+  server_.insert(marker, [this](const Feedback::ConstPtr& feedback) { onFeedback(*feedback); });
+  links_[marker.name] = link;
+}
+
+// ---- What rviz reports ---------------------------------------------------------------------------
+
+void MouseDrag::onFeedback(const Feedback& feedback) {
+  // Find the link, and check the message.
+  const auto found = links_.find(feedback.marker_name);
+  if (found == links_.end()) return;
+  const int link = found->second;
+  const std::string& frame = frames_.links[index(link)];
+  const Vec2d offset = inPlane(feedback.pose.position), mouse = inPlane(feedback.mouse_point);
+  if (feedback.header.frame_id != frame || !isFinite(offset) || !isFinite(mouse)) {
+    if (warnings_.isDue(ros::WallTime::now().toSec())) {
+      ROS_WARN("%s/feedback: expected finite numbers in frame %s, got (%g, %g) m and (%g, %g) m in %s",
+               ros::this_node::getName().c_str(), frame.c_str(), offset.x, offset.y, mouse.x, mouse.y,
+               feedback.header.frame_id.c_str());
+    }
+    return;
+  }
+
+  // Grab, drag or release.
+  const bool isGrabbed = grip_ && grip_->link == link;
+  switch (feedback.event_type) {
+    case Feedback::MOUSE_DOWN:
+      return grab(link, feedback);
+    case Feedback::POSE_UPDATE:
+    case Feedback::KEEP_ALIVE:
+      if (!isGrabbed) return;
+      grip_->feedbackAt = ros::WallTime::now();
+      grip_->offset = offset;
+      grip_->offsetAt = feedback.header.stamp;
+      return findTarget();
+    case Feedback::MOUSE_UP:
+      if (isGrabbed) release();
+      return;
+    default:
+      return;
+  }
+}
+
+void MouseDrag::grab(int link, const Feedback& feedback) {
+  if (grip_) release();
+  const Vec2d point = feedback.mouse_point_valid ? inPlane(feedback.mouse_point) : linkAt(link).com;
+  grip_ = Grip{link, point, {}, feedback.header.stamp, ros::WallTime::now(), {}, {}};
+  ticks_ = 0;
+  statesIn_ =
+      outer_.subscribe("joint_states", 1, &MouseDrag::onState, this, ros::TransportHints().tcpNoDelay());
+}
+
+void MouseDrag::release() {
+  // Stop the forces, move the marker back to its link, and erase the picture.
+  statesIn_.shutdown();
+  geometry_msgs::Pose home;
+  home.orientation.w = 1;
+  server_.setPose(linkAt(grip_->link).name, home);
+  server_.applyChanges();
+  grip_.reset();
+  sketch_.clear();
+  pictureOut_.publish(sketch_.message(ros::Time::now()));
+}
+
+/// Finds the mouse in the base frame, if the state at offsetAt is known.
+void MouseDrag::findTarget() {
+  const auto& path = grip_->path;
+  if (path.empty() || grip_->offsetAt > path.back().stamp) return;
+  const auto later =
+      std::upper_bound(path.begin(), path.end(), grip_->offsetAt,
+                       [](ros::Time stamp, const Place& place) { return stamp < place.stamp; });
+  const Place& place = later == path.begin() ? *later : *(later - 1);
+  grip_->target = place.position + place.turn * grip_->offset;
+}
+
+// ---- The force -----------------------------------------------------------------------------------
+
+void MouseDrag::onState(const sensor_msgs::JointState& state) {
+  const auto n = static_cast<std::size_t>(scene_.chain.size());
+  if (!grip_ || state.position.size() != n || state.velocity.size() != n) return;
+  if ((ros::WallTime::now() - grip_->feedbackAt).toSec() > longestSilence) return release();
+
+  // Find the point, and the mouse. Stamps go back if the clock does.
+  const PointMotion point =
+      pull_.motionOf(state.position.data(), state.velocity.data(), grip_->link, grip_->point);
+  auto& path = grip_->path;
+  if (!path.empty() && state.header.stamp <= path.back().stamp) path.clear();
+  path.push_back({state.header.stamp, point.position, point.turn});
+  while ((path.back().stamp - path.front().stamp).toSec() > memory) path.pop_front();
+  findTarget();
+  if (!grip_->target || ticks_++ % stride_ != 0) return;
+
+  // Send the force of the spring.
+  const Vec2d force = pull_.force(point, *grip_->target, pulsation_);
+  LinkForce command;
+  command.link = linkAt(grip_->link).name;
+  command.point.x = grip_->point.x;
+  command.point.y = grip_->point.y;
+  command.force.x = force.x;
+  command.force.y = force.y;
+  command.duration = duration_ + overlap;
+  forceOut_.publish(command);
+  if (pictures_.isDue(ros::WallTime::now().toSec())) draw(point, force, state.header.stamp);
+}
+
+/// Publishes the spring, the mouse and the force as a picture.
+void MouseDrag::draw(const PointMotion& point, Vec2d force, ros::Time stamp) {
+  const Colour paint = colour(1, 0.9, 0.35), pale = colour(1, 0.9, 0.35, 0.35);
+  const Rotation<double> toLink{point.turn.c, -point.turn.s};
+  const Vec2d from = grip_->point, mouse = from + toLink * (*grip_->target - point.position);
+  const double w = drawing_.bar;
+  sketch_.clear();
+  Sketch& sketch = sketch_.on(grip_->link);
+  sketch.band(from, mouse, 0.12 * w, 0.12 * w, pale, pale);
+  sketch.sector(mouse, 0.3 * w, 0, 6.3, pale);
+  sketch.arrow(from, from + toLink * drawing_.arrow(force), 0.4 * w, paint);
+  pictureOut_.publish(sketch_.message(stamp));
+}
+
+}  // namespace planar_chain
