@@ -4,16 +4,13 @@
 /// equations.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <utility>
 
 #include "lanes/join_kernel.h"
 #include "lanes/kernel.h"
 #include "recursion/articulated.h"
 #include "simd/lanes.h"
-#include "simd/nystrom_lanes.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -192,8 +189,8 @@ inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const d
     Gx = mulAdd(-handle.U.x, gD, Gx);
     Gy = mulAdd(-handle.U.y, gD, Gy);
     if (i % stepsPerFlush == 0) {
-      Gx = {flushed(Gx.x), flushed(Gx.y)};
-      Gy = {flushed(Gy.x), flushed(Gy.y)};
+      Gx = mapped(Gx, flush);
+      Gy = mapped(Gy, flush);
     }
 
     double* to = arrays.handles + static_cast<std::ptrdiff_t>(i) * handleQuantities * laneCount;
@@ -203,65 +200,29 @@ inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const d
   return {d, A, C, b, c, {Gx, Gy}};
 }
 
-/// use(i, α) of the bodies of each step, from i on.
-template <class Use>
-[[gnu::always_inline]] inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force,
-                                                double* alpha, Use use) {
+inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force, double* alpha) {
   for (int i = 0; i < arrays.steps; ++i) {
     const double* handle = at(arrays.handles, handleQuantities, i, 0);
     const auto own = [handle](int q) { return Real::load(handle + q * laneCount); };
     const Vector gD{own(6), own(7)};
-    const Real result =
-        outwards(Reply<Real>{{own(0), own(1)}, {own(4), own(5)}, own(2) - dot(gD, force), own(3)}, a);
-    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(i) * laneCount;
-    result.store(alpha + first);
-    use(first, result);
+    const Reply<Real> reply{{own(0), own(1)}, {own(4), own(5)}, own(2) - dot(gD, force), own(3)};
+    outwards(reply, a).store(alpha + static_cast<std::ptrdiff_t>(i) * laneCount);
   }
-}
-
-/// With the sums of a row, which need no waiting: they run while the recursion waits for itself.
-template <int count>
-PLANAR_CHAIN_IN_ONE_PIECE void outwardsAnd(const SegmentArrays& arrays, const Vector& a, const Vector& force,
-                                           double* alpha, const NystromSums& row) {
-  const NystromLanes<count> lanes(row, static_cast<std::ptrdiff_t>(arrays.steps) * laneCount);
-  lanes.run([&](auto write) {
-    outwardsOver(arrays, a, force, alpha,
-                 [&](std::ptrdiff_t first, Real result) { write(first, laneCount, result); });
-  });
-}
-
-using OutwardsAnd = void (*)(const SegmentArrays& arrays, const Vector& a, const Vector& force, double* alpha,
-                             const NystromSums& row);
-template <int... counts>
-constexpr std::array<OutwardsAnd, sizeof...(counts)> outwardsAndRow(std::integer_sequence<int, counts...>) {
-  return {outwardsAnd<counts + 1>...};
 }
 
 template <bool hasMoments, bool hasForces>
 PLANAR_CHAIN_IN_ONE_PIECE void runSegments(const SegmentArrays& arrays, const double* e, const double* omega,
-                                           const double* N, const double* F, Vec2d ground, double* alpha,
-                                           const NystromSums* ahead) {
-  static constexpr auto outwardsAndRows =
-      outwardsAndRow(std::make_integer_sequence<int, VectorKernel::mostTerms>());
+                                           const double* N, const double* F, Vec2d ground, double* alpha) {
   const JoinedPair<1> joined(inwardsOver<hasMoments, hasForces>(arrays, e, omega, N, F));
   Vector a{Real(ground.x), Real(ground.y)}, force;
   joined.passOutwards(a, force);
-  if (ahead) {
-    outwardsAndRows[static_cast<std::size_t>(ahead->count) - 1](arrays, a, force, alpha, *ahead);
-  } else {
-    outwardsOver(arrays, a, force, alpha, [](std::ptrdiff_t, Real) {});
-  }
+  outwardsOver(arrays, a, force, alpha);
 }
 
 void segmentsAll(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
-                 const double* F, Vec2d ground, double* alpha, const NystromSums* ahead) {
-  if (F) {
-    runSegments<true, true>(arrays, e, omega, N, F, ground, alpha, ahead);
-  } else if (N) {
-    runSegments<true, false>(arrays, e, omega, N, F, ground, alpha, ahead);
-  } else {
-    runSegments<false, false>(arrays, e, omega, N, F, ground, alpha, ahead);
-  }
+                 const double* F, Vec2d ground, double* alpha) {
+  const auto run = F ? runSegments<true, true> : N ? runSegments<true, false> : runSegments<false, false>;
+  run(arrays, e, omega, N, F, ground, alpha);
 }
 
 }  // namespace

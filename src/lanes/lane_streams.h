@@ -88,41 +88,27 @@ Number everywhere(const double* from) {
   return a;
 }
 
-/// What can be written is numbers and what consists of them.
-template <class To, class Number>
-struct WriterOf {
+/// Stores numbers, and what consists of them, one after the other.
+template <class Number>
+struct Writer {
+  double* to;
+  explicit Writer(double* to_) : to(to_) {}
+
   template <class... Quantities>
   [[gnu::always_inline]] void operator()(const Quantities&... quantities) {
     (write(quantities), ...);
   }
 
  private:
-  void write(const Number& a) { static_cast<To*>(this)->number(a); }
+  void write(const Number& a) {
+    store(a, to);
+    to += parts<Number> * laneCount;
+  }
   void write(const Vec2<Number>& a) { (*this)(a.x, a.y); }
   void write(const Triple<Number>& a) { (*this)(a.x, a.y, a.z); }
 };
 
-/// One number after the other.
-template <class Number>
-struct Writer : WriterOf<Writer<Number>, Number> {
-  double* to;
-  explicit Writer(double* to_) : to(to_) {}
-  void number(const Number& a) {
-    store(a, to);
-    to += parts<Number> * laneCount;
-  }
-};
-
-/// Into rows of `mostLanes`.
-template <class Number>
-struct RowWriter : WriterOf<RowWriter<Number>, Number> {
-  Rows to;
-  explicit RowWriter(Rows to_) : to(to_) {}
-  void number(Number a) {
-    for (int k = 0; k < parts<Number>; ++k) part(a, k).store(*to++);
-  }
-};
-
+/// Loads them.
 template <class Number>
 struct Reader {
   const double* from;

@@ -96,8 +96,7 @@ void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Row
     if (at.F) force -= readVector(at.F, i);
     a = beyond(body, a);
   }
-  RowWriter<Real> write(sums);
-  write(a, force, mass);
+  for (const Real sum : {a.x, a.y, force.x, force.y, mass}) sum.store(*sums++);
 }
 
 /// κ, from the tip of each segment.
@@ -171,7 +170,8 @@ class Factorization {
     shown_ = eliminateBodies(first, last, shown_);
     G_ = carryG(first, last, G_);
     carryH(first, last);
-    flush(G_), flush(H_);
+    G_ = mapped(G_, flush);
+    H_ = mapped(H_, flush);
   }
 
   Shows<Number> shows() const {

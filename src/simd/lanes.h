@@ -1,7 +1,7 @@
 #pragma once
 
 /// A number in each lane of a SIMD register. In an unnamed namespace on purpose: each file that includes this
-/// is compiled for another CPU, and none may share a function with another. It must define laneCount before.
+/// is compiled for another CPU, and none may share a function with another.
 
 #ifdef __AVX2__
 #include <immintrin.h>
@@ -26,20 +26,28 @@
 namespace planar_chain::simd {
 namespace {
 
+#if defined(__AVX512F__)
+constexpr int laneCount = 8;
+#elif defined(__AVX2__)
+constexpr int laneCount = 4;
+#else
+constexpr int laneCount = 2;
+#endif
+
 struct Lanes {
   typedef double Register __attribute__((vector_size(8 * laneCount)));
   Register v;
 
   Lanes() : v{} {}
   Lanes(Register v_) : v(v_) {}
-  explicit Lanes(double x) : v(everywhere(x)) {}
+  explicit Lanes(double x) : v(x - Register{}) {}
 
-  static Lanes load(const double* from) {
+  [[gnu::always_inline]] static Lanes load(const double* from) {
     Lanes a;
     std::memcpy(&a.v, from, sizeof a.v);
     return a;
   }
-  void store(double* to) const { std::memcpy(to, &v, sizeof v); }
+  [[gnu::always_inline]] void store(double* to) const { std::memcpy(to, &v, sizeof v); }
 
   friend Lanes operator+(Lanes a, Lanes b) { return a.v + b.v; }
   friend Lanes operator-(Lanes a, Lanes b) { return a.v - b.v; }
@@ -48,17 +56,6 @@ struct Lanes {
   friend Lanes operator-(Lanes a) { return -a.v; }
   Lanes& operator+=(Lanes b) { return *this = *this + b; }
   Lanes& operator-=(Lanes b) { return *this = *this - b; }
-
- private:
-  static Register everywhere(double x) {
-#if defined(__AVX512F__)
-    return _mm512_set1_pd(x);
-#elif defined(__AVX2__)
-    return _mm256_set1_pd(x);
-#else
-    return Register{} + x;
-#endif
-  }
 };
 
 using planar_chain::mulAdd;
@@ -236,44 +233,6 @@ inline Lanes either(Lanes inner, Lanes outer) {
 // ---- Size ------------------------------------------------------------------------------------------
 
 // All three compare once; of a number and what is none, the first two give b.
-
-[[gnu::always_inline]] inline Lanes larger(Lanes a, Lanes b) {
-#if defined(__AVX512F__)
-  return Lanes(_mm512_maskz_max_pd(0xff, a.v, b.v));
-#elif defined(__AVX2__)
-  return Lanes(_mm256_max_pd(a.v, b.v));
-#else
-  return Lanes(a.v > b.v ? a.v : b.v);
-#endif
-}
-
-[[gnu::always_inline]] inline Lanes smaller(Lanes a, Lanes b) {
-#if defined(__AVX512F__)
-  return Lanes(_mm512_maskz_min_pd(0xff, a.v, b.v));
-#elif defined(__AVX2__)
-  return Lanes(_mm256_min_pd(a.v, b.v));
-#else
-  return Lanes(a.v < b.v ? a.v : b.v);
-#endif
-}
-
-/// Where a > b, x and y become those given.
-[[gnu::always_inline]] inline void replaceWhereLarger(Lanes a, Lanes b, Lanes newX, Lanes newY, Lanes& x,
-                                                      Lanes& y) {
-#if defined(__AVX512F__)
-  const __mmask8 isLarger = _mm512_cmp_pd_mask(a.v, b.v, _CMP_GT_OQ);
-  x = Lanes(_mm512_mask_mov_pd(x.v, isLarger, newX.v));
-  y = Lanes(_mm512_mask_mov_pd(y.v, isLarger, newY.v));
-#else
-  const Integers isLarger = a.v > b.v;
-  x = Lanes(isLarger ? newX.v : x.v);
-  y = Lanes(isLarger ? newY.v : y.v);
-#endif
-}
-
-[[gnu::always_inline]] inline Lanes absolute(Lanes a) {
-  return Lanes(reinterpret_cast<Lanes::Register>(reinterpret_cast<Integers>(a.v) & ~(1ll << 63)));
-}
 
 [[gnu::always_inline]] inline Lanes root(Lanes a) {
 #if defined(__AVX512F__)
