@@ -1,7 +1,7 @@
 #pragma once
 
-/// Segments joined two by two in lanes: see segments.h for the equations. All lanes of a group of neighbours
-/// hold what the group shows, so each round joins all pairs of groups at once.
+/// Segments joined two by two in lanes. See segments.h for the equations. All lanes of a group of neighbours
+/// hold the matrices of the group, so each round joins all pairs of groups at once.
 
 #include "planar_chain/planar.h"
 #include "simd/lanes.h"
@@ -44,7 +44,7 @@ inline Sym2<Real> plusSymmetric(const Sym2<Real>& A, const Square& M, const Squa
           mulAdd(M.y.x, N.y.x, mulAdd(M.y.y, N.y.y, A.yy))};
 }
 
-/// What a segment shows.
+/// The matrices of a segment or a group, with the direction d of its last link.
 struct Handles {
   Vector d;
   Sym2<Real> A, C;
@@ -75,11 +75,11 @@ inline Square mapped(const Square& A, F f) {
 template <int size>
 class JoinedPair;
 
-/// There are no more lanes.
+/// All lanes are joined.
 template <>
 class JoinedPair<0> {};
 
-/// A pair of groups of so many lanes, joined: what the way out needs of it, and of all larger ones.
+/// A joined pair of groups of `size` lanes, and all larger pairs: what the way out needs of them.
 template <int size>
 class JoinedPair {
  public:
@@ -125,7 +125,7 @@ class JoinedPair {
   }
   JoinedPair() = default;
 
-  /// From the acceleration a of the whole chain's inner pin and f = 0 to those of each lane's segment.
+  /// Turns the acceleration a of the chain's inner pin and f = 0 into those of each lane's segment.
   void passOutwards(Vector& a, Vector& f) const {
     if constexpr (2 * size < laneCount) larger_.passOutwards(a, f);
     const Vector carried = transposedTimes(G_, a);

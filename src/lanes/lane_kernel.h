@@ -1,7 +1,7 @@
 #pragma once
 
-/// The kernel for `laneCount` lanes, as the including file's compiler options make it. See segments.h for the
-/// equations.
+/// Sines, cosines and the recursion in segments, for `laneCount` lanes. The compiler options of the including
+/// file choose the CPU. See segments.h for the equations.
 
 #include <algorithm>
 #include <cmath>
@@ -68,20 +68,20 @@ namespace {
           Real(reinterpret_cast<Register>(reinterpret_cast<Integers>(s) ^ sineSign))};
 }
 
-/// Up to here k π/2 is exact enough; beyond, and for what is not finite, the library is asked.
+/// k π/2 is exact enough up to this angle. The library computes larger ones and those that are not finite.
 constexpr double largestReducible = 1e9;
 bool areReducible(Real theta) {
   return all((theta.v < Real(largestReducible).v) & (theta.v > Real(-largestReducible).v));
 }
 
-/// Each by itself, so that no angle changes what comes out for another.
+/// Computes each by itself, so that no angle changes the result for another.
 [[gnu::cold, gnu::noinline]] void rotateIrreducible(const double* theta, double* e, int count) {
   for (int j = 0; j < count; ++j) {
     if (!(std::abs(theta[j]) < largestReducible)) rotate(theta + j, e + 2 * j, 1);
   }
 }
 
-/// exp(i θ) of so many angles, in lanes and to e, which has room for laneCount of them.
+/// exp(i θ) of `count` angles, in lanes and in e, which has room for laneCount of them.
 [[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
   const Real angles = loadSome(theta, count);
   Pairs turns = rotationsOf(angles);
@@ -131,7 +131,7 @@ constexpr int handleQuantities = 8;
   return Real::load(values + static_cast<std::ptrdiff_t>(i) * laneCount);
 }
 
-/// A pair of each.
+/// A pair of each body of step i.
 [[gnu::always_inline]] inline Pairs readPairs(const double* pairs, int i) {
   return loadPairs(pairs + 2 * static_cast<std::ptrdiff_t>(i) * laneCount);
 }
@@ -146,14 +146,14 @@ constexpr int handleQuantities = 8;
   return {pairs.x, pairs.y};
 }
 
-/// P/|P|; where P = 0, the first axis.
+/// P/|P|, or the first axis if P = 0.
 Vector unit(Vector P) {
   const Real length = root(mulAdd(P.x, P.x, P.y * P.y));
   const Integers has = length.v > 0;
   return {Real(has ? (P.x / length).v : Real(1).v), Real(has ? (P.y / length).v : Real().v)};
 }
 
-/// The directions of the outermost links.
+/// The directions of the segments' last links.
 Vector outerFrames(const SegmentArrays& arrays, const double* e) {
   const int i = arrays.steps - 1;
   const double* link = at(arrays.links, linkQuantities, i, 0);

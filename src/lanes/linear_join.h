@@ -1,7 +1,7 @@
 #pragma once
 
-/// What segments show for the exact solve, joined two by two in lanes: see linearized_segments.h for the
-/// equations and join_kernel.h for the groups.
+/// The matrices of segments for the exact solve, joined two by two in lanes. See linearized_segments.h for
+/// the equations and join_kernel.h for the groups.
 
 #include "lanes/join_kernel.h"
 #include "lanes/lane_streams.h"
@@ -65,7 +65,7 @@ inline Matrix3<Number> inverseOfOnePlus(Matrix3<Number> M) {
           inverse * Triple<Number>{yz.z, zx.z, xy.z}};
 }
 
-/// Axes along d, and those of the ground.
+/// Changes between the ground's axes and those along d.
 struct Axes {
   Vector d;
 
@@ -77,12 +77,12 @@ struct Axes {
   Triple<Number> toGround(const Triple<Number>& a) const {
     return {mulAdd(d.x, a.x, -d.y * a.y), mulAdd(d.y, a.x, d.x * a.y), a.z};
   }
-  /// M of what is given in these axes.
+  /// M for vectors in these axes.
   template <class Number>
   Matrix3<Number> taking(const Matrix3<Number>& M) const {
     return {fromGround(M.x), fromGround(M.y), fromGround(M.z)};
   }
-  /// What M gives, in these axes.
+  /// M with results in these axes.
   template <class Number>
   Matrix3<Number> giving(const Matrix3<Number>& M) const {
     return {mulAdd(d.x, M.x, d.y * M.y), mulAdd(d.x, M.y, -d.y * M.x), M.z};
@@ -125,7 +125,7 @@ inline Triple<Number> eitherOf(const Triple<Number>& inner, const Triple<Number>
 
 // ---- Two segments ----------------------------------------------------------------------------------
 
-/// What a segment shows: of the factorization, and of a right-hand side.
+/// K, H, G, C of a segment, with its last link's direction; and y, c for a right-hand side.
 template <class Number>
 struct Shows {
   Vector d;
@@ -136,8 +136,8 @@ struct ShowsOfSide {
   Triple<Number> y, c;
 };
 
-/// Pairs of groups of so many lanes, and all larger ones; what a factorization keeps of them stands in an
-/// array of `quantities` numbers a round.
+/// Pairs of groups of `size` lanes, and all larger pairs. The factorization stores `quantities` numbers a
+/// round.
 template <class Number, int size>
 struct LinearPairs {
   static constexpr int quantities = LinearArrays::pairQuantities;
@@ -179,7 +179,7 @@ struct LinearPairs {
     }
   }
 
-  /// X at the whole chain's inner joint becomes that of each lane's segment, and Y, at the outer one, too.
+  /// Turns X at the chain's inner joint and Y at its outer one into those of each lane's segment.
   static void solve(const ShowsOfSide<Number>& all, const double* kept, Triple<Number>& X,
                     Triple<Number>& Y) {
     if constexpr (size < laneCount) {

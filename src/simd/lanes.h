@@ -13,8 +13,8 @@
 
 #include "planar_chain/planar.h"
 
-/// The next loop is written out, or the next function with all that it calls; but not for the sanitizers,
-/// which would watch for minutes.
+/// The next loop is unrolled; the next function inlines all that it calls. Not for the sanitizers, whose
+/// tests would take minutes.
 #ifdef PLANAR_CHAIN_SANITIZE
 #define PLANAR_CHAIN_WRITTEN_OUT
 #define PLANAR_CHAIN_IN_ONE_PIECE
@@ -188,8 +188,8 @@ struct Pairs {
 
 // ---- Lanes of other groups -------------------------------------------------------------------------
 
-/// From the groups of `size` lanes, pair by pair: what the inner one has, in the lanes of both; and the
-/// outer.
+/// For each pair of groups of `size` lanes: both groups get the numbers of the inner one, or of the outer
+/// one.
 template <int size>
 inline Lanes ofInner(Lanes a) {
 #if defined(__AVX512F__)
@@ -245,8 +245,8 @@ inline Lanes either(Lanes inner, Lanes outer) {
 #endif
 }
 
-/// Numbers this small are zero: G shrinks exponentially along a segment, and denormal numbers are slow.
-/// Looked at every few steps, so smaller ones than that do occur, but not as small as denormal ones.
+/// Sets small numbers to zero: G shrinks exponentially along a segment, and denormal numbers are slow. Every
+/// few steps are enough, as numbers do not become denormal between.
 constexpr int stepsPerFlush = 8;
 [[gnu::always_inline]] inline Lanes flushed(Lanes a) {
   const Integers large = (a.v > Lanes(1e-140).v) | (a.v < Lanes(-1e-140).v);
