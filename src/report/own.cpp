@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "ode/local_stiffness.h"
 #include "ode/methods.h"
 #include "ode/radau.h"
-#include "ode/local_stiffness.h"
 #include "ode/taylor.h"
 
 namespace planar_chain::tools {
