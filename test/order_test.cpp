@@ -7,11 +7,10 @@
 #include <utility>
 
 #include "dynamics/dynamics.h"
+#include "ode/local_stiffness.h"
 #include "ode/methods.h"
-#include "ode/surroundings.h"
 #include "ode/switches.h"
 #include "random_scene.h"
-#include "report/benchmark/counted_system.h"
 #include "test_system.h"
 
 namespace planar_chain::ode {
@@ -141,15 +140,15 @@ struct Plain : System {
   void derivative(double t, const double* y, double* dydt) override { f.derivative(t, y, dydt); }
 };
 
-TEST(Order, MakesNoDifferenceToTheSurroundingsOfAChain) {
+TEST(Order, MakesNoDifferenceToTheLocalStiffnessOfAChain) {
   for (const int n : {5, 20, 70}) {
     const Scene scene = planar_chain::test::randomScene(n, 7);
     Dynamics dynamics(scene);
     dynamics.enter(0);
     Plain plain(dynamics);
     const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(dynamics.size(), -1, 2);
-    Surroundings expected(plain), found(dynamics);
-    for (int k = 0; k < 3; ++k) expected.look(0, y), found.look(0, State(dynamics, y).y);
+    LocalStiffness expected(plain), found(dynamics);
+    for (int k = 0; k < 3; ++k) expected.update(0, y), found.update(0, State(dynamics, y).y);
     EXPECT_NEAR(found.largestEigenvalue(), expected.largestEigenvalue(), 1e-9 * expected.largestEigenvalue());
     State noise(dynamics.arrangedSize());
     noise.y = found.noise();
@@ -161,35 +160,6 @@ TEST(Order, MakesNoDifferenceToTheSurroundingsOfAChain) {
 
 bool beginsALine(const Vector& vector) {
   return reinterpret_cast<std::uintptr_t>(vector.data()) % 64 == 0;
-}
-
-/// In segments the sums of a step run on the way out of its evaluations; a system that is only passed on, as
-/// a counted one is, makes them by themselves.
-TEST(RowsAhead, AreTheSumsByThemselvesToTheBit) {
-  for (const int n : {13, 20, 70, 100}) {
-    for (const planar_chain::test::With with :
-         {planar_chain::test::With{false, false, false}, {true, true, false}, {true, true, true}}) {
-      const Scene scene = planar_chain::test::randomScene(n, static_cast<unsigned>(n), with);
-      const auto endOf = [&](const char* method, bool together) {
-        Dynamics dynamics(scene);
-        dynamics.enter(0);
-        planar_chain::benchmarks::CountedSystem counted(dynamics);
-        SeriesSystem& f = together ? static_cast<SeriesSystem&>(dynamics) : counted;
-        Eigen::VectorXd y = Eigen::VectorXd::Zero(f.size());
-        for (Eigen::Index i = 0; i < 2 * n; ++i) y[i] = std::sin(1 + 1.7 * static_cast<double>(i));
-        State state(f, y);
-        Tolerance tolerance{1e-8, Eigen::ArrayXd::Constant(2 * n, 10)};
-        const auto integrator = makeMethod(method, f, 1e-3, tolerance);
-        EXPECT_EQ(integrator->integrate(state, 0.1, 1), Outcome::arrived);
-        EXPECT_GT(integrator->count().accepted, 1);
-        EXPECT_EQ(counted.evaluations > 0, !together);
-        return state.restoredBy(f);
-      };
-      for (const char* method : {"rk4", "dopri5", "dop853"}) {
-        EXPECT_EQ(endOf(method, true), endOf(method, false)) << method << " " << n;
-      }
-    }
-  }
 }
 
 TEST(VectorOf, NumbersBeginsWhereACacheLineDoes) {

@@ -26,7 +26,7 @@ Tolerance toleranceOf(double value, int size) {
 }
 
 std::unique_ptr<Radau> radauFor(LinearizedSystem& f, double tolerance) {
-  return std::make_unique<Radau>(f, toleranceOf(tolerance, f.size()), std::make_shared<Surroundings>(f));
+  return std::make_unique<Radau>(f, toleranceOf(tolerance, f.size()), std::make_shared<LocalStiffness>(f));
 }
 
 /// c^k, component by component.

@@ -28,14 +28,6 @@ namespace {
 using test::Random;
 using test::randomScene;
 
-std::vector<const simd::Kernel*> runnable() {
-  std::vector<const simd::Kernel*> found;
-  for (const simd::Kernel* kernel : simd::kernels()) {
-    if (kernel) found.push_back(kernel);
-  }
-  return found;
-}
-
 /// How far a is from exact, in units in the last place of exact.
 double ulps(double a, long double exact) {
   const double size = std::abs(static_cast<double>(exact));
@@ -45,7 +37,7 @@ double ulps(double a, long double exact) {
 TEST(Rotations, AreExactToAnUlpOrSoForAnyAngle) {
   // Small and large, near multiples of π/2, a million turns, and beyond where π/2 is taken off in lanes.
   Random random(1);
-  for (const simd::Kernel* kernel : runnable()) {
+  for (const simd::Kernel* kernel : simd::kernels()) {
     for (const double size : {1e-300, 1e-8, 1.0, 30.0, 1e4, 6.3e6, 0.99e9, 1e15, 1e300}) {
       for (int k = 0; k < 4000; ++k) {
         constexpr int n = 11;
@@ -91,7 +83,7 @@ std::vector<T> restored(const T* all, std::size_t n, const Arrangement& order) {
 }
 
 TEST(Arrangement, PutsSegmentsSideBySide) {
-  for (const simd::Kernel* kernel : runnable()) {
+  for (const simd::Kernel* kernel : simd::kernels()) {
     for (const int n : {1, 2, 3, 4, 5, 7, 8, 9, 13, 31, 63, 64, 65, 100, 127, 129, 1000, 1024, 4096}) {
       const Arrangement order(n, kernel);
       ASSERT_GE(order.places(), n);
@@ -210,7 +202,7 @@ TEST(Segments, AreAsExactAsTheRecursionLinkByLink) {
         Articulated<double>(moving.chain)
             .accelerations(moving.e.data(), moving.omega.data(), N, F, ground, alpha.data());
         const double own = errorOf(alpha, exact);
-        for (const simd::Kernel* kernel : runnable()) {
+        for (const simd::Kernel* kernel : simd::kernels()) {
           ASSERT_LT(errorOf(bySegments(moving, kernel, N, F, ground), exact), 20 * own + 1e-14)
               << kernel->name << " " << n << " " << bend;
         }
@@ -237,7 +229,7 @@ TEST(ShortChains, AreAsExactAsTheRecursionLinkByLink) {
             .accelerations(moving.e.data(), moving.omega.data(), moving.moments(acting),
                            moving.forces(acting), ground, alpha.data());
         const double own = errorOf(alpha, exact);
-        for (const simd::Kernel* kernel : runnable()) {
+        for (const simd::Kernel* kernel : simd::kernels()) {
           std::vector<Rotation<double>> e(static_cast<std::size_t>(ShortChain::roomFor(n)), {0, 0});
           if (acting == Acting::forces) std::copy(moving.e.begin(), moving.e.end(), e.begin());
           std::fill(dydt.begin(), dydt.end(), std::nan(""));
@@ -264,7 +256,7 @@ TEST(ShortChains, KnowAngleAndNumberOfAnySize) {
     const Moving moving = randomMotion(n, 1, 1);
     std::vector<Rotation<double>> e(static_cast<std::size_t>(ShortChain::roomFor(n)));
     std::vector<double> y(2 * size, 1e15), dydt(2 * size);
-    for (const simd::Kernel* kernel : runnable()) {
+    for (const simd::Kernel* kernel : simd::kernels()) {
       ShortChain chain(moving.chain, kernel);
       const auto run = [&] {
         chain.derivative(Acting::nothing, {e.data(), nullptr, nullptr, {0, 9.81}}, y.data(), dydt.data());
@@ -323,7 +315,7 @@ TEST(Segments, AreAsExactWhereTheThreadIsTaut) {
               .accelerations(moving.e.data(), moving.omega.data(), moving.N.data(), nullptr, ground,
                              alpha.data());
           own.push_back(errorOf(alpha, exact));
-          for (const simd::Kernel* kernel : runnable()) {
+          for (const simd::Kernel* kernel : simd::kernels()) {
             inSegments[kernel].push_back(
                 errorOf(bySegments(moving, kernel, moving.N.data(), nullptr, ground), exact));
           }
@@ -426,7 +418,7 @@ void compareSolves(const Linear& at, Scalar s, double factor) {
   const std::vector<Long> exact = solution(exactSolver, at, Long(s));
   Linearized<Scalar> sequential(at.moving.chain);
   const double own = worstOf(solution(sequential, at, s), exact);
-  for (const simd::Kernel* kernel : runnable()) {
+  for (const simd::Kernel* kernel : simd::kernels()) {
     LinearizedSegments<double> real(at.moving.chain, kernel);
     LinearizedSegments<Scalar> keeping(real, Kept::all), computing(real, Kept::least);
     const std::vector<Scalar> x = solution(real, keeping, at, s, true);

@@ -138,7 +138,6 @@ TEST(Series, AreTheSameByEveryKernel) {
     const Scene scene = test::randomScene(n, 3, {false, false, false});
     const Around around(scene);
     for (const simd::Kernel* kernel : simd::kernels()) {
-      if (!kernel) continue;
       MotionSeries series(scene.chain, order, kernel);
       std::vector<double> c(around.c.size());
       std::copy(around.c.begin(), around.c.begin() + 2 * n, c.begin());
@@ -235,7 +234,8 @@ TEST(Taylor, FindsOneSeriesAStepAndNoneForAStepMadeShorter) {
 TEST(Taylor, SumsWorksOnlyWhereSomethingDoesThem) {
   for (const bool hasSprings : {false, true}) {
     const Scene scene = test::randomScene(2, 8, {hasSprings, false, false});
-    Dynamics dynamics(scene, std::make_unique<CommandEffect>(2, 1));  // room for a command, so there are works
+    Dynamics dynamics(scene,
+                      std::make_unique<CommandEffect>(2, 1));  // room for a command, so there are works
     dynamics.enter(0);
     benchmarks::CountedSystem counted(dynamics);
     ode::Taylor taylor(counted, 1e-6);

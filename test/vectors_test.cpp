@@ -31,8 +31,8 @@ struct Vectors : testing::TestWithParam<std::ptrdiff_t> {
   template <class F>
   void forKernels(F f) {
     for (const VectorKernel* kernel : vectorKernels()) {
-      SCOPED_TRACE(kernel ? kernel->lanes : 0);
-      if (kernel) f(*kernel);
+      SCOPED_TRACE(kernel == &vectors() ? "the best" : "another");
+      f(*kernel);
     }
   }
 
@@ -69,9 +69,9 @@ TEST_P(Vectors, AreCombined) {
       outTwice[i] = base[i] + byPositions;
       outTwice[rate] = base[rate] + byRates;
     }
-    forKernels([&](const VectorKernel& vectors) {
-      const auto once = vectors.combine[count - 1];
-      const auto twice = vectors.combineTwice[count - 1];
+    forKernels([&](const VectorKernel& kernel) {
+      const auto once = kernel.combine[count - 1];
+      const auto twice = kernel.combineTwice[count - 1];
       // Both, the sum alone, or the result alone.
       for (const bool withSum : {true, false}) {
         for (const bool withOut : {true, false}) {
@@ -79,8 +79,8 @@ TEST_P(Vectors, AreCombined) {
           std::vector<double> a = base, b = base, c = base, d = base;
           once(h, rates.data(), places.data(), base.data(), withSum ? a.data() : nullptr,
                withOut ? b.data() : nullptr, n);
-          twice({rates.data(), positions.data(), places.data(), static_cast<int>(count), drift, h,
-                 base.data(), withSum ? c.data() : nullptr, withOut ? d.data() : nullptr},
+          twice({rates.data(), positions.data(), places.data(), drift, h, base.data(),
+                 withSum ? c.data() : nullptr, withOut ? d.data() : nullptr},
                 n);
           expectNear(a, withSum ? sum : base);
           expectNear(b, withOut ? out : base);
@@ -110,8 +110,8 @@ TEST_P(Vectors, AreCombinedForTwo) {
       }
       withOffset[i] = offset[i] + other[i];
     }
-    forKernels([&](const VectorKernel& vectors) {
-      const auto combine = vectors.combineForTwo[count - 1];
+    forKernels([&](const VectorKernel& kernel) {
+      const auto combine = kernel.combineForTwo[count - 1];
       const WeightsOfTwo weights{first.data(), second.data(), places.data()};
       for (const bool hasOffset : {false, true}) {
         std::vector<double> a = base, b = base;
@@ -132,20 +132,20 @@ TEST_P(Vectors, FindTheLargestRatio) {
     const double size = 1 + std::min(std::abs(y[i]), ceiling[i]);
     return std::max(share * size, rounding * noise[i]);
   };
-  const auto found = [&](const VectorKernel& vectors) {
-    return vectors.largestRatio({error.data(), y.data(), ceiling.data(), noise.data()}, share, rounding, n);
+  const auto found = [&](const VectorKernel& kernel) {
+    return kernel.largestRatio({error.data(), y.data(), ceiling.data(), noise.data()}, share, rounding, n);
   };
-  forKernels([&](const VectorKernel& vectors) {
+  forKernels([&](const VectorKernel& kernel) {
     // Each component in its turn; up to where products of two such numbers are not finite.
     for (std::size_t worst = 0; worst < static_cast<std::size_t>(n); ++worst) {
       for (const double size : {1e-9, 1.0, -1e200, 1e304}) {
         for (std::size_t i = 0; i < error.size() - 1; ++i) error[i] = 0.7 * allowed(i) * 1e-9;
         error[worst] = size * allowed(worst);
-        EXPECT_NEAR(found(vectors) / std::abs(size), 1, 1e-14) << worst << " " << size;
+        EXPECT_NEAR(found(kernel) / std::abs(size), 1, 1e-14) << worst << " " << size;
       }
       for (const double bad : {nan, std::numeric_limits<double>::infinity()}) {
         error[worst] = bad;
-        EXPECT_TRUE(std::isnan(found(vectors)));
+        EXPECT_TRUE(std::isnan(found(kernel)));
         error[worst] = 0;
       }
     }
@@ -159,13 +159,13 @@ TEST_P(Vectors, DampErrorsByCoarserOnes) {
     const double size = std::sqrt(fine[i] * fine[i] + 0.01 * coarse[i] * coarse[i]);
     expected[i] = size > 0 ? fine[i] * fine[i] / size : 0;
   }
-  forKernels([&](const VectorKernel& vectors) {
+  forKernels([&](const VectorKernel& kernel) {
     std::vector<double> damped = fine;
-    vectors.damp(damped.data(), coarse.data(), n);
+    kernel.damp(damped.data(), coarse.data(), n);
     expectNear(damped, expected);
     damped = fine;
     damped[static_cast<std::size_t>(n) - 1] = std::numeric_limits<double>::infinity();
-    vectors.damp(damped.data(), coarse.data(), n);
+    kernel.damp(damped.data(), coarse.data(), n);
     EXPECT_FALSE(std::isfinite(damped[static_cast<std::size_t>(n) - 1]));
   });
 }

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "dynamics/dynamics.h"
+#include "ode/local_stiffness.h"
 #include "ode/methods.h"
-#include "ode/surroundings.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
 
@@ -341,9 +341,9 @@ TEST(ZeroStrengthOf, WorksIsAbsenceInTheLargestEigenvalue) {
   for (int n = 1; n <= 40; ++n) {
     const auto eigenvalueOf = [n](const Scene& scene) {
       Dynamics dynamics(scene);
-      ode::Surroundings surroundings(dynamics);
-      surroundings.look(0, startOf(scene, dynamics).y);
-      return surroundings.largestEigenvalue();
+      ode::LocalStiffness stiffness(dynamics);
+      stiffness.update(0, startOf(scene, dynamics).y);
+      return stiffness.largestEigenvalue();
     };
     const Scene bare = randomScene(n, static_cast<unsigned>(n), {false, false, false});
     EXPECT_EQ(eigenvalueOf(bare), eigenvalueOf(withDampers(bare, trace))) << n;

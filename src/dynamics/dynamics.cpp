@@ -109,7 +109,7 @@ void Dynamics::restore(const double* arranged, double* y) const {
 // ---- f(t, y) ---------------------------------------------------------------------------------------
 
 [[gnu::always_inline]] inline void Dynamics::run(Acting acting, const Outside& outside, const double* y,
-                                                 double* rates, const simd::NystromSums* ahead) {
+                                                 double* rates) {
   if (auto* chain = std::get_if<ShortChain>(&recursion_)) return chain->derivative(acting, outside, y, rates);
 
   const double* omega = y + places_;
@@ -117,7 +117,7 @@ void Dynamics::restore(const double* arranged, double* y) const {
   const Vec2d* F = acting == Acting::forces ? outside.F : nullptr;
   if (auto* segments = std::get_if<Segments>(&recursion_)) {
     rotations(y, outside.e, places_);
-    segments->accelerations(outside.e, omega, N, F, outside.ground, rates, ahead);
+    segments->accelerations(outside.e, omega, N, F, outside.ground, rates);
   } else {
     if (acting != Acting::forces) rotations(y, outside.e, n_);
     std::get_if<Articulated<double>>(&recursion_)
@@ -125,13 +125,12 @@ void Dynamics::restore(const double* arranged, double* y) const {
   }
 }
 
-inline void Dynamics::evaluateRates(double t, const double* y, double* out, const simd::NystromSums* ahead) {
-  if (isBare_) return run(Acting::nothing, outside_, y, out, ahead);
-  evaluateEffects(t, y, out, ahead);
+inline void Dynamics::evaluateRates(double t, const double* y, double* out) {
+  if (isBare_) return run(Acting::nothing, outside_, y, out);
+  evaluateEffects(t, y, out);
 }
 
-[[gnu::noinline]] void Dynamics::evaluateEffects(double t, const double* y, double* out,
-                                                 const simd::NystromSums* ahead) {
+[[gnu::noinline]] void Dynamics::evaluateEffects(double t, const double* y, double* out) {
   // Effects that need chain order come first, and write N and F.
   Powers powers;
   const Acting acting = effects_.acting();
@@ -144,7 +143,7 @@ inline void Dynamics::evaluateRates(double t, const double* y, double* out, cons
   }
   for (Effect* effect : effects_.activeInLanes()) powers += effect->applyInLanes(y, y + places_, N_);
 
-  run(acting, outside_, y, out, ahead);
+  run(acting, outside_, y, out);
   if (works_ == 0) return;
   double* works = out + 2 * places_ - positions_;
   works[0] = powers.supplied;
@@ -159,14 +158,6 @@ void Dynamics::evaluate(double t, const double* y, double* dydt) {
 void Dynamics::rates(double t, const double* y, double* out) {
   ++evaluations_;
   evaluateRates(t, y, out);
-}
-
-void Dynamics::ratesAndRow(double t, const double* y, double* out, const ode::RowAhead& ahead) {
-  if (!mechanism_.lanes()) return System::ratesAndRow(t, y, out, ahead);
-  ++evaluations_;
-  const simd::NystromSums sums = ahead.row.sums(ahead.h, ahead.base, ahead.sum, ahead.out);
-  evaluateRates(t, y, out, &sums);
-  ahead.row.runOthers(ahead.h, ahead.base, ahead.sum, ahead.out);
 }
 
 void Dynamics::derivative(double t, const double* y, double* dydt) {

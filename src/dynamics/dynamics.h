@@ -71,7 +71,6 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   /// None for short chains, which compute all in one go.
   int positions() const override { return positions_; }
   void rates(double t, const double* y, double* out) override;
-  void ratesAndRow(double t, const double* y, double* out, const ode::RowAhead& ahead) override;
 
   // ---- ode::LinearizedSystem
   // ----------------------------------------------------------------------------------
@@ -114,11 +113,10 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   void findOrder(int k, const double* theta, const double* omega) override;
 
   /// All but positions() of [ω α], with what acts, in lane order.
-  void run(Acting acting, const Outside& outside, const double* y, double* rates,
-           const simd::NystromSums* ahead = nullptr);
+  void run(Acting acting, const Outside& outside, const double* y, double* rates);
   /// The derivative of all but the positions, or of all, at a state in lane order.
-  void evaluateRates(double t, const double* y, double* out, const simd::NystromSums* ahead = nullptr);
-  void evaluateEffects(double t, const double* y, double* out, const simd::NystromSums* ahead);
+  void evaluateRates(double t, const double* y, double* out);
+  void evaluateEffects(double t, const double* y, double* out);
   void evaluate(double t, const double* y, double* dydt);
   /// All of it at a state in chain order.
   void evaluateInOrder(double t, const double* y, double* dydt);

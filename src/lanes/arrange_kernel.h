@@ -1,8 +1,7 @@
 #pragma once
 
-/// Numbers of the bodies from their order along the chain to that of the segments in lanes, and back: see
-/// arrangement.h. A lane's bodies stand side by side along the chain, a step's in lanes, so blocks of as many
-/// steps as there are lanes are turned.
+/// Copies numbers between the order of the chain and that of the segments in lanes; see arrangement.h. Blocks
+/// of as many steps as lanes are transposed.
 
 #include <algorithm>
 
@@ -27,7 +26,7 @@ template <int size = 1>
   }
 }
 
-/// f(s, begin, count) for the bodies that each segment s has in the block of `size` steps from `first` on.
+/// Calls f(s, begin, count) for the bodies of each segment s in the block of `size` steps from `first` on.
 template <class F>
 [[gnu::always_inline]] inline void forStretches(int n, int steps, int first, int size, F f) {
   const int whole = n / steps;  // segments

@@ -1,10 +1,9 @@
 #pragma once
 
-/// The order in which a chain cut into segments is gone through: the segments stand side by side in SIMD
-/// lanes, so lane s of step i is body s·steps + i, from the ground. Arranged, a number of each body takes
-/// `steps` rows of a number a lane, one after the other. Places beyond the end hold 0.
-///
-/// Whatever goes through the bodies in this order reads and writes whole rows, and need not gather them.
+/// The order of the bodies of a chain that is cut into segments. The segments lie side by side in SIMD lanes:
+/// lane s of step i is body s·steps + i, counted from the ground. An arranged quantity has `steps` rows of
+/// one number a lane. Places beyond the end of the chain hold 0. Code in this order reads and writes whole
+/// rows.
 
 #include <cstddef>
 
@@ -18,21 +17,21 @@ struct Kernel;
 
 class Arrangement {
  public:
-  /// Of n bodies, for the best kernel of this CPU or the one given.
+  /// The order of n bodies for the given kernel, or else for the best of this CPU.
   explicit Arrangement(int n, const simd::Kernel* kernel = nullptr);
 
   int lanes() const { return lanes_; }
   int steps() const { return steps_; }
-  /// Numbers that an arranged quantity takes.
+  /// The length of an arranged quantity.
   int places() const { return steps_ * lanes_; }
 
-  /// Of the number of body j.
+  /// The index of body j in an arranged quantity.
   std::size_t placeOf(std::size_t j) const {
     const auto steps = static_cast<std::size_t>(steps_);
     return j % steps * static_cast<std::size_t>(lanes_) + j / steps;
   }
 
-  /// n numbers to their places; and back. Not in place. They allocate nothing.
+  /// Copies n numbers to their places, and back. The arrays must be different ones. They allocate nothing.
   void arrange(const double* values, double* arranged) const { arrange_(n_, steps_, values, arranged); }
   void restore(const double* arranged, double* values) const { restore_(n_, steps_, arranged, values); }
   void arrange(const Vec2d* values, Vec2d* arranged) const;

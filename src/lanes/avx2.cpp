@@ -1,13 +1,5 @@
 /// For x86-64 with AVX2 and FMA; CMakeLists.txt has the options.
 
-#include <immintrin.h>
-
-namespace planar_chain::simd {
-namespace {
-constexpr int laneCount = 4;
-}  // namespace
-}  // namespace planar_chain::simd
-
 #include "lanes/kernel_here.h"
 #include "lanes/short_kernel.h"
 

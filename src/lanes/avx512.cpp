@@ -1,13 +1,5 @@
 /// For x86-64 with AVX-512; CMakeLists.txt has the options.
 
-#include <immintrin.h>
-
-namespace planar_chain::simd {
-namespace {
-constexpr int laneCount = 8;
-}  // namespace
-}  // namespace planar_chain::simd
-
 #include "lanes/kernel_here.h"
 
 namespace planar_chain::simd {

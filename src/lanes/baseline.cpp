@@ -1,11 +1,5 @@
 /// For every CPU; CMakeLists.txt has the options.
 
-namespace planar_chain::simd {
-namespace {
-constexpr int laneCount = 2;
-}  // namespace
-}  // namespace planar_chain::simd
-
 #include "lanes/kernel_here.h"
 #include "lanes/short_kernel.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 
-/// Segments joined two by two in lanes: see segments.h for the equations. All lanes of a group of neighbours
-/// hold what the group shows, so each round joins all pairs of groups at once.
+/// Segments joined two by two in lanes. See segments.h for the equations. All lanes of a group of neighbours
+/// hold the matrices of the group, so each round joins all pairs of groups at once.
 
 #include "planar_chain/planar.h"
 #include "simd/lanes.h"
@@ -44,7 +44,7 @@ inline Sym2<Real> plusSymmetric(const Sym2<Real>& A, const Square& M, const Squa
           mulAdd(M.y.x, N.y.x, mulAdd(M.y.y, N.y.y, A.yy))};
 }
 
-/// What a segment shows.
+/// The matrices of a segment or a group, with the direction d of its last link.
 struct Handles {
   Vector d;
   Sym2<Real> A, C;
@@ -53,45 +53,52 @@ struct Handles {
 };
 
 template <int size>
-struct Group {
-  static Vector inner(Vector a) { return {ofInner<size>(a.x), ofInner<size>(a.y)}; }
-  static Vector outer(Vector a) { return {ofOuter<size>(a.x), ofOuter<size>(a.y)}; }
-  static Sym2<Real> inner(const Sym2<Real>& A) {
-    return {ofInner<size>(A.xx), ofInner<size>(A.xy), ofInner<size>(A.yy)};
-  }
-  static Sym2<Real> outer(const Sym2<Real>& A) {
-    return {ofOuter<size>(A.xx), ofOuter<size>(A.xy), ofOuter<size>(A.yy)};
-  }
-  static Square inner(const Square& A) { return {inner(A.x), inner(A.y)}; }
-  static Square outer(const Square& A) { return {outer(A.x), outer(A.y)}; }
-};
+constexpr auto toInner = [](Real a) { return ofInner<size>(a); };
+template <int size>
+constexpr auto toOuter = [](Real a) { return ofOuter<size>(a); };
+constexpr auto flush = [](Real a) { return flushed(a); };
+
+/// f of each number.
+template <class F>
+inline Vector mapped(Vector a, F f) {
+  return {f(a.x), f(a.y)};
+}
+template <class F>
+inline Sym2<Real> mapped(const Sym2<Real>& A, F f) {
+  return {f(A.xx), f(A.xy), f(A.yy)};
+}
+template <class F>
+inline Square mapped(const Square& A, F f) {
+  return {mapped(A.x, f), mapped(A.y, f)};
+}
 
 template <int size>
 class JoinedPair;
 
-/// There are no more lanes.
+/// All lanes are joined.
 template <>
 class JoinedPair<0> {};
 
-/// A pair of groups of so many lanes, joined: what the way out needs of it, and of all larger ones.
+/// A joined pair of groups of `size` lanes, and all larger pairs: what the way out needs of them.
 template <int size>
 class JoinedPair {
  public:
   explicit JoinedPair(const Handles& all) {
-    using Half = Group<size>;
-    d_ = Half::inner(all.d);
-    G_ = Half::inner(all.G);
-    C_ = Half::inner(all.C);
-    c_ = Half::inner(all.c);
+    const auto inner = [](const auto& a) { return mapped(a, toInner<size>); };
+    const auto outer = [](const auto& a) { return mapped(a, toOuter<size>); };
+    d_ = inner(all.d);
+    G_ = inner(all.G);
+    C_ = inner(all.C);
+    c_ = inner(all.c);
     Handles pair;
-    pair.d = Half::outer(all.d);
+    pair.d = outer(all.d);
 
     // The outer group's inner handle, in the axes of the pin between.
-    const Sym2<Real> given = Half::outer(all.A);
+    const Sym2<Real> given = outer(all.A);
     const Vector x = given * d_, y = given * perp(d_);
     const Sym2<Real> A{dot(d_, x), dot(d_, y), dot(perp(d_), y)};
     const auto turnedBack = [this](Vector a) { return Vector{dot(d_, a), cross(d_, a)}; };
-    const Square whole = Half::outer(all.G);
+    const Square whole = outer(all.G);
     const Square G{mulAdd(d_.x, whole.x, d_.y * whole.y), mulAdd(d_.x, whole.y, -d_.y * whole.x)};
 
     // K = (1 + A C)⁻¹
@@ -104,21 +111,21 @@ class JoinedPair {
     KA_ = K * A;
     KG_ = K * G;
     Kb_ = KA_ * c_;
-    Kb_ += K * turnedBack(Half::outer(all.b));
-    pair.A = plusSymmetric(Half::inner(all.A), G_ * KA_, G_);
-    pair.b = Half::inner(all.b);
+    Kb_ += K * turnedBack(outer(all.b));
+    pair.A = plusSymmetric(inner(all.A), G_ * KA_, G_);
+    pair.b = inner(all.b);
     pair.b += G_ * Kb_;
     pair.G = G_ * KG_;
-    pair.G = {{flushed(pair.G.x.x), flushed(pair.G.x.y)}, {flushed(pair.G.y.x), flushed(pair.G.y.y)}};
-    pair.C = plusSymmetric(Half::outer(all.C), transposed(G), transposed(C_ * KG_));
-    pair.c = Half::outer(all.c);
+    pair.G = mapped(pair.G, flush);
+    pair.C = plusSymmetric(outer(all.C), transposed(G), transposed(C_ * KG_));
+    pair.c = outer(all.c);
     pair.c += transposedTimes(G, c_ - C_ * Kb_);
 
     if constexpr (2 * size < laneCount) larger_ = JoinedPair<2 * size>(pair);
   }
   JoinedPair() = default;
 
-  /// From the acceleration a of the whole chain's inner pin and f = 0 to those of each lane's segment.
+  /// Turns the acceleration a of the chain's inner pin and f = 0 into those of each lane's segment.
   void passOutwards(Vector& a, Vector& f) const {
     if constexpr (2 * size < laneCount) larger_.passOutwards(a, f);
     const Vector carried = transposedTimes(G_, a);

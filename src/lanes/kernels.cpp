@@ -11,13 +11,14 @@ constexpr const Kernel *avx2 = nullptr, *avx512 = nullptr;
 
 extern const Kernel kernelBaseline;
 
-const Kernels<Kernel>& kernels() {
-  static const Kernels<Kernel> all = runnable(avx512, avx2, kernelBaseline);
+const std::vector<const Kernel*>& kernels() {
+  static const auto all = runnable<Kernel>(avx512, avx2, kernelBaseline);
   return all;
 }
 
-const Kernel& kernelFor(std::ptrdiff_t size) {
-  return bestFor(kernels(), size);
+const Kernel& kernelFor(int links) {
+  constexpr int few = 64;  // 8 lanes are too many for fewer
+  return kernels().front()->lanes == 8 && links < few ? *kernels()[1] : *kernels().front();
 }
 
 }  // namespace planar_chain::simd

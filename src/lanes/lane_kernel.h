@@ -1,19 +1,16 @@
 #pragma once
 
-/// The kernel for `laneCount` lanes, as the including file's compiler options make it. See segments.h for the
-/// equations.
+/// Sines, cosines and the recursion in segments, for `laneCount` lanes. The compiler options of the including
+/// file choose the CPU. See segments.h for the equations.
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <utility>
 
 #include "lanes/join_kernel.h"
 #include "lanes/kernel.h"
 #include "recursion/articulated.h"
 #include "simd/lanes.h"
-#include "simd/nystrom_lanes.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -71,20 +68,20 @@ namespace {
           Real(reinterpret_cast<Register>(reinterpret_cast<Integers>(s) ^ sineSign))};
 }
 
-/// Up to here k π/2 is exact enough; beyond, and for what is not finite, the library is asked.
+/// k π/2 is exact enough up to this angle. The library computes larger ones and those that are not finite.
 constexpr double largestReducible = 1e9;
 bool areReducible(Real theta) {
   return all((theta.v < Real(largestReducible).v) & (theta.v > Real(-largestReducible).v));
 }
 
-/// Each by itself, so that no angle changes what comes out for another.
+/// Computes each by itself, so that no angle changes the result for another.
 [[gnu::cold, gnu::noinline]] void rotateIrreducible(const double* theta, double* e, int count) {
   for (int j = 0; j < count; ++j) {
     if (!(std::abs(theta[j]) < largestReducible)) rotate(theta + j, e + 2 * j, 1);
   }
 }
 
-/// exp(i θ) of so many angles, in lanes and to e, which has room for laneCount of them.
+/// exp(i θ) of `count` angles, in lanes and in e, which has room for laneCount of them.
 [[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
   const Real angles = loadSome(theta, count);
   Pairs turns = rotationsOf(angles);
@@ -134,7 +131,7 @@ constexpr int handleQuantities = 8;
   return Real::load(values + static_cast<std::ptrdiff_t>(i) * laneCount);
 }
 
-/// A pair of each.
+/// A pair of each body of step i.
 [[gnu::always_inline]] inline Pairs readPairs(const double* pairs, int i) {
   return loadPairs(pairs + 2 * static_cast<std::ptrdiff_t>(i) * laneCount);
 }
@@ -149,14 +146,14 @@ constexpr int handleQuantities = 8;
   return {pairs.x, pairs.y};
 }
 
-/// P/|P|; where P = 0, the first axis.
+/// P/|P|, or the first axis if P = 0.
 Vector unit(Vector P) {
   const Real length = root(mulAdd(P.x, P.x, P.y * P.y));
   const Integers has = length.v > 0;
   return {Real(has ? (P.x / length).v : Real(1).v), Real(has ? (P.y / length).v : Real().v)};
 }
 
-/// The directions of the outermost links.
+/// The directions of the segments' last links.
 Vector outerFrames(const SegmentArrays& arrays, const double* e) {
   const int i = arrays.steps - 1;
   const double* link = at(arrays.links, linkQuantities, i, 0);
@@ -192,8 +189,8 @@ inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const d
     Gx = mulAdd(-handle.U.x, gD, Gx);
     Gy = mulAdd(-handle.U.y, gD, Gy);
     if (i % stepsPerFlush == 0) {
-      Gx = {flushed(Gx.x), flushed(Gx.y)};
-      Gy = {flushed(Gy.x), flushed(Gy.y)};
+      Gx = mapped(Gx, flush);
+      Gy = mapped(Gy, flush);
     }
 
     double* to = arrays.handles + static_cast<std::ptrdiff_t>(i) * handleQuantities * laneCount;
@@ -203,65 +200,29 @@ inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const d
   return {d, A, C, b, c, {Gx, Gy}};
 }
 
-/// use(i, α) of the bodies of each step, from i on.
-template <class Use>
-[[gnu::always_inline]] inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force,
-                                                double* alpha, Use use) {
+inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force, double* alpha) {
   for (int i = 0; i < arrays.steps; ++i) {
     const double* handle = at(arrays.handles, handleQuantities, i, 0);
     const auto own = [handle](int q) { return Real::load(handle + q * laneCount); };
     const Vector gD{own(6), own(7)};
-    const Real result =
-        outwards(Reply<Real>{{own(0), own(1)}, {own(4), own(5)}, own(2) - dot(gD, force), own(3)}, a);
-    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(i) * laneCount;
-    result.store(alpha + first);
-    use(first, result);
+    const Reply<Real> reply{{own(0), own(1)}, {own(4), own(5)}, own(2) - dot(gD, force), own(3)};
+    outwards(reply, a).store(alpha + static_cast<std::ptrdiff_t>(i) * laneCount);
   }
-}
-
-/// With the sums of a row, which need no waiting: they run while the recursion waits for itself.
-template <int count>
-PLANAR_CHAIN_IN_ONE_PIECE void outwardsAnd(const SegmentArrays& arrays, const Vector& a, const Vector& force,
-                                           double* alpha, const NystromSums& row) {
-  const NystromLanes<count> lanes(row, static_cast<std::ptrdiff_t>(arrays.steps) * laneCount);
-  lanes.run([&](auto write) {
-    outwardsOver(arrays, a, force, alpha,
-                 [&](std::ptrdiff_t first, Real result) { write(first, laneCount, result); });
-  });
-}
-
-using OutwardsAnd = void (*)(const SegmentArrays& arrays, const Vector& a, const Vector& force, double* alpha,
-                             const NystromSums& row);
-template <int... counts>
-constexpr std::array<OutwardsAnd, sizeof...(counts)> outwardsAndRow(std::integer_sequence<int, counts...>) {
-  return {outwardsAnd<counts + 1>...};
 }
 
 template <bool hasMoments, bool hasForces>
 PLANAR_CHAIN_IN_ONE_PIECE void runSegments(const SegmentArrays& arrays, const double* e, const double* omega,
-                                           const double* N, const double* F, Vec2d ground, double* alpha,
-                                           const NystromSums* ahead) {
-  static constexpr auto outwardsAndRows =
-      outwardsAndRow(std::make_integer_sequence<int, VectorKernel::mostTerms>());
+                                           const double* N, const double* F, Vec2d ground, double* alpha) {
   const JoinedPair<1> joined(inwardsOver<hasMoments, hasForces>(arrays, e, omega, N, F));
   Vector a{Real(ground.x), Real(ground.y)}, force;
   joined.passOutwards(a, force);
-  if (ahead) {
-    outwardsAndRows[static_cast<std::size_t>(ahead->count) - 1](arrays, a, force, alpha, *ahead);
-  } else {
-    outwardsOver(arrays, a, force, alpha, [](std::ptrdiff_t, Real) {});
-  }
+  outwardsOver(arrays, a, force, alpha);
 }
 
 void segmentsAll(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
-                 const double* F, Vec2d ground, double* alpha, const NystromSums* ahead) {
-  if (F) {
-    runSegments<true, true>(arrays, e, omega, N, F, ground, alpha, ahead);
-  } else if (N) {
-    runSegments<true, false>(arrays, e, omega, N, F, ground, alpha, ahead);
-  } else {
-    runSegments<false, false>(arrays, e, omega, N, F, ground, alpha, ahead);
-  }
+                 const double* F, Vec2d ground, double* alpha) {
+  const auto run = F ? runSegments<true, true> : N ? runSegments<true, false> : runSegments<false, false>;
+  run(arrays, e, omega, N, F, ground, alpha);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #pragma once
 
-/// What the exact solve in lanes reads and writes: complex numbers, rows of three, quantities one after the
-/// other, right-hand sides and solutions.
+/// The data of the exact solve in lanes: complex numbers, rows of three, quantities one after the other,
+/// right-hand sides and solutions.
 
 #include "lanes/lane_kernel.h"
 #include "recursion/linearized.h"
@@ -57,7 +57,7 @@ Triple<Number> mulAdd(Factor k, const Triple<Number>& a, const Triple<Number>& b
   return {mulAdd(k, a.x, b.x), mulAdd(k, a.y, b.y), mulAdd(k, a.z, b.z)};
 }
 
-/// How many doubles a number takes in each lane, and where they stand.
+/// The number of doubles of a number in each lane, and access to them.
 template <class Number>
 constexpr int parts = sizeof(Number) / sizeof(Real);
 
@@ -88,41 +88,27 @@ Number everywhere(const double* from) {
   return a;
 }
 
-/// What can be written is numbers and what consists of them.
-template <class To, class Number>
-struct WriterOf {
+/// Stores numbers, and what consists of them, one after the other.
+template <class Number>
+struct Writer {
+  double* to;
+  explicit Writer(double* to_) : to(to_) {}
+
   template <class... Quantities>
   [[gnu::always_inline]] void operator()(const Quantities&... quantities) {
     (write(quantities), ...);
   }
 
  private:
-  void write(const Number& a) { static_cast<To*>(this)->number(a); }
+  void write(const Number& a) {
+    store(a, to);
+    to += parts<Number> * laneCount;
+  }
   void write(const Vec2<Number>& a) { (*this)(a.x, a.y); }
   void write(const Triple<Number>& a) { (*this)(a.x, a.y, a.z); }
 };
 
-/// One number after the other.
-template <class Number>
-struct Writer : WriterOf<Writer<Number>, Number> {
-  double* to;
-  explicit Writer(double* to_) : to(to_) {}
-  void number(const Number& a) {
-    store(a, to);
-    to += parts<Number> * laneCount;
-  }
-};
-
-/// Into rows of `mostLanes`.
-template <class Number>
-struct RowWriter : WriterOf<RowWriter<Number>, Number> {
-  Rows to;
-  explicit RowWriter(Rows to_) : to(to_) {}
-  void number(Number a) {
-    for (int k = 0; k < parts<Number>; ++k) part(a, k).store(*to++);
-  }
-};
-
+/// Loads them.
 template <class Number>
 struct Reader {
   const double* from;
@@ -144,7 +130,7 @@ struct Reader {
 
 // ---- Right-hand sides and solutions ------------------------------------------------------------
 
-/// A number of each body of step i; the two parts of complex ones stand side by side.
+/// A number of each body of step i. The parts of a complex number lie side by side.
 [[gnu::always_inline]] inline void read(const double* values, int i, Real& a) {
   a = read(values, i);
 }
@@ -166,7 +152,7 @@ template <class Number>
   storePairs(values + 2 * static_cast<std::ptrdiff_t>(i) * laneCount, {a.re, a.im});
 }
 
-/// Of the segment before; 0 for the first.
+/// The number of the segment before; 0 for the first segment.
 inline Real ofSegmentBefore(Real a) {
   Real b;
   for (int s = 1; s < laneCount; ++s) b.v[s] = a.v[s - 1];

@@ -1,7 +1,7 @@
 #pragma once
 
-/// What segments show for the exact solve, joined two by two in lanes: see linearized_segments.h for the
-/// equations and join_kernel.h for the groups.
+/// The matrices of segments for the exact solve, joined two by two in lanes. See linearized_segments.h for
+/// the equations and join_kernel.h for the groups.
 
 #include "lanes/join_kernel.h"
 #include "lanes/lane_streams.h"
@@ -65,18 +65,7 @@ inline Matrix3<Number> inverseOfOnePlus(Matrix3<Number> M) {
           inverse * Triple<Number>{yz.z, zx.z, xy.z}};
 }
 
-template <class Number>
-inline void flush(Triple<Number>& a) {
-  for (Number* number : {&a.x, &a.y, &a.z}) {
-    for (int k = 0; k < parts<Number>; ++k) part(*number, k) = flushed(part(*number, k));
-  }
-}
-template <class Number>
-inline void flush(Matrix3<Number>& A) {
-  flush(A.x), flush(A.y), flush(A.z);
-}
-
-/// Axes along d, and those of the ground.
+/// Changes between the ground's axes and those along d.
 struct Axes {
   Vector d;
 
@@ -88,12 +77,12 @@ struct Axes {
   Triple<Number> toGround(const Triple<Number>& a) const {
     return {mulAdd(d.x, a.x, -d.y * a.y), mulAdd(d.y, a.x, d.x * a.y), a.z};
   }
-  /// M of what is given in these axes.
+  /// M for vectors in these axes.
   template <class Number>
   Matrix3<Number> taking(const Matrix3<Number>& M) const {
     return {fromGround(M.x), fromGround(M.y), fromGround(M.z)};
   }
-  /// What M gives, in these axes.
+  /// M with results in these axes.
   template <class Number>
   Matrix3<Number> giving(const Matrix3<Number>& M) const {
     return {mulAdd(d.x, M.x, d.y * M.y), mulAdd(d.x, M.y, -d.y * M.x), M.z};
@@ -102,32 +91,24 @@ struct Axes {
 
 // ---- Groups of lanes -------------------------------------------------------------------------------
 
+/// f of each number.
 template <class F>
-inline ComplexLanes eachPart(ComplexLanes a, F f) {
-  return {f(a.re), f(a.im)};
-}
-template <class F>
-inline Real eachPart(Real a, F f) {
+inline Real mapped(Real a, F f) {
   return f(a);
 }
-template <int size, class Number>
-inline Triple<Number> innerOf(const Triple<Number>& a) {
-  const auto one = [](Number x) { return eachPart(x, [](Real r) { return ofInner<size>(r); }); };
-  return {one(a.x), one(a.y), one(a.z)};
+template <class F>
+inline ComplexLanes mapped(ComplexLanes a, F f) {
+  return {f(a.re), f(a.im)};
 }
-template <int size, class Number>
-inline Triple<Number> outerOf(const Triple<Number>& a) {
-  const auto one = [](Number x) { return eachPart(x, [](Real r) { return ofOuter<size>(r); }); };
-  return {one(a.x), one(a.y), one(a.z)};
+template <class Number, class F>
+inline Triple<Number> mapped(const Triple<Number>& a, F f) {
+  return {mapped(a.x, f), mapped(a.y, f), mapped(a.z, f)};
 }
-template <int size, class Number>
-inline Matrix3<Number> innerOf(const Matrix3<Number>& A) {
-  return {innerOf<size>(A.x), innerOf<size>(A.y), innerOf<size>(A.z)};
+template <class Number, class F>
+inline Matrix3<Number> mapped(const Matrix3<Number>& A, F f) {
+  return {mapped(A.x, f), mapped(A.y, f), mapped(A.z, f)};
 }
-template <int size, class Number>
-inline Matrix3<Number> outerOf(const Matrix3<Number>& A) {
-  return {outerOf<size>(A.x), outerOf<size>(A.y), outerOf<size>(A.z)};
-}
+
 template <int size>
 inline Real eitherOf(Real inner, Real outer) {
   return either<size>(inner, outer);
@@ -144,7 +125,7 @@ inline Triple<Number> eitherOf(const Triple<Number>& inner, const Triple<Number>
 
 // ---- Two segments ----------------------------------------------------------------------------------
 
-/// What a segment shows: of the factorization, and of a right-hand side.
+/// K, H, G, C of a segment, with its last link's direction; and y, c for a right-hand side.
 template <class Number>
 struct Shows {
   Vector d;
@@ -155,29 +136,38 @@ struct ShowsOfSide {
   Triple<Number> y, c;
 };
 
-/// Pairs of groups of so many lanes, and all larger ones; what a factorization keeps of them stands in an
-/// array of `quantities` numbers a round.
+/// Pairs of groups of `size` lanes, and all larger pairs. The factorization stores `quantities` numbers a
+/// round.
 template <class Number, int size>
 struct LinearPairs {
   static constexpr int quantities = LinearArrays::pairQuantities;
+  template <class Quantity>
+  static Quantity inner(const Quantity& a) {
+    return mapped(a, toInner<size>);
+  }
+  template <class Quantity>
+  static Quantity outer(const Quantity& a) {
+    return mapped(a, toOuter<size>);
+  }
 
   static void factor(const Shows<Number>& all, double* kept) {
     if constexpr (size < laneCount) {
-      const Axes axes{{ofInner<size>(all.d.x), ofInner<size>(all.d.y)}};
-      const Matrix3<Number> G = innerOf<size>(all.G), H = innerOf<size>(all.H), C = innerOf<size>(all.C);
-      const Matrix3<Number> outerK = axes.giving(axes.taking(outerOf<size>(all.K)));
-      const Matrix3<Number> outerG = axes.giving(outerOf<size>(all.G));
-      const Matrix3<Number> outerH = axes.taking(outerOf<size>(all.H));
+      const Axes axes{inner(all.d)};
+      const Matrix3<Number> G = inner(all.G), H = inner(all.H), C = inner(all.C);
+      const Matrix3<Number> outerK = axes.giving(axes.taking(outer(all.K)));
+      const Matrix3<Number> outerG = axes.giving(outer(all.G));
+      const Matrix3<Number> outerH = axes.taking(outer(all.H));
       const Matrix3<Number> S = inverseOfOnePlus(outerK * C);
       const Matrix3<Number> SK = S * outerK, SKH = SK * H, SG = S * outerG;
 
       Shows<Number> pair;
-      pair.d = {ofOuter<size>(all.d.x), ofOuter<size>(all.d.y)};
-      pair.K = mulAdd(G, SKH, innerOf<size>(all.K));
+      pair.d = outer(all.d);
+      pair.K = mulAdd(G, SKH, inner(all.K));
       pair.G = G * SG;
       pair.H = outerH * mulAdd(-C, SKH, H);
-      pair.C = mulAdd(outerH, C * SG, outerOf<size>(all.C));
-      flush(pair.G), flush(pair.H);
+      pair.C = mulAdd(outerH, C * SG, outer(all.C));
+      pair.G = mapped(pair.G, flush);
+      pair.H = mapped(pair.H, flush);
 
       Writer<Real> write(kept);
       write(axes.d);
@@ -189,7 +179,7 @@ struct LinearPairs {
     }
   }
 
-  /// X at the whole chain's inner joint becomes that of each lane's segment, and Y, at the outer one, too.
+  /// Turns X at the chain's inner joint and Y at its outer one into those of each lane's segment.
   static void solve(const ShowsOfSide<Number>& all, const double* kept, Triple<Number>& X,
                     Triple<Number>& Y) {
     if constexpr (size < laneCount) {
@@ -201,11 +191,10 @@ struct LinearPairs {
       for (Matrix3<Number>* M : {&S, &SK, &SKH, &SG, &G, &H, &C, &outerH}) {
         readMatrices(M->x, M->y, M->z);
       }
-      const Triple<Number> c = innerOf<size>(all.c);
-      const Triple<Number> k = SK * c + S * axes.fromGround(outerOf<size>(all.y));
-      LinearPairs<Number, 2 * size>::solve(
-          {innerOf<size>(all.y) + G * k, outerOf<size>(all.c) + outerH * (c - C * k)}, readMatrices.from, X,
-          Y);
+      const Triple<Number> c = inner(all.c);
+      const Triple<Number> k = SK * c + S * axes.fromGround(outer(all.y));
+      LinearPairs<Number, 2 * size>::solve({inner(all.y) + G * k, outer(all.c) + outerH * (c - C * k)},
+                                           readMatrices.from, X, Y);
 
       const Triple<Number> between = SKH * X + (k + SG * Y);
       const Triple<Number> beyond = axes.toGround(H * X + (c - C * between));

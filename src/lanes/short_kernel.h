@@ -1,9 +1,8 @@
 #pragma once
 
-/// Short chains, for the CPU that the including file's compiler options name: what does not depend on the
-/// neighbours in lanes, one body a lane, and then the recursion of articulated.h in a row, written out
-/// without loops for up to twelve links; two have a closed form. What the template's arguments do not name is
-/// not computed.
+/// Short chains; see short_chain.h. All that does not depend on the neighbours is computed in lanes, one body
+/// a lane. Then the recursion of articulated.h runs link by link. The compiler options of the including file
+/// choose the CPU.
 
 #include <algorithm>
 #include <utility>
@@ -14,8 +13,7 @@
 namespace planar_chain::simd {
 namespace {
 
-/// exp(i θ_j) of bodies first, first + 1 … from their angles, or where these were asked for before, for
-/// forces.
+/// exp(i θ_j) of bodies first, first + 1 …, computed, or read if forces act.
 template <Acting acting>
 [[gnu::always_inline]] inline Rotation<Real> rotationsFrom(int first, int n, const double* y, double* e) {
   if constexpr (acting != Acting::forces) return rotationsOfSome(y + first, n - first, e + 2 * first);
@@ -23,7 +21,7 @@ template <Acting acting>
   return {pairs.x, pairs.y};
 }
 
-/// The bodies where they are, one a lane: all that does not depend on the neighbours.
+/// All that does not depend on the neighbours, one body a lane.
 template <int fixed>
 class BodiesInLanes {
  public:
@@ -63,7 +61,7 @@ class BodiesInLanes {
   Turned<Real> blocks_[(most + laneCount - 1) / laneCount];
 };
 
-/// N_j, F_j where they act.
+/// N_j and F_j if they act, else 0.
 template <Acting acting>
 Number momentOn(const Outside& outside, int j) {
   if constexpr (acting == Acting::nothing) return Number(0);
@@ -76,7 +74,7 @@ Vec2<Number> forceOn(const Outside& outside, int j) {
   return vectorOf(outside.F[j]);
 }
 
-/// The recursion, for so many links, or as many as given.
+/// The recursion for `fixed` links, or for `given` ones if that is 0.
 template <int fixed, Acting acting>
 void shortChain(int given, const double* links, const Outside& outside, const double* y,
                 double* __restrict dydt) {
@@ -145,7 +143,7 @@ constexpr int longestWrittenOut = 3;  // see lanes.h
 constexpr int longestWrittenOut = ShortChains::mostUnrolled;
 #endif
 
-/// Functions for 3, 4 … links, and then for any number.
+/// The function for so many links: one for each number up to longestWrittenOut, one for all others.
 template <Acting acting, int... n>
 constexpr ShortChains::Run shortChainOf(int links, std::integer_sequence<int, n...>) {
   constexpr ShortChains::Run fixed[] = {shortChain<n + 3, acting>..., shortChain<0, acting>};

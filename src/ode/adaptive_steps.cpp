@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -17,7 +15,7 @@ namespace planar_chain::ode {
 namespace {
 
 constexpr double safety = 0.9;
-constexpr double sure = 0.98;        // where the error is foreseen
+constexpr double sure = 0.98;        // safety if the error is foreseen
 constexpr double nearlyWhole = 0.9;  // of a step: its error is nearly that of the whole one
 constexpr double mostBeta = 0.04;    // weight of the last error in the PI control
 constexpr double smallestFactor = 0.2;
@@ -26,36 +24,7 @@ constexpr double smallestLog = -13.287712;  // log2 of the smallest error that t
 constexpr int mostJumps = 10;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-// What a step's length hangs on need not be exact, and the next step waits for it: minimax polynomials of
-// second degree, off by 0.005 and by 0.2 %.
-
-/// Of a normal number.
-double log2(double x) {
-  constexpr std::uint64_t one = 0x3ff0'0000'0000'0000, mantissa = 0x000f'ffff'ffff'ffff;
-  std::uint64_t bits;
-  std::memcpy(&bits, &x, sizeof bits);
-  const auto whole = static_cast<double>(static_cast<std::int64_t>(bits - one) >> 52);
-  bits = (bits & mantissa) | one;
-  double m;
-  std::memcpy(&m, &bits, sizeof m);
-  return whole + ((2.02466578 * m - 1.67487759) - 0.34484843 * (m * m));
-}
-
-/// Where it is a normal number.
-double exp2(double x) {
-  constexpr double shift = 6755399441055744;  // 1.5·2⁵²: sums are whole, as are their last bits
-  const double shifted = x + shift, f = x - (shifted - shift);
-  const double power = (1.00044314 + 0.70344801 * f) + 0.23842894 * (f * f);
-  std::uint64_t whole, bits;
-  std::memcpy(&whole, &shifted, sizeof whole);
-  std::memcpy(&bits, &power, sizeof bits);
-  bits += whole << 52;
-  double result;
-  std::memcpy(&result, &bits, sizeof result);
-  return result;
-}
-
-/// The end of the next step of about h: two steps of equal length rather than a last one that is tiny.
+/// The end of the next step of about h. Makes two equal steps rather than a tiny last one.
 double landing(double t, double end, double h) {
   const double left = end - t;
   if (h >= left * (1 - 1e-9)) return end;
@@ -65,13 +34,13 @@ double landing(double t, double end, double h) {
 }  // namespace
 
 AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
-                             std::shared_ptr<Surroundings> surroundings)
+                             std::shared_ptr<LocalStiffness> stiffness)
     : stepper_(std::move(stepper)),
       increment_(stepper_->increment()),
       error_(stepper_->error()),
       tolerance_(std::move(tolerance)),
-      surroundings_(std::move(surroundings)),
-      vectors_(simd::vectorsFor(tolerance_.ceiling.size())),
+      stiffness_(std::move(stiffness)),
+      vectors_(simd::vectors()),
       exponent_(1.0 / stepper_->errorOrder()),
       beta_(std::min(mostBeta, 7 * mostBeta * exponent_)),
       aimed_(std::pow(sure, stepper_->errorOrder())),
@@ -104,25 +73,29 @@ bool AdaptiveSteps::stepTo(State& state, double t) {
 }
 
 AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double longestStep) {
-  surroundings_->visit(state.t, state.y);
+  // Choose the step.
+  stiffness_->maybeUpdate(state.t, state.y);
   if (h_ <= 0) h_ = firstStep(state, end - state.t);
   const bool isForeseen = stepper_->foresees(state.t, h_, state.y);
   const double lengthened = isForeseen ? foreseen(errorNorm(state.y, h_)) : 1;
   h_ *= lengthened;
   double next = landing(state.t, end, std::min(h_, longestStep));
-  // The spacing of the numbers at t, or of those at a second: what settles faster is a jump. Methods that
-  // damp it in one step, and would not see it, may make a few that are asked no questions.
+
+  // A motion that settles within the spacing of the numbers at t, or at 1 s, is a jump. A method that damps
+  // it and whose error does not see it may take up to ten steps without error control.
   const double shortest = 4 * epsilon * std::max(1.0, std::abs(state.t));
   bool isJump = false;
   if (next < end && !(next - state.t > shortest)) {
     if (!finite_) return Attempt::notFinite;
-    if (std::isfinite(stabilityLimit()) || seesWhatItDamps() || jumps_ == mostJumps) return Attempt::tooSmall;
+    if (std::isfinite(stabilityLimit()) || errorSeesStiffModes() || jumps_ == mostJumps)
+      return Attempt::tooSmall;
     isJump = true;
     ++jumps_;
     next = std::min(state.t + 2 * shortest, end);
   }
   const double h = next - state.t;
 
+  // Attempt it.
   stepper_->step(state.t, h, state.y);
   const double most = aimed_ * std::max(lengthened, 1 / lengthened);
   const bool isAsForeseen = isForeseen && most <= 1 && h > nearlyWhole * h_;
@@ -131,11 +104,11 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
   const bool taken = mayPass && std::isfinite(error) && take(vectors_, state, next, increment_);
   finite_ = std::isfinite(error) && (taken || !mayPass);
   if (taken) {
-    // The step that the error asks for grows from the one taken, but not past ten times the one proposed
-    // before: a step cut short to land on a time says little about far longer ones.
+    // Choose the next step from this one, but at most ten times the one proposed before: a step that was cut
+    // short says little about far longer ones.
     stepper_->accept();
     if (!isForeseen) {
-      const double log = log2(std::max(error, 1e-30));
+      const double log = std::log2(std::max(error, 1e-30));
       const double wanted = h * std::max(growth(log), isJump ? 1 : smallestFactor);
       h_ = std::min(wanted, justRejected_ ? h : largestFactor * h_);
       lastLog_ = std::max(log, smallestLog);
@@ -145,6 +118,8 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
     ++count_.accepted;
     return Attempt::accepted;
   }
+
+  // Reject it and shorten the next one.
   const double factor = finite_ ? safety * std::pow(error, -exponent_) : 0.1;
   h_ = h * std::min(std::max(factor, finite_ ? smallestFactor : 0.0), 0.9);
   justRejected_ = true;
@@ -159,7 +134,7 @@ void AdaptiveSteps::restart() {
 
 void AdaptiveSteps::begin() {
   restart();
-  surroundings_->forget();
+  stiffness_->forget();
 }
 
 void AdaptiveSteps::resume(double h) {
@@ -170,27 +145,28 @@ void AdaptiveSteps::resume(double h) {
   finite_ = true;
 }
 
-/// What a step is to be lengthened by whose error is known before it is tried; it has to be so again.
+/// The factor by which a step may grow whose error is known before the attempt.
 double AdaptiveSteps::foreseen(double error) const {
   if (!std::isfinite(error)) return smallestFactor;
-  const double factor = sure * exp2(-exponent_ * log2(error));
+  const double factor = sure * std::pow(error, -exponent_);
   return std::min(std::max(factor, smallestFactor), largestFactor);
 }
 
-/// error^−(exponent − ¾ β) × lastError^β, less a little; log: of the error.
+/// safety × error^−(exponent − ¾ β) × lastError^β, from log2 of the error.
 double AdaptiveSteps::growth(double log) const {
-  return safety * exp2(beta_ * lastLog_ - (exponent_ - 0.75 * beta_) * log);
+  return safety * std::exp2(beta_ * lastLog_ - (exponent_ - 0.75 * beta_) * log);
 }
 
-/// The largest ratio of a component's error estimate to what a step of h may add; NaN when one is not finite.
+/// The largest ratio of a component's error to its Allowance for a step of h. NaN if one is not finite.
 double AdaptiveSteps::errorNorm(const Vector& y, double h) const {
-  const Allowance allowance(tolerance_, *surroundings_, h);
+  const Allowance allowance(tolerance_, *stiffness_, h);
   return vectors_.largestRatio(
-      {error_.data(), y.data(), tolerance_.ceiling.data(), surroundings_->noise().data()}, allowance.most(),
+      {error_.data(), y.data(), tolerance_.ceiling.data(), stiffness_->noise().data()}, allowance.most(),
       allowance.perNoise(), tolerance_.ceiling.size());
 }
 
-/// A step whose explicit Euler error is small: h² |ÿ| about 1 % of the scale, then adapted to the order.
+/// A step with a small error of the explicit Euler method, h² |ÿ| about 1 % of the scale, then adapted to the
+/// order.
 double AdaptiveSteps::firstStep(const State& state, double left) {
   const Vector& slope = stepper_->derivative(state.t, state.y);
   const auto norm = [&](auto component) {
@@ -213,8 +189,8 @@ double AdaptiveSteps::firstStep(const State& state, double left) {
 }
 
 std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance) {
-  auto surroundings = std::make_shared<Surroundings>(stepper->system());
-  return std::make_unique<AdaptiveSteps>(std::move(stepper), std::move(tolerance), std::move(surroundings));
+  auto stiffness = std::make_shared<LocalStiffness>(stepper->system());
+  return std::make_unique<AdaptiveSteps>(std::move(stepper), std::move(tolerance), std::move(stiffness));
 }
 
 }  // namespace planar_chain::ode

@@ -4,7 +4,7 @@
 /// ODEs II, section IV.2), the first step as in Hairer, Nørsett, Wanner, Solving ODEs I, section II.4.
 
 #include "ode/integrator.h"
-#include "ode/surroundings.h"
+#include "ode/local_stiffness.h"
 
 namespace planar_chain::simd {
 struct VectorKernel;
@@ -14,10 +14,10 @@ namespace planar_chain::ode {
 
 class AdaptiveSteps : public Integrator {
  public:
-  /// surroundings: of the stepper's system; those who step the same state may share it.
+  /// stiffness: that of the stepper's system. Integrators of the same state may share it.
   /// @throws std::invalid_argument for a stepper without error estimate.
   AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
-                std::shared_ptr<Surroundings> surroundings);
+                std::shared_ptr<LocalStiffness> stiffness);
 
   const char* name() const override { return stepper_->name(); }
   Outcome advance(State& state, double end, double longestStep) override;
@@ -27,17 +27,18 @@ class AdaptiveSteps : public Integrator {
   const StepCount& count() const override { return count_; }
 
   enum class Attempt { accepted, rejected, tooSmall, notFinite };
-  /// One step towards end, or one try that shortens the next. The last two: no shorter step makes sense.
+  /// One attempt of a step towards `end`; a rejected one shortens the next. After tooSmall and notFinite a
+  /// shorter step makes no sense.
   Attempt attempt(State& state, double end, double longestStep);
-  /// The state has moved without this object: the next step is tried with about h.
+  /// Call this when another integrator has moved the state. The next step is about h long.
   void resume(double h);
-  /// The next step, if nothing has to be landed on; 0: not known.
+  /// The length of the next step, unless `end` comes before. 0: unknown.
   double proposal() const { return h_; }
-  /// What an attempt costs, in evaluations of f.
+  /// The cost of an attempt, in evaluations of f.
   double cost() const { return stepper_->cost(); }
   double stabilityLimit() const { return stepper_->stabilityLimit(); }
-  bool seesWhatItDamps() const { return stepper_->seesWhatItDamps(); }
-  /// A first step for this state, to be proposed from here on.
+  bool errorSeesStiffModes() const { return stepper_->errorSeesStiffModes(); }
+  /// Computes a first step for this state, which becomes proposal(), and returns it.
   double propose(const State& state, double left) { return h_ = firstStep(state, left); }
 
  private:
@@ -49,7 +50,7 @@ class AdaptiveSteps : public Integrator {
   std::unique_ptr<Stepper> stepper_;
   const Vector &increment_, &error_;  ///< the stepper's
   Tolerance tolerance_;
-  std::shared_ptr<Surroundings> surroundings_;
+  std::shared_ptr<LocalStiffness> stiffness_;
   const simd::VectorKernel& vectors_;
   double exponent_, beta_, aimed_;
   double lastLog_;  ///< of the last step's error, to base 2

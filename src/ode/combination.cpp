@@ -1,33 +1,87 @@
 #include "ode/combination.h"
 
+#include <cmath>
 #include <cstddef>
+#include <stdexcept>
+#include <string>
 
 #include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
+namespace {
+
+constexpr double vanishing = 1e-14;  // what rounding leaves of sums that are zero
+
+/// weights a
+std::vector<double> timesTable(const std::vector<double>& weights,
+                               const std::vector<std::vector<double>>& a) {
+  std::vector<double> product(weights.size());
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    for (std::size_t j = 0; j < a[i].size(); ++j) product[j] += weights[i] * a[i][j];
+  }
+  return product;
+}
+
+}  // namespace
+
+void requireAtMost(std::size_t most, std::size_t stages, const char* method) {
+  if (stages <= most) return;
+  throw std::invalid_argument(std::string(method) + " has " + std::to_string(stages) +
+                              " stages; methods of its kind may have at most " + std::to_string(most));
+}
+
 Combination::Combination(const std::vector<double>& weights, const std::vector<double*>& x, Eigen::Index size)
     : size_(size) {
-  if (weights.empty()) return;  // the row of the first stage, or of what the method has not
   for (std::size_t j = 0; j < weights.size(); ++j) {
     const bool isOnlyOne = terms_.empty() && j + 1 == weights.size();
     if (weights[j] == 0 && !isOnlyOne) continue;
     weights_.push_back(weights[j]);
     terms_.push_back(x[j]);
   }
-  run_ = simd::vectorsFor(size_).combine[terms_.size() - 1];
+  if (!terms_.empty()) run_ = simd::vectors().combine[terms_.size() - 1];
+}
+
+void Combination::operator()(double factor, double* sum) const {
+  run_(factor, weights_.data(), terms_.data(), nullptr, sum, nullptr, size_);
 }
 
 TwoCombinations::TwoCombinations(const std::vector<double>& v, const std::vector<double>& w,
                                  const std::vector<double*>& x, Eigen::Index begin, Eigen::Index count)
     : v_(v), w_(w), count_(count) {
   for (std::size_t j = 0; j < v.size(); ++j) terms_.push_back(x[j] + begin);
-  if (!terms_.empty()) run_ = simd::vectorsFor(count).combineForTwo[terms_.size() - 1];
+  if (!terms_.empty()) run_ = simd::vectors().combineForTwo[terms_.size() - 1];
 }
 
 void TwoCombinations::operator()(const double* base, double* out, double factor, const double* offset,
                                  double* other) const {
   run_({v_.data(), w_.data(), terms_.data()}, factor, base, out, offset, other, count_);
+}
+
+NystromRow::NystromRow(const std::vector<double>& weights, double drift,
+                       const std::vector<std::vector<double>>& a, const std::vector<double*>& k,
+                       Eigen::Index positions, Eigen::Index others)
+    : drift_(drift), positions_(positions), others_(others) {
+  const std::vector<double> twice = timesTable(weights, a);
+  for (std::size_t j = 0; j < weights.size(); ++j) {
+    const bool isOnlyOne = terms_.empty() && j + 1 == weights.size();
+    const double forPositions = std::abs(twice[j]) > vanishing ? twice[j] : 0;
+    if (weights[j] == 0 && forPositions == 0 && !isOnlyOne) continue;
+    rates_.push_back(weights[j]);
+    twice_.push_back(forPositions);
+    terms_.push_back(k[j]);
+    otherTerms_.push_back(k[j] + positions);
+  }
+  if (terms_.empty()) return;
+  combineTwice_ = simd::vectors().combineTwice[terms_.size() - 1];
+  combine_ = simd::vectors().combine[terms_.size() - 1];
+}
+
+void NystromRow::runTwice(double h, const double* base, double* sum, double* out) const {
+  combineTwice_({rates_.data(), twice_.data(), terms_.data(), drift_, h, base, sum, out}, positions_);
+  if (others_ == 0) return;
+  const auto behind = [this](auto* values) { return values ? values + 2 * positions_ : nullptr; };
+  combine_(h, rates_.data(), otherTerms_.data(), base + 2 * positions_, behind(sum), behind(out), others_);
 }
 
 }  // namespace planar_chain::ode

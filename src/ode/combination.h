@@ -1,43 +1,46 @@
 #pragma once
 
-/// Sums of vectors by rows of a method's table, in one pass over the components. They allocate when they are
-/// made, and not later.
+/// Sums of vectors by the rows of a method's table, in one pass over the components. The constructors
+/// allocate; the calls do not. A row has at most simd::VectorKernel::mostTerms terms, TwoCombinations at most
+/// mostTermsForTwo. The vectors x, k must outlive these objects and stay where they are.
 
 #include <Eigen/Core>
 #include <vector>
 
 namespace planar_chain::simd {
+struct NystromSums;
 struct WeightsOfTwo;
-}
+}  // namespace planar_chain::simd
 
 namespace planar_chain::ode {
+
+/// @throws std::invalid_argument if a method has more stages than sums have terms.
+void requireAtMost(std::size_t most, std::size_t stages, const char* method);
 
 /// factor Σ_j w_j x_j
 class Combination {
  public:
-  /// Of the first x, of `size` components, which stay where they are. Leaves zeros out.
+  /// Skips weights of zero. x: vectors of `size` components, at least one a weight.
   Combination(const std::vector<double>& weights, const std::vector<double*>& x, Eigen::Index size);
 
-  void operator()(double factor, double* sum) const {
-    run_(factor, weights_.data(), terms_.data(), nullptr, sum, nullptr, size_);
-  }
+  void operator()(double factor, double* sum) const;
 
  private:
   void (*run_)(double factor, const double* weights, const double* const* terms, const double* base,
                double* sum, double* out, std::ptrdiff_t n) = nullptr;
   std::vector<double> weights_;
   std::vector<const double*> terms_;
-  std::ptrdiff_t size_ = 0;
+  std::ptrdiff_t size_;
 };
 
-/// out = base + Σ_j v_j x_j and other = offset + factor Σ_j w_j x_j, some components of them.
+/// out = base + Σ_j v_j x_j and other = offset + factor Σ_j w_j x_j, for some components.
 class TwoCombinations {
  public:
-  /// Of the first x, which stay where they are: `count` components, from the one at `begin` on.
+  /// For `count` components of each x, from component `begin` on.
   TwoCombinations(const std::vector<double>& v, const std::vector<double>& w, const std::vector<double*>& x,
                   Eigen::Index begin, Eigen::Index count);
 
-  /// The arrays begin with these components; no offset: nullptr.
+  /// Each array begins with the first of these components. `offset` may be nullptr.
   void operator()(const double* base, double* out, double factor, const double* offset, double* other) const;
 
  private:
@@ -46,6 +49,41 @@ class TwoCombinations {
   std::vector<double> v_, w_;
   std::vector<const double*> terms_;
   Eigen::Index count_;
+};
+
+/// A row of an explicit method's table for a system with positions θ, whose rates are θ̇ = ω, and ω̇ = α:
+///
+///     ω_i = ω + h Σ_j a_ij α_j
+///     θ_i = θ + h c_i ω + h² Σ_j ā_ij α_j            ā = a a
+///
+/// This is Nyström's form (Hairer, Nørsett, Wanner, Solving ODEs I, section II.14). The rates of the stages
+/// are neither stored nor read, and each α_j is read once for both sums. Components behind the rates use the
+/// row itself; without positions, all do.
+class NystromRow {
+ public:
+  /// No row: run() must not be called.
+  NystromRow() = default;
+  /// weights: at most one a stage, and their sum `drift`. a: the method's. k_j: α_j of `positions`
+  /// components, and behind them the derivatives of `others`.
+  NystromRow(const std::vector<double>& weights, double drift, const std::vector<std::vector<double>>& a,
+             const std::vector<double*>& k, Eigen::Index positions, Eigen::Index others);
+
+  /// `sum` gets the sums, `out` those added to `base`. One of the two may be nullptr.
+  void run(double h, const double* base, double* sum, double* out) const {
+    if (positions_ > 0) return runTwice(h, base, sum, out);
+    combine_(h, rates_.data(), terms_.data(), base, sum, out, others_);
+  }
+
+ private:
+  void runTwice(double h, const double* base, double* sum, double* out) const;
+
+  void (*combineTwice_)(const simd::NystromSums& row, std::ptrdiff_t n) = nullptr;
+  void (*combine_)(double factor, const double* weights, const double* const* terms, const double* base,
+                   double* sum, double* out, std::ptrdiff_t n) = nullptr;
+  std::vector<double> rates_, twice_;
+  std::vector<const double*> terms_, otherTerms_;
+  double drift_ = 0;
+  Eigen::Index positions_ = 0, others_ = 0;
 };
 
 }  // namespace planar_chain::ode

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "ode/nystrom.h"
+#include "ode/combination.h"
 #include "ode/stepper.h"
 #include "ode/tableau.h"
 #include "simd/cache_lines.h"
@@ -13,7 +13,8 @@ namespace planar_chain::ode {
 
 class ExplicitRungeKutta : public Stepper {
  public:
-  /// f must outlive the stepper; the table is copied.
+  /// f must outlive the stepper; the table is copied. Allocates.
+  /// @throws std::invalid_argument for a table of more than 13 stages.
   ExplicitRungeKutta(const Tableau& table, System& f);
 
   const char* name() const override { return table_.name; }
@@ -32,8 +33,7 @@ class ExplicitRungeKutta : public Stepper {
 
  private:
   void evaluateFirst(double t, const double* y);
-  void evaluate(double t, double* k, double h, const double* base, const NystromRow& row, double* sum,
-                double* out);
+  void evaluate(double t, const double* y, double* k);
 
   /// The stages' slopes, and the rows that go through them.
   struct Way {
@@ -45,7 +45,8 @@ class ExplicitRungeKutta : public Stepper {
 
   Tableau table_;
   System& f_;
-  Eigen::Index size_, positions_, rates_;  ///< of y; components of f but for the positions'
+  Eigen::Index size_, positions_, rates_;  ///< of y; those in Nyström's form; the components of a slope
+  bool slopesAreWhole_;                    ///< with the rates of positions that are not in Nyström's form
   void (*damp_)(double* error, const double* coarse, std::ptrdiff_t n);
   CacheRows slopes_;
   std::array<Way, 2> ways_;  ///< for every other step: where the last slope is the first of the next step

@@ -9,24 +9,25 @@ namespace planar_chain::ode {
 
 namespace {
 
-/// Every now and then another method makes a few steps of the same motion, and takes over if it came clearly
-/// further for what they cost. Cost is counted, not timed, so the choice is the same on every machine.
-/// All steps meet the tolerance, whoever makes them, and none is made twice.
+/// From time to time a challenger makes a few steps of the same motion. It replaces the incumbent if its
+/// speed, progress over cost, is clearly higher. Cost is counted, not timed, so the choice is the same on
+/// every machine. The steps of both meet the tolerance, and none is made twice.
 ///
-/// An explicit method stays well below its limit of stability, however small its errors are: near it, it
-/// leaves oscillations behind, within the tolerance, that a stiff method would have to follow. Where the
-/// limit is, the largest eigenvalue of J tells; it is kept up to date by power iteration. So what an explicit
-/// method can come to at best is known without trying.
+/// An explicit method stays well below its limit of stability, however small its errors are: near the limit
+/// it leaves oscillations within the tolerance, which a stiff method would have to follow. The limit follows
+/// from the largest eigenvalue of J (local_stiffness.h). So the best speed of an explicit method is known
+/// without a trial.
 ///
-/// Between steps that follow an oscillation and steps so long that they damp it away may lie many that fit
-/// neither. An implicit method that sees what it damps is therefore tried with a leap, even against itself.
+/// Some steps follow an oscillation, and some are so long that they damp it. Many lengths between fit
+/// neither. So an implicit method whose error sees stiff modes starts its trial with a leap, even against
+/// itself.
 class FastestSteps : public Integrator {
  public:
   FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance,
-               std::shared_ptr<Surroundings> surroundings)
-      : surroundings_(std::move(surroundings)) {
+               std::shared_ptr<LocalStiffness> stiffness)
+      : stiffness_(std::move(stiffness)) {
     for (auto& stepper : steppers) {
-      methods_.push_back(std::make_unique<AdaptiveSteps>(std::move(stepper), tolerance, surroundings_));
+      methods_.push_back(std::make_unique<AdaptiveSteps>(std::move(stepper), tolerance, stiffness_));
     }
   }
 
@@ -35,10 +36,13 @@ class FastestSteps : public Integrator {
   Outcome advance(State& state, double end, double longestStep) override {
     if (!started_) start(state, end);
     for (;;) {
+      // Attempt a step.
       const double before = state.t;
       lastTried_ = &running();
       const AdaptiveSteps::Attempt result =
           lastTried_->attempt(state, end, std::min(longestStep, steadyStep(*lastTried_)));
+
+      // Count it.
       const double cost = lastTried_->cost();
       run_.cost += cost;
       run_.progress += state.t - before;
@@ -54,6 +58,8 @@ class FastestSteps : public Integrator {
         if (tryTheNext()) continue;
         return result == AdaptiveSteps::Attempt::tooSmall ? Outcome::stepTooSmall : Outcome::notFinite;
       }
+
+      // Start or judge a trial.
       compare();
       if (result == AdaptiveSteps::Attempt::accepted) {
         return state.t < end ? Outcome::underway : Outcome::arrived;
@@ -77,20 +83,20 @@ class FastestSteps : public Integrator {
   const StepCount& count() const override { return count_; }
 
  private:
-  static constexpr int leastPatience = 25;  // steps between trials, doubled while the incumbent wins,
-  static constexpr int fewerTrials = 4;     // or more of that where it wins clearly
+  static constexpr int leastPatience = 25;  // steps between trials; doubled when the incumbent wins,
+  static constexpr int fewerTrials = 4;     // or multiplied by this when it wins clearly
   static constexpr int mostPatience = 1600;
-  static constexpr int judged = 3;         // steps after which a trial is looked at
-  static constexpr double clearly = 1.15;  // how much faster a challenger must be to win,
-  static constexpr double hopeful = 1.3;   // and how much faster than before to be given more time
-  static constexpr double hopeless = 0.7;  // of the incumbent's speed, for the step an explicit one proposes
+  static constexpr int judged = 3;                // steps of a trial before each decision
+  static constexpr double clearly = 1.15;         // the challenger's speed over the incumbent's to win
+  static constexpr double hopeful = 1.3;          // its speed over its last one to go on
+  static constexpr double hopeless = 0.7;         // an explicit challenger with less than this loses
   static constexpr double farEnough = 0.75;       // of the limit of stability
-  static constexpr double clearlyNotStiff = 0.1;  // of those, for a start with an explicit method
+  static constexpr double clearlyNotStiff = 0.1;  // of that step, for a start with an explicit method
   static constexpr double mostTrialCost = 600;    // evaluations
-  static constexpr double tuition = 0.2;          // of what incumbents cost, for trials that are a gamble
+  static constexpr double trialBudget = 0.2;      // of the incumbents' cost, for uncertain trials
   static constexpr double farthestLeap = 1000;    // times the incumbent's step
 
-  /// What a method came forward by, and at what cost.
+  /// Progress, s, and cost of a method, in evaluations.
   struct Run {
     double progress = 0, cost = 0;
     int steps = 0;
@@ -100,9 +106,9 @@ class FastestSteps : public Integrator {
   AdaptiveSteps& running() { return *methods_[onTrial_ ? challenger_ : inUse_]; }
   bool isExplicit(std::size_t method) const { return std::isfinite(methods_[method]->stabilityLimit()); }
 
-  /// The longest step that is well within the limit of stability.
+  /// The longest step well within the limit of stability.
   double steadyStep(const AdaptiveSteps& method) const {
-    const double eigenvalue = surroundings_->largestEigenvalue();
+    const double eigenvalue = stiffness_->largestEigenvalue();
     return eigenvalue > 0 ? farEnough * method.stabilityLimit() / eigenvalue
                           : std::numeric_limits<double>::infinity();
   }
@@ -115,9 +121,9 @@ class FastestSteps : public Integrator {
     }
   }
 
-  /// An explicit method where its first step is far from the limit, the stiff one elsewhere.
+  /// Starts with the first explicit method if its first step is far from the limit, else with the stiff one.
   void start(const State& state, double end) {
-    surroundings_->look(state.t, state.y);
+    stiffness_->update(state.t, state.y);
     inUse_ = 0;
     while (inUse_ < methods_.size() && !isExplicit(inUse_)) ++inUse_;
     if (inUse_ == methods_.size() ||
@@ -128,17 +134,17 @@ class FastestSteps : public Integrator {
     started_ = true;
   }
 
-  /// Whether a trial of this method makes sense, against the incumbent's speed.
+  /// True if this method may be faster than the incumbent.
   bool isWorthATrial(std::size_t method) const {
     if (isExplicit(method)) {
       return method != inUse_ &&
              steadyStep(*methods_[method]) > clearly * incumbentSpeed_ * methods_[method]->cost();
     }
-    if (method == inUse_ && !methods_[method]->seesWhatItDamps()) return false;
-    // Far from its limit an explicit one follows what makes its steps short, and the others would have to.
+    if (method == inUse_ && !methods_[method]->errorSeesStiffModes()) return false;
+    // An explicit incumbent far from its limit is not limited by stiffness.
     if (isExplicit(inUse_) && incumbentStep_ < clearlyNotStiff * steadyStep(*methods_[inUse_])) return false;
-    const bool isGamble = method == inUse_ || isExplicit(inUse_);
-    return !isGamble || onTrials_ + judged * methods_[method]->cost() <= tuition * onIncumbents_;
+    const bool isUncertain = method == inUse_ || isExplicit(inUse_);
+    return !isUncertain || onTrials_ + judged * methods_[method]->cost() <= trialBudget * onIncumbents_;
   }
 
   void startTrial() {
@@ -150,11 +156,12 @@ class FastestSteps : public Integrator {
       const std::size_t next = (challenger_ + k) % methods_.size();
       if (!isWorthATrial(next)) continue;
       challenger_ = next;
-      lastLook_ = 0;
+      lastSpeed_ = 0;
       const double own = methods_[next]->proposal();
-      methods_[next]->resume(methods_[next]->seesWhatItDamps() ? std::max(own, nextLeap() * incumbentStep_)
-                             : own > 0                         ? own
-                                                               : incumbentStep_);
+      methods_[next]->resume(methods_[next]->errorSeesStiffModes()
+                                 ? std::max(own, nextLeap() * incumbentStep_)
+                             : own > 0 ? own
+                                       : incumbentStep_);
       onTrial_ = true;
       return;
     }
@@ -163,12 +170,12 @@ class FastestSteps : public Integrator {
   /// 10, 100, 1000, 10 …
   double nextLeap() { return leap_ = leap_ < farthestLeap ? 10 * leap_ : 10; }
 
-  /// After some steps: it wins, or is getting faster, or is not worth more. A stiff method takes long to find
-  /// its step where it must first damp what an explicit one has left oscillating.
+  /// The challenger wins, or goes on as it gets faster, or loses. A stiff method needs time to find its step
+  /// if it must first damp the oscillations that an explicit one has left.
   void judgeTrial() {
     const double speed = run_.speed();
     const AdaptiveSteps& challenger = *methods_[challenger_];
-    // An explicit method has its step by now, though some tries were lost on the way there.
+    // An explicit method has found its step by now.
     const bool isHopeless =
         isExplicit(challenger_) && challenger.proposal() < hopeless * incumbentSpeed_ * challenger.cost();
     trialCostLeft_ -= run_.cost;
@@ -176,16 +183,16 @@ class FastestSteps : public Integrator {
       inUse_ = challenger_;
       patience_ = std::max(patience_ / 2, leastPatience);
       onTrial_ = false;
-    } else if (isHopeless || trialCostLeft_ <= 0 || speed < hopeful * lastLook_) {
+    } else if (isHopeless || trialCostLeft_ <= 0 || speed < hopeful * lastSpeed_) {
       methods_[inUse_]->resume(incumbentStep_);
       patience_ = std::min((isHopeless ? fewerTrials : 2) * patience_, mostPatience);
       onTrial_ = false;
     }
-    lastLook_ = speed;
+    lastSpeed_ = speed;
     run_ = {};
   }
 
-  /// The method in use can go no further; false when none can.
+  /// Replaces a method that cannot continue. Returns false if none can.
   bool tryTheNext() {
     if (++failures_ >= static_cast<int>(methods_.size())) return false;
     const std::size_t failed = onTrial_ ? challenger_ : inUse_;
@@ -196,13 +203,13 @@ class FastestSteps : public Integrator {
     return true;
   }
 
-  std::shared_ptr<Surroundings> surroundings_;
+  std::shared_ptr<LocalStiffness> stiffness_;
   std::vector<std::unique_ptr<AdaptiveSteps>> methods_;
   std::size_t inUse_ = 0, challenger_ = 0;
   AdaptiveSteps* lastTried_ = nullptr;
   bool started_ = false, onTrial_ = false;
   int patience_ = leastPatience, failures_ = 0;
-  double incumbentSpeed_ = 0, incumbentStep_ = 0, lastLook_ = 0, trialCostLeft_ = 0;
+  double incumbentSpeed_ = 0, incumbentStep_ = 0, lastSpeed_ = 0, trialCostLeft_ = 0;
   double leap_ = 1;
   double onTrials_ = 0, onIncumbents_ = 0;  ///< cost of all
   Run run_;
@@ -212,8 +219,8 @@ class FastestSteps : public Integrator {
 }  // namespace
 
 std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance,
-                                         std::shared_ptr<Surroundings> surroundings) {
-  return std::make_unique<FastestSteps>(std::move(steppers), tolerance, std::move(surroundings));
+                                         std::shared_ptr<LocalStiffness> stiffness) {
+  return std::make_unique<FastestSteps>(std::move(steppers), tolerance, std::move(stiffness));
 }
 
 }  // namespace planar_chain::ode

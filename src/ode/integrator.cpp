@@ -36,7 +36,7 @@ namespace {
 class FixedSteps : public Integrator {
  public:
   FixedSteps(std::unique_ptr<Stepper> stepper, double h)
-      : stepper_(std::move(stepper)), vectors_(simd::vectorsFor(stepper_->increment().size())), h_(h) {}
+      : stepper_(std::move(stepper)), vectors_(simd::vectors()), h_(h) {}
 
   Outcome advance(State& state, double end, double /*longestStep*/) override {
     // What is left is a whole number of steps, if it is one but for rounding.

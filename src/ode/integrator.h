@@ -1,6 +1,6 @@
 #pragma once
 
-/// From one time to another: who chooses the steps.
+/// Integrators: they choose the steps from one time to another.
 
 #include <algorithm>
 #include <cmath>
@@ -17,83 +17,80 @@ struct VectorKernel;
 namespace planar_chain::ode {
 
 enum class Outcome {
-  arrived,       ///< t is the time asked for
-  underway,      ///< a good step on the way there
-  switched,      ///< as underway, and f is another one from here on: see switches.h
-  notFinite,     ///< the next step leaves the finite numbers, however small it is made
-  stepTooSmall,  ///< the tolerance asks for steps below the spacing of the numbers at t, or at 1 s
+  arrived,       ///< t is the end
+  underway,      ///< one step was made towards the end
+  switched,      ///< as underway, and f changes here: see switches.h
+  notFinite,     ///< the next step is not finite, however short it is
+  stepTooSmall,  ///< the tolerance needs steps below the spacing of the numbers at t, or at 1 s
 };
 
 struct StepCount {
   long long accepted = 0;
   long long rejected = 0;
-  double lastError = 0;  ///< of the last accepted step, in units of the tolerance; 0 without an estimate
+  double lastError = 0;  ///< of the last accepted step, in units of the tolerance. 0: no estimate
 };
 
-/// What the error control looks at: a step of length h may add to component i an error of
+/// The error control lets a step of length h add to component i an error of
 ///
 ///     ¼ tolerance · clamp(h / 1 s, 1/1000, 1) · (1 + min(|y_i|, ceiling_i))
+/// This is the textbook's atol + rtol |y_i| with atol = rtol, but stricter. The factor ¼ is there because
+/// errors of angles and rates feed each other on the way to the end. The error is one per second, not per
+/// step: the errors of a second meet the tolerance, however many steps it takes. A component's size counts up
+/// to its ceiling: an angle after a million turns must be as exact as after one. Components beyond the
+/// ceiling's length are not controlled.
 ///
-/// This is the textbook's atol + rtol |y_i| with atol = rtol, but more demanding. A quarter, as errors of
-/// angles and rates feed each other while they travel to the end. It is an error per second, not per step, so
-/// what adds up over a second meets the tolerance however many steps it took. And a component's size counts
-/// only up to its ceiling: an angle that has gone round a million times must not be a million times less
-/// exact. Components beyond the ceiling's length are not controlled.
-///
-/// The rounding of a stiff f may be larger than that, in proportion to h as well, so that no step would be
-/// short enough. Hence steps below a millisecond are treated like one of a millisecond, and an error that is
-/// no larger than what rounding of y does over the step passes (surroundings.h). Below a tolerance of 1e-10
-/// rounding counts in proportion: who asks for less wants every digit, whatever it costs.
+/// The rounding of a stiff f may exceed this error at every h. So steps below a millisecond count as one
+/// millisecond, and an error passes that is no larger than the effect of rounding y (local_stiffness.h).
+/// Below a tolerance of 1e-10 rounding counts in proportion: such a user wants every digit, at any cost.
 struct Tolerance {
   double value = 0;
   Eigen::ArrayXd ceiling;
 
-  /// For the components as f has them.
+  /// The same for arranged components of f. Allocates.
   Tolerance arrangedBy(const System& f) const;
 
-  /// The factor that stands for the size of component i of a state y.
+  /// 1 + min(|y_i|, ceiling_i)
   double size(const Vector& y, Eigen::Index i) const { return 1 + std::min(std::abs(y[i]), ceiling[i]); }
 };
 
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  /// Name of the method in use.
+  /// The name of the method in use.
   virtual const char* name() const = 0;
-  /// One step towards time end, landing on it exactly if it is the last; an adaptive step is no longer than
-  /// longestStep, a fixed one as it was asked for. After the last two outcomes state is as it was before.
-  /// Allocates nothing.
+  /// Makes one step towards time `end`. The last step ends there exactly. An adaptive step is no longer than
+  /// longestStep; a fixed one ignores it. After notFinite and stepTooSmall, `state` is unchanged. Allocates
+  /// nothing.
   virtual Outcome advance(State& state, double end, double longestStep) = 0;
-  /// As many of them as it takes, but at most so many. Allocates nothing.
+  /// Calls advance() until `end`, or mostSteps times. Allocates nothing.
   Outcome integrate(State& state, double end, double longestStep,
                     int mostSteps = std::numeric_limits<int>::max());
-  /// A step of the last advance()'s method, without error control: shorter than that one was, from where it
-  /// started. False, and nothing has changed, when it is not finite.
+  /// Repeats the last advance() from its start with a shorter step, to time t and without error control.
+  /// Returns false, and changes nothing, if the result is not finite. Allocates nothing.
   virtual bool stepTo(State& state, double t) = 0;
-  /// f has jumped.
+  /// Call this when f has jumped.
   virtual void restart() = 0;
-  /// The state was set, or f has become another one altogether.
+  /// Call this when the state was set, or f was replaced.
   virtual void begin() { restart(); }
   virtual const StepCount& count() const = 0;
 };
 
-/// Adds an increment to the state, carrying what rounding takes away, and sets its time. False, and nothing
-/// has changed, when the result is not finite. Allocates nothing.
+/// Adds an increment to the state with Kahan's summation and sets its time. Returns false, and changes
+/// nothing, if the result is not finite. Allocates nothing.
 bool take(const simd::VectorKernel& vectors, State& state, double t, const Vector& increment);
 
-/// Equal steps of at most h between the times that it must land on.
+/// Makes equal steps of at most h to the end of each advance(). Allocates.
 std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double h);
 
-/// Steps chosen so that the error estimate of each meets the tolerance (PI control; Hairer and Wanner,
-/// Solving ODEs II, section IV.2; the first step as in Solving ODEs I, section II.4).
+/// Chooses steps whose error estimate meets the tolerance: see adaptive_steps.h. Allocates.
 /// @throws std::invalid_argument for a stepper without error estimate.
 std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance);
 
-class Surroundings;
+class LocalStiffness;
 
-/// The one of several adaptive methods that comes forward fastest, found out while running. The first must
-/// have no limit of stability. surroundings: of the system; steppers may share it.
+/// Uses the fastest of several adaptive methods, by trials during the run. The first method must have no
+/// limit of stability. The steppers may share `stiffness`, which is that of their system. Allocates.
 std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance,
-                                         std::shared_ptr<Surroundings> surroundings);
+                                         std::shared_ptr<LocalStiffness> stiffness);
 
 }  // namespace planar_chain::ode

@@ -31,19 +31,19 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
     return std::make_unique<Rosenbrock>(table, f);
   };
   if (name == "auto") {
-    auto surroundings = std::make_shared<Surroundings>(f);
+    auto stiffness = std::make_shared<LocalStiffness>(f);
     std::vector<std::unique_ptr<Stepper>> steppers;
     steppers.push_back(implicitBy(rodas5p()));
-    steppers.push_back(std::make_unique<Radau>(f, tolerance, surroundings));
+    steppers.push_back(std::make_unique<Radau>(f, tolerance, stiffness));
     const auto addSeries = [&] {
       if (f.seriesAreWorthwhile()) steppers.push_back(std::make_unique<Taylor>(f, tolerance.value));
     };
-    // A start is made with the first explicit one: where the tolerance is fine, that is mostly the best.
+    // auto starts with the first explicit method: taylor if the tolerance is fine.
     constexpr double fine = 1e-5;
     if (tolerance.value <= fine) addSeries();
     steppers.push_back(explicitBy(dop853()));
     if (tolerance.value > fine) addSeries();
-    return fastestSteps(std::move(steppers), tolerance, std::move(surroundings));
+    return fastestSteps(std::move(steppers), tolerance, std::move(stiffness));
   }
   if (name == "rk4") return fixedSteps(explicitBy(rk4()), step);
   if (name == "dopri5") return adaptiveSteps(explicitBy(dopri5()), tolerance);
@@ -57,9 +57,9 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
   }
   if (name == "taylor") return adaptiveSteps(std::make_unique<Taylor>(f, tolerance.value), tolerance);
   if (name == "radau13") {
-    auto surroundings = std::make_shared<Surroundings>(f);
-    return std::make_unique<AdaptiveSteps>(std::make_unique<Radau>(f, tolerance, surroundings), tolerance,
-                                           surroundings);
+    auto stiffness = std::make_shared<LocalStiffness>(f);
+    return std::make_unique<AdaptiveSteps>(std::make_unique<Radau>(f, tolerance, stiffness), tolerance,
+                                           stiffness);
   }
   throw std::invalid_argument("no method is called " + name);
 }

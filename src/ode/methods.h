@@ -1,6 +1,6 @@
 #pragma once
 
-/// The methods by name: what a scene's integrator/method may say.
+/// The methods by name, as in a scene's integrator/method.
 
 #include <memory>
 #include <string>
@@ -13,12 +13,11 @@ namespace planar_chain::ode {
 /// "auto" first, then every method of the program.
 const std::vector<std::string>& methodNames();
 
-/// True for a method that takes equal steps and knows no tolerance.
+/// True for a method of equal steps, which ignores the tolerance.
 bool hasFixedStep(const std::string& name);
 
-/// For system f, which must outlive it. step: for methods of fixed step, s. tolerance: for adaptive ones.
-/// "auto" chooses among dop853, taylor, rodas5p and radau13 by measured progress, whenever that
-/// changes.
+/// Makes an integrator of system f, which must outlive it. Methods of fixed step use `step`, s; adaptive ones
+/// use `tolerance`. "auto" chooses among dop853, taylor, rodas5p and radau13 by measured progress. Allocates.
 /// @throws std::invalid_argument for a name that is not one of methodNames().
 std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f, double step,
                                        const Tolerance& tolerance);

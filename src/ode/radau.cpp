@@ -13,24 +13,25 @@ namespace {
 constexpr int mostIterations = 17;    // for seven stages; Hairer's code RADAU
 constexpr double newtonShare = 0.03;  // of the error allowed, or √tolerance if that is less: the same
 constexpr double slow = 0.5;          // an iteration that shrinks the change by less may be shaking digits
-constexpr double farShorter = 1e-6;   // of the last step: its polynomial tells nothing
+constexpr double farShorter = 1e-6;   // of the last step, whose polynomial is then of no use
 constexpr double halving = 1.8;       // an error of 1.8⁷ makes the step 0.9/1.8 of what it was
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 using Rows = Eigen::Index;
 using Stages = Eigen::Matrix<double, Eigen::Dynamic, RadauTable::stages>;
 
-/// f(first, count) for all rows, a few at a time: what is read and written again is still in cache.
+/// Calls f(first, count) for all rows, a few at a time, so that they stay in the cache.
 template <class F>
 void forRows(Rows rows, F f) {
   constexpr Rows few = 128;
   for (Rows first = 0; first < rows; first += few) f(first, std::min(few, rows - first));
 }
 
-/// sums = base + x weights, of `count` rows from `first`; base may be nullptr or sums, not x.
+/// sums = base + x weights, for `count` rows from `first`. base may be nullptr or sums, not x.
 void multiply(const Stages& x, const RadauTable::Square& weights, const Stages* base, Stages& sums,
               Rows first, Rows count) {
-  const simd::VectorKernel::Combine combine = simd::vectorsFor(count).combine[RadauTable::stages - 1];
+  static_assert(RadauTable::stages <= simd::VectorKernel::mostTerms);
+  const simd::VectorKernel::Combine combine = simd::vectors().combine[RadauTable::stages - 1];
   const double* columns[RadauTable::stages];
   for (int j = 0; j < RadauTable::stages; ++j) columns[j] = x.col(j).data() + first;
   for (int i = 0; i < RadauTable::stages; ++i) {
@@ -45,11 +46,11 @@ void multiply(const Stages& x, const RadauTable::Square& weights, const Stages* 
 
 }  // namespace
 
-Radau::Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const Surroundings> surroundings)
+Radau::Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const LocalStiffness> stiffness)
     : table_(radau13()),
       f_(f),
       tolerance_(std::move(tolerance)),
-      surroundings_(std::move(surroundings)),
+      stiffness_(std::move(stiffness)),
       startSlope_(f.arrangedSize()),
       stage_(startSlope_),
       combined_(startSlope_),
@@ -92,7 +93,7 @@ void Radau::step(double t, double h, const Vector& y) {
   for (int k = 0; k < RadauTable::pairs; ++k) {
     f_.factorComplex(k, table_.mu[static_cast<std::size_t>(k)] / h);
   }
-  const Allowance allowance(tolerance_, *surroundings_, h);
+  const Allowance allowance(tolerance_, *stiffness_, h);
   const double share = std::min(newtonShare, std::sqrt(tolerance_.value));
   for (Eigen::Index i = 0; i < allowed_.size(); ++i) {
     const double size = tolerance_.size(y, i);
@@ -132,7 +133,7 @@ void Radau::carryOn(double h) {
   forRows(Z_.rows(), [&](Rows first, Rows count) { multiply(last_, weights, nullptr, Z_, first, count); });
 }
 
-/// Iterates until what is left to do, judged by how fast the changes shrink, is exact enough.
+/// Iterates until the remaining error, extrapolated from the changes, is small enough.
 Radau::Newton Radau::solveStages(double t, double h, const Vector& y) {
   rate_ = std::pow(std::max(rate_, epsilon), 0.8);
   double before = 0;
@@ -199,7 +200,7 @@ void Radau::estimate(double t, double h, const Vector& y) {
   }
 }
 
-/// Of all components of all stages' changes, each in its unit.
+/// The largest change of any component of any stage, times perUnit.
 double Radau::largest(const Vector& perUnit) const {
   double most = 0;
   forRows(perUnit.size(), [&](Rows first, Rows count) {

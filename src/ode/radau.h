@@ -11,14 +11,14 @@
 ///
 ///     (λ/h − J) ζ = T⁻¹ R      Z ← Z + T ζ
 ///
-/// begun with the polynomial of the last step, carried on. Then y(t + h) ≈ y + Z_7, and as y + Z_7 less an
+/// from the polynomial of the last step. Then y(t + h) ≈ y + Z_7, and as y + Z_7 less an
 /// embedded solution of order 7 the error is
 ///
 ///     (λ/h − J)⁻¹ (f(t, y) + λ/h Σ e_i Z_i)
 ///
-/// A stiff component shows there as it is, however long the step, which damps it away. Where that is too much
-/// for a step but no more than the tolerance itself, the error is taken once more, with f(t, y + error) for
-/// f(t, y): the stiff component vanishes then, in the error as in the solution.
+/// This error includes a stiff component in full, though the step damps it. If the error is too large for a
+/// step, but no larger than the tolerance itself, it is computed once more with f(t, y + error) for f(t, y).
+/// Then the stiff component vanishes from the error as it does from the solution.
 
 #include <complex>
 #include <limits>
@@ -33,19 +33,19 @@ namespace planar_chain::ode {
 
 class Radau : public Stepper {
  public:
-  /// f must outlive the stepper. tolerance, surroundings: those of the error control, as the stages need
-  /// only be as exact as the step. Steps whose stages are not
-  /// found have no increment, but NaN, and an error that halves them.
-  Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const Surroundings> surroundings);
+  /// f must outlive the stepper. tolerance and stiffness are those of the error control: the stages need only
+  /// be as exact as the step. If the stages are not found, increment() is NaN and error() halves the step.
+  /// Allocates.
+  Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const LocalStiffness> stiffness);
 
   const char* name() const override { return "radau13"; }
   int order() const override { return 2 * stages - 1; }
   int errorOrder() const override { return stages; }
 
-  /// Of the last try.
+  /// Of the last attempt.
   double cost() const override;
   double stabilityLimit() const override { return std::numeric_limits<double>::infinity(); }
-  bool seesWhatItDamps() const override { return true; }
+  bool errorSeesStiffModes() const override { return true; }
   System& system() override { return f_; }
   const Vector& derivative(double t, const Vector& y) override;
   void step(double t, double h, const Vector& y) override;
@@ -69,7 +69,7 @@ class Radau : public Stepper {
   const RadauTable& table_;
   LinearizedSystem& f_;
   Tolerance tolerance_;
-  std::shared_ptr<const Surroundings> surroundings_;
+  std::shared_ptr<const LocalStiffness> stiffness_;
   Vector startSlope_, stage_, combined_, increment_, error_;
   Stages Z_, last_, R_, change_;
   std::vector<std::complex<double>> pair_;

@@ -1,20 +1,18 @@
 #include "ode/rosenbrock.h"
 
+#include "simd/vectors.h"
+
 namespace planar_chain::ode {
 
 const RosenbrockTableau& rodas5p() {
-  // Stages 7 and 8 continue the step of stage 6 by its own and the next increment.
   static const std::vector<double> a6{-7.502846399306121, 2.561846144803919, -11.627539656261098,
                                       -0.18268767659942256, 0.030198172008377946};
-  static const std::vector<double> a7{-7.502846399306121,   2.561846144803919,    -11.627539656261098,
-                                      -0.18268767659942256, 0.030198172008377946, 1};
-  static const std::vector<double> a8{-7.502846399306121,
-                                      2.561846144803919,
-                                      -11.627539656261098,
-                                      -0.18268767659942256,
-                                      0.030198172008377946,
-                                      1,
-                                      1};
+  // Stages 7 and 8 and the step add the increments of the stages before.
+  static const auto andOne = [](std::vector<double> row) {
+    row.push_back(1);
+    return row;
+  };
+  static const std::vector<double> a7 = andOne(a6), a8 = andOne(a7), m = andOne(a8);
   static const RosenbrockTableau table{
       "rodas5p",
       "G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P, BIT 63 (2023) 27, "
@@ -43,8 +41,7 @@ const RosenbrockTableau& rodas5p() {
         -28.087943162872662},
        {37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,
         -54.66780262877968, -9.48861652309627}},
-      {-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946,
-       1, 1, 1},
+      m,
       {0, 0, 0, 0, 0, 0, 0, 1}};
   return table;
 }
@@ -76,6 +73,13 @@ const RosenbrockTableau& ros34pw2() {
 
 namespace {
 
+/// The last stage sums all others; the step sums all stages.
+const RosenbrockTableau& checked(const RosenbrockTableau& table) {
+  static_assert(simd::VectorKernel::mostTermsForTwo < simd::VectorKernel::mostTerms);
+  requireAtMost(simd::VectorKernel::mostTermsForTwo + 1, table.m.size(), table.name);
+  return table;
+}
+
 std::vector<double*> rowsOf(CacheRows& rows, std::size_t count) {
   std::vector<double*> all;
   for (std::size_t i = 0; i < count; ++i) all.push_back(rows.row(i));
@@ -90,7 +94,7 @@ void add(double k, const double* x, double* y, Eigen::Index size) {
 }  // namespace
 
 Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
-    : table_(table),
+    : table_(checked(table)),
       f_(f),
       rows_(table.m.size(), static_cast<std::size_t>(f.arrangedSize())),
       U_(rowsOf(rows_, table.m.size())),
@@ -128,7 +132,7 @@ const Vector& Rosenbrock::derivative(double t, const Vector& y) {
   return startSlope_;
 }
 
-/// U ← f(t, y + Σ a_ij U_j) + Σ (C_ij/h) U_j. The positions' f is the rates of the stage.
+/// U ← f(t, y + Σ a_ij U_j) + Σ (C_ij/h) U_j. f of the positions is the rates of the stage.
 void Rosenbrock::findSide(std::size_t i, double t, double h, const double* y) {
   double* U = U_[i];
   const Eigen::Index positions = f_.positions();

@@ -35,7 +35,8 @@ const RosenbrockTableau& ros34pw2();
 
 class Rosenbrock : public Stepper {
  public:
-  /// f must outlive the stepper; the table is copied.
+  /// f must outlive the stepper; the table is copied. Allocates.
+  /// @throws std::invalid_argument for a table of more than eight stages.
   Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f);
 
   const char* name() const override { return table_.name; }

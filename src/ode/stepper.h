@@ -1,7 +1,6 @@
 #pragma once
 
-/// One step of a one-step method for one system: what every family of methods shows to those that choose the
-/// step size.
+/// One step of a one-step method for one system: the interface between the methods and the step size control.
 
 #include <Eigen/Core>
 
@@ -9,41 +8,42 @@
 
 namespace planar_chain::ode {
 
+/// Only constructors allocate. No function throws.
 class Stepper {
  public:
   virtual ~Stepper() = default;
 
   virtual const char* name() const = 0;
   virtual int order() const = 0;
-  /// Order of the embedded solution; 0: the method has no error estimate.
+  /// Order of the embedded solution. 0: the method has no error estimate.
   virtual int errorOrder() const = 0;
 
-  /// Of one try of a step, in evaluations of f: the same on every machine, so that choices by it are too.
+  /// The cost of one attempt, in evaluations of f. It is the same on every machine, and so are choices by it.
   virtual double cost() const = 0;
-  /// Largest h × frequency at which an undamped oscillation does not grow; infinite for L-stable methods.
+  /// Largest h × frequency at which an undamped oscillation does not grow. Infinite for L-stable methods.
   virtual double stabilityLimit() const = 0;
-  /// Whether error() shows oscillations too fast for the step, which the method damps away, in their size.
-  virtual bool seesWhatItDamps() const { return false; }
+  /// True if error() includes the stiff modes that the step damps.
+  virtual bool errorSeesStiffModes() const { return false; }
   virtual System& system() = 0;
-  /// f(t, y), evaluated unless the last accepted step left it behind.
+  /// f(t, y). Evaluates f unless the last accepted step has left it.
   virtual const Vector& derivative(double t, const Vector& y) = 0;
-  /// Leaves in error() that of a step from (t, y), if it can tell without trying one. Allocates nothing.
+  /// True if the method knows error() of a step before it attempts one; then sets error().
   virtual bool foresees(double /*t*/, double /*h*/, const Vector& /*y*/) { return false; }
-  /// Tries a step from (t, y): increment() ≈ y(t + h) − y and, with an estimate, error(). Allocates nothing.
+  /// Attempts a step from (t, y). Sets increment() ≈ y(t + h) − y and, with an estimate, error().
   virtual void step(double t, double h, const Vector& y) = 0;
-  /// The same from where the last accepted step began; what a method knows of where that one ended is lost.
+  /// As step(), from where the last accepted step began. Forgets where that step ended.
   virtual void stepAgain(double t, double h, const Vector& y) {
     forget();
     step(t, h, y);
     forget();
   }
-  /// These are always the same objects.
+  /// Arranged. They are the same objects at every call.
   virtual const Vector& increment() const = 0;
   virtual const Vector& error() const = 0;
 
-  /// The step just tried was taken.
+  /// Call this when the attempted step is taken.
   virtual void accept() = 0;
-  /// f has jumped or the state was set: nothing known of it holds.
+  /// Call this when f has jumped or the state was set. Nothing known of f holds any more.
   virtual void forget() = 0;
 };
 

@@ -29,8 +29,9 @@ class LandingOnSwitches : public Integrator {
     before_ = state;
     const Outcome outcome = steps_->advance(state, end, longestStep);
     if (outcome != Outcome::arrived && outcome != Outcome::underway) return outcome;
-    go(before_, from_);
-    look(state, ahead_.front());
+    from_.t = before_.t;
+    f_.restore(before_.y.data(), from_.y.data());
+    evaluate(state, ahead_.front());
     switch (findOnTheWay()) {
       case Found::nothing:
         return outcome;
@@ -43,28 +44,25 @@ class LandingOnSwitches : public Integrator {
   }
 
  private:
-  /// A state on the way.
+  /// A state within the step, and Switches::due() there.
   struct Place {
     double t;
     Eigen::VectorXd y;
-    double due;  ///< once it was looked at
+    double due;
   };
   enum class Found { nothing, due, notFinite };
 
-  void go(const State& state, Place& place) const {
+  void evaluate(const State& state, Place& place) const {
     place.t = state.t;
     f_.restore(state.y.data(), place.y.data());
-  }
-  void look(const State& state, Place& place) const {
-    go(state, place);
     place.due = switches_.due(place.y);
   }
 
-  /// trial_ is the state there. False when it is not finite.
-  bool lookAt(double t, Place& place) {
+  /// Sets trial_ to the state at t. Returns false if it is not finite.
+  bool evaluateAt(double t, Place& place) {
     trial_ = before_;
     if (!steps_->stepTo(trial_, t)) return false;
-    look(trial_, place);
+    evaluate(trial_, place);
     return true;
   }
 
@@ -73,15 +71,15 @@ class LandingOnSwitches : public Integrator {
     return Outcome::notFinite;
   }
 
-  /// From from_, where nothing is due, to the only place ahead; or, where something is due on the way, as far
-  /// as nothing is, with the next place in found_.
+  /// Moves from_, where nothing is due, to the end of the step, or as far as nothing is due. In the second
+  /// case found_ is the next place, where something is due.
   Found findOnTheWay() {
     for (std::size_t count = 1; count > 0;) {
       Place& to = ahead_[count - 1];
       const double passing = switches_.nearest(from_.y, to.y, to.t - from_.t);
       const double t = from_.t + passing;
       if (passing > 0 && t > from_.t && t < to.t && count < ahead_.size()) {
-        if (!lookAt(t, ahead_[count++])) return Found::notFinite;
+        if (!evaluateAt(t, ahead_[count++])) return Found::notFinite;
         continue;
       }
       if (to.due > 0) {
@@ -94,13 +92,13 @@ class LandingOnSwitches : public Integrator {
     return Found::nothing;
   }
 
-  /// Something is due at found_ and was not at from_: to the first numbers at which it is.
+  /// A switch is due at found_ and not at from_. Sets `state` to the first time at which it is due.
   Outcome land(State& state) {
     const double narrow =
         4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), state.t - before_.t);
     constexpr double leastShare = 1. / 64;  // of the bracket, cut off each time
     if (found_.t < state.t) {
-      if (!lookAt(found_.t, found_)) return giveUp(state);
+      if (!evaluateAt(found_.t, found_)) return giveUp(state);
       state = trial_;
     }
     Place& place = ahead_.front();
@@ -110,7 +108,7 @@ class LandingOnSwitches : public Integrator {
       const double share = -dueLow / (dueHigh - dueLow);
       const double t = low + (state.t - low) * std::min(std::max(share, leastShare), 1 - leastShare);
       if (t <= low || t >= state.t) break;
-      if (!lookAt(t, place)) return giveUp(state);
+      if (!evaluateAt(t, place)) return giveUp(state);
       if (place.due > 0) {
         state = trial_;
         dueHigh = place.due;
@@ -131,7 +129,7 @@ class LandingOnSwitches : public Integrator {
   const System& f_;
   State before_, trial_;
   Place from_{}, found_{};
-  std::array<Place, 8> ahead_;  ///< the nearest last; cuts within cuts any deeper make no sense
+  std::array<Place, 8> ahead_;  ///< the nearest last; deeper cuts make no sense
 };
 
 }  // namespace

@@ -11,8 +11,8 @@ namespace planar_chain::ode {
 
 namespace {
 
-/// The cheapest for two and ten links, found by trying. Jorba and Zou's 1 − ½ ln(tolerance) is best where the
-/// work grows with the order's square; most of it here grows with the order.
+/// The cheapest order for two and ten links by trials. Jorba and Zou's 1 − ½ ln(tolerance) is best if the
+/// work grows with the order's square. Here most of it grows with the order.
 int orderFor(double tolerance) {
   constexpr int least = 14, most = 34;
   return std::min(std::max(static_cast<int>(std::lround(14 - 0.56 * std::log(tolerance))), least), most);
@@ -29,7 +29,7 @@ double stabilityLimitOf(int order) {
   }
 }
 
-/// By squaring; std::pow takes as long as an order of the series.
+/// x^k by squaring. std::pow takes as long as an order of the series.
 double power(double x, int k) {
   double result = 1;
   for (; k > 0; k /= 2, x *= x) {
@@ -42,7 +42,7 @@ double power(double x, int k) {
 
 Taylor::Taylor(SeriesSystem& f, double tolerance)
     : f_(f),
-      vectors_(simd::vectorsFor(f.driving())),
+      vectors_(simd::vectors()),
       order_(orderFor(tolerance)),
       stabilityLimit_(stabilityLimitOf(order_)),
       c_(static_cast<std::size_t>((order_ + 1) * f.driving())),

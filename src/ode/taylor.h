@@ -1,15 +1,17 @@
 #pragma once
 
-/// Steps along the Taylor series of the solution, of an order that the tolerance asks for:
+/// Steps along the Taylor series of the solution. The tolerance determines the order p:
 ///
 ///     y(t + h) = Σ_{k≤p} c_k h^k          c_k = y^(k)(t)/k!
 ///
-/// The last terms tell the error of order p − 1: |c_p| h^p, and, as every other coefficient may vanish by
-/// symmetry, a quarter of |c_{p−1}| h^{p−1}; both are taken twenty times, which makes steps a tenth shorter,
-/// and runs as exact for a tolerance as those of the other methods, whose estimates say too much as well. So
-/// it is known for every h before a step is made, and each is as long as it may be; one that has to be
-/// shorter takes no new series. Integrals along the way are taken by Gauss's rule. Source: Jorba and Zou, see
-/// motion_series.h.
+/// The error of order p − 1 is |c_p| h^p plus a quarter of |c_{p−1}| h^{p−1}, as every other coefficient may
+/// vanish by symmetry. Both are multiplied by twenty. That makes steps a tenth shorter, and runs as exact for
+/// a tolerance as those of the other methods, whose estimates are too large as well. The error is known for
+/// every h before a step is made, so each step is as long as it may be, and a shorter one needs no new
+/// series. Gauss's rule computes the integrals along the way. Source: Jorba and Zou, see motion_series.h.
+///
+/// Without this method auto takes 2.1 to 4.2 times as long to the same error of a double pendulum, and 1.6 to
+/// 2.1 times for ten rods and errors of 1e-10 and less.
 
 #include <vector>
 
@@ -23,14 +25,14 @@ namespace planar_chain::ode {
 
 class Taylor : public Stepper {
  public:
-  /// f must outlive the stepper.
+  /// f must outlive the stepper. Allocates.
   Taylor(SeriesSystem& f, double tolerance);
 
   const char* name() const override { return "taylor"; }
   int order() const override { return order_; }
   int errorOrder() const override { return order_ - 1; }
 
-  /// Of the last try.
+  /// Of the last attempt.
   double cost() const override { return cost_; }
   double stabilityLimit() const override { return stabilityLimit_; }
   System& system() override { return f_; }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "ode/surroundings.h"
+#include "ode/local_stiffness.h"
 #include "planar_chain/energy.h"
 #include "planar_chain/linear_model.h"
 
@@ -51,18 +51,18 @@ std::vector<std::complex<double>> eigenvaluesAtRest(const Scene& scene) {
     // Power iteration, until it settles.
     Dynamics dynamics(scene);
     dynamics.enter(0);
-    ode::Surroundings surroundings(dynamics);
+    ode::LocalStiffness stiffness(dynamics);
     Eigen::VectorXd rest = Eigen::VectorXd::Zero(dynamics.size());
     rest.head(2 * n) = atRest(n);
     const ode::State state(dynamics, rest);
     double last = 0;
     for (int looks = 0; looks < 3000; ++looks) {
-      surroundings.look(0, state.y);
+      stiffness.update(0, state.y);
       if (looks % 100 != 99) continue;
-      if (std::abs(surroundings.largestEigenvalue() - last) < 1e-5 * last) break;
-      last = surroundings.largestEigenvalue();
+      if (std::abs(stiffness.largestEigenvalue() - last) < 1e-5 * last) break;
+      last = stiffness.largestEigenvalue();
     }
-    return {{0, surroundings.largestEigenvalue()}};
+    return {{0, stiffness.largestEigenvalue()}};
   }
 
   const Eigen::VectorXd q = -pi / 2 * Eigen::VectorXd::Unit(n, 0);

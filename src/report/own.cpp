@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "ode/local_stiffness.h"
 #include "ode/methods.h"
 #include "ode/radau.h"
-#include "ode/surroundings.h"
 #include "ode/taylor.h"
 
 namespace planar_chain::tools {
@@ -56,7 +56,7 @@ MakeIntegrator equalSteps(const Method& method, double h, double stagesTo) {
       stepper = std::make_unique<ode::Taylor>(f, toleranceOfSeries);
     } else {
       stepper = std::make_unique<ode::Radau>(f, toleranceOf(stagesTo, f.size()).arrangedBy(f),
-                                             std::make_shared<ode::Surroundings>(f));
+                                             std::make_shared<ode::LocalStiffness>(f));
     }
     return ode::fixedSteps(std::move(stepper), h);
   };

@@ -1,12 +1,4 @@
-/// For x86-64 with AVX2 and FMA; CMakeLists.txt has the options.
-
-#include <immintrin.h>
-
-namespace planar_chain::simd {
-namespace {
-constexpr int laneCount = 4;
-}  // namespace
-}  // namespace planar_chain::simd
+/// The vector functions for x86-64 with AVX2 and FMA; CMakeLists.txt has the options.
 
 #include "simd/vector_kernel.h"
 

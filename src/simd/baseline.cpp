@@ -1,10 +1,4 @@
-/// For every CPU; CMakeLists.txt has the options.
-
-namespace planar_chain::simd {
-namespace {
-constexpr int laneCount = 2;
-}  // namespace
-}  // namespace planar_chain::simd
+/// The vector functions for every CPU; CMakeLists.txt has the options.
 
 #include "simd/vector_kernel.h"
 

@@ -1,7 +1,6 @@
 #pragma once
 
-/// Numbers of which the first stands at the beginning of a cache line, so that no SIMD register is loaded
-/// from two.
+/// Arrays that begin where a cache line does, so that no SIMD register is loaded from two lines.
 
 #include <cstddef>
 #include <cstdint>
@@ -33,8 +32,8 @@ class AlignedArray {
 
 using CacheLines = AlignedArray<double>;
 
-/// Rows of so many doubles. From one to the next it is an odd number of cache lines, so that they do not
-/// compete for the same places of a cache.
+/// Rows of `size` doubles. They lie an odd number of cache lines apart, so that they do not compete for the
+/// same places of a cache.
 class CacheRows {
  public:
   CacheRows(std::size_t rows, std::size_t size) : apart_(((size + 7) / 8 | 1) * 8), lines_(rows * apart_) {}

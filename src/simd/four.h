@@ -1,7 +1,7 @@
 #pragma once
 
-/// Two pairs of numbers, in one register or in two, for the CPU that the including file's compiler options
-/// name; see lanes.h.
+/// Two pairs of numbers, in one register or in two. The compiler options of the including file choose the
+/// CPU; see lanes.h.
 
 #include "simd/lanes.h"
 

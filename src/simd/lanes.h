@@ -1,7 +1,7 @@
 #pragma once
 
 /// A number in each lane of a SIMD register. In an unnamed namespace on purpose: each file that includes this
-/// is compiled for another CPU, and none may share a function with another. It must define laneCount before.
+/// is compiled for another CPU, and none may share a function with another.
 
 #ifdef __AVX2__
 #include <immintrin.h>
@@ -13,8 +13,8 @@
 
 #include "planar_chain/planar.h"
 
-/// The next loop is written out, or the next function with all that it calls; but not for the sanitizers,
-/// which would watch for minutes.
+/// The next loop is unrolled; the next function inlines all that it calls. Not for the sanitizers, whose
+/// tests would take minutes.
 #ifdef PLANAR_CHAIN_SANITIZE
 #define PLANAR_CHAIN_WRITTEN_OUT
 #define PLANAR_CHAIN_IN_ONE_PIECE
@@ -26,20 +26,28 @@
 namespace planar_chain::simd {
 namespace {
 
+#if defined(__AVX512F__)
+constexpr int laneCount = 8;
+#elif defined(__AVX2__)
+constexpr int laneCount = 4;
+#else
+constexpr int laneCount = 2;
+#endif
+
 struct Lanes {
   typedef double Register __attribute__((vector_size(8 * laneCount)));
   Register v;
 
   Lanes() : v{} {}
   Lanes(Register v_) : v(v_) {}
-  explicit Lanes(double x) : v(everywhere(x)) {}
+  explicit Lanes(double x) : v(x - Register{}) {}
 
-  static Lanes load(const double* from) {
+  [[gnu::always_inline]] static Lanes load(const double* from) {
     Lanes a;
     std::memcpy(&a.v, from, sizeof a.v);
     return a;
   }
-  void store(double* to) const { std::memcpy(to, &v, sizeof v); }
+  [[gnu::always_inline]] void store(double* to) const { std::memcpy(to, &v, sizeof v); }
 
   friend Lanes operator+(Lanes a, Lanes b) { return a.v + b.v; }
   friend Lanes operator-(Lanes a, Lanes b) { return a.v - b.v; }
@@ -48,17 +56,6 @@ struct Lanes {
   friend Lanes operator-(Lanes a) { return -a.v; }
   Lanes& operator+=(Lanes b) { return *this = *this + b; }
   Lanes& operator-=(Lanes b) { return *this = *this - b; }
-
- private:
-  static Register everywhere(double x) {
-#if defined(__AVX512F__)
-    return _mm512_set1_pd(x);
-#elif defined(__AVX2__)
-    return _mm256_set1_pd(x);
-#else
-    return Register{} + x;
-#endif
-  }
 };
 
 using planar_chain::mulAdd;
@@ -191,8 +188,8 @@ struct Pairs {
 
 // ---- Lanes of other groups -------------------------------------------------------------------------
 
-/// From the groups of `size` lanes, pair by pair: what the inner one has, in the lanes of both; and the
-/// outer.
+/// For each pair of groups of `size` lanes: both groups get the numbers of the inner one, or of the outer
+/// one.
 template <int size>
 inline Lanes ofInner(Lanes a) {
 #if defined(__AVX512F__)
@@ -237,44 +234,6 @@ inline Lanes either(Lanes inner, Lanes outer) {
 
 // All three compare once; of a number and what is none, the first two give b.
 
-[[gnu::always_inline]] inline Lanes larger(Lanes a, Lanes b) {
-#if defined(__AVX512F__)
-  return Lanes(_mm512_maskz_max_pd(0xff, a.v, b.v));
-#elif defined(__AVX2__)
-  return Lanes(_mm256_max_pd(a.v, b.v));
-#else
-  return Lanes(a.v > b.v ? a.v : b.v);
-#endif
-}
-
-[[gnu::always_inline]] inline Lanes smaller(Lanes a, Lanes b) {
-#if defined(__AVX512F__)
-  return Lanes(_mm512_maskz_min_pd(0xff, a.v, b.v));
-#elif defined(__AVX2__)
-  return Lanes(_mm256_min_pd(a.v, b.v));
-#else
-  return Lanes(a.v < b.v ? a.v : b.v);
-#endif
-}
-
-/// Where a > b, x and y become those given.
-[[gnu::always_inline]] inline void replaceWhereLarger(Lanes a, Lanes b, Lanes newX, Lanes newY, Lanes& x,
-                                                      Lanes& y) {
-#if defined(__AVX512F__)
-  const __mmask8 isLarger = _mm512_cmp_pd_mask(a.v, b.v, _CMP_GT_OQ);
-  x = Lanes(_mm512_mask_mov_pd(x.v, isLarger, newX.v));
-  y = Lanes(_mm512_mask_mov_pd(y.v, isLarger, newY.v));
-#else
-  const Integers isLarger = a.v > b.v;
-  x = Lanes(isLarger ? newX.v : x.v);
-  y = Lanes(isLarger ? newY.v : y.v);
-#endif
-}
-
-[[gnu::always_inline]] inline Lanes absolute(Lanes a) {
-  return Lanes(reinterpret_cast<Lanes::Register>(reinterpret_cast<Integers>(a.v) & ~(1ll << 63)));
-}
-
 [[gnu::always_inline]] inline Lanes root(Lanes a) {
 #if defined(__AVX512F__)
   return Lanes(_mm512_maskz_sqrt_pd(0xff, a.v));
@@ -286,8 +245,8 @@ inline Lanes either(Lanes inner, Lanes outer) {
 #endif
 }
 
-/// Numbers this small are zero: G shrinks exponentially along a segment, and denormal numbers are slow.
-/// Looked at every few steps, so smaller ones than that do occur, but not as small as denormal ones.
+/// Sets small numbers to zero: G shrinks exponentially along a segment, and denormal numbers are slow. Every
+/// few steps are enough, as numbers do not become denormal between.
 constexpr int stepsPerFlush = 8;
 [[gnu::always_inline]] inline Lanes flushed(Lanes a) {
   const Integers large = (a.v > Lanes(1e-140).v) | (a.v < Lanes(-1e-140).v);

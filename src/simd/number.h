@@ -1,7 +1,6 @@
 #pragma once
 
-/// A double whose functions are compiled for the CPU that the including file's compiler options name, and for
-/// no other; see lanes.h.
+/// A double whose functions are compiled for the CPU of the including file alone; see lanes.h.
 
 #include "planar_chain/planar.h"
 

@@ -1,5 +1,7 @@
 #include "simd/vectors.h"
 
+#include "simd/cpu.h"
+
 namespace planar_chain::simd {
 
 #ifdef PLANAR_CHAIN_X86
@@ -12,8 +14,8 @@ bool runsAvx512() {
          __builtin_cpu_supports("avx512vl");
 }
 
-extern const VectorKernel vectorsAvx2, vectorsAvx512;
-constexpr const VectorKernel *avx2 = &vectorsAvx2, *avx512 = &vectorsAvx512;
+extern const VectorKernel vectorsAvx2;
+constexpr const VectorKernel* avx2 = &vectorsAvx2;
 
 #else
 
@@ -24,19 +26,19 @@ bool runsAvx512() {
   return false;
 }
 
-constexpr const VectorKernel *avx2 = nullptr, *avx512 = nullptr;
+constexpr const VectorKernel* avx2 = nullptr;
 
 #endif
 
 extern const VectorKernel vectorsBaseline;
 
-const Kernels<VectorKernel>& vectorKernels() {
-  static const Kernels<VectorKernel> kernels = runnable(avx512, avx2, vectorsBaseline);
+const std::vector<const VectorKernel*>& vectorKernels() {
+  static const auto kernels = runnable<VectorKernel>(nullptr, avx2, vectorsBaseline);
   return kernels;
 }
 
-const VectorKernel& vectorsFor(std::ptrdiff_t size) {
-  return bestFor(vectorKernels(), size);
+const VectorKernel& vectors() {
+  return *vectorKernels().front();
 }
 
 }  // namespace planar_chain::simd

@@ -19,7 +19,7 @@ constexpr double tolerance = 1e-6;
 constexpr double tick = 1e-3;         // s
 constexpr int ticksBefore = 20;       // until the method has found its step
 constexpr int longestWithAuto = 200;  // links: longer chains, undamped, are followed in microseconds
-constexpr int stepsCounted = 100;     // one look of surroundings.h among them
+constexpr int stepsCounted = 100;     // one update of local_stiffness.h among them
 
 /// Rods under a method that goes forward by one interval at a time.
 class Stepped {

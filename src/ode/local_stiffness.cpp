@@ -1,4 +1,4 @@
-#include "ode/surroundings.h"
+#include "ode/local_stiffness.h"
 
 #include <cmath>
 #include <limits>
@@ -7,7 +7,7 @@ namespace planar_chain::ode {
 
 namespace {
 
-/// The pattern of the highest modes of a chain: every component against its neighbours.
+/// The pattern of the highest modes of a chain: every component opposite to its neighbours.
 Vector zigzagOf(const System& f) {
   Vector pattern(f.size()), arranged(f.arrangedSize());
   pattern.setOnes();
@@ -16,7 +16,7 @@ Vector zigzagOf(const System& f) {
   return arranged;
 }
 
-/// Summed one by one, so that zeros behind the others, works that nothing does, change no rounding.
+/// Sums one by one, so that zeros at the end do not change the rounding.
 double lengthOf(const Vector& direction) {
   double square = 0;
   for (Eigen::Index i = 0; i < direction.size(); ++i) square += direction[i] * direction[i];
@@ -25,7 +25,7 @@ double lengthOf(const Vector& direction) {
 
 }  // namespace
 
-Surroundings::Surroundings(System& f)
+LocalStiffness::LocalStiffness(System& f)
     : f_(f),
       zigzag_(zigzagOf(f)),
       direction_(zigzag_),
@@ -34,15 +34,15 @@ Surroundings::Surroundings(System& f)
       slope_(direction_),
       noise_(f.arrangedSize()) {}
 
-void Surroundings::visit(double t, const Vector& y) {
-  if (calls_ % 100 == 0) look(t, y);
+void LocalStiffness::maybeUpdate(double t, const Vector& y) {
+  if (calls_ % 100 == 0) update(t, y);
   ++calls_;
 }
 
-void Surroundings::look(double t, const Vector& y) {
+void LocalStiffness::update(double t, const Vector& y) {
   f_.slope(t, y.data(), base_.data());
 
-  // |λ|²: how much J J stretches the direction that it turns into.
+  // |λ|² is the factor by which J J stretches its dominant direction.
   for (int k = 0; k < 2; ++k) {
     const double before = lengthOf(direction_);
     applyJacobian(t, y);
@@ -57,7 +57,7 @@ void Surroundings::look(double t, const Vector& y) {
     direction_ /= after;
   }
 
-  // One unit in the last place of 1 + |y_i|, up here and down there.
+  // Move each component by one unit in the last place of 1 + |y_i|, up and down by turns.
   for (Eigen::Index i = 0; i < y.size(); ++i) {
     const double ulp = std::numeric_limits<double>::epsilon() * (1 + std::abs(y[i]));
     moved_[i] = y[i] + zigzag_[i] * ulp;
@@ -67,7 +67,7 @@ void Surroundings::look(double t, const Vector& y) {
   if (!noise_.allFinite()) noise_.setZero();
 }
 
-void Surroundings::applyJacobian(double t, const Vector& y) {
+void LocalStiffness::applyJacobian(double t, const Vector& y) {
   const double size = 1e-6 / direction_.cwiseAbs().maxCoeff();
   moved_ = y + size * direction_;
   f_.slope(t, moved_.data(), slope_.data());
