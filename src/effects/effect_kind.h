@@ -72,8 +72,8 @@ class EffectKind {
   virtual void addDense(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
                         const DenseActions& to) const = 0;
 
-  /// The energy that it stores in a joint at the angle q, J, and the most that ∂²V/∂q² is, N m/rad: 0 where it
-  /// stores none.
+  /// The energy that it stores in a joint at the angle q, J, and the most that ∂²V/∂q² is, N m/rad: 0 where
+  /// it stores none.
   virtual double energyIn(const Joint& /*joint*/, double /*q*/) const { return 0; }
   virtual double stiffnessOf(const Joint& /*joint*/) const { return 0; }
 
