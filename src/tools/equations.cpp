@@ -183,7 +183,7 @@ void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::Vecto
                     {"upper", joint.upper},
                     {"stop_stiffness", joint.stopStiffness},
                     {"stop_damping", joint.stopDamping}};
-    ofJoint.update(Json(joint.others));
+    for (const auto& [key, value] : joint.others) ofJoint[key] = value;
     links.push_back({{"name", link.name},
                      {"mass", link.mass},
                      {"inertia", link.inertia},
