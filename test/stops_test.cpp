@@ -341,5 +341,25 @@ TEST(Stop, ThatIsNeverReachedChangesNoBit) {
   EXPECT_EQ(a.qd(), b.qd());
 }
 
+TEST(Stop, ThatIsOverdampedIsLandedOnInFewEvaluations) {
+  // d/k is 1000 s and 1e12 s, so the push has a top next to where it begins, again and again.
+  struct Hit {
+    Vec2d gravity;
+    double mass, inertia, k, d;
+  };
+  for (const Hit& hit : {Hit{{0, 9.81}, 1e-9, 1e-11, 1.8e-4, 0.18}, Hit{{0, 0}, 1, 0.01, 1e-3, 1e9}}) {
+    Joint joint{"joint"};
+    joint.upper = 0.1;
+    joint.stopStiffness = hit.k;
+    joint.stopDamping = hit.d;
+    const Link link{"link", hit.mass, hit.inertia, {0.1, 0}, {0.2, 0}};
+    Simulation simulation(
+        Scene{Chain({link}, {joint}, hit.gravity), {0}, {50}, {}, {"auto", 1e-8, 1e-3}, {}, 0});
+    ASSERT_TRUE(simulation.advanceTo(1)) << simulation.fault();
+    EXPECT_LT(simulation.statistics().evaluations, 20000) << hit.d;
+    EXPECT_NEAR(simulation.q()[0], joint.upper, 1e-6);
+  }
+}
+
 }  // namespace
 }  // namespace planar_chain

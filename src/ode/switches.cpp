@@ -74,11 +74,14 @@ class LandingOnSwitches : public Integrator {
   /// Moves from_, where nothing is due, to the end of the step, or as far as nothing is due. In the second
   /// case found_ is the next place, where something is due.
   Found findOnTheWay() {
+    constexpr int mostCuts = 64;  // an overdamped stop asks for millions, each closer to from_
+    int cuts = 0;
     for (std::size_t count = 1; count > 0;) {
       Place& to = ahead_[count - 1];
       const double passing = switches_.nearest(from_.y, to.y, to.t - from_.t);
       const double t = from_.t + passing;
-      if (passing > 0 && t > from_.t && t < to.t && count < ahead_.size()) {
+      if (passing > 0 && t > from_.t && t < to.t && count < ahead_.size() && cuts < mostCuts) {
+        ++cuts;
         if (!evaluateAt(t, ahead_[count++])) return Found::notFinite;
         continue;
       }
