@@ -10,8 +10,8 @@
 ///
 ///     F_in = A a + b + G f          a_out = Gᵀ a − C f + c
 ///
-/// A and b are those of articulated.h with f = 0. The others start at the outermost body, where C = 0 and
-/// c = 0, and go inwards:
+/// A and b are those of articulated.h with f = 0. G, C and c start at the outermost body, where C = 0 and
+/// c = 0. From there inwards
 ///
 ///     g = Gᵀ iP        C ← C + g gᵀ/D        c ← c + g u/D − ω² Gᵀ P        G ← G − U gᵀ/D
 ///
