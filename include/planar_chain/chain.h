@@ -44,7 +44,7 @@ struct Joint {
   std::vector<std::pair<std::string, double>> others{};
 
   bool isLimited() const { return std::isfinite(lower) || std::isfinite(upper); }
-  /// Returns the one of `others` with this key, or 0.
+  /// Returns the value of this key in `others`, or 0.
   double other(const std::string& key) const {
     for (const auto& [itsKey, value] : others) {
       if (itsKey == key) return value;
@@ -74,8 +74,8 @@ constexpr std::size_t index(int i) {
   return static_cast<std::size_t>(i);
 }
 
-/// The faults in the values of one link or joint. Paths are keys of the scene below the link, such as "mass"
-/// or "joint/damping".
+/// Returns the faults in the values of one link or joint. Paths are keys of the scene below the link, such as
+/// "mass" or "joint/damping".
 std::vector<Fault> faultsOf(const Link& link);
 std::vector<Fault> faultsOf(const Joint& joint);
 
@@ -84,11 +84,12 @@ class Chain {
  public:
   /// joints[i] is at the inner pin of links[i]. gravity: m/s², base frame.
   /// @throws Refused with every fault: no links; sizes that differ; names that are empty or not unique;
-  /// values out of
-  ///   range or not finite; and, at the path `links/<name>`, a mass matrix that is singular in some
-  ///   configuration. That test is exact: T = ½ Σ m|v|² + I ω² vanishes for a motion in which the first body
-  ///   that turns has I = 0 and r = 0 (its centre of mass stays), and every body further out either stands
-  ///   still or, carried by its inner pin, turns about its centre of mass with I = 0.
+  /// values out of range or not finite; and, at the path `links/<name>`, a mass matrix that is singular in
+  /// some configuration.
+  ///
+  /// The test for a singular matrix is exact. The matrix is singular if some motion has no kinetic energy
+  /// T = ½ Σ m|v|² + I ω². In such a motion the first body that turns has I = 0 and r = 0. Each body further
+  /// out stands still, or has I = 0 and turns about its centre of mass, which stays.
   Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity);
 
   int size() const { return static_cast<int>(links_.size()); }  ///< n

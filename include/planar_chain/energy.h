@@ -16,8 +16,8 @@ namespace planar_chain {
 
 struct Energy {
   double kinetic = 0;  ///< T, J
-  double potential =
-      0;               ///< V, J; the part of gravity is 0 where a centre of mass is level with the ground pin
+  /// V, J. A body whose centre of mass is level with the ground pin adds no energy of gravity.
+  double potential = 0;
   double elastic = 0;  ///< V_e, J: the part of V that springs and stops store
   double total() const { return kinetic + potential; }
 };

@@ -1,6 +1,6 @@
 #pragma once
 
-/// How input is refused: with all its faults at once. Each fault has a path, what was expected and what was
+/// The faults of refused input, all reported at once. Each fault has a path, an expected value and the value
 /// found.
 
 #include <stdexcept>

@@ -23,7 +23,7 @@
 ///     M_q   = V_pd A_2ᵀ + W_pd A_3ᵀ                               symmetric, positive definite
 ///
 /// They are dense, O(n³), and for long chains less accurate than the recursion that runs
-/// (recursion/articulated.h), because cond(M_q) grows like n⁴. Read them and check against them.
+/// (recursion/articulated.h), because cond(M_q) grows like n⁴. They are for reading and for tests.
 
 #include <Eigen/Core>
 #include <vector>
@@ -32,16 +32,17 @@
 
 namespace planar_chain {
 
-/// What acts on the bodies and in the joints, without inertia.
+/// The forces, moments and torques on a chain, without those of inertia.
 struct ActiveForces {
   Eigen::VectorXd F;    ///< 2n: x_1 y_1 x_2 y_2 …, at the centres of mass, ground components, N
   Eigen::VectorXd M;    ///< n: on the bodies, N m
   Eigen::VectorXd tau;  ///< n: τ_i on body i and −τ_i on body i−1, N m; springs, dampers, stops included
 };
 
-/// Returns what acts at time t (s): gravity m g at the centres of mass, loads, springs and dampers
-/// −k (q − q0) − d q̇, and stops that push (effects/stops.h). A force at another point moves to the centre of
-/// mass with its moment there. q, qd: relative angles (rad) and rates (rad/s), n each.
+/// Returns the sum at time t (s) of gravity m g at the centres of mass, loads, springs and dampers
+/// −k (q − q0) − d q̇, and stops that push (effects/stops.h). A force at another point of a body is replaced
+/// by the same force at the centre of mass and its moment about it. q, qd: relative angles (rad) and rates
+/// (rad/s), n each.
 /// @throws std::invalid_argument when q or qd is not of size n, or a load names a link or joint that
 ///   the chain does not have
 ActiveForces activeForces(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);

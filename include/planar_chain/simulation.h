@@ -2,14 +2,14 @@
 
 /// A scene in motion: advance it to a time, read its state, push it.
 ///
-/// A simulation knows no clock, no ROS and no files. It is deterministic: the same calls give the same bits.
-/// The constructor and reset() allocate, and so does the first rescue by another method; nothing else does.
+/// A simulation uses no clock, no ROS and no files. It is deterministic: the same calls give the same bits.
+/// Only the constructor, reset() and the first rescue by another method allocate.
 ///
 /// Every few steps a guard checks the energy balance (run/energy_guard.h). If the balance does not close, or
-/// the method can go no further, the simulation returns to the last good state. It goes on with smaller steps
-/// (an eighth, or a hundredth of the tolerance). If these fail too, it goes on with rodas5p, and then it
-/// gives up. After a stretch without trouble it returns to the scene's own method; each such stretch is
-/// longer than the last.
+/// the method fails, the simulation returns to the last good state and repeats the steps: first with an
+/// eighth of the step or a hundredth of the tolerance, then with rodas5p. If both fail, it stops with a
+/// fault. After some time without trouble it returns to the scene's own method. This time doubles with each
+/// new rescue, up to a limit.
 
 #include <limits>
 #include <memory>
@@ -41,8 +41,8 @@ struct EnergyBalance {
 
 class Simulation {
  public:
-  /// Puts the chain at scene.q, scene.qd at time 0. commandCapacity: how many commands may be timed, or wait
-  /// for their start; 0: this simulation takes no commands.
+  /// Puts the chain at scene.q, scene.qd at time 0. commandCapacity: the largest number of commands that are
+  /// timed or wait for their start; 0: this simulation takes no commands.
   /// @throws std::invalid_argument when q or qd is not of size n, or a load names no body of the chain
   explicit Simulation(const Scene& scene, int commandCapacity = 0);
   ~Simulation();
@@ -52,9 +52,8 @@ class Simulation {
   /// Integrates to time t (s, ≥ time()). Steps end exactly at t, and at every start, stop and corner of a
   /// load on the way. keepGoing, if given, is called every few steps.
   /// @returns false when the integration failed. Then time() and the state are those of the last good step,
-  /// fault()
-  ///   says why, and further calls return false until reset() or setState(). Also returns false, with no
-  ///   fault, when keepGoing() does.
+  /// fault() says why, and further calls return false until reset() or setState(). Also returns false, with
+  /// no fault, when keepGoing() does.
   /// @throws std::invalid_argument for a t before time() or not finite
   bool advanceTo(double t, bool (*keepGoing)() = nullptr);
 
@@ -76,16 +75,15 @@ class Simulation {
   void accelerations(double* qdd) const;
   /// Writes the whole torque in each joint, of springs, dampers, stops, loads and commands: n values, N m.
   void jointTorques(double* tau) const;
-  /// Writes n values.
+  /// Writes the motion of each link, n values.
   void linkMotions(LinkMotion* motions) const;
 
-  // Commands. One is in force from `start` on (s of time(); a step ends there), or from time() on if that is
-  // later. A held command lasts until the next one of the same joint or link starts, or until `until`. A
-  // timed command lasts until start + duration, and adds to the others.
-  // @returns false, and nothing changes, when commandCapacity commands are timed or wait already
+  // Commands. A command acts from `start` (s of time()), where a step ends, or from time() if that is later.
+  // A held command lasts until the next one of the same joint or link starts, or until `until`. A timed
+  // command lasts until start + duration, and adds to the others.
+  // @returns false, and changes nothing, when commandCapacity commands are already timed or waiting
   // @throws std::invalid_argument for an index out of range, a number that is not finite, and a command that
-  // ends
-  //   by time()
+  // ends by time()
   static constexpr double now = -std::numeric_limits<double>::infinity();
   bool holdTorque(int joint, double torque, double until, double start = now);
   bool holdForce(int link, Vec2d point, Vec2d force, double moment, double until, double start = now);
@@ -98,8 +96,8 @@ class Simulation {
   /// Sets the state at the present time. The balance starts anew, and a fault is cleared. Commands stay.
   /// @throws std::invalid_argument for wrong sizes, numbers that are not finite, or infinite energy
   void setState(const std::vector<double>& q, const std::vector<double>& qd);
-  /// Restores everything as it was when constructed, time 0 included: the same calls give the same bits
-  /// again. References that were returned before are invalid, but for that of scene().
+  /// Restores the state after construction, time 0 included: the same calls give the same bits again.
+  /// Invalidates the references returned before, except that of scene().
   void reset();
 
  private:

@@ -13,16 +13,16 @@ namespace planar_chain {
 struct PlanarRobot {
   std::vector<Link> links;    ///< moving links from the ground outwards; the pin of the last is [0, 0]
   std::vector<Joint> joints;  ///< name, damping, limits
-  Vec2d gravity;              ///< m/s², the part in the plane of 9.81 along −z of the root link
+  Vec2d gravity;              ///< m/s²: 9.81 along −z of the root link, projected into the plane
 };
 
 /// The joint axes must be parallel. The plane is normal to them: k = the axis, j = the root link's z
 /// projected into the plane, i = j × k. If the axes are along ±z, i is the root link's x. The axes of every
 /// link are i and j when all joints are at 0, so the angles q are the joint positions of the URDF.
 ///
-/// Only quantities in the plane count: offsets along the axes are dropped, and of an inertia tensor I only kᵀ
-/// I k is used. This is exact, because the pins keep the chain in the plane. Links on fixed joints form one
-/// body. Links fixed to the root are the ground.
+/// Only quantities in the plane count. Offsets along the axes are dropped. Of an inertia tensor I only kᵀ I k
+/// is used. This is exact, because the pins keep the chain in the plane. Links on fixed joints form one body.
+/// Links fixed to the root are the ground.
 /// @throws Refused with every fault at once, such as
 ///   robot_description/joint[slide]/type: expected revolute, continuous or fixed, got "prismatic"
 PlanarRobot readUrdf(const std::string& text);

@@ -21,8 +21,8 @@ namespace planar_chain {
 class Value {
  public:
   using List = std::vector<Value>;
-  using Map =
-      std::map<std::string, Value>;  ///< sorted by key, so that the order does not depend on the source
+  /// Sorted by key, so that the order does not depend on the source.
+  using Map = std::map<std::string, Value>;
 
   /// A number on which YAML readers disagree: 010 (octal 8), 0x10, 1_000, 1:30 (90). Only parseYaml makes it.
   /// It is always refused.
@@ -62,11 +62,11 @@ std::optional<double> numberIn(const std::string& text);
 /// The number that a value holds or, as text, spells.
 std::optional<double> numberIn(const Value& value);
 
-/// A value as faults show it: text in double quotes, a list as [1, 2, 3], null as nothing. It is on one line,
-/// and cut if it is long.
+/// A value as faults show it: text in double quotes, a list as [1, 2, 3], null as the word "nothing". It is
+/// on one line, and cut if it is long.
 std::string describe(const Value& value);
 
-/// The same. A null pointer, an absent value, is shown as nothing.
+/// The same. A null pointer stands for an absent value and is shown as "nothing".
 std::string describe(const Value* value);
 
 /// Longest YAML text, bytes. A scene that lists every link of the longest chain is shorter.
@@ -74,9 +74,8 @@ constexpr std::size_t longestYaml = 1 << 24;
 
 /// Parses one YAML document.
 /// @throws Refused if the text is not YAML (with line and column) or has more than one document, keys that
-/// are repeated
-///   or not text, explicit tags, more than 16 levels, more than a million values or more than longestYaml
-///   bytes. Aliases count as often as they are used.
+/// are repeated or not text, explicit tags, more than 16 levels, more than a million values or more than
+/// longestYaml bytes. Aliases count as often as they are used.
 Value parseYaml(const std::string& text);
 
 }  // namespace planar_chain

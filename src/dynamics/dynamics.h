@@ -1,16 +1,16 @@
 #pragma once
 
-/// The chain as an initial value problem, in ABSOLUTE angles: the recursion is written in them, and rounding
-/// does not add up along the chain.
+/// The chain as an initial value problem in ABSOLUTE angles. The recursion uses them, and their rounding
+/// errors do not add up along the chain.
 ///
 ///     y = [ θ_1…θ_n  ω_1…ω_n  (W_s  W_d) ]      θ̇ = ω      ω̇ = α(θ, ω, t)
-///     Ẇ_s = power that the effects supply       Ẇ_d = power that they take
+///     Ẇ_s = power that the effects supply       Ẇ_d = power that they take from the chain
 ///
-/// The two works are there only if an effect may have power. Long chains keep their states in lane order
-/// (lanes/arrangement.h): angles and rates as the segments are gone through, the works behind them.
+/// The two works W exist only if an effect may have power. Long chains store their states in lane order
+/// (lanes/arrangement.h): angles and rates in the order of the segments, then the works.
 ///
-/// What runs is chosen when the scene is given, by the chain's length and its effects, and again when an
-/// effect starts or stops to act. A chain on which nothing acts asks for nothing in the loop.
+/// The constructor chooses the code for the chain's length and its effects. It is chosen again when an effect
+/// starts or stops acting. The loop of a chain without effects contains no test for them.
 
 #include <complex>
 #include <memory>
@@ -31,49 +31,47 @@ namespace planar_chain {
 
 class Dynamics : public ode::SeriesSystem, private SeriesLoads {
  public:
-  /// more: an effect that the scene does not say, such as the user's commands, or nullptr. The scene must
-  /// outlive this object. Allocates, as do reserve() and reserveSeries(); nothing else does.
+  /// more: an effect that is not in the scene, such as the user's commands, or nullptr. The scene must
+  /// outlive this object. Only the constructor, reserve() and reserveSeries() allocate.
   /// @throws std::invalid_argument when a load names a body that the chain does not have
   explicit Dynamics(const Scene& scene, std::unique_ptr<Effect> more = nullptr);
   Dynamics(const Dynamics&) = delete;
   Dynamics& operator=(const Dynamics&) = delete;
 
-  // ---- Effects --------------------------------------------------------------------------------------------
+  // ---- Effects -------------------------------------------------------------------------------------
 
   const Effects& effects() const { return effects_; }
   /// Chooses what acts in [t, effects().until()).
   void enter(double t);
-  /// Makes the switches for a state in chain order: as the state says, or those that are due.
+  /// Sets every switch for a state in chain order.
   void enterState(const double* y);
+  /// Makes the switches that are due at a state in chain order.
   void change(const double* y);
 
-  // ---- What others read; states in chain order
-  // --------------------------------------------------------------
+  // ---- Results; states in chain order ---------------------------------------------------------------
 
-  /// The recursion in words, as "closed form for two".
+  /// A description of the recursion, such as "closed form for two".
   std::string recursion() const;
   /// The number of works behind angles and rates: 0 or 2.
   int works() const { return works_; }
   /// Evaluations of f; each order of a series counts as one.
   long long evaluations() const { return evaluations_; }
-  /// n of each; see simulation.h.
+  /// Write n values each; see simulation.h.
   void linkMotions(double t, const double* y, LinkMotion* motions);
   void jointTorques(double t, const double* y, double* tau);
 
-  // ---- ode::System
-  // ------------------------------------------------------------------------------------------
+  // ---- ode::System ---------------------------------------------------------------------------------
 
   int size() const override { return 2 * mechanism_.size() + works_; }
   void derivative(double t, const double* y, double* dydt) override;
   int arrangedSize() const override { return 2 * places_ + works_; }
   void arrange(const double* y, double* arranged) const override;
   void restore(const double* arranged, double* y) const override;
-  /// None for short chains, which compute all in one go.
+  /// 0 for short chains, which compute all derivatives together.
   int positions() const override { return positions_; }
   void rates(double t, const double* y, double* out) override;
 
-  // ---- ode::LinearizedSystem
-  // ----------------------------------------------------------------------------------
+  // ---- ode::LinearizedSystem -----------------------------------------------------------------------
 
   void reserve(int complexCount) override;
   void linearize(double t, const double* y, double* dydt) override;
@@ -86,8 +84,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
     solve_->solveComplex(k, rhs, x);
   }
 
-  // ---- ode::SeriesSystem
-  // --------------------------------------------------------------------------------------
+  // ---- ode::SeriesSystem ---------------------------------------------------------------------------
 
   bool seriesAreWorthwhile() const override { return MotionSeries::areWorthwhile(mechanism_.size()); }
   void reserveSeries(int order) override;
@@ -98,7 +95,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   double seriesCost(int order) const override { return series_->cost(order); }
 
  private:
-  /// N and F that are added up, in chain order and in lane order.
+  /// Memory for states and for the sums N and F, in chain order and in lane order.
   struct Workspace {
     std::vector<Rotation<double>> e;
     std::vector<double> N, state, derivative;
@@ -112,16 +109,17 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   void findSeriesStiffness();
   void findOrder(int k, const double* theta, const double* omega) override;
 
-  /// All but positions() of [ω α], with what acts, in lane order.
+  /// Computes [ω α] under these moments and forces, without the first positions() rates. Lane order.
   void run(Acting acting, const Outside& outside, const double* y, double* rates);
-  /// The derivative of all but the positions, or of all, at a state in lane order.
+  /// As rates(), at a state in lane order. evaluateEffects() does it when an effect acts.
   void evaluateRates(double t, const double* y, double* out);
   void evaluateEffects(double t, const double* y, double* out);
+  /// The whole derivative at a state in lane order.
   void evaluate(double t, const double* y, double* dydt);
-  /// All of it at a state in chain order.
+  /// The whole derivative at a state in chain order.
   void evaluateInOrder(double t, const double* y, double* dydt);
 
-  /// N and F of these effects at a state in chain order, and their powers.
+  /// Writes N and F of these effects at a state in chain order. Returns their powers.
   Powers apply(const std::vector<Effect*>& effects, double t, const double* theta, const double* omega);
   ChainState stateWithForces(double t, const double* theta, const double* omega);
   void loadsToLanes(Acting acting);
@@ -129,14 +127,14 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   const Mechanism mechanism_;
   Effects effects_;
   int n_, places_, works_, positions_;
-  bool isBare_ = true;  ///< links, pins and gravity alone
+  bool isBare_ = true;  ///< nothing acts but pins, gravity and inertia
   Recursion recursion_;
   Workspace room_;
   double* N_;        ///< the moments in lane order
   Outside outside_;  ///< where run() finds e, N and F
   long long evaluations_ = 0;
 
-  std::optional<ExactSolve> solve_;     ///< once a method asks for it
+  std::optional<ExactSolve> solve_;     ///< made when a method first needs it
   std::optional<MotionSeries> series_;  ///< likewise
   std::vector<double> seriesK_, seriesD_;
   Series known_{};

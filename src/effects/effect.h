@@ -1,16 +1,16 @@
 #pragma once
 
-/// What acts on a chain besides pins, gravity and inertia: springs and dampers, stops, loads, commands.
+/// The interface of all effects. An effect acts on a chain besides pins, gravity and inertia: springs and
+/// dampers, stops, loads, commands.
 ///
-/// An effect is one class in one pair of files. It adds moments N about the inner pins and forces F, supplies
-/// or takes power, and gives the exact derivative of all this, its Taylor coefficients, and the states and
-/// times at which it is not smooth. Its kind (effect_kind.h) has its keys in the scene, its stored energy and
-/// its words. src/README.md shows how to write one.
+/// An effect adds moments N about the inner pins and forces F. It may supply or take power. It also computes
+/// the exact derivatives and Taylor coefficients of N, F and power, and the states and times at which they
+/// are not smooth. An effect is one class in one pair of files. Its kind (effect_kind.h) has its keys in the
+/// scene, its stored energy and its words in the log. src/README.md shows how to write one.
 ///
-/// Every effect must write mostActing(), acting(), apply() and addTorques(). The other functions belong to
-/// what only some effects have; by default they say that this one has it not. Unless a function says
-/// otherwise, it takes states in chain order and allocates nothing. Units are SI; vectors have ground
-/// components.
+/// Every effect must implement mostActing(), acting(), apply() and addTorques(). The other functions are
+/// optional; their defaults suit an effect without that feature. Unless a function says otherwise, it takes
+/// states in chain order and allocates nothing. Units are SI. Vectors have ground components.
 
 #include <cstddef>
 #include <limits>
@@ -21,7 +21,7 @@
 
 namespace planar_chain {
 
-/// W: what an effect gives to the chain, and what it takes from it.
+/// The power of an effect, W: supplied to the chain, and taken from it.
 struct Powers {
   double supplied = 0, dissipated = 0;
 
@@ -36,15 +36,15 @@ struct Powers {
 struct ChainState {
   double t;
   const double *theta, *omega;
-  // Only where forces act; otherwise nullptr.
+  // Set if forces act, otherwise nullptr.
   const Rotation<double>* e = nullptr;  ///< exp(i θ_j)
-  const Vec2d* pinVelocity = nullptr;   ///< of the inner pins, m/s, the first reach() of them
+  const Vec2d* pinVelocity = nullptr;   ///< of the first reach() inner pins, m/s
 };
 
-/// Where an effect adds what it gives, n numbers each.
+/// The sums to which an effect adds its moments and forces, n each.
 struct Actions {
   double* N;  ///< moments about the inner pins, N m
-  Vec2d* F;   ///< forces, N; nullptr where no effect has any
+  Vec2d* F;   ///< forces, N; nullptr if no effect has any
 };
 
 /// A change of a state: of the angles, the rates, and the first reach() pin velocities.
@@ -65,10 +65,10 @@ struct Series {
   const double* omega(int j) const { return theta(j) + n; }
 };
 
-/// The states at which an effect switches, and how it does.
+/// The switches of an effect: at which states they are due, and how they are made.
 class Switching : public ode::Switches {
  public:
-  /// Chooses for the state y = [θ ω …], whatever was chosen before.
+  /// Sets every switch for the state y = [θ ω …], whatever its position before.
   virtual void enterState(const double* y) = 0;
   /// Makes every switch that is due at y.
   virtual void change(const double* y) = 0;
@@ -86,60 +86,64 @@ class Effect {
 
   // ---- What acts ------------------------------------------------------------------------------------
 
-  /// The most that this effect ever adds: moments, or forces too.
+  /// The most that this effect can ever add: moments, or forces too.
   virtual Acting mostActing() const = 0;
-  /// What it adds at present. apply() is called only if this is not `nothing`.
+  /// The most that it adds at present. apply() is called only if this is not `nothing`.
   virtual Acting acting() const = 0;
   /// True if it ever supplies or takes power.
   virtual bool hasPower() const { return true; }
-  /// How many inner pins, from the ground, it needs the velocity of: 0 without forces.
+  /// The number of inner pins, from the ground outwards, whose velocity it needs. 0 without forces.
   virtual int reach() const { return 0; }
-  /// Adds moments and forces at a state. Returns the powers.
+  /// Adds the moments and forces at a state. Returns the powers.
   virtual Powers apply(const ChainState& at, const Actions& to) = 0;
   /// Adds the torque in each joint, N m, + on the joint's own link.
   virtual void addTorques(const ChainState& at, double* tau) = 0;
 
-  /// Long chains have their states in lane order (lanes/arrangement.h); in short ones it is chain order. An
-  /// effect that works in it saves reordering, and has this in place of apply() wherever f is evaluated.
+  /// True if the effect has applyInLanes(), which f then calls in place of apply(). Long chains store their
+  /// states in lane order (lanes/arrangement.h), so this saves reordering. In short chains both orders are
+  /// the same.
   virtual bool worksInLanes() const { return false; }
   virtual Powers applyInLanes(const double* /*theta*/, const double* /*omega*/, double* /*N*/) { return {}; }
 
   // ---- Its exact derivative, for the stiff methods --------------------------------------------------
 
-  /// Adds k_i and d_i of each joint, N m/rad and N m s/rad, of a torque that changes by −k δq − d δq̇. Only
-  /// what is constant between two switches.
+  /// Adds k_i and d_i of each joint, N m/rad and N m s/rad: its torque changes by −k δq − d δq̇. Adds only the
+  /// parts that are constant between two switches.
   virtual void addStiffness(double* /*k*/, double* /*d*/) const {}
-  /// The same for k and d that depend on the state. True if there are any.
+  /// True if parts of k and d depend on the state.
   virtual bool isNonlinear() const { return false; }
+  /// Adds these parts.
   virtual void addTangents(const ChainState& /*at*/, double* /*k*/, double* /*d*/) const {}
-  /// Adds Σ X·F of each body: how much less the moments of its forces get when it turns by 1 rad.
+  /// Adds Σ X·F of each body: the decrease of its forces' moments per rad that it turns.
   virtual void addForceStiffness(const ChainState& /*at*/, double* /*XF*/) {}
-  /// How the powers change along a change of the state; not for an effect that works in lane order.
+  /// The change of the powers with a change of the state. Not called if worksInLanes().
   virtual Powers powersAlong(const ChainState& /*at*/, const StateChange& /*along*/) { return {}; }
-  /// The same for one that does.
+  /// The same for an effect that works in lane order.
   virtual Powers powersAlongInLanes(const double* /*omega*/, const double* /*v*/) { return {}; }
 
   // ---- Time -------------------------------------------------------------------------------------------
 
-  /// Chooses what acts in [t, until()); the integrator lands on until(), s, and enters again.
+  /// Chooses what acts in [t, until()), s. A step ends at until(), and enter() is called again.
   virtual void enter(double /*t*/) {}
   virtual double until() const { return std::numeric_limits<double>::infinity(); }
-  /// The longest step that resolves what changes with time, s.
+  /// The longest step that resolves the changes with time, s.
   virtual double longestStep() const { return std::numeric_limits<double>::infinity(); }
-  /// True if what acts changes with time alone; applyRates() then adds ∂N/∂t, ∂F/∂t and returns ∂power/∂t.
+  /// True if N, F or the power depend on t explicitly.
   virtual bool variesWithTime() const { return false; }
+  /// Adds ∂N/∂t and ∂F/∂t. Returns ∂power/∂t.
   virtual Powers applyRates(const ChainState& /*at*/, const Actions& /*to*/) { return {}; }
 
   // ---- Its Taylor series --------------------------------------------------------------------------------
 
-  /// Makes room for so many orders. Allocates.
+  /// Reserves memory for so many orders. Allocates.
   virtual void reserveSeries(int /*orders*/) {}
-  /// Adds the coefficients of order k > 0 of N and F, beside those of addStiffness(), after all lower orders.
+  /// Adds the coefficients of order k > 0 of N and F, except the part that addStiffness() covers. All lower
+  /// orders have been added before.
   virtual void addOrder(int /*k*/, const Series& /*known*/, const Actions& /*to*/) {}
 
   // ---- Switches -----------------------------------------------------------------------------------------
 
-  /// nullptr for an effect that is smooth in every state.
+  /// Returns the switches, or nullptr if the effect is smooth in every state.
   virtual Switching* switching() { return nullptr; }
 };
 

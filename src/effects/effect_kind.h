@@ -1,7 +1,7 @@
 #pragma once
 
-/// A kind of effect: its keys in the scene with their checks, what energy it stores, its words in the log,
-/// and how it is made for a scene that has it. effectKinds() is the one list of kinds.
+/// A kind of effect: its keys in the scene with their checks, its stored energy, its words in the log, and
+/// the function that makes the effect for a scene. effectKinds() lists all kinds.
 
 #include <Eigen/Core>
 #include <map>
@@ -22,22 +22,22 @@ struct ChainNames {
   std::vector<Vec2d> com;
 };
 
-/// A key below links/NAME/joint. Beside a URDF, which has words for some keys, only the others may stand.
+/// A key below links/NAME/joint. A scene with a URDF may not have the keys that URDF itself expresses.
 struct JointKey {
   const char* name;
   bool isInUrdf;
 };
 
-/// What the start-up line says of a scene.
+/// The words of the start-up line about a scene.
 struct SceneWords {
   std::vector<std::string> runs, leftOut;
 
-  /// "3 springs" to `runs`; or, if there are none, "springs" to `leftOut`.
+  /// Adds "3 springs" to `runs`; or, if there are none, "springs" to `leftOut`.
   void count(int number, const std::string& one);
 };
 
-/// What acts in the notes' form: forces F (2n) at the centres of mass, moments M (n) on the bodies, torques τ
-/// (n) in the joints.
+/// The sums of kane.h: forces F (2n) at the centres of mass, moments M (n) on the bodies, torques τ (n) in
+/// the joints.
 struct DenseActions {
   Eigen::VectorXd &F, &M, &tau;
 };
@@ -49,40 +49,40 @@ class EffectKind {
   // ---- Keys in the scene ------------------------------------------------------------------------------
 
   virtual std::vector<JointKey> jointKeys() const { return {}; }
-  /// Copies its keys to the joint. What judge() judges may come unjudged.
+  /// Copies the values of its keys to the joint. Need not check what judge() checks.
   virtual void takeJoint(const Section& /*in*/, Joint& /*joint*/) const {}
   /// Adds what is wrong with a joint's values; paths are such as "joint/damping".
   virtual void judge(const Joint& /*joint*/, std::vector<Fault>& /*faults*/) const {}
 
   /// A key of the scene itself, or nullptr.
   virtual const char* sceneKey() const { return nullptr; }
-  /// Reads it. names: nullptr where they are not certain.
+  /// Reads the scene's key. names: nullptr if the links could not be read.
   virtual void takeScene(const Section& /*top*/, const ChainNames* /*names*/, std::vector<Load>& /*loads*/,
                          std::vector<Fault>& /*faults*/) const {}
 
   // ---- What it is ---------------------------------------------------------------------------------------
 
-  /// The effect of this kind in a scene; nullptr if the scene has none. lanes: the order of a long chain, or
-  /// nullptr. The scene's chain and `lanes` outlive the effect.
+  /// Returns the effect of this kind in a scene, or nullptr if the scene has none. lanes: the lane order of a
+  /// long chain, otherwise nullptr. The scene's chain and `lanes` outlive the effect.
   /// @throws std::invalid_argument when the scene names a body that the chain does not have
   virtual std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* lanes) const = 0;
 
-  /// Adds the same forces as written on paper: the dense road of kane.h, against which the fast one is
-  /// tested. q, qd: relative angles and rates.
+  /// Adds the same forces in the dense form of kane.h, for reading and for tests of the effect. q, qd:
+  /// relative angles and rates.
   virtual void addDense(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
                         const DenseActions& to) const = 0;
 
-  /// The energy that it stores in a joint at the angle q, J, and the most that ∂²V/∂q² is, N m/rad: 0 where
-  /// it stores none.
+  /// The energy V that it stores in a joint at the angle q, J.
   virtual double energyIn(const Joint& /*joint*/, double /*q*/) const { return 0; }
+  /// The largest ∂²V/∂q² in a joint, N m/rad.
   virtual double stiffnessOf(const Joint& /*joint*/) const { return 0; }
 
   /// Its part of the start-up line.
   virtual void summarize(const Scene& scene, SceneWords& words) const = 0;
 };
 
-/// The list. Each scene asks its kinds in this order; what acts on a body is added up in the reverse order.
-/// A program may add kinds of its own before it reads a scene.
+/// The list of all kinds. Keys are read in this order. Effects act in the reverse order, which fixes how sums
+/// are rounded. A program may add kinds of its own before it reads a scene.
 std::vector<const EffectKind*>& effectKinds();
 
 }  // namespace planar_chain

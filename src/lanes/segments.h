@@ -1,33 +1,39 @@
 #pragma once
 
-/// The recursion of articulated.h for long chains: cut into segments that run side by side in SIMD lanes.
+/// The recursion of articulated.h for long chains, which are cut into segments. SIMD lanes compute the
+/// segments side by side.
 ///
-/// The recursion waits for its own results, link by link, so one at a time leaves a core idle. A segment on
-/// whose outer pin the next one exerts a still unknown force −f shows two handles, its inner and outer pin:
+/// In the recursion each link needs the result of the previous one, so a core spends most of its time
+/// waiting. The next segment exerts a force −f on the outer pin of a segment. This force is still unknown.
+/// The force on the inner pin and the acceleration of the outer pin are linear in f and in the acceleration a
+/// of the inner pin:
 ///
 ///     F_in = A a + b + G f          a_out = Gᵀ a − C f + c
 ///
-/// A and b as in articulated.h, with f = 0; and from the outermost body, where C = 0, c = 0, inwards
+/// A and b are those of articulated.h with f = 0. G, C and c start at the outermost body, where C = 0 and
+/// c = 0. From there inwards
 ///
 ///     g = Gᵀ iP        C ← C + g gᵀ/D        c ← c + g u/D − ω² Gᵀ P        G ← G − U gᵀ/D
 ///
-/// The outer pin has axes of its own, d along the segment's last link and i d: there G = (d, i d), and f, C
-/// and c stand in them. So what a taut segment gives way along itself is small because g is, and does not
-/// come out as rounding of what it gives way across; a heavy tip would meet that with all its mass.
+/// f, C and c have components along the outer pin's own axes: d, along the segment's last link, and i d. So G
+/// starts as (d, i d). The reason: a taut segment yields across its length (C ≈ 1/m) and hardly at all along
+/// it. In its own axes the small part is computed from a small g. In ground axes it would be lost in the
+/// rounding of the large part, and a heavy tip would multiply that error by its mass.
 ///
-/// Neighbours are joined two by two, and then the pairs, until one is left. With A', b', C', c' and G' of the
-/// outer one, its inner handle turned into the axes of the pin between, and K = (1 + A'C)⁻¹, both together
-/// show
+/// Neighbours are joined two by two, and then the pairs, until one is left. A', b', C', c' and G' belong to
+/// the outer one, with A', b' and G' turned into the axes of the pin between. With K = (1 + A'C)⁻¹ the two
+/// together have
 ///
 ///     A + G K A' Gᵀ        b + G k        G K G'        C' + G'ᵀ C K G'        c' + G'ᵀ (c − C k)
 ///
-/// where k = K (A' c + b'). And outwards, from the ground's a and f' = 0: at the pin between
-/// f = K A' Gᵀ a + k + K G' f' and the outer one's a = Gᵀ a − C f + c, turned back into ground axes; then
-/// within each segment
+/// where k = K (A' c + b'). Then the sweep goes outwards, from a of the ground pin and f' = 0 at the tip. At
+/// the pin between two neighbours f = K A' Gᵀ a + k + K G' f'. The outer one has a = Gᵀ a − C f + c, turned
+/// back into ground axes. Within each segment
 ///
 ///     α = u/D − (g/D)·f − (U/D)·a        a ← a + iα P − ω² P
 ///
-/// As exact as the recursion itself. What runs is chosen once, by the CPU and the length of the chain.
+/// The result is as exact as that of the recursion. The kernel is chosen once, by the CPU and the length of
+/// the chain.
 
 #include <array>
 #include <memory>
@@ -45,8 +51,8 @@ namespace simd {
 struct Kernel;
 }  // namespace simd
 
-/// m, I, r and p of the links, in rows of lanes, for a chain cut into segments. Links beyond the end have no
-/// mass and no length, and I = 1. Allocates.
+/// m, I, r and p of the links, in rows of lanes, for a chain cut into segments. Places beyond the end of the
+/// chain have no mass, no length, and I = 1. Allocates.
 CacheLines linksArranged(const Chain& chain, const Arrangement& arrangement);
 /// The same with neighbours side by side: lane s of step i is body i·lanes + s.
 CacheLines linksInBlocks(const Chain& chain, int lanes);
@@ -68,7 +74,7 @@ class Segments {
   /// The order of all arguments of accelerations().
   const Arrangement& arrangement() const { return arrangement_; }
 
-  /// As Articulated::accelerations, with places() numbers a quantity. Places beyond the end have e = 1 and
+  /// As Articulated::accelerations, with places() numbers per quantity. Places beyond the end have e = 1 and
   /// zeros. Allocates nothing.
   void accelerations(const Rotation<double>* e, const double* omega, const double* N, const Vec2d* F,
                      Vec2d ground, double* alpha);

@@ -18,32 +18,33 @@ class Stepper {
   /// Order of the embedded solution. 0: the method has no error estimate.
   virtual int errorOrder() const = 0;
 
-  /// The cost of one attempt, in evaluations of f. It is the same on every machine, and so are choices by it.
+  /// The cost of one attempt, in evaluations of f. It is the same on every machine, so choices that use it
+  /// are too.
   virtual double cost() const = 0;
   /// Largest h × frequency at which an undamped oscillation does not grow. Infinite for L-stable methods.
   virtual double stabilityLimit() const = 0;
   /// True if error() includes the stiff modes that the step damps.
   virtual bool errorSeesStiffModes() const { return false; }
   virtual System& system() = 0;
-  /// f(t, y). Evaluates f unless the last accepted step has left it.
+  /// Returns f(t, y). Evaluates f unless the last accepted step already did.
   virtual const Vector& derivative(double t, const Vector& y) = 0;
-  /// True if the method knows error() of a step before it attempts one; then sets error().
+  /// Returns true, and sets error(), if the method can estimate the error of a step without attempting it.
   virtual bool foresees(double /*t*/, double /*h*/, const Vector& /*y*/) { return false; }
   /// Attempts a step from (t, y). Sets increment() ≈ y(t + h) − y and, with an estimate, error().
   virtual void step(double t, double h, const Vector& y) = 0;
-  /// As step(), from where the last accepted step began. Forgets where that step ended.
+  /// As step(), but again from the start of the last accepted step. Discards the f known at its end.
   virtual void stepAgain(double t, double h, const Vector& y) {
     forget();
     step(t, h, y);
     forget();
   }
-  /// Arranged. They are the same objects at every call.
+  /// The results of the last attempt, arranged. Each call returns the same object.
   virtual const Vector& increment() const = 0;
   virtual const Vector& error() const = 0;
 
-  /// Call this when the attempted step is taken.
+  /// Call this when the attempted step is accepted.
   virtual void accept() = 0;
-  /// Call this when f has jumped or the state was set. Nothing known of f holds any more.
+  /// Call this when f has jumped or the state was set. Discards all stored values of f.
   virtual void forget() = 0;
 };
 

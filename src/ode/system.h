@@ -1,10 +1,10 @@
 #pragma once
 
-/// An initial value problem ẏ = f(t, y), and where its solution stands. Knows no chain.
+/// An initial value problem ẏ = f(t, y), and the state of its solution. Nothing here depends on the chain.
 ///
-/// A system may store the components in an order of its own. An arranged y has arrangedSize() numbers; those
-/// that y does not have are 0 and stay 0. Methods and states use this order alone, so a step reorders
-/// nothing. By default both orders are the same. Only functions that say so allocate.
+/// A system may store the components in an order of its own, with additional zeros that stay 0. Such a y is
+/// called arranged. It has arrangedSize() numbers. Methods and states use only arranged vectors, so a step
+/// reorders nothing. By default both orders are the same. Only functions that say so allocate.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -22,7 +22,7 @@ class System {
   virtual void derivative(double t, const double* y, double* dydt) = 0;
 
   virtual int arrangedSize() const { return size(); }
-  /// Copies y to the other order, and back. The arrays must be different ones.
+  /// arrange() copies y to the arranged order, restore() copies it back. The arrays must be different ones.
   virtual void arrange(const double* y, double* arranged) const { std::copy_n(y, size(), arranged); }
   virtual void restore(const double* arranged, double* y) const { std::copy_n(arranged, size(), y); }
 
@@ -67,8 +67,9 @@ class LinearizedSystem : public System {
   virtual void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) = 0;
 };
 
-/// A linearized system whose solution has a Taylor series. Its vectors are not arranged. The first driving()
-/// components depend on each other alone; the others are integrals along the way.
+/// A linearized system whose solution has a Taylor series. Its vectors are not arranged. The rates of the
+/// first driving() components depend on these components and t alone. The other components are integrals:
+/// their rates depend on the first ones and t, too.
 class SeriesSystem : public LinearizedSystem {
  public:
   /// True if a series may be faster than the other methods.
@@ -86,8 +87,8 @@ class SeriesSystem : public LinearizedSystem {
   virtual double seriesCost(int order) const = 0;
 };
 
-/// y at t, arranged. `carry` keeps what rounding takes from each sum of y and an increment, and the next step
-/// adds it (Kahan's summation). So rounding does not grow with the number of steps.
+/// y at t, arranged. `carry` is the rounding error of the last sum of y and an increment. The next step adds
+/// it (Kahan's summation), so rounding errors do not grow with the number of steps.
 struct State {
   double t = 0;
   Vector y;
@@ -95,7 +96,7 @@ struct State {
 
   State() = default;
   explicit State(Eigen::Index size) : y(size), carry(size) {}
-  /// From y in the order of derivative(), and back. Both allocate.
+  /// Converts y from the order of derivative(). restoredBy() converts it back. Both allocate.
   State(const System& f, const Eigen::VectorXd& values) : State(f.arrangedSize()) {
     f.arrange(values.data(), y.data());
   }

@@ -1,26 +1,29 @@
 #pragma once
 
-/// Forward dynamics in O(n): articulated bodies in the plane. The road that runs.
+/// Forward dynamics in O(n): articulated bodies in the plane. Simulations use this method.
 ///
-/// A pin passes a force but no moment that depends on the motion, so all that hangs on a pin shows it a
-/// symmetric 2×2 "articulated mass" A and a bias force b:  F_pin = A a_pin + b.  With e_j = exp(i θ_j),
-/// R = e r, P = e p, and N the moment about the inner pin of everything but pins and inertia
-/// (N_j = M_j + τ_j − τ_{j+1} + X×F), inwards from the tip, where A = 0 and b = 0:
+/// A pin transmits a force, and no moment that depends on the motion. So the force on a pin from everything
+/// outside it is linear in the pin's acceleration:  F_pin = A a_pin + b.  A is symmetric, 2×2, and called the
+/// articulated mass. b is the bias force.
+///
+/// Let e_j = exp(i θ_j), R = e r, P = e p. N is the moment about the inner pin of everything but pins and
+/// inertia: N_j = M_j + τ_j − τ_{j+1} + X×F. The sweep inwards starts at the tip with A = 0 and b = 0:
 ///
 ///     U = m iR + A iP
-///     D = I + m|R|² + iP·(A iP)         (|R| as it comes out rounded, not |r|: then A cancels better)
+///     D = I + m|R|² + iP·(A iP)         |R|² of the rounded R, not |r|²: then A cancels better
 ///     β = b − ω² A P
 ///     u = N − iP·β
 ///     A ← m·1 + A − U Uᵀ/D
 ///     b ← β − F − ω² m R + U u/D
 ///
-/// and outwards from the ground, a = −g (gravity is an acceleration of the frame, so F holds none):
+/// The sweep outwards starts at the ground with a = −g. Gravity is an acceleration of the frame here, so F
+/// does not contain it:
 ///
 ///     α = u/D − (U/D)·a        a ← a + iα P − ω² P
 ///
-/// Source: R. Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 7, reduced to planar pins; the
-/// reduction drops the rotation from the handle, which leaves 2×2 matrices and one division a link.
-/// Templated on the number type: tests run it in long double.
+/// Source: R. Featherstone, Rigid Body Dynamics Algorithms (2008), ch. 7, reduced to planar pins. Without the
+/// rotation at the pin, 2×2 matrices and one division per link remain. The number type is a template
+/// parameter: tests use long double.
 
 #include <string>
 #include <vector>
@@ -30,14 +33,14 @@
 
 namespace planar_chain {
 
-/// What the recursion needs of one body.
+/// The constants of one body.
 template <class Real>
 struct Body {
   Real m, I;
   Vec2<Real> r, p;
 };
 
-/// The same body where it is: all that does not depend on its neighbours.
+/// A body at its present angle and rate: the values that do not depend on its neighbours.
 template <class Real>
 struct Turned {
   Real m, J;  ///< J = I + m|R|²
@@ -51,14 +54,15 @@ inline Turned<Real> turned(const Body<Real>& body, Rotation<Real> e, Real omega)
   return {body.m, mulAdd(body.m, dot(R, R), body.I), R, e * body.p, omega * omega};
 }
 
+/// The results of the sweep inwards for one body: U, u and 1/D.
 template <class Real>
 struct Handle {
   Vec2<Real> U;
   Real u, inverseD;
 };
 
-/// One body inwards: (A, b) of all that hangs on its outer pin, if anything does, become those of all that
-/// hangs on its inner one, but for outer forces on the body itself.
+/// One body of the sweep inwards. Replaces A and b of the outer pin by those of the inner pin; the caller
+/// subtracts the forces F on the body from b. For the tip, A and b are only written.
 template <bool isTip, class Real>
 [[gnu::always_inline]] inline Handle<Real> inwards(const Turned<Real>& body, Real N, Sym2<Real>& A,
                                                    Vec2<Real>& b) {
@@ -84,7 +88,7 @@ template <bool isTip, class Real>
   return handle;
 }
 
-/// What a body needs on the way out.
+/// The values of a body for the sweep outwards.
 template <class Real>
 struct Reply {
   Vec2<Real> UD, P;  ///< U/D, P
@@ -96,7 +100,7 @@ template <class Real>
   return {handle.inverseD * handle.U, body.P, handle.inverseD * handle.u, body.ww};
 }
 
-/// One body outwards: a of its inner pin becomes that of its outer one. Returns α.
+/// One body of the sweep outwards. Replaces a of the inner pin by that of the outer pin. Returns α.
 template <class Real>
 [[gnu::always_inline]] inline Real outwards(const Reply<Real>& body, Vec2<Real>& a) {
   const Real alpha = mulAdd(-body.UD.x, a.x, mulAdd(-body.UD.y, a.y, body.uD));
@@ -117,12 +121,12 @@ class Articulated {
   }
 
   int size() const { return static_cast<int>(bodies_.size()); }
-  /// In words.
+  /// A description.
   std::string name() const { return "link by link"; }
 
-  /// e: exp(i θ_j); omega: ω_j, rad/s; N: N m, and F: outer forces without gravity, N, ground components, or
-  /// nullptr where there are none; alpha: the result, rad/s². Each of size n. ground: acceleration of the
-  /// ground pin less gravity, m/s². Allocates nothing.
+  /// Writes the angular accelerations alpha, rad/s². e: exp(i θ_j). omega: ω_j, rad/s. N: moments, N m. F:
+  /// forces without gravity, N, ground components. N and F are nullptr if there are none. Each array has n
+  /// elements. ground: acceleration of the ground pin minus gravity, m/s². Allocates nothing.
   void accelerations(const Rotation<Real>* e, const Real* omega, const Real* N, const Vec2<Real>* F,
                      Vec2<Real> ground, Real* alpha) {
     const auto moment = [N](int j) { return N[j]; };

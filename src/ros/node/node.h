@@ -31,8 +31,10 @@ namespace planar_chain {
 /// Tick k advances the simulation to scene time (k − origin)/rate exactly, with any clock. The origin is the
 /// tick of the start or of the last reset. clock.h determines when a tick is due and how it is stamped. There
 /// are no ticks while the node is paused, after a fault, and while the clock is halted. A message is computed
-/// only if it has subscribers. During a long tick the node still publishes its status and answers services.
-/// Commands then wait, and services that change the motion are refused, except ~reset, which aborts the tick.
+/// only if it has subscribers.
+///
+/// During a long tick the node still publishes its status and answers services. Commands wait. Services that
+/// change the motion are refused, except ~reset, which aborts the tick.
 class Node {
  public:
   /// Sets robot_description, advertises topics and services, and subscribes.
@@ -54,7 +56,7 @@ class Node {
   Answer clearCommands();
   Answer setState(const std::vector<double>& q, const std::vector<double>& qd);
   /// Pauses, holds `torques` unless empty, and makes `ticks` ticks. Appends the state after each to `states`.
-  /// If the integration fails, the ticks before stay.
+  /// If the integration fails, the ticks before the failure remain.
   Answer step(const std::vector<double>& torques, std::uint32_t ticks,
               std::vector<sensor_msgs::JointState>& states);
 
@@ -77,7 +79,7 @@ class Node {
   double sceneTimeOf(ros::Time stamp) const;
   double elapsed() const;  ///< wall time since the start, s
 
-  ros::CallbackQueue commandQueue_;  ///< of messages that wait for the end of a tick
+  ros::CallbackQueue commandQueue_;  ///< holds the messages that wait for the end of a tick
   ros::NodeHandle outer_;            ///< in the node's namespace
   ros::NodeHandle inner_{"~"};       ///< below the node's name
   PublishSettings settings_;
@@ -97,13 +99,13 @@ class Node {
   std::optional<MasterWatch> master_;  ///< from run() on
 
   Pace pace_;
-  long long next_;        ///< the first tick that is still to come
+  long long next_;        ///< the next tick
   long long origin_ = 0;  ///< the tick of scene time 0
   bool paused_ = false;
   bool inTick_ = false;  ///< while services are served during a tick
   long long resets_ = 0;
   bool (*keepGoing_)() = nullptr;  ///< from run() on
-  double resting_ = 0;             ///< no ticks until then, wall time since the start, s
+  double resting_ = 0;             ///< no tick before this wall time since the start, s
   std::uint64_t overruns_ = 0;
   RealTimeFactor factor_;
   Every statuses_, warnings_, clockTimes_, diagnoses_;
