@@ -219,7 +219,7 @@ struct Simulation::Parts {
     char text[300];
     std::snprintf(
         text, sizeof text,
-        "%s gave up at t = %.9g s: %s. Smaller steps and rodas5p fail too. The last good state is kept.",
+        "%s gave up at t = %.9g s: %s; smaller steps and rodas5p fail too; the last good state is kept",
         scene.integrator.method.c_str(), state.t, why);
     fault = text;
   }
