@@ -8,7 +8,6 @@ import shutil
 import socket
 import subprocess
 import tempfile
-import time
 
 COLUMNS = ("links", "rate", "quantity", "ticks", "beyond_a_period", "missing", "overruns", "share", "seconds")
 # A row says which share of the ticks takes longer than its seconds; share 0 is the worst tick.
@@ -41,41 +40,22 @@ def cells(is_quick):
             for rate in ((100, 1000) if is_quick else (100, 500, 1000))]
 
 
-class Master:
-    """A ROS master at a free port, while the with statement lasts."""
-
-    def __enter__(self):
-        with socket.socket() as opened:
-            opened.bind(("127.0.0.1", 0))
-            port = opened.getsockname()[1]
-        self.folder = tempfile.TemporaryDirectory()
-        self.environment = {**os.environ, "ROS_MASTER_URI": f"http://localhost:{port}", "ROS_HOSTNAME": "localhost",
-                            "ROS_HOME": self.folder.name, "ROS_LOG_DIR": self.folder.name}
-        self.process = subprocess.Popen(["rosmaster", "--core", "-p", str(port)], env=self.environment,
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        for _ in range(600):
-            with socket.socket() as tried:
-                if tried.connect_ex(("127.0.0.1", port)) == 0:
-                    return self
-            time.sleep(0.1)
-        self.__exit__()
-        raise OSError("rosmaster does not answer")
-
-    def __exit__(self, *_):
-        self.process.terminate()
-        self.process.wait()
-        self.folder.cleanup()
+def free_port():
+    with socket.socket() as opened:
+        opened.bind(("127.0.0.1", 0))
+        return opened.getsockname()[1]
 
 
-def measure(master, links, rate, is_quick):
+def measure(links, rate, is_quick):
     """Returns the rows of a cell. Raises OSError when no tick comes."""
     with tempfile.TemporaryDirectory() as folder:
         room = pathlib.Path(folder)
         (room / "scene.yaml").write_text(SCENE.format(more=links - 1, rate=float(rate)), encoding="utf-8")
         (room / "run.launch").write_text(LAUNCH.format(folder=folder, seconds=2 if is_quick else 10), encoding="utf-8")
-        result = subprocess.run(["roslaunch", str(room / "run.launch")], stdout=subprocess.PIPE,
-                                stderr=subprocess.STDOUT, universal_newlines=True, timeout=120, check=False,
-                                env=master.environment)
+        result = subprocess.run(["roslaunch", "--port", str(free_port()), str(room / "run.launch")],
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=120,
+                                check=False, env={**os.environ, "ROS_HOSTNAME": "localhost", "ROS_HOME": folder,
+                                                  "ROS_LOG_DIR": folder})
         if not (room / "ticks").exists():
             raise OSError(f"real time, {links} links at {rate} Hz: {result.stdout[-2000:]}")
         lines = [line.split() for line in (room / "ticks").read_text(encoding="utf-8").splitlines()]

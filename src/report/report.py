@@ -76,12 +76,12 @@ def real_time_study(folder, is_quick, progress):
     if real_time.why_not(HERE):
         return  # and the page says so
     path = folder / "real_time.csv"
-    with open_table(path, real_time.COLUMNS) as table, real_time.Master() as master:
+    with open_table(path, real_time.COLUMNS) as table:
         done = {(row["links"], row["rate"]) for row in read_table(path)}
         for links, rate in real_time.cells(is_quick):
             progress.show(f"real time: {links} links at {rate} Hz")
             if (str(links), str(rate)) not in done:
-                table.write(lines_of(real_time.measure(master, links, rate, is_quick)))
+                table.write(lines_of(real_time.measure(links, rate, is_quick)))
             progress.advance()
 
 
