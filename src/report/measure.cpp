@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "planar_chain/energy.h"
@@ -69,44 +70,29 @@ void studyConsistency(const std::string& folder, bool quick) {
 
 // ---- Effects ---------------------------------------------------------------------------------
 
-/// What a scene's effects are made of.
-struct Parts {
-  std::vector<Joint> joints;
-  Vec2d gravity;
-  std::vector<Load> loads;
-};
-
-/// Takes an effect out of a scene; false if the scene does not have it.
-struct Effect {
-  const char* name;
-  bool (*remove)(Parts&);
-};
-
-/// Sets a number of each joint; true if one had another value.
-bool setAll(Parts& parts, double Joint::*number, double value) {
-  bool changed = false;
-  for (Joint& joint : parts.joints) changed |= std::exchange(joint.*number, value) != value;
-  return changed;
+/// The scene without an effect; nothing if the scene does not have it.
+std::optional<Scene> without(const std::string& effect, const Scene& scene) {
+  std::vector<Joint> joints = scene.chain.joints();
+  Vec2d gravity = scene.chain.gravity();
+  Scene result = scene;
+  bool had = effect == "nothing";
+  const auto set = [&](double Joint::*number, double value) {
+    for (Joint& joint : joints) had |= std::exchange(joint.*number, value) != value;
+  };
+  if (effect == "gravity") had = !(std::exchange(gravity, {}) == Vec2d{});
+  if (effect == "springs") set(&Joint::stiffness, 0);
+  if (effect == "dampers") set(&Joint::damping, 0);
+  if (effect == "limits") {
+    set(&Joint::lower, -infinity);
+    set(&Joint::upper, infinity);
+    set(&Joint::stopStiffness, 0);
+    set(&Joint::stopDamping, 0);
+  }
+  if (effect == "loads") had = !std::exchange(result.loads, {}).empty();
+  if (!had) return std::nullopt;
+  result.chain = Chain(scene.chain.links(), joints, gravity);
+  return result;
 }
-
-constexpr Effect effects[] = {
-    {"nothing", [](Parts&) { return true; }},
-    {"gravity",
-     [](Parts& parts) {
-       const Vec2d before = std::exchange(parts.gravity, {});
-       return before.x != 0 || before.y != 0;
-     }},
-    {"springs", [](Parts& parts) { return setAll(parts, &Joint::stiffness, 0); }},
-    {"dampers", [](Parts& parts) { return setAll(parts, &Joint::damping, 0); }},
-    {"limits",
-     [](Parts& parts) {
-       setAll(parts, &Joint::stopStiffness, 0);
-       setAll(parts, &Joint::stopDamping, 0);
-       const bool hadLower = setAll(parts, &Joint::lower, -infinity);
-       return setAll(parts, &Joint::upper, infinity) || hadLower;
-     }},
-    {"loads", [](Parts& parts) { return !std::exchange(parts.loads, {}).empty(); }},
-};
 
 /// A scene at its start, ready to be evaluated.
 struct Evaluated {
@@ -141,14 +127,11 @@ void studyEffects(const std::string& folder, bool quick) {
     const Scene scene = readSceneText(loadText(file.string()));
     std::vector<const char*> names;
     std::vector<std::unique_ptr<Evaluated>> variants;
-    for (const Effect& effect : effects) {
-      Parts parts{scene.chain.joints(), scene.chain.gravity(), scene.loads};
-      if (!effect.remove(parts)) continue;
-      Scene without = scene;
-      without.chain = Chain(scene.chain.links(), parts.joints, parts.gravity);
-      without.loads = parts.loads;
-      names.push_back(effect.name);
-      variants.push_back(std::make_unique<Evaluated>(without));
+    for (const char* effect : {"nothing", "gravity", "springs", "dampers", "limits", "loads"}) {
+      const std::optional<Scene> variant = without(effect, scene);
+      if (!variant) continue;
+      names.push_back(effect);
+      variants.push_back(std::make_unique<Evaluated>(*variant));
     }
     const int times = std::max(1, static_cast<int>(2e-4 / variants[0]->seconds(10)));
     std::vector<std::vector<double>> seconds(variants.size()), ratios(variants.size());

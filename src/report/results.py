@@ -1,6 +1,9 @@
 """What follows from a report's tables: times to an accuracy, slopes, orders, where auto is not the fastest."""
 import collections
+import itertools
 import math
+
+import numpy as np
 
 OWN = "planar_chain"
 AUTO = (OWN, "auto")
@@ -33,11 +36,7 @@ def name_of(who):
 def slope(points):
     """The slope of a straight line through the logarithms; None for fewer than three points."""
     logs = [(math.log(a), math.log(b)) for a, b in points if a > 0 and b > 0]
-    if len(logs) < 3:
-        return None
-    x_mean = sum(x for x, _ in logs) / len(logs)
-    y_mean = sum(y for _, y in logs) / len(logs)
-    return sum((x - x_mean) * (y - y_mean) for x, y in logs) / sum((x - x_mean)**2 for x, _ in logs)
+    return np.polyfit(*zip(*logs), 1)[0] if len(logs) >= 3 else None
 
 
 # ---- Times to an accuracy ------------------------------------------------------------------------
@@ -50,12 +49,8 @@ def by_contestant(rows):
 
 def first_that_holds(group, level):
     """Index of the loosest setting from which on every error is below; None if there is none."""
-    first = None
-    for k in range(len(group) - 1, -1, -1):
-        if not number(group[k]["error_theta"]) <= 10.0**-level:
-            break
-        first = k
-    return first
+    held = list(itertools.takewhile(lambda row: number(row["error_theta"]) <= 10.0**-level, reversed(group)))
+    return len(group) - len(held) if held else None
 
 
 def at_level(group, level, column):
@@ -67,8 +62,7 @@ def at_level(group, level, column):
     if first == 0 or error == 0 or value == 0:
         return value
     looser, sooner = number(group[first - 1]["error_theta"]), number(group[first - 1][column])
-    share = (math.log(10.0**-level) - math.log(error)) / (math.log(looser) - math.log(error))
-    return math.exp(math.log(value) + share * (math.log(sooner) - math.log(value)))
+    return math.exp(np.interp(math.log(10.0**-level), np.log([error, looser]), np.log([value, sooner])))
 
 
 def times_to(rows, column="cpu_seconds"):

@@ -94,34 +94,18 @@ void showAll(const ActiveForces& active, const Kane& at, const std::optional<Lin
 
 // ---- As text ---------------------------------------------------------------------------------
 
-std::string shown(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", number == 0 ? 0.0 : number);
-  return text;
-}
-
-/// Prints the letter, its meaning, and the matrix in columns of one width.
+/// Prints the letter, its meaning, and the matrix in columns of one width, without the sign of -0.
 void print(const std::string& letter, const std::string& meaning, const Eigen::MatrixXd& matrix) {
-  std::printf("%s   %s\n", letter.c_str(), meaning.c_str());
-  std::size_t width = 0;
-  for (Eigen::Index k = 0; k < matrix.size(); ++k) {
-    width = std::max(width, shown(matrix(k % matrix.rows(), k / matrix.rows())).size());
-  }
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    std::printf("  [");
-    for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
-      std::printf(" %*s", static_cast<int>(width), shown(matrix(i, j)).c_str());
-    }
-    std::printf(" ]\n");
-  }
-  std::printf("\n");
+  static const Eigen::IOFormat inColumns(6, 0, " ", "\n", "  [ ", " ]");
+  std::cout << letter << "   " << meaning << '\n'
+            << (matrix.array() == 0).select(0, matrix).format(inColumns) << "\n\n";
 }
 
 void printText(const Chain& chain, double t, const ActiveForces& active, const Kane& at,
                const std::optional<LinearModel>& near) {
-  std::printf("M q'' = f(q, q', t) at t = %s s; bodies from the ground outwards:", shown(t).c_str());
-  for (const Link& link : chain.links()) std::printf(" %s", link.name.c_str());
-  std::printf("\n\n");
+  std::cout << "M q'' = f(q, q', t) at t = " << t << " s; bodies from the ground outwards:";
+  for (const Link& link : chain.links()) std::cout << ' ' << link.name;
+  std::cout << "\n\n";
   showAll(active, at, near, [&](const std::string& letter, const std::string& meaning, const auto& value) {
     using Type = std::decay_t<decltype(value)>;
     if constexpr (std::is_same_v<Type, Eigen::VectorXd>) {
@@ -145,7 +129,8 @@ Json jsonOf(const Eigen::VectorXd& vector) {
   return std::vector<double>(vector.data(), vector.data() + vector.size());
 }
 
-Json jsonOf(const Eigen::MatrixXd& matrix) {
+template <class Derived>
+Json jsonOf(const Eigen::MatrixBase<Derived>& matrix) {
   Json rows = Json::array();
   for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back(jsonOf(Eigen::VectorXd(matrix.row(i))));
   return rows;
@@ -153,7 +138,7 @@ Json jsonOf(const Eigen::MatrixXd& matrix) {
 
 Json jsonOf(const std::vector<Eigen::Matrix2d>& matrices) {
   Json list = Json::array();
-  for (const Eigen::Matrix2d& matrix : matrices) list.push_back(jsonOf(Eigen::MatrixXd(matrix)));
+  for (const Eigen::Matrix2d& matrix : matrices) list.push_back(jsonOf(matrix));
   return list;
 }
 

@@ -8,13 +8,13 @@
 #include <std_msgs/Float64MultiArray.h>
 
 #include <algorithm>
-#include <boost/algorithm/string/join.hpp>
 #include <boost/algorithm/string/predicate.hpp>
 #include <cmath>
 #include <cstdint>
 #include <set>
 
 #include "planar_chain/fault.h"
+#include "reading/section.h"
 #include "ros/bag/bags.h"
 #include "ros/messages/pace.h"
 
@@ -64,7 +64,7 @@ class Reader {
       }
     }
     if (nodes.empty()) refuse(path_, "a bag with commands on topics such as …" + commandsTaken, "none");
-    if (nodes.size() > 1) throw Refused({{"--node", "one of " + boost::join(nodes, ", "), "nothing"}});
+    if (nodes.size() > 1) throw Refused({{"--node", "one of " + inCommas(nodes), "nothing"}});
     return *nodes.begin();
   }
 

@@ -10,6 +10,7 @@
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
 
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <stdexcept>
@@ -61,11 +62,22 @@ ros::ServiceServer advertise(ros::NodeHandle& node, const char* name, Serve serv
 }
 
 /// Adds a fault if `value` is not finite. unit: such as "N m".
-void checkFinite(std::vector<Fault>& faults, const std::string& path, const char* unit, double value);
+inline void checkFinite(std::vector<Fault>& faults, const std::string& path, const char* unit, double value) {
+  if (std::isfinite(value)) return;
+  faults.push_back({path, std::string("a finite number, ") + unit, toText(value)});
+}
 
 /// Adds a fault if there is not one value per joint, and one for each value that is not finite. what, unit:
 /// such as "angles", "rad".
-void checkValues(std::vector<Fault>& faults, const std::string& path, const char* what, const char* unit,
-                 const std::vector<double>& values, std::size_t joints);
+inline void checkValues(std::vector<Fault>& faults, const std::string& path, const char* what,
+                        const char* unit, const std::vector<double>& values, std::size_t joints) {
+  if (values.size() != joints) {
+    faults.push_back({path, std::to_string(joints) + " " + what + ", one per joint in chain order",
+                      std::to_string(values.size())});
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    checkFinite(faults, path + "[" + std::to_string(i) + "]", unit, values[i]);
+  }
+}
 
 }  // namespace planar_chain

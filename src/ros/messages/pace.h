@@ -2,6 +2,7 @@
 
 /// Tick times, periodic actions and the real-time factor.
 
+#include <cmath>
 #include <cstdint>
 #include <deque>
 
@@ -14,10 +15,19 @@ class Pace {
   explicit Pace(double rate) : rate_(rate) {}
 
   double timeOf(long long tick) const { return static_cast<double>(tick) / rate_; }  ///< s
-  std::int64_t nanosecondsOf(long long tick) const;                                  ///< rounded
+  /// Rounded.
+  std::int64_t nanosecondsOf(long long tick) const {
+    return std::llround(static_cast<long double>(tick) * 1e9L / static_cast<long double>(rate_));
+  }
 
   /// True if an action at `frequency` (Hz, at most rate) is due at this tick. Tick 0 is always due.
-  bool falls(long long tick, double frequency) const;
+  bool falls(long long tick, double frequency) const {
+    // The millionth of a period covers the rounding of the quotient.
+    const auto happened = [&](long long k) {
+      return std::floor(static_cast<double>(k) * frequency / rate_ + 1e-6);
+    };
+    return tick == 0 || happened(tick) > happened(tick - 1);
+  }
 
  private:
   double rate_;
@@ -29,7 +39,12 @@ class Every {
   explicit Every(double period) : period_(period) {}
 
   /// True once per period, first at the first call. Missed periods are skipped.
-  bool isDue(double now);
+  bool isDue(double now) {
+    if (now < next_) return false;
+    next_ += period_;
+    if (next_ <= now) next_ = now + period_;
+    return true;
+  }
   double next() const { return next_; }
 
  private:
@@ -44,7 +59,12 @@ class RealTimeFactor {
   explicit RealTimeFactor(std::size_t samples) : most_(samples + 1) {}
 
   /// Returns the factor since the oldest sample kept. The first call returns 0. Times in s.
-  double sample(double simTime, double wallTime);
+  double sample(double simTime, double wallTime) {
+    samples_.push_back({simTime, wallTime});
+    if (samples_.size() > most_) samples_.pop_front();
+    const auto [sim, wall] = samples_.front();
+    return wallTime > wall ? (simTime - sim) / (wallTime - wall) : 0;
+  }
 
  private:
   struct Sample {

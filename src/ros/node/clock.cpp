@@ -118,8 +118,10 @@ class WallClock : public ReadClock {
 /// A /clock that this node publishes: simulation time since the start, `factor` times as fast as wall time.
 class OwnClock : public ReadClock {
  public:
-  OwnClock(double rate, double factor)
-      : OwnClock(rate, factor, "its own /clock, real_time_factor " + toText(factor)) {}
+  OwnClock(double rate, double factor, const std::string& pace)
+      : ReadClock(rate, factor, "its own /clock, " + pace),
+        factor_(factor),
+        out_(ros::NodeHandle().advertise<rosgraph_msgs::Clock>("/clock", queue)) {}
 
   long long firstTick() const override { return 1; }
   ros::Time now() const override { return published_.clock; }
@@ -130,12 +132,6 @@ class OwnClock : public ReadClock {
   void publishAgain() override {
     if (!published_.clock.isZero() && out_.getNumSubscribers() > 0) out_.publish(published_);
   }
-
- protected:
-  OwnClock(double rate, double factor, std::string name)
-      : ReadClock(rate, factor, std::move(name)),
-        factor_(factor),
-        out_(ros::NodeHandle().advertise<rosgraph_msgs::Clock>("/clock", queue)) {}
 
  private:
   std::int64_t read() const override { return std::llround(since(start_) * factor_ * 1e9); }
@@ -149,7 +145,7 @@ class OwnClock : public ReadClock {
 /// The same as fast as possible: the next tick is always due.
 class FreeClock : public OwnClock {
  public:
-  explicit FreeClock(double rate) : OwnClock(rate, 0, "its own /clock, as fast as possible") {}
+  explicit FreeClock(double rate) : OwnClock(rate, 0, "as fast as possible") {}
 
   void begin(long long /*next*/) override {}
   long long due(long long next) override { return next; }
@@ -229,8 +225,9 @@ ros::Time Clock::stampOf(long long tick) const {
 std::unique_ptr<Clock> makeClock(const Scene& scene) {
   const double rate = scene.publish.rate;
   if (scene.realTimeFactor) {
-    if (*scene.realTimeFactor > 0) return std::make_unique<OwnClock>(rate, *scene.realTimeFactor);
-    return std::make_unique<FreeClock>(rate);
+    const double factor = *scene.realTimeFactor;
+    if (factor == 0) return std::make_unique<FreeClock>(rate);
+    return std::make_unique<OwnClock>(rate, factor, "real_time_factor " + toText(factor));
   }
   if (ros::param::param("/use_sim_time", false)) return std::make_unique<ExternalClock>(rate);
   return std::make_unique<WallClock>(rate);

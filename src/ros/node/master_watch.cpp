@@ -12,6 +12,8 @@
 #include <initializer_list>
 #include <optional>
 
+#include "reading/section.h"
+
 namespace planar_chain {
 
 namespace {
@@ -154,9 +156,7 @@ std::string MasterWatch::clockFaultIn(const XmlRpcValue& state) const {
   const std::vector<std::string> owners = nodesOf(state, publishers, "/clock");
   if (owners.size() < 2) return "";
   if (!contains(owners, name_) && !contains(nodesOf(state, subscribers, "/clock"), name_)) return "";
-  std::string all;
-  for (const std::string& owner : owners) all += (all.empty() ? "" : ", ") + owner;
-  return "/clock has several publishers: " + all +
+  return "/clock has several publishers: " + inCommas(owners) +
          ". Time jumps between them. Stop all but one (rosnode cleanup removes dead nodes from the master)";
 }
 

@@ -7,8 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 
-#include "ros/node/summary.h"
+#include "effects/effect_kind.h"
+#include "ode/methods.h"
+#include "reading/section.h"
 #include "ros/view/urdf.h"
 
 namespace planar_chain {
@@ -45,6 +48,50 @@ bool keepGoingInPart() {
 /// True also means that the scene publishes the topic.
 bool hasSubscribers(const ros::Publisher& topic) {
   return topic.getNumSubscribers() > 0;
+}
+
+// ---- The log at the start ----------------------------------------------------------------------
+
+/// "nothing" without items.
+std::string listed(const std::vector<std::string>& items) {
+  return items.empty() ? "nothing" : inCommas(items);
+}
+
+/// What the scene runs, and what it leaves out.
+std::string whatRuns(const Simulation& simulation) {
+  const Scene& scene = simulation.scene();
+  SceneWords words;
+  (scene.chain.gravity() == Vec2d{} ? words.leftOut : words.runs).push_back("gravity");
+  for (const EffectKind* kind : effectKinds()) kind->summarize(scene, words);
+  words.runs.push_back("energy guard");
+  words.runs.push_back(scene.commandTimeout > 0
+                           ? "commands that lapse after " + toText(scene.commandTimeout) + " s"
+                           : "commands that hold until replaced");
+
+  const IntegratorSettings& integrator = scene.integrator;
+  const bool hasFixedStep = ode::hasFixedStep(integrator.method);
+  std::ostringstream line;
+  line << scene.chain.size() << (scene.chain.size() == 1 ? " link (" : " links (") << simulation.recursion()
+       << ") by " << integrator.method << (hasFixedStep ? ", step " : ", tolerance ")
+       << (hasFixedStep ? integrator.step : integrator.tolerance) << "; runs: " << listed(words.runs)
+       << "; left out: " << listed(words.leftOut);
+  return line.str();
+}
+
+/// Which topics are published, and which are disabled.
+std::string whatIsPublished(const PublishSettings& settings, const Frames& frames) {
+  std::ostringstream line;
+  line << "publishes on demand: joint_states";
+  if (settings.linkStates) line << " and link_states";
+  line << " at " << settings.rate << " Hz, ";
+  if (settings.tf) line << "tf at " << settings.tfRate << " Hz below " << frames.base << ", ";
+  line << "status at " << settings.statusRate << " Hz, views at " << settings.tfRate << " Hz";
+
+  std::vector<std::string> disabled;
+  if (!settings.linkStates) disabled.push_back("link_states");
+  if (!settings.tf) disabled.push_back("tf");
+  if (!disabled.empty()) line << "; disabled: " << inCommas(disabled);
+  return line.str();
 }
 
 }  // namespace

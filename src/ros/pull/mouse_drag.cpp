@@ -1,15 +1,39 @@
-#include "ros/pull/mouse_drag.h"
+/// pull: drags the links of a running simulation with the mouse, in rviz. The parameter ~simulation is the
+/// name of its node. Each link has an interactive marker in its link frame. rviz reports:
+///
+///     press      grab the point under the mouse, and hold it
+///     drag       a critically damped spring (pull.h) pulls the point towards the mouse
+///     release    stop
+///
+/// The only output is ~link_force of the simulation's node. A force is computed for the state of each tick
+/// and lasts until the next. So it ends with the ticks, the mouse button and this program. It also ends when
+/// rviz, which repeats a drag at least four times a second, has been silent for a second of wall time. States
+/// are subscribed to only during a drag.
 
+#include <interactive_markers/interactive_marker_server.h>
 #include <planar_chain/LinkForce.h>
 #include <ros/console.h>
+#include <ros/init.h>
 #include <ros/names.h>
+#include <ros/node_handle.h>
 #include <ros/this_node.h>
+#include <sensor_msgs/JointState.h>
 
 #include <algorithm>
+#include <clocale>
 #include <cmath>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "dynamics/pull.h"
+#include "ros/messages/pace.h"
+#include "ros/node/parameters.h"
+#include "ros/view/drawing.h"
+#include "ros/view/sketch.h"
 
 namespace planar_chain {
-
 namespace {
 
 constexpr double highestPulsation = 20;   // rad/s: the point arrives in a third of a second
@@ -42,164 +66,221 @@ visualization_msgs::Marker boxAround(const Bar& bar, double width) {
   return box;
 }
 
-}  // namespace
+class MouseDrag {
+ public:
+  /// The most links with a marker. In a longer chain they are evenly spread.
+  static constexpr int mostMarkers = 200;
 
-MouseDrag::MouseDrag(const Scene& scene, const std::string& simulation)
-    : scene_(scene),
-      frames_(framesOf(scene, ros::names::parentNamespace(simulation))),
-      drawing_(scene),
-      pull_(scene_.chain),
-      stride_(std::max(1, static_cast<int>(std::ceil(scene.publish.rate / mostForces)))),
-      duration_(stride_ / scene.publish.rate),
-      pulsation_(std::fmin(highestPulsation, turnPerForce / duration_)),
-      sketch_(frames_, "pull", heightOverBodies * drawing_.bar),
-      pictures_(1 / mostPictures),
-      warnings_(1),
-      outer_(ros::names::parentNamespace(simulation)),
-      server_(ros::this_node::getName()),
-      forceOut_(outer_.advertise<LinkForce>(simulation + "/link_force", 10)),
-      pictureOut_(inner_.advertise<visualization_msgs::MarkerArray>("force", 2)) {
-  const int n = scene_.chain.size();
-  const int stride = (n + mostMarkers - 1) / mostMarkers;
-  for (int i = n - 1; i >= 0; i -= stride) offerMarker(i);
-  server_.applyChanges();
-}
-
-void MouseDrag::offerMarker(int link) {
-  visualization_msgs::InteractiveMarkerControl control;
-  control.name = "pull";
-  control.interaction_mode = visualization_msgs::InteractiveMarkerControl::MOVE_PLANE;
-  // The mouse moves in the plane across the control's x axis, which is turned to +z here.
-  control.orientation.y = -std::sqrt(0.5);
-  control.orientation.w = std::sqrt(0.5);
-  control.always_visible = true;
-  for (const Bar& bar : barsOf(linkAt(link), drawing_)) {
-    control.markers.push_back(boxAround(bar, markerWidth * drawing_.bar));
+  /// scene: of the simulation; simulation: the full name of its node. The markers' topics are below this
+  /// node.
+  MouseDrag(const Scene& scene, const std::string& simulation)
+      : scene_(scene),
+        frames_(framesOf(scene, ros::names::parentNamespace(simulation))),
+        drawing_(scene),
+        pull_(scene_.chain),
+        stride_(std::max(1, static_cast<int>(std::ceil(scene.publish.rate / mostForces)))),
+        duration_(stride_ / scene.publish.rate),
+        pulsation_(std::fmin(highestPulsation, turnPerForce / duration_)),
+        sketch_(frames_, "pull", heightOverBodies * drawing_.bar),
+        pictures_(1 / mostPictures),
+        warnings_(1),
+        outer_(ros::names::parentNamespace(simulation)),
+        server_(ros::this_node::getName()),
+        forceOut_(outer_.advertise<LinkForce>(simulation + "/link_force", 10)),
+        pictureOut_(inner_.advertise<visualization_msgs::MarkerArray>("force", 2)) {
+    const int n = scene_.chain.size();
+    const int stride = (n + mostMarkers - 1) / mostMarkers;
+    for (int i = n - 1; i >= 0; i -= stride) offerMarker(i);
+    server_.applyChanges();
   }
 
-  visualization_msgs::InteractiveMarker marker;
-  // Without a stamp the marker moves with its frame.
-  marker.header.frame_id = frames_.links[index(link)];
-  marker.name = linkAt(link).name;
-  marker.scale = static_cast<float>(drawing_.unit);
-  marker.pose.orientation.w = 1;
-  marker.controls.push_back(control);
-  server_.insert(marker, [this](const Feedback::ConstPtr& feedback) { onFeedback(*feedback); });
-  links_[marker.name] = link;
-}
+ private:
+  using Feedback = visualization_msgs::InteractiveMarkerFeedback;
 
-// ---- What rviz reports ---------------------------------------------------------------------------
+  /// The grabbed point and its link's rotation at an instant that rviz may refer to.
+  struct Place {
+    ros::Time stamp;
+    Vec2d position;
+    Rotation<double> turn;
+  };
+  struct Grip {
+    int link;
+    Vec2d point;   ///< grabbed, link frame, m
+    Vec2d offset;  ///< from the point to the mouse, link frame at offsetAt, m
+    ros::Time offsetAt;
+    ros::WallTime feedbackAt;     ///< the last feedback
+    std::deque<Place> path;       ///< the last two seconds
+    std::optional<Vec2d> target;  ///< the mouse, base frame, m
+  };
 
-void MouseDrag::onFeedback(const Feedback& feedback) {
-  // Find the link, and check the message.
-  const auto found = links_.find(feedback.marker_name);
-  if (found == links_.end()) return;
-  const int link = found->second;
-  const std::string& frame = frames_.links[index(link)];
-  const Vec2d offset = inPlane(feedback.pose.position), mouse = inPlane(feedback.mouse_point);
-  if (feedback.header.frame_id != frame || !isFinite(offset) || !isFinite(mouse)) {
-    if (warnings_.isDue(ros::WallTime::now().toSec())) {
-      ROS_WARN("%s/feedback: expected finite numbers in frame %s, got (%g, %g) m and (%g, %g) m in %s",
-               ros::this_node::getName().c_str(), frame.c_str(), offset.x, offset.y, mouse.x, mouse.y,
-               feedback.header.frame_id.c_str());
+  void offerMarker(int link) {
+    visualization_msgs::InteractiveMarkerControl control;
+    control.name = "pull";
+    control.interaction_mode = visualization_msgs::InteractiveMarkerControl::MOVE_PLANE;
+    // The mouse moves in the plane across the control's x axis, which is turned to +z here.
+    control.orientation.y = -std::sqrt(0.5);
+    control.orientation.w = std::sqrt(0.5);
+    control.always_visible = true;
+    for (const Bar& bar : barsOf(linkAt(link), drawing_)) {
+      control.markers.push_back(boxAround(bar, markerWidth * drawing_.bar));
     }
-    return;
+
+    visualization_msgs::InteractiveMarker marker;
+    // Without a stamp the marker moves with its frame.
+    marker.header.frame_id = frames_.links[index(link)];
+    marker.name = linkAt(link).name;
+    marker.scale = static_cast<float>(drawing_.unit);
+    marker.pose.orientation.w = 1;
+    marker.controls.push_back(control);
+    server_.insert(marker, [this](const Feedback::ConstPtr& feedback) { onFeedback(*feedback); });
+    links_[marker.name] = link;
   }
 
-  // Grab, drag or release.
-  const bool isGrabbed = grip_ && grip_->link == link;
-  switch (feedback.event_type) {
-    case Feedback::MOUSE_DOWN:
-      return grab(link, feedback);
-    case Feedback::POSE_UPDATE:
-    case Feedback::KEEP_ALIVE:
-      if (!isGrabbed) return;
-      grip_->feedbackAt = ros::WallTime::now();
-      grip_->offset = offset;
-      grip_->offsetAt = feedback.header.stamp;
-      return findTarget();
-    case Feedback::MOUSE_UP:
-      if (isGrabbed) release();
+  // ---- What rviz reports ---------------------------------------------------------------------------
+
+  void onFeedback(const Feedback& feedback) {
+    // Find the link, and check the message.
+    const auto found = links_.find(feedback.marker_name);
+    if (found == links_.end()) return;
+    const int link = found->second;
+    const std::string& frame = frames_.links[index(link)];
+    const Vec2d offset = inPlane(feedback.pose.position), mouse = inPlane(feedback.mouse_point);
+    if (feedback.header.frame_id != frame || !isFinite(offset) || !isFinite(mouse)) {
+      if (warnings_.isDue(ros::WallTime::now().toSec())) {
+        ROS_WARN("%s/feedback: expected finite numbers in frame %s, got (%g, %g) m and (%g, %g) m in %s",
+                 ros::this_node::getName().c_str(), frame.c_str(), offset.x, offset.y, mouse.x, mouse.y,
+                 feedback.header.frame_id.c_str());
+      }
       return;
-    default:
-      return;
+    }
+
+    // Grab, drag or release.
+    const bool isGrabbed = grip_ && grip_->link == link;
+    switch (feedback.event_type) {
+      case Feedback::MOUSE_DOWN:
+        return grab(link, feedback);
+      case Feedback::POSE_UPDATE:
+      case Feedback::KEEP_ALIVE:
+        if (!isGrabbed) return;
+        grip_->feedbackAt = ros::WallTime::now();
+        grip_->offset = offset;
+        grip_->offsetAt = feedback.header.stamp;
+        return findTarget();
+      case Feedback::MOUSE_UP:
+        if (isGrabbed) release();
+        return;
+      default:
+        return;
+    }
   }
-}
 
-void MouseDrag::grab(int link, const Feedback& feedback) {
-  if (grip_) release();
-  const Vec2d point = feedback.mouse_point_valid ? inPlane(feedback.mouse_point) : linkAt(link).com;
-  grip_ = Grip{link, point, {}, feedback.header.stamp, ros::WallTime::now(), {}, {}};
-  ticks_ = 0;
-  statesIn_ =
-      outer_.subscribe("joint_states", 1, &MouseDrag::onState, this, ros::TransportHints().tcpNoDelay());
-}
+  void grab(int link, const Feedback& feedback) {
+    if (grip_) release();
+    const Vec2d point = feedback.mouse_point_valid ? inPlane(feedback.mouse_point) : linkAt(link).com;
+    grip_ = Grip{link, point, {}, feedback.header.stamp, ros::WallTime::now(), {}, {}};
+    ticks_ = 0;
+    statesIn_ =
+        outer_.subscribe("joint_states", 1, &MouseDrag::onState, this, ros::TransportHints().tcpNoDelay());
+  }
 
-void MouseDrag::release() {
-  // Stop the forces, move the marker back to its link, and erase the picture.
-  statesIn_.shutdown();
-  geometry_msgs::Pose home;
-  home.orientation.w = 1;
-  server_.setPose(linkAt(grip_->link).name, home);
-  server_.applyChanges();
-  grip_.reset();
-  sketch_.clear();
-  pictureOut_.publish(sketch_.message(ros::Time::now()));
-}
+  void release() {
+    // Stop the forces, move the marker back to its link, and erase the picture.
+    statesIn_.shutdown();
+    geometry_msgs::Pose home;
+    home.orientation.w = 1;
+    server_.setPose(linkAt(grip_->link).name, home);
+    server_.applyChanges();
+    grip_.reset();
+    sketch_.clear();
+    pictureOut_.publish(sketch_.message(ros::Time::now()));
+  }
 
-/// Finds the mouse in the base frame, if the state at offsetAt is known.
-void MouseDrag::findTarget() {
-  const auto& path = grip_->path;
-  if (path.empty() || grip_->offsetAt > path.back().stamp) return;
-  const auto later =
-      std::upper_bound(path.begin(), path.end(), grip_->offsetAt,
-                       [](ros::Time stamp, const Place& place) { return stamp < place.stamp; });
-  const Place& place = later == path.begin() ? *later : *(later - 1);
-  grip_->target = place.position + place.turn * grip_->offset;
-}
+  /// Finds the mouse in the base frame, if the state at offsetAt is known.
+  void findTarget() {
+    const auto& path = grip_->path;
+    if (path.empty() || grip_->offsetAt > path.back().stamp) return;
+    const auto later =
+        std::upper_bound(path.begin(), path.end(), grip_->offsetAt,
+                         [](ros::Time stamp, const Place& place) { return stamp < place.stamp; });
+    const Place& place = later == path.begin() ? *later : *(later - 1);
+    grip_->target = place.position + place.turn * grip_->offset;
+  }
 
-// ---- The force -----------------------------------------------------------------------------------
+  // ---- The force -----------------------------------------------------------------------------------
 
-void MouseDrag::onState(const sensor_msgs::JointState& state) {
-  const auto n = static_cast<std::size_t>(scene_.chain.size());
-  if (!grip_ || state.position.size() != n || state.velocity.size() != n) return;
-  if ((ros::WallTime::now() - grip_->feedbackAt).toSec() > longestSilence) return release();
+  void onState(const sensor_msgs::JointState& state) {
+    const auto n = static_cast<std::size_t>(scene_.chain.size());
+    if (!grip_ || state.position.size() != n || state.velocity.size() != n) return;
+    if ((ros::WallTime::now() - grip_->feedbackAt).toSec() > longestSilence) return release();
 
-  // Find the point, and the mouse. Stamps go back if the clock does.
-  const PointMotion point =
-      pull_.motionOf(state.position.data(), state.velocity.data(), grip_->link, grip_->point);
-  auto& path = grip_->path;
-  if (!path.empty() && state.header.stamp <= path.back().stamp) path.clear();
-  path.push_back({state.header.stamp, point.position, point.turn});
-  while ((path.back().stamp - path.front().stamp).toSec() > memory) path.pop_front();
-  findTarget();
-  if (!grip_->target || ticks_++ % stride_ != 0) return;
+    // Find the point, and the mouse. Stamps go back if the clock does.
+    const PointMotion point =
+        pull_.motionOf(state.position.data(), state.velocity.data(), grip_->link, grip_->point);
+    auto& path = grip_->path;
+    if (!path.empty() && state.header.stamp <= path.back().stamp) path.clear();
+    path.push_back({state.header.stamp, point.position, point.turn});
+    while ((path.back().stamp - path.front().stamp).toSec() > memory) path.pop_front();
+    findTarget();
+    if (!grip_->target || ticks_++ % stride_ != 0) return;
 
-  // Send the force of the spring.
-  const Vec2d force = pull_.force(point, *grip_->target, pulsation_);
-  LinkForce command;
-  command.link = linkAt(grip_->link).name;
-  command.point.x = grip_->point.x;
-  command.point.y = grip_->point.y;
-  command.force.x = force.x;
-  command.force.y = force.y;
-  command.duration = duration_ + overlap;
-  forceOut_.publish(command);
-  if (pictures_.isDue(ros::WallTime::now().toSec())) draw(point, force, state.header.stamp);
-}
+    // Send the force of the spring.
+    const Vec2d force = pull_.force(point, *grip_->target, pulsation_);
+    LinkForce command;
+    command.link = linkAt(grip_->link).name;
+    command.point.x = grip_->point.x;
+    command.point.y = grip_->point.y;
+    command.force.x = force.x;
+    command.force.y = force.y;
+    command.duration = duration_ + overlap;
+    forceOut_.publish(command);
+    if (pictures_.isDue(ros::WallTime::now().toSec())) draw(point, force, state.header.stamp);
+  }
 
-/// Publishes the spring, the mouse and the force as a picture.
-void MouseDrag::draw(const PointMotion& point, Vec2d force, ros::Time stamp) {
-  const Colour paint = colour(1, 0.9, 0.35), pale = colour(1, 0.9, 0.35, 0.35);
-  const Rotation<double> toLink{point.turn.c, -point.turn.s};
-  const Vec2d from = grip_->point, mouse = from + toLink * (*grip_->target - point.position);
-  const double w = drawing_.bar;
-  sketch_.clear();
-  Sketch& sketch = sketch_.on(grip_->link);
-  sketch.band(from, mouse, 0.12 * w, 0.12 * w, pale, pale);
-  sketch.sector(mouse, 0.3 * w, 0, 6.3, pale);
-  sketch.arrow(from, from + toLink * drawing_.arrow(force), 0.4 * w, paint);
-  pictureOut_.publish(sketch_.message(stamp));
-}
+  /// Publishes the spring, the mouse and the force as a picture.
+  void draw(const PointMotion& point, Vec2d force, ros::Time stamp) {
+    const Colour paint = colour(1, 0.9, 0.35), pale = colour(1, 0.9, 0.35, 0.35);
+    const Rotation<double> toLink{point.turn.c, -point.turn.s};
+    const Vec2d from = grip_->point, mouse = from + toLink * (*grip_->target - point.position);
+    const double w = drawing_.bar;
+    sketch_.clear();
+    Sketch& sketch = sketch_.on(grip_->link);
+    sketch.band(from, mouse, 0.12 * w, 0.12 * w, pale, pale);
+    sketch.sector(mouse, 0.3 * w, 0, 6.3, pale);
+    sketch.arrow(from, from + toLink * drawing_.arrow(force), 0.4 * w, paint);
+    pictureOut_.publish(sketch_.message(stamp));
+  }
 
+  const Link& linkAt(int link) const { return scene_.chain.links()[index(link)]; }
+
+  const Scene scene_;
+  Frames frames_;
+  Drawing drawing_;
+  Pull pull_;
+  std::map<std::string, int> links_;  ///< index by name
+  int stride_;                        ///< ticks from one force to the next
+  double duration_;                   ///< the same in s
+  double pulsation_;                  ///< ω of the spring, rad/s
+  std::optional<Grip> grip_;
+  int ticks_ = 0;
+  Sketches sketch_;
+  Every pictures_, warnings_;
+
+  ros::NodeHandle outer_, inner_{"~"};
+  interactive_markers::InteractiveMarkerServer server_;
+  ros::Publisher forceOut_, pictureOut_;
+  ros::Subscriber statesIn_;
+};
+
+}  // namespace
 }  // namespace planar_chain
+
+int main(int argc, char** argv) {
+  std::setlocale(LC_CTYPE, "C.UTF-8");  // let the log write signs such as ²
+  ros::init(argc, argv, "pull");
+  const ros::NodeHandle own("~");
+  const auto simulation = own.param<std::string>("simulation", "planar_chain");
+  return planar_chain::withScene(simulation, [&simulation](const planar_chain::Scene& scene) {
+    const planar_chain::MouseDrag drag(scene, ros::names::resolve(simulation));
+    ros::spin();
+  });
+}
