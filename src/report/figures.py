@@ -21,6 +21,7 @@ COLOURS = {"auto": "black", "rk4": "#9467bd", "dopri5": "#1f77b4", "dop853": "#1
 MARKS = {"by hand": "s", "odeint": "D", "SUNDIALS": "v", "MuJoCo": "^", "Bullet": "<", "DART": ">", "Simbody": "p",
          "ODE": "P", "Euler": "v", "RK4": "^", "implicit": "s"}
 FAILURES = {"diverged": "x", "refused": "1", "timed out": r"$\rightarrow$"}
+RED = "#b2182b"
 FAMILIES = {"stiff": "Stiff joints: springs k, N m/rad", "stiff_damped": "Stiff joints, damped: k, N m/rad; d = k · 1 ms",
             "damped": "Damped joints, k = 100 N m/rad: d, N m s/rad",
             "heavy_tip": "Heavy tip: its mass over a link's", "slack_tip": "Heavy tip, slack: its mass over a link's",
@@ -206,4 +207,25 @@ def long_runs(rows):
         logarithmic(axes, "t, s", f"error of the {'energy' if column == 'energy' else 'angular momentum'}, relative")
         axes.set_title(titles[name])
     common_legend(figure, panels[0], 5, 0.1)
+    return figure
+
+
+def real_time(rows):
+    rates = grouped(rows, "rate")
+    figure, panels = plt.subplots(1, len(rates), figsize=(13.5, 4.9), sharey=True, squeeze=False)
+    for axes, (rate, members) in zip(panels.flat, rates.items()):
+        lengths = grouped(members, "links")
+        for k, (links, cell) in enumerate(lengths.items()):
+            for quantity, line, words in (("late", "-", "late"), ("work", ":", "work of a tick")):
+                points = [(number(row["seconds"]), max(number(row["share"]), 1 / number(row["ticks"]))) for row in cell
+                          if row["quantity"] == quantity and (row["share"] == "0" or
+                                                              number(row["share"]) * number(row["ticks"]) >= 1)]
+                plot(axes, points, linestyle=line, color=plt.get_cmap("viridis")(0.9 * k / max(1, len(lengths) - 1)),
+                     linewidth=1.5, label=f"{links} links, {words}")
+        axes.axvline(1 / number(rate), color=RED, linewidth=1)
+        axes.annotate("period", (1 / number(rate), 1.01), xycoords=("data", "axes fraction"), color=RED, ha="center")
+        logarithmic(axes, "late (solid), work of a tick (dotted), s")
+        axes.set_title(f"{rate} Hz", pad=16)
+    panels[0, 0].set_ylabel("part of the ticks that take longer")
+    common_legend(figure, panels[0, 0], 4, 0.1)
     return figure

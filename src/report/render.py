@@ -163,6 +163,21 @@ def long_runs(rows, save):
                              row["momentum"].replace("nan", "–")] for row in last])}
 
 
+def real_time(rows, save):
+    body = []
+    for (links, rate), cell in grouped(rows, "links", "rate").items():
+        at = {(row["quantity"], row["share"]): row for row in cell}
+        late, work = at["late", "0"], at["work", "0"]
+        body.append([links, rate, late["ticks"], late["beyond_a_period"], late["missing"], late["overruns"],
+                     *(f"{1e6 * number(at['late', share]['seconds']):.0f}" for share in ("0.5", "0.01", "0.001", "0")),
+                     *(f"{1e6 * number(at['work', share]['seconds']):.3g}" for share in ("0.5", "0")),
+                     work["beyond_a_period"]])
+    return {"picture": save(figures.real_time(rows), "real_time", "How late the node's ticks come"),
+            "table": table(["links", "Hz", "ticks", "deadlines missed", "never came", "overruns by ~status",
+                            "late, µs: median", "99 %", "99.9 %", "worst", "work, µs: median", "worst",
+                            "work beyond a period"], body)}
+
+
 def consistency(rows, race_rows):
     def line(cells, fits):
         cells = [*cells, "fits" if fits else "DOES NOT FIT"]
@@ -214,7 +229,8 @@ def write(folder, data, titles):
     tables = {name: read_table(folder / f"{name}.csv") for name in ("work_precision", "work_precision_runs", *about)}
     rows = tables["work_precision"]
     made = {name: make(tables[name], save) for name, make in
-            (("stability", stability), ("scaling", scaling), ("effects", effects), ("long", long_runs)) if tables.get(name)}
+            (("stability", stability), ("scaling", scaling), ("effects", effects), ("long", long_runs),
+             ("real_time", real_time)) if tables.get(name)}
     if rows:
         made["race"] = race(rows, tables["work_precision_runs"], floors, titles, save)
     if tables.get("consistency"):

@@ -14,18 +14,20 @@ import json
 import os
 import pathlib
 import shlex
+import subprocess
 import sys
 
 sys.dont_write_bytecode = True  # the script may lie in a folder of sources
 
 # pylint: disable=wrong-import-position
+import real_time  # noqa: E402
 from race import Failed, list_points, output_of, race  # noqa: E402
-from store import write_whole  # noqa: E402
+from store import lines_of, open_table, read_table, write_whole  # noqa: E402
 
 HERE = pathlib.Path(__file__).absolute().parent
 DATA = HERE / "../../share/planar_chain"
 OWN, PEERS = HERE / "report_measure", HERE / "report_peers"
-STUDIES = ("race", "consistency", "stability", "scaling", "effects", "long")
+STUDIES = ("race", "consistency", "stability", "scaling", "effects", "long", "real_time")
 TABLES = {"race": ("work_precision", "work_precision_runs"), **{name: (name,) for name in STUDIES[1:]}}
 
 
@@ -70,6 +72,19 @@ def study(folder, name, flags, is_quick):
     write_whole(path, text)
 
 
+def real_time_study(folder, is_quick, progress):
+    if real_time.why_not(HERE):
+        return  # and the page says so
+    path = folder / "real_time.csv"
+    with open_table(path, real_time.COLUMNS) as table:
+        done = {(row["links"], row["rate"]) for row in read_table(path)}
+        for links, rate in real_time.cells(is_quick):
+            progress.show(f"real time: {links} links at {rate} Hz")
+            if (str(links), str(rate)) not in done:
+                table.write(lines_of(real_time.measure(links, rate, is_quick)))
+            progress.advance()
+
+
 # ---- By what it is measured ----------------------------------------------------------------------
 
 def processor():
@@ -88,7 +103,9 @@ def facts_by_study(is_quick):
               "programs": digest(OWN, HERE / "stability")}
     peers = {"engines": json.loads(output_of([PEERS, "about", "--data", DATA])) if PEERS.exists() else {},
              "others": digest(PEERS)}
-    return {name: {**common, **(peers if name in ("race", "scaling") else {})} for name in STUDIES}
+    node = {"node": digest(HERE / "planar_chain_node", HERE / "report_listen"), "left_out": real_time.why_not(HERE)}
+    more = {"race": peers, "scaling": peers, "real_time": node}
+    return {name: {**common, **more.get(name, {})} for name in STUDIES}
 
 
 def prepare(folder, studies, facts):
@@ -151,16 +168,25 @@ def report():
     prepare(folder, studies, facts_by_study(is_quick))
     programs = [program for program in (OWN, PEERS) if program.exists()]
     points = list_points(programs, arguments.scenes, flags) if "race" in studies else []
-    others = [name for name in studies if name != "race"]
-    with Progress(len(points) + len(others)) as progress:
+    others = [name for name in studies if name not in ("race", "real_time")]
+    ticks = len(real_time.cells(is_quick)) if "real_time" in studies else 0
+    failure = None
+    with Progress(len(points) + len(others) + ticks) as progress:
         if points:
             race(folder, points, flags, progress)
         for name in others:
             progress.show(name)
             study(folder, name, flags, is_quick)
             progress.advance()
+        try:
+            if ticks:
+                real_time_study(folder, is_quick, progress)
+        except (OSError, subprocess.SubprocessError) as error:  # the other studies' page is written nevertheless
+            failure = error
     render.write(folder, DATA / "report", titles)
     print(folder / "index.html")
+    if failure is not None:
+        raise Failed(failure)
 
 
 def main():
