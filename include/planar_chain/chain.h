@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -45,7 +46,7 @@ struct Joint {
 
   bool isLimited() const { return std::isfinite(lower) || std::isfinite(upper); }
   /// Returns the value of this key in `others`, or 0.
-  double other(const std::string& key) const {
+  double other(std::string_view key) const {
     for (const auto& [itsKey, value] : others) {
       if (itsKey == key) return value;
     }

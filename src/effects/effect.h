@@ -90,7 +90,7 @@ class Effect {
   virtual Acting mostActing() const = 0;
   /// The most that it adds at present. apply() is called only if this is not `nothing`.
   virtual Acting acting() const = 0;
-  /// True if it ever supplies or takes power.
+  /// True if it ever supplies or takes power. An effect that only stores energy returns false.
   virtual bool hasPower() const { return true; }
   /// The number of inner pins, from the ground outwards, whose velocity it needs. 0 without forces.
   virtual int reach() const { return 0; }
@@ -110,7 +110,8 @@ class Effect {
   /// Adds k_i and d_i of each joint, N m/rad and N m s/rad: its torque changes by −k δq − d δq̇. Adds only the
   /// parts that are constant between two switches.
   virtual void addStiffness(double* /*k*/, double* /*d*/) const {}
-  /// True if parts of k and d depend on the state.
+  /// True if parts of k and d depend on the state. If it is false, the stiff methods do not call
+  /// addTangents().
   virtual bool isNonlinear() const { return false; }
   /// Adds these parts.
   virtual void addTangents(const ChainState& /*at*/, double* /*k*/, double* /*d*/) const {}
@@ -135,10 +136,10 @@ class Effect {
 
   // ---- Its Taylor series --------------------------------------------------------------------------------
 
-  /// Reserves memory for so many orders. Allocates.
+  /// Reserves memory for orders 0 … orders − 1. Allocates.
   virtual void reserveSeries(int /*orders*/) {}
-  /// Adds the coefficients of order k > 0 of N and F, except the part that addStiffness() covers. All lower
-  /// orders have been added before.
+  /// Adds the coefficients of order k > 0 of N and F, except the part that addStiffness() covers. apply()
+  /// gave order 0, and all lower orders have been added. Orders 0 … k of θ and ω are known.
   virtual void addOrder(int /*k*/, const Series& /*known*/, const Actions& /*to*/) {}
 
   // ---- Switches -----------------------------------------------------------------------------------------

@@ -74,7 +74,8 @@ class EffectKind {
 
   /// The energy V that it stores in a joint at the angle q, J.
   virtual double energyIn(const Joint& /*joint*/, double /*q*/) const { return 0; }
-  /// The largest ∂²V/∂q² in a joint, N m/rad.
+  /// A typical ∂²V/∂q² in a joint, N m/rad: > 0 where it stores energy, else energyIn() is not called. The
+  /// guard allows more error of the energy for a larger value.
   virtual double stiffnessOf(const Joint& /*joint*/) const { return 0; }
 
   /// Its part of the start-up line.
