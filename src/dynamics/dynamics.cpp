@@ -69,11 +69,7 @@ void Dynamics::switched() {
 ChainState Dynamics::stateWithForces(double t, const double* theta, const double* omega) {
   rotations(theta, room_.e.data(), n_);
   std::fill(room_.F.begin(), room_.F.end(), Vec2d{});
-  Vec2d v;
-  for (int j = 0; j < effects_.reach(); ++j) {
-    room_.pinVelocity[index(j)] = v;
-    v += omega[j] * perp(room_.e[index(j)] * mechanism_.chain().links()[index(j)].pin);
-  }
+  mechanism_.findPinVelocities(room_.e.data(), omega, effects_.reach(), room_.pinVelocity.data());
   return {t, theta, omega, room_.e.data(), room_.pinVelocity.data()};
 }
 

@@ -82,11 +82,7 @@ void ExactSolve::setJoints(const std::vector<double>& k, const std::vector<doubl
 }
 
 void ExactSolve::findPinVelocities() {
-  Vec2d v;
-  for (int j = 0; j < effects_.reach(); ++j) {
-    pinVelocity_[index(j)] = v;
-    v += at_.omega[j] * perp(eAt_[index(j)] * mechanism_.chain().links()[index(j)].pin);
-  }
+  mechanism_.findPinVelocities(at_.e, at_.omega, effects_.reach(), pinVelocity_.data());
 }
 
 const double* ExactSolve::keep(double t, const double* y) {

@@ -46,4 +46,13 @@ const double* Mechanism::stateInOrder(const double* y, double* room) const {
   return room;
 }
 
+void Mechanism::findPinVelocities(const Rotation<double>* e, const double* omega, int count,
+                                  Vec2d* velocities) const {
+  Vec2d v;
+  for (int j = 0; j < count; ++j) {
+    velocities[j] = v;
+    v += omega[j] * perp(e[j] * chain_.links()[index(j)].pin);
+  }
+}
+
 }  // namespace planar_chain

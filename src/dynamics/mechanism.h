@@ -38,6 +38,10 @@ class Mechanism {
   /// [θ ω] in chain order: copied to `room`, or as it stands where that is the order already.
   const double* stateInOrder(const double* y, double* room) const;
 
+  /// Writes the velocities of the first `count` inner pins, m/s, from e = exp(i θ_j) and the rates ω_j in
+  /// chain order. Allocates nothing.
+  void findPinVelocities(const Rotation<double>* e, const double* omega, int count, Vec2d* velocities) const;
+
  private:
   const Chain& chain_;
   int n_;

@@ -115,11 +115,8 @@ struct Simulation::Parts {
     const auto size = static_cast<std::size_t>(n);
     require(newQ.size() == size && newQd.size() == size, "q and qd must have one value a joint");
     require(allFinite(newQ) && allFinite(newQd), "q and qd must be finite");
-    double theta = 0, omega = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-      y[static_cast<Eigen::Index>(i)] = theta += newQ[i];
-      y[static_cast<Eigen::Index>(size + i)] = omega += newQd[i];
-    }
+    toAbsolute(newQ.data(), n, y.data());
+    toAbsolute(newQd.data(), n, y.data() + n);
     const double energy = energyOf(scene.chain, kinds, this->theta(), this->omega()).total();
     if (!std::isfinite(energy)) restore();
     require(std::isfinite(energy), "q and qd must be of finite energy");
@@ -197,11 +194,8 @@ struct Simulation::Parts {
   }
 
   void readRelative() {
-    for (int i = n - 1; i >= 0; --i) {
-      const auto k = static_cast<std::size_t>(i);
-      q[k] = i > 0 ? theta()[i] - theta()[i - 1] : theta()[0];
-      qd[k] = i > 0 ? omega()[i] - omega()[i - 1] : omega()[0];
-    }
+    toRelative(theta(), n, q.data());
+    toRelative(omega(), n, qd.data());
   }
 
   void fail(ode::Outcome outcome) {
@@ -299,12 +293,8 @@ EnergyBalance Simulation::energyBalance() const {
 
 void Simulation::accelerations(double* qdd) const {
   linkMotions(parts_->motions.data());
-  double before = 0;
-  for (int i = 0; i < parts_->n; ++i) {
-    const double alpha = parts_->motions[static_cast<std::size_t>(i)].alpha;
-    qdd[i] = alpha - before;
-    before = alpha;
-  }
+  for (int i = 0; i < parts_->n; ++i) qdd[i] = parts_->motions[index(i)].alpha;
+  toRelative(qdd, parts_->n, qdd);
 }
 
 void Simulation::jointTorques(double* tau) const {
