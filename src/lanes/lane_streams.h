@@ -135,7 +135,7 @@ struct Reader {
   a = read(values, i);
 }
 [[gnu::always_inline]] inline void read(const double* values, int i, ComplexLanes& a) {
-  const Pairs both = readPairs(values, i);
+  const Vector both = readVector(values, i);
   a = {both.x, both.y};
 }
 template <class Number>
