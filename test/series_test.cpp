@@ -172,7 +172,7 @@ TEST(Taylor, TakesItsOrderFromTheTolerance) {
   auto f = ode::test::testSystem();
   int last = 0;
   for (const double tolerance : {1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12}) {
-    const int own = ode::Taylor(f, tolerance).order();
+    const int own = ode::Taylor(f, tolerance).facts().order;
     EXPECT_GT(own, last);
     last = own;
   }
@@ -180,7 +180,7 @@ TEST(Taylor, TakesItsOrderFromTheTolerance) {
 
 TEST(Taylor, HasTheOrderThatItSays) {
   auto f = ode::test::testSystem();
-  const int promised = ode::Taylor(f, 1e-2).order();
+  const int promised = ode::Taylor(f, 1e-2).facts().order;
   const double coarse = ode::test::errorOfEqualSteps(ode::Taylor(f, 1e-2), 5);
   const double fine = ode::test::errorOfEqualSteps(ode::Taylor(f, 1e-2), 7);
   EXPECT_NEAR(std::log(coarse / fine) / std::log(7.0 / 5), promised, 1);
@@ -212,7 +212,7 @@ TEST(Taylor, SeesTheErrorWhereItsLastCoefficientVanishes) {
   // sin t² has t^18/9! and no t^19.
   auto f = ode::test::testSystem();
   ode::Taylor taylor(f, 1e-4);
-  ASSERT_EQ(taylor.order(), 19);
+  ASSERT_EQ(taylor.facts().order, 19);
   const double h = 0.3;
   ASSERT_TRUE(taylor.foresees(0, h, ode::test::testStart().y));
   EXPECT_GE(taylor.error()[0], std::pow(h, 18) / 362880);
@@ -225,10 +225,10 @@ TEST(Taylor, FindsOneSeriesAStepAndNoneForAStepMadeShorter) {
   const Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXd>(around.y.data(), 4);
   const long long before = around.dynamics.evaluations();
   for (const double h : {0.2, 0.1, 0.05}) taylor.step(0, h, y);
-  EXPECT_EQ(around.dynamics.evaluations() - before, taylor.order());
+  EXPECT_EQ(around.dynamics.evaluations() - before, taylor.facts().order);
   taylor.forget();
   taylor.step(0, 0.05, y);
-  EXPECT_EQ(around.dynamics.evaluations() - before, 2 * taylor.order());
+  EXPECT_EQ(around.dynamics.evaluations() - before, 2 * taylor.facts().order);
 }
 
 TEST(Taylor, SumsWorksOnlyWhereSomethingDoesThem) {
@@ -240,7 +240,7 @@ TEST(Taylor, SumsWorksOnlyWhereSomethingDoesThem) {
     benchmarks::CountedSystem counted(dynamics);
     ode::Taylor taylor(counted, 1e-6);
     taylor.step(0, 0.1, Eigen::VectorXd::Constant(dynamics.size(), 0.3));
-    EXPECT_EQ(counted.integrals, hasSprings ? taylor.order() / 2 + 1 : 0);
+    EXPECT_EQ(counted.integrals, hasSprings ? taylor.facts().order / 2 + 1 : 0);
     EXPECT_EQ(taylor.increment().tail(2), Eigen::VectorXd::Zero(2));
   }
 }

@@ -60,8 +60,12 @@ constexpr auto flush = [](Real a) { return flushed(a); };
 
 /// f of each number.
 template <class F>
-inline Vector mapped(Vector a, F f) {
-  return {f(a.x), f(a.y)};
+inline Real mapped(Real a, F f) {
+  return f(a);
+}
+template <class Number, class F>
+inline Vec2<Number> mapped(Vec2<Number> a, F f) {
+  return {mapped(a.x, f), mapped(a.y, f)};
 }
 template <class F>
 inline Sym2<Real> mapped(const Sym2<Real>& A, F f) {

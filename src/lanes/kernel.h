@@ -37,24 +37,28 @@ struct ShortChains {
 /// The most lanes of any CPU.
 constexpr int mostLanes = 8;
 
-/// The same layout, for the exact solve; see linearized_segments.h.
+/// So many quantities a step.
+template <int count>
+struct Steps {
+  static constexpr int quantities = count;
+  double* first;
+};
+
+/// The same layout, for the exact solve; see linearized_segments.h. A complex number has its real parts
+/// first. Nothing else is stored, as long chains wait for memory.
 struct LinearArrays {
-  static constexpr int jointQuantities = 2;   ///< k, d
-  static constexpr int stateQuantities = 6;   ///< those, ω, α, P, which a solve reads
-  static constexpr int massQuantities = 5;    ///< R, m, J, κ
-  static constexpr int inwardQuantities = 9;  ///< 1/D, U_R, M_v, M_q, E_v, E_q
-  static constexpr int sideQuantities = 2;    ///< ρ_q, ρ_v
-  static constexpr int handleQuantities = 3;  ///< U_L/D, k̂/D, or 1/D without those inwards; of linearize(), a
-  static constexpr int outwardQuantities = 3;  ///< t/D
-  static constexpr int pairQuantities = 74;    ///< d, and eight matrices
+  static constexpr int jointQuantities = 2;  ///< k, d
+  static constexpr int sideQuantities = 2;   ///< ρ_q, ρ_v
+  static constexpr int pairQuantities = 74;  ///< d, and eight matrices
   int steps;
   const double* links;  ///< as in SegmentArrays
-  double *state, *masses;
-  /// The factorization stores `inward` for the way in of a solve, `handles` for both ways out and `outward`
-  /// for the last one. The way in stores ε/D in `sweeps`. A complex number has its real parts first. Nothing
-  /// else is stored, as long chains wait for memory.
-  double *inward, *handles, *outward, *sweeps;
-  double* pairs;  ///< the pairs of segments, round by round
+  Steps<6> state;       ///< k, d, ω, α, P, which a solve reads
+  Steps<5> masses;      ///< R, m, J, κ
+  Steps<9> inward;      ///< for the way in of a solve: 1/D, U_R, M_v, M_q, E_v, E_q
+  Steps<3> handles;     ///< for both ways out: U_L/D, k̂/D; of linearize(), a
+  Steps<3> outward;     ///< for the last way out: t/D
+  Steps<1> sweeps;      ///< ε/D, which the way in stores
+  double* pairs;        ///< the pairs of segments, round by round
 };
 
 /// The state at which the chain is linearized. Pairs are interleaved. F and XF may be nullptr.

@@ -30,7 +30,7 @@ namespace {
 /// θ = k π/2 + r, |r| ≤ π/4, with π/2 in three parts (W. Cody, W. Waite, Software Manual for the Elementary
 /// Functions, 1980): with fused multiplication the first difference is exact and the third part is below what
 /// r can hold. Then sin r and cos r by the polynomials of Sun's fdlibm (k_sin.c, k_cos.c).
-[[gnu::always_inline]] inline Pairs rotationsOf(Real theta) {
+[[gnu::always_inline]] inline Vector rotationsOf(Real theta) {
   // Adding 1.5·2⁵² rounds to an integer, whose last bits are then k's.
   const Real shift(6755399441055744.0);
   const Real shifted = mulAdd(theta, Real(6.36619772367581382433e-01), shift);
@@ -84,7 +84,7 @@ bool areReducible(Real theta) {
 /// exp(i θ) of `count` angles, in lanes and in e, which has room for laneCount of them.
 [[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
   const Real angles = loadSome(theta, count);
-  Pairs turns = rotationsOf(angles);
+  Vector turns = rotationsOf(angles);
   storePairs(e, turns);
   if (__builtin_expect(!areReducible(angles), false)) {
     rotateIrreducible(theta, e, count < laneCount ? count : laneCount);
@@ -106,7 +106,7 @@ void rotations(const double* theta, double* e, int n) {
 
 [[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
   rotate(theta, e, count < laneCount ? count : laneCount);
-  const Pairs turns = loadPairs(e);
+  const Vector turns = loadPairs(e);
   return {turns.x, turns.y};
 }
 
@@ -132,17 +132,12 @@ constexpr int handleQuantities = 8;
 }
 
 /// A pair of each body of step i.
-[[gnu::always_inline]] inline Pairs readPairs(const double* pairs, int i) {
+[[gnu::always_inline]] inline Vector readVector(const double* pairs, int i) {
   return loadPairs(pairs + 2 * static_cast<std::ptrdiff_t>(i) * laneCount);
 }
 
-[[gnu::always_inline]] inline Vector readVector(const double* pairs, int i) {
-  const Pairs vector = readPairs(pairs, i);
-  return {vector.x, vector.y};
-}
-
 [[gnu::always_inline]] inline Rotation<Real> readRotation(const double* e, int i) {
-  const Pairs pairs = readPairs(e, i);
+  const Vector pairs = readVector(e, i);
   return {pairs.x, pairs.y};
 }
 

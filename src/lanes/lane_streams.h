@@ -57,75 +57,55 @@ Triple<Number> mulAdd(Factor k, const Triple<Number>& a, const Triple<Number>& b
   return {mulAdd(k, a.x, b.x), mulAdd(k, a.y, b.y), mulAdd(k, a.z, b.z)};
 }
 
-/// The number of doubles of a number in each lane, and access to them.
+// ---- Quantities number by number ------------------------------------------------------------------
+
+/// f of each real number, in order.
+template <class F>
+inline ComplexLanes mapped(ComplexLanes a, F f) {
+  return {f(a.re), f(a.im)};
+}
+template <class Number, class F>
+inline Triple<Number> mapped(const Triple<Number>& a, F f) {
+  return {mapped(a.x, f), mapped(a.y, f), mapped(a.z, f)};
+}
+
+/// The number of doubles of a number in each lane.
 template <class Number>
 constexpr int parts = sizeof(Number) / sizeof(Real);
-
-Real& part(Real& a, int) {
-  return a;
-}
-Real& part(ComplexLanes& a, int which) {
-  return which == 0 ? a.re : a.im;
-}
-
-template <class Number>
-Number loaded(const double* from) {
-  Number a;
-  for (int k = 0; k < parts<Number>; ++k) part(a, k) = Real::load(from + k * laneCount);
-  return a;
-}
-
-template <class Number>
-void store(Number a, double* to) {
-  for (int k = 0; k < parts<Number>; ++k) part(a, k).store(to + k * laneCount);
-}
 
 /// The same number in all lanes.
 template <class Number>
 Number everywhere(const double* from) {
-  Number a;
-  for (int k = 0; k < parts<Number>; ++k) part(a, k) = Real(from[k]);
-  return a;
+  return mapped(Number(), [&from](Real) { return Real(*from++); });
 }
 
-/// Stores numbers, and what consists of them, one after the other.
-template <class Number>
+/// Stores quantities one after the other.
 struct Writer {
   double* to;
-  explicit Writer(double* to_) : to(to_) {}
 
   template <class... Quantities>
   [[gnu::always_inline]] void operator()(const Quantities&... quantities) {
-    (write(quantities), ...);
+    const auto write = [this](Real a) {
+      a.store(to);
+      to += laneCount;
+      return a;
+    };
+    (mapped(quantities, write), ...);
   }
-
- private:
-  void write(const Number& a) {
-    store(a, to);
-    to += parts<Number> * laneCount;
-  }
-  void write(const Vec2<Number>& a) { (*this)(a.x, a.y); }
-  void write(const Triple<Number>& a) { (*this)(a.x, a.y, a.z); }
 };
 
 /// Loads them.
-template <class Number>
 struct Reader {
   const double* from;
-  explicit Reader(const double* from_) : from(from_) {}
 
   template <class... Quantities>
   [[gnu::always_inline]] void operator()(Quantities&... quantities) {
-    (read(quantities), ...);
+    const auto read = [this](Real) {
+      from += laneCount;
+      return Real::load(from - laneCount);
+    };
+    ((quantities = mapped(quantities, read)), ...);
   }
-
- private:
-  void read(Number& a) {
-    a = loaded<Number>(from);
-    from += parts<Number> * laneCount;
-  }
-  void read(Vec2<Number>& a) { (*this)(a.x, a.y); }
-  void read(Triple<Number>& a) { (*this)(a.x, a.y, a.z); }
 };
 
 // ---- Right-hand sides and solutions ------------------------------------------------------------
@@ -135,7 +115,7 @@ struct Reader {
   a = read(values, i);
 }
 [[gnu::always_inline]] inline void read(const double* values, int i, ComplexLanes& a) {
-  const Pairs both = readPairs(values, i);
+  const Vector both = readVector(values, i);
   a = {both.x, both.y};
 }
 template <class Number>

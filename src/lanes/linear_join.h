@@ -91,19 +91,6 @@ struct Axes {
 
 // ---- Groups of lanes -------------------------------------------------------------------------------
 
-/// f of each number.
-template <class F>
-inline Real mapped(Real a, F f) {
-  return f(a);
-}
-template <class F>
-inline ComplexLanes mapped(ComplexLanes a, F f) {
-  return {f(a.re), f(a.im)};
-}
-template <class Number, class F>
-inline Triple<Number> mapped(const Triple<Number>& a, F f) {
-  return {mapped(a.x, f), mapped(a.y, f), mapped(a.z, f)};
-}
 template <class Number, class F>
 inline Matrix3<Number> mapped(const Matrix3<Number>& A, F f) {
   return {mapped(A.x, f), mapped(A.y, f), mapped(A.z, f)};
@@ -136,11 +123,9 @@ struct ShowsOfSide {
   Triple<Number> y, c;
 };
 
-/// Pairs of groups of `size` lanes, and all larger pairs. The factorization stores `quantities` numbers a
-/// round.
+/// Pairs of groups of `size` lanes, and all larger pairs.
 template <class Number, int size>
 struct LinearPairs {
-  static constexpr int quantities = LinearArrays::pairQuantities;
   template <class Quantity>
   static Quantity inner(const Quantity& a) {
     return mapped(a, toInner<size>);
@@ -169,13 +154,9 @@ struct LinearPairs {
       pair.G = mapped(pair.G, flush);
       pair.H = mapped(pair.H, flush);
 
-      Writer<Real> write(kept);
-      write(axes.d);
-      Writer<Number> writeMatrices(write.to);
-      for (const Matrix3<Number>* M : {&S, &SK, &SKH, &SG, &G, &H, &C, &outerH}) {
-        writeMatrices(M->x, M->y, M->z);
-      }
-      LinearPairs<Number, 2 * size>::factor(pair, writeMatrices.to);
+      Writer write{kept};
+      write(axes.d, S, SK, SKH, SG, G, H, C, outerH);
+      LinearPairs<Number, 2 * size>::factor(pair, write.to);
     }
   }
 
@@ -185,16 +166,12 @@ struct LinearPairs {
     if constexpr (size < laneCount) {
       Axes axes;
       Matrix3<Number> S, SK, SKH, SG, G, H, C, outerH;
-      Reader<Real> read(kept);
-      read(axes.d);
-      Reader<Number> readMatrices(read.from);
-      for (Matrix3<Number>* M : {&S, &SK, &SKH, &SG, &G, &H, &C, &outerH}) {
-        readMatrices(M->x, M->y, M->z);
-      }
+      Reader read{kept};
+      read(axes.d, S, SK, SKH, SG, G, H, C, outerH);
       const Triple<Number> c = inner(all.c);
       const Triple<Number> k = SK * c + S * axes.fromGround(outer(all.y));
       LinearPairs<Number, 2 * size>::solve({inner(all.y) + G * k, outer(all.c) + outerH * (c - C * k)},
-                                           readMatrices.from, X, Y);
+                                           read.from, X, Y);
 
       const Triple<Number> between = SKH * X + (k + SG * Y);
       const Triple<Number> beyond = axes.toGround(H * X + (c - C * between));

@@ -13,44 +13,15 @@ namespace {
 // ---- The state -------------------------------------------------------------------------------
 
 /// The address of the quantities of step i.
-template <class Number>
-double* placeOf(double* array, int quantities, int i) {
-  return array + static_cast<std::ptrdiff_t>(i) * quantities * parts<Number> * laneCount;
-}
-
-template <class Number>
-double* inwardAt(const LinearArrays& arrays, int i) {
-  return placeOf<Number>(arrays.inward, LinearArrays::inwardQuantities, i);
-}
-
-template <class Number>
-double* handleAt(const LinearArrays& arrays, int i) {
-  return placeOf<Number>(arrays.handles, LinearArrays::handleQuantities, i);
-}
-
-template <class Number>
-double* outwardAt(const LinearArrays& arrays, int i) {
-  return placeOf<Number>(arrays.outward, LinearArrays::outwardQuantities, i);
-}
-
-template <class Number>
-double* sweepAt(const LinearArrays& arrays, int i) {
-  return placeOf<Number>(arrays.sweeps, 1, i);
-}
-
-double* stateAt(const LinearArrays& arrays, int i) {
-  return placeOf<Real>(arrays.state, LinearArrays::stateQuantities, i);
-}
-
-double* massAt(const LinearArrays& arrays, int i) {
-  return placeOf<Real>(arrays.masses, LinearArrays::massQuantities, i);
+template <class Number, int quantities>
+double* at(const Steps<quantities>& steps, int i) {
+  return steps.first + static_cast<std::ptrdiff_t>(i) * quantities * parts<Number> * laneCount;
 }
 
 inline BodyAt<Real> bodyAt(const LinearArrays& arrays, int i) {
   BodyAt<Real> body;
-  Reader<Real> state(stateAt(arrays, i)), mass(massAt(arrays, i));
-  state(body.k, body.d, body.omega, body.alpha, body.P);
-  mass(body.R, body.m, body.J, body.kappa);
+  Reader{at<Real>(arrays.state, i)}(body.k, body.d, body.omega, body.alpha, body.P);
+  Reader{at<Real>(arrays.masses, i)}(body.R, body.m, body.J, body.kappa);
   return body;
 }
 
@@ -69,51 +40,47 @@ Vector beyond(const BodyAt<Real>& body, Vector a) {
 
 /// With inner pins of the segments that do not accelerate. `handles` gets the accelerations of the pins until
 /// the next factorization.
-void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& at, Rows sums) {
+void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& given, Rows sums) {
   Vector a, force;
   Real mass;
   for (int i = 0; i < arrays.steps; ++i) {
-    Reader<Real> link(simd::at(arrays.links, linkQuantities, i, 0));
     BodyAt<Real> body;
     Real inertia;
     Vector r, p;
-    link(body.m, inertia, r, p);
-    const Rotation<Real> turn = readRotation(at.e, i);
+    Reader{simd::at(arrays.links, linkQuantities, i, 0)}(body.m, inertia, r, p);
+    const Rotation<Real> turn = readRotation(given.e, i);
     body.R = turn * r;
     body.P = turn * p;
     body.J = mulAdd(body.m, dot(body.R, body.R), inertia);
-    body.omega = read(at.omega, i);
-    body.alpha = read(at.alpha, i);
-    Writer<Real> write(stateAt(arrays, i) + LinearArrays::jointQuantities * laneCount);
-    write(body.omega, body.alpha, body.P);
-    Writer<Real> writeMass(massAt(arrays, i));
-    writeMass(body.R, body.m, body.J);
-    Writer<Real> pin(handleAt<Real>(arrays, i));
-    pin(a);
+    body.omega = read(given.omega, i);
+    body.alpha = read(given.alpha, i);
+    double* state = at<Real>(arrays.state, i) + LinearArrays::jointQuantities * laneCount;
+    Writer{state}(body.omega, body.alpha, body.P);
+    Writer{at<Real>(arrays.masses, i)}(body.R, body.m, body.J);
+    Writer{at<Real>(arrays.handles, i)}(a);
 
     mass += body.m;
     force += inertialForce(body, a);
-    if (at.F) force -= readVector(at.F, i);
+    if (given.F) force -= readVector(given.F, i);
     a = beyond(body, a);
   }
   for (const Real sum : {a.x, a.y, force.x, force.y, mass}) sum.store(*sums++);
 }
 
 /// κ, from the tip of each segment inwards.
-void linearizeInwardsAll(const LinearArrays& arrays, const LinearState& at, ConstRows starts) {
+void linearizeInwardsAll(const LinearArrays& arrays, const LinearState& given, ConstRows starts) {
   const Vector start{Real::load(starts[0]), Real::load(starts[1])};
   Vector outer{Real::load(starts[2]), Real::load(starts[3])};
   for (int i = arrays.steps - 1; i >= 0; --i) {
     const BodyAt<Real> body = bodyAt(arrays, i);
     Vector a;
-    Reader<Real> pin(handleAt<Real>(arrays, i));
-    pin(a);
+    Reader{at<Real>(arrays.handles, i)}(a);
     a += start;
     Real kappa = mulAdd(-body.m, dot(body.R, a), -dot(body.P, outer));
-    if (at.XF) kappa += read(at.XF, i);
-    kappa.store(massAt(arrays, i + 1) - laneCount);
+    if (given.XF) kappa += read(given.XF, i);
+    kappa.store(at<Real>(arrays.masses, i + 1) - laneCount);
     outer += inertialForce(body, a);
-    if (at.F) outer -= readVector(at.F, i);
+    if (given.F) outer -= readVector(given.F, i);
   }
 }
 
@@ -124,18 +91,11 @@ Axes outerAxes(const LinearArrays& arrays) {
   return {unit(bodyAt(arrays, arrays.steps - 1).P)};
 }
 
-/// The handle that the way out of a solve reads, and the factorization itself.
-template <class Number, bool keepsAll>
-inline LinearHandle<Number> outwardHandle(const LinearArrays& arrays, int i, const BodyAt<Real>& body,
-                                          Number s) {
+/// The handle that the ways out read: U_L/D and k̂/D.
+template <class Number>
+inline LinearHandle<Number> outwardHandle(const LinearArrays& arrays, int i) {
   LinearHandle<Number> handle;
-  Reader<Number> read(handleAt<Number>(arrays, i));
-  if constexpr (keepsAll) {
-    read(handle.ULD, handle.kD);
-  } else {
-    read(handle.ULD, handle.inverseD);
-    handle.kD = stiffness(body, s) * handle.inverseD;
-  }
+  Reader{at<Number>(arrays.handles, i)}(handle.ULD, handle.kD);
   return handle;
 }
 
@@ -143,14 +103,11 @@ inline LinearHandle<Number> outwardHandle(const LinearArrays& arrays, int i, con
 template <class Number, bool keepsAll>
 inline LinearHandle<Number> inwardHandle(const LinearArrays& arrays, int i, const BodyAt<Real>& body,
                                          Number s, Shown<Number>& shown) {
-  if constexpr (keepsAll) {
-    LinearHandle<Number> handle;
-    Reader<Number> inward(inwardAt<Number>(arrays, i));
-    inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
-    return handle;
-  } else {
-    return eliminateAgain(body, s, outwardHandle<Number, keepsAll>(arrays, i, body, s), shown);
-  }
+  if constexpr (!keepsAll) return eliminate(body, s, shown);
+  LinearHandle<Number> handle;
+  Reader{at<Number>(arrays.inward, i)}(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev,
+                                       handle.Eq);
+  return handle;
 }
 
 /// A factorization on its way in. It takes a few steps at a time: first `shown`, then G, then H and C. All of
@@ -188,14 +145,12 @@ class Factorization {
   Shown<Number> eliminateBodies(int first, int last, Shown<Number> shown) {
     for (int i = last - 1; i >= first; --i) {
       const LinearHandle<Number> handle = eliminate(bodyAt(arrays_, i), s_, shown);
-      Writer<Number> outward(handleAt<Number>(arrays_, i));
-      outward(handle.ULD);
+      Writer{at<Number>(arrays_.handles, i)}(handle.ULD, handle.kD);
       if constexpr (keepsAll) {
-        outward(handle.kD);
-        Writer<Number> inward(inwardAt<Number>(arrays_, i));
-        inward(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev, handle.Eq);
+        Writer{at<Number>(arrays_.inward, i)}(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev,
+                                              handle.Eq);
       } else {
-        outward(handle.inverseD);
+        inverseD_[i - first] = handle.inverseD;
         UR_[i - first] = handle.UR;
       }
     }
@@ -206,18 +161,11 @@ class Factorization {
   Matrix3<Number> carryG(int first, int last, Matrix3<Number> G) const {
     for (int i = last - 1; i >= first; --i) {
       const BodyAt<Real> body = bodyAt(arrays_, i);
-      Number inverseD;
-      Vec2<Number> UR;
-      if constexpr (keepsAll) {
-        Reader<Number> inward(inwardAt<Number>(arrays_, i));
-        inward(inverseD, UR);
-      } else {
-        inverseD = outwardHandle<Number, keepsAll>(arrays_, i, body, s_).inverseD;
-        UR = UR_[i - first];
-      }
+      Number inverseD = inverseD_[keepsAll ? 0 : i - first];
+      Vec2<Number> UR = UR_[keepsAll ? 0 : i - first];
+      if constexpr (keepsAll) Reader{at<Number>(arrays_.inward, i)}(inverseD, UR);
       const Triple<Number> tD = inverseD * mulAdd(body.P.y, G.x, mulAdd(-body.P.x, G.y, -G.z));
-      Writer<Number> write(outwardAt<Number>(arrays_, i));
-      write(tD);
+      Writer{at<Number>(arrays_.outward, i)}(tD);
       G = {mulAdd(UR.x, tD, G.x), mulAdd(UR.y, tD, G.y), -stiffness(body, s_) * tD};
     }
     return G;
@@ -228,13 +176,12 @@ class Factorization {
     Matrix3<Number> H = H_, C = C_;
     for (int i = last - 1; i >= first; --i) {
       const BodyAt<Real> body = bodyAt(arrays_, i);
-      const LinearHandle<Number> handle = outwardHandle<Number, keepsAll>(arrays_, i, body, s_);
+      const LinearHandle<Number> handle = outwardHandle<Number>(arrays_, i);
       const Vec2<Number> zP = turnScale(turnOf(body, s_), body.P);
       const Triple<Number> eta = mulAdd(zP.x, H.x, mulAdd(zP.y, H.y, H.z));
       H = {mulAdd(-handle.ULD.x, eta, H.x), mulAdd(-handle.ULD.y, eta, H.y), handle.kD * eta};
       Triple<Number> tD;
-      Reader<Number> outward(outwardAt<Number>(arrays_, i));
-      outward(tD);
+      Reader{at<Number>(arrays_.outward, i)}(tD);
       C = {mulAdd(-eta.x, tD, C.x), mulAdd(-eta.y, tD, C.y), mulAdd(-eta.z, tD, C.z)};
     }
     H_ = H;
@@ -245,7 +192,8 @@ class Factorization {
   Number s_;
   Axes axes_;
   Shown<Number> shown_;
-  Vec2<Number> UR_[keepsAll ? 1 : stepsPerFlush];  ///< of the steps in hand, where they are not kept
+  Number inverseD_[keepsAll ? 1 : stepsPerFlush];  ///< of the steps in hand, where they are not kept
+  Vec2<Number> UR_[keepsAll ? 1 : stepsPerFlush];
   Matrix3<Number> G_, C_;
   Matrix3<Number> H_;  ///< by columns
 };
@@ -278,47 +226,45 @@ inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s, Side si
     const Number rhoInner = i > 0 ? numberAt<Number>(side.rhoQ, i - 1) : rhoBefore;
     const BodyAt<Real> body = bodyAt(arrays, i);
     const LinearHandle<Number> handle = inwardHandle<Number, keepsAll>(arrays, i, body, s, shown);
-    store(carry(body, handle, s, inverseS * rho, inverseS * (rho - rhoInner), numberAt<Number>(side.rhoV, i),
-                b, r),
-          sweepAt<Number>(arrays, i));
+    Writer{at<Number>(arrays.sweeps, i)}(carry(body, handle, s, inverseS * rho, inverseS * (rho - rhoInner),
+                                               numberAt<Number>(side.rhoV, i), b, r));
     rho = rhoInner;
   }
   return {b.x, b.y, r};
 }
 
 /// Step i of the way out; `outside` is added to ε/D.
-template <class Number, bool keepsAll>
+template <class Number>
 inline Number pass(const LinearArrays& arrays, int i, Number s, Number inverseS, Side side, Number outside,
                    Moving<Number>& X) {
-  const BodyAt<Real> body = bodyAt(arrays, i);
-  const LinearHandle<Number> handle = outwardHandle<Number, keepsAll>(arrays, i, body, s);
   const Number sigma = inverseS * numberAt<Number>(side.rhoQ, i);
-  X.pass(body, handle, s, sigma, numberAt<Number>(side.rhoV, i),
-         outside + loaded<Number>(sweepAt<Number>(arrays, i)));
+  Number epsilonD;
+  Reader{at<Number>(arrays.sweeps, i)}(epsilonD);
+  X.pass(bodyAt(arrays, i), outwardHandle<Number>(arrays, i), s, sigma, numberAt<Number>(side.rhoV, i),
+         outside + epsilonD);
   return sigma;
 }
 
 /// X' of each segment for Y' = 0.
-template <class Number, bool keepsAll>
+template <class Number>
 inline Triple<Number> ownMotion(const LinearArrays& arrays, Number s, Side side) {
   const Number inverseS = Real(1) / s;
   Moving<Number> X;
   for (int i = 0; i < arrays.steps; ++i) {
-    pass<Number, keepsAll>(arrays, i, s, inverseS, side, Number(Real()), X);
+    pass(arrays, i, s, inverseS, side, Number(Real()), X);
   }
   return {X.da.x, X.da.y, X.parent};
 }
 
-template <class Number, bool keepsAll>
+template <class Number>
 inline void carryOutwards(const LinearArrays& arrays, Number s, Side side, const Triple<Number>& start,
                           const Triple<Number>& Y, double* u, double* v) {
   const Number inverseS = Real(1) / s;
   Moving<Number> X{{start.x, start.y}, start.z};
   for (int i = 0; i < arrays.steps; ++i) {
     Triple<Number> tD;
-    Reader<Number> outward(outwardAt<Number>(arrays, i));
-    outward(tD);
-    const Number sigma = pass<Number, keepsAll>(arrays, i, s, inverseS, side, dot(tD, Y), X);
+    Reader{at<Number>(arrays.outward, i)}(tD);
+    const Number sigma = pass(arrays, i, s, inverseS, side, dot(tD, Y), X);
     write(u, i, sigma + X.parent);
     write(v, i, s * X.parent);
   }
@@ -331,10 +277,10 @@ PLANAR_CHAIN_IN_ONE_PIECE void solveAll(const LinearArrays& arrays, const double
   ShowsOfSide<Number> shown;
   const Side side{rhoQ, rhoV};
   shown.y = carryInwards<Number, keepsAll>(arrays, s, side);
-  shown.c = outerAxes(arrays).fromGround(ownMotion<Number, keepsAll>(arrays, s, side));
+  shown.c = outerAxes(arrays).fromGround(ownMotion(arrays, s, side));
   Triple<Number> X{Real(), Real(), Real()}, Y = X;
   LinearPairs<Number, 1>::solve(shown, arrays.pairs, X, Y);
-  carryOutwards<Number, keepsAll>(arrays, s, side, X, Y, u, v);
+  carryOutwards(arrays, s, side, X, Y, u, v);
 }
 
 template <class Number, bool keepsAll>

@@ -16,14 +16,20 @@ constexpr int most = simd::mostLanes;
 template <class Scalar>
 constexpr int parts = sizeof(Scalar) / sizeof(double);
 
-/// Whether all that a solve goes through stays in a cache of its own.
+template <int count>
+constexpr int quantities(simd::Steps<count> LinearArrays::* /*member*/) {
+  return count;
+}
+
+/// True if all that a solve reads stays in a cache of its own.
 bool keepsAll(Kept kept, int places, int parts) {
   if (kept != Kept::whatFits) return kept == Kept::all;
   constexpr std::size_t cache = 2 << 20;
-  constexpr int ofNumbers = LinearArrays::inwardQuantities + LinearArrays::handleQuantities +
-                            LinearArrays::outwardQuantities + 1 + LinearArrays::sideQuantities;
-  const int quantities = LinearArrays::stateQuantities + ofNumbers * parts;
-  return static_cast<std::size_t>(places) * static_cast<std::size_t>(quantities) * sizeof(double) <= cache;
+  constexpr int ofNumbers = quantities(&LinearArrays::inward) + quantities(&LinearArrays::handles) +
+                            quantities(&LinearArrays::outward) + quantities(&LinearArrays::sweeps) +
+                            LinearArrays::sideQuantities;
+  const int numbers = quantities(&LinearArrays::state) + ofNumbers * parts;
+  return static_cast<std::size_t>(places) * static_cast<std::size_t>(numbers) * sizeof(double) <= cache;
 }
 
 template <class Scalar>
@@ -54,8 +60,8 @@ LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::K
       state_(std::make_shared<SegmentsState>()) {
   const auto places = static_cast<std::size_t>(arrangement_.places());
   state_->links = linksArranged(chain, arrangement_);
-  state_->bodies = CacheLines(places * LinearArrays::stateQuantities);
-  state_->masses = CacheLines(places * LinearArrays::massQuantities);
+  state_->bodies = CacheLines(places * quantities(&LinearArrays::state));
+  state_->masses = CacheLines(places * quantities(&LinearArrays::masses));
   const std::vector<double> none(places);
   setJoints(none.data(), none.data());
   reserve();
@@ -76,9 +82,9 @@ LinearizedSegments<Scalar>::LinearizedSegments(const LinearizedSegments<Other>& 
 template <class Scalar>
 void LinearizedSegments<Scalar>::reserve() {
   const auto places = static_cast<std::size_t>(arrangement_.places() * parts<Scalar>);
-  inward_ = CacheLines(keepsAll_ ? places * LinearArrays::inwardQuantities : 0);
-  handles_ = CacheLines(places * LinearArrays::handleQuantities);
-  outward_ = CacheLines(places * LinearArrays::outwardQuantities);
+  inward_ = CacheLines(keepsAll_ ? places * quantities(&LinearArrays::inward) : 0);
+  handles_ = CacheLines(places * quantities(&LinearArrays::handles));
+  outward_ = CacheLines(places * quantities(&LinearArrays::outward));
   sweeps_ = CacheLines(places);
   int rounds = 0;
   while (1 << rounds < kernel_.lanes) ++rounds;
@@ -88,9 +94,9 @@ void LinearizedSegments<Scalar>::reserve() {
 
 template <class Scalar>
 simd::LinearArrays LinearizedSegments<Scalar>::arrays() {
-  return {arrangement_.steps(),  state_->links.data(), state_->bodies.data(),
-          state_->masses.data(), inward_.data(),       handles_.data(),
-          outward_.data(),       sweeps_.data(),       pairs_.data()};
+  return {arrangement_.steps(),    state_->links.data(), {state_->bodies.data()},
+          {state_->masses.data()}, {inward_.data()},     {handles_.data()},
+          {outward_.data()},       {sweeps_.data()},     pairs_.data()};
 }
 
 template <class Scalar>
@@ -98,7 +104,7 @@ void LinearizedSegments<Scalar>::setJoints(const double* k, const double* d) {
   const auto lanes = static_cast<std::ptrdiff_t>(kernel_.lanes);
   for (int place = 0; place < arrangement_.places(); ++place) {
     double* joint =
-        state_->bodies.data() + place / lanes * LinearArrays::stateQuantities * lanes + place % lanes;
+        state_->bodies.data() + place / lanes * quantities(&LinearArrays::state) * lanes + place % lanes;
     joint[0] = k[place];
     joint[lanes] = d[place];
   }

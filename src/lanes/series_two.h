@@ -27,21 +27,21 @@ class Two {
   Two(const SeriesArrays& of, Vec2d ground, const double* omega) {
     const SeriesLink &first = of.links[0], &second = of.links[1];
     const Vec2d s1 = first.mr + second.m * first.p, s2 = second.mr;
-    across_ = {Vec2d{cross(s1, ground), -dot(s1, ground)}, Vec2d{cross(s2, ground), -dot(s2, ground)}};
-    body_ = {first.p, s2};
+    across_ = pairsOf({cross(s1, ground), -dot(s1, ground)}, {cross(s2, ground), -dot(s2, ground)});
+    body_ = pairsOf(first.p, s2);
     turnedBody_ = i(body_);
     minusBody_ = Four(0) - body_;
     ie0_ = i(Four::load(&of.e[0].c));
 
     e_ = Four::load(&of.e[0].c);
     const Vec2d P1 = of.e[0] * first.p, S2 = of.e[1] * s2;
-    iC0_ = i({P1, S2});
+    iC0_ = i(pairsOf(P1, S2));
     const double mPP = second.m * dot(first.p, first.p), kappa = dot(P1, S2), lambda = cross(P1, S2);
     const double inverse = 1 / (first.J * second.J + mPP * second.I + lambda * lambda);
-    minusInverse_ = {-inverse * second.J, -inverse * (first.J + mPP)};
+    minusInverse_ = pairsOf(-inverse * second.J, -inverse * (first.J + mPP));
     minusInverseAcross_ = Four(inverse * kappa);
 
-    omega_ = {omega[0], omega[1]};
+    omega_ = pairsOf(omega[0], omega[1]);
     nextE_ = omega_ * ie0_;
     nextE_.store(&of.e[2].c);
   }
@@ -68,7 +68,7 @@ class Two {
     nextE_.store(row + width);
 
     // z and, in two parts, what is left of the moments, less what comes late
-    Four z, left = e_ * across_ - Four(Vec2d{order.moment(0).v}, Vec2d{order.moment(1).v});
+    Four z, left = e_ * across_ - pairsOf(Vec2d{order.moment(0).v}, Vec2d{order.moment(1).v});
     if constexpr (!isFirst) {
       const double *x0 = order.rows, *y0 = x0 + width;
       const double* x1 = order.k > 2 ? y0 + width : nothing_;
@@ -81,7 +81,7 @@ class Two {
     z = mulAdd(Four::load(order.rows), nextE_, z);
     const Four orders(order.k + 1);
     Four Cdd = place(z, orders * turnedBody_, orders * minusBody_);
-    if (order.F) Cdd = Cdd - Four(Vec2d{}, order.F[1]);
+    if (order.F) Cdd = Cdd - pairsOf({}, order.F[1]);
     left = mulAdd(Four::load(order.rows + 4), crossed(Cdd), left);
     const Four f = left + turned(left);
     const Four alpha = mulAdd(minusInverse_, f, minusInverseAcross_ * exchanged(f));
@@ -103,8 +103,8 @@ class Two {
   static constexpr int width = 8;
   static constexpr double nothing_[width] = {};
 
-  static Four conjugate(Four a) { return a * Four(Vec2d{1, -1}, Vec2d{1, -1}); }
-  static Four i(Four a) { return turned(a) * Four(Vec2d{-1, 1}, Vec2d{-1, 1}); }
+  static Four conjugate(Four a) { return a * pairsOf(Vec2d{1, -1}, {1, -1}); }
+  static Four i(Four a) { return turned(a) * pairsOf(Vec2d{-1, 1}, {-1, 1}); }
   /// e b
   static Four place(Four e, Four b, Four ib) { return mulAdd(firsts(e), b, seconds(e) * ib); }
   /// What a pair of (x, −y) times it gives, summed, is its cross product with the other pair.

@@ -17,7 +17,7 @@ namespace {
 template <Acting acting>
 [[gnu::always_inline]] inline Rotation<Real> rotationsFrom(int first, int n, const double* y, double* e) {
   if constexpr (acting != Acting::forces) return rotationsOfSome(y + first, n - first, e + 2 * first);
-  const Pairs pairs = loadPairs(e + 2 * first);
+  const Vector pairs = loadPairs(e + 2 * first);
   return {pairs.x, pairs.y};
 }
 

@@ -41,29 +41,20 @@ AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance toleran
       tolerance_(std::move(tolerance)),
       stiffness_(std::move(stiffness)),
       vectors_(simd::vectors()),
-      exponent_(1.0 / stepper_->errorOrder()),
+      exponent_(1.0 / stepper_->facts().errorOrder),
       beta_(std::min(mostBeta, 7 * mostBeta * exponent_)),
-      aimed_(std::pow(sure, stepper_->errorOrder())),
+      aimed_(std::pow(sure, stepper_->facts().errorOrder)),
       lastLog_(smallestLog),
       trial_(increment_),
       trialDerivative_(increment_) {
-  if (stepper_->errorOrder() == 0) {
-    throw std::invalid_argument(std::string(stepper_->name()) + " has no error estimate to adapt to");
+  if (stepper_->facts().errorOrder == 0) {
+    throw std::invalid_argument(std::string(stepper_->facts().name) + " has no error estimate to adapt to");
   }
 }
 
 Outcome AdaptiveSteps::advance(State& state, double end, double longestStep) {
   for (;;) {
-    switch (attempt(state, end, longestStep)) {
-      case Attempt::accepted:
-        return state.t < end ? Outcome::underway : Outcome::arrived;
-      case Attempt::rejected:
-        break;
-      case Attempt::tooSmall:
-        return Outcome::stepTooSmall;
-      case Attempt::notFinite:
-        return Outcome::notFinite;
-    }
+    if (const std::optional<Outcome> outcome = attempt(state, end, longestStep)) return *outcome;
   }
 }
 
@@ -72,7 +63,7 @@ bool AdaptiveSteps::stepTo(State& state, double t) {
   return take(vectors_, state, t, increment_);
 }
 
-AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double longestStep) {
+std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double longestStep) {
   // Choose the step.
   stiffness_->maybeUpdate(state.t, state.y);
   if (h_ <= 0) h_ = firstStep(state, end - state.t);
@@ -86,9 +77,8 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
   const double shortest = 4 * epsilon * std::max(1.0, std::abs(state.t));
   bool isJump = false;
   if (next < end && !(next - state.t > shortest)) {
-    if (!finite_) return Attempt::notFinite;
-    if (std::isfinite(stabilityLimit()) || errorSeesStiffModes() || jumps_ == mostJumps)
-      return Attempt::tooSmall;
+    if (!finite_) return Outcome::notFinite;
+    if (isExplicit() || errorSeesStiffModes() || jumps_ == mostJumps) return Outcome::stepTooSmall;
     isJump = true;
     ++jumps_;
     next = std::min(state.t + 2 * shortest, end);
@@ -116,7 +106,7 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
     justRejected_ = false;
     count_.lastError = error;
     ++count_.accepted;
-    return Attempt::accepted;
+    return state.t < end ? Outcome::underway : Outcome::arrived;
   }
 
   // Reject it and shorten the next one.
@@ -124,7 +114,7 @@ AdaptiveSteps::Attempt AdaptiveSteps::attempt(State& state, double end, double l
   h_ = h * std::min(std::max(factor, finite_ ? smallestFactor : 0.0), 0.9);
   justRejected_ = true;
   ++count_.rejected;
-  return Attempt::rejected;
+  return std::nullopt;
 }
 
 void AdaptiveSteps::restart() {

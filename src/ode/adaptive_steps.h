@@ -3,6 +3,9 @@
 /// Steps chosen so that the error estimate of each meets the tolerance: PI control (Hairer, Wanner, Solving
 /// ODEs II, section IV.2), the first step as in Hairer, Nørsett, Wanner, Solving ODEs I, section II.4.
 
+#include <cmath>
+#include <optional>
+
 #include "ode/integrator.h"
 #include "ode/local_stiffness.h"
 
@@ -19,25 +22,24 @@ class AdaptiveSteps : public Integrator {
   AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
                 std::shared_ptr<LocalStiffness> stiffness);
 
-  const char* name() const override { return stepper_->name(); }
+  const char* name() const override { return stepper_->facts().name; }
   Outcome advance(State& state, double end, double longestStep) override;
   bool stepTo(State& state, double t) override;
   void restart() override;
   void begin() override;
   const StepCount& count() const override { return count_; }
 
-  enum class Attempt { accepted, rejected, tooSmall, notFinite };
-  /// One attempt of a step towards `end`; a rejected one shortens the next. After tooSmall and notFinite a
-  /// shorter step makes no sense.
-  Attempt attempt(State& state, double end, double longestStep);
+  /// One attempt of a step towards `end`. Returns nothing if it is rejected, which shortens the next.
+  std::optional<Outcome> attempt(State& state, double end, double longestStep);
   /// Call this when another integrator has moved the state. The next step is about h long.
   void resume(double h);
   /// The length of the next step, unless `end` comes before. 0: unknown.
   double proposal() const { return h_; }
   /// The cost of an attempt, in evaluations of f.
   double cost() const { return stepper_->cost(); }
-  double stabilityLimit() const { return stepper_->stabilityLimit(); }
-  bool errorSeesStiffModes() const { return stepper_->errorSeesStiffModes(); }
+  double stabilityLimit() const { return stepper_->facts().stabilityLimit; }
+  bool isExplicit() const { return std::isfinite(stabilityLimit()); }
+  bool errorSeesStiffModes() const { return stepper_->facts().errorSeesStiffModes; }
   /// Computes a first step for this state, which becomes proposal(), and returns it.
   double propose(const State& state, double left) { return h_ = firstStep(state, left); }
 

@@ -1,11 +1,9 @@
 #include "ode/combination.h"
 
+#include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <stdexcept>
 #include <string>
-
-#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -17,7 +15,7 @@ constexpr double vanishing = 1e-14;  // what rounding leaves of sums that are ze
 std::vector<double> timesTable(const std::vector<double>& weights,
                                const std::vector<std::vector<double>>& a) {
   std::vector<double> product(weights.size());
-  for (std::size_t i = 0; i < weights.size(); ++i) {
+  for (std::size_t i = 0; i < std::min(weights.size(), a.size()); ++i) {
     for (std::size_t j = 0; j < a[i].size(); ++j) product[j] += weights[i] * a[i][j];
   }
   return product;
@@ -29,21 +27,6 @@ void requireAtMost(std::size_t most, std::size_t stages, const char* method) {
   if (stages <= most) return;
   throw std::invalid_argument(std::string(method) + " has " + std::to_string(stages) +
                               " stages; methods of its kind may have at most " + std::to_string(most));
-}
-
-Combination::Combination(const std::vector<double>& weights, const std::vector<double*>& x, Eigen::Index size)
-    : size_(size) {
-  for (std::size_t j = 0; j < weights.size(); ++j) {
-    const bool isOnlyOne = terms_.empty() && j + 1 == weights.size();
-    if (weights[j] == 0 && !isOnlyOne) continue;
-    weights_.push_back(weights[j]);
-    terms_.push_back(x[j]);
-  }
-  if (!terms_.empty()) run_ = simd::vectors().combine[terms_.size() - 1];
-}
-
-void Combination::operator()(double factor, double* sum) const {
-  run_(factor, weights_.data(), terms_.data(), nullptr, sum, nullptr, size_);
 }
 
 TwoCombinations::TwoCombinations(const std::vector<double>& v, const std::vector<double>& w,

@@ -7,31 +7,12 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace planar_chain::simd {
-struct NystromSums;
-struct WeightsOfTwo;
-}  // namespace planar_chain::simd
+#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
 /// @throws std::invalid_argument if a method has more stages than sums have terms.
 void requireAtMost(std::size_t most, std::size_t stages, const char* method);
-
-/// factor Σ_j w_j x_j
-class Combination {
- public:
-  /// Skips weights of zero. x: vectors of `size` components, at least one a weight.
-  Combination(const std::vector<double>& weights, const std::vector<double*>& x, Eigen::Index size);
-
-  void operator()(double factor, double* sum) const;
-
- private:
-  void (*run_)(double factor, const double* weights, const double* const* terms, const double* base,
-               double* sum, double* out, std::ptrdiff_t n) = nullptr;
-  std::vector<double> weights_;
-  std::vector<const double*> terms_;
-  std::ptrdiff_t size_;
-};
 
 /// out = base + Σ_j v_j x_j and other = offset + factor Σ_j w_j x_j, for some components.
 class TwoCombinations {
@@ -44,8 +25,7 @@ class TwoCombinations {
   void operator()(const double* base, double* out, double factor, const double* offset, double* other) const;
 
  private:
-  void (*run_)(const simd::WeightsOfTwo& weights, double factor, const double* base, double* out,
-               const double* offset, double* other, std::ptrdiff_t n) = nullptr;
+  simd::VectorKernel::CombineForTwo run_ = nullptr;
   std::vector<double> v_, w_;
   std::vector<const double*> terms_;
   Eigen::Index count_;
@@ -65,6 +45,7 @@ class NystromRow {
   NystromRow() = default;
   /// weights: at most one a stage, and their sum `drift`. a: the method's. k_j: α_j of `positions`
   /// components, and behind them the derivatives of `others`.
+  /// Without positions the row is a plain sum: `drift` and `a` do not matter.
   NystromRow(const std::vector<double>& weights, double drift, const std::vector<std::vector<double>>& a,
              const std::vector<double*>& k, Eigen::Index positions, Eigen::Index others);
 
@@ -77,9 +58,8 @@ class NystromRow {
  private:
   void runTwice(double h, const double* base, double* sum, double* out) const;
 
-  void (*combineTwice_)(const simd::NystromSums& row, std::ptrdiff_t n) = nullptr;
-  void (*combine_)(double factor, const double* weights, const double* const* terms, const double* base,
-                   double* sum, double* out, std::ptrdiff_t n) = nullptr;
+  simd::VectorKernel::CombineTwice combineTwice_ = nullptr;
+  simd::VectorKernel::Combine combine_ = nullptr;
   std::vector<double> rates_, twice_;
   std::vector<const double*> terms_, otherTerms_;
   double drift_ = 0;

@@ -20,8 +20,8 @@ const Tableau& checked(const Tableau& table) {
 }  // namespace
 
 ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
-    : table_(checked(table)),
-      f_(f),
+    : Stepper({table.name, table.order, table.errorOrder, table.stabilityLimit}, f),
+      table_(checked(table)),
       size_(f.arrangedSize()),
       positions_(f.positions() < leastInNystromsForm ? 0 : f.positions()),
       rates_(size_ - positions_),
@@ -30,9 +30,7 @@ ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
       slopes_(table.b.size(), static_cast<std::size_t>(rates_)),
       stage_(static_cast<std::size_t>(size_)),
       coarse_(static_cast<std::size_t>(table.coarse.empty() ? 0 : size_)),
-      slope_(size_),
-      increment_(slope_),
-      error_(table.e.empty() ? 0 : size_) {
+      slope_(size_) {
   std::vector<double*> k;
   for (std::size_t i = 0; i < table.b.size(); ++i) k.push_back(slopes_.row(i));
   ways_[0] = wayWith(k);
@@ -56,7 +54,7 @@ double ExplicitRungeKutta::cost() const {
 }
 
 [[gnu::always_inline]] inline void ExplicitRungeKutta::evaluate(double t, const double* y, double* k) {
-  slopesAreWhole_ ? f_.slope(t, y, k) : f_.rates(t, y, k);
+  slopesAreWhole_ ? system_.slope(t, y, k) : system_.rates(t, y, k);
 }
 
 void ExplicitRungeKutta::evaluateFirst(double t, const double* y) {

@@ -17,17 +17,9 @@ class ExplicitRungeKutta : public Stepper {
   /// @throws std::invalid_argument for a table of more than 13 stages.
   ExplicitRungeKutta(const Tableau& table, System& f);
 
-  const char* name() const override { return table_.name; }
-  int order() const override { return table_.order; }
-  int errorOrder() const override { return table_.errorOrder; }
-
   double cost() const override;
-  double stabilityLimit() const override { return table_.stabilityLimit; }
-  System& system() override { return f_; }
   const Vector& derivative(double t, const Vector& y) override;
   void step(double t, double h, const Vector& y) override;
-  const Vector& increment() const override { return increment_; }
-  const Vector& error() const override { return error_; }
   void accept() override;
   void forget() override { firstIsKnown_ = false; }
 
@@ -44,7 +36,6 @@ class ExplicitRungeKutta : public Stepper {
   Way wayWith(const std::vector<double*>& k) const;
 
   Tableau table_;
-  System& f_;
   Eigen::Index size_, positions_, rates_;  ///< of y; those in Nyström's form; the components of a slope
   bool slopesAreWhole_;                    ///< with the rates of positions that are not in Nyström's form
   void (*damp_)(double* error, const double* coarse, std::ptrdiff_t n);
@@ -52,7 +43,7 @@ class ExplicitRungeKutta : public Stepper {
   std::array<Way, 2> ways_;  ///< for every other step: where the last slope is the first of the next step
   const Way* way_ = ways_.data();
   CacheLines stage_, coarse_;
-  Vector slope_, increment_, error_;
+  Vector slope_;
   bool firstIsKnown_ = false;
 };
 

@@ -39,31 +39,30 @@ class FastestSteps : public Integrator {
       // Attempt a step.
       const double before = state.t;
       lastTried_ = &running();
-      const AdaptiveSteps::Attempt result =
+      const std::optional<Outcome> outcome =
           lastTried_->attempt(state, end, std::min(longestStep, steadyStep(*lastTried_)));
+      const bool isAccepted = outcome == Outcome::underway || outcome == Outcome::arrived;
 
       // Count it.
       const double cost = lastTried_->cost();
       run_.cost += cost;
       run_.progress += state.t - before;
       (onTrial_ ? onTrials_ : onIncumbents_) += cost;
-      if (result == AdaptiveSteps::Attempt::accepted) {
+      if (isAccepted) {
         ++count_.accepted;
         ++run_.steps;
         failures_ = 0;
         count_.lastError = lastTried_->count().lastError;
-      } else if (result == AdaptiveSteps::Attempt::rejected) {
+      } else if (!outcome) {
         ++count_.rejected;
       } else {
         if (tryTheNext()) continue;
-        return result == AdaptiveSteps::Attempt::tooSmall ? Outcome::stepTooSmall : Outcome::notFinite;
+        return *outcome;
       }
 
       // Start or judge a trial.
       compare();
-      if (result == AdaptiveSteps::Attempt::accepted) {
-        return state.t < end ? Outcome::underway : Outcome::arrived;
-      }
+      if (isAccepted) return *outcome;
     }
   }
 
@@ -104,7 +103,7 @@ class FastestSteps : public Integrator {
   };
 
   AdaptiveSteps& running() { return *methods_[onTrial_ ? challenger_ : inUse_]; }
-  bool isExplicit(std::size_t method) const { return std::isfinite(methods_[method]->stabilityLimit()); }
+  bool isExplicit(std::size_t method) const { return methods_[method]->isExplicit(); }
 
   /// The longest step well within the limit of stability.
   double steadyStep(const AdaptiveSteps& method) const {

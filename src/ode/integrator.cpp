@@ -56,7 +56,7 @@ class FixedSteps : public Integrator {
     return take(vectors_, state, t, stepper_->increment());
   }
 
-  const char* name() const override { return stepper_->name(); }
+  const char* name() const override { return stepper_->facts().name; }
   void restart() override { stepper_->forget(); }
   const StepCount& count() const override { return count_; }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "simd/vectors.h"
@@ -47,15 +48,12 @@ void multiply(const Stages& x, const RadauTable::Square& weights, const Stages* 
 }  // namespace
 
 Radau::Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const LocalStiffness> stiffness)
-    : table_(radau13()),
-      f_(f),
+    : ImplicitStepper({"radau13", 2 * stages - 1, stages, std::numeric_limits<double>::infinity(), true}, f),
+      table_(radau13()),
       tolerance_(std::move(tolerance)),
       stiffness_(std::move(stiffness)),
-      startSlope_(f.arrangedSize()),
       stage_(startSlope_),
       combined_(startSlope_),
-      increment_(startSlope_),
-      error_(startSlope_),
       Z_(Stages::Zero(f.arrangedSize(), stages)),
       last_(Z_),
       R_(Z_),
@@ -74,17 +72,6 @@ double Radau::cost() const {
   const double once = linear.factor + RadauTable::pairs * linear.factorComplex + linear.solve;
   const double iteration = stages + linear.solve + RadauTable::pairs * linear.solveComplex + sums;
   return once + iterations_ * iteration;
-}
-
-void Radau::linearize(double t, const Vector& y) {
-  if (linearized_) return;
-  f_.linearize(t, y.data(), startSlope_.data());
-  linearized_ = true;
-}
-
-const Vector& Radau::derivative(double t, const Vector& y) {
-  linearize(t, y);
-  return startSlope_;
 }
 
 void Radau::step(double t, double h, const Vector& y) {
@@ -114,7 +101,7 @@ void Radau::step(double t, double h, const Vector& y) {
   rate_ = 1;
   increment_.setConstant(std::nan(""));
   error_.setZero();
-  error_[0] = result == Newton::failed ? std::pow(halving, errorOrder()) * allowed_[0] : std::nan("");
+  error_[0] = result == Newton::failed ? std::pow(halving, facts().errorOrder) * allowed_[0] : std::nan("");
 }
 
 /// Z_i = π(1 + c_i h/hLast) − π(1), π the polynomial of the last step.
@@ -213,13 +200,13 @@ double Radau::largest(const Vector& perUnit) const {
 void Radau::accept() {
   last_.swap(Z_);
   hLast_ = hTried_;
-  linearized_ = false;
+  ImplicitStepper::accept();
 }
 
 void Radau::forget() {
   hLast_ = 0;
   rate_ = 1;
-  linearized_ = false;
+  ImplicitStepper::forget();
 }
 
 }  // namespace planar_chain::ode

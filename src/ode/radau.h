@@ -21,7 +21,6 @@
 /// Then the stiff component vanishes from the error as it does from the solution.
 
 #include <complex>
-#include <limits>
 #include <memory>
 #include <vector>
 
@@ -31,26 +30,16 @@
 
 namespace planar_chain::ode {
 
-class Radau : public Stepper {
+class Radau : public ImplicitStepper {
  public:
   /// f must outlive the stepper. tolerance and stiffness are those of the error control: the stages need only
   /// be as exact as the step. If the stages are not found, increment() is NaN and error() halves the step.
   /// Allocates.
   Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const LocalStiffness> stiffness);
 
-  const char* name() const override { return "radau13"; }
-  int order() const override { return 2 * stages - 1; }
-  int errorOrder() const override { return stages; }
-
   /// Of the last attempt.
   double cost() const override;
-  double stabilityLimit() const override { return std::numeric_limits<double>::infinity(); }
-  bool errorSeesStiffModes() const override { return true; }
-  System& system() override { return f_; }
-  const Vector& derivative(double t, const Vector& y) override;
   void step(double t, double h, const Vector& y) override;
-  const Vector& increment() const override { return increment_; }
-  const Vector& error() const override { return error_; }
   void accept() override;
   void forget() override;
 
@@ -60,17 +49,15 @@ class Radau : public Stepper {
   enum class Newton { converged, failed, notFinite };
 
   void carryOn(double h);
-  void linearize(double t, const Vector& y);
   Newton solveStages(double t, double h, const Vector& y);
   void improve(double t, double h, const Vector& y);
   void estimate(double t, double h, const Vector& y);
   double largest(const Vector& perUnit) const;
 
   const RadauTable& table_;
-  LinearizedSystem& f_;
   Tolerance tolerance_;
   std::shared_ptr<const LocalStiffness> stiffness_;
-  Vector startSlope_, stage_, combined_, increment_, error_;
+  Vector stage_, combined_;
   Stages Z_, last_, R_, change_;
   std::vector<std::complex<double>> pair_;
   Eigen::ArrayXd allowed_, mayVanish_;
@@ -78,7 +65,6 @@ class Radau : public Stepper {
   double hTried_ = 0, hLast_ = 0;
   double rate_ = 1;  ///< θ/(1 − θ) of the last iteration, θ: by how much it shrank the change
   int iterations_ = 4;
-  bool linearized_ = false;
 };
 
 }  // namespace planar_chain::ode

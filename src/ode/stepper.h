@@ -2,30 +2,44 @@
 
 /// One step of a one-step method for one system: the interface between the methods and the step size control.
 
-#include <Eigen/Core>
+#include <limits>
 
 #include "ode/system.h"
 
 namespace planar_chain::ode {
 
+/// What is fixed of a method.
+struct MethodFacts {
+  const char* name;
+  int order;
+  /// Order of the embedded solution. 0: the method has no error estimate.
+  int errorOrder;
+  /// Largest h × frequency at which an undamped oscillation does not grow. Infinite for L-stable methods.
+  double stabilityLimit = std::numeric_limits<double>::infinity();
+  /// True if error() includes the stiff modes that the step damps.
+  bool errorSeesStiffModes = false;
+};
+
 /// Only constructors allocate. No function throws.
 class Stepper {
  public:
+  /// f must outlive the stepper.
+  Stepper(const MethodFacts& facts, System& f)
+      : facts_(facts),
+        system_(f),
+        increment_(f.arrangedSize()),
+        error_(facts.errorOrder > 0 ? f.arrangedSize() : 0) {}
   virtual ~Stepper() = default;
 
-  virtual const char* name() const = 0;
-  virtual int order() const = 0;
-  /// Order of the embedded solution. 0: the method has no error estimate.
-  virtual int errorOrder() const = 0;
+  const MethodFacts& facts() const { return facts_; }
+  System& system() const { return system_; }
+  /// The results of the last attempt, arranged. Each call returns the same object.
+  const Vector& increment() const { return increment_; }
+  const Vector& error() const { return error_; }
 
   /// The cost of one attempt, in evaluations of f. It is the same on every machine, so choices that use it
   /// are too.
   virtual double cost() const = 0;
-  /// Largest h × frequency at which an undamped oscillation does not grow. Infinite for L-stable methods.
-  virtual double stabilityLimit() const = 0;
-  /// True if error() includes the stiff modes that the step damps.
-  virtual bool errorSeesStiffModes() const { return false; }
-  virtual System& system() = 0;
   /// Returns f(t, y). Evaluates f unless the last accepted step already did.
   virtual const Vector& derivative(double t, const Vector& y) = 0;
   /// Returns true, and sets error(), if the method can estimate the error of a step without attempting it.
@@ -38,14 +52,40 @@ class Stepper {
     step(t, h, y);
     forget();
   }
-  /// The results of the last attempt, arranged. Each call returns the same object.
-  virtual const Vector& increment() const = 0;
-  virtual const Vector& error() const = 0;
-
   /// Call this when the attempted step is accepted.
   virtual void accept() = 0;
   /// Call this when f has jumped or the state was set. Discards all stored values of f.
   virtual void forget() = 0;
+
+ protected:
+  const MethodFacts facts_;
+  System& system_;
+  Vector increment_, error_;
+};
+
+/// A method that solves with the Jacobian where its step starts.
+class ImplicitStepper : public Stepper {
+ public:
+  ImplicitStepper(const MethodFacts& facts, LinearizedSystem& f)
+      : Stepper(facts, f), f_(f), startSlope_(f.arrangedSize()) {}
+  const Vector& derivative(double t, const Vector& y) override {
+    linearize(t, y);
+    return startSlope_;
+  }
+  void accept() override { linearized_ = false; }
+  void forget() override { linearized_ = false; }
+
+ protected:
+  void linearize(double t, const Vector& y) {
+    if (!linearized_) f_.linearize(t, y.data(), startSlope_.data());
+    linearized_ = true;
+  }
+
+  LinearizedSystem& f_;
+  Vector startSlope_;  ///< f where the step starts
+
+ private:
+  bool linearized_ = false;
 };
 
 }  // namespace planar_chain::ode

@@ -1,6 +1,6 @@
 #pragma once
 
-/// Explicit Runge–Kutta methods as data: a method is its table and where the table was taken from.
+/// Explicit Runge–Kutta methods as data.
 ///
 ///     k_i = f(t + c_i h, y + h Σ_j a_ij k_j)     y(t + h) ≈ y + h Σ b_i k_i     error ≈ h Σ e_i k_i
 
@@ -10,7 +10,6 @@ namespace planar_chain::ode {
 
 struct Tableau {
   const char* name;
-  const char* source;
   int order;                           ///< of the solution that is carried on
   int errorOrder;                      ///< of the embedded solution; 0: there is none
   std::vector<double> c;               ///< one a stage
@@ -28,7 +27,7 @@ struct Tableau {
 const Tableau& rk4();
 /// Dormand and Prince's 5(4) (the same, table II.5.2).
 const Tableau& dopri5();
-/// Dormand and Prince's 8(5,3) (the same, section II.5, digits of dop853.f).
+/// Dormand and Prince's 8(5,3) (the same, section II.5, the doubles nearest to dop853.f).
 const Tableau& dop853();
 
 }  // namespace planar_chain::ode

@@ -29,6 +29,10 @@ double stabilityLimitOf(int order) {
   }
 }
 
+MethodFacts factsFor(int order) {
+  return {"taylor", order, order - 1, stabilityLimitOf(order)};
+}
+
 /// x^k by squaring. std::pow takes as long as an order of the series.
 double power(double x, int k) {
   double result = 1;
@@ -41,16 +45,14 @@ double power(double x, int k) {
 }  // namespace
 
 Taylor::Taylor(SeriesSystem& f, double tolerance)
-    : f_(f),
+    : Stepper(factsFor(orderFor(tolerance)), f),
+      f_(f),
       vectors_(simd::vectors()),
-      order_(orderFor(tolerance)),
-      stabilityLimit_(stabilityLimitOf(order_)),
+      order_(facts().order),
       c_(static_cast<std::size_t>((order_ + 1) * f.driving())),
       y_(f.size()),
       sum_(y_),
       integrandRates_(f.size() - f.driving()),
-      increment_(f.arrangedSize()),
-      error_(increment_),
       derivative_(increment_) {
   f_.reserveSeries(order_);
   cost_ = f_.seriesCost(order_);

@@ -28,20 +28,12 @@ class Taylor : public Stepper {
   /// f must outlive the stepper. Allocates.
   Taylor(SeriesSystem& f, double tolerance);
 
-  const char* name() const override { return "taylor"; }
-  int order() const override { return order_; }
-  int errorOrder() const override { return order_ - 1; }
-
   /// Of the last attempt.
   double cost() const override { return cost_; }
-  double stabilityLimit() const override { return stabilityLimit_; }
-  System& system() override { return f_; }
   const Vector& derivative(double t, const Vector& y) override;
   bool foresees(double t, double h, const Vector& y) override;
   void step(double t, double h, const Vector& y) override;
   void stepAgain(double t, double h, const Vector& y) override;
-  const Vector& increment() const override { return increment_; }
-  const Vector& error() const override { return error_; }
   void accept() override { forget(); }
   void forget() override { isKnown_ = false; }
 
@@ -53,11 +45,11 @@ class Taylor : public Stepper {
   SeriesSystem& f_;
   const simd::VectorKernel& vectors_;
   int order_;
-  double stabilityLimit_, cost_;
+  double cost_;
   Eigen::VectorXd nodes_, weights_;  ///< of Gauss's rule on [0, 1]
   std::vector<double> c_;
   Vector y_, sum_, integrandRates_;  ///< in the order of the series
-  Vector increment_, error_, derivative_;
+  Vector derivative_;
   bool isKnown_ = false;
 };
 

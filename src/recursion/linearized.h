@@ -30,6 +30,7 @@
 /// q is not written k̂ − k̂²/D, which cancels for stiff springs. The handles are not symmetric, as J is not.
 /// Everything is analytic in s, so Scalar may be complex.
 
+#include <cmath>
 #include <complex>
 #include <memory>
 #include <vector>
@@ -171,15 +172,6 @@ LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>
   return handle;
 }
 
-/// The same once more, from 1/D, U_L/D and k̂/D; of what is shown, q is left.
-template <class Scalar, class Real>
-LinearHandle<Scalar> eliminateAgain(const BodyAt<Real>& body, Scalar s, const LinearHandle<Scalar>& found,
-                                    Shown<Scalar>& shown) {
-  const LinearHandle<Scalar> handle = handleOf(body, feltBy(body, s, shown), found);
-  passOn(body, handle, stiffness(body, s), shown);
-  return handle;
-}
-
 /// One body inwards, for a right-hand side: b and r of what hangs on its outer pin become those of what hangs
 /// on its inner one. Returns ε/D. bend: σ less that of the parent.
 template <class Scalar, class Real>
@@ -210,20 +202,10 @@ struct Moving {
   }
 };
 
-/// The real numbers below those of a solve.
-template <class Scalar>
-struct RealOf {
-  using type = Scalar;
-};
-template <class Real>
-struct RealOf<std::complex<Real>> {
-  using type = Real;
-};
-
 template <class Scalar = double>
 class Linearized {
  public:
-  using Real = typename RealOf<Scalar>::type;
+  using Real = decltype(std::abs(Scalar()));
 
   explicit Linearized(const Chain& chain)
       : n_(chain.size()),

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <utility>
 
 #include "planar_chain/planar.h"
 
@@ -34,42 +35,65 @@ constexpr int laneCount = 4;
 constexpr int laneCount = 2;
 #endif
 
-struct Lanes {
-  typedef double Register __attribute__((vector_size(8 * laneCount)));
+template <int count>
+struct RegisterOf {
+  typedef double type __attribute__((vector_size(8 * count)));
+};
+
+template <int count>
+struct LanesOf {
+  using Register = typename RegisterOf<count>::type;
   Register v;
 
-  Lanes() : v{} {}
-  Lanes(Register v_) : v(v_) {}
-  explicit Lanes(double x) : v(x - Register{}) {}
+  LanesOf() : v{} {}
+  LanesOf(Register v_) : v(v_) {}
+  explicit LanesOf(double x) : v(x - Register{}) {}
 
-  [[gnu::always_inline]] static Lanes load(const double* from) {
-    Lanes a;
+  [[gnu::always_inline]] static LanesOf load(const double* from) {
+    LanesOf a;
     std::memcpy(&a.v, from, sizeof a.v);
     return a;
   }
   [[gnu::always_inline]] void store(double* to) const { std::memcpy(to, &v, sizeof v); }
 
-  friend Lanes operator+(Lanes a, Lanes b) { return a.v + b.v; }
-  friend Lanes operator-(Lanes a, Lanes b) { return a.v - b.v; }
-  friend Lanes operator*(Lanes a, Lanes b) { return a.v * b.v; }
-  friend Lanes operator/(Lanes a, Lanes b) { return a.v / b.v; }
-  friend Lanes operator-(Lanes a) { return -a.v; }
-  Lanes& operator+=(Lanes b) { return *this = *this + b; }
-  Lanes& operator-=(Lanes b) { return *this = *this - b; }
+  friend LanesOf operator+(LanesOf a, LanesOf b) { return a.v + b.v; }
+  friend LanesOf operator-(LanesOf a, LanesOf b) { return a.v - b.v; }
+  friend LanesOf operator*(LanesOf a, LanesOf b) { return a.v * b.v; }
+  friend LanesOf operator/(LanesOf a, LanesOf b) { return a.v / b.v; }
+  friend LanesOf operator-(LanesOf a) { return -a.v; }
+  LanesOf& operator+=(LanesOf b) { return *this = *this + b; }
+  LanesOf& operator-=(LanesOf b) { return *this = *this - b; }
 };
 
+using Lanes = LanesOf<laneCount>;
+using Integers = decltype(Lanes::Register() < Lanes::Register());
+
 using planar_chain::mulAdd;
-#if defined(__AVX512F__)
-Lanes mulAdd(Lanes a, Lanes b, Lanes c) {
-  return Lanes(_mm512_fmadd_pd(a.v, b.v, c.v));
+#ifdef __FMA__
+LanesOf<4> mulAdd(LanesOf<4> a, LanesOf<4> b, LanesOf<4> c) {
+  return {_mm256_fmadd_pd(a.v, b.v, c.v)};
 }
-#elif defined(__FMA__)
+#endif
+#ifdef __AVX512F__
 Lanes mulAdd(Lanes a, Lanes b, Lanes c) {
-  return Lanes(_mm256_fmadd_pd(a.v, b.v, c.v));
+  return {_mm512_fmadd_pd(a.v, b.v, c.v)};
 }
 #endif
 
-using Integers = long long __attribute__((vector_size(8 * laneCount)));
+/// Lane s of the result is number index(s) of those of a and, behind them, b.
+template <int count, class Index, int... s>
+[[gnu::always_inline]] inline LanesOf<count> shuffled(LanesOf<count> a, LanesOf<count> b, Index index,
+                                                      std::integer_sequence<int, s...>) {
+#ifdef __clang__
+  return {__builtin_shufflevector(a.v, b.v, std::integral_constant<int, index(s)>::value...)};
+#else
+  return {__builtin_shuffle(a.v, b.v, decltype(a.v < b.v){std::integral_constant<int, index(s)>::value...})};
+#endif
+}
+template <int count, class Index>
+[[gnu::always_inline]] inline LanesOf<count> shuffled(LanesOf<count> a, LanesOf<count> b, Index index) {
+  return shuffled(a, b, index, std::make_integer_sequence<int, count>());
+}
 
 /// One after the other.
 template <class... Numbers>
@@ -78,70 +102,33 @@ template <class... Numbers>
 }
 
 /// Pairs (x, y), in memory one after the other.
-struct Pairs {
-  Lanes x, y;
-};
+[[gnu::always_inline]] inline Vec2<Lanes> loadPairs(const double* from) {
+  const Lanes low = Lanes::load(from), high = Lanes::load(from + laneCount);
+  return {shuffled(low, high, [](int s) { return 2 * s; }),
+          shuffled(low, high, [](int s) { return 2 * s + 1; })};
+}
 
+/// Where number i of the pairs stands: pairs 0, 2 … in the first register, 1, 3 … in the second.
+constexpr int placeInPairs(int i) {
+  return i / 2 % 2 * laneCount + i / 4 * 2 + i % 2;
+}
+
+[[gnu::always_inline]] inline void storePairs(double* to, Vec2<Lanes> pairs) {
+  const Lanes even = shuffled(pairs.x, pairs.y, [](int s) { return s % 2 * laneCount + s / 2 * 2; });
+  const Lanes odd = shuffled(pairs.x, pairs.y, [](int s) { return s % 2 * laneCount + s / 2 * 2 + 1; });
+  storeAll(to, shuffled(even, odd, [](int s) { return placeInPairs(s); }),
+           shuffled(even, odd, [](int s) { return placeInPairs(laneCount + s); }));
+}
+
+[[gnu::always_inline]] inline bool all(Integers mask) {
 #if defined(__AVX512F__)
-
-// All of maskz: GCC 12 takes the unmasked ones for reading what was never written.
-[[gnu::always_inline]] inline Pairs loadPairs(const double* from) {
-  const __m512d low = _mm512_loadu_pd(from), high = _mm512_loadu_pd(from + 8);
-  const __m512i x = _mm512_setr_epi64(0, 2, 4, 6, 8, 10, 12, 14);
-  const __m512i y = _mm512_setr_epi64(1, 3, 5, 7, 9, 11, 13, 15);
-  return {Lanes(_mm512_permutex2var_pd(low, x, high)), Lanes(_mm512_permutex2var_pd(low, y, high))};
-}
-
-[[gnu::always_inline]] inline void storePairs(double* to, Pairs pairs) {
-  const __m512i low = _mm512_setr_epi64(0, 8, 1, 9, 2, 10, 3, 11);
-  const __m512i high = _mm512_setr_epi64(4, 12, 5, 13, 6, 14, 7, 15);
-  _mm512_storeu_pd(to, _mm512_permutex2var_pd(pairs.x.v, low, pairs.y.v));
-  _mm512_storeu_pd(to + 8, _mm512_permutex2var_pd(pairs.x.v, high, pairs.y.v));
-}
-
-[[gnu::always_inline]] inline bool all(Integers mask) {
   return _mm512_movepi64_mask(reinterpret_cast<__m512i>(mask)) == 0xff;
-}
-
 #elif defined(__AVX2__)
-
-[[gnu::always_inline]] inline Pairs loadPairs(const double* from) {
-  const __m256d low = _mm256_loadu_pd(from), high = _mm256_loadu_pd(from + 4);
-  const __m256d inner = _mm256_permute2f128_pd(low, high, 0x20);
-  const __m256d outer = _mm256_permute2f128_pd(low, high, 0x31);
-  return {Lanes(_mm256_unpacklo_pd(inner, outer)), Lanes(_mm256_unpackhi_pd(inner, outer))};
-}
-
-[[gnu::always_inline]] inline void storePairs(double* to, Pairs pairs) {
-  const __m256d even = _mm256_unpacklo_pd(pairs.x.v, pairs.y.v);
-  const __m256d odd = _mm256_unpackhi_pd(pairs.x.v, pairs.y.v);
-  _mm256_storeu_pd(to, _mm256_permute2f128_pd(even, odd, 0x20));
-  _mm256_storeu_pd(to + 4, _mm256_permute2f128_pd(even, odd, 0x31));
-}
-
-[[gnu::always_inline]] inline bool all(Integers mask) {
   return _mm256_movemask_pd(reinterpret_cast<__m256d>(mask)) == 0xf;
-}
-
 #else
-
-[[gnu::always_inline]] inline Pairs loadPairs(const double* from) {
-  Pairs pairs;
-  for (int s = 0; s < laneCount; ++s) pairs.x.v[s] = from[2 * s], pairs.y.v[s] = from[2 * s + 1];
-  return pairs;
-}
-
-[[gnu::always_inline]] inline void storePairs(double* to, Pairs pairs) {
-  for (int s = 0; s < laneCount; ++s) to[2 * s] = pairs.x.v[s], to[2 * s + 1] = pairs.y.v[s];
-}
-
-[[gnu::always_inline]] inline bool all(Integers mask) {
-  bool each = true;
-  for (int s = 0; s < laneCount; ++s) each = each && mask[s] != 0;
-  return each;
-}
-
+  return mask[0] != 0 && mask[1] != 0;
 #endif
+}
 
 // ---- The first numbers of a register, so many as there are -----------------------------------------
 
@@ -192,47 +179,20 @@ struct Pairs {
 /// one.
 template <int size>
 inline Lanes ofInner(Lanes a) {
-#if defined(__AVX512F__)
-  if constexpr (size == 1) return Lanes(_mm512_maskz_movedup_pd(0xff, a.v));
-  if constexpr (size == 2) return Lanes(_mm512_maskz_permutex_pd(0xff, a.v, 0x44));
-  if constexpr (size == 4) return Lanes(_mm512_maskz_shuffle_f64x2(0xff, a.v, a.v, 0x44));
-#elif defined(__AVX2__)
-  if constexpr (size == 1) return Lanes(_mm256_movedup_pd(a.v));
-  if constexpr (size == 2) return Lanes(_mm256_permute2f128_pd(a.v, a.v, 0x00));
-#else
-  Lanes b;
-  for (int s = 0; s < laneCount; ++s) b.v[s] = a.v[s & ~size];
-  return b;
-#endif
+  return shuffled(a, a, [](int s) { return s & ~size; });
 }
-
 template <int size>
 inline Lanes ofOuter(Lanes a) {
-#if defined(__AVX512F__)
-  if constexpr (size == 1) return Lanes(_mm512_maskz_permute_pd(0xff, a.v, 0xff));
-  if constexpr (size == 2) return Lanes(_mm512_maskz_permutex_pd(0xff, a.v, 0xee));
-  if constexpr (size == 4) return Lanes(_mm512_maskz_shuffle_f64x2(0xff, a.v, a.v, 0xee));
-#elif defined(__AVX2__)
-  if constexpr (size == 1) return Lanes(_mm256_permute_pd(a.v, 0xf));
-  if constexpr (size == 2) return Lanes(_mm256_permute2f128_pd(a.v, a.v, 0x11));
-#else
-  Lanes b;
-  for (int s = 0; s < laneCount; ++s) b.v[s] = a.v[s | size];
-  return b;
-#endif
+  return shuffled(a, a, [](int s) { return s | size; });
 }
 
 /// In the lanes of inner groups the first, in those of outer ones the second.
 template <int size>
 inline Lanes either(Lanes inner, Lanes outer) {
-  Integers isOuter;
-  for (int s = 0; s < laneCount; ++s) isOuter[s] = s & size ? -1 : 0;
-  return Lanes(isOuter ? outer.v : inner.v);
+  return shuffled(inner, outer, [](int s) { return s & size ? laneCount + s : s; });
 }
 
 // ---- Size ------------------------------------------------------------------------------------------
-
-// All three compare once; of a number and what is none, the first two give b.
 
 [[gnu::always_inline]] inline Lanes root(Lanes a) {
 #if defined(__AVX512F__)
@@ -240,8 +200,7 @@ inline Lanes either(Lanes inner, Lanes outer) {
 #elif defined(__AVX2__)
   return Lanes(_mm256_sqrt_pd(a.v));
 #else
-  for (int s = 0; s < laneCount; ++s) a.v[s] = std::sqrt(a.v[s]);
-  return a;
+  return {Lanes::Register{std::sqrt(a.v[0]), std::sqrt(a.v[1])}};
 #endif
 }
 

@@ -14,19 +14,11 @@ namespace planar_chain::simd {
 namespace {
 
 Lanes larger(Lanes a, Lanes b) {
-#ifdef __AVX2__
-  return Lanes(_mm256_max_pd(a.v, b.v));
-#else
-  return Lanes(a.v > b.v ? a.v : b.v);
-#endif
+  return {a.v > b.v ? a.v : b.v};
 }
 
 Lanes smaller(Lanes a, Lanes b) {
-#ifdef __AVX2__
-  return Lanes(_mm256_min_pd(a.v, b.v));
-#else
-  return Lanes(a.v < b.v ? a.v : b.v);
-#endif
+  return {a.v < b.v ? a.v : b.v};
 }
 
 Lanes absolute(Lanes a) {
@@ -39,17 +31,6 @@ template <class F>
   std::ptrdiff_t i = 0;
   for (; i + laneCount <= n; i += laneCount) f(i, laneCount);
   if (i < n) f(i, static_cast<int>(n - i));
-}
-
-/// f(i, count, which), by turns for several sums, so that none waits for the one before.
-constexpr int turns = 4;
-template <class F>
-[[gnu::always_inline]] inline void forRegistersByTurns(std::ptrdiff_t n, F f) {
-  std::ptrdiff_t i = 0;
-  for (; i + turns * laneCount <= n; i += turns * laneCount) {
-    for (int which = 0; which < turns; ++which) f(i + which * laneCount, laneCount, which);
-  }
-  forRegisters(n - i, [&](std::ptrdiff_t rest, int count) { f(i + rest, count, 0); });
 }
 
 template <int count>
@@ -115,18 +96,6 @@ PLANAR_CHAIN_IN_ONE_PIECE void combineTwiceOf(const NystromSums& given, std::ptr
   });
 }
 
-template <int... counts>
-constexpr std::array<VectorKernel::Combine, sizeof...(counts)> combinations(
-    std::integer_sequence<int, counts...>) {
-  return {combineOf<counts + 1>...};
-}
-
-template <int... counts>
-constexpr std::array<VectorKernel::CombineTwice, sizeof...(counts)> twoCombinations(
-    std::integer_sequence<int, counts...>) {
-  return {combineTwiceOf<counts + 1>...};
-}
-
 template <int count>
 PLANAR_CHAIN_IN_ONE_PIECE void combineForTwoOf(const WeightsOfTwo& weights, double factor, const double* base,
                                                double* out, const double* offset, double* other,
@@ -148,22 +117,12 @@ PLANAR_CHAIN_IN_ONE_PIECE void combineForTwoOf(const WeightsOfTwo& weights, doub
   });
 }
 
-template <int... counts>
-constexpr std::array<VectorKernel::CombineForTwo, sizeof...(counts)> combinationsForTwo(
-    std::integer_sequence<int, counts...>) {
-  return {combineForTwoOf<counts + 1>...};
-}
-
 PLANAR_CHAIN_IN_ONE_PIECE void damp(double* error, const double* coarse, std::ptrdiff_t n) {
   forRegisters(n, [&](std::ptrdiff_t i, int count) {
     const Lanes fine = loadSome(error + i, count), rough = loadSome(coarse + i, count);
     const Lanes size = root(fine * fine + Lanes(0.01) * (rough * rough));
     storeSome(error + i, Lanes(size.v > 0 ? (fine * (fine / size)).v : size.v), count);
   });
-}
-
-[[gnu::always_inline]] inline Lanes sumOf(const Lanes (&some)[turns]) {
-  return (some[0] + some[1]) + (some[2] + some[3]);
 }
 
 /// Each of them.
@@ -180,22 +139,18 @@ PLANAR_CHAIN_IN_ONE_PIECE bool addCarried(double* y, double* carry, const double
     storeSome(carry + i, whole - (next - old), size);
     storeSome(y + i, next, size);
   };
-  const auto sum = [&](std::ptrdiff_t i, int size) {
-    return loadSome(y + i, size) + loadSome(increment + i, size);
+  Lanes zero;  // NaN, if one sum is not finite
+  const auto check = [&](std::ptrdiff_t i, int size) {
+    zero = mulAdd(Lanes(0), loadSome(y + i, size) + loadSome(increment + i, size), zero);
   };
   if (n <= laneCount) {
-    const int size = static_cast<int>(n);
-    const bool isFinite = isNumber(Lanes(0) * sum(0, size));
-    if (isFinite) add(0, size);
-    return isFinite;
+    check(0, static_cast<int>(n));
+    if (isNumber(zero)) add(0, static_cast<int>(n));
+    return isNumber(zero);
   }
-  Lanes zero[turns];  // NaN, if one sum is not finite
-  forRegistersByTurns(n, [&](std::ptrdiff_t i, int size, int which) {
-    zero[which] = mulAdd(Lanes(0), sum(i, size), zero[which]);
-  });
-  if (!isNumber(sumOf(zero))) return false;
-  forRegisters(n, add);
-  return true;
+  forRegisters(n, check);
+  if (isNumber(zero)) forRegisters(n, add);
+  return isNumber(zero);
 }
 
 PLANAR_CHAIN_IN_ONE_PIECE void polynomial(double h, const double* c, int order, double* sum,
@@ -208,88 +163,40 @@ PLANAR_CHAIN_IN_ONE_PIECE void polynomial(double h, const double* c, int order, 
   });
 }
 
-/// Errors, and what is allowed, of so many components from the i-th on.
-struct Errors {
-  const ErrorVectors& of;
-  Lanes most, rounding;
-
-  [[gnu::always_inline]] Lanes size(std::ptrdiff_t i, int count) const {
-    return absolute(loadSome(of.error + i, count));
-  }
-  [[gnu::always_inline]] Lanes allowed(std::ptrdiff_t i, int count) const {
-    const Lanes y = absolute(loadSome(of.y + i, count));
-    const Lanes counted = smaller(y, loadSome(of.ceiling + i, count));
-    return larger(mulAdd(most, counted, most), rounding * loadSome(of.noise + i, count));
-  }
-  [[gnu::always_inline]] Lanes ratio(std::ptrdiff_t i, int count) const {
-    return size(i, count) / allowed(i, count);
-  }
-};
-
-/// Of the lanes, pair by pair.
+/// The largest of all lanes, compared pair by pair.
 template <int size = 1>
 [[gnu::always_inline]] inline double largestOf(Lanes a) {
   if constexpr (size < laneCount) return largestOf<2 * size>(larger(ofInner<size>(a), ofOuter<size>(a)));
   return a.v[0];
 }
 
-/// NaN, if one is not finite.
-[[gnu::always_inline]] inline double largestOfFinite(Lanes ratio, Lanes zero) {
-  return isNumber(zero) ? largestOf(ratio) : std::numeric_limits<double>::quiet_NaN();
-}
-
-[[gnu::noinline]] double largestRatioByDivision(const Errors& errors, std::ptrdiff_t n) {
-  Lanes worst, zero;
-  forRegisters(n, [&](std::ptrdiff_t i, int count) {
-    const Lanes ratio = errors.ratio(i, count);
-    worst = larger(ratio, worst);
-    zero = mulAdd(Lanes(0), ratio, zero);
-  });
-  return largestOfFinite(worst, zero);
-}
-
-/// The largest ratio of each lane; ratios are compared by products.
-struct LargestRatio {
-  Lanes size, allowed{1}, zero;  ///< zero: NaN, if a product is not finite
-
-  [[gnu::always_inline]] void meet(Lanes otherSize, Lanes otherAllowed) {
-    const Lanes other = otherSize * allowed, own = size * otherAllowed;
-    const Integers isLarger = other.v > own.v;
-    size = Lanes(isLarger ? otherSize.v : size.v);
-    allowed = Lanes(isLarger ? otherAllowed.v : allowed.v);
-    zero = mulAdd(Lanes(0), other + own, zero);
-  }
-  [[gnu::always_inline]] void meet(const LargestRatio& other) {
-    meet(other.size, other.allowed);
-    zero += other.zero;
-  }
-};
-
-/// Where a product is not finite, divisions tell why.
 PLANAR_CHAIN_IN_ONE_PIECE double largestRatio(const ErrorVectors& of, double most, double rounding,
                                               std::ptrdiff_t n) {
-  const Errors errors{of, Lanes(most), Lanes(rounding)};
-  if (n <= laneCount) {
-    const Lanes ratio = errors.ratio(0, static_cast<int>(n));
-    return largestOfFinite(ratio, Lanes(0) * ratio);
-  }
-  LargestRatio largest[turns];
-  forRegistersByTurns(n, [&](std::ptrdiff_t i, int count, int which) {
-    largest[which].meet(errors.size(i, count), errors.allowed(i, count));
+  Lanes largest, zero;  // zero: NaN, if one ratio is not finite
+  forRegisters(n, [&](std::ptrdiff_t i, int count) {
+    const Lanes y = absolute(loadSome(of.y + i, count));
+    const Lanes counted = smaller(y, loadSome(of.ceiling + i, count));
+    const Lanes allowed =
+        larger(mulAdd(Lanes(most), counted, Lanes(most)), Lanes(rounding) * loadSome(of.noise + i, count));
+    const Lanes ratio = absolute(loadSome(of.error + i, count)) / allowed;
+    largest = larger(ratio, largest);
+    zero = mulAdd(Lanes(0), ratio, zero);
   });
-  for (int half = turns / 2; half > 0; half /= 2) {
-    for (int which = 0; which < half; ++which) largest[which].meet(largest[which + half]);
-  }
-  if (!isNumber(largest[0].zero)) return largestRatioByDivision(errors, n);
-  return largestOf(largest[0].size / largest[0].allowed);
+  return isNumber(zero) ? largestOf(largest) : std::numeric_limits<double>::quiet_NaN();
 }
 
-template <int count>
-using Counts = std::make_integer_sequence<int, count>;
+/// f(count) for each count from 1 on.
+template <class F, int... counts>
+constexpr auto tableOf(F f, std::integer_sequence<int, counts...>) {
+  return std::array{f(std::integral_constant<int, counts + 1>())...};
+}
 
-constexpr VectorKernel vectorKernel{combinations(Counts<VectorKernel::mostTerms>()),
-                                    twoCombinations(Counts<VectorKernel::mostTerms>()),
-                                    combinationsForTwo(Counts<VectorKernel::mostTermsForTwo>()),
+using Terms = std::make_integer_sequence<int, VectorKernel::mostTerms>;
+using TermsForTwo = std::make_integer_sequence<int, VectorKernel::mostTermsForTwo>;
+
+constexpr VectorKernel vectorKernel{tableOf([](auto count) { return combineOf<count>; }, Terms()),
+                                    tableOf([](auto count) { return combineTwiceOf<count>; }, Terms()),
+                                    tableOf([](auto count) { return combineForTwoOf<count>; }, TermsForTwo()),
                                     damp,
                                     addCarried,
                                     polynomial,
