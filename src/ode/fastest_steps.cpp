@@ -79,7 +79,7 @@ class FastestSteps : public Integrator {
     run_ = {};
     onTrials_ = onIncumbents_ = 0;
   }
-  const StepCount& count() const override { return count_; }
+  StepCount count() const override { return count_; }
 
  private:
   static constexpr int leastPatience = 25;  // steps between trials; doubled when the incumbent wins,

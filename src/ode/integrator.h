@@ -72,7 +72,7 @@ class Integrator {
   virtual void restart() = 0;
   /// Call this when the state was set, or f was replaced.
   virtual void begin() { restart(); }
-  virtual const StepCount& count() const = 0;
+  virtual StepCount count() const = 0;
 };
 
 /// Adds an increment to the state with Kahan's summation and sets its time. Returns false, and changes

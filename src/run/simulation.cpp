@@ -43,6 +43,14 @@ IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung) {
   return scene;
 }
 
+/// The pace, s a step, below which rodas5p replaces the scene's method. 0: never.
+double leastPaceOf(const IntegratorSettings& settings) {
+  const std::string& method = settings.method;
+  if (method == "auto" || method == "rodas5p" || method == "radau13") return 0;
+  if (method == "ros34pw2") return 1e-10;  // its order is low: it takes steps of 1e-9 s for its accuracy
+  return ode::hasFixedStep(method) ? std::min(1e-8, settings.step / 100) : 1e-8;
+}
+
 /// Angles count up to half a turn in the error control, rates as they are; works are not controlled.
 ode::Tolerance toleranceOf(double value, int n) {
   ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(2 * n, std::numeric_limits<double>::infinity())};
@@ -61,6 +69,9 @@ struct Simulation::Parts {
   std::size_t rung = 0;
   int goodChecks = 0;    // since the ladder was climbed
   int rescueLength = 1;  // checks to pass on a higher rung
+  double leastPace;
+  ode::StepCount countThen;  // when the pace was last measured
+  double timeThen = 0;
   long long rescues = 0;
   std::vector<const EffectKind*> kinds;  ///< that store energy
   EnergyGuard guard;
@@ -76,6 +87,7 @@ struct Simulation::Parts {
       : scene(given),
         n(given.chain.size()),
         dynamics(scene, makeCommands(commandCapacity)),
+        leastPace(leastPaceOf(scene.integrator)),
         kinds(storingKinds(scene.chain)),
         guard(scene.chain, scene.integrator, dynamics.works()),
         state(dynamics.arrangedSize()),
@@ -98,13 +110,16 @@ struct Simulation::Parts {
 
   void climbTo(std::size_t next) {
     rung = next;
-    if (ladder[rung]) return;
-    const IntegratorSettings settings = settingsOf(scene.integrator, rung);
-    ladder[rung] =
-        ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings.tolerance, n));
-    if (dynamics.effects().haveSwitches()) {
-      ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.effects(), dynamics);
+    if (!ladder[rung]) {
+      const IntegratorSettings settings = settingsOf(scene.integrator, rung);
+      ladder[rung] =
+          ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings.tolerance, n));
+      if (dynamics.effects().haveSwitches()) {
+        ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.effects(), dynamics);
+      }
     }
+    countThen = integrator().count();
+    timeThen = state.t;
   }
 
   const double* theta() const { return y.data(); }
@@ -168,7 +183,12 @@ struct Simulation::Parts {
         integrator().integrate(state, end, dynamics.effects().longestStep(), stepsPerCheck);
     restore();
     const bool failed = outcome == ode::Outcome::notFinite || outcome == ode::Outcome::stepTooSmall;
-    if (failed || !guard.accept(state, y.data())) return climb(outcome);
+    if (failed || !guard.accept(state, y.data())) {
+      state = guard.lastGood();
+      restore();
+      if (rung + 1 == rungs) return fail(outcome);
+      return rescueBy(rung + 1);
+    }
 
     if (outcome == ode::Outcome::switched) {
       dynamics.change(y.data());
@@ -178,19 +198,29 @@ struct Simulation::Parts {
     if (rung > 0 && ++goodChecks >= rescueLength) {
       climbTo(0);
       integrator().begin();
+    } else if (isStuck()) {
+      rescueBy(rungs - 1);
     }
   }
 
-  /// What acts has not changed since the last good state: so it is enough to go back there.
-  void climb(ode::Outcome outcome) {
-    state = guard.lastGood();
-    restore();
-    if (rung + 1 == rungs) return fail(outcome);
+  void rescueBy(std::size_t next) {
     if (rung == 0) rescueLength = std::min(2 * rescueLength, longestRescue);
     ++rescues;
     goodChecks = 0;
-    climbTo(rung + 1);
+    climbTo(next);
     integrator().begin();
+  }
+
+  /// True if a method makes so many steps that another will be faster: an explicit one on a stiff motion, or
+  /// one whose unstable steps end at a stop at once.
+  bool isStuck() {
+    const ode::StepCount count = integrator().count();
+    const long long steps = count.accepted - countThen.accepted;
+    if (rung + 1 == rungs || steps < stepsPerCheck) return false;
+    const bool isSlow = state.t - timeThen < leastPace * static_cast<double>(steps);
+    countThen = count;
+    timeThen = state.t;
+    return isSlow;
   }
 
   void readRelative() {
