@@ -367,5 +367,26 @@ TEST(Stop, ThatIsOverdampedTakesFewEvaluationsByEveryMethod) {
   }
 }
 
+// auto keeps its method from contact to contact. It used to choose anew at each, and took six times as many.
+TEST(Stop, ThatIsHardAndHitOftenCostsAutoLittleMoreThanTheBestMethod) {
+  for (const double damping : {10., 3e4}) {
+    Joint joint;
+    joint.lower = -0.3;
+    joint.upper = 0.3;
+    joint.stopStiffness = 1e5;
+    joint.stopDamping = damping;
+    Scene scene = test::uniformChain(5, {"", 1, 1. / 12, {0.5, 0}, {1, 0}}, {}, joint, {0, -9.81});
+    const auto evaluationsBy = [&](const char* method) {
+      scene.integrator = {method, 1e-8, 1e-3};
+      Simulation simulation(scene);
+      for (int k = 1; k <= 30; ++k) EXPECT_TRUE(simulation.advanceTo(0.1 * k)) << simulation.fault();
+      return simulation.statistics().evaluations;
+    };
+    const auto best = std::min({evaluationsBy("taylor"), evaluationsBy("dop853"), evaluationsBy("rodas5p"),
+                                evaluationsBy("radau13")});
+    EXPECT_LT(static_cast<double>(evaluationsBy("auto")), 1.25 * static_cast<double>(best)) << damping;
+  }
+}
+
 }  // namespace
 }  // namespace planar_chain

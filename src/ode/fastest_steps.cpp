@@ -71,6 +71,10 @@ class FastestSteps : public Integrator {
   void restart() override {
     for (auto& method : methods_) method->restart();
   }
+  void passSwitch() override {
+    restart();
+    stiffness_->forget();
+  }
   void begin() override {
     for (auto& method : methods_) method->begin();
     started_ = onTrial_ = false;

@@ -70,6 +70,8 @@ class Integrator {
   virtual bool stepTo(State& state, double t) = 0;
   /// Call this when f has jumped.
   virtual void restart() = 0;
+  /// As restart(), and the stiffness of f may have changed.
+  virtual void passSwitch() { begin(); }
   /// Call this when the state was set, or f was replaced.
   virtual void begin() { restart(); }
   virtual StepCount count() const = 0;

@@ -21,6 +21,7 @@ class LandingOnSwitches : public Integrator {
 
   const char* name() const override { return steps_->name(); }
   void restart() override { steps_->restart(); }
+  void passSwitch() override { steps_->passSwitch(); }
   void begin() override { steps_->begin(); }
   /// The steps made to land count as rejected.
   StepCount count() const override {

@@ -192,7 +192,7 @@ struct Simulation::Parts {
 
     if (outcome == ode::Outcome::switched) {
       dynamics.change(y.data());
-      integrator().begin();
+      integrator().passSwitch();
     }
     if (state.t >= dynamics.effects().until()) actAnew();
     if (rung > 0 && ++goodChecks >= rescueLength) {
