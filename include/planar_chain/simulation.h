@@ -72,12 +72,13 @@ class Simulation {
   // At the present state, computed when called.
   Energy energy() const;
   EnergyBalance energyBalance() const;
+  // These evaluate the dynamics, which they share with advanceTo(): they are not const.
   /// Writes q̈, n values, rad/s².
-  void accelerations(double* qdd) const;
+  void accelerations(double* qdd);
   /// Writes the whole torque in each joint, of springs, dampers, stops, loads and commands: n values, N m.
-  void jointTorques(double* tau) const;
+  void jointTorques(double* tau);
   /// Writes the motion of each link, n values.
-  void linkMotions(LinkMotion* motions) const;
+  void linkMotions(LinkMotion* motions);
 
   // Commands. A command acts from `start` (s of time()), where a step ends, or from time() if that is later.
   // A held command lasts until the next one of the same joint or link starts, or until `until`. A timed

@@ -13,6 +13,7 @@
 #include "ode/methods.h"
 #include "ode/switches.h"
 #include "run/energy_guard.h"
+#include "run/turns.h"
 
 namespace planar_chain {
 
@@ -75,6 +76,7 @@ struct Simulation::Parts {
   long long rescues = 0;
   std::vector<const EffectKind*> kinds;  ///< that store energy
   EnergyGuard guard;
+  Turns turns;
   ode::State state;
   Eigen::VectorXd y;  ///< the state in the order of the chain
   std::vector<double> q, qd;
@@ -90,6 +92,7 @@ struct Simulation::Parts {
         leastPace(leastPaceOf(scene.integrator)),
         kinds(storingKinds(scene.chain)),
         guard(scene.chain, scene.integrator, dynamics.works()),
+        turns(scene.chain, dynamics.size()),
         state(dynamics.arrangedSize()),
         y(dynamics.size()),
         q(static_cast<std::size_t>(n)),
@@ -130,12 +133,17 @@ struct Simulation::Parts {
     const auto size = static_cast<std::size_t>(n);
     require(newQ.size() == size && newQd.size() == size, "q and qd must have one value a joint");
     require(allFinite(newQ) && allFinite(newQd), "q and qd must be finite");
+    for (int i = 0; i < n; ++i) {
+      require(std::abs(newQ[index(i)]) <= largestAngle(scene.chain.joints()[index(i)]),
+              "q must be at most 5e16 rad, and 1e6 rad in a joint with a spring or a limit");
+    }
     toAbsolute(newQ.data(), n, y.data());
     toAbsolute(newQd.data(), n, y.data() + n);
     const double energy = energyOf(scene.chain, kinds, this->theta(), this->omega()).total();
     if (!std::isfinite(energy)) restore();
     require(std::isfinite(energy), "q and qd must be of finite energy");
-    energyAtStart = energy;
+    turns.take(newQ, y.data());
+    energyAtStart = energyOf(scene.chain, kinds, this->theta(), this->omega()).total();
     q = newQ;
     qd = newQd;
     y.tail(dynamics.works()).setZero();
@@ -189,6 +197,7 @@ struct Simulation::Parts {
       if (rung + 1 == rungs) return fail(outcome);
       return rescueBy(rung + 1);
     }
+    if (turns.takeMore(dynamics, state, y)) guard.moveTo(state);
 
     if (outcome == ode::Outcome::switched) {
       dynamics.change(y.data());
@@ -225,6 +234,7 @@ struct Simulation::Parts {
 
   void readRelative() {
     toRelative(theta(), n, q.data());
+    turns.addTo(q);
     toRelative(omega(), n, qd.data());
   }
 
@@ -321,18 +331,19 @@ EnergyBalance Simulation::energyBalance() const {
   return balance;
 }
 
-void Simulation::accelerations(double* qdd) const {
+void Simulation::accelerations(double* qdd) {
   linkMotions(parts_->motions.data());
   for (int i = 0; i < parts_->n; ++i) qdd[i] = parts_->motions[index(i)].alpha;
   toRelative(qdd, parts_->n, qdd);
 }
 
-void Simulation::jointTorques(double* tau) const {
+void Simulation::jointTorques(double* tau) {
   parts_->settled().jointTorques(parts_->state.t, parts_->y.data(), tau);
 }
 
-void Simulation::linkMotions(LinkMotion* motions) const {
+void Simulation::linkMotions(LinkMotion* motions) {
   parts_->settled().linkMotions(parts_->state.t, parts_->y.data(), motions);
+  parts_->turns.addTo(motions);
 }
 
 namespace {
