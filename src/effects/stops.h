@@ -24,8 +24,6 @@ namespace planar_chain {
 class Stops : public Effect, public Switching {
  public:
   explicit Stops(const Chain& chain);
-  Stops(const Stops&) = delete;
-  Stops& operator=(const Stops&) = delete;
 
   bool empty() const { return stops_.empty(); }
 

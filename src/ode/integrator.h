@@ -55,6 +55,9 @@ struct Tolerance {
 
 class Integrator {
  public:
+  Integrator() = default;
+  Integrator(const Integrator&) = delete;
+  Integrator& operator=(const Integrator&) = delete;
   virtual ~Integrator() = default;
   /// The name of the method in use.
   virtual const char* name() const = 0;
