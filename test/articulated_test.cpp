@@ -30,7 +30,7 @@ TEST(Articulated, AgreesWithKaneOnRandomChains) {
   // n ulps; 1e-13 is 450.
   for (int n = 1; n <= 50; ++n) {
     const Scene scene = randomScene(n, static_cast<unsigned>(n));
-    const Simulation simulation(scene);
+    Simulation simulation(scene);
     Eigen::VectorXd qdd(n);
     simulation.accelerations(qdd.data());
     const Eigen::VectorXd q = vectorOf(scene.q), qd = vectorOf(scene.qd);
@@ -78,7 +78,7 @@ TEST(Articulated, KeepsItsDigitsOnAStraightChainOfAThousand) {
 TEST(Articulated, PinForcesBalanceEveryLink) {
   // m a = F_pin − F_pin,next + m g + F, and about the centre of mass I α = moments: Newton and Euler.
   const Scene scene = randomScene(7, 42);
-  const Simulation simulation(scene);
+  Simulation simulation(scene);
   std::vector<LinkMotion> motions(7);
   simulation.linkMotions(motions.data());
   const Eigen::VectorXd q = vectorOf(scene.q), qd = vectorOf(scene.qd);
@@ -102,7 +102,7 @@ TEST(Articulated, PinForcesBalanceEveryLink) {
 
 TEST(Articulated, JointTorquesAreTheNotesTau) {
   const Scene scene = randomScene(5, 3);
-  const Simulation simulation(scene);
+  Simulation simulation(scene);
   Eigen::VectorXd tau(5);
   simulation.jointTorques(tau.data());
   const Eigen::VectorXd q = vectorOf(scene.q), qd = vectorOf(scene.qd);

@@ -100,7 +100,7 @@ INSTANTIATE_TEST_SUITE_P(Drag, ByEveryMethod, testing::ValuesIn(methods()));
 
 TEST(AnEffectOfYourOwn, AgreesWithTheDenseRoad) {
   const Scene scene = chainOfFive("auto");
-  const Simulation simulation(scene);
+  Simulation simulation(scene);
   const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(scene.q.data(), 5);
   const Eigen::VectorXd qd = Eigen::Map<const Eigen::VectorXd>(scene.qd.data(), 5);
   const Kane dense = kane(scene.chain, q, qd, activeForces(scene, 0, q, qd));

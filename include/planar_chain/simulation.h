@@ -8,7 +8,8 @@
 /// Every few steps a guard checks the energy balance (run/energy_guard.h). If the balance does not close, or
 /// the method fails, the simulation returns to the last good state and repeats the steps: first with an
 /// eighth of the step or a hundredth of the tolerance, then with rodas5p. If both fail, it stops with a
-/// fault. After some time without trouble it returns to the scene's own method. This time doubles with each
+/// fault. rodas5p also takes over where another method but auto and radau13 would make more than 1e8 steps
+/// a second (ros34pw2: 1e10). After some time without trouble it returns to the scene's own method. This time doubles with each
 /// new rescue, up to a limit.
 
 #include <limits>
@@ -71,12 +72,13 @@ class Simulation {
   // At the present state, computed when called.
   Energy energy() const;
   EnergyBalance energyBalance() const;
+  // These evaluate the dynamics, which they share with advanceTo(): they are not const.
   /// Writes q̈, n values, rad/s².
-  void accelerations(double* qdd) const;
+  void accelerations(double* qdd);
   /// Writes the whole torque in each joint, of springs, dampers, stops, loads and commands: n values, N m.
-  void jointTorques(double* tau) const;
+  void jointTorques(double* tau);
   /// Writes the motion of each link, n values.
-  void linkMotions(LinkMotion* motions) const;
+  void linkMotions(LinkMotion* motions);
 
   // Commands. A command acts from `start` (s of time()), where a step ends, or from time() if that is later.
   // A held command lasts until the next one of the same joint or link starts, or until `until`. A timed

@@ -82,6 +82,9 @@ inline void addJointTorque(double tau, int i, double* N) {
 
 class Effect {
  public:
+  Effect() = default;
+  Effect(const Effect&) = delete;  // effects hold pointers into themselves
+  Effect& operator=(const Effect&) = delete;
   virtual ~Effect() = default;
 
   // ---- What acts ------------------------------------------------------------------------------------

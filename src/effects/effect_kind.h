@@ -86,4 +86,11 @@ class EffectKind {
 /// are rounded. A program may add kinds of its own before it reads a scene.
 std::vector<const EffectKind*>& effectKinds();
 
+/// True if a kind stores energy in the joint. If not, whole turns of the joint change no effect.
+bool storesEnergy(const Joint& joint);
+
+/// The largest |q| of a joint, rad: the number of turns is exact, or, if the joint stores energy, the angle
+/// is to 1e-10 rad.
+double largestAngle(const Joint& joint);
+
 }  // namespace planar_chain

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "effects/effect_kind.h"
 #include "effects/loads.h"
 #include "effects/springs.h"
@@ -12,6 +14,16 @@ std::vector<const EffectKind*>& effectKinds() {
       &stopKind(),
   };
   return kinds;
+}
+
+bool storesEnergy(const Joint& joint) {
+  const auto storesIn = [&](const EffectKind* kind) { return kind->stiffnessOf(joint) > 0; };
+  return std::any_of(effectKinds().begin(), effectKinds().end(), storesIn);
+}
+
+double largestAngle(const Joint& joint) {
+  constexpr double mostTurns = 9007199254740992;  // 2^53
+  return storesEnergy(joint) ? 1e6 : 2 * pi * mostTurns;
 }
 
 void SceneWords::count(int number, const std::string& one) {

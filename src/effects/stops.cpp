@@ -26,18 +26,28 @@ bool Stops::hasPower() const {
 
 // ---- Places ----------------------------------------------------------------------------------
 
-double Stops::Stop::due(double x, double xd) const {
-  constexpr double rounding = 1e-12;  // a parted stop that is met with next to no speed must not flutter
-  const double lag = d / k * xd;
-  switch (place) {
-    case Place::free:
-      return x;
-    case Place::pushing:
-      return -(x + lag);
-    case Place::parted:
-      break;
-  }
-  return std::max(-x, x + lag - rounding * (std::abs(x) + std::abs(lag)));
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+/// |a_i| + |a_{i−1}|
+double sumOfSizes(const double* absolute, int i) {
+  return std::abs(absolute[i]) + (i > 0 ? std::abs(absolute[i - 1]) : 0);
+}
+
+}  // namespace
+
+double Stops::Stop::rounding(const double* theta) const {
+  return 4 * epsilon * (sumOfSizes(theta, joint) + std::abs(limit));
+}
+
+double Stops::Stop::due(const double* theta, const double* omega) const {
+  const double x = depth(theta);
+  if (place == Place::free) return x;
+  const double lag = d / k;
+  const double push = x + lag * speed(omega);
+  const double noise = rounding(theta) + lag * 4 * epsilon * sumOfSizes(omega, joint);
+  return place == Place::pushing ? -push - noise : std::max(-x, push - noise);
 }
 
 Stops::Place Stops::Stop::next(double x, double xd) const {
@@ -52,9 +62,7 @@ void Stops::enterState(const double* y) {
 
 void Stops::change(const double* y) {
   for (Stop& stop : stops_) {
-    const double x = stop.depth(y);
-    const double xd = stop.speed(y + n_);
-    if (stop.due(x, xd) > 0) stop.place = stop.next(x, xd);
+    if (stop.due(y, y + n_) > 0) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
   }
   listActive();
 }
@@ -69,7 +77,7 @@ void Stops::listActive() {
 double Stops::due(const Eigen::VectorXd& y) const {
   double most = -std::numeric_limits<double>::infinity();
   for (const Stop& stop : stops_) {
-    most = std::max(most, stop.due(stop.depth(y.data()), stop.speed(y.data() + n_)));
+    most = std::max(most, stop.due(y.data(), y.data() + n_));
   }
   return most;
 }
@@ -77,21 +85,21 @@ double Stops::due(const Eigen::VectorXd& y) const {
 namespace {
 
 /// Of a curve that a cubic stands for, not above 0 at both ends: whether it may be between them. It may rise
-/// above the ends by more than the cubic does, but not by twice as much.
-bool mayPass(double end, double top) {
+/// above the ends by more than the cubic does, but not by twice as much. Less than `noise` is rounding.
+bool mayPass(double end, double top, double noise) {
   constexpr double most = 2;
-  return end <= 0 && end + most * (top - end) > 0;
+  return end <= 0 && end + most * (top - end) > noise;
 }
 
 /// Where g_0 + g_1 s + g_2 s² + g_3 s³ has a top at which it may pass, 0 < s < 1; 1: nowhere.
-double passing(const std::array<double, 4>& g) {
+double passing(const std::array<double, 4>& g, double noise) {
   // the root of the derivative where the second one is −2 root
   const double square = g[2] * g[2] - 3 * g[1] * g[3];
   const double s = g[1] / (std::sqrt(std::max(0.0, square)) - g[2]);
   if (!(square >= 0 && s > 0 && s < 1)) return 1;
   const double end = std::max(g[0], g[0] + g[1] + g[2] + g[3]);
   const double top = g[0] + s * (g[1] + s * (g[2] + s * g[3]));
-  return mayPass(end, top) ? s : 1;
+  return mayPass(end, top, noise) ? s : 1;
 }
 
 std::array<double, 4> operator-(const std::array<double, 4>& g) {
@@ -106,16 +114,19 @@ double Stops::nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, dou
     const double x0 = stop.depth(y.data()), x1 = stop.depth(next.data());
     const double v0 = stop.speed(y.data() + n_) * h, v1 = stop.speed(next.data() + n_) * h;
     // A cubic stays below its Bézier points, and most joints are far from their stops.
-    const bool isNear = mayPass(std::max(x0, x1), std::max(x0 + v0 / 3, x1 - v1 / 3));
+    const bool isNear = mayPass(std::max(x0, x1), std::max(x0 + v0 / 3, x1 - v1 / 3), 0);
     if (stop.place == Place::free && !isNear) continue;
     // through both ends: x = x0 + v0 s + b s² + c s³, and x + lag ẋ
     const double b = 3 * (x1 - x0) - 2 * v0 - v1, c = v0 + v1 - 2 * (x1 - x0);
     const double lag = stop.d / (stop.k * h);
     const std::array<double, 4> depth{x0, v0, b, c};
     const std::array<double, 4> push{x0 + lag * v0, v0 + 2 * lag * b, b + 3 * lag * c, c};
-    if (stop.place == Place::free) first = std::min(first, passing(depth));
-    if (stop.place == Place::pushing) first = std::min(first, passing(-push));
-    if (stop.place == Place::parted) first = std::min({first, passing(-depth), passing(push)});
+    const double noise = stop.rounding(y.data());
+    const double pushNoise = noise * (1 + 5 * lag);
+    if (stop.place == Place::free) first = std::min(first, passing(depth, noise));
+    if (stop.place == Place::pushing) first = std::min(first, passing(-push, pushNoise));
+    if (stop.place == Place::parted)
+      first = std::min({first, passing(-depth, noise), passing(push, pushNoise)});
   }
   return first < 1 ? first * h : -1;
 }

@@ -24,8 +24,6 @@ namespace planar_chain {
 class Stops : public Effect, public Switching {
  public:
   explicit Stops(const Chain& chain);
-  Stops(const Stops&) = delete;
-  Stops& operator=(const Stops&) = delete;
 
   bool empty() const { return stops_.empty(); }
 
@@ -56,8 +54,11 @@ class Stops : public Effect, public Switching {
 
     double depth(const double* theta) const { return sign * (relative(theta, joint) - limit); }
     double speed(const double* omega) const { return sign * relative(omega, joint); }
-    /// How far the change to another place is due; ≤ 0: it is not. All in rad.
-    double due(double x, double xd) const;
+    /// Bounds the rounding error of depth(), rad.
+    double rounding(const double* theta) const;
+    /// How far the change to another place is due, rad; ≤ 0: it is not. A push must be wrong by more than
+    /// rounding: in an overdamped stop k x and d ẋ cancel, and s is below the rounding of either.
+    double due(const double* theta, const double* omega) const;
     Place next(double x, double xd) const;
   };
 

@@ -27,7 +27,7 @@ class AdaptiveSteps : public Integrator {
   bool stepTo(State& state, double t) override;
   void restart() override;
   void begin() override;
-  const StepCount& count() const override { return count_; }
+  StepCount count() const override { return count_; }
 
   /// One attempt of a step towards `end`. Returns nothing if it is rejected, which shortens the next.
   std::optional<Outcome> attempt(State& state, double end, double longestStep);

@@ -71,6 +71,10 @@ class FastestSteps : public Integrator {
   void restart() override {
     for (auto& method : methods_) method->restart();
   }
+  void passSwitch() override {
+    restart();
+    stiffness_->forget();
+  }
   void begin() override {
     for (auto& method : methods_) method->begin();
     started_ = onTrial_ = false;
@@ -79,7 +83,7 @@ class FastestSteps : public Integrator {
     run_ = {};
     onTrials_ = onIncumbents_ = 0;
   }
-  const StepCount& count() const override { return count_; }
+  StepCount count() const override { return count_; }
 
  private:
   static constexpr int leastPatience = 25;  // steps between trials; doubled when the incumbent wins,

@@ -58,7 +58,7 @@ class FixedSteps : public Integrator {
 
   const char* name() const override { return stepper_->facts().name; }
   void restart() override { stepper_->forget(); }
-  const StepCount& count() const override { return count_; }
+  StepCount count() const override { return count_; }
 
  private:
   std::unique_ptr<Stepper> stepper_;

@@ -55,6 +55,9 @@ struct Tolerance {
 
 class Integrator {
  public:
+  Integrator() = default;
+  Integrator(const Integrator&) = delete;
+  Integrator& operator=(const Integrator&) = delete;
   virtual ~Integrator() = default;
   /// The name of the method in use.
   virtual const char* name() const = 0;
@@ -70,9 +73,11 @@ class Integrator {
   virtual bool stepTo(State& state, double t) = 0;
   /// Call this when f has jumped.
   virtual void restart() = 0;
+  /// As restart(), and the stiffness of f may have changed.
+  virtual void passSwitch() { begin(); }
   /// Call this when the state was set, or f was replaced.
   virtual void begin() { restart(); }
-  virtual const StepCount& count() const = 0;
+  virtual StepCount count() const = 0;
 };
 
 /// Adds an increment to the state with Kahan's summation and sets its time. Returns false, and changes

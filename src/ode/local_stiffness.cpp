@@ -35,8 +35,8 @@ LocalStiffness::LocalStiffness(System& f)
       noise_(f.arrangedSize()) {}
 
 void LocalStiffness::maybeUpdate(double t, const Vector& y) {
-  if (calls_ % 100 == 0) update(t, y);
-  ++calls_;
+  if (calls_ == 0) update(t, y);
+  calls_ = (calls_ + 1) % 100;
 }
 
 void LocalStiffness::update(double t, const Vector& y) {

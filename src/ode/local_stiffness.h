@@ -30,7 +30,7 @@ class LocalStiffness {
   void applyJacobian(double t, const Vector& y);
 
   System& f_;
-  int calls_ = 0;
+  int calls_ = 0;  ///< since the last update that maybeUpdate() made
   double eigenvalue_ = 0;
   Vector zigzag_;
   Vector direction_, base_, moved_, slope_, noise_;

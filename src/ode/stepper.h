@@ -29,6 +29,8 @@ class Stepper {
         system_(f),
         increment_(f.arrangedSize()),
         error_(facts.errorOrder > 0 ? f.arrangedSize() : 0) {}
+  Stepper(const Stepper&) = delete;  // methods hold pointers into themselves
+  Stepper& operator=(const Stepper&) = delete;
   virtual ~Stepper() = default;
 
   const MethodFacts& facts() const { return facts_; }

@@ -21,8 +21,14 @@ class LandingOnSwitches : public Integrator {
 
   const char* name() const override { return steps_->name(); }
   void restart() override { steps_->restart(); }
+  void passSwitch() override { steps_->passSwitch(); }
   void begin() override { steps_->begin(); }
-  const StepCount& count() const override { return steps_->count(); }
+  /// The steps made to land count as rejected.
+  StepCount count() const override {
+    StepCount count = steps_->count();
+    count.rejected += landing_;
+    return count;
+  }
   bool stepTo(State& state, double t) override { return steps_->stepTo(state, t); }
 
   Outcome advance(State& state, double end, double longestStep) override {
@@ -61,6 +67,7 @@ class LandingOnSwitches : public Integrator {
   /// Sets trial_ to the state at t. Returns false if it is not finite.
   bool evaluateAt(double t, Place& place) {
     trial_ = before_;
+    ++landing_;
     if (!steps_->stepTo(trial_, t)) return false;
     evaluate(trial_, place);
     return true;
@@ -74,7 +81,7 @@ class LandingOnSwitches : public Integrator {
   /// Moves from_, where nothing is due, to the end of the step, or as far as nothing is due. In the second
   /// case found_ is the next place, where something is due.
   Found findOnTheWay() {
-    constexpr int mostCuts = 64;  // an overdamped stop asks for millions, each closer to from_
+    constexpr int mostCuts = 24;  // an overdamped stop asks for millions, each closer to from_
     int cuts = 0;
     for (std::size_t count = 1; count > 0;) {
       Place& to = ahead_[count - 1];
@@ -130,6 +137,7 @@ class LandingOnSwitches : public Integrator {
   std::unique_ptr<Integrator> steps_;
   const Switches& switches_;
   const System& f_;
+  long long landing_ = 0;  ///< steps made to land
   State before_, trial_;
   Place from_{}, found_{};
   std::array<Place, 8> ahead_;  ///< the nearest last; deeper cuts make no sense

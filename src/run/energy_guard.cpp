@@ -11,6 +11,7 @@ namespace planar_chain {
 namespace {
 
 constexpr double tolerances = 10;
+constexpr double mostAngle = 1e6;           // rad; beyond, rounding explains no gap
 constexpr double share = 0.1;               // of the energy that moves, for fixed steps
 constexpr double sharePerTolerance = 1000;  // the same for adaptive ones
 
@@ -74,7 +75,7 @@ double EnergyGuard::errorEnergy(double t, const double* y, const Energy& now) co
   const Eigen::Map<const Eigen::ArrayXd> theta(y, n_), omega(y + n_, n_);
   const double rounding = std::numeric_limits<double>::epsilon() * std::max(32, n_);
   const double error = tolerance_ * std::max(1.0, t - good_.t);
-  const double angle = error + rounding * (pi + theta.abs().maxCoeff());
+  const double angle = error + rounding * (pi + std::min(theta.abs().maxCoeff(), mostAngle));
   const double rate = (error + rounding) * (1 + omega.abs().maxCoeff());
 
   const double kinetic = 0.5 * inertia_ * rate * rate;

@@ -36,6 +36,8 @@ class EnergyGuard {
   /// state. Allocates nothing.
   bool accept(const ode::State& state, const double* y);
   const ode::State& lastGood() const { return good_; }
+  /// The last good state, of the same energy and motion, but with other angles.
+  void moveTo(const ode::State& state) { good_ = state; }
   /// The gap that was last refused, J: positive if there was too much energy.
   double gap() const { return refused_; }
 

@@ -13,6 +13,7 @@
 #include "ode/methods.h"
 #include "ode/switches.h"
 #include "run/energy_guard.h"
+#include "run/turns.h"
 
 namespace planar_chain {
 
@@ -43,6 +44,14 @@ IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung) {
   return scene;
 }
 
+/// The pace, s a step, below which rodas5p replaces the scene's method. 0: never.
+double leastPaceOf(const IntegratorSettings& settings) {
+  const std::string& method = settings.method;
+  if (method == "auto" || method == "rodas5p" || method == "radau13") return 0;
+  if (method == "ros34pw2") return 1e-10;  // its order is low: it takes steps of 1e-9 s for its accuracy
+  return ode::hasFixedStep(method) ? std::min(1e-8, settings.step / 100) : 1e-8;
+}
+
 /// Angles count up to half a turn in the error control, rates as they are; works are not controlled.
 ode::Tolerance toleranceOf(double value, int n) {
   ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(2 * n, std::numeric_limits<double>::infinity())};
@@ -61,9 +70,13 @@ struct Simulation::Parts {
   std::size_t rung = 0;
   int goodChecks = 0;    // since the ladder was climbed
   int rescueLength = 1;  // checks to pass on a higher rung
+  double leastPace;
+  ode::StepCount countThen;  // when the pace was last measured
+  double timeThen = 0;
   long long rescues = 0;
   std::vector<const EffectKind*> kinds;  ///< that store energy
   EnergyGuard guard;
+  Turns turns;
   ode::State state;
   Eigen::VectorXd y;  ///< the state in the order of the chain
   std::vector<double> q, qd;
@@ -76,8 +89,10 @@ struct Simulation::Parts {
       : scene(given),
         n(given.chain.size()),
         dynamics(scene, makeCommands(commandCapacity)),
+        leastPace(leastPaceOf(scene.integrator)),
         kinds(storingKinds(scene.chain)),
         guard(scene.chain, scene.integrator, dynamics.works()),
+        turns(scene.chain, dynamics.size()),
         state(dynamics.arrangedSize()),
         y(dynamics.size()),
         q(static_cast<std::size_t>(n)),
@@ -98,13 +113,16 @@ struct Simulation::Parts {
 
   void climbTo(std::size_t next) {
     rung = next;
-    if (ladder[rung]) return;
-    const IntegratorSettings settings = settingsOf(scene.integrator, rung);
-    ladder[rung] =
-        ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings.tolerance, n));
-    if (dynamics.effects().haveSwitches()) {
-      ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.effects(), dynamics);
+    if (!ladder[rung]) {
+      const IntegratorSettings settings = settingsOf(scene.integrator, rung);
+      ladder[rung] =
+          ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings.tolerance, n));
+      if (dynamics.effects().haveSwitches()) {
+        ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.effects(), dynamics);
+      }
     }
+    countThen = integrator().count();
+    timeThen = state.t;
   }
 
   const double* theta() const { return y.data(); }
@@ -115,12 +133,17 @@ struct Simulation::Parts {
     const auto size = static_cast<std::size_t>(n);
     require(newQ.size() == size && newQd.size() == size, "q and qd must have one value a joint");
     require(allFinite(newQ) && allFinite(newQd), "q and qd must be finite");
+    for (int i = 0; i < n; ++i) {
+      require(std::abs(newQ[index(i)]) <= largestAngle(scene.chain.joints()[index(i)]),
+              "q must be at most 5e16 rad, and 1e6 rad in a joint with a spring or a limit");
+    }
     toAbsolute(newQ.data(), n, y.data());
     toAbsolute(newQd.data(), n, y.data() + n);
     const double energy = energyOf(scene.chain, kinds, this->theta(), this->omega()).total();
     if (!std::isfinite(energy)) restore();
     require(std::isfinite(energy), "q and qd must be of finite energy");
-    energyAtStart = energy;
+    turns.take(newQ, y.data());
+    energyAtStart = energyOf(scene.chain, kinds, this->theta(), this->omega()).total();
     q = newQ;
     qd = newQd;
     y.tail(dynamics.works()).setZero();
@@ -168,33 +191,50 @@ struct Simulation::Parts {
         integrator().integrate(state, end, dynamics.effects().longestStep(), stepsPerCheck);
     restore();
     const bool failed = outcome == ode::Outcome::notFinite || outcome == ode::Outcome::stepTooSmall;
-    if (failed || !guard.accept(state, y.data())) return climb(outcome);
+    if (failed || !guard.accept(state, y.data())) {
+      state = guard.lastGood();
+      restore();
+      if (rung + 1 == rungs) return fail(outcome);
+      return rescueBy(rung + 1);
+    }
+    if (turns.takeMore(dynamics, state, y)) guard.moveTo(state);
 
     if (outcome == ode::Outcome::switched) {
       dynamics.change(y.data());
-      integrator().begin();
+      integrator().passSwitch();
     }
     if (state.t >= dynamics.effects().until()) actAnew();
     if (rung > 0 && ++goodChecks >= rescueLength) {
       climbTo(0);
       integrator().begin();
+    } else if (isStuck()) {
+      rescueBy(rungs - 1);
     }
   }
 
-  /// What acts has not changed since the last good state: so it is enough to go back there.
-  void climb(ode::Outcome outcome) {
-    state = guard.lastGood();
-    restore();
-    if (rung + 1 == rungs) return fail(outcome);
+  void rescueBy(std::size_t next) {
     if (rung == 0) rescueLength = std::min(2 * rescueLength, longestRescue);
     ++rescues;
     goodChecks = 0;
-    climbTo(rung + 1);
+    climbTo(next);
     integrator().begin();
+  }
+
+  /// True if a method makes so many steps that another will be faster: an explicit one on a stiff motion, or
+  /// one whose unstable steps end at a stop at once.
+  bool isStuck() {
+    const ode::StepCount count = integrator().count();
+    const long long steps = count.accepted - countThen.accepted;
+    if (rung + 1 == rungs || steps < stepsPerCheck) return false;
+    const bool isSlow = state.t - timeThen < leastPace * static_cast<double>(steps);
+    countThen = count;
+    timeThen = state.t;
+    return isSlow;
   }
 
   void readRelative() {
     toRelative(theta(), n, q.data());
+    turns.addTo(q);
     toRelative(omega(), n, qd.data());
   }
 
@@ -291,18 +331,19 @@ EnergyBalance Simulation::energyBalance() const {
   return balance;
 }
 
-void Simulation::accelerations(double* qdd) const {
+void Simulation::accelerations(double* qdd) {
   linkMotions(parts_->motions.data());
   for (int i = 0; i < parts_->n; ++i) qdd[i] = parts_->motions[index(i)].alpha;
   toRelative(qdd, parts_->n, qdd);
 }
 
-void Simulation::jointTorques(double* tau) const {
+void Simulation::jointTorques(double* tau) {
   parts_->settled().jointTorques(parts_->state.t, parts_->y.data(), tau);
 }
 
-void Simulation::linkMotions(LinkMotion* motions) const {
+void Simulation::linkMotions(LinkMotion* motions) {
   parts_->settled().linkMotions(parts_->state.t, parts_->y.data(), motions);
+  parts_->turns.addTo(motions);
 }
 
 namespace {

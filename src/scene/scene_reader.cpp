@@ -58,9 +58,12 @@ bool takeEffects(const Section& in, Joint& joint) {
   return faults.empty();
 }
 
-void takeInitial(const Section& link, std::vector<Fault>& faults, double& q, double& qd) {
+void takeInitial(const Section& link, const Joint& joint, std::vector<Fault>& faults, double& q, double& qd) {
   const Section initial(link.find("initial"), link.pathOf("initial"), {"angle", "velocity"}, faults);
-  initial.take("angle", NumberRule::any("rad"), q);
+  const double most = largestAngle(joint);
+  const std::string range = storesEnergy(joint) ? "from -1e6 to 1e6 rad (the joint has a spring or a limit)"
+                                                : "from -5e16 to 5e16 rad (2^53 turns)";
+  initial.take("angle", {range, -most, most, true}, q);
   initial.take("velocity", NumberRule::any("rad/s"), qd);
 }
 
@@ -101,7 +104,7 @@ Entry readEntry(const std::string& name, const Value& value, const std::string& 
     entry.namesAreSound = false;
   }
 
-  takeInitial(in, faults, entry.q, entry.qd);
+  takeInitial(in, entry.joint, faults, entry.q, entry.qd);
   return entry;
 }
 
@@ -231,7 +234,7 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
     const Section ofJoint(in.find("joint"), in.pathOf("joint"), jointKeys(true), faults);
     Entry entry{std::move(robot.links[i]), std::move(robot.joints[i])};
     if (!takeEffects(ofJoint, entry.joint)) entry.joint = {entry.joint.name};
-    takeInitial(in, faults, entry.q, entry.qd);
+    takeInitial(in, entry.joint, faults, entry.q, entry.qd);
     append(entry, expanded);
   }
   for (const auto& entry : links.entries()) {

@@ -27,16 +27,16 @@ void add(const char* what, int n, Fill fill) {
 
 void registerMessages() {
   for (const int n : sizes()) {
-    add("joint_states", n, [](Messages& messages, const Simulation& simulation, ros::Time stamp) {
+    add("joint_states", n, [](Messages& messages, Simulation& simulation, ros::Time stamp) {
       messages.jointStates(simulation, stamp);
     });
-    add("tf", n, [](Messages& messages, const Simulation& simulation, ros::Time stamp) {
+    add("tf", n, [](Messages& messages, Simulation& simulation, ros::Time stamp) {
       messages.transforms(simulation, stamp);
     });
-    add("link_states", n, [](Messages& messages, const Simulation& simulation, ros::Time stamp) {
+    add("link_states", n, [](Messages& messages, Simulation& simulation, ros::Time stamp) {
       messages.linkStates(simulation, stamp);
     });
-    add("status", n, [](Messages&, const Simulation& simulation, ros::Time) {
+    add("status", n, [](Messages&, Simulation& simulation, ros::Time) {
       SimStatus status;
       describe(simulation, status);
       benchmark::DoNotOptimize(status);

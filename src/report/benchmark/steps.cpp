@@ -33,7 +33,7 @@ class Stepped {
     step();  // the first one looks for its length
   }
   bool step() { return integrator_->advance(state_, state_.t + interval, infinity) == ode::Outcome::arrived; }
-  const ode::StepCount& count() const { return integrator_->count(); }
+  ode::StepCount count() const { return integrator_->count(); }
 
  private:
   ode::State state_;

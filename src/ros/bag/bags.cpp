@@ -87,7 +87,7 @@ class BagWriter {
   /// Writes every message of tick k ≥ 1; after a fault only the status. simTime: simulated seconds since the
   /// start, resets included.
   /// @throws std::runtime_error when the disk is full, for example
-  void tick(long long k, double simTime, const Simulation& simulation, const CommandTopics& commands) {
+  void tick(long long k, double simTime, Simulation& simulation, const CommandTopics& commands) {
     ros::Time stamp;
     stamp.fromNSec(static_cast<std::uint64_t>(pace_.nanosecondsOf(k)));
 
@@ -125,7 +125,7 @@ class BagWriter {
     }
   };
 
-  void writeState(long long k, ros::Time stamp, const Simulation& simulation) {
+  void writeState(long long k, ros::Time stamp, Simulation& simulation) {
     if (settings_.tf && k == 1) {
       tf2_msgs::TFMessage base;
       base.transforms.push_back(Messages::baseInWorld(frames_, stamp));

@@ -39,7 +39,7 @@ Messages::Messages(const Scene& scene, const Frames& frames) {
   }
 }
 
-sensor_msgs::JointState& Messages::jointStates(const Simulation& simulation, ros::Time stamp) {
+sensor_msgs::JointState& Messages::jointStates(Simulation& simulation, ros::Time stamp) {
   jointStates_.header.stamp = stamp;
   std::copy(simulation.q().begin(), simulation.q().end(), jointStates_.position.begin());
   std::copy(simulation.qd().begin(), simulation.qd().end(), jointStates_.velocity.begin());
@@ -47,7 +47,7 @@ sensor_msgs::JointState& Messages::jointStates(const Simulation& simulation, ros
   return jointStates_;
 }
 
-LinkStates& Messages::linkStates(const Simulation& simulation, ros::Time stamp) {
+LinkStates& Messages::linkStates(Simulation& simulation, ros::Time stamp) {
   linkStates_.header.stamp = stamp;
   simulation.linkMotions(motions_.data());
   for (std::size_t i = 0; i < motions_.size(); ++i) {
@@ -67,7 +67,7 @@ LinkStates& Messages::linkStates(const Simulation& simulation, ros::Time stamp) 
   return linkStates_;
 }
 
-tf2_msgs::TFMessage& Messages::transforms(const Simulation& simulation, ros::Time stamp) {
+tf2_msgs::TFMessage& Messages::transforms(Simulation& simulation, ros::Time stamp) {
   std::transform(simulation.q().begin(), simulation.q().end(), halfAngles_.begin(),
                  [](double q) { return q / 2; });
   rotations(halfAngles_.data(), halfTurns_.data(), static_cast<int>(halfAngles_.size()));

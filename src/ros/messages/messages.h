@@ -24,11 +24,11 @@ class Messages {
 
   // Each returns the message for the simulation's present state. It is valid until the next call of the same
   // function. The caller may set header.seq. Allocates nothing.
-  sensor_msgs::JointState& jointStates(const Simulation& simulation, ros::Time stamp);
-  LinkStates& linkStates(const Simulation& simulation, ros::Time stamp);
+  sensor_msgs::JointState& jointStates(Simulation& simulation, ros::Time stamp);
+  LinkStates& linkStates(Simulation& simulation, ros::Time stamp);
   /// The pose of each link in the frame of the link before, or in the base frame for the first: the origin
   /// is that link's outer pin, the rotation is q about z.
-  tf2_msgs::TFMessage& transforms(const Simulation& simulation, ros::Time stamp);
+  tf2_msgs::TFMessage& transforms(Simulation& simulation, ros::Time stamp);
 
   /// Returns the pose of the base frame in the world: a roll of +π/2, so that the plane of motion is
   /// vertical.

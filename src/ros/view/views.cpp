@@ -69,7 +69,7 @@ Views::Views(ros::NodeHandle& node, const Scene& scene, const Frames& frames)
   energyOut_ = node.advertise<visualization_msgs::Marker>("view/energy", 2);
 }
 
-void Views::publish(const Simulation& simulation, ros::Time stamp) {
+void Views::publish(Simulation& simulation, ros::Time stamp) {
   const auto isWanted = [](const View& view) { return hasSubscribers(view.out); };
   if (std::any_of(views_.begin(), views_.end(), isWanted)) simulation.linkMotions(motions_.data());
   for (View& view : views_) {
@@ -90,7 +90,7 @@ Vec2d Views::inLink(int link, Vec2d vector) const {
   return Rotation<double>::of(-motions_[index(link)].angle) * vector;
 }
 
-void Views::drawLoads(Sketches& sketch, const Simulation& simulation) {
+void Views::drawLoads(Sketches& sketch, Simulation& simulation) {
   const Scene& scene = simulation.scene();
   const double t = simulation.time();
   for (const Load& load : scene.loads) drawLoad(sketch, scene.chain, load, factorAt(load, t));
@@ -118,7 +118,7 @@ void Views::drawLoad(Sketches& sketch, const Chain& chain, const Load& load, dou
   if (load.joint != Load::none) turn(load.joint, {}, factor * load.torque);
 }
 
-void Views::drawPinForces(Sketches& sketch, const Simulation& /*see motions_*/) {
+void Views::drawPinForces(Sketches& sketch, Simulation& /*see motions_*/) {
   for (int i = 0; i < static_cast<int>(motions_.size()); i += stride_) {
     const Vec2d force = motions_[index(i)].pinForce;
     if (length(force) < leastDrawn * drawing_.force) continue;
@@ -126,7 +126,7 @@ void Views::drawPinForces(Sketches& sketch, const Simulation& /*see motions_*/) 
   }
 }
 
-void Views::drawSprings(Sketches& sketch, const Simulation& simulation) {
+void Views::drawSprings(Sketches& sketch, Simulation& simulation) {
   // Find the torques of springs, stops and dampers: the whole torques less those of loads and commands.
   const Scene& scene = simulation.scene();
   simulation.jointTorques(torques_.data());
@@ -149,7 +149,7 @@ void Views::drawSprings(Sketches& sketch, const Simulation& simulation) {
   }
 }
 
-void Views::drawTrail(Sketches& sketch, const Simulation& simulation) {
+void Views::drawTrail(Sketches& sketch, Simulation& simulation) {
   // Add the tip, and remove what is too old. Time goes back at a reset.
   const double now = simulation.time();
   const LinkMotion& last = motions_.back();
@@ -170,7 +170,7 @@ void Views::drawTrail(Sketches& sketch, const Simulation& simulation) {
   }
 }
 
-void Views::drawCentres(Sketches& sketch, const Simulation& simulation) {
+void Views::drawCentres(Sketches& sketch, Simulation& simulation) {
   const Chain& chain = simulation.scene().chain;
   Vec2d sum;
   double mass = 0;

@@ -25,25 +25,25 @@ class Views {
   Views(ros::NodeHandle& node, const Scene& scene, const Frames& frames);
 
   /// Publishes the simulation's present state.
-  void publish(const Simulation& simulation, ros::Time stamp);
+  void publish(Simulation& simulation, ros::Time stamp);
 
  private:
   struct View {
     Sketches sketch;
     ros::Publisher out;
-    void (Views::*draw)(Sketches& sketch, const Simulation& simulation);
+    void (Views::*draw)(Sketches& sketch, Simulation& simulation);
   };
   struct Spot {
     double time;  ///< s
     Vec2d tip;    ///< m, base frame
   };
 
-  void drawLoads(Sketches& sketch, const Simulation& simulation);
+  void drawLoads(Sketches& sketch, Simulation& simulation);
   void drawLoad(Sketches& sketch, const Chain& chain, const Load& load, double factor);
-  void drawPinForces(Sketches& sketch, const Simulation& simulation);
-  void drawSprings(Sketches& sketch, const Simulation& simulation);
-  void drawTrail(Sketches& sketch, const Simulation& simulation);
-  void drawCentres(Sketches& sketch, const Simulation& simulation);
+  void drawPinForces(Sketches& sketch, Simulation& simulation);
+  void drawSprings(Sketches& sketch, Simulation& simulation);
+  void drawTrail(Sketches& sketch, Simulation& simulation);
+  void drawCentres(Sketches& sketch, Simulation& simulation);
   void drawCentre(Sketch& sketch, Vec2d at, double radius);
   void writeEnergy(const EnergyBalance& balance);
   Vec2d inLink(int link, Vec2d vector) const;
