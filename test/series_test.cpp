@@ -218,6 +218,17 @@ TEST(Taylor, SeesTheErrorWhereItsLastCoefficientVanishes) {
   EXPECT_GE(taylor.error()[0], std::pow(h, 18) / 362880);
 }
 
+TEST(Taylor, SeesTheErrorWhereOnlyEveryFourthCoefficientIsLeft) {
+  // cos t² has orders 0, 4, … 24, 28: neither the last one nor that before.
+  auto f = ode::test::testSystem();
+  ode::Taylor taylor(f, 1e-10);
+  ASSERT_EQ(taylor.facts().order, 27);
+  for (const double h : {0.5, 1.0, 1.5}) {
+    ASSERT_TRUE(taylor.foresees(0, h, ode::test::testStart().y));
+    EXPECT_GE(taylor.error()[1], std::pow(h, 28) / 87178291200) << h;
+  }
+}
+
 TEST(Taylor, FindsOneSeriesAStepAndNoneForAStepMadeShorter) {
   const Scene scene = test::randomScene(2, 8, {false, false, false});
   Around around(scene);
