@@ -203,7 +203,7 @@ TEST(Taylor, MakesItsStepsAsLongAsTheirErrorsMayBe) {
   auto f = ode::test::testSystem();
   ode::State state = ode::test::testStart();
   const ode::Tolerance tolerance{1e-8, Eigen::VectorXd::Ones(f.size())};
-  const auto steps = ode::adaptiveSteps(std::make_unique<ode::Taylor>(f, 1e-8), tolerance);
+  const auto steps = ode::test::adaptiveSteps(std::make_unique<ode::Taylor>(f, 1e-8), tolerance);
   ASSERT_EQ(steps->integrate(state, 2, 2, 100), ode::Outcome::arrived);
   EXPECT_LE(steps->count().accepted, 4);
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "dynamics/link_motions.h"
 #include "simd/vectors.h"
 
 namespace planar_chain {
@@ -62,8 +61,14 @@ void Dynamics::change(const double* y) {
 
 void Dynamics::switched() {
   isBare_ = !effects_.act() && works_ == 0;
-  if (solve_) solve_->findStiffness();
-  if (series_) findSeriesStiffness();
+  if (solve_ || series_) findStiffness();
+}
+
+void Dynamics::findStiffness() {
+  k_.assign(index(n_), 0.0);
+  d_.assign(index(n_), 0.0);
+  effects_.findStiffness(k_.data(), d_.data());
+  if (solve_) solve_->takeStiffness();
 }
 
 ChainState Dynamics::stateWithForces(double t, const double* theta, const double* omega) {
@@ -175,7 +180,10 @@ void Dynamics::evaluateInOrder(double t, const double* y, double* dydt) {
 // ---- The exact solve -------------------------------------------------------------------------------
 
 void Dynamics::reserve(int complexCount) {
-  if (!solve_) solve_.emplace(mechanism_, effects_);
+  if (!solve_) {
+    solve_.emplace(mechanism_, effects_, k_, d_);
+    findStiffness();
+  }
   solve_->reserve(complexCount);
 }
 
@@ -218,13 +226,7 @@ void Dynamics::reserveSeries(int order) {
   if (series_ && series_->orders() >= order) return;
   series_.emplace(mechanism_.chain(), order);
   effects_.reserveSeries(order);
-  findSeriesStiffness();
-}
-
-void Dynamics::findSeriesStiffness() {
-  seriesK_.assign(index(n_), 0.0);
-  seriesD_.assign(index(n_), 0.0);
-  effects_.findStiffness(seriesK_.data(), seriesD_.data());
+  findStiffness();
 }
 
 void Dynamics::series(double t, const double* y, int order, double* c) {
@@ -240,7 +242,7 @@ void Dynamics::series(double t, const double* y, int order, double* c) {
 void Dynamics::findOrder(int k, const double* theta, const double* omega) {
   std::fill(room_.N.begin(), room_.N.end(), 0.0);
   for (int i = 0; i < n_; ++i) {
-    const double torque = -seriesK_[index(i)] * relative(theta, i) - seriesD_[index(i)] * relative(omega, i);
+    const double torque = -k_[index(i)] * relative(theta, i) - d_[index(i)] * relative(omega, i);
     addJointTorque(torque, i, room_.N.data());
   }
   if (effects_.acting() == Acting::forces) std::fill(room_.F.begin(), room_.F.end(), Vec2d{});
@@ -257,9 +259,36 @@ void Dynamics::integrands(double t, const double* y, double* rates) {
 
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   evaluateInOrder(t, y, room_.derivative.data());
-  const Vec2d* F = effects_.reach() > 0 ? room_.F.data() : nullptr;
   rotations(y, room_.e.data(), n_);
-  planar_chain::linkMotions(mechanism_.chain(), y, room_.derivative.data() + n_, room_.e.data(), F, motions);
+  const Chain& chain = mechanism_.chain();
+  const double *omega = y + n_, *alpha = room_.derivative.data() + n_;
+
+  // Outwards: positions, velocities, accelerations of the pins and of the centres of mass.
+  Vec2d x, v, a;
+  for (int j = 0; j < n_; ++j) {
+    const Link& link = chain.links()[index(j)];
+    const double w = omega[j];
+    const Vec2d R = room_.e[index(j)] * link.com, P = room_.e[index(j)] * link.pin;
+    LinkMotion& body = motions[j];
+    body.innerPin = x;
+    body.angle = y[j];
+    body.com = x + R;
+    body.velocity = v + w * perp(R);
+    body.omega = w;
+    body.acceleration = a + alpha[j] * perp(R) - (w * w) * R;
+    body.alpha = alpha[j];
+    x += P;
+    v += w * perp(P);
+    a += alpha[j] * perp(P) - (w * w) * P;
+  }
+
+  // Inwards: the forces in the pins, F_pin,j = m (a_j − g) − F_j + F_pin,j+1.
+  Vec2d next;
+  for (int j = n_ - 1; j >= 0; --j) {
+    next += chain.links()[index(j)].mass * (motions[j].acceleration - chain.gravity());
+    if (effects_.reach() > 0) next -= room_.F[index(j)];
+    motions[j].pinForce = next;
+  }
 }
 
 void Dynamics::jointTorques(double t, const double* y, double* tau) {

@@ -106,7 +106,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   };
 
   void switched();
-  void findSeriesStiffness();
+  void findStiffness();
   void findOrder(int k, const double* theta, const double* omega) override;
 
   /// Computes [ω α] under these moments and forces, without the first positions() rates. Lane order.
@@ -134,9 +134,9 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   Outside outside_;  ///< where run() finds e, N and F
   long long evaluations_ = 0;
 
+  std::vector<double> k_, d_;           ///< of the joints, for the two below
   std::optional<ExactSolve> solve_;     ///< made when a method first needs it
   std::optional<MotionSeries> series_;  ///< likewise
-  std::vector<double> seriesK_, seriesD_;
   Series known_{};
 };
 
