@@ -16,7 +16,7 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
   positions_ = std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
 
   const auto n = index(n_);
-  const bool acts = !effects_.empty(), hasForces = effects_.mostActing() == Acting::forces;
+  const bool acts = !effects_.empty(), hasForces = effects_.mostActing() == LoadKind::forces;
   room_.e.resize(index(ShortChain::roomFor(n_)));
   room_.derivative.resize(index(size()));
   room_.N.resize(acts ? n : 0);
@@ -82,17 +82,17 @@ inline Powers Dynamics::apply(const std::vector<Effect*>& effects, double t, con
                               const double* omega) {
   std::fill(room_.N.begin(), room_.N.end(), 0.0);
   ChainState at{t, theta, omega};
-  if (effects_.acting() == Acting::forces) at = stateWithForces(t, theta, omega);
+  if (effects_.acting() == LoadKind::forces) at = stateWithForces(t, theta, omega);
   Powers powers;
   for (Effect* effect : effects) powers += effect->apply(at, {room_.N.data(), room_.F.data()});
   return powers;
 }
 
-void Dynamics::loadsToLanes(Acting acting) {
+void Dynamics::loadsToLanes(LoadKind acting) {
   const Arrangement* lanes = mechanism_.lanes();
-  if (!lanes || acting == Acting::nothing) return;
+  if (!lanes || acting == LoadKind::nothing) return;
   lanes->arrange(room_.N.data(), N_);
-  if (acting == Acting::forces) lanes->arrange(room_.F.data(), room_.FInLanes.data());
+  if (acting == LoadKind::forces) lanes->arrange(room_.F.data(), room_.FInLanes.data());
 }
 
 // ---- Two orders ------------------------------------------------------------------------------------
@@ -109,37 +109,37 @@ void Dynamics::restore(const double* arranged, double* y) const {
 
 // ---- f(t, y) ---------------------------------------------------------------------------------------
 
-[[gnu::always_inline]] inline void Dynamics::run(Acting acting, const Outside& outside, const double* y,
+[[gnu::always_inline]] inline void Dynamics::run(LoadKind acting, const Outside& outside, const double* y,
                                                  double* rates) {
   if (auto* chain = std::get_if<ShortChain>(&recursion_)) return chain->derivative(acting, outside, y, rates);
 
   const double* omega = y + places_;
-  const double* N = acting == Acting::nothing ? nullptr : outside.N;
-  const Vec2d* F = acting == Acting::forces ? outside.F : nullptr;
+  const double* N = acting == LoadKind::nothing ? nullptr : outside.N;
+  const Vec2d* F = acting == LoadKind::forces ? outside.F : nullptr;
   if (auto* segments = std::get_if<Segments>(&recursion_)) {
     rotations(y, outside.e, places_);
     segments->accelerations(outside.e, omega, N, F, outside.ground, rates);
   } else {
-    if (acting != Acting::forces) rotations(y, outside.e, n_);
+    if (acting != LoadKind::forces) rotations(y, outside.e, n_);
     std::get_if<Articulated<double>>(&recursion_)
         ->accelerations(outside.e, omega, N, F, outside.ground, rates);
   }
 }
 
 inline void Dynamics::evaluateRates(double t, const double* y, double* out) {
-  if (isBare_) return run(Acting::nothing, outside_, y, out);
+  if (isBare_) return run(LoadKind::nothing, outside_, y, out);
   evaluateEffects(t, y, out);
 }
 
 [[gnu::noinline]] void Dynamics::evaluateEffects(double t, const double* y, double* out) {
   // Effects that need chain order come first, and write N and F.
   Powers powers;
-  const Acting acting = effects_.acting();
+  const LoadKind acting = effects_.acting();
   if (!effects_.activeInOrder().empty()) {
     const double* ordered = mechanism_.stateInOrder(y, room_.state.data());
     powers = apply(effects_.activeInOrder(), t, ordered, ordered + n_);
     loadsToLanes(acting);
-  } else if (acting != Acting::nothing) {
+  } else if (acting != LoadKind::nothing) {
     std::fill_n(N_, places_, 0.0);
   }
   for (Effect* effect : effects_.activeInLanes()) powers += effect->applyInLanes(y, y + places_, N_);
@@ -202,9 +202,9 @@ bool Dynamics::timeDerivative(double* ft) {
   solve_->findPinVelocities();
   const ChainState& at = solve_->state();
   const Powers power = effects_.applyRates(at, {room_.N.data(), room_.F.data()});
-  const Acting acting = effects_.mostActing();
+  const LoadKind acting = effects_.mostActing();
   loadsToLanes(acting);
-  if (acting == Acting::forces) std::copy_n(at.e, n_, room_.e.begin());
+  if (acting == LoadKind::forces) std::copy_n(at.e, n_, room_.e.begin());
   double* atRest = room_.derivative.data();
   std::copy_n(at.theta, n_, atRest);
   std::fill_n(atRest + n_, n_, 0.0);
@@ -245,7 +245,7 @@ void Dynamics::findOrder(int k, const double* theta, const double* omega) {
     const double torque = -k_[index(i)] * relative(theta, i) - d_[index(i)] * relative(omega, i);
     addJointTorque(torque, i, room_.N.data());
   }
-  if (effects_.acting() == Acting::forces) std::fill(room_.F.begin(), room_.F.end(), Vec2d{});
+  if (effects_.acting() == LoadKind::forces) std::fill(room_.F.begin(), room_.F.end(), Vec2d{});
   effects_.addOrder(k, known_, {room_.N.data(), room_.F.data()});
 }
 

@@ -22,13 +22,13 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, const std::
       places_(mechanism.places()),
       hasPower_(effects.havePower()),
       isNonlinear_(effects.areNonlinear()),
-      keepsState_(hasPower_ || isNonlinear_ || effects.mostActing() == Acting::forces),
+      keepsState_(hasPower_ || isNonlinear_ || effects.mostActing() == LoadKind::forces),
       solver_{mechanism.lanes() ? decltype(solver_.kind)(LinearizedSegments<double>(mechanism.chain()))
                                 : Linearized<double>(mechanism.chain())},
       k_(k),
       d_(d),
       room_(index(2 * places_)) {
-  const bool hasForces = effects.mostActing() == Acting::forces;
+  const bool hasForces = effects.mostActing() == LoadKind::forces;
   if (hasPower_ && effects.havePowerInLanes()) omegaInLanes_.resize(index(places_));
   if ((hasPower_ && effects.havePowerInOrder()) || hasForces || isNonlinear_) {
     stateAt_.resize(index(2 * n_));

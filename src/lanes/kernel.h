@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "lanes/motion_series.h"
-#include "recursion/acting.h"
+#include "recursion/load_kind.h"
 #include "simd/cpu.h"
 
 namespace planar_chain::simd {
@@ -31,7 +31,7 @@ struct ShortChains {
   using Run = void (*)(const double* links, const Outside& outside, const double* y, double* dydt);
 
   int lanes;
-  Run (*runFor)(int n, Acting acting);
+  Run (*runFor)(int n, LoadKind acting);
 };
 
 /// So many quantities a step.

@@ -26,7 +26,7 @@
 #include <vector>
 
 #include "planar_chain/chain.h"
-#include "recursion/acting.h"
+#include "recursion/load_kind.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {

@@ -35,7 +35,7 @@ const int ShortChain::most = simd::ShortChains::most;
 
 ShortChain::ShortChain(const Chain& chain, const simd::Kernel* kernel) : n_(chain.size()) {
   const simd::ShortChains& kind = *(kernel ? *kernel : *simd::kernels().front()).shortChains;
-  for (const Acting acting : {Acting::nothing, Acting::moments, Acting::forces}) {
+  for (const LoadKind acting : {LoadKind::nothing, LoadKind::moments, LoadKind::forces}) {
     runs_[static_cast<std::size_t>(acting)] = kind.runFor(n_, acting);
   }
   const int blocks = (n_ + kind.lanes - 1) / kind.lanes;

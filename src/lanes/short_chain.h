@@ -11,7 +11,7 @@
 
 #include "planar_chain/chain.h"
 #include "planar_chain/planar.h"
-#include "recursion/acting.h"
+#include "recursion/load_kind.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {
@@ -36,7 +36,7 @@ class ShortChain {
 
   /// y = [θ ω], dydt = [ω α], n numbers each. Writes outside.e, but reads it if forces act. Reads N and F if
   /// they act. Allocates nothing.
-  void derivative(Acting acting, const Outside& outside, const double* y, double* dydt) {
+  void derivative(LoadKind acting, const Outside& outside, const double* y, double* dydt) {
     runs_[static_cast<std::size_t>(acting)](links_.data(), outside, y, dydt);
   }
 

@@ -12,9 +12,9 @@ namespace planar_chain::simd {
 namespace {
 
 /// exp(i θ_j) of bodies first, first + 1 …, computed, or read if forces act.
-template <Acting acting>
+template <LoadKind acting>
 [[gnu::always_inline]] inline Rotation<Real> rotationsFrom(int first, int n, const double* y, double* e) {
-  if constexpr (acting != Acting::forces) return rotationsOfSome(y + first, n - first, e + 2 * first);
+  if constexpr (acting != LoadKind::forces) return rotationsOfSome(y + first, n - first, e + 2 * first);
   return loadRotations(e + 2 * first);
 }
 
@@ -22,7 +22,7 @@ template <Acting acting>
 template <int n>
 class BodiesInLanes {
  public:
-  template <Acting acting>
+  template <LoadKind acting>
   [[gnu::always_inline]] void turn(const double* links, const double* y, double* e) {
     const double* omega = y + n;
     PLANAR_CHAIN_WRITTEN_OUT
@@ -50,19 +50,19 @@ class BodiesInLanes {
 };
 
 /// N_j and F_j if they act, else 0.
-template <Acting acting>
+template <LoadKind acting>
 Number momentOn(const Outside& outside, int j) {
-  if constexpr (acting == Acting::nothing) return Number(0);
+  if constexpr (acting == LoadKind::nothing) return Number(0);
   return Number(outside.N[j]);
 }
 
-template <Acting acting>
+template <LoadKind acting>
 Vec2<Number> forceOn(const Outside& outside, int j) {
-  if constexpr (acting != Acting::forces) return {};
+  if constexpr (acting != LoadKind::forces) return {};
   return vectorOf(outside.F[j]);
 }
 
-template <int n, Acting acting>
+template <int n, LoadKind acting>
 void shortChain(const double* links, const Outside& outside, const double* y, double* __restrict dydt) {
   BodiesInLanes<n> bodies;
   bodies.template turn<acting>(links, y, &outside.e->c);
@@ -73,7 +73,7 @@ void shortChain(const double* links, const Outside& outside, const double* y, do
   const auto inwardsOver = [&](auto isTip, int j) {
     const Turned<Number> body = bodies[j];
     replies[j] = replyOf(inwards<decltype(isTip)::value>(body, momentOn<acting>(outside, j), A, b), body);
-    if constexpr (acting == Acting::forces) b -= forceOn<acting>(outside, j);
+    if constexpr (acting == LoadKind::forces) b -= forceOn<acting>(outside, j);
   };
   inwardsOver(std::true_type{}, n - 1);
   PLANAR_CHAIN_WRITTEN_OUT
@@ -94,7 +94,7 @@ void shortChain(const double* links, const Outside& outside, const double* y, do
 ///        κ α_1 + J_2 α_2 = N_2 − S_2×a − ω_1² λ
 ///
 /// and det M = J_1 J_2 + m_2 |p_1|² I_2 + λ², where nothing cancels. Constants: see twoInLanes().
-template <Acting acting>
+template <LoadKind acting>
 void twoBodies(const double* links, const Outside& outside, const double* y, double* __restrict dydt) {
   const Rotation<Real> turn = rotationsFrom<acting>(0, 2, y, &outside.e->c);
   Vector moments, pins;
@@ -112,7 +112,7 @@ void twoBodies(const double* links, const Outside& outside, const double* y, dou
   const Number kappa = dot(P1, S2);
   const Number lambda = cross(P1, S2);
   Number f1 = mulAdd(omega2 * omega2, lambda, momentOn<acting>(outside, 0) - cross(S1, a));
-  if constexpr (acting == Acting::forces) f1 += cross(P1, forceOn<acting>(outside, 1));
+  if constexpr (acting == LoadKind::forces) f1 += cross(P1, forceOn<acting>(outside, 1));
   const Number f2 = mulAdd(-(omega1 * omega1), lambda, momentOn<acting>(outside, 1) - cross(S2, a));
   const Number inverse = Number(1) / mulAdd(lambda, lambda, constant);
   dydt[0] = y[2];
@@ -121,18 +121,18 @@ void twoBodies(const double* links, const Outside& outside, const double* y, dou
   dydt[3] = (mulAdd(M11, f2, -kappa * f1) * inverse).v;
 }
 
-template <Acting acting, int... n>
+template <LoadKind acting, int... n>
 ShortChains::Run shortChainOf(int links, std::integer_sequence<int, n...>) {
   constexpr ShortChains::Run runs[] = {shortChain<1, acting>, twoBodies<acting>,
                                        shortChain<n + 3, acting>...};
   return runs[links - 1];
 }
 
-ShortChains::Run shortChainFor(int links, Acting acting) {
+ShortChains::Run shortChainFor(int links, LoadKind acting) {
   constexpr std::make_integer_sequence<int, ShortChains::most - 2> longer;
-  if (acting == Acting::nothing) return shortChainOf<Acting::nothing>(links, longer);
-  if (acting == Acting::moments) return shortChainOf<Acting::moments>(links, longer);
-  return shortChainOf<Acting::forces>(links, longer);
+  if (acting == LoadKind::nothing) return shortChainOf<LoadKind::nothing>(links, longer);
+  if (acting == LoadKind::moments) return shortChainOf<LoadKind::moments>(links, longer);
+  return shortChainOf<LoadKind::forces>(links, longer);
 }
 
 }  // namespace
