@@ -8,10 +8,10 @@
 #include <Eigen/Dense>
 #include <complex>
 
+#include "dual.h"
 #include "dynamics/dynamics.h"
 #include "random_scene.h"
 #include "recursion/articulated.h"
-#include "recursion/dual.h"
 
 namespace planar_chain {
 namespace {

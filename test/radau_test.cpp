@@ -167,7 +167,7 @@ TEST(Radau, RejectsAStepWhoseStagesAreNotFound) {
   EXPECT_GT(radau->error()[0], 10 * 0.25e-6);
 
   State state(1);
-  const auto method = adaptiveSteps(radauFor(f, 1e-6), toleranceOf(1e-6, 1));
+  const auto method = test::adaptiveSteps(radauFor(f, 1e-6), toleranceOf(1e-6, 1));
   ASSERT_EQ(method->integrate(state, 1, 100), Outcome::arrived);
   EXPECT_GT(method->count().rejected, 0);
   EXPECT_NEAR(state.y[0], std::cos(1.0) + std::sin(1.0) / 1000, 2e-6);

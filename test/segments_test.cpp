@@ -116,11 +116,11 @@ struct Moving {
   std::vector<Vec2d> F;
 
   /// Only what acts.
-  const double* moments(Acting acting) const { return acting == Acting::nothing ? nullptr : N.data(); }
-  const Vec2d* forces(Acting acting) const { return acting == Acting::forces ? F.data() : nullptr; }
+  const double* moments(LoadKind acting) const { return acting == LoadKind::nothing ? nullptr : N.data(); }
+  const Vec2d* forces(LoadKind acting) const { return acting == LoadKind::forces ? F.data() : nullptr; }
 };
 
-constexpr Acting everything[] = {Acting::nothing, Acting::moments, Acting::forces};
+constexpr LoadKind everything[] = {LoadKind::nothing, LoadKind::moments, LoadKind::forces};
 
 Moving randomMotion(int n, unsigned seed, double bend) {
   const Scene scene = randomScene(n, seed);
@@ -143,7 +143,7 @@ std::vector<To> converted(const std::vector<From>& from) {
 }
 
 /// The recursion in long double.
-std::vector<long double> exactly(const Moving& moving, Acting acting, Vec2d ground) {
+std::vector<long double> exactly(const Moving& moving, LoadKind acting, Vec2d ground) {
   std::vector<Rotation<long double>> e;
   std::vector<Vec2<long double>> F;
   for (const auto& rotation : moving.e) e.push_back({rotation.c, rotation.s});
@@ -192,7 +192,7 @@ TEST(Segments, AreAsExactAsTheRecursionLinkByLink) {
   for (const int n : {100, 1000, 1024, 10000}) lengths.push_back(n);
   for (const int n : lengths) {
     for (const double bend : {0.01, 1.0}) {
-      for (const Acting acting : everything) {
+      for (const LoadKind acting : everything) {
         const Moving moving = randomMotion(n, static_cast<unsigned>(n), bend);
         const Vec2d ground{1, 9.81};
         const std::vector<long double> exact = exactly(moving, acting, ground);
@@ -215,7 +215,7 @@ TEST(ShortChains, AreAsExactAsTheRecursionLinkByLink) {
   for (int n = 1; n <= ShortChain::most; ++n) {
     const auto size = static_cast<std::size_t>(n);
     for (const double bend : {0.01, 1.0}) {
-      for (const Acting acting : everything) {
+      for (const LoadKind acting : everything) {
         Moving moving = randomMotion(n, static_cast<unsigned>(100 + n), bend);
         std::vector<double> y, dydt(2 * size), alpha(size);
         for (Rotation<double>& e : moving.e) {
@@ -231,7 +231,7 @@ TEST(ShortChains, AreAsExactAsTheRecursionLinkByLink) {
         const double own = errorOf(alpha, exact);
         for (const simd::Kernel* kernel : simd::kernels()) {
           std::vector<Rotation<double>> e(static_cast<std::size_t>(ShortChain::roomFor(n)), {0, 0});
-          if (acting == Acting::forces) std::copy(moving.e.begin(), moving.e.end(), e.begin());
+          if (acting == LoadKind::forces) std::copy(moving.e.begin(), moving.e.end(), e.begin());
           std::fill(dydt.begin(), dydt.end(), std::nan(""));
           ShortChain(moving.chain, kernel)
               .derivative(acting, {e.data(), moving.moments(acting), moving.forces(acting), ground}, y.data(),
@@ -259,7 +259,7 @@ TEST(ShortChains, KnowAngleAndNumberOfAnySize) {
     for (const simd::Kernel* kernel : simd::kernels()) {
       ShortChain chain(moving.chain, kernel);
       const auto run = [&] {
-        chain.derivative(Acting::nothing, {e.data(), nullptr, nullptr, {0, 9.81}}, y.data(), dydt.data());
+        chain.derivative(LoadKind::nothing, {e.data(), nullptr, nullptr, {0, 9.81}}, y.data(), dydt.data());
       };
       run();
       for (std::size_t j = 0; j < size; ++j) EXPECT_EQ(e[j].c, std::cos(1e15));
@@ -309,7 +309,7 @@ TEST(Segments, AreAsExactWhereTheThreadIsTaut) {
         std::map<const simd::Kernel*, std::vector<double>> inSegments;
         for (unsigned seed = 0; seed < states; ++seed) {
           const Moving moving = taut(n, tipMass, bend, seed);
-          const std::vector<long double> exact = exactly(moving, Acting::moments, ground);
+          const std::vector<long double> exact = exactly(moving, LoadKind::moments, ground);
           std::vector<double> alpha(static_cast<std::size_t>(n));
           Articulated<double>(moving.chain)
               .accelerations(moving.e.data(), moving.omega.data(), moving.N.data(), nullptr, ground,

@@ -203,7 +203,7 @@ TEST(Taylor, MakesItsStepsAsLongAsTheirErrorsMayBe) {
   auto f = ode::test::testSystem();
   ode::State state = ode::test::testStart();
   const ode::Tolerance tolerance{1e-8, Eigen::VectorXd::Ones(f.size())};
-  const auto steps = ode::adaptiveSteps(std::make_unique<ode::Taylor>(f, 1e-8), tolerance);
+  const auto steps = ode::test::adaptiveSteps(std::make_unique<ode::Taylor>(f, 1e-8), tolerance);
   ASSERT_EQ(steps->integrate(state, 2, 2, 100), ode::Outcome::arrived);
   EXPECT_LE(steps->count().accepted, 4);
 }
@@ -216,6 +216,17 @@ TEST(Taylor, SeesTheErrorWhereItsLastCoefficientVanishes) {
   const double h = 0.3;
   ASSERT_TRUE(taylor.foresees(0, h, ode::test::testStart().y));
   EXPECT_GE(taylor.error()[0], std::pow(h, 18) / 362880);
+}
+
+TEST(Taylor, SeesTheErrorWhereOnlyEveryFourthCoefficientIsLeft) {
+  // cos t² has orders 0, 4, … 24, 28: neither the last one nor that before.
+  auto f = ode::test::testSystem();
+  ode::Taylor taylor(f, 1e-10);
+  ASSERT_EQ(taylor.facts().order, 27);
+  for (const double h : {0.5, 1.0, 1.5}) {
+    ASSERT_TRUE(taylor.foresees(0, h, ode::test::testStart().y));
+    EXPECT_GE(taylor.error()[1], std::pow(h, 28) / 87178291200) << h;
+  }
 }
 
 TEST(Taylor, FindsOneSeriesAStepAndNoneForAStepMadeShorter) {

@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <memory>
+#include <utility>
 #include <vector>
 
+#include "ode/adaptive_steps.h"
 #include "ode/stepper.h"
 #include "ode/system.h"
 
@@ -105,6 +108,11 @@ inline double errorOfEqualSteps(Stepper&& stepper, int steps) {
   }
   state.t = 2;
   return testError(state);
+}
+
+inline std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance) {
+  auto stiffness = std::make_shared<LocalStiffness>(stepper->system());
+  return std::make_unique<AdaptiveSteps>(std::move(stepper), std::move(tolerance), std::move(stiffness));
 }
 
 }  // namespace planar_chain::ode::test

@@ -92,37 +92,6 @@ TEST_P(Vectors, AreCombined) {
   }
 }
 
-TEST_P(Vectors, AreCombinedForTwo) {
-  const double factor = 0.7;
-  for (std::size_t count = 1; count <= VectorKernel::mostTermsForTwo; ++count) {
-    std::vector<std::vector<double>> terms;
-    std::vector<const double*> places;
-    for (std::size_t j = 0; j < count; ++j) terms.push_back(vector(n));
-    for (const auto& term : terms) places.push_back(term.data());
-    const std::vector<double> first = vector(most), second = vector(most);
-    const std::vector<double> base = vector(n), offset = vector(n);
-    std::vector<double> out = base, other = base, withOffset = base;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
-      other[i] = 0;
-      for (std::size_t j = 0; j < count; ++j) {
-        out[i] += first[j] * terms[j][i];
-        other[i] += factor * second[j] * terms[j][i];
-      }
-      withOffset[i] = offset[i] + other[i];
-    }
-    forKernels([&](const VectorKernel& kernel) {
-      const auto combine = kernel.combineForTwo[count - 1];
-      const WeightsOfTwo weights{first.data(), second.data(), places.data()};
-      for (const bool hasOffset : {false, true}) {
-        std::vector<double> a = base, b = base;
-        combine(weights, factor, base.data(), a.data(), hasOffset ? offset.data() : nullptr, b.data(), n);
-        expectNear(a, out);
-        expectNear(b, hasOffset ? withOffset : other);
-      }
-    });
-  }
-}
-
 TEST_P(Vectors, FindTheLargestRatio) {
   constexpr double share = 1e-6, rounding = 1e3, nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<double> y = vector(n), noise = vector(n);

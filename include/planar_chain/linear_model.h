@@ -10,8 +10,8 @@
 /// springs, dampers, stops that push in that state, and the loads at time t. A force keeps its direction when
 /// its link turns, so its moment changes.
 ///
-/// Method: automatic differentiation. The recursion (recursion/articulated.h) runs in dual numbers once for
-/// each of the 3 n columns, O(n²) in all. The result is exact to rounding.
+/// Method: complex steps. The recursion (recursion/articulated.h) runs in complex numbers once for each of
+/// the 3 n columns, O(n²) in all. The result is exact to rounding.
 
 #include <Eigen/Core>
 

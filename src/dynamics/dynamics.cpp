@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "dynamics/link_motions.h"
 #include "simd/vectors.h"
 
 namespace planar_chain {
@@ -17,7 +16,7 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
   positions_ = std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
 
   const auto n = index(n_);
-  const bool acts = !effects_.empty(), hasForces = effects_.mostActing() == Acting::forces;
+  const bool acts = !effects_.empty(), hasForces = effects_.mostActing() == LoadKind::forces;
   room_.e.resize(index(ShortChain::roomFor(n_)));
   room_.derivative.resize(index(size()));
   room_.N.resize(acts ? n : 0);
@@ -62,8 +61,14 @@ void Dynamics::change(const double* y) {
 
 void Dynamics::switched() {
   isBare_ = !effects_.act() && works_ == 0;
-  if (solve_) solve_->findStiffness();
-  if (series_) findSeriesStiffness();
+  if (solve_ || series_) findStiffness();
+}
+
+void Dynamics::findStiffness() {
+  k_.assign(index(n_), 0.0);
+  d_.assign(index(n_), 0.0);
+  effects_.findStiffness(k_.data(), d_.data());
+  if (solve_) solve_->takeStiffness();
 }
 
 ChainState Dynamics::stateWithForces(double t, const double* theta, const double* omega) {
@@ -77,17 +82,17 @@ inline Powers Dynamics::apply(const std::vector<Effect*>& effects, double t, con
                               const double* omega) {
   std::fill(room_.N.begin(), room_.N.end(), 0.0);
   ChainState at{t, theta, omega};
-  if (effects_.acting() == Acting::forces) at = stateWithForces(t, theta, omega);
+  if (effects_.acting() == LoadKind::forces) at = stateWithForces(t, theta, omega);
   Powers powers;
   for (Effect* effect : effects) powers += effect->apply(at, {room_.N.data(), room_.F.data()});
   return powers;
 }
 
-void Dynamics::loadsToLanes(Acting acting) {
+void Dynamics::loadsToLanes(LoadKind acting) {
   const Arrangement* lanes = mechanism_.lanes();
-  if (!lanes || acting == Acting::nothing) return;
+  if (!lanes || acting == LoadKind::nothing) return;
   lanes->arrange(room_.N.data(), N_);
-  if (acting == Acting::forces) lanes->arrange(room_.F.data(), room_.FInLanes.data());
+  if (acting == LoadKind::forces) lanes->arrange(room_.F.data(), room_.FInLanes.data());
 }
 
 // ---- Two orders ------------------------------------------------------------------------------------
@@ -104,37 +109,37 @@ void Dynamics::restore(const double* arranged, double* y) const {
 
 // ---- f(t, y) ---------------------------------------------------------------------------------------
 
-[[gnu::always_inline]] inline void Dynamics::run(Acting acting, const Outside& outside, const double* y,
+[[gnu::always_inline]] inline void Dynamics::run(LoadKind acting, const Outside& outside, const double* y,
                                                  double* rates) {
   if (auto* chain = std::get_if<ShortChain>(&recursion_)) return chain->derivative(acting, outside, y, rates);
 
   const double* omega = y + places_;
-  const double* N = acting == Acting::nothing ? nullptr : outside.N;
-  const Vec2d* F = acting == Acting::forces ? outside.F : nullptr;
+  const double* N = acting == LoadKind::nothing ? nullptr : outside.N;
+  const Vec2d* F = acting == LoadKind::forces ? outside.F : nullptr;
   if (auto* segments = std::get_if<Segments>(&recursion_)) {
     rotations(y, outside.e, places_);
     segments->accelerations(outside.e, omega, N, F, outside.ground, rates);
   } else {
-    if (acting != Acting::forces) rotations(y, outside.e, n_);
+    if (acting != LoadKind::forces) rotations(y, outside.e, n_);
     std::get_if<Articulated<double>>(&recursion_)
         ->accelerations(outside.e, omega, N, F, outside.ground, rates);
   }
 }
 
 inline void Dynamics::evaluateRates(double t, const double* y, double* out) {
-  if (isBare_) return run(Acting::nothing, outside_, y, out);
+  if (isBare_) return run(LoadKind::nothing, outside_, y, out);
   evaluateEffects(t, y, out);
 }
 
 [[gnu::noinline]] void Dynamics::evaluateEffects(double t, const double* y, double* out) {
   // Effects that need chain order come first, and write N and F.
   Powers powers;
-  const Acting acting = effects_.acting();
+  const LoadKind acting = effects_.acting();
   if (!effects_.activeInOrder().empty()) {
     const double* ordered = mechanism_.stateInOrder(y, room_.state.data());
     powers = apply(effects_.activeInOrder(), t, ordered, ordered + n_);
     loadsToLanes(acting);
-  } else if (acting != Acting::nothing) {
+  } else if (acting != LoadKind::nothing) {
     std::fill_n(N_, places_, 0.0);
   }
   for (Effect* effect : effects_.activeInLanes()) powers += effect->applyInLanes(y, y + places_, N_);
@@ -175,7 +180,10 @@ void Dynamics::evaluateInOrder(double t, const double* y, double* dydt) {
 // ---- The exact solve -------------------------------------------------------------------------------
 
 void Dynamics::reserve(int complexCount) {
-  if (!solve_) solve_.emplace(mechanism_, effects_);
+  if (!solve_) {
+    solve_.emplace(mechanism_, effects_, k_, d_);
+    findStiffness();
+  }
   solve_->reserve(complexCount);
 }
 
@@ -194,9 +202,9 @@ bool Dynamics::timeDerivative(double* ft) {
   solve_->findPinVelocities();
   const ChainState& at = solve_->state();
   const Powers power = effects_.applyRates(at, {room_.N.data(), room_.F.data()});
-  const Acting acting = effects_.mostActing();
+  const LoadKind acting = effects_.mostActing();
   loadsToLanes(acting);
-  if (acting == Acting::forces) std::copy_n(at.e, n_, room_.e.begin());
+  if (acting == LoadKind::forces) std::copy_n(at.e, n_, room_.e.begin());
   double* atRest = room_.derivative.data();
   std::copy_n(at.theta, n_, atRest);
   std::fill_n(atRest + n_, n_, 0.0);
@@ -218,13 +226,7 @@ void Dynamics::reserveSeries(int order) {
   if (series_ && series_->orders() >= order) return;
   series_.emplace(mechanism_.chain(), order);
   effects_.reserveSeries(order);
-  findSeriesStiffness();
-}
-
-void Dynamics::findSeriesStiffness() {
-  seriesK_.assign(index(n_), 0.0);
-  seriesD_.assign(index(n_), 0.0);
-  effects_.findStiffness(seriesK_.data(), seriesD_.data());
+  findStiffness();
 }
 
 void Dynamics::series(double t, const double* y, int order, double* c) {
@@ -240,10 +242,10 @@ void Dynamics::series(double t, const double* y, int order, double* c) {
 void Dynamics::findOrder(int k, const double* theta, const double* omega) {
   std::fill(room_.N.begin(), room_.N.end(), 0.0);
   for (int i = 0; i < n_; ++i) {
-    const double torque = -seriesK_[index(i)] * relative(theta, i) - seriesD_[index(i)] * relative(omega, i);
+    const double torque = -k_[index(i)] * relative(theta, i) - d_[index(i)] * relative(omega, i);
     addJointTorque(torque, i, room_.N.data());
   }
-  if (effects_.acting() == Acting::forces) std::fill(room_.F.begin(), room_.F.end(), Vec2d{});
+  if (effects_.acting() == LoadKind::forces) std::fill(room_.F.begin(), room_.F.end(), Vec2d{});
   effects_.addOrder(k, known_, {room_.N.data(), room_.F.data()});
 }
 
@@ -257,9 +259,36 @@ void Dynamics::integrands(double t, const double* y, double* rates) {
 
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   evaluateInOrder(t, y, room_.derivative.data());
-  const Vec2d* F = effects_.reach() > 0 ? room_.F.data() : nullptr;
   rotations(y, room_.e.data(), n_);
-  planar_chain::linkMotions(mechanism_.chain(), y, room_.derivative.data() + n_, room_.e.data(), F, motions);
+  const Chain& chain = mechanism_.chain();
+  const double *omega = y + n_, *alpha = room_.derivative.data() + n_;
+
+  // Outwards: positions, velocities, accelerations of the pins and of the centres of mass.
+  Vec2d x, v, a;
+  for (int j = 0; j < n_; ++j) {
+    const Link& link = chain.links()[index(j)];
+    const double w = omega[j];
+    const Vec2d R = room_.e[index(j)] * link.com, P = room_.e[index(j)] * link.pin;
+    LinkMotion& body = motions[j];
+    body.innerPin = x;
+    body.angle = y[j];
+    body.com = x + R;
+    body.velocity = v + w * perp(R);
+    body.omega = w;
+    body.acceleration = a + alpha[j] * perp(R) - (w * w) * R;
+    body.alpha = alpha[j];
+    x += P;
+    v += w * perp(P);
+    a += alpha[j] * perp(P) - (w * w) * P;
+  }
+
+  // Inwards: the forces in the pins, F_pin,j = m (a_j − g) − F_j + F_pin,j+1.
+  Vec2d next;
+  for (int j = n_ - 1; j >= 0; --j) {
+    next += chain.links()[index(j)].mass * (motions[j].acceleration - chain.gravity());
+    if (effects_.reach() > 0) next -= room_.F[index(j)];
+    motions[j].pinForce = next;
+  }
 }
 
 void Dynamics::jointTorques(double t, const double* y, double* tau) {

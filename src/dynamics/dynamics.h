@@ -106,11 +106,11 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   };
 
   void switched();
-  void findSeriesStiffness();
+  void findStiffness();
   void findOrder(int k, const double* theta, const double* omega) override;
 
   /// Computes [ω α] under these moments and forces, without the first positions() rates. Lane order.
-  void run(Acting acting, const Outside& outside, const double* y, double* rates);
+  void run(LoadKind acting, const Outside& outside, const double* y, double* rates);
   /// As rates(), at a state in lane order. evaluateEffects() does it when an effect acts.
   void evaluateRates(double t, const double* y, double* out);
   void evaluateEffects(double t, const double* y, double* out);
@@ -122,7 +122,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   /// Writes N and F of these effects at a state in chain order. Returns their powers.
   Powers apply(const std::vector<Effect*>& effects, double t, const double* theta, const double* omega);
   ChainState stateWithForces(double t, const double* theta, const double* omega);
-  void loadsToLanes(Acting acting);
+  void loadsToLanes(LoadKind acting);
 
   const Mechanism mechanism_;
   Effects effects_;
@@ -134,9 +134,9 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   Outside outside_;  ///< where run() finds e, N and F
   long long evaluations_ = 0;
 
+  std::vector<double> k_, d_;           ///< of the joints, for the two below
   std::optional<ExactSolve> solve_;     ///< made when a method first needs it
   std::optional<MotionSeries> series_;  ///< likewise
-  std::vector<double> seriesK_, seriesD_;
   Series known_{};
 };
 

@@ -15,6 +15,24 @@ std::vector<const EffectKind*> storingKinds(const Chain& chain) {
   return storing;
 }
 
+namespace {
+
+/// Calls f(j, x, v): the positions and velocities of the centres of mass, from the ground outwards.
+template <class F>
+void forCentres(const Chain& chain, const double* theta, const double* omega, F f) {
+  Vec2d pin, pinVelocity;
+  for (int j = 0; j < chain.size(); ++j) {
+    const Link& link = chain.links()[index(j)];
+    const auto e = Rotation<double>::of(theta[j]);
+    const Vec2d R = e * link.com, P = e * link.pin;
+    f(j, pin + R, pinVelocity + omega[j] * perp(R));
+    pin += P;
+    pinVelocity += omega[j] * perp(P);
+  }
+}
+
+}  // namespace
+
 Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
   return energyOf(chain, storingKinds(chain), theta, omega);
 }
@@ -22,38 +40,26 @@ Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
 Energy energyOf(const Chain& chain, const std::vector<const EffectKind*>& kinds, const double* theta,
                 const double* omega) {
   Energy energy;
-  Vec2d pin, pinVelocity;
-  for (int j = 0; j < chain.size(); ++j) {
+  forCentres(chain, theta, omega, [&](int j, Vec2d x, Vec2d v) {
     const Link& link = chain.links()[index(j)];
-    const Joint& joint = chain.joints()[index(j)];
-    const auto e = Rotation<double>::of(theta[j]);
-    const Vec2d R = e * link.com;
-    const Vec2d P = e * link.pin;
-    const Vec2d v = pinVelocity + omega[j] * perp(R);
     double stored = 0;
-    for (const EffectKind* kind : kinds) stored += kind->energyIn(joint, relative(theta, j));
+    for (const EffectKind* kind : kinds) {
+      stored += kind->energyIn(chain.joints()[index(j)], relative(theta, j));
+    }
     energy.kinetic += 0.5 * (link.mass * dot(v, v) + link.inertia * omega[j] * omega[j]);
     energy.elastic += stored;
-    energy.potential -= link.mass * dot(chain.gravity(), pin + R);
-    pin += P;
-    pinVelocity += omega[j] * perp(P);
-  }
+    energy.potential -= link.mass * dot(chain.gravity(), x);
+  });
   energy.potential += energy.elastic;
   return energy;
 }
 
 double angularMomentum(const Chain& chain, const double* theta, const double* omega) {
   double momentum = 0;
-  Vec2d pin, pinVelocity;
-  for (int j = 0; j < chain.size(); ++j) {
+  forCentres(chain, theta, omega, [&](int j, Vec2d x, Vec2d v) {
     const Link& link = chain.links()[index(j)];
-    const auto e = Rotation<double>::of(theta[j]);
-    const Vec2d R = e * link.com;
-    const Vec2d P = e * link.pin;
-    momentum += link.mass * cross(pin + R, pinVelocity + omega[j] * perp(R)) + link.inertia * omega[j];
-    pin += P;
-    pinVelocity += omega[j] * perp(P);
-  }
+    momentum += link.mass * cross(x, v) + link.inertia * omega[j];
+  });
   return momentum;
 }
 

@@ -6,35 +6,29 @@ namespace planar_chain {
 
 namespace {
 
-std::variant<Linearized<double>, LinearizedSegments<double>> solverFor(const Mechanism& mechanism) {
-  if (mechanism.lanes()) return LinearizedSegments<double>(mechanism.chain());
-  return Linearized<double>(mechanism.chain());
-}
-
-/// Another solver at the same state.
-std::variant<Linearized<std::complex<double>>, LinearizedSegments<std::complex<double>>> complexOf(
-    const std::variant<Linearized<double>, LinearizedSegments<double>>& solver) {
-  if (const auto* segments = std::get_if<LinearizedSegments<double>>(&solver)) {
-    return LinearizedSegments<std::complex<double>>(*segments);
-  }
-  return Linearized<std::complex<double>>(std::get<Linearized<double>>(solver));
+/// Another solver of the same kind, at the same state.
+template <template <class> class Kind>
+Kind<std::complex<double>> complexOf(const Kind<double>& solver) {
+  return Kind<std::complex<double>>(solver);
 }
 
 }  // namespace
 
-ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects)
+ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, const std::vector<double>& k,
+                       const std::vector<double>& d)
     : mechanism_(mechanism),
       effects_(effects),
       n_(mechanism.size()),
       places_(mechanism.places()),
       hasPower_(effects.havePower()),
       isNonlinear_(effects.areNonlinear()),
-      keepsState_(hasPower_ || isNonlinear_ || effects.mostActing() == Acting::forces),
-      solver_(solverFor(mechanism)),
-      k_(index(n_)),
-      d_(index(n_)),
+      keepsState_(hasPower_ || isNonlinear_ || effects.mostActing() == LoadKind::forces),
+      solver_{mechanism.lanes() ? decltype(solver_.kind)(LinearizedSegments<double>(mechanism.chain()))
+                                : Linearized<double>(mechanism.chain())},
+      k_(k),
+      d_(d),
       room_(index(2 * places_)) {
-  const bool hasForces = effects.mostActing() == Acting::forces;
+  const bool hasForces = effects.mostActing() == LoadKind::forces;
   if (hasPower_ && effects.havePowerInLanes()) omegaInLanes_.resize(index(places_));
   if ((hasPower_ && effects.havePowerInOrder()) || hasForces || isNonlinear_) {
     stateAt_.resize(index(2 * n_));
@@ -53,7 +47,6 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects)
     tangentK_.resize(index(n_));
     tangentD_.resize(index(n_));
   }
-  findStiffness();
 }
 
 ode::LinearCosts ExactSolve::costs() const {
@@ -68,17 +61,10 @@ ode::LinearCosts ExactSolve::costs() const {
 
 // ---- The state that J is of ------------------------------------------------------------------------
 
-void ExactSolve::findStiffness() {
-  std::fill(k_.begin(), k_.end(), 0.0);
-  std::fill(d_.begin(), d_.end(), 0.0);
-  effects_.findStiffness(k_.data(), d_.data());
-  setJoints(k_, d_);
-}
-
 void ExactSolve::setJoints(const std::vector<double>& k, const std::vector<double>& d) {
   const double* kInLanes = mechanism_.quantityInLanes(k.data(), room_.data());
   const double* dInLanes = mechanism_.quantityInLanes(d.data(), room_.data() + places_);
-  std::visit([&](auto& solver) { solver.setJoints(kInLanes, dInLanes); }, solver_);
+  std::visit([&](auto& solver) { solver.setJoints(kInLanes, dInLanes); }, solver_.kind);
 }
 
 void ExactSolve::findPinVelocities() {
@@ -121,19 +107,15 @@ Powers ExactSolve::powersAlongInOrder(const double* uv) {
 // ---- Real and complex solves -----------------------------------------------------------------------
 
 void ExactSolve::reserve(int complexCount) {
-  while (complexSolvers_.size() < index(complexCount)) complexSolvers_.push_back(complexOf(solver_));
-  complexS_.resize(complexSolvers_.size());
+  while (complexSolvers_.size() < index(complexCount)) {
+    std::visit([this](const auto& real) { complexSolvers_.push_back({complexOf(real)}); }, solver_.kind);
+  }
   part_.resize(complexSolvers_.empty() ? 0 : index(2 * places_));
 }
 
-void ExactSolve::factorComplex(int k, std::complex<double> s) {
-  complexS_[index(k)] = s;
-  std::visit([s](auto& solver) { solver.factor(s); }, complexSolvers_[index(k)]);
-}
-
-void ExactSolve::solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) {
-  std::visit([&](auto& solver) { solver.solve(rhs, rhs + places_, x, x + places_); },
-             complexSolvers_[index(k)]);
+void ExactSolve::solveComplex(int k, const Complex* rhs, Complex* x) {
+  Solver<Complex>& solver = complexSolvers_[index(k)];
+  solver.solve(rhs, x, places_);
   if (!hasPower_) return;
 
   // The powers change linearly: real and imaginary parts one by one.
@@ -141,12 +123,10 @@ void ExactSolve::solveComplex(int k, const std::complex<double>* rhs, std::compl
     for (int i = 0; i < 2 * places_; ++i) part_[index(i)] = part(x[i]);
     return powersAlong(part_.data());
   };
-  const Powers real = powersOf([](std::complex<double> z) { return z.real(); });
-  const Powers imaginary = powersOf([](std::complex<double> z) { return z.imag(); });
-  const std::complex<double> s = complexS_[index(k)];
-  const int works = 2 * places_;
-  x[works] = (rhs[works] + std::complex<double>(real.supplied, imaginary.supplied)) / s;
-  x[works + 1] = (rhs[works + 1] + std::complex<double>(real.dissipated, imaginary.dissipated)) / s;
+  const Powers real = powersOf([](Complex z) { return z.real(); });
+  const Powers imaginary = powersOf([](Complex z) { return z.imag(); });
+  solver.solveWorks(rhs, {real.supplied, imaginary.supplied}, {real.dissipated, imaginary.dissipated}, x,
+                    places_);
 }
 
 }  // namespace planar_chain

@@ -21,11 +21,12 @@ namespace planar_chain {
 
 class ExactSolve {
  public:
-  /// Both must outlive this object. Allocates; of the rest only reserve() does.
-  ExactSolve(const Mechanism& mechanism, Effects& effects);
+  /// k and d: of the joints. All must outlive this object. Allocates; of the rest only reserve() does.
+  ExactSolve(const Mechanism& mechanism, Effects& effects, const std::vector<double>& k,
+             const std::vector<double>& d);
 
-  /// Takes k and d of the joints from the effects; after every switch.
-  void findStiffness();
+  /// Takes k and d again, after every switch.
+  void takeStiffness() { setJoints(k_, d_); }
   /// Linearizes at the state y with the derivative dydt, both in lane order. outside: e, and F where forces
   /// act, of this state.
   void linearize(double t, const double* y, const double* dydt, const Outside& outside);
@@ -36,15 +37,33 @@ class ExactSolve {
 
   ode::LinearCosts costs() const;
   /// s·1 − J, and x = (s·1 − J)⁻¹ rhs; see ode::LinearizedSystem.
-  void factor(double s);
+  void factor(double s) { solver_.factor(s); }
   void solve(const double* rhs, double* x);
   void reserve(int complexCount);
-  void factorComplex(int k, std::complex<double> s);
+  void factorComplex(int k, std::complex<double> s) { complexSolvers_[index(k)].factor(s); }
   void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x);
 
  private:
+  using Complex = std::complex<double>;
+  /// s·1 − J, factored.
   template <class Scalar>
-  using Solver = std::variant<Linearized<Scalar>, LinearizedSegments<Scalar>>;
+  struct Solver {
+    std::variant<Linearized<Scalar>, LinearizedSegments<Scalar>> kind;
+    Scalar s{};
+
+    void factor(Scalar s_) {
+      s = s_;
+      std::visit([s_](auto& solver) { solver.factor(s_); }, kind);
+    }
+    void solve(const Scalar* rhs, Scalar* x, int places) {
+      std::visit([&](auto& solver) { solver.solve(rhs, rhs + places, x, x + places); }, kind);
+    }
+    /// The rows of the works, from the change of the powers.
+    void solveWorks(const Scalar* rhs, Scalar supplied, Scalar dissipated, Scalar* x, int places) const {
+      x[2 * places] = (rhs[2 * places] + supplied) / s;
+      x[2 * places + 1] = (rhs[2 * places + 1] + dissipated) / s;
+    }
+  };
 
   /// Keeps what later calls need of the state, and takes what J has of it. Returns Σ X·F of the bodies in
   /// lane order, or nullptr where no force acts.
@@ -63,9 +82,7 @@ class ExactSolve {
   int n_, places_;
   bool hasPower_, isNonlinear_, keepsState_;
   Solver<double> solver_;
-  std::vector<Solver<std::complex<double>>> complexSolvers_;
-  double s_ = 0;
-  std::vector<std::complex<double>> complexS_;
+  std::vector<Solver<Complex>> complexSolvers_;
 
   // The state of the last linearize(): all of it in chain order; the rates in lane order.
   ChainState at_{};
@@ -73,7 +90,8 @@ class ExactSolve {
   std::vector<Rotation<double>> eAt_;
   std::vector<Vec2d> pinVelocity_;
 
-  std::vector<double> k_, d_, tangentK_, tangentD_, XF_, part_, inOrder_;
+  const std::vector<double>&k_, &d_;
+  std::vector<double> tangentK_, tangentD_, XF_, part_, inOrder_;
   CacheLines room_;
 };
 
@@ -83,20 +101,15 @@ inline void ExactSolve::linearize(double t, const double* y, const double* dydt,
   // Forces keep their direction when a body turns, so their moments change.
   const double* XF = keepsState_ ? keep(t, y) : nullptr;
   const Vec2d* F = XF ? outside.F : nullptr;
-  std::visit([&](auto& solver) { solver.linearize(outside.e, y + places_, dydt + places_, F, XF); }, solver_);
-}
-
-inline void ExactSolve::factor(double s) {
-  s_ = s;
-  std::visit([s](auto& solver) { solver.factor(s); }, solver_);
+  std::visit([&](auto& solver) { solver.linearize(outside.e, y + places_, dydt + places_, F, XF); },
+             solver_.kind);
 }
 
 inline void ExactSolve::solve(const double* rhs, double* x) {
-  std::visit([&](auto& solver) { solver.solve(rhs, rhs + places_, x, x + places_); }, solver_);
+  solver_.solve(rhs, x, places_);
   if (!hasPower_) return;
   const Powers change = powersAlong(x);
-  x[2 * places_] = (rhs[2 * places_] + change.supplied) / s_;
-  x[2 * places_ + 1] = (rhs[2 * places_ + 1] + change.dissipated) / s_;
+  solver_.solveWorks(rhs, change.supplied, change.dissipated, x, places_);
 }
 
 }  // namespace planar_chain

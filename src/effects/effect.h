@@ -17,7 +17,7 @@
 
 #include "ode/switches.h"
 #include "planar_chain/planar.h"
-#include "recursion/acting.h"
+#include "recursion/load_kind.h"
 
 namespace planar_chain {
 
@@ -90,9 +90,9 @@ class Effect {
   // ---- What acts ------------------------------------------------------------------------------------
 
   /// The most that this effect can ever add: moments, or forces too.
-  virtual Acting mostActing() const = 0;
+  virtual LoadKind mostActing() const = 0;
   /// The most that it adds at present. apply() is called only if this is not `nothing`.
-  virtual Acting acting() const = 0;
+  virtual LoadKind acting() const = 0;
   /// True if it ever supplies or takes power. An effect that only stores energy returns false.
   virtual bool hasPower() const { return true; }
   /// The number of inner pins, from the ground outwards, whose velocity it needs. 0 without forces.

@@ -21,8 +21,8 @@ Effects::Effects(const Scene& scene, const Arrangement* lanes, std::unique_ptr<E
   enter(0);
 }
 
-Acting Effects::mostActing() const {
-  Acting most = Acting::nothing;
+LoadKind Effects::mostActing() const {
+  LoadKind most = LoadKind::nothing;
   for (const auto& effect : all_) most = std::max(most, effect->mostActing());
   return most;
 }
@@ -52,11 +52,11 @@ void Effects::listActive() {
   active_.clear();
   activeInOrder_.clear();
   activeInLanes_.clear();
-  acting_ = Acting::nothing;
+  acting_ = LoadKind::nothing;
   reach_ = 0;
   variesWithTime_ = false;
   for (const auto& effect : all_) {
-    if (effect->acting() == Acting::nothing) continue;
+    if (effect->acting() == LoadKind::nothing) continue;
     active_.push_back(effect.get());
     (effect->worksInLanes() ? activeInLanes_ : activeInOrder_).push_back(effect.get());
     acting_ = std::max(acting_, effect->acting());

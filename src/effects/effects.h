@@ -21,7 +21,7 @@ class Effects : public ode::Switches {
 
   /// True if there is none.
   bool empty() const { return all_.empty(); }
-  Acting mostActing() const;
+  LoadKind mostActing() const;
   /// True if one ever supplies or takes power.
   bool havePower() const;
 
@@ -32,8 +32,8 @@ class Effects : public ode::Switches {
   void enterState(const double* y);
   void change(const double* y);
 
-  bool act() const { return acting_ != Acting::nothing; }
-  Acting acting() const { return acting_; }
+  bool act() const { return acting_ != LoadKind::nothing; }
+  LoadKind acting() const { return acting_; }
   int reach() const { return reach_; }
   bool varyWithTime() const { return variesWithTime_; }
   double until() const;
@@ -79,7 +79,7 @@ class Effects : public ode::Switches {
   std::vector<std::unique_ptr<Effect>> all_;
   std::vector<Switching*> switching_;
   std::vector<Effect*> active_, activeInOrder_, activeInLanes_;
-  Acting acting_ = Acting::nothing;
+  LoadKind acting_ = LoadKind::nothing;
   int reach_ = 0;
   bool variesWithTime_ = false;
 };

@@ -126,7 +126,7 @@ void takeTimeLaw(const Section& in, Load& load) {
 
 // ---- The kind ------------------------------------------------------------------------------------
 
-class LoadKind : public EffectKind {
+class LoadsKind : public EffectKind {
  public:
   const char* sceneKey() const override { return "loads"; }
   void takeScene(const Section& top, const ChainNames* names, std::vector<Load>& loads,
@@ -184,7 +184,7 @@ class LoadKind : public EffectKind {
 }  // namespace
 
 const EffectKind& loadKind() {
-  static const LoadKind kind;
+  static const LoadsKind kind;
   return kind;
 }
 

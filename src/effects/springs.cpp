@@ -132,8 +132,8 @@ class SpringEffect : public Effect {
   SpringEffect(const Chain& chain, const Arrangement* lanes) : inOrder_(chain), inLanes_(chain, lanes) {}
   bool empty() const { return inOrder_.empty(); }
 
-  Acting mostActing() const override { return Acting::moments; }
-  Acting acting() const override { return Acting::moments; }
+  LoadKind mostActing() const override { return LoadKind::moments; }
+  LoadKind acting() const override { return LoadKind::moments; }
   bool hasPower() const override { return inOrder_.dissipate(); }
   Powers apply(const ChainState& at, const Actions& to) override {
     return {0, inOrder_.apply(at.theta, at.omega, to.N)};

@@ -28,8 +28,8 @@ class Stops : public Effect, public Switching {
   bool empty() const { return stops_.empty(); }
 
   // Effect
-  Acting mostActing() const override { return Acting::moments; }
-  Acting acting() const override { return active_.empty() ? Acting::nothing : Acting::moments; }
+  LoadKind mostActing() const override { return LoadKind::moments; }
+  LoadKind acting() const override { return active_.empty() ? LoadKind::nothing : LoadKind::moments; }
   bool hasPower() const override;
   Powers apply(const ChainState& at, const Actions& to) override;
   void addTorques(const ChainState& at, double* tau) override;

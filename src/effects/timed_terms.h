@@ -33,10 +33,10 @@ class TimedTerms : public Effect {
   double longestStep() const final { return longestStep_; }
   bool variesWithTime() const final { return !sines_.empty() || !lines_.empty(); }
 
-  Acting mostActing() const final { return Acting::forces; }
-  Acting acting() const final {
-    if (!bodyTerms_.empty()) return Acting::forces;
-    return jointTerms_.empty() ? Acting::nothing : Acting::moments;
+  LoadKind mostActing() const final { return LoadKind::forces; }
+  LoadKind acting() const final {
+    if (!bodyTerms_.empty()) return LoadKind::forces;
+    return jointTerms_.empty() ? LoadKind::nothing : LoadKind::moments;
   }
   int reach() const final { return reach_; }
   Powers apply(const ChainState& at, const Actions& to) final;

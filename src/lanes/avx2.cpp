@@ -5,10 +5,8 @@
 
 namespace planar_chain::simd {
 
-extern const ShortChains shortChainsAvx2;
 const ShortChains shortChainsAvx2{laneCount, shortChainFor};
 
-extern const Kernel kernelAvx2;
 const Kernel kernelAvx2 = kernelHere("avx2", &shortChainsAvx2);
 
 }  // namespace planar_chain::simd

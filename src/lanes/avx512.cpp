@@ -4,9 +4,7 @@
 
 namespace planar_chain::simd {
 
-extern const ShortChains shortChainsAvx2;  // 8 lanes are too many for these
-
-extern const Kernel kernelAvx512;
+// 8 lanes are too many for short chains.
 const Kernel kernelAvx512 = kernelHere("avx512", &shortChainsAvx2);
 
 }  // namespace planar_chain::simd

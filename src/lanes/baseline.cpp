@@ -7,7 +7,6 @@ namespace planar_chain::simd {
 
 const ShortChains shortChains{laneCount, shortChainFor};
 
-extern const Kernel kernelBaseline;
 const Kernel kernelBaseline = kernelHere("baseline", &shortChains);
 
 }  // namespace planar_chain::simd

@@ -76,6 +76,49 @@ inline Square mapped(const Square& A, F f) {
   return {mapped(A.x, f), mapped(A.y, f)};
 }
 
+// ---- Quantities in memory ---------------------------------------------------------------------------
+
+/// Stores quantities one after the other.
+struct Writer {
+  double* to;
+
+  template <class... Quantities>
+  [[gnu::always_inline]] void operator()(const Quantities&... quantities) {
+    const auto write = [this](Real a) {
+      a.store(to);
+      to += laneCount;
+      return a;
+    };
+    (mapped(quantities, write), ...);
+  }
+};
+
+/// Loads them.
+struct Reader {
+  const double* from;
+
+  template <class... Quantities>
+  [[gnu::always_inline]] void operator()(Quantities&... quantities) {
+    const auto read = [this](Real) {
+      from += laneCount;
+      return Real::load(from - laneCount);
+    };
+    ((quantities = mapped(quantities, read)), ...);
+  }
+};
+
+// ---- Pairs of segments -----------------------------------------------------------------------------
+
+/// Number by number.
+template <int size, class Quantity>
+[[gnu::always_inline]] inline Quantity either(const Quantity& inner, const Quantity& outer) {
+  Real numbers[sizeof(Quantity) / sizeof(Real)];
+  int i = 0;
+  mapped(inner, [&](Real a) { return numbers[i++] = a; });
+  i = 0;
+  return mapped(outer, [&](Real a) { return either<size>(numbers[i++], a); });
+}
+
 template <int size>
 class JoinedPair;
 
@@ -139,8 +182,8 @@ class JoinedPair {
     const Vector at = carried - C_ * force + c_;
     const Rotation<Real> frame{d_.x, d_.y};
     const Vector beyond = frame * at;
-    a = {either<size>(a.x, beyond.x), either<size>(a.y, beyond.y)};
-    f = {either<size>(force.x, f.x), either<size>(force.y, f.y)};
+    a = either<size>(a, beyond);
+    f = either<size>(force, f);
   }
 
  private:

@@ -8,34 +8,31 @@
 #include <vector>
 
 #include "lanes/motion_series.h"
-#include "recursion/acting.h"
+#include "recursion/load_kind.h"
 #include "simd/cpu.h"
 
 namespace planar_chain::simd {
 
 /// Arrays of `steps` × `lanes` numbers a quantity, in the order of an Arrangement: see arrangement.h.
 struct SegmentArrays {
-  static constexpr int linkQuantities = 6;  ///< m, I, r, p
+  static constexpr int linkQuantities = 6;    ///< m, I, r, p
+  static constexpr int handleQuantities = 8;  ///< U/D, u/D, ω², P, g/D
   int steps;
   const double* links;
-  double* handles;  ///< U/D, u/D, ω², P, g/D: 8 quantities a step
+  double* handles;
 };
 
 /// The recursion link by link, with sines and cosines; see short_chain.h.
 struct ShortChains {
-  static constexpr int most = 16;          ///< links
-  static constexpr int mostUnrolled = 12;  ///< links that have functions without loops
+  static constexpr int most = 12;  ///< links
   static constexpr int linkQuantities = SegmentArrays::linkQuantities;
   /// links: body k·lanes + l in lane l of block k; for two links see twoInLanes(). For the other arguments
   /// see ShortChain::derivative.
-  using Run = void (*)(int n, const double* links, const Outside& outside, const double* y, double* dydt);
+  using Run = void (*)(const double* links, const Outside& outside, const double* y, double* dydt);
 
   int lanes;
-  Run (*runFor)(int n, Acting acting);
+  Run (*runFor)(int n, LoadKind acting);
 };
-
-/// The most lanes of any CPU.
-constexpr int mostLanes = 8;
 
 /// So many quantities a step.
 template <int count>
@@ -66,10 +63,6 @@ struct LinearState {
   const double *e, *omega, *alpha, *F, *XF;
 };
 
-/// By segment, `mostLanes` at most: quantity q stands in row q.
-using Rows = double (*)[mostLanes];
-using ConstRows = const double (*)[mostLanes];
-
 /// The solve at s with real or complex numbers. Complex numbers are pairs. The solution may overwrite the
 /// right-hand side.
 struct LinearKernel {
@@ -82,33 +75,24 @@ struct LinearKernel {
 struct SeriesLink {
   double m, I, J;
   Vec2d mr, p;
-  // Of order 0: U/D, 1/D, and the articulated mass at the outer pin.
-  Vec2d W;
-  double inverseD;
-  Sym2<double> A;
-  // Of the order in hand, as if its α were 0: a of the inner pin, f on the next link; then b and u/D; z: see
-  // Turning.
-  Vec2d a, f, b;
-  double v;
-  Rotation<double> z;
 };
 
 /// Storage of a series. `rows` has, for each order, `width` first factors of the products and as many second
 /// ones. `known` has the part of the products that follows from lower orders. e is exp(i θ_j), n an order.
 struct SeriesArrays {
+  static constexpr int columns = 6;  ///< products a link
+  static constexpr int chunk = 8;    ///< the width of one link and of two, and a divisor of all others
+  static constexpr int bodyNumbers = 15;
   int n, width;
-  double *rows, *known;
+  double *rows, *known, *bodies;
   Rotation<double>* e;
-  SeriesLink* links;
+  const SeriesLink* links;
 };
 
-/// For one body, for two, and for any number.
-struct SeriesShape {
-  /// c: row k of 2n numbers is order k of θ and ω. Row 0 and order 0 of e are input. N and F are of order 0,
-  /// and nullptr if nothing acts. `loads` may be nullptr.
-  void (*run)(const SeriesArrays& arrays, int order, const Outside& outside, SeriesLoads* loads, double* c);
-  int (*width)(int n);
-};
+/// c: row k of 2n numbers is order k of θ and ω. Row 0 and order 0 of e are input. N and F are of order 0,
+/// and nullptr if nothing acts. `loads` may be nullptr.
+using SeriesRun = void (*)(const SeriesArrays& arrays, int order, const Outside& outside, SeriesLoads* loads,
+                           double* c);
 
 struct Kernel {
   const char* name;
@@ -123,15 +107,15 @@ struct Kernel {
   void (*segments)(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                    const double* F, Vec2d ground, double* alpha);
 
-  /// To sums: per segment, as if its inner pin did not accelerate, the acceleration of its outer pin, what
-  /// its bodies' inertia and loads add up to, and its mass: 2 + 2 + 1.
-  void (*linearizeOutwards)(const LinearArrays& arrays, const LinearState& at, Rows sums);
-  /// From starts: the acceleration of the inner pin less gravity, and the force of all outside: 2 + 2.
-  void (*linearizeInwards)(const LinearArrays& arrays, const LinearState& at, ConstRows starts);
+  /// ground: the acceleration of the ground pin less gravity.
+  void (*linearize)(const LinearArrays& arrays, LinearState at, Vec2d ground);
   LinearKernel real, complex;
   LinearKernel realAgain, complexAgain;  ///< store nothing for the way in, but compute it again
-  const SeriesShape* series;             ///< three
+  SeriesRun series[3];                   ///< for one body, for two, and for any number
 };
+
+extern const Kernel kernelBaseline, kernelAvx2, kernelAvx512;
+extern const ShortChains shortChainsAvx2;
 
 /// The kernels that this CPU runs, the best first.
 const std::vector<const Kernel*>& kernels();

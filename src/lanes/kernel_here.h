@@ -17,13 +17,12 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           arrange,
           restore,
           segmentsAll,
-          linearizeOutwardsAll,
-          linearizeInwardsAll,
+          linearizeAll,
           linearKernel<Real, true>,
           linearKernel<ComplexLanes, true>,
           linearKernel<Real, false>,
           linearKernel<ComplexLanes, false>,
-          seriesShapes};
+          {seriesOf<One>, seriesOf<Two>, seriesOf<Links>}};
 }
 
 }  // namespace

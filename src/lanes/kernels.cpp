@@ -3,13 +3,10 @@
 namespace planar_chain::simd {
 
 #ifdef PLANAR_CHAIN_X86
-extern const Kernel kernelAvx2, kernelAvx512;
 constexpr const Kernel *avx2 = &kernelAvx2, *avx512 = &kernelAvx512;
 #else
 constexpr const Kernel *avx2 = nullptr, *avx512 = nullptr;
 #endif
-
-extern const Kernel kernelBaseline;
 
 const std::vector<const Kernel*>& kernels() {
   static const auto all = runnable<Kernel>(avx512, avx2, kernelBaseline);

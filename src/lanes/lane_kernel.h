@@ -17,6 +17,11 @@ namespace {
 
 // ---- Sines and cosines -----------------------------------------------------------------------
 
+[[gnu::always_inline]] inline Rotation<Real> loadRotations(const double* e) {
+  const Vector pairs = loadPairs(e);
+  return {pairs.x, pairs.y};
+}
+
 /// exp(i θ) by the machine's library.
 [[gnu::cold, gnu::noinline]] void rotate(const double* theta, double* e, int n) {
   for (int j = 0; j < n; ++j) {
@@ -30,7 +35,7 @@ namespace {
 /// θ = k π/2 + r, |r| ≤ π/4, with π/2 in three parts (W. Cody, W. Waite, Software Manual for the Elementary
 /// Functions, 1980): with fused multiplication the first difference is exact and the third part is below what
 /// r can hold. Then sin r and cos r by the polynomials of Sun's fdlibm (k_sin.c, k_cos.c).
-[[gnu::always_inline]] inline Vector rotationsOf(Real theta) {
+[[gnu::always_inline]] inline Rotation<Real> rotationsOf(Real theta) {
   // Adding 1.5·2⁵² rounds to an integer, whose last bits are then k's.
   const Real shift(6755399441055744.0);
   const Real shifted = mulAdd(theta, Real(6.36619772367581382433e-01), shift);
@@ -84,14 +89,23 @@ bool areReducible(Real theta) {
 /// exp(i θ) of `count` angles, in lanes and in e, which has room for laneCount of them.
 [[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
   const Real angles = loadSome(theta, count);
-  Vector turns = rotationsOf(angles);
-  storePairs(e, turns);
+  Rotation<Real> turns = rotationsOf(angles);
+  storePairs(e, {turns.c, turns.s});
   if (__builtin_expect(!areReducible(angles), false)) {
     rotateIrreducible(theta, e, count < laneCount ? count : laneCount);
-    turns = loadPairs(e);
+    turns = loadRotations(e);
   }
-  return {turns.x, turns.y};
+  return turns;
 }
+
+#else
+
+[[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
+  rotate(theta, e, count < laneCount ? count : laneCount);
+  return loadRotations(e);
+}
+
+#endif
 
 void rotations(const double* theta, double* e, int n) {
   int j = 0;
@@ -102,29 +116,7 @@ void rotations(const double* theta, double* e, int n) {
   std::copy(last, last + 2 * (n - j), e + 2 * j);
 }
 
-#else
-
-[[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
-  rotate(theta, e, count < laneCount ? count : laneCount);
-  const Vector turns = loadPairs(e);
-  return {turns.x, turns.y};
-}
-
-void rotations(const double* theta, double* e, int n) {
-  rotate(theta, e, n);
-}
-
-#endif
-
 // ---- Segments --------------------------------------------------------------------------------
-
-/// Lane s of quantity q at step i.
-const double* at(const double* array, int quantities, int i, int q) {
-  return array + (static_cast<std::ptrdiff_t>(i) * quantities + q) * laneCount;
-}
-
-constexpr int linkQuantities = SegmentArrays::linkQuantities;
-constexpr int handleQuantities = 8;
 
 /// A number of each body of step i.
 [[gnu::always_inline]] inline Real read(const double* values, int i) {
@@ -137,8 +129,15 @@ constexpr int handleQuantities = 8;
 }
 
 [[gnu::always_inline]] inline Rotation<Real> readRotation(const double* e, int i) {
-  const Vector pairs = readVector(e, i);
-  return {pairs.x, pairs.y};
+  return loadRotations(e + 2 * static_cast<std::ptrdiff_t>(i) * laneCount);
+}
+
+/// The links of step i. Each step has so many quantities in a row.
+[[gnu::always_inline]] inline Body<Real> linkAt(const double* links, int i) {
+  Body<Real> link;
+  Reader{links + static_cast<std::ptrdiff_t>(i) * SegmentArrays::linkQuantities * laneCount}(link.m, link.I,
+                                                                                             link.r, link.p);
+  return link;
 }
 
 /// P/|P|, or the first axis if P = 0.
@@ -151,9 +150,11 @@ Vector unit(Vector P) {
 /// The directions of the segments' last links.
 Vector outerFrames(const SegmentArrays& arrays, const double* e) {
   const int i = arrays.steps - 1;
-  const double* link = at(arrays.links, linkQuantities, i, 0);
-  return unit(readRotation(e, i) *
-              Vector{Real::load(link + 4 * laneCount), Real::load(link + 5 * laneCount)});
+  return unit(readRotation(e, i) * linkAt(arrays.links, i).p);
+}
+
+inline double* handlesAt(const SegmentArrays& arrays, int i) {
+  return arrays.handles + static_cast<std::ptrdiff_t>(i) * SegmentArrays::handleQuantities * laneCount;
 }
 
 template <bool hasMoments, bool hasForces>
@@ -164,10 +165,7 @@ inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const d
   const Vector d = outerFrames(arrays, e);
   Vector Gx{d.x, -d.y}, Gy{d.y, d.x};  // rows of G
   for (int i = arrays.steps - 1; i >= 0; --i) {
-    const double* link = at(arrays.links, linkQuantities, i, 0);
-    const auto own = [link](int q) { return Real::load(link + q * laneCount); };
-    const Turned<Real> body = turned(Body<Real>{own(0), own(1), {own(2), own(3)}, {own(4), own(5)}},
-                                     readRotation(e, i), read(omega, i));
+    const Turned<Real> body = turned(linkAt(arrays.links, i), readRotation(e, i), read(omega, i));
     const Vector P = body.P;
     Real moment;
     if constexpr (hasMoments) moment = read(N, i);
@@ -188,19 +186,18 @@ inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const d
       Gy = mapped(Gy, flush);
     }
 
-    double* to = arrays.handles + static_cast<std::ptrdiff_t>(i) * handleQuantities * laneCount;
     const Reply<Real> reply = replyOf(handle, body);
-    storeAll(to, reply.UD.x, reply.UD.y, reply.uD, reply.ww, P.x, P.y, gD.x, gD.y);
+    Writer{handlesAt(arrays, i)}(reply.UD, reply.uD, reply.ww, P, gD);
   }
   return {d, A, C, b, c, {Gx, Gy}};
 }
 
 inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force, double* alpha) {
   for (int i = 0; i < arrays.steps; ++i) {
-    const double* handle = at(arrays.handles, handleQuantities, i, 0);
-    const auto own = [handle](int q) { return Real::load(handle + q * laneCount); };
-    const Vector gD{own(6), own(7)};
-    const Reply<Real> reply{{own(0), own(1)}, {own(4), own(5)}, own(2) - dot(gD, force), own(3)};
+    Reply<Real> reply;
+    Vector gD;
+    Reader{handlesAt(arrays, i)}(reply.UD, reply.uD, reply.ww, reply.P, gD);
+    reply.uD -= dot(gD, force);
     outwards(reply, a).store(alpha + static_cast<std::ptrdiff_t>(i) * laneCount);
   }
 }

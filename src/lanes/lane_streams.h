@@ -24,7 +24,6 @@ struct ComplexLanes {
     return {mulAdd(a.re, b.re, -a.im * b.im), mulAdd(a.re, b.im, a.im * b.re)};
   }
   friend ComplexLanes operator*(Real a, ComplexLanes b) { return {a * b.re, a * b.im}; }
-  friend ComplexLanes operator*(ComplexLanes b, Real a) { return a * b; }
   friend ComplexLanes operator/(Real a, ComplexLanes b) {
     const Real scale = a / mulAdd(b.re, b.re, b.im * b.im);
     return {scale * b.re, -(scale * b.im)};
@@ -79,35 +78,6 @@ Number everywhere(const double* from) {
   return mapped(Number(), [&from](Real) { return Real(*from++); });
 }
 
-/// Stores quantities one after the other.
-struct Writer {
-  double* to;
-
-  template <class... Quantities>
-  [[gnu::always_inline]] void operator()(const Quantities&... quantities) {
-    const auto write = [this](Real a) {
-      a.store(to);
-      to += laneCount;
-      return a;
-    };
-    (mapped(quantities, write), ...);
-  }
-};
-
-/// Loads them.
-struct Reader {
-  const double* from;
-
-  template <class... Quantities>
-  [[gnu::always_inline]] void operator()(Quantities&... quantities) {
-    const auto read = [this](Real) {
-      from += laneCount;
-      return Real::load(from - laneCount);
-    };
-    ((quantities = mapped(quantities, read)), ...);
-  }
-};
-
 // ---- Right-hand sides and solutions ------------------------------------------------------------
 
 /// A number of each body of step i. The parts of a complex number lie side by side.
@@ -133,13 +103,9 @@ template <class Number>
 }
 
 /// The number of the segment before; 0 for the first segment.
-inline Real ofSegmentBefore(Real a) {
-  Real b;
-  for (int s = 1; s < laneCount; ++s) b.v[s] = a.v[s - 1];
-  return b;
-}
-inline ComplexLanes ofSegmentBefore(ComplexLanes a) {
-  return {ofSegmentBefore(a.re), ofSegmentBefore(a.im)};
+template <class Number>
+inline Number ofSegmentBefore(Number all) {
+  return mapped(all, [](Real a) { return shuffled(Real(), a, [](int s) { return laneCount + s - 1; }); });
 }
 
 }  // namespace

@@ -96,20 +96,6 @@ inline Matrix3<Number> mapped(const Matrix3<Number>& A, F f) {
   return {mapped(A.x, f), mapped(A.y, f), mapped(A.z, f)};
 }
 
-template <int size>
-inline Real eitherOf(Real inner, Real outer) {
-  return either<size>(inner, outer);
-}
-template <int size>
-inline ComplexLanes eitherOf(ComplexLanes inner, ComplexLanes outer) {
-  return {either<size>(inner.re, outer.re), either<size>(inner.im, outer.im)};
-}
-template <int size, class Number>
-inline Triple<Number> eitherOf(const Triple<Number>& inner, const Triple<Number>& outer) {
-  return {eitherOf<size>(inner.x, outer.x), eitherOf<size>(inner.y, outer.y),
-          eitherOf<size>(inner.z, outer.z)};
-}
-
 // ---- Two segments ----------------------------------------------------------------------------------
 
 /// K, H, G, C of a segment, with its last link's direction; and y, c for a right-hand side.
@@ -175,8 +161,8 @@ struct LinearPairs {
 
       const Triple<Number> between = SKH * X + (k + SG * Y);
       const Triple<Number> beyond = axes.toGround(H * X + (c - C * between));
-      X = eitherOf<size>(X, beyond);
-      Y = eitherOf<size>(between, Y);
+      X = either<size>(X, beyond);
+      Y = either<size>(between, Y);
     }
   }
 };

@@ -25,33 +25,19 @@ inline BodyAt<Real> bodyAt(const LinearArrays& arrays, int i) {
   return body;
 }
 
-/// a + iα X − ω² X
-Vector accelerationAt(const BodyAt<Real>& body, Vector a, Vector X) {
-  return mulAdd(body.alpha, perp(X), mulAdd(-(body.omega * body.omega), X, a));
-}
-
-Vector inertialForce(const BodyAt<Real>& body, Vector a) {
-  return body.m * accelerationAt(body, a, body.R);
-}
-
-Vector beyond(const BodyAt<Real>& body, Vector a) {
-  return accelerationAt(body, a, body.P);
-}
-
-/// With inner pins of the segments that do not accelerate. `handles` gets the accelerations of the pins until
-/// the next factorization.
-void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& given, Rows sums) {
+/// κ. First outwards, with inner pins of the segments that do not accelerate: `handles` gets the
+/// accelerations of the pins until the next factorization. Then inwards from the tip of each segment.
+void linearizeAll(const LinearArrays& arrays, LinearState given, Vec2d ground) {
   Vector a, force;
   Real mass;
   for (int i = 0; i < arrays.steps; ++i) {
-    BodyAt<Real> body;
-    Real inertia;
-    Vector r, p;
-    Reader{simd::at(arrays.links, linkQuantities, i, 0)}(body.m, inertia, r, p);
+    const Body<Real> link = linkAt(arrays.links, i);
     const Rotation<Real> turn = readRotation(given.e, i);
-    body.R = turn * r;
-    body.P = turn * p;
-    body.J = mulAdd(body.m, dot(body.R, body.R), inertia);
+    BodyAt<Real> body;
+    body.m = link.m;
+    body.R = turn * link.r;
+    body.P = turn * link.p;
+    body.J = mulAdd(body.m, dot(body.R, body.R), link.I);
     body.omega = read(given.omega, i);
     body.alpha = read(given.alpha, i);
     double* state = at<Real>(arrays.state, i) + LinearArrays::jointQuantities * laneCount;
@@ -60,26 +46,39 @@ void linearizeOutwardsAll(const LinearArrays& arrays, const LinearState& given, 
     Writer{at<Real>(arrays.handles, i)}(a);
 
     mass += body.m;
-    force += inertialForce(body, a);
+    force += body.m * accelerationAt(body, a, body.R);
     if (given.F) force -= readVector(given.F, i);
-    a = beyond(body, a);
+    a = accelerationAt(body, a, body.P);
   }
-  for (const Real sum : {a.x, a.y, force.x, force.y, mass}) sum.store(*sums++);
-}
 
-/// κ, from the tip of each segment inwards.
-void linearizeInwardsAll(const LinearArrays& arrays, const LinearState& given, ConstRows starts) {
-  const Vector start{Real::load(starts[0]), Real::load(starts[1])};
-  Vector outer{Real::load(starts[2]), Real::load(starts[3])};
+  // The accelerations of the inner pins less gravity, and the forces of all outside, from segment to segment.
+  double sums[5 * laneCount], starts[4 * laneCount];
+  Writer{sums}(a, force, mass);
+  const auto pairOf = [](const double* of, int s) { return Vec2<Number>{of[s], of[laneCount + s]}; };
+  const auto setPair = [](double* of, int s, Vec2<Number> to) {
+    of[s] = to.x.v;
+    of[laneCount + s] = to.y.v;
+  };
+  Vec2<Number> pin = vectorOf(ground), outside;
+  for (int s = 0; s < laneCount; ++s) {
+    setPair(starts, s, pin);
+    pin += pairOf(sums, s);
+  }
+  for (int s = laneCount - 1; s >= 0; --s) {
+    setPair(starts + 2 * laneCount, s, outside);
+    outside += pairOf(sums + 2 * laneCount, s) + Number(sums[4 * laneCount + s]) * pairOf(starts, s);
+  }
+  Vector start, outer;
+  Reader{starts}(start, outer);
+
   for (int i = arrays.steps - 1; i >= 0; --i) {
     const BodyAt<Real> body = bodyAt(arrays, i);
-    Vector a;
     Reader{at<Real>(arrays.handles, i)}(a);
     a += start;
     Real kappa = mulAdd(-body.m, dot(body.R, a), -dot(body.P, outer));
     if (given.XF) kappa += read(given.XF, i);
     kappa.store(at<Real>(arrays.masses, i + 1) - laneCount);
-    outer += inertialForce(body, a);
+    outer += body.m * accelerationAt(body, a, body.R);
     if (given.F) outer -= readVector(given.F, i);
   }
 }

@@ -1,6 +1,6 @@
 #include "lanes/linearized_segments.h"
 
-#include <vector>
+#include <utility>
 
 #include "lanes/kernel.h"
 #include "lanes/segments.h"
@@ -10,7 +10,6 @@ namespace planar_chain {
 namespace {
 
 using simd::LinearArrays;
-constexpr int most = simd::mostLanes;
 
 /// Doubles a number.
 template <class Scalar>
@@ -38,51 +37,27 @@ const simd::LinearKernel& solverFor(const simd::Kernel& kernel, bool keepsAll) {
   return keepsAll ? kernel.complex : kernel.complexAgain;
 }
 
-/// Real parts, each followed by its imaginary part.
-template <class Scalar>
-const double* partsOf(const Scalar* values) {
-  return reinterpret_cast<const double*>(values);
-}
-template <class Scalar>
-double* partsOf(Scalar* values) {
-  return reinterpret_cast<double*>(values);
-}
-
 }  // namespace
 
 template <class Scalar>
 LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::Kernel* kernel, Kept kept)
-    : chain_(chain),
-      kernel_(kernel ? *kernel : simd::kernelFor(chain.size())),
-      arrangement_(chain.size(), kernel),
-      keepsAll_(keepsAll(kept, arrangement_.places(), parts<Scalar>)),
-      solver_(solverFor<Scalar>(kernel_, keepsAll_)),
-      state_(std::make_shared<SegmentsState>()) {
+    : LinearizedSegments(chain, kernel ? *kernel : simd::kernelFor(chain.size()),
+                         Arrangement(chain.size(), kernel), std::make_shared<SegmentsState>(), kept) {
   const auto places = static_cast<std::size_t>(arrangement_.places());
   state_->links = linksArranged(chain, arrangement_);
   state_->bodies = CacheLines(places * quantities(&LinearArrays::state));
   state_->masses = CacheLines(places * quantities(&LinearArrays::masses));
-  const std::vector<double> none(places);
-  setJoints(none.data(), none.data());
-  reserve();
 }
 
 template <class Scalar>
-template <class Other>
-LinearizedSegments<Scalar>::LinearizedSegments(const LinearizedSegments<Other>& other, Kept kept)
-    : chain_(other.chain_),
-      kernel_(other.kernel_),
-      arrangement_(other.arrangement_),
-      keepsAll_(keepsAll(kept, arrangement_.places(), parts<Scalar>)),
-      solver_(solverFor<Scalar>(kernel_, keepsAll_)),
-      state_(other.state_) {
-  reserve();
-}
-
-template <class Scalar>
-void LinearizedSegments<Scalar>::reserve() {
+LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::Kernel& kernel,
+                                               const Arrangement& arrangement,
+                                               std::shared_ptr<SegmentsState> state, Kept kept)
+    : chain_(chain), kernel_(kernel), arrangement_(arrangement), state_(std::move(state)) {
+  const bool all = keepsAll(kept, arrangement_.places(), parts<Scalar>);
+  solver_ = &solverFor<Scalar>(kernel_, all);
   const auto places = static_cast<std::size_t>(arrangement_.places() * parts<Scalar>);
-  inward_ = CacheLines(keepsAll_ ? places * quantities(&LinearArrays::inward) : 0);
+  inward_ = CacheLines(all ? places * quantities(&LinearArrays::inward) : 0);
   handles_ = CacheLines(places * quantities(&LinearArrays::handles));
   outward_ = CacheLines(places * quantities(&LinearArrays::outward));
   sweeps_ = CacheLines(places);
@@ -113,39 +88,23 @@ void LinearizedSegments<Scalar>::setJoints(const double* k, const double* d) {
 template <class Scalar>
 void LinearizedSegments<Scalar>::linearize(const Rotation<double>* e, const double* omega,
                                            const double* alpha, const Vec2d* F, const double* XF) {
-  const simd::LinearState at{&e->c, omega, alpha, F ? &F->x : nullptr, XF};
-  double sums[5][most], starts[4][most];
-  kernel_.linearizeOutwards(arrays(), at, sums);
-  Vec2d a = -1.0 * chain_.gravity();
-  for (int s = 0; s < kernel_.lanes; ++s) {
-    starts[0][s] = a.x;
-    starts[1][s] = a.y;
-    a += Vec2d{sums[0][s], sums[1][s]};
-  }
-  Vec2d outer;
-  for (int s = kernel_.lanes - 1; s >= 0; --s) {
-    starts[2][s] = outer.x;
-    starts[3][s] = outer.y;
-    outer += Vec2d{sums[2][s], sums[3][s]} + sums[4][s] * Vec2d{starts[0][s], starts[1][s]};
-  }
-  kernel_.linearizeInwards(arrays(), at, starts);
+  kernel_.linearize(arrays(), {&e->c, omega, alpha, F ? &F->x : nullptr, XF}, -1.0 * chain_.gravity());
 }
 
 template <class Scalar>
 void LinearizedSegments<Scalar>::factor(Scalar s) {
   s_ = s;
-  solver_.factor(arrays(), partsOf(&s_));
+  solver_->factor(arrays(), reinterpret_cast<const double*>(&s_));
 }
 
 template <class Scalar>
 void LinearizedSegments<Scalar>::solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v) {
-  solver_.solve(arrays(), partsOf(&s_), partsOf(rhoQ), partsOf(rhoV), partsOf(u), partsOf(v));
+  const auto in = [](const Scalar* values) { return reinterpret_cast<const double*>(values); };
+  const auto out = [](Scalar* values) { return reinterpret_cast<double*>(values); };
+  solver_->solve(arrays(), in(&s_), in(rhoQ), in(rhoV), out(u), out(v));
 }
 
 template class LinearizedSegments<double>;
 template class LinearizedSegments<std::complex<double>>;
-template LinearizedSegments<double>::LinearizedSegments(const LinearizedSegments<double>&, Kept);
-template LinearizedSegments<std::complex<double>>::LinearizedSegments(const LinearizedSegments<double>&,
-                                                                      Kept);
 
 }  // namespace planar_chain

@@ -4,7 +4,7 @@
 /// of segments.h do.
 ///
 /// What passes a joint: X = (δa, u'), how its pin accelerates and its inner body turns, and Y = (force,
-/// moment), what the inner body gives. A segment whose outer joint bears a still unknown Y' shows
+/// moment), what the inner body gives. A segment whose outer joint transmits a still unknown Y' shows
 ///
 ///     Y = K X + y + G Y'          X' = H X − C Y' + c
 ///
@@ -64,7 +64,8 @@ class LinearizedSegments {
 
   /// Another factorization at the state of `other`: that one is linearized for both.
   template <class Other>
-  explicit LinearizedSegments(const LinearizedSegments<Other>& other, Kept kept = Kept::whatFits);
+  explicit LinearizedSegments(const LinearizedSegments<Other>& other, Kept kept = Kept::whatFits)
+      : LinearizedSegments(other.chain_, other.kernel_, other.arrangement_, other.state_, kept) {}
 
   /// The order of all arrays below, places() numbers a quantity. Places beyond the end have e = 1 and zeros.
   const Arrangement& arrangement() const { return arrangement_; }
@@ -80,14 +81,14 @@ class LinearizedSegments {
   template <class Other>
   friend class LinearizedSegments;
 
-  void reserve();
+  LinearizedSegments(const Chain& chain, const simd::Kernel& kernel, const Arrangement& arrangement,
+                     std::shared_ptr<SegmentsState> state, Kept kept);
   simd::LinearArrays arrays();
 
   const Chain& chain_;
   const simd::Kernel& kernel_;
   Arrangement arrangement_;
-  bool keepsAll_;
-  const simd::LinearKernel& solver_;
+  const simd::LinearKernel* solver_;
   Scalar s_{};
   std::shared_ptr<SegmentsState> state_;
   CacheLines inward_, handles_, outward_, sweeps_, pairs_;

@@ -6,23 +6,21 @@
 
 namespace planar_chain {
 
+constexpr int columns = simd::SeriesArrays::columns, chunk = simd::SeriesArrays::chunk;
+
 MotionSeries::MotionSeries(const Chain& chain, int orders, const simd::Kernel* kernel)
     : n_(chain.size()),
       orders_(orders),
       kernel_(kernel ? *kernel : simd::kernelFor(n_)),
-      shape_(kernel_.series[std::min(n_, 3) - 1]),
-      width_(shape_.width(n_)),
+      run_(kernel_.series[std::min(n_, 3) - 1]),
+      width_(n_ <= 2 ? chunk : (columns * n_ + chunk - 1) / chunk * chunk),
       factors_(index(2 * width_) * index(orders + 1)),
       known_(index(width_)),
+      bodies_(index(n_ * simd::SeriesArrays::bodyNumbers)),
       e_(index(n_) * index(orders + 2)) {
   for (const Link& link : chain.links()) {
-    simd::SeriesLink own{};
-    own.m = link.mass;
-    own.I = link.inertia;
-    own.J = link.inertia + link.mass * dot(link.com, link.com);
-    own.mr = link.mass * link.com;
-    own.p = link.pin;
-    links_.push_back(own);
+    const double J = link.inertia + link.mass * dot(link.com, link.com);
+    links_.push_back({link.mass, link.inertia, J, link.mass * link.com, link.pin});
   }
 }
 
@@ -30,8 +28,8 @@ MotionSeries::~MotionSeries() = default;
 
 void MotionSeries::find(int order, const Outside& outside, SeriesLoads* loads, double* c) {
   kernel_.rotations(c, &e_.front().c, n_);
-  shape_.run({n_, width_, factors_.data(), known_.data(), e_.data(), links_.data()}, order, outside, loads,
-             c);
+  run_({n_, width_, factors_.data(), known_.data(), bodies_.data(), e_.data(), links_.data()}, order, outside,
+       loads, c);
 }
 
 bool MotionSeries::areWorthwhile(int n) {
@@ -40,7 +38,7 @@ bool MotionSeries::areWorthwhile(int n) {
 
 double MotionSeries::cost(int order) const {
   // By clock, for one link, two, short chains, and others, whose evaluations are faster.
-  const double perOrder = n_ == 1 ? 0.4 : n_ == 2 ? 0.5 : n_ <= simd::ShortChains::most ? 1.2 : 3;
+  const double perOrder = n_ == 1 ? 0.4 : n_ == 2 ? 0.5 : n_ <= 16 ? 1.2 : 3;
   return perOrder * order;
 }
 

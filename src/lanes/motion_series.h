@@ -26,7 +26,7 @@
 #include <vector>
 
 #include "planar_chain/chain.h"
-#include "recursion/acting.h"
+#include "recursion/load_kind.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {
@@ -34,7 +34,7 @@ namespace planar_chain {
 namespace simd {
 struct Kernel;
 struct SeriesLink;
-struct SeriesShape;
+struct SeriesArrays;
 }  // namespace simd
 
 /// The coefficients of the loads.
@@ -69,9 +69,10 @@ class MotionSeries {
  private:
   int n_, orders_;
   const simd::Kernel& kernel_;
-  const simd::SeriesShape& shape_;
+  void (*run_)(const simd::SeriesArrays& arrays, int order, const Outside& outside, SeriesLoads* loads,
+               double* c);
   int width_;
-  CacheLines factors_, known_;
+  CacheLines factors_, known_, bodies_;
   std::vector<Rotation<double>> e_;
   std::vector<simd::SeriesLink> links_;
 };

@@ -51,11 +51,13 @@ namespace simd {
 struct Kernel;
 }  // namespace simd
 
-/// m, I, r and p of the links, in rows of lanes, for a chain cut into segments. Places beyond the end of the
-/// chain have no mass, no length, and I = 1. Allocates.
-CacheLines linksArranged(const Chain& chain, const Arrangement& arrangement);
-/// The same with neighbours side by side: lane s of step i is body i·lanes + s.
-CacheLines linksInBlocks(const Chain& chain, int lanes);
+/// m, I, r and p of the links in rows of lanes: lane s of step i is link s·apart + i·next. Places beyond the
+/// end of the chain have no mass, no length, and I = 1. Allocates.
+CacheLines linksInLanes(const Chain& chain, int lanes, int steps, int apart, int next);
+/// The same for a chain cut into segments.
+inline CacheLines linksArranged(const Chain& chain, const Arrangement& arrangement) {
+  return linksInLanes(chain, arrangement.lanes(), arrangement.steps(), arrangement.steps(), 1);
+}
 
 /// e_j = exp(i θ_j) for n angles, rad, to about 1 ulp for any finite angle. Allocates nothing.
 void rotations(const double* theta, Rotation<double>* e, int n);

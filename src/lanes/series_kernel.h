@@ -11,7 +11,6 @@
 
 #include "lanes/kernel.h"
 #include "simd/lanes.h"
-#include "simd/number.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -57,10 +56,18 @@ struct Order {
   Rotation<double>* nextE;
   double perOrder, perNext;  ///< 1/(k + 1), 1/(k + 2)
 
-  Number moment(int j) const { return Number(N ? N[j] : 0); }
+  Number moment(int j) const { return N ? N[j] : 0; }
 };
 
-/// Order k of the products from a column on.
+inline Vec2<Number> pairAt(const double* from) {
+  return {from[0], from[1]};
+}
+inline void storePair(double* to, Vec2<Number> a) {
+  to[0] = a.x.v;
+  to[1] = a.y.v;
+}
+
+/// Order k of the products from a column on. They come in pairs, in columns i and i + 1.
 template <bool isFirst>
 class Products {
  public:
@@ -71,54 +78,40 @@ class Products {
         y_(x_ + width),
         known_(known + column) {}
 
-  void setX(int i, Number x) const { x_[i] = x.v; }
-  void setY(int i, Number y) const { y_[i] = y.v; }
-  Number x(int i) const { return Number(x_[i]); }
-  Number y(int i) const { return Number(y_[i]); }
-  Number firstX(int i) const { return Number(x0_[i]); }
+  void setX(int i, Vec2<Number> x) const { storePair(x_ + i, x); }
+  Vec2<Number> firstX(int i) const { return pairAt(x0_ + i); }
+  Vec2<Number> operator()(int i) const {
+    const Vec2<Number> x = firstX(i), y = pairAt(y_ + i);
+    if constexpr (isFirst) return {x.x * y.x, x.y * y.y};
+    const Vec2<Number> rest = withoutLast(i);
+    return {mulAdd(x.x, y.x, rest.x), mulAdd(x.y, y.y, rest.y)};
+  }
 
-  /// As if y were the second factor's order k.
-  Number with(int i, Number y) const {
-    if constexpr (isFirst) return x(i) * y;
-    return mulAdd(firstX(i), y, without(i));
-  }
-  Number operator()(int i) const { return with(i, y(i)); }
-
-  /// A cross product: factors in columns i and i + 1, those of the second one exchanged.
-  void setCrossX(int i, Vec2<Number> x) const {
-    setX(i, x.x);
-    setX(i + 1, x.y);
-  }
-  void setCrossY(int i, Vec2<Number> y) const {
-    setY(i, y.y);
-    setY(i + 1, y.x);
-  }
-  Vec2<Number> firstCrossX(int i) const { return {firstX(i), firstX(i + 1)}; }
+  /// A cross product has the components of its second factor exchanged.
+  void setCrossY(int i, Vec2<Number> y) const { storePair(y_ + i, {y.y, y.x}); }
   /// number − product, y coming last
   Number lessCross(Number number, int i, Vec2<Number> y) const {
-    if constexpr (!isFirst) number -= without(i) - without(i + 1);
-    return mulAdd(firstX(i + 1), y.x, mulAdd(-firstX(i), y.y, number));
+    if constexpr (!isFirst) {
+      const Vec2<Number> rest = withoutLast(i);
+      number -= rest.x - rest.y;
+    }
+    const Vec2<Number> x = firstX(i);
+    return mulAdd(x.y, y.x, mulAdd(-x.x, y.y, number));
   }
 
  private:
-  /// All but the last term.
-  Number without(int i) const { return mulAdd(x(i), Number(y0_[i]), Number(known_[i])); }
+  Vec2<Number> withoutLast(int i) const {
+    const Vec2<Number> x = pairAt(x_ + i), y = pairAt(y0_ + i), known = pairAt(known_ + i);
+    return {mulAdd(x.x, y.x, known.x), mulAdd(x.y, y.y, known.y)};
+  }
 
   const double *x0_, *y0_;
   double *x_, *y_;
   const double* known_;
 };
 
-Rotation<Number> numbersOf(const Rotation<double>& e) {
-  return {Number(e.c), Number(e.s)};
-}
-
-Sym2<Number> numbersOf(const Sym2<double>& A) {
-  return {Number(A.xx), Number(A.xy), Number(A.yy)};
-}
-
-Vec2d valueOf(Vec2<Number> a) {
-  return {a.x.v, a.y.v};
+inline Rotation<Number> numbersOf(const Rotation<double>& e) {
+  return {e.c, e.s};
 }
 
 // ---- How a body turns --------------------------------------------------------------------------------
@@ -128,9 +121,9 @@ Vec2d valueOf(Vec2<Number> a) {
 ///     ë_k = i (α_k e_0 + (k+1) z)        e_{k+2} = i (ω_{k+1} e_0 + z)/(k+2)        (k+1) ω_{k+1} = α_k
 template <bool isFirst>
 [[gnu::always_inline]] inline Rotation<Number> turning(const Products<isFirst>& product, Number omega) {
-  product.setX(0, omega);
-  product.setX(1, omega);
-  return {product(0), product(1)};
+  product.setX(0, {omega, omega});
+  const Vec2<Number> z = product(0);
+  return {z.x, z.y};
 }
 
 /// ë_k b as if α_k were 0.
@@ -147,18 +140,14 @@ template <bool isFirst>
   order.next[j] = order.perOrder * order.omega[j];
   order.next[order.n + j] = (Number(order.perOrder) * alpha).v;
   order.nextE[j] = {e.c.v, e.s.v};
-  double* y = order.row + 3 * width + column;
-  y[0] = e.c.v;
-  y[1] = e.s.v;
+  storePair(order.row + 3 * width + column, {e.c, e.s});
 }
 
 /// e_1 = i ω_0 e_0
-void beginTurning(const SeriesArrays& of, int j, int column, double omega) {
-  const Rotation<double> start = of.e[j], e{-omega * start.s, omega * start.c};
-  of.e[of.n + j] = e;
-  double* y = of.rows + of.width + column;
-  y[0] = e.c;
-  y[1] = e.s;
+inline void beginTurning(const SeriesArrays& of, int j, int column, Number omega) {
+  const Rotation<Number> start = numbersOf(of.e[j]), e{-omega * start.s, omega * start.c};
+  of.e[of.n + j] = {e.c.v, e.s.v};
+  storePair(of.rows + of.width + column, {e.c, e.s});
 }
 
 }  // namespace

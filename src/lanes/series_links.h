@@ -11,8 +11,6 @@ namespace {
 /// J α = N − m R×a
 class One {
  public:
-  static int widthFor(int /*n*/) { return width; }
-
   One(const SeriesArrays& of, Vec2d ground, const double* omega)
       : known_(of.known),
         inverseJ_(1 / of.links[0].J),
@@ -27,38 +25,49 @@ class One {
   template <bool isFirst>
   [[gnu::always_inline]] void find(const Order& order) {
     const Products<isFirst> product(order, width, 0, known_);
-    const Rotation<Number> z = turning(product, Number(order.omega[0])), e = numbersOf(order.e[0]);
+    const Rotation<Number> z = turning(product, order.omega[0]), e = numbersOf(order.e[0]);
     const Number torque = order.moment(0) - mulAdd(e.c, acrossA_, -e.s * alongA_);
     goOn(order, width, 0, 0, z, inverseJ_ * torque);
   }
 
  private:
-  static constexpr int width = 8;
+  static constexpr int width = SeriesArrays::chunk;
   double* known_;
   Number inverseJ_, acrossA_, alongA_;
 };
 
+/// A body at the order in hand.
+struct BodyInSeries {
+  // Of order 0: U/D, 1/D, and the articulated mass at the outer pin.
+  Vec2<Number> W;
+  Number inverseD;
+  Sym2<Number> A;
+  // As if its α were 0: a of the inner pin, f on the next link; then b and u/D; z: see turning().
+  Vec2<Number> a, f, b;
+  Number v;
+  Rotation<Number> z;
+};
+static_assert(sizeof(BodyInSeries) == SeriesArrays::bodyNumbers * sizeof(double));
+
 /// Link by link. Columns of each: how it turns, m R×a, P×f, with a of the inner pin and f on the next link.
 class Links {
  public:
-  static int widthFor(int n) { return (columns * n + chunk - 1) / chunk * chunk; }
-
   /// The articulated masses at order 0.
   Links(const SeriesArrays& of, Vec2d ground, const double* omega)
       : n_(of.n), width_(of.width), known_(of.known), links_(of.links), ground_(vectorOf(ground)) {
+    bodies_ = reinterpret_cast<BodyInSeries*>(of.bodies);
     Sym2<Number> A;
     for (int j = n_ - 1; j >= 0; --j) {
       beginTurning(of, j, columns * j, omega[j]);
-      SeriesLink& link = links_[j];
+      const SeriesLink& link = links_[j];
       const Rotation<Number> e = numbersOf(of.e[j]);
       const Vec2<Number> P = e * vectorOf(link.p), AiP = A * perp(P);
       const Vec2<Number> U = perp(e * vectorOf(link.mr)) + AiP;
-      const Number inverse = Number(1) / (Number(link.J) + dot(perp(P), AiP));
+      const Number m = link.m, inverse = Number(1) / (Number(link.J) + dot(perp(P), AiP));
       const Vec2<Number> W = inverse * U;
-      link.A = {A.xx.v, A.xy.v, A.yy.v};
-      link.W = valueOf(W);
-      link.inverseD = inverse.v;
-      const Number m(link.m);
+      bodies_[j].A = A;
+      bodies_[j].W = W;
+      bodies_[j].inverseD = inverse;
       A = {m + A.xx - U.x * W.x, A.xy - U.x * W.y, m + A.yy - U.y * W.y};
     }
   }
@@ -75,54 +84,55 @@ class Links {
     // As if α_k were 0: accelerations, outwards.
     Vec2<Number> a = isFirst ? ground_ : Vec2<Number>{};
     for (int j = 0; j < n_; ++j) {
-      SeriesLink& link = links_[j];
+      BodyInSeries& body = bodies_[j];
       const auto product = productsOf(j);
-      const Rotation<Number> e = numbersOf(order.e[j]), z = turning(product, Number(order.omega[j]));
-      const Vec2<Number> mr = vectorOf(link.mr), p = vectorOf(link.p);
-      product.setCrossX(mRa, e * mr);
-      product.setCrossX(Pf, e * p);
-      link.z = {z.c.v, z.s.v};
-      link.a = valueOf(a);
-      link.f = valueOf(mulAdd(Number(link.m), a, second(order, z, mr)));
-      a += second(order, z, p);
+      const Rotation<Number> e = numbersOf(order.e[j]);
+      const Vec2<Number> mr = vectorOf(links_[j].mr), p = vectorOf(links_[j].p);
+      body.z = turning(product, order.omega[j]);
+      product.setX(mRa, e * mr);
+      product.setX(Pf, e * p);
+      body.a = a;
+      body.f = mulAdd(Number(links_[j].m), a, second(order, body.z, mr));
+      a += second(order, body.z, p);
     }
 
     // Forces, inwards, and what moment is left over; b of all that it makes move.
     Vec2<Number> f, b;
     for (int j = n_ - 1; j >= 0; --j) {
-      SeriesLink& link = links_[j];
+      BodyInSeries& body = bodies_[j];
       const auto product = productsOf(j);
-      const Number own = product.lessCross(order.moment(j), mRa, vectorOf(link.a));
+      const Number own = product.lessCross(order.moment(j), mRa, body.a);
       const Number left = product.lessCross(own, Pf, f);
-      const Number u = left - cross(product.firstCrossX(Pf), b);
-      const Vec2<Number> inertial = vectorOf(link.f);
-      link.v = (Number(link.inverseD) * u).v;
-      link.f = valueOf(f);
-      link.b = valueOf(b);
+      const Number u = left - cross(product.firstX(Pf), b);
+      const Vec2<Number> inertial = body.f;
+      body.v = body.inverseD * u;
+      body.f = f;
+      body.b = b;
       f += inertial;
       if (order.F) f -= vectorOf(order.F[j]);
-      b = mulAdd(u, vectorOf(link.W), b);
+      b = mulAdd(u, body.W, b);
     }
 
     // α_k, outwards, and what it does.
     Vec2<Number> da;
     for (int j = 0; j < n_; ++j) {
-      const SeriesLink& link = links_[j];
+      const BodyInSeries& body = bodies_[j];
       const auto product = productsOf(j);
-      const Number alpha = Number(link.v) - dot(vectorOf(link.W), da);
-      product.setCrossY(mRa, vectorOf(link.a) + da);
-      da = mulAdd(alpha, perp(product.firstCrossX(Pf)), da);
-      product.setCrossY(Pf, vectorOf(link.f) + numbersOf(link.A) * da + vectorOf(link.b));
-      goOn(order, width_, columns * j, j, numbersOf(link.z), alpha);
+      const Number alpha = body.v - dot(body.W, da);
+      product.setCrossY(mRa, body.a + da);
+      da = mulAdd(alpha, perp(product.firstX(Pf)), da);
+      product.setCrossY(Pf, body.f + body.A * da + body.b);
+      goOn(order, width_, columns * j, j, body.z, alpha);
     }
   }
 
  private:
-  static constexpr int chunk = 8;
-  enum { mRa = 2, Pf = 4, columns = 6 };
+  static constexpr int columns = SeriesArrays::columns, chunk = SeriesArrays::chunk;
+  enum { mRa = 2, Pf = 4 };
   int n_, width_;
   double* known_;
-  SeriesLink* links_;
+  const SeriesLink* links_;
+  BodyInSeries* bodies_;
   Vec2<Number> ground_;
 };
 
@@ -160,13 +170,6 @@ void seriesOf(const SeriesArrays& of, int order, const Outside& outside, SeriesL
   orderOf<Shape, true>(shape, of, 0, outside, loads, c);
   for (int k = 1; k < order; ++k) orderOf<Shape, false>(shape, of, k, outside, loads, c);
 }
-
-template <class Shape>
-constexpr SeriesShape shapeOf() {
-  return {seriesOf<Shape>, Shape::widthFor};
-}
-
-constexpr SeriesShape seriesShapes[] = {shapeOf<One>(), shapeOf<Two>(), shapeOf<Links>()};
 
 }  // namespace
 }  // namespace planar_chain::simd

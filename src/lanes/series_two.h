@@ -5,10 +5,43 @@
 /// ends. It takes a third of the time of the series for any number of bodies.
 
 #include "lanes/series_kernel.h"
-#include "simd/four.h"
 
 namespace planar_chain::simd {
 namespace {
+
+// ---- Two pairs of numbers ------------------------------------------------------------------------------
+
+using Four = LanesOf<4>;
+
+/// Both numbers of a pair are the same.
+Four pairsOf(double first, double second) {
+  return {Four::Register{first, first, second, second}};
+}
+Four pairsOf(Vec2d first, Vec2d second) {
+  return {Four::Register{first.x, first.y, second.x, second.y}};
+}
+
+/// Both numbers of each pair become its first, or its second.
+Four firsts(Four a) {
+  return shuffled(a, a, [](int s) { return s & ~1; });
+}
+Four seconds(Four a) {
+  return shuffled(a, a, [](int s) { return s | 1; });
+}
+/// The numbers of each pair change places.
+Four turned(Four a) {
+  return shuffled(a, a, [](int s) { return s ^ 1; });
+}
+/// The pairs change places.
+Four exchanged(Four a) {
+  return shuffled(a, a, [](int s) { return s ^ 2; });
+}
+/// The first numbers of all pairs.
+Four heads(Four a, Four b) {
+  return shuffled(a, b, [](int s) { return 2 * s; });
+}
+
+// ---- Two bodies ----------------------------------------------------------------------------------------
 
 /// With the first moments S_1 = m_1 R_1 + m_2 P_1 and S_2 = m_2 R_2, and κ = P_1·S_2 of order 0,
 ///
@@ -22,8 +55,6 @@ namespace {
 /// of order k lacks its terms with order k − 1, which find() adds from registers.
 class Two {
  public:
-  static int widthFor(int /*n*/) { return width; }
-
   Two(const SeriesArrays& of, Vec2d ground, const double* omega) {
     const SeriesLink &first = of.links[0], &second = of.links[1];
     const Vec2d s1 = first.mr + second.m * first.p, s2 = second.mr;
@@ -100,7 +131,7 @@ class Two {
   }
 
  private:
-  static constexpr int width = 8;
+  static constexpr int width = SeriesArrays::chunk;
   static constexpr double nothing_[width] = {};
 
   static Four conjugate(Four a) { return a * pairsOf(Vec2d{1, -1}, {1, -1}); }

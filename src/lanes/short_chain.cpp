@@ -33,21 +33,17 @@ CacheLines twoInLanes(const Chain& chain, int lanes) {
 
 const int ShortChain::most = simd::ShortChains::most;
 
-int ShortChain::roomFor(int n) {
-  return n + simd::mostLanes;
-}
-
 ShortChain::ShortChain(const Chain& chain, const simd::Kernel* kernel) : n_(chain.size()) {
   const simd::ShortChains& kind = *(kernel ? *kernel : *simd::kernels().front()).shortChains;
-  for (const Acting acting : {Acting::nothing, Acting::moments, Acting::forces}) {
+  for (const LoadKind acting : {LoadKind::nothing, LoadKind::moments, LoadKind::forces}) {
     runs_[static_cast<std::size_t>(acting)] = kind.runFor(n_, acting);
   }
-  links_ = n_ == 2 ? twoInLanes(chain, kind.lanes) : linksInBlocks(chain, kind.lanes);
+  const int blocks = (n_ + kind.lanes - 1) / kind.lanes;
+  links_ = n_ == 2 ? twoInLanes(chain, kind.lanes) : linksInLanes(chain, kind.lanes, blocks, 1, kind.lanes);
 }
 
 std::string ShortChain::name() const {
   if (n_ == 2) return "closed form for two";
-  if (n_ > simd::ShortChains::mostUnrolled) return "link by link";
   return "link by link, written out for " + std::to_string(n_);
 }
 

@@ -3,7 +3,7 @@
 /// The recursion of articulated.h for short chains, link by link. Sines, cosines and all that does not depend
 /// on the neighbours are computed for several links at a time. Two links use a closed form.
 ///
-/// There is a function for each length up to twelve and for each kind of load. Those functions have no loops:
+/// There is a function for each length and for each kind of load. The functions have no loops:
 /// an evaluation takes 1.2 times as long with loops at twelve links, 1.3 at ten, 1.6 at five, 3 at one.
 
 #include <array>
@@ -11,7 +11,7 @@
 
 #include "planar_chain/chain.h"
 #include "planar_chain/planar.h"
-#include "recursion/acting.h"
+#include "recursion/load_kind.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {
@@ -25,8 +25,8 @@ class ShortChain {
  public:
   /// The most links. Longer chains use segments.h.
   static const int most;
-  /// The length of outside.e that derivative() needs.
-  static int roomFor(int n);
+  /// The length of outside.e that derivative() needs, for CPUs of up to eight lanes.
+  static int roomFor(int n) { return n + 8; }
 
   /// Uses the given kernel, or else the best of this CPU. Allocates.
   explicit ShortChain(const Chain& chain, const simd::Kernel* kernel = nullptr);
@@ -36,15 +36,14 @@ class ShortChain {
 
   /// y = [θ ω], dydt = [ω α], n numbers each. Writes outside.e, but reads it if forces act. Reads N and F if
   /// they act. Allocates nothing.
-  void derivative(Acting acting, const Outside& outside, const double* y, double* dydt) {
-    runs_[static_cast<std::size_t>(acting)](n_, links_.data(), outside, y, dydt);
+  void derivative(LoadKind acting, const Outside& outside, const double* y, double* dydt) {
+    runs_[static_cast<std::size_t>(acting)](links_.data(), outside, y, dydt);
   }
 
  private:
   int n_;
   CacheLines links_;
-  std::array<void (*)(int n, const double* links, const Outside& outside, const double* y, double* dydt), 3>
-      runs_;
+  std::array<void (*)(const double* links, const Outside& outside, const double* y, double* dydt), 3> runs_;
 };
 
 }  // namespace planar_chain

@@ -41,14 +41,14 @@ AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance toleran
       tolerance_(std::move(tolerance)),
       stiffness_(std::move(stiffness)),
       vectors_(simd::vectors()),
-      exponent_(1.0 / stepper_->facts().errorOrder),
+      exponent_(1.0 / facts().errorOrder),
       beta_(std::min(mostBeta, 7 * mostBeta * exponent_)),
-      aimed_(std::pow(sure, stepper_->facts().errorOrder)),
+      aimed_(std::pow(sure, facts().errorOrder)),
       lastLog_(smallestLog),
       trial_(increment_),
       trialDerivative_(increment_) {
-  if (stepper_->facts().errorOrder == 0) {
-    throw std::invalid_argument(std::string(stepper_->facts().name) + " has no error estimate to adapt to");
+  if (facts().errorOrder == 0) {
+    throw std::invalid_argument(std::string(facts().name) + " has no error estimate to adapt to");
   }
 }
 
@@ -78,7 +78,7 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
   bool isJump = false;
   if (next < end && !(next - state.t > shortest)) {
     if (!finite_) return Outcome::notFinite;
-    if (isExplicit() || errorSeesStiffModes() || jumps_ == mostJumps) return Outcome::stepTooSmall;
+    if (isExplicit() || facts().errorSeesStiffModes || jumps_ == mostJumps) return Outcome::stepTooSmall;
     isJump = true;
     ++jumps_;
     next = std::min(state.t + 2 * shortest, end);
@@ -176,11 +176,6 @@ double AdaptiveSteps::firstStep(const State& state, double left) {
   const double most = std::max(d1, d2);
   const double h1 = most > 1e-15 ? std::pow(0.01 / most, exponent_) : std::max(1e-6, 1e-3 * h0);
   return std::isfinite(h1) ? std::min({100 * h0, h1, left}) : h0;
-}
-
-std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance) {
-  auto stiffness = std::make_shared<LocalStiffness>(stepper->system());
-  return std::make_unique<AdaptiveSteps>(std::move(stepper), std::move(tolerance), std::move(stiffness));
 }
 
 }  // namespace planar_chain::ode

@@ -9,10 +9,6 @@
 #include "ode/integrator.h"
 #include "ode/local_stiffness.h"
 
-namespace planar_chain::simd {
-struct VectorKernel;
-}
-
 namespace planar_chain::ode {
 
 class AdaptiveSteps : public Integrator {
@@ -22,7 +18,7 @@ class AdaptiveSteps : public Integrator {
   AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
                 std::shared_ptr<LocalStiffness> stiffness);
 
-  const char* name() const override { return stepper_->facts().name; }
+  const char* name() const override { return facts().name; }
   Outcome advance(State& state, double end, double longestStep) override;
   bool stepTo(State& state, double t) override;
   void restart() override;
@@ -37,9 +33,8 @@ class AdaptiveSteps : public Integrator {
   double proposal() const { return h_; }
   /// The cost of an attempt, in evaluations of f.
   double cost() const { return stepper_->cost(); }
-  double stabilityLimit() const { return stepper_->facts().stabilityLimit; }
-  bool isExplicit() const { return std::isfinite(stabilityLimit()); }
-  bool errorSeesStiffModes() const { return stepper_->facts().errorSeesStiffModes; }
+  const MethodFacts& facts() const { return stepper_->facts(); }
+  bool isExplicit() const { return std::isfinite(facts().stabilityLimit); }
   /// Computes a first step for this state, which becomes proposal(), and returns it.
   double propose(const State& state, double left) { return h_ = firstStep(state, left); }
 

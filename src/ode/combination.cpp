@@ -23,22 +23,11 @@ std::vector<double> timesTable(const std::vector<double>& weights,
 
 }  // namespace
 
-void requireAtMost(std::size_t most, std::size_t stages, const char* method) {
-  if (stages <= most) return;
+std::size_t checkedStages(std::size_t stages, const char* method) {
+  if (stages <= simd::VectorKernel::mostTerms) return stages;
   throw std::invalid_argument(std::string(method) + " has " + std::to_string(stages) +
-                              " stages; methods of its kind may have at most " + std::to_string(most));
-}
-
-TwoCombinations::TwoCombinations(const std::vector<double>& v, const std::vector<double>& w,
-                                 const std::vector<double*>& x, Eigen::Index begin, Eigen::Index count)
-    : v_(v), w_(w), count_(count) {
-  for (std::size_t j = 0; j < v.size(); ++j) terms_.push_back(x[j] + begin);
-  if (!terms_.empty()) run_ = simd::vectors().combineForTwo[terms_.size() - 1];
-}
-
-void TwoCombinations::operator()(const double* base, double* out, double factor, const double* offset,
-                                 double* other) const {
-  run_({v_.data(), w_.data(), terms_.data()}, factor, base, out, offset, other, count_);
+                              " stages; a method may have at most " +
+                              std::to_string(simd::VectorKernel::mostTerms));
 }
 
 NystromRow::NystromRow(const std::vector<double>& weights, double drift,

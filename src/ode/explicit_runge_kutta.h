@@ -2,7 +2,7 @@
 
 /// The steps of every explicit Runge–Kutta method; see tableau.h.
 
-#include <array>
+#include <vector>
 
 #include "ode/combination.h"
 #include "ode/stepper.h"
@@ -27,21 +27,13 @@ class ExplicitRungeKutta : public Stepper {
   void evaluateFirst(double t, const double* y);
   void evaluate(double t, const double* y, double* k);
 
-  /// The stages' slopes, and the rows that go through them.
-  struct Way {
-    std::vector<double*> k;
-    std::vector<NystromRow> a;
-    NystromRow b, e, coarse;
-  };
-  Way wayWith(const std::vector<double*>& k) const;
-
   Tableau table_;
   Eigen::Index size_, positions_, rates_;  ///< of y; those in Nyström's form; the components of a slope
   bool slopesAreWhole_;                    ///< with the rates of positions that are not in Nyström's form
-  void (*damp_)(double* error, const double* coarse, std::ptrdiff_t n);
   CacheRows slopes_;
-  std::array<Way, 2> ways_;  ///< for every other step: where the last slope is the first of the next step
-  const Way* way_ = ways_.data();
+  std::vector<double*> k_;  ///< these, one a stage
+  std::vector<NystromRow> a_;
+  NystromRow b_, e_, coarseRow_;
   CacheLines stage_, coarse_;
   Vector slope_;
   bool firstIsKnown_ = false;

@@ -112,7 +112,7 @@ class FastestSteps : public Integrator {
   /// The longest step well within the limit of stability.
   double steadyStep(const AdaptiveSteps& method) const {
     const double eigenvalue = stiffness_->largestEigenvalue();
-    return eigenvalue > 0 ? farEnough * method.stabilityLimit() / eigenvalue
+    return eigenvalue > 0 ? farEnough * method.facts().stabilityLimit / eigenvalue
                           : std::numeric_limits<double>::infinity();
   }
 
@@ -143,7 +143,7 @@ class FastestSteps : public Integrator {
       return method != inUse_ &&
              steadyStep(*methods_[method]) > clearly * incumbentSpeed_ * methods_[method]->cost();
     }
-    if (method == inUse_ && !methods_[method]->errorSeesStiffModes()) return false;
+    if (method == inUse_ && !methods_[method]->facts().errorSeesStiffModes) return false;
     // An explicit incumbent far from its limit is not limited by stiffness.
     if (isExplicit(inUse_) && incumbentStep_ < clearlyNotStiff * steadyStep(*methods_[inUse_])) return false;
     const bool isUncertain = method == inUse_ || isExplicit(inUse_);
@@ -161,7 +161,7 @@ class FastestSteps : public Integrator {
       challenger_ = next;
       lastSpeed_ = 0;
       const double own = methods_[next]->proposal();
-      methods_[next]->resume(methods_[next]->errorSeesStiffModes()
+      methods_[next]->resume(methods_[next]->facts().errorSeesStiffModes
                                  ? std::max(own, nextLeap() * incumbentStep_)
                              : own > 0 ? own
                                        : incumbentStep_);

@@ -87,10 +87,6 @@ bool take(const simd::VectorKernel& vectors, State& state, double t, const Vecto
 /// Makes equal steps of at most h to the end of each advance(). Allocates.
 std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double h);
 
-/// Chooses steps whose error estimate meets the tolerance: see adaptive_steps.h. Allocates.
-/// @throws std::invalid_argument for a stepper without error estimate.
-std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance);
-
 class LocalStiffness;
 
 /// Uses the fastest of several adaptive methods, by trials during the run. The first method must have no

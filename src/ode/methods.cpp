@@ -21,47 +21,42 @@ bool hasFixedStep(const std::string& name) {
   return name == "rk4" || name == "ros34pw2_fixed";
 }
 
+namespace {
+
+std::unique_ptr<Stepper> makeStepper(const std::string& name, SeriesSystem& f, const Tolerance& tolerance,
+                                     const std::shared_ptr<LocalStiffness>& stiffness) {
+  if (name == "radau13") return std::make_unique<Radau>(f, tolerance, stiffness);
+  if (name == "taylor") return std::make_unique<Taylor>(f, tolerance.value);
+  for (const Tableau* table : {&rk4(), &dopri5(), &dop853()}) {
+    if (name == table->name) return std::make_unique<ExplicitRungeKutta>(*table, f);
+  }
+  RosenbrockTableau fixed = ros34pw2();
+  fixed.name = "ros34pw2_fixed";
+  for (const RosenbrockTableau* table : {&rodas5p(), &ros34pw2(), &std::as_const(fixed)}) {
+    if (name == table->name) return std::make_unique<Rosenbrock>(*table, f);
+  }
+  throw std::invalid_argument("no method is called " + name);
+}
+
+}  // namespace
+
 std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f, double step,
                                        const Tolerance& inOrder) {
   const Tolerance tolerance = inOrder.arrangedBy(f);
-  const auto explicitBy = [&](const Tableau& table) {
-    return std::make_unique<ExplicitRungeKutta>(table, f);
-  };
-  const auto implicitBy = [&](const RosenbrockTableau& table) {
-    return std::make_unique<Rosenbrock>(table, f);
-  };
-  if (name == "auto") {
-    auto stiffness = std::make_shared<LocalStiffness>(f);
-    std::vector<std::unique_ptr<Stepper>> steppers;
-    steppers.push_back(implicitBy(rodas5p()));
-    steppers.push_back(std::make_unique<Radau>(f, tolerance, stiffness));
-    const auto addSeries = [&] {
-      if (f.seriesAreWorthwhile()) steppers.push_back(std::make_unique<Taylor>(f, tolerance.value));
-    };
-    // auto starts with the first explicit method: taylor if the tolerance is fine.
-    constexpr double fine = 1e-5;
-    if (tolerance.value <= fine) addSeries();
-    steppers.push_back(explicitBy(dop853()));
-    if (tolerance.value > fine) addSeries();
-    return fastestSteps(std::move(steppers), tolerance, std::move(stiffness));
+  const auto stiffness = std::make_shared<LocalStiffness>(f);
+  if (name != "auto") {
+    auto stepper = makeStepper(name, f, tolerance, stiffness);
+    if (hasFixedStep(name)) return fixedSteps(std::move(stepper), step);
+    return std::make_unique<AdaptiveSteps>(std::move(stepper), tolerance, stiffness);
   }
-  if (name == "rk4") return fixedSteps(explicitBy(rk4()), step);
-  if (name == "dopri5") return adaptiveSteps(explicitBy(dopri5()), tolerance);
-  if (name == "dop853") return adaptiveSteps(explicitBy(dop853()), tolerance);
-  if (name == "rodas5p") return adaptiveSteps(implicitBy(rodas5p()), tolerance);
-  if (name == "ros34pw2") return adaptiveSteps(implicitBy(ros34pw2()), tolerance);
-  if (name == "ros34pw2_fixed") {
-    RosenbrockTableau table = ros34pw2();
-    table.name = "ros34pw2_fixed";
-    return fixedSteps(implicitBy(table), step);
-  }
-  if (name == "taylor") return adaptiveSteps(std::make_unique<Taylor>(f, tolerance.value), tolerance);
-  if (name == "radau13") {
-    auto stiffness = std::make_shared<LocalStiffness>(f);
-    return std::make_unique<AdaptiveSteps>(std::make_unique<Radau>(f, tolerance, stiffness), tolerance,
-                                           stiffness);
-  }
-  throw std::invalid_argument("no method is called " + name);
+
+  // auto starts with the first explicit method: taylor if the tolerance is fine.
+  constexpr double fine = 1e-5;
+  std::vector<const char*> names{"rodas5p", "radau13", "dop853"};
+  if (f.seriesAreWorthwhile()) names.insert(names.end() - (tolerance.value <= fine ? 1 : 0), "taylor");
+  std::vector<std::unique_ptr<Stepper>> steppers;
+  for (const char* each : names) steppers.push_back(makeStepper(each, f, tolerance, stiffness));
+  return fastestSteps(std::move(steppers), tolerance, stiffness);
 }
 
 }  // namespace planar_chain::ode

@@ -18,30 +18,18 @@ constexpr double farShorter = 1e-6;   // of the last step, whose polynomial is t
 constexpr double halving = 1.8;       // an error of 1.8⁷ makes the step 0.9/1.8 of what it was
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-using Rows = Eigen::Index;
 using Stages = Eigen::Matrix<double, Eigen::Dynamic, RadauTable::stages>;
 
-/// Calls f(first, count) for all rows, a few at a time, so that they stay in the cache.
-template <class F>
-void forRows(Rows rows, F f) {
-  constexpr Rows few = 128;
-  for (Rows first = 0; first < rows; first += few) f(first, std::min(few, rows - first));
-}
-
-/// sums = base + x weights, for `count` rows from `first`. base may be nullptr or sums, not x.
-void multiply(const Stages& x, const RadauTable::Square& weights, const Stages* base, Stages& sums,
-              Rows first, Rows count) {
+/// sums = base + x weights; base may be nullptr or sums, not x.
+void multiply(const Stages& x, const RadauTable::Square& weights, const Stages* base, Stages& sums) {
   static_assert(RadauTable::stages <= simd::VectorKernel::mostTerms);
   const simd::VectorKernel::Combine combine = simd::vectors().combine[RadauTable::stages - 1];
   const double* columns[RadauTable::stages];
-  for (int j = 0; j < RadauTable::stages; ++j) columns[j] = x.col(j).data() + first;
+  for (int j = 0; j < RadauTable::stages; ++j) columns[j] = x.col(j).data();
   for (int i = 0; i < RadauTable::stages; ++i) {
-    double* to = sums.col(i).data() + first;
-    if (base) {
-      combine(1, weights.col(i).data(), columns, base->col(i).data() + first, nullptr, to, count);
-    } else {
-      combine(1, weights.col(i).data(), columns, nullptr, to, nullptr, count);
-    }
+    double* to = sums.col(i).data();
+    const double* from = base ? base->col(i).data() : nullptr;
+    combine(1, weights.col(i).data(), columns, from, base ? nullptr : to, base ? to : nullptr, x.rows());
   }
 }
 
@@ -117,7 +105,7 @@ void Radau::carryOn(double h) {
     weights.col(i) = whole * table_.p.array() / (x - table_.c.array());
   }
   weights.row(stages - 1).array() -= 1;
-  forRows(Z_.rows(), [&](Rows first, Rows count) { multiply(last_, weights, nullptr, Z_, first, count); });
+  multiply(last_, weights, nullptr, Z_);
 }
 
 /// Iterates until the remaining error, extrapolated from the changes, is small enough.
@@ -149,12 +137,8 @@ void Radau::improve(double t, double h, const Vector& y) {
     stage_ = y + Z_.col(i);
     f_.slope(t + table_.c[i] * h, stage_.data(), R_.col(i).data());
   }
-  const RadauTable::Square slopes = -table_.W.transpose() / h;
-  const RadauTable::Square toEigenvectors = table_.inverseT.transpose();
-  forRows(R_.rows(), [&](Rows first, Rows count) {
-    multiply(Z_, slopes, &R_, R_, first, count);
-    multiply(R_, toEigenvectors, nullptr, change_, first, count);
-  });
+  multiply(Z_, -table_.W.transpose() / h, &R_, R_);
+  multiply(R_, table_.inverseT.transpose(), nullptr, change_);
   f_.solve(change_.col(0).data(), change_.col(0).data());
   for (int k = 0; k < RadauTable::pairs; ++k) {
     double* re = change_.col(1 + 2 * k).data();
@@ -166,11 +150,8 @@ void Radau::improve(double t, double h, const Vector& y) {
       im[i] = pair_[i].imag();
     }
   }
-  const RadauTable::Square fromEigenvectors = table_.T.transpose();
-  forRows(R_.rows(), [&](Rows first, Rows count) {
-    multiply(change_, fromEigenvectors, nullptr, R_, first, count);
-    Z_.middleRows(first, count) += R_.middleRows(first, count);
-  });
+  multiply(change_, table_.T.transpose(), nullptr, R_);
+  Z_ += R_;
   change_.swap(R_);
 }
 
@@ -189,12 +170,7 @@ void Radau::estimate(double t, double h, const Vector& y) {
 
 /// The largest change of any component of any stage, times perUnit.
 double Radau::largest(const Vector& perUnit) const {
-  double most = 0;
-  forRows(perUnit.size(), [&](Rows first, Rows count) {
-    const auto change = change_.middleRows(first, count).array().abs();
-    most = std::max(most, (change.colwise() * perUnit.segment(first, count).array()).maxCoeff());
-  });
-  return most;
+  return (change_.array().abs().colwise() * perUnit.array()).maxCoeff();
 }
 
 void Radau::accept() {

@@ -1,6 +1,6 @@
 #include "ode/rosenbrock.h"
 
-#include "simd/vectors.h"
+#include <algorithm>
 
 namespace planar_chain::ode {
 
@@ -14,9 +14,7 @@ const RosenbrockTableau& rodas5p() {
   };
   static const std::vector<double> a7 = andOne(a6), a8 = andOne(a7), m = andOne(a8);
   static const RosenbrockTableau table{
-      "rodas5p",
-      5,
-      4,
+      {"rodas5p", 5, 4},
       0.21193756319429014,
       {0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1, 1, 1},
       {0.21193756319429014, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069,
@@ -46,9 +44,7 @@ const RosenbrockTableau& rodas5p() {
 
 const RosenbrockTableau& ros34pw2() {
   static const RosenbrockTableau table{
-      "ros34pw2",
-      3,
-      2,
+      {"ros34pw2", 3, 2},
       0.435866521508459,
       {0, 0.871733043016918, 0.7315799577888524, 1},
       {0.435866521508459, -0.435866521508459, -0.41333337623388644, 0},
@@ -66,42 +62,19 @@ const RosenbrockTableau& ros34pw2() {
   return table;
 }
 
-namespace {
-
-/// The last stage sums all others; the step sums all stages.
-const RosenbrockTableau& checked(const RosenbrockTableau& table) {
-  static_assert(simd::VectorKernel::mostTermsForTwo < simd::VectorKernel::mostTerms);
-  requireAtMost(simd::VectorKernel::mostTermsForTwo + 1, table.m.size(), table.name);
-  return table;
-}
-
-std::vector<double*> rowsOf(CacheRows& rows, std::size_t count) {
-  std::vector<double*> all;
-  for (std::size_t i = 0; i < count; ++i) all.push_back(rows.row(i));
-  return all;
-}
-
-/// y ← y + k x
-void add(double k, const double* x, double* y, Eigen::Index size) {
-  Eigen::Map<Eigen::VectorXd>(y, size) += k * Eigen::Map<const Eigen::VectorXd>(x, size);
-}
-
-}  // namespace
-
 Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
-    : ImplicitStepper({table.name, table.order, table.errorOrder}, f),
-      table_(checked(table)),
-      rows_(table.m.size(), static_cast<std::size_t>(f.arrangedSize())),
-      U_(rowsOf(rows_, table.m.size())),
-      m_(table.m, 1, {}, U_, 0, f.arrangedSize()),
-      e_(table.e, 0, {}, U_, 0, f.arrangedSize()),
+    : ImplicitStepper(table, f),
+      table_(table),
+      rows_(checkedStages(table.m.size(), table.name), static_cast<std::size_t>(f.arrangedSize())),
+      U_(rows_.rows()),
+      m_(table.m, U_, f.arrangedSize()),
+      e_(table.e, U_, f.arrangedSize()),
       timeSlope_(startSlope_),
       stage_(startSlope_),
-      rates_(startSlope_) {
-  const Eigen::Index positions = f.positions(), rates = f.arrangedSize() - positions;
+      slope_(startSlope_) {
   for (std::size_t i = 0; i < U_.size(); ++i) {
-    positionSums_.emplace_back(table.a[i], table.C[i], U_, 0, positions);
-    rateSums_.emplace_back(table.a[i], table.C[i], U_, positions, rates);
+    a_.emplace_back(table.a[i], U_, f.arrangedSize());
+    C_.emplace_back(table.C[i], U_, f.arrangedSize());
   }
   f_.reserve(0);
 }
@@ -112,30 +85,22 @@ double Rosenbrock::cost() const {
   return linear.factor + stages - 1 + stages * linear.solve;
 }
 
-/// U ← f(t, y + Σ a_ij U_j) + Σ (C_ij/h) U_j. f of the positions is the rates of the stage.
-void Rosenbrock::findSide(std::size_t i, double t, double h, const double* y) {
-  double* U = U_[i];
-  const Eigen::Index positions = f_.positions();
-  double* stageRates = stage_.data() + positions;
-  rateSums_[i](y + positions, stageRates, 1 / h, nullptr, U + positions);
-  if (positions > 0) positionSums_[i](y, stage_.data(), 1 / h, stageRates, U);
-  f_.rates(t + table_.c[i] * h, stage_.data(), rates_.data());
-  add(1, rates_.data(), U + positions, f_.arrangedSize() - positions);
-}
-
 void Rosenbrock::step(double t, double h, const Vector& y) {
   linearize(t, y);
   const bool isTimeDependent = f_.timeDerivative(timeSlope_.data());
   f_.factor(1 / (h * table_.gamma));
   const Eigen::Index size = f_.arrangedSize();
   for (std::size_t i = 0; i < U_.size(); ++i) {
+    double* U = U_[i];
     if (i == 0) {
-      std::copy_n(startSlope_.data(), size, U_[0]);
+      std::copy_n(startSlope_.data(), size, U);
     } else {
-      findSide(i, t, h, y.data());
+      a_[i].run(1, y.data(), nullptr, stage_.data());
+      f_.slope(t + table_.c[i] * h, stage_.data(), slope_.data());
+      C_[i].run(1 / h, slope_.data(), nullptr, U);
     }
-    if (isTimeDependent) add(table_.d[i] * h, timeSlope_.data(), U_[i], size);
-    f_.solve(U_[i], U_[i]);
+    if (isTimeDependent) Eigen::Map<Eigen::VectorXd>(U, size) += table_.d[i] * h * timeSlope_;
+    f_.solve(U, U);
   }
   m_.run(1, nullptr, increment_.data(), nullptr);
   e_.run(1, nullptr, error_.data(), nullptr);

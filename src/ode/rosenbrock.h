@@ -16,10 +16,7 @@
 
 namespace planar_chain::ode {
 
-struct RosenbrockTableau {
-  const char* name;
-  int order;
-  int errorOrder;
+struct RosenbrockTableau : MethodFacts {
   double gamma;
   std::vector<double> c, d;               ///< one a stage
   std::vector<std::vector<double>> a, C;  ///< row i has i entries
@@ -35,22 +32,20 @@ const RosenbrockTableau& ros34pw2();
 class Rosenbrock : public ImplicitStepper {
  public:
   /// f must outlive the stepper; the table is copied. Allocates.
-  /// @throws std::invalid_argument for a table of more than eight stages.
+  /// @throws std::invalid_argument for a table of more than 13 stages.
   Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f);
 
   double cost() const override;
   void step(double t, double h, const Vector& y) override;
 
  private:
-  void findSide(std::size_t i, double t, double h, const double* y);
-
   RosenbrockTableau table_;
   CacheRows rows_;
-  std::vector<double*> U_;                                ///< these
-  std::vector<TwoCombinations> positionSums_, rateSums_;  ///< of a stage: Σ a_ij U_j and Σ C_ij U_j
+  std::vector<double*> U_;         ///< these
+  std::vector<NystromRow> a_, C_;  ///< of a stage: Σ a_ij U_j and Σ C_ij U_j
   NystromRow m_, e_;
   Vector timeSlope_;      ///< ∂f/∂t where the step starts
-  Vector stage_, rates_;  ///< y of a stage, and f but for the positions'
+  Vector stage_, slope_;  ///< y of a stage, and f there
 };
 
 }  // namespace planar_chain::ode

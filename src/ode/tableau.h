@@ -6,12 +6,11 @@
 
 #include <vector>
 
+#include "ode/stepper.h"
+
 namespace planar_chain::ode {
 
-struct Tableau {
-  const char* name;
-  int order;                           ///< of the solution that is carried on
-  int errorOrder;                      ///< of the embedded solution; 0: there is none
+struct Tableau : MethodFacts {
   std::vector<double> c;               ///< one a stage
   std::vector<std::vector<double>> a;  ///< row i has i entries
   std::vector<double> b;
@@ -19,8 +18,7 @@ struct Tableau {
   /// A second, coarser estimate ẽ; empty: none. With both, component by component, the error is
   /// e² / √(e² + 0.01 ẽ²): small where both agree that the step is fine.
   std::vector<double> coarse;
-  double stabilityLimit;  ///< largest y with |R(iy)| ≤ 1
-  bool lastIsFirst;       ///< the last stage is the first of the next step (FSAL)
+  bool lastIsFirst;  ///< the last stage is the first of the next step (FSAL)
 };
 
 /// W. Kutta's classical method (Hairer, Nørsett, Wanner, Solving ODEs I, table II.1.2).

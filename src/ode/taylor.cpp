@@ -86,12 +86,16 @@ const Vector& Taylor::derivative(double t, const Vector& y) {
 
 void Taylor::findError(double h) {
   constexpr double caution = 20;
-  const double beforeLast = caution * power(h, order_ - 1), last = beforeLast * h;
+  constexpr int lookedBack = 6;
   const Eigen::Index driving = f_.driving();
-  const double* row = c_.data() + order_ * driving;
-  for (Eigen::Index i = 0; i < driving; ++i) {
-    sum_[i] = last * std::abs(row[i]) + 0.25 * beforeLast * std::abs(row[i - driving]);
-  }
+  const auto size = [&](int back) {
+    const Eigen::Map<const Eigen::ArrayXd> row(c_.data() + (order_ - back) * driving, driving);
+    return caution * power(h, order_ - back) * row.abs();
+  };
+  auto error = sum_.head(driving).array();
+  double share = 0.25;
+  error = size(0) + share * size(1);
+  for (int back = 2; back < lookedBack; ++back) error = error.max((share *= 0.25) * size(back));
   sum_.tail(integrandRates_.size()).setZero();
   f_.arrange(sum_.data(), error_.data());
 }

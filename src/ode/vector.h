@@ -14,35 +14,32 @@ class Vector : public Eigen::Map<Eigen::VectorXd> {
 
  public:
   /// Zeros.
-  explicit Vector(Eigen::Index size = 0) : Map(nullptr, 0), lines_(static_cast<std::size_t>(size)) {
-    show(size);
-  }
+  explicit Vector(Eigen::Index size = 0) : Map(nullptr, 0), lines_(static_cast<std::size_t>(size)) { show(); }
   template <class Derived>
   Vector(const Eigen::MatrixBase<Derived>& values) : Vector(values.size()) {
     Map::operator=(values);
   }
-  Vector(const Vector& other) : Vector(static_cast<const Map&>(other)) {}
+  Vector(const Vector& other) : Map(nullptr, 0), lines_(other.lines_) { show(); }
   Vector(Vector&& other) noexcept : Vector() { *this = std::move(other); }
   ~Vector() = default;
 
   /// Of the same size.
   using Map::operator=;
-  /// Of any size; allocates where it is another.
+  /// Of any size; allocates where it is larger.
   Vector& operator=(const Vector& other) {
-    if (size() != other.size()) return *this = Vector(other);
-    Map::operator=(other);
+    lines_ = other.lines_;
+    show();
     return *this;
   }
   Vector& operator=(Vector&& other) noexcept {
-    const Eigen::Index here = size(), there = other.size();
-    std::swap(lines_, other.lines_);
-    show(there);
-    other.show(here);
+    lines_.swap(other.lines_);
+    show();
+    other.show();
     return *this;
   }
 
  private:
-  void show(Eigen::Index size) { new (static_cast<Map*>(this)) Map(lines_.data(), size); }
+  void show() { new (static_cast<Map*>(this)) Map(lines_.data(), static_cast<Eigen::Index>(lines_.size())); }
 
   CacheLines lines_;
 };

@@ -129,31 +129,19 @@ class Articulated {
   /// elements. ground: acceleration of the ground pin minus gravity, m/s². Allocates nothing.
   void accelerations(const Rotation<Real>* e, const Real* omega, const Real* N, const Vec2<Real>* F,
                      Vec2<Real> ground, Real* alpha) {
-    const auto moment = [N](int j) { return N[j]; };
-    const auto force = [F](int j) { return F[j]; };
-    const auto none = [](int) { return Real(0); };
-    const auto noForce = [](int) { return Vec2<Real>{}; };
-    if (F && N) return recur(e, omega, moment, force, ground, alpha);
-    if (F) return recur(e, omega, none, force, ground, alpha);
-    if (N) return recur(e, omega, moment, noForce, ground, alpha);
-    recur(e, omega, none, noForce, ground, alpha);
-  }
-
- private:
-  template <class N, class F>
-  void recur(const Rotation<Real>* e, const Real* omega, N moment, F force, Vec2<Real> ground, Real* alpha) {
     Sym2<Real> A;
     Vec2<Real> b;
     for (int j = size() - 1; j >= 0; --j) {
       const Turned<Real> body = turned(bodies_[index(j)], e[j], omega[j]);
-      const Handle<Real> handle = inwards<false>(body, moment(j), A, b);
-      b -= force(j);
+      const Handle<Real> handle = inwards<false>(body, N ? N[j] : Real(0), A, b);
+      if (F) b -= F[j];
       replies_[index(j)] = replyOf(handle, body);
     }
     Vec2<Real> a = ground;
     for (int j = 0; j < size(); ++j) alpha[j] = outwards(replies_[index(j)], a);
   }
 
+ private:
   std::vector<Body<Real>> bodies_;
   std::vector<Reply<Real>> replies_;
 };

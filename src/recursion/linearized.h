@@ -33,6 +33,7 @@
 #include <cmath>
 #include <complex>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "planar_chain/chain.h"
@@ -55,6 +56,12 @@ Scalar dotMixed(Vec2<Real> a, Vec2<Scalar> b) {
 template <class Scalar>
 struct Matrix2 {
   Scalar xx{}, xy{}, yx{}, yy{};
+
+  /// The product with P, plus a.
+  template <class Real>
+  Vec2<Scalar> times(Vec2<Real> P, Vec2<Scalar> a) const {
+    return {mulAdd(P.x, xx, mulAdd(P.y, xy, a.x)), mulAdd(P.x, yx, mulAdd(P.y, yy, a.y))};
+  }
 };
 
 /// A body in the state at which the chain is linearized.
@@ -63,6 +70,12 @@ struct BodyAt {
   Real m, J, omega, alpha, kappa, k, d;
   Vec2<Real> R, P;
 };
+
+/// a + iα X − ω² X
+template <class Real>
+Vec2<Real> accelerationAt(const BodyAt<Real>& body, Vec2<Real> a, Vec2<Real> X) {
+  return mulAdd(body.alpha, perp(X), mulAdd(-(body.omega * body.omega), X, a));
+}
 
 /// What hangs on a pin, as its parent feels it.
 template <class Scalar>
@@ -84,7 +97,7 @@ struct LinearHandle {
 /// k̂
 template <class Scalar, class Real>
 Scalar stiffness(const BodyAt<Real>& body, Scalar s) {
-  return mulAdd(s, body.d, Scalar(body.k));
+  return mulAdd(body.d, s, Scalar(body.k));
 }
 
 /// z
@@ -99,75 +112,38 @@ Vec2<Scalar> driftOf(const BodyAt<Real>& body, Scalar sigma, Scalar rhoV) {
   return {-(body.alpha * sigma), -rhoV - body.omega * body.omega * sigma};
 }
 
-/// What a body feels of what hangs on its outer pin.
-template <class Scalar>
-struct Felt {
-  Vec2<Scalar> UL, Ev, Ed, UR;
-  Scalar alongTurn, alongPin;  ///< λ·iP, λ·P
-};
-
+/// One body inwards, for the factorization of s·1 − J: `shown` by the outer pin becomes that by the inner
+/// one.
 template <class Scalar, class Real>
-[[gnu::always_inline]] inline Felt<Scalar> feltBy(const BodyAt<Real>& body, Scalar s,
-                                                  const Shown<Scalar>& shown) {
+[[gnu::always_inline]] inline LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s,
+                                                             Shown<Scalar>& shown) {
   const auto [x, y] = turnOf(body, s);
   const Vec2<Real> P = body.P, iP = perp(P);
-  const Matrix2<Scalar>& B = shown.B;
+  const Matrix2<Scalar> B = shown.B;
   const Vec2<Scalar> lambda{mulAdd(iP.x, B.xx, mulAdd(iP.y, B.yx, shown.p.x)),
                             mulAdd(iP.x, B.xy, mulAdd(iP.y, B.yy, shown.p.y))};
-  const Vec2<Scalar> Ev{mulAdd(iP.x, B.xx, mulAdd(iP.y, B.xy, Scalar(-body.m * body.R.y))),
-                        mulAdd(iP.x, B.yx, mulAdd(iP.y, B.yy, Scalar(body.m * body.R.x)))};
-  const Vec2<Scalar> Ed{mulAdd(P.x, B.xx, mulAdd(P.y, B.xy, Scalar(body.m * body.R.x))),
-                        mulAdd(P.x, B.yx, mulAdd(P.y, B.yy, Scalar(body.m * body.R.y)))};
-  return {mulAdd(body.m, perp(body.R), lambda),
-          Ev,
-          Ed,
-          mulAdd(y, Ev, mulAdd(x, Ed, shown.h)),
-          dotMixed(iP, lambda),
-          dotMixed(P, lambda)};
-}
-
-/// `found`: 1/D, U_L/D and k̂/D of it.
-template <class Scalar, class Real>
-[[gnu::always_inline]] inline LinearHandle<Scalar> handleOf(const BodyAt<Real>& body,
-                                                            const Felt<Scalar>& felt,
-                                                            const LinearHandle<Scalar>& found) {
+  const Vec2<Scalar> Ev = B.times(iP, {Scalar(-body.m * body.R.y), Scalar(body.m * body.R.x)});
+  const Vec2<Scalar> Ed = B.times(P, {Scalar(body.m * body.R.x), Scalar(body.m * body.R.y)});
+  const Scalar alongTurn = dotMixed(iP, lambda), alongPin = dotMixed(P, lambda);
   const Real ww = body.omega * body.omega;
-  return {body.J + felt.alongTurn,
-          mulAdd(ww, felt.alongTurn, mulAdd(body.alpha, felt.alongPin, Scalar(-body.kappa))),
-          found.inverseD,
-          felt.Ev,
-          {mulAdd(ww, felt.Ev.x, body.alpha * felt.Ed.x), mulAdd(ww, felt.Ev.y, body.alpha * felt.Ed.y)},
-          felt.UR,
-          found.ULD,
-          found.kD};
-}
+  LinearHandle<Scalar> handle;
+  handle.Mv = body.J + alongTurn;
+  handle.Mq = mulAdd(ww, alongTurn, mulAdd(body.alpha, alongPin, Scalar(-body.kappa)));
+  handle.Ev = Ev;
+  handle.Eq = {mulAdd(ww, Ev.x, body.alpha * Ed.x), mulAdd(ww, Ev.y, body.alpha * Ed.y)};
+  handle.UR = mulAdd(y, Ev, mulAdd(x, Ed, shown.h));
+  const Scalar Dm = mulAdd(body.J, s * s, body.kappa + shown.q) +
+                    (dotMixed(iP, shown.h) + mulAdd(y, alongTurn, x * alongPin));
+  const Scalar k = stiffness(body, s);
+  handle.inverseD = Real(1) / (Dm + k);
+  handle.kD = k * handle.inverseD;
+  handle.ULD = handle.inverseD * mulAdd(body.m, perp(body.R), lambda);
 
-/// B, h and p of what hangs on the inner pin. k: k̂.
-template <class Scalar, class Real>
-[[gnu::always_inline]] inline void passOn(const BodyAt<Real>& body, const LinearHandle<Scalar>& handle,
-                                          Scalar k, Shown<Scalar>& shown) {
   const Vec2<Scalar>&UR = handle.UR, &ULD = handle.ULD;
-  const Matrix2<Scalar>& B = shown.B;
   shown.B = {mulAdd(-UR.x, ULD.x, body.m + B.xx), mulAdd(-UR.x, ULD.y, B.xy), mulAdd(-UR.y, ULD.x, B.yx),
              mulAdd(-UR.y, ULD.y, body.m + B.yy)};
   shown.h = handle.kD * UR;
   shown.p = k * ULD;
-}
-
-/// One body inwards, for the factorization of s·1 − J.
-template <class Scalar, class Real>
-LinearHandle<Scalar> eliminate(const BodyAt<Real>& body, Scalar s, Shown<Scalar>& shown) {
-  const auto [x, y] = turnOf(body, s);
-  const Felt<Scalar> felt = feltBy(body, s, shown);
-  const Scalar Dm = mulAdd(body.J, s * s, body.kappa + shown.q) +
-                    (dotMixed(perp(body.P), shown.h) + mulAdd(y, felt.alongTurn, x * felt.alongPin));
-  const Scalar k = stiffness(body, s);
-  LinearHandle<Scalar> found;
-  found.inverseD = Real(1) / (Dm + k);
-  found.kD = k * found.inverseD;
-  found.ULD = found.inverseD * felt.UL;
-  const LinearHandle<Scalar> handle = handleOf(body, felt, found);
-  passOn(body, handle, k, shown);
   shown.q = handle.kD * Dm;
   return handle;
 }
@@ -208,23 +184,11 @@ class Linearized {
   using Real = decltype(std::abs(Scalar()));
 
   explicit Linearized(const Chain& chain)
-      : n_(chain.size()),
-        chain_(chain),
-        shared_(std::make_shared<std::vector<BodyAt<Real>>>(index(n_))),
-        bodies_(*shared_),
-        forces_(index(n_)),
-        handles_(index(n_)),
-        epsilonD_(index(n_)) {}
+      : Linearized(chain, std::make_shared<std::vector<BodyAt<Real>>>(index(chain.size()))) {}
 
   /// Another factorization at the state of `other`, whenever that is linearized.
   template <class Other>
-  explicit Linearized(const Linearized<Other>& other)
-      : n_(other.n_),
-        chain_(other.chain_),
-        shared_(other.shared_),
-        bodies_(*shared_),
-        handles_(index(n_)),
-        epsilonD_(index(n_)) {}
+  explicit Linearized(const Linearized<Other>& other) : Linearized(other.chain_, other.shared_) {}
 
   /// k (N m/rad), d (N m s/rad) of each joint, with whatever acts like a spring or damper there; 0 before. n
   /// values each. Allocates nothing.
@@ -252,10 +216,9 @@ class Linearized {
       body.J = link.inertia + body.m * dot(body.R, body.R);
       body.omega = omega[j];
       body.alpha = alpha[j];
-      const Real ww = body.omega * body.omega;
       body.kappa = -body.m * dot(body.R, a);
-      forces_[index(j)] = body.m * (a + body.alpha * perp(body.R) - ww * body.R);
-      a += body.alpha * perp(body.P) - ww * body.P;
+      forces_[index(j)] = body.m * accelerationAt(body, a, body.R);
+      a = accelerationAt(body, a, body.P);
     }
     Vec2<Real> outer;
     for (int j = n_ - 1; j >= 0; --j) {
@@ -296,6 +259,15 @@ class Linearized {
  private:
   template <class Other>
   friend class Linearized;
+
+  Linearized(const Chain& chain, std::shared_ptr<std::vector<BodyAt<Real>>> shared)
+      : n_(chain.size()),
+        chain_(chain),
+        shared_(std::move(shared)),
+        bodies_(*shared_),
+        forces_(index(n_)),
+        handles_(index(n_)),
+        epsilonD_(index(n_)) {}
 
   int n_;
   const Chain& chain_;

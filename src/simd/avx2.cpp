@@ -4,7 +4,6 @@
 
 namespace planar_chain::simd {
 
-extern const VectorKernel vectorsAvx2;
 const VectorKernel vectorsAvx2 = vectorKernel;
 
 }  // namespace planar_chain::simd

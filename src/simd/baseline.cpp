@@ -4,7 +4,6 @@
 
 namespace planar_chain::simd {
 
-extern const VectorKernel vectorsBaseline;
 const VectorKernel vectorsBaseline = vectorKernel;
 
 }  // namespace planar_chain::simd

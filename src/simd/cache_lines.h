@@ -3,33 +3,28 @@
 /// Arrays that begin where a cache line does, so that no SIMD register is loaded from two lines.
 
 #include <cstddef>
-#include <cstdint>
+#include <new>
 #include <vector>
 
 namespace planar_chain {
 
 template <class Number>
-class AlignedArray {
- public:
-  explicit AlignedArray(std::size_t size = 0) : storage_(size + line / sizeof(Number)) {
-    const auto address = reinterpret_cast<std::uintptr_t>(storage_.data());
-    first_ = (line - address % line) % line / sizeof(Number);
-  }
-  AlignedArray(const AlignedArray&) = delete;
-  AlignedArray& operator=(const AlignedArray&) = delete;
-  AlignedArray(AlignedArray&&) = default;
-  AlignedArray& operator=(AlignedArray&&) = default;
+struct OnCacheLines {
+  static constexpr std::align_val_t line{64};  // bytes
+  using value_type = Number;
 
-  Number* data() { return storage_.data() + first_; }
-  const Number* data() const { return storage_.data() + first_; }
+  OnCacheLines() = default;
+  template <class Other>
+  OnCacheLines(const OnCacheLines<Other>&) {}
 
- private:
-  static constexpr std::size_t line = 64;  // bytes, some Numbers long; the heap's addresses are too
-  static_assert(line % sizeof(Number) == 0 && alignof(std::max_align_t) % sizeof(Number) == 0);
-  std::vector<Number> storage_;
-  std::size_t first_;
+  Number* allocate(std::size_t n) { return static_cast<Number*>(::operator new(n * sizeof(Number), line)); }
+  void deallocate(Number* first, std::size_t) { ::operator delete(first, line); }
+  bool operator==(const OnCacheLines&) const { return true; }
+  bool operator!=(const OnCacheLines&) const { return false; }
 };
 
+template <class Number>
+using AlignedArray = std::vector<Number, OnCacheLines<Number>>;
 using CacheLines = AlignedArray<double>;
 
 /// Rows of `size` doubles. They lie an odd number of cache lines apart, so that they do not compete for the
@@ -37,7 +32,11 @@ using CacheLines = AlignedArray<double>;
 class CacheRows {
  public:
   CacheRows(std::size_t rows, std::size_t size) : apart_(((size + 7) / 8 | 1) * 8), lines_(rows * apart_) {}
-  double* row(std::size_t i) { return lines_.data() + i * apart_; }
+  std::vector<double*> rows() {
+    std::vector<double*> all;
+    for (std::size_t at = 0; at < lines_.size(); at += apart_) all.push_back(lines_.data() + at);
+    return all;
+  }
 
  private:
   std::size_t apart_;

@@ -39,6 +39,10 @@ template <int count>
 struct RegisterOf {
   typedef double type __attribute__((vector_size(8 * count)));
 };
+template <>
+struct RegisterOf<1> {
+  using type = double;
+};
 
 template <int count>
 struct LanesOf {
@@ -47,7 +51,9 @@ struct LanesOf {
 
   LanesOf() : v{} {}
   LanesOf(Register v_) : v(v_) {}
-  explicit LanesOf(double x) : v(x - Register{}) {}
+  /// The same number in all lanes.
+  template <class Real>
+  explicit LanesOf(Real x) : v(static_cast<double>(x) - Register{}) {}
 
   [[gnu::always_inline]] static LanesOf load(const double* from) {
     LanesOf a;
@@ -66,10 +72,15 @@ struct LanesOf {
 };
 
 using Lanes = LanesOf<laneCount>;
+/// A double whose functions, too, are compiled for this CPU alone.
+using Number = LanesOf<1>;
 using Integers = decltype(Lanes::Register() < Lanes::Register());
 
 using planar_chain::mulAdd;
 #ifdef __FMA__
+inline Number mulAdd(Number a, Number b, Number c) {
+  return __builtin_fma(a.v, b.v, c.v);
+}
 LanesOf<4> mulAdd(LanesOf<4> a, LanesOf<4> b, LanesOf<4> c) {
   return {_mm256_fmadd_pd(a.v, b.v, c.v)};
 }
@@ -79,6 +90,10 @@ Lanes mulAdd(Lanes a, Lanes b, Lanes c) {
   return {_mm512_fmadd_pd(a.v, b.v, c.v)};
 }
 #endif
+
+inline Vec2<Number> vectorOf(const Vec2d& a) {
+  return {a.x, a.y};
+}
 
 /// Lane s of the result is number index(s) of those of a and, behind them, b.
 template <int count, class Index, int... s>
@@ -93,12 +108,6 @@ template <int count, class Index, int... s>
 template <int count, class Index>
 [[gnu::always_inline]] inline LanesOf<count> shuffled(LanesOf<count> a, LanesOf<count> b, Index index) {
   return shuffled(a, b, index, std::make_integer_sequence<int, count>());
-}
-
-/// One after the other.
-template <class... Numbers>
-[[gnu::always_inline]] inline void storeAll(double* to, Numbers... numbers) {
-  ((numbers.store(to), to += laneCount), ...);
 }
 
 /// Pairs (x, y), in memory one after the other.
@@ -116,8 +125,8 @@ constexpr int placeInPairs(int i) {
 [[gnu::always_inline]] inline void storePairs(double* to, Vec2<Lanes> pairs) {
   const Lanes even = shuffled(pairs.x, pairs.y, [](int s) { return s % 2 * laneCount + s / 2 * 2; });
   const Lanes odd = shuffled(pairs.x, pairs.y, [](int s) { return s % 2 * laneCount + s / 2 * 2 + 1; });
-  storeAll(to, shuffled(even, odd, [](int s) { return placeInPairs(s); }),
-           shuffled(even, odd, [](int s) { return placeInPairs(laneCount + s); }));
+  shuffled(even, odd, [](int s) { return placeInPairs(s); }).store(to);
+  shuffled(even, odd, [](int s) { return placeInPairs(laneCount + s); }).store(to + laneCount);
 }
 
 [[gnu::always_inline]] inline bool all(Integers mask) {
@@ -132,22 +141,13 @@ constexpr int placeInPairs(int i) {
 
 // ---- The first numbers of a register, so many as there are -----------------------------------------
 
-#if defined(__AVX2__) && !defined(__AVX512F__)
-
-[[gnu::always_inline]] inline __m256i maskOf(int count) {
-  alignas(32) static constexpr long long masks[2 * laneCount] = {-1, -1, -1, -1, 0, 0, 0, 0};
-  return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(masks + laneCount - count));
-}
-
-#endif
-
 /// The others are 0.
 [[gnu::always_inline]] inline Lanes loadSome(const double* from, int count) {
   if (count >= laneCount) return Lanes::load(from);
 #if defined(__AVX512F__)
   return Lanes(_mm512_maskz_loadu_pd(static_cast<__mmask8>((1 << count) - 1), from));
 #elif defined(__AVX2__)
-  return Lanes(_mm256_maskload_pd(from, maskOf(count)));
+  return Lanes(_mm256_maskload_pd(from, reinterpret_cast<__m256i>(Integers{0, 1, 2, 3} < count)));
 #else
   Lanes a;
   for (int s = 0; s < count; ++s) a.v[s] = from[s];

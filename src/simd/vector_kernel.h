@@ -96,27 +96,6 @@ PLANAR_CHAIN_IN_ONE_PIECE void combineTwiceOf(const NystromSums& given, std::ptr
   });
 }
 
-template <int count>
-PLANAR_CHAIN_IN_ONE_PIECE void combineForTwoOf(const WeightsOfTwo& weights, double factor, const double* base,
-                                               double* out, const double* offset, double* other,
-                                               std::ptrdiff_t n) {
-  Lanes first[count], second[count];
-  for (int j = 0; j < count; ++j) {
-    first[j] = Lanes(weights.first[j]);
-    second[j] = Lanes(factor * weights.second[j]);
-  }
-  forRegisters(n, [&](std::ptrdiff_t i, int size) {
-    Lanes a = loadSome(base + i, size), b = offset ? loadSome(offset + i, size) : Lanes();
-    for (int j = 0; j < count; ++j) {
-      const Lanes term = loadSome(weights.terms[j] + i, size);
-      a = mulAdd(first[j], term, a);
-      b = mulAdd(second[j], term, b);
-    }
-    storeSome(out + i, a, size);
-    storeSome(other + i, b, size);
-  });
-}
-
 PLANAR_CHAIN_IN_ONE_PIECE void damp(double* error, const double* coarse, std::ptrdiff_t n) {
   forRegisters(n, [&](std::ptrdiff_t i, int count) {
     const Lanes fine = loadSome(error + i, count), rough = loadSome(coarse + i, count);
@@ -132,25 +111,19 @@ PLANAR_CHAIN_IN_ONE_PIECE void damp(double* error, const double* coarse, std::pt
 
 PLANAR_CHAIN_IN_ONE_PIECE bool addCarried(double* y, double* carry, const double* increment,
                                           std::ptrdiff_t n) {
-  const auto add = [&](std::ptrdiff_t i, int size) {
+  Lanes zero;  // NaN, if one sum is not finite
+  forRegisters(n, [&](std::ptrdiff_t i, int size) {
+    zero = mulAdd(Lanes(0), loadSome(y + i, size) + loadSome(increment + i, size), zero);
+  });
+  if (!isNumber(zero)) return false;
+  forRegisters(n, [&](std::ptrdiff_t i, int size) {
     const Lanes old = loadSome(y + i, size);
     const Lanes whole = loadSome(increment + i, size) + loadSome(carry + i, size);
     const Lanes next = old + whole;
     storeSome(carry + i, whole - (next - old), size);
     storeSome(y + i, next, size);
-  };
-  Lanes zero;  // NaN, if one sum is not finite
-  const auto check = [&](std::ptrdiff_t i, int size) {
-    zero = mulAdd(Lanes(0), loadSome(y + i, size) + loadSome(increment + i, size), zero);
-  };
-  if (n <= laneCount) {
-    check(0, static_cast<int>(n));
-    if (isNumber(zero)) add(0, static_cast<int>(n));
-    return isNumber(zero);
-  }
-  forRegisters(n, check);
-  if (isNumber(zero)) forRegisters(n, add);
-  return isNumber(zero);
+  });
+  return true;
 }
 
 PLANAR_CHAIN_IN_ONE_PIECE void polynomial(double h, const double* c, int order, double* sum,
@@ -192,11 +165,9 @@ constexpr auto tableOf(F f, std::integer_sequence<int, counts...>) {
 }
 
 using Terms = std::make_integer_sequence<int, VectorKernel::mostTerms>;
-using TermsForTwo = std::make_integer_sequence<int, VectorKernel::mostTermsForTwo>;
 
 constexpr VectorKernel vectorKernel{tableOf([](auto count) { return combineOf<count>; }, Terms()),
                                     tableOf([](auto count) { return combineTwiceOf<count>; }, Terms()),
-                                    tableOf([](auto count) { return combineForTwoOf<count>; }, TermsForTwo()),
                                     damp,
                                     addCarried,
                                     polynomial,

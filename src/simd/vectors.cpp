@@ -5,7 +5,6 @@
 namespace planar_chain::simd {
 
 #ifdef PLANAR_CHAIN_X86
-
 bool runsAvx2() {
   return __builtin_cpu_supports("fma") && __builtin_cpu_supports("avx2");
 }
@@ -13,24 +12,16 @@ bool runsAvx512() {
   return runsAvx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
          __builtin_cpu_supports("avx512vl");
 }
-
-extern const VectorKernel vectorsAvx2;
 constexpr const VectorKernel* avx2 = &vectorsAvx2;
-
 #else
-
 bool runsAvx2() {
   return false;
 }
 bool runsAvx512() {
   return false;
 }
-
 constexpr const VectorKernel* avx2 = nullptr;
-
 #endif
-
-extern const VectorKernel vectorsBaseline;
 
 const std::vector<const VectorKernel*>& vectorKernels() {
   static const auto kernels = runnable<VectorKernel>(nullptr, avx2, vectorsBaseline);

@@ -26,12 +26,6 @@ struct NystromSums {
   double *sum, *out;
 };
 
-/// The weights of two sums of the same terms.
-struct WeightsOfTwo {
-  const double *first, *second;
-  const double* const* terms;
-};
-
 struct VectorKernel {
   /// A function for each number of terms gains up to 29 % of a step: of dopri5 with one link. src/README.md
   /// has the figures.
@@ -44,11 +38,6 @@ struct VectorKernel {
   /// The same for n positions and, behind them, their n rates.
   using CombineTwice = void (*)(const NystromSums& row, std::ptrdiff_t n);
   std::array<CombineTwice, mostTerms> combineTwice;
-  /// out = base + Σ first_j terms_j, other = offset + factor Σ second_j terms_j. `offset` may be nullptr.
-  using CombineForTwo = void (*)(const WeightsOfTwo& weights, double factor, const double* base, double* out,
-                                 const double* offset, double* other, std::ptrdiff_t n);
-  static constexpr int mostTermsForTwo = 7;
-  std::array<CombineForTwo, mostTermsForTwo> combineForTwo;
   /// error ← error² / √(error² + 0.01 coarse²), component by component.
   void (*damp)(double* error, const double* coarse, std::ptrdiff_t n);
   /// Adds `increment` to y, and the rounding error of that to `carry`. Returns false, and changes nothing, if
@@ -59,6 +48,8 @@ struct VectorKernel {
   /// max |error| / max(most (1 + min(|y|, ceiling)), rounding noise). NaN if one of them is not finite.
   double (*largestRatio)(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n);
 };
+
+extern const VectorKernel vectorsAvx2, vectorsBaseline;
 
 /// The kernels that this CPU runs, the best first.
 const std::vector<const VectorKernel*>& vectorKernels();

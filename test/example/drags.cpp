@@ -20,8 +20,8 @@ class Drags : public Effect, public Switching {
   }
   bool empty() const { return drags_.empty(); }
 
-  Acting mostActing() const override { return Acting::moments; }
-  Acting acting() const override { return Acting::moments; }
+  LoadKind mostActing() const override { return LoadKind::moments; }
+  LoadKind acting() const override { return LoadKind::moments; }
 
   /// τ = −c s q̇²; takes c s q̇³.
   Powers apply(const ChainState& at, const Actions& to) override {

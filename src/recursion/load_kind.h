@@ -5,7 +5,7 @@
 namespace planar_chain {
 
 /// What acts on the bodies besides pins, gravity and inertia. Each has all before it.
-enum class Acting {
+enum class LoadKind {
   nothing,
   moments,  ///< springs, dampers, stops, joint torques
   forces,   ///< at points of links, with the moments that they have
