@@ -124,7 +124,7 @@ class Plot(InFolder):
         self.assertEqual(run.returncode, 0, run.stderr)
         with open(picture, encoding="utf-8") as file:
             text = file.read()
-        for label in ("x (m)", "y (m)", "time (s)", "way of the tip", "triple.yaml"):
+        for label in ("x (m)", "y (m)", "time (s)", "path of the tip", "triple.yaml"):
             self.assertIn(label, text)
         self.assertIn("expected --strobe SCENE", self.refused(table, "--at", "0", "1"))
         self.assertIn("scene: expected a map", self.refused(table, "--strobe", table))

@@ -136,12 +136,12 @@ def panels(motion, columns):
 
     yield "angle q (rad)", motion.t, of(motion.q), False
     yield "rate q̇ (rad/s)", motion.t, of(motion.qd), False
-    if motion.effort is not None and motion.effort.any():
+    if motion.effort is not None:
         yield "torque τ (N m)", motion.t, of(motion.effort), False
     if motion.energy:
         yield "energy (J)", motion.energy[0], list(motion.energy[1].items()), False
     if motion.balance:
-        yield "energy balance (J)", motion.balance[0], [("what does not add up", motion.balance[1])], False
+        yield "energy balance (J)", motion.balance[0], [("energy imbalance", motion.balance[1])], False
     if motion.error and (motion.error[1] > 0).any():
         t, values = motion.error
         yield "error estimate\n(tolerances)", t[values > 0], [("of the last step", values[values > 0])], True

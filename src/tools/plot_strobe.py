@@ -60,7 +60,7 @@ def draw_strobe(motion, links, times, apart, title):
     # Light is early, dark is late.
     colour = colormaps["viridis_r"]
     span = Normalize(times[0], times[-1] + 0.05 * (times[-1] - times[0]))
-    axes.plot(trail.real, trail.imag, color="#D55E00", linewidth=0.8, label="way of the tip")
+    axes.plot(trail.real, trail.imag, color="#D55E00", linewidth=0.8, label="path of the tip")
     for t, chain, masses in zip(times, points, coms):
         mark = "o" if len(links.pin) <= FEW_LINKS else ""
         axes.plot(chain.real, chain.imag, "-", marker=mark, markersize=3, linewidth=1.6, color=colour(span(t)))
