@@ -257,13 +257,13 @@ void race(const Contest& contest, const std::vector<Contestant>& contestants, bo
   }
 }
 
-std::vector<double> secondsPerStep(const std::vector<std::unique_ptr<Run>>& runs, int batch,
+std::vector<double> secondsPerCall(const std::vector<std::function<void()>>& calls, int batch,
                                    int repetitions) {
-  std::vector<std::vector<double>> times(runs.size());
+  std::vector<std::vector<double>> times(calls.size());
   for (int k = 0; k < repetitions; ++k) {
-    for (std::size_t i = 0; i < runs.size(); ++i) {
+    for (std::size_t i = 0; i < calls.size(); ++i) {
       times[i].push_back(secondsOf([&] {
-                           for (int step = 0; step < batch; ++step) runs[i]->step();
+                           for (int made = 0; made < batch; ++made) calls[i]();
                          }) /
                          batch);
     }
@@ -280,14 +280,14 @@ void printScaling(const std::vector<Contestant>& contestants, const std::vector<
     const int repetitions = std::clamp((quick ? 100'000 : 1'000'000) / (n * batch), 9, 301);
     const Contest contest{"hanging", hangingChain(n), 2 * h * batch * repetitions, {}, {}, {}};
     std::vector<const Contestant*> taking;
-    std::vector<std::unique_ptr<Run>> runs;
+    std::vector<std::function<void()>> steps;
     for (const Contestant& each : contestants) {
       if (!each.hasFixedStep || !each.takes(contest.scene)) continue;
       taking.push_back(&each);
-      runs.push_back(each.make(contest, h));
+      steps.push_back([run = std::shared_ptr<Run>(each.make(contest, h))] { run->step(); });
     }
-    const std::vector<double> seconds = secondsPerStep(runs, batch, repetitions);
-    for (std::size_t i = 0; i < runs.size(); ++i) {
+    const std::vector<double> seconds = secondsPerCall(steps, batch, repetitions);
+    for (std::size_t i = 0; i < steps.size(); ++i) {
       std::printf("%s,%s,%d,%.4e\n", taking[i]->engine.c_str(), taking[i]->method.c_str(), n, seconds[i]);
     }
   }

@@ -78,8 +78,9 @@ Contestant contestant(const std::string& engine, const std::string& method, bool
 /// because the speed of a processor drifts. A run that fails is not repeated.
 void race(const Contest& contest, const std::vector<Contestant>& contestants, bool quick);
 
-/// Median time of a step of each run, s: batches of so many steps in turn.
-std::vector<double> secondsPerStep(const std::vector<std::unique_ptr<Run>>& runs, int batch, int repetitions);
+/// Median time of each call, s: batches of so many in turn.
+std::vector<double> secondsPerCall(const std::vector<std::function<void()>>& calls, int batch,
+                                   int repetitions);
 
 /// engine,method,links,seconds: what one step of each contestant with equal steps takes on a hanging chain.
 void printScaling(const std::vector<Contestant>& contestants, const std::vector<int>& lengths, bool quick);

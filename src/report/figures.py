@@ -184,7 +184,7 @@ def scaling(rows):
 
 
 def effects(rows):
-    """What is left of a step's time without one effect: a point above each scene."""
+    """What is left of an evaluation's time without one effect: a point above each scene."""
     scenes = grouped(rows, "scene")
     figure, (axes,) = panels(1, 4.2)
     for k, effect in enumerate(dict.fromkeys(row["without"] for row in rows if row["without"] != "nothing")):
@@ -192,7 +192,7 @@ def effects(rows):
                   for row in group if row["without"] == effect]
         plot(axes, points, linestyle="", marker="osD^v"[k % 5], markersize=6, color=f"C{k}", label=f"without {effect}")
     axes.axhline(1, color="grey", linewidth=1)
-    axes.set(xticks=range(len(scenes)), ylabel="part of a step's time that is left")
+    axes.set(xticks=range(len(scenes)), ylabel="part of the time that is left")
     axes.set_xticklabels(scenes, rotation=30, ha="right")
     legend_above(figure, axes, 5)
     return figure
