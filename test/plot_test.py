@@ -12,7 +12,10 @@ import xml.etree.ElementTree
 
 import numpy as np
 import rosbag
+import rospy
 import yaml
+from planar_chain.msg import CommandTaken, SimStatus
+from sensor_msgs.msg import JointState
 
 from in_folder import InFolder
 
@@ -73,11 +76,88 @@ class Plot(InFolder):
             # Text is drawn as outlines; matplotlib notes it in comments.
             with open(picture, encoding="utf-8") as file:
                 text = file.read()
-            for label in ("angle q (rad)", "torque τ (N m)", "energy (J)", "energy balance (J)", "(tolerances)",
+            for label in ("angle q (rad)", "torque τ (N m)", "energy (J)", "energy imbalance (J)", "T, kinetic", "V, potential", "(tolerances)",
                           "phase portrait", "hand_pin"):
                 self.assertIn(label, text)
             self.assertEqual("elbow_pin" in text, "--joints" not in more)
             xml.etree.ElementTree.parse(picture)
+
+    # ---- What interrupts a motion ----
+
+    def interrupted(self):
+        """A bag of 200 ticks at 100 Hz: a pause of a second before tick 101, a reset at 151, a set_state at 181."""
+        path = self.path("interrupted.bag")
+        with rosbag.Bag(path, "w") as bag:
+            def write(topic, message, stamp):
+                message.header.stamp = rospy.Time.from_sec(stamp)
+                bag.write(topic, message, message.header.stamp)
+
+            def status(stamp, tick, paused=False):
+                write("/planar_chain/status", SimStatus(
+                    tick=tick, tick_stamp=rospy.Time.from_sec(stamp_of(tick)), paused=paused, kinetic=tick,
+                    scene_time=0.01 * (tick - 151 if tick >= 151 else tick - 1),
+                    standstill="paused" if paused else ""), stamp)
+
+            def stamp_of(tick):
+                return 50 + 0.01 * tick + (1 if tick > 100 else 0)
+
+            for tick in range(1, 201):
+                angle = 3 + 0.02 * tick - (4 if tick > 150 else 0) - (2 if tick > 180 else 0)
+                write("/joint_states", JointState(name=["a"], position=[angle], velocity=[2], effort=[0]), stamp_of(tick))
+                if tick % 10 == 5:
+                    status(stamp_of(tick) + 0.001, tick)
+            for stamp in (51.2, 51.7):
+                status(stamp, 100, True)
+            for tick, kind in ((151, CommandTaken.RESET), (160, CommandTaken.JOINT_TORQUE), (181, CommandTaken.SET_STATE)):
+                bag.write("/planar_chain/commands_taken", CommandTaken(tick=tick, kind=kind), rospy.Time(51))
+        return path
+
+    def test_lines_are_broken_where_the_motion_is(self):
+        motion = plot.read_bag(self.interrupted(), None)
+        self.assertEqual(motion.events, {100: "pause", 150: "reset", 180: "set_state"})
+        t, q, qd, effort = motion.curves(0)
+        self.assertEqual(list(np.flatnonzero(np.isnan(q))), [100, 151, 182])
+        for curve in (t, qd, effort):
+            np.testing.assert_array_equal(np.isnan(curve), np.isnan(q))
+        np.testing.assert_array_equal(q[~np.isnan(q)], motion.q[:, 0])
+        # No stroke is steeper than the rate, 0.02 rad a tick.
+        self.assertLess(np.nanmax(abs(np.diff(q))), 0.021)
+        # What status says is broken at the same places; what it says in the pause is no motion.
+        t, kinetic = motion.broken(*[motion.energy[0], motion.energy[1]["T"]])
+        self.assertEqual([(kinetic[k - 1], kinetic[k + 1]) for k in np.flatnonzero(np.isnan(kinetic))],
+                         [(95, 105), (145, 155), (175, 185)])
+
+    def test_a_reset_is_seen_without_commands_taken(self):
+        states = 50 + 0.01 * np.arange(1, 201)
+        statuses = [SimStatus(tick=tick, tick_stamp=rospy.Time.from_sec(states[tick - 1]), scene_time=scene_time)
+                    for tick, scene_time in ((60, 0.6), (140, 1.4), (175, 0.25))]
+        self.assertEqual(plot.events_of(states, statuses, []), {149: "reset"})
+        self.assertEqual(plot.events_of(states, statuses[:2], []), {})
+
+    def test_wrapped_angles_stay_within_a_turn(self):
+        motion = plot.read_bag(self.interrupted(), None)
+        _, q, _, _ = motion.curves(0, wrap=True)
+        there = q[~np.isnan(q)]
+        self.assertTrue(np.all((there > -np.pi) & (there <= np.pi)))
+        np.testing.assert_allclose(np.exp(1j * there), np.exp(1j * motion.q[:, 0]), atol=1e-12)
+        self.assertLess(np.nanmax(abs(np.diff(q))), 0.021)
+        motion.q = np.array([[np.pi], [-np.pi], [3 * np.pi]])
+        motion.t, motion.qd, motion.effort, motion.events = np.arange(3.0), motion.q, None, {}
+        np.testing.assert_array_equal(motion.curves(0, wrap=True)[1], [np.pi] * 3)
+
+    def test_events_are_named_on_the_picture(self):
+        bag, picture = self.interrupted(), self.path("run.svg")
+        run = self.run_tool("plot", bag, "--wrap", "--output", picture)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        with open(picture, encoding="utf-8") as file:
+            text = file.read()
+        for name in ("pause", "reset", "set_state"):
+            self.assertIn(f"<!-- {name} -->", text)
+
+    def test_the_tip_does_not_move_in_a_pause(self):
+        motion = plot.read_bag(self.interrupted(), None)
+        before, during, after = plot_strobe.at(motion, [motion.t[99], motion.t[99] + 0.6, motion.t[100]])
+        self.assertEqual((before, during, after), (motion.q[99], motion.q[99], motion.q[100]))
 
     def test_formats_and_the_usual_name(self):
         table = self.path("run.csv")
@@ -124,7 +204,7 @@ class Plot(InFolder):
         self.assertEqual(run.returncode, 0, run.stderr)
         with open(picture, encoding="utf-8") as file:
             text = file.read()
-        for label in ("x (m)", "y (m)", "time (s)", "way of the tip", "triple.yaml"):
+        for label in ("x (m)", "y (m)", "time (s)", "path of the tip", "triple.yaml"):
             self.assertIn(label, text)
         self.assertIn("expected --strobe SCENE", self.refused(table, "--at", "0", "1"))
         self.assertIn("scene: expected a map", self.refused(table, "--strobe", table))

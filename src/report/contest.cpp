@@ -3,17 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <fstream>
-#include <iostream>
-#include <limits>
-#include <map>
+#include <ctime>
 #include <sstream>
 #include <stdexcept>
 
 #include "planar_chain/scene_reader.h"
-#include "report/families.h"
-#include "report/timing.h"
 #include "tools/common.h"
 
 namespace planar_chain::tools {
@@ -25,53 +19,77 @@ constexpr double isShort = 0.03;  // s: such runs are made in turns, and thrice 
 constexpr int longChain = 1000;   // links
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-std::vector<std::string> cellsOf(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
-  return cells;
+/// s of this thread on the processor that `call` takes.
+template <class Call>
+double secondsOf(Call&& call) {
+  const auto now = [] {
+    timespec time;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  };
+  const double start = now();
+  call();
+  return now() - start;
 }
 
+/// The upper one of an even number; of one value at least.
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+using Cells = std::vector<std::string>;
+
 /// The lines of a table after its header, cut at commas, with at least so many cells.
-std::vector<std::vector<std::string>> tableOf(const std::string& path, std::size_t cells) {
+std::vector<Cells> tableOf(const std::string& path, std::size_t cells) {
   std::istringstream file(loadText(path));
   std::string line;
   std::getline(file, line);
-  std::vector<std::vector<std::string>> rows;
+  std::vector<Cells> rows;
   while (std::getline(file, line)) {
-    rows.push_back(cellsOf(line));
+    rows.emplace_back();
+    std::istringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) rows.back().push_back(cell);
     if (rows.back().size() < cells) throw std::runtime_error(path + ": too few columns in \"" + line + "\"");
   }
   return rows;
 }
 
-bool isLongChain(const Contest& contest) {
-  return contest.scene.chain.size() >= longChain;
-}
-
-/// Loosest first.
-std::vector<double> settingsFor(const Contestant& contestant, const Contest& contest, bool quick) {
-  if (!contestant.hasFixedStep) {
-    if (quick) return {1e-3, 1e-6, 1e-9};
-    return {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13};
-  }
-  // 1, 0.3, 0.1, 0.03 … s, as far as the number of steps allows.
-  const double mostLinkSteps = (quick ? 3e5 : 1e7) * (isLongChain(contest) ? 3 : 1);
-  const double smallest = contest.end * contest.scene.chain.size() / mostLinkSteps;
-  std::vector<double> steps;
-  for (int k = 0; k < 40; ++k) {
-    const double h = (k % 2 == 0 ? 1 : 0.3) * std::pow(10.0, -(k / 2));
-    if (h <= contest.end / 10 && h >= smallest) steps.push_back(h);
-  }
-  if (!quick) return steps;
-  std::vector<double> some;  // three, a decade apart
-  for (std::size_t k = 0; k < 3 && 2 * k < steps.size(); ++k) {
-    some.insert(some.begin(), steps[steps.size() - 1 - 2 * k]);
-  }
-  return some;
-}
-
 // ---- One run ---------------------------------------------------------------------------------
+
+struct Effort {
+  double budget;  ///< s a setting
+  int fewest;     ///< runs
+  int turns;
+  double isLong;         ///< s a run
+  double limit;          ///< s a run: longer ones are given up
+  double mostLinkSteps;  ///< of a run with equal steps
+};
+
+Effort effortFor(const Contest& contest, bool quick) {
+  const double longer = contest.scene.chain.size() >= longChain ? 1 : 0;
+  return quick ? Effort{0.03, 3, 1, 0.02, 0.1 + 0.3 * longer, 3e5 + 6e5 * longer}
+               : Effort{0.1, 10, 3, 0.25, 0.5 + 1.5 * longer, 1e7 + 2e7 * longer};
+}
+
+/// Loosest first: tolerances, or steps of 1, 0.3, 0.1, 0.03 … s, as far as the number of steps allows.
+std::vector<double> settingsFor(const Contestant& contestant, const Contest& contest, const Effort& effort,
+                                bool quick) {
+  std::vector<double> settings;
+  if (!contestant.hasFixedStep) {
+    for (int k = quick ? 3 : 2; k <= (quick ? 9 : 13); k += quick ? 3 : 1) {
+      settings.push_back(std::pow(10.0, -k));
+    }
+    return settings;
+  }
+  const double smallest = contest.end * contest.scene.chain.size() / effort.mostLinkSteps;
+  for (int k = 0; k < 40; k += quick ? 2 : 1) {
+    const double h = (k % 2 == 0 ? 1 : 0.3) * std::pow(10.0, -(k / 2));
+    if (h <= contest.end / 10 && h >= smallest) settings.push_back(h);
+  }
+  return settings;
+}
 
 struct Ride {
   Progress progress = Progress::underway;  ///< of a run that took longer than the limit, too
@@ -93,101 +111,92 @@ Ride ride(const Contest& contest, const Contestant& contestant, double setting, 
   return result;
 }
 
-/// Makes least[k] the least time of step k.
-void timeSteps(const Contest& contest, const Contestant& contestant, double setting,
-               std::vector<double>& least) {
-  const auto run = contestant.make(contest, setting);
-  Progress progress = Progress::underway;
-  for (std::size_t k = 0; progress == Progress::underway; ++k) {
-    const double seconds = secondsOf([&] { progress = run->step(); });
-    if (k == least.size()) least.push_back(seconds);
-    least[k] = std::min(least[k], seconds);
+/// The longest step, s, of so many runs. Each step counts with its least time, less that of reading the
+/// clock.
+double worstStep(const Contest& contest, const Contestant& contestant, double setting, int runs) {
+  std::vector<double> clock(999), least;
+  for (double& time : clock) time = secondsOf([] {});
+  for (int made = 0; made < runs; ++made) {
+    const auto run = contestant.make(contest, setting);
+    Progress progress = Progress::underway;
+    for (std::size_t k = 0; progress == Progress::underway; ++k) {
+      const double seconds = secondsOf([&] { progress = run->step(); });
+      if (k == least.size()) least.push_back(seconds);
+      least[k] = std::min(least[k], seconds);
+    }
   }
+  return std::max(0.0, *std::max_element(least.begin(), least.end()) - median(clock));
 }
 
-/// What reading the clock takes.
-double clockSeconds() {
-  static const double seconds = [] {
-    std::vector<double> times(999);
-    for (double& time : times) time = secondsOf([] {});
-    return median(times);
-  }();
-  return seconds;
-}
-
-double largestError(const std::vector<double>& values, const std::vector<int>& index,
+double largestError(const Eigen::VectorXd& values, const std::vector<int>& index,
                     const Eigen::VectorXd& reference) {
   double largest = 0;
   for (std::size_t k = 0; k < index.size(); ++k) {
-    const double error =
-        std::abs(values[static_cast<std::size_t>(index[k])] - reference[static_cast<Eigen::Index>(k)]);
+    const double error = std::abs(values[index[k]] - reference[static_cast<Eigen::Index>(k)]);
     if (!std::isfinite(error)) return nan;  // which std::max would drop
     largest = std::max(largest, error);
   }
   return largest;
 }
 
-// ---- A point ---------------------------------------------------------------------------------
-
-struct Effort {
-  double budget;  ///< s a setting
-  int fewest;     ///< runs
-  int turns;
-  double isLong;  ///< s a run
-  double limit;   ///< s a run: longer ones are given up
-};
-
-Effort effortFor(const Contest& contest, bool quick) {
-  const double longer = isLongChain(contest) ? 4 : 1;
-  return quick ? Effort{0.03, 3, 1, 0.02, 0.1 * longer} : Effort{0.1, 10, 3, 0.25, 0.5 * longer};
+/// A uniform chain of 1 m and 1 kg, swung out by 0.1 rad and bent a little.
+Scene hangingChain(int n) {
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "{chain: [rod], links: {rod: {mass: %.17g, inertia: %.17g, com: [%.17g, 0], pin: [%.17g, 0], "
+                "initial: {angle: %.17g}, repeat: %d}}}",
+                1.0 / n, std::pow(n, -3.0) / 12, 0.5 / n, 1.0 / n, 0.02 / n, n);
+  Scene scene = readSceneText(text);
+  scene.q[0] = -pi / 2 + 0.1;
+  return scene;
 }
 
-struct Result {
+// ---- A point ---------------------------------------------------------------------------------
+
+struct Point {
+  const Contestant* contestant;
+  double setting = 0;
   const char* outcome = "ok";                 ///< or "diverged", "refused", "timed out"
   double thetaError = nan, omegaError = nan;  ///< largest of a link
-  double median = 0, least = 0;               ///< s, of the runs
-  double worstStep = nan;  ///< s: of each step the least over up to three runs, of these the largest
-  int runs = 1;
-  int turns = 1;  ///< in which the point is to be measured, this one among them
-  Counts counts;
+  std::vector<double> medians{};              ///< s, of each turn
+  double worstStep = infinity;                ///< s, least of the turns
+  bool isMeasuredAgain = false;               ///< in the other turns
+  Counts counts{};
 };
 
-Result measure(const Contest& contest, const Contestant& contestant, double setting, const Effort& effort) {
-  Result result;
-  const Ride first = ride(contest, contestant, setting, effort.limit);
-  result.counts = first.run->counts();
-  result.median = result.least = first.seconds;
-  if (first.progress != Progress::arrived) {
-    result.outcome = first.progress == Progress::underway  ? "timed out"
-                     : first.progress == Progress::refused ? "refused"
-                                                           : "diverged";
-    return result;
-  }
-
-  const auto n = static_cast<std::size_t>(contest.scene.chain.size());
-  std::vector<double> theta(n), omega(n);
+/// One turn.
+void measure(const Contest& contest, const Effort& effort, Point& point) {
+  const Ride first = ride(contest, *point.contestant, point.setting, effort.limit);
+  point.counts = first.run->counts();
+  const int n = contest.scene.chain.size();
+  Eigen::VectorXd theta(n), omega(n);
   first.run->read(theta.data(), omega.data());
-  result.thetaError = largestError(theta, contest.index, contest.theta);
-  result.omegaError = largestError(omega, contest.index, contest.omega);
-  if (!(result.thetaError <= lost) || !std::isfinite(result.omegaError)) {
-    result.outcome = "diverged";
-    return result;
+  const double thetaError = largestError(theta, contest.index, contest.theta);
+  const double omegaError = largestError(omega, contest.index, contest.omega);
+  const bool isLost = !(thetaError <= lost) || !std::isfinite(omegaError);
+  if (first.progress != Progress::arrived || isLost) {
+    point.outcome = first.progress == Progress::underway  ? "timed out"
+                    : first.progress == Progress::refused ? "refused"
+                                                          : "diverged";
+    point.medians = {first.seconds};
+    point.worstStep = nan;
+    return;
   }
+  point.thetaError = thetaError;
+  point.omegaError = omegaError;
 
-  if (first.seconds < isShort) result.turns = effort.turns;
+  point.isMeasuredAgain = first.seconds < isShort;
   const double wanted = std::clamp(effort.budget / first.seconds, 1.0 * effort.fewest, 21.0);
-  result.runs = first.seconds > effort.isLong ? 2 : static_cast<int>(std::ceil(wanted / result.turns));
-  std::vector<double> times, steps;
-  for (int k = 0; k < result.runs; ++k) {
-    times.push_back(ride(contest, contestant, setting, effort.limit).seconds);
+  std::vector<double> times(first.seconds > effort.isLong ? 2
+                            : point.isMeasuredAgain
+                                ? static_cast<std::size_t>(std::ceil(wanted / effort.turns))
+                                : static_cast<std::size_t>(std::ceil(wanted)));
+  for (double& time : times) {
+    time = ride(contest, *point.contestant, point.setting, effort.limit).seconds;
   }
-  result.median = median(times);
-  result.least = *std::min_element(times.begin(), times.end());
-  for (int k = 0; k < (first.seconds < isShort ? 3 : 1); ++k) {
-    timeSteps(contest, contestant, setting, steps);
-  }
-  result.worstStep = std::max(0.0, *std::max_element(steps.begin(), steps.end()) - clockSeconds());
-  return result;
+  point.medians.push_back(median(times));
+  point.worstStep = std::min(
+      point.worstStep, worstStep(contest, *point.contestant, point.setting, point.isMeasuredAgain ? 3 : 1));
 }
 
 }  // namespace
@@ -196,85 +205,108 @@ Result measure(const Contest& contest, const Contestant& contestant, double sett
 
 std::vector<std::string> contestNames(const std::string& folder) {
   std::vector<std::string> names;
-  for (const auto& row : tableOf(folder + "/report/scenes.csv", 4)) names.push_back(row[0]);
+  for (const Cells& row : tableOf(folder + "/report/scenes.csv", 4)) names.push_back(row[0]);
   return names;
 }
 
 Contest readContest(const std::string& folder, const std::string& name) {
-  for (const auto& row : tableOf(folder + "/report/scenes.csv", 4)) {
+  for (const Cells& row : tableOf(folder + "/report/scenes.csv", 4)) {
     if (row[0] != name) continue;
     const bool ships = row[1].rfind("config/", 0) == 0;
     const std::string path = folder + (ships ? "/config/scenes/" + row[1].substr(7) : "/" + row[1]);
-    Contest contest{name, readSceneText(loadText(path)), std::strtod(row[3].c_str(), nullptr), {}, {}, {}};
+    Contest contest{name, readSceneText(loadText(path)), std::stod(row[3]), {}, {}, {}};
     const auto ends = tableOf(folder + "/report/" + name + ".csv", 3);
     const auto half = static_cast<Eigen::Index>(ends.size() / 2);
     contest.theta.resize(half);
     contest.omega.resize(half);
-    for (std::size_t k = 0; k < ends.size(); ++k) {
-      const auto at = static_cast<Eigen::Index>(k);
-      const double value = std::strtod(ends[k][2].c_str(), nullptr);
-      if (at < half) contest.index.push_back(std::atoi(ends[k][1].c_str()));
-      (at < half ? contest.theta[at] : contest.omega[at - half]) = value;
+    for (Eigen::Index k = 0; k < half; ++k) {
+      const Cells &angle = ends[static_cast<std::size_t>(k)],
+                  &rate = ends[static_cast<std::size_t>(half + k)];
+      contest.index.push_back(std::stoi(angle[1]));
+      contest.theta[k] = std::stod(angle[2]);
+      contest.omega[k] = std::stod(rate[2]);
     }
     return contest;
   }
   throw std::runtime_error("the report has no scene \"" + name + "\"");
 }
 
-// ---- The protocol ----------------------------------------------------------------------------
+// ---- Studies ---------------------------------------------------------------------------------
 
-void listPoints(const std::string& folder, const std::vector<Contestant>& contestants, bool quick) {
-  for (const std::string& name : contestNames(folder)) {
-    const Contest contest = readContest(folder, name);
-    for (const Contestant& each : contestants) {
-      if (!each.takes(contest.scene)) continue;
-      for (const double setting : settingsFor(each, contest, quick)) {
-        std::printf("%s,%s,%s,%g\n", name.c_str(), each.engine.c_str(), each.method.c_str(), setting);
-      }
+void race(const Contest& contest, const std::vector<Contestant>& contestants, bool quick) {
+  const Effort effort = effortFor(contest, quick);
+  std::vector<Point> points;
+  for (const Contestant& each : contestants) {
+    if (!each.takes(contest.scene)) continue;
+    for (const double setting : settingsFor(each, contest, effort, quick)) {
+      points.push_back({&each, setting});
+      measure(contest, effort, points.back());
+      if (points.back().outcome == std::string("timed out")) break;  // tighter ones take longer still
     }
+  }
+  for (int turn = 1; turn < effort.turns; ++turn) {
+    for (Point& point : points) {
+      if (point.isMeasuredAgain) measure(contest, effort, point);
+    }
+  }
+  for (const Point& p : points) {
+    std::printf("%s,%s,%s,%g,%.4e,%.4e,%.6e,%lld,%lld,%lld,%.3e,%s\n", contest.name.c_str(),
+                p.contestant->engine.c_str(), p.contestant->method.c_str(), p.setting, p.thetaError,
+                p.omegaError, median(p.medians), p.counts.evaluations, p.counts.steps, p.counts.rejected,
+                p.worstStep, p.outcome);
   }
 }
 
-void racePoints(const std::string& folder, const std::vector<Contestant>& contestants, bool quick) {
-  std::map<std::string, Contest> contests;
-  for (std::string line; std::getline(std::cin, line);) {
-    const std::vector<std::string> cells = cellsOf(line);
-    if (cells.size() != 4) throw std::runtime_error("scene,engine,method,setting expected: " + line);
-    if (contests.count(cells[0]) == 0) contests.emplace(cells[0], readContest(folder, cells[0]));
-    const auto contestant = std::find_if(contestants.begin(), contestants.end(), [&](const Contestant& each) {
-      return each.engine == cells[1] && each.method == cells[2];
-    });
-    if (contestant == contestants.end()) throw std::runtime_error("no contestant is called " + line);
-    const Contest& contest = contests.at(cells[0]);
-    const Result r =
-        measure(contest, *contestant, std::strtod(cells[3].c_str(), nullptr), effortFor(contest, quick));
-    std::printf("%s,%.4e,%.4e,%.6e,%lld,%lld,%lld,%.3e,%s,%d,%.6e,%d\n", line.c_str(), r.thetaError,
-                r.omegaError, r.median, r.counts.evaluations, r.counts.steps, r.counts.rejected, r.worstStep,
-                r.outcome, r.runs, r.least, r.turns);
-    std::fflush(stdout);
+std::vector<double> secondsPerCall(const std::vector<std::function<void()>>& calls, int batch,
+                                   int repetitions) {
+  std::vector<std::vector<double>> times(calls.size());
+  for (int k = 0; k < repetitions; ++k) {
+    for (std::size_t i = 0; i < calls.size(); ++i) {
+      times[i].push_back(secondsOf([&] {
+                           for (int made = 0; made < batch; ++made) calls[i]();
+                         }) /
+                         batch);
+    }
   }
+  std::vector<double> medians;
+  for (const auto& each : times) medians.push_back(median(each));
+  return medians;
 }
 
 void printScaling(const std::vector<Contestant>& contestants, const std::vector<int>& lengths, bool quick) {
-  for (const Contestant& each : contestants) {
-    for (const int n : lengths) {
-      const double h = 1e-3 / n;
-      const int batch = std::max(1, 2000 / n);
-      const int repetitions = std::clamp((quick ? 100'000 : 1'000'000) / (n * batch), 9, 301);
-      const Contest contest{"hanging", hangingChain(n), 2 * h * batch * repetitions, {}, {}, {}};
+  for (const int n : lengths) {
+    const double h = 1e-3 / n;
+    const int batch = std::max(1, 2000 / n);
+    const int repetitions = std::clamp((quick ? 100'000 : 1'000'000) / (n * batch), 9, 301);
+    const Contest contest{"hanging", hangingChain(n), 2 * h * batch * repetitions, {}, {}, {}};
+    std::vector<const Contestant*> taking;
+    std::vector<std::function<void()>> steps;
+    for (const Contestant& each : contestants) {
       if (!each.hasFixedStep || !each.takes(contest.scene)) continue;
-      const auto run = each.make(contest, h);
-      std::vector<double> times;
-      for (int k = 0; k < repetitions; ++k) {
-        times.push_back(secondsOf([&] {
-                          for (int step = 0; step < batch; ++step) run->step();
-                        }) /
-                        batch);
-      }
-      std::printf("%s,%s,%d,%.4e\n", each.engine.c_str(), each.method.c_str(), n, median(times));
-      std::fflush(stdout);
+      taking.push_back(&each);
+      steps.push_back([run = std::shared_ptr<Run>(each.make(contest, h))] { run->step(); });
+    }
+    const std::vector<double> seconds = secondsPerCall(steps, batch, repetitions);
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      std::printf("%s,%s,%d,%.4e\n", taking[i]->engine.c_str(), taking[i]->method.c_str(), n, seconds[i]);
     }
   }
+}
+
+int runStudy(const char* program, int argc, char** argv, const Studies& studies) {
+  return run(program, [&] {
+    CLI::App app("Measures for `report`; prints CSV, or JSON about itself.", program);
+    Request request;
+    std::vector<std::string> names;
+    for (const auto& [name, study] : studies) names.push_back(name);
+    app.add_option("WHAT", request.what)->required()->check(CLI::IsMember(names));
+    app.add_option("SCENE", request.scene, "For WHAT = race");
+    app.add_option("--data", request.folder, "Folder with report/ and config/scenes")->required();
+    app.add_flag("--quick", request.quick, "Fewer and shorter runs");
+    if (const auto status = parseArguments(app, argc, argv)) return *status;
+    studies.at(request.what)(request);
+    return static_cast<int>(done);
+  });
 }
 
 }  // namespace planar_chain::tools

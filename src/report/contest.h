@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -72,17 +73,25 @@ Contestant contestant(const std::string& engine, const std::string& method, bool
           }};
 }
 
-/// The protocol of report_measure and report_peers. list: a line "scene,engine,method,setting" for each
-/// point, each method's loosest setting first. race: for each such line on standard input the columns of
-/// work_precision.csv, then the number of runs, the least time, and the number of turns to measure the point
-/// in.
-///
-/// A first run warms up. As many follow as fit into 0.1 s, from ten to 21, or two if a run is long. Short
-/// runs are divided among three turns, each of which warms up. A run that fails is not repeated.
-void listPoints(const std::string& folder, const std::vector<Contestant>& contestants, bool quick);
-void racePoints(const std::string& folder, const std::vector<Contestant>& contestants, bool quick);
-/// engine,method,links,seconds: median of what one step of each contestant with equal steps takes on a
-/// hanging chain.
+/// The rows of work_precision.csv of one scene. A first run warms up. As many follow as fit into 0.1 s, from
+/// ten to 21, or two if a run is long. Short runs are divided among three turns through all contestants,
+/// because the speed of a processor drifts. A run that fails is not repeated.
+void race(const Contest& contest, const std::vector<Contestant>& contestants, bool quick);
+
+/// Median time of each call, s: batches of so many in turn.
+std::vector<double> secondsPerCall(const std::vector<std::function<void()>>& calls, int batch,
+                                   int repetitions);
+
+/// engine,method,links,seconds: what one step of each contestant with equal steps takes on a hanging chain.
 void printScaling(const std::vector<Contestant>& contestants, const std::vector<int>& lengths, bool quick);
+
+/// What the command line of report_measure and report_peers says: WHAT [SCENE] --data FOLDER [--quick].
+struct Request {
+  std::string what, scene, folder;
+  bool quick = false;
+};
+using Studies = std::map<std::string, std::function<void(const Request&)>>;
+/// Runs the study that is asked for. @returns the exit status
+int runStudy(const char* program, int argc, char** argv, const Studies& studies);
 
 }  // namespace planar_chain::tools

@@ -9,17 +9,17 @@ from results import AUTO, LEVELS, OWN, best_of_engines, grouped, name_of, number
 
 # Text stays text and ticks are lines of the grid, which keeps the files small.
 plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "planar_chain", "font.sans-serif": ["DejaVu Sans"],
-                     "font.size": 9, "axes.grid": True,
-                     "grid.alpha": 0.25, "axes.spines.top": False, "axes.spines.right": False, "xtick.bottom": False,
-                     "ytick.left": False, "axes.titlesize": 9, "legend.frameon": False, "legend.fontsize": 8,
-                     "legend.columnspacing": 1.2})
+                     "font.size": 9, "axes.grid": True, "grid.alpha": 0.25, "axes.spines.top": False,
+                     "axes.spines.right": False, "xtick.bottom": False, "ytick.left": False, "axes.titlesize": 9,
+                     "legend.frameon": False, "legend.fontsize": 8, "legend.columnspacing": 1.2,
+                     "legend.handlelength": 3})
 
+WIDTH = 13.5  # inch
 COLOURS = {"auto": "black", "rk4": "#9467bd", "dopri5": "#1f77b4", "dop853": "#17becf", "rodas5p": "#d62728",
            "radau13": "#ff7f0e", "taylor": "#2b8a3e", "ros34pw2": "#e377c2", "ros34pw2_fixed": "#8c564b",
            "by hand": "#7f7f7f", "odeint": "#1f77b4", "SUNDIALS": "#ff7f0e", "MuJoCo": "#d62728", "Bullet": "#2b8a3e",
            "DART": "#9467bd", "Simbody": "#e377c2", "ODE": "#8c564b"}
-MARKS = {"by hand": "s", "odeint": "D", "SUNDIALS": "v", "MuJoCo": "^", "Bullet": "<", "DART": ">", "Simbody": "p",
-         "ODE": "P", "Euler": "v", "RK4": "^", "implicit": "s"}
+MARKS = {"Euler": "v", "RK4": "^", "implicit": "s"}
 FAILURES = {"diverged": "x", "refused": "1", "timed out": r"$\rightarrow$"}
 RED = "#b2182b"
 FAMILIES = {"stiff": "Stiff joints: springs k, N m/rad", "stiff_damped": "Stiff joints, damped: k, N m/rad; d = k · 1 ms",
@@ -33,7 +33,7 @@ def style_of(who):
     """How a contestant (engine, method) is drawn: methods of this program solid, other programs dashed."""
     engine, method = who
     if engine != OWN:
-        return dict(color=COLOURS.get(engine, "grey"), marker=MARKS.get(engine, "X"), linestyle="--", linewidth=1.1,
+        return dict(color=COLOURS.get(engine, "grey"), marker=MARKS.get(method, "D"), linestyle="--", linewidth=1.1,
                     markersize=3.5)
     bold = who == AUTO
     return dict(color=COLOURS.get(method, "grey"), marker="o", linewidth=2.4 if bold else 1.3,
@@ -41,7 +41,13 @@ def style_of(who):
 
 
 def plot(axes, points, **style):
+    """Leaves out what is not a number; zero errors are drawn as 1e-17."""
+    points = [(x, max(y, 1e-17)) for x, y in points if math.isfinite(x) and math.isfinite(y)]
     axes.plot([x for x, _ in points], [y for _, y in points], **style)
+
+
+def columns_of(rows, x, y):
+    return [(number(row[x]), number(row[y])) for row in rows]
 
 
 def mark_at_edge(axes, xs, marker, colour):
@@ -51,181 +57,181 @@ def mark_at_edge(axes, xs, marker, colour):
               clip_on=False)
 
 
-def logarithmic(axes, x_label, y_label=""):
-    axes.set(xscale="log", yscale="log", xlabel=x_label, ylabel=y_label)
+def panels(count, height, rows=1, **more):
+    figure, axes = plt.subplots(rows, count, figsize=(WIDTH, height), squeeze=False, **more)
+    figure.subplots_adjust(left=0.06, right=0.99, bottom=1.2 / height, top=1 - 0.6 / height, wspace=0.06)
+    return figure, list(axes.flat)
+
+
+def logarithmic(axes, x_label, title="", y_label=""):
+    axes.set(xscale="log", yscale="log", xlabel=x_label, title=title)
+    if y_label:
+        axes.set_ylabel(y_label)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=12))
         axis.set_minor_locator(matplotlib.ticker.NullLocator())
         axis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda value, _: f"1e{round(math.log10(value))}"))
 
 
-def legend_below(axes, columns, handles=None):
-    handles = handles or axes.get_legend_handles_labels()[0]
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.13), ncol=columns, handlelength=3)
+def legend_above(figure, axes, columns, more=()):
+    """One legend for all panels."""
+    figure.legend(handles=[*axes.get_legend_handles_labels()[0], *more], loc="upper center", ncol=columns)
 
 
-def common_legend(figure, axes, columns, height):
-    """One legend for all panels, in so much of the figure's height."""
-    figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncol=columns, handlelength=3)
-    figure.tight_layout(rect=(0, height, 1, 0.98))
+def legend_below(axes, columns, more=()):
+    axes.legend(handles=[*axes.get_legend_handles_labels()[0], *more], loc="upper center", bbox_to_anchor=(0.5, -0.13),
+                ncol=columns)
 
 
 # ---- Error against run time ----------------------------------------------------------------------
 
 def scene(title, rows, floor):
-    """This program's methods by time and by evaluations; beside them auto and the best method of each other program."""
+    """This program's methods by time; beside them auto and the best method of each other program."""
     groups = grouped(rows, "engine", "method")
-    own = [who for who in groups if who[0] == OWN]
-    figure, panels = plt.subplots(1, 3, figsize=(13.5, 5.2), sharey=True)
-    for axes, column, shown, x_label, heading in (
-            (panels[0], "cpu_seconds", own, "time on the processor, s", "methods of planar_chain"),
-            (panels[1], "evaluations", own, "evaluations of the accelerations", "the same by evaluations"),
-            (panels[2], "cpu_seconds", [AUTO, *best_of_engines(rows)], "time on the processor, s",
-             "auto, and the best method of each other program")):
-        for who in (who for who in shown if who in groups):
-            style = style_of(who)
-            points = [(number(row[column]), max(number(row["error_theta"]), 1e-17)) for row in groups[who]
-                      if row["outcome"] == "ok" and number(row[column]) > 0]
-            plot(axes, points, **style, label=name_of(who))
+    figure, axes = panels(2, 6, sharey=True)
+    shown = ([who for who in groups if who[0] == OWN], [AUTO, *best_of_engines(rows)])
+    for each, names, heading in zip(axes, shown, ("methods of planar_chain",
+                                                  "auto, and the best method of each other program")):
+        for who in (who for who in names if who in groups):
+            arrived = [row for row in groups[who] if row["outcome"] == "ok"]
+            plot(each, columns_of(arrived, "cpu_seconds", "error_theta"), **style_of(who), label=name_of(who))
             for outcome, mark in FAILURES.items():
-                failed = [number(row[column]) for row in groups[who] if row["outcome"] == outcome]
-                mark_at_edge(axes, [value for value in failed if value > 0], mark, style["color"])
-        logarithmic(axes, x_label)
-        axes.set_title(heading)
+                mark_at_edge(each, [number(row["cpu_seconds"]) for row in groups[who] if row["outcome"] == outcome],
+                             mark, style_of(who)["color"])
+        logarithmic(each, "time on the processor, s", heading)
         if floor:
-            axes.axhspan(1e-18, floor, color="grey", alpha=0.18, linewidth=0)
+            each.axhspan(1e-18, floor, color="grey", alpha=0.18, linewidth=0)
     errors = [number(row["error_theta"]) for row in rows if row["outcome"] == "ok"]
-    panels[0].set_ylim(max(min(errors, default=1) / 5, 3e-18), max(10 * max(errors, default=1), 10))
-    panels[0].set_ylabel("error of the angles at the end, rad")
-    legend_below(panels[0], 3)
-    legend_below(panels[1], 1, [plt.Line2D([], [], marker=mark, linestyle="", color="grey", label=f"{word} (upper edge)")
-                             for word, mark in FAILURES.items()])
-    legend_below(panels[2], 2)
+    axes[0].set_ylim(max(min(errors, default=1) / 5, 3e-18), max(10 * max(errors, default=1), 10))
+    axes[0].set_ylabel("error of the angles at the end, rad")
+    legend_below(axes[1], 3)
+    legend_below(axes[0], 4, [plt.Line2D([], [], marker=mark, linestyle="", color="grey", label=f"{word} (upper edge)")
+                              for word, mark in FAILURES.items()])
     figure.suptitle(title, fontsize=11)
-    figure.subplots_adjust(left=0.06, right=0.99, bottom=0.27, top=0.88, wspace=0.05)
     return figure
 
 
 def verdict(cells, scenes):
     """Each cell: the time of auto over that of the fastest other method."""
-    shades = {"nobody": "#eeeeee", "not reached": "#f4a582"}
-    figure, axes = plt.subplots(figsize=(11.5, 0.45 * len(scenes) + 1.2))
-    colours = []
+    scale = matplotlib.colors.LinearSegmentedColormap.from_list("ratio", ["#5aae61", "#f7f7f7", "#e08214"], N=64)
+    grey, striped = "#dddddd", dict(facecolor="white", edgecolor="#999999", hatch="///", linewidth=0)
+    figure, (axes,) = panels(1, 0.45 * len(scenes) + 1.8)
+    figure.subplots_adjust(left=0.08, right=1.06)
+    mesh = axes.pcolormesh([[cells[name, level].ratio for level in LEVELS] for name in scenes], cmap=scale, norm=matplotlib.colors.LogNorm(0.25, 4), edgecolors="white",
+                           linewidth=2)
     for i, name in enumerate(scenes):
         for j, level in enumerate(LEVELS):
             cell = cells[name, level]
-            text = {"nobody": "–", "not reached": "not reached"}.get(cell.outcome) or (
-                f"{cell.ratio:.2f}" if cell.fastest else "alone")
+            text = {"nobody": "–", "fastest": f"{cell.ratio:.2f}", "slower": f"{cell.ratio:.2f}"}.get(cell.outcome, cell.outcome)
             if cell.outcome == "slower":
-                engine, method = cell.fastest
-                text += f"\n{method if engine == OWN else engine}"
-            colours.append(shades.get(cell.outcome) or next(
-                (shade for most, shade in ((1, "#a6dba0"), (1.25, "#e6f5d0"), (2, "#fde0c5")) if cell.ratio <= most),
-                "#f4a582"))
-            axes.text(j, i, text, ha="center", va="center", fontsize=8)
-    image = matplotlib.colors.to_rgba_array(colours).reshape(len(scenes), len(LEVELS), 4)
-    axes.imshow(image, aspect="auto", interpolation="nearest")
-    axes.vlines([j - 0.5 for j in range(1, len(LEVELS))], -0.5, len(scenes) - 0.5, color="white", linewidth=2)
-    axes.hlines([i - 0.5 for i in range(1, len(scenes))], -0.5, len(LEVELS) - 0.5, color="white", linewidth=2)
-    axes.set(xticks=range(len(LEVELS)), xticklabels=[f"1e-{k}" for k in LEVELS], yticks=range(len(scenes)),
-             yticklabels=scenes)
+                text += f"\n{cell.fastest[cell.fastest[0] == OWN]}"
+            axes.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=8)
+            if cell.outcome in ("nobody", "not reached"):
+                style = dict(facecolor=grey) if cell.outcome == "nobody" else striped
+                axes.add_patch(plt.Rectangle((j + 0.02, i + 0.04), 0.96, 0.92, **style))
+    axes.set(xticks=[j + 0.5 for j in range(len(LEVELS))], xticklabels=LEVELS.values(),
+             yticks=[i + 0.5 for i in range(len(scenes))], yticklabels=scenes, ylim=(len(scenes), 0),
+             xlabel="error of the angles, rad, that every finer setting keeps",
+             title="Time of auto over that of the fastest other method of any program. Above 1 the cell names the faster method.")
     axes.grid(False)
-    axes.set_title("Time of auto over that of the fastest other method of any program, to an error of the angles, rad, "
-                   "that every finer setting keeps;\nbelow 1 auto is the fastest; above 1 the cell names the faster method")
-    figure.tight_layout()
+    axes.legend(handles=[plt.Rectangle((0, 0), 1, 1, facecolor=scale(0.0), label="alone: auto and no other"),
+                         plt.Rectangle((0, 0), 1, 1, label="not reached: not by auto, but by another", **striped),
+                         plt.Rectangle((0, 0), 1, 1, facecolor=grey, label="–: no method reaches it")],
+                loc="upper center", bbox_to_anchor=(0.5, -0.6 / (0.45 * len(scenes))), ncol=3)
+    bar = figure.colorbar(mesh, ax=axes, extend="both", pad=0.01, label="green: auto is faster; orange: slower")
+    bar.set_ticks([0.25, 0.5, 1, 2, 4])
+    bar.ax.set_yticklabels(["1/4", "1/2", "1", "2", "4"])
+    bar.minorticks_off()
     return figure
 
 
 # ---- The other studies ---------------------------------------------------------------------------
 
-def stability(rows, column, title, y_label):
-    """A column of the stability table by family and method. A curve ends where the method fails."""
+def stability(rows):
+    """A curve ends where every step tried blows up."""
     families = grouped(rows, "family")
     lines = math.ceil(len(families) / 3)
-    figure, panels = plt.subplots(lines, 3, figsize=(13.5, 2.8 * lines + 0.8), squeeze=False, sharey=True)
-    for axes in panels.flat[len(families):]:
-        axes.set_visible(False)
-    for axes, (family, members) in zip(panels.flat, families.items()):
+    figure, axes = panels(3, 2.8 * lines + 0.8, lines, sharey=True)
+    figure.subplots_adjust(bottom=0.05, hspace=0.3)
+    for k, each in enumerate(axes):
+        each.set_visible(k < len(families))
+    for each, (family, members) in zip(axes, families.items()):
         for method, group in grouped(members, "method").items():
-            if method == "auto" and column != "largest_stable_s":
-                continue
             style = style_of((OWN, method))
-            values = [mean_step(row) if method == "auto" else number(row[column])
-                      for row in group]
-            points = [(number(row["value"]), max(value, 1e-17)) for row, value in zip(group, values) if math.isfinite(value)]
-            plot(axes, points, **style, label=method)
-            if column == "largest_stable_s":
-                theory = [(number(row["value"]), number(row["predicted_s"])) for row in group if row["predicted_s"]]
-                plot(axes, theory, color=style["color"], linestyle=":", linewidth=1)
-                axes.set_ylim(3e-10, 3)
-        logarithmic(axes, FAMILIES.get(family, family))
-    for axes in panels[:, 0]:
-        axes.set_ylabel(y_label)
-    figure.suptitle(title, fontsize=11)
-    common_legend(figure, panels[0, 0], 8, 0.03)
+            plot(each, columns_of(group, "value", "auto_mean_step_s" if method == "auto" else "largest_stable_s"),
+                 **style, label="auto: mean step" if method == "auto" else method)
+            plot(each, columns_of(group, "value", "predicted_s"), color=style["color"], linestyle=":", linewidth=1)
+        logarithmic(each, FAMILIES.get(family, family))
+        each.set_ylim(3e-10, 3)
+    theory = plt.Line2D([], [], color="grey", linestyle=":", label="by theory")
+    legend_above(figure, axes[0], 9, [theory])
+    axes[0].set_ylabel("largest stable step, s")
     return figure
-
-
-def mean_step(row):
-    """auto's, s"""
-    return number(row["auto_duration_s"]) / max(1, int(row["auto_steps"]))
 
 
 def scaling(rows):
     groups = grouped(rows, "engine", "method")
-    figure, panels = plt.subplots(1, 2, figsize=(13.5, 5.4), sharey=True)
-    for axes, shown, heading in ((panels[0], [who for who in groups if who[0] == OWN], "methods of planar_chain"),
-                                 (panels[1], [(OWN, "rk4"), *(who for who in groups if who[0] != OWN)],
+    figure, axes = panels(2, 5.6, sharey=True)
+    for each, shown, heading in ((axes[0], [who for who in groups if who[0] == OWN], "methods of planar_chain"),
+                                 (axes[1], [(OWN, "rk4"), *(who for who in groups if who[0] != OWN)],
                                   "rk4, and other programs' methods with equal steps")):
         for who in shown:
-            style = style_of(who)
-            if who[0] != OWN:  # an engine's methods apart
-                style.update(marker=MARKS.get(who[1], "X"))
-            plot(axes, [(int(row["links"]), number(row["seconds"])) for row in groups.get(who, [])], **style,
-                 label=name_of(who))
-        logarithmic(axes, "links")
-        axes.set_title(heading)
-        legend_below(axes, 4)
-    panels[0].set_ylabel("one step, s")
-    figure.tight_layout()
+            plot(each, columns_of(groups.get(who, []), "links", "seconds"), **style_of(who), label=name_of(who))
+        logarithmic(each, "links", heading)
+        legend_below(each, 4)
+    axes[0].set_ylabel("one step, s")
+    return figure
+
+
+def effects(rows):
+    """What is left of an evaluation's time without one effect: a point above each scene."""
+    scenes = grouped(rows, "scene")
+    figure, (axes,) = panels(1, 4.2)
+    for k, effect in enumerate(dict.fromkeys(row["without"] for row in rows if row["without"] != "nothing")):
+        points = [(i, number(row["seconds"]) / number(group[0]["seconds"])) for i, group in enumerate(scenes.values())
+                  for row in group if row["without"] == effect]
+        plot(axes, points, linestyle="", marker="osD^v"[k % 5], markersize=6, color=f"C{k}", label=f"without {effect}")
+    axes.axhline(1, color="grey", linewidth=1)
+    axes.set(xticks=range(len(scenes)), ylabel="part of the time that is left")
+    axes.set_xticklabels(scenes, rotation=30, ha="right")
+    legend_above(figure, axes, 5)
     return figure
 
 
 def long_runs(rows):
-    titles = {"double": "Double pendulum, (2, 1) from hanging", "free_chain": "Five rods whirling, no gravity"}
-    figure, panels = plt.subplots(1, 3, figsize=(13.5, 5.2))
-    for axes, (name, column) in zip(panels, (("double", "energy"), ("free_chain", "energy"), ("free_chain", "momentum"))):
-        runs = grouped([row for row in rows if row["scene"] == name], "method", "setting")
-        for (method, setting), run in runs.items():
-            colour = COLOURS.get(method, "grey")
-            points = [(number(row["t"]), max(abs(number(row[column])), 1e-17)) for row in run
-                      if math.isfinite(number(row[column]))]
-            plot(axes, points, color=colour, linewidth=1.4, linestyle="--" if setting == "1e-12" else "-",
-                 label=f"{method}, {setting}")
-            if any(not math.isfinite(number(row["energy"])) for row in run):
-                mark_at_edge(axes, [points[-1][0] if points else 1], "x", colour)
-        logarithmic(axes, "t, s", f"error of the {'energy' if column == 'energy' else 'angular momentum'}, relative")
-        axes.set_title(titles[name])
-    common_legend(figure, panels[0], 5, 0.1)
+    figure, (axes,) = panels(1, 5.2)
+    for (method, setting), run in grouped(rows, "method", "setting").items():
+        colour = COLOURS.get(method, "grey")
+        points = [(t, abs(error)) for t, error in columns_of(run, "t", "energy")]
+        plot(axes, points, color=colour, linewidth=1.4, linestyle="--" if setting == "1e-12" else "-",
+             label=f"{method}, {setting}")
+        mark_at_edge(axes, [t for t, error in points if not math.isfinite(error)], "x", colour)
+    logarithmic(axes, "t, s", "Double pendulum, let go at (2, 1) from hanging", "error of the energy, relative")
+    legend_below(axes, 5)
     return figure
 
 
 def real_time(rows):
     rates = grouped(rows, "rate")
-    figure, panels = plt.subplots(1, len(rates), figsize=(13.5, 4.9), sharey=True, squeeze=False)
-    for axes, (rate, members) in zip(panels.flat, rates.items()):
-        lengths = grouped(members, "links")
-        for k, (links, cell) in enumerate(lengths.items()):
-            for quantity, line, words in (("late", "-", "late"), ("work", ":", "work of a tick")):
-                points = [(number(row["seconds"]), max(number(row["share"]), 1 / number(row["ticks"]))) for row in cell
-                          if row["quantity"] == quantity and (row["share"] == "0" or
-                                                              number(row["share"]) * number(row["ticks"]) >= 1)]
-                plot(axes, points, linestyle=line, color=plt.get_cmap("viridis")(0.9 * k / max(1, len(lengths) - 1)),
-                     linewidth=1.5, label=f"{links} links, {words}")
-        axes.axvline(1 / number(rate), color=RED, linewidth=1)
-        axes.annotate("period", (1 / number(rate), 1.01), xycoords=("data", "axes fraction"), color=RED, ha="center")
-        logarithmic(axes, "late (solid), work of a tick (dotted), s")
-        axes.set_title(f"{rate} Hz", pad=16)
-    panels[0, 0].set_ylabel("part of the ticks that take longer")
-    common_legend(figure, panels[0, 0], 4, 0.1)
+    figure, axes = panels(len(rates), 5.2, sharey=True)
+    for each, (rate, members) in zip(axes, rates.items()):
+        for k, (links, cell) in enumerate(grouped(members, "links").items()):
+            ticks = number(cell[0]["ticks"])
+            points = [(number(row["seconds"]), max(number(row["share"]), 1 / ticks)) for row in cell
+                      if row["share"] == "0" or number(row["share"]) * ticks >= 1]
+            plot(each, points, color=f"C{k}", linewidth=1.5, label=f"{links} links")
+        each.axvline(1 / number(rate), color=RED, linewidth=1, label="period")
+        logarithmic(each, "late, s", f"{rate} Hz")
+        legend_below(each, 3)
+    axes[0].set_ylabel("part of the ticks that are later")
+    return figure
+
+
+def orders(rows):
+    figure, (axes,) = panels(1, 5.2)
+    for method, group in grouped([row for row in rows if row["study"] == "order"], "method").items():
+        plot(axes, columns_of(group, "setting", "value"), **style_of((OWN, method)), label=method)
+    logarithmic(axes, "step, s", "Equal steps on a single link: the slope is the order", "error, rad and rad/s")
+    axes.set_ylim(1e-16, 10)
+    legend_below(axes, 7)
     return figure

@@ -5,7 +5,9 @@
 #include "ode/local_stiffness.h"
 #include "ode/methods.h"
 #include "ode/radau.h"
+#include "ode/rosenbrock.h"
 #include "ode/taylor.h"
+#include "planar_chain/energy.h"
 
 namespace planar_chain::tools {
 
@@ -34,32 +36,37 @@ Contestant contestantFor(const std::string& method, bool hasFixedStep,
           }};
 }
 
+Method explicitMethod(const ode::Tableau& table) {
+  return {table.name, &table,
+          [&table](Dynamics& f, double) { return std::make_unique<ode::ExplicitRungeKutta>(table, f); }};
+}
+
+Method rosenbrockMethod(const ode::RosenbrockTableau& table) {
+  return {table.name, nullptr,
+          [&table](Dynamics& f, double) { return std::make_unique<ode::Rosenbrock>(table, f); }};
+}
+
 }  // namespace
 
 const std::vector<Method>& measuredMethods() {
   static const std::vector<Method> methods{
-      {"rk4", &ode::rk4(), nullptr},           {"dopri5", &ode::dopri5(), nullptr},
-      {"dop853", &ode::dop853(), nullptr},     {"rodas5p", nullptr, &ode::rodas5p()},
-      {"ros34pw2", nullptr, &ode::ros34pw2()}, {"radau13", nullptr, nullptr},
-      {"taylor", nullptr, nullptr, true}};
+      explicitMethod(ode::rk4()),
+      explicitMethod(ode::dopri5()),
+      explicitMethod(ode::dop853()),
+      rosenbrockMethod(ode::rodas5p()),
+      rosenbrockMethod(ode::ros34pw2()),
+      {"radau13", nullptr,
+       [](Dynamics& f, double stagesTo) {
+         return std::make_unique<ode::Radau>(f, toleranceOf(stagesTo, f.size()).arrangedBy(f),
+                                             std::make_shared<ode::LocalStiffness>(f));
+       }},
+      {"taylor", nullptr,
+       [](Dynamics& f, double) { return std::make_unique<ode::Taylor>(f, toleranceOfSeries); }}};
   return methods;
 }
 
 MakeIntegrator equalSteps(const Method& method, double h, double stagesTo) {
-  return [=](Dynamics& f) {
-    std::unique_ptr<ode::Stepper> stepper;
-    if (method.table) {
-      stepper = std::make_unique<ode::ExplicitRungeKutta>(*method.table, f);
-    } else if (method.rosenbrock) {
-      stepper = std::make_unique<ode::Rosenbrock>(*method.rosenbrock, f);
-    } else if (method.isSeries) {
-      stepper = std::make_unique<ode::Taylor>(f, toleranceOfSeries);
-    } else {
-      stepper = std::make_unique<ode::Radau>(f, toleranceOf(stagesTo, f.size()).arrangedBy(f),
-                                             std::make_shared<ode::LocalStiffness>(f));
-    }
-    return ode::fixedSteps(std::move(stepper), h);
-  };
+  return [=](Dynamics& f) { return ode::fixedSteps(method.stepper(f, stagesTo), h); };
 }
 
 MakeIntegrator methodFor(const std::string& method, double setting) {
@@ -74,8 +81,8 @@ void readStart(const Scene& scene, double* theta, double* omega) {
 }
 
 OwnRun::OwnRun(const Scene& scene, double end, const MakeIntegrator& make)
-    : end_(end),
-      n_(scene.chain.size()),
+    : chain_(scene.chain),
+      end_(end),
       dynamics_(scene),
       integrator_(make(dynamics_)),
       state_(startOf(scene, dynamics_)) {
@@ -107,14 +114,19 @@ Counts OwnRun::counts() const {
   return {dynamics_.evaluations(), integrator_->count().accepted, integrator_->count().rejected};
 }
 
-Eigen::VectorXd OwnRun::motion() const {
-  return state_.restoredBy(dynamics_).head(2 * n_);
+void OwnRun::read(double* theta, double* omega) const {
+  const Eigen::VectorXd y = state_.restoredBy(dynamics_);
+  std::copy_n(y.data(), chain_.size(), theta);
+  std::copy_n(y.data() + chain_.size(), chain_.size(), omega);
 }
 
-void OwnRun::read(double* theta, double* omega) const {
-  const Eigen::VectorXd y = motion();
-  std::copy_n(y.data(), n_, theta);
-  std::copy_n(y.data() + n_, n_, omega);
+double OwnRun::energyOfMotion() const {
+  const int n = chain_.size();
+  Eigen::VectorXd theta(n), omega(n);
+  read(theta.data(), omega.data());
+  const Eigen::VectorXd down = Eigen::VectorXd::Constant(n, -pi / 2), still = Eigen::VectorXd::Zero(n);
+  return energyOf(chain_, theta.data(), omega.data()).total() -
+         energyOf(chain_, down.data(), still.data()).total();
 }
 
 std::vector<Contestant> ownContestants() {

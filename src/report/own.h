@@ -6,7 +6,6 @@
 #include "dynamics/dynamics.h"
 #include "ode/explicit_runge_kutta.h"
 #include "ode/integrator.h"
-#include "ode/rosenbrock.h"
 #include "report/contest.h"
 #include "tools/common.h"
 
@@ -15,14 +14,13 @@ namespace planar_chain::tools {
 /// A method with equal steps.
 struct Method {
   const char* name;
-  const ode::Tableau* table;
-  const ode::RosenbrockTableau* rosenbrock;
-  bool isSeries = false;  ///< taylor, of order 20; none of the three: radau13
+  const ode::Tableau* table;  ///< of an explicit method
+  /// stagesTo: the tolerance to which radau13 solves its stages. taylor has order 20.
+  std::function<std::unique_ptr<ode::Stepper>(Dynamics&, double stagesTo)> stepper;
 };
 const std::vector<Method>& measuredMethods();
 
 using MakeIntegrator = std::function<std::unique_ptr<ode::Integrator>(Dynamics&)>;
-/// stagesTo: the tolerance to which radau13 solves its stages.
 MakeIntegrator equalSteps(const Method& method, double h, double stagesTo = 1e-6);
 /// method: one of methodNames(); setting: its tolerance, or its step.
 MakeIntegrator methodFor(const std::string& method, double setting);
@@ -42,12 +40,12 @@ class OwnRun : public Run {
   double time() const { return state_.t; }  ///< s
   /// So many steps, or those to the end or a failure.
   Progress steps(int most);
-  /// θ and ω, 2n.
-  Eigen::VectorXd motion() const;
+  /// T + V, less the V of hanging straight down at rest, J.
+  double energyOfMotion() const;
 
  private:
+  const Chain& chain_;
   double end_;
-  int n_;
   Dynamics dynamics_;
   std::unique_ptr<ode::Integrator> integrator_;
   ode::State state_;

@@ -1,4 +1,4 @@
-"""Measures how late the node's ticks come and what each costs: roslaunch starts a node and a listener, a cell at a time.
+"""Measures how late the node's ticks come: roslaunch starts a node and rosbag record, a cell at a time.
 
 A cell is a rope of so many rods of 0.1 m at so many ticks a second.
 """
@@ -6,12 +6,13 @@ import os
 import pathlib
 import shutil
 import socket
+import struct
 import subprocess
 import tempfile
 
-COLUMNS = ("links", "rate", "quantity", "ticks", "beyond_a_period", "missing", "overruns", "share", "seconds")
-# A row says which share of the ticks takes longer than its seconds; share 0 is the worst tick.
+# A row says which share of the ticks comes later than its seconds; share 0 is the worst tick.
 SHARES = (1, 0.9, 0.75, 0.5, 0.25, 0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0001, 0)
+SETTLING = 2  # s, in which processes start and connect
 
 SCENE = """chain: [first, rod]
 links:
@@ -21,8 +22,8 @@ publish: {{rate: {rate}, tf: false, link_states: false, status_rate: 10.0}}
 """
 LAUNCH = """<launch>
   <node pkg="planar_chain" type="planar_chain_node" name="planar_chain"><rosparam file="{folder}/scene.yaml"/></node>
-  <node pkg="planar_chain" type="report_listen" name="report_listen" required="true"
-    args="{folder}/ticks {seconds} {folder}/scene.yaml"/>
+  <node pkg="rosbag" type="record" name="record" required="true"
+    args="--tcpnodelay --duration {seconds} -O {folder}/ticks.bag /joint_states /planar_chain/status"/>
 </launch>
 """
 
@@ -35,9 +36,9 @@ def why_not(here):
 
 
 def cells(is_quick):
-    """(links, ticks a second)"""
+    """(links, ticks a second), as far as rosbag keeps up with the messages"""
     return [(n, rate) for n in ((2, 100) if is_quick else (2, 10, 100, 1000))
-            for rate in ((100, 1000) if is_quick else (100, 500, 1000))]
+            for rate in ((100, 1000) if is_quick else (100, 500, 1000)) if n * rate <= 100_000]
 
 
 def free_port():
@@ -46,26 +47,34 @@ def free_port():
         return opened.getsockname()[1]
 
 
+def read(path):
+    """(stamp, arrival) of each tick after settling, s; how often the node overran meanwhile."""
+    import rosbag  # pylint: disable=import-outside-toplevel  # the other studies need no ROS
+    with rosbag.Bag(str(path)) as bag:
+        begin = bag.get_start_time() + SETTLING
+        ticks = [(struct.unpack_from("<II", message[1], 4), arrival.to_sec()) for _, message, arrival
+                 in bag.read_messages("/joint_states", raw=True) if arrival.to_sec() > begin]
+        overruns = [status.overruns for _, status, arrival in bag.read_messages("/planar_chain/status")
+                    if arrival.to_sec() > begin]
+    return [(s + 1e-9 * ns, arrival) for (s, ns), arrival in ticks], overruns[-1] - overruns[0]
+
+
 def measure(links, rate, is_quick):
-    """Returns the rows of a cell. Raises OSError when no tick comes."""
+    """The table of a cell, with a header. Raises OSError when no tick comes."""
     with tempfile.TemporaryDirectory() as folder:
         room = pathlib.Path(folder)
         (room / "scene.yaml").write_text(SCENE.format(more=links - 1, rate=float(rate)), encoding="utf-8")
-        (room / "run.launch").write_text(LAUNCH.format(folder=folder, seconds=2 if is_quick else 10), encoding="utf-8")
+        (room / "run.launch").write_text(LAUNCH.format(folder=folder, seconds=SETTLING + (2 if is_quick else 10)),
+                                         encoding="utf-8")
         result = subprocess.run(["roslaunch", "--port", str(free_port()), str(room / "run.launch")],
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=120,
                                 check=False, env={**os.environ, "ROS_HOSTNAME": "localhost", "ROS_HOME": folder,
                                                   "ROS_LOG_DIR": folder})
-        if not (room / "ticks").exists():
+        if not (room / "ticks.bag").exists():
             raise OSError(f"real time, {links} links at {rate} Hz: {result.stdout[-2000:]}")
-        lines = [line.split() for line in (room / "ticks").read_text(encoding="utf-8").splitlines()]
-    counts = {word: value for word, value in lines if word in ("missing", "overruns")}
-    rows = []
-    for quantity in ("late", "work"):
-        values = sorted(float(value) for word, value in lines if word == quantity)
-        beyond = sum(value > 1 / rate for value in values)
-        for share in SHARES:
-            exceeded = values[min(len(values) - 1, int((1 - share) * len(values)))]
-            rows.append((str(links), str(rate), quantity, str(len(values)), str(beyond), counts["missing"],
-                         counts["overruns"], f"{share:g}", f"{exceeded:.4e}"))
-    return rows
+        ticks, overruns = read(room / "ticks.bag")
+    late = sorted(arrival - stamp for stamp, arrival in ticks)
+    missing = round((ticks[-1][0] - ticks[0][0]) * rate) + 1 - len(ticks)
+    facts = f"{links},{rate},{len(late)},{sum(each > 1 / rate for each in late)},{missing},{overruns}"
+    rows = [f"{facts},{share:g},{late[min(len(late) - 1, int((1 - share) * len(late)))]:.4e}\n" for share in SHARES]
+    return "links,rate,ticks,beyond_a_period,missing,overruns,share,seconds\n" + "".join(rows)

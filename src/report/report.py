@@ -19,78 +19,77 @@ import sys
 
 sys.dont_write_bytecode = True  # the script may lie in a folder of sources
 
-# pylint: disable=wrong-import-position
-import real_time  # noqa: E402
-from race import Failed, list_points, output_of, race  # noqa: E402
-from store import lines_of, open_table, read_table, write_whole  # noqa: E402
+import real_time  # noqa: E402  pylint: disable=wrong-import-position
 
 HERE = pathlib.Path(__file__).absolute().parent
 DATA = HERE / "../../share/planar_chain"
 OWN, PEERS = HERE / "report_measure", HERE / "report_peers"
-STUDIES = ("race", "consistency", "stability", "scaling", "effects", "long", "real_time")
-TABLES = {"race": ("work_precision", "work_precision_runs"), **{name: (name,) for name in STUDIES[1:]}}
+TABLES = {"race": "work_precision.csv", "consistency": "consistency.csv", "stability": "stability.csv",
+          "scaling": "scaling.csv", "effects": "effects.csv", "long": "long.csv", "real_time": "real_time.csv"}
 
 
-class Progress:
-    """A bar on standard error, if that is a terminal."""
-
-    def __init__(self, total):
-        self.total, self.done = max(total, 1), 0
-        self.is_shown = sys.stderr.isatty()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        if self.is_shown:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)
-
-    def show(self, what):
-        if self.is_shown:
-            filled = 40 * self.done // self.total
-            print(f"\r[{'#' * filled}{'.' * (40 - filled)}] {self.done} of {self.total}: {what}\033[K", end="",
-                  file=sys.stderr, flush=True)
-
-    def advance(self):
-        self.done += 1
+class Failed(Exception):
+    """A program that measures has failed."""
 
 
-# ---- Studies beside the race ---------------------------------------------------------------------
-
-def study(folder, name, flags, is_quick):
-    path = folder / f"{name}.csv"
-    if path.exists():
-        return
-    if name == "stability":
-        part = path.with_suffix(".part")
-        output_of([HERE / "stability", "--csv", part, *(["--quick"] if is_quick else [])])
-        part.replace(path)
-        return
-    text = output_of([OWN, name, *flags])
-    if name == "scaling" and PEERS.exists():
-        text += output_of([PEERS, name, *flags])
-    write_whole(path, text)
+def write_whole(path, text):
+    """Writes all of the file or none of it."""
+    part = path.with_suffix(".part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)
 
 
-def real_time_study(folder, is_quick, progress):
-    if real_time.why_not(HERE):
-        return  # and the page says so
-    path = folder / "real_time.csv"
-    with open_table(path, real_time.COLUMNS) as table:
-        done = {(row["links"], row["rate"]) for row in read_table(path)}
-        for links, rate in real_time.cells(is_quick):
-            progress.show(f"real time: {links} links at {rate} Hz")
-            if (str(links), str(rate)) not in done:
-                table.write(lines_of(real_time.measure(links, rate, is_quick)))
-            progress.advance()
+# ---- Studies -------------------------------------------------------------------------------------
+
+def output_of(*command):
+    result = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                            universal_newlines=True, check=False)
+    if result.returncode != 0:
+        raise Failed(f"{' '.join(map(str, command))}: {result.stderr.strip() or result.returncode}")
+    return result.stdout
+
+
+def of_peers(*arguments):
+    """The rows of the other programs. If one of them crashes, the report goes on without them."""
+    try:
+        return output_of(PEERS, *arguments) if PEERS.exists() else ""
+    except Failed as error:
+        print(f"report: left out: {error}", file=sys.stderr)
+        return ""
+
+
+def parts_of(study, scenes, is_quick):
+    """A study is measured part by part. A row of a part begins with these words."""
+    if study == "race":
+        return [f"{scene}," for scene in scenes]
+    return [f"{links},{rate}," for links, rate in real_time.cells(is_quick)] if study == "real_time" else [""]
+
+
+def measure(study, part, is_quick):
+    """A table with a header."""
+    quick = ["--quick"] if is_quick else []
+    key = part.split(",")[:-1]
+    arguments = [study, *key, "--data", DATA, *quick]
+    if study == "real_time":
+        return real_time.measure(*map(int, key), is_quick)
+    if study == "stability":
+        return output_of(HERE / "stability", *quick)
+    return output_of(OWN, *arguments) + (of_peers(*arguments) if study in ("race", "scaling") else "")
+
+
+def extend(path, study, part, is_quick):
+    """Measures a part that the table does not hold yet."""
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    if not any(line.startswith(part) for line in text.splitlines()[1:]):
+        header, rows = measure(study, part, is_quick).split("\n", 1)
+        write_whole(path, (text or header + "\n") + rows)
 
 
 # ---- By what it is measured ----------------------------------------------------------------------
 
 def processor():
     with open("/proc/cpuinfo", encoding="utf-8") as file:
-        names = [line.split(":", 1)[1].strip() for line in file if line.startswith("model name")]
-    return names[0] if names else "not known"
+        return next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "not known")
 
 
 def digest(*programs):
@@ -99,13 +98,12 @@ def digest(*programs):
 
 def facts_by_study(is_quick):
     """What stands under the figures of each study. A table is kept only while these facts stay the same."""
-    common = {**json.loads(output_of([OWN, "about", "--data", DATA])), "quick": is_quick, "cpu": processor(),
+    common = {**json.loads(output_of(OWN, "about", "--data", DATA)), "quick": is_quick, "cpu": processor(),
               "programs": digest(OWN, HERE / "stability")}
-    peers = {"engines": json.loads(output_of([PEERS, "about", "--data", DATA])) if PEERS.exists() else {},
-             "others": digest(PEERS)}
-    node = {"node": digest(HERE / "planar_chain_node", HERE / "report_listen"), "left_out": real_time.why_not(HERE)}
-    more = {"race": peers, "scaling": peers, "real_time": node}
-    return {name: {**common, **more.get(name, {})} for name in STUDIES}
+    peers = {"engines": json.loads(of_peers("about", "--data", DATA) or "{}"), "others": digest(PEERS)}
+    node = {"node": digest(HERE / "planar_chain_node"), "left_out": real_time.why_not(HERE)}
+    return {name: {**common, **(peers if name in ("race", "scaling") else node if name == "real_time" else {})}
+            for name in TABLES}
 
 
 def prepare(folder, studies, facts):
@@ -118,37 +116,36 @@ def prepare(folder, studies, facts):
         before = known.get(name, {})
         if all(before.get(fact) == value for fact, value in facts[name].items()):
             continue  # with the date of its first measurements
-        for table in TABLES[name]:
-            (folder / f"{table}.csv").unlink(missing_ok=True)
+        (folder / TABLES[name]).unlink(missing_ok=True)
         known[name] = {**facts[name], "date": date, "command": "rosrun planar_chain report " + shlex.join(words)}
     write_whole(path, json.dumps(known, indent=1) + "\n")
 
 
 # ---- The whole -----------------------------------------------------------------------------------
 
-def chosen(text, known, what, parser):
-    names = list(known) if text is None else text.split(",")
-    for name in names:
-        if name not in known:
-            parser.error(f'--{what}: expected some of {", ".join(known)}, got "{name}"')
-    return names
+def some_of(known):
+    def parse_names(text):
+        names = text.split(",")
+        if not set(names) <= set(known):
+            raise argparse.ArgumentTypeError(f'expected some of {", ".join(known)}, got "{text}"')
+        return names
+    return parse_names
 
 
 def parse(scenes):
     parser = argparse.ArgumentParser(prog="report", description=__doc__, allow_abbrev=False,
                                      epilog="Exit status: 0 done; 1 a measurement failed; 2 bad arguments.")
-    parser.add_argument("--output", metavar="DIR", required=True, help="folder to write; made if it is not there")
     parser.add_argument("--quick", action="store_true", help="two or three minutes: fewer settings, shorter runs")
-    parser.add_argument("--scenes", metavar="NAMES", help="only these of " + ", ".join(scenes))
-    parser.add_argument("--studies", metavar="NAMES", help="only these of " + ", ".join(STUDIES))
+    for option, known in (("--scenes", list(scenes)), ("--studies", list(TABLES))):
+        parser.add_argument(option, metavar="NAMES", type=some_of(known), default=known,
+                            help="only these of " + ", ".join(known))
+    parser.add_argument("--output", metavar="DIR", required=True, type=pathlib.Path,
+                        help="folder to write; made if it is not there")
     arguments = parser.parse_args()
-    arguments.scenes = chosen(arguments.scenes, scenes, "scenes", parser)
-    arguments.studies = chosen(arguments.studies, STUDIES, "studies", parser)
-    arguments.folder = pathlib.Path(arguments.output)
     try:
-        arguments.folder.mkdir(parents=True, exist_ok=True)
-        if not os.access(arguments.folder, os.W_OK):
-            raise PermissionError(f'"{arguments.folder}"')
+        arguments.output.mkdir(parents=True, exist_ok=True)
+        if not os.access(arguments.output, os.W_OK):
+            raise PermissionError(f'"{arguments.output}"')
     except OSError as error:
         parser.error(f"--output: expected a folder that can be written, got {error}")
     return arguments
@@ -159,30 +156,25 @@ def report():
         titles = {row["name"]: row for row in csv.DictReader(file)}
     arguments = parse(titles)
     import render  # pylint: disable=import-outside-toplevel  # matplotlib takes a second: after the arguments
-    folder, studies, is_quick = arguments.folder, arguments.studies, arguments.quick
-    flags = ["--data", str(DATA), *(["--quick"] if is_quick else [])]
+    folder, is_quick = arguments.output, arguments.quick
     try:
         fcntl.flock(os.open(folder, os.O_RDONLY), fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise Failed(f"another report is writing {folder}") from None
-    prepare(folder, studies, facts_by_study(is_quick))
-    programs = [program for program in (OWN, PEERS) if program.exists()]
-    points = list_points(programs, arguments.scenes, flags) if "race" in studies else []
-    others = [name for name in studies if name not in ("race", "real_time")]
-    ticks = len(real_time.cells(is_quick)) if "real_time" in studies else 0
+    facts = facts_by_study(is_quick)
+    prepare(folder, arguments.studies, facts)
+    parts = [(study, part) for study in arguments.studies for part in parts_of(study, arguments.scenes, is_quick)
+             if study != "real_time" or not facts[study]["left_out"]]  # the page says why
     failure = None
-    with Progress(len(points) + len(others) + ticks) as progress:
-        if points:
-            race(folder, points, flags, progress)
-        for name in others:
-            progress.show(name)
-            study(folder, name, flags, is_quick)
-            progress.advance()
+    for done, (study, part) in enumerate(parts):
+        if sys.stderr.isatty():
+            print(f"\r{done} of {len(parts)} done: {study} {part[:-1]}\033[K", end="", file=sys.stderr, flush=True)
         try:
-            if ticks:
-                real_time_study(folder, is_quick, progress)
-        except (OSError, subprocess.SubprocessError) as error:  # the other studies' page is written nevertheless
+            extend(folder / TABLES[study], study, part, is_quick)
+        except (Failed, OSError, subprocess.SubprocessError) as error:  # the page shows the other studies
             failure = error
+    if sys.stderr.isatty():
+        print("\r\033[K", end="", file=sys.stderr, flush=True)
     render.write(folder, DATA / "report", titles)
     print(folder / "index.html")
     if failure is not None:

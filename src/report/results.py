@@ -1,5 +1,6 @@
 """What follows from a report's tables: times to an accuracy, slopes, orders, where auto is not the fastest."""
 import collections
+import csv
 import itertools
 import math
 
@@ -8,15 +9,20 @@ import numpy as np
 OWN = "planar_chain"
 AUTO = (OWN, "auto")
 CHOOSES_FROM = ("taylor", "dop853", "rodas5p", "radau13")
-LEVELS = range(3, 12)  # errors 1e-3 to 1e-11
-ORDERS = {(OWN, "rk4"): 4, (OWN, "dopri5"): 5, (OWN, "dop853"): 8, (OWN, "rodas5p"): 5, (OWN, "ros34pw2"): 3,
-          (OWN, "radau13"): 13, (OWN, "taylor"): 20, (OWN, "ros34pw2_fixed"): 3,
-          ("MuJoCo", "Euler"): 1, ("MuJoCo", "implicit"): 1, ("MuJoCo", "RK4"): 4,
-          ("Bullet", "Euler"): 1, ("Bullet", "RK4"): 4, ("DART", "Euler"): 1, ("ODE", "Euler"): 1}
+LEVELS = {k: f"1e-{k}" for k in range(3, 12)}  # errors, rad
+ORDERS = {"rk4": 4, "dopri5": 5, "dop853": 8, "rodas5p": 5, "ros34pw2": 3, "radau13": 13, "taylor": 20}
 
 
 def number(text):
     return float(text) if text else math.nan
+
+
+def read_table(path):
+    """The rows as dictionaries of text; none if there is no file."""
+    if not path.exists():
+        return []
+    with open(path, encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def grouped(rows, *columns):
@@ -33,9 +39,9 @@ def name_of(who):
     return who[1] if who[0] == OWN else f"{who[0]}: {who[1]}"
 
 
-def slope(points):
-    """The slope of a straight line through the logarithms; None for fewer than three points."""
-    logs = [(math.log(a), math.log(b)) for a, b in points if a > 0 and b > 0]
+def slope(points, least=0, most=math.inf):
+    """The slope of a straight line through the logarithms from `least` to `most`; None for fewer than three points."""
+    logs = [(math.log(a), math.log(b)) for a, b in points if least <= a <= most and a > 0 and b > 0]
     return np.polyfit(*zip(*logs), 1)[0] if len(logs) >= 3 else None
 
 
@@ -71,6 +77,12 @@ def times_to(rows, column="cpu_seconds"):
             for who, group in by_contestant(rows).items()}
 
 
+def best_times(reached):
+    """{level: s} of the fastest; `reached` as from times_to()."""
+    return {level: min(times[level] for times in reached.values() if level in times)
+            for level in LEVELS if any(level in times for times in reached.values())}
+
+
 def worst_step(group, level):
     first = first_that_holds(group, level)
     return None if first is None else number(group[first]["worst_step_seconds"])
@@ -93,21 +105,22 @@ def measured_order(points):
     return slope([(h, error) for h, error in points if 3e-13 < error < 3e-3])
 
 
-def orders(rows, race_rows):
-    """name, scene, order by theory, measured, and if they agree. A method without a measured order does not."""
-    series = [((OWN, method), "pendulum", [(number(row["setting"]), number(row["value"])) for row in group])
-              for method, group in grouped([row for row in rows if row["study"] == "order"], "method").items()]
-    for who, group in by_contestant(race_rows).items():
-        for scene in ("pendulum", "chain10"):
-            points = [(number(row["setting"]), number(row["error_theta"])) for row in group if row["scene"] == scene]
-            if who[0] != OWN and who in ORDERS and measured_order(points) is not None:
-                series.append((who, scene, points))
-    found = []
-    for who, scene, points in series:
-        order, theory = measured_order(points), ORDERS[who]
-        fits = order is not None and abs(order - theory) <= max(0.5, 0.15 * theory)
-        found.append((name_of(who), scene, theory, "none" if order is None else f"{order:.2f}", fits))
-    return found
+def orders(rows):
+    """method, order by theory, measured, and if they agree. A method without a measured order does not."""
+    for method, group in grouped([row for row in rows if row["study"] == "order"], "method").items():
+        order = measured_order([(number(row["setting"]), number(row["value"])) for row in group])
+        theory = ORDERS[method]
+        yield method, theory, order, order is not None and abs(order - theory) <= max(0.5, 0.15 * theory)
+
+
+def balances(rows, scenes):
+    """scene, residual of the energy balance, energy at hand, least error of an angle, and if they fit."""
+    for row in rows:
+        if row["study"] == "energy":
+            closest = min((number(each["error_theta"]) for each in scenes.get(row["scene"], {"rows": []})["rows"]
+                           if each["engine"] == OWN and each["outcome"] == "ok"), default=math.nan)
+            yield (row["scene"], row["value"], row["scale"], closest,
+                   number(row["value"]) <= 1e-8 * number(row["scale"]) and not closest >= 1e-6)
 
 
 # ---- Where auto is not the fastest, and why ------------------------------------------------------
@@ -115,27 +128,22 @@ def orders(rows, race_rows):
 Cell = collections.namedtuple("Cell", "outcome fastest ratio evaluations why")
 
 
-def scatter(runs, rows):
-    """How far the median of auto's runs lies above their least, at its worst setting that arrived, relative."""
-    arrived = {row["setting"]: number(row["cpu_seconds"]) for row in by_contestant(rows).get(AUTO, [])}
-    return max([arrived[row["setting"]] / number(row["cpu_seconds_least"]) - 1 for row in runs
-                if (row["engine"], row["method"]) == AUTO and row["setting"] in arrived], default=0)
-
-
-def verdict(rows, level, floor, spread):
-    """One scene at one level. outcome: nobody, not reached, fastest, slower (than `fastest`, by `ratio`)."""
+def verdict(rows, level, floor):
+    """One scene at one level. outcome: nobody, not reached, alone, fastest, slower (than `fastest`, by `ratio`)."""
     groups = by_contestant(rows)
     times = {who: reached[level] for who, reached in times_to(rows).items() if level in reached}
     auto = times.pop(AUTO, None)
     fastest = min(times, key=times.get) if times else None
     if auto is None:
-        return Cell("not reached" if times else "nobody", fastest, None, None, why_not_reached(rows, level, floor))
-    if fastest is None or auto <= times[fastest]:
-        return Cell("fastest", fastest, auto / times[fastest] if fastest else 0, None, "")
+        return Cell("not reached" if times else "nobody", fastest, math.nan, None, why_not_reached(rows, level, floor))
+    if fastest is None:
+        return Cell("alone", None, 1e-9, None, "")
     ratio = auto / times[fastest]
+    if ratio <= 1:
+        return Cell("fastest", fastest, ratio, None, "")
     theirs = at_level(groups[fastest], level, "evaluations")
     evaluations = at_level(groups[AUTO], level, "evaluations") / theirs if theirs else None
-    return Cell("slower", fastest, ratio, evaluations, why_slower(fastest, ratio, evaluations, spread))
+    return Cell("slower", fastest, ratio, evaluations, why_slower(fastest, ratio, evaluations))
 
 
 def why_not_reached(rows, level, floor):
@@ -148,11 +156,11 @@ def why_not_reached(rows, level, floor):
     return f"its finest setting ends {closest:.0e} rad off"
 
 
-def why_slower(fastest, ratio, evaluations, spread):
+def why_slower(fastest, ratio, evaluations):
     """By a rule, from the faster method and how often both evaluated the accelerations."""
     engine, method = fastest
-    if ratio <= 1 + min(spread, 0.1):
-        return f"as fast within {100 * min(spread, 0.1):.0f} %; its own runs scatter by {100 * spread:.0f} %"
+    if ratio <= 1.1:
+        return "as fast within 10 %; the runs at one setting scatter by as much"
     if engine == OWN and method not in CHOOSES_FROM:
         kind = "equal steps, a length found by hindsight" if method in ("rk4", "ros34pw2_fixed") else "a lower order"
         return f"a method that auto does not choose from: {kind}, cheaper at this accuracy"

@@ -11,29 +11,138 @@
 #include <cmath>
 #include <complex>
 #include <cstdio>
+#include <functional>
 #include <utility>
 
-#include "ode/local_stiffness.h"
-#include "planar_chain/energy.h"
 #include "planar_chain/linear_model.h"
 #include "planar_chain/simulation.h"
-#include "report/families.h"
 #include "report/own.h"
 #include "tools/common.h"
 
 namespace planar_chain::tools {
 namespace {
 
-constexpr double mostEnergy = 1.1;           // of that at the start
-constexpr double largestTried = 1;           // s
-constexpr double resolution = 1.03;          // of a limit found by bisection
-constexpr int mostDense = 100;               // links for which all eigenvalues are found
-constexpr double mostLinkEvaluations = 4e7;  // for a reference: some two seconds
-constexpr double mostLinkSteps = 2e7;        // for an error
+constexpr double mostEnergy = 1.1;   // of that at the start
+constexpr double largestTried = 1;   // s
+constexpr double resolution = 1.03;  // of a limit found by bisection
+constexpr int mostDense = 100;       // links for which eigenvalues are found
+
+// ---- The chains: each family varies one number -----------------------------------------------
+
+/// A chain, undriven, which would hang straight down at rest.
+struct Case {
+  std::string family;
+  double value = 0;  ///< of what the family varies
+  Scene scene;
+  double horizon = 0;      ///< s that a run lasts at least
+  double smallest = 1e-9;  ///< step that is tried, s
+  /// The motion stays close to rest, so that the eigenvalues there say what explicit methods need.
+  bool isNearRest = true;
+};
+
+/// The angle of the link at x, from 0 (ground) to 1 (tip), against straight down.
+using Lean = std::function<double(double x)>;
+
+/// A chain of 1 m in all, made of n rods, at rest. mass(i), kg. Springs k and dampers d in all joints but the
+/// ground's.
+Scene make(int n, const std::function<double(int)>& mass, const Lean& lean, double k = 0, double d = 0) {
+  const double length = 1.0 / n;
+  std::vector<Link> links;
+  std::vector<Joint> joints;
+  std::vector<double> q, qd(static_cast<std::size_t>(n), 0.0);  // q: absolute until all are known
+  for (int i = 0; i < n; ++i) {
+    const std::string name = "link_" + std::to_string(i + 1);
+    links.push_back({name, mass(i), mass(i) * length * length / 12, {length / 2, 0}, {length, 0}});
+    joints.push_back({name + "_joint"});
+    joints.back().stiffness = i > 0 ? k : 0;
+    joints.back().damping = i > 0 ? d : 0;
+    q.push_back(-pi / 2 + lean((i + 0.5) / n));
+  }
+  toRelative(q.data(), n, q.data());
+  return {Chain(std::move(links), std::move(joints), {0, -9.81}), std::move(q), std::move(qd), {}, {}, {}, 0};
+}
+
+/// Swung out by 0.1 rad, and a smooth bend on top.
+Lean leanWithBend(double bend) {
+  return [bend](double x) { return 0.1 + bend * std::sin(pi * x); };
+}
+
+std::function<double(int)> evenly(double n) {
+  return [n](int) { return 1 / n; };
+}
+
+/// Ten links with springs k and dampers d in the inner joints, bent as a moment of about 1 N m would, if that
+/// is little.
+Scene springyBar(double k, double d) {
+  return make(10, evenly(10), leanWithBend(0.02 * std::min(1.0, 10 / k)), k, d);
+}
+
+/// Twenty links, the last one heavier by this ratio.
+Scene heavyTip(double ratio, double bend) {
+  return make(
+      20, [ratio](int i) { return 0.05 * (i == 19 ? ratio : 1); }, leanWithBend(bend));
+}
+
+/// Twenty links, first over last mass as given.
+Scene tapered(double ratio) {
+  return make(
+      20, [ratio](int i) { return 0.05 * std::pow(ratio, -i / 19.0); }, leanWithBend(0.02));
+}
+
+/// Swung out and bent a little.
+Scene hanging(double n) {
+  return make(static_cast<int>(n), evenly(n), leanWithBend(0.02));
+}
+
+/// Without gravity about the ground pin: only tension holds it straight.
+Scene spinning(double rate) {
+  Scene scene = hanging(10);
+  scene.chain = Chain(scene.chain.links(), scene.chain.joints(), {});
+  scene.qd[0] = rate;
+  return scene;
+}
+
+/// quick: few and short chains.
+std::vector<Case> stabilityCases(bool quick) {
+  using Numbers = std::vector<double>;
+  const Numbers stiffnesses =
+      quick ? Numbers{1, 1e3, 1e6, 1e9} : Numbers{1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
+  const Numbers ratios = quick ? Numbers{1, 1e4, 1e8} : Numbers{1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8};
+  const Numbers lengths = quick ? Numbers{10, 50} : Numbers{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 10000};
+  const Numbers whips = quick ? Numbers{10} : Numbers{10, 20, 50, 100};
+  const Numbers spins = quick ? Numbers{1, 100} : Numbers{1, 10, 100, 1e3, 1e4};
+
+  std::vector<Case> cases;
+  const auto add = [&](const char* family, const Numbers& values, auto makeScene) {
+    for (const double value : values) cases.push_back({family, value, makeScene(value)});
+  };
+  add("stiff", stiffnesses, [](double k) { return springyBar(k, 0); });
+  add("stiff_damped", stiffnesses, [](double k) { return springyBar(k, 1e-3 * k); });
+  add("damped", stiffnesses, [](double d) { return springyBar(100, d); });
+  add("heavy_tip", ratios, [](double ratio) { return heavyTip(ratio, 0); });
+  add("slack_tip", ratios, [](double ratio) { return heavyTip(ratio, 0.01); });
+  add("light_tip", ratios, tapered);
+  add("long", lengths, hanging);
+  // Let go straight and level.
+  add("whip", whips,
+      [](double n) { return make(static_cast<int>(n), evenly(n), [](double) { return pi / 2; }); });
+  add("spin", spins, spinning);
+  for (Case& each : cases) {
+    each.isNearRest = each.family != "whip" && each.family != "spin";
+    if (each.family != "whip") continue;
+    each.horizon = 2;
+    each.smallest = 1e-4;
+  }
+  return cases;
+}
+
+// ---- By theory -------------------------------------------------------------------------------
+
+using Eigenvalues = std::vector<std::complex<double>>;
 
 /// R(z): what one step of h makes of y = 1 for ẏ = λ y, z = h λ.
 std::complex<double> amplification(const ode::Tableau& table, std::complex<double> z) {
-  std::vector<std::complex<double>> k;
+  Eigenvalues k;
   std::complex<double> result = 1;
   for (std::size_t i = 0; i < table.b.size(); ++i) {
     std::complex<double> stage = 1;
@@ -44,313 +153,153 @@ std::complex<double> amplification(const ode::Tableau& table, std::complex<doubl
   return result;
 }
 
-double energyAt(const Scene& scene, const Eigen::VectorXd& motion) {
-  return energyOf(scene.chain, motion.data(), motion.data() + scene.chain.size()).total();
-}
-
-/// θ and ω, straight down.
-Eigen::VectorXd atRest(int n) {
-  Eigen::VectorXd rest = Eigen::VectorXd::Zero(2 * n);
-  rest.head(n).setConstant(-pi / 2);
-  return rest;
-}
-
-/// Of J at rest: for long chains the largest alone.
-std::vector<std::complex<double>> eigenvaluesAtRest(const Scene& scene) {
-  const int n = scene.chain.size();
-  if (n > mostDense) {
-    // Power iteration, until it settles.
-    Dynamics dynamics(scene);
-    dynamics.enter(0);
-    ode::LocalStiffness stiffness(dynamics);
-    Eigen::VectorXd rest = Eigen::VectorXd::Zero(dynamics.size());
-    rest.head(2 * n) = atRest(n);
-    const ode::State state(dynamics, rest);
-    double last = 0;
-    for (int looks = 0; looks < 3000; ++looks) {
-      stiffness.update(0, state.y);
-      if (looks % 100 != 99) continue;
-      if (std::abs(stiffness.largestEigenvalue() - last) < 1e-5 * last) break;
-      last = stiffness.largestEigenvalue();
-    }
-    return {{0, stiffness.largestEigenvalue()}};
-  }
-
+/// Of J at rest; none for motions far from rest and for long chains.
+Eigenvalues eigenvaluesAtRest(const Case& given) {
+  const int n = given.scene.chain.size();
+  if (!given.isNearRest || n > mostDense) return {};
   const Eigen::VectorXd q = -pi / 2 * Eigen::VectorXd::Unit(n, 0);
-  const Eigen::MatrixXd A = linearModel(scene, 0, q, Eigen::VectorXd::Zero(n)).A;
+  const Eigen::MatrixXd A = linearModel(given.scene, 0, q, Eigen::VectorXd::Zero(n)).A;
   const Eigen::VectorXcd all = Eigen::EigenSolver<Eigen::MatrixXd>(A, false).eigenvalues();
   // The rounding of fast modes hides the slow ones, which do not limit the step.
   const double slow = 1e-3 * all.cwiseAbs().maxCoeff();
-  std::vector<std::complex<double>> fast;
+  Eigenvalues fast;
   std::copy_if(all.data(), all.data() + all.size(), std::back_inserter(fast),
                [=](std::complex<double> lambda) { return std::abs(lambda) > slow; });
   return fast;
 }
 
-enum class Verdict { stable, grows, notFinite };
+/// 1/s
+std::optional<double> largestOf(const Eigenvalues& eigenvalues) {
+  std::optional<double> largest;
+  for (const auto lambda : eigenvalues) largest = std::max(largest.value_or(0), std::abs(lambda));
+  return largest;
+}
+
+/// The largest h with |R(h λ)| ≤ 1, for it and all smaller ones and every eigenvalue λ. R is the polynomial
+/// of an explicit method; nothing for other methods.
+std::optional<double> predictedLimit(const Method& method, const Eigenvalues& eigenvalues) {
+  if (eigenvalues.empty() || !method.table) return std::nullopt;
+  constexpr double fine = 1.002;
+  constexpr double rounding = 1e-5;  // of R: an undamped mode's eigenvalue has a small real part
+  const auto grows = [&](double h) {
+    return std::any_of(eigenvalues.begin(), eigenvalues.end(), [&](std::complex<double> lambda) {
+      return std::abs(amplification(*method.table, h * lambda)) > 1 + rounding;
+    });
+  };
+  double h = 0.3 / *largestOf(eigenvalues);
+  while (!grows(h)) h *= fine;
+  return h / fine;
+}
+
+// ---- By runs ---------------------------------------------------------------------------------
+
+/// How a run fails; empty if it is stable.
+std::string failureOf(const Case& given, const Method& method, double h) {
+  constexpr int stepsPerCheck = 10;
+  const double fewest = std::clamp(2e5 / given.scene.chain.size(), 100.0, 2000.0);
+  const double end = h * static_cast<int>(std::max(fewest, std::ceil(given.horizon / h)));
+  OwnRun run(given.scene, end, equalSteps(method, h));
+  const double energyAtStart = run.energyOfMotion();
+  for (;;) {
+    const Progress progress = run.steps(stepsPerCheck);
+    const double energy = run.energyOfMotion();
+    if (progress == Progress::diverged || !std::isfinite(energy)) return "not finite";
+    if (!(energy <= mostEnergy * energyAtStart)) return "grows";
+    if (progress != Progress::underway) return progress == Progress::arrived ? "" : "not finite";
+  }
+}
 
 struct Limit {
   std::optional<double> stable;    ///< the largest step such that it and all smaller ones tried are stable
   std::optional<double> unstable;  ///< the next larger one tried
-  Verdict how = Verdict::stable;   ///< how that one fails
-  double largerStable = 0;         ///< the largest of all stable steps
+  std::string how;                 ///< that one fails
 };
 
-/// A case, ready to be run again and again.
-class Bench {
- public:
-  /// The case must outlive this object.
-  Bench(const Case& given) : case_(given), n_(given.scene.chain.size()) {
-    Eigen::VectorXd start(2 * n_);
-    readStart(given.scene, start.data(), start.data() + n_);
-    energyAtRest_ = energyAt(given.scene, atRest(n_));
-    energyAtStart_ = energyAt(given.scene, start) - energyAtRest_;
-    if (given.isNearRest) eigenvalues_ = eigenvaluesAtRest(given.scene);
-  }
-
-  Verdict run(const Method& method, double h) const {
-    constexpr int stepsPerCheck = 10;
-    const double fewest = std::clamp(2e5 / n_, 100.0, 2000.0);
-    const double end = h * static_cast<int>(std::max(fewest, std::ceil(case_.horizon / h)));
-    OwnRun run(case_.scene, end, equalSteps(method, h));
-    for (;;) {
-      const Progress progress = run.steps(stepsPerCheck);
-      const double energy = energyAt(case_.scene, run.motion()) - energyAtRest_;
-      if (progress == Progress::diverged || !std::isfinite(energy)) return Verdict::notFinite;
-      if (!(energy <= mostEnergy * energyAtStart_)) return Verdict::grows;
-      if (progress != Progress::underway)
-        return progress == Progress::arrived ? Verdict::stable : Verdict::notFinite;
+/// Tries 1, 0.5, 0.2, 0.1 … s, down to a decade of stable steps and at least to 1 ms; then bisects to 3 %.
+Limit findLimit(const Case& given, const Method& method) {
+  Limit limit;
+  const auto isStable = [&](double h) {
+    const std::string failure = failureOf(given, method, h);
+    if (failure.empty()) return true;
+    limit.unstable = h;
+    limit.how = failure;
+    return false;
+  };
+  constexpr double parts[] = {1, 0.5, 0.2};
+  for (int k = 0;; ++k) {
+    const double h = largestTried * parts[k % 3] * std::pow(10.0, -(k / 3));
+    const bool wentFarEnough = limit.stable && h < 0.099 * *limit.stable && h < 0.99e-3;
+    if (wentFarEnough || h < 0.99 * given.smallest) break;
+    if (!isStable(h)) {
+      limit.stable.reset();
+    } else if (!limit.stable) {
+      limit.stable = h;
     }
   }
-
-  /// Tries 1, 0.5, 0.2, 0.1 … s, down to a decade of stable steps and at least to 1 ms; then bisects to 3 %.
-  Limit findLimit(const Method& method) const {
-    Limit limit;
-    const auto isStable = [&](double h) {
-      const Verdict verdict = run(method, h);
-      if (verdict == Verdict::stable) {
-        limit.largerStable = std::max(limit.largerStable, h);
-      } else {
-        limit.unstable = h;
-        limit.how = verdict;
-      }
-      return verdict == Verdict::stable;
-    };
-    constexpr double parts[] = {1, 0.5, 0.2};
-    for (int k = 0;; ++k) {
-      const double h = largestTried * parts[k % 3] * std::pow(10.0, -(k / 3));
-      const bool wentFarEnough = limit.stable && h < 0.099 * *limit.stable && h < 0.99e-3;
-      if (wentFarEnough || h < 0.99 * case_.smallest) break;
-      if (!isStable(h)) {
-        limit.stable.reset();
-      } else if (!limit.stable) {
-        limit.stable = h;
-      }
-    }
-    while (limit.stable && limit.unstable && *limit.unstable > resolution * *limit.stable) {
-      const double h = std::sqrt(*limit.stable * *limit.unstable);
-      if (isStable(h)) limit.stable = h;
-    }
-    return limit;
+  while (limit.stable && limit.unstable && *limit.unstable > resolution * *limit.stable) {
+    const double h = std::sqrt(*limit.stable * *limit.unstable);
+    if (isStable(h)) limit.stable = h;
   }
+  return limit;
+}
 
-  /// The largest h with |R(h λ)| ≤ 1, for it and all smaller ones and every eigenvalue λ of the chain at
-  /// rest. R is the polynomial of an explicit method. Nothing for other methods, and far from rest.
-  std::optional<double> predictedLimit(const Method& method) const {
-    if (!case_.isNearRest || !method.table) return std::nullopt;
-    constexpr double fine = 1.002;
-    constexpr double rounding = 1e-5;  // of R: an undamped mode's eigenvalue has a small real part
-    const auto grows = [&](double h) {
-      return std::any_of(eigenvalues_.begin(), eigenvalues_.end(), [&](std::complex<double> lambda) {
-        return std::abs(amplification(*method.table, h * lambda)) > 1 + rounding;
-      });
-    };
-    double h = 0.3 / largestEigenvalue();
-    while (!grows(h)) h *= fine;
-    return h / fine;
-  }
+// ---- The table -------------------------------------------------------------------------------
 
-  /// |λ| of the chain at rest, 1/s.
-  double largestEigenvalue() const {
-    double largest = 0;
-    for (const auto lambda : eigenvalues_) largest = std::max(largest, std::abs(lambda));
-    return largest;
-  }
-
-  /// Largest error of an angle after 1 s, rad, against `auto` at tolerance 1e-10. Nothing if either run takes
-  /// too long; infinite if the method's run is not finite.
-  std::optional<double> errorAfterASecond(const Method& method, double h) {
-    if (n_ / h > mostLinkSteps) return std::nullopt;
-    if (!std::exchange(referenceTried_, true)) {
-      OwnRun run(case_.scene, 1, methodFor("auto", 1e-10));
-      Progress progress = Progress::underway;
-      while (progress == Progress::underway) {
-        progress = run.steps(10);
-        // Given up as soon as the speed so far will not bring it there.
-        const double spent = static_cast<double>(run.counts().evaluations) * n_ / mostLinkEvaluations;
-        if (spent > 0.2 && spent > run.time()) break;
-      }
-      if (progress == Progress::arrived) reference_ = run.motion();
-    }
-    if (!reference_) return std::nullopt;
-    OwnRun run(case_.scene, 1, equalSteps(method, h));
-    if (run.steps(std::numeric_limits<int>::max()) != Progress::arrived) return infinity;
-    const double error = (run.motion() - *reference_).head(n_).cwiseAbs().maxCoeff();
-    return std::isfinite(error) ? error : infinity;
-  }
-
- private:
-  const Case& case_;
-  int n_;
-  double energyAtRest_, energyAtStart_;
-  std::vector<std::complex<double>> eigenvalues_;
-  bool referenceTried_ = false;
-  std::optional<Eigen::VectorXd> reference_;
-};
-
-// ---- Tables ----------------------------------------------------------------------------------
-
-using Row = std::vector<std::string>;
-
-std::string text(const char* format, const std::optional<double>& value) {
-  char buffer[64] = "";
-  if (value) std::snprintf(buffer, sizeof buffer, format, *value);
+std::string text(const std::optional<double>& value) {
+  char buffer[32] = "";
+  if (value) std::snprintf(buffer, sizeof buffer, "%.4g", *value);
   return buffer;
 }
 
-void printRow(const Row& row) {
-  for (const std::string& cell : row) std::printf("| %s ", cell.c_str());
-  std::puts("|");
-  std::fflush(stdout);
-}
-
-void writeRow(std::ofstream& file, const Row& row) {
-  for (std::size_t i = 0; i < row.size(); ++i) file << (i > 0 ? "," : "") << row[i];
-  file << '\n' << std::flush;
-}
-
-/// The cells of a method in the CSV file, without errors if quick.
-Row csvCells(Bench& bench, const Method& method, const Limit& limit, const std::string& eigenvalue,
-             bool quick) {
-  constexpr const char* words[] = {"", "grows", "not finite"};
-  std::optional<double> errorAtLimit, errorAtMillisecond;
-  if (!quick) {
-    if (limit.stable) errorAtLimit = bench.errorAfterASecond(method, *limit.stable);
-    errorAtMillisecond =
-        bench.run(method, 1e-3) == Verdict::stable ? bench.errorAfterASecond(method, 1e-3) : infinity;
-  }
-  return {text("%.4g", limit.stable),
-          text("%.4g", limit.unstable),
-          words[static_cast<int>(limit.how)],
-          text("%.4g", limit.largerStable),
-          text("%.4g", bench.predictedLimit(method)),
-          eigenvalue,
-          text("%.3g", errorAtLimit),
-          text("%.3g", errorAtMillisecond),
-          "",
-          "",
-          ""};
-}
-
-std::string limitCell(const Limit& limit, const std::optional<double>& predicted) {
-  if (!limit.stable) return "none";
-  return (limit.unstable ? "" : "≥ ") + text("%.3g", limit.stable) +
-         (limit.largerStable > 1.01 * *limit.stable ? "*" : "") +
-         (predicted ? text(" (%.3g)", predicted) : "");
-}
-
-/// What `auto` does in two seconds, or in as many of them as some ten million link-evaluations allow.
-struct Automatic {
-  std::string method;
-  long long steps = 0;
-  double duration = 0;
-};
-
-Automatic runAutomatic(Scene scene, bool quick) {
+/// What `auto` does in two seconds, or in as many of them as some ten million link-evaluations allow: its
+/// method at the end, its mean step.
+std::string automatic(Scene scene, bool quick) {
   constexpr double duration = 2;
   const double most = quick ? 1e6 : 1.2e7;  // link-evaluations
-  scene.integrator.method = "auto";
-  scene.integrator.tolerance = 1e-6;
+  scene.integrator = {"auto", 1e-6, 0};
   Simulation simulation(scene);
   double t = 1e-5;
   while (simulation.advanceTo(t) && t < duration &&
          static_cast<double>(simulation.statistics().evaluations) * scene.chain.size() < most) {
     t = std::min(duration, 1.5 * t);
   }
-  return {simulation.fault().empty() ? simulation.method() : "fails", simulation.statistics().steps,
-          simulation.time()};
+  const long long steps = std::max(1LL, simulation.statistics().steps);
+  return (simulation.fault().empty() ? simulation.method() : "fails") + "," +
+         text(simulation.time() / static_cast<double>(steps));
 }
-
-/// Prints a table in GitHub Markdown, and writes the rows of the CSV file.
-void printFamily(const Family& family, bool quick, std::ofstream& csv) {
-  std::printf("### %s\n\n%s.\n\n", family.name.c_str(), family.story.c_str());
-  Row header{family.varied, "largest eigenvalue, 1/s"};
-  for (const Method& method : measuredMethods()) header.push_back(method.name);
-  header.insert(header.end(), {"auto: mean step", "its method at the end"});
-  printRow(header);
-  printRow(Row(header.size(), "--:"));
-
-  for (const Case& scene : family.cases) {
-    Bench bench(scene);
-    const std::string value = text("%.4g", scene.value), links = std::to_string(scene.scene.chain.size());
-    const std::string eigenvalue = scene.isNearRest ? text("%.3g", bench.largestEigenvalue()) : "";
-    const auto write = [&](const std::string& method, Row cells) {
-      cells.insert(cells.begin(), {family.name, value, links, method});
-      if (csv.is_open()) writeRow(csv, cells);
-    };
-    Row row{value, eigenvalue};
-    for (const Method& method : measuredMethods()) {
-      const Limit limit = bench.findLimit(method);
-      row.push_back(limitCell(limit, bench.predictedLimit(method)));
-      write(method.name, csvCells(bench, method, limit, eigenvalue, quick));
-    }
-    const Automatic automatic = runAutomatic(scene.scene, quick);
-    Row cells(8, "");
-    cells.insert(cells.end(),
-                 {automatic.method, std::to_string(automatic.steps), text("%.4g", automatic.duration)});
-    write("auto", cells);
-    row.push_back(text("%.2g", automatic.duration / static_cast<double>(std::max(1LL, automatic.steps))));
-    row.push_back(automatic.method);
-    printRow(row);
-  }
-  std::puts("");
-}
-
-// ---- The run ---------------------------------------------------------------------------------
-
-constexpr const char* explanation =
-    R"(The largest stable step, s, of each method with equal steps, in brackets the limit by theory, and what auto does.
-
-A step is *stable* if a run stays finite and the energy of motion (T + V, less V at rest) never exceeds 1.1 times its
-value at the start. Stable is not accurate: --csv has the errors. Every smaller step that was tried is stable, too.
-`none`: every step blows up, down to 1e-9 s (a whip: 1e-4 s). `≥`: none blows up. `*`: larger ones passed, but not all.
-By theory: |R(h λ)| ≤ 1 for every eigenvalue λ of the chain at rest. auto runs at tolerance 1e-6, for 2 s or less.
-)";
 
 int stability(int argc, char** argv) {
-  CLI::App app("Measures how far each method goes with equal steps; prints Markdown.", "stability");
-  std::optional<std::string> csvPath;
+  CLI::App app("Measures how far each method goes with equal steps; prints CSV.", "stability");
+  std::optional<std::string> path;
   bool quick = false;
-  app.add_option("--csv", csvPath, "File to write: every number, one scene and method a row");
-  app.add_flag("--quick", quick, "Some seconds: fewer and shorter chains, no errors");
+  app.add_option("--csv", path, "File to write in place of standard output");
+  app.add_flag("--quick", quick, "Some seconds: fewer and shorter chains");
   app.footer("Exit status: 0 done; 1 the run failed; 2 bad arguments.");
   if (const auto status = parseArguments(app, argc, argv)) return *status;
-
-  std::ofstream csv;
-  if (csvPath) {
-    csv.open(*csvPath);
-    if (!csv) {
-      const std::string why = std::strerror(errno);
-      throw Refused({{"--csv", "a file that can be written", describe(Value(*csvPath)) + ": " + why}});
-    }
-    writeRow(csv, {"family", "value", "links", "method", "largest_stable_s", "unstable_s", "how",
-                   "largest_of_all_s", "predicted_s", "largest_eigenvalue", "error_at_largest_rad",
-                   "error_at_1ms_rad", "auto_method", "auto_steps", "auto_duration_s"});
+  std::ofstream file;
+  if (path) {
+    std::vector<Fault> faults;
+    checkOutput("--csv", *path, {}, faults);
+    if (!faults.empty()) throw Refused(faults);
+    file.open(*path);
   }
-  std::puts(explanation);
-  for (const Family& family : stabilityFamilies(quick)) {
-    printFamily(family, quick, csv);
-    if (!csv) throw std::runtime_error("cannot write " + *csvPath + ": " + std::strerror(errno));
+  std::ostream& out = path ? file : std::cout;
+
+  out << "family,value,links,method,largest_stable_s,unstable_s,how,predicted_s,largest_eigenvalue,auto_"
+         "method,"
+         "auto_mean_step_s\n";
+  for (const Case& each : stabilityCases(quick)) {
+    const Eigenvalues eigenvalues = eigenvaluesAtRest(each);
+    const std::string chain =
+        each.family + "," + text(each.value) + "," + std::to_string(each.scene.chain.size()) + ",";
+    for (const Method& method : measuredMethods()) {
+      const Limit limit = findLimit(each, method);
+      out << chain << method.name << ',' << text(limit.stable) << ',' << text(limit.unstable) << ','
+          << limit.how << ',' << text(predictedLimit(method, eigenvalues)) << ','
+          << text(largestOf(eigenvalues)) << ",," << std::endl;
+    }
+    out << chain << "auto,,,,,," << automatic(each.scene, quick) << std::endl;
+    if (!out) throw std::runtime_error("cannot write the table");
   }
   return done;
 }

@@ -25,6 +25,8 @@ DASHES = ["-", "--", "-.", ":"]
 MOST_JOINTS = len(COLOURS)
 ROW_HEIGHT, WIDTH = 1.9, 11.0  # inch
 INSTANTS = 9  # of --strobe
+ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work of loads and commands", "dissipated": "dissipated"}
+ROUNDING = 1e-16  # no axis shows less of an error
 
 
 class Refused(Exception):
@@ -32,12 +34,28 @@ class Refused(Exception):
 
 
 class Motion:
-    """t: time of each state; q, qd, effort: one column for each joint. energy: times and curves by name. balance,
-    error: times and values. effort, energy, balance and error may be None."""
+    """t: time of each state; q, qd, effort: one column for each joint. events: {k: name} where the motion is not
+    continuous between the states k - 1 and k. energy: times and curves by name. balance, error: times and values.
+    effort, energy, balance and error may be None."""
 
     def __init__(self, joints, t, q, qd, effort=None):
         self.joints, self.t, self.q, self.qd, self.effort = joints, t, q, qd, effort
         self.energy = self.balance = self.error = None
+        self.events = {}
+
+    def curves(self, j, wrap=False):
+        """t, q, q̇, τ of a joint, with NaN where lines must not join them. wrap: q in (−π, π]."""
+        q, breaks = self.q[:, j], set(self.events)
+        if wrap:
+            q = q - 2 * np.pi * np.ceil((q - np.pi) / (2 * np.pi))
+            breaks |= set(np.flatnonzero(abs(np.diff(q)) > np.pi) + 1)
+        effort = np.zeros(len(q)) if self.effort is None else self.effort[:, j]
+        return np.insert(np.array([self.t, q, self.qd[:, j], effort]), sorted(breaks), np.nan, axis=1)
+
+    def broken(self, t, values):
+        """The same for values at other times."""
+        places = np.searchsorted(t, [(self.t[k - 1] + self.t[k]) / 2 for k in sorted(self.events)])
+        return np.insert(t, places, np.nan), np.insert(values, places, np.nan)
 
 
 # ---- Reading -----------------------------------------------------------------------------------
@@ -58,9 +76,8 @@ def read_csv(path):
     if len(table) < 2:
         raise Refused(f"{path}: expected two rows or more, got {len(table)}")
     n = len(joints)
-    t, energy = table[:, 0], table[:, -1]
-    motion = Motion(joints, t, table[:, 1:n + 1], table[:, n + 1:2 * n + 1])
-    motion.energy = t, {"T + V, less that of the start": energy - energy[0]}
+    motion = Motion(joints, table[:, 0], table[:, 1:n + 1], table[:, n + 1:2 * n + 1])
+    motion.energy = motion.t, {"T + V, less that of the start": table[:, -1] - table[0, -1]}
     return motion
 
 
@@ -80,33 +97,57 @@ def topics_of(bag, path, node):
     return states[0], statuses[0] if statuses else None
 
 
+def events_of(stamps, statuses, taken):
+    """stamps: of the states, s. taken: the reset and set_state messages on commands_taken, if it was recorded."""
+    period = np.median(np.diff(stamps))
+    events = {}
+    for k in np.flatnonzero(np.diff(stamps) > 1.5 * period) + 1:
+        within = [status for status in statuses if stamps[k - 1] < status.header.stamp.to_sec() < stamps[k]]
+        events[k] = ("fault" if any(status.fault for status in within) else
+                     "pause" if any(status.paused for status in within) else "gap")
+
+    # The first tick of each reset and set_state. After a reset the scene's time begins at 0.
+    ticks = [(message.tick, "reset" if message.kind == message.RESET else "set_state") for message in taken]
+    if not ticks:
+        ticks = [(tick, "reset") for tick in sorted({status.tick - round(status.scene_time / period)
+                                                     for status in statuses if status.scene_time > 0})]
+    # Its state: a status says when its tick was.
+    known = [(status.tick, k) for status in statuses for k in [np.argmin(abs(stamps - status.tick_stamp.to_sec()))]
+             if abs(stamps[k] - status.tick_stamp.to_sec()) < period / 2]
+    for tick, name in ticks if known else ():
+        nearest, k = min(known, key=lambda pair: abs(pair[0] - tick))  # pylint: disable=cell-var-from-loop
+        k += tick - nearest
+        if 0 < k < len(stamps):
+            events[k] = f"{events[k]}, {name}" if k in events else name
+    return events
+
+
 def read_bag(path, node):
     import rosbag  # a CSV needs no ROS
     try:
         with rosbag.Bag(path) as bag:
             states_topic, status_topic = topics_of(bag, path, node)
-            states = [message for _, message, _ in bag.read_messages(states_topic)]
-            statuses = [message for _, message, _ in bag.read_messages(status_topic)] if status_topic else []
+            states, statuses, taken = (
+                [message for _, message, _ in bag.read_messages(topic)] if topic else [] for topic in
+                (states_topic, status_topic, status_topic and status_topic[:-len("status")] + "commands_taken"))
     except rosbag.ROSBagException as problem:
         raise Refused(f"{path}: expected a bag that can be read, got {problem}") from problem
     if len(states) < 2:
         raise Refused(f"{path}: expected two states or more on {states_topic}, got {len(states)}")
-    start = states[0].header.stamp
 
-    def since_start(messages):
-        return np.array([(message.header.stamp - start).to_sec() for message in messages])
+    def of(messages, *fields):
+        return [np.array([getattr(message, field) for message in messages]) for field in fields]
 
-    motion = Motion(list(states[0].name), since_start(states), *(
-        np.array([getattr(state, field) for state in states]) for field in ("position", "velocity", "effort")))
-    if statuses:
-        def values(field):
-            return np.array([getattr(status, field) for status in statuses])
-
-        t = since_start(statuses)
-        motion.energy = t, {"T": values("kinetic"), "V": values("potential"), "supplied": values("work_supplied"),
-                            "dissipated": values("dissipated")}
-        motion.balance = t, values("energy_balance")
-        motion.error = t, values("error_estimate")
+    stamps = np.array([state.header.stamp.to_sec() for state in states])
+    motion = Motion(list(states[0].name), stamps - stamps[0], *of(states, "position", "velocity", "effort"))
+    motion.events = events_of(stamps, statuses,
+                              [message for message in taken if message.kind in (message.RESET, message.SET_STATE)])
+    running = [status for status in statuses if not status.standstill]
+    if running:
+        t = np.array([status.header.stamp.to_sec() for status in running]) - stamps[0]
+        parts = of(running, "kinetic", "potential", "work_supplied", "dissipated", "energy_balance", "error_estimate")
+        motion.energy = t, dict(zip(("T", "V", "supplied", "dissipated"), parts))
+        motion.balance, motion.error = (t, parts[4]), (t, parts[5])
     return motion
 
 
@@ -129,52 +170,65 @@ def style(k):
     return {"color": COLOURS[k % len(COLOURS)], "linestyle": DASHES[k // 2 % len(DASHES)]}
 
 
-def panels(motion, columns):
-    """For each panel: label of the axis, times, curves, True for a logarithmic axis."""
-    def of(table):
-        return [(motion.joints[j], table[:, j]) for j in columns]
-
-    yield "angle q (rad)", motion.t, of(motion.q), False
-    yield "rate q̇ (rad/s)", motion.t, of(motion.qd), False
-    if motion.effort is not None and motion.effort.any():
-        yield "torque τ (N m)", motion.t, of(motion.effort), False
+def panels(motion, columns, wrap):
+    """For each panel with data: label of the axis, curves (name, t, values)."""
+    joints = [(motion.joints[j], *motion.curves(j, wrap)) for j in columns]
+    yield "angle q (rad)", [(name, t, q) for name, t, q, _, _ in joints]
+    yield "rate q̇ (rad/s)", [(name, t, qd) for name, t, _, qd, _ in joints]
+    if motion.effort is not None:
+        yield "torque τ (N m)", [(name, t, effort) for name, t, _, _, effort in joints]
     if motion.energy:
-        yield "energy (J)", motion.energy[0], list(motion.energy[1].items()), False
+        t, parts = motion.energy
+        yield ("energy (J)" if len(parts) > 1 else "T + V, less that\nof the start (J)",
+               [(ENERGIES.get(name, name), *motion.broken(t, part)) for name, part in parts.items()])
     if motion.balance:
-        yield "energy balance (J)", motion.balance[0], [("what does not add up", motion.balance[1])], False
+        yield "energy imbalance (J)", [("", *motion.broken(*motion.balance))]
     if motion.error and (motion.error[1] > 0).any():
-        t, values = motion.error
-        yield "error estimate\n(tolerances)", t[values > 0], [("of the last step", values[values > 0])], True
+        t, error = motion.broken(*motion.error)
+        yield "error estimate\n(tolerances)", [("", t, np.maximum(error, ROUNDING))]
 
 
-def draw(motion, columns, title):
-    rows = list(panels(motion, columns))
+def draw(motion, columns, title, wrap):
+    rows = list(panels(motion, columns, wrap))
     height = max(len(rows), 3)
-    figure = pyplot.figure(figsize=(WIDTH, 0.6 + ROW_HEIGHT * height), layout="constrained")
+    figure = pyplot.figure(figsize=(WIDTH, 0.6 + ROW_HEIGHT * height), constrained_layout=True)
     figure.suptitle(title)
     grid = figure.add_gridspec(height, 2, width_ratios=[2, 1])
     first = None
-    for row, (label, t, curves, logarithmic) in enumerate(rows):
-        first = axes = figure.add_subplot(grid[row, 0], sharex=first)
-        for k, (name, values) in enumerate(curves):
+
+    def legend(row, axes, title):
+        key = figure.add_subplot(grid[row, 1])
+        key.axis("off")
+        key.legend(*axes.get_legend_handles_labels(), loc="upper left", title=title, frameon=False)
+
+    for row, (label, curves) in enumerate(rows):
+        axes = figure.add_subplot(grid[row, 0], sharex=first)
+        first = first or axes
+        for k, (name, t, values) in enumerate(curves):
             axes.plot(t, values, label=name, **style(k))
+        for k in motion.events:
+            axes.axvspan(motion.t[k - 1], motion.t[k], color="#7F7F7F", alpha=0.3, linewidth=0.8)
         axes.set_ylabel(label)
-        axes.set_yscale("log" if logarithmic else "linear")
+        axes.set_yscale("log" if label.startswith("error") else "linear")
+        low, high = axes.get_ylim()
+        if high - low < ROUNDING:
+            axes.set_ylim(low - ROUNDING, high + ROUNDING)
         axes.ticklabel_format(axis="x", useOffset=False)
         axes.label_outer()
-        if curves[0][0] not in motion.joints:
-            axes.legend(fontsize="small", loc="best")
+        if label == "energy (J)":
+            legend(row, axes, "energy")
     axes.tick_params(labelbottom=True)
     axes.set_xlabel("time (s)")
+    for k, name in motion.events.items():
+        first.annotate(name, (motion.t[k - 1], 1.02), xycoords=("data", "axes fraction"), fontsize="small")
 
     phase = figure.add_subplot(grid[:2, 1])
     for k, j in enumerate(columns):
-        phase.plot(motion.q[:, j], motion.qd[:, j], label=motion.joints[j], linewidth=0.9, **style(k))
-        phase.plot(motion.q[0, j], motion.qd[0, j], "o", markersize=4, color=style(k)["color"])
+        _, q, qd, _ = motion.curves(j, wrap)
+        phase.plot(q, qd, label=motion.joints[j], linewidth=0.9, **style(k))
+        phase.plot(q[0], qd[0], "o", markersize=4, color=style(k)["color"])
     phase.set(xlabel="angle q (rad)", ylabel="rate q̇ (rad/s)", title="phase portrait, ● the start")
-    key = figure.add_subplot(grid[2, 1])
-    key.axis("off")
-    key.legend(*phase.get_legend_handles_labels(), loc="upper left", title="joint", frameon=False)
+    legend(2, phase, "joint")
     return figure
 
 
@@ -202,6 +256,7 @@ def main():
                         help=f"joints to draw (default: all, or {MOST_JOINTS} of them, evenly along the chain)")
     parser.add_argument("--node", help="node, such as /left/planar_chain, if the bag has several")
     parser.add_argument("--output", metavar="OUT", help="a .png, .svg or .pdf (default: FILE.png)")
+    parser.add_argument("--wrap", action="store_true", help="draws angles in (-pi, pi]")
     parser.add_argument("--strobe", metavar="SCENE", help="draws the chain in the plane; SCENE is its YAML file")
     parser.add_argument("--at", nargs="+", type=float, default=[], metavar="T",
                         help=f"instants of --strobe, s since the first state (default: {INSTANTS} in equal steps)")
@@ -223,7 +278,7 @@ def main():
         pyplot.style.use(["default", "dark_background"] if given.dark else "default")
         pyplot.rcParams.update({"axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.3})
         figure = (strobe(motion, given.strobe, given.at, given.apart) if given.strobe
-                  else draw(motion, columns, title))
+                  else draw(motion, columns, title, given.wrap))
         figure.savefig(output, dpi=130)
     except (NoChain, Refused, OSError, UnicodeDecodeError) as problem:
         print(f"plot: {problem}", file=sys.stderr)

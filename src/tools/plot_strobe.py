@@ -2,13 +2,13 @@
 
 import numpy as np
 from chain import read_chain
-from matplotlib import colormaps, pyplot
-from matplotlib.colors import Normalize
+from matplotlib import pyplot
+from matplotlib.colors import ListedColormap, Normalize
 
 FEW_LINKS = 12          # in chains of at most so many links every pin is marked
 ASIDE = 0.02            # in units of the reach; a centre of mass further from its link gets a line of its own
 WIDEST, HIGHEST, LEAST = 6.5, 5.5, 2.5  # inch, size of the drawing
-MARGINS = 2.1, 0.9                      # inch, around it
+MARGINS = 2.1, 1.2                      # inch, around it
 
 
 class Links:
@@ -36,31 +36,35 @@ def is_aside(links, reach):
 
 
 def at(motion, times):
-    """The angles at these times, interpolated linearly between states."""
-    return np.column_stack([np.interp(times, motion.t, angle) for angle in motion.q.T])
+    """The angles at these times, interpolated linearly between states. Before an event the last state stays."""
+    events = sorted(motion.events)
+    t = np.insert(motion.t, events, motion.t[events])
+    q = np.insert(motion.q, events, motion.q[[k - 1 for k in events]], axis=0)
+    return np.column_stack([np.interp(times, t, angle) for angle in q.T])
 
 
 def draw_strobe(motion, links, times, apart, title):
     """apart: distance by which each instant is moved to the right of the previous one, m."""
-    # The chain at each instant, and the way of its tip.
+    # The chain at each instant, and the path of its tip, broken at events.
     points, coms = pins(links, at(motion, times))
     shift = apart * np.arange(len(times))[:, np.newaxis]
     points, coms = points + shift, coms + shift
-    fine = motion.t[(motion.t >= times[0]) & (motion.t <= times[-1])]
-    trail = pins(links, at(motion, fine))[0][:, -1] + np.interp(fine, times, shift[:, 0])
+    seen = (motion.t >= times[0]) & (motion.t <= times[-1])
+    tip = np.where(seen, pins(links, motion.q)[0][:, -1] + np.interp(motion.t, times, shift[:, 0]), np.nan)
+    trail = np.insert(tip, sorted(motion.events), np.nan)
     aside = is_aside(links, np.sum(np.abs(links.pin)))
 
     # A figure that fits them.
-    seen = np.concatenate([points.ravel(), trail, coms[:, aside].ravel()])
-    width, height = max(np.ptp(seen.real), 1e-9), max(np.ptp(seen.imag), 1e-9)
+    drawn = np.concatenate([points.ravel(), tip[seen], coms[:, aside].ravel()])
+    width, height = max(np.ptp(drawn.real), 1e-9), max(np.ptp(drawn.imag), 1e-9)
     inch = min(WIDEST / width, HIGHEST / height)  # a metre
-    figure, axes = pyplot.subplots(figsize=[max(inch * size, LEAST) + margin
-                                            for size, margin in zip((width, height), MARGINS)], layout="constrained")
+    figure, axes = pyplot.subplots(figsize=[max(inch * size, LEAST) + margin for size, margin in
+                                            zip((width, height), MARGINS)], constrained_layout=True)
 
-    # Light is early, dark is late.
-    colour = colormaps["viridis_r"]
-    span = Normalize(times[0], times[-1] + 0.05 * (times[-1] - times[0]))
-    axes.plot(trail.real, trail.imag, color="#D55E00", linewidth=0.8, label="way of the tip")
+    # Light is early, dark is late; neither end fades into a white or a black page.
+    colour = ListedColormap(pyplot.get_cmap("viridis_r")(np.linspace(0.2, 0.85, 256)))
+    span = Normalize(times[0], times[-1])
+    axes.plot(trail.real, trail.imag, color="#D55E00", linewidth=0.8, label="path of the tip")
     for t, chain, masses in zip(times, points, coms):
         mark = "o" if len(links.pin) <= FEW_LINKS else ""
         axes.plot(chain.real, chain.imag, "-", marker=mark, markersize=3, linewidth=1.6, color=colour(span(t)))
@@ -70,8 +74,7 @@ def draw_strobe(motion, links, times, apart, title):
     ground = points[:, 0] if apart else points[:1, 0]
     axes.plot(ground.real, ground.imag, "^", markersize=9, color="#7F7F7F", label="ground pin", zorder=0)
     axes.set(title=title, xlabel="x (m)", ylabel="y (m)", aspect="equal")
-    axes.legend(fontsize="small", loc="best")
+    axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=5, frameon=False)
     bar = figure.colorbar(pyplot.cm.ScalarMappable(span, colour), ax=axes, label="time (s)")
     bar.ax.hlines(times, 0, 1, color="white", linewidth=0.8)
-    bar.ax.set_ylim(times[0], times[-1])
     return figure

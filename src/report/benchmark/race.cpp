@@ -1,10 +1,9 @@
 /// report_peers: other programs as contestants of the report, with the protocol of report_measure; only those
-/// that were there when it was built. scaling: one step against the number of links.
+/// that were there when it was built.
 
 #include "report/benchmark/race.h"
 
 #include <cstdio>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 namespace planar_chain::benchmarks {
@@ -38,41 +37,35 @@ const std::vector<Team>& teams() {
 
 namespace {
 
-/// WHAT --data FOLDER [--quick]
-int race(int argc, char** argv) {
-  if (argc < 4 || std::strcmp(argv[2], "--data") != 0) return 2;
-  const std::string what = argv[1], folder = argv[3];
-  const bool quick = argc > 4 && std::strcmp(argv[4], "--quick") == 0;
-  std::vector<Contestant> contestants;
-  nlohmann::ordered_json versions;
+std::vector<Contestant> contestants() {
+  std::vector<Contestant> all;
   for (const Team& team : teams()) {
-    contestants.insert(contestants.end(), team.contestants.begin(), team.contestants.end());
-    versions[team.name] = team.version;
+    all.insert(all.end(), team.contestants.begin(), team.contestants.end());
   }
-  if (what == "about") {
-    std::puts(versions.dump().c_str());
-  } else if (what == "list") {
-    tools::listPoints(folder, contestants, quick);
-  } else if (what == "race") {
-    tools::racePoints(folder, contestants, quick);
-  } else if (what == "scaling") {
-    const std::vector<int> lengths =
-        quick ? std::vector<int>{2, 10, 100} : std::vector<int>{1, 2, 5, 10, 20, 50, 100};
-    tools::printScaling(contestants, lengths, quick);
-  } else {
-    return 2;
-  }
-  return 0;
+  return all;
+}
+
+void describe(const tools::Request&) {
+  nlohmann::ordered_json versions;
+  for (const Team& team : teams()) versions[team.name] = team.version;
+  std::puts(versions.dump().c_str());
+}
+
+void race(const tools::Request& request) {
+  tools::race(tools::readContest(request.folder, request.scene), contestants(), request.quick);
+}
+
+void scale(const tools::Request& request) {
+  const std::vector<int> lengths =
+      request.quick ? std::vector<int>{2, 10, 100} : std::vector<int>{1, 2, 5, 10, 20, 50, 100};
+  tools::printScaling(contestants(), lengths, request.quick);
 }
 
 }  // namespace
 }  // namespace planar_chain::benchmarks
 
 int main(int argc, char** argv) {
-  try {
-    return planar_chain::benchmarks::race(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "report_peers: %s\n", error.what());
-    return 1;
-  }
+  using namespace planar_chain::benchmarks;
+  return planar_chain::tools::runStudy("report_peers", argc, argv,
+                                       {{"about", describe}, {"race", race}, {"scaling", scale}});
 }
