@@ -48,27 +48,11 @@ install_missing() {
   rm "$log"
 }
 
-# How far a build is whose output this reads.
-show_percent() {
-  local line
-  while IFS= read -r line; do
-    [[ ! $line =~ ^\[\ *([0-9]+)%\] ]] || printf '\r%s %%' "${BASH_REMATCH[1]}"
-  done
-  printf '\r\033[K'
-}
-
-make_all() {
-  cmake -S . -B build -DPYTHON_EXECUTABLE=/usr/bin/python3 "$@" && cmake --build build --parallel "$(nproc)"
-}
-
 # Builds into build/, with more options for cmake; shows the compiler's output only if it fails.
 build() {
   local log=build/build.log
   mkdir -p build
   echo "Building ($log); the first time takes some minutes"
-  if [ -t 2 ]; then
-    make_all "$@" 2>&1 | tee "$log" | show_percent >&2
-  else
-    make_all "$@" >"$log" 2>&1
-  fi || { cat "$log" >&2; return 1; }
+  { cmake -S . -B build -DPYTHON_EXECUTABLE=/usr/bin/python3 "$@" &&
+    cmake --build build --parallel "$(nproc)"; } >"$log" 2>&1 || { cat "$log" >&2; return 1; }
 }

@@ -4,6 +4,7 @@ the node's time everybody's."""
 
 import os
 import signal
+import subprocess
 import tempfile
 import unittest
 import xmlrpc.client
@@ -13,7 +14,7 @@ import rospy
 import rostest
 from sensor_msgs.msg import JointState
 
-from ros_node import Listener, Running
+from ros_node import LIMIT, Listener, Running
 
 ROBOT = """<robot name="r"><link name="ground"/>
 <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
@@ -61,6 +62,16 @@ class Launch(unittest.TestCase):
         finally:
             rospy.delete_param('/use_sim_time')
             rospy.delete_param('/planar_chain')
+
+    def test_a_refused_scene_is_printed_once_and_ends_the_launch(self):
+        with tempfile.NamedTemporaryFile('w', suffix='.yaml') as scene:
+            scene.write('chain: [rod]\nlinks: {rod: {mass: -1, inertia: 1, com: [0, 0], pin: [1, 0]}}\n')
+            scene.flush()
+            launch = subprocess.run(
+                ['roslaunch', 'planar_chain', 'sim.launch', 'rviz:=false', 'pull:=true', 'scene_file:=' + scene.name],
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=LIMIT)
+        rospy.delete_param('/planar_chain')
+        self.assertEqual(launch.stdout.count('links/rod/mass: expected'), 1, launch.stdout)
 
     def test_a_urdf_is_what_moves(self):
         with tempfile.NamedTemporaryFile('w', suffix='.urdf') as robot, \

@@ -39,7 +39,7 @@ def made(*topics):
     listeners = [Listener(topic, ALL[topic][0]) for topic in topics]
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, 'out')
-        with Node(rod(), prefix=callgrind.prefix('planar_chain::Node::serve()*', out)):
+        with Node(rod(), prefix=callgrind.prefix('planar_chain::Node::run(*', out)):
             for listener in listeners:
                 listener.wait_for_count(2)
         functions = {function for function, _ in callgrind.read(out).where}

@@ -3,8 +3,10 @@
 The motion is the same to the bit in all of them; stamps follow the clock, and never are 0."""
 
 import contextlib
+import re
 import struct
 import tempfile
+import time
 import unittest
 
 import rospy
@@ -139,6 +141,52 @@ class Time(unittest.TestCase):
                     conductor.set(conductor.now + 13700000)
                     self.states.wait_for_count(count + 1)
             self.assertEqual(self.motion(conducted), by_wall)
+
+    # ---- The wall clock ------------------------------------------------------------------------
+
+    def test_the_wall_clock_that_is_set_is_followed(self):
+        diagnostics = self.listen('/diagnostics', DiagnosticArray)
+        with tempfile.NamedTemporaryFile() as shift:
+            def set_clock(seconds):
+                shift.seek(0)
+                shift.write(struct.pack('=q', seconds))
+                shift.flush()
+
+            def restarts_at(seconds, after):
+                """The index of the first state that is stamped with the time that was set."""
+                return self.states.wait_for(
+                    lambda state: abs(state.header.stamp.to_sec() - time.time() - seconds) < 5, after)
+
+            set_clock(0)
+            preload = ('env', 'LD_PRELOAD=libplanar_chain_shifted_clock.so', 'CLOCK_SHIFT=' + shift.name)
+            with Node(rod(links=spinning()), prefix=preload) as node:
+                self.states.wait_for_count(20)
+                set_clock(60)
+                forwards = restarts_at(60, 20)
+                told = self.statuses.wait_for(lambda status: status.clock_jumps == 1)
+                self.assertLess(abs(nanoseconds(self.statuses.messages[told]) * 1e-9 - time.time() - 60), 5)
+                self.assertLess(self.statuses.messages[told].lag, 1)
+                diagnostics.wait_for(lambda message: 'the wall clock jumped' in message.status[0].message)
+                self.states.wait_for_count(forwards + 100)
+                set_clock(-3600)
+                backwards = restarts_at(-3600, forwards)
+                self.statuses.wait_for(lambda status: status.clock_jumps == 2)
+                self.states.wait_for_count(backwards + 100)
+                # While paused
+                self.assertTrue(service('pause', Trigger)().success)
+                self.statuses.wait_for(lambda status: status.paused)
+                set_clock(-7200)
+                self.assertTrue(service('resume', Trigger)().success)
+                paused = restarts_at(-7200, backwards)
+                self.states.wait_for_count(paused + 100)
+            log = node.wait()[1]
+        self.assertEqual(len(re.findall(r'the wall clock jumped by \+(59|60)\.', log)), 1, log)
+        # Even, but for the jumps; and the simulation continued from its state.
+        jumps = [k for k, (sooner, later) in enumerate(zip(self.stamps(), self.stamps()[1:]), 1)
+                 if later - sooner != TICK]
+        self.assertEqual(jumps, [forwards, backwards, paused])
+        for k, state in enumerate(self.states.messages):
+            self.assertAlmostEqual(state.position[0] - self.states.messages[0].position[0], k * 0.005, delta=1e-12)
 
     # ---- A clock of its own --------------------------------------------------------------------
 

@@ -13,13 +13,13 @@
 namespace planar_chain {
 namespace {
 
-void takeOne(Bytes& bytes, CommandTopics& commands) {
+void takeOne(Bytes& bytes, Commands& commands) {
   switch (bytes.take<std::uint8_t>() % 3) {
     case 0: {
       std_msgs::Float64MultiArray message;
       message.data.resize(bytes.take<std::uint8_t>() % 5);
       for (double& torque : message.data) torque = bytes.take<double>();
-      return commands.takeJointTorques(message);
+      return commands.onJointTorques(message);
     }
     case 1: {
       JointTorque message;
@@ -28,7 +28,7 @@ void takeOne(Bytes& bytes, CommandTopics& commands) {
       message.duration = bytes.take<double>();
       message.start.sec = bytes.take<std::uint32_t>();
       message.start.nsec = bytes.take<std::uint32_t>();
-      return commands.takeJointTorque(message);
+      return commands.onJointTorque(message);
     }
     default: {
       LinkForce message;
@@ -38,7 +38,7 @@ void takeOne(Bytes& bytes, CommandTopics& commands) {
         *part = bytes.take<double>();
       }
       message.start.sec = bytes.take<std::uint32_t>();
-      return commands.takeLinkForce(message);
+      return commands.onLinkForce(message);
     }
   }
 }
@@ -73,8 +73,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace planar_chain;
   ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Fatal);
 
-  Simulation simulation(scene(), CommandTopics::capacity);
-  CommandTopics commands(simulation, [](ros::Time stamp) { return stamp.toSec() - 1e9; });
+  Simulation simulation(scene(), Commands::capacity);
+  Ticks ticks{Pace(100)};
+  Commands commands(simulation, ticks, [](ros::Time stamp) { return stamp.toSec() - 1e9; });
   Bytes bytes(data, size);
   std::uint64_t refusals = 0;
   while (!bytes.empty()) {

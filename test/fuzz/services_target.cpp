@@ -55,9 +55,9 @@ bool isSound(const std::vector<double>& some) {
 
 using States = std::vector<sensor_msgs::JointState>;
 
-Node::Answer step(const std::vector<double>& torques, std::uint32_t ticks, States& states) {
+Answer step(const std::vector<double>& torques, std::uint32_t ticks, States& states) {
   patience = 50;
-  const Node::Answer answer = node().step(torques, ticks, states);
+  const Answer answer = node().step(torques, ticks, states);
   require(!answer.message.empty());
   require(!answer.success || (ticks >= 1 && ticks <= mostTicks && states.size() == ticks));
   require(!answer.success || torques.empty() || isSound(torques));
@@ -90,14 +90,14 @@ void askOne(Bytes& bytes) {
       return;
     case 3: {
       const std::vector<double> q = numbers(bytes), qd = numbers(bytes);
-      const Node::Answer answer = node().setState(q, qd);
+      const Answer answer = node().setState(q, qd);
       require(!answer.message.empty());
       require(!answer.success || (isSound(q) && isSound(qd)));
       return;
     }
     case 4: {
       require(node().reset().success);
-      const Node::Answer refused = node().setState(numbers(bytes), {});
+      const Answer refused = node().setState(numbers(bytes), {});
       require(!refused.success);
       States states;
       require(!step({0, std::nan("")}, 1, states).success && states.empty());

@@ -13,13 +13,10 @@ namespace planar_chain {
 struct RecordedCommands {
   std::string node;                    ///< the node that took them, such as /left/planar_chain
   std::vector<CommandTaken> commands;  ///< in the order in which they were taken
-  bool isExact = true;                 ///< the ticks are the node's own, else estimates from times of receipt
   long long lastTick = 0;              ///< of the states in the bag, within one tick; 0 if it has none
 };
 
-/// Reads ~commands_taken if the bag has it. Its ticks are exact, and no command may be missing. Otherwise
-/// reads ~joint_torques, ~joint_torque and ~link_force. A command then counts as taken after the joint_states
-/// that rosbag received last before it, and ~status gives the stamp at which sim time began.
+/// Reads ~commands_taken, of which no command may be missing.
 /// @param node the node that took the commands; without it, the bag must hold those of one node only
 /// @param rate ticks per second
 /// @param alsoEnd finds lastTick, from joint_states and ~status

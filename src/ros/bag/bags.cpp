@@ -1,6 +1,5 @@
 #include "ros/bag/bags.h"
 
-#include <planar_chain/CommandTaken.h>
 #include <planar_chain/SimStatus.h>
 #include <ros/names.h>
 #include <ros/time.h>
@@ -62,14 +61,16 @@ void writeUrdf(const std::string& path, const Scene& scene, const std::string& n
 /// give the same bytes.
 class BagWriter {
  public:
-  /// node: the full name of the publishing node, such as /left/planar_chain.
+  /// node: the full name of the publishing node, such as /left/planar_chain. The others must outlive this.
   /// @throws Refused when the scene's frames have faults
   /// @throws std::runtime_error when the file cannot be opened
-  BagWriter(const std::string& path, const Scene& scene, const std::string& node)
-      : settings_(scene.publish),
-        frames_(framesOf(scene, ros::names::parentNamespace(node))),
-        messages_(scene, frames_),
-        pace_(settings_.rate),
+  BagWriter(const std::string& path, const std::string& node, Simulation& simulation,
+            const Commands& commands, const Ticks& ticks)
+      : simulation_(simulation),
+        commands_(commands),
+        ticks_(ticks),
+        frames_(framesOf(simulation.scene(), ros::names::parentNamespace(node))),
+        messages_(simulation.scene(), frames_),
         path_(path),
         node_(node),
         bag_(new rosbag::Bag),
@@ -84,25 +85,28 @@ class BagWriter {
   /// Adds a command that was taken since the last tick.
   void command(const CommandTaken& taken) { taken_.push_back(taken); }
 
-  /// Writes every message of tick k ≥ 1; after a fault only the status. simTime: simulated seconds since the
-  /// start, resets included.
+  /// Writes every message of tick k ≥ 1; after a fault only the status.
   /// @throws std::runtime_error when the disk is full, for example
-  void tick(long long k, double simTime, Simulation& simulation, const CommandTopics& commands) {
-    ros::Time stamp;
-    stamp.fromNSec(static_cast<std::uint64_t>(pace_.nanosecondsOf(k)));
-
+  void tick(long long k) {
+    const ros::Time stamp = ros::Time().fromNSec(static_cast<std::uint64_t>(ticks_.pace.nanosecondsOf(k)));
     clock_.clock = stamp;
     write(clockOut_, stamp, clock_);
     for (CommandTaken& taken : taken_) write(commandsOut_, stamp, taken);
     taken_.clear();
 
-    const bool isGood = simulation.fault().empty();
+    const bool isGood = simulation_.fault().empty();
     if (isGood) {
-      writeState(k, stamp, simulation);
+      writeState(k, stamp);
       status_.tick = static_cast<std::uint64_t>(k);
       status_.tick_stamp = stamp;
     }
-    if (!isGood || pace_.falls(k, settings_.statusRate)) writeStatus(stamp, simTime, simulation, commands);
+    if (isGood && !ticks_.pace.falls(k, simulation_.scene().publish.statusRate)) return;
+    status_.header.stamp = stamp;
+    describe(simulation_, status_);
+    status_.sim_time = ticks_.simTime(simulation_.time());
+    if (!isGood) status_.standstill = standstillByFault;
+    commands_.describe(status_);
+    write(statusOut_, stamp, status_);
   }
 
   /// Writes the index. Without it rosbag refuses the file, and `rosbag reindex` repairs it.
@@ -125,27 +129,18 @@ class BagWriter {
     }
   };
 
-  void writeState(long long k, ros::Time stamp, Simulation& simulation) {
-    if (settings_.tf && k == 1) {
+  void writeState(long long k, ros::Time stamp) {
+    const PublishSettings& wanted = simulation_.scene().publish;
+    if (wanted.tf && k == 1) {
       tf2_msgs::TFMessage base;
       base.transforms.push_back(Messages::baseInWorld(frames_, stamp));
       write(staticTfOut_, stamp, base);
     }
-    write(jointStatesOut_, stamp, messages_.jointStates(simulation, stamp));
-    if (settings_.tf && pace_.falls(k, settings_.tfRate)) {
-      write(tfOut_, stamp, messages_.transforms(simulation, stamp));
+    write(jointStatesOut_, stamp, messages_.jointStates(simulation_, stamp));
+    if (wanted.tf && ticks_.pace.falls(k, wanted.tfRate)) {
+      write(tfOut_, stamp, messages_.transforms(simulation_, stamp));
     }
-    if (settings_.linkStates) write(linkStatesOut_, stamp, messages_.linkStates(simulation, stamp));
-  }
-
-  void writeStatus(ros::Time stamp, double simTime, const Simulation& simulation,
-                   const CommandTopics& commands) {
-    status_.header.stamp = stamp;
-    describe(simulation, status_);
-    status_.sim_time = simTime;
-    if (!simulation.fault().empty()) status_.standstill = standstillByFault;
-    commands.describe(status_);
-    write(statusOut_, stamp, status_);
+    if (wanted.linkStates) write(linkStatesOut_, stamp, messages_.linkStates(simulation_, stamp));
   }
 
   /// As ros::Publisher does, sets header.seq to the number of messages before, if the message has a header.
@@ -175,10 +170,11 @@ class BagWriter {
     }
   }
 
-  PublishSettings settings_;
+  Simulation& simulation_;
+  const Commands& commands_;
+  const Ticks& ticks_;
   Frames frames_;
   Messages messages_;
-  Pace pace_;
   std::string path_, node_;
   std::unique_ptr<rosbag::Bag, DeleteIfClosed> bag_;
   Topic clockOut_{"/clock"}, tfOut_{"/tf"}, staticTfOut_{"/tf_static", true};
@@ -194,9 +190,9 @@ class BagWriter {
 class OfflineNode : public Bags {
  public:
   OfflineNode(const Scene& scene, const BagArguments& given)
-      : pace_(scene.publish.rate),
-        simulation_(scene, CommandTopics::capacity),
-        commands_(simulation_, [this](ros::Time) { return recorded_.commands[next_].start; }) {
+      : ticks_{Pace(scene.publish.rate)},
+        simulation_(scene, Commands::capacity),
+        commands_(simulation_, ticks_, {}) {
     const std::optional<std::string> node = fullName(given.node);
     if (given.commands) {
       recorded_ = readCommands(*given.commands, node, scene.publish.rate, given.endsAsRecorded);
@@ -205,30 +201,35 @@ class OfflineNode : public Bags {
       throw Refused({{"--duration", "a time, for the bag has no states of " + recorded_.node, "nothing"}});
     }
     const std::string publisher = node ? *node : given.commands ? recorded_.node : usualNode;
-    if (given.out) writer_.emplace(*given.out, scene, publisher);
+    if (given.out) writer_.emplace(*given.out, publisher, simulation_, commands_, ticks_);
     if (given.urdf) writeUrdf(*given.urdf, scene, publisher);
   }
 
   Simulation& simulation() override { return simulation_; }
 
-  double recordedEnd() const override { return pace_.timeOf(recorded_.lastTick); }
+  double recordedEnd() const override { return ticks_.pace.timeOf(recorded_.lastTick); }
 
   bool advanceTo(long long k, double t) override {
     const std::vector<CommandTaken>& commands = recorded_.commands;
     for (; next_ < commands.size() && commands[next_].tick <= static_cast<std::uint64_t>(k); ++next_) {
-      if (!take(commands[next_])) {
+      const CommandTaken& command = commands[next_];
+      ticks_.next = static_cast<long long>(command.tick);
+      // A fault stops the node between two ticks, and only then a state is set there.
+      const bool isBetween =
+          command.kind == CommandTaken::SET_STATE && command.scene_time > simulation_.time();
+      if (isBetween) simulation_.advanceTo(command.scene_time);
+      if (!commands_.takeOrWarn(command)) {
         ++refused_;
       } else if (writer_) {
-        writer_->command(commands[next_]);
+        writer_->command(command);
       }
     }
-    const bool isTick = t == pace_.timeOf(k);
-    return simulation_.advanceTo(isTick ? pace_.timeOf(k - origin_) : t - pace_.timeOf(origin_));
+    const bool isTick = t == ticks_.pace.timeOf(k);
+    return simulation_.advanceTo(isTick ? ticks_.sceneTime(k) : t - ticks_.simTime(0));
   }
 
   void tick(long long k) override {
-    if (!writer_ || k == 0) return;
-    writer_->tick(k, pace_.timeOf(origin_) + simulation_.time(), simulation_, commands_);
+    if (writer_ && k > 0) writer_->tick(k);
   }
 
   void close() override {
@@ -242,60 +243,14 @@ class OfflineNode : public Bags {
     if (refused_ > 0) text << ", " << refused_ << " refused";
     const std::size_t late = recorded_.commands.size() - next_;
     if (late > 0) text << ", " << late << " after the end";
-    if (!recorded_.isExact) {
-      text
-          << "\n  the bag has no " << recorded_.node
-          << "/commands_taken: each command acts from the tick at which rosbag received it, which may not be "
-             "the node's tick";
-    }
     text << '\n';
     return text.str();
   }
 
  private:
-  /// Returns false if the command is refused.
-  bool take(const CommandTaken& command) {
-    const auto tick = static_cast<long long>(command.tick);
-    switch (command.kind) {
-      case CommandTaken::CLEAR_COMMANDS:
-        simulation_.clearCommands();
-        return true;
-      case CommandTaken::SET_STATE:
-        return setState(command);
-      case CommandTaken::STEP:
-        if (tick == origin_) --origin_;  // as Node::step does
-        return command.joint_torques.empty() || hold(command.joint_torques);
-      case CommandTaken::RESET:
-        simulation_.reset();
-        commands_.forget();
-        origin_ = tick;
-        return true;
-      default:
-        return commands_.take(command);
-    }
-  }
-
-  bool hold(const std::vector<double>& torques) {
-    if (!commands_.faultsOf(torques, "torques").empty()) return false;
-    commands_.hold(torques);
-    return true;
-  }
-
-  bool setState(const CommandTaken& command) {
-    // A fault stops the node between two ticks.
-    if (command.scene_time > simulation_.time()) simulation_.advanceTo(command.scene_time);
-    try {
-      simulation_.setState(command.q, command.qd);
-    } catch (const std::invalid_argument&) {
-      return false;
-    }
-    return true;
-  }
-
-  Pace pace_;
-  long long origin_ = 0;  ///< the tick of scene time 0
+  Ticks ticks_;
   Simulation simulation_;
-  CommandTopics commands_;
+  Commands commands_;
   RecordedCommands recorded_;
   std::size_t next_ = 0;  ///< index of the next command to take
   std::size_t refused_ = 0;

@@ -46,16 +46,24 @@ std::vector<T> plain(const std::vector<T, Bounded<T>>& list) {
   return {list.begin(), list.end()};
 }
 
-/// Advertises a service under `node`. Request is Service::Request with bounded lists. Every call of
-/// `serve(const Request&, Service::Response&)` sends its response.
-template <class Service, class Request, class Serve>
+struct Answer {
+  bool success;
+  std::string message;
+};
+
+/// Advertises a service under `node`. Request: such as SetStateRequest_; its lists are bounded. Every call of
+/// `serve(request, response)` returns an Answer, and the response is sent with it.
+template <class Service, template <class> class Request, class Serve>
 ros::ServiceServer advertise(ros::NodeHandle& node, const char* name, Serve serve) {
-  using Spec = ros::ServiceSpec<Request, typename Service::Response>;
+  using Response = typename Service::Response;
+  using Spec = ros::ServiceSpec<Request<Bounded<void>>, Response>;
   ros::AdvertiseServiceOptions options;
   options.init<Service>(name, {});
   options.helper = boost::make_shared<ros::ServiceCallbackHelperT<Spec>>(
-      typename Spec::CallbackType([serve](Request& request, typename Service::Response& response) {
-        serve(request, response);
+      typename Spec::CallbackType([serve](Request<Bounded<void>>& request, Response& response) {
+        const Answer answer = serve(request, response);
+        response.success = answer.success;
+        response.message = answer.message;
         return true;
       }));
   return node.advertiseService(options);

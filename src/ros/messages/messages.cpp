@@ -33,8 +33,7 @@ Messages::Messages(const Scene& scene, const Frames& frames) {
     geometry_msgs::TransformStamped& transform = transforms_.transforms[i];
     transform.header.frame_id = i == 0 ? frames.base : frames.links[i - 1];
     transform.child_frame_id = frames.links[i];
-    transform.transform.translation.x = pinBefore.x;
-    transform.transform.translation.y = pinBefore.y;
+    copy(pinBefore, transform.transform.translation);
     pinBefore = scene.chain.links()[i].pin;
   }
 }
@@ -52,17 +51,13 @@ LinkStates& Messages::linkStates(Simulation& simulation, ros::Time stamp) {
   simulation.linkMotions(motions_.data());
   for (std::size_t i = 0; i < motions_.size(); ++i) {
     const LinkMotion& link = motions_[i];
-    linkStates_.pose[i].x = link.com.x;
-    linkStates_.pose[i].y = link.com.y;
+    copy(link.com, linkStates_.pose[i]);
     linkStates_.pose[i].theta = link.angle;
-    linkStates_.velocity[i].linear.x = link.velocity.x;
-    linkStates_.velocity[i].linear.y = link.velocity.y;
+    copy(link.velocity, linkStates_.velocity[i].linear);
     linkStates_.velocity[i].angular.z = link.omega;
-    linkStates_.acceleration[i].linear.x = link.acceleration.x;
-    linkStates_.acceleration[i].linear.y = link.acceleration.y;
+    copy(link.acceleration, linkStates_.acceleration[i].linear);
     linkStates_.acceleration[i].angular.z = link.alpha;
-    linkStates_.pin_force[i].x = link.pinForce.x;
-    linkStates_.pin_force[i].y = link.pinForce.y;
+    copy(link.pinForce, linkStates_.pin_force[i]);
   }
   return linkStates_;
 }

@@ -5,6 +5,7 @@
 #include <geometry_msgs/TransformStamped.h>
 #include <planar_chain/LinkStates.h>
 #include <planar_chain/SimStatus.h>
+#include <ros/publisher.h>
 #include <ros/time.h>
 #include <sensor_msgs/JointState.h>
 #include <tf2_msgs/TFMessage.h>
@@ -16,6 +17,18 @@
 #include "ros/messages/frames.h"
 
 namespace planar_chain {
+
+/// Sets x and y of a point, vector or pose.
+template <class Message>
+void copy(Vec2d from, Message& to) {
+  to.x = from.x;
+  to.y = from.y;
+}
+
+/// False also for a topic that the scene does not publish.
+inline bool hasSubscribers(const ros::Publisher& topic) {
+  return topic.getNumSubscribers() > 0;
+}
 
 class Messages {
  public:

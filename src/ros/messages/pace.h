@@ -2,6 +2,7 @@
 
 /// Tick times, periodic actions and the real-time factor.
 
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <deque>
@@ -33,19 +34,31 @@ class Pace {
   double rate_;
 };
 
-/// A periodic action on a clock in s.
+/// The ticks of a node, counted from its start.
+struct Ticks {
+  Pace pace;
+  long long next = 0;    ///< the next tick
+  long long origin = 0;  ///< the tick of scene time 0
+
+  double sceneTime(long long tick) const { return pace.timeOf(tick - origin); }       ///< s
+  double simTime(double sceneTime) const { return pace.timeOf(origin) + sceneTime; }  ///< since the start, s
+};
+
+/// A periodic action in wall time.
 class Every {
  public:
+  /// period: s.
   explicit Every(double period) : period_(period) {}
 
   /// True once per period, first at the first call. Missed periods are skipped.
-  bool isDue(double now) {
+  bool isDue() {
+    const double now =
+        std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     if (now < next_) return false;
     next_ += period_;
     if (next_ <= now) next_ = now + period_;
     return true;
   }
-  double next() const { return next_; }
 
  private:
   double period_;

@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "planar_chain/fault.h"
+#include "ros/messages/messages.h"
 #include "ros/messages/pace.h"
 
 namespace planar_chain {
@@ -20,13 +21,11 @@ namespace {
 using Steady = std::chrono::steady_clock;
 
 constexpr double longestLag = 1;     // s: a longer one is dropped
+constexpr double leastJump = 0.1;    // s by which the wall clock is set; a smaller one is caught up with
+constexpr double mostSlewed = 1e-3;  // s per s by which it is slewed
 constexpr double haltsAfter = 1;     // s of wall time without a new time on an external /clock
-constexpr double warningPeriod = 5;  // s
+constexpr double messagePeriod = 5;  // s
 constexpr std::uint32_t queue = 100;
-
-std::int64_t wallNow() {
-  return static_cast<std::int64_t>(ros::WallTime::now().toNSec());
-}
 
 ros::Time timeOf(std::int64_t ns) {
   return ros::Time().fromNSec(static_cast<std::uint64_t>(ns));
@@ -40,86 +39,119 @@ double since(Steady::time_point then) {
   return std::chrono::duration<double>(Steady::now() - then).count();
 }
 
-/// A clock with a reading in ns. Tick k is due when the reading is at least the tick's stamp + late_.
-class ReadClock : public Clock {
+/// A clock that others set. When it jumps, the simulation continues from its present state, and the stamps
+/// restart at the clock's time: back too, as ros::Time::now() goes back for every other node then.
+class FollowedClock : public Clock {
  public:
-  /// speed: s of this clock per s of wall time; 0: unknown.
-  ReadClock(double rate, double speed, std::string name) : Clock(rate, std::move(name)), speed_(speed) {}
-
-  void begin(long long next) override { schedule(next); }
-
-  long long due(long long next) override {
-    const std::int64_t behind = read() - late_ - ns(next);
-    if (seconds(behind) > longestLag * (speed_ > 0 ? speed_ : 1)) {
-      dropped_ += behind;
-      drop(next, behind);
-    }
-    return lastBy(read() - late_);
-  }
-
-  double untilDue(long long next) const override {
-    return speed_ > 0 ? seconds(ns(next) + late_ - read()) / speed_ : std::numeric_limits<double>::infinity();
-  }
-  double catchUpPause() const override { return speed_ > 0 ? 1 / (rate() * speed_) : 0; }
-  double lag(long long done) const override { return seconds(read() - lateAtBegin_ - ns(done)); }
-  double dropped() const override { return seconds(dropped_); }
-  ros::Time now() const override { return timeOf(read()); }
-
- protected:
-  virtual std::int64_t read() const = 0;
-  virtual void drop(long long /*next*/, std::int64_t behind) { late_ += behind; }
-  /// Makes tick `next` due at once, or one tick after the last if that is later.
-  void schedule(long long next) {
-    const std::int64_t ahead = ns(next) - (read() - late_);
-    late_ = read() - ns(next) + std::clamp(ahead, std::int64_t{0}, ns(next) - ns(next - 1));
-    lateAtBegin_ = late_;
-  }
-  /// Restarts the stamps: tick `next` has this one.
-  void beginAt(long long next, std::int64_t stamp) {
-    beginStamps(next, stamp);
-    late_ = 0;
-    schedule(next);
-  }
-
- private:
-  /// The last tick with a stamp up to this reading.
-  long long lastBy(std::int64_t reading) const {
-    const long long origin = stampOrigin();
-    auto last = origin + static_cast<long long>(std::floor(seconds(reading - ns(origin)) * rate()));
-    while (ns(last) > reading) --last;
-    while (ns(last + 1) <= reading) ++last;
-    return last;
-  }
-
-  double speed_;
-  std::int64_t late_ = 0, lateAtBegin_ = 0, dropped_ = 0;
-};
-
-/// The time of day at the last begin() plus steady time. It does not jump when the machine's clock is set.
-class WallClock : public ReadClock {
- public:
-  explicit WallClock(double rate) : ReadClock(rate, 1, "the wall clock") {}
+  /// level: of the message about a jump.
+  FollowedClock(double rate, double speed, std::string name, ros::console::Level level)
+      : Clock(rate, speed, std::move(name)), level_(level) {}
 
   void begin(long long next) override {
-    start_ = wallNow();
-    steadyStart_ = Steady::now();
-    beginAt(next, std::max(start_, ns(next)));
+    update();
+    if (hasBegun() && !jumped_) beginAt(next, std::max(read(), ns(next)));
+  }
+
+  long long due(long long next) override {
+    update();
+    if (!hasBegun()) return next - 1;
+    if (jumped_) restart(next);
+    return Clock::due(next);
+  }
+
+ protected:
+  /// Calls noteJump() if the clock has been set since the last call.
+  virtual void update() {}
+  void noteJump() { jumped_ = true; }
+
+  void restart(long long next) {
+    const bool isFirst = ns(stampOrigin()) == 0;
+    const double jump = seconds(read() - ns(next));
+    jumped_ = false;
+    beginAt(next, read());
+    if (isFirst) return;
+    countJump();
+    if (!messages_.isDue()) return;
+    ROS_LOG(level_, ROSCONSOLE_DEFAULT_NAME,
+            "%s jumped by %+.3f s: the simulation continues from its present state, its stamps from %.3f s",
+            name().c_str(), jump, seconds(read()));
   }
 
  private:
-  std::int64_t read() const override {
-    return start_ + (Steady::now() - steadyStart_) / std::chrono::nanoseconds(1);
+  ros::console::Level level_;
+  bool jumped_ = false;
+  Every messages_{messagePeriod};
+};
+
+/// The time of day.
+class WallClock : public FollowedClock {
+ public:
+  explicit WallClock(double rate) : FollowedClock(rate, 1, "the wall clock", ros::console::levels::Warn) {}
+
+ private:
+  /// Compares the clock with the steady one since the last call. Both are read at once: a pause in between
+  /// must not look like a jump.
+  void update() override {
+    const std::int64_t wallBefore = wall_;
+    const Steady::time_point steadyBefore = steady_;
+    do {
+      steady_ = Steady::now();
+      wall_ = read();
+    } while (since(steady_) > leastJump / 10);
+    const double elapsed = std::chrono::duration<double>(steady_ - steadyBefore).count();
+    if (std::fabs(seconds(wall_ - wallBefore) - elapsed) > leastJump + mostSlewed * elapsed) noteJump();
   }
 
-  std::int64_t start_ = wallNow();
-  Steady::time_point steadyStart_ = Steady::now();
+  std::int64_t read() const override { return static_cast<std::int64_t>(ros::WallTime::now().toNSec()); }
+
+  std::int64_t wall_ = read();
+  Steady::time_point steady_ = Steady::now();
+};
+
+/// A /clock that another node publishes.
+class ExternalClock : public FollowedClock {
+ public:
+  explicit ExternalClock(double rate)
+      : FollowedClock(rate, 0, "an external /clock", ros::console::levels::Info),
+        subscriber_(ros::NodeHandle().subscribe("/clock", queue, &ExternalClock::onClock, this,
+                                                ros::TransportHints().tcpNoDelay())) {
+    // roscpp has its own subscriber, and may have received a time before this one.
+    take(ros::Time::now());
+  }
+
+  bool hasBegun() const override { return reading_ > 0; }
+
+  std::string haltedBy() const override {
+    if (!hasBegun()) return "/clock has not begun";
+    return since(changed_) < haltsAfter ? "" : "/clock stands still";
+  }
+
+  double lag(long long done) const override { return hasBegun() ? Clock::lag(done) : 0; }
+
+ private:
+  void onClock(const rosgraph_msgs::Clock& message) { take(message.clock); }
+
+  void take(ros::Time time) {
+    const auto reading = static_cast<std::int64_t>(time.toNSec());
+    if (reading == reading_) return;
+    if (reading < reading_ || reading_ == 0) noteJump();
+    reading_ = reading;
+    changed_ = Steady::now();
+  }
+
+  std::int64_t read() const override { return reading_; }
+  void drop(long long next, std::int64_t /*behind*/) override { restart(next); }
+
+  std::int64_t reading_ = 0;
+  Steady::time_point changed_ = Steady::now();
+  ros::Subscriber subscriber_;
 };
 
 /// A /clock that this node publishes: simulation time since the start, `factor` times as fast as wall time.
-class OwnClock : public ReadClock {
+class OwnClock : public Clock {
  public:
   OwnClock(double rate, double factor, const std::string& pace)
-      : ReadClock(rate, factor, "its own /clock, " + pace),
+      : Clock(rate, factor, "its own /clock, " + pace),
         factor_(factor),
         out_(ros::NodeHandle().advertise<rosgraph_msgs::Clock>("/clock", queue)) {}
 
@@ -130,7 +162,7 @@ class OwnClock : public ReadClock {
     publishAgain();
   }
   void publishAgain() override {
-    if (!published_.clock.isZero() && out_.getNumSubscribers() > 0) out_.publish(published_);
+    if (!published_.clock.isZero() && hasSubscribers(out_)) out_.publish(published_);
   }
 
  private:
@@ -145,74 +177,58 @@ class OwnClock : public ReadClock {
 /// The same as fast as possible: the next tick is always due.
 class FreeClock : public OwnClock {
  public:
-  explicit FreeClock(double rate) : OwnClock(rate, 0, "as fast as possible") {}
+  explicit FreeClock(double rate)
+      : OwnClock(rate, std::numeric_limits<double>::infinity(), "as fast as possible") {}
 
   void begin(long long /*next*/) override {}
   long long due(long long next) override { return next; }
-  double untilDue(long long /*next*/) const override { return 0; }
   double lag(long long /*done*/) const override { return 0; }
-};
-
-/// A /clock that another node publishes.
-class ExternalClock : public ReadClock {
- public:
-  explicit ExternalClock(double rate)
-      : ReadClock(rate, 0, "an external /clock"),
-        subscriber_(ros::NodeHandle().subscribe("/clock", queue, &ExternalClock::onClock, this,
-                                                ros::TransportHints().tcpNoDelay())) {
-    // roscpp has its own subscriber, and may have received a time before this one.
-    take(ros::Time::now());
-  }
-
-  bool hasBegun() const override { return reading_ > 0; }
-
-  std::string haltedBy() const override {
-    if (!hasBegun()) return "/clock has not begun";
-    return since(changed_) < haltsAfter ? "" : "/clock stands still";
-  }
-
-  void begin(long long next) override {
-    if (hasBegun() && !jumped_) beginAt(next, std::max(reading_, ns(next)));
-  }
-
-  long long due(long long next) override {
-    if (!hasBegun()) return next - 1;
-    if (jumped_) {
-      if (reading_ < ns(next - 1) && warnings_.isDue(since(start_))) {
-        ROS_INFO("/clock went back to %.3f s; the simulation continues from its present state",
-                 seconds(reading_));
-      }
-      jumped_ = false;
-      beginAt(next, reading_);
-    }
-    return ReadClock::due(next);
-  }
-
-  double lag(long long done) const override { return hasBegun() ? ReadClock::lag(done) : 0; }
 
  private:
-  void onClock(const rosgraph_msgs::Clock& message) { take(message.clock); }
-
-  void take(ros::Time time) {
-    const auto reading = static_cast<std::int64_t>(time.toNSec());
-    if (reading == reading_) return;
-    jumped_ |= reading < reading_ || reading_ == 0;
-    reading_ = reading;
-    changed_ = Steady::now();
-  }
-
-  std::int64_t read() const override { return reading_; }
-
-  void drop(long long next, std::int64_t /*behind*/) override { beginAt(next, reading_); }
-
-  std::int64_t reading_ = 0;
-  bool jumped_ = false;
-  Steady::time_point start_ = Steady::now(), changed_ = start_;
-  Every warnings_{warningPeriod};
-  ros::Subscriber subscriber_;
+  std::int64_t read() const override { return 0; }
 };
 
 }  // namespace
+
+void Clock::begin(long long next) {
+  const std::int64_t ahead = ns(next) - (read() - late_);
+  late_ = read() - ns(next) + std::clamp(ahead, std::int64_t{0}, ns(next) - ns(next - 1));
+  lateAtBegin_ = late_;
+}
+
+void Clock::beginAt(long long next, std::int64_t stamp) {
+  tick0_ = next;
+  stamp0_ = stamp;
+  late_ = 0;
+  Clock::begin(next);
+}
+
+long long Clock::due(long long next) {
+  const std::int64_t behind = read() - late_ - ns(next);
+  if (seconds(behind) > longestLag * (speed_ > 0 ? speed_ : 1)) {
+    dropped_ += seconds(behind);
+    drop(next, behind);
+  }
+
+  // Find the last tick with a stamp up to this reading.
+  const std::int64_t reading = read() - late_;
+  auto last = tick0_ + static_cast<long long>(std::floor(seconds(reading - stamp0_) * rate_));
+  while (ns(last) > reading) --last;
+  while (ns(last + 1) <= reading) ++last;
+  return last;
+}
+
+double Clock::untilDue(long long next) const {
+  return speed_ > 0 ? seconds(ns(next) + late_ - read()) / speed_ : std::numeric_limits<double>::infinity();
+}
+
+double Clock::lag(long long done) const {
+  return seconds(read() - lateAtBegin_ - ns(done));
+}
+
+ros::Time Clock::now() const {
+  return timeOf(read());
+}
 
 std::int64_t Clock::ns(long long tick) const {
   return stamp0_ + Pace(rate_).nanosecondsOf(tick - tick0_);

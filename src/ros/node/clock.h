@@ -5,7 +5,7 @@
 /// with each.
 ///
 /// The stamp of tick k is s_0 + (k − k_0)/rate, rounded to ns. k_0 is the tick at which the stamps last
-/// began.
+/// began. Tick k is due when the clock's reading is at least its stamp + the delay that was dropped.
 
 #include <ros/time.h>
 
@@ -20,8 +20,9 @@ namespace planar_chain {
 
 class Clock {
  public:
-  /// rate: ticks per s; name: in words, such as "the wall clock".
-  Clock(double rate, std::string name) : rate_(rate), name_(std::move(name)) {}
+  /// rate: ticks per s; speed: s of this clock per s of wall time, 0: unknown; name: in words, such as "the
+  /// wall clock".
+  Clock(double rate, double speed, std::string name) : rate_(rate), speed_(speed), name_(std::move(name)) {}
   virtual ~Clock() = default;
 
   const std::string& name() const { return name_; }
@@ -32,20 +33,23 @@ class Clock {
   /// The first tick with a stamp. Its stamp is never 0.
   virtual long long firstTick() const { return 0; }
 
-  /// Starts, or continues after a halt: tick `next` is due at once.
-  virtual void begin(long long next) = 0;
+  /// Starts, or continues after a halt: tick `next` is due at once, or one tick after the last if that is
+  /// later.
+  virtual void begin(long long next);
   /// Returns the last tick that is due. If `next` is due for more than a second, drops the delay.
-  virtual long long due(long long next) = 0;
+  virtual long long due(long long next);
   /// Returns the wall time until tick `next` is due, s. Infinite if unknown.
-  virtual double untilDue(long long next) const = 0;
+  double untilDue(long long next) const;
   /// Returns the pause between two bursts of late ticks, s of wall time.
-  virtual double catchUpPause() const { return 0; }
+  double catchUpPause() const { return speed_ > 0 ? 1 / (rate_ * speed_) : 0; }
   /// Returns the delay of tick `done`, s, dropped time included.
-  virtual double lag(long long done) const = 0;
+  virtual double lag(long long done) const;
   /// Returns the total of the dropped time, s.
-  virtual double dropped() const { return 0; }
+  double dropped() const { return dropped_; }
+  /// Returns how often the stamps restarted because the clock jumped.
+  std::uint64_t jumps() const { return jumps_; }
 
-  virtual ros::Time now() const = 0;
+  virtual ros::Time now() const;
   /// Publishes the time of a tick, if the node owns /clock.
   virtual void publish(long long /*tick*/) {}
   /// Publishes the same time again, for late subscribers.
@@ -56,15 +60,20 @@ class Clock {
   long long stampOrigin() const { return tick0_; }  ///< k_0
 
  protected:
-  double rate() const { return rate_; }
-  /// Sets k_0 and s_0 (ns).
-  void beginStamps(long long tick, std::int64_t stamp) { tick0_ = tick, stamp0_ = stamp; }
+  virtual std::int64_t read() const = 0;  ///< ns
+  /// Drops the delay of tick `next`, ns.
+  virtual void drop(long long /*next*/, std::int64_t behind) { late_ += behind; }
+  /// Restarts the stamps: tick `next` has this one, in ns.
+  void beginAt(long long next, std::int64_t stamp);
+  void countJump() { ++jumps_; }
 
  private:
-  double rate_;
+  double rate_, speed_;
   std::string name_;
   long long tick0_ = 0;
-  std::int64_t stamp0_ = 0;
+  std::int64_t stamp0_ = 0, late_ = 0, lateAtBegin_ = 0;  ///< ns
+  double dropped_ = 0;                                    ///< s
+  std::uint64_t jumps_ = 0;
 };
 
 /// Returns a /clock of the node if the scene has a real_time_factor. Else /use_sim_time chooses between an

@@ -5,15 +5,18 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <utility>
 
 #include "ros/messages/incoming.h"
+#include "ros/messages/messages.h"
 
 namespace planar_chain {
 
 namespace {
 
 constexpr std::uint32_t queueSize = 2000;  // two seconds of commands at 1000 Hz
+constexpr std::uint32_t logSize = 10000;   // a lost message would make the others useless
 constexpr std::size_t longestList = 200;   // characters of the names listed in a fault
 constexpr double farthestStart = 86400;    // s: a start farther ahead is a time of another clock
 constexpr double stampResolution = 1e-9;   // s
@@ -39,14 +42,17 @@ int find(Faults& faults, const std::string& path, const std::map<std::string, in
   return -1;
 }
 
-double age(double now, double taken) {
-  return taken < 0 ? taken : now - taken;
+/// isAccepted: what the simulation returned.
+Faults fullUnless(bool isAccepted, const char* topic) {
+  if (isAccepted) return {};
+  return {
+      {topic, "at most " + std::to_string(Commands::capacity) + " timed or waiting commands", "one more"}};
 }
 
 }  // namespace
 
-CommandTopics::CommandTopics(Simulation& simulation, SceneTime sceneTime)
-    : simulation_(simulation), sceneTime_(std::move(sceneTime)) {
+Commands::Commands(Simulation& simulation, Ticks& ticks, SceneTime sceneTime)
+    : simulation_(simulation), ticks_(ticks), sceneTime_(std::move(sceneTime)) {
   const Chain& chain = simulation.scene().chain;
   for (int i = 0; i < chain.size(); ++i) {
     joints_[chain.joints()[index(i)].name] = i;
@@ -54,111 +60,163 @@ CommandTopics::CommandTopics(Simulation& simulation, SceneTime sceneTime)
   }
 }
 
-void CommandTopics::listen(ros::NodeHandle& node, CommandLog& log) {
-  log_ = &log;
+// ---- From topics -------------------------------------------------------------------------------
+
+void Commands::listen(ros::NodeHandle& node) {
+  log_ = node.advertise<CommandTaken>("commands_taken", logSize);
   const auto hints = ros::TransportHints().tcpNoDelay();
   using TorquesIn = std_msgs::Float64MultiArray_<Bounded<void>>;
-  const boost::function<void(const TorquesIn&)> takeTorques = [this](const TorquesIn& in) {
+  const boost::function<void(const TorquesIn&)> onTorques = [this](const TorquesIn& in) {
     std_msgs::Float64MultiArray message;
     message.data = plain(in.data);
-    takeJointTorques(message);
+    onJointTorques(message);
   };
   subscribers_ = {
-      node.subscribe<TorquesIn, const TorquesIn&>("joint_torques", queueSize, takeTorques, {}, hints),
-      node.subscribe("joint_torque", queueSize, &CommandTopics::takeJointTorque, this, hints),
-      node.subscribe("link_force", queueSize, &CommandTopics::takeLinkForce, this, hints)};
+      node.subscribe<TorquesIn, const TorquesIn&>("joint_torques", queueSize, onTorques, {}, hints),
+      node.subscribe("joint_torque", queueSize, &Commands::onJointTorque, this, hints),
+      node.subscribe("link_force", queueSize, &Commands::onLinkForce, this, hints)};
 }
 
-// ---- Accepting -----------------------------------------------------------------------------------
-
-void CommandTopics::takeJointTorques(const std_msgs::Float64MultiArray& message) {
-  if (refused(faultsOf(message.data, "joint_torques/data"))) return;
-  hold(message.data);
-  log(CommandTaken::JOINT_TORQUES, [&](CommandTaken& entry) { entry.joint_torques = message.data; });
+void Commands::onJointTorques(const std_msgs::Float64MultiArray& message) {
+  CommandTaken input = inputOf(CommandTaken::JOINT_TORQUES);
+  input.joint_torques = message.data;
+  takeOrWarn(input);
 }
 
-void CommandTopics::takeJointTorque(const JointTorque& message) {
-  Faults faults;
-  const int joint = find(faults, "joint_torque/joint", joints_, message.joint);
-  checkFinite(faults, "joint_torque/torque", "N m", message.torque);
-  const double start = startOf(faults, "joint_torque", message);
-  if (refused(faults)) return;
-
-  const bool isAccepted = message.duration > 0
-                              ? simulation_.addTorque(joint, message.torque, message.duration, start)
-                              : simulation_.holdTorque(joint, message.torque, heldUntil(start), start);
-  if (refusedFull("joint_torque", isAccepted)) return;
-  jointTorqueTaken_ = simulation_.time();
-  log(CommandTaken::JOINT_TORQUE, [&](CommandTaken& entry) {
-    entry.joint_torque.push_back(message);
-    entry.start = start;
-  });
+void Commands::onJointTorque(const JointTorque& message) {
+  CommandTaken input = inputOf(CommandTaken::JOINT_TORQUE);
+  input.joint_torque.push_back(message);
+  input.start = sceneTimeOf(message.start);
+  takeOrWarn(input);
 }
 
-void CommandTopics::takeLinkForce(const LinkForce& message) {
-  Faults faults;
-  const int link = find(faults, "link_force/link", links_, message.link);
-  checkFinite(faults, "link_force/point/x", "m", message.point.x);
-  checkFinite(faults, "link_force/point/y", "m", message.point.y);
-  checkZero(faults, "link_force/point/z", message.point.z);
-  checkFinite(faults, "link_force/force/x", "N", message.force.x);
-  checkFinite(faults, "link_force/force/y", "N", message.force.y);
-  checkZero(faults, "link_force/force/z", message.force.z);
-  checkFinite(faults, "link_force/moment", "N m", message.moment);
-  const double start = startOf(faults, "link_force", message);
-  if (refused(faults)) return;
-
-  const Vec2d point{message.point.x, message.point.y}, force{message.force.x, message.force.y};
-  const bool isAccepted =
-      message.duration > 0
-          ? simulation_.addForce(link, point, force, message.moment, message.duration, start)
-          : simulation_.holdForce(link, point, force, message.moment, heldUntil(start), start);
-  if (refusedFull("link_force", isAccepted)) return;
-  linkForceTaken_ = simulation_.time();
-  log(CommandTaken::LINK_FORCE, [&](CommandTaken& entry) {
-    entry.link_force.push_back(message);
-    entry.start = start;
-  });
+void Commands::onLinkForce(const LinkForce& message) {
+  CommandTaken input = inputOf(CommandTaken::LINK_FORCE);
+  input.link_force.push_back(message);
+  input.start = sceneTimeOf(message.start);
+  takeOrWarn(input);
 }
 
-bool CommandTopics::take(const CommandTaken& recorded) {
-  const std::uint64_t rejectedBefore = rejected_;
-  if (recorded.kind == CommandTaken::JOINT_TORQUES) {
-    std_msgs::Float64MultiArray torques;
-    torques.data = recorded.joint_torques;
-    takeJointTorques(torques);
+/// The start in a message: 0 is now.
+double Commands::sceneTimeOf(ros::Time start) const {
+  return start.isZero() ? simulation_.time() : sceneTime_(start);
+}
+
+bool Commands::takeOrWarn(const CommandTaken& input) {
+  const std::string refusal = take(input);
+  if (refusal.empty()) return true;
+  ++rejected_;
+  lastRejection_ = refusal;
+  // Throttle by wall time, as simulation time may be halted.
+  if (warnings_.isDue()) ROS_WARN("command refused: %s", refusal.c_str());
+  return false;
+}
+
+// ---- Accepting ---------------------------------------------------------------------------------
+
+std::string Commands::take(CommandTaken input) {
+  try {
+    const Faults faults = apply(input);
+    if (!faults.empty()) return toString(faults);
+  } catch (const std::invalid_argument& refusal) {
+    return refusal.what();
   }
-  for (const JointTorque& torque : recorded.joint_torque) takeJointTorque(torque);
-  for (const LinkForce& force : recorded.link_force) takeLinkForce(force);
-  return rejected_ == rejectedBefore;
+  input.number = ++accepted_;
+  if (hasSubscribers(log_)) {
+    input.tick = static_cast<std::uint64_t>(ticks_.next);
+    input.scene_time = simulation_.time();
+    log_.publish(input);
+  }
+  return "";
 }
 
-void CommandTopics::hold(const std::vector<double>& torques) {
+/// Returns the faults. Without any, the input acts.
+/// @throws std::invalid_argument for a state of infinite energy
+Faults Commands::apply(const CommandTaken& input) {
+  Faults faults;
+  switch (input.kind) {
+    case CommandTaken::JOINT_TORQUES:
+      faults = faultsOf(input.joint_torques, "joint_torques/data");
+      if (faults.empty()) hold(input.joint_torques);
+      return faults;
+    case CommandTaken::JOINT_TORQUE:
+      return apply(input.joint_torque.at(0), input.start);
+    case CommandTaken::LINK_FORCE:
+      return apply(input.link_force.at(0), input.start);
+    case CommandTaken::CLEAR_COMMANDS:
+      simulation_.clearCommands();
+      return {};
+    case CommandTaken::SET_STATE:
+      checkValues(faults, "q", "angles", "rad", input.q, simulation_.q().size());
+      checkValues(faults, "qd", "rates", "rad/s", input.qd, simulation_.qd().size());
+      if (faults.empty()) simulation_.setState(input.q, input.qd);
+      return faults;
+    case CommandTaken::STEP:
+      if (!input.joint_torques.empty()) faults = faultsOf(input.joint_torques, "torques");
+      if (faults.empty() && !input.joint_torques.empty()) hold(input.joint_torques);
+      // If the state of scene time 0 has not been published, it belongs to the tick before.
+      if (faults.empty() && ticks_.next == ticks_.origin) --ticks_.origin;
+      return faults;
+    default:  // RESET
+      simulation_.reset();
+      taken_.fill(never);
+      ticks_.origin = ticks_.next;
+      return {};
+  }
+}
+
+Faults Commands::apply(const JointTorque& command, double start) {
+  Faults faults;
+  const int joint = find(faults, "joint_torque/joint", joints_, command.joint);
+  checkFinite(faults, "joint_torque/torque", "N m", command.torque);
+  start = startOf(faults, "joint_torque", command, start);
+  if (!faults.empty()) return faults;
+
+  const bool isAccepted = command.duration > 0
+                              ? simulation_.addTorque(joint, command.torque, command.duration, start)
+                              : simulation_.holdTorque(joint, command.torque, heldUntil(start), start);
+  if (isAccepted) taken_[CommandTaken::JOINT_TORQUE] = simulation_.time();
+  return fullUnless(isAccepted, "joint_torque");
+}
+
+Faults Commands::apply(const LinkForce& command, double start) {
+  Faults faults;
+  const int link = find(faults, "link_force/link", links_, command.link);
+  checkFinite(faults, "link_force/point/x", "m", command.point.x);
+  checkFinite(faults, "link_force/point/y", "m", command.point.y);
+  checkZero(faults, "link_force/point/z", command.point.z);
+  checkFinite(faults, "link_force/force/x", "N", command.force.x);
+  checkFinite(faults, "link_force/force/y", "N", command.force.y);
+  checkZero(faults, "link_force/force/z", command.force.z);
+  checkFinite(faults, "link_force/moment", "N m", command.moment);
+  start = startOf(faults, "link_force", command, start);
+  if (!faults.empty()) return faults;
+
+  const Vec2d point{command.point.x, command.point.y}, force{command.force.x, command.force.y};
+  const bool isAccepted =
+      command.duration > 0
+          ? simulation_.addForce(link, point, force, command.moment, command.duration, start)
+          : simulation_.holdForce(link, point, force, command.moment, heldUntil(start), start);
+  if (isAccepted) taken_[CommandTaken::LINK_FORCE] = simulation_.time();
+  return fullUnless(isAccepted, "link_force");
+}
+
+void Commands::hold(const std::vector<double>& torques) {
   const double until = heldUntil(simulation_.time());
   for (std::size_t i = 0; i < torques.size(); ++i) {
     simulation_.holdTorque(static_cast<int>(i), torques[i], until);
   }
-  jointTorquesTaken_ = simulation_.time();
+  taken_[CommandTaken::JOINT_TORQUES] = simulation_.time();
 }
 
-double CommandTopics::heldUntil(double start) const {
+double Commands::heldUntil(double start) const {
   const double timeout = simulation_.scene().commandTimeout;
   return timeout > 0 ? start + timeout : std::numeric_limits<double>::infinity();
 }
 
-template <class Fill>
-void CommandTopics::log(std::uint8_t kind, Fill&& fill) {
-  if (log_) log_->add(kind, fill);
-}
+// ---- Refusing ----------------------------------------------------------------------------------
 
-void CommandTopics::forget() {
-  jointTorquesTaken_ = jointTorqueTaken_ = linkForceTaken_ = never;
-}
-
-// ---- Refusing ------------------------------------------------------------------------------------
-
-std::vector<Fault> CommandTopics::faultsOf(const std::vector<double>& torques,
-                                           const std::string& path) const {
+Faults Commands::faultsOf(const std::vector<double>& torques, const std::string& path) const {
   Faults faults;
   checkValues(faults, path, "torques", "N m", torques, simulation_.q().size());
   if (!(heldUntil(simulation_.time()) > simulation_.time())) {
@@ -168,12 +226,13 @@ std::vector<Fault> CommandTopics::faultsOf(const std::vector<double>& torques,
   return faults;
 }
 
-/// Returns the simulation time at which a command starts. Adds a fault if it would never act.
+/// Returns the simulation time at which a command starts: now, or at `start` if the message has one. Adds a
+/// fault if the command would never act.
 template <class Message>
-double CommandTopics::startOf(Faults& faults, const std::string& topic, const Message& message) const {
-  // Convert the start.
+double Commands::startOf(Faults& faults, const std::string& topic, const Message& message,
+                         double start) const {
   const double now = simulation_.time();
-  const double start = message.start.isZero() ? now : sceneTime_(message.start);
+  if (message.start.isZero()) start = now;
   if (!(start - now <= farthestStart)) {
     faults.push_back(
         {topic + "/start", "0 for now, or the node's time, at most a day ahead",
@@ -195,26 +254,11 @@ double CommandTopics::startOf(Faults& faults, const std::string& topic, const Me
   return start;
 }
 
-bool CommandTopics::refused(const Faults& faults) {
-  if (faults.empty()) return false;
-  ++rejected_;
-  lastRejection_ = toString(faults);
-  // Throttle by wall time, as simulation time may be halted.
-  if (warnings_.isDue(ros::WallTime::now().toSec())) ROS_WARN("command refused: %s", lastRejection_.c_str());
-  return true;
-}
-
-/// isAccepted: what the simulation returned.
-bool CommandTopics::refusedFull(const std::string& topic, bool isAccepted) {
-  return !isAccepted &&
-         refused({{topic, "at most " + std::to_string(capacity) + " timed or waiting commands", "one more"}});
-}
-
-void CommandTopics::describe(SimStatus& status) const {
-  const double now = simulation_.time();
-  status.joint_torques_age = age(now, jointTorquesTaken_);
-  status.joint_torque_age = age(now, jointTorqueTaken_);
-  status.link_force_age = age(now, linkForceTaken_);
+void Commands::describe(SimStatus& status) const {
+  const auto age = [&](double taken) { return taken == never ? never : simulation_.time() - taken; };
+  status.joint_torques_age = age(taken_[CommandTaken::JOINT_TORQUES]);
+  status.joint_torque_age = age(taken_[CommandTaken::JOINT_TORQUE]);
+  status.link_force_age = age(taken_[CommandTaken::LINK_FORCE]);
   status.rejected_commands = rejected_;
   status.last_rejection = lastRejection_;
 }

@@ -1,16 +1,16 @@
 #include "ros/node/master_watch.h"
 
+#include <ros/connection_manager.h>
 #include <ros/console.h>
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
+#include <ros/xmlrpc_manager.h>
 #include <xmlrpcpp/XmlRpcClient.h>
 #include <xmlrpcpp/XmlRpcException.h>
 
 #include <algorithm>
-#include <chrono>
 #include <initializer_list>
-#include <optional>
 
 #include "reading/section.h"
 
@@ -18,9 +18,10 @@ namespace planar_chain {
 
 namespace {
 
+using XmlRpc::XmlRpcException;
 using XmlRpc::XmlRpcValue;
 
-constexpr auto period = std::chrono::seconds(2);
+const ros::WallDuration period(2);
 
 XmlRpcValue requestOf(std::initializer_list<XmlRpcValue> arguments) {
   XmlRpcValue request;
@@ -29,23 +30,28 @@ XmlRpcValue requestOf(std::initializer_list<XmlRpcValue> arguments) {
   return request;
 }
 
-/// Calls the master, http://wiki.ros.org/ROS/Master_API. Returns nothing without a successful answer.
-std::optional<XmlRpcValue> callMaster(const char* method, std::initializer_list<XmlRpcValue> arguments) {
+/// Calls the master, http://wiki.ros.org/ROS/Master_API.
+/// @throws XmlRpcException without a successful answer
+XmlRpcValue callMaster(const char* method, std::initializer_list<XmlRpcValue> arguments) {
   XmlRpcValue response, payload;
-  if (!ros::master::execute(method, requestOf(arguments), response, payload, false)) return std::nullopt;
-  return payload;
+  if (ros::master::execute(method, requestOf(arguments), response, payload, false)) return payload;
+  throw XmlRpcException("the master does not answer");
 }
 
-/// Calls the node `uri`, http://wiki.ros.org/ROS/Slave_API. Returns nothing without a successful answer.
-std::optional<XmlRpcValue> callNode(const std::string& uri, const char* method,
-                                    std::initializer_list<XmlRpcValue> arguments) {
+const std::string& ownUri() {
+  return ros::XMLRPCManager::instance()->getServerURI();
+}
+
+/// Calls this node as the master does, http://wiki.ros.org/ROS/Slave_API.
+/// @throws XmlRpcException without a successful answer
+XmlRpcValue callThisNode(const char* method, std::initializer_list<XmlRpcValue> arguments) {
   std::string host;
   std::uint32_t port = 0;
-  if (!ros::network::splitURI(uri, host, port)) return std::nullopt;
+  ros::network::splitURI(ownUri(), host, port);
   XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
   XmlRpcValue response;
-  if (!client.execute(method, requestOf(arguments), response) || client.isFault()) return std::nullopt;
-  return response[2];
+  if (client.execute(method, requestOf(arguments), response) && !client.isFault()) return response[2];
+  throw XmlRpcException("the node does not answer");
 }
 
 enum Part { publishers, subscribers, services };  // of getSystemState
@@ -61,35 +67,49 @@ std::vector<std::string> nodesOf(const XmlRpcValue& state, Part part, const std:
   return nodes;
 }
 
-bool contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
+bool hasThisNode(const std::vector<std::string>& nodes) {
+  return std::count(nodes.begin(), nodes.end(), ros::this_node::getName()) > 0;
+}
+
+std::string clockFaultIn(const XmlRpcValue& state) {
+  const std::vector<std::string> owners = nodesOf(state, publishers, "/clock");
+  if (owners.size() < 2) return "";
+  if (!hasThisNode(owners) && !hasThisNode(nodesOf(state, subscribers, "/clock"))) return "";
+  return "/clock has several publishers: " + inCommas(owners) +
+         ". Time jumps between them. Stop all but one (rosnode cleanup removes dead nodes from the master)";
 }
 
 }  // namespace
 
-MasterWatch::MasterWatch(const std::vector<std::string>& parameters) : name_(ros::this_node::getName()) {
+MasterWatch::MasterWatch(const std::vector<std::string>& parameters) {
   // Read what is registered now.
-  if (const auto uri = callMaster("lookupNode", {name_})) uri_ = std::string(XmlRpcValue(*uri));
-  if (auto state = callMaster("getSystemState", {})) {
-    for (int i = 0; i < (*state)[services].size(); ++i) {
-      const std::string service = (*state)[services][i][0];
-      if (!contains(nodesOf(*state, services, service), name_)) continue;
-      if (auto uri = callMaster("lookupService", {service})) services_[service] = std::string(*uri);
+  try {
+    const XmlRpcValue state = callMaster("getSystemState", {});
+    for (int i = 0; i < state[services].size(); ++i) {
+      const std::string service = state[services][i][0];
+      if (hasThisNode(nodesOf(state, services, service))) services_.push_back(service);
     }
+  } catch (const XmlRpcException&) {
+    // The master has died since.
   }
   for (const std::string& parameter : parameters) {
-    if (const auto value = callMaster("getParam", {parameter})) parameters_[parameter] = *value;
+    XmlRpcValue value;
+    if (handle_.getParam(parameter, value)) parameters_[parameter] = value;
   }
-  thread_ = std::thread([this] { watch(); });
-}
 
-MasterWatch::~MasterWatch() {
-  {
+  // Watch. The timer is steady, so setting the machine's clock does not stop it.
+  handle_.setCallbackQueue(&queue_);
+  timer_ = handle_.createSteadyTimer(period, [this](const ros::SteadyTimerEvent& /*now*/) {
+    std::string fault;
+    try {
+      fault = update();
+    } catch (const XmlRpcException&) {
+      // There is no answer, or none that follows the API.
+    }
     const std::lock_guard lock(mutex_);
-    isEnding_ = true;
-  }
-  end_.notify_all();
-  thread_.join();
+    clockFault_ = fault;
+  });
+  thread_.start();
 }
 
 std::string MasterWatch::clockFault() const {
@@ -97,67 +117,40 @@ std::string MasterWatch::clockFault() const {
   return clockFault_;
 }
 
-void MasterWatch::watch() {
-  std::unique_lock lock(mutex_);
-  while (!end_.wait_for(lock, period, [this] { return isEnding_; })) {
-    lock.unlock();
-    std::string fault;
-    try {
-      fault = update();
-    } catch (const XmlRpc::XmlRpcException&) {
-      // The answer does not follow the API. Treat it as no answer.
-    }
-    lock.lock();
-    clockFault_ = fault;
-  }
-}
-
 /// Registers the node again if necessary. Returns the fault of /clock.
 std::string MasterWatch::update() {
-  const auto state = callMaster("getSystemState", {});
-  if (!state) return "";
+  const XmlRpcValue state = callMaster("getSystemState", {});
   // Every node publishes /rosout, so a master that does not know this has lost the node.
-  if (!isRegistered_ || !contains(nodesOf(*state, publishers, "/rosout"), name_)) {
-    isRegistered_ = registerAgain();
-    if (isRegistered_) ROS_WARN("the master had lost this node: registered again");
+  isRegistered_ = isRegistered_ && hasThisNode(nodesOf(state, publishers, "/rosout"));
+  if (!isRegistered_) {
+    registerAgain();
+    isRegistered_ = true;
+    ROS_WARN("the master had lost this node: registered again");
   }
-  const std::string fault = clockFaultIn(*state);
-  const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
-  if (!fault.empty() && warnings_.isDue(now.count())) ROS_WARN("%s", fault.c_str());
+  const std::string fault = clockFaultIn(state);
+  if (!fault.empty() && warnings_.isDue()) ROS_WARN("%s", fault.c_str());
   return fault;
 }
 
-/// Returns true if every call succeeded.
-bool MasterWatch::registerAgain() const {
-  auto published = callNode(uri_, "getPublications", {}), taken = callNode(uri_, "getSubscriptions", {});
-  if (!published || !taken) return false;
-  bool isDone = true;
-  for (int i = 0; i < published->size(); ++i) {
-    isDone &= callMaster("registerPublisher", {(*published)[i][0], (*published)[i][1], uri_}).has_value();
+void MasterWatch::registerAgain() const {
+  const XmlRpcValue published = callThisNode("getPublications", {});
+  for (int i = 0; i < published.size(); ++i) {
+    callMaster("registerPublisher", {published[i][0], published[i][1], ownUri()});
   }
   // Connect to publishers that registered before this node did.
-  for (int i = 0; i < taken->size(); ++i) {
-    const XmlRpcValue topic = (*taken)[i][0];
-    const auto known = callMaster("registerSubscriber", {topic, (*taken)[i][1], uri_});
-    isDone &= known.has_value();
-    if (known && known->size() > 0) isDone &= callNode(uri_, "publisherUpdate", {topic, *known}).has_value();
+  const XmlRpcValue taken = callThisNode("getSubscriptions", {});
+  for (int i = 0; i < taken.size(); ++i) {
+    const XmlRpcValue known = callMaster("registerSubscriber", {taken[i][0], taken[i][1], ownUri()});
+    if (known.size() > 0) callThisNode("publisherUpdate", {taken[i][0], known});
   }
-  for (const auto& [service, uri] : services_) {
-    isDone &= callMaster("registerService", {service, uri, uri_}).has_value();
+  const std::string serviceUri = "rosrpc://" + ros::network::getHost() + ":" +
+                                 std::to_string(ros::ConnectionManager::instance()->getTCPPort());
+  for (const std::string& service : services_) {
+    callMaster("registerService", {service, serviceUri, ownUri()});
   }
   for (const auto& [parameter, value] : parameters_) {
-    auto isThere = callMaster("hasParam", {parameter});
-    isDone &= isThere && (bool(*isThere) || callMaster("setParam", {parameter, value}).has_value());
+    if (!bool(callMaster("hasParam", {parameter}))) callMaster("setParam", {parameter, value});
   }
-  return isDone;
-}
-
-std::string MasterWatch::clockFaultIn(const XmlRpcValue& state) const {
-  const std::vector<std::string> owners = nodesOf(state, publishers, "/clock");
-  if (owners.size() < 2) return "";
-  if (!contains(owners, name_) && !contains(nodesOf(state, subscribers, "/clock"), name_)) return "";
-  return "/clock has several publishers: " + inCommas(owners) +
-         ". Time jumps between them. Stop all but one (rosnode cleanup removes dead nodes from the master)";
 }
 
 }  // namespace planar_chain

@@ -3,13 +3,14 @@
 /// Checks the ROS master every two seconds, in its own thread because a master may answer slowly. roscpp
 /// notices neither a restarted master, which has lost all registrations, nor a second publisher of /clock.
 
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+#include <ros/spinner.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
-#include <condition_variable>
 #include <map>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "ros/messages/pace.h"
@@ -22,34 +23,27 @@ namespace planar_chain {
 /// closed.
 class MasterWatch {
  public:
-  /// Construct this after everything is advertised and the parameters are set.
+  /// Construct this after everything is advertised and the parameters are set. The destructor waits for a
+  /// pending answer of the master.
   explicit MasterWatch(const std::vector<std::string>& parameters);
-  /// Waits for a pending answer of the master.
-  ~MasterWatch();
-  MasterWatch(const MasterWatch&) = delete;
-  MasterWatch& operator=(const MasterWatch&) = delete;
 
   /// Returns a fault if /clock has several publishers and this node publishes or uses it. Empty: none.
   std::string clockFault() const;
 
  private:
-  static constexpr double warningPeriod = 30;  // s
-
-  void watch();
   std::string update();
-  bool registerAgain() const;
-  std::string clockFaultIn(const XmlRpc::XmlRpcValue& state) const;
+  void registerAgain() const;
 
-  std::string name_, uri_;                       ///< of this node
-  std::map<std::string, std::string> services_;  ///< uri by name
+  std::vector<std::string> services_;  ///< the names of those of this node
   std::map<std::string, XmlRpc::XmlRpcValue> parameters_;
   bool isRegistered_ = true;
-  Every warnings_{warningPeriod};
+  Every warnings_{30};
   std::string clockFault_;
-  bool isEnding_ = false;
-  mutable std::mutex mutex_;  ///< guards clockFault_ and isEnding_
-  std::condition_variable end_;
-  std::thread thread_;
+  mutable std::mutex mutex_;  ///< guards clockFault_
+  ros::CallbackQueue queue_;
+  ros::NodeHandle handle_;
+  ros::SteadyTimer timer_;
+  ros::AsyncSpinner thread_{1, &queue_};
 };
 
 }  // namespace planar_chain

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <utility>
 
 #include "effects/effect_kind.h"
 #include "ode/methods.h"
@@ -20,14 +21,15 @@ namespace {
 
 using Steady = std::chrono::steady_clock;
 
-constexpr double queueSeconds = 2;      // of messages, kept for a slow subscriber
-constexpr long long fewTicks = 4;       // in a burst that catches up,
-constexpr long long catchUpShare = 50;  // or the missing ticks divided by this if more,
-constexpr double catchUpTime = 0.05;    // s of wall time at most
-constexpr double factorSeconds = 5;     // over which the real-time factor is measured
-constexpr double warningPeriod = 5;     // s
-constexpr double largestLag = 0.5;      // s, without a warning on /diagnostics
-constexpr double longestWait = 0.1;     // s, to notice a shutdown or a halted clock
+constexpr double queueSeconds = 2;       // of messages, kept for a slow subscriber
+constexpr long long fewTicks = 4;        // in a burst that catches up,
+constexpr long long catchUpShare = 50;   // or the missing ticks divided by this if more,
+constexpr double catchUpTime = 0.05;     // s of wall time at most
+constexpr double factorSeconds = 5;      // over which the real-time factor is measured
+constexpr double warningPeriod = 5;      // s
+constexpr double largestLag = 0.5;       // s, without a warning on /diagnostics
+constexpr double diagnosticsPeriod = 1;  // s
+constexpr double longestWait = 0.1;      // s, to notice a shutdown or a halted clock
 
 constexpr auto servePeriod = std::chrono::milliseconds(100);  // during a tick
 
@@ -43,11 +45,6 @@ struct {
 
 bool keepGoingInPart() {
   return part.keepGoing() && Steady::now() < part.end;
-}
-
-/// True also means that the scene publishes the topic.
-bool hasSubscribers(const ros::Publisher& topic) {
-  return topic.getNumSubscribers() > 0;
 }
 
 // ---- The log at the start ----------------------------------------------------------------------
@@ -80,18 +77,14 @@ std::string whatRuns(const Simulation& simulation) {
 
 /// Which topics are published, and which are disabled.
 std::string whatIsPublished(const PublishSettings& settings, const Frames& frames) {
-  std::ostringstream line;
+  std::ostringstream line, disabled;
   line << "publishes on demand: joint_states";
-  if (settings.linkStates) line << " and link_states";
+  (settings.linkStates ? line << " and " : disabled << "; disabled: ") << "link_states";
   line << " at " << settings.rate << " Hz, ";
   if (settings.tf) line << "tf at " << settings.tfRate << " Hz below " << frames.base << ", ";
   line << "status at " << settings.statusRate << " Hz, views at " << settings.tfRate << " Hz";
-
-  std::vector<std::string> disabled;
-  if (!settings.linkStates) disabled.push_back("link_states");
-  if (!settings.tf) disabled.push_back("tf");
-  if (!disabled.empty()) line << "; disabled: " << inCommas(disabled);
-  return line.str();
+  if (!settings.tf) disabled << (settings.linkStates ? "; disabled: tf" : ", tf");
+  return line.str() + disabled.str();
 }
 
 }  // namespace
@@ -99,22 +92,14 @@ std::string whatIsPublished(const PublishSettings& settings, const Frames& frame
 Node::Node(const Scene& scene)
     : settings_(scene.publish),
       frames_(framesOf(scene, ros::this_node::getNamespace())),
-      simulation_(scene, CommandTopics::capacity),
+      simulation_(scene, Commands::capacity),
       clock_(makeClock(scene)),
-      log_(inner_,
-           [this] {
-             return CommandLog::Instant{next_, simulation_.time()};
-           }),
-      commands_(simulation_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
+      ticks_{Pace(settings_.rate), clock_->firstTick()},
+      commands_(simulation_, ticks_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
       messages_(scene, frames_),
-      views_(inner_, scene, frames_),
-      pace_(settings_.rate),
-      next_(clock_->firstTick()),
+      views_(inner_, simulation_, frames_),
       factor_(static_cast<std::size_t>(1 + std::ceil(factorSeconds * settings_.statusRate))),
-      statuses_(1 / settings_.statusRate),
-      warnings_(warningPeriod),
-      clockTimes_(longestWait),
-      diagnoses_(1) {
+      warnings_(warningPeriod) {
   // Advertise what the scene publishes.
   outer_.setParam("robot_description", urdfOf(scene, frames_));
   jointStatesOut_ = outer_.advertise<sensor_msgs::JointState>("joint_states", queueFor(settings_.rate));
@@ -131,7 +116,7 @@ Node::Node(const Scene& scene)
   // Subscribe to commands, on a queue of their own.
   ros::NodeHandle commandsHandle("~");
   commandsHandle.setCallbackQueue(&commandQueue_);
-  commands_.listen(commandsHandle, log_);
+  commands_.listen(commandsHandle);
   advertiseServices();
   diagnostics_.setHardwareID("none");
   diagnostics_.add("simulation", this, &Node::diagnose);
@@ -146,37 +131,29 @@ void Node::run(bool (*keepGoing)()) {
   keepGoing_ = keepGoing;
   master_.emplace(std::vector{ros::this_node::getName(), outer_.resolveName("robot_description"),
                               std::string("/use_sim_time")});
-  clock_->begin(next_);
+  const auto every = [this](double period, auto action) {
+    return outer_.createSteadyTimer(ros::WallDuration(period),
+                                    [action](const ros::SteadyTimerEvent& /*now*/) { action(); });
+  };
+  const ros::SteadyTimer timers[] = {every(1 / settings_.statusRate, [this] { publishStatus(); }),
+                                     every(diagnosticsPeriod, [this] { publishDiagnostics(); }),
+                                     every(longestWait, [this] { clock_->publishAgain(); })};
+  clock_->begin(ticks_.next);
   while (keepGoing_()) {
-    const double wait = serve();
+    const double wait = paused_ || !simulation_.fault().empty() ? longestWait : runDueTicks();
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::clamp(wait, 0.0, longestWait)));
     commandQueue_.callAvailable();
   }
 }
 
-/// Runs due ticks and publishes the health. Returns the wall time until the next of these, s.
-double Node::serve() {
-  const double now = elapsed();
-  const auto isRunning = [this] { return !paused_ && simulation_.fault().empty(); };
-  if (isRunning() && now >= resting_) runDueTicks(now);
-  publishHealth(now);
-  const double untilStatus = statuses_.next() - now;
-  if (!isRunning()) return untilStatus;
-  return std::min(untilStatus, std::max(clock_->untilDue(next_), resting_ - now));
-}
-
-/// Publishes the status, the diagnostics and the time, each if it is due.
-void Node::publishHealth(double now) {
-  if (statuses_.isDue(now)) publishStatus(now);
-  if (diagnoses_.isDue(now)) publishDiagnostics();
-  if (clockTimes_.isDue(now)) clock_->publishAgain();
-}
-
-void Node::runDueTicks(double now) {
+/// Runs some of the ticks that are due. Returns the wall time until the next, s.
+double Node::runDueTicks() {
   // Find the last tick that is due.
+  const double began = elapsed();
+  if (began < resting_) return resting_ - began;
   const double dropped = clock_->dropped();
-  const long long due = clock_->due(next_);
-  if (clock_->dropped() > dropped && warnings_.isDue(now)) {
+  const long long due = clock_->due(ticks_.next);
+  if (clock_->dropped() > dropped && warnings_.isDue()) {
     ROS_WARN("simulation time cannot keep up with %s at %g Hz: dropped another %.3f s",
              clock_->name().c_str(), settings_.rate, clock_->dropped() - dropped);
   }
@@ -184,23 +161,26 @@ void Node::runDueTicks(double now) {
   // Catch up in bursts: more ticks at once would overrun the queues of subscribers (rosbag keeps 100 messages
   // of a topic), and commands are served in between.
   const double pause = clock_->catchUpPause();
-  const long long burst = pause > 0 ? std::max(fewTicks, (due - next_) / catchUpShare) : due - next_ + 1;
-  const long long last = std::min(due, next_ + burst - 1);
-  while (next_ <= last && elapsed() - now <= catchUpTime && tick()) {
+  const long long late = due - ticks_.next;
+  const long long burst = pause > 0 ? std::max(fewTicks, late / catchUpShare) : late + 1;
+  const long long last = std::min(due, ticks_.next + burst - 1);
+  while (ticks_.next <= last && elapsed() - began <= catchUpTime) {
+    if (!tick()) return 0;
   }
-  if (next_ > due) return;
+  if (ticks_.next > due) return clock_->untilDue(ticks_.next);
   ++overruns_;
-  resting_ = now + pause;
+  resting_ = began + pause;
+  return pause;
 }
 
 /// Returns false if the integration fails, the tick is aborted, or the node ends. Then publishes no state.
 bool Node::tick() {
   const double began = elapsed();
   part = {keepGoing_, Steady::now() + servePeriod};
-  while (!simulation_.advanceTo(sceneTime(next_), keepGoingInPart)) {
+  while (!simulation_.advanceTo(ticks_.sceneTime(ticks_.next), keepGoingInPart)) {
     if (!simulation_.fault().empty()) {
       ROS_ERROR("%s", simulation_.fault().c_str());
-      publishStatus(elapsed());
+      publishStatus();
       publishDiagnostics();
       return false;
     }
@@ -208,7 +188,7 @@ bool Node::tick() {
     part.end = Steady::now() + servePeriod;
   }
   publishState();
-  ++next_;
+  ++ticks_.next;
   return true;
 }
 
@@ -216,11 +196,11 @@ bool Node::tick() {
 bool Node::serveDuringTick(double began) {
   const long long resets = resets_;
   const double now = elapsed();
-  if (now - began > warningPeriod && warnings_.isDue(now)) {
+  if (now - began > warningPeriod && warnings_.isDue()) {
     ROS_WARN("a tick from %.9g to %.9g s is at %.9g s after %.0f s of wall time; commands wait for its end",
-             sceneTime(next_ - 1), sceneTime(next_), simulation_.time(), now - began);
+             ticks_.sceneTime(ticks_.next - 1), ticks_.sceneTime(ticks_.next), simulation_.time(),
+             now - began);
   }
-  publishHealth(now);
   inTick_ = true;
   ros::getGlobalCallbackQueue()->callAvailable();
   inTick_ = false;
@@ -230,22 +210,22 @@ bool Node::serveDuringTick(double began) {
 // ---- What is published -------------------------------------------------------------------------
 
 void Node::publishState() {
-  clock_->publish(next_);
-  const ros::Time stamp = clock_->stampOf(next_);
-  if (staticTf_ && next_ == clock_->firstTick()) {
+  clock_->publish(ticks_.next);
+  const ros::Time stamp = clock_->stampOf(ticks_.next);
+  if (staticTf_ && ticks_.next == clock_->firstTick()) {
     staticTf_->sendTransform(Messages::baseInWorld(frames_, stamp));
   }
   if (hasSubscribers(jointStatesOut_)) jointStatesOut_.publish(messages_.jointStates(simulation_, stamp));
-  if (pace_.falls(next_, settings_.tfRate)) {
+  if (ticks_.pace.falls(ticks_.next, settings_.tfRate)) {
     if (hasSubscribers(tfOut_)) tfOut_.publish(messages_.transforms(simulation_, stamp));
-    views_.publish(simulation_, stamp);
+    views_.publish(stamp);
   }
   if (hasSubscribers(linkStatesOut_)) linkStatesOut_.publish(messages_.linkStates(simulation_, stamp));
 }
 
-void Node::publishStatus(double now) {
+void Node::publishStatus() {
   // Sample the real-time factor even without subscribers, for a later one.
-  status_.real_time_factor = factor_.sample(simTime(), now);
+  status_.real_time_factor = factor_.sample(ticks_.simTime(simulation_.time()), elapsed());
   status_.header.stamp = clock_->now();
   if (status_.header.stamp.isZero() || !hasSubscribers(statusOut_)) return;
   describe(simulation_, status_);
@@ -266,6 +246,8 @@ void Node::diagnose(diagnostic_updater::DiagnosticStatusWrapper& out) {
     out.summary(DiagnosticStatus::ERROR, status_.fault);
   } else if (!clockFault.empty()) {
     out.summary(DiagnosticStatus::WARN, clockFault);
+  } else if (std::exchange(jumpsTold_, clock_->jumps()) != clock_->jumps()) {
+    out.summary(DiagnosticStatus::WARN, clock_->name() + " jumped; the stamps restarted at its time");
   } else if (status_.lag > largestLag) {
     out.summaryf(DiagnosticStatus::WARN, "%.3f s behind %s", status_.lag, clock_->name().c_str());
   } else {
@@ -276,22 +258,24 @@ void Node::diagnose(diagnostic_updater::DiagnosticStatusWrapper& out) {
   out.add("real_time_factor", status_.real_time_factor);
   out.add("lag", status_.lag);
   out.add("overruns", status_.overruns);
+  out.add("clock_jumps", clock_->jumps());
   out.add("rejected_commands", status_.rejected_commands);
   out.add("last_rejection", status_.last_rejection);
 }
 
 /// Sets the fields of the status that the node determines.
 void Node::updateStatus() {
-  status_.sim_time = simTime();
-  if (next_ > clock_->firstTick()) {
-    status_.tick = static_cast<std::uint64_t>(next_ - 1);
-    status_.tick_stamp = clock_->stampOf(next_ - 1);
+  status_.sim_time = ticks_.simTime(simulation_.time());
+  if (ticks_.next > clock_->firstTick()) {
+    status_.tick = static_cast<std::uint64_t>(ticks_.next - 1);
+    status_.tick_stamp = clock_->stampOf(ticks_.next - 1);
   }
   status_.paused = paused_;
   status_.fault = simulation_.fault();
   status_.standstill = !status_.fault.empty() ? standstillByFault : paused_ ? "paused" : clock_->haltedBy();
   status_.overruns = overruns_;
-  status_.lag = status_.standstill.empty() ? std::max(0.0, clock_->lag(next_ - 1)) : 0;
+  status_.clock_jumps = clock_->jumps();
+  status_.lag = status_.standstill.empty() ? std::max(0.0, clock_->lag(ticks_.next - 1)) : 0;
   commands_.describe(status_);
 }
 
@@ -302,15 +286,15 @@ void Node::updateStatus() {
 double Node::sceneTimeOf(ros::Time stamp) const {
   if (!clock_->hasBegun()) return std::numeric_limits<double>::infinity();
   const auto ns = static_cast<std::int64_t>(stamp.toNSec());
-  const long long from = std::max(clock_->stampOrigin(), origin_);
+  const long long from = std::max(clock_->stampOrigin(), ticks_.origin);
   const double since = static_cast<double>(ns - clock_->ns(from)) / 1e9;
   const long long tick = from + std::llround(since * settings_.rate);
-  return clock_->ns(tick) == ns ? sceneTime(tick) : sceneTime(from) + since;
+  return clock_->ns(tick) == ns ? ticks_.sceneTime(tick) : ticks_.sceneTime(from) + since;
 }
 
 void Node::restartClock() {
   resting_ = 0;
-  clock_->begin(next_);
+  clock_->begin(ticks_.next);
 }
 
 double Node::elapsed() const {

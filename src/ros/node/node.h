@@ -19,6 +19,7 @@
 
 #include "planar_chain/simulation.h"
 #include "ros/messages/frames.h"
+#include "ros/messages/incoming.h"
 #include "ros/messages/messages.h"
 #include "ros/messages/pace.h"
 #include "ros/node/clock.h"
@@ -45,10 +46,6 @@ class Node {
   void run(bool (*keepGoing)());
 
   // The services. Each acts between two ticks. If `success` is false, nothing has changed.
-  struct Answer {
-    bool success;
-    std::string message;
-  };
   Answer pause();
   Answer resume();
   /// Restores the scene's initial state at scene time 0, without commands and faults.
@@ -62,20 +59,17 @@ class Node {
 
  private:
   void advertiseServices();
-  double serve();
-  void publishHealth(double now);
-  void runDueTicks(double now);
+  double runDueTicks();
   bool tick();
   bool serveDuringTick(double began);
   void publishState();
-  void publishStatus(double now);
+  void publishStatus();
   void publishDiagnostics();
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& out);
   void updateStatus();
   void restartClock();
 
-  double sceneTime(long long tick) const { return pace_.timeOf(tick - origin_); }
-  double simTime() const { return pace_.timeOf(origin_) + simulation_.time(); }
+  Answer take(const CommandTaken& input, const char* done);
   double sceneTimeOf(ros::Time stamp) const;
   double elapsed() const;  ///< wall time since the start, s
 
@@ -86,8 +80,8 @@ class Node {
   Frames frames_;
   Simulation simulation_;
   std::unique_ptr<Clock> clock_;
-  CommandLog log_;
-  CommandTopics commands_;
+  Ticks ticks_;
+  Commands commands_;
   Messages messages_;
   Views views_;
   SimStatus status_;
@@ -98,17 +92,15 @@ class Node {
   std::vector<ros::ServiceServer> servers_;
   std::optional<MasterWatch> master_;  ///< from run() on
 
-  Pace pace_;
-  long long next_;        ///< the next tick
-  long long origin_ = 0;  ///< the tick of scene time 0
   bool paused_ = false;
   bool inTick_ = false;  ///< while services are served during a tick
   long long resets_ = 0;
   bool (*keepGoing_)() = nullptr;  ///< from run() on
   double resting_ = 0;             ///< no tick before this wall time since the start, s
   std::uint64_t overruns_ = 0;
+  std::uint64_t jumpsTold_ = 0;  ///< jumps of the clock, on /diagnostics
   RealTimeFactor factor_;
-  Every statuses_, warnings_, clockTimes_, diagnoses_;
+  Every warnings_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 

@@ -3,6 +3,7 @@
 #include <ros/console.h>
 #include <ros/names.h>
 #include <ros/param.h>
+#include <ros/this_node.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <exception>
@@ -73,10 +74,15 @@ Value sceneParameters(const std::string& node) {
 }  // namespace
 
 int withScene(const std::string& node, const std::function<void(const Scene&)>& act) {
+  const std::string name = ros::names::resolve(node);
   try {
-    act(readScene(sceneParameters(ros::names::resolve(node))));
+    act(readScene(sceneParameters(name)));
     return 0;
   } catch (const Refused& refused) {
+    if (name != ros::this_node::getName()) {
+      ROS_FATAL("%s has no scene, or refuses it and says why", name.c_str());
+      return 2;
+    }
     for (const Fault& fault : refused.faults()) ROS_FATAL("%s", toString(fault).c_str());
     return 2;
   } catch (const std::exception& failure) {

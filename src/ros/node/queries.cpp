@@ -63,11 +63,11 @@ void copy(const Eigen::MatrixXd& from, Matrix& to) {
   copy(VectorXd::Map(byRows.data(), byRows.size()), to.data);
 }
 
-template <class Response, class Fill>
-void fill(Response& response, Fill&& make) {
+template <class Request, class Response, class Fill>
+void fill(const Simulation& simulation, const Request& request, Response& response, Fill&& make) {
   response = {};
   try {
-    make();
+    make(Question(simulation, request));
     response.success = true;
   } catch (const Refused& refused) {
     response = {};
@@ -75,22 +75,10 @@ void fill(Response& response, Fill&& make) {
   }
 }
 
-template <class Service, class Request>
-ros::ServiceServer offer(ros::NodeHandle& node, const char* name, const Simulation& simulation) {
-  return advertise<Service, Request>(
-      node, name, [&simulation](const Request& bounded, typename Service::Response& response) {
-        typename Service::Request request;
-        request.q = plain(bounded.q);
-        request.qd = plain(bounded.qd);
-        answer(simulation, request, response);
-      });
-}
-
 }  // namespace
 
 void answer(const Simulation& simulation, const Equations::Request& request, Equations::Response& response) {
-  fill(response, [&] {
-    const Question at(simulation, request);
+  fill(simulation, request, response, [&](const Question& at) {
     const Kane k = kane(at.scene.chain, at.q, at.qd, activeForces(at.scene, at.t, at.q, at.qd));
     copy(k.q, response.q);
     copy(k.qd, response.qd);
@@ -110,17 +98,11 @@ void answer(const Simulation& simulation, const Equations::Request& request, Equ
 }
 
 void answer(const Simulation& simulation, const Linearize::Request& request, Linearize::Response& response) {
-  fill(response, [&] {
-    const Question at(simulation, request);
+  fill(simulation, request, response, [&](const Question& at) {
     const LinearModel model = linearModel(at.scene, at.t, at.q, at.qd);
     copy(model.A, response.A);
     copy(model.B, response.B);
   });
-}
-
-std::vector<ros::ServiceServer> advertiseQueries(ros::NodeHandle& node, const Simulation& simulation) {
-  return {offer<Equations, EquationsRequest_<Bounded<void>>>(node, "equations", simulation),
-          offer<Linearize, LinearizeRequest_<Bounded<void>>>(node, "linearize", simulation)};
 }
 
 }  // namespace planar_chain

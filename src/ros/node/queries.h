@@ -7,9 +7,8 @@
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
 
-#include <vector>
-
 #include "planar_chain/simulation.h"
+#include "ros/messages/incoming.h"
 
 namespace planar_chain {
 
@@ -23,7 +22,16 @@ constexpr int mostLinksInMatrices = 200;
 void answer(const Simulation& simulation, const Equations::Request& request, Equations::Response& response);
 void answer(const Simulation& simulation, const Linearize::Request& request, Linearize::Response& response);
 
-/// Advertises both services under `node`. The simulation must outlive the servers.
-std::vector<ros::ServiceServer> advertiseQueries(ros::NodeHandle& node, const Simulation& simulation);
+/// Advertises one of them under `node`. The simulation must outlive the server.
+template <class Service, template <class> class Request>
+ros::ServiceServer advertiseQuery(ros::NodeHandle& node, const char* name, const Simulation& simulation) {
+  return advertise<Service, Request>(node, name, [&simulation](auto& in, auto& response) {
+    typename Service::Request request;
+    request.q = plain(in.q);
+    request.qd = plain(in.qd);
+    answer(simulation, request, response);
+    return Answer{bool(response.success), response.message};
+  });
+}
 
 }  // namespace planar_chain

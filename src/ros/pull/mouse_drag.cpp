@@ -23,11 +23,11 @@
 #include <clocale>
 #include <cmath>
 #include <deque>
-#include <map>
 #include <optional>
 #include <string>
 
 #include "dynamics/pull.h"
+#include "ros/messages/messages.h"
 #include "ros/messages/pace.h"
 #include "ros/node/parameters.h"
 #include "ros/view/drawing.h"
@@ -52,12 +52,11 @@ Vec2d inPlane(const geometry_msgs::Point& point) {
 
 /// The area that reacts to the mouse. It is almost transparent, as the link is visible; rviz highlights it.
 visualization_msgs::Marker boxAround(const Bar& bar, double width) {
-  const Vec2d along = bar.to - bar.from, middle = 0.5 * (bar.from + bar.to);
+  const Vec2d along = bar.to - bar.from;
   const double angle = std::atan2(along.y, along.x);
   visualization_msgs::Marker box;
   box.type = visualization_msgs::Marker::CUBE;
-  box.pose.position.x = middle.x;
-  box.pose.position.y = middle.y;
+  copy(0.5 * (bar.from + bar.to), box.pose.position);
   box.pose.orientation.z = std::sin(angle / 2);
   box.pose.orientation.w = std::cos(angle / 2);
   box.scale.x = length(along) + width;
@@ -108,7 +107,7 @@ class MouseDrag {
     Vec2d point;   ///< grabbed, link frame, m
     Vec2d offset;  ///< from the point to the mouse, link frame at offsetAt, m
     ros::Time offsetAt;
-    ros::WallTime feedbackAt;     ///< the last feedback
+    ros::SteadyTime feedbackAt;   ///< the last feedback
     std::deque<Place> path;       ///< the last two seconds
     std::optional<Vec2d> target;  ///< the mouse, base frame, m
   };
@@ -132,21 +131,17 @@ class MouseDrag {
     marker.scale = static_cast<float>(drawing_.unit);
     marker.pose.orientation.w = 1;
     marker.controls.push_back(control);
-    server_.insert(marker, [this](const Feedback::ConstPtr& feedback) { onFeedback(*feedback); });
-    links_[marker.name] = link;
+    server_.insert(marker, [this, link](const Feedback::ConstPtr& feedback) { onFeedback(link, *feedback); });
   }
 
   // ---- What rviz reports ---------------------------------------------------------------------------
 
-  void onFeedback(const Feedback& feedback) {
-    // Find the link, and check the message.
-    const auto found = links_.find(feedback.marker_name);
-    if (found == links_.end()) return;
-    const int link = found->second;
+  void onFeedback(int link, const Feedback& feedback) {
+    // Check the message.
     const std::string& frame = frames_.links[index(link)];
     const Vec2d offset = inPlane(feedback.pose.position), mouse = inPlane(feedback.mouse_point);
     if (feedback.header.frame_id != frame || !isFinite(offset) || !isFinite(mouse)) {
-      if (warnings_.isDue(ros::WallTime::now().toSec())) {
+      if (warnings_.isDue()) {
         ROS_WARN("%s/feedback: expected finite numbers in frame %s, got (%g, %g) m and (%g, %g) m in %s",
                  ros::this_node::getName().c_str(), frame.c_str(), offset.x, offset.y, mouse.x, mouse.y,
                  feedback.header.frame_id.c_str());
@@ -155,29 +150,19 @@ class MouseDrag {
     }
 
     // Grab, drag or release.
-    const bool isGrabbed = grip_ && grip_->link == link;
-    switch (feedback.event_type) {
-      case Feedback::MOUSE_DOWN:
-        return grab(link, feedback);
-      case Feedback::POSE_UPDATE:
-      case Feedback::KEEP_ALIVE:
-        if (!isGrabbed) return;
-        grip_->feedbackAt = ros::WallTime::now();
-        grip_->offset = offset;
-        grip_->offsetAt = feedback.header.stamp;
-        return findTarget();
-      case Feedback::MOUSE_UP:
-        if (isGrabbed) release();
-        return;
-      default:
-        return;
-    }
+    if (feedback.event_type == Feedback::MOUSE_DOWN) return grab(link, feedback);
+    if (!grip_ || grip_->link != link) return;
+    if (feedback.event_type == Feedback::MOUSE_UP) return release();
+    grip_->feedbackAt = ros::SteadyTime::now();
+    grip_->offset = offset;
+    grip_->offsetAt = feedback.header.stamp;
+    findTarget();
   }
 
   void grab(int link, const Feedback& feedback) {
     if (grip_) release();
     const Vec2d point = feedback.mouse_point_valid ? inPlane(feedback.mouse_point) : linkAt(link).com;
-    grip_ = Grip{link, point, {}, feedback.header.stamp, ros::WallTime::now(), {}, {}};
+    grip_ = Grip{link, point, {}, feedback.header.stamp, ros::SteadyTime::now(), {}, {}};
     ticks_ = 0;
     statesIn_ =
         outer_.subscribe("joint_states", 1, &MouseDrag::onState, this, ros::TransportHints().tcpNoDelay());
@@ -211,7 +196,7 @@ class MouseDrag {
   void onState(const sensor_msgs::JointState& state) {
     const auto n = static_cast<std::size_t>(scene_.chain.size());
     if (!grip_ || state.position.size() != n || state.velocity.size() != n) return;
-    if ((ros::WallTime::now() - grip_->feedbackAt).toSec() > longestSilence) return release();
+    if ((ros::SteadyTime::now() - grip_->feedbackAt).toSec() > longestSilence) return release();
 
     // Find the point, and the mouse. Stamps go back if the clock does.
     const PointMotion point =
@@ -227,13 +212,11 @@ class MouseDrag {
     const Vec2d force = pull_.force(point, *grip_->target, pulsation_);
     LinkForce command;
     command.link = linkAt(grip_->link).name;
-    command.point.x = grip_->point.x;
-    command.point.y = grip_->point.y;
-    command.force.x = force.x;
-    command.force.y = force.y;
+    copy(grip_->point, command.point);
+    copy(force, command.force);
     command.duration = duration_ + overlap;
     forceOut_.publish(command);
-    if (pictures_.isDue(ros::WallTime::now().toSec())) draw(point, force, state.header.stamp);
+    if (pictures_.isDue()) draw(point, force, state.header.stamp);
   }
 
   /// Publishes the spring, the mouse and the force as a picture.
@@ -256,13 +239,12 @@ class MouseDrag {
   Frames frames_;
   Drawing drawing_;
   Pull pull_;
-  std::map<std::string, int> links_;  ///< index by name
-  int stride_;                        ///< ticks from one force to the next
-  double duration_;                   ///< the same in s
-  double pulsation_;                  ///< ω of the spring, rad/s
+  int stride_;        ///< ticks from one force to the next
+  double duration_;   ///< the same in s
+  double pulsation_;  ///< ω of the spring, rad/s
   std::optional<Grip> grip_;
   int ticks_ = 0;
-  Sketches sketch_;
+  Sketch sketch_;
   Every pictures_, warnings_;
 
   ros::NodeHandle outer_, inner_{"~"};

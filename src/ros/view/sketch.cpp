@@ -4,15 +4,23 @@
 #include <cmath>
 #include <utility>
 
+#include "ros/messages/messages.h"
+
 namespace planar_chain {
 
 namespace {
 
+using visualization_msgs::Marker;
+
 constexpr double headLength = 4, headWidth = 3.2;  // widths of the arrow
-constexpr double facet = 0.15;                     // rad: circles are drawn as polygons
+constexpr double facet = 0.2;                      // rad: circles are drawn as polygons
 
 Vec2d onCircle(Vec2d centre, double radius, double angle) {
   return centre + Rotation<double>::of(angle) * Vec2d{radius, 0};
+}
+
+int piecesOf(double sweep) {
+  return std::max(1, static_cast<int>(std::fabs(sweep) / facet));
 }
 
 }  // namespace
@@ -26,24 +34,38 @@ Colour colour(double red, double green, double blue, double alpha) {
   return paint;
 }
 
-Sketch::Sketch(const std::string& frame, const std::string& name, int id, double height) : height_(height) {
-  marker_.header.frame_id = frame;
-  marker_.frame_locked = true;
-  marker_.id = id;
-  marker_.ns = name;
-  marker_.type = visualization_msgs::Marker::TRIANGLE_LIST;
-  marker_.pose.orientation.w = 1;
-  marker_.scale.x = marker_.scale.y = marker_.scale.z = 1;
-  marker_.color = colour(1, 1, 1);
+Sketch::Sketch(Frames frames, std::string name, double height)
+    : frames_(std::move(frames)), name_(std::move(name)), height_(height) {}
+
+void Sketch::clear() {
+  for (Marker& marker : message_.markers) marker.points.clear(), marker.colors.clear();
+}
+
+Sketch& Sketch::on(int link) {
+  auto& markers = message_.markers;
+  const auto found = std::find_if(markers.begin(), markers.end(),
+                                  [link](const Marker& marker) { return marker.id == link; });
+  current_ = static_cast<std::size_t>(found - markers.begin());
+  if (found != markers.end()) return *this;
+  Marker marker;
+  marker.header.frame_id = link == base ? frames_.base : frames_.links[index(link)];
+  marker.frame_locked = true;
+  marker.id = link;
+  marker.ns = name_;
+  marker.type = Marker::TRIANGLE_LIST;
+  marker.pose.orientation.w = 1;
+  marker.scale.x = marker.scale.y = marker.scale.z = 1;
+  marker.color = colour(1, 1, 1);
+  markers.push_back(marker);
+  return *this;
 }
 
 void Sketch::corner(Vec2d a, const Colour& paint) {
   geometry_msgs::Point point;
-  point.x = a.x;
-  point.y = a.y;
+  copy(a, point);
   point.z = height_;
-  marker_.points.push_back(point);
-  marker_.colors.push_back(paint);
+  message_.markers[current_].points.push_back(point);
+  message_.markers[current_].colors.push_back(paint);
 }
 
 void Sketch::band(Vec2d a, Vec2d b, double widthA, double widthB, const Colour& colourA,
@@ -71,18 +93,14 @@ void Sketch::arrow(Vec2d from, Vec2d to, double width, const Colour& paint) {
 void Sketch::turn(Vec2d centre, double radius, double from, double sweep, double width, const Colour& paint) {
   const double head = std::copysign(std::fmin(headLength * width / radius, std::fabs(sweep)), sweep);
   const double shaft = sweep - head;
-  const int pieces = std::max(1, static_cast<int>(std::fabs(shaft) / facet));
-  for (int k = 0; k < pieces; ++k) {
-    band(onCircle(centre, radius, from + shaft * k / pieces),
-         onCircle(centre, radius, from + shaft * (k + 1) / pieces), width, width, paint, paint);
-  }
+  coil(centre, radius, radius, from, shaft, width, paint);
   band(onCircle(centre, radius, from + shaft), onCircle(centre, radius, from + sweep), headWidth * width, 0,
        paint, paint);
 }
 
 void Sketch::coil(Vec2d centre, double inner, double outer, double from, double sweep, double width,
                   const Colour& paint) {
-  const int pieces = std::max(1, static_cast<int>(std::fabs(sweep) / (2 * facet)));
+  const int pieces = piecesOf(sweep);
   const auto at = [&](int k) {
     return onCircle(centre, inner + (outer - inner) * k / pieces, from + sweep * k / pieces);
   };
@@ -90,7 +108,7 @@ void Sketch::coil(Vec2d centre, double inner, double outer, double from, double 
 }
 
 void Sketch::sector(Vec2d centre, double radius, double from, double sweep, const Colour& paint) {
-  const int pieces = std::max(1, static_cast<int>(std::fabs(sweep) / facet));
+  const int pieces = piecesOf(sweep);
   for (int k = 0; k < pieces; ++k) {
     corner(centre, paint);
     corner(onCircle(centre, radius, from + sweep * k / pieces), paint);
@@ -98,28 +116,11 @@ void Sketch::sector(Vec2d centre, double radius, double from, double sweep, cons
   }
 }
 
-const visualization_msgs::Marker& Sketch::message(ros::Time stamp) {
-  marker_.header.stamp = stamp;
-  marker_.action =
-      marker_.points.empty() ? visualization_msgs::Marker::DELETE : visualization_msgs::Marker::ADD;
-  return marker_;
-}
-
-Sketches::Sketches(Frames frames, std::string name, double height)
-    : frames_(std::move(frames)), name_(std::move(name)), height_(height) {}
-
-void Sketches::clear() {
-  for (auto& [link, sketch] : sketches_) sketch.clear();
-}
-
-Sketch& Sketches::on(int link) {
-  const std::string& frame = link == base ? frames_.base : frames_.links[index(link)];
-  return sketches_.try_emplace(link, frame, name_, link, height_).first->second;
-}
-
-const visualization_msgs::MarkerArray& Sketches::message(ros::Time stamp) {
-  message_.markers.clear();
-  for (auto& [link, sketch] : sketches_) message_.markers.push_back(sketch.message(stamp));
+const visualization_msgs::MarkerArray& Sketch::message(ros::Time stamp) {
+  for (Marker& marker : message_.markers) {
+    marker.header.stamp = stamp;
+    marker.action = marker.points.empty() ? Marker::DELETE : Marker::ADD;
+  }
   return message_;
 }
 

@@ -5,7 +5,6 @@
 #include <std_msgs/ColorRGBA.h>
 #include <visualization_msgs/MarkerArray.h>
 
-#include <map>
 #include <string>
 
 #include "planar_chain/planar.h"
@@ -18,13 +17,19 @@ using Colour = std_msgs::ColorRGBA;
 /// Each component is in 0 … 1.
 Colour colour(double red, double green, double blue, double alpha = 1);
 
-/// A marker of triangles. Lengths in m, angles in rad, coordinates in the axes of its frame.
+/// One marker of triangles per frame that has figures. Lengths in m, angles in rad, coordinates in the axes
+/// of the frame.
 class Sketch {
  public:
-  /// The figures lie at `height` (m) above the plane and move with the frame.
-  Sketch(const std::string& frame, const std::string& name, int id, double height);
+  static constexpr int base = -1;
 
-  void clear() { marker_.points.clear(), marker_.colors.clear(); }
+  /// The figures lie at `height` (m) above the plane.
+  Sketch(Frames frames, std::string name, double height);
+
+  void clear();
+  /// From here on draws in the frame of a link, or of the base. The first call for a link allocates its
+  /// marker.
+  Sketch& on(int link);
   /// A band from a to b. Width and colour change linearly.
   void band(Vec2d a, Vec2d b, double widthA, double widthB, const Colour& colourA, const Colour& colourB);
   void arrow(Vec2d from, Vec2d to, double width, const Colour& paint);
@@ -36,34 +41,17 @@ class Sketch {
   /// A sector of a disc.
   void sector(Vec2d centre, double radius, double from, double sweep, const Colour& paint);
 
-  /// Returns the figures drawn since clear(). Without any, the message deletes the marker.
-  const visualization_msgs::Marker& message(ros::Time stamp);
+  /// Returns the figures drawn since clear(). A marker without any is deleted in rviz.
+  const visualization_msgs::MarkerArray& message(ros::Time stamp);
 
  private:
   void corner(Vec2d a, const Colour& paint);
 
-  double height_;
-  visualization_msgs::Marker marker_;
-};
-
-/// One Sketch per frame that has figures.
-class Sketches {
- public:
-  static constexpr int base = -1;
-
-  Sketches(Frames frames, std::string name, double height);
-
-  void clear();
-  /// Returns the sketch in the frame of a link, or of the base. The first call for a link allocates it.
-  Sketch& on(int link);
-  const visualization_msgs::MarkerArray& message(ros::Time stamp);
-
- private:
   Frames frames_;
   std::string name_;
   double height_;
-  std::map<int, Sketch> sketches_;
   visualization_msgs::MarkerArray message_;
+  std::size_t current_ = 0;  ///< index of the marker that is drawn
 };
 
 }  // namespace planar_chain

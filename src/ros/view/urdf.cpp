@@ -1,10 +1,7 @@
 #include "ros/view/urdf.h"
 
-#include <tinyxml2.h>
-
+#include <algorithm>
 #include <cmath>
-#include <initializer_list>
-#include <utility>
 
 #include "planar_chain/fault.h"
 #include "ros/view/drawing.h"
@@ -18,65 +15,39 @@ constexpr double pinRadius = 0.72;
 constexpr double bobRadius = 1.1;
 constexpr double hatches = 5;
 
-using Attributes = std::initializer_list<std::pair<const char*, std::string>>;
-
-std::string xyz(Vec2d a) {
-  return toText(a.x) + " " + toText(a.y) + " 0";
-}
-
+/// Names contain only letters, digits, _ and /, so nothing is escaped.
 class Writer {
  public:
   Writer(const Scene& scene, const Frames& frames) : chain_(scene.chain), frames_(frames), drawing_(scene) {}
 
   std::string text() {
-    out_.PushHeader(false, true);
-    open("robot", {{"name", "planar_chain"}});
+    line("<?xml version='1.0'?>");
+    line("<robot name='planar_chain'>");
     for (const auto& [name, rgba] : {std::pair{"ground", "0.55 0.58 0.62 1"},
                                      {"pin", "0.80 0.82 0.85 1"},
                                      {"even", "0.20 0.55 0.85 1"},
                                      {"odd", "0.98 0.65 0.15 1"}}) {
-      open("material", {{"name", name}});
-      leaf("color", {{"rgba", rgba}});
-      close();
+      line("<material name='", name, "'><color rgba='", rgba, "'/></material>");
     }
-    upright();
+    // The plane of motion is vertical: y of the base is z of the world.
+    line("<link name='", frames_.world, "'/>");
+    line("<joint name='", frames_.world, "-", frames_.base, "' type='fixed'><parent link='", frames_.world,
+         "'/><child link='", frames_.base, "'/><origin xyz='0 0 0' rpy='", std::acos(0.0), " 0 0'/></joint>");
     ground();
     for (int i = 0; i < chain_.size(); ++i) {
       link(i);
       joint(i);
     }
-    close();
-    return out_.CStr();
+    line("</robot>");
+    std::replace(text_.begin(), text_.end(), '\'', '"');
+    return text_;
   }
 
  private:
-  void open(const char* element, Attributes attributes = {}) {
-    out_.OpenElement(element);
-    for (const auto& [name, value] : attributes) out_.PushAttribute(name, value.c_str());
-  }
-
-  void close() { out_.CloseElement(); }
-
-  /// An element without children.
-  void leaf(const char* element, Attributes attributes) {
-    open(element, attributes);
-    close();
-  }
-
-  /// The world and the base frame. The plane of motion is vertical: y of the base is z of the world.
-  void upright() {
-    leaf("link", {{"name", frames_.world}});
-    open("joint", {{"name", frames_.world + "-" + frames_.base}, {"type", "fixed"}});
-    leaf("parent", {{"link", frames_.world}});
-    leaf("child", {{"link", frames_.base}});
-    leaf("origin", {{"xyz", "0 0 0"}, {"rpy", toText(std::acos(0.0)) + " 0 0"}});
-    close();
-  }
-
   /// A bearing as in engineering drawings: two struts from the pin to a bar, and hatching for the ground.
   void ground() {
     const double w = drawing_.bar;
-    open("link", {{"name", frames_.base}});
+    line("<link name='", frames_.base, "'>");
     for (const double side : {-1.0, 1.0}) {
       box({side * 0.45 * w, 0.8 * w}, std::atan2(1.6, side * 0.9), 1.85 * w, 0.25 * w, 0.4 * w, "ground");
     }
@@ -84,26 +55,15 @@ class Writer {
     for (int k = 0; k < hatches; ++k) {
       box({(k - 1.7) * 0.85 * w, 2.15 * w}, 0.8, 1.1 * w, 0.12 * w, 0.3 * w, "ground");
     }
-    close();
+    line("</link>");
   }
 
   void link(int i) {
     const Link& body = chain_.links()[index(i)];
-    const double w = drawing_.bar;
-    open("link", {{"name", frames_.links[index(i)]}});
-
-    // Write the mass properties.
-    open("inertial");
-    leaf("origin", {{"xyz", xyz(body.com)}, {"rpy", "0 0 0"}});
-    leaf("mass", {{"value", toText(body.mass)}});
-    const std::string half = toText(body.inertia / 2);
-    leaf("inertia", {{"ixx", half},
-                     {"ixy", "0"},
-                     {"ixz", "0"},
-                     {"iyy", half},
-                     {"iyz", "0"},
-                     {"izz", toText(body.inertia)}});
-    close();
+    const double w = drawing_.bar, half = body.inertia / 2;
+    line("<link name='", frames_.links[index(i)], "'>");
+    line("<inertial><origin xyz='", body.com, "' rpy='0 0 0'/><mass value='", body.mass, "'/><inertia ixx='",
+         half, "' ixy='0' ixz='0' iyy='", half, "' iyz='0' izz='", body.inertia, "'/></inertial>");
 
     // Draw the bars. Neighbours have different depths, so that faces that overlap at a pin do not flicker.
     const double depth = i % 2 == 0 ? w : 0.8 * w;
@@ -117,53 +77,54 @@ class Writer {
 
     // Draw the bob, the rounded tip and the inner pin.
     const bool isBob = isPoint(body, drawing_);
-    if (isBob) visual(body.com, 0, "sphere", {{"radius", toText(bobRadius * w)}}, paint);
+    if (isBob) visual(body.com, 0, paint, "<sphere radius='", bobRadius * w, "'/>");
     if (i == chain_.size() - 1 && length(body.pin) > 0 && !isBob) cylinder(body.pin, w / 2, depth, paint);
     if (i == 0 || !isShort(body, drawing_)) cylinder({0, 0}, pinRadius * w, 1.3 * w, "pin");
-    close();
+    line("</link>");
   }
 
   void joint(int i) {
     const Joint& own = chain_.joints()[index(i)];
-    open("joint", {{"name", own.name}, {"type", own.isLimited() ? "revolute" : "continuous"}});
-    leaf("parent", {{"link", i == 0 ? frames_.base : frames_.links[index(i - 1)]}});
-    leaf("child", {{"link", frames_.links[index(i)]}});
-    leaf("origin", {{"xyz", xyz(i == 0 ? Vec2d{} : chain_.links()[index(i - 1)].pin)}, {"rpy", "0 0 0"}});
-    leaf("axis", {{"xyz", "0 0 1"}});
-    leaf("dynamics", {{"damping", toText(own.damping)}, {"friction", "0"}});
+    line("<joint name='", own.name, "' type='", own.isLimited() ? "revolute" : "continuous", "'>");
+    line("<parent link='", i == 0 ? frames_.base : frames_.links[index(i - 1)], "'/><child link='",
+         frames_.links[index(i)], "'/><origin xyz='", i == 0 ? Vec2d{} : chain_.links()[index(i - 1)].pin,
+         "' rpy='0 0 0'/><axis xyz='0 0 1'/><dynamics damping='", own.damping, "' friction='0'/>");
     if (own.isLimited()) {
       // URDF requires all four limits. Those that the scene does not set are never reached.
       constexpr double never = 1e9;
-      leaf("limit", {{"lower", toText(std::fmax(own.lower, -never))},
-                     {"upper", toText(std::fmin(own.upper, never))},
-                     {"effort", toText(never)},
-                     {"velocity", toText(never)}});
+      line("<limit lower='", std::fmax(own.lower, -never), "' upper='", std::fmin(own.upper, never),
+           "' effort='", never, "' velocity='", never, "'/>");
     }
-    close();
+    line("</joint>");
   }
 
-  void visual(Vec2d centre, double angle, const char* shape, Attributes size, const char* paint) {
-    open("visual");
-    leaf("origin", {{"xyz", xyz(centre)}, {"rpy", "0 0 " + toText(angle)}});
-    open("geometry");
-    leaf(shape, size);
-    close();
-    leaf("material", {{"name", paint}});
-    close();
+  template <class... Parts>
+  void visual(Vec2d centre, double angle, const char* paint, const Parts&... shape) {
+    line("<visual><origin xyz='", centre, "' rpy='0 0 ", angle, "'/><geometry>", shape...,
+         "</geometry><material name='", paint, "'/></visual>");
   }
 
   void box(Vec2d centre, double angle, double x, double y, double z, const char* paint) {
-    visual(centre, angle, "box", {{"size", toText(x) + " " + toText(y) + " " + toText(z)}}, paint);
+    visual(centre, angle, paint, "<box size='", x, " ", y, " ", z, "'/>");
   }
 
   void cylinder(Vec2d centre, double radius, double height, const char* paint) {
-    visual(centre, 0, "cylinder", {{"radius", toText(radius)}, {"length", toText(height)}}, paint);
+    visual(centre, 0, paint, "<cylinder radius='", radius, "' length='", height, "'/>");
   }
+
+  template <class... Parts>
+  void line(const Parts&... parts) {
+    (add(parts), ...);
+    add("\n");
+  }
+  void add(const std::string& text) { text_ += text; }
+  void add(double number) { text_ += toText(number); }
+  void add(Vec2d a) { text_ += toText(a.x) + " " + toText(a.y) + " 0"; }
 
   const Chain& chain_;
   const Frames& frames_;
   Drawing drawing_;
-  tinyxml2::XMLPrinter out_;
+  std::string text_;
 };
 
 }  // namespace

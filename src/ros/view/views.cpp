@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "planar_chain/kane.h"
+#include "ros/messages/messages.h"
 
 namespace planar_chain {
 
@@ -35,20 +36,18 @@ Colour heat(double share) {
   return x < 0.5 ? colour(0.55 + 0.9 * x, 0.62 + 0.5 * x, 0.7 - x) : colour(1, 1.55 - 1.36 * x, 0.2);
 }
 
-bool hasSubscribers(const ros::Publisher& topic) {
-  return topic.getNumSubscribers() > 0;
-}
-
 }  // namespace
 
-Views::Views(ros::NodeHandle& node, const Scene& scene, const Frames& frames)
-    : drawing_(scene),
-      stride_((scene.chain.size() + most - 1) / most),
-      motions_(scene.chain.links().size()),
-      torques_(scene.chain.links().size()) {
+Views::Views(ros::NodeHandle& node, Simulation& simulation, const Frames& frames)
+    : simulation_(simulation),
+      chain_(simulation.scene().chain),
+      drawing_(simulation.scene()),
+      stride_((chain_.size() + most - 1) / most),
+      motions_(chain_.links().size()),
+      torques_(chain_.links().size()) {
   // Advertise the figures.
   const auto add = [&](const std::string& name, double height, auto draw) {
-    views_.push_back({Sketches(frames, name, height * drawing_.bar),
+    views_.push_back({Sketch(frames, name, height * drawing_.bar),
                       node.advertise<visualization_msgs::MarkerArray>("view/" + name, 2), draw});
   };
   add("loads", onTop, &Views::drawLoads);
@@ -69,17 +68,17 @@ Views::Views(ros::NodeHandle& node, const Scene& scene, const Frames& frames)
   energyOut_ = node.advertise<visualization_msgs::Marker>("view/energy", 2);
 }
 
-void Views::publish(Simulation& simulation, ros::Time stamp) {
+void Views::publish(ros::Time stamp) {
   const auto isWanted = [](const View& view) { return hasSubscribers(view.out); };
-  if (std::any_of(views_.begin(), views_.end(), isWanted)) simulation.linkMotions(motions_.data());
+  if (std::any_of(views_.begin(), views_.end(), isWanted)) simulation_.linkMotions(motions_.data());
   for (View& view : views_) {
     if (!isWanted(view)) continue;
     view.sketch.clear();
-    (this->*view.draw)(view.sketch, simulation);
+    (this->*view.draw)(view.sketch);
     view.out.publish(view.sketch.message(stamp));
   }
   if (hasSubscribers(energyOut_)) {
-    writeEnergy(simulation.energyBalance());
+    writeEnergy(simulation_.energyBalance());
     energy_.header.stamp = stamp;
     energyOut_.publish(energy_);
   }
@@ -90,16 +89,15 @@ Vec2d Views::inLink(int link, Vec2d vector) const {
   return Rotation<double>::of(-motions_[index(link)].angle) * vector;
 }
 
-void Views::drawLoads(Sketches& sketch, Simulation& simulation) {
-  const Scene& scene = simulation.scene();
-  const double t = simulation.time();
-  for (const Load& load : scene.loads) drawLoad(sketch, scene.chain, load, factorAt(load, t));
-  for (const Load& command : simulation.commands()) {
-    if (command.stop - t > leastRemaining) drawLoad(sketch, scene.chain, command, factorAt(command, t));
+void Views::drawLoads(Sketch& sketch) {
+  const double t = simulation_.time();
+  for (const Load& load : simulation_.scene().loads) drawLoad(sketch, load, factorAt(load, t));
+  for (const Load& command : simulation_.commands()) {
+    if (command.stop - t > leastRemaining) drawLoad(sketch, command, factorAt(command, t));
   }
 }
 
-void Views::drawLoad(Sketches& sketch, const Chain& chain, const Load& load, double factor) {
+void Views::drawLoad(Sketch& sketch, const Load& load, double factor) {
   const double width = arrowWidth * drawing_.bar;
   const auto turn = [&](int link, Vec2d centre, double torque) {
     const double share = torque / drawing_.torque;
@@ -113,12 +111,12 @@ void Views::drawLoad(Sketches& sketch, const Chain& chain, const Load& load, dou
       const Vec2d arrow = inLink(load.link, drawing_.arrow(force));
       sketch.on(load.link).arrow(load.point, load.point + arrow, width, red);
     }
-    turn(load.link, chain.links()[index(load.link)].com, factor * load.moment);
+    turn(load.link, chain_.links()[index(load.link)].com, factor * load.moment);
   }
   if (load.joint != Load::none) turn(load.joint, {}, factor * load.torque);
 }
 
-void Views::drawPinForces(Sketches& sketch, Simulation& /*see motions_*/) {
+void Views::drawPinForces(Sketch& sketch) {
   for (int i = 0; i < static_cast<int>(motions_.size()); i += stride_) {
     const Vec2d force = motions_[index(i)].pinForce;
     if (length(force) < leastDrawn * drawing_.force) continue;
@@ -126,22 +124,21 @@ void Views::drawPinForces(Sketches& sketch, Simulation& /*see motions_*/) {
   }
 }
 
-void Views::drawSprings(Sketches& sketch, Simulation& simulation) {
+void Views::drawSprings(Sketch& sketch) {
   // Find the torques of springs, stops and dampers: the whole torques less those of loads and commands.
-  const Scene& scene = simulation.scene();
-  simulation.jointTorques(torques_.data());
+  simulation_.jointTorques(torques_.data());
   const auto subtract = [&](const std::vector<Load>& loads) {
     for (const Load& load : loads) {
       if (load.joint == Load::none) continue;
-      torques_[index(load.joint)] -= factorAt(load, simulation.time()) * load.torque;
+      torques_[index(load.joint)] -= factorAt(load, simulation_.time()) * load.torque;
     }
   };
-  subtract(scene.loads);
-  subtract(simulation.commands());
+  subtract(simulation_.scene().loads);
+  subtract(simulation_.commands());
 
   // Draw a coil on each joint that has a spring or stops.
-  for (int i = 0; i < scene.chain.size(); i += stride_) {
-    const Joint& joint = scene.chain.joints()[index(i)];
+  for (int i = 0; i < chain_.size(); i += stride_) {
+    const Joint& joint = chain_.joints()[index(i)];
     if (joint.stiffness == 0 && !joint.isLimited()) continue;
     const double share = std::fabs(torques_[index(i)]) / drawing_.torque;
     sketch.on(i).coil({}, coilInner * drawing_.bar, coilOuter * drawing_.bar, 0, 2 * pi * coilTurns,
@@ -149,12 +146,11 @@ void Views::drawSprings(Sketches& sketch, Simulation& simulation) {
   }
 }
 
-void Views::drawTrail(Sketches& sketch, Simulation& simulation) {
+void Views::drawTrail(Sketch& sketch) {
   // Add the tip, and remove what is too old. Time goes back at a reset.
-  const double now = simulation.time();
+  const double now = simulation_.time();
   const LinkMotion& last = motions_.back();
-  const Vec2d tip =
-      last.innerPin + Rotation<double>::of(last.angle) * simulation.scene().chain.links().back().pin;
+  const Vec2d tip = last.innerPin + Rotation<double>::of(last.angle) * chain_.links().back().pin;
   if (!trail_.empty() && now < trail_.back().time) trail_.clear();
   if (trail_.empty() || now - trail_.back().time >= 1 / trailRate) trail_.push_back({now, tip});
   while (now - trail_.front().time > trailTime) trail_.pop_front();
@@ -164,25 +160,24 @@ void Views::drawTrail(Sketches& sketch, Simulation& simulation) {
   const double width = trailWidth * drawing_.bar;
   for (std::size_t k = 1; k < trail_.size(); ++k) {
     const double from = freshness(trail_[k - 1]), to = freshness(trail_[k]);
-    sketch.on(Sketches::base)
+    sketch.on(Sketch::base)
         .band(trail_[k - 1].tip, trail_[k].tip, width * from, width * to, colour(0.55, 0.8, 1, 0.8 * from),
               colour(0.55, 0.8, 1, 0.8 * to));
   }
 }
 
-void Views::drawCentres(Sketches& sketch, Simulation& simulation) {
-  const Chain& chain = simulation.scene().chain;
+void Views::drawCentres(Sketch& sketch) {
   Vec2d sum;
   double mass = 0;
-  for (int i = 0; i < chain.size(); ++i) {
-    const Link& link = chain.links()[index(i)];
+  for (int i = 0; i < chain_.size(); ++i) {
+    const Link& link = chain_.links()[index(i)];
     sum += link.mass * motions_[index(i)].com;
     mass += link.mass;
     if (stride_ == 1) drawCentre(sketch.on(i), link.com, centreRadius * drawing_.bar);
   }
   // Draw a larger symbol for the whole chain.
-  if (chain.size() > 1) {
-    drawCentre(sketch.on(Sketches::base), 1 / mass * sum, 1.6 * centreRadius * drawing_.bar);
+  if (chain_.size() > 1) {
+    drawCentre(sketch.on(Sketch::base), 1 / mass * sum, 1.6 * centreRadius * drawing_.bar);
   }
 }
 

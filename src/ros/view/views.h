@@ -21,33 +21,36 @@ class Views {
   /// The most pins, springs and centres of mass that are drawn. In a longer chain they are evenly spread.
   static constexpr int most = 16;
 
-  /// Advertises view/loads, pin_forces, springs, trail, centres and energy under `node`.
-  Views(ros::NodeHandle& node, const Scene& scene, const Frames& frames);
+  /// Advertises view/loads, pin_forces, springs, trail, centres and energy under `node`. The
+  /// simulation must outlive this.
+  Views(ros::NodeHandle& node, Simulation& simulation, const Frames& frames);
 
   /// Publishes the simulation's present state.
-  void publish(Simulation& simulation, ros::Time stamp);
+  void publish(ros::Time stamp);
 
  private:
   struct View {
-    Sketches sketch;
+    Sketch sketch;
     ros::Publisher out;
-    void (Views::*draw)(Sketches& sketch, Simulation& simulation);
+    void (Views::*draw)(Sketch& sketch);
   };
   struct Spot {
     double time;  ///< s
     Vec2d tip;    ///< m, base frame
   };
 
-  void drawLoads(Sketches& sketch, Simulation& simulation);
-  void drawLoad(Sketches& sketch, const Chain& chain, const Load& load, double factor);
-  void drawPinForces(Sketches& sketch, Simulation& simulation);
-  void drawSprings(Sketches& sketch, Simulation& simulation);
-  void drawTrail(Sketches& sketch, Simulation& simulation);
-  void drawCentres(Sketches& sketch, Simulation& simulation);
+  void drawLoads(Sketch& sketch);
+  void drawLoad(Sketch& sketch, const Load& load, double factor);
+  void drawPinForces(Sketch& sketch);
+  void drawSprings(Sketch& sketch);
+  void drawTrail(Sketch& sketch);
+  void drawCentres(Sketch& sketch);
   void drawCentre(Sketch& sketch, Vec2d at, double radius);
   void writeEnergy(const EnergyBalance& balance);
   Vec2d inLink(int link, Vec2d vector) const;
 
+  Simulation& simulation_;
+  const Chain& chain_;
   Drawing drawing_;
   int stride_;  ///< from one drawn link to the next
   std::vector<LinkMotion> motions_;
