@@ -88,14 +88,18 @@ void Taylor::findError(double h) {
   constexpr double caution = 20;
   constexpr int lookedBack = 6;
   const Eigen::Index driving = f_.driving();
-  const auto size = [&](int back) {
-    const Eigen::Map<const Eigen::ArrayXd> row(c_.data() + (order_ - back) * driving, driving);
-    return caution * power(h, order_ - back) * row.abs();
+  const auto sizeOf = [&](int k) {
+    return Eigen::Map<const Eigen::ArrayXd>(c_.data() + k * driving, driving).abs();
   };
   auto error = sum_.head(driving).array();
-  double share = 0.25;
-  error = size(0) + share * size(1);
-  for (int back = 2; back < lookedBack; ++back) error = error.max((share *= 0.25) * size(back));
+  error.setZero();
+  double weight = caution * power(h, order_ + 1 - lookedBack), share = 1.0 / 1024;
+  for (int k = order_ + 1 - lookedBack; k < order_ - 1; ++k) {
+    error = error.max(share * weight * sizeOf(k));
+    weight *= h;
+    share *= 4;
+  }
+  error = error.max(share * weight * sizeOf(order_ - 1) + weight * h * sizeOf(order_));
   sum_.tail(integrandRates_.size()).setZero();
   f_.arrange(sum_.data(), error_.data());
 }
