@@ -25,12 +25,7 @@ class Loads : public TimedTerms {
 
  private:
   void list(double t) override {
-    for (const Load& load : loads_) {
-      if (!acts({load.start, load.stop}, t)) continue;
-      const int factor = factorOf(load.law, t);
-      if (load.joint != Load::none) addJointTerm(load.joint, load.torque, factor);
-      if (load.link != Load::none) addBodyTerm(load.link, load.force, load.point, load.moment, factor);
-    }
+    for (const Load& load : loads_) addWithin(load, load.law, t);
   }
 
   std::vector<Load> loads_;

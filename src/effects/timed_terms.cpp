@@ -53,16 +53,6 @@ void TimedTerms::enter(double t) {
   list(t);
 }
 
-bool TimedTerms::acts(const Window& window, double t) {
-  if (window.start > t) {
-    endBy(window.start);
-    return false;
-  }
-  if (window.stop <= t) return false;
-  endBy(window.stop);
-  return true;
-}
-
 int TimedTerms::factorOf(const TimeLaw& law, double t) {
   if (std::holds_alternative<Constant>(law)) return 0;
   const int next = static_cast<int>(factors_.size());
@@ -76,19 +66,6 @@ int TimedTerms::factorOf(const TimeLaw& law, double t) {
     endBy(line.end);
   }
   return next;
-}
-
-void TimedTerms::addJointTerm(int joint, double torque, int factor) {
-  jointTerms_.push_back({joint, torque, factor});
-}
-
-void TimedTerms::addBodyTerm(int body, Vec2d force, Vec2d point, double moment, int factor) {
-  bodyTerms_.push_back({body, force, point, moment, factor});
-  if (!(force == Vec2d{})) reach_ = std::max(reach_, body + 1);
-}
-
-void TimedTerms::endBy(double t) {
-  until_ = std::min(until_, t);
 }
 
 // ---- Moments and forces --------------------------------------------------------------------------

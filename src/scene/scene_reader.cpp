@@ -32,71 +32,82 @@ struct Entry {
   double qd = 0;
   int repeat = 1;
   bool namesAreSound = true;
-  bool valuesAreSound = true;
 };
 
-/// The keys of a joint. Beside a URDF only those that URDF cannot express.
-std::vector<const char*> jointKeys(bool besideUrdf) {
-  std::vector<const char*> keys;
-  if (!besideUrdf) keys.push_back("name");
+/// Stands for a body with faults, so that the names and the other links can still be checked.
+Link disc(const std::string& name) {
+  return {name, 1, 1, {0, 0}, {1, 0}};
+}
+
+/// Reads and checks the values of the effects in a joint. A joint with faults keeps none.
+void takeEffects(const Section& in, Joint& joint) {
+  std::set<std::string> refused;
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
-      if (!besideUrdf || !key.isInUrdf) keys.push_back(key.name);
+      if (!in.has(key.name)) continue;
+      const double value = in.unchecked(key.name, missing);
+      if (!std::isfinite(value)) {
+        in.fault(key.name, key.range.inWords(value));
+        refused.insert(key.name);
+      } else if (key.member) {
+        joint.*key.member = value;
+      } else {
+        joint.others.emplace_back(key.name, value);
+      }
     }
   }
-  return keys;
-}
-
-/// Reads and checks the values of the effects in a joint.
-/// @returns true if the joint has no fault
-bool takeEffects(const Section& in, Joint& joint) {
-  for (const EffectKind* kind : effectKinds()) kind->takeJoint(in, joint);
-  const std::vector<Fault> faults = faultsOf(joint);
-  for (const Fault& fault : faults) {
-    in.fault(fault.path.substr(fault.path.find('/') + 1), fault.expected);
+  for (const Fault& fault : faultsOf(joint)) {
+    const std::string key = fault.path.substr(fault.path.find('/') + 1);
+    if (refused.insert(key).second) in.fault(key, fault.expected);
   }
-  return faults.empty();
+  if (!refused.empty()) joint = {joint.name};
 }
 
-void takeInitial(const Section& link, const Joint& joint, std::vector<Fault>& faults, double& q, double& qd) {
-  const Section initial(link.find("initial"), link.pathOf("initial"), {"angle", "velocity"}, faults);
-  const double most = largestAngle(joint);
-  const std::string range = storesEnergy(joint) ? "from -1e6 to 1e6 rad (the joint has a spring or a limit)"
-                                                : "from -5e16 to 5e16 rad (2^53 turns)";
-  initial.take("angle", {range, -most, most, true}, q);
-  initial.take("velocity", NumberRule::any("rad/s"), qd);
+/// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
+void takeMotion(const Section& in, bool isInUrdf, Entry& entry, std::vector<Fault>& faults) {
+  std::vector<const char*> keys;
+  if (!isInUrdf) keys.push_back("name");
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) {
+      if (!isInUrdf || !key.isInUrdf) keys.push_back(key.name);
+    }
+  }
+  const Section joint(in.find("joint"), in.pathOf("joint"), keys, faults);
+  if (joint.has("name") && !isInUrdf) {
+    entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
+  }
+  takeEffects(joint, entry.joint);
+
+  const Section initial(in.find("initial"), in.pathOf("initial"), {"angle", "velocity"}, faults);
+  const double most = largestAngle(entry.joint);
+  const std::string range = storesEnergy(entry.joint)
+                                ? " from -1e6 to 1e6 rad (the joint has a spring or a limit)"
+                                : " from -5e16 to 5e16 rad (2^53 turns)";
+  initial.take("angle", {range, -most, most, true}, entry.q);
+  initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
 }
 
 Entry readEntry(const std::string& name, const Value& value, const std::string& path,
                 std::vector<Fault>& faults) {
   // The name.
-  Entry entry;
-  entry.link.name = name;
+  Entry entry{disc(name), {}};
   const Section in(&value, path, {"mass", "inertia", "com", "pin", "repeat", "joint", "initial"}, faults);
   if (!isName(name)) {
     faults.push_back({path, nameInWords, quoted(name)});
     entry.namesAreSound = false;
   }
-  if (!value.map()) {
-    entry.valuesAreSound = false;
-    return entry;
-  }
+  if (!value.map()) return entry;
 
   // The body.
-  entry.link = {name, in.unjudged("mass", missing), in.unjudged("inertia", missing),
-                in.unjudged("com", Vec2d{missing, missing}), in.unjudged("pin", Vec2d{missing, missing})};
-  for (const Fault& fault : faultsOf(entry.link)) {
-    in.fault(fault.path, fault.expected);
-    entry.valuesAreSound = false;
-  }
+  const Vec2d nowhere{missing, missing};
+  const Link link{name, in.unchecked("mass", missing), in.unchecked("inertia", missing),
+                  in.unchecked("com", nowhere), in.unchecked("pin", nowhere)};
+  const std::vector<Fault> ofLink = faultsOf(link);
+  for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
+  if (ofLink.empty()) entry.link = link;
 
-  // The joint.
-  const Section joint(in.find("joint"), in.pathOf("joint"), jointKeys(false), faults);
-  if (joint.has("name")) entry.namesAreSound &= joint.takeName("name", entry.joint.name);
-  entry.valuesAreSound &= takeEffects(joint, entry.joint);
-
-  // The number of links, and their initial state.
-  const double repeat = in.unjudged("repeat", 1.0);
+  // The number of links.
+  const double repeat = in.unchecked("repeat", 1.0);
   if (repeat >= 1 && repeat <= mostLinks && repeat == std::floor(repeat)) {
     entry.repeat = static_cast<int>(repeat);
   } else {
@@ -104,14 +115,8 @@ Entry readEntry(const std::string& name, const Value& value, const std::string& 
     entry.namesAreSound = false;
   }
 
-  takeInitial(in, entry.joint, faults, entry.q, entry.qd);
+  takeMotion(in, false, entry, faults);
   return entry;
-}
-
-/// Replaces an entry with faults by a plain disc, so that the names and the other links can still be checked.
-void makePlain(Entry& entry) {
-  entry.link = {entry.link.name, 1, 1, {0, 0}, {1, 0}};
-  entry.joint = {entry.joint.name};
 }
 
 // ---- chain -----------------------------------------------------------------------------------
@@ -160,7 +165,6 @@ std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults
   for (const auto& [name, value] : links.entries()) {
     Entry entry = readEntry(name, value, links.pathOf(name), faults);
     isCertain &= entry.namesAreSound;
-    if (!entry.valuesAreSound) makePlain(entry);
     entries.emplace(name, std::move(entry));
   }
 
@@ -231,10 +235,8 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   for (std::size_t i = 0; i < robot.links.size(); ++i) {
     const std::string name = robot.links[i].name;
     const Section in(links.find(name), links.pathOf(name), {"joint", "initial"}, faults);
-    const Section ofJoint(in.find("joint"), in.pathOf("joint"), jointKeys(true), faults);
     Entry entry{std::move(robot.links[i]), std::move(robot.joints[i])};
-    if (!takeEffects(ofJoint, entry.joint)) entry.joint = {entry.joint.name};
-    takeInitial(in, entry.joint, faults, entry.q, entry.qd);
+    takeMotion(in, true, entry, faults);
     append(entry, expanded);
   }
   for (const auto& entry : links.entries()) {
@@ -283,7 +285,7 @@ IntegratorSettings readIntegrator(const Value* value, std::vector<Fault>& faults
     return std::find(methods.begin(), methods.end(), name) != methods.end();
   };
   in.takeText("method", isMethod, "one of " + inCommas(methods), settings.method);
-  in.take("tolerance", {"from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
+  in.take("tolerance", {" from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
   in.take("step", NumberRule::above(0, "s"), settings.step);
   return settings;
 }
@@ -304,10 +306,11 @@ PublishSettings readPublish(const Value* value, const ChainNames* names, std::ve
       faults);
 
   // Rates.
-  in.take("rate", {"> 0 Hz and at most " + toText(highestRate), 0, highestRate, false}, settings.rate);
+  in.take("rate", {" > 0 Hz and at most " + toText(highestRate), 0, highestRate, false}, settings.rate);
   settings.tfRate = std::min(settings.tfRate, settings.rate);
   settings.statusRate = std::min(settings.statusRate, settings.rate);
-  const NumberRule upToRate{"> 0 Hz and at most the rate, " + toText(settings.rate), 0, settings.rate, false};
+  const NumberRule upToRate{" > 0 Hz and at most the rate, " + toText(settings.rate), 0, settings.rate,
+                            false};
   in.take("tf_rate", upToRate, settings.tfRate);
   in.take("status_rate", upToRate, settings.statusRate);
 
@@ -369,7 +372,7 @@ Scene readScene(const Value& value) {
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   std::optional<double> realTimeFactor;
   if (top.has("real_time_factor")) {
-    const std::string range = ">= 0 and <= " + toText(highestFactor);
+    const std::string range = " >= 0 and <= " + toText(highestFactor);
     top.take("real_time_factor",
              {range + " (simulated time per wall time; 0: as fast as possible)", 0, highestFactor, true},
              realTimeFactor.emplace());

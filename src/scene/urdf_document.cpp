@@ -82,7 +82,7 @@ class Element {
     if (!attribute(key) && rule.holds(absent)) return absent;
     const std::vector<double> numbers = finiteNumbers(key);
     if (numbers.size() == 1 && rule.holds(numbers[0])) return numbers[0];
-    fault(key, "a finite number " + rule.which);
+    fault(key, "a finite number" + rule.which);
     return missing;
   }
 
