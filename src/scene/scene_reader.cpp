@@ -39,7 +39,8 @@ Link disc(const std::string& name) {
   return {name, 1, 1, {0, 0}, {1, 0}};
 }
 
-/// Reads and checks the values of the effects in a joint. A joint with faults keeps none.
+/// Reads and checks the values of the effects in a joint. A joint with faults keeps none. A stop without a
+/// stiffness keeps 0: setDefaultStops() gives it one.
 void takeEffects(const Section& in, Joint& joint) {
   std::set<std::string> refused;
   for (const EffectKind* kind : effectKinds()) {
@@ -56,7 +57,9 @@ void takeEffects(const Section& in, Joint& joint) {
       }
     }
   }
-  for (const Fault& fault : faultsOf(joint)) {
+  Joint complete = joint;
+  if (joint.isLimited() && !in.has("stop_stiffness")) complete.stopStiffness = 1;
+  for (const Fault& fault : faultsOf(complete)) {
     const std::string key = fault.path.substr(fault.path.find('/') + 1);
     if (refused.insert(key).second) in.fault(key, fault.expected);
   }
@@ -220,22 +223,22 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
     top.fault("robot_description", "the text of a URDF");
     return std::nullopt;
   }
-  PlanarRobot robot;
+  std::optional<PlanarRobot> robot;
   try {
-    robot = readUrdf(*text);
+    robot = findRobot(*text, faults);
   } catch (const Refused& refused) {
     faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
-    return std::nullopt;
   }
+  if (!robot) return std::nullopt;
 
   // Springs, stops and initial state from `links`.
   Expanded expanded;
-  expanded.gravity = robot.gravity;
+  expanded.gravity = robot->gravity;
   const Section links(top.find("links"), "links", {}, faults);
-  for (std::size_t i = 0; i < robot.links.size(); ++i) {
-    const std::string name = robot.links[i].name;
+  for (std::size_t i = 0; i < robot->links.size(); ++i) {
+    const std::string name = robot->links[i].name;
     const Section in(links.find(name), links.pathOf(name), {"joint", "initial"}, faults);
-    Entry entry{std::move(robot.links[i]), std::move(robot.joints[i])};
+    Entry entry{std::move(robot->links[i]), std::move(robot->joints[i])};
     takeMotion(in, true, entry, faults);
     append(entry, expanded);
   }
@@ -244,6 +247,25 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
     faults.push_back({links.pathOf(entry.first), "a moving link of robot_description", quoted(entry.first)});
   }
   return expanded;
+}
+
+/// Gives each stop without a stiffness k = J / τ², so that a joint goes at most q̇ τ into it. J is the moment
+/// of inertia about the joint of all links from there outwards, stretched. With M = Σ m and S = Σ m ρ of the
+/// links outwards, at the distances ρ from their inner pin, a pin p further in:
+///
+///     J ← J + 2 |p| S + |p|² M        S ← S + |p| M
+void setDefaultStops(const std::vector<Link>& links, std::vector<Joint>& joints) {
+  constexpr double tau = 0.005;  // s
+  double M = 0, S = 0, J = 0;
+  for (std::size_t i = links.size(); i-- > 0;) {
+    const Link& link = links[i];
+    const double p = length(link.pin), r = length(link.com);
+    J += 2 * p * S + p * p * M + link.mass * r * r + link.inertia;
+    S += p * M + link.mass * r;
+    M += link.mass;
+    Joint& joint = joints[i];
+    if (joint.isLimited() && joint.stopStiffness == 0) joint.stopStiffness = J / (tau * tau);
+  }
 }
 
 /// Makes the chain. Its faults are reported at the keys of the scene, those of repeated links only once.
@@ -361,6 +383,7 @@ Scene readScene(const Value& value) {
   std::optional<Chain> chain;
   Vec2d gravity = expanded ? expanded->gravity : Vec2d{};
   top.take("gravity", "m/s²", gravity);
+  if (expanded) setDefaultStops(expanded->links, expanded->joints);
   if (expanded) chain = makeChain(*expanded, gravity, faults);
 
   // All other keys.
