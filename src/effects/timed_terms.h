@@ -20,6 +20,15 @@
 
 namespace planar_chain {
 
+/// The straight piece of a ramp to the right of t: flat before the first corner and after the last one.
+struct Line {
+  double t0 = 0, value = 0, slope = 0;
+  double end = std::numeric_limits<double>::infinity();
+
+  double at(double t) const { return value + slope * (t - t0); }
+};
+Line lineAt(const Ramp& ramp, double t);
+
 class TimedTerms : public Effect {
  public:
   void enter(double t) final;
@@ -70,7 +79,7 @@ class TimedTerms : public Effect {
     int factor;
   };
   struct LineFactor {
-    double t0, value, slope;
+    Line line;
     int factor;
   };
   struct JointTerm {
@@ -87,8 +96,8 @@ class TimedTerms : public Effect {
 
   /// The number of a factor with this law, from t on.
   int factorOf(const TimeLaw& law, double t);
-  void evaluateFactors(double t);
-  void evaluateRates(double t);
+  /// Sets the factors at t, or their rates.
+  void evaluate(double t, bool rates = false);
   double applyFactors(const ChainState& at, const Actions& to) const;
   double times(int factor, double value) const { return factors_[static_cast<std::size_t>(factor)] * value; }
 
