@@ -61,8 +61,8 @@ class EffectKind {
   /// A key of the scene itself, or nullptr.
   virtual const char* sceneKey() const { return nullptr; }
   /// Reads the scene's key. names: nullptr if the links could not be read.
-  virtual void takeScene(const Section& /*top*/, const ChainNames* /*names*/, std::vector<Load>& /*loads*/,
-                         std::vector<Fault>& /*faults*/) const {}
+  virtual void takeScene(const Section& /*top*/, const ChainNames* /*names*/,
+                         std::vector<Load>& /*loads*/) const {}
 
   // ---- What it is ---------------------------------------------------------------------------------------
 

@@ -124,15 +124,12 @@ void takeTimeLaw(const Section& in, Load& load) {
 class LoadsKind : public EffectKind {
  public:
   const char* sceneKey() const override { return "loads"; }
-  void takeScene(const Section& top, const ChainNames* names, std::vector<Load>& loads,
-                 std::vector<Fault>& faults) const override {
-    const Section all(top.find("loads"), "loads", {}, faults);
+  void takeScene(const Section& top, const ChainNames* names, std::vector<Load>& loads) const override {
+    const Section all = top.section("loads");
     for (const auto& [name, entry] : all.entries()) {
-      if (!isName(name)) faults.push_back({all.pathOf(name), nameInWords, describe(Value(name))});
-      const Section in(&entry, all.pathOf(name),
-                       {"link", "force", "point", "moment", "joint", "torque", "frequency", "phase", "times",
-                        "values", "start", "stop"},
-                       faults);
+      if (!isName(name)) all.fault(name, nameInWords, quoted(name));
+      const Section in = all.section(name, {"link", "force", "point", "moment", "joint", "torque",
+                                            "frequency", "phase", "times", "values", "start", "stop"});
       if (!entry.map()) continue;
       Load load;
       load.name = name;

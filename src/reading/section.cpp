@@ -58,7 +58,7 @@ Section::Section(const Value* value, std::string path, const std::vector<const c
   for (const auto& entry : *map_) {
     const std::string& key = entry.first;
     if (std::find(known.begin(), known.end(), key) == known.end()) {
-      faults.push_back({pathOf(key), "one of the keys " + names, quoted(key)});
+      fault(key, "one of the keys " + names, quoted(key));
     }
   }
 }
@@ -73,7 +73,7 @@ std::string Section::pathOf(const std::string& key) const {
 }
 
 void Section::fault(const std::string& key, const std::string& expected) const {
-  faults_->push_back({pathOf(key), expected, found(find(key))});
+  fault(key, expected, found(find(key)));
 }
 
 double Section::unchecked(const std::string& key, double absent) const {

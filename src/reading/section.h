@@ -37,13 +37,21 @@ class Section {
   Section(const Value* value, std::string path, const std::vector<const char*>& known,
           std::vector<Fault>& faults);
 
+  /// The map below a key, with faults to the same list.
+  Section section(const std::string& key, const std::vector<const char*>& known = {}) const {
+    return {find(key), pathOf(key), known, *faults_};
+  }
+
   const Value::Map& entries() const { return *map_; }
   const Value* find(const std::string& key) const;
   bool has(const std::string& key) const { return find(key) != nullptr; }
   /// Full path of a key. "joint/name" is a key of a map of this one.
   std::string pathOf(const std::string& key) const;
-  /// Records a fault: the key holds something other than `expected`.
+  /// Records a fault: the key holds something other than `expected`, by default its value.
   void fault(const std::string& key, const std::string& expected) const;
+  void fault(const std::string& key, const std::string& expected, const std::string& found) const {
+    faults_->push_back({pathOf(key), expected, found});
+  }
 
   // Numbers that the caller checks. A value that is not a number gives NaN, one that is not finite gives ∞,
   // an absent key gives `absent`.

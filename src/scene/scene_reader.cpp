@@ -67,7 +67,7 @@ void takeEffects(const Section& in, Joint& joint) {
 }
 
 /// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
-void takeMotion(const Section& in, bool isInUrdf, Entry& entry, std::vector<Fault>& faults) {
+void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   std::vector<const char*> keys;
   if (!isInUrdf) keys.push_back("name");
   for (const EffectKind* kind : effectKinds()) {
@@ -75,13 +75,13 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry, std::vector<Faul
       if (!isInUrdf || !key.isInUrdf) keys.push_back(key.name);
     }
   }
-  const Section joint(in.find("joint"), in.pathOf("joint"), keys, faults);
+  const Section joint = in.section("joint", keys);
   if (joint.has("name") && !isInUrdf) {
     entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
   }
   takeEffects(joint, entry.joint);
 
-  const Section initial(in.find("initial"), in.pathOf("initial"), {"angle", "velocity"}, faults);
+  const Section initial = in.section("initial", {"angle", "velocity"});
   const double most = largestAngle(entry.joint);
   const std::string range = storesEnergy(entry.joint)
                                 ? " from -1e6 to 1e6 rad (the joint has a spring or a limit)"
@@ -90,16 +90,15 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry, std::vector<Faul
   initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
 }
 
-Entry readEntry(const std::string& name, const Value& value, const std::string& path,
-                std::vector<Fault>& faults) {
+Entry readEntry(const Section& links, const std::string& name) {
   // The name.
   Entry entry{disc(name), {}};
-  const Section in(&value, path, {"mass", "inertia", "com", "pin", "repeat", "joint", "initial"}, faults);
+  const Section in = links.section(name, {"mass", "inertia", "com", "pin", "repeat", "joint", "initial"});
   if (!isName(name)) {
-    faults.push_back({path, nameInWords, quoted(name)});
+    links.fault(name, nameInWords, quoted(name));
     entry.namesAreSound = false;
   }
-  if (!value.map()) return entry;
+  if (!links.find(name)->map()) return entry;
 
   // The body.
   const Vec2d nowhere{missing, missing};
@@ -118,7 +117,7 @@ Entry readEntry(const std::string& name, const Value& value, const std::string& 
     entry.namesAreSound = false;
   }
 
-  takeMotion(in, false, entry, faults);
+  takeMotion(in, false, entry);
   return entry;
 }
 
@@ -157,18 +156,16 @@ void append(const Entry& entry, Expanded& to) {
 
 /// The links from `chain` and `links`.
 /// @returns nothing if there is a fault in the order or in the names
-std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults) {
+std::optional<Expanded> readLinks(const Section& top) {
   // All entries, whether listed in `chain` or not.
-  const Section links(top.find("links"), "links", {}, faults);
+  const Section links = top.section("links");
   if (links.entries().empty() && (!top.has("links") || top.find("links")->map())) {
     top.fault("links", "a map with at least one link");
   }
   std::map<std::string, Entry> entries;
   bool isCertain = true;
   for (const auto& [name, value] : links.entries()) {
-    Entry entry = readEntry(name, value, links.pathOf(name), faults);
-    isCertain &= entry.namesAreSound;
-    entries.emplace(name, std::move(entry));
+    isCertain &= entries.emplace(name, readEntry(links, name)).first->second.namesAreSound;
   }
 
   // The order: each name of `chain` once, and every entry.
@@ -188,7 +185,7 @@ std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults
                         : !listed.insert(entry->first).second ? "each link only once"
                                                               : nullptr;
     if (fault) {
-      faults.push_back({"chain/" + std::to_string(i), fault, describe(name)});
+      top.fault("chain/" + std::to_string(i), fault, describe(name));
       isCertain = false;
     } else {
       inOrder.push_back(&entry->second);
@@ -197,12 +194,12 @@ std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults
   }
   for (const auto& entry : entries) {
     if (listed.count(entry.first) == 0) {
-      faults.push_back({links.pathOf(entry.first), "a link listed in chain", quoted(entry.first)});
+      links.fault(entry.first, "a link listed in chain", quoted(entry.first));
     }
   }
   if (total > mostLinks) {
-    faults.push_back({"chain", "at most " + std::to_string(mostLinks) + " links, with repeated ones counted",
-                      std::to_string(total)});
+    top.fault("chain", "at most " + std::to_string(mostLinks) + " links, with repeated ones counted",
+              std::to_string(total));
     isCertain = false;
   }
 
@@ -234,17 +231,16 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   // Springs, stops and initial state from `links`.
   Expanded expanded;
   expanded.gravity = robot->gravity;
-  const Section links(top.find("links"), "links", {}, faults);
+  const Section links = top.section("links");
   for (std::size_t i = 0; i < robot->links.size(); ++i) {
     const std::string name = robot->links[i].name;
-    const Section in(links.find(name), links.pathOf(name), {"joint", "initial"}, faults);
     Entry entry{std::move(robot->links[i]), std::move(robot->joints[i])};
-    takeMotion(in, true, entry, faults);
+    takeMotion(links.section(name, {"joint", "initial"}), true, entry);
     append(entry, expanded);
   }
   for (const auto& entry : links.entries()) {
     if (expanded.names.links.count(entry.first) != 0) continue;
-    faults.push_back({links.pathOf(entry.first), "a moving link of robot_description", quoted(entry.first)});
+    links.fault(entry.first, "a moving link of robot_description", quoted(entry.first));
   }
   return expanded;
 }
@@ -299,9 +295,8 @@ void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<F
 
 // ---- integrator, publish ---------------------------------------------------------------------
 
-IntegratorSettings readIntegrator(const Value* value, std::vector<Fault>& faults) {
+IntegratorSettings readIntegrator(const Section& in) {
   IntegratorSettings settings;
-  const Section in(value, "integrator", {"method", "tolerance", "step"}, faults);
   const std::vector<std::string>& methods = ode::methodNames();
   const auto isMethod = [&](const std::string& name) {
     return std::find(methods.begin(), methods.end(), name) != methods.end();
@@ -320,13 +315,8 @@ void takeFrame(const Section& in, const std::string& key, std::string& target) {
   in.takeText(key, isFrame, "a frame (letters, digits, _ and /; not / first)", target);
 }
 
-PublishSettings readPublish(const Value* value, const ChainNames* names, std::vector<Fault>& faults) {
+PublishSettings readPublish(const Section& in, const ChainNames* names) {
   PublishSettings settings;
-  const Section in(
-      value, "publish",
-      {"rate", "tf_rate", "status_rate", "tf", "link_states", "frame_prefix", "world_frame", "base_frame"},
-      faults);
-
   // Rates.
   in.take("rate", {" > 0 Hz and at most " + toText(highestRate), 0, highestRate, false}, settings.rate);
   settings.tfRate = std::min(settings.tfRate, settings.rate);
@@ -349,13 +339,13 @@ PublishSettings readPublish(const Value* value, const ChainNames* names, std::ve
   takeFrame(in, "base_frame", settings.baseFrame);
   const auto requireOwn = [&](const char* key, const std::string& frame) {
     if (names && names->links.count(frame) != 0) {
-      faults.push_back({in.pathOf(key), "a frame that is not a link's", quoted(frame)});
+      in.fault(key, "a frame that is not a link's", quoted(frame));
     }
   };
   requireOwn("world_frame", settings.worldFrame);
   requireOwn("base_frame", settings.baseFrame);
   if (settings.worldFrame == settings.baseFrame) {
-    faults.push_back({in.pathOf("base_frame"), "a frame other than world_frame", quoted(settings.baseFrame)});
+    in.fault("base_frame", "a frame other than world_frame", quoted(settings.baseFrame));
   }
   return settings;
 }
@@ -377,8 +367,7 @@ Scene readScene(const Value& value) {
   const Section top(&value, "", keys, faults);
 
   // The chain.
-  std::optional<Expanded> expanded =
-      top.has("robot_description") ? readRobot(top, faults) : readLinks(top, faults);
+  std::optional<Expanded> expanded = top.has("robot_description") ? readRobot(top, faults) : readLinks(top);
   const ChainNames* names = expanded ? &expanded->names : nullptr;
   std::optional<Chain> chain;
   Vec2d gravity = expanded ? expanded->gravity : Vec2d{};
@@ -388,9 +377,13 @@ Scene readScene(const Value& value) {
 
   // All other keys.
   std::vector<Load> loads;
-  for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads, faults);
-  const IntegratorSettings integrator = readIntegrator(top.find("integrator"), faults);
-  PublishSettings publish = readPublish(top.find("publish"), names, faults);
+  for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads);
+  const IntegratorSettings integrator =
+      readIntegrator(top.section("integrator", {"method", "tolerance", "step"}));
+  PublishSettings publish =
+      readPublish(top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states",
+                                          "frame_prefix", "world_frame", "base_frame"}),
+                  names);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   std::optional<double> realTimeFactor;

@@ -66,7 +66,7 @@ void showAll(const ActiveForces& active, const Kane& at, const std::optional<Lin
              const Show& show) {
   show("q", "relative joint angles, rad", at.q);
   show("qd", "their rates, rad/s", at.qd);
-  show("S", "body from ground components", at.S);
+  show("S", "rotation matrix: components along the body's axes from those along the ground's", at.S);
   show("T", "[omega_1 ... omega_n] = qd' T", at.T);
   show("V_pd", "partial velocities of the centres of mass, columns x_1 y_1 x_2 y_2 ..., m", at.V_pd);
   show("W_pd", "partial angular velocities", at.W_pd);
@@ -107,8 +107,8 @@ void printText(const Chain& chain, double t, const ActiveForces& active, const K
       print(letter, meaning, value);
     } else {  // one matrix a body
       for (std::size_t i = 0; i < value.size(); ++i) {
-        const std::string body = "shifter of " + chain.links()[i].name;
-        print(letter + "_" + std::to_string(i + 1) + "0", body + ": " + meaning, value[i]);
+        print(letter + "_" + std::to_string(i + 1) + "0", meaning + ", of " + chain.links()[i].name,
+              value[i]);
       }
     }
   });
@@ -118,12 +118,12 @@ void printText(const Chain& chain, double t, const ActiveForces& active, const K
 
 using Json = nlohmann::json;
 
-Json jsonOf(const Eigen::VectorXd& vector) {
-  return std::vector<double>(vector.data(), vector.data() + vector.size());
-}
-
 template <class Derived>
 Json jsonOf(const Eigen::MatrixBase<Derived>& matrix) {
+  if constexpr (Derived::ColsAtCompileTime == 1) {
+    const double* first = matrix.derived().data();
+    return std::vector<double>(first, first + matrix.size());
+  }
   Json rows = Json::array();
   for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back(jsonOf(Eigen::VectorXd(matrix.row(i))));
   return rows;
