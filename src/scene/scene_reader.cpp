@@ -39,6 +39,12 @@ Link disc(const std::string& name) {
   return {name, 1, 1, {0, 0}, {1, 0}};
 }
 
+/// The joint with some stiffness of its stop, if it has a limit.
+Joint withStop(Joint joint) {
+  if (joint.isLimited()) joint.stopStiffness = 1;
+  return joint;
+}
+
 /// Reads and checks the values of the effects in a joint. A joint with faults keeps none. A stop without a
 /// stiffness keeps 0: setDefaultStops() gives it one.
 void takeEffects(const Section& in, Joint& joint) {
@@ -57,9 +63,7 @@ void takeEffects(const Section& in, Joint& joint) {
       }
     }
   }
-  Joint complete = joint;
-  if (joint.isLimited() && !in.has("stop_stiffness")) complete.stopStiffness = 1;
-  for (const Fault& fault : faultsOf(complete)) {
+  for (const Fault& fault : faultsOf(in.has("stop_stiffness") ? joint : withStop(joint))) {
     const std::string key = fault.path.substr(fault.path.find('/') + 1);
     if (refused.insert(key).second) in.fault(key, fault.expected);
   }
@@ -82,11 +86,12 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   takeEffects(joint, entry.joint);
 
   const Section initial = in.section("initial", {"angle", "velocity"});
-  const double most = largestAngle(entry.joint);
-  const std::string range = storesEnergy(entry.joint)
-                                ? " from -1e6 to 1e6 rad (the joint has a spring or a limit)"
-                                : " from -5e16 to 5e16 rad (2^53 turns)";
-  initial.take("angle", {range, -most, most, true}, entry.q);
+  const Joint complete = withStop(entry.joint);
+  if (initial.take("angle", NumberRule::any("rad"), entry.q) && std::abs(entry.q) > largestAngle(complete)) {
+    initial.fault("angle", storesEnergy(complete)
+                               ? "a number from -1e6 to 1e6 rad (the joint has a spring or a limit)"
+                               : "a number from -5e16 to 5e16 rad (2^53 turns)");
+  }
   initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
 }
 
