@@ -14,6 +14,8 @@
 #include <variant>
 #include <vector>
 
+#include "planar_chain/simulation.h"
+
 namespace planar_chain {
 namespace {
 
@@ -131,6 +133,30 @@ TEST(SceneReader, RefusesHugeRepetitionsAtOnce) {
   const auto begin = std::chrono::steady_clock::now();
   EXPECT_NE(faultsIn(chain + "]\n" + yaml).find("chain: expected at most 100000 links"), std::string::npos);
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+}
+
+TEST(SceneReader, AStopWithoutAStiffnessIsAsStiffAsTheChainIsHeavy) {
+  // J of both rods about the inner pin, stretched: the outer centre of mass is |p| + 0.4 m away.
+  const std::string limited = "joint: {upper: 1}, ";
+  std::string yaml = two();
+  for (const char* link : {"upper: {", "lower: {"}) yaml.insert(yaml.find(link) + 8, limited);
+  const std::vector<Joint> joints = readSceneText(yaml).chain.joints();
+  const double outer = 0.5 + 2 * 0.4 * 0.4;
+  const double both = 0.25 + 0.26 + 0.5 + 2 * std::pow(std::sqrt(1.04) + 0.4, 2);
+  EXPECT_NEAR(joints[1].stopStiffness, outer / 25e-6, 1e-9);
+  EXPECT_NEAR(joints[0].stopStiffness, both / 25e-6, 1e-8);
+  yaml.replace(yaml.find("upper: 1}"), 9, "upper: 1, stop_stiffness: 7}");
+  EXPECT_EQ(readSceneText(yaml).chain.joints()[0].stopStiffness, 7);
+}
+
+TEST(SceneReader, AJointGoesFiveMillisecondsOfItsRateIntoADefaultStop) {
+  const Scene scene =
+      readSceneText("gravity: [0, 0]\n" + oneLink("joint: {upper: 0.1}, initial: {angle: 0.1, velocity: 2}"));
+  Simulation simulation(scene);
+  ASSERT_TRUE(simulation.advanceTo(pi / 2 * 0.005));
+  EXPECT_NEAR(simulation.q()[0], 0.1 + 2 * 0.005, 1e-9);
+  ASSERT_TRUE(simulation.advanceTo(0.02));
+  EXPECT_NEAR(simulation.qd()[0], -2, 1e-7);
 }
 
 TEST(SceneReader, EmptyMapsAreAsGoodAsAbsentOnes) {

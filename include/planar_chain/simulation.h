@@ -9,8 +9,8 @@
 /// the method fails, the simulation returns to the last good state and repeats the steps: first with an
 /// eighth of the step or a hundredth of the tolerance, then with rodas5p. If both fail, it stops with a
 /// fault. rodas5p also takes over where another method but auto and radau13 would make more than 1e8 steps
-/// a second (ros34pw2: 1e10). After some time without trouble it returns to the scene's own method. This time doubles with each
-/// new rescue, up to a limit.
+/// a second (ros34pw2: 1e10). After some time without trouble it returns to the scene's own method. This time
+/// doubles with each new rescue, up to a limit.
 
 #include <limits>
 #include <memory>

@@ -3,6 +3,7 @@
 /// Makes a chain from a URDF that describes a planar one. config/README.md lists what is read and what is
 /// refused.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,5 +27,10 @@ struct PlanarRobot {
 /// @throws Refused with every fault at once, such as
 ///   robot_description/joint[slide]/type: expected revolute, continuous or fixed, got "prismatic"
 PlanarRobot readUrdf(const std::string& text);
+
+/// The same, with the faults added to `faults`. A body with faults is replaced by a disc, and its joint has
+/// no limits, so that the rest of a scene can be checked. Returns nothing if the links are no chain.
+/// @throws Refused for a text that is no XML, or too long
+std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>& faults);
 
 }  // namespace planar_chain

@@ -11,7 +11,7 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
       effects_(scene, mechanism_.lanes(), std::move(more)),
       n_(mechanism_.size()),
       places_(mechanism_.places()),
-      works_(effects_.havePower() ? 2 : 0),
+      works_(effects_.any(&Effect::hasPower) ? 2 : 0),
       recursion_(mechanism_.makeRecursion()) {
   positions_ = std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
 
@@ -67,7 +67,7 @@ void Dynamics::switched() {
 void Dynamics::findStiffness() {
   k_.assign(index(n_), 0.0);
   d_.assign(index(n_), 0.0);
-  effects_.findStiffness(k_.data(), d_.data());
+  for (const auto& effect : effects_.all()) effect->addStiffness(k_.data(), d_.data());
   if (solve_) solve_->takeStiffness();
 }
 
@@ -201,7 +201,8 @@ bool Dynamics::timeDerivative(double* ft) {
   std::fill(room_.F.begin(), room_.F.end(), Vec2d{});
   solve_->findPinVelocities();
   const ChainState& at = solve_->state();
-  const Powers power = effects_.applyRates(at, {room_.N.data(), room_.F.data()});
+  Powers power;
+  for (Effect* effect : effects_.active()) power += effect->applyRates(at, {room_.N.data(), room_.F.data()});
   const LoadKind acting = effects_.mostActing();
   loadsToLanes(acting);
   if (acting == LoadKind::forces) std::copy_n(at.e, n_, room_.e.begin());
@@ -225,7 +226,7 @@ bool Dynamics::timeDerivative(double* ft) {
 void Dynamics::reserveSeries(int order) {
   if (series_ && series_->orders() >= order) return;
   series_.emplace(mechanism_.chain(), order);
-  effects_.reserveSeries(order);
+  for (const auto& effect : effects_.all()) effect->reserveSeries(order);
   findStiffness();
 }
 
@@ -246,7 +247,7 @@ void Dynamics::findOrder(int k, const double* theta, const double* omega) {
     addJointTorque(torque, i, room_.N.data());
   }
   if (effects_.acting() == LoadKind::forces) std::fill(room_.F.begin(), room_.F.end(), Vec2d{});
-  effects_.addOrder(k, known_, {room_.N.data(), room_.F.data()});
+  for (Effect* effect : effects_.active()) effect->addOrder(k, known_, {room_.N.data(), room_.F.data()});
 }
 
 void Dynamics::integrands(double t, const double* y, double* rates) {
@@ -293,7 +294,7 @@ void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
 
 void Dynamics::jointTorques(double t, const double* y, double* tau) {
   std::fill(tau, tau + n_, 0.0);
-  effects_.addTorques({t, y, y + n_}, tau);
+  for (Effect* effect : effects_.active()) effect->addTorques({t, y, y + n_}, tau);
 }
 
 }  // namespace planar_chain

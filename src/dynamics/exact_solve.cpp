@@ -20,8 +20,8 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, const std::
       effects_(effects),
       n_(mechanism.size()),
       places_(mechanism.places()),
-      hasPower_(effects.havePower()),
-      isNonlinear_(effects.areNonlinear()),
+      hasPower_(effects.any(&Effect::hasPower)),
+      isNonlinear_(effects.any(&Effect::isNonlinear)),
       keepsState_(hasPower_ || isNonlinear_ || effects.mostActing() == LoadKind::forces),
       solver_{mechanism.lanes() ? decltype(solver_.kind)(LinearizedSegments<double>(mechanism.chain()))
                                 : Linearized<double>(mechanism.chain())},
@@ -29,8 +29,13 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, const std::
       d_(d),
       room_(index(2 * places_)) {
   const bool hasForces = effects.mostActing() == LoadKind::forces;
-  if (hasPower_ && effects.havePowerInLanes()) omegaInLanes_.resize(index(places_));
-  if ((hasPower_ && effects.havePowerInOrder()) || hasForces || isNonlinear_) {
+  bool needsOrder = hasForces || isNonlinear_;
+  for (const auto& effect : effects.all()) {
+    if (!effect->hasPower()) continue;
+    if (effect->worksInLanes()) omegaInLanes_.resize(index(places_));
+    needsOrder = needsOrder || !effect->worksInLanes();
+  }
+  if (needsOrder) {
     stateAt_.resize(index(2 * n_));
     at_.theta = stateAt_.data();
     at_.omega = stateAt_.data() + n_;
@@ -82,12 +87,12 @@ const double* ExactSolve::keep(double t, const double* y) {
   if (isNonlinear_) {
     tangentK_ = k_;
     tangentD_ = d_;
-    effects_.addTangents(at_, tangentK_.data(), tangentD_.data());
+    for (Effect* effect : effects_.active()) effect->addTangents(at_, tangentK_.data(), tangentD_.data());
     setJoints(tangentK_, tangentD_);
   }
   if (eAt_.empty() || effects_.reach() == 0) return nullptr;
   std::fill(XF_.begin(), XF_.end(), 0.0);
-  effects_.addForceStiffness(at_, XF_.data());
+  for (Effect* effect : effects_.active()) effect->addForceStiffness(at_, XF_.data());
   return mechanism_.quantityInLanes(XF_.data(), room_.data());
 }
 
@@ -101,7 +106,10 @@ Powers ExactSolve::powersAlongInOrder(const double* uv) {
     const Vec2d P = eAt_[index(j)] * mechanism_.chain().links()[index(j)].pin;
     change += v[j] * perp(P) - (at_.omega[j] * u[j]) * P;
   }
-  return effects_.powersAlong(at_, {u, v, pinVelocity_.data()});
+  Powers powers;
+  for (Effect* effect : effects_.activeInOrder())
+    powers += effect->powersAlong(at_, {u, v, pinVelocity_.data()});
+  return powers;
 }
 
 // ---- Real and complex solves -----------------------------------------------------------------------

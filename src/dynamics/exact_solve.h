@@ -71,7 +71,10 @@ class ExactSolve {
   void setJoints(const std::vector<double>& k, const std::vector<double>& d);
   /// How the powers change along (u, v), in lane order; and that of the effects that need chain order.
   Powers powersAlong(const double* uv) {
-    Powers change = effects_.powersAlongInLanes(omegaInLanes_.data(), uv + places_);
+    Powers change;
+    for (Effect* effect : effects_.activeInLanes()) {
+      change += effect->powersAlongInLanes(omegaInLanes_.data(), uv + places_);
+    }
     if (!stateAt_.empty()) change += powersAlongInOrder(uv);
     return change;
   }

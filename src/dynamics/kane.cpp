@@ -24,7 +24,7 @@ void requireSize(const char* name, const VectorXd& v, int expected) {
 }
 
 /// S_i0 = [[c, s], [−s, c]]
-Matrix2d shifter(double theta) {
+Matrix2d rotationMatrix(double theta) {
   const double c = std::cos(theta);
   const double s = std::sin(theta);
   return (Matrix2d() << c, s, -s, c).finished();
@@ -80,9 +80,9 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
   const RowVectorXd theta = q.transpose() * k.T;
   const RowVectorXd omega = qd.transpose() * k.T;
 
-  // The shifters S_i0 and the angular velocity matrices [ω^i]
+  // The rotation matrices S_i0 and the angular velocity matrices [ω^i]
   for (int i = 0; i < n; ++i) {
-    k.S.push_back(shifter(theta(i)));
+    k.S.push_back(rotationMatrix(theta(i)));
     k.omega.push_back(angularVelocityMatrix(omega(i)));
   }
 

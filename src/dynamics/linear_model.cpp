@@ -38,10 +38,12 @@ struct At {
     Effects effects(scene, nullptr);
     effects.enter(t);
     effects.enterState(y.data());
-    for (Effect* effect : effects.active()) effect->apply(at, {N.data(), F.data()});
-    effects.findStiffness(k.data(), d.data());
-    effects.addTangents(at, k.data(), d.data());
-    effects.addForceStiffness(at, XF.data());
+    for (Effect* effect : effects.active()) {
+      effect->apply(at, {N.data(), F.data()});
+      effect->addStiffness(k.data(), d.data());
+      effect->addTangents(at, k.data(), d.data());
+      effect->addForceStiffness(at, XF.data());
+    }
   }
 };
 

@@ -5,107 +5,65 @@
 namespace planar_chain {
 
 CommandEffect::CommandEffect(int n, int capacity)
-    : TimedTerms(index(n) + index(capacity), 0), capacity_(index(capacity)) {
-  torques_.held.resize(index(n));
-  forces_.held.resize(index(n));
-  for (auto* waiting : {&torques_.waiting, &torques_.timed}) waiting->reserve(capacity_);
-  for (auto* waiting : {&forces_.waiting, &forces_.timed}) waiting->reserve(capacity_);
+    : TimedTerms(index(n) + index(capacity), 0), capacity_(index(capacity)), held_(2 * index(n)) {
+  waiting_.reserve(capacity_);
+  timed_.reserve(capacity_);
 }
 
 // ---- Giving commands -----------------------------------------------------------------------------
 
-bool CommandEffect::hasRoom() const {
-  return torques_.waiting.size() + torques_.timed.size() + forces_.waiting.size() + forces_.timed.size() <
-         capacity_;
+Command& CommandEffect::placeOf(const Command& command) {
+  return held_[command.joint != Load::none ? index(command.joint) : held_.size() / 2 + index(command.link)];
 }
 
-template <class Command>
-bool CommandEffect::hold(Lists<Command>& commands, const Command& command, double now) {
-  if (command.window.start <= now) {
-    commands.held[index(command.index)] = command;
+bool CommandEffect::hold(const Command& command, double now) {
+  if (command.start <= now) {
+    placeOf(command) = command;
     return true;
   }
   if (!hasRoom()) return false;
-  const auto startsLater = [](const Command& one, const Command& other) {
-    return one.window.start < other.window.start;
-  };
-  const auto place = std::upper_bound(commands.waiting.begin(), commands.waiting.end(), command, startsLater);
-  commands.waiting.insert(place, command);
-  endBy(command.window.start);
+  const auto startsLater = [](const Command& one, const Command& other) { return one.start < other.start; };
+  waiting_.insert(std::upper_bound(waiting_.begin(), waiting_.end(), command, startsLater), command);
+  endBy(command.start);
   return true;
 }
 
-template <class Command>
-bool CommandEffect::add(Lists<Command>& commands, const Command& command, double now) {
+bool CommandEffect::add(const Command& command, double now) {
   if (!hasRoom()) return false;
-  commands.timed.push_back(command);
-  if (command.window.start > now) endBy(command.window.start);
+  timed_.push_back(command);
+  if (command.start > now) endBy(command.start);
   return true;
 }
-
-template bool CommandEffect::hold(Lists<Torque>&, const Torque&, double);
-template bool CommandEffect::hold(Lists<Force>&, const Force&, double);
-template bool CommandEffect::add(Lists<Torque>&, const Torque&, double);
-template bool CommandEffect::add(Lists<Force>&, const Force&, double);
 
 void CommandEffect::clear() {
-  torques_.waiting.clear();
-  forces_.waiting.clear();
-  torques_.timed.clear();
-  forces_.timed.clear();
-  std::fill(torques_.held.begin(), torques_.held.end(), Torque{});
-  std::fill(forces_.held.begin(), forces_.held.end(), Force{});
+  waiting_.clear();
+  timed_.clear();
+  std::fill(held_.begin(), held_.end(), Command{});
 }
 
 // ---- What acts -------------------------------------------------------------------------------------
 
-/// Holds what starts by t, and forgets what is over by t.
-template <class Command>
-void CommandEffect::bringForward(Lists<Command>& commands, double t) {
-  auto& waiting = commands.waiting;
-  const auto due = std::find_if(waiting.begin(), waiting.end(),
-                                [t](const Command& command) { return command.window.start > t; });
-  for (auto command = waiting.begin(); command != due; ++command) {
-    commands.held[index(command->index)] = *command;
-  }
-  waiting.erase(waiting.begin(), due);
-  if (!waiting.empty()) endBy(waiting.front().window.start);
-
-  const auto over = [t](const Command& command) { return command.window.stop <= t; };
-  commands.timed.erase(std::remove_if(commands.timed.begin(), commands.timed.end(), over),
-                       commands.timed.end());
-}
-
 void CommandEffect::list(double t) {
-  bringForward(torques_, t);
-  bringForward(forces_, t);
-  for (const auto* commands : {&torques_.held, &torques_.timed}) {
-    for (const auto& [joint, torque, window] : *commands) {
-      if (acts(window, t)) addJointTerm(joint, torque);
-    }
-  }
-  for (const auto* commands : {&forces_.held, &forces_.timed}) {
-    for (const auto& [link, point, force, moment, window] : *commands) {
-      if (acts(window, t)) addBodyTerm(link, force, point, moment);
-    }
+  // Hold what starts by t, and forget what is over by t.
+  const auto due = std::find_if(waiting_.begin(), waiting_.end(),
+                                [t](const Command& command) { return command.start > t; });
+  for (auto command = waiting_.begin(); command != due; ++command) placeOf(*command) = *command;
+  waiting_.erase(waiting_.begin(), due);
+  if (!waiting_.empty()) endBy(waiting_.front().start);
+  const auto isOver = [t](const Command& command) { return command.stop <= t; };
+  timed_.erase(std::remove_if(timed_.begin(), timed_.end(), isOver), timed_.end());
+
+  for (const auto* commands : {&held_, &timed_}) {
+    for (const Command& command : *commands) addWithin(command, Constant{}, t);
   }
 }
 
 std::vector<Load> CommandEffect::inForce(double t) const {
   std::vector<Load> loads;
-  const auto isInForce = [t](const Window& window) { return window.start <= t && t < window.stop; };
-  for (const auto* commands : {&torques_.held, &torques_.timed}) {
-    for (const auto& [joint, torque, window] : *commands) {
-      if (!isInForce(window)) continue;
-      loads.push_back(
-          {"command", Load::none, {}, {}, 0, joint, torque, Constant{}, window.start, window.stop});
-    }
-  }
-  for (const auto* commands : {&forces_.held, &forces_.timed}) {
-    for (const auto& [link, point, force, moment, window] : *commands) {
-      if (!isInForce(window)) continue;
-      loads.push_back(
-          {"command", link, force, point, moment, Load::none, 0, Constant{}, window.start, window.stop});
+  for (const auto* commands : {&held_, &timed_}) {
+    for (const auto& [link, force, point, moment, joint, torque, start, stop] : *commands) {
+      if (!(start <= t && t < stop)) continue;
+      loads.push_back({"command", link, force, point, moment, joint, torque, Constant{}, start, stop});
     }
   }
   return loads;

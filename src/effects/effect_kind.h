@@ -11,6 +11,7 @@
 
 #include "effects/effect.h"
 #include "lanes/arrangement.h"
+#include "model/number_rule.h"
 #include "planar_chain/scene.h"
 #include "reading/section.h"
 
@@ -22,10 +23,14 @@ struct ChainNames {
   std::vector<Vec2d> com;
 };
 
-/// A key below links/NAME/joint. A scene with a URDF may not have the keys that URDF itself expresses.
+/// A key below links/NAME/joint, which holds a number.
 struct JointKey {
   const char* name;
-  bool isInUrdf;
+  double Joint::*member;  ///< nullptr: kept in Joint::others
+  NumberRule range;
+  bool isInUrdf = false;  ///< URDF expresses it: a scene with a URDF may not have it
+
+  double of(const Joint& joint) const { return member ? joint.*member : joint.other(name); }
 };
 
 /// The words of the start-up line about a scene.
@@ -49,16 +54,15 @@ class EffectKind {
   // ---- Keys in the scene ------------------------------------------------------------------------------
 
   virtual std::vector<JointKey> jointKeys() const { return {}; }
-  /// Copies the values of its keys to the joint. Need not check what judge() checks.
-  virtual void takeJoint(const Section& /*in*/, Joint& /*joint*/) const {}
-  /// Adds what is wrong with a joint's values; paths are such as "joint/damping".
-  virtual void judge(const Joint& /*joint*/, std::vector<Fault>& /*faults*/) const {}
+  /// Adds what is wrong with a joint's values; paths are such as "joint/damping". By default: the numbers
+  /// that are out of range.
+  virtual void judge(const Joint& joint, std::vector<Fault>& faults) const;
 
   /// A key of the scene itself, or nullptr.
   virtual const char* sceneKey() const { return nullptr; }
   /// Reads the scene's key. names: nullptr if the links could not be read.
-  virtual void takeScene(const Section& /*top*/, const ChainNames* /*names*/, std::vector<Load>& /*loads*/,
-                         std::vector<Fault>& /*faults*/) const {}
+  virtual void takeScene(const Section& /*top*/, const ChainNames* /*names*/,
+                         std::vector<Load>& /*loads*/) const {}
 
   // ---- What it is ---------------------------------------------------------------------------------------
 

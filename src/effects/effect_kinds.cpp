@@ -34,6 +34,12 @@ void SceneWords::count(int number, const std::string& one) {
   }
 }
 
+void EffectKind::judge(const Joint& joint, std::vector<Fault>& faults) const {
+  for (const JointKey& key : jointKeys()) {
+    key.range.check(faults, std::string("joint/") + key.name, key.of(joint));
+  }
+}
+
 /// Declared by chain.h.
 std::vector<Fault> faultsOf(const Joint& joint) {
   std::vector<Fault> faults;

@@ -27,8 +27,14 @@ LoadKind Effects::mostActing() const {
   return most;
 }
 
-bool Effects::havePower() const {
-  return std::any_of(all_.begin(), all_.end(), [](const auto& effect) { return effect->hasPower(); });
+bool Effects::any(bool (Effect::*is)() const) const {
+  return std::any_of(all_.begin(), all_.end(), [is](const auto& effect) { return (*effect.*is)(); });
+}
+
+double Effects::least(double (Effect::*of)() const) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& effect : all_) least = std::min(least, (*effect.*of)());
+  return least;
 }
 
 // ---- What acts now ---------------------------------------------------------------------------------
@@ -63,70 +69,6 @@ void Effects::listActive() {
     reach_ = std::max(reach_, effect->reach());
     variesWithTime_ = variesWithTime_ || effect->variesWithTime();
   }
-}
-
-double Effects::until() const {
-  double until = std::numeric_limits<double>::infinity();
-  for (const auto& effect : all_) until = std::min(until, effect->until());
-  return until;
-}
-
-double Effects::longestStep() const {
-  double longest = std::numeric_limits<double>::infinity();
-  for (const auto& effect : all_) longest = std::min(longest, effect->longestStep());
-  return longest;
-}
-
-// ---- Derivatives -----------------------------------------------------------------------------------
-
-bool Effects::areNonlinear() const {
-  return std::any_of(all_.begin(), all_.end(), [](const auto& effect) { return effect->isNonlinear(); });
-}
-
-void Effects::findStiffness(double* k, double* d) const {
-  for (const auto& effect : all_) effect->addStiffness(k, d);
-}
-
-void Effects::addTangents(const ChainState& at, double* k, double* d) const {
-  for (const Effect* effect : active_) effect->addTangents(at, k, d);
-}
-
-void Effects::addForceStiffness(const ChainState& at, double* XF) {
-  for (Effect* effect : active_) effect->addForceStiffness(at, XF);
-}
-
-Powers Effects::powersAlong(const ChainState& at, const StateChange& along) {
-  Powers change;
-  for (Effect* effect : activeInOrder_) change += effect->powersAlong(at, along);
-  return change;
-}
-
-bool Effects::havePowerInOrder() const {
-  return std::any_of(all_.begin(), all_.end(),
-                     [](const auto& effect) { return effect->hasPower() && !effect->worksInLanes(); });
-}
-
-bool Effects::havePowerInLanes() const {
-  return std::any_of(all_.begin(), all_.end(),
-                     [](const auto& effect) { return effect->hasPower() && effect->worksInLanes(); });
-}
-
-Powers Effects::applyRates(const ChainState& at, const Actions& to) {
-  Powers rates;
-  for (Effect* effect : active_) rates += effect->applyRates(at, to);
-  return rates;
-}
-
-void Effects::reserveSeries(int orders) {
-  for (const auto& effect : all_) effect->reserveSeries(orders);
-}
-
-void Effects::addOrder(int k, const Series& known, const Actions& to) {
-  for (Effect* effect : active_) effect->addOrder(k, known, to);
-}
-
-void Effects::addTorques(const ChainState& at, double* tau) {
-  for (Effect* effect : active_) effect->addTorques(at, tau);
 }
 
 // ---- Switches --------------------------------------------------------------------------------------

@@ -19,11 +19,11 @@ class Effects : public ode::Switches {
   /// @throws std::invalid_argument when the scene names a body that the chain does not have
   Effects(const Scene& scene, const Arrangement* lanes, std::unique_ptr<Effect> more = nullptr);
 
-  /// True if there is none.
   bool empty() const { return all_.empty(); }
+  const std::vector<std::unique_ptr<Effect>>& all() const { return all_; }
   LoadKind mostActing() const;
-  /// True if one ever supplies or takes power.
-  bool havePower() const;
+  /// True if one of them is, such as any(&Effect::hasPower).
+  bool any(bool (Effect::*is)() const) const;
 
   // ---- What acts now: chosen by enter(), enterState() and change() --------------------------------------
 
@@ -36,36 +36,13 @@ class Effects : public ode::Switches {
   LoadKind acting() const { return acting_; }
   int reach() const { return reach_; }
   bool varyWithTime() const { return variesWithTime_; }
-  double until() const;
-  double longestStep() const;
+  double until() const { return least(&Effect::until); }
+  double longestStep() const { return least(&Effect::longestStep); }
 
   /// All that act; those of them that need chain order; those that work in lane order.
   const std::vector<Effect*>& active() const { return active_; }
   const std::vector<Effect*>& activeInOrder() const { return activeInOrder_; }
   const std::vector<Effect*>& activeInLanes() const { return activeInLanes_; }
-
-  // ---- Derivatives --------------------------------------------------------------------------------------
-
-  /// True if k or d of a joint depends on the state.
-  bool areNonlinear() const;
-  /// See Effect, summed; the first sets k and d.
-  void findStiffness(double* k, double* d) const;
-  void addTangents(const ChainState& at, double* k, double* d) const;
-  void addForceStiffness(const ChainState& at, double* XF);
-  Powers powersAlong(const ChainState& at, const StateChange& along);
-  Powers powersAlongInLanes(const double* omega, const double* v) {
-    Powers change;
-    for (Effect* effect : activeInLanes_) change += effect->powersAlongInLanes(omega, v);
-    return change;
-  }
-  /// True if powersAlong(), or powersAlongInLanes(), is ever not zero.
-  bool havePowerInOrder() const;
-  bool havePowerInLanes() const;
-  Powers applyRates(const ChainState& at, const Actions& to);
-
-  void reserveSeries(int orders);
-  void addOrder(int k, const Series& known, const Actions& to);
-  void addTorques(const ChainState& at, double* tau);
 
   // ---- ode::Switches ------------------------------------------------------------------------------------
 
@@ -75,6 +52,7 @@ class Effects : public ode::Switches {
 
  private:
   void listActive();
+  double least(double (Effect::*of)() const) const;
 
   std::vector<std::unique_ptr<Effect>> all_;
   std::vector<Switching*> switching_;

@@ -12,25 +12,26 @@ namespace planar_chain {
 
 namespace {
 
+/// @throws std::invalid_argument when a load names a body that the chain does not have
+void requireBodies(const Scene& scene) {
+  for (const Load& load : scene.loads) {
+    for (const int body : {load.link, load.joint}) {
+      if (body >= Load::none && body < scene.chain.size()) continue;
+      throw std::invalid_argument("load " + load.name + " acts on no body of the chain");
+    }
+  }
+}
+
 class Loads : public TimedTerms {
  public:
   explicit Loads(const Scene& scene)
       : TimedTerms(scene.loads.size(), scene.loads.size()), loads_(scene.loads) {
-    const auto isBody = [&](int index) { return index >= Load::none && index < scene.chain.size(); };
-    for (const Load& load : loads_) {
-      if (isBody(load.link) && isBody(load.joint)) continue;
-      throw std::invalid_argument("load " + load.name + " acts on no body of the chain");
-    }
+    requireBodies(scene);
   }
 
  private:
   void list(double t) override {
-    for (const Load& load : loads_) {
-      if (!acts({load.start, load.stop}, t)) continue;
-      const int factor = factorOf(load.law, t);
-      if (load.joint != Load::none) addJointTerm(load.joint, load.torque, factor);
-      if (load.link != Load::none) addBodyTerm(load.link, load.force, load.point, load.moment, factor);
-    }
+    for (const Load& load : loads_) addWithin(load, load.law, t);
   }
 
   std::vector<Load> loads_;
@@ -41,17 +42,13 @@ using Indices = std::map<std::string, int>;
 // ---- Reading -------------------------------------------------------------------------------------
 
 /// "a link of the chain (upper, lower)"
-std::string oneOf(const char* what, const Indices& names) {
-  constexpr std::size_t longest = 80;
+std::string oneOf(const std::string& what, const Indices& names) {
   std::string line;
   for (const auto& entry : names) {
-    if (line.size() > longest) {
-      line += ", …";
-      break;
-    }
+    if (line.size() > longestShown) break;
     line += (line.empty() ? "" : ", ") + entry.first;
   }
-  return std::string("a ") + what + " of the chain (" + line + ")";
+  return "a " + what + " of the chain (" + cutToShow(line) + ")";
 }
 
 /// The index of what `key` names, or Load::none.
@@ -60,7 +57,7 @@ int takeReference(const Section& load, const std::string& key, const Indices* na
   if (!value || !names) return Load::none;
   const auto entry = value->text() ? names->find(*value->text()) : names->end();
   if (entry != names->end()) return entry->second;
-  load.fault(key, oneOf(key.c_str(), *names));
+  load.fault(key, oneOf(key, *names));
   return Load::none;
 }
 
@@ -68,9 +65,7 @@ int takeReference(const Section& load, const std::string& key, const Indices* na
 void takeAction(const Section& in, const ChainNames* names, Load& load) {
   load.link = takeReference(in, "link", names ? &names->links : nullptr);
   load.joint = takeReference(in, "joint", names ? &names->joints : nullptr);
-  if (names && load.link != Load::none) {
-    load.point = names->com[static_cast<std::size_t>(load.link)];
-  }
+  if (names && load.link != Load::none) load.point = names->com[index(load.link)];
   in.take("force", "N", load.force);
   in.take("point", "m", load.point);
   in.take("moment", NumberRule::any("N m"), load.moment);
@@ -129,15 +124,12 @@ void takeTimeLaw(const Section& in, Load& load) {
 class LoadsKind : public EffectKind {
  public:
   const char* sceneKey() const override { return "loads"; }
-  void takeScene(const Section& top, const ChainNames* names, std::vector<Load>& loads,
-                 std::vector<Fault>& faults) const override {
-    const Section all(top.find("loads"), "loads", {}, faults);
+  void takeScene(const Section& top, const ChainNames* names, std::vector<Load>& loads) const override {
+    const Section all = top.section("loads");
     for (const auto& [name, entry] : all.entries()) {
-      if (!isName(name)) faults.push_back({all.pathOf(name), nameInWords, describe(Value(name))});
-      const Section in(&entry, all.pathOf(name),
-                       {"link", "force", "point", "moment", "joint", "torque", "frequency", "phase", "times",
-                        "values", "start", "stop"},
-                       faults);
+      if (!isName(name)) all.fault(name, nameInWords, quoted(name));
+      const Section in = all.section(name, {"link", "force", "point", "moment", "joint", "torque",
+                                            "frequency", "phase", "times", "values", "start", "stop"});
       if (!entry.map()) continue;
       Load load;
       load.name = name;
@@ -154,23 +146,15 @@ class LoadsKind : public EffectKind {
   /// A force X at the point x (link frame) has the moment ((x − r) S_i0) × X about the centre of mass.
   void addDense(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& /*qd*/,
                 const DenseActions& to) const override {
-    const auto require = [&](const Load& load, const char* what, int index) {
-      if (index == Load::none || (index >= 0 && index < scene.chain.size())) return;
-      throw std::invalid_argument("load " + load.name + ": the chain has no " + what + " " +
-                                  std::to_string(index));
-    };
+    requireBodies(scene);
     for (const Load& load : scene.loads) {
-      require(load, "link", load.link);
-      require(load, "joint", load.joint);
       const double f = factorAt(load, t);
       if (load.link != Load::none) {
-        const double theta = q.head(load.link + 1).sum();
-        const Vec2d x = load.point - scene.chain.links()[static_cast<std::size_t>(load.link)].com;
-        const Vec2d arm{x.x * std::cos(theta) - x.y * std::sin(theta),
-                        x.x * std::sin(theta) + x.y * std::cos(theta)};
+        const Vec2d x = load.point - scene.chain.links()[index(load.link)].com;
+        const Vec2d arm = Rotation<double>::of(q.head(load.link + 1).sum()) * x;
         to.F(2 * load.link) += f * load.force.x;
         to.F(2 * load.link + 1) += f * load.force.y;
-        to.M(load.link) += f * (load.moment + arm.x * load.force.y - arm.y * load.force.x);
+        to.M(load.link) += f * (load.moment + cross(arm, load.force));
       }
       if (load.joint != Load::none) to.tau(load.joint) += f * load.torque;
     }
@@ -193,16 +177,8 @@ double factorAt(const Load& load, double t) {
   if (const auto* sine = std::get_if<Sine>(&load.law)) {
     return std::sin(2 * pi * sine->frequency * t + sine->phase);
   }
-  if (const auto* ramp = std::get_if<Ramp>(&load.law)) {
-    const auto& ts = ramp->times;
-    const auto& ys = ramp->values;
-    if (t <= ts.front()) return ys.front();
-    for (std::size_t k = 1; k < ts.size(); ++k) {
-      if (t < ts[k]) return ys[k - 1] + (ys[k] - ys[k - 1]) * (t - ts[k - 1]) / (ts[k] - ts[k - 1]);
-    }
-    return ys.back();
-  }
-  return 1;
+  const auto* ramp = std::get_if<Ramp>(&load.law);
+  return ramp ? lineAt(*ramp, t).at(t) : 1;
 }
 
 }  // namespace planar_chain

@@ -1,6 +1,6 @@
 #include "effects/springs.h"
 
-#include "model/require.h"
+#include <limits>
 
 namespace planar_chain {
 
@@ -157,17 +157,10 @@ class SpringEffect : public Effect {
 class SpringKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
-    return {{"damping", true}, {"stiffness", false}, {"rest_angle", false}};
-  }
-  void takeJoint(const Section& in, Joint& joint) const override {
-    joint.damping = in.unjudged("damping", joint.damping);
-    joint.stiffness = in.unjudged("stiffness", joint.stiffness);
-    joint.restAngle = in.unjudged("rest_angle", joint.restAngle);
-  }
-  void judge(const Joint& joint, std::vector<Fault>& faults) const override {
-    requireNumber(faults, "joint/damping", joint.damping, joint.damping >= 0, " >= 0 N m s/rad");
-    requireNumber(faults, "joint/stiffness", joint.stiffness, joint.stiffness >= 0, " >= 0 N m/rad");
-    requireNumber(faults, "joint/rest_angle", joint.restAngle, true, ", in rad");
+    constexpr double all = std::numeric_limits<double>::infinity();
+    return {{"damping", &Joint::damping, NumberRule::from(0, "N m s/rad"), true},
+            {"stiffness", &Joint::stiffness, NumberRule::from(0, "N m/rad")},
+            {"rest_angle", &Joint::restAngle, {", in rad", -all, all, false}}};
   }
 
   std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* lanes) const override {

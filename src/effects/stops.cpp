@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "model/require.h"
-
 namespace planar_chain {
 
 Stops::Stops(const Chain& chain) : n_(chain.size()) {
@@ -186,29 +184,21 @@ constexpr double none = std::numeric_limits<double>::infinity();
 class StopKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
-    return {{"lower", true}, {"upper", true}, {"stop_stiffness", false}, {"stop_damping", false}};
-  }
-  void takeJoint(const Section& in, Joint& joint) const override {
-    in.take("lower", NumberRule::any("rad"), joint.lower);
-    in.take("upper", NumberRule::any("rad"), joint.upper);
-    joint.stopStiffness = in.unjudged("stop_stiffness", joint.stopStiffness);
-    joint.stopDamping = in.unjudged("stop_damping", joint.stopDamping);
+    return {{"lower", &Joint::lower, angle_, true},
+            {"upper", &Joint::upper, angle_, true},
+            {"stop_stiffness", &Joint::stopStiffness, stiffness_},
+            {"stop_damping", &Joint::stopDamping, damping_}};
   }
   /// −∞ and ∞ are no limits.
   void judge(const Joint& joint, std::vector<Fault>& faults) const override {
-    if (joint.lower != -none) requireNumber(faults, "joint/lower", joint.lower, true, ", in rad");
+    if (joint.lower != -none) angle_.check(faults, "joint/lower", joint.lower);
+    const NumberRule above{" > lower, in rad", joint.lower, none, false};
     if (joint.upper != none) {
-      const bool isAbove = !(joint.upper <= joint.lower);
-      requireNumber(faults, "joint/upper", joint.upper, isAbove, isAbove ? ", in rad" : " > lower, in rad");
+      (joint.upper <= joint.lower ? above : angle_).check(faults, "joint/upper", joint.upper);
     }
-    const bool isLimited = joint.isLimited();
-    const char* beside = " only beside lower or upper";
-    requireNumber(faults, "joint/stop_stiffness", joint.stopStiffness,
-                  isLimited ? joint.stopStiffness > 0 : joint.stopStiffness == 0,
-                  isLimited ? " > 0 N m/rad, beside lower or upper" : beside);
-    requireNumber(faults, "joint/stop_damping", joint.stopDamping,
-                  isLimited ? joint.stopDamping >= 0 : joint.stopDamping == 0,
-                  isLimited ? " >= 0 N m s/rad" : beside);
+    const NumberRule noStop{" only beside lower or upper", 0, 0, true};
+    (joint.isLimited() ? stiffness_ : noStop).check(faults, "joint/stop_stiffness", joint.stopStiffness);
+    (joint.isLimited() ? damping_ : noStop).check(faults, "joint/stop_damping", joint.stopDamping);
   }
 
   std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
@@ -243,6 +233,11 @@ class StopKind : public EffectKind {
     }
     words.count(limits, "limit");
   }
+
+ private:
+  const NumberRule angle_ = NumberRule::any("rad");
+  const NumberRule stiffness_{" > 0 N m/rad, beside lower or upper", 0, none, false};
+  const NumberRule damping_ = NumberRule::from(0, "N m s/rad");
 };
 
 }  // namespace

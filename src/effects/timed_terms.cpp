@@ -5,14 +5,6 @@
 
 namespace planar_chain {
 
-namespace {
-
-constexpr double never = std::numeric_limits<double>::infinity();
-
-/// The straight piece of a ramp to the right of t: flat before the first corner and after the last one.
-struct Line {
-  double t0 = 0, value = 0, slope = 0, end = never;
-};
 Line lineAt(const Ramp& ramp, double t) {
   const auto after = std::upper_bound(ramp.times.begin(), ramp.times.end(), t);
   Line line;
@@ -30,8 +22,6 @@ Line lineAt(const Ramp& ramp, double t) {
   return line;
 }
 
-}  // namespace
-
 TimedTerms::TimedTerms(std::size_t terms, std::size_t factors) {
   factors_.reserve(factors + 1);
   sines_.reserve(factors);
@@ -43,7 +33,7 @@ TimedTerms::TimedTerms(std::size_t terms, std::size_t factors) {
 // ---- What acts ---------------------------------------------------------------------------------
 
 void TimedTerms::enter(double t) {
-  until_ = longestStep_ = never;
+  until_ = longestStep_ = std::numeric_limits<double>::infinity();
   reach_ = 0;
   factors_.assign(1, 1.0);
   sines_.clear();
@@ -51,16 +41,6 @@ void TimedTerms::enter(double t) {
   jointTerms_.clear();
   bodyTerms_.clear();
   list(t);
-}
-
-bool TimedTerms::acts(const Window& window, double t) {
-  if (window.start > t) {
-    endBy(window.start);
-    return false;
-  }
-  if (window.stop <= t) return false;
-  endBy(window.stop);
-  return true;
 }
 
 int TimedTerms::factorOf(const TimeLaw& law, double t) {
@@ -72,43 +52,21 @@ int TimedTerms::factorOf(const TimeLaw& law, double t) {
     longestStep_ = std::min(longestStep_, 0.25 / std::abs(sine->frequency));
   } else {
     const Line line = lineAt(std::get<Ramp>(law), t);
-    lines_.push_back({line.t0, line.value, line.slope, next});
+    lines_.push_back({line, next});
     endBy(line.end);
   }
   return next;
 }
 
-void TimedTerms::addJointTerm(int joint, double torque, int factor) {
-  jointTerms_.push_back({joint, torque, factor});
-}
-
-void TimedTerms::addBodyTerm(int body, Vec2d force, Vec2d point, double moment, int factor) {
-  bodyTerms_.push_back({body, force, point, moment, factor});
-  if (!(force == Vec2d{})) reach_ = std::max(reach_, body + 1);
-}
-
-void TimedTerms::endBy(double t) {
-  until_ = std::min(until_, t);
-}
-
 // ---- Moments and forces --------------------------------------------------------------------------
 
-void TimedTerms::evaluateFactors(double t) {
-  factors_[0] = 1;
-  for (const SineFactor& sine : sines_) {
-    factors_[index(sine.factor)] = std::sin(sine.pulsation * t + sine.phase);
+void TimedTerms::evaluate(double t, bool rates) {
+  factors_[0] = rates ? 0 : 1;
+  for (const auto& [pulsation, phase, factor] : sines_) {
+    const double angle = pulsation * t + phase;
+    factors_[index(factor)] = rates ? pulsation * std::cos(angle) : std::sin(angle);
   }
-  for (const LineFactor& line : lines_) {
-    factors_[index(line.factor)] = line.value + line.slope * (t - line.t0);
-  }
-}
-
-void TimedTerms::evaluateRates(double t) {
-  factors_[0] = 0;
-  for (const SineFactor& sine : sines_) {
-    factors_[index(sine.factor)] = sine.pulsation * std::cos(sine.pulsation * t + sine.phase);
-  }
-  for (const LineFactor& line : lines_) factors_[index(line.factor)] = line.slope;
+  for (const auto& [line, factor] : lines_) factors_[index(factor)] = rates ? line.slope : line.at(t);
 }
 
 /// Returns the power, W.
@@ -136,31 +94,31 @@ double TimedTerms::applyFactors(const ChainState& at, const Actions& to) const {
 }
 
 Powers TimedTerms::apply(const ChainState& at, const Actions& to) {
-  evaluateFactors(at.t);
+  evaluate(at.t);
   return {applyFactors(at, to), 0};
 }
 
 Powers TimedTerms::applyRates(const ChainState& at, const Actions& to) {
-  evaluateRates(at.t);
+  evaluate(at.t, true);
   return {applyFactors(at, to), 0};
 }
 
 void TimedTerms::addTorques(const ChainState& at, double* tau) {
-  evaluateFactors(at.t);
+  evaluate(at.t);
   for (const JointTerm& term : jointTerms_) tau[term.joint] += times(term.factor, term.torque);
 }
 
 // ---- Derivatives -----------------------------------------------------------------------------------
 
 void TimedTerms::addForceStiffness(const ChainState& at, double* XF) {
-  evaluateFactors(at.t);
+  evaluate(at.t);
   for (const BodyTerm& term : bodyTerms_) {
     XF[term.body] += times(term.factor, dot(at.e[term.body] * term.point, term.force));
   }
 }
 
 Powers TimedTerms::powersAlong(const ChainState& at, const StateChange& along) {
-  evaluateFactors(at.t);
+  evaluate(at.t);
   double change = 0;
   for (const JointTerm& term : jointTerms_) {
     change += times(term.factor, term.torque) * relative(along.v, term.joint);
@@ -189,9 +147,9 @@ void TimedTerms::addOrder(int k, const Series& known, const Actions& to) {
 
   // Order k of the factors.
   if (k == 1) {
-    evaluateFactors(known.t);
+    evaluate(known.t);
     std::copy(factors_.begin(), factors_.end(), factorSeries_.begin());
-    evaluateRates(known.t);
+    evaluate(known.t, true);
     std::copy(factors_.begin(), factors_.end(), &coefficient(1, 0));
   } else {
     for (std::size_t i = 0; i < factors_.size(); ++i) coefficient(k, static_cast<int>(i)) = 0;

@@ -11,6 +11,7 @@
 /// enter(t) makes that list for [t, until()). The integrator lands on until() and enters again, so no stage
 /// asks whether a load is on, and every impulse ∫F dt is exact.
 
+#include <algorithm>
 #include <limits>
 #include <vector>
 
@@ -19,11 +20,14 @@
 
 namespace planar_chain {
 
-/// In force in [start, stop).
-struct Window {
-  double start = 0;
-  double stop = -std::numeric_limits<double>::infinity();
+/// The straight piece of a ramp to the right of t: flat before the first corner and after the last one.
+struct Line {
+  double t0 = 0, value = 0, slope = 0;
+  double end = std::numeric_limits<double>::infinity();
+
+  double at(double t) const { return value + slope * (t - t0); }
 };
+Line lineAt(const Ramp& ramp, double t);
 
 class TimedTerms : public Effect {
  public:
@@ -51,16 +55,23 @@ class TimedTerms : public Effect {
   /// Room for so many terms, and factors that change with time. Allocates.
   TimedTerms(std::size_t terms, std::size_t factors);
 
-  /// Lists what acts from t on, by the functions below.
+  /// Lists what acts from t on, by addWithin().
   virtual void list(double t) = 0;
-  /// True if t is in the window. until() is its next end.
-  bool acts(const Window& window, double t);
-  /// The number of a factor with this law, from t on.
-  int factorOf(const TimeLaw& law, double t);
-  void addJointTerm(int joint, double torque, int factor = 0);
-  void addBodyTerm(int body, Vec2d force, Vec2d point, double moment, int factor = 0);
+  /// Adds what a Load or Command does, times a factor with this law, if start ≤ t < stop. until() is at most
+  /// the start or stop that comes next.
+  template <class What>
+  void addWithin(const What& what, const TimeLaw& law, double t) {
+    if (what.start > t) return endBy(what.start);
+    if (what.stop <= t) return;
+    endBy(what.stop);
+    const int factor = factorOf(law, t);
+    if (what.joint != Load::none) jointTerms_.push_back({what.joint, what.torque, factor});
+    if (what.link == Load::none) return;
+    bodyTerms_.push_back({what.link, what.force, what.point, what.moment, factor});
+    if (!(what.force == Vec2d{})) reach_ = std::max(reach_, what.link + 1);
+  }
   /// Nothing that is listed now holds beyond t.
-  void endBy(double t);
+  void endBy(double t) { until_ = std::min(until_, t); }
 
  private:
   struct SineFactor {
@@ -68,7 +79,7 @@ class TimedTerms : public Effect {
     int factor;
   };
   struct LineFactor {
-    double t0, value, slope;
+    Line line;
     int factor;
   };
   struct JointTerm {
@@ -83,8 +94,10 @@ class TimedTerms : public Effect {
     int factor;
   };
 
-  void evaluateFactors(double t);
-  void evaluateRates(double t);
+  /// The number of a factor with this law, from t on.
+  int factorOf(const TimeLaw& law, double t);
+  /// Sets the factors at t, or their rates.
+  void evaluate(double t, bool rates = false);
   double applyFactors(const ChainState& at, const Actions& to) const;
   double times(int factor, double value) const { return factors_[static_cast<std::size_t>(factor)] * value; }
 

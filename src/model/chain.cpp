@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "model/require.h"
+#include "model/number_rule.h"
 
 namespace planar_chain {
 
@@ -32,8 +32,8 @@ void requireMoment(std::vector<Fault>& faults, const char* path, const Link& lin
 
 std::vector<Fault> faultsOf(const Link& link) {
   std::vector<Fault> faults;
-  requireNumber(faults, "mass", link.mass, link.mass > 0, " > 0 kg");
-  requireNumber(faults, "inertia", link.inertia, link.inertia >= 0, " >= 0 kg m²");
+  NumberRule::above(0, "kg").check(faults, "mass", link.mass);
+  NumberRule::from(0, "kg m²").check(faults, "inertia", link.inertia);
   requireFinite(faults, "com", link.com, "m");
   requireFinite(faults, "pin", link.pin, "m");
   if (!faults.empty()) return faults;

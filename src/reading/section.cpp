@@ -13,7 +13,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double noNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t longestName = 64;
 
-double unjudgedNumber(const Value& value) {
+double uncheckedNumber(const Value& value) {
   const std::optional<double> number = numberIn(value);
   if (!number) return noNumber;
   return std::isfinite(*number) ? *number : infinity;
@@ -31,16 +31,6 @@ bool isLetter(char c) {
 }
 
 }  // namespace
-
-NumberRule NumberRule::any(const std::string& unit) {
-  return {"in " + unit, -infinity, infinity, false};
-}
-NumberRule NumberRule::above(double low, const std::string& unit) {
-  return {"> " + toText(low) + " " + unit, low, infinity, false};
-}
-NumberRule NumberRule::from(double low, const std::string& unit) {
-  return {">= " + toText(low) + " " + unit, low, infinity, true};
-}
 
 const char* const nameInWords = "a name (a letter, then letters, digits and underscores, at most 64)";
 
@@ -68,7 +58,7 @@ Section::Section(const Value* value, std::string path, const std::vector<const c
   for (const auto& entry : *map_) {
     const std::string& key = entry.first;
     if (std::find(known.begin(), known.end(), key) == known.end()) {
-      faults.push_back({pathOf(key), "one of the keys " + names, quoted(key)});
+      fault(key, "one of the keys " + names, quoted(key));
     }
   }
 }
@@ -83,20 +73,20 @@ std::string Section::pathOf(const std::string& key) const {
 }
 
 void Section::fault(const std::string& key, const std::string& expected) const {
-  faults_->push_back({pathOf(key), expected, found(find(key))});
+  fault(key, expected, found(find(key)));
 }
 
-double Section::unjudged(const std::string& key, double absent) const {
+double Section::unchecked(const std::string& key, double absent) const {
   const Value* value = find(key);
-  return value ? unjudgedNumber(*value) : absent;
+  return value ? uncheckedNumber(*value) : absent;
 }
 
-Vec2d Section::unjudged(const std::string& key, Vec2d absent) const {
+Vec2d Section::unchecked(const std::string& key, Vec2d absent) const {
   const Value* value = find(key);
   if (!value) return absent;
   const Value::List* list = value->list();
   if (!list || list->size() != 2) return {noNumber, noNumber};
-  return {unjudgedNumber((*list)[0]), unjudgedNumber((*list)[1])};
+  return {uncheckedNumber((*list)[0]), uncheckedNumber((*list)[1])};
 }
 
 /// Sets the target to the value found. Without one, records a fault if the key is there.
@@ -112,14 +102,12 @@ bool Section::accept(const std::string& key, std::optional<T> found, const std::
 }
 
 bool Section::take(const std::string& key, const NumberRule& rule, double& target) const {
-  std::optional<double> number = unjudged(key, noNumber);
-  const char* const kind = std::isinf(*number) ? "a finite number " : "a number ";
-  if (!std::isfinite(*number) || !rule.holds(*number)) number.reset();
-  return accept(key, number, kind + rule.which, target);
+  const double number = unchecked(key, noNumber);
+  return accept(key, rule.holds(number) ? std::optional(number) : std::nullopt, rule.inWords(number), target);
 }
 
 bool Section::take(const std::string& key, const char* unit, Vec2d& target) const {
-  std::optional<Vec2d> pair = unjudged(key, Vec2d{noNumber, noNumber});
+  std::optional<Vec2d> pair = unchecked(key, Vec2d{noNumber, noNumber});
   if (!isFinite(*pair)) pair.reset();
   return accept(key, pair, std::string("two finite numbers [x, y], in ") + unit, target);
 }
@@ -137,16 +125,12 @@ bool Section::takeText(const std::string& key, const std::function<bool(const st
   return accept(key, text && isAllowed(*text) ? std::optional(*text) : std::nullopt, expected, target);
 }
 
-bool Section::takeName(const std::string& key, std::string& target) const {
-  return takeText(key, isName, nameInWords, target);
-}
-
 bool Section::takeNumbers(const std::string& key, const char* unit, std::vector<double>& target) const {
   const Value* value = find(key);
   std::optional<std::vector<double>> numbers;
   if (value && value->list() && value->list()->size() >= 2) {
     numbers.emplace();
-    for (const Value& entry : *value->list()) numbers->push_back(unjudgedNumber(entry));
+    for (const Value& entry : *value->list()) numbers->push_back(uncheckedNumber(entry));
     const auto isSound = [](double number) { return std::isfinite(number); };
     if (!std::all_of(numbers->begin(), numbers->end(), isSound)) numbers.reset();
   }

@@ -7,25 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "model/number_rule.h"
 #include "planar_chain/fault.h"
 #include "planar_chain/planar.h"
 #include "planar_chain/value.h"
 
 namespace planar_chain {
-
-/// A range of finite numbers, in words and as bounds.
-struct NumberRule {
-  std::string which;  ///< such as "> 0 s"; follows "a number "
-  double low;
-  double high;
-  bool isLowIn;
-
-  bool holds(double x) const { return (x > low || (isLowIn && x == low)) && x <= high; }
-
-  static NumberRule any(const std::string& unit);
-  static NumberRule above(double low, const std::string& unit);
-  static NumberRule from(double low, const std::string& unit);
-};
 
 /// A letter of ASCII, a digit or _.
 bool isWordCharacter(char c);
@@ -50,18 +37,26 @@ class Section {
   Section(const Value* value, std::string path, const std::vector<const char*>& known,
           std::vector<Fault>& faults);
 
+  /// The map below a key, with faults to the same list.
+  Section section(const std::string& key, const std::vector<const char*>& known = {}) const {
+    return {find(key), pathOf(key), known, *faults_};
+  }
+
   const Value::Map& entries() const { return *map_; }
   const Value* find(const std::string& key) const;
   bool has(const std::string& key) const { return find(key) != nullptr; }
   /// Full path of a key. "joint/name" is a key of a map of this one.
   std::string pathOf(const std::string& key) const;
-  /// Records a fault: the key holds something other than `expected`.
+  /// Records a fault: the key holds something other than `expected`, by default its value.
   void fault(const std::string& key, const std::string& expected) const;
+  void fault(const std::string& key, const std::string& expected, const std::string& found) const {
+    faults_->push_back({pathOf(key), expected, found});
+  }
 
-  // Numbers whose range the caller checks (faultsOf). A value that is not a number gives NaN, a number that
-  // is not finite gives ∞, an absent key gives `absent`.
-  double unjudged(const std::string& key, double absent) const;
-  Vec2d unjudged(const std::string& key, Vec2d absent) const;
+  // Numbers that the caller checks. A value that is not a number gives NaN, one that is not finite gives ∞,
+  // an absent key gives `absent`.
+  double unchecked(const std::string& key, double absent) const;
+  Vec2d unchecked(const std::string& key, Vec2d absent) const;
 
   // Values that are checked here. A faulty or absent value leaves `target` as it is.
   /// @returns true if the target was set
@@ -70,7 +65,6 @@ class Section {
   bool take(const std::string& key, bool& target) const;
   bool takeText(const std::string& key, const std::function<bool(const std::string&)>& isAllowed,
                 const std::string& expected, std::string& target) const;
-  bool takeName(const std::string& key, std::string& target) const;
   bool takeNumbers(const std::string& key, const char* unit, std::vector<double>& target) const;
 
  private:

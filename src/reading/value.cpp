@@ -28,54 +28,28 @@ bool isOneOf(const std::string& text, const char* const (&words)[n]) {
   return std::find(std::begin(words), std::end(words), text) != std::end(words);
 }
 
-/// [+-]? (digits (. digits?)? | . digits) ([eE] [+-]? digits)?, without leading zeros in a whole number
-bool isDecimal(const std::string& text) {
-  std::size_t i = 0;
-  const auto sign = [&] {
-    if (i < text.size() && (text[i] == '+' || text[i] == '-')) ++i;
-  };
-  const auto digits = [&] {
-    const std::size_t first = i;
-    while (i < text.size() && isDigit(text[i])) ++i;
-    return i - first;
-  };
-
-  sign();
-  const std::size_t begin = i;
-  const std::size_t whole = digits();
-  if (i < text.size() && text[i] == '.') {
-    ++i;
-    if (whole + digits() == 0) return false;
-  } else if (whole == 0 || (whole > 1 && text[begin] == '0')) {
-    return false;
-  }
-  if (i < text.size() && (text[i] == 'e' || text[i] == 'E')) {
-    ++i;
-    sign();
-    if (digits() == 0) return false;
-  }
-  return i == text.size();
-}
-
 }  // namespace
 
 // ---- Numbers in text -------------------------------------------------------------------------
 
 std::optional<double> numberIn(const std::string& text) {
-  const bool isSigned = !text.empty() && (text[0] == '+' || text[0] == '-');
-  const std::string bare = text.substr(isSigned ? 1 : 0);
+  const double sign = text[0] == '-' ? -1 : 1, infinity = std::numeric_limits<double>::infinity();
+  const std::string bare = text.substr(text[0] == '-' || text[0] == '+' ? 1 : 0);
   if (isOneOf(bare, {".nan", ".NaN", ".NAN", "nan", "NaN", "NAN"})) {
     return std::numeric_limits<double>::quiet_NaN();
   }
-  const double infinity = std::numeric_limits<double>::infinity();
-  const double sign = text[0] == '-' ? -1 : 1;
   if (isOneOf(bare, {".inf", ".Inf", ".INF", "inf", "Inf", "INF"})) return sign * infinity;
-  if (!isDecimal(text)) return std::nullopt;
 
+  // A stream reads the rest, except whole numbers with leading zeros. It fails where it finds no number,
+  // which it then sets to 0, and where the number is too large.
+  const bool isWhole = bare.find('.') == std::string::npos;
+  if (bare.find_first_not_of("0123456789.eE+-") != std::string::npos) return std::nullopt;
+  if (isWhole && bare[0] == '0' && isDigit(bare[1])) return std::nullopt;
   std::istringstream in(text);
   in.imbue(std::locale::classic());
   double number = 0;
   in >> number;
+  if (!in.eof() || (in.fail() && number == 0)) return std::nullopt;
   return in.fail() ? sign * infinity : number;
 }
 
@@ -170,7 +144,7 @@ std::string placeOf(const YAML::Mark& mark) {
 /// True for a whole number in PyYAML's grammar but not in the decimal one: 010, 0x1F, 0b1, 1_000, 1:30.
 bool isOddNumber(const std::string& text) {
   const std::string bare = text.substr(text[0] == '+' || text[0] == '-' ? 1 : 0);
-  if (bare.empty() || !isDigit(bare[0]) || isDecimal(text)) return false;
+  if (!isDigit(bare[0]) || numberIn(text)) return false;
   if (bare.compare(0, 2, "0x") == 0 || bare.compare(0, 2, "0b") == 0) {
     return bare.find_first_not_of("0123456789abcdefABCDEF_", 2) == std::string::npos;
   }

@@ -294,17 +294,19 @@ void printScaling(const std::vector<Contestant>& contestants, const std::vector<
 }
 
 int runStudy(const char* program, int argc, char** argv, const Studies& studies) {
-  return run(program, [&] {
-    CLI::App app("Measures for `report`; prints CSV, or JSON about itself.", program);
-    Request request;
-    std::vector<std::string> names;
-    for (const auto& [name, study] : studies) names.push_back(name);
-    app.add_option("WHAT", request.what)->required()->check(CLI::IsMember(names));
-    app.add_option("SCENE", request.scene, "For WHAT = race");
-    app.add_option("--data", request.folder, "Folder with report/ and config/scenes")->required();
-    app.add_flag("--quick", request.quick, "Fewer and shorter runs");
-    if (const auto status = parseArguments(app, argc, argv)) return *status;
-    studies.at(request.what)(request);
+  Options options =
+      optionsOf(program, "Measures for `report`; prints CSV, or JSON about itself.",
+                "WHAT [SCENE]\nSCENE: for WHAT = race", "0 done; 1 it failed; 2 bad arguments.");
+  auto add = options.add_options();
+  add("data", valued(), "Folder with report/ and config/scenes");
+  add("quick", "Fewer and shorter runs");
+  return run(options, {"WHAT", "SCENE"}, argc, argv, [&](const Arguments& given) {
+    const Request request{given.text("WHAT").value_or(""), given.text("SCENE").value_or(""),
+                          given.text("data").value_or(""), given.has("quick")};
+    const auto study = studies.find(request.what);
+    if (study == studies.end()) throw Refused({{"WHAT", "the name of a study", quoted(request.what)}});
+    if (request.folder.empty()) throw Refused({{"--data", "a folder", "nothing"}});
+    study->second(request);
     return static_cast<int>(done);
   });
 }

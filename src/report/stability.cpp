@@ -268,14 +268,9 @@ std::string automatic(Scene scene, bool quick) {
          text(simulation.time() / static_cast<double>(steps));
 }
 
-int stability(int argc, char** argv) {
-  CLI::App app("Measures how far each method goes with equal steps; prints CSV.", "stability");
-  std::optional<std::string> path;
-  bool quick = false;
-  app.add_option("--csv", path, "File to write in place of standard output");
-  app.add_flag("--quick", quick, "Some seconds: fewer and shorter chains");
-  app.footer("Exit status: 0 done; 1 the run failed; 2 bad arguments.");
-  if (const auto status = parseArguments(app, argc, argv)) return *status;
+int stability(const Arguments& given) {
+  const std::optional<std::string> path = given.text("csv");
+  const bool quick = given.has("quick");
   std::ofstream file;
   if (path) {
     std::vector<Fault> faults;
@@ -309,5 +304,11 @@ int stability(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   namespace tools = planar_chain::tools;
-  return tools::run("stability", [&] { return tools::stability(argc, argv); });
+  tools::Options options =
+      tools::optionsOf("stability", "Measures how far each method goes with equal steps; prints CSV.", "",
+                       "0 done; 1 the run failed; 2 bad arguments.");
+  auto add = options.add_options();
+  add("csv", tools::valued(), "File to write in place of standard output");
+  add("quick", "Some seconds: fewer and shorter chains");
+  return tools::run(options, {}, argc, argv, tools::stability);
 }

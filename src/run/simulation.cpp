@@ -172,15 +172,20 @@ struct Simulation::Parts {
     return dynamics;
   }
 
-  void requireCommand(int index, bool isFinite) const {
+  /// Gives a command from `start` on: held to the time `last`, or timed, for `last` seconds.
+  bool give(Command command, double start, double last, bool isTimed) {
     require(commands != nullptr, "this simulation was built without room for commands");
-    require(index >= 0 && index < n, "a command must name a joint or link of the chain");
-    require(isFinite, "a command must be finite");
-  }
-  Window held(double start, double until) const;
-  Window timed(double start, double duration) const;
-  bool isTaken(bool taken, Window window) {
-    if (taken && window.start <= state.t) actsOtherwise = true;
+    const int body = std::max(command.joint, command.link);
+    require(body >= 0 && body < n, "a command must name a joint or link of the chain");
+    command.start = start == now ? state.t : start;
+    command.stop = isTimed ? command.start + last : last;
+    require(std::isfinite(command.torque) && isFinite(command.point) && isFinite(command.force) &&
+                std::isfinite(command.moment) && std::isfinite(command.start) &&
+                (isTimed ? std::isfinite(last) : !std::isnan(last)),
+            "a command must be finite");
+    require(command.stop > std::max(command.start, state.t), "a command must last");
+    const bool taken = isTimed ? commands->add(command, state.t) : commands->hold(command, state.t);
+    if (taken && command.start <= state.t) actsOtherwise = true;
     return taken;
   }
 
@@ -346,49 +351,20 @@ void Simulation::linkMotions(LinkMotion* motions) {
   parts_->turns.addTo(motions);
 }
 
-namespace {
-
-/// The window of a command given at `now`.
-Window windowFrom(double start, double stop, double now) {
-  require(std::isfinite(start) && !std::isnan(stop), "a command must be finite");
-  require(stop > std::max(start, now), "a command must last");
-  return {start, stop};
-}
-
-}  // namespace
-
-Window Simulation::Parts::held(double start, double until) const {
-  return windowFrom(start == now ? state.t : start, until, state.t);
-}
-
-Window Simulation::Parts::timed(double start, double duration) const {
-  require(std::isfinite(duration), "a command must be finite");
-  const double from = start == now ? state.t : start;
-  return windowFrom(from, from + duration, state.t);
-}
-
 bool Simulation::holdTorque(int joint, double torque, double until, double start) {
-  parts_->requireCommand(joint, std::isfinite(torque));
-  const Window window = parts_->held(start, until);
-  return parts_->isTaken(parts_->commands->hold({joint, torque, window}, time()), window);
+  return parts_->give({Load::none, {}, {}, 0, joint, torque}, start, until, false);
 }
 
 bool Simulation::holdForce(int link, Vec2d point, Vec2d force, double moment, double until, double start) {
-  parts_->requireCommand(link, isFinite(point) && isFinite(force) && std::isfinite(moment));
-  const Window window = parts_->held(start, until);
-  return parts_->isTaken(parts_->commands->hold({link, point, force, moment, window}, time()), window);
+  return parts_->give({link, force, point, moment}, start, until, false);
 }
 
 bool Simulation::addTorque(int joint, double torque, double duration, double start) {
-  parts_->requireCommand(joint, std::isfinite(torque));
-  const Window window = parts_->timed(start, duration);
-  return parts_->isTaken(parts_->commands->add({joint, torque, window}, time()), window);
+  return parts_->give({Load::none, {}, {}, 0, joint, torque}, start, duration, true);
 }
 
 bool Simulation::addForce(int link, Vec2d point, Vec2d force, double moment, double duration, double start) {
-  parts_->requireCommand(link, isFinite(point) && isFinite(force) && std::isfinite(moment));
-  const Window window = parts_->timed(start, duration);
-  return parts_->isTaken(parts_->commands->add({link, point, force, moment, window}, time()), window);
+  return parts_->give({link, force, point, moment}, start, duration, true);
 }
 
 void Simulation::clearCommands() {

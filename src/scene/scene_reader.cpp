@@ -32,71 +32,89 @@ struct Entry {
   double qd = 0;
   int repeat = 1;
   bool namesAreSound = true;
-  bool valuesAreSound = true;
 };
 
-/// The keys of a joint. Beside a URDF only those that URDF cannot express.
-std::vector<const char*> jointKeys(bool besideUrdf) {
-  std::vector<const char*> keys;
-  if (!besideUrdf) keys.push_back("name");
+/// Stands for a body with faults, so that the names and the other links can still be checked.
+Link disc(const std::string& name) {
+  return {name, 1, 1, {0, 0}, {1, 0}};
+}
+
+/// The joint with some stiffness of its stop, if it has a limit.
+Joint withStop(Joint joint) {
+  if (joint.isLimited()) joint.stopStiffness = 1;
+  return joint;
+}
+
+/// Reads and checks the values of the effects in a joint. A joint with faults keeps none. A stop without a
+/// stiffness keeps 0: setDefaultStops() gives it one.
+void takeEffects(const Section& in, Joint& joint) {
+  std::set<std::string> refused;
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
-      if (!besideUrdf || !key.isInUrdf) keys.push_back(key.name);
+      if (!in.has(key.name)) continue;
+      const double value = in.unchecked(key.name, missing);
+      if (!std::isfinite(value)) {
+        in.fault(key.name, key.range.inWords(value));
+        refused.insert(key.name);
+      } else if (key.member) {
+        joint.*key.member = value;
+      } else {
+        joint.others.emplace_back(key.name, value);
+      }
     }
   }
-  return keys;
-}
-
-/// Reads and checks the values of the effects in a joint.
-/// @returns true if the joint has no fault
-bool takeEffects(const Section& in, Joint& joint) {
-  for (const EffectKind* kind : effectKinds()) kind->takeJoint(in, joint);
-  const std::vector<Fault> faults = faultsOf(joint);
-  for (const Fault& fault : faults) {
-    in.fault(fault.path.substr(fault.path.find('/') + 1), fault.expected);
+  for (const Fault& fault : faultsOf(in.has("stop_stiffness") ? joint : withStop(joint))) {
+    const std::string key = fault.path.substr(fault.path.find('/') + 1);
+    if (refused.insert(key).second) in.fault(key, fault.expected);
   }
-  return faults.empty();
+  if (!refused.empty()) joint = {joint.name};
 }
 
-void takeInitial(const Section& link, const Joint& joint, std::vector<Fault>& faults, double& q, double& qd) {
-  const Section initial(link.find("initial"), link.pathOf("initial"), {"angle", "velocity"}, faults);
-  const double most = largestAngle(joint);
-  const std::string range = storesEnergy(joint) ? "from -1e6 to 1e6 rad (the joint has a spring or a limit)"
-                                                : "from -5e16 to 5e16 rad (2^53 turns)";
-  initial.take("angle", {range, -most, most, true}, q);
-  initial.take("velocity", NumberRule::any("rad/s"), qd);
+/// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
+void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
+  std::vector<const char*> keys;
+  if (!isInUrdf) keys.push_back("name");
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) {
+      if (!isInUrdf || !key.isInUrdf) keys.push_back(key.name);
+    }
+  }
+  const Section joint = in.section("joint", keys);
+  if (joint.has("name") && !isInUrdf) {
+    entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
+  }
+  takeEffects(joint, entry.joint);
+
+  const Section initial = in.section("initial", {"angle", "velocity"});
+  const Joint complete = withStop(entry.joint);
+  if (initial.take("angle", NumberRule::any("rad"), entry.q) && std::abs(entry.q) > largestAngle(complete)) {
+    initial.fault("angle", storesEnergy(complete)
+                               ? "a number from -1e6 to 1e6 rad (the joint has a spring or a limit)"
+                               : "a number from -5e16 to 5e16 rad (2^53 turns)");
+  }
+  initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
 }
 
-Entry readEntry(const std::string& name, const Value& value, const std::string& path,
-                std::vector<Fault>& faults) {
+Entry readEntry(const Section& links, const std::string& name) {
   // The name.
-  Entry entry;
-  entry.link.name = name;
-  const Section in(&value, path, {"mass", "inertia", "com", "pin", "repeat", "joint", "initial"}, faults);
+  Entry entry{disc(name), {}};
+  const Section in = links.section(name, {"mass", "inertia", "com", "pin", "repeat", "joint", "initial"});
   if (!isName(name)) {
-    faults.push_back({path, nameInWords, quoted(name)});
+    links.fault(name, nameInWords, quoted(name));
     entry.namesAreSound = false;
   }
-  if (!value.map()) {
-    entry.valuesAreSound = false;
-    return entry;
-  }
+  if (!links.find(name)->map()) return entry;
 
   // The body.
-  entry.link = {name, in.unjudged("mass", missing), in.unjudged("inertia", missing),
-                in.unjudged("com", Vec2d{missing, missing}), in.unjudged("pin", Vec2d{missing, missing})};
-  for (const Fault& fault : faultsOf(entry.link)) {
-    in.fault(fault.path, fault.expected);
-    entry.valuesAreSound = false;
-  }
+  const Vec2d nowhere{missing, missing};
+  const Link link{name, in.unchecked("mass", missing), in.unchecked("inertia", missing),
+                  in.unchecked("com", nowhere), in.unchecked("pin", nowhere)};
+  const std::vector<Fault> ofLink = faultsOf(link);
+  for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
+  if (ofLink.empty()) entry.link = link;
 
-  // The joint.
-  const Section joint(in.find("joint"), in.pathOf("joint"), jointKeys(false), faults);
-  if (joint.has("name")) entry.namesAreSound &= joint.takeName("name", entry.joint.name);
-  entry.valuesAreSound &= takeEffects(joint, entry.joint);
-
-  // The number of links, and their initial state.
-  const double repeat = in.unjudged("repeat", 1.0);
+  // The number of links.
+  const double repeat = in.unchecked("repeat", 1.0);
   if (repeat >= 1 && repeat <= mostLinks && repeat == std::floor(repeat)) {
     entry.repeat = static_cast<int>(repeat);
   } else {
@@ -104,14 +122,8 @@ Entry readEntry(const std::string& name, const Value& value, const std::string& 
     entry.namesAreSound = false;
   }
 
-  takeInitial(in, entry.joint, faults, entry.q, entry.qd);
+  takeMotion(in, false, entry);
   return entry;
-}
-
-/// Replaces an entry with faults by a plain disc, so that the names and the other links can still be checked.
-void makePlain(Entry& entry) {
-  entry.link = {entry.link.name, 1, 1, {0, 0}, {1, 0}};
-  entry.joint = {entry.joint.name};
 }
 
 // ---- chain -----------------------------------------------------------------------------------
@@ -149,19 +161,16 @@ void append(const Entry& entry, Expanded& to) {
 
 /// The links from `chain` and `links`.
 /// @returns nothing if there is a fault in the order or in the names
-std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults) {
+std::optional<Expanded> readLinks(const Section& top) {
   // All entries, whether listed in `chain` or not.
-  const Section links(top.find("links"), "links", {}, faults);
+  const Section links = top.section("links");
   if (links.entries().empty() && (!top.has("links") || top.find("links")->map())) {
     top.fault("links", "a map with at least one link");
   }
   std::map<std::string, Entry> entries;
   bool isCertain = true;
   for (const auto& [name, value] : links.entries()) {
-    Entry entry = readEntry(name, value, links.pathOf(name), faults);
-    isCertain &= entry.namesAreSound;
-    if (!entry.valuesAreSound) makePlain(entry);
-    entries.emplace(name, std::move(entry));
+    isCertain &= entries.emplace(name, readEntry(links, name)).first->second.namesAreSound;
   }
 
   // The order: each name of `chain` once, and every entry.
@@ -181,7 +190,7 @@ std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults
                         : !listed.insert(entry->first).second ? "each link only once"
                                                               : nullptr;
     if (fault) {
-      faults.push_back({"chain/" + std::to_string(i), fault, describe(name)});
+      top.fault("chain/" + std::to_string(i), fault, describe(name));
       isCertain = false;
     } else {
       inOrder.push_back(&entry->second);
@@ -190,12 +199,12 @@ std::optional<Expanded> readLinks(const Section& top, std::vector<Fault>& faults
   }
   for (const auto& entry : entries) {
     if (listed.count(entry.first) == 0) {
-      faults.push_back({links.pathOf(entry.first), "a link listed in chain", quoted(entry.first)});
+      links.fault(entry.first, "a link listed in chain", quoted(entry.first));
     }
   }
   if (total > mostLinks) {
-    faults.push_back({"chain", "at most " + std::to_string(mostLinks) + " links, with repeated ones counted",
-                      std::to_string(total)});
+    top.fault("chain", "at most " + std::to_string(mostLinks) + " links, with repeated ones counted",
+              std::to_string(total));
     isCertain = false;
   }
 
@@ -216,32 +225,48 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
     top.fault("robot_description", "the text of a URDF");
     return std::nullopt;
   }
-  PlanarRobot robot;
+  std::optional<PlanarRobot> robot;
   try {
-    robot = readUrdf(*text);
+    robot = findRobot(*text, faults);
   } catch (const Refused& refused) {
     faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
-    return std::nullopt;
   }
+  if (!robot) return std::nullopt;
 
   // Springs, stops and initial state from `links`.
   Expanded expanded;
-  expanded.gravity = robot.gravity;
-  const Section links(top.find("links"), "links", {}, faults);
-  for (std::size_t i = 0; i < robot.links.size(); ++i) {
-    const std::string name = robot.links[i].name;
-    const Section in(links.find(name), links.pathOf(name), {"joint", "initial"}, faults);
-    const Section ofJoint(in.find("joint"), in.pathOf("joint"), jointKeys(true), faults);
-    Entry entry{std::move(robot.links[i]), std::move(robot.joints[i])};
-    if (!takeEffects(ofJoint, entry.joint)) entry.joint = {entry.joint.name};
-    takeInitial(in, entry.joint, faults, entry.q, entry.qd);
+  expanded.gravity = robot->gravity;
+  const Section links = top.section("links");
+  for (std::size_t i = 0; i < robot->links.size(); ++i) {
+    const std::string name = robot->links[i].name;
+    Entry entry{std::move(robot->links[i]), std::move(robot->joints[i])};
+    takeMotion(links.section(name, {"joint", "initial"}), true, entry);
     append(entry, expanded);
   }
   for (const auto& entry : links.entries()) {
     if (expanded.names.links.count(entry.first) != 0) continue;
-    faults.push_back({links.pathOf(entry.first), "a moving link of robot_description", quoted(entry.first)});
+    links.fault(entry.first, "a moving link of robot_description", quoted(entry.first));
   }
   return expanded;
+}
+
+/// Gives each stop without a stiffness k = J / τ², so that a joint goes at most q̇ τ into it. J is the moment
+/// of inertia about the joint of all links from there outwards, stretched. With M = Σ m and S = Σ m ρ of the
+/// links outwards, at the distances ρ from their inner pin, a pin p further in:
+///
+///     J ← J + 2 |p| S + |p|² M        S ← S + |p| M
+void setDefaultStops(const std::vector<Link>& links, std::vector<Joint>& joints) {
+  constexpr double tau = 0.005;  // s
+  double M = 0, S = 0, J = 0;
+  for (std::size_t i = links.size(); i-- > 0;) {
+    const Link& link = links[i];
+    const double p = length(link.pin), r = length(link.com);
+    J += 2 * p * S + p * p * M + link.mass * r * r + link.inertia;
+    S += p * M + link.mass * r;
+    M += link.mass;
+    Joint& joint = joints[i];
+    if (joint.isLimited() && joint.stopStiffness == 0) joint.stopStiffness = J / (tau * tau);
+  }
 }
 
 /// Makes the chain. Its faults are reported at the keys of the scene, those of repeated links only once.
@@ -275,15 +300,14 @@ void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<F
 
 // ---- integrator, publish ---------------------------------------------------------------------
 
-IntegratorSettings readIntegrator(const Value* value, std::vector<Fault>& faults) {
+IntegratorSettings readIntegrator(const Section& in) {
   IntegratorSettings settings;
-  const Section in(value, "integrator", {"method", "tolerance", "step"}, faults);
   const std::vector<std::string>& methods = ode::methodNames();
   const auto isMethod = [&](const std::string& name) {
     return std::find(methods.begin(), methods.end(), name) != methods.end();
   };
   in.takeText("method", isMethod, "one of " + inCommas(methods), settings.method);
-  in.take("tolerance", {"from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
+  in.take("tolerance", {" from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
   in.take("step", NumberRule::above(0, "s"), settings.step);
   return settings;
 }
@@ -296,18 +320,14 @@ void takeFrame(const Section& in, const std::string& key, std::string& target) {
   in.takeText(key, isFrame, "a frame (letters, digits, _ and /; not / first)", target);
 }
 
-PublishSettings readPublish(const Value* value, const ChainNames* names, std::vector<Fault>& faults) {
+PublishSettings readPublish(const Section& in, const ChainNames* names) {
   PublishSettings settings;
-  const Section in(
-      value, "publish",
-      {"rate", "tf_rate", "status_rate", "tf", "link_states", "frame_prefix", "world_frame", "base_frame"},
-      faults);
-
   // Rates.
-  in.take("rate", {"> 0 Hz and at most " + toText(highestRate), 0, highestRate, false}, settings.rate);
+  in.take("rate", {" > 0 Hz and at most " + toText(highestRate), 0, highestRate, false}, settings.rate);
   settings.tfRate = std::min(settings.tfRate, settings.rate);
   settings.statusRate = std::min(settings.statusRate, settings.rate);
-  const NumberRule upToRate{"> 0 Hz and at most the rate, " + toText(settings.rate), 0, settings.rate, false};
+  const NumberRule upToRate{" > 0 Hz and at most the rate, " + toText(settings.rate), 0, settings.rate,
+                            false};
   in.take("tf_rate", upToRate, settings.tfRate);
   in.take("status_rate", upToRate, settings.statusRate);
 
@@ -324,13 +344,13 @@ PublishSettings readPublish(const Value* value, const ChainNames* names, std::ve
   takeFrame(in, "base_frame", settings.baseFrame);
   const auto requireOwn = [&](const char* key, const std::string& frame) {
     if (names && names->links.count(frame) != 0) {
-      faults.push_back({in.pathOf(key), "a frame that is not a link's", quoted(frame)});
+      in.fault(key, "a frame that is not a link's", quoted(frame));
     }
   };
   requireOwn("world_frame", settings.worldFrame);
   requireOwn("base_frame", settings.baseFrame);
   if (settings.worldFrame == settings.baseFrame) {
-    faults.push_back({in.pathOf("base_frame"), "a frame other than world_frame", quoted(settings.baseFrame)});
+    in.fault("base_frame", "a frame other than world_frame", quoted(settings.baseFrame));
   }
   return settings;
 }
@@ -352,24 +372,28 @@ Scene readScene(const Value& value) {
   const Section top(&value, "", keys, faults);
 
   // The chain.
-  std::optional<Expanded> expanded =
-      top.has("robot_description") ? readRobot(top, faults) : readLinks(top, faults);
+  std::optional<Expanded> expanded = top.has("robot_description") ? readRobot(top, faults) : readLinks(top);
   const ChainNames* names = expanded ? &expanded->names : nullptr;
   std::optional<Chain> chain;
   Vec2d gravity = expanded ? expanded->gravity : Vec2d{};
   top.take("gravity", "m/s²", gravity);
+  if (expanded) setDefaultStops(expanded->links, expanded->joints);
   if (expanded) chain = makeChain(*expanded, gravity, faults);
 
   // All other keys.
   std::vector<Load> loads;
-  for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads, faults);
-  const IntegratorSettings integrator = readIntegrator(top.find("integrator"), faults);
-  PublishSettings publish = readPublish(top.find("publish"), names, faults);
+  for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads);
+  const IntegratorSettings integrator =
+      readIntegrator(top.section("integrator", {"method", "tolerance", "step"}));
+  PublishSettings publish =
+      readPublish(top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states",
+                                          "frame_prefix", "world_frame", "base_frame"}),
+                  names);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   std::optional<double> realTimeFactor;
   if (top.has("real_time_factor")) {
-    const std::string range = ">= 0 and <= " + toText(highestFactor);
+    const std::string range = " >= 0 and <= " + toText(highestFactor);
     top.take("real_time_factor",
              {range + " (simulated time per wall time; 0: as fast as possible)", 0, highestFactor, true},
              realTimeFactor.emplace());

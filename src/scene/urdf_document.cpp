@@ -38,6 +38,8 @@ class Element {
       : at_(at), path_(std::move(path)), faults_(&faults) {}
 
   bool isThere() const { return at_ != nullptr; }
+  /// The number of faults in the document so far.
+  std::size_t faults() const { return faults_->size(); }
   const char* attribute(const char* name) const { return at_ ? at_->Attribute(name) : nullptr; }
   /// An attribute as a fault shows it.
   std::string found(const char* name) const { return attribute(name) ? quoted(attribute(name)) : "nothing"; }
@@ -82,7 +84,7 @@ class Element {
     if (!attribute(key) && rule.holds(absent)) return absent;
     const std::vector<double> numbers = finiteNumbers(key);
     if (numbers.size() == 1 && rule.holds(numbers[0])) return numbers[0];
-    fault(key, "a finite number " + rule.which);
+    fault(key, "a finite number" + rule.which);
     return missing;
   }
 
@@ -129,6 +131,7 @@ Pose poseOf(const Element& origin) {
 
 void readInertial(const Element& inertial, UrdfLink& link) {
   if (!inertial.of({"origin", "mass", "inertia"}, {}).isThere()) return;
+  const std::size_t before = inertial.faults();
   // The frame of the tensor, and the mass.
   const Pose pose = poseOf(inertial.only("origin"));
   link.com = pose.shift;
@@ -142,64 +145,70 @@ void readInertial(const Element& inertial, UrdfLink& link) {
   Eigen::Matrix3d own;
   own << xx, xy, xz, xy, yy, yz, xz, yz, zz;
   link.inertia = pose.turn * own * pose.turn.transpose();
+  link.isSound = inertial.faults() == before;
 }
 
 // ---- Joints ----------------------------------------------------------------------------------
 
 using Indices = std::map<std::string, std::size_t>;
 
-std::size_t linkOf(const Element& end, const Indices& links) {
+/// Reads the link at one end of a joint. Returns false if there is none of that name.
+bool takeEnd(const Element& end, const Indices& links, std::size_t& index) {
   const auto link = links.find(end.of({}, {"link"}).name("link"));
-  if (link != links.end()) return link->second;
-  end.fault("link", "the name of a link");
-  return 0;
+  if (link == links.end()) end.fault("link", "the name of a link");
+  if (link != links.end()) index = link->second;
+  return link != links.end();
 }
 
-/// Reads axis, damping and limits of a joint that turns.
-void readMotion(const Element& element, bool isLimited, UrdfJoint& joint) {
-  const Element axis = element.only("axis").of({}, {"xyz"});
+Eigen::Vector3d axisOf(const Element& axis) {
+  axis.of({}, {"xyz"});
   const Eigen::Vector3d given = axis.three("xyz", "", Eigen::Vector3d::UnitX());
   const double size = given.cwiseAbs().maxCoeff();
-  if (size > 0) {
-    joint.axis = (given / size).normalized();
-  } else {
-    axis.fault("xyz", "a direction");
-  }
-
-  const Element dynamics = element.only("dynamics").of({}, {"damping", "friction"});
-  joint.damping = dynamics.number("damping", NumberRule::from(0, "N m s/rad"), 0);
-  if (dynamics.number("friction", NumberRule::any("N m"), 0) != 0) {
-    dynamics.fault("friction", "0 N m (dry friction is not simulated)");
-  }
-
-  const Element limit = element.only("limit").of({}, {"lower", "upper", "effort", "velocity"});
-  if (!isLimited) return;
-  joint.lower = limit.number("lower", NumberRule::any("rad"), 0);
-  joint.upper = limit.number("upper", NumberRule::above(joint.lower, "rad, the lower limit"), 0);
+  if (size > 0) return (given / size).normalized();
+  axis.fault("xyz", "a direction");
+  return Eigen::Vector3d::UnitX();
 }
 
-UrdfJoint readJoint(const Element& element, std::string name, const Indices& links) {
-  UrdfJoint joint;
-  joint.name = std::move(name);
+/// Reads damping and limits of a joint that turns. After a fault they are 0, and [0, 1] rad.
+void readMotion(const Element& element, bool isLimited, UrdfJoint& joint) {
+  const std::size_t before = element.faults();
+  const Element dynamics = element.only("dynamics").of({}, {"damping", "friction"});
+  joint.damping = dynamics.number("damping", NumberRule::from(0, "N m s/rad"), 0);
+  if (std::abs(dynamics.number("friction", NumberRule::any("N m"), 0)) > 0) {
+    dynamics.fault("friction", "0 N m (dry friction is not simulated)");
+  }
+  const Element limit = element.only("limit").of({}, {"lower", "upper", "effort", "velocity"});
+  if (isLimited) {
+    const NumberRule any = NumberRule::any("rad");
+    joint.lower = limit.number("lower", any, 0);
+    const bool hasLower = std::isfinite(joint.lower);
+    joint.upper =
+        limit.number("upper", hasLower ? NumberRule::above(joint.lower, "rad, the lower limit") : any, 0);
+  }
+  if (element.faults() == before) return;
+  joint.damping = joint.lower = 0;
+  joint.upper = 1;
+}
+
+void readJoint(const Element& element, const Indices& links, UrdfJoint& joint, UrdfDocument& document) {
   element.of(
       {"parent", "child", "origin", "axis", "dynamics", "limit", "mimic", "calibration", "safety_controller"},
       {"name", "type"});
-  // The links it connects.
-  joint.parent = linkOf(element.only("parent"), links);
-  joint.child = linkOf(element.only("child"), links);
-  joint.origin = poseOf(element.only("origin"));
+  document.hasStructure &= takeEnd(element.only("parent"), links, joint.parent);
+  document.hasStructure &= takeEnd(element.only("child"), links, joint.child);
 
-  // Its motion.
+  const std::size_t before = element.faults();
   const std::string type = element.attribute("type") ? element.attribute("type") : "";
+  const bool turns = type == "revolute" || type == "continuous";
   joint.moves = type != "fixed";
-  if (type == "revolute" || type == "continuous") {
-    readMotion(element, type == "revolute", joint);
-  } else if (joint.moves) {
-    element.fault("type", "revolute, continuous or fixed");
-  }
+  joint.origin = poseOf(element.only("origin"));
+  if (turns) joint.axis = axisOf(element.only("axis"));
+  if (joint.moves && !turns) element.fault("type", "revolute, continuous or fixed");
+  document.hasPoses &= element.faults() == before;
+
+  if (turns) readMotion(element, type == "revolute", joint);
   const Element mimic = element.only("mimic");
   if (mimic.isThere()) mimic.fault("joint", "a joint that mimics no other");
-  return joint;
 }
 
 // ---- The document ----------------------------------------------------------------------------
@@ -215,24 +224,24 @@ void requireBounds(const std::string& text) {
   if (text.find('\0') != std::string::npos) refuse("XML", "a text with a byte 0");
 }
 
-/// All elements of one kind.
+/// Calls read(element, name) for each element of one kind.
+/// @returns false if a name is missing, or not unique
 /// @throws Refused if there are too many
-std::vector<const tinyxml2::XMLElement*> all(const char* kind, const tinyxml2::XMLElement& robot) {
-  std::vector<const tinyxml2::XMLElement*> elements;
-  for (auto at = robot.FirstChildElement(kind); at; at = at->NextSiblingElement(kind)) elements.push_back(at);
-  if (elements.size() > mostElements) {
-    refuse("at most " + std::to_string(mostElements) + " of " + kind, std::to_string(elements.size()));
+template <class Read>
+bool forAll(const char* kind, const tinyxml2::XMLElement& robot, Indices& taken, std::vector<Fault>& faults,
+            const Read& read) {
+  std::size_t count = 0;
+  for (auto at = robot.FirstChildElement(kind); at; at = at->NextSiblingElement(kind)) ++count;
+  if (count > mostElements) {
+    refuse("at most " + std::to_string(mostElements) + " of " + kind, std::to_string(count));
   }
-  return elements;
-}
-
-/// The name of an element. It must be unique among its kind.
-std::string nameOf(const tinyxml2::XMLElement* at, Indices& taken, std::vector<Fault>& faults) {
-  const std::string line = "line " + std::to_string(at->GetLineNum());
-  const Element element(at, std::string(top) + "/" + at->Name() + "[" + line + "]", faults);
-  const std::string name = element.name("name");
-  if (!name.empty() && !taken.emplace(name, taken.size()).second) element.fault("name", "a unique name");
-  return name;
+  for (auto at = robot.FirstChildElement(kind); at; at = at->NextSiblingElement(kind)) {
+    const Element unnamed(at, urdfPath(kind, "line " + std::to_string(at->GetLineNum())), faults);
+    const std::string name = unnamed.name("name");
+    if (!name.empty() && !taken.emplace(name, taken.size()).second) unnamed.fault("name", "a unique name");
+    read(Element(at, urdfPath(kind, name), faults), name);
+  }
+  return taken.size() == count;
 }
 
 }  // namespace
@@ -241,7 +250,7 @@ std::string urdfPath(const char* kind, const std::string& name) {
   return std::string(top) + "/" + kind + "[" + onOneLine(name) + "]";
 }
 
-UrdfDocument parseUrdf(const std::string& text) {
+UrdfDocument parseUrdf(const std::string& text, std::vector<Fault>& faults) {
   // XML with one element, robot.
   requireBounds(text);
   tinyxml2::XMLDocument xml;
@@ -256,29 +265,26 @@ UrdfDocument parseUrdf(const std::string& text) {
 
   // Its links, then its joints, which refer to them.
   UrdfDocument document;
-  std::vector<Fault> faults;
   Indices links, joints;
-  for (const tinyxml2::XMLElement* at : all("link", *robot)) {
-    UrdfLink link;
-    link.name = nameOf(at, links, faults);
-    const Element element(at, urdfPath("link", link.name), faults);
+  document.hasStructure &= forAll("link", *robot, links, faults, [&](const Element& element, auto& name) {
+    UrdfLink& link = document.links.emplace_back();
+    link.name = name;
     element.of({"inertial", "visual", "collision", "contact"}, {"name"});
     readInertial(element.only("inertial"), link);
-    document.links.push_back(std::move(link));
-  }
-  for (const tinyxml2::XMLElement* at : all("joint", *robot)) {
-    std::string name = nameOf(at, joints, faults);
-    const Element element(at, urdfPath("joint", name), faults);
-    document.joints.push_back(readJoint(element, std::move(name), links));
-  }
+  });
+  document.hasStructure &= forAll("joint", *robot, joints, faults, [&](const Element& element, auto& name) {
+    UrdfJoint& joint = document.joints.emplace_back();
+    joint.name = name;
+    readJoint(element, links, joint, document);
+  });
 
   // A file that xacro has not expanded.
   for (auto at = robot->FirstChildElement(); at; at = at->NextSiblingElement()) {
     if (std::strncmp(at->Name(), "xacro:", 6) != 0) continue;
     faults.push_back(
         {std::string(top) + "/" + onOneLine(at->Name()), "URDF, the output of the program xacro", "xacro"});
+    document.hasStructure = false;
   }
-  if (!faults.empty()) throw Refused(std::move(faults));
   return document;
 }
 

@@ -24,6 +24,8 @@ struct UrdfLink {
   double mass = 0;                                    ///< kg, ≥ 0
   Eigen::Vector3d com = Eigen::Vector3d::Zero();      ///< m, link frame
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< kg m², about com, in the link's axes
+  bool isSound = true;                                ///< no fault in these
+  std::vector<std::size_t> joints;                    ///< indices of the joints whose parent it is
 };
 
 struct UrdfJoint {
@@ -41,13 +43,15 @@ struct UrdfJoint {
 struct UrdfDocument {
   std::vector<UrdfLink> links;
   std::vector<UrdfJoint> joints;
+  bool hasStructure = true;  ///< no fault in the names of links, and in those that joints connect
+  bool hasPoses = true;      ///< no fault in the origins, axes and types of joints
 };
 
 /// "robot_description/joint[elbow]"
 std::string urdfPath(const char* kind, const std::string& name);
 
-/// Checks each element by itself, not whether they form a chain.
-/// @throws Refused with every fault
-UrdfDocument parseUrdf(const std::string& text);
+/// Checks each element by itself, not whether they form a chain. Adds faults to `faults`.
+/// @throws Refused for a text that is no XML, or too long
+UrdfDocument parseUrdf(const std::string& text, std::vector<Fault>& faults);
 
 }  // namespace planar_chain

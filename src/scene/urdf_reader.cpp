@@ -21,63 +21,51 @@ constexpr double parallel = 1e-5;  // rad: accepts 1.5708 as a right angle, and 
 
 // ---- The tree --------------------------------------------------------------------------------
 
-/// The joints of each link, which lead outwards.
-class Tree {
- public:
-  /// @throws Refused if the document is not a tree
-  explicit Tree(const UrdfDocument& document) : document_(document), joints_(document.links.size()) {
-    std::vector<const UrdfJoint*> above(document.links.size());
-    std::vector<Fault> faults;
-    for (const UrdfJoint& joint : document.joints) {
-      joints_[joint.parent].push_back(&joint);
-      const UrdfJoint*& first = above[joint.child];
-      if (first) {
-        faults.push_back(
-            {urdfPath("joint", joint.name) + "/child", "a link that is the child of no other joint",
-             quoted(document.links[joint.child].name) + ", the child of " + quoted(first->name)});
-      } else {
-        first = &joint;
-      }
+/// The links whose parent is known, from the root outwards.
+std::size_t countReached(const UrdfDocument& document, std::size_t root) {
+  std::vector<std::size_t> reached{root};
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    for (const std::size_t joint : document.links[reached[i]].joints) {
+      reached.push_back(document.joints[joint].child);
     }
-    requireOneRoot(above, faults);
-    if (!faults.empty()) throw Refused(std::move(faults));
   }
+  return reached.size();
+}
 
-  std::size_t root() const { return root_; }
-  const UrdfLink& link(std::size_t i) const { return document_.links[i]; }
-  const std::vector<const UrdfJoint*>& jointsOn(std::size_t link) const { return joints_[link]; }
-
- private:
-  void requireOneRoot(const std::vector<const UrdfJoint*>& above, std::vector<Fault>& faults) {
-    std::string roots;
-    int count = 0;
-    for (std::size_t i = 0; i < above.size(); ++i) {
-      if (above[i]) continue;
-      root_ = i;
-      ++count;
-      if (count <= 3) roots += (count > 1 ? ", " : "") + quoted(document_.links[i].name);
-    }
-    if (count > 3) roots += " and " + std::to_string(count - 3) + " more";
-    if (count != 1) {
-      faults.push_back({"robot_description", "one link that is the child of no joint, the ground",
-                        count == 0 ? "none" : roots});
-    } else if (faults.empty() && reached() < above.size()) {
-      faults.push_back({"robot_description", "a tree", "links in a closed loop"});
+/// Lists the joints of each link. Returns the link that is the ground, or nothing if this is not a tree.
+std::optional<std::size_t> findRoot(UrdfDocument& document, std::vector<Fault>& faults) {
+  const std::size_t before = faults.size();
+  std::vector<const UrdfJoint*> above(document.links.size());
+  for (std::size_t i = 0; i < document.joints.size(); ++i) {
+    const UrdfJoint& joint = document.joints[i];
+    document.links[joint.parent].joints.push_back(i);
+    const UrdfJoint*& first = above[joint.child];
+    if (first) {
+      faults.push_back({urdfPath("joint", joint.name) + "/child",
+                        "a link that is the child of no other joint",
+                        quoted(document.links[joint.child].name) + ", the child of " + quoted(first->name)});
+    } else {
+      first = &joint;
     }
   }
 
-  std::size_t reached() const {
-    std::vector<std::size_t> reached{root_};
-    for (std::size_t i = 0; i < reached.size(); ++i) {
-      for (const UrdfJoint* joint : joints_[reached[i]]) reached.push_back(joint->child);
-    }
-    return reached.size();
+  std::vector<std::size_t> roots;
+  for (std::size_t i = 0; i < above.size(); ++i) {
+    if (!above[i]) roots.push_back(i);
   }
-
-  const UrdfDocument& document_;
-  std::vector<std::vector<const UrdfJoint*>> joints_;
-  std::size_t root_ = 0;
-};
+  if (roots.size() != 1) {
+    constexpr std::size_t most = 3;
+    std::string names = roots.empty() ? "none" : "";
+    for (std::size_t i = 0; i < std::min(most, roots.size()); ++i) {
+      names += (i > 0 ? ", " : "") + quoted(document.links[roots[i]].name);
+    }
+    if (roots.size() > most) names += " and " + std::to_string(roots.size() - most) + " more";
+    faults.push_back({"robot_description", "one link that is the child of no joint, the ground", names});
+  } else if (faults.size() == before && countReached(document, roots[0]) < above.size()) {
+    faults.push_back({"robot_description", "a tree", "links in a closed loop"});
+  }
+  return faults.size() == before ? std::optional(roots[0]) : std::nullopt;
+}
 
 // ---- Bodies ----------------------------------------------------------------------------------
 
@@ -99,21 +87,23 @@ struct Body {
 };
 
 /// The body that begins with link `first`, whose axes are turned by `turn`.
-Body bodyFrom(const Tree& tree, std::size_t first, const Eigen::Matrix3d& turn, std::vector<Fault>& faults) {
+Body bodyFrom(const UrdfDocument& document, std::size_t first, const Eigen::Matrix3d& turn,
+              std::vector<Fault>& faults) {
   Body body;
   std::vector<std::pair<std::size_t, Pose>> links{{first, {turn, Vector3d::Zero()}}};
   for (std::size_t i = 0; i < links.size(); ++i) {
     const auto [link, pose] = links[i];
-    body.parts.push_back({&tree.link(link), pose});
-    for (const UrdfJoint* joint : tree.jointsOn(link)) {
-      const Pose below = pose * joint->origin;
-      if (!joint->moves) {
-        links.emplace_back(joint->child, below);
+    body.parts.push_back({&document.links[link], pose});
+    for (const std::size_t at : document.links[link].joints) {
+      const UrdfJoint& joint = document.joints[at];
+      const Pose below = pose * joint.origin;
+      if (!joint.moves) {
+        links.emplace_back(joint.child, below);
       } else if (!body.next) {
-        body.next = joint;
+        body.next = &joint;
         body.nextPose = below;
       } else {
-        faults.push_back({urdfPath("joint", joint->name), "a chain, with one moving joint on a body",
+        faults.push_back({urdfPath("joint", joint.name), "a chain, with one moving joint on a body",
                           "a branch beside " + quoted(body.next->name)});
       }
     }
@@ -143,17 +133,21 @@ struct Plane {
   Vec2d operator()(const Vector3d& a) const { return {i.dot(a), j.dot(a)}; }
 };
 
-/// The body in the plane, about its own joint.
-Link linkOf(const Body& body, const Plane& plane, std::vector<Fault>& faults) {
+/// The body in the plane, about its own joint. A plain disc if there is a fault.
+Link linkOf(const Body& body, const Plane& plane, bool hasPoses, std::vector<Fault>& faults) {
   // Name and mass.
   Link link;
   link.name = body.parts[0].link->name;
+  const Link disc{link.name, 1, 1, {0, 0}, {1, 0}};
   const std::string path = urdfPath("link", link.name);
   if (!isName(link.name)) faults.push_back({path + "/name", nameInWords, quoted(link.name)});
-  for (const Part& part : body.parts) link.mass += part.link->mass;
+  for (const Part& part : body.parts) {
+    if (!hasPoses || !part.link->isSound) return disc;
+    link.mass += part.link->mass;
+  }
   if (link.mass == 0) {
     faults.push_back({path + "/inertial", "a mass > 0 kg of this link or of one fixed to it", "none"});
-    return link;
+    return disc;
   }
 
   // The centre of mass, then the moment of inertia about it.
@@ -169,10 +163,11 @@ Link linkOf(const Body& body, const Plane& plane, std::vector<Fault>& faults) {
 
   // The outer pin.
   if (body.next) link.pin = plane(body.nextPose.shift);
-  for (const Fault& fault : faultsOf(link)) {
+  const std::vector<Fault> own = faultsOf(link);
+  for (const Fault& fault : own) {
     faults.push_back({path + "/" + fault.path, fault.expected, fault.found});
   }
-  return link;
+  return own.empty() ? link : disc;
 }
 
 Joint jointOf(const UrdfJoint& from, std::vector<Fault>& faults) {
@@ -201,28 +196,38 @@ void requireParallel(const UrdfJoint& joint, const Vector3d& axis, const Plane& 
 
 }  // namespace
 
-PlanarRobot readUrdf(const std::string& text) {
-  const UrdfDocument document = parseUrdf(text);
-  const Tree tree(document);
-  std::vector<Fault> faults;
-  PlanarRobot robot;
+std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>& faults) {
+  UrdfDocument document = parseUrdf(text, faults);
+  if (!document.hasStructure) return std::nullopt;
+  const std::optional<std::size_t> root = findRoot(document, faults);
+  if (!root) return std::nullopt;
 
   // From the ground outwards, body by body. The first axis defines the plane.
-  Body body = bodyFrom(tree, tree.root(), Eigen::Matrix3d::Identity(), faults);
+  PlanarRobot robot;
+  std::vector<Fault> branches;
+  Body body = bodyFrom(document, *root, Eigen::Matrix3d::Identity(), branches);
   std::optional<Plane> plane;
   while (body.next) {
     const UrdfJoint& joint = *body.next;
     const Vector3d axis = body.nextPose.turn * joint.axis;
     if (!plane) plane.emplace(axis);
-    requireParallel(joint, axis, *plane, faults);
+    if (document.hasPoses) requireParallel(joint, axis, *plane, faults);
     robot.joints.push_back(jointOf(joint, faults));
-    body = bodyFrom(tree, joint.child, body.nextPose.turn, faults);
-    robot.links.push_back(linkOf(body, *plane, faults));
+    body = bodyFrom(document, joint.child, body.nextPose.turn, branches);
+    robot.links.push_back(linkOf(body, *plane, document.hasPoses, faults));
   }
+  faults.insert(faults.end(), branches.begin(), branches.end());
   if (!plane) faults.push_back({"robot_description", "a joint that is revolute or continuous", "none"});
-  if (!faults.empty()) throw Refused(std::move(faults));
+  if (!plane || !branches.empty()) return std::nullopt;
   robot.gravity = plane->gravity;
   return robot;
+}
+
+PlanarRobot readUrdf(const std::string& text) {
+  std::vector<Fault> faults;
+  std::optional<PlanarRobot> robot = findRobot(text, faults);
+  if (!faults.empty()) throw Refused(std::move(faults));
+  return std::move(*robot);
 }
 
 }  // namespace planar_chain

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <type_traits>
 
+#include "effects/effect_kind.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
 #include "tools/common.h"
@@ -16,37 +17,28 @@ namespace {
 
 // ---- Arguments -------------------------------------------------------------------------------
 
-struct Arguments {
-  SceneArguments scene;
-  std::optional<std::string> q;
-  std::optional<std::string> qd;
-  std::optional<std::string> t;
-  bool linearize = false;
-  bool json = false;
-  bool chain = false;
-};
-
-void declare(CLI::App& app, Arguments& to) {
-  declareScene(app, to.scene);
-  app.add_option("--q", to.q, "Relative angles, rad, such as 0.1,0.2 (default: the scene's initial ones)");
-  app.add_option("--qd", to.qd, "Rates, rad/s, such as 0,0 (default: the scene's initial ones)");
-  app.add_option("--t", to.t, "Time, s, for loads that depend on it (default 0)");
-  const auto linearize = app.add_flag("--linearize", to.linearize,
-                                      "Also A and B of dx/dt = A x + B dtau, x = (dq, dqd) off the state");
-  const auto json =
-      app.add_flag("--json", to.json, "One JSON object for programs, matrices as arrays of rows");
-  app.add_flag(
-         "--chain", to.chain,
-         "Only the chain, as one JSON object: gravity, q, qd and every link with its joint, with repeated "
-         "links, a URDF and defaults written out")
-      ->excludes(linearize)
-      ->excludes(json);
-  app.footer("Exit status: 0 done; 1 no finite solution; 2 bad arguments or scene.");
+Options options() {
+  Options options = optionsOf("equations", "Prints the matrices of Kane's equations at one state.",
+                              sceneInUsage, "0 done; 1 no finite solution; 2 bad arguments or scene.");
+  addUrdf(options);
+  auto add = options.add_options();
+  add("q", valued(), "Relative angles, rad, such as 0.1,0.2 (default: the scene's initial ones)");
+  add("qd", valued(), "Rates, rad/s, such as 0,0 (default: the scene's initial ones)");
+  add("t", valued(), "Time, s, for loads that depend on it (default 0)");
+  add("linearize",
+      "Also A and B of dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of the state");
+  add("json", "One JSON object for programs, matrices as arrays of rows");
+  add("chain",
+      "Only the chain, as one JSON object: gravity, q, qd and every link with its joint, with repeated "
+      "links, a "
+      "URDF and defaults written out; not with --linearize or --json");
+  return options;
 }
 
 /// The numbers between commas, one for each joint. `absent` if none are given.
-Eigen::VectorXd vectorArgument(const char* option, const std::optional<std::string>& given,
+Eigen::VectorXd vectorArgument(const char* option, const Arguments& arguments,
                                const std::vector<double>& absent, std::vector<Fault>& faults) {
+  const std::optional<std::string> given = arguments.text(option);
   if (!given)
     return Eigen::Map<const Eigen::VectorXd>(absent.data(), static_cast<Eigen::Index>(absent.size()));
   std::vector<double> numbers;
@@ -58,8 +50,9 @@ Eigen::VectorXd vectorArgument(const char* option, const std::optional<std::stri
   const auto isFinite = [](double number) { return std::isfinite(number); };
   if (numbers.size() != absent.size() || !std::all_of(numbers.begin(), numbers.end(), isFinite)) {
     const std::string n = std::to_string(absent.size());
-    faults.push_back(
-        {option, n + " finite numbers with commas between, one per joint in chain order", quoted(*given)});
+    faults.push_back({std::string("--") + option,
+                      n + " finite numbers with commas between, one per joint in chain order",
+                      quoted(*given)});
   }
   return Eigen::Map<Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }
@@ -73,7 +66,7 @@ void showAll(const ActiveForces& active, const Kane& at, const std::optional<Lin
              const Show& show) {
   show("q", "relative joint angles, rad", at.q);
   show("qd", "their rates, rad/s", at.qd);
-  show("S", "body from ground components", at.S);
+  show("S", "rotation matrix: components along the body's axes from those along the ground's", at.S);
   show("T", "[omega_1 ... omega_n] = qd' T", at.T);
   show("V_pd", "partial velocities of the centres of mass, columns x_1 y_1 x_2 y_2 ..., m", at.V_pd);
   show("W_pd", "partial angular velocities", at.W_pd);
@@ -88,8 +81,8 @@ void showAll(const ActiveForces& active, const Kane& at, const std::optional<Lin
   show("M", "= V_pd A_2' + W_pd A_3', kg m^2", at.M_q);
   show("qdd", "M qdd = f, rad/s^2", at.qdd);
   if (!near) return;
-  show("A", "dx/dt = A x + B dtau, x = (dq, dqd) off this state", near->A);
-  show("B", "= [0; M^-1], dtau more torque in the joints", near->B);
+  show("A", "dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of this state", near->A);
+  show("B", "= [0; M^-1], where dtau is additional torque in the joints, N m", near->B);
 }
 
 // ---- As text ---------------------------------------------------------------------------------
@@ -114,8 +107,8 @@ void printText(const Chain& chain, double t, const ActiveForces& active, const K
       print(letter, meaning, value);
     } else {  // one matrix a body
       for (std::size_t i = 0; i < value.size(); ++i) {
-        const std::string body = "shifter of " + chain.links()[i].name;
-        print(letter + "_" + std::to_string(i + 1) + "0", body + ": " + meaning, value[i]);
+        print(letter + "_" + std::to_string(i + 1) + "0", meaning + ", of " + chain.links()[i].name,
+              value[i]);
       }
     }
   });
@@ -125,12 +118,12 @@ void printText(const Chain& chain, double t, const ActiveForces& active, const K
 
 using Json = nlohmann::json;
 
-Json jsonOf(const Eigen::VectorXd& vector) {
-  return std::vector<double>(vector.data(), vector.data() + vector.size());
-}
-
 template <class Derived>
 Json jsonOf(const Eigen::MatrixBase<Derived>& matrix) {
+  if constexpr (Derived::ColsAtCompileTime == 1) {
+    const double* first = matrix.derived().data();
+    return std::vector<double>(first, first + matrix.size());
+  }
   Json rows = Json::array();
   for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back(jsonOf(Eigen::VectorXd(matrix.row(i))));
   return rows;
@@ -160,15 +153,10 @@ void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::Vecto
   for (std::size_t i = 0; i < chain.links().size(); ++i) {
     const Link& link = chain.links()[i];
     const Joint& joint = chain.joints()[i];
-    Json ofJoint = {{"name", joint.name},
-                    {"damping", joint.damping},
-                    {"stiffness", joint.stiffness},
-                    {"rest_angle", joint.restAngle},
-                    {"lower", joint.lower},
-                    {"upper", joint.upper},
-                    {"stop_stiffness", joint.stopStiffness},
-                    {"stop_damping", joint.stopDamping}};
-    for (const auto& [key, value] : joint.others) ofJoint[key] = value;
+    Json ofJoint{{"name", joint.name}};
+    for (const EffectKind* kind : effectKinds()) {
+      for (const JointKey& key : kind->jointKeys()) ofJoint[key.name] = key.of(joint);
+    }
     links.push_back({{"name", link.name},
                      {"mass", link.mass},
                      {"inertia", link.inertia},
@@ -183,36 +171,35 @@ void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::Vecto
   std::printf("\n}\n");
 }
 
-int equations(int argc, char** argv) {
-  CLI::App app("Prints the matrices of Kane's equations at one state.", "equations");
-  Arguments given;
-  declare(app, given);
-  if (const auto status = parseArguments(app, argc, argv)) return *status;
-
+int equations(const Arguments& given) {
   // The scene and the state.
   std::vector<Fault> faults;
-  const double t = numberArgument("--t", given.t, "a finite number, in s", -infinity, 0, faults);
+  const double t = given.number("t", "a finite number, in s", -infinity, 0, faults);
+  const bool onlyChain = given.has("chain");
+  if (onlyChain && (given.has("json") || given.has("linearize"))) {
+    faults.push_back({"--chain", "neither --json nor --linearize beside it", "one of them"});
+  }
   const Scene scene = readScene(
-      given.scene, [](Value&) {}, std::move(faults));
-  if (!given.chain && scene.chain.size() > 1000) {
+      given, [](Value&) {}, std::move(faults));
+  if (!onlyChain && scene.chain.size() > 1000) {
     throw Refused(
         {{"chain", "at most 1000 links, for the matrices are dense", std::to_string(scene.chain.size())}});
   }
   std::vector<Fault> stateFaults;
-  const Eigen::VectorXd q = vectorArgument("--q", given.q, scene.q, stateFaults);
-  const Eigen::VectorXd qd = vectorArgument("--qd", given.qd, scene.qd, stateFaults);
+  const Eigen::VectorXd q = vectorArgument("q", given, scene.q, stateFaults);
+  const Eigen::VectorXd qd = vectorArgument("qd", given, scene.qd, stateFaults);
   if (!stateFaults.empty()) throw Refused(std::move(stateFaults));
 
   // What is asked for: the chain, or the equations.
-  if (given.chain) {
+  if (onlyChain) {
     printChain(scene.chain, q, qd);
     return done;
   }
   const ActiveForces active = activeForces(scene, t, q, qd);
   const Kane at = kane(scene.chain, q, qd, active);
   std::optional<LinearModel> near;
-  if (given.linearize) near = linearModel(scene, t, q, qd);
-  if (given.json) {
+  if (given.has("linearize")) near = linearModel(scene, t, q, qd);
+  if (given.has("json")) {
     printJson(t, active, at, near);
   } else {
     printText(scene.chain, t, active, at, near);
@@ -227,5 +214,5 @@ int equations(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   namespace tools = planar_chain::tools;
-  return tools::run("equations", [&] { return tools::equations(argc, argv); });
+  return tools::run(tools::options(), {"SCENE"}, argc, argv, tools::equations);
 }

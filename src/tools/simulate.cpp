@@ -17,39 +17,30 @@
 namespace planar_chain::tools {
 namespace {
 
-struct Arguments {
-  SceneArguments from;
-  std::optional<std::string> duration;
-  std::optional<std::string> rate;
-  std::optional<std::string> method;
-  std::optional<std::string> tolerance;
-  std::optional<std::string> step;
-  std::optional<std::string> csv;
-  BagArguments bags;
-
-  bool wantsBags() const { return bags.out || bags.commands || bags.urdf; }
-};
-
-void declare(CLI::App& app, Arguments& to) {
-  declareScene(app, to.from);
-  app.add_option(
-      "--duration", to.duration,
+Options options() {
+  Options options = optionsOf("simulate", "Simulates a scene as fast as possible and writes its motion.",
+                              sceneInUsage, "0 done; 1 the run failed; 2 bad arguments or scene.");
+  addUrdf(options);
+  auto add = options.add_options();
+  add("duration", valued(),
       "Simulated time, s (default with --commands: to the last state in their bag, on joint_states or "
       "~status)");
-  app.add_option("--rate", to.rate,
-                 "Rows per second of simulated time (default 100; with a bag: the scene's publish/rate)");
-  app.add_option("--method", to.method, "Integrator, in place of the scene's");
-  app.add_option("--tolerance", to.tolerance, "Tolerance of adaptive methods, in place of the scene's");
-  app.add_option("--step", to.step, "Step of fixed-step methods, s, in place of the scene's");
-  app.add_option("--csv", to.csv, "File to write: t, q and qd of every joint, energy");
-  app.add_option("--bag", to.bags.out,
-                 "Bag to write: what the node publishes, stamped from 0 s on, and /clock");
-  app.add_option("--commands", to.bags.commands, "Bag whose recorded commands act again at their times");
-  app.add_option("--write-urdf", to.bags.urdf,
-                 "File to write: the scene as URDF, the robot_description for the bag in rviz");
-  app.add_option("--node", to.bags.node,
-                 "Node whose topics the bags have (default: the only one in the bag, or /planar_chain)");
-  app.footer("Exit status: 0 done; 1 the run failed; 2 bad arguments or scene.");
+  add("rate", valued(),
+      "Rows per second of simulated time (default 100; with a bag: the scene's publish/rate)");
+  add("method", valued(), "Integrator, in place of the scene's");
+  add("tolerance", valued(), "Tolerance of adaptive methods, in place of the scene's");
+  add("step", valued(), "Step of fixed-step methods, s, in place of the scene's");
+  add("csv", valued(), "File to write: t, q and qd of every joint, energy");
+  add("bag", valued(), "Bag to write: what the node publishes, stamped from 0 s on, and /clock");
+  add("commands", valued(), "Bag whose recorded commands act again at their times");
+  add("write-urdf", valued(), "File to write: the scene as URDF, the robot_description for the bag in rviz");
+  add("node", valued(),
+      "Node whose topics the bags have (default: the only one in the bag, or /planar_chain)");
+  return options;
+}
+
+bool wantsBags(const Arguments& given) {
+  return given.has("bag") || given.has("commands") || given.has("write-urdf");
 }
 
 // ---- Rows in time ----------------------------------------------------------------------------
@@ -198,18 +189,18 @@ OpenBags* loadBags() {
 
 /// Records a fault for each output file that cannot be written or is another file of the run.
 void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
-  if (given.wantsBags() && *bagsLibrary == 0) {
+  if (wantsBags(given) && *bagsLibrary == 0) {
     faults.push_back(
         {"--bag, --commands, --write-urdf", "a build with ROS", "one without (PLANAR_CHAIN_ROS=OFF)"});
   }
-  if (given.bags.node && !given.wantsBags()) {
+  if (given.has("node") && !wantsBags(given)) {
     faults.push_back({"--node", "--bag, --commands or --write-urdf, whose node it names", "none of them"});
   }
-  std::vector<std::optional<std::string>> others{given.from.scene, given.from.urdf, given.bags.commands};
-  using Output = std::pair<const char*, std::optional<std::string>>;
-  for (const auto& [option, path] :
-       {Output{"--csv", given.csv}, {"--bag", given.bags.out}, {"--write-urdf", given.bags.urdf}}) {
-    if (path) checkOutput(option, *path, others, faults);
+  std::vector<std::optional<std::string>> others{given.text("SCENE"), given.text("urdf"),
+                                                 given.text("commands")};
+  for (const char* option : {"csv", "bag", "write-urdf"}) {
+    const std::optional<std::string> path = given.text(option);
+    if (path) checkOutput(std::string("--") + option, *path, others, faults);
     others.push_back(path);
   }
 }
@@ -223,43 +214,37 @@ void override(Value& scene, const char* section, const char* key, const std::opt
   if (settings.map()) (*settings.map())[key] = *given;
 }
 
-int simulate(int argc, char** argv) {
-  CLI::App app("Simulates a scene as fast as possible and writes its motion.", "simulate");
-  Arguments given;
-  declare(app, given);
-  if (const auto status = parseArguments(app, argc, argv)) return *status;
-
+int simulate(const Arguments& given) {
   // Arguments and scene. All their faults are reported together.
   std::vector<Fault> faults;
-  const double duration = numberArgument("--duration", given.duration, "a finite number > 0 s", 0, 1, faults);
-  double rate = numberArgument("--rate", given.rate, "a finite number > 0 rows a second", 0, 100, faults);
+  const double duration = given.number("duration", "a finite number > 0 s", 0, 1, faults);
+  double rate = given.number("rate", "a finite number > 0 rows a second", 0, 100, faults);
   rowsOf(duration, rate, faults);
-  given.bags.endsAsRecorded = !given.duration;
-  if (!given.duration && !given.bags.commands) {
+  if (!given.has("duration") && !given.has("commands")) {
     faults.push_back(
         {"--duration", "a finite number > 0 s, or --commands with a bag that has the states", "neither"});
   }
   checkFiles(given, faults);
+  const bool hasBags = wantsBags(given);
   const auto amend = [&](Value& value) {
-    override(value, "integrator", "method", given.method);
-    override(value, "integrator", "tolerance", given.tolerance);
-    override(value, "integrator", "step", given.step);
-    if (given.wantsBags()) override(value, "publish", "rate", given.rate);
+    for (const char* key : {"method", "tolerance", "step"})
+      override(value, "integrator", key, given.text(key));
+    if (hasBags) override(value, "publish", "rate", given.text("rate"));
   };
-  const Scene scene = readScene(given.from, amend, std::move(faults));
+  const Scene scene = readScene(given, amend, std::move(faults));
 
   // With a bag, rows are the node's ticks: steps end where the node's do, so the motion is equal to the last
   // digit.
-  if (given.wantsBags()) rate = scene.publish.rate;
+  if (hasBags) rate = scene.publish.rate;
   Rows rows = rowsOf(duration, rate, faults);
   if (!faults.empty()) throw Refused(std::move(faults));
 
   const std::string& method = scene.integrator.method;
-  if (given.step && !ode::hasFixedStep(method)) {
+  if (given.has("step") && !ode::hasFixedStep(method)) {
     std::fprintf(stderr, "simulate: %s chooses its steps; --step only applies to fixed-step methods\n",
                  method.c_str());
   }
-  if (given.tolerance && ode::hasFixedStep(method)) {
+  if (given.has("tolerance") && ode::hasFixedStep(method)) {
     std::fprintf(stderr, "simulate: %s takes equal steps; --tolerance only applies to adaptive methods\n",
                  method.c_str());
   }
@@ -267,11 +252,14 @@ int simulate(int argc, char** argv) {
   // The simulation, with or without bags, and the CSV file.
   std::unique_ptr<Bags> bags;
   std::optional<Simulation> alone;
-  if (given.wantsBags()) bags.reset(loadBags()(scene, given.bags));
-  if (!given.duration) rows = Rows(bags->recordedEnd(), rate);
+  if (hasBags) {
+    bags.reset(loadBags()(scene, {given.text("bag"), given.text("commands"), !given.has("duration"),
+                                  given.text("write-urdf"), given.text("node")}));
+  }
+  if (!given.has("duration")) rows = Rows(bags->recordedEnd(), rate);
   Simulation& simulation = bags ? bags->simulation() : alone.emplace(scene);
   std::optional<Csv> csv;
-  if (given.csv) csv.emplace(*given.csv, scene.chain);
+  if (given.has("csv")) csv.emplace(*given.text("csv"), scene.chain);
 
   // The run, row by row.
   bool isGood = true;
@@ -305,5 +293,5 @@ int simulate(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   namespace tools = planar_chain::tools;
-  return tools::run("simulate", [&] { return tools::simulate(argc, argv); });
+  return tools::run(tools::options(), {"SCENE"}, argc, argv, tools::simulate);
 }

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "model/require.h"
-
 namespace planar_chain {
 
 namespace {
@@ -110,12 +108,8 @@ class Drags : public Effect, public Switching {
 
 class DragKind : public EffectKind {
  public:
-  std::vector<JointKey> jointKeys() const override { return {{"drag", false}}; }
-  void takeJoint(const Section& in, Joint& joint) const override {
-    if (in.has("drag")) joint.others.emplace_back("drag", in.unjudged("drag", 0.0));
-  }
-  void judge(const Joint& joint, std::vector<Fault>& faults) const override {
-    requireNumber(faults, "joint/drag", joint.other("drag"), joint.other("drag") >= 0, " >= 0 N m s²/rad²");
+  std::vector<JointKey> jointKeys() const override {
+    return {{"drag", nullptr, NumberRule::from(0, "N m s²/rad²")}};
   }
 
   std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {

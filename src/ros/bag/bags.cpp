@@ -100,7 +100,7 @@ class BagWriter {
       status_.tick = static_cast<std::uint64_t>(k);
       status_.tick_stamp = stamp;
     }
-    if (isGood && !ticks_.pace.falls(k, simulation_.scene().publish.statusRate)) return;
+    if (isGood && !ticks_.pace.isDue(k, simulation_.scene().publish.statusRate)) return;
     status_.header.stamp = stamp;
     describe(simulation_, status_);
     status_.sim_time = ticks_.simTime(simulation_.time());
@@ -137,7 +137,7 @@ class BagWriter {
       write(staticTfOut_, stamp, base);
     }
     write(jointStatesOut_, stamp, messages_.jointStates(simulation_, stamp));
-    if (wanted.tf && ticks_.pace.falls(k, wanted.tfRate)) {
+    if (wanted.tf && ticks_.pace.isDue(k, wanted.tfRate)) {
       write(tfOut_, stamp, messages_.transforms(simulation_, stamp));
     }
     if (wanted.linkStates) write(linkStatesOut_, stamp, messages_.linkStates(simulation_, stamp));

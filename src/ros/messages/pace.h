@@ -22,7 +22,7 @@ class Pace {
   }
 
   /// True if an action at `frequency` (Hz, at most rate) is due at this tick. Tick 0 is always due.
-  bool falls(long long tick, double frequency) const {
+  bool isDue(long long tick, double frequency) const {
     // The millionth of a period covers the rounding of the quotient.
     const auto happened = [&](long long k) {
       return std::floor(static_cast<double>(k) * frequency / rate_ + 1e-6);

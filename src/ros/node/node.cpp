@@ -216,7 +216,7 @@ void Node::publishState() {
     staticTf_->sendTransform(Messages::baseInWorld(frames_, stamp));
   }
   if (hasSubscribers(jointStatesOut_)) jointStatesOut_.publish(messages_.jointStates(simulation_, stamp));
-  if (ticks_.pace.falls(ticks_.next, settings_.tfRate)) {
+  if (ticks_.pace.isDue(ticks_.next, settings_.tfRate)) {
     if (hasSubscribers(tfOut_)) tfOut_.publish(messages_.transforms(simulation_, stamp));
     views_.publish(stamp);
   }

@@ -1,0 +1,126 @@
+#include "tools/common.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+namespace planar_chain::tools {
+
+// ---- Arguments ---------------------------------------------------------------------------------
+
+namespace po = boost::program_options;
+
+Options optionsOf(const std::string& tool, const std::string& about, const std::string& unnamed,
+                  const std::string& exitStatus) {
+  constexpr unsigned width = 110;
+  Options options(
+      about + "\nUsage: " + tool + " [OPTIONS] " + unnamed + "\nExit status: " + exitStatus + "\n\nOptions",
+      width);
+  options.add_options()("help,h", "Print this help message and exit");
+  return options;
+}
+
+std::optional<std::string> Arguments::text(const std::string& name) const {
+  return count(name) != 0 ? std::optional(at(name).as<std::string>()) : std::nullopt;
+}
+
+double Arguments::number(const std::string& name, const char* expected, double low, double absent,
+                         std::vector<Fault>& faults) const {
+  const std::optional<std::string> given = text(name);
+  if (!given) return absent;
+  const std::optional<double> number = numberIn(*given);
+  if (number && std::isfinite(*number) && *number > low) return *number;
+  faults.push_back({"--" + name, expected, quoted(*given)});
+  return absent;
+}
+
+int run(const Options& options, const std::vector<const char*>& unnamed, int argc, char** argv,
+        const std::function<int(const Arguments&)>& body) {
+  try {
+    Options all;
+    all.add(options);
+    po::positional_options_description positional;
+    for (const char* name : unnamed) {
+      all.add_options()(name, valued());
+      positional.add(name, 1);
+    }
+    const int style = po::command_line_style::unix_style & ~po::command_line_style::allow_guessing;
+    Arguments given;
+    po::store(po::command_line_parser(argc, argv).options(all).positional(positional).style(style).run(),
+              given);
+    if (!given.has("help")) return body(given);
+    std::cout << options;
+    return done;
+  } catch (const po::error& error) {
+    std::cerr << error.what() << "\nRun with --help for more information.\n";
+    return badInput;
+  } catch (const Refused& refused) {
+    std::cerr << refused.what() << '\n';
+    return badInput;
+  } catch (const std::exception& error) {
+    std::cerr << std::filesystem::path(argv[0]).filename().string() << ": " << error.what() << '\n';
+    return runFailed;
+  }
+}
+
+// ---- Scenes and files --------------------------------------------------------------------------
+
+void addUrdf(Options& options) {
+  options.add_options()(
+      "urdf", valued(),
+      "A URDF that is a planar chain, in place of the scene's chain and links; SCENE may add the rest");
+}
+
+std::string loadText(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text(longestYaml + 1, '\0');
+  file.read(&text[0], static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() > longestYaml) {
+    throw Refused({{path, "at most " + std::to_string(longestYaml) + " bytes", "more"}});
+  }
+  if (!file.eof()) {
+    throw Refused({{path, "a file that can be read", std::strerror(errno)}});
+  }
+  return text;
+}
+
+void checkOutput(const std::string& option, const std::string& path,
+                 const std::vector<std::optional<std::string>>& others, std::vector<Fault>& faults) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  const auto isSame = [&](const std::optional<std::string>& other) {
+    return other && (fs::equivalent(path, *other, none) ||
+                     fs::weakly_canonical(path, none) == fs::weakly_canonical(*other, none));
+  };
+  if (std::any_of(others.begin(), others.end(), isSame)) {
+    faults.push_back({option, "a file that is not another of the run's", quoted(path)});
+    return;
+  }
+  const bool isNew = !fs::exists(path, none);
+  if (!std::ofstream(path, std::ios::app)) {
+    const std::string why = std::strerror(errno);
+    faults.push_back({option, "a file that can be written", quoted(path) + ": " + why});
+  } else if (isNew) {
+    fs::remove(path, none);
+  }
+}
+
+Scene readScene(const Arguments& given, const std::function<void(Value&)>& amend, std::vector<Fault> faults) {
+  const auto file = given.text("SCENE"), urdf = given.text("urdf");
+  try {
+    if (!file && !urdf) throw Refused({{"SCENE", "a scene file, or --urdf with a robot", "neither"}});
+    Value value = file ? parseYaml(loadText(*file)) : Value(Value::Map());
+    if (urdf && value.map() && !value.map()->emplace("robot_description", loadText(*urdf)).second) {
+      throw Refused({{"robot_description", "nothing beside --urdf", "one in the scene"}});
+    }
+    amend(value);
+    Scene scene = planar_chain::readScene(value);
+    if (faults.empty()) return scene;
+  } catch (const Refused& refused) {
+    faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
+  }
+  throw Refused(std::move(faults));
+}
+
+}  // namespace planar_chain::tools
