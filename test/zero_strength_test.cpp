@@ -380,7 +380,7 @@ TEST(ZeroStrengthOf, ALimitIsAbsenceButForWhatAMethodKeepsFromStepToStep) {
     } else {
       EXPECT_GT(evaluations, itsEvaluations) << method << " has not looked";
     }
-    EXPECT_EQ(rejected, itsRejected) << method;
+    EXPECT_GT(rejected, itsRejected) << method << ": the steps to look count";
     if (looksAtItsSeries || method == "rk4" || method.substr(0, 3) == "ros" ||
         method == "rodas5p") {  // keep nothing
       EXPECT_EQ(q, free) << method;

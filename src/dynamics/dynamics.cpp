@@ -258,6 +258,11 @@ void Dynamics::integrands(double t, const double* y, double* rates) {
 
 // ---- What others read ------------------------------------------------------------------------------
 
+void Dynamics::accelerations(double t, const double* y, double* alpha) {
+  evaluateInOrder(t, y, room_.derivative.data());
+  std::copy_n(room_.derivative.data() + n_, n_, alpha);
+}
+
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   evaluateInOrder(t, y, room_.derivative.data());
   rotations(y, room_.e.data(), n_);

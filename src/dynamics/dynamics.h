@@ -57,6 +57,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   /// Evaluations of f; each order of a series counts as one.
   long long evaluations() const { return evaluations_; }
   /// Write n values each; see simulation.h.
+  void accelerations(double t, const double* y, double* alpha);  ///< absolute
   void linkMotions(double t, const double* y, LinkMotion* motions);
   void jointTorques(double t, const double* y, double* tau);
 

@@ -80,7 +80,6 @@ struct Simulation::Parts {
   ode::State state;
   Eigen::VectorXd y;  ///< the state in the order of the chain
   std::vector<double> q, qd;
-  std::vector<LinkMotion> motions;
   double energyAtStart = 0;
   bool actsOtherwise = false;  // than the dynamics know
   std::string fault;
@@ -96,8 +95,7 @@ struct Simulation::Parts {
         state(dynamics.arrangedSize()),
         y(dynamics.size()),
         q(static_cast<std::size_t>(n)),
-        qd(static_cast<std::size_t>(n)),
-        motions(static_cast<std::size_t>(n)) {
+        qd(static_cast<std::size_t>(n)) {
     fault.reserve(300);
     climbTo(0);
   }
@@ -337,8 +335,7 @@ EnergyBalance Simulation::energyBalance() const {
 }
 
 void Simulation::accelerations(double* qdd) {
-  linkMotions(parts_->motions.data());
-  for (int i = 0; i < parts_->n; ++i) qdd[i] = parts_->motions[index(i)].alpha;
+  parts_->settled().accelerations(parts_->state.t, parts_->y.data(), qdd);
   toRelative(qdd, parts_->n, qdd);
 }
 
