@@ -203,12 +203,6 @@ void measure(const Contest& contest, const Effort& effort, Point& point) {
 
 // ---- Contests --------------------------------------------------------------------------------
 
-std::vector<std::string> contestNames(const std::string& folder) {
-  std::vector<std::string> names;
-  for (const Cells& row : tableOf(folder + "/report/scenes.csv", 4)) names.push_back(row[0]);
-  return names;
-}
-
 Contest readContest(const std::string& folder, const std::string& name) {
   for (const Cells& row : tableOf(folder + "/report/scenes.csv", 4)) {
     if (row[0] != name) continue;

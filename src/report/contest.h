@@ -25,10 +25,9 @@ struct Contest {
   Eigen::VectorXd theta, omega;  ///< of these, absolute, at the end
 };
 
-/// The contests of a folder: report/scenes.csv names them, report/NAME.csv holds their ends, their scenes lie
-/// in report/ and config/scenes/.
+/// A contest of a folder: report/scenes.csv names them, report/NAME.csv holds their ends, their scenes lie in
+/// report/ and config/scenes/.
 /// @throws std::runtime_error when a file is missing or malformed, or a name is not known
-std::vector<std::string> contestNames(const std::string& folder);
 Contest readContest(const std::string& folder, const std::string& name);
 
 enum class Progress {

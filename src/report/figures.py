@@ -229,8 +229,8 @@ def real_time(rows):
 
 def orders(rows):
     figure, (axes,) = panels(1, 5.2)
-    for method, group in grouped([row for row in rows if row["study"] == "order"], "method").items():
-        plot(axes, columns_of(group, "setting", "value"), **style_of((OWN, method)), label=method)
+    for method, group in grouped(rows, "method").items():
+        plot(axes, columns_of(group, "step", "error"), **style_of((OWN, method)), label=method)
     logarithmic(axes, "step, s", "Equal steps on a single link: the slope is the order", "error, rad and rad/s")
     axes.set_ylim(1e-16, 10)
     legend_below(axes, 7)

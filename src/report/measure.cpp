@@ -9,7 +9,6 @@
 #include <optional>
 #include <utility>
 
-#include "planar_chain/simulation.h"
 #include "report/own.h"
 #include "report_build.h"
 #include "tools/common.h"
@@ -19,45 +18,23 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-// ---- Consistency -----------------------------------------------------------------------------
+// ---- Orders ----------------------------------------------------------------------------------
 
-/// On a single link.
-void printOrders(const Contest& contest, bool quick) {
+/// The error (rad, rad/s) of each method with equal steps on the single link of the scene `pendulum`.
+void studyOrders(const Request& request) {
   constexpr double stagesSolvedTo = 1e-13;
-  const int parts = quick ? 32 : 40;
+  const Contest contest = readContest(request.folder, "pendulum");
+  std::puts("method,step,error");
   for (const Method& method : measuredMethods()) {
-    for (int k = 0; k < parts; ++k) {
+    for (int k = 0; k < (request.quick ? 32 : 40); ++k) {
       const double h = contest.end / std::round(8 * std::pow(2.0, 0.25 * k));
       OwnRun run(contest.scene, contest.end, equalSteps(method, h, stagesSolvedTo));
       const bool arrived = run.steps(std::numeric_limits<int>::max()) == Progress::arrived;
       double theta, omega;
       run.read(&theta, &omega);
       const double error = std::max(std::abs(theta - contest.theta[0]), std::abs(omega - contest.omega[0]));
-      std::printf("order,%s,%s,%.9g,%.4e,\n", contest.name.c_str(), method.name, h, arrived ? error : nan);
+      std::printf("%s,%.9g,%.4e\n", method.name, h, arrived ? error : nan);
     }
-  }
-}
-
-void printEnergy(const Contest& contest) {
-  constexpr double tolerance = 1e-10;
-  Scene scene = contest.scene;
-  scene.integrator = {"auto", tolerance, 0};
-  Simulation simulation(scene);
-  const bool isGood = simulation.advanceTo(contest.end);
-  const EnergyBalance balance = simulation.energyBalance();
-  std::printf("energy,%s,auto,%g,%.4e,%.4e\n", contest.name.c_str(), tolerance,
-              isGood ? std::abs(balance.residual) : nan,
-              std::abs(balance.now.potential) + balance.now.kinetic + balance.supplied + balance.dissipated);
-}
-
-/// "order": the error (rad, rad/s) of each method with equal steps on the scene `pendulum`; "energy": the
-/// residual of the energy balance of `auto` at tolerance 1e-10 (J), and the energy at hand.
-void studyConsistency(const Request& request) {
-  std::puts("study,scene,method,setting,value,scale");
-  printOrders(readContest(request.folder, "pendulum"), request.quick);
-  for (const std::string& name : contestNames(request.folder)) {
-    const Contest contest = readContest(request.folder, name);
-    if (!request.quick || contest.scene.chain.size() <= 100) printEnergy(contest);
   }
 }
 
@@ -177,7 +154,7 @@ int main(int argc, char** argv) {
   return runStudy("report_measure", argc, argv,
                   {{"about", describe},
                    {"race", studyRace},
-                   {"consistency", studyConsistency},
+                   {"consistency", studyOrders},
                    {"effects", studyEffects},
                    {"scaling", studyScaling},
                    {"long", studyLongRuns}});
