@@ -62,16 +62,6 @@ struct Contestant {
   std::function<std::unique_ptr<Run>(const Contest&, double setting)> make;
 };
 
-/// A contestant whose runs are made as Made(contest, setting, more...).
-template <class Made, class... More>
-Contestant contestant(const std::string& engine, const std::string& method, bool hasFixedStep,
-                      std::function<bool(const Scene&)> takes, More... more) {
-  return {engine, method, hasFixedStep, std::move(takes),
-          [=](const Contest& contest, double setting) -> std::unique_ptr<Run> {
-            return std::make_unique<Made>(contest, setting, more...);
-          }};
-}
-
 /// The rows of work_precision.csv of one scene. A first run warms up. As many follow as fit into 0.1 s, from
 /// ten to 21, or two if a run is long. Short runs are divided among three turns through all contestants,
 /// because the speed of a processor drifts. A run that fails is not repeated.

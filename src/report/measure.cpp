@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <utility>
 
+#include "effects/effect_kind.h"
 #include "report/own.h"
 #include "report_build.h"
 #include "tools/common.h"
@@ -40,30 +40,6 @@ void studyOrders(const Request& request) {
 
 // ---- Effects ---------------------------------------------------------------------------------
 
-/// The scene without an effect; nothing if the scene does not have it.
-std::optional<Scene> without(const std::string& effect, const Scene& scene) {
-  std::vector<Joint> joints = scene.chain.joints();
-  Vec2d gravity = scene.chain.gravity();
-  Scene result = scene;
-  bool had = effect == "nothing";
-  const auto set = [&](double Joint::*number, double value) {
-    for (Joint& joint : joints) had |= std::exchange(joint.*number, value) != value;
-  };
-  if (effect == "gravity") had = !(std::exchange(gravity, {}) == Vec2d{});
-  if (effect == "springs") set(&Joint::stiffness, 0);
-  if (effect == "dampers") set(&Joint::damping, 0);
-  if (effect == "limits") {
-    set(&Joint::lower, -infinity);
-    set(&Joint::upper, infinity);
-    set(&Joint::stopStiffness, 0);
-    set(&Joint::stopDamping, 0);
-  }
-  if (effect == "loads") had = !std::exchange(result.loads, {}).empty();
-  if (!had) return std::nullopt;
-  result.chain = Chain(scene.chain.links(), joints, gravity);
-  return result;
-}
-
 /// Evaluates the accelerations of a scene at its start, again and again.
 std::function<void()> evaluationOf(const Scene& scene) {
   const auto dynamics = std::make_shared<Dynamics>(scene);
@@ -74,7 +50,17 @@ std::function<void()> evaluationOf(const Scene& scene) {
   return [=]() mutable { dynamics->derivative(0, y.data(), slope.data()); };
 }
 
-/// An evaluation of each scene that ships, and of the same without one effect.
+/// The kind's name, such as "loads".
+std::string nameOf(const EffectKind& kind) {
+  SceneWords words;
+  kind.summarize(readSceneText("{chain: [a], links: {a: {mass: 1, inertia: 1, com: [0, 0], pin: [1, 0]}}}"),
+                 words);
+  std::string name;
+  for (const std::string& word : words.leftOut) name += (name.empty() ? "" : " and ") + word;
+  return name;
+}
+
+/// An evaluation of each scene that ships, and of the same where a kind of effect is not known.
 void studyEffects(const Request& request) {
   std::puts("scene,links,without,seconds");
   std::vector<std::filesystem::path> files;
@@ -82,20 +68,26 @@ void studyEffects(const Request& request) {
     if (entry.path().extension() == ".yaml") files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
+  const std::vector<const EffectKind*> kinds = effectKinds();
   for (const auto& file : files) {
     const Scene scene = readSceneText(loadText(file.string()));
-    std::vector<const char*> names;
-    std::vector<std::function<void()>> evaluations;
-    for (const char* effect : {"nothing", "gravity", "springs", "dampers", "limits", "loads"}) {
-      if (const std::optional<Scene> variant = without(effect, scene)) {
-        names.push_back(effect);
-        evaluations.push_back(evaluationOf(*variant));
-      }
+    std::vector<std::string> names{"nothing"};
+    std::vector<std::function<void()>> evaluations{evaluationOf(scene)};
+    for (const EffectKind* kind : kinds) {
+      SceneWords words;
+      kind->summarize(scene, words);
+      if (words.runs.empty()) continue;
+      names.push_back(nameOf(*kind));
+      auto& known = effectKinds();
+      known.erase(std::find(known.begin(), known.end(), kind));
+      evaluations.push_back(evaluationOf(scene));
+      known = kinds;
     }
     const int batch = std::max(1, 4000 / scene.chain.size());
     const std::vector<double> seconds = secondsPerCall(evaluations, batch, request.quick ? 21 : 201);
     for (std::size_t i = 0; i < names.size(); ++i) {
-      std::printf("%s,%d,%s,%.4e\n", file.stem().string().c_str(), scene.chain.size(), names[i], seconds[i]);
+      std::printf("%s,%d,%s,%.4e\n", file.stem().string().c_str(), scene.chain.size(), names[i].c_str(),
+                  seconds[i]);
     }
   }
 }

@@ -50,12 +50,7 @@ def output_of(*command):
 
 
 def of_peers(*arguments):
-    """The rows of the other programs. If one of them crashes, the report goes on without them."""
-    try:
-        return output_of(PEERS, *arguments) if PEERS.exists() else ""
-    except Failed as error:
-        print(f"report: left out: {error}", file=sys.stderr)
-        return ""
+    return output_of(PEERS, *arguments) if PEERS.exists() else ""
 
 
 def parts_of(study, scenes, is_quick):
