@@ -151,7 +151,7 @@ def stability(rows):
     families = grouped(rows, "family")
     lines = math.ceil(len(families) / 3)
     figure, axes = panels(3, 2.8 * lines + 0.8, lines, sharey=True)
-    figure.subplots_adjust(bottom=0.05, hspace=0.3)
+    figure.subplots_adjust(bottom=0.6 / figure.get_figheight(), hspace=0.3)
     for k, each in enumerate(axes):
         each.set_visible(k < len(families))
     for each, (family, members) in zip(axes, families.items()):
