@@ -138,13 +138,15 @@ def read_bag(path, node):
     def of(messages, *fields):
         return [np.array([getattr(message, field) for message in messages]) for field in fields]
 
-    stamps = np.array([state.header.stamp.to_sec() for state in states])
-    motion = Motion(list(states[0].name), stamps - stamps[0], *of(states, "position", "velocity", "effort"))
-    motion.events = events_of(stamps, statuses,
+    def since_start(messages):
+        return np.array([(message.header.stamp - states[0].header.stamp).to_sec() for message in messages])
+
+    motion = Motion(list(states[0].name), since_start(states), *of(states, "position", "velocity", "effort"))
+    motion.events = events_of(np.array([state.header.stamp.to_sec() for state in states]), statuses,
                               [message for message in taken if message.kind in (message.RESET, message.SET_STATE)])
     running = [status for status in statuses if not status.standstill]
     if running:
-        t = np.array([status.header.stamp.to_sec() for status in running]) - stamps[0]
+        t = since_start(running)
         parts = of(running, "kinetic", "potential", "work_supplied", "dissipated", "energy_balance", "error_estimate")
         motion.energy = t, dict(zip(("T", "V", "supplied", "dissipated"), parts))
         motion.balance, motion.error = (t, parts[4]), (t, parts[5])
