@@ -5,7 +5,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  pylint: disable=wrong-import-position
 
-from results import AUTO, LEVELS, OWN, best_of_engines, grouped, name_of, number  # noqa: E402  pylint: disable=wrong-import-position
+# pylint: disable=wrong-import-position
+from results import AUTO, LEVELS, OWN, best_of_engines, grouped, name_of, number  # noqa: E402
 
 # Text stays text and ticks are lines of the grid, which keeps the files small.
 plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "planar_chain", "font.sans-serif": ["DejaVu Sans"],
@@ -22,7 +23,8 @@ COLOURS = {"auto": "black", "rk4": "#9467bd", "dopri5": "#1f77b4", "dop853": "#1
 MARKS = {"Euler": "v", "RK4": "^", "implicit": "s"}
 FAILURES = {"diverged": "x", "refused": "1", "timed out": r"$\rightarrow$"}
 RED = "#b2182b"
-FAMILIES = {"stiff": "Stiff joints: springs k, N m/rad", "stiff_damped": "Stiff joints, damped: k, N m/rad; d = k · 1 ms",
+FAMILIES = {"stiff": "Stiff joints: springs k, N m/rad",
+            "stiff_damped": "Stiff joints, damped: k, N m/rad; d = k · 1 ms",
             "heavy_tip": "Heavy tip: its mass over a link's", "long": "Long chains: links", "whip": "Whips: links",
             "spin": "Spinning chain of ten links: rad/s"}
 
@@ -115,12 +117,13 @@ def verdict(cells, scenes):
     grey, striped = "#dddddd", dict(facecolor="white", edgecolor="#999999", hatch="///", linewidth=0)
     figure, (axes,) = panels(1, 0.45 * len(scenes) + 1.8)
     figure.subplots_adjust(left=0.08, right=1.06)
-    mesh = axes.pcolormesh([[cells[name, level].ratio for level in LEVELS] for name in scenes], cmap=scale, norm=matplotlib.colors.LogNorm(0.25, 4), edgecolors="white",
-                           linewidth=2)
+    axes.grid(False)
+    mesh = axes.pcolormesh([[cells[name, level].ratio for level in LEVELS] for name in scenes], cmap=scale,
+                           norm=matplotlib.colors.LogNorm(0.25, 4), edgecolors="white", linewidth=2)
     for i, name in enumerate(scenes):
         for j, level in enumerate(LEVELS):
             cell = cells[name, level]
-            text = {"nobody": "–", "fastest": f"{cell.ratio:.2f}", "slower": f"{cell.ratio:.2f}"}.get(cell.outcome, cell.outcome)
+            text = f"{cell.ratio:.2f}" if cell.outcome in ("fastest", "slower") else cell.outcome.replace("nobody", "–")
             if cell.outcome == "slower":
                 text += f"\n{cell.fastest[cell.fastest[0] == OWN]}"
             axes.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=8)
@@ -130,9 +133,8 @@ def verdict(cells, scenes):
     axes.set(xticks=[j + 0.5 for j in range(len(LEVELS))], xticklabels=LEVELS.values(),
              yticks=[i + 0.5 for i in range(len(scenes))], yticklabels=scenes, ylim=(len(scenes), 0),
              xlabel="error of the angles, rad, that every finer setting keeps",
-             title="Time of auto over that of the fastest other method of any program. Green: auto is faster. Orange: the cell names "
-                   "the faster method.")
-    axes.grid(False)
+             title="Time of auto over that of the fastest other method of any program. Green: auto is faster. "
+                   "Orange: the cell names the faster method.")
     axes.legend(handles=[plt.Rectangle((0, 0), 1, 1, facecolor=scale(0.0), label="alone: auto and no other"),
                          plt.Rectangle((0, 0), 1, 1, label="not reached: not by auto, but by another", **striped),
                          plt.Rectangle((0, 0), 1, 1, facecolor=grey, label="–: no method reaches it")],

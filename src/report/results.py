@@ -152,8 +152,8 @@ def why_slower(fastest, ratio, evaluations):
         return f"a method that auto does not choose from: {kind}, cheaper at this accuracy"
     often = evaluations is not None and evaluations > 1.05
     if engine == OWN:
-        return ("auto finds out during the run that this method is the fastest: it pays for trials of others and for its "
-                "steps before that" if often else
+        return ("auto finds out during the run that this method is the fastest: it pays for trials of others and for "
+                "its steps before that" if often else
                 "as many evaluations or fewer: auto took dearer steps of another method for part of the time")
     if often:
         return "another method that needs fewer evaluations for this accuracy"

@@ -25,7 +25,7 @@ DASHES = ["-", "--", "-.", ":"]
 MOST_JOINTS = len(COLOURS)
 ROW_HEIGHT, WIDTH = 1.9, 11.0  # inch
 INSTANTS = 9  # of --strobe
-ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work of loads and commands", "dissipated": "dissipated"}
+ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work of loads and commands"}
 ROUNDING = 1e-16  # no axis shows less of an error
 
 
