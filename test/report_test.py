@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).absolute().parent / "../src/report"))
+import figures  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
 
 BIN = ""
@@ -99,6 +100,14 @@ class Report(unittest.TestCase):
         for fact in ("commit", "-O", "rosrun planar_chain report"):
             self.assertIn(fact, page)
 
+    def test_curves_stand_before_tables(self):
+        page = (self.folder / "index.html").read_text(encoding="utf-8")
+        sections = [section for section in page.split("<h2")[1:] if "<table" in section]
+        self.assertGreaterEqual(len(sections), 3)
+        for section in sections:
+            self.assertLess(section.find("<img"), section.find("<table"), section[:80])
+            self.assertIn("<img", section)
+
     def test_it_goes_on_where_it_was(self):
         path = self.folder / "work_precision.csv"
         whole = path.read_text(encoding="utf-8").splitlines(True)
@@ -155,6 +164,33 @@ class Reasons(unittest.TestCase):
             seen.add(cell.why)
         self.assertEqual(self.verdict(8).outcome, "nobody")
         self.assertEqual(self.verdict(5, **{"odeint Fehlberg": (0.5, 50)}).ratio, 2)
+
+
+class Pictures(unittest.TestCase):
+    def test_the_verdict_has_one_scale_without_jumps_and_a_legend(self):
+        scenes = [f"scene{k}" for k in range(60)]
+        ratio = {name: 0.3 * 1.04**k for k, name in enumerate(scenes)}  # to 3
+        figure = figures.verdict({(name, level): results.Cell("slower", ("odeint", "any"), ratio[name], 1, "")
+                                  for name in scenes for level in results.LEVELS}, scenes)
+        figure.canvas.draw()
+        axes = figure.axes[0]
+        rows = axes.collections[0].get_facecolors().reshape(len(scenes), len(results.LEVELS), 4)
+        for one, next_one in zip(rows, rows[1:]):
+            self.assertLess(abs(one - next_one).max(), 0.05)
+        self.assertGreater(abs(rows[0] - rows[-1]).max(), 0.4)
+        words = " ".join(text.get_text() for text in axes.get_legend().get_texts())
+        for word in ("alone", "not reached", "–"):
+            self.assertIn(word, words)
+
+    def test_no_plot_has_more_than_ten_series(self):
+        own = ("auto", "rk4", "dopri5", "dop853", "rodas5p", "radau13", "taylor", "ros34pw2", "ros34pw2_fixed")
+        others = ("by hand", "odeint", "SUNDIALS", "MuJoCo", "Bullet", "DART", "Simbody", "ODE")
+        who = [("planar_chain", method) for method in own] + [(other, method) for other in others for method in "ab"]
+        rows = [{"engine": engine, "method": method, "cpu_seconds": "1", "error_theta": "1e-5", "outcome": "ok"}
+                for engine, method in who]
+        panels = figures.scene("title", rows, 1e-12).axes
+        series = [[line for line in axes.lines if not line.get_label().startswith("_")] for axes in panels]
+        self.assertEqual([len(each) for each in series], [9, 9])
 
 
 class Arguments(unittest.TestCase):

@@ -1,11 +1,16 @@
 #include "report/contest.h"
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <sstream>
 #include <stdexcept>
+#include <type_traits>
 
 #include "planar_chain/scene_reader.h"
 #include "tools/common.h"
@@ -158,9 +163,10 @@ struct Point {
   double setting = 0;
   const char* outcome = "ok";                 ///< or "diverged", "refused", "timed out"
   double thetaError = nan, omegaError = nan;  ///< largest of a link
-  std::vector<double> medians{};              ///< s, of each turn
-  double worstStep = infinity;                ///< s, least of the turns
-  bool isMeasuredAgain = false;               ///< in the other turns
+  int turns = 0;
+  std::array<double, 3> medians{};  ///< s, of each turn
+  double worstStep = infinity;      ///< s, least of the turns
+  bool isMeasuredAgain = false;     ///< in the other turns
   Counts counts{};
 };
 
@@ -178,6 +184,7 @@ void measure(const Contest& contest, const Effort& effort, Point& point) {
     point.outcome = first.progress == Progress::underway  ? "timed out"
                     : first.progress == Progress::refused ? "refused"
                                                           : "diverged";
+    point.turns = 1;
     point.medians = {first.seconds};
     point.worstStep = nan;
     return;
@@ -194,20 +201,41 @@ void measure(const Contest& contest, const Effort& effort, Point& point) {
   for (double& time : times) {
     time = ride(contest, *point.contestant, point.setting, effort.limit).seconds;
   }
-  point.medians.push_back(median(times));
+  point.medians.at(static_cast<std::size_t>(point.turns++)) = median(times);
   point.worstStep = std::min(
       point.worstStep, worstStep(contest, *point.contestant, point.setting, point.isMeasuredAgain ? 3 : 1));
+}
+
+/// The same in a process of its own: a crash of another program costs this point only.
+void measureApart(const Contest& contest, const Effort& effort, Point& point) {
+  static_assert(std::is_trivially_copyable_v<Point>);
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error("no pipe");
+  const pid_t child = fork();
+  if (child == 0) {
+    measure(contest, effort, point);
+    _exit(write(ends[1], &point, sizeof point) == sizeof point ? 0 : 1);
+  }
+  close(ends[1]);
+  Point measured = point;
+  const bool isWhole = read(ends[0], &measured, sizeof measured) == sizeof measured;
+  close(ends[0]);
+  waitpid(child, nullptr, 0);
+  point = measured;
+  if (isWhole) return;
+  point.outcome = "refused";
+  point.turns = 1;
+  point.medians = {nan};
+  point.worstStep = nan;
+}
+
+void measureTurn(const Contest& contest, const Effort& effort, Point& point) {
+  (point.contestant->engine == "planar_chain" ? measure : measureApart)(contest, effort, point);
 }
 
 }  // namespace
 
 // ---- Contests --------------------------------------------------------------------------------
-
-std::vector<std::string> contestNames(const std::string& folder) {
-  std::vector<std::string> names;
-  for (const Cells& row : tableOf(folder + "/report/scenes.csv", 4)) names.push_back(row[0]);
-  return names;
-}
 
 Contest readContest(const std::string& folder, const std::string& name) {
   for (const Cells& row : tableOf(folder + "/report/scenes.csv", 4)) {
@@ -240,20 +268,20 @@ void race(const Contest& contest, const std::vector<Contestant>& contestants, bo
     if (!each.takes(contest.scene)) continue;
     for (const double setting : settingsFor(each, contest, effort, quick)) {
       points.push_back({&each, setting});
-      measure(contest, effort, points.back());
+      measureTurn(contest, effort, points.back());
       if (points.back().outcome == std::string("timed out")) break;  // tighter ones take longer still
     }
   }
   for (int turn = 1; turn < effort.turns; ++turn) {
     for (Point& point : points) {
-      if (point.isMeasuredAgain) measure(contest, effort, point);
+      if (point.isMeasuredAgain) measureTurn(contest, effort, point);
     }
   }
   for (const Point& p : points) {
     std::printf("%s,%s,%s,%g,%.4e,%.4e,%.6e,%lld,%lld,%lld,%.3e,%s\n", contest.name.c_str(),
                 p.contestant->engine.c_str(), p.contestant->method.c_str(), p.setting, p.thetaError,
-                p.omegaError, median(p.medians), p.counts.evaluations, p.counts.steps, p.counts.rejected,
-                p.worstStep, p.outcome);
+                p.omegaError, median({p.medians.begin(), p.medians.begin() + p.turns}), p.counts.evaluations,
+                p.counts.steps, p.counts.rejected, p.worstStep, p.outcome);
   }
 }
 

@@ -25,10 +25,9 @@ struct Contest {
   Eigen::VectorXd theta, omega;  ///< of these, absolute, at the end
 };
 
-/// The contests of a folder: report/scenes.csv names them, report/NAME.csv holds their ends, their scenes lie
-/// in report/ and config/scenes/.
+/// A contest of a folder: report/scenes.csv names them, report/NAME.csv holds their ends, their scenes lie in
+/// report/ and config/scenes/.
 /// @throws std::runtime_error when a file is missing or malformed, or a name is not known
-std::vector<std::string> contestNames(const std::string& folder);
 Contest readContest(const std::string& folder, const std::string& name);
 
 enum class Progress {
@@ -62,16 +61,6 @@ struct Contestant {
   /// The contest outlives the run.
   std::function<std::unique_ptr<Run>(const Contest&, double setting)> make;
 };
-
-/// A contestant whose runs are made as Made(contest, setting, more...).
-template <class Made, class... More>
-Contestant contestant(const std::string& engine, const std::string& method, bool hasFixedStep,
-                      std::function<bool(const Scene&)> takes, More... more) {
-  return {engine, method, hasFixedStep, std::move(takes),
-          [=](const Contest& contest, double setting) -> std::unique_ptr<Run> {
-            return std::make_unique<Made>(contest, setting, more...);
-          }};
-}
 
 /// The rows of work_precision.csv of one scene. A first run warms up. As many follow as fit into 0.1 s, from
 /// ten to 21, or two if a run is long. Short runs are divided among three turns through all contestants,

@@ -5,7 +5,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  pylint: disable=wrong-import-position
 
-from results import AUTO, LEVELS, OWN, best_of_engines, grouped, name_of, number  # noqa: E402  pylint: disable=wrong-import-position
+# pylint: disable=wrong-import-position
+from results import AUTO, LEVELS, OWN, best_of_engines, grouped, name_of, number  # noqa: E402
 
 # Text stays text and ticks are lines of the grid, which keeps the files small.
 plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "planar_chain", "font.sans-serif": ["DejaVu Sans"],
@@ -22,10 +23,9 @@ COLOURS = {"auto": "black", "rk4": "#9467bd", "dopri5": "#1f77b4", "dop853": "#1
 MARKS = {"Euler": "v", "RK4": "^", "implicit": "s"}
 FAILURES = {"diverged": "x", "refused": "1", "timed out": r"$\rightarrow$"}
 RED = "#b2182b"
-FAMILIES = {"stiff": "Stiff joints: springs k, N m/rad", "stiff_damped": "Stiff joints, damped: k, N m/rad; d = k · 1 ms",
-            "damped": "Damped joints, k = 100 N m/rad: d, N m s/rad",
-            "heavy_tip": "Heavy tip: its mass over a link's", "slack_tip": "Heavy tip, slack: its mass over a link's",
-            "light_tip": "Tapering: first mass over the last", "long": "Long chains: links", "whip": "Whips: links",
+FAMILIES = {"stiff": "Stiff joints: springs k, N m/rad",
+            "stiff_damped": "Stiff joints, damped: k, N m/rad; d = k · 1 ms",
+            "heavy_tip": "Heavy tip: its mass over a link's", "long": "Long chains: links", "whip": "Whips: links",
             "spin": "Spinning chain of ten links: rad/s"}
 
 
@@ -117,12 +117,13 @@ def verdict(cells, scenes):
     grey, striped = "#dddddd", dict(facecolor="white", edgecolor="#999999", hatch="///", linewidth=0)
     figure, (axes,) = panels(1, 0.45 * len(scenes) + 1.8)
     figure.subplots_adjust(left=0.08, right=1.06)
-    mesh = axes.pcolormesh([[cells[name, level].ratio for level in LEVELS] for name in scenes], cmap=scale, norm=matplotlib.colors.LogNorm(0.25, 4), edgecolors="white",
-                           linewidth=2)
+    axes.grid(False)
+    mesh = axes.pcolormesh([[cells[name, level].ratio for level in LEVELS] for name in scenes], cmap=scale,
+                           norm=matplotlib.colors.LogNorm(0.25, 4), edgecolors="white", linewidth=2)
     for i, name in enumerate(scenes):
         for j, level in enumerate(LEVELS):
             cell = cells[name, level]
-            text = {"nobody": "–", "fastest": f"{cell.ratio:.2f}", "slower": f"{cell.ratio:.2f}"}.get(cell.outcome, cell.outcome)
+            text = f"{cell.ratio:.2f}" if cell.outcome in ("fastest", "slower") else cell.outcome.replace("nobody", "–")
             if cell.outcome == "slower":
                 text += f"\n{cell.fastest[cell.fastest[0] == OWN]}"
             axes.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=8)
@@ -132,13 +133,13 @@ def verdict(cells, scenes):
     axes.set(xticks=[j + 0.5 for j in range(len(LEVELS))], xticklabels=LEVELS.values(),
              yticks=[i + 0.5 for i in range(len(scenes))], yticklabels=scenes, ylim=(len(scenes), 0),
              xlabel="error of the angles, rad, that every finer setting keeps",
-             title="Time of auto over that of the fastest other method of any program. Above 1 the cell names the faster method.")
-    axes.grid(False)
+             title="Time of auto over that of the fastest other method of any program. Green: auto is faster. "
+                   "Orange: the cell names the faster method.")
     axes.legend(handles=[plt.Rectangle((0, 0), 1, 1, facecolor=scale(0.0), label="alone: auto and no other"),
                          plt.Rectangle((0, 0), 1, 1, label="not reached: not by auto, but by another", **striped),
                          plt.Rectangle((0, 0), 1, 1, facecolor=grey, label="–: no method reaches it")],
                 loc="upper center", bbox_to_anchor=(0.5, -0.6 / (0.45 * len(scenes))), ncol=3)
-    bar = figure.colorbar(mesh, ax=axes, extend="both", pad=0.01, label="green: auto is faster; orange: slower")
+    bar = figure.colorbar(mesh, ax=axes, extend="both", pad=0.01)
     bar.set_ticks([0.25, 0.5, 1, 2, 4])
     bar.ax.set_yticklabels(["1/4", "1/2", "1", "2", "4"])
     bar.minorticks_off()
@@ -152,7 +153,7 @@ def stability(rows):
     families = grouped(rows, "family")
     lines = math.ceil(len(families) / 3)
     figure, axes = panels(3, 2.8 * lines + 0.8, lines, sharey=True)
-    figure.subplots_adjust(bottom=0.05, hspace=0.3)
+    figure.subplots_adjust(bottom=0.6 / figure.get_figheight(), hspace=0.3)
     for k, each in enumerate(axes):
         each.set_visible(k < len(families))
     for each, (family, members) in zip(axes, families.items()):
@@ -229,8 +230,8 @@ def real_time(rows):
 
 def orders(rows):
     figure, (axes,) = panels(1, 5.2)
-    for method, group in grouped([row for row in rows if row["study"] == "order"], "method").items():
-        plot(axes, columns_of(group, "setting", "value"), **style_of((OWN, method)), label=method)
+    for method, group in grouped(rows, "method").items():
+        plot(axes, columns_of(group, "step", "error"), **style_of((OWN, method)), label=method)
     logarithmic(axes, "step, s", "Equal steps on a single link: the slope is the order", "error, rad and rad/s")
     axes.set_ylim(1e-16, 10)
     legend_below(axes, 7)

@@ -6,10 +6,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <utility>
 
-#include "planar_chain/simulation.h"
+#include "effects/effect_kind.h"
 #include "report/own.h"
 #include "report_build.h"
 #include "tools/common.h"
@@ -19,73 +18,27 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-// ---- Consistency -----------------------------------------------------------------------------
+// ---- Orders ----------------------------------------------------------------------------------
 
-/// On a single link.
-void printOrders(const Contest& contest, bool quick) {
+/// The error (rad, rad/s) of each method with equal steps on the single link of the scene `pendulum`.
+void studyOrders(const Request& request) {
   constexpr double stagesSolvedTo = 1e-13;
-  const int parts = quick ? 32 : 40;
+  const Contest contest = readContest(request.folder, "pendulum");
+  std::puts("method,step,error");
   for (const Method& method : measuredMethods()) {
-    for (int k = 0; k < parts; ++k) {
+    for (int k = 0; k < (request.quick ? 32 : 40); ++k) {
       const double h = contest.end / std::round(8 * std::pow(2.0, 0.25 * k));
       OwnRun run(contest.scene, contest.end, equalSteps(method, h, stagesSolvedTo));
       const bool arrived = run.steps(std::numeric_limits<int>::max()) == Progress::arrived;
       double theta, omega;
       run.read(&theta, &omega);
       const double error = std::max(std::abs(theta - contest.theta[0]), std::abs(omega - contest.omega[0]));
-      std::printf("order,%s,%s,%.9g,%.4e,\n", contest.name.c_str(), method.name, h, arrived ? error : nan);
+      std::printf("%s,%.9g,%.4e\n", method.name, h, arrived ? error : nan);
     }
   }
 }
 
-void printEnergy(const Contest& contest) {
-  constexpr double tolerance = 1e-10;
-  Scene scene = contest.scene;
-  scene.integrator = {"auto", tolerance, 0};
-  Simulation simulation(scene);
-  const bool isGood = simulation.advanceTo(contest.end);
-  const EnergyBalance balance = simulation.energyBalance();
-  std::printf("energy,%s,auto,%g,%.4e,%.4e\n", contest.name.c_str(), tolerance,
-              isGood ? std::abs(balance.residual) : nan,
-              std::abs(balance.now.potential) + balance.now.kinetic + balance.supplied + balance.dissipated);
-}
-
-/// "order": the error (rad, rad/s) of each method with equal steps on the scene `pendulum`; "energy": the
-/// residual of the energy balance of `auto` at tolerance 1e-10 (J), and the energy at hand.
-void studyConsistency(const Request& request) {
-  std::puts("study,scene,method,setting,value,scale");
-  printOrders(readContest(request.folder, "pendulum"), request.quick);
-  for (const std::string& name : contestNames(request.folder)) {
-    const Contest contest = readContest(request.folder, name);
-    if (!request.quick || contest.scene.chain.size() <= 100) printEnergy(contest);
-  }
-}
-
 // ---- Effects ---------------------------------------------------------------------------------
-
-/// The scene without an effect; nothing if the scene does not have it.
-std::optional<Scene> without(const std::string& effect, const Scene& scene) {
-  std::vector<Joint> joints = scene.chain.joints();
-  Vec2d gravity = scene.chain.gravity();
-  Scene result = scene;
-  bool had = effect == "nothing";
-  const auto set = [&](double Joint::*number, double value) {
-    for (Joint& joint : joints) had |= std::exchange(joint.*number, value) != value;
-  };
-  if (effect == "gravity") had = !(std::exchange(gravity, {}) == Vec2d{});
-  if (effect == "springs") set(&Joint::stiffness, 0);
-  if (effect == "dampers") set(&Joint::damping, 0);
-  if (effect == "limits") {
-    set(&Joint::lower, -infinity);
-    set(&Joint::upper, infinity);
-    set(&Joint::stopStiffness, 0);
-    set(&Joint::stopDamping, 0);
-  }
-  if (effect == "loads") had = !std::exchange(result.loads, {}).empty();
-  if (!had) return std::nullopt;
-  result.chain = Chain(scene.chain.links(), joints, gravity);
-  return result;
-}
 
 /// Evaluates the accelerations of a scene at its start, again and again.
 std::function<void()> evaluationOf(const Scene& scene) {
@@ -97,7 +50,17 @@ std::function<void()> evaluationOf(const Scene& scene) {
   return [=]() mutable { dynamics->derivative(0, y.data(), slope.data()); };
 }
 
-/// An evaluation of each scene that ships, and of the same without one effect.
+/// The kind's name, such as "loads".
+std::string nameOf(const EffectKind& kind) {
+  SceneWords words;
+  kind.summarize(readSceneText("{chain: [a], links: {a: {mass: 1, inertia: 1, com: [0, 0], pin: [1, 0]}}}"),
+                 words);
+  std::string name;
+  for (const std::string& word : words.leftOut) name += (name.empty() ? "" : " and ") + word;
+  return name;
+}
+
+/// An evaluation of each scene that ships, and of the same where a kind of effect is not known.
 void studyEffects(const Request& request) {
   std::puts("scene,links,without,seconds");
   std::vector<std::filesystem::path> files;
@@ -105,20 +68,26 @@ void studyEffects(const Request& request) {
     if (entry.path().extension() == ".yaml") files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
+  const std::vector<const EffectKind*> kinds = effectKinds();
   for (const auto& file : files) {
     const Scene scene = readSceneText(loadText(file.string()));
-    std::vector<const char*> names;
-    std::vector<std::function<void()>> evaluations;
-    for (const char* effect : {"nothing", "gravity", "springs", "dampers", "limits", "loads"}) {
-      if (const std::optional<Scene> variant = without(effect, scene)) {
-        names.push_back(effect);
-        evaluations.push_back(evaluationOf(*variant));
-      }
+    std::vector<std::string> names{"nothing"};
+    std::vector<std::function<void()>> evaluations{evaluationOf(scene)};
+    for (const EffectKind* kind : kinds) {
+      SceneWords words;
+      kind->summarize(scene, words);
+      if (words.runs.empty()) continue;
+      names.push_back(nameOf(*kind));
+      auto& known = effectKinds();
+      known.erase(std::find(known.begin(), known.end(), kind));
+      evaluations.push_back(evaluationOf(scene));
+      known = kinds;
     }
     const int batch = std::max(1, 4000 / scene.chain.size());
     const std::vector<double> seconds = secondsPerCall(evaluations, batch, request.quick ? 21 : 201);
     for (std::size_t i = 0; i < names.size(); ++i) {
-      std::printf("%s,%d,%s,%.4e\n", file.stem().string().c_str(), scene.chain.size(), names[i], seconds[i]);
+      std::printf("%s,%d,%s,%.4e\n", file.stem().string().c_str(), scene.chain.size(), names[i].c_str(),
+                  seconds[i]);
     }
   }
 }
@@ -177,7 +146,7 @@ int main(int argc, char** argv) {
   return runStudy("report_measure", argc, argv,
                   {{"about", describe},
                    {"race", studyRace},
-                   {"consistency", studyConsistency},
+                   {"consistency", studyOrders},
                    {"effects", studyEffects},
                    {"scaling", studyScaling},
                    {"long", studyLongRuns}});

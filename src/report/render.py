@@ -33,7 +33,8 @@ def shorter(svg):
 
 def floor_of(ends):
     """Below this error the rounding of the scene's numbers decides, or the reference is not known."""
-    return max(number(row[column]) for row in ends if row["quantity"] == "theta" for column in ("rounding", "uncertainty"))
+    angles = [row for row in ends if row["quantity"] == "theta"]
+    return max(number(row[column]) for row in angles for column in ("rounding", "uncertainty"))
 
 
 def write(folder, data, titles):

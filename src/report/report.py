@@ -50,12 +50,7 @@ def output_of(*command):
 
 
 def of_peers(*arguments):
-    """The rows of the other programs. If one of them crashes, the report goes on without them."""
-    try:
-        return output_of(PEERS, *arguments) if PEERS.exists() else ""
-    except Failed as error:
-        print(f"report: left out: {error}", file=sys.stderr)
-        return ""
+    return output_of(PEERS, *arguments) if PEERS.exists() else ""
 
 
 def parts_of(study, scenes, is_quick):
@@ -96,14 +91,11 @@ def digest(*programs):
     return "".join(hashlib.sha256(program.read_bytes()).hexdigest() for program in programs if program.exists())
 
 
-def facts_by_study(is_quick):
-    """What stands under the figures of each study. A table is kept only while these facts stay the same."""
-    common = {**json.loads(output_of(OWN, "about", "--data", DATA)), "quick": is_quick, "cpu": processor(),
-              "programs": digest(OWN, HERE / "stability")}
-    peers = {"engines": json.loads(of_peers("about", "--data", DATA) or "{}"), "others": digest(PEERS)}
-    node = {"node": digest(HERE / "planar_chain_node"), "left_out": real_time.why_not(HERE)}
-    return {name: {**common, **(peers if name in ("race", "scaling") else node if name == "real_time" else {})}
-            for name in TABLES}
+def facts_now(is_quick):
+    """What stands under the figures. A table is kept only while these facts stay the same."""
+    return {**json.loads(output_of(OWN, "about", "--data", DATA)), "quick": is_quick, "cpu": processor(),
+            "engines": json.loads(of_peers("about", "--data", DATA) or "{}"), "left_out": real_time.why_not(HERE),
+            "programs": digest(OWN, HERE / "stability", PEERS, HERE / "planar_chain_node")}
 
 
 def prepare(folder, studies, facts):
@@ -114,10 +106,10 @@ def prepare(folder, studies, facts):
     words = ["DIR" if pathlib.Path(word) == folder else word for word in sys.argv[1:]]
     for name in studies:
         before = known.get(name, {})
-        if all(before.get(fact) == value for fact, value in facts[name].items()):
+        if all(before.get(fact) == value for fact, value in facts.items()):
             continue  # with the date of its first measurements
         (folder / TABLES[name]).unlink(missing_ok=True)
-        known[name] = {**facts[name], "date": date, "command": "rosrun planar_chain report " + shlex.join(words)}
+        known[name] = {**facts, "date": date, "command": "rosrun planar_chain report " + shlex.join(words)}
     write_whole(path, json.dumps(known, indent=1) + "\n")
 
 
@@ -161,10 +153,10 @@ def report():
         fcntl.flock(os.open(folder, os.O_RDONLY), fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise Failed(f"another report is writing {folder}") from None
-    facts = facts_by_study(is_quick)
+    facts = facts_now(is_quick)
     prepare(folder, arguments.studies, facts)
     parts = [(study, part) for study in arguments.studies for part in parts_of(study, arguments.scenes, is_quick)
-             if study != "real_time" or not facts[study]["left_out"]]  # the page says why
+             if study != "real_time" or not facts["left_out"]]  # the page says why
     failure = None
     for done, (study, part) in enumerate(parts):
         if sys.stderr.isatty():

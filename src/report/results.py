@@ -100,27 +100,13 @@ def best_of_engines(rows):
 
 # ---- Consistency ---------------------------------------------------------------------------------
 
-def measured_order(points):
-    """From the errors that are neither coarse nor rounding."""
-    return slope([(h, error) for h, error in points if 3e-13 < error < 3e-3])
-
-
 def orders(rows):
     """method, order by theory, measured, and if they agree. A method without a measured order does not."""
-    for method, group in grouped([row for row in rows if row["study"] == "order"], "method").items():
-        order = measured_order([(number(row["setting"]), number(row["value"])) for row in group])
+    for method, group in grouped(rows, "method").items():
+        points = [(number(row["step"]), number(row["error"])) for row in group]
+        order = slope([(h, error) for h, error in points if 3e-13 < error < 3e-3])  # neither coarse nor rounding
         theory = ORDERS[method]
         yield method, theory, order, order is not None and abs(order - theory) <= max(0.5, 0.15 * theory)
-
-
-def balances(rows, scenes):
-    """scene, residual of the energy balance, energy at hand, least error of an angle, and if they fit."""
-    for row in rows:
-        if row["study"] == "energy":
-            closest = min((number(each["error_theta"]) for each in scenes.get(row["scene"], {"rows": []})["rows"]
-                           if each["engine"] == OWN and each["outcome"] == "ok"), default=math.nan)
-            yield (row["scene"], row["value"], row["scale"], closest,
-                   number(row["value"]) <= 1e-8 * number(row["scale"]) and not closest >= 1e-6)
 
 
 # ---- Where auto is not the fastest, and why ------------------------------------------------------
@@ -166,8 +152,8 @@ def why_slower(fastest, ratio, evaluations):
         return f"a method that auto does not choose from: {kind}, cheaper at this accuracy"
     often = evaluations is not None and evaluations > 1.05
     if engine == OWN:
-        return ("auto finds out during the run that this method is the fastest: it pays for trials of others and for its "
-                "steps before that" if often else
+        return ("auto finds out during the run that this method is the fastest: it pays for trials of others and for "
+                "its steps before that" if often else
                 "as many evaluations or fewer: auto took dearer steps of another method for part of the time")
     if often:
         return "another method that needs fewer evaluations for this accuracy"

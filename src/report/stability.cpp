@@ -11,7 +11,6 @@
 #include <cmath>
 #include <complex>
 #include <cstdio>
-#include <functional>
 #include <utility>
 
 #include "planar_chain/linear_model.h"
@@ -40,63 +39,34 @@ struct Case {
   bool isNearRest = true;
 };
 
-/// The angle of the link at x, from 0 (ground) to 1 (tip), against straight down.
-using Lean = std::function<double(double x)>;
-
-/// A chain of 1 m in all, made of n rods, at rest. mass(i), kg. Springs k and dampers d in all joints but the
-/// ground's.
-Scene make(int n, const std::function<double(int)>& mass, const Lean& lean, double k = 0, double d = 0) {
+/// A chain of 1 m and 1 kg in all, made of n rods, at rest: swung out by `lean`, with a smooth bend on top,
+/// rad. Springs k and dampers d in all joints but the ground's. The last rod is heavier by the ratio `tip`.
+Scene make(int n, double bend, double k = 0, double d = 0, double tip = 1, double lean = 0.1) {
   const double length = 1.0 / n;
   std::vector<Link> links;
   std::vector<Joint> joints;
   std::vector<double> q, qd(static_cast<std::size_t>(n), 0.0);  // q: absolute until all are known
   for (int i = 0; i < n; ++i) {
     const std::string name = "link_" + std::to_string(i + 1);
-    links.push_back({name, mass(i), mass(i) * length * length / 12, {length / 2, 0}, {length, 0}});
+    const double mass = 1.0 / n * (i == n - 1 ? tip : 1);
+    links.push_back({name, mass, mass * length * length / 12, {length / 2, 0}, {length, 0}});
     joints.push_back({name + "_joint"});
     joints.back().stiffness = i > 0 ? k : 0;
     joints.back().damping = i > 0 ? d : 0;
-    q.push_back(-pi / 2 + lean((i + 0.5) / n));
+    q.push_back(-pi / 2 + (lean + bend * std::sin(pi * ((i + 0.5) / n))));
   }
   toRelative(q.data(), n, q.data());
   return {Chain(std::move(links), std::move(joints), {0, -9.81}), std::move(q), std::move(qd), {}, {}, {}, 0};
 }
 
-/// Swung out by 0.1 rad, and a smooth bend on top.
-Lean leanWithBend(double bend) {
-  return [bend](double x) { return 0.1 + bend * std::sin(pi * x); };
-}
-
-std::function<double(int)> evenly(double n) {
-  return [n](int) { return 1 / n; };
-}
-
-/// Ten links with springs k and dampers d in the inner joints, bent as a moment of about 1 N m would, if that
-/// is little.
+/// Ten links with springs and dampers, bent as a moment of about 1 N m would, if that is little.
 Scene springyBar(double k, double d) {
-  return make(10, evenly(10), leanWithBend(0.02 * std::min(1.0, 10 / k)), k, d);
-}
-
-/// Twenty links, the last one heavier by this ratio.
-Scene heavyTip(double ratio, double bend) {
-  return make(
-      20, [ratio](int i) { return 0.05 * (i == 19 ? ratio : 1); }, leanWithBend(bend));
-}
-
-/// Twenty links, first over last mass as given.
-Scene tapered(double ratio) {
-  return make(
-      20, [ratio](int i) { return 0.05 * std::pow(ratio, -i / 19.0); }, leanWithBend(0.02));
-}
-
-/// Swung out and bent a little.
-Scene hanging(double n) {
-  return make(static_cast<int>(n), evenly(n), leanWithBend(0.02));
+  return make(10, 0.02 * std::min(1.0, 10 / k), k, d);
 }
 
 /// Without gravity about the ground pin: only tension holds it straight.
 Scene spinning(double rate) {
-  Scene scene = hanging(10);
+  Scene scene = make(10, 0.02);
   scene.chain = Chain(scene.chain.links(), scene.chain.joints(), {});
   scene.qd[0] = rate;
   return scene;
@@ -118,14 +88,9 @@ std::vector<Case> stabilityCases(bool quick) {
   };
   add("stiff", stiffnesses, [](double k) { return springyBar(k, 0); });
   add("stiff_damped", stiffnesses, [](double k) { return springyBar(k, 1e-3 * k); });
-  add("damped", stiffnesses, [](double d) { return springyBar(100, d); });
-  add("heavy_tip", ratios, [](double ratio) { return heavyTip(ratio, 0); });
-  add("slack_tip", ratios, [](double ratio) { return heavyTip(ratio, 0.01); });
-  add("light_tip", ratios, tapered);
-  add("long", lengths, hanging);
-  // Let go straight and level.
-  add("whip", whips,
-      [](double n) { return make(static_cast<int>(n), evenly(n), [](double) { return pi / 2; }); });
+  add("heavy_tip", ratios, [](double ratio) { return make(20, 0, 0, 0, ratio); });
+  add("long", lengths, [](double n) { return make(static_cast<int>(n), 0.02); });
+  add("whip", whips, [](double n) { return make(static_cast<int>(n), 0, 0, 0, 1, pi / 2); });  // let go level
   add("spin", spins, spinning);
   for (Case& each : cases) {
     each.isNearRest = each.family != "whip" && each.family != "spin";

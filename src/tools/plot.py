@@ -25,7 +25,7 @@ DASHES = ["-", "--", "-.", ":"]
 MOST_JOINTS = len(COLOURS)
 ROW_HEIGHT, WIDTH = 1.9, 11.0  # inch
 INSTANTS = 9  # of --strobe
-ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work of loads and commands", "dissipated": "dissipated"}
+ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work of loads and commands"}
 ROUNDING = 1e-16  # no axis shows less of an error
 
 
@@ -138,13 +138,15 @@ def read_bag(path, node):
     def of(messages, *fields):
         return [np.array([getattr(message, field) for message in messages]) for field in fields]
 
-    stamps = np.array([state.header.stamp.to_sec() for state in states])
-    motion = Motion(list(states[0].name), stamps - stamps[0], *of(states, "position", "velocity", "effort"))
-    motion.events = events_of(stamps, statuses,
+    def since_start(messages):
+        return np.array([(message.header.stamp - states[0].header.stamp).to_sec() for message in messages])
+
+    motion = Motion(list(states[0].name), since_start(states), *of(states, "position", "velocity", "effort"))
+    motion.events = events_of(np.array([state.header.stamp.to_sec() for state in states]), statuses,
                               [message for message in taken if message.kind in (message.RESET, message.SET_STATE)])
     running = [status for status in statuses if not status.standstill]
     if running:
-        t = np.array([status.header.stamp.to_sec() for status in running]) - stamps[0]
+        t = since_start(running)
         parts = of(running, "kinetic", "potential", "work_supplied", "dissipated", "energy_balance", "error_estimate")
         motion.energy = t, dict(zip(("T", "V", "supplied", "dissipated"), parts))
         motion.balance, motion.error = (t, parts[4]), (t, parts[5])

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "report/contest.h"
@@ -13,9 +14,18 @@
 namespace planar_chain::benchmarks {
 
 using tools::Contest;
-using tools::contestant;
 using tools::Contestant;
 using tools::Progress;
+
+/// A contestant whose runs are made as Made(contest, setting, more...).
+template <class Made, class... More>
+Contestant contestant(const std::string& engine, const std::string& method, bool hasFixedStep,
+                      std::function<bool(const Scene&)> takes, More... more) {
+  return {engine, method, hasFixedStep, std::move(takes),
+          [=](const Contest& contest, double setting) -> std::unique_ptr<tools::Run> {
+            return std::make_unique<Made>(contest, setting, more...);
+          }};
+}
 
 struct Team {
   std::string name, version;  ///< with the settings that all of its methods have
