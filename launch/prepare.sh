@@ -28,7 +28,7 @@ else
     python3-{jinja2,matplotlib,roslaunch,rosbag,rospy,rosservice,rostopic,yaml} rosbash rosout rviz)
   to_test=(libkdl-parser-dev libmujoco-dev librostest-dev python3-rostest)
 fi
-to_test+=(catkin-lint clang-format doxygen libgtest-dev liburdfdom-tools python3-numpy shellcheck valgrind)
+to_test+=(catkin-lint clang-format doxygen libgtest-dev liburdfdom-tools python3-numpy qemu-user shellcheck valgrind)
 
 # Installs those of the packages named that are missing; asks nothing, and needs no network if none is.
 install_missing() {

@@ -181,5 +181,25 @@ TEST(EnergyGuard, RefusesToGoOnWhereNothingHelps) {
   }
 }
 
+// The series of a torque of 1e200 has coefficients that are infinite and NaN.
+TEST(Blast, BeyondAllNumbersEndsEveryMethodAtTheLastGoodState) {
+  for (const std::string& method : ode::methodNames()) {
+    Load blast;
+    blast.joint = 0;
+    blast.torque = 1e200;
+    blast.start = 1.3;
+    Simulation simulation(Scene{Chain({{"rod", 2, 0.3, {0.4, 0}, {1, 0}}}, {{"rod_joint"}}, {}),
+                                {0},
+                                {0},
+                                {blast},
+                                {method, 1e-8, 1e-3},
+                                {},
+                                0});
+    EXPECT_FALSE(simulation.advanceTo(2)) << method;
+    EXPECT_EQ(simulation.time(), 1.3) << method;
+    EXPECT_EQ(simulation.q()[0], 0) << method;
+  }
+}
+
 }  // namespace
 }  // namespace planar_chain

@@ -72,7 +72,7 @@ void Dynamics::findStiffness() {
 }
 
 ChainState Dynamics::stateWithForces(double t, const double* theta, const double* omega) {
-  rotations(theta, room_.e.data(), n_);
+  mechanism_.rotate(theta, room_.e.data(), n_);
   std::fill(room_.F.begin(), room_.F.end(), Vec2d{});
   mechanism_.findPinVelocities(room_.e.data(), omega, effects_.reach(), room_.pinVelocity.data());
   return {t, theta, omega, room_.e.data(), room_.pinVelocity.data()};
@@ -117,10 +117,10 @@ void Dynamics::restore(const double* arranged, double* y) const {
   const double* N = acting == LoadKind::nothing ? nullptr : outside.N;
   const Vec2d* F = acting == LoadKind::forces ? outside.F : nullptr;
   if (auto* segments = std::get_if<Segments>(&recursion_)) {
-    rotations(y, outside.e, places_);
+    mechanism_.rotate(y, outside.e, places_);
     segments->accelerations(outside.e, omega, N, F, outside.ground, rates);
   } else {
-    if (acting != LoadKind::forces) rotations(y, outside.e, n_);
+    if (acting != LoadKind::forces) mechanism_.rotate(y, outside.e, n_);
     std::get_if<Articulated<double>>(&recursion_)
         ->accelerations(outside.e, omega, N, F, outside.ground, rates);
   }
@@ -265,7 +265,7 @@ void Dynamics::accelerations(double t, const double* y, double* alpha) {
 
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   evaluateInOrder(t, y, room_.derivative.data());
-  rotations(y, room_.e.data(), n_);
+  mechanism_.rotate(y, room_.e.data(), n_);
   const Chain& chain = mechanism_.chain();
   const double *omega = y + n_, *alpha = room_.derivative.data() + n_;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "dynamics/stored_energy.h"
+#include "lanes/segments.h"
 
 namespace planar_chain {
 
@@ -23,7 +24,7 @@ void forCentres(const Chain& chain, const double* theta, const double* omega, F 
   Vec2d pin, pinVelocity;
   for (int j = 0; j < chain.size(); ++j) {
     const Link& link = chain.links()[index(j)];
-    const auto e = Rotation<double>::of(theta[j]);
+    const Rotation<double> e = plainRotation(theta[j]);
     const Vec2d R = e * link.com, P = e * link.pin;
     f(j, pin + R, pinVelocity + omega[j] * perp(R));
     pin += P;

@@ -82,7 +82,7 @@ const double* ExactSolve::keep(double t, const double* y) {
   if (stateAt_.empty()) return nullptr;
   const double* ordered = mechanism_.stateInOrder(y, inOrder_.data());
   std::copy_n(ordered, 2 * n_, stateAt_.begin());
-  if (!eAt_.empty()) rotations(at_.theta, eAt_.data(), n_);
+  if (!eAt_.empty()) mechanism_.rotate(at_.theta, eAt_.data(), n_);
 
   if (isNonlinear_) {
     tangentK_ = k_;

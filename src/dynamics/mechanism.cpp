@@ -2,9 +2,12 @@
 
 #include <algorithm>
 
+#include "lanes/kernel.h"
+
 namespace planar_chain {
 
-Mechanism::Mechanism(const Chain& chain) : chain_(chain), n_(chain.size()), places_(n_) {
+Mechanism::Mechanism(const Chain& chain)
+    : chain_(chain), n_(chain.size()), places_(n_), rotations_(simd::kernels().front()->rotations) {
   if (!Segments::areWorthwhile(n_)) return;
   lanes_.emplace(n_);
   places_ = lanes_->places();

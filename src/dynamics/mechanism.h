@@ -29,6 +29,8 @@ class Mechanism {
   /// The numbers that one quantity of all bodies takes in that order: n, or more.
   int places() const { return places_; }
   Recursion makeRecursion() const;
+  /// As rotations() of lanes/segments.h.
+  void rotate(const double* theta, Rotation<double>* e, int n) const { rotations_(theta, &e->c, n); }
 
   /// [θ ω] from chain order to lane order and back; not in place. Allocate nothing.
   void toLanes(const double* inOrder, double* inLanes) const;
@@ -47,6 +49,7 @@ class Mechanism {
   int n_;
   std::optional<Arrangement> lanes_;
   int places_;
+  void (*rotations_)(const double* theta, double* e, int n);
 };
 
 }  // namespace planar_chain

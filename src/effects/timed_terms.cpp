@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lanes/segments.h"
+
 namespace planar_chain {
 
 Line lineAt(const Ramp& ramp, double t) {
@@ -64,7 +66,7 @@ void TimedTerms::evaluate(double t, bool rates) {
   factors_[0] = rates ? 0 : 1;
   for (const auto& [pulsation, phase, factor] : sines_) {
     const double angle = pulsation * t + phase;
-    factors_[index(factor)] = rates ? pulsation * std::cos(angle) : std::sin(angle);
+    factors_[index(factor)] = rates ? pulsation * plainRotation(angle).c : plainRotation(angle).s;
   }
   for (const auto& [line, factor] : lines_) factors_[index(factor)] = rates ? line.slope : line.at(t);
 }

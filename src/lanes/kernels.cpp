@@ -9,8 +9,7 @@ constexpr const Kernel *avx2 = nullptr, *avx512 = nullptr;
 #endif
 
 const std::vector<const Kernel*>& kernels() {
-  static const auto all = runnable<Kernel>(avx512, avx2, kernelBaseline);
-  return all;
+  return runnable<Kernel>(avx512, avx2, kernelBaseline);
 }
 
 const Kernel& kernelFor(int links) {

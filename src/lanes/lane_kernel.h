@@ -30,19 +30,29 @@ namespace {
   }
 }
 
+/// π/2 in parts, such that the first difference θ − k π/2 is exact: by fused multiplication, or as k has 20
+/// bits and the first parts 33.
 #ifdef __FMA__
+constexpr double largestReducible = 1e9;
+constexpr double halfPi[] = {1.57079632679489655800e+00, 6.12323399573676603587e-17,
+                             -1.49738490485916983294e-33};
+#else
+constexpr double largestReducible = 1.6e6;
+constexpr double halfPi[] = {1.57079632673412561417e+00, 6.07710050630396597660e-11,
+                             2.02226624879595063154e-21};
+#endif
 
 /// θ = k π/2 + r, |r| ≤ π/4, with π/2 in three parts (W. Cody, W. Waite, Software Manual for the Elementary
-/// Functions, 1980): with fused multiplication the first difference is exact and the third part is below what
-/// r can hold. Then sin r and cos r by the polynomials of Sun's fdlibm (k_sin.c, k_cos.c).
+/// Functions, 1980; the parts are fdlibm's). Then sin r and cos r by the polynomials of Sun's fdlibm
+/// (k_sin.c, k_cos.c).
 [[gnu::always_inline]] inline Rotation<Real> rotationsOf(Real theta) {
   // Adding 1.5·2⁵² rounds to an integer, whose last bits are then k's.
   const Real shift(6755399441055744.0);
   const Real shifted = mulAdd(theta, Real(6.36619772367581382433e-01), shift);
   const Real k = shifted - shift;
-  Real r = mulAdd(k, Real(-1.57079632679489655800e+00), theta);
-  r = mulAdd(k, Real(-6.12323399573676603587e-17), r);
-  r = mulAdd(k, Real(1.49738490485916983294e-33), r);
+  Real r = mulAdd(k, Real(-halfPi[0]), theta);
+  r = mulAdd(k, Real(-halfPi[1]), r);
+  r = mulAdd(k, Real(-halfPi[2]), r);
 
   const Real z = r * r;
   Real p = mulAdd(z, Real(1.58969099521155010221e-10), Real(-2.50507602534068634195e-08));
@@ -73,8 +83,7 @@ namespace {
           Real(reinterpret_cast<Register>(reinterpret_cast<Integers>(s) ^ sineSign))};
 }
 
-/// k π/2 is exact enough up to this angle. The library computes larger ones and those that are not finite.
-constexpr double largestReducible = 1e9;
+/// The library computes angles for which k π/2 is not exact enough, and those that are not finite.
 bool areReducible(Real theta) {
   return all((theta.v < Real(largestReducible).v) & (theta.v > Real(-largestReducible).v));
 }
@@ -97,15 +106,6 @@ bool areReducible(Real theta) {
   }
   return turns;
 }
-
-#else
-
-[[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
-  rotate(theta, e, count < laneCount ? count : laneCount);
-  return loadRotations(e);
-}
-
-#endif
 
 void rotations(const double* theta, double* e, int n) {
   int j = 0;

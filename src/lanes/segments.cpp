@@ -10,6 +10,12 @@ void rotations(const double* theta, Rotation<double>* e, int n) {
   run(theta, &e->c, n);
 }
 
+Rotation<double> plainRotation(double theta) {
+  Rotation<double> e;
+  simd::kernelBaseline.rotations(&theta, &e.c, 1);
+  return e;
+}
+
 bool Segments::areWorthwhile(int n) {
   constexpr int leastLinks = 13;
   constexpr int leastLanes = 4;

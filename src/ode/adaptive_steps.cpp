@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "ode/allowance.h"
+#include "simd/elementary.h"
 #include "simd/vectors.h"
 
 namespace planar_chain::ode {
@@ -43,7 +44,7 @@ AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance toleran
       vectors_(simd::vectors()),
       exponent_(1.0 / facts().errorOrder),
       beta_(std::min(mostBeta, 7 * mostBeta * exponent_)),
-      aimed_(std::pow(sure, facts().errorOrder)),
+      aimed_(simd::power(sure, facts().errorOrder)),
       lastLog_(smallestLog),
       trial_(increment_),
       trialDerivative_(increment_) {
@@ -98,7 +99,7 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
     // short says little about far longer ones.
     stepper_->accept();
     if (!isForeseen) {
-      const double log = std::log2(std::max(error, 1e-30));
+      const double log = simd::log2(std::max(error, 1e-30));
       const double wanted = h * std::max(growth(log), isJump ? 1 : smallestFactor);
       h_ = std::min(wanted, justRejected_ ? h : largestFactor * h_);
       lastLog_ = std::max(log, smallestLog);
@@ -110,7 +111,7 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
   }
 
   // Reject it and shorten the next one.
-  const double factor = finite_ ? safety * std::pow(error, -exponent_) : 0.1;
+  const double factor = finite_ ? safety * simd::power(error, -exponent_) : 0.1;
   h_ = h * std::min(std::max(factor, finite_ ? smallestFactor : 0.0), 0.9);
   justRejected_ = true;
   ++count_.rejected;
@@ -138,13 +139,13 @@ void AdaptiveSteps::resume(double h) {
 /// The factor by which a step may grow whose error is known before the attempt.
 double AdaptiveSteps::foreseen(double error) const {
   if (!std::isfinite(error)) return smallestFactor;
-  const double factor = sure * std::pow(error, -exponent_);
+  const double factor = sure * simd::power(error, -exponent_);
   return std::min(std::max(factor, smallestFactor), largestFactor);
 }
 
 /// safety × error^−(exponent − ¾ β) × lastError^β, from log2 of the error.
 double AdaptiveSteps::growth(double log) const {
-  return safety * std::exp2(beta_ * lastLog_ - (exponent_ - 0.75 * beta_) * log);
+  return safety * simd::exp2(beta_ * lastLog_ - (exponent_ - 0.75 * beta_) * log);
 }
 
 /// The largest ratio of a component's error to its Allowance for a step of h. NaN if one is not finite.
@@ -174,7 +175,7 @@ double AdaptiveSteps::firstStep(const State& state, double left) {
   stepper_->system().slope(state.t + h0, trial_.data(), trialDerivative_.data());
   const double d2 = norm([&](Eigen::Index i) { return (trialDerivative_[i] - slope[i]) / h0; });
   const double most = std::max(d1, d2);
-  const double h1 = most > 1e-15 ? std::pow(0.01 / most, exponent_) : std::max(1e-6, 1e-3 * h0);
+  const double h1 = most > 1e-15 ? simd::power(0.01 / most, exponent_) : std::max(1e-6, 1e-3 * h0);
   return std::isfinite(h1) ? std::min({100 * h0, h1, left}) : h0;
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "simd/elementary.h"
 #include "simd/vectors.h"
 
 namespace planar_chain::ode {
@@ -89,7 +90,8 @@ void Radau::step(double t, double h, const Vector& y) {
   rate_ = 1;
   increment_.setConstant(std::nan(""));
   error_.setZero();
-  error_[0] = result == Newton::failed ? std::pow(halving, facts().errorOrder) * allowed_[0] : std::nan("");
+  error_[0] =
+      result == Newton::failed ? simd::power(halving, facts().errorOrder) * allowed_[0] : std::nan("");
 }
 
 /// Z_i = π(1 + c_i h/hLast) − π(1), π the polynomial of the last step.
@@ -110,7 +112,7 @@ void Radau::carryOn(double h) {
 
 /// Iterates until the remaining error, extrapolated from the changes, is small enough.
 Radau::Newton Radau::solveStages(double t, double h, const Vector& y) {
-  rate_ = std::pow(std::max(rate_, epsilon), 0.8);
+  rate_ = simd::power(std::max(rate_, epsilon), 0.8);
   double before = 0;
   for (iterations_ = 1; iterations_ <= mostIterations; ++iterations_) {
     improve(t, h, y);
@@ -121,7 +123,7 @@ Radau::Newton Radau::solveStages(double t, double h, const Vector& y) {
       if (theta > slow && largest(perLost_) <= 1) return Newton::converged;
       if (theta >= 0.99) return Newton::failed;
       rate_ = theta / (1 - theta);
-      if (rate_ * size > 1 && std::pow(theta, mostIterations - iterations_) / (1 - theta) * size > 1) {
+      if (rate_ * size > 1 && simd::power(theta, mostIterations - iterations_) / (1 - theta) * size > 1) {
         return Newton::failed;
       }
     }

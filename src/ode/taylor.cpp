@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 
+#include "simd/elementary.h"
 #include "simd/vectors.h"
 
 namespace planar_chain::ode {
@@ -15,7 +16,7 @@ namespace {
 /// work grows with the order's square. Here most of it grows with the order.
 int orderFor(double tolerance) {
   constexpr int least = 14, most = 34;
-  return std::min(std::max(static_cast<int>(std::lround(14 - 0.56 * std::log(tolerance))), least), most);
+  return std::min(std::max(static_cast<int>(std::lround(14 - 0.388 * simd::log2(tolerance))), least), most);
 }
 
 /// The longest stretch |z| of the imaginary axis on which the truncated exponential Σ z^k/k! does not grow,
@@ -99,7 +100,9 @@ void Taylor::findError(double h) {
     weight *= h;
     share *= 4;
   }
-  error = error.max(share * weight * sizeOf(order_ - 1) + weight * h * sizeOf(order_));
+  // A last coefficient that is not finite stays so: max() might drop it.
+  const auto last = share * weight * sizeOf(order_ - 1) + weight * h * sizeOf(order_);
+  error = (error > last).select(error, last);
   sum_.tail(integrandRates_.size()).setZero();
   f_.arrange(sum_.data(), error_.data());
 }

@@ -14,6 +14,7 @@
 #include "ode/switches.h"
 #include "run/energy_guard.h"
 #include "run/turns.h"
+#include "simd/cpu.h"
 
 namespace planar_chain {
 
@@ -112,6 +113,7 @@ struct Simulation::Parts {
   void climbTo(std::size_t next) {
     rung = next;
     if (!ladder[rung]) {
+      const simd::PlainKernels plain(scene.integrator.plainKernel);
       const IntegratorSettings settings = settingsOf(scene.integrator, rung);
       ladder[rung] =
           ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings.tolerance, n));
@@ -380,6 +382,7 @@ void Simulation::setState(const std::vector<double>& q, const std::vector<double
 }
 
 void Simulation::reset() {
+  const simd::PlainKernels plain(scene_.integrator.plainKernel);
   // Made anew: nothing that a method has learnt on the way is left.
   parts_ = std::make_unique<Parts>(scene_, commandCapacity_);
   parts_->set(scene_.q, scene_.qd);

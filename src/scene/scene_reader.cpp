@@ -309,6 +309,7 @@ IntegratorSettings readIntegrator(const Section& in) {
   in.takeText("method", isMethod, "one of " + inCommas(methods), settings.method);
   in.take("tolerance", {" from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
   in.take("step", NumberRule::above(0, "s"), settings.step);
+  in.take("plain_kernel", settings.plainKernel);
   return settings;
 }
 
@@ -384,7 +385,7 @@ Scene readScene(const Value& value) {
   std::vector<Load> loads;
   for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads);
   const IntegratorSettings integrator =
-      readIntegrator(top.section("integrator", {"method", "tolerance", "step"}));
+      readIntegrator(top.section("integrator", {"method", "tolerance", "step", "plain_kernel"}));
   PublishSettings publish =
       readPublish(top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states",
                                           "frame_prefix", "world_frame", "base_frame"}),
