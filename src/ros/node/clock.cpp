@@ -24,8 +24,13 @@ constexpr double longestLag = 1;     // s: a longer one is dropped
 constexpr double leastJump = 0.1;    // s by which the wall clock is set; a smaller one is caught up with
 constexpr double mostSlewed = 1e-3;  // s per s by which it is slewed
 constexpr double haltsAfter = 1;     // s of wall time without a new time on an external /clock
-constexpr double messagePeriod = 5;  // s
+constexpr double beginsWithin = 2;   // s of wall time, without a warning
+constexpr double warningPeriod = 30, messagePeriod = 5;  // s
 constexpr std::uint32_t queue = 100;
+
+std::int64_t wallTime() {
+  return static_cast<std::int64_t>(ros::WallTime::now().toNSec());
+}
 
 ros::Time timeOf(std::int64_t ns) {
   return ros::Time().fromNSec(static_cast<std::uint64_t>(ns));
@@ -102,7 +107,7 @@ class WallClock : public FollowedClock {
     if (std::fabs(seconds(wall_ - wallBefore) - elapsed) > leastJump + mostSlewed * elapsed) noteJump();
   }
 
-  std::int64_t read() const override { return static_cast<std::int64_t>(ros::WallTime::now().toNSec()); }
+  std::int64_t read() const override { return wallTime(); }
 
   std::int64_t wall_ = read();
   Steady::time_point steady_ = Steady::now();
@@ -127,8 +132,19 @@ class ExternalClock : public FollowedClock {
   }
 
   double lag(long long done) const override { return hasBegun() ? Clock::lag(done) : 0; }
+  /// Wall time before the clock begins, so that ~status can be sent.
+  ros::Time now() const override { return hasBegun() ? Clock::now() : timeOf(wallTime()); }
 
  private:
+  void update() override {
+    if (hasBegun() || since(start_) < beginsWithin || !warnings_.isDue()) return;
+    ROS_WARN(
+        "/use_sim_time is true, but no time has come on /clock for %.0f s: nothing moves. Start the node "
+        "that "
+        "publishes /clock, or set /use_sim_time to false and start this node again",
+        since(start_));
+  }
+
   void onClock(const rosgraph_msgs::Clock& message) { take(message.clock); }
 
   void take(ros::Time time) {
@@ -143,7 +159,8 @@ class ExternalClock : public FollowedClock {
   void drop(long long next, std::int64_t /*behind*/) override { restart(next); }
 
   std::int64_t reading_ = 0;
-  Steady::time_point changed_ = Steady::now();
+  Steady::time_point start_ = Steady::now(), changed_ = start_;
+  Every warnings_{warningPeriod};
   ros::Subscriber subscriber_;
 };
 
