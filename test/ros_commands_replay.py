@@ -138,6 +138,19 @@ class CommandsReplay(InFolder):
         for tick in sorted(set(recorded) - {0}):
             self.assertEqual(again[tick], recorded[tick], 'tick %d' % tick)
 
+    def test_a_recording_in_which_the_scene_changed_is_refused(self):
+        states = Listener('/joint_states', JointState)
+        with Node(SCENE, arguments=['--wait-for-recorder']):
+            with Running('rosbag', 'record', '-q', '-O', self.path('node.bag'), *TOPICS, '/tf', '/planar_chain/link_states'):
+                states.wait_for_count(1)
+                rospy.set_param('/planar_chain/links/first/mass', 2.0)
+                self.assertTrue(rospy.ServiceProxy('/planar_chain/reset', Trigger)().success)
+                states.wait_for_count(len(states.messages) + 200)
+        states.close()
+        with self.assertRaises(subprocess.CalledProcessError) as refused:
+            self.replay(SCENE)
+        self.assertEqual(refused.exception.returncode, 2)
+
     def test_steps_new_states_and_resets_by_the_nodes_own_clock(self):
         def call(name, service, **request):
             response = rospy.ServiceProxy('/planar_chain/' + name, service)(**request)

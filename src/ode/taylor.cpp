@@ -100,6 +100,7 @@ void Taylor::findError(double h) {
     share *= 4;
   }
   error = error.max(share * weight * sizeOf(order_ - 1) + weight * h * sizeOf(order_));
+  error += 0 * sizeOf(order_);  // max() drops what is not a number, as in a series that overflows
   sum_.tail(integrandRates_.size()).setZero();
   f_.arrange(sum_.data(), error_.data());
 }
