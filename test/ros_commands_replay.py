@@ -115,6 +115,42 @@ class CommandsReplay(InFolder):
     def test_commands_by_the_wall_clock(self):
         self.check(SCENE)
 
+    def test_a_node_waits_for_its_recorder(self):
+        statuses = Listener('/planar_chain/status', SimStatus)
+        states = Listener('/joint_states', JointState)
+        early = rospy.Publisher('/planar_chain/joint_torques', Float64MultiArray, latch=True, queue_size=1)
+        early.publish(data=[1.0, 2.0, 3.0])
+        with Node(SCENE, arguments=['--wait-for-recorder']) as node:
+            statuses.wait_for_count(20)
+            self.assertEqual({status.standstill for status in statuses.messages}, {'waiting for the recorder'})
+            self.assertEqual(states.messages, [])
+            with Running('rosbag', 'record', '-q', '-O', self.path('node.bag'), *TOPICS, '/tf', '/planar_chain/link_states'):
+                states.wait_for_count(200)
+        early.unregister()
+        states.close()
+        statuses.close()
+        self.assertEqual(node.wait()[0], 0)
+        with rosbag.Bag(self.path('node.bag')) as bag:
+            taken = [(command.number, command.joint_torques)
+                     for _, command, _ in bag.read_messages('/planar_chain/commands_taken')]
+        self.assertEqual(taken, [(1, (1.0, 2.0, 3.0))])
+        recorded, again, _ = self.replay(SCENE)
+        for tick in sorted(set(recorded) - {0}):
+            self.assertEqual(again[tick], recorded[tick], 'tick %d' % tick)
+
+    def test_a_recording_in_which_the_scene_changed_is_refused(self):
+        states = Listener('/joint_states', JointState)
+        with Node(SCENE, arguments=['--wait-for-recorder']):
+            with Running('rosbag', 'record', '-q', '-O', self.path('node.bag'), *TOPICS, '/tf', '/planar_chain/link_states'):
+                states.wait_for_count(1)
+                rospy.set_param('/planar_chain/links/first/mass', 2.0)
+                self.assertTrue(rospy.ServiceProxy('/planar_chain/reset', Trigger)().success)
+                states.wait_for_count(len(states.messages) + 200)
+        states.close()
+        with self.assertRaises(subprocess.CalledProcessError) as refused:
+            self.replay(SCENE)
+        self.assertEqual(refused.exception.returncode, 2)
+
     def test_steps_new_states_and_resets_by_the_nodes_own_clock(self):
         def call(name, service, **request):
             response = rospy.ServiceProxy('/planar_chain/' + name, service)(**request)

@@ -7,6 +7,7 @@ import signal
 import struct
 import subprocess
 import threading
+import time
 import unittest
 
 import rospy
@@ -94,13 +95,13 @@ class Faults(unittest.TestCase):
             for message in topic.messages:
                 self.assertTrue(all(map(math.isfinite, numbers(message))))
 
-    def call_a_step_that_would_take_for_ever(self, node):
+    def call_a_step_that_would_take_for_ever(self, node, ticks=1):
         """@returns the thread that calls, and its answer in a list"""
         step, answers = service('step', Step), []
 
         def call():
             try:
-                answers.append(step([], 1))
+                answers.append(step([], ticks))
             except rospy.ServiceException as failure:
                 answers.append(failure)
         caller = threading.Thread(target=call)
@@ -116,6 +117,26 @@ class Faults(unittest.TestCase):
             caller, answers = self.call_a_step_that_would_take_for_ever(node)
             node.process.send_signal(signal.SIGINT)
             status, output = node.wait()
+            caller.join(LIMIT)
+        self.assertEqual(status, 0, output)
+        self.assertFalse(any(getattr(answer, 'success', False) for answer in answers))
+
+    def test_a_step_of_many_short_ticks_is_told_and_interrupted(self):
+        statuses = self.listen('/planar_chain/status', SimStatus)
+        diagnostics = self.listen('/diagnostics', DiagnosticArray)
+        # Some milliseconds a tick, a minute in all.
+        scene = rod(integrator={'method': 'rk4', 'step': 2e-5})
+        scene['links']['rod'].update(repeat=100)
+        with Node(scene) as node:
+            caller, answers = self.call_a_step_that_would_take_for_ever(node, 10000)
+            diagnostics.wait_for_count(len(diagnostics.messages) + 2)
+            first = statuses.messages[-1]
+            later = statuses.wait_for(lambda status: status.tick > first.tick + 5, len(statuses.messages) - 1)
+            self.assertEqual((answers, statuses.messages[later].paused), ([], True))
+            node.process.send_signal(signal.SIGINT)
+            asked = time.monotonic()
+            status, output = node.wait()
+            self.assertLess(time.monotonic() - asked, 2)
             caller.join(LIMIT)
         self.assertEqual(status, 0, output)
         self.assertFalse(any(getattr(answer, 'success', False) for answer in answers))

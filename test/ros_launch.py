@@ -9,6 +9,7 @@ import tempfile
 import unittest
 import xmlrpc.client
 
+import rosbag
 import rosgraph
 import rospy
 import rostest
@@ -62,6 +63,26 @@ class Launch(unittest.TestCase):
         finally:
             rospy.delete_param('/use_sim_time')
             rospy.delete_param('/planar_chain')
+
+    def test_wall_time_after_a_launch_with_a_clock_of_its_own(self):
+        rospy.set_param('/use_sim_time', True)
+        try:
+            with self.launch('scene:=pendulum'):
+                self.states.wait_for_count(50)
+                self.assertIs(rospy.get_param('/use_sim_time'), False)
+        finally:
+            rospy.delete_param('/use_sim_time')
+            rospy.delete_param('/planar_chain')
+
+    def test_a_recorder_gets_the_first_state(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with self.launch('scene:=pendulum', 'record:=' + folder + '/run'):
+                self.states.wait_for_count(50)
+            with rosbag.Bag(folder + '/run.bag') as bag:
+                recorded = [state for _, state, _ in bag.read_messages('/joint_states')]
+        rospy.delete_param('/planar_chain')
+        self.assertEqual(recorded[0].header.seq, 0)
+        self.assertAlmostEqual(recorded[0].velocity[0], 0, delta=1e-12)
 
     def test_a_refused_scene_is_printed_once_and_ends_the_launch(self):
         with tempfile.NamedTemporaryFile('w', suffix='.yaml') as scene:

@@ -30,12 +30,12 @@ def upload(scene, name):
 
 class Node:
     """A node on a scene of its own, while the with statement lasts; prefix: of the command that runs it; program:
-    another than that of the package."""
+    another than that of the package; arguments: of the program."""
 
-    def __init__(self, scene, namespace='', prefix=(), program=None):
+    def __init__(self, scene, namespace='', prefix=(), program=None, arguments=()):
         self.name = namespace + '/planar_chain'
         self._namespace = namespace
-        self._command = [*prefix, program or node_program()]
+        self._command = [*prefix, program or node_program(), *arguments]
         self._scene = scene
 
     def __enter__(self):

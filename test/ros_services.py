@@ -8,13 +8,13 @@ import unittest
 import rospy
 import rostest
 from planar_chain.msg import JointTorque, SimStatus
-from planar_chain.srv import SetState, Step
+from planar_chain.srv import Equations, SetState, Step
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from ros_node import Listener, Node, ROD_INERTIA, nanoseconds, publisher, rod, service, spinning
+from ros_node import Listener, Node, ROD_INERTIA, nanoseconds, publisher, rod, service, spinning, upload
 
 NAN = float('nan')
 PENDULUM = rod(gravity=[0.0, -9.81], loads={
@@ -102,6 +102,69 @@ class Services(unittest.TestCase):
             status = self.next_status()
             self.assertLess(status.scene_time, status.sim_time)
             self.assertEqual(status.joint_torque_age, -1)
+
+    def test_a_reset_while_paused_is_shown_once(self):
+        with Node(rod(links=spinning())):  # TF at every fourth tick
+            self.states.wait_for_count(10)
+            self.ask('pause')
+            still = self.last_turn(lambda status: status.paused)
+            self.statuses.wait_for_count(len(self.statuses.messages) + 10)  # and what is under way has come
+            for _ in range(3):
+                states, transforms = len(self.states.messages), len(self.transforms.messages)
+                self.ask('reset')
+                self.states.wait_for_count(states + 1)
+                self.transforms.wait_for_count(transforms + 1)
+                shown = self.states.messages[states]
+                self.assertEqual((shown.position, shown.velocity), ((0.0,), (1.0,)))
+                self.assertGreaterEqual(nanoseconds(shown), nanoseconds(still))  # the time of day, as after a resume
+                self.statuses.wait_for_count(len(self.statuses.messages) + 10)
+                self.assertEqual(len(self.states.messages), states + 1)
+                self.assertEqual(len(self.transforms.messages), transforms + 1)
+            # A step continues from there.
+            self.assertAlmostEqual(service('step', Step)([], 1).states[0].position[0], 0.005, delta=1e-12)
+
+    def test_reset_reads_changed_parameters_or_refuses_all(self):
+        with Node(rod(links=spinning())):
+            self.ask('pause')
+            rospy.set_param('/planar_chain/links/rod/mass', -1.0)
+            rospy.set_param('/planar_chain/links/rod/inertia', 'heavy')
+            rospy.set_param('/planar_chain/publish/rate', 50.0)
+            message = self.ask('reset', success=False)
+            for fault in ('links/rod/mass: expected', 'links/rod/inertia: expected', 'publish: expected'):
+                self.assertIn(fault, message)
+            step = service('step', Step)
+            self.assertAlmostEqual(step([], 1).states[0].velocity[0], 1.0, delta=1e-12)
+
+            upload(dict(rod(), chain=['rod', 'tip'], links={
+                'rod': dict(spinning()['rod'], initial={'angle': 0.5}),
+                'tip': {'mass': 0.1, 'inertia': 0.01, 'com': [0.1, 0.0], 'pin': [0.2, 0.0],
+                        'joint': {'name': 'wrist'}, 'initial': {'velocity': 2.0}}}), '/planar_chain')
+            seen = len(self.states.messages)
+            self.assertIn('of the scene in the changed parameters', self.ask('reset'))
+            self.states.wait_for_count(seen + 1)
+            new = self.states.messages[seen]
+            self.assertEqual((new.name, new.position, new.velocity), (['rod_joint', 'wrist'], (0.5, 0.0), (0.0, 2.0)))
+            self.assertEqual(len(step([0.0, 0.1], 3).states[-1].position), 2)
+            self.assertTrue(service('set_state', SetState)([0.1, 0.2], [0.0, 0.0]).success)
+            self.assertEqual(len(service('equations', Equations)([], []).q), 2)
+            self.assertIn('<link name="tip">', rospy.get_param('/robot_description'))
+            torque = publisher('/planar_chain/joint_torque', JointTorque)
+            torque.publish(joint='wrist', torque=0.3, duration=0.0)
+            self.next_status(lambda status: status.joint_torque_age >= 0)
+            # Unchanged since: the same scene again.
+            self.assertNotIn('changed', self.ask('reset'))
+            self.assertEqual(len(step([], 1).states[0].position), 2)
+
+    def test_the_method_is_named_before_its_first_step(self):
+        link = {'mass': 1.0, 'inertia': 0.1, 'com': [0.5, 0.0], 'pin': [1.0, 0.0]}
+        scene = dict(rod(gravity=[0.0, -9.81]), chain=['upper', 'lower'], links={'upper': link, 'lower': link})
+        with Node(scene):
+            running = self.next_status(lambda status: 0 < status.steps < 50)
+            self.ask('pause')
+            self.ask('reset')
+            first = self.next_status(lambda status: status.steps == 0)
+            self.assertEqual(first.method, running.method)
+            self.assertNotEqual(first.method, 'rodas5p')
 
     def test_reset_leads_back_from_a_fault(self):
         scene = rod(links=spinning(), loads={'blast': {'joint': 'rod_joint', 'torque': 1e200, 'start': 0.3}})

@@ -266,7 +266,12 @@ class Time(unittest.TestCase):
     # ---- Somebody else's clock -----------------------------------------------------------------
 
     def test_a_clock_that_has_not_begun_is_waited_for(self):
-        with sim_time(), Node(rod(links=spinning())):
+        with sim_time(), Node(rod(links=spinning())) as node:
+            # It says what it waits for, by wall time.
+            self.statuses.wait_for_count(50)
+            for status in self.statuses.messages:
+                self.assertEqual(status.standstill, '/clock has not begun')
+                self.assertLess(abs(nanoseconds(status) * 1e-9 - time.time()), LIMIT)
             conductor = self.conductor()
             conductor.set(0)
             refused = service('step', Step)([], 1)
@@ -275,10 +280,10 @@ class Time(unittest.TestCase):
             self.assertEqual(self.states.messages, [])
             conductor.set(3 * 10 ** 9 + 1)
             self.states.wait_for_count(1)
-            self.statuses.wait_for_count(1)
+            self.statuses.wait_for(lambda status: nanoseconds(status) == 3 * 10 ** 9 + 1)
         self.assertEqual(self.stamps()[0], 3 * 10 ** 9 + 1)
         self.assertEqual(self.states.messages[0].position[0], 0.0)
-        self.assertGreater(nanoseconds(self.statuses.messages[0]), 0)
+        self.assertEqual(node.wait()[1].count('no time has come on /clock'), 1)
 
     def test_a_clock_that_jumps(self):
         with sim_time(), Node(rod(links=spinning())):
@@ -314,7 +319,7 @@ class Time(unittest.TestCase):
             self.wait_for_stamp(10 ** 9)
             conductor.set(10 ** 9 + TICK)
             self.wait_for_stamp(10 ** 9 + TICK)
-            still = self.statuses.wait_for(lambda status: status.standstill)
+            still = self.statuses.wait_for(lambda status: status.standstill and nanoseconds(status) == 10 ** 9 + TICK)
             self.assertEqual(self.statuses.messages[still].standstill, '/clock stands still')
             conductor.set(conductor.now)
             self.statuses.wait_for_count(still + 10)

@@ -389,29 +389,31 @@ TEST(Failure, IsSaidAtOnceKeepsTheLastGoodStateAndResetLeadsBack) {
   blast.torque = 1e200;
   blast.start = 0.3;
   for (const std::string& method : ode::methodNames()) {
-    Scene scene = rod();
-    scene.q = {0.1};
-    scene.integrator = {method, 1e-8, 0.01};
-    Simulation spared(scene);
-    scene.loads = {blast};
-    Simulation simulation(scene, 10);
-    for (int k = 1; k <= 60; ++k) EXPECT_TRUE(simulation.advanceTo(k * 0.005)) << method;
-    EXPECT_FALSE(simulation.advanceTo(0.305)) << method;
-    EXPECT_NE(simulation.fault().find(method + " gave up at t = 0.3"), std::string::npos)
-        << simulation.fault();
-    EXPECT_NE(simulation.fault().find("the last good state is kept"), std::string::npos) << method;
-    ASSERT_TRUE(spared.advanceTo(0.3));
-    EXPECT_EQ(simulation.time(), 0.3) << method;
-    EXPECT_NEAR(simulation.q()[0], spared.q()[0], 1e-6) << method;
-    EXPECT_NEAR(simulation.qd()[0], spared.qd()[0], 1e-6) << method;
+    for (const double q : {0.1, 0.0}) {
+      Scene scene = rod();
+      scene.q = {q};
+      scene.integrator = {method, 1e-8, 0.01};
+      Simulation spared(scene);
+      scene.loads = {blast};
+      Simulation simulation(scene, 10);
+      for (int k = 1; k <= 60; ++k) EXPECT_TRUE(simulation.advanceTo(k * 0.005)) << method;
+      EXPECT_FALSE(simulation.advanceTo(0.305)) << method;
+      EXPECT_NE(simulation.fault().find(method + " gave up at t = 0.3"), std::string::npos)
+          << simulation.fault();
+      EXPECT_NE(simulation.fault().find("the last good state is kept"), std::string::npos) << method;
+      ASSERT_TRUE(spared.advanceTo(0.3));
+      EXPECT_EQ(simulation.time(), 0.3) << method;
+      EXPECT_NEAR(simulation.q()[0], spared.q()[0], 1e-6) << method;
+      EXPECT_NEAR(simulation.qd()[0], spared.qd()[0], 1e-6) << method;
 
-    EXPECT_FALSE(simulation.advanceTo(1)) << method;
-    EXPECT_EQ(simulation.time(), 0.3) << method;
-    simulation.reset();
-    EXPECT_EQ(simulation.fault(), "");
-    EXPECT_EQ(simulation.q()[0], 0.1);
-    EXPECT_EQ(simulation.time(), 0);
-    EXPECT_TRUE(simulation.advanceTo(0.01)) << method;
+      EXPECT_FALSE(simulation.advanceTo(1)) << method;
+      EXPECT_EQ(simulation.time(), 0.3) << method;
+      simulation.reset();
+      EXPECT_EQ(simulation.fault(), "");
+      EXPECT_EQ(simulation.q()[0], q);
+      EXPECT_EQ(simulation.time(), 0);
+      EXPECT_TRUE(simulation.advanceTo(0.01)) << method;
+    }
   }
 }
 

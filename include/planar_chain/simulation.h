@@ -12,6 +12,7 @@
 /// a second (ros34pw2: 1e10). After some time without trouble it returns to the scene's own method. This time
 /// doubles with each new rescue, up to a limit.
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -56,7 +57,7 @@ class Simulation {
   /// fault() says why, and further calls return false until reset() or setState(). Also returns false, with
   /// no fault, when keepGoing() does.
   /// @throws std::invalid_argument for a t before time() or not finite
-  bool advanceTo(double t, bool (*keepGoing)() = nullptr);
+  bool advanceTo(double t, const std::function<bool()>& keepGoing = nullptr);
 
   double time() const;                    ///< s
   const std::vector<double>& q() const;   ///< relative angles, rad, not wrapped

@@ -272,7 +272,7 @@ Simulation::Simulation(const Scene& scene, int commandCapacity)
 
 Simulation::~Simulation() = default;
 
-bool Simulation::advanceTo(double t, bool (*keepGoing)()) {
+bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
   Parts& p = *parts_;
   require(std::isfinite(t) && t >= p.state.t, "time must be finite and must not run backwards");
   if (!p.fault.empty()) return false;

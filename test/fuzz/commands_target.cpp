@@ -75,7 +75,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
   Simulation simulation(scene(), Commands::capacity);
   Ticks ticks{Pace(100)};
-  Commands commands(simulation, ticks, [](ros::Time stamp) { return stamp.toSec() - 1e9; });
+  Commands commands(ticks, [](ros::Time stamp) { return stamp.toSec() - 1e9; });
+  commands.moveTo(simulation);
   Bytes bytes(data, size);
   std::uint64_t refusals = 0;
   while (!bytes.empty()) {

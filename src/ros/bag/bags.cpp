@@ -137,7 +137,7 @@ class BagWriter {
       write(staticTfOut_, stamp, base);
     }
     write(jointStatesOut_, stamp, messages_.jointStates(simulation_, stamp));
-    if (wanted.tf && ticks_.pace.isDue(k, wanted.tfRate)) {
+    if (wanted.tf && ticks_.isDue(k, wanted.tfRate)) {
       write(tfOut_, stamp, messages_.transforms(simulation_, stamp));
     }
     if (wanted.linkStates) write(linkStatesOut_, stamp, messages_.linkStates(simulation_, stamp));
@@ -190,9 +190,8 @@ class BagWriter {
 class OfflineNode : public Bags {
  public:
   OfflineNode(const Scene& scene, const BagArguments& given)
-      : ticks_{Pace(scene.publish.rate)},
-        simulation_(scene, Commands::capacity),
-        commands_(simulation_, ticks_, {}) {
+      : ticks_{Pace(scene.publish.rate)}, simulation_(scene, Commands::capacity), commands_(ticks_, {}) {
+    commands_.moveTo(simulation_);
     const std::optional<std::string> node = fullName(given.node);
     if (given.commands) {
       recorded_ = readCommands(*given.commands, node, scene.publish.rate, given.endsAsRecorded);

@@ -85,11 +85,28 @@ geometry_msgs::TransformStamped Messages::baseInWorld(const Frames& frames, ros:
   return transform;
 }
 
+namespace {
+
+/// Returns the method of the first steps. `auto` chooses it when it makes them, so a copy makes them.
+std::string firstMethod(const Simulation& simulation) {
+  if (simulation.scene().integrator.method != "auto") return simulation.method();
+  Simulation copy(simulation.scene());
+  copy.setState(simulation.q(), simulation.qd());
+  copy.advanceTo(1 / simulation.scene().publish.rate, [] { return false; });
+  return copy.method();
+}
+
+}  // namespace
+
 void describe(const Simulation& simulation, SimStatus& status) {
   const Statistics statistics = simulation.statistics();
   const EnergyBalance balance = simulation.energyBalance();
   status.sim_time = status.scene_time = simulation.time();
-  status.method = simulation.method();
+  if (statistics.steps > 0) {
+    status.method = simulation.method();
+  } else if (status.steps > 0 || status.method.empty()) {
+    status.method = firstMethod(simulation);
+  }
   status.steps = static_cast<std::uint64_t>(statistics.steps);
   status.rejected_steps = static_cast<std::uint64_t>(statistics.rejected);
   status.rescues = static_cast<std::uint64_t>(statistics.rescues);

@@ -59,7 +59,8 @@ class Messages {
 /// SimStatus::standstill after a fault.
 inline constexpr const char* standstillByFault = "the integration has failed";
 
-/// Sets the fields of `status` that the simulation determines. The others stay as they are.
+/// Sets the fields of `status` that the simulation determines. The others stay as they are. Before the first
+/// step, the method is that of a status before, or else found by a copy of the simulation.
 void describe(const Simulation& simulation, SimStatus& status);
 
 }  // namespace planar_chain

@@ -40,6 +40,8 @@ struct Ticks {
   long long next = 0;    ///< the next tick
   long long origin = 0;  ///< the tick of scene time 0
 
+  /// True if an action at `frequency` (Hz) is due at this tick. The tick of scene time 0 is always due.
+  bool isDue(long long tick, double frequency) const { return tick == origin || pace.isDue(tick, frequency); }
   double sceneTime(long long tick) const { return pace.timeOf(tick - origin); }       ///< s
   double simTime(double sceneTime) const { return pace.timeOf(origin) + sceneTime; }  ///< since the start, s
 };

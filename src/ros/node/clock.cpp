@@ -24,8 +24,13 @@ constexpr double longestLag = 1;     // s: a longer one is dropped
 constexpr double leastJump = 0.1;    // s by which the wall clock is set; a smaller one is caught up with
 constexpr double mostSlewed = 1e-3;  // s per s by which it is slewed
 constexpr double haltsAfter = 1;     // s of wall time without a new time on an external /clock
-constexpr double messagePeriod = 5;  // s
+constexpr double beginsWithin = 2;   // s of wall time, without a warning
+constexpr double warningPeriod = 30, messagePeriod = 5;  // s
 constexpr std::uint32_t queue = 100;
+
+std::int64_t wallTime() {
+  return static_cast<std::int64_t>(ros::WallTime::now().toNSec());
+}
 
 ros::Time timeOf(std::int64_t ns) {
   return ros::Time().fromNSec(static_cast<std::uint64_t>(ns));
@@ -43,9 +48,7 @@ double since(Steady::time_point then) {
 /// restart at the clock's time: back too, as ros::Time::now() goes back for every other node then.
 class FollowedClock : public Clock {
  public:
-  /// level: of the message about a jump.
-  FollowedClock(double rate, double speed, std::string name, ros::console::Level level)
-      : Clock(rate, speed, std::move(name)), level_(level) {}
+  using Clock::Clock;
 
   void begin(long long next) override {
     update();
@@ -65,28 +68,19 @@ class FollowedClock : public Clock {
   void noteJump() { jumped_ = true; }
 
   void restart(long long next) {
-    const bool isFirst = ns(stampOrigin()) == 0;
-    const double jump = seconds(read() - ns(next));
+    if (ns(stampOrigin()) > 0) countJump();
     jumped_ = false;
     beginAt(next, read());
-    if (isFirst) return;
-    countJump();
-    if (!messages_.isDue()) return;
-    ROS_LOG(level_, ROSCONSOLE_DEFAULT_NAME,
-            "%s jumped by %+.3f s: the simulation continues from its present state, its stamps from %.3f s",
-            name().c_str(), jump, seconds(read()));
   }
 
  private:
-  ros::console::Level level_;
   bool jumped_ = false;
-  Every messages_{messagePeriod};
 };
 
 /// The time of day.
 class WallClock : public FollowedClock {
  public:
-  explicit WallClock(double rate) : FollowedClock(rate, 1, "the wall clock", ros::console::levels::Warn) {}
+  explicit WallClock(double rate) : FollowedClock(rate, 1, "the wall clock") {}
 
  private:
   /// Compares the clock with the steady one since the last call. Both are read at once: a pause in between
@@ -99,10 +93,13 @@ class WallClock : public FollowedClock {
       wall_ = read();
     } while (since(steady_) > leastJump / 10);
     const double elapsed = std::chrono::duration<double>(steady_ - steadyBefore).count();
-    if (std::fabs(seconds(wall_ - wallBefore) - elapsed) > leastJump + mostSlewed * elapsed) noteJump();
+    const double jump = seconds(wall_ - wallBefore) - elapsed;
+    if (std::fabs(jump) <= leastJump + mostSlewed * elapsed) return;
+    noteJump();
+    ROS_WARN("the wall clock jumped by %+.3f s: the simulation continues from its present state", jump);
   }
 
-  std::int64_t read() const override { return static_cast<std::int64_t>(ros::WallTime::now().toNSec()); }
+  std::int64_t read() const override { return wallTime(); }
 
   std::int64_t wall_ = read();
   Steady::time_point steady_ = Steady::now();
@@ -112,7 +109,7 @@ class WallClock : public FollowedClock {
 class ExternalClock : public FollowedClock {
  public:
   explicit ExternalClock(double rate)
-      : FollowedClock(rate, 0, "an external /clock", ros::console::levels::Info),
+      : FollowedClock(rate, 0, "an external /clock"),
         subscriber_(ros::NodeHandle().subscribe("/clock", queue, &ExternalClock::onClock, this,
                                                 ros::TransportHints().tcpNoDelay())) {
     // roscpp has its own subscriber, and may have received a time before this one.
@@ -127,14 +124,29 @@ class ExternalClock : public FollowedClock {
   }
 
   double lag(long long done) const override { return hasBegun() ? Clock::lag(done) : 0; }
+  /// Wall time before the clock begins, so that ~status can be sent.
+  ros::Time now() const override { return hasBegun() ? Clock::now() : timeOf(wallTime()); }
 
  private:
+  void update() override {
+    if (hasBegun() || since(start_) < beginsWithin || !warnings_.isDue()) return;
+    ROS_WARN(
+        "/use_sim_time is true, but no time has come on /clock for %.0f s: nothing moves. Start the node "
+        "that "
+        "publishes /clock, or set /use_sim_time to false and start this node again",
+        since(start_));
+  }
+
   void onClock(const rosgraph_msgs::Clock& message) { take(message.clock); }
 
   void take(ros::Time time) {
     const auto reading = static_cast<std::int64_t>(time.toNSec());
     if (reading == reading_) return;
     if (reading < reading_ || reading_ == 0) noteJump();
+    if (reading < reading_ && messages_.isDue()) {
+      ROS_INFO("/clock went back to %.3f s: the simulation continues from its present state",
+               seconds(reading));
+    }
     reading_ = reading;
     changed_ = Steady::now();
   }
@@ -143,7 +155,8 @@ class ExternalClock : public FollowedClock {
   void drop(long long next, std::int64_t /*behind*/) override { restart(next); }
 
   std::int64_t reading_ = 0;
-  Steady::time_point changed_ = Steady::now();
+  Steady::time_point start_ = Steady::now(), changed_ = start_;
+  Every warnings_{warningPeriod}, messages_{messagePeriod};
   ros::Subscriber subscriber_;
 };
 

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "ros/messages/incoming.h"
-#include "ros/messages/messages.h"
 
 namespace planar_chain {
 
@@ -51,8 +50,11 @@ Faults fullUnless(bool isAccepted, const char* topic) {
 
 }  // namespace
 
-Commands::Commands(Simulation& simulation, Ticks& ticks, SceneTime sceneTime)
-    : simulation_(simulation), ticks_(ticks), sceneTime_(std::move(sceneTime)) {
+void Commands::moveTo(Simulation& simulation) {
+  if (simulation_) ++accepted_;
+  simulation_ = &simulation;
+  joints_.clear();
+  links_.clear();
   const Chain& chain = simulation.scene().chain;
   for (int i = 0; i < chain.size(); ++i) {
     joints_[chain.joints()[index(i)].name] = i;
@@ -99,7 +101,7 @@ void Commands::onLinkForce(const LinkForce& message) {
 
 /// The start in a message: 0 is now.
 double Commands::sceneTimeOf(ros::Time start) const {
-  return start.isZero() ? simulation_.time() : sceneTime_(start);
+  return start.isZero() ? simulation_->time() : sceneTime_(start);
 }
 
 bool Commands::takeOrWarn(const CommandTaken& input) {
@@ -122,9 +124,9 @@ std::string Commands::take(CommandTaken input) {
     return refusal.what();
   }
   input.number = ++accepted_;
-  if (hasSubscribers(log_)) {
+  if (areRecorded()) {
     input.tick = static_cast<std::uint64_t>(ticks_.next);
-    input.scene_time = simulation_.time();
+    input.scene_time = simulation_->time();
     log_.publish(input);
   }
   return "";
@@ -144,12 +146,12 @@ Faults Commands::apply(const CommandTaken& input) {
     case CommandTaken::LINK_FORCE:
       return apply(input.link_force.at(0), input.start);
     case CommandTaken::CLEAR_COMMANDS:
-      simulation_.clearCommands();
+      simulation_->clearCommands();
       return {};
     case CommandTaken::SET_STATE:
-      checkValues(faults, "q", "angles", "rad", input.q, simulation_.q().size());
-      checkValues(faults, "qd", "rates", "rad/s", input.qd, simulation_.qd().size());
-      if (faults.empty()) simulation_.setState(input.q, input.qd);
+      checkValues(faults, "q", "angles", "rad", input.q, simulation_->q().size());
+      checkValues(faults, "qd", "rates", "rad/s", input.qd, simulation_->qd().size());
+      if (faults.empty()) simulation_->setState(input.q, input.qd);
       return faults;
     case CommandTaken::STEP:
       if (!input.joint_torques.empty()) faults = faultsOf(input.joint_torques, "torques");
@@ -158,7 +160,7 @@ Faults Commands::apply(const CommandTaken& input) {
       if (faults.empty() && ticks_.next == ticks_.origin) --ticks_.origin;
       return faults;
     default:  // RESET
-      simulation_.reset();
+      simulation_->reset();
       taken_.fill(never);
       ticks_.origin = ticks_.next;
       return {};
@@ -173,9 +175,9 @@ Faults Commands::apply(const JointTorque& command, double start) {
   if (!faults.empty()) return faults;
 
   const bool isAccepted = command.duration > 0
-                              ? simulation_.addTorque(joint, command.torque, command.duration, start)
-                              : simulation_.holdTorque(joint, command.torque, heldUntil(start), start);
-  if (isAccepted) taken_[CommandTaken::JOINT_TORQUE] = simulation_.time();
+                              ? simulation_->addTorque(joint, command.torque, command.duration, start)
+                              : simulation_->holdTorque(joint, command.torque, heldUntil(start), start);
+  if (isAccepted) taken_[CommandTaken::JOINT_TORQUE] = simulation_->time();
   return fullUnless(isAccepted, "joint_torque");
 }
 
@@ -195,22 +197,22 @@ Faults Commands::apply(const LinkForce& command, double start) {
   const Vec2d point{command.point.x, command.point.y}, force{command.force.x, command.force.y};
   const bool isAccepted =
       command.duration > 0
-          ? simulation_.addForce(link, point, force, command.moment, command.duration, start)
-          : simulation_.holdForce(link, point, force, command.moment, heldUntil(start), start);
-  if (isAccepted) taken_[CommandTaken::LINK_FORCE] = simulation_.time();
+          ? simulation_->addForce(link, point, force, command.moment, command.duration, start)
+          : simulation_->holdForce(link, point, force, command.moment, heldUntil(start), start);
+  if (isAccepted) taken_[CommandTaken::LINK_FORCE] = simulation_->time();
   return fullUnless(isAccepted, "link_force");
 }
 
 void Commands::hold(const std::vector<double>& torques) {
-  const double until = heldUntil(simulation_.time());
+  const double until = heldUntil(simulation_->time());
   for (std::size_t i = 0; i < torques.size(); ++i) {
-    simulation_.holdTorque(static_cast<int>(i), torques[i], until);
+    simulation_->holdTorque(static_cast<int>(i), torques[i], until);
   }
-  taken_[CommandTaken::JOINT_TORQUES] = simulation_.time();
+  taken_[CommandTaken::JOINT_TORQUES] = simulation_->time();
 }
 
 double Commands::heldUntil(double start) const {
-  const double timeout = simulation_.scene().commandTimeout;
+  const double timeout = simulation_->scene().commandTimeout;
   return timeout > 0 ? start + timeout : std::numeric_limits<double>::infinity();
 }
 
@@ -218,10 +220,10 @@ double Commands::heldUntil(double start) const {
 
 Faults Commands::faultsOf(const std::vector<double>& torques, const std::string& path) const {
   Faults faults;
-  checkValues(faults, path, "torques", "N m", torques, simulation_.q().size());
-  if (!(heldUntil(simulation_.time()) > simulation_.time())) {
+  checkValues(faults, path, "torques", "N m", torques, simulation_->q().size());
+  if (!(heldUntil(simulation_->time()) > simulation_->time())) {
     faults.push_back({"command_timeout", "a timeout that the simulation time can resolve",
-                      toText(simulation_.scene().commandTimeout)});
+                      toText(simulation_->scene().commandTimeout)});
   }
   return faults;
 }
@@ -231,7 +233,7 @@ Faults Commands::faultsOf(const std::vector<double>& torques, const std::string&
 template <class Message>
 double Commands::startOf(Faults& faults, const std::string& topic, const Message& message,
                          double start) const {
-  const double now = simulation_.time();
+  const double now = simulation_->time();
   if (message.start.isZero()) start = now;
   if (!(start - now <= farthestStart)) {
     faults.push_back(
@@ -255,7 +257,7 @@ double Commands::startOf(Faults& faults, const std::string& topic, const Message
 }
 
 void Commands::describe(SimStatus& status) const {
-  const auto age = [&](double taken) { return taken == never ? never : simulation_.time() - taken; };
+  const auto age = [&](double taken) { return taken == never ? never : simulation_->time() - taken; };
   status.joint_torques_age = age(taken_[CommandTaken::JOINT_TORQUES]);
   status.joint_torque_age = age(taken_[CommandTaken::JOINT_TORQUE]);
   status.link_force_age = age(taken_[CommandTaken::LINK_FORCE]);

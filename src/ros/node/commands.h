@@ -14,6 +14,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planar_chain/fault.h"
@@ -41,8 +42,12 @@ class Commands {
   /// Converts the node's time to the simulation's, s. Returns infinity while the node's time is unknown.
   using SceneTime = std::function<double(ros::Time)>;
 
-  /// The simulation and the ticks must outlive this.
-  Commands(Simulation& simulation, Ticks& ticks, SceneTime sceneTime);
+  /// Call moveTo() before all others. The ticks must outlive this.
+  Commands(Ticks& ticks, SceneTime sceneTime) : ticks_(ticks), sceneTime_(std::move(sceneTime)) {}
+
+  /// From now on passes inputs to this simulation, which must outlive this. A second call counts as an input
+  /// that is not published: the recorded run is then incomplete, as one scene alone does not give its motion.
+  void moveTo(Simulation& simulation);
 
   /// Subscribes to joint_torques, joint_torque and link_force under `node`, and advertises commands_taken.
   void listen(ros::NodeHandle& node);
@@ -58,6 +63,9 @@ class Commands {
   bool takeOrWarn(const CommandTaken& input);
   /// Returns the faults of one torque per joint, held from now on.
   std::vector<Fault> faultsOf(const std::vector<double>& torques, const std::string& path) const;
+
+  /// True if ~commands_taken has a subscriber.
+  bool areRecorded() const { return log_.getNumSubscribers() > 0; }
 
   /// Sets the ages and refusals in `status`. The other fields stay as they are.
   void describe(SimStatus& status) const;
@@ -75,7 +83,7 @@ class Commands {
 
   static constexpr double never = -1;
 
-  Simulation& simulation_;
+  Simulation* simulation_ = nullptr;
   Ticks& ticks_;
   SceneTime sceneTime_;
   std::map<std::string, int> joints_, links_;  ///< index by name

@@ -21,30 +21,20 @@ namespace {
 
 using Steady = std::chrono::steady_clock;
 
-constexpr double queueSeconds = 2;       // of messages, kept for a slow subscriber
-constexpr long long fewTicks = 4;        // in a burst that catches up,
-constexpr long long catchUpShare = 50;   // or the missing ticks divided by this if more,
-constexpr double catchUpTime = 0.05;     // s of wall time at most
-constexpr double factorSeconds = 5;      // over which the real-time factor is measured
-constexpr double warningPeriod = 5;      // s
-constexpr double largestLag = 0.5;       // s, without a warning on /diagnostics
-constexpr double diagnosticsPeriod = 1;  // s
-constexpr double longestWait = 0.1;      // s, to notice a shutdown or a halted clock
-
-constexpr auto servePeriod = std::chrono::milliseconds(100);  // during a tick
+constexpr double queueSeconds = 2;             // of messages, kept for a slow subscriber
+constexpr long long fewTicks = 4;              // in a burst that catches up,
+constexpr long long catchUpShare = 50;         // or the missing ticks divided by this if more,
+constexpr double catchUpTime = 0.05;           // s of wall time at most
+constexpr double factorSeconds = 5;            // over which the real-time factor is measured
+constexpr double warningPeriod = 5;            // s
+constexpr double largestLag = 0.5;             // s, without a warning on /diagnostics
+constexpr double diagnosticsPeriod = 1;        // s
+constexpr double longestWait = 0.1;            // s, to notice a shutdown or a halted clock
+constexpr double longestWaitForRecorder = 15;  // s
+constexpr double servePeriod = 0.1;            // s, during long ticks
 
 std::uint32_t queueFor(double rate) {
   return static_cast<std::uint32_t>(std::max(10.0, std::ceil(queueSeconds * rate)));
-}
-
-/// When the present tick serves next. Simulation::advanceTo polls a plain function, which carries no state.
-struct {
-  bool (*keepGoing)();
-  Steady::time_point end;
-} part;
-
-bool keepGoingInPart() {
-  return part.keepGoing() && Steady::now() < part.end;
 }
 
 // ---- The log at the start ----------------------------------------------------------------------
@@ -89,19 +79,16 @@ std::string whatIsPublished(const PublishSettings& settings, const Frames& frame
 
 }  // namespace
 
-Node::Node(const Scene& scene)
+Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScene)
     : settings_(scene.publish),
-      frames_(framesOf(scene, ros::this_node::getNamespace())),
-      simulation_(scene, Commands::capacity),
+      changedScene_(std::move(changedScene)),
       clock_(makeClock(scene)),
       ticks_{Pace(settings_.rate), clock_->firstTick()},
-      commands_(simulation_, ticks_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
-      messages_(scene, frames_),
-      views_(inner_, simulation_, frames_),
+      commands_(ticks_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
       factor_(static_cast<std::size_t>(1 + std::ceil(factorSeconds * settings_.statusRate))),
       warnings_(warningPeriod) {
   // Advertise what the scene publishes.
-  outer_.setParam("robot_description", urdfOf(scene, frames_));
+  load(scene);
   jointStatesOut_ = outer_.advertise<sensor_msgs::JointState>("joint_states", queueFor(settings_.rate));
   statusOut_ = inner_.advertise<SimStatus>("status", queueFor(settings_.statusRate));
   if (settings_.linkStates) {
@@ -120,17 +107,51 @@ Node::Node(const Scene& scene)
   advertiseServices();
   diagnostics_.setHardwareID("none");
   diagnostics_.add("simulation", this, &Node::diagnose);
-
-  ROS_INFO("%s", whatRuns(simulation_).c_str());
   ROS_INFO("%s; time: %s", whatIsPublished(settings_, frames_).c_str(), clock_->name().c_str());
+}
+
+/// Makes what depends on the scene alone. Its publish settings are those of the start.
+/// @throws Refused for frame names that collide; then nothing has changed
+void Node::load(const Scene& scene) {
+  frames_ = framesOf(scene, ros::this_node::getNamespace());
+  auto simulation = std::make_unique<Simulation>(scene, Commands::capacity);
+  views_.reset();
+  simulation_ = std::move(simulation);
+  commands_.moveTo(*simulation_);
+  status_.method.clear();
+  messages_.emplace(scene, frames_);
+  views_.emplace(inner_, *simulation_, frames_);
+  outer_.setParam("robot_description", urdfOf(scene, frames_));
+  ROS_INFO("%s", whatRuns(*simulation_).c_str());
 }
 
 // ---- The run -----------------------------------------------------------------------------------
 
-void Node::run(bool (*keepGoing)()) {
-  keepGoing_ = keepGoing;
+void Node::waitForRecorder(bool (*keepGoing)()) {
+  const auto isReady = [](const ros::Publisher& topic) { return !topic || hasSubscribers(topic); };
+  const auto isRecorded = [&] {
+    return commands_.areRecorded() && isReady(jointStatesOut_) && isReady(statusOut_) &&
+           isReady(linkStatesOut_) && isReady(tfOut_);
+  };
+  isWaiting_ = true;
+  while (keepGoing() && !isRecorded() && elapsed() < longestWaitForRecorder) {
+    publishStatus();
+    ros::WallDuration(longestWait).sleep();
+  }
+  isWaiting_ = false;
+  if (isRecorded()) return;
+  ROS_WARN("no recorder has subscribed to every topic within %g s: the run starts without",
+           longestWaitForRecorder);
+}
+
+void Node::watchMaster() {
   master_.emplace(std::vector{ros::this_node::getName(), outer_.resolveName("robot_description"),
                               std::string("/use_sim_time")});
+}
+
+void Node::run(bool (*keepGoing)()) {
+  keepGoing_ = keepGoing;
+  watchMaster();
   const auto every = [this](double period, auto action) {
     return outer_.createSteadyTimer(ros::WallDuration(period),
                                     [action](const ros::SteadyTimerEvent& /*now*/) { action(); });
@@ -140,7 +161,9 @@ void Node::run(bool (*keepGoing)()) {
                                      every(longestWait, [this] { clock_->publishAgain(); })};
   clock_->begin(ticks_.next);
   while (keepGoing_()) {
-    const double wait = paused_ || !simulation_.fault().empty() ? longestWait : runDueTicks();
+    const bool isHalted = paused_ || !simulation_->fault().empty();
+    const double wait = isHalted ? longestWait : runDueTicks();
+    if (paused_) showReset();
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::clamp(wait, 0.0, longestWait)));
     commandQueue_.callAvailable();
   }
@@ -149,8 +172,8 @@ void Node::run(bool (*keepGoing)()) {
 /// Runs some of the ticks that are due. Returns the wall time until the next, s.
 double Node::runDueTicks() {
   // Find the last tick that is due.
-  const double began = elapsed();
-  if (began < resting_) return resting_ - began;
+  began_ = served_ = elapsed();
+  if (began_ < resting_) return resting_ - began_;
   const double dropped = clock_->dropped();
   const long long due = clock_->due(ticks_.next);
   if (clock_->dropped() > dropped && warnings_.isDue()) {
@@ -164,46 +187,51 @@ double Node::runDueTicks() {
   const long long late = due - ticks_.next;
   const long long burst = pause > 0 ? std::max(fewTicks, late / catchUpShare) : late + 1;
   const long long last = std::min(due, ticks_.next + burst - 1);
-  while (ticks_.next <= last && elapsed() - began <= catchUpTime) {
+  while (ticks_.next <= last && elapsed() - began_ <= catchUpTime) {
     if (!tick()) return 0;
   }
   if (ticks_.next > due) return clock_->untilDue(ticks_.next);
   ++overruns_;
-  resting_ = began + pause;
+  resting_ = began_ + pause;
   return pause;
+}
+
+/// While paused, publishes the state of scene time 0 after a reset. Its stamp is as after a resume.
+void Node::showReset() {
+  if (ticks_.next != ticks_.origin || !clock_->hasBegun()) return;
+  began_ = served_ = elapsed();
+  clock_->begin(ticks_.next);
+  tick();
 }
 
 /// Returns false if the integration fails, the tick is aborted, or the node ends. Then publishes no state.
 bool Node::tick() {
-  const double began = elapsed();
-  part = {keepGoing_, Steady::now() + servePeriod};
-  while (!simulation_.advanceTo(ticks_.sceneTime(ticks_.next), keepGoingInPart)) {
-    if (!simulation_.fault().empty()) {
-      ROS_ERROR("%s", simulation_.fault().c_str());
+  const auto isInTime = [this] { return keepGoing_() && elapsed() < served_ + servePeriod; };
+  while (!isInTime() || !simulation_->advanceTo(ticks_.sceneTime(ticks_.next), isInTime)) {
+    if (!simulation_->fault().empty()) {
+      ROS_ERROR("%s", simulation_->fault().c_str());
       publishStatus();
       publishDiagnostics();
       return false;
     }
-    if (!keepGoing_() || !serveDuringTick(began)) return false;
-    part.end = Steady::now() + servePeriod;
+    if (!keepGoing_() || !serveDuringTicks()) return false;
   }
   publishState();
   ++ticks_.next;
   return true;
 }
 
-/// Serves what cannot wait for the end of a tick that began at `began`. Returns false if ~reset aborted it.
-bool Node::serveDuringTick(double began) {
+/// Serves what cannot wait for the end of long ticks. Returns false if ~reset aborted them.
+bool Node::serveDuringTicks() {
   const long long resets = resets_;
-  const double now = elapsed();
-  if (now - began > warningPeriod && warnings_.isDue()) {
-    ROS_WARN("a tick from %.9g to %.9g s is at %.9g s after %.0f s of wall time; commands wait for its end",
-             ticks_.sceneTime(ticks_.next - 1), ticks_.sceneTime(ticks_.next), simulation_.time(),
-             now - began);
+  if (elapsed() - began_ > warningPeriod && warnings_.isDue()) {
+    ROS_WARN("ticks up to %.9g s are at %.9g s after %.0f s of wall time; commands wait for their end",
+             ticks_.sceneTime(ticks_.next), simulation_->time(), elapsed() - began_);
   }
   inTick_ = true;
   ros::getGlobalCallbackQueue()->callAvailable();
   inTick_ = false;
+  served_ = elapsed();
   return resets == resets_;
 }
 
@@ -215,20 +243,20 @@ void Node::publishState() {
   if (staticTf_ && ticks_.next == clock_->firstTick()) {
     staticTf_->sendTransform(Messages::baseInWorld(frames_, stamp));
   }
-  if (hasSubscribers(jointStatesOut_)) jointStatesOut_.publish(messages_.jointStates(simulation_, stamp));
-  if (ticks_.pace.isDue(ticks_.next, settings_.tfRate)) {
-    if (hasSubscribers(tfOut_)) tfOut_.publish(messages_.transforms(simulation_, stamp));
-    views_.publish(stamp);
+  if (hasSubscribers(jointStatesOut_)) jointStatesOut_.publish(messages_->jointStates(*simulation_, stamp));
+  if (ticks_.isDue(ticks_.next, settings_.tfRate)) {
+    if (hasSubscribers(tfOut_)) tfOut_.publish(messages_->transforms(*simulation_, stamp));
+    views_->publish(stamp);
   }
-  if (hasSubscribers(linkStatesOut_)) linkStatesOut_.publish(messages_.linkStates(simulation_, stamp));
+  if (hasSubscribers(linkStatesOut_)) linkStatesOut_.publish(messages_->linkStates(*simulation_, stamp));
 }
 
 void Node::publishStatus() {
   // Sample the real-time factor even without subscribers, for a later one.
-  status_.real_time_factor = factor_.sample(ticks_.simTime(simulation_.time()), elapsed());
+  status_.real_time_factor = factor_.sample(ticks_.simTime(simulation_->time()), elapsed());
   status_.header.stamp = clock_->now();
   if (status_.header.stamp.isZero() || !hasSubscribers(statusOut_)) return;
-  describe(simulation_, status_);
+  describe(*simulation_, status_);
   updateStatus();
   statusOut_.publish(status_);
 }
@@ -265,14 +293,17 @@ void Node::diagnose(diagnostic_updater::DiagnosticStatusWrapper& out) {
 
 /// Sets the fields of the status that the node determines.
 void Node::updateStatus() {
-  status_.sim_time = ticks_.simTime(simulation_.time());
+  status_.sim_time = ticks_.simTime(simulation_->time());
   if (ticks_.next > clock_->firstTick()) {
     status_.tick = static_cast<std::uint64_t>(ticks_.next - 1);
     status_.tick_stamp = clock_->stampOf(ticks_.next - 1);
   }
   status_.paused = paused_;
-  status_.fault = simulation_.fault();
-  status_.standstill = !status_.fault.empty() ? standstillByFault : paused_ ? "paused" : clock_->haltedBy();
+  status_.fault = simulation_->fault();
+  status_.standstill = !status_.fault.empty() ? standstillByFault
+                       : isWaiting_           ? "waiting for the recorder"
+                       : paused_              ? "paused"
+                                              : clock_->haltedBy();
   status_.overruns = overruns_;
   status_.clock_jumps = clock_->jumps();
   status_.lag = status_.standstill.empty() ? std::max(0.0, clock_->lag(ticks_.next - 1)) : 0;

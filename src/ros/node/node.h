@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -34,13 +35,19 @@ namespace planar_chain {
 /// are no ticks while the node is paused, after a fault, and while the clock is halted. A message is computed
 /// only if it has subscribers.
 ///
-/// During a long tick the node still publishes its status and answers services. Commands wait. Services that
-/// change the motion are refused, except ~reset, which aborts the tick.
+/// During a long tick, and between the ticks of a long ~step, the node still publishes its status and answers
+/// services. Commands wait. Services that change the motion are refused, except ~reset, which aborts the
+/// tick.
 class Node {
  public:
-  /// Sets robot_description, advertises topics and services, and subscribes.
+  /// Sets robot_description, advertises topics and services, and subscribes. changedScene: returns another
+  /// scene for ~reset, or nothing; may throw Refused.
   /// @throws Refused for frame names that collide.
-  explicit Node(const Scene& scene);
+  explicit Node(const Scene& scene, std::function<std::optional<Scene>()> changedScene = {});
+
+  /// Waits until each topic has a subscriber, while keepGoing() is true: at most 15 s, then with a warning.
+  /// Commands and requests that arrive meanwhile are served later.
+  void waitForRecorder(bool (*keepGoing)());
 
   /// Ticks and serves while keepGoing() is true; it is polled during long ticks too.
   void run(bool (*keepGoing)());
@@ -48,7 +55,8 @@ class Node {
   // The services. Each acts between two ticks. If `success` is false, nothing has changed.
   Answer pause();
   Answer resume();
-  /// Restores the scene's initial state at scene time 0, without commands and faults.
+  /// Restores the scene's initial state at scene time 0, without commands and faults. If the parameters have
+  /// changed, it is that of the new scene.
   Answer reset();
   Answer clearCommands();
   Answer setState(const std::vector<double>& q, const std::vector<double>& qd);
@@ -58,16 +66,19 @@ class Node {
               std::vector<sensor_msgs::JointState>& states);
 
  private:
+  void load(const Scene& scene);
   void advertiseServices();
   double runDueTicks();
+  void showReset();
   bool tick();
-  bool serveDuringTick(double began);
+  bool serveDuringTicks();
   void publishState();
   void publishStatus();
   void publishDiagnostics();
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& out);
   void updateStatus();
   void restartClock();
+  void watchMaster();
 
   Answer take(const CommandTaken& input, const char* done);
   double sceneTimeOf(ros::Time stamp) const;
@@ -76,14 +87,15 @@ class Node {
   ros::CallbackQueue commandQueue_;  ///< holds the messages that wait for the end of a tick
   ros::NodeHandle outer_;            ///< in the node's namespace
   ros::NodeHandle inner_{"~"};       ///< below the node's name
-  PublishSettings settings_;
+  const PublishSettings settings_;
+  std::function<std::optional<Scene>()> changedScene_;
   Frames frames_;
-  Simulation simulation_;
+  std::unique_ptr<Simulation> simulation_;
+  std::optional<Messages> messages_;
+  std::optional<Views> views_;
   std::unique_ptr<Clock> clock_;
   Ticks ticks_;
   Commands commands_;
-  Messages messages_;
-  Views views_;
   SimStatus status_;
   diagnostic_updater::Updater diagnostics_;
 
@@ -93,9 +105,12 @@ class Node {
   std::optional<MasterWatch> master_;  ///< from run() on
 
   bool paused_ = false;
-  bool inTick_ = false;  ///< while services are served during a tick
+  bool isWaiting_ = false;  ///< for a recorder
+  bool inTick_ = false;     ///< while services are served during a tick
   long long resets_ = 0;
   bool (*keepGoing_)() = nullptr;  ///< from run() on
+  double began_ = 0;               ///< wall time at which ticks began that nothing else has followed, s
+  double served_ = 0;              ///< wall time at which the queues were last served, s
   double resting_ = 0;             ///< no tick before this wall time since the start, s
   std::uint64_t overruns_ = 0;
   std::uint64_t jumpsTold_ = 0;  ///< jumps of the clock, on /diagnostics

@@ -12,6 +12,7 @@
 
 #include "planar_chain/fault.h"
 #include "planar_chain/scene_reader.h"
+#include "ros/messages/frames.h"
 
 namespace planar_chain {
 
@@ -54,33 +55,63 @@ Value convert(const XmlRpcValue& parameter, const std::string& path, std::vector
 }
 
 /// @throws Refused
-Value sceneParameters(const std::string& node) {
-  if (!ros::param::has(node + "/chain") && !ros::param::has(node + "/links") &&
-      !ros::param::has(node + "/robot_description")) {
-    throw Refused({{node + "/chain",
-                    "a scene in the node's parameters (roslaunch planar_chain sim.launch "
-                    "scene:=double_pendulum, or rosparam load SCENE.yaml " +
-                        node + " before the node starts)",
-                    "nothing"}});
-  }
-  XmlRpcValue parameters;
-  ros::param::get(node, parameters);
+Scene sceneIn(const XmlRpcValue& parameters) {
   std::vector<Fault> faults;
-  Value value = convert(parameters, "", faults);
+  const Value value = convert(parameters, "", faults);
   if (!faults.empty()) throw Refused(std::move(faults));
-  return value;
+  return readScene(value);
+}
+
+bool areEqual(const XmlRpcValue& a, const XmlRpcValue& b, const std::string& key) {
+  const auto in = [&](const XmlRpcValue& map) { return map.hasMember(key) ? map[key] : XmlRpcValue(); };
+  return in(a) == in(b);
 }
 
 }  // namespace
 
-int withScene(const std::string& node, const std::function<void(const Scene&)>& act) {
-  const std::string name = ros::names::resolve(node);
+SceneParameters::SceneParameters(const std::string& node) : node_(ros::names::resolve(node)) {}
+
+Scene SceneParameters::read() {
+  if (!ros::param::has(node_ + "/chain") && !ros::param::has(node_ + "/links") &&
+      !ros::param::has(node_ + "/robot_description")) {
+    throw Refused({{node_ + "/chain",
+                    "a scene in the node's parameters (roslaunch planar_chain sim.launch "
+                    "scene:=double_pendulum, or rosparam load SCENE.yaml " +
+                        node_ + " before the node starts)",
+                    "nothing"}});
+  }
+  ros::param::get(node_, known_);
+  return sceneIn(known_);
+}
+
+std::optional<Scene> SceneParameters::readIfChanged() {
+  XmlRpcValue now;
+  if (!ros::param::get(node_, now) || now == known_) return std::nullopt;
+
+  std::vector<Fault> faults;
+  for (const char* key : {"publish", "real_time_factor"}) {
+    if (areEqual(now, known_, key)) continue;
+    faults.push_back({key, "the value at the start (to change it, restart the node)", "another"});
+  }
+  std::optional<Scene> scene;
   try {
-    act(readScene(sceneParameters(name)));
+    scene = sceneIn(now);
+    framesOf(*scene, ros::names::parentNamespace(node_));  // which may collide
+  } catch (const Refused& refused) {
+    faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
+  }
+  if (!faults.empty()) throw Refused(std::move(faults));
+  known_ = now;
+  return scene;
+}
+
+int SceneParameters::run(const std::function<void(const Scene&)>& act) {
+  try {
+    act(read());
     return 0;
   } catch (const Refused& refused) {
-    if (name != ros::this_node::getName()) {
-      ROS_FATAL("%s has no scene, or refuses it and says why", name.c_str());
+    if (node_ != ros::this_node::getName()) {
+      ROS_FATAL("%s has no scene, or refuses it and says why", node_.c_str());
       return 2;
     }
     for (const Fault& fault : refused.faults()) ROS_FATAL("%s", toString(fault).c_str());

@@ -7,6 +7,8 @@
 #include <ros/node_handle.h>
 #include <ros/service_server.h>
 
+#include <memory>
+
 #include "planar_chain/simulation.h"
 #include "ros/messages/incoming.h"
 
@@ -22,14 +24,15 @@ constexpr int mostLinksInMatrices = 200;
 void answer(const Simulation& simulation, const Equations::Request& request, Equations::Response& response);
 void answer(const Simulation& simulation, const Linearize::Request& request, Linearize::Response& response);
 
-/// Advertises one of them under `node`. The simulation must outlive the server.
+/// Advertises one of them under `node`. The pointer must outlive the server.
 template <class Service, template <class> class Request>
-ros::ServiceServer advertiseQuery(ros::NodeHandle& node, const char* name, const Simulation& simulation) {
+ros::ServiceServer advertiseQuery(ros::NodeHandle& node, const char* name,
+                                  const std::unique_ptr<Simulation>& simulation) {
   return advertise<Service, Request>(node, name, [&simulation](auto& in, auto& response) {
     typename Service::Request request;
     request.q = plain(in.q);
     request.qd = plain(in.qd);
-    answer(simulation, request, response);
+    answer(*simulation, request, response);
     return Answer{bool(response.success), response.message};
   });
 }

@@ -48,7 +48,7 @@ Answer Node::pause() {
 }
 
 Answer Node::resume() {
-  if (!simulation_.fault().empty()) return {false, simulation_.fault() + "; call ~reset or ~set_state"};
+  if (!simulation_->fault().empty()) return {false, simulation_->fault() + "; call ~reset or ~set_state"};
   if (!paused_) return {true, "already running"};
   paused_ = false;
   restartClock();
@@ -58,19 +58,35 @@ Answer Node::resume() {
 /// Takes an input that waited for the end of a tick. `done`: the message if it is accepted.
 Answer Node::take(const CommandTaken& input, const char* done) {
   commandQueue_.callAvailable();
-  const bool hadFailed = !simulation_.fault().empty();
+  const bool hadFailed = !simulation_->fault().empty();
   const std::string refusal = commands_.take(input);
   if (!refusal.empty()) return {false, refusal};
-  if (hadFailed && simulation_.fault().empty() && !paused_) restartClock();
+  if (hadFailed && simulation_->fault().empty() && !paused_) restartClock();
   return {true, done};
 }
 
 Answer Node::reset() {
+  // Read the scene again.
+  std::optional<Scene> changed;
+  try {
+    if (changedScene_) changed = changedScene_();
+  } catch (const Refused& refused) {
+    return {false, "the changed parameters are refused: " + toString(refused.faults())};
+  }
+
   // Commands that have arrived belong to the time before the reset.
   if (inTick_) commandQueue_.clear();
+  commandQueue_.callAvailable();
+  const bool hadFailed = !simulation_->fault().empty();
+  if (changed) {
+    load(*changed);
+    if (master_) watchMaster();
+  }
+  commands_.take(inputOf(CommandTaken::RESET));
   ++resets_;
-  return take(inputOf(CommandTaken::RESET),
-              paused_ ? "reset to the initial state; paused" : "reset to the initial state");
+  if (hadFailed && !paused_) restartClock();
+  return {true, std::string("reset to the initial state") +
+                    (changed ? " of the scene in the changed parameters" : "") + (paused_ ? "; paused" : "")};
 }
 
 Answer Node::clearCommands() {
@@ -89,10 +105,10 @@ Answer Node::setState(const std::vector<double>& q, const std::vector<double>& q
 Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
                   std::vector<sensor_msgs::JointState>& states) {
   // Check the request.
-  if (!simulation_.fault().empty()) return {false, simulation_.fault() + "; call ~reset or ~set_state"};
+  if (!simulation_->fault().empty()) return {false, simulation_->fault() + "; call ~reset or ~set_state"};
   if (inTick_) return {false, longTick};
   if (!clock_->hasBegun()) return {false, clock_->haltedBy()};
-  const std::size_t joints = simulation_.q().size();
+  const std::size_t joints = simulation_->q().size();
   const auto most = std::min<std::size_t>(mostSteps, std::max<std::size_t>(1, mostStepValues / joints));
   std::vector<Fault> faults;
   if (!torques.empty()) faults = commands_.faultsOf(torques, "torques");
@@ -104,6 +120,7 @@ Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
   // Pause, hold the torques, and tick.
   const bool ran = !paused_;
   paused_ = true;
+  began_ = served_ = elapsed();
   CommandTaken input = inputOf(CommandTaken::STEP);
   input.joint_torques = torques;
   const Answer done =
@@ -112,9 +129,9 @@ Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
   for (std::uint32_t k = 0; done.success && k < ticks; ++k) {
     if (!tick()) {
       if (!keepGoing_()) return {false, "the node is ending"};
-      return {false, simulation_.fault().empty() ? "~reset aborted the tick" : simulation_.fault()};
+      return {false, simulation_->fault().empty() ? "~reset aborted the tick" : simulation_->fault()};
     }
-    states.push_back(messages_.jointStates(simulation_, clock_->stampOf(ticks_.next - 1)));
+    states.push_back(messages_->jointStates(*simulation_, clock_->stampOf(ticks_.next - 1)));
   }
   return done;
 }

@@ -261,7 +261,7 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "pull");
   const ros::NodeHandle own("~");
   const auto simulation = own.param<std::string>("simulation", "planar_chain");
-  return planar_chain::withScene(simulation, [&simulation](const planar_chain::Scene& scene) {
+  return planar_chain::SceneParameters(simulation).run([&simulation](const planar_chain::Scene& scene) {
     const planar_chain::MouseDrag drag(scene, ros::names::resolve(simulation));
     ros::spin();
   });
