@@ -50,9 +50,14 @@ constexpr double halfPi[] = {1.57079632673412561417e+00, 6.07710050630396597660e
   const Real shift(6755399441055744.0);
   const Real shifted = mulAdd(theta, Real(6.36619772367581382433e-01), shift);
   const Real k = shifted - shift;
+#ifdef __FMA__
   Real r = mulAdd(k, Real(-halfPi[0]), theta);
   r = mulAdd(k, Real(-halfPi[1]), r);
   r = mulAdd(k, Real(-halfPi[2]), r);
+#else
+  const Real first = theta - k * Real(halfPi[0]), second = k * Real(halfPi[1]), rounded = first - second;
+  const Real r = rounded + (((first - rounded) - second) - k * Real(halfPi[2]));
+#endif
 
   const Real z = r * r;
   Real p = mulAdd(z, Real(1.58969099521155010221e-10), Real(-2.50507602534068634195e-08));

@@ -1,32 +1,43 @@
 #include "simd/elementary.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 
 namespace planar_chain::simd {
 
+namespace {
+
+template <class To, class From>
+To bitsOf(From from) {
+  To to;
+  std::memcpy(&to, &from, sizeof to);
+  return to;
+}
+
+}  // namespace
+
 /// x = 2^k m, √½ ≤ m < √2; ln m = 2 artanh s, s = (m − 1)/(m + 1).
 double log2(double x) {
-  int k;
-  double m = std::frexp(std::max(x, 1e-300), &k);
-  if (m < 0.70710678118654752) {
-    m *= 2;
-    --k;
-  }
+  constexpr std::int64_t rootOfHalf = 0x3fe6'a09e'667f'3bcd;
+  const auto bits = bitsOf<std::int64_t>(std::max(x, 1e-300));
+  const std::int64_t k = (bits - rootOfHalf) >> 52;
+  const auto m = bitsOf<double>(bits - (k << 52));
   const double s = (m - 1) / (m + 1), z = s * s;
   const double series = 1 + z * (1. / 3 + z * (1. / 5 + z * (1. / 7 + z * (1. / 9))));
-  return k + 2.8853900817779268 * s * series;
+  return static_cast<double>(k) + 2.8853900817779268 * s * series;
 }
 
 /// x = k + f, |f| ≤ ½; 2^f by the series of exp(f ln 2).
 double exp2(double x) {
   if (!(x < 1000)) return std::numeric_limits<double>::infinity();
   if (!(x > -1000)) return 0;
-  const double k = std::floor(x + 0.5), f = 0.69314718055994531 * (x - k);
-  const double series =
-      1 + f * (1 + f * (1. / 2 + f * (1. / 6 + f * (1. / 24 + f * (1. / 120 + f * (1. / 720 + f / 5040))))));
-  return std::ldexp(series, static_cast<int>(k));
+  constexpr double shift = 6755399441055744;  // 1.5·2⁵²: a sum with it is whole, and ends in k's bits
+  const double shifted = x + shift, f = 0.69314718055994531 * (x - (shifted - shift));
+  const double high = 1. / 24 + f * (1. / 120 + f * (1. / 720 + f * (1. / 5040)));
+  const double power = 1 + f * (1 + f * (1. / 2 + f * (1. / 6 + f * high)));
+  return bitsOf<double>(bitsOf<std::uint64_t>(power) + (bitsOf<std::uint64_t>(shifted) << 52));
 }
 
 }  // namespace planar_chain::simd
