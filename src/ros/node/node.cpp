@@ -121,7 +121,7 @@ void Node::load(const Scene& scene) {
   status_.method.clear();
   messages_.emplace(scene, frames_);
   views_.emplace(inner_, *simulation_, frames_);
-  outer_.setParam("robot_description", urdfOf(scene, frames_));
+  outer_.setParam("robot_description", robotDescription(scene, frames_));
   ROS_INFO("%s", whatRuns(*simulation_).c_str());
 }
 
