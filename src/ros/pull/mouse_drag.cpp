@@ -88,8 +88,8 @@ class MouseDrag {
         forceOut_(outer_.advertise<LinkForce>(simulation + "/link_force", 10)),
         pictureOut_(inner_.advertise<visualization_msgs::MarkerArray>("force", 2)) {
     const int n = scene_.chain.size();
-    const int stride =
-        std::max(1, (n + frames_.every * mostMarkers - 1) / (frames_.every * mostMarkers)) * frames_.every;
+    const int apart = frames_.every * mostMarkers;
+    const int stride = (n + apart - 1) / apart * frames_.every;
     for (int i = n - 1; i >= 0; i -= stride) offerMarker(i);
     server_.applyChanges();
   }

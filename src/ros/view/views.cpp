@@ -183,10 +183,14 @@ void Views::drawCentres(Sketch& sketch) {
   }
 }
 
-/// The usual symbol: a disc in quarters, with a rim.
+/// The usual symbol: a disc in quarters. The black ones have a rim.
 void Views::drawCentre(Sketch& sketch, Vec2d at, double radius) {
-  for (int k = 0; k < 4; ++k) sketch.sector(at, radius, k * pi / 2, pi / 2, k % 2 == 0 ? white : black);
-  sketch.coil(at, radius, radius, 0, 2 * pi, rim * drawing_.bar, white);
+  const double edge = rim * drawing_.bar;
+  for (int k = 0; k < 4; ++k) {
+    const bool isWhite = k % 2 == 0;
+    sketch.sector(at, isWhite ? radius + edge / 2 : radius, k * pi / 2, pi / 2, isWhite ? white : black);
+    if (!isWhite) sketch.coil(at, radius, radius, k * pi / 2, pi / 2, edge, white);
+  }
 }
 
 /// The whole chain as a line through its pins, in two colours by turns.
