@@ -155,7 +155,7 @@ class Views(unittest.TestCase):
 
     def test_a_long_chain_is_one_line_with_few_frames(self):
         scene = rod(gravity=[0.0, -9.81])
-        scene['links']['rod'].update(repeat=10000, mass=1e-3, com=['1e-2', 0.0], pin=['1e-2', 0.0], inertia=0.0,
+        scene['links']['rod'].update(repeat=10000, mass=1e-3, com=[0.0, '-1e-2'], pin=[0.0, '-1e-2'], inertia=0.0,
                                      joint={'damping': 1e-3})
         scene['publish'] = {'rate': 10.0, 'tf_rate': 10.0}
         scene['integrator'] = {'method': 'rodas5p', 'tolerance': 0.1}

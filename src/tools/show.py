@@ -40,19 +40,22 @@ def highest(chain):
     return max(heights)
 
 
+def view(chain, loads):
+    """The reach, the height of the view's centre above the ground pin, half the height of the view, m."""
+    size = reach(chain['links'])
+    if loads or not falls(chain):
+        return size, 0, FREE * size
+    top, bottom = highest(chain) + (FREE - 1) * size, -FREE * size
+    return size, (top + bottom) / 2, max((top - bottom) / 2, FREE * size / ASPECT)
+
+
 def view_of(node):
-    """What the view shows of the scene in a node's parameters: the reach, the height of the centre above the ground
-    pin, half the height of the view, in m. The node reports what is wrong with a scene."""
+    """The view of the scene in a node's parameters. The node reports what is wrong with a scene."""
     try:
         scene = rospy.get_param(node)
-        chain = read_chain('/dev/stdin', yaml.safe_dump(scene))
+        return view(read_chain('/dev/stdin', yaml.safe_dump(scene)), scene.get('loads'))
     except (KeyError, NoChain, OSError, yaml.YAMLError):
         return DEFAULT, 0, FREE * DEFAULT
-    size = reach(chain['links'])
-    if 'loads' in scene or not falls(chain):
-        return size, 0, FREE * size
-    top, bottom = min(highest(chain), size), -FREE * size
-    return size, (top + bottom) / 2, max((top - bottom) / 2 + (FREE - 1) * size / 2, FREE * size / ASPECT)
 
 
 def cell(size):

@@ -131,7 +131,7 @@ void Node::waitForRecorder(bool (*keepGoing)()) {
   const auto isReady = [](const ros::Publisher& topic) { return !topic || hasSubscribers(topic); };
   const auto isRecorded = [&] {
     return commands_.areRecorded() && isReady(jointStatesOut_) && isReady(statusOut_) &&
-           isReady(linkStatesOut_) && isReady(tfOut_);
+           isReady(linkStatesOut_) && isReady(tfOut_) && views_->areSubscribed();
   };
   isWaiting_ = true;
   while (keepGoing() && !isRecorded() && elapsed() < longestWaitForRecorder) {

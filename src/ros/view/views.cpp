@@ -202,7 +202,7 @@ void Views::drawChain(Sketch& sketch) {
   sketch.corner(tip(), (chain_.size() - 1) / stride_ % 2 == 0 ? even : odd);
 }
 
-visualization_msgs::Marker& Views::drawEnergy(ros::Time stamp) {
+visualization_msgs::Marker& Views::writeEnergy(ros::Time stamp) {
   const EnergyBalance balance = simulation_.energyBalance();
   const auto shown = [this](double joules) {
     return std::fabs(joules) < negligible * drawing_.torque ? 0 : joules;
@@ -224,6 +224,10 @@ ViewTopics::ViewTopics(ros::NodeHandle& node, Simulation& simulation, const Fram
     out_[name] = node.advertise<visualization_msgs::MarkerArray>("view/" + name, 2);
   }
   out_[Views::energy] = node.advertise<visualization_msgs::Marker>(std::string("view/") + Views::energy, 2);
+}
+
+bool ViewTopics::areSubscribed() const {
+  return std::all_of(out_.begin(), out_.end(), [](const auto& view) { return hasSubscribers(view.second); });
 }
 
 void ViewTopics::publish(ros::Time stamp) {

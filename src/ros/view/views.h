@@ -44,7 +44,7 @@ class Views {
       (this->*view.draw)(view.sketch);
       send(view.name, view.sketch.message(stamp));
     }
-    if (wants(energy)) send(energy, drawEnergy(stamp));
+    if (wants(energy)) send(energy, writeEnergy(stamp));
   }
 
  private:
@@ -66,7 +66,7 @@ class Views {
   void drawCentres(Sketch& sketch);
   void drawCentre(Sketch& sketch, Vec2d at, double radius);
   void drawChain(Sketch& sketch);
-  visualization_msgs::Marker& drawEnergy(ros::Time stamp);
+  visualization_msgs::Marker& writeEnergy(ros::Time stamp);
   Sketch& on(Sketch& sketch, int link) const;
   Pose poseOf(int link) const;
   Vec2d inLink(int link, Vec2d vector) const;
@@ -90,6 +90,8 @@ class ViewTopics {
   /// Advertises view/NAME under `node` for each view. The simulation must outlive this.
   ViewTopics(ros::NodeHandle& node, Simulation& simulation, const Frames& frames);
 
+  /// True if each view has subscribers.
+  bool areSubscribed() const;
   /// Publishes the simulation's present state.
   void publish(ros::Time stamp);
 
