@@ -85,6 +85,19 @@ class Bags(InFolder):
             "/planar_chain/link_states": ("planar_chain/LinkStates", 6000),
             "/planar_chain/status": ("planar_chain/SimStatus", 200)})
 
+    def test_views_are_those_that_rviz_shows(self):
+        views = {topic: messages for topic, messages in self.bag("--duration", "2", "--views").items() if "/view/" in topic}
+        self.assertEqual({topic: (messages[0][1]._type, len(messages)) for topic, messages in views.items()}, dict({
+            "/planar_chain/view/" + name: ("visualization_msgs/MarkerArray", 140)
+            for name in ("loads", "pin_forces", "springs", "trail", "centres")},
+            **{"/planar_chain/view/energy": ("visualization_msgs/Marker", 140)}))
+        stamp, energy = views["/planar_chain/view/energy"][-1]
+        self.assertEqual((stamp, energy.header.stamp.to_nsec()), (2 * 10**9, 2 * 10**9))
+        self.assertIn("time 2.00 s\n", energy.text)
+        trail = views["/planar_chain/view/trail"][-1][1].markers[0]
+        self.assertEqual(len(trail.points), 140)
+        self.assert_refused(self.run_tool("--duration", "1", "--views"), "--views: expected --bag")
+
     def test_connections_are_those_of_the_node_and_tf_static_is_latched(self):
         self.bag("--duration", "0.1")
         with rosbag.Bag(self.path("out.bag")) as bag:

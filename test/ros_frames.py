@@ -129,6 +129,20 @@ class Frames(unittest.TestCase):
         self.assert_poses_equal(lower[:3, 0], [1, 0, 0])
         self.assert_poses_equal(lower[:3, 2], [0, -1, 0])
 
+    def test_frames_of_every_second_link_lie_where_its_links_lie(self):
+        scene = dict(L_SHAPED, publish={'frame_every': 2}, gravity=[0.0, -9.81])
+        scene['links'] = dict(scene['links'], lower=dict(scene['links']['lower'], repeat=4))
+        with Node(scene, '/alone'):
+            transforms, state, links = self.transforms_of('alone/')
+        self.assertEqual(len(state.name), 5)
+        tree = tree_of(transforms)
+        self.assertEqual(list(tree), ['alone/base_link', 'alone/upper', 'alone/lower_2', 'alone/lower_4'])
+        for frame, com in (('upper', [0.5, 0.2]), ('lower_2', [0.3, 0.0]), ('lower_4', [0.3, 0.0])):
+            pose = links.pose[links.name.index(frame)]
+            in_base = pose_in('alone/base_link', 'alone/' + frame, tree)
+            self.assert_poses_equal((in_base @ [*com, 0, 1])[:2], [pose.x, pose.y])
+            self.assert_poses_equal(in_base[:2, 0], [math.cos(pose.theta), math.sin(pose.theta)])
+
     def test_urdf_says_what_the_scene_says(self):
         with Node(L_SHAPED, '/alone') as node:
             self.listen(node.name + '/status', SimStatus).wait_for_count(1)

@@ -80,7 +80,10 @@ class Launch(unittest.TestCase):
                 self.states.wait_for_count(50)
             with rosbag.Bag(folder + '/run.bag') as bag:
                 recorded = [state for _, state, _ in bag.read_messages('/joint_states')]
+                views = set(bag.get_type_and_topic_info().topics)
         rospy.delete_param('/planar_chain')
+        self.assertLessEqual({'/planar_chain/view/' + name for name in (
+            'loads', 'pin_forces', 'springs', 'trail', 'centres', 'energy')}, views)
         self.assertEqual(recorded[0].header.seq, 0)
         self.assertAlmostEqual(recorded[0].velocity[0], 0, delta=1e-12)
 

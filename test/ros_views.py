@@ -10,6 +10,8 @@ import roslib.packages
 import rospy
 import rostest
 import yaml
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ros_node import Listener, Node, rod
@@ -73,8 +75,30 @@ class Views(unittest.TestCase):
         self.assertIn((0.5, 0.0), sign)
         lines = dict(line.split(' ', 1) for line in energy.text.splitlines())
         self.assertEqual(lines['potential'], '-9.81 J')
-        self.assertLess(abs(float(lines['balance'].split()[0])), 1e-9)
-        self.assertLess(float(lines['kinetic'].split()[0]), 1e-20)
+        # Rounding errors read 0.
+        self.assertEqual((lines['kinetic'], lines['balance']), ('0 J', '0 J'))
+
+    def test_the_text_shows_the_time_and_stands_beside_the_reach(self):
+        energy, = self.see(rod(publish={'rate': 200.0, 'tf_rate': 50.0}, real_time_factor=1), 'energy', which=40)
+        self.assertEqual(energy.text.splitlines()[0], 'time %.2f s' % energy.header.stamp.to_sec())
+        size, centre, half = 1.0, 0.0, show.FREE
+        # The text is centred; its lines are 1.2 sizes high, and at most 9 sizes long.
+        x, y, size_of_text = energy.pose.position.x, energy.pose.position.y, energy.scale.z
+        up, aside = 0.6 * size_of_text * len(energy.text.splitlines()), 4.5 * size_of_text
+        self.assertGreater(y - up, centre - half)
+        self.assertGreater(x - aside, -show.ASPECT * half)
+        self.assertGreater(math.hypot(min(0, x + aside), min(0, y + up)), size)
+
+    def test_arrows_end_in_the_view(self):
+        # A rod that turns at 20 rad/s pulls its pin with 16 weights; a force pulls a stretched tip outwards.
+        scene = hanging()
+        scene['links']['rod']['initial']['velocity'] = 20.0
+        scene['loads'] = {'out': {'link': 'rod', 'force': [0.0, -20 * WEIGHT], 'point': [1.0, 0.0]}}
+        loads, pins = self.see(scene, 'loads', 'pin_forces')
+        for array in (loads, pins):
+            head = corners(self.only(array, 'rod'))[7]
+            self.assertGreater(math.hypot(*head), 1.1)
+            self.assertLess(math.hypot(*head), show.FREE)
 
     def test_the_centre_is_that_of_mass_and_what_motors_give_is_supplied(self):
         scene = rod(chain=['rod', 'feather'], loads={'motor': {'joint': 'rod_joint', 'torque': 5.0, 'stop': 0.1}})
@@ -104,19 +128,56 @@ class Views(unittest.TestCase):
         scene = rod()
         scene['links']['rod'].update(repeat=100, com=['1e-2', 0.0], pin=[0.03, 0.04])
         rospy.set_param('/long', scene)
-        self.assertAlmostEqual(show.reach_of('/long'), 5, delta=1e-12)
-        self.assertEqual(show.reach_of('/none'), show.DEFAULT)
-        rospy.set_param('/refused', {'chain': []})
-        self.assertEqual(show.reach_of('/refused'), show.DEFAULT)
+        size, centre, half = show.view_of('/long')
+        self.assertAlmostEqual(size, 5, delta=1e-12)
+        self.assertEqual((centre, half), (0, show.FREE * size))  # without gravity
+        # From rest under gravity it stays in the lower half, below its highest point at first.
+        scene['gravity'] = [0.0, -9.81]
+        scene['links']['rod']['pin'] = [0.05, 0.0]
+        rospy.set_param('/long', scene)
+        size, centre, half = show.view_of('/long')
+        self.assertLess(half, 0.8 * show.FREE * size)
+        self.assertLess(centre - half, -show.FREE * size)
+        self.assertGreater(centre + half, 0.3 * size)
+        for refused in ({}, {'chain': []}):
+            rospy.set_param('/refused', refused)
+            self.assertEqual(show.view_of('/refused'), (show.DEFAULT, 0, show.FREE * show.DEFAULT))
         self.assertEqual([show.cell(size) for size in (0.7, 1.7, 45.0)], [0.5, 1, 20])
-        show.fit(config, 5.0)
+        show.fit(config, 5.0, -3.0, 6.25)
         manager = config['Visualization Manager']
         view = manager['Views']['Current']
         self.assertAlmostEqual(view['Distance'] * math.tan(view['Field of View'] / 2), 1.25 * 5, delta=1e-9)
+        self.assertEqual(view['Focal Point']['Z'], -3)
         self.assertEqual(manager['Displays'][0]['Cell Size'], 1)
         shown = {display.get('Marker Topic') for display in manager['Displays']}
         self.assertLessEqual({'planar_chain/view/' + name for name in (
-            'loads', 'pin_forces', 'springs', 'trail', 'centres', 'energy')}, shown)
+            'chain', 'loads', 'pin_forces', 'springs', 'trail', 'centres', 'energy')}, shown)
+
+    def test_a_long_chain_is_one_line_with_few_frames(self):
+        scene = rod(gravity=[0.0, -9.81])
+        scene['links']['rod'].update(repeat=10000, mass=1e-3, com=[0.0, '-1e-2'], pin=[0.0, '-1e-2'], inertia=0.0,
+                                     joint={'damping': 1e-3})
+        scene['publish'] = {'rate': 10.0, 'tf_rate': 10.0}
+        scene['integrator'] = {'method': 'rodas5p', 'tolerance': 0.1}
+        frames, states = Listener('/tf', TFMessage), Listener('/joint_states', JointState)
+        array, pins = self.see(scene, 'chain', 'pin_forces')
+        robot = rospy.get_param('/robot_description')
+        frames.close()
+        states.close()
+        self.assertEqual({len(message.transforms) for message in frames.messages}, {50})
+        self.assertEqual(frames.messages[0].transforms[-1].child_frame_id, 'rod_10000')
+        self.assertEqual(len(states.messages[0].name), 10000)
+        self.assertIn('<link name="base_link">', robot)
+        self.assertNotIn('rod_', robot)
+        line, = array.markers
+        self.assertEqual((line.type, line.header.frame_id), (Marker.LINE_STRIP, 'base_link'))
+        self.assertEqual(len(line.points), len(line.colors))
+        self.assertLess(len(line.points), 5000)
+        self.assertEqual(corners(line)[0], (0, 0))
+        self.assertAlmostEqual(sum(map(math.dist, corners(line), corners(line)[1:])), 100, delta=0.1)
+        self.assertGreater(line.scale.x, 0.015 * 100)
+        # Links without a frame have their arrows in the base frame.
+        self.assertTrue({marker.header.frame_id for marker in pins.markers} & {'base_link'})
 
     def test_what_is_not_there_is_not_drawn(self):
         scene = hanging()

@@ -12,6 +12,7 @@ import sys
 import time
 
 import rospy
+import yaml
 from planar_chain.msg import LinkStates, SimStatus
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import InteractiveMarkerFeedback
@@ -27,17 +28,17 @@ SPEED = 30                  # px a step of the mouse
 class Screen:
     """A display, and rviz's view of the plane of motion on it."""
 
-    def __init__(self, reach):
+    def __init__(self, centre, half):
         reader, writer = os.pipe()
         self._server = subprocess.Popen(['Xvfb', '-displayfd', str(writer), '-screen', '0', '%dx%dx24' % SIZE],
                                         pass_fds=[writer], stderr=subprocess.DEVNULL)
         os.environ['DISPLAY'] = ':' + os.read(reader, 16).decode().strip()
         os.environ['LIBGL_ALWAYS_SOFTWARE'] = '1'
-        self._scale = VIEW[3] / 2 / (1.25 * reach)
+        self._centre, self._scale = centre, VIEW[3] / 2 / half
 
     def pixel(self, x, y):
         left, top, width, height = VIEW
-        return round(left + width / 2 + self._scale * x), round(top + height / 2 - self._scale * y)
+        return round(left + width / 2 + self._scale * x), round(top + height / 2 - self._scale * (y - self._centre))
 
     @staticmethod
     def mouse(*command):
@@ -87,9 +88,12 @@ def main():
     import show
     scene = os.path.join(root, 'config', 'scenes', arguments.scene + '.yaml')
     chain = subprocess.run(['rosrun', 'planar_chain', 'equations', scene, '--chain'], stdout=subprocess.PIPE, check=True)
-    links = json.loads(chain.stdout)['links']
+    chain = json.loads(chain.stdout)
+    links = chain['links']
+    with open(scene, encoding='utf-8') as file:
+        _, centre, half = show.view(chain, yaml.safe_load(file).get('loads'))
 
-    screen = Screen(show.reach(links))
+    screen = Screen(centre, half)
     launch = subprocess.Popen(['roslaunch', 'planar_chain', 'sim.launch', 'scene:=' + arguments.scene, 'rviz:=true'])
     try:
         rospy.init_node('rviz_drag', anonymous=True)

@@ -62,6 +62,7 @@ struct PublishSettings {
   bool tf = true;
   bool linkStates = true;
   std::optional<std::string> framePrefix;  ///< default: the node's namespace, if it has one
+  std::optional<int> frameEvery;  ///< frames of every k-th link; default: of 50 at most above 200 links
   std::string worldFrame = "world";
   std::string baseFrame = "base_link";
 };

@@ -95,6 +95,18 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
 }
 
+/// Returns true if the key is absent or an integer from 1 to mostLinks.
+bool takeCount(const Section& in, const char* key, int& target) {
+  const double count = in.unchecked(key, 1.0);
+  const bool isCount = count >= 1 && count <= mostLinks && count == std::floor(count);
+  if (isCount) {
+    target = static_cast<int>(count);
+  } else {
+    in.fault(key, "an integer from 1 to " + std::to_string(mostLinks));
+  }
+  return isCount;
+}
+
 Entry readEntry(const Section& links, const std::string& name) {
   // The name.
   Entry entry{disc(name), {}};
@@ -114,13 +126,7 @@ Entry readEntry(const Section& links, const std::string& name) {
   if (ofLink.empty()) entry.link = link;
 
   // The number of links.
-  const double repeat = in.unchecked("repeat", 1.0);
-  if (repeat >= 1 && repeat <= mostLinks && repeat == std::floor(repeat)) {
-    entry.repeat = static_cast<int>(repeat);
-  } else {
-    in.fault("repeat", "an integer from 1 to " + std::to_string(mostLinks));
-    entry.namesAreSound = false;
-  }
+  if (!takeCount(in, "repeat", entry.repeat)) entry.namesAreSound = false;
 
   takeMotion(in, false, entry);
   return entry;
@@ -337,6 +343,7 @@ PublishSettings readPublish(const Section& in, const ChainNames* names) {
   in.take("link_states", settings.linkStates);
 
   // Frames. The prefix may be empty.
+  if (in.has("frame_every")) takeCount(in, "frame_every", settings.frameEvery.emplace(1));
   if (const Value* prefix = in.find("frame_prefix")) {
     settings.framePrefix.emplace();
     if (!prefix->text() || !prefix->text()->empty()) takeFrame(in, "frame_prefix", *settings.framePrefix);
@@ -388,7 +395,7 @@ Scene readScene(const Value& value) {
       readIntegrator(top.section("integrator", {"method", "tolerance", "step", "plain_kernel"}));
   PublishSettings publish =
       readPublish(top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states",
-                                          "frame_prefix", "world_frame", "base_frame"}),
+                                          "frame_every", "frame_prefix", "world_frame", "base_frame"}),
                   names);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);

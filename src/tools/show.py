@@ -14,6 +14,8 @@ import yaml  # noqa: E402
 from chain import NoChain, read_chain  # noqa: E402
 
 FREE = 1.25    # half the height of the view, in units of the reach
+ASPECT = 1.27  # of the view in the window of config/planar_chain.rviz
+LONG = 16      # links; a longer chain that falls from rest stays in the lower half of its reach
 CELLS = 3      # least number of grid cells in the reach
 DEFAULT = 2.0  # m: the reach where the scene is refused
 
@@ -23,12 +25,37 @@ def reach(links):
     return sum(max(math.hypot(*link['com']), math.hypot(*link['pin'])) for link in links) or DEFAULT
 
 
-def reach_of(node):
-    """The reach of the scene in a node's parameters. The node reports what is wrong with a scene."""
+def falls(chain):
+    """True for a long chain that starts at rest under gravity alone, along −y."""
+    return len(chain['links']) > LONG and not any(chain['qd']) and chain['gravity'][0] == 0 > chain['gravity'][1]
+
+
+def highest(chain):
+    """The largest initial height of a pin above the ground pin, m."""
+    height, angle, heights = 0.0, 0.0, [0.0]
+    for q, link in zip(chain['q'], chain['links']):
+        angle += q
+        height += math.sin(angle) * link['pin'][0] + math.cos(angle) * link['pin'][1]
+        heights.append(height)
+    return max(heights)
+
+
+def view(chain, loads):
+    """The reach, the height of the view's centre above the ground pin, half the height of the view, m."""
+    size = reach(chain['links'])
+    if loads or not falls(chain):
+        return size, 0, FREE * size
+    top, bottom = highest(chain) + (FREE - 1) * size, -FREE * size
+    return size, (top + bottom) / 2, max((top - bottom) / 2, FREE * size / ASPECT)
+
+
+def view_of(node):
+    """The view of the scene in a node's parameters. The node reports what is wrong with a scene."""
     try:
-        return reach(read_chain('/dev/stdin', yaml.safe_dump(rospy.get_param(node)))['links'])
+        scene = rospy.get_param(node)
+        return view(read_chain('/dev/stdin', yaml.safe_dump(scene)), scene.get('loads'))
     except (KeyError, NoChain, OSError, yaml.YAMLError):
-        return DEFAULT
+        return DEFAULT, 0, FREE * DEFAULT
 
 
 def cell(size):
@@ -37,10 +64,11 @@ def cell(size):
     return max(digit * power for digit in (1, 2, 5) if digit * power <= size)
 
 
-def fit(config, size):
+def fit(config, size, centre, half):
     manager = config['Visualization Manager']
     for view in (manager['Views']['Current'], *(manager['Views'].get('Saved') or ())):
-        view['Distance'] = FREE * size / math.tan(view['Field of View'] / 2)
+        view['Distance'] = half / math.tan(view['Field of View'] / 2)
+        view['Focal Point']['Z'] = centre
     for display in manager['Displays']:
         if display['Class'] == 'rviz/Grid':
             display['Cell Size'] = cell(size / CELLS)
@@ -55,7 +83,7 @@ def main():
     with open(arguments[0], encoding='utf-8') as file:
         config = yaml.safe_load(file)
     node = rospy.get_param(rospy.resolve_name('~simulation'), 'planar_chain')
-    fit(config, reach_of(rospy.resolve_name(node)))
+    fit(config, *view_of(rospy.resolve_name(node)))
     with tempfile.NamedTemporaryFile('w', suffix='.rviz', encoding='utf-8') as file:
         yaml.safe_dump(config, file)
         file.flush()

@@ -32,6 +32,7 @@ Options options() {
   add("step", valued(), "Step of fixed-step methods, s, in place of the scene's");
   add("csv", valued(), "File to write: t, q and qd of every joint, energy");
   add("bag", valued(), "Bag to write: what the node publishes, stamped from 0 s on, and /clock");
+  add("views", "Also writes to the bag what rviz shows: arrows, trail, long chains");
   add("commands", valued(), "Bag whose recorded commands act again at their times");
   add("write-urdf", valued(), "File to write: the scene as URDF, the robot_description for the bag in rviz");
   add("node", valued(),
@@ -196,6 +197,9 @@ void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
   if (given.has("node") && !wantsBags(given)) {
     faults.push_back({"--node", "--bag, --commands or --write-urdf, whose node it names", "none of them"});
   }
+  if (given.has("views") && !given.has("bag")) {
+    faults.push_back({"--views", "--bag, which they are written to", "none"});
+  }
   std::vector<std::optional<std::string>> others{given.text("SCENE"), given.text("urdf"),
                                                  given.text("commands")};
   for (const char* option : {"csv", "bag", "write-urdf"}) {
@@ -253,8 +257,8 @@ int simulate(const Arguments& given) {
   std::unique_ptr<Bags> bags;
   std::optional<Simulation> alone;
   if (hasBags) {
-    bags.reset(loadBags()(scene, {given.text("bag"), given.text("commands"), !given.has("duration"),
-                                  given.text("write-urdf"), given.text("node")}));
+    bags.reset(loadBags()(scene, {given.text("bag"), given.has("views"), given.text("commands"),
+                                  !given.has("duration"), given.text("write-urdf"), given.text("node")}));
   }
   if (!given.has("duration")) rows = Rows(bags->recordedEnd(), rate);
   Simulation& simulation = bags ? bags->simulation() : alone.emplace(scene);

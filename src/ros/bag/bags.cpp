@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
@@ -24,6 +25,7 @@
 #include "ros/messages/pace.h"
 #include "ros/node/commands.h"
 #include "ros/view/urdf.h"
+#include "ros/view/views.h"
 
 namespace planar_chain {
 
@@ -64,7 +66,7 @@ class BagWriter {
   /// node: the full name of the publishing node, such as /left/planar_chain. The others must outlive this.
   /// @throws Refused when the scene's frames have faults
   /// @throws std::runtime_error when the file cannot be opened
-  BagWriter(const std::string& path, const std::string& node, Simulation& simulation,
+  BagWriter(const std::string& path, bool hasViews, const std::string& node, Simulation& simulation,
             const Commands& commands, const Ticks& ticks)
       : simulation_(simulation),
         commands_(commands),
@@ -79,6 +81,7 @@ class BagWriter {
         statusOut_{node + "/status"},
         commandsOut_{node + "/commands_taken"} {
     status_.header.frame_id = frames_.base;
+    if (hasViews) views_.emplace(simulation, frames_);
     attempt([&] { bag_->open(path_, rosbag::bagmode::Write); });
   }
 
@@ -137,8 +140,14 @@ class BagWriter {
       write(staticTfOut_, stamp, base);
     }
     write(jointStatesOut_, stamp, messages_.jointStates(simulation_, stamp));
-    if (wanted.tf && ticks_.isDue(k, wanted.tfRate)) {
-      write(tfOut_, stamp, messages_.transforms(simulation_, stamp));
+    const bool isFramesTurn = ticks_.isDue(k, wanted.tfRate);
+    if (wanted.tf && isFramesTurn) write(tfOut_, stamp, messages_.transforms(simulation_, stamp));
+    if (views_ && isFramesTurn) {
+      const auto all = [](const std::string& /*name*/) { return true; };
+      views_->draw(stamp, all, [&](const std::string& name, auto& message) {
+        const Topic topic{node_ + "/view/" + name};
+        write(viewsOut_.try_emplace(name, topic).first->second, stamp, message);
+      });
     }
     if (wanted.linkStates) write(linkStatesOut_, stamp, messages_.linkStates(simulation_, stamp));
   }
@@ -179,6 +188,8 @@ class BagWriter {
   std::unique_ptr<rosbag::Bag, DeleteIfClosed> bag_;
   Topic clockOut_{"/clock"}, tfOut_{"/tf"}, staticTfOut_{"/tf_static", true};
   Topic jointStatesOut_, linkStatesOut_, statusOut_, commandsOut_;
+  std::optional<Views> views_;
+  std::map<std::string, Topic> viewsOut_;
   rosgraph_msgs::Clock clock_;
   SimStatus status_;
   std::vector<CommandTaken> taken_;
@@ -200,7 +211,7 @@ class OfflineNode : public Bags {
       throw Refused({{"--duration", "a time, for the bag has no states of " + recorded_.node, "nothing"}});
     }
     const std::string publisher = node ? *node : given.commands ? recorded_.node : usualNode;
-    if (given.out) writer_.emplace(*given.out, publisher, simulation_, commands_, ticks_);
+    if (given.out) writer_.emplace(*given.out, given.views, publisher, simulation_, commands_, ticks_);
     if (given.urdf) writeUrdf(*given.urdf, scene, publisher);
   }
 

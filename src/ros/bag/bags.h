@@ -17,6 +17,7 @@ inline constexpr double mostRows = 1e8;
 
 struct BagArguments {
   std::optional<std::string> out;       ///< path of the bag to write
+  bool views = false;                   ///< it also has what rviz shows
   std::optional<std::string> commands;  ///< path of the bag with recorded commands
   bool endsAsRecorded = false;          ///< the run ends with the last state in the bag of commands
   std::optional<std::string> urdf;      ///< path of the URDF to write, which is robot_description

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-
-#include "lanes/segments.h"
+#include <string>
 
 namespace planar_chain {
 
@@ -24,17 +23,15 @@ Messages::Messages(const Scene& scene, const Frames& frames) {
   linkStates_.pin_force.resize(n);
   motions_.resize(n);
 
-  // Set the frames and the translations of the transforms. They are constant.
-  transforms_.transforms.resize(n);
-  halfAngles_.resize(n);
-  halfTurns_.resize(n);
-  Vec2d pinBefore;
-  for (std::size_t i = 0; i < n; ++i) {
-    geometry_msgs::TransformStamped& transform = transforms_.transforms[i];
-    transform.header.frame_id = i == 0 ? frames.base : frames.links[i - 1];
-    transform.child_frame_id = frames.links[i];
-    copy(pinBefore, transform.transform.translation);
-    pinBefore = scene.chain.links()[i].pin;
+  // Set the frames of the transforms. They are constant.
+  std::string parent = frames.base;
+  for (int i = 0; i < scene.chain.size(); ++i) {
+    if (!frames.has(i)) continue;
+    geometry_msgs::TransformStamped transform;
+    transform.header.frame_id = parent;
+    transform.child_frame_id = parent = frames.links[index(i)];
+    transforms_.transforms.push_back(transform);
+    framed_.push_back(i);
   }
 }
 
@@ -63,14 +60,21 @@ LinkStates& Messages::linkStates(Simulation& simulation, ros::Time stamp) {
 }
 
 tf2_msgs::TFMessage& Messages::transforms(Simulation& simulation, ros::Time stamp) {
-  std::transform(simulation.q().begin(), simulation.q().end(), halfAngles_.begin(),
-                 [](double q) { return q / 2; });
-  rotations(halfAngles_.data(), halfTurns_.data(), static_cast<int>(halfAngles_.size()));
-  for (std::size_t i = 0; i < transforms_.transforms.size(); ++i) {
-    geometry_msgs::TransformStamped& transform = transforms_.transforms[i];
+  const std::vector<Link>& links = simulation.scene().chain.links();
+  int i = 0;
+  for (std::size_t k = 0; k < framed_.size(); ++k) {
+    // Go from the frame before to this one, link by link.
+    Vec2d place;
+    double angle = 0;
+    for (; i <= framed_[k]; ++i) {
+      if (i > 0) place += Rotation<double>::of(angle) * links[index(i - 1)].pin;
+      angle += simulation.q()[index(i)];
+    }
+    geometry_msgs::TransformStamped& transform = transforms_.transforms[k];
     transform.header.stamp = stamp;
-    transform.transform.rotation.z = halfTurns_[i].s;
-    transform.transform.rotation.w = halfTurns_[i].c;
+    copy(place, transform.transform.translation);
+    transform.transform.rotation.z = std::sin(angle / 2);
+    transform.transform.rotation.w = std::cos(angle / 2);
   }
   return transforms_;
 }

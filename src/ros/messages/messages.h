@@ -39,8 +39,8 @@ class Messages {
   // function. The caller may set header.seq. Allocates nothing.
   sensor_msgs::JointState& jointStates(Simulation& simulation, ros::Time stamp);
   LinkStates& linkStates(Simulation& simulation, ros::Time stamp);
-  /// The pose of each link in the frame of the link before, or in the base frame for the first: the origin
-  /// is that link's outer pin, the rotation is q about z.
+  /// The pose of each link that has a frame, in the frame before, or in the base frame for the first. Between
+  /// neighbours the origin is the outer pin of the link before, the rotation is q about z.
   tf2_msgs::TFMessage& transforms(Simulation& simulation, ros::Time stamp);
 
   /// Returns the pose of the base frame in the world: a roll of +π/2, so that the plane of motion is
@@ -52,8 +52,7 @@ class Messages {
   LinkStates linkStates_;
   tf2_msgs::TFMessage transforms_;
   std::vector<LinkMotion> motions_;
-  std::vector<double> halfAngles_;
-  std::vector<Rotation<double>> halfTurns_;
+  std::vector<int> framed_;  ///< the link of each transform
 };
 
 /// SimStatus::standstill after a fault.

@@ -121,7 +121,7 @@ void Node::load(const Scene& scene) {
   status_.method.clear();
   messages_.emplace(scene, frames_);
   views_.emplace(inner_, *simulation_, frames_);
-  outer_.setParam("robot_description", urdfOf(scene, frames_));
+  outer_.setParam("robot_description", robotDescription(scene, frames_));
   ROS_INFO("%s", whatRuns(*simulation_).c_str());
 }
 
@@ -131,7 +131,7 @@ void Node::waitForRecorder(bool (*keepGoing)()) {
   const auto isReady = [](const ros::Publisher& topic) { return !topic || hasSubscribers(topic); };
   const auto isRecorded = [&] {
     return commands_.areRecorded() && isReady(jointStatesOut_) && isReady(statusOut_) &&
-           isReady(linkStatesOut_) && isReady(tfOut_);
+           isReady(linkStatesOut_) && isReady(tfOut_) && views_->areSubscribed();
   };
   isWaiting_ = true;
   while (keepGoing() && !isRecorded() && elapsed() < longestWaitForRecorder) {

@@ -92,7 +92,7 @@ class Node {
   Frames frames_;
   std::unique_ptr<Simulation> simulation_;
   std::optional<Messages> messages_;
-  std::optional<Views> views_;
+  std::optional<ViewTopics> views_;
   std::unique_ptr<Clock> clock_;
   Ticks ticks_;
   Commands commands_;

@@ -1,5 +1,5 @@
 /// pull: drags the links of a running simulation with the mouse, in rviz. The parameter ~simulation is the
-/// name of its node. Each link has an interactive marker in its link frame. rviz reports:
+/// name of its node. Each link that has a frame has an interactive marker in it. rviz reports:
 ///
 ///     press      grab the point under the mouse, and hold it
 ///     drag       a critically damped spring (pull.h) pulls the point towards the mouse
@@ -61,14 +61,14 @@ visualization_msgs::Marker boxAround(const Bar& bar, double width) {
   box.pose.orientation.w = std::cos(angle / 2);
   box.scale.x = length(along) + width;
   box.scale.y = box.scale.z = width;
-  box.color = colour(1, 1, 1, 0.01);
+  box.color = colour(1, 1, 1, 0.002);
   return box;
 }
 
 class MouseDrag {
  public:
-  /// The most links with a marker. In a longer chain they are evenly spread.
-  static constexpr int mostMarkers = 200;
+  /// The most links with a marker. In a longer chain they are evenly spread; rviz is slow with more.
+  static constexpr int mostMarkers = 50;
 
   /// scene: of the simulation; simulation: the full name of its node. The markers' topics are below this
   /// node.
@@ -88,7 +88,8 @@ class MouseDrag {
         forceOut_(outer_.advertise<LinkForce>(simulation + "/link_force", 10)),
         pictureOut_(inner_.advertise<visualization_msgs::MarkerArray>("force", 2)) {
     const int n = scene_.chain.size();
-    const int stride = (n + mostMarkers - 1) / mostMarkers;
+    const int apart = frames_.every * mostMarkers;
+    const int stride = (n + apart - 1) / apart * frames_.every;
     for (int i = n - 1; i >= 0; i -= stride) offerMarker(i);
     server_.applyChanges();
   }
@@ -229,7 +230,7 @@ class MouseDrag {
     Sketch& sketch = sketch_.on(grip_->link);
     sketch.band(from, mouse, 0.12 * w, 0.12 * w, pale, pale);
     sketch.sector(mouse, 0.3 * w, 0, 6.3, pale);
-    sketch.arrow(from, from + toLink * drawing_.arrow(force), 0.4 * w, paint);
+    sketch.arrow(from, from + toLink * drawing_.arrow(force, point.position), 0.4 * w, paint);
     pictureOut_.publish(sketch_.message(stamp));
   }
 

@@ -7,11 +7,13 @@ namespace planar_chain {
 
 namespace {
 
-constexpr double barWidth = 0.09;  // units
-constexpr double thin = 0.4;       // share of the width
-constexpr int fewLinks = 8;        // a longer chain has units of an eighth of its reach
-constexpr double fewWidths = 2;    // links shorter than this are short
-constexpr double longest = 1.5;    // units, of an arrow
+constexpr double barWidth = 0.09;   // units
+constexpr double leastBar = 0.016;  // reaches
+constexpr double thin = 0.4;        // share of the width
+constexpr int fewLinks = 8;         // a longer chain has units of an eighth of its reach
+constexpr double fewWidths = 2;     // links shorter than this are short
+constexpr double longest = 1.5;     // units, of an arrow
+constexpr double beyond = 0.2;      // reaches, from the farthest points of the chain to the rim of the view
 
 double largestLoad(const Scene& scene, double reach) {
   double largest = 0;
@@ -43,17 +45,21 @@ Drawing::Drawing(const Scene& scene) : reach(0) {
   }
   if (reach == 0) reach = 1;
   unit = reach / std::min(scene.chain.size(), fewLinks);
-  bar = barWidth * unit;
+  bar = std::fmax(barWidth * unit, leastBar * reach);
   force = mass * length(scene.chain.gravity());
   if (force == 0) force = largestLoad(scene, reach);
   if (force == 0) force = 1;
   torque = force * reach / 2;
 }
 
-Vec2d Drawing::arrow(Vec2d f) const {
-  const Vec2d drawn = unit / 2 / force * f;
-  const double size = length(drawn);
-  return std::fmin(1, longest * unit / size) * drawn;
+Vec2d Drawing::arrow(Vec2d f, Vec2d from) const {
+  const double size = length(f);
+  if (size == 0) return {};
+  // Solve |from + room·f/|f|| = rim for the room, which is at least that of a stretched chain.
+  const double along = dot(from, f) / size, rim = (1 + beyond) * reach;
+  const double root = std::sqrt(std::fmax(0, along * along + rim * rim - dot(from, from)));
+  const double room = std::fmax(beyond * reach, root - along);
+  return std::fmin(unit / 2 * size / force, std::fmin(longest * unit, room)) / size * f;
 }
 
 bool isShort(const Link& link, const Drawing& drawing) {

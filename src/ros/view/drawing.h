@@ -17,8 +17,9 @@ struct Drawing {
   double force;   ///< N: drawn half a unit long. The chain's weight; without gravity, the largest load
   double torque;  ///< N m: `force` at half the reach
 
-  /// Returns the arrow of a force (N), in m: proportional to it, but at most 1.5 units long.
-  Vec2d arrow(Vec2d f) const;
+  /// Returns the arrow of a force f (N), in m: proportional to it, but at most 1.5 units long. An arrow that
+  /// starts within reach, at `from` in the base frame, ends at most 1.2 reaches from the ground pin: in view.
+  Vec2d arrow(Vec2d f, Vec2d from) const;
 };
 
 /// A straight part of a body, in the link frame, m.

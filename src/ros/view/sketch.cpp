@@ -13,7 +13,7 @@ namespace {
 using visualization_msgs::Marker;
 
 constexpr double headLength = 4, headWidth = 3.2;  // widths of the arrow
-constexpr double facet = 0.2;                      // rad: circles are drawn as polygons
+constexpr double facet = 0.35;                     // rad: circles are drawn as polygons
 
 Vec2d onCircle(Vec2d centre, double radius, double angle) {
   return centre + Rotation<double>::of(angle) * Vec2d{radius, 0};
@@ -34,14 +34,15 @@ Colour colour(double red, double green, double blue, double alpha) {
   return paint;
 }
 
-Sketch::Sketch(Frames frames, std::string name, double height)
-    : frames_(std::move(frames)), name_(std::move(name)), height_(height) {}
+Sketch::Sketch(Frames frames, std::string name, double height, double lineWidth)
+    : frames_(std::move(frames)), name_(std::move(name)), height_(height), lineWidth_(lineWidth) {}
 
 void Sketch::clear() {
   for (Marker& marker : message_.markers) marker.points.clear(), marker.colors.clear();
 }
 
-Sketch& Sketch::on(int link) {
+Sketch& Sketch::on(int link, const Pose& pose) {
+  pose_ = pose;
   auto& markers = message_.markers;
   const auto found = std::find_if(markers.begin(), markers.end(),
                                   [link](const Marker& marker) { return marker.id == link; });
@@ -52,17 +53,18 @@ Sketch& Sketch::on(int link) {
   marker.frame_locked = true;
   marker.id = link;
   marker.ns = name_;
-  marker.type = Marker::TRIANGLE_LIST;
+  marker.type = lineWidth_ > 0 ? Marker::LINE_STRIP : Marker::TRIANGLE_LIST;
   marker.pose.orientation.w = 1;
-  marker.scale.x = marker.scale.y = marker.scale.z = 1;
-  marker.color = colour(1, 1, 1);
+  marker.scale.x = lineWidth_ > 0 ? lineWidth_ : 1;
+  marker.scale.y = marker.scale.z = 1;
+  marker.color = colour(1, 1, 1, lineWidth_ > 0 ? 0.99 : 1);  // below 1 lines may be transparent
   markers.push_back(marker);
   return *this;
 }
 
 void Sketch::corner(Vec2d a, const Colour& paint) {
   geometry_msgs::Point point;
-  copy(a, point);
+  copy(pose_.origin + pose_.turn * a, point);
   point.z = height_;
   message_.markers[current_].points.push_back(point);
   message_.markers[current_].colors.push_back(paint);
@@ -116,7 +118,7 @@ void Sketch::sector(Vec2d centre, double radius, double from, double sweep, cons
   }
 }
 
-const visualization_msgs::MarkerArray& Sketch::message(ros::Time stamp) {
+visualization_msgs::MarkerArray& Sketch::message(ros::Time stamp) {
   for (Marker& marker : message_.markers) {
     marker.header.stamp = stamp;
     marker.action = marker.points.empty() ? Marker::DELETE : Marker::ADD;

@@ -17,19 +17,27 @@ using Colour = std_msgs::ColorRGBA;
 /// Each component is in 0 … 1.
 Colour colour(double red, double green, double blue, double alpha = 1);
 
-/// One marker of triangles per frame that has figures. Lengths in m, angles in rad, coordinates in the axes
-/// of the frame.
+/// The place of a link frame in the base frame.
+struct Pose {
+  Vec2d origin;  ///< m
+  Rotation<double> turn;
+};
+
+/// One marker of triangles, or one line, per frame that has figures. Lengths in m, angles in rad, coordinates
+/// in the axes of the frame.
 class Sketch {
  public:
   static constexpr int base = -1;
 
-  /// The figures lie at `height` (m) above the plane.
-  Sketch(Frames frames, std::string name, double height);
+  /// The figures lie at `height` (m) above the plane. With a lineWidth (m) corners are joined by a line.
+  Sketch(Frames frames, std::string name, double height, double lineWidth = 0);
 
   void clear();
   /// From here on draws in the frame of a link, or of the base. The first call for a link allocates its
-  /// marker.
-  Sketch& on(int link);
+  /// marker. pose: of the coordinates that follow, in that frame.
+  Sketch& on(int link, const Pose& pose = {});
+  /// A corner of a triangle, or of the line.
+  void corner(Vec2d a, const Colour& paint);
   /// A band from a to b. Width and colour change linearly.
   void band(Vec2d a, Vec2d b, double widthA, double widthB, const Colour& colourA, const Colour& colourB);
   void arrow(Vec2d from, Vec2d to, double width, const Colour& paint);
@@ -42,16 +50,15 @@ class Sketch {
   void sector(Vec2d centre, double radius, double from, double sweep, const Colour& paint);
 
   /// Returns the figures drawn since clear(). A marker without any is deleted in rviz.
-  const visualization_msgs::MarkerArray& message(ros::Time stamp);
+  visualization_msgs::MarkerArray& message(ros::Time stamp);
 
  private:
-  void corner(Vec2d a, const Colour& paint);
-
   Frames frames_;
   std::string name_;
-  double height_;
+  double height_, lineWidth_;
   visualization_msgs::MarkerArray message_;
   std::size_t current_ = 0;  ///< index of the marker that is drawn
+  Pose pose_;
 };
 
 }  // namespace planar_chain

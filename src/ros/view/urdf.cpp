@@ -20,7 +20,7 @@ class Writer {
  public:
   Writer(const Scene& scene, const Frames& frames) : chain_(scene.chain), frames_(frames), drawing_(scene) {}
 
-  std::string text() {
+  std::string text(int links) {
     line("<?xml version='1.0'?>");
     line("<robot name='planar_chain'>");
     for (const auto& [name, rgba] : {std::pair{"ground", "0.55 0.58 0.62 1"},
@@ -34,7 +34,7 @@ class Writer {
     line("<joint name='", frames_.world, "-", frames_.base, "' type='fixed'><parent link='", frames_.world,
          "'/><child link='", frames_.base, "'/><origin xyz='0 0 0' rpy='", std::acos(0.0), " 0 0'/></joint>");
     ground();
-    for (int i = 0; i < chain_.size(); ++i) {
+    for (int i = 0; i < links; ++i) {
       link(i);
       joint(i);
     }
@@ -130,7 +130,11 @@ class Writer {
 }  // namespace
 
 std::string urdfOf(const Scene& scene, const Frames& frames) {
-  return Writer(scene, frames).text();
+  return Writer(scene, frames).text(scene.chain.size());
+}
+
+std::string robotDescription(const Scene& scene, const Frames& frames) {
+  return Writer(scene, frames).text(frames.every == 1 ? scene.chain.size() : 0);
 }
 
 }  // namespace planar_chain

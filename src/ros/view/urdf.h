@@ -16,4 +16,8 @@ namespace planar_chain {
 /// URDF has no springs, loads and gravity, so these are left out.
 std::string urdfOf(const Scene& scene, const Frames& frames);
 
+/// Returns robot_description, the URDF that rviz moves by /tf: urdfOf() if every link has a frame, else the
+/// ground alone. Views draws the chain then.
+std::string robotDescription(const Scene& scene, const Frames& frames);
+
 }  // namespace planar_chain

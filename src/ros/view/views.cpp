@@ -13,7 +13,7 @@ namespace planar_chain {
 namespace {
 
 const Colour red = colour(1, 0.33, 0.42), green = colour(0.4, 0.85, 0.5), white = colour(0.95, 0.95, 0.95),
-             black = colour(0.1, 0.1, 0.12);
+             black = colour(0.1, 0.1, 0.12), even = colour(0.2, 0.55, 0.85), odd = colour(0.98, 0.65, 0.15);
 
 // Sizes, in widths of a link.
 constexpr double arrowWidth = 0.3;
@@ -28,6 +28,8 @@ constexpr double fullTurn = 5;           // rad, of the arrow of Drawing::torque
 constexpr double leastDrawn = 0.005;     // share of Drawing's force or torque
 constexpr double trailTime = 2;          // s
 constexpr double trailRate = 100;        // Hz, at most
+constexpr double negligible = 1e-12;     // share of Drawing's torque: less energy (J) reads 0
+constexpr int mostPins = 4096;           // of a drawn chain; rviz ends lines after 16384
 constexpr double leastRemaining = 1e-9;  // s: a command that lasts no longer is not drawn
 
 /// Grey at 0, yellow at a half, red at 1.
@@ -38,50 +40,55 @@ Colour heat(double share) {
 
 }  // namespace
 
-Views::Views(ros::NodeHandle& node, Simulation& simulation, const Frames& frames)
+Views::Views(Simulation& simulation, const Frames& frames)
     : simulation_(simulation),
       chain_(simulation.scene().chain),
+      frames_(frames),
       drawing_(simulation.scene()),
       stride_((chain_.size() + most - 1) / most),
       motions_(chain_.links().size()),
       torques_(chain_.links().size()) {
-  // Advertise the figures.
-  const auto add = [&](const std::string& name, double height, auto draw) {
-    views_.push_back({Sketch(frames, name, height * drawing_.bar),
-                      node.advertise<visualization_msgs::MarkerArray>("view/" + name, 2), draw});
+  // Name the figures.
+  const double bar = drawing_.bar;
+  const auto add = [&](const char* name, double height, auto drawn, double lineWidth = 0) {
+    views_.push_back({name, Sketch(frames, name, height * bar, lineWidth * bar), drawn});
   };
+  if (frames.every > 1) add("chain", 0, &Views::drawChain, 1);
   add("loads", onTop, &Views::drawLoads);
   add("pin_forces", overPins, &Views::drawPinForces);
   add("springs", overBodies, &Views::drawSprings);
-  add("trail", behind, &Views::drawTrail);
+  add("trail", behind, &Views::drawTrail, trailWidth);
   add("centres", overCoils, &Views::drawCentres);
 
-  // Advertise the text, beside the circle that the chain can reach.
+  // Place the text, below and beside the circle that the chain can reach.
   energy_.header.frame_id = frames.base;
-  energy_.ns = "energy";
+  energy_.ns = energy;
   energy_.type = visualization_msgs::Marker::TEXT_VIEW_FACING;
-  energy_.pose.position.x = -1.15 * drawing_.reach;
-  energy_.pose.position.y = 0.85 * drawing_.reach;
+  energy_.pose.position.x = -0.95 * drawing_.reach;
+  energy_.pose.position.y = -0.95 * drawing_.reach;
   energy_.pose.orientation.w = 1;
-  energy_.scale.z = 0.07 * drawing_.reach;
+  energy_.scale.z = 0.055 * drawing_.reach;
   energy_.color = colour(0.85, 0.88, 0.92);
-  energyOut_ = node.advertise<visualization_msgs::Marker>("view/energy", 2);
 }
 
-void Views::publish(ros::Time stamp) {
-  const auto isWanted = [](const View& view) { return hasSubscribers(view.out); };
-  if (std::any_of(views_.begin(), views_.end(), isWanted)) simulation_.linkMotions(motions_.data());
-  for (View& view : views_) {
-    if (!isWanted(view)) continue;
-    view.sketch.clear();
-    (this->*view.draw)(view.sketch);
-    view.out.publish(view.sketch.message(stamp));
-  }
-  if (hasSubscribers(energyOut_)) {
-    writeEnergy(simulation_.energyBalance());
-    energy_.header.stamp = stamp;
-    energyOut_.publish(energy_);
-  }
+std::vector<std::string> Views::arrays() const {
+  std::vector<std::string> names;
+  for (const View& view : views_) names.push_back(view.name);
+  return names;
+}
+
+Pose Views::poseOf(int link) const {
+  const LinkMotion& motion = motions_[index(link)];
+  return {motion.innerPin, Rotation<double>::of(motion.angle)};
+}
+
+/// From here on the sketch draws in the axes of a link: in its frame, or in that of the base if it has none.
+Sketch& Views::on(Sketch& sketch, int link) const {
+  return frames_.has(link) ? sketch.on(link) : sketch.on(Sketch::base, poseOf(link));
+}
+
+Vec2d Views::tip() const {
+  return motions_.back().innerPin + poseOf(chain_.size() - 1).turn * chain_.links().back().pin;
 }
 
 /// A vector in base-frame components, in the axes of a link.
@@ -103,13 +110,14 @@ void Views::drawLoad(Sketch& sketch, const Load& load, double factor) {
     const double share = torque / drawing_.torque;
     if (std::fabs(share) < leastDrawn) return;
     const double sweep = std::copysign(fullTurn * std::fmin(1, std::sqrt(std::fabs(share))), share);
-    sketch.on(link).turn(centre, turnRadius * drawing_.bar, -sweep / 2, sweep, width, red);
+    on(sketch, link).turn(centre, turnRadius * drawing_.bar, -sweep / 2, sweep, width, red);
   };
   if (load.link != Load::none) {
     const Vec2d force = factor * load.force;
     if (length(force) > leastDrawn * drawing_.force) {
-      const Vec2d arrow = inLink(load.link, drawing_.arrow(force));
-      sketch.on(load.link).arrow(load.point, load.point + arrow, width, red);
+      const Pose pose = poseOf(load.link);
+      const Vec2d arrow = inLink(load.link, drawing_.arrow(force, pose.origin + pose.turn * load.point));
+      on(sketch, load.link).arrow(load.point, load.point + arrow, width, red);
     }
     turn(load.link, chain_.links()[index(load.link)].com, factor * load.moment);
   }
@@ -118,9 +126,9 @@ void Views::drawLoad(Sketch& sketch, const Load& load, double factor) {
 
 void Views::drawPinForces(Sketch& sketch) {
   for (int i = 0; i < static_cast<int>(motions_.size()); i += stride_) {
-    const Vec2d force = motions_[index(i)].pinForce;
+    const Vec2d force = motions_[index(i)].pinForce, from = motions_[index(i)].innerPin;
     if (length(force) < leastDrawn * drawing_.force) continue;
-    sketch.on(i).arrow({}, inLink(i, drawing_.arrow(force)), arrowWidth * drawing_.bar, green);
+    on(sketch, i).arrow({}, inLink(i, drawing_.arrow(force, from)), arrowWidth * drawing_.bar, green);
   }
 }
 
@@ -141,28 +149,22 @@ void Views::drawSprings(Sketch& sketch) {
     const Joint& joint = chain_.joints()[index(i)];
     if (joint.stiffness == 0 && !joint.isLimited()) continue;
     const double share = std::fabs(torques_[index(i)]) / drawing_.torque;
-    sketch.on(i).coil({}, coilInner * drawing_.bar, coilOuter * drawing_.bar, 0, 2 * pi * coilTurns,
-                      coilWidth * drawing_.bar, heat(share));
+    on(sketch, i).coil({}, coilInner * drawing_.bar, coilOuter * drawing_.bar, 0, 2 * pi * coilTurns,
+                       coilWidth * drawing_.bar, heat(share));
   }
 }
 
 void Views::drawTrail(Sketch& sketch) {
   // Add the tip, and remove what is too old. Time goes back at a reset.
   const double now = simulation_.time();
-  const LinkMotion& last = motions_.back();
-  const Vec2d tip = last.innerPin + Rotation<double>::of(last.angle) * chain_.links().back().pin;
   if (!trail_.empty() && now < trail_.back().time) trail_.clear();
-  if (trail_.empty() || now - trail_.back().time >= 1 / trailRate) trail_.push_back({now, tip});
+  if (trail_.empty() || now - trail_.back().time >= 1 / trailRate) trail_.push_back({now, tip()});
   while (now - trail_.front().time > trailTime) trail_.pop_front();
 
-  // Draw a band that fades and tapers with age.
-  const auto freshness = [now](const Spot& spot) { return 1 - (now - spot.time) / trailTime; };
-  const double width = trailWidth * drawing_.bar;
-  for (std::size_t k = 1; k < trail_.size(); ++k) {
-    const double from = freshness(trail_[k - 1]), to = freshness(trail_[k]);
-    sketch.on(Sketch::base)
-        .band(trail_[k - 1].tip, trail_[k].tip, width * from, width * to, colour(0.55, 0.8, 1, 0.8 * from),
-              colour(0.55, 0.8, 1, 0.8 * to));
+  // Draw a line that fades with age.
+  if (trail_.size() < 2) return;
+  for (const Spot& spot : trail_) {
+    sketch.on(Sketch::base).corner(spot.tip, colour(0.55, 0.8, 1, 0.8 * (1 - (now - spot.time) / trailTime)));
   }
 }
 
@@ -173,7 +175,7 @@ void Views::drawCentres(Sketch& sketch) {
     const Link& link = chain_.links()[index(i)];
     sum += link.mass * motions_[index(i)].com;
     mass += link.mass;
-    if (stride_ == 1) drawCentre(sketch.on(i), link.com, centreRadius * drawing_.bar);
+    if (stride_ == 1) drawCentre(on(sketch, i), link.com, centreRadius * drawing_.bar);
   }
   // Draw a larger symbol for the whole chain.
   if (chain_.size() > 1) {
@@ -181,19 +183,57 @@ void Views::drawCentres(Sketch& sketch) {
   }
 }
 
-/// The usual symbol: a disc in quarters, with a rim.
+/// The usual symbol: a disc in quarters. The black ones have a rim.
 void Views::drawCentre(Sketch& sketch, Vec2d at, double radius) {
-  for (int k = 0; k < 4; ++k) sketch.sector(at, radius, k * pi / 2, pi / 2, k % 2 == 0 ? white : black);
-  sketch.coil(at, radius, radius, 0, 2 * pi, rim * drawing_.bar, white);
+  const double edge = rim * drawing_.bar;
+  for (int k = 0; k < 4; ++k) {
+    const bool isWhite = k % 2 == 0;
+    sketch.sector(at, isWhite ? radius + edge / 2 : radius, k * pi / 2, pi / 2, isWhite ? white : black);
+    if (!isWhite) sketch.coil(at, radius, radius, k * pi / 2, pi / 2, edge, white);
+  }
 }
 
-void Views::writeEnergy(const EnergyBalance& balance) {
+/// The whole chain as a line through its pins, in two colours by turns.
+void Views::drawChain(Sketch& sketch) {
+  const int step = (chain_.size() + mostPins - 1) / mostPins;
+  for (int i = 0; i < chain_.size(); i += step) {
+    sketch.on(Sketch::base).corner(motions_[index(i)].innerPin, i / stride_ % 2 == 0 ? even : odd);
+  }
+  sketch.corner(tip(), (chain_.size() - 1) / stride_ % 2 == 0 ? even : odd);
+}
+
+visualization_msgs::Marker& Views::writeEnergy(ros::Time stamp) {
+  const EnergyBalance balance = simulation_.energyBalance();
+  const auto shown = [this](double joules) {
+    return std::fabs(joules) < negligible * drawing_.torque ? 0 : joules;
+  };
   std::array<char, 256> text{};
   std::snprintf(text.data(), text.size(),
-                "kinetic %.3g J\npotential %.3g J\nsupplied %.3g J\ndissipated %.3g J\nbalance %.3g J\n",
-                balance.now.kinetic, balance.now.potential, balance.supplied, balance.dissipated,
-                balance.residual);
+                "time %.2f s\nkinetic %.3g J\npotential %.3g J\nsupplied %.3g J\ndissipated %.3g J\n"
+                "balance %.3g J\n",
+                simulation_.time(), shown(balance.now.kinetic), shown(balance.now.potential),
+                shown(balance.supplied), shown(balance.dissipated), shown(balance.residual));
   energy_.text = text.data();
+  energy_.header.stamp = stamp;
+  return energy_;
+}
+
+ViewTopics::ViewTopics(ros::NodeHandle& node, Simulation& simulation, const Frames& frames)
+    : views_(simulation, frames) {
+  for (const std::string& name : views_.arrays()) {
+    out_[name] = node.advertise<visualization_msgs::MarkerArray>("view/" + name, 2);
+  }
+  out_[Views::energy] = node.advertise<visualization_msgs::Marker>(std::string("view/") + Views::energy, 2);
+}
+
+bool ViewTopics::areSubscribed() const {
+  return std::all_of(out_.begin(), out_.end(), [](const auto& view) { return hasSubscribers(view.second); });
+}
+
+void ViewTopics::publish(ros::Time stamp) {
+  views_.draw(
+      stamp, [this](const std::string& name) { return hasSubscribers(out_.at(name)); },
+      [this](const std::string& name, const auto& message) { out_.at(name).publish(message); });
 }
 
 }  // namespace planar_chain
