@@ -8,8 +8,10 @@ import json
 import math
 import os
 import pty
+import signal
 import subprocess
 import sys
+import time
 import unittest
 
 from in_folder import InFolder
@@ -201,6 +203,66 @@ class Tools(InFolder):
         self.assertEqual(result.returncode, 1)
         self.assertIn("No space left", result.stderr)
 
+    @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
+    def test_output_that_cannot_be_written_fails_the_run(self):
+        self.run_tool("equations")  # writes the scene
+        scene = self.path("scene.yaml")
+        for tool, *arguments in (("equations", scene), ("equations", scene, "--json"), ("equations", scene, "--chain"),
+                                 ("equations", "--help"), ("simulate", scene, "--duration", "0.1"),
+                                 ("simulate", scene, "--check"), ("simulate", "--help"), ("stability", "--help")):
+            with open("/dev/full", "w") as full:
+                result = subprocess.run([os.path.join(BIN, tool), *arguments], stdout=full, stderr=subprocess.PIPE,
+                                        universal_newlines=True, timeout=60)
+            self.assertEqual((result.returncode, result.stderr),
+                             (1, f"{tool}: cannot write standard output: No space left on device\n"), arguments)
+
+    # ---- simulate: interrupted ---------------------------------------------------------------------
+
+    def interrupted(self, *arguments, after, by=signal.SIGINT):
+        """A run that gets a signal once after() is true."""
+        with open(self.path("scene.yaml"), "w") as file:
+            file.write(SCENE)
+        command = [os.path.join(BIN, "simulate"), self.path("scene.yaml"), *arguments]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True) as run:
+            deadline = time.monotonic() + 60
+            while not after() and time.monotonic() < deadline:
+                time.sleep(0.01)
+            run.send_signal(by)
+            return run.communicate(timeout=60) + (run.returncode,)
+
+    def test_an_interrupted_run_ends_with_a_whole_row(self):
+        def has_rows():
+            return os.path.exists(self.path("out.csv")) and os.path.getsize(self.path("out.csv")) > 10 ** 5
+
+        for by in (signal.SIGINT, signal.SIGTERM):
+            out, error, status = self.interrupted("--duration", "1e6", "--csv", self.path("out.csv"), after=has_rows,
+                                                  by=by)
+            self.assertEqual((out, status), ("", 128 + by))
+            header, rows = self.rows()
+            self.assertEqual({len(row) for row in rows}, {len(header)})
+            self.assertEqual([row[0] for row in rows], [k / 100 for k in range(len(rows))])
+            self.assertEqual(error, f"simulate: interrupted; the last row is at t = {rows[-1][0]:.15g} s, of 1e+06 s\n")
+            with open(self.path("out.csv")) as file:
+                self.assertTrue(file.read().endswith("\n"))
+            os.remove(self.path("out.csv"))
+
+    def test_progress_and_interruption_within_a_row(self):
+        master, terminal = pty.openpty()
+        run = subprocess.Popen([os.path.join(BIN, "simulate"), "/dev/stdin", "--duration", "1e7", "--rate", "1e-7"],
+                               stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=terminal)
+        os.close(terminal)
+        run.stdin.write(SCENE.encode())
+        run.stdin.close()
+        seen = b""
+        while seen.count(b" of 1e+07 s") < 3:  # the time limit of the test is that of this loop
+            seen += os.read(master, 4096)
+        run.send_signal(signal.SIGINT)
+        self.assertEqual(run.wait(60), 130)
+        os.close(master)
+        times = [float(part.split(b"] ")[1]) for part in seen.split(b" of 1e+07 s")[:3]]
+        self.assertLess(times[0], times[1])
+        self.assertLess(times[1], times[2])
+
     def test_a_failed_run_keeps_its_rows(self):
         blow_up = SCENE + "loads: {p: {joint: lower_joint, torque: 1e300, start: 0.35}}\n"
         result = self.simulate("--duration", "1", "--rate", "10", scene=blow_up)
@@ -220,6 +282,12 @@ class Tools(InFolder):
             self.assertFalse(os.path.exists(self.path("out.bag")))
 
     # ---- simulate: what is shown -----------------------------------------------------------------
+
+    def test_check_only_reads_the_scene(self):
+        result = self.run_tool("simulate", "--check", "--method", "rk4")
+        self.assertEqual((result.returncode, result.stdout), (0, "no faults: 2 links, 0 loads, method rk4\n"), result.stderr)
+        self.assert_refused(self.run_tool("simulate", "--check", scene=SCENE.replace("mass: 1", "mass: -1")),
+                            "links/upper/mass", "links/lower/mass")
 
     def test_a_summary_without_csv(self):
         result = self.run_tool("simulate", "--duration", "1")

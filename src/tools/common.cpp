@@ -1,7 +1,9 @@
 #include "tools/common.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
+#include <stdexcept>
 #include <utility>
 
 namespace planar_chain::tools {
@@ -34,6 +36,18 @@ double Arguments::number(const std::string& name, const char* expected, double l
   return absent;
 }
 
+namespace {
+
+/// @throws std::runtime_error if what was printed has not arrived, for example on a full disk
+void finishOutput() {
+  errno = 0;
+  if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  throw std::runtime_error(std::string("cannot write standard output: ") +
+                           std::strerror(errno != 0 ? errno : EIO));
+}
+
+}  // namespace
+
 int run(const Options& options, const std::vector<const char*>& unnamed, int argc, char** argv,
         const std::function<int(const Arguments&)>& body) {
   try {
@@ -48,9 +62,10 @@ int run(const Options& options, const std::vector<const char*>& unnamed, int arg
     Arguments given;
     po::store(po::command_line_parser(argc, argv).options(all).positional(positional).style(style).run(),
               given);
-    if (!given.has("help")) return body(given);
-    std::cout << options;
-    return done;
+    if (given.has("help")) std::cout << options;
+    const int status = given.has("help") ? done : body(given);
+    finishOutput();
+    return status;
   } catch (const po::error& error) {
     std::cerr << error.what() << "\nRun with --help for more information.\n";
     return badInput;
