@@ -186,6 +186,43 @@ class Tools(InFolder):
 
     def test_broken_yaml_names_the_line(self):
         self.assert_refused(self.simulate("--duration", "1", scene="chain: [l\n  - x: {"), "line 2")
+        self.assert_refused(self.simulate("--duration", "1", scene="chain: [l]\nlinks:\n\tl: {}\n"),
+                            self.path("scene.yaml") + ":3: scene: expected YAML, got line 3, column 3: a tab")
+
+    def test_faults_name_file_and_line(self):
+        scene = "chain: [l, m]\nlinks:\n  l:\n    mass: 1.0 kg\n    com: [0, 0.5 m]\n    pin: [0, 0]\n  m: {}\n"
+        result = self.simulate("--duration", "-1", "--method", "magic", scene=scene)
+        self.assert_refused(result)
+        file, note = self.path("scene.yaml"), " (write the number alone: units are not written)"
+        self.assertEqual(sorted(line.split("expected")[0] for line in result.stderr.splitlines()), sorted([
+            "--duration: ", "integrator/method: ", f"{file}:4: links/l/mass: ", f"{file}:3: links/l/inertia: ",
+            f"{file}:5: links/l/com: ", *(f"{file}:7: links/m/{key}: " for key in ("mass", "inertia", "com", "pin"))]))
+        self.assertIn('got "1.0 kg"' + note, result.stderr)
+        self.assertIn('got [0, "0.5 m"]' + note, result.stderr)
+
+    def test_faults_of_a_urdf_name_its_file_and_line(self):
+        result = self.run_robot("simulate", "--check", robot=ROBOT.replace('value="2"', 'value="2 kg"'))
+        self.assert_refused(result)
+        self.assertEqual(result.stderr, self.path("robot.urdf") + ":3: robot_description/link[rod]/inertial/mass/value: "
+                         'expected a finite number >= 0 kg, got "2 kg" (write the number alone: units are not written)\n')
+
+    def run_scene(self, *arguments):
+        return subprocess.run([os.path.join(BIN, "simulate"), *arguments], stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, universal_newlines=True, timeout=60, cwd=self.folder)
+
+    def test_scenes_that_ship_are_found_by_name(self):
+        result = self.run_scene("rope", "--check")
+        self.assertEqual((result.returncode, result.stdout), (0, "no faults: 100 links, 0 loads, method auto\n"))
+        with open(self.path("rope"), "w") as file:
+            file.write(SCENE)
+        self.assertIn("2 links", self.run_scene("rope", "--check").stdout)  # a file of that name comes first
+        self.assert_refused(self.run_scene("roqe", "--check"),
+                            "roqe: expected a file, or one of the scenes that ship: acrobot, ", "rope", "got neither")
+
+    def test_files_of_other_programs_are_named(self):
+        for start, words in (("#ROSBAG V2.0\n", "expected a scene, in YAML, got a bag"),
+                             ("<?xml version='1.0'?>", "got XML (a URDF is given with --urdf)")):
+            self.assert_refused(self.simulate("--duration", "1", scene=start), words)
 
     def test_an_unwritable_csv_ends_it_before_the_run(self):
         result = self.run_tool("simulate", "--duration", "1e6", "--csv", self.path("no/such/out.csv"))
