@@ -162,6 +162,9 @@ class Tools(InFolder):
             self.assert_refused(self.simulate("--duration", duration),
                                 f'--duration: expected a finite number > 0 s, got "{duration}"')
 
+    def test_units_are_not_written(self):
+        self.assert_refused(self.simulate("--duration", "10s"), 'got "10s" (write the number alone')
+
     def test_unknown_options_are_refused(self):
         self.assert_refused(self.simulate("--duration", "1", "--frobnicate"), "--frobnicate")
 
