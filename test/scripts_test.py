@@ -1,16 +1,18 @@
 #!/usr/bin/python3
 """The scripts of the repository: launch/arguments, and that one build serves launch/sim and test/run.
 
-    scripts_test.py [unittest options]
+    scripts_test.py [-DNAME=VALUE … for cmake] [unittest options]
 """
 
 import os
 import re
 import subprocess
+import sys
 import unittest
 
 from in_folder import InFolder
 
+CONFIGURATION = [argument for argument in sys.argv if argument.startswith('-D')]
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..')
 
 
@@ -42,7 +44,7 @@ class OneBuild(InFolder):
         """How the core is compiled with the options of this script."""
         with open(os.path.join(ROOT, script), encoding='utf-8') as file:
             options = re.search(r'\bbuild ((?:-D\S+ ?)+)', file.read()).group(1).split()
-        subprocess.run(['cmake', '-S', ROOT, '-B', self.folder, '-DPLANAR_CHAIN_ROS=OFF', *options],
+        subprocess.run(['cmake', '-S', ROOT, '-B', self.folder, *CONFIGURATION, *options],
                        stdout=subprocess.DEVNULL, check=True)
         with open(self.path('CMakeFiles/planar_chain_core.dir/flags.make'), encoding='utf-8') as file:
             return file.read()
@@ -52,4 +54,4 @@ class OneBuild(InFolder):
 
 
 if __name__ == '__main__':
-    unittest.main()
+    unittest.main(argv=[argument for argument in sys.argv if argument not in CONFIGURATION])
