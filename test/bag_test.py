@@ -6,8 +6,10 @@
 import csv
 import math
 import os
+import signal
 import subprocess
 import sys
+import time
 import unittest
 import xml.etree.ElementTree
 
@@ -35,6 +37,28 @@ def time_of(nanoseconds):
 
 
 class Bags(InFolder):
+    def test_an_interrupted_run_leaves_a_whole_bag(self):
+        bag = self.path("out.bag")
+        with open(self.path("scene.yaml"), "w") as file:
+            file.write(SCENE)
+        with subprocess.Popen([os.path.join(BIN, "simulate"), self.path("scene.yaml"), "--duration", "1e5", "--bag", bag],
+                              stderr=subprocess.PIPE, universal_newlines=True) as run:
+            deadline = time.monotonic() + 60
+            while not (os.path.exists(bag) and os.path.getsize(bag) > 10 ** 6) and time.monotonic() < deadline:
+                time.sleep(0.01)
+            run.send_signal(signal.SIGINT)
+            error = run.communicate(timeout=60)[1]
+        self.assertEqual(run.returncode, 130)
+        stamps = [received for received, _ in self.read("out.bag")["/joint_states"]]
+        self.assertEqual(stamps, [stamp_of(k) for k in range(1, len(stamps) + 1)])
+        self.assertIn(f"the last row is at t = {len(stamps) / 300:.15g} s", error)
+
+    @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
+    def test_a_urdf_that_cannot_be_written_says_why(self):
+        result = self.run_tool("--duration", "0.1", "--write-urdf", "/dev/full")
+        self.assertEqual((result.returncode, result.stderr),
+                         (1, "simulate: cannot write /dev/full: No space left on device\n"))
+
     def run_tool(self, *arguments, scene=SCENE):
         with open(self.path("scene.yaml"), "w") as file:
             file.write(scene)

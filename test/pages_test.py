@@ -294,7 +294,7 @@ class Pages(InFolder):
             file.write(scene)
         run = subprocess.run([os.path.join(BIN, 'simulate'), self.path('scene.yaml'), '--duration', '0.1'],
                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, check=False)
-        (keys,) = re.findall(r'^ *%s: expected one of (?:the keys )?(.*), got "unknown"$' % path, run.stderr,
+        (keys,) = re.findall(r'^(?:.*:[0-9]+: )?%s: expected one of (?:the keys )?(.*), got "unknown"$' % path, run.stderr,
                              re.MULTILINE)
         return keys.split(', ')
 

@@ -46,6 +46,15 @@ class Plot(InFolder):
         self.assertNotIn("Traceback", run.stderr)
         return run.stderr
 
+    @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
+    def test_output_that_cannot_be_written_fails(self):
+        self.simulate("--csv", self.path("run.csv"))
+        with open("/dev/full", "w", encoding="ascii") as full:
+            run = subprocess.run([os.path.join(BIN, "plot"), self.path("run.csv")], stdout=full, stderr=subprocess.PIPE,
+                                 universal_newlines=True, check=False)
+        self.assertEqual((run.returncode, run.stderr),
+                         (1, "plot: cannot write standard output: No space left on device\n"))
+
     def test_csv_and_bag_are_read_as_they_were_written(self):
         table, bag = self.path("run.csv"), self.path("run.bag")
         self.simulate("--rate", "100", "--csv", table, "--bag", bag)

@@ -96,6 +96,23 @@ class Launch(unittest.TestCase):
                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=LIMIT)
         rospy.delete_param('/planar_chain')
         self.assertEqual(launch.stdout.count('links/rod/mass: expected'), 1, launch.stdout)
+        self.assertEqual(launch.returncode, 0)  # as launch/README.md warns
+
+    def test_a_misspelt_argument_ends_the_launch(self):
+        def run(*arguments):
+            run = subprocess.run(['roslaunch', '--nodes', *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                 universal_newlines=True, timeout=LIMIT, check=False)
+            return run.returncode, run.stdout
+
+        status, said = run('planar_chain', 'sim.launch', 'sceen:=rope')
+        self.assertNotEqual(status, 0)
+        self.assertIn('sim.launch has no argument sceen.', said)
+        self.assertEqual(run('planar_chain', 'sim.launch', 'scene:=rope', 'rviz:=false'), (0, '/planar_chain\n'))
+        with tempfile.NamedTemporaryFile('w', suffix='.launch') as around:  # with arguments of its own
+            around.write('<launch><include file="$(find planar_chain)/launch/sim.launch"><arg name="rviz" value="false"/>'
+                         '</include></launch>')
+            around.flush()
+            self.assertEqual(run(around.name, 'sceen:=rope'), (0, '/planar_chain\n'))
 
     def test_a_urdf_is_what_moves(self):
         with tempfile.NamedTemporaryFile('w', suffix='.urdf') as robot, \

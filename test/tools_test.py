@@ -8,8 +8,10 @@ import json
 import math
 import os
 import pty
+import signal
 import subprocess
 import sys
+import time
 import unittest
 
 from in_folder import InFolder
@@ -160,6 +162,9 @@ class Tools(InFolder):
             self.assert_refused(self.simulate("--duration", duration),
                                 f'--duration: expected a finite number > 0 s, got "{duration}"')
 
+    def test_units_are_not_written(self):
+        self.assert_refused(self.simulate("--duration", "10s"), 'got "10s" (write the number alone')
+
     def test_unknown_options_are_refused(self):
         self.assert_refused(self.simulate("--duration", "1", "--frobnicate"), "--frobnicate")
 
@@ -184,6 +189,43 @@ class Tools(InFolder):
 
     def test_broken_yaml_names_the_line(self):
         self.assert_refused(self.simulate("--duration", "1", scene="chain: [l\n  - x: {"), "line 2")
+        self.assert_refused(self.simulate("--duration", "1", scene="chain: [l]\nlinks:\n\tl: {}\n"),
+                            self.path("scene.yaml") + ":3: scene: expected YAML, got line 3, column 3: a tab")
+
+    def test_faults_name_file_and_line(self):
+        scene = "chain: [l, m]\nlinks:\n  l:\n    mass: 1.0 kg\n    com: [0, 0.5 m]\n    pin: [0, 0]\n  m: {}\n"
+        result = self.simulate("--duration", "-1", "--method", "magic", scene=scene)
+        self.assert_refused(result)
+        file, note = self.path("scene.yaml"), " (write the number alone: units are not written)"
+        self.assertEqual(sorted(line.split("expected")[0] for line in result.stderr.splitlines()), sorted([
+            "--duration: ", "integrator/method: ", f"{file}:4: links/l/mass: ", f"{file}:3: links/l/inertia: ",
+            f"{file}:5: links/l/com: ", *(f"{file}:7: links/m/{key}: " for key in ("mass", "inertia", "com", "pin"))]))
+        self.assertIn('got "1.0 kg"' + note, result.stderr)
+        self.assertIn('got [0, "0.5 m"]' + note, result.stderr)
+
+    def test_faults_of_a_urdf_name_its_file_and_line(self):
+        result = self.run_robot("simulate", "--check", robot=ROBOT.replace('value="2"', 'value="2 kg"'))
+        self.assert_refused(result)
+        self.assertEqual(result.stderr, self.path("robot.urdf") + ":3: robot_description/link[rod]/inertial/mass/value: "
+                         'expected a finite number >= 0 kg, got "2 kg" (write the number alone: units are not written)\n')
+
+    def run_scene(self, *arguments):
+        return subprocess.run([os.path.join(BIN, "simulate"), *arguments], stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, universal_newlines=True, timeout=60, cwd=self.folder)
+
+    def test_scenes_that_ship_are_found_by_name(self):
+        result = self.run_scene("rope", "--check")
+        self.assertEqual((result.returncode, result.stdout), (0, "no faults: 100 links, 0 loads, method auto\n"))
+        with open(self.path("rope"), "w") as file:
+            file.write(SCENE)
+        self.assertIn("2 links", self.run_scene("rope", "--check").stdout)  # a file of that name comes first
+        self.assert_refused(self.run_scene("roqe", "--check"),
+                            "roqe: expected a file, or one of the scenes that ship: acrobot, ", "rope", "got neither")
+
+    def test_files_of_other_programs_are_named(self):
+        for start, words in (("#ROSBAG V2.0\n", "expected a scene, in YAML, got a bag"),
+                             ("<?xml version='1.0'?>", "got XML (a URDF is given with --urdf)")):
+            self.assert_refused(self.simulate("--duration", "1", scene=start), words)
 
     def test_an_unwritable_csv_ends_it_before_the_run(self):
         result = self.run_tool("simulate", "--duration", "1e6", "--csv", self.path("no/such/out.csv"))
@@ -200,6 +242,66 @@ class Tools(InFolder):
         result = self.run_tool("simulate", "--duration", "0.1", "--csv", "/dev/full")
         self.assertEqual(result.returncode, 1)
         self.assertIn("No space left", result.stderr)
+
+    @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
+    def test_output_that_cannot_be_written_fails_the_run(self):
+        self.run_tool("equations")  # writes the scene
+        scene = self.path("scene.yaml")
+        for tool, *arguments in (("equations", scene), ("equations", scene, "--json"), ("equations", scene, "--chain"),
+                                 ("equations", "--help"), ("simulate", scene, "--duration", "0.1"),
+                                 ("simulate", scene, "--check"), ("simulate", "--help"), ("stability", "--help")):
+            with open("/dev/full", "w") as full:
+                result = subprocess.run([os.path.join(BIN, tool), *arguments], stdout=full, stderr=subprocess.PIPE,
+                                        universal_newlines=True, timeout=60)
+            self.assertEqual((result.returncode, result.stderr),
+                             (1, f"{tool}: cannot write standard output: No space left on device\n"), arguments)
+
+    # ---- simulate: interrupted ---------------------------------------------------------------------
+
+    def interrupted(self, *arguments, after, by=signal.SIGINT):
+        """A run that gets a signal once after() is true."""
+        with open(self.path("scene.yaml"), "w") as file:
+            file.write(SCENE)
+        command = [os.path.join(BIN, "simulate"), self.path("scene.yaml"), *arguments]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True) as run:
+            deadline = time.monotonic() + 60
+            while not after() and time.monotonic() < deadline:
+                time.sleep(0.01)
+            run.send_signal(by)
+            return run.communicate(timeout=60) + (run.returncode,)
+
+    def test_an_interrupted_run_ends_with_a_whole_row(self):
+        def has_rows():
+            return os.path.exists(self.path("out.csv")) and os.path.getsize(self.path("out.csv")) > 10 ** 5
+
+        for by in (signal.SIGINT, signal.SIGTERM):
+            out, error, status = self.interrupted("--duration", "1e6", "--csv", self.path("out.csv"), after=has_rows,
+                                                  by=by)
+            self.assertEqual((out, status), ("", 128 + by))
+            header, rows = self.rows()
+            self.assertEqual({len(row) for row in rows}, {len(header)})
+            self.assertEqual([row[0] for row in rows], [k / 100 for k in range(len(rows))])
+            self.assertEqual(error, f"simulate: interrupted; the last row is at t = {rows[-1][0]:.15g} s, of 1e+06 s\n")
+            with open(self.path("out.csv")) as file:
+                self.assertTrue(file.read().endswith("\n"))
+            os.remove(self.path("out.csv"))
+
+    def test_progress_and_interruption_within_a_row(self):
+        master, terminal = pty.openpty()
+        run = subprocess.Popen([os.path.join(BIN, "simulate"), "/dev/stdin", "--duration", "1e7", "--rate", "1e-7"],
+                               stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=terminal)
+        os.close(terminal)
+        run.stdin.write(SCENE.encode())
+        run.stdin.close()
+        seen = b""
+        while seen.count(b" of 1e+07 s") < 3:  # the time limit of the test is that of this loop
+            seen += os.read(master, 4096)
+        run.send_signal(signal.SIGINT)
+        self.assertEqual(run.wait(60), 130)
+        os.close(master)
+        times = [float(part.split(b"] ")[1]) for part in seen.split(b" of 1e+07 s")[:3]]
+        self.assertLess(times[0], times[1])
+        self.assertLess(times[1], times[2])
 
     def test_a_failed_run_keeps_its_rows(self):
         blow_up = SCENE + "loads: {p: {joint: lower_joint, torque: 1e300, start: 0.35}}\n"
@@ -220,6 +322,12 @@ class Tools(InFolder):
             self.assertFalse(os.path.exists(self.path("out.bag")))
 
     # ---- simulate: what is shown -----------------------------------------------------------------
+
+    def test_check_only_reads_the_scene(self):
+        result = self.run_tool("simulate", "--check", "--method", "rk4")
+        self.assertEqual((result.returncode, result.stdout), (0, "no faults: 2 links, 0 loads, method rk4\n"), result.stderr)
+        self.assert_refused(self.run_tool("simulate", "--check", scene=SCENE.replace("mass: 1", "mass: -1")),
+                            "links/upper/mass", "links/lower/mass")
 
     def test_a_summary_without_csv(self):
         result = self.run_tool("simulate", "--duration", "1")

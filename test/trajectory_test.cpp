@@ -1,5 +1,5 @@
-/// Whole trajectories against known answers: exact ones, published ones, and integrations in quadruple
-/// precision by other equations and another method (reference/README.md).
+/// Whole trajectories against known answers: exact ones, those of independent programs, a published one, and
+/// integrations in quadruple precision by other equations and another method (reference/README.md).
 
 #include <gtest/gtest.h>
 
@@ -68,9 +68,9 @@ TEST(Pendulum, ComesBackAfterItsPeriod) {
   }
 }
 
-// ---- Published -----------------------------------------------------------------------------------
+// ---- Other programs and publications --------------------------------------------------------------
 
-TEST(Published, UniformRodsLetGoLying) {
+TEST(IndependentPrograms, UniformRodsLetGoLying) {
   // Two integrators agreed on these to 7e-11.
   for (const test::Row& row : test::referenceTable("rods.csv")) {
     const Link rod{"", 1, 1. / 12, {0.5, 0}, {1, 0}};
@@ -83,7 +83,7 @@ TEST(Published, UniformRodsLetGoLying) {
   }
 }
 
-TEST(Published, DoublePendulumOfPointMasses) {
+TEST(IndependentPrograms, DoublePendulumOfPointMasses) {
   // Two integrators agreed on these to 3e-11.
   for (const test::Row& row : test::referenceTable("double_pendulum.csv")) {
     Simulation simulation(uniformChain(2, pointMass, 0, 0, earth));

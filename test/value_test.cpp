@@ -130,6 +130,39 @@ TEST(Value, BrokenYamlNamesLineAndColumn) {
             "scene: expected YAML, got line 3, column 1: end of sequence flow not found");
 }
 
+TEST(Value, TabsAreNamedWhereTheyIndent) {
+  for (const char* yaml : {"a:\n\tb: 1\n", "a:\n  \tb: 1\n", "a:\n  b: 1\n\tc: 2\n"}) {
+    EXPECT_NE(refusal(yaml).find(": a tab, where YAML is indented with spaces"), std::string::npos) << yaml;
+  }
+  EXPECT_EQ(refusal("a:\tb\n"), "");
+  EXPECT_EQ(refusal("a:\tb\nc: [1\n").find("tab"), std::string::npos);
+}
+
+TEST(Value, KnowsItsLine) {
+  const Value root = parseYaml(
+      "# a comment\n"
+      "first: {x: 1,\n"
+      "        y: [2,\n"
+      "            3]}\n"
+      "second:\n"
+      "  same: &same\n"
+      "    z: 4\n"
+      "  again: *same\n"
+      "  merged: {<<: *same}\n");
+  EXPECT_EQ(lineAt(root, "first"), 2);
+  EXPECT_EQ(lineAt(root, "first/x"), 2);
+  EXPECT_EQ(lineAt(root, "first/y"), 3);
+  EXPECT_EQ(lineAt(root, "first/y/1"), 4);
+  EXPECT_EQ(lineAt(root, "second/same"), 6);
+  EXPECT_EQ(lineAt(root, "second/same/z"), 7);
+  EXPECT_EQ(lineAt(root, "second/again"), 8);
+  EXPECT_EQ(lineAt(root, "second/merged/z"), 7);
+  EXPECT_EQ(lineAt(root, "second/again/missing/deeper"), 8);
+  EXPECT_EQ(lineAt(root, "first/y/2"), 3);
+  EXPECT_EQ(lineAt(root, "missing"), 2);
+  EXPECT_EQ(lineAt(Value(Value::Map{{"a", 1}}), "a"), 0);
+}
+
 TEST(Value, KeysStandOnceAndAreText) {
   EXPECT_NE(refusal("a: {b: 1, b: 2}").find("a/b: expected each key once"), std::string::npos);
   EXPECT_NE(refusal("a: 1\na: 2\nb: {c: 1, c: 2}").find("b/c: expected each key once"), std::string::npos);

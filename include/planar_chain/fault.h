@@ -13,6 +13,7 @@ struct Fault {
   std::string path;      ///< from the root of the scene, such as "links/lower/mass"
   std::string expected;  ///< such as "a number > 0 kg"
   std::string found;     ///< as the user wrote it, such as "\"heavy\"", or "nothing"
+  int line = 0;          ///< in the text that it came from, from 1 on; 0: unknown
 };
 
 /// "links/lower/mass: expected a number > 0 kg, got \"heavy\""

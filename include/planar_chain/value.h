@@ -50,6 +50,10 @@ class Value {
   List* list() { return std::get_if<List>(&content_); }
   Map* map() { return std::get_if<Map>(&content_); }
 
+  /// Line of the text that parseYaml() read, from 1 on; of an entry of a map that of its key. 0: from
+  /// elsewhere.
+  int line = 0;
+
  private:
   std::variant<std::monostate, bool, double, std::string, OddNumber, List, Map> content_;
 };
@@ -68,6 +72,10 @@ std::string describe(const Value& value);
 
 /// The same. A null pointer stands for an absent value and is shown as "nothing".
 std::string describe(const Value* value);
+
+/// The line of the value at a path such as "links/lower/mass", or of the map or list where the path ends
+/// before.
+int lineAt(const Value& root, const std::string& path);
 
 /// Longest YAML text, bytes. A scene that lists every link of the longest chain is shorter.
 constexpr std::size_t longestYaml = 1 << 24;

@@ -26,6 +26,15 @@ std::string found(const Value* value) {
   return isNumber && shown == '"' + *value->text() + '"' ? *value->text() : shown;
 }
 
+std::string noteOn(const Value* value) {
+  if (value && value->text()) return unitNote(*value->text());
+  std::string note;
+  for (const Value& entry : value && value->list() ? *value->list() : Value::List()) {
+    if (note.empty()) note = noteOn(&entry);
+  }
+  return note;
+}
+
 bool isLetter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
 }
@@ -41,6 +50,14 @@ bool isWordCharacter(char c) {
 bool isName(const std::string& text) {
   return !text.empty() && text.size() <= longestName && isLetter(text[0]) &&
          std::all_of(text.begin(), text.end(), isWordCharacter);
+}
+
+std::string unitNote(const std::string& text) {
+  const std::size_t end = std::min(text.find_first_not_of("+-.0123456789"), text.size());
+  const std::string unit = text.substr(std::min(text.find_first_not_of(' ', end), text.size()));
+  const bool isLetters = !unit.empty() && (isLetter(unit[0]) || static_cast<unsigned char>(unit[0]) >= 0x80);
+  const bool isUnit = isLetters && unit[0] != 'x' && numberIn(text.substr(0, end)) && !numberIn(text);
+  return isUnit ? " (write the number alone: units are not written)" : "";
 }
 
 Section::Section(const Value* value, std::string path, const std::vector<const char*>& known,
@@ -73,7 +90,8 @@ std::string Section::pathOf(const std::string& key) const {
 }
 
 void Section::fault(const std::string& key, const std::string& expected) const {
-  fault(key, expected, found(find(key)));
+  const bool isNumeric = expected.find("number") != std::string::npos;
+  fault(key, expected, found(find(key)) + (isNumeric ? noteOn(find(key)) : ""));
 }
 
 double Section::unchecked(const std::string& key, double absent) const {

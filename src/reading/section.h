@@ -30,6 +30,10 @@ std::string inCommas(const Names& names) {
   return line;
 }
 
+/// " (…)": what to do if a text that should be a number is one with a unit, such as "1.0 kg"; otherwise
+/// empty.
+std::string unitNote(const std::string& text);
+
 class Section {
  public:
   /// Reads `value` as a map. A null pointer (an absent key) counts as an empty map. Any other value is a

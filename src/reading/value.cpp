@@ -109,12 +109,29 @@ std::string describe(const Value* value) {
   return value ? describe(*value) : "nothing";
 }
 
+int lineAt(const Value& root, const std::string& path) {
+  const Value* at = &root;
+  std::istringstream steps(path);
+  for (std::string step; std::getline(steps, step, '/');) {
+    const Value* next = nullptr;
+    if (at->map() && at->map()->count(step) != 0) next = &at->map()->at(step);
+    if (at->list() && !step.empty() && step.find_first_not_of("0123456789") == std::string::npos &&
+        step.size() < 8) {
+      const std::size_t i = std::stoul(step);
+      if (i < at->list()->size()) next = &(*at->list())[i];
+    }
+    if (!next) break;
+    at = next;
+  }
+  return at->line;
+}
+
 // ---- YAML ------------------------------------------------------------------------------------
 
 namespace {
 
-[[noreturn]] void refuse(std::string path, std::string expected, std::string found) {
-  throw Refused({{std::move(path), std::move(expected), std::move(found)}});
+[[noreturn]] void refuse(std::string path, std::string expected, std::string found, int line = 0) {
+  throw Refused({{std::move(path), std::move(expected), std::move(found), line}});
 }
 
 std::string notTooLong() {
@@ -137,8 +154,23 @@ void requireBounds(const std::string& text) {
   }
 }
 
+int lineOf(const YAML::Mark& mark) {
+  return mark.line + 1;
+}
+
 std::string placeOf(const YAML::Mark& mark) {
-  return "line " + std::to_string(mark.line + 1) + ", column " + std::to_string(mark.column + 1);
+  return "line " + std::to_string(lineOf(mark)) + ", column " + std::to_string(mark.column + 1);
+}
+
+/// True if a line, from 1 on, or the one before, is indented with a tab.
+bool hasTab(const std::string& text, int line) {
+  std::istringstream in(text);
+  std::string each;
+  for (int i = 1; i <= line && std::getline(in, each); ++i) {
+    const std::string indent = each.substr(0, each.find_first_not_of(" \t"));
+    if (i + 1 >= line && indent.find('\t') != std::string::npos) return true;
+  }
+  return false;
 }
 
 /// True for a whole number in PyYAML's grammar but not in the decimal one: 010, 0x1F, 0b1, 1_000, 1:30.
@@ -195,7 +227,7 @@ class Builder : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto known = anchored_.find(anchor);
     if (known == anchored_.end()) {
-      faults.push_back({path(), "an alias of a complete value", "one in " + placeOf(mark)});
+      refuseHere("an alias of a complete value", "one", mark);
       return place(mark, 0, {}, false);
     }
     count(mark, known->second);
@@ -229,6 +261,7 @@ class Builder : public YAML::EventHandler {
     YAML::Mark mark;
     YAML::anchor_t anchor = 0;
     std::optional<std::string> key;
+    int keyLine = 0;
     bool merges = false;  ///< the key is a plain <<
     Value::Map merged;    ///< the keys from <<; the map's own keys take precedence
   };
@@ -243,19 +276,24 @@ class Builder : public YAML::EventHandler {
     return line.empty() ? "scene" : line;
   }
 
+  void refuseHere(const std::string& expected, const std::string& found, const YAML::Mark& mark) {
+    faults.push_back({path(), expected, found + " in " + placeOf(mark), lineOf(mark)});
+  }
+
   void requireNoTag(const YAML::Mark& mark, const std::string& tag) {
     if (tag.empty() || tag == "?" || tag == "!") return;
-    faults.push_back({path(), "a value without a tag", onOneLine(tag) + " in " + placeOf(mark)});
+    refuseHere("a value without a tag", onOneLine(tag), mark);
   }
 
   void count(const YAML::Mark& mark, const Counted& tree) {
     bytes_ += tree.bytes;
     values_ += tree.values;
     if (open_.size() + tree.levels > deepest) {
-      refuse(path(), "at most " + std::to_string(deepest) + " levels", "more in " + placeOf(mark));
+      refuse(path(), "at most " + std::to_string(deepest) + " levels", "more in " + placeOf(mark),
+             lineOf(mark));
     }
-    if (values_ > mostValues) refuse(path(), notTooMany(), "more in " + placeOf(mark));
-    if (bytes_ > longestYaml) refuse(path(), notTooLong(), "more in " + placeOf(mark));
+    if (values_ > mostValues) refuse(path(), notTooMany(), "more in " + placeOf(mark), lineOf(mark));
+    if (bytes_ > longestYaml) refuse(path(), notTooLong(), "more in " + placeOf(mark), lineOf(mark));
   }
 
   void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, Value empty) {
@@ -278,6 +316,7 @@ class Builder : public YAML::EventHandler {
   /// Puts a complete value in its place: the root, a list's next entry, a map's key or value.
   void place(const YAML::Mark& mark, YAML::anchor_t anchor, Counted tree, bool isPlain) {
     if (anchor != 0) anchored_[anchor] = tree;
+    tree.value.line = lineOf(mark);
     if (open_.empty()) {
       root = std::move(tree.value);
       return;
@@ -294,6 +333,7 @@ class Builder : public YAML::EventHandler {
       level.tree.value.list()->push_back(std::move(tree.value));
       return;
     }
+    tree.value.line = level.keyLine;
     if (level.merges) {
       merge(mark, level, tree.value);
     } else {
@@ -305,12 +345,13 @@ class Builder : public YAML::EventHandler {
 
   void takeKey(const YAML::Mark& mark, Open& level, const Value& key, bool isPlain) {
     if (!key.text()) {
-      faults.push_back({path(), "text as a key", describe(key) + " in " + placeOf(mark)});
+      refuseHere("text as a key", describe(key), mark);
     }
+    level.keyLine = lineOf(mark);
     level.key = key.text() ? *key.text() : describe(key);
     level.merges = isPlain && *level.key == "<<";
     if (level.tree.value.map()->count(*level.key) != 0) {
-      faults.push_back({path(), "each key once", "it again in " + placeOf(mark)});
+      refuseHere("each key once", "it again", mark);
     }
   }
 
@@ -321,7 +362,7 @@ class Builder : public YAML::EventHandler {
       if (each.map()) {
         level.merged.insert(each.map()->begin(), each.map()->end());
       } else {
-        faults.push_back({path(), "a map or a list of maps", describe(each) + " in " + placeOf(mark)});
+        refuseHere("a map or a list of maps", describe(each), mark);
       }
     }
   }
@@ -346,7 +387,10 @@ Value parseYaml(const std::string& text) {
     if (!first.faults.empty()) throw Refused(std::move(first.faults));
     return std::move(first.root);
   } catch (const YAML::Exception& error) {
-    refuse("scene", "YAML", placeOf(error.mark) + ": " + onOneLine(error.msg));
+    const int line = lineOf(error.mark);
+    const std::string why =
+        hasTab(text, line) ? "a tab, where YAML is indented with spaces" : onOneLine(error.msg);
+    refuse("scene", "YAML", placeOf(error.mark) + ": " + why, line);
   }
 }
 

@@ -168,7 +168,7 @@ def report():
     if sys.stderr.isatty():
         print("\r\033[K", end="", file=sys.stderr, flush=True)
     render.write(folder, DATA / "report", titles)
-    print(folder / "index.html")
+    os.write(sys.stdout.fileno(), f"{folder / 'index.html'}\n".encode())  # fails where print would not
     if failure is not None:
         raise Failed(failure)
 

@@ -259,7 +259,7 @@ int stability(const Arguments& given) {
           << text(largestOf(eigenvalues)) << ",," << std::endl;
     }
     out << chain << "auto,,,,,," << automatic(each.scene, quick) << std::endl;
-    if (!out) throw std::runtime_error("cannot write the table");
+    if (!out) throw std::runtime_error(std::string("cannot write the table: ") + std::strerror(errno));
   }
   return done;
 }

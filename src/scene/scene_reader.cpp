@@ -237,6 +237,10 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   } catch (const Refused& refused) {
     faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
   }
+  // A URDF within a scene counts its lines from its own first one.
+  if (top.find("robot_description")->line > 0) {
+    for (Fault& fault : faults) fault.line = 0;
+  }
   if (!robot) return std::nullopt;
 
   // Springs, stops and initial state from `links`.
@@ -408,6 +412,9 @@ Scene readScene(const Value& value) {
   }
 
   if (faults.empty()) requireFiniteEnergy(*chain, *expanded, faults);
+  for (Fault& fault : faults) {
+    if (fault.line == 0) fault.line = lineAt(value, fault.path);
+  }
   if (!faults.empty()) throw Refused(std::move(faults));
   return {std::move(*chain), std::move(expanded->q), std::move(expanded->qd), std::move(loads),
           integrator,        std::move(publish),     commandTimeout,          realTimeFactor};

@@ -34,8 +34,9 @@ using Names = std::initializer_list<const char*>;
 /// An element, or an absent one, which has no attributes.
 class Element {
  public:
-  Element(const tinyxml2::XMLElement* at, std::string path, std::vector<Fault>& faults)
-      : at_(at), path_(std::move(path)), faults_(&faults) {}
+  /// line: of the element around it, for an absent one.
+  Element(const tinyxml2::XMLElement* at, std::string path, std::vector<Fault>& faults, int line = 0)
+      : at_(at), path_(std::move(path)), faults_(&faults), line_(at ? at->GetLineNum() : line) {}
 
   bool isThere() const { return at_ != nullptr; }
   /// The number of faults in the document so far.
@@ -44,7 +45,7 @@ class Element {
   /// An attribute as a fault shows it.
   std::string found(const char* name) const { return attribute(name) ? quoted(attribute(name)) : "nothing"; }
   void fault(const std::string& key, const std::string& expected, const std::string& found) const {
-    faults_->push_back({path_ + "/" + key, expected, found});
+    faults_->push_back({path_ + "/" + key, expected, found, line_});
   }
   /// Records a fault: the attribute holds something other than `expected`.
   void fault(const char* attribute, const std::string& expected) const {
@@ -71,7 +72,7 @@ class Element {
       faults_->push_back(
           {path_ + "/" + name, "this element once", "it again in line " + std::to_string(line)});
     }
-    return {child, path_ + "/" + name, *faults_};
+    return {child, path_ + "/" + name, *faults_, line_};
   }
 
   std::string name(const char* key) const {
@@ -84,7 +85,7 @@ class Element {
     if (!attribute(key) && rule.holds(absent)) return absent;
     const std::vector<double> numbers = finiteNumbers(key);
     if (numbers.size() == 1 && rule.holds(numbers[0])) return numbers[0];
-    fault(key, "a finite number" + rule.which);
+    fault(key, "a finite number" + rule.which, found(key) + unitNote(attribute(key) ? attribute(key) : ""));
     return missing;
   }
 
@@ -118,6 +119,7 @@ class Element {
   const tinyxml2::XMLElement* at_;
   std::string path_;
   std::vector<Fault>* faults_;
+  int line_;
 };
 
 Pose poseOf(const Element& origin) {

@@ -1,8 +1,13 @@
 #include "tools/common.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
+#include <set>
+#include <stdexcept>
 #include <utility>
+
+#include "reading/section.h"
 
 namespace planar_chain::tools {
 
@@ -30,9 +35,21 @@ double Arguments::number(const std::string& name, const char* expected, double l
   if (!given) return absent;
   const std::optional<double> number = numberIn(*given);
   if (number && std::isfinite(*number) && *number > low) return *number;
-  faults.push_back({"--" + name, expected, quoted(*given)});
+  faults.push_back({"--" + name, expected, quoted(*given) + unitNote(*given)});
   return absent;
 }
+
+namespace {
+
+/// @throws std::runtime_error if what was printed has not arrived, for example on a full disk
+void finishOutput() {
+  errno = 0;
+  if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  throw std::runtime_error(std::string("cannot write standard output: ") +
+                           std::strerror(errno != 0 ? errno : EIO));
+}
+
+}  // namespace
 
 int run(const Options& options, const std::vector<const char*>& unnamed, int argc, char** argv,
         const std::function<int(const Arguments&)>& body) {
@@ -48,9 +65,10 @@ int run(const Options& options, const std::vector<const char*>& unnamed, int arg
     Arguments given;
     po::store(po::command_line_parser(argc, argv).options(all).positional(positional).style(style).run(),
               given);
-    if (!given.has("help")) return body(given);
-    std::cout << options;
-    return done;
+    if (given.has("help")) std::cout << options;
+    const int status = given.has("help") ? done : body(given);
+    finishOutput();
+    return status;
   } catch (const po::error& error) {
     std::cerr << error.what() << "\nRun with --help for more information.\n";
     return badInput;
@@ -106,17 +124,72 @@ void checkOutput(const std::string& option, const std::string& path,
   }
 }
 
+namespace {
+
+/// The folder of the scenes that ship, in the devel space or install space of this program.
+std::filesystem::path folderOfScenes() {
+  std::error_code none;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", none);
+  return program.parent_path() / "../../share/planar_chain/config/scenes";
+}
+
+/// The path of a scene that is given by its path, or by the name of one that ships.
+/// @throws Refused if there is neither
+std::string findScene(const std::string& given) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  const bool isName = given.find_first_of("./") == std::string::npos;
+  if (!isName || fs::exists(given, none)) return given;
+  const fs::path shipped = folderOfScenes() / (given + ".yaml");
+  if (fs::exists(shipped, none)) return shipped.string();
+  std::set<std::string> names;
+  for (const auto& file : fs::directory_iterator(folderOfScenes(), none))
+    names.insert(file.path().stem().string());
+  throw Refused({{given, "a file, or one of the scenes that ship: " + inCommas(names), "neither"}});
+}
+
+/// @throws Refused for files of other programs, which are no YAML
+void requireScene(const std::string& path, const std::string& text) {
+  const auto startsWith = [&](const char* start) { return text.compare(0, std::strlen(start), start) == 0; };
+  const std::string expected = "a scene, in YAML";
+  if (startsWith("#ROSBAG"))
+    throw Refused({{path, expected, "a bag (plot draws it, --commands takes its commands)"}});
+  if (startsWith("<")) throw Refused({{path, expected, "XML (a URDF is given with --urdf)"}});
+}
+
+/// Puts the file and the line before the path of each fault that has them: "scene.yaml:4: links/upper/mass".
+void addFiles(std::vector<Fault>& faults, const std::string& scene, const std::optional<std::string>& urdf) {
+  for (Fault& fault : faults) {
+    const bool isInUrdf = urdf && fault.path.compare(0, 17, "robot_description") == 0;
+    if (fault.line == 0 && !isInUrdf) continue;
+    const std::string line = fault.line > 0 ? ":" + std::to_string(fault.line) : "";
+    fault.path = (isInUrdf ? *urdf : scene) + line + ": " + fault.path;
+  }
+}
+
+}  // namespace
+
 Scene readScene(const Arguments& given, const std::function<void(Value&)>& amend, std::vector<Fault> faults) {
   const auto file = given.text("SCENE"), urdf = given.text("urdf");
   try {
     if (!file && !urdf) throw Refused({{"SCENE", "a scene file, or --urdf with a robot", "neither"}});
-    Value value = file ? parseYaml(loadText(*file)) : Value(Value::Map());
-    if (urdf && value.map() && !value.map()->emplace("robot_description", loadText(*urdf)).second) {
-      throw Refused({{"robot_description", "nothing beside --urdf", "one in the scene"}});
+    const std::string path = file ? findScene(*file) : "";
+    const std::string text = file ? loadText(path) : "{}";
+    const std::string robot = urdf ? loadText(*urdf) : "";
+    requireScene(path, text);
+    try {
+      Value value = parseYaml(text);
+      if (urdf && value.map() && !value.map()->emplace("robot_description", robot).second) {
+        throw Refused({{"robot_description", "nothing beside --urdf", "one in the scene"}});
+      }
+      amend(value);
+      Scene scene = planar_chain::readScene(value);
+      if (faults.empty()) return scene;
+    } catch (const Refused& refused) {
+      std::vector<Fault> own = refused.faults();
+      addFiles(own, path, urdf);
+      throw Refused(std::move(own));
     }
-    amend(value);
-    Scene scene = planar_chain::readScene(value);
-    if (faults.empty()) return scene;
   } catch (const Refused& refused) {
     faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
   }

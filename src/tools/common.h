@@ -56,7 +56,8 @@ int run(const Options& options, const std::vector<const char*>& unnamed, int arg
 // ---- Scenes and files --------------------------------------------------------------------------
 
 /// For tools that read a scene: their unnamed argument, and --urdf.
-constexpr const char* sceneInUsage = "[SCENE]\nSCENE: a YAML file (config/README.md explains it)";
+constexpr const char* sceneInUsage =
+    "[SCENE]\nSCENE: a YAML file (config/README.md explains it), or the name of a scene that ships";
 void addUrdf(Options& options);
 
 /// @throws Refused if the file cannot be read

@@ -285,7 +285,11 @@ def main():
     except (NoChain, Refused, OSError, UnicodeDecodeError) as problem:
         print(f"plot: {problem}", file=sys.stderr)
         return 2
-    print(f"written to {output}")
+    try:
+        os.write(sys.stdout.fileno(), f"written to {output}\n".encode())
+    except OSError as problem:
+        print(f"plot: cannot write standard output: {problem.strerror}", file=sys.stderr)
+        return 1
     return 0
 
 

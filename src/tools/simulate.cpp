@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <stdexcept>
@@ -18,8 +19,9 @@ namespace planar_chain::tools {
 namespace {
 
 Options options() {
-  Options options = optionsOf("simulate", "Simulates a scene as fast as possible and writes its motion.",
-                              sceneInUsage, "0 done; 1 the run failed; 2 bad arguments or scene.");
+  Options options =
+      optionsOf("simulate", "Simulates a scene as fast as possible and writes its motion.", sceneInUsage,
+                "0 done; 1 the run failed; 2 bad arguments or scene; 130 interrupted by Ctrl-C.");
   addUrdf(options);
   auto add = options.add_options();
   add("duration", valued(),
@@ -27,6 +29,7 @@ Options options() {
       "~status)");
   add("rate", valued(),
       "Rows per second of simulated time (default 100; with a bag: the scene's publish/rate)");
+  add("check", "Only reads the scene: prints its faults, or one line");
   add("method", valued(), "Integrator, in place of the scene's");
   add("tolerance", valued(), "Tolerance of adaptive methods, in place of the scene's");
   add("step", valued(), "Step of fixed-step methods, s, in place of the scene's");
@@ -117,17 +120,19 @@ class Csv {
 /// A progress bar on standard error if that is a terminal, drawn ten times a second.
 class Progress {
  public:
-  explicit Progress(double duration) : duration_(duration), isShown_(isatty(STDERR_FILENO) == 1) {}
+  Progress(const Simulation& simulation, double duration)
+      : simulation_(simulation), duration_(duration), isShown_(isatty(STDERR_FILENO) == 1) {}
   ~Progress() {
     if (isShown_) std::fputs("\r\033[K", stderr);
   }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void show(double t) {
+  void show() {
     const auto now = std::chrono::steady_clock::now();
     if (!isShown_ || now < next_) return;
     next_ = now + std::chrono::milliseconds(100);
+    const double t = simulation_.time();
     std::string bar(40, '.');
     std::fill_n(bar.begin(), static_cast<int>(40 * t / duration_), '#');
     std::fprintf(stderr, "\r[%s] %g of %g s\033[K", bar.c_str(), t, duration_);
@@ -135,6 +140,7 @@ class Progress {
   }
 
  private:
+  const Simulation& simulation_;
   double duration_;
   bool isShown_;
   std::chrono::steady_clock::time_point next_{};
@@ -209,6 +215,28 @@ void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
   }
 }
 
+// ---- Signals ---------------------------------------------------------------------------------
+
+volatile std::sig_atomic_t caught = 0;  ///< the signal that ends the run
+Progress* shown = nullptr;              ///< of the run
+
+/// Lets Ctrl-C and kill end the run so that its files are complete. A second signal ends the program at once.
+void catchSignals() {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    struct sigaction action {};
+    sigaction(signal, nullptr, &action);
+    if (action.sa_handler == SIG_IGN) continue;  // as in a shell's background
+    action.sa_handler = [](int which) { caught = which; };
+    action.sa_flags = SA_RESTART | SA_RESETHAND;
+    sigaction(signal, &action, nullptr);
+  }
+}
+
+bool keepGoing() {
+  shown->show();
+  return caught == 0;
+}
+
 // ---- The run ---------------------------------------------------------------------------------
 
 /// Puts an argument in its place in the scene's tree, so that one reader checks both.
@@ -224,7 +252,7 @@ int simulate(const Arguments& given) {
   const double duration = given.number("duration", "a finite number > 0 s", 0, 1, faults);
   double rate = given.number("rate", "a finite number > 0 rows a second", 0, 100, faults);
   rowsOf(duration, rate, faults);
-  if (!given.has("duration") && !given.has("commands")) {
+  if (!given.has("duration") && !given.has("commands") && !given.has("check")) {
     faults.push_back(
         {"--duration", "a finite number > 0 s, or --commands with a bag that has the states", "neither"});
   }
@@ -236,6 +264,11 @@ int simulate(const Arguments& given) {
     if (hasBags) override(value, "publish", "rate", given.text("rate"));
   };
   const Scene scene = readScene(given, amend, std::move(faults));
+  if (given.has("check")) {
+    std::printf("no faults: %d links, %zu loads, method %s\n", scene.chain.size(), scene.loads.size(),
+                scene.integrator.method.c_str());
+    return done;
+  }
 
   // With a bag, rows are the node's ticks: steps end where the node's do, so the motion is equal to the last
   // digit.
@@ -266,21 +299,31 @@ int simulate(const Arguments& given) {
   if (given.has("csv")) csv.emplace(*given.text("csv"), scene.chain);
 
   // The run, row by row.
+  catchSignals();
   bool isGood = true;
+  double k = 0;
   {
-    Progress progress(rows.time(rows.last()));
-    for (double k = 0; isGood && k <= rows.last(); ++k) {
+    Progress progress(simulation, rows.time(rows.last()));
+    shown = &progress;
+    for (; isGood && caught == 0 && k <= rows.last(); ++k) {
       const auto row = static_cast<long long>(k);
-      isGood = bags ? bags->advanceTo(row, rows.time(k)) : simulation.advanceTo(rows.time(k));
+      isGood = bags ? bags->advanceTo(row, rows.time(k), keepGoing)
+                    : simulation.advanceTo(rows.time(k), keepGoing);
+      if (!isGood && simulation.fault().empty()) break;  // interrupted
       if (bags && rows.isTick(k)) bags->tick(row);
       if (isGood && csv) csv->row(simulation);
-      progress.show(simulation.time());
+      progress.show();
     }
   }
   if (csv) csv->close();
   if (bags) bags->close();
 
   // The result.
+  if (isGood ? k <= rows.last() : simulation.fault().empty()) {
+    std::fprintf(stderr, "simulate: interrupted; the last row is at t = %s s, of %g s\n",
+                 toText(rows.time(std::max(0.0, k - 1))).c_str(), rows.time(rows.last()));
+    return 128 + caught;
+  }
   if (!isGood) {
     std::fprintf(stderr, "simulate: the run failed at t = %.17g s: %s\nThe last finite state:\n",
                  simulation.time(), simulation.fault().c_str());

@@ -47,7 +47,7 @@ std::optional<std::string> fullName(const std::optional<std::string>& node) {
 void writeUrdf(const std::string& path, const Scene& scene, const std::string& node) {
   std::ofstream file(path);
   file << urdfOf(scene, framesOf(scene, ros::names::parentNamespace(node)));
-  if (!file.flush()) throw std::runtime_error("cannot write " + path);
+  if (!file.flush()) throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
 }
 
 // ---- The bag to write ----------------------------------------------------------------------------
@@ -219,7 +219,7 @@ class OfflineNode : public Bags {
 
   double recordedEnd() const override { return ticks_.pace.timeOf(recorded_.lastTick); }
 
-  bool advanceTo(long long k, double t) override {
+  bool advanceTo(long long k, double t, bool (*keepGoing)()) override {
     const std::vector<CommandTaken>& commands = recorded_.commands;
     for (; next_ < commands.size() && commands[next_].tick <= static_cast<std::uint64_t>(k); ++next_) {
       const CommandTaken& command = commands[next_];
@@ -235,7 +235,7 @@ class OfflineNode : public Bags {
       }
     }
     const bool isTick = t == ticks_.pace.timeOf(k);
-    return simulation_.advanceTo(isTick ? ticks_.sceneTime(k) : t - ticks_.simTime(0));
+    return simulation_.advanceTo(isTick ? ticks_.sceneTime(k) : t - ticks_.simTime(0), keepGoing);
   }
 
   void tick(long long k) override {

@@ -35,7 +35,7 @@ class Bags {
   virtual double recordedEnd() const = 0;
 
   /// Takes the commands recorded up to tick k, then calls Simulation::advanceTo for the time t of row k.
-  virtual bool advanceTo(long long k, double t) = 0;
+  virtual bool advanceTo(long long k, double t, bool (*keepGoing)()) = 0;
 
   /// Writes what the node publishes at tick k, after advanceTo() for it. After a fault that is the status,
   /// which names the fault. Writes nothing at tick 0, because no stamp is 0.

@@ -1,0 +1,57 @@
+#!/usr/bin/python3
+"""The scripts of the repository: launch/arguments, and that one build serves launch/sim and test/run.
+
+    scripts_test.py [-DNAME=VALUE … for cmake] [unittest options]
+"""
+
+import os
+import re
+import subprocess
+import sys
+import unittest
+
+from in_folder import InFolder
+
+CONFIGURATION = [argument for argument in sys.argv if argument.startswith('-D')]
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..')
+
+
+class Arguments(unittest.TestCase):
+    def run_script(self, *arguments):
+        run = subprocess.run([os.path.join(ROOT, 'launch/arguments'), *arguments], stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE, universal_newlines=True, check=False)
+        self.assertEqual(run.stdout, '')
+        return run.returncode, run.stderr
+
+    def test_arguments_of_sim_launch_and_options_of_roslaunch_pass(self):
+        for given in ((), ('scene:=rope', 'rviz:=false'), ('-p', '11411'), ('--port=11411', 'scene:=whip'),
+                      ('--screen', '__name:=sim', 'record:=run')):
+            self.assertEqual(self.run_script(*given), (0, ''))
+
+    def test_others_are_refused(self):
+        for given, words in ((('sceen:=rope',), 'sim.launch has no argument sceen. It has: scene urdf '),
+                             (('-p', '11411', 'rvis:=false'), 'sim.launch has no argument rvis.'),
+                             (('owns_clock:=true',), 'sim.launch has no argument owns_clock.'),
+                             (('scene:=rop',), 'No scene is called rop. There are: acrobot '),
+                             (('rope',), 'Expected NAME:=VALUE, got rope')):
+            status, said = self.run_script(*given)
+            self.assertEqual(status, 2)
+            self.assertIn(words, said)
+
+
+class OneBuild(InFolder):
+    def flags(self, script):
+        """How the core is compiled with the options of this script."""
+        with open(os.path.join(ROOT, script), encoding='utf-8') as file:
+            options = re.search(r'\bbuild ((?:-D\S+ ?)+)', file.read()).group(1).split()
+        subprocess.run(['cmake', '-S', ROOT, '-B', self.folder, *CONFIGURATION, *options],
+                       stdout=subprocess.DEVNULL, check=True)
+        with open(self.path('CMakeFiles/planar_chain_core.dir/flags.make'), encoding='utf-8') as file:
+            return file.read()
+
+    def test_both_scripts_compile_alike(self):
+        self.assertEqual(self.flags('launch/sim'), self.flags('test/run'))
+
+
+if __name__ == '__main__':
+    unittest.main(argv=[argument for argument in sys.argv if argument not in CONFIGURATION])
