@@ -358,6 +358,23 @@ TEST(AdaptiveSteps, StopBeforeARegionThatHasNoNumbers) {
   EXPECT_NEAR(state.y[0], 0.5, 1e-9);
 }
 
+/// As a motion so fast that high derivatives of one component exceed the range of double.
+class OverflowingSeries : public test::TestSystem {
+ public:
+  void series(double t, const double* y, int order, double* c) override {
+    TestSystem::series(t, y, order, c);
+    c[3 * order + 1] = std::nan("");
+  }
+};
+
+TEST(AdaptiveSteps, EndIfASeriesOverflows) {
+  OverflowingSeries f;
+  State state = testStart();
+  const auto integrator = makeMethod("taylor", f, 0, {1e-8, Eigen::ArrayXd::Constant(3, 1)});
+  EXPECT_EQ(integrator->integrate(state, 1, 100), Outcome::notFinite);
+  EXPECT_EQ(state.t, 0);
+}
+
 TEST(FixedSteps, StopAtTheLastFiniteState) {
   auto f = systemOf(1, [](double, const double* y, double* dydt) { dydt[0] = y[0] * y[0]; });
   State state(1);
