@@ -15,8 +15,12 @@ namespace {
 
 /// In use by this program, bytes.
 double inUse() {
-  const struct mallinfo2 all = mallinfo2();
-  return static_cast<double>(all.uordblks + all.hblkhd);
+#if __GLIBC_PREREQ(2, 33)
+  const auto all = mallinfo2();
+#else
+  const auto all = mallinfo();  // counts to 2 GiB
+#endif
+  return static_cast<double>(all.uordblks) + static_cast<double>(all.hblkhd);
 }
 
 /// What a simulation that has gone a little way has more than its scene, bytes a link.

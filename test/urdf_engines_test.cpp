@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Core>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <functional>
 #include <memory>
@@ -18,7 +18,7 @@
 #endif
 #ifdef WITH_KDL
 #include <kdl/chain.hpp>
-#include <kdl/chainfdsolver_recursive_newton_euler.hpp>
+#include <kdl/chaindynparam.hpp>
 #include <kdl_parser/kdl_parser.hpp>
 #endif
 #ifdef WITH_MUJOCO
@@ -76,20 +76,20 @@ Accelerations kdlLoads(const std::string& urdf, const Vector3d& gravity, const C
   for (const auto& [name, element] : tree.getSegments()) {
     if (element.children.empty()) tree.getChain(tree.getRootSegment()->first, name, *segments);
   }
-  const auto solver =
-      std::make_shared<KDL::ChainFdSolver_RNE>(*segments, KDL::Vector(gravity[0], gravity[1], gravity[2]));
+  const auto terms =
+      std::make_shared<KDL::ChainDynParam>(*segments, KDL::Vector(gravity[0], gravity[1], gravity[2]));
   VectorXd damping(chain.size());
   for (int i = 0; i < chain.size(); ++i) damping[i] = chain.joints()[static_cast<std::size_t>(i)].damping;
   return [=](const VectorXd& q, const VectorXd& qd) -> VectorXd {
-    const auto n = static_cast<unsigned>(q.size());
-    KDL::JntArray position(n), rate(n), torque(n), acceleration(n);
+    const unsigned n = segments->getNrOfJoints();
+    KDL::JntArray position(n), rate(n), coriolis(n), weight(n);
+    KDL::JntSpaceInertiaMatrix M(n);
     position.data = q;
     rate.data = qd;
-    torque.data = -damping.cwiseProduct(qd);
-    const KDL::Wrenches none(segments->getNrOfSegments(), KDL::Wrench::Zero());
-    if (solver->CartToJnt(position, rate, torque, none, acceleration) < 0)
+    if (terms->JntToMass(position, M) < 0 || terms->JntToCoriolis(position, rate, coriolis) < 0 ||
+        terms->JntToGravity(position, weight) < 0)
       throw std::runtime_error("KDL fails");
-    return acceleration.data;
+    return M.data.ldlt().solve(-damping.cwiseProduct(qd) - coriolis.data - weight.data);
   };
 }
 #endif

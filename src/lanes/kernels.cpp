@@ -3,9 +3,14 @@
 namespace planar_chain::simd {
 
 #ifdef PLANAR_CHAIN_X86
-constexpr const Kernel *avx2 = &kernelAvx2, *avx512 = &kernelAvx512;
+constexpr const Kernel* avx2 = &kernelAvx2;
 #else
-constexpr const Kernel *avx2 = nullptr, *avx512 = nullptr;
+constexpr const Kernel* avx2 = nullptr;
+#endif
+#ifdef PLANAR_CHAIN_AVX512
+constexpr const Kernel* avx512 = &kernelAvx512;
+#else
+constexpr const Kernel* avx512 = nullptr;
 #endif
 
 const std::vector<const Kernel*>& kernels() {

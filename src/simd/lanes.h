@@ -9,7 +9,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <utility>
 
 #include "planar_chain/planar.h"
@@ -38,15 +37,19 @@ constexpr int laneCount = 2;
 template <int count>
 struct RegisterOf {
   typedef double type __attribute__((vector_size(8 * count)));
+  /// In memory, at any double. Before GCC 12, memcpy to a register goes through the stack.
+  typedef type Stored __attribute__((aligned(8), may_alias));
 };
 template <>
 struct RegisterOf<1> {
   using type = double;
+  using Stored = double;
 };
 
 template <int count>
 struct LanesOf {
   using Register = typename RegisterOf<count>::type;
+  using Stored = typename RegisterOf<count>::Stored;
   Register v;
 
   LanesOf() : v{} {}
@@ -56,11 +59,9 @@ struct LanesOf {
   explicit LanesOf(Real x) : v(static_cast<double>(x) - Register{}) {}
 
   [[gnu::always_inline]] static LanesOf load(const double* from) {
-    LanesOf a;
-    std::memcpy(&a.v, from, sizeof a.v);
-    return a;
+    return *reinterpret_cast<const Stored*>(from);
   }
-  [[gnu::always_inline]] void store(double* to) const { std::memcpy(to, &v, sizeof v); }
+  [[gnu::always_inline]] void store(double* to) const { *reinterpret_cast<Stored*>(to) = v; }
 
   friend LanesOf operator+(LanesOf a, LanesOf b) { return a.v + b.v; }
   friend LanesOf operator-(LanesOf a, LanesOf b) { return a.v - b.v; }
