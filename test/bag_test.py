@@ -6,6 +6,7 @@
 import csv
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -51,7 +52,8 @@ class Bags(InFolder):
         self.assertEqual(run.returncode, 130)
         stamps = [received for received, _ in self.read("out.bag")["/joint_states"]]
         self.assertEqual(stamps, [stamp_of(k) for k in range(1, len(stamps) + 1)])
-        self.assertIn(f"the last row is at t = {len(stamps) / 300:.15g} s", error)
+        said = re.search("the last row is at t = (.*) s, of 100000 s", error).group(1)
+        self.assertEqual(float(said), len(stamps) / 300)
 
     @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
     def test_a_urdf_that_cannot_be_written_says_why(self):
