@@ -39,19 +39,15 @@ constexpr int laneCount = 2;
 template <int count>
 struct RegisterOf {
   typedef double type __attribute__((vector_size(8 * count)));
-  /// In memory, at any double. Before GCC 12, memcpy to a register goes through the stack.
-  typedef type Stored __attribute__((aligned(8), may_alias));
 };
 template <>
 struct RegisterOf<1> {
   using type = double;
-  using Stored = double;
 };
 
 template <int count>
 struct LanesOf {
   using Register = typename RegisterOf<count>::type;
-  using Stored = typename RegisterOf<count>::Stored;
   Register v;
 
   LanesOf() : v{} {}
@@ -60,10 +56,14 @@ struct LanesOf {
   template <class Real>
   explicit LanesOf(Real x) : v(static_cast<double>(x) - Register{}) {}
 
+  /// In memory, at any place. Before GCC 12, memcpy to a register goes through the stack.
+  struct [[gnu::packed, gnu::may_alias]] Stored {
+    Register v;
+  };
   [[gnu::always_inline]] static LanesOf load(const double* from) {
-    return *reinterpret_cast<const Stored*>(from);
+    return reinterpret_cast<const Stored*>(from)->v;
   }
-  [[gnu::always_inline]] void store(double* to) const { *reinterpret_cast<Stored*>(to) = v; }
+  [[gnu::always_inline]] void store(double* to) const { reinterpret_cast<Stored*>(to)->v = v; }
 
   friend LanesOf operator+(LanesOf a, LanesOf b) { return a.v + b.v; }
   friend LanesOf operator-(LanesOf a, LanesOf b) { return a.v - b.v; }
