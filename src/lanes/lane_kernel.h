@@ -32,7 +32,7 @@ namespace {
 
 /// π/2 in parts, such that the first difference θ − k π/2 is exact: by fused multiplication, or as k has 20
 /// bits and the first parts 33.
-#ifdef __FMA__
+#ifdef PLANAR_CHAIN_FUSES
 constexpr double largestReducible = 1e9;
 constexpr double halfPi[] = {1.57079632679489655800e+00, 6.12323399573676603587e-17,
                              -1.49738490485916983294e-33};

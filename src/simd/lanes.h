@@ -3,8 +3,10 @@
 /// A number in each lane of a SIMD register. In an unnamed namespace on purpose: each file that includes this
 /// is compiled for another CPU, and none may share a function with another.
 
-#ifdef __AVX2__
+#if defined(__AVX2__)
 #include <immintrin.h>
+#elif defined(__ARM_FEATURE_FMA)
+#include <arm_neon.h>
 #endif
 
 #include <cmath>
@@ -37,19 +39,15 @@ constexpr int laneCount = 2;
 template <int count>
 struct RegisterOf {
   typedef double type __attribute__((vector_size(8 * count)));
-  /// In memory, at any double. Before GCC 12, memcpy to a register goes through the stack.
-  typedef type Stored __attribute__((aligned(8), may_alias));
 };
 template <>
 struct RegisterOf<1> {
   using type = double;
-  using Stored = double;
 };
 
 template <int count>
 struct LanesOf {
   using Register = typename RegisterOf<count>::type;
-  using Stored = typename RegisterOf<count>::Stored;
   Register v;
 
   LanesOf() : v{} {}
@@ -58,10 +56,14 @@ struct LanesOf {
   template <class Real>
   explicit LanesOf(Real x) : v(static_cast<double>(x) - Register{}) {}
 
+  /// In memory, at any place. Before GCC 12, memcpy to a register goes through the stack.
+  struct [[gnu::packed, gnu::may_alias]] Stored {
+    Register v;
+  };
   [[gnu::always_inline]] static LanesOf load(const double* from) {
-    return *reinterpret_cast<const Stored*>(from);
+    return reinterpret_cast<const Stored*>(from)->v;
   }
-  [[gnu::always_inline]] void store(double* to) const { *reinterpret_cast<Stored*>(to) = v; }
+  [[gnu::always_inline]] void store(double* to) const { reinterpret_cast<Stored*>(to)->v = v; }
 
   friend LanesOf operator+(LanesOf a, LanesOf b) { return a.v + b.v; }
   friend LanesOf operator-(LanesOf a, LanesOf b) { return a.v - b.v; }
@@ -78,17 +80,24 @@ using Number = LanesOf<1>;
 using Integers = decltype(Lanes::Register() < Lanes::Register());
 
 using planar_chain::mulAdd;
-#ifdef __FMA__
+#if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+#define PLANAR_CHAIN_FUSES
 inline Number mulAdd(Number a, Number b, Number c) {
   return __builtin_fma(a.v, b.v, c.v);
 }
+#endif
+#ifdef __FMA__
 LanesOf<4> mulAdd(LanesOf<4> a, LanesOf<4> b, LanesOf<4> c) {
   return {_mm256_fmadd_pd(a.v, b.v, c.v)};
 }
 #endif
-#ifdef __AVX512F__
+#if defined(__AVX512F__)
 Lanes mulAdd(Lanes a, Lanes b, Lanes c) {
   return {_mm512_fmadd_pd(a.v, b.v, c.v)};
+}
+#elif defined(__ARM_FEATURE_FMA)
+Lanes mulAdd(Lanes a, Lanes b, Lanes c) {
+  return {vfmaq_f64(c.v, a.v, b.v)};
 }
 #endif
 
