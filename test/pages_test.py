@@ -212,7 +212,8 @@ class Tutorial(InFolder):
             reader.end_launch()
         self.assertEqual(reader.controlled, ['./pd', 'python3 pd.py'])
         self.assertEqual(heard['python3 pd_step.py'].count('off by'), 5)
-        rates = [float(rate) for rate in re.findall(r'qd = +(\S+)', self.only(heard, 'simulate'))]
+        rates = [float(rate) for rate in re.findall(r'qd = +(\S+)', self.only(heard, 'simulate crane.yaml --duration'))]
+        self.assertIn('no faults: 2 links', self.only(heard, 'simulate crane.yaml --check'))
         self.assertEqual(len(rates), 2)
         self.assertLess(max(map(abs, rates)), 1e-6)
         self.assertIn('[ -33.5383 -8.09654 ]', self.only(heard, 'equations'))
@@ -221,7 +222,7 @@ class Tutorial(InFolder):
 
     @staticmethod
     def only(heard, tool):
-        (said,) = [said for command, said in heard.items() if ' ' + tool + ' ' in command]
+        (said,) = [said for command, said in heard.items() if f' {tool} ' in f'{command} ']
         return said
 
     def test_controllers_are_as_short_as_promised(self):
