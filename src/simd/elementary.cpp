@@ -23,7 +23,7 @@ double log2(double x) {
   constexpr std::int64_t rootOfHalf = 0x3fe6'a09e'667f'3bcd;
   const auto bits = bitsOf<std::int64_t>(std::max(x, 1e-300));
   const std::int64_t k = (bits - rootOfHalf) >> 52;
-  const auto m = bitsOf<double>(bits - (k << 52));
+  const auto m = bitsOf<double>(bits - k * (std::int64_t{1} << 52));
   const double s = (m - 1) / (m + 1), z = s * s;
   const double series = 1 + z * (1. / 3 + z * (1. / 5 + z * (1. / 7 + z * (1. / 9))));
   return static_cast<double>(k) + 2.8853900817779268 * s * series;
