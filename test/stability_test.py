@@ -18,6 +18,16 @@ def run(*arguments):
                           stderr=subprocess.PIPE, universal_newlines=True, timeout=200)
 
 
+class Output(unittest.TestCase):
+    @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
+    def test_output_that_cannot_be_written_fails_the_run(self):
+        with open("/dev/full", "w") as full:
+            result = subprocess.run([os.path.join(BIN, "stability"), "--help"], stdout=full, stderr=subprocess.PIPE,
+                                    universal_newlines=True, timeout=60)
+        self.assertEqual((result.returncode, result.stderr),
+                         (1, "stability: cannot write standard output: No space left on device\n"))
+
+
 class Measured(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

@@ -250,7 +250,7 @@ class Tools(InFolder):
         scene = self.path("scene.yaml")
         for tool, *arguments in (("equations", scene), ("equations", scene, "--json"), ("equations", scene, "--chain"),
                                  ("equations", "--help"), ("simulate", scene, "--duration", "0.1"),
-                                 ("simulate", scene, "--check"), ("simulate", "--help"), ("stability", "--help")):
+                                 ("simulate", scene, "--check"), ("simulate", "--help")):
             with open("/dev/full", "w") as full:
                 result = subprocess.run([os.path.join(BIN, tool), *arguments], stdout=full, stderr=subprocess.PIPE,
                                         universal_newlines=True, timeout=60)
