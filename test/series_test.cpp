@@ -28,7 +28,7 @@ struct Around {
   explicit Around(Scene given, double at = 0.1)
       : scene(std::move(given)), n(scene.chain.size()), t(at), dynamics(scene), y(start()) {
     dynamics.enter(t);
-    dynamics.enterState(y.data());
+    dynamics.enterState(t, y.data());
     dynamics.reserveSeries(order);
     c.resize(static_cast<std::size_t>(2 * n * (order + 1)));
     dynamics.series(t, y.data(), order, c.data());

@@ -37,7 +37,7 @@ struct At {
     const ChainState at{t, y.data(), y.data() + n, e.data(), pinVelocity.data()};
     Effects effects(scene, nullptr);
     effects.enter(t);
-    effects.enterState(y.data());
+    effects.enterState(t, y.data());
     for (Effect* effect : effects.active()) {
       effect->apply(at, {N.data(), F.data()});
       effect->addStiffness(k.data(), d.data());

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <stdexcept>
 #include <utility>
 
@@ -93,17 +92,7 @@ TimeLaw takeSine(const Section& in) {
 
 TimeLaw takeRamp(const Section& in) {
   Ramp ramp;
-  if (!in.has("times")) in.fault("times", "a list of times, as there are values");
-  if (!in.has("values")) in.fault("values", "a list of values, as there are times");
-  const bool hasTimes = in.takeNumbers("times", "s", ramp.times);
-  const bool hasValues = in.takeNumbers("values", "no unit: factors", ramp.values);
-  const auto notLater = std::greater_equal<>();
-  if (hasTimes && std::adjacent_find(ramp.times.begin(), ramp.times.end(), notLater) != ramp.times.end()) {
-    in.fault("times", "times that increase strictly");
-  }
-  if (hasTimes && hasValues && ramp.times.size() != ramp.values.size()) {
-    in.fault("values", std::to_string(ramp.times.size()) + " numbers, as many as times");
-  }
+  takeCurve(in, "no unit: factors", ramp.times, ramp.values);
   return ramp;
 }
 

@@ -17,34 +17,35 @@ constexpr double sharePerTolerance = 1000;  // the same for adaptive ones
 
 }  // namespace
 
-EnergyGuard::EnergyGuard(const Chain& chain, const IntegratorSettings& settings, int works)
-    : chain_(chain),
-      kinds_(storingKinds(chain)),
-      n_(chain.size()),
-      works_(works),
-      tolerance_(ode::hasFixedStep(settings.method) ? 0 : tolerances * settings.tolerance),
-      share_(ode::hasFixedStep(settings.method) ? share
-                                                : std::min(share, sharePerTolerance * settings.tolerance)) {
+EnergyGuard::EnergyGuard(const Scene& scene, const Dynamics& dynamics)
+    : dynamics_(dynamics), n_(scene.chain.size()) {
+  const double tolerance = scene.integrator.tolerance;
+  const bool isFixed = ode::hasFixedStep(scene.integrator.method);
+  tolerance_ = isFixed ? 0 : tolerances * tolerance;
+  share_ = isFixed ? share : std::min(share, sharePerTolerance * tolerance);
   double pin = 0;
   for (int j = 0; j < n_; ++j) {
-    const Link& link = chain.links()[index(j)];
+    const Link& link = scene.chain.links()[index(j)];
     const double reach = pin + length(link.com);
     inertia_ += link.mass * reach * reach + link.inertia;
-    weight_ += link.mass * length(chain.gravity()) * reach;
-    for (const EffectKind* kind : kinds_) stiffness_ += kind->stiffnessOf(chain.joints()[index(j)]);
+    weight_ += link.mass * length(scene.chain.gravity()) * reach;
+    for (const EffectKind* kind : effectKinds()) {
+      inertia_ += kind->inertiaIn(scene.chain.joints()[index(j)]);
+      stiffness_ += kind->stiffnessOf(scene.chain.joints()[index(j)]);
+    }
     pin += length(link.pin);
   }
 }
 
 void EnergyGuard::begin(const ode::State& state, const double* y) {
   good_ = state;
-  energyThen_ = energyOf(chain_, kinds_, y, y + n_);
+  energyThen_ = dynamics_.energy(state.t, y);
   worksThen_ = worksOf(y);
   gap_ = moved_ = 0;
 }
 
 bool EnergyGuard::accept(const ode::State& state, const double* y) {
-  const Energy now = energyOf(chain_, kinds_, y, y + n_);
+  const Energy now = dynamics_.energy(state.t, y);
   const Works works = worksOf(y);
   const double in = works.in - worksThen_.in;
   const double out = works.out - worksThen_.out;
@@ -67,7 +68,7 @@ bool EnergyGuard::accept(const ode::State& state, const double* y) {
 }
 
 EnergyGuard::Works EnergyGuard::worksOf(const double* y) const {
-  if (works_ == 0) return {};
+  if (dynamics_.works() == 0) return {};
   return {y[2 * n_], y[2 * n_ + 1]};
 }
 

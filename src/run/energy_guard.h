@@ -18,7 +18,7 @@
 /// A share of the energy that moves is allowed besides: a thousand tolerances. Methods of fixed step promise
 /// no tolerance; for them the share is a tenth.
 
-#include "dynamics/stored_energy.h"
+#include "dynamics/dynamics.h"
 #include "ode/system.h"
 #include "planar_chain/scene.h"
 
@@ -26,9 +26,8 @@ namespace planar_chain {
 
 class EnergyGuard {
  public:
-  /// works: how many components of y stand behind angles and rates, 0 or 2. The chain must outlive this
-  /// object.
-  EnergyGuard(const Chain& chain, const IntegratorSettings& settings, int works);
+  /// The scene and its dynamics must outlive this object.
+  EnergyGuard(const Scene& scene, const Dynamics& dynamics);
 
   /// Starts the balance at this state. y: the same state in chain order.
   void begin(const ode::State& state, const double* y);
@@ -48,9 +47,8 @@ class EnergyGuard {
   Works worksOf(const double* y) const;
   double errorEnergy(double t, const double* y, const Energy& now) const;
 
-  const Chain& chain_;
-  std::vector<const EffectKind*> kinds_;  ///< that store energy
-  int n_, works_;
+  const Dynamics& dynamics_;
+  int n_;
   double tolerance_;      ///< ε without rounding; 0 for fixed steps
   double share_;          ///< of the energy that moves
   double inertia_ = 0;    ///< Σ m ρ² + I

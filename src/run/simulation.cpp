@@ -7,8 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dynamics/dynamics.h"
-#include "dynamics/stored_energy.h"
+#include "dynamics/coupled_dynamics.h"
 #include "effects/commands.h"
 #include "ode/methods.h"
 #include "ode/switches.h"
@@ -66,7 +65,8 @@ struct Simulation::Parts {
   const Scene& scene;
   int n;
   CommandEffect* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
-  Dynamics dynamics;
+  const std::unique_ptr<Dynamics> dynamics_;
+  Dynamics& dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
   std::size_t rung = 0;
   int goodChecks = 0;    // since the ladder was climbed
@@ -75,7 +75,6 @@ struct Simulation::Parts {
   ode::StepCount countThen;  // when the pace was last measured
   double timeThen = 0;
   long long rescues = 0;
-  std::vector<const EffectKind*> kinds;  ///< that store energy
   EnergyGuard guard;
   Turns turns;
   ode::State state;
@@ -88,11 +87,11 @@ struct Simulation::Parts {
   Parts(const Scene& given, int commandCapacity)
       : scene(given),
         n(given.chain.size()),
-        dynamics(scene, makeCommands(commandCapacity)),
+        dynamics_(makeDynamics(scene, makeCommands(commandCapacity))),
+        dynamics(*dynamics_),
         leastPace(leastPaceOf(scene.integrator)),
-        kinds(storingKinds(scene.chain)),
-        guard(scene.chain, scene.integrator, dynamics.works()),
-        turns(scene.chain, dynamics.size()),
+        guard(scene, dynamics),
+        turns(scene, dynamics.size()),
         state(dynamics.arrangedSize()),
         y(dynamics.size()),
         q(static_cast<std::size_t>(n)),
@@ -139,11 +138,11 @@ struct Simulation::Parts {
     }
     toAbsolute(newQ.data(), n, y.data());
     toAbsolute(newQd.data(), n, y.data() + n);
-    const double energy = energyOf(scene.chain, kinds, this->theta(), this->omega()).total();
+    const double energy = dynamics.energy(state.t, y.data()).total();
     if (!std::isfinite(energy)) restore();
     require(std::isfinite(energy), "q and qd must be of finite energy");
     turns.take(newQ, y.data());
-    energyAtStart = energyOf(scene.chain, kinds, this->theta(), this->omega()).total();
+    energyAtStart = dynamics.energy(state.t, y.data()).total();
     q = newQ;
     qd = newQd;
     y.tail(dynamics.works()).setZero();
@@ -153,15 +152,25 @@ struct Simulation::Parts {
     guard.begin(state, y.data());
     climbTo(0);
     rescueLength = 1;
-    dynamics.enterState(y.data());
     dynamics.enter(state.t);
+    dynamics.enterState(state.t, y.data());
+    settle();
     actsOtherwise = false;
     integrator().begin();
+  }
+
+  /// Puts held joints exactly where they are.
+  void settle() {
+    if (!dynamics.hold(state.t, y.data())) return;
+    dynamics.arrange(y.data(), state.y.data());
+    guard.moveTo(state);
   }
 
   /// Something else acts from now on.
   void actAnew() {
     dynamics.enter(state.t);
+    dynamics.reconsider(state.t, y.data());
+    settle();
     integrator().restart();
     actsOtherwise = false;
   }
@@ -205,10 +214,14 @@ struct Simulation::Parts {
     if (turns.takeMore(dynamics, state, y)) guard.moveTo(state);
 
     if (outcome == ode::Outcome::switched) {
-      dynamics.change(y.data());
+      dynamics.change(state.t, y.data());
       integrator().passSwitch();
     }
-    if (state.t >= dynamics.effects().until()) actAnew();
+    if (state.t >= dynamics.effects().until()) {
+      actAnew();
+    } else {
+      settle();
+    }
     if (rung > 0 && ++goodChecks >= rescueLength) {
       climbTo(0);
       integrator().begin();
@@ -239,8 +252,9 @@ struct Simulation::Parts {
 
   void readRelative() {
     toRelative(theta(), n, q.data());
-    turns.addTo(q);
     toRelative(omega(), n, qd.data());
+    dynamics.hold(state.t, q.data(), qd.data());
+    turns.addTo(q);
   }
 
   void fail(ode::Outcome outcome) {
@@ -322,7 +336,7 @@ Statistics Simulation::statistics() const {
 }
 
 Energy Simulation::energy() const {
-  return energyOf(scene_.chain, parts_->kinds, parts_->theta(), parts_->omega());
+  return parts_->dynamics.energy(parts_->state.t, parts_->y.data());
 }
 
 EnergyBalance Simulation::energyBalance() const {

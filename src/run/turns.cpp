@@ -12,8 +12,9 @@ constexpr long double turn = 6.283185307179586476925286766559L;
 
 }  // namespace
 
-Turns::Turns(const Chain& chain, int size) : turns_(chain.joints().size(), 0), carry_(size) {
-  for (const Joint& joint : chain.joints()) isFree_.push_back(!storesEnergy(joint));
+Turns::Turns(const Scene& scene, int size) : turns_(scene.q.size(), 0), carry_(size) {
+  for (const Joint& joint : scene.chain.joints()) isFree_.push_back(!storesEnergy(joint));
+  for (const Drive& drive : scene.drives) isFree_[index(drive.joint)] = false;
 }
 
 void Turns::take(const std::vector<double>& q, double* theta) {

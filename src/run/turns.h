@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "ode/system.h"
-#include "planar_chain/chain.h"
 #include "planar_chain/motion.h"
+#include "planar_chain/scene.h"
 
 namespace planar_chain {
 
@@ -22,7 +22,7 @@ class Turns {
   static constexpr double mostAngle = 1000;  ///< rad
 
   /// size: of y. Allocates; the other functions do not.
-  Turns(const Chain& chain, int size);
+  Turns(const Scene& scene, int size);
 
   /// Takes the turns off these relative angles, and writes θ'.
   void take(const std::vector<double>& q, double* theta);
@@ -34,7 +34,7 @@ class Turns {
   void addTo(LinkMotion* motions) const;
 
  private:
-  std::vector<bool> isFree_;   ///< joint i stores no energy
+  std::vector<bool> isFree_;   ///< joint i stores no energy and is not driven
   std::vector<double> turns_;  ///< m_i
   bool any_ = false;
   Eigen::VectorXd carry_;

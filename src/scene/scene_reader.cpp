@@ -11,6 +11,7 @@
 #include "planar_chain/energy.h"
 #include "planar_chain/urdf_reader.h"
 #include "reading/section.h"
+#include "scene/law_reader.h"
 #include "scene/settings_reader.h"
 
 namespace planar_chain {
@@ -28,6 +29,7 @@ struct Entry {
   Joint joint;
   double q = 0;
   double qd = 0;
+  std::optional<MotionLaw> drive{};
   int repeat = 1;
   bool namesAreSound = true;
 };
@@ -68,9 +70,21 @@ void takeEffects(const Section& in, Joint& joint) {
   if (!refused.empty()) joint = {joint.name};
 }
 
+/// Reads `drive`, which gives the angle: nothing else may.
+void takeDrive(const Section& link, const Section& joint, Entry& entry) {
+  entry.drive = readLaw(joint, "drive", "rad", true);
+  for (const char* other : {"friction", "breakaway", "stiffness", "damping", "rest_angle", "lower", "upper"}) {
+    if (joint.has(other)) joint.fault(other, std::string("no ") + other + " in a driven joint");
+  }
+  if (link.has("initial")) link.fault("initial", "no initial state of a driven joint", "initial");
+  const GivenMotion start = entry.drive->at(0);
+  entry.q = start.value;
+  entry.qd = start.rate;
+}
+
 /// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
 void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
-  std::vector<const char*> keys;
+  std::vector<const char*> keys{"drive"};
   if (!isInUrdf) keys.push_back("name");
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
@@ -91,6 +105,7 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
                                : "a number from -5e16 to 5e16 rad (2^53 turns)");
   }
   initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
+  if (joint.has("drive")) takeDrive(in, joint, entry);
 }
 
 Entry readEntry(const Section& links, const std::string& name) {
@@ -126,6 +141,7 @@ struct Expanded {
   std::vector<Joint> joints;
   std::vector<double> q;
   std::vector<double> qd;
+  std::vector<Drive> drives;
   ChainNames names;
   std::map<std::string, std::string> entryOf;  ///< the key in `links`, by link name
   Vec2d gravity{0, -9.81};                     ///< m/s², unless the scene sets it
@@ -148,6 +164,7 @@ void append(const Entry& entry, Expanded& to) {
     to.joints.push_back(std::move(joint));
     to.q.push_back(entry.q);
     to.qd.push_back(entry.qd);
+    if (entry.drive) to.drives.push_back({at, *entry.drive});
   }
 }
 
@@ -305,7 +322,7 @@ Scene readScene(const Value& value) {
     if (kind->sceneKey()) keys.push_back(kind->sceneKey());
   }
   for (const char* key :
-       {"integrator", "publish", "command_timeout", "real_time_factor", "robot_description"}) {
+       {"base", "integrator", "publish", "command_timeout", "real_time_factor", "robot_description"}) {
     keys.push_back(key);
   }
   const Section top(&value, "", keys, faults);
@@ -328,6 +345,8 @@ Scene readScene(const Value& value) {
       readPublish(top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states",
                                           "frame_every", "frame_prefix", "world_frame", "base_frame"}),
                   names);
+  std::optional<BaseLaws> base;
+  if (top.has("base")) base = readBase(top.section("base", {"x", "y", "angle"}));
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   std::optional<double> realTimeFactor;
@@ -344,7 +363,8 @@ Scene readScene(const Value& value) {
   }
   if (!faults.empty()) throw Refused(std::move(faults));
   return {std::move(*chain), std::move(expanded->q), std::move(expanded->qd), std::move(loads),
-          integrator,        std::move(publish),     commandTimeout,          realTimeFactor};
+          integrator,        std::move(publish),     commandTimeout,          realTimeFactor,
+          std::move(expanded->drives), std::move(base)};
 }
 
 Scene readSceneText(const std::string& yaml) {
