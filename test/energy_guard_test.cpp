@@ -42,7 +42,7 @@ TEST(EnergyGuard, SeesWhatTheToleranceDoesNotExplain) {
   const Scene scene = oscillator(10);
   for (const double tolerance : {1e-4, 1e-8}) {
     Watch watch(scene, {"dopri5", tolerance, 0});
-  EnergyGuard& guard = watch.guard;
+    EnergyGuard& guard = watch.guard;
     ode::State state(2);
     state.y << 0.1, 0;
     guard.begin(state, state.y.data());
@@ -71,7 +71,7 @@ TEST(EnergyGuard, SeesWhatAlmostLeavesTheNumbers) {
   const Scene scene = oscillator(10);
   for (const double rate : {1e82, 1e160}) {
     Watch watch(scene, {"auto", 1e-6, 0});
-  EnergyGuard& guard = watch.guard;
+    EnergyGuard& guard = watch.guard;
     ode::State state(2);
     state.y << 0.1, 0;
     guard.begin(state, state.y.data());

@@ -3,11 +3,12 @@
 /// A motion that is given in time: the angle of a driven joint, or a coordinate of the base.
 ///
 ///     sine     x = offset + amplitude sin(2π frequency t + phase)
-///     pieces   x = Σ_k c_k (t − start)^k, k ≤ 5, in each piece; before the first one and after the last one x
+///     pieces   x = Σ_k c_k (t − start)^k, k ≤ 5, in each piece; before the first one and after the last one
+///     x
 ///              stands still
 ///
-/// At the start of each piece a derivative may jump. An integrator lands there, and takes the piece on the side
-/// of its step.
+/// At the start of each piece a derivative may jump. An integrator lands there, and takes the piece on the
+/// side of its step.
 
 #include <array>
 #include <limits>

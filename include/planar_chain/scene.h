@@ -85,7 +85,7 @@ struct Scene {
   /// Simulated time per wall time; 0: as fast as possible. If given, the node publishes /clock. Tools ignore
   /// it.
   std::optional<double> realTimeFactor = std::nullopt;
-  std::vector<Drive> drives{};               ///< one a joint at most
+  std::vector<Drive> drives{};                  ///< one a joint at most
   std::optional<BaseLaws> base = std::nullopt;  ///< the motion of the ground pin; nothing: it stands still
 };
 

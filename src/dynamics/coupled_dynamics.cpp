@@ -87,9 +87,9 @@ Powers CoupledDynamics::run(double t, const double* y) {
   Powers powers;
   for (Effect* effect : effects_.active()) powers += effect->apply(at_, {N_.data(), F_.data()});
 
-  pinForce_ = recursion_.accelerations(e_.data(), omega_.data(), N_.data(), hasForces ? F_.data() : nullptr,
-                                       joints.data(), ground_, angle.acceleration, alpha_.data(),
-                                       moments_.data());
+  pinForce_ =
+      recursion_.accelerations(e_.data(), omega_.data(), N_.data(), hasForces ? F_.data() : nullptr,
+                               joints.data(), ground_, angle.acceleration, alpha_.data(), moments_.data());
   return powers;
 }
 
@@ -200,8 +200,14 @@ void CoupledDynamics::linearize(double t, const double* y, double* dydt) {
     effect->addTangents(then_, tangentK_.data(), tangentD_.data());
     if (hasForces) effect->addForceStiffness(then_, XF_.data());
   }
-  bodies_.take({eThen_.data(), omegaThen_.data(), alphaThen_.data(), hasForces ? FThen_.data() : nullptr,
-                XF_.data(), tangentK_.data(), tangentD_.data(), heldThen_.joints.data(), ground_});
+  bodies_.take(linearized());
+}
+
+CoupledState CoupledDynamics::linearized() const {
+  const bool hasForces = effects_.acting() == LoadKind::forces;
+  return {eThen_.data(), omegaThen_.data(), alphaThen_.data(), hasForces ? FThen_.data() : nullptr,
+          XF_.data(),    tangentK_.data(),  tangentD_.data(),  heldThen_.joints.data(),
+          ground_};
 }
 
 bool CoupledDynamics::timeDerivative(double* ft) {
@@ -291,14 +297,41 @@ void CoupledDynamics::linkMotions(double t, const double* y, LinkMotion* motions
             motions);
 }
 
-void CoupledDynamics::jointTorques(double t, const double* y, double* tau) {
+void CoupledDynamics::couplingTorques(double t, const double* y, double* tau) {
   answer(t, y);
   std::fill_n(tau, n_, 0.0);
-  for (Effect* effect : effects_.active()) effect->addTorques(at_, tau);
+  for (Effect* effect : coupling_) effect->addTorques(at_, tau);
   // Rotors are inertia, not torque.
   for (int i = 0; i < n_; ++i) {
     const Coupling<double>& joint = couplings_.joints[index(i)];
     if (joint.isHeld) tau[i] += moments_[index(i)] + joint.rotor * relative_[index(i)];
+  }
+}
+
+void CoupledDynamics::jointTorques(double t, const double* y, double* tau) {
+  couplingTorques(t, y, tau);
+  for (Effect* effect : effects_.active()) {
+    if (!effect->couples()) effect->addTorques(at_, tau);
+  }
+}
+
+void CoupledDynamics::inverse(double t, const double* y, const double* qdd, double* tau) {
+  run(t, y);
+  // Without the friction that was found: it follows the motion that is asked for.
+  std::fill(torques_.begin(), torques_.end(), 0.0);
+  for (Effect* effect : coupling_) effect->addTorques(at_, torques_.data());
+  std::vector<Coupling<double>> joints(index(n_));
+  for (int i = 0; i < n_; ++i) {
+    addJointTorque(-torques_[index(i)], i, N_.data());
+    joints[index(i)] = {0, true, qdd[i]};
+  }
+  const Vec2d* F = effects_.acting() == LoadKind::forces ? F_.data() : nullptr;
+  recursion_.accelerations(e_.data(), omega_.data(), N_.data(), F, joints.data(), ground_,
+                           couplings_.angle.acceleration, alpha_.data(), tau);
+  for (int i = 0; i < n_; ++i) {
+    const double rate = relative(y + n_, i), way = rate != 0 ? rate : qdd[i];
+    const double friction = mechanism_.chain().joints()[index(i)].other("friction");
+    tau[i] += rotors_[index(i)] * qdd[i] + friction * ((way > 0) - (way < 0));
   }
 }
 

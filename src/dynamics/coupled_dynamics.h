@@ -36,6 +36,17 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   void linkMotions(double t, const double* y, LinkMotion* motions) override;
   void jointTorques(double t, const double* y, double* tau) override;
 
+  // For those who compute once.
+  const Couplings& couplings() const { return couplings_; }
+  Eigen::Map<const Eigen::VectorXd> rotors() const { return {rotors_.data(), n_}; }
+  /// The torques of drives and friction, n values.
+  void couplingTorques(double t, const double* y, double* tau);
+  /// The state of the last linearize(), and the moments N there.
+  CoupledState linearized() const;
+  const std::vector<double>& moments() const { return N_; }
+  /// The torques that besides all that acts give q̈ = qdd; friction is that of the motion, or of its start.
+  void inverse(double t, const double* y, const double* qdd, double* tau);
+
   // ode::System
   void derivative(double t, const double* y, double* dydt) override;
   int positions() const override { return n_; }
@@ -71,7 +82,8 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   JointAnswer answer(double t, const double* y) override;
   BaseState baseAt(double t) const;
   void collect(double t);
-  /// Takes couplings, moments and forces at a state, and runs the recursion. Returns the powers of the effects.
+  /// Takes couplings, moments and forces at a state, and runs the recursion. Returns the powers of the
+  /// effects.
   Powers run(double t, const double* y);
   double torqueIn(int i);
   double couplingPower();

@@ -110,7 +110,8 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
 
  protected:
   Dynamics(const Scene& scene, std::unique_ptr<Effect> more, bool inOrder);
-  /// A motion of the chain: of the ground pin, the base's angle, and of each link. F: nullptr if no force acts.
+  /// A motion of the chain: of the ground pin, the base's angle, and of each link. F: nullptr if no force
+  /// acts.
   struct Moving {
     Vec2d pin, velocity, acceleration;
     double angle;

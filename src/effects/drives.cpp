@@ -52,9 +52,8 @@ class RotorKind : public EffectKind {
  private:
   static int count(const Scene& scene) {
     const auto& joints = scene.chain.joints();
-    return static_cast<int>(std::count_if(joints.begin(), joints.end(), [](const Joint& joint) {
-      return joint.other("rotor_inertia") > 0;
-    }));
+    return static_cast<int>(std::count_if(
+        joints.begin(), joints.end(), [](const Joint& joint) { return joint.other("rotor_inertia") > 0; }));
   }
 };
 

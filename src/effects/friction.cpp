@@ -94,7 +94,8 @@ double Friction::due(double t, const Eigen::VectorXd& y) const {
   double most = -std::numeric_limits<double>::infinity();
   const double* moments = anySticks() ? mechanics_->answer(t, y.data()).moments : nullptr;
   for (const Rub& rub : rubs_) {
-    most = std::max(most, rub.direction != 0 ? rub.slideDue(y.data() + n_) : rub.stickDue(moments[rub.joint]));
+    most =
+        std::max(most, rub.direction != 0 ? rub.slideDue(y.data() + n_) : rub.stickDue(moments[rub.joint]));
   }
   return most;
 }
@@ -195,7 +196,8 @@ class FrictionKind : public EffectKind {
     const double friction = joint.other("friction");
     NumberRule::from(0, "N m").check(faults, "joint/friction", friction);
     if (joint.has("breakaway")) {
-      NumberRule::from(friction, "N m, the friction").check(faults, "joint/breakaway", joint.other("breakaway"));
+      NumberRule::from(friction, "N m, the friction")
+          .check(faults, "joint/breakaway", joint.other("breakaway"));
     }
   }
 

@@ -6,11 +6,12 @@
 ///     sticks    q̈ = 0, |μ| ≤ breakaway torque   P_d = 0
 ///
 /// A joint that sticks is held (recursion/coupled.h), so μ comes out, and its angle keeps every bit. The
-/// integrator lands where q̇ of a sliding joint passes 0, and where μ of a stuck one passes its breakaway torque.
+/// integrator lands where q̇ of a sliding joint passes 0, and where μ of a stuck one passes its breakaway
+/// torque.
 ///
 /// Which of several joints at rest stick, and which way the others start, follows from Gauss's principle: the
-/// friction torques minimise ½ μᵀ M⁻¹ μ + μᵀ q̈_0 over |μ_i| ≤ c_i. At first all stick. Those with a larger |μ|
-/// are released, those that would move against their friction stick again, until nothing changes. If that
+/// friction torques minimise ½ μᵀ M⁻¹ μ + μᵀ q̈_0 over |μ_i| ≤ c_i. At first all stick. Those with a larger
+/// |μ| are released, those that would move against their friction stick again, until nothing changes. If that
 /// takes too long, only the first joint changes each time.
 ///
 /// Source: P. Lötstedt, Mechanical systems of rigid bodies subject to unilateral constraints, SIAM J. Appl.

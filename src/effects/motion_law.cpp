@@ -90,8 +90,7 @@ bool MotionLaw::moves() const {
   const auto stands = [](const Piece& piece) {
     return std::all_of(piece.c.begin() + 1, piece.c.end(), [](double c) { return c == 0; });
   };
-  return (amplitude_ != 0 && pulsation_ != 0) ||
-         !(pieces_.size() == 1 && stands(pieces_.front()));
+  return (amplitude_ != 0 && pulsation_ != 0) || !(pieces_.size() == 1 && stands(pieces_.front()));
 }
 
 }  // namespace planar_chain

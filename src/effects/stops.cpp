@@ -106,8 +106,7 @@ std::array<double, 4> operator-(const std::array<double, 4>& g) {
 
 }  // namespace
 
-double Stops::nearest(double /*t*/, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
-                      double h) const {
+double Stops::nearest(double /*t*/, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const {
   double first = 1;
   for (const Stop& stop : stops_) {
     const double x0 = stop.depth(y.data()), x1 = stop.depth(next.data());

@@ -161,8 +161,7 @@ bool takeCurve(const Section& in, const char* unit, std::vector<double>& times, 
   if (!in.has("values")) in.fault("values", "a list of values, as there are times");
   const bool hasTimes = in.takeNumbers("times", "s", times);
   const bool hasValues = in.takeNumbers("values", unit, values);
-  const bool increase =
-      std::adjacent_find(times.begin(), times.end(), std::greater_equal<>()) == times.end();
+  const bool increase = std::adjacent_find(times.begin(), times.end(), std::greater_equal<>()) == times.end();
   const bool match = times.size() == values.size();
   if (hasTimes && !increase) in.fault("times", "times that increase strictly");
   if (hasTimes && hasValues && !match) {

@@ -1,7 +1,7 @@
 #pragma once
 
-/// Forward dynamics in O(n) of a chain whose joints couple accelerations: with rotors, driven or stuck joints,
-/// and a base that moves. articulated.h has the letters and the recursion without them.
+/// Forward dynamics in O(n) of a chain whose joints couple accelerations: with rotors, driven or stuck
+/// joints, and a base that moves. articulated.h has the letters and the recursion without them.
 ///
 /// The moment μ of such a joint on its body depends on the accelerations of both bodies. So a body shows its
 /// inner pin, of acceleration a, and the body inside of it, of angular acceleration α_p,
@@ -62,8 +62,8 @@ class Coupled {
     }
   }
 
-  /// Writes α, rad/s², and μ of each joint, N m. e, omega, N, F: as Articulated<Real>::accelerations; F may be
-  /// nullptr. ground: acceleration of the ground pin less gravity, m/s². turning: the base's angular
+  /// Writes α, rad/s², and μ of each joint, N m. e, omega, N, F: as Articulated<Real>::accelerations; F may
+  /// be nullptr. ground: acceleration of the ground pin less gravity, m/s². turning: the base's angular
   /// acceleration, rad/s². n values each. Returns F_pin of the first body, N. Allocates nothing.
   Vec2<Real> accelerations(const Rotation<Real>* e, const Real* omega, const Real* N, const Vec2<Real>* F,
                            const Coupling<Real>* joints, Vec2<Real> ground, Real turning, Real* alpha,

@@ -1,14 +1,15 @@
 #pragma once
 
-/// The exact linear solve of linearized.h for a chain with coupled joints (coupled.h). A rotor is one more term
-/// of the joint's spring, and a held joint is its limit:
+/// The exact linear solve of linearized.h for a chain with coupled joints (coupled.h). A rotor is one more
+/// term of the joint's spring, and a held joint is its limit:
 ///
 ///     rotor    k̂ = k + s d + s² J         δ also + J (ρ_v,i − ρ_v,i−1)
 ///     held     k̂ → ∞:   B ← m·1 + B     h ← U_R     p ← U_L     q ← D_m
-///              u' = u'_parent + w,   w = (ρ_v,i − ρ_v,i−1)/s²,   b ← b − E_v ρ_v − E_q σ + U_R w,   r ← D_m w − ε
+///              u' = u'_parent + w,   w = (ρ_v,i − ρ_v,i−1)/s²,   b ← b − E_v ρ_v − E_q σ + U_R w,   r ← D_m
+///              w − ε
 ///
-/// The moment of a joint changes by δμ = q u'_parent + p·δa + r with (p, q, r) of its inner pin, and the force
-/// of the base by b of the first body. They give the changes of the powers.
+/// The moment of a joint changes by δμ = q u'_parent + p·δa + r with (p, q, r) of its inner pin, and the
+/// force of the base by b of the first body. They give the changes of the powers.
 
 #include <complex>
 #include <memory>
@@ -101,8 +102,7 @@ class CoupledLinearized {
       const Scalar jump = j > 0 ? rhoV[j] - rhoV[j - 1] : rhoV[j];
       const bool isHeld = bodies_.joint(j).isHeld;
       const Scalar delta = isHeld ? Scalar{} : bodies_.joint(j).rotor * jump - body.k * bend;
-      const Scalar epsilon =
-          handle.Mv * rhoV[j] + handle.Mq * sigma + delta - dotMixed(perp(body.P), b) - r;
+      const Scalar epsilon = handle.Mv * rhoV[j] + handle.Mq * sigma + delta - dotMixed(perp(body.P), b) - r;
       const Scalar turn = isHeld ? jump / (s_ * s_) : epsilon * handle.over;
       b = mulAdd(turn, handle.UR, mulAdd(-rhoV[j], handle.Ev, mulAdd(-sigma, handle.Eq, b)));
       r = isHeld ? handle.Dm * turn - epsilon : delta - handle.kD * epsilon;
@@ -154,7 +154,8 @@ class CoupledLinearized {
     handle.Eq = {ww * handle.Ev.x + body.alpha * Ed.x, ww * handle.Ev.y + body.alpha * Ed.y};
     handle.UR = mulAdd(y, handle.Ev, mulAdd(x, Ed, shown.h));
     const Vec2<Scalar> UL = mulAdd(body.m, perp(body.R), lambda);
-    handle.Dm = body.J * s_ * s_ + body.kappa + shown.q + dotMixed(iP, shown.h) + y * alongTurn + x * alongPin;
+    handle.Dm =
+        body.J * s_ * s_ + body.kappa + shown.q + dotMixed(iP, shown.h) + y * alongTurn + x * alongPin;
     const Scalar k = body.k + s_ * (body.d + s_ * joint.rotor);
     handle.over = joint.isHeld ? Scalar{} : 1.0 / (handle.Dm + k);
     handle.kD = joint.isHeld ? Scalar(1) : k * handle.over;

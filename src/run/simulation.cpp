@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "dynamics/coupled_dynamics.h"
+#include "dynamics/equilibrium.h"
 #include "effects/commands.h"
 #include "ode/methods.h"
 #include "ode/switches.h"
@@ -393,6 +394,27 @@ std::vector<Load> Simulation::commands() const {
 
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
   parts_->set(q, qd);
+}
+
+void Simulation::settle() {
+  Scene present = scene_;
+  for (Load& command : commands()) present.loads.push_back(std::move(command));
+  const std::vector<double> rest = equilibriumOf(present, time(), q());
+  std::vector<double> still(rest.size(), 0.0);
+  for (const Drive& drive : scene_.drives) still[index(drive.joint)] = qd()[index(drive.joint)];
+  setState(rest, still);
+}
+
+BaseWrench Simulation::baseWrench() {
+  const auto n = static_cast<std::size_t>(parts_->n);
+  std::vector<LinkMotion> motions(n);
+  std::vector<double> tau(n), qdd(n);
+  linkMotions(motions.data());
+  jointTorques(tau.data());
+  accelerations(qdd.data());
+  double rotor = 0;
+  for (const EffectKind* kind : effectKinds()) rotor += kind->inertiaIn(scene_.chain.joints().front());
+  return {-1.0 * motions.front().pinForce, rotor * qdd.front() - tau.front()};
 }
 
 void Simulation::reset() {

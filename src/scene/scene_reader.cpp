@@ -5,8 +5,10 @@
 #include <limits>
 #include <optional>
 #include <set>
+#include <stdexcept>
 #include <utility>
 
+#include "dynamics/equilibrium.h"
 #include "effects/effect_kind.h"
 #include "planar_chain/energy.h"
 #include "planar_chain/urdf_reader.h"
@@ -73,7 +75,8 @@ void takeEffects(const Section& in, Joint& joint) {
 /// Reads `drive`, which gives the angle: nothing else may.
 void takeDrive(const Section& link, const Section& joint, Entry& entry) {
   entry.drive = readLaw(joint, "drive", "rad", true);
-  for (const char* other : {"friction", "breakaway", "stiffness", "damping", "rest_angle", "lower", "upper"}) {
+  for (const char* other :
+       {"friction", "breakaway", "stiffness", "damping", "rest_angle", "lower", "upper"}) {
     if (joint.has(other)) joint.fault(other, std::string("no ") + other + " in a driven joint");
   }
   if (link.has("initial")) link.fault("initial", "no initial state of a driven joint", "initial");
@@ -311,6 +314,17 @@ void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<F
   }
 }
 
+/// Puts the scene at rest in its equilibrium at t = 0.
+void startAtRest(Scene& scene, const Section& top) {
+  try {
+    scene.q = equilibriumOf(scene, 0, scene.q);
+  } catch (const std::domain_error& none) {
+    top.fault("start", "initial, as there is no equilibrium", none.what());
+  }
+  std::fill(scene.qd.begin(), scene.qd.end(), 0.0);
+  for (const Drive& drive : scene.drives) scene.qd[index(drive.joint)] = drive.law.at(0).rate;
+}
+
 }  // namespace
 
 // ---- The scene -------------------------------------------------------------------------------
@@ -321,8 +335,8 @@ Scene readScene(const Value& value) {
   for (const EffectKind* kind : effectKinds()) {
     if (kind->sceneKey()) keys.push_back(kind->sceneKey());
   }
-  for (const char* key :
-       {"base", "integrator", "publish", "command_timeout", "real_time_factor", "robot_description"}) {
+  for (const char* key : {"base", "start", "integrator", "publish", "command_timeout", "real_time_factor",
+                          "robot_description"}) {
     keys.push_back(key);
   }
   const Section top(&value, "", keys, faults);
@@ -345,6 +359,9 @@ Scene readScene(const Value& value) {
       readPublish(top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states",
                                           "frame_every", "frame_prefix", "world_frame", "base_frame"}),
                   names);
+  std::string start = "initial";
+  const auto isStart = [](const std::string& text) { return text == "initial" || text == "rest"; };
+  top.takeText("start", isStart, "initial or rest", start);
   std::optional<BaseLaws> base;
   if (top.has("base")) base = readBase(top.section("base", {"x", "y", "angle"}));
   double commandTimeout = 0;
@@ -357,14 +374,27 @@ Scene readScene(const Value& value) {
              realTimeFactor.emplace());
   }
 
-  if (faults.empty()) requireFiniteEnergy(*chain, *expanded, faults);
-  for (Fault& fault : faults) {
-    if (fault.line == 0) fault.line = lineAt(value, fault.path);
-  }
-  if (!faults.empty()) throw Refused(std::move(faults));
-  return {std::move(*chain), std::move(expanded->q), std::move(expanded->qd), std::move(loads),
-          integrator,        std::move(publish),     commandTimeout,          realTimeFactor,
-          std::move(expanded->drives), std::move(base)};
+  const auto throwFaults = [&] {
+    for (Fault& fault : faults) {
+      if (fault.line == 0) fault.line = lineAt(value, fault.path);
+    }
+    if (!faults.empty()) throw Refused(std::move(faults));
+  };
+  throwFaults();
+  requireFiniteEnergy(*chain, *expanded, faults);
+  Scene scene{std::move(*chain),
+              std::move(expanded->q),
+              std::move(expanded->qd),
+              std::move(loads),
+              integrator,
+              std::move(publish),
+              commandTimeout,
+              realTimeFactor,
+              std::move(expanded->drives),
+              std::move(base)};
+  if (start == "rest") startAtRest(scene, top);
+  throwFaults();
+  return scene;
 }
 
 Scene readSceneText(const std::string& yaml) {
