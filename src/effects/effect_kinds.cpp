@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "effects/commands.h"
 #include "effects/drives.h"
 #include "effects/effect_kind.h"
 #include "effects/friction.h"
@@ -12,7 +13,7 @@ namespace planar_chain {
 std::vector<const EffectKind*>& effectKinds() {
   static std::vector<const EffectKind*> kinds{
       &frictionKind(),  // acts last, when it is known what else acts
-      &springKind(),   &loadKind(), &stopKind(), &rotorKind(), &driveKind(), &baseKind(),
+      &springKind(),   &loadKind(), &stopKind(), &rotorKind(), &driveKind(), &baseKind(), &effortKind(),
   };
   return kinds;
 }

@@ -21,6 +21,7 @@ namespace planar_chain {
 namespace {
 
 constexpr int stepsPerCheck = 32;    // of the energy balance
+constexpr double givenTo = 1e-6;      // rad, rad/s: how closely a state must repeat what is given
 constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
 
 void require(bool holds, const char* what) {
@@ -103,7 +104,7 @@ struct Simulation::Parts {
 
   std::unique_ptr<CommandEffect> makeCommands(int capacity) {
     if (capacity == 0) return nullptr;
-    auto made = std::make_unique<CommandEffect>(n, capacity);
+    auto made = std::make_unique<CommandEffect>(scene.chain, capacity);
     commands = made.get();
     return made;
   }
@@ -136,6 +137,12 @@ struct Simulation::Parts {
     for (int i = 0; i < n; ++i) {
       require(std::abs(newQ[index(i)]) <= largestAngle(scene.chain.joints()[index(i)]),
               "q must be at most 5e16 rad, and 1e6 rad in a joint with a spring or a limit");
+    }
+    for (const Drive& drive : scene.drives) {
+      const GivenMotion given = drive.law.at(state.t);
+      require(std::abs(newQ[index(drive.joint)] - given.value) <= givenTo &&
+                  std::abs(newQd[index(drive.joint)] - given.rate) <= givenTo,
+              "the angle and rate of a driven joint are given");
     }
     toAbsolute(newQ.data(), n, y.data());
     toAbsolute(newQd.data(), n, y.data() + n);
@@ -187,6 +194,9 @@ struct Simulation::Parts {
     require(commands != nullptr, "this simulation was built without room for commands");
     const int body = std::max(command.joint, command.link);
     require(body >= 0 && body < n, "a command must name a joint or link of the chain");
+    for (const Drive& drive : scene.drives) {
+      require(drive.joint != command.joint, "no torque can be commanded in a driven joint: its angle is given");
+    }
     command.start = start == now ? state.t : start;
     command.stop = isTimed ? command.start + last : last;
     require(std::isfinite(command.torque) && isFinite(command.point) && isFinite(command.force) &&
