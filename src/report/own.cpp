@@ -4,9 +4,6 @@
 
 #include "ode/local_stiffness.h"
 #include "ode/methods.h"
-#include "ode/radau.h"
-#include "ode/rosenbrock.h"
-#include "ode/taylor.h"
 #include "planar_chain/energy.h"
 
 namespace planar_chain::tools {
@@ -15,10 +12,11 @@ namespace {
 
 constexpr double toleranceOfSeries = 2e-5;  // for order 20
 
-/// For size components, the first half of them angles, which count up to half a turn.
-ode::Tolerance toleranceOf(double value, int size) {
-  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(size, infinity)};
-  tolerance.ceiling.head(size / 2) = pi;
+/// Angles count up to half a turn, rates as they are.
+ode::Tolerance toleranceOf(double value, const Dynamics& f) {
+  const int n = (f.size() - f.works()) / 2;
+  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(2 * n, infinity)};
+  tolerance.ceiling.head(n) = pi;
   return tolerance;
 }
 
@@ -36,43 +34,27 @@ Contestant contestantFor(const std::string& method, bool hasFixedStep,
           }};
 }
 
-Method explicitMethod(const ode::Tableau& table) {
-  return {table.name, &table,
-          [&table](Dynamics& f, double) { return std::make_unique<ode::ExplicitRungeKutta>(table, f); }};
-}
-
-Method rosenbrockMethod(const ode::RosenbrockTableau& table) {
-  return {table.name, nullptr,
-          [&table](Dynamics& f, double) { return std::make_unique<ode::Rosenbrock>(table, f); }};
-}
-
 }  // namespace
 
-const std::vector<Method>& measuredMethods() {
-  static const std::vector<Method> methods{
-      explicitMethod(ode::rk4()),
-      explicitMethod(ode::dopri5()),
-      explicitMethod(ode::dop853()),
-      rosenbrockMethod(ode::rodas5p()),
-      rosenbrockMethod(ode::ros34pw2()),
-      {"radau13", nullptr,
-       [](Dynamics& f, double stagesTo) {
-         return std::make_unique<ode::Radau>(f, toleranceOf(stagesTo, f.size()).arrangedBy(f),
-                                             std::make_shared<ode::LocalStiffness>(f));
-       }},
-      {"taylor", nullptr,
-       [](Dynamics& f, double) { return std::make_unique<ode::Taylor>(f, toleranceOfSeries); }}};
+std::vector<std::string> steppedMethods() {
+  std::vector<std::string> methods;
+  for (const std::string& name : ode::methodNames()) {
+    if (name != "auto" && name != "ros34pw2_fixed")
+      methods.push_back(name);  // which take the steps of others
+  }
   return methods;
 }
 
-MakeIntegrator equalSteps(const Method& method, double h, double stagesTo) {
-  return [=](Dynamics& f) { return ode::fixedSteps(method.stepper(f, stagesTo), h); };
+MakeIntegrator equalSteps(const std::string& method, double h, double stagesTo) {
+  return [=](Dynamics& f) {
+    const ode::Tolerance tolerance = toleranceOf(method == "taylor" ? toleranceOfSeries : stagesTo, f);
+    return ode::fixedSteps(
+        ode::makeStepper(method, f, tolerance.arrangedBy(f), std::make_shared<ode::LocalStiffness>(f)), h);
+  };
 }
 
 MakeIntegrator methodFor(const std::string& method, double setting) {
-  return [=](Dynamics& f) {
-    return ode::makeMethod(method, f, setting, toleranceOf(setting, f.size() - f.works()));
-  };
+  return [=](Dynamics& f) { return ode::makeMethod(method, f, setting, toleranceOf(setting, f)); };
 }
 
 void readStart(const Scene& scene, double* theta, double* omega) {
@@ -102,12 +84,6 @@ Progress OwnRun::step() {
     integrator_->restart();
   }
   return Progress::underway;
-}
-
-Progress OwnRun::steps(int most) {
-  Progress progress = Progress::underway;
-  for (int k = 0; k < most && progress == Progress::underway; ++k) progress = step();
-  return progress;
 }
 
 Counts OwnRun::counts() const {
@@ -140,8 +116,8 @@ std::vector<Contestant> ownContestants() {
 
 std::vector<Contestant> ownEqualSteps() {
   std::vector<Contestant> contestants;
-  for (const Method& method : measuredMethods()) {
-    contestants.push_back(contestantFor(method.name, true, [=](double h) { return equalSteps(method, h); }));
+  for (const std::string& method : steppedMethods()) {
+    contestants.push_back(contestantFor(method, true, [=](double h) { return equalSteps(method, h); }));
   }
   return contestants;
 }

@@ -39,17 +39,12 @@ double Arguments::number(const std::string& name, const char* expected, double l
   return absent;
 }
 
-namespace {
-
-/// @throws std::runtime_error if what was printed has not arrived, for example on a full disk
 void finishOutput() {
   errno = 0;
   if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
   throw std::runtime_error(std::string("cannot write standard output: ") +
                            std::strerror(errno != 0 ? errno : EIO));
 }
-
-}  // namespace
 
 int run(const Options& options, const std::vector<const char*>& unnamed, int argc, char** argv,
         const std::function<int(const Arguments&)>& body) {

@@ -48,6 +48,10 @@ class Arguments : public boost::program_options::variables_map {
                 std::vector<Fault>& faults) const;
 };
 
+/// Flushes standard output.
+/// @throws std::runtime_error if what was printed has not arrived, for example on a full disk
+void finishOutput();
+
 /// Runs a tool. unnamed: the names of the arguments that are given without. Bad arguments and exceptions
 /// become a message on standard error and an exit status.
 int run(const Options& options, const std::vector<const char*>& unnamed, int argc, char** argv,
