@@ -135,16 +135,11 @@ Json jsonOf(const std::vector<Eigen::Matrix2d>& matrices) {
   return list;
 }
 
-/// Prints one key of an object on a line of its own. `before` is "{" for the first key, "," for the others.
-void printKey(const char* before, const char* key, const Json& entry) {
-  std::printf("%s\n  \"%s\": %s", before, key, entry.dump().c_str());
-}
-
 void printJson(double t, const ActiveForces& active, const Kane& at, const std::optional<LinearModel>& near) {
-  printKey("{", "t", t);
+  Json all{{"t", t}};
   showAll(active, at, near,
-          [](const char* letter, const char*, const auto& value) { printKey(",", letter, jsonOf(value)); });
-  std::printf("\n}\n");
+          [&](const char* letter, const char*, const auto& value) { all[letter] = jsonOf(value); });
+  std::cout << all << '\n';
 }
 
 /// Prints the chain as an object with the keys of a scene. An absent limit is null.
@@ -164,11 +159,11 @@ void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::Vecto
                      {"pin", {link.pin.x, link.pin.y}},
                      {"joint", ofJoint}});
   }
-  printKey("{", "gravity", {chain.gravity().x, chain.gravity().y});
-  printKey(",", "q", jsonOf(q));
-  printKey(",", "qd", jsonOf(qd));
-  printKey(",", "links", links);
-  std::printf("\n}\n");
+  std::cout << Json{{"gravity", {chain.gravity().x, chain.gravity().y}},
+                    {"q", jsonOf(q)},
+                    {"qd", jsonOf(qd)},
+                    {"links", links}}
+            << '\n';
 }
 
 int equations(const Arguments& given) {
