@@ -47,8 +47,7 @@ def write(folder, data, titles):
         return f"{name}.svg"
 
     about = json.loads((folder / "about.json").read_text(encoding="utf-8"))
-    tables = collections.defaultdict(list, {name: read_table(folder / f"{name}.csv") for name in about})
-    tables["race"] = read_table(folder / "work_precision.csv")
+    tables = collections.defaultdict(list, {name: read_table(results.table(folder, name)) for name in about})
     measured = grouped(tables["race"], "scene")
     scenes = {name: {**title, "rows": measured[name], "floor": floor_of(read_table(data / f"{name}.csv"))}
               for name, title in titles.items() if name in measured}

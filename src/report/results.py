@@ -17,6 +17,10 @@ def number(text):
     return float(text) if text else math.nan
 
 
+def table(folder, study):
+    return folder / ("work_precision.csv" if study == "race" else f"{study}.csv")
+
+
 def read_table(path):
     """The rows as dictionaries of text; none if there is no file."""
     if not path.exists():
