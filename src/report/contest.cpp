@@ -14,7 +14,6 @@
 #include <utility>
 
 #include "planar_chain/scene_reader.h"
-#include "tools/common.h"
 
 namespace planar_chain::tools {
 
@@ -209,7 +208,8 @@ Progress Run::steps(int most) {
 
 // ---- Contests --------------------------------------------------------------------------------
 
-Contest readContest(const std::string& folder, const std::string& name) {
+Contest readContest(const Arguments& given, const std::string& name) {
+  const std::string folder = given.text("data").value_or("");
   std::istringstream scenes(loadText(folder + "/report/scenes.csv"));
   std::string known, file, reference, quantity, link, value, rest;
   do {
@@ -314,21 +314,19 @@ void printScaling(const std::vector<Contestant>& contestants, const std::vector<
 }
 
 int runStudy(const char* program, int argc, char** argv, const Studies& studies) {
-  Options options =
-      optionsOf(program, "Measures for `report`; prints CSV, or JSON about itself.",
-                "WHAT [SCENE]\nSCENE: for WHAT = race", "0 done; 1 it failed; 2 bad arguments.");
-  auto add = options.add_options();
-  add("data", valued(), "Folder with report/ and config/scenes");
-  add("quick", "Fewer and shorter runs");
-  return run(options, {"WHAT", "SCENE"}, argc, argv, [&](const Arguments& given) {
-    const Request request{given.text("WHAT").value_or(""), given.text("SCENE").value_or(""),
-                          given.text("data").value_or(""), given.has("quick")};
-    const auto study = studies.find(request.what);
-    if (study == studies.end()) throw Refused({{"WHAT", "the name of a study", quoted(request.what)}});
-    if (request.folder.empty()) throw Refused({{"--data", "a folder", "nothing"}});
-    study->second(request);
-    return static_cast<int>(done);
-  });
+  return run({program,
+              "Measures for `report`; prints CSV, or JSON about itself.",
+              "0 done; 1 it failed; 2 bad arguments.",
+              false,
+              {{"study", "What to measure"},
+               {"scene", "For the study race"},
+               {"data", "Folder with report/ and config/scenes"},
+               {"quick", "Fewer and shorter runs", false}},
+              [&](const Arguments& given) {
+                studies.at(given.text("study").value_or(""))(given);
+                return static_cast<int>(done);
+              }},
+             argc, argv);
 }
 
 }  // namespace planar_chain::tools

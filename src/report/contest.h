@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "planar_chain/scene.h"
+#include "tools/common.h"
 
 namespace planar_chain::tools {
 
@@ -24,10 +24,10 @@ struct Contest {
   std::vector<double> theta, omega;  ///< of these, absolute, at the end
 };
 
-/// A contest of a folder: report/scenes.csv names them, report/NAME.csv holds their ends, their scenes lie in
-/// report/ and config/scenes/.
+/// A contest of the folder --data: report/scenes.csv names them, report/NAME.csv holds their ends, their
+/// scenes lie in report/ and config/scenes/.
 /// @throws std::runtime_error when a file is missing or malformed, or a name is not known
-Contest readContest(const std::string& folder, const std::string& name);
+Contest readContest(const Arguments& given, const std::string& name);
 
 /// A chain of 1 m and 1 kg in all, made of n rods, at rest: swung out from hanging by `lean`, with a smooth
 /// bend on top, rad. Springs k and dampers d in all joints but the ground's. The last rod is heavier by the
@@ -80,13 +80,9 @@ std::vector<double> secondsPerCall(const std::vector<std::function<void()>>& cal
 /// engine,method,links,seconds: what one step of each contestant with equal steps takes on a hanging chain.
 void printScaling(const std::vector<Contestant>& contestants, const std::vector<int>& lengths, bool quick);
 
-/// What the command line of report_measure and report_peers says: WHAT [SCENE] --data FOLDER [--quick].
-struct Request {
-  std::string what, scene, folder;
-  bool quick = false;
-};
-using Studies = std::map<std::string, std::function<void(const Request&)>>;
-/// Runs the study that is asked for. @returns the exit status
+using Studies = std::map<std::string, std::function<void(const Arguments&)>>;
+/// The program report_measure or report_peers: it runs --study.
+/// @returns the exit status
 int runStudy(const char* program, int argc, char** argv, const Studies& studies);
 
 }  // namespace planar_chain::tools

@@ -65,7 +65,7 @@ def measure(study, part, is_quick):
     quick = ["--quick"] if is_quick else []
     if study == "stability":
         return output_of(HERE / "stability", *quick)
-    arguments = [study, *part, "--data", DATA, *quick]
+    arguments = ["--study", study, "--data", DATA, *quick, *(["--scene", *part] if part else [])]
     return output_of(OWN, *arguments) + (of_peers(*arguments) if study in ("race", "scaling") else "")
 
 
@@ -91,8 +91,8 @@ def digest(*programs):
 
 def facts_now(is_quick):
     """What stands under the figures. A table is kept only while these facts stay the same."""
-    return {**json.loads(output_of(OWN, "about", "--data", DATA)), "quick": is_quick, "cpu": processor(),
-            "engines": json.loads(of_peers("about", "--data", DATA) or "{}"), "left_out": real_time.why_not(HERE),
+    return {**json.loads(output_of(OWN, "--study", "about")), "quick": is_quick, "cpu": processor(),
+            "engines": json.loads(of_peers("--study", "about") or "{}"), "left_out": real_time.why_not(HERE),
             "programs": digest(OWN, HERE / "stability", PEERS, HERE / "planar_chain_node")}
 
 

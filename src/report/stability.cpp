@@ -224,12 +224,13 @@ int stability(const Arguments& given) {
 }  // namespace planar_chain::tools
 
 int main(int argc, char** argv) {
-  namespace tools = planar_chain::tools;
-  tools::Options options =
-      tools::optionsOf("stability", "Measures how far each method goes with equal steps; prints CSV.", "",
-                       "0 done; 1 the run failed; 2 bad arguments.");
-  auto add = options.add_options();
-  add("csv", tools::valued(), "File to write in place of standard output");
-  add("quick", "Some seconds: fewer and shorter chains");
-  return tools::run(options, {}, argc, argv, tools::stability);
+  using namespace planar_chain::tools;
+  return run({"stability",
+              "Measures how far each method goes with equal steps; prints CSV.",
+              "0 done; 1 the run failed; 2 bad arguments.",
+              false,
+              {{"csv", "File to write in place of standard output"},
+               {"quick", "Some seconds: fewer and shorter chains", false}},
+              stability},
+             argc, argv);
 }

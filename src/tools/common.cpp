@@ -15,16 +15,6 @@ namespace planar_chain::tools {
 
 namespace po = boost::program_options;
 
-Options optionsOf(const std::string& tool, const std::string& about, const std::string& unnamed,
-                  const std::string& exitStatus) {
-  constexpr unsigned width = 110;
-  Options options(
-      about + "\nUsage: " + tool + " [OPTIONS] " + unnamed + "\nExit status: " + exitStatus + "\n\nOptions",
-      width);
-  options.add_options()("help,h", "Print this help message and exit");
-  return options;
-}
-
 std::optional<std::string> Arguments::text(const std::string& name) const {
   return count(name) != 0 ? std::optional(at(name).as<std::string>()) : std::nullopt;
 }
@@ -46,22 +36,41 @@ void finishOutput() {
                            std::strerror(errno != 0 ? errno : EIO));
 }
 
-int run(const Options& options, const std::vector<const char*>& unnamed, int argc, char** argv,
-        const std::function<int(const Arguments&)>& body) {
+namespace {
+
+constexpr const char* sceneInUsage =
+    "[SCENE]\nSCENE: a YAML file (config/README.md explains it), or the name of a scene that ships";
+constexpr const char* urdfMeaning =
+    "A URDF that is a planar chain, in place of the scene's chain and links; SCENE may add the rest";
+
+}  // namespace
+
+int run(const Tool& tool, int argc, char** argv) {
   try {
-    Options all;
+    constexpr unsigned width = 110;
+    po::options_description options(std::string(tool.about) + "\nUsage: " + tool.name + " [OPTIONS] " +
+                                        (tool.hasScene ? sceneInUsage : "") +
+                                        "\nExit status: " + tool.exitStatus + "\n\nOptions",
+                                    width);
+    const auto text = [] { return po::value<std::string>()->value_name("TEXT"); };
+    auto add = options.add_options()("help,h", "Print this help message and exit");
+    if (tool.hasScene) add("urdf", text(), urdfMeaning);
+    for (const Option& each : tool.options) {
+      each.hasText ? add(each.name, text(), each.meaning) : add(each.name, each.meaning);
+    }
+    po::options_description all;
     all.add(options);
     po::positional_options_description positional;
-    for (const char* name : unnamed) {
-      all.add_options()(name, valued());
-      positional.add(name, 1);
+    if (tool.hasScene) {
+      all.add_options()("SCENE", text());
+      positional.add("SCENE", 1);
     }
     const int style = po::command_line_style::unix_style & ~po::command_line_style::allow_guessing;
     Arguments given;
     po::store(po::command_line_parser(argc, argv).options(all).positional(positional).style(style).run(),
               given);
     if (given.has("help")) std::cout << options;
-    const int status = given.has("help") ? done : body(given);
+    const int status = given.has("help") ? done : tool.body(given);
     finishOutput();
     return status;
   } catch (const po::error& error) {
@@ -71,18 +80,12 @@ int run(const Options& options, const std::vector<const char*>& unnamed, int arg
     std::cerr << refused.what() << '\n';
     return badInput;
   } catch (const std::exception& error) {
-    std::cerr << std::filesystem::path(argv[0]).filename().string() << ": " << error.what() << '\n';
+    std::cerr << tool.name << ": " << error.what() << '\n';
     return runFailed;
   }
 }
 
 // ---- Scenes and files --------------------------------------------------------------------------
-
-void addUrdf(Options& options) {
-  options.add_options()(
-      "urdf", valued(),
-      "A URDF that is a planar chain, in place of the scene's chain and links; SCENE may add the rest");
-}
 
 std::string loadText(const std::string& path) {
   std::ifstream file(path, std::ios::binary);

@@ -18,31 +18,6 @@
 namespace planar_chain::tools {
 namespace {
 
-Options options() {
-  Options options =
-      optionsOf("simulate", "Simulates a scene as fast as possible and writes its motion.", sceneInUsage,
-                "0 done; 1 the run failed; 2 bad arguments or scene; 130 interrupted by Ctrl-C.");
-  addUrdf(options);
-  auto add = options.add_options();
-  add("duration", valued(),
-      "Simulated time, s (default with --commands: to the last state in their bag, on joint_states or "
-      "~status)");
-  add("rate", valued(),
-      "Rows per second of simulated time (default 100; with a bag: the scene's publish/rate)");
-  add("check", "Only reads the scene: prints its faults, or one line");
-  add("method", valued(), "Integrator, in place of the scene's");
-  add("tolerance", valued(), "Tolerance of adaptive methods, in place of the scene's");
-  add("step", valued(), "Step of fixed-step methods, s, in place of the scene's");
-  add("csv", valued(), "File to write: t, q and qd of every joint, energy");
-  add("bag", valued(), "Bag to write: what the node publishes, stamped from 0 s on, and /clock");
-  add("views", "Also writes to the bag what rviz shows: arrows, trail, long chains");
-  add("commands", valued(), "Bag whose recorded commands act again at their times");
-  add("write-urdf", valued(), "File to write: the scene as URDF, the robot_description for the bag in rviz");
-  add("node", valued(),
-      "Node whose topics the bags have (default: the only one in the bag, or /planar_chain)");
-  return options;
-}
-
 bool wantsBags(const Arguments& given) {
   return given.has("bag") || given.has("commands") || given.has("write-urdf");
 }
@@ -306,6 +281,26 @@ int simulate(const Arguments& given) {
 }  // namespace planar_chain::tools
 
 int main(int argc, char** argv) {
-  namespace tools = planar_chain::tools;
-  return tools::run(tools::options(), {"SCENE"}, argc, argv, tools::simulate);
+  using namespace planar_chain::tools;
+  return run(
+      {"simulate",
+       "Simulates a scene as fast as possible and writes its motion.",
+       "0 done; 1 the run failed; 2 bad arguments or scene; 130 interrupted by Ctrl-C.",
+       true,
+       {{"duration",
+         "Simulated time, s (default with --commands: to the last state in their bag, on joint_states or "
+         "~status)"},
+        {"rate", "Rows per second of simulated time (default 100; with a bag: the scene's publish/rate)"},
+        {"check", "Only reads the scene: prints its faults, or one line", false},
+        {"method", "Integrator, in place of the scene's"},
+        {"tolerance", "Tolerance of adaptive methods, in place of the scene's"},
+        {"step", "Step of fixed-step methods, s, in place of the scene's"},
+        {"csv", "File to write: t, q and qd of every joint, energy"},
+        {"bag", "Bag to write: what the node publishes, stamped from 0 s on, and /clock"},
+        {"views", "Also writes to the bag what rviz shows: arrows, trail, long chains", false},
+        {"commands", "Bag whose recorded commands act again at their times"},
+        {"write-urdf", "File to write: the scene as URDF, the robot_description for the bag in rviz"},
+        {"node", "Node whose topics the bags have (default: the only one in the bag, or /planar_chain)"}},
+       simulate},
+      argc, argv);
 }
