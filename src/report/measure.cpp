@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "effects/effect_kind.h"
@@ -120,7 +119,7 @@ void studyLongRuns(const Arguments& given) {
 
 void studyScaling(const Arguments& given) {
   std::puts("engine,method,links,seconds");
-  printScaling(ownEqualSteps(),
+  printScaling(ownContestants(true),
                given.has("quick")
                    ? std::vector<int>{2, 10, 100, 1000}
                    : std::vector<int>{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000},
@@ -131,13 +130,7 @@ void studyRace(const Arguments& given) {
   std::puts(
       "scene,engine,method,setting,error_theta,error_omega,cpu_seconds,evaluations,steps,rejected,"
       "worst_step_seconds,outcome");
-  race(readContest(given, given.text("scene").value_or("")), ownContestants(), given.has("quick"));
-}
-
-void describe(const Arguments&) {
-  const nlohmann::ordered_json about{
-      {"commit", PLANAR_CHAIN_COMMIT}, {"compiler", PLANAR_CHAIN_COMPILER}, {"flags", PLANAR_CHAIN_FLAGS}};
-  std::puts(about.dump().c_str());
+  race(readContest(given, given.text("scene").value_or("")), ownContestants(false), given.has("quick"));
 }
 
 }  // namespace
@@ -146,7 +139,7 @@ void describe(const Arguments&) {
 int main(int argc, char** argv) {
   using namespace planar_chain::tools;
   return runStudy("report_measure", argc, argv,
-                  {{"about", describe},
+                  {{"about", [](const Arguments&) { std::puts(PLANAR_CHAIN_ABOUT); }},
                    {"race", studyRace},
                    {"consistency", studyOrders},
                    {"effects", studyEffects},

@@ -26,21 +26,13 @@ ode::State startOf(const Scene& scene, const Dynamics& dynamics) {
   return {dynamics, y};
 }
 
-Contestant contestantFor(const std::string& method, bool hasFixedStep,
-                         std::function<MakeIntegrator(double)> make) {
-  return {"planar_chain", method, hasFixedStep, [](const Scene&) { return true; },
-          [make](const Contest& contest, double setting) {
-            return std::make_unique<OwnRun>(contest.scene, contest.end, make(setting));
-          }};
-}
-
 }  // namespace
 
 std::vector<std::string> steppedMethods() {
   std::vector<std::string> methods;
   for (const std::string& name : ode::methodNames()) {
-    if (name != "auto" && name != "ros34pw2_fixed")
-      methods.push_back(name);  // which take the steps of others
+    const bool takesOthersSteps = name == "auto" || name == "ros34pw2_fixed";
+    if (!takesOthersSteps) methods.push_back(name);
   }
   return methods;
 }
@@ -105,19 +97,16 @@ double OwnRun::energyOfMotion() const {
          energyOf(chain_, down.data(), still.data()).total();
 }
 
-std::vector<Contestant> ownContestants() {
+std::vector<Contestant> ownContestants(bool withEqualSteps) {
   std::vector<Contestant> contestants;
-  for (const std::string& method : ode::methodNames()) {
-    contestants.push_back(contestantFor(method, ode::hasFixedStep(method),
-                                        [=](double setting) { return methodFor(method, setting); }));
-  }
-  return contestants;
-}
-
-std::vector<Contestant> ownEqualSteps() {
-  std::vector<Contestant> contestants;
-  for (const std::string& method : steppedMethods()) {
-    contestants.push_back(contestantFor(method, true, [=](double h) { return equalSteps(method, h); }));
+  for (const std::string& method : withEqualSteps ? steppedMethods() : ode::methodNames()) {
+    const auto make = [=](const Contest& contest, double setting) {
+      return std::make_unique<OwnRun>(
+          contest.scene, contest.end,
+          withEqualSteps ? equalSteps(method, setting) : methodFor(method, setting));
+    };
+    contestants.push_back({"planar_chain", method, withEqualSteps || ode::hasFixedStep(method),
+                           [](const Scene&) { return true; }, make});
   }
   return contestants;
 }

@@ -43,9 +43,7 @@ class OwnRun : public Run {
   ode::State state_;
 };
 
-/// Each method as a scene may name it.
-std::vector<Contestant> ownContestants();
-/// Each of steppedMethods().
-std::vector<Contestant> ownEqualSteps();
+/// Each method as a scene may name it; or each of steppedMethods().
+std::vector<Contestant> ownContestants(bool withEqualSteps);
 
 }  // namespace planar_chain::tools
