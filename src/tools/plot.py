@@ -204,9 +204,8 @@ def draw(motion, columns, title, wrap):
     first = None
 
     def legend(row, axes, title):
-        key = figure.add_subplot(grid[row, 1])
-        key.axis("off")
-        key.legend(*axes.get_legend_handles_labels(), loc="upper left", title=title, frameon=False)
+        figure.add_subplot(grid[row, 1], frame_on=False, xticks=[], yticks=[]).legend(
+            *axes.get_legend_handles_labels(), loc="upper left", title=title, frameon=False)
 
     for row, (label, curves) in enumerate(rows):
         axes = figure.add_subplot(grid[row, 0], sharex=first)
