@@ -128,8 +128,8 @@ double largestError(const std::vector<double>& values, const std::vector<int>& i
 struct Point {
   const Contestant* contestant;
   double setting = 0;
-  const char* outcome = "ok";                 ///< or "diverged", "refused", "timed out"
-  double thetaError = nan, omegaError = nan;  ///< largest of a link
+  const char* outcome = "ok";             ///< or "diverged", "refused", "timed out"
+  double thetaError = 0, omegaError = 0;  ///< largest of a link
   int turns = 0;
   std::array<double, 3> medians{};  ///< s, of each turn
   double worstStep = infinity;      ///< s, least of the turns
@@ -141,7 +141,7 @@ void fail(Point& point, const char* outcome, double seconds) {
   point.outcome = outcome;
   point.turns = 1;
   point.medians = {seconds};
-  point.worstStep = nan;
+  point.thetaError = point.omegaError = point.worstStep = nan;
 }
 
 /// One turn.
@@ -150,9 +150,9 @@ void measure(const Contest& contest, const Effort& effort, Point& point) {
   point.counts = first.run->counts();
   std::vector<double> theta(contest.scene.q.size()), omega(theta);
   first.run->read(theta.data(), omega.data());
-  const double thetaError = largestError(theta, contest.index, contest.theta);
-  const double omegaError = largestError(omega, contest.index, contest.omega);
-  const bool isLost = !(thetaError <= lost) || !std::isfinite(omegaError);
+  point.thetaError = largestError(theta, contest.index, contest.theta);
+  point.omegaError = largestError(omega, contest.index, contest.omega);
+  const bool isLost = !(point.thetaError <= lost) || std::isnan(point.omegaError);
   if (first.progress != Progress::arrived || isLost) {
     return fail(point,
                 first.progress == Progress::underway  ? "timed out"
@@ -160,15 +160,11 @@ void measure(const Contest& contest, const Effort& effort, Point& point) {
                                                       : "diverged",
                 first.seconds);
   }
-  point.thetaError = thetaError;
-  point.omegaError = omegaError;
 
   point.isMeasuredAgain = first.seconds < isShort;
-  const double wanted = std::clamp(effort.budget / first.seconds, 1.0 * effort.fewest, 21.0);
-  std::vector<double> times(first.seconds > effort.isLong ? 2
-                            : point.isMeasuredAgain
-                                ? static_cast<std::size_t>(std::ceil(wanted / effort.turns))
-                                : static_cast<std::size_t>(std::ceil(wanted)));
+  const double wanted = std::clamp(effort.budget / first.seconds, 1.0 * effort.fewest, 21.0) /
+                        (point.isMeasuredAgain ? effort.turns : 1);
+  std::vector<double> times(first.seconds > effort.isLong ? 2 : static_cast<std::size_t>(std::ceil(wanted)));
   for (double& time : times) {
     time = ride(contest, *point.contestant, point.setting, effort.limit).seconds;
   }

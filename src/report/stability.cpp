@@ -31,12 +31,12 @@ constexpr int mostDense = 100;       // links for which eigenvalues are found
 /// A chain, undriven, which would hang straight down at rest.
 struct Case {
   std::string family;
-  double value = 0;  ///< of what the family varies
+  double value;  ///< of what the family varies
   Scene scene;
-  double horizon = 0;      ///< s that a run lasts at least
-  double smallest = 1e-9;  ///< step that is tried, s
+  double horizon;   ///< s that a run lasts at least
+  double smallest;  ///< step that is tried, s
   /// The motion stays close to rest, so that the eigenvalues there say what explicit methods need.
-  bool isNearRest = true;
+  bool isNearRest;
 };
 
 /// Ten links with springs and dampers, bent as a moment of about 1 N m would, if that is little.
@@ -63,8 +63,12 @@ std::vector<Case> stabilityCases(bool quick) {
   const Numbers spins = quick ? Numbers{1, 100} : Numbers{1, 10, 100, 1e3, 1e4};
 
   std::vector<Case> cases;
-  const auto add = [&](const char* family, const Numbers& values, auto makeScene) {
-    for (const double value : values) cases.push_back({family, value, makeScene(value)});
+  const auto add = [&](const std::string& family, const Numbers& values, auto makeScene) {
+    const bool isWhip = family == "whip";
+    for (const double value : values) {
+      cases.push_back({family, value, makeScene(value), isWhip ? 2.0 : 0.0, isWhip ? 1e-4 : 1e-9,
+                       !isWhip && family != "spin"});
+    }
   };
   add("stiff", stiffnesses, [](double k) { return springyBar(k, 0); });
   add("stiff_damped", stiffnesses, [](double k) { return springyBar(k, 1e-3 * k); });
@@ -73,12 +77,6 @@ std::vector<Case> stabilityCases(bool quick) {
   add("whip", whips,
       [](double n) { return uniformChain(static_cast<int>(n), 0, 0, 0, 1, pi / 2); });  // let go level
   add("spin", spins, spinning);
-  for (Case& each : cases) {
-    each.isNearRest = each.family != "whip" && each.family != "spin";
-    if (each.family != "whip") continue;
-    each.horizon = 2;
-    each.smallest = 1e-4;
-  }
   return cases;
 }
 

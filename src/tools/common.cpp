@@ -124,13 +124,6 @@ void checkOutput(const std::string& option, const std::string& path,
 
 namespace {
 
-/// The folder of the scenes that ship, in the devel space or install space of this program.
-std::filesystem::path folderOfScenes() {
-  std::error_code none;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", none);
-  return program.parent_path() / "../../share/planar_chain/config/scenes";
-}
-
 /// The path of a scene that is given by its path, or by the name of one that ships.
 /// @throws Refused if there is neither
 std::string findScene(const std::string& given) {
@@ -138,21 +131,24 @@ std::string findScene(const std::string& given) {
   std::error_code none;
   const bool isName = given.find_first_of("./") == std::string::npos;
   if (!isName || fs::exists(given, none)) return given;
-  const fs::path shipped = folderOfScenes() / (given + ".yaml");
-  if (fs::exists(shipped, none)) return shipped.string();
+  // In the devel space or install space of this program.
+  const fs::path program = fs::read_symlink("/proc/self/exe", none);
   std::set<std::string> names;
-  for (const auto& file : fs::directory_iterator(folderOfScenes(), none))
+  for (const auto& file :
+       fs::directory_iterator(program.parent_path() / "../../share/planar_chain/config/scenes", none)) {
+    if (file.path().stem() == given) return file.path().string();
     names.insert(file.path().stem().string());
+  }
   throw Refused({{given, "a file, or one of the scenes that ship: " + inCommas(names), "neither"}});
 }
 
 /// @throws Refused for files of other programs, which are no YAML
 void requireScene(const std::string& path, const std::string& text) {
-  const auto startsWith = [&](const char* start) { return text.compare(0, std::strlen(start), start) == 0; };
-  const std::string expected = "a scene, in YAML";
-  if (startsWith("#ROSBAG"))
-    throw Refused({{path, expected, "a bag (plot draws it, --commands takes its commands)"}});
-  if (startsWith("<")) throw Refused({{path, expected, "XML (a URDF is given with --urdf)"}});
+  const char* const found = text.rfind("#ROSBAG", 0) == 0
+                                ? "a bag (plot draws it, --commands takes its commands)"
+                            : text.rfind('<', 0) == 0 ? "XML (a URDF is given with --urdf)"
+                                                      : nullptr;
+  if (found) throw Refused({{path, "a scene, in YAML", found}});
 }
 
 /// Puts the file and the line before the path of each fault that has them: "scene.yaml:4: links/upper/mass".
