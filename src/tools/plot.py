@@ -87,13 +87,11 @@ def read_csv(path):
 
 def topics_of(bag, path, node):
     """The topics joint_states and ~status of one node. The latter may be None."""
-    types = {topic: about.msg_type for topic, about in bag.get_type_and_topic_info().topics.items()}
-    states = sorted(topic for topic, kind in types.items() if kind == "sensor_msgs/JointState")
-    statuses = sorted(topic for topic, kind in types.items() if kind == "planar_chain/SimStatus")
-    if node:
-        node = "/" + node.strip("/")
-        states = [topic for topic in states if topic == node.rpartition("/")[0] + "/joint_states"]
-        statuses = [topic for topic in statuses if topic == node + "/status"]
+    node = node and "/" + node.strip("/")
+    named = node and (node.rpartition("/")[0] + "/joint_states", node + "/status")
+    states, statuses = (sorted(topic for topic, about in bag.get_type_and_topic_info().topics.items()
+                               if about.msg_type == kind and (not node or topic in named))
+                        for kind in ("sensor_msgs/JointState", "planar_chain/SimStatus"))
     if len(states) != 1 or len(statuses) > 1:
         found = ", ".join(states + statuses) or "neither"
         which = "of " + node if node else "of one node (choose it with --node)"
@@ -179,11 +177,10 @@ def style(k):
 
 def panels(motion, columns, wrap):
     """For each panel with data: label of the axis, curves (name, t, values)."""
-    joints = [(motion.joints[j], *motion.curves(j, wrap)) for j in columns]
-    yield "angle q (rad)", [(name, t, q) for name, t, q, _, _ in joints]
-    yield "rate q̇ (rad/s)", [(name, t, qd) for name, t, _, qd, _ in joints]
-    if motion.effort is not None:
-        yield "torque τ (N m)", [(name, t, effort) for name, t, _, _, effort in joints]
+    joints = [(motion.joints[j], motion.curves(j, wrap)) for j in columns]
+    for k, label in enumerate(("angle q (rad)", "rate q̇ (rad/s)", "torque τ (N m)"), 1):
+        if k < 3 or motion.effort is not None:
+            yield label, [(name, curves[0], curves[k]) for name, curves in joints]
     if motion.energy:
         t, parts = motion.energy
         yield ("energy (J)" if len(parts) > 1 else "T + V, less that\nof the start (J)",
