@@ -65,7 +65,8 @@ def measure(links, rate, is_quick):
             port = str(free.getsockname()[1])
         result = subprocess.run(["roslaunch", "--port", port, str(room / "run.launch")], stdout=subprocess.PIPE,
                                 stderr=subprocess.STDOUT, universal_newlines=True, timeout=120, check=False,
-                                env={**os.environ, "ROS_HOSTNAME": "localhost", "ROS_HOME": folder, "ROS_LOG_DIR": folder})
+                                env={**os.environ, "ROS_HOSTNAME": "localhost", "ROS_HOME": folder,
+                                     "ROS_LOG_DIR": folder})
         if not (room / "ticks.bag").exists():
             raise OSError(f"real time, {links} links at {rate} Hz: {result.stdout[-2000:]}")
         ticks, overruns = read(room / "ticks.bag")

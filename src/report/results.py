@@ -73,13 +73,14 @@ def at_level(group, level, column):
 
 def times_to(rows):
     """(engine, method): {level: s} of one scene."""
-    return {who: {level: time for level in LEVELS for time in [at_level(group, level, "cpu_seconds")] if time is not None}
+    return {who: {level: at_level(group, level, "cpu_seconds") for level in LEVELS if holding(group, level)}
             for who, group in by_contestant(rows).items()}
 
 
 def best_times(reached):
     """{level: s} of the fastest; `reached` as from times_to()."""
-    return {level: min((times[level] for times in reached.values() if level in times), default=None) for level in LEVELS}
+    return {level: min((times[level] for times in reached.values() if level in times), default=None)
+            for level in LEVELS}
 
 
 def worst_step(group, level):

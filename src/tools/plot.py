@@ -244,7 +244,8 @@ def strobe(motion, scene, given, apart):
     first, last = motion.t[0], motion.t[-1]
     times = np.sort(given) if given else np.linspace(first, last, INSTANTS)
     if len(set(times)) < 2 or not first <= times[0] <= times[-1] <= last:
-        raise Refused(f"--at: expected two times or more from {first:g} to {last:g} s, got {listed([f'{t:g}' for t in given])}")
+        raise Refused(f"--at: expected two times or more from {first:g} to {last:g} s, got "
+                      f"{listed([f'{t:g}' for t in given])}")
     return draw_strobe(motion, links, times, apart, os.path.basename(scene))
 
 
