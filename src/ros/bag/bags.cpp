@@ -219,7 +219,7 @@ class OfflineNode : public Bags {
 
   double recordedEnd() const override { return ticks_.pace.timeOf(recorded_.lastTick); }
 
-  bool advanceTo(long long k, double t, bool (*keepGoing)()) override {
+  bool advanceTo(long long k, double t, const std::function<bool()>& keepGoing) override {
     const std::vector<CommandTaken>& commands = recorded_.commands;
     for (; next_ < commands.size() && commands[next_].tick <= static_cast<std::uint64_t>(k); ++next_) {
       const CommandTaken& command = commands[next_];
