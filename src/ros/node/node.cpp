@@ -262,6 +262,7 @@ void Node::publishStatus() {
 }
 
 void Node::publishDiagnostics() {
+  master_->update();
   updateStatus();
   // The updater's own period is simulation time, so force it. A message must not have the stamp 0.
   if (!ros::Time::now().isZero()) diagnostics_.force_update();
@@ -269,7 +270,7 @@ void Node::publishDiagnostics() {
 
 void Node::diagnose(diagnostic_updater::DiagnosticStatusWrapper& out) {
   using diagnostic_msgs::DiagnosticStatus;
-  const std::string clockFault = master_->clockFault();
+  const std::string& clockFault = master_->clockFault();
   if (!status_.fault.empty()) {
     out.summary(DiagnosticStatus::ERROR, status_.fault);
   } else if (!clockFault.empty()) {
