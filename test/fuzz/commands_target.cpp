@@ -74,7 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Fatal);
 
   Simulation simulation(scene(), Commands::capacity);
-  Ticks ticks{Pace(100)};
+  Ticks ticks{100};
   Commands commands(ticks, [](ros::Time stamp) { return stamp.toSec() - 1e9; });
   commands.moveTo(simulation);
   Bytes bytes(data, size);

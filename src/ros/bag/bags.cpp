@@ -24,8 +24,8 @@
 #include "ros/messages/messages.h"
 #include "ros/messages/pace.h"
 #include "ros/node/commands.h"
+#include "ros/view/state_topics.h"
 #include "ros/view/urdf.h"
-#include "ros/view/views.h"
 
 namespace planar_chain {
 
@@ -71,17 +71,12 @@ class BagWriter {
       : simulation_(simulation),
         commands_(commands),
         ticks_(ticks),
-        frames_(framesOf(simulation.scene(), ros::names::parentNamespace(node))),
-        messages_(simulation.scene(), frames_),
         path_(path),
         node_(node),
-        bag_(new rosbag::Bag),
-        jointStatesOut_{ros::names::append(ros::names::parentNamespace(node), "joint_states")},
-        linkStatesOut_{node + "/link_states"},
-        statusOut_{node + "/status"},
-        commandsOut_{node + "/commands_taken"} {
-    status_.header.frame_id = frames_.base;
-    if (hasViews) views_.emplace(simulation, frames_);
+        bag_(new rosbag::Bag) {
+    const Frames frames = framesOf(simulation.scene(), ros::names::parentNamespace(node));
+    states_.emplace(simulation, frames, node, hasViews);
+    status_.header.frame_id = frames.base;
     attempt([&] { bag_->open(path_, rosbag::bagmode::Write); });
   }
 
@@ -91,25 +86,28 @@ class BagWriter {
   /// Writes every message of tick k ≥ 1; after a fault only the status.
   /// @throws std::runtime_error when the disk is full, for example
   void tick(long long k) {
-    const ros::Time stamp = ros::Time().fromNSec(static_cast<std::uint64_t>(ticks_.pace.nanosecondsOf(k)));
-    clock_.clock = stamp;
-    write(clockOut_, stamp, clock_);
-    for (CommandTaken& taken : taken_) write(commandsOut_, stamp, taken);
+    const ros::Time stamp = ros::Time().fromNSec(static_cast<std::uint64_t>(ticks_.nanosecondsOf(k)));
+    rosgraph_msgs::Clock clock;
+    clock.clock = stamp;
+    write("/clock", stamp, clock);
+    for (CommandTaken& taken : taken_) write(node_ + "/commands_taken", stamp, taken);
     taken_.clear();
 
     const bool isGood = simulation_.fault().empty();
     if (isGood) {
-      writeState(k, stamp);
+      states_->forEach([&](const Topic& topic, auto make) {
+        if (topic.isDue(ticks_, k)) write(topic.name, stamp, make(stamp), topic.isLatched);
+      });
       status_.tick = static_cast<std::uint64_t>(k);
       status_.tick_stamp = stamp;
     }
-    if (isGood && !ticks_.pace.isDue(k, simulation_.scene().publish.statusRate)) return;
+    if (isGood && !ticks_.isDue(k, simulation_.scene().publish.statusRate)) return;
     status_.header.stamp = stamp;
     describe(simulation_, status_);
     status_.sim_time = ticks_.simTime(simulation_.time());
     if (!isGood) status_.standstill = standstillByFault;
     commands_.describe(status_);
-    write(statusOut_, stamp, status_);
+    write(node_ + "/status", stamp, status_);
   }
 
   /// Writes the index. Without it rosbag refuses the file, and `rosbag reindex` repairs it.
@@ -119,11 +117,9 @@ class BagWriter {
   }
 
  private:
-  struct Topic {
-    std::string name;
-    bool isLatched = false;
-    boost::shared_ptr<ros::M_string> connection = nullptr;  ///< the header that the publisher would send
-    std::uint32_t messages = 0;                             ///< number written
+  struct Connection {
+    boost::shared_ptr<ros::M_string> header;  ///< which the publisher would send
+    std::uint32_t messages = 0;               ///< number written
   };
   /// rosbag::Bag's destructor closes it. After a fault that would index a bag with a gap, or throw again.
   struct DeleteIfClosed {
@@ -132,41 +128,22 @@ class BagWriter {
     }
   };
 
-  void writeState(long long k, ros::Time stamp) {
-    const PublishSettings& wanted = simulation_.scene().publish;
-    if (wanted.tf && k == 1) {
-      tf2_msgs::TFMessage base;
-      base.transforms.push_back(Messages::baseInWorld(frames_, stamp));
-      write(staticTfOut_, stamp, base);
-    }
-    write(jointStatesOut_, stamp, messages_.jointStates(simulation_, stamp));
-    const bool isFramesTurn = ticks_.isDue(k, wanted.tfRate);
-    if (wanted.tf && isFramesTurn) write(tfOut_, stamp, messages_.transforms(simulation_, stamp));
-    if (views_ && isFramesTurn) {
-      const auto all = [](const std::string& /*name*/) { return true; };
-      views_->draw(stamp, all, [&](const std::string& name, auto& message) {
-        const Topic topic{node_ + "/view/" + name};
-        write(viewsOut_.try_emplace(name, topic).first->second, stamp, message);
-      });
-    }
-    if (wanted.linkStates) write(linkStatesOut_, stamp, messages_.linkStates(simulation_, stamp));
-  }
-
   /// As ros::Publisher does, sets header.seq to the number of messages before, if the message has a header.
   template <class Message>
-  void write(Topic& topic, ros::Time stamp, Message& message) {
+  void write(const std::string& topic, ros::Time stamp, Message& message, bool isLatched = false) {
     namespace traits = ros::message_traits;
-    if (!topic.connection) {
-      topic.connection = boost::make_shared<ros::M_string>(
+    Connection& connection = connections_[topic];
+    if (!connection.header) {
+      connection.header = boost::make_shared<ros::M_string>(
           ros::M_string{{"callerid", node_},
-                        {"latching", topic.isLatched ? "1" : "0"},
+                        {"latching", isLatched ? "1" : "0"},
                         {"md5sum", traits::md5sum<Message>()},
                         {"message_definition", traits::definition<Message>()},
-                        {"topic", topic.name},
+                        {"topic", topic},
                         {"type", traits::datatype<Message>()}});
     }
-    if (auto* const header = traits::header(message)) header->seq = topic.messages++;
-    attempt([&] { bag_->write(topic.name, stamp, message, topic.connection); });
+    if (auto* const header = traits::header(message)) header->seq = connection.messages++;
+    attempt([&] { bag_->write(topic, stamp, message, connection.header); });
   }
 
   /// rosbag's exceptions name neither the file nor the reason.
@@ -182,15 +159,10 @@ class BagWriter {
   Simulation& simulation_;
   const Commands& commands_;
   const Ticks& ticks_;
-  Frames frames_;
-  Messages messages_;
   std::string path_, node_;
   std::unique_ptr<rosbag::Bag, DeleteIfClosed> bag_;
-  Topic clockOut_{"/clock"}, tfOut_{"/tf"}, staticTfOut_{"/tf_static", true};
-  Topic jointStatesOut_, linkStatesOut_, statusOut_, commandsOut_;
-  std::optional<Views> views_;
-  std::map<std::string, Topic> viewsOut_;
-  rosgraph_msgs::Clock clock_;
+  std::optional<StateTopics> states_;
+  std::map<std::string, Connection> connections_;  ///< by topic
   SimStatus status_;
   std::vector<CommandTaken> taken_;
 };
@@ -201,7 +173,7 @@ class BagWriter {
 class OfflineNode : public Bags {
  public:
   OfflineNode(const Scene& scene, const BagArguments& given)
-      : ticks_{Pace(scene.publish.rate)}, simulation_(scene, Commands::capacity), commands_(ticks_, {}) {
+      : ticks_{scene.publish.rate, 1}, simulation_(scene, Commands::capacity), commands_(ticks_, {}) {
     commands_.moveTo(simulation_);
     const std::optional<std::string> node = fullName(given.node);
     if (given.commands) {
@@ -217,7 +189,7 @@ class OfflineNode : public Bags {
 
   Simulation& simulation() override { return simulation_; }
 
-  double recordedEnd() const override { return ticks_.pace.timeOf(recorded_.lastTick); }
+  double recordedEnd() const override { return ticks_.timeOf(recorded_.lastTick); }
 
   bool advanceTo(long long k, double t, bool (*keepGoing)()) override {
     const std::vector<CommandTaken>& commands = recorded_.commands;
@@ -234,7 +206,7 @@ class OfflineNode : public Bags {
         writer_->command(command);
       }
     }
-    const bool isTick = t == ticks_.pace.timeOf(k);
+    const bool isTick = t == ticks_.timeOf(k);
     return simulation_.advanceTo(isTick ? ticks_.sceneTime(k) : t - ticks_.simTime(0), keepGoing);
   }
 

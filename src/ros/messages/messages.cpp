@@ -33,6 +33,10 @@ Messages::Messages(const Scene& scene, const Frames& frames) {
     transforms_.transforms.push_back(transform);
     framed_.push_back(i);
   }
+  geometry_msgs::TransformStamped& base = baseInWorld_.transforms.emplace_back();
+  base.header.frame_id = frames.world;
+  base.child_frame_id = frames.base;
+  base.transform.rotation.x = base.transform.rotation.w = std::sqrt(0.5);
 }
 
 sensor_msgs::JointState& Messages::jointStates(Simulation& simulation, ros::Time stamp) {
@@ -79,14 +83,9 @@ tf2_msgs::TFMessage& Messages::transforms(Simulation& simulation, ros::Time stam
   return transforms_;
 }
 
-geometry_msgs::TransformStamped Messages::baseInWorld(const Frames& frames, ros::Time stamp) {
-  geometry_msgs::TransformStamped transform;
-  transform.header.stamp = stamp;
-  transform.header.frame_id = frames.world;
-  transform.child_frame_id = frames.base;
-  transform.transform.rotation.x = std::sqrt(0.5);
-  transform.transform.rotation.w = std::sqrt(0.5);
-  return transform;
+tf2_msgs::TFMessage& Messages::baseInWorld(ros::Time stamp) {
+  baseInWorld_.transforms[0].header.stamp = stamp;
+  return baseInWorld_;
 }
 
 namespace {

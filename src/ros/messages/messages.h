@@ -2,7 +2,6 @@
 
 /// The state of a simulation as ROS messages.
 
-#include <geometry_msgs/TransformStamped.h>
 #include <planar_chain/LinkStates.h>
 #include <planar_chain/SimStatus.h>
 #include <ros/publisher.h>
@@ -43,14 +42,13 @@ class Messages {
   /// neighbours the origin is the outer pin of the link before, the rotation is q about z.
   tf2_msgs::TFMessage& transforms(Simulation& simulation, ros::Time stamp);
 
-  /// Returns the pose of the base frame in the world: a roll of +π/2, so that the plane of motion is
-  /// vertical.
-  static geometry_msgs::TransformStamped baseInWorld(const Frames& frames, ros::Time stamp);
+  /// The pose of the base frame in the world: a roll of +π/2, so that the plane of motion is vertical.
+  tf2_msgs::TFMessage& baseInWorld(ros::Time stamp);
 
  private:
   sensor_msgs::JointState jointStates_;
   LinkStates linkStates_;
-  tf2_msgs::TFMessage transforms_;
+  tf2_msgs::TFMessage transforms_, baseInWorld_;
   std::vector<LinkMotion> motions_;
   std::vector<int> framed_;  ///< the link of each transform
 };

@@ -244,7 +244,7 @@ ros::Time Clock::now() const {
 }
 
 std::int64_t Clock::ns(long long tick) const {
-  return stamp0_ + Pace(rate_).nanosecondsOf(tick - tick0_);
+  return stamp0_ + Ticks{rate_}.nanosecondsOf(tick - tick0_);
 }
 
 ros::Time Clock::stampOf(long long tick) const {

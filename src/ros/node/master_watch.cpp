@@ -129,13 +129,14 @@ void MasterWatch::registerAgain() const {
     const XmlRpcValue known = callMaster("registerSubscriber", {taken[i][0], taken[i][1], ownUri()});
     if (known.size() > 0) callThisNode("publisherUpdate", {taken[i][0], known});
   }
+  for (const auto& [parameter, value] : parameters_) {
+    if (!bool(callMaster("hasParam", {parameter}))) callMaster("setParam", {parameter, value});
+  }
+  if (!known_.valid()) return;  // no master has had the node
   const std::string serviceUri = "rosrpc://" + ros::network::getHost() + ":" +
                                  std::to_string(ros::ConnectionManager::instance()->getTCPPort());
   for (const auto& [service, nodes] : nodesIn(known_[services])) {
     if (hasThisNode(nodes)) callMaster("registerService", {service, serviceUri, ownUri()});
-  }
-  for (const auto& [parameter, value] : parameters_) {
-    if (!bool(callMaster("hasParam", {parameter}))) callMaster("setParam", {parameter, value});
   }
 }
 

@@ -40,12 +40,5 @@ class MasterWatch {
   std::string clockFault_;
   std::future<std::string> pending_;  ///< the fault that check() finds
 };
-std::string clockFault_;
-mutable std::mutex mutex_;  ///< guards clockFault_
-ros::CallbackQueue queue_;
-ros::NodeHandle handle_;
-ros::SteadyTimer timer_;
-ros::AsyncSpinner thread_{1, &queue_};
-};
 
 }  // namespace planar_chain

@@ -2,7 +2,6 @@
 
 #include <ros/console.h>
 #include <ros/this_node.h>
-#include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +20,6 @@ namespace {
 
 using Steady = std::chrono::steady_clock;
 
-constexpr double queueSeconds = 2;             // of messages, kept for a slow subscriber
 constexpr long long fewTicks = 4;              // in a burst that catches up,
 constexpr long long catchUpShare = 50;         // or the missing ticks divided by this if more,
 constexpr double catchUpTime = 0.05;           // s of wall time at most
@@ -32,10 +30,6 @@ constexpr double diagnosticsPeriod = 1;        // s
 constexpr double longestWait = 0.1;            // s, to notice a shutdown or a halted clock
 constexpr double longestWaitForRecorder = 15;  // s
 constexpr double servePeriod = 0.1;            // s, during long ticks
-
-std::uint32_t queueFor(double rate) {
-  return static_cast<std::uint32_t>(std::max(10.0, std::ceil(queueSeconds * rate)));
-}
 
 // ---- The log at the start ----------------------------------------------------------------------
 
@@ -83,21 +77,13 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
     : settings_(scene.publish),
       changedScene_(std::move(changedScene)),
       clock_(makeClock(scene)),
-      ticks_{Pace(settings_.rate), clock_->firstTick()},
+      ticks_{settings_.rate, clock_->firstTick()},
       commands_(ticks_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
-      factor_(static_cast<std::size_t>(1 + std::ceil(factorSeconds * settings_.statusRate))),
+      times_(static_cast<std::size_t>(2 + std::ceil(factorSeconds * settings_.statusRate))),
       warnings_(warningPeriod) {
   // Advertise what the scene publishes.
   load(scene);
-  jointStatesOut_ = outer_.advertise<sensor_msgs::JointState>("joint_states", queueFor(settings_.rate));
   statusOut_ = inner_.advertise<SimStatus>("status", queueFor(settings_.statusRate));
-  if (settings_.linkStates) {
-    linkStatesOut_ = inner_.advertise<LinkStates>("link_states", queueFor(settings_.rate));
-  }
-  if (settings_.tf) {
-    tfOut_ = outer_.advertise<tf2_msgs::TFMessage>("/tf", queueFor(settings_.tfRate));
-    staticTf_.emplace();
-  }
   status_.header.frame_id = frames_.base;
 
   // Subscribe to commands, on a queue of their own.
@@ -115,12 +101,17 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
 void Node::load(const Scene& scene) {
   frames_ = framesOf(scene, ros::this_node::getNamespace());
   auto simulation = std::make_unique<Simulation>(scene, Commands::capacity);
-  views_.reset();
+  states_.reset();
   simulation_ = std::move(simulation);
   commands_.moveTo(*simulation_);
   status_.method.clear();
-  messages_.emplace(scene, frames_);
-  views_.emplace(inner_, *simulation_, frames_);
+  states_.emplace(*simulation_, frames_, ros::this_node::getName(), true);
+  auto before = std::exchange(statesOut_, {});
+  states_->forEach([&](const Topic& topic, auto make) {
+    using Message = std::decay_t<decltype(make(ros::Time()))>;
+    ros::Publisher& out = statesOut_[topic.name] = before[topic.name];
+    if (!out) out = outer_.advertise<Message>(topic.name, topic.queue, topic.isLatched);
+  });
   outer_.setParam("robot_description", robotDescription(scene, frames_));
   ROS_INFO("%s", whatRuns(*simulation_).c_str());
 }
@@ -128,10 +119,10 @@ void Node::load(const Scene& scene) {
 // ---- The run -----------------------------------------------------------------------------------
 
 void Node::waitForRecorder(bool (*keepGoing)()) {
-  const auto isReady = [](const ros::Publisher& topic) { return !topic || hasSubscribers(topic); };
   const auto isRecorded = [&] {
-    return commands_.areRecorded() && isReady(jointStatesOut_) && isReady(statusOut_) &&
-           isReady(linkStatesOut_) && isReady(tfOut_) && views_->areSubscribed();
+    return commands_.areRecorded() && hasSubscribers(statusOut_) &&
+           std::all_of(statesOut_.begin(), statesOut_.end(),
+                       [](const auto& topic) { return hasSubscribers(topic.second); });
   };
   isWaiting_ = true;
   while (keepGoing() && !isRecorded() && elapsed() < longestWaitForRecorder) {
@@ -240,20 +231,19 @@ bool Node::serveDuringTicks() {
 void Node::publishState() {
   clock_->publish(ticks_.next);
   const ros::Time stamp = clock_->stampOf(ticks_.next);
-  if (staticTf_ && ticks_.next == clock_->firstTick()) {
-    staticTf_->sendTransform(Messages::baseInWorld(frames_, stamp));
-  }
-  if (hasSubscribers(jointStatesOut_)) jointStatesOut_.publish(messages_->jointStates(*simulation_, stamp));
-  if (ticks_.isDue(ticks_.next, settings_.tfRate)) {
-    if (hasSubscribers(tfOut_)) tfOut_.publish(messages_->transforms(*simulation_, stamp));
-    views_->publish(stamp);
-  }
-  if (hasSubscribers(linkStatesOut_)) linkStatesOut_.publish(messages_->linkStates(*simulation_, stamp));
+  states_->forEach([&](const Topic& topic, auto make) {
+    const ros::Publisher& out = statesOut_.at(topic.name);
+    if (topic.isDue(ticks_, ticks_.next) && (topic.isLatched || hasSubscribers(out)))
+      out.publish(make(stamp));
+  });
 }
 
 void Node::publishStatus() {
   // Sample the real-time factor even without subscribers, for a later one.
-  status_.real_time_factor = factor_.sample(ticks_.simTime(simulation_->time()), elapsed());
+  times_.push_back({ticks_.simTime(simulation_->time()), elapsed()});
+  const double simulated = times_.back().first - times_.front().first;
+  const double passed = times_.back().second - times_.front().second;
+  status_.real_time_factor = passed > 0 ? simulated / passed : 0;
   status_.header.stamp = clock_->now();
   if (status_.header.stamp.isZero() || !hasSubscribers(statusOut_)) return;
   describe(*simulation_, status_);
@@ -295,7 +285,7 @@ void Node::diagnose(diagnostic_updater::DiagnosticStatusWrapper& out) {
 /// Sets the fields of the status that the node determines.
 void Node::updateStatus() {
   status_.sim_time = ticks_.simTime(simulation_->time());
-  if (ticks_.next > clock_->firstTick()) {
+  if (ticks_.next > ticks_.first) {
     status_.tick = static_cast<std::uint64_t>(ticks_.next - 1);
     status_.tick_stamp = clock_->stampOf(ticks_.next - 1);
   }

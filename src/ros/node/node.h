@@ -8,25 +8,26 @@
 #include <ros/publisher.h>
 #include <ros/service_server.h>
 #include <sensor_msgs/JointState.h>
-#include <tf2_ros/static_transform_broadcaster.h>
 
+#include <boost/circular_buffer.hpp>
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planar_chain/simulation.h"
 #include "ros/messages/frames.h"
 #include "ros/messages/incoming.h"
-#include "ros/messages/messages.h"
 #include "ros/messages/pace.h"
 #include "ros/node/clock.h"
 #include "ros/node/commands.h"
 #include "ros/node/master_watch.h"
-#include "ros/view/views.h"
+#include "ros/view/state_topics.h"
 
 namespace planar_chain {
 
@@ -91,16 +92,15 @@ class Node {
   std::function<std::optional<Scene>()> changedScene_;
   Frames frames_;
   std::unique_ptr<Simulation> simulation_;
-  std::optional<Messages> messages_;
-  std::optional<ViewTopics> views_;
+  std::optional<StateTopics> states_;
   std::unique_ptr<Clock> clock_;
   Ticks ticks_;
   Commands commands_;
   SimStatus status_;
   diagnostic_updater::Updater diagnostics_;
 
-  ros::Publisher jointStatesOut_, linkStatesOut_, tfOut_, statusOut_;
-  std::optional<tf2_ros::StaticTransformBroadcaster> staticTf_;
+  std::map<std::string, ros::Publisher> statesOut_;  ///< by topic
+  ros::Publisher statusOut_;
   std::vector<ros::ServiceServer> servers_;
   std::optional<MasterWatch> master_;  ///< from run() on
 
@@ -113,8 +113,8 @@ class Node {
   double served_ = 0;              ///< wall time at which the queues were last served, s
   double resting_ = 0;             ///< no tick before this wall time since the start, s
   std::uint64_t overruns_ = 0;
-  std::uint64_t jumpsTold_ = 0;  ///< jumps of the clock, on /diagnostics
-  RealTimeFactor factor_;
+  std::uint64_t jumpsTold_ = 0;                              ///< jumps of the clock, on /diagnostics
+  boost::circular_buffer<std::pair<double, double>> times_;  ///< simulated and wall time, s, lately
   Every warnings_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };

@@ -131,7 +131,7 @@ Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
       if (!keepGoing_()) return {false, "the node is ending"};
       return {false, simulation_->fault().empty() ? "~reset aborted the tick" : simulation_->fault()};
     }
-    states.push_back(messages_->jointStates(*simulation_, clock_->stampOf(ticks_.next - 1)));
+    states.push_back(states_->jointStates(clock_->stampOf(ticks_.next - 1)));
   }
   return done;
 }

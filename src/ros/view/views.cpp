@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "planar_chain/kane.h"
 #include "ros/messages/messages.h"
@@ -62,7 +63,7 @@ Views::Views(Simulation& simulation, const Frames& frames)
 
   // Place the text, below and beside the circle that the chain can reach.
   energy_.header.frame_id = frames.base;
-  energy_.ns = energy;
+  energy_.ns = "energy";
   energy_.type = visualization_msgs::Marker::TEXT_VIEW_FACING;
   energy_.pose.position.x = -0.95 * drawing_.reach;
   energy_.pose.position.y = -0.95 * drawing_.reach;
@@ -71,10 +72,11 @@ Views::Views(Simulation& simulation, const Frames& frames)
   energy_.color = colour(0.85, 0.88, 0.92);
 }
 
-std::vector<std::string> Views::arrays() const {
-  std::vector<std::string> names;
-  for (const View& view : views_) names.push_back(view.name);
-  return names;
+visualization_msgs::MarkerArray& Views::draw(View& view, ros::Time stamp) {
+  if (!std::exchange(hasMotions_, true)) simulation_.linkMotions(motions_.data());
+  view.sketch.clear();
+  (this->*view.draw)(view.sketch);
+  return view.sketch.message(stamp);
 }
 
 Pose Views::poseOf(int link) const {
@@ -216,24 +218,6 @@ visualization_msgs::Marker& Views::writeEnergy(ros::Time stamp) {
   energy_.text = text.data();
   energy_.header.stamp = stamp;
   return energy_;
-}
-
-ViewTopics::ViewTopics(ros::NodeHandle& node, Simulation& simulation, const Frames& frames)
-    : views_(simulation, frames) {
-  for (const std::string& name : views_.arrays()) {
-    out_[name] = node.advertise<visualization_msgs::MarkerArray>("view/" + name, 2);
-  }
-  out_[Views::energy] = node.advertise<visualization_msgs::Marker>(std::string("view/") + Views::energy, 2);
-}
-
-bool ViewTopics::areSubscribed() const {
-  return std::all_of(out_.begin(), out_.end(), [](const auto& view) { return hasSubscribers(view.second); });
-}
-
-void ViewTopics::publish(ros::Time stamp) {
-  views_.draw(
-      stamp, [this](const std::string& name) { return hasSubscribers(out_.at(name)); },
-      [this](const std::string& name, const auto& message) { out_.at(name).publish(message); });
 }
 
 }  // namespace planar_chain
