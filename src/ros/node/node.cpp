@@ -165,12 +165,7 @@ double Node::runDueTicks() {
   // Find the last tick that is due.
   began_ = served_ = elapsed();
   if (began_ < resting_) return resting_ - began_;
-  const double dropped = clock_->dropped();
   const long long due = clock_->due(ticks_.next);
-  if (clock_->dropped() > dropped && warnings_.isDue()) {
-    ROS_WARN("simulation time cannot keep up with %s at %g Hz: dropped another %.3f s",
-             clock_->name().c_str(), settings_.rate, clock_->dropped() - dropped);
-  }
 
   // Catch up in bursts: more ticks at once would overrun the queues of subscribers (rosbag keeps 100 messages
   // of a topic), and commands are served in between.
