@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "planar_chain/fault.h"
-#include "ros/messages/messages.h"
+#include "ros/view/messages.h"
 
 namespace planar_chain {
 

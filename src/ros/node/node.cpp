@@ -12,7 +12,7 @@
 #include "effects/effect_kind.h"
 #include "ode/methods.h"
 #include "reading/section.h"
-#include "ros/view/urdf.h"
+#include "ros/view/drawing.h"
 
 namespace planar_chain {
 
@@ -101,18 +101,18 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
 void Node::load(const Scene& scene) {
   frames_ = framesOf(scene, ros::this_node::getNamespace());
   auto simulation = std::make_unique<Simulation>(scene, Commands::capacity);
-  states_.reset();
+  messages_.reset();
   simulation_ = std::move(simulation);
   commands_.moveTo(*simulation_);
   status_.method.clear();
-  states_.emplace(*simulation_, frames_, ros::this_node::getName(), true);
+  messages_.emplace(*simulation_, frames_, ros::this_node::getName(), true);
   auto before = std::exchange(statesOut_, {});
-  states_->forEach([&](const Topic& topic, auto make) {
+  messages_->forEach([&](const Topic& topic, auto make) {
     using Message = std::decay_t<decltype(make(ros::Time()))>;
     ros::Publisher& out = statesOut_[topic.name] = before[topic.name];
     if (!out) out = outer_.advertise<Message>(topic.name, topic.queue, topic.isLatched);
   });
-  outer_.setParam("robot_description", robotDescription(scene, frames_));
+  outer_.setParam("robot_description", urdfOf(scene, frames_, frames_.every == 1));
   ROS_INFO("%s", whatRuns(*simulation_).c_str());
 }
 
@@ -150,9 +150,13 @@ void Node::run(bool (*keepGoing)()) {
   const ros::SteadyTimer timers[] = {every(1 / settings_.statusRate, [this] { publishStatus(); }),
                                      every(diagnosticsPeriod, [this] { publishDiagnostics(); }),
                                      every(longestWait, [this] { clock_->publishAgain(); })};
-  clock_->begin(ticks_.next);
   while (keepGoing_()) {
     const bool isHalted = paused_ || !simulation_->fault().empty();
+    if (!isHalted && !isClockRunning_) {
+      resting_ = 0;
+      clock_->begin(ticks_.next);
+    }
+    isClockRunning_ = !isHalted;
     const double wait = isHalted ? longestWait : runDueTicks();
     if (paused_) showReset();
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::clamp(wait, 0.0, longestWait)));
@@ -226,7 +230,7 @@ bool Node::serveDuringTicks() {
 void Node::publishState() {
   clock_->publish(ticks_.next);
   const ros::Time stamp = clock_->stampOf(ticks_.next);
-  states_->forEach([&](const Topic& topic, auto make) {
+  messages_->forEach([&](const Topic& topic, auto make) {
     const ros::Publisher& out = statesOut_.at(topic.name);
     if (topic.isDue(ticks_, ticks_.next) && (topic.isLatched || hasSubscribers(out)))
       out.publish(make(stamp));
@@ -307,11 +311,6 @@ double Node::sceneTimeOf(ros::Time stamp) const {
   const double since = static_cast<double>(ns - clock_->ns(from)) / 1e9;
   const long long tick = from + std::llround(since * settings_.rate);
   return clock_->ns(tick) == ns ? ticks_.sceneTime(tick) : ticks_.sceneTime(from) + since;
-}
-
-void Node::restartClock() {
-  resting_ = 0;
-  clock_->begin(ticks_.next);
 }
 
 double Node::elapsed() const {

@@ -27,7 +27,7 @@
 #include "ros/node/clock.h"
 #include "ros/node/commands.h"
 #include "ros/node/master_watch.h"
-#include "ros/view/state_topics.h"
+#include "ros/view/messages.h"
 
 namespace planar_chain {
 
@@ -78,7 +78,6 @@ class Node {
   void publishDiagnostics();
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& out);
   void updateStatus();
-  void restartClock();
   void watchMaster();
 
   Answer take(const CommandTaken& input, const char* done);
@@ -92,7 +91,7 @@ class Node {
   std::function<std::optional<Scene>()> changedScene_;
   Frames frames_;
   std::unique_ptr<Simulation> simulation_;
-  std::optional<StateTopics> states_;
+  std::optional<Messages> messages_;
   std::unique_ptr<Clock> clock_;
   Ticks ticks_;
   Commands commands_;
@@ -105,8 +104,9 @@ class Node {
   std::optional<MasterWatch> master_;  ///< from run() on
 
   bool paused_ = false;
-  bool isWaiting_ = false;  ///< for a recorder
-  bool inTick_ = false;     ///< while services are served during a tick
+  bool isClockRunning_ = false;  ///< since the last halt, begin() has been called
+  bool isWaiting_ = false;       ///< for a recorder
+  bool inTick_ = false;          ///< while services are served during a tick
   long long resets_ = 0;
   bool (*keepGoing_)() = nullptr;  ///< from run() on
   double began_ = 0;               ///< wall time at which ticks began that nothing else has followed, s

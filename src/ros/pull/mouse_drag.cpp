@@ -22,12 +22,12 @@
 #include <algorithm>
 #include <clocale>
 #include <cmath>
-#include <deque>
+#include <iterator>
+#include <map>
 #include <optional>
 #include <string>
 
 #include "dynamics/pull.h"
-#include "ros/messages/messages.h"
 #include "ros/messages/pace.h"
 #include "ros/node/parameters.h"
 #include "ros/view/drawing.h"
@@ -99,7 +99,6 @@ class MouseDrag {
 
   /// The grabbed point and its link's rotation at an instant that rviz may refer to.
   struct Place {
-    ros::Time stamp;
     Vec2d position;
     Rotation<double> turn;
   };
@@ -108,9 +107,9 @@ class MouseDrag {
     Vec2d point;   ///< grabbed, link frame, m
     Vec2d offset;  ///< from the point to the mouse, link frame at offsetAt, m
     ros::Time offsetAt;
-    ros::SteadyTime feedbackAt;   ///< the last feedback
-    std::deque<Place> path;       ///< the last two seconds
-    std::optional<Vec2d> target;  ///< the mouse, base frame, m
+    ros::SteadyTime feedbackAt;       ///< the last feedback
+    std::map<ros::Time, Place> path;  ///< the last two seconds
+    std::optional<Vec2d> target;      ///< the mouse, base frame, m
   };
 
   void offerMarker(int link) {
@@ -121,7 +120,7 @@ class MouseDrag {
     control.orientation.y = -std::sqrt(0.5);
     control.orientation.w = std::sqrt(0.5);
     control.always_visible = true;
-    for (const Bar& bar : barsOf(linkAt(link), drawing_)) {
+    for (const Bar& bar : figureOf(linkAt(link), drawing_).bars) {
       control.markers.push_back(boxAround(bar, markerWidth * drawing_.bar));
     }
 
@@ -184,11 +183,9 @@ class MouseDrag {
   /// Finds the mouse in the base frame, if the state at offsetAt is known.
   void findTarget() {
     const auto& path = grip_->path;
-    if (path.empty() || grip_->offsetAt > path.back().stamp) return;
-    const auto later =
-        std::upper_bound(path.begin(), path.end(), grip_->offsetAt,
-                         [](ros::Time stamp, const Place& place) { return stamp < place.stamp; });
-    const Place& place = later == path.begin() ? *later : *(later - 1);
+    if (path.empty() || grip_->offsetAt > path.rbegin()->first) return;
+    const auto later = path.upper_bound(grip_->offsetAt);
+    const Place& place = (later == path.begin() ? later : std::prev(later))->second;
     grip_->target = place.position + place.turn * grip_->offset;
   }
 
@@ -203,9 +200,9 @@ class MouseDrag {
     const PointMotion point =
         pull_.motionOf(state.position.data(), state.velocity.data(), grip_->link, grip_->point);
     auto& path = grip_->path;
-    if (!path.empty() && state.header.stamp <= path.back().stamp) path.clear();
-    path.push_back({state.header.stamp, point.position, point.turn});
-    while ((path.back().stamp - path.front().stamp).toSec() > memory) path.pop_front();
+    if (!path.empty() && state.header.stamp <= path.rbegin()->first) path.clear();
+    path[state.header.stamp] = {point.position, point.turn};
+    while ((state.header.stamp - path.begin()->first).toSec() > memory) path.erase(path.begin());
     findTarget();
     if (!grip_->target || ticks_++ % stride_ != 0) return;
 

@@ -1,56 +1,103 @@
 #pragma once
 
-/// The state of a simulation as ROS messages.
+/// The state of a simulation as ROS messages. A node publishes them, and `simulate --bag` writes them.
 
 #include <planar_chain/LinkStates.h>
 #include <planar_chain/SimStatus.h>
+#include <ros/names.h>
 #include <ros/publisher.h>
 #include <ros/time.h>
 #include <sensor_msgs/JointState.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
-#include "planar_chain/planar.h"
 #include "planar_chain/simulation.h"
 #include "ros/messages/frames.h"
+#include "ros/messages/pace.h"
+#include "ros/view/views.h"
 
 namespace planar_chain {
-
-/// Sets x and y of a point, vector or pose.
-template <class Message>
-void copy(Vec2d from, Message& to) {
-  to.x = from.x;
-  to.y = from.y;
-}
 
 /// False also for a topic that the scene does not publish.
 inline bool hasSubscribers(const ros::Publisher& topic) {
   return topic.getNumSubscribers() > 0;
 }
 
+/// The messages of two seconds, which are kept for a slow subscriber. rate: Hz.
+inline std::uint32_t queueFor(double rate) {
+  return static_cast<std::uint32_t>(std::max(10.0, std::ceil(2 * rate)));
+}
+
+struct Topic {
+  std::string name;        ///< in full
+  double rate;             ///< Hz
+  std::uint32_t queue;     ///< messages
+  bool isLatched = false;  ///< of the first tick alone
+
+  bool isDue(const Ticks& ticks, long long tick) const {
+    return isLatched ? tick == ticks.first : ticks.isDue(tick, rate);
+  }
+};
+
+/// Each message is computed for the simulation's present state, and valid until the next call of the same
+/// function. The caller may set header.seq. Only the constructor allocates.
 class Messages {
  public:
-  /// Allocates every message in full length.
-  Messages(const Scene& scene, const Frames& frames);
+  /// node: the full name of the publishing node. The simulation must outlive this.
+  Messages(Simulation& simulation, const Frames& frames, const std::string& node, bool hasViews);
 
-  // Each returns the message for the simulation's present state. It is valid until the next call of the same
-  // function. The caller may set header.seq. Allocates nothing.
-  sensor_msgs::JointState& jointStates(Simulation& simulation, ros::Time stamp);
-  LinkStates& linkStates(Simulation& simulation, ros::Time stamp);
+  sensor_msgs::JointState& jointStates(ros::Time stamp);
+  LinkStates& linkStates(ros::Time stamp);
   /// The pose of each link that has a frame, in the frame before, or in the base frame for the first. Between
   /// neighbours the origin is the outer pin of the link before, the rotation is q about z.
-  tf2_msgs::TFMessage& transforms(Simulation& simulation, ros::Time stamp);
-
+  tf2_msgs::TFMessage& transforms(ros::Time stamp);
   /// The pose of the base frame in the world: a roll of +π/2, so that the plane of motion is vertical.
   tf2_msgs::TFMessage& baseInWorld(ros::Time stamp);
 
+  /// Calls visit(topic, make) for each topic that the scene publishes; make(stamp) returns its message.
+  template <class Visit>
+  void forEach(Visit visit) {
+    const PublishSettings& settings = simulation_.scene().publish;
+    const std::uint32_t queue = queueFor(settings.rate);
+    visit(
+        Topic{ros::names::append(ros::names::parentNamespace(node_), "joint_states"), settings.rate, queue},
+        [this](ros::Time stamp) -> auto& { return jointStates(stamp); });
+    if (settings.tf) {
+      visit(
+          Topic{"/tf_static", 0, 1, true}, [this](ros::Time stamp) -> auto& { return baseInWorld(stamp); });
+      visit(
+          Topic{"/tf", settings.tfRate, queueFor(settings.tfRate)}, [this](ros::Time stamp) -> auto& {
+            return transforms(stamp);
+          });
+    }
+    if (views_) {
+      views_->forEach([&](const std::string& name, auto make) {
+        visit(Topic{node_ + "/view/" + name, settings.tfRate, 2}, make);
+      });
+    }
+    if (settings.linkStates) {
+      visit(
+          Topic{node_ + "/link_states", settings.rate, queue}, [this](ros::Time stamp) -> auto& {
+            return linkStates(stamp);
+          });
+    }
+  }
+
  private:
+  Simulation& simulation_;
+  std::string node_;
   sensor_msgs::JointState jointStates_;
   LinkStates linkStates_;
   tf2_msgs::TFMessage transforms_, baseInWorld_;
   std::vector<LinkMotion> motions_;
   std::vector<int> framed_;  ///< the link of each transform
+  std::optional<Views> views_;
 };
 
 /// SimStatus::standstill after a fault.

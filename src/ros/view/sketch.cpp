@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "ros/messages/messages.h"
-
 namespace planar_chain {
 
 namespace {

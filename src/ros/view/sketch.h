@@ -12,6 +12,13 @@
 
 namespace planar_chain {
 
+/// Sets x and y of a point, vector or pose.
+template <class Message>
+void copy(Vec2d from, Message& to) {
+  to.x = from.x;
+  to.y = from.y;
+}
+
 using Colour = std_msgs::ColorRGBA;
 
 /// Each component is in 0 … 1.

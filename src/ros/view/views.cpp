@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "planar_chain/kane.h"
-#include "ros/messages/messages.h"
 
 namespace planar_chain {
 
