@@ -74,7 +74,7 @@ class MouseDrag {
   /// node.
   MouseDrag(const Scene& scene, const std::string& simulation)
       : scene_(scene),
-        frames_(framesOf(scene, ros::names::parentNamespace(simulation))),
+        frames_(framesOf(scene, simulation)),
         drawing_(scene),
         pull_(scene_.chain),
         stride_(std::max(1, static_cast<int>(std::ceil(scene.publish.rate / mostForces)))),
@@ -97,19 +97,14 @@ class MouseDrag {
  private:
   using Feedback = visualization_msgs::InteractiveMarkerFeedback;
 
-  /// The grabbed point and its link's rotation at an instant that rviz may refer to.
-  struct Place {
-    Vec2d position;
-    Rotation<double> turn;
-  };
   struct Grip {
     int link;
     Vec2d point;   ///< grabbed, link frame, m
     Vec2d offset;  ///< from the point to the mouse, link frame at offsetAt, m
     ros::Time offsetAt;
-    ros::SteadyTime feedbackAt;       ///< the last feedback
-    std::map<ros::Time, Place> path;  ///< the last two seconds
-    std::optional<Vec2d> target;      ///< the mouse, base frame, m
+    ros::SteadyTime feedbackAt;      ///< the last feedback
+    std::map<ros::Time, Pose> path;  ///< of the point in the last two seconds
+    std::optional<Vec2d> target;     ///< the mouse, base frame, m
   };
 
   void offerMarker(int link) {
@@ -185,8 +180,8 @@ class MouseDrag {
     const auto& path = grip_->path;
     if (path.empty() || grip_->offsetAt > path.rbegin()->first) return;
     const auto later = path.upper_bound(grip_->offsetAt);
-    const Place& place = (later == path.begin() ? later : std::prev(later))->second;
-    grip_->target = place.position + place.turn * grip_->offset;
+    const Pose& pose = (later == path.begin() ? later : std::prev(later))->second;
+    grip_->target = pose.origin + pose.turn * grip_->offset;
   }
 
   // ---- The force -----------------------------------------------------------------------------------
@@ -225,7 +220,7 @@ class MouseDrag {
     const double w = drawing_.bar;
     sketch_.clear();
     Sketch& sketch = sketch_.on(grip_->link);
-    sketch.band(from, mouse, 0.12 * w, 0.12 * w, pale, pale);
+    sketch.band(from, mouse, 0.12 * w, 0.12 * w, pale);
     sketch.sector(mouse, 0.3 * w, 0, 6.3, pale);
     sketch.arrow(from, from + toLink * drawing_.arrow(force, point.position), 0.4 * w, paint);
     pictureOut_.publish(sketch_.message(stamp));

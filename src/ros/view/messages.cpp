@@ -4,15 +4,15 @@
 
 namespace planar_chain {
 
-Messages::Messages(Simulation& simulation, const Frames& frames, const std::string& node, bool hasViews)
-    : simulation_(simulation), node_(node) {
+Messages::Messages(Simulation& simulation, const std::string& node, bool hasViews)
+    : simulation_(simulation), node_(node), frames_(framesOf(simulation.scene(), node)) {
   const Scene& scene = simulation.scene();
   const auto n = static_cast<std::size_t>(scene.chain.size());
 
   // Size the joint states and the link states.
   for (const Joint& joint : scene.chain.joints()) jointStates_.name.push_back(joint.name);
   jointStates_.effort.resize(n);
-  linkStates_.header.frame_id = frames.base;
+  linkStates_.header.frame_id = frames_.base;
   for (const Link& link : scene.chain.links()) linkStates_.name.push_back(link.name);
   linkStates_.pose.resize(n);
   linkStates_.velocity.resize(n);
@@ -21,20 +21,20 @@ Messages::Messages(Simulation& simulation, const Frames& frames, const std::stri
   motions_.resize(n);
 
   // Set the frames of the transforms. They are constant.
-  std::string parent = frames.base;
+  std::string parent = frames_.base;
   for (int i = 0; i < scene.chain.size(); ++i) {
-    if (!frames.has(i)) continue;
+    if (!frames_.has(i)) continue;
     geometry_msgs::TransformStamped transform;
     transform.header.frame_id = parent;
-    transform.child_frame_id = parent = frames.links[index(i)];
+    transform.child_frame_id = parent = frames_.links[index(i)];
     transforms_.transforms.push_back(transform);
     framed_.push_back(i);
   }
   geometry_msgs::TransformStamped& base = baseInWorld_.transforms.emplace_back();
-  base.header.frame_id = frames.world;
-  base.child_frame_id = frames.base;
+  base.header.frame_id = frames_.world;
+  base.child_frame_id = frames_.base;
   base.transform.rotation.x = base.transform.rotation.w = std::sqrt(0.5);
-  if (hasViews) views_.emplace(simulation, frames);
+  if (hasViews) views_.emplace(simulation, frames_);
 }
 
 sensor_msgs::JointState& Messages::jointStates(ros::Time stamp) {

@@ -50,7 +50,10 @@ struct Topic {
 class Messages {
  public:
   /// node: the full name of the publishing node. The simulation must outlive this.
-  Messages(Simulation& simulation, const Frames& frames, const std::string& node, bool hasViews);
+  /// @throws Refused for frame names that collide
+  Messages(Simulation& simulation, const std::string& node, bool hasViews);
+
+  const Frames& frames() const { return frames_; }
 
   sensor_msgs::JointState& jointStates(ros::Time stamp);
   LinkStates& linkStates(ros::Time stamp);
@@ -92,6 +95,7 @@ class Messages {
  private:
   Simulation& simulation_;
   std::string node_;
+  Frames frames_;
   sensor_msgs::JointState jointStates_;
   LinkStates linkStates_;
   tf2_msgs::TFMessage transforms_, baseInWorld_;

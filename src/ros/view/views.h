@@ -49,17 +49,19 @@ class Views {
 
   visualization_msgs::MarkerArray& draw(View& view, ros::Time stamp);
   void drawLoads(Sketch& sketch);
-  void drawLoad(Sketch& sketch, const Load& load, double factor);
+  void drawForce(Sketch& sketch, int link, Vec2d point, Vec2d force, const Colour& paint);
   void drawPinForces(Sketch& sketch);
   void drawSprings(Sketch& sketch);
   void drawTrail(Sketch& sketch);
   void drawCentres(Sketch& sketch);
   void drawCentre(Sketch& sketch, Vec2d at, double radius);
   void drawChain(Sketch& sketch);
+  /// Calls act(load, factor) for the loads of the scene and the commands in force.
+  template <class Act>
+  void forLoads(Act act) const;
   visualization_msgs::Marker& writeEnergy(ros::Time stamp);
   Sketch& on(Sketch& sketch, int link) const;
   Pose poseOf(int link) const;
-  Vec2d inLink(int link, Vec2d vector) const;
   Vec2d tip() const;
 
   Simulation& simulation_;
