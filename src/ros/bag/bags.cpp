@@ -51,7 +51,7 @@ std::optional<std::string> fullName(const std::optional<std::string>& node) {
 
 void writeUrdf(const std::string& path, const Scene& scene, const std::string& node) {
   std::ofstream file(path);
-  file << urdfOf(scene, framesOf(scene, ros::names::parentNamespace(node)));
+  file << urdfOf(scene, framesOf(scene, node));
   if (!file.flush()) throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
 }
 
@@ -86,26 +86,25 @@ boost::shared_ptr<Message> messageOf(const rosbag::MessageInstance& entry, const
          "another definition of " + entry.getDataType());
 }
 
-bool hasFieldsOfItsKind(const CommandTaken& command) {
-  return command.kind <= CommandTaken::RESET && std::isfinite(command.scene_time) &&
-         command.joint_torque.size() == (command.kind == CommandTaken::JOINT_TORQUE ? 1 : 0) &&
-         command.link_force.size() == (command.kind == CommandTaken::LINK_FORCE ? 1 : 0);
-}
-
 /// @throws Refused if one of them is missing, is not what its kind needs, or does not fit the ticks
 void check(const std::vector<CommandTaken>& commands, double rate, const std::string& path) {
-  std::uint64_t tickBefore = 0, number = 1;
+  std::uint64_t tickBefore = 0, number = 0;
   bool wasReset = false;
   for (const CommandTaken& command : commands) {
-    if (command.number != number) {
+    if (command.number != ++number) {
       refuse(path, "every command that the node took since its start",
              "number " + std::to_string(command.number) + " where " + std::to_string(number) + " is due");
     }
-    if (!hasFieldsOfItsKind(command)) {
+    const bool hasItsFields =
+        command.kind <= CommandTaken::RESET && std::isfinite(command.scene_time) &&
+        command.joint_torque.size() == (command.kind == CommandTaken::JOINT_TORQUE ? 1 : 0) &&
+        command.link_force.size() == (command.kind == CommandTaken::LINK_FORCE ? 1 : 0);
+    if (!hasItsFields) {
       refuse(path, "commands with what their kind needs",
              "number " + std::to_string(number) + " of kind " + std::to_string(command.kind));
     }
     if (command.tick < tickBefore) refuse(path, "ticks that do not go back", std::to_string(command.tick));
+    tickBefore = command.tick;
     wasReset = wasReset || command.kind == CommandTaken::RESET;
     // Until the first reset, scene time lies between the tick before and this one.
     const auto tick = static_cast<double>(command.tick);
@@ -113,8 +112,6 @@ void check(const std::vector<CommandTaken>& commands, double rate, const std::st
       refuse(path, "commands of a node with ticks of " + toText(rate) + " Hz (publish/rate, or --rate)",
              "tick " + std::to_string(command.tick) + " after " + toText(command.scene_time) + " s");
     }
-    tickBefore = command.tick;
-    ++number;
   }
 }
 
@@ -160,11 +157,11 @@ RecordedCommands readCommands(const std::string& path, const std::optional<std::
     RecordedCommands recorded{node ? *node : onlyNode(bag, path), {}, 0};
 
     const std::string topic = recorded.node + commandsTaken;
-    rosbag::View view(bag, rosbag::TopicQuery(topic));
-    if (view.size() == 0) refuse(path, "a bag with commands on " + topic, "none");
     std::vector<CommandTaken>& commands = recorded.commands;
-    for (const rosbag::MessageInstance& entry : view)
+    for (const rosbag::MessageInstance& entry : rosbag::View(bag, rosbag::TopicQuery(topic))) {
       commands.push_back(*messageOf<CommandTaken>(entry, path));
+    }
+    if (commands.empty()) refuse(path, "a bag with commands on " + topic, "none");
     std::sort(commands.begin(), commands.end(),
               [](const CommandTaken& a, const CommandTaken& b) { return a.number < b.number; });
     check(commands, rate, path);
@@ -196,12 +193,11 @@ class BagWriter {
       : simulation_(simulation),
         commands_(commands),
         ticks_(ticks),
+        messages_(simulation, node, hasViews),
         path_(path),
         node_(node),
         bag_(new rosbag::Bag) {
-    const Frames frames = framesOf(simulation.scene(), ros::names::parentNamespace(node));
-    messages_.emplace(simulation, frames, node, hasViews);
-    status_.header.frame_id = frames.base;
+    status_.header.frame_id = messages_.frames().base;
     attempt([&] { bag_->open(path_, rosbag::bagmode::Write); });
   }
 
@@ -220,13 +216,13 @@ class BagWriter {
 
     const bool isGood = simulation_.fault().empty();
     if (isGood) {
-      messages_->forEach([&](const Topic& topic, auto make) {
+      messages_.forEach([&](const Topic& topic, auto make) {
         if (topic.isDue(ticks_, k)) write(topic.name, stamp, make(stamp), topic.isLatched);
       });
       status_.tick = static_cast<std::uint64_t>(k);
       status_.tick_stamp = stamp;
     }
-    if (isGood && !ticks_.isDue(k, simulation_.scene().publish.statusRate)) return;
+    if (isGood && !Ticks{ticks_.rate}.isDue(k, simulation_.scene().publish.statusRate)) return;
     status_.header.stamp = stamp;
     describe(simulation_, status_);
     status_.sim_time = ticks_.simTime(simulation_.time());
@@ -284,9 +280,9 @@ class BagWriter {
   Simulation& simulation_;
   const Commands& commands_;
   const Ticks& ticks_;
+  Messages messages_;
   std::string path_, node_;
   std::unique_ptr<rosbag::Bag, DeleteIfClosed> bag_;
-  std::optional<Messages> messages_;
   std::map<std::string, Connection> connections_;  ///< by topic
   SimStatus status_;
   std::vector<CommandTaken> taken_;
