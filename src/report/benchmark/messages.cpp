@@ -2,7 +2,6 @@
 
 #include "report/benchmark/chains.h"
 #include "report/benchmark/measure.h"
-#include "ros/messages/frames.h"
 
 namespace planar_chain::benchmarks {
 
@@ -14,7 +13,7 @@ void add(const char* what, int n, Fill fill) {
   benchmark::RegisterBenchmark(nameOf("message", what, n).c_str(), [n, fill](benchmark::State& state) {
     const Scene scene = sceneOf(rods(n), crooked(n));
     Simulation simulation(scene);
-    Messages messages(simulation, framesOf(scene, "/"), "/planar_chain", false);
+    Messages messages(simulation, "/planar_chain", false);
     for (auto _ : state) {
       fill(messages, simulation, ros::Time(1));
       benchmark::ClobberMemory();

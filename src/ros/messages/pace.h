@@ -34,7 +34,12 @@ struct Ticks {
   }
 };
 
-/// A periodic action in wall time.
+/// The time of the steady clock, s.
+inline double steadyTime() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// A periodic action in steady time.
 class Every {
  public:
   /// period: s.
@@ -42,8 +47,7 @@ class Every {
 
   /// True once per period, first at the first call. Missed periods are skipped.
   bool isDue() {
-    const double now =
-        std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    const double now = steadyTime();
     if (now < next_) return false;
     next_ += period_;
     if (next_ <= now) next_ = now + period_;

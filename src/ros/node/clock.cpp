@@ -6,7 +6,6 @@
 #include <rosgraph_msgs/Clock.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -17,8 +16,6 @@
 namespace planar_chain {
 
 namespace {
-
-using Steady = std::chrono::steady_clock;
 
 constexpr double longestLag = 1;     // s: a longer one is dropped
 constexpr double leastJump = 0.1;    // s by which the wall clock is set; a smaller one is caught up with
@@ -38,10 +35,6 @@ ros::Time timeOf(std::int64_t ns) {
 
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) / 1e9;
-}
-
-double since(Steady::time_point then) {
-  return std::chrono::duration<double>(Steady::now() - then).count();
 }
 
 /// A clock that others set. When it jumps, the simulation continues from its present state, and the stamps
@@ -80,12 +73,12 @@ class WallClock : public FollowedClock {
   /// must not look like a jump.
   bool hasJumped() override {
     const std::int64_t wallBefore = wall_;
-    const Steady::time_point steadyBefore = steady_;
+    const double steadyBefore = steady_;
     do {
-      steady_ = Steady::now();
+      steady_ = steadyTime();
       wall_ = read();
-    } while (since(steady_) > leastJump / 10);
-    const double elapsed = std::chrono::duration<double>(steady_ - steadyBefore).count();
+    } while (steadyTime() - steady_ > leastJump / 10);
+    const double elapsed = steady_ - steadyBefore;
     const double jump = seconds(wall_ - wallBefore) - elapsed;
     if (std::fabs(jump) <= leastJump + mostSlewed * elapsed) return false;
     ROS_WARN("the wall clock jumped by %+.3f s: the simulation continues from its present state", jump);
@@ -95,7 +88,7 @@ class WallClock : public FollowedClock {
   std::int64_t read() const override { return wallTime(); }
 
   std::int64_t wall_ = read();
-  Steady::time_point steady_ = Steady::now();
+  double steady_ = steadyTime();  ///< s
 };
 
 /// A /clock that another node publishes.
@@ -113,7 +106,7 @@ class ExternalClock : public FollowedClock {
 
   std::string haltedBy() const override {
     if (!hasBegun()) return "/clock has not begun";
-    return since(changed_) < haltsAfter ? "" : "/clock stands still";
+    return steadyTime() - changed_ < haltsAfter ? "" : "/clock stands still";
   }
 
   /// Wall time before the clock begins, so that ~status can be sent.
@@ -121,12 +114,12 @@ class ExternalClock : public FollowedClock {
 
  private:
   bool hasJumped() override {
-    if (!hasBegun() && since(start_) > beginsWithin && warnings_.isDue()) {
+    if (!hasBegun() && steadyTime() - start_ > beginsWithin && warnings_.isDue()) {
       ROS_WARN(
           "/use_sim_time is true, but no time has come on /clock for %.0f s: nothing moves. Start the node "
           "that "
           "publishes /clock, or set /use_sim_time to false and start this node again",
-          since(start_));
+          steadyTime() - start_);
     }
     return std::exchange(jumped_, false);
   }
@@ -142,7 +135,7 @@ class ExternalClock : public FollowedClock {
                seconds(reading));
     }
     reading_ = reading;
-    changed_ = Steady::now();
+    changed_ = steadyTime();
   }
 
   std::int64_t read() const override { return reading_; }
@@ -150,7 +143,7 @@ class ExternalClock : public FollowedClock {
 
   std::int64_t reading_ = 0;
   bool jumped_ = false;
-  Steady::time_point start_ = Steady::now(), changed_ = start_;
+  double start_ = steadyTime(), changed_ = start_;  ///< s
   Every warnings_{warningPeriod}, messages_{messagePeriod};
   ros::Subscriber subscriber_;
 };
@@ -160,7 +153,6 @@ class OwnClock : public Clock {
  public:
   OwnClock(double rate, double factor, const std::string& pace)
       : Clock(rate, factor, "its own /clock, " + pace),
-        factor_(factor),
         out_(ros::NodeHandle().advertise<rosgraph_msgs::Clock>("/clock", queue)) {}
 
   long long firstTick() const override { return 1; }
@@ -174,10 +166,9 @@ class OwnClock : public Clock {
   }
 
  private:
-  std::int64_t read() const override { return std::llround(since(start_) * factor_ * 1e9); }
+  std::int64_t read() const override { return std::llround((steadyTime() - start_) * speed_ * 1e9); }
 
-  double factor_;
-  Steady::time_point start_ = Steady::now();
+  double start_ = steadyTime();  ///< s
   ros::Publisher out_;
   rosgraph_msgs::Clock published_;
 };

@@ -23,7 +23,7 @@ class Clock {
  public:
   /// rate: ticks per s; speed: s of this clock per s of wall time, 0: unknown; name: in words, such as "the
   /// wall clock".
-  Clock(double rate, double speed, std::string name) : rate_(rate), speed_(speed), name_(std::move(name)) {}
+  Clock(double rate, double speed, std::string name) : speed_(speed), rate_(rate), name_(std::move(name)) {}
   virtual ~Clock() = default;
 
   const std::string& name() const { return name_; }
@@ -67,8 +67,10 @@ class Clock {
   /// The same at the present reading, after a jump of the clock.
   void restart(long long next);
 
+  const double speed_;
+
  private:
-  double rate_, speed_;
+  double rate_;
   std::string name_;
   long long tick0_ = 0;
   std::int64_t stamp0_ = 0, late_ = 0, lateAtBegin_ = 0;  ///< ns

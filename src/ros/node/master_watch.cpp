@@ -3,6 +3,7 @@
 #include <ros/connection_manager.h>
 #include <ros/console.h>
 #include <ros/master.h>
+#include <ros/names.h>
 #include <ros/network.h>
 #include <ros/param.h>
 #include <ros/this_node.h>
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <chrono>
 #include <initializer_list>
+#include <vector>
 
 #include "reading/section.h"
 
@@ -79,8 +81,9 @@ std::string clockFaultIn(const XmlRpcValue& state) {
 
 }  // namespace
 
-MasterWatch::MasterWatch(const std::vector<std::string>& parameters) {
-  for (const std::string& parameter : parameters) {
+MasterWatch::MasterWatch() {
+  for (const std::string& parameter :
+       {ros::this_node::getName(), ros::names::resolve("robot_description"), std::string("/use_sim_time")}) {
     XmlRpcValue value;
     if (ros::param::get(parameter, value)) parameters_[parameter] = value;
   }

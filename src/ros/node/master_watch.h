@@ -8,13 +8,12 @@
 #include <future>
 #include <map>
 #include <string>
-#include <vector>
 
 #include "ros/messages/pace.h"
 
 namespace planar_chain {
 
-/// If the master has lost this node, registers it again: topics, services, and the given parameters unless
+/// If the master has lost this node, registers it again: topics, services, and the node's parameters unless
 /// the master has other values for them. Existing connections stay. One exception follows from roscpp: when a
 /// new publisher of a subscribed topic appears, connections to publishers that the master does not know are
 /// closed.
@@ -22,7 +21,7 @@ class MasterWatch {
  public:
   /// Construct this after everything is advertised and the parameters are set. The destructor waits for a
   /// pending answer of the master.
-  explicit MasterWatch(const std::vector<std::string>& parameters);
+  MasterWatch();
 
   /// Starts a check if one is due. Call this at least once per second.
   void update();

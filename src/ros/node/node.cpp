@@ -18,8 +18,6 @@ namespace planar_chain {
 
 namespace {
 
-using Steady = std::chrono::steady_clock;
-
 constexpr long long fewTicks = 4;              // in a burst that catches up,
 constexpr long long catchUpShare = 50;         // or the missing ticks divided by this if more,
 constexpr double catchUpTime = 0.05;           // s of wall time at most
@@ -84,7 +82,7 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
   // Advertise what the scene publishes.
   load(scene);
   statusOut_ = inner_.advertise<SimStatus>("status", queueFor(settings_.statusRate));
-  status_.header.frame_id = frames_.base;
+  status_.header.frame_id = messages_->frames().base;
 
   // Subscribe to commands, on a queue of their own.
   ros::NodeHandle commandsHandle("~");
@@ -93,26 +91,24 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
   advertiseServices();
   diagnostics_.setHardwareID("none");
   diagnostics_.add("simulation", this, &Node::diagnose);
-  ROS_INFO("%s; time: %s", whatIsPublished(settings_, frames_).c_str(), clock_->name().c_str());
+  ROS_INFO("%s; time: %s", whatIsPublished(settings_, messages_->frames()).c_str(), clock_->name().c_str());
 }
 
 /// Makes what depends on the scene alone. Its publish settings are those of the start.
 /// @throws Refused for frame names that collide; then nothing has changed
 void Node::load(const Scene& scene) {
-  frames_ = framesOf(scene, ros::this_node::getNamespace());
   auto simulation = std::make_unique<Simulation>(scene, Commands::capacity);
-  messages_.reset();
+  messages_ = std::make_unique<Messages>(*simulation, ros::this_node::getName(), true);
   simulation_ = std::move(simulation);
   commands_.moveTo(*simulation_);
   status_.method.clear();
-  messages_.emplace(*simulation_, frames_, ros::this_node::getName(), true);
   auto before = std::exchange(statesOut_, {});
   messages_->forEach([&](const Topic& topic, auto make) {
     using Message = std::decay_t<decltype(make(ros::Time()))>;
     ros::Publisher& out = statesOut_[topic.name] = before[topic.name];
     if (!out) out = outer_.advertise<Message>(topic.name, topic.queue, topic.isLatched);
   });
-  outer_.setParam("robot_description", urdfOf(scene, frames_, frames_.every == 1));
+  outer_.setParam("robot_description", urdfOf(scene, messages_->frames(), messages_->frames().every == 1));
   ROS_INFO("%s", whatRuns(*simulation_).c_str());
 }
 
@@ -125,7 +121,8 @@ void Node::waitForRecorder(bool (*keepGoing)()) {
                        [](const auto& topic) { return hasSubscribers(topic.second); });
   };
   isWaiting_ = true;
-  while (keepGoing() && !isRecorded() && elapsed() < longestWaitForRecorder) {
+  const double end = steadyTime() + longestWaitForRecorder;
+  while (keepGoing() && !isRecorded() && steadyTime() < end) {
     publishStatus();
     ros::WallDuration(longestWait).sleep();
   }
@@ -135,14 +132,9 @@ void Node::waitForRecorder(bool (*keepGoing)()) {
            longestWaitForRecorder);
 }
 
-void Node::watchMaster() {
-  master_.emplace(std::vector{ros::this_node::getName(), outer_.resolveName("robot_description"),
-                              std::string("/use_sim_time")});
-}
-
 void Node::run(bool (*keepGoing)()) {
   keepGoing_ = keepGoing;
-  watchMaster();
+  master_.emplace();
   const auto every = [this](double period, auto action) {
     return outer_.createSteadyTimer(ros::WallDuration(period),
                                     [action](const ros::SteadyTimerEvent& /*now*/) { action(); });
@@ -167,7 +159,7 @@ void Node::run(bool (*keepGoing)()) {
 /// Runs some of the ticks that are due. Returns the wall time until the next, s.
 double Node::runDueTicks() {
   // Find the last tick that is due.
-  began_ = served_ = elapsed();
+  began_ = served_ = steadyTime();
   if (began_ < resting_) return resting_ - began_;
   const long long due = clock_->due(ticks_.next);
 
@@ -177,7 +169,7 @@ double Node::runDueTicks() {
   const long long late = due - ticks_.next;
   const long long burst = pause > 0 ? std::max(fewTicks, late / catchUpShare) : late + 1;
   const long long last = std::min(due, ticks_.next + burst - 1);
-  while (ticks_.next <= last && elapsed() - began_ <= catchUpTime) {
+  while (ticks_.next <= last && steadyTime() - began_ <= catchUpTime) {
     if (!tick()) return 0;
   }
   if (ticks_.next > due) return clock_->untilDue(ticks_.next);
@@ -189,14 +181,14 @@ double Node::runDueTicks() {
 /// While paused, publishes the state of scene time 0 after a reset. Its stamp is as after a resume.
 void Node::showReset() {
   if (ticks_.next != ticks_.origin || !clock_->hasBegun()) return;
-  began_ = served_ = elapsed();
+  began_ = served_ = steadyTime();
   clock_->begin(ticks_.next);
   tick();
 }
 
 /// Returns false if the integration fails, the tick is aborted, or the node ends. Then publishes no state.
 bool Node::tick() {
-  const auto isInTime = [this] { return keepGoing_() && elapsed() < served_ + servePeriod; };
+  const auto isInTime = [this] { return keepGoing_() && steadyTime() < served_ + servePeriod; };
   while (!isInTime() || !simulation_->advanceTo(ticks_.sceneTime(ticks_.next), isInTime)) {
     if (!simulation_->fault().empty()) {
       ROS_ERROR("%s", simulation_->fault().c_str());
@@ -206,7 +198,14 @@ bool Node::tick() {
     }
     if (!keepGoing_() || !serveDuringTicks()) return false;
   }
-  publishState();
+
+  clock_->publish(ticks_.next);
+  const ros::Time stamp = clock_->stampOf(ticks_.next);
+  messages_->forEach([&](const Topic& topic, auto make) {
+    const ros::Publisher& out = statesOut_.at(topic.name);
+    const bool isWanted = topic.isLatched || hasSubscribers(out);
+    if (isWanted && topic.isDue(ticks_, ticks_.next)) out.publish(make(stamp));
+  });
   ++ticks_.next;
   return true;
 }
@@ -214,32 +213,22 @@ bool Node::tick() {
 /// Serves what cannot wait for the end of long ticks. Returns false if ~reset aborted them.
 bool Node::serveDuringTicks() {
   const long long resets = resets_;
-  if (elapsed() - began_ > warningPeriod && warnings_.isDue()) {
+  if (steadyTime() - began_ > warningPeriod && warnings_.isDue()) {
     ROS_WARN("ticks up to %.9g s are at %.9g s after %.0f s of wall time; commands wait for their end",
-             ticks_.sceneTime(ticks_.next), simulation_->time(), elapsed() - began_);
+             ticks_.sceneTime(ticks_.next), simulation_->time(), steadyTime() - began_);
   }
   inTick_ = true;
   ros::getGlobalCallbackQueue()->callAvailable();
   inTick_ = false;
-  served_ = elapsed();
+  served_ = steadyTime();
   return resets == resets_;
 }
 
 // ---- What is published -------------------------------------------------------------------------
 
-void Node::publishState() {
-  clock_->publish(ticks_.next);
-  const ros::Time stamp = clock_->stampOf(ticks_.next);
-  messages_->forEach([&](const Topic& topic, auto make) {
-    const ros::Publisher& out = statesOut_.at(topic.name);
-    if (topic.isDue(ticks_, ticks_.next) && (topic.isLatched || hasSubscribers(out)))
-      out.publish(make(stamp));
-  });
-}
-
 void Node::publishStatus() {
   // Sample the real-time factor even without subscribers, for a later one.
-  times_.push_back({ticks_.simTime(simulation_->time()), elapsed()});
+  times_.push_back({ticks_.simTime(simulation_->time()), steadyTime()});
   const double simulated = times_.back().first - times_.front().first;
   const double passed = times_.back().second - times_.front().second;
   status_.real_time_factor = passed > 0 ? simulated / passed : 0;
@@ -311,10 +300,6 @@ double Node::sceneTimeOf(ros::Time stamp) const {
   const double since = static_cast<double>(ns - clock_->ns(from)) / 1e9;
   const long long tick = from + std::llround(since * settings_.rate);
   return clock_->ns(tick) == ns ? ticks_.sceneTime(tick) : ticks_.sceneTime(from) + since;
-}
-
-double Node::elapsed() const {
-  return std::chrono::duration<double>(Steady::now() - start_).count();
 }
 
 }  // namespace planar_chain

@@ -10,7 +10,6 @@
 #include <sensor_msgs/JointState.h>
 
 #include <boost/circular_buffer.hpp>
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -21,7 +20,6 @@
 #include <vector>
 
 #include "planar_chain/simulation.h"
-#include "ros/messages/frames.h"
 #include "ros/messages/incoming.h"
 #include "ros/messages/pace.h"
 #include "ros/node/clock.h"
@@ -73,25 +71,21 @@ class Node {
   void showReset();
   bool tick();
   bool serveDuringTicks();
-  void publishState();
   void publishStatus();
   void publishDiagnostics();
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& out);
   void updateStatus();
-  void watchMaster();
 
   Answer take(const CommandTaken& input, const char* done);
   double sceneTimeOf(ros::Time stamp) const;
-  double elapsed() const;  ///< wall time since the start, s
 
   ros::CallbackQueue commandQueue_;  ///< holds the messages that wait for the end of a tick
   ros::NodeHandle outer_;            ///< in the node's namespace
   ros::NodeHandle inner_{"~"};       ///< below the node's name
   const PublishSettings settings_;
   std::function<std::optional<Scene>()> changedScene_;
-  Frames frames_;
   std::unique_ptr<Simulation> simulation_;
-  std::optional<Messages> messages_;
+  std::unique_ptr<Messages> messages_;
   std::unique_ptr<Clock> clock_;
   Ticks ticks_;
   Commands commands_;
@@ -109,14 +103,13 @@ class Node {
   bool inTick_ = false;          ///< while services are served during a tick
   long long resets_ = 0;
   bool (*keepGoing_)() = nullptr;  ///< from run() on
-  double began_ = 0;               ///< wall time at which ticks began that nothing else has followed, s
-  double served_ = 0;              ///< wall time at which the queues were last served, s
-  double resting_ = 0;             ///< no tick before this wall time since the start, s
+  double began_ = 0;               ///< steadyTime() at which ticks began that nothing else has followed
+  double served_ = 0;              ///< steadyTime() at which the queues were last served
+  double resting_ = 0;             ///< no tick before this steadyTime()
   std::uint64_t overruns_ = 0;
   std::uint64_t jumpsTold_ = 0;                              ///< jumps of the clock, on /diagnostics
-  boost::circular_buffer<std::pair<double, double>> times_;  ///< simulated and wall time, s, lately
+  boost::circular_buffer<std::pair<double, double>> times_;  ///< simulated and steady time, lately
   Every warnings_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace planar_chain

@@ -78,7 +78,7 @@ Answer Node::reset() {
   commandQueue_.callAvailable();
   if (changed) {
     load(*changed);
-    if (master_) watchMaster();
+    if (master_) master_.emplace();
   }
   commands_.take(inputOf(CommandTaken::RESET));
   ++resets_;
@@ -118,7 +118,7 @@ Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
   const bool ran = !paused_;
   paused_ = true;
   isClockRunning_ = false;
-  began_ = served_ = elapsed();
+  began_ = served_ = steadyTime();
   CommandTaken input = inputOf(CommandTaken::STEP);
   input.joint_torques = torques;
   const Answer done =
