@@ -21,15 +21,6 @@ constexpr double beyond = 0.2;      // reaches, from the farthest points of the 
 constexpr double pinRadius = 0.72, bobRadius = 1.1;
 constexpr int hatches = 5;
 
-double largestLoad(const Scene& scene, double reach) {
-  double largest = 0;
-  for (const Load& load : scene.loads) {
-    const double turning = std::fmax(std::fabs(load.moment), std::fabs(load.torque)) / reach;
-    largest = std::fmax(largest, std::fmax(length(load.force), turning));
-  }
-  return largest;
-}
-
 /// Names contain only letters, digits, _ and /, so nothing is escaped.
 class Writer {
  public:
@@ -155,7 +146,12 @@ Drawing::Drawing(const Scene& scene) : reach(0) {
   unit = reach / std::min(scene.chain.size(), fewLinks);
   bar = std::fmax(barWidth * unit, leastBar * reach);
   force = mass * length(scene.chain.gravity());
-  if (force == 0) force = largestLoad(scene, reach);
+  if (force == 0) {
+    for (const Load& load : scene.loads) {
+      const double turning = std::fmax(std::fabs(load.moment), std::fabs(load.torque)) / reach;
+      force = std::fmax(force, std::fmax(length(load.force), turning));
+    }
+  }
   if (force == 0) force = 1;
   torque = force * reach / 2;
 }
