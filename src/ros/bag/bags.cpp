@@ -217,7 +217,7 @@ class BagWriter {
     const bool isGood = simulation_.fault().empty();
     if (isGood) {
       messages_.forEach([&](const Topic& topic, auto make) {
-        if (topic.isDue(ticks_, k)) write(topic.name, stamp, make(stamp), topic.isLatched);
+        if (topic.isDue(ticks_, k)) write(topic.name, stamp, *make(stamp), topic.isLatched);
       });
       status_.tick = static_cast<std::uint64_t>(k);
       status_.tick_stamp = stamp;

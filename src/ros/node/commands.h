@@ -64,7 +64,6 @@ class Commands {
   /// Returns the faults of one torque per joint, held from now on.
   std::vector<Fault> faultsOf(const std::vector<double>& torques, const std::string& path) const;
 
-  /// True if ~commands_taken has a subscriber.
   bool areRecorded() const { return log_.getNumSubscribers() > 0; }
 
   /// Sets the ages and refusals in `status`. The other fields stay as they are.

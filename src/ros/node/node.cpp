@@ -104,7 +104,7 @@ void Node::load(const Scene& scene) {
   status_.method.clear();
   auto before = std::exchange(statesOut_, {});
   messages_->forEach([&](const Topic& topic, auto make) {
-    using Message = std::decay_t<decltype(make(ros::Time()))>;
+    using Message = std::decay_t<decltype(*make(ros::Time()))>;
     ros::Publisher& out = statesOut_[topic.name] = before[topic.name];
     if (!out) out = outer_.advertise<Message>(topic.name, topic.queue, topic.isLatched);
   });
@@ -204,7 +204,7 @@ bool Node::tick() {
   messages_->forEach([&](const Topic& topic, auto make) {
     const ros::Publisher& out = statesOut_.at(topic.name);
     const bool isWanted = topic.isLatched || hasSubscribers(out);
-    if (isWanted && topic.isDue(ticks_, ticks_.next)) out.publish(make(stamp));
+    if (isWanted && topic.isDue(ticks_, ticks_.next)) out.publish(*make(stamp));
   });
   ++ticks_.next;
   return true;

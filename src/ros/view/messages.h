@@ -24,7 +24,6 @@
 
 namespace planar_chain {
 
-/// False also for a topic that the scene does not publish.
 inline bool hasSubscribers(const ros::Publisher& topic) {
   return topic.getNumSubscribers() > 0;
 }
@@ -63,21 +62,19 @@ class Messages {
   /// The pose of the base frame in the world: a roll of +π/2, so that the plane of motion is vertical.
   tf2_msgs::TFMessage& baseInWorld(ros::Time stamp);
 
-  /// Calls visit(topic, make) for each topic that the scene publishes; make(stamp) returns its message.
+  /// Calls visit(topic, make) for each topic that the scene publishes. make(stamp) returns a pointer to its
+  /// message.
   template <class Visit>
   void forEach(Visit visit) {
     const PublishSettings& settings = simulation_.scene().publish;
     const std::uint32_t queue = queueFor(settings.rate);
-    visit(
-        Topic{ros::names::append(ros::names::parentNamespace(node_), "joint_states"), settings.rate, queue},
-        [this](ros::Time stamp) -> auto& { return jointStates(stamp); });
+    const std::string outer = ros::names::parentNamespace(node_);
+    visit(Topic{ros::names::append(outer, "joint_states"), settings.rate, queue},
+          [this](ros::Time stamp) { return &jointStates(stamp); });
     if (settings.tf) {
-      visit(
-          Topic{"/tf_static", 0, 1, true}, [this](ros::Time stamp) -> auto& { return baseInWorld(stamp); });
-      visit(
-          Topic{"/tf", settings.tfRate, queueFor(settings.tfRate)}, [this](ros::Time stamp) -> auto& {
-            return transforms(stamp);
-          });
+      visit(Topic{"/tf_static", 0, 1, true}, [this](ros::Time stamp) { return &baseInWorld(stamp); });
+      visit(Topic{"/tf", settings.tfRate, queueFor(settings.tfRate)},
+            [this](ros::Time stamp) { return &transforms(stamp); });
     }
     if (views_) {
       views_->forEach([&](const std::string& name, auto make) {
@@ -85,10 +82,8 @@ class Messages {
       });
     }
     if (settings.linkStates) {
-      visit(
-          Topic{node_ + "/link_states", settings.rate, queue}, [this](ros::Time stamp) -> auto& {
-            return linkStates(stamp);
-          });
+      visit(Topic{node_ + "/link_states", settings.rate, queue},
+            [this](ros::Time stamp) { return &linkStates(stamp); });
     }
   }
 

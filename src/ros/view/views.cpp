@@ -150,14 +150,14 @@ void Views::drawSprings(Sketch& sketch) {
 void Views::drawTrail(Sketch& sketch) {
   // Add the tip, and remove what is too old. Time goes back at a reset.
   const double now = simulation_.time();
-  if (!trail_.empty() && now < trail_.back().time) trail_.clear();
-  if (trail_.empty() || now - trail_.back().time >= 1 / trailRate) trail_.push_back({now, tip()});
-  while (now - trail_.front().time > trailTime) trail_.pop_front();
+  if (!trail_.empty() && now < trail_.rbegin()->first) trail_.clear();
+  if (trail_.empty() || now - trail_.rbegin()->first >= 1 / trailRate) trail_[now] = tip();
+  while (now - trail_.begin()->first > trailTime) trail_.erase(trail_.begin());
 
   // Draw a line that fades with age.
   if (trail_.size() < 2) return;
-  for (const Spot& spot : trail_) {
-    sketch.on(Sketch::base).corner(spot.tip, colour(0.55, 0.8, 1, 0.8 * (1 - (now - spot.time) / trailTime)));
+  for (const auto& [time, place] : trail_) {
+    sketch.on(Sketch::base).corner(place, colour(0.55, 0.8, 1, 0.8 * (1 - (now - time) / trailTime)));
   }
 }
 

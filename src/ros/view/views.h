@@ -4,7 +4,7 @@
 
 #include <visualization_msgs/Marker.h>
 
-#include <deque>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -23,17 +23,15 @@ class Views {
   /// The simulation must outlive this.
   Views(Simulation& simulation, const Frames& frames);
 
-  /// Calls visit(name, make) for each view. make(stamp) draws the present state. Its message is valid until
-  /// the next call.
+  /// Calls visit(name, make) for each view. make(stamp) draws the present state and returns a pointer to the
+  /// message, which is valid until the next call.
   template <class Visit>
   void forEach(Visit visit) {
     hasMotions_ = false;
     for (View& view : views_) {
-      visit(
-          view.name, [&](ros::Time stamp) -> auto& { return draw(view, stamp); });
+      visit(view.name, [&](ros::Time stamp) { return &draw(view, stamp); });
     }
-    visit(
-        "energy", [this](ros::Time stamp) -> auto& { return writeEnergy(stamp); });
+    visit("energy", [this](ros::Time stamp) { return &writeEnergy(stamp); });
   }
 
  private:
@@ -41,10 +39,6 @@ class Views {
     std::string name;
     Sketch sketch;
     void (Views::*draw)(Sketch& sketch);
-  };
-  struct Spot {
-    double time;  ///< s
-    Vec2d tip;    ///< m, base frame
   };
 
   visualization_msgs::MarkerArray& draw(View& view, ros::Time stamp);
@@ -72,7 +66,7 @@ class Views {
   std::vector<LinkMotion> motions_;
   bool hasMotions_ = false;  ///< motions_ are those of the present state
   std::vector<double> torques_;
-  std::deque<Spot> trail_;
+  std::map<double, Vec2d> trail_;  ///< the tip (m, base frame) by time (s)
   std::vector<View> views_;
   visualization_msgs::Marker energy_;
 };
