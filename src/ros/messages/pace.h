@@ -30,7 +30,7 @@ struct Ticks {
     const auto happened = [&](long long k) {
       return std::floor(static_cast<double>(k) * frequency / rate + 1e-6);
     };
-    return tick == origin || tick == 0 || happened(tick) > happened(tick - 1);
+    return tick == origin || tick == 0 || frequency == rate || happened(tick) > happened(tick - 1);
   }
 };
 
