@@ -16,11 +16,11 @@ enter() {
 to_build=(build-essential cmake libboost-program-options-dev libeigen3-dev libtinyxml2-dev libyaml-cpp-dev nlohmann-json3-dev)
 if [ -e /opt/ros/noetic/setup.bash ]; then
   enter /opt/ros/noetic
-  to_run=("${to_build[@]}" ros-noetic-{ros-base,diagnostic-updater,interactive-markers,rviz,tf} python3-{jinja2,matplotlib,yaml})
+  to_run=("${to_build[@]}" ros-noetic-{ros-base,diagnostic-updater,interactive-markers,rviz,tf,tf2-ros} python3-{jinja2,matplotlib,yaml})
   to_test=(ros-noetic-{kdl-parser,rostest})
 else
   # Debian splits a message package in three: definitions (ros-…), C++ (lib…-dev), python.
-  to_run=("${to_build[@]}" catkin ros-message-generation ros-message-runtime libroscpp-dev
+  to_run=("${to_build[@]}" catkin ros-message-generation ros-message-runtime libroscpp-dev libtf2-ros-dev
     ros-{std,geometry,sensor,visualization}-msgs lib{std,geometry,sensor,tf2,visualization}-msgs-dev
     libdiagnostic-updater-dev libinteractive-markers-dev
     librosbag-storage-dev libros-rosgraph-msgs-dev libstd-srvs-dev

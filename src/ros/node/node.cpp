@@ -104,9 +104,10 @@ void Node::load(const Scene& scene) {
   status_.method.clear();
   auto before = std::exchange(statesOut_, {});
   messages_->forEach([&](const Topic& topic, auto make) {
+    if (topic.isLatched) return;
     using Message = std::decay_t<decltype(*make(ros::Time()))>;
     ros::Publisher& out = statesOut_[topic.name] = before[topic.name];
-    if (!out) out = outer_.advertise<Message>(topic.name, topic.queue, topic.isLatched);
+    if (!out) out = outer_.advertise<Message>(topic.name, topic.queue);
   });
   outer_.setParam("robot_description", urdfOf(scene, messages_->frames(), messages_->frames().every == 1));
   ROS_INFO("%s", whatRuns(*simulation_).c_str());
@@ -202,9 +203,10 @@ bool Node::tick() {
   clock_->publish(ticks_.next);
   const ros::Time stamp = clock_->stampOf(ticks_.next);
   messages_->forEach([&](const Topic& topic, auto make) {
+    if (!topic.isDue(ticks_, ticks_.next)) return;
+    if (topic.isLatched) return staticTf_.sendTransform(messages_->baseInWorld(stamp).transforms);
     const ros::Publisher& out = statesOut_.at(topic.name);
-    const bool isWanted = topic.isLatched || hasSubscribers(out);
-    if (isWanted && topic.isDue(ticks_, ticks_.next)) out.publish(*make(stamp));
+    if (hasSubscribers(out)) out.publish(*make(stamp));
   });
   ++ticks_.next;
   return true;

@@ -8,6 +8,7 @@
 #include <ros/publisher.h>
 #include <ros/service_server.h>
 #include <sensor_msgs/JointState.h>
+#include <tf2_ros/static_transform_broadcaster.h>
 
 #include <boost/circular_buffer.hpp>
 #include <cstdint>
@@ -93,6 +94,7 @@ class Node {
   diagnostic_updater::Updater diagnostics_;
 
   std::map<std::string, ros::Publisher> statesOut_;  ///< by topic
+  tf2_ros::StaticTransformBroadcaster staticTf_;
   ros::Publisher statusOut_;
   std::vector<ros::ServiceServer> servers_;
   std::optional<MasterWatch> master_;  ///< from run() on
