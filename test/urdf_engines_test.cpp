@@ -29,7 +29,7 @@
 #include "planar_chain/scene_reader.h"
 #include "random_robot.h"
 #include "ros/messages/frames.h"
-#include "ros/view/urdf.h"
+#include "ros/view/drawing.h"
 
 namespace planar_chain {
 namespace {

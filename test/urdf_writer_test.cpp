@@ -14,7 +14,7 @@
 #include "planar_chain/urdf_reader.h"
 #include "random_scene.h"
 #include "ros/messages/frames.h"
-#include "ros/view/urdf.h"
+#include "ros/view/drawing.h"
 
 namespace planar_chain {
 namespace {

@@ -21,8 +21,6 @@ bool hasFixedStep(const std::string& name) {
   return name == "rk4" || name == "ros34pw2_fixed";
 }
 
-namespace {
-
 std::unique_ptr<Stepper> makeStepper(const std::string& name, SeriesSystem& f, const Tolerance& tolerance,
                                      const std::shared_ptr<LocalStiffness>& stiffness) {
   if (name == "radau13") return std::make_unique<Radau>(f, tolerance, stiffness);
@@ -37,8 +35,6 @@ std::unique_ptr<Stepper> makeStepper(const std::string& name, SeriesSystem& f, c
   }
   throw std::invalid_argument("no method is called " + name);
 }
-
-}  // namespace
 
 std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f, double step,
                                        const Tolerance& inOrder) {

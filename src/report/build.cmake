@@ -5,8 +5,6 @@ if(failed)
   set(commit "not known")
 endif()
 string(REPLACE "\"" "\\\"" FLAGS "${FLAGS}")
-file(WRITE ${OUT}.new "#define PLANAR_CHAIN_COMMIT \"${commit}\"
-#define PLANAR_CHAIN_COMPILER \"${COMPILER}\"
-#define PLANAR_CHAIN_FLAGS \"${FLAGS}\"
+file(WRITE ${OUT}.new "#define PLANAR_CHAIN_ABOUT R\"about({\"commit\": \"${commit}\", \"compiler\": \"${COMPILER}\", \"flags\": \"${FLAGS}\"})about\"
 ")
 execute_process(COMMAND ${CMAKE_COMMAND} -E copy_if_different ${OUT}.new ${OUT})

@@ -1,5 +1,6 @@
 #include "report/contest.h"
 
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,10 +11,9 @@
 #include <ctime>
 #include <sstream>
 #include <stdexcept>
-#include <type_traits>
+#include <utility>
 
 #include "planar_chain/scene_reader.h"
-#include "tools/common.h"
 
 namespace planar_chain::tools {
 
@@ -42,23 +42,6 @@ double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
-}
-
-using Cells = std::vector<std::string>;
-
-/// The lines of a table after its header, cut at commas, with at least so many cells.
-std::vector<Cells> tableOf(const std::string& path, std::size_t cells) {
-  std::istringstream file(loadText(path));
-  std::string line;
-  std::getline(file, line);
-  std::vector<Cells> rows;
-  while (std::getline(file, line)) {
-    rows.emplace_back();
-    std::istringstream stream(line);
-    for (std::string cell; std::getline(stream, cell, ',');) rows.back().push_back(cell);
-    if (rows.back().size() < cells) throw std::runtime_error(path + ": too few columns in \"" + line + "\"");
-  }
-  return rows;
 }
 
 // ---- One run ---------------------------------------------------------------------------------
@@ -107,11 +90,7 @@ Ride ride(const Contest& contest, const Contestant& contestant, double setting, 
   Ride result;
   result.run = contestant.make(contest, setting);
   while (result.progress == Progress::underway && result.seconds <= limit) {
-    result.seconds += secondsOf([&] {
-      for (int k = 0; k < stepsPerLook && result.progress == Progress::underway; ++k) {
-        result.progress = result.run->step();
-      }
-    });
+    result.seconds += secondsOf([&] { result.progress = result.run->steps(stepsPerLook); });
   }
   return result;
 }
@@ -133,27 +112,15 @@ double worstStep(const Contest& contest, const Contestant& contestant, double se
   return std::max(0.0, *std::max_element(least.begin(), least.end()) - median(clock));
 }
 
-double largestError(const Eigen::VectorXd& values, const std::vector<int>& index,
-                    const Eigen::VectorXd& reference) {
+double largestError(const std::vector<double>& values, const std::vector<int>& index,
+                    const std::vector<double>& reference) {
   double largest = 0;
   for (std::size_t k = 0; k < index.size(); ++k) {
-    const double error = std::abs(values[index[k]] - reference[static_cast<Eigen::Index>(k)]);
+    const double error = std::abs(values.at(static_cast<std::size_t>(index[k])) - reference[k]);
     if (!std::isfinite(error)) return nan;  // which std::max would drop
     largest = std::max(largest, error);
   }
   return largest;
-}
-
-/// A uniform chain of 1 m and 1 kg, swung out by 0.1 rad and bent a little.
-Scene hangingChain(int n) {
-  char text[256];
-  std::snprintf(text, sizeof text,
-                "{chain: [rod], links: {rod: {mass: %.17g, inertia: %.17g, com: [%.17g, 0], pin: [%.17g, 0], "
-                "initial: {angle: %.17g}, repeat: %d}}}",
-                1.0 / n, std::pow(n, -3.0) / 12, 0.5 / n, 1.0 / n, 0.02 / n, n);
-  Scene scene = readSceneText(text);
-  scene.q[0] = -pi / 2 + 0.1;
-  return scene;
 }
 
 // ---- A point ---------------------------------------------------------------------------------
@@ -161,8 +128,8 @@ Scene hangingChain(int n) {
 struct Point {
   const Contestant* contestant;
   double setting = 0;
-  const char* outcome = "ok";                 ///< or "diverged", "refused", "timed out"
-  double thetaError = nan, omegaError = nan;  ///< largest of a link
+  const char* outcome = "ok";             ///< or "diverged", "refused", "timed out"
+  double thetaError = 0, omegaError = 0;  ///< largest of a link
   int turns = 0;
   std::array<double, 3> medians{};  ///< s, of each turn
   double worstStep = infinity;      ///< s, least of the turns
@@ -170,34 +137,34 @@ struct Point {
   Counts counts{};
 };
 
+void fail(Point& point, const char* outcome, double seconds) {
+  point.outcome = outcome;
+  point.turns = 1;
+  point.medians = {seconds};
+  point.thetaError = point.omegaError = point.worstStep = nan;
+}
+
 /// One turn.
 void measure(const Contest& contest, const Effort& effort, Point& point) {
   const Ride first = ride(contest, *point.contestant, point.setting, effort.limit);
   point.counts = first.run->counts();
-  const int n = contest.scene.chain.size();
-  Eigen::VectorXd theta(n), omega(n);
+  std::vector<double> theta(contest.scene.q.size()), omega(theta);
   first.run->read(theta.data(), omega.data());
-  const double thetaError = largestError(theta, contest.index, contest.theta);
-  const double omegaError = largestError(omega, contest.index, contest.omega);
-  const bool isLost = !(thetaError <= lost) || !std::isfinite(omegaError);
+  point.thetaError = largestError(theta, contest.index, contest.theta);
+  point.omegaError = largestError(omega, contest.index, contest.omega);
+  const bool isLost = !(point.thetaError <= lost) || std::isnan(point.omegaError);
   if (first.progress != Progress::arrived || isLost) {
-    point.outcome = first.progress == Progress::underway  ? "timed out"
-                    : first.progress == Progress::refused ? "refused"
-                                                          : "diverged";
-    point.turns = 1;
-    point.medians = {first.seconds};
-    point.worstStep = nan;
-    return;
+    return fail(point,
+                first.progress == Progress::underway  ? "timed out"
+                : first.progress == Progress::refused ? "refused"
+                                                      : "diverged",
+                first.seconds);
   }
-  point.thetaError = thetaError;
-  point.omegaError = omegaError;
 
   point.isMeasuredAgain = first.seconds < isShort;
-  const double wanted = std::clamp(effort.budget / first.seconds, 1.0 * effort.fewest, 21.0);
-  std::vector<double> times(first.seconds > effort.isLong ? 2
-                            : point.isMeasuredAgain
-                                ? static_cast<std::size_t>(std::ceil(wanted / effort.turns))
-                                : static_cast<std::size_t>(std::ceil(wanted)));
+  const double wanted = std::clamp(effort.budget / first.seconds, 1.0 * effort.fewest, 21.0) /
+                        (point.isMeasuredAgain ? effort.turns : 1);
+  std::vector<double> times(first.seconds > effort.isLong ? 2 : static_cast<std::size_t>(std::ceil(wanted)));
   for (double& time : times) {
     time = ride(contest, *point.contestant, point.setting, effort.limit).seconds;
   }
@@ -206,57 +173,78 @@ void measure(const Contest& contest, const Effort& effort, Point& point) {
       point.worstStep, worstStep(contest, *point.contestant, point.setting, point.isMeasuredAgain ? 3 : 1));
 }
 
-/// The same in a process of its own: a crash of another program costs this point only.
-void measureApart(const Contest& contest, const Effort& effort, Point& point) {
-  static_assert(std::is_trivially_copyable_v<Point>);
-  int ends[2];
-  if (pipe(ends) != 0) throw std::runtime_error("no pipe");
+/// Measures another program in a process of its own: a crash of it costs this point only.
+void measureTurn(const Contest& contest, const Effort& effort, Point& point) {
+  if (point.contestant->engine == "planar_chain") return measure(contest, effort, point);
+  void* const place = mmap(nullptr, sizeof point, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (place == MAP_FAILED) throw std::runtime_error("no memory to share");
+  auto* const shared = new (place) Point(point);
   const pid_t child = fork();
   if (child == 0) {
-    measure(contest, effort, point);
-    _exit(write(ends[1], &point, sizeof point) == sizeof point ? 0 : 1);
+    measure(contest, effort, *shared);
+    _exit(0);
   }
-  close(ends[1]);
-  Point measured = point;
-  const bool isWhole = read(ends[0], &measured, sizeof measured) == sizeof measured;
-  close(ends[0]);
-  waitpid(child, nullptr, 0);
-  point = measured;
-  if (isWhole) return;
-  point.outcome = "refused";
-  point.turns = 1;
-  point.medians = {nan};
-  point.worstStep = nan;
-}
-
-void measureTurn(const Contest& contest, const Effort& effort, Point& point) {
-  (point.contestant->engine == "planar_chain" ? measure : measureApart)(contest, effort, point);
+  int status = -1;
+  waitpid(child, &status, 0);
+  if (status == 0) {
+    point = *shared;
+  } else {
+    fail(point, "refused", nan);
+  }
+  munmap(place, sizeof point);
 }
 
 }  // namespace
 
+Progress Run::steps(int most) {
+  Progress progress = Progress::underway;
+  for (int k = 0; k < most && progress == Progress::underway; ++k) progress = step();
+  return progress;
+}
+
 // ---- Contests --------------------------------------------------------------------------------
 
-Contest readContest(const std::string& folder, const std::string& name) {
-  for (const Cells& row : tableOf(folder + "/report/scenes.csv", 4)) {
-    if (row[0] != name) continue;
-    const bool ships = row[1].rfind("config/", 0) == 0;
-    const std::string path = folder + (ships ? "/config/scenes/" + row[1].substr(7) : "/" + row[1]);
-    Contest contest{name, readSceneText(loadText(path)), std::stod(row[3]), {}, {}, {}};
-    const auto ends = tableOf(folder + "/report/" + name + ".csv", 3);
-    const auto half = static_cast<Eigen::Index>(ends.size() / 2);
-    contest.theta.resize(half);
-    contest.omega.resize(half);
-    for (Eigen::Index k = 0; k < half; ++k) {
-      const Cells &angle = ends[static_cast<std::size_t>(k)],
-                  &rate = ends[static_cast<std::size_t>(half + k)];
-      contest.index.push_back(std::stoi(angle[1]));
-      contest.theta[k] = std::stod(angle[2]);
-      contest.omega[k] = std::stod(rate[2]);
-    }
-    return contest;
+Contest readContest(const Arguments& given, const std::string& name) {
+  const std::string folder = given.text("data").value_or("");
+  std::istringstream scenes(loadText(folder + "/report/scenes.csv"));
+  std::string known, file, reference, quantity, link, value, rest;
+  do {
+    std::getline(scenes, rest);
+    std::getline(scenes, known, ',');
+    std::getline(scenes, file, ',');
+    std::getline(scenes, reference, ',');
+  } while (scenes && known != name);
+  if (!scenes) throw std::runtime_error("the report has no scene \"" + name + "\"");
+  const bool ships = file.rfind("config/", 0) == 0;
+  const std::string path = folder + (ships ? "/config/scenes/" + file.substr(7) : "/" + file);
+  Contest contest{name, readSceneText(loadText(path)), 0, {}, {}, {}};
+  scenes >> contest.end;
+  std::istringstream ends(loadText(folder + "/report/" + name + ".csv"));
+  std::getline(ends, rest);
+  while (std::getline(ends, quantity, ',') && std::getline(ends, link, ',') &&
+         std::getline(ends, value, ',') && std::getline(ends, rest)) {
+    if (quantity == "theta") contest.index.push_back(std::stoi(link));
+    (quantity == "theta" ? contest.theta : contest.omega).push_back(std::stod(value));
   }
-  throw std::runtime_error("the report has no scene \"" + name + "\"");
+  return contest;
+}
+
+Scene uniformChain(int n, double bend, double k, double d, double tip, double lean) {
+  const double length = 1.0 / n;
+  std::vector<Link> links;
+  std::vector<Joint> joints;
+  std::vector<double> q, qd(static_cast<std::size_t>(n), 0.0);  // q: absolute until all are known
+  for (int i = 0; i < n; ++i) {
+    const std::string name = "link_" + std::to_string(i + 1);
+    const double mass = 1.0 / n * (i == n - 1 ? tip : 1);
+    links.push_back({name, mass, mass * length * length / 12, {length / 2, 0}, {length, 0}});
+    joints.push_back({name + "_joint"});
+    joints.back().stiffness = i > 0 ? k : 0;
+    joints.back().damping = i > 0 ? d : 0;
+    q.push_back(-pi / 2 + (lean + bend * std::sin(pi * ((i + 0.5) / n))));
+  }
+  toRelative(q.data(), n, q.data());
+  return {Chain(std::move(links), std::move(joints), {0, -9.81}), std::move(q), std::move(qd), {}, {}, {}, 0};
 }
 
 // ---- Studies ---------------------------------------------------------------------------------
@@ -306,7 +294,7 @@ void printScaling(const std::vector<Contestant>& contestants, const std::vector<
     const double h = 1e-3 / n;
     const int batch = std::max(1, 2000 / n);
     const int repetitions = std::clamp((quick ? 100'000 : 1'000'000) / (n * batch), 9, 301);
-    const Contest contest{"hanging", hangingChain(n), 2 * h * batch * repetitions, {}, {}, {}};
+    const Contest contest{"hanging", uniformChain(n, 0.02), 2 * h * batch * repetitions, {}, {}, {}};
     std::vector<const Contestant*> taking;
     std::vector<std::function<void()>> steps;
     for (const Contestant& each : contestants) {
@@ -322,21 +310,19 @@ void printScaling(const std::vector<Contestant>& contestants, const std::vector<
 }
 
 int runStudy(const char* program, int argc, char** argv, const Studies& studies) {
-  Options options =
-      optionsOf(program, "Measures for `report`; prints CSV, or JSON about itself.",
-                "WHAT [SCENE]\nSCENE: for WHAT = race", "0 done; 1 it failed; 2 bad arguments.");
-  auto add = options.add_options();
-  add("data", valued(), "Folder with report/ and config/scenes");
-  add("quick", "Fewer and shorter runs");
-  return run(options, {"WHAT", "SCENE"}, argc, argv, [&](const Arguments& given) {
-    const Request request{given.text("WHAT").value_or(""), given.text("SCENE").value_or(""),
-                          given.text("data").value_or(""), given.has("quick")};
-    const auto study = studies.find(request.what);
-    if (study == studies.end()) throw Refused({{"WHAT", "the name of a study", quoted(request.what)}});
-    if (request.folder.empty()) throw Refused({{"--data", "a folder", "nothing"}});
-    study->second(request);
-    return static_cast<int>(done);
-  });
+  return run({program,
+              "Measures for `report`; prints CSV, or JSON about itself.",
+              "0 done; 1 it failed; 2 bad arguments.",
+              false,
+              {{"study", "What to measure"},
+               {"scene", "For the study race"},
+               {"data", "Folder with report/ and config/scenes"},
+               {"quick", "Fewer and shorter runs", false}},
+              [&](const Arguments& given) {
+                studies.at(given.text("study").value_or(""))(given);
+                return static_cast<int>(done);
+              }},
+             argc, argv);
 }
 
 }  // namespace planar_chain::tools

@@ -6,29 +6,33 @@
 /// with a setting: a tolerance, or a step in s. Time is the thread's time on the processor, of stepping
 /// alone.
 
-#include <Eigen/Core>
 #include <functional>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "planar_chain/scene.h"
+#include "tools/common.h"
 
 namespace planar_chain::tools {
 
 struct Contest {
   std::string name;
   Scene scene;
-  double end = 0;                ///< s
-  std::vector<int> index;        ///< links that are compared: all but of the longest chains
-  Eigen::VectorXd theta, omega;  ///< of these, absolute, at the end
+  double end = 0;                    ///< s
+  std::vector<int> index;            ///< links that are compared: all but of the longest chains
+  std::vector<double> theta, omega;  ///< of these, absolute, at the end
 };
 
-/// A contest of a folder: report/scenes.csv names them, report/NAME.csv holds their ends, their scenes lie in
-/// report/ and config/scenes/.
+/// A contest of the folder --data: report/scenes.csv names them, report/NAME.csv holds their ends, their
+/// scenes lie in report/ and config/scenes/.
 /// @throws std::runtime_error when a file is missing or malformed, or a name is not known
-Contest readContest(const std::string& folder, const std::string& name);
+Contest readContest(const Arguments& given, const std::string& name);
+
+/// A chain of 1 m and 1 kg in all, made of n rods, at rest: swung out from hanging by `lean`, with a smooth
+/// bend on top, rad. Springs k and dampers d in all joints but the ground's. The last rod is heavier by the
+/// ratio `tip`.
+Scene uniformChain(int n, double bend, double k = 0, double d = 0, double tip = 1, double lean = 0.1);
 
 enum class Progress {
   underway,
@@ -48,6 +52,8 @@ class Run {
   virtual ~Run() = default;
   /// One step of its own.
   virtual Progress step() = 0;
+  /// So many steps, or those to the end or a failure.
+  Progress steps(int most);
   virtual Counts counts() const = 0;
   /// Absolute, n each.
   virtual void read(double* theta, double* omega) const = 0;
@@ -74,13 +80,9 @@ std::vector<double> secondsPerCall(const std::vector<std::function<void()>>& cal
 /// engine,method,links,seconds: what one step of each contestant with equal steps takes on a hanging chain.
 void printScaling(const std::vector<Contestant>& contestants, const std::vector<int>& lengths, bool quick);
 
-/// What the command line of report_measure and report_peers says: WHAT [SCENE] --data FOLDER [--quick].
-struct Request {
-  std::string what, scene, folder;
-  bool quick = false;
-};
-using Studies = std::map<std::string, std::function<void(const Request&)>>;
-/// Runs the study that is asked for. @returns the exit status
+using Studies = std::map<std::string, std::function<void(const Arguments&)>>;
+/// The program report_measure or report_peers: it runs --study.
+/// @returns the exit status
 int runStudy(const char* program, int argc, char** argv, const Studies& studies);
 
 }  // namespace planar_chain::tools

@@ -6,7 +6,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  pylint: disable=wrong-import-position
 
 # pylint: disable=wrong-import-position
-from results import AUTO, LEVELS, OWN, best_of_engines, grouped, name_of, number  # noqa: E402
+from results import AUTO, LEVELS, OWN, best_of_engines, by_contestant, grouped, name_of, number  # noqa: E402
 
 # Text stays text and ticks are lines of the grid, which keeps the files small.
 plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "planar_chain", "font.sans-serif": ["DejaVu Sans"],
@@ -42,8 +42,8 @@ def style_of(who):
 
 def plot(axes, points, **style):
     """Leaves out what is not a number; zero errors are drawn as 1e-17."""
-    points = [(x, max(y, 1e-17)) for x, y in points if math.isfinite(x) and math.isfinite(y)]
-    axes.plot([x for x, _ in points], [y for _, y in points], **style)
+    finite = [(x, max(y, 1e-17)) for x, y in points if math.isfinite(x + y)]
+    axes.plot(*(zip(*finite) if finite else ([], [])), **style)
 
 
 def columns_of(rows, x, y):
@@ -73,14 +73,10 @@ def logarithmic(axes, x_label, title="", y_label=""):
         axis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda value, _: f"1e{round(math.log10(value))}"))
 
 
-def legend_above(figure, axes, columns, more=()):
-    """One legend for all panels."""
-    figure.legend(handles=[*axes.get_legend_handles_labels()[0], *more], loc="upper center", ncol=columns)
-
-
-def legend_below(axes, columns, more=()):
-    axes.legend(handles=[*axes.get_legend_handles_labels()[0], *more], loc="upper center", bbox_to_anchor=(0.5, -0.13),
-                ncol=columns)
+def legend(axes, columns, more=(), of=None):
+    """Below the panel; or at the top of the figure `of`."""
+    (of or axes).legend(handles=[*axes.get_legend_handles_labels()[0], *more], loc="upper center", ncol=columns,
+                 bbox_to_anchor=None if of else (0.5, -0.13))
 
 
 # ---- Error against run time ----------------------------------------------------------------------
@@ -88,13 +84,13 @@ def legend_below(axes, columns, more=()):
 def scene(title, rows, floor):
     """This program's methods by time; beside them auto and the best method of each other program."""
     groups = grouped(rows, "engine", "method")
+    arrived = by_contestant(rows)
     figure, axes = panels(2, 6, sharey=True)
-    shown = ([who for who in groups if who[0] == OWN], [AUTO, *best_of_engines(rows)])
-    for each, names, heading in zip(axes, shown, ("methods of planar_chain",
-                                                  "auto, and the best method of each other program")):
+    shown = {"methods of planar_chain": [who for who in groups if who[0] == OWN],
+             "auto, and the best method of each other program": [AUTO, *best_of_engines(rows)]}
+    for each, (heading, names) in zip(axes, shown.items()):
         for who in (who for who in names if who in groups):
-            arrived = [row for row in groups[who] if row["outcome"] == "ok"]
-            plot(each, columns_of(arrived, "cpu_seconds", "error_theta"), **style_of(who), label=name_of(who))
+            plot(each, columns_of(arrived[who], "cpu_seconds", "error_theta"), **style_of(who), label=name_of(who))
             for outcome, mark in FAILURES.items():
                 mark_at_edge(each, [number(row["cpu_seconds"]) for row in groups[who] if row["outcome"] == outcome],
                              mark, style_of(who)["color"])
@@ -104,8 +100,8 @@ def scene(title, rows, floor):
     errors = [number(row["error_theta"]) for row in rows if row["outcome"] == "ok"]
     axes[0].set_ylim(max(min(errors, default=1) / 5, 3e-18), max(10 * max(errors, default=1), 10))
     axes[0].set_ylabel("error of the angles at the end, rad")
-    legend_below(axes[1], 3)
-    legend_below(axes[0], 4, [plt.Line2D([], [], marker=mark, linestyle="", color="grey", label=f"{word} (upper edge)")
+    legend(axes[1], 3)
+    legend(axes[0], 4, [plt.Line2D([], [], marker=mark, linestyle="", color="grey", label=f"{word} (upper edge)")
                               for word, mark in FAILURES.items()])
     figure.suptitle(title, fontsize=11)
     return figure
@@ -154,8 +150,8 @@ def stability(rows):
     lines = math.ceil(len(families) / 3)
     figure, axes = panels(3, 2.8 * lines + 0.8, lines, sharey=True)
     figure.subplots_adjust(bottom=0.6 / figure.get_figheight(), hspace=0.3)
-    for k, each in enumerate(axes):
-        each.set_visible(k < len(families))
+    for each in axes[len(families):]:
+        each.set_visible(False)
     for each, (family, members) in zip(axes, families.items()):
         for method, group in grouped(members, "method").items():
             style = style_of((OWN, method))
@@ -164,8 +160,7 @@ def stability(rows):
             plot(each, columns_of(group, "value", "predicted_s"), color=style["color"], linestyle=":", linewidth=1)
         logarithmic(each, FAMILIES.get(family, family))
         each.set_ylim(3e-10, 3)
-    theory = plt.Line2D([], [], color="grey", linestyle=":", label="by theory")
-    legend_above(figure, axes[0], 9, [theory])
+    legend(axes[0], 9, [plt.Line2D([], [], color="grey", linestyle=":", label="by theory")], figure)
     axes[0].set_ylabel("largest stable step, s")
     return figure
 
@@ -173,13 +168,12 @@ def stability(rows):
 def scaling(rows):
     groups = grouped(rows, "engine", "method")
     figure, axes = panels(2, 5.6, sharey=True)
-    for each, shown, heading in ((axes[0], [who for who in groups if who[0] == OWN], "methods of planar_chain"),
-                                 (axes[1], [(OWN, "rk4"), *(who for who in groups if who[0] != OWN)],
-                                  "rk4, and other programs' methods with equal steps")):
-        for who in shown:
-            plot(each, columns_of(groups.get(who, []), "links", "seconds"), **style_of(who), label=name_of(who))
+    for each, heading in zip(axes, ("methods of planar_chain", "rk4, and other programs' methods with equal steps")):
+        for who, group in groups.items():
+            if (who[0] == OWN) == (each is axes[0]) or who[1] == "rk4":
+                plot(each, columns_of(group, "links", "seconds"), **style_of(who), label=name_of(who))
         logarithmic(each, "links", heading)
-        legend_below(each, 4)
+        legend(each, 4)
     axes[0].set_ylabel("one step, s")
     return figure
 
@@ -195,7 +189,7 @@ def effects(rows):
     axes.axhline(1, color="grey", linewidth=1)
     axes.set(xticks=range(len(scenes)), ylabel="part of the time that is left")
     axes.set_xticklabels(scenes, rotation=30, ha="right")
-    legend_above(figure, axes, 5)
+    legend(axes, 5, of=figure)
     return figure
 
 
@@ -208,7 +202,7 @@ def long_runs(rows):
              label=f"{method}, {setting}")
         mark_at_edge(axes, [t for t, error in points if not math.isfinite(error)], "x", colour)
     logarithmic(axes, "t, s", "Double pendulum, let go at (2, 1) from hanging", "error of the energy, relative")
-    legend_below(axes, 5)
+    legend(axes, 5)
     return figure
 
 
@@ -223,7 +217,7 @@ def real_time(rows):
             plot(each, points, color=f"C{k}", linewidth=1.5, label=f"{links} links")
         each.axvline(1 / number(rate), color=RED, linewidth=1, label="period")
         logarithmic(each, "late, s", f"{rate} Hz")
-        legend_below(each, 3)
+        legend(each, 3)
     axes[0].set_ylabel("part of the ticks that are later")
     return figure
 
@@ -234,5 +228,5 @@ def orders(rows):
         plot(axes, columns_of(group, "step", "error"), **style_of((OWN, method)), label=method)
     logarithmic(axes, "step, s", "Equal steps on a single link: the slope is the order", "error, rad and rad/s")
     axes.set_ylim(1e-16, 10)
-    legend_below(axes, 7)
+    legend(axes, 7)
     return figure

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "effects/effect_kind.h"
@@ -21,19 +20,19 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 // ---- Orders ----------------------------------------------------------------------------------
 
 /// The error (rad, rad/s) of each method with equal steps on the single link of the scene `pendulum`.
-void studyOrders(const Request& request) {
+void studyOrders(const Arguments& given) {
   constexpr double stagesSolvedTo = 1e-13;
-  const Contest contest = readContest(request.folder, "pendulum");
+  const Contest contest = readContest(given, "pendulum");
   std::puts("method,step,error");
-  for (const Method& method : measuredMethods()) {
-    for (int k = 0; k < (request.quick ? 32 : 40); ++k) {
+  for (const std::string& method : steppedMethods()) {
+    for (int k = 0; k < (given.has("quick") ? 32 : 40); ++k) {
       const double h = contest.end / std::round(8 * std::pow(2.0, 0.25 * k));
       OwnRun run(contest.scene, contest.end, equalSteps(method, h, stagesSolvedTo));
       const bool arrived = run.steps(std::numeric_limits<int>::max()) == Progress::arrived;
       double theta, omega;
       run.read(&theta, &omega);
       const double error = std::max(std::abs(theta - contest.theta[0]), std::abs(omega - contest.omega[0]));
-      std::printf("%s,%.9g,%.4e\n", method.name, h, arrived ? error : nan);
+      std::printf("%s,%.9g,%.4e\n", method.c_str(), h, arrived ? error : nan);
     }
   }
 }
@@ -61,10 +60,11 @@ std::string nameOf(const EffectKind& kind) {
 }
 
 /// An evaluation of each scene that ships, and of the same where a kind of effect is not known.
-void studyEffects(const Request& request) {
+void studyEffects(const Arguments& given) {
   std::puts("scene,links,without,seconds");
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(request.folder + "/config/scenes")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(given.text("data").value_or("") + "/config/scenes")) {
     if (entry.path().extension() == ".yaml") files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
@@ -84,7 +84,7 @@ void studyEffects(const Request& request) {
       known = kinds;
     }
     const int batch = std::max(1, 4000 / scene.chain.size());
-    const std::vector<double> seconds = secondsPerCall(evaluations, batch, request.quick ? 21 : 201);
+    const std::vector<double> seconds = secondsPerCall(evaluations, batch, given.has("quick") ? 21 : 201);
     for (std::size_t i = 0; i < names.size(); ++i) {
       std::printf("%s,%d,%s,%.4e\n", file.stem().string().c_str(), scene.chain.size(), names[i].c_str(),
                   seconds[i]);
@@ -96,14 +96,14 @@ void studyEffects(const Request& request) {
 
 /// The error of the energy, relative to what falling to the bottom sets free, in long runs of the double
 /// pendulum. A failed run ends with NaN.
-void studyLongRuns(const Request& request) {
+void studyLongRuns(const Arguments& given) {
   std::puts("method,setting,t,steps,energy");
-  const Scene scene = readContest(request.folder, "double").scene;
+  const Scene scene = readContest(given, "double").scene;
   const std::pair<const char*, double> settings[] = {
       {"auto", 1e-8},   {"dopri5", 1e-8}, {"dop853", 1e-8}, {"rodas5p", 1e-8},        {"radau13", 1e-8},
       {"taylor", 1e-8}, {"rk4", 0.005},   {"auto", 1e-12},  {"ros34pw2_fixed", 0.005}};
   for (const auto& [method, setting] : settings) {
-    OwnRun run(scene, request.quick ? 100 : 1e4, methodFor(method, setting));
+    OwnRun run(scene, given.has("quick") ? 100 : 1e4, methodFor(method, setting));
     const double energyThen = run.energyOfMotion();
     Progress progress = Progress::underway;
     for (double due = 1; progress == Progress::underway; due *= std::pow(10.0, 0.125)) {
@@ -117,25 +117,20 @@ void studyLongRuns(const Request& request) {
 
 // ---- The program -----------------------------------------------------------------------------
 
-void studyScaling(const Request& request) {
+void studyScaling(const Arguments& given) {
   std::puts("engine,method,links,seconds");
-  printScaling(ownEqualSteps(),
-               request.quick ? std::vector<int>{2, 10, 100, 1000}
-                             : std::vector<int>{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000},
-               request.quick);
+  printScaling(ownContestants(true),
+               given.has("quick")
+                   ? std::vector<int>{2, 10, 100, 1000}
+                   : std::vector<int>{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000},
+               given.has("quick"));
 }
 
-void studyRace(const Request& request) {
+void studyRace(const Arguments& given) {
   std::puts(
       "scene,engine,method,setting,error_theta,error_omega,cpu_seconds,evaluations,steps,rejected,"
       "worst_step_seconds,outcome");
-  race(readContest(request.folder, request.scene), ownContestants(), request.quick);
-}
-
-void describe(const Request&) {
-  const nlohmann::ordered_json about{
-      {"commit", PLANAR_CHAIN_COMMIT}, {"compiler", PLANAR_CHAIN_COMPILER}, {"flags", PLANAR_CHAIN_FLAGS}};
-  std::puts(about.dump().c_str());
+  race(readContest(given, given.text("scene").value_or("")), ownContestants(false), given.has("quick"));
 }
 
 }  // namespace
@@ -144,7 +139,7 @@ void describe(const Request&) {
 int main(int argc, char** argv) {
   using namespace planar_chain::tools;
   return runStudy("report_measure", argc, argv,
-                  {{"about", describe},
+                  {{"about", [](const Arguments&) { std::puts(PLANAR_CHAIN_ABOUT); }},
                    {"race", studyRace},
                    {"consistency", studyOrders},
                    {"effects", studyEffects},

@@ -4,9 +4,6 @@
 
 #include "ode/local_stiffness.h"
 #include "ode/methods.h"
-#include "ode/radau.h"
-#include "ode/rosenbrock.h"
-#include "ode/taylor.h"
 #include "planar_chain/energy.h"
 
 namespace planar_chain::tools {
@@ -15,10 +12,11 @@ namespace {
 
 constexpr double toleranceOfSeries = 2e-5;  // for order 20
 
-/// For size components, the first half of them angles, which count up to half a turn.
-ode::Tolerance toleranceOf(double value, int size) {
-  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(size, infinity)};
-  tolerance.ceiling.head(size / 2) = pi;
+/// Angles count up to half a turn, rates as they are.
+ode::Tolerance toleranceOf(double value, const Dynamics& f) {
+  const int n = (f.size() - f.works()) / 2;
+  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(2 * n, infinity)};
+  tolerance.ceiling.head(n) = pi;
   return tolerance;
 }
 
@@ -28,51 +26,27 @@ ode::State startOf(const Scene& scene, const Dynamics& dynamics) {
   return {dynamics, y};
 }
 
-Contestant contestantFor(const std::string& method, bool hasFixedStep,
-                         std::function<MakeIntegrator(double)> make) {
-  return {"planar_chain", method, hasFixedStep, [](const Scene&) { return true; },
-          [make](const Contest& contest, double setting) {
-            return std::make_unique<OwnRun>(contest.scene, contest.end, make(setting));
-          }};
-}
-
-Method explicitMethod(const ode::Tableau& table) {
-  return {table.name, &table,
-          [&table](Dynamics& f, double) { return std::make_unique<ode::ExplicitRungeKutta>(table, f); }};
-}
-
-Method rosenbrockMethod(const ode::RosenbrockTableau& table) {
-  return {table.name, nullptr,
-          [&table](Dynamics& f, double) { return std::make_unique<ode::Rosenbrock>(table, f); }};
-}
-
 }  // namespace
 
-const std::vector<Method>& measuredMethods() {
-  static const std::vector<Method> methods{
-      explicitMethod(ode::rk4()),
-      explicitMethod(ode::dopri5()),
-      explicitMethod(ode::dop853()),
-      rosenbrockMethod(ode::rodas5p()),
-      rosenbrockMethod(ode::ros34pw2()),
-      {"radau13", nullptr,
-       [](Dynamics& f, double stagesTo) {
-         return std::make_unique<ode::Radau>(f, toleranceOf(stagesTo, f.size()).arrangedBy(f),
-                                             std::make_shared<ode::LocalStiffness>(f));
-       }},
-      {"taylor", nullptr,
-       [](Dynamics& f, double) { return std::make_unique<ode::Taylor>(f, toleranceOfSeries); }}};
+std::vector<std::string> steppedMethods() {
+  std::vector<std::string> methods;
+  for (const std::string& name : ode::methodNames()) {
+    const bool takesOthersSteps = name == "auto" || name == "ros34pw2_fixed";
+    if (!takesOthersSteps) methods.push_back(name);
+  }
   return methods;
 }
 
-MakeIntegrator equalSteps(const Method& method, double h, double stagesTo) {
-  return [=](Dynamics& f) { return ode::fixedSteps(method.stepper(f, stagesTo), h); };
+MakeIntegrator equalSteps(const std::string& method, double h, double stagesTo) {
+  return [=](Dynamics& f) {
+    const ode::Tolerance tolerance = toleranceOf(method == "taylor" ? toleranceOfSeries : stagesTo, f);
+    return ode::fixedSteps(
+        ode::makeStepper(method, f, tolerance.arrangedBy(f), std::make_shared<ode::LocalStiffness>(f)), h);
+  };
 }
 
 MakeIntegrator methodFor(const std::string& method, double setting) {
-  return [=](Dynamics& f) {
-    return ode::makeMethod(method, f, setting, toleranceOf(setting, f.size() - f.works()));
-  };
+  return [=](Dynamics& f) { return ode::makeMethod(method, f, setting, toleranceOf(setting, f)); };
 }
 
 void readStart(const Scene& scene, double* theta, double* omega) {
@@ -104,12 +78,6 @@ Progress OwnRun::step() {
   return Progress::underway;
 }
 
-Progress OwnRun::steps(int most) {
-  Progress progress = Progress::underway;
-  for (int k = 0; k < most && progress == Progress::underway; ++k) progress = step();
-  return progress;
-}
-
 Counts OwnRun::counts() const {
   return {dynamics_.evaluations(), integrator_->count().accepted, integrator_->count().rejected};
 }
@@ -129,19 +97,16 @@ double OwnRun::energyOfMotion() const {
          energyOf(chain_, down.data(), still.data()).total();
 }
 
-std::vector<Contestant> ownContestants() {
+std::vector<Contestant> ownContestants(bool withEqualSteps) {
   std::vector<Contestant> contestants;
-  for (const std::string& method : ode::methodNames()) {
-    contestants.push_back(contestantFor(method, ode::hasFixedStep(method),
-                                        [=](double setting) { return methodFor(method, setting); }));
-  }
-  return contestants;
-}
-
-std::vector<Contestant> ownEqualSteps() {
-  std::vector<Contestant> contestants;
-  for (const Method& method : measuredMethods()) {
-    contestants.push_back(contestantFor(method.name, true, [=](double h) { return equalSteps(method, h); }));
+  for (const std::string& method : withEqualSteps ? steppedMethods() : ode::methodNames()) {
+    const auto make = [=](const Contest& contest, double setting) {
+      return std::make_unique<OwnRun>(
+          contest.scene, contest.end,
+          withEqualSteps ? equalSteps(method, setting) : methodFor(method, setting));
+    };
+    contestants.push_back({"planar_chain", method, withEqualSteps || ode::hasFixedStep(method),
+                           [](const Scene&) { return true; }, make});
   }
   return contestants;
 }

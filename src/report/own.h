@@ -4,24 +4,18 @@
 /// that fails.
 
 #include "dynamics/dynamics.h"
-#include "ode/explicit_runge_kutta.h"
 #include "ode/integrator.h"
 #include "report/contest.h"
 #include "tools/common.h"
 
 namespace planar_chain::tools {
 
-/// A method with equal steps.
-struct Method {
-  const char* name;
-  const ode::Tableau* table;  ///< of an explicit method
-  /// stagesTo: the tolerance to which radau13 solves its stages. taylor has order 20.
-  std::function<std::unique_ptr<ode::Stepper>(Dynamics&, double stagesTo)> stepper;
-};
-const std::vector<Method>& measuredMethods();
+/// The methods that are measured with equal steps: all that step in a way of their own.
+std::vector<std::string> steppedMethods();
 
 using MakeIntegrator = std::function<std::unique_ptr<ode::Integrator>(Dynamics&)>;
-MakeIntegrator equalSteps(const Method& method, double h, double stagesTo = 1e-6);
+/// stagesTo: the tolerance to which radau13 solves its stages. taylor has order 20.
+MakeIntegrator equalSteps(const std::string& method, double h, double stagesTo = 1e-6);
 /// method: one of methodNames(); setting: its tolerance, or its step.
 MakeIntegrator methodFor(const std::string& method, double setting);
 
@@ -38,8 +32,6 @@ class OwnRun : public Run {
   Counts counts() const override;
   void read(double* theta, double* omega) const override;
   double time() const { return state_.t; }  ///< s
-  /// So many steps, or those to the end or a failure.
-  Progress steps(int most);
   /// T + V, less the V of hanging straight down at rest, J.
   double energyOfMotion() const;
 
@@ -51,9 +43,7 @@ class OwnRun : public Run {
   ode::State state_;
 };
 
-/// Each method as a scene may name it.
-std::vector<Contestant> ownContestants();
-/// Each of measuredMethods().
-std::vector<Contestant> ownEqualSteps();
+/// Each method as a scene may name it; or each of steppedMethods().
+std::vector<Contestant> ownContestants(bool withEqualSteps);
 
 }  // namespace planar_chain::tools

@@ -41,12 +41,6 @@ def cells(is_quick):
             for rate in ((100, 1000) if is_quick else (100, 500, 1000)) if n * rate <= 100_000]
 
 
-def free_port():
-    with socket.socket() as opened:
-        opened.bind(("127.0.0.1", 0))
-        return opened.getsockname()[1]
-
-
 def read(path):
     """(stamp, arrival) of each tick after settling, s; how often the node overran meanwhile."""
     import rosbag  # pylint: disable=import-outside-toplevel  # the other studies need no ROS
@@ -66,10 +60,13 @@ def measure(links, rate, is_quick):
         (room / "scene.yaml").write_text(SCENE.format(more=links - 1, rate=float(rate)), encoding="utf-8")
         (room / "run.launch").write_text(LAUNCH.format(folder=folder, seconds=SETTLING + (2 if is_quick else 10)),
                                          encoding="utf-8")
-        result = subprocess.run(["roslaunch", "--port", str(free_port()), str(room / "run.launch")],
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=120,
-                                check=False, env={**os.environ, "ROS_HOSTNAME": "localhost", "ROS_HOME": folder,
-                                                  "ROS_LOG_DIR": folder})
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            port = str(free.getsockname()[1])
+        result = subprocess.run(["roslaunch", "--port", port, str(room / "run.launch")], stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT, universal_newlines=True, timeout=120, check=False,
+                                env={**os.environ, "ROS_HOSTNAME": "localhost", "ROS_HOME": folder,
+                                     "ROS_LOG_DIR": folder})
         if not (room / "ticks.bag").exists():
             raise OSError(f"real time, {links} links at {rate} Hz: {result.stdout[-2000:]}")
         ticks, overruns = read(room / "ticks.bag")

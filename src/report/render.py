@@ -33,8 +33,8 @@ def shorter(svg):
 
 def floor_of(ends):
     """Below this error the rounding of the scene's numbers decides, or the reference is not known."""
-    angles = [row for row in ends if row["quantity"] == "theta"]
-    return max(number(row[column]) for row in angles for column in ("rounding", "uncertainty"))
+    return max(number(row[column]) for row in ends for column in ("rounding", "uncertainty")
+               if row["quantity"] == "theta")
 
 
 def write(folder, data, titles):
@@ -47,16 +47,15 @@ def write(folder, data, titles):
         return f"{name}.svg"
 
     about = json.loads((folder / "about.json").read_text(encoding="utf-8"))
-    tables = collections.defaultdict(list, {name: read_table(folder / f"{name}.csv") for name in about})
-    tables["race"] = read_table(folder / "work_precision.csv")
+    tables = collections.defaultdict(list, {name: read_table(results.table(folder, name)) for name in about})
     measured = grouped(tables["race"], "scene")
     scenes = {name: {**title, "rows": measured[name], "floor": floor_of(read_table(data / f"{name}.csv"))}
               for name, title in titles.items() if name in measured}
-    loader = jinja2.FileSystemLoader(str(pathlib.Path(__file__).resolve().parent))
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True,
+    environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined)
     environment.filters.update(digits=digits, grouped=grouped, name_of=results.name_of)
-    page = environment.get_template("page.html.jinja").render(
+    template = pathlib.Path(__file__).resolve().with_name("page.html.jinja").read_text(encoding="utf-8")
+    page = environment.from_string(template).render(
         about=about, tables=tables, scenes=scenes, figures=figures, results=results, save=save,
         cells={(name, level): results.verdict(scene["rows"], level, scene["floor"])
                for name, scene in scenes.items() for level in results.LEVELS})

@@ -6,7 +6,6 @@ A table that the same programs have measured is not measured again, so an interr
 src/report/README.md says what is measured and how.
 """
 import argparse
-import csv
 import datetime
 import fcntl
 import hashlib
@@ -20,12 +19,12 @@ import sys
 sys.dont_write_bytecode = True  # the script may lie in a folder of sources
 
 import real_time  # noqa: E402  pylint: disable=wrong-import-position
+import results  # noqa: E402  pylint: disable=wrong-import-position
 
 HERE = pathlib.Path(__file__).absolute().parent
 DATA = HERE / "../../share/planar_chain"
 OWN, PEERS = HERE / "report_measure", HERE / "report_peers"
-TABLES = {"race": "work_precision.csv", "consistency": "consistency.csv", "stability": "stability.csv",
-          "scaling": "scaling.csv", "effects": "effects.csv", "long": "long.csv", "real_time": "real_time.csv"}
+STUDIES = ["race", "consistency", "stability", "scaling", "effects", "long", "real_time"]
 
 
 class Failed(Exception):
@@ -55,27 +54,26 @@ def of_peers(*arguments):
 
 def parts_of(study, scenes, is_quick):
     """A study is measured part by part. A row of a part begins with these words."""
-    if study == "race":
-        return [f"{scene}," for scene in scenes]
-    return [f"{links},{rate}," for links, rate in real_time.cells(is_quick)] if study == "real_time" else [""]
+    return ([(scene,) for scene in scenes] if study == "race" else
+            real_time.cells(is_quick) if study == "real_time" else [()])
 
 
 def measure(study, part, is_quick):
     """A table with a header."""
-    quick = ["--quick"] if is_quick else []
-    key = part.split(",")[:-1]
-    arguments = [study, *key, "--data", DATA, *quick]
     if study == "real_time":
-        return real_time.measure(*map(int, key), is_quick)
+        return real_time.measure(*part, is_quick)
+    quick = ["--quick"] if is_quick else []
     if study == "stability":
         return output_of(HERE / "stability", *quick)
+    arguments = ["--study", study, "--data", DATA, *quick, *(["--scene", *part] if part else [])]
     return output_of(OWN, *arguments) + (of_peers(*arguments) if study in ("race", "scaling") else "")
 
 
 def extend(path, study, part, is_quick):
     """Measures a part that the table does not hold yet."""
     text = path.read_text(encoding="utf-8") if path.exists() else ""
-    if not any(line.startswith(part) for line in text.splitlines()[1:]):
+    begin = "".join(f"{word}," for word in part)
+    if not any(line.startswith(begin) for line in text.splitlines()[1:]):
         header, rows = measure(study, part, is_quick).split("\n", 1)
         write_whole(path, (text or header + "\n") + rows)
 
@@ -93,8 +91,8 @@ def digest(*programs):
 
 def facts_now(is_quick):
     """What stands under the figures. A table is kept only while these facts stay the same."""
-    return {**json.loads(output_of(OWN, "about", "--data", DATA)), "quick": is_quick, "cpu": processor(),
-            "engines": json.loads(of_peers("about", "--data", DATA) or "{}"), "left_out": real_time.why_not(HERE),
+    return {**json.loads(output_of(OWN, "--study", "about")), "quick": is_quick, "cpu": processor(),
+            "engines": json.loads(of_peers("--study", "about") or "{}"), "left_out": real_time.why_not(HERE),
             "programs": digest(OWN, HERE / "stability", PEERS, HERE / "planar_chain_node")}
 
 
@@ -108,32 +106,29 @@ def prepare(folder, studies, facts):
         before = known.get(name, {})
         if all(before.get(fact) == value for fact, value in facts.items()):
             continue  # with the date of its first measurements
-        (folder / TABLES[name]).unlink(missing_ok=True)
+        results.table(folder, name).unlink(missing_ok=True)
         known[name] = {**facts, "date": date, "command": "rosrun planar_chain report " + shlex.join(words)}
     write_whole(path, json.dumps(known, indent=1) + "\n")
 
 
 # ---- The whole -----------------------------------------------------------------------------------
 
-def some_of(known):
-    def parse_names(text):
-        names = text.split(",")
-        if not set(names) <= set(known):
-            raise argparse.ArgumentTypeError(f'expected some of {", ".join(known)}, got "{text}"')
-        return names
-    return parse_names
-
-
 def parse(scenes):
     parser = argparse.ArgumentParser(prog="report", description=__doc__, allow_abbrev=False,
                                      epilog="Exit status: 0 done; 1 a measurement failed; 2 bad arguments.")
     parser.add_argument("--quick", action="store_true", help="two or three minutes: fewer settings, shorter runs")
-    for option, known in (("--scenes", list(scenes)), ("--studies", list(TABLES))):
-        parser.add_argument(option, metavar="NAMES", type=some_of(known), default=known,
+    lists = {"scenes": scenes, "studies": STUDIES}
+    for option, known in lists.items():
+        parser.add_argument("--" + option, metavar="NAMES", default=",".join(known),
                             help="only these of " + ", ".join(known))
     parser.add_argument("--output", metavar="DIR", required=True, type=pathlib.Path,
                         help="folder to write; made if it is not there")
     arguments = parser.parse_args()
+    for option, known in lists.items():
+        names = getattr(arguments, option).split(",")
+        if not set(names) <= set(known):
+            parser.error(f"--{option}: expected some of {', '.join(known)}, got {','.join(names)}")
+        setattr(arguments, option, names)
     try:
         arguments.output.mkdir(parents=True, exist_ok=True)
         if not os.access(arguments.output, os.W_OK):
@@ -144,9 +139,8 @@ def parse(scenes):
 
 
 def report():
-    with open(DATA / "report/scenes.csv", encoding="utf-8") as file:
-        titles = {row["name"]: row for row in csv.DictReader(file)}
-    arguments = parse(titles)
+    titles = {row["name"]: row for row in results.read_table(DATA / "report/scenes.csv")}
+    arguments = parse(list(titles))
     import render  # pylint: disable=import-outside-toplevel  # matplotlib takes a second: after the arguments
     folder, is_quick = arguments.output, arguments.quick
     try:
@@ -160,29 +154,21 @@ def report():
     failure = None
     for done, (study, part) in enumerate(parts):
         if sys.stderr.isatty():
-            print(f"\r{done} of {len(parts)} done: {study} {part[:-1]}\033[K", end="", file=sys.stderr, flush=True)
+            print(f"{done} of {len(parts)} done:", study, *part, file=sys.stderr)
         try:
-            extend(folder / TABLES[study], study, part, is_quick)
+            extend(results.table(folder, study), study, part, is_quick)
         except (Failed, OSError, subprocess.SubprocessError) as error:  # the page shows the other studies
             failure = error
-    if sys.stderr.isatty():
-        print("\r\033[K", end="", file=sys.stderr, flush=True)
     render.write(folder, DATA / "report", titles)
     os.write(sys.stdout.fileno(), f"{folder / 'index.html'}\n".encode())  # fails where print would not
     if failure is not None:
         raise Failed(failure)
 
 
-def main():
+if __name__ == "__main__":
     try:
         report()
-        return 0
     except KeyboardInterrupt:
-        print("report: interrupted; the same command goes on from here", file=sys.stderr)
+        sys.exit("report: interrupted; the same command goes on from here")
     except (Failed, OSError, ImportError) as error:
-        print(f"report: {error}", file=sys.stderr)
-    return 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        sys.exit(f"report: {error}")

@@ -17,6 +17,10 @@ def number(text):
     return float(text) if text else math.nan
 
 
+def table(folder, study):
+    return folder / ("work_precision.csv" if study == "race" else f"{study}.csv")
+
+
 def read_table(path):
     """The rows as dictionaries of text; none if there is no file."""
     if not path.exists():
@@ -53,49 +57,43 @@ def by_contestant(rows):
             for who, group in grouped(rows, "engine", "method").items()}
 
 
-def first_that_holds(group, level):
-    """Index of the loosest setting from which on every error is below; None if there is none."""
-    held = list(itertools.takewhile(lambda row: number(row["error_theta"]) <= 10.0**-level, reversed(group)))
-    return len(group) - len(held) if held else None
+def holding(group, level):
+    """How many of the tightest settings keep every error below."""
+    return len(list(itertools.takewhile(lambda row: number(row["error_theta"]) <= 10.0**-level, reversed(group))))
 
 
 def at_level(group, level, column):
     """A column, such as cpu_seconds, at this error; between two settings along the straight line of the diagram."""
-    first = first_that_holds(group, level)
-    if first is None:
-        return None
-    error, value = number(group[first]["error_theta"]), number(group[first][column])
-    if first == 0 or error == 0 or value == 0:
-        return value
-    looser, sooner = number(group[first - 1]["error_theta"]), number(group[first - 1][column])
-    return math.exp(np.interp(math.log(10.0**-level), np.log([error, looser]), np.log([value, sooner])))
+    points = [(number(row["error_theta"]), number(row[column])) for row in group]
+    first = len(points) - holding(group, level)
+    if first in (0, len(points)) or 0 in points[first]:
+        return points[first][1] if first < len(points) else None
+    return math.exp(np.interp(math.log(10.0**-level), *np.log([points[first], points[first - 1]]).T))
 
 
-def times_to(rows, column="cpu_seconds"):
+def times_to(rows):
     """(engine, method): {level: s} of one scene."""
-    return {who: {level: time for level in LEVELS for time in [at_level(group, level, column)] if time is not None}
+    return {who: {level: at_level(group, level, "cpu_seconds") for level in LEVELS if holding(group, level)}
             for who, group in by_contestant(rows).items()}
 
 
 def best_times(reached):
     """{level: s} of the fastest; `reached` as from times_to()."""
-    return {level: min(times[level] for times in reached.values() if level in times)
-            for level in LEVELS if any(level in times for times in reached.values())}
+    return {level: min((times[level] for times in reached.values() if level in times), default=None)
+            for level in LEVELS}
 
 
 def worst_step(group, level):
-    first = first_that_holds(group, level)
-    return None if first is None else number(group[first]["worst_step_seconds"])
+    held = holding(group, level)
+    return number(group[-held]["worst_step_seconds"]) if held else None
 
 
 def best_of_engines(rows):
     """The method of each other program that reaches most levels, and of these the one that is the fastest."""
-    best = {}
-    for who, times in times_to(rows).items():
-        rank = (len(times), -min(times.values(), default=0))
-        if who[0] != OWN and rank > best.get(who[0], ((-1, 0), None))[0]:
-            best[who[0]] = rank, who
-    return [who for _, who in best.values()]
+    times = times_to(rows)
+    engines = dict.fromkeys(engine for engine, _ in times if engine != OWN)
+    return [max((who for who in times if who[0] == engine),
+                key=lambda who: (len(times[who]), -min(times[who].values(), default=0))) for engine in engines]
 
 
 # ---- Consistency ---------------------------------------------------------------------------------

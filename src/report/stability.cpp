@@ -11,8 +11,8 @@
 #include <cmath>
 #include <complex>
 #include <cstdio>
-#include <utility>
 
+#include "ode/tableau.h"
 #include "planar_chain/linear_model.h"
 #include "planar_chain/simulation.h"
 #include "report/own.h"
@@ -31,42 +31,22 @@ constexpr int mostDense = 100;       // links for which eigenvalues are found
 /// A chain, undriven, which would hang straight down at rest.
 struct Case {
   std::string family;
-  double value = 0;  ///< of what the family varies
+  double value;  ///< of what the family varies
   Scene scene;
-  double horizon = 0;      ///< s that a run lasts at least
-  double smallest = 1e-9;  ///< step that is tried, s
+  double horizon;   ///< s that a run lasts at least
+  double smallest;  ///< step that is tried, s
   /// The motion stays close to rest, so that the eigenvalues there say what explicit methods need.
-  bool isNearRest = true;
+  bool isNearRest;
 };
-
-/// A chain of 1 m and 1 kg in all, made of n rods, at rest: swung out by `lean`, with a smooth bend on top,
-/// rad. Springs k and dampers d in all joints but the ground's. The last rod is heavier by the ratio `tip`.
-Scene make(int n, double bend, double k = 0, double d = 0, double tip = 1, double lean = 0.1) {
-  const double length = 1.0 / n;
-  std::vector<Link> links;
-  std::vector<Joint> joints;
-  std::vector<double> q, qd(static_cast<std::size_t>(n), 0.0);  // q: absolute until all are known
-  for (int i = 0; i < n; ++i) {
-    const std::string name = "link_" + std::to_string(i + 1);
-    const double mass = 1.0 / n * (i == n - 1 ? tip : 1);
-    links.push_back({name, mass, mass * length * length / 12, {length / 2, 0}, {length, 0}});
-    joints.push_back({name + "_joint"});
-    joints.back().stiffness = i > 0 ? k : 0;
-    joints.back().damping = i > 0 ? d : 0;
-    q.push_back(-pi / 2 + (lean + bend * std::sin(pi * ((i + 0.5) / n))));
-  }
-  toRelative(q.data(), n, q.data());
-  return {Chain(std::move(links), std::move(joints), {0, -9.81}), std::move(q), std::move(qd), {}, {}, {}, 0};
-}
 
 /// Ten links with springs and dampers, bent as a moment of about 1 N m would, if that is little.
 Scene springyBar(double k, double d) {
-  return make(10, 0.02 * std::min(1.0, 10 / k), k, d);
+  return uniformChain(10, 0.02 * std::min(1.0, 10 / k), k, d);
 }
 
 /// Without gravity about the ground pin: only tension holds it straight.
 Scene spinning(double rate) {
-  Scene scene = make(10, 0.02);
+  Scene scene = uniformChain(10, 0.02);
   scene.chain = Chain(scene.chain.links(), scene.chain.joints(), {});
   scene.qd[0] = rate;
   return scene;
@@ -83,31 +63,28 @@ std::vector<Case> stabilityCases(bool quick) {
   const Numbers spins = quick ? Numbers{1, 100} : Numbers{1, 10, 100, 1e3, 1e4};
 
   std::vector<Case> cases;
-  const auto add = [&](const char* family, const Numbers& values, auto makeScene) {
-    for (const double value : values) cases.push_back({family, value, makeScene(value)});
+  const auto add = [&](const std::string& family, const Numbers& values, auto makeScene) {
+    const bool isWhip = family == "whip";
+    for (const double value : values) {
+      cases.push_back({family, value, makeScene(value), isWhip ? 2.0 : 0.0, isWhip ? 1e-4 : 1e-9,
+                       !isWhip && family != "spin"});
+    }
   };
   add("stiff", stiffnesses, [](double k) { return springyBar(k, 0); });
   add("stiff_damped", stiffnesses, [](double k) { return springyBar(k, 1e-3 * k); });
-  add("heavy_tip", ratios, [](double ratio) { return make(20, 0, 0, 0, ratio); });
-  add("long", lengths, [](double n) { return make(static_cast<int>(n), 0.02); });
-  add("whip", whips, [](double n) { return make(static_cast<int>(n), 0, 0, 0, 1, pi / 2); });  // let go level
+  add("heavy_tip", ratios, [](double ratio) { return uniformChain(20, 0, 0, 0, ratio); });
+  add("long", lengths, [](double n) { return uniformChain(static_cast<int>(n), 0.02); });
+  add("whip", whips,
+      [](double n) { return uniformChain(static_cast<int>(n), 0, 0, 0, 1, pi / 2); });  // let go level
   add("spin", spins, spinning);
-  for (Case& each : cases) {
-    each.isNearRest = each.family != "whip" && each.family != "spin";
-    if (each.family != "whip") continue;
-    each.horizon = 2;
-    each.smallest = 1e-4;
-  }
   return cases;
 }
 
 // ---- By theory -------------------------------------------------------------------------------
 
-using Eigenvalues = std::vector<std::complex<double>>;
-
 /// R(z): what one step of h makes of y = 1 for ẏ = λ y, z = h λ.
 std::complex<double> amplification(const ode::Tableau& table, std::complex<double> z) {
-  Eigenvalues k;
+  std::vector<std::complex<double>> k;
   std::complex<double> result = 1;
   for (std::size_t i = 0; i < table.b.size(); ++i) {
     std::complex<double> stage = 1;
@@ -119,47 +96,35 @@ std::complex<double> amplification(const ode::Tableau& table, std::complex<doubl
 }
 
 /// Of J at rest; none for motions far from rest and for long chains.
-Eigenvalues eigenvaluesAtRest(const Case& given) {
+Eigen::VectorXcd eigenvaluesAtRest(const Case& given) {
   const int n = given.scene.chain.size();
   if (!given.isNearRest || n > mostDense) return {};
   const Eigen::VectorXd q = -pi / 2 * Eigen::VectorXd::Unit(n, 0);
-  const Eigen::MatrixXd A = linearModel(given.scene, 0, q, Eigen::VectorXd::Zero(n)).A;
-  const Eigen::VectorXcd all = Eigen::EigenSolver<Eigen::MatrixXd>(A, false).eigenvalues();
-  // The rounding of fast modes hides the slow ones, which do not limit the step.
-  const double slow = 1e-3 * all.cwiseAbs().maxCoeff();
-  Eigenvalues fast;
-  std::copy_if(all.data(), all.data() + all.size(), std::back_inserter(fast),
-               [=](std::complex<double> lambda) { return std::abs(lambda) > slow; });
-  return fast;
-}
-
-/// 1/s
-std::optional<double> largestOf(const Eigenvalues& eigenvalues) {
-  std::optional<double> largest;
-  for (const auto lambda : eigenvalues) largest = std::max(largest.value_or(0), std::abs(lambda));
-  return largest;
+  return linearModel(given.scene, 0, q, Eigen::VectorXd::Zero(n)).A.eigenvalues();
 }
 
 /// The largest h with |R(h λ)| ≤ 1, for it and all smaller ones and every eigenvalue λ. R is the polynomial
-/// of an explicit method; nothing for other methods.
-std::optional<double> predictedLimit(const Method& method, const Eigenvalues& eigenvalues) {
-  if (eigenvalues.empty() || !method.table) return std::nullopt;
+/// of an explicit method; 0 for other methods. largest: |λ|.
+double predictedLimit(const std::string& method, const Eigen::VectorXcd& eigenvalues, double largest) {
   constexpr double fine = 1.002;
   constexpr double rounding = 1e-5;  // of R: an undamped mode's eigenvalue has a small real part
-  const auto grows = [&](double h) {
-    return std::any_of(eigenvalues.begin(), eigenvalues.end(), [&](std::complex<double> lambda) {
-      return std::abs(amplification(*method.table, h * lambda)) > 1 + rounding;
-    });
-  };
-  double h = 0.3 / *largestOf(eigenvalues);
-  while (!grows(h)) h *= fine;
-  return h / fine;
+  for (const ode::Tableau* table : {&ode::rk4(), &ode::dopri5(), &ode::dop853()}) {
+    if (method != table->name || largest == 0) continue;
+    // The rounding of fast modes hides the slow ones, which do not limit the step.
+    const auto grows = [&](double h, std::complex<double> lambda) {
+      return std::abs(lambda) > 1e-3 * largest && std::abs(amplification(*table, h * lambda)) > 1 + rounding;
+    };
+    double h = 0.3 / largest;
+    while (!eigenvalues.unaryExpr([&](auto lambda) { return grows(h, lambda); }).any()) h *= fine;
+    return h / fine;
+  }
+  return 0;
 }
 
 // ---- By runs ---------------------------------------------------------------------------------
 
 /// How a run fails; empty if it is stable.
-std::string failureOf(const Case& given, const Method& method, double h) {
+std::string failureOf(const Case& given, const std::string& method, double h) {
   constexpr int stepsPerCheck = 10;
   const double fewest = std::clamp(2e5 / given.scene.chain.size(), 100.0, 2000.0);
   const double end = h * static_cast<int>(std::max(fewest, std::ceil(given.horizon / h)));
@@ -175,13 +140,13 @@ std::string failureOf(const Case& given, const Method& method, double h) {
 }
 
 struct Limit {
-  std::optional<double> stable;    ///< the largest step such that it and all smaller ones tried are stable
-  std::optional<double> unstable;  ///< the next larger one tried
-  std::string how;                 ///< that one fails
+  double stable = 0;    ///< the largest step such that it and all smaller ones tried are stable; 0: none
+  double unstable = 0;  ///< the next larger one tried; 0: none
+  std::string how;      ///< that one fails
 };
 
 /// Tries 1, 0.5, 0.2, 0.1 … s, down to a decade of stable steps and at least to 1 ms; then bisects to 3 %.
-Limit findLimit(const Case& given, const Method& method) {
+Limit findLimit(const Case& given, const std::string& method) {
   Limit limit;
   const auto isStable = [&](double h) {
     const std::string failure = failureOf(given, method, h);
@@ -193,16 +158,11 @@ Limit findLimit(const Case& given, const Method& method) {
   constexpr double parts[] = {1, 0.5, 0.2};
   for (int k = 0;; ++k) {
     const double h = largestTried * parts[k % 3] * std::pow(10.0, -(k / 3));
-    const bool wentFarEnough = limit.stable && h < 0.099 * *limit.stable && h < 0.99e-3;
-    if (wentFarEnough || h < 0.99 * given.smallest) break;
-    if (!isStable(h)) {
-      limit.stable.reset();
-    } else if (!limit.stable) {
-      limit.stable = h;
-    }
+    if (h < std::min(0.099 * limit.stable, 0.99e-3) || h < 0.99 * given.smallest) break;
+    limit.stable = isStable(h) ? std::max(limit.stable, h) : 0;
   }
-  while (limit.stable && limit.unstable && *limit.unstable > resolution * *limit.stable) {
-    const double h = std::sqrt(*limit.stable * *limit.unstable);
+  while (limit.stable > 0 && limit.unstable > resolution * limit.stable) {
+    const double h = std::sqrt(limit.stable * limit.unstable);
     if (isStable(h)) limit.stable = h;
   }
   return limit;
@@ -210,9 +170,10 @@ Limit findLimit(const Case& given, const Method& method) {
 
 // ---- The table -------------------------------------------------------------------------------
 
-std::string text(const std::optional<double>& value) {
+/// Empty for 0.
+std::string text(double value) {
   char buffer[32] = "";
-  if (value) std::snprintf(buffer, sizeof buffer, "%.4g", *value);
+  if (value != 0) std::snprintf(buffer, sizeof buffer, "%.4g", value);
   return buffer;
 }
 
@@ -223,43 +184,36 @@ std::string automatic(Scene scene, bool quick) {
   const double most = quick ? 1e6 : 1.2e7;  // link-evaluations
   scene.integrator = {"auto", 1e-6, 0};
   Simulation simulation(scene);
-  double t = 1e-5;
-  while (simulation.advanceTo(t) && t < duration &&
-         static_cast<double>(simulation.statistics().evaluations) * scene.chain.size() < most) {
-    t = std::min(duration, 1.5 * t);
-  }
+  simulation.advanceTo(duration, [&] {
+    return static_cast<double>(simulation.statistics().evaluations) * scene.chain.size() < most;
+  });
   const long long steps = std::max(1LL, simulation.statistics().steps);
   return (simulation.fault().empty() ? simulation.method() : "fails") + "," +
          text(simulation.time() / static_cast<double>(steps));
 }
 
 int stability(const Arguments& given) {
-  const std::optional<std::string> path = given.text("csv");
   const bool quick = given.has("quick");
-  std::ofstream file;
-  if (path) {
+  if (const auto path = given.text("csv")) {
     std::vector<Fault> faults;
     checkOutput("--csv", *path, {}, faults);
-    if (!faults.empty()) throw Refused(faults);
-    file.open(*path);
+    if (!faults.empty() || !std::freopen(path->c_str(), "w", stdout)) throw Refused(faults);
   }
-  std::ostream& out = path ? file : std::cout;
-
-  out << "family,value,links,method,largest_stable_s,unstable_s,how,predicted_s,largest_eigenvalue,auto_"
-         "method,"
-         "auto_mean_step_s\n";
+  std::cout << "family,value,links,method,largest_stable_s,unstable_s,how,predicted_s,largest_eigenvalue,"
+               "auto_method,auto_mean_step_s\n";
   for (const Case& each : stabilityCases(quick)) {
-    const Eigenvalues eigenvalues = eigenvaluesAtRest(each);
+    const Eigen::VectorXcd eigenvalues = eigenvaluesAtRest(each);
+    const double largest = eigenvalues.size() > 0 ? eigenvalues.cwiseAbs().maxCoeff() : 0;
     const std::string chain =
         each.family + "," + text(each.value) + "," + std::to_string(each.scene.chain.size()) + ",";
-    for (const Method& method : measuredMethods()) {
+    for (const std::string& method : steppedMethods()) {
       const Limit limit = findLimit(each, method);
-      out << chain << method.name << ',' << text(limit.stable) << ',' << text(limit.unstable) << ','
-          << limit.how << ',' << text(predictedLimit(method, eigenvalues)) << ','
-          << text(largestOf(eigenvalues)) << ",," << std::endl;
+      std::cout << chain << method << ',' << text(limit.stable) << ',' << text(limit.unstable) << ','
+                << limit.how << ',' << text(predictedLimit(method, eigenvalues, largest)) << ','
+                << text(largest) << ",,\n";
+      finishOutput();
     }
-    out << chain << "auto,,,,,," << automatic(each.scene, quick) << std::endl;
-    if (!out) throw std::runtime_error(std::string("cannot write the table: ") + std::strerror(errno));
+    std::cout << chain << "auto,,,,,," << automatic(each.scene, quick) << '\n';
   }
   return done;
 }
@@ -268,12 +222,13 @@ int stability(const Arguments& given) {
 }  // namespace planar_chain::tools
 
 int main(int argc, char** argv) {
-  namespace tools = planar_chain::tools;
-  tools::Options options =
-      tools::optionsOf("stability", "Measures how far each method goes with equal steps; prints CSV.", "",
-                       "0 done; 1 the run failed; 2 bad arguments.");
-  auto add = options.add_options();
-  add("csv", tools::valued(), "File to write in place of standard output");
-  add("quick", "Some seconds: fewer and shorter chains");
-  return tools::run(options, {}, argc, argv, tools::stability);
+  using namespace planar_chain::tools;
+  return run({"stability",
+              "Measures how far each method goes with equal steps; prints CSV.",
+              "0 done; 1 the run failed; 2 bad arguments.",
+              false,
+              {{"csv", "File to write in place of standard output"},
+               {"quick", "Some seconds: fewer and shorter chains", false}},
+              stability},
+             argc, argv);
 }

@@ -15,16 +15,6 @@ namespace planar_chain::tools {
 
 namespace po = boost::program_options;
 
-Options optionsOf(const std::string& tool, const std::string& about, const std::string& unnamed,
-                  const std::string& exitStatus) {
-  constexpr unsigned width = 110;
-  Options options(
-      about + "\nUsage: " + tool + " [OPTIONS] " + unnamed + "\nExit status: " + exitStatus + "\n\nOptions",
-      width);
-  options.add_options()("help,h", "Print this help message and exit");
-  return options;
-}
-
 std::optional<std::string> Arguments::text(const std::string& name) const {
   return count(name) != 0 ? std::optional(at(name).as<std::string>()) : std::nullopt;
 }
@@ -39,9 +29,6 @@ double Arguments::number(const std::string& name, const char* expected, double l
   return absent;
 }
 
-namespace {
-
-/// @throws std::runtime_error if what was printed has not arrived, for example on a full disk
 void finishOutput() {
   errno = 0;
   if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
@@ -49,24 +36,41 @@ void finishOutput() {
                            std::strerror(errno != 0 ? errno : EIO));
 }
 
+namespace {
+
+constexpr const char* sceneInUsage =
+    "[SCENE]\nSCENE: a YAML file (config/README.md explains it), or the name of a scene that ships";
+constexpr const char* urdfMeaning =
+    "A URDF that is a planar chain, in place of the scene's chain and links; SCENE may add the rest";
+
 }  // namespace
 
-int run(const Options& options, const std::vector<const char*>& unnamed, int argc, char** argv,
-        const std::function<int(const Arguments&)>& body) {
+int run(const Tool& tool, int argc, char** argv) {
   try {
-    Options all;
+    constexpr unsigned width = 110;
+    po::options_description options(std::string(tool.about) + "\nUsage: " + tool.name + " [OPTIONS] " +
+                                        (tool.hasScene ? sceneInUsage : "") +
+                                        "\nExit status: " + tool.exitStatus + "\n\nOptions",
+                                    width);
+    const auto text = [] { return po::value<std::string>()->value_name("TEXT"); };
+    auto add = options.add_options()("help,h", "Print this help message and exit");
+    if (tool.hasScene) add("urdf", text(), urdfMeaning);
+    for (const Option& each : tool.options) {
+      each.hasText ? add(each.name, text(), each.meaning) : add(each.name, each.meaning);
+    }
+    po::options_description all;
     all.add(options);
     po::positional_options_description positional;
-    for (const char* name : unnamed) {
-      all.add_options()(name, valued());
-      positional.add(name, 1);
+    if (tool.hasScene) {
+      all.add_options()("SCENE", text());
+      positional.add("SCENE", 1);
     }
     const int style = po::command_line_style::unix_style & ~po::command_line_style::allow_guessing;
     Arguments given;
     po::store(po::command_line_parser(argc, argv).options(all).positional(positional).style(style).run(),
               given);
     if (given.has("help")) std::cout << options;
-    const int status = given.has("help") ? done : body(given);
+    const int status = given.has("help") ? done : tool.body(given);
     finishOutput();
     return status;
   } catch (const po::error& error) {
@@ -76,18 +80,12 @@ int run(const Options& options, const std::vector<const char*>& unnamed, int arg
     std::cerr << refused.what() << '\n';
     return badInput;
   } catch (const std::exception& error) {
-    std::cerr << std::filesystem::path(argv[0]).filename().string() << ": " << error.what() << '\n';
+    std::cerr << tool.name << ": " << error.what() << '\n';
     return runFailed;
   }
 }
 
 // ---- Scenes and files --------------------------------------------------------------------------
-
-void addUrdf(Options& options) {
-  options.add_options()(
-      "urdf", valued(),
-      "A URDF that is a planar chain, in place of the scene's chain and links; SCENE may add the rest");
-}
 
 std::string loadText(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -126,13 +124,6 @@ void checkOutput(const std::string& option, const std::string& path,
 
 namespace {
 
-/// The folder of the scenes that ship, in the devel space or install space of this program.
-std::filesystem::path folderOfScenes() {
-  std::error_code none;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", none);
-  return program.parent_path() / "../../share/planar_chain/config/scenes";
-}
-
 /// The path of a scene that is given by its path, or by the name of one that ships.
 /// @throws Refused if there is neither
 std::string findScene(const std::string& given) {
@@ -140,21 +131,24 @@ std::string findScene(const std::string& given) {
   std::error_code none;
   const bool isName = given.find_first_of("./") == std::string::npos;
   if (!isName || fs::exists(given, none)) return given;
-  const fs::path shipped = folderOfScenes() / (given + ".yaml");
-  if (fs::exists(shipped, none)) return shipped.string();
+  // In the devel space or install space of this program.
+  const fs::path program = fs::read_symlink("/proc/self/exe", none);
   std::set<std::string> names;
-  for (const auto& file : fs::directory_iterator(folderOfScenes(), none))
+  for (const auto& file :
+       fs::directory_iterator(program.parent_path() / "../../share/planar_chain/config/scenes", none)) {
+    if (file.path().stem() == given) return file.path().string();
     names.insert(file.path().stem().string());
+  }
   throw Refused({{given, "a file, or one of the scenes that ship: " + inCommas(names), "neither"}});
 }
 
 /// @throws Refused for files of other programs, which are no YAML
 void requireScene(const std::string& path, const std::string& text) {
-  const auto startsWith = [&](const char* start) { return text.compare(0, std::strlen(start), start) == 0; };
-  const std::string expected = "a scene, in YAML";
-  if (startsWith("#ROSBAG"))
-    throw Refused({{path, expected, "a bag (plot draws it, --commands takes its commands)"}});
-  if (startsWith("<")) throw Refused({{path, expected, "XML (a URDF is given with --urdf)"}});
+  const char* const found = text.rfind("#ROSBAG", 0) == 0
+                                ? "a bag (plot draws it, --commands takes its commands)"
+                            : text.rfind('<', 0) == 0 ? "XML (a URDF is given with --urdf)"
+                                                      : nullptr;
+  if (found) throw Refused({{path, "a scene, in YAML", found}});
 }
 
 /// Puts the file and the line before the path of each fault that has them: "scene.yaml:4: links/upper/mass".

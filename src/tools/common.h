@@ -27,16 +27,6 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // ---- Arguments ---------------------------------------------------------------------------------
 
-using Options = boost::program_options::options_description;
-
-/// Returns what --help prints, without options yet. unnamed: such as "[SCENE]", or empty.
-Options optionsOf(const std::string& tool, const std::string& about, const std::string& unnamed,
-                  const std::string& exitStatus);
-/// The value of an option: a text.
-inline auto* valued() {
-  return boost::program_options::value<std::string>()->value_name("TEXT");
-}
-
 /// The arguments of one run, by name.
 class Arguments : public boost::program_options::variables_map {
  public:
@@ -48,17 +38,25 @@ class Arguments : public boost::program_options::variables_map {
                 std::vector<Fault>& faults) const;
 };
 
-/// Runs a tool. unnamed: the names of the arguments that are given without. Bad arguments and exceptions
-/// become a message on standard error and an exit status.
-int run(const Options& options, const std::vector<const char*>& unnamed, int argc, char** argv,
-        const std::function<int(const Arguments&)>& body);
+/// Flushes standard output.
+/// @throws std::runtime_error if what was printed has not arrived, for example on a full disk
+void finishOutput();
+
+struct Option {
+  const char *name, *meaning;
+  bool hasText = true;
+};
+
+struct Tool {
+  const char *name, *about, *exitStatus;
+  bool hasScene;  ///< it reads one: the unnamed argument SCENE, and --urdf
+  std::vector<Option> options;
+  std::function<int(const Arguments&)> body;  ///< returns the exit status
+};
+/// Runs a tool. Bad arguments and exceptions become a message on standard error and an exit status.
+int run(const Tool& tool, int argc, char** argv);
 
 // ---- Scenes and files --------------------------------------------------------------------------
-
-/// For tools that read a scene: their unnamed argument, and --urdf.
-constexpr const char* sceneInUsage =
-    "[SCENE]\nSCENE: a YAML file (config/README.md explains it), or the name of a scene that ships";
-void addUrdf(Options& options);
 
 /// @throws Refused if the file cannot be read
 std::string loadText(const std::string& path);

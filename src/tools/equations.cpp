@@ -17,24 +17,6 @@ namespace {
 
 // ---- Arguments -------------------------------------------------------------------------------
 
-Options options() {
-  Options options = optionsOf("equations", "Prints the matrices of Kane's equations at one state.",
-                              sceneInUsage, "0 done; 1 no finite solution; 2 bad arguments or scene.");
-  addUrdf(options);
-  auto add = options.add_options();
-  add("q", valued(), "Relative angles, rad, such as 0.1,0.2 (default: the scene's initial ones)");
-  add("qd", valued(), "Rates, rad/s, such as 0,0 (default: the scene's initial ones)");
-  add("t", valued(), "Time, s, for loads that depend on it (default 0)");
-  add("linearize",
-      "Also A and B of dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of the state");
-  add("json", "One JSON object for programs, matrices as arrays of rows");
-  add("chain",
-      "Only the chain, as one JSON object: gravity, q, qd and every link with its joint, with repeated "
-      "links, a "
-      "URDF and defaults written out; not with --linearize or --json");
-  return options;
-}
-
 /// The numbers between commas, one for each joint. `absent` if none are given.
 Eigen::VectorXd vectorArgument(const char* option, const Arguments& arguments,
                                const std::vector<double>& absent, std::vector<Fault>& faults) {
@@ -135,16 +117,11 @@ Json jsonOf(const std::vector<Eigen::Matrix2d>& matrices) {
   return list;
 }
 
-/// Prints one key of an object on a line of its own. `before` is "{" for the first key, "," for the others.
-void printKey(const char* before, const char* key, const Json& entry) {
-  std::printf("%s\n  \"%s\": %s", before, key, entry.dump().c_str());
-}
-
 void printJson(double t, const ActiveForces& active, const Kane& at, const std::optional<LinearModel>& near) {
-  printKey("{", "t", t);
+  Json all{{"t", t}};
   showAll(active, at, near,
-          [](const char* letter, const char*, const auto& value) { printKey(",", letter, jsonOf(value)); });
-  std::printf("\n}\n");
+          [&](const char* letter, const char*, const auto& value) { all[letter] = jsonOf(value); });
+  std::cout << all << '\n';
 }
 
 /// Prints the chain as an object with the keys of a scene. An absent limit is null.
@@ -164,11 +141,11 @@ void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::Vecto
                      {"pin", {link.pin.x, link.pin.y}},
                      {"joint", ofJoint}});
   }
-  printKey("{", "gravity", {chain.gravity().x, chain.gravity().y});
-  printKey(",", "q", jsonOf(q));
-  printKey(",", "qd", jsonOf(qd));
-  printKey(",", "links", links);
-  std::printf("\n}\n");
+  std::cout << Json{{"gravity", {chain.gravity().x, chain.gravity().y}},
+                    {"q", jsonOf(q)},
+                    {"qd", jsonOf(qd)},
+                    {"links", links}}
+            << '\n';
 }
 
 int equations(const Arguments& given) {
@@ -213,6 +190,22 @@ int equations(const Arguments& given) {
 }  // namespace planar_chain::tools
 
 int main(int argc, char** argv) {
-  namespace tools = planar_chain::tools;
-  return tools::run(tools::options(), {"SCENE"}, argc, argv, tools::equations);
+  using namespace planar_chain::tools;
+  return run(
+      {"equations",
+       "Prints the matrices of Kane's equations at one state.",
+       "0 done; 1 no finite solution; 2 bad arguments or scene.",
+       true,
+       {{"q", "Relative angles, rad, such as 0.1,0.2 (default: the scene's initial ones)"},
+        {"qd", "Rates, rad/s, such as 0,0 (default: the scene's initial ones)"},
+        {"t", "Time, s, for loads that depend on it (default 0)"},
+        {"linearize",
+         "Also A and B of dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of the state", false},
+        {"json", "One JSON object for programs, matrices as arrays of rows", false},
+        {"chain",
+         "Only the chain, as one JSON object: gravity, q, qd and every link with its joint, with repeated "
+         "links, a URDF and defaults written out; not with --linearize or --json",
+         false}},
+       equations},
+      argc, argv);
 }

@@ -61,6 +61,11 @@ class Motion:
 # ---- Reading -----------------------------------------------------------------------------------
 
 
+def require_two(path, states):
+    if len(states) < 2:
+        raise Refused(f"{path}: expected two states or more, got {len(states)}")
+
+
 def read_csv(path):
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))
@@ -73,8 +78,7 @@ def read_csv(path):
         table = np.array(rows[1:], dtype=float)
     except ValueError as problem:
         raise Refused(f"{path}: expected {len(header)} numbers a row, got {problem}") from problem
-    if len(table) < 2:
-        raise Refused(f"{path}: expected two rows or more, got {len(table)}")
+    require_two(path, table)
     n = len(joints)
     motion = Motion(joints, table[:, 0], table[:, 1:n + 1], table[:, n + 1:2 * n + 1])
     motion.energy = motion.t, {"T + V, less that of the start": table[:, -1] - table[0, -1]}
@@ -83,13 +87,11 @@ def read_csv(path):
 
 def topics_of(bag, path, node):
     """The topics joint_states and ~status of one node. The latter may be None."""
-    types = {topic: about.msg_type for topic, about in bag.get_type_and_topic_info().topics.items()}
-    states = sorted(topic for topic, kind in types.items() if kind == "sensor_msgs/JointState")
-    statuses = sorted(topic for topic, kind in types.items() if kind == "planar_chain/SimStatus")
-    if node:
-        node = "/" + node.strip("/")
-        states = [topic for topic in states if topic == node.rpartition("/")[0] + "/joint_states"]
-        statuses = [topic for topic in statuses if topic == node + "/status"]
+    node = node and "/" + node.strip("/")
+    named = node and (node.rpartition("/")[0] + "/joint_states", node + "/status")
+    states, statuses = (sorted(topic for topic, about in bag.get_type_and_topic_info().topics.items()
+                               if about.msg_type == kind and (not node or topic in named))
+                        for kind in ("sensor_msgs/JointState", "planar_chain/SimStatus"))
     if len(states) != 1 or len(statuses) > 1:
         found = ", ".join(states + statuses) or "neither"
         which = "of " + node if node else "of one node (choose it with --node)"
@@ -132,8 +134,7 @@ def read_bag(path, node):
                 (states_topic, status_topic, status_topic and status_topic[:-len("status")] + "commands_taken"))
     except rosbag.ROSBagException as problem:
         raise Refused(f"{path}: expected a bag that can be read, got {problem}") from problem
-    if len(states) < 2:
-        raise Refused(f"{path}: expected two states or more on {states_topic}, got {len(states)}")
+    require_two(path, states)
 
     def of(messages, *fields):
         return [np.array([getattr(message, field) for message in messages]) for field in fields]
@@ -156,16 +157,18 @@ def read_bag(path, node):
 # ---- Drawing -----------------------------------------------------------------------------------
 
 
+def listed(names):
+    return ", ".join(names[:12]) + (" …" if len(names) > 12 else "")
+
+
 def chosen(motion, names):
     """The columns of the joints to draw: those named, or all, or some if there are many."""
     missing = [name for name in names if name not in motion.joints]
     if missing:
-        raise Refused(f"--joints: expected joints of {', '.join(motion.joints[:12])}"
-                      f"{' …' if len(motion.joints) > 12 else ''}, got {', '.join(missing)}")
-    if names:
-        return [motion.joints.index(name) for name in names]
+        raise Refused(f"--joints: expected joints of {listed(motion.joints)}, got {listed(missing)}")
     n = len(motion.joints)
-    return sorted({round(k) for k in np.linspace(0, n - 1, min(n, MOST_JOINTS))})
+    some = sorted({round(k) for k in np.linspace(0, n - 1, min(n, MOST_JOINTS))})
+    return [motion.joints.index(name) for name in names] or some
 
 
 def style(k):
@@ -174,11 +177,10 @@ def style(k):
 
 def panels(motion, columns, wrap):
     """For each panel with data: label of the axis, curves (name, t, values)."""
-    joints = [(motion.joints[j], *motion.curves(j, wrap)) for j in columns]
-    yield "angle q (rad)", [(name, t, q) for name, t, q, _, _ in joints]
-    yield "rate q̇ (rad/s)", [(name, t, qd) for name, t, _, qd, _ in joints]
-    if motion.effort is not None:
-        yield "torque τ (N m)", [(name, t, effort) for name, t, _, _, effort in joints]
+    joints = [(motion.joints[j], motion.curves(j, wrap)) for j in columns]
+    for k, label in enumerate(("angle q (rad)", "rate q̇ (rad/s)", "torque τ (N m)"), 1):
+        if k < 3 or motion.effort is not None:
+            yield label, [(name, curves[0], curves[k]) for name, curves in joints]
     if motion.energy:
         t, parts = motion.energy
         yield ("energy (J)" if len(parts) > 1 else "T + V, less that\nof the start (J)",
@@ -199,9 +201,8 @@ def draw(motion, columns, title, wrap):
     first = None
 
     def legend(row, axes, title):
-        key = figure.add_subplot(grid[row, 1])
-        key.axis("off")
-        key.legend(*axes.get_legend_handles_labels(), loc="upper left", title=title, frameon=False)
+        figure.add_subplot(grid[row, 1], frame_on=False, xticks=[], yticks=[]).legend(
+            *axes.get_legend_handles_labels(), loc="upper left", title=title, frameon=False)
 
     for row, (label, curves) in enumerate(rows):
         axes = figure.add_subplot(grid[row, 0], sharex=first)
@@ -236,19 +237,16 @@ def draw(motion, columns, title, wrap):
 
 def strobe(motion, scene, given, apart):
     links = Links(scene)
-    title = os.path.basename(scene)
     if links.joints != motion.joints:
-        raise Refused(f"--strobe: expected the scene of {', '.join(motion.joints[:12])}, got that of "
-                      f"{', '.join(links.joints[:12])}")
+        raise Refused(f"--strobe: expected the scene of {listed(motion.joints)}, got that of {listed(links.joints)}")
     if not math.isfinite(apart):
         raise Refused(f"--apart: expected a finite number, got {apart}")
     first, last = motion.t[0], motion.t[-1]
-    if not given:
-        return draw_strobe(motion, links, np.linspace(first, last, INSTANTS), apart, title)
-    if len(set(given)) < 2 or not all(first <= t <= last for t in given):
+    times = np.sort(given) if given else np.linspace(first, last, INSTANTS)
+    if len(set(times)) < 2 or not first <= times[0] <= times[-1] <= last:
         raise Refused(f"--at: expected two times or more from {first:g} to {last:g} s, got "
-                      f"{', '.join(f'{t:g}' for t in given)}")
-    return draw_strobe(motion, links, np.sort(given), apart, title)
+                      f"{listed([f'{t:g}' for t in given])}")
+    return draw_strobe(motion, links, times, apart, os.path.basename(scene))
 
 
 def main():

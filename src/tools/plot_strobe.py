@@ -17,7 +17,7 @@ class Links:
     def __init__(self, scene):
         links = read_chain(scene)["links"]
         self.joints = [link["joint"]["name"] for link in links]
-        self.pin, self.com = ([complex(*link[key]) for link in links] for key in ("pin", "com"))
+        self.pin, self.com = (np.array([complex(*link[key]) for link in links]) for key in ("pin", "com"))
 
 
 def pins(links, q):
@@ -30,9 +30,8 @@ def pins(links, q):
 
 def is_aside(links, reach):
     """True for each centre of mass that does not lie on the line from pin to pin."""
-    pin, com = np.array(links.pin), np.array(links.com)
-    along = np.clip((com * pin.conj()).real / np.maximum(abs(pin) ** 2, 1e-300), 0, 1)
-    return abs(com - along * pin) > ASIDE * reach
+    along = np.clip((links.com * links.pin.conj()).real / np.maximum(abs(links.pin) ** 2, 1e-300), 0, 1)
+    return abs(links.com - along * links.pin) > ASIDE * reach
 
 
 def at(motion, times):
@@ -52,7 +51,7 @@ def draw_strobe(motion, links, times, apart, title):
     seen = (motion.t >= times[0]) & (motion.t <= times[-1])
     tip = np.where(seen, pins(links, motion.q)[0][:, -1] + np.interp(motion.t, times, shift[:, 0]), np.nan)
     trail = np.insert(tip, sorted(motion.events), np.nan)
-    aside = is_aside(links, np.sum(np.abs(links.pin)))
+    aside = is_aside(links, np.sum(abs(links.pin)))
 
     # A figure that fits them.
     drawn = np.concatenate([points.ravel(), tip[seen], coms[:, aside].ravel()])

@@ -2,6 +2,7 @@
 """show CONFIG [rviz's options]: starts rviz on a running scene, with the view and the grid fitted to the length of the
 chain. The parameter ~simulation names the node (default planar_chain)."""
 
+import itertools
 import math
 import signal
 import subprocess
@@ -25,25 +26,19 @@ def reach(links):
     return sum(max(math.hypot(*link['com']), math.hypot(*link['pin'])) for link in links) or DEFAULT
 
 
-def falls(chain):
-    """True for a long chain that starts at rest under gravity alone, along −y."""
-    return len(chain['links']) > LONG and not any(chain['qd']) and chain['gravity'][0] == 0 > chain['gravity'][1]
-
-
 def highest(chain):
     """The largest initial height of a pin above the ground pin, m."""
-    height, angle, heights = 0.0, 0.0, [0.0]
-    for q, link in zip(chain['q'], chain['links']):
-        angle += q
-        height += math.sin(angle) * link['pin'][0] + math.cos(angle) * link['pin'][1]
-        heights.append(height)
-    return max(heights)
+    angles = itertools.accumulate(chain['q'])
+    rises = (math.sin(angle) * link['pin'][0] + math.cos(angle) * link['pin'][1]
+             for angle, link in zip(angles, chain['links']))
+    return max(0.0, *itertools.accumulate(rises))
 
 
 def view(chain, loads):
     """The reach, the height of the view's centre above the ground pin, half the height of the view, m."""
     size = reach(chain['links'])
-    if loads or not falls(chain):
+    falls = not loads and not any(chain['qd']) and chain['gravity'][0] == 0 > chain['gravity'][1]
+    if len(chain['links']) <= LONG or not falls:
         return size, 0, FREE * size
     top, bottom = highest(chain) + (FREE - 1) * size, -FREE * size
     return size, (top + bottom) / 2, max((top - bottom) / 2, FREE * size / ASPECT)

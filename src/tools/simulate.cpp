@@ -18,31 +18,6 @@
 namespace planar_chain::tools {
 namespace {
 
-Options options() {
-  Options options =
-      optionsOf("simulate", "Simulates a scene as fast as possible and writes its motion.", sceneInUsage,
-                "0 done; 1 the run failed; 2 bad arguments or scene; 130 interrupted by Ctrl-C.");
-  addUrdf(options);
-  auto add = options.add_options();
-  add("duration", valued(),
-      "Simulated time, s (default with --commands: to the last state in their bag, on joint_states or "
-      "~status)");
-  add("rate", valued(),
-      "Rows per second of simulated time (default 100; with a bag: the scene's publish/rate)");
-  add("check", "Only reads the scene: prints its faults, or one line");
-  add("method", valued(), "Integrator, in place of the scene's");
-  add("tolerance", valued(), "Tolerance of adaptive methods, in place of the scene's");
-  add("step", valued(), "Step of fixed-step methods, s, in place of the scene's");
-  add("csv", valued(), "File to write: t, q and qd of every joint, energy");
-  add("bag", valued(), "Bag to write: what the node publishes, stamped from 0 s on, and /clock");
-  add("views", "Also writes to the bag what rviz shows: arrows, trail, long chains");
-  add("commands", valued(), "Bag whose recorded commands act again at their times");
-  add("write-urdf", valued(), "File to write: the scene as URDF, the robot_description for the bag in rviz");
-  add("node", valued(),
-      "Node whose topics the bags have (default: the only one in the bag, or /planar_chain)");
-  return options;
-}
-
 bool wantsBags(const Arguments& given) {
   return given.has("bag") || given.has("commands") || given.has("write-urdf");
 }
@@ -50,100 +25,66 @@ bool wantsBags(const Arguments& given) {
 // ---- Rows in time ----------------------------------------------------------------------------
 
 /// The times 0, 1/rate, 2/rate … and the duration, each computed from its index.
-class Rows {
- public:
-  Rows(double duration, double rate) : duration_(duration), rate_(rate) {
+struct Rows {
+  Rows(double givenDuration, double givenRate) : duration(givenDuration), rate(givenRate) {
     // If the duration is a multiple of 1/rate, up to rounding, there is no extra row just before its end.
     const double product = duration * rate;
     const double nearest = std::round(product);
-    endsOnATick_ = nearest > 0 && std::abs(product - nearest) <= 1e-15 * 4 * product;
-    last_ = endsOnATick_ ? nearest : std::ceil(product);
+    endsOnATick = nearest > 0 && std::abs(product - nearest) <= 1e-15 * 4 * product;
+    last = endsOnATick ? nearest : std::ceil(product);
   }
-
-  double last() const { return last_; }
   /// True if row k lies at k/rate, as the ticks of a node do.
-  bool isTick(double k) const { return k < last_ || endsOnATick_; }
-  double time(double k) const { return k >= last_ ? duration_ : k / rate_; }
+  bool isTick(double k) const { return k < last || endsOnATick; }
+  double time(double k) const { return k >= last ? duration : k / rate; }
 
- private:
-  double duration_;
-  double rate_;
-  double last_;  ///< index; a double, because it may be huge before it is checked
-  bool endsOnATick_;
+  double duration, rate;
+  double last;  ///< index; a double, because it may be huge before it is checked
+  bool endsOnATick;
 };
 
 Rows rowsOf(double duration, double rate, std::vector<Fault>& faults) {
   const Rows rows(duration, rate);
-  if (!(rows.last() <= mostRows)) {
-    faults.push_back({"--rate", "at most 100000000 rows in all", toText(rows.last())});
+  if (!(rows.last <= mostRows)) {
+    faults.push_back({"--rate", "at most 100000000 rows in all", toText(rows.last)});
   }
   return rows;
 }
 
 // ---- The CSV file ----------------------------------------------------------------------------
 
-/// Its functions throw std::runtime_error if writing fails, for example on a full disk.
-class Csv {
- public:
-  Csv(const std::string& path, const Chain& chain)
-      : path_(path), file_(std::fopen(path.c_str(), "w"), std::fclose) {
-    require(file_ != nullptr);
-    std::fputs("t", file_.get());
-    for (const char* prefix : {"q_", "qd_"}) {
-      for (const Joint& joint : chain.joints())
-        std::fprintf(file_.get(), ",%s%s", prefix, joint.name.c_str());
-    }
-    std::fputs(",energy\n", file_.get());
+void writeHeader(std::FILE* csv, const Chain& chain) {
+  std::fputs("t", csv);
+  for (const char* prefix : {"q_", "qd_"}) {
+    for (const Joint& joint : chain.joints()) std::fprintf(csv, ",%s%s", prefix, joint.name.c_str());
   }
+  std::fputs(",energy\n", csv);
+}
 
-  void row(const Simulation& simulation) {
-    std::fprintf(file_.get(), "%.17g", simulation.time());
-    for (const double q : simulation.q()) std::fprintf(file_.get(), ",%.17g", q);
-    for (const double qd : simulation.qd()) std::fprintf(file_.get(), ",%.17g", qd);
-    std::fprintf(file_.get(), ",%.17g\n", simulation.energy().total());
-    require(std::ferror(file_.get()) == 0);
-  }
-
-  void close() { require(std::fclose(file_.release()) == 0); }
-
- private:
-  void require(bool isGood) const {
-    if (!isGood) throw std::runtime_error("cannot write " + path_ + ": " + std::strerror(errno));
-  }
-
-  std::string path_;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
-};
+void writeRow(std::FILE* csv, const Simulation& simulation) {
+  std::fprintf(csv, "%.17g", simulation.time());
+  for (const double q : simulation.q()) std::fprintf(csv, ",%.17g", q);
+  for (const double qd : simulation.qd()) std::fprintf(csv, ",%.17g", qd);
+  std::fprintf(csv, ",%.17g\n", simulation.energy().total());
+}
 
 // ---- Progress and summary --------------------------------------------------------------------
 
 /// A progress bar on standard error if that is a terminal, drawn ten times a second.
-class Progress {
- public:
-  Progress(const Simulation& simulation, double duration)
-      : simulation_(simulation), duration_(duration), isShown_(isatty(STDERR_FILENO) == 1) {}
+struct Progress {
   ~Progress() {
-    if (isShown_) std::fputs("\r\033[K", stderr);
+    if (isShown) std::fputs("\r\033[K", stderr);
   }
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-
-  void show() {
+  void show(double t, double end) {
     const auto now = std::chrono::steady_clock::now();
-    if (!isShown_ || now < next_) return;
-    next_ = now + std::chrono::milliseconds(100);
-    const double t = simulation_.time();
+    if (!isShown || now < next) return;
+    next = now + std::chrono::milliseconds(100);
     std::string bar(40, '.');
-    std::fill_n(bar.begin(), static_cast<int>(40 * t / duration_), '#');
-    std::fprintf(stderr, "\r[%s] %g of %g s\033[K", bar.c_str(), t, duration_);
-    std::fflush(stderr);
+    std::fill_n(bar.begin(), static_cast<int>(40 * t / end), '#');
+    std::fprintf(stderr, "\r[%s] %g of %g s\033[K", bar.c_str(), t, end);
   }
 
- private:
-  const Simulation& simulation_;
-  double duration_;
-  bool isShown_;
-  std::chrono::steady_clock::time_point next_{};
+  const bool isShown = isatty(STDERR_FILENO) == 1;
+  std::chrono::steady_clock::time_point next{};
 };
 
 /// Angles and rates of the first twenty joints.
@@ -218,23 +159,16 @@ void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
 // ---- Signals ---------------------------------------------------------------------------------
 
 volatile std::sig_atomic_t caught = 0;  ///< the signal that ends the run
-Progress* shown = nullptr;              ///< of the run
 
 /// Lets Ctrl-C and kill end the run so that its files are complete. A second signal ends the program at once.
 void catchSignals() {
   for (const int signal : {SIGINT, SIGTERM}) {
-    struct sigaction action {};
-    sigaction(signal, nullptr, &action);
-    if (action.sa_handler == SIG_IGN) continue;  // as in a shell's background
-    action.sa_handler = [](int which) { caught = which; };
-    action.sa_flags = SA_RESTART | SA_RESETHAND;
-    sigaction(signal, &action, nullptr);
+    const auto before = std::signal(signal, [](int which) {
+      caught = which;
+      std::signal(which, SIG_DFL);
+    });
+    if (before == SIG_IGN) std::signal(signal, SIG_IGN);  // as in a shell's background
   }
-}
-
-bool keepGoing() {
-  shown->show();
-  return caught == 0;
 }
 
 // ---- The run ---------------------------------------------------------------------------------
@@ -277,13 +211,11 @@ int simulate(const Arguments& given) {
   if (!faults.empty()) throw Refused(std::move(faults));
 
   const std::string& method = scene.integrator.method;
-  if (given.has("step") && !ode::hasFixedStep(method)) {
-    std::fprintf(stderr, "simulate: %s chooses its steps; --step only applies to fixed-step methods\n",
-                 method.c_str());
-  }
-  if (given.has("tolerance") && ode::hasFixedStep(method)) {
-    std::fprintf(stderr, "simulate: %s takes equal steps; --tolerance only applies to adaptive methods\n",
-                 method.c_str());
+  const bool isFixed = ode::hasFixedStep(method);
+  if (given.has(isFixed ? "tolerance" : "step")) {
+    std::fprintf(stderr, "simulate: %s %s\n", method.c_str(),
+                 isFixed ? "takes equal steps; --tolerance only applies to adaptive methods"
+                         : "chooses its steps; --step only applies to fixed-step methods");
   }
 
   // The simulation, with or without bags, and the CSV file.
@@ -295,33 +227,43 @@ int simulate(const Arguments& given) {
   }
   if (!given.has("duration")) rows = Rows(bags->recordedEnd(), rate);
   Simulation& simulation = bags ? bags->simulation() : alone.emplace(scene);
-  std::optional<Csv> csv;
-  if (given.has("csv")) csv.emplace(*given.text("csv"), scene.chain);
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> csv(nullptr, std::fclose);
+  const auto requireCsv = [&](bool isGood) {
+    if (!isGood) throw std::runtime_error("cannot write " + *given.text("csv") + ": " + std::strerror(errno));
+  };
+  if (const auto path = given.text("csv")) {
+    csv.reset(std::fopen(path->c_str(), "w"));
+    requireCsv(csv != nullptr);
+    writeHeader(csv.get(), scene.chain);
+  }
 
   // The run, row by row.
   catchSignals();
   bool isGood = true;
   double k = 0;
   {
-    Progress progress(simulation, rows.time(rows.last()));
-    shown = &progress;
-    for (; isGood && caught == 0 && k <= rows.last(); ++k) {
+    Progress progress;
+    const auto keepGoing = [&] {
+      progress.show(simulation.time(), rows.duration);
+      return caught == 0;
+    };
+    for (; isGood && keepGoing() && k <= rows.last; ++k) {
       const auto row = static_cast<long long>(k);
       isGood = bags ? bags->advanceTo(row, rows.time(k), keepGoing)
                     : simulation.advanceTo(rows.time(k), keepGoing);
       if (!isGood && simulation.fault().empty()) break;  // interrupted
       if (bags && rows.isTick(k)) bags->tick(row);
-      if (isGood && csv) csv->row(simulation);
-      progress.show();
+      if (isGood && csv) writeRow(csv.get(), simulation);
+      requireCsv(!csv || std::ferror(csv.get()) == 0);
     }
+    requireCsv(!csv || std::fclose(csv.release()) == 0);
+    if (bags) bags->close();
   }
-  if (csv) csv->close();
-  if (bags) bags->close();
 
   // The result.
-  if (isGood ? k <= rows.last() : simulation.fault().empty()) {
+  if (isGood ? k <= rows.last : simulation.fault().empty()) {
     std::fprintf(stderr, "simulate: interrupted; the last row is at t = %s s, of %g s\n",
-                 toText(rows.time(std::max(0.0, k - 1))).c_str(), rows.time(rows.last()));
+                 toText(rows.time(std::max(0.0, k - 1))).c_str(), rows.duration);
     return 128 + caught;
   }
   if (!isGood) {
@@ -330,7 +272,7 @@ int simulate(const Arguments& given) {
     writeState(stderr, simulation);
     return runFailed;
   }
-  writeSummary(simulation, rows.time(rows.last()));
+  writeSummary(simulation, rows.duration);
   if (bags) std::fputs(bags->summary().c_str(), stdout);
   return done;
 }
@@ -339,6 +281,26 @@ int simulate(const Arguments& given) {
 }  // namespace planar_chain::tools
 
 int main(int argc, char** argv) {
-  namespace tools = planar_chain::tools;
-  return tools::run(tools::options(), {"SCENE"}, argc, argv, tools::simulate);
+  using namespace planar_chain::tools;
+  return run(
+      {"simulate",
+       "Simulates a scene as fast as possible and writes its motion.",
+       "0 done; 1 the run failed; 2 bad arguments or scene; 130 interrupted by Ctrl-C.",
+       true,
+       {{"duration",
+         "Simulated time, s (default with --commands: to the last state in their bag, on joint_states or "
+         "~status)"},
+        {"rate", "Rows per second of simulated time (default 100; with a bag: the scene's publish/rate)"},
+        {"check", "Only reads the scene: prints its faults, or one line", false},
+        {"method", "Integrator, in place of the scene's"},
+        {"tolerance", "Tolerance of adaptive methods, in place of the scene's"},
+        {"step", "Step of fixed-step methods, s, in place of the scene's"},
+        {"csv", "File to write: t, q and qd of every joint, energy"},
+        {"bag", "Bag to write: what the node publishes, stamped from 0 s on, and /clock"},
+        {"views", "Also writes to the bag what rviz shows: arrows, trail, long chains", false},
+        {"commands", "Bag whose recorded commands act again at their times"},
+        {"write-urdf", "File to write: the scene as URDF, the robot_description for the bag in rviz"},
+        {"node", "Node whose topics the bags have (default: the only one in the bag, or /planar_chain)"}},
+       simulate},
+      argc, argv);
 }

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "bytes.h"
 #include "planar_chain/scene_reader.h"
@@ -16,10 +17,9 @@ namespace {
 void takeOne(Bytes& bytes, Commands& commands) {
   switch (bytes.take<std::uint8_t>() % 3) {
     case 0: {
-      std_msgs::Float64MultiArray message;
-      message.data.resize(bytes.take<std::uint8_t>() % 5);
-      for (double& torque : message.data) torque = bytes.take<double>();
-      return commands.onJointTorques(message);
+      std::vector<double> torques(bytes.take<std::uint8_t>() % 5);
+      for (double& torque : torques) torque = bytes.take<double>();
+      return commands.onJointTorques(torques);
     }
     case 1: {
       JointTorque message;
@@ -74,7 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Fatal);
 
   Simulation simulation(scene(), Commands::capacity);
-  Ticks ticks{Pace(100)};
+  Ticks ticks{100};
   Commands commands(ticks, [](ros::Time stamp) { return stamp.toSec() - 1e9; });
   commands.moveTo(simulation);
   Bytes bytes(data, size);

@@ -32,15 +32,13 @@ Simulation& simulation() {
 
 template <class Service>
 typename Service::Response asked(const std::vector<double>& q, const std::vector<double>& qd) {
-  typename Service::Request request;
-  request.q = q;
-  request.qd = qd;
   typename Service::Response response;
-  answer(simulation(), request, response);
+  const Answer answered = answer(simulation(), q, qd, response);
+  response.success = answered.success;
   const bool isSound =
       (q.empty() && qd.empty()) || (q.size() == 2 && qd.size() == 2 && areFinite(q) && areFinite(qd));
   require(!response.success || isSound);
-  require(response.success == response.message.empty());
+  require(answered.success == answered.message.empty());
   return response;
 }
 

@@ -1,8 +1,7 @@
-#include "ros/messages/messages.h"
+#include "ros/view/messages.h"
 
 #include "report/benchmark/chains.h"
 #include "report/benchmark/measure.h"
-#include "ros/messages/frames.h"
 
 namespace planar_chain::benchmarks {
 
@@ -13,8 +12,8 @@ template <class Fill>
 void add(const char* what, int n, Fill fill) {
   benchmark::RegisterBenchmark(nameOf("message", what, n).c_str(), [n, fill](benchmark::State& state) {
     const Scene scene = sceneOf(rods(n), crooked(n));
-    const Simulation simulation(scene);
-    Messages messages(scene, framesOf(scene, "/"));
+    Simulation simulation(scene);
+    Messages messages(simulation, "/planar_chain", false);
     for (auto _ : state) {
       fill(messages, simulation, ros::Time(1));
       benchmark::ClobberMemory();
@@ -27,15 +26,11 @@ void add(const char* what, int n, Fill fill) {
 
 void registerMessages() {
   for (const int n : sizes()) {
-    add("joint_states", n, [](Messages& messages, Simulation& simulation, ros::Time stamp) {
-      messages.jointStates(simulation, stamp);
-    });
-    add("tf", n, [](Messages& messages, Simulation& simulation, ros::Time stamp) {
-      messages.transforms(simulation, stamp);
-    });
-    add("link_states", n, [](Messages& messages, Simulation& simulation, ros::Time stamp) {
-      messages.linkStates(simulation, stamp);
-    });
+    add("joint_states", n,
+        [](Messages& messages, Simulation&, ros::Time stamp) { messages.jointStates(stamp); });
+    add("tf", n, [](Messages& messages, Simulation&, ros::Time stamp) { messages.transforms(stamp); });
+    add("link_states", n,
+        [](Messages& messages, Simulation&, ros::Time stamp) { messages.linkStates(stamp); });
     add("status", n, [](Messages&, Simulation& simulation, ros::Time) {
       SimStatus status;
       describe(simulation, status);

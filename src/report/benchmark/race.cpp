@@ -45,20 +45,20 @@ std::vector<Contestant> contestants() {
   return all;
 }
 
-void describe(const tools::Request&) {
+void describe(const tools::Arguments&) {
   nlohmann::ordered_json versions;
   for (const Team& team : teams()) versions[team.name] = team.version;
   std::puts(versions.dump().c_str());
 }
 
-void race(const tools::Request& request) {
-  tools::race(tools::readContest(request.folder, request.scene), contestants(), request.quick);
+void race(const tools::Arguments& given) {
+  tools::race(tools::readContest(given, given.text("scene").value_or("")), contestants(), given.has("quick"));
 }
 
-void scale(const tools::Request& request) {
+void scale(const tools::Arguments& given) {
   const std::vector<int> lengths =
-      request.quick ? std::vector<int>{2, 10, 100} : std::vector<int>{1, 2, 5, 10, 20, 50, 100};
-  tools::printScaling(contestants(), lengths, request.quick);
+      given.has("quick") ? std::vector<int>{2, 10, 100} : std::vector<int>{1, 2, 5, 10, 20, 50, 100};
+  tools::printScaling(contestants(), lengths, given.has("quick"));
 }
 
 }  // namespace

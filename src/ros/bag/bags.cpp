@@ -4,28 +4,33 @@
 #include <ros/names.h>
 #include <ros/time.h>
 #include <rosbag/bag.h>
+#include <rosbag/view.h>
 #include <rosgraph_msgs/Clock.h>
+#include <sensor_msgs/JointState.h>
 
+#include <algorithm>
+#include <boost/algorithm/string/predicate.hpp>
 #include <boost/make_shared.hpp>
 #include <cerrno>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <map>
 #include <memory>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
 
 #include "planar_chain/fault.h"
 #include "planar_chain/value.h"
-#include "ros/bag/bag_reader.h"
+#include "reading/section.h"
 #include "ros/messages/frames.h"
-#include "ros/messages/messages.h"
 #include "ros/messages/pace.h"
 #include "ros/node/commands.h"
-#include "ros/view/urdf.h"
-#include "ros/view/views.h"
+#include "ros/view/drawing.h"
+#include "ros/view/messages.h"
 
 namespace planar_chain {
 
@@ -46,8 +51,125 @@ std::optional<std::string> fullName(const std::optional<std::string>& node) {
 
 void writeUrdf(const std::string& path, const Scene& scene, const std::string& node) {
   std::ofstream file(path);
-  file << urdfOf(scene, framesOf(scene, ros::names::parentNamespace(node)));
+  file << urdfOf(scene, framesOf(scene, node));
   if (!file.flush()) throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
+}
+
+// ---- The bag to read -----------------------------------------------------------------------------
+
+const std::string commandsTaken = "/commands_taken";  // below a node's name
+
+[[noreturn]] void refuse(const std::string& path, const std::string& expected, const std::string& found) {
+  throw Refused({{"--commands " + path, expected, found}});
+}
+
+/// Returns the only node with ~commands_taken.
+std::string onlyNode(const rosbag::Bag& bag, const std::string& path) {
+  std::set<std::string> nodes;
+  for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections()) {
+    const std::string& topic = connection->topic;
+    if (boost::ends_with(topic, commandsTaken)) {
+      nodes.insert(topic.substr(0, topic.size() - commandsTaken.size()));
+    }
+  }
+  if (nodes.empty()) refuse(path, "a bag with commands on a topic such as …" + commandsTaken, "none");
+  if (nodes.size() > 1) throw Refused({{"--node", "one of " + inCommas(nodes), "nothing"}});
+  return *nodes.begin();
+}
+
+template <class Message>
+boost::shared_ptr<Message> messageOf(const rosbag::MessageInstance& entry, const std::string& path) {
+  if (const auto message = entry.instantiate<Message>()) return message;
+  refuse(path,
+         entry.getTopic() + " of type " + ros::message_traits::datatype<Message>() +
+             " as this version defines it",
+         "another definition of " + entry.getDataType());
+}
+
+/// @throws Refused if one of them is missing, is not what its kind needs, or does not fit the ticks
+void check(const std::vector<CommandTaken>& commands, double rate, const std::string& path) {
+  std::uint64_t tickBefore = 0, number = 0;
+  bool wasReset = false;
+  for (const CommandTaken& command : commands) {
+    if (command.number != ++number) {
+      refuse(path, "every command that the node took since its start",
+             "number " + std::to_string(command.number) + " where " + std::to_string(number) + " is due");
+    }
+    const bool hasItsFields =
+        command.kind <= CommandTaken::RESET && std::isfinite(command.scene_time) &&
+        command.joint_torque.size() == (command.kind == CommandTaken::JOINT_TORQUE ? 1 : 0) &&
+        command.link_force.size() == (command.kind == CommandTaken::LINK_FORCE ? 1 : 0);
+    if (!hasItsFields) {
+      refuse(path, "commands with what their kind needs",
+             "number " + std::to_string(number) + " of kind " + std::to_string(command.kind));
+    }
+    if (command.tick < tickBefore) refuse(path, "ticks that do not go back", std::to_string(command.tick));
+    tickBefore = command.tick;
+    wasReset = wasReset || command.kind == CommandTaken::RESET;
+    // Until the first reset, scene time lies between the tick before and this one.
+    const auto tick = static_cast<double>(command.tick);
+    if (!wasReset && !(std::abs(command.scene_time * rate - tick) <= 1.01)) {
+      refuse(path, "commands of a node with ticks of " + toText(rate) + " Hz (publish/rate, or --rate)",
+             "tick " + std::to_string(command.tick) + " after " + toText(command.scene_time) + " s");
+    }
+  }
+}
+
+/// Returns the last tick in the bag. A status gives a tick and its stamp. Each joint_states with a later
+/// stamp is one tick more. Stamps alone do not give the tick, because they jump over pauses.
+long long lastTick(const rosbag::Bag& bag, const std::string& node, const std::string& path) {
+  const std::string states = ros::names::append(ros::names::parentNamespace(node), "joint_states");
+  std::uint64_t tick = 0;
+  ros::Time stamp;
+  std::set<ros::Time> later;
+  rosbag::View view(bag, rosbag::TopicQuery(std::vector{states, node + "/status"}));
+  for (const rosbag::MessageInstance& entry : view) {
+    if (entry.getTopic() == states) {
+      later.insert(messageOf<sensor_msgs::JointState>(entry, path)->header.stamp);
+    } else {
+      const auto status = messageOf<SimStatus>(entry, path);
+      if (status->tick > static_cast<std::uint64_t>(mostRows)) {
+        refuse(path, "ticks up to number 100000000", std::to_string(status->tick));
+      }
+      tick = status->tick;
+      stamp = status->tick_stamp;
+    }
+    later.erase(later.begin(), later.upper_bound(stamp));
+  }
+  return static_cast<long long>(tick + later.size());
+}
+
+struct RecordedCommands {
+  std::string node;                    ///< the node that took them, such as /left/planar_chain
+  std::vector<CommandTaken> commands;  ///< in the order in which they were taken
+  long long lastTick = 0;              ///< of the states in the bag, within one tick; 0 if it has none
+};
+
+/// Reads ~commands_taken, of which no command may be missing.
+/// @param node the node that took the commands; without it, the bag must hold those of one node only
+/// @param rate ticks per second
+/// @param alsoEnd finds lastTick, from joint_states and ~status
+/// @throws Refused when the file cannot be read, or has no such commands or not all of them
+RecordedCommands readCommands(const std::string& path, const std::optional<std::string>& node, double rate,
+                              bool alsoEnd) {
+  try {
+    const rosbag::Bag bag(path);
+    RecordedCommands recorded{node ? *node : onlyNode(bag, path), {}, 0};
+
+    const std::string topic = recorded.node + commandsTaken;
+    std::vector<CommandTaken>& commands = recorded.commands;
+    for (const rosbag::MessageInstance& entry : rosbag::View(bag, rosbag::TopicQuery(topic))) {
+      commands.push_back(*messageOf<CommandTaken>(entry, path));
+    }
+    if (commands.empty()) refuse(path, "a bag with commands on " + topic, "none");
+    std::sort(commands.begin(), commands.end(),
+              [](const CommandTaken& a, const CommandTaken& b) { return a.number < b.number; });
+    check(commands, rate, path);
+    if (alsoEnd) recorded.lastTick = lastTick(bag, recorded.node, path);
+    return recorded;
+  } catch (const rosbag::BagException& problem) {
+    refuse(path, "a bag that can be read", problem.what());
+  }
 }
 
 // ---- The bag to write ----------------------------------------------------------------------------
@@ -71,17 +193,11 @@ class BagWriter {
       : simulation_(simulation),
         commands_(commands),
         ticks_(ticks),
-        frames_(framesOf(simulation.scene(), ros::names::parentNamespace(node))),
-        messages_(simulation.scene(), frames_),
+        messages_(simulation, node, hasViews),
         path_(path),
         node_(node),
-        bag_(new rosbag::Bag),
-        jointStatesOut_{ros::names::append(ros::names::parentNamespace(node), "joint_states")},
-        linkStatesOut_{node + "/link_states"},
-        statusOut_{node + "/status"},
-        commandsOut_{node + "/commands_taken"} {
-    status_.header.frame_id = frames_.base;
-    if (hasViews) views_.emplace(simulation, frames_);
+        bag_(new rosbag::Bag) {
+    status_.header.frame_id = messages_.frames().base;
     attempt([&] { bag_->open(path_, rosbag::bagmode::Write); });
   }
 
@@ -91,25 +207,28 @@ class BagWriter {
   /// Writes every message of tick k ≥ 1; after a fault only the status.
   /// @throws std::runtime_error when the disk is full, for example
   void tick(long long k) {
-    const ros::Time stamp = ros::Time().fromNSec(static_cast<std::uint64_t>(ticks_.pace.nanosecondsOf(k)));
-    clock_.clock = stamp;
-    write(clockOut_, stamp, clock_);
-    for (CommandTaken& taken : taken_) write(commandsOut_, stamp, taken);
+    const ros::Time stamp = ros::Time().fromNSec(static_cast<std::uint64_t>(ticks_.nanosecondsOf(k)));
+    rosgraph_msgs::Clock clock;
+    clock.clock = stamp;
+    write("/clock", stamp, clock);
+    for (CommandTaken& taken : taken_) write(node_ + "/commands_taken", stamp, taken);
     taken_.clear();
 
     const bool isGood = simulation_.fault().empty();
     if (isGood) {
-      writeState(k, stamp);
+      messages_.forEach([&](const Topic& topic, auto make) {
+        if (topic.isDue(ticks_, k)) write(topic.name, stamp, *make(stamp), topic.isLatched);
+      });
       status_.tick = static_cast<std::uint64_t>(k);
       status_.tick_stamp = stamp;
     }
-    if (isGood && !ticks_.pace.isDue(k, simulation_.scene().publish.statusRate)) return;
+    if (isGood && !Ticks{ticks_.rate}.isDue(k, simulation_.scene().publish.statusRate)) return;
     status_.header.stamp = stamp;
     describe(simulation_, status_);
     status_.sim_time = ticks_.simTime(simulation_.time());
     if (!isGood) status_.standstill = standstillByFault;
     commands_.describe(status_);
-    write(statusOut_, stamp, status_);
+    write(node_ + "/status", stamp, status_);
   }
 
   /// Writes the index. Without it rosbag refuses the file, and `rosbag reindex` repairs it.
@@ -119,11 +238,9 @@ class BagWriter {
   }
 
  private:
-  struct Topic {
-    std::string name;
-    bool isLatched = false;
-    boost::shared_ptr<ros::M_string> connection = nullptr;  ///< the header that the publisher would send
-    std::uint32_t messages = 0;                             ///< number written
+  struct Connection {
+    boost::shared_ptr<ros::M_string> header;  ///< which the publisher would send
+    std::uint32_t messages = 0;               ///< number written
   };
   /// rosbag::Bag's destructor closes it. After a fault that would index a bag with a gap, or throw again.
   struct DeleteIfClosed {
@@ -132,41 +249,22 @@ class BagWriter {
     }
   };
 
-  void writeState(long long k, ros::Time stamp) {
-    const PublishSettings& wanted = simulation_.scene().publish;
-    if (wanted.tf && k == 1) {
-      tf2_msgs::TFMessage base;
-      base.transforms.push_back(Messages::baseInWorld(frames_, stamp));
-      write(staticTfOut_, stamp, base);
-    }
-    write(jointStatesOut_, stamp, messages_.jointStates(simulation_, stamp));
-    const bool isFramesTurn = ticks_.isDue(k, wanted.tfRate);
-    if (wanted.tf && isFramesTurn) write(tfOut_, stamp, messages_.transforms(simulation_, stamp));
-    if (views_ && isFramesTurn) {
-      const auto all = [](const std::string& /*name*/) { return true; };
-      views_->draw(stamp, all, [&](const std::string& name, auto& message) {
-        const Topic topic{node_ + "/view/" + name};
-        write(viewsOut_.try_emplace(name, topic).first->second, stamp, message);
-      });
-    }
-    if (wanted.linkStates) write(linkStatesOut_, stamp, messages_.linkStates(simulation_, stamp));
-  }
-
   /// As ros::Publisher does, sets header.seq to the number of messages before, if the message has a header.
   template <class Message>
-  void write(Topic& topic, ros::Time stamp, Message& message) {
+  void write(const std::string& topic, ros::Time stamp, Message& message, bool isLatched = false) {
     namespace traits = ros::message_traits;
-    if (!topic.connection) {
-      topic.connection = boost::make_shared<ros::M_string>(
+    Connection& connection = connections_[topic];
+    if (!connection.header) {
+      connection.header = boost::make_shared<ros::M_string>(
           ros::M_string{{"callerid", node_},
-                        {"latching", topic.isLatched ? "1" : "0"},
+                        {"latching", isLatched ? "1" : "0"},
                         {"md5sum", traits::md5sum<Message>()},
                         {"message_definition", traits::definition<Message>()},
-                        {"topic", topic.name},
+                        {"topic", topic},
                         {"type", traits::datatype<Message>()}});
     }
-    if (auto* const header = traits::header(message)) header->seq = topic.messages++;
-    attempt([&] { bag_->write(topic.name, stamp, message, topic.connection); });
+    if (auto* const header = traits::header(message)) header->seq = connection.messages++;
+    attempt([&] { bag_->write(topic, stamp, message, connection.header); });
   }
 
   /// rosbag's exceptions name neither the file nor the reason.
@@ -182,15 +280,10 @@ class BagWriter {
   Simulation& simulation_;
   const Commands& commands_;
   const Ticks& ticks_;
-  Frames frames_;
   Messages messages_;
   std::string path_, node_;
   std::unique_ptr<rosbag::Bag, DeleteIfClosed> bag_;
-  Topic clockOut_{"/clock"}, tfOut_{"/tf"}, staticTfOut_{"/tf_static", true};
-  Topic jointStatesOut_, linkStatesOut_, statusOut_, commandsOut_;
-  std::optional<Views> views_;
-  std::map<std::string, Topic> viewsOut_;
-  rosgraph_msgs::Clock clock_;
+  std::map<std::string, Connection> connections_;  ///< by topic
   SimStatus status_;
   std::vector<CommandTaken> taken_;
 };
@@ -201,7 +294,7 @@ class BagWriter {
 class OfflineNode : public Bags {
  public:
   OfflineNode(const Scene& scene, const BagArguments& given)
-      : ticks_{Pace(scene.publish.rate)}, simulation_(scene, Commands::capacity), commands_(ticks_, {}) {
+      : ticks_{scene.publish.rate, 1}, simulation_(scene, Commands::capacity), commands_(ticks_, {}) {
     commands_.moveTo(simulation_);
     const std::optional<std::string> node = fullName(given.node);
     if (given.commands) {
@@ -217,9 +310,9 @@ class OfflineNode : public Bags {
 
   Simulation& simulation() override { return simulation_; }
 
-  double recordedEnd() const override { return ticks_.pace.timeOf(recorded_.lastTick); }
+  double recordedEnd() const override { return ticks_.timeOf(recorded_.lastTick); }
 
-  bool advanceTo(long long k, double t, bool (*keepGoing)()) override {
+  bool advanceTo(long long k, double t, const std::function<bool()>& keepGoing) override {
     const std::vector<CommandTaken>& commands = recorded_.commands;
     for (; next_ < commands.size() && commands[next_].tick <= static_cast<std::uint64_t>(k); ++next_) {
       const CommandTaken& command = commands[next_];
@@ -234,7 +327,7 @@ class OfflineNode : public Bags {
         writer_->command(command);
       }
     }
-    const bool isTick = t == ticks_.pace.timeOf(k);
+    const bool isTick = t == ticks_.timeOf(k);
     return simulation_.advanceTo(isTick ? ticks_.sceneTime(k) : t - ticks_.simTime(0), keepGoing);
   }
 

@@ -4,6 +4,7 @@
 /// node would publish. The code that needs ROS is a library of its own (src/ros/bag/bags.cpp). simulate loads
 /// it when a run needs a bag, so other runs do not load ROS.
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -35,7 +36,7 @@ class Bags {
   virtual double recordedEnd() const = 0;
 
   /// Takes the commands recorded up to tick k, then calls Simulation::advanceTo for the time t of row k.
-  virtual bool advanceTo(long long k, double t, bool (*keepGoing)()) = 0;
+  virtual bool advanceTo(long long k, double t, const std::function<bool()>& keepGoing) = 0;
 
   /// Writes what the node publishes at tick k, after advanceTo() for it. After a fault that is the status,
   /// which names the fault. Writes nothing at tick 0, because no stamp is 0.

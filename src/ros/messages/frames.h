@@ -17,7 +17,6 @@ namespace planar_chain {
 struct Frames {
   static constexpr int most = 200, few = 50;  ///< by default a chain of more than `most` links has `few`
 
-  std::string prefix;              ///< of every frame except the world
   std::string world;               ///< without prefix
   std::string base;                ///< with prefix
   std::vector<std::string> links;  ///< with prefix, in chain order
@@ -26,19 +25,16 @@ struct Frames {
   bool has(int link) const { return (static_cast<int>(links.size()) - 1 - link) % every == 0; }
 };
 
-/// Returns the names for a node in `nodeNamespace`. The prefix is publish/frame_prefix of the scene if given.
-/// Else it is the namespace, such as "left/", and empty in the root namespace.
+/// Returns the names for the node of this full name. The prefix of every frame except the world is
+/// publish/frame_prefix of the scene if given. Else it is the namespace, such as "left/".
 /// @throws Refused if the world frame has the name of another frame.
-inline Frames framesOf(const Scene& scene, const std::string& nodeNamespace) {
+inline Frames framesOf(const Scene& scene, const std::string& node) {
   const PublishSettings& publish = scene.publish;
   Frames frames;
-  const std::size_t first = nodeNamespace.find_first_not_of('/'), last = nodeNamespace.find_last_not_of('/');
-  const bool isRoot = first == std::string::npos;
-  frames.prefix =
-      publish.framePrefix.value_or(isRoot ? "" : nodeNamespace.substr(first, last + 1 - first) + "/");
+  const std::string prefix = publish.framePrefix.value_or(node.substr(1, node.rfind('/')));
   frames.world = publish.worldFrame;
-  frames.base = frames.prefix + publish.baseFrame;
-  for (const Link& link : scene.chain.links()) frames.links.push_back(frames.prefix + link.name);
+  frames.base = prefix + publish.baseFrame;
+  for (const Link& link : scene.chain.links()) frames.links.push_back(prefix + link.name);
 
   const int n = scene.chain.size();
   frames.every = publish.frameEvery.value_or(n <= Frames::most ? 1 : (n + Frames::few - 1) / Frames::few);

@@ -6,19 +6,16 @@
 #include <rosgraph_msgs/Clock.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "planar_chain/fault.h"
-#include "ros/messages/messages.h"
-#include "ros/messages/pace.h"
+#include "ros/view/messages.h"
 
 namespace planar_chain {
 
 namespace {
-
-using Steady = std::chrono::steady_clock;
 
 constexpr double longestLag = 1;     // s: a longer one is dropped
 constexpr double leastJump = 0.1;    // s by which the wall clock is set; a smaller one is caught up with
@@ -40,10 +37,6 @@ double seconds(std::int64_t ns) {
   return static_cast<double>(ns) / 1e9;
 }
 
-double since(Steady::time_point then) {
-  return std::chrono::duration<double>(Steady::now() - then).count();
-}
-
 /// A clock that others set. When it jumps, the simulation continues from its present state, and the stamps
 /// restart at the clock's time: back too, as ros::Time::now() goes back for every other node then.
 class FollowedClock : public Clock {
@@ -51,30 +44,23 @@ class FollowedClock : public Clock {
   using Clock::Clock;
 
   void begin(long long next) override {
-    update();
-    if (hasBegun() && !jumped_) beginAt(next, std::max(read(), ns(next)));
+    if (!follow(next) && hasBegun()) beginAt(next, std::max(read(), ns(next)));
   }
 
   long long due(long long next) override {
-    update();
-    if (!hasBegun()) return next - 1;
-    if (jumped_) restart(next);
-    return Clock::due(next);
-  }
-
- protected:
-  /// Calls noteJump() if the clock has been set since the last call.
-  virtual void update() {}
-  void noteJump() { jumped_ = true; }
-
-  void restart(long long next) {
-    if (ns(stampOrigin()) > 0) countJump();
-    jumped_ = false;
-    beginAt(next, read());
+    follow(next);
+    return hasBegun() ? Clock::due(next) : next - 1;
   }
 
  private:
-  bool jumped_ = false;
+  /// True if the clock has been set since the last call.
+  virtual bool hasJumped() = 0;
+
+  bool follow(long long next) {
+    const bool jumped = hasJumped();
+    if (jumped) restart(next);
+    return jumped;
+  }
 };
 
 /// The time of day.
@@ -85,24 +71,24 @@ class WallClock : public FollowedClock {
  private:
   /// Compares the clock with the steady one since the last call. Both are read at once: a pause in between
   /// must not look like a jump.
-  void update() override {
+  bool hasJumped() override {
     const std::int64_t wallBefore = wall_;
-    const Steady::time_point steadyBefore = steady_;
+    const double steadyBefore = steady_;
     do {
-      steady_ = Steady::now();
+      steady_ = steadyTime();
       wall_ = read();
-    } while (since(steady_) > leastJump / 10);
-    const double elapsed = std::chrono::duration<double>(steady_ - steadyBefore).count();
+    } while (steadyTime() - steady_ > leastJump / 10);
+    const double elapsed = steady_ - steadyBefore;
     const double jump = seconds(wall_ - wallBefore) - elapsed;
-    if (std::fabs(jump) <= leastJump + mostSlewed * elapsed) return;
-    noteJump();
+    if (std::fabs(jump) <= leastJump + mostSlewed * elapsed) return false;
     ROS_WARN("the wall clock jumped by %+.3f s: the simulation continues from its present state", jump);
+    return true;
   }
 
   std::int64_t read() const override { return wallTime(); }
 
   std::int64_t wall_ = read();
-  Steady::time_point steady_ = Steady::now();
+  double steady_ = steadyTime();  ///< s
 };
 
 /// A /clock that another node publishes.
@@ -120,21 +106,22 @@ class ExternalClock : public FollowedClock {
 
   std::string haltedBy() const override {
     if (!hasBegun()) return "/clock has not begun";
-    return since(changed_) < haltsAfter ? "" : "/clock stands still";
+    return steadyTime() - changed_ < haltsAfter ? "" : "/clock stands still";
   }
 
-  double lag(long long done) const override { return hasBegun() ? Clock::lag(done) : 0; }
   /// Wall time before the clock begins, so that ~status can be sent.
   ros::Time now() const override { return hasBegun() ? Clock::now() : timeOf(wallTime()); }
 
  private:
-  void update() override {
-    if (hasBegun() || since(start_) < beginsWithin || !warnings_.isDue()) return;
-    ROS_WARN(
-        "/use_sim_time is true, but no time has come on /clock for %.0f s: nothing moves. Start the node "
-        "that "
-        "publishes /clock, or set /use_sim_time to false and start this node again",
-        since(start_));
+  bool hasJumped() override {
+    if (!hasBegun() && steadyTime() - start_ > beginsWithin && warnings_.isDue()) {
+      ROS_WARN(
+          "/use_sim_time is true, but no time has come on /clock for %.0f s: nothing moves. Start the node "
+          "that "
+          "publishes /clock, or set /use_sim_time to false and start this node again",
+          steadyTime() - start_);
+    }
+    return std::exchange(jumped_, false);
   }
 
   void onClock(const rosgraph_msgs::Clock& message) { take(message.clock); }
@@ -142,20 +129,21 @@ class ExternalClock : public FollowedClock {
   void take(ros::Time time) {
     const auto reading = static_cast<std::int64_t>(time.toNSec());
     if (reading == reading_) return;
-    if (reading < reading_ || reading_ == 0) noteJump();
+    jumped_ = jumped_ || reading < reading_ || reading_ == 0;
     if (reading < reading_ && messages_.isDue()) {
       ROS_INFO("/clock went back to %.3f s: the simulation continues from its present state",
                seconds(reading));
     }
     reading_ = reading;
-    changed_ = Steady::now();
+    changed_ = steadyTime();
   }
 
   std::int64_t read() const override { return reading_; }
   void drop(long long next, std::int64_t /*behind*/) override { restart(next); }
 
   std::int64_t reading_ = 0;
-  Steady::time_point start_ = Steady::now(), changed_ = start_;
+  bool jumped_ = false;
+  double start_ = steadyTime(), changed_ = start_;  ///< s
   Every warnings_{warningPeriod}, messages_{messagePeriod};
   ros::Subscriber subscriber_;
 };
@@ -165,7 +153,6 @@ class OwnClock : public Clock {
  public:
   OwnClock(double rate, double factor, const std::string& pace)
       : Clock(rate, factor, "its own /clock, " + pace),
-        factor_(factor),
         out_(ros::NodeHandle().advertise<rosgraph_msgs::Clock>("/clock", queue)) {}
 
   long long firstTick() const override { return 1; }
@@ -179,10 +166,9 @@ class OwnClock : public Clock {
   }
 
  private:
-  std::int64_t read() const override { return std::llround(since(start_) * factor_ * 1e9); }
+  std::int64_t read() const override { return std::llround((steadyTime() - start_) * speed_ * 1e9); }
 
-  double factor_;
-  Steady::time_point start_ = Steady::now();
+  double start_ = steadyTime();  ///< s
   ros::Publisher out_;
   rosgraph_msgs::Clock published_;
 };
@@ -195,7 +181,6 @@ class FreeClock : public OwnClock {
 
   void begin(long long /*next*/) override {}
   long long due(long long next) override { return next; }
-  double lag(long long /*done*/) const override { return 0; }
 
  private:
   std::int64_t read() const override { return 0; }
@@ -216,10 +201,18 @@ void Clock::beginAt(long long next, std::int64_t stamp) {
   Clock::begin(next);
 }
 
+void Clock::restart(long long next) {
+  if (ns(tick0_) > 0) ++jumps_;
+  beginAt(next, read());
+}
+
 long long Clock::due(long long next) {
   const std::int64_t behind = read() - late_ - ns(next);
   if (seconds(behind) > longestLag * (speed_ > 0 ? speed_ : 1)) {
-    dropped_ += seconds(behind);
+    if (warnings_.isDue()) {
+      ROS_WARN("simulation time cannot keep up with %s at %g Hz: dropped another %.3f s", name_.c_str(),
+               rate_, seconds(behind));
+    }
     drop(next, behind);
   }
 
@@ -244,7 +237,7 @@ ros::Time Clock::now() const {
 }
 
 std::int64_t Clock::ns(long long tick) const {
-  return stamp0_ + Pace(rate_).nanosecondsOf(tick - tick0_);
+  return stamp0_ + Ticks{rate_}.nanosecondsOf(tick - tick0_);
 }
 
 ros::Time Clock::stampOf(long long tick) const {

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "planar_chain/scene.h"
+#include "ros/messages/pace.h"
 
 namespace planar_chain {
 
@@ -22,7 +23,7 @@ class Clock {
  public:
   /// rate: ticks per s; speed: s of this clock per s of wall time, 0: unknown; name: in words, such as "the
   /// wall clock".
-  Clock(double rate, double speed, std::string name) : rate_(rate), speed_(speed), name_(std::move(name)) {}
+  Clock(double rate, double speed, std::string name) : speed_(speed), rate_(rate), name_(std::move(name)) {}
   virtual ~Clock() = default;
 
   const std::string& name() const { return name_; }
@@ -36,16 +37,14 @@ class Clock {
   /// Starts, or continues after a halt: tick `next` is due at once, or one tick after the last if that is
   /// later.
   virtual void begin(long long next);
-  /// Returns the last tick that is due. If `next` is due for more than a second, drops the delay.
+  /// Returns the last tick that is due. If `next` is due for more than a second, drops the delay and warns.
   virtual long long due(long long next);
   /// Returns the wall time until tick `next` is due, s. Infinite if unknown.
   double untilDue(long long next) const;
   /// Returns the pause between two bursts of late ticks, s of wall time.
   double catchUpPause() const { return speed_ > 0 ? 1 / (rate_ * speed_) : 0; }
-  /// Returns the delay of tick `done`, s, dropped time included.
-  virtual double lag(long long done) const;
-  /// Returns the total of the dropped time, s.
-  double dropped() const { return dropped_; }
+  /// Returns the delay of tick `done`, s, dropped time included. Negative if the tick is early.
+  double lag(long long done) const;
   /// Returns how often the stamps restarted because the clock jumped.
   std::uint64_t jumps() const { return jumps_; }
 
@@ -65,15 +64,18 @@ class Clock {
   virtual void drop(long long /*next*/, std::int64_t behind) { late_ += behind; }
   /// Restarts the stamps: tick `next` has this one, in ns.
   void beginAt(long long next, std::int64_t stamp);
-  void countJump() { ++jumps_; }
+  /// The same at the present reading, after a jump of the clock.
+  void restart(long long next);
+
+  const double speed_;
 
  private:
-  double rate_, speed_;
+  double rate_;
   std::string name_;
   long long tick0_ = 0;
   std::int64_t stamp0_ = 0, late_ = 0, lateAtBegin_ = 0;  ///< ns
-  double dropped_ = 0;                                    ///< s
   std::uint64_t jumps_ = 0;
+  Every warnings_{5};
 };
 
 /// Returns a /clock of the node if the scene has a real_time_factor. Else /use_sim_time chooses between an

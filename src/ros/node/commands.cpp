@@ -41,13 +41,6 @@ int find(Faults& faults, const std::string& path, const std::map<std::string, in
   return -1;
 }
 
-/// isAccepted: what the simulation returned.
-Faults fullUnless(bool isAccepted, const char* topic) {
-  if (isAccepted) return {};
-  return {
-      {topic, "at most " + std::to_string(Commands::capacity) + " timed or waiting commands", "one more"}};
-}
-
 }  // namespace
 
 void Commands::moveTo(Simulation& simulation) {
@@ -69,9 +62,7 @@ void Commands::listen(ros::NodeHandle& node) {
   const auto hints = ros::TransportHints().tcpNoDelay();
   using TorquesIn = std_msgs::Float64MultiArray_<Bounded<void>>;
   const boost::function<void(const TorquesIn&)> onTorques = [this](const TorquesIn& in) {
-    std_msgs::Float64MultiArray message;
-    message.data = plain(in.data);
-    onJointTorques(message);
+    onJointTorques(plain(in.data));
   };
   subscribers_ = {
       node.subscribe<TorquesIn, const TorquesIn&>("joint_torques", queueSize, onTorques, {}, hints),
@@ -79,9 +70,9 @@ void Commands::listen(ros::NodeHandle& node) {
       node.subscribe("link_force", queueSize, &Commands::onLinkForce, this, hints)};
 }
 
-void Commands::onJointTorques(const std_msgs::Float64MultiArray& message) {
+void Commands::onJointTorques(const std::vector<double>& torques) {
   CommandTaken input = inputOf(CommandTaken::JOINT_TORQUES);
-  input.joint_torques = message.data;
+  input.joint_torques = torques;
   takeOrWarn(input);
 }
 
@@ -142,9 +133,9 @@ Faults Commands::apply(const CommandTaken& input) {
       if (faults.empty()) hold(input.joint_torques);
       return faults;
     case CommandTaken::JOINT_TORQUE:
-      return apply(input.joint_torque.at(0), input.start);
+      return applyTorque(input);
     case CommandTaken::LINK_FORCE:
-      return apply(input.link_force.at(0), input.start);
+      return applyForce(input);
     case CommandTaken::CLEAR_COMMANDS:
       simulation_->clearCommands();
       return {};
@@ -167,21 +158,45 @@ Faults Commands::apply(const CommandTaken& input) {
   }
 }
 
-Faults Commands::apply(const JointTorque& command, double start) {
+/// Starts a timed or a held command: now, or at the start that the message has. Adds a fault if the command
+/// would never act.
+template <class Message, class Add, class Hold>
+Faults Commands::start(Faults faults, const std::string& topic, const CommandTaken& input,
+                       const Message& command, Add add, Hold hold) {
+  const double now = simulation_->time();
+  const double start = command.start.isZero() ? now : input.start;
+  const double duration = command.duration, end = duration > 0 ? start + duration : heldUntil(start);
+  if (!(start - now <= farthestStart)) {
+    faults.push_back(
+        {topic + "/start", "0 for now, or the node's time, at most a day ahead",
+         std::isfinite(start) ? toText(start - now) + " s ahead" : "a time before /clock has begun"});
+  } else if (!(std::isfinite(duration) && duration >= 0 && (duration == 0 || end > start))) {
+    faults.push_back({topic + "/duration", "a finite number >= 0 s", toText(duration)});
+  } else if (!(end > std::max(start, now)) || (start < now && end - now < stampResolution)) {
+    faults.push_back({topic + "/start", "a command that has not expired",
+                      toText(now - start) + " s ago, for " + toText(end - start) + " s"});
+  }
+  if (!faults.empty()) return faults;
+  if (!(duration > 0 ? add(duration, start) : hold(end, start))) {
+    return {{topic, "at most " + std::to_string(capacity) + " timed or waiting commands", "one more"}};
+  }
+  taken_[input.kind] = now;
+  return {};
+}
+
+Faults Commands::applyTorque(const CommandTaken& input) {
+  const JointTorque& command = input.joint_torque.at(0);
   Faults faults;
   const int joint = find(faults, "joint_torque/joint", joints_, command.joint);
   checkFinite(faults, "joint_torque/torque", "N m", command.torque);
-  start = startOf(faults, "joint_torque", command, start);
-  if (!faults.empty()) return faults;
-
-  const bool isAccepted = command.duration > 0
-                              ? simulation_->addTorque(joint, command.torque, command.duration, start)
-                              : simulation_->holdTorque(joint, command.torque, heldUntil(start), start);
-  if (isAccepted) taken_[CommandTaken::JOINT_TORQUE] = simulation_->time();
-  return fullUnless(isAccepted, "joint_torque");
+  return start(
+      faults, "joint_torque", input, command,
+      [&](double duration, double at) { return simulation_->addTorque(joint, command.torque, duration, at); },
+      [&](double until, double at) { return simulation_->holdTorque(joint, command.torque, until, at); });
 }
 
-Faults Commands::apply(const LinkForce& command, double start) {
+Faults Commands::applyForce(const CommandTaken& input) {
+  const LinkForce& command = input.link_force.at(0);
   Faults faults;
   const int link = find(faults, "link_force/link", links_, command.link);
   checkFinite(faults, "link_force/point/x", "m", command.point.x);
@@ -191,16 +206,15 @@ Faults Commands::apply(const LinkForce& command, double start) {
   checkFinite(faults, "link_force/force/y", "N", command.force.y);
   checkZero(faults, "link_force/force/z", command.force.z);
   checkFinite(faults, "link_force/moment", "N m", command.moment);
-  start = startOf(faults, "link_force", command, start);
-  if (!faults.empty()) return faults;
-
   const Vec2d point{command.point.x, command.point.y}, force{command.force.x, command.force.y};
-  const bool isAccepted =
-      command.duration > 0
-          ? simulation_->addForce(link, point, force, command.moment, command.duration, start)
-          : simulation_->holdForce(link, point, force, command.moment, heldUntil(start), start);
-  if (isAccepted) taken_[CommandTaken::LINK_FORCE] = simulation_->time();
-  return fullUnless(isAccepted, "link_force");
+  return start(
+      faults, "link_force", input, command,
+      [&](double duration, double at) {
+        return simulation_->addForce(link, point, force, command.moment, duration, at);
+      },
+      [&](double until, double at) {
+        return simulation_->holdForce(link, point, force, command.moment, until, at);
+      });
 }
 
 void Commands::hold(const std::vector<double>& torques) {
@@ -216,8 +230,6 @@ double Commands::heldUntil(double start) const {
   return timeout > 0 ? start + timeout : std::numeric_limits<double>::infinity();
 }
 
-// ---- Refusing ----------------------------------------------------------------------------------
-
 Faults Commands::faultsOf(const std::vector<double>& torques, const std::string& path) const {
   Faults faults;
   checkValues(faults, path, "torques", "N m", torques, simulation_->q().size());
@@ -226,34 +238,6 @@ Faults Commands::faultsOf(const std::vector<double>& torques, const std::string&
                       toText(simulation_->scene().commandTimeout)});
   }
   return faults;
-}
-
-/// Returns the simulation time at which a command starts: now, or at `start` if the message has one. Adds a
-/// fault if the command would never act.
-template <class Message>
-double Commands::startOf(Faults& faults, const std::string& topic, const Message& message,
-                         double start) const {
-  const double now = simulation_->time();
-  if (message.start.isZero()) start = now;
-  if (!(start - now <= farthestStart)) {
-    faults.push_back(
-        {topic + "/start", "0 for now, or the node's time, at most a day ahead",
-         std::isfinite(start) ? toText(start - now) + " s ahead" : "a time before /clock has begun"});
-    return now;
-  }
-
-  // Check the duration and the end.
-  const double duration = message.duration;
-  if (!(std::isfinite(duration) && duration >= 0 && (duration == 0 || start + duration > start))) {
-    faults.push_back({topic + "/duration", "a finite number >= 0 s", toText(duration)});
-    return now;
-  }
-  const double end = duration > 0 ? start + duration : heldUntil(start);
-  if (!(end > std::max(start, now)) || (start < now && end - now < stampResolution)) {
-    faults.push_back({topic + "/start", "a command that has not expired",
-                      toText(now - start) + " s ago, for " + toText(end - start) + " s"});
-  }
-  return start;
 }
 
 void Commands::describe(SimStatus& status) const {

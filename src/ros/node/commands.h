@@ -51,7 +51,7 @@ class Commands {
 
   /// Subscribes to joint_torques, joint_torque and link_force under `node`, and advertises commands_taken.
   void listen(ros::NodeHandle& node);
-  void onJointTorques(const std_msgs::Float64MultiArray& message);
+  void onJointTorques(const std::vector<double>& torques);
   void onJointTorque(const JointTorque& message);
   void onLinkForce(const LinkForce& message);
 
@@ -64,7 +64,6 @@ class Commands {
   /// Returns the faults of one torque per joint, held from now on.
   std::vector<Fault> faultsOf(const std::vector<double>& torques, const std::string& path) const;
 
-  /// True if ~commands_taken has a subscriber.
   bool areRecorded() const { return log_.getNumSubscribers() > 0; }
 
   /// Sets the ages and refusals in `status`. The other fields stay as they are.
@@ -72,12 +71,12 @@ class Commands {
 
  private:
   std::vector<Fault> apply(const CommandTaken& input);
-  std::vector<Fault> apply(const JointTorque& command, double start);
-  std::vector<Fault> apply(const LinkForce& command, double start);
+  std::vector<Fault> applyTorque(const CommandTaken& input);
+  std::vector<Fault> applyForce(const CommandTaken& input);
+  template <class Message, class Add, class Hold>
+  std::vector<Fault> start(std::vector<Fault> faults, const std::string& topic, const CommandTaken& input,
+                           const Message& command, Add add, Hold hold);
   void hold(const std::vector<double>& torques);
-  template <class Message>
-  double startOf(std::vector<Fault>& faults, const std::string& topic, const Message& message,
-                 double start) const;
   double heldUntil(double start) const;
   double sceneTimeOf(ros::Time start) const;
 

@@ -3,14 +3,18 @@
 #include <ros/connection_manager.h>
 #include <ros/console.h>
 #include <ros/master.h>
+#include <ros/names.h>
 #include <ros/network.h>
+#include <ros/param.h>
 #include <ros/this_node.h>
 #include <ros/xmlrpc_manager.h>
 #include <xmlrpcpp/XmlRpcClient.h>
 #include <xmlrpcpp/XmlRpcException.h>
 
 #include <algorithm>
+#include <chrono>
 #include <initializer_list>
+#include <vector>
 
 #include "reading/section.h"
 
@@ -20,8 +24,6 @@ namespace {
 
 using XmlRpc::XmlRpcException;
 using XmlRpc::XmlRpcValue;
-
-const ros::WallDuration period(2);
 
 XmlRpcValue requestOf(std::initializer_list<XmlRpcValue> arguments) {
   XmlRpcValue request;
@@ -56,13 +58,11 @@ XmlRpcValue callThisNode(const char* method, std::initializer_list<XmlRpcValue> 
 
 enum Part { publishers, subscribers, services };  // of getSystemState
 
-/// Returns the nodes that the master knows for a topic or service.
-std::vector<std::string> nodesOf(const XmlRpcValue& state, Part part, const std::string& name) {
-  std::vector<std::string> nodes;
-  for (int i = 0; i < state[part].size(); ++i) {
-    const XmlRpcValue& entry = state[part][i];
-    if (static_cast<const std::string&>(entry[0]) != name) continue;
-    for (int j = 0; j < entry[1].size(); ++j) nodes.push_back(entry[1][j]);
+/// Returns the nodes of each topic or service.
+std::map<std::string, std::vector<std::string>> nodesIn(const XmlRpcValue& part) {
+  std::map<std::string, std::vector<std::string>> nodes;
+  for (int i = 0; i < part.size(); ++i) {
+    for (int j = 0; j < part[i][1].size(); ++j) nodes[part[i][0]].push_back(part[i][1][j]);
   }
   return nodes;
 }
@@ -72,64 +72,53 @@ bool hasThisNode(const std::vector<std::string>& nodes) {
 }
 
 std::string clockFaultIn(const XmlRpcValue& state) {
-  const std::vector<std::string> owners = nodesOf(state, publishers, "/clock");
+  const std::vector<std::string> owners = nodesIn(state[publishers])["/clock"];
   if (owners.size() < 2) return "";
-  if (!hasThisNode(owners) && !hasThisNode(nodesOf(state, subscribers, "/clock"))) return "";
+  if (!hasThisNode(owners) && !hasThisNode(nodesIn(state[subscribers])["/clock"])) return "";
   return "/clock has several publishers: " + inCommas(owners) +
          ". Time jumps between them. Stop all but one (rosnode cleanup removes dead nodes from the master)";
 }
 
 }  // namespace
 
-MasterWatch::MasterWatch(const std::vector<std::string>& parameters) {
-  // Read what is registered now.
+MasterWatch::MasterWatch() {
+  for (const std::string& parameter :
+       {ros::this_node::getName(), ros::names::resolve("robot_description"), std::string("/use_sim_time")}) {
+    XmlRpcValue value;
+    if (ros::param::get(parameter, value)) parameters_[parameter] = value;
+  }
+  update();
+  pending_.wait();
+}
+
+void MasterWatch::update() {
+  if (pending_.valid() && pending_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+    clockFault_ = pending_.get();
+  }
+  if (!pending_.valid() && checks_.isDue()) {
+    pending_ = std::async(std::launch::async, [this] { return check(); });
+  }
+}
+
+/// Registers the node again if necessary. Returns the fault of /clock; none if the master does not answer.
+std::string MasterWatch::check() {
   try {
     const XmlRpcValue state = callMaster("getSystemState", {});
-    for (int i = 0; i < state[services].size(); ++i) {
-      const std::string service = state[services][i][0];
-      if (hasThisNode(nodesOf(state, services, service))) services_.push_back(service);
+    // Every node publishes /rosout, so a master that does not know this has lost the node.
+    isRegistered_ = isRegistered_ && hasThisNode(nodesIn(state[publishers])["/rosout"]);
+    if (isRegistered_) {
+      known_ = state;
+    } else {
+      registerAgain();
+      isRegistered_ = true;
+      ROS_WARN("the master had lost this node: registered again");
     }
+    const std::string fault = clockFaultIn(state);
+    if (!fault.empty() && warnings_.isDue()) ROS_WARN("%s", fault.c_str());
+    return fault;
   } catch (const XmlRpcException&) {
-    // The master has died since.
+    return "";
   }
-  for (const std::string& parameter : parameters) {
-    XmlRpcValue value;
-    if (handle_.getParam(parameter, value)) parameters_[parameter] = value;
-  }
-
-  // Watch. The timer is steady, so setting the machine's clock does not stop it.
-  handle_.setCallbackQueue(&queue_);
-  timer_ = handle_.createSteadyTimer(period, [this](const ros::SteadyTimerEvent& /*now*/) {
-    std::string fault;
-    try {
-      fault = update();
-    } catch (const XmlRpcException&) {
-      // There is no answer, or none that follows the API.
-    }
-    const std::lock_guard lock(mutex_);
-    clockFault_ = fault;
-  });
-  thread_.start();
-}
-
-std::string MasterWatch::clockFault() const {
-  const std::lock_guard lock(mutex_);
-  return clockFault_;
-}
-
-/// Registers the node again if necessary. Returns the fault of /clock.
-std::string MasterWatch::update() {
-  const XmlRpcValue state = callMaster("getSystemState", {});
-  // Every node publishes /rosout, so a master that does not know this has lost the node.
-  isRegistered_ = isRegistered_ && hasThisNode(nodesOf(state, publishers, "/rosout"));
-  if (!isRegistered_) {
-    registerAgain();
-    isRegistered_ = true;
-    ROS_WARN("the master had lost this node: registered again");
-  }
-  const std::string fault = clockFaultIn(state);
-  if (!fault.empty() && warnings_.isDue()) ROS_WARN("%s", fault.c_str());
-  return fault;
 }
 
 void MasterWatch::registerAgain() const {
@@ -143,13 +132,14 @@ void MasterWatch::registerAgain() const {
     const XmlRpcValue known = callMaster("registerSubscriber", {taken[i][0], taken[i][1], ownUri()});
     if (known.size() > 0) callThisNode("publisherUpdate", {taken[i][0], known});
   }
-  const std::string serviceUri = "rosrpc://" + ros::network::getHost() + ":" +
-                                 std::to_string(ros::ConnectionManager::instance()->getTCPPort());
-  for (const std::string& service : services_) {
-    callMaster("registerService", {service, serviceUri, ownUri()});
-  }
   for (const auto& [parameter, value] : parameters_) {
     if (!bool(callMaster("hasParam", {parameter}))) callMaster("setParam", {parameter, value});
+  }
+  if (!known_.valid()) return;  // no master has had the node
+  const std::string serviceUri = "rosrpc://" + ros::network::getHost() + ":" +
+                                 std::to_string(ros::ConnectionManager::instance()->getTCPPort());
+  for (const auto& [service, nodes] : nodesIn(known_[services])) {
+    if (hasThisNode(nodes)) callMaster("registerService", {service, serviceUri, ownUri()});
   }
 }
 

@@ -1,23 +1,19 @@
 #pragma once
 
-/// Checks the ROS master every two seconds, in its own thread because a master may answer slowly. roscpp
+/// Checks the ROS master every two seconds, in another thread because a master may answer slowly. roscpp
 /// notices neither a restarted master, which has lost all registrations, nor a second publisher of /clock.
 
-#include <ros/callback_queue.h>
-#include <ros/node_handle.h>
-#include <ros/spinner.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include <future>
 #include <map>
-#include <mutex>
 #include <string>
-#include <vector>
 
 #include "ros/messages/pace.h"
 
 namespace planar_chain {
 
-/// If the master has lost this node, registers it again: topics, services, and the given parameters unless
+/// If the master has lost this node, registers it again: topics, services, and the node's parameters unless
 /// the master has other values for them. Existing connections stay. One exception follows from roscpp: when a
 /// new publisher of a subscribed topic appears, connections to publishers that the master does not know are
 /// closed.
@@ -25,25 +21,23 @@ class MasterWatch {
  public:
   /// Construct this after everything is advertised and the parameters are set. The destructor waits for a
   /// pending answer of the master.
-  explicit MasterWatch(const std::vector<std::string>& parameters);
+  MasterWatch();
 
+  /// Starts a check if one is due. Call this at least once per second.
+  void update();
   /// Returns a fault if /clock has several publishers and this node publishes or uses it. Empty: none.
-  std::string clockFault() const;
+  const std::string& clockFault() const { return clockFault_; }
 
  private:
-  std::string update();
+  std::string check();
   void registerAgain() const;
 
-  std::vector<std::string> services_;  ///< the names of those of this node
   std::map<std::string, XmlRpc::XmlRpcValue> parameters_;
+  XmlRpc::XmlRpcValue known_;  ///< the state of the last master that had this node
   bool isRegistered_ = true;
-  Every warnings_{30};
+  Every checks_{2}, warnings_{30};
   std::string clockFault_;
-  mutable std::mutex mutex_;  ///< guards clockFault_
-  ros::CallbackQueue queue_;
-  ros::NodeHandle handle_;
-  ros::SteadyTimer timer_;
-  ros::AsyncSpinner thread_{1, &queue_};
+  std::future<std::string> pending_;  ///< the fault that check() finds
 };
 
 }  // namespace planar_chain

@@ -2,7 +2,6 @@
 
 #include <ros/console.h>
 #include <ros/this_node.h>
-#include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,15 +12,12 @@
 #include "effects/effect_kind.h"
 #include "ode/methods.h"
 #include "reading/section.h"
-#include "ros/view/urdf.h"
+#include "ros/view/drawing.h"
 
 namespace planar_chain {
 
 namespace {
 
-using Steady = std::chrono::steady_clock;
-
-constexpr double queueSeconds = 2;             // of messages, kept for a slow subscriber
 constexpr long long fewTicks = 4;              // in a burst that catches up,
 constexpr long long catchUpShare = 50;         // or the missing ticks divided by this if more,
 constexpr double catchUpTime = 0.05;           // s of wall time at most
@@ -32,10 +28,6 @@ constexpr double diagnosticsPeriod = 1;        // s
 constexpr double longestWait = 0.1;            // s, to notice a shutdown or a halted clock
 constexpr double longestWaitForRecorder = 15;  // s
 constexpr double servePeriod = 0.1;            // s, during long ticks
-
-std::uint32_t queueFor(double rate) {
-  return static_cast<std::uint32_t>(std::max(10.0, std::ceil(queueSeconds * rate)));
-}
 
 // ---- The log at the start ----------------------------------------------------------------------
 
@@ -83,22 +75,14 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
     : settings_(scene.publish),
       changedScene_(std::move(changedScene)),
       clock_(makeClock(scene)),
-      ticks_{Pace(settings_.rate), clock_->firstTick()},
+      ticks_{settings_.rate, clock_->firstTick()},
       commands_(ticks_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
-      factor_(static_cast<std::size_t>(1 + std::ceil(factorSeconds * settings_.statusRate))),
+      times_(static_cast<std::size_t>(2 + std::ceil(factorSeconds * settings_.statusRate))),
       warnings_(warningPeriod) {
   // Advertise what the scene publishes.
   load(scene);
-  jointStatesOut_ = outer_.advertise<sensor_msgs::JointState>("joint_states", queueFor(settings_.rate));
   statusOut_ = inner_.advertise<SimStatus>("status", queueFor(settings_.statusRate));
-  if (settings_.linkStates) {
-    linkStatesOut_ = inner_.advertise<LinkStates>("link_states", queueFor(settings_.rate));
-  }
-  if (settings_.tf) {
-    tfOut_ = outer_.advertise<tf2_msgs::TFMessage>("/tf", queueFor(settings_.tfRate));
-    staticTf_.emplace();
-  }
-  status_.header.frame_id = frames_.base;
+  status_.header.frame_id = messages_->frames().base;
 
   // Subscribe to commands, on a queue of their own.
   ros::NodeHandle commandsHandle("~");
@@ -107,34 +91,39 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
   advertiseServices();
   diagnostics_.setHardwareID("none");
   diagnostics_.add("simulation", this, &Node::diagnose);
-  ROS_INFO("%s; time: %s", whatIsPublished(settings_, frames_).c_str(), clock_->name().c_str());
+  ROS_INFO("%s; time: %s", whatIsPublished(settings_, messages_->frames()).c_str(), clock_->name().c_str());
 }
 
 /// Makes what depends on the scene alone. Its publish settings are those of the start.
 /// @throws Refused for frame names that collide; then nothing has changed
 void Node::load(const Scene& scene) {
-  frames_ = framesOf(scene, ros::this_node::getNamespace());
   auto simulation = std::make_unique<Simulation>(scene, Commands::capacity);
-  views_.reset();
+  messages_ = std::make_unique<Messages>(*simulation, ros::this_node::getName(), true);
   simulation_ = std::move(simulation);
   commands_.moveTo(*simulation_);
   status_.method.clear();
-  messages_.emplace(scene, frames_);
-  views_.emplace(inner_, *simulation_, frames_);
-  outer_.setParam("robot_description", robotDescription(scene, frames_));
+  auto before = std::exchange(statesOut_, {});
+  messages_->forEach([&](const Topic& topic, auto make) {
+    if (topic.isLatched) return;
+    using Message = std::decay_t<decltype(*make(ros::Time()))>;
+    ros::Publisher& out = statesOut_[topic.name] = before[topic.name];
+    if (!out) out = outer_.advertise<Message>(topic.name, topic.queue);
+  });
+  outer_.setParam("robot_description", urdfOf(scene, messages_->frames(), messages_->frames().every == 1));
   ROS_INFO("%s", whatRuns(*simulation_).c_str());
 }
 
 // ---- The run -----------------------------------------------------------------------------------
 
 void Node::waitForRecorder(bool (*keepGoing)()) {
-  const auto isReady = [](const ros::Publisher& topic) { return !topic || hasSubscribers(topic); };
   const auto isRecorded = [&] {
-    return commands_.areRecorded() && isReady(jointStatesOut_) && isReady(statusOut_) &&
-           isReady(linkStatesOut_) && isReady(tfOut_) && views_->areSubscribed();
+    return commands_.areRecorded() && hasSubscribers(statusOut_) &&
+           std::all_of(statesOut_.begin(), statesOut_.end(),
+                       [](const auto& topic) { return hasSubscribers(topic.second); });
   };
   isWaiting_ = true;
-  while (keepGoing() && !isRecorded() && elapsed() < longestWaitForRecorder) {
+  const double end = steadyTime() + longestWaitForRecorder;
+  while (keepGoing() && !isRecorded() && steadyTime() < end) {
     publishStatus();
     ros::WallDuration(longestWait).sleep();
   }
@@ -144,14 +133,9 @@ void Node::waitForRecorder(bool (*keepGoing)()) {
            longestWaitForRecorder);
 }
 
-void Node::watchMaster() {
-  master_.emplace(std::vector{ros::this_node::getName(), outer_.resolveName("robot_description"),
-                              std::string("/use_sim_time")});
-}
-
 void Node::run(bool (*keepGoing)()) {
   keepGoing_ = keepGoing;
-  watchMaster();
+  master_.emplace();
   const auto every = [this](double period, auto action) {
     return outer_.createSteadyTimer(ros::WallDuration(period),
                                     [action](const ros::SteadyTimerEvent& /*now*/) { action(); });
@@ -159,9 +143,13 @@ void Node::run(bool (*keepGoing)()) {
   const ros::SteadyTimer timers[] = {every(1 / settings_.statusRate, [this] { publishStatus(); }),
                                      every(diagnosticsPeriod, [this] { publishDiagnostics(); }),
                                      every(longestWait, [this] { clock_->publishAgain(); })};
-  clock_->begin(ticks_.next);
   while (keepGoing_()) {
     const bool isHalted = paused_ || !simulation_->fault().empty();
+    if (!isHalted && !isClockRunning_) {
+      resting_ = 0;
+      clock_->begin(ticks_.next);
+    }
+    isClockRunning_ = !isHalted;
     const double wait = isHalted ? longestWait : runDueTicks();
     if (paused_) showReset();
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::clamp(wait, 0.0, longestWait)));
@@ -172,14 +160,9 @@ void Node::run(bool (*keepGoing)()) {
 /// Runs some of the ticks that are due. Returns the wall time until the next, s.
 double Node::runDueTicks() {
   // Find the last tick that is due.
-  began_ = served_ = elapsed();
+  began_ = served_ = steadyTime();
   if (began_ < resting_) return resting_ - began_;
-  const double dropped = clock_->dropped();
   const long long due = clock_->due(ticks_.next);
-  if (clock_->dropped() > dropped && warnings_.isDue()) {
-    ROS_WARN("simulation time cannot keep up with %s at %g Hz: dropped another %.3f s",
-             clock_->name().c_str(), settings_.rate, clock_->dropped() - dropped);
-  }
 
   // Catch up in bursts: more ticks at once would overrun the queues of subscribers (rosbag keeps 100 messages
   // of a topic), and commands are served in between.
@@ -187,7 +170,7 @@ double Node::runDueTicks() {
   const long long late = due - ticks_.next;
   const long long burst = pause > 0 ? std::max(fewTicks, late / catchUpShare) : late + 1;
   const long long last = std::min(due, ticks_.next + burst - 1);
-  while (ticks_.next <= last && elapsed() - began_ <= catchUpTime) {
+  while (ticks_.next <= last && steadyTime() - began_ <= catchUpTime) {
     if (!tick()) return 0;
   }
   if (ticks_.next > due) return clock_->untilDue(ticks_.next);
@@ -199,14 +182,14 @@ double Node::runDueTicks() {
 /// While paused, publishes the state of scene time 0 after a reset. Its stamp is as after a resume.
 void Node::showReset() {
   if (ticks_.next != ticks_.origin || !clock_->hasBegun()) return;
-  began_ = served_ = elapsed();
+  began_ = served_ = steadyTime();
   clock_->begin(ticks_.next);
   tick();
 }
 
 /// Returns false if the integration fails, the tick is aborted, or the node ends. Then publishes no state.
 bool Node::tick() {
-  const auto isInTime = [this] { return keepGoing_() && elapsed() < served_ + servePeriod; };
+  const auto isInTime = [this] { return keepGoing_() && steadyTime() < served_ + servePeriod; };
   while (!isInTime() || !simulation_->advanceTo(ticks_.sceneTime(ticks_.next), isInTime)) {
     if (!simulation_->fault().empty()) {
       ROS_ERROR("%s", simulation_->fault().c_str());
@@ -216,7 +199,15 @@ bool Node::tick() {
     }
     if (!keepGoing_() || !serveDuringTicks()) return false;
   }
-  publishState();
+
+  clock_->publish(ticks_.next);
+  const ros::Time stamp = clock_->stampOf(ticks_.next);
+  messages_->forEach([&](const Topic& topic, auto make) {
+    if (!topic.isDue(ticks_, ticks_.next)) return;
+    if (topic.isLatched) return staticTf_.sendTransform(messages_->baseInWorld(stamp).transforms);
+    const ros::Publisher& out = statesOut_.at(topic.name);
+    if (hasSubscribers(out)) out.publish(*make(stamp));
+  });
   ++ticks_.next;
   return true;
 }
@@ -224,36 +215,25 @@ bool Node::tick() {
 /// Serves what cannot wait for the end of long ticks. Returns false if ~reset aborted them.
 bool Node::serveDuringTicks() {
   const long long resets = resets_;
-  if (elapsed() - began_ > warningPeriod && warnings_.isDue()) {
+  if (steadyTime() - began_ > warningPeriod && warnings_.isDue()) {
     ROS_WARN("ticks up to %.9g s are at %.9g s after %.0f s of wall time; commands wait for their end",
-             ticks_.sceneTime(ticks_.next), simulation_->time(), elapsed() - began_);
+             ticks_.sceneTime(ticks_.next), simulation_->time(), steadyTime() - began_);
   }
   inTick_ = true;
   ros::getGlobalCallbackQueue()->callAvailable();
   inTick_ = false;
-  served_ = elapsed();
+  served_ = steadyTime();
   return resets == resets_;
 }
 
 // ---- What is published -------------------------------------------------------------------------
 
-void Node::publishState() {
-  clock_->publish(ticks_.next);
-  const ros::Time stamp = clock_->stampOf(ticks_.next);
-  if (staticTf_ && ticks_.next == clock_->firstTick()) {
-    staticTf_->sendTransform(Messages::baseInWorld(frames_, stamp));
-  }
-  if (hasSubscribers(jointStatesOut_)) jointStatesOut_.publish(messages_->jointStates(*simulation_, stamp));
-  if (ticks_.isDue(ticks_.next, settings_.tfRate)) {
-    if (hasSubscribers(tfOut_)) tfOut_.publish(messages_->transforms(*simulation_, stamp));
-    views_->publish(stamp);
-  }
-  if (hasSubscribers(linkStatesOut_)) linkStatesOut_.publish(messages_->linkStates(*simulation_, stamp));
-}
-
 void Node::publishStatus() {
   // Sample the real-time factor even without subscribers, for a later one.
-  status_.real_time_factor = factor_.sample(ticks_.simTime(simulation_->time()), elapsed());
+  times_.push_back({ticks_.simTime(simulation_->time()), steadyTime()});
+  const double simulated = times_.back().first - times_.front().first;
+  const double passed = times_.back().second - times_.front().second;
+  status_.real_time_factor = passed > 0 ? simulated / passed : 0;
   status_.header.stamp = clock_->now();
   if (status_.header.stamp.isZero() || !hasSubscribers(statusOut_)) return;
   describe(*simulation_, status_);
@@ -262,6 +242,7 @@ void Node::publishStatus() {
 }
 
 void Node::publishDiagnostics() {
+  master_->update();
   updateStatus();
   // The updater's own period is simulation time, so force it. A message must not have the stamp 0.
   if (!ros::Time::now().isZero()) diagnostics_.force_update();
@@ -269,7 +250,7 @@ void Node::publishDiagnostics() {
 
 void Node::diagnose(diagnostic_updater::DiagnosticStatusWrapper& out) {
   using diagnostic_msgs::DiagnosticStatus;
-  const std::string clockFault = master_->clockFault();
+  const std::string& clockFault = master_->clockFault();
   if (!status_.fault.empty()) {
     out.summary(DiagnosticStatus::ERROR, status_.fault);
   } else if (!clockFault.empty()) {
@@ -294,7 +275,7 @@ void Node::diagnose(diagnostic_updater::DiagnosticStatusWrapper& out) {
 /// Sets the fields of the status that the node determines.
 void Node::updateStatus() {
   status_.sim_time = ticks_.simTime(simulation_->time());
-  if (ticks_.next > clock_->firstTick()) {
+  if (ticks_.next > ticks_.first) {
     status_.tick = static_cast<std::uint64_t>(ticks_.next - 1);
     status_.tick_stamp = clock_->stampOf(ticks_.next - 1);
   }
@@ -321,15 +302,6 @@ double Node::sceneTimeOf(ros::Time stamp) const {
   const double since = static_cast<double>(ns - clock_->ns(from)) / 1e9;
   const long long tick = from + std::llround(since * settings_.rate);
   return clock_->ns(tick) == ns ? ticks_.sceneTime(tick) : ticks_.sceneTime(from) + since;
-}
-
-void Node::restartClock() {
-  resting_ = 0;
-  clock_->begin(ticks_.next);
-}
-
-double Node::elapsed() const {
-  return std::chrono::duration<double>(Steady::now() - start_).count();
 }
 
 }  // namespace planar_chain

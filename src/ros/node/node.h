@@ -10,23 +10,23 @@
 #include <sensor_msgs/JointState.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 
-#include <chrono>
+#include <boost/circular_buffer.hpp>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planar_chain/simulation.h"
-#include "ros/messages/frames.h"
 #include "ros/messages/incoming.h"
-#include "ros/messages/messages.h"
 #include "ros/messages/pace.h"
 #include "ros/node/clock.h"
 #include "ros/node/commands.h"
 #include "ros/node/master_watch.h"
-#include "ros/view/views.h"
+#include "ros/view/messages.h"
 
 namespace planar_chain {
 
@@ -72,51 +72,46 @@ class Node {
   void showReset();
   bool tick();
   bool serveDuringTicks();
-  void publishState();
   void publishStatus();
   void publishDiagnostics();
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& out);
   void updateStatus();
-  void restartClock();
-  void watchMaster();
 
   Answer take(const CommandTaken& input, const char* done);
   double sceneTimeOf(ros::Time stamp) const;
-  double elapsed() const;  ///< wall time since the start, s
 
   ros::CallbackQueue commandQueue_;  ///< holds the messages that wait for the end of a tick
   ros::NodeHandle outer_;            ///< in the node's namespace
   ros::NodeHandle inner_{"~"};       ///< below the node's name
   const PublishSettings settings_;
   std::function<std::optional<Scene>()> changedScene_;
-  Frames frames_;
   std::unique_ptr<Simulation> simulation_;
-  std::optional<Messages> messages_;
-  std::optional<ViewTopics> views_;
+  std::unique_ptr<Messages> messages_;
   std::unique_ptr<Clock> clock_;
   Ticks ticks_;
   Commands commands_;
   SimStatus status_;
   diagnostic_updater::Updater diagnostics_;
 
-  ros::Publisher jointStatesOut_, linkStatesOut_, tfOut_, statusOut_;
-  std::optional<tf2_ros::StaticTransformBroadcaster> staticTf_;
+  std::map<std::string, ros::Publisher> statesOut_;  ///< by topic
+  tf2_ros::StaticTransformBroadcaster staticTf_;
+  ros::Publisher statusOut_;
   std::vector<ros::ServiceServer> servers_;
   std::optional<MasterWatch> master_;  ///< from run() on
 
   bool paused_ = false;
-  bool isWaiting_ = false;  ///< for a recorder
-  bool inTick_ = false;     ///< while services are served during a tick
+  bool isClockRunning_ = false;  ///< since the last halt, begin() has been called
+  bool isWaiting_ = false;       ///< for a recorder
+  bool inTick_ = false;          ///< while services are served during a tick
   long long resets_ = 0;
   bool (*keepGoing_)() = nullptr;  ///< from run() on
-  double began_ = 0;               ///< wall time at which ticks began that nothing else has followed, s
-  double served_ = 0;              ///< wall time at which the queues were last served, s
-  double resting_ = 0;             ///< no tick before this wall time since the start, s
+  double began_ = 0;               ///< steadyTime() at which ticks began that nothing else has followed
+  double served_ = 0;              ///< steadyTime() at which the queues were last served
+  double resting_ = 0;             ///< no tick before this steadyTime()
   std::uint64_t overruns_ = 0;
-  std::uint64_t jumpsTold_ = 0;  ///< jumps of the clock, on /diagnostics
-  RealTimeFactor factor_;
+  std::uint64_t jumpsTold_ = 0;                              ///< jumps of the clock, on /diagnostics
+  boost::circular_buffer<std::pair<double, double>> times_;  ///< simulated and steady time, lately
   Every warnings_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace planar_chain

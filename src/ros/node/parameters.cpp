@@ -62,11 +62,6 @@ Scene sceneIn(const XmlRpcValue& parameters) {
   return readScene(value);
 }
 
-bool areEqual(const XmlRpcValue& a, const XmlRpcValue& b, const std::string& key) {
-  const auto in = [&](const XmlRpcValue& map) { return map.hasMember(key) ? map[key] : XmlRpcValue(); };
-  return in(a) == in(b);
-}
-
 }  // namespace
 
 SceneParameters::SceneParameters(const std::string& node) : node_(ros::names::resolve(node)) {}
@@ -90,13 +85,14 @@ std::optional<Scene> SceneParameters::readIfChanged() {
 
   std::vector<Fault> faults;
   for (const char* key : {"publish", "real_time_factor"}) {
-    if (areEqual(now, known_, key)) continue;
+    const auto in = [&](const XmlRpcValue& map) { return map.hasMember(key) ? map[key] : XmlRpcValue(); };
+    if (in(now) == in(known_)) continue;
     faults.push_back({key, "the value at the start (to change it, restart the node)", "another"});
   }
   std::optional<Scene> scene;
   try {
     scene = sceneIn(now);
-    framesOf(*scene, ros::names::parentNamespace(node_));  // which may collide
+    framesOf(*scene, node_);  // which may collide
   } catch (const Refused& refused) {
     faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
   }

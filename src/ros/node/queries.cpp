@@ -7,7 +7,6 @@
 #include "planar_chain/fault.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
-#include "ros/messages/incoming.h"
 
 namespace planar_chain {
 
@@ -18,37 +17,6 @@ using Eigen::VectorXd;
 VectorXd vectorOf(const std::vector<double>& values) {
   return VectorXd::Map(values.data(), static_cast<Eigen::Index>(values.size()));
 }
-
-/// The time and state of a request, and the scene with the present commands as loads.
-struct Question {
-  Scene scene;
-  double t;
-  VectorXd q, qd;
-
-  /// @throws Refused
-  template <class Request>
-  Question(const Simulation& simulation, const Request& request)
-      : scene(simulation.scene()), t(simulation.time()) {
-    // Check the request.
-    std::vector<Fault> faults;
-    const int n = scene.chain.size();
-    if (n > mostLinksInMatrices) {
-      const std::string most = std::to_string(mostLinksInMatrices);
-      faults.push_back({"chain", "at most " + most + " links (the matrices are dense)", std::to_string(n)});
-    }
-    const bool isPresent = request.q.empty() && request.qd.empty();
-    if (!isPresent) {
-      checkValues(faults, "q", "angles", "rad", request.q, simulation.q().size());
-      checkValues(faults, "qd", "rates", "rad/s", request.qd, simulation.qd().size());
-    }
-    if (!faults.empty()) throw Refused(std::move(faults));
-
-    // Copy the state and the commands.
-    q = vectorOf(isPresent ? simulation.q() : request.q);
-    qd = vectorOf(isPresent ? simulation.qd() : request.qd);
-    for (const Load& command : simulation.commands()) scene.loads.push_back(command);
-  }
-};
 
 /// @throws Refused if a number is not finite.
 void copy(const VectorXd& from, std::vector<double>& to) {
@@ -63,23 +31,42 @@ void copy(const Eigen::MatrixXd& from, Matrix& to) {
   copy(VectorXd::Map(byRows.data(), byRows.size()), to.data);
 }
 
-template <class Request, class Response, class Fill>
-void fill(const Simulation& simulation, const Request& request, Response& response, Fill&& make) {
-  response = {};
+/// Calls fill(scene, t, q, qd) with the scene that has the present commands as loads.
+template <class Response, class Fill>
+Answer answerBy(Fill fill, const Simulation& simulation, const std::vector<double>& q,
+                const std::vector<double>& qd, Response& response) {
   try {
-    make(Question(simulation, request));
-    response.success = true;
+    // Check the request.
+    std::vector<Fault> faults;
+    Scene scene = simulation.scene();
+    const int n = scene.chain.size();
+    if (n > mostLinksInMatrices) {
+      const std::string most = std::to_string(mostLinksInMatrices);
+      faults.push_back({"chain", "at most " + most + " links (the matrices are dense)", std::to_string(n)});
+    }
+    const bool isPresent = q.empty() && qd.empty();
+    if (!isPresent) {
+      checkValues(faults, "q", "angles", "rad", q, simulation.q().size());
+      checkValues(faults, "qd", "rates", "rad/s", qd, simulation.qd().size());
+    }
+    if (!faults.empty()) throw Refused(std::move(faults));
+
+    for (const Load& command : simulation.commands()) scene.loads.push_back(command);
+    fill(scene, simulation.time(), vectorOf(isPresent ? simulation.q() : q),
+         vectorOf(isPresent ? simulation.qd() : qd));
+    return {true, ""};
   } catch (const Refused& refused) {
     response = {};
-    response.message = toString(refused.faults());
+    return {false, toString(refused.faults())};
   }
 }
 
 }  // namespace
 
-void answer(const Simulation& simulation, const Equations::Request& request, Equations::Response& response) {
-  fill(simulation, request, response, [&](const Question& at) {
-    const Kane k = kane(at.scene.chain, at.q, at.qd, activeForces(at.scene, at.t, at.q, at.qd));
+Answer answer(const Simulation& simulation, const std::vector<double>& q, const std::vector<double>& qd,
+              Equations::Response& response) {
+  const auto fill = [&](const Scene& scene, double t, const VectorXd& at, const VectorXd& rates) {
+    const Kane k = kane(scene.chain, at, rates, activeForces(scene, t, at, rates));
     copy(k.q, response.q);
     copy(k.qd, response.qd);
     response.S.resize(k.S.size());
@@ -94,15 +81,18 @@ void answer(const Simulation& simulation, const Equations::Request& request, Equ
     copy(k.f, response.f);
     copy(k.M_q, response.M);
     copy(k.qdd, response.qdd);
-  });
+  };
+  return answerBy(fill, simulation, q, qd, response);
 }
 
-void answer(const Simulation& simulation, const Linearize::Request& request, Linearize::Response& response) {
-  fill(simulation, request, response, [&](const Question& at) {
-    const LinearModel model = linearModel(at.scene, at.t, at.q, at.qd);
+Answer answer(const Simulation& simulation, const std::vector<double>& q, const std::vector<double>& qd,
+              Linearize::Response& response) {
+  const auto fill = [&](const Scene& scene, double t, const VectorXd& at, const VectorXd& rates) {
+    const LinearModel model = linearModel(scene, t, at, rates);
     copy(model.A, response.A);
     copy(model.B, response.B);
-  });
+  };
+  return answerBy(fill, simulation, q, qd, response);
 }
 
 }  // namespace planar_chain

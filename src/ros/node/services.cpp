@@ -27,6 +27,9 @@ void Node::advertiseServices() {
     return advertise<std_srvs::Trigger, std_srvs::TriggerRequest_>(
         inner_, name, [this, action](auto& /*empty*/, auto& /*answer*/) { return (this->*action)(); });
   };
+  const auto query = [this](auto& in, auto& out) {
+    return answer(*simulation_, plain(in.q), plain(in.qd), out);
+  };
   servers_ = {
       trigger("pause", &Node::pause),
       trigger("resume", &Node::resume),
@@ -37,8 +40,8 @@ void Node::advertiseServices() {
           [this](auto& in, auto& /*out*/) { return setState(plain(in.q), plain(in.qd)); }),
       advertise<Step, StepRequest_>(
           inner_, "step", [this](auto& in, auto& out) { return step(plain(in.torques), in.n, out.states); }),
-      advertiseQuery<Equations, EquationsRequest_>(inner_, "equations", simulation_),
-      advertiseQuery<Linearize, LinearizeRequest_>(inner_, "linearize", simulation_)};
+      advertise<Equations, EquationsRequest_>(inner_, "equations", query),
+      advertise<Linearize, LinearizeRequest_>(inner_, "linearize", query)};
 }
 
 Answer Node::pause() {
@@ -51,18 +54,14 @@ Answer Node::resume() {
   if (!simulation_->fault().empty()) return {false, simulation_->fault() + "; call ~reset or ~set_state"};
   if (!paused_) return {true, "already running"};
   paused_ = false;
-  restartClock();
   return {true, "running"};
 }
 
 /// Takes an input that waited for the end of a tick. `done`: the message if it is accepted.
 Answer Node::take(const CommandTaken& input, const char* done) {
   commandQueue_.callAvailable();
-  const bool hadFailed = !simulation_->fault().empty();
   const std::string refusal = commands_.take(input);
-  if (!refusal.empty()) return {false, refusal};
-  if (hadFailed && simulation_->fault().empty() && !paused_) restartClock();
-  return {true, done};
+  return refusal.empty() ? Answer{true, done} : Answer{false, refusal};
 }
 
 Answer Node::reset() {
@@ -77,14 +76,12 @@ Answer Node::reset() {
   // Commands that have arrived belong to the time before the reset.
   if (inTick_) commandQueue_.clear();
   commandQueue_.callAvailable();
-  const bool hadFailed = !simulation_->fault().empty();
   if (changed) {
     load(*changed);
-    if (master_) watchMaster();
+    if (master_) master_.emplace();
   }
   commands_.take(inputOf(CommandTaken::RESET));
   ++resets_;
-  if (hadFailed && !paused_) restartClock();
   return {true, std::string("reset to the initial state") +
                     (changed ? " of the scene in the changed parameters" : "") + (paused_ ? "; paused" : "")};
 }
@@ -120,7 +117,8 @@ Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
   // Pause, hold the torques, and tick.
   const bool ran = !paused_;
   paused_ = true;
-  began_ = served_ = elapsed();
+  isClockRunning_ = false;
+  began_ = served_ = steadyTime();
   CommandTaken input = inputOf(CommandTaken::STEP);
   input.joint_torques = torques;
   const Answer done =
@@ -131,7 +129,7 @@ Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
       if (!keepGoing_()) return {false, "the node is ending"};
       return {false, simulation_->fault().empty() ? "~reset aborted the tick" : simulation_->fault()};
     }
-    states.push_back(messages_->jointStates(*simulation_, clock_->stampOf(ticks_.next - 1)));
+    states.push_back(messages_->jointStates(clock_->stampOf(ticks_.next - 1)));
   }
   return done;
 }

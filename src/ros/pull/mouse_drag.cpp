@@ -22,12 +22,12 @@
 #include <algorithm>
 #include <clocale>
 #include <cmath>
-#include <deque>
+#include <iterator>
+#include <map>
 #include <optional>
 #include <string>
 
 #include "dynamics/pull.h"
-#include "ros/messages/messages.h"
 #include "ros/messages/pace.h"
 #include "ros/node/parameters.h"
 #include "ros/view/drawing.h"
@@ -74,7 +74,7 @@ class MouseDrag {
   /// node.
   MouseDrag(const Scene& scene, const std::string& simulation)
       : scene_(scene),
-        frames_(framesOf(scene, ros::names::parentNamespace(simulation))),
+        frames_(framesOf(scene, simulation)),
         drawing_(scene),
         pull_(scene_.chain),
         stride_(std::max(1, static_cast<int>(std::ceil(scene.publish.rate / mostForces)))),
@@ -97,20 +97,14 @@ class MouseDrag {
  private:
   using Feedback = visualization_msgs::InteractiveMarkerFeedback;
 
-  /// The grabbed point and its link's rotation at an instant that rviz may refer to.
-  struct Place {
-    ros::Time stamp;
-    Vec2d position;
-    Rotation<double> turn;
-  };
   struct Grip {
     int link;
     Vec2d point;   ///< grabbed, link frame, m
     Vec2d offset;  ///< from the point to the mouse, link frame at offsetAt, m
     ros::Time offsetAt;
-    ros::SteadyTime feedbackAt;   ///< the last feedback
-    std::deque<Place> path;       ///< the last two seconds
-    std::optional<Vec2d> target;  ///< the mouse, base frame, m
+    ros::SteadyTime feedbackAt;      ///< the last feedback
+    std::map<ros::Time, Pose> path;  ///< of the point in the last two seconds
+    std::optional<Vec2d> target;     ///< the mouse, base frame, m
   };
 
   void offerMarker(int link) {
@@ -121,7 +115,7 @@ class MouseDrag {
     control.orientation.y = -std::sqrt(0.5);
     control.orientation.w = std::sqrt(0.5);
     control.always_visible = true;
-    for (const Bar& bar : barsOf(linkAt(link), drawing_)) {
+    for (const Bar& bar : figureOf(linkAt(link), drawing_).bars) {
       control.markers.push_back(boxAround(bar, markerWidth * drawing_.bar));
     }
 
@@ -184,12 +178,10 @@ class MouseDrag {
   /// Finds the mouse in the base frame, if the state at offsetAt is known.
   void findTarget() {
     const auto& path = grip_->path;
-    if (path.empty() || grip_->offsetAt > path.back().stamp) return;
-    const auto later =
-        std::upper_bound(path.begin(), path.end(), grip_->offsetAt,
-                         [](ros::Time stamp, const Place& place) { return stamp < place.stamp; });
-    const Place& place = later == path.begin() ? *later : *(later - 1);
-    grip_->target = place.position + place.turn * grip_->offset;
+    if (path.empty() || grip_->offsetAt > path.rbegin()->first) return;
+    const auto later = path.upper_bound(grip_->offsetAt);
+    const Pose& pose = (later == path.begin() ? later : std::prev(later))->second;
+    grip_->target = pose.origin + pose.turn * grip_->offset;
   }
 
   // ---- The force -----------------------------------------------------------------------------------
@@ -203,9 +195,9 @@ class MouseDrag {
     const PointMotion point =
         pull_.motionOf(state.position.data(), state.velocity.data(), grip_->link, grip_->point);
     auto& path = grip_->path;
-    if (!path.empty() && state.header.stamp <= path.back().stamp) path.clear();
-    path.push_back({state.header.stamp, point.position, point.turn});
-    while ((path.back().stamp - path.front().stamp).toSec() > memory) path.pop_front();
+    if (!path.empty() && state.header.stamp <= path.rbegin()->first) path.clear();
+    path[state.header.stamp] = {point.position, point.turn};
+    while ((state.header.stamp - path.begin()->first).toSec() > memory) path.erase(path.begin());
     findTarget();
     if (!grip_->target || ticks_++ % stride_ != 0) return;
 
@@ -228,7 +220,7 @@ class MouseDrag {
     const double w = drawing_.bar;
     sketch_.clear();
     Sketch& sketch = sketch_.on(grip_->link);
-    sketch.band(from, mouse, 0.12 * w, 0.12 * w, pale, pale);
+    sketch.band(from, mouse, 0.12 * w, 0.12 * w, pale);
     sketch.sector(mouse, 0.3 * w, 0, 6.3, pale);
     sketch.arrow(from, from + toLink * drawing_.arrow(force, point.position), 0.4 * w, paint);
     pictureOut_.publish(sketch_.message(stamp));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planar_chain/fault.h"
+
 namespace planar_chain {
 
 namespace {
@@ -15,25 +17,122 @@ constexpr double fewWidths = 2;     // links shorter than this are short
 constexpr double longest = 1.5;     // units, of an arrow
 constexpr double beyond = 0.2;      // reaches, from the farthest points of the chain to the rim of the view
 
-double largestLoad(const Scene& scene, double reach) {
-  double largest = 0;
-  for (const Load& load : scene.loads) {
-    const double turning = std::fmax(std::fabs(load.moment), std::fabs(load.torque)) / reach;
-    largest = std::fmax(largest, std::fmax(length(load.force), turning));
+// In the URDF, in widths of a link:
+constexpr double pinRadius = 0.72, bobRadius = 1.1;
+constexpr int hatches = 5;
+
+/// Names contain only letters, digits, _ and /, so nothing is escaped.
+class Writer {
+ public:
+  Writer(const Scene& scene, const Frames& frames) : chain_(scene.chain), frames_(frames), drawing_(scene) {}
+
+  std::string text(int links) {
+    line("<?xml version='1.0'?>");
+    line("<robot name='planar_chain'>");
+    for (const auto& [name, rgba] : {std::pair{"ground", "0.55 0.58 0.62 1"},
+                                     {"pin", "0.80 0.82 0.85 1"},
+                                     {"even", "0.20 0.55 0.85 1"},
+                                     {"odd", "0.98 0.65 0.15 1"}}) {
+      line("<material name='", name, "'><color rgba='", rgba, "'/></material>");
+    }
+    // The plane of motion is vertical: y of the base is z of the world.
+    line("<link name='", frames_.world, "'/>");
+    line("<joint name='", frames_.world, "-", frames_.base, "' type='fixed'><parent link='", frames_.world,
+         "'/><child link='", frames_.base, "'/><origin xyz='0 0 0' rpy='", std::acos(0.0), " 0 0'/></joint>");
+    ground();
+    for (int i = 0; i < links; ++i) {
+      link(i);
+      joint(i);
+    }
+    line("</robot>");
+    std::replace(text_.begin(), text_.end(), '\'', '"');
+    return text_;
   }
-  return largest;
-}
 
-/// True if the centre of mass is within half a width of the line through the pins.
-bool isStraight(const Link& link, double width) {
-  const double l = length(link.pin);
-  return l > 0 ? std::fabs(cross(link.pin, link.com)) / l < width / 2 : length(link.com) < width / 2;
-}
+ private:
+  /// A bearing as in engineering drawings: two struts from the pin to a bar, and hatching for the ground.
+  void ground() {
+    const double w = drawing_.bar;
+    line("<link name='", frames_.base, "'>");
+    for (const double side : {-1.0, 1.0}) {
+      box({side * 0.45 * w, 0.8 * w}, std::atan2(1.6, side * 0.9), 1.85 * w, 0.25 * w, 0.4 * w, "ground");
+    }
+    box({0, 1.7 * w}, 0, 4.4 * w, 0.25 * w, 0.6 * w, "ground");
+    for (int k = 0; k < hatches; ++k) {
+      box({(k - 1.7) * 0.85 * w, 2.15 * w}, 0.8, 1.1 * w, 0.12 * w, 0.3 * w, "ground");
+    }
+    line("</link>");
+  }
 
-/// The length l of the uniform rod with this mass and moment of inertia I = m l²/12.
-double rodLength(const Link& link) {
-  return std::sqrt(12 * link.inertia / link.mass);
-}
+  void link(int i) {
+    const Link& body = chain_.links()[index(i)];
+    const double w = drawing_.bar, half = body.inertia / 2;
+    line("<link name='", frames_.links[index(i)], "'>");
+    line("<inertial><origin xyz='", body.com, "' rpy='0 0 0'/><mass value='", body.mass, "'/><inertia ixx='",
+         half, "' ixy='0' ixz='0' iyy='", half, "' iyz='0' izz='", body.inertia, "'/></inertial>");
+
+    // Draw the bars. Neighbours have different depths, so that faces that overlap at a pin do not flicker.
+    const double depth = i % 2 == 0 ? w : 0.8 * w;
+    const char* const paint = i % 2 == 0 ? "even" : "odd";
+    const Figure figure = figureOf(body, drawing_);
+    for (const Bar& bar : figure.bars) {
+      const Vec2d along = bar.to - bar.from;
+      if (length(along) == 0) continue;
+      box(0.5 * (bar.from + bar.to), std::atan2(along.y, along.x), length(along), bar.share * w,
+          bar.share * depth, paint);
+    }
+
+    // Draw the bob, the rounded tip and the inner pin.
+    if (figure.hasBob) visual(body.com, 0, paint, "<sphere radius='", bobRadius * w, "'/>");
+    if (i == chain_.size() - 1 && length(body.pin) > 0 && !figure.hasBob)
+      cylinder(body.pin, w / 2, depth, paint);
+    if (i == 0 || figure.hasPin) cylinder({0, 0}, pinRadius * w, 1.3 * w, "pin");
+    line("</link>");
+  }
+
+  void joint(int i) {
+    const Joint& own = chain_.joints()[index(i)];
+    line("<joint name='", own.name, "' type='", own.isLimited() ? "revolute" : "continuous", "'>");
+    line("<parent link='", i == 0 ? frames_.base : frames_.links[index(i - 1)], "'/><child link='",
+         frames_.links[index(i)], "'/><origin xyz='", i == 0 ? Vec2d{} : chain_.links()[index(i - 1)].pin,
+         "' rpy='0 0 0'/><axis xyz='0 0 1'/><dynamics damping='", own.damping, "' friction='0'/>");
+    if (own.isLimited()) {
+      // URDF requires all four limits. Those that the scene does not set are never reached.
+      constexpr double never = 1e9;
+      line("<limit lower='", std::fmax(own.lower, -never), "' upper='", std::fmin(own.upper, never),
+           "' effort='", never, "' velocity='", never, "'/>");
+    }
+    line("</joint>");
+  }
+
+  template <class... Parts>
+  void visual(Vec2d centre, double angle, const char* paint, const Parts&... shape) {
+    line("<visual><origin xyz='", centre, "' rpy='0 0 ", angle, "'/><geometry>", shape...,
+         "</geometry><material name='", paint, "'/></visual>");
+  }
+
+  void box(Vec2d centre, double angle, double x, double y, double z, const char* paint) {
+    visual(centre, angle, paint, "<box size='", x, " ", y, " ", z, "'/>");
+  }
+
+  void cylinder(Vec2d centre, double radius, double height, const char* paint) {
+    visual(centre, 0, paint, "<cylinder radius='", radius, "' length='", height, "'/>");
+  }
+
+  template <class... Parts>
+  void line(const Parts&... parts) {
+    (add(parts), ...);
+    add("\n");
+  }
+  void add(const std::string& text) { text_ += text; }
+  void add(double number) { text_ += toText(number); }
+  void add(Vec2d a) { text_ += toText(a.x) + " " + toText(a.y) + " 0"; }
+
+  const Chain& chain_;
+  const Frames& frames_;
+  Drawing drawing_;
+  std::string text_;
+};
 
 }  // namespace
 
@@ -47,7 +146,12 @@ Drawing::Drawing(const Scene& scene) : reach(0) {
   unit = reach / std::min(scene.chain.size(), fewLinks);
   bar = std::fmax(barWidth * unit, leastBar * reach);
   force = mass * length(scene.chain.gravity());
-  if (force == 0) force = largestLoad(scene, reach);
+  if (force == 0) {
+    for (const Load& load : scene.loads) {
+      const double turning = std::fmax(std::fabs(load.moment), std::fabs(load.torque)) / reach;
+      force = std::fmax(force, std::fmax(length(load.force), turning));
+    }
+  }
   if (force == 0) force = 1;
   torque = force * reach / 2;
 }
@@ -62,32 +166,32 @@ Vec2d Drawing::arrow(Vec2d f, Vec2d from) const {
   return std::fmin(unit / 2 * size / force, std::fmin(longest * unit, room)) / size * f;
 }
 
-bool isShort(const Link& link, const Drawing& drawing) {
-  const double l = length(link.pin);
-  return l > 0 && l < fewWidths * drawing.bar;
-}
-
-bool isPoint(const Link& link, const Drawing& drawing) {
-  return !isShort(link, drawing) && isStraight(link, drawing.bar) && rodLength(link) < drawing.bar;
-}
-
-std::vector<Bar> barsOf(const Link& link, const Drawing& drawing) {
-  const double l = length(link.pin);
-  if (isShort(link, drawing)) return {{{}, link.pin}};
+Figure figureOf(const Link& link, const Drawing& drawing) {
+  const double l = length(link.pin), w = drawing.bar;
+  if (l > 0 && l < fewWidths * w) return {{{{}, link.pin}}, false, false};
   const Bar pins{{}, link.pin, thin};
-  if (!isStraight(link, drawing.bar)) return {{{}, link.com}, {link.com, link.pin}, pins};
-  if (isPoint(link, drawing)) {
-    // A bob beyond the outer pin hangs on a longer bar.
-    return {dot(link.com, link.pin) > l * l || l == 0 ? Bar{{}, link.com, thin} : pins};
+
+  // Is the centre of mass within half a width of the line through the pins?
+  const double aside = l > 0 ? std::fabs(cross(link.pin, link.com)) / l : length(link.com);
+  if (aside >= w / 2) return {{{{}, link.com}, {link.com, link.pin}, pins}};
+
+  // The uniform rod with this mass and moment of inertia I = m r²/12. A short one is a bob; a bob beyond the
+  // outer pin hangs on a longer bar.
+  const double r = std::sqrt(12 * link.inertia / link.mass);
+  if (r < w) {
+    const bool isBeyond = dot(link.com, link.pin) > l * l || l == 0;
+    return {{isBeyond ? Bar{{}, link.com, thin} : pins}, true};
   }
 
   // Place the rod. If it spans the pins, it is the only bar.
-  const Vec2d along = l > 0 ? 1 / l * link.pin : Vec2d{1, 0};
-  const Vec2d half = rodLength(link) / 2 * along;
+  const Vec2d half = r / 2 * (l > 0 ? 1 / l * link.pin : Vec2d{1, 0});
   const Bar rod{link.com - half, link.com + half};
-  const bool spansThePins = length(rod.from) < drawing.bar / 2 && length(rod.to - link.pin) < drawing.bar / 2;
-  if (spansThePins) return {{{}, link.pin}};
-  return {rod, pins};
+  if (length(rod.from) < w / 2 && length(rod.to - link.pin) < w / 2) return {{{{}, link.pin}}};
+  return {{rod, pins}};
+}
+
+std::string urdfOf(const Scene& scene, const Frames& frames, bool hasLinks) {
+  return Writer(scene, frames).text(hasLinks ? scene.chain.size() : 0);
 }
 
 }  // namespace planar_chain

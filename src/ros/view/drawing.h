@@ -1,10 +1,12 @@
 #pragma once
 
-/// Sizes and shapes of a drawn scene, for the URDF and for the markers.
+/// How a scene is drawn: sizes for the markers and the URDF, bodies as bars, and the URDF.
 
+#include <string>
 #include <vector>
 
 #include "planar_chain/scene.h"
+#include "ros/messages/frames.h"
 
 namespace planar_chain {
 
@@ -28,13 +30,24 @@ struct Bar {
   double share = 1;  ///< of the full width
 };
 
-/// Returns a body as bars. A thin one joins the pins. A thick one shows the mass: the uniform rod with the
-/// body's mass, centre of mass and moment of inertia, if the centre of mass is in line with the pins. Else
-/// two thick bars join the pins to the centre of mass.
-std::vector<Bar> barsOf(const Link& link, const Drawing& drawing);
-/// True if the link is about as short as it is wide. It is drawn as one bar without a pin.
-bool isShort(const Link& link, const Drawing& drawing);
-/// True if the mass is drawn as a bob at one point.
-bool isPoint(const Link& link, const Drawing& drawing);
+/// A body as it is drawn.
+struct Figure {
+  std::vector<Bar> bars;
+  bool hasBob = false;  ///< at the centre of mass
+  bool hasPin = true;   ///< at the origin; a link about as short as it is wide has none
+};
+
+/// A thin bar joins the pins. A thick one shows the mass: the uniform rod with the body's mass, centre of
+/// mass and moment of inertia, or a bob, if the centre of mass is in line with the pins. Else two thick bars
+/// join the pins to the centre of mass.
+Figure figureOf(const Link& link, const Drawing& drawing);
+
+/// Returns the scene as URDF, for rviz and other engines. Its root is the world frame, z up; a fixed joint
+/// turns the base frame upright. Each link frame is at the link's inner pin, and its joint (axis +z, damping
+/// and limits of the scene) is at the outer pin of the link before. Links have the names of their /tf frames,
+/// prefix included. Joints have the names in joint_states. A moment of inertia I about +z becomes that of a
+/// flat body: izz = I, ixx = iyy = I/2. URDF has no springs, loads and gravity, so these are left out.
+/// Without links it has the ground alone.
+std::string urdfOf(const Scene& scene, const Frames& frames, bool hasLinks = true);
 
 }  // namespace planar_chain

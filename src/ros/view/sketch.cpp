@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "ros/messages/messages.h"
-
 namespace planar_chain {
 
 namespace {
@@ -70,15 +68,13 @@ void Sketch::corner(Vec2d a, const Colour& paint) {
   message_.markers[current_].colors.push_back(paint);
 }
 
-void Sketch::band(Vec2d a, Vec2d b, double widthA, double widthB, const Colour& colourA,
-                  const Colour& colourB) {
+void Sketch::band(Vec2d a, Vec2d b, double widthA, double widthB, const Colour& paint) {
   const double l = length(b - a);
   if (l == 0) return;
   const Vec2d across = 0.5 / l * perp(b - a);
   const Vec2d a1 = a - widthA * across, a2 = a + widthA * across;
   const Vec2d b1 = b - widthB * across, b2 = b + widthB * across;
-  corner(a1, colourA), corner(b1, colourB), corner(b2, colourB);
-  corner(a1, colourA), corner(b2, colourB), corner(a2, colourA);
+  for (const Vec2d& point : {a1, b1, b2, a1, b2, a2}) corner(point, paint);
 }
 
 void Sketch::arrow(Vec2d from, Vec2d to, double width, const Colour& paint) {
@@ -88,16 +84,15 @@ void Sketch::arrow(Vec2d from, Vec2d to, double width, const Colour& paint) {
   const double head = std::fmin(headLength * width, l);
   const double size = head / (headLength * width);
   const Vec2d neck = to - head / l * (to - from);
-  band(from, neck, size * width, size * width, paint, paint);
-  band(neck, to, size * headWidth * width, 0, paint, paint);
+  band(from, neck, size * width, size * width, paint);
+  band(neck, to, size * headWidth * width, 0, paint);
 }
 
-void Sketch::turn(Vec2d centre, double radius, double from, double sweep, double width, const Colour& paint) {
+void Sketch::turn(Vec2d centre, double radius, double sweep, double width, const Colour& paint) {
   const double head = std::copysign(std::fmin(headLength * width / radius, std::fabs(sweep)), sweep);
-  const double shaft = sweep - head;
-  coil(centre, radius, radius, from, shaft, width, paint);
-  band(onCircle(centre, radius, from + shaft), onCircle(centre, radius, from + sweep), headWidth * width, 0,
-       paint, paint);
+  const double from = -sweep / 2, neck = from + sweep - head;
+  coil(centre, radius, radius, from, sweep - head, width, paint);
+  band(onCircle(centre, radius, neck), onCircle(centre, radius, from + sweep), headWidth * width, 0, paint);
 }
 
 void Sketch::coil(Vec2d centre, double inner, double outer, double from, double sweep, double width,
@@ -106,7 +101,7 @@ void Sketch::coil(Vec2d centre, double inner, double outer, double from, double 
   const auto at = [&](int k) {
     return onCircle(centre, inner + (outer - inner) * k / pieces, from + sweep * k / pieces);
   };
-  for (int k = 0; k < pieces; ++k) band(at(k), at(k + 1), width, width, paint, paint);
+  for (int k = 0; k < pieces; ++k) band(at(k), at(k + 1), width, width, paint);
 }
 
 void Sketch::sector(Vec2d centre, double radius, double from, double sweep, const Colour& paint) {

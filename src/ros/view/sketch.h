@@ -12,6 +12,13 @@
 
 namespace planar_chain {
 
+/// Sets x and y of a point, vector or pose.
+template <class Message>
+void copy(Vec2d from, Message& to) {
+  to.x = from.x;
+  to.y = from.y;
+}
+
 using Colour = std_msgs::ColorRGBA;
 
 /// Each component is in 0 … 1.
@@ -38,11 +45,11 @@ class Sketch {
   Sketch& on(int link, const Pose& pose = {});
   /// A corner of a triangle, or of the line.
   void corner(Vec2d a, const Colour& paint);
-  /// A band from a to b. Width and colour change linearly.
-  void band(Vec2d a, Vec2d b, double widthA, double widthB, const Colour& colourA, const Colour& colourB);
+  /// A band from a to b. The width changes linearly.
+  void band(Vec2d a, Vec2d b, double widthA, double widthB, const Colour& paint);
   void arrow(Vec2d from, Vec2d to, double width, const Colour& paint);
-  /// An arrow along a circle, from angle `from` to `from + sweep`.
-  void turn(Vec2d centre, double radius, double from, double sweep, double width, const Colour& paint);
+  /// An arrow along a circle, from angle −sweep/2 to sweep/2.
+  void turn(Vec2d centre, double radius, double sweep, double width, const Colour& paint);
   /// A spiral from the inner to the outer radius.
   void coil(Vec2d centre, double inner, double outer, double from, double sweep, double width,
             const Colour& paint);

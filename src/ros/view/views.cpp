@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "planar_chain/kane.h"
-#include "ros/messages/messages.h"
 
 namespace planar_chain {
 
@@ -62,7 +62,7 @@ Views::Views(Simulation& simulation, const Frames& frames)
 
   // Place the text, below and beside the circle that the chain can reach.
   energy_.header.frame_id = frames.base;
-  energy_.ns = energy;
+  energy_.ns = "energy";
   energy_.type = visualization_msgs::Marker::TEXT_VIEW_FACING;
   energy_.pose.position.x = -0.95 * drawing_.reach;
   energy_.pose.position.y = -0.95 * drawing_.reach;
@@ -71,10 +71,11 @@ Views::Views(Simulation& simulation, const Frames& frames)
   energy_.color = colour(0.85, 0.88, 0.92);
 }
 
-std::vector<std::string> Views::arrays() const {
-  std::vector<std::string> names;
-  for (const View& view : views_) names.push_back(view.name);
-  return names;
+visualization_msgs::MarkerArray& Views::draw(View& view, ros::Time stamp) {
+  if (!std::exchange(hasMotions_, true)) simulation_.linkMotions(motions_.data());
+  view.sketch.clear();
+  (this->*view.draw)(view.sketch);
+  return view.sketch.message(stamp);
 }
 
 Pose Views::poseOf(int link) const {
@@ -91,58 +92,50 @@ Vec2d Views::tip() const {
   return motions_.back().innerPin + poseOf(chain_.size() - 1).turn * chain_.links().back().pin;
 }
 
-/// A vector in base-frame components, in the axes of a link.
-Vec2d Views::inLink(int link, Vec2d vector) const {
-  return Rotation<double>::of(-motions_[index(link)].angle) * vector;
+template <class Act>
+void Views::forLoads(Act act) const {
+  const double t = simulation_.time();
+  for (const Load& load : simulation_.scene().loads) act(load, factorAt(load, t));
+  for (const Load& command : simulation_.commands()) act(command, factorAt(command, t));
+}
+
+/// An arrow at a point of a link. The force has base-frame components.
+void Views::drawForce(Sketch& sketch, int link, Vec2d point, Vec2d force, const Colour& paint) {
+  if (length(force) <= leastDrawn * drawing_.force) return;
+  const auto [origin, turn] = poseOf(link);
+  const Vec2d arrow = drawing_.arrow(force, origin + turn * point);
+  const Rotation<double> toLink{turn.c, -turn.s};
+  on(sketch, link).arrow(point, point + toLink * arrow, arrowWidth * drawing_.bar, paint);
 }
 
 void Views::drawLoads(Sketch& sketch) {
-  const double t = simulation_.time();
-  for (const Load& load : simulation_.scene().loads) drawLoad(sketch, load, factorAt(load, t));
-  for (const Load& command : simulation_.commands()) {
-    if (command.stop - t > leastRemaining) drawLoad(sketch, command, factorAt(command, t));
-  }
-}
-
-void Views::drawLoad(Sketch& sketch, const Load& load, double factor) {
-  const double width = arrowWidth * drawing_.bar;
-  const auto turn = [&](int link, Vec2d centre, double torque) {
+  const auto drawTurn = [&](int link, Vec2d centre, double torque) {
     const double share = torque / drawing_.torque;
     if (std::fabs(share) < leastDrawn) return;
     const double sweep = std::copysign(fullTurn * std::fmin(1, std::sqrt(std::fabs(share))), share);
-    on(sketch, link).turn(centre, turnRadius * drawing_.bar, -sweep / 2, sweep, width, red);
+    on(sketch, link).turn(centre, turnRadius * drawing_.bar, sweep, arrowWidth * drawing_.bar, red);
   };
-  if (load.link != Load::none) {
-    const Vec2d force = factor * load.force;
-    if (length(force) > leastDrawn * drawing_.force) {
-      const Pose pose = poseOf(load.link);
-      const Vec2d arrow = inLink(load.link, drawing_.arrow(force, pose.origin + pose.turn * load.point));
-      on(sketch, load.link).arrow(load.point, load.point + arrow, width, red);
+  forLoads([&](const Load& load, double factor) {
+    if (load.stop - simulation_.time() <= leastRemaining) return;
+    if (load.link != Load::none) {
+      drawForce(sketch, load.link, load.point, factor * load.force, red);
+      drawTurn(load.link, chain_.links()[index(load.link)].com, factor * load.moment);
     }
-    turn(load.link, chain_.links()[index(load.link)].com, factor * load.moment);
-  }
-  if (load.joint != Load::none) turn(load.joint, {}, factor * load.torque);
+    if (load.joint != Load::none) drawTurn(load.joint, {}, factor * load.torque);
+  });
 }
 
 void Views::drawPinForces(Sketch& sketch) {
-  for (int i = 0; i < static_cast<int>(motions_.size()); i += stride_) {
-    const Vec2d force = motions_[index(i)].pinForce, from = motions_[index(i)].innerPin;
-    if (length(force) < leastDrawn * drawing_.force) continue;
-    on(sketch, i).arrow({}, inLink(i, drawing_.arrow(force, from)), arrowWidth * drawing_.bar, green);
-  }
+  for (int i = 0; i < chain_.size(); i += stride_)
+    drawForce(sketch, i, {}, motions_[index(i)].pinForce, green);
 }
 
 void Views::drawSprings(Sketch& sketch) {
   // Find the torques of springs, stops and dampers: the whole torques less those of loads and commands.
   simulation_.jointTorques(torques_.data());
-  const auto subtract = [&](const std::vector<Load>& loads) {
-    for (const Load& load : loads) {
-      if (load.joint == Load::none) continue;
-      torques_[index(load.joint)] -= factorAt(load, simulation_.time()) * load.torque;
-    }
-  };
-  subtract(simulation_.scene().loads);
-  subtract(simulation_.commands());
+  forLoads([&](const Load& load, double factor) {
+    if (load.joint != Load::none) torques_[index(load.joint)] -= factor * load.torque;
+  });
 
   // Draw a coil on each joint that has a spring or stops.
   for (int i = 0; i < chain_.size(); i += stride_) {
@@ -157,14 +150,14 @@ void Views::drawSprings(Sketch& sketch) {
 void Views::drawTrail(Sketch& sketch) {
   // Add the tip, and remove what is too old. Time goes back at a reset.
   const double now = simulation_.time();
-  if (!trail_.empty() && now < trail_.back().time) trail_.clear();
-  if (trail_.empty() || now - trail_.back().time >= 1 / trailRate) trail_.push_back({now, tip()});
-  while (now - trail_.front().time > trailTime) trail_.pop_front();
+  if (!trail_.empty() && now < trail_.rbegin()->first) trail_.clear();
+  if (trail_.empty() || now - trail_.rbegin()->first >= 1 / trailRate) trail_[now] = tip();
+  while (now - trail_.begin()->first > trailTime) trail_.erase(trail_.begin());
 
   // Draw a line that fades with age.
   if (trail_.size() < 2) return;
-  for (const Spot& spot : trail_) {
-    sketch.on(Sketch::base).corner(spot.tip, colour(0.55, 0.8, 1, 0.8 * (1 - (now - spot.time) / trailTime)));
+  for (const auto& [time, place] : trail_) {
+    sketch.on(Sketch::base).corner(place, colour(0.55, 0.8, 1, 0.8 * (1 - (now - time) / trailTime)));
   }
 }
 
@@ -216,24 +209,6 @@ visualization_msgs::Marker& Views::writeEnergy(ros::Time stamp) {
   energy_.text = text.data();
   energy_.header.stamp = stamp;
   return energy_;
-}
-
-ViewTopics::ViewTopics(ros::NodeHandle& node, Simulation& simulation, const Frames& frames)
-    : views_(simulation, frames) {
-  for (const std::string& name : views_.arrays()) {
-    out_[name] = node.advertise<visualization_msgs::MarkerArray>("view/" + name, 2);
-  }
-  out_[Views::energy] = node.advertise<visualization_msgs::Marker>(std::string("view/") + Views::energy, 2);
-}
-
-bool ViewTopics::areSubscribed() const {
-  return std::all_of(out_.begin(), out_.end(), [](const auto& view) { return hasSubscribers(view.second); });
-}
-
-void ViewTopics::publish(ros::Time stamp) {
-  views_.draw(
-      stamp, [this](const std::string& name) { return hasSubscribers(out_.at(name)); },
-      [this](const std::string& name, const auto& message) { out_.at(name).publish(message); });
 }
 
 }  // namespace planar_chain

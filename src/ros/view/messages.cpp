@@ -1,21 +1,18 @@
-#include "ros/messages/messages.h"
+#include "ros/view/messages.h"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <string>
+#include "planar_chain/planar.h"
 
 namespace planar_chain {
 
-Messages::Messages(const Scene& scene, const Frames& frames) {
+Messages::Messages(Simulation& simulation, const std::string& node, bool hasViews)
+    : simulation_(simulation), node_(node), frames_(framesOf(simulation.scene(), node)) {
+  const Scene& scene = simulation.scene();
   const auto n = static_cast<std::size_t>(scene.chain.size());
 
   // Size the joint states and the link states.
   for (const Joint& joint : scene.chain.joints()) jointStates_.name.push_back(joint.name);
-  jointStates_.position.resize(n);
-  jointStates_.velocity.resize(n);
   jointStates_.effort.resize(n);
-  linkStates_.header.frame_id = frames.base;
+  linkStates_.header.frame_id = frames_.base;
   for (const Link& link : scene.chain.links()) linkStates_.name.push_back(link.name);
   linkStates_.pose.resize(n);
   linkStates_.velocity.resize(n);
@@ -24,28 +21,33 @@ Messages::Messages(const Scene& scene, const Frames& frames) {
   motions_.resize(n);
 
   // Set the frames of the transforms. They are constant.
-  std::string parent = frames.base;
+  std::string parent = frames_.base;
   for (int i = 0; i < scene.chain.size(); ++i) {
-    if (!frames.has(i)) continue;
+    if (!frames_.has(i)) continue;
     geometry_msgs::TransformStamped transform;
     transform.header.frame_id = parent;
-    transform.child_frame_id = parent = frames.links[index(i)];
+    transform.child_frame_id = parent = frames_.links[index(i)];
     transforms_.transforms.push_back(transform);
     framed_.push_back(i);
   }
+  geometry_msgs::TransformStamped& base = baseInWorld_.transforms.emplace_back();
+  base.header.frame_id = frames_.world;
+  base.child_frame_id = frames_.base;
+  base.transform.rotation.x = base.transform.rotation.w = std::sqrt(0.5);
+  if (hasViews) views_.emplace(simulation, frames_);
 }
 
-sensor_msgs::JointState& Messages::jointStates(Simulation& simulation, ros::Time stamp) {
+sensor_msgs::JointState& Messages::jointStates(ros::Time stamp) {
   jointStates_.header.stamp = stamp;
-  std::copy(simulation.q().begin(), simulation.q().end(), jointStates_.position.begin());
-  std::copy(simulation.qd().begin(), simulation.qd().end(), jointStates_.velocity.begin());
-  simulation.jointTorques(jointStates_.effort.data());
+  jointStates_.position = simulation_.q();
+  jointStates_.velocity = simulation_.qd();
+  simulation_.jointTorques(jointStates_.effort.data());
   return jointStates_;
 }
 
-LinkStates& Messages::linkStates(Simulation& simulation, ros::Time stamp) {
+LinkStates& Messages::linkStates(ros::Time stamp) {
   linkStates_.header.stamp = stamp;
-  simulation.linkMotions(motions_.data());
+  simulation_.linkMotions(motions_.data());
   for (std::size_t i = 0; i < motions_.size(); ++i) {
     const LinkMotion& link = motions_[i];
     copy(link.com, linkStates_.pose[i]);
@@ -59,8 +61,8 @@ LinkStates& Messages::linkStates(Simulation& simulation, ros::Time stamp) {
   return linkStates_;
 }
 
-tf2_msgs::TFMessage& Messages::transforms(Simulation& simulation, ros::Time stamp) {
-  const std::vector<Link>& links = simulation.scene().chain.links();
+tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
+  const std::vector<Link>& links = simulation_.scene().chain.links();
   int i = 0;
   for (std::size_t k = 0; k < framed_.size(); ++k) {
     // Go from the frame before to this one, link by link.
@@ -68,7 +70,7 @@ tf2_msgs::TFMessage& Messages::transforms(Simulation& simulation, ros::Time stam
     double angle = 0;
     for (; i <= framed_[k]; ++i) {
       if (i > 0) place += Rotation<double>::of(angle) * links[index(i - 1)].pin;
-      angle += simulation.q()[index(i)];
+      angle += simulation_.q()[index(i)];
     }
     geometry_msgs::TransformStamped& transform = transforms_.transforms[k];
     transform.header.stamp = stamp;
@@ -79,14 +81,9 @@ tf2_msgs::TFMessage& Messages::transforms(Simulation& simulation, ros::Time stam
   return transforms_;
 }
 
-geometry_msgs::TransformStamped Messages::baseInWorld(const Frames& frames, ros::Time stamp) {
-  geometry_msgs::TransformStamped transform;
-  transform.header.stamp = stamp;
-  transform.header.frame_id = frames.world;
-  transform.child_frame_id = frames.base;
-  transform.transform.rotation.x = std::sqrt(0.5);
-  transform.transform.rotation.w = std::sqrt(0.5);
-  return transform;
+tf2_msgs::TFMessage& Messages::baseInWorld(ros::Time stamp) {
+  baseInWorld_.transforms[0].header.stamp = stamp;
+  return baseInWorld_;
 }
 
 namespace {
