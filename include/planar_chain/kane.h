@@ -59,6 +59,12 @@ struct ActiveForces {
 ///   the chain does not have
 ActiveForces activeForces(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);
 
+/// Returns the torques in the joints, N m, that give the accelerations qdd (rad/s², n) beside all that acts:
+/// M_q q̈ − f without drives. Friction is that of the motion, or at rest that of its start. In O(n).
+/// @throws std::invalid_argument as activeForces(), and for a qdd that is not of size n
+Eigen::VectorXd inverseDynamics(const Scene& scene, double t, const Eigen::VectorXd& q,
+                                const Eigen::VectorXd& qd, const Eigen::VectorXd& qdd);
+
 /// Every matrix of the notes at one state. SI units; rows belong to q_i, columns of V_pd, A_1 and A_2
 /// to x_1 y_1 x_2 y_2 …
 struct Kane {

@@ -36,19 +36,28 @@ Matrix2d angularVelocityMatrix(double omega) {
   return (Matrix2d() << 0, omega, -omega, 0).finished();
 }
 
-/// Rotors, the base, and the torques of drives and friction.
+/// The dynamics of a scene at one state y.
+struct Entered {
+  Entered(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd) : dynamics(scene) {
+    y.resize(dynamics.size());
+    toAbsolute(q.data(), scene.chain.size(), y.data());
+    toAbsolute(qd.data(), scene.chain.size(), y.data() + scene.chain.size());
+    dynamics.enter(t);
+    dynamics.enterState(t, y.data());
+  }
+
+  CoupledDynamics dynamics;
+  VectorXd y;
+};
+
+/// Adds rotors, the base, and the torques of drives and friction.
 void addCouplings(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd, ActiveForces& active) {
-  const int n = scene.chain.size();
-  CoupledDynamics dynamics(scene);
-  VectorXd y(dynamics.size()), tau(n);
-  toAbsolute(q.data(), n, y.data());
-  toAbsolute(qd.data(), n, y.data() + n);
-  dynamics.enter(t);
-  dynamics.enterState(t, y.data());
-  dynamics.couplingTorques(t, y.data(), tau.data());
+  Entered at(scene, t, q, qd);
+  VectorXd tau(scene.chain.size());
+  at.dynamics.couplingTorques(t, at.y.data(), tau.data());
   active.tau += tau;
-  active.rotors = dynamics.rotors();
-  const Couplings& now = dynamics.couplings();
+  active.rotors = at.dynamics.rotors();
+  const Couplings& now = at.dynamics.couplings();
   active.acceleration = {now.x.acceleration, now.y.acceleration};
   active.angle = now.angle.value;
   active.rate = now.angle.rate;
@@ -150,6 +159,17 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
   k.f -= k.V_pd * m.cwiseProduct(ofBase) + active.turning * (k.W_pd * I);
   k.qdd = k.M_q.ldlt().solve(k.f);
   return k;
+}
+
+VectorXd inverseDynamics(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd,
+                         const VectorXd& qdd) {
+  requireSize("q", q, scene.chain.size());
+  requireSize("qd", qd, scene.chain.size());
+  requireSize("qdd", qdd, scene.chain.size());
+  Entered at(scene, t, q, qd);
+  VectorXd tau(scene.chain.size());
+  at.dynamics.inverse(t, at.y.data(), qdd.data(), tau.data());
+  return tau;
 }
 
 }  // namespace planar_chain

@@ -206,13 +206,9 @@ class FrictionKind : public EffectKind {
     return effect->empty() ? nullptr : std::move(effect);
   }
 
-  /// τ_i = −c sign(q̇_i); nothing from a joint at rest, whose torque is not a function of the state
-  void addDense(const Scene& scene, double /*t*/, const Eigen::VectorXd& /*q*/, const Eigen::VectorXd& qd,
-                const DenseActions& to) const override {
-    for (int i = 0; i < scene.chain.size(); ++i) {
-      to.tau(i) -= ((qd(i) > 0) - (qd(i) < 0)) * scene.chain.joints()[index(i)].other("friction");
-    }
-  }
+  /// Friction at rest is not a function of the state: kane.h takes it from the recursion.
+  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                const DenseActions&) const override {}
 
   void summarize(const Scene& scene, SceneWords& words) const override {
     int rubs = 0;

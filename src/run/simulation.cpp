@@ -21,7 +21,7 @@ namespace planar_chain {
 namespace {
 
 constexpr int stepsPerCheck = 32;    // of the energy balance
-constexpr double givenTo = 1e-6;      // rad, rad/s: how closely a state must repeat what is given
+constexpr double givenTo = 1e-6;     // rad, rad/s: how closely a state must repeat what is given
 constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
 
 void require(bool holds, const char* what) {
@@ -195,7 +195,8 @@ struct Simulation::Parts {
     const int body = std::max(command.joint, command.link);
     require(body >= 0 && body < n, "a command must name a joint or link of the chain");
     for (const Drive& drive : scene.drives) {
-      require(drive.joint != command.joint, "no torque can be commanded in a driven joint: its angle is given");
+      require(drive.joint != command.joint,
+              "no torque can be commanded in a driven joint: its angle is given");
     }
     command.start = start == now ? state.t : start;
     command.stop = isTimed ? command.start + last : last;
