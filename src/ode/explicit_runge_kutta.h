@@ -1,15 +1,34 @@
 #pragma once
 
-/// The steps of every explicit Runge–Kutta method; see tableau.h.
+/// Explicit Runge–Kutta methods as data, and their steps.
+///
+///     k_i = f(t + c_i h, y + h Σ_j a_ij k_j)     y(t + h) ≈ y + h Σ b_i k_i     error ≈ h Σ e_i k_i
 
 #include <vector>
 
 #include "ode/combination.h"
 #include "ode/stepper.h"
-#include "ode/tableau.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain::ode {
+
+struct Tableau : MethodFacts {
+  std::vector<double> c;               ///< one a stage
+  std::vector<std::vector<double>> a;  ///< row i has i entries
+  std::vector<double> b;
+  std::vector<double> e;  ///< b minus the embedded weights; empty: no error estimate
+  /// A second, coarser estimate ẽ; empty: none. With both, component by component, the error is
+  /// e² / √(e² + 0.01 ẽ²): small where both agree that the step is fine.
+  std::vector<double> coarse;
+  bool lastIsFirst;  ///< the last stage is the first of the next step (FSAL)
+};
+
+/// W. Kutta's classical method (Hairer, Nørsett, Wanner, Solving ODEs I, table II.1.2).
+const Tableau& rk4();
+/// Dormand and Prince's 5(4) (the same, table II.5.2).
+const Tableau& dopri5();
+/// Dormand and Prince's 8(5,3) (the same, section II.5, the doubles nearest to dop853.f).
+const Tableau& dop853();
 
 class ExplicitRungeKutta : public Stepper {
  public:

@@ -1,6 +1,6 @@
 #pragma once
 
-/// Radau IIA of order 13: an implicit Runge–Kutta method, L-stable. See radau_table.h for its numbers.
+/// Radau IIA of order 13: an implicit Runge–Kutta method, L-stable.
 ///
 /// With Z_i = Y_i − y the stages solve (Hairer, Wanner, Solving ODEs II, section IV.8)
 ///
@@ -20,15 +20,38 @@
 /// step, but no larger than the tolerance itself, it is computed once more with f(t, y + error) for f(t, y).
 /// Then the stiff component vanishes from the error as it does from the solution.
 
+#include <array>
 #include <complex>
 #include <memory>
 #include <vector>
 
 #include "ode/allowance.h"
-#include "ode/radau_table.h"
 #include "ode/stepper.h"
 
 namespace planar_chain::ode {
+
+/// The numbers of Radau IIA with seven stages: collocation at the zeros c of P_7 − P_6 (Legendre, on [0, 1]),
+/// the last of which is 1 (the same, sections IV.5 and IV.8).
+struct RadauTable {
+  static constexpr int stages = 7;
+  static constexpr int pairs = 3;
+  using Vector = Eigen::Matrix<double, stages, 1>;
+  using Square = Eigen::Matrix<double, stages, stages>;
+
+  Vector c;
+  Square A;  ///< a_ij = ∫₀^{c_i} l_j, l_j of Lagrange; the last row is b
+  Square W;  ///< A⁻¹
+  /// W = T Λ T⁻¹ in real numbers: Λ has lambda, then a block [α −β; β α] for each mu = α + iβ.
+  Square T, inverseT;
+  double lambda;
+  std::array<std::complex<double>, pairs> mu;
+  /// The error λ h⁻¹-filtered: f(t, y)/λ h + Σ e_i Z_i vanishes for polynomials up to degree 7.
+  Vector e;
+  /// The polynomial through 0 at 0 and Z_j at c_j is Σ_j x Π_{m≠j} (x − c_m) p_j Z_j.
+  Vector p;
+};
+
+const RadauTable& radau13();
 
 class Radau : public ImplicitStepper {
  public:

@@ -1,6 +1,6 @@
-#include "ode/radau_table.h"
-
 #include <Eigen/Dense>
+
+#include "ode/radau.h"
 
 namespace planar_chain::ode {
 

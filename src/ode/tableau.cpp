@@ -1,4 +1,4 @@
-#include "ode/tableau.h"
+#include "ode/explicit_runge_kutta.h"
 
 namespace planar_chain::ode {
 
