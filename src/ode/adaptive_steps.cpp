@@ -7,7 +7,6 @@
 #include <string>
 #include <utility>
 
-#include "ode/allowance.h"
 #include "simd/elementary.h"
 #include "simd/vectors.h"
 
@@ -37,17 +36,14 @@ double landing(double t, double end, double h) {
 AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
                              std::shared_ptr<LocalStiffness> stiffness)
     : stepper_(std::move(stepper)),
-      increment_(stepper_->increment()),
-      error_(stepper_->error()),
       tolerance_(std::move(tolerance)),
       stiffness_(std::move(stiffness)),
-      vectors_(simd::vectors()),
       exponent_(1.0 / facts().errorOrder),
       beta_(std::min(mostBeta, 7 * mostBeta * exponent_)),
       aimed_(simd::power(sure, facts().errorOrder)),
       lastLog_(smallestLog),
-      trial_(increment_),
-      trialDerivative_(increment_) {
+      trial_(stepper_->increment()),
+      trialDerivative_(trial_) {
   if (facts().errorOrder == 0) {
     throw std::invalid_argument(std::string(facts().name) + " has no error estimate to adapt to");
   }
@@ -61,13 +57,13 @@ Outcome AdaptiveSteps::advance(State& state, double end, double longestStep) {
 
 bool AdaptiveSteps::stepTo(State& state, double t) {
   stepper_->stepAgain(state.t, t - state.t, state.y);
-  return take(vectors_, state, t, increment_);
+  return stepper_->take(state, t);
 }
 
 std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double longestStep) {
   // Choose the step.
   stiffness_->maybeUpdate(state.t, state.y);
-  if (h_ <= 0) h_ = firstStep(state, end - state.t);
+  if (h_ <= 0) propose(state, end - state.t);
   const bool isForeseen = stepper_->foresees(state.t, h_, state.y);
   const double lengthened = isForeseen ? foreseen(errorNorm(state.y, h_)) : 1;
   h_ *= lengthened;
@@ -92,7 +88,7 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
   const bool isAsForeseen = isForeseen && most <= 1 && h > nearlyWhole * h_;
   const double error = isAsForeseen ? most : errorNorm(state.y, h);
   const bool mayPass = error <= 1 || isJump;
-  const bool taken = mayPass && std::isfinite(error) && take(vectors_, state, next, increment_);
+  const bool taken = mayPass && std::isfinite(error) && stepper_->take(state, next);
   finite_ = std::isfinite(error) && (taken || !mayPass);
   if (taken) {
     // Choose the next step from this one, but at most ten times the one proposed before: a step that was cut
@@ -118,14 +114,10 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
   return std::nullopt;
 }
 
-void AdaptiveSteps::restart() {
+void AdaptiveSteps::restartAfter(Change change) {
   resume(0);
   jumps_ = 0;
-}
-
-void AdaptiveSteps::begin() {
-  restart();
-  stiffness_->forget();
+  if (change != Change::jump) stiffness_->forget();
 }
 
 void AdaptiveSteps::resume(double h) {
@@ -152,13 +144,13 @@ double AdaptiveSteps::growth(double log) const {
 double AdaptiveSteps::errorNorm(const Vector& y, double h) const {
   const Allowance allowance(tolerance_, *stiffness_, h);
   return vectors_.largestRatio(
-      {error_.data(), y.data(), tolerance_.ceiling.data(), stiffness_->noise().data()}, allowance.most(),
-      allowance.perNoise(), tolerance_.ceiling.size());
+      {stepper_->error().data(), y.data(), tolerance_.ceiling.data(), stiffness_->noise().data()},
+      allowance.most, allowance.perNoise, tolerance_.ceiling.size());
 }
 
 /// A step with a small error of the explicit Euler method, h² |ÿ| about 1 % of the scale, then adapted to the
 /// order.
-double AdaptiveSteps::firstStep(const State& state, double left) {
+double AdaptiveSteps::propose(const State& state, double left) {
   const Vector& slope = stepper_->derivative(state.t, state.y);
   const auto norm = [&](auto component) {
     double worst = 0;
@@ -176,7 +168,7 @@ double AdaptiveSteps::firstStep(const State& state, double left) {
   const double d2 = norm([&](Eigen::Index i) { return (trialDerivative_[i] - slope[i]) / h0; });
   const double most = std::max(d1, d2);
   const double h1 = most > 1e-15 ? simd::power(0.01 / most, exponent_) : std::max(1e-6, 1e-3 * h0);
-  return std::isfinite(h1) ? std::min({100 * h0, h1, left}) : h0;
+  return h_ = std::isfinite(h1) ? std::min({100 * h0, h1, left}) : h0;
 }
 
 }  // namespace planar_chain::ode

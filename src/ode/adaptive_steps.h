@@ -21,8 +21,7 @@ class AdaptiveSteps : public Integrator {
   const char* name() const override { return facts().name; }
   Outcome advance(State& state, double end, double longestStep) override;
   bool stepTo(State& state, double t) override;
-  void restart() override;
-  void begin() override;
+  void restartAfter(Change change) override;
   StepCount count() const override { return count_; }
 
   /// One attempt of a step towards `end`. Returns nothing if it is rejected, which shortens the next.
@@ -36,19 +35,17 @@ class AdaptiveSteps : public Integrator {
   const MethodFacts& facts() const { return stepper_->facts(); }
   bool isExplicit() const { return std::isfinite(facts().stabilityLimit); }
   /// Computes a first step for this state, which becomes proposal(), and returns it.
-  double propose(const State& state, double left) { return h_ = firstStep(state, left); }
+  double propose(const State& state, double left);
 
  private:
   double growth(double log) const;
   double foreseen(double error) const;
   double errorNorm(const Vector& y, double h) const;
-  double firstStep(const State& state, double left);
 
   std::unique_ptr<Stepper> stepper_;
-  const Vector &increment_, &error_;  ///< the stepper's
   Tolerance tolerance_;
   std::shared_ptr<LocalStiffness> stiffness_;
-  const simd::VectorKernel& vectors_;
+  const simd::VectorKernel& vectors_ = simd::vectors();
   double exponent_, beta_, aimed_;
   double lastLog_;  ///< of the last step's error, to base 2
   double h_ = 0;

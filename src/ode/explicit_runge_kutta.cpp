@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "simd/vectors.h"
-
 namespace planar_chain::ode {
 
 namespace {
@@ -76,7 +74,7 @@ void ExplicitRungeKutta::step(double t, double h, const Vector& y) {
   if (!table_.e.empty()) e_.run(h, start, error_.data(), nullptr);
   if (!table_.coarse.empty()) {
     coarseRow_.run(h, start, coarse_.data(), nullptr);
-    simd::vectors().damp(error_.data(), coarse_.data(), size_);
+    vectors_.damp(error_.data(), coarse_.data(), size_);
   }
 }
 

@@ -41,42 +41,39 @@ class FastestSteps : public Integrator {
       lastTried_ = &running();
       const std::optional<Outcome> outcome =
           lastTried_->attempt(state, end, std::min(longestStep, steadyStep(*lastTried_)));
-      const bool isAccepted = outcome == Outcome::underway || outcome == Outcome::arrived;
 
       // Count it.
       const double cost = lastTried_->cost();
       run_.cost += cost;
       run_.progress += state.t - before;
       (onTrial_ ? onTrials_ : onIncumbents_) += cost;
-      if (isAccepted) {
+      if (!outcome) {
+        ++count_.rejected;
+      } else if (hasFailed(*outcome)) {
+        if (tryTheNext()) continue;
+        return *outcome;
+      } else {
         ++count_.accepted;
         ++run_.steps;
         failures_ = 0;
         count_.lastError = lastTried_->count().lastError;
-      } else if (!outcome) {
-        ++count_.rejected;
-      } else {
-        if (tryTheNext()) continue;
-        return *outcome;
       }
 
       // Start or judge a trial.
-      compare();
-      if (isAccepted) return *outcome;
+      if (onTrial_ && (run_.steps >= judged || run_.cost > trialCostLeft_)) {
+        judgeTrial();
+      } else if (!onTrial_ && run_.steps >= patience_) {
+        startTrial();
+      }
+      if (outcome) return *outcome;
     }
   }
 
   bool stepTo(State& state, double t) override { return lastTried_->stepTo(state, t); }
 
-  void restart() override {
-    for (auto& method : methods_) method->restart();
-  }
-  void passSwitch() override {
-    restart();
-    stiffness_->forget();
-  }
-  void begin() override {
-    for (auto& method : methods_) method->begin();
+  void restartAfter(Change change) override {
+    for (auto& method : methods_) method->restartAfter(change);
+    if (change != Change::all) return;
     started_ = onTrial_ = false;
     patience_ = leastPatience;
     failures_ = 0;
@@ -114,14 +111,6 @@ class FastestSteps : public Integrator {
     const double eigenvalue = stiffness_->largestEigenvalue();
     return eigenvalue > 0 ? farEnough * method.facts().stabilityLimit / eigenvalue
                           : std::numeric_limits<double>::infinity();
-  }
-
-  void compare() {
-    if (onTrial_) {
-      if (run_.steps >= judged || run_.cost > trialCostLeft_) judgeTrial();
-    } else if (run_.steps >= patience_) {
-      startTrial();
-    }
   }
 
   /// Starts with the first explicit method if its first step is far from the limit, else with the stiff one.

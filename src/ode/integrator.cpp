@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "simd/vectors.h"
-
 namespace planar_chain::ode {
 
 Tolerance Tolerance::arrangedBy(const System& f) const {
@@ -14,13 +12,6 @@ Tolerance Tolerance::arrangedBy(const System& f) const {
   all.head(ceiling.size()) = ceiling;
   f.arrange(all.data(), arranged.data());
   return {value, arranged.head(arranged.size() - others)};
-}
-
-bool take(const simd::VectorKernel& vectors, State& state, double t, const Vector& increment) {
-  if (!vectors.addCarried(state.y.data(), state.carry.data(), increment.data(), increment.size()))
-    return false;
-  state.t = t;
-  return true;
 }
 
 Outcome Integrator::integrate(State& state, double end, double longestStep, int mostSteps) {
@@ -35,8 +26,7 @@ namespace {
 
 class FixedSteps : public Integrator {
  public:
-  FixedSteps(std::unique_ptr<Stepper> stepper, double h)
-      : stepper_(std::move(stepper)), vectors_(simd::vectors()), h_(h) {}
+  FixedSteps(std::unique_ptr<Stepper> stepper, double h) : stepper_(std::move(stepper)), h_(h) {}
 
   Outcome advance(State& state, double end, double /*longestStep*/) override {
     // What is left is a whole number of steps, if it is one but for rounding.
@@ -45,7 +35,7 @@ class FixedSteps : public Integrator {
     const double next = steps > 1 ? state.t + left / steps : end;
     if (next <= state.t) return Outcome::stepTooSmall;
     stepper_->step(state.t, next - state.t, state.y);
-    if (!take(vectors_, state, next, stepper_->increment())) return Outcome::notFinite;
+    if (!stepper_->take(state, next)) return Outcome::notFinite;
     stepper_->accept();
     ++count_.accepted;
     return steps > 1 ? Outcome::underway : Outcome::arrived;
@@ -53,16 +43,15 @@ class FixedSteps : public Integrator {
 
   bool stepTo(State& state, double t) override {
     stepper_->stepAgain(state.t, t - state.t, state.y);
-    return take(vectors_, state, t, stepper_->increment());
+    return stepper_->take(state, t);
   }
 
   const char* name() const override { return stepper_->facts().name; }
-  void restart() override { stepper_->forget(); }
+  void restartAfter(Change) override { stepper_->forget(); }
   StepCount count() const override { return count_; }
 
  private:
   std::unique_ptr<Stepper> stepper_;
-  const simd::VectorKernel& vectors_;
   double h_;
   StepCount count_;
 };

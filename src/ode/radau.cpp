@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "simd/elementary.h"
-#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -18,21 +17,6 @@ constexpr double slow = 0.5;          // an iteration that shrinks the change by
 constexpr double farShorter = 1e-6;   // of the last step, whose polynomial is then of no use
 constexpr double halving = 1.8;       // an error of 1.8⁷ makes the step 0.9/1.8 of what it was
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-
-using Stages = Eigen::Matrix<double, Eigen::Dynamic, RadauTable::stages>;
-
-/// sums = base + x weights; base may be nullptr or sums, not x.
-void multiply(const Stages& x, const RadauTable::Square& weights, const Stages* base, Stages& sums) {
-  static_assert(RadauTable::stages <= simd::VectorKernel::mostTerms);
-  const simd::VectorKernel::Combine combine = simd::vectors().combine[RadauTable::stages - 1];
-  const double* columns[RadauTable::stages];
-  for (int j = 0; j < RadauTable::stages; ++j) columns[j] = x.col(j).data();
-  for (int i = 0; i < RadauTable::stages; ++i) {
-    double* to = sums.col(i).data();
-    const double* from = base ? base->col(i).data() : nullptr;
-    combine(1, weights.col(i).data(), columns, from, base ? nullptr : to, base ? to : nullptr, x.rows());
-  }
-}
 
 }  // namespace
 
@@ -73,8 +57,9 @@ void Radau::step(double t, double h, const Vector& y) {
   const double share = std::min(newtonShare, std::sqrt(tolerance_.value));
   for (Eigen::Index i = 0; i < allowed_.size(); ++i) {
     const double size = tolerance_.size(y, i);
-    const double lost = std::max(allowance.rounding(i), 2 * epsilon * size);
-    allowed_[i] = allowance.of(i, size);
+    const double noise = stiffness_->noise()[i];
+    const double lost = std::max(noise * stiffness_->timeOf(h), 2 * epsilon * size);
+    allowed_[i] = std::max(allowance.most * size, allowance.perNoise * noise);
     mayVanish_[i] = std::max(allowed_[i], tolerance_.value * size);
     perLost_[i] = 1 / lost;
     perExactEnough_[i] = 1 / std::max(share * allowed_[i], lost);
@@ -92,6 +77,20 @@ void Radau::step(double t, double h, const Vector& y) {
   error_.setZero();
   error_[0] =
       result == Newton::failed ? simd::power(halving, facts().errorOrder) * allowed_[0] : std::nan("");
+}
+
+/// sums = base + x weights; base may be nullptr or sums, not x.
+void Radau::multiply(const Stages& x, const RadauTable::Square& weights, const Stages* base,
+                     Stages& sums) const {
+  static_assert(stages <= simd::VectorKernel::mostTerms);
+  const double* columns[stages];
+  for (int j = 0; j < stages; ++j) columns[j] = x.col(j).data();
+  for (int i = 0; i < stages; ++i) {
+    double* to = sums.col(i).data();
+    const double* from = base ? base->col(i).data() : nullptr;
+    vectors_.combine[stages - 1](1, weights.col(i).data(), columns, from, base ? nullptr : to,
+                                 base ? to : nullptr, x.rows());
+  }
 }
 
 /// Z_i = π(1 + c_i h/hLast) − π(1), π the polynomial of the last step.

@@ -25,7 +25,7 @@
 #include <memory>
 #include <vector>
 
-#include "ode/allowance.h"
+#include "ode/local_stiffness.h"
 #include "ode/stepper.h"
 
 namespace planar_chain::ode {
@@ -71,6 +71,7 @@ class Radau : public ImplicitStepper {
   using Stages = Eigen::Matrix<double, Eigen::Dynamic, stages>;  ///< a column a stage
   enum class Newton { converged, failed, notFinite };
 
+  void multiply(const Stages& x, const RadauTable::Square& weights, const Stages* base, Stages& sums) const;
   void carryOn(double h);
   Newton solveStages(double t, double h, const Vector& y);
   void improve(double t, double h, const Vector& y);

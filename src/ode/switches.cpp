@@ -20,9 +20,7 @@ class LandingOnSwitches : public Integrator {
   }
 
   const char* name() const override { return steps_->name(); }
-  void restart() override { steps_->restart(); }
-  void passSwitch() override { steps_->passSwitch(); }
-  void begin() override { steps_->begin(); }
+  void restartAfter(Change change) override { steps_->restartAfter(change); }
   /// The steps made to land count as rejected.
   StepCount count() const override {
     StepCount count = steps_->count();
@@ -34,19 +32,15 @@ class LandingOnSwitches : public Integrator {
   Outcome advance(State& state, double end, double longestStep) override {
     before_ = state;
     const Outcome outcome = steps_->advance(state, end, longestStep);
-    if (outcome != Outcome::arrived && outcome != Outcome::underway) return outcome;
+    if (hasFailed(outcome)) return outcome;
     from_.t = before_.t;
     f_.restore(before_.y.data(), from_.y.data());
     evaluate(state, ahead_.front());
-    switch (findOnTheWay()) {
-      case Found::nothing:
-        return outcome;
-      case Found::due:
-        return land(state);
-      case Found::notFinite:
-        break;
-    }
-    return giveUp(state);
+    Outcome found = findOnTheWay();
+    if (found == Outcome::underway) return outcome;
+    if (found == Outcome::switched) found = land(state);
+    if (found == Outcome::notFinite) state = before_;
+    return found;
   }
 
  private:
@@ -56,7 +50,6 @@ class LandingOnSwitches : public Integrator {
     Eigen::VectorXd y;
     double due;
   };
-  enum class Found { nothing, due, notFinite };
 
   void evaluate(const State& state, Place& place) const {
     place.t = state.t;
@@ -73,14 +66,9 @@ class LandingOnSwitches : public Integrator {
     return true;
   }
 
-  Outcome giveUp(State& state) const {
-    state = before_;
-    return Outcome::notFinite;
-  }
-
   /// Moves from_, where nothing is due, to the end of the step, or as far as nothing is due. In the second
-  /// case found_ is the next place, where something is due.
-  Found findOnTheWay() {
+  /// case returns `switched`, and found_ is the next place, where something is due.
+  Outcome findOnTheWay() {
     constexpr int mostCuts = 24;  // an overdamped stop asks for millions, each closer to from_
     int cuts = 0;
     for (std::size_t count = 1; count > 0;) {
@@ -89,17 +77,17 @@ class LandingOnSwitches : public Integrator {
       const double t = from_.t + passing;
       if (passing > 0 && t > from_.t && t < to.t && count < ahead_.size() && cuts < mostCuts) {
         ++cuts;
-        if (!evaluateAt(t, ahead_[count++])) return Found::notFinite;
+        if (!evaluateAt(t, ahead_[count++])) return Outcome::notFinite;
         continue;
       }
       if (to.due > 0) {
         std::swap(found_, to);
-        return Found::due;
+        return Outcome::switched;
       }
       std::swap(from_, to);
       --count;
     }
-    return Found::nothing;
+    return Outcome::underway;
   }
 
   /// A switch is due at found_ and not at from_. Sets `state` to the first time at which it is due.
@@ -108,7 +96,7 @@ class LandingOnSwitches : public Integrator {
         4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), state.t - before_.t);
     constexpr double leastShare = 1. / 64;  // of the bracket, cut off each time
     if (found_.t < state.t) {
-      if (!evaluateAt(found_.t, found_)) return giveUp(state);
+      if (!evaluateAt(found_.t, found_)) return Outcome::notFinite;
       state = trial_;
     }
     Place& place = ahead_.front();
@@ -118,7 +106,7 @@ class LandingOnSwitches : public Integrator {
       const double share = -dueLow / (dueHigh - dueLow);
       const double t = low + (state.t - low) * std::min(std::max(share, leastShare), 1 - leastShare);
       if (t <= low || t >= state.t) break;
-      if (!evaluateAt(t, place)) return giveUp(state);
+      if (!evaluateAt(t, place)) return Outcome::notFinite;
       if (place.due > 0) {
         state = trial_;
         dueHigh = place.due;

@@ -48,7 +48,6 @@ double power(double x, int k) {
 Taylor::Taylor(SeriesSystem& f, double tolerance)
     : Stepper(factsFor(orderFor(tolerance)), f),
       f_(f),
-      vectors_(simd::vectors()),
       order_(facts().order),
       c_(static_cast<std::size_t>((order_ + 1) * f.driving())),
       y_(f.size()),

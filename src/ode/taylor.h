@@ -19,10 +19,6 @@
 
 #include "ode/stepper.h"
 
-namespace planar_chain::simd {
-struct VectorKernel;
-}
-
 namespace planar_chain::ode {
 
 class Taylor : public Stepper {
@@ -45,7 +41,6 @@ class Taylor : public Stepper {
   void findIncrement(double t, double h);
 
   SeriesSystem& f_;
-  const simd::VectorKernel& vectors_;
   int order_;
   double cost_;
   Eigen::VectorXd nodes_, weights_;  ///< of Gauss's rule on [0, 1]
