@@ -109,50 +109,49 @@ Vec2d Section::unchecked(const std::string& key, Vec2d absent) const {
 
 /// Sets the target to the value found. Without one, records a fault if the key is there.
 template <class T>
-bool Section::accept(const std::string& key, std::optional<T> found, const std::string& expected,
-                     T& target) const {
+bool Section::accept(const std::string& key, const T* found, const std::string& expected, T& target) const {
   if (found) {
-    target = std::move(*found);
+    target = *found;
   } else if (has(key)) {
     fault(key, expected);
   }
-  return found.has_value();
+  return found;
 }
 
 bool Section::take(const std::string& key, const NumberRule& rule, double& target) const {
   const double number = unchecked(key, noNumber);
-  return accept(key, rule.holds(number) ? std::optional(number) : std::nullopt, rule.inWords(number), target);
+  return accept(key, rule.holds(number) ? &number : nullptr, rule.inWords(number), target);
 }
 
 bool Section::take(const std::string& key, const char* unit, Vec2d& target) const {
-  std::optional<Vec2d> pair = unchecked(key, Vec2d{noNumber, noNumber});
-  if (!isFinite(*pair)) pair.reset();
-  return accept(key, pair, std::string("two finite numbers [x, y], in ") + unit, target);
+  const Vec2d pair = unchecked(key, Vec2d{noNumber, noNumber});
+  return accept(key, isFinite(pair) ? &pair : nullptr, std::string("two finite numbers [x, y], in ") + unit,
+                target);
 }
 
 bool Section::take(const std::string& key, bool& target) const {
   const Value* value = find(key);
-  const bool* flag = value ? value->flag() : nullptr;
-  return accept(key, flag ? std::optional(*flag) : std::nullopt, "true or false", target);
+  return accept(key, value ? value->flag() : nullptr, "true or false", target);
 }
 
 bool Section::takeText(const std::string& key, const std::function<bool(const std::string&)>& isAllowed,
                        const std::string& expected, std::string& target) const {
   const Value* value = find(key);
   const std::string* text = value ? value->text() : nullptr;
-  return accept(key, text && isAllowed(*text) ? std::optional(*text) : std::nullopt, expected, target);
+  return accept(key, text && isAllowed(*text) ? text : nullptr, expected, target);
 }
 
 bool Section::takeNumbers(const std::string& key, const char* unit, std::vector<double>& target) const {
   const Value* value = find(key);
-  std::optional<std::vector<double>> numbers;
-  if (value && value->list() && value->list()->size() >= 2) {
-    numbers.emplace();
-    for (const Value& entry : *value->list()) numbers->push_back(uncheckedNumber(entry));
-    const auto isSound = [](double number) { return std::isfinite(number); };
-    if (!std::all_of(numbers->begin(), numbers->end(), isSound)) numbers.reset();
+  std::vector<double> numbers;
+  if (value && value->list()) {
+    for (const Value& entry : *value->list()) numbers.push_back(uncheckedNumber(entry));
   }
-  return accept(key, numbers, std::string("a list of two or more finite numbers, in ") + unit, target);
+  const bool areSound = numbers.size() >= 2 && std::all_of(numbers.begin(), numbers.end(), [](double number) {
+                          return std::isfinite(number);
+                        });
+  return accept(key, areSound ? &numbers : nullptr,
+                std::string("a list of two or more finite numbers, in ") + unit, target);
 }
 
 }  // namespace planar_chain

@@ -73,7 +73,7 @@ class Section {
 
  private:
   template <class T>
-  bool accept(const std::string& key, std::optional<T> found, const std::string& expected, T& target) const;
+  bool accept(const std::string& key, const T* found, const std::string& expected, T& target) const;
 
   const Value::Map* map_;
   std::string path_;
