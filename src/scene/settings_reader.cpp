@@ -11,6 +11,14 @@ namespace {
 
 constexpr double highestRate = 10000;
 
+void takeFrame(const Section& in, const std::string& key, std::string& target) {
+  const auto isFrame = [](const std::string& text) {
+    return !text.empty() && text[0] != '/' &&
+           std::all_of(text.begin(), text.end(), [](char c) { return isWordCharacter(c) || c == '/'; });
+  };
+  in.takeText(key, isFrame, "a frame (letters, digits, _ and /; not / first)", target);
+}
+
 }  // namespace
 
 bool takeCount(const Section& in, const char* key, int& target) {
@@ -36,18 +44,6 @@ IntegratorSettings readIntegrator(const Section& in) {
   in.take("plain_kernel", settings.plainKernel);
   return settings;
 }
-
-namespace {
-
-void takeFrame(const Section& in, const std::string& key, std::string& target) {
-  const auto isFrame = [](const std::string& text) {
-    return !text.empty() && text[0] != '/' &&
-           std::all_of(text.begin(), text.end(), [](char c) { return isWordCharacter(c) || c == '/'; });
-  };
-  in.takeText(key, isFrame, "a frame (letters, digits, _ and /; not / first)", target);
-}
-
-}  // namespace
 
 PublishSettings readPublish(const Section& in, const ChainNames* names) {
   PublishSettings settings;
