@@ -38,16 +38,16 @@ EnergyGuard::EnergyGuard(const Chain& chain, const IntegratorSettings& settings,
 
 void EnergyGuard::begin(const ode::State& state, const double* y) {
   good_ = state;
-  energyThen_ = energyOf(chain_, kinds_, y, y + n_);
+  energyThen_ = energyAt(y);
   worksThen_ = worksOf(y);
   gap_ = moved_ = 0;
 }
 
 bool EnergyGuard::accept(const ode::State& state, const double* y) {
-  const Energy now = energyOf(chain_, kinds_, y, y + n_);
-  const Works works = worksOf(y);
-  const double in = works.in - worksThen_.in;
-  const double out = works.out - worksThen_.out;
+  const Energy now = energyAt(y);
+  const Eigen::Vector2d works = worksOf(y);
+  const double in = works[0] - worksThen_[0];
+  const double out = works[1] - worksThen_[1];
   const double fading = std::max(0.0, 1 - (state.t - good_.t));
   const double gap = gap_ * fading + (now.kinetic - energyThen_.kinetic) +
                      (now.potential - energyThen_.potential) - in + out;
@@ -66,8 +66,8 @@ bool EnergyGuard::accept(const ode::State& state, const double* y) {
   return true;
 }
 
-EnergyGuard::Works EnergyGuard::worksOf(const double* y) const {
-  if (works_ == 0) return {};
+Eigen::Vector2d EnergyGuard::worksOf(const double* y) const {
+  if (works_ == 0) return Eigen::Vector2d::Zero();
   return {y[2 * n_], y[2 * n_ + 1]};
 }
 

@@ -35,6 +35,8 @@ class EnergyGuard {
   /// Returns true if the balance closes from the last good state to this one, which then is the last good
   /// state. Allocates nothing.
   bool accept(const ode::State& state, const double* y);
+  /// The energy of a state in chain order. Allocates nothing.
+  Energy energyAt(const double* y) const { return energyOf(chain_, kinds_, y, y + n_); }
   const ode::State& lastGood() const { return good_; }
   /// The last good state, of the same energy and motion, but with other angles.
   void moveTo(const ode::State& state) { good_ = state; }
@@ -42,10 +44,8 @@ class EnergyGuard {
   double gap() const { return refused_; }
 
  private:
-  struct Works {
-    double in = 0, out = 0;
-  };
-  Works worksOf(const double* y) const;
+  /// W_s and W_d.
+  Eigen::Vector2d worksOf(const double* y) const;
   double errorEnergy(double t, const double* y, const Energy& now) const;
 
   const Chain& chain_;
@@ -58,7 +58,7 @@ class EnergyGuard {
   double weight_ = 0;     ///< Σ m |g| ρ
   ode::State good_;
   Energy energyThen_;
-  Works worksThen_;
+  Eigen::Vector2d worksThen_;
   double gap_ = 0, moved_ = 0;  ///< of about the last second
   double refused_ = 0;
 };

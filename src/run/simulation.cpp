@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "dynamics/dynamics.h"
-#include "dynamics/stored_energy.h"
 #include "effects/commands.h"
 #include "ode/methods.h"
 #include "ode/switches.h"
@@ -28,10 +27,7 @@ void require(bool holds, const char* what) {
 }
 
 bool allFinite(const std::vector<double>& values) {
-  for (const double value : values) {
-    if (!std::isfinite(value)) return false;
-  }
-  return true;
+  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
 }
 
 /// The ladder of methods: the scene's; the same with smaller steps; a stiff one.
@@ -75,7 +71,6 @@ struct Simulation::Parts {
   ode::StepCount countThen;  // when the pace was last measured
   double timeThen = 0;
   long long rescues = 0;
-  std::vector<const EffectKind*> kinds;  ///< that store energy
   EnergyGuard guard;
   Turns turns;
   ode::State state;
@@ -90,7 +85,6 @@ struct Simulation::Parts {
         n(given.chain.size()),
         dynamics(scene, makeCommands(commandCapacity)),
         leastPace(leastPaceOf(scene.integrator)),
-        kinds(storingKinds(scene.chain)),
         guard(scene.chain, scene.integrator, dynamics.works()),
         turns(scene.chain, dynamics.size()),
         state(dynamics.arrangedSize()),
@@ -125,8 +119,6 @@ struct Simulation::Parts {
     timeThen = state.t;
   }
 
-  const double* theta() const { return y.data(); }
-  const double* omega() const { return y.data() + n; }
   void restore() { dynamics.restore(state.y.data(), y.data()); }
 
   void set(const std::vector<double>& newQ, const std::vector<double>& newQd) {
@@ -139,11 +131,11 @@ struct Simulation::Parts {
     }
     toAbsolute(newQ.data(), n, y.data());
     toAbsolute(newQd.data(), n, y.data() + n);
-    const double energy = energyOf(scene.chain, kinds, this->theta(), this->omega()).total();
+    const double energy = guard.energyAt(y.data()).total();
     if (!std::isfinite(energy)) restore();
     require(std::isfinite(energy), "q and qd must be of finite energy");
     turns.take(newQ, y.data());
-    energyAtStart = energyOf(scene.chain, kinds, this->theta(), this->omega()).total();
+    energyAtStart = guard.energyAt(y.data()).total();
     q = newQ;
     qd = newQd;
     y.tail(dynamics.works()).setZero();
@@ -195,8 +187,7 @@ struct Simulation::Parts {
     const ode::Outcome outcome =
         integrator().integrate(state, end, dynamics.effects().longestStep(), stepsPerCheck);
     restore();
-    const bool failed = outcome == ode::Outcome::notFinite || outcome == ode::Outcome::stepTooSmall;
-    if (failed || !guard.accept(state, y.data())) {
+    if (ode::hasFailed(outcome) || !guard.accept(state, y.data())) {
       state = guard.lastGood();
       restore();
       if (rung + 1 == rungs) return fail(outcome);
@@ -238,22 +229,17 @@ struct Simulation::Parts {
   }
 
   void readRelative() {
-    toRelative(theta(), n, q.data());
+    toRelative(y.data(), n, q.data());
     turns.addTo(q);
-    toRelative(omega(), n, qd.data());
+    toRelative(y.data() + n, n, qd.data());
   }
 
   void fail(ode::Outcome outcome) {
-    char why[80];
-    switch (outcome) {
-      case ode::Outcome::notFinite:
-        std::snprintf(why, sizeof why, "the motion leaves the finite numbers");
-        break;
-      case ode::Outcome::stepTooSmall:
-        std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
-        break;
-      default:
-        std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", guard.gap());
+    char why[80] = "the motion leaves the finite numbers";
+    if (outcome == ode::Outcome::stepTooSmall) {
+      std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
+    } else if (outcome != ode::Outcome::notFinite) {
+      std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", guard.gap());
     }
     char text[300];
     std::snprintf(
@@ -322,7 +308,7 @@ Statistics Simulation::statistics() const {
 }
 
 Energy Simulation::energy() const {
-  return energyOf(scene_.chain, parts_->kinds, parts_->theta(), parts_->omega());
+  return parts_->guard.energyAt(parts_->y.data());
 }
 
 EnergyBalance Simulation::energyBalance() const {
