@@ -85,8 +85,14 @@ std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double 
 
 class LocalStiffness;
 
+/// Makes steps whose error estimates meet the tolerance. Integrators of the same state may share `stiffness`,
+/// which is that of the stepper's system. Allocates.
+/// @throws std::invalid_argument for a stepper without error estimate
+std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
+                                          std::shared_ptr<LocalStiffness> stiffness);
+
 /// Uses the fastest of several adaptive methods, by trials during the run. The first method must have no
-/// limit of stability. The steppers may share `stiffness`, which is that of their system. Allocates.
+/// limit of stability, another one must have one. Allocates.
 std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance,
                                          std::shared_ptr<LocalStiffness> stiffness);
 
