@@ -50,9 +50,7 @@ double Radau::cost() const {
 void Radau::step(double t, double h, const Vector& y) {
   linearize(t, y);
   f_.factor(table_.lambda / h);
-  for (int k = 0; k < RadauTable::pairs; ++k) {
-    f_.factorComplex(k, table_.mu[static_cast<std::size_t>(k)] / h);
-  }
+  for (int k = 0; k < RadauTable::pairs; ++k) f_.factorComplex(k, table_.mu[k] / h);
   const Allowance allowance(tolerance_, *stiffness_, h);
   const double share = std::min(newtonShare, std::sqrt(tolerance_.value));
   for (Eigen::Index i = 0; i < allowed_.size(); ++i) {
@@ -66,8 +64,8 @@ void Radau::step(double t, double h, const Vector& y) {
   }
   hTried_ = h;
   carryOn(h);
-  const Newton result = solveStages(t, h, y);
-  if (result == Newton::converged) {
+  const double excess = solveStages(t, h, y);
+  if (excess == 0) {
     increment_ = Z_.col(stages - 1);
     estimate(t, h, y);
     return;
@@ -75,8 +73,7 @@ void Radau::step(double t, double h, const Vector& y) {
   rate_ = 1;
   increment_.setConstant(std::nan(""));
   error_.setZero();
-  error_[0] =
-      result == Newton::failed ? simd::power(halving, facts().errorOrder) * allowed_[0] : std::nan("");
+  error_[0] = excess * allowed_[0];
 }
 
 /// sums = base + x weights; base may be nullptr or sums, not x.
@@ -109,27 +106,29 @@ void Radau::carryOn(double h) {
   multiply(last_, weights, nullptr, Z_);
 }
 
-/// Iterates until the remaining error, extrapolated from the changes, is small enough.
-Radau::Newton Radau::solveStages(double t, double h, const Vector& y) {
+/// Iterates until the remaining error, extrapolated from the changes, is small enough. Returns 0; or, if that
+/// fails, the error to report in units of the allowed one: NaN if the stages are not finite.
+double Radau::solveStages(double t, double h, const Vector& y) {
+  static const double failed = simd::power(halving, stages);
   rate_ = simd::power(std::max(rate_, epsilon), 0.8);
   double before = 0;
   for (iterations_ = 1; iterations_ <= mostIterations; ++iterations_) {
     improve(t, h, y);
-    if (!change_.allFinite()) return Newton::notFinite;
+    if (!change_.allFinite()) return std::nan("");
     const double size = largest(perExactEnough_);
     if (iterations_ > 1 && size > 0) {
       const double theta = size / before;
-      if (theta > slow && largest(perLost_) <= 1) return Newton::converged;
-      if (theta >= 0.99) return Newton::failed;
+      if (theta > slow && largest(perLost_) <= 1) return 0;
+      if (theta >= 0.99) return failed;
       rate_ = theta / (1 - theta);
       if (rate_ * size > 1 && simd::power(theta, mostIterations - iterations_) / (1 - theta) * size > 1) {
-        return Newton::failed;
+        return failed;
       }
     }
-    if (rate_ * size <= 1) return Newton::converged;
+    if (rate_ * size <= 1) return 0;
     before = size;
   }
-  return Newton::failed;
+  return failed;
 }
 
 /// One iteration of Newton's method.

@@ -20,7 +20,6 @@
 /// step, but no larger than the tolerance itself, it is computed once more with f(t, y + error) for f(t, y).
 /// Then the stiff component vanishes from the error as it does from the solution.
 
-#include <array>
 #include <complex>
 #include <memory>
 #include <vector>
@@ -44,7 +43,7 @@ struct RadauTable {
   /// W = T Λ T⁻¹ in real numbers: Λ has lambda, then a block [α −β; β α] for each mu = α + iβ.
   Square T, inverseT;
   double lambda;
-  std::array<std::complex<double>, pairs> mu;
+  std::complex<double> mu[pairs];
   /// The error λ h⁻¹-filtered: f(t, y)/λ h + Σ e_i Z_i vanishes for polynomials up to degree 7.
   Vector e;
   /// The polynomial through 0 at 0 and Z_j at c_j is Σ_j x Π_{m≠j} (x − c_m) p_j Z_j.
@@ -69,11 +68,10 @@ class Radau : public ImplicitStepper {
  private:
   static constexpr int stages = RadauTable::stages;
   using Stages = Eigen::Matrix<double, Eigen::Dynamic, stages>;  ///< a column a stage
-  enum class Newton { converged, failed, notFinite };
 
   void multiply(const Stages& x, const RadauTable::Square& weights, const Stages* base, Stages& sums) const;
   void carryOn(double h);
-  Newton solveStages(double t, double h, const Vector& y);
+  double solveStages(double t, double h, const Vector& y);
   void improve(double t, double h, const Vector& y);
   void estimate(double t, double h, const Vector& y);
   double largest(const Vector& perUnit) const;

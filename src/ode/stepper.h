@@ -95,8 +95,6 @@ class ImplicitStepper : public Stepper {
 
   LinearizedSystem& f_;
   Vector startSlope_;  ///< f where the step starts
-
- private:
   bool linearized_ = false;
 };
 
