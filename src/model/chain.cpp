@@ -1,7 +1,6 @@
 #include "planar_chain/chain.h"
 
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
 #include <utility>

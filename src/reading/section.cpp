@@ -13,7 +13,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double noNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t longestName = 64;
 
-double uncheckedNumber(const Value& value) {
+double unchecked(const Value& value) {
   const std::optional<double> number = numberIn(value);
   if (!number) return noNumber;
   return std::isfinite(*number) ? *number : infinity;
@@ -94,17 +94,14 @@ void Section::fault(const std::string& key, const std::string& expected) const {
   fault(key, expected, found(find(key)) + (isNumeric ? noteOn(find(key)) : ""));
 }
 
-double Section::unchecked(const std::string& key, double absent) const {
-  const Value* value = find(key);
-  return value ? uncheckedNumber(*value) : absent;
+double Section::uncheckedNumber(const std::string& key) const {
+  return has(key) ? unchecked(*find(key)) : noNumber;
 }
 
-Vec2d Section::unchecked(const std::string& key, Vec2d absent) const {
-  const Value* value = find(key);
-  if (!value) return absent;
-  const Value::List* list = value->list();
+Vec2d Section::uncheckedPair(const std::string& key) const {
+  const Value::List* list = has(key) ? find(key)->list() : nullptr;
   if (!list || list->size() != 2) return {noNumber, noNumber};
-  return {uncheckedNumber((*list)[0]), uncheckedNumber((*list)[1])};
+  return {unchecked((*list)[0]), unchecked((*list)[1])};
 }
 
 /// Sets the target to the value found. Without one, records a fault if the key is there.
@@ -119,12 +116,12 @@ bool Section::accept(const std::string& key, const T* found, const std::string& 
 }
 
 bool Section::take(const std::string& key, const NumberRule& rule, double& target) const {
-  const double number = unchecked(key, noNumber);
+  const double number = uncheckedNumber(key);
   return accept(key, rule.holds(number) ? &number : nullptr, rule.inWords(number), target);
 }
 
 bool Section::take(const std::string& key, const char* unit, Vec2d& target) const {
-  const Vec2d pair = unchecked(key, Vec2d{noNumber, noNumber});
+  const Vec2d pair = uncheckedPair(key);
   return accept(key, isFinite(pair) ? &pair : nullptr, std::string("two finite numbers [x, y], in ") + unit,
                 target);
 }
@@ -145,7 +142,7 @@ bool Section::takeNumbers(const std::string& key, const char* unit, std::vector<
   const Value* value = find(key);
   std::vector<double> numbers;
   if (value && value->list()) {
-    for (const Value& entry : *value->list()) numbers.push_back(uncheckedNumber(entry));
+    for (const Value& entry : *value->list()) numbers.push_back(unchecked(entry));
   }
   const bool areSound = numbers.size() >= 2 && std::all_of(numbers.begin(), numbers.end(), [](double number) {
                           return std::isfinite(number);

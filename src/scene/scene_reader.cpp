@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
 #include <utility>
@@ -19,7 +18,6 @@ namespace {
 
 constexpr int mostLinks = 100000;
 constexpr double highestRate = 10000;
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 // ---- links -----------------------------------------------------------------------------------
 
@@ -89,7 +87,7 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
 
 /// Returns true if the key is absent or an integer from 1 to mostLinks.
 bool takeCount(const Section& in, const char* key, int& target) {
-  const double count = in.unchecked(key, 1.0);
+  const double count = in.has(key) ? in.uncheckedNumber(key) : target;
   if (!(count >= 1 && count <= mostLinks && count == std::floor(count))) {
     in.fault(key, "an integer from 1 to " + std::to_string(mostLinks));
     return false;
@@ -107,9 +105,8 @@ Entry readEntry(const Section& links, const std::string& name) {
   if (!links.find(name)->map()) return entry;
 
   // The body.
-  const Vec2d nowhere{missing, missing};
-  const Link link{name, in.unchecked("mass", missing), in.unchecked("inertia", missing),
-                  in.unchecked("com", nowhere), in.unchecked("pin", nowhere)};
+  const Link link{name, in.uncheckedNumber("mass"), in.uncheckedNumber("inertia"), in.uncheckedPair("com"),
+                  in.uncheckedPair("pin")};
   const std::vector<Fault> ofLink = faultsOf(link);
   for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
   if (ofLink.empty()) entry.link = link;
