@@ -52,10 +52,7 @@ class AdaptiveSteps : public Integrator {
       if (const std::optional<Outcome> outcome = attempt(state, end, longestStep)) return *outcome;
     }
   }
-  bool stepTo(State& state, double t) override {
-    stepper_->stepAgain(state.t, t - state.t, state.y);
-    return stepper_->take(state, t);
-  }
+  bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
   void restartAfter(Change change) override {
     resume(0);
     jumps_ = 0;

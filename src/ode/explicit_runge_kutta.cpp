@@ -66,25 +66,10 @@ const Tableau& dop853() {
   return table;
 }
 
-namespace {
-
-/// Shorter chains' sums are up to 10 % of a step faster with the rates of the stages.
-constexpr Eigen::Index leastInNystromsForm = 64;
-
-}  // namespace
-
 ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
     : Stepper(table, f),
       table_(table),
-      size_(f.arrangedSize()),
-      positions_(f.positions() < leastInNystromsForm ? 0 : f.positions()),
-      rates_(size_ - positions_),
-      slopesAreWhole_(f.positions() > positions_),
-      slopes_(checkedStages(table.b.size(), table.name), static_cast<std::size_t>(rates_)),
-      k_(slopes_.rows()),
-      stage_(static_cast<std::size_t>(size_)),
-      coarse_(static_cast<std::size_t>(table.coarse.empty() ? 0 : size_)),
-      slope_(size_) {
+      slopes_(checkedStages(table.b.size(), table.name), static_cast<std::size_t>(rates_)) {
   // Nothing depends on what stands behind the rates, nor has it an error that counts.
   const Eigen::Index behind = size_ - 2 * positions_, others = positions_ > 0 ? 0 : behind;
   const auto row = [&](const std::vector<double>& weights, double drift, Eigen::Index count) {
@@ -94,19 +79,6 @@ ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
   b_ = row(table.b, 1, behind);
   e_ = row(table.e, 0, others);
   coarseRow_ = row(table.coarse, 0, others);
-}
-
-double ExplicitRungeKutta::cost() const {
-  return static_cast<double>(table_.b.size()) - (table_.lastIsFirst ? 1 : 0);
-}
-
-[[gnu::always_inline]] inline void ExplicitRungeKutta::evaluate(double t, const double* y, double* k) {
-  slopesAreWhole_ ? system_.slope(t, y, k) : system_.rates(t, y, k);
-}
-
-void ExplicitRungeKutta::evaluateFirst(double t, const double* y) {
-  if (!firstIsKnown_) evaluate(t, y, k_.front());
-  firstIsKnown_ = true;
 }
 
 const Vector& ExplicitRungeKutta::derivative(double t, const Vector& y) {

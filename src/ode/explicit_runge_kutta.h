@@ -36,25 +36,34 @@ class ExplicitRungeKutta : public Stepper {
   /// @throws std::invalid_argument for a table of more than 13 stages.
   ExplicitRungeKutta(const Tableau& table, System& f);
 
-  double cost() const override;
+  double cost() const override { return static_cast<double>(table_.b.size()) - (table_.lastIsFirst ? 1 : 0); }
   const Vector& derivative(double t, const Vector& y) override;
   void step(double t, double h, const Vector& y) override;
   void accept() override;
   void forget() override { firstIsKnown_ = false; }
 
  private:
-  void evaluateFirst(double t, const double* y);
-  void evaluate(double t, const double* y, double* k);
+  /// Shorter chains' sums are up to 10 % of a step faster with the rates of the stages.
+  static constexpr Eigen::Index leastInNystromsForm = 64;
+
+  void evaluateFirst(double t, const double* y) {
+    if (!firstIsKnown_) evaluate(t, y, k_.front());
+    firstIsKnown_ = true;
+  }
+  [[gnu::always_inline]] void evaluate(double t, const double* y, double* k) {
+    slopesAreWhole_ ? system_.slope(t, y, k) : system_.rates(t, y, k);
+  }
 
   Tableau table_;
-  Eigen::Index size_, positions_, rates_;  ///< of y; those in Nyström's form; the components of a slope
-  bool slopesAreWhole_;                    ///< with the rates of positions that are not in Nyström's form
+  const Eigen::Index size_ = increment_.size();
+  const Eigen::Index positions_ = system_.positions() < leastInNystromsForm ? 0 : system_.positions();
+  const Eigen::Index rates_ = size_ - positions_;                 ///< the components of a slope
+  const bool slopesAreWhole_ = system_.positions() > positions_;  ///< with the rates of positions
   CacheRows slopes_;
-  std::vector<double*> k_;  ///< these, one a stage
+  std::vector<double*> k_ = slopes_.rows();  ///< one a stage
   std::vector<NystromRow> a_;
   NystromRow b_, e_, coarseRow_;
-  CacheLines stage_, coarse_;
-  Vector slope_;
+  Vector stage_ = increment_, coarse_ = increment_, slope_ = increment_;
   bool firstIsKnown_ = false;
 };
 

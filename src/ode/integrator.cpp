@@ -45,10 +45,7 @@ class FixedSteps : public Integrator {
     return steps > 1 ? Outcome::underway : Outcome::arrived;
   }
 
-  bool stepTo(State& state, double t) override {
-    stepper_->stepAgain(state.t, t - state.t, state.y);
-    return stepper_->take(state, t);
-  }
+  bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
 
   const char* name() const override { return stepper_->facts().name; }
   void restartAfter(Change) override { stepper_->forget(); }

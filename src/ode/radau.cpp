@@ -22,29 +22,9 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 Radau::Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const LocalStiffness> stiffness)
     : ImplicitStepper({"radau13", 2 * stages - 1, stages, std::numeric_limits<double>::infinity(), true}, f),
-      table_(radau13()),
       tolerance_(std::move(tolerance)),
-      stiffness_(std::move(stiffness)),
-      stage_(startSlope_),
-      combined_(startSlope_),
-      Z_(Stages::Zero(f.arrangedSize(), stages)),
-      last_(Z_),
-      R_(Z_),
-      change_(Z_),
-      pair_(static_cast<std::size_t>(f.arrangedSize())),
-      allowed_(Eigen::ArrayXd::Zero(tolerance_.ceiling.size())),
-      mayVanish_(allowed_),
-      perExactEnough_(startSlope_),
-      perLost_(startSlope_) {
+      stiffness_(std::move(stiffness)) {
   f_.reserve(RadauTable::pairs);
-}
-
-double Radau::cost() const {
-  constexpr double sums = 1;  // of all stages, in evaluations
-  const LinearCosts linear = f_.linearCosts();
-  const double once = linear.factor + RadauTable::pairs * linear.factorComplex + linear.solve;
-  const double iteration = stages + linear.solve + RadauTable::pairs * linear.solveComplex + sums;
-  return once + iterations_ * iteration;
 }
 
 void Radau::step(double t, double h, const Vector& y) {
@@ -141,14 +121,11 @@ void Radau::improve(double t, double h, const Vector& y) {
   multiply(R_, table_.inverseT.transpose(), nullptr, change_);
   f_.solve(change_.col(0).data(), change_.col(0).data());
   for (int k = 0; k < RadauTable::pairs; ++k) {
-    double* re = change_.col(1 + 2 * k).data();
-    double* im = change_.col(2 + 2 * k).data();
-    for (std::size_t i = 0; i < pair_.size(); ++i) pair_[i] = {re[i], im[i]};
+    pair_.real() = change_.col(1 + 2 * k);
+    pair_.imag() = change_.col(2 + 2 * k);
     f_.solveComplex(k, pair_.data(), pair_.data());
-    for (std::size_t i = 0; i < pair_.size(); ++i) {
-      re[i] = pair_[i].real();
-      im[i] = pair_[i].imag();
-    }
+    change_.col(1 + 2 * k) = pair_.real();
+    change_.col(2 + 2 * k) = pair_.imag();
   }
   multiply(change_, table_.T.transpose(), nullptr, R_);
   Z_ += R_;
@@ -166,23 +143,6 @@ void Radau::estimate(double t, double h, const Vector& y) {
     stage_ = error_ + combined_;
     f_.solve(stage_.data(), error_.data());
   }
-}
-
-/// The largest change of any component of any stage, times perUnit.
-double Radau::largest(const Vector& perUnit) const {
-  return (change_.array().abs().colwise() * perUnit.array()).maxCoeff();
-}
-
-void Radau::accept() {
-  last_.swap(Z_);
-  hLast_ = hTried_;
-  ImplicitStepper::accept();
-}
-
-void Radau::forget() {
-  hLast_ = 0;
-  rate_ = 1;
-  ImplicitStepper::forget();
 }
 
 }  // namespace planar_chain::ode

@@ -22,7 +22,6 @@
 
 #include <complex>
 #include <memory>
-#include <vector>
 
 #include "ode/local_stiffness.h"
 #include "ode/stepper.h"
@@ -60,10 +59,24 @@ class Radau : public ImplicitStepper {
   Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const LocalStiffness> stiffness);
 
   /// Of the last attempt.
-  double cost() const override;
+  double cost() const override {
+    constexpr double sums = 1;  // of all stages, in evaluations
+    const LinearCosts linear = f_.linearCosts();
+    const double once = linear.factor + RadauTable::pairs * linear.factorComplex + linear.solve;
+    const double iteration = stages + linear.solve + RadauTable::pairs * linear.solveComplex + sums;
+    return once + iterations_ * iteration;
+  }
   void step(double t, double h, const Vector& y) override;
-  void accept() override;
-  void forget() override;
+  void accept() override {
+    last_.swap(Z_);
+    hLast_ = hTried_;
+    ImplicitStepper::accept();
+  }
+  void forget() override {
+    hLast_ = 0;
+    rate_ = 1;
+    ImplicitStepper::forget();
+  }
 
  private:
   static constexpr int stages = RadauTable::stages;
@@ -74,16 +87,19 @@ class Radau : public ImplicitStepper {
   double solveStages(double t, double h, const Vector& y);
   void improve(double t, double h, const Vector& y);
   void estimate(double t, double h, const Vector& y);
-  double largest(const Vector& perUnit) const;
+  /// The largest change of any component of any stage, times perUnit.
+  double largest(const Vector& perUnit) const {
+    return (change_.array().abs().colwise() * perUnit.array()).maxCoeff();
+  }
 
-  const RadauTable& table_;
+  const RadauTable& table_ = radau13();
   Tolerance tolerance_;
   std::shared_ptr<const LocalStiffness> stiffness_;
-  Vector stage_, combined_;
-  Stages Z_, last_, R_, change_;
-  std::vector<std::complex<double>> pair_;
-  Eigen::ArrayXd allowed_, mayVanish_;
-  Vector perExactEnough_, perLost_;  ///< 1 over it
+  Vector stage_ = startSlope_, combined_ = startSlope_;
+  Stages Z_ = Stages::Zero(startSlope_.size(), stages), last_ = Z_, R_ = Z_, change_ = Z_;
+  Eigen::VectorXcd pair_ = Eigen::VectorXcd::Zero(startSlope_.size());
+  Eigen::ArrayXd allowed_ = Eigen::ArrayXd::Zero(tolerance_.ceiling.size()), mayVanish_ = allowed_;
+  Vector perExactEnough_ = startSlope_, perLost_ = startSlope_;  ///< 1 over it
   double hTried_ = 0, hLast_ = 0;
   double rate_ = 1;  ///< θ/(1 − θ) of the last iteration, θ: by how much it shrank the change
   int iterations_ = 4;

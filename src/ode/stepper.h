@@ -63,6 +63,11 @@ class Stepper {
     if (isFinite) state.t = t;
     return isFinite;
   }
+  /// As take(), after stepAgain() to the time t.
+  bool takeAgain(State& state, double t) {
+    stepAgain(state.t, t - state.t, state.y);
+    return take(state, t);
+  }
   /// Call this when the attempted step is accepted.
   virtual void accept() = 0;
   /// Call this when f has jumped or the state was set. Discards all stored values of f.

@@ -71,12 +71,9 @@ Section::Section(const Value* value, std::string path, const std::vector<const c
     const std::string keys = names.empty() ? "" : " with keys of: " + names;
     faults.push_back({path_.empty() ? "scene" : path_, "a map" + keys, describe(*value)});
   }
-  if (known.size() == 0) return;
-  for (const auto& entry : *map_) {
-    const std::string& key = entry.first;
-    if (std::find(known.begin(), known.end(), key) == known.end()) {
-      fault(key, "one of the keys " + names, quoted(key));
-    }
+  for (const auto& [key, entry] : *map_) {
+    const bool isKnown = known.empty() || std::find(known.begin(), known.end(), key) != known.end();
+    if (!isKnown) fault(key, "one of the keys " + names, quoted(key));
   }
 }
 

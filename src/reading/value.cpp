@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <initializer_list>
 #include <limits>
 #include <locale>
 #include <sstream>
@@ -23,9 +23,8 @@ bool isDigit(char c) {
   return c >= '0' && c <= '9';
 }
 
-template <std::size_t n>
-bool isOneOf(const std::string& text, const char* const (&words)[n]) {
-  return std::find(std::begin(words), std::end(words), text) != std::end(words);
+bool isOneOf(const std::string& text, std::initializer_list<const char*> words) {
+  return std::find(words.begin(), words.end(), text) != words.end();
 }
 
 }  // namespace

@@ -53,6 +53,12 @@ class EnergyGuard {
   /// The energy of a state in chain order.
   Energy energyAt(const double* y) const { return energyOf(chain_, kinds_, y, y + n_); }
 
+  /// W_s and W_d in it.
+  Eigen::Vector2d worksOf(const double* y) const {
+    if (works_ == 0) return Eigen::Vector2d::Zero();
+    return {y[2 * n_], y[2 * n_ + 1]};
+  }
+
   /// Starts the balance at this state. y: the same state in chain order.
   void begin(const ode::State& state, const double* y) {
     good_ = state;
@@ -92,12 +98,6 @@ class EnergyGuard {
   double gap() const { return refused_; }
 
  private:
-  /// W_s and W_d.
-  Eigen::Vector2d worksOf(const double* y) const {
-    if (works_ == 0) return Eigen::Vector2d::Zero();
-    return {y[2 * n_], y[2 * n_ + 1]};
-  }
-
   double errorEnergy(double t, const double* y, const Energy& now) const {
     constexpr double mostAngle = 1e6;  // rad; beyond, rounding explains no gap
     const Eigen::Map<const Eigen::ArrayXd> theta(y, n_), omega(y + n_, n_);

@@ -60,37 +60,28 @@ ode::Tolerance toleranceOf(double value, int n) {
 
 struct Simulation::Parts {
   const Scene& scene;
-  int n;
+  const int n = scene.chain.size();
   CommandEffect* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
   Dynamics dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
   std::size_t rung = 0;
   int goodChecks = 0;    // since the ladder was climbed
   int rescueLength = 1;  // checks to pass on a higher rung
-  double leastPace;
+  double leastPace = leastPaceOf(scene.integrator);
   ode::StepCount countThen;  // when the pace was last measured
   double timeThen = 0;
   long long rescues = 0;
-  EnergyGuard guard;
-  Turns turns;
-  ode::State state;
-  Eigen::VectorXd y;  ///< the state in the order of the chain
-  std::vector<double> q, qd;
+  EnergyGuard guard{scene.chain, scene.integrator, dynamics.works()};
+  Turns turns{scene.chain, dynamics.size()};
+  ode::State state{dynamics.arrangedSize()};
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size());  ///< the state in the order of the chain
+  std::vector<double> q = scene.q, qd = scene.qd;
   double energyAtStart = 0;
   bool actsOtherwise = false;  // than the dynamics know
   std::string fault;
 
   Parts(const Scene& given, int commandCapacity)
-      : scene(given),
-        n(given.chain.size()),
-        dynamics(scene, makeCommands(commandCapacity)),
-        leastPace(leastPaceOf(scene.integrator)),
-        guard(scene.chain, scene.integrator, dynamics.works()),
-        turns(scene.chain, dynamics.size()),
-        state(dynamics.arrangedSize()),
-        y(dynamics.size()),
-        q(static_cast<std::size_t>(n)),
-        qd(static_cast<std::size_t>(n)) {
+      : scene(given), dynamics(scene, makeCommands(commandCapacity)) {
     fault.reserve(300);
     climbTo(0);
   }
@@ -314,10 +305,9 @@ Energy Simulation::energy() const {
 EnergyBalance Simulation::energyBalance() const {
   EnergyBalance balance;
   balance.now = energy();
-  if (parts_->dynamics.works() > 0) {
-    balance.supplied = parts_->y[2 * parts_->n];
-    balance.dissipated = parts_->y[2 * parts_->n + 1];
-  }
+  const Eigen::Vector2d works = parts_->guard.worksOf(parts_->y.data());
+  balance.supplied = works[0];
+  balance.dissipated = works[1];
   balance.residual = balance.now.total() - parts_->energyAtStart - balance.supplied + balance.dissipated;
   return balance;
 }
@@ -359,8 +349,7 @@ void Simulation::clearCommands() {
 }
 
 std::vector<Load> Simulation::commands() const {
-  if (!parts_->commands) return {};
-  return parts_->commands->inForce(parts_->state.t);
+  return parts_->commands ? parts_->commands->inForce(parts_->state.t) : std::vector<Load>();
 }
 
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
