@@ -218,9 +218,9 @@ class Builder : public YAML::EventHandler {
                 const std::string& text) override {
     const bool isPlain = tag == "?";
     if (!isPlain) requireNoTag(mark, tag);
-    bytes_ += text.size();
-    count(mark, {}, open_.size() + 1);
-    place(mark, anchor, isPlain ? resolve(text) : Value(text), isPlain);
+    Counted scalar{isPlain ? resolve(text) : Value(text), text.size()};
+    count(mark, scalar);
+    place(mark, anchor, std::move(scalar), isPlain);
   }
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
@@ -229,7 +229,7 @@ class Builder : public YAML::EventHandler {
       refuseHere("an alias of a complete value", "one", mark);
       return place(mark, 0, {}, false);
     }
-    count(mark, known->second, open_.size() + 1);
+    count(mark, known->second);
     place(mark, 0, known->second, false);
   }
 
@@ -246,9 +246,17 @@ class Builder : public YAML::EventHandler {
   void OnMapEnd() override { close(); }
 
  private:
+  /// A value with the number of bytes, of values and of levels in it.
+  struct Counted {
+    Value value;
+    std::size_t bytes = 0;
+    std::size_t values = 1;
+    std::size_t levels = 1;
+  };
+
   /// A list or map whose end has not been parsed yet.
   struct Open {
-    Value value;
+    Counted tree;
     YAML::Mark mark;
     YAML::anchor_t anchor;
     std::optional<std::string> key{};
@@ -261,7 +269,7 @@ class Builder : public YAML::EventHandler {
     std::string line;
     for (const Open& level : open_) {
       const std::string step =
-          level.value.list() ? std::to_string(level.value.list()->size()) : level.key.value_or("");
+          level.tree.value.list() ? std::to_string(level.tree.value.list()->size()) : level.key.value_or("");
       if (!step.empty()) line += (line.empty() ? "" : "/") + onOneLine(step);
     }
     return line.empty() ? "scene" : line;
@@ -276,59 +284,54 @@ class Builder : public YAML::EventHandler {
     refuseHere("a value without a tag", onOneLine(tag), mark);
   }
 
-  /// Adds a value on this level, with all that it contains, to what the text may have.
-  void count(const YAML::Mark& mark, const Value& value, std::size_t level) {
+  void count(const YAML::Mark& mark, const Counted& tree) {
     const auto refuseMore = [&](const std::string& most) {
       refuse(path(), most, "more in " + placeOf(mark), lineOf(mark));
     };
-    ++values_;
-    if (value.text()) bytes_ += value.text()->size();
-    if (level > deepest) refuseMore("at most " + std::to_string(deepest) + " levels");
+    bytes_ += tree.bytes;
+    values_ += tree.values;
+    if (open_.size() + tree.levels > deepest) refuseMore("at most " + std::to_string(deepest) + " levels");
     if (values_ > mostValues) refuseMore(notTooMany());
     if (bytes_ > longestYaml) refuseMore(notTooLong());
-    if (value.list()) {
-      for (const Value& entry : *value.list()) count(mark, entry, level + 1);
-    }
-    if (value.map()) {
-      for (const auto& entry : *value.map()) count(mark, entry.second, level + 1);
-    }
   }
 
   void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, Value empty) {
     requireNoTag(mark, tag);
-    count(mark, empty, open_.size() + 1);
-    open_.push_back({std::move(empty), mark, anchor});
+    count(mark, {});
+    open_.push_back({{std::move(empty)}, mark, anchor});
   }
 
   void close() {
     Open level = std::move(open_.back());
     open_.pop_back();
-    if (level.value.map()) level.value.map()->merge(level.merged);
-    place(level.mark, level.anchor, std::move(level.value), false);
+    if (level.tree.value.map()) level.tree.value.map()->merge(level.merged);
+    place(level.mark, level.anchor, std::move(level.tree), false);
   }
 
   /// Puts a complete value in its place: the root, a list's next entry, a map's key or value.
-  void place(const YAML::Mark& mark, YAML::anchor_t anchor, Value value, bool isPlain) {
-    if (anchor != 0) anchored_[anchor] = value;
-    value.line = lineOf(mark);
+  void place(const YAML::Mark& mark, YAML::anchor_t anchor, Counted tree, bool isPlain) {
+    if (anchor != 0) anchored_[anchor] = tree;
+    tree.value.line = lineOf(mark);
     if (open_.empty()) {
-      root = std::move(value);
+      root = std::move(tree.value);
       return;
     }
     Open& level = open_.back();
-    if (level.value.list()) {
-      level.value.list()->push_back(std::move(value));
-    } else if (!level.key) {
-      takeKey(mark, level, value, isPlain);
-    } else {
-      value.line = level.keyLine;
-      if (level.merges) {
-        merge(mark, level, value);
-      } else {
-        level.value.map()->emplace(*level.key, std::move(value));
-      }
-      level.key.reset();
+    if (level.tree.value.map() && !level.key) return takeKey(mark, level, tree.value, isPlain);
+    level.tree.bytes += tree.bytes;
+    level.tree.values += tree.values;
+    level.tree.levels = std::max(level.tree.levels, tree.levels + 1);
+    if (level.tree.value.list()) {
+      level.tree.value.list()->push_back(std::move(tree.value));
+      return;
     }
+    tree.value.line = level.keyLine;
+    if (level.merges) {
+      merge(mark, level, tree.value);
+    } else {
+      level.tree.value.map()->emplace(*level.key, std::move(tree.value));
+    }
+    level.key.reset();
   }
 
   void takeKey(const YAML::Mark& mark, Open& level, const Value& key, bool isPlain) {
@@ -336,7 +339,7 @@ class Builder : public YAML::EventHandler {
     level.keyLine = lineOf(mark);
     level.key = key.text() ? *key.text() : describe(key);
     level.merges = isPlain && *level.key == "<<";
-    if (level.value.map()->count(*level.key) != 0) refuseHere("each key once", "it again", mark);
+    if (level.tree.value.map()->count(*level.key) != 0) refuseHere("each key once", "it again", mark);
   }
 
   /// << takes a map or a list of maps. The first map with a key sets its value.
@@ -352,7 +355,7 @@ class Builder : public YAML::EventHandler {
   }
 
   std::vector<Open> open_;
-  std::map<YAML::anchor_t, Value> anchored_;
+  std::map<YAML::anchor_t, Counted> anchored_;
   std::size_t bytes_ = 0;
   std::size_t values_ = 0;
 };
