@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <initializer_list>
 #include <limits>
 #include <locale>
 #include <sstream>
@@ -23,9 +23,8 @@ bool isDigit(char c) {
   return c >= '0' && c <= '9';
 }
 
-template <std::size_t n>
-bool isOneOf(const std::string& text, const char* const (&words)[n]) {
-  return std::find(std::begin(words), std::end(words), text) != std::end(words);
+bool isOneOf(const std::string& text, std::initializer_list<const char*> words) {
+  return std::find(words.begin(), words.end(), text) != words.end();
 }
 
 }  // namespace
@@ -259,11 +258,11 @@ class Builder : public YAML::EventHandler {
   struct Open {
     Counted tree;
     YAML::Mark mark;
-    YAML::anchor_t anchor = 0;
-    std::optional<std::string> key;
+    YAML::anchor_t anchor;
+    std::optional<std::string> key{};
     int keyLine = 0;
     bool merges = false;  ///< the key is a plain <<
-    Value::Map merged;    ///< the keys from <<; the map's own keys take precedence
+    Value::Map merged{};  ///< the keys from <<; the map's own keys take precedence
   };
 
   std::string path() const {
@@ -286,24 +285,20 @@ class Builder : public YAML::EventHandler {
   }
 
   void count(const YAML::Mark& mark, const Counted& tree) {
+    const auto refuseMore = [&](const std::string& most) {
+      refuse(path(), most, "more in " + placeOf(mark), lineOf(mark));
+    };
     bytes_ += tree.bytes;
     values_ += tree.values;
-    if (open_.size() + tree.levels > deepest) {
-      refuse(path(), "at most " + std::to_string(deepest) + " levels", "more in " + placeOf(mark),
-             lineOf(mark));
-    }
-    if (values_ > mostValues) refuse(path(), notTooMany(), "more in " + placeOf(mark), lineOf(mark));
-    if (bytes_ > longestYaml) refuse(path(), notTooLong(), "more in " + placeOf(mark), lineOf(mark));
+    if (open_.size() + tree.levels > deepest) refuseMore("at most " + std::to_string(deepest) + " levels");
+    if (values_ > mostValues) refuseMore(notTooMany());
+    if (bytes_ > longestYaml) refuseMore(notTooLong());
   }
 
   void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, Value empty) {
     requireNoTag(mark, tag);
     count(mark, {});
-    Open level;
-    level.tree.value = std::move(empty);
-    level.mark = mark;
-    level.anchor = anchor;
-    open_.push_back(std::move(level));
+    open_.push_back({{std::move(empty)}, mark, anchor});
   }
 
   void close() {
@@ -322,10 +317,7 @@ class Builder : public YAML::EventHandler {
       return;
     }
     Open& level = open_.back();
-    if (level.tree.value.map() && !level.key) {
-      takeKey(mark, level, tree.value, isPlain);
-      return;
-    }
+    if (level.tree.value.map() && !level.key) return takeKey(mark, level, tree.value, isPlain);
     level.tree.bytes += tree.bytes;
     level.tree.values += tree.values;
     level.tree.levels = std::max(level.tree.levels, tree.levels + 1);
@@ -340,19 +332,14 @@ class Builder : public YAML::EventHandler {
       level.tree.value.map()->emplace(*level.key, std::move(tree.value));
     }
     level.key.reset();
-    level.merges = false;
   }
 
   void takeKey(const YAML::Mark& mark, Open& level, const Value& key, bool isPlain) {
-    if (!key.text()) {
-      refuseHere("text as a key", describe(key), mark);
-    }
+    if (!key.text()) refuseHere("text as a key", describe(key), mark);
     level.keyLine = lineOf(mark);
     level.key = key.text() ? *key.text() : describe(key);
     level.merges = isPlain && *level.key == "<<";
-    if (level.tree.value.map()->count(*level.key) != 0) {
-      refuseHere("each key once", "it again", mark);
-    }
+    if (level.tree.value.map()->count(*level.key) != 0) refuseHere("each key once", "it again", mark);
   }
 
   /// << takes a map or a list of maps. The first map with a key sets its value.

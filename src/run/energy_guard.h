@@ -18,23 +18,79 @@
 /// A share of the energy that moves is allowed besides: a thousand tolerances. Methods of fixed step promise
 /// no tolerance; for them the share is a tenth.
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "dynamics/stored_energy.h"
-#include "ode/system.h"
+#include "ode/methods.h"
 #include "planar_chain/scene.h"
 
 namespace planar_chain {
 
+/// Only the constructor allocates.
 class EnergyGuard {
  public:
   /// works: how many components of y stand behind angles and rates, 0 or 2. The chain must outlive this
   /// object.
-  EnergyGuard(const Chain& chain, const IntegratorSettings& settings, int works);
+  EnergyGuard(const Chain& chain, const IntegratorSettings& settings, int works)
+      : chain_(chain), kinds_(storingKinds(chain)), n_(chain.size()), works_(works) {
+    constexpr double fixedShare = 0.1, tolerances = 10, sharePerTolerance = 1000;
+    const bool isFixed = ode::hasFixedStep(settings.method);
+    tolerance_ = isFixed ? 0 : tolerances * settings.tolerance;
+    share_ = isFixed ? fixedShare : std::min(fixedShare, sharePerTolerance * settings.tolerance);
+    double pin = 0;
+    for (int j = 0; j < n_; ++j) {
+      const Link& link = chain.links()[index(j)];
+      const double reach = pin + length(link.com);
+      inertia_ += link.mass * reach * reach + link.inertia;
+      weight_ += link.mass * length(chain.gravity()) * reach;
+      for (const EffectKind* kind : kinds_) stiffness_ += kind->stiffnessOf(chain.joints()[index(j)]);
+      pin += length(link.pin);
+    }
+  }
+
+  /// The energy of a state in chain order.
+  Energy energyAt(const double* y) const { return energyOf(chain_, kinds_, y, y + n_); }
+
+  /// W_s and W_d in it.
+  Eigen::Vector2d worksOf(const double* y) const {
+    if (works_ == 0) return Eigen::Vector2d::Zero();
+    return {y[2 * n_], y[2 * n_ + 1]};
+  }
 
   /// Starts the balance at this state. y: the same state in chain order.
-  void begin(const ode::State& state, const double* y);
+  void begin(const ode::State& state, const double* y) {
+    good_ = state;
+    energyThen_ = energyAt(y);
+    worksThen_ = worksOf(y);
+    gap_ = moved_ = 0;
+  }
+
   /// Returns true if the balance closes from the last good state to this one, which then is the last good
-  /// state. Allocates nothing.
-  bool accept(const ode::State& state, const double* y);
+  /// state.
+  bool accept(const ode::State& state, const double* y) {
+    const Energy now = energyAt(y);
+    const Eigen::Vector2d works = worksOf(y);
+    const double in = works[0] - worksThen_[0];
+    const double out = works[1] - worksThen_[1];
+    const double fading = std::max(0.0, 1 - (state.t - good_.t));
+    const double gap = gap_ * fading + (now.kinetic - energyThen_.kinetic) +
+                       (now.potential - energyThen_.potential) - in + out;
+    const double moved = std::max(moved_ * fading, now.kinetic + energyThen_.kinetic +
+                                                       std::abs(now.potential - energyThen_.potential) +
+                                                       std::abs(in) + std::abs(out));
+    if (!std::isfinite(gap) || !(std::abs(gap) <= errorEnergy(state.t, y, now) + share_ * moved)) {
+      refused_ = gap;
+      return false;
+    }
+    good_ = state;
+    energyThen_ = now;
+    worksThen_ = works;
+    gap_ = gap;
+    moved_ = moved;
+    return true;
+  }
   const ode::State& lastGood() const { return good_; }
   /// The last good state, of the same energy and motion, but with other angles.
   void moveTo(const ode::State& state) { good_ = state; }
@@ -42,11 +98,22 @@ class EnergyGuard {
   double gap() const { return refused_; }
 
  private:
-  struct Works {
-    double in = 0, out = 0;
-  };
-  Works worksOf(const double* y) const;
-  double errorEnergy(double t, const double* y, const Energy& now) const;
+  double errorEnergy(double t, const double* y, const Energy& now) const {
+    constexpr double mostAngle = 1e6;  // rad; beyond, rounding explains no gap
+    const Eigen::Map<const Eigen::ArrayXd> theta(y, n_), omega(y + n_, n_);
+    const double rounding = std::numeric_limits<double>::epsilon() * std::max(32, n_);
+    const double error = tolerance_ * std::max(1.0, t - good_.t);
+    const double angle = error + rounding * (pi + std::min(theta.abs().maxCoeff(), mostAngle));
+    const double rate = (error + rounding) * (1 + omega.abs().maxCoeff());
+
+    const double kinetic = 0.5 * inertia_ * rate * rate;
+    const double elastic = 2 * stiffness_ * angle * angle;
+    const double mostKinetic = std::max(now.kinetic, energyThen_.kinetic);
+    const double mostElastic = std::max(now.elastic, energyThen_.elastic);
+    // Root by root: a product of energies may be past what a double holds.
+    return 2 * std::sqrt(mostKinetic) * std::sqrt(kinetic) + kinetic +
+           2 * std::sqrt(mostElastic) * std::sqrt(elastic) + elastic + weight_ * angle;
+  }
 
   const Chain& chain_;
   std::vector<const EffectKind*> kinds_;  ///< that store energy
@@ -58,7 +125,7 @@ class EnergyGuard {
   double weight_ = 0;     ///< Σ m |g| ρ
   ode::State good_;
   Energy energyThen_;
-  Works worksThen_;
+  Eigen::Vector2d worksThen_;
   double gap_ = 0, moved_ = 0;  ///< of about the last second
   double refused_ = 0;
 };

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "dynamics/dynamics.h"
-#include "dynamics/stored_energy.h"
 #include "effects/commands.h"
 #include "ode/methods.h"
 #include "ode/switches.h"
@@ -28,10 +27,7 @@ void require(bool holds, const char* what) {
 }
 
 bool allFinite(const std::vector<double>& values) {
-  for (const double value : values) {
-    if (!std::isfinite(value)) return false;
-  }
-  return true;
+  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
 }
 
 /// The ladder of methods: the scene's; the same with smaller steps; a stiff one.
@@ -64,39 +60,28 @@ ode::Tolerance toleranceOf(double value, int n) {
 
 struct Simulation::Parts {
   const Scene& scene;
-  int n;
+  const int n = scene.chain.size();
   CommandEffect* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
   Dynamics dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
   std::size_t rung = 0;
   int goodChecks = 0;    // since the ladder was climbed
   int rescueLength = 1;  // checks to pass on a higher rung
-  double leastPace;
+  double leastPace = leastPaceOf(scene.integrator);
   ode::StepCount countThen;  // when the pace was last measured
   double timeThen = 0;
   long long rescues = 0;
-  std::vector<const EffectKind*> kinds;  ///< that store energy
-  EnergyGuard guard;
-  Turns turns;
-  ode::State state;
-  Eigen::VectorXd y;  ///< the state in the order of the chain
-  std::vector<double> q, qd;
+  EnergyGuard guard{scene.chain, scene.integrator, dynamics.works()};
+  Turns turns{scene.chain, dynamics.size()};
+  ode::State state{dynamics.arrangedSize()};
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size());  ///< the state in the order of the chain
+  std::vector<double> q = scene.q, qd = scene.qd;
   double energyAtStart = 0;
   bool actsOtherwise = false;  // than the dynamics know
   std::string fault;
 
   Parts(const Scene& given, int commandCapacity)
-      : scene(given),
-        n(given.chain.size()),
-        dynamics(scene, makeCommands(commandCapacity)),
-        leastPace(leastPaceOf(scene.integrator)),
-        kinds(storingKinds(scene.chain)),
-        guard(scene.chain, scene.integrator, dynamics.works()),
-        turns(scene.chain, dynamics.size()),
-        state(dynamics.arrangedSize()),
-        y(dynamics.size()),
-        q(static_cast<std::size_t>(n)),
-        qd(static_cast<std::size_t>(n)) {
+      : scene(given), dynamics(scene, makeCommands(commandCapacity)) {
     fault.reserve(300);
     climbTo(0);
   }
@@ -125,8 +110,6 @@ struct Simulation::Parts {
     timeThen = state.t;
   }
 
-  const double* theta() const { return y.data(); }
-  const double* omega() const { return y.data() + n; }
   void restore() { dynamics.restore(state.y.data(), y.data()); }
 
   void set(const std::vector<double>& newQ, const std::vector<double>& newQd) {
@@ -139,11 +122,11 @@ struct Simulation::Parts {
     }
     toAbsolute(newQ.data(), n, y.data());
     toAbsolute(newQd.data(), n, y.data() + n);
-    const double energy = energyOf(scene.chain, kinds, this->theta(), this->omega()).total();
+    const double energy = guard.energyAt(y.data()).total();
     if (!std::isfinite(energy)) restore();
     require(std::isfinite(energy), "q and qd must be of finite energy");
     turns.take(newQ, y.data());
-    energyAtStart = energyOf(scene.chain, kinds, this->theta(), this->omega()).total();
+    energyAtStart = guard.energyAt(y.data()).total();
     q = newQ;
     qd = newQd;
     y.tail(dynamics.works()).setZero();
@@ -195,8 +178,7 @@ struct Simulation::Parts {
     const ode::Outcome outcome =
         integrator().integrate(state, end, dynamics.effects().longestStep(), stepsPerCheck);
     restore();
-    const bool failed = outcome == ode::Outcome::notFinite || outcome == ode::Outcome::stepTooSmall;
-    if (failed || !guard.accept(state, y.data())) {
+    if (ode::hasFailed(outcome) || !guard.accept(state, y.data())) {
       state = guard.lastGood();
       restore();
       if (rung + 1 == rungs) return fail(outcome);
@@ -238,22 +220,17 @@ struct Simulation::Parts {
   }
 
   void readRelative() {
-    toRelative(theta(), n, q.data());
+    toRelative(y.data(), n, q.data());
     turns.addTo(q);
-    toRelative(omega(), n, qd.data());
+    toRelative(y.data() + n, n, qd.data());
   }
 
   void fail(ode::Outcome outcome) {
-    char why[80];
-    switch (outcome) {
-      case ode::Outcome::notFinite:
-        std::snprintf(why, sizeof why, "the motion leaves the finite numbers");
-        break;
-      case ode::Outcome::stepTooSmall:
-        std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
-        break;
-      default:
-        std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", guard.gap());
+    char why[80] = "the motion leaves the finite numbers";
+    if (outcome == ode::Outcome::stepTooSmall) {
+      std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
+    } else if (outcome != ode::Outcome::notFinite) {
+      std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", guard.gap());
     }
     char text[300];
     std::snprintf(
@@ -322,16 +299,15 @@ Statistics Simulation::statistics() const {
 }
 
 Energy Simulation::energy() const {
-  return energyOf(scene_.chain, parts_->kinds, parts_->theta(), parts_->omega());
+  return parts_->guard.energyAt(parts_->y.data());
 }
 
 EnergyBalance Simulation::energyBalance() const {
   EnergyBalance balance;
   balance.now = energy();
-  if (parts_->dynamics.works() > 0) {
-    balance.supplied = parts_->y[2 * parts_->n];
-    balance.dissipated = parts_->y[2 * parts_->n + 1];
-  }
+  const Eigen::Vector2d works = parts_->guard.worksOf(parts_->y.data());
+  balance.supplied = works[0];
+  balance.dissipated = works[1];
   balance.residual = balance.now.total() - parts_->energyAtStart - balance.supplied + balance.dissipated;
   return balance;
 }
@@ -373,8 +349,7 @@ void Simulation::clearCommands() {
 }
 
 std::vector<Load> Simulation::commands() const {
-  if (!parts_->commands) return {};
-  return parts_->commands->inForce(parts_->state.t);
+  return parts_->commands ? parts_->commands->inForce(parts_->state.t) : std::vector<Load>();
 }
 
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {

@@ -2,23 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "effects/effect_kind.h"
+#include "ode/methods.h"
 #include "planar_chain/energy.h"
 #include "planar_chain/urdf_reader.h"
 #include "reading/section.h"
-#include "scene/settings_reader.h"
 
 namespace planar_chain {
 
 namespace {
 
-constexpr double highestFactor = 1000;
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+constexpr int mostLinks = 100000;
+constexpr double highestRate = 10000;
 
 // ---- links -----------------------------------------------------------------------------------
 
@@ -32,11 +31,6 @@ struct Entry {
   bool namesAreSound = true;
 };
 
-/// Stands for a body with faults, so that the names and the other links can still be checked.
-Link disc(const std::string& name) {
-  return {name, 1, 1, {0, 0}, {1, 0}};
-}
-
 /// The joint with some stiffness of its stop, if it has a limit.
 Joint withStop(Joint joint) {
   if (joint.isLimited()) joint.stopStiffness = 1;
@@ -49,11 +43,9 @@ void takeEffects(const Section& in, Joint& joint) {
   std::set<std::string> refused;
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
-      if (!in.has(key.name)) continue;
-      const double value = in.unchecked(key.name, missing);
-      if (!std::isfinite(value)) {
-        in.fault(key.name, key.range.inWords(value));
-        refused.insert(key.name);
+      double value = 0;
+      if (!in.take(key.name, {key.range.which}, value)) {
+        if (in.has(key.name)) refused.insert(key.name);
       } else if (key.member) {
         joint.*key.member = value;
       } else {
@@ -93,27 +85,34 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
 }
 
-Entry readEntry(const Section& links, const std::string& name) {
-  // The name.
-  Entry entry{disc(name), {}};
-  const Section in = links.section(name, {"mass", "inertia", "com", "pin", "repeat", "joint", "initial"});
-  if (!isName(name)) {
-    links.fault(name, nameInWords, quoted(name));
-    entry.namesAreSound = false;
+/// Returns true if the key is absent or an integer from 1 to mostLinks.
+bool takeCount(const Section& in, const char* key, int& target) {
+  const double count = in.has(key) ? in.uncheckedNumber(key) : target;
+  if (!(count >= 1 && count <= mostLinks && count == std::floor(count))) {
+    in.fault(key, "an integer from 1 to " + std::to_string(mostLinks));
+    return false;
   }
+  target = static_cast<int>(count);
+  return true;
+}
+
+Entry readEntry(const Section& links, const std::string& name) {
+  // The name. A disc stands for a body with faults, so that the names and the other links can be checked.
+  Entry entry{{name, 1, 1, {0, 0}, {1, 0}}, {}};
+  const Section in = links.section(name, {"mass", "inertia", "com", "pin", "repeat", "joint", "initial"});
+  entry.namesAreSound = isName(name);
+  if (!entry.namesAreSound) links.fault(name, nameInWords, quoted(name));
   if (!links.find(name)->map()) return entry;
 
   // The body.
-  const Vec2d nowhere{missing, missing};
-  const Link link{name, in.unchecked("mass", missing), in.unchecked("inertia", missing),
-                  in.unchecked("com", nowhere), in.unchecked("pin", nowhere)};
+  const Link link{name, in.uncheckedNumber("mass"), in.uncheckedNumber("inertia"), in.uncheckedPair("com"),
+                  in.uncheckedPair("pin")};
   const std::vector<Fault> ofLink = faultsOf(link);
   for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
   if (ofLink.empty()) entry.link = link;
 
-  // The number of links.
-  if (!takeCount(in, "repeat", entry.repeat)) entry.namesAreSound = false;
-
+  // The number of links, and how they move.
+  entry.namesAreSound &= takeCount(in, "repeat", entry.repeat);
   takeMotion(in, false, entry);
   return entry;
 }
@@ -172,7 +171,7 @@ std::optional<Expanded> readLinks(const Section& top) {
     top.fault("chain", "a list of link names, from the ground pin outwards");
     return std::nullopt;
   }
-  std::vector<const Entry*> inOrder;
+  Expanded expanded;
   std::set<std::string> listed;
   long long total = 0;
   for (std::size_t i = 0; i < order->size(); ++i) {
@@ -185,26 +184,18 @@ std::optional<Expanded> readLinks(const Section& top) {
       top.fault("chain/" + std::to_string(i), fault, describe(name));
       isCertain = false;
     } else {
-      inOrder.push_back(&entry->second);
       total += entry->second.repeat;
+      if (total <= mostLinks) append(entry->second, expanded);
     }
   }
-  for (const auto& entry : entries) {
-    if (listed.count(entry.first) == 0) {
-      links.fault(entry.first, "a link listed in chain", quoted(entry.first));
-    }
+  for (const auto& [name, entry] : entries) {
+    if (listed.count(name) == 0) links.fault(name, "a link listed in chain", quoted(name));
   }
   if (total > mostLinks) {
     top.fault("chain", "at most " + std::to_string(mostLinks) + " links, with repeated ones counted",
               std::to_string(total));
-    isCertain = false;
   }
-
-  // The chain.
-  if (!isCertain) return std::nullopt;
-  Expanded expanded;
-  for (const Entry* entry : inOrder) append(*entry, expanded);
-  return expanded;
+  return isCertain && total <= mostLinks ? std::optional(std::move(expanded)) : std::nullopt;
 }
 
 /// The links of the URDF in `robot_description`. `links` adds what URDF cannot express.
@@ -212,21 +203,16 @@ std::optional<Expanded> readLinks(const Section& top) {
 std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults) {
   // The URDF.
   if (top.has("chain")) top.fault("chain", "no chain beside robot_description, which gives the order");
-  const std::string* text = top.find("robot_description")->text();
-  if (!text) {
-    top.fault("robot_description", "the text of a URDF");
-    return std::nullopt;
-  }
+  const Value& urdf = *top.find("robot_description");
   std::optional<PlanarRobot> robot;
+  if (!urdf.text()) top.fault("robot_description", "the text of a URDF");
   try {
-    robot = findRobot(*text, faults);
+    if (urdf.text()) robot = findRobot(*urdf.text(), faults);
   } catch (const Refused& refused) {
     faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
   }
   // A URDF within a scene counts its lines from its own first one.
-  if (top.find("robot_description")->line > 0) {
-    for (Fault& fault : faults) fault.line = 0;
-  }
+  for (Fault& fault : faults) fault.line = urdf.line > 0 ? 0 : fault.line;
   if (!robot) return std::nullopt;
 
   // Springs, stops and initial state from `links`.
@@ -239,9 +225,9 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
     takeMotion(links.section(name, {"joint", "initial"}), true, entry);
     append(entry, expanded);
   }
-  for (const auto& entry : links.entries()) {
-    if (expanded.names.links.count(entry.first) != 0) continue;
-    links.fault(entry.first, "a moving link of robot_description", quoted(entry.first));
+  for (const auto& [name, value] : links.entries()) {
+    const bool isKnown = expanded.names.links.count(name) != 0;
+    if (!isKnown) links.fault(name, "a moving link of robot_description", quoted(name));
   }
   return expanded;
 }
@@ -266,17 +252,17 @@ void setDefaultStops(const std::vector<Link>& links, std::vector<Joint>& joints)
 }
 
 /// Makes the chain. Its faults are reported at the keys of the scene, those of repeated links only once.
-std::optional<Chain> makeChain(const Expanded& from, Vec2d gravity, std::vector<Fault>& faults) {
+std::optional<Chain> makeChain(Expanded& from, std::vector<Fault>& faults) {
+  setDefaultStops(from.links, from.joints);
   try {
-    return Chain(from.links, from.joints, gravity);
+    return Chain(from.links, from.joints, from.gravity);
   } catch (const Refused& refused) {
     const std::string links = "links/";
     std::set<std::pair<std::string, std::string>> reported;
     for (Fault fault : refused.faults()) {
-      const std::size_t end = fault.path.find('/', links.size());
+      const std::size_t end = std::min(fault.path.find('/', links.size()), fault.path.size());
       const std::string name = fault.path.substr(links.size(), end - links.size());
-      const std::string rest = end == std::string::npos ? "" : fault.path.substr(end);
-      fault.path = links + from.entryOf.at(name) + rest;
+      fault.path.replace(links.size(), name.size(), from.entryOf.at(name));
       if (reported.emplace(fault.path, fault.expected).second) faults.push_back(std::move(fault));
     }
     return std::nullopt;
@@ -294,19 +280,79 @@ void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<F
   }
 }
 
+// ---- Settings --------------------------------------------------------------------------------
+
+IntegratorSettings readIntegrator(const Section& in) {
+  IntegratorSettings settings;
+  const std::vector<std::string>& all = ode::methodNames();
+  const auto isMethod = [&](const auto& name) { return std::count(all.begin(), all.end(), name) > 0; };
+  in.takeText("method", isMethod, "one of " + inCommas(all), settings.method);
+  in.take("tolerance", {" from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
+  in.take("step", NumberRule::above(0, "s"), settings.step);
+  in.take("plain_kernel", settings.plainKernel);
+  return settings;
+}
+
+void takeFrame(const Section& in, const std::string& key, std::string& target) {
+  const auto isFrame = [](const std::string& text) {
+    return !text.empty() && text[0] != '/' &&
+           std::all_of(text.begin(), text.end(), [](char c) { return isWordCharacter(c) || c == '/'; });
+  };
+  in.takeText(key, isFrame, "a frame (letters, digits, _ and /; not / first)", target);
+}
+
+/// names: nullptr if the links could not be read.
+PublishSettings readPublish(const Section& in, const ChainNames* names) {
+  PublishSettings settings;
+  // Rates.
+  in.take("rate", {" > 0 Hz and at most " + toText(highestRate), 0, highestRate}, settings.rate);
+  settings.tfRate = std::min(settings.tfRate, settings.rate);
+  settings.statusRate = std::min(settings.statusRate, settings.rate);
+  const NumberRule upToRate{" > 0 Hz and at most the rate, " + toText(settings.rate), 0, settings.rate};
+  in.take("tf_rate", upToRate, settings.tfRate);
+  in.take("status_rate", upToRate, settings.statusRate);
+
+  // Topics.
+  in.take("tf", settings.tf);
+  in.take("link_states", settings.linkStates);
+
+  // Frames. The prefix may be empty.
+  if (in.has("frame_every")) takeCount(in, "frame_every", settings.frameEvery.emplace(1));
+  if (const Value* prefix = in.find("frame_prefix")) {
+    settings.framePrefix.emplace();
+    if (!prefix->text() || !prefix->text()->empty()) takeFrame(in, "frame_prefix", *settings.framePrefix);
+  }
+  takeFrame(in, "world_frame", settings.worldFrame);
+  takeFrame(in, "base_frame", settings.baseFrame);
+  const auto requireOwn = [&](const char* key, const std::string& frame) {
+    if (names && names->links.count(frame) != 0) {
+      in.fault(key, "a frame that is not a link's", quoted(frame));
+    }
+  };
+  requireOwn("world_frame", settings.worldFrame);
+  requireOwn("base_frame", settings.baseFrame);
+  if (settings.worldFrame == settings.baseFrame) {
+    in.fault("base_frame", "a frame other than world_frame", quoted(settings.baseFrame));
+  }
+  return settings;
+}
+
 }  // namespace
 
 // ---- The scene -------------------------------------------------------------------------------
 
 Scene readScene(const Value& value) {
   std::vector<Fault> faults;
-  std::vector<const char*> keys{"chain", "gravity", "links"};
+  std::vector<const char*> keys{"chain",
+                                "gravity",
+                                "links",
+                                "integrator",
+                                "publish",
+                                "command_timeout",
+                                "real_time_factor",
+                                "robot_description"};
   for (const EffectKind* kind : effectKinds()) {
-    if (kind->sceneKey()) keys.push_back(kind->sceneKey());
-  }
-  for (const char* key :
-       {"integrator", "publish", "command_timeout", "real_time_factor", "robot_description"}) {
-    keys.push_back(key);
+    if (kind->sceneKey()) keys.insert(keys.end() - 5, kind->sceneKey());
   }
   const Section top(&value, "", keys, faults);
 
@@ -314,10 +360,9 @@ Scene readScene(const Value& value) {
   std::optional<Expanded> expanded = top.has("robot_description") ? readRobot(top, faults) : readLinks(top);
   const ChainNames* names = expanded ? &expanded->names : nullptr;
   std::optional<Chain> chain;
-  Vec2d gravity = expanded ? expanded->gravity : Vec2d{};
-  top.take("gravity", "m/s²", gravity);
-  if (expanded) setDefaultStops(expanded->links, expanded->joints);
-  if (expanded) chain = makeChain(*expanded, gravity, faults);
+  Vec2d unused;
+  top.take("gravity", "m/s²", expanded ? expanded->gravity : unused);
+  if (expanded) chain = makeChain(*expanded, faults);
 
   // All other keys.
   std::vector<Load> loads;
@@ -332,10 +377,8 @@ Scene readScene(const Value& value) {
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   std::optional<double> realTimeFactor;
   if (top.has("real_time_factor")) {
-    const std::string range = " >= 0 and <= " + toText(highestFactor);
-    top.take("real_time_factor",
-             {range + " (simulated time per wall time; 0: as fast as possible)", 0, highestFactor, true},
-             realTimeFactor.emplace());
+    const char* range = " >= 0 and <= 1000 (simulated time per wall time; 0: as fast as possible)";
+    top.take("real_time_factor", {range, 0, 1000, true}, realTimeFactor.emplace());
   }
 
   if (faults.empty()) requireFiniteEnergy(*chain, *expanded, faults);
