@@ -100,9 +100,6 @@ struct Kernel {
   /// e = (cos θ, sin θ) of n angles, to about 1 ulp for any finite θ.
   void (*rotations)(const double* theta, double* e, int n);
   const ShortChains* shortChains;
-  /// Copies n numbers to the order of the arrays, with 0 beyond the end, and back.
-  void (*arrange)(int n, int steps, const double* values, double* arranged);
-  void (*restore)(int n, int steps, const double* arranged, double* values);
   /// The recursion in segments. e: pairs; N: or nullptr; F: pairs, or nullptr; ground: a of the inner pin.
   void (*segments)(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                    const double* F, Vec2d ground, double* alpha);
