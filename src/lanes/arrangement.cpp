@@ -8,42 +8,49 @@ namespace planar_chain {
 
 namespace {
 
-/// Calls move(j, place) for each body j.
-template <int lanes, class Move>
-[[gnu::always_inline]] inline void forPlacesOf(std::ptrdiff_t n, std::ptrdiff_t steps, Move move) {
-  const std::ptrdiff_t inAllLanes = std::max<std::ptrdiff_t>(0, n - (lanes - 1) * steps);
-  for (std::ptrdiff_t i = 0; i < inAllLanes; ++i) {
-#pragma GCC unroll 8
-    for (int s = 0; s < lanes; ++s) move(s * steps + i, i * lanes + s);
+/// Copies n numbers or vectors to their places, or back from there.
+template <bool isBack, int lanes, class Quantity>
+void copyOf(std::ptrdiff_t n, std::ptrdiff_t steps, const Quantity* from, Quantity* to) {
+  const auto place = [](std::ptrdiff_t i, int s) { return i * lanes + s; };
+  const auto body = [steps](std::ptrdiff_t i, int s) { return s * steps + i; };
+  const std::ptrdiff_t whole = std::max<std::ptrdiff_t>(0, n - (lanes - 1) * steps);  // with all lanes in use
+  for (std::ptrdiff_t i = 0; i < whole; ++i) {
+    Quantity row[lanes];
+    for (int s = 0; s < lanes; ++s) row[s] = from[isBack ? place(i, s) : body(i, s)];
+    for (int s = 0; s < lanes; ++s) to[isBack ? body(i, s) : place(i, s)] = row[s];
   }
-  for (std::ptrdiff_t i = inAllLanes; i < steps; ++i) {
-    for (int s = 0; s < lanes && s * steps + i < n; ++s) move(s * steps + i, i * lanes + s);
+  for (std::ptrdiff_t i = whole; i < steps; ++i) {
+    for (int s = 0; s < lanes && body(i, s) < n; ++s) {
+      to[isBack ? body(i, s) : place(i, s)] = from[isBack ? place(i, s) : body(i, s)];
+    }
   }
 }
 
 /// The number of lanes as a constant halves the time.
-template <class Move>
-[[gnu::always_inline]] inline void forPlaces(int n, int lanes, int steps, Move move) {
-  if (lanes == 8) return forPlacesOf<8>(n, steps, move);
-  if (lanes == 4) return forPlacesOf<4>(n, steps, move);
-  forPlacesOf<2>(n, steps, move);
+template <bool isBack, class Quantity>
+void copy(int n, int lanes, int steps, const Quantity* from, Quantity* to) {
+  const auto run = lanes == 8   ? copyOf<isBack, 8, Quantity>
+                   : lanes == 4 ? copyOf<isBack, 4, Quantity>
+                   : lanes == 2 ? copyOf<isBack, 2, Quantity>
+                                : copyOf<isBack, 1, Quantity>;
+  run(n, steps, from, to);
 }
 
 }  // namespace
 
 Arrangement::Arrangement(int n, const simd::Kernel* kernel)
-    : n_(n), lanes_((kernel ? *kernel : simd::kernelFor(n)).lanes), steps_((n + lanes_ - 1) / lanes_) {}
+    : Arrangement(n, (kernel ? *kernel : simd::kernelFor(n)).lanes) {}
 
 template <class Quantity>
 void Arrangement::arrange(const Quantity* values, Quantity* arranged) const {
-  std::fill_n(arranged, places(), Quantity{});
-  forPlaces(n_, lanes_, steps_, [&](std::ptrdiff_t j, std::ptrdiff_t place) { arranged[place] = values[j]; });
+  std::fill(arranged + std::max(0, n_ - (lanes_ - 1) * steps_) * lanes_, arranged + places(), Quantity{});
+  copy<false>(n_, lanes_, steps_, values, arranged);
 }
 template void Arrangement::arrange(const double*, double*) const;
 template void Arrangement::arrange(const Vec2d*, Vec2d*) const;
 
 void Arrangement::restore(const double* arranged, double* values) const {
-  forPlaces(n_, lanes_, steps_, [&](std::ptrdiff_t j, std::ptrdiff_t place) { values[j] = arranged[place]; });
+  copy<true>(n_, lanes_, steps_, arranged, values);
 }
 
 }  // namespace planar_chain

@@ -19,6 +19,7 @@ class Arrangement {
  public:
   /// The order of n bodies for the given kernel, or else for the best of this CPU.
   explicit Arrangement(int n, const simd::Kernel* kernel = nullptr);
+  Arrangement(int n, int lanes) : n_(n), lanes_(lanes), steps_((n + lanes - 1) / lanes) {}
 
   int lanes() const { return lanes_; }
   int steps() const { return steps_; }

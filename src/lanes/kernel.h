@@ -71,6 +71,13 @@ struct LinearKernel {
                 double* u, double* v);
 };
 
+struct LinearKernels {
+  /// ground: the acceleration of the ground pin less gravity.
+  void (*linearize)(const LinearArrays& arrays, LinearState at, Vec2d ground);
+  LinearKernel real, complex;
+  LinearKernel realAgain, complexAgain;  ///< store nothing for the way in, but compute it again
+};
+
 /// A link, for the Taylor series of a motion; see series_links.h.
 struct SeriesLink {
   double m, I, J;
@@ -103,12 +110,8 @@ struct Kernel {
   /// The recursion in segments. e: pairs; N: or nullptr; F: pairs, or nullptr; ground: a of the inner pin.
   void (*segments)(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                    const double* F, Vec2d ground, double* alpha);
-
-  /// ground: the acceleration of the ground pin less gravity.
-  void (*linearize)(const LinearArrays& arrays, LinearState at, Vec2d ground);
-  LinearKernel real, complex;
-  LinearKernel realAgain, complexAgain;  ///< store nothing for the way in, but compute it again
-  SeriesRun series[3];                   ///< for one body, for two, and for any number
+  LinearKernels inSegments, linkByLink;
+  SeriesRun series[3];  ///< for one body, for two, and for any number
 };
 
 extern const Kernel kernelBaseline, kernelAvx2, kernelAvx512;

@@ -14,11 +14,8 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           rotations,
           shortChains,
           segmentsAll,
-          linearizeAll,
-          linearKernel<Real, true>,
-          linearKernel<ComplexLanes, true>,
-          linearKernel<Real, false>,
-          linearKernel<ComplexLanes, false>,
+          linearKernels<Real>,
+          linearKernels<Number>,
           {seriesOf<One>, seriesOf<Two>, seriesOf<Links>}};
 }
 
