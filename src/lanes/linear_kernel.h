@@ -18,8 +18,9 @@ double* at(const Steps<quantities>& steps, int i) {
   return steps.first + static_cast<std::ptrdiff_t>(i) * quantities * doubles<Number>;
 }
 
-template <class Part>
-inline BodyAt<Part> bodyAt(const LinearArrays& arrays, int i) {
+template <class Number>
+inline BodyAt<PartOf<Number>> bodyAt(const LinearArrays& arrays, int i) {
+  using Part = PartOf<Number>;
   BodyAt<Part> body;
   Reader{at<Part>(arrays.state, i)}(body.k, body.d, body.omega, body.alpha, body.P);
   Reader{at<Part>(arrays.masses, i)}(body.R, body.m, body.J, body.kappa);
@@ -75,7 +76,7 @@ void linearizeAll(const LinearArrays& arrays, LinearState given, Vec2d ground) {
   Reader{starts}(start, outer);
 
   for (int i = arrays.steps - 1; i >= 0; --i) {
-    const BodyAt<Part> body = bodyAt<Part>(arrays, i);
+    const auto body = bodyAt<Part>(arrays, i);
     Reader{at<Part>(arrays.handles, i)}(a);
     a += start;
     Part kappa = mulAdd(-body.m, dot(body.R, a), -dot(body.P, outer));
@@ -150,7 +151,7 @@ class Factorization {
   // By value, so that they stay in registers.
   Shown<Number> eliminateBodies(int first, int last, Shown<Number> shown) {
     for (int i = last - 1; i >= first; --i) {
-      const LinearHandle<Number> handle = eliminate(bodyAt<PartOf<Number>>(arrays_, i), s_, shown);
+      const LinearHandle<Number> handle = eliminate(bodyAt<Number>(arrays_, i), s_, shown);
       Writer{at<Number>(arrays_.handles, i)}(handle.ULD, handle.kD);
       if constexpr (keepsAll) {
         Writer{at<Number>(arrays_.inward, i)}(handle.inverseD, handle.UR, handle.Mv, handle.Mq, handle.Ev,
@@ -166,7 +167,7 @@ class Factorization {
   /// t = −Gᵀ(iP, 1), G ← G + (U_R, −k̂ …) tᵀ/D
   Matrix3<Number> carryG(int first, int last, Matrix3<Number> G) const {
     for (int i = last - 1; i >= first; --i) {
-      const BodyAt<PartOf<Number>> body = bodyAt<PartOf<Number>>(arrays_, i);
+      const auto body = bodyAt<Number>(arrays_, i);
       Number inverseD = inverseD_[keepsAll ? 0 : i - first];
       Vec2<Number> UR = UR_[keepsAll ? 0 : i - first];
       if constexpr (keepsAll) Reader{at<Number>(arrays_.inward, i)}(inverseD, UR);
@@ -181,7 +182,7 @@ class Factorization {
   void carryH(int first, int last) {
     Matrix3<Number> H = H_, C = C_;
     for (int i = last - 1; i >= first; --i) {
-      const BodyAt<PartOf<Number>> body = bodyAt<PartOf<Number>>(arrays_, i);
+      const auto body = bodyAt<Number>(arrays_, i);
       const LinearHandle<Number> handle = outwardHandle<Number>(arrays_, i);
       const Vec2<Number> zP = turnScale(turnOf(body, s_), body.P);
       const Triple<Number> eta = mulAdd(zP.x, H.x, mulAdd(zP.y, H.y, H.z));
@@ -230,7 +231,7 @@ inline Triple<Number> carryInwards(const LinearArrays& arrays, Number s, Side si
   const Number rhoBefore = ofSegmentBefore(rho);
   for (int i = last; i >= 0; --i) {
     const Number rhoInner = i > 0 ? numberAt<Number>(side.rhoQ, i - 1) : rhoBefore;
-    const BodyAt<PartOf<Number>> body = bodyAt<PartOf<Number>>(arrays, i);
+    const auto body = bodyAt<Number>(arrays, i);
     const LinearHandle<Number> handle = inwardHandle<Number, keepsAll>(arrays, i, body, s, shown);
     Writer{at<Number>(arrays.sweeps, i)}(carry(body, handle, s, inverseS * rho, inverseS * (rho - rhoInner),
                                                numberAt<Number>(side.rhoV, i), b, r));
@@ -246,7 +247,7 @@ inline Number pass(const LinearArrays& arrays, int i, Number s, Number inverseS,
   const Number sigma = inverseS * numberAt<Number>(side.rhoQ, i);
   Number epsilonD;
   Reader{at<Number>(arrays.sweeps, i)}(epsilonD);
-  X.pass(bodyAt<PartOf<Number>>(arrays, i), outwardHandle<Number>(arrays, i), s, sigma,
+  X.pass(bodyAt<Number>(arrays, i), outwardHandle<Number>(arrays, i), s, sigma,
          numberAt<Number>(side.rhoV, i), outside + epsilonD);
   return sigma;
 }
@@ -285,11 +286,11 @@ PLANAR_CHAIN_IN_ONE_PIECE void solveAll(const LinearArrays& arrays, const double
                                         const double* rhoV, double* u, double* v) {
   const Number s = everywhere<Number>(s_);
   const Side side{rhoQ, rhoV};
-  ShowsOfSide<Number> shown{carryInwards<Number, keepsAll>(arrays, s, side), {}};
+  [[maybe_unused]] const Triple<Number> y = carryInwards<Number, keepsAll>(arrays, s, side);
   Triple<Number> X{}, Y{};
   if constexpr (!isOneLane<Number>) {
-    shown.c = outerAxes(arrays).fromGround(ownMotion(arrays, s, side));
-    LinearPairs<Number, 1>::solve(shown, arrays.pairs, X, Y);
+    const Triple<Number> c = outerAxes(arrays).fromGround(ownMotion(arrays, s, side));
+    LinearPairs<Number, 1>::solve({y, c}, arrays.pairs, X, Y);
   }
   carryOutwards(arrays, s, side, X, Y, u, v);
 }

@@ -28,7 +28,7 @@
 /// and outwards:  u' = (k̂ u'_parent + ε − U_L·δa)/D     δa ← δa + u' zP + wP.
 ///
 /// q is not written k̂ − k̂²/D, which cancels for stiff springs. The handles are not symmetric, as J is not.
-/// Everything is analytic in s, so Scalar may be complex.
+/// Everything is analytic in s, so Scalar may be complex. lanes/linear_kernel.h goes through the bodies.
 
 #include "planar_chain/planar.h"
 
