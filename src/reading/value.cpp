@@ -328,10 +328,7 @@ class Builder : public YAML::EventHandler {
       return;
     }
     Open& level = open_.back();
-    if (level.tree.value.map() && !level.key) {
-      takeKey(mark, level, tree.value, isPlain);
-      return;
-    }
+    if (level.tree.value.map() && !level.key) return takeKey(mark, level, tree.value, isPlain);
     level.tree.bytes += tree.bytes;
     level.tree.values += tree.values;
     level.tree.levels = std::max(level.tree.levels, tree.levels + 1);
