@@ -50,7 +50,7 @@ constexpr double halfPi[] = {1.57079632673412561417e+00, 6.07710050630396597660e
   const Real shift(6755399441055744.0);
   const Real shifted = mulAdd(theta, Real(6.36619772367581382433e-01), shift);
   const Real k = shifted - shift;
-#ifdef __FMA__
+#ifdef PLANAR_CHAIN_FUSES
   Real r = mulAdd(k, Real(-halfPi[0]), theta);
   r = mulAdd(k, Real(-halfPi[1]), r);
   r = mulAdd(k, Real(-halfPi[2]), r);

@@ -153,6 +153,18 @@ void requireBounds(const std::string& text) {
   }
 }
 
+/// Between brackets, yaml-cpp 0.6 never ends at a colon before ] or the end (to it also '\4'), but at one
+/// before a space.
+std::string spaced(const std::string& text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    result += text[i];
+    const char next = i + 1 < text.size() ? text[i + 1] : '\4';
+    if (text[i] == ':' && (next == ']' || next == '\4')) result += ' ';
+  }
+  return result;
+}
+
 int lineOf(const YAML::Mark& mark) {
   return mark.line + 1;
 }
@@ -188,9 +200,7 @@ bool isOddNumber(const std::string& text) {
 Value resolve(const std::string& text) {
   if (isOneOf(text, {"", "~", "null", "Null", "NULL"})) return Value();
   if (isOneOf(text, {"true", "True", "TRUE", "yes", "Yes", "YES", "on", "On", "ON"})) return true;
-  if (isOneOf(text, {"false", "False", "FALSE", "no", "No", "NO", "off", "Off", "OFF"})) {
-    return false;
-  }
+  if (isOneOf(text, {"false", "False", "FALSE", "no", "No", "NO", "off", "Off", "OFF"})) return false;
   if (isOddNumber(text)) return Value::OddNumber{text};
   const std::optional<double> number = numberIn(text);
   if (!number) return text;
@@ -258,11 +268,11 @@ class Builder : public YAML::EventHandler {
   struct Open {
     Counted tree;
     YAML::Mark mark;
-    YAML::anchor_t anchor;
-    std::optional<std::string> key{};
+    YAML::anchor_t anchor = 0;
+    std::optional<std::string> key = {};
     int keyLine = 0;
-    bool merges = false;  ///< the key is a plain <<
-    Value::Map merged{};  ///< the keys from <<; the map's own keys take precedence
+    bool merges = false;     ///< the key is a plain <<
+    Value::Map merged = {};  ///< the keys from <<; the map's own keys take precedence
   };
 
   std::string path() const {
@@ -365,7 +375,7 @@ class Builder : public YAML::EventHandler {
 Value parseYaml(const std::string& text) {
   requireBounds(text);
   try {
-    std::istringstream in(text);
+    std::istringstream in(spaced(text));
     YAML::Parser parser(in);
     Builder first;
     parser.HandleNextDocument(first);
