@@ -7,7 +7,7 @@
 #include <complex>
 
 #include "known_chains.h"
-#include "recursion/linearized.h"
+#include "linearized.h"
 
 namespace planar_chain {
 namespace {

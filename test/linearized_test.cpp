@@ -1,15 +1,17 @@
 /// The exact O(n) solve against J itself: J x by automatic differentiation of the equations of motion, for
 /// random chains with everything on them, springs from none to 1e12, real and complex shifts.
 
-#include "recursion/linearized.h"
+#include "linearized.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <complex>
+#include <type_traits>
 
 #include "dual.h"
 #include "dynamics/dynamics.h"
+#include "lanes/linearized_segments.h"
 #include "random_scene.h"
 #include "recursion/articulated.h"
 
@@ -129,12 +131,21 @@ VectorOf<Scalar> solution(const Scene& scene, Scalar s, const VectorOf<Scalar>& 
     F[j] += load.force;
     XF[j] += dot(e[j] * load.point, load.force);
   }
-  Linearized<Scalar> linearized(scene.chain);
-  linearized.setJoints(k.data(), d.data());
-  linearized.linearize(e.data(), y.data() + n, f.data() + n, F.data(), XF.data());
-  linearized.factor(s);
   VectorOf<Scalar> x(2 * n);
-  linearized.solve(rhs.data(), rhs.data() + n, x.data(), x.data() + n);
+  const auto solve = [&](auto& state, auto& solver) {
+    state.setJoints(k.data(), d.data());
+    state.linearize(e.data(), y.data() + n, f.data() + n, F.data(), XF.data());
+    solver.factor(s);
+    solver.solve(rhs.data(), rhs.data() + n, x.data(), x.data() + n);
+  };
+  if constexpr (std::is_same_v<Scalar, long double>) {
+    Linearized<Scalar> precise(scene.chain);
+    solve(precise, precise);
+  } else {
+    LinearizedSegments<double> real(scene.chain, false);
+    LinearizedSegments<Scalar> solver(real, Kept::whatFits);
+    solve(real, solver);
+  }
   return x;
 }
 

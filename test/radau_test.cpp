@@ -10,7 +10,7 @@
 #include <complex>
 
 #include "dynamics/dynamics.h"
-#include "ode/adaptive_steps.h"
+#include "ode/local_stiffness.h"
 #include "ode/methods.h"
 #include "random_scene.h"
 #include "test_system.h"

@@ -43,7 +43,7 @@ class OneBuild(InFolder):
     def flags(self, script):
         """How the core is compiled with the options of this script."""
         with open(os.path.join(ROOT, script), encoding='utf-8') as file:
-            options = re.search(r'\bbuild ((?:-D\S+ ?)+)', file.read()).group(1).split()
+            options = re.search(r'\bbuild ((?:-D\S+[\s\\]*)+)', file.read()).group(1).replace("\\", "").split()
         subprocess.run(['cmake', '-S', ROOT, '-B', self.folder, *CONFIGURATION, *options],
                        stdout=subprocess.DEVNULL, check=True)
         with open(self.path('CMakeFiles/planar_chain_core.dir/flags.make'), encoding='utf-8') as file:

@@ -18,9 +18,9 @@
 #include "lanes/kernel.h"
 #include "lanes/linearized_segments.h"
 #include "lanes/short_chain.h"
+#include "linearized.h"
 #include "random_scene.h"
 #include "recursion/articulated.h"
-#include "recursion/linearized.h"
 
 namespace planar_chain {
 namespace {
@@ -419,12 +419,14 @@ void compareSolves(const Linear& at, Scalar s, double factor) {
   Linearized<Scalar> sequential(at.moving.chain);
   const double own = worstOf(solution(sequential, at, s), exact);
   for (const simd::Kernel* kernel : simd::kernels()) {
-    LinearizedSegments<double> real(at.moving.chain, kernel);
-    LinearizedSegments<Scalar> keeping(real, Kept::all), computing(real, Kept::least);
-    const std::vector<Scalar> x = solution(real, keeping, at, s, true);
-    EXPECT_LT(worstOf(x, exact), factor * own + 1e-14) << kernel->name << " " << at.alpha.size();
-    EXPECT_EQ(solution(real, keeping, at, s, false), x);
-    EXPECT_EQ(solution(real, computing, at, s, true), x);
+    for (const bool inSegments : {true, false}) {
+      LinearizedSegments<double> real(at.moving.chain, inSegments, kernel);
+      LinearizedSegments<Scalar> keeping(real, Kept::all), computing(real, Kept::least);
+      const std::vector<Scalar> x = solution(real, keeping, at, s, true);
+      EXPECT_LT(worstOf(x, exact), factor * own + 1e-14) << kernel->name << " " << at.alpha.size();
+      EXPECT_EQ(solution(real, keeping, at, s, false), x);
+      EXPECT_EQ(solution(real, computing, at, s, true), x);
+    }
   }
 }
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "ode/adaptive_steps.h"
+#include "ode/local_stiffness.h"
 #include "ode/stepper.h"
 #include "ode/system.h"
 
@@ -112,7 +112,7 @@ inline double errorOfEqualSteps(Stepper&& stepper, int steps) {
 
 inline std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance) {
   auto stiffness = std::make_shared<LocalStiffness>(stepper->system());
-  return std::make_unique<AdaptiveSteps>(std::move(stepper), std::move(tolerance), std::move(stiffness));
+  return ode::adaptiveSteps(std::move(stepper), std::move(tolerance), std::move(stiffness));
 }
 
 }  // namespace planar_chain::ode::test

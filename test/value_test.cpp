@@ -130,6 +130,13 @@ TEST(Value, BrokenYamlNamesLineAndColumn) {
             "scene: expected YAML, got line 3, column 1: end of sequence flow not found");
 }
 
+TEST(Value, ColonsEndBeforeABracketAndTheEnd) {
+  EXPECT_EQ(describe(parsed("[b:]")), "[{b: nothing}]");
+  for (const char* yaml : {"{b:", "[b:", "a: {b:", "[a, {b:]", "[b:\4 c"}) {
+    EXPECT_NE(refusal(yaml).find("scene: expected YAML"), std::string::npos) << yaml;
+  }
+}
+
 TEST(Value, TabsAreNamedWhereTheyIndent) {
   for (const char* yaml : {"a:\n\tb: 1\n", "a:\n  \tb: 1\n", "a:\n  b: 1\n\tc: 2\n"}) {
     EXPECT_NE(refusal(yaml).find(": a tab, where YAML is indented with spaces"), std::string::npos) << yaml;

@@ -8,8 +8,6 @@
 /// x, v: position and velocity of a centre of mass; x of a stop: how deep the joint is in it
 /// (effects/stops.h); J: of a joint's rotor.
 
-#include <vector>
-
 #include "planar_chain/chain.h"
 
 namespace planar_chain {

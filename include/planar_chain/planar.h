@@ -23,67 +23,27 @@ struct Vec2 {
   Real x{};
   Real y{};
 
-  constexpr Vec2& operator+=(Vec2 b) {
-    x += b.x;
-    y += b.y;
-    return *this;
-  }
-  constexpr Vec2& operator-=(Vec2 b) {
-    x -= b.x;
-    y -= b.y;
-    return *this;
-  }
+  constexpr Vec2& operator+=(Vec2 b) { return *this = *this + b; }
+  constexpr Vec2& operator-=(Vec2 b) { return *this = *this - b; }
+  friend constexpr Vec2 operator+(Vec2 a, Vec2 b) { return {a.x + b.x, a.y + b.y}; }
+  friend constexpr Vec2 operator-(Vec2 a, Vec2 b) { return {a.x - b.x, a.y - b.y}; }
+  friend constexpr Vec2 operator*(Real k, Vec2 a) { return {k * a.x, k * a.y}; }
+  friend constexpr bool operator==(Vec2 a, Vec2 b) { return a.x == b.x && a.y == b.y; }
+  /// a·b
+  friend constexpr Real dot(Vec2 a, Vec2 b) { return mulAdd(a.x, b.x, a.y * b.y); }
+  /// a×b, along k̂
+  friend constexpr Real cross(Vec2 a, Vec2 b) { return mulAdd(a.x, b.y, -a.y * b.x); }
+  /// i·a = k̂ × a
+  friend constexpr Vec2 perp(Vec2 a) { return {-a.y, a.x}; }
+  friend bool isFinite(Vec2 a) { return std::isfinite(a.x) && std::isfinite(a.y); }
 };
 
 using Vec2d = Vec2<double>;
-
-template <class Real>
-constexpr Vec2<Real> operator+(Vec2<Real> a, Vec2<Real> b) {
-  return {a.x + b.x, a.y + b.y};
-}
-
-template <class Real>
-constexpr Vec2<Real> operator-(Vec2<Real> a, Vec2<Real> b) {
-  return {a.x - b.x, a.y - b.y};
-}
-
-template <class Real>
-constexpr Vec2<Real> operator*(Real k, Vec2<Real> a) {
-  return {k * a.x, k * a.y};
-}
-
-template <class Real>
-constexpr bool operator==(Vec2<Real> a, Vec2<Real> b) {
-  return a.x == b.x && a.y == b.y;
-}
-
-/// a·b
-template <class Real>
-constexpr Real dot(Vec2<Real> a, Vec2<Real> b) {
-  return mulAdd(a.x, b.x, a.y * b.y);
-}
 
 /// k a + b
 template <class Factor, class A, class B>
 constexpr Vec2<B> mulAdd(Factor k, Vec2<A> a, Vec2<B> b) {
   return {mulAdd(k, a.x, b.x), mulAdd(k, a.y, b.y)};
-}
-
-/// a×b, along k̂
-template <class Real>
-constexpr Real cross(Vec2<Real> a, Vec2<Real> b) {
-  return mulAdd(a.x, b.y, -a.y * b.x);
-}
-
-/// i·a = k̂ × a
-template <class Real>
-constexpr Vec2<Real> perp(Vec2<Real> a) {
-  return {-a.y, a.x};
-}
-
-template <class Real>
-bool isFinite(Vec2<Real> a) {
-  return std::isfinite(a.x) && std::isfinite(a.y);
 }
 
 inline double length(Vec2<double> a) {
@@ -101,12 +61,10 @@ struct Rotation {
     using std::sin;
     return {cos(theta), sin(theta)};
   }
+  friend constexpr Vec2<Real> operator*(Rotation e, Vec2<Real> a) {
+    return {mulAdd(e.c, a.x, -e.s * a.y), mulAdd(e.s, a.x, e.c * a.y)};
+  }
 };
-
-template <class Real>
-constexpr Vec2<Real> operator*(Rotation<Real> e, Vec2<Real> a) {
-  return {mulAdd(e.c, a.x, -e.s * a.y), mulAdd(e.s, a.x, e.c * a.y)};
-}
 
 /// A symmetric 2×2 tensor, such as the articulated mass.
 template <class Real>
@@ -114,11 +72,10 @@ struct Sym2 {
   Real xx{};
   Real xy{};
   Real yy{};
-};
 
-template <class Real>
-constexpr Vec2<Real> operator*(Sym2<Real> A, Vec2<Real> a) {
-  return {mulAdd(A.xx, a.x, A.xy * a.y), mulAdd(A.xy, a.x, A.yy * a.y)};
-}
+  friend constexpr Vec2<Real> operator*(Sym2 A, Vec2<Real> a) {
+    return {mulAdd(A.xx, a.x, A.xy * a.y), mulAdd(A.xy, a.x, A.yy * a.y)};
+  }
+};
 
 }  // namespace planar_chain

@@ -66,11 +66,9 @@ std::optional<double> numberIn(const std::string& text);
 /// The number that a value holds or, as text, spells.
 std::optional<double> numberIn(const Value& value);
 
-/// A value as faults show it: text in double quotes, a list as [1, 2, 3], null as the word "nothing". It is
-/// on one line, and cut if it is long.
+/// A value as faults show it: text in double quotes, a list as [1, 2, 3], null and an absent value (a null
+/// pointer) as the word "nothing". It is on one line, and cut if it is long.
 std::string describe(const Value& value);
-
-/// The same. A null pointer stands for an absent value and is shown as "nothing".
 std::string describe(const Value* value);
 
 /// The line of the value at a path such as "links/lower/mass", or of the map or list where the path ends

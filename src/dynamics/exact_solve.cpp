@@ -4,16 +4,6 @@
 
 namespace planar_chain {
 
-namespace {
-
-/// Another solver of the same kind, at the same state.
-template <template <class> class Kind>
-Kind<std::complex<double>> complexOf(const Kind<double>& solver) {
-  return Kind<std::complex<double>>(solver);
-}
-
-}  // namespace
-
 ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, const std::vector<double>& k,
                        const std::vector<double>& d)
     : mechanism_(mechanism),
@@ -23,8 +13,7 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, const std::
       hasPower_(effects.any(&Effect::hasPower)),
       isNonlinear_(effects.any(&Effect::isNonlinear)),
       keepsState_(hasPower_ || isNonlinear_ || effects.mostActing() == LoadKind::forces),
-      solver_{mechanism.lanes() ? decltype(solver_.kind)(LinearizedSegments<double>(mechanism.chain()))
-                                : Linearized<double>(mechanism.chain())},
+      solver_{{mechanism.chain(), mechanism.lanes() != nullptr}},
       k_(k),
       d_(d),
       room_(index(2 * places_)) {
@@ -69,7 +58,7 @@ ode::LinearCosts ExactSolve::costs() const {
 void ExactSolve::setJoints(const std::vector<double>& k, const std::vector<double>& d) {
   const double* kInLanes = mechanism_.quantityInLanes(k.data(), room_.data());
   const double* dInLanes = mechanism_.quantityInLanes(d.data(), room_.data() + places_);
-  std::visit([&](auto& solver) { solver.setJoints(kInLanes, dInLanes); }, solver_.kind);
+  solver_.inverse.setJoints(kInLanes, dInLanes);
 }
 
 void ExactSolve::findPinVelocities() {
@@ -116,7 +105,7 @@ Powers ExactSolve::powersAlongInOrder(const double* uv) {
 
 void ExactSolve::reserve(int complexCount) {
   while (complexSolvers_.size() < index(complexCount)) {
-    std::visit([this](const auto& real) { complexSolvers_.push_back({complexOf(real)}); }, solver_.kind);
+    complexSolvers_.push_back({LinearizedSegments<Complex>(solver_.inverse)});
   }
   part_.resize(complexSolvers_.empty() ? 0 : index(2 * places_));
 }

@@ -7,14 +7,12 @@
 
 #include <complex>
 #include <optional>
-#include <variant>
 #include <vector>
 
 #include "dynamics/mechanism.h"
 #include "effects/effects.h"
 #include "lanes/linearized_segments.h"
 #include "ode/system.h"
-#include "recursion/linearized.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {
@@ -48,16 +46,14 @@ class ExactSolve {
   /// s·1 − J, factored.
   template <class Scalar>
   struct Solver {
-    std::variant<Linearized<Scalar>, LinearizedSegments<Scalar>> kind;
+    LinearizedSegments<Scalar> inverse;
     Scalar s{};
 
     void factor(Scalar s_) {
       s = s_;
-      std::visit([s_](auto& solver) { solver.factor(s_); }, kind);
+      inverse.factor(s_);
     }
-    void solve(const Scalar* rhs, Scalar* x, int places) {
-      std::visit([&](auto& solver) { solver.solve(rhs, rhs + places, x, x + places); }, kind);
-    }
+    void solve(const Scalar* rhs, Scalar* x, int places) { inverse.solve(rhs, rhs + places, x, x + places); }
     /// The rows of the works, from the change of the powers.
     void solveWorks(const Scalar* rhs, Scalar supplied, Scalar dissipated, Scalar* x, int places) const {
       x[2 * places] = (rhs[2 * places] + supplied) / s;
@@ -104,8 +100,7 @@ inline void ExactSolve::linearize(double t, const double* y, const double* dydt,
   // Forces keep their direction when a body turns, so their moments change.
   const double* XF = keepsState_ ? keep(t, y) : nullptr;
   const Vec2d* F = XF ? outside.F : nullptr;
-  std::visit([&](auto& solver) { solver.linearize(outside.e, y + places_, dydt + places_, F, XF); },
-             solver_.kind);
+  solver_.inverse.linearize(outside.e, y + places_, dydt + places_, F, XF);
 }
 
 inline void ExactSolve::solve(const double* rhs, double* x) {

@@ -1,33 +1,56 @@
 #include "lanes/arrangement.h"
 
+#include <algorithm>
+
 #include "lanes/kernel.h"
 
 namespace planar_chain {
 
 namespace {
 
-/// Steps of the longest of so many segments. One more where the segments would stand as far apart, along the
-/// chain, as a CPU's cache repeats itself.
-int stepsOf(int n, int lanes) {
-  constexpr int apart = 128;  // numbers: 1 KB, of a cache that repeats itself every 4
-  const int steps = (n + lanes - 1) / lanes;
-  return steps % apart == 0 ? steps + 1 : steps;
+/// Copies n numbers or vectors to their places, or back from there.
+template <bool isBack, int lanes, class Quantity>
+void copyOf(std::ptrdiff_t n, std::ptrdiff_t steps, const Quantity* from, Quantity* to) {
+  const auto place = [](std::ptrdiff_t i, int s) { return i * lanes + s; };
+  const auto body = [steps](std::ptrdiff_t i, int s) { return s * steps + i; };
+  const std::ptrdiff_t whole = std::max<std::ptrdiff_t>(0, n - (lanes - 1) * steps);  // with all lanes in use
+  for (std::ptrdiff_t i = 0; i < whole; ++i) {
+    Quantity row[lanes];
+    for (int s = 0; s < lanes; ++s) row[s] = from[isBack ? place(i, s) : body(i, s)];
+    for (int s = 0; s < lanes; ++s) to[isBack ? body(i, s) : place(i, s)] = row[s];
+  }
+  for (std::ptrdiff_t i = whole; i < steps; ++i) {
+    for (int s = 0; s < lanes && body(i, s) < n; ++s) {
+      to[isBack ? body(i, s) : place(i, s)] = from[isBack ? place(i, s) : body(i, s)];
+    }
+  }
+}
+
+/// The number of lanes as a constant halves the time.
+template <bool isBack, class Quantity>
+void copy(int n, int lanes, int steps, const Quantity* from, Quantity* to) {
+  const auto run = lanes == 8   ? copyOf<isBack, 8, Quantity>
+                   : lanes == 4 ? copyOf<isBack, 4, Quantity>
+                   : lanes == 2 ? copyOf<isBack, 2, Quantity>
+                                : copyOf<isBack, 1, Quantity>;
+  run(n, steps, from, to);
 }
 
 }  // namespace
 
-Arrangement::Arrangement(int n, const simd::Kernel* given) : n_(n) {
-  const simd::Kernel& kernel = given ? *given : simd::kernelFor(n);
-  lanes_ = kernel.lanes;
-  steps_ = stepsOf(n, lanes_);
-  arrange_ = kernel.arrange;
-  restore_ = kernel.restore;
-}
+Arrangement::Arrangement(int n, const simd::Kernel* kernel)
+    : Arrangement(n, (kernel ? *kernel : simd::kernelFor(n)).lanes) {}
 
-void Arrangement::arrange(const Vec2d* values, Vec2d* arranged) const {
-  for (int s = 0, j = 0; s < lanes_; ++s) {
-    for (int i = 0; i < steps_; ++i, ++j) arranged[i * lanes_ + s] = j < n_ ? values[j] : Vec2d{};
-  }
+template <class Quantity>
+void Arrangement::arrange(const Quantity* values, Quantity* arranged) const {
+  std::fill(arranged + std::max(0, n_ - (lanes_ - 1) * steps_) * lanes_, arranged + places(), Quantity{});
+  copy<false>(n_, lanes_, steps_, values, arranged);
+}
+template void Arrangement::arrange(const double*, double*) const;
+template void Arrangement::arrange(const Vec2d*, Vec2d*) const;
+
+void Arrangement::restore(const double* arranged, double* values) const {
+  copy<true>(n_, lanes_, steps_, arranged, values);
 }
 
 }  // namespace planar_chain

@@ -19,6 +19,7 @@ class Arrangement {
  public:
   /// The order of n bodies for the given kernel, or else for the best of this CPU.
   explicit Arrangement(int n, const simd::Kernel* kernel = nullptr);
+  Arrangement(int n, int lanes) : n_(n), lanes_(lanes), steps_((n + lanes - 1) / lanes) {}
 
   int lanes() const { return lanes_; }
   int steps() const { return steps_; }
@@ -31,15 +32,14 @@ class Arrangement {
     return j % steps * static_cast<std::size_t>(lanes_) + j / steps;
   }
 
-  /// Copies n numbers to their places, and back. The arrays must be different ones. They allocate nothing.
-  void arrange(const double* values, double* arranged) const { arrange_(n_, steps_, values, arranged); }
-  void restore(const double* arranged, double* values) const { restore_(n_, steps_, arranged, values); }
-  void arrange(const Vec2d* values, Vec2d* arranged) const;
+  /// Copies n numbers or vectors to their places, with 0 beyond the end, and back. The arrays must be
+  /// different ones. They allocate nothing.
+  template <class Quantity>
+  void arrange(const Quantity* values, Quantity* arranged) const;
+  void restore(const double* arranged, double* values) const;
 
  private:
   int n_, lanes_, steps_;
-  void (*arrange_)(int n, int steps, const double* values, double* arranged);
-  void (*restore_)(int n, int steps, const double* arranged, double* values);
 };
 
 }  // namespace planar_chain

@@ -59,8 +59,8 @@ constexpr auto toOuter = [](Real a) { return ofOuter<size>(a); };
 constexpr auto flush = [](Real a) { return flushed(a); };
 
 /// f of each number.
-template <class F>
-inline Real mapped(Real a, F f) {
+template <int count, class F>
+inline LanesOf<count> mapped(LanesOf<count> a, F f) {
   return f(a);
 }
 template <class Number, class F>
@@ -78,15 +78,18 @@ inline Square mapped(const Square& A, F f) {
 
 // ---- Quantities in memory ---------------------------------------------------------------------------
 
+template <class Quantity>
+constexpr int doubles = sizeof(Quantity) / sizeof(double);
+
 /// Stores quantities one after the other.
 struct Writer {
   double* to;
 
   template <class... Quantities>
   [[gnu::always_inline]] void operator()(const Quantities&... quantities) {
-    const auto write = [this](Real a) {
+    const auto write = [this](auto a) {
       a.store(to);
-      to += laneCount;
+      to += doubles<decltype(a)>;
       return a;
     };
     (mapped(quantities, write), ...);
@@ -99,9 +102,10 @@ struct Reader {
 
   template <class... Quantities>
   [[gnu::always_inline]] void operator()(Quantities&... quantities) {
-    const auto read = [this](Real) {
-      from += laneCount;
-      return Real::load(from - laneCount);
+    const auto read = [this](auto a) {
+      a = decltype(a)::load(from);
+      from += doubles<decltype(a)>;
+      return a;
     };
     ((quantities = mapped(quantities, read)), ...);
   }

@@ -71,6 +71,13 @@ struct LinearKernel {
                 double* u, double* v);
 };
 
+struct LinearKernels {
+  /// ground: the acceleration of the ground pin less gravity.
+  void (*linearize)(const LinearArrays& arrays, LinearState at, Vec2d ground);
+  LinearKernel real, complex;
+  LinearKernel realAgain, complexAgain;  ///< store nothing for the way in, but compute it again
+};
+
 /// A link, for the Taylor series of a motion; see series_links.h.
 struct SeriesLink {
   double m, I, J;
@@ -100,18 +107,11 @@ struct Kernel {
   /// e = (cos θ, sin θ) of n angles, to about 1 ulp for any finite θ.
   void (*rotations)(const double* theta, double* e, int n);
   const ShortChains* shortChains;
-  /// Copies n numbers to the order of the arrays, with 0 beyond the end, and back.
-  void (*arrange)(int n, int steps, const double* values, double* arranged);
-  void (*restore)(int n, int steps, const double* arranged, double* values);
   /// The recursion in segments. e: pairs; N: or nullptr; F: pairs, or nullptr; ground: a of the inner pin.
   void (*segments)(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                    const double* F, Vec2d ground, double* alpha);
-
-  /// ground: the acceleration of the ground pin less gravity.
-  void (*linearize)(const LinearArrays& arrays, LinearState at, Vec2d ground);
-  LinearKernel real, complex;
-  LinearKernel realAgain, complexAgain;  ///< store nothing for the way in, but compute it again
-  SeriesRun series[3];                   ///< for one body, for two, and for any number
+  LinearKernels inSegments, linkByLink;
+  SeriesRun series[3];  ///< for one body, for two, and for any number
 };
 
 extern const Kernel kernelBaseline, kernelAvx2, kernelAvx512;

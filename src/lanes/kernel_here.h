@@ -2,7 +2,6 @@
 
 /// All that a kernel is made of, for the CPU that the including file's compiler options name.
 
-#include "lanes/arrange_kernel.h"
 #include "lanes/linear_kernel.h"
 #include "lanes/series_links.h"
 
@@ -14,14 +13,9 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           laneCount,
           rotations,
           shortChains,
-          arrange,
-          restore,
           segmentsAll,
-          linearizeAll,
-          linearKernel<Real, true>,
-          linearKernel<ComplexLanes, true>,
-          linearKernel<Real, false>,
-          linearKernel<ComplexLanes, false>,
+          linearKernels<Real>,
+          linearKernels<Number>,
           {seriesOf<One>, seriesOf<Two>, seriesOf<Links>}};
 }
 

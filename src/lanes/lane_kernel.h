@@ -50,7 +50,7 @@ constexpr double halfPi[] = {1.57079632673412561417e+00, 6.07710050630396597660e
   const Real shift(6755399441055744.0);
   const Real shifted = mulAdd(theta, Real(6.36619772367581382433e-01), shift);
   const Real k = shifted - shift;
-#ifdef __FMA__
+#ifdef PLANAR_CHAIN_FUSES
   Real r = mulAdd(k, Real(-halfPi[0]), theta);
   r = mulAdd(k, Real(-halfPi[1]), r);
   r = mulAdd(k, Real(-halfPi[2]), r);
@@ -124,24 +124,32 @@ void rotations(const double* theta, double* e, int n) {
 // ---- Segments --------------------------------------------------------------------------------
 
 /// A number of each body of step i.
-[[gnu::always_inline]] inline Real read(const double* values, int i) {
-  return Real::load(values + static_cast<std::ptrdiff_t>(i) * laneCount);
+template <class Some = Real>
+[[gnu::always_inline]] inline Some read(const double* values, int i) {
+  return Some::load(values + static_cast<std::ptrdiff_t>(i) * doubles<Some>);
 }
 
 /// A pair of each body of step i.
-[[gnu::always_inline]] inline Vector readVector(const double* pairs, int i) {
-  return loadPairs(pairs + 2 * static_cast<std::ptrdiff_t>(i) * laneCount);
+template <class Some = Real>
+[[gnu::always_inline]] inline Vec2<Some> readVector(const double* pairs, int i) {
+  const double* from = pairs + 2 * static_cast<std::ptrdiff_t>(i) * doubles<Some>;
+  if constexpr (doubles<Some> == 1)
+    return {from[0], from[1]};
+  else
+    return loadPairs(from);
 }
 
-[[gnu::always_inline]] inline Rotation<Real> readRotation(const double* e, int i) {
-  return loadRotations(e + 2 * static_cast<std::ptrdiff_t>(i) * laneCount);
+template <class Some = Real>
+[[gnu::always_inline]] inline Rotation<Some> readRotation(const double* e, int i) {
+  const Vec2<Some> pairs = readVector<Some>(e, i);
+  return {pairs.x, pairs.y};
 }
 
 /// The links of step i. Each step has so many quantities in a row.
-[[gnu::always_inline]] inline Body<Real> linkAt(const double* links, int i) {
-  Body<Real> link;
-  Reader{links + static_cast<std::ptrdiff_t>(i) * SegmentArrays::linkQuantities * laneCount}(link.m, link.I,
-                                                                                             link.r, link.p);
+template <class Some = Real>
+[[gnu::always_inline]] inline Body<Some> linkAt(const double* links, int i) {
+  Body<Some> link;
+  Reader{links + static_cast<std::ptrdiff_t>(i) * doubles<Body<Some>>}(link.m, link.I, link.r, link.p);
   return link;
 }
 

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "lanes/kernel.h"
 #include "lanes/segments.h"
 
 namespace planar_chain {
@@ -32,51 +31,55 @@ bool keepsAll(Kept kept, int places, int parts) {
 }
 
 template <class Scalar>
-const simd::LinearKernel& solverFor(const simd::Kernel& kernel, bool keepsAll) {
+const simd::LinearKernel& solverFor(const simd::LinearKernels& kernel, bool keepsAll) {
   if (parts<Scalar> == 1) return keepsAll ? kernel.real : kernel.realAgain;
   return keepsAll ? kernel.complex : kernel.complexAgain;
+}
+
+const simd::LinearKernels& kernelsOf(const simd::Kernel& kernel, bool inSegments) {
+  return inSegments ? kernel.inSegments : kernel.linkByLink;
 }
 
 }  // namespace
 
 template <class Scalar>
-LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::Kernel* kernel, Kept kept)
-    : LinearizedSegments(chain, kernel ? *kernel : simd::kernelFor(chain.size()),
-                         Arrangement(chain.size(), kernel), std::make_shared<SegmentsState>(), kept) {
-  const auto places = static_cast<std::size_t>(arrangement_.places());
-  state_->links = linksArranged(chain, arrangement_);
-  state_->bodies = CacheLines(places * quantities(&LinearArrays::state));
-  state_->masses = CacheLines(places * quantities(&LinearArrays::masses));
-}
+LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, bool inSegments, const simd::Kernel* given,
+                                               Kept kept)
+    : LinearizedSegments(chain, kernelsOf(given ? *given : simd::kernelFor(chain.size()), inSegments),
+                         inSegments ? Arrangement(chain.size(), given) : Arrangement(chain.size(), 1),
+                         nullptr, kept) {}
 
 template <class Scalar>
-LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::Kernel& kernel,
+LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::LinearKernels& kernels,
                                                const Arrangement& arrangement,
                                                std::shared_ptr<SegmentsState> state, Kept kept)
-    : chain_(chain), kernel_(kernel), arrangement_(arrangement), state_(std::move(state)) {
-  const bool all = keepsAll(kept, arrangement_.places(), parts<Scalar>);
-  solver_ = &solverFor<Scalar>(kernel_, all);
-  const auto places = static_cast<std::size_t>(arrangement_.places() * parts<Scalar>);
+    : chain_(chain), kernels_(kernels), arrangement_(arrangement), state_(std::move(state)) {
+  const int lanes = arrangement_.lanes(), ofAll = arrangement_.places();
+  const bool all = keepsAll(kept, ofAll, parts<Scalar>);
+  solver_ = &solverFor<Scalar>(kernels_, all);
+  if (!state_) {
+    const auto places = static_cast<std::size_t>(ofAll);
+    state_ = std::make_shared<SegmentsState>(SegmentsState{
+        linksArranged(chain, arrangement_), CacheLines(places * quantities(&LinearArrays::state)),
+        CacheLines(places * quantities(&LinearArrays::masses))});
+  }
+  const auto places = static_cast<std::size_t>(ofAll * parts<Scalar>);
   inward_ = CacheLines(all ? places * quantities(&LinearArrays::inward) : 0);
   handles_ = CacheLines(places * quantities(&LinearArrays::handles));
-  outward_ = CacheLines(places * quantities(&LinearArrays::outward));
+  outward_ = CacheLines(lanes > 1 ? places * quantities(&LinearArrays::outward) : 0);
   sweeps_ = CacheLines(places);
   int rounds = 0;
-  while (1 << rounds < kernel_.lanes) ++rounds;
-  pairs_ = CacheLines(static_cast<std::size_t>(rounds * kernel_.lanes * parts<Scalar>) *
-                      LinearArrays::pairQuantities);
-}
-
-template <class Scalar>
-simd::LinearArrays LinearizedSegments<Scalar>::arrays() {
-  return {arrangement_.steps(),    state_->links.data(), {state_->bodies.data()},
-          {state_->masses.data()}, {inward_.data()},     {handles_.data()},
-          {outward_.data()},       {sweeps_.data()},     pairs_.data()};
+  while (1 << rounds < lanes) ++rounds;
+  pairs_ =
+      CacheLines(static_cast<std::size_t>(rounds * lanes * parts<Scalar>) * LinearArrays::pairQuantities);
+  arrays_ = {arrangement_.steps(),    state_->links.data(), {state_->bodies.data()},
+             {state_->masses.data()}, {inward_.data()},     {handles_.data()},
+             {outward_.data()},       {sweeps_.data()},     pairs_.data()};
 }
 
 template <class Scalar>
 void LinearizedSegments<Scalar>::setJoints(const double* k, const double* d) {
-  const auto lanes = static_cast<std::ptrdiff_t>(kernel_.lanes);
+  const auto lanes = static_cast<std::ptrdiff_t>(arrangement_.lanes());
   for (int place = 0; place < arrangement_.places(); ++place) {
     double* joint =
         state_->bodies.data() + place / lanes * quantities(&LinearArrays::state) * lanes + place % lanes;
@@ -88,20 +91,20 @@ void LinearizedSegments<Scalar>::setJoints(const double* k, const double* d) {
 template <class Scalar>
 void LinearizedSegments<Scalar>::linearize(const Rotation<double>* e, const double* omega,
                                            const double* alpha, const Vec2d* F, const double* XF) {
-  kernel_.linearize(arrays(), {&e->c, omega, alpha, F ? &F->x : nullptr, XF}, -1.0 * chain_.gravity());
+  kernels_.linearize(arrays_, {&e->c, omega, alpha, F ? &F->x : nullptr, XF}, -1.0 * chain_.gravity());
 }
 
 template <class Scalar>
 void LinearizedSegments<Scalar>::factor(Scalar s) {
   s_ = s;
-  solver_->factor(arrays(), reinterpret_cast<const double*>(&s_));
+  solver_->factor(arrays_, reinterpret_cast<const double*>(&s_));
 }
 
 template <class Scalar>
 void LinearizedSegments<Scalar>::solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v) {
   const auto in = [](const Scalar* values) { return reinterpret_cast<const double*>(values); };
   const auto out = [](Scalar* values) { return reinterpret_cast<double*>(values); };
-  solver_->solve(arrays(), in(&s_), in(rhoQ), in(rhoV), out(u), out(v));
+  solver_->solve(arrays_, in(&s_), in(rhoQ), in(rhoV), out(u), out(v));
 }
 
 template class LinearizedSegments<double>;

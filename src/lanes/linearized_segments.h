@@ -31,17 +31,12 @@
 #include <memory>
 
 #include "lanes/arrangement.h"
+#include "lanes/kernel.h"
 #include "planar_chain/chain.h"
 #include "planar_chain/planar.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {
-
-namespace simd {
-struct Kernel;
-struct LinearKernel;
-struct LinearArrays;
-}  // namespace simd
 
 /// What a factorization stores of each body for the way in of a solve: all that it reads, or no more than the
 /// way out needs. The rest is then computed again. Both give the same bits. Long chains wait for memory:
@@ -57,41 +52,47 @@ struct SegmentsState {
 template <class Scalar = double>
 class LinearizedSegments {
  public:
-  /// Uses the given kernel, or else the best of this CPU for so many links. `chain` must outlive this object.
-  /// Constructors allocate; the other functions do not.
-  explicit LinearizedSegments(const Chain& chain, const simd::Kernel* kernel = nullptr,
-                              Kept kept = Kept::whatFits);
+  /// In segments, or link by link, which is faster for short chains: one segment in one lane. Uses the given
+  /// kernel, or else the best of this CPU for so many links. `chain` must outlive this object. Constructors
+  /// allocate; the other functions do not.
+  LinearizedSegments(const Chain& chain, bool inSegments, const simd::Kernel* kernel = nullptr,
+                     Kept kept = Kept::whatFits);
+  LinearizedSegments(LinearizedSegments&&) = default;
 
   /// Another factorization at the state of `other`: that one is linearized for both.
   template <class Other>
   explicit LinearizedSegments(const LinearizedSegments<Other>& other, Kept kept = Kept::whatFits)
-      : LinearizedSegments(other.chain_, other.kernel_, other.arrangement_, other.state_, kept) {}
+      : LinearizedSegments(other.chain_, other.kernels_, other.arrangement_, other.state_, kept) {}
 
   /// The order of all arrays below, places() numbers a quantity. Places beyond the end have e = 1 and zeros.
   const Arrangement& arrangement() const { return arrangement_; }
 
-  /// These do what those of Linearized do.
+  /// k (N m/rad), d (N m s/rad) of each joint, with whatever acts like a spring or damper there; 0 before.
   void setJoints(const double* k, const double* d);
+  /// The state to linearize at: e = exp(i θ_j), ω (rad/s), α (rad/s²), and what acts: F (N) outer forces
+  /// without gravity and XF = Σ X·F (N m) of each body, both nullptr where there are none.
   void linearize(const Rotation<double>* e, const double* omega, const double* alpha, const Vec2d* F,
                  const double* XF);
+  /// Factors s·1 − J at the state of the last linearize().
   void factor(Scalar s);
+  /// [u; v] = (s·1 − J)⁻¹ [ρ_q; ρ_v]. The results may stand in the same place.
   void solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v);
 
  private:
   template <class Other>
   friend class LinearizedSegments;
 
-  LinearizedSegments(const Chain& chain, const simd::Kernel& kernel, const Arrangement& arrangement,
+  LinearizedSegments(const Chain& chain, const simd::LinearKernels& kernels, const Arrangement& arrangement,
                      std::shared_ptr<SegmentsState> state, Kept kept);
-  simd::LinearArrays arrays();
 
   const Chain& chain_;
-  const simd::Kernel& kernel_;
+  const simd::LinearKernels& kernels_;
   Arrangement arrangement_;
   const simd::LinearKernel* solver_;
   Scalar s_{};
   std::shared_ptr<SegmentsState> state_;
   CacheLines inward_, handles_, outward_, sweeps_, pairs_;
+  simd::LinearArrays arrays_;  ///< all of these
 };
 
 }  // namespace planar_chain

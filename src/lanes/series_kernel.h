@@ -15,13 +15,13 @@
 namespace planar_chain::simd {
 namespace {
 
-/// Calls add(i, j, part) for all i + j = k, both at least `least`. It begins in the middle, as the last
+/// Calls add(i, j, part) for all i + j = k, both at least 1. It begins in the middle, as the last
 /// orders have hardly been stored. Parts 0 and 1 take turns, so that no sum waits for every term.
 template <class Add>
-[[gnu::always_inline]] inline void forInnerOrders(int k, int least, Add add) {
+[[gnu::always_inline]] inline void forInnerOrders(int k, Add add) {
   int low = k / 2, high = k - low;
-  if (low == high && low >= least) add(low--, high++, 0);
-  for (; low >= least; --low, ++high) {
+  if (low == high) add(low--, high++, 0);
+  for (; low >= 1; --low, ++high) {
     add(low, high, 0);
     add(high, low, 1);
   }
@@ -32,7 +32,7 @@ template <int columns>
 [[gnu::always_inline]] inline void findKnown(const double* rows, int width, int k, double* known) {
   constexpr int registers = columns / laneCount;
   Lanes sums[2][registers];
-  forInnerOrders(k, 1, [&](int first, int second, int part) {
+  forInnerOrders(k, [&](int first, int second, int part) {
     const double *x = rows + 2 * first * width, *y = rows + (2 * second + 1) * width;
     PLANAR_CHAIN_WRITTEN_OUT
     for (int r = 0; r < registers; ++r) {

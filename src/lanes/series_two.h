@@ -1,8 +1,8 @@
 #pragma once
 
 /// The Taylor series of two bodies. See motion_series.h for the equations. Each order waits for the one
-/// before. So both bodies are computed side by side, and the sums of an order begin before the last order
-/// ends. It takes a third of the time of the series for any number of bodies.
+/// before. So both bodies are computed side by side. It takes a third of the time of the series for any
+/// number of bodies.
 
 #include "lanes/series_kernel.h"
 
@@ -51,8 +51,7 @@ Four heads(Four a, Four b) {
 /// in order k, where P̈_1 and S̈_2 on the right are as if α_k were 0; det M as in short_kernel.h.
 ///
 /// A pair for each body: e, (ω, ω), C = (P_1, S_2). Columns 0 … 3 are those of ω e, see turning(); columns 4
-/// … 7 those of the cross products, (x, −y) of P_1 and S_2 times (y, x) of S̈_2 − F_2 and P̈_1. What is known
-/// of order k lacks its terms with order k − 1, which find() adds from registers.
+/// … 7 those of the cross products, (x, −y) of P_1 and S_2 times (y, x) of S̈_2 − F_2 and P̈_1.
 class Two {
  public:
   Two(const SeriesArrays& of, Vec2d ground, const double* omega) {
@@ -81,7 +80,7 @@ class Two {
 
   void know(const double* rows, int k) {
     Four turns[2], crosses[2];
-    forInnerOrders(k, 2, [&](int first, int second, int part) {
+    forInnerOrders(k, [&](int first, int second, int part) {
       const double *x = rows + 2 * first * width, *y = rows + (2 * second + 1) * width;
       turns[part] = mulAdd(Four::load(x), Four::load(y), turns[part]);
       crosses[part] = mulAdd(Four::load(x + 4), Four::load(y + 4), crosses[part]);
@@ -102,12 +101,8 @@ class Two {
     Four z, left = e_ * across_ - pairsOf(Vec2d{order.moment(0).v}, Vec2d{order.moment(1).v});
     if constexpr (!isFirst) {
       const double *x0 = order.rows, *y0 = x0 + width;
-      const double* x1 = order.k > 2 ? y0 + width : nothing_;
-      const double* y1 = order.k > 1 ? y0 + 2 * width : nothing_;
-      z = mulAdd(Four::load(x1), e_, mulAdd(lastOmega_, Four::load(y1), knownTurn_));
-      z = mulAdd(omega_, Four::load(y0), z);
-      left = left + mulAdd(Four::load(x1 + 4), lastY_, mulAdd(lastX_, Four::load(y1 + 4), knownCross_));
-      left = mulAdd(x, Four::load(y0 + 4), left);
+      z = mulAdd(omega_, Four::load(y0), knownTurn_);
+      left = mulAdd(x, Four::load(y0 + 4), left + knownCross_);
     }
     z = mulAdd(Four::load(order.rows), nextE_, z);
     const Four orders(order.k + 1);
@@ -120,10 +115,7 @@ class Two {
     // Order k + 1
     const Four nextOmega = Four(order.perOrder) * alpha;
     heads(Four(order.perOrder) * omega_, nextOmega).store(order.next);
-    lastOmega_ = omega_;
-    lastX_ = x;
-    lastY_ = crossed(mulAdd(alpha, iC0_, Cdd));
-    lastY_.store(row + width + 4);
+    crossed(mulAdd(alpha, iC0_, Cdd)).store(row + width + 4);
     omega_ = nextOmega;
     e_ = nextE_;
     nextE_ = mulAdd(Four(order.perOrder * order.perNext) * alpha, ie0_, Four(order.perNext) * i(z));
@@ -132,7 +124,6 @@ class Two {
 
  private:
   static constexpr int width = SeriesArrays::chunk;
-  static constexpr double nothing_[width] = {};
 
   static Four conjugate(Four a) { return a * pairsOf(Vec2d{1, -1}, {1, -1}); }
   static Four i(Four a) { return turned(a) * pairsOf(Vec2d{-1, 1}, {-1, 1}); }
@@ -143,7 +134,6 @@ class Two {
 
   Four across_, body_, turnedBody_, minusBody_, ie0_, iC0_, minusInverse_, minusInverseAcross_;
   Four e_, nextE_, omega_;  ///< of order k, k + 1 and k
-  Four lastOmega_, lastX_, lastY_;
   Four knownTurn_, knownCross_;
 };
 

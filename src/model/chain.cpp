@@ -1,7 +1,6 @@
 #include "planar_chain/chain.h"
 
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
 #include <utility>
@@ -28,23 +27,7 @@ void requireMoment(std::vector<Fault>& faults, const char* path, const Link& lin
   faults.push_back({path, "an offset in m whose moment of inertia is finite", toText(offset)});
 }
 
-}  // namespace
-
-std::vector<Fault> faultsOf(const Link& link) {
-  std::vector<Fault> faults;
-  NumberRule::above(0, "kg").check(faults, "mass", link.mass);
-  NumberRule::from(0, "kg m²").check(faults, "inertia", link.inertia);
-  requireFinite(faults, "com", link.com, "m");
-  requireFinite(faults, "pin", link.pin, "m");
-  if (!faults.empty()) return faults;
-  requireMoment(faults, "com", link, link.com);
-  requireMoment(faults, "pin", link, link.pin);
-  return faults;
-}
-
 // ---- Singular mass matrices ------------------------------------------------------------------
-
-namespace {
 
 /// True if the link has no moment of inertia about its inner pin, in machine numbers: I = 0 and r = 0.
 bool isPointOnPin(const Link& link) {
@@ -94,6 +77,18 @@ void requireName(std::vector<Fault>& faults, std::set<std::string>& taken, const
 }
 
 }  // namespace
+
+std::vector<Fault> faultsOf(const Link& link) {
+  std::vector<Fault> faults;
+  NumberRule::above(0, "kg").check(faults, "mass", link.mass);
+  NumberRule::from(0, "kg m²").check(faults, "inertia", link.inertia);
+  requireFinite(faults, "com", link.com, "m");
+  requireFinite(faults, "pin", link.pin, "m");
+  if (!faults.empty()) return faults;
+  requireMoment(faults, "com", link, link.com);
+  requireMoment(faults, "pin", link, link.pin);
+  return faults;
+}
 
 Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity)
     : links_(std::move(links)), joints_(std::move(joints)), gravity_(gravity) {

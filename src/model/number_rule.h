@@ -2,6 +2,8 @@
 
 /// A range of finite numbers, in words and as bounds.
 
+#include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -11,19 +13,27 @@ namespace planar_chain {
 
 struct NumberRule {
   std::string which;  ///< such as " > 0 s"; follows "a number"
-  double low;
-  double high;
-  bool isLowIn;
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool isLowIn = false;
 
-  static NumberRule any(const std::string& unit);
-  static NumberRule above(double low, const std::string& unit);
-  static NumberRule from(double low, const std::string& unit);
+  static NumberRule any(const std::string& unit) { return {" in " + unit}; }
+  static NumberRule above(double low, const std::string& unit) {
+    return {" > " + toText(low) + " " + unit, low};
+  }
+  static NumberRule from(double low, const std::string& unit) {
+    NumberRule rule{" >= " + toText(low) + " " + unit, low};
+    rule.isLowIn = true;
+    return rule;
+  }
 
-  bool holds(double x) const;
+  bool holds(double x) const { return std::isfinite(x) && (x > low || (isLowIn && x == low)) && x <= high; }
   /// "a number > 0 s"; for an infinite x "a finite number > 0 s"
-  std::string inWords(double x) const;
+  std::string inWords(double x) const { return (std::isinf(x) ? "a finite number" : "a number") + which; }
   /// Adds a fault unless x holds.
-  void check(std::vector<Fault>& faults, const std::string& path, double x) const;
+  void check(std::vector<Fault>& faults, const std::string& path, double x) const {
+    if (!holds(x)) faults.push_back({path, inWords(x), toText(x)});
+  }
 };
 
 }  // namespace planar_chain

@@ -4,6 +4,10 @@
 /// allocates; the calls do not. The vectors k must outlive the row and stay where they are.
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "simd/vectors.h"
@@ -12,7 +16,12 @@ namespace planar_chain::ode {
 
 /// Returns `stages`.
 /// @throws std::invalid_argument if that is more than VectorKernel::mostTerms, which a row may have.
-std::size_t checkedStages(std::size_t stages, const char* method);
+inline std::size_t checkedStages(std::size_t stages, const char* method) {
+  if (stages <= simd::VectorKernel::mostTerms) return stages;
+  throw std::invalid_argument(std::string(method) + " has " + std::to_string(stages) +
+                              " stages; a method may have at most " +
+                              std::to_string(simd::VectorKernel::mostTerms));
+}
 
 /// A row of an explicit method's table for a system with positions θ, whose rates are θ̇ = ω, and ω̇ = α:
 ///
@@ -29,7 +38,26 @@ class NystromRow {
   /// weights: at most one a stage, and their sum `drift`. a: the method's. k_j: α_j of `positions`
   /// components, and behind them the derivatives of `others`.
   NystromRow(const std::vector<double>& weights, double drift, const std::vector<std::vector<double>>& a,
-             const std::vector<double*>& k, Eigen::Index positions, Eigen::Index others);
+             const std::vector<double*>& k, Eigen::Index positions, Eigen::Index others)
+      : drift_(drift), positions_(positions), others_(others) {
+    constexpr double vanishing = 1e-14;         // what rounding leaves of sums that are zero
+    std::vector<double> twice(weights.size());  // weights a
+    for (std::size_t i = 0; i < std::min(weights.size(), a.size()); ++i) {
+      for (std::size_t j = 0; j < a[i].size(); ++j) twice[j] += weights[i] * a[i][j];
+    }
+    for (std::size_t j = 0; j < weights.size(); ++j) {
+      const bool isOnlyOne = terms_.empty() && j + 1 == weights.size();
+      const double forPositions = std::abs(twice[j]) > vanishing ? twice[j] : 0;
+      if (weights[j] == 0 && forPositions == 0 && !isOnlyOne) continue;
+      rates_.push_back(weights[j]);
+      twice_.push_back(forPositions);
+      terms_.push_back(k[j]);
+      otherTerms_.push_back(k[j] + positions);
+    }
+    if (terms_.empty()) return;
+    combineTwice_ = simd::vectors().combineTwice[terms_.size() - 1];
+    combine_ = simd::vectors().combine[terms_.size() - 1];
+  }
   /// A plain sum of `count` components of each k.
   NystromRow(const std::vector<double>& weights, const std::vector<double*>& k, Eigen::Index count)
       : NystromRow(weights, 0, {}, k, 0, count) {}
@@ -41,7 +69,12 @@ class NystromRow {
   }
 
  private:
-  void runTwice(double h, const double* base, double* sum, double* out) const;
+  void runTwice(double h, const double* base, double* sum, double* out) const {
+    combineTwice_({rates_.data(), twice_.data(), terms_.data(), drift_, h, base, sum, out}, positions_);
+    if (others_ == 0) return;
+    const auto behind = [this](auto* values) { return values ? values + 2 * positions_ : nullptr; };
+    combine_(h, rates_.data(), otherTerms_.data(), base + 2 * positions_, behind(sum), behind(out), others_);
+  }
 
   simd::VectorKernel::CombineTwice combineTwice_ = nullptr;
   simd::VectorKernel::Combine combine_ = nullptr;

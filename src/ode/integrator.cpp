@@ -1,10 +1,10 @@
-#include "ode/integrator.h"
-
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
-#include "simd/vectors.h"
+#include "ode/switches.h"
 
 namespace planar_chain::ode {
 
@@ -14,13 +14,6 @@ Tolerance Tolerance::arrangedBy(const System& f) const {
   all.head(ceiling.size()) = ceiling;
   f.arrange(all.data(), arranged.data());
   return {value, arranged.head(arranged.size() - others)};
-}
-
-bool take(const simd::VectorKernel& vectors, State& state, double t, const Vector& increment) {
-  if (!vectors.addCarried(state.y.data(), state.carry.data(), increment.data(), increment.size()))
-    return false;
-  state.t = t;
-  return true;
 }
 
 Outcome Integrator::integrate(State& state, double end, double longestStep, int mostSteps) {
@@ -33,10 +26,11 @@ Outcome Integrator::integrate(State& state, double end, double longestStep, int 
 
 namespace {
 
+// ---- Equal steps -----------------------------------------------------------------------------
+
 class FixedSteps : public Integrator {
  public:
-  FixedSteps(std::unique_ptr<Stepper> stepper, double h)
-      : stepper_(std::move(stepper)), vectors_(simd::vectors()), h_(h) {}
+  FixedSteps(std::unique_ptr<Stepper> stepper, double h) : stepper_(std::move(stepper)), h_(h) {}
 
   Outcome advance(State& state, double end, double /*longestStep*/) override {
     // What is left is a whole number of steps, if it is one but for rounding.
@@ -45,32 +39,156 @@ class FixedSteps : public Integrator {
     const double next = steps > 1 ? state.t + left / steps : end;
     if (next <= state.t) return Outcome::stepTooSmall;
     stepper_->step(state.t, next - state.t, state.y);
-    if (!take(vectors_, state, next, stepper_->increment())) return Outcome::notFinite;
+    if (!stepper_->take(state, next)) return Outcome::notFinite;
     stepper_->accept();
     ++count_.accepted;
     return steps > 1 ? Outcome::underway : Outcome::arrived;
   }
 
-  bool stepTo(State& state, double t) override {
-    stepper_->stepAgain(state.t, t - state.t, state.y);
-    return take(vectors_, state, t, stepper_->increment());
-  }
+  bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
 
   const char* name() const override { return stepper_->facts().name; }
-  void restart() override { stepper_->forget(); }
+  void restartAfter(Change) override { stepper_->forget(); }
   StepCount count() const override { return count_; }
 
  private:
   std::unique_ptr<Stepper> stepper_;
-  const simd::VectorKernel& vectors_;
   double h_;
   StepCount count_;
+};
+
+// ---- Steps that end behind switches ----------------------------------------------------------
+
+class LandingOnSwitches : public Integrator {
+ public:
+  LandingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches, const System& f)
+      : steps_(std::move(steps)), switches_(switches), f_(f), before_(f.arrangedSize()), trial_(before_) {
+    from_.y.resize(f.size());
+    found_ = from_;
+    ahead_.fill(from_);
+  }
+
+  const char* name() const override { return steps_->name(); }
+  void restartAfter(Change change) override { steps_->restartAfter(change); }
+  /// The steps made to land count as rejected.
+  StepCount count() const override {
+    StepCount count = steps_->count();
+    count.rejected += landing_;
+    return count;
+  }
+  bool stepTo(State& state, double t) override { return steps_->stepTo(state, t); }
+
+  Outcome advance(State& state, double end, double longestStep) override {
+    before_ = state;
+    const Outcome outcome = steps_->advance(state, end, longestStep);
+    if (hasFailed(outcome)) return outcome;
+    from_.t = before_.t;
+    f_.restore(before_.y.data(), from_.y.data());
+    evaluate(state, ahead_.front());
+    Outcome found = findOnTheWay();
+    if (found == Outcome::underway) return outcome;
+    if (found == Outcome::switched) found = land(state);
+    if (found == Outcome::notFinite) state = before_;
+    return found;
+  }
+
+ private:
+  /// A state within the step, and Switches::due() there.
+  struct Place {
+    double t;
+    Eigen::VectorXd y;
+    double due;
+  };
+
+  void evaluate(const State& state, Place& place) const {
+    place.t = state.t;
+    f_.restore(state.y.data(), place.y.data());
+    place.due = switches_.due(place.t, place.y);
+  }
+
+  /// Sets trial_ to the state at t. Returns false if it is not finite.
+  bool evaluateAt(double t, Place& place) {
+    trial_ = before_;
+    ++landing_;
+    if (!steps_->stepTo(trial_, t)) return false;
+    evaluate(trial_, place);
+    return true;
+  }
+
+  /// Moves from_, where nothing is due, to the end of the step, or as far as nothing is due. In the second
+  /// case returns `switched`, and found_ is the next place, where something is due.
+  Outcome findOnTheWay() {
+    constexpr int mostCuts = 24;  // an overdamped stop asks for millions, each closer to from_
+    int cuts = 0;
+    for (std::size_t count = 1; count > 0;) {
+      Place& to = ahead_[count - 1];
+      const double passing = switches_.nearest(from_.t, from_.y, to.y, to.t - from_.t);
+      const double t = from_.t + passing;
+      if (passing > 0 && t > from_.t && t < to.t && count < ahead_.size() && cuts < mostCuts) {
+        ++cuts;
+        if (!evaluateAt(t, ahead_[count++])) return Outcome::notFinite;
+        continue;
+      }
+      if (to.due > 0) {
+        std::swap(found_, to);
+        return Outcome::switched;
+      }
+      std::swap(from_, to);
+      --count;
+    }
+    return Outcome::underway;
+  }
+
+  /// A switch is due at found_ and not at from_. Sets `state` to the first time at which it is due.
+  Outcome land(State& state) {
+    const double narrow =
+        4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), state.t - before_.t);
+    constexpr double leastShare = 1. / 64;  // of the bracket, cut off each time
+    if (found_.t < state.t) {
+      if (!evaluateAt(found_.t, found_)) return Outcome::notFinite;
+      state = trial_;
+    }
+    Place& place = ahead_.front();
+    double low = from_.t, dueLow = switches_.due(from_.t, from_.y), dueHigh = found_.due;
+    int side = 0;  // of the bracket that moved last
+    while (state.t - low > narrow) {
+      const double share = -dueLow / (dueHigh - dueLow);
+      const double t = low + (state.t - low) * std::min(std::max(share, leastShare), 1 - leastShare);
+      if (t <= low || t >= state.t) break;
+      if (!evaluateAt(t, place)) return Outcome::notFinite;
+      if (place.due > 0) {
+        state = trial_;
+        dueHigh = place.due;
+        if (side > 0) dueLow /= 2;
+        side = 1;
+      } else {
+        low = t;
+        dueLow = place.due;
+        if (side < 0) dueHigh /= 2;
+        side = -1;
+      }
+    }
+    return Outcome::switched;
+  }
+
+  std::unique_ptr<Integrator> steps_;
+  const Switches& switches_;
+  const System& f_;
+  long long landing_ = 0;  ///< steps made to land
+  State before_, trial_;
+  Place from_{}, found_{};
+  std::array<Place, 8> ahead_;  ///< the nearest last; deeper cuts make no sense
 };
 
 }  // namespace
 
 std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double h) {
   return std::make_unique<FixedSteps>(std::move(stepper), h);
+}
+
+std::unique_ptr<Integrator> landingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches,
+                                              const System& f) {
+  return std::make_unique<LandingOnSwitches>(std::move(steps), switches, f);
 }
 
 }  // namespace planar_chain::ode

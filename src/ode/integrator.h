@@ -10,10 +10,6 @@
 #include "ode/stepper.h"
 #include "ode/system.h"
 
-namespace planar_chain::simd {
-struct VectorKernel;
-}
-
 namespace planar_chain::ode {
 
 enum class Outcome {
@@ -23,6 +19,10 @@ enum class Outcome {
   notFinite,     ///< the next step is not finite, however short it is
   stepTooSmall,  ///< the tolerance needs steps below the spacing of the numbers at t, or at 1 s
 };
+
+inline bool hasFailed(Outcome outcome) {
+  return outcome == Outcome::notFinite || outcome == Outcome::stepTooSmall;
+}
 
 struct StepCount {
   long long accepted = 0;
@@ -62,8 +62,7 @@ class Integrator {
   /// The name of the method in use.
   virtual const char* name() const = 0;
   /// Makes one step towards time `end`. The last step ends there exactly. An adaptive step is no longer than
-  /// longestStep; a fixed one ignores it. After notFinite and stepTooSmall, `state` is unchanged. Allocates
-  /// nothing.
+  /// longestStep; a fixed one ignores it. After a failure `state` is unchanged. Allocates nothing.
   virtual Outcome advance(State& state, double end, double longestStep) = 0;
   /// Calls advance() until `end`, or mostSteps times. Allocates nothing.
   Outcome integrate(State& state, double end, double longestStep,
@@ -71,26 +70,29 @@ class Integrator {
   /// Repeats the last advance() from its start with a shorter step, to time t and without error control.
   /// Returns false, and changes nothing, if the result is not finite. Allocates nothing.
   virtual bool stepTo(State& state, double t) = 0;
-  /// Call this when f has jumped.
-  virtual void restart() = 0;
-  /// As restart(), and the stiffness of f may have changed.
-  virtual void passSwitch() { begin(); }
-  /// Call this when the state was set, or f was replaced.
-  virtual void begin() { restart(); }
+  /// Call one of these when f has jumped; when its stiffness may have changed, too; when the state was set,
+  /// or f was replaced.
+  void restart() { restartAfter(Change::jump); }
+  void passSwitch() { restartAfter(Change::stiffness); }
+  void begin() { restartAfter(Change::all); }
+  enum class Change { jump, stiffness, all };
+  virtual void restartAfter(Change change) = 0;
   virtual StepCount count() const = 0;
 };
-
-/// Adds an increment to the state with Kahan's summation and sets its time. Returns false, and changes
-/// nothing, if the result is not finite. Allocates nothing.
-bool take(const simd::VectorKernel& vectors, State& state, double t, const Vector& increment);
 
 /// Makes equal steps of at most h to the end of each advance(). Allocates.
 std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double h);
 
 class LocalStiffness;
 
+/// Makes steps whose error estimates meet the tolerance. Integrators of the same state may share `stiffness`,
+/// which is that of the stepper's system. Allocates.
+/// @throws std::invalid_argument for a stepper without error estimate
+std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
+                                          std::shared_ptr<LocalStiffness> stiffness);
+
 /// Uses the fastest of several adaptive methods, by trials during the run. The first method must have no
-/// limit of stability. The steppers may share `stiffness`, which is that of their system. Allocates.
+/// limit of stability, another one must have one. Allocates.
 std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance,
                                          std::shared_ptr<LocalStiffness> stiffness);
 

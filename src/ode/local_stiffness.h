@@ -2,38 +2,104 @@
 
 /// How stiff f is around a state: its largest eigenvalue, and how far rounding moves it.
 
-#include "ode/system.h"
+#include <cmath>
+#include <limits>
+
+#include "ode/integrator.h"
 
 namespace planar_chain::ode {
 
 class LocalStiffness {
  public:
   /// f must outlive this object. Allocates; the other functions do not.
-  explicit LocalStiffness(System& f);
+  explicit LocalStiffness(System& f) : f_(f) {
+    Vector pattern(f.size());
+    pattern.setOnes();
+    for (Eigen::Index i = 1; i < pattern.size(); i += 2) pattern[i] = -1;
+    f.arrange(pattern.data(), zigzag_.data());
+    direction_ = zigzag_;
+  }
 
   /// Calls update() at the first of every hundred calls.
-  void maybeUpdate(double t, const Vector& y);
+  void maybeUpdate(double t, const Vector& y) {
+    if (calls_ == 0) update(t, y);
+    calls_ = (calls_ + 1) % 100;
+  }
   /// Makes the next maybeUpdate() the first one.
   void forget() { calls_ = 0; }
   /// Measures both at the arranged state y, by six evaluations of f.
-  void update(double t, const Vector& y);
+  void update(double t, const Vector& y) {
+    f_.slope(t, y.data(), base_.data());
+
+    // |λ|² is the factor by which J J stretches its dominant direction.
+    for (int k = 0; k < 2; ++k) {
+      const double before = lengthOf(direction_);
+      applyJacobian(t, y);
+      applyJacobian(t, y);
+      const double after = lengthOf(direction_);
+      if (!(after > 0) || !std::isfinite(after)) {
+        direction_ = zigzag_.cwiseAbs();
+        eigenvalue_ = 0;
+        break;
+      }
+      eigenvalue_ = std::sqrt(after / before);
+      direction_ /= after;
+    }
+
+    // Move each component by one unit in the last place of 1 + |y_i|, up and down by turns.
+    for (Eigen::Index i = 0; i < y.size(); ++i) {
+      const double ulp = std::numeric_limits<double>::epsilon() * (1 + std::abs(y[i]));
+      moved_[i] = y[i] + zigzag_[i] * ulp;
+    }
+    f_.slope(t, moved_.data(), slope_.data());
+    noise_ = (slope_ - base_).cwiseAbs();
+    if (!noise_.allFinite()) noise_.setZero();
+  }
 
   /// |λ| of the largest eigenvalue of J = ∂f/∂y, 1/s. Power iteration improves it from update to update.
   double largestEigenvalue() const { return eigenvalue_; }
-  /// How far rounding of y moves component i over a step of h. Error estimates below are noise. f is off by
-  /// noise_i, and the effect stops growing after the fastest mode's own time 1/|λ|.
-  double roundingOver(double h, Eigen::Index i) const { return noise_[i] * timeOf(h); }
-  double timeOf(double h) const { return h * eigenvalue_ > 1 ? 1 / eigenvalue_ : h; }
+  /// Rounding of y moves f by noise(), and y over a step of h by noise() × timeOf(h): the effect stops
+  /// growing after the fastest mode's own time 1/|λ|. Error estimates below that are noise.
   const Vector& noise() const { return noise_; }
+  double timeOf(double h) const { return h * eigenvalue_ > 1 ? 1 / eigenvalue_ : h; }
 
  private:
-  void applyJacobian(double t, const Vector& y);
+  /// Sums one by one, so that zeros at the end do not change the rounding.
+  static double lengthOf(const Vector& direction) {
+    double square = 0;
+    for (Eigen::Index i = 0; i < direction.size(); ++i) square += direction[i] * direction[i];
+    return std::sqrt(square);
+  }
+
+  void applyJacobian(double t, const Vector& y) {
+    const double size = 1e-6 / direction_.cwiseAbs().maxCoeff();
+    moved_ = y + size * direction_;
+    f_.slope(t, moved_.data(), slope_.data());
+    direction_ = (slope_ - base_) / size;
+  }
 
   System& f_;
   int calls_ = 0;  ///< since the last update that maybeUpdate() made
   double eigenvalue_ = 0;
-  Vector zigzag_;
-  Vector direction_, base_, moved_, slope_, noise_;
+  Vector noise_{f_.arrangedSize()}, base_ = noise_, moved_ = noise_, slope_ = noise_, direction_ = noise_;
+  Vector zigzag_ = noise_;  ///< the highest mode of a chain: every component opposite to its neighbours
+};
+
+/// The error that a step of h may add to component i: most × Tolerance::size(), or perNoise × noise_i if that
+/// is more.
+struct Allowance {
+  Allowance(const Tolerance& tolerance, const LocalStiffness& stiffness, double h)
+      : most(std::max(share * tolerance.value * std::min(std::max(h, shortestCounted), 1.0),
+                      std::numeric_limits<double>::epsilon())),
+        perNoise(std::min(1.0, tolerance.value * perRounding) * clearly * stiffness.timeOf(h)) {}
+
+  double most, perNoise;
+
+ private:
+  static constexpr double shortestCounted = 1e-3;  // s
+  static constexpr double share = 0.25;            // of the tolerance that a step's error may use
+  static constexpr double perRounding = 1e10;  // 1 over the tolerance down to which rounding counts in full
+  static constexpr double clearly = 4;         // above rounding, so that steps whose estimate is that grow
 };
 
 }  // namespace planar_chain::ode

@@ -3,8 +3,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "ode/adaptive_steps.h"
 #include "ode/explicit_runge_kutta.h"
+#include "ode/local_stiffness.h"
 #include "ode/radau.h"
 #include "ode/rosenbrock.h"
 #include "ode/taylor.h"
@@ -43,7 +43,7 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
   if (name != "auto") {
     auto stepper = makeStepper(name, f, tolerance, stiffness);
     if (hasFixedStep(name)) return fixedSteps(std::move(stepper), step);
-    return std::make_unique<AdaptiveSteps>(std::move(stepper), tolerance, stiffness);
+    return adaptiveSteps(std::move(stepper), tolerance, stiffness);
   }
 
   // auto starts with the first explicit method: taylor if the tolerance is fine.

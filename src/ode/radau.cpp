@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "simd/elementary.h"
-#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -19,70 +18,34 @@ constexpr double farShorter = 1e-6;   // of the last step, whose polynomial is t
 constexpr double halving = 1.8;       // an error of 1.8⁷ makes the step 0.9/1.8 of what it was
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-using Stages = Eigen::Matrix<double, Eigen::Dynamic, RadauTable::stages>;
-
-/// sums = base + x weights; base may be nullptr or sums, not x.
-void multiply(const Stages& x, const RadauTable::Square& weights, const Stages* base, Stages& sums) {
-  static_assert(RadauTable::stages <= simd::VectorKernel::mostTerms);
-  const simd::VectorKernel::Combine combine = simd::vectors().combine[RadauTable::stages - 1];
-  const double* columns[RadauTable::stages];
-  for (int j = 0; j < RadauTable::stages; ++j) columns[j] = x.col(j).data();
-  for (int i = 0; i < RadauTable::stages; ++i) {
-    double* to = sums.col(i).data();
-    const double* from = base ? base->col(i).data() : nullptr;
-    combine(1, weights.col(i).data(), columns, from, base ? nullptr : to, base ? to : nullptr, x.rows());
-  }
-}
-
 }  // namespace
 
 Radau::Radau(LinearizedSystem& f, Tolerance tolerance, std::shared_ptr<const LocalStiffness> stiffness)
     : ImplicitStepper({"radau13", 2 * stages - 1, stages, std::numeric_limits<double>::infinity(), true}, f),
-      table_(radau13()),
       tolerance_(std::move(tolerance)),
-      stiffness_(std::move(stiffness)),
-      stage_(startSlope_),
-      combined_(startSlope_),
-      Z_(Stages::Zero(f.arrangedSize(), stages)),
-      last_(Z_),
-      R_(Z_),
-      change_(Z_),
-      pair_(static_cast<std::size_t>(f.arrangedSize())),
-      allowed_(Eigen::ArrayXd::Zero(tolerance_.ceiling.size())),
-      mayVanish_(allowed_),
-      perExactEnough_(startSlope_),
-      perLost_(startSlope_) {
+      stiffness_(std::move(stiffness)) {
   f_.reserve(RadauTable::pairs);
-}
-
-double Radau::cost() const {
-  constexpr double sums = 1;  // of all stages, in evaluations
-  const LinearCosts linear = f_.linearCosts();
-  const double once = linear.factor + RadauTable::pairs * linear.factorComplex + linear.solve;
-  const double iteration = stages + linear.solve + RadauTable::pairs * linear.solveComplex + sums;
-  return once + iterations_ * iteration;
 }
 
 void Radau::step(double t, double h, const Vector& y) {
   linearize(t, y);
   f_.factor(table_.lambda / h);
-  for (int k = 0; k < RadauTable::pairs; ++k) {
-    f_.factorComplex(k, table_.mu[static_cast<std::size_t>(k)] / h);
-  }
+  for (int k = 0; k < RadauTable::pairs; ++k) f_.factorComplex(k, table_.mu[k] / h);
   const Allowance allowance(tolerance_, *stiffness_, h);
   const double share = std::min(newtonShare, std::sqrt(tolerance_.value));
   for (Eigen::Index i = 0; i < allowed_.size(); ++i) {
     const double size = tolerance_.size(y, i);
-    const double lost = std::max(allowance.rounding(i), 2 * epsilon * size);
-    allowed_[i] = allowance.of(i, size);
+    const double noise = stiffness_->noise()[i];
+    const double lost = std::max(noise * stiffness_->timeOf(h), 2 * epsilon * size);
+    allowed_[i] = std::max(allowance.most * size, allowance.perNoise * noise);
     mayVanish_[i] = std::max(allowed_[i], tolerance_.value * size);
     perLost_[i] = 1 / lost;
     perExactEnough_[i] = 1 / std::max(share * allowed_[i], lost);
   }
   hTried_ = h;
   carryOn(h);
-  const Newton result = solveStages(t, h, y);
-  if (result == Newton::converged) {
+  const double excess = solveStages(t, h, y);
+  if (excess == 0) {
     increment_ = Z_.col(stages - 1);
     estimate(t, h, y);
     return;
@@ -90,8 +53,21 @@ void Radau::step(double t, double h, const Vector& y) {
   rate_ = 1;
   increment_.setConstant(std::nan(""));
   error_.setZero();
-  error_[0] =
-      result == Newton::failed ? simd::power(halving, facts().errorOrder) * allowed_[0] : std::nan("");
+  error_[0] = excess * allowed_[0];
+}
+
+/// sums = base + x weights; base may be nullptr or sums, not x.
+void Radau::multiply(const Stages& x, const RadauTable::Square& weights, const Stages* base,
+                     Stages& sums) const {
+  static_assert(stages <= simd::VectorKernel::mostTerms);
+  const double* columns[stages];
+  for (int j = 0; j < stages; ++j) columns[j] = x.col(j).data();
+  for (int i = 0; i < stages; ++i) {
+    double* to = sums.col(i).data();
+    const double* from = base ? base->col(i).data() : nullptr;
+    vectors_.combine[stages - 1](1, weights.col(i).data(), columns, from, base ? nullptr : to,
+                                 base ? to : nullptr, x.rows());
+  }
 }
 
 /// Z_i = π(1 + c_i h/hLast) − π(1), π the polynomial of the last step.
@@ -110,27 +86,29 @@ void Radau::carryOn(double h) {
   multiply(last_, weights, nullptr, Z_);
 }
 
-/// Iterates until the remaining error, extrapolated from the changes, is small enough.
-Radau::Newton Radau::solveStages(double t, double h, const Vector& y) {
+/// Iterates until the remaining error, extrapolated from the changes, is small enough. Returns 0; or, if that
+/// fails, the error to report in units of the allowed one: NaN if the stages are not finite.
+double Radau::solveStages(double t, double h, const Vector& y) {
+  static const double failed = simd::power(halving, stages);
   rate_ = simd::power(std::max(rate_, epsilon), 0.8);
   double before = 0;
   for (iterations_ = 1; iterations_ <= mostIterations; ++iterations_) {
     improve(t, h, y);
-    if (!change_.allFinite()) return Newton::notFinite;
+    if (!change_.allFinite()) return std::nan("");
     const double size = largest(perExactEnough_);
     if (iterations_ > 1 && size > 0) {
       const double theta = size / before;
-      if (theta > slow && largest(perLost_) <= 1) return Newton::converged;
-      if (theta >= 0.99) return Newton::failed;
+      if (theta > slow && largest(perLost_) <= 1) return 0;
+      if (theta >= 0.99) return failed;
       rate_ = theta / (1 - theta);
       if (rate_ * size > 1 && simd::power(theta, mostIterations - iterations_) / (1 - theta) * size > 1) {
-        return Newton::failed;
+        return failed;
       }
     }
-    if (rate_ * size <= 1) return Newton::converged;
+    if (rate_ * size <= 1) return 0;
     before = size;
   }
-  return Newton::failed;
+  return failed;
 }
 
 /// One iteration of Newton's method.
@@ -143,14 +121,11 @@ void Radau::improve(double t, double h, const Vector& y) {
   multiply(R_, table_.inverseT.transpose(), nullptr, change_);
   f_.solve(change_.col(0).data(), change_.col(0).data());
   for (int k = 0; k < RadauTable::pairs; ++k) {
-    double* re = change_.col(1 + 2 * k).data();
-    double* im = change_.col(2 + 2 * k).data();
-    for (std::size_t i = 0; i < pair_.size(); ++i) pair_[i] = {re[i], im[i]};
+    pair_.real() = change_.col(1 + 2 * k);
+    pair_.imag() = change_.col(2 + 2 * k);
     f_.solveComplex(k, pair_.data(), pair_.data());
-    for (std::size_t i = 0; i < pair_.size(); ++i) {
-      re[i] = pair_[i].real();
-      im[i] = pair_[i].imag();
-    }
+    change_.col(1 + 2 * k) = pair_.real();
+    change_.col(2 + 2 * k) = pair_.imag();
   }
   multiply(change_, table_.T.transpose(), nullptr, R_);
   Z_ += R_;
@@ -168,23 +143,6 @@ void Radau::estimate(double t, double h, const Vector& y) {
     stage_ = error_ + combined_;
     f_.solve(stage_.data(), error_.data());
   }
-}
-
-/// The largest change of any component of any stage, times perUnit.
-double Radau::largest(const Vector& perUnit) const {
-  return (change_.array().abs().colwise() * perUnit.array()).maxCoeff();
-}
-
-void Radau::accept() {
-  last_.swap(Z_);
-  hLast_ = hTried_;
-  ImplicitStepper::accept();
-}
-
-void Radau::forget() {
-  hLast_ = 0;
-  rate_ = 1;
-  ImplicitStepper::forget();
 }
 
 }  // namespace planar_chain::ode

@@ -1,6 +1,6 @@
-#include "ode/radau_table.h"
-
 #include <Eigen/Dense>
+
+#include "ode/radau.h"
 
 namespace planar_chain::ode {
 
@@ -32,7 +32,7 @@ void transform(const WideSquare& W, RadauTable& table) {
       table.lambda = static_cast<double>(value.real());
       T.col(0) = vector.real();
     } else if (value.imag() > 0) {
-      table.mu[static_cast<std::size_t>(pair)] = std::complex<double>(value);
+      table.mu[pair] = std::complex<double>(value);
       T.col(1 + 2 * pair) = vector.real();
       T.col(2 + 2 * pair) = -vector.imag();
       ++pair;

@@ -66,23 +66,13 @@ Rosenbrock::Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f)
     : ImplicitStepper(table, f),
       table_(table),
       rows_(checkedStages(table.m.size(), table.name), static_cast<std::size_t>(f.arrangedSize())),
-      U_(rows_.rows()),
       m_(table.m, U_, f.arrangedSize()),
-      e_(table.e, U_, f.arrangedSize()),
-      timeSlope_(startSlope_),
-      stage_(startSlope_),
-      slope_(startSlope_) {
+      e_(table.e, U_, f.arrangedSize()) {
   for (std::size_t i = 0; i < U_.size(); ++i) {
     a_.emplace_back(table.a[i], U_, f.arrangedSize());
     C_.emplace_back(table.C[i], U_, f.arrangedSize());
   }
   f_.reserve(0);
-}
-
-double Rosenbrock::cost() const {
-  const LinearCosts linear = f_.linearCosts();
-  const auto stages = static_cast<double>(U_.size());
-  return linear.factor + stages - 1 + stages * linear.solve;
 }
 
 void Rosenbrock::step(double t, double h, const Vector& y) {

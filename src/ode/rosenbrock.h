@@ -35,17 +35,21 @@ class Rosenbrock : public ImplicitStepper {
   /// @throws std::invalid_argument for a table of more than 13 stages.
   Rosenbrock(const RosenbrockTableau& table, LinearizedSystem& f);
 
-  double cost() const override;
+  double cost() const override {
+    const LinearCosts linear = f_.linearCosts();
+    const auto stages = static_cast<double>(U_.size());
+    return linear.factor + stages - 1 + stages * linear.solve;
+  }
   void step(double t, double h, const Vector& y) override;
 
  private:
   RosenbrockTableau table_;
   CacheRows rows_;
-  std::vector<double*> U_;         ///< these
+  std::vector<double*> U_ = rows_.rows();
   std::vector<NystromRow> a_, C_;  ///< of a stage: Σ a_ij U_j and Σ C_ij U_j
   NystromRow m_, e_;
-  Vector timeSlope_;      ///< ∂f/∂t where the step starts
-  Vector stage_, slope_;  ///< y of a stage, and f there
+  Vector timeSlope_ = startSlope_;                    ///< ∂f/∂t where the step starts
+  Vector stage_ = startSlope_, slope_ = startSlope_;  ///< y of a stage, and f there
 };
 
 }  // namespace planar_chain::ode

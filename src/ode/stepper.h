@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "ode/system.h"
+#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -23,7 +24,7 @@ struct MethodFacts {
 /// Only constructors allocate. No function throws.
 class Stepper {
  public:
-  /// f must outlive the stepper.
+  /// f must outlive the stepper. Chooses the kernel for its vectors.
   Stepper(const MethodFacts& facts, System& f)
       : facts_(facts),
         system_(f),
@@ -54,6 +55,19 @@ class Stepper {
     step(t, h, y);
     forget();
   }
+  /// Adds increment() to the state with Kahan's summation and sets its time. Returns false, and changes
+  /// nothing, if the result is not finite.
+  bool take(State& state, double t) const {
+    const bool isFinite =
+        vectors_.addCarried(state.y.data(), state.carry.data(), increment_.data(), increment_.size());
+    if (isFinite) state.t = t;
+    return isFinite;
+  }
+  /// As take(), after stepAgain() to the time t.
+  bool takeAgain(State& state, double t) {
+    stepAgain(state.t, t - state.t, state.y);
+    return take(state, t);
+  }
   /// Call this when the attempted step is accepted.
   virtual void accept() = 0;
   /// Call this when f has jumped or the state was set. Discards all stored values of f.
@@ -62,6 +76,7 @@ class Stepper {
  protected:
   const MethodFacts facts_;
   System& system_;
+  const simd::VectorKernel& vectors_ = simd::vectors();
   Vector increment_, error_;
 };
 
@@ -85,8 +100,6 @@ class ImplicitStepper : public Stepper {
 
   LinearizedSystem& f_;
   Vector startSlope_;  ///< f where the step starts
-
- private:
   bool linearized_ = false;
 };
 

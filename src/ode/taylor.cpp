@@ -48,13 +48,7 @@ double power(double x, int k) {
 Taylor::Taylor(SeriesSystem& f, double tolerance)
     : Stepper(factsFor(orderFor(tolerance)), f),
       f_(f),
-      vectors_(simd::vectors()),
-      order_(facts().order),
-      c_(static_cast<std::size_t>((order_ + 1) * f.driving())),
-      y_(f.size()),
-      sum_(y_),
-      integrandRates_(f.size() - f.driving()),
-      derivative_(increment_) {
+      c_(static_cast<std::size_t>((order_ + 1) * f.driving())) {
   f_.reserveSeries(order_);
   cost_ = f_.seriesCost(order_);
 
@@ -67,13 +61,6 @@ Taylor::Taylor(SeriesSystem& f, double tolerance)
   roots.computeFromTridiagonal(Eigen::VectorXd::Zero(count), beside);
   nodes_ = (roots.eigenvalues().array() + 1) / 2;
   weights_ = roots.eigenvectors().row(0).array().square();
-}
-
-void Taylor::findSeries(double t, const Vector& y) {
-  if (isKnown_) return;
-  f_.restore(y.data(), y_.data());
-  f_.series(t, y_.data(), order_, c_.data());
-  isKnown_ = true;
 }
 
 const Vector& Taylor::derivative(double t, const Vector& y) {
@@ -105,23 +92,6 @@ void Taylor::findError(double h) {
   error = (error > last).select(error, last);
   sum_.tail(integrandRates_.size()).setZero();
   f_.arrange(sum_.data(), error_.data());
-}
-
-bool Taylor::foresees(double t, double h, const Vector& y) {
-  cost_ = isKnown_ ? 0 : f_.seriesCost(order_);
-  findSeries(t, y);
-  findError(h);
-  return true;
-}
-
-void Taylor::step(double t, double h, const Vector& y) {
-  findSeries(t, y);
-  findError(h);
-  findIncrement(t, h);
-}
-
-void Taylor::stepAgain(double t, double h, const Vector& /*y*/) {
-  findIncrement(t, h);  // by the same series
 }
 
 void Taylor::findIncrement(double t, double h) {

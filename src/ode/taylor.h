@@ -19,10 +19,6 @@
 
 #include "ode/stepper.h"
 
-namespace planar_chain::simd {
-struct VectorKernel;
-}
-
 namespace planar_chain::ode {
 
 class Taylor : public Stepper {
@@ -33,25 +29,39 @@ class Taylor : public Stepper {
   /// Of the last attempt.
   double cost() const override { return cost_; }
   const Vector& derivative(double t, const Vector& y) override;
-  bool foresees(double t, double h, const Vector& y) override;
-  void step(double t, double h, const Vector& y) override;
-  void stepAgain(double t, double h, const Vector& y) override;
+  bool foresees(double t, double h, const Vector& y) override {
+    cost_ = isKnown_ ? 0 : f_.seriesCost(order_);
+    findSeries(t, y);
+    findError(h);
+    return true;
+  }
+  void step(double t, double h, const Vector& y) override {
+    findSeries(t, y);
+    findError(h);
+    findIncrement(t, h);
+  }
+  /// By the same series.
+  void stepAgain(double t, double h, const Vector& /*y*/) override { findIncrement(t, h); }
   void accept() override { forget(); }
   void forget() override { isKnown_ = false; }
 
  private:
-  void findSeries(double t, const Vector& y);
+  void findSeries(double t, const Vector& y) {
+    if (isKnown_) return;
+    f_.restore(y.data(), y_.data());
+    f_.series(t, y_.data(), order_, c_.data());
+    isKnown_ = true;
+  }
   void findError(double h);
   void findIncrement(double t, double h);
 
   SeriesSystem& f_;
-  const simd::VectorKernel& vectors_;
-  int order_;
+  int order_ = facts().order;
   double cost_;
   Eigen::VectorXd nodes_, weights_;  ///< of Gauss's rule on [0, 1]
   std::vector<double> c_;
-  Vector y_, sum_, integrandRates_;  ///< in the order of the series
-  Vector derivative_;
+  Vector y_{f_.size()}, sum_ = y_, integrandRates_{f_.size() - f_.driving()};  ///< in the order of the series
+  Vector derivative_ = increment_;
   bool isKnown_ = false;
 };
 

@@ -14,7 +14,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double noNumber = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t longestName = 64;
 
-double uncheckedNumber(const Value& value) {
+double unchecked(const Value& value) {
   const std::optional<double> number = numberIn(value);
   if (!number) return noNumber;
   return std::isfinite(*number) ? *number : infinity;
@@ -72,12 +72,9 @@ Section::Section(const Value* value, std::string path, const std::vector<const c
     const std::string keys = names.empty() ? "" : " with keys of: " + names;
     faults.push_back({path_.empty() ? "scene" : path_, "a map" + keys, describe(*value)});
   }
-  if (known.size() == 0) return;
-  for (const auto& entry : *map_) {
-    const std::string& key = entry.first;
-    if (std::find(known.begin(), known.end(), key) == known.end()) {
-      fault(key, "one of the keys " + names, quoted(key));
-    }
+  for (const auto& [key, entry] : *map_) {
+    const bool isKnown = known.empty() || std::find(known.begin(), known.end(), key) != known.end();
+    if (!isKnown) fault(key, "one of the keys " + names, quoted(key));
   }
 }
 
@@ -95,65 +92,61 @@ void Section::fault(const std::string& key, const std::string& expected) const {
   fault(key, expected, found(find(key)) + (isNumeric ? noteOn(find(key)) : ""));
 }
 
-double Section::unchecked(const std::string& key, double absent) const {
-  const Value* value = find(key);
-  return value ? uncheckedNumber(*value) : absent;
+double Section::uncheckedNumber(const std::string& key) const {
+  return has(key) ? unchecked(*find(key)) : noNumber;
 }
 
-Vec2d Section::unchecked(const std::string& key, Vec2d absent) const {
-  const Value* value = find(key);
-  if (!value) return absent;
-  const Value::List* list = value->list();
+Vec2d Section::uncheckedPair(const std::string& key) const {
+  const Value::List* list = has(key) ? find(key)->list() : nullptr;
   if (!list || list->size() != 2) return {noNumber, noNumber};
-  return {uncheckedNumber((*list)[0]), uncheckedNumber((*list)[1])};
+  return {unchecked((*list)[0]), unchecked((*list)[1])};
 }
 
 /// Sets the target to the value found. Without one, records a fault if the key is there.
 template <class T>
-bool Section::accept(const std::string& key, std::optional<T> found, const std::string& expected,
-                     T& target) const {
+bool Section::accept(const std::string& key, const T* found, const std::string& expected, T& target) const {
   if (found) {
-    target = std::move(*found);
+    target = *found;
   } else if (has(key)) {
     fault(key, expected);
   }
-  return found.has_value();
+  return found;
 }
 
 bool Section::take(const std::string& key, const NumberRule& rule, double& target) const {
-  const double number = unchecked(key, noNumber);
-  return accept(key, rule.holds(number) ? std::optional(number) : std::nullopt, rule.inWords(number), target);
+  const double number = uncheckedNumber(key);
+  return accept(key, rule.holds(number) ? &number : nullptr, rule.inWords(number), target);
 }
 
 bool Section::take(const std::string& key, const char* unit, Vec2d& target) const {
-  std::optional<Vec2d> pair = unchecked(key, Vec2d{noNumber, noNumber});
-  if (!isFinite(*pair)) pair.reset();
-  return accept(key, pair, std::string("two finite numbers [x, y], in ") + unit, target);
+  const Vec2d pair = uncheckedPair(key);
+  return accept(key, isFinite(pair) ? &pair : nullptr, std::string("two finite numbers [x, y], in ") + unit,
+                target);
 }
 
 bool Section::take(const std::string& key, bool& target) const {
   const Value* value = find(key);
-  const bool* flag = value ? value->flag() : nullptr;
-  return accept(key, flag ? std::optional(*flag) : std::nullopt, "true or false", target);
+  return accept(key, value ? value->flag() : nullptr, "true or false", target);
 }
 
 bool Section::takeText(const std::string& key, const std::function<bool(const std::string&)>& isAllowed,
                        const std::string& expected, std::string& target) const {
   const Value* value = find(key);
   const std::string* text = value ? value->text() : nullptr;
-  return accept(key, text && isAllowed(*text) ? std::optional(*text) : std::nullopt, expected, target);
+  return accept(key, text && isAllowed(*text) ? text : nullptr, expected, target);
 }
 
 bool Section::takeNumbers(const std::string& key, const char* unit, std::vector<double>& target) const {
   const Value* value = find(key);
-  std::optional<std::vector<double>> numbers;
-  if (value && value->list() && value->list()->size() >= 2) {
-    numbers.emplace();
-    for (const Value& entry : *value->list()) numbers->push_back(uncheckedNumber(entry));
-    const auto isSound = [](double number) { return std::isfinite(number); };
-    if (!std::all_of(numbers->begin(), numbers->end(), isSound)) numbers.reset();
+  std::vector<double> numbers;
+  if (value && value->list()) {
+    for (const Value& entry : *value->list()) numbers.push_back(unchecked(entry));
   }
-  return accept(key, numbers, std::string("a list of two or more finite numbers, in ") + unit, target);
+  const bool areSound = numbers.size() >= 2 && std::all_of(numbers.begin(), numbers.end(), [](double number) {
+                          return std::isfinite(number);
+                        });
+  return accept(key, areSound ? &numbers : nullptr,
+                std::string("a list of two or more finite numbers, in ") + unit, target);
 }
 
 bool takeCurve(const Section& in, const char* unit, std::vector<double>& times, std::vector<double>& values) {

@@ -3,7 +3,6 @@
 /// Section: one map of a scene. It returns the values of its keys and records every fault with its full path.
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,10 +56,10 @@ class Section {
     faults_->push_back({pathOf(key), expected, found});
   }
 
-  // Numbers that the caller checks. A value that is not a number gives NaN, one that is not finite gives ∞,
-  // an absent key gives `absent`.
-  double unchecked(const std::string& key, double absent) const;
-  Vec2d unchecked(const std::string& key, Vec2d absent) const;
+  // Numbers that the caller checks. A value that is not a number, or absent, gives NaN, one that is not
+  // finite gives ∞.
+  double uncheckedNumber(const std::string& key) const;
+  Vec2d uncheckedPair(const std::string& key) const;
 
   // Values that are checked here. A faulty or absent value leaves `target` as it is.
   /// @returns true if the target was set
@@ -73,7 +72,7 @@ class Section {
 
  private:
   template <class T>
-  bool accept(const std::string& key, std::optional<T> found, const std::string& expected, T& target) const;
+  bool accept(const std::string& key, const T* found, const std::string& expected, T& target) const;
 
   const Value::Map* map_;
   std::string path_;

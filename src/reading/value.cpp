@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <initializer_list>
 #include <limits>
 #include <locale>
 #include <sstream>
@@ -23,9 +23,8 @@ bool isDigit(char c) {
   return c >= '0' && c <= '9';
 }
 
-template <std::size_t n>
-bool isOneOf(const std::string& text, const char* const (&words)[n]) {
-  return std::find(std::begin(words), std::end(words), text) != std::end(words);
+bool isOneOf(const std::string& text, std::initializer_list<const char*> words) {
+  return std::find(words.begin(), words.end(), text) != words.end();
 }
 
 }  // namespace
@@ -154,6 +153,18 @@ void requireBounds(const std::string& text) {
   }
 }
 
+/// Between brackets, yaml-cpp 0.6 never ends at a colon before ] or the end (to it also '\4'), but at one
+/// before a space.
+std::string spaced(const std::string& text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    result += text[i];
+    const char next = i + 1 < text.size() ? text[i + 1] : '\4';
+    if (text[i] == ':' && (next == ']' || next == '\4')) result += ' ';
+  }
+  return result;
+}
+
 int lineOf(const YAML::Mark& mark) {
   return mark.line + 1;
 }
@@ -189,9 +200,7 @@ bool isOddNumber(const std::string& text) {
 Value resolve(const std::string& text) {
   if (isOneOf(text, {"", "~", "null", "Null", "NULL"})) return Value();
   if (isOneOf(text, {"true", "True", "TRUE", "yes", "Yes", "YES", "on", "On", "ON"})) return true;
-  if (isOneOf(text, {"false", "False", "FALSE", "no", "No", "NO", "off", "Off", "OFF"})) {
-    return false;
-  }
+  if (isOneOf(text, {"false", "False", "FALSE", "no", "No", "NO", "off", "Off", "OFF"})) return false;
   if (isOddNumber(text)) return Value::OddNumber{text};
   const std::optional<double> number = numberIn(text);
   if (!number) return text;
@@ -260,10 +269,10 @@ class Builder : public YAML::EventHandler {
     Counted tree;
     YAML::Mark mark;
     YAML::anchor_t anchor = 0;
-    std::optional<std::string> key;
+    std::optional<std::string> key = {};
     int keyLine = 0;
-    bool merges = false;  ///< the key is a plain <<
-    Value::Map merged;    ///< the keys from <<; the map's own keys take precedence
+    bool merges = false;     ///< the key is a plain <<
+    Value::Map merged = {};  ///< the keys from <<; the map's own keys take precedence
   };
 
   std::string path() const {
@@ -286,24 +295,20 @@ class Builder : public YAML::EventHandler {
   }
 
   void count(const YAML::Mark& mark, const Counted& tree) {
+    const auto refuseMore = [&](const std::string& most) {
+      refuse(path(), most, "more in " + placeOf(mark), lineOf(mark));
+    };
     bytes_ += tree.bytes;
     values_ += tree.values;
-    if (open_.size() + tree.levels > deepest) {
-      refuse(path(), "at most " + std::to_string(deepest) + " levels", "more in " + placeOf(mark),
-             lineOf(mark));
-    }
-    if (values_ > mostValues) refuse(path(), notTooMany(), "more in " + placeOf(mark), lineOf(mark));
-    if (bytes_ > longestYaml) refuse(path(), notTooLong(), "more in " + placeOf(mark), lineOf(mark));
+    if (open_.size() + tree.levels > deepest) refuseMore("at most " + std::to_string(deepest) + " levels");
+    if (values_ > mostValues) refuseMore(notTooMany());
+    if (bytes_ > longestYaml) refuseMore(notTooLong());
   }
 
   void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, Value empty) {
     requireNoTag(mark, tag);
     count(mark, {});
-    Open level;
-    level.tree.value = std::move(empty);
-    level.mark = mark;
-    level.anchor = anchor;
-    open_.push_back(std::move(level));
+    open_.push_back({{std::move(empty)}, mark, anchor});
   }
 
   void close() {
@@ -322,10 +327,7 @@ class Builder : public YAML::EventHandler {
       return;
     }
     Open& level = open_.back();
-    if (level.tree.value.map() && !level.key) {
-      takeKey(mark, level, tree.value, isPlain);
-      return;
-    }
+    if (level.tree.value.map() && !level.key) return takeKey(mark, level, tree.value, isPlain);
     level.tree.bytes += tree.bytes;
     level.tree.values += tree.values;
     level.tree.levels = std::max(level.tree.levels, tree.levels + 1);
@@ -340,19 +342,14 @@ class Builder : public YAML::EventHandler {
       level.tree.value.map()->emplace(*level.key, std::move(tree.value));
     }
     level.key.reset();
-    level.merges = false;
   }
 
   void takeKey(const YAML::Mark& mark, Open& level, const Value& key, bool isPlain) {
-    if (!key.text()) {
-      refuseHere("text as a key", describe(key), mark);
-    }
+    if (!key.text()) refuseHere("text as a key", describe(key), mark);
     level.keyLine = lineOf(mark);
     level.key = key.text() ? *key.text() : describe(key);
     level.merges = isPlain && *level.key == "<<";
-    if (level.tree.value.map()->count(*level.key) != 0) {
-      refuseHere("each key once", "it again", mark);
-    }
+    if (level.tree.value.map()->count(*level.key) != 0) refuseHere("each key once", "it again", mark);
   }
 
   /// << takes a map or a list of maps. The first map with a key sets its value.
@@ -378,7 +375,7 @@ class Builder : public YAML::EventHandler {
 Value parseYaml(const std::string& text) {
   requireBounds(text);
   try {
-    std::istringstream in(text);
+    std::istringstream in(spaced(text));
     YAML::Parser parser(in);
     Builder first;
     parser.HandleNextDocument(first);

@@ -12,7 +12,7 @@
 #include <complex>
 #include <cstdio>
 
-#include "ode/tableau.h"
+#include "ode/explicit_runge_kutta.h"
 #include "planar_chain/linear_model.h"
 #include "planar_chain/simulation.h"
 #include "report/own.h"

@@ -18,22 +18,78 @@
 /// A share of the energy that moves is allowed besides: a thousand tolerances. Methods of fixed step promise
 /// no tolerance; for them the share is a tenth.
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "dynamics/dynamics.h"
-#include "ode/system.h"
+#include "ode/methods.h"
 #include "planar_chain/scene.h"
 
 namespace planar_chain {
 
+/// Only the constructor allocates.
 class EnergyGuard {
  public:
   /// The scene and its dynamics must outlive this object.
-  EnergyGuard(const Scene& scene, const Dynamics& dynamics);
+  EnergyGuard(const Scene& scene, const Dynamics& dynamics) : dynamics_(dynamics), n_(scene.chain.size()) {
+    constexpr double fixedShare = 0.1, tolerances = 10, sharePerTolerance = 1000;
+    const bool isFixed = ode::hasFixedStep(scene.integrator.method);
+    const double tolerance = scene.integrator.tolerance;
+    tolerance_ = isFixed ? 0 : tolerances * tolerance;
+    share_ = isFixed ? fixedShare : std::min(fixedShare, sharePerTolerance * tolerance);
+    double pin = 0;
+    for (int j = 0; j < n_; ++j) {
+      const Link& link = scene.chain.links()[index(j)];
+      const double reach = pin + length(link.com);
+      inertia_ += link.mass * reach * reach + link.inertia;
+      weight_ += link.mass * length(scene.chain.gravity()) * reach;
+      for (const EffectKind* kind : effectKinds()) {
+        inertia_ += kind->inertiaIn(scene.chain.joints()[index(j)]);
+        stiffness_ += kind->stiffnessOf(scene.chain.joints()[index(j)]);
+      }
+      pin += length(link.pin);
+    }
+  }
+
+  /// W_s and W_d in a state in chain order.
+  Eigen::Vector2d worksOf(const double* y) const {
+    if (dynamics_.works() == 0) return Eigen::Vector2d::Zero();
+    return {y[2 * n_], y[2 * n_ + 1]};
+  }
 
   /// Starts the balance at this state. y: the same state in chain order.
-  void begin(const ode::State& state, const double* y);
+  void begin(const ode::State& state, const double* y) {
+    good_ = state;
+    energyThen_ = dynamics_.energy(state.t, y);
+    worksThen_ = worksOf(y);
+    gap_ = moved_ = 0;
+  }
+
   /// Returns true if the balance closes from the last good state to this one, which then is the last good
-  /// state. Allocates nothing.
-  bool accept(const ode::State& state, const double* y);
+  /// state.
+  bool accept(const ode::State& state, const double* y) {
+    const Energy now = dynamics_.energy(state.t, y);
+    const Eigen::Vector2d works = worksOf(y);
+    const double in = works[0] - worksThen_[0];
+    const double out = works[1] - worksThen_[1];
+    const double fading = std::max(0.0, 1 - (state.t - good_.t));
+    const double gap = gap_ * fading + (now.kinetic - energyThen_.kinetic) +
+                       (now.potential - energyThen_.potential) - in + out;
+    const double moved = std::max(moved_ * fading, now.kinetic + energyThen_.kinetic +
+                                                       std::abs(now.potential - energyThen_.potential) +
+                                                       std::abs(in) + std::abs(out));
+    if (!std::isfinite(gap) || !(std::abs(gap) <= errorEnergy(state.t, y, now) + share_ * moved)) {
+      refused_ = gap;
+      return false;
+    }
+    good_ = state;
+    energyThen_ = now;
+    worksThen_ = works;
+    gap_ = gap;
+    moved_ = moved;
+    return true;
+  }
   const ode::State& lastGood() const { return good_; }
   /// The last good state, of the same energy and motion, but with other angles.
   void moveTo(const ode::State& state) { good_ = state; }
@@ -41,11 +97,22 @@ class EnergyGuard {
   double gap() const { return refused_; }
 
  private:
-  struct Works {
-    double in = 0, out = 0;
-  };
-  Works worksOf(const double* y) const;
-  double errorEnergy(double t, const double* y, const Energy& now) const;
+  double errorEnergy(double t, const double* y, const Energy& now) const {
+    constexpr double mostAngle = 1e6;  // rad; beyond, rounding explains no gap
+    const Eigen::Map<const Eigen::ArrayXd> theta(y, n_), omega(y + n_, n_);
+    const double rounding = std::numeric_limits<double>::epsilon() * std::max(32, n_);
+    const double error = tolerance_ * std::max(1.0, t - good_.t);
+    const double angle = error + rounding * (pi + std::min(theta.abs().maxCoeff(), mostAngle));
+    const double rate = (error + rounding) * (1 + omega.abs().maxCoeff());
+
+    const double kinetic = 0.5 * inertia_ * rate * rate;
+    const double elastic = 2 * stiffness_ * angle * angle;
+    const double mostKinetic = std::max(now.kinetic, energyThen_.kinetic);
+    const double mostElastic = std::max(now.elastic, energyThen_.elastic);
+    // Root by root: a product of energies may be past what a double holds.
+    return 2 * std::sqrt(mostKinetic) * std::sqrt(kinetic) + kinetic +
+           2 * std::sqrt(mostElastic) * std::sqrt(elastic) + elastic + weight_ * angle;
+  }
 
   const Dynamics& dynamics_;
   int n_;
@@ -56,7 +123,7 @@ class EnergyGuard {
   double weight_ = 0;     ///< Σ m |g| ρ
   ode::State good_;
   Energy energyThen_;
-  Works worksThen_;
+  Eigen::Vector2d worksThen_;
   double gap_ = 0, moved_ = 0;  ///< of about the last second
   double refused_ = 0;
 };

@@ -13,6 +13,7 @@
 #include "ode/methods.h"
 #include "ode/switches.h"
 #include "run/energy_guard.h"
+#include "run/ladder.h"
 #include "run/turns.h"
 #include "simd/cpu.h"
 
@@ -29,43 +30,14 @@ void require(bool holds, const char* what) {
 }
 
 bool allFinite(const std::vector<double>& values) {
-  for (const double value : values) {
-    if (!std::isfinite(value)) return false;
-  }
-  return true;
-}
-
-/// The ladder of methods: the scene's; the same with smaller steps; a stiff one.
-constexpr std::size_t rungs = 3;
-IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung) {
-  if (rung > 0) {
-    scene.step /= 8;
-    scene.tolerance = std::max(scene.tolerance / 100, std::min(scene.tolerance, 1e-13));
-  }
-  if (rung > 1) scene.method = "rodas5p";
-  return scene;
-}
-
-/// The pace, s a step, below which rodas5p replaces the scene's method. 0: never.
-double leastPaceOf(const IntegratorSettings& settings) {
-  const std::string& method = settings.method;
-  if (method == "auto" || method == "rodas5p" || method == "radau13") return 0;
-  if (method == "ros34pw2") return 1e-10;  // its order is low: it takes steps of 1e-9 s for its accuracy
-  return ode::hasFixedStep(method) ? std::min(1e-8, settings.step / 100) : 1e-8;
-}
-
-/// Angles count up to half a turn in the error control, rates as they are; works are not controlled.
-ode::Tolerance toleranceOf(double value, int n) {
-  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(2 * n, std::numeric_limits<double>::infinity())};
-  tolerance.ceiling.head(n) = pi;
-  return tolerance;
+  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
 }
 
 }  // namespace
 
 struct Simulation::Parts {
   const Scene& scene;
-  int n;
+  const int n = scene.chain.size();
   CommandEffect* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
   const std::unique_ptr<Dynamics> dynamics_;
   Dynamics& dynamics;
@@ -73,31 +45,21 @@ struct Simulation::Parts {
   std::size_t rung = 0;
   int goodChecks = 0;    // since the ladder was climbed
   int rescueLength = 1;  // checks to pass on a higher rung
-  double leastPace;
+  double leastPace = leastPaceOf(scene.integrator);
   ode::StepCount countThen;  // when the pace was last measured
   double timeThen = 0;
   long long rescues = 0;
-  EnergyGuard guard;
-  Turns turns;
-  ode::State state;
-  Eigen::VectorXd y;  ///< the state in the order of the chain
-  std::vector<double> q, qd;
+  EnergyGuard guard{scene, dynamics};
+  Turns turns{scene, dynamics.size()};
+  ode::State state{dynamics.arrangedSize()};
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size());  ///< the state in the order of the chain
+  std::vector<double> q = scene.q, qd = scene.qd;
   double energyAtStart = 0;
   bool actsOtherwise = false;  // than the dynamics know
   std::string fault;
 
   Parts(const Scene& given, int commandCapacity)
-      : scene(given),
-        n(given.chain.size()),
-        dynamics_(makeDynamics(scene, makeCommands(commandCapacity))),
-        dynamics(*dynamics_),
-        leastPace(leastPaceOf(scene.integrator)),
-        guard(scene, dynamics),
-        turns(scene, dynamics.size()),
-        state(dynamics.arrangedSize()),
-        y(dynamics.size()),
-        q(static_cast<std::size_t>(n)),
-        qd(static_cast<std::size_t>(n)) {
+      : scene(given), dynamics_(makeDynamics(scene, makeCommands(commandCapacity))), dynamics(*dynamics_) {
     fault.reserve(300);
     climbTo(0);
   }
@@ -126,8 +88,6 @@ struct Simulation::Parts {
     timeThen = state.t;
   }
 
-  const double* theta() const { return y.data(); }
-  const double* omega() const { return y.data() + n; }
   void restore() { dynamics.restore(state.y.data(), y.data()); }
 
   void set(const std::vector<double>& newQ, const std::vector<double>& newQd) {
@@ -216,8 +176,7 @@ struct Simulation::Parts {
     const ode::Outcome outcome =
         integrator().integrate(state, end, dynamics.effects().longestStep(), stepsPerCheck);
     restore();
-    const bool failed = outcome == ode::Outcome::notFinite || outcome == ode::Outcome::stepTooSmall;
-    if (failed || !guard.accept(state, y.data())) {
+    if (ode::hasFailed(outcome) || !guard.accept(state, y.data())) {
       state = guard.lastGood();
       restore();
       if (rung + 1 == rungs) return fail(outcome);
@@ -263,23 +222,18 @@ struct Simulation::Parts {
   }
 
   void readRelative() {
-    toRelative(theta(), n, q.data());
-    toRelative(omega(), n, qd.data());
+    toRelative(y.data(), n, q.data());
+    toRelative(y.data() + n, n, qd.data());
     dynamics.hold(state.t, q.data(), qd.data());
     turns.addTo(q);
   }
 
   void fail(ode::Outcome outcome) {
-    char why[80];
-    switch (outcome) {
-      case ode::Outcome::notFinite:
-        std::snprintf(why, sizeof why, "the motion leaves the finite numbers");
-        break;
-      case ode::Outcome::stepTooSmall:
-        std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
-        break;
-      default:
-        std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", guard.gap());
+    char why[80] = "the motion leaves the finite numbers";
+    if (outcome == ode::Outcome::stepTooSmall) {
+      std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
+    } else if (outcome != ode::Outcome::notFinite) {
+      std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", guard.gap());
     }
     char text[300];
     std::snprintf(
@@ -354,10 +308,9 @@ Energy Simulation::energy() const {
 EnergyBalance Simulation::energyBalance() const {
   EnergyBalance balance;
   balance.now = energy();
-  if (parts_->dynamics.works() > 0) {
-    balance.supplied = parts_->y[2 * parts_->n];
-    balance.dissipated = parts_->y[2 * parts_->n + 1];
-  }
+  const Eigen::Vector2d works = parts_->guard.worksOf(parts_->y.data());
+  balance.supplied = works[0];
+  balance.dissipated = works[1];
   balance.residual = balance.now.total() - parts_->energyAtStart - balance.supplied + balance.dissipated;
   return balance;
 }
@@ -399,8 +352,7 @@ void Simulation::clearCommands() {
 }
 
 std::vector<Load> Simulation::commands() const {
-  if (!parts_->commands) return {};
-  return parts_->commands->inForce(parts_->state.t);
+  return parts_->commands ? parts_->commands->inForce(parts_->state.t) : std::vector<Load>();
 }
 
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {

@@ -2,26 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
-#include <stdexcept>
 #include <utility>
 
-#include "dynamics/equilibrium.h"
+#include "dynamics/coupled_dynamics.h"
 #include "effects/effect_kind.h"
+#include "ode/methods.h"
 #include "planar_chain/energy.h"
 #include "planar_chain/urdf_reader.h"
 #include "reading/section.h"
-#include "scene/law_reader.h"
 #include "scene/settings_reader.h"
 
 namespace planar_chain {
 
 namespace {
 
-constexpr double highestFactor = 1000;
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 // ---- links -----------------------------------------------------------------------------------
 
@@ -36,11 +32,6 @@ struct Entry {
   bool namesAreSound = true;
 };
 
-/// Stands for a body with faults, so that the names and the other links can still be checked.
-Link disc(const std::string& name) {
-  return {name, 1, 1, {0, 0}, {1, 0}};
-}
-
 /// The joint with some stiffness of its stop, if it has a limit.
 Joint withStop(Joint joint) {
   if (joint.isLimited()) joint.stopStiffness = 1;
@@ -53,11 +44,9 @@ void takeEffects(const Section& in, Joint& joint) {
   std::set<std::string> refused;
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
-      if (!in.has(key.name)) continue;
-      const double value = in.unchecked(key.name, missing);
-      if (!std::isfinite(value)) {
-        in.fault(key.name, key.range.inWords(value));
-        refused.insert(key.name);
+      double value = 0;
+      if (!in.take(key.name, {key.range.which}, value)) {
+        if (in.has(key.name)) refused.insert(key.name);
       } else if (key.member) {
         joint.*key.member = value;
       } else {
@@ -70,19 +59,6 @@ void takeEffects(const Section& in, Joint& joint) {
     if (refused.insert(key).second) in.fault(key, fault.expected);
   }
   if (!refused.empty()) joint = {joint.name};
-}
-
-/// Reads `drive`, which gives the angle: nothing else may.
-void takeDrive(const Section& link, const Section& joint, Entry& entry) {
-  entry.drive = readLaw(joint, "drive", "rad", true);
-  for (const char* other :
-       {"friction", "breakaway", "stiffness", "damping", "rest_angle", "lower", "upper"}) {
-    if (joint.has(other)) joint.fault(other, std::string("no ") + other + " in a driven joint");
-  }
-  if (link.has("initial")) link.fault("initial", "no initial state of a driven joint", "initial");
-  const GivenMotion start = entry.drive->at(0);
-  entry.q = start.value;
-  entry.qd = start.rate;
 }
 
 /// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
@@ -108,30 +84,26 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
                                : "a number from -5e16 to 5e16 rad (2^53 turns)");
   }
   initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
-  if (joint.has("drive")) takeDrive(in, joint, entry);
+  if (joint.has("drive")) entry.drive = readDrive(in, joint, entry.q, entry.qd);
 }
 
 Entry readEntry(const Section& links, const std::string& name) {
-  // The name.
-  Entry entry{disc(name), {}};
+  // The name. A disc stands for a body with faults, so that the names and the other links can be checked.
+  Entry entry{{name, 1, 1, {0, 0}, {1, 0}}, {}};
   const Section in = links.section(name, {"mass", "inertia", "com", "pin", "repeat", "joint", "initial"});
-  if (!isName(name)) {
-    links.fault(name, nameInWords, quoted(name));
-    entry.namesAreSound = false;
-  }
+  entry.namesAreSound = isName(name);
+  if (!entry.namesAreSound) links.fault(name, nameInWords, quoted(name));
   if (!links.find(name)->map()) return entry;
 
   // The body.
-  const Vec2d nowhere{missing, missing};
-  const Link link{name, in.unchecked("mass", missing), in.unchecked("inertia", missing),
-                  in.unchecked("com", nowhere), in.unchecked("pin", nowhere)};
+  const Link link{name, in.uncheckedNumber("mass"), in.uncheckedNumber("inertia"), in.uncheckedPair("com"),
+                  in.uncheckedPair("pin")};
   const std::vector<Fault> ofLink = faultsOf(link);
   for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
   if (ofLink.empty()) entry.link = link;
 
-  // The number of links.
-  if (!takeCount(in, "repeat", entry.repeat)) entry.namesAreSound = false;
-
+  // The number of links, and how they move.
+  entry.namesAreSound &= takeCount(in, "repeat", entry.repeat);
   takeMotion(in, false, entry);
   return entry;
 }
@@ -192,7 +164,7 @@ std::optional<Expanded> readLinks(const Section& top) {
     top.fault("chain", "a list of link names, from the ground pin outwards");
     return std::nullopt;
   }
-  std::vector<const Entry*> inOrder;
+  Expanded expanded;
   std::set<std::string> listed;
   long long total = 0;
   for (std::size_t i = 0; i < order->size(); ++i) {
@@ -205,26 +177,18 @@ std::optional<Expanded> readLinks(const Section& top) {
       top.fault("chain/" + std::to_string(i), fault, describe(name));
       isCertain = false;
     } else {
-      inOrder.push_back(&entry->second);
       total += entry->second.repeat;
+      if (total <= mostLinks) append(entry->second, expanded);
     }
   }
-  for (const auto& entry : entries) {
-    if (listed.count(entry.first) == 0) {
-      links.fault(entry.first, "a link listed in chain", quoted(entry.first));
-    }
+  for (const auto& [name, entry] : entries) {
+    if (listed.count(name) == 0) links.fault(name, "a link listed in chain", quoted(name));
   }
   if (total > mostLinks) {
     top.fault("chain", "at most " + std::to_string(mostLinks) + " links, with repeated ones counted",
               std::to_string(total));
-    isCertain = false;
   }
-
-  // The chain.
-  if (!isCertain) return std::nullopt;
-  Expanded expanded;
-  for (const Entry* entry : inOrder) append(*entry, expanded);
-  return expanded;
+  return isCertain && total <= mostLinks ? std::optional(std::move(expanded)) : std::nullopt;
 }
 
 /// The links of the URDF in `robot_description`. `links` adds what URDF cannot express.
@@ -232,21 +196,16 @@ std::optional<Expanded> readLinks(const Section& top) {
 std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults) {
   // The URDF.
   if (top.has("chain")) top.fault("chain", "no chain beside robot_description, which gives the order");
-  const std::string* text = top.find("robot_description")->text();
-  if (!text) {
-    top.fault("robot_description", "the text of a URDF");
-    return std::nullopt;
-  }
+  const Value& urdf = *top.find("robot_description");
   std::optional<PlanarRobot> robot;
+  if (!urdf.text()) top.fault("robot_description", "the text of a URDF");
   try {
-    robot = findRobot(*text, faults);
+    if (urdf.text()) robot = findRobot(*urdf.text(), faults);
   } catch (const Refused& refused) {
     faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
   }
   // A URDF within a scene counts its lines from its own first one.
-  if (top.find("robot_description")->line > 0) {
-    for (Fault& fault : faults) fault.line = 0;
-  }
+  for (Fault& fault : faults) fault.line = urdf.line > 0 ? 0 : fault.line;
   if (!robot) return std::nullopt;
 
   // Springs, stops and initial state from `links`.
@@ -259,9 +218,9 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
     takeMotion(links.section(name, {"joint", "initial"}), true, entry);
     append(entry, expanded);
   }
-  for (const auto& entry : links.entries()) {
-    if (expanded.names.links.count(entry.first) != 0) continue;
-    links.fault(entry.first, "a moving link of robot_description", quoted(entry.first));
+  for (const auto& [name, value] : links.entries()) {
+    const bool isKnown = expanded.names.links.count(name) != 0;
+    if (!isKnown) links.fault(name, "a moving link of robot_description", quoted(name));
   }
   return expanded;
 }
@@ -286,17 +245,17 @@ void setDefaultStops(const std::vector<Link>& links, std::vector<Joint>& joints)
 }
 
 /// Makes the chain. Its faults are reported at the keys of the scene, those of repeated links only once.
-std::optional<Chain> makeChain(const Expanded& from, Vec2d gravity, std::vector<Fault>& faults) {
+std::optional<Chain> makeChain(Expanded& from, std::vector<Fault>& faults) {
+  setDefaultStops(from.links, from.joints);
   try {
-    return Chain(from.links, from.joints, gravity);
+    return Chain(from.links, from.joints, from.gravity);
   } catch (const Refused& refused) {
     const std::string links = "links/";
     std::set<std::pair<std::string, std::string>> reported;
     for (Fault fault : refused.faults()) {
-      const std::size_t end = fault.path.find('/', links.size());
+      const std::size_t end = std::min(fault.path.find('/', links.size()), fault.path.size());
       const std::string name = fault.path.substr(links.size(), end - links.size());
-      const std::string rest = end == std::string::npos ? "" : fault.path.substr(end);
-      fault.path = links + from.entryOf.at(name) + rest;
+      fault.path.replace(links.size(), name.size(), from.entryOf.at(name));
       if (reported.emplace(fault.path, fault.expected).second) faults.push_back(std::move(fault));
     }
     return std::nullopt;
@@ -314,30 +273,24 @@ void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<F
   }
 }
 
-/// Puts the scene at rest in its equilibrium at t = 0.
-void startAtRest(Scene& scene, const Section& top) {
-  try {
-    scene.q = equilibriumOf(scene, 0, scene.q);
-  } catch (const std::domain_error& none) {
-    top.fault("start", "initial, as there is no equilibrium", none.what());
-  }
-  std::fill(scene.qd.begin(), scene.qd.end(), 0.0);
-  for (const Drive& drive : scene.drives) scene.qd[index(drive.joint)] = drive.law.at(0).rate;
-}
-
 }  // namespace
 
 // ---- The scene -------------------------------------------------------------------------------
 
 Scene readScene(const Value& value) {
   std::vector<Fault> faults;
-  std::vector<const char*> keys{"chain", "gravity", "links"};
+  std::vector<const char*> keys{"chain",
+                                "gravity",
+                                "links",
+                                "base",
+                                "start",
+                                "integrator",
+                                "publish",
+                                "command_timeout",
+                                "real_time_factor",
+                                "robot_description"};
   for (const EffectKind* kind : effectKinds()) {
-    if (kind->sceneKey()) keys.push_back(kind->sceneKey());
-  }
-  for (const char* key : {"base", "start", "integrator", "publish", "command_timeout", "real_time_factor",
-                          "robot_description"}) {
-    keys.push_back(key);
+    if (kind->sceneKey()) keys.insert(keys.end() - 7, kind->sceneKey());
   }
   const Section top(&value, "", keys, faults);
 
@@ -345,10 +298,9 @@ Scene readScene(const Value& value) {
   std::optional<Expanded> expanded = top.has("robot_description") ? readRobot(top, faults) : readLinks(top);
   const ChainNames* names = expanded ? &expanded->names : nullptr;
   std::optional<Chain> chain;
-  Vec2d gravity = expanded ? expanded->gravity : Vec2d{};
-  top.take("gravity", "m/s²", gravity);
-  if (expanded) setDefaultStops(expanded->links, expanded->joints);
-  if (expanded) chain = makeChain(*expanded, gravity, faults);
+  Vec2d unused;
+  top.take("gravity", "m/s²", expanded ? expanded->gravity : unused);
+  if (expanded) chain = makeChain(*expanded, faults);
 
   // All other keys.
   std::vector<Load> loads;
@@ -359,19 +311,15 @@ Scene readScene(const Value& value) {
       readPublish(top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states",
                                           "frame_every", "frame_prefix", "world_frame", "base_frame"}),
                   names);
-  std::string start = "initial";
-  const auto isStart = [](const std::string& text) { return text == "initial" || text == "rest"; };
-  top.takeText("start", isStart, "initial or rest", start);
+  const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base;
   if (top.has("base")) base = readBase(top.section("base", {"x", "y", "angle"}));
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   std::optional<double> realTimeFactor;
   if (top.has("real_time_factor")) {
-    const std::string range = " >= 0 and <= " + toText(highestFactor);
-    top.take("real_time_factor",
-             {range + " (simulated time per wall time; 0: as fast as possible)", 0, highestFactor, true},
-             realTimeFactor.emplace());
+    const char* range = " >= 0 and <= 1000 (simulated time per wall time; 0: as fast as possible)";
+    top.take("real_time_factor", {range, 0, 1000, true}, realTimeFactor.emplace());
   }
 
   const auto throwFaults = [&] {
@@ -392,7 +340,10 @@ Scene readScene(const Value& value) {
               realTimeFactor,
               std::move(expanded->drives),
               std::move(base)};
-  if (start == "rest") startAtRest(scene, top);
+  if (isCoupled(scene) && integrator.method == "taylor") {
+    top.section("integrator").fault("method", "a method other than taylor beside friction, rotors, drives, a base");
+  }
+  if (startsAtRest) startAtRest(scene, top);
   throwFaults();
   return scene;
 }

@@ -2,11 +2,11 @@
 
 #include <tinyxml2.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <initializer_list>
+#include <limits>
 #include <map>
 #include <sstream>
 #include <utility>
@@ -126,7 +126,10 @@ Pose poseOf(const Element& origin) {
   origin.of({}, {"xyz", "rpy"});
   const Eigen::Vector3d rpy = origin.three("rpy", ", in rad", Eigen::Vector3d::Zero());
   const auto about = [&](int i) { return Eigen::AngleAxisd(rpy[i], Eigen::Vector3d::Unit(i)).matrix(); };
-  return {about(2) * about(1) * about(0), origin.three("xyz", ", in m", Eigen::Vector3d::Zero())};
+  Pose pose;
+  pose.linear() = about(2) * about(1) * about(0);
+  pose.translation() = origin.three("xyz", ", in m", Eigen::Vector3d::Zero());
+  return pose;
 }
 
 // ---- Links -----------------------------------------------------------------------------------
@@ -136,7 +139,7 @@ void readInertial(const Element& inertial, UrdfLink& link) {
   const std::size_t before = inertial.faults();
   // The frame of the tensor, and the mass.
   const Pose pose = poseOf(inertial.only("origin"));
-  link.com = pose.shift;
+  link.com = pose.translation();
   link.mass = inertial.only("mass").of({}, {"value"}).number("value", NumberRule::from(0, "kg"));
   // The tensor, turned into the axes of the link.
   const Element inertia = inertial.only("inertia").of({}, {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
@@ -146,7 +149,7 @@ void readInertial(const Element& inertial, UrdfLink& link) {
   const double yz = inertia.number("iyz", rule), zz = inertia.number("izz", rule);
   Eigen::Matrix3d own;
   own << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-  link.inertia = pose.turn * own * pose.turn.transpose();
+  link.inertia = pose.linear() * own * pose.linear().transpose();
   link.isSound = inertial.faults() == before;
 }
 

@@ -3,21 +3,16 @@
 /// The parts of a URDF that matter to dynamics, in the units and frames of the file. Only this pair of files
 /// uses XML.
 
-#include <Eigen/Core>
-#include <limits>
-#include <optional>
+#include <Eigen/Geometry>
 #include <string>
 #include <vector>
 
-#include "planar_chain/fault.h"
+#include "planar_chain/chain.h"
 
 namespace planar_chain {
 
 /// The pose of one frame in another.
-struct Pose {
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
-};
+using Pose = Eigen::Isometry3d;
 
 struct UrdfLink {
   std::string name;
@@ -28,16 +23,13 @@ struct UrdfLink {
   std::vector<std::size_t> joints;                    ///< indices of the joints whose parent it is
 };
 
-struct UrdfJoint {
-  std::string name;
+/// A joint with its place. Of the values of a Joint it has name, damping and limits.
+struct UrdfJoint : Joint {
   bool moves = false;
   std::size_t parent = 0;  ///< index of the link
   std::size_t child = 0;
-  Pose origin;                                              ///< of the child in the parent, at position 0
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();          ///< unit vector, child's frame
-  double damping = 0;                                       ///< N m s/rad, ≥ 0
-  double lower = -std::numeric_limits<double>::infinity();  ///< rad
-  double upper = std::numeric_limits<double>::infinity();
+  Pose origin = Pose::Identity();                   ///< of the child in the parent, at position 0
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit vector, child's frame
 };
 
 struct UrdfDocument {

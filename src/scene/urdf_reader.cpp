@@ -1,6 +1,5 @@
 #include "planar_chain/urdf_reader.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -69,10 +68,6 @@ std::optional<std::size_t> findRoot(UrdfDocument& document, std::vector<Fault>& 
 
 // ---- Bodies ----------------------------------------------------------------------------------
 
-Pose operator*(const Pose& a, const Pose& b) {
-  return {a.turn * b.turn, a.shift + a.turn * b.shift};
-}
-
 /// A link of a body, and its pose. The shift is measured from the body's joint, in the root's axes.
 struct Part {
   const UrdfLink* link;
@@ -90,15 +85,14 @@ struct Body {
 Body bodyFrom(const UrdfDocument& document, std::size_t first, const Eigen::Matrix3d& turn,
               std::vector<Fault>& faults) {
   Body body;
-  std::vector<std::pair<std::size_t, Pose>> links{{first, {turn, Vector3d::Zero()}}};
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    const auto [link, pose] = links[i];
-    body.parts.push_back({&document.links[link], pose});
-    for (const std::size_t at : document.links[link].joints) {
+  body.parts.push_back({&document.links[first], Pose(turn)});
+  for (std::size_t i = 0; i < body.parts.size(); ++i) {
+    const Part part = body.parts[i];
+    for (const std::size_t at : part.link->joints) {
       const UrdfJoint& joint = document.joints[at];
-      const Pose below = pose * joint.origin;
+      const Pose below = part.pose * joint.origin;
       if (!joint.moves) {
-        links.emplace_back(joint.child, below);
+        body.parts.push_back({&document.links[joint.child], below});
       } else if (!body.next) {
         body.next = &joint;
         body.nextPose = below;
@@ -133,6 +127,10 @@ struct Plane {
   Vec2d operator()(const Vector3d& a) const { return {i.dot(a), j.dot(a)}; }
 };
 
+void requireName(const char* kind, const std::string& name, std::vector<Fault>& faults) {
+  if (!isName(name)) faults.push_back({urdfPath(kind, name) + "/name", nameInWords, quoted(name)});
+}
+
 /// The body in the plane, about its own joint. A plain disc if there is a fault.
 Link linkOf(const Body& body, const Plane& plane, bool hasPoses, std::vector<Fault>& faults) {
   // Name and mass.
@@ -140,7 +138,7 @@ Link linkOf(const Body& body, const Plane& plane, bool hasPoses, std::vector<Fau
   link.name = body.parts[0].link->name;
   const Link disc{link.name, 1, 1, {0, 0}, {1, 0}};
   const std::string path = urdfPath("link", link.name);
-  if (!isName(link.name)) faults.push_back({path + "/name", nameInWords, quoted(link.name)});
+  requireName("link", link.name, faults);
   for (const Part& part : body.parts) {
     if (!hasPoses || !part.link->isSound) return disc;
     link.mass += part.link->mass;
@@ -151,35 +149,23 @@ Link linkOf(const Body& body, const Plane& plane, bool hasPoses, std::vector<Fau
   }
 
   // The centre of mass, then the moment of inertia about it.
+  const auto comOf = [&](const Part& part) {
+    return plane(part.pose.translation() + part.pose.linear() * part.link->com);
+  };
+  for (const Part& part : body.parts) link.com += part.link->mass / link.mass * comOf(part);
   for (const Part& part : body.parts) {
-    const Vec2d com = plane(part.pose.shift + part.pose.turn * part.link->com);
-    link.com += part.link->mass / link.mass * com;
-  }
-  for (const Part& part : body.parts) {
-    const Vec2d off = plane(part.pose.shift + part.pose.turn * part.link->com) - link.com;
-    const Vector3d axis = part.pose.turn.transpose() * plane.k;
+    const Vec2d off = comOf(part) - link.com;
+    const Vector3d axis = part.pose.linear().transpose() * plane.k;
     link.inertia += axis.dot(part.link->inertia * axis) + part.link->mass * dot(off, off);
   }
 
   // The outer pin.
-  if (body.next) link.pin = plane(body.nextPose.shift);
+  if (body.next) link.pin = plane(body.nextPose.translation());
   const std::vector<Fault> own = faultsOf(link);
   for (const Fault& fault : own) {
     faults.push_back({path + "/" + fault.path, fault.expected, fault.found});
   }
   return own.empty() ? link : disc;
-}
-
-Joint jointOf(const UrdfJoint& from, std::vector<Fault>& faults) {
-  if (!isName(from.name)) {
-    faults.push_back({urdfPath("joint", from.name) + "/name", nameInWords, quoted(from.name)});
-  }
-  Joint joint;
-  joint.name = from.name;
-  joint.damping = from.damping;
-  joint.lower = from.lower;
-  joint.upper = from.upper;
-  return joint;
 }
 
 void requireParallel(const UrdfJoint& joint, const Vector3d& axis, const Plane& plane,
@@ -209,11 +195,12 @@ std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>
   std::optional<Plane> plane;
   while (body.next) {
     const UrdfJoint& joint = *body.next;
-    const Vector3d axis = body.nextPose.turn * joint.axis;
+    const Vector3d axis = body.nextPose.linear() * joint.axis;
     if (!plane) plane.emplace(axis);
     if (document.hasPoses) requireParallel(joint, axis, *plane, faults);
-    robot.joints.push_back(jointOf(joint, faults));
-    body = bodyFrom(document, joint.child, body.nextPose.turn, branches);
+    requireName("joint", joint.name, faults);
+    robot.joints.push_back(joint);
+    body = bodyFrom(document, joint.child, body.nextPose.linear(), branches);
     robot.links.push_back(linkOf(body, *plane, document.hasPoses, faults));
   }
   faults.insert(faults.end(), branches.begin(), branches.end());

@@ -84,24 +84,22 @@ void registerDynamics(int n) {
 }
 
 /// The rods, linearized by one of the two solvers, each in its order.
-template <class Scalar, template <class> class Solver>
+template <class Scalar, bool inSegments>
 struct SolverAt {
-  static constexpr bool isArranged = std::is_same_v<Solver<Scalar>, LinearizedSegments<Scalar>>;
-
   explicit SolverAt(int n)
       : at(n, crooked(n)),
-        real(at.scene.chain),
+        real(at.scene.chain, inSegments),
         complex(real),
-        places(isArranged ? at.dynamics.arrangedSize() / 2 : n) {
+        places(inSegments ? at.dynamics.arrangedSize() / 2 : n) {
     at.dynamics.derivative(0, at.y.data(), at.dydt.data());
     at.dynamics.arrange(at.dydt.data(), at.arrangedRates.data());
-    const double* y = isArranged ? at.arrangedY.data() : at.y.data();
-    const double* dydt = isArranged ? at.arrangedRates.data() : at.dydt.data();
+    const double* y = inSegments ? at.arrangedY.data() : at.y.data();
+    const double* dydt = inSegments ? at.arrangedRates.data() : at.dydt.data();
     std::vector<Rotation<double>> e(static_cast<std::size_t>(places));
     rotations(y, e.data(), places);
     real.linearize(e.data(), y + places, dydt + places, nullptr, nullptr);
   }
-  Solver<Scalar>& solver() {
+  LinearizedSegments<Scalar>& solver() {
     if constexpr (std::is_same_v<Scalar, Complex>)
       return complex;
     else
@@ -109,21 +107,21 @@ struct SolverAt {
   }
 
   MovingRods at;
-  Solver<double> real;
-  Solver<Complex> complex;
+  LinearizedSegments<double> real;
+  LinearizedSegments<Complex> complex;
   int places;
 };
 
-template <class Scalar, template <class> class Solver>
+template <class Scalar, bool inSegments>
 void registerSolver(const std::string& kind, const std::string& how, int n) {
   benchmark::RegisterBenchmark(nameOf("solver", kind + "factor " + how, n).c_str(),
                                [n](benchmark::State& state) {
-                                 SolverAt<Scalar, Solver> at(n);
+                                 SolverAt<Scalar, inSegments> at(n);
                                  repeat(state, n, [&] { at.solver().factor(shift<Scalar>); });
                                });
   benchmark::RegisterBenchmark(
       nameOf("solver", kind + "solve " + how, n).c_str(), [n](benchmark::State& state) {
-        SolverAt<Scalar, Solver> at(n);
+        SolverAt<Scalar, inSegments> at(n);
         at.solver().factor(shift<Scalar>);
         Sides<Scalar> sides(2 * at.places);
         const Scalar* rhs = sides.rhs.data();
@@ -139,10 +137,10 @@ void registerSolves() {
   for (const int n : sizes()) {
     registerDynamics(n);
     if (n < segmentsFrom) continue;
-    registerSolver<double, Linearized>("", "link by link", n);
-    registerSolver<double, LinearizedSegments>("", "in segments", n);
-    registerSolver<Complex, Linearized>("complex ", "link by link", n);
-    registerSolver<Complex, LinearizedSegments>("complex ", "in segments", n);
+    registerSolver<double, false>("", "link by link", n);
+    registerSolver<double, true>("", "in segments", n);
+    registerSolver<Complex, false>("complex ", "link by link", n);
+    registerSolver<Complex, true>("complex ", "in segments", n);
   }
 }
 
