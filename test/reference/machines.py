@@ -171,7 +171,8 @@ class Machine:
 
     def decide(self, t, y, within, direction, resting, forced):
         """Which of the resting joints stick, and where the others go: all combinations are tried. `forced`
-        gives some directions. With breakaway > friction several may hold: then as many stick as can."""
+        gives some directions. With breakaway > friction several may hold: then what stuck before goes on
+        sticking if it can, and so do then the others; a scene in which that does not decide is refused."""
         found = []
         for states in itertools.product((0, 1, -1), repeat=len(resting)):
             trial = list(direction)
@@ -183,16 +184,19 @@ class Machine:
             if all(abs(tau[i]) <= self.breakaway[i] * (1 + 1e-13) if trial[i] == 0 else
                    trial[i] * a[i] > 0 or i in forced for i in resting):
                 found.append(trial)
-        most = max(trial.count(0) for trial in found)
-        (best,) = [trial for trial in found if trial.count(0) == most]
-        return best
+        before = {i for i in resting if direction[i] == 0}
+        stuck = lambda trial: {i for i in resting if trial[i] == 0}
+        most = max((stuck(trial) & before for trial in found), key=len)
+        found = [trial for trial in found if stuck(trial) & before == most]
+        (decided,) = [trial for trial in found if all(stuck(trial) >= stuck(other) for other in found)]
+        return decided
 
     def motion(self, duration, steps, log=None):
         """q and q̇ at the end."""
         n = self.n
         y = np.array([link.angle for link in self.scene.links] + [link.velocity for link in self.scene.links])
         rubs = [i for i in range(n) if self.friction[i] > 0]
-        direction = [int(np.sign(y[n + i])) if i in rubs else 1 for i in range(n)]
+        direction = [int(math.copysign(1, y[n + i])) if i in rubs else 1 for i in range(n)]
         stops = [0.0, *sorted(t for t in self.edges if 0 < t < duration), float(duration)]
         for start, stop in zip(stops, stops[1:]):
             within = (start + stop) / 2
