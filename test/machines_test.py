@@ -85,11 +85,24 @@ class Machines(InFolder):
                         self.assert_close(state, end["q"] + [0] * len(end["q"]), 1e-9)
 
     def test_inverse_dynamics(self):
+        # By the O(n) recursion, and by the dense matrices: tau = M qdd - f.
         for (scene, t), state in stored("torques.csv").items():
             with self.subTest(scene=scene, t=t):
-                output = self.run_tool("equations", scene, "--inverse", "--json", "--t", t, "--q=" + joined(state["q"]),
-                                       "--qd=" + joined(state["qd"]), "--qdd=" + joined(state["qdd"]))
-                self.assert_close(json.loads(output)["tau"], state["tau"], 1e-12 * max(map(abs, state["tau"])))
+                at = ("--json", "--t", t, "--q=" + joined(state["q"]), "--qd=" + joined(state["qd"]))
+                allowed = 1e-12 * max(map(abs, state["tau"]))
+                inverse = json.loads(self.run_tool("equations", scene, *at, "--inverse",
+                                                   "--qdd=" + joined(state["qdd"])))
+                self.assert_close(inverse["tau"], state["tau"], allowed)
+                dense = json.loads(self.run_tool("equations", scene, *at))
+                tau = [sum(m * a for m, a in zip(row, state["qdd"])) - f for row, f in zip(dense["M"], dense["f"])]
+                self.assert_close(tau, state["tau"], allowed)
+
+    def test_rest_is_found_from_other_angles(self):
+        for (scene, _), end in stored("rest.csv").items():
+            with self.subTest(scene=scene):
+                near = joined([angle + 0.125 for angle in end["q"]])
+                found = json.loads(self.run_tool("equations", scene, "--json", "--equilibrium", "--q=" + near))
+                self.assert_close(found["q"], end["q"], 1e-9)
 
 
 if __name__ == "__main__":
