@@ -32,7 +32,9 @@ double passing(double g0, double gm, double g1) {
 Friction::Friction(const Chain& chain) : n_(chain.size()) {
   for (int i = 0; i < n_; ++i) {
     const Joint& joint = chain.joints()[index(i)];
-    if (joint.other("friction") > 0) rubs_.push_back({i, joint.other("friction"), breakawayOf(joint)});
+    if (!(joint.other("friction") > 0)) continue;
+    rubs_.push_back({i, joint.other("friction"), breakawayOf(joint)});
+    isBreakaway_ = isBreakaway_ || breakawayOf(joint) > joint.other("friction");
   }
   middle_.resize(2 * index(n_));
   moments_.resize(2 * index(n_));
@@ -159,26 +161,35 @@ void Friction::decide(double t, const double* y) {
     ++atRest;
     rub.direction = 0;
   }
-  // Release some, and let some stick again.
-  const int together = atRest + 5, most = 10 * atRest + 50;
+  const int most = 10 * atRest + 50;
   for (int round = 0; atRest > 0 && round < most; ++round) {
     const JointAnswer answer = mechanics_->answer(t, y);
     double largest = 0;
     for (int i = 0; i < n_; ++i) largest = std::max(largest, std::abs(answer.accelerations[i]));
+    // Those that would move against their friction stick again.
     bool changes = false;
     for (Rub& rub : rubs_) {
-      if (!rub.mayStick) continue;
-      const double mu = answer.moments[rub.joint];
-      const bool breaksLoose = rub.direction == 0 && rub.stickDue(mu) > 0;
-      const bool comesBack =
-          rub.direction != 0 && rub.direction * answer.accelerations[rub.joint] < -slack * largest;
-      if (breaksLoose) rub.direction = mu > 0 ? -1 : 1;
-      if (comesBack) rub.direction = 0;
-      if (!breaksLoose && !comesBack) continue;
+      if (!rub.mayStick || rub.direction * answer.accelerations[rub.joint] >= -slack * largest) continue;
+      rub.direction = 0;
       changes = true;
-      if (round > together) break;
     }
-    if (!changes) return;
+    // Of those that break loose, all; or the one with the most torque for its breakaway torque, for its start
+    // may let others hold.
+    const bool oneByOne = isBreakaway_ || round > atRest + 5;
+    Rub* first = nullptr;
+    for (Rub& rub : rubs_) {
+      const double mu = answer.moments[rub.joint];
+      if (!rub.mayStick || rub.direction != 0 || rub.stickDue(mu) <= 0) continue;
+      if (oneByOne) {
+        const auto ratio = [&](const Rub& of) { return std::abs(answer.moments[of.joint]) / of.breakaway; };
+        if (!first || ratio(rub) > ratio(*first)) first = &rub;
+      } else {
+        rub.direction = mu > 0 ? -1 : 1;
+        changes = true;
+      }
+    }
+    if (first) first->direction = answer.moments[first->joint] > 0 ? -1 : 1;
+    if (!changes && !first) return;
   }
 }
 

@@ -67,6 +67,7 @@ class Friction : public Effect, public Switching {
   bool anySticks() const;
 
   int n_;
+  bool isBreakaway_ = false;  ///< a breakaway torque is larger than the sliding one
   std::vector<Rub> rubs_;
   Mechanics* mechanics_ = nullptr;
   mutable std::vector<double> middle_, moments_;  ///< scratch of nearest()

@@ -136,11 +136,12 @@ class LoadsKind : public EffectKind {
   void addDense(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& /*qd*/,
                 const DenseActions& to) const override {
     requireBodies(scene);
+    const double base = scene.base ? scene.base->angle.at(t).value : 0;
     for (const Load& load : scene.loads) {
       const double f = factorAt(load, t);
       if (load.link != Load::none) {
         const Vec2d x = load.point - scene.chain.links()[index(load.link)].com;
-        const Vec2d arm = Rotation<double>::of(q.head(load.link + 1).sum()) * x;
+        const Vec2d arm = Rotation<double>::of(base + q.head(load.link + 1).sum()) * x;
         to.F(2 * load.link) += f * load.force.x;
         to.F(2 * load.link + 1) += f * load.force.y;
         to.M(load.link) += f * (load.moment + cross(arm, load.force));

@@ -30,9 +30,11 @@ inline double leastPaceOf(const IntegratorSettings& settings) {
   return ode::hasFixedStep(method) ? std::min(1e-8, settings.step / 100) : 1e-8;
 }
 
-/// Angles count up to half a turn in the error control, rates as they are; works are not controlled.
-inline ode::Tolerance toleranceOf(double value, int n) {
-  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(2 * n, std::numeric_limits<double>::infinity())};
+/// Angles count up to half a turn in the error control, rates as they are. Works are controlled only where a
+/// drive or the base may do work on a chain that does not move.
+inline ode::Tolerance toleranceOf(double value, int n, int works) {
+  ode::Tolerance tolerance{value,
+                           Eigen::ArrayXd::Constant(2 * n + works, std::numeric_limits<double>::infinity())};
   tolerance.ceiling.head(n) = pi;
   return tolerance;
 }

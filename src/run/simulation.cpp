@@ -77,9 +77,10 @@ struct Simulation::Parts {
     rung = next;
     if (!ladder[rung]) {
       const simd::PlainKernels plain(scene.integrator.plainKernel);
+      const int controlled = scene.base || !scene.drives.empty() ? dynamics.works() : 0;
       const IntegratorSettings settings = settingsOf(scene.integrator, rung);
-      ladder[rung] =
-          ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings.tolerance, n));
+      ladder[rung] = ode::makeMethod(settings.method, dynamics, settings.step,
+                                     toleranceOf(settings.tolerance, n, controlled));
       if (dynamics.effects().haveSwitches()) {
         ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.effects(), dynamics);
       }

@@ -18,7 +18,6 @@ namespace planar_chain {
 
 namespace {
 
-
 // ---- links -----------------------------------------------------------------------------------
 
 /// One entry of `links`. It stands for `repeat` equal links.
@@ -341,7 +340,8 @@ Scene readScene(const Value& value) {
               std::move(expanded->drives),
               std::move(base)};
   if (isCoupled(scene) && integrator.method == "taylor") {
-    top.section("integrator").fault("method", "a method other than taylor beside friction, rotors, drives, a base");
+    top.section("integrator")
+        .fault("method", "a method other than taylor beside friction, rotors, drives, a base");
   }
   if (startsAtRest) startAtRest(scene, top);
   throwFaults();

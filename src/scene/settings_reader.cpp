@@ -27,8 +27,10 @@ MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool may
     return takeCurve(law, unit, times, values) ? MotionLaw::spline(times, values) : MotionLaw();
   }
   double amplitude = 0, frequency = 0, phase = 0, offset = 0;
+  const bool stands =
+      law.has("offset") && !law.has("amplitude") && !law.has("frequency") && !law.has("phase");
   for (const char* needed : {"amplitude", "frequency"}) {
-    if (!law.has(needed)) law.fault(needed, std::string("amplitude and frequency, or times and values"));
+    if (!law.has(needed) && !stands) law.fault(needed, "amplitude and frequency, or times and values");
   }
   law.take("amplitude", NumberRule::any(unit), amplitude);
   law.take("frequency", NumberRule::any("Hz"), frequency);
