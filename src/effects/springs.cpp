@@ -54,26 +54,25 @@ double Springs::sumOver(std::size_t count, Term term) const {
 
 Springs::Springs(const Chain& chain, const Arrangement* lanes) {
   bool dissipates = false;
-  std::size_t last = 0;
+  std::size_t end = 0;
   for (std::size_t i = 0; i < chain.joints().size(); ++i) {
     const Joint& joint = chain.joints()[i];
     if (!(joint.stiffness > 0 || joint.damping > 0)) continue;
-    if (k_.empty()) first_ = i;
-    last = i;
-    k_.resize(last - first_ + 1);
+    if (end == 0) first_ = i;
+    end = i + 1;
     dissipates = dissipates || joint.damping > 0;
   }
-  if (k_.empty()) return;
+  if (end == 0) return;
   if (lanes) {
     first_ = 0;
-    last = chain.joints().size() - 1;
+    end = chain.joints().size();
     row_ = static_cast<std::size_t>(lanes->lanes());
-    k_.resize(static_cast<std::size_t>(lanes->places()));
   }
+  k_.resize(lanes ? static_cast<std::size_t>(lanes->places()) : end - first_);
   rest_.resize(size());
   torque_.resize(size());
   if (dissipates) d_.resize(size());
-  for (std::size_t i = first_; i <= last; ++i) {
+  for (std::size_t i = first_; i < end; ++i) {
     const Joint& joint = chain.joints()[i];
     const std::size_t place = lanes ? lanes->placeOf(i) : i - first_;
     k_[place] = joint.stiffness;

@@ -112,6 +112,7 @@ template <class Real = double>
 class Articulated {
  public:
   explicit Articulated(const Chain& chain) : replies_(index(chain.size())) {
+    bodies_.reserve(index(chain.size()));
     for (const Link& link : chain.links()) {
       bodies_.push_back({Real(link.mass),
                          Real(link.inertia),
