@@ -103,6 +103,9 @@ class Simulation {
   void clearCommands();
   /// Returns the commands in force at time(), as loads of a scene.
   std::vector<Load> commands() const;
+  /// Returns how often the commanded torques in each joint came to be cut off at its effort limit, since
+  /// construction or reset(). Empty if this simulation takes no commands.
+  const std::vector<long long>& cutOffs() const;
 
   /// Sets the state at the present time. The balance starts anew, and a fault is cleared. Commands stay.
   /// @throws std::invalid_argument for wrong sizes, numbers that are not finite, or infinite energy

@@ -9,7 +9,8 @@ CommandEffect::CommandEffect(const Chain& chain, int capacity)
       capacity_(index(capacity)),
       held_(2 * chain.joints().size()),
       sums_(chain.joints().size()),
-      isCutOff_(chain.joints().size()) {
+      isCutOff_(chain.joints().size()),
+      cutOffs_(chain.joints().size()) {
   for (const Joint& joint : chain.joints()) {
     limits_.push_back(joint.has("effort_limit") ? joint.other("effort_limit")
                                                 : std::numeric_limits<double>::infinity());
@@ -78,7 +79,7 @@ void CommandEffect::cutOff(double t) {
   }
   for (std::size_t i = 0; i < sums_.size(); ++i) {
     const double over = sums_[i] - std::clamp(sums_[i], -limits_[i], limits_[i]);
-    cutOffs_ += over != 0 && !isCutOff_[i];
+    cutOffs_[i] += over != 0 && !isCutOff_[i];
     isCutOff_[i] = over != 0;
     if (over == 0) continue;
     Command less;

@@ -39,9 +39,8 @@ class CommandEffect : public TimedTerms {
   void clear();
   /// Returns those that are in force at t, as loads of a scene would say it.
   std::vector<Load> inForce(double t) const;
-  /// The joints whose torque is cut off at present, and how often one came to be cut off.
-  const std::vector<bool>& cutOff() const { return isCutOff_; }
-  long long cutOffs() const { return cutOffs_; }
+  /// Returns how often the torque in each joint came to be cut off.
+  const std::vector<long long>& cutOffs() const { return cutOffs_; }
 
  private:
   void list(double t) override;
@@ -57,7 +56,7 @@ class CommandEffect : public TimedTerms {
   std::vector<Command> timed_;
   std::vector<double> limits_, sums_;  ///< N m; infinite: no limit
   std::vector<bool> isCutOff_;
-  long long cutOffs_ = 0;
+  std::vector<long long> cutOffs_;
 };
 
 /// Key `effort_limit` of a joint.

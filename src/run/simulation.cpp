@@ -356,6 +356,11 @@ std::vector<Load> Simulation::commands() const {
   return parts_->commands ? parts_->commands->inForce(parts_->state.t) : std::vector<Load>();
 }
 
+const std::vector<long long>& Simulation::cutOffs() const {
+  static const std::vector<long long> none;
+  return parts_->commands ? parts_->commands->cutOffs() : none;
+}
+
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
   parts_->set(q, qd);
 }
