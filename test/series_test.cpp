@@ -245,8 +245,8 @@ TEST(Taylor, FindsOneSeriesAStepAndNoneForAStepMadeShorter) {
 TEST(Taylor, SumsWorksOnlyWhereSomethingDoesThem) {
   for (const bool hasSprings : {false, true}) {
     const Scene scene = test::randomScene(2, 8, {hasSprings, false, false});
-    Dynamics dynamics(scene,
-                      std::make_unique<CommandEffect>(scene.chain, 1));  // room for a command, so there are works
+    Dynamics dynamics(
+        scene, std::make_unique<CommandEffect>(scene.chain, 1));  // room for a command, so there are works
     dynamics.enter(0);
     benchmarks::CountedSystem counted(dynamics);
     ode::Taylor taylor(counted, 1e-6);

@@ -133,7 +133,9 @@ void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::Vecto
     const Joint& joint = chain.joints()[i];
     Json ofJoint{{"name", joint.name}};
     for (const EffectKind* kind : effectKinds()) {
-      for (const JointKey& key : kind->jointKeys()) ofJoint[key.name] = key.of(joint);
+      for (const JointKey& key : kind->jointKeys()) {
+        if (key.member || joint.has(key.name)) ofJoint[key.name] = key.of(joint);
+      }
     }
     links.push_back({{"name", link.name},
                      {"mass", link.mass},
