@@ -28,10 +28,21 @@ Scene oscillator(double w) {
   return {Chain({{"rod", 1, 1. / 12, {0.5, 0}, {1, 0}}}, {joint}, {}), {0.1}, {0}, {}, {}, {}, 0};
 }
 
+/// The guard of a scene with other settings.
+struct Watch {
+  Watch(Scene given, const IntegratorSettings& settings)
+      : scene(std::move(given)), dynamics(scene), guard((scene.integrator = settings, scene), dynamics) {}
+
+  Scene scene;
+  Dynamics dynamics;
+  EnergyGuard guard;
+};
+
 TEST(EnergyGuard, SeesWhatTheToleranceDoesNotExplain) {
   const Scene scene = oscillator(10);
   for (const double tolerance : {1e-4, 1e-8}) {
-    EnergyGuard guard(scene.chain, {"dopri5", tolerance, 0}, 0);
+    Watch watch(scene, {"dopri5", tolerance, 0});
+    EnergyGuard& guard = watch.guard;
     ode::State state(2);
     state.y << 0.1, 0;
     guard.begin(state, state.y.data());
@@ -59,7 +70,8 @@ TEST(EnergyGuard, SeesWhatAlmostLeavesTheNumbers) {
   // Energies of 1e164 J, whose product no double holds, and more than any double holds.
   const Scene scene = oscillator(10);
   for (const double rate : {1e82, 1e160}) {
-    EnergyGuard guard(scene.chain, {"auto", 1e-6, 0}, 0);
+    Watch watch(scene, {"auto", 1e-6, 0});
+    EnergyGuard& guard = watch.guard;
     ode::State state(2);
     state.y << 0.1, 0;
     guard.begin(state, state.y.data());
@@ -73,7 +85,8 @@ TEST(EnergyGuard, SeesWhatAlmostLeavesTheNumbers) {
 TEST(EnergyGuard, AddsUpTheGapsOfASecond) {
   // A fixed step may be off by a tenth of the energy in a second: by a twentieth once, but not thrice.
   const Scene scene = oscillator(10);
-  EnergyGuard guard(scene.chain, {"rk4", 0, 0.01}, 0);
+  Watch watch(scene, {"rk4", 0, 0.01});
+  EnergyGuard& guard = watch.guard;
   ode::State state(2);
   state.y << 0, 1;
   guard.begin(state, state.y.data());
@@ -94,7 +107,8 @@ TEST(EnergyGuard, AddsUpTheGapsOfASecond) {
 
 TEST(EnergyGuard, IsNoBlinderThanRounding) {
   const Scene scene = oscillator(10);
-  EnergyGuard guard(scene.chain, {"dopri5", 1e-15, 0}, 0);
+  Watch watch(scene, {"dopri5", 1e-15, 0});
+  EnergyGuard& guard = watch.guard;
   ode::State state(2);
   state.y << 0, 1;
   guard.begin(state, state.y.data());

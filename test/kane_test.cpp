@@ -184,7 +184,8 @@ TEST(Notes, InertiaMatricesGiveMassTimesAcceleration) {
 TEST(Notes, KanesEquationsHold) {
   for (const int n : sizes) {
     const Case c(n);
-    const auto [F, M, tau] = activeForces(c.scene, 0.2, c.q, c.qd);
+    const ActiveForces active = activeForces(c.scene, 0.2, c.q, c.qd);
+    const VectorXd &F = active.F, &M = active.M, &tau = active.tau;
     const VectorXd F_in = -c.k.A_1.transpose() * c.qd - c.k.A_2.transpose() * c.k.qdd;
     const VectorXd M_in = -c.k.A_3.transpose() * c.k.qdd;
     const VectorXd sum = c.k.V_pd * (F + F_in) + c.k.W_pd * (M + M_in) + tau;

@@ -108,8 +108,9 @@ TEST(Order, MakesNoDifferenceToAnyMethod) {
 
 /// y_2 = cos t² below a half.
 struct Below : Switches {
-  double due(const Eigen::VectorXd& y) const override { return 0.5 - y[1]; }
-  double nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override {
+  double due(double /*t*/, const Eigen::VectorXd& y) const override { return 0.5 - y[1]; }
+  double nearest(double /*t*/, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
+                 double h) const override {
     EXPECT_GE(y[1], next[1]);
     EXPECT_GT(h, 0);
     return -1;

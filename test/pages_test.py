@@ -311,6 +311,8 @@ class Pages(InFolder):
                 ('loads/b/unknown', 'loads: {b: {link: a, moment: 1, unknown: 1}}', ''),
                 ('integrator/unknown', 'integrator: {unknown: 1}', ''),
                 ('integrator/method', 'integrator: {method: unknown}', ''),
+                ('base/unknown', 'base: {unknown: 1}', ''),
+                ('base/x/unknown', 'base: {x: {unknown: 1}}', ''),
                 ('publish/unknown', 'publish: {unknown: 1}', '')):
             for key in self.keys_refused_at(path, 'chain: [a]\nlinks: {a: {%s, %s}}\n%s\n' % (link, inside, more)):
                 count += 1

@@ -32,7 +32,8 @@ BELOW = {
 # The room that keeps the promise of a public header.
 PUBLIC = {
     "planar.h": "planar",
-    "chain.h": "model", "fault.h": "model", "motion.h": "model", "scene.h": "model",
+    "chain.h": "model", "fault.h": "model", "motion.h": "model", "motion_law.h": "model",
+    "scene.h": "model",
     "value.h": "reading",
     "energy.h": "dynamics", "kane.h": "dynamics", "linear_model.h": "dynamics",
     "scene_reader.h": "scene", "urdf_reader.h": "scene",

@@ -172,6 +172,12 @@ class CommandsReplay(InFolder):
                 call('reset', Trigger)
                 call('step', Step, n=2)
                 call('resume', Trigger)
+            elif i in (16, 20):
+                call('settle', Trigger)
+            elif i == 18:
+                call('pause', Trigger)
+                call('settle', Trigger)
+                call('resume', Trigger)
 
         recorded = self.check(dict(SCENE, real_time_factor=1.0), between)
         first = ((0.0,) * 3, (0.0,) * 3)

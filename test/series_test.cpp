@@ -28,7 +28,7 @@ struct Around {
   explicit Around(Scene given, double at = 0.1)
       : scene(std::move(given)), n(scene.chain.size()), t(at), dynamics(scene), y(start()) {
     dynamics.enter(t);
-    dynamics.enterState(y.data());
+    dynamics.enterState(t, y.data());
     dynamics.reserveSeries(order);
     c.resize(static_cast<std::size_t>(2 * n * (order + 1)));
     dynamics.series(t, y.data(), order, c.data());
@@ -245,8 +245,8 @@ TEST(Taylor, FindsOneSeriesAStepAndNoneForAStepMadeShorter) {
 TEST(Taylor, SumsWorksOnlyWhereSomethingDoesThem) {
   for (const bool hasSprings : {false, true}) {
     const Scene scene = test::randomScene(2, 8, {hasSprings, false, false});
-    Dynamics dynamics(scene,
-                      std::make_unique<CommandEffect>(2, 1));  // room for a command, so there are works
+    Dynamics dynamics(
+        scene, std::make_unique<CommandEffect>(scene.chain, 1));  // room for a command, so there are works
     dynamics.enter(0);
     benchmarks::CountedSystem counted(dynamics);
     ode::Taylor taylor(counted, 1e-6);

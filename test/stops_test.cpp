@@ -178,8 +178,8 @@ double nearestOf(const std::vector<Cubic>& motions, double h, double k, double d
     return y;
   };
   const Eigen::VectorXd y = at(0), next = at(h);
-  stops.enterState(y.data());
-  return stops.nearest(y, next, h);
+  stops.enterState(0, y.data());
+  return stops.nearest(0, y, next, h);
 }
 
 /// −a + b t (h − t): its top is at h/2, and b h²/4 above its ends.
@@ -302,7 +302,7 @@ TEST(Stop, IsInTheJacobian) {
   }
   y.segment(3, 3) << -1, -10, -9.5;
   y.tail(2).setZero();
-  dynamics.enterState(y.data());
+  dynamics.enterState(0, y.data());
 
   const Eigen::Index size = y.size();
   Eigen::MatrixXd jacobian(size, size);

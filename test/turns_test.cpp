@@ -71,7 +71,7 @@ struct Rest : ode::System {
 TEST(Turns, AreTakenOffTheStateAndItsCarry) {
   constexpr long double exactTurn = 6.283185307179586476925286766559L;
   const Chain chain({{"rod", 1, 1, {0, 0}, {1, 0}}, {"end", 1, 1, {0, 0}, {1, 0}}}, {{"a"}, {"b"}}, {});
-  Turns turns(chain, 4);
+  Turns turns({chain, {0, 0}, {0, 0}, {}, {}, {}}, 4);
   ode::State state(4);
   Eigen::VectorXd y = (Eigen::VectorXd(4) << 6284.1, 6283.9, 7, 8).finished();
   state.y = y;

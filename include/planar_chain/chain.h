@@ -6,6 +6,7 @@
 /// the base frame. Letters of the notes: r^i = com, p^i = pin, m_i = mass, I_i = inertia; k_i, d_i, q0_i of
 /// the joint at the inner pin.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -45,6 +46,10 @@ struct Joint {
   std::vector<std::pair<std::string, double>> others{};
 
   bool isLimited() const { return std::isfinite(lower) || std::isfinite(upper); }
+  /// True if `others` has this key.
+  bool has(std::string_view key) const {
+    return std::any_of(others.begin(), others.end(), [key](const auto& other) { return other.first == key; });
+  }
   /// Returns the value of this key in `others`, or 0.
   double other(std::string_view key) const {
     for (const auto& [itsKey, value] : others) {

@@ -2,11 +2,11 @@
 
 /// Energy and momentum of a chain:
 ///
-///     T = ½ Σ m |v|² + I ω²        V = −Σ m g·x + V_e        V_e = ½ Σ k (q − q0)² + ½ Σ k_stop x²
+///     T = ½ Σ m |v|² + I ω² + J q̇²   V = −Σ m g·x + V_e     V_e = ½ Σ k (q − q0)² + ½ Σ k_stop x²
 ///     L = Σ m x×v + I ω
 ///
 /// x, v: position and velocity of a centre of mass; x of a stop: how deep the joint is in it
-/// (effects/stops.h).
+/// (effects/stops.h); J: of a joint's rotor.
 
 #include "planar_chain/chain.h"
 

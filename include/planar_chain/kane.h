@@ -20,7 +20,12 @@
 ///     Kane:  V_pd (F + F_in) + W_pd (M + M_in) + τ = 0, that is M_q q̈ = f with
 ///     f_ext = V_pd F + W_pd M + τ
 ///     f     = f_ext − V_pd A_1ᵀ q̇
-///     M_q   = V_pd A_2ᵀ + W_pd A_3ᵀ                               symmetric, positive definite
+///     M_q   = V_pd A_2ᵀ + W_pd A_3ᵀ + diag(J)                     symmetric, positive definite; J: rotors
+///
+/// If the base moves, θ_i = φ + q_1 + … + q_i and ω likewise, and f loses the inertia of q̈ = 0: with Ω =
+/// (ω_i),
+///
+///     f = f_ext − V_pd m (Cᵀ Ω + Bᵀ 1 φ̈ + p̈) − W_pd I φ̈
 ///
 /// They are dense, O(n³), and for long chains less accurate than the recursion that runs
 /// (recursion/articulated.h), because cond(M_q) grows like n⁴. They are for reading and for tests.
@@ -37,15 +42,28 @@ struct ActiveForces {
   Eigen::VectorXd F;    ///< 2n: x_1 y_1 x_2 y_2 …, at the centres of mass, ground components, N
   Eigen::VectorXd M;    ///< n: on the bodies, N m
   Eigen::VectorXd tau;  ///< n: τ_i on body i and −τ_i on body i−1, N m; springs, dampers, stops included
+
+  // Inertia that the chain's links do not have. By default there is none.
+  Eigen::VectorXd rotors{};  ///< J, kg m²: n, or none
+  Vec2d acceleration{};      ///< p̈ of the ground pin, m/s²
+  double angle = 0;          ///< φ of the base, rad, with φ̇ and φ̈
+  double rate = 0, turning = 0;
 };
 
 /// Returns the sum at time t (s) of gravity m g at the centres of mass, loads, springs and dampers
-/// −k (q − q0) − d q̇, and stops that push (effects/stops.h). A force at another point of a body is replaced
+/// −k (q − q0) − d q̇, stops that push (effects/stops.h), friction, and the torques of the drives, with which
+/// q̈ of a driven joint is the given one. A force at another point of a body is replaced
 /// by the same force at the centre of mass and its moment about it. q, qd: relative angles (rad) and rates
 /// (rad/s), n each.
 /// @throws std::invalid_argument when q or qd is not of size n, or a load names a link or joint that
 ///   the chain does not have
 ActiveForces activeForces(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);
+
+/// Returns the torques in the joints, N m, that give the accelerations qdd (rad/s², n) beside all that acts:
+/// M_q q̈ − f without drives. Friction is that of the motion, or at rest that of its start. In O(n).
+/// @throws std::invalid_argument as activeForces(), and for a qdd that is not of size n
+Eigen::VectorXd inverseDynamics(const Scene& scene, double t, const Eigen::VectorXd& q,
+                                const Eigen::VectorXd& qd, const Eigen::VectorXd& qdd);
 
 /// Every matrix of the notes at one state. SI units; rows belong to q_i, columns of V_pd, A_1 and A_2
 /// to x_1 y_1 x_2 y_2 …

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "planar_chain/chain.h"
+#include "planar_chain/motion_law.h"
 
 namespace planar_chain {
 
@@ -47,6 +48,12 @@ struct Load {
 /// The factor of a load at time t (s): its time law inside start ≤ t < stop, 0 outside.
 double factorAt(const Load& load, double t);
 
+/// A joint whose angle is given in time; the torque follows.
+struct Drive {
+  int joint = 0;  ///< index
+  MotionLaw law;  ///< of q, rad
+};
+
 struct IntegratorSettings {
   std::string method = "auto";  ///< one of methodNames()
   double tolerance = 1e-8;      ///< relative and absolute, for adaptive methods
@@ -78,6 +85,8 @@ struct Scene {
   /// Simulated time per wall time; 0: as fast as possible. If given, the node publishes /clock. Tools ignore
   /// it.
   std::optional<double> realTimeFactor = std::nullopt;
+  std::vector<Drive> drives{};                  ///< one a joint at most
+  std::optional<BaseLaws> base = std::nullopt;  ///< the motion of the ground pin; nothing: it stands still
 };
 
 }  // namespace planar_chain

@@ -41,6 +41,12 @@ struct EnergyBalance {
   double residual = 0;
 };
 
+/// Force (N, base frame) and torque (N m) of the chain on its base, at the ground pin.
+struct BaseWrench {
+  Vec2d force;
+  double torque = 0;
+};
+
 class Simulation {
  public:
   /// Puts the chain at scene.q, scene.qd at time 0. commandCapacity: the largest number of commands that are
@@ -80,6 +86,8 @@ class Simulation {
   void jointTorques(double* tau);
   /// Writes the motion of each link, n values.
   void linkMotions(LinkMotion* motions);
+  /// Allocates.
+  BaseWrench baseWrench();
 
   // Commands. A command acts from `start` (s of time()), where a step ends, or from time() if that is later.
   // A held command lasts until the next one of the same joint or link starts, or until `until`. A timed
@@ -95,10 +103,17 @@ class Simulation {
   void clearCommands();
   /// Returns the commands in force at time(), as loads of a scene.
   std::vector<Load> commands() const;
+  /// Returns how often the commanded torques in each joint came to be cut off at its effort limit, since
+  /// construction or reset(). Empty if this simulation takes no commands.
+  const std::vector<long long>& cutOffs() const;
 
   /// Sets the state at the present time. The balance starts anew, and a fault is cleared. Commands stay.
   /// @throws std::invalid_argument for wrong sizes, numbers that are not finite, or infinite energy
   void setState(const std::vector<double>& q, const std::vector<double>& qd);
+  /// Puts the chain at rest in the static equilibrium downhill of the present angles, with the loads and
+  /// commands of the present time; friction is ignored. Driven joints go on. Allocates.
+  /// @throws std::domain_error, with the reason and the state unchanged, where there is none
+  void settle();
   /// Restores the state after construction, time 0 included: the same calls give the same bits again.
   /// Invalidates the references returned before, except that of scene().
   void reset();

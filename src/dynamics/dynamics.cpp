@@ -2,16 +2,18 @@
 
 #include <algorithm>
 
+#include "dynamics/stored_energy.h"
 #include "simd/vectors.h"
 
 namespace planar_chain {
 
-Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
-    : mechanism_(scene.chain),
+Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more, bool inOrder)
+    : mechanism_(scene.chain, inOrder),
       effects_(scene, mechanism_.lanes(), std::move(more)),
       n_(mechanism_.size()),
       places_(mechanism_.places()),
       works_(effects_.any(&Effect::hasPower) ? 2 : 0),
+      storing_(storingKinds(scene.chain)),
       recursion_(mechanism_.makeRecursion()) {
   positions_ = std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
 
@@ -49,13 +51,13 @@ void Dynamics::enter(double t) {
   isBare_ = !effects_.act() && works_ == 0;
 }
 
-void Dynamics::enterState(const double* y) {
-  effects_.enterState(y);
+void Dynamics::enterState(double t, const double* y) {
+  effects_.enterState(t, y);
   switched();
 }
 
-void Dynamics::change(const double* y) {
-  effects_.change(y);
+void Dynamics::change(double t, const double* y) {
+  effects_.change(t, y);
   switched();
 }
 
@@ -64,10 +66,14 @@ void Dynamics::switched() {
   if (solve_ || series_) findStiffness();
 }
 
-void Dynamics::findStiffness() {
+void Dynamics::sumStiffness() {
   k_.assign(index(n_), 0.0);
   d_.assign(index(n_), 0.0);
   for (const auto& effect : effects_.all()) effect->addStiffness(k_.data(), d_.data());
+}
+
+void Dynamics::findStiffness() {
+  sumStiffness();
   if (solve_) solve_->takeStiffness();
 }
 
@@ -258,6 +264,10 @@ void Dynamics::integrands(double t, const double* y, double* rates) {
 
 // ---- What others read ------------------------------------------------------------------------------
 
+Energy Dynamics::energy(double /*t*/, const double* y) const {
+  return energyOf(mechanism_.chain(), storing_, y, y + n_);
+}
+
 void Dynamics::accelerations(double t, const double* y, double* alpha) {
   evaluateInOrder(t, y, room_.derivative.data());
   std::copy_n(room_.derivative.data() + n_, n_, alpha);
@@ -266,33 +276,37 @@ void Dynamics::accelerations(double t, const double* y, double* alpha) {
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   evaluateInOrder(t, y, room_.derivative.data());
   mechanism_.rotate(y, room_.e.data(), n_);
+  const Vec2d* F = effects_.reach() > 0 ? room_.F.data() : nullptr;
+  moveLinks({{}, {}, {}, 0, y, room_.e.data(), y + n_, room_.derivative.data() + n_, F}, motions);
+}
+
+void Dynamics::moveLinks(const Moving& from, LinkMotion* motions) const {
   const Chain& chain = mechanism_.chain();
-  const double *omega = y + n_, *alpha = room_.derivative.data() + n_;
 
   // Outwards: positions, velocities, accelerations of the pins and of the centres of mass.
-  Vec2d x, v, a;
+  Vec2d x = from.pin, v = from.velocity, a = from.acceleration;
   for (int j = 0; j < n_; ++j) {
     const Link& link = chain.links()[index(j)];
-    const double w = omega[j];
-    const Vec2d R = room_.e[index(j)] * link.com, P = room_.e[index(j)] * link.pin;
+    const double w = from.omega[j], alpha = from.alpha[j];
+    const Vec2d R = from.e[j] * link.com, P = from.e[j] * link.pin;
     LinkMotion& body = motions[j];
     body.innerPin = x;
-    body.angle = y[j];
+    body.angle = from.angles[j] + from.angle;
     body.com = x + R;
     body.velocity = v + w * perp(R);
     body.omega = w;
-    body.acceleration = a + alpha[j] * perp(R) - (w * w) * R;
-    body.alpha = alpha[j];
+    body.acceleration = a + alpha * perp(R) - (w * w) * R;
+    body.alpha = alpha;
     x += P;
     v += w * perp(P);
-    a += alpha[j] * perp(P) - (w * w) * P;
+    a += alpha * perp(P) - (w * w) * P;
   }
 
   // Inwards: the forces in the pins, F_pin,j = m (a_j − g) − F_j + F_pin,j+1.
   Vec2d next;
   for (int j = n_ - 1; j >= 0; --j) {
     next += chain.links()[index(j)].mass * (motions[j].acceleration - chain.gravity());
-    if (effects_.reach() > 0) next -= room_.F[index(j)];
+    if (from.F) next -= from.F[j];
     motions[j].pinForce = next;
   }
 }

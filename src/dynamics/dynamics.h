@@ -20,9 +20,11 @@
 
 #include "dynamics/exact_solve.h"
 #include "dynamics/mechanism.h"
+#include "dynamics/stored_energy.h"
 #include "effects/effects.h"
 #include "lanes/motion_series.h"
 #include "ode/system.h"
+#include "planar_chain/energy.h"
 #include "planar_chain/motion.h"
 #include "planar_chain/scene.h"
 #include "simd/cache_lines.h"
@@ -34,7 +36,8 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   /// more: an effect that is not in the scene, such as the user's commands, or nullptr. The scene must
   /// outlive this object. Only the constructor, reserve() and reserveSeries() allocate.
   /// @throws std::invalid_argument when a load names a body that the chain does not have
-  explicit Dynamics(const Scene& scene, std::unique_ptr<Effect> more = nullptr);
+  explicit Dynamics(const Scene& scene, std::unique_ptr<Effect> more = nullptr)
+      : Dynamics(scene, std::move(more), false) {}
   Dynamics(const Dynamics&) = delete;
   Dynamics& operator=(const Dynamics&) = delete;
 
@@ -43,23 +46,33 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   const Effects& effects() const { return effects_; }
   /// Chooses what acts in [t, effects().until()).
   void enter(double t);
+  /// Call it after enter(): joints that stick may break loose. By default none sticks.
+  virtual void reconsider(double /*t*/, const double* /*y*/) {}
   /// Sets every switch for a state in chain order.
-  void enterState(const double* y);
+  virtual void enterState(double t, const double* y);
   /// Makes the switches that are due at a state in chain order.
-  void change(const double* y);
+  virtual void change(double t, const double* y);
+
+  // ---- Held joints: driven or stuck. By default there are none ---------------------------------------
+
+  /// Puts held joints where they are at t, exactly. Returns true if there are any.
+  virtual bool hold(double /*t*/, double* /*y*/) { return false; }
+  /// The same for relative angles and rates.
+  virtual void hold(double /*t*/, double* /*q*/, double* /*qd*/) {}
 
   // ---- Results; states in chain order ---------------------------------------------------------------
 
   /// A description of the recursion, such as "closed form for two".
-  std::string recursion() const;
+  virtual std::string recursion() const;
   /// The number of works behind angles and rates: 0 or 2.
   int works() const { return works_; }
   /// Evaluations of f; each order of a series counts as one.
   long long evaluations() const { return evaluations_; }
+  virtual Energy energy(double t, const double* y) const;
   /// Write n values each; see simulation.h.
-  void accelerations(double t, const double* y, double* alpha);  ///< absolute
-  void linkMotions(double t, const double* y, LinkMotion* motions);
-  void jointTorques(double t, const double* y, double* tau);
+  virtual void accelerations(double t, const double* y, double* alpha);  ///< of the angles in y
+  virtual void linkMotions(double t, const double* y, LinkMotion* motions);
+  virtual void jointTorques(double t, const double* y, double* tau);
 
   // ---- ode::System ---------------------------------------------------------------------------------
 
@@ -95,6 +108,29 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   void integrands(double t, const double* y, double* rates) override;
   double seriesCost(int order) const override { return series_->cost(order); }
 
+ protected:
+  Dynamics(const Scene& scene, std::unique_ptr<Effect> more, bool inOrder);
+  /// A motion of the chain: of the ground pin, the base's angle, and of each link. F: nullptr if no force
+  /// acts.
+  struct Moving {
+    Vec2d pin, velocity, acceleration;
+    double angle;
+    const double* angles;  ///< from the base's angle
+    const Rotation<double>* e;
+    const double *omega, *alpha;
+    const Vec2d* F;
+  };
+  void moveLinks(const Moving& from, LinkMotion* motions) const;
+  /// The stiffness and damping of the joints, as the effects have them now.
+  void sumStiffness();
+
+  const Mechanism mechanism_;
+  Effects effects_;
+  int n_, places_, works_;
+  std::vector<const EffectKind*> storing_;  ///< kinds that store energy
+  long long evaluations_ = 0;
+  std::vector<double> k_, d_;  ///< of the joints
+
  private:
   /// Memory for states and for the sums N and F, in chain order and in lane order.
   struct Workspace {
@@ -125,17 +161,13 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   ChainState stateWithForces(double t, const double* theta, const double* omega);
   void loadsToLanes(LoadKind acting);
 
-  const Mechanism mechanism_;
-  Effects effects_;
-  int n_, places_, works_, positions_;
+  int positions_;
   bool isBare_ = true;  ///< nothing acts but pins, gravity and inertia
   Recursion recursion_;
   Workspace room_;
   double* N_;        ///< the moments in lane order
   Outside outside_;  ///< where run() finds e, N and F
-  long long evaluations_ = 0;
 
-  std::vector<double> k_, d_;           ///< of the joints, for the two below
   std::optional<ExactSolve> solve_;     ///< made when a method first needs it
   std::optional<MotionSeries> series_;  ///< likewise
   Series known_{};

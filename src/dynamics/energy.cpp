@@ -20,34 +20,42 @@ namespace {
 
 /// Calls f(j, x, v): the positions and velocities of the centres of mass, from the ground outwards.
 template <class F>
-void forCentres(const Chain& chain, const double* theta, const double* omega, F f) {
-  Vec2d pin, pinVelocity;
+void forCentres(const Chain& chain, const double* theta, const double* omega, const BaseState& base, F f) {
+  Vec2d pin = base.pin, pinVelocity = base.velocity;
   for (int j = 0; j < chain.size(); ++j) {
     const Link& link = chain.links()[index(j)];
-    const Rotation<double> e = plainRotation(theta[j]);
+    const Rotation<double> e = plainRotation(theta[j] + base.angle);
+    const double rate = omega[j] + base.rate;
     const Vec2d R = e * link.com, P = e * link.pin;
-    f(j, pin + R, pinVelocity + omega[j] * perp(R));
+    f(j, pin + R, pinVelocity + rate * perp(R), rate);
     pin += P;
-    pinVelocity += omega[j] * perp(P);
+    pinVelocity += rate * perp(P);
   }
 }
 
 }  // namespace
 
 Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
-  return energyOf(chain, storingKinds(chain), theta, omega);
+  Energy energy = energyOf(chain, storingKinds(chain), theta, omega);
+  for (int j = 0; j < chain.size(); ++j) {
+    for (const EffectKind* kind : effectKinds()) {
+      const double rate = relative(omega, j);
+      energy.kinetic += 0.5 * kind->inertiaIn(chain.joints()[index(j)]) * rate * rate;
+    }
+  }
+  return energy;
 }
 
 Energy energyOf(const Chain& chain, const std::vector<const EffectKind*>& kinds, const double* theta,
-                const double* omega) {
+                const double* omega, const BaseState& base) {
   Energy energy;
-  forCentres(chain, theta, omega, [&](int j, Vec2d x, Vec2d v) {
+  forCentres(chain, theta, omega, base, [&](int j, Vec2d x, Vec2d v, double rate) {
     const Link& link = chain.links()[index(j)];
     double stored = 0;
     for (const EffectKind* kind : kinds) {
       stored += kind->energyIn(chain.joints()[index(j)], relative(theta, j));
     }
-    energy.kinetic += 0.5 * (link.mass * dot(v, v) + link.inertia * omega[j] * omega[j]);
+    energy.kinetic += 0.5 * (link.mass * dot(v, v) + link.inertia * rate * rate);
     energy.elastic += stored;
     energy.potential -= link.mass * dot(chain.gravity(), x);
   });
@@ -57,9 +65,9 @@ Energy energyOf(const Chain& chain, const std::vector<const EffectKind*>& kinds,
 
 double angularMomentum(const Chain& chain, const double* theta, const double* omega) {
   double momentum = 0;
-  forCentres(chain, theta, omega, [&](int j, Vec2d x, Vec2d v) {
+  forCentres(chain, theta, omega, {}, [&](int j, Vec2d x, Vec2d v, double rate) {
     const Link& link = chain.links()[index(j)];
-    momentum += link.mass * cross(x, v) + link.inertia * omega[j];
+    momentum += link.mass * cross(x, v) + link.inertia * rate;
   });
   return momentum;
 }

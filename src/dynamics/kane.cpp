@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "dynamics/coupled_dynamics.h"
 #include "effects/effect_kind.h"
 
 namespace planar_chain {
@@ -35,6 +36,34 @@ Matrix2d angularVelocityMatrix(double omega) {
   return (Matrix2d() << 0, omega, -omega, 0).finished();
 }
 
+/// The dynamics of a scene at one state y.
+struct Entered {
+  Entered(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd) : dynamics(scene) {
+    y.resize(dynamics.size());
+    toAbsolute(q.data(), scene.chain.size(), y.data());
+    toAbsolute(qd.data(), scene.chain.size(), y.data() + scene.chain.size());
+    dynamics.enter(t);
+    dynamics.enterState(t, y.data());
+  }
+
+  CoupledDynamics dynamics;
+  VectorXd y;
+};
+
+/// Adds rotors, the base, and the torques of drives and friction.
+void addCouplings(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd, ActiveForces& active) {
+  Entered at(scene, t, q, qd);
+  VectorXd tau(scene.chain.size());
+  at.dynamics.couplingTorques(t, at.y.data(), tau.data());
+  active.tau += tau;
+  active.rotors = at.dynamics.rotors();
+  const Couplings& now = at.dynamics.couplings();
+  active.acceleration = {now.x.acceleration, now.y.acceleration};
+  active.angle = now.angle.value;
+  active.rate = now.angle.rate;
+  active.turning = now.angle.acceleration;
+}
+
 /// S_r = [−r_y, r_x]: the row of k̂ × r
 RowVector2d crossRow(Vec2d r) {
   return {-r.y, r.x};
@@ -59,6 +88,7 @@ ActiveForces activeForces(const Scene& scene, double t, const VectorXd& q, const
   // Springs, dampers, stops, loads: each writes its own as on paper.
   for (const EffectKind* kind : effectKinds())
     kind->addDense(scene, t, q, qd, {active.F, active.M, active.tau});
+  if (isCoupled(scene)) addCouplings(scene, t, q, qd, active);
   return active;
 }
 
@@ -69,7 +99,7 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
   requireSize("F", active.F, 2 * n);
   requireSize("M", active.M, n);
   requireSize("tau", active.tau, n);
-  const auto& [F, M, tau] = active;
+  const VectorXd &F = active.F, &M = active.M, &tau = active.tau;
 
   Kane k;
   k.q = q;
@@ -77,8 +107,8 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
 
   // T_ωq:  [θ_1 … θ_n] = qᵀ T,  [ω_1 … ω_n] = q̇ᵀ T
   k.T = MatrixXd::Ones(n, n).triangularView<Eigen::Upper>();
-  const RowVectorXd theta = q.transpose() * k.T;
-  const RowVectorXd omega = qd.transpose() * k.T;
+  const RowVectorXd theta = (q.transpose() * k.T).array() + active.angle;
+  const RowVectorXd omega = (qd.transpose() * k.T).array() + active.rate;
 
   // The rotation matrices S_i0 and the angular velocity matrices [ω^i]
   for (int i = 0; i < n; ++i) {
@@ -120,8 +150,26 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
   k.f_ext = k.V_pd * F + k.W_pd * M + tau;
   k.f = k.f_ext - k.V_pd * k.A_1.transpose() * qd;
   k.M_q = k.V_pd * k.A_2.transpose() + k.W_pd * k.A_3.transpose();
+  if (active.rotors.size() > 0) k.M_q.diagonal() += active.rotors;
+
+  // The base: accelerations with q̈ = 0, but for those of A_1.
+  VectorXd ofBase = active.rate * C.colwise().sum() + active.turning * B.colwise().sum();
+  for (int i = 0; i < n; ++i)
+    ofBase.segment<2>(2 * i) += Eigen::Vector2d(active.acceleration.x, active.acceleration.y);
+  k.f -= k.V_pd * m.cwiseProduct(ofBase) + active.turning * (k.W_pd * I);
   k.qdd = k.M_q.ldlt().solve(k.f);
   return k;
+}
+
+VectorXd inverseDynamics(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd,
+                         const VectorXd& qdd) {
+  requireSize("q", q, scene.chain.size());
+  requireSize("qd", qd, scene.chain.size());
+  requireSize("qdd", qdd, scene.chain.size());
+  Entered at(scene, t, q, qd);
+  VectorXd tau(scene.chain.size());
+  at.dynamics.inverse(t, at.y.data(), qdd.data(), tau.data());
+  return tau;
 }
 
 }  // namespace planar_chain

@@ -4,8 +4,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "effects/effects.h"
-#include "recursion/articulated.h"
+#include "dynamics/coupled_dynamics.h"
 
 namespace planar_chain {
 
@@ -13,49 +12,15 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// One state, and what acts there.
-struct At {
-  int n;
-  VectorXd y;  ///< θ, ω
-  std::vector<Rotation<double>> e;
-  VectorXd N, k, d, XF;  ///< moments about the inner pins; k, d of the joints; Σ X·F of the bodies
-  std::vector<Vec2d> F;
-
-  At(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd)
-      : n(scene.chain.size()),
-        y(2 * n),
-        N(VectorXd::Zero(n)),
-        k(VectorXd::Zero(n)),
-        d(VectorXd::Zero(n)),
-        XF(VectorXd::Zero(n)),
-        F(index(n)) {
-    toAbsolute(q.data(), n, y.data());
-    toAbsolute(qd.data(), n, y.data() + n);
-    for (int i = 0; i < n; ++i) e.push_back(Rotation<double>::of(y[i]));
-
-    const std::vector<Vec2d> pinVelocity(index(n));  // for the power, which nobody reads
-    const ChainState at{t, y.data(), y.data() + n, e.data(), pinVelocity.data()};
-    Effects effects(scene, nullptr);
-    effects.enter(t);
-    effects.enterState(y.data());
-    for (Effect* effect : effects.active()) {
-      effect->apply(at, {N.data(), F.data()});
-      effect->addStiffness(k.data(), d.data());
-      effect->addTangents(at, k.data(), d.data());
-      effect->addForceStiffness(at, XF.data());
-    }
-  }
-};
-
 /// A number and its slope along one direction, by a complex step: f(x + i h x') = f(x) + i h f'(x) x'. With h
 /// this small, terms with h² vanish in the rounding. Source: W. Squire, G. Trapp, Using complex variables to
 /// estimate derivatives of real functions, SIAM Rev. 40 (1998) 110–112.
-using Moving = std::complex<double>;
+using Nudged = std::complex<double>;
 constexpr double h = 0x1p-300;
-Moving moving(double value, double slope) {
+Nudged moving(double value, double slope) {
   return {value, slope * h};
 }
-double slopeOf(Moving number) {
+double slopeOf(Nudged number) {
   return number.imag() / h;
 }
 
@@ -66,27 +31,42 @@ LinearModel linearModel(const Scene& scene, double t, const VectorXd& q, const V
   if (q.size() != n || qd.size() != n) {
     throw std::invalid_argument("q and qd must have one value a joint");
   }
-  const At at(scene, t, q, qd);
-  const Vec2d g = scene.chain.gravity();
-  Articulated<Moving> recursion(scene.chain);
-  std::vector<Rotation<Moving>> e(index(n));
-  std::vector<Moving> omega(index(n)), N(index(n)), alpha(index(n));
-  std::vector<Vec2<Moving>> F;
-  for (const Vec2d force : at.F) F.push_back({force.x, force.y});
+  CoupledDynamics dynamics(scene);
+  VectorXd y(dynamics.size()), slope(dynamics.size());
+  toAbsolute(q.data(), n, y.data());
+  toAbsolute(qd.data(), n, y.data() + n);
+  dynamics.enter(t);
+  dynamics.enterState(t, y.data());
+  dynamics.reserve(0);
+  dynamics.linearize(t, y.data(), slope.data());
+  const CoupledState at = dynamics.linearized();
+
+  Coupled<Nudged> recursion(scene.chain);
+  std::vector<Rotation<Nudged>> e(index(n));
+  std::vector<Nudged> omega(index(n)), N(index(n)), alpha(index(n)), moments(index(n));
+  std::vector<Vec2<Nudged>> F(index(n));
+  std::vector<Coupling<Nudged>> joints;
+  for (int i = 0; i < n; ++i) {
+    const auto& [rotor, isHeld, acceleration] = at.joints[i];
+    joints.push_back({rotor, isHeld, acceleration});
+    if (at.F) F[index(i)] = {at.F[i].x, at.F[i].y};
+  }
 
   // δq̈ while joint j, with all that hangs on it, turns by `turn`, speeds up by `speed`, and has `torque`
   // more.
   const auto along = [&](int j, double turn, double speed, double torque) {
     for (int i = 0; i < n; ++i) {
       const double hangs = i >= j ? 1 : 0;
-      const auto [c, s] = at.e[index(i)];
+      const auto [c, s] = at.e[i];
       e[index(i)] = {moving(c, -s * hangs * turn), moving(s, c * hangs * turn)};
-      omega[index(i)] = moving(at.y[n + i], hangs * speed);
-      N[index(i)] = moving(at.N[i], -at.XF[i] * hangs * turn);
+      omega[index(i)] = moving(at.omega[i], hangs * speed);
+      N[index(i)] = moving(dynamics.moments()[index(i)], -at.XF[i] * hangs * turn);
     }
     N[index(j)] += moving(0, torque);
     if (j > 0) N[index(j - 1)] -= moving(0, torque);
-    recursion.accelerations(e.data(), omega.data(), N.data(), F.data(), {-g.x, -g.y}, alpha.data());
+    recursion.accelerations(e.data(), omega.data(), N.data(), F.data(), joints.data(),
+                            {at.ground.x, at.ground.y}, dynamics.couplings().angle.acceleration, alpha.data(),
+                            moments.data());
     VectorXd change(n);
     for (int i = 0; i < n; ++i) change[i] = slopeOf(alpha[index(i)] - (i > 0 ? alpha[index(i - 1)] : 0));
     return change;

@@ -6,9 +6,9 @@
 
 namespace planar_chain {
 
-Mechanism::Mechanism(const Chain& chain)
+Mechanism::Mechanism(const Chain& chain, bool inOrder)
     : chain_(chain), n_(chain.size()), places_(n_), rotations_(simd::kernels().front()->rotations) {
-  if (!Segments::areWorthwhile(n_)) return;
+  if (inOrder || !Segments::areWorthwhile(n_)) return;
   lanes_.emplace(n_);
   places_ = lanes_->places();
 }

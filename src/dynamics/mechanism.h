@@ -19,8 +19,8 @@ using Recursion = std::variant<ShortChain, Articulated<double>, Segments>;
 
 class Mechanism {
  public:
-  /// The chain must outlive this object.
-  explicit Mechanism(const Chain& chain);
+  /// The chain must outlive this object. inOrder: a long chain is kept in chain order too.
+  explicit Mechanism(const Chain& chain, bool inOrder = false);
 
   const Chain& chain() const { return chain_; }
   int size() const { return n_; }  ///< n

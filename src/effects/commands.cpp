@@ -4,8 +4,17 @@
 
 namespace planar_chain {
 
-CommandEffect::CommandEffect(int n, int capacity)
-    : TimedTerms(index(n) + index(capacity), 0), capacity_(index(capacity)), held_(2 * index(n)) {
+CommandEffect::CommandEffect(const Chain& chain, int capacity)
+    : TimedTerms(2 * chain.joints().size() + index(capacity), 0),
+      capacity_(index(capacity)),
+      held_(2 * chain.joints().size()),
+      sums_(chain.joints().size()),
+      isCutOff_(chain.joints().size()),
+      cutOffs_(chain.joints().size()) {
+  for (const Joint& joint : chain.joints()) {
+    limits_.push_back(joint.has("effort_limit") ? joint.other("effort_limit")
+                                                : std::numeric_limits<double>::infinity());
+  }
   waiting_.reserve(capacity_);
   timed_.reserve(capacity_);
 }
@@ -56,6 +65,29 @@ void CommandEffect::list(double t) {
   for (const auto* commands : {&held_, &timed_}) {
     for (const Command& command : *commands) addWithin(command, Constant{}, t);
   }
+  cutOff(t);
+}
+
+void CommandEffect::cutOff(double t) {
+  std::fill(sums_.begin(), sums_.end(), 0.0);
+  for (const auto* commands : {&held_, &timed_}) {
+    for (const Command& command : *commands) {
+      if (command.joint != Load::none && command.start <= t && t < command.stop) {
+        sums_[index(command.joint)] += command.torque;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    const double over = sums_[i] - std::clamp(sums_[i], -limits_[i], limits_[i]);
+    cutOffs_[i] += over != 0 && !isCutOff_[i];
+    isCutOff_[i] = over != 0;
+    if (over == 0) continue;
+    Command less;
+    less.joint = static_cast<int>(i);
+    less.torque = -over;
+    less.stop = std::numeric_limits<double>::infinity();
+    addWithin(less, Constant{}, t);
+  }
 }
 
 std::vector<Load> CommandEffect::inForce(double t) const {
@@ -67,6 +99,36 @@ std::vector<Load> CommandEffect::inForce(double t) const {
     }
   }
   return loads;
+}
+
+// ---- The limit -------------------------------------------------------------------------------------
+
+namespace {
+
+class EffortKind : public EffectKind {
+ public:
+  std::vector<JointKey> jointKeys() const override {
+    return {{"effort_limit", nullptr, NumberRule::above(0, "N m")}};
+  }
+  void judge(const Joint& joint, std::vector<Fault>& faults) const override {
+    if (!joint.has("effort_limit")) return;
+    NumberRule::above(0, "N m").check(faults, "joint/effort_limit", joint.other("effort_limit"));
+  }
+  std::unique_ptr<Effect> make(const Scene&, const Arrangement*) const override { return nullptr; }
+  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                const DenseActions&) const override {}
+  void summarize(const Scene& scene, SceneWords& words) const override {
+    int limits = 0;
+    for (const Joint& joint : scene.chain.joints()) limits += joint.has("effort_limit");
+    if (limits > 0) words.count(limits, "effort limit");
+  }
+};
+
+}  // namespace
+
+const EffectKind& effortKind() {
+  static const EffortKind kind;
+  return kind;
 }
 
 }  // namespace planar_chain

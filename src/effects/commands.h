@@ -4,10 +4,13 @@
 ///
 /// Held commands act until the next one for the same joint or link replaces them, or until they end. Timed
 /// commands add up. A command that starts later than now waits. timed_terms.h has what they do.
+///
+/// Where a joint has an effort limit, the sum of the commanded torques in it is cut off there.
 
 #include <limits>
 #include <vector>
 
+#include "effects/effect_kind.h"
 #include "effects/timed_terms.h"
 
 namespace planar_chain {
@@ -24,9 +27,9 @@ struct Command {
 
 class CommandEffect : public TimedTerms {
  public:
-  /// For a chain of n links. capacity: how many commands may be timed, or wait for their start. Allocates;
-  /// nothing else does but inForce().
-  CommandEffect(int n, int capacity);
+  /// capacity: how many commands may be timed, or wait for their start. Allocates; nothing else does but
+  /// inForce().
+  CommandEffect(const Chain& chain, int capacity);
 
   // A command that has started is in force from the next enter() on. One that starts after `now` shortens
   // until() and changes nothing else.
@@ -36,17 +39,27 @@ class CommandEffect : public TimedTerms {
   void clear();
   /// Returns those that are in force at t, as loads of a scene would say it.
   std::vector<Load> inForce(double t) const;
+  /// Returns how often the torque in each joint came to be cut off.
+  const std::vector<long long>& cutOffs() const { return cutOffs_; }
 
  private:
   void list(double t) override;
   bool hasRoom() const { return waiting_.size() + timed_.size() < capacity_; }
   /// The place for held commands of the same joint or link.
   Command& placeOf(const Command& command);
+  /// Adds what the sum of the torques in each joint is too large by.
+  void cutOff(double t);
 
   std::size_t capacity_;
   std::vector<Command> held_;     ///< of each joint, then of each link
   std::vector<Command> waiting_;  ///< to be held, in the order of their starts
   std::vector<Command> timed_;
+  std::vector<double> limits_, sums_;  ///< N m; infinite: no limit
+  std::vector<bool> isCutOff_;
+  std::vector<long long> cutOffs_;
 };
+
+/// Key `effort_limit` of a joint.
+const EffectKind& effortKind();
 
 }  // namespace planar_chain

@@ -14,9 +14,12 @@
 
 #include <cstddef>
 #include <limits>
+#include <vector>
 
 #include "ode/switches.h"
+#include "planar_chain/motion_law.h"
 #include "planar_chain/planar.h"
+#include "recursion/coupled.h"
 #include "recursion/load_kind.h"
 
 namespace planar_chain {
@@ -32,13 +35,33 @@ struct Powers {
   }
 };
 
-/// A state, n numbers each: absolute angles θ and rates ω.
+/// A state, n numbers each: absolute angles θ and rates ω. If the base turns, both are measured from it.
 struct ChainState {
   double t;
   const double *theta, *omega;
   // Set if forces act, otherwise nullptr.
   const Rotation<double>* e = nullptr;  ///< exp(i θ_j)
   const Vec2d* pinVelocity = nullptr;   ///< of the first reach() inner pins, m/s
+  double baseRate = 0;                  ///< of the base's angle, rad/s
+};
+
+/// What couples the accelerations of the bodies at one time: of each joint, and the motion of the base.
+struct Couplings {
+  std::vector<Coupling<double>> joints;
+  std::vector<GivenMotion> held;  ///< the motion of each held joint
+  GivenMotion x, y, angle;        ///< of the base
+};
+
+/// The moments μ in the joints by their couplings, N m, and q̈, rad/s², at a state y in chain order.
+struct JointAnswer {
+  const double *moments, *accelerations;
+};
+class Mechanics {
+ public:
+  virtual JointAnswer answer(double t, const double* y) = 0;
+
+ protected:
+  ~Mechanics() = default;
 };
 
 /// The sums to which an effect adds its moments and forces, n each.
@@ -68,10 +91,10 @@ struct Series {
 /// The switches of an effect: at which states they are due, and how they are made.
 class Switching : public ode::Switches {
  public:
-  /// Sets every switch for the state y = [θ ω …], whatever its position before.
-  virtual void enterState(const double* y) = 0;
-  /// Makes every switch that is due at y.
-  virtual void change(const double* y) = 0;
+  /// Sets every switch for the state y = [θ ω …] at t, whatever its position before.
+  virtual void enterState(double t, const double* y) = 0;
+  /// Makes every switch that is due at t and y.
+  virtual void change(double t, const double* y) = 0;
 };
 
 /// +τ on body i, −τ on the body before.
@@ -136,6 +159,15 @@ class Effect {
   virtual bool variesWithTime() const { return false; }
   /// Adds ∂N/∂t and ∂F/∂t. Returns ∂power/∂t.
   virtual Powers applyRates(const ChainState& /*at*/, const Actions& /*to*/) { return {}; }
+
+  // ---- Coupled joints and the base --------------------------------------------------------------------
+
+  /// True if it couples accelerations: rotors, held joints, a moving base.
+  virtual bool couples() const { return false; }
+  /// Writes what it couples at t.
+  virtual void couple(double /*t*/, Couplings& /*to*/) const {}
+  /// Gives access to the moments in the joints. `mechanics` outlives the effect.
+  virtual void attach(Mechanics& /*mechanics*/) {}
 
   // ---- Its Taylor series --------------------------------------------------------------------------------
 

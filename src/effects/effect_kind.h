@@ -82,6 +82,9 @@ class EffectKind {
   /// guard allows more error of the energy for a larger value.
   virtual double stiffnessOf(const Joint& /*joint*/) const { return 0; }
 
+  /// The inertia that resists q̈ of a joint besides the links', kg m².
+  virtual double inertiaIn(const Joint& /*joint*/) const { return 0; }
+
   /// Its part of the start-up line.
   virtual void summarize(const Scene& scene, SceneWords& words) const = 0;
 };

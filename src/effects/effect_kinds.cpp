@@ -1,6 +1,9 @@
 #include <algorithm>
 
+#include "effects/commands.h"
+#include "effects/drives.h"
 #include "effects/effect_kind.h"
+#include "effects/friction.h"
 #include "effects/loads.h"
 #include "effects/springs.h"
 #include "effects/stops.h"
@@ -9,9 +12,8 @@ namespace planar_chain {
 
 std::vector<const EffectKind*>& effectKinds() {
   static std::vector<const EffectKind*> kinds{
-      &springKind(),
-      &loadKind(),
-      &stopKind(),
+      &frictionKind(),  // acts last, when it is known what else acts
+      &springKind(),   &loadKind(), &stopKind(), &rotorKind(), &driveKind(), &baseKind(), &effortKind(),
   };
   return kinds;
 }

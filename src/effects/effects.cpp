@@ -44,14 +44,18 @@ void Effects::enter(double t) {
   listActive();
 }
 
-void Effects::enterState(const double* y) {
-  for (Switching* switching : switching_) switching->enterState(y);
-  listActive();
+void Effects::enterState(double t, const double* y) {
+  for (Switching* switching : switching_) {
+    switching->enterState(t, y);
+    listActive();  // friction, the last, asks what the others do
+  }
 }
 
-void Effects::change(const double* y) {
-  for (Switching* switching : switching_) switching->change(y);
-  listActive();
+void Effects::change(double t, const double* y) {
+  for (Switching* switching : switching_) {
+    switching->change(t, y);
+    listActive();
+  }
 }
 
 void Effects::listActive() {
@@ -62,27 +66,27 @@ void Effects::listActive() {
   reach_ = 0;
   variesWithTime_ = false;
   for (const auto& effect : all_) {
+    variesWithTime_ = variesWithTime_ || effect->variesWithTime();
     if (effect->acting() == LoadKind::nothing) continue;
     active_.push_back(effect.get());
     (effect->worksInLanes() ? activeInLanes_ : activeInOrder_).push_back(effect.get());
     acting_ = std::max(acting_, effect->acting());
     reach_ = std::max(reach_, effect->reach());
-    variesWithTime_ = variesWithTime_ || effect->variesWithTime();
   }
 }
 
 // ---- Switches --------------------------------------------------------------------------------------
 
-double Effects::due(const Eigen::VectorXd& y) const {
+double Effects::due(double t, const Eigen::VectorXd& y) const {
   double most = -std::numeric_limits<double>::infinity();
-  for (const Switching* switching : switching_) most = std::max(most, switching->due(y));
+  for (const Switching* switching : switching_) most = std::max(most, switching->due(t, y));
   return most;
 }
 
-double Effects::nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const {
+double Effects::nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const {
   double first = -1;
   for (const Switching* switching : switching_) {
-    const double own = switching->nearest(y, next, h);
+    const double own = switching->nearest(t, y, next, h);
     if (own > 0 && (first < 0 || own < first)) first = own;
   }
   return first;

@@ -29,8 +29,8 @@ class Effects : public ode::Switches {
 
   /// See Effect. These allocate nothing.
   void enter(double t);
-  void enterState(const double* y);
-  void change(const double* y);
+  void enterState(double t, const double* y);
+  void change(double t, const double* y);
 
   bool act() const { return acting_ != LoadKind::nothing; }
   LoadKind acting() const { return acting_; }
@@ -47,8 +47,8 @@ class Effects : public ode::Switches {
   // ---- ode::Switches ------------------------------------------------------------------------------------
 
   bool haveSwitches() const { return !switching_.empty(); }
-  double due(const Eigen::VectorXd& y) const override;
-  double nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override;
+  double due(double t, const Eigen::VectorXd& y) const override;
+  double nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override;
 
  private:
   void listActive();

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <stdexcept>
 #include <utility>
 
@@ -93,17 +92,7 @@ TimeLaw takeSine(const Section& in) {
 
 TimeLaw takeRamp(const Section& in) {
   Ramp ramp;
-  if (!in.has("times")) in.fault("times", "a list of times, as there are values");
-  if (!in.has("values")) in.fault("values", "a list of values, as there are times");
-  const bool hasTimes = in.takeNumbers("times", "s", ramp.times);
-  const bool hasValues = in.takeNumbers("values", "no unit: factors", ramp.values);
-  const auto notLater = std::greater_equal<>();
-  if (hasTimes && std::adjacent_find(ramp.times.begin(), ramp.times.end(), notLater) != ramp.times.end()) {
-    in.fault("times", "times that increase strictly");
-  }
-  if (hasTimes && hasValues && ramp.times.size() != ramp.values.size()) {
-    in.fault("values", std::to_string(ramp.times.size()) + " numbers, as many as times");
-  }
+  takeCurve(in, "no unit: factors", ramp.times, ramp.values);
   return ramp;
 }
 
@@ -147,11 +136,12 @@ class LoadsKind : public EffectKind {
   void addDense(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& /*qd*/,
                 const DenseActions& to) const override {
     requireBodies(scene);
+    const double base = scene.base ? scene.base->angle.at(t).value : 0;
     for (const Load& load : scene.loads) {
       const double f = factorAt(load, t);
       if (load.link != Load::none) {
         const Vec2d x = load.point - scene.chain.links()[index(load.link)].com;
-        const Vec2d arm = Rotation<double>::of(q.head(load.link + 1).sum()) * x;
+        const Vec2d arm = Rotation<double>::of(base + q.head(load.link + 1).sum()) * x;
         to.F(2 * load.link) += f * load.force.x;
         to.F(2 * load.link + 1) += f * load.force.y;
         to.M(load.link) += f * (load.moment + cross(arm, load.force));

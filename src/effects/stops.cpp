@@ -53,12 +53,12 @@ Stops::Place Stops::Stop::next(double x, double xd) const {
   return k * x + d * xd > 0 ? Place::pushing : Place::parted;
 }
 
-void Stops::enterState(const double* y) {
+void Stops::enterState(double /*t*/, const double* y) {
   for (Stop& stop : stops_) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
   listActive();
 }
 
-void Stops::change(const double* y) {
+void Stops::change(double /*t*/, const double* y) {
   for (Stop& stop : stops_) {
     if (stop.due(y, y + n_) > 0) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
   }
@@ -72,7 +72,7 @@ void Stops::listActive() {
   }
 }
 
-double Stops::due(const Eigen::VectorXd& y) const {
+double Stops::due(double /*t*/, const Eigen::VectorXd& y) const {
   double most = -std::numeric_limits<double>::infinity();
   for (const Stop& stop : stops_) {
     most = std::max(most, stop.due(y.data(), y.data() + n_));
@@ -106,7 +106,7 @@ std::array<double, 4> operator-(const std::array<double, 4>& g) {
 
 }  // namespace
 
-double Stops::nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const {
+double Stops::nearest(double /*t*/, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const {
   double first = 1;
   for (const Stop& stop : stops_) {
     const double x0 = stop.depth(y.data()), x1 = stop.depth(next.data());

@@ -38,10 +38,10 @@ class Stops : public Effect, public Switching {
   Switching* switching() override { return this; }
 
   // Switching
-  void enterState(const double* y) override;
-  void change(const double* y) override;
-  double due(const Eigen::VectorXd& y) const override;
-  double nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override;
+  void enterState(double t, const double* y) override;
+  void change(double t, const double* y) override;
+  double due(double t, const Eigen::VectorXd& y) const override;
+  double nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override;
 
  private:
   enum class Place { free, pushing, parted };

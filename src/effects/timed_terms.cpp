@@ -86,7 +86,7 @@ double TimedTerms::applyFactors(const ChainState& at, const Actions& to) const {
     const Vec2d force = factor * term.force;
     const double moment = factor * term.moment + cross(at.e[j] * term.point, force);
     to.N[j] += moment;
-    power += moment * at.omega[j];
+    power += moment * (at.omega[j] + at.baseRate);
     if (j < reach_) {
       to.F[j] += force;
       power += dot(force, at.pinVelocity[j]);
@@ -128,8 +128,8 @@ Powers TimedTerms::powersAlong(const ChainState& at, const StateChange& along) {
   for (const BodyTerm& term : bodyTerms_) {
     const int j = term.body;
     const Vec2d X = at.e[j] * term.point;
-    double rate =
-        (term.moment + cross(X, term.force)) * along.v[j] - dot(X, term.force) * at.omega[j] * along.u[j];
+    double rate = (term.moment + cross(X, term.force)) * along.v[j] -
+                  dot(X, term.force) * (at.omega[j] + at.baseRate) * along.u[j];
     if (j < reach_) rate += dot(term.force, along.pinVelocity[j]);
     change += times(term.factor, rate);
   }

@@ -103,7 +103,7 @@ class LandingOnSwitches : public Integrator {
   void evaluate(const State& state, Place& place) const {
     place.t = state.t;
     f_.restore(state.y.data(), place.y.data());
-    place.due = switches_.due(place.y);
+    place.due = switches_.due(place.t, place.y);
   }
 
   /// Sets trial_ to the state at t. Returns false if it is not finite.
@@ -122,7 +122,7 @@ class LandingOnSwitches : public Integrator {
     int cuts = 0;
     for (std::size_t count = 1; count > 0;) {
       Place& to = ahead_[count - 1];
-      const double passing = switches_.nearest(from_.y, to.y, to.t - from_.t);
+      const double passing = switches_.nearest(from_.t, from_.y, to.y, to.t - from_.t);
       const double t = from_.t + passing;
       if (passing > 0 && t > from_.t && t < to.t && count < ahead_.size() && cuts < mostCuts) {
         ++cuts;
@@ -149,7 +149,7 @@ class LandingOnSwitches : public Integrator {
       state = trial_;
     }
     Place& place = ahead_.front();
-    double low = from_.t, dueLow = switches_.due(from_.y), dueHigh = found_.due;
+    double low = from_.t, dueLow = switches_.due(from_.t, from_.y), dueHigh = found_.due;
     int side = 0;  // of the bracket that moved last
     while (state.t - low > narrow) {
       const double share = -dueLow / (dueHigh - dueLow);

@@ -13,10 +13,10 @@ class Switches {
  public:
   virtual ~Switches() = default;
   /// Positive if a switch is due, else ≤ 0. Continuous along a motion.
-  virtual double due(const Eigen::VectorXd& y) const = 0;
-  /// For a step of h from y to next, with no switch due at either end: the time after which one may first be
-  /// due between them. Negative if none can be.
-  virtual double nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const = 0;
+  virtual double due(double t, const Eigen::VectorXd& y) const = 0;
+  /// For a step of h from y at t to next, with no switch due at either end: the time after which one may
+  /// first be due between them. Negative if none can be.
+  virtual double nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const = 0;
 };
 
 /// Steps as the given integrator does, and ends a step just behind every switch. Then advance() returns

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -146,6 +147,20 @@ bool Section::takeNumbers(const std::string& key, const char* unit, std::vector<
                         });
   return accept(key, areSound ? &numbers : nullptr,
                 std::string("a list of two or more finite numbers, in ") + unit, target);
+}
+
+bool takeCurve(const Section& in, const char* unit, std::vector<double>& times, std::vector<double>& values) {
+  if (!in.has("times")) in.fault("times", "a list of times, as there are values");
+  if (!in.has("values")) in.fault("values", "a list of values, as there are times");
+  const bool hasTimes = in.takeNumbers("times", "s", times);
+  const bool hasValues = in.takeNumbers("values", unit, values);
+  const bool increase = std::adjacent_find(times.begin(), times.end(), std::greater_equal<>()) == times.end();
+  const bool match = times.size() == values.size();
+  if (hasTimes && !increase) in.fault("times", "times that increase strictly");
+  if (hasTimes && hasValues && !match) {
+    in.fault("values", std::to_string(times.size()) + " numbers, as many as times");
+  }
+  return hasTimes && hasValues && increase && match;
 }
 
 }  // namespace planar_chain

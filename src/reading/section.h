@@ -79,4 +79,8 @@ class Section {
   std::vector<Fault>* faults_;
 };
 
+/// Takes `times` (s, strictly increasing, at least two) and as many `values`. Returns true if there is no
+/// fault.
+bool takeCurve(const Section& in, const char* unit, std::vector<double>& times, std::vector<double>& values);
+
 }  // namespace planar_chain

@@ -44,7 +44,7 @@ std::function<void()> evaluationOf(const Scene& scene) {
   const auto dynamics = std::make_shared<Dynamics>(scene);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics->size()), slope = y;
   readStart(scene, y.data(), y.data() + scene.chain.size());
-  dynamics->enterState(y.data());
+  dynamics->enterState(0, y.data());
   dynamics->enter(0);
   return [=]() mutable { dynamics->derivative(0, y.data(), slope.data()); };
 }

@@ -22,7 +22,7 @@
 #include <cmath>
 #include <limits>
 
-#include "dynamics/stored_energy.h"
+#include "dynamics/dynamics.h"
 #include "ode/methods.h"
 #include "planar_chain/scene.h"
 
@@ -31,38 +31,37 @@ namespace planar_chain {
 /// Only the constructor allocates.
 class EnergyGuard {
  public:
-  /// works: how many components of y stand behind angles and rates, 0 or 2. The chain must outlive this
-  /// object.
-  EnergyGuard(const Chain& chain, const IntegratorSettings& settings, int works)
-      : chain_(chain), kinds_(storingKinds(chain)), n_(chain.size()), works_(works) {
+  /// The scene and its dynamics must outlive this object.
+  EnergyGuard(const Scene& scene, const Dynamics& dynamics) : dynamics_(dynamics), n_(scene.chain.size()) {
     constexpr double fixedShare = 0.1, tolerances = 10, sharePerTolerance = 1000;
-    const bool isFixed = ode::hasFixedStep(settings.method);
-    tolerance_ = isFixed ? 0 : tolerances * settings.tolerance;
-    share_ = isFixed ? fixedShare : std::min(fixedShare, sharePerTolerance * settings.tolerance);
+    const bool isFixed = ode::hasFixedStep(scene.integrator.method);
+    const double tolerance = scene.integrator.tolerance;
+    tolerance_ = isFixed ? 0 : tolerances * tolerance;
+    share_ = isFixed ? fixedShare : std::min(fixedShare, sharePerTolerance * tolerance);
     double pin = 0;
     for (int j = 0; j < n_; ++j) {
-      const Link& link = chain.links()[index(j)];
+      const Link& link = scene.chain.links()[index(j)];
       const double reach = pin + length(link.com);
       inertia_ += link.mass * reach * reach + link.inertia;
-      weight_ += link.mass * length(chain.gravity()) * reach;
-      for (const EffectKind* kind : kinds_) stiffness_ += kind->stiffnessOf(chain.joints()[index(j)]);
+      weight_ += link.mass * length(scene.chain.gravity()) * reach;
+      for (const EffectKind* kind : effectKinds()) {
+        inertia_ += kind->inertiaIn(scene.chain.joints()[index(j)]);
+        stiffness_ += kind->stiffnessOf(scene.chain.joints()[index(j)]);
+      }
       pin += length(link.pin);
     }
   }
 
-  /// The energy of a state in chain order.
-  Energy energyAt(const double* y) const { return energyOf(chain_, kinds_, y, y + n_); }
-
-  /// W_s and W_d in it.
+  /// W_s and W_d in a state in chain order.
   Eigen::Vector2d worksOf(const double* y) const {
-    if (works_ == 0) return Eigen::Vector2d::Zero();
+    if (dynamics_.works() == 0) return Eigen::Vector2d::Zero();
     return {y[2 * n_], y[2 * n_ + 1]};
   }
 
   /// Starts the balance at this state. y: the same state in chain order.
   void begin(const ode::State& state, const double* y) {
     good_ = state;
-    energyThen_ = energyAt(y);
+    energyThen_ = dynamics_.energy(state.t, y);
     worksThen_ = worksOf(y);
     gap_ = moved_ = 0;
   }
@@ -70,7 +69,7 @@ class EnergyGuard {
   /// Returns true if the balance closes from the last good state to this one, which then is the last good
   /// state.
   bool accept(const ode::State& state, const double* y) {
-    const Energy now = energyAt(y);
+    const Energy now = dynamics_.energy(state.t, y);
     const Eigen::Vector2d works = worksOf(y);
     const double in = works[0] - worksThen_[0];
     const double out = works[1] - worksThen_[1];
@@ -115,9 +114,8 @@ class EnergyGuard {
            2 * std::sqrt(mostElastic) * std::sqrt(elastic) + elastic + weight_ * angle;
   }
 
-  const Chain& chain_;
-  std::vector<const EffectKind*> kinds_;  ///< that store energy
-  int n_, works_;
+  const Dynamics& dynamics_;
+  int n_;
   double tolerance_;      ///< ε without rounding; 0 for fixed steps
   double share_;          ///< of the energy that moves
   double inertia_ = 0;    ///< Σ m ρ² + I

@@ -7,11 +7,13 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dynamics/dynamics.h"
+#include "dynamics/coupled_dynamics.h"
+#include "dynamics/equilibrium.h"
 #include "effects/commands.h"
 #include "ode/methods.h"
 #include "ode/switches.h"
 #include "run/energy_guard.h"
+#include "run/ladder.h"
 #include "run/turns.h"
 #include "simd/cpu.h"
 
@@ -20,6 +22,7 @@ namespace planar_chain {
 namespace {
 
 constexpr int stepsPerCheck = 32;    // of the energy balance
+constexpr double givenTo = 1e-6;     // rad, rad/s: how closely a state must repeat what is given
 constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
 
 void require(bool holds, const char* what) {
@@ -30,39 +33,14 @@ bool allFinite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
 }
 
-/// The ladder of methods: the scene's; the same with smaller steps; a stiff one.
-constexpr std::size_t rungs = 3;
-IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung) {
-  if (rung > 0) {
-    scene.step /= 8;
-    scene.tolerance = std::max(scene.tolerance / 100, std::min(scene.tolerance, 1e-13));
-  }
-  if (rung > 1) scene.method = "rodas5p";
-  return scene;
-}
-
-/// The pace, s a step, below which rodas5p replaces the scene's method. 0: never.
-double leastPaceOf(const IntegratorSettings& settings) {
-  const std::string& method = settings.method;
-  if (method == "auto" || method == "rodas5p" || method == "radau13") return 0;
-  if (method == "ros34pw2") return 1e-10;  // its order is low: it takes steps of 1e-9 s for its accuracy
-  return ode::hasFixedStep(method) ? std::min(1e-8, settings.step / 100) : 1e-8;
-}
-
-/// Angles count up to half a turn in the error control, rates as they are; works are not controlled.
-ode::Tolerance toleranceOf(double value, int n) {
-  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(2 * n, std::numeric_limits<double>::infinity())};
-  tolerance.ceiling.head(n) = pi;
-  return tolerance;
-}
-
 }  // namespace
 
 struct Simulation::Parts {
   const Scene& scene;
   const int n = scene.chain.size();
   CommandEffect* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
-  Dynamics dynamics;
+  const std::unique_ptr<Dynamics> dynamics_;
+  Dynamics& dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
   std::size_t rung = 0;
   int goodChecks = 0;    // since the ladder was climbed
@@ -71,8 +49,8 @@ struct Simulation::Parts {
   ode::StepCount countThen;  // when the pace was last measured
   double timeThen = 0;
   long long rescues = 0;
-  EnergyGuard guard{scene.chain, scene.integrator, dynamics.works()};
-  Turns turns{scene.chain, dynamics.size()};
+  EnergyGuard guard{scene, dynamics};
+  Turns turns{scene, dynamics.size()};
   ode::State state{dynamics.arrangedSize()};
   Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size());  ///< the state in the order of the chain
   std::vector<double> q = scene.q, qd = scene.qd;
@@ -81,14 +59,14 @@ struct Simulation::Parts {
   std::string fault;
 
   Parts(const Scene& given, int commandCapacity)
-      : scene(given), dynamics(scene, makeCommands(commandCapacity)) {
+      : scene(given), dynamics_(makeDynamics(scene, makeCommands(commandCapacity))), dynamics(*dynamics_) {
     fault.reserve(300);
     climbTo(0);
   }
 
   std::unique_ptr<CommandEffect> makeCommands(int capacity) {
     if (capacity == 0) return nullptr;
-    auto made = std::make_unique<CommandEffect>(n, capacity);
+    auto made = std::make_unique<CommandEffect>(scene.chain, capacity);
     commands = made.get();
     return made;
   }
@@ -99,9 +77,10 @@ struct Simulation::Parts {
     rung = next;
     if (!ladder[rung]) {
       const simd::PlainKernels plain(scene.integrator.plainKernel);
+      const int controlled = scene.base || !scene.drives.empty() ? dynamics.works() : 0;
       const IntegratorSettings settings = settingsOf(scene.integrator, rung);
-      ladder[rung] =
-          ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings.tolerance, n));
+      ladder[rung] = ode::makeMethod(settings.method, dynamics, settings.step,
+                                     toleranceOf(settings.tolerance, n, controlled));
       if (dynamics.effects().haveSwitches()) {
         ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.effects(), dynamics);
       }
@@ -120,13 +99,19 @@ struct Simulation::Parts {
       require(std::abs(newQ[index(i)]) <= largestAngle(scene.chain.joints()[index(i)]),
               "q must be at most 5e16 rad, and 1e6 rad in a joint with a spring or a limit");
     }
+    for (const Drive& drive : scene.drives) {
+      const GivenMotion given = drive.law.at(state.t);
+      require(std::abs(newQ[index(drive.joint)] - given.value) <= givenTo &&
+                  std::abs(newQd[index(drive.joint)] - given.rate) <= givenTo,
+              "the angle and rate of a driven joint are given");
+    }
     toAbsolute(newQ.data(), n, y.data());
     toAbsolute(newQd.data(), n, y.data() + n);
-    const double energy = guard.energyAt(y.data()).total();
+    const double energy = dynamics.energy(state.t, y.data()).total();
     if (!std::isfinite(energy)) restore();
     require(std::isfinite(energy), "q and qd must be of finite energy");
     turns.take(newQ, y.data());
-    energyAtStart = guard.energyAt(y.data()).total();
+    energyAtStart = dynamics.energy(state.t, y.data()).total();
     q = newQ;
     qd = newQd;
     y.tail(dynamics.works()).setZero();
@@ -136,15 +121,25 @@ struct Simulation::Parts {
     guard.begin(state, y.data());
     climbTo(0);
     rescueLength = 1;
-    dynamics.enterState(y.data());
     dynamics.enter(state.t);
+    dynamics.enterState(state.t, y.data());
+    settle();
     actsOtherwise = false;
     integrator().begin();
+  }
+
+  /// Puts held joints exactly where they are.
+  void settle() {
+    if (!dynamics.hold(state.t, y.data())) return;
+    dynamics.arrange(y.data(), state.y.data());
+    guard.moveTo(state);
   }
 
   /// Something else acts from now on.
   void actAnew() {
     dynamics.enter(state.t);
+    dynamics.reconsider(state.t, y.data());
+    settle();
     integrator().restart();
     actsOtherwise = false;
   }
@@ -160,6 +155,10 @@ struct Simulation::Parts {
     require(commands != nullptr, "this simulation was built without room for commands");
     const int body = std::max(command.joint, command.link);
     require(body >= 0 && body < n, "a command must name a joint or link of the chain");
+    for (const Drive& drive : scene.drives) {
+      require(drive.joint != command.joint,
+              "no torque can be commanded in a driven joint: its angle is given");
+    }
     command.start = start == now ? state.t : start;
     command.stop = isTimed ? command.start + last : last;
     require(std::isfinite(command.torque) && isFinite(command.point) && isFinite(command.force) &&
@@ -187,10 +186,14 @@ struct Simulation::Parts {
     if (turns.takeMore(dynamics, state, y)) guard.moveTo(state);
 
     if (outcome == ode::Outcome::switched) {
-      dynamics.change(y.data());
+      dynamics.change(state.t, y.data());
       integrator().passSwitch();
     }
-    if (state.t >= dynamics.effects().until()) actAnew();
+    if (state.t >= dynamics.effects().until()) {
+      actAnew();
+    } else {
+      settle();
+    }
     if (rung > 0 && ++goodChecks >= rescueLength) {
       climbTo(0);
       integrator().begin();
@@ -221,8 +224,9 @@ struct Simulation::Parts {
 
   void readRelative() {
     toRelative(y.data(), n, q.data());
-    turns.addTo(q);
     toRelative(y.data() + n, n, qd.data());
+    dynamics.hold(state.t, q.data(), qd.data());
+    turns.addTo(q);
   }
 
   void fail(ode::Outcome outcome) {
@@ -299,7 +303,7 @@ Statistics Simulation::statistics() const {
 }
 
 Energy Simulation::energy() const {
-  return parts_->guard.energyAt(parts_->y.data());
+  return parts_->dynamics.energy(parts_->state.t, parts_->y.data());
 }
 
 EnergyBalance Simulation::energyBalance() const {
@@ -352,8 +356,34 @@ std::vector<Load> Simulation::commands() const {
   return parts_->commands ? parts_->commands->inForce(parts_->state.t) : std::vector<Load>();
 }
 
+const std::vector<long long>& Simulation::cutOffs() const {
+  static const std::vector<long long> none;
+  return parts_->commands ? parts_->commands->cutOffs() : none;
+}
+
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
   parts_->set(q, qd);
+}
+
+void Simulation::settle() {
+  Scene present = scene_;
+  for (Load& command : commands()) present.loads.push_back(std::move(command));
+  const std::vector<double> rest = equilibriumOf(present, time(), q());
+  std::vector<double> still(rest.size(), 0.0);
+  for (const Drive& drive : scene_.drives) still[index(drive.joint)] = qd()[index(drive.joint)];
+  setState(rest, still);
+}
+
+BaseWrench Simulation::baseWrench() {
+  const auto n = static_cast<std::size_t>(parts_->n);
+  std::vector<LinkMotion> motions(n);
+  std::vector<double> tau(n), qdd(n);
+  linkMotions(motions.data());
+  jointTorques(tau.data());
+  accelerations(qdd.data());
+  double rotor = 0;
+  for (const EffectKind* kind : effectKinds()) rotor += kind->inertiaIn(scene_.chain.joints().front());
+  return {-1.0 * motions.front().pinForce, rotor * qdd.front() - tau.front()};
 }
 
 void Simulation::reset() {

@@ -15,6 +15,7 @@
 #include "effects/effect_kind.h"
 #include "ode/system.h"
 #include "planar_chain/motion.h"
+#include "planar_chain/scene.h"
 
 namespace planar_chain {
 
@@ -24,8 +25,9 @@ class Turns {
   static constexpr double mostAngle = 1000;  ///< rad
 
   /// size: of y.
-  Turns(const Chain& chain, int size) : turns_(chain.joints().size(), 0), carry_(size) {
-    for (const Joint& joint : chain.joints()) isFree_.push_back(!storesEnergy(joint));
+  Turns(const Scene& scene, int size) : turns_(scene.q.size(), 0), carry_(size) {
+    for (const Joint& joint : scene.chain.joints()) isFree_.push_back(!storesEnergy(joint));
+    for (const Drive& drive : scene.drives) isFree_[index(drive.joint)] = false;
   }
 
   /// Takes the turns off these relative angles, and writes θ'.
@@ -89,7 +91,7 @@ class Turns {
  private:
   static constexpr long double turn = 6.283185307179586476925286766559L;
 
-  std::vector<bool> isFree_;   ///< joint i stores no energy
+  std::vector<bool> isFree_;   ///< joint i stores no energy and is not driven
   std::vector<double> turns_;  ///< m_i
   bool any_ = false;
   Eigen::VectorXd carry_;

@@ -6,18 +6,17 @@
 #include <set>
 #include <utility>
 
+#include "dynamics/coupled_dynamics.h"
 #include "effects/effect_kind.h"
 #include "ode/methods.h"
 #include "planar_chain/energy.h"
 #include "planar_chain/urdf_reader.h"
 #include "reading/section.h"
+#include "scene/settings_reader.h"
 
 namespace planar_chain {
 
 namespace {
-
-constexpr int mostLinks = 100000;
-constexpr double highestRate = 10000;
 
 // ---- links -----------------------------------------------------------------------------------
 
@@ -27,6 +26,7 @@ struct Entry {
   Joint joint;
   double q = 0;
   double qd = 0;
+  std::optional<MotionLaw> drive{};
   int repeat = 1;
   bool namesAreSound = true;
 };
@@ -62,7 +62,7 @@ void takeEffects(const Section& in, Joint& joint) {
 
 /// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
 void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
-  std::vector<const char*> keys;
+  std::vector<const char*> keys{"drive"};
   if (!isInUrdf) keys.push_back("name");
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
@@ -83,17 +83,7 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
                                : "a number from -5e16 to 5e16 rad (2^53 turns)");
   }
   initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
-}
-
-/// Returns true if the key is absent or an integer from 1 to mostLinks.
-bool takeCount(const Section& in, const char* key, int& target) {
-  const double count = in.has(key) ? in.uncheckedNumber(key) : target;
-  if (!(count >= 1 && count <= mostLinks && count == std::floor(count))) {
-    in.fault(key, "an integer from 1 to " + std::to_string(mostLinks));
-    return false;
-  }
-  target = static_cast<int>(count);
-  return true;
+  if (joint.has("drive")) entry.drive = readDrive(in, joint, entry.q, entry.qd);
 }
 
 Entry readEntry(const Section& links, const std::string& name) {
@@ -125,6 +115,7 @@ struct Expanded {
   std::vector<Joint> joints;
   std::vector<double> q;
   std::vector<double> qd;
+  std::vector<Drive> drives;
   ChainNames names;
   std::map<std::string, std::string> entryOf;  ///< the key in `links`, by link name
   Vec2d gravity{0, -9.81};                     ///< m/s², unless the scene sets it
@@ -147,6 +138,7 @@ void append(const Entry& entry, Expanded& to) {
     to.joints.push_back(std::move(joint));
     to.q.push_back(entry.q);
     to.qd.push_back(entry.qd);
+    if (entry.drive) to.drives.push_back({at, *entry.drive});
   }
 }
 
@@ -280,63 +272,6 @@ void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<F
   }
 }
 
-// ---- Settings --------------------------------------------------------------------------------
-
-IntegratorSettings readIntegrator(const Section& in) {
-  IntegratorSettings settings;
-  const std::vector<std::string>& all = ode::methodNames();
-  const auto isMethod = [&](const auto& name) { return std::count(all.begin(), all.end(), name) > 0; };
-  in.takeText("method", isMethod, "one of " + inCommas(all), settings.method);
-  in.take("tolerance", {" from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
-  in.take("step", NumberRule::above(0, "s"), settings.step);
-  in.take("plain_kernel", settings.plainKernel);
-  return settings;
-}
-
-void takeFrame(const Section& in, const std::string& key, std::string& target) {
-  const auto isFrame = [](const std::string& text) {
-    return !text.empty() && text[0] != '/' &&
-           std::all_of(text.begin(), text.end(), [](char c) { return isWordCharacter(c) || c == '/'; });
-  };
-  in.takeText(key, isFrame, "a frame (letters, digits, _ and /; not / first)", target);
-}
-
-/// names: nullptr if the links could not be read.
-PublishSettings readPublish(const Section& in, const ChainNames* names) {
-  PublishSettings settings;
-  // Rates.
-  in.take("rate", {" > 0 Hz and at most " + toText(highestRate), 0, highestRate}, settings.rate);
-  settings.tfRate = std::min(settings.tfRate, settings.rate);
-  settings.statusRate = std::min(settings.statusRate, settings.rate);
-  const NumberRule upToRate{" > 0 Hz and at most the rate, " + toText(settings.rate), 0, settings.rate};
-  in.take("tf_rate", upToRate, settings.tfRate);
-  in.take("status_rate", upToRate, settings.statusRate);
-
-  // Topics.
-  in.take("tf", settings.tf);
-  in.take("link_states", settings.linkStates);
-
-  // Frames. The prefix may be empty.
-  if (in.has("frame_every")) takeCount(in, "frame_every", settings.frameEvery.emplace(1));
-  if (const Value* prefix = in.find("frame_prefix")) {
-    settings.framePrefix.emplace();
-    if (!prefix->text() || !prefix->text()->empty()) takeFrame(in, "frame_prefix", *settings.framePrefix);
-  }
-  takeFrame(in, "world_frame", settings.worldFrame);
-  takeFrame(in, "base_frame", settings.baseFrame);
-  const auto requireOwn = [&](const char* key, const std::string& frame) {
-    if (names && names->links.count(frame) != 0) {
-      in.fault(key, "a frame that is not a link's", quoted(frame));
-    }
-  };
-  requireOwn("world_frame", settings.worldFrame);
-  requireOwn("base_frame", settings.baseFrame);
-  if (settings.worldFrame == settings.baseFrame) {
-    in.fault("base_frame", "a frame other than world_frame", quoted(settings.baseFrame));
-  }
-  return settings;
-}
-
 }  // namespace
 
 // ---- The scene -------------------------------------------------------------------------------
@@ -346,13 +281,15 @@ Scene readScene(const Value& value) {
   std::vector<const char*> keys{"chain",
                                 "gravity",
                                 "links",
+                                "base",
+                                "start",
                                 "integrator",
                                 "publish",
                                 "command_timeout",
                                 "real_time_factor",
                                 "robot_description"};
   for (const EffectKind* kind : effectKinds()) {
-    if (kind->sceneKey()) keys.insert(keys.end() - 5, kind->sceneKey());
+    if (kind->sceneKey()) keys.insert(keys.end() - 7, kind->sceneKey());
   }
   const Section top(&value, "", keys, faults);
 
@@ -373,6 +310,9 @@ Scene readScene(const Value& value) {
       readPublish(top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states",
                                           "frame_every", "frame_prefix", "world_frame", "base_frame"}),
                   names);
+  const bool startsAtRest = readStart(top);
+  std::optional<BaseLaws> base;
+  if (top.has("base")) base = readBase(top.section("base", {"x", "y", "angle"}));
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   std::optional<double> realTimeFactor;
@@ -381,13 +321,31 @@ Scene readScene(const Value& value) {
     top.take("real_time_factor", {range, 0, 1000, true}, realTimeFactor.emplace());
   }
 
-  if (faults.empty()) requireFiniteEnergy(*chain, *expanded, faults);
-  for (Fault& fault : faults) {
-    if (fault.line == 0) fault.line = lineAt(value, fault.path);
+  const auto throwFaults = [&] {
+    for (Fault& fault : faults) {
+      if (fault.line == 0) fault.line = lineAt(value, fault.path);
+    }
+    if (!faults.empty()) throw Refused(std::move(faults));
+  };
+  throwFaults();
+  requireFiniteEnergy(*chain, *expanded, faults);
+  Scene scene{std::move(*chain),
+              std::move(expanded->q),
+              std::move(expanded->qd),
+              std::move(loads),
+              integrator,
+              std::move(publish),
+              commandTimeout,
+              realTimeFactor,
+              std::move(expanded->drives),
+              std::move(base)};
+  if (isCoupled(scene) && integrator.method == "taylor") {
+    top.section("integrator")
+        .fault("method", "a method other than taylor beside friction, rotors, drives, a base");
   }
-  if (!faults.empty()) throw Refused(std::move(faults));
-  return {std::move(*chain), std::move(expanded->q), std::move(expanded->qd), std::move(loads),
-          integrator,        std::move(publish),     commandTimeout,          realTimeFactor};
+  if (startsAtRest) startAtRest(scene, top);
+  throwFaults();
+  return scene;
 }
 
 Scene readSceneText(const std::string& yaml) {

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <type_traits>
 
+#include "dynamics/equilibrium.h"
 #include "effects/effect_kind.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
@@ -132,7 +133,9 @@ void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::Vecto
     const Joint& joint = chain.joints()[i];
     Json ofJoint{{"name", joint.name}};
     for (const EffectKind* kind : effectKinds()) {
-      for (const JointKey& key : kind->jointKeys()) ofJoint[key.name] = key.of(joint);
+      for (const JointKey& key : kind->jointKeys()) {
+        if (key.member || joint.has(key.name)) ofJoint[key.name] = key.of(joint);
+      }
     }
     links.push_back({{"name", link.name},
                      {"mass", link.mass},
@@ -146,6 +149,21 @@ void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::Vecto
                     {"qd", jsonOf(qd)},
                     {"links", links}}
             << '\n';
+}
+
+/// Prints the torques that give these accelerations.
+void printInverse(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd, const Eigen::VectorXd& qdd,
+                  const Eigen::VectorXd& tau, bool asJson) {
+  if (asJson) {
+    std::cout
+        << Json{{"t", t}, {"q", jsonOf(q)}, {"qd", jsonOf(qd)}, {"qdd", jsonOf(qdd)}, {"tau", jsonOf(tau)}}
+        << '\n';
+    return;
+  }
+  print("q", "relative joint angles, rad", q.transpose());
+  print("qd", "their rates, rad/s", qd.transpose());
+  print("qdd", "their accelerations, rad/s^2", qdd.transpose());
+  print("tau", "torques that give these accelerations, beside all that acts, N m", tau.transpose());
 }
 
 int equations(const Arguments& given) {
@@ -163,13 +181,28 @@ int equations(const Arguments& given) {
         {{"chain", "at most 1000 links, for the matrices are dense", std::to_string(scene.chain.size())}});
   }
   std::vector<Fault> stateFaults;
-  const Eigen::VectorXd q = vectorArgument("q", given, scene.q, stateFaults);
-  const Eigen::VectorXd qd = vectorArgument("qd", given, scene.qd, stateFaults);
+  Eigen::VectorXd q = vectorArgument("q", given, scene.q, stateFaults);
+  Eigen::VectorXd qd = vectorArgument("qd", given, scene.qd, stateFaults);
+  const std::vector<double> still(scene.q.size(), 0.0);
+  const Eigen::VectorXd qdd = vectorArgument("qdd", given, still, stateFaults);
+  if (given.has("qdd") != given.has("inverse")) {
+    stateFaults.push_back(
+        {"--qdd", "accelerations for --inverse, and --inverse for accelerations", "one of them"});
+  }
   if (!stateFaults.empty()) throw Refused(std::move(stateFaults));
+  if (given.has("equilibrium")) {
+    const std::vector<double> rest = equilibriumOf(scene, t, {q.data(), q.data() + q.size()});
+    q = Eigen::Map<const Eigen::VectorXd>(rest.data(), q.size());
+    qd.setZero();
+  }
 
-  // What is asked for: the chain, or the equations.
+  // What is asked for: the chain, torques, or the equations.
   if (onlyChain) {
     printChain(scene.chain, q, qd);
+    return done;
+  }
+  if (given.has("inverse")) {
+    printInverse(t, q, qd, qdd, inverseDynamics(scene, t, q, qd, qdd), given.has("json"));
     return done;
   }
   const ActiveForces active = activeForces(scene, t, q, qd);
@@ -201,6 +234,9 @@ int main(int argc, char** argv) {
         {"t", "Time, s, for loads that depend on it (default 0)"},
         {"linearize",
          "Also A and B of dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of the state", false},
+        {"equilibrium", "At rest in the static equilibrium downhill of --q", false},
+        {"inverse", "Only the torques tau that give the accelerations --qdd, beside all that acts", false},
+        {"qdd", "Accelerations, rad/s^2, for --inverse"},
         {"json", "One JSON object for programs, matrices as arrays of rows", false},
         {"chain",
          "Only the chain, as one JSON object: gravity, q, qd and every link with its joint, with repeated "

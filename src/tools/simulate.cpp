@@ -196,6 +196,7 @@ int simulate(const Arguments& given) {
     for (const char* key : {"method", "tolerance", "step"})
       override(value, "integrator", key, given.text(key));
     if (hasBags) override(value, "publish", "rate", given.text("rate"));
+    if (given.has("settle") && value.map()) (*value.map())["start"] = std::string("rest");
   };
   const Scene scene = readScene(given, amend, std::move(faults));
   if (given.has("check")) {
@@ -292,6 +293,8 @@ int main(int argc, char** argv) {
          "~status)"},
         {"rate", "Rows per second of simulated time (default 100; with a bag: the scene's publish/rate)"},
         {"check", "Only reads the scene: prints its faults, or one line", false},
+        {"settle", "Starts at rest in the equilibrium downhill of the initial angles, as start: rest does",
+         false},
         {"method", "Integrator, in place of the scene's"},
         {"tolerance", "Tolerance of adaptive methods, in place of the scene's"},
         {"step", "Step of fixed-step methods, s, in place of the scene's"},

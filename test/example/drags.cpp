@@ -65,22 +65,23 @@ class Drags : public Effect, public Switching {
 
   // The sign of q̇ is a switch.
   Switching* switching() override { return this; }
-  void enterState(const double* y) override {
+  void enterState(double /*t*/, const double* y) override {
     for (Drag& drag : drags_) drag.sign = relative(y + n_, drag.joint) < 0 ? -1 : 1;
   }
-  void change(const double* y) override {
+  void change(double /*t*/, const double* y) override {
     for (Drag& drag : drags_) {
       if (dueOf(drag, y) > 0) drag.sign = -drag.sign;
     }
   }
-  double due(const Eigen::VectorXd& y) const override {
+  double due(double /*t*/, const Eigen::VectorXd& y) const override {
     double most = -std::numeric_limits<double>::infinity();
     for (const Drag& drag : drags_) most = std::max(most, dueOf(drag, y.data()));
     return most;
   }
   /// Between two ends, q̇ is taken for the parabola of the cubic through both: v0 + 2 b s + 3 c s², 0 < s < 1.
   /// Its turning point is where a change of sign may hide.
-  double nearest(const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override {
+  double nearest(double /*t*/, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
+                 double h) const override {
     double first = -1;
     for (const Drag& drag : drags_) {
       const double v0 = relative(y.data() + n_, drag.joint) * h;

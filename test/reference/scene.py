@@ -14,7 +14,8 @@ def read(path):
     with open(path, encoding="utf-8") as text:
         tree = yaml.safe_load(text)
     scene = SimpleNamespace(
-        gravity=[float(g) for g in tree.get("gravity", [0.0, -9.81])], links=[], loads=[])
+        gravity=[float(g) for g in tree.get("gravity", [0.0, -9.81])], links=[], loads=[],
+        base=[motion_law(tree.get("base", {}).get(key)) for key in ("x", "y", "angle")])
 
     # The chain, from the ground outwards; `repeat` unrolled.
     link_index, joint_index = {}, {}
@@ -56,6 +57,10 @@ def copies(name, keys):
             stiffness=float(joint.get("stiffness", 0)),
             damping=float(joint.get("damping", 0)),
             rest_angle=float(joint.get("rest_angle", 0)),
+            rotor_inertia=float(joint.get("rotor_inertia", 0)),
+            friction=float(joint.get("friction", 0)),
+            breakaway=float(joint.get("breakaway", joint.get("friction", 0))),
+            drive=motion_law(joint["drive"]) if "drive" in joint else None,
             angle=float(initial.get("angle", 0)),
             velocity=float(initial.get("velocity", 0)))
 
@@ -67,3 +72,12 @@ def time_law(keys):
     if "times" in keys:
         return ("ramp", [float(t) for t in keys["times"]], [float(v) for v in keys["values"]])
     return ("constant",)
+
+
+def motion_law(keys):
+    """("sine", amplitude, frequency, phase, offset) or ("spline", times, values); `hold` or None: 0 for ever"""
+    if not isinstance(keys, dict):
+        return ("sine", 0.0, 0.0, 0.0, 0.0)
+    if "times" in keys:
+        return ("spline", [float(t) for t in keys["times"]], [float(x) for x in keys["values"]])
+    return ("sine", *(float(keys.get(key, 0)) for key in ("amplitude", "frequency", "phase", "offset")))

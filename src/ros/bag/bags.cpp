@@ -89,14 +89,14 @@ boost::shared_ptr<Message> messageOf(const rosbag::MessageInstance& entry, const
 /// @throws Refused if one of them is missing, is not what its kind needs, or does not fit the ticks
 void check(const std::vector<CommandTaken>& commands, double rate, const std::string& path) {
   std::uint64_t tickBefore = 0, number = 0;
-  bool wasReset = false;
+  bool wasSet = false;
   for (const CommandTaken& command : commands) {
     if (command.number != ++number) {
       refuse(path, "every command that the node took since its start",
              "number " + std::to_string(command.number) + " where " + std::to_string(number) + " is due");
     }
     const bool hasItsFields =
-        command.kind <= CommandTaken::RESET && std::isfinite(command.scene_time) &&
+        command.kind <= CommandTaken::SETTLE && std::isfinite(command.scene_time) &&
         command.joint_torque.size() == (command.kind == CommandTaken::JOINT_TORQUE ? 1 : 0) &&
         command.link_force.size() == (command.kind == CommandTaken::LINK_FORCE ? 1 : 0);
     if (!hasItsFields) {
@@ -105,10 +105,11 @@ void check(const std::vector<CommandTaken>& commands, double rate, const std::st
     }
     if (command.tick < tickBefore) refuse(path, "ticks that do not go back", std::to_string(command.tick));
     tickBefore = command.tick;
-    wasReset = wasReset || command.kind == CommandTaken::RESET;
-    // Until the first reset, scene time lies between the tick before and this one.
+    wasSet = wasSet || command.kind == CommandTaken::RESET || command.kind == CommandTaken::SETTLE;
+    // Until the first tick that shows a state of ~reset or ~settle, scene time lies between the tick before
+    // and this one.
     const auto tick = static_cast<double>(command.tick);
-    if (!wasReset && !(std::abs(command.scene_time * rate - tick) <= 1.01)) {
+    if (!wasSet && !(std::abs(command.scene_time * rate - tick) <= 1.01)) {
       refuse(path, "commands of a node with ticks of " + toText(rate) + " Hz (publish/rate, or --rate)",
              "tick " + std::to_string(command.tick) + " after " + toText(command.scene_time) + " s");
     }
@@ -319,7 +320,8 @@ class OfflineNode : public Bags {
       ticks_.next = static_cast<long long>(command.tick);
       // A fault stops the node between two ticks, and only then a state is set there.
       const bool isBetween =
-          command.kind == CommandTaken::SET_STATE && command.scene_time > simulation_.time();
+          (command.kind == CommandTaken::SET_STATE || command.kind == CommandTaken::SETTLE) &&
+          command.scene_time > simulation_.time();
       if (isBetween) simulation_.advanceTo(command.scene_time);
       if (!commands_.takeOrWarn(command)) {
         ++refused_;

@@ -14,6 +14,7 @@ struct Ticks {
   long long first = 0;     ///< the first tick with a stamp
   long long next = first;  ///< the next tick
   long long origin = 0;    ///< the tick of scene time 0
+  long long set = 0;  ///< the tick that shows the initial state, or the last one that ~reset or ~settle set
 
   double timeOf(long long tick) const { return static_cast<double>(tick) / rate; }  ///< s
   /// Rounded.
@@ -23,14 +24,14 @@ struct Ticks {
   double sceneTime(long long tick) const { return timeOf(tick - origin); }       ///< s
   double simTime(double sceneTime) const { return timeOf(origin) + sceneTime; }  ///< since the start, s
 
-  /// True if an action at `frequency` (Hz, at most rate) is due at this tick. Tick 0 and the tick of scene
-  /// time 0 are always due.
+  /// True if an action at `frequency` (Hz, at most rate) is due at this tick. Tick 0 and the tick of a
+  /// state that was set are always due.
   bool isDue(long long tick, double frequency) const {
     // The millionth of a period covers the rounding of the quotient.
     const auto happened = [&](long long k) {
       return std::floor(static_cast<double>(k) * frequency / rate + 1e-6);
     };
-    return tick == origin || tick == 0 || frequency == rate || happened(tick) > happened(tick - 1);
+    return tick == set || tick == 0 || frequency == rate || happened(tick) > happened(tick - 1);
   }
 };
 

@@ -53,6 +53,8 @@ void Commands::moveTo(Simulation& simulation) {
     joints_[chain.joints()[index(i)].name] = i;
     links_[chain.links()[index(i)].name] = i;
   }
+  isDriven_.assign(index(chain.size()), false);
+  for (const Drive& drive : simulation.scene().drives) isDriven_[index(drive.joint)] = true;
 }
 
 // ---- From topics -------------------------------------------------------------------------------
@@ -111,7 +113,7 @@ std::string Commands::take(CommandTaken input) {
   try {
     const Faults faults = apply(input);
     if (!faults.empty()) return toString(faults);
-  } catch (const std::invalid_argument& refusal) {
+  } catch (const std::logic_error& refusal) {
     return refusal.what();
   }
   input.number = ++accepted_;
@@ -124,7 +126,7 @@ std::string Commands::take(CommandTaken input) {
 }
 
 /// Returns the faults. Without any, the input acts.
-/// @throws std::invalid_argument for a state of infinite energy
+/// @throws std::logic_error for a state of infinite energy, and where there is no equilibrium
 Faults Commands::apply(const CommandTaken& input) {
   Faults faults;
   switch (input.kind) {
@@ -147,13 +149,19 @@ Faults Commands::apply(const CommandTaken& input) {
     case CommandTaken::STEP:
       if (!input.joint_torques.empty()) faults = faultsOf(input.joint_torques, "torques");
       if (faults.empty() && !input.joint_torques.empty()) hold(input.joint_torques);
-      // If the state of scene time 0 has not been published, it belongs to the tick before.
-      if (faults.empty() && ticks_.next == ticks_.origin) --ticks_.origin;
+      // If the state of a reset or ~settle has not been published, it belongs to the tick before.
+      if (faults.empty() && ticks_.next == ticks_.set) --ticks_.set, --ticks_.origin;
       return faults;
+    case CommandTaken::SETTLE:
+      simulation_->settle();
+      // The next tick shows the state, at the present time. It does so anyway if it already shows one.
+      if (simulation_->time() == ticks_.sceneTime(ticks_.next - 1)) ++ticks_.origin;
+      if (simulation_->time() == ticks_.sceneTime(ticks_.next)) ticks_.set = ticks_.next;
+      return {};
     default:  // RESET
       simulation_->reset();
       taken_.fill(never);
-      ticks_.origin = ticks_.next;
+      ticks_.origin = ticks_.set = ticks_.next;
       return {};
   }
 }
@@ -188,6 +196,9 @@ Faults Commands::applyTorque(const CommandTaken& input) {
   const JointTorque& command = input.joint_torque.at(0);
   Faults faults;
   const int joint = find(faults, "joint_torque/joint", joints_, command.joint);
+  if (joint >= 0 && isDriven_[index(joint)]) {
+    faults.push_back({"joint_torque/joint", "a joint that is not driven", quoted(command.joint)});
+  }
   checkFinite(faults, "joint_torque/torque", "N m", command.torque);
   return start(
       faults, "joint_torque", input, command,
@@ -220,7 +231,7 @@ Faults Commands::applyForce(const CommandTaken& input) {
 void Commands::hold(const std::vector<double>& torques) {
   const double until = heldUntil(simulation_->time());
   for (std::size_t i = 0; i < torques.size(); ++i) {
-    simulation_->holdTorque(static_cast<int>(i), torques[i], until);
+    if (!isDriven_[i]) simulation_->holdTorque(static_cast<int>(i), torques[i], until);
   }
   taken_[CommandTaken::JOINT_TORQUES] = simulation_->time();
 }
@@ -233,6 +244,10 @@ double Commands::heldUntil(double start) const {
 Faults Commands::faultsOf(const std::vector<double>& torques, const std::string& path) const {
   Faults faults;
   checkValues(faults, path, "torques", "N m", torques, simulation_->q().size());
+  for (std::size_t i = 0; i < std::min(torques.size(), isDriven_.size()); ++i) {
+    if (!isDriven_[i] || torques[i] == 0) continue;
+    faults.push_back({path + "[" + std::to_string(i) + "]", "0 N m in a driven joint", toText(torques[i])});
+  }
   if (!(heldUntil(simulation_->time()) > simulation_->time())) {
     faults.push_back({"command_timeout", "a timeout that the simulation time can resolve",
                       toText(simulation_->scene().commandTimeout)});

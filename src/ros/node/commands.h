@@ -86,6 +86,7 @@ class Commands {
   Ticks& ticks_;
   SceneTime sceneTime_;
   std::map<std::string, int> joints_, links_;  ///< index by name
+  std::vector<bool> isDriven_;                 ///< of each joint
   Every warnings_{1.0};
   std::array<double, 3> taken_{never, never, never};  ///< scene time of the last of each topic, by kind, s
   std::uint64_t accepted_ = 0, rejected_ = 0;

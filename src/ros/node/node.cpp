@@ -151,7 +151,7 @@ void Node::run(bool (*keepGoing)()) {
     }
     isClockRunning_ = !isHalted;
     const double wait = isHalted ? longestWait : runDueTicks();
-    if (paused_) showReset();
+    if (paused_) showSetState();
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::clamp(wait, 0.0, longestWait)));
     commandQueue_.callAvailable();
   }
@@ -179,9 +179,9 @@ double Node::runDueTicks() {
   return pause;
 }
 
-/// While paused, publishes the state of scene time 0 after a reset. Its stamp is as after a resume.
-void Node::showReset() {
-  if (ticks_.next != ticks_.origin || !clock_->hasBegun()) return;
+/// While paused, publishes the state after a reset or ~settle. Its stamp is as after a resume.
+void Node::showSetState() {
+  if (ticks_.next != ticks_.set || !clock_->hasBegun()) return;
   began_ = served_ = steadyTime();
   clock_->begin(ticks_.next);
   tick();

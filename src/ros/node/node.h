@@ -59,6 +59,8 @@ class Node {
   /// changed, it is that of the new scene.
   Answer reset();
   Answer clearCommands();
+  /// Sets the equilibrium downhill of the present angles, at rest, as a tick of its own.
+  Answer settle();
   Answer setState(const std::vector<double>& q, const std::vector<double>& qd);
   /// Pauses, holds `torques` unless empty, and makes `ticks` ticks. Appends the state after each to `states`.
   /// If the integration fails, the ticks before the failure remain.
@@ -69,7 +71,7 @@ class Node {
   void load(const Scene& scene);
   void advertiseServices();
   double runDueTicks();
-  void showReset();
+  void showSetState();
   bool tick();
   bool serveDuringTicks();
   void publishStatus();

@@ -35,6 +35,7 @@ void Node::advertiseServices() {
       trigger("resume", &Node::resume),
       trigger("reset", &Node::reset),
       trigger("clear_commands", &Node::clearCommands),
+      trigger("settle", &Node::settle),
       advertise<SetState, SetStateRequest_>(
           inner_, "set_state",
           [this](auto& in, auto& /*out*/) { return setState(plain(in.q), plain(in.qd)); }),
@@ -89,6 +90,11 @@ Answer Node::reset() {
 Answer Node::clearCommands() {
   if (inTick_) return {false, longTick};
   return take(inputOf(CommandTaken::CLEAR_COMMANDS), "all commands are cleared");
+}
+
+Answer Node::settle() {
+  if (inTick_) return {false, longTick};
+  return take(inputOf(CommandTaken::SETTLE), "at rest in the equilibrium");
 }
 
 Answer Node::setState(const std::vector<double>& q, const std::vector<double>& qd) {

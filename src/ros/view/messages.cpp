@@ -12,7 +12,7 @@ Messages::Messages(Simulation& simulation, const std::string& node, bool hasView
   // Size the joint states and the link states.
   for (const Joint& joint : scene.chain.joints()) jointStates_.name.push_back(joint.name);
   jointStates_.effort.resize(n);
-  linkStates_.header.frame_id = frames_.base;
+  linkStates_.header.frame_id = baseWrench_.header.frame_id = frames_.base;
   for (const Link& link : scene.chain.links()) linkStates_.name.push_back(link.name);
   linkStates_.pose.resize(n);
   linkStates_.velocity.resize(n);
@@ -59,6 +59,14 @@ LinkStates& Messages::linkStates(ros::Time stamp) {
     copy(link.pinForce, linkStates_.pin_force[i]);
   }
   return linkStates_;
+}
+
+geometry_msgs::WrenchStamped& Messages::baseWrench(ros::Time stamp) {
+  baseWrench_.header.stamp = stamp;
+  const BaseWrench wrench = simulation_.baseWrench();
+  copy(wrench.force, baseWrench_.wrench.force);
+  baseWrench_.wrench.torque.z = wrench.torque;
+  return baseWrench_;
 }
 
 tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
@@ -119,6 +127,14 @@ void describe(const Simulation& simulation, SimStatus& status) {
   status.dissipated = balance.dissipated;
   status.energy_balance = balance.residual;
   status.fault = simulation.fault();
+  status.torques_cut_off = 0;
+  status.joints_cut_off.clear();
+  const std::vector<long long>& cutOffs = simulation.cutOffs();
+  for (std::size_t i = 0; i < cutOffs.size(); ++i) {
+    if (cutOffs[i] == 0) continue;
+    status.torques_cut_off += static_cast<std::uint64_t>(cutOffs[i]);
+    status.joints_cut_off.push_back(simulation.scene().chain.joints()[i].name);
+  }
 }
 
 }  // namespace planar_chain

@@ -2,6 +2,7 @@
 
 /// The state of a simulation as ROS messages. A node publishes them, and `simulate --bag` writes them.
 
+#include <geometry_msgs/WrenchStamped.h>
 #include <planar_chain/LinkStates.h>
 #include <planar_chain/SimStatus.h>
 #include <ros/names.h>
@@ -45,7 +46,7 @@ struct Topic {
 };
 
 /// Each message is computed for the simulation's present state, and valid until the next call of the same
-/// function. The caller may set header.seq. Only the constructor allocates.
+/// function. The caller may set header.seq. Only the constructor and baseWrench() allocate.
 class Messages {
  public:
   /// node: the full name of the publishing node. The simulation must outlive this.
@@ -56,6 +57,8 @@ class Messages {
 
   sensor_msgs::JointState& jointStates(ros::Time stamp);
   LinkStates& linkStates(ros::Time stamp);
+  /// What the chain exerts on its base at the ground pin.
+  geometry_msgs::WrenchStamped& baseWrench(ros::Time stamp);
   /// The pose of each link that has a frame, in the frame before, or in the base frame for the first. Between
   /// neighbours the origin is the outer pin of the link before, the rotation is q about z.
   tf2_msgs::TFMessage& transforms(ros::Time stamp);
@@ -76,6 +79,10 @@ class Messages {
       visit(Topic{"/tf", settings.tfRate, queueFor(settings.tfRate)},
             [this](ros::Time stamp) { return &transforms(stamp); });
     }
+    if (views_ || simulation_.scene().base) {
+      visit(Topic{node_ + "/base_wrench", settings.rate, queue},
+            [this](ros::Time stamp) { return &baseWrench(stamp); });
+    }
     if (views_) {
       views_->forEach([&](const std::string& name, auto make) {
         visit(Topic{node_ + "/view/" + name, settings.tfRate, 2}, make);
@@ -93,6 +100,7 @@ class Messages {
   Frames frames_;
   sensor_msgs::JointState jointStates_;
   LinkStates linkStates_;
+  geometry_msgs::WrenchStamped baseWrench_;
   tf2_msgs::TFMessage transforms_, baseInWorld_;
   std::vector<LinkMotion> motions_;
   std::vector<int> framed_;  ///< the link of each transform

@@ -1,0 +1,60 @@
+#pragma once
+
+/// A motion that is given in time: the angle of a driven joint, or a coordinate of the base.
+///
+///     sine     x = offset + amplitude sin(2π frequency t + phase)
+///     pieces   x = Σ_k c_k (t − start)^k, k ≤ 5, in each piece; before the first one and after the last one
+///     x
+///              stands still
+///
+/// At the start of each piece a derivative may jump. An integrator lands there, and takes the piece on the
+/// side of its step.
+
+#include <array>
+#include <limits>
+#include <vector>
+
+namespace planar_chain {
+
+/// x and its first three derivatives: m or rad, per s, s², s³.
+struct GivenMotion {
+  double value = 0, rate = 0, acceleration = 0, jerk = 0;
+};
+
+class MotionLaw {
+ public:
+  struct Piece {
+    double start = 0;  ///< s
+    std::array<double, 6> c{};
+  };
+
+  /// x = 0 for ever.
+  MotionLaw() : pieces_(1) {}
+  static MotionLaw sine(double amplitude, double frequency, double phase, double offset);
+  /// The cubic spline through (times, values) with continuous acceleration inside, and rate 0 at both ends.
+  /// times increase strictly, at least two; as many values. Source: C. de Boor, A Practical Guide to Splines
+  /// (2001), ch. IV, with clamped ends.
+  static MotionLaw spline(const std::vector<double>& times, const std::vector<double>& values);
+  /// The first piece holds before its start too. The last one goes on for ever. Not empty.
+  explicit MotionLaw(std::vector<Piece> pieces) : pieces_(std::move(pieces)) {}
+
+  /// The number of the piece that holds in [t, until(piece)).
+  int pieceAt(double t) const;
+  double until(int piece) const;
+  GivenMotion at(double t, int piece) const;
+  GivenMotion at(double t) const { return at(t, pieceAt(t)); }
+  /// The longest step that resolves it, s: a quarter of the period of a sine.
+  double longestStep() const;
+  bool moves() const;
+
+ private:
+  double amplitude_ = 0, pulsation_ = 0, phase_ = 0;
+  std::vector<Piece> pieces_;
+};
+
+/// The motion of the ground pin, m, and of the angle that joint 1 is measured from, rad; base frame.
+struct BaseLaws {
+  MotionLaw x, y, angle;
+};
+
+}  // namespace planar_chain

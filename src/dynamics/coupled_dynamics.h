@@ -1,0 +1,120 @@
+#pragma once
+
+/// The dynamics of a chain whose joints couple accelerations, or whose base moves: rotors, driven joints,
+/// friction (recursion/coupled.h). A road of its own: other chains run dynamics.h alone.
+///
+/// If the base turns by φ(t), y holds ψ = θ − φ and ψ̇, so that ψ_1 = q_1. The recursion has θ.
+///
+///     Ẇ_s also = Σ (μ_i + J_i q̈_i) q̇_i of driven joints + F_pin·v_base + (μ_1 + τ_1) φ̇
+///
+/// States are in chain order, whatever the length.
+
+#include "dynamics/dynamics.h"
+#include "recursion/coupled.h"
+#include "recursion/coupled_linearized.h"
+
+namespace planar_chain {
+
+/// True if a scene needs CoupledDynamics.
+bool isCoupled(const Scene& scene);
+
+/// The dynamics of a scene, of either kind.
+std::unique_ptr<Dynamics> makeDynamics(const Scene& scene, std::unique_ptr<Effect> more = nullptr);
+
+class CoupledDynamics : public Dynamics, private Mechanics {
+ public:
+  /// As Dynamics.
+  explicit CoupledDynamics(const Scene& scene, std::unique_ptr<Effect> more = nullptr);
+
+  // Dynamics
+  void reconsider(double t, const double* y) override;
+  bool hold(double t, double* y) override;
+  void hold(double t, double* q, double* qd) override;
+  std::string recursion() const override { return "link by link, with coupled joints"; }
+  Energy energy(double t, const double* y) const override;
+  void accelerations(double t, const double* y, double* alpha) override;
+  void linkMotions(double t, const double* y, LinkMotion* motions) override;
+  void jointTorques(double t, const double* y, double* tau) override;
+
+  // For those who compute once.
+  const Couplings& couplings() const { return couplings_; }
+  Eigen::Map<const Eigen::VectorXd> rotors() const { return {rotors_.data(), n_}; }
+  /// The torques of drives and friction, n values.
+  void couplingTorques(double t, const double* y, double* tau);
+  /// The state of the last linearize(), and the moments N there.
+  CoupledState linearized() const;
+  const std::vector<double>& moments() const { return N_; }
+  /// The torques that besides all that acts give q̈ = qdd; friction is that of the motion, or of its start.
+  void inverse(double t, const double* y, const double* qdd, double* tau);
+
+  // ode::System
+  void derivative(double t, const double* y, double* dydt) override;
+  int positions() const override { return n_; }
+  void rates(double t, const double* y, double* out) override;
+
+  // ode::LinearizedSystem
+  void reserve(int complexCount) override;
+  void linearize(double t, const double* y, double* dydt) override;
+  bool timeDerivative(double* ft) override;
+  ode::LinearCosts linearCosts() const override { return {2.9, 1, 3.2, 2.8}; }
+  void factor(double s) override { solver_.factor(s); }
+  void solve(const double* rhs, double* x) override { solveWith(solver_, rhs, x); }
+  void factorComplex(int k, std::complex<double> s) override { complexSolvers_[index(k)].factor(s); }
+  void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override {
+    solveWith(complexSolvers_[index(k)], rhs, x);
+  }
+
+  // ode::SeriesSystem
+  bool seriesAreWorthwhile() const override { return false; }
+
+ private:
+  template <class Scalar>
+  struct Solver {
+    CoupledLinearized<Scalar> of;
+    Scalar s{};
+
+    void factor(Scalar s_) {
+      s = s_;
+      of.factor(s_);
+    }
+  };
+
+  JointAnswer answer(double t, const double* y) override;
+  BaseState baseAt(double t) const;
+  void collect(double t);
+  /// Takes couplings, moments and forces at a state, and runs the recursion. Returns the powers of the
+  /// effects.
+  Powers run(double t, const double* y);
+  double torqueIn(int i);
+  double couplingPower();
+  template <class Scalar>
+  void solveWith(Solver<Scalar>& solver, const Scalar* rhs, Scalar* x);
+  Powers powersAlong(const double* x);
+
+  const std::optional<BaseLaws> base_;
+  std::vector<Effect*> coupling_;
+  std::vector<double> rotors_;  ///< J, kg m²
+  Couplings couplings_;
+  Coupled<double> recursion_;
+
+  // The last state that run() saw, and its results.
+  ChainState at_{};
+  BaseState baseNow_;
+  Vec2d ground_, pinForce_;
+  std::vector<Rotation<double>> e_;
+  std::vector<double> omega_, N_, alpha_, moments_, torques_, relative_;
+  std::vector<Vec2d> F_, pinVelocity_;
+
+  // The state of the last linearize().
+  ChainState then_{};
+  BaseState baseThen_;
+  Couplings heldThen_;
+  std::vector<Rotation<double>> eThen_;
+  std::vector<double> state_, omegaThen_, alphaThen_, tangentK_, tangentD_, XF_, part_, rates_;
+  std::vector<Vec2d> FThen_, pinVelocityAlong_;
+  CoupledBodies bodies_;
+  Solver<double> solver_;
+  std::vector<Solver<std::complex<double>>> complexSolvers_;
+};
+
+}  // namespace planar_chain

@@ -1,0 +1,234 @@
+#include "dynamics/equilibrium.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include "dynamics/stored_energy.h"
+#include "effects/effects.h"
+
+namespace planar_chain {
+
+namespace {
+
+constexpr int mostSteps = 2000;
+constexpr double farthest = 1e4;     // rad: an energy that still falls there has no minimum
+constexpr double longestTurn = 1;    // rad in one step
+constexpr double leastShare = 1e-6;  // of the weight's moments, in place of a smaller |κ|
+constexpr double exact = 1e-14;      // of the weight's moments
+constexpr double push = 1e-3;        // rad, off a maximum or saddle
+
+class Search {
+ public:
+  Search(const Scene& scene, double t) : scene_(scene), t_(t), n_(scene.chain.size()) {
+    if (scene.base) baseAngle_ = scene.base->angle.at(t).value;
+    // Bodies behind driven joints turn with the body before: one group. Group −1 is the ground.
+    std::vector<bool> isDriven(index(n_), false);
+    for (const Drive& drive : scene.drives) isDriven[index(drive.joint)] = true;
+    for (int j = 0; j < n_; ++j) {
+      if (!isDriven[index(j)]) firsts_.push_back(j);
+      groups_.push_back(static_cast<int>(firsts_.size()) - 1);
+    }
+    for (const Load& load : scene.loads) loads_.push_back({&load, factorAt(load, t)});
+    // The moments that weights and forces can have: what residuals are compared with.
+    double reach = 0;
+    for (const Link& link : scene.chain.links()) reach += length(link.pin) + length(link.com);
+    for (const Link& link : scene.chain.links()) scale_ += link.mass * length(scene.chain.gravity()) * reach;
+    for (const auto& [load, factor] : loads_) {
+      scale_ +=
+          std::abs(factor) * (length(load->force) * reach + std::abs(load->moment) + std::abs(load->torque));
+    }
+    for (const Joint& joint : scene.chain.joints()) {
+      scale_ += joint.stiffness * (1 + std::abs(joint.restAngle)) + joint.stopStiffness;
+    }
+    N_.resize(n_);
+    k_.resize(n_);
+    d_.resize(n_);
+    XF_.resize(n_);
+    still_.setZero(n_);
+    F_.resize(index(n_));
+    e_.resize(index(n_));
+    pinVelocity_.resize(index(n_));
+  }
+
+  std::vector<double> from(std::vector<double> q) {
+    for (const Drive& drive : scene_.drives) q[index(drive.joint)] = drive.law.at(t_).value;
+    Eigen::VectorXd theta(n_);
+    toAbsolute(q.data(), n_, theta.data());
+    const Eigen::VectorXd start = theta;
+    const auto groups = static_cast<Eigen::Index>(firsts_.size());
+    for (int step = 0; step < mostSteps; ++step) {
+      find(theta);
+      const bool isBalanced = groups == 0 || moment_.cwiseAbs().maxCoeff() <= exact * scale_;
+      if (isBalanced && leaveSaddle(theta)) continue;
+      if (isBalanced || !descend(theta)) {
+        // No step lowers the energy: rounding is all that is left, or the energy is flat.
+        if (leaveSaddle(theta)) continue;
+        std::vector<double> found(index(n_));
+        toRelative(theta.data(), n_, found.data());
+        for (const Drive& drive : scene_.drives) found[index(drive.joint)] = q[index(drive.joint)];
+        return found;
+      }
+      if ((theta - start).cwiseAbs().maxCoeff() > farthest) break;
+    }
+    throw std::domain_error("the energy falls without end, as under a constant torque without a spring");
+  }
+
+ private:
+  /// Γ and the tridiagonal matrix of the groups.
+  void find(const Eigen::VectorXd& theta) {
+    for (int j = 0; j < n_; ++j) e_[index(j)] = Rotation<double>::of(theta[j] + baseAngle_);
+    N_.setZero();
+    k_.setZero();
+    d_.setZero();
+    XF_.setZero();
+    std::fill(F_.begin(), F_.end(), Vec2d{});
+    Effects effects(scene_, nullptr);
+    effects.enter(t_);
+    effects.enterState(t_, stateOf(theta).data());
+    const ChainState at{t_, theta.data(), still_.data(), e_.data(), pinVelocity_.data()};
+    for (Effect* effect : effects.active()) {
+      effect->apply(at, {N_.data(), F_.data()});
+      effect->addStiffness(k_.data(), d_.data());
+      effect->addTangents(at, k_.data(), d_.data());
+      effect->addForceStiffness(at, XF_.data());
+    }
+    const auto groups = static_cast<Eigen::Index>(firsts_.size());
+    moment_.setZero(groups);
+    kappa_.setZero(groups);
+    spring_.setZero(groups);
+    Vec2d outer;
+    for (int j = n_ - 1; j >= 0; --j) {
+      const Link& link = scene_.chain.links()[index(j)];
+      const Vec2d weight = link.mass * scene_.chain.gravity();
+      const Vec2d R = e_[index(j)] * link.com, P = e_[index(j)] * link.pin;
+      const int group = groups_[index(j)];
+      if (group >= 0) {
+        moment_[group] += N_[j] + cross(R, weight) + cross(P, outer);
+        kappa_[group] += dot(R, weight) + dot(P, outer) + XF_[j];
+      }
+      outer += weight + F_[index(j)];
+    }
+    for (Eigen::Index g = 0; g < groups; ++g) spring_[g] = k_[firsts_[static_cast<std::size_t>(g)]];
+  }
+
+  Eigen::VectorXd stateOf(const Eigen::VectorXd& theta) const {
+    return (Eigen::VectorXd(2 * n_) << theta, still_).finished();
+  }
+
+  /// V of weights, springs, stops and loads, J.
+  double energyAt(const Eigen::VectorXd& theta) const {
+    const BaseState base{{}, {}, baseAngle_, 0};
+    double energy =
+        energyOf(scene_.chain, storingKinds(scene_.chain), theta.data(), still_.data(), base).potential;
+    for (const auto& [load, factor] : loads_) {
+      if (load->joint != Load::none) energy -= factor * load->torque * relative(theta.data(), load->joint);
+      if (load->link == Load::none) continue;
+      Vec2d place;
+      for (int j = 0; j <= load->link; ++j) {
+        const Vec2d arm = j < load->link ? scene_.chain.links()[index(j)].pin : load->point;
+        place += Rotation<double>::of(theta[j] + baseAngle_) * arm;
+      }
+      energy -= factor * (dot(load->force, place) + load->moment * theta[load->link]);
+    }
+    return energy;
+  }
+
+  /// x = (diag(κ') + springs)⁻¹ Γ. Returns false if the matrix is not positive definite.
+  bool solve(const Eigen::VectorXd& kappa, Eigen::VectorXd& x) const {
+    const Eigen::Index groups = kappa.size();
+    Eigen::VectorXd pivot(groups);
+    x = moment_;
+    for (Eigen::Index g = 0; g < groups; ++g) {
+      const double next = g + 1 < groups ? spring_[g + 1] : 0;
+      pivot[g] = kappa[g] + spring_[g] + next;
+      if (g > 0) {
+        pivot[g] -= spring_[g] * spring_[g] / pivot[g - 1];
+        x[g] += spring_[g] / pivot[g - 1] * x[g - 1];
+      }
+      if (!(pivot[g] > 0)) return false;
+    }
+    for (Eigen::Index g = groups; g-- > 0;) {
+      if (g + 1 < groups) x[g] += spring_[g + 1] * x[g + 1];
+      x[g] /= pivot[g];
+    }
+    return true;
+  }
+
+  Eigen::VectorXd moved(const Eigen::VectorXd& theta, const Eigen::VectorXd& turn, double share) const {
+    Eigen::VectorXd next = theta;
+    for (int j = 0; j < n_; ++j) {
+      if (groups_[index(j)] >= 0) next[j] += share * turn[groups_[index(j)]];
+    }
+    return next;
+  }
+
+  /// One step. Returns false if none lowers the energy or, close to the minimum, the moments.
+  bool descend(Eigen::VectorXd& theta) {
+    Eigen::VectorXd turn;
+    if (!solve(kappa_.cwiseAbs().cwiseMax(leastShare * scale_), turn)) return false;
+    turn *= std::min(1.0, longestTurn / turn.cwiseAbs().maxCoeff());
+    const double slope = moment_.dot(turn), energy = energyAt(theta);
+    const double largest = moment_.cwiseAbs().maxCoeff();
+    for (double share = 1; share > 1e-10; share /= 2) {
+      const Eigen::VectorXd next = moved(theta, turn, share);
+      if (energyAt(next) < energy - 1e-4 * share * slope) {
+        theta = next;
+        return true;
+      }
+    }
+    // Energies differ by rounding alone: Newton's step by itself, while it lowers the moments.
+    if (!solve(kappa_, turn)) return false;
+    const Eigen::VectorXd next = moved(theta, turn, 1);
+    find(next);
+    if (!(moment_.cwiseAbs().maxCoeff() < largest)) return false;
+    theta = next;
+    return true;
+  }
+
+  /// Moves off a maximum or a saddle, once in each. Returns false at a minimum.
+  bool leaveSaddle(Eigen::VectorXd& theta) {
+    find(theta);
+    Eigen::VectorXd turn;
+    if (pushes_ > 50 || kappa_.size() == 0 || solve(kappa_.array() + 1e-12 * scale_, turn)) return false;
+    ++pushes_;
+    for (Eigen::Index g = 0; g < turn.size(); ++g) turn[g] = kappa_[g] < 0 ? push : 0;
+    theta = moved(theta, turn, 1);
+    return true;
+  }
+
+  struct Acting {
+    const Load* load;
+    double factor;
+  };
+
+  const Scene& scene_;
+  double t_;
+  int n_, pushes_ = 0;
+  double baseAngle_ = 0, scale_ = 0;
+  std::vector<int> groups_, firsts_;  ///< the group of each body; the first body of each group
+  std::vector<Acting> loads_;
+  Eigen::VectorXd N_, k_, d_, XF_, still_, moment_, kappa_, spring_;
+  std::vector<Vec2d> F_, pinVelocity_;
+  std::vector<Rotation<double>> e_;
+};
+
+}  // namespace
+
+std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q) {
+  // Without friction, drives and base, which are no part of the energy here.
+  std::vector<Joint> joints = scene.chain.joints();
+  for (Joint& joint : joints) {
+    joint.others.erase(std::remove_if(joint.others.begin(), joint.others.end(),
+                                      [](const auto& other) {
+                                        return other.first == "friction" || other.first == "breakaway";
+                                      }),
+                       joint.others.end());
+  }
+  Scene smooth = scene;
+  smooth.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  return Search(smooth, t).from(q);
+}
+
+}  // namespace planar_chain

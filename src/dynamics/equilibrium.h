@@ -1,0 +1,27 @@
+#pragma once
+
+/// Static equilibrium: the minimum of the potential energy that lies downhill of given angles.
+///
+/// In absolute angles the energy of weights and constant forces is a sum over bodies, and springs and stops
+/// couple neighbours only. With w_j the force on body j (weight included), W_j all forces further out, N_j
+/// the moments of the effects about the inner pin, and X·F as in linearized.h,
+///
+///     Γ_j = −∂V/∂θ_j = N_j + iR_j·m_j g + iP_j·W_j
+///     κ_j = R_j·m_j g + P_j·W_j + X·F                ∂²V/∂θ² = diag(κ) + springs: tridiagonal
+///
+/// Newton's step is one sweep of Thomas' algorithm. With |κ_j| in place of κ_j the matrix is positive
+/// definite, so the step goes downhill, and a line search on V ends in a minimum. Driven joints keep their
+/// angles.
+
+#include <vector>
+
+#include "planar_chain/scene.h"
+
+namespace planar_chain {
+
+/// Returns the relative angles of the equilibrium at time t, rad. Friction is ignored; the base stands still
+/// where it is at t. q: where the search starts.
+/// @throws std::domain_error, with the reason, when the energy has no minimum downhill of q
+std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q);
+
+}  // namespace planar_chain

@@ -1,0 +1,177 @@
+#include "effects/drives.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace planar_chain {
+
+namespace {
+
+/// An effect that adds no moment or force of its own.
+class CouplingEffect : public Effect {
+ public:
+  LoadKind mostActing() const final { return LoadKind::nothing; }
+  LoadKind acting() const final { return LoadKind::nothing; }
+  Powers apply(const ChainState& /*at*/, const Actions& /*to*/) final { return {}; }
+  void addTorques(const ChainState& /*at*/, double* /*tau*/) final {}
+  bool couples() const final { return true; }
+};
+
+// ---- Rotors --------------------------------------------------------------------------------------
+
+class Rotors : public CouplingEffect {
+ public:
+  explicit Rotors(const Chain& chain) {
+    for (const Joint& joint : chain.joints()) inertia_.push_back(joint.other("rotor_inertia"));
+  }
+  bool hasPower() const override { return false; }
+  void couple(double /*t*/, Couplings& to) const override {
+    for (std::size_t i = 0; i < inertia_.size(); ++i) to.joints[i].rotor = inertia_[i];
+  }
+
+ private:
+  std::vector<double> inertia_;
+};
+
+class RotorKind : public EffectKind {
+ public:
+  std::vector<JointKey> jointKeys() const override {
+    return {{"rotor_inertia", nullptr, NumberRule::from(0, "kg m²")}};
+  }
+  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+    return count(scene) > 0 ? std::make_unique<Rotors>(scene.chain) : nullptr;
+  }
+  /// Rotors are inertia: kane.h adds J to M_q.
+  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                const DenseActions&) const override {}
+  double inertiaIn(const Joint& joint) const override { return joint.other("rotor_inertia"); }
+  void summarize(const Scene& scene, SceneWords& words) const override {
+    if (count(scene) > 0) words.count(count(scene), "rotor");
+  }
+
+ private:
+  static int count(const Scene& scene) {
+    const auto& joints = scene.chain.joints();
+    return static_cast<int>(std::count_if(
+        joints.begin(), joints.end(), [](const Joint& joint) { return joint.other("rotor_inertia") > 0; }));
+  }
+};
+
+// ---- Laws ----------------------------------------------------------------------------------------
+
+/// A law, and the piece of it that holds now.
+struct Running {
+  MotionLaw law;
+  int piece = 0;
+
+  void enter(double t) { piece = law.pieceAt(t); }
+  double until() const { return law.until(piece); }
+  GivenMotion at(double t) const { return law.at(t, piece); }
+};
+
+template <class Laws>
+double earliestEnd(const Laws& laws) {
+  double end = std::numeric_limits<double>::infinity();
+  for (const auto& running : laws) end = std::min(end, running.until());
+  return end;
+}
+
+class Drives : public CouplingEffect {
+ public:
+  explicit Drives(const std::vector<Drive>& drives) {
+    for (const Drive& drive : drives) {
+      joints_.push_back(drive.joint);
+      laws_.push_back({drive.law});
+      varies_ = varies_ || drive.law.moves();
+      longestStep_ = std::min(longestStep_, drive.law.longestStep());
+    }
+  }
+  void enter(double t) override {
+    for (Running& running : laws_) running.enter(t);
+  }
+  double until() const override { return earliestEnd(laws_); }
+  double longestStep() const override { return longestStep_; }
+  bool variesWithTime() const override { return varies_; }
+  void couple(double t, Couplings& to) const override {
+    for (std::size_t i = 0; i < laws_.size(); ++i) {
+      const GivenMotion motion = laws_[i].at(t);
+      to.joints[index(joints_[i])].isHeld = true;
+      to.joints[index(joints_[i])].acceleration = motion.acceleration;
+      to.held[index(joints_[i])] = motion;
+    }
+  }
+
+ private:
+  std::vector<int> joints_;
+  std::vector<Running> laws_;
+  bool varies_ = false;
+  double longestStep_ = std::numeric_limits<double>::infinity();
+};
+
+class DriveKind : public EffectKind {
+ public:
+  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+    return scene.drives.empty() ? nullptr : std::make_unique<Drives>(scene.drives);
+  }
+  /// A drive's torque is not a function of the state.
+  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                const DenseActions&) const override {}
+  void summarize(const Scene& scene, SceneWords& words) const override {
+    if (!scene.drives.empty()) words.count(static_cast<int>(scene.drives.size()), "driven joint");
+  }
+};
+
+// ---- The base ------------------------------------------------------------------------------------
+
+class Base : public CouplingEffect {
+ public:
+  explicit Base(const BaseLaws& laws) : laws_{{{laws.x}, {laws.y}, {laws.angle}}} {}
+  void enter(double t) override {
+    for (Running& running : laws_) running.enter(t);
+  }
+  double until() const override { return earliestEnd(laws_); }
+  double longestStep() const override {
+    return std::min({laws_[0].law.longestStep(), laws_[1].law.longestStep(), laws_[2].law.longestStep()});
+  }
+  bool variesWithTime() const override { return true; }
+  void couple(double t, Couplings& to) const override {
+    to.x = laws_[0].at(t);
+    to.y = laws_[1].at(t);
+    to.angle = laws_[2].at(t);
+  }
+
+ private:
+  std::array<Running, 3> laws_;
+};
+
+class BaseKind : public EffectKind {
+ public:
+  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+    return scene.base ? std::make_unique<Base>(*scene.base) : nullptr;
+  }
+  /// The base's motion is inertia: kane.h takes it apart.
+  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                const DenseActions&) const override {}
+  void summarize(const Scene& scene, SceneWords& words) const override {
+    if (scene.base) words.runs.push_back("a moving base");
+  }
+};
+
+}  // namespace
+
+const EffectKind& rotorKind() {
+  static const RotorKind kind;
+  return kind;
+}
+
+const EffectKind& driveKind() {
+  static const DriveKind kind;
+  return kind;
+}
+
+const EffectKind& baseKind() {
+  static const BaseKind kind;
+  return kind;
+}
+
+}  // namespace planar_chain

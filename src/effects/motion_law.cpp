@@ -1,0 +1,96 @@
+#include "planar_chain/motion_law.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "lanes/segments.h"
+#include "planar_chain/planar.h"
+
+namespace planar_chain {
+
+MotionLaw MotionLaw::sine(double amplitude, double frequency, double phase, double offset) {
+  MotionLaw law;
+  law.amplitude_ = amplitude;
+  law.pulsation_ = 2 * pi * frequency;
+  law.phase_ = phase;
+  law.pieces_.front().c[0] = offset;
+  return law;
+}
+
+MotionLaw MotionLaw::spline(const std::vector<double>& times, const std::vector<double>& values) {
+  // Rates s_i at the knots: continuous accelerations are a tridiagonal system, solved by Thomas' sweep,
+  //
+  //     s_{i−1}/h_{i−1} + 2 (1/h_{i−1} + 1/h_i) s_i + s_{i+1}/h_i = 3 (m_{i−1}/h_{i−1} + m_i/h_i)
+  //
+  // with h the lengths of the pieces, m their slopes, and s = 0 at both ends.
+  const std::size_t last = times.size() - 1;
+  const auto length = [&](std::size_t i) { return times[i + 1] - times[i]; };
+  const auto slope = [&](std::size_t i) { return (values[i + 1] - values[i]) / length(i); };
+  std::vector<double> rate(times.size(), 0.0), upper(times.size(), 0.0);
+  for (std::size_t i = 1; i < last; ++i) {
+    const double before = 1 / length(i - 1), after = 1 / length(i);
+    const double pivot = 2 * (before + after) - before * upper[i - 1];
+    upper[i] = after / pivot;
+    rate[i] = (3 * (slope(i - 1) * before + slope(i) * after) - before * rate[i - 1]) / pivot;
+  }
+  for (std::size_t i = last; i-- > 1;) rate[i] -= upper[i] * rate[i + 1];
+
+  // Hermite's cubic in each piece.
+  std::vector<Piece> pieces{{-std::numeric_limits<double>::infinity(), {values.front()}}};
+  for (std::size_t i = 0; i < last; ++i) {
+    const double h = length(i), m = slope(i);
+    pieces.push_back({times[i],
+                      {values[i], rate[i], (3 * m - 2 * rate[i] - rate[i + 1]) / h,
+                       (rate[i] + rate[i + 1] - 2 * m) / (h * h)}});
+  }
+  pieces.push_back({times.back(), {values.back()}});
+  return MotionLaw(std::move(pieces));
+}
+
+int MotionLaw::pieceAt(double t) const {
+  const auto startsLater = [](double time, const Piece& piece) { return time < piece.start; };
+  const auto after = std::upper_bound(pieces_.begin() + 1, pieces_.end(), t, startsLater);
+  return static_cast<int>(after - pieces_.begin()) - 1;
+}
+
+double MotionLaw::until(int piece) const {
+  const auto next = static_cast<std::size_t>(piece) + 1;
+  return next < pieces_.size() ? pieces_[next].start : std::numeric_limits<double>::infinity();
+}
+
+GivenMotion MotionLaw::at(double t, int number) const {
+  const Piece& piece = pieces_[static_cast<std::size_t>(number)];
+  GivenMotion x{piece.c[0], 0, 0, 0};
+  if (std::any_of(piece.c.begin() + 1, piece.c.end(), [](double c) { return c != 0; })) {
+    const double s = t - piece.start;
+    x = {};
+    for (int k = 5; k >= 0; --k) {  // Horner's rule for all four; the derivatives lack their factorials
+      x.jerk = x.jerk * s + x.acceleration;
+      x.acceleration = x.acceleration * s + x.rate;
+      x.rate = x.rate * s + x.value;
+      x.value = x.value * s + piece.c[static_cast<std::size_t>(k)];
+    }
+    x.acceleration *= 2;
+    x.jerk *= 6;
+  }
+  if (amplitude_ == 0) return x;
+  const double w = pulsation_;
+  const Rotation<double> turn = plainRotation(w * t + phase_);
+  const double sine = amplitude_ * turn.s, cosine = amplitude_ * turn.c;
+  return {x.value + sine, x.rate + w * cosine, x.acceleration - w * w * sine, x.jerk - w * w * w * cosine};
+}
+
+double MotionLaw::longestStep() const {
+  return amplitude_ != 0 && pulsation_ != 0 ? pi / (2 * std::abs(pulsation_))
+                                            : std::numeric_limits<double>::infinity();
+}
+
+bool MotionLaw::moves() const {
+  const auto stands = [](const Piece& piece) {
+    return std::all_of(piece.c.begin() + 1, piece.c.end(), [](double c) { return c == 0; });
+  };
+  return (amplitude_ != 0 && pulsation_ != 0) || !(pieces_.size() == 1 && stands(pieces_.front()));
+}
+
+}  // namespace planar_chain

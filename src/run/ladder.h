@@ -1,0 +1,42 @@
+#pragma once
+
+/// The ladder of methods that a simulation climbs in trouble: the scene's; the same with smaller steps; a
+/// stiff one.
+
+#include <algorithm>
+#include <limits>
+
+#include "ode/integrator.h"
+#include "ode/methods.h"
+#include "planar_chain/scene.h"
+
+namespace planar_chain {
+
+constexpr std::size_t rungs = 3;
+inline IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung) {
+  if (rung > 0) {
+    scene.step /= 8;
+    scene.tolerance = std::max(scene.tolerance / 100, std::min(scene.tolerance, 1e-13));
+  }
+  if (rung > 1) scene.method = "rodas5p";
+  return scene;
+}
+
+/// The pace, s a step, below which rodas5p replaces the scene's method. 0: never.
+inline double leastPaceOf(const IntegratorSettings& settings) {
+  const std::string& method = settings.method;
+  if (method == "auto" || method == "rodas5p" || method == "radau13") return 0;
+  if (method == "ros34pw2") return 1e-10;  // its order is low: it takes steps of 1e-9 s for its accuracy
+  return ode::hasFixedStep(method) ? std::min(1e-8, settings.step / 100) : 1e-8;
+}
+
+/// Angles count up to half a turn in the error control, rates as they are. Works are controlled only where a
+/// drive or the base may do work on a chain that does not move.
+inline ode::Tolerance toleranceOf(double value, int n, int works) {
+  ode::Tolerance tolerance{value,
+                           Eigen::ArrayXd::Constant(2 * n + works, std::numeric_limits<double>::infinity())};
+  tolerance.ceiling.head(n) = pi;
+  return tolerance;
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,146 @@
+#include "scene/settings_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "dynamics/equilibrium.h"
+#include "ode/methods.h"
+
+namespace planar_chain {
+
+MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool mayHold) {
+  const Value* value = in.find(key);
+  if (value && value->text() && *value->text() == "hold" && mayHold) return {};
+  if (value && !value->map()) {
+    in.fault(key, std::string("a map with amplitude and frequency, or with times and values") +
+                      (mayHold ? ", or hold" : ""));
+    return {};
+  }
+  const Section law = in.section(key, {"amplitude", "frequency", "phase", "offset", "times", "values"});
+  if (law.has("times") || law.has("values")) {
+    for (const char* other : {"amplitude", "frequency", "phase", "offset"}) {
+      if (law.has(other)) law.fault(other, std::string("no ") + other + " beside times and values");
+    }
+    std::vector<double> times, values;
+    return takeCurve(law, unit, times, values) ? MotionLaw::spline(times, values) : MotionLaw();
+  }
+  double amplitude = 0, frequency = 0, phase = 0, offset = 0;
+  const bool stands =
+      law.has("offset") && !law.has("amplitude") && !law.has("frequency") && !law.has("phase");
+  for (const char* needed : {"amplitude", "frequency"}) {
+    if (!law.has(needed) && !stands) law.fault(needed, "amplitude and frequency, or times and values");
+  }
+  law.take("amplitude", NumberRule::any(unit), amplitude);
+  law.take("frequency", NumberRule::any("Hz"), frequency);
+  law.take("phase", NumberRule::any("rad"), phase);
+  law.take("offset", NumberRule::any(unit), offset);
+  return MotionLaw::sine(amplitude, frequency, phase, offset);
+}
+
+BaseLaws readBase(const Section& base) {
+  BaseLaws laws;
+  if (base.has("x")) laws.x = readLaw(base, "x", "m", false);
+  if (base.has("y")) laws.y = readLaw(base, "y", "m", false);
+  if (base.has("angle")) laws.angle = readLaw(base, "angle", "rad", false);
+  return laws;
+}
+
+MotionLaw readDrive(const Section& link, const Section& joint, double& q, double& qd) {
+  for (const char* other :
+       {"friction", "breakaway", "stiffness", "damping", "rest_angle", "lower", "upper"}) {
+    if (joint.has(other)) joint.fault(other, std::string("no ") + other + " in a driven joint");
+  }
+  if (link.has("initial")) link.fault("initial", "no initial state of a driven joint", "initial");
+  const MotionLaw law = readLaw(joint, "drive", "rad", true);
+  const GivenMotion start = law.at(0);
+  q = start.value;
+  qd = start.rate;
+  return law;
+}
+
+bool readStart(const Section& top) {
+  std::string start = "initial";
+  const auto isStart = [](const std::string& text) { return text == "initial" || text == "rest"; };
+  top.takeText("start", isStart, "initial or rest", start);
+  return start == "rest";
+}
+
+void startAtRest(Scene& scene, const Section& top) {
+  try {
+    scene.q = equilibriumOf(scene, 0, scene.q);
+  } catch (const std::domain_error& none) {
+    top.fault("start", "initial, as there is no equilibrium", none.what());
+  }
+  std::fill(scene.qd.begin(), scene.qd.end(), 0.0);
+  for (const Drive& drive : scene.drives) scene.qd[index(drive.joint)] = drive.law.at(0).rate;
+}
+
+/// Returns true if the key is absent or an integer from 1 to mostLinks.
+bool takeCount(const Section& in, const char* key, int& target) {
+  const double count = in.has(key) ? in.uncheckedNumber(key) : target;
+  if (!(count >= 1 && count <= mostLinks && count == std::floor(count))) {
+    in.fault(key, "an integer from 1 to " + std::to_string(mostLinks));
+    return false;
+  }
+  target = static_cast<int>(count);
+  return true;
+}
+
+IntegratorSettings readIntegrator(const Section& in) {
+  IntegratorSettings settings;
+  const std::vector<std::string>& all = ode::methodNames();
+  const auto isMethod = [&](const auto& name) { return std::count(all.begin(), all.end(), name) > 0; };
+  in.takeText("method", isMethod, "one of " + inCommas(all), settings.method);
+  in.take("tolerance", {" from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
+  in.take("step", NumberRule::above(0, "s"), settings.step);
+  in.take("plain_kernel", settings.plainKernel);
+  return settings;
+}
+
+void takeFrame(const Section& in, const std::string& key, std::string& target) {
+  const auto isFrame = [](const std::string& text) {
+    return !text.empty() && text[0] != '/' &&
+           std::all_of(text.begin(), text.end(), [](char c) { return isWordCharacter(c) || c == '/'; });
+  };
+  in.takeText(key, isFrame, "a frame (letters, digits, _ and /; not / first)", target);
+}
+
+/// names: nullptr if the links could not be read.
+PublishSettings readPublish(const Section& in, const ChainNames* names) {
+  PublishSettings settings;
+  // Rates.
+  in.take("rate", {" > 0 Hz and at most " + toText(highestRate), 0, highestRate}, settings.rate);
+  settings.tfRate = std::min(settings.tfRate, settings.rate);
+  settings.statusRate = std::min(settings.statusRate, settings.rate);
+  const NumberRule upToRate{" > 0 Hz and at most the rate, " + toText(settings.rate), 0, settings.rate};
+  in.take("tf_rate", upToRate, settings.tfRate);
+  in.take("status_rate", upToRate, settings.statusRate);
+
+  // Topics.
+  in.take("tf", settings.tf);
+  in.take("link_states", settings.linkStates);
+
+  // Frames. The prefix may be empty.
+  if (in.has("frame_every")) takeCount(in, "frame_every", settings.frameEvery.emplace(1));
+  if (const Value* prefix = in.find("frame_prefix")) {
+    settings.framePrefix.emplace();
+    if (!prefix->text() || !prefix->text()->empty()) takeFrame(in, "frame_prefix", *settings.framePrefix);
+  }
+  takeFrame(in, "world_frame", settings.worldFrame);
+  takeFrame(in, "base_frame", settings.baseFrame);
+  const auto requireOwn = [&](const char* key, const std::string& frame) {
+    if (names && names->links.count(frame) != 0) {
+      in.fault(key, "a frame that is not a link's", quoted(frame));
+    }
+  };
+  requireOwn("world_frame", settings.worldFrame);
+  requireOwn("base_frame", settings.baseFrame);
+  if (settings.worldFrame == settings.baseFrame) {
+    in.fault("base_frame", "a frame other than world_frame", quoted(settings.baseFrame));
+  }
+  return settings;
+}
+
+}  // namespace planar_chain
