@@ -4,6 +4,7 @@
     known_motions_test.py BIN [unittest options]        BIN: the folder that holds both
 """
 import csv
+import itertools
 import json
 import math
 import os
@@ -14,7 +15,7 @@ import unittest
 from in_folder import InFolder
 
 BIN = ""
-FOLDER = os.path.dirname(os.path.abspath(__file__))
+SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "scenes")
 METHODS = ("auto", "dop853", "rodas5p")
 GRAVITY = 9.81
 UPRIGHT = math.pi / 2
@@ -211,19 +212,42 @@ class KnownMotions(InFolder):
         self.assertAlmostEqual(off[10] / off[100], 100, delta=5)
         self.assertAlmostEqual(off[100] / off[1000], 100, delta=1)
 
-    def test_what_starts_at_rest_stays_until_the_pull_ends(self):
-        scenes = os.path.join(FOLDER, "..", "config", "scenes")
-        for name, until in (("hanging_cable", 1.0), ("crane", 1.0)):
-            command = [os.path.join(BIN, "simulate"), os.path.join(scenes, name + ".yaml"), "--duration", "2", "--rate",
-                       "4", "--csv", self.path("out.csv")]
-            subprocess.run(command, stdout=subprocess.DEVNULL, check=True, timeout=60)
-            with open(self.path("out.csv"), newline="") as file:
-                _, *rows = [row[:-1] for row in csv.reader(file)]
-            rows = [list(map(float, row)) for row in rows]
+    # ---- Scenes that ship do what their comments say ----
+
+    def shipped(self, name, duration, rate):
+        """Rows of time, angles and rates."""
+        command = [os.path.join(BIN, "simulate"), os.path.join(SCENES, name + ".yaml"), "--duration", str(duration),
+                   "--rate", str(rate), "--csv", self.path("out.csv")]
+        subprocess.run(command, stdout=subprocess.DEVNULL, check=True, timeout=60)
+        with open(self.path("out.csv"), newline="") as file:
+            _, *rows = csv.reader(file)
+        return [[float(x) for x in row[:-1]] for row in rows]
+
+    def test_cable_and_crane_stay_at_rest_until_they_are_moved(self):
+        for name in ("hanging_cable", "crane"):
+            first, *rows = self.shipped(name, 2, 4)
             for row in rows:
                 with self.subTest(scene=name, t=row[0]):
-                    off = max(abs(a - b) for a, b in zip(row[1:], rows[0][1:]))
-                    self.assertEqual(off < 1e-9, row[0] <= until)
+                    off = max(abs(a - b) for a, b in zip(row[1:], first[1:]))
+                    self.assertEqual(off < 1e-9, row[0] <= 1)
+
+    def test_the_cranes_load_does_not_sway_when_it_arrives(self):
+        def sway(row):
+            angles = list(itertools.accumulate(row[1:12]))
+            return abs(sum(length * math.cos(angle) for length, angle in zip(10 * [0.5] + [0.6], angles)))
+
+        rows = self.shipped("crane", 30, 50)
+        self.assertGreater(max(sway(row) for row in rows if row[0] < 7.6), 0.4)
+        self.assertLess(max(sway(row) for row in rows if row[0] > 7.6), 0.003)
+
+    def test_the_brakes_slip_one_after_another_and_hold(self):
+        rows = self.shipped("brake", 20, 100)
+        for joint in range(5):
+            slips = [row[0] for row in rows if row[6 + joint] != 0]
+            self.assertAlmostEqual(slips[0], 2 * (5 - joint), delta=0.02)
+            self.assertLess(slips[-1], 16.3)
+        held = [row[1:] for row in rows if row[0] >= 16.3]
+        self.assertEqual(held, len(held) * held[:1])
 
 
 if __name__ == "__main__":
