@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "dynamics/coupled_dynamics.h"
 #include "effects/effect_kind.h"
 #include "report/own.h"
 #include "report_build.h"
@@ -41,11 +42,11 @@ void studyOrders(const Arguments& given) {
 
 /// Evaluates the accelerations of a scene at its start, again and again.
 std::function<void()> evaluationOf(const Scene& scene) {
-  const auto dynamics = std::make_shared<Dynamics>(scene);
+  const std::shared_ptr<Dynamics> dynamics = makeDynamics(scene);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics->size()), slope = y;
   readStart(scene, y.data(), y.data() + scene.chain.size());
-  dynamics->enterState(0, y.data());
   dynamics->enter(0);
+  dynamics->enterState(0, y.data());
   return [=]() mutable { dynamics->derivative(0, y.data(), slope.data()); };
 }
 
@@ -77,7 +78,8 @@ void studyEffects(const Arguments& given) {
       SceneWords words;
       kind->summarize(scene, words);
       if (words.runs.empty()) continue;
-      names.push_back(nameOf(*kind));
+      const std::string name = nameOf(*kind);
+      names.push_back(name.empty() ? words.runs.front() : name);
       auto& known = effectKinds();
       known.erase(std::find(known.begin(), known.end(), kind));
       evaluations.push_back(evaluationOf(scene));

@@ -83,7 +83,11 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
                                : "a number from -5e16 to 5e16 rad (2^53 turns)");
   }
   initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
-  if (joint.has("drive")) entry.drive = readDrive(in, joint, entry.q, entry.qd);
+  if (!joint.has("drive")) return;
+  if (isInUrdf && (entry.joint.damping > 0 || entry.joint.isLimited())) {
+    joint.fault("drive", "no drive in a joint to which the URDF gives damping or limits", "drive");
+  }
+  entry.drive = readDrive(in, joint, entry.q, entry.qd);
 }
 
 Entry readEntry(const Section& links, const std::string& name) {

@@ -52,7 +52,7 @@ MotionLaw readDrive(const Section& link, const Section& joint, double& q, double
        {"friction", "breakaway", "stiffness", "damping", "rest_angle", "lower", "upper"}) {
     if (joint.has(other)) joint.fault(other, std::string("no ") + other + " in a driven joint");
   }
-  if (link.has("initial")) link.fault("initial", "no initial state of a driven joint", "initial");
+  if (link.has("initial")) link.fault("initial", "no initial state of a driven joint");
   const MotionLaw law = readLaw(joint, "drive", "rad", true);
   const GivenMotion start = law.at(0);
   q = start.value;
