@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
@@ -230,23 +229,12 @@ struct Simulation::Parts {
   }
 
   void fail(ode::Outcome outcome) {
-    char why[80] = "the motion leaves the finite numbers";
-    if (outcome == ode::Outcome::stepTooSmall) {
-      std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
-    } else if (outcome != ode::Outcome::notFinite) {
-      std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", guard.gap());
-    }
-    char text[300];
-    std::snprintf(
-        text, sizeof text,
-        "%s gave up at t = %.9g s: %s; smaller steps and rodas5p fail too; the last good state is kept",
-        scene.integrator.method.c_str(), state.t, why);
-    fault = text;
+    describeFailure(fault, scene.integrator.method, state.t, outcome, guard.gap());
   }
 };
 
 Simulation::Simulation(const Scene& scene, int commandCapacity)
-    : scene_(scene), commandCapacity_(commandCapacity) {
+    : scene_(scene), drives_(scene.drives), commandCapacity_(commandCapacity) {
   require(commandCapacity >= 0, "the number of commands must not be negative");
   reset();
 }
@@ -361,6 +349,19 @@ const std::vector<long long>& Simulation::cutOffs() const {
   return parts_->commands ? parts_->commands->cutOffs() : none;
 }
 
+void Simulation::follow(int joint, MotionLaw law) {
+  const auto drive = std::find_if(scene_.drives.begin(), scene_.drives.end(),
+                                  [joint](const Drive& one) { return one.joint == joint; });
+  require(drive != scene_.drives.end(), "only a driven joint can follow a law");
+  const GivenMotion begin = law.at(time());
+  require(law.isFinite() && std::abs(begin.value - q()[index(joint)]) <= givenTo &&
+              std::abs(begin.rate - qd()[index(joint)]) <= givenTo,
+          "a law must be finite, and begin at the present angle and rate");
+  for (const auto& effect : parts_->dynamics.effects().all()) effect->follow(joint, law);
+  drive->law = std::move(law);
+  parts_->actsOtherwise = true;
+}
+
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
   parts_->set(q, qd);
 }
@@ -388,6 +389,7 @@ BaseWrench Simulation::baseWrench() {
 
 void Simulation::reset() {
   const simd::PlainKernels plain(scene_.integrator.plainKernel);
+  scene_.drives = drives_;
   // Made anew: nothing that a method has learnt on the way is left.
   parts_ = std::make_unique<Parts>(scene_, commandCapacity_);
   parts_->set(scene_.q, scene_.qd);
