@@ -6,13 +6,14 @@ import unittest
 
 import rospy
 import rostest
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import Quaternion, Transform, Twist, Vector3, WrenchStamped
 from planar_chain.msg import JointTorque, LinkStates, SimStatus
 from planar_chain.srv import Step
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajectory_msgs.msg import (JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectory,
+                                 MultiDOFJointTrajectoryPoint)
 
 from ros_node import Listener, Node, ROD_INERTIA, nanoseconds, publisher, rod, service
 
@@ -35,6 +36,15 @@ def trajectory(joints, *points, **header):
     message = JointTrajectory(joint_names=joints, points=list(points))
     message.header.stamp = header.get('stamp', rospy.Time())
     return message
+
+
+def base_point(time, x, y, angle, twist=None):
+    place = Transform(Vector3(x, y, 0), Quaternion(0, 0, math.sin(angle / 2), math.cos(angle / 2)))
+    return MultiDOFJointTrajectoryPoint([place], [twist] if twist else [], [], rospy.Duration.from_sec(time))
+
+
+def base_trajectory(*points, names=('base',)):
+    return MultiDOFJointTrajectory(joint_names=list(names), points=list(points))
 
 
 def cubic(u, x0, v0, x1, v1):
@@ -270,7 +280,7 @@ class Machines(unittest.TestCase):
              ['points[0]/positions: expected 1 positions', 'points[0]/accelerations: expected 1 accelerations']),
             (trajectory(['a_joint', 'c_joint'], point(1.0, [nan, 0.0], [0.0]), point(1.0, [0, 0], [0, 1])),
              ['points[0]/positions[0]: expected a finite number, rad, got nan', 'points[0]/velocities: expected 2',
-              'points[1]/time_from_start', 'points[1]/velocities: expected 0 rad/s in the last point']),
+              'points[1]/time_from_start', 'points[1]/velocities: expected 0 in the last point']),
             (trajectory(['a_joint'], point(1e-9, [1e300])), ['points: expected finite rates']),
             (trajectory(['a_joint'], good, stamp=rospy.Time(4e9)), ['header/stamp: expected 0 for now']),
         ]
@@ -287,6 +297,61 @@ class Machines(unittest.TestCase):
             states = step(50)
             self.assert_follows(states, 0, lambda s: 0.2 * math.sin(math.pi * (time + s)))
             self.assertEqual({state.position[2] for state in states}, {0.5})
+
+    def test_the_base_follows_a_trajectory(self):
+        links = Listener('/planar_chain/link_states', LinkStates)
+        self.addCleanup(links.close)
+        base = {'x': {'amplitude': 0.1, 'frequency': 0.5}, 'angle': {'times': [0.0, 1.0], 'values': [-0.2, -0.2]}}
+        with Node(rod(base=base, gravity=[0.0, -9.81])):
+            _, step = self.paused()
+            out = publisher('/planar_chain/base_trajectory', MultiDOFJointTrajectory)
+            links.wait_for_publisher()
+            begin = step(60)[-1]
+            rest = Twist(Vector3(0, 0, 0), Vector3(0, 0, 0))
+            out.publish(base_trajectory(base_point(1.0, 0.4, -0.3, 2.5, Twist(Vector3(0.2, 0, 0), Vector3(0, 0, 0.5))),
+                                        base_point(2.0, 0.0, 0.0, -3.0, rest)))
+            status = self.next_status(lambda status: status.base_trajectory_age == 0 or status.rejected_commands > 0)
+            self.assertEqual(status.rejected_commands, 0, status.last_rejection)
+            time = status.scene_time
+            x, v = 0.1 * math.sin(math.pi * time), 0.1 * math.pi * math.cos(math.pi * time)
+            states = step(410)
+            first = links.wait_for(lambda message: message.header.stamp == states[0].header.stamp)
+            links.wait_for_count(first + 410)
+            for k, (state, motion) in enumerate(zip(states, links.messages[first:]), 1):
+                u = k * 0.005
+                # 2.5 rad and on to -3 rad + a turn
+                expected = (cubic(u, x, v, 0.4, 0.2), cubic(u, 0, 0, -0.3, 0), cubic(u, -0.2, 0, 2.5, 0.5)) if u <= 1 else (
+                    cubic(u - 1, 0.4, 0.2, 0, 0), cubic(u - 1, -0.3, 0, 0, 0), cubic(u - 1, 2.5, 0.5, 2 * math.pi - 3, 0))
+                if u > 2:
+                    expected = (0, 0, 2 * math.pi - 3)
+                pose = motion.pose[0]
+                found = (pose.x - 0.4 * math.cos(pose.theta), pose.y - 0.4 * math.sin(pose.theta),
+                         pose.theta - state.position[0])
+                for one, other in zip(found, expected):
+                    self.assertAlmostEqual(one, other, delta=1e-9)
+            status = self.next_status(lambda status: status.tick_stamp == states[-1].header.stamp)
+            self.assertGreater(abs(status.work_supplied), 0.1)
+            self.assertLess(abs(status.energy_balance), 1e-6)
+            self.ask('reset')
+            self.assertEqual(step(60)[-1].position, begin.position)
+
+            tilted, high = base_point(1.0, 0, 0, 0), base_point(1.0, 0, 0, 0)
+            tilted.transforms[0].rotation.x = 0.5
+            high.transforms[0].translation.z = 1.0
+            for count, (message, fault) in enumerate((
+                    (base_trajectory(names=('world',)), 'joint_names: expected one name, base, got "world"'),
+                    (base_trajectory(), 'points: expected at least one point'),
+                    (base_trajectory(tilted), 'points[0]/transforms[0]/rotation: expected a unit quaternion about z'),
+                    (base_trajectory(high), 'points[0]/transforms[0]/translation/z: expected 0'),
+                    (base_trajectory(MultiDOFJointTrajectoryPoint(time_from_start=rospy.Duration(1))),
+                     'points[0]/transforms: expected one, of the base, got 0')), 1):
+                out.publish(message)
+                status = self.next_status(lambda status: status.rejected_commands >= count)
+                self.assertIn('base_trajectory/' + fault, status.last_rejection)
+        with Node(rod()):
+            publisher('/planar_chain/base_trajectory', MultiDOFJointTrajectory).publish(base_trajectory())
+            status = self.next_status(lambda status: status.rejected_commands == 1)
+            self.assertIn('a scene whose base moves', status.last_rejection)
 
 
 if __name__ == '__main__':

@@ -133,7 +133,8 @@ class DriveKind : public EffectKind {
 
 class Base : public CouplingEffect {
  public:
-  explicit Base(const BaseLaws& laws) : laws_{{{laws.x}, {laws.y}, {laws.angle}}} {}
+  explicit Base(const BaseLaws& laws) { followBase(laws); }
+  void followBase(const BaseLaws& laws) final { laws_ = {{{laws.x}, {laws.y}, {laws.angle}}}; }
   void enter(double t) override {
     for (Running& running : laws_) running.enter(t);
   }

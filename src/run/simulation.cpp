@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "dynamics/coupled_dynamics.h"
-#include "dynamics/equilibrium.h"
 #include "effects/commands.h"
 #include "ode/methods.h"
 #include "ode/switches.h"
@@ -26,6 +25,13 @@ constexpr int longestRescue = 1024;  // checks that pass before the scene's own 
 
 void require(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(what);
+}
+
+void requireContinuation(const MotionLaw& law, double t, double value, double rate) {
+  const GivenMotion begin = law.at(t);
+  require(
+      law.isFinite() && std::abs(begin.value - value) <= givenTo && std::abs(begin.rate - rate) <= givenTo,
+      "a law must be finite, and begin at the present value and rate");
 }
 
 bool allFinite(const std::vector<double>& values) {
@@ -234,7 +240,7 @@ struct Simulation::Parts {
 };
 
 Simulation::Simulation(const Scene& scene, int commandCapacity)
-    : scene_(scene), drives_(scene.drives), commandCapacity_(commandCapacity) {
+    : scene_(scene), drives_(scene.drives), base_(scene.base), commandCapacity_(commandCapacity) {
   require(commandCapacity >= 0, "the number of commands must not be negative");
   reset();
 }
@@ -353,12 +359,20 @@ void Simulation::follow(int joint, MotionLaw law) {
   const auto drive = std::find_if(scene_.drives.begin(), scene_.drives.end(),
                                   [joint](const Drive& one) { return one.joint == joint; });
   require(drive != scene_.drives.end(), "only a driven joint can follow a law");
-  const GivenMotion begin = law.at(time());
-  require(law.isFinite() && std::abs(begin.value - q()[index(joint)]) <= givenTo &&
-              std::abs(begin.rate - qd()[index(joint)]) <= givenTo,
-          "a law must be finite, and begin at the present angle and rate");
+  requireContinuation(law, time(), q()[index(joint)], qd()[index(joint)]);
   for (const auto& effect : parts_->dynamics.effects().all()) effect->follow(joint, law);
   drive->law = std::move(law);
+  parts_->actsOtherwise = true;
+}
+
+void Simulation::followBase(BaseLaws laws) {
+  require(scene_.base.has_value(), "only a base that moves can follow laws");
+  for (MotionLaw BaseLaws::*law : {&BaseLaws::x, &BaseLaws::y, &BaseLaws::angle}) {
+    const GivenMotion present = (*scene_.base.*law).at(time());
+    requireContinuation(laws.*law, time(), present.value, present.rate);
+  }
+  parts_->dynamics.followBase(laws);
+  scene_.base = std::move(laws);
   parts_->actsOtherwise = true;
 }
 
@@ -366,30 +380,10 @@ void Simulation::setState(const std::vector<double>& q, const std::vector<double
   parts_->set(q, qd);
 }
 
-void Simulation::settle() {
-  Scene present = scene_;
-  for (Load& command : commands()) present.loads.push_back(std::move(command));
-  const std::vector<double> rest = equilibriumOf(present, time(), q());
-  std::vector<double> still(rest.size(), 0.0);
-  for (const Drive& drive : scene_.drives) still[index(drive.joint)] = qd()[index(drive.joint)];
-  setState(rest, still);
-}
-
-BaseWrench Simulation::baseWrench() {
-  const auto n = static_cast<std::size_t>(parts_->n);
-  std::vector<LinkMotion> motions(n);
-  std::vector<double> tau(n), qdd(n);
-  linkMotions(motions.data());
-  jointTorques(tau.data());
-  accelerations(qdd.data());
-  double rotor = 0;
-  for (const EffectKind* kind : effectKinds()) rotor += kind->inertiaIn(scene_.chain.joints().front());
-  return {-1.0 * motions.front().pinForce, rotor * qdd.front() - tau.front()};
-}
-
 void Simulation::reset() {
   const simd::PlainKernels plain(scene_.integrator.plainKernel);
   scene_.drives = drives_;
+  scene_.base = base_;
   // Made anew: nothing that a method has learnt on the way is left.
   parts_ = std::make_unique<Parts>(scene_, commandCapacity_);
   parts_->set(scene_.q, scene_.qd);

@@ -21,11 +21,6 @@ constexpr double stampResolution = 1e-9;   // s
 
 using Faults = std::vector<Fault>;
 
-void checkZero(Faults& faults, const std::string& path, double value) {
-  if (value == 0) return;
-  faults.push_back({path, "0 (the motion is planar)", toText(value)});
-}
-
 }  // namespace
 
 void Commands::moveTo(Simulation& simulation) {
@@ -51,16 +46,18 @@ void Commands::listen(ros::NodeHandle& node) {
   const boost::function<void(const TorquesIn&)> onTorques = [this](const TorquesIn& in) {
     onJointTorques(plain(in.data));
   };
-  using TrajectoryIn = trajectory_msgs::JointTrajectory_<Bounded<void>>;
-  const boost::function<void(const TrajectoryIn&)> onTrajectory = [this](const TrajectoryIn& in) {
-    JointTrajectory message;
-    ros::serialization::deserializeMessage(ros::serialization::serializeMessage(in), message);
-    onJointTrajectory(message);
+  using JointsIn = trajectory_msgs::JointTrajectory_<Bounded<void>>;
+  const boost::function<void(const JointsIn&)> onJoints = [this](const JointsIn& in) {
+    onJointTrajectory(plainOf<JointTrajectory>(in));
+  };
+  using BaseIn = trajectory_msgs::MultiDOFJointTrajectory_<Bounded<void>>;
+  const boost::function<void(const BaseIn&)> onBase = [this](const BaseIn& in) {
+    onBaseTrajectory(plainOf<MultiDOFJointTrajectory>(in));
   };
   subscribers_ = {
       node.subscribe<TorquesIn, const TorquesIn&>("joint_torques", queueSize, onTorques, {}, hints),
-      node.subscribe<TrajectoryIn, const TrajectoryIn&>("joint_trajectory", queueSize, onTrajectory, {},
-                                                        hints),
+      node.subscribe<JointsIn, const JointsIn&>("joint_trajectory", queueSize, onJoints, {}, hints),
+      node.subscribe<BaseIn, const BaseIn&>("base_trajectory", queueSize, onBase, {}, hints),
       node.subscribe("joint_torque", queueSize, &Commands::onJointTorque, this, hints),
       node.subscribe("link_force", queueSize, &Commands::onLinkForce, this, hints)};
 }
@@ -88,6 +85,13 @@ void Commands::onLinkForce(const LinkForce& message) {
 void Commands::onJointTrajectory(const JointTrajectory& message) {
   CommandTaken input = inputOf(CommandTaken::JOINT_TRAJECTORY);
   input.joint_trajectory.push_back(message);
+  input.start = sceneTimeOf(message.header.stamp);
+  takeOrWarn(input);
+}
+
+void Commands::onBaseTrajectory(const MultiDOFJointTrajectory& message) {
+  CommandTaken input = inputOf(CommandTaken::BASE_TRAJECTORY);
+  input.base_trajectory.push_back(message);
   input.start = sceneTimeOf(message.header.stamp);
   takeOrWarn(input);
 }
@@ -140,6 +144,8 @@ Faults Commands::apply(const CommandTaken& input) {
       return applyForce(input);
     case CommandTaken::JOINT_TRAJECTORY:
       return applyTrajectory(input);
+    case CommandTaken::BASE_TRAJECTORY:
+      return applyBaseTrajectory(input);
     case CommandTaken::CLEAR_COMMANDS:
       simulation_->clearCommands();
       return {};
@@ -241,6 +247,17 @@ Faults Commands::applyTrajectory(const CommandTaken& input) {
   return {};
 }
 
+Faults Commands::applyBaseTrajectory(const CommandTaken& input) {
+  const MultiDOFJointTrajectory& message = input.base_trajectory.at(0);
+  const double start = message.header.stamp.isZero() ? simulation_->time() : input.start;
+  Faults faults;
+  BaseLaws laws = lawsOf(message, start, *simulation_, faults);
+  if (!faults.empty()) return faults;
+  simulation_->followBase(std::move(laws));
+  taken_[input.kind] = simulation_->time();
+  return {};
+}
+
 void Commands::hold(const std::vector<double>& torques) {
   const double until = heldUntil(simulation_->time());
   for (std::size_t i = 0; i < torques.size(); ++i) {
@@ -277,6 +294,7 @@ void Commands::describe(SimStatus& status) const {
   status.joint_torque_age = age(CommandTaken::JOINT_TORQUE);
   status.link_force_age = age(CommandTaken::LINK_FORCE);
   status.joint_trajectory_age = age(CommandTaken::JOINT_TRAJECTORY);
+  status.base_trajectory_age = age(CommandTaken::BASE_TRAJECTORY);
   status.rejected_commands = rejected_;
   status.last_rejection = lastRejection_;
 }

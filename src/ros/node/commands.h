@@ -9,6 +9,7 @@
 #include <ros/subscriber.h>
 #include <std_msgs/Float64MultiArray.h>
 #include <trajectory_msgs/JointTrajectory.h>
+#include <trajectory_msgs/MultiDOFJointTrajectory.h>
 
 #include <cstdint>
 #include <functional>
@@ -24,6 +25,7 @@
 namespace planar_chain {
 
 using trajectory_msgs::JointTrajectory;
+using trajectory_msgs::MultiDOFJointTrajectory;
 
 /// Returns an input without the fields of its kind.
 inline CommandTaken inputOf(std::uint8_t kind) {
@@ -51,13 +53,14 @@ class Commands {
   /// that is not published: the recorded run is then incomplete, as one scene alone does not give its motion.
   void moveTo(Simulation& simulation);
 
-  /// Subscribes to joint_torques, joint_torque, link_force and joint_trajectory under `node`, and advertises
-  /// commands_taken.
+  /// Subscribes to joint_torques, joint_torque, link_force, joint_trajectory and base_trajectory under
+  /// `node`, and advertises commands_taken.
   void listen(ros::NodeHandle& node);
   void onJointTorques(const std::vector<double>& torques);
   void onJointTorque(const JointTorque& message);
   void onLinkForce(const LinkForce& message);
   void onJointTrajectory(const JointTrajectory& message);
+  void onBaseTrajectory(const MultiDOFJointTrajectory& message);
 
   /// Takes an input before the next tick. Its number, tick and scene time are set here.
   /// @returns why it is refused; empty: it is accepted
@@ -78,6 +81,7 @@ class Commands {
   std::vector<Fault> applyTorque(const CommandTaken& input);
   std::vector<Fault> applyForce(const CommandTaken& input);
   std::vector<Fault> applyTrajectory(const CommandTaken& input);
+  std::vector<Fault> applyBaseTrajectory(const CommandTaken& input);
   template <class Message, class Add, class Hold>
   std::vector<Fault> start(std::vector<Fault> faults, const std::string& topic, const CommandTaken& input,
                            const Message& command, Add add, Hold hold);

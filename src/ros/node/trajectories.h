@@ -1,8 +1,9 @@
 #pragma once
 
-/// Trajectories of driven joints.
+/// Trajectories of driven joints and of the base.
 
 #include <trajectory_msgs/JointTrajectory.h>
+#include <trajectory_msgs/MultiDOFJointTrajectory.h>
 
 #include <map>
 #include <string>
@@ -21,5 +22,10 @@ constexpr double farthestStart = 86400;  ///< s: a start farther ahead is a time
 std::vector<Drive> lawsOf(const trajectory_msgs::JointTrajectory& message, double start,
                           const Simulation& simulation, const std::map<std::string, int>& joints,
                           std::vector<Fault>& faults);
+
+/// The same for the base: its position, and its angle as the rotation about z nearest to that of the point
+/// before.
+BaseLaws lawsOf(const trajectory_msgs::MultiDOFJointTrajectory& message, double start,
+                const Simulation& simulation, std::vector<Fault>& faults);
 
 }  // namespace planar_chain
