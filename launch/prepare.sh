@@ -21,10 +21,10 @@ if [ -e /opt/ros/noetic/setup.bash ]; then
 else
   # Debian splits a message package in three: definitions (ros-…), C++ (lib…-dev), python.
   to_run=("${to_build[@]}" catkin ros-message-generation ros-message-runtime libroscpp-dev libtf2-ros-dev
-    ros-{std,geometry,sensor,visualization}-msgs lib{std,geometry,sensor,tf2,visualization}-msgs-dev
+    ros-{std,geometry,sensor,trajectory,visualization}-msgs lib{std,geometry,sensor,tf2,trajectory,visualization}-msgs-dev
     libdiagnostic-updater-dev libinteractive-markers-dev
     librosbag-storage-dev libros-rosgraph-msgs-dev libstd-srvs-dev
-    python3-{diagnostic,geometry,rosgraph,sensor,std,tf2,visualization}-msgs python3-std-srvs
+    python3-{diagnostic,geometry,rosgraph,sensor,std,tf2,trajectory,visualization}-msgs python3-std-srvs
     python3-{jinja2,matplotlib,roslaunch,rosbag,rosnode,rospy,rosservice,rostopic,yaml} rosbash rosout rviz tf-tools)
   to_test=(libkdl-parser-dev librostest-dev python3-rostest)
   grep -q bullseye /etc/os-release || to_test+=(libmujoco-dev)  # not in Debian 11

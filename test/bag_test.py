@@ -348,7 +348,8 @@ loads:
         with open(self.path("cut.bag"), "wb") as file:
             file.write(self.bytes_of("bare.bag")[:9000])
         self.assert_replay_refused("cut.bag", "expected a bag that can be read")
-        for wrong in (CommandTaken(number=1, kind=7), CommandTaken(number=1, kind=CommandTaken.LINK_FORCE),
+        for wrong in (CommandTaken(number=1, kind=255), CommandTaken(number=1, kind=CommandTaken.LINK_FORCE),
+                      CommandTaken(number=1, kind=CommandTaken.JOINT_TRAJECTORY),
                       CommandTaken(number=1, scene_time=math.nan), CommandTaken(number=1, scene_time=math.inf)):
             self.write_commands("in.bag", [wrong])
             self.assert_replay_refused("in.bag", "expected commands with what their kind needs", "number 1")

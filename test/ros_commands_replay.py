@@ -19,6 +19,7 @@ from planar_chain.srv import SetState, Step
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from in_folder import InFolder
 from ros_commands import publisher
@@ -114,6 +115,26 @@ class CommandsReplay(InFolder):
 
     def test_commands_by_the_wall_clock(self):
         self.check(SCENE)
+
+    def test_trajectories(self):
+        links = dict(SCENE['links'], second=dict(LINK, joint={'drive': {'amplitude': 0.3, 'frequency': 0.4}}))
+        scene = {key: value for key, value in dict(SCENE, links=links).items() if key != 'loads'}
+        chance = random.Random(2)
+        out = None
+
+        def between(_, states):
+            nonlocal out
+            out = out or publisher('/planar_chain/joint_trajectory', JointTrajectory)
+            message = JointTrajectory(joint_names=['second_joint'])
+            if chance.random() < 0.3:
+                message.header.stamp = states.messages[-1].header.stamp + rospy.Duration(chance.uniform(-0.05, 0.2))
+            for i in range(chance.randint(1, 3)):
+                message.points.append(JointTrajectoryPoint(
+                    positions=[chance.uniform(-1, 1)], velocities=[0.0] if chance.random() < 0.5 else [],
+                    time_from_start=rospy.Duration(0.1 + 0.0737 * i)))
+            out.publish(message)
+
+        self.check(scene, between)
 
     def test_a_node_waits_for_its_recorder(self):
         statuses = Listener('/planar_chain/status', SimStatus)

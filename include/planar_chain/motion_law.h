@@ -12,6 +12,8 @@
 
 #include <array>
 #include <limits>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace planar_chain {
@@ -19,6 +21,12 @@ namespace planar_chain {
 /// x and its first three derivatives: m or rad, per s, s², s³.
 struct GivenMotion {
   double value = 0, rate = 0, acceleration = 0, jerk = 0;
+};
+
+/// What a motion passes at a time, s.
+struct MotionPoint {
+  double time = 0, value = 0;
+  std::optional<double> rate, acceleration;
 };
 
 class MotionLaw {
@@ -38,6 +46,19 @@ class MotionLaw {
   /// The first piece holds before its start too. The last one goes on for ever. Not empty.
   explicit MotionLaw(std::vector<Piece> pieces) : pieces_(std::move(pieces)) {}
 
+  /// This law from `now` until `start`, and then through the points, as ros_control's
+  /// joint_trajectory_controller: by a quintic between two points with rates and accelerations, else by a
+  /// cubic between two with rates, else by a straight line. At `start` both are known, from this law. It ends
+  /// at rest in the last point, whose rate is nothing or 0.
+  ///
+  /// A line differs from the controller's near its ends: the rate of a driven joint must not jump. A quintic
+  /// leads onto the line from the motion before, in a quarter of its time or 20 ms, if that is less. Another
+  /// one leads to the rate of the point at its end, where that is given. So all points are met at their
+  /// times.
+  ///
+  /// now ≤ start < the times of the points, which increase strictly; at least one.
+  MotionLaw then(double now, double start, const std::vector<MotionPoint>& points) const;
+
   /// The number of the piece that holds in [t, until(piece)).
   int pieceAt(double t) const;
   double until(int piece) const;
@@ -46,9 +67,11 @@ class MotionLaw {
   /// The longest step that resolves it, s: a quarter of the period of a sine.
   double longestStep() const;
   bool moves() const;
+  bool isFinite() const;
 
  private:
   double amplitude_ = 0, pulsation_ = 0, phase_ = 0;
+  int swinging_ = std::numeric_limits<int>::max();  ///< number of pieces to which the sine is added
   std::vector<Piece> pieces_;
 };
 

@@ -15,6 +15,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -107,6 +108,14 @@ class Simulation {
   /// construction or reset(). Empty if this simulation takes no commands.
   const std::vector<long long>& cutOffs() const;
 
+  /// Drives a joint by this law from time() on, until reset(). scene() then has it. Allocates.
+  /// @throws std::invalid_argument if the joint is not driven, or the law is not finite, or is more than 1e-6
+  /// (rad, rad/s) away from the present angle or rate
+  void follow(int joint, MotionLaw law);
+  /// The same for the base. Its laws must agree with its present position, angle and rates.
+  /// @throws std::invalid_argument also if the scene has no `base`
+  void followBase(BaseLaws laws);
+
   /// Sets the state at the present time. The balance starts anew, and a fault is cleared. Commands stay.
   /// @throws std::invalid_argument for wrong sizes, numbers that are not finite, or infinite energy
   void setState(const std::vector<double>& q, const std::vector<double>& qd);
@@ -120,7 +129,9 @@ class Simulation {
 
  private:
   struct Parts;
-  const Scene scene_;
+  Scene scene_;                      ///< with the laws that drive at present
+  const std::vector<Drive> drives_;  ///< those of the start
+  const std::optional<BaseLaws> base_;
   const int commandCapacity_;
   std::unique_ptr<Parts> parts_;
 };

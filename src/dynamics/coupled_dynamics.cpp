@@ -53,6 +53,11 @@ BaseState CoupledDynamics::baseAt(double t) const {
   return {{x.value, y.value}, {x.rate, y.rate}, angle.value, angle.rate};
 }
 
+void CoupledDynamics::followBase(const BaseLaws& laws) {
+  base_ = laws;
+  for (Effect* effect : coupling_) effect->followBase(laws);
+}
+
 /// Takes what couples at t.
 void CoupledDynamics::collect(double t) {
   std::fill(couplings_.joints.begin(), couplings_.joints.end(), Coupling<double>{});

@@ -28,6 +28,7 @@ class CoupledDynamics : public Dynamics, private Mechanics {
 
   // Dynamics
   void reconsider(double t, const double* y) override;
+  void followBase(const BaseLaws& laws) override;
   bool hold(double t, double* y) override;
   void hold(double t, double* q, double* qd) override;
   std::string recursion() const override { return "link by link, with coupled joints"; }
@@ -91,7 +92,7 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   void solveWith(Solver<Scalar>& solver, const Scalar* rhs, Scalar* x);
   Powers powersAlong(const double* x);
 
-  const std::optional<BaseLaws> base_;
+  std::optional<BaseLaws> base_;
   std::vector<Effect*> coupling_;
   std::vector<double> rotors_;  ///< J, kg m²
   Couplings couplings_;

@@ -48,6 +48,8 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   void enter(double t);
   /// Call it after enter(): joints that stick may break loose. By default none sticks.
   virtual void reconsider(double /*t*/, const double* /*y*/) {}
+  /// Replaces the motion of the base.
+  virtual void followBase(const BaseLaws& /*laws*/) {}
   /// Sets every switch for a state in chain order.
   virtual void enterState(double t, const double* y);
   /// Makes the switches that are due at a state in chain order.

@@ -82,16 +82,26 @@ class Drives : public CouplingEffect {
     for (const Drive& drive : drives) {
       joints_.push_back(drive.joint);
       laws_.push_back({drive.law});
-      varies_ = varies_ || drive.law.moves();
-      longestStep_ = std::min(longestStep_, drive.law.longestStep());
     }
   }
   void enter(double t) override {
     for (Running& running : laws_) running.enter(t);
   }
   double until() const override { return earliestEnd(laws_); }
-  double longestStep() const override { return longestStep_; }
-  bool variesWithTime() const override { return varies_; }
+  double longestStep() const override {
+    double longest = std::numeric_limits<double>::infinity();
+    for (const Running& running : laws_) longest = std::min(longest, running.law.longestStep());
+    return longest;
+  }
+  bool variesWithTime() const override {
+    return std::any_of(laws_.begin(), laws_.end(),
+                       [](const Running& running) { return running.law.moves(); });
+  }
+  void follow(int joint, const MotionLaw& law) override {
+    for (std::size_t i = 0; i < laws_.size(); ++i) {
+      if (joints_[i] == joint) laws_[i] = {law};
+    }
+  }
   void couple(double t, Couplings& to) const override {
     for (std::size_t i = 0; i < laws_.size(); ++i) {
       const GivenMotion motion = laws_[i].at(t);
@@ -104,8 +114,6 @@ class Drives : public CouplingEffect {
  private:
   std::vector<int> joints_;
   std::vector<Running> laws_;
-  bool varies_ = false;
-  double longestStep_ = std::numeric_limits<double>::infinity();
 };
 
 class DriveKind : public EffectKind {
@@ -125,7 +133,8 @@ class DriveKind : public EffectKind {
 
 class Base : public CouplingEffect {
  public:
-  explicit Base(const BaseLaws& laws) : laws_{{{laws.x}, {laws.y}, {laws.angle}}} {}
+  explicit Base(const BaseLaws& laws) { followBase(laws); }
+  void followBase(const BaseLaws& laws) final { laws_ = {{{laws.x}, {laws.y}, {laws.angle}}}; }
   void enter(double t) override {
     for (Running& running : laws_) running.enter(t);
   }

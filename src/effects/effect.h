@@ -166,6 +166,10 @@ class Effect {
   virtual bool couples() const { return false; }
   /// Writes what it couples at t.
   virtual void couple(double /*t*/, Couplings& /*to*/) const {}
+  /// Replaces the law of a joint that it drives.
+  virtual void follow(int /*joint*/, const MotionLaw& /*law*/) {}
+  /// Replaces the motion of the base that it gives.
+  virtual void followBase(const BaseLaws& /*laws*/) {}
   /// Gives access to the moments in the joints. `mechanics` outlives the effect.
   virtual void attach(Mechanics& /*mechanics*/) {}
 

@@ -48,6 +48,75 @@ MotionLaw MotionLaw::spline(const std::vector<double>& times, const std::vector<
   return MotionLaw(std::move(pieces));
 }
 
+namespace {
+
+constexpr double longestBlend = 0.02;  // s
+
+// Hermite's polynomials: from one motion to another in the time h. With u = s/h, and D, E, F what value and
+// derivatives lack at u = 1 without the highest powers,
+//
+//     cubic      (3 D − E) u² + (E − 2 D) u³
+//     quintic    (10 D − 4 E + F/2) u³ + (7 E − 15 D − F) u⁴ + (6 D − 3 E + F/2) u⁵
+
+MotionLaw::Piece cubic(double start, double h, const GivenMotion& from, const GivenMotion& to) {
+  const double D = to.value - from.value - from.rate * h, E = (to.rate - from.rate) * h;
+  return {start, {from.value, from.rate, (3 * D - E) / (h * h), (E - 2 * D) / (h * h * h)}};
+}
+
+MotionLaw::Piece quintic(double start, double h, const GivenMotion& from, const GivenMotion& to) {
+  const double c2 = from.acceleration / 2, hhh = h * h * h;
+  const double D = to.value - from.value - (from.rate + c2 * h) * h;
+  const double E = (to.rate - from.rate - from.acceleration * h) * h;
+  const double F = (to.acceleration - from.acceleration) * h * h;
+  return {start,
+          {from.value, from.rate, c2, (10 * D - 4 * E + F / 2) / hhh, (7 * E - 15 * D - F) / (hhh * h),
+           (6 * D - 3 * E + F / 2) / (hhh * h * h)}};
+}
+
+}  // namespace
+
+MotionLaw MotionLaw::then(double now, double start, const std::vector<MotionPoint>& points) const {
+  // What is left of this law.
+  MotionLaw law;
+  std::vector<Piece>& pieces = law.pieces_;
+  pieces.clear();
+  if (start > now) {
+    law = *this;
+    pieces.erase(pieces.begin() + pieceAt(start) + 1, pieces.end());
+    pieces.erase(pieces.begin(), pieces.begin() + pieceAt(now));
+    law.swinging_ = std::clamp(swinging_ - pieceAt(now), 0, static_cast<int>(pieces.size()));
+  }
+
+  if (law.swinging_ == 0) law.amplitude_ = 0;
+
+  GivenMotion from = at(start);
+  bool hasRate = true, hasAcceleration = true;
+  double t = start;
+  for (const MotionPoint& point : points) {
+    const double h = point.time - t, slope = (point.value - from.value) / h;
+    const bool isLast = &point == &points.back();
+    GivenMotion to{point.value, point.rate.value_or(isLast ? 0 : slope), point.acceleration.value_or(0), 0};
+    if (!hasRate || !point.rate) {
+      const double blend = std::min(longestBlend, h / 4);
+      const GivenMotion begin{from.value + slope * blend, slope, 0, 0};
+      const GivenMotion end{to.value - slope * blend, slope, 0, 0};
+      pieces.push_back(quintic(t, blend, from, begin));
+      pieces.push_back({t + blend, {begin.value, slope}});
+      if (to.rate != slope) pieces.push_back(quintic(point.time - blend, blend, end, to));
+    } else if (hasAcceleration && point.acceleration) {
+      pieces.push_back(quintic(t, h, from, to));
+    } else {
+      pieces.push_back(cubic(t, h, from, to));
+    }
+    hasRate = point.rate.has_value();
+    hasAcceleration = point.acceleration.has_value();
+    from = to;
+    t = point.time;
+  }
+  pieces.push_back({t, {from.value}});
+  return law;
+}
+
 int MotionLaw::pieceAt(double t) const {
   const auto startsLater = [](double time, const Piece& piece) { return time < piece.start; };
   const auto after = std::upper_bound(pieces_.begin() + 1, pieces_.end(), t, startsLater);
@@ -74,7 +143,7 @@ GivenMotion MotionLaw::at(double t, int number) const {
     x.acceleration *= 2;
     x.jerk *= 6;
   }
-  if (amplitude_ == 0) return x;
+  if (amplitude_ == 0 || number >= swinging_) return x;
   const double w = pulsation_;
   const Rotation<double> turn = plainRotation(w * t + phase_);
   const double sine = amplitude_ * turn.s, cosine = amplitude_ * turn.c;
@@ -84,6 +153,12 @@ GivenMotion MotionLaw::at(double t, int number) const {
 double MotionLaw::longestStep() const {
   return amplitude_ != 0 && pulsation_ != 0 ? pi / (2 * std::abs(pulsation_))
                                             : std::numeric_limits<double>::infinity();
+}
+
+bool MotionLaw::isFinite() const {
+  return std::all_of(pieces_.begin(), pieces_.end(), [](const Piece& piece) {
+    return std::all_of(piece.c.begin(), piece.c.end(), [](double c) { return std::isfinite(c); });
+  });
 }
 
 bool MotionLaw::moves() const {

@@ -4,7 +4,9 @@
 /// stiff one.
 
 #include <algorithm>
+#include <cstdio>
 #include <limits>
+#include <string>
 
 #include "ode/integrator.h"
 #include "ode/methods.h"
@@ -28,6 +30,23 @@ inline double leastPaceOf(const IntegratorSettings& settings) {
   if (method == "auto" || method == "rodas5p" || method == "radau13") return 0;
   if (method == "ros34pw2") return 1e-10;  // its order is low: it takes steps of 1e-9 s for its accuracy
   return ode::hasFixedStep(method) ? std::min(1e-8, settings.step / 100) : 1e-8;
+}
+
+/// Writes why the last rung failed at t. gap: of the energy balance, J.
+inline void describeFailure(std::string& to, const std::string& method, double t, ode::Outcome outcome,
+                            double gap) {
+  char why[80] = "the motion leaves the finite numbers";
+  if (outcome == ode::Outcome::stepTooSmall) {
+    std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
+  } else if (outcome != ode::Outcome::notFinite) {
+    std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", gap);
+  }
+  char text[300];
+  std::snprintf(
+      text, sizeof text,
+      "%s gave up at t = %.9g s: %s; smaller steps and rodas5p fail too; the last good state is kept",
+      method.c_str(), t, why);
+  to = text;
 }
 
 /// Angles count up to half a turn in the error control, rates as they are. Works are controlled only where a

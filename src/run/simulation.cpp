@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
 #include "dynamics/coupled_dynamics.h"
-#include "dynamics/equilibrium.h"
 #include "effects/commands.h"
 #include "ode/methods.h"
 #include "ode/switches.h"
@@ -27,6 +25,13 @@ constexpr int longestRescue = 1024;  // checks that pass before the scene's own 
 
 void require(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(what);
+}
+
+void requireContinuation(const MotionLaw& law, double t, double value, double rate) {
+  const GivenMotion begin = law.at(t);
+  require(
+      law.isFinite() && std::abs(begin.value - value) <= givenTo && std::abs(begin.rate - rate) <= givenTo,
+      "a law must be finite, and begin at the present value and rate");
 }
 
 bool allFinite(const std::vector<double>& values) {
@@ -230,23 +235,12 @@ struct Simulation::Parts {
   }
 
   void fail(ode::Outcome outcome) {
-    char why[80] = "the motion leaves the finite numbers";
-    if (outcome == ode::Outcome::stepTooSmall) {
-      std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
-    } else if (outcome != ode::Outcome::notFinite) {
-      std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", guard.gap());
-    }
-    char text[300];
-    std::snprintf(
-        text, sizeof text,
-        "%s gave up at t = %.9g s: %s; smaller steps and rodas5p fail too; the last good state is kept",
-        scene.integrator.method.c_str(), state.t, why);
-    fault = text;
+    describeFailure(fault, scene.integrator.method, state.t, outcome, guard.gap());
   }
 };
 
 Simulation::Simulation(const Scene& scene, int commandCapacity)
-    : scene_(scene), commandCapacity_(commandCapacity) {
+    : scene_(scene), drives_(scene.drives), base_(scene.base), commandCapacity_(commandCapacity) {
   require(commandCapacity >= 0, "the number of commands must not be negative");
   reset();
 }
@@ -361,33 +355,35 @@ const std::vector<long long>& Simulation::cutOffs() const {
   return parts_->commands ? parts_->commands->cutOffs() : none;
 }
 
+void Simulation::follow(int joint, MotionLaw law) {
+  const auto drive = std::find_if(scene_.drives.begin(), scene_.drives.end(),
+                                  [joint](const Drive& one) { return one.joint == joint; });
+  require(drive != scene_.drives.end(), "only a driven joint can follow a law");
+  requireContinuation(law, time(), q()[index(joint)], qd()[index(joint)]);
+  for (const auto& effect : parts_->dynamics.effects().all()) effect->follow(joint, law);
+  drive->law = std::move(law);
+  parts_->actsOtherwise = true;
+}
+
+void Simulation::followBase(BaseLaws laws) {
+  require(scene_.base.has_value(), "only a base that moves can follow laws");
+  for (MotionLaw BaseLaws::*law : {&BaseLaws::x, &BaseLaws::y, &BaseLaws::angle}) {
+    const GivenMotion present = (*scene_.base.*law).at(time());
+    requireContinuation(laws.*law, time(), present.value, present.rate);
+  }
+  parts_->dynamics.followBase(laws);
+  scene_.base = std::move(laws);
+  parts_->actsOtherwise = true;
+}
+
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
   parts_->set(q, qd);
 }
 
-void Simulation::settle() {
-  Scene present = scene_;
-  for (Load& command : commands()) present.loads.push_back(std::move(command));
-  const std::vector<double> rest = equilibriumOf(present, time(), q());
-  std::vector<double> still(rest.size(), 0.0);
-  for (const Drive& drive : scene_.drives) still[index(drive.joint)] = qd()[index(drive.joint)];
-  setState(rest, still);
-}
-
-BaseWrench Simulation::baseWrench() {
-  const auto n = static_cast<std::size_t>(parts_->n);
-  std::vector<LinkMotion> motions(n);
-  std::vector<double> tau(n), qdd(n);
-  linkMotions(motions.data());
-  jointTorques(tau.data());
-  accelerations(qdd.data());
-  double rotor = 0;
-  for (const EffectKind* kind : effectKinds()) rotor += kind->inertiaIn(scene_.chain.joints().front());
-  return {-1.0 * motions.front().pinForce, rotor * qdd.front() - tau.front()};
-}
-
 void Simulation::reset() {
   const simd::PlainKernels plain(scene_.integrator.plainKernel);
+  scene_.drives = drives_;
+  scene_.base = base_;
   // Made anew: nothing that a method has learnt on the way is left.
   parts_ = std::make_unique<Parts>(scene_, commandCapacity_);
   parts_->set(scene_.q, scene_.qd);

@@ -96,9 +96,11 @@ void check(const std::vector<CommandTaken>& commands, double rate, const std::st
              "number " + std::to_string(command.number) + " where " + std::to_string(number) + " is due");
     }
     const bool hasItsFields =
-        command.kind <= CommandTaken::SETTLE && std::isfinite(command.scene_time) &&
+        command.kind <= CommandTaken::BASE_TRAJECTORY && std::isfinite(command.scene_time) &&
         command.joint_torque.size() == (command.kind == CommandTaken::JOINT_TORQUE ? 1 : 0) &&
-        command.link_force.size() == (command.kind == CommandTaken::LINK_FORCE ? 1 : 0);
+        command.link_force.size() == (command.kind == CommandTaken::LINK_FORCE ? 1 : 0) &&
+        command.joint_trajectory.size() == (command.kind == CommandTaken::JOINT_TRAJECTORY ? 1 : 0) &&
+        command.base_trajectory.size() == (command.kind == CommandTaken::BASE_TRAJECTORY ? 1 : 0);
     if (!hasItsFields) {
       refuse(path, "commands with what their kind needs",
              "number " + std::to_string(number) + " of kind " + std::to_string(command.kind));

@@ -12,6 +12,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -46,6 +47,14 @@ std::vector<T> plain(const std::vector<T, Bounded<T>>& list) {
   return {list.begin(), list.end()};
 }
 
+/// A message of the usual type.
+template <class Message, class In>
+Message plainOf(const In& in) {
+  Message message;
+  ros::serialization::deserializeMessage(ros::serialization::serializeMessage(in), message);
+  return message;
+}
+
 struct Answer {
   bool success;
   std::string message;
@@ -73,6 +82,27 @@ ros::ServiceServer advertise(ros::NodeHandle& node, const char* name, Serve serv
 inline void checkFinite(std::vector<Fault>& faults, const std::string& path, const char* unit, double value) {
   if (std::isfinite(value)) return;
   faults.push_back({path, std::string("a finite number, ") + unit, toText(value)});
+}
+
+/// Adds a fault if `value` is not 0.
+inline void checkZero(std::vector<Fault>& faults, const std::string& path, double value) {
+  if (value == 0) return;
+  faults.push_back({path, "0 (the motion is planar)", toText(value)});
+}
+
+/// Returns the index of `name`. Without one, adds a fault and returns −1. A fault
+/// lists names of 200 characters in all.
+inline int find(std::vector<Fault>& faults, const std::string& path,
+                const std::map<std::string, int>& indices, const std::string& name) {
+  const auto found = indices.find(name);
+  if (found != indices.end()) return found->second;
+  std::string known;
+  for (auto entry = indices.begin(); entry != indices.end() && known.size() < 200; ++entry) {
+    known += (known.empty() ? "" : ", ") + entry->first;
+  }
+  if (known.size() >= 200) known += ", …";
+  faults.push_back({path, "one of " + known, quoted(name)});
+  return -1;
 }
 
 /// Adds a fault if there is not one value per joint, and one for each value that is not finite. what, unit:

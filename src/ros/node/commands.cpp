@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "ros/messages/incoming.h"
+#include "ros/node/trajectories.h"
 
 namespace planar_chain {
 
@@ -16,30 +17,9 @@ namespace {
 
 constexpr std::uint32_t queueSize = 2000;  // two seconds of commands at 1000 Hz
 constexpr std::uint32_t logSize = 10000;   // a lost message would make the others useless
-constexpr std::size_t longestList = 200;   // characters of the names listed in a fault
-constexpr double farthestStart = 86400;    // s: a start farther ahead is a time of another clock
 constexpr double stampResolution = 1e-9;   // s
 
 using Faults = std::vector<Fault>;
-
-void checkZero(Faults& faults, const std::string& path, double value) {
-  if (value == 0) return;
-  faults.push_back({path, "0 (the motion is planar)", toText(value)});
-}
-
-/// Returns the index of `name`. Without one, adds a fault and returns −1.
-int find(Faults& faults, const std::string& path, const std::map<std::string, int>& indices,
-         const std::string& name) {
-  const auto found = indices.find(name);
-  if (found != indices.end()) return found->second;
-  std::string known;
-  for (auto entry = indices.begin(); entry != indices.end() && known.size() < longestList; ++entry) {
-    known += (known.empty() ? "" : ", ") + entry->first;
-  }
-  if (known.size() >= longestList) known += ", …";
-  faults.push_back({path, "one of " + known, quoted(name)});
-  return -1;
-}
 
 }  // namespace
 
@@ -66,8 +46,18 @@ void Commands::listen(ros::NodeHandle& node) {
   const boost::function<void(const TorquesIn&)> onTorques = [this](const TorquesIn& in) {
     onJointTorques(plain(in.data));
   };
+  using JointsIn = trajectory_msgs::JointTrajectory_<Bounded<void>>;
+  const boost::function<void(const JointsIn&)> onJoints = [this](const JointsIn& in) {
+    onJointTrajectory(plainOf<JointTrajectory>(in));
+  };
+  using BaseIn = trajectory_msgs::MultiDOFJointTrajectory_<Bounded<void>>;
+  const boost::function<void(const BaseIn&)> onBase = [this](const BaseIn& in) {
+    onBaseTrajectory(plainOf<MultiDOFJointTrajectory>(in));
+  };
   subscribers_ = {
       node.subscribe<TorquesIn, const TorquesIn&>("joint_torques", queueSize, onTorques, {}, hints),
+      node.subscribe<JointsIn, const JointsIn&>("joint_trajectory", queueSize, onJoints, {}, hints),
+      node.subscribe<BaseIn, const BaseIn&>("base_trajectory", queueSize, onBase, {}, hints),
       node.subscribe("joint_torque", queueSize, &Commands::onJointTorque, this, hints),
       node.subscribe("link_force", queueSize, &Commands::onLinkForce, this, hints)};
 }
@@ -89,6 +79,20 @@ void Commands::onLinkForce(const LinkForce& message) {
   CommandTaken input = inputOf(CommandTaken::LINK_FORCE);
   input.link_force.push_back(message);
   input.start = sceneTimeOf(message.start);
+  takeOrWarn(input);
+}
+
+void Commands::onJointTrajectory(const JointTrajectory& message) {
+  CommandTaken input = inputOf(CommandTaken::JOINT_TRAJECTORY);
+  input.joint_trajectory.push_back(message);
+  input.start = sceneTimeOf(message.header.stamp);
+  takeOrWarn(input);
+}
+
+void Commands::onBaseTrajectory(const MultiDOFJointTrajectory& message) {
+  CommandTaken input = inputOf(CommandTaken::BASE_TRAJECTORY);
+  input.base_trajectory.push_back(message);
+  input.start = sceneTimeOf(message.header.stamp);
   takeOrWarn(input);
 }
 
@@ -138,6 +142,10 @@ Faults Commands::apply(const CommandTaken& input) {
       return applyTorque(input);
     case CommandTaken::LINK_FORCE:
       return applyForce(input);
+    case CommandTaken::JOINT_TRAJECTORY:
+      return applyTrajectory(input);
+    case CommandTaken::BASE_TRAJECTORY:
+      return applyBaseTrajectory(input);
     case CommandTaken::CLEAR_COMMANDS:
       simulation_->clearCommands();
       return {};
@@ -160,7 +168,7 @@ Faults Commands::apply(const CommandTaken& input) {
       return {};
     default:  // RESET
       simulation_->reset();
-      taken_.fill(never);
+      taken_.clear();
       ticks_.origin = ticks_.set = ticks_.next;
       return {};
   }
@@ -228,6 +236,28 @@ Faults Commands::applyForce(const CommandTaken& input) {
       });
 }
 
+Faults Commands::applyTrajectory(const CommandTaken& input) {
+  const JointTrajectory& message = input.joint_trajectory.at(0);
+  const double start = message.header.stamp.isZero() ? simulation_->time() : input.start;
+  Faults faults;
+  std::vector<Drive> laws = lawsOf(message, start, *simulation_, joints_, faults);
+  if (!faults.empty()) return faults;
+  for (Drive& drive : laws) simulation_->follow(drive.joint, std::move(drive.law));
+  taken_[input.kind] = simulation_->time();
+  return {};
+}
+
+Faults Commands::applyBaseTrajectory(const CommandTaken& input) {
+  const MultiDOFJointTrajectory& message = input.base_trajectory.at(0);
+  const double start = message.header.stamp.isZero() ? simulation_->time() : input.start;
+  Faults faults;
+  BaseLaws laws = lawsOf(message, start, *simulation_, faults);
+  if (!faults.empty()) return faults;
+  simulation_->followBase(std::move(laws));
+  taken_[input.kind] = simulation_->time();
+  return {};
+}
+
 void Commands::hold(const std::vector<double>& torques) {
   const double until = heldUntil(simulation_->time());
   for (std::size_t i = 0; i < torques.size(); ++i) {
@@ -256,10 +286,15 @@ Faults Commands::faultsOf(const std::vector<double>& torques, const std::string&
 }
 
 void Commands::describe(SimStatus& status) const {
-  const auto age = [&](double taken) { return taken == never ? never : simulation_->time() - taken; };
-  status.joint_torques_age = age(taken_[CommandTaken::JOINT_TORQUES]);
-  status.joint_torque_age = age(taken_[CommandTaken::JOINT_TORQUE]);
-  status.link_force_age = age(taken_[CommandTaken::LINK_FORCE]);
+  const auto age = [&](std::uint8_t kind) {
+    const auto taken = taken_.find(kind);
+    return taken == taken_.end() ? -1 : simulation_->time() - taken->second;
+  };
+  status.joint_torques_age = age(CommandTaken::JOINT_TORQUES);
+  status.joint_torque_age = age(CommandTaken::JOINT_TORQUE);
+  status.link_force_age = age(CommandTaken::LINK_FORCE);
+  status.joint_trajectory_age = age(CommandTaken::JOINT_TRAJECTORY);
+  status.base_trajectory_age = age(CommandTaken::BASE_TRAJECTORY);
   status.rejected_commands = rejected_;
   status.last_rejection = lastRejection_;
 }

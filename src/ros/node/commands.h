@@ -8,8 +8,9 @@
 #include <ros/publisher.h>
 #include <ros/subscriber.h>
 #include <std_msgs/Float64MultiArray.h>
+#include <trajectory_msgs/JointTrajectory.h>
+#include <trajectory_msgs/MultiDOFJointTrajectory.h>
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -22,6 +23,9 @@
 #include "ros/messages/pace.h"
 
 namespace planar_chain {
+
+using trajectory_msgs::JointTrajectory;
+using trajectory_msgs::MultiDOFJointTrajectory;
 
 /// Returns an input without the fields of its kind.
 inline CommandTaken inputOf(std::uint8_t kind) {
@@ -49,11 +53,14 @@ class Commands {
   /// that is not published: the recorded run is then incomplete, as one scene alone does not give its motion.
   void moveTo(Simulation& simulation);
 
-  /// Subscribes to joint_torques, joint_torque and link_force under `node`, and advertises commands_taken.
+  /// Subscribes to joint_torques, joint_torque, link_force, joint_trajectory and base_trajectory under
+  /// `node`, and advertises commands_taken.
   void listen(ros::NodeHandle& node);
   void onJointTorques(const std::vector<double>& torques);
   void onJointTorque(const JointTorque& message);
   void onLinkForce(const LinkForce& message);
+  void onJointTrajectory(const JointTrajectory& message);
+  void onBaseTrajectory(const MultiDOFJointTrajectory& message);
 
   /// Takes an input before the next tick. Its number, tick and scene time are set here.
   /// @returns why it is refused; empty: it is accepted
@@ -73,6 +80,8 @@ class Commands {
   std::vector<Fault> apply(const CommandTaken& input);
   std::vector<Fault> applyTorque(const CommandTaken& input);
   std::vector<Fault> applyForce(const CommandTaken& input);
+  std::vector<Fault> applyTrajectory(const CommandTaken& input);
+  std::vector<Fault> applyBaseTrajectory(const CommandTaken& input);
   template <class Message, class Add, class Hold>
   std::vector<Fault> start(std::vector<Fault> faults, const std::string& topic, const CommandTaken& input,
                            const Message& command, Add add, Hold hold);
@@ -80,15 +89,13 @@ class Commands {
   double heldUntil(double start) const;
   double sceneTimeOf(ros::Time start) const;
 
-  static constexpr double never = -1;
-
   Simulation* simulation_ = nullptr;
   Ticks& ticks_;
   SceneTime sceneTime_;
   std::map<std::string, int> joints_, links_;  ///< index by name
   std::vector<bool> isDriven_;                 ///< of each joint
   Every warnings_{1.0};
-  std::array<double, 3> taken_{never, never, never};  ///< scene time of the last of each topic, by kind, s
+  std::map<std::uint8_t, double> taken_;  ///< scene time of the last of each kind, s
   std::uint64_t accepted_ = 0, rejected_ = 0;
   std::string lastRejection_;
   ros::Publisher log_;

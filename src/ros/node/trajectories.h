@@ -1,0 +1,31 @@
+#pragma once
+
+/// Trajectories of driven joints and of the base.
+
+#include <trajectory_msgs/JointTrajectory.h>
+#include <trajectory_msgs/MultiDOFJointTrajectory.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "planar_chain/fault.h"
+#include "planar_chain/simulation.h"
+
+namespace planar_chain {
+
+constexpr double farthestStart = 86400;  ///< s: a start farther ahead is a time of another clock
+
+/// Returns the law of each joint that the message names: the present one until `start` (s of scene time), or
+/// until now if that is later, and then through the points. Points that are over by then are left out. Adds
+/// the faults of the message; with faults the laws are of no use. joints: index by name.
+std::vector<Drive> lawsOf(const trajectory_msgs::JointTrajectory& message, double start,
+                          const Simulation& simulation, const std::map<std::string, int>& joints,
+                          std::vector<Fault>& faults);
+
+/// The same for the base: its position, and its angle as the rotation about z nearest to that of the point
+/// before.
+BaseLaws lawsOf(const trajectory_msgs::MultiDOFJointTrajectory& message, double start,
+                const Simulation& simulation, std::vector<Fault>& faults);
+
+}  // namespace planar_chain
