@@ -71,11 +71,17 @@ geometry_msgs::WrenchStamped& Messages::baseWrench(ros::Time stamp) {
 
 tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
   const std::vector<Link>& links = simulation_.scene().chain.links();
+  // The base's frame stands still; the first link has the place of the ground pin, and the base's angle.
+  Vec2d place;
+  double angle = 0;
+  if (simulation_.scene().base) {
+    simulation_.linkMotions(motions_.data());
+    place = motions_.front().innerPin;
+    angle = motions_.front().angle - simulation_.q().front();
+  }
   int i = 0;
   for (std::size_t k = 0; k < framed_.size(); ++k) {
     // Go from the frame before to this one, link by link.
-    Vec2d place;
-    double angle = 0;
     for (; i <= framed_[k]; ++i) {
       if (i > 0) place += Rotation<double>::of(angle) * links[index(i - 1)].pin;
       angle += simulation_.q()[index(i)];
@@ -85,6 +91,8 @@ tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
     copy(place, transform.transform.translation);
     transform.transform.rotation.z = std::sin(angle / 2);
     transform.transform.rotation.w = std::cos(angle / 2);
+    place = {};
+    angle = 0;
   }
   return transforms_;
 }
