@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
+#include <string>
 
 #include "dynamics/stored_energy.h"
 #include "effects/effects.h"
@@ -70,9 +71,11 @@ class Search {
         for (const Drive& drive : scene_.drives) found[index(drive.joint)] = q[index(drive.joint)];
         return found;
       }
-      if ((theta - start).cwiseAbs().maxCoeff() > farthest) break;
+      if ((theta - start).cwiseAbs().maxCoeff() > farthest) {
+        throw std::domain_error("the energy falls without end, as under a constant torque without a spring");
+      }
     }
-    throw std::domain_error("the energy falls without end, as under a constant torque without a spring");
+    throw std::domain_error("none was found in " + std::to_string(mostSteps) + " steps");
   }
 
  private:

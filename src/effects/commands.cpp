@@ -98,6 +98,11 @@ std::vector<Load> CommandEffect::inForce(double t) const {
       loads.push_back({"command", link, force, point, moment, joint, torque, Constant{}, start, stop});
     }
   }
+  // What an effort limit takes off.
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    const double over = isCutOff_[i] ? sums_[i] - std::clamp(sums_[i], -limits_[i], limits_[i]) : 0;
+    if (over != 0) loads.push_back({"limit", Load::none, {}, {}, 0, static_cast<int>(i), -over});
+  }
   return loads;
 }
 

@@ -58,10 +58,10 @@ void showAll(const ActiveForces& active, const Kane& at, const std::optional<Lin
   show("A_3", "inertia moments: M_in = -qdd' A_3, kg m^2", at.A_3);
   show("F", "active forces at the centres of mass, ground components x_1 y_1 ..., N", active.F);
   show("M_ext", "active moments on the bodies, N m", active.M);
-  show("tau", "joint torques, springs and dampers included, N m", active.tau);
+  show("tau", "joint torques of all that acts, drives included, N m", active.tau);
   show("f_ext", "= V_pd F + W_pd M_ext + tau, N m", at.f_ext);
-  show("f", "= f_ext - V_pd A_1' qd, N m", at.f);
-  show("M", "= V_pd A_2' + W_pd A_3', kg m^2", at.M_q);
+  show("f", "= f_ext - V_pd A_1' qd, less the inertia of a moving base, N m", at.f);
+  show("M", "= V_pd A_2' + W_pd A_3' + rotors, kg m^2", at.M_q);
   show("qdd", "M qdd = f, rad/s^2", at.qdd);
   if (!near) return;
   show("A", "dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of this state", near->A);
@@ -166,6 +166,13 @@ void printInverse(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
   print("tau", "torques that give these accelerations, beside all that acts, N m", tau.transpose());
 }
 
+/// Done, or the run failed.
+int finished(const char* what, const Eigen::VectorXd& numbers) {
+  if (numbers.allFinite()) return done;
+  std::cerr << "equations: the " << what << " are not finite: the numbers are too large\n";
+  return runFailed;
+}
+
 int equations(const Arguments& given) {
   // The scene and the state.
   std::vector<Fault> faults;
@@ -183,17 +190,23 @@ int equations(const Arguments& given) {
   std::vector<Fault> stateFaults;
   Eigen::VectorXd q = vectorArgument("q", given, scene.q, stateFaults);
   Eigen::VectorXd qd = vectorArgument("qd", given, scene.qd, stateFaults);
+  // Driven joints are where their laws put them at t.
+  for (const Drive& drive : scene.drives) {
+    const GivenMotion motion = drive.law.at(t);
+    q[drive.joint] = motion.value;
+    qd[drive.joint] = motion.rate;
+  }
   const std::vector<double> still(scene.q.size(), 0.0);
   const Eigen::VectorXd qdd = vectorArgument("qdd", given, still, stateFaults);
   if (given.has("qdd") != given.has("inverse")) {
-    stateFaults.push_back(
-        {"--qdd", "accelerations for --inverse, and --inverse for accelerations", "one of them"});
+    stateFaults.push_back({"--inverse", "both --inverse and --qdd, the accelerations", "one of them"});
   }
   if (!stateFaults.empty()) throw Refused(std::move(stateFaults));
   if (given.has("equilibrium")) {
     const std::vector<double> rest = equilibriumOf(scene, t, {q.data(), q.data() + q.size()});
     q = Eigen::Map<const Eigen::VectorXd>(rest.data(), q.size());
     qd.setZero();
+    for (const Drive& drive : scene.drives) qd[drive.joint] = drive.law.at(t).rate;
   }
 
   // What is asked for: the chain, torques, or the equations.
@@ -202,8 +215,9 @@ int equations(const Arguments& given) {
     return done;
   }
   if (given.has("inverse")) {
-    printInverse(t, q, qd, qdd, inverseDynamics(scene, t, q, qd, qdd), given.has("json"));
-    return done;
+    const Eigen::VectorXd tau = inverseDynamics(scene, t, q, qd, qdd);
+    printInverse(t, q, qd, qdd, tau, given.has("json"));
+    return finished("torques", tau);
   }
   const ActiveForces active = activeForces(scene, t, q, qd);
   const Kane at = kane(scene.chain, q, qd, active);
@@ -214,9 +228,7 @@ int equations(const Arguments& given) {
   } else {
     printText(scene.chain, t, active, at, near);
   }
-  if (at.qdd.allFinite()) return done;
-  std::cerr << "equations: the accelerations are not finite: the numbers are too large\n";
-  return runFailed;
+  return finished("accelerations", at.qdd);
 }
 
 }  // namespace
