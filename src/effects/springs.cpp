@@ -34,7 +34,9 @@ void Springs::forJoints(std::size_t count, F f) const {
   for (; i + parts <= count; i += parts) {
     for (std::size_t l = 0; l < parts; ++l) next(i + l, l);
   }
+#ifndef __clang__
 #pragma GCC ivdep  // or GCC 9 makes more instructions to find that out than for the joints that are left
+#endif
   for (; i < count; ++i) next(i, 0);
 }
 
