@@ -2,32 +2,22 @@
 """Commands: what the real rostopic publishes acts as M q̈ = f says, exactly as long as it should; what is
 wrong with a command changes nothing and is counted."""
 
-import unittest
 
 import rospy
 import rostest
 from geometry_msgs.msg import Point, Vector3
-from planar_chain.msg import CommandTaken, JointTorque, LinkForce, SimStatus
+from planar_chain.msg import CommandTaken, JointTorque, LinkForce
 from planar_chain.srv import Step
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 
-from ros_node import Listener, Node, ROD_INERTIA, Running, nanoseconds, publisher, rod, service
+from ros_node import Listener, Node, ROD_INERTIA, Running, Watching, nanoseconds, publisher, rod, service
 
 NAN = float('nan')
 NOW = rospy.Time()
 
 
-class Commands(unittest.TestCase):
-    def setUp(self):
-        self.states = Listener('/joint_states', JointState)
-        self.statuses = Listener('/planar_chain/status', SimStatus)
-
-    def tearDown(self):
-        self.states.close()
-        self.statuses.close()
-
+class Commands(Watching):
     def seconds_between(self, i, j):
         return (nanoseconds(self.states.messages[j]) - nanoseconds(self.states.messages[i])) * 1e-9
 

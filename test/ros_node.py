@@ -9,10 +9,13 @@ import subprocess
 import tempfile
 import threading
 import time
+import unittest
 
 import roslib.packages
 import rosparam
 import rospy
+from planar_chain.msg import SimStatus
+from sensor_msgs.msg import JointState
 
 LIMIT = 40.0  # s of wall time that an event may take, on a machine with much else to do
 
@@ -106,6 +109,18 @@ class Listener:
 
     def close(self):
         self._subscriber.unregister()
+
+
+class Watching(unittest.TestCase):
+    """A test that hears joint_states and status from its start to its end."""
+
+    def setUp(self):
+        self.states = Listener('/joint_states', JointState)
+        self.statuses = Listener('/planar_chain/status', SimStatus)
+
+    def tearDown(self):
+        self.states.close()
+        self.statuses.close()
 
 
 class Running:

@@ -3,18 +3,16 @@
 to is the first one, bit for bit; stamps never go back."""
 
 import math
-import unittest
 
 import rospy
 import rostest
-from planar_chain.msg import JointTorque, SimStatus
+from planar_chain.msg import JointTorque
 from planar_chain.srv import Equations, SetState, Step
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from ros_node import Listener, Node, ROD_INERTIA, nanoseconds, publisher, rod, service, spinning, upload
+from ros_node import Listener, Node, ROD_INERTIA, Watching, nanoseconds, publisher, rod, service, spinning, upload
 
 NAN = float('nan')
 PENDULUM = rod(gravity=[0.0, -9.81], loads={
@@ -26,15 +24,14 @@ def motion(states):
     return [(state.position, state.velocity, state.effort) for state in states]
 
 
-class Services(unittest.TestCase):
+class Services(Watching):
     def setUp(self):
-        self.states = Listener('/joint_states', JointState)
-        self.statuses = Listener('/planar_chain/status', SimStatus)
+        super().setUp()
         self.transforms = Listener('/tf', TFMessage)
 
     def tearDown(self):
-        for listener in (self.states, self.statuses, self.transforms):
-            listener.close()
+        super().tearDown()
+        self.transforms.close()
         stamps = list(map(nanoseconds, self.states.messages))
         self.assertTrue(all(later > sooner for sooner, later in zip(stamps, stamps[1:])))
         times = [status.sim_time for status in self.statuses.messages]
