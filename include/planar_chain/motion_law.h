@@ -18,9 +18,9 @@
 
 namespace planar_chain {
 
-/// x and its first three derivatives: m or rad, per s, s², s³.
+/// x and its first two derivatives: m or rad, per s, s².
 struct GivenMotion {
-  double value = 0, rate = 0, acceleration = 0, jerk = 0;
+  double value = 0, rate = 0, acceleration = 0;
 };
 
 /// What a motion passes at a time, s.

@@ -1,7 +1,6 @@
 #include "dynamics/coupled_dynamics.h"
 
 #include <algorithm>
-#include <array>
 
 namespace planar_chain {
 

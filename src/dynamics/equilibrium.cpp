@@ -22,7 +22,13 @@ constexpr double push = 1e-3;        // rad, off a maximum or saddle
 
 class Search {
  public:
-  Search(const Scene& scene, double t) : scene_(scene), t_(t), n_(scene.chain.size()) {
+  Search(const Scene& scene, double t)
+      : scene_(scene),
+        t_(t),
+        n_(scene.chain.size()),
+        effects_(scene, nullptr),
+        storing_(storingKinds(scene.chain)) {
+    effects_.enter(t);
     if (scene.base) baseAngle_ = scene.base->angle.at(t).value;
     // Bodies behind driven joints turn with the body before: one group. Group −1 is the ground.
     std::vector<bool> isDriven(index(n_), false);
@@ -87,11 +93,9 @@ class Search {
     d_.setZero();
     XF_.setZero();
     std::fill(F_.begin(), F_.end(), Vec2d{});
-    Effects effects(scene_, nullptr);
-    effects.enter(t_);
-    effects.enterState(t_, stateOf(theta).data());
+    effects_.enterState(t_, stateOf(theta).data());
     const ChainState at{t_, theta.data(), still_.data(), e_.data(), pinVelocity_.data()};
-    for (Effect* effect : effects.active()) {
+    for (Effect* effect : effects_.active()) {
       effect->apply(at, {N_.data(), F_.data()});
       effect->addStiffness(k_.data(), d_.data());
       effect->addTangents(at, k_.data(), d_.data());
@@ -123,8 +127,7 @@ class Search {
   /// V of weights, springs, stops and loads, J.
   double energyAt(const Eigen::VectorXd& theta) const {
     const BaseState base{{}, {}, baseAngle_, 0};
-    double energy =
-        energyOf(scene_.chain, storingKinds(scene_.chain), theta.data(), still_.data(), base).potential;
+    double energy = energyOf(scene_.chain, storing_, theta.data(), still_.data(), base).potential;
     for (const auto& [load, factor] : loads_) {
       if (load->joint != Load::none) energy -= factor * load->torque * relative(theta.data(), load->joint);
       if (load->link == Load::none) continue;
@@ -209,6 +212,8 @@ class Search {
   const Scene& scene_;
   double t_;
   int n_, pushes_ = 0;
+  Effects effects_;
+  std::vector<const EffectKind*> storing_;
   double baseAngle_ = 0, scale_ = 0;
   std::vector<int> groups_, firsts_;  ///< the group of each body; the first body of each group
   std::vector<Acting> loads_;
@@ -220,7 +225,7 @@ class Search {
 }  // namespace
 
 std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q) {
-  // Without friction, drives and base, which are no part of the energy here.
+  // Without friction, which has no energy.
   std::vector<Joint> joints = scene.chain.joints();
   for (Joint& joint : joints) {
     joint.others.erase(std::remove_if(joint.others.begin(), joint.others.end(),

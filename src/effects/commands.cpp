@@ -1,6 +1,7 @@
 #include "effects/commands.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace planar_chain {
 
@@ -8,7 +9,6 @@ CommandEffect::CommandEffect(const Chain& chain, int capacity)
     : TimedTerms(2 * chain.joints().size() + index(capacity), 0),
       capacity_(index(capacity)),
       held_(2 * chain.joints().size()),
-      sums_(chain.joints().size()),
       isCutOff_(chain.joints().size()),
       cutOffs_(chain.joints().size()) {
   for (const Joint& joint : chain.joints()) {
@@ -68,17 +68,21 @@ void CommandEffect::list(double t) {
   cutOff(t);
 }
 
+double CommandEffect::overAt(double t, std::size_t joint) const {
+  double sum = 0;
+  const auto add = [&](const Command& command) {
+    if (command.joint == static_cast<int>(joint) && command.start <= t && t < command.stop)
+      sum += command.torque;
+  };
+  add(held_[joint]);
+  std::for_each(timed_.begin(), timed_.end(), add);
+  return sum - std::clamp(sum, -limits_[joint], limits_[joint]);
+}
+
 void CommandEffect::cutOff(double t) {
-  std::fill(sums_.begin(), sums_.end(), 0.0);
-  for (const auto* commands : {&held_, &timed_}) {
-    for (const Command& command : *commands) {
-      if (command.joint != Load::none && command.start <= t && t < command.stop) {
-        sums_[index(command.joint)] += command.torque;
-      }
-    }
-  }
-  for (std::size_t i = 0; i < sums_.size(); ++i) {
-    const double over = sums_[i] - std::clamp(sums_[i], -limits_[i], limits_[i]);
+  for (std::size_t i = 0; i < limits_.size(); ++i) {
+    if (std::isinf(limits_[i])) continue;
+    const double over = overAt(t, i);
     cutOffs_[i] += over != 0 && !isCutOff_[i];
     isCutOff_[i] = over != 0;
     if (over == 0) continue;
@@ -99,8 +103,8 @@ std::vector<Load> CommandEffect::inForce(double t) const {
     }
   }
   // What an effort limit takes off.
-  for (std::size_t i = 0; i < sums_.size(); ++i) {
-    const double over = isCutOff_[i] ? sums_[i] - std::clamp(sums_[i], -limits_[i], limits_[i]) : 0;
+  for (std::size_t i = 0; i < limits_.size(); ++i) {
+    const double over = std::isinf(limits_[i]) ? 0 : overAt(t, i);
     if (over != 0) loads.push_back({"limit", Load::none, {}, {}, 0, static_cast<int>(i), -over});
   }
   return loads;

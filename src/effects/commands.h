@@ -47,14 +47,16 @@ class CommandEffect : public TimedTerms {
   bool hasRoom() const { return waiting_.size() + timed_.size() < capacity_; }
   /// The place for held commands of the same joint or link.
   Command& placeOf(const Command& command);
-  /// Adds what the sum of the torques in each joint is too large by.
+  /// What the sum of the torques in a joint at t is beyond its limit by, N m.
+  double overAt(double t, std::size_t joint) const;
+  /// Takes that off.
   void cutOff(double t);
 
   std::size_t capacity_;
   std::vector<Command> held_;     ///< of each joint, then of each link
   std::vector<Command> waiting_;  ///< to be held, in the order of their starts
   std::vector<Command> timed_;
-  std::vector<double> limits_, sums_;  ///< N m; infinite: no limit
+  std::vector<double> limits_;  ///< N m; infinite: no limit
   std::vector<bool> isCutOff_;
   std::vector<long long> cutOffs_;
 };

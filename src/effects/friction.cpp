@@ -40,13 +40,6 @@ Friction::Friction(const Chain& chain) : n_(chain.size()) {
   moments_.resize(2 * index(n_));
 }
 
-int Friction::directionOf(int joint) const {
-  for (const Rub& rub : rubs_) {
-    if (rub.joint == joint) return rub.direction;
-  }
-  return 0;
-}
-
 bool Friction::anySticks() const {
   return std::any_of(rubs_.begin(), rubs_.end(), [](const Rub& rub) { return rub.direction == 0; });
 }
@@ -77,7 +70,7 @@ void Friction::couple(double /*t*/, Couplings& to) const {
   for (const Rub& rub : rubs_) {
     if (rub.direction != 0) continue;
     to.joints[index(rub.joint)].isHeld = true;
-    to.held[index(rub.joint)] = {rub.angle, 0, 0, 0};
+    to.held[index(rub.joint)] = {rub.angle, 0, 0};
   }
 }
 

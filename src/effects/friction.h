@@ -46,9 +46,6 @@ class Friction : public Effect, public Switching {
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override;
 
-  /// +1 or −1: the joint slides this way; 0: it sticks, or has no friction.
-  int directionOf(int joint) const;
-
  private:
   struct Rub {
     int joint;

@@ -95,11 +95,11 @@ MotionLaw MotionLaw::then(double now, double start, const std::vector<MotionPoin
   for (const MotionPoint& point : points) {
     const double h = point.time - t, slope = (point.value - from.value) / h;
     const bool isLast = &point == &points.back();
-    GivenMotion to{point.value, point.rate.value_or(isLast ? 0 : slope), point.acceleration.value_or(0), 0};
+    GivenMotion to{point.value, point.rate.value_or(isLast ? 0 : slope), point.acceleration.value_or(0)};
     if (!hasRate || !point.rate) {
       const double blend = std::min(longestBlend, h / 4);
-      const GivenMotion begin{from.value + slope * blend, slope, 0, 0};
-      const GivenMotion end{to.value - slope * blend, slope, 0, 0};
+      const GivenMotion begin{from.value + slope * blend, slope, 0};
+      const GivenMotion end{to.value - slope * blend, slope, 0};
       pieces.push_back(quintic(t, blend, from, begin));
       pieces.push_back({t + blend, {begin.value, slope}});
       if (to.rate != slope) pieces.push_back(quintic(point.time - blend, blend, end, to));
@@ -130,24 +130,22 @@ double MotionLaw::until(int piece) const {
 
 GivenMotion MotionLaw::at(double t, int number) const {
   const Piece& piece = pieces_[static_cast<std::size_t>(number)];
-  GivenMotion x{piece.c[0], 0, 0, 0};
+  GivenMotion x{piece.c[0], 0, 0};
   if (std::any_of(piece.c.begin() + 1, piece.c.end(), [](double c) { return c != 0; })) {
     const double s = t - piece.start;
     x = {};
-    for (int k = 5; k >= 0; --k) {  // Horner's rule for all four; the derivatives lack their factorials
-      x.jerk = x.jerk * s + x.acceleration;
+    for (int k = 5; k >= 0; --k) {  // Horner's rule for all three; the acceleration lacks its factorial
       x.acceleration = x.acceleration * s + x.rate;
       x.rate = x.rate * s + x.value;
       x.value = x.value * s + piece.c[static_cast<std::size_t>(k)];
     }
     x.acceleration *= 2;
-    x.jerk *= 6;
   }
   if (amplitude_ == 0 || number >= swinging_) return x;
   const double w = pulsation_;
   const Rotation<double> turn = plainRotation(w * t + phase_);
   const double sine = amplitude_ * turn.s, cosine = amplitude_ * turn.c;
-  return {x.value + sine, x.rate + w * cosine, x.acceleration - w * w * sine, x.jerk - w * w * w * cosine};
+  return {x.value + sine, x.rate + w * cosine, x.acceleration - w * w * sine};
 }
 
 double MotionLaw::longestStep() const {

@@ -16,12 +16,12 @@ void Simulation::settle() {
 BaseWrench Simulation::baseWrench() {
   const auto n = static_cast<std::size_t>(scene_.chain.size());
   std::vector<LinkMotion> motions(n);
-  std::vector<double> tau(n), qdd(n);
+  std::vector<double> tau(n), qdd(n, 0.0);
   linkMotions(motions.data());
   jointTorques(tau.data());
-  accelerations(qdd.data());
   double rotor = 0;
   for (const EffectKind* kind : effectKinds()) rotor += kind->inertiaIn(scene_.chain.joints().front());
+  if (rotor > 0) accelerations(qdd.data());
   return {-1.0 * motions.front().pinForce, rotor * qdd.front() - tau.front()};
 }
 
