@@ -16,7 +16,7 @@ from in_folder import InFolder
 
 BIN = ""
 SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "config", "scenes")
-METHODS = ("auto", "dop853", "rodas5p")
+METHODS = ("auto", "dop853", "rodas5p", "taylor")
 GRAVITY = 9.81
 UPRIGHT = math.pi / 2
 

@@ -15,7 +15,7 @@ from in_folder import InFolder
 
 BIN = ""
 FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "reference", "machines")
-METHODS = ("auto", "dop853", "rodas5p")
+METHODS = ("auto", "dop853", "rodas5p", "taylor")
 # Asked of each step, and allowed at the end: a thousand steps add up, and dry friction passes an error of the
 # moment of a stop on. The reference is certain to 1e-10. A wrong term or a missed stop shows as 1e-3 and more.
 TOLERANCE, ALLOWED = 1e-10, 1e-6

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "dynamics/dynamics.h"
+#include "dynamics/coupled_dynamics.h"
 #include "effects/commands.h"
 #include "lanes/kernel.h"
 #include "lanes/motion_series.h"
@@ -26,7 +26,12 @@ constexpr int order = 16;
 /// A scene at a time when all of its loads act, and its series there.
 struct Around {
   explicit Around(Scene given, double at = 0.1)
-      : scene(std::move(given)), n(scene.chain.size()), t(at), dynamics(scene), y(start()) {
+      : scene(std::move(given)),
+        n(scene.chain.size()),
+        t(at),
+        made(makeDynamics(scene)),
+        dynamics(*made),
+        y(start()) {
     dynamics.enter(t);
     dynamics.enterState(t, y.data());
     dynamics.reserveSeries(order);
@@ -84,7 +89,8 @@ struct Around {
   Scene scene;
   int n;
   double t;
-  Dynamics dynamics;
+  std::unique_ptr<Dynamics> made;
+  Dynamics& dynamics;
   std::vector<double> y, c;
 };
 
@@ -129,6 +135,33 @@ TEST_P(SeriesOf, PushedStopsObeysThem) {
   Around around(scene);
   ASSERT_TRUE(around.dynamics.effects().act());
   EXPECT_LT(around.violation(0.5 * around.reach()), 1e-11);
+}
+
+TEST_P(SeriesOf, MachinesObeyThem) {
+  // Rotors, sliding friction, driven joints and a base, with springs, dampers and loads.
+  const int n = GetParam();
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    Scene scene = test::randomScene(n, seed);
+    std::vector<Joint> joints = scene.chain.joints();
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      if (i % 3 == 0) joints[i].others.emplace_back("rotor_inertia", 0.1 + 0.2 * static_cast<double>(i % 2));
+      if (i % 4 == 1) joints[i].others.emplace_back("friction", 0.3);
+      if (i % 4 != 2) continue;
+      joints[i].stiffness = joints[i].damping = 0;
+      scene.drives.push_back({static_cast<int>(i), i % 8 == 2
+                                                       ? MotionLaw::sine(0.3, 0.7, 0.2, scene.q[i])
+                                                       : MotionLaw::spline({-0.5, 0, 0.6}, {0, 0.2, -0.1})});
+    }
+    scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+    scene.base = BaseLaws{MotionLaw::sine(0.1, 1.3, 0.4, 0), MotionLaw::spline({-1, 0.05, 2}, {0, 0.3, -0.2}),
+                          MotionLaw::sine(0.4, 0.5, 1, 0.2)};
+    Around around(scene);
+    const double h = around.reach();
+    ASSERT_GT(h, 1e-4);
+    for (const double share : {-0.5, 0.25, 0.5, 1.0}) {
+      EXPECT_LT(around.violation(share * h), 1e-11) << n << " links, seed " << seed << ", h = " << share * h;
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Links, SeriesOf, testing::Values(1, 2, 3, 4, 5, 9, 16, 40));

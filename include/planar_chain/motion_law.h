@@ -63,6 +63,8 @@ class MotionLaw {
   int pieceAt(double t) const;
   double until(int piece) const;
   GivenMotion at(double t, int piece) const;
+  /// Coefficient k of the Taylor series around t of x, ẋ and ẍ.
+  GivenMotion order(int k, double t, int piece) const;
   GivenMotion at(double t) const { return at(t, pieceAt(t)); }
   /// The longest step that resolves it, s: a quarter of the period of a sine.
   double longestStep() const;

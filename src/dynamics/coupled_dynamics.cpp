@@ -57,10 +57,10 @@ void CoupledDynamics::followBase(const BaseLaws& laws) {
   for (Effect* effect : coupling_) effect->followBase(laws);
 }
 
-/// Takes what couples at t.
-void CoupledDynamics::collect(double t) {
+/// Takes what couples at t, or this order of it.
+void CoupledDynamics::collect(double t, int order) {
   std::fill(couplings_.joints.begin(), couplings_.joints.end(), Coupling<double>{});
-  for (const Effect* effect : coupling_) effect->couple(t, couplings_);
+  for (const Effect* effect : coupling_) effect->couple(t, order, couplings_);
 }
 
 Powers CoupledDynamics::run(double t, const double* y) {
@@ -275,6 +275,45 @@ Powers CoupledDynamics::powersAlong(const double* x) {
                                      : effect->powersAlong(then_, {x, x + n_, pinVelocityAlong_.data()});
   }
   return powers;
+}
+
+// ---- Taylor series ---------------------------------------------------------------------------------
+
+void CoupledDynamics::reserveSeries(int order) {
+  if (series_ && series_->orders() >= order) return;
+  series_.emplace(mechanism_.chain(), order);
+  for (const auto& effect : effects_.all()) effect->reserveSeries(order);
+}
+
+void CoupledDynamics::series(double t, const double* y, int order, double* c) {
+  sumStiffness();
+  run(t, y);
+  std::copy_n(y, 2 * n_, c);
+  const bool hasForces = effects_.acting() == LoadKind::forces;
+  const Vec2d* F = hasForces ? F_.data() : nullptr;
+  series_->begin(e_.data(), omega_.data(), alpha_.data(), ground_, F);
+  const Series known{t, n_, c, series_->rotations(), n_};
+  for (int k = 0; k < order; ++k) {
+    double *row = c + std::ptrdiff_t{2} * n_ * k, *next = row + std::ptrdiff_t{2} * n_;
+    if (k > 0) {
+      collect(t, k);
+      const auto& [joints, held, x, yBase, angle] = couplings_;
+      for (int i = 0; i < n_; ++i) omega_[index(i)] = row[n_ + i] + angle.rate;
+      findOrder(k, known, {N_.data(), F_.data()});
+      series_->find(k, omega_.data(), N_.data(), F, joints.data(), {x.acceleration, yBase.acceleration},
+                    angle.acceleration, alpha_.data());
+    }
+    for (int i = 0; i < n_; ++i) {
+      next[i] = row[n_ + i] / (k + 1);
+      next[n_ + i] = (alpha_[index(i)] - couplings_.angle.acceleration) / (k + 1);
+    }
+  }
+}
+
+void CoupledDynamics::integrands(double t, const double* y, double* rates) {
+  const Powers powers = run(t, y);
+  rates[0] = powers.supplied + couplingPower();
+  rates[1] = powers.dissipated;
 }
 
 // ---- What others read ------------------------------------------------------------------------------

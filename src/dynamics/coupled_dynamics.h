@@ -12,6 +12,7 @@
 #include "dynamics/dynamics.h"
 #include "recursion/coupled.h"
 #include "recursion/coupled_linearized.h"
+#include "recursion/coupled_series.h"
 
 namespace planar_chain {
 
@@ -67,6 +68,11 @@ class CoupledDynamics : public Dynamics, private Mechanics {
 
   // ode::SeriesSystem
   bool seriesAreWorthwhile() const override { return false; }
+  void reserveSeries(int order) override;
+  void series(double t, const double* y, int order, double* c) override;
+  bool hasIntegrands() const override { return works_ > 0; }
+  void integrands(double t, const double* y, double* rates) override;
+  double seriesCost(int order) const override { return 1.5 * order; }
 
  private:
   template <class Scalar>
@@ -82,7 +88,7 @@ class CoupledDynamics : public Dynamics, private Mechanics {
 
   JointAnswer answer(double t, const double* y) override;
   BaseState baseAt(double t) const;
-  void collect(double t);
+  void collect(double t, int order = 0);
   /// Takes couplings, moments and forces at a state, and runs the recursion. Returns the powers of the
   /// effects.
   Powers run(double t, const double* y);
@@ -115,6 +121,7 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   std::vector<Vec2d> FThen_, pinVelocityAlong_;
   CoupledBodies bodies_;
   Solver<double> solver_;
+  std::optional<CoupledSeries> series_;  ///< made when a method first needs it
   std::vector<Solver<std::complex<double>>> complexSolvers_;
 };
 

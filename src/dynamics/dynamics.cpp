@@ -246,14 +246,19 @@ void Dynamics::series(double t, const double* y, int order, double* c) {
   series_->find(order, {nullptr, room_.N.data(), F, outside_.ground}, this, c);
 }
 
-void Dynamics::findOrder(int k, const double* theta, const double* omega) {
-  std::fill(room_.N.begin(), room_.N.end(), 0.0);
+void Dynamics::findOrder(int k, const double* /*theta*/, const double* /*omega*/) {
+  findOrder(k, known_, {room_.N.data(), room_.F.data()});
+}
+
+void Dynamics::findOrder(int k, const Series& known, const Actions& to) {
+  std::fill_n(to.N, n_, 0.0);
   for (int i = 0; i < n_; ++i) {
-    const double torque = -k_[index(i)] * relative(theta, i) - d_[index(i)] * relative(omega, i);
-    addJointTorque(torque, i, room_.N.data());
+    const double torque =
+        -k_[index(i)] * relative(known.theta(k), i) - d_[index(i)] * relative(known.omega(k), i);
+    addJointTorque(torque, i, to.N);
   }
-  if (effects_.acting() == LoadKind::forces) std::fill(room_.F.begin(), room_.F.end(), Vec2d{});
-  for (Effect* effect : effects_.active()) effect->addOrder(k, known_, {room_.N.data(), room_.F.data()});
+  if (effects_.acting() == LoadKind::forces) std::fill_n(to.F, n_, Vec2d{});
+  for (Effect* effect : effects_.active()) effect->addOrder(k, known, to);
 }
 
 void Dynamics::integrands(double t, const double* y, double* rates) {

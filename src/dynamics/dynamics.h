@@ -125,6 +125,8 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   void moveLinks(const Moving& from, LinkMotion* motions) const;
   /// The stiffness and damping of the joints, as the effects have them now.
   void sumStiffness();
+  /// Writes order k > 0 of N and F. `known` has order k of θ and ω.
+  void findOrder(int k, const Series& known, const Actions& to);
 
   const Mechanism mechanism_;
   Effects effects_;
@@ -147,7 +149,6 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   void switched();
   void findStiffness();
   void findOrder(int k, const double* theta, const double* omega) override;
-
   /// Computes [ω α] under these moments and forces, without the first positions() rates. Lane order.
   void run(LoadKind acting, const Outside& outside, const double* y, double* rates);
   /// As rates(), at a state in lane order. evaluateEffects() does it when an effect acts.

@@ -25,7 +25,7 @@ class Rotors : public CouplingEffect {
     for (const Joint& joint : chain.joints()) inertia_.push_back(joint.other("rotor_inertia"));
   }
   bool hasPower() const override { return false; }
-  void couple(double /*t*/, Couplings& to) const override {
+  void couple(double /*t*/, int /*k*/, Couplings& to) const override {
     for (std::size_t i = 0; i < inertia_.size(); ++i) to.joints[i].rotor = inertia_[i];
   }
 
@@ -66,7 +66,7 @@ struct Running {
 
   void enter(double t) { piece = law.pieceAt(t); }
   double until() const { return law.until(piece); }
-  GivenMotion at(double t) const { return law.at(t, piece); }
+  GivenMotion order(int k, double t) const { return k == 0 ? law.at(t, piece) : law.order(k, t, piece); }
 };
 
 template <class Laws>
@@ -102,9 +102,9 @@ class Drives : public CouplingEffect {
       if (joints_[i] == joint) laws_[i] = {law};
     }
   }
-  void couple(double t, Couplings& to) const override {
+  void couple(double t, int k, Couplings& to) const override {
     for (std::size_t i = 0; i < laws_.size(); ++i) {
-      const GivenMotion motion = laws_[i].at(t);
+      const GivenMotion motion = laws_[i].order(k, t);
       to.joints[index(joints_[i])].isHeld = true;
       to.joints[index(joints_[i])].acceleration = motion.acceleration;
       to.held[index(joints_[i])] = motion;
@@ -143,10 +143,10 @@ class Base : public CouplingEffect {
     return std::min({laws_[0].law.longestStep(), laws_[1].law.longestStep(), laws_[2].law.longestStep()});
   }
   bool variesWithTime() const override { return true; }
-  void couple(double t, Couplings& to) const override {
-    to.x = laws_[0].at(t);
-    to.y = laws_[1].at(t);
-    to.angle = laws_[2].at(t);
+  void couple(double t, int k, Couplings& to) const override {
+    to.x = laws_[0].order(k, t);
+    to.y = laws_[1].order(k, t);
+    to.angle = laws_[2].order(k, t);
   }
 
  private:

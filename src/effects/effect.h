@@ -164,8 +164,8 @@ class Effect {
 
   /// True if it couples accelerations: rotors, held joints, a moving base.
   virtual bool couples() const { return false; }
-  /// Writes what it couples at t.
-  virtual void couple(double /*t*/, Couplings& /*to*/) const {}
+  /// Writes order k of the Taylor series around t of what it couples. Order 0 is what it couples at t.
+  virtual void couple(double /*t*/, int /*k*/, Couplings& /*to*/) const {}
   /// Replaces the law of a joint that it drives.
   virtual void follow(int /*joint*/, const MotionLaw& /*law*/) {}
   /// Replaces the motion of the base that it gives.

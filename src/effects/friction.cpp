@@ -66,11 +66,11 @@ Powers Friction::powersAlong(const ChainState& /*at*/, const StateChange& along)
   return {0, change};
 }
 
-void Friction::couple(double /*t*/, Couplings& to) const {
+void Friction::couple(double /*t*/, int k, Couplings& to) const {
   for (const Rub& rub : rubs_) {
     if (rub.direction != 0) continue;
     to.joints[index(rub.joint)].isHeld = true;
-    to.held[index(rub.joint)] = {rub.angle, 0, 0};
+    to.held[index(rub.joint)] = {k == 0 ? rub.angle : 0, 0, 0};
   }
 }
 

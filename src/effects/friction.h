@@ -36,7 +36,7 @@ class Friction : public Effect, public Switching {
   void addTorques(const ChainState& at, double* tau) override;
   Powers powersAlong(const ChainState& at, const StateChange& along) override;
   bool couples() const override { return true; }
-  void couple(double t, Couplings& to) const override;
+  void couple(double t, int k, Couplings& to) const override;
   void attach(Mechanics& mechanics) override { mechanics_ = &mechanics; }
   Switching* switching() override { return this; }
 

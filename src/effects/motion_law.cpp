@@ -148,6 +148,26 @@ GivenMotion MotionLaw::at(double t, int number) const {
   return {x.value + sine, x.rate + w * cosine, x.acceleration - w * w * sine};
 }
 
+GivenMotion MotionLaw::order(int k, double t, int number) const {
+  const Piece& piece = pieces_[static_cast<std::size_t>(number)];
+  const Rotation<double> turn = plainRotation(pulsation_ * t + phase_);
+  const double derivatives[]{turn.s, turn.c, -turn.s, -turn.c};  // of the sine
+  const auto coefficient = [&](int order) {
+    double x = 0, binomial = 1, power = 1;
+    for (int j = order; j <= 5; ++j) {
+      const double c = piece.c[static_cast<std::size_t>(j)];
+      if (c != 0) x += binomial * power * c;  // a piece that stands may start at −∞
+      binomial *= (j + 1.0) / (j + 1 - order);
+      power *= t - piece.start;
+    }
+    if (amplitude_ == 0 || number >= swinging_) return x;
+    double factor = amplitude_;
+    for (int j = 1; j <= order; ++j) factor *= pulsation_ / j;
+    return x + factor * derivatives[order % 4];
+  };
+  return {coefficient(k), (k + 1) * coefficient(k + 1), (k + 1) * (k + 2) * coefficient(k + 2)};
+}
+
 double MotionLaw::longestStep() const {
   return amplitude_ != 0 && pulsation_ != 0 ? pi / (2 * std::abs(pulsation_))
                                             : std::numeric_limits<double>::infinity();

@@ -6,7 +6,6 @@
 #include <set>
 #include <utility>
 
-#include "dynamics/coupled_dynamics.h"
 #include "effects/effect_kind.h"
 #include "ode/methods.h"
 #include "planar_chain/energy.h"
@@ -343,10 +342,6 @@ Scene readScene(const Value& value) {
               realTimeFactor,
               std::move(expanded->drives),
               std::move(base)};
-  if (isCoupled(scene) && integrator.method == "taylor") {
-    top.section("integrator")
-        .fault("method", "a method other than taylor beside friction, rotors, drives, a base");
-  }
   if (startsAtRest) startAtRest(scene, top);
   throwFaults();
   return scene;
