@@ -67,12 +67,12 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   }
 
   // ode::SeriesSystem
-  bool seriesAreWorthwhile() const override { return false; }
+  bool seriesAreWorthwhile() const override { return MotionSeries::areWorthwhile(n_); }
   void reserveSeries(int order) override;
   void series(double t, const double* y, int order, double* c) override;
   bool hasIntegrands() const override { return works_ > 0; }
   void integrands(double t, const double* y, double* rates) override;
-  double seriesCost(int order) const override { return 1.5 * order; }
+  double seriesCost(int order) const override { return 4.5 * order; }
 
  private:
   template <class Scalar>

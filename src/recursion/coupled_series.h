@@ -16,6 +16,7 @@
 ///
 /// Source: as lanes/motion_series.h, which has the series of chains whose joints do not couple.
 
+#include <algorithm>
 #include <vector>
 
 #include "recursion/coupled.h"
@@ -29,9 +30,10 @@ class CoupledSeries {
       : links_(chain.links()), n_(links_.size()), orders_(orders), recursion_(chain) {
     const std::size_t numbers = n_ * index(orders);
     omega_.resize(numbers);
-    e_.resize(numbers + n_);
+    e_.resize(numbers + 2 * n_);
     w_.resize(numbers);
     second_.resize(n_);
+    z_.resize(n_);
     a_.resize(n_);
     left_.resize(n_);
     moments_.resize(n_);
@@ -47,6 +49,7 @@ class CoupledSeries {
              const Vec2d* F) {
     std::copy_n(e, n_, e_.begin());
     std::copy_n(omega, n_, omega_.begin());
+    for (std::size_t j = 0; j < n_; ++j) e_[n_ + j] = {-omega[j] * e[j].s, omega[j] * e[j].c};
     turn(0);
     complete(0, alpha, ground, F);
   }
@@ -57,12 +60,11 @@ class CoupledSeries {
     std::copy_n(omega, n_, row(omega_, k));
     turn(k);
     findForces(k, ground, F);
-    for (std::size_t j = 0; j < n_; ++j) {
-      left_[j] = N[j];
-      for (int i = 0; i <= k; ++i) {
-        const Rotation<double>& e = row(e_, i)[j];
-        left_[j] -= cross(Vec2d{e.c, e.s}, row(w_, k - i)[j]);
-      }
+    std::copy_n(N, n_, left_.begin());
+    for (int i = 0; i <= k; ++i) {
+      const Rotation<double>* e = row(e_, i);
+      const Vec2d* w = row(w_, k - i);
+      for (std::size_t j = 0; j < n_; ++j) left_[j] -= e[j].c * w[j].y - e[j].s * w[j].x;
     }
     recursion_.accelerations(e_.data(), atRest_.data(), left_.data(), nullptr, joints, {}, turning, alpha,
                              moments_.data());
@@ -75,32 +77,27 @@ class CoupledSeries {
     return of.data() + index(k) * n_;
   }
 
-  /// From the orders of ω up to k: order k + 1 of e, and order k of ë as if α_k were 0,
+  /// From the orders of ω up to k: order k of ë, as if α_k were 0, and the sum z,
   ///
-  ///     (k+1) e_{k+1} = i Σ_{j≤k} ω_j e_{k−j}          ë_k = (k+1) i (Σ_{j≤k} ω_j e_{k+1−j} + ω_{k+1} e_0)
+  ///     z = Σ_{j≤k} ω_j e_{k+1−j}          ë_k = i (α_k e_0 + (k+1) z)
   void turn(int k) {
-    const double next = k + 1;
-    for (std::size_t j = 0; j < n_; ++j) {
-      const auto sum = [&](int order) {
-        Vec2d z;
-        for (int i = 0; i <= k; ++i) {
-          const Rotation<double>& e = row(e_, order - i)[j];
-          z += row(omega_, i)[j] * Vec2d{e.c, e.s};
-        }
-        return perp(z);
-      };
-      const Vec2d e = 1 / next * sum(k);
-      row(e_, k + 1)[j] = {e.x, e.y};
-      const Vec2d second = next * sum(k + 1);
-      second_[j] = {second.x, second.y};
+    std::fill(z_.begin(), z_.end(), Vec2d{});
+    for (int i = 0; i <= k; ++i) {
+      const double* omega = row(omega_, i);
+      const Rotation<double>* e = row(e_, k + 1 - i);
+      for (std::size_t j = 0; j < n_; ++j) z_[j] += omega[j] * Vec2d{e[j].c, e[j].s};
     }
+    for (std::size_t j = 0; j < n_; ++j) second_[j] = {-(k + 1) * z_[j].y, (k + 1) * z_[j].x};
   }
 
-  /// Adds what α_k turns: ω_{k+1} = α_k/(k+1).
+  /// Adds what α_k turns, and finds the next order of e:  (k+2) e_{k+2} = i (z + ω_{k+1} e_0)
   void complete(int k, const double* alpha, Vec2d ground, const Vec2d* F) {
+    const double share = 1.0 / (k + 1), part = 1.0 / (k + 2);
+    Rotation<double>* next = row(e_, k + 2);
     for (std::size_t j = 0; j < n_; ++j) {
-      second_[j].c -= alpha[j] * e_[j].s;
-      second_[j].s += alpha[j] * e_[j].c;
+      const Vec2d turn{-alpha[j] * e_[j].s, alpha[j] * e_[j].c};
+      second_[j] = {second_[j].c + turn.x, second_[j].s + turn.y};
+      next[j] = {part * (share * turn.x - z_[j].y), part * (share * turn.y + z_[j].x)};
     }
     findForces(k, ground, F);
   }
@@ -129,7 +126,7 @@ class CoupledSeries {
   Coupled<double> recursion_;
   std::vector<double> omega_;
   std::vector<Rotation<double>> e_, second_;  ///< second_: ë, of one order
-  std::vector<Vec2d> w_, a_;
+  std::vector<Vec2d> w_, a_, z_;
   std::vector<double> left_, moments_, atRest_;
 };
 
