@@ -6,6 +6,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  pylint: disable=wrong-import-position
 
 # pylint: disable=wrong-import-position
+from robot import RUNS  # noqa: E402
 from results import AUTO, LEVELS, OWN, best_of_engines, by_contestant, grouped, name_of, number  # noqa: E402
 
 # Text stays text and ticks are lines of the grid, which keeps the files small.
@@ -219,6 +220,28 @@ def real_time(rows):
         logarithmic(each, "late, s", f"{rate} Hz")
         legend(each, 3)
     axes[0].set_ylabel("part of the ticks that are later")
+    return figure
+
+
+def robot(rows):
+    """Both angles of each recording: measured, and by the model with friction and without."""
+    runs = grouped(rows, "run")
+    figure, axes = panels(len(runs), 5.2)
+    styles = {"measured": dict(color="black", linewidth=3, alpha=0.35), "friction": dict(color="#2b8a3e"),
+              "without": dict(color=RED, linestyle="--", linewidth=1.1)}
+    words = {"measured": "measured", "friction": "with friction", "without": "without friction"}
+    for each, (run, group) in zip(axes, runs.items()):
+        for model, motion in grouped(group, "model").items():
+            for column in ("q1", "q2"):
+                each.plot(*zip(*columns_of(motion, "t", column)), **styles[model],
+                          label=words[model] if column == "q1" else None)
+        last = grouped(group, "model")["measured"][-1]
+        for k in (1, 2):
+            each.annotate(f"joint {k}", (number(last["t"]), number(last[f"q{k}"])), (4, -3), textcoords="offset points",
+                          fontsize=8)
+        each.set(xlabel="t, s", title=RUNS[run], xlim=(-0.02, 1.1))
+    axes[0].set_ylabel("angles, rad")
+    legend(axes[0], 3)
     return figure
 
 

@@ -20,11 +20,12 @@ sys.dont_write_bytecode = True  # the script may lie in a folder of sources
 
 import real_time  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
+import robot  # noqa: E402  pylint: disable=wrong-import-position
 
 HERE = pathlib.Path(__file__).absolute().parent
 DATA = HERE / "../../share/planar_chain"
 OWN, PEERS = HERE / "report_measure", HERE / "report_peers"
-STUDIES = ["race", "consistency", "stability", "scaling", "effects", "long", "real_time"]
+STUDIES = ["race", "consistency", "stability", "scaling", "effects", "long", "real_time", "robot"]
 
 
 class Failed(Exception):
@@ -62,6 +63,8 @@ def measure(study, part, is_quick):
     """A table with a header."""
     if study == "real_time":
         return real_time.measure(*part, is_quick)
+    if study == "robot":
+        return robot.measure(HERE / "simulate", DATA / "robot")
     quick = ["--quick"] if is_quick else []
     if study == "stability":
         return output_of(HERE / "stability", *quick)

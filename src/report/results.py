@@ -156,3 +156,13 @@ def why_slower(fastest, ratio, evaluations):
     if often:
         return "another method that needs fewer evaluations for this accuracy"
     return "about as many evaluations and less beside them: no trials, no guard against a change of stiffness"
+
+
+# ---- The real robot --------------------------------------------------------------------------------
+
+def misses(rows):
+    """(recording, model, root mean square of each angle's error, rad)."""
+    runs = {run: grouped(group, "model") for run, group in grouped(rows, "run").items()}
+    return [(run, model, *(math.sqrt(np.mean([(number(a[q]) - number(b[q])) ** 2 for a, b in zip(motion, models["measured"])]))
+                           for q in ("q1", "q2")))
+            for run, models in runs.items() for model, motion in models.items() if model != "measured"]
