@@ -1,0 +1,145 @@
+#!/usr/bin/python3
+"""The measured figures of README.md. Without options: names those that do not match their table, page/readme.json.
+
+Exit status: 0 all match; 1 some do not, or a measurement failed.
+"""
+import argparse
+import csv
+import difflib
+import itertools
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+sys.dont_write_bytecode = True
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+README, TABLE = ROOT / "README.md", HERE / "page/readme.json"
+WORDS = ("no one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen "
+         "eighteen nineteen twenty").split()
+
+
+def output_of(*command):
+    return subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, check=True, cwd=ROOT,
+                          universal_newlines=True).stdout
+
+
+# ---- Measure -------------------------------------------------------------------------------------
+
+def speed():
+    """ns a link of one evaluation on crooked chains: {engine: {links: time}}, and by what it was measured."""
+    sys.path.insert(0, str(HERE / "benchmark"))
+    import tables  # pylint: disable=import-outside-toplevel
+    group = "evaluation/crooked"
+    output_of(HERE / "benchmark/run", "--peers", f"--benchmark_filter={group}")
+    results = tables.Results(ROOT / "build/benchmark/result.json", 0.1)
+    times = {kind: {n: results.per_link(f"{group}/{kind}", n) for n in results.sizes(group)}
+             for kind in results.kinds(group)}
+    return {"times": times, "cpu": tables.processor(), "commit": results.context[tables.OURS]}
+
+
+def roundings(build):
+    """The largest error of an angle by dopri5 on the scenes of trajectory_test, in roundings."""
+    with tempfile.TemporaryDirectory() as folder:
+        output_of(build / "test/trajectory_test", "--gtest_filter=*WhatDoubleAllows*", f"--gtest_output=xml:{folder}/a.xml")
+        text = pathlib.Path(folder, "a.xml").read_text(encoding="utf-8")
+    errors = re.findall(r'"dopri5_angle_error_in_roundings" value="([0-9.]+)"', text)
+    return {"roundings": max(map(float, errors)), "trajectories": len(errors)}
+
+
+def apart(build, scene, duration, reference=None, *settings):
+    """The largest difference of an absolute angle at the end from that of a file, or from another method's."""
+    def end(path):
+        with open(path, encoding="utf-8", newline="") as file:
+            rows = list(csv.reader(file))
+        if rows[0] == ["component", "value"]:
+            return [float(value) for name, value in rows[1:] if name.startswith("theta_")]
+        last = zip(rows[0], rows[-1])
+        return list(itertools.accumulate(float(value) for name, value in last if name.startswith("q_")))
+
+    with tempfile.TemporaryDirectory() as folder:
+        runs = [(f"{folder}/a.csv", ())] + ([] if reference else [(f"{folder}/b.csv", settings)])
+        for path, options in runs:
+            output_of(build / "devel/lib/planar_chain/simulate", f"config/scenes/{scene}.yaml", "--duration", duration,
+                      "--rate", 1 / float(duration), "--csv", path, *options)
+        ours, theirs = end(runs[0][0]), end(reference or runs[1][0])
+    return {"error": max(abs(a - b) for a, b in zip(ours, theirs)), "reach": max(map(abs, theirs))}
+
+
+def measure(build):
+    about = json.loads(output_of(build / "devel/lib/planar_chain/report_measure", "--study", "about"))
+    facts = {"exact": {"commit": about["commit"], "compiler": about["compiler"], **roundings(build),
+                       "beam": apart(build, "beam", 5, ROOT / "test/reference/beam.csv"),
+                       "cable": apart(build, "cable", 10, None, "--method", "radau13", "--tolerance", "1e-6")},
+             "speed": {"compiler": about["compiler"], **speed()}}
+    TABLE.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
+
+
+# ---- Write ---------------------------------------------------------------------------------------
+
+def number(value, form="{:.2g}"):
+    """Two digits, or three from 100 on; a dash for what was not measured."""
+    if value is None:
+        return "–"
+    return f"{float(f'{value:.3g}'):,.0f}" if value >= 100 else form.format(value)
+
+
+def table(heads, rows):
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in [heads, *rows])
+
+
+def written(text, facts, race):
+    """README's text with these figures."""
+    speed_, exact = facts["speed"], facts["exact"]
+    times = {engine: {int(n): time for n, time in group.items()} for engine, group in speed_["times"].items()}
+    rows = []
+    for n in (2, 10, 100, 1000, 10000):
+        closed = times["closed form"].get(n)
+        by_hand = f"{number(closed)} (closed form)" if closed else number(times["dense"].get(n))
+        rows.append([f"{n:,}" if n >= 10000 else str(n), number(times["planar_chain"][n]), by_hand,
+                     number(times["Bullet"].get(n)), number(times["MuJoCo"].get(n))])
+    scenes = {row["scene"] for row in race}
+    others = {row["engine"] for row in race} - {"planar_chain", "by hand"}
+    for pattern, figures in (
+            (r"(?<=on one core of ).*", f"{speed_['cpu']}; {speed_['compiler']}, commit {speed_['commit']}."),
+            (r"(?<=\n\|--:\|--:\|--:\|--:\|--:\|\n)(\|.*\n)+", table(rows[0], rows[1:]) + "\n"),
+            (r"(?<=\n\|---\|---\|---\|--:\|\n)(\|.*\n)+", table(
+                [f"{exact['trajectories']} scenes of 1 to 100 links", "`dopri5`, 1e-12", "quadruple precision",
+                 f"{exact['roundings']:.2g} roundings"],
+                [["`beam`: 40 stiff links, 5 s", "`auto`, 1e-8", "the published solution",
+                  f"{exact['beam']['error']:.2g} rad"],
+                 ["`cable`: 10,000 stiff links, 10 s", "`rodas5p`, 0.15", "`radau13`, 1e-6",
+                  f"{exact['cable']['error']:.2g} rad; angles reach {exact['cable']['reach']:.2g} rad"]]) + "\n"),
+            (r"(?<=rounded to double\. Commit )\w+(-dirty)?", exact["commit"]),
+            (r"(?<=run time on )\w+(?= scenes)", WORDS[len(scenes)]),
+            (r"(?<=for every method and )\w+(?=\s+other)", WORDS[len(others)])):
+        text, count = re.subn(pattern, lambda _: figures, text)  # pylint: disable=cell-var-from-loop
+        if count != 1:
+            sys.exit(f"readme: README.md has {count} places for {pattern}")
+    return text
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="readme", description=__doc__, allow_abbrev=False)
+    parser.add_argument("--measure", metavar="BUILD", type=pathlib.Path,
+                        help="measures anew, with the programs in this folder of a build; then --write")
+    parser.add_argument("--write", action="store_true", help="writes README.md from the table")
+    arguments = parser.parse_args()
+    if arguments.measure:
+        measure(arguments.measure.resolve())
+    with open(HERE / "page/work_precision.csv", encoding="utf-8", newline="") as file:
+        race = list(csv.DictReader(file))
+    text = README.read_text(encoding="utf-8")
+    expected = written(text, json.loads(TABLE.read_text(encoding="utf-8")), race)
+    if arguments.measure or arguments.write:
+        README.write_text(expected, encoding="utf-8")
+        return 0
+    sys.stdout.writelines(difflib.unified_diff(text.splitlines(True), expected.splitlines(True), "README.md", TABLE.name))
+    return int(text != expected)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
