@@ -92,7 +92,7 @@ BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun&
     Workers workers(all);
     for (std::size_t k = 0; k < std::min<std::size_t>(cores, runs); ++k) workers.start();
     while (!workers.areDoneWithin(std::chrono::milliseconds(100))) {
-      if (options.keepGoing && !options.keepGoing(all.ended)) all.cancelled = true;
+      if (options.keepGoing && !all.cancelled && !options.keepGoing(all.ended)) all.cancelled = true;
     }
   }
   return std::move(all.result);
