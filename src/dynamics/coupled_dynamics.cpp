@@ -17,21 +17,26 @@ std::unique_ptr<Dynamics> makeDynamics(const Scene& scene, std::unique_ptr<Effec
   return std::make_unique<Dynamics>(scene, std::move(more));
 }
 
+CoupledDynamics::Evaluation::Evaluation(int n) {
+  couplings.joints.resize(index(n));
+  couplings.held.resize(index(n));
+  y.resize(2 * index(n));
+  e.resize(index(n));
+  for (auto* numbers : {&omega, &N, &alpha, &moments, &slopes}) numbers->resize(index(n));
+  for (auto* vectors : {&F, &pinVelocity}) vectors->resize(index(n));
+}
+
 CoupledDynamics::CoupledDynamics(const Scene& scene, std::unique_ptr<Effect> more)
     : Dynamics(scene, std::move(more), true),
       base_(scene.base),
       recursion_(scene.chain),
+      now_(n_),
+      aside_(n_),
+      then_(n_),
+      torques_(index(n_)),
+      rates_(index(size())),
       bodies_(scene.chain),
       solver_{CoupledLinearized<double>(bodies_)} {
-  const auto n = index(n_);
-  couplings_.joints.resize(n);
-  couplings_.held.resize(n);
-  for (auto* numbers : {&omega_, &N_, &alpha_, &moments_, &torques_, &relative_}) numbers->resize(n);
-  e_.resize(n);
-  F_.resize(n);
-  pinVelocity_.resize(n);
-  state_.resize(2 * n);
-  rates_.resize(index(size()));
   for (const auto& effect : effects_.all()) {
     if (!effect->couples()) continue;
     coupling_.push_back(effect.get());
@@ -58,49 +63,52 @@ void CoupledDynamics::followBase(const BaseLaws& laws) {
 }
 
 /// Takes what couples at t, or this order of it.
-void CoupledDynamics::collect(double t, int order) {
-  std::fill(couplings_.joints.begin(), couplings_.joints.end(), Coupling<double>{});
-  for (const Effect* effect : coupling_) effect->couple(t, order, couplings_);
+void CoupledDynamics::collect(double t, int order, Couplings& to) const {
+  std::fill(to.joints.begin(), to.joints.end(), Coupling<double>{});
+  for (const Effect* effect : coupling_) effect->couple(t, order, to);
 }
 
-Powers CoupledDynamics::run(double t, const double* y) {
+void CoupledDynamics::run(double t, const double* y, Evaluation& to) {
+  if (to.isKnown && t == to.t && std::equal(to.y.begin(), to.y.end(), y)) return;
   ++evaluations_;
-  collect(t);
-  const auto& [joints, held, x, yBase, angle] = couplings_;
-  baseNow_ = {{x.value, yBase.value}, {x.rate, yBase.rate}, angle.value, angle.rate};
-  ground_ = Vec2d{x.acceleration, yBase.acceleration} - mechanism_.chain().gravity();
+  to.isKnown = true;
+  to.t = t;
+  std::copy_n(y, 2 * n_, to.y.begin());
+  collect(t, 0, to.couplings);
+  const auto& [joints, held, x, yBase, angle] = to.couplings;
+  to.base = {{x.value, yBase.value}, {x.rate, yBase.rate}, angle.value, angle.rate};
+  to.ground = Vec2d{x.acceleration, yBase.acceleration} - mechanism_.chain().gravity();
 
   // Rotations and rates against the ground.
-  mechanism_.rotate(y, e_.data(), n_);
-  std::copy_n(y + n_, n_, omega_.begin());
+  mechanism_.rotate(y, to.e.data(), n_);
+  std::copy_n(y + n_, n_, to.omega.begin());
   if (base_) {
-    const Rotation<double> turn = plainRotation(baseNow_.angle);
-    for (Rotation<double>& e : e_) e = {turn.c * e.c - turn.s * e.s, turn.s * e.c + turn.c * e.s};
-    for (double& omega : omega_) omega += baseNow_.rate;
+    const Rotation<double> turn = plainRotation(to.base.angle);
+    for (Rotation<double>& e : to.e) e = {turn.c * e.c - turn.s * e.s, turn.s * e.c + turn.c * e.s};
+    for (double& omega : to.omega) omega += to.base.rate;
   }
 
   // Moments and forces of the effects.
-  std::fill(N_.begin(), N_.end(), 0.0);
-  at_ = {t, y, y + n_, e_.data(), pinVelocity_.data(), baseNow_.rate};
+  std::fill(to.N.begin(), to.N.end(), 0.0);
   const bool hasForces = effects_.acting() == LoadKind::forces;
   if (hasForces) {
-    std::fill(F_.begin(), F_.end(), Vec2d{});
-    mechanism_.findPinVelocities(e_.data(), omega_.data(), effects_.reach(), pinVelocity_.data());
-    for (int j = 0; j < effects_.reach(); ++j) pinVelocity_[index(j)] += baseNow_.velocity;
+    std::fill(to.F.begin(), to.F.end(), Vec2d{});
+    mechanism_.findPinVelocities(to.e.data(), to.omega.data(), effects_.reach(), to.pinVelocity.data());
+    for (int j = 0; j < effects_.reach(); ++j) to.pinVelocity[index(j)] += to.base.velocity;
   }
-  Powers powers;
-  for (Effect* effect : effects_.active()) powers += effect->apply(at_, {N_.data(), F_.data()});
+  to.powers = {};
+  for (Effect* effect : effects_.active()) to.powers += effect->apply(to.state(), {to.N.data(), to.F.data()});
 
-  pinForce_ =
-      recursion_.accelerations(e_.data(), omega_.data(), N_.data(), hasForces ? F_.data() : nullptr,
-                               joints.data(), ground_, angle.acceleration, alpha_.data(), moments_.data());
-  return powers;
+  to.pinForce = recursion_.accelerations(to.e.data(), to.omega.data(), to.N.data(),
+                                         hasForces ? to.F.data() : nullptr, joints.data(), to.ground,
+                                         angle.acceleration, to.alpha.data(), to.moments.data());
+  for (std::size_t i = 0; i < to.slopes.size(); ++i) to.slopes[i] = to.alpha[i] - angle.acceleration;
 }
 
 /// The torque of the effects in joint i, N m.
 double CoupledDynamics::torqueIn(int i) {
   std::fill(torques_.begin(), torques_.end(), 0.0);
-  for (Effect* effect : effects_.active()) effect->addTorques(at_, torques_.data());
+  for (Effect* effect : effects_.active()) effect->addTorques(now_.state(), torques_.data());
   return torques_[index(i)];
 }
 
@@ -108,20 +116,24 @@ double CoupledDynamics::torqueIn(int i) {
 double CoupledDynamics::couplingPower() {
   double power = 0;
   for (int i = 0; i < n_; ++i) {
-    const Coupling<double>& joint = couplings_.joints[index(i)];
+    const Coupling<double>& joint = now_.couplings.joints[index(i)];
     if (!joint.isHeld) continue;
-    power += (moments_[index(i)] + joint.rotor * joint.acceleration) * couplings_.held[index(i)].rate;
+    power += (now_.moments[index(i)] + joint.rotor * joint.acceleration) * now_.couplings.held[index(i)].rate;
   }
   if (!base_) return power;
-  if (baseNow_.rate != 0) power += (moments_[0] + torqueIn(0)) * baseNow_.rate;
-  return power + dot(pinForce_, baseNow_.velocity);
+  if (now_.base.rate != 0) power += (now_.moments[0] + torqueIn(0)) * now_.base.rate;
+  return power + dot(now_.pinForce, now_.base.velocity);
 }
 
 JointAnswer CoupledDynamics::answer(double t, const double* y) {
   run(t, y);
-  toRelative(alpha_.data(), n_, relative_.data());
-  relative_[0] -= couplings_.angle.acceleration;
-  return {moments_.data(), relative_.data()};
+  return {now_.moments.data(), now_.slopes.data()};
+}
+
+JointAnswer CoupledDynamics::answerAside(double t, const double* y) {
+  aside_.isKnown = false;
+  run(t, y, aside_);
+  return {aside_.moments.data(), aside_.slopes.data()};
 }
 
 // ---- ode::System -----------------------------------------------------------------------------------
@@ -132,26 +144,41 @@ void CoupledDynamics::derivative(double t, const double* y, double* dydt) {
 }
 
 void CoupledDynamics::rates(double t, const double* y, double* out) {
-  const Powers powers = run(t, y);
-  for (int i = 0; i < n_; ++i) out[i] = alpha_[index(i)] - couplings_.angle.acceleration;
+  run(t, y);
+  std::copy_n(now_.slopes.begin(), n_, out);
   if (works_ == 0) return;
-  out[n_] = powers.supplied + couplingPower();
-  out[n_ + 1] = powers.dissipated;
+  out[n_] = now_.powers.supplied + couplingPower();
+  out[n_ + 1] = now_.powers.dissipated;
 }
 
 // ---- Switches and held joints ------------------------------------------------------------------------
+
+void CoupledDynamics::enter(double t) {
+  Dynamics::enter(t);
+  forget();
+}
+
+void CoupledDynamics::enterState(double t, const double* y) {
+  forget();
+  Dynamics::enterState(t, y);
+}
+
+void CoupledDynamics::change(double t, const double* y) {
+  forget();
+  Dynamics::change(t, y);
+}
 
 void CoupledDynamics::reconsider(double t, const double* y) {
   if (effects_.haveSwitches()) change(t, y);
 }
 
 bool CoupledDynamics::hold(double t, double* y) {
-  collect(t);
+  collect(t, 0, aside_.couplings);
   bool any = false;
   for (int i = 0; i < n_; ++i) {
-    if (!couplings_.joints[index(i)].isHeld) continue;
+    if (!aside_.couplings.joints[index(i)].isHeld) continue;
     any = true;
-    const GivenMotion& motion = couplings_.held[index(i)];
+    const GivenMotion& motion = aside_.couplings.held[index(i)];
     y[i] = (i > 0 ? y[i - 1] : 0) + motion.value;
     y[n_ + i] = (i > 0 ? y[n_ + i - 1] : 0) + motion.rate;
   }
@@ -159,11 +186,11 @@ bool CoupledDynamics::hold(double t, double* y) {
 }
 
 void CoupledDynamics::hold(double t, double* q, double* qd) {
-  collect(t);
+  collect(t, 0, aside_.couplings);
   for (int i = 0; i < n_; ++i) {
-    if (!couplings_.joints[index(i)].isHeld) continue;
-    q[i] = couplings_.held[index(i)].value;
-    qd[i] = couplings_.held[index(i)].rate;
+    if (!aside_.couplings.joints[index(i)].isHeld) continue;
+    q[i] = aside_.couplings.held[index(i)].value;
+    qd[i] = aside_.couplings.held[index(i)].rate;
   }
 }
 
@@ -171,10 +198,7 @@ void CoupledDynamics::hold(double t, double* q, double* qd) {
 
 void CoupledDynamics::reserve(int complexCount) {
   const auto n = index(n_);
-  for (auto* numbers : {&alphaThen_, &tangentK_, &tangentD_, &XF_}) numbers->resize(n);
-  eThen_.resize(n);
-  omegaThen_.resize(n);
-  FThen_.resize(n);
+  for (auto* numbers : {&tangentK_, &tangentD_, &XF_}) numbers->resize(n);
   pinVelocityAlong_.resize(n);
   part_.resize(2 * n);
   while (complexSolvers_.size() < index(complexCount)) {
@@ -184,15 +208,7 @@ void CoupledDynamics::reserve(int complexCount) {
 
 void CoupledDynamics::linearize(double t, const double* y, double* dydt) {
   derivative(t, y, dydt);
-  // Keep the state, which later calls need.
-  std::copy_n(y, 2 * n_, state_.begin());
-  eThen_ = e_;
-  omegaThen_ = omega_;
-  alphaThen_ = alpha_;
-  FThen_ = F_;
-  heldThen_ = couplings_;
-  baseThen_ = baseNow_;
-  then_ = {t, state_.data(), state_.data() + n_, eThen_.data(), pinVelocityAlong_.data(), baseNow_.rate};
+  then_ = now_;  // later calls need it
 
   // What the effects add to J.
   sumStiffness();
@@ -201,17 +217,17 @@ void CoupledDynamics::linearize(double t, const double* y, double* dydt) {
   const bool hasForces = effects_.acting() == LoadKind::forces;
   std::fill(XF_.begin(), XF_.end(), 0.0);
   for (Effect* effect : effects_.active()) {
-    effect->addTangents(then_, tangentK_.data(), tangentD_.data());
-    if (hasForces) effect->addForceStiffness(then_, XF_.data());
+    effect->addTangents(then_.state(), tangentK_.data(), tangentD_.data());
+    if (hasForces) effect->addForceStiffness(then_.state(), XF_.data());
   }
   bodies_.take(linearized());
 }
 
 CoupledState CoupledDynamics::linearized() const {
   const bool hasForces = effects_.acting() == LoadKind::forces;
-  return {eThen_.data(), omegaThen_.data(), alphaThen_.data(), hasForces ? FThen_.data() : nullptr,
-          XF_.data(),    tangentK_.data(),  tangentD_.data(),  heldThen_.joints.data(),
-          ground_};
+  return {then_.e.data(), then_.omega.data(), then_.alpha.data(), hasForces ? then_.F.data() : nullptr,
+          XF_.data(),     tangentK_.data(),   tangentD_.data(),   then_.couplings.joints.data(),
+          then_.ground};
 }
 
 bool CoupledDynamics::timeDerivative(double* ft) {
@@ -222,7 +238,7 @@ bool CoupledDynamics::timeDerivative(double* ft) {
   std::fill_n(ft, size(), 0.0);
   for (const auto& [steps, weight] :
        {std::pair{-2, 1.0 / 12}, std::pair{-1, -8.0 / 12}, std::pair{1, 8.0 / 12}, std::pair{2, -1.0 / 12}}) {
-    rates(then_.t + steps * h, state_.data(), rates_.data());
+    rates(then_.t + steps * h, then_.y.data(), rates_.data());
     for (int i = 0; i < n_ + works_; ++i) ft[n_ + i] += weight / h * rates_[index(i)];
   }
   return true;
@@ -235,13 +251,13 @@ void CoupledDynamics::solveWith(Solver<Scalar>& solver, const Scalar* rhs, Scala
   // The powers of drives and base, then of the effects.
   Scalar supplied{}, dissipated{};
   for (int i = 0; i < n_; ++i) {
-    if (!heldThen_.joints[index(i)].isHeld) continue;
-    supplied += heldThen_.held[index(i)].rate * solver.of.moments()[index(i)];
+    if (!then_.couplings.joints[index(i)].isHeld) continue;
+    supplied += then_.couplings.held[index(i)].rate * solver.of.moments()[index(i)];
   }
   if (base_) {
     const Vec2<Scalar> change = solver.of.pinForce();
-    supplied += baseThen_.rate * solver.of.moments()[0] + baseThen_.velocity.x * change.x +
-                baseThen_.velocity.y * change.y;
+    supplied += then_.base.rate * solver.of.moments()[0] + then_.base.velocity.x * change.x +
+                then_.base.velocity.y * change.y;
   }
   if constexpr (std::is_same_v<Scalar, double>) {
     const Powers change = powersAlong(x);
@@ -267,12 +283,13 @@ Powers CoupledDynamics::powersAlong(const double* x) {
   Vec2d change;
   for (int j = 0; j < effects_.reach(); ++j) {
     pinVelocityAlong_[index(j)] = change;
-    const Vec2d P = eThen_[index(j)] * mechanism_.chain().links()[index(j)].pin;
-    change += x[n_ + j] * perp(P) - (omegaThen_[index(j)] * x[j]) * P;
+    const Vec2d P = then_.e[index(j)] * mechanism_.chain().links()[index(j)].pin;
+    change += x[n_ + j] * perp(P) - (then_.omega[index(j)] * x[j]) * P;
   }
   for (Effect* effect : effects_.active()) {
-    powers += effect->worksInLanes() ? effect->powersAlongInLanes(then_.omega, x + n_)
-                                     : effect->powersAlong(then_, {x, x + n_, pinVelocityAlong_.data()});
+    powers += effect->worksInLanes()
+                  ? effect->powersAlongInLanes(then_.omega.data(), x + n_)
+                  : effect->powersAlong(then_.state(), {x, x + n_, pinVelocityAlong_.data()});
   }
   return powers;
 }
@@ -288,32 +305,32 @@ void CoupledDynamics::reserveSeries(int order) {
 void CoupledDynamics::series(double t, const double* y, int order, double* c) {
   sumStiffness();
   run(t, y);
+  aside_ = now_;  // the orders, one after the other
   std::copy_n(y, 2 * n_, c);
-  const bool hasForces = effects_.acting() == LoadKind::forces;
-  const Vec2d* F = hasForces ? F_.data() : nullptr;
-  series_->begin(e_.data(), omega_.data(), alpha_.data(), ground_, F);
+  const Vec2d* F = effects_.acting() == LoadKind::forces ? aside_.F.data() : nullptr;
+  series_->begin(now_.e.data(), now_.omega.data(), now_.alpha.data(), now_.ground, F);
   const Series known{t, n_, c, series_->rotations(), n_};
+  const auto& [joints, held, x, yBase, angle] = aside_.couplings;
   for (int k = 0; k < order; ++k) {
     double *row = c + std::ptrdiff_t{2} * n_ * k, *next = row + std::ptrdiff_t{2} * n_;
     if (k > 0) {
-      collect(t, k);
-      const auto& [joints, held, x, yBase, angle] = couplings_;
-      for (int i = 0; i < n_; ++i) omega_[index(i)] = row[n_ + i] + angle.rate;
-      findOrder(k, known, {N_.data(), F_.data()});
-      series_->find(k, omega_.data(), N_.data(), F, joints.data(), {x.acceleration, yBase.acceleration},
-                    angle.acceleration, alpha_.data());
+      collect(t, k, aside_.couplings);
+      for (int i = 0; i < n_; ++i) aside_.omega[index(i)] = row[n_ + i] + angle.rate;
+      findOrder(k, known, {aside_.N.data(), aside_.F.data()});
+      series_->find(k, aside_.omega.data(), aside_.N.data(), F, joints.data(),
+                    {x.acceleration, yBase.acceleration}, angle.acceleration, aside_.alpha.data());
     }
     for (int i = 0; i < n_; ++i) {
       next[i] = row[n_ + i] / (k + 1);
-      next[n_ + i] = (alpha_[index(i)] - couplings_.angle.acceleration) / (k + 1);
+      next[n_ + i] = (aside_.alpha[index(i)] - angle.acceleration) / (k + 1);
     }
   }
 }
 
 void CoupledDynamics::integrands(double t, const double* y, double* rates) {
-  const Powers powers = run(t, y);
-  rates[0] = powers.supplied + couplingPower();
-  rates[1] = powers.dissipated;
+  run(t, y);
+  rates[0] = now_.powers.supplied + couplingPower();
+  rates[1] = now_.powers.dissipated;
 }
 
 // ---- What others read ------------------------------------------------------------------------------
@@ -334,27 +351,28 @@ void CoupledDynamics::accelerations(double t, const double* y, double* alpha) {
 
 void CoupledDynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   run(t, y);
-  const Vec2d acceleration = ground_ + mechanism_.chain().gravity();
-  moveLinks({baseNow_.pin, baseNow_.velocity, acceleration, baseNow_.angle, y, e_.data(), omega_.data(),
-             alpha_.data(), effects_.acting() == LoadKind::forces ? F_.data() : nullptr},
-            motions);
+  const Vec2d acceleration = now_.ground + mechanism_.chain().gravity();
+  moveLinks(
+      {now_.base.pin, now_.base.velocity, acceleration, now_.base.angle, y, now_.e.data(), now_.omega.data(),
+       now_.alpha.data(), effects_.acting() == LoadKind::forces ? now_.F.data() : nullptr},
+      motions);
 }
 
 void CoupledDynamics::couplingTorques(double t, const double* y, double* tau) {
-  answer(t, y);
+  run(t, y);
   std::fill_n(tau, n_, 0.0);
-  for (Effect* effect : coupling_) effect->addTorques(at_, tau);
+  for (Effect* effect : coupling_) effect->addTorques(now_.state(), tau);
   // Rotors are inertia, not torque.
   for (int i = 0; i < n_; ++i) {
-    const Coupling<double>& joint = couplings_.joints[index(i)];
-    if (joint.isHeld) tau[i] += moments_[index(i)] + joint.rotor * relative_[index(i)];
+    const Coupling<double>& joint = now_.couplings.joints[index(i)];
+    if (joint.isHeld) tau[i] += now_.moments[index(i)] + joint.rotor * relative(now_.slopes.data(), i);
   }
 }
 
 void CoupledDynamics::jointTorques(double t, const double* y, double* tau) {
   couplingTorques(t, y, tau);
   for (Effect* effect : effects_.active()) {
-    if (!effect->couples()) effect->addTorques(at_, tau);
+    if (!effect->couples()) effect->addTorques(now_.state(), tau);
   }
 }
 
@@ -362,20 +380,21 @@ void CoupledDynamics::inverse(double t, const double* y, const double* qdd, doub
   run(t, y);
   // Without the friction that was found: it follows the motion that is asked for.
   std::fill(torques_.begin(), torques_.end(), 0.0);
-  for (Effect* effect : coupling_) effect->addTorques(at_, torques_.data());
+  for (Effect* effect : coupling_) effect->addTorques(now_.state(), torques_.data());
   std::vector<Coupling<double>> joints(index(n_));
   for (int i = 0; i < n_; ++i) {
-    addJointTorque(-torques_[index(i)], i, N_.data());
+    addJointTorque(-torques_[index(i)], i, now_.N.data());
     joints[index(i)] = {0, true, qdd[i]};
   }
-  const Vec2d* F = effects_.acting() == LoadKind::forces ? F_.data() : nullptr;
-  recursion_.accelerations(e_.data(), omega_.data(), N_.data(), F, joints.data(), ground_,
-                           couplings_.angle.acceleration, alpha_.data(), tau);
+  const Vec2d* F = effects_.acting() == LoadKind::forces ? now_.F.data() : nullptr;
+  recursion_.accelerations(now_.e.data(), now_.omega.data(), now_.N.data(), F, joints.data(), now_.ground,
+                           now_.couplings.angle.acceleration, now_.alpha.data(), tau);
   for (int i = 0; i < n_; ++i) {
     const double rate = relative(y + n_, i), way = rate != 0 ? rate : qdd[i];
     const double friction = mechanism_.chain().joints()[index(i)].other("friction");
     tau[i] += rotors_[index(i)] * qdd[i] + friction * ((way > 0) - (way < 0));
   }
+  forget();
 }
 
 }  // namespace planar_chain

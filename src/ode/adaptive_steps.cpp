@@ -54,9 +54,9 @@ class AdaptiveSteps : public Integrator {
   }
   bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
   void restartAfter(Change change) override {
-    resume(0);
+    resume(change == Change::bend ? h_ : 0);
     jumps_ = 0;
-    if (change != Change::jump) stiffness_->forget();
+    if (change > Change::jump) stiffness_->forget();
   }
   StepCount count() const override { return count_; }
 

@@ -71,11 +71,11 @@ class Integrator {
   /// Returns false, and changes nothing, if the result is not finite. Allocates nothing.
   virtual bool stepTo(State& state, double t) = 0;
   /// Call one of these when f has jumped; when its stiffness may have changed, too; when the state was set,
-  /// or f was replaced.
+  /// or f was replaced. A bend is a jump after which the step size still suits.
   void restart() { restartAfter(Change::jump); }
   void passSwitch() { restartAfter(Change::stiffness); }
   void begin() { restartAfter(Change::all); }
-  enum class Change { jump, stiffness, all };
+  enum class Change { bend, jump, stiffness, all };
   virtual void restartAfter(Change change) = 0;
   virtual StepCount count() const = 0;
 };
