@@ -87,7 +87,7 @@ class Machines(Watching):
             # It stays there. Before it has been shown, a step shows it as the tick before.
             self.ask('settle')
             step = service('step', Step)
-            for state in step([], 100).states:
+            for state in step(n=100).states:
                 self.assertAlmostEqual(state.position[0], -math.pi / 2, delta=1e-12)
             self.ask('resume')
             self.states.wait_for_count(len(self.states.messages) + 20)
@@ -99,9 +99,9 @@ class Machines(Watching):
             self.states.wait_for_count(20)
             self.ask('pause')
             step = service('step', Step)
-            before = step([], 1).states[0]
+            before = step(n=1).states[0]
             self.assertGreater(len(self.ask('settle', success=False)), 20)
-            after = step([], 1).states[0]
+            after = step(n=1).states[0]
             self.assertAlmostEqual(after.velocity[0] - before.velocity[0], 0.005 / ROD_INERTIA, delta=1e-12)
             self.assertGreater(after.position[0], before.position[0])
 
@@ -179,7 +179,7 @@ class Machines(Watching):
         self.ask('reset')
         step = service('step', Step)
         out = publisher('/planar_chain/joint_trajectory', JointTrajectory)
-        return out, lambda n: step([], n).states
+        return out, lambda n: step(n=n).states
 
     def send(self, out, message):
         out.publish(message)

@@ -59,6 +59,10 @@ class MotionLaw {
   /// now ≤ start < the times of the points, which increase strictly; at least one.
   MotionLaw then(double now, double start, const std::vector<MotionPoint>& points) const;
 
+  /// The cubic from this law's value and rate at `now` to those at `end` > now. At `end` it still holds, so
+  /// that its acceleration can be read there. The rate stays from then on.
+  MotionLaw to(double now, double end, double value, double rate) const;
+
   /// The number of the piece that holds in [t, until(piece)).
   int pieceAt(double t) const;
   double until(int piece) const;

@@ -117,6 +117,11 @@ MotionLaw MotionLaw::then(double now, double start, const std::vector<MotionPoin
   return law;
 }
 
+MotionLaw MotionLaw::to(double now, double end, double value, double rate) const {
+  const double after = std::nextafter(end, std::numeric_limits<double>::infinity());
+  return MotionLaw({cubic(now, end - now, at(now), {value, rate, 0}), {after, {value, rate}}});
+}
+
 int MotionLaw::pieceAt(double t) const {
   const auto startsLater = [](double time, const Piece& piece) { return time < piece.start; };
   const auto after = std::upper_bound(pieces_.begin() + 1, pieces_.end(), t, startsLater);

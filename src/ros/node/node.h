@@ -3,11 +3,11 @@
 /// The node: a simulation that follows a clock, its publishers, its commands and its services.
 
 #include <diagnostic_updater/diagnostic_updater.h>
+#include <planar_chain/Step.h>
 #include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <ros/service_server.h>
-#include <sensor_msgs/JointState.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 
 #include <boost/circular_buffer.hpp>
@@ -62,10 +62,9 @@ class Node {
   /// Sets the equilibrium downhill of the present angles, at rest, as a tick of its own.
   Answer settle();
   Answer setState(const std::vector<double>& q, const std::vector<double>& qd);
-  /// Pauses, holds `torques` unless empty, and makes `ticks` ticks. Appends the state after each to `states`.
+  /// Pauses, holds torques and moves the base where given, and makes n ticks. Appends the state after each.
   /// If the integration fails, the ticks before the failure remain.
-  Answer step(const std::vector<double>& torques, std::uint32_t ticks,
-              std::vector<sensor_msgs::JointState>& states);
+  Answer step(const StepRequest& request, StepResponse& response);
 
  private:
   void load(const Scene& scene);
