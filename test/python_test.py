@@ -8,6 +8,7 @@ import csv
 import json
 import os
 import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -216,6 +217,15 @@ class Threads(unittest.TestCase):
             self.simulation.advance_to(1e6)
         thread.join()
         self.assertEqual(refused, ["another thread advances this simulation"] * 3)
+
+
+class Page(unittest.TestCase):
+    def test_its_examples_run_one_after_the_other(self):
+        with open(os.path.join(ROOT, "src/python/README.md"), encoding="utf-8") as file:
+            blocks = re.findall(r"^```python\n(.*?)^```$", file.read(), re.MULTILINE | re.DOTALL)
+        run = subprocess.run([sys.executable, "-c", "".join(blocks)], cwd=ROOT, stdout=subprocess.PIPE,
+                             universal_newlines=True, check=True)
+        self.assertIn("robot_description: expected", run.stdout)
 
 
 class Package(unittest.TestCase):
