@@ -25,6 +25,7 @@ BELOW = {
     "ros/node": ["ros/view"],
     "ros/pull": ["ros/node"],
     "ros/bag": ["ros/node"],
+    "python": ["run"],
     "tools": ["ros/bag"],
     "report": ["tools"],
     "report/benchmark": ["report"],
