@@ -288,7 +288,7 @@ Powers CoupledDynamics::powersAlong(const double* x) {
   }
   for (Effect* effect : effects_.active()) {
     powers += effect->worksInLanes()
-                  ? effect->powersAlongInLanes(then_.omega.data(), x + n_)
+                  ? effect->powersAlongInLanes(then_.y.data() + n_, x + n_)
                   : effect->powersAlong(then_.state(), {x, x + n_, pinVelocityAlong_.data()});
   }
   return powers;
