@@ -48,21 +48,21 @@ TEST(EnergyGuard, SeesWhatTheToleranceDoesNotExplain) {
     guard.begin(state, state.y.data());
     state.t = 0.1;
     state.y << 0.1 * std::cos(1), -std::sin(1);
-    EXPECT_TRUE(guard.accept(state, state.y.data()));
+    EXPECT_TRUE(guard.accept(state, state.y.data(), 1));
     state.y[1] *= 1 + 2 * tolerance;
-    EXPECT_TRUE(guard.accept(state, state.y.data())) << "an error that the tolerance allows";
+    EXPECT_TRUE(guard.accept(state, state.y.data(), 1)) << "an error that the tolerance allows";
     const ode::State good = guard.lastGood();
     state.y[1] *= 1 + 2e4 * tolerance;
-    EXPECT_FALSE(guard.accept(state, state.y.data()));
+    EXPECT_FALSE(guard.accept(state, state.y.data(), 1));
     const double excess = J / 2 * (state.y[1] * state.y[1] - good.y[1] * good.y[1]);
     EXPECT_NEAR(guard.gap(), excess, 2e-4 * excess) << "and what was let pass just before";
     EXPECT_EQ(guard.lastGood().y, good.y) << "the last good state stays";
     state.y = good.y;
     state.y[0] += 3 * tolerance;
-    EXPECT_TRUE(guard.accept(state, state.y.data()))
+    EXPECT_TRUE(guard.accept(state, state.y.data(), 1))
         << "an angle that little off moves no more energy than this";
     state.y[1] = std::nan("");
-    EXPECT_FALSE(guard.accept(state, state.y.data()));
+    EXPECT_FALSE(guard.accept(state, state.y.data(), 1));
   }
 }
 
@@ -77,7 +77,7 @@ TEST(EnergyGuard, SeesWhatAlmostLeavesTheNumbers) {
     guard.begin(state, state.y.data());
     state.t = 0.001;
     state.y << 1e78, rate;
-    EXPECT_FALSE(guard.accept(state, state.y.data())) << rate;
+    EXPECT_FALSE(guard.accept(state, state.y.data(), 1)) << rate;
     EXPECT_EQ(guard.lastGood().y[1], 0);
   }
 }
@@ -93,11 +93,11 @@ TEST(EnergyGuard, AddsUpTheGapsOfASecond) {
   const auto grow = [&] {
     state.t += 0.01;
     state.y[1] *= std::sqrt(1.05);
-    return guard.accept(state, state.y.data());
+    return guard.accept(state, state.y.data(), 1);
   };
   EXPECT_TRUE(grow());
   state.t += 2;
-  EXPECT_TRUE(guard.accept(state, state.y.data()));
+  EXPECT_TRUE(guard.accept(state, state.y.data(), 1));
   EXPECT_TRUE(grow());
   EXPECT_TRUE(grow());
   EXPECT_TRUE(grow());
@@ -113,9 +113,9 @@ TEST(EnergyGuard, IsNoBlinderThanRounding) {
   state.y << 0, 1;
   guard.begin(state, state.y.data());
   state.y[1] = 1 + 1e-15;
-  EXPECT_TRUE(guard.accept(state, state.y.data()));
+  EXPECT_TRUE(guard.accept(state, state.y.data(), 1));
   state.y[1] = 1 + 5e-12;
-  EXPECT_FALSE(guard.accept(state, state.y.data()));
+  EXPECT_FALSE(guard.accept(state, state.y.data(), 1));
 }
 
 TEST(EnergyGuard, RescuesAMethodOutsideItsRegionOfStability) {

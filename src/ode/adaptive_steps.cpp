@@ -167,9 +167,15 @@ class AdaptiveSteps : public Integrator {
   /// The largest ratio of a component's error to its Allowance for a step of h. NaN if one is not finite.
   double errorNorm(const Vector& y, double h) const {
     const Allowance allowance(tolerance_, *stiffness_, h);
-    return vectors_.largestRatio(
-        {stepper_->error().data(), y.data(), tolerance_.ceiling.data(), stiffness_->noise().data()},
-        allowance.most, allowance.perNoise, tolerance_.ceiling.size());
+    const Eigen::Index all = tolerance_.ceiling.size(), angles = std::min(tolerance_.firstRate, all);
+    const auto largest = [&](double most, Eigen::Index from, Eigen::Index to) {
+      return vectors_.largestRatio({stepper_->error().data() + from, y.data() + from,
+                                    tolerance_.ceiling.data() + from, stiffness_->noise().data() + from},
+                                   most, allowance.perNoise, to - from);
+    };
+    const double ofAngles = largest(allowance.most, 0, angles);
+    const double ofRates = largest(allowance.mostOfRates, angles, all);
+    return ofAngles > ofRates || std::isnan(ofAngles) ? ofAngles : ofRates;
   }
 
   std::unique_ptr<Stepper> stepper_;
