@@ -179,6 +179,25 @@ TEST(EnergyGuard, LeavesGoodRunsAlone) {
   }
 }
 
+TEST(EnergyGuard, BalancesTheEnergyOfDampedVibrations) {
+  // A vibration of 1e-4 rad and 0.1 rad/s at a tolerance of 1e-2: only rate_tolerance asks for it.
+  Scene scene = oscillator(1000);
+  scene.q = {1e-4};
+  const double energy = J / 2 * 0.1 * 0.1;
+  for (const char* method : {"rodas5p", "radau13", "ros34pw2"}) {
+    scene.integrator = {method, 1e-2, 0};
+    Simulation loose(scene);
+    ASSERT_TRUE(loose.advanceTo(1));
+    EXPECT_NEAR(loose.energyBalance().residual, -energy, 0.01 * energy) << method;
+    EXPECT_EQ(loose.statistics().rescues, 0) << method;
+    scene.integrator.rateTolerance = 1e-2;
+    Simulation tight(scene);
+    ASSERT_TRUE(tight.advanceTo(1));
+    EXPECT_NEAR(tight.energyBalance().residual, 0, 0.2 * energy) << method;
+    EXPECT_NEAR(tight.qd()[0], -0.1 * std::sin(1000), 1e-2) << method;
+  }
+}
+
 TEST(EnergyGuard, RefusesToGoOnWhereNothingHelps) {
   // Two links at 1e20 rad/s: a second would take more steps than there are numbers in it.
   for (const std::string& method : ode::methodNames()) {

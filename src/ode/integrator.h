@@ -47,7 +47,7 @@ struct StepCount {
 /// A rate's error counts by itself if `ofRates` is given, with ofRates in place of the tolerance. Otherwise
 /// it counts as the angle that it makes, and the error of a rate may be 1 s/T times that of an angle:
 ///
-///     T = clamp(max(h/2, 1/|λ|, (1e-10/tolerance)² s), 0, 1 s)
+///     T = clamp(max(h/2, 1/|λ|, (2e-10/tolerance)² s), 0, 1 s)
 ///
 /// An error e of the rate that grows along the step turns the link by e h/2 within it. Later it turns it by
 /// at least e/|λ|, as no vibration is faster than |λ|, the largest eigenvalue of J. Towards a tolerance of

@@ -65,7 +65,7 @@ class LocalStiffness {
   double timeOf(double h) const { return h * eigenvalue_ > 1 ? 1 / eigenvalue_ : h; }
   /// T, s: the shortest time for which a rate's error turns the links (integrator.h).
   double turningTime(double h, double tolerance) const {
-    constexpr double byThemselves = 1e-10;  // the tolerance at which rates count by themselves
+    constexpr double byThemselves = 2e-10;  // the tolerance at which rates count by themselves
     const double fine = byThemselves / tolerance;
     return std::min(1.0, std::max({h / 2, 1 / eigenvalue_, fine * fine}));
   }

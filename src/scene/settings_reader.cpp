@@ -95,7 +95,7 @@ IntegratorSettings readIntegrator(const Section& in) {
   in.takeText("method", isMethod, "one of " + inCommas(all), settings.method);
   in.take("tolerance", {" from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
   if (in.has("rate_tolerance")) {
-    in.take("rate_tolerance", {" from 1e-15 to 1e6 rad/s", 1e-15, 1e6, true},
+    in.take("rate_tolerance", {" from 1e-15 to 1000000 rad/s", 1e-15, 1e6, true},
             settings.rateTolerance.emplace(1));
   }
   in.take("step", NumberRule::above(0, "s"), settings.step);
