@@ -359,7 +359,7 @@ TEST(ZeroStrengthOf, ALimitIsAbsenceButForWhatAMethodKeepsFromStepToStep) {
                 {0},
                 {0},
                 {},
-                {method, 1e-8, 0.01},
+                {method, 1e-8, 0.01, false, 1e-8},  // steps so short that all methods look
                 {},
                 0};
     const auto endOf = [](const Scene& of) {

@@ -220,6 +220,13 @@ class FastestSteps : public Integrator {
   Outcome advance(State& state, double end, double longestStep) override {
     if (!started_) start(state, end);
     for (;;) {
+      // Start or judge a trial.
+      if (onTrial_ && (run_.steps >= judged || run_.cost > trialCostLeft_)) {
+        judgeTrial();
+      } else if (!onTrial_ && run_.steps >= patience_) {
+        startTrial();
+      }
+
       // Attempt a step.
       const double before = state.t;
       lastTried_ = &running();
@@ -242,18 +249,17 @@ class FastestSteps : public Integrator {
         failures_ = 0;
         count_.lastError = lastTried_->count().lastError;
       }
-
-      // Start or judge a trial.
-      if (onTrial_ && (run_.steps >= judged || run_.cost > trialCostLeft_)) {
-        judgeTrial();
-      } else if (!onTrial_ && run_.steps >= patience_) {
-        startTrial();
-      }
+      end_ = state.t;
       if (outcome) return *outcome;
     }
   }
 
-  bool stepTo(State& state, double t) override { return lastTried_->stepTo(state, t); }
+  bool stepTo(State& state, double t) override {
+    const bool isFinite = lastTried_->stepTo(state, t);
+    run_.cost += lastTried_->cost();
+    run_.progress += t - std::exchange(end_, t);
+    return isFinite;
+  }
 
   void restartAfter(Change change) override {
     for (AdaptiveSteps& method : methods_) method.restartAfter(change);
@@ -380,6 +386,7 @@ class FastestSteps : public Integrator {
   int patience_ = leastPatience, failures_ = 0;
   double incumbentSpeed_ = 0, incumbentStep_ = 0, lastSpeed_ = 0, trialCostLeft_ = 0;
   double leap_ = 1;
+  double end_ = 0;  ///< of the last step
   double onTrials_ = 0, onIncumbents_ = 0;  ///< cost of all
   Run run_;
   StepCount count_;
