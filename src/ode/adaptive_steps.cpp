@@ -167,9 +167,15 @@ class AdaptiveSteps : public Integrator {
   /// The largest ratio of a component's error to its Allowance for a step of h. NaN if one is not finite.
   double errorNorm(const Vector& y, double h) const {
     const Allowance allowance(tolerance_, *stiffness_, h);
-    return vectors_.largestRatio(
-        {stepper_->error().data(), y.data(), tolerance_.ceiling.data(), stiffness_->noise().data()},
-        allowance.most, allowance.perNoise, tolerance_.ceiling.size());
+    const Eigen::Index all = tolerance_.ceiling.size(), angles = std::min(tolerance_.firstRate, all);
+    const auto largest = [&](double most, Eigen::Index from, Eigen::Index to) {
+      return vectors_.largestRatio({stepper_->error().data() + from, y.data() + from,
+                                    tolerance_.ceiling.data() + from, stiffness_->noise().data() + from},
+                                   most, allowance.perNoise, to - from);
+    };
+    const double ofAngles = largest(allowance.most, 0, angles);
+    const double ofRates = largest(allowance.mostOfRates, angles, all);
+    return ofAngles > ofRates || std::isnan(ofAngles) ? ofAngles : ofRates;
   }
 
   std::unique_ptr<Stepper> stepper_;
@@ -214,6 +220,13 @@ class FastestSteps : public Integrator {
   Outcome advance(State& state, double end, double longestStep) override {
     if (!started_) start(state, end);
     for (;;) {
+      // Start or judge a trial.
+      if (onTrial_ && (run_.steps >= judged || run_.cost > trialCostLeft_)) {
+        judgeTrial();
+      } else if (!onTrial_ && run_.steps >= patience_) {
+        startTrial();
+      }
+
       // Attempt a step.
       const double before = state.t;
       lastTried_ = &running();
@@ -236,18 +249,17 @@ class FastestSteps : public Integrator {
         failures_ = 0;
         count_.lastError = lastTried_->count().lastError;
       }
-
-      // Start or judge a trial.
-      if (onTrial_ && (run_.steps >= judged || run_.cost > trialCostLeft_)) {
-        judgeTrial();
-      } else if (!onTrial_ && run_.steps >= patience_) {
-        startTrial();
-      }
+      end_ = state.t;
       if (outcome) return *outcome;
     }
   }
 
-  bool stepTo(State& state, double t) override { return lastTried_->stepTo(state, t); }
+  bool stepTo(State& state, double t) override {
+    const bool isFinite = lastTried_->stepTo(state, t);
+    run_.cost += lastTried_->cost();
+    run_.progress += t - std::exchange(end_, t);
+    return isFinite;
+  }
 
   void restartAfter(Change change) override {
     for (AdaptiveSteps& method : methods_) method.restartAfter(change);
@@ -374,6 +386,7 @@ class FastestSteps : public Integrator {
   int patience_ = leastPatience, failures_ = 0;
   double incumbentSpeed_ = 0, incumbentStep_ = 0, lastSpeed_ = 0, trialCostLeft_ = 0;
   double leap_ = 1;
+  double end_ = 0;  ///< of the last step
   double onTrials_ = 0, onIncumbents_ = 0;  ///< cost of all
   Run run_;
   StepCount count_;

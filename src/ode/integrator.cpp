@@ -13,7 +13,15 @@ Tolerance Tolerance::arrangedBy(const System& f) const {
   Vector all(f.size()), arranged(f.arrangedSize());
   all.head(ceiling.size()) = ceiling;
   f.arrange(all.data(), arranged.data());
-  return {value, arranged.head(arranged.size() - others)};
+  Tolerance result{value, arranged.head(arranged.size() - others), firstRate, ofRates};
+  if (firstRate >= f.size()) return result;
+
+  // Rates are arranged behind the angles.
+  all.setZero();
+  all.tail(f.size() - firstRate).setOnes();
+  f.arrange(all.data(), arranged.data());
+  result.firstRate = std::find(arranged.data(), arranged.data() + arranged.size(), 1.0) - arranged.data();
+  return result;
 }
 
 Outcome Integrator::integrate(State& state, double end, double longestStep, int mostSteps) {

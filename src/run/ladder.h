@@ -17,8 +17,10 @@ namespace planar_chain {
 constexpr std::size_t rungs = 3;
 inline IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung) {
   if (rung > 0) {
+    const auto finer = [](double tolerance) { return std::max(tolerance / 100, std::min(tolerance, 1e-13)); };
     scene.step /= 8;
-    scene.tolerance = std::max(scene.tolerance / 100, std::min(scene.tolerance, 1e-13));
+    scene.rateTolerance = finer(scene.rateTolerance.value_or(scene.tolerance));
+    scene.tolerance = finer(scene.tolerance);
   }
   if (rung > 1) scene.method = "rodas5p";
   return scene;
@@ -51,9 +53,10 @@ inline void describeFailure(std::string& to, const std::string& method, double t
 
 /// Angles count up to half a turn in the error control, rates as they are. Works are controlled only where a
 /// drive or the base may do work on a chain that does not move.
-inline ode::Tolerance toleranceOf(double value, int n, int works) {
-  ode::Tolerance tolerance{value,
-                           Eigen::ArrayXd::Constant(2 * n + works, std::numeric_limits<double>::infinity())};
+inline ode::Tolerance toleranceOf(const IntegratorSettings& settings, int n, int works) {
+  const double none = std::numeric_limits<double>::infinity();
+  ode::Tolerance tolerance{settings.tolerance, Eigen::ArrayXd::Constant(2 * n + works, none), n,
+                           settings.rateTolerance};
   tolerance.ceiling.head(n) = pi;
   return tolerance;
 }

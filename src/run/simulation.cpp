@@ -84,8 +84,8 @@ struct Simulation::Parts {
       const simd::PlainKernels plain(scene.integrator.plainKernel);
       const int controlled = scene.base || !scene.drives.empty() ? dynamics.works() : 0;
       const IntegratorSettings settings = settingsOf(scene.integrator, rung);
-      ladder[rung] = ode::makeMethod(settings.method, dynamics, settings.step,
-                                     toleranceOf(settings.tolerance, n, controlled));
+      ladder[rung] =
+          ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings, n, controlled));
       if (dynamics.effects().haveSwitches()) {
         ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.effects(), dynamics);
       }
@@ -179,10 +179,12 @@ struct Simulation::Parts {
   /// Some steps towards t; or, in trouble, none, and the next rung of the ladder.
   void advance(double t) {
     const double end = std::min(t, dynamics.effects().until());
+    const long long before = integrator().count().accepted;
     const ode::Outcome outcome =
         integrator().integrate(state, end, dynamics.effects().longestStep(), stepsPerCheck);
     restore();
-    if (ode::hasFailed(outcome) || !guard.accept(state, y.data())) {
+    const long long steps = integrator().count().accepted - before;
+    if (ode::hasFailed(outcome) || !guard.accept(state, y.data(), steps)) {
       state = guard.lastGood();
       restore();
       if (rung + 1 == rungs) return fail(outcome);

@@ -94,6 +94,10 @@ IntegratorSettings readIntegrator(const Section& in) {
   const auto isMethod = [&](const auto& name) { return std::count(all.begin(), all.end(), name) > 0; };
   in.takeText("method", isMethod, "one of " + inCommas(all), settings.method);
   in.take("tolerance", {" from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
+  if (in.has("rate_tolerance")) {
+    in.take("rate_tolerance", {" from 1e-15 to 1000000 rad/s", 1e-15, 1e6, true},
+            settings.rateTolerance.emplace(1));
+  }
   in.take("step", NumberRule::above(0, "s"), settings.step);
   in.take("plain_kernel", settings.plainKernel);
   return settings;

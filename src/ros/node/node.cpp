@@ -52,8 +52,9 @@ std::string whatRuns(const Simulation& simulation) {
   std::ostringstream line;
   line << scene.chain.size() << (scene.chain.size() == 1 ? " link (" : " links (") << simulation.recursion()
        << ") by " << integrator.method << (hasFixedStep ? ", step " : ", tolerance ")
-       << (hasFixedStep ? integrator.step : integrator.tolerance) << "; runs: " << listed(words.runs)
-       << "; left out: " << listed(words.leftOut);
+       << (hasFixedStep ? integrator.step : integrator.tolerance);
+  if (integrator.rateTolerance && !hasFixedStep) line << ", rate tolerance " << *integrator.rateTolerance;
+  line << "; runs: " << listed(words.runs) << "; left out: " << listed(words.leftOut);
   return line.str();
 }
 
