@@ -38,8 +38,8 @@ struct EnergyBalance {
   Energy now;
   double supplied = 0;    ///< work of loads and commands on the chain
   double dissipated = 0;  ///< work of dampers and stops, taken from the chain
-  /// T + V − (T + V at the start) − supplied + dissipated: the error of integration. Negative where the method
-  /// has damped vibrations below the tolerance.
+  /// T + V − (T + V at the start) − supplied + dissipated: the error of integration. Negative where the
+  /// method has damped vibrations below the tolerance.
   double residual = 0;
 };
 

@@ -386,7 +386,7 @@ class FastestSteps : public Integrator {
   int patience_ = leastPatience, failures_ = 0;
   double incumbentSpeed_ = 0, incumbentStep_ = 0, lastSpeed_ = 0, trialCostLeft_ = 0;
   double leap_ = 1;
-  double end_ = 0;  ///< of the last step
+  double end_ = 0;                          ///< of the last step
   double onTrials_ = 0, onIncumbents_ = 0;  ///< cost of all
   Run run_;
   StepCount count_;
