@@ -99,9 +99,8 @@ void WeldedChain::moments(const Rotation<double>* e, const double* omega, const 
   for (std::size_t j = bodies_.size(); j-- > 0;) {
     const Body<double>& body = bodies_[j];
     const Vec2d R = e[j] * body.r, P = e[j] * body.p;
-    next += body.I * alpha[j] + cross(R, forces_[j]) + cross(P, outer) - N[j];
-    if (!sticks_[j]) next = 0;
-    mu[j] = next;
+    const double own = body.I * alpha[j] - N[j] + (cross(R, forces_[j]) + cross(P, outer));
+    mu[j] = next = sticks_[j] ? next + own : 0;
     outer += forces_[j];
   }
 }
