@@ -47,6 +47,9 @@ CoupledDynamics::CoupledDynamics(const Scene& scene, std::unique_ptr<Effect> mor
     for (const EffectKind* kind : effectKinds()) inertia += kind->inertiaIn(joint);
     rotors_.push_back(inertia);
   }
+  const bool onlyRubs = !scene.base && scene.drives.empty() &&
+                        std::all_of(rotors_.begin(), rotors_.end(), [](double J) { return J == 0; });
+  if (onlyRubs && Segments::areWorthwhile(n_)) welded_.emplace(scene.chain);
 }
 
 // ---- The recursion ---------------------------------------------------------------------------------
@@ -68,13 +71,45 @@ void CoupledDynamics::collect(double t, int order, Couplings& to) const {
   for (const Effect* effect : coupling_) effect->couple(t, order, to);
 }
 
-void CoupledDynamics::run(double t, const double* y, Evaluation& to) {
-  if (to.isKnown && t == to.t && std::equal(to.y.begin(), to.y.end(), y)) return;
-  ++evaluations_;
-  to.isKnown = true;
-  to.t = t;
-  std::copy_n(y, 2 * n_, to.y.begin());
-  collect(t, 0, to.couplings);
+void CoupledDynamics::run(double t, const double* y, Known wanted, Evaluation& to) {
+  const bool isSame = to.known != Known::nothing && t == to.t && std::equal(to.y.begin(), to.y.end(), y);
+  if (isSame && to.known >= wanted) return;
+  if (!isSame) {
+    ++evaluations_;
+    to.known = Known::nothing;
+    to.t = t;
+    std::copy_n(y, 2 * n_, to.y.begin());
+  }
+  if (welded_ && wanted != Known::all && effects_.acting() != LoadKind::forces) {
+    runWelded(wanted, to);
+  } else {
+    wanted = Known::all;
+    runCoupled(to);
+  }
+  const double turning = wanted == Known::all ? to.couplings.angle.acceleration : 0;
+  for (std::size_t i = 0; i < to.slopes.size(); ++i) to.slopes[i] = to.alpha[i] - turning;
+  to.known = wanted;
+}
+
+void CoupledDynamics::runWelded(Known wanted, Evaluation& to) {
+  if (!isWelded_) {
+    collect(to.t, 0, aside_.couplings);
+    welded_->weld(aside_.couplings);
+    isWelded_ = true;
+  }
+  const double *theta = to.y.data(), *omega = theta + n_;
+  if (to.known == Known::nothing) {
+    applyEffects(to);
+    welded_->accelerations(theta, omega, to.N.data(), to.alpha.data());
+  }
+  if (wanted < Known::moments) return;
+  mechanism_.rotate(theta, to.e.data(), n_);
+  welded_->moments(to.e.data(), omega, to.N.data(), to.alpha.data(), to.moments.data());
+}
+
+void CoupledDynamics::runCoupled(Evaluation& to) {
+  const double* y = to.y.data();
+  collect(to.t, 0, to.couplings);
   const auto& [joints, held, x, yBase, angle] = to.couplings;
   to.base = {{x.value, yBase.value}, {x.rate, yBase.rate}, angle.value, angle.rate};
   to.ground = Vec2d{x.acceleration, yBase.acceleration} - mechanism_.chain().gravity();
@@ -88,21 +123,22 @@ void CoupledDynamics::run(double t, const double* y, Evaluation& to) {
     for (double& omega : to.omega) omega += to.base.rate;
   }
 
-  // Moments and forces of the effects.
-  std::fill(to.N.begin(), to.N.end(), 0.0);
   const bool hasForces = effects_.acting() == LoadKind::forces;
   if (hasForces) {
     std::fill(to.F.begin(), to.F.end(), Vec2d{});
     mechanism_.findPinVelocities(to.e.data(), to.omega.data(), effects_.reach(), to.pinVelocity.data());
     for (int j = 0; j < effects_.reach(); ++j) to.pinVelocity[index(j)] += to.base.velocity;
   }
-  to.powers = {};
-  for (Effect* effect : effects_.active()) to.powers += effect->apply(to.state(), {to.N.data(), to.F.data()});
-
+  applyEffects(to);
   to.pinForce = recursion_.accelerations(to.e.data(), to.omega.data(), to.N.data(),
                                          hasForces ? to.F.data() : nullptr, joints.data(), to.ground,
                                          angle.acceleration, to.alpha.data(), to.moments.data());
-  for (std::size_t i = 0; i < to.slopes.size(); ++i) to.slopes[i] = to.alpha[i] - angle.acceleration;
+}
+
+void CoupledDynamics::applyEffects(Evaluation& to) {
+  std::fill(to.N.begin(), to.N.end(), 0.0);
+  to.powers = {};
+  for (Effect* effect : effects_.active()) to.powers += effect->apply(to.state(), {to.N.data(), to.F.data()});
 }
 
 /// The torque of the effects in joint i, N m.
@@ -114,6 +150,7 @@ double CoupledDynamics::torqueIn(int i) {
 
 /// The power of drives and base at the last run(), W.
 double CoupledDynamics::couplingPower() {
+  if (now_.known != Known::all) return 0;  // neither drives nor base
   double power = 0;
   for (int i = 0; i < n_; ++i) {
     const Coupling<double>& joint = now_.couplings.joints[index(i)];
@@ -126,13 +163,13 @@ double CoupledDynamics::couplingPower() {
 }
 
 JointAnswer CoupledDynamics::answer(double t, const double* y) {
-  run(t, y);
+  run(t, y, Known::moments, now_);
   return {now_.moments.data(), now_.slopes.data()};
 }
 
 JointAnswer CoupledDynamics::answerAside(double t, const double* y) {
-  aside_.isKnown = false;
-  run(t, y, aside_);
+  aside_.known = Known::nothing;
+  run(t, y, Known::moments, aside_);
   return {aside_.moments.data(), aside_.slopes.data()};
 }
 
@@ -144,7 +181,7 @@ void CoupledDynamics::derivative(double t, const double* y, double* dydt) {
 }
 
 void CoupledDynamics::rates(double t, const double* y, double* out) {
-  run(t, y);
+  run(t, y, Known::rates, now_);
   std::copy_n(now_.slopes.begin(), n_, out);
   if (works_ == 0) return;
   out[n_] = now_.powers.supplied + couplingPower();
@@ -207,6 +244,7 @@ void CoupledDynamics::reserve(int complexCount) {
 }
 
 void CoupledDynamics::linearize(double t, const double* y, double* dydt) {
+  run(t, y);
   derivative(t, y, dydt);
   then_ = now_;  // later calls need it
 

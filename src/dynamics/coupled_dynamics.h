@@ -10,6 +10,7 @@
 /// States are in chain order, whatever the length.
 
 #include "dynamics/dynamics.h"
+#include "dynamics/welded_chain.h"
 #include "recursion/coupled.h"
 #include "recursion/coupled_linearized.h"
 #include "recursion/coupled_series.h"
@@ -35,7 +36,9 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   void followBase(const BaseLaws& laws) override;
   bool hold(double t, double* y) override;
   void hold(double t, double* q, double* qd) override;
-  std::string recursion() const override { return "link by link, with coupled joints"; }
+  std::string recursion() const override {
+    return welded_ ? welded_->name() : "link by link, with coupled joints";
+  }
   Energy energy(double t, const double* y) const override;
   void accelerations(double t, const double* y, double* alpha) override;
   void linkMotions(double t, const double* y, LinkMotion* motions) override;
@@ -89,14 +92,16 @@ class CoupledDynamics : public Dynamics, private Mechanics {
     }
   };
 
-  /// A state, and the results of the recursion there.
+  enum class Known { nothing, rates, moments, all };
+  /// A state, and the results of the recursion there. `rates` are y, slopes and powers. `moments` are those
+  /// and `moments`.
   struct Evaluation {
     explicit Evaluation(int n);
     ChainState state() const {
       return {t, y.data(), y.data() + omega.size(), e.data(), pinVelocity.data(), base.rate};
     }
 
-    bool isKnown = false;
+    Known known = Known::nothing;
     double t = 0;
     std::vector<double> y;  ///< angles and rates
     Couplings couplings;
@@ -110,13 +115,19 @@ class CoupledDynamics : public Dynamics, private Mechanics {
 
   JointAnswer answer(double t, const double* y) override;
   JointAnswer answerAside(double t, const double* y) override;
-  void forget() override { now_.isKnown = false; }
+  void forget() override {
+    now_.known = Known::nothing;
+    isWelded_ = false;
+  }
   BaseState baseAt(double t) const;
   void collect(double t, int order, Couplings& to) const;
-  /// Takes couplings, moments and forces at a state, and runs the recursion. The last state is not evaluated
-  /// again.
-  void run(double t, const double* y) { run(t, y, now_); }
-  void run(double t, const double* y, Evaluation& to);
+  /// Takes couplings, moments and forces at a state, and runs the recursion. What is known of the state is
+  /// not computed again.
+  void run(double t, const double* y) { run(t, y, Known::all, now_); }
+  void run(double t, const double* y, Known wanted, Evaluation& to);
+  void runCoupled(Evaluation& to);
+  void runWelded(Known wanted, Evaluation& to);
+  void applyEffects(Evaluation& to);
   double torqueIn(int i);
   double couplingPower();
   template <class Scalar>
@@ -127,7 +138,9 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   std::vector<Effect*> coupling_;
   std::vector<double> rotors_;  ///< J, kg m²
   Coupled<double> recursion_;
-  Evaluation now_, aside_, then_;  ///< then_: of the last linearize()
+  std::optional<WeldedChain> welded_;  ///< a faster recursion, if the scene allows it
+  bool isWelded_ = false;              ///< welded_ has the joints that stick now
+  Evaluation now_, aside_, then_;      ///< then_: of the last linearize()
   std::vector<double> torques_, tangentK_, tangentD_, XF_, part_, rates_;
   std::vector<Vec2d> pinVelocityAlong_;
   CoupledBodies bodies_;

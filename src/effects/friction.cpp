@@ -55,10 +55,11 @@ Friction::Friction(const Chain& chain) : n_(chain.size()) {
     rubs_.push_back({i, joint.other("friction"), breakawayOf(joint)});
     isBreakaway_ = isBreakaway_ || breakawayOf(joint) > joint.other("friction");
   }
-  within_.resize(2 * index(n_));
+  moments_.setZero(n_);
+  within_.resize(2 * n_);
   for (Seen& seen : seen_) {
-    seen.moments.resize(index(n_));
-    seen.accelerations.resize(index(n_));
+    seen.moments.resize(n_);
+    seen.accelerations.resize(n_);
   }
   forget();
 }
@@ -70,13 +71,8 @@ bool Friction::anySticks() const {
 // ---- What it does --------------------------------------------------------------------------------
 
 Powers Friction::apply(const ChainState& at, const Actions& to) {
-  double dissipated = 0;
-  for (const Rub& rub : rubs_) {
-    if (rub.direction == 0) continue;
-    addJointTorque(-rub.direction * rub.sliding, rub.joint, to.N);
-    dissipated += rub.direction * rub.sliding * relative(at.omega, rub.joint);
-  }
-  return {0, dissipated};
+  Eigen::Map<Eigen::VectorXd>(to.N, n_) += moments_;
+  return {0, -moments_.dot(Eigen::Map<const Eigen::VectorXd>(at.omega, n_))};
 }
 
 void Friction::addTorques(const ChainState& /*at*/, double* tau) {
@@ -137,7 +133,7 @@ double Friction::nearest(double t, const Eigen::VectorXd& y, const Eigen::Vector
     if (rub.direction != 0) continue;
     for (const double sign : {-1.0, 1.0}) {
       const auto over = [&](const Seen& at) {
-        return sign * at.moments[index(rub.joint)] - rub.breakaway * (1 + slack);
+        return sign * at.moments[rub.joint] - rub.breakaway * (1 + slack);
       };
       first = std::min(first, passing(over(step.begin), over(middle), over(step.end)));
     }
@@ -161,8 +157,8 @@ const Friction::Seen& Friction::seen(double t, Ask&& ask) const {
   Seen& to = seen_[oldest_];
   oldest_ = (oldest_ + 1) % seen_.size();
   to.t = t;
-  std::copy_n(answer.moments, n_, to.moments.begin());
-  std::copy_n(answer.accelerations, n_, to.accelerations.begin());
+  std::copy_n(answer.moments, n_, to.moments.data());
+  std::copy_n(answer.accelerations, n_, to.accelerations.data());
   return to;
 }
 
@@ -174,13 +170,18 @@ Friction::Step Friction::stepOf(double t, const Eigen::VectorXd& y, const Eigen:
 }
 
 JointAnswer Friction::within(const Step& step, double s) const {
+  // The quintic is linear in what it goes through.
   const double h = step.h;
-  for (int i = 0; i < n_; ++i) {
-    const Quintic turn(step.next[i] - step.y[i], h * step.y[n_ + i], h * step.next[n_ + i],
-                       h * h * step.begin.accelerations[index(i)], h * h * step.end.accelerations[index(i)]);
-    within_[index(i)] = step.y[i] + turn.value(s);
-    within_[index(n_ + i)] = turn.rate(s) / h;
-  }
+  const Quintic ofTurn(1, 0, 0, 0, 0), ofV0(0, h, 0, 0, 0), ofV1(0, 0, h, 0, 0), ofA0(0, 0, 0, h * h, 0),
+      ofA1(0, 0, 0, 0, h * h);
+  const auto theta0 = step.y.head(n_), theta1 = step.next.head(n_), v0 = step.y.segment(n_, n_),
+             v1 = step.next.segment(n_, n_);
+  const auto along = [&](auto part) {
+    return part(ofTurn) * (theta1 - theta0) + part(ofV0) * v0 + part(ofV1) * v1 +
+           part(ofA0) * step.begin.accelerations + part(ofA1) * step.end.accelerations;
+  };
+  within_.head(n_) = theta0 + along([s](const Quintic& of) { return of.value(s); });
+  within_.tail(n_) = along([s, h](const Quintic& of) { return of.rate(s) / h; });
   return mechanics_->answerAside(step.t + s * h, within_.data());
 }
 
@@ -196,7 +197,7 @@ ode::Crossing Friction::crossing(double t, const Eigen::VectorXd& y, const Eigen
     ode::Crossing own;
     if (rub.direction != 0) {
       if (rub.slideDue(next.data() + n_) > 0) own = slideCrossing(rub, step);
-    } else if (rub.stickDue(step.end.moments[index(rub.joint)]) > 0) {
+    } else if (rub.stickDue(step.end.moments[rub.joint]) > 0) {
       own = stickCrossing(rub, step);
     }
     if (own.slope > 0 && (!(first.slope > 0) || own.after < first.after)) first = own;
@@ -226,10 +227,10 @@ ode::Crossing Friction::slideCrossing(const Rub& rub, const Step& step) const {
 /// Where μ passes the breakaway torque: by the parabola through both ends and the middle, then by the
 /// recursion.
 ode::Crossing Friction::stickCrossing(const Rub& rub, const Step& step) const {
-  const double sign = step.end.moments[index(rub.joint)] > 0 ? 1 : -1;
+  const double sign = step.end.moments[rub.joint] > 0 ? 1 : -1;
   const auto over = [&](double mu) { return sign * mu - rub.breakaway * (1 + slack); };
-  const double g0 = over(step.begin.moments[index(rub.joint)]), g1 = over(step.end.moments[index(rub.joint)]),
-               gm = over(middleOf(step).moments[index(rub.joint)]);
+  const double g0 = over(step.begin.moments[rub.joint]), g1 = over(step.end.moments[rub.joint]),
+               gm = over(middleOf(step).moments[rub.joint]);
   const double bend = 2 * (g0 - 2 * gm + g1), start = 4 * gm - 3 * g0 - g1;  // g = g0 + start s + bend s²
   // The root that rises.
   const double rise = std::sqrt(std::max(0.0, start * start - 4 * bend * g0));
@@ -260,6 +261,13 @@ void Friction::change(double t, const double* y) {
   decide(t, y);
 }
 
+/// Call it when a joint sticks or slides from now on.
+void Friction::takeMoments() {
+  moments_.setZero();
+  for (const Rub& rub : rubs_) addJointTorque(-rub.direction * rub.sliding, rub.joint, moments_.data());
+  forget();
+}
+
 void Friction::decide(double t, const double* y) {
   // At first, all that are at rest stick.
   int atRest = 0;
@@ -268,9 +276,9 @@ void Friction::decide(double t, const double* y) {
     ++atRest;
     rub.direction = 0;
   }
+  takeMoments();
   const int most = 10 * atRest + 50;
   for (int round = 0; atRest > 0 && round < most; ++round) {
-    forget();
     const JointAnswer answer = mechanics_->answer(t, y);
     double largest = 0;
     for (int i = 0; i < n_; ++i) largest = std::max(largest, std::abs(relative(answer.accelerations, i)));
@@ -298,7 +306,11 @@ void Friction::decide(double t, const double* y) {
       }
     }
     if (first) first->direction = answer.moments[first->joint] > 0 ? -1 : 1;
-    if (!changes && !first) return;
+    if (!changes && !first) {
+      seen(t, [&] { return answer; });
+      return;
+    }
+    takeMoments();
   }
 }
 

@@ -65,7 +65,7 @@ class Friction : public Effect, public Switching {
   /// The answer at a time of a step.
   struct Seen {
     double t;
-    std::vector<double> moments, accelerations;
+    Eigen::VectorXd moments, accelerations;
   };
   struct Step {
     double t, h;
@@ -82,6 +82,7 @@ class Friction : public Effect, public Switching {
   ode::Crossing slideCrossing(const Rub& rub, const Step& step) const;
   ode::Crossing stickCrossing(const Rub& rub, const Step& step) const;
   void forget();
+  void takeMoments();
 
   /// Decides for all joints that may stick.
   void decide(double t, const double* y);
@@ -90,11 +91,12 @@ class Friction : public Effect, public Switching {
   int n_;
   bool isBreakaway_ = false;  ///< a breakaway torque is larger than the sliding one
   std::vector<Rub> rubs_;
+  Eigen::VectorXd moments_;  ///< on the bodies, N m
   Mechanics* mechanics_ = nullptr;
   // What the last steps have seen, the oldest replaced first.
   mutable std::array<Seen, 4> seen_;
   mutable std::size_t oldest_ = 0;
-  mutable std::vector<double> within_;
+  mutable Eigen::VectorXd within_;
 };
 
 /// Keys `friction` and `breakaway` of a joint.
