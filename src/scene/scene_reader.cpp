@@ -321,6 +321,9 @@ Scene readScene(const Value& value) {
                   names);
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base;
+  if (top.has("base") && top.find("base")->map() && top.find("base")->map()->empty()) {
+    top.fault("base", "x, y or angle (ROS drops an empty map)");
+  }
   if (top.has("base")) base = readBase(top.section("base", {"x", "y", "angle"}));
   if (base && names && names->links.count(movingFrame) != 0) {
     top.fault("base",
@@ -333,6 +336,16 @@ Scene readScene(const Value& value) {
   if (top.has("real_time_factor")) {
     const char* range = " >= 0 and <= 1000 (simulated time per wall time; 0: as fast as possible)";
     top.take("real_time_factor", {range, 0, 1000, true}, realTimeFactor.emplace());
+  }
+
+  if (expanded) {
+    for (const Drive& drive : expanded->drives) {
+      for (const Load& load : loads) {
+        if (load.joint != drive.joint) continue;
+        top.fault("loads/" + load.name + "/joint", "a joint that is not driven",
+                  quoted(expanded->joints[index(load.joint)].name));
+      }
+    }
   }
 
   const auto throwFaults = [&] {
