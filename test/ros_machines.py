@@ -7,7 +7,7 @@ import rospy
 import rostest
 from geometry_msgs.msg import Quaternion, Transform, Twist, Vector3, WrenchStamped
 from planar_chain.msg import JointTorque, LinkStates
-from planar_chain.srv import Step
+from planar_chain.srv import SetState, Step
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import (JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectory,
@@ -155,6 +155,21 @@ class Machines(Watching):
             self.ask('reset')
             status = self.next_status()
             self.assertEqual((status.torques_cut_off, status.joints_cut_off), (0, []))
+
+    def test_rates_beyond_the_limit_are_counted_and_named(self):
+        scene = machine({'a': link({'velocity_limit': 9.0}), 'b': link({'velocity_limit': 1.0, 'name': 'elbow'})})
+        with Node(scene):
+            self.ask('pause')
+            self.ask('reset')
+            set_state, step = service('set_state', SetState), service('step', Step)
+            for rate in (0.9, 1.1, 1.2, 0.0, -1.1):
+                set_state([0.0, 0.0], [0.0, rate])
+                step(n=1)
+            status = self.next_status()
+            self.assertEqual((status.velocities_exceeded, status.joints_too_fast), (2, ['elbow']))
+            self.ask('reset')
+            status = self.next_status()
+            self.assertEqual((status.velocities_exceeded, status.joints_too_fast), (0, []))
 
     def test_a_torque_in_a_driven_joint_is_refused(self):
         with Node(machine({'a': link(), 'b': link({'drive': {'amplitude': 0.2, 'frequency': 1.0}})})):

@@ -75,8 +75,14 @@ class MotionLaw {
   bool moves() const;
   bool isFinite() const;
 
+  // As it was given: a sine, if there is one piece.
+  double amplitude() const { return amplitude_; }
+  double frequency() const { return frequency_; }  ///< Hz
+  double phase() const { return phase_; }
+  const std::vector<Piece>& pieces() const { return pieces_; }
+
  private:
-  double amplitude_ = 0, pulsation_ = 0, phase_ = 0;
+  double amplitude_ = 0, frequency_ = 0, pulsation_ = 0, phase_ = 0;
   int swinging_ = std::numeric_limits<int>::max();  ///< number of pieces to which the sine is added
   std::vector<Piece> pieces_;
 };

@@ -75,6 +75,15 @@ struct PublishSettings {
   std::string baseFrame = "base_link";
 };
 
+/// The frame at the ground pin of a base that moves.
+inline constexpr const char* movingFrame = "ground_pin";
+
+/// How a URDF draws its robot: elements of URDF, placed in the frames of this scene.
+struct Appearance {
+  std::string materials;
+  std::vector<std::string> visuals;  ///< of the base, then of each link. Empty: not from a URDF, or none
+};
+
 struct Scene {
   Chain chain;
   std::vector<double> q;   ///< initial relative angles, rad
@@ -88,6 +97,7 @@ struct Scene {
   std::optional<double> realTimeFactor = std::nullopt;
   std::vector<Drive> drives{};                  ///< one a joint at most
   std::optional<BaseLaws> base = std::nullopt;  ///< the motion of the ground pin; nothing: it stands still
+  Appearance appearance{};
 };
 
 }  // namespace planar_chain

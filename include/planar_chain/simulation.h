@@ -84,7 +84,8 @@ class Simulation {
   // These evaluate the dynamics, which they share with advanceTo(): they are not const.
   /// Writes q̈, n values, rad/s².
   void accelerations(double* qdd);
-  /// Writes the whole torque in each joint, of springs, dampers, stops, loads and commands: n values, N m.
+  /// Writes the whole torque in each joint, of springs, dampers, stops, friction, drives, loads and commands:
+  /// n values, N m. A rotor's inertia is no torque.
   void jointTorques(double* tau);
   /// Writes the motion of each link, n values.
   void linkMotions(LinkMotion* motions);
@@ -108,6 +109,9 @@ class Simulation {
   /// Returns how often the commanded torques in each joint came to be cut off at its effort limit, since
   /// construction or reset(). Empty if this simulation takes no commands.
   const std::vector<long long>& cutOffs() const;
+  /// Returns how often the rate of each joint came to exceed its velocity_limit, as seen at the ends of
+  /// advanceTo(), since construction or reset().
+  const std::vector<long long>& velocityExcesses() const;
 
   /// Drives a joint by this law from time() on, until reset(). scene() then has it. Allocates.
   /// @throws std::invalid_argument if the joint is not driven, or the law is not finite, or is more than 1e-6

@@ -12,6 +12,7 @@ namespace planar_chain {
 MotionLaw MotionLaw::sine(double amplitude, double frequency, double phase, double offset) {
   MotionLaw law;
   law.amplitude_ = amplitude;
+  law.frequency_ = frequency;
   law.pulsation_ = 2 * pi * frequency;
   law.phase_ = phase;
   law.pieces_.front().c[0] = offset;

@@ -13,6 +13,7 @@
 #include "run/energy_guard.h"
 #include "run/ladder.h"
 #include "run/turns.h"
+#include "run/velocity_limits.h"
 #include "simd/cpu.h"
 
 namespace planar_chain {
@@ -56,6 +57,7 @@ struct Simulation::Parts {
   long long rescues = 0;
   EnergyGuard guard{scene, dynamics};
   Turns turns{scene, dynamics.size()};
+  VelocityLimits velocities{scene.chain};
   ode::State state{dynamics.arrangedSize()};
   Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size());  ///< the state in the order of the chain
   std::vector<double> q = scene.q, qd = scene.qd;
@@ -260,6 +262,7 @@ bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
     isWanted = !keepGoing || keepGoing();
   }
   p.readRelative();
+  p.velocities.update(p.qd);
   return p.fault.empty() && p.state.t >= t;
 }
 
@@ -355,6 +358,10 @@ std::vector<Load> Simulation::commands() const {
 const std::vector<long long>& Simulation::cutOffs() const {
   static const std::vector<long long> none;
   return parts_->commands ? parts_->commands->cutOffs() : none;
+}
+
+const std::vector<long long>& Simulation::velocityExcesses() const {
+  return parts_->velocities.counts();
 }
 
 void Simulation::follow(int joint, MotionLaw law) {

@@ -83,7 +83,7 @@ boost::shared_ptr<Message> messageOf(const rosbag::MessageInstance& entry, const
   refuse(path,
          entry.getTopic() + " of type " + ros::message_traits::datatype<Message>() +
              " as this version defines it",
-         "another definition of " + entry.getDataType());
+         "that of another version, which `rosbag fix` converts (msg/README.md)");
 }
 
 /// @throws Refused if one of them is missing, is not what its kind needs, or does not fit the ticks

@@ -258,7 +258,7 @@ Faults Commands::applyBaseTrajectory(const CommandTaken& input) {
 
 /// The ticks of the step follow.
 Faults Commands::applyStep(const CommandTaken& input) {
-  Faults faults = faultsOf(input);
+  Faults faults = faultsOf(input, true);
   if (!faults.empty()) return faults;
   if (!input.base_pose.empty()) {
     simulation_->followBase(baseLawsOf(input));
@@ -290,12 +290,13 @@ double Commands::heldUntil(double start) const {
   return timeout > 0 ? start + timeout : std::numeric_limits<double>::infinity();
 }
 
-Faults Commands::faultsOf(const CommandTaken& step) const {
+Faults Commands::faultsOf(const CommandTaken& step, bool isRecorded) const {
   Faults faults;
   if (!step.joint_torques.empty()) faults = faultsOf(step.joint_torques, "torques");
   const std::size_t joints = simulation_->q().size();
   const std::size_t most = std::min(mostSteps, std::max<std::size_t>(1, mostStepValues / joints));
-  if (step.n < 1 || step.n > most) {
+  // Recordings of earlier versions have no n, and no pose.
+  if ((step.n < 1 && !(isRecorded && step.base_pose.empty())) || step.n > most) {
     faults.push_back({"n", "from 1 to " + std::to_string(most) + " ticks", std::to_string(step.n)});
   }
   checkBase(step.base_pose, step.base_twist, *simulation_, faults);
