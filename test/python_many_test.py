@@ -83,9 +83,23 @@ class Many(unittest.TestCase):
             simulate_many(DOUBLE, [1e5], np.ones((100, 4)), progress=lambda ended: 1 / 0)
 
 
-class FlipMap(unittest.TestCase):
-    def test_no_pendulum_flips_where_its_energy_forbids_it(self):
+class Examples(unittest.TestCase):
+    def setUp(self):
         sys.path.insert(0, EXAMPLES)
+        self.addCleanup(sys.path.remove, EXAMPLES)
+
+    def test_a_small_deviation_grows_by_the_jacobian(self):
+        from lyapunov import growth, random_scene
+        for _ in range(10):
+            scene = Scene({**random_scene(RANDOM).to_dict(), "integrator": {"tolerance": 1e-12}})
+            delta, start = RANDOM.normal(size=4), scene.state
+            delta *= 1e-7 / np.linalg.norm(delta)
+            ends = simulate_many(scene, [2.0], np.array([start + delta, start - delta])).states[:, 0]
+            total, direction = growth(scene, 2.0, delta)
+            np.testing.assert_allclose((ends[0] - ends[1]) / 2e-7, np.exp(total) * direction,
+                                       atol=1e-3 * np.exp(total), rtol=0)
+
+    def test_no_pendulum_flips_where_its_energy_forbids_it(self):
         from flip_map import flip_times
         angles = np.linspace(-np.pi, np.pi, 41)
         flips = flip_times(angles, 20.0)
