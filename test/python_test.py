@@ -226,6 +226,7 @@ class Page(unittest.TestCase):
         run = subprocess.run([sys.executable, "-c", "".join(blocks)], cwd=ROOT, stdout=subprocess.PIPE,
                              universal_newlines=True, check=True)
         self.assertIn("robot_description: expected", run.stdout)
+        self.assertIn("(1000, 3, 4) True {}", run.stdout)
 
 
 class Package(unittest.TestCase):

@@ -25,7 +25,7 @@ BELOW = {
     "ros/node": ["ros/view"],
     "ros/pull": ["ros/node"],
     "ros/bag": ["ros/node"],
-    "python": ["run"],
+    "python": ["batch"],
     "tools": ["ros/bag"],
     "report": ["tools"],
     "report/benchmark": ["report"],

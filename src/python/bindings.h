@@ -36,6 +36,10 @@ struct TreeAndScene {
 Value valueOf(const py::handle& object);
 py::object objectOf(const Value& value);
 
+/// Sets a number of a scene at a path such as "links/lower/com/0". Maps on the way are made.
+/// @throws Refused if the path leads through a number or out of a list
+void setAt(Value& tree, const std::string& path, double number);
+
 /// The numbers of an array of one dimension.
 /// @throws std::invalid_argument unless it has `size` of them
 std::vector<double> vectorOf(const Numbers& numbers, std::size_t size, const char* name);
@@ -64,5 +68,6 @@ class Uninterrupted {
 void bindScene(py::module& module);
 void bindEquations(py::module& module);
 void bindSimulation(py::module& module);
+void bindMany(py::module& module);
 
 }  // namespace planar_chain::python

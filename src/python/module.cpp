@@ -6,4 +6,5 @@ PYBIND11_MODULE(_core, module) {
   bindScene(module);
   bindEquations(module);
   bindSimulation(module);
+  bindMany(module);
 }

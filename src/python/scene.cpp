@@ -52,7 +52,29 @@ Value valueAt(const py::handle& object, const std::string& path, int level) {
   return list;
 }
 
+/// Sets the value at path[from…].
+void setFrom(Value& at, const std::string& path, double number, std::size_t from) {
+  if (from >= path.size()) {
+    at = number;
+    return;
+  }
+  const std::string key = path.substr(from, path.find('/', from) - from);
+  const auto below = [&](Value& value) { setFrom(value, path, number, from + key.size() + 1); };
+  if (at.isNull()) at = Value::Map{};
+  if (Value::Map* map = at.map()) return below((*map)[key]);
+  Value::List* list = at.list();
+  const double place = numberIn(key).value_or(-1);
+  if (!list || !(place >= 0 && place < static_cast<double>(list->size()))) {
+    throw Refused({{path, "a place in the scene", describe(at) + " above " + quoted(key)}});
+  }
+  below((*list)[static_cast<std::size_t>(place)]);
+}
+
 }  // namespace
+
+void setAt(Value& tree, const std::string& path, double number) {
+  setFrom(tree, path, number, 0);
+}
 
 Value valueOf(const py::handle& object) {
   return valueAt(object, "", 0);
@@ -147,6 +169,15 @@ config/README.md explains every key. Raises Refused, with all faults, for a scen
       .def(
           "to_dict", [](const TreeAndScene& self) { return objectOf(self.tree); },
           "Returns a dict with the values as they were given.")
+      .def(
+          "with_values",
+          [](const TreeAndScene& self, const std::map<std::string, double>& numbers) {
+            Value tree = self.tree;
+            for (const auto& [path, number] : numbers) setAt(tree, path, number);
+            return TreeAndScene(std::move(tree));
+          },
+          py::arg("numbers"),
+          "Returns a copy with other numbers, by their paths, such as {'links/lower/mass': 2.0}.")
       .def(py::pickle([](const TreeAndScene& self) { return objectOf(self.tree); },
                       [](const py::object& values) { return TreeAndScene(valueOf(values)); }))
       .def(

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Draws a motion: angles, rates, torques, energy and error estimate over time, and the phase portrait. With --strobe
-it draws the chain itself at several instants.
+it draws the chain itself at several instants. Of many runs it draws the angles at the end and their spread.
 
-FILE is a CSV of `simulate --csv`, or a bag of `simulate --bag` or rosbag record. A bag needs joint_states; energy and
+FILE is a CSV of `simulate --csv` or of `sweep`, or a bag of `simulate --bag` or rosbag record. A bag needs joint_states; energy and
 error come from the node's ~status. Panels without data are left out."""
 
 import argparse
@@ -17,6 +17,7 @@ import numpy as np
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
 from chain import NoChain  # noqa: E402
+from plot_runs import Runs, draw_runs  # noqa: E402
 from plot_strobe import Links, draw_strobe  # noqa: E402
 
 # The colours of Okabe and Ito, which the colour-blind can distinguish. The dashes help in black and white.
@@ -71,6 +72,8 @@ def read_csv(path):
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))
     header = rows[0] if rows else []
+    if Runs.are_in(header) and len(rows) > 1:
+        return Runs(header, rows[1:])
     joints = [name[2:] for name in header if name.startswith("q_")]
     if not joints or header != ["t", *("q_" + j for j in joints), *("qd_" + j for j in joints), "energy"]:
         raise Refused(f"{path}: expected the columns t, q_<joint>…, qd_<joint>…, energy, got "
@@ -284,7 +287,11 @@ def main():
             title += f": {len(columns)} of {len(motion.joints)} joints"
         pyplot.style.use(["default", "dark_background"] if given.dark else "default")
         pyplot.rcParams.update({"axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.3})
-        figure = (strobe(motion, given.strobe, given.at, given.apart) if given.strobe
+        is_sweep = isinstance(motion, Runs)
+        if is_sweep and given.strobe:
+            raise Refused("--strobe: expected one motion, got many runs")
+        figure = (draw_runs(motion, columns, title, given.wrap, COLOURS[0]) if is_sweep
+                  else strobe(motion, given.strobe, given.at, given.apart) if given.strobe
                   else draw(motion, columns, title, given.wrap))
         figure.savefig(output, dpi=130)
     except (NoChain, Refused, OSError, UnicodeDecodeError) as problem:
