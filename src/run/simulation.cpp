@@ -78,14 +78,25 @@ struct Simulation::Parts {
 
   ode::Integrator& integrator() const { return *ladder[rung]; }
 
+  ode::Tolerance toleranceAt(std::size_t which) const {
+    const int controlled = scene.base || !scene.drives.empty() ? dynamics.works() : 0;
+    return toleranceOf(settingsOf(scene.integrator, which), n, controlled);
+  }
+
+  /// The scene has another tolerance.
+  void useTolerance() {
+    for (std::size_t k = 0; k < rungs; ++k) {
+      if (ladder[k]) ladder[k]->setTolerance(toleranceAt(k).arrangedBy(dynamics));
+    }
+    guard.use(scene.integrator);
+  }
+
   void climbTo(std::size_t next) {
     rung = next;
     if (!ladder[rung]) {
       const simd::PlainKernels plain(scene.integrator.plainKernel);
-      const int controlled = scene.base || !scene.drives.empty() ? dynamics.works() : 0;
       const IntegratorSettings settings = settingsOf(scene.integrator, rung);
-      ladder[rung] =
-          ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(settings, n, controlled));
+      ladder[rung] = ode::makeMethod(settings.method, dynamics, settings.step, toleranceAt(rung));
       if (dynamics.effects().haveSwitches()) {
         ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.effects(), dynamics);
       }
@@ -242,7 +253,11 @@ struct Simulation::Parts {
 };
 
 Simulation::Simulation(const Scene& scene, int commandCapacity)
-    : scene_(scene), drives_(scene.drives), base_(scene.base), commandCapacity_(commandCapacity) {
+    : scene_(scene),
+      drives_(scene.drives),
+      base_(scene.base),
+      integrator_(scene.integrator),
+      commandCapacity_(commandCapacity) {
   require(commandCapacity >= 0, "the number of commands must not be negative");
   reset();
 }
@@ -378,6 +393,19 @@ void Simulation::followBase(BaseLaws laws) {
   parts_->actsOtherwise = true;
 }
 
+double Simulation::tolerance() const {
+  return ode::hasFixedStep(scene_.integrator.method) ? 0 : scene_.integrator.tolerance;
+}
+
+void Simulation::setTolerance(double tolerance) {
+  require(tolerance >= 1e-15 && tolerance <= 1, "a tolerance must be from 1e-15 to 1");
+  scene_.integrator.tolerance = tolerance;
+  if (integrator_.rateTolerance) {
+    scene_.integrator.rateTolerance = *integrator_.rateTolerance * (tolerance / integrator_.tolerance);
+  }
+  parts_->useTolerance();
+}
+
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
   parts_->set(q, qd);
 }
@@ -386,6 +414,7 @@ void Simulation::reset() {
   const simd::PlainKernels plain(scene_.integrator.plainKernel);
   scene_.drives = drives_;
   scene_.base = base_;
+  scene_.integrator = integrator_;
   // Made anew: nothing that a method has learnt on the way is left.
   parts_ = std::make_unique<Parts>(scene_, commandCapacity_);
   parts_->set(scene_.q, scene_.qd);
