@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 #include "dynamics/coupled_dynamics.h"
 #include "effects/commands.h"
 #include "ode/methods.h"
-#include "ode/switches.h"
 #include "run/energy_guard.h"
 #include "run/ladder.h"
+#include "run/requirements.h"
 #include "run/turns.h"
 #include "simd/cpu.h"
 
@@ -20,23 +19,7 @@ namespace planar_chain {
 namespace {
 
 constexpr int stepsPerCheck = 32;    // of the energy balance
-constexpr double givenTo = 1e-6;     // rad, rad/s: how closely a state must repeat what is given
 constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
-
-void require(bool holds, const char* what) {
-  if (!holds) throw std::invalid_argument(what);
-}
-
-void requireContinuation(const MotionLaw& law, double t, double value, double rate) {
-  const GivenMotion begin = law.at(t);
-  require(
-      law.isFinite() && std::abs(begin.value - value) <= givenTo && std::abs(begin.rate - rate) <= givenTo,
-      "a law must be finite, and begin at the present value and rate");
-}
-
-bool allFinite(const std::vector<double>& values) {
-  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
-}
 
 }  // namespace
 
@@ -78,29 +61,17 @@ struct Simulation::Parts {
 
   ode::Integrator& integrator() const { return *ladder[rung]; }
 
-  ode::Tolerance toleranceAt(std::size_t which) const {
-    const int controlled = scene.base || !scene.drives.empty() ? dynamics.works() : 0;
-    return toleranceOf(settingsOf(scene.integrator, which), n, controlled);
-  }
-
   /// The scene has another tolerance.
   void useTolerance() {
     for (std::size_t k = 0; k < rungs; ++k) {
-      if (ladder[k]) ladder[k]->setTolerance(toleranceAt(k).arrangedBy(dynamics));
+      if (ladder[k]) ladder[k]->setTolerance(toleranceOf(scene, k, dynamics).arrangedBy(dynamics));
     }
     guard.use(scene.integrator);
   }
 
   void climbTo(std::size_t next) {
     rung = next;
-    if (!ladder[rung]) {
-      const simd::PlainKernels plain(scene.integrator.plainKernel);
-      const IntegratorSettings settings = settingsOf(scene.integrator, rung);
-      ladder[rung] = ode::makeMethod(settings.method, dynamics, settings.step, toleranceAt(rung));
-      if (dynamics.effects().haveSwitches()) {
-        ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.effects(), dynamics);
-      }
-    }
+    if (!ladder[rung]) ladder[rung] = methodOf(scene, rung, dynamics);
     countThen = integrator().count();
     timeThen = state.t;
   }
