@@ -14,7 +14,7 @@ import rospy
 import rostest
 import yaml
 from geometry_msgs.msg import Point, Pose2D, Twist, Vector3
-from planar_chain.msg import JointTorque, LinkForce, SimStatus
+from planar_chain.msg import CommandTaken, JointTorque, LinkForce, SimStatus
 from planar_chain.srv import SetState, Step
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -162,6 +162,27 @@ class CommandsReplay(InFolder):
             taken = [command for _, command, _ in bag.read_messages('/planar_chain/commands_taken')]
         self.assertEqual(sum(bool(command.base_pose) for command in taken), 20)
         self.assertEqual(sum(bool(command.base_trajectory) for command in taken), 10)
+
+    def test_a_tolerance_that_yields(self):
+        # 300 links whipped about: at 1e-13 a tick takes far longer than 5 ms, at 1e-2 it does not.
+        link = dict(LINK, repeat=300, initial={'angle': 0.02, 'velocity': 0.1})
+        scene = {'chain': ['link'], 'links': {'link': link}, 'publish': {'rate': RATE, 'status_rate': 20.0},
+                 'integrator': {'tolerance': 1e-13, 'loosest_tolerance': 1e-2}}
+        statuses = Listener('/planar_chain/status', SimStatus)
+        states = Listener('/joint_states', JointState)
+        with Node(scene, arguments=['--wait-for-recorder']):
+            with Running('rosbag', 'record', '-q', '-O', self.path('node.bag'), *TOPICS, '/tf', '/planar_chain/link_states'):
+                statuses.wait_for(lambda status: status.tolerance > 1e-13)
+                states.wait_for_count(len(states.messages) + 200)
+        states.close()
+        statuses.close()
+        with rosbag.Bag(self.path('node.bag')) as bag:
+            taken = [command for _, command, _ in bag.read_messages('/planar_chain/commands_taken')]
+        self.assertGreater(len(taken), 0)
+        self.assertEqual({command.kind for command in taken}, {CommandTaken.TOLERANCE})
+        recorded, again, _ = self.replay(scene)
+        for tick in sorted(set(recorded) - {0}):
+            self.assertEqual(again[tick], recorded[tick], 'tick %d' % tick)
 
     def test_a_node_waits_for_its_recorder(self):
         statuses = Listener('/planar_chain/status', SimStatus)

@@ -72,11 +72,16 @@ class Simulation {
   const std::vector<double>& qd() const;  ///< rad/s
   const std::string& fault() const;       ///< empty: none
   std::string method() const;             ///< in use, such as "dopri5"
+  double tolerance() const;               ///< in force; 0 for methods of fixed step
   /// The recursion for q̈ that this chain uses on this CPU, such as "closed form for two", "link by link",
   /// "link by link, written out for 5", "in 4 segments side by side (avx2)".
   std::string recursion() const;
   const Scene& scene() const;
   Statistics statistics() const;
+
+  /// From the next step on, until reset(). A rate tolerance changes in proportion. Allocates.
+  /// @throws std::invalid_argument for a tolerance outside 1e-15 … 1
+  void setTolerance(double tolerance);
 
   // At the present state, computed when called.
   Energy energy() const;
@@ -134,9 +139,10 @@ class Simulation {
 
  private:
   struct Parts;
-  Scene scene_;                      ///< with the laws that drive at present
+  Scene scene_;                      ///< with the laws that drive at present, and the tolerance
   const std::vector<Drive> drives_;  ///< those of the start
   const std::optional<BaseLaws> base_;
+  const IntegratorSettings integrator_;
   const int commandCapacity_;
   std::unique_ptr<Parts> parts_;
 };

@@ -92,6 +92,7 @@ class LandingOnSwitches : public Integrator {
     count.rejected += landing_;
     return count;
   }
+  void setTolerance(const Tolerance& tolerance) override { steps_->setTolerance(tolerance); }
   bool stepTo(State& state, double t) override { return steps_->stepTo(state, t); }
 
   Outcome advance(State& state, double end, double longestStep) override {

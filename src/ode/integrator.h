@@ -90,6 +90,8 @@ class Integrator {
   void begin() { restartAfter(Change::all); }
   enum class Change { bend, jump, stiffness, all };
   virtual void restartAfter(Change change) = 0;
+  /// From the next step on. An integrator without error control ignores it.
+  virtual void setTolerance(const Tolerance& /*tolerance*/) {}
   virtual StepCount count() const = 0;
 };
 

@@ -37,13 +37,7 @@ class EnergyGuard {
  public:
   /// The scene and its dynamics must outlive this object.
   EnergyGuard(const Scene& scene, const Dynamics& dynamics) : dynamics_(dynamics), n_(scene.chain.size()) {
-    constexpr double fixedShare = 0.1, tolerances = 10, sharePerTolerance = 1000;
-    const bool isFixed = ode::hasFixedStep(scene.integrator.method);
-    const double tolerance = scene.integrator.tolerance;
-    tolerance_ = isFixed ? 0 : tolerances * tolerance;
-    rateTolerance_ = isFixed ? 0 : tolerances * scene.integrator.rateTolerance.value_or(tolerance);
-    perStep_ = isFixed || scene.integrator.rateTolerance ? 0 : tolerance / 2;
-    share_ = isFixed ? fixedShare : std::min(fixedShare, sharePerTolerance * tolerance);
+    use(scene.integrator);
     double pin = 0;
     for (int j = 0; j < n_; ++j) {
       const Link& link = scene.chain.links()[index(j)];
@@ -56,6 +50,16 @@ class EnergyGuard {
       }
       pin += length(link.pin);
     }
+  }
+
+  /// Allows what these settings do from now on.
+  void use(const IntegratorSettings& settings) {
+    constexpr double fixedShare = 0.1, tolerances = 10, sharePerTolerance = 1000;
+    const bool isFixed = ode::hasFixedStep(settings.method);
+    tolerance_ = isFixed ? 0 : tolerances * settings.tolerance;
+    rateTolerance_ = isFixed ? 0 : tolerances * settings.rateTolerance.value_or(settings.tolerance);
+    perStep_ = isFixed || settings.rateTolerance ? 0 : settings.tolerance / 2;
+    share_ = isFixed ? fixedShare : std::min(fixedShare, sharePerTolerance * settings.tolerance);
   }
 
   /// W_s and W_d in a state in chain order.

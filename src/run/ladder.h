@@ -6,11 +6,16 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <memory>
 #include <string>
+#include <utility>
 
+#include "dynamics/dynamics.h"
 #include "ode/integrator.h"
 #include "ode/methods.h"
+#include "ode/switches.h"
 #include "planar_chain/scene.h"
+#include "simd/cpu.h"
 
 namespace planar_chain {
 
@@ -53,12 +58,23 @@ inline void describeFailure(std::string& to, const std::string& method, double t
 
 /// Angles count up to half a turn in the error control, rates as they are. Works are controlled only where a
 /// drive or the base may do work on a chain that does not move.
-inline ode::Tolerance toleranceOf(const IntegratorSettings& settings, int n, int works) {
+inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dynamics& dynamics) {
+  const IntegratorSettings settings = settingsOf(scene.integrator, rung);
+  const int n = scene.chain.size(), works = scene.base || !scene.drives.empty() ? dynamics.works() : 0;
   const double none = std::numeric_limits<double>::infinity();
   ode::Tolerance tolerance{settings.tolerance, Eigen::ArrayXd::Constant(2 * n + works, none), n,
                            settings.rateTolerance};
   tolerance.ceiling.head(n) = pi;
   return tolerance;
+}
+
+/// The dynamics must outlive the method.
+inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t rung, Dynamics& dynamics) {
+  const simd::PlainKernels plain(scene.integrator.plainKernel);
+  const IntegratorSettings settings = settingsOf(scene.integrator, rung);
+  auto method = ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, rung, dynamics));
+  if (!dynamics.effects().haveSwitches()) return method;
+  return ode::landingOnSwitches(std::move(method), dynamics.effects(), dynamics);
 }
 
 }  // namespace planar_chain

@@ -313,8 +313,8 @@ Scene readScene(const Value& value) {
   // All other keys.
   std::vector<Load> loads;
   for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads);
-  const IntegratorSettings integrator = readIntegrator(
-      top.section("integrator", {"method", "tolerance", "rate_tolerance", "step", "plain_kernel"}));
+  const IntegratorSettings integrator = readIntegrator(top.section(
+      "integrator", {"method", "tolerance", "rate_tolerance", "loosest_tolerance", "step", "plain_kernel"}));
   PublishSettings publish =
       readPublish(top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states",
                                           "frame_every", "frame_prefix", "world_frame", "base_frame"}),

@@ -126,6 +126,11 @@ IntegratorSettings readIntegrator(const Section& in) {
     in.take("rate_tolerance", {" from 1e-15 to 1000000 rad/s", 1e-15, 1e6, true},
             settings.rateTolerance.emplace(1));
   }
+  if (in.has("loosest_tolerance")) {
+    in.take("loosest_tolerance",
+            {" from the tolerance, " + toText(settings.tolerance) + ", to 1", settings.tolerance, 1, true},
+            settings.loosestTolerance.emplace(1));
+  }
   in.take("step", NumberRule::above(0, "s"), settings.step);
   in.take("plain_kernel", settings.plainKernel);
   return settings;

@@ -96,7 +96,7 @@ void check(const std::vector<CommandTaken>& commands, double rate, const std::st
              "number " + std::to_string(command.number) + " where " + std::to_string(number) + " is due");
     }
     const bool hasItsFields =
-        command.kind <= CommandTaken::BASE_TRAJECTORY && std::isfinite(command.scene_time) &&
+        command.kind <= CommandTaken::TOLERANCE && std::isfinite(command.scene_time) &&
         command.joint_torque.size() == (command.kind == CommandTaken::JOINT_TORQUE ? 1 : 0) &&
         command.link_force.size() == (command.kind == CommandTaken::LINK_FORCE ? 1 : 0) &&
         command.joint_trajectory.size() == (command.kind == CommandTaken::JOINT_TRAJECTORY ? 1 : 0) &&

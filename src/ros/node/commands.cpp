@@ -164,6 +164,9 @@ Faults Commands::apply(const CommandTaken& input) {
       if (simulation_->time() == ticks_.sceneTime(ticks_.next - 1)) ++ticks_.origin;
       if (simulation_->time() == ticks_.sceneTime(ticks_.next)) ticks_.set = ticks_.next;
       return {};
+    case CommandTaken::TOLERANCE:
+      simulation_->setTolerance(input.tolerance);
+      return {};
     default:  // RESET
       simulation_->reset();
       taken_.clear();

@@ -26,6 +26,7 @@
 #include "ros/node/clock.h"
 #include "ros/node/commands.h"
 #include "ros/node/master_watch.h"
+#include "ros/node/tolerance_pace.h"
 #include "ros/view/messages.h"
 
 namespace planar_chain {
@@ -70,6 +71,8 @@ class Node {
   void load(const Scene& scene);
   void advertiseServices();
   double runDueTicks();
+  void allowYielding();
+  void keepPace(double work);
   void showSetState();
   bool tick();
   bool serveDuringTicks();
@@ -112,7 +115,10 @@ class Node {
   std::uint64_t overruns_ = 0;
   std::uint64_t jumpsTold_ = 0;                              ///< jumps of the clock, on /diagnostics
   boost::circular_buffer<std::pair<double, double>> times_;  ///< simulated and steady time, lately
-  Every warnings_;
+  Every warnings_, advice_;
+  std::optional<TolerancePace> pace_;  ///< if the tolerance may yield
+  double load_ = 0, stepsOfTick_ = 0;  ///< of a tick, in the mean of about the last twenty
+  double stepsBefore_ = 0;             ///< all steps before the next tick
 };
 
 }  // namespace planar_chain

@@ -77,6 +77,7 @@ Answer Node::reset() {
     if (master_) master_.emplace();
   }
   commands_.take(inputOf(CommandTaken::RESET));
+  allowYielding();
   ++resets_;
   return {true, std::string("reset to the initial state") +
                     (changed ? " of the scene in the changed parameters" : "") + (paused_ ? "; paused" : "")};

@@ -136,6 +136,7 @@ void describe(const Simulation& simulation, SimStatus& status) {
   status.rescues = static_cast<std::uint64_t>(statistics.rescues);
   status.evaluations = static_cast<std::uint64_t>(statistics.evaluations);
   status.error_estimate = statistics.localError;
+  status.tolerance = simulation.tolerance();
   status.kinetic = balance.now.kinetic;
   status.potential = balance.now.potential;
   status.work_supplied = balance.supplied;
