@@ -55,11 +55,11 @@ struct Drive {
 };
 
 struct IntegratorSettings {
-  std::string method = "auto";            ///< one of methodNames()
-  double tolerance = 1e-8;                ///< relative and absolute, for adaptive methods
-  double step = 1e-3;                     ///< s, for methods of fixed step
-  bool plainKernel = false;               ///< the same digits on every x86-64 CPU, at the cost of speed
-  std::optional<double> rateTolerance{};  ///< of the rates by themselves; nothing: as the angles they make
+  std::string method = "auto";               ///< one of methodNames()
+  double tolerance = 1e-8;                   ///< relative and absolute, for adaptive methods
+  double step = 1e-3;                        ///< s, for methods of fixed step
+  bool plainKernel = false;                  ///< the same digits on every x86-64 CPU, at the cost of speed
+  std::optional<double> rateTolerance{};     ///< of the rates by themselves; nothing: as the angles they make
   std::optional<double> loosestTolerance{};  ///< the node's tolerance yields up to this when it is late
 };
 

@@ -80,10 +80,10 @@ std::string onlyNode(const rosbag::Bag& bag, const std::string& path) {
 template <class Message>
 boost::shared_ptr<Message> messageOf(const rosbag::MessageInstance& entry, const std::string& path) {
   if (const auto message = entry.instantiate<Message>()) return message;
-  refuse(path,
-         entry.getTopic() + " of type " + ros::message_traits::datatype<Message>() +
-             " as this version defines it",
-         "that of another version, which `rosbag fix` converts (msg/README.md)");
+  const std::string type = ros::message_traits::datatype<Message>();
+  refuse(path, entry.getTopic() + " of type " + type + " as this version defines it",
+         entry.getDataType() == type ? "that of another version, which `rosbag fix` converts (msg/README.md)"
+                                     : entry.getDataType());
 }
 
 /// @throws Refused if one of them is missing, is not what its kind needs, or does not fit the ticks
