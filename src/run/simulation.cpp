@@ -345,7 +345,6 @@ const std::vector<long long>& Simulation::cutOffs() const {
   static const std::vector<long long> none;
   return parts_->commands ? parts_->commands->cutOffs() : none;
 }
-
 const std::vector<long long>& Simulation::velocityExcesses() const {
   return parts_->velocities.counts();
 }
