@@ -315,6 +315,14 @@ void CoupledDynamics::solveWith(Solver<Scalar>& solver, const Scalar* rhs, Scala
   x[2 * n_ + 1] = (rhs[2 * n_ + 1] + dissipated) / solver.s;
 }
 
+void CoupledDynamics::solve(const double* rhs, double* x) {
+  solveWith(solver_, rhs, x);
+}
+
+void CoupledDynamics::solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) {
+  solveWith(complexSolvers_[index(k)], rhs, x);
+}
+
 /// How the powers of the effects change along x = [u v].
 Powers CoupledDynamics::powersAlong(const double* x) {
   Powers powers;

@@ -66,11 +66,9 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   bool timeDerivative(double* ft) override;
   ode::LinearCosts linearCosts() const override { return {2.9, 1, 3.2, 2.8}; }
   void factor(double s) override { solver_.factor(s); }
-  void solve(const double* rhs, double* x) override { solveWith(solver_, rhs, x); }
+  void solve(const double* rhs, double* x) override;
   void factorComplex(int k, std::complex<double> s) override { complexSolvers_[index(k)].factor(s); }
-  void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override {
-    solveWith(complexSolvers_[index(k)], rhs, x);
-  }
+  void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override;
 
   // ode::SeriesSystem
   bool seriesAreWorthwhile() const override { return MotionSeries::areWorthwhile(n_); }
