@@ -48,9 +48,9 @@ class CoupledSolve : public ::testing::TestWithParam<const char*> {
     const double h = 1e-3 / x.norm();
     const auto slope = [&](double step) {
       const VectorXd at = y_ + step * x;
-      VectorXd slope(size_);
-      dynamics_.derivative(t_, at.data(), slope.data());
-      return slope;
+      VectorXd dydt(size_);
+      dynamics_.derivative(t_, at.data(), dydt.data());
+      return dydt;
     };
     return (8 * (slope(h) - slope(-h)) - (slope(2 * h) - slope(-2 * h))) / (12 * h);
   }

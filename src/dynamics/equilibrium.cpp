@@ -14,7 +14,7 @@ namespace planar_chain {
 
 namespace {
 
-constexpr int mostSteps = 2000;
+constexpr int mostSteps = 5000;
 constexpr double farthest = 1e3;     // rad: an energy that still falls there has no minimum
 constexpr double longestTurn = 1;    // rad in one step
 constexpr double leastShare = 1e-6;  // of the weight's moments, in place of a smaller κ'
