@@ -13,10 +13,11 @@ enter() {
   set -u
 }
 
-to_build=(build-essential cmake libboost-program-options-dev libeigen3-dev libtinyxml2-dev libyaml-cpp-dev nlohmann-json3-dev)
+to_build=(build-essential cmake libboost-program-options-dev libeigen3-dev libtinyxml2-dev libyaml-cpp-dev nlohmann-json3-dev
+  libpython3-dev pybind11-dev)
 if [ -e /opt/ros/noetic/setup.bash ]; then
   enter /opt/ros/noetic
-  to_run=("${to_build[@]}" ros-noetic-{ros-base,diagnostic-updater,interactive-markers,rviz,tf,tf2-ros} python3-{jinja2,matplotlib,yaml})
+  to_run=("${to_build[@]}" ros-noetic-{ros-base,diagnostic-updater,interactive-markers,rviz,tf,tf2-ros} python3-{jinja2,matplotlib,numpy,yaml})
   to_test=(ros-noetic-{kdl-parser,rostest})
 else
   # Debian splits a message package in three: definitions (ros-…), C++ (lib…-dev), python.
@@ -25,11 +26,11 @@ else
     libdiagnostic-updater-dev libinteractive-markers-dev
     librosbag-storage-dev libros-rosgraph-msgs-dev libstd-srvs-dev
     python3-{diagnostic,geometry,rosgraph,sensor,std,tf2,trajectory,visualization}-msgs python3-std-srvs
-    python3-{jinja2,matplotlib,roslaunch,rosbag,rosnode,rospy,rosservice,rostopic,yaml} rosbash rosout rviz tf-tools)
-  to_test=(libkdl-parser-dev librostest-dev python3-rostest)
+    python3-{jinja2,matplotlib,numpy,roslaunch,rosbag,rosnode,rospy,rosservice,rostopic,yaml} rosbash rosout rviz tf-tools)
+  to_test=(libkdl-parser-dev librostest-dev python3-distributed python3-rostest)
   grep -q bullseye /etc/os-release || to_test+=(libmujoco-dev)  # not in Debian 11
 fi
-to_test+=(catkin-lint clang-format doxygen libgtest-dev liburdfdom-tools python3-numpy qemu-user shellcheck valgrind)
+to_test+=(catkin-lint clang-format doxygen libgtest-dev liburdfdom-tools qemu-user shellcheck valgrind)
 
 # Installs those of the packages named that are missing; asks nothing, and needs no network if none is.
 install_missing() {

@@ -115,7 +115,7 @@ class Bags(InFolder):
         views = {topic: messages for topic, messages in self.bag("--duration", "2", "--views").items() if "/view/" in topic}
         self.assertEqual({topic: (messages[0][1]._type, len(messages)) for topic, messages in views.items()}, dict({
             "/planar_chain/view/" + name: ("visualization_msgs/MarkerArray", 140)
-            for name in ("loads", "pin_forces", "springs", "trail", "centres")},
+            for name in ("loads", "pin_forces", "springs", "drives", "friction", "trail", "centres")},
             **{"/planar_chain/view/energy": ("visualization_msgs/Marker", 140)}))
         stamp, energy = views["/planar_chain/view/energy"][-1]
         self.assertEqual((stamp, energy.header.stamp.to_nsec()), (2 * 10**9, 2 * 10**9))

@@ -48,21 +48,21 @@ TEST(EnergyGuard, SeesWhatTheToleranceDoesNotExplain) {
     guard.begin(state, state.y.data());
     state.t = 0.1;
     state.y << 0.1 * std::cos(1), -std::sin(1);
-    EXPECT_TRUE(guard.accept(state, state.y.data()));
+    EXPECT_TRUE(guard.accept(state, state.y.data(), 1));
     state.y[1] *= 1 + 2 * tolerance;
-    EXPECT_TRUE(guard.accept(state, state.y.data())) << "an error that the tolerance allows";
+    EXPECT_TRUE(guard.accept(state, state.y.data(), 1)) << "an error that the tolerance allows";
     const ode::State good = guard.lastGood();
     state.y[1] *= 1 + 2e4 * tolerance;
-    EXPECT_FALSE(guard.accept(state, state.y.data()));
+    EXPECT_FALSE(guard.accept(state, state.y.data(), 1));
     const double excess = J / 2 * (state.y[1] * state.y[1] - good.y[1] * good.y[1]);
     EXPECT_NEAR(guard.gap(), excess, 2e-4 * excess) << "and what was let pass just before";
     EXPECT_EQ(guard.lastGood().y, good.y) << "the last good state stays";
     state.y = good.y;
     state.y[0] += 3 * tolerance;
-    EXPECT_TRUE(guard.accept(state, state.y.data()))
+    EXPECT_TRUE(guard.accept(state, state.y.data(), 1))
         << "an angle that little off moves no more energy than this";
     state.y[1] = std::nan("");
-    EXPECT_FALSE(guard.accept(state, state.y.data()));
+    EXPECT_FALSE(guard.accept(state, state.y.data(), 1));
   }
 }
 
@@ -77,7 +77,7 @@ TEST(EnergyGuard, SeesWhatAlmostLeavesTheNumbers) {
     guard.begin(state, state.y.data());
     state.t = 0.001;
     state.y << 1e78, rate;
-    EXPECT_FALSE(guard.accept(state, state.y.data())) << rate;
+    EXPECT_FALSE(guard.accept(state, state.y.data(), 1)) << rate;
     EXPECT_EQ(guard.lastGood().y[1], 0);
   }
 }
@@ -93,11 +93,11 @@ TEST(EnergyGuard, AddsUpTheGapsOfASecond) {
   const auto grow = [&] {
     state.t += 0.01;
     state.y[1] *= std::sqrt(1.05);
-    return guard.accept(state, state.y.data());
+    return guard.accept(state, state.y.data(), 1);
   };
   EXPECT_TRUE(grow());
   state.t += 2;
-  EXPECT_TRUE(guard.accept(state, state.y.data()));
+  EXPECT_TRUE(guard.accept(state, state.y.data(), 1));
   EXPECT_TRUE(grow());
   EXPECT_TRUE(grow());
   EXPECT_TRUE(grow());
@@ -113,9 +113,9 @@ TEST(EnergyGuard, IsNoBlinderThanRounding) {
   state.y << 0, 1;
   guard.begin(state, state.y.data());
   state.y[1] = 1 + 1e-15;
-  EXPECT_TRUE(guard.accept(state, state.y.data()));
+  EXPECT_TRUE(guard.accept(state, state.y.data(), 1));
   state.y[1] = 1 + 5e-12;
-  EXPECT_FALSE(guard.accept(state, state.y.data()));
+  EXPECT_FALSE(guard.accept(state, state.y.data(), 1));
 }
 
 TEST(EnergyGuard, RescuesAMethodOutsideItsRegionOfStability) {
@@ -176,6 +176,25 @@ TEST(EnergyGuard, LeavesGoodRunsAlone) {
             << scene.chain.size() << " links by " << method << " at " << tolerance;
       }
     }
+  }
+}
+
+TEST(EnergyGuard, BalancesTheEnergyOfDampedVibrations) {
+  // A vibration of 1e-4 rad and 0.1 rad/s at a tolerance of 1e-2: only rate_tolerance asks for it.
+  Scene scene = oscillator(1000);
+  scene.q = {1e-4};
+  const double energy = J / 2 * 0.1 * 0.1;
+  for (const char* method : {"rodas5p", "ros34pw2"}) {
+    scene.integrator = {method, 1e-2, 0};
+    Simulation loose(scene);
+    ASSERT_TRUE(loose.advanceTo(1));
+    EXPECT_NEAR(loose.energyBalance().residual, -energy, 0.01 * energy) << method;
+    EXPECT_EQ(loose.statistics().rescues, 0) << method;
+    scene.integrator.rateTolerance = 1e-2;
+    Simulation tight(scene);
+    ASSERT_TRUE(tight.advanceTo(1));
+    EXPECT_NEAR(tight.energyBalance().residual, 0, 0.2 * energy) << method;
+    EXPECT_NEAR(tight.qd()[0], -0.1 * std::sin(1000), 1e-2) << method;
   }
 }
 

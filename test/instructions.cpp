@@ -10,10 +10,12 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "counted.h"
-#include "dynamics/dynamics.h"
+#include "dynamics/coupled_dynamics.h"
 #include "lanes/kernel.h"
 #include "ode/methods.h"
 #include "random_scene.h"
@@ -40,12 +42,17 @@ double nanosecondsOf(const std::function<void()>& operation) {
   return times[times.size() / 10];
 }
 
+Scene randomScene(int n, bool sprung) {
+  return test::randomScene(n, static_cast<unsigned>(n), {sprung, sprung, false});
+}
+
+template <class SomeDynamics>
 class Chains {
  public:
-  Chains(int n, bool sprung)
-      : n_(n),
-        chain_(sprung ? "springs and dampers" : "bare"),
-        scene_(test::randomScene(n, static_cast<unsigned>(n), {sprung, sprung, false})),
+  Chains(const char* chain, Scene scene)
+      : n_(scene.chain.size()),
+        chain_(chain),
+        scene_(std::move(scene)),
 
         dynamics_(scene_),
         y_(Eigen::VectorXd::Zero(dynamics_.size())),
@@ -55,9 +62,9 @@ class Chains {
         complexRhs_(static_cast<std::size_t>(dynamics_.arrangedSize()), {1, 1}),
         complexSolution_(complexRhs_) {
     double theta = 0, omega = 0;
-    for (int i = 0; i < n; ++i) {
+    for (int i = 0; i < n_; ++i) {
       y_[i] = theta += scene_.q[static_cast<std::size_t>(i)];
-      y_[n + i] = omega += scene_.qd[static_cast<std::size_t>(i)];
+      y_[n_ + i] = omega += scene_.qd[static_cast<std::size_t>(i)];
     }
     start_ = ode::State(dynamics_, y_);
     dynamics_.reserve(1);
@@ -65,9 +72,9 @@ class Chains {
 
   bool countAll() {
     const double* y = start_.y.data();
-    count("evaluation in order", [&] { dynamics_.derivative(0, y_.data(), slope_.data()); });
-    count("evaluation", [&] { dynamics_.rates(0, y, rates_.data() + dynamics_.positions()); });
-    count("linearize", [&] { dynamics_.linearize(0, y, rates_.data()); });
+    count("evaluation in order", [&] { dynamics_.derivative(time(), y_.data(), slope_.data()); });
+    count("evaluation", [&] { dynamics_.rates(time(), y, rates_.data() + dynamics_.positions()); });
+    count("linearize", [&] { dynamics_.linearize(time(), y, rates_.data()); });
     count("factor", [&] { dynamics_.factor(1e3); });
     count("solve", [&] { dynamics_.solve(rates_.data(), solution_.data()); });
     count("complex factor", [&] { dynamics_.factorComplex(0, {1e3, 1e3}); });
@@ -78,6 +85,12 @@ class Chains {
   }
 
  private:
+  /// Another one each time: a coupled chain does not evaluate a state again.
+  double time() {
+    if constexpr (std::is_same_v<SomeDynamics, CoupledDynamics>) t_ += 1;
+    return t_;
+  }
+
   /// So many that what is done once does not count, but fewer than the steps after which AdaptiveSteps looks
   /// around.
   int times() const { return n_ <= 10 ? 50 : n_ <= 100 ? 10 : 3; }
@@ -104,7 +117,8 @@ class Chains {
   int n_;
   const char* chain_;
   Scene scene_;
-  Dynamics dynamics_;
+  SomeDynamics dynamics_;
+  double t_ = 0;
   ode::State start_;
   Eigen::VectorXd y_, slope_, rates_, solution_;
   std::vector<std::complex<double>> complexRhs_, complexSolution_;
@@ -124,7 +138,13 @@ int main(int argc, char**) {
               simd::kernels().front()->name);
   for (const bool sprung : {false, true}) {
     for (const int n : {1, 2, 10, 100, 1000}) {
-      if (!Chains(n, sprung).countAll()) return 1;
+      const char* name = sprung ? "springs and dampers" : "bare";
+      if (!Chains<Dynamics>(name, randomScene(n, sprung)).countAll()) return 1;
     }
   }
+  Scene scene = randomScene(10, false);
+  std::vector<Joint> joints = scene.chain.joints();
+  joints[5].others.emplace_back("rotor_inertia", 0.1);
+  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  return Chains<CoupledDynamics>("one rotor", scene).countAll() ? 0 : 1;
 }

@@ -212,6 +212,33 @@ class KnownMotions(InFolder):
         self.assertAlmostEqual(off[10] / off[100], 100, delta=5)
         self.assertAlmostEqual(off[100] / off[1000], 100, delta=1)
 
+    def test_a_stiff_cable_hangs_where_its_springs_carry_its_weight(self):
+        # k q = the moment of all weights further out.
+        for n, stiffness in ((1000, 1e6), (1000, 1e3), (3000, 10.0)):
+            piece, weight = 0.01, 0.063 * GRAVITY
+            links = [rod(piece, mass=0.063, repeat=n, joint={"stiffness": stiffness})]
+            q, _ = self.angles(chain(["cable"], links, start="rest"), 1e-6, "--method", "rodas5p", tolerance=0.1)
+            theta = list(itertools.accumulate(q))
+            moment, outer = 0, 0
+            for angle, own in zip(reversed(theta), reversed(q)):
+                moment += (outer + weight / 2) * piece * math.cos(angle)
+                outer += weight
+                self.assertAlmostEqual(stiffness * own, -moment, delta=1e-11 * n * weight * n * piece)
+
+    def test_rest_is_no_inflexion(self):
+        # V = 4 sin θ − 4 θ falls, with inflexions at 2 π k, without end or to a stop at 10 rad.
+        joint = {"upper": 10.0, "stop_stiffness": 1000.0}
+        for more, finds in (({}, False), ({"joint": joint}, True)):
+            scene = chain(["a"], [dict(rod(1.0), **more)], gravity=[0, -8.0],
+                          loads={"turn": {"joint": "a_joint", "torque": 4.0}})
+            if not finds:
+                with self.assertRaises(AssertionError) as refused:
+                    self.equations(scene, "--equilibrium", "--q=0.5")
+                self.assertIn("falls without end", str(refused.exception))
+                continue
+            (found,) = self.equations(scene, "--equilibrium", "--q=0.5")["q"]
+            self.assertAlmostEqual(1000 * (found - 10), 4 * (1 - math.cos(found)), delta=1e-9)
+
     # ---- Scenes that ship do what their comments say ----
 
     def shipped(self, name, duration, rate):

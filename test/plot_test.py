@@ -24,6 +24,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..
 import chain  # noqa: E402
 import plot  # noqa: E402
 import plot_strobe  # noqa: E402
+from chain import read_chain  # noqa: E402
 
 chain.EQUATIONS = os.path.join(BIN, "equations")
 SCENES = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../config/scenes")
@@ -165,7 +166,7 @@ class Plot(InFolder):
 
     def test_the_tip_does_not_move_in_a_pause(self):
         motion = plot.read_bag(self.interrupted(), None)
-        before, during, after = plot_strobe.at(motion, [motion.t[99], motion.t[99] + 0.6, motion.t[100]])
+        before, during, after = plot_strobe.at(motion, motion.q, [motion.t[99], motion.t[99] + 0.6, motion.t[100]])
         self.assertEqual((before, during, after), (motion.q[99], motion.q[99], motion.q[100]))
 
     def test_formats_and_the_usual_name(self):
@@ -189,8 +190,9 @@ class Plot(InFolder):
         with open(SCENE, encoding="utf-8") as file:
             scene = yaml.safe_load(file)
         q = np.array([[0.3, -0.7, 1.9], [0.0, 0.0, 0.0]])
-        for row, points, coms in zip(q, *plot_strobe.pins(links, q)):
-            pin, theta = np.zeros(2), 0.0
+        base = np.array([[0.0, 0.0, 0.0], [3.0, -1.0, 0.4]])
+        for at, row, points, coms in zip(base, q, *plot_strobe.pins(links, base, q)):
+            pin, theta = at[:2], at[2]
             for k, name in enumerate(scene["chain"]):
                 theta += row[k]
                 turn = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
@@ -199,6 +201,22 @@ class Plot(InFolder):
                 np.testing.assert_allclose([coms[k].real, coms[k].imag], com, atol=1e-15)
                 pin = pin + turn @ scene["links"][name]["pin"]
             np.testing.assert_allclose([points[-1].real, points[-1].imag], pin, atol=1e-15)
+
+    def test_strobe_moves_the_base_as_a_bag_does(self):
+        crane, bag, table = os.path.join(SCENES, "crane.yaml"), self.path("crane.bag"), self.path("crane.csv")
+        run = self.run_tool("simulate", crane, "--duration", "3", "--bag", bag, "--csv", table)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        motion, links = plot.read_bag(bag, None), plot_strobe.Links(crane)
+        chain = read_chain(crane)
+        law = chain["base"]["x"]
+        pins = plot_strobe.pins(links, plot_strobe.base_of(links, motion), motion.q)[0][:, 0]
+        # The law is met at its knots, up to half a tick.
+        for time, value in zip(law["times"], law["values"]):
+            if time < 3:
+                self.assertAlmostEqual(pins[np.argmin(abs(motion.t + 0.005 - time))].real, value, delta=0.01)
+        self.assertGreater(np.ptp(pins.real), 0.5)
+        self.assertEqual(self.run_tool("plot", bag, "--strobe", crane, "--output", self.path("crane.png")).returncode, 0)
+        self.assertIn("--strobe: expected a bag with ~link_states", self.refused(table, "--strobe", crane))
 
     def test_strobe_knows_repeated_links_and_masses_beside_their_link(self):
         links = plot_strobe.Links(os.path.join(SCENES, "throw.yaml"))

@@ -19,11 +19,13 @@ BELOW = {
     "dynamics": ["effects"],
     "scene": ["dynamics"],
     "run": ["scene"],
-    "ros/messages": ["run"],
+    "batch": ["run"],
+    "ros/messages": ["batch"],
     "ros/view": ["ros/messages"],
     "ros/node": ["ros/view"],
     "ros/pull": ["ros/node"],
     "ros/bag": ["ros/node"],
+    "python": ["batch"],
     "tools": ["ros/bag"],
     "report": ["tools"],
     "report/benchmark": ["report"],
@@ -38,6 +40,7 @@ PUBLIC = {
     "energy.h": "dynamics", "kane.h": "dynamics", "linear_model.h": "dynamics",
     "scene_reader.h": "scene", "urdf_reader.h": "scene",
     "simulation.h": "run",
+    "batch.h": "batch",
 }
 
 # Of each group of rooms, what its files must not include from outside the project.

@@ -143,10 +143,10 @@ class Commands(Watching):
                     torque.publish(joint='rod_joint', torque=0.01 * i, duration=0.0373)
                     force.publish(link='rod', moment=-0.02 * i, duration=0.0373)
                 taken.wait_for_count(201 * tick - 1)  # ~step is one, too
-                step([], 1)
+                step(n=1)
                 impulse -= 0.01 * sum(range(100)) * 0.0373
             # The first push has ended in the fourth tick after it, the last one does so here.
-            state = step([], 4).states[-1]
+            state = step(n=4).states[-1]
         first = taken.messages[0].tick
         self.assertEqual([entry.tick - first for entry in taken.messages[:1005]], [k for k in range(5) for _ in range(201)])
         self.assertEqual(state.effort[0], 0.0)

@@ -13,16 +13,17 @@ import rosbag
 import rospy
 import rostest
 import yaml
-from geometry_msgs.msg import Point, Vector3
-from planar_chain.msg import JointTorque, LinkForce, SimStatus
+from geometry_msgs.msg import Point, Pose2D, Twist, Vector3
+from planar_chain.msg import CommandTaken, JointTorque, LinkForce, SimStatus
 from planar_chain.srv import SetState, Step
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectory
 
 from in_folder import InFolder
 from ros_commands import publisher
+from ros_machines import base_point, base_trajectory
 from ros_node import LIMIT, Listener, Node, Running, nanoseconds
 
 TOPICS = ['/joint_states', '/planar_chain/status', '/planar_chain/commands_taken', '/planar_chain/joint_torques']
@@ -135,6 +136,53 @@ class CommandsReplay(InFolder):
             out.publish(message)
 
         self.check(scene, between)
+
+    def test_motions_of_the_base(self):
+        chance = random.Random(3)
+        out = None
+
+        def between(i, _):
+            nonlocal out
+            out = out or publisher('/planar_chain/base_trajectory', MultiDOFJointTrajectory)
+            x, y, angle = (chance.uniform(-0.5, 0.5) for _ in range(3))
+            if i % 3 == 0:
+                out.publish(base_trajectory(base_point(0.1, x, y, angle), base_point(0.2737, 0.0, 0.0, 0.0)))
+            elif i % 3 == 1:
+                step = rospy.ServiceProxy('/planar_chain/step', Step)
+                for n in (1, chance.randint(2, 9)):
+                    moved = step(n=n, base_pose=[Pose2D(0.01 * x, 0.01 * y, 0.01 * angle)],
+                                 base_twist=[Twist(Vector3(x, y, 0), Vector3(0, 0, angle))])
+                    self.assertTrue(moved.success, moved.message)
+                self.assertTrue(rospy.ServiceProxy('/planar_chain/resume', Trigger)().success)
+            elif i == 14:
+                self.assertTrue(rospy.ServiceProxy('/planar_chain/reset', Trigger)().success)
+
+        self.check(dict(SCENE, base={'x': {'amplitude': 0.1, 'frequency': 1.0}}, real_time_factor=1.0), between)
+        with rosbag.Bag(self.path('node.bag')) as bag:
+            taken = [command for _, command, _ in bag.read_messages('/planar_chain/commands_taken')]
+        self.assertEqual(sum(bool(command.base_pose) for command in taken), 20)
+        self.assertEqual(sum(bool(command.base_trajectory) for command in taken), 10)
+
+    def test_a_tolerance_that_yields(self):
+        # 300 links whipped about: at 1e-13 a tick takes far longer than 5 ms, at 1e-2 it does not.
+        link = dict(LINK, repeat=300, initial={'angle': 0.02, 'velocity': 0.1})
+        scene = {'chain': ['link'], 'links': {'link': link}, 'publish': {'rate': RATE, 'status_rate': 20.0},
+                 'integrator': {'tolerance': 1e-13, 'loosest_tolerance': 1e-2}}
+        statuses = Listener('/planar_chain/status', SimStatus)
+        states = Listener('/joint_states', JointState)
+        with Node(scene, arguments=['--wait-for-recorder']):
+            with Running('rosbag', 'record', '-q', '-O', self.path('node.bag'), *TOPICS, '/tf', '/planar_chain/link_states'):
+                statuses.wait_for(lambda status: status.tolerance > 1e-13)
+                states.wait_for_count(len(states.messages) + 200)
+        states.close()
+        statuses.close()
+        with rosbag.Bag(self.path('node.bag')) as bag:
+            taken = [command for _, command, _ in bag.read_messages('/planar_chain/commands_taken')]
+        self.assertGreater(len(taken), 0)
+        self.assertEqual({command.kind for command in taken}, {CommandTaken.TOLERANCE})
+        recorded, again, _ = self.replay(scene)
+        for tick in sorted(set(recorded) - {0}):
+            self.assertEqual(again[tick], recorded[tick], 'tick %d' % tick)
 
     def test_a_node_waits_for_its_recorder(self):
         statuses = Listener('/planar_chain/status', SimStatus)

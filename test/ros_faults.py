@@ -101,7 +101,7 @@ class Faults(unittest.TestCase):
 
         def call():
             try:
-                answers.append(step([], ticks))
+                answers.append(step(n=ticks))
             except rospy.ServiceException as failure:
                 answers.append(failure)
         caller = threading.Thread(target=call)
@@ -163,7 +163,7 @@ class Faults(unittest.TestCase):
             statuses.wait_for_count(stuck + 20)
             self.assertEqual(statuses.messages[-1].fault, '')
             torques.publish(data=[1.0, 1.0])
-            for answer in (service('set_state', SetState)([0, 0], [0, 0]), service('step', Step)([], 1),
+            for answer in (service('set_state', SetState)([0, 0], [0, 0]), service('step', Step)(n=1),
                            service('clear_commands', Trigger)()):
                 self.assertFalse(answer.success)
                 self.assertIn('~reset aborts it', answer.message)

@@ -83,7 +83,7 @@ class Launch(unittest.TestCase):
                 views = set(bag.get_type_and_topic_info().topics)
         rospy.delete_param('/planar_chain')
         self.assertLessEqual({'/planar_chain/view/' + name for name in (
-            'loads', 'pin_forces', 'springs', 'trail', 'centres', 'energy')}, views)
+            'loads', 'pin_forces', 'springs', 'friction', 'drives', 'trail', 'centres', 'energy')}, views)
         self.assertEqual(recorded[0].header.seq, 0)
         self.assertAlmostEqual(recorded[0].velocity[0], 0, delta=1e-12)
 

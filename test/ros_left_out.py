@@ -27,6 +27,8 @@ VIEWS = {
     '/planar_chain/view/loads': (MarkerArray, 'planar_chain::Views::drawLoads('),
     '/planar_chain/view/pin_forces': (MarkerArray, 'planar_chain::Views::drawPinForces('),
     '/planar_chain/view/springs': (MarkerArray, 'planar_chain::Views::drawSprings('),
+    '/planar_chain/view/friction': (MarkerArray, 'planar_chain::Views::drawFriction('),
+    '/planar_chain/view/drives': (MarkerArray, 'planar_chain::Views::drawDrives('),
     '/planar_chain/view/trail': (MarkerArray, 'planar_chain::Views::drawTrail('),
     '/planar_chain/view/centres': (MarkerArray, 'planar_chain::Views::drawCentres('),
     '/planar_chain/view/energy': (Marker, 'planar_chain::Views::writeEnergy('),
@@ -72,7 +74,8 @@ class LeftOut(unittest.TestCase):
         self.check('/planar_chain/view/pin_forces', '/planar_chain/view/trail', '/planar_chain/view/energy')
 
     def test_the_other_views_alone(self):
-        self.check('/planar_chain/view/loads', '/planar_chain/view/springs', '/planar_chain/view/centres')
+        self.check('/planar_chain/view/loads', '/planar_chain/view/springs', '/planar_chain/view/centres',
+                   '/planar_chain/view/friction', '/planar_chain/view/drives')
 
     def test_who_listens_later_gets_whole_messages(self):
         states = Listener('/joint_states', JointState)

@@ -7,7 +7,7 @@ import rospy
 import rostest
 from geometry_msgs.msg import Quaternion, Transform, Twist, Vector3, WrenchStamped
 from planar_chain.msg import JointTorque, LinkStates
-from planar_chain.srv import Step
+from planar_chain.srv import SetState, Step
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import (JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectory,
@@ -87,7 +87,7 @@ class Machines(Watching):
             # It stays there. Before it has been shown, a step shows it as the tick before.
             self.ask('settle')
             step = service('step', Step)
-            for state in step([], 100).states:
+            for state in step(n=100).states:
                 self.assertAlmostEqual(state.position[0], -math.pi / 2, delta=1e-12)
             self.ask('resume')
             self.states.wait_for_count(len(self.states.messages) + 20)
@@ -99,9 +99,9 @@ class Machines(Watching):
             self.states.wait_for_count(20)
             self.ask('pause')
             step = service('step', Step)
-            before = step([], 1).states[0]
+            before = step(n=1).states[0]
             self.assertGreater(len(self.ask('settle', success=False)), 20)
-            after = step([], 1).states[0]
+            after = step(n=1).states[0]
             self.assertAlmostEqual(after.velocity[0] - before.velocity[0], 0.005 / ROD_INERTIA, delta=1e-12)
             self.assertGreater(after.position[0], before.position[0])
 
@@ -156,6 +156,21 @@ class Machines(Watching):
             status = self.next_status()
             self.assertEqual((status.torques_cut_off, status.joints_cut_off), (0, []))
 
+    def test_rates_beyond_the_limit_are_counted_and_named(self):
+        scene = machine({'a': link({'velocity_limit': 9.0}), 'b': link({'velocity_limit': 1.0, 'name': 'elbow'})})
+        with Node(scene):
+            self.ask('pause')
+            self.ask('reset')
+            set_state, step = service('set_state', SetState), service('step', Step)
+            for rate in (0.9, 1.1, 1.2, 0.0, -1.1):
+                set_state([0.0, 0.0], [0.0, rate])
+                step(n=1)
+            status = self.next_status()
+            self.assertEqual((status.velocities_exceeded, status.joints_too_fast), (2, ['elbow']))
+            self.ask('reset')
+            status = self.next_status()
+            self.assertEqual((status.velocities_exceeded, status.joints_too_fast), (0, []))
+
     def test_a_torque_in_a_driven_joint_is_refused(self):
         with Node(machine({'a': link(), 'b': link({'drive': {'amplitude': 0.2, 'frequency': 1.0}})})):
             torques = publisher('/planar_chain/joint_torques', Float64MultiArray)
@@ -179,7 +194,7 @@ class Machines(Watching):
         self.ask('reset')
         step = service('step', Step)
         out = publisher('/planar_chain/joint_trajectory', JointTrajectory)
-        return out, lambda n: step([], n).states
+        return out, lambda n: step(n=n).states
 
     def send(self, out, message):
         out.publish(message)

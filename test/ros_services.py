@@ -83,7 +83,7 @@ class Services(Watching):
         with Node(PENDULUM):
             self.ask('pause')
             self.ask('reset')
-            first = motion(service('step', Step)([], 200).states)
+            first = motion(service('step', Step)(n=200).states)
         self.tearDown()
         self.setUp()
         with Node(PENDULUM):
@@ -118,7 +118,7 @@ class Services(Watching):
                 self.assertEqual(len(self.states.messages), states + 1)
                 self.assertEqual(len(self.transforms.messages), transforms + 1)
             # A step continues from there.
-            self.assertAlmostEqual(service('step', Step)([], 1).states[0].position[0], 0.005, delta=1e-12)
+            self.assertAlmostEqual(service('step', Step)(n=1).states[0].position[0], 0.005, delta=1e-12)
 
     def test_reset_reads_changed_parameters_or_refuses_all(self):
         with Node(rod(links=spinning())):
@@ -130,7 +130,7 @@ class Services(Watching):
             for fault in ('links/rod/mass: expected', 'links/rod/inertia: expected', 'publish: expected'):
                 self.assertIn(fault, message)
             step = service('step', Step)
-            self.assertAlmostEqual(step([], 1).states[0].velocity[0], 1.0, delta=1e-12)
+            self.assertAlmostEqual(step(n=1).states[0].velocity[0], 1.0, delta=1e-12)
 
             upload(dict(rod(), chain=['rod', 'tip'], links={
                 'rod': dict(spinning()['rod'], initial={'angle': 0.5}),
@@ -141,7 +141,7 @@ class Services(Watching):
             self.states.wait_for_count(seen + 1)
             new = self.states.messages[seen]
             self.assertEqual((new.name, new.position, new.velocity), (['rod_joint', 'wrist'], (0.5, 0.0), (0.0, 2.0)))
-            self.assertEqual(len(step([0.0, 0.1], 3).states[-1].position), 2)
+            self.assertEqual(len(step(torques=[0.0, 0.1], n=3).states[-1].position), 2)
             self.assertTrue(service('set_state', SetState)([0.1, 0.2], [0.0, 0.0]).success)
             self.assertEqual(len(service('equations', Equations)([], []).q), 2)
             self.assertIn('<link name="tip">', rospy.get_param('/robot_description'))
@@ -150,7 +150,7 @@ class Services(Watching):
             self.next_status(lambda status: status.joint_torque_age >= 0)
             # Unchanged since: the same scene again.
             self.assertNotIn('changed', self.ask('reset'))
-            self.assertEqual(len(step([], 1).states[0].position), 2)
+            self.assertEqual(len(step(n=1).states[0].position), 2)
 
     def test_the_method_is_named_before_its_first_step(self):
         link = {'mass': 1.0, 'inertia': 0.1, 'com': [0.5, 0.0], 'pin': [1.0, 0.0]}
@@ -169,7 +169,7 @@ class Services(Watching):
             fault = self.last_turn(lambda status: status.fault)
             self.assertEqual(fault.standstill, 'the integration has failed')
             self.assertIn('the last good state is kept', self.ask('resume', success=False))
-            refused = service('step', Step)([], 1)
+            refused = service('step', Step)(n=1)
             self.assertFalse(refused.success)
             self.assertIn('the last good state is kept', refused.message)
             self.assertEqual(refused.states, [])
@@ -191,7 +191,7 @@ class Services(Watching):
             set_state = service('set_state', SetState)
             self.assertTrue(set_state([0.25], [2.0]).success)
             step = service('step', Step)
-            self.assertAlmostEqual(step([], 1).states[0].position[0], 0.26, delta=1e-12)
+            self.assertAlmostEqual(step(n=1).states[0].position[0], 0.26, delta=1e-12)
             for q, qd, faults in (([], [0.0], ['q: expected 1 angles', 'got 0']),
                                   ([NAN], [1.0, 2.0], ['q[0]: expected a finite number', 'got nan',
                                                        'qd: expected 1 rates', 'got 2']),
@@ -200,7 +200,7 @@ class Services(Watching):
                 self.assertFalse(answer.success)
                 for fault in faults:
                     self.assertIn(fault, answer.message)
-            self.assertAlmostEqual(step([], 1).states[0].position[0], 0.27, delta=1e-12)
+            self.assertAlmostEqual(step(n=1).states[0].position[0], 0.27, delta=1e-12)
 
     def test_clear_commands_lets_go_of_all_kinds(self):
         with Node(rod()):
@@ -221,7 +221,7 @@ class Services(Watching):
         with Node(rod()):
             self.states.wait_for_count(3)
             step = service('step', Step)
-            first = step([0.31], 4)
+            first = step(torques=[0.31], n=4)
             self.assertTrue(first.success)
             self.assertIn('paused', first.message)
             self.assertEqual(len(first.states), 4)
@@ -230,8 +230,8 @@ class Services(Watching):
             for k, speed in enumerate(speeds, 1):
                 self.assertAlmostEqual(speed, k * rate, delta=1e-12)
             # Held on; then let go.
-            self.assertAlmostEqual(step([], 2).states[-1].velocity[0], 6 * rate, delta=1e-12)
-            last = step([0.0], 3)
+            self.assertAlmostEqual(step(n=2).states[-1].velocity[0], 6 * rate, delta=1e-12)
+            last = step(torques=[0.0], n=3)
             self.assertEqual(last.message, 'done; it is paused')
             self.assertAlmostEqual(last.states[-1].velocity[0], 6 * rate, delta=1e-12)
             # What was answered is what was published.
@@ -243,15 +243,15 @@ class Services(Watching):
                                        ([], 10001, ['got 10001']),
                                        ([1.0, 2.0], 1, ['torques: expected 1 torques', 'got 2']),
                                        ([NAN], 0, ['torques[0]: expected a finite', 'n: expected'])):
-                answer = step(torques, n)
+                answer = step(torques=torques, n=n)
                 self.assertFalse(answer.success)
                 self.assertEqual(answer.states, [])
                 for fault in faults:
                     self.assertIn(fault, answer.message)
-            self.assertAlmostEqual(step([], 1).states[-1].velocity[0], 6 * rate, delta=1e-12)
+            self.assertAlmostEqual(step(n=1).states[-1].velocity[0], 6 * rate, delta=1e-12)
             self.assertTrue(self.next_status().paused)
             # Two seconds ahead of the wall clock, and stamps increase all the same: see tearDown.
-            ahead = step([], 400).states[-1]
+            ahead = step(n=400).states[-1]
             self.ask('resume')
             self.states.wait_for(lambda state: state.header.stamp > ahead.header.stamp)
             self.states.wait_for_count(len(self.states.messages) + 20)

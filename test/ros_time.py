@@ -105,7 +105,7 @@ class Time(unittest.TestCase):
         step = service('step', Step)
         self.assertTrue(service('pause', Trigger)().success)
         self.assertTrue(service('reset', Trigger)().success)
-        first = step([], 1).states[0]
+        first = step(n=1).states[0]
         torque.publish(joint='rod_joint', torque=5.0, duration=0.1357,
                        start=first.header.stamp + rospy.Duration(0, 123456789))
         self.statuses.wait_for(lambda status: status.paused and status.joint_torque_age >= 0,
@@ -199,7 +199,7 @@ class Time(unittest.TestCase):
             fixed.wait_for_count(1)
             self.assertEqual(nanoseconds(fixed.messages[0].transforms[0]), TICK)
             self.assertTrue(service('pause', Trigger)().success)
-            last = service('step', Step)([], 2).states[-1]
+            last = service('step', Step)(n=2).states[-1]
             self.wait_for_stamp(nanoseconds(last))
             # The clock lives on, and stands.
             clocks.wait_for(lambda clock: clock.clock == last.header.stamp)
@@ -274,7 +274,7 @@ class Time(unittest.TestCase):
                 self.assertLess(abs(nanoseconds(status) * 1e-9 - time.time()), LIMIT)
             conductor = self.conductor()
             conductor.set(0)
-            refused = service('step', Step)([], 1)
+            refused = service('step', Step)(n=1)
             self.assertFalse(refused.success)
             self.assertEqual(refused.message, '/clock has not begun')
             self.assertEqual(self.states.messages, [])
@@ -335,7 +335,7 @@ class Time(unittest.TestCase):
             torque = publisher('/planar_chain/joint_torque', JointTorque)
             self.assertTrue(service('pause', Trigger)().success)
             step = service('step', Step)
-            now = step([], 1).states[0].header.stamp
+            now = step(n=1).states[0].header.stamp
 
             # Two sources: a push of 37.3 ms that begins between two ticks, and one of which 4 ms are left.
             before = len(self.statuses.messages)
@@ -348,7 +348,7 @@ class Time(unittest.TestCase):
             heard = self.statuses.wait_for(lambda status: status.rejected_commands == 3, before)
             self.assertIn('joint_torque/start: expected 0 for now, or the node\'s time, at most a day ahead',
                           self.statuses.messages[heard].last_rejection)
-            speeds = [0.0] + [state.velocity[0] * ROD_INERTIA for state in step([], 20).states]
+            speeds = [0.0] + [state.velocity[0] * ROD_INERTIA for state in step(n=20).states]
         # After k ticks: what both pushes have given by then.
         for k, speed in enumerate(speeds):
             t = k * 0.005

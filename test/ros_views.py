@@ -5,6 +5,7 @@ import math
 import os
 import sys
 import unittest
+from xml.etree import ElementTree
 
 import roslib.packages
 import rospy
@@ -151,7 +152,7 @@ class Views(unittest.TestCase):
         self.assertEqual(manager['Displays'][0]['Cell Size'], 1)
         shown = {display.get('Marker Topic') for display in manager['Displays']}
         self.assertLessEqual({'planar_chain/view/' + name for name in (
-            'chain', 'loads', 'pin_forces', 'springs', 'trail', 'centres', 'energy')}, shown)
+            'chain', 'loads', 'pin_forces', 'springs', 'friction', 'drives', 'trail', 'centres', 'energy')}, shown)
 
     def test_a_long_chain_is_one_line_with_few_frames(self):
         scene = rod(gravity=[0.0, -9.81])
@@ -178,6 +179,68 @@ class Views(unittest.TestCase):
         self.assertGreater(line.scale.x, 0.015 * 100)
         # Links without a frame have their arrows in the base frame.
         self.assertTrue({marker.header.frame_id for marker in pins.markers} & {'base_link'})
+
+    def test_drives_brakes_and_a_base_that_moves(self):
+        # A driven joint holds the rod level; the base turns by a right angle, and friction holds what hangs on the rod.
+        links = {'rod': dict(rod()['links']['rod'], joint={'drive': {'offset': -math.pi / 2}}),
+                 'tool': dict(rod()['links']['rod'], joint={'friction': 9.0}, initial={'angle': -math.pi / 2})}
+        base = {'x': {'offset': 3.0}, 'angle': {'offset': math.pi / 2}}
+        scene = rod(chain=['rod', 'tool'], links=links, gravity=[0.0, -9.81], base=base)
+        frames = Listener('/tf', TFMessage)
+        (drives, sticks), robot = self.see(scene, 'drives', 'friction'), rospy.get_param('/robot_description')
+        frames.close()
+        # 2 · 9.81 N · (0.4 m + 1 m), in units of four times 9.81 N at half the reach of 2 m: the square root of that.
+        arrow = self.only(drives, 'rod')
+        tip = corners(arrow)[-2]
+        sweep = 5 * math.sqrt(1.4 / 2)
+        self.assertAlmostEqual(math.atan2(tip[1], tip[0]), sweep / 2, delta=1e-9)
+        self.assertGreater(arrow.colors[0].b, arrow.colors[0].g)
+        stuck = self.only(sticks, 'tool').colors[0]
+        # Without enough friction it slides.
+        links['tool']['joint']['friction'] = 0.5
+        links['tool']['initial']['angle'] = -2.0
+        slides, = self.see(scene, 'friction', which=5)
+        slips = self.only(slides, 'tool').colors[0]
+        self.assertGreater(stuck.g, stuck.r)
+        self.assertGreater(slips.r, slips.g)
+        # The ground is drawn where the base is.
+        first, second = frames.messages[0].transforms[:2]
+        self.assertEqual([first.header.frame_id, first.child_frame_id, second.header.frame_id, second.child_frame_id],
+                         ['base_link', 'ground_pin', 'ground_pin', 'rod'])
+        self.assertEqual((first.transform.translation.x, second.transform.translation.x), (3.0, 0.0))
+        self.assertAlmostEqual(first.transform.rotation.z, math.sin(math.pi / 4), delta=1e-12)
+        self.assertIn('<link name="base_link"/>', robot)
+        self.assertIn('<parent link="ground_pin"/><child link="rod"/>', robot)
+
+    def test_a_robot_is_drawn_as_its_urdf_draws_it(self):
+        body = ("<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>"
+                "<visual><origin xyz='0 0 -0.5' rpy='0 0 0.3'/><geometry><mesh filename='package://a/b.stl'/></geometry>"
+                "<material name='ground'/></visual>")
+        robot = ("<robot name='r'><material name='ground'><color rgba='1 0 0 1'/></material><link name='table'/>"
+                 "<link name='arm'>%s</link><link name='hand'>%s</link>"
+                 "<joint name='a' type='continuous'><parent link='table'/><child link='arm'/><axis xyz='0 1 0'/></joint>"
+                 "<joint name='b' type='continuous'><parent link='arm'/><child link='hand'/><origin xyz='0 0.2 -1'/>"
+                 "<axis xyz='0 1 0'/></joint></robot>") % (body, body)
+        self.see({'robot_description': robot}, 'energy')
+        root = ElementTree.fromstring(rospy.get_param('/robot_description'))
+        self.assertEqual([material.get('name') for material in root.findall('material')], ['ground'])
+        self.assertEqual([link.get('name') for link in root.findall('link') if link.find('visual') is not None],
+                         ['arm', 'hand'])
+        for link, depth in (('arm', 0.0), ('hand', 0.2)):
+            visual = root.find("link[@name='%s']/visual" % link)
+            self.assertEqual(visual.find('geometry/mesh').get('filename'), 'package://a/b.stl')
+            self.assertEqual(visual.find('material').get('name'), 'ground')
+            place = [float(number) for number in visual.find('origin').get('xyz').split()]
+            for one, other in zip(place, (0.0, -0.5, depth)):
+                self.assertAlmostEqual(one, other, delta=1e-12)
+            # Its z is up in the plane, its x is turned by 0.3 about that.
+            roll, pitch, yaw = map(float, visual.find('origin').get('rpy').split())
+            z = (math.cos(yaw) * math.sin(pitch) * math.cos(roll) + math.sin(yaw) * math.sin(roll),
+                 math.sin(yaw) * math.sin(pitch) * math.cos(roll) - math.cos(yaw) * math.sin(roll),
+                 math.cos(pitch) * math.cos(roll))
+            for one, other in zip(z, (0, 1, 0)):
+                self.assertAlmostEqual(one, other, delta=1e-12)
+            self.assertAlmostEqual(-math.sin(pitch), math.sin(0.3), delta=1e-12)
 
     def test_what_is_not_there_is_not_drawn(self):
         scene = hanging()

@@ -20,7 +20,7 @@ def measure(step, ticks, seconds):
     """Calls a second."""
     calls, began = 0, time.monotonic()
     while time.monotonic() - began < seconds:
-        assert step([0.1], ticks).success
+        assert step(torques=[0.1], n=ticks).success
         calls += 1
     return calls / (time.monotonic() - began)
 

@@ -326,6 +326,8 @@ class Tools(InFolder):
     # ---- simulate: what is shown -----------------------------------------------------------------
 
     def test_check_only_reads_the_scene(self):
+        self.assert_refused(self.run_tool("simulate", "--check", "--csv", "x.csv", "--duration", "2"),
+                            "--check: expected no --csv beside it", "--check: expected no --duration beside it")
         result = self.run_tool("simulate", "--check", "--method", "rk4")
         self.assertEqual((result.returncode, result.stdout), (0, "no faults: 2 links, 0 loads, method rk4\n"), result.stderr)
         self.assert_refused(self.run_tool("simulate", "--check", scene=SCENE.replace("mass: 1", "mass: -1")),
@@ -428,6 +430,27 @@ class Tools(InFolder):
                 {**link, "name": "rope_2", "joint": {**held, "name": "rope_2_joint"}},
                 {"name": "hook", "mass": 2, "inertia": 1, "com": [0, 0.5], "pin": [0, 0],
                  "joint": {**free, "name": "eye", "stiffness": 4, "rest_angle": 5}}]})
+
+    def test_the_chain_has_loads_drives_and_base(self):
+        scene = ("chain: [a, b]\nlinks:\n  a: {mass: 1, inertia: 1, com: [0, 0], pin: [1, 0], joint: {drive: hold}}\n"
+                 "  b: {mass: 1, inertia: 1, com: [0, 0], pin: [1, 0], joint: {drive: {times: [0, 1], values: [0.5, 2]}}}\n"
+                 "base: {x: {amplitude: 0.1, frequency: 0.3}}\n"
+                 "loads: {push: {link: b, force: [1, 2], times: [0, 1], values: [0, 1]}, turn: {link: a, moment: 3, frequency: 2}}\n")
+        told = json.loads(self.run_tool("equations", "--chain", scene=scene).stdout)
+        still = {"amplitude": 0, "frequency": 0, "phase": 0, "offset": 0}
+        self.assertEqual([link["joint"]["drive"] for link in told["links"]],
+                         [still, {"times": [0, 1], "values": [0.5, 2]}])
+        self.assertEqual(told["base"], {"x": {**still, "amplitude": 0.1, "frequency": 0.3}, "y": still, "angle": still})
+        self.assertEqual(told["loads"], {
+            "push": {"link": "b", "force": [1, 2], "point": [0, 0], "moment": 0, "times": [0, 1], "values": [0, 1],
+                     "start": 0, "stop": None},
+            "turn": {"link": "a", "force": [0, 0], "point": [0, 0], "moment": 3, "frequency": 2, "phase": 0,
+                     "start": 0, "stop": None}})
+        # The state of a driven joint is that of its law.
+        self.assertEqual(self.run_tool("equations", "--q", "0,0.5", scene=scene).returncode, 0)
+        self.assert_refused(self.run_tool("equations", "--q", "0.1,0.5", "--qd", "0,1", scene=scene),
+                            "--q: expected 0 rad of the driven joint a_joint at t = 0 s, got 0.1",
+                            "--qd: expected 0 rad/s of the driven joint b_joint at t = 0 s, got 1")
 
     def test_the_chain_of_a_robot_is_written_out(self):
         told = json.loads(self.run_robot("equations", "--chain").stdout)

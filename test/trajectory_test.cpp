@@ -118,6 +118,7 @@ TEST(Published, BeamOfTheTestSetForInitialValueProblems) {
        {IntegratorSettings{"dopri5", 1e-8, 0}, IntegratorSettings{"dop853", 1e-7, 0},
         IntegratorSettings{"auto", 1e-8, 0}}) {
     scene.integrator = settings;
+    scene.integrator.rateTolerance = settings.tolerance;
     Simulation simulation(scene);
     ASSERT_TRUE(simulation.advanceTo(5));
     const std::vector<double> theta = absolute(simulation.q()), omega = absolute(simulation.qd());

@@ -176,6 +176,30 @@ TEST(Scene, SaysWhatUrdfHasNoWordFor) {
   EXPECT_EQ(scene.integrator.method, "rk4");
 }
 
+TEST(Joints, HaveTheFrictionAndTheLimitsOfTheUrdf) {
+  const std::string y = "<axis xyz='0 1 0'/><dynamics friction='0.3'/>";
+  const Scene scene =
+      sceneOf(twoRods(y + "<limit effort='5' velocity='2'/>", y + "<limit effort='0' velocity='-1'/>"),
+              "links: {lower: {joint: {friction: 0.4, breakaway: 0.5, effort_limit: 7.0}}}");
+  const Joint &shoulder = scene.chain.joints()[0], &elbow = scene.chain.joints()[1];
+  EXPECT_EQ(shoulder.other("friction"), 0.3);
+  EXPECT_EQ(shoulder.other("effort_limit"), 5);
+  EXPECT_EQ(shoulder.other("velocity_limit"), 2);
+  EXPECT_EQ(elbow.other("friction"), 0.4);  // the scene's, in place of the URDF's
+  EXPECT_EQ(elbow.other("breakaway"), 0.5);
+  EXPECT_EQ(elbow.other("effort_limit"), 7);
+  EXPECT_FALSE(elbow.has("velocity_limit"));
+}
+
+TEST(Links, MayBeFixedToAWorldThatIsNotListed) {
+  std::string robot = twoRods("<axis xyz='0 1 0'/>", "<axis xyz='0 1 0'/>");
+  const Chain without = sceneOf(robot).chain;
+  robot.insert(robot.find("</robot>"),
+               "<joint name='weld' type='fixed'><parent link='world'/><child link='ground'/></joint>");
+  EXPECT_EQ(sceneOf(robot).chain.links()[1].com, without.links()[1].com);
+  EXPECT_THROW(sceneOf(robot.replace(robot.find("'fixed'"), 7, "'continuous'")), Refused);
+}
+
 TEST(Links, OnTheGroundAndWithoutMassDoNotCount) {
   std::string robot = twoRods("<axis xyz='0 1 0'/>", "<axis xyz='0 1 0'/>");
   const Chain without = sceneOf(robot).chain;

@@ -59,6 +59,10 @@ class MotionLaw {
   /// now ≤ start < the times of the points, which increase strictly; at least one.
   MotionLaw then(double now, double start, const std::vector<MotionPoint>& points) const;
 
+  /// The cubic from this law's value and rate at `now` to those at `end` > now. At `end` it still holds, so
+  /// that its acceleration can be read there. The rate stays from then on.
+  MotionLaw to(double now, double end, double value, double rate) const;
+
   /// The number of the piece that holds in [t, until(piece)).
   int pieceAt(double t) const;
   double until(int piece) const;
@@ -71,8 +75,14 @@ class MotionLaw {
   bool moves() const;
   bool isFinite() const;
 
+  // As it was given: a sine, if there is one piece.
+  double amplitude() const { return amplitude_; }
+  double frequency() const { return frequency_; }  ///< Hz
+  double phase() const { return phase_; }
+  const std::vector<Piece>& pieces() const { return pieces_; }
+
  private:
-  double amplitude_ = 0, pulsation_ = 0, phase_ = 0;
+  double amplitude_ = 0, frequency_ = 0, pulsation_ = 0, phase_ = 0;
   int swinging_ = std::numeric_limits<int>::max();  ///< number of pieces to which the sine is added
   std::vector<Piece> pieces_;
 };

@@ -55,10 +55,12 @@ struct Drive {
 };
 
 struct IntegratorSettings {
-  std::string method = "auto";  ///< one of methodNames()
-  double tolerance = 1e-8;      ///< relative and absolute, for adaptive methods
-  double step = 1e-3;           ///< s, for methods of fixed step
-  bool plainKernel = false;     ///< the same digits on every x86-64 CPU, at the cost of speed
+  std::string method = "auto";               ///< one of methodNames()
+  double tolerance = 1e-8;                   ///< relative and absolute, for adaptive methods
+  double step = 1e-3;                        ///< s, for methods of fixed step
+  bool plainKernel = false;                  ///< the same digits on every x86-64 CPU, at the cost of speed
+  std::optional<double> rateTolerance{};     ///< of the rates by themselves; nothing: as the angles they make
+  std::optional<double> loosestTolerance{};  ///< the node's tolerance yields up to this when it is late
 };
 
 /// What the node publishes and `simulate --bag` writes. Other tools only check it.
@@ -74,6 +76,15 @@ struct PublishSettings {
   std::string baseFrame = "base_link";
 };
 
+/// The frame at the ground pin of a base that moves.
+inline constexpr const char* movingFrame = "ground_pin";
+
+/// How a URDF draws its robot: elements of URDF, placed in the frames of this scene.
+struct Appearance {
+  std::string materials;
+  std::vector<std::string> visuals;  ///< of the base, then of each link. Empty: not from a URDF, or none
+};
+
 struct Scene {
   Chain chain;
   std::vector<double> q;   ///< initial relative angles, rad
@@ -87,6 +98,7 @@ struct Scene {
   std::optional<double> realTimeFactor = std::nullopt;
   std::vector<Drive> drives{};                  ///< one a joint at most
   std::optional<BaseLaws> base = std::nullopt;  ///< the motion of the ground pin; nothing: it stands still
+  Appearance appearance{};
 };
 
 }  // namespace planar_chain

@@ -38,7 +38,8 @@ struct EnergyBalance {
   Energy now;
   double supplied = 0;    ///< work of loads and commands on the chain
   double dissipated = 0;  ///< work of dampers and stops, taken from the chain
-  /// T + V − (T + V at the start) − supplied + dissipated: the error of integration.
+  /// T + V − (T + V at the start) − supplied + dissipated: the error of integration. Negative where the
+  /// method has damped vibrations below the tolerance.
   double residual = 0;
 };
 
@@ -71,11 +72,16 @@ class Simulation {
   const std::vector<double>& qd() const;  ///< rad/s
   const std::string& fault() const;       ///< empty: none
   std::string method() const;             ///< in use, such as "dopri5"
+  double tolerance() const;               ///< in force; 0 for methods of fixed step
   /// The recursion for q̈ that this chain uses on this CPU, such as "closed form for two", "link by link",
   /// "link by link, written out for 5", "in 4 segments side by side (avx2)".
   std::string recursion() const;
   const Scene& scene() const;
   Statistics statistics() const;
+
+  /// From the next step on, until reset(). A rate tolerance changes in proportion. Allocates.
+  /// @throws std::invalid_argument for a tolerance outside 1e-15 … 1
+  void setTolerance(double tolerance);
 
   // At the present state, computed when called.
   Energy energy() const;
@@ -83,7 +89,8 @@ class Simulation {
   // These evaluate the dynamics, which they share with advanceTo(): they are not const.
   /// Writes q̈, n values, rad/s².
   void accelerations(double* qdd);
-  /// Writes the whole torque in each joint, of springs, dampers, stops, loads and commands: n values, N m.
+  /// Writes the whole torque in each joint, of springs, dampers, stops, friction, drives, loads and commands:
+  /// n values, N m. A rotor's inertia is no torque.
   void jointTorques(double* tau);
   /// Writes the motion of each link, n values.
   void linkMotions(LinkMotion* motions);
@@ -107,6 +114,9 @@ class Simulation {
   /// Returns how often the commanded torques in each joint came to be cut off at its effort limit, since
   /// construction or reset(). Empty if this simulation takes no commands.
   const std::vector<long long>& cutOffs() const;
+  /// Returns how often the rate of each joint came to exceed its velocity_limit, as seen at the ends of
+  /// advanceTo(), since construction or reset().
+  const std::vector<long long>& velocityExcesses() const;
 
   /// Drives a joint by this law from time() on, until reset(). scene() then has it. Allocates.
   /// @throws std::invalid_argument if the joint is not driven, or the law is not finite, or is more than 1e-6
@@ -129,9 +139,10 @@ class Simulation {
 
  private:
   struct Parts;
-  Scene scene_;                      ///< with the laws that drive at present
+  Scene scene_;                      ///< with the laws that drive at present, and the tolerance
   const std::vector<Drive> drives_;  ///< those of the start
   const std::optional<BaseLaws> base_;
+  const IntegratorSettings integrator_;
   const int commandCapacity_;
   std::unique_ptr<Parts> parts_;
 };

@@ -7,14 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "planar_chain/chain.h"
+#include "planar_chain/scene.h"
 
 namespace planar_chain {
 
 struct PlanarRobot {
   std::vector<Link> links;    ///< moving links from the ground outwards; the pin of the last is [0, 0]
-  std::vector<Joint> joints;  ///< name, damping, limits
+  std::vector<Joint> joints;  ///< name, damping, limits, friction, effort_limit, velocity_limit
   Vec2d gravity;              ///< m/s²: 9.81 along −z of the root link, projected into the plane
+  Appearance appearance;      ///< the visual elements, at their places and depths; empty if there are none
 };
 
 /// The joint axes must be parallel. The plane is normal to them: k = the axis, j = the root link's z

@@ -17,21 +17,26 @@ std::unique_ptr<Dynamics> makeDynamics(const Scene& scene, std::unique_ptr<Effec
   return std::make_unique<Dynamics>(scene, std::move(more));
 }
 
+CoupledDynamics::Evaluation::Evaluation(int n) {
+  couplings.joints.resize(index(n));
+  couplings.held.resize(index(n));
+  y.resize(2 * index(n));
+  e.resize(index(n));
+  for (auto* numbers : {&omega, &N, &alpha, &moments, &slopes}) numbers->resize(index(n));
+  for (auto* vectors : {&F, &pinVelocity}) vectors->resize(index(n));
+}
+
 CoupledDynamics::CoupledDynamics(const Scene& scene, std::unique_ptr<Effect> more)
     : Dynamics(scene, std::move(more), true),
       base_(scene.base),
       recursion_(scene.chain),
+      now_(n_),
+      aside_(n_),
+      then_(n_),
+      torques_(index(n_)),
+      rates_(index(size())),
       bodies_(scene.chain),
       solver_{CoupledLinearized<double>(bodies_)} {
-  const auto n = index(n_);
-  couplings_.joints.resize(n);
-  couplings_.held.resize(n);
-  for (auto* numbers : {&omega_, &N_, &alpha_, &moments_, &torques_, &relative_}) numbers->resize(n);
-  e_.resize(n);
-  F_.resize(n);
-  pinVelocity_.resize(n);
-  state_.resize(2 * n);
-  rates_.resize(index(size()));
   for (const auto& effect : effects_.all()) {
     if (!effect->couples()) continue;
     coupling_.push_back(effect.get());
@@ -42,6 +47,9 @@ CoupledDynamics::CoupledDynamics(const Scene& scene, std::unique_ptr<Effect> mor
     for (const EffectKind* kind : effectKinds()) inertia += kind->inertiaIn(joint);
     rotors_.push_back(inertia);
   }
+  const bool onlyRubs = !scene.base && scene.drives.empty() &&
+                        std::all_of(rotors_.begin(), rotors_.end(), [](double J) { return J == 0; });
+  if (onlyRubs && Segments::areWorthwhile(n_)) welded_.emplace(scene.chain);
 }
 
 // ---- The recursion ---------------------------------------------------------------------------------
@@ -58,70 +66,111 @@ void CoupledDynamics::followBase(const BaseLaws& laws) {
 }
 
 /// Takes what couples at t, or this order of it.
-void CoupledDynamics::collect(double t, int order) {
-  std::fill(couplings_.joints.begin(), couplings_.joints.end(), Coupling<double>{});
-  for (const Effect* effect : coupling_) effect->couple(t, order, couplings_);
+void CoupledDynamics::collect(double t, int order, Couplings& to) const {
+  std::fill(to.joints.begin(), to.joints.end(), Coupling<double>{});
+  for (const Effect* effect : coupling_) effect->couple(t, order, to);
 }
 
-Powers CoupledDynamics::run(double t, const double* y) {
-  ++evaluations_;
-  collect(t);
-  const auto& [joints, held, x, yBase, angle] = couplings_;
-  baseNow_ = {{x.value, yBase.value}, {x.rate, yBase.rate}, angle.value, angle.rate};
-  ground_ = Vec2d{x.acceleration, yBase.acceleration} - mechanism_.chain().gravity();
+void CoupledDynamics::run(double t, const double* y, Known wanted, Evaluation& to) {
+  const bool isSame = to.known != Known::nothing && t == to.t && std::equal(to.y.begin(), to.y.end(), y);
+  if (isSame && to.known >= wanted) return;
+  if (!isSame) {
+    ++evaluations_;
+    to.known = Known::nothing;
+    to.t = t;
+    std::copy_n(y, 2 * n_, to.y.begin());
+  }
+  if (welded_ && wanted != Known::all && effects_.acting() != LoadKind::forces) {
+    runWelded(wanted, to);
+  } else {
+    wanted = Known::all;
+    runCoupled(to);
+  }
+  const double turning = wanted == Known::all ? to.couplings.angle.acceleration : 0;
+  for (std::size_t i = 0; i < to.slopes.size(); ++i) to.slopes[i] = to.alpha[i] - turning;
+  to.known = wanted;
+}
+
+void CoupledDynamics::runWelded(Known wanted, Evaluation& to) {
+  if (!isWelded_) {
+    collect(to.t, 0, aside_.couplings);
+    welded_->weld(aside_.couplings);
+    isWelded_ = true;
+  }
+  const double *theta = to.y.data(), *omega = theta + n_;
+  if (to.known == Known::nothing) {
+    applyEffects(to);
+    welded_->accelerations(theta, omega, to.N.data(), to.alpha.data());
+  }
+  if (wanted < Known::moments) return;
+  mechanism_.rotate(theta, to.e.data(), n_);
+  welded_->moments(to.e.data(), omega, to.N.data(), to.alpha.data(), to.moments.data());
+}
+
+void CoupledDynamics::runCoupled(Evaluation& to) {
+  const double* y = to.y.data();
+  collect(to.t, 0, to.couplings);
+  const auto& [joints, held, x, yBase, angle] = to.couplings;
+  to.base = {{x.value, yBase.value}, {x.rate, yBase.rate}, angle.value, angle.rate};
+  to.ground = Vec2d{x.acceleration, yBase.acceleration} - mechanism_.chain().gravity();
 
   // Rotations and rates against the ground.
-  mechanism_.rotate(y, e_.data(), n_);
-  std::copy_n(y + n_, n_, omega_.begin());
+  mechanism_.rotate(y, to.e.data(), n_);
+  std::copy_n(y + n_, n_, to.omega.begin());
   if (base_) {
-    const Rotation<double> turn = plainRotation(baseNow_.angle);
-    for (Rotation<double>& e : e_) e = {turn.c * e.c - turn.s * e.s, turn.s * e.c + turn.c * e.s};
-    for (double& omega : omega_) omega += baseNow_.rate;
+    const Rotation<double> turn = plainRotation(to.base.angle);
+    for (Rotation<double>& e : to.e) e = {turn.c * e.c - turn.s * e.s, turn.s * e.c + turn.c * e.s};
+    for (double& omega : to.omega) omega += to.base.rate;
   }
 
-  // Moments and forces of the effects.
-  std::fill(N_.begin(), N_.end(), 0.0);
-  at_ = {t, y, y + n_, e_.data(), pinVelocity_.data(), baseNow_.rate};
   const bool hasForces = effects_.acting() == LoadKind::forces;
   if (hasForces) {
-    std::fill(F_.begin(), F_.end(), Vec2d{});
-    mechanism_.findPinVelocities(e_.data(), omega_.data(), effects_.reach(), pinVelocity_.data());
-    for (int j = 0; j < effects_.reach(); ++j) pinVelocity_[index(j)] += baseNow_.velocity;
+    std::fill(to.F.begin(), to.F.end(), Vec2d{});
+    mechanism_.findPinVelocities(to.e.data(), to.omega.data(), effects_.reach(), to.pinVelocity.data());
+    for (int j = 0; j < effects_.reach(); ++j) to.pinVelocity[index(j)] += to.base.velocity;
   }
-  Powers powers;
-  for (Effect* effect : effects_.active()) powers += effect->apply(at_, {N_.data(), F_.data()});
+  applyEffects(to);
+  to.pinForce = recursion_.accelerations(to.e.data(), to.omega.data(), to.N.data(),
+                                         hasForces ? to.F.data() : nullptr, joints.data(), to.ground,
+                                         angle.acceleration, to.alpha.data(), to.moments.data());
+}
 
-  pinForce_ =
-      recursion_.accelerations(e_.data(), omega_.data(), N_.data(), hasForces ? F_.data() : nullptr,
-                               joints.data(), ground_, angle.acceleration, alpha_.data(), moments_.data());
-  return powers;
+void CoupledDynamics::applyEffects(Evaluation& to) {
+  std::fill(to.N.begin(), to.N.end(), 0.0);
+  to.powers = {};
+  for (Effect* effect : effects_.active()) to.powers += effect->apply(to.state(), {to.N.data(), to.F.data()});
 }
 
 /// The torque of the effects in joint i, N m.
 double CoupledDynamics::torqueIn(int i) {
   std::fill(torques_.begin(), torques_.end(), 0.0);
-  for (Effect* effect : effects_.active()) effect->addTorques(at_, torques_.data());
+  for (Effect* effect : effects_.active()) effect->addTorques(now_.state(), torques_.data());
   return torques_[index(i)];
 }
 
 /// The power of drives and base at the last run(), W.
 double CoupledDynamics::couplingPower() {
+  if (now_.known != Known::all) return 0;  // neither drives nor base
   double power = 0;
   for (int i = 0; i < n_; ++i) {
-    const Coupling<double>& joint = couplings_.joints[index(i)];
+    const Coupling<double>& joint = now_.couplings.joints[index(i)];
     if (!joint.isHeld) continue;
-    power += (moments_[index(i)] + joint.rotor * joint.acceleration) * couplings_.held[index(i)].rate;
+    power += (now_.moments[index(i)] + joint.rotor * joint.acceleration) * now_.couplings.held[index(i)].rate;
   }
   if (!base_) return power;
-  if (baseNow_.rate != 0) power += (moments_[0] + torqueIn(0)) * baseNow_.rate;
-  return power + dot(pinForce_, baseNow_.velocity);
+  if (now_.base.rate != 0) power += (now_.moments[0] + torqueIn(0)) * now_.base.rate;
+  return power + dot(now_.pinForce, now_.base.velocity);
 }
 
 JointAnswer CoupledDynamics::answer(double t, const double* y) {
-  run(t, y);
-  toRelative(alpha_.data(), n_, relative_.data());
-  relative_[0] -= couplings_.angle.acceleration;
-  return {moments_.data(), relative_.data()};
+  run(t, y, Known::moments, now_);
+  return {now_.moments.data(), now_.slopes.data()};
+}
+
+JointAnswer CoupledDynamics::answerAside(double t, const double* y) {
+  aside_.known = Known::nothing;
+  run(t, y, Known::moments, aside_);
+  return {aside_.moments.data(), aside_.slopes.data()};
 }
 
 // ---- ode::System -----------------------------------------------------------------------------------
@@ -132,26 +181,41 @@ void CoupledDynamics::derivative(double t, const double* y, double* dydt) {
 }
 
 void CoupledDynamics::rates(double t, const double* y, double* out) {
-  const Powers powers = run(t, y);
-  for (int i = 0; i < n_; ++i) out[i] = alpha_[index(i)] - couplings_.angle.acceleration;
+  run(t, y, Known::rates, now_);
+  std::copy_n(now_.slopes.begin(), n_, out);
   if (works_ == 0) return;
-  out[n_] = powers.supplied + couplingPower();
-  out[n_ + 1] = powers.dissipated;
+  out[n_] = now_.powers.supplied + couplingPower();
+  out[n_ + 1] = now_.powers.dissipated;
 }
 
 // ---- Switches and held joints ------------------------------------------------------------------------
+
+void CoupledDynamics::enter(double t) {
+  Dynamics::enter(t);
+  forget();
+}
+
+void CoupledDynamics::enterState(double t, const double* y) {
+  forget();
+  Dynamics::enterState(t, y);
+}
+
+void CoupledDynamics::change(double t, const double* y) {
+  forget();
+  Dynamics::change(t, y);
+}
 
 void CoupledDynamics::reconsider(double t, const double* y) {
   if (effects_.haveSwitches()) change(t, y);
 }
 
 bool CoupledDynamics::hold(double t, double* y) {
-  collect(t);
+  collect(t, 0, aside_.couplings);
   bool any = false;
   for (int i = 0; i < n_; ++i) {
-    if (!couplings_.joints[index(i)].isHeld) continue;
+    if (!aside_.couplings.joints[index(i)].isHeld) continue;
     any = true;
-    const GivenMotion& motion = couplings_.held[index(i)];
+    const GivenMotion& motion = aside_.couplings.held[index(i)];
     y[i] = (i > 0 ? y[i - 1] : 0) + motion.value;
     y[n_ + i] = (i > 0 ? y[n_ + i - 1] : 0) + motion.rate;
   }
@@ -159,161 +223,12 @@ bool CoupledDynamics::hold(double t, double* y) {
 }
 
 void CoupledDynamics::hold(double t, double* q, double* qd) {
-  collect(t);
+  collect(t, 0, aside_.couplings);
   for (int i = 0; i < n_; ++i) {
-    if (!couplings_.joints[index(i)].isHeld) continue;
-    q[i] = couplings_.held[index(i)].value;
-    qd[i] = couplings_.held[index(i)].rate;
+    if (!aside_.couplings.joints[index(i)].isHeld) continue;
+    q[i] = aside_.couplings.held[index(i)].value;
+    qd[i] = aside_.couplings.held[index(i)].rate;
   }
-}
-
-// ---- ode::LinearizedSystem ---------------------------------------------------------------------------
-
-void CoupledDynamics::reserve(int complexCount) {
-  const auto n = index(n_);
-  for (auto* numbers : {&alphaThen_, &tangentK_, &tangentD_, &XF_}) numbers->resize(n);
-  eThen_.resize(n);
-  omegaThen_.resize(n);
-  FThen_.resize(n);
-  pinVelocityAlong_.resize(n);
-  part_.resize(2 * n);
-  while (complexSolvers_.size() < index(complexCount)) {
-    complexSolvers_.push_back({CoupledLinearized<std::complex<double>>(bodies_)});
-  }
-}
-
-void CoupledDynamics::linearize(double t, const double* y, double* dydt) {
-  derivative(t, y, dydt);
-  // Keep the state, which later calls need.
-  std::copy_n(y, 2 * n_, state_.begin());
-  eThen_ = e_;
-  omegaThen_ = omega_;
-  alphaThen_ = alpha_;
-  FThen_ = F_;
-  heldThen_ = couplings_;
-  baseThen_ = baseNow_;
-  then_ = {t, state_.data(), state_.data() + n_, eThen_.data(), pinVelocityAlong_.data(), baseNow_.rate};
-
-  // What the effects add to J.
-  sumStiffness();
-  tangentK_ = k_;
-  tangentD_ = d_;
-  const bool hasForces = effects_.acting() == LoadKind::forces;
-  std::fill(XF_.begin(), XF_.end(), 0.0);
-  for (Effect* effect : effects_.active()) {
-    effect->addTangents(then_, tangentK_.data(), tangentD_.data());
-    if (hasForces) effect->addForceStiffness(then_, XF_.data());
-  }
-  bodies_.take(linearized());
-}
-
-CoupledState CoupledDynamics::linearized() const {
-  const bool hasForces = effects_.acting() == LoadKind::forces;
-  return {eThen_.data(), omegaThen_.data(), alphaThen_.data(), hasForces ? FThen_.data() : nullptr,
-          XF_.data(),    tangentK_.data(),  tangentD_.data(),  heldThen_.joints.data(),
-          ground_};
-}
-
-bool CoupledDynamics::timeDerivative(double* ft) {
-  if (!effects_.varyWithTime()) return false;
-  // A difference of fourth order, of steps that change what varies with time by about 0.003: its error is
-  // below 1e-11 of ∂f/∂t.
-  const double h = std::min(2e-3 * effects_.longestStep(), 1e-4);
-  std::fill_n(ft, size(), 0.0);
-  for (const auto& [steps, weight] :
-       {std::pair{-2, 1.0 / 12}, std::pair{-1, -8.0 / 12}, std::pair{1, 8.0 / 12}, std::pair{2, -1.0 / 12}}) {
-    rates(then_.t + steps * h, state_.data(), rates_.data());
-    for (int i = 0; i < n_ + works_; ++i) ft[n_ + i] += weight / h * rates_[index(i)];
-  }
-  return true;
-}
-
-template <class Scalar>
-void CoupledDynamics::solveWith(Solver<Scalar>& solver, const Scalar* rhs, Scalar* x) {
-  solver.of.solve(rhs, rhs + n_, x, x + n_);
-  if (works_ == 0) return;
-  // The powers of drives and base, then of the effects.
-  Scalar supplied{}, dissipated{};
-  for (int i = 0; i < n_; ++i) {
-    if (!heldThen_.joints[index(i)].isHeld) continue;
-    supplied += heldThen_.held[index(i)].rate * solver.of.moments()[index(i)];
-  }
-  if (base_) {
-    const Vec2<Scalar> change = solver.of.pinForce();
-    supplied += baseThen_.rate * solver.of.moments()[0] + baseThen_.velocity.x * change.x +
-                baseThen_.velocity.y * change.y;
-  }
-  if constexpr (std::is_same_v<Scalar, double>) {
-    const Powers change = powersAlong(x);
-    supplied += change.supplied;
-    dissipated += change.dissipated;
-  } else {
-    const auto along = [&](auto part) {
-      for (int i = 0; i < 2 * n_; ++i) part_[index(i)] = part(x[i]);
-      return powersAlong(part_.data());
-    };
-    const Powers real = along([](Scalar z) { return z.real(); });
-    const Powers imaginary = along([](Scalar z) { return z.imag(); });
-    supplied += Scalar(real.supplied, imaginary.supplied);
-    dissipated += Scalar(real.dissipated, imaginary.dissipated);
-  }
-  x[2 * n_] = (rhs[2 * n_] + supplied) / solver.s;
-  x[2 * n_ + 1] = (rhs[2 * n_ + 1] + dissipated) / solver.s;
-}
-
-/// How the powers of the effects change along x = [u v].
-Powers CoupledDynamics::powersAlong(const double* x) {
-  Powers powers;
-  Vec2d change;
-  for (int j = 0; j < effects_.reach(); ++j) {
-    pinVelocityAlong_[index(j)] = change;
-    const Vec2d P = eThen_[index(j)] * mechanism_.chain().links()[index(j)].pin;
-    change += x[n_ + j] * perp(P) - (omegaThen_[index(j)] * x[j]) * P;
-  }
-  for (Effect* effect : effects_.active()) {
-    powers += effect->worksInLanes() ? effect->powersAlongInLanes(then_.omega, x + n_)
-                                     : effect->powersAlong(then_, {x, x + n_, pinVelocityAlong_.data()});
-  }
-  return powers;
-}
-
-// ---- Taylor series ---------------------------------------------------------------------------------
-
-void CoupledDynamics::reserveSeries(int order) {
-  if (series_ && series_->orders() >= order) return;
-  series_.emplace(mechanism_.chain(), order);
-  for (const auto& effect : effects_.all()) effect->reserveSeries(order);
-}
-
-void CoupledDynamics::series(double t, const double* y, int order, double* c) {
-  sumStiffness();
-  run(t, y);
-  std::copy_n(y, 2 * n_, c);
-  const bool hasForces = effects_.acting() == LoadKind::forces;
-  const Vec2d* F = hasForces ? F_.data() : nullptr;
-  series_->begin(e_.data(), omega_.data(), alpha_.data(), ground_, F);
-  const Series known{t, n_, c, series_->rotations(), n_};
-  for (int k = 0; k < order; ++k) {
-    double *row = c + std::ptrdiff_t{2} * n_ * k, *next = row + std::ptrdiff_t{2} * n_;
-    if (k > 0) {
-      collect(t, k);
-      const auto& [joints, held, x, yBase, angle] = couplings_;
-      for (int i = 0; i < n_; ++i) omega_[index(i)] = row[n_ + i] + angle.rate;
-      findOrder(k, known, {N_.data(), F_.data()});
-      series_->find(k, omega_.data(), N_.data(), F, joints.data(), {x.acceleration, yBase.acceleration},
-                    angle.acceleration, alpha_.data());
-    }
-    for (int i = 0; i < n_; ++i) {
-      next[i] = row[n_ + i] / (k + 1);
-      next[n_ + i] = (alpha_[index(i)] - couplings_.angle.acceleration) / (k + 1);
-    }
-  }
-}
-
-void CoupledDynamics::integrands(double t, const double* y, double* rates) {
-  const Powers powers = run(t, y);
-  rates[0] = powers.supplied + couplingPower();
-  rates[1] = powers.dissipated;
 }
 
 // ---- What others read ------------------------------------------------------------------------------
@@ -334,27 +249,28 @@ void CoupledDynamics::accelerations(double t, const double* y, double* alpha) {
 
 void CoupledDynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   run(t, y);
-  const Vec2d acceleration = ground_ + mechanism_.chain().gravity();
-  moveLinks({baseNow_.pin, baseNow_.velocity, acceleration, baseNow_.angle, y, e_.data(), omega_.data(),
-             alpha_.data(), effects_.acting() == LoadKind::forces ? F_.data() : nullptr},
-            motions);
+  const Vec2d acceleration = now_.ground + mechanism_.chain().gravity();
+  moveLinks(
+      {now_.base.pin, now_.base.velocity, acceleration, now_.base.angle, y, now_.e.data(), now_.omega.data(),
+       now_.alpha.data(), effects_.acting() == LoadKind::forces ? now_.F.data() : nullptr},
+      motions);
 }
 
 void CoupledDynamics::couplingTorques(double t, const double* y, double* tau) {
-  answer(t, y);
+  run(t, y);
   std::fill_n(tau, n_, 0.0);
-  for (Effect* effect : coupling_) effect->addTorques(at_, tau);
+  for (Effect* effect : coupling_) effect->addTorques(now_.state(), tau);
   // Rotors are inertia, not torque.
   for (int i = 0; i < n_; ++i) {
-    const Coupling<double>& joint = couplings_.joints[index(i)];
-    if (joint.isHeld) tau[i] += moments_[index(i)] + joint.rotor * relative_[index(i)];
+    const Coupling<double>& joint = now_.couplings.joints[index(i)];
+    if (joint.isHeld) tau[i] += now_.moments[index(i)] + joint.rotor * relative(now_.slopes.data(), i);
   }
 }
 
 void CoupledDynamics::jointTorques(double t, const double* y, double* tau) {
   couplingTorques(t, y, tau);
   for (Effect* effect : effects_.active()) {
-    if (!effect->couples()) effect->addTorques(at_, tau);
+    if (!effect->couples()) effect->addTorques(now_.state(), tau);
   }
 }
 
@@ -362,20 +278,21 @@ void CoupledDynamics::inverse(double t, const double* y, const double* qdd, doub
   run(t, y);
   // Without the friction that was found: it follows the motion that is asked for.
   std::fill(torques_.begin(), torques_.end(), 0.0);
-  for (Effect* effect : coupling_) effect->addTorques(at_, torques_.data());
+  for (Effect* effect : coupling_) effect->addTorques(now_.state(), torques_.data());
   std::vector<Coupling<double>> joints(index(n_));
   for (int i = 0; i < n_; ++i) {
-    addJointTorque(-torques_[index(i)], i, N_.data());
+    addJointTorque(-torques_[index(i)], i, now_.N.data());
     joints[index(i)] = {0, true, qdd[i]};
   }
-  const Vec2d* F = effects_.acting() == LoadKind::forces ? F_.data() : nullptr;
-  recursion_.accelerations(e_.data(), omega_.data(), N_.data(), F, joints.data(), ground_,
-                           couplings_.angle.acceleration, alpha_.data(), tau);
+  const Vec2d* F = effects_.acting() == LoadKind::forces ? now_.F.data() : nullptr;
+  recursion_.accelerations(now_.e.data(), now_.omega.data(), now_.N.data(), F, joints.data(), now_.ground,
+                           now_.couplings.angle.acceleration, now_.alpha.data(), tau);
   for (int i = 0; i < n_; ++i) {
     const double rate = relative(y + n_, i), way = rate != 0 ? rate : qdd[i];
     const double friction = mechanism_.chain().joints()[index(i)].other("friction");
     tau[i] += rotors_[index(i)] * qdd[i] + friction * ((way > 0) - (way < 0));
   }
+  forget();
 }
 
 }  // namespace planar_chain

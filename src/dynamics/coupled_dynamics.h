@@ -10,6 +10,7 @@
 /// States are in chain order, whatever the length.
 
 #include "dynamics/dynamics.h"
+#include "dynamics/welded_chain.h"
 #include "recursion/coupled.h"
 #include "recursion/coupled_linearized.h"
 #include "recursion/coupled_series.h"
@@ -28,24 +29,29 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   explicit CoupledDynamics(const Scene& scene, std::unique_ptr<Effect> more = nullptr);
 
   // Dynamics
+  void enter(double t) override;
+  void enterState(double t, const double* y) override;
+  void change(double t, const double* y) override;
   void reconsider(double t, const double* y) override;
   void followBase(const BaseLaws& laws) override;
   bool hold(double t, double* y) override;
   void hold(double t, double* q, double* qd) override;
-  std::string recursion() const override { return "link by link, with coupled joints"; }
+  std::string recursion() const override {
+    return welded_ ? welded_->name() : "link by link, with coupled joints";
+  }
   Energy energy(double t, const double* y) const override;
   void accelerations(double t, const double* y, double* alpha) override;
   void linkMotions(double t, const double* y, LinkMotion* motions) override;
   void jointTorques(double t, const double* y, double* tau) override;
 
   // For those who compute once.
-  const Couplings& couplings() const { return couplings_; }
+  const Couplings& couplings() const { return now_.couplings; }
   Eigen::Map<const Eigen::VectorXd> rotors() const { return {rotors_.data(), n_}; }
   /// The torques of drives and friction, n values.
   void couplingTorques(double t, const double* y, double* tau);
   /// The state of the last linearize(), and the moments N there.
   CoupledState linearized() const;
-  const std::vector<double>& moments() const { return N_; }
+  const std::vector<double>& moments() const { return then_.N; }
   /// The torques that besides all that acts give q̈ = qdd; friction is that of the motion, or of its start.
   void inverse(double t, const double* y, const double* qdd, double* tau);
 
@@ -60,11 +66,9 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   bool timeDerivative(double* ft) override;
   ode::LinearCosts linearCosts() const override { return {2.9, 1, 3.2, 2.8}; }
   void factor(double s) override { solver_.factor(s); }
-  void solve(const double* rhs, double* x) override { solveWith(solver_, rhs, x); }
+  void solve(const double* rhs, double* x) override;
   void factorComplex(int k, std::complex<double> s) override { complexSolvers_[index(k)].factor(s); }
-  void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override {
-    solveWith(complexSolvers_[index(k)], rhs, x);
-  }
+  void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override;
 
   // ode::SeriesSystem
   bool seriesAreWorthwhile() const override { return MotionSeries::areWorthwhile(n_); }
@@ -86,12 +90,42 @@ class CoupledDynamics : public Dynamics, private Mechanics {
     }
   };
 
+  enum class Known { nothing, rates, moments, all };
+  /// A state, and the results of the recursion there. `rates` are y, slopes and powers. `moments` are those
+  /// and `moments`.
+  struct Evaluation {
+    explicit Evaluation(int n);
+    ChainState state() const {
+      return {t, y.data(), y.data() + omega.size(), e.data(), pinVelocity.data(), base.rate};
+    }
+
+    Known known = Known::nothing;
+    double t = 0;
+    std::vector<double> y;  ///< angles and rates
+    Couplings couplings;
+    BaseState base;
+    Vec2d ground, pinForce;
+    std::vector<Rotation<double>> e;
+    std::vector<double> omega, N, alpha, moments, slopes;  ///< slopes: ω̇ of y
+    std::vector<Vec2d> F, pinVelocity;
+    Powers powers;  ///< of the effects
+  };
+
   JointAnswer answer(double t, const double* y) override;
+  JointAnswer answerAside(double t, const double* y) override;
+  void forget() override {
+    now_.known = Known::nothing;
+    isWelded_ = false;
+  }
   BaseState baseAt(double t) const;
-  void collect(double t, int order = 0);
-  /// Takes couplings, moments and forces at a state, and runs the recursion. Returns the powers of the
-  /// effects.
-  Powers run(double t, const double* y);
+  void collect(double t, int order, Couplings& to) const;
+  /// Takes couplings, moments and forces at a state, and runs the recursion. What is known of the state is
+  /// not computed again.
+  void run(double t, const double* y) { run(t, y, Known::all, now_); }
+  void run(double t, const double* y, Known wanted, Evaluation& to);
+  void runCoupled(Evaluation& to);
+  void runWelded(Known wanted, Evaluation& to);
+  void applyEffects(Evaluation& to);
   double torqueIn(int i);
   double couplingPower();
   template <class Scalar>
@@ -101,24 +135,12 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   std::optional<BaseLaws> base_;
   std::vector<Effect*> coupling_;
   std::vector<double> rotors_;  ///< J, kg m²
-  Couplings couplings_;
   Coupled<double> recursion_;
-
-  // The last state that run() saw, and its results.
-  ChainState at_{};
-  BaseState baseNow_;
-  Vec2d ground_, pinForce_;
-  std::vector<Rotation<double>> e_;
-  std::vector<double> omega_, N_, alpha_, moments_, torques_, relative_;
-  std::vector<Vec2d> F_, pinVelocity_;
-
-  // The state of the last linearize().
-  ChainState then_{};
-  BaseState baseThen_;
-  Couplings heldThen_;
-  std::vector<Rotation<double>> eThen_;
-  std::vector<double> state_, omegaThen_, alphaThen_, tangentK_, tangentD_, XF_, part_, rates_;
-  std::vector<Vec2d> FThen_, pinVelocityAlong_;
+  std::optional<WeldedChain> welded_;  ///< a faster recursion, if the scene allows it
+  bool isWelded_ = false;              ///< welded_ has the joints that stick now
+  Evaluation now_, aside_, then_;      ///< then_: of the last linearize()
+  std::vector<double> torques_, tangentK_, tangentD_, XF_, part_, rates_;
+  std::vector<Vec2d> pinVelocityAlong_;
   CoupledBodies bodies_;
   Solver<double> solver_;
   std::optional<CoupledSeries> series_;  ///< made when a method first needs it

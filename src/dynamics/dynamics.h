@@ -45,7 +45,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
 
   const Effects& effects() const { return effects_; }
   /// Chooses what acts in [t, effects().until()).
-  void enter(double t);
+  virtual void enter(double t);
   /// Call it after enter(): joints that stick may break loose. By default none sticks.
   virtual void reconsider(double /*t*/, const double* /*y*/) {}
   /// Replaces the motion of the base.

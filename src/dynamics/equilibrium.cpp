@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -13,12 +14,12 @@ namespace planar_chain {
 
 namespace {
 
-constexpr int mostSteps = 2000;
+constexpr int mostSteps = 5000;
 constexpr double farthest = 1e3;     // rad: an energy that still falls there has no minimum
 constexpr double longestTurn = 1;    // rad in one step
-constexpr double leastShare = 1e-6;  // of the weight's moments, in place of a smaller |κ|
+constexpr double leastShare = 1e-6;  // of the weight's moments, in place of a smaller κ'
 constexpr double exact = 1e-14;      // of the weight's moments
-constexpr double push = 1e-3;        // rad, off a maximum or saddle
+constexpr double push = 1e-3;        // rad, off a stationary point
 
 class Search {
  public:
@@ -141,25 +142,29 @@ class Search {
     return energy;
   }
 
-  /// x = (diag(κ') + springs)⁻¹ Γ. Returns false if the matrix is not positive definite.
-  bool solve(const Eigen::VectorXd& kappa, Eigen::VectorXd& x) const {
-    const Eigen::Index groups = kappa.size();
-    Eigen::VectorXd pivot(groups);
-    x = moment_;
+  /// Factors diag(κ') + springs, κ' = κ + share (|κ| − κ), by Thomas' algorithm. Returns the number of
+  /// groups, or the first one whose pivot is not above `least`.
+  Eigen::Index factor(double share, double least) {
+    const Eigen::Index groups = kappa_.size();
+    pivot_.resize(groups);
     for (Eigen::Index g = 0; g < groups; ++g) {
-      const double next = g + 1 < groups ? spring_[g + 1] : 0;
-      pivot[g] = kappa[g] + spring_[g] + next;
-      if (g > 0) {
-        pivot[g] -= spring_[g] * spring_[g] / pivot[g - 1];
-        x[g] += spring_[g] / pivot[g - 1] * x[g - 1];
-      }
-      if (!(pivot[g] > 0)) return false;
+      const double kappa = kappa_[g] + share * (std::abs(kappa_[g]) - kappa_[g]);
+      pivot_[g] = (share > 0 ? std::max(kappa, leastShare * scale_) : kappa) + spring_[g] +
+                  (g + 1 < groups ? spring_[g + 1] : 0);
+      if (g > 0) pivot_[g] -= spring_[g] * spring_[g] / pivot_[g - 1];
+      if (!(pivot_[g] > least)) return g;
     }
-    for (Eigen::Index g = groups; g-- > 0;) {
-      if (g + 1 < groups) x[g] += spring_[g + 1] * x[g + 1];
-      x[g] /= pivot[g];
+    return groups;
+  }
+
+  /// Solves with the factors.
+  Eigen::VectorXd solved(Eigen::VectorXd x) const {
+    for (Eigen::Index g = 1; g < x.size(); ++g) x[g] += spring_[g] / pivot_[g - 1] * x[g - 1];
+    for (Eigen::Index g = x.size(); g-- > 0;) {
+      if (g + 1 < x.size()) x[g] += spring_[g + 1] * x[g + 1];
+      x[g] /= pivot_[g];
     }
-    return true;
+    return x;
   }
 
   Eigen::VectorXd moved(const Eigen::VectorXd& theta, const Eigen::VectorXd& turn, double share) const {
@@ -172,8 +177,11 @@ class Search {
 
   /// One step. Returns false if none lowers the energy or, close to the minimum, the moments.
   bool descend(Eigen::VectorXd& theta) {
-    Eigen::VectorXd turn;
-    if (!solve(kappa_.cwiseAbs().cwiseMax(leastShare * scale_), turn)) return false;
+    // The true matrix if it is positive definite, else the nearest of some that are.
+    for (const double share : {0.0, 1. / 64, 1. / 8, 0.5, 1.0}) {
+      if (factor(share, 0) == kappa_.size()) break;
+    }
+    Eigen::VectorXd turn = solved(moment_);
     turn *= std::min(1.0, longestTurn / turn.cwiseAbs().maxCoeff());
     const double slope = moment_.dot(turn), energy = energyAt(theta);
     const double largest = moment_.cwiseAbs().maxCoeff();
@@ -185,7 +193,8 @@ class Search {
       }
     }
     // Energies differ by rounding alone: Newton's step by itself, while it lowers the moments.
-    if (!solve(kappa_, turn)) return false;
+    if (factor(0, 0) < kappa_.size()) return false;
+    turn = solved(moment_);
     const Eigen::VectorXd next = moved(theta, turn, 1);
     find(next);
     if (!(moment_.cwiseAbs().maxCoeff() < largest)) return false;
@@ -193,14 +202,28 @@ class Search {
     return true;
   }
 
-  /// Moves off a maximum or a saddle, once in each. Returns false at a minimum.
+  /// Moves downhill off a maximum, a saddle or an inflexion. Returns false at a minimum.
   bool leaveSaddle(Eigen::VectorXd& theta) {
+    constexpr int mostPushes = 1000;
+    constexpr double epsilon = std::numeric_limits<double>::epsilon();
     find(theta);
-    Eigen::VectorXd turn;
-    if (pushes_ > 50 || kappa_.size() == 0 || solve(kappa_.array() + 1e-12 * scale_, turn)) return false;
-    ++pushes_;
-    for (Eigen::Index g = 0; g < turn.size(); ++g) turn[g] = kappa_[g] < 0 ? push : 0;
-    theta = moved(theta, turn, 1);
+    const Eigen::Index groups = kappa_.size(), bad = factor(0, 1e-12 * scale_);
+    if (groups == 0 || ++pushes_ > mostPushes) return false;
+    // The softest direction x: xᵀ H x is that pivot; or by inverse iteration.
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(groups);
+    if (bad < groups) {
+      x[bad] = 1;
+      for (Eigen::Index g = bad; g-- > 0;) x[g] = spring_[g + 1] * x[g + 1] / pivot_[g];
+    } else {
+      for (Eigen::Index g = 0; g < groups; ++g) x[g] = 1 + 0.5 * std::sin(static_cast<double>(g));
+      for (int k = 0; k < 4; ++k) x = solved(x).normalized();
+    }
+    x *= push / x.cwiseAbs().maxCoeff();
+    const Eigen::VectorXd one = moved(theta, x, 1), other = moved(theta, x, -1);
+    const double energy = energyAt(theta), oneEnergy = energyAt(one), otherEnergy = energyAt(other);
+    const double rounding = bad < groups && pivot_[bad] < -1e-12 * scale_ ? 0 : (16 + n_) * epsilon * scale_;
+    if (!(std::min(oneEnergy, otherEnergy) < energy - rounding)) return false;
+    theta = oneEnergy < otherEnergy ? one : other;
     return true;
   }
 
@@ -217,7 +240,7 @@ class Search {
   double baseAngle_ = 0, scale_ = 0;
   std::vector<int> groups_, firsts_;  ///< the group of each body; the first body of each group
   std::vector<Acting> loads_;
-  Eigen::VectorXd N_, k_, d_, XF_, still_, moment_, kappa_, spring_;
+  Eigen::VectorXd N_, k_, d_, XF_, still_, moment_, kappa_, spring_, pivot_;
   std::vector<Vec2d> F_, pinVelocity_;
   std::vector<Rotation<double>> e_;
 };

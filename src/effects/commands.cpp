@@ -117,11 +117,13 @@ namespace {
 class EffortKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
-    return {{"effort_limit", nullptr, NumberRule::above(0, "N m")}};
+    return {{"effort_limit", nullptr, NumberRule::above(0, "N m")},
+            {"velocity_limit", nullptr, NumberRule::above(0, "rad/s")}};
   }
   void judge(const Joint& joint, std::vector<Fault>& faults) const override {
-    if (!joint.has("effort_limit")) return;
-    NumberRule::above(0, "N m").check(faults, "joint/effort_limit", joint.other("effort_limit"));
+    for (const JointKey& key : jointKeys()) {
+      if (joint.has(key.name)) key.range.check(faults, std::string("joint/") + key.name, key.of(joint));
+    }
   }
   std::unique_ptr<Effect> make(const Scene&, const Arrangement*) const override { return nullptr; }
   void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,

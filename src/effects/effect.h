@@ -52,13 +52,20 @@ struct Couplings {
   GivenMotion x, y, angle;        ///< of the base
 };
 
-/// The moments μ in the joints by their couplings, N m, and q̈, rad/s², at a state y in chain order.
+/// The moments μ in the joints by their couplings, N m, and ÿ of the angles, rad/s², at a state y in chain
+/// order.
 struct JointAnswer {
   const double *moments, *accelerations;
 };
+/// Answers are valid until the next one of the same kind.
 class Mechanics {
  public:
+  /// The next evaluation of f at the same state is free.
   virtual JointAnswer answer(double t, const double* y) = 0;
+  /// Leaves the last answer() as it is.
+  virtual JointAnswer answerAside(double t, const double* y) = 0;
+  /// Call it when a joint sticks or slides from now on.
+  virtual void forget() = 0;
 
  protected:
   ~Mechanics() = default;

@@ -92,4 +92,16 @@ double Effects::nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorX
   return first;
 }
 
+ode::Crossing Effects::crossing(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
+                                double h) const {
+  ode::Crossing first;
+  for (const Switching* switching : switching_) {
+    if (switching->due(t + h, next) <= 0) continue;
+    const ode::Crossing own = switching->crossing(t, y, next, h);
+    if (!(own.slope > 0)) return {};
+    if (!(first.slope > 0) || own.after < first.after) first = own;
+  }
+  return first;
+}
+
 }  // namespace planar_chain

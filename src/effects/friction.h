@@ -18,6 +18,7 @@
 /// Math. 42 (1982) 281–296; K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem,
 /// Opsearch 11 (1974) 123–130.
 
+#include <array>
 #include <vector>
 
 #include "effects/effect_kind.h"
@@ -45,6 +46,8 @@ class Friction : public Effect, public Switching {
   void change(double t, const double* y) override;
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override;
+  ode::Crossing crossing(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
+                         double h) const override;
 
  private:
   struct Rub {
@@ -59,6 +62,28 @@ class Friction : public Effect, public Switching {
     double stickDue(double mu) const;
   };
 
+  /// The answer at a time of a step.
+  struct Seen {
+    double t;
+    Eigen::VectorXd moments, accelerations;
+  };
+  struct Step {
+    double t, h;
+    const Eigen::VectorXd &y, &next;
+    const Seen &begin, &end;
+  };
+  Step stepOf(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const;
+  template <class Ask>
+  const Seen& seen(double t, Ask&& ask) const;
+  /// The answer after s of the step, 0 < s < 1. The state there is the quintic through angles, rates and
+  /// accelerations at both ends.
+  JointAnswer within(const Step& step, double s) const;
+  const Seen& middleOf(const Step& step) const;
+  ode::Crossing slideCrossing(const Rub& rub, const Step& step) const;
+  ode::Crossing stickCrossing(const Rub& rub, const Step& step) const;
+  void forget();
+  void takeMoments();
+
   /// Decides for all joints that may stick.
   void decide(double t, const double* y);
   bool anySticks() const;
@@ -66,8 +91,12 @@ class Friction : public Effect, public Switching {
   int n_;
   bool isBreakaway_ = false;  ///< a breakaway torque is larger than the sliding one
   std::vector<Rub> rubs_;
+  Eigen::VectorXd moments_;  ///< on the bodies, N m
   Mechanics* mechanics_ = nullptr;
-  mutable std::vector<double> middle_, moments_;  ///< scratch of nearest()
+  // What the last steps have seen, the oldest replaced first.
+  mutable std::array<Seen, 4> seen_;
+  mutable std::size_t oldest_ = 0;
+  mutable Eigen::VectorXd within_;
 };
 
 /// Keys `friction` and `breakaway` of a joint.

@@ -12,6 +12,7 @@ namespace planar_chain {
 MotionLaw MotionLaw::sine(double amplitude, double frequency, double phase, double offset) {
   MotionLaw law;
   law.amplitude_ = amplitude;
+  law.frequency_ = frequency;
   law.pulsation_ = 2 * pi * frequency;
   law.phase_ = phase;
   law.pieces_.front().c[0] = offset;
@@ -115,6 +116,11 @@ MotionLaw MotionLaw::then(double now, double start, const std::vector<MotionPoin
   }
   pieces.push_back({t, {from.value}});
   return law;
+}
+
+MotionLaw MotionLaw::to(double now, double end, double value, double rate) const {
+  const double after = std::nextafter(end, std::numeric_limits<double>::infinity());
+  return MotionLaw({cubic(now, end - now, at(now), {value, rate, 0}), {after, {value, rate}}});
 }
 
 int MotionLaw::pieceAt(double t) const {

@@ -79,21 +79,22 @@ struct LinearKernels {
 };
 
 /// A link, for the Taylor series of a motion; see series_links.h.
+template <class Number>
 struct SeriesLink {
-  double m, I, J;
-  Vec2d mr, p;
+  Number m, I, J;
+  Vec2<Number> mr, p;
 };
 
 /// Storage of a series. `rows` has, for each order, `width` first factors of the products and as many second
-/// ones. `known` has the part of the products that follows from lower orders. e is exp(i θ_j), n an order.
+/// ones. `known` has the part of the products that follows from lower orders. e is exp(i θ_j), n pairs an
+/// order. links: SeriesLinks. With a chain in each lane, every number stands there once a lane.
 struct SeriesArrays {
   static constexpr int columns = 6;  ///< products a link
   static constexpr int chunk = 8;    ///< the width of one link and of two, and a divisor of all others
   static constexpr int bodyNumbers = 15;
   int n, width;
-  double *rows, *known, *bodies;
-  Rotation<double>* e;
-  const SeriesLink* links;
+  double *rows, *known, *bodies, *e;
+  const double* links;
 };
 
 /// c: row k of 2n numbers is order k of θ and ω. Row 0 and order 0 of e are input. N and F are of order 0,

@@ -16,7 +16,7 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           segmentsAll,
           linearKernels<Real>,
           linearKernels<Number>,
-          {seriesOf<One>, seriesOf<Two>, seriesOf<Links>}};
+          {seriesOf<One<Number>>, seriesOf<Two>, seriesOf<Links<Number>>}};
 }
 
 }  // namespace

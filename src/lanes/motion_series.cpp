@@ -28,8 +28,8 @@ MotionSeries::~MotionSeries() = default;
 
 void MotionSeries::find(int order, const Outside& outside, SeriesLoads* loads, double* c) {
   kernel_.rotations(c, &e_.front().c, n_);
-  run_({n_, width_, factors_.data(), known_.data(), bodies_.data(), e_.data(), links_.data()}, order, outside,
-       loads, c);
+  run_({n_, width_, factors_.data(), known_.data(), bodies_.data(), &e_.front().c, &links_.front().m}, order,
+       outside, loads, c);
 }
 
 bool MotionSeries::areWorthwhile(int n) {

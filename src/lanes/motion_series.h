@@ -33,6 +33,7 @@ namespace planar_chain {
 
 namespace simd {
 struct Kernel;
+template <class Number>
 struct SeriesLink;
 struct SeriesArrays;
 }  // namespace simd
@@ -74,7 +75,7 @@ class MotionSeries {
   int width_;
   CacheLines factors_, known_, bodies_;
   std::vector<Rotation<double>> e_;
-  std::vector<simd::SeriesLink> links_;
+  std::vector<simd::SeriesLink<double>> links_;
 };
 
 }  // namespace planar_chain

@@ -7,10 +7,10 @@
 ///     (xy)_k = x_k y_0 + x_0 y_k + Σ_{0<j<k} x_j y_{k−j}
 ///
 /// All but its first two terms are known before order k: they are computed for all products together, in
-/// lanes.
+/// lanes. `Some` is Number for one chain, Real for one in each lane.
 
 #include "lanes/kernel.h"
-#include "simd/lanes.h"
+#include "lanes/lane_kernel.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -27,10 +27,10 @@ template <class Add>
   }
 }
 
-/// Σ_{0<j<k} of `columns` products. Each order has a row of `width` first factors and one of second factors.
-template <int columns>
+/// Σ_{0<j<k} of so many registers of products. Each order has a row of `width` first factors and one of
+/// second factors.
+template <int registers>
 [[gnu::always_inline]] inline void findKnown(const double* rows, int width, int k, double* known) {
-  constexpr int registers = columns / laneCount;
   Lanes sums[2][registers];
   forInnerOrders(k, [&](int first, int second, int part) {
     const double *x = rows + 2 * first * width, *y = rows + (2 * second + 1) * width;
@@ -44,64 +44,82 @@ template <int columns>
   for (int r = 0; r < registers; ++r) (sums[0][r] + sums[1][r]).store(known + r * laneCount);
 }
 
+// ---- Numbers and pairs in memory ---------------------------------------------------------------------
+
+/// Numbers i and i + 1.
+template <class Some>
+[[gnu::always_inline]] inline Vec2<Some> pairAt(const double* numbers, int i) {
+  return {read<Some>(numbers, i), read<Some>(numbers, i + 1)};
+}
+template <class Some>
+[[gnu::always_inline]] inline void storePair(double* numbers, int i, Vec2<Some> a) {
+  a.x.store(numbers + i * doubles<Some>);
+  a.y.store(numbers + (i + 1) * doubles<Some>);
+}
+/// exp(i θ_j)
+template <class Some>
+[[gnu::always_inline]] inline Rotation<Some> rotationAt(const double* e, int j) {
+  return {read<Some>(e, 2 * j), read<Some>(e, 2 * j + 1)};
+}
+template <class Some>
+[[gnu::always_inline]] inline SeriesLink<Some> seriesLinkAt(const double* links, int j) {
+  SeriesLink<Some> link;
+  Reader{links + j * doubles<SeriesLink<Some>>}(link.m, link.I, link.J, link.mr, link.p);
+  return link;
+}
+
 /// Input of order k, and the places of order k + 1.
+template <class Some>
 struct Order {
   int k;
   double *rows, *row;  ///< of the products: order 0, and k
   int n;
-  const double *N, *omega;
-  const Vec2d* F;
-  double* next;                      ///< θ and then ω
-  const Rotation<double>*start, *e;  ///< exp(i θ_j): order 0, and k
-  Rotation<double>* nextE;
+  const double *N, *F;  ///< moments, and pairs of forces; nullptr: none
+  const double* omega;
+  double* next;             ///< θ and then ω
+  const double *start, *e;  ///< exp(i θ_j): order 0, and k
+  double* nextE;
   double perOrder, perNext;  ///< 1/(k + 1), 1/(k + 2)
 
-  Number moment(int j) const { return N ? N[j] : 0; }
+  Some rate(int j) const { return read<Some>(omega, j); }
+  Some moment(int j) const { return N ? read<Some>(N, j) : Some(0); }
 };
 
-inline Vec2<Number> pairAt(const double* from) {
-  return {from[0], from[1]};
-}
-inline void storePair(double* to, Vec2<Number> a) {
-  to[0] = a.x.v;
-  to[1] = a.y.v;
-}
-
 /// Order k of the products from a column on. They come in pairs, in columns i and i + 1.
-template <bool isFirst>
+template <class Some, bool isFirst>
 class Products {
  public:
-  Products(const Order& order, int width, int column, const double* known)
-      : x0_(order.rows + column),
-        y0_(x0_ + width),
-        x_(order.row + column),
-        y_(x_ + width),
-        known_(known + column) {}
+  Products(const Order<Some>& order, int width, int column, const double* known)
+      : x0_(order.rows + column * doubles<Some>),
+        y0_(x0_ + width * doubles<Some>),
+        x_(order.row + column * doubles<Some>),
+        y_(x_ + width * doubles<Some>),
+        known_(known + column * doubles<Some>) {}
 
-  void setX(int i, Vec2<Number> x) const { storePair(x_ + i, x); }
-  Vec2<Number> firstX(int i) const { return pairAt(x0_ + i); }
-  Vec2<Number> operator()(int i) const {
-    const Vec2<Number> x = firstX(i), y = pairAt(y_ + i);
+  void setX(int i, Vec2<Some> x) const { storePair(x_, i, x); }
+  Vec2<Some> firstX(int i) const { return pairAt<Some>(x0_, i); }
+  Vec2<Some> operator()(int i) const {
+    const Vec2<Some> x = firstX(i), y = pairAt<Some>(y_, i);
     if constexpr (isFirst) return {x.x * y.x, x.y * y.y};
-    const Vec2<Number> rest = withoutLast(i);
+    const Vec2<Some> rest = withoutLast(i);
     return {mulAdd(x.x, y.x, rest.x), mulAdd(x.y, y.y, rest.y)};
   }
 
   /// A cross product has the components of its second factor exchanged.
-  void setCrossY(int i, Vec2<Number> y) const { storePair(y_ + i, {y.y, y.x}); }
+  void setCrossY(int i, Vec2<Some> y) const { storePair<Some>(y_, i, {y.y, y.x}); }
   /// number − product, y coming last
-  Number lessCross(Number number, int i, Vec2<Number> y) const {
+  Some lessCross(Some number, int i, Vec2<Some> y) const {
     if constexpr (!isFirst) {
-      const Vec2<Number> rest = withoutLast(i);
+      const Vec2<Some> rest = withoutLast(i);
       number -= rest.x - rest.y;
     }
-    const Vec2<Number> x = firstX(i);
+    const Vec2<Some> x = firstX(i);
     return mulAdd(x.y, y.x, mulAdd(-x.x, y.y, number));
   }
 
  private:
-  Vec2<Number> withoutLast(int i) const {
-    const Vec2<Number> x = pairAt(x_ + i), y = pairAt(y0_ + i), known = pairAt(known_ + i);
+  Vec2<Some> withoutLast(int i) const {
+    const Vec2<Some> x = pairAt<Some>(x_, i), y = pairAt<Some>(y0_, i), known = pairAt<Some>(known_, i);
     return {mulAdd(x.x, y.x, known.x), mulAdd(x.y, y.y, known.y)};
   }
 
@@ -110,44 +128,44 @@ class Products {
   const double* known_;
 };
 
-inline Rotation<Number> numbersOf(const Rotation<double>& e) {
-  return {e.c, e.s};
-}
-
 // ---- How a body turns --------------------------------------------------------------------------------
 
 /// Columns i and i + 1 are ω c and ω s, the second factor one order ahead. With z = Σ_{j≤k} ω_j e_{k+1−j},
 ///
 ///     ë_k = i (α_k e_0 + (k+1) z)        e_{k+2} = i (ω_{k+1} e_0 + z)/(k+2)        (k+1) ω_{k+1} = α_k
-template <bool isFirst>
-[[gnu::always_inline]] inline Rotation<Number> turning(const Products<isFirst>& product, Number omega) {
+template <class Some, bool isFirst>
+[[gnu::always_inline]] inline Rotation<Some> turning(const Products<Some, isFirst>& product, Some omega) {
   product.setX(0, {omega, omega});
-  const Vec2<Number> z = product(0);
+  const Vec2<Some> z = product(0);
   return {z.x, z.y};
 }
 
 /// ë_k b as if α_k were 0.
-[[gnu::always_inline]] inline Vec2<Number> second(const Order& order, Rotation<Number> z, Vec2<Number> b) {
-  return Rotation<Number>{-z.s, z.c} * (Number(order.k + 1) * b);
+template <class Some>
+[[gnu::always_inline]] inline Vec2<Some> second(const Order<Some>& order, Rotation<Some> z, Vec2<Some> b) {
+  return Rotation<Some>{-z.s, z.c} * (Some(order.k + 1) * b);
 }
 
 /// Writes order k + 1 of the angle, rate and e of body j, and e to `column` of the second factors.
-[[gnu::always_inline]] inline void goOn(const Order& order, int width, int column, int j, Rotation<Number> z,
-                                        Number alpha) {
-  const Number part(order.perNext), turn = Number(order.perOrder * order.perNext) * alpha;
-  const Rotation<Number> start = numbersOf(order.start[j]);
-  const Rotation<Number> e{mulAdd(-turn, start.s, -part * z.s), mulAdd(turn, start.c, part * z.c)};
-  order.next[j] = order.perOrder * order.omega[j];
-  order.next[order.n + j] = (Number(order.perOrder) * alpha).v;
-  order.nextE[j] = {e.c.v, e.s.v};
-  storePair(order.row + 3 * width + column, {e.c, e.s});
+template <class Some>
+[[gnu::always_inline]] inline void goOn(const Order<Some>& order, int width, int column, int j,
+                                        Rotation<Some> z, Some alpha) {
+  const Some part(order.perNext), turn = Some(order.perOrder * order.perNext) * alpha;
+  const Rotation<Some> start = rotationAt<Some>(order.start, j);
+  const Vec2<Some> e{mulAdd(-turn, start.s, -part * z.s), mulAdd(turn, start.c, part * z.c)};
+  (Some(order.perOrder) * order.rate(j)).store(order.next + j * doubles<Some>);
+  (Some(order.perOrder) * alpha).store(order.next + (order.n + j) * doubles<Some>);
+  storePair(order.nextE, 2 * j, e);
+  storePair(order.row, 3 * width + column, e);
 }
 
 /// e_1 = i ω_0 e_0
-inline void beginTurning(const SeriesArrays& of, int j, int column, Number omega) {
-  const Rotation<Number> start = numbersOf(of.e[j]), e{-omega * start.s, omega * start.c};
-  of.e[of.n + j] = {e.c.v, e.s.v};
-  storePair(of.rows + of.width + column, {e.c, e.s});
+template <class Some>
+inline void beginTurning(const SeriesArrays& of, int width, int j, int column, Some omega) {
+  const Rotation<Some> start = rotationAt<Some>(of.e, j);
+  const Vec2<Some> e{-omega * start.s, omega * start.c};
+  storePair(of.e, 2 * (of.n + j), e);
+  storePair(of.rows, width + column, e);
 }
 
 }  // namespace

@@ -9,34 +9,39 @@ namespace planar_chain::simd {
 namespace {
 
 /// J α = N − m R×a
+template <class Number>
 class One {
  public:
-  One(const SeriesArrays& of, Vec2d ground, const double* omega)
-      : known_(of.known),
-        inverseJ_(1 / of.links[0].J),
-        acrossA_(cross(of.links[0].mr, ground)),
-        alongA_(dot(of.links[0].mr, ground)) {
-    beginTurning(of, 0, 0, omega[0]);
+  using Some = Number;
+  One(const SeriesArrays& of, Vec2<Some> ground, const double* omega) : known_(of.known) {
+    const SeriesLink<Some> link = seriesLinkAt<Some>(of.links, 0);
+    inverseJ_ = Some(1) / link.J;
+    acrossA_ = link.mr.x * ground.y - link.mr.y * ground.x;
+    alongA_ = link.mr.x * ground.x + link.mr.y * ground.y;
+    beginTurning(of, width, 0, 0, read<Some>(omega, 0));
   }
   int bodies() const { return 1; }
   int stride() const { return width; }
-  void know(const double* rows, int k) { findKnown<width>(rows, width, k, known_); }
+  void know(const double* rows, int k) {
+    findKnown<width * doubles<Some> / laneCount>(rows, width * doubles<Some>, k, known_);
+  }
 
   template <bool isFirst>
-  [[gnu::always_inline]] void find(const Order& order) {
-    const Products<isFirst> product(order, width, 0, known_);
-    const Rotation<Number> z = turning(product, order.omega[0]), e = numbersOf(order.e[0]);
-    const Number torque = order.moment(0) - mulAdd(e.c, acrossA_, -e.s * alongA_);
+  [[gnu::always_inline]] void find(const Order<Some>& order) {
+    const Products<Some, isFirst> product(order, width, 0, known_);
+    const Rotation<Some> z = turning(product, order.rate(0)), e = rotationAt<Some>(order.e, 0);
+    const Some torque = order.moment(0) - mulAdd(e.c, acrossA_, -e.s * alongA_);
     goOn(order, width, 0, 0, z, inverseJ_ * torque);
   }
 
  private:
-  static constexpr int width = SeriesArrays::chunk;
+  static constexpr int width = doubles<Some> == 1 ? SeriesArrays::chunk : 2;
   double* known_;
-  Number inverseJ_, acrossA_, alongA_;
+  Some inverseJ_, acrossA_, alongA_;
 };
 
 /// A body at the order in hand.
+template <class Number>
 struct BodyInSeries {
   // Of order 0: U/D, 1/D, and the articulated mass at the outer pin.
   Vec2<Number> W;
@@ -47,24 +52,26 @@ struct BodyInSeries {
   Number v;
   Rotation<Number> z;
 };
-static_assert(sizeof(BodyInSeries) == SeriesArrays::bodyNumbers * sizeof(double));
+static_assert(sizeof(BodyInSeries<Number>) == SeriesArrays::bodyNumbers * sizeof(double));
 
 /// Link by link. Columns of each: how it turns, m R×a, P×f, with a of the inner pin and f on the next link.
+template <class Number>
 class Links {
  public:
+  using Some = Number;
   /// The articulated masses at order 0.
-  Links(const SeriesArrays& of, Vec2d ground, const double* omega)
-      : n_(of.n), width_(of.width), known_(of.known), links_(of.links), ground_(vectorOf(ground)) {
-    bodies_ = reinterpret_cast<BodyInSeries*>(of.bodies);
-    Sym2<Number> A;
+  Links(const SeriesArrays& of, Vec2<Some> ground, const double* omega)
+      : n_(of.n), width_(of.width), known_(of.known), links_(of.links), ground_(ground) {
+    bodies_ = reinterpret_cast<BodyInSeries<Some>*>(of.bodies);
+    Sym2<Some> A;
     for (int j = n_ - 1; j >= 0; --j) {
-      beginTurning(of, j, columns * j, omega[j]);
-      const SeriesLink& link = links_[j];
-      const Rotation<Number> e = numbersOf(of.e[j]);
-      const Vec2<Number> P = e * vectorOf(link.p), AiP = A * perp(P);
-      const Vec2<Number> U = perp(e * vectorOf(link.mr)) + AiP;
-      const Number m = link.m, inverse = Number(1) / (Number(link.J) + dot(perp(P), AiP));
-      const Vec2<Number> W = inverse * U;
+      beginTurning(of, width_, j, columns * j, read<Some>(omega, j));
+      const SeriesLink<Some> link = seriesLinkAt<Some>(links_, j);
+      const Rotation<Some> e = rotationAt<Some>(of.e, j);
+      const Vec2<Some> P = e * link.p, AiP = A * perp(P);
+      const Vec2<Some> U = perp(e * link.mr) + AiP;
+      const Some m = link.m, inverse = Some(1) / (link.J + dot(perp(P), AiP));
+      const Vec2<Some> W = inverse * U;
       bodies_[j].A = A;
       bodies_[j].W = W;
       bodies_[j].inverseD = inverse;
@@ -74,51 +81,57 @@ class Links {
   int bodies() const { return n_; }
   int stride() const { return width_; }
   void know(const double* rows, int k) {
-    for (int at = 0; at < width_; at += chunk) findKnown<chunk>(rows + at, width_, k, known_ + at);
+    constexpr int chunk = doubles<Some> == 1 ? SeriesArrays::chunk : columns * laneCount;
+    const int width = width_ * doubles<Some>;
+    for (int at = 0; at < width; at += chunk) {
+      findKnown<chunk / laneCount>(rows + at, width, k, known_ + at);
+    }
   }
 
   template <bool isFirst>
-  void find(const Order& order) {
-    const auto productsOf = [&](int j) { return Products<isFirst>(order, width_, columns * j, known_); };
+  void find(const Order<Some>& order) {
+    const auto productsOf = [&](int j) {
+      return Products<Some, isFirst>(order, width_, columns * j, known_);
+    };
 
     // As if α_k were 0: accelerations, outwards.
-    Vec2<Number> a = isFirst ? ground_ : Vec2<Number>{};
+    Vec2<Some> a = isFirst ? ground_ : Vec2<Some>{};
     for (int j = 0; j < n_; ++j) {
-      BodyInSeries& body = bodies_[j];
+      BodyInSeries<Some>& body = bodies_[j];
       const auto product = productsOf(j);
-      const Rotation<Number> e = numbersOf(order.e[j]);
-      const Vec2<Number> mr = vectorOf(links_[j].mr), p = vectorOf(links_[j].p);
-      body.z = turning(product, order.omega[j]);
-      product.setX(mRa, e * mr);
-      product.setX(Pf, e * p);
+      const Rotation<Some> e = rotationAt<Some>(order.e, j);
+      const SeriesLink<Some> link = seriesLinkAt<Some>(links_, j);
+      body.z = turning(product, order.rate(j));
+      product.setX(mRa, e * link.mr);
+      product.setX(Pf, e * link.p);
       body.a = a;
-      body.f = mulAdd(Number(links_[j].m), a, second(order, body.z, mr));
-      a += second(order, body.z, p);
+      body.f = mulAdd(link.m, a, second(order, body.z, link.mr));
+      a += second(order, body.z, link.p);
     }
 
     // Forces, inwards, and what moment is left over; b of all that it makes move.
-    Vec2<Number> f, b;
+    Vec2<Some> f, b;
     for (int j = n_ - 1; j >= 0; --j) {
-      BodyInSeries& body = bodies_[j];
+      BodyInSeries<Some>& body = bodies_[j];
       const auto product = productsOf(j);
-      const Number own = product.lessCross(order.moment(j), mRa, body.a);
-      const Number left = product.lessCross(own, Pf, f);
-      const Number u = left - cross(product.firstX(Pf), b);
-      const Vec2<Number> inertial = body.f;
+      const Some own = product.lessCross(order.moment(j), mRa, body.a);
+      const Some left = product.lessCross(own, Pf, f);
+      const Some u = left - cross(product.firstX(Pf), b);
+      const Vec2<Some> inertial = body.f;
       body.v = body.inverseD * u;
       body.f = f;
       body.b = b;
       f += inertial;
-      if (order.F) f -= vectorOf(order.F[j]);
+      if (order.F) f -= pairAt<Some>(order.F, 2 * j);
       b = mulAdd(u, body.W, b);
     }
 
     // α_k, outwards, and what it does.
-    Vec2<Number> da;
+    Vec2<Some> da;
     for (int j = 0; j < n_; ++j) {
-      const BodyInSeries& body = bodies_[j];
+      const BodyInSeries<Some>& body = bodies_[j];
       const auto product = productsOf(j);
-      const Number alpha = body.v - dot(body.W, da);
+      const Some alpha = body.v - dot(body.W, da);
       product.setCrossY(mRa, body.a + da);
       da = mulAdd(alpha, perp(product.firstX(Pf)), da);
       product.setCrossY(Pf, body.f + body.A * da + body.b);
@@ -127,48 +140,66 @@ class Links {
   }
 
  private:
-  static constexpr int columns = SeriesArrays::columns, chunk = SeriesArrays::chunk;
+  static constexpr int columns = SeriesArrays::columns;
   enum { mRa = 2, Pf = 4 };
   int n_, width_;
   double* known_;
-  const SeriesLink* links_;
-  BodyInSeries* bodies_;
-  Vec2<Number> ground_;
+  const double* links_;
+  BodyInSeries<Some>* bodies_;
+  Vec2<Some> ground_;
 };
 
 // ---- All orders --------------------------------------------------------------------------------------
 
-template <class Shape, bool isFirst>
+/// Order 0 of what acts, as in Order; and the acceleration of the ground pin less gravity.
+struct ActingInSeries {
+  const double *N, *F, *ground;
+};
+
+template <bool isFirst, class Shape, class Loads>
 [[gnu::always_inline]] inline void orderOf(Shape& shape, const SeriesArrays& of, int k,
-                                           const Outside& outside, SeriesLoads* loads, double* c) {
+                                           const ActingInSeries& acting, Loads findLoads, double* c) {
+  constexpr int d = doubles<typename Shape::Some>;
   const int n = shape.bodies();
-  double* theta = c + k * 2 * n;
-  double* omega = theta + n;
-  const Order order{k,
-                    of.rows,
-                    of.rows + 2 * k * shape.stride(),
-                    n,
-                    outside.N,
-                    omega,
-                    outside.F,
-                    omega + n,
-                    of.e,
-                    of.e + k * n,
-                    of.e + (k + 2) * n,
-                    1.0 / (k + 1),
-                    1.0 / (k + 2)};
+  double* theta = c + k * 2 * n * d;
+  double* omega = theta + n * d;
+  const Order<typename Shape::Some> order{k,
+                                          of.rows,
+                                          of.rows + 2 * k * shape.stride() * d,
+                                          n,
+                                          acting.N,
+                                          acting.F,
+                                          omega,
+                                          omega + n * d,
+                                          of.e,
+                                          of.e + 2 * k * n * d,
+                                          of.e + 2 * (k + 2) * n * d,
+                                          1.0 / (k + 1),
+                                          1.0 / (k + 2)};
   if constexpr (!isFirst) {
     shape.know(of.rows, k);
-    if (loads) loads->findOrder(k, theta, omega);
+    findLoads(k, theta, omega);
   }
   shape.template find<isFirst>(order);
 }
 
+/// findLoads(k, theta, omega) writes order k > 0 of N and F.
+template <class Shape, class Loads>
+[[gnu::always_inline]] inline void allOrders(const SeriesArrays& of, int order, const ActingInSeries& acting,
+                                             Loads findLoads, double* c) {
+  using Some = typename Shape::Some;
+  Shape shape(of, pairAt<Some>(acting.ground, 0), c + of.n * doubles<Some>);
+  orderOf<true>(shape, of, 0, acting, findLoads, c);
+  for (int k = 1; k < order; ++k) orderOf<false>(shape, of, k, acting, findLoads, c);
+}
+
 template <class Shape>
 void seriesOf(const SeriesArrays& of, int order, const Outside& outside, SeriesLoads* loads, double* c) {
-  Shape shape(of, outside.ground, c + of.n);
-  orderOf<Shape, true>(shape, of, 0, outside, loads, c);
-  for (int k = 1; k < order; ++k) orderOf<Shape, false>(shape, of, k, outside, loads, c);
+  const ActingInSeries acting{outside.N, outside.F ? &outside.F->x : nullptr, &outside.ground.x};
+  const auto findLoads = [loads](int k, const double* theta, const double* omega) {
+    if (loads) loads->findOrder(k, theta, omega);
+  };
+  allOrders<Shape>(of, order, acting, findLoads, c);
 }
 
 }  // namespace

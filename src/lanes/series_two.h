@@ -54,17 +54,21 @@ Four heads(Four a, Four b) {
 /// … 7 those of the cross products, (x, −y) of P_1 and S_2 times (y, x) of S̈_2 − F_2 and P̈_1.
 class Two {
  public:
-  Two(const SeriesArrays& of, Vec2d ground, const double* omega) {
-    const SeriesLink &first = of.links[0], &second = of.links[1];
+  using Some = Number;
+  Two(const SeriesArrays& of, Vec2<Number> at, const double* omega) {
+    const auto* links = reinterpret_cast<const SeriesLink<double>*>(of.links);
+    const SeriesLink<double>&first = links[0], &second = links[1];
+    const Vec2d ground{at.x.v, at.y.v};
+    const Rotation<double> e0{of.e[0], of.e[1]}, e1{of.e[2], of.e[3]};
     const Vec2d s1 = first.mr + second.m * first.p, s2 = second.mr;
     across_ = pairsOf({cross(s1, ground), -dot(s1, ground)}, {cross(s2, ground), -dot(s2, ground)});
     body_ = pairsOf(first.p, s2);
     turnedBody_ = i(body_);
     minusBody_ = Four(0) - body_;
-    ie0_ = i(Four::load(&of.e[0].c));
+    ie0_ = i(Four::load(of.e));
 
-    e_ = Four::load(&of.e[0].c);
-    const Vec2d P1 = of.e[0] * first.p, S2 = of.e[1] * s2;
+    e_ = Four::load(of.e);
+    const Vec2d P1 = e0 * first.p, S2 = e1 * s2;
     iC0_ = i(pairsOf(P1, S2));
     const double mPP = second.m * dot(first.p, first.p), kappa = dot(P1, S2), lambda = cross(P1, S2);
     const double inverse = 1 / (first.J * second.J + mPP * second.I + lambda * lambda);
@@ -73,7 +77,7 @@ class Two {
 
     omega_ = pairsOf(omega[0], omega[1]);
     nextE_ = omega_ * ie0_;
-    nextE_.store(&of.e[2].c);
+    nextE_.store(of.e + 4);
   }
   int bodies() const { return 2; }
   int stride() const { return width; }
@@ -90,7 +94,7 @@ class Two {
   }
 
   template <bool isFirst>
-  [[gnu::always_inline]] void find(const Order& order) {
+  [[gnu::always_inline]] void find(const Order<Number>& order) {
     const Four x = conjugate(place(e_, body_, turnedBody_));
     double* row = order.row;
     omega_.store(row);
@@ -107,7 +111,7 @@ class Two {
     z = mulAdd(Four::load(order.rows), nextE_, z);
     const Four orders(order.k + 1);
     Four Cdd = place(z, orders * turnedBody_, orders * minusBody_);
-    if (order.F) Cdd = Cdd - pairsOf({}, order.F[1]);
+    if (order.F) Cdd = Cdd - pairsOf({}, {order.F[2], order.F[3]});
     left = mulAdd(Four::load(order.rows + 4), crossed(Cdd), left);
     const Four f = left + turned(left);
     const Four alpha = mulAdd(minusInverse_, f, minusInverseAcross_ * exchanged(f));
@@ -119,7 +123,7 @@ class Two {
     omega_ = nextOmega;
     e_ = nextE_;
     nextE_ = mulAdd(Four(order.perOrder * order.perNext) * alpha, ie0_, Four(order.perNext) * i(z));
-    nextE_.store(&order.nextE[0].c);
+    nextE_.store(order.nextE);
   }
 
  private:

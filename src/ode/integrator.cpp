@@ -13,7 +13,15 @@ Tolerance Tolerance::arrangedBy(const System& f) const {
   Vector all(f.size()), arranged(f.arrangedSize());
   all.head(ceiling.size()) = ceiling;
   f.arrange(all.data(), arranged.data());
-  return {value, arranged.head(arranged.size() - others)};
+  Tolerance result{value, arranged.head(arranged.size() - others), firstRate, ofRates};
+  if (firstRate >= f.size()) return result;
+
+  // Rates are arranged behind the angles.
+  all.setZero();
+  all.tail(f.size() - firstRate).setOnes();
+  f.arrange(all.data(), arranged.data());
+  result.firstRate = std::find(arranged.data(), arranged.data() + arranged.size(), 1.0) - arranged.data();
+  return result;
 }
 
 Outcome Integrator::integrate(State& state, double end, double longestStep, int mostSteps) {
@@ -61,33 +69,48 @@ class FixedSteps : public Integrator {
 
 class LandingOnSwitches : public Integrator {
  public:
-  LandingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches, const System& f)
-      : steps_(std::move(steps)), switches_(switches), f_(f), before_(f.arrangedSize()), trial_(before_) {
+  LandingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches, System& f)
+      : steps_(std::move(steps)),
+        switches_(switches),
+        f_(f),
+        before_(f.arrangedSize()),
+        trial_(before_),
+        slope_(f.arrangedSize()) {
     from_.y.resize(f.size());
     found_ = from_;
     ahead_.fill(from_);
   }
 
   const char* name() const override { return steps_->name(); }
-  void restartAfter(Change change) override { steps_->restartAfter(change); }
+  void restartAfter(Change change) override {
+    if (change == Change::all) usual_ = -(switchedAt_ = -infinity);
+    steps_->restartAfter(change == Change::stiffness && guessed_ ? Change::bend : change);
+  }
   /// The steps made to land count as rejected.
   StepCount count() const override {
     StepCount count = steps_->count();
     count.rejected += landing_;
     return count;
   }
+  void setTolerance(const Tolerance& tolerance) override { steps_->setTolerance(tolerance); }
   bool stepTo(State& state, double t) override { return steps_->stepTo(state, t); }
 
   Outcome advance(State& state, double end, double longestStep) override {
     before_ = state;
-    const Outcome outcome = steps_->advance(state, end, longestStep);
+    const Outcome outcome = steps_->advance(state, end, std::min(longestStep, 2 * usual_));
     if (hasFailed(outcome)) return outcome;
     from_.t = before_.t;
     f_.restore(before_.y.data(), from_.y.data());
     evaluate(state, ahead_.front());
     Outcome found = findOnTheWay();
-    if (found == Outcome::underway) return outcome;
-    if (found == Outcome::switched) found = land(state);
+    if (found == Outcome::underway) {
+      usual_ *= 1.5;
+      return outcome;
+    }
+    if (found == Outcome::switched) {
+      guessed_ = landByGuess(state);
+      if (!guessed_) found = land(state);
+    }
     if (found == Outcome::notFinite) state = before_;
     return found;
   }
@@ -139,10 +162,48 @@ class LandingOnSwitches : public Integrator {
     return Outcome::underway;
   }
 
-  /// A switch is due at found_ and not at from_. Sets `state` to the first time at which it is due.
+  double narrow(const State& state) const {
+    return 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), state.t - before_.t);
+  }
+
+  /// A switch is due at found_ and not at from_. Sets `state` to the first time at which it is due. Returns
+  /// false, and changes nothing, if no guess leads there.
+  bool landByGuess(State& state) {
+    constexpr double near = 1e-6;  // of the step: y + δ f is exact
+    constexpr int mostTries = 6;
+    const auto [after, slope] = switches_.crossing(from_.t, from_.y, found_.y, found_.t - from_.t);
+    if (!(slope > 0)) return false;
+    Place& place = ahead_.front();
+    double t = from_.t + after, beyond = narrow(state) / 2;
+    bool isNear = false;
+    for (int tries = 0; tries < mostTries; ++tries) {
+      if (isNear) {
+        f_.slope(trial_.t, trial_.y.data(), slope_.data());
+        trial_.y += (t - trial_.t) * slope_;
+        trial_.t = t;
+        evaluate(trial_, place);
+      } else if (!(t > from_.t && t < found_.t && evaluateAt(t, place))) {
+        return false;
+      }
+      if (isNear && place.due > 0) {
+        state = trial_;
+        const double passed = state.t - switchedAt_;
+        usual_ = std::isfinite(usual_) ? (3 * usual_ + passed) / 4 : passed;
+        switchedAt_ = state.t;
+        return true;
+      }
+      const double off = -place.due / slope;
+      isNear = std::abs(off) <= near * (found_.t - before_.t);
+      t += off;
+      if (isNear) t += beyond;
+      if (tries > 1) beyond *= 2;
+    }
+    return false;
+  }
+
+  /// The same by a bracket.
   Outcome land(State& state) {
-    const double narrow =
-        4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state.t), state.t - before_.t);
+    const double narrow = this->narrow(state);
     constexpr double leastShare = 1. / 64;  // of the bracket, cut off each time
     if (found_.t < state.t) {
       if (!evaluateAt(found_.t, found_)) return Outcome::notFinite;
@@ -173,9 +234,14 @@ class LandingOnSwitches : public Integrator {
 
   std::unique_ptr<Integrator> steps_;
   const Switches& switches_;
-  const System& f_;
+  System& f_;
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
   long long landing_ = 0;  ///< steps made to land
+  bool guessed_ = false;   ///< the last switch
+  double usual_ = infinity,
+         switchedAt_ = -infinity;  ///< usual time between guessed switches; the last one, s
   State before_, trial_;
+  Vector slope_;
   Place from_{}, found_{};
   std::array<Place, 8> ahead_;  ///< the nearest last; deeper cuts make no sense
 };
@@ -187,7 +253,7 @@ std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double 
 }
 
 std::unique_ptr<Integrator> landingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches,
-                                              const System& f) {
+                                              System& f) {
   return std::make_unique<LandingOnSwitches>(std::move(steps), switches, f);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "ode/stepper.h"
@@ -42,9 +43,21 @@ struct StepCount {
 /// The rounding of a stiff f may exceed this error at every h. So steps below a millisecond count as one
 /// millisecond, and an error passes that is no larger than the effect of rounding y (local_stiffness.h).
 /// Below a tolerance of 1e-10 rounding counts in proportion: such a user wants every digit, at any cost.
+///
+/// A rate's error counts by itself if `ofRates` is given, with ofRates in place of the tolerance. Otherwise
+/// it counts as the angle that it makes, and the error of a rate may be 1 s/T times that of an angle:
+///
+///     T = clamp(max(h/2, 1/|λ|, (2e-10/tolerance)² s), 0, 1 s)
+///
+/// An error e of the rate that grows along the step turns the link by e h/2 within it. Later it turns it by
+/// at least e/|λ|, as no vibration is faster than |λ|, the largest eigenvalue of J. Towards a tolerance of
+/// 1e-10 rates count more and more by themselves, for a user who wants every digit. This saves half of the
+/// evaluations or more where the motion is stiff, and angles still meet the tolerance.
 struct Tolerance {
   double value = 0;
   Eigen::ArrayXd ceiling;
+  Eigen::Index firstRate = std::numeric_limits<Eigen::Index>::max();  ///< components before it are angles
+  std::optional<double> ofRates{};
 
   /// The same for arranged components of f. Allocates.
   Tolerance arrangedBy(const System& f) const;
@@ -71,12 +84,14 @@ class Integrator {
   /// Returns false, and changes nothing, if the result is not finite. Allocates nothing.
   virtual bool stepTo(State& state, double t) = 0;
   /// Call one of these when f has jumped; when its stiffness may have changed, too; when the state was set,
-  /// or f was replaced.
+  /// or f was replaced. A bend is a jump after which the step size still suits.
   void restart() { restartAfter(Change::jump); }
   void passSwitch() { restartAfter(Change::stiffness); }
   void begin() { restartAfter(Change::all); }
-  enum class Change { jump, stiffness, all };
+  enum class Change { bend, jump, stiffness, all };
   virtual void restartAfter(Change change) = 0;
+  /// From the next step on. An integrator without error control ignores it.
+  virtual void setTolerance(const Tolerance& /*tolerance*/) {}
   virtual StepCount count() const = 0;
 };
 

@@ -2,6 +2,7 @@
 
 /// How stiff f is around a state: its largest eigenvalue, and how far rounding moves it.
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -62,6 +63,12 @@ class LocalStiffness {
   /// growing after the fastest mode's own time 1/|λ|. Error estimates below that are noise.
   const Vector& noise() const { return noise_; }
   double timeOf(double h) const { return h * eigenvalue_ > 1 ? 1 / eigenvalue_ : h; }
+  /// T, s: the shortest time for which a rate's error turns the links (integrator.h).
+  double turningTime(double h, double tolerance) const {
+    constexpr double byThemselves = 2e-10;  // the tolerance at which rates count by themselves
+    const double fine = byThemselves / tolerance;
+    return std::min(1.0, std::max({h / 2, 1 / eigenvalue_, fine * fine}));
+  }
 
  private:
   /// Sums one by one, so that zeros at the end do not change the rounding.
@@ -85,17 +92,23 @@ class LocalStiffness {
   Vector zigzag_ = noise_;  ///< the highest mode of a chain: every component opposite to its neighbours
 };
 
-/// The error that a step of h may add to component i: most × Tolerance::size(), or perNoise × noise_i if that
-/// is more.
+/// The error that a step of h may add to an angle: most × Tolerance::size(), or perNoise × noise_i if that is
+/// more. Of a rate, mostOfRates in place of most.
 struct Allowance {
   Allowance(const Tolerance& tolerance, const LocalStiffness& stiffness, double h)
-      : most(std::max(share * tolerance.value * std::min(std::max(h, shortestCounted), 1.0),
-                      std::numeric_limits<double>::epsilon())),
+      : most(mostAt(tolerance.value, h)),
+        mostOfRates(tolerance.ofRates ? mostAt(*tolerance.ofRates, h)
+                                      : most / stiffness.turningTime(h, tolerance.value)),
         perNoise(std::min(1.0, tolerance.value * perRounding) * clearly * stiffness.timeOf(h)) {}
 
-  double most, perNoise;
+  double most, mostOfRates, perNoise;
 
  private:
+  static double mostAt(double tolerance, double h) {
+    return std::max(share * tolerance * std::min(std::max(h, shortestCounted), 1.0),
+                    std::numeric_limits<double>::epsilon());
+  }
+
   static constexpr double shortestCounted = 1e-3;  // s
   static constexpr double share = 0.25;            // of the tolerance that a step's error may use
   static constexpr double perRounding = 1e10;  // 1 over the tolerance down to which rounding counts in full

@@ -37,10 +37,13 @@ void Radau::step(double t, double h, const Vector& y) {
     const double size = tolerance_.size(y, i);
     const double noise = stiffness_->noise()[i];
     const double lost = std::max(noise * stiffness_->timeOf(h), 2 * epsilon * size);
-    allowed_[i] = std::max(allowance.most * size, allowance.perNoise * noise);
-    mayVanish_[i] = std::max(allowed_[i], tolerance_.value * size);
+    const double most = i < tolerance_.firstRate ? allowance.most : allowance.mostOfRates;
+    const auto allowedOf = [&](double one) { return std::max(one * size, allowance.perNoise * noise); };
+    allowed_[i] = allowedOf(most);
+    mayVanish_[i] = std::max(allowed_[i], tolerance_.value * (most / allowance.most) * size);
     perLost_[i] = 1 / lost;
-    perExactEnough_[i] = 1 / std::max(share * allowed_[i], lost);
+    // Rates count by themselves here: with coarser stages the error estimate means nothing.
+    perExactEnough_[i] = 1 / std::max(share * allowedOf(std::min(most, allowance.most)), lost);
   }
   hTried_ = h;
   carryOn(h);

@@ -67,6 +67,7 @@ class Radau : public ImplicitStepper {
     return once + iterations_ * iteration;
   }
   void step(double t, double h, const Vector& y) override;
+  void setTolerance(const Tolerance& tolerance) override { tolerance_ = tolerance; }
   void accept() override {
     last_.swap(Z_);
     hLast_ = hTried_;

@@ -9,6 +9,8 @@
 
 namespace planar_chain::ode {
 
+struct Tolerance;
+
 /// What is fixed of a method.
 struct MethodFacts {
   const char* name;
@@ -70,6 +72,7 @@ class Stepper {
   }
   /// Call this when the attempted step is accepted.
   virtual void accept() = 0;
+  virtual void setTolerance(const Tolerance& /*tolerance*/) {}
   /// Call this when f has jumped or the state was set. Discards all stored values of f.
   virtual void forget() = 0;
 

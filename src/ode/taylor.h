@@ -41,7 +41,10 @@ class Taylor : public Stepper {
     findIncrement(t, h);
   }
   /// By the same series.
-  void stepAgain(double t, double h, const Vector& /*y*/) override { findIncrement(t, h); }
+  void stepAgain(double t, double h, const Vector& /*y*/) override {
+    cost_ = 0;
+    findIncrement(t, h);
+  }
   void accept() override { forget(); }
   void forget() override { isKnown_ = false; }
 

@@ -68,13 +68,24 @@ class Coupled {
   Vec2<Real> accelerations(const Rotation<Real>* e, const Real* omega, const Real* N, const Vec2<Real>* F,
                            const Coupling<Real>* joints, Vec2<Real> ground, Real turning, Real* alpha,
                            Real* moments) {
-    // Inwards.
+    // Inwards. H, Q and c are 0 inside of a joint that couples nothing.
     Sym2<Real> A;
     Vec2<Real> H, b;
     Real Q{}, c{};
+    bool outerCouples = false;
     for (std::size_t j = bodies_.size(); j-- > 0;) {
       Swept& body = bodies_[j];
+      const Coupling<Real>& joint = joints[j];
       body.at = turned(body.of, e[j], omega[j]);
+      const bool couples = joint.isHeld || joint.rotor != Real(0);
+      if (!couples && !outerCouples) {
+        const Handle<Real> handle = inwards<false>(body.at, N[j], A, b);
+        if (F) b -= F[j];
+        body.U = handle.inverseD * handle.U;
+        body.epsilon = handle.inverseD * handle.u;
+        continue;
+      }
+      outerCouples = couples;
       const auto& [m, J, R, P, ww] = body.at;
       const Vec2<Real> mR = m * R, iP = perp(P), AiP = A * iP;
       const Vec2<Real> beta = b - ww * (A * P);
@@ -83,25 +94,25 @@ class Coupled {
       const Real epsilon = N[j] - dot(iP, beta) - (c - ww * dot(H, P));
       Vec2<Real> f = beta - ww * mR;
       if (F) f -= F[j];
-      const Coupling<Real>& joint = joints[j];
-      const Real D = D0 + joint.rotor, over = joint.isHeld ? Real(0) : Real(1) / D;
-      const Sym2<Real> taken = square(-over, U);
-      A = {m + A.xx + taken.xx, A.xy + taken.xy, m + A.yy + taken.yy};
       if (joint.isHeld) {
-        H = U;
-        Q = D0;
+        A = {m + A.xx, A.xy, m + A.yy};
+        H = body.U = U;
+        Q = body.D0 = D0;
         b = f + joint.acceleration * U;
         c = D0 * joint.acceleration - epsilon;
-      } else {
-        H = (joint.rotor * over) * U;
-        Q = joint.rotor * over * D0;
-        b = f + (epsilon * over) * U;
-        c = -(joint.rotor * over * epsilon);
+        body.epsilon = epsilon;
+        continue;
       }
-      body.U = U;
-      body.D0 = D0;
-      body.epsilon = epsilon;
-      body.over = over;
+      const Real over = Real(1) / (D0 + joint.rotor), held = joint.rotor * over;
+      const Sym2<Real> taken = square(-over, U);
+      A = {m + A.xx + taken.xx, A.xy + taken.xy, m + A.yy + taken.yy};
+      H = held * U;
+      Q = held * D0;
+      b = f + (epsilon * over) * U;
+      c = -(held * epsilon);
+      body.U = over * U;
+      body.epsilon = over * epsilon;
+      body.held = held;
     }
     const Vec2<Real> pinForce = A * ground + turning * H + b;
 
@@ -111,16 +122,18 @@ class Coupled {
     for (std::size_t j = 0; j < bodies_.size(); ++j) {
       const Swept& body = bodies_[j];
       const Coupling<Real>& joint = joints[j];
-      const Real pulled = body.epsilon - dot(body.U, a);
+      const Real pulled = mulAdd(-body.U.x, a.x, mulAdd(-body.U.y, a.y, body.epsilon));
+      Real turn = pulled, moment{};
       if (joint.isHeld) {
-        alpha[j] = parent + joint.acceleration;
-        moments[j] = body.D0 * alpha[j] - pulled;
-      } else {
-        alpha[j] = body.over * (pulled + joint.rotor * parent);
-        moments[j] = -joint.rotor * (alpha[j] - parent);
+        turn = parent + joint.acceleration;
+        moment = body.D0 * turn - pulled;
+      } else if (joint.rotor != Real(0)) {
+        turn += body.held * parent;
+        moment = -joint.rotor * (turn - parent);
       }
-      a += alpha[j] * perp(body.at.P) - body.at.ww * body.at.P;
-      parent = alpha[j];
+      a = mulAdd(turn, perp(body.at.P), mulAdd(-body.at.ww, body.at.P, a));
+      alpha[j] = parent = turn;
+      moments[j] = moment;
     }
     return pinForce;
   }
@@ -129,8 +142,9 @@ class Coupled {
   struct Swept {
     Body<Real> of;
     Turned<Real> at;
+    // U and ε; over D but for held joints. J/D of rotors, D0 of held joints.
     Vec2<Real> U;
-    Real D0, epsilon, over;  ///< over: 1/D, 0 for a held joint
+    Real epsilon, held, D0;
   };
   std::vector<Swept> bodies_;
 };

@@ -66,7 +66,7 @@ std::vector<double> settingsFor(const Contestant& contestant, const Contest& con
                                 bool quick) {
   std::vector<double> settings;
   if (!contestant.hasFixedStep) {
-    for (int k = quick ? 3 : 2; k <= (quick ? 9 : 13); k += quick ? 3 : 1) {
+    for (int k = quick ? 3 : 0; k <= (quick ? 9 : 13); k += quick ? 3 : 1) {
       settings.push_back(std::pow(10.0, -k));
     }
     return settings;

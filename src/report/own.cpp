@@ -15,7 +15,7 @@ constexpr double toleranceOfSeries = 2e-5;  // for order 20
 /// Angles count up to half a turn, rates as they are.
 ode::Tolerance toleranceOf(double value, const Dynamics& f) {
   const int n = (f.size() - f.works()) / 2;
-  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(2 * n, infinity)};
+  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(2 * n, infinity), n};
   tolerance.ceiling.head(n) = pi;
   return tolerance;
 }

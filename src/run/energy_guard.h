@@ -17,6 +17,10 @@
 ///
 /// A share of the energy that moves is allowed besides: a thousand tolerances. Methods of fixed step promise
 /// no tolerance; for them the share is a tenth.
+///
+/// The ε of rates is ten times the rate_tolerance. Without one a step may change a rate by half a tolerance
+/// (ode/integrator.h), so ε is half a tolerance for each step of about the last second if that is more.
+/// Vibrations whose angles are below the tolerance may be damped; this energy is part of the gap.
 
 #include <algorithm>
 #include <cmath>
@@ -33,11 +37,7 @@ class EnergyGuard {
  public:
   /// The scene and its dynamics must outlive this object.
   EnergyGuard(const Scene& scene, const Dynamics& dynamics) : dynamics_(dynamics), n_(scene.chain.size()) {
-    constexpr double fixedShare = 0.1, tolerances = 10, sharePerTolerance = 1000;
-    const bool isFixed = ode::hasFixedStep(scene.integrator.method);
-    const double tolerance = scene.integrator.tolerance;
-    tolerance_ = isFixed ? 0 : tolerances * tolerance;
-    share_ = isFixed ? fixedShare : std::min(fixedShare, sharePerTolerance * tolerance);
+    use(scene.integrator);
     double pin = 0;
     for (int j = 0; j < n_; ++j) {
       const Link& link = scene.chain.links()[index(j)];
@@ -52,6 +52,16 @@ class EnergyGuard {
     }
   }
 
+  /// Allows what these settings do from now on.
+  void use(const IntegratorSettings& settings) {
+    constexpr double fixedShare = 0.1, tolerances = 10, sharePerTolerance = 1000;
+    const bool isFixed = ode::hasFixedStep(settings.method);
+    tolerance_ = isFixed ? 0 : tolerances * settings.tolerance;
+    rateTolerance_ = isFixed ? 0 : tolerances * settings.rateTolerance.value_or(settings.tolerance);
+    perStep_ = isFixed || settings.rateTolerance ? 0 : settings.tolerance / 2;
+    share_ = isFixed ? fixedShare : std::min(fixedShare, sharePerTolerance * settings.tolerance);
+  }
+
   /// W_s and W_d in a state in chain order.
   Eigen::Vector2d worksOf(const double* y) const {
     if (dynamics_.works() == 0) return Eigen::Vector2d::Zero();
@@ -63,12 +73,12 @@ class EnergyGuard {
     good_ = state;
     energyThen_ = dynamics_.energy(state.t, y);
     worksThen_ = worksOf(y);
-    gap_ = moved_ = 0;
+    gap_ = moved_ = steps_ = 0;
   }
 
-  /// Returns true if the balance closes from the last good state to this one, which then is the last good
-  /// state.
-  bool accept(const ode::State& state, const double* y) {
+  /// Returns true if the balance closes over these steps, from the last good state to this one, which then is
+  /// the last good state.
+  bool accept(const ode::State& state, const double* y, long long steps) {
     const Energy now = dynamics_.energy(state.t, y);
     const Eigen::Vector2d works = worksOf(y);
     const double in = works[0] - worksThen_[0];
@@ -79,7 +89,8 @@ class EnergyGuard {
     const double moved = std::max(moved_ * fading, now.kinetic + energyThen_.kinetic +
                                                        std::abs(now.potential - energyThen_.potential) +
                                                        std::abs(in) + std::abs(out));
-    if (!std::isfinite(gap) || !(std::abs(gap) <= errorEnergy(state.t, y, now) + share_ * moved)) {
+    const double lately = steps_ * fading + static_cast<double>(steps);
+    if (!std::isfinite(gap) || !(std::abs(gap) <= errorEnergy(state.t, y, now, lately) + share_ * moved)) {
       refused_ = gap;
       return false;
     }
@@ -88,6 +99,7 @@ class EnergyGuard {
     worksThen_ = works;
     gap_ = gap;
     moved_ = moved;
+    steps_ = lately;
     return true;
   }
   const ode::State& lastGood() const { return good_; }
@@ -97,13 +109,14 @@ class EnergyGuard {
   double gap() const { return refused_; }
 
  private:
-  double errorEnergy(double t, const double* y, const Energy& now) const {
+  double errorEnergy(double t, const double* y, const Energy& now, double steps) const {
     constexpr double mostAngle = 1e6;  // rad; beyond, rounding explains no gap
     const Eigen::Map<const Eigen::ArrayXd> theta(y, n_), omega(y + n_, n_);
     const double rounding = std::numeric_limits<double>::epsilon() * std::max(32, n_);
-    const double error = tolerance_ * std::max(1.0, t - good_.t);
-    const double angle = error + rounding * (pi + std::min(theta.abs().maxCoeff(), mostAngle));
-    const double rate = (error + rounding) * (1 + omega.abs().maxCoeff());
+    const double seconds = std::max(1.0, t - good_.t);
+    const double angle = tolerance_ * seconds + rounding * (pi + std::min(theta.abs().maxCoeff(), mostAngle));
+    const double ofRates = std::max(rateTolerance_ * seconds, perStep_ * steps);
+    const double rate = (ofRates + rounding) * (1 + omega.abs().maxCoeff());
 
     const double kinetic = 0.5 * inertia_ * rate * rate;
     const double elastic = 2 * stiffness_ * angle * angle;
@@ -116,15 +129,16 @@ class EnergyGuard {
 
   const Dynamics& dynamics_;
   int n_;
-  double tolerance_;      ///< ε without rounding; 0 for fixed steps
-  double share_;          ///< of the energy that moves
-  double inertia_ = 0;    ///< Σ m ρ² + I
-  double stiffness_ = 0;  ///< Σ k
-  double weight_ = 0;     ///< Σ m |g| ρ
+  double tolerance_, rateTolerance_;  ///< ε of angles and rates without rounding; 0 for fixed steps
+  double perStep_;                    ///< the least ε of rates for each step of about the last second
+  double share_;                      ///< of the energy that moves
+  double inertia_ = 0;                ///< Σ m ρ² + I
+  double stiffness_ = 0;              ///< Σ k
+  double weight_ = 0;                 ///< Σ m |g| ρ
   ode::State good_;
   Energy energyThen_;
   Eigen::Vector2d worksThen_;
-  double gap_ = 0, moved_ = 0;  ///< of about the last second
+  double gap_ = 0, moved_ = 0, steps_ = 0;  ///< of about the last second
   double refused_ = 0;
 };
 

@@ -6,19 +6,26 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <memory>
 #include <string>
+#include <utility>
 
+#include "dynamics/dynamics.h"
 #include "ode/integrator.h"
 #include "ode/methods.h"
+#include "ode/switches.h"
 #include "planar_chain/scene.h"
+#include "simd/cpu.h"
 
 namespace planar_chain {
 
 constexpr std::size_t rungs = 3;
 inline IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung) {
   if (rung > 0) {
+    const auto finer = [](double tolerance) { return std::max(tolerance / 100, std::min(tolerance, 1e-13)); };
     scene.step /= 8;
-    scene.tolerance = std::max(scene.tolerance / 100, std::min(scene.tolerance, 1e-13));
+    scene.rateTolerance = finer(scene.rateTolerance.value_or(scene.tolerance));
+    scene.tolerance = finer(scene.tolerance);
   }
   if (rung > 1) scene.method = "rodas5p";
   return scene;
@@ -51,11 +58,23 @@ inline void describeFailure(std::string& to, const std::string& method, double t
 
 /// Angles count up to half a turn in the error control, rates as they are. Works are controlled only where a
 /// drive or the base may do work on a chain that does not move.
-inline ode::Tolerance toleranceOf(double value, int n, int works) {
-  ode::Tolerance tolerance{value,
-                           Eigen::ArrayXd::Constant(2 * n + works, std::numeric_limits<double>::infinity())};
+inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dynamics& dynamics) {
+  const IntegratorSettings settings = settingsOf(scene.integrator, rung);
+  const int n = scene.chain.size(), works = scene.base || !scene.drives.empty() ? dynamics.works() : 0;
+  const double none = std::numeric_limits<double>::infinity();
+  ode::Tolerance tolerance{settings.tolerance, Eigen::ArrayXd::Constant(2 * n + works, none), n,
+                           settings.rateTolerance};
   tolerance.ceiling.head(n) = pi;
   return tolerance;
+}
+
+/// The dynamics must outlive the method.
+inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t rung, Dynamics& dynamics) {
+  const simd::PlainKernels plain(scene.integrator.plainKernel);
+  const IntegratorSettings settings = settingsOf(scene.integrator, rung);
+  auto method = ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, rung, dynamics));
+  if (!dynamics.effects().haveSwitches()) return method;
+  return ode::landingOnSwitches(std::move(method), dynamics.effects(), dynamics);
 }
 
 }  // namespace planar_chain

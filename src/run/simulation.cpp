@@ -3,16 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 #include "dynamics/coupled_dynamics.h"
 #include "effects/commands.h"
 #include "ode/methods.h"
-#include "ode/switches.h"
 #include "run/energy_guard.h"
 #include "run/ladder.h"
+#include "run/requirements.h"
 #include "run/turns.h"
+#include "run/velocity_limits.h"
 #include "simd/cpu.h"
 
 namespace planar_chain {
@@ -20,23 +20,7 @@ namespace planar_chain {
 namespace {
 
 constexpr int stepsPerCheck = 32;    // of the energy balance
-constexpr double givenTo = 1e-6;     // rad, rad/s: how closely a state must repeat what is given
 constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
-
-void require(bool holds, const char* what) {
-  if (!holds) throw std::invalid_argument(what);
-}
-
-void requireContinuation(const MotionLaw& law, double t, double value, double rate) {
-  const GivenMotion begin = law.at(t);
-  require(
-      law.isFinite() && std::abs(begin.value - value) <= givenTo && std::abs(begin.rate - rate) <= givenTo,
-      "a law must be finite, and begin at the present value and rate");
-}
-
-bool allFinite(const std::vector<double>& values) {
-  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
-}
 
 }  // namespace
 
@@ -56,6 +40,7 @@ struct Simulation::Parts {
   long long rescues = 0;
   EnergyGuard guard{scene, dynamics};
   Turns turns{scene, dynamics.size()};
+  VelocityLimits velocities{scene.chain};
   ode::State state{dynamics.arrangedSize()};
   Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size());  ///< the state in the order of the chain
   std::vector<double> q = scene.q, qd = scene.qd;
@@ -78,18 +63,17 @@ struct Simulation::Parts {
 
   ode::Integrator& integrator() const { return *ladder[rung]; }
 
+  /// The scene has another tolerance.
+  void useTolerance() {
+    for (std::size_t k = 0; k < rungs; ++k) {
+      if (ladder[k]) ladder[k]->setTolerance(toleranceOf(scene, k, dynamics).arrangedBy(dynamics));
+    }
+    guard.use(scene.integrator);
+  }
+
   void climbTo(std::size_t next) {
     rung = next;
-    if (!ladder[rung]) {
-      const simd::PlainKernels plain(scene.integrator.plainKernel);
-      const int controlled = scene.base || !scene.drives.empty() ? dynamics.works() : 0;
-      const IntegratorSettings settings = settingsOf(scene.integrator, rung);
-      ladder[rung] = ode::makeMethod(settings.method, dynamics, settings.step,
-                                     toleranceOf(settings.tolerance, n, controlled));
-      if (dynamics.effects().haveSwitches()) {
-        ladder[rung] = ode::landingOnSwitches(std::move(ladder[rung]), dynamics.effects(), dynamics);
-      }
-    }
+    if (!ladder[rung]) ladder[rung] = methodOf(scene, rung, dynamics);
     countThen = integrator().count();
     timeThen = state.t;
   }
@@ -179,10 +163,12 @@ struct Simulation::Parts {
   /// Some steps towards t; or, in trouble, none, and the next rung of the ladder.
   void advance(double t) {
     const double end = std::min(t, dynamics.effects().until());
+    const long long before = integrator().count().accepted;
     const ode::Outcome outcome =
         integrator().integrate(state, end, dynamics.effects().longestStep(), stepsPerCheck);
     restore();
-    if (ode::hasFailed(outcome) || !guard.accept(state, y.data())) {
+    const long long steps = integrator().count().accepted - before;
+    if (ode::hasFailed(outcome) || !guard.accept(state, y.data(), steps)) {
       state = guard.lastGood();
       restore();
       if (rung + 1 == rungs) return fail(outcome);
@@ -240,7 +226,11 @@ struct Simulation::Parts {
 };
 
 Simulation::Simulation(const Scene& scene, int commandCapacity)
-    : scene_(scene), drives_(scene.drives), base_(scene.base), commandCapacity_(commandCapacity) {
+    : scene_(scene),
+      drives_(scene.drives),
+      base_(scene.base),
+      integrator_(scene.integrator),
+      commandCapacity_(commandCapacity) {
   require(commandCapacity >= 0, "the number of commands must not be negative");
   reset();
 }
@@ -258,6 +248,7 @@ bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
     isWanted = !keepGoing || keepGoing();
   }
   p.readRelative();
+  p.velocities.update(p.qd);
   return p.fault.empty() && p.state.t >= t;
 }
 
@@ -354,6 +345,9 @@ const std::vector<long long>& Simulation::cutOffs() const {
   static const std::vector<long long> none;
   return parts_->commands ? parts_->commands->cutOffs() : none;
 }
+const std::vector<long long>& Simulation::velocityExcesses() const {
+  return parts_->velocities.counts();
+}
 
 void Simulation::follow(int joint, MotionLaw law) {
   const auto drive = std::find_if(scene_.drives.begin(), scene_.drives.end(),
@@ -376,6 +370,19 @@ void Simulation::followBase(BaseLaws laws) {
   parts_->actsOtherwise = true;
 }
 
+double Simulation::tolerance() const {
+  return ode::hasFixedStep(scene_.integrator.method) ? 0 : scene_.integrator.tolerance;
+}
+
+void Simulation::setTolerance(double tolerance) {
+  require(tolerance >= 1e-15 && tolerance <= 1, "a tolerance must be from 1e-15 to 1");
+  scene_.integrator.tolerance = tolerance;
+  if (integrator_.rateTolerance) {
+    scene_.integrator.rateTolerance = *integrator_.rateTolerance * (tolerance / integrator_.tolerance);
+  }
+  parts_->useTolerance();
+}
+
 void Simulation::setState(const std::vector<double>& q, const std::vector<double>& qd) {
   parts_->set(q, qd);
 }
@@ -384,6 +391,7 @@ void Simulation::reset() {
   const simd::PlainKernels plain(scene_.integrator.plainKernel);
   scene_.drives = drives_;
   scene_.base = base_;
+  scene_.integrator = integrator_;
   // Made anew: nothing that a method has learnt on the way is left.
   parts_ = std::make_unique<Parts>(scene_, commandCapacity_);
   parts_->set(scene_.q, scene_.qd);

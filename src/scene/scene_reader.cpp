@@ -48,7 +48,11 @@ void takeEffects(const Section& in, Joint& joint) {
       } else if (key.member) {
         joint.*key.member = value;
       } else {
-        joint.others.emplace_back(key.name, value);
+        // In place of the URDF's.
+        const auto isIt = [&](const auto& other) { return other.first == key.name; };
+        auto& others = joint.others;
+        others.erase(std::remove_if(others.begin(), others.end(), isIt), others.end());
+        others.emplace_back(key.name, value);
       }
     }
   }
@@ -83,8 +87,8 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   }
   initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
   if (!joint.has("drive")) return;
-  if (isInUrdf && (entry.joint.damping > 0 || entry.joint.isLimited())) {
-    joint.fault("drive", "no drive in a joint to which the URDF gives damping or limits", "drive");
+  if (isInUrdf && (entry.joint.damping > 0 || entry.joint.isLimited() || entry.joint.other("friction") > 0)) {
+    joint.fault("drive", "no drive in a joint to which the URDF gives damping, friction or limits", "drive");
   }
   entry.drive = readDrive(in, joint, entry.q, entry.qd);
 }
@@ -122,6 +126,7 @@ struct Expanded {
   ChainNames names;
   std::map<std::string, std::string> entryOf;  ///< the key in `links`, by link name
   Vec2d gravity{0, -9.81};                     ///< m/s², unless the scene sets it
+  Appearance appearance;
 };
 
 /// Adds the links of an entry, numbered if there are several.
@@ -213,6 +218,7 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   // Springs, stops and initial state from `links`.
   Expanded expanded;
   expanded.gravity = robot->gravity;
+  expanded.appearance = std::move(robot->appearance);
   const Section links = top.section("links");
   for (std::size_t i = 0; i < robot->links.size(); ++i) {
     const std::string name = robot->links[i].name;
@@ -307,21 +313,39 @@ Scene readScene(const Value& value) {
   // All other keys.
   std::vector<Load> loads;
   for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads);
-  const IntegratorSettings integrator =
-      readIntegrator(top.section("integrator", {"method", "tolerance", "step", "plain_kernel"}));
+  const IntegratorSettings integrator = readIntegrator(top.section(
+      "integrator", {"method", "tolerance", "rate_tolerance", "loosest_tolerance", "step", "plain_kernel"}));
   PublishSettings publish =
       readPublish(top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states",
                                           "frame_every", "frame_prefix", "world_frame", "base_frame"}),
                   names);
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base;
+  if (top.has("base") && top.find("base")->map() && top.find("base")->map()->empty()) {
+    top.fault("base", "x, y or angle (ROS drops an empty map)");
+  }
   if (top.has("base")) base = readBase(top.section("base", {"x", "y", "angle"}));
+  if (base && names && names->links.count(movingFrame) != 0) {
+    top.fault("base",
+              std::string("no base that moves beside a link ") + movingFrame + ", as its frame has that name",
+              "both");
+  }
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   std::optional<double> realTimeFactor;
   if (top.has("real_time_factor")) {
     const char* range = " >= 0 and <= 1000 (simulated time per wall time; 0: as fast as possible)";
     top.take("real_time_factor", {range, 0, 1000, true}, realTimeFactor.emplace());
+  }
+
+  if (expanded) {
+    for (const Drive& drive : expanded->drives) {
+      for (const Load& load : loads) {
+        if (load.joint != drive.joint) continue;
+        top.fault("loads/" + load.name + "/joint", "a joint that is not driven",
+                  quoted(expanded->joints[index(load.joint)].name));
+      }
+    }
   }
 
   const auto throwFaults = [&] {
@@ -341,7 +365,8 @@ Scene readScene(const Value& value) {
               commandTimeout,
               realTimeFactor,
               std::move(expanded->drives),
-              std::move(base)};
+              std::move(base),
+              std::move(expanded->appearance)};
   if (startsAtRest) startAtRest(scene, top);
   throwFaults();
   return scene;

@@ -10,6 +10,29 @@
 
 namespace planar_chain {
 
+namespace {
+
+/// True if the energies and forces of a motion are far from overflow.
+bool isModerate(const MotionLaw& law) {
+  constexpr double farthest = 1e9, fastest = 1e15;  // m, rad; per s, s²
+  const auto holds = [&](double value, double rate, double acceleration) {
+    return std::abs(value) <= farthest && std::abs(rate) <= fastest && std::abs(acceleration) <= fastest;
+  };
+  const double a = law.amplitude(), w = 2 * pi * law.frequency();
+  const auto& pieces = law.pieces();
+  bool isIt = holds(std::abs(a) + std::abs(pieces[0].c[0]), a * w, a * w * w);
+  for (std::size_t k = 1; k < pieces.size(); ++k) {  // of cubics, the ends are the fastest but for a factor
+    const int piece = static_cast<int>(k);
+    for (const double t : {pieces[k].start, k + 1 < pieces.size() ? pieces[k + 1].start : pieces[k].start}) {
+      const GivenMotion motion = law.at(t, piece);
+      isIt &= holds(motion.value, motion.rate, motion.acceleration);
+    }
+  }
+  return isIt;
+}
+
+}  // namespace
+
 MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool mayHold) {
   const Value* value = in.find(key);
   if (value && value->text() && *value->text() == "hold" && mayHold) return {};
@@ -18,13 +41,18 @@ MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool may
                       (mayHold ? ", or hold" : ""));
     return {};
   }
+  const auto checked = [&](MotionLaw read) {
+    if (isModerate(read)) return read;
+    in.fault(key, std::string("values up to 1e9 ") + unit + ", rates and accelerations up to 1e15 per s, s²");
+    return MotionLaw();
+  };
   const Section law = in.section(key, {"amplitude", "frequency", "phase", "offset", "times", "values"});
   if (law.has("times") || law.has("values")) {
     for (const char* other : {"amplitude", "frequency", "phase", "offset"}) {
       if (law.has(other)) law.fault(other, std::string("no ") + other + " beside times and values");
     }
     std::vector<double> times, values;
-    return takeCurve(law, unit, times, values) ? MotionLaw::spline(times, values) : MotionLaw();
+    return takeCurve(law, unit, times, values) ? checked(MotionLaw::spline(times, values)) : MotionLaw();
   }
   double amplitude = 0, frequency = 0, phase = 0, offset = 0;
   const bool stands =
@@ -36,7 +64,7 @@ MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool may
   law.take("frequency", NumberRule::any("Hz"), frequency);
   law.take("phase", NumberRule::any("rad"), phase);
   law.take("offset", NumberRule::any(unit), offset);
-  return MotionLaw::sine(amplitude, frequency, phase, offset);
+  return checked(MotionLaw::sine(amplitude, frequency, phase, offset));
 }
 
 BaseLaws readBase(const Section& base) {
@@ -94,6 +122,15 @@ IntegratorSettings readIntegrator(const Section& in) {
   const auto isMethod = [&](const auto& name) { return std::count(all.begin(), all.end(), name) > 0; };
   in.takeText("method", isMethod, "one of " + inCommas(all), settings.method);
   in.take("tolerance", {" from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
+  if (in.has("rate_tolerance")) {
+    in.take("rate_tolerance", {" from 1e-15 to 1000000 rad/s", 1e-15, 1e6, true},
+            settings.rateTolerance.emplace(1));
+  }
+  if (in.has("loosest_tolerance")) {
+    in.take("loosest_tolerance",
+            {" from the tolerance, " + toText(settings.tolerance) + ", to 1", settings.tolerance, 1, true},
+            settings.loosestTolerance.emplace(1));
+  }
   in.take("step", NumberRule::above(0, "s"), settings.step);
   in.take("plain_kernel", settings.plainKernel);
   return settings;

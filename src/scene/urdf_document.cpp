@@ -39,6 +39,7 @@ class Element {
       : at_(at), path_(std::move(path)), faults_(&faults), line_(at ? at->GetLineNum() : line) {}
 
   bool isThere() const { return at_ != nullptr; }
+  const tinyxml2::XMLElement& element() const { return *at_; }
   /// The number of faults in the document so far.
   std::size_t faults() const { return faults_->size(); }
   const char* attribute(const char* name) const { return at_ ? at_->Attribute(name) : nullptr; }
@@ -122,6 +123,13 @@ class Element {
   int line_;
 };
 
+/// An element as it is written.
+std::string textOf(const tinyxml2::XMLElement& element) {
+  tinyxml2::XMLPrinter printer(nullptr, true);
+  element.Accept(&printer);
+  return printer.CStr();
+}
+
 Pose poseOf(const Element& origin) {
   origin.of({}, {"xyz", "rpy"});
   const Eigen::Vector3d rpy = origin.three("rpy", ", in rad", Eigen::Vector3d::Zero());
@@ -153,6 +161,18 @@ void readInertial(const Element& inertial, UrdfLink& link) {
   link.isSound = inertial.faults() == before;
 }
 
+/// Shapes are only drawn, so one with a fault is left out.
+void readVisuals(const tinyxml2::XMLElement& element, UrdfLink& link) {
+  for (auto at = element.FirstChildElement("visual"); at; at = at->NextSiblingElement("visual")) {
+    std::vector<Fault> faults;
+    UrdfVisual visual{poseOf(Element(at, "", faults).only("origin")), ""};
+    for (const char* part : {"geometry", "material"}) {
+      if (const tinyxml2::XMLElement* child = at->FirstChildElement(part)) visual.text += textOf(*child);
+    }
+    if (faults.empty()) link.visuals.push_back(std::move(visual));
+  }
+}
+
 // ---- Joints ----------------------------------------------------------------------------------
 
 using Indices = std::map<std::string, std::size_t>;
@@ -179,10 +199,14 @@ void readMotion(const Element& element, bool isLimited, UrdfJoint& joint) {
   const std::size_t before = element.faults();
   const Element dynamics = element.only("dynamics").of({}, {"damping", "friction"});
   joint.damping = dynamics.number("damping", NumberRule::from(0, "N m s/rad"), 0);
-  if (std::abs(dynamics.number("friction", NumberRule::any("N m"), 0)) > 0) {
-    dynamics.fault("friction", "0 N m (dry friction is not simulated)");
-  }
   const Element limit = element.only("limit").of({}, {"lower", "upper", "effort", "velocity"});
+  // Many a file has 0 or -1 where there is no limit.
+  const auto keep = [&](const char* key, double value) {
+    if (value > 0) joint.others.emplace_back(key, value);
+  };
+  keep("friction", dynamics.number("friction", NumberRule::from(0, "N m"), 0));
+  keep("effort_limit", limit.number("effort", NumberRule::any("N m"), 0));
+  keep("velocity_limit", limit.number("velocity", NumberRule::any("rad/s"), 0));
   if (isLimited) {
     const NumberRule any = NumberRule::any("rad");
     joint.lower = limit.number("lower", any, 0);
@@ -191,6 +215,7 @@ void readMotion(const Element& element, bool isLimited, UrdfJoint& joint) {
         limit.number("upper", hasLower ? NumberRule::above(joint.lower, "rad, the lower limit") : any, 0);
   }
   if (element.faults() == before) return;
+  joint.others.clear();
   joint.damping = joint.lower = 0;
   joint.upper = 1;
 }
@@ -227,6 +252,15 @@ void requireBounds(const std::string& text) {
     refuse("at most " + std::to_string(mostMarks) + " of < and =", std::to_string(marks));
   }
   if (text.find('\0') != std::string::npos) refuse("XML", "a text with a byte 0");
+}
+
+/// True if a fixed joint has the parent `world`.
+bool hasParentWorld(const tinyxml2::XMLElement& robot) {
+  for (auto at = robot.FirstChildElement("joint"); at; at = at->NextSiblingElement("joint")) {
+    const tinyxml2::XMLElement* parent = at->FirstChildElement("parent");
+    if (parent && parent->Attribute("link", "world") && at->Attribute("type", "fixed")) return true;
+  }
+  return false;
 }
 
 /// Calls read(element, name) for each element of one kind.
@@ -276,7 +310,16 @@ UrdfDocument parseUrdf(const std::string& text, std::vector<Fault>& faults) {
     link.name = name;
     element.of({"inertial", "visual", "collision", "contact"}, {"name"});
     readInertial(element.only("inertial"), link);
+    readVisuals(element.element(), link);
   });
+  for (auto at = robot->FirstChildElement("material"); at; at = at->NextSiblingElement("material")) {
+    document.materials += textOf(*at);
+  }
+  // Drake's files fix the robot to a link `world` that they do not list.
+  if (links.count("world") == 0 && hasParentWorld(*robot)) {
+    links.emplace("world", document.links.size());
+    document.links.emplace_back().name = "world";
+  }
   document.hasStructure &= forAll("joint", *robot, joints, faults, [&](const Element& element, auto& name) {
     UrdfJoint& joint = document.joints.emplace_back();
     joint.name = name;

@@ -14,6 +14,12 @@ namespace planar_chain {
 /// The pose of one frame in another.
 using Pose = Eigen::Isometry3d;
 
+/// A visual element: where it is, and its geometry and material as they are written.
+struct UrdfVisual {
+  Pose origin;  ///< in the link
+  std::string text;
+};
+
 struct UrdfLink {
   std::string name;
   double mass = 0;                                    ///< kg, ≥ 0
@@ -21,9 +27,11 @@ struct UrdfLink {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< kg m², about com, in the link's axes
   bool isSound = true;                                ///< no fault in these
   std::vector<std::size_t> joints;                    ///< indices of the joints whose parent it is
+  std::vector<UrdfVisual> visuals;                    ///< those without faults
 };
 
-/// A joint with its place. Of the values of a Joint it has name, damping and limits.
+/// A joint with its place. Of the values of a Joint it has name, damping, limits, friction, effort_limit and
+/// velocity_limit.
 struct UrdfJoint : Joint {
   bool moves = false;
   std::size_t parent = 0;  ///< index of the link
@@ -35,6 +43,7 @@ struct UrdfJoint : Joint {
 struct UrdfDocument {
   std::vector<UrdfLink> links;
   std::vector<UrdfJoint> joints;
+  std::string materials;     ///< the elements of that name, as they are written
   bool hasStructure = true;  ///< no fault in the names of links, and in those that joints connect
   bool hasPoses = true;      ///< no fault in the origins, axes and types of joints
 };

@@ -127,6 +127,29 @@ struct Plane {
   Vec2d operator()(const Vector3d& a) const { return {i.dot(a), j.dot(a)}; }
 };
 
+/// The visual elements of a body, in the axes of the plane. from: the origin of our frame, measured as the
+/// parts are, in the root's axes. depth: of the body's joint above the plane.
+std::string visualsOf(const Body& body, const Plane& plane, const Vector3d& from, double depth) {
+  Pose toPlane = Pose::Identity();
+  toPlane.linear() << plane.i.transpose(), plane.j.transpose(), plane.k.transpose();
+  std::string text;
+  for (const Part& part : body.parts) {
+    for (const UrdfVisual& visual : part.link->visuals) {
+      const Pose pose = toPlane * Eigen::Translation3d(-from) * part.pose * visual.origin;
+      const auto R = pose.linear();
+      const double level = std::hypot(R(0, 0), R(1, 0));  // 0: pitch is ±π/2, and roll is counted in yaw
+      const bool isUpright = level < 1e-9;
+      const double rpy[] = {isUpright ? 0 : std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), level),
+                            isUpright ? std::atan2(-R(0, 1), R(1, 1)) : std::atan2(R(1, 0), R(0, 0))};
+      const Vector3d xyz = pose.translation() + depth * Vector3d::UnitZ();
+      const auto three = [](const auto& a) { return toText(a[0]) + " " + toText(a[1]) + " " + toText(a[2]); };
+      text += "<visual><origin xyz=\"" + three(xyz) + "\" rpy=\"" + three(rpy) + "\"/>" + visual.text +
+              "</visual>";
+    }
+  }
+  return text;
+}
+
 void requireName(const char* kind, const std::string& name, std::vector<Fault>& faults) {
   if (!isName(name)) faults.push_back({urdfPath(kind, name) + "/name", nameInWords, quoted(name)});
 }
@@ -193,20 +216,31 @@ std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>
   std::vector<Fault> branches;
   Body body = bodyFrom(document, *root, Eigen::Matrix3d::Identity(), branches);
   std::optional<Plane> plane;
+  std::vector<std::string>& visuals = robot.appearance.visuals;
+  double depth = 0;
   while (body.next) {
     const UrdfJoint& joint = *body.next;
     const Vector3d axis = body.nextPose.linear() * joint.axis;
-    if (!plane) plane.emplace(axis);
+    if (!plane) {
+      plane.emplace(axis);
+      visuals.push_back(visualsOf(body, *plane, body.nextPose.translation(), 0));
+    } else {
+      depth += plane->k.dot(body.nextPose.translation());
+    }
     if (document.hasPoses) requireParallel(joint, axis, *plane, faults);
     requireName("joint", joint.name, faults);
     robot.joints.push_back(joint);
     body = bodyFrom(document, joint.child, body.nextPose.linear(), branches);
     robot.links.push_back(linkOf(body, *plane, document.hasPoses, faults));
+    visuals.push_back(visualsOf(body, *plane, Vector3d::Zero(), depth));
   }
   faults.insert(faults.end(), branches.begin(), branches.end());
   if (!plane) faults.push_back({"robot_description", "a joint that is revolute or continuous", "none"});
   if (!plane || !branches.empty()) return std::nullopt;
   robot.gravity = plane->gravity;
+  robot.appearance.materials = document.materials;
+  const auto isEmpty = [](const std::string& each) { return each.empty(); };
+  if (std::all_of(visuals.begin(), visuals.end(), isEmpty)) robot.appearance = {};
   return robot;
 }
 

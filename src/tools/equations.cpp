@@ -8,9 +8,8 @@
 #include <type_traits>
 
 #include "dynamics/equilibrium.h"
+#include "dynamics/letters.h"
 #include "effects/effect_kind.h"
-#include "planar_chain/kane.h"
-#include "planar_chain/linear_model.h"
 #include "tools/common.h"
 
 namespace planar_chain::tools {
@@ -38,34 +37,6 @@ Eigen::VectorXd vectorArgument(const char* option, const Arguments& arguments,
                       quoted(*given)});
   }
   return Eigen::Map<Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
-}
-
-// ---- Matrices --------------------------------------------------------------------------------
-
-/// Calls show(letter, meaning, value) for every matrix and vector of the equations, in the order of the
-/// notes.
-template <class Show>
-void showAll(const ActiveForces& active, const Kane& at, const std::optional<LinearModel>& near,
-             const Show& show) {
-  show("q", "relative joint angles, rad", at.q);
-  show("qd", "their rates, rad/s", at.qd);
-  show("S", "rotation matrix: components along the body's axes from those along the ground's", at.S);
-  show("T", "[omega_1 ... omega_n] = qd' T", at.T);
-  show("V_pd", "partial velocities of the centres of mass, columns x_1 y_1 x_2 y_2 ..., m", at.V_pd);
-  show("W_pd", "partial angular velocities", at.W_pd);
-  show("A_1", "inertia forces by qd: F_in = -qd' A_1 - qdd' A_2, kg m/s", at.A_1);
-  show("A_2", "inertia forces by qdd, kg m", at.A_2);
-  show("A_3", "inertia moments: M_in = -qdd' A_3, kg m^2", at.A_3);
-  show("F", "active forces at the centres of mass, ground components x_1 y_1 ..., N", active.F);
-  show("M_ext", "active moments on the bodies, N m", active.M);
-  show("tau", "joint torques of all that acts, drives included, N m", active.tau);
-  show("f_ext", "= V_pd F + W_pd M_ext + tau, N m", at.f_ext);
-  show("f", "= f_ext - V_pd A_1' qd, less the inertia of a moving base, N m", at.f);
-  show("M", "= V_pd A_2' + W_pd A_3' + rotors, kg m^2", at.M_q);
-  show("qdd", "M qdd = f, rad/s^2", at.qdd);
-  if (!near) return;
-  show("A", "dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of this state", near->A);
-  show("B", "= [0; M^-1], where dtau is additional torque in the joints, N m", near->B);
 }
 
 // ---- As text ---------------------------------------------------------------------------------
@@ -125,8 +96,49 @@ void printJson(double t, const ActiveForces& active, const Kane& at, const std::
   std::cout << all << '\n';
 }
 
-/// Prints the chain as an object with the keys of a scene. An absent limit is null.
-void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
+Json jsonOf(const MotionLaw& law) {
+  const std::vector<MotionLaw::Piece>& pieces = law.pieces();
+  if (pieces.size() == 1) {
+    return {{"amplitude", law.amplitude()},
+            {"frequency", law.frequency()},
+            {"phase", law.phase()},
+            {"offset", pieces[0].c[0]}};
+  }
+  Json times = Json::array(), values = Json::array();
+  for (std::size_t k = 1; k < pieces.size(); ++k) {
+    times.push_back(pieces[k].start);
+    values.push_back(pieces[k].c[0]);
+  }
+  return {{"times", times}, {"values", values}};
+}
+
+/// A load that never stops has the stop null.
+Json jsonOf(const Load& load, const Chain& chain) {
+  Json all{{"start", load.start}, {"stop", load.stop}};
+  if (load.link != Load::none) {
+    all["link"] = chain.links()[index(load.link)].name;
+    all["force"] = {load.force.x, load.force.y};
+    all["point"] = {load.point.x, load.point.y};
+    all["moment"] = load.moment;
+  }
+  if (load.joint != Load::none) {
+    all["joint"] = chain.joints()[index(load.joint)].name;
+    all["torque"] = load.torque;
+  }
+  if (const auto* sine = std::get_if<Sine>(&load.law)) {
+    all["frequency"] = sine->frequency;
+    all["phase"] = sine->phase;
+  } else if (const auto* ramp = std::get_if<Ramp>(&load.law)) {
+    all["times"] = ramp->times;
+    all["values"] = ramp->values;
+  }
+  return all;
+}
+
+/// Prints the chain, its drives, base and loads as an object with the keys of a scene. What is absent is
+/// null, or left out.
+void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
+  const Chain& chain = scene.chain;
   Json links = Json::array();
   for (std::size_t i = 0; i < chain.links().size(); ++i) {
     const Link& link = chain.links()[i];
@@ -144,11 +156,18 @@ void printChain(const Chain& chain, const Eigen::VectorXd& q, const Eigen::Vecto
                      {"pin", {link.pin.x, link.pin.y}},
                      {"joint", ofJoint}});
   }
-  std::cout << Json{{"gravity", {chain.gravity().x, chain.gravity().y}},
-                    {"q", jsonOf(q)},
-                    {"qd", jsonOf(qd)},
-                    {"links", links}}
-            << '\n';
+  for (const Drive& drive : scene.drives) links[index(drive.joint)]["joint"]["drive"] = jsonOf(drive.law);
+  Json loads = Json::object();
+  for (const Load& load : scene.loads) loads[load.name] = jsonOf(load, chain);
+  Json all{{"gravity", {chain.gravity().x, chain.gravity().y}},
+           {"q", jsonOf(q)},
+           {"qd", jsonOf(qd)},
+           {"links", links}};
+  if (!loads.empty()) all["loads"] = loads;
+  if (const auto& base = scene.base) {
+    all["base"] = {{"x", jsonOf(base->x)}, {"y", jsonOf(base->y)}, {"angle", jsonOf(base->angle)}};
+  }
+  std::cout << all << '\n';
 }
 
 /// Prints the torques that give these accelerations.
@@ -164,6 +183,26 @@ void printInverse(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
   print("qd", "their rates, rad/s", qd.transpose());
   print("qdd", "their accelerations, rad/s^2", qdd.transpose());
   print("tau", "torques that give these accelerations, beside all that acts, N m", tau.transpose());
+}
+
+/// Puts driven joints where their laws have them at t. Records a fault for each that --q or --qd has
+/// elsewhere.
+void putDriven(const Scene& scene, double t, const Arguments& given, Eigen::VectorXd& q, Eigen::VectorXd& qd,
+               std::vector<Fault>& faults) {
+  constexpr double sameTo = 1e-6;  // rad, rad/s
+  for (const Drive& drive : scene.drives) {
+    const GivenMotion motion = drive.law.at(t);
+    const std::string joint = " of the driven joint " + scene.chain.joints()[index(drive.joint)].name;
+    const auto put = [&](const char* option, const char* unit, double law, double& own) {
+      if (given.has(option) && !(std::abs(own - law) <= sameTo)) {
+        faults.push_back({std::string("--") + option,
+                          toText(law) + " " + unit + joint + " at t = " + toText(t) + " s", toText(own)});
+      }
+      own = law;
+    };
+    put("q", "rad", motion.value, q[drive.joint]);
+    put("qd", "rad/s", motion.rate, qd[drive.joint]);
+  }
 }
 
 /// Done, or the run failed.
@@ -191,11 +230,7 @@ int equations(const Arguments& given) {
   Eigen::VectorXd q = vectorArgument("q", given, scene.q, stateFaults);
   Eigen::VectorXd qd = vectorArgument("qd", given, scene.qd, stateFaults);
   // Driven joints are where their laws put them at t.
-  for (const Drive& drive : scene.drives) {
-    const GivenMotion motion = drive.law.at(t);
-    q[drive.joint] = motion.value;
-    qd[drive.joint] = motion.rate;
-  }
+  if (stateFaults.empty()) putDriven(scene, t, given, q, qd, stateFaults);
   const std::vector<double> still(scene.q.size(), 0.0);
   const Eigen::VectorXd qdd = vectorArgument("qdd", given, still, stateFaults);
   if (given.has("qdd") != given.has("inverse")) {
@@ -211,7 +246,7 @@ int equations(const Arguments& given) {
 
   // What is asked for: the chain, torques, or the equations.
   if (onlyChain) {
-    printChain(scene.chain, q, qd);
+    printChain(scene, q, qd);
     return done;
   }
   if (given.has("inverse")) {
@@ -251,8 +286,9 @@ int main(int argc, char** argv) {
         {"qdd", "Accelerations, rad/s^2, for --inverse"},
         {"json", "One JSON object for programs, matrices as arrays of rows", false},
         {"chain",
-         "Only the chain, as one JSON object: gravity, q, qd and every link with its joint, with repeated "
-         "links, a URDF and defaults written out; not with --linearize or --json",
+         "Only the chain, as one JSON object: gravity, q, qd, every link with its joint, loads and base, "
+         "with "
+         "repeated links, a URDF and defaults written out; not with --linearize or --json",
          false}},
        equations},
       argc, argv);

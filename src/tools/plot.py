@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Draws a motion: angles, rates, torques, energy and error estimate over time, and the phase portrait. With --strobe
-it draws the chain itself at several instants.
+it draws the chain itself at several instants. Of many runs it draws the angles at the end and their spread.
 
-FILE is a CSV of `simulate --csv`, or a bag of `simulate --bag` or rosbag record. A bag needs joint_states; energy and
+FILE is a CSV of `simulate --csv` or of `sweep`, or a bag of `simulate --bag` or rosbag record. A bag needs joint_states; energy and
 error come from the node's ~status. Panels without data are left out."""
 
 import argparse
@@ -17,6 +17,7 @@ import numpy as np
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
 from chain import NoChain  # noqa: E402
+from plot_runs import Runs, draw_runs  # noqa: E402
 from plot_strobe import Links, draw_strobe  # noqa: E402
 
 # The colours of Okabe and Ito, which the colour-blind can distinguish. The dashes help in black and white.
@@ -36,11 +37,12 @@ class Refused(Exception):
 class Motion:
     """t: time of each state; q, qd, effort: one column for each joint. events: {k: name} where the motion is not
     continuous between the states k - 1 and k. energy: times and curves by name. balance, error: times and values.
-    effort, energy, balance and error may be None."""
+    first: x, y, angle of the first link's centre of mass, m, rad, one row for each state. effort, energy, balance, error
+    and first may be None."""
 
     def __init__(self, joints, t, q, qd, effort=None):
         self.joints, self.t, self.q, self.qd, self.effort = joints, t, q, qd, effort
-        self.energy = self.balance = self.error = None
+        self.energy = self.balance = self.error = self.first = None
         self.events = {}
 
     def curves(self, j, wrap=False):
@@ -70,6 +72,8 @@ def read_csv(path):
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))
     header = rows[0] if rows else []
+    if Runs.are_in(header) and len(rows) > 1:
+        return Runs(header, rows[1:])
     joints = [name[2:] for name in header if name.startswith("q_")]
     if not joints or header != ["t", *("q_" + j for j in joints), *("qd_" + j for j in joints), "energy"]:
         raise Refused(f"{path}: expected the columns t, q_<joint>…, qd_<joint>…, energy, got "
@@ -129,9 +133,10 @@ def read_bag(path, node):
     try:
         with rosbag.Bag(path) as bag:
             states_topic, status_topic = topics_of(bag, path, node)
-            states, statuses, taken = (
+            below = status_topic and status_topic[:-len("status")]
+            states, statuses, taken, links = (
                 [message for _, message, _ in bag.read_messages(topic)] if topic else [] for topic in
-                (states_topic, status_topic, status_topic and status_topic[:-len("status")] + "commands_taken"))
+                (states_topic, status_topic, below and below + "commands_taken", below and below + "link_states"))
     except rosbag.ROSBagException as problem:
         raise Refused(f"{path}: expected a bag that can be read, got {problem}") from problem
     require_two(path, states)
@@ -145,6 +150,9 @@ def read_bag(path, node):
     motion = Motion(list(states[0].name), since_start(states), *of(states, "position", "velocity", "effort"))
     motion.events = events_of(np.array([state.header.stamp.to_sec() for state in states]), statuses,
                               [message for message in taken if message.kind in (message.RESET, message.SET_STATE)])
+    if links:
+        poses = np.array([(pose.x, pose.y, pose.theta) for pose in (message.pose[0] for message in links)])
+        motion.first = np.column_stack([np.interp(motion.t, since_start(links), column) for column in poses.T])
     running = [status for status in statuses if not status.standstill]
     if running:
         t = since_start(running)
@@ -241,6 +249,8 @@ def strobe(motion, scene, given, apart):
         raise Refused(f"--strobe: expected the scene of {listed(motion.joints)}, got that of {listed(links.joints)}")
     if not math.isfinite(apart):
         raise Refused(f"--apart: expected a finite number, got {apart}")
+    if links.moves and motion.first is None:
+        raise Refused("--strobe: expected a bag with ~link_states, as the base of the scene moves, got none")
     first, last = motion.t[0], motion.t[-1]
     times = np.sort(given) if given else np.linspace(first, last, INSTANTS)
     if len(set(times)) < 2 or not first <= times[0] <= times[-1] <= last:
@@ -277,7 +287,11 @@ def main():
             title += f": {len(columns)} of {len(motion.joints)} joints"
         pyplot.style.use(["default", "dark_background"] if given.dark else "default")
         pyplot.rcParams.update({"axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.3})
-        figure = (strobe(motion, given.strobe, given.at, given.apart) if given.strobe
+        is_sweep = isinstance(motion, Runs)
+        if is_sweep and given.strobe:
+            raise Refused("--strobe: expected one motion, got many runs")
+        figure = (draw_runs(motion, columns, title, given.wrap, COLOURS[0]) if is_sweep
+                  else strobe(motion, given.strobe, given.at, given.apart) if given.strobe
                   else draw(motion, columns, title, given.wrap))
         figure.savefig(output, dpi=130)
     except (NoChain, Refused, OSError, UnicodeDecodeError) as problem:

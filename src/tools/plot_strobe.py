@@ -12,19 +12,32 @@ MARGINS = 2.1, 1.2                      # inch, around it
 
 
 class Links:
-    """pin, com: of each link in chain order, complex, m. joints: names."""
+    """pin, com: of each link in chain order, complex, m. joints: names. moves: the base does."""
 
     def __init__(self, scene):
-        links = read_chain(scene)["links"]
+        chain = read_chain(scene)
+        self.moves = "base" in chain
+        links = chain["links"]
         self.joints = [link["joint"]["name"] for link in links]
         self.pin, self.com = (np.array([complex(*link[key]) for link in links]) for key in ("pin", "com"))
 
 
-def pins(links, q):
-    """Two arrays, complex, m: the ground pin and all outer pins; the centres of mass. q: one row for each instant."""
-    rotation = np.exp(1j * np.cumsum(q, axis=1))
-    outer = np.cumsum(rotation * links.pin, axis=1)
-    points = np.concatenate([np.zeros((len(q), 1)), outer], axis=1)
+def base_of(links, motion):
+    """x, y (m) and angle (rad) of the ground pin at each state: columns."""
+    if not links.moves:
+        return np.zeros((len(motion.t), 3))
+    com, angle = motion.first[:, 0] + 1j * motion.first[:, 1], motion.first[:, 2]
+    pin = com - np.exp(1j * angle) * links.com[0]
+    return np.column_stack([pin.real, pin.imag, angle - motion.q[:, 0]])
+
+
+def pins(links, base, q):
+    """Two arrays, complex, m: the ground pin and all outer pins; the centres of mass. base, q: one row for each
+    instant."""
+    ground = (base[:, 0] + 1j * base[:, 1])[:, np.newaxis]
+    rotation = np.exp(1j * (base[:, 2:] + np.cumsum(q, axis=1)))
+    outer = ground + np.cumsum(rotation * links.pin, axis=1)
+    points = np.concatenate([ground, outer], axis=1)
     return points, points[:, :-1] + rotation * links.com
 
 
@@ -34,22 +47,23 @@ def is_aside(links, reach):
     return abs(links.com - along * links.pin) > ASIDE * reach
 
 
-def at(motion, times):
-    """The angles at these times, interpolated linearly between states. Before an event the last state stays."""
+def at(motion, values, times):
+    """Values of each state at these times, interpolated linearly between states. Before an event the last ones stay."""
     events = sorted(motion.events)
     t = np.insert(motion.t, events, motion.t[events])
-    q = np.insert(motion.q, events, motion.q[[k - 1 for k in events]], axis=0)
-    return np.column_stack([np.interp(times, t, angle) for angle in q.T])
+    values = np.insert(values, events, values[[k - 1 for k in events]], axis=0)
+    return np.column_stack([np.interp(times, t, column) for column in values.T])
 
 
 def draw_strobe(motion, links, times, apart, title):
     """apart: distance by which each instant is moved to the right of the previous one, m."""
     # The chain at each instant, and the path of its tip, broken at events.
-    points, coms = pins(links, at(motion, times))
+    base = base_of(links, motion)
+    points, coms = pins(links, at(motion, base, times), at(motion, motion.q, times))
     shift = apart * np.arange(len(times))[:, np.newaxis]
     points, coms = points + shift, coms + shift
     seen = (motion.t >= times[0]) & (motion.t <= times[-1])
-    tip = np.where(seen, pins(links, motion.q)[0][:, -1] + np.interp(motion.t, times, shift[:, 0]), np.nan)
+    tip = np.where(seen, pins(links, base, motion.q)[0][:, -1] + np.interp(motion.t, times, shift[:, 0]), np.nan)
     trail = np.insert(tip, sorted(motion.events), np.nan)
     aside = is_aside(links, np.sum(abs(links.pin)))
 
@@ -70,7 +84,7 @@ def draw_strobe(motion, links, times, apart, title):
         for start, mass in zip(chain[:-1][aside], masses[aside]):
             axes.plot([start.real, mass.real], [start.imag, mass.imag], ":", color=colour(span(t)))
             axes.plot(mass.real, mass.imag, "s", markersize=6, color=colour(span(t)))
-    ground = points[:, 0] if apart else points[:1, 0]
+    ground = points[:, 0] if apart or links.moves else points[:1, 0]
     axes.plot(ground.real, ground.imag, "^", markersize=9, color="#7F7F7F", label="ground pin", zorder=0)
     axes.set(title=title, xlabel="x (m)", ylabel="y (m)", aspect="equal")
     axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=5, frameon=False)

@@ -26,6 +26,13 @@ def reach(links):
     return sum(max(math.hypot(*link['com']), math.hypot(*link['pin'])) for link in links) or DEFAULT
 
 
+def farthest(base):
+    """The largest distance of the base from its origin, m, in x and y apart."""
+    laws = [base[key] for key in ('x', 'y') if key in base]
+    return math.hypot(*(max(map(abs, law['values'])) if 'values' in law else abs(law['amplitude']) + abs(law['offset'])
+                        for law in laws))
+
+
 def highest(chain):
     """The largest initial height of a pin above the ground pin, m."""
     angles = itertools.accumulate(chain['q'])
@@ -36,7 +43,7 @@ def highest(chain):
 
 def view(chain, loads):
     """The reach, the height of the view's centre above the ground pin, half the height of the view, m."""
-    size = reach(chain['links'])
+    size = reach(chain['links']) + farthest(chain.get('base', {}))
     falls = not loads and not any(chain['qd']) and chain['gravity'][0] == 0 > chain['gravity'][1]
     if len(chain['links']) <= LONG or not falls:
         return size, 0, FREE * size

@@ -100,13 +100,13 @@ void writeState(std::FILE* out, const Simulation& simulation) {
   if (joints.size() > most) std::fprintf(out, "  and %zu more\n", joints.size() - most);
 }
 
-/// end: of the run, s. The scene's own time is less after a reset.
+/// end: of the run, s. The scene's own time is less after a reset, or after states that were shown as ticks.
 void writeSummary(const Simulation& simulation, double end) {
   const Statistics statistics = simulation.statistics();
   const Energy energy = simulation.energy();
   const bool chose = simulation.scene().integrator.method == "auto";
   std::printf("t = %g s%s by %s%s: %lld steps, %lld rejected, %lld evaluations (%s)\n", simulation.time(),
-              simulation.time() < end ? " since the last reset" : "", chose ? "auto, at last " : "",
+              simulation.time() < end ? " of scene time" : "", chose ? "auto, at last " : "",
               simulation.method().c_str(), statistics.steps, statistics.rejected, statistics.evaluations,
               simulation.recursion().c_str());
   if (statistics.rescues > 0) {
@@ -191,6 +191,12 @@ int simulate(const Arguments& given) {
         {"--duration", "a finite number > 0 s, or --commands with a bag that has the states", "neither"});
   }
   checkFiles(given, faults);
+  if (given.has("check")) {
+    for (const char* other : {"duration", "rate", "csv", "bag", "views", "commands", "write-urdf", "node"}) {
+      if (!given.has(other)) continue;
+      faults.push_back({"--check", "no --" + std::string(other) + " beside it, as nothing runs", "both"});
+    }
+  }
   const bool hasBags = wantsBags(given);
   const auto amend = [&](Value& value) {
     for (const char* key : {"method", "tolerance", "step"})

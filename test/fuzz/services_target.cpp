@@ -57,7 +57,12 @@ using States = std::vector<sensor_msgs::JointState>;
 
 Answer step(const std::vector<double>& torques, std::uint32_t ticks, States& states) {
   patience = 50;
-  const Answer answer = node().step(torques, ticks, states);
+  StepRequest request;
+  request.torques = torques;
+  request.n = ticks;
+  StepResponse response;
+  const Answer answer = node().step(request, response);
+  states = response.states;
   require(!answer.message.empty());
   require(!answer.success || (ticks >= 1 && ticks <= mostTicks && states.size() == ticks));
   require(!answer.success || torques.empty() || isSound(torques));

@@ -80,10 +80,10 @@ std::string onlyNode(const rosbag::Bag& bag, const std::string& path) {
 template <class Message>
 boost::shared_ptr<Message> messageOf(const rosbag::MessageInstance& entry, const std::string& path) {
   if (const auto message = entry.instantiate<Message>()) return message;
-  refuse(path,
-         entry.getTopic() + " of type " + ros::message_traits::datatype<Message>() +
-             " as this version defines it",
-         "another definition of " + entry.getDataType());
+  const std::string type = ros::message_traits::datatype<Message>();
+  refuse(path, entry.getTopic() + " of type " + type + " as this version defines it",
+         entry.getDataType() == type ? "that of another version, which `rosbag fix` converts (msg/README.md)"
+                                     : entry.getDataType());
 }
 
 /// @throws Refused if one of them is missing, is not what its kind needs, or does not fit the ticks
@@ -96,7 +96,7 @@ void check(const std::vector<CommandTaken>& commands, double rate, const std::st
              "number " + std::to_string(command.number) + " where " + std::to_string(number) + " is due");
     }
     const bool hasItsFields =
-        command.kind <= CommandTaken::BASE_TRAJECTORY && std::isfinite(command.scene_time) &&
+        command.kind <= CommandTaken::TOLERANCE && std::isfinite(command.scene_time) &&
         command.joint_torque.size() == (command.kind == CommandTaken::JOINT_TORQUE ? 1 : 0) &&
         command.link_force.size() == (command.kind == CommandTaken::LINK_FORCE ? 1 : 0) &&
         command.joint_trajectory.size() == (command.kind == CommandTaken::JOINT_TRAJECTORY ? 1 : 0) &&

@@ -19,6 +19,7 @@ struct Frames {
 
   std::string world;               ///< without prefix
   std::string base;                ///< with prefix
+  std::string pin;                 ///< of the base where it moves, with prefix; else `base`
   std::vector<std::string> links;  ///< with prefix, in chain order
   int every = 1;                   ///< k
 
@@ -34,6 +35,7 @@ inline Frames framesOf(const Scene& scene, const std::string& node) {
   const std::string prefix = publish.framePrefix.value_or(node.substr(1, node.rfind('/')));
   frames.world = publish.worldFrame;
   frames.base = prefix + publish.baseFrame;
+  frames.pin = scene.base ? prefix + movingFrame : frames.base;
   for (const Link& link : scene.chain.links()) frames.links.push_back(prefix + link.name);
 
   const int n = scene.chain.size();
@@ -41,7 +43,8 @@ inline Frames framesOf(const Scene& scene, const std::string& node) {
 
   // The reader has checked the scene's own names. Only the prefix can make one of them equal to the world's.
   const auto isWorld = [&](const std::string& frame) { return frame == frames.world; };
-  if (isWorld(frames.base) || std::any_of(frames.links.begin(), frames.links.end(), isWorld)) {
+  if (isWorld(frames.base) || isWorld(frames.pin) ||
+      std::any_of(frames.links.begin(), frames.links.end(), isWorld)) {
     throw Refused({{"publish/world_frame", "a name that no other frame has", quoted(publish.worldFrame)}});
   }
   return frames;

@@ -15,9 +15,11 @@ namespace planar_chain {
 
 namespace {
 
-constexpr std::uint32_t queueSize = 2000;  // two seconds of commands at 1000 Hz
-constexpr std::uint32_t logSize = 10000;   // a lost message would make the others useless
-constexpr double stampResolution = 1e-9;   // s
+constexpr std::uint32_t queueSize = 2000;        // two seconds of commands at 1000 Hz
+constexpr std::uint32_t logSize = 10000;         // a lost message would make the others useless
+constexpr double stampResolution = 1e-9;         // s
+constexpr std::size_t mostSteps = 10000;         // of one call
+constexpr std::size_t mostStepValues = 1000000;  // joints × ticks of one answer
 
 using Faults = std::vector<Fault>;
 
@@ -155,16 +157,15 @@ Faults Commands::apply(const CommandTaken& input) {
       if (faults.empty()) simulation_->setState(input.q, input.qd);
       return faults;
     case CommandTaken::STEP:
-      if (!input.joint_torques.empty()) faults = faultsOf(input.joint_torques, "torques");
-      if (faults.empty() && !input.joint_torques.empty()) hold(input.joint_torques);
-      // If the state of a reset or ~settle has not been published, it belongs to the tick before.
-      if (faults.empty() && ticks_.next == ticks_.set) --ticks_.set, --ticks_.origin;
-      return faults;
+      return applyStep(input);
     case CommandTaken::SETTLE:
       simulation_->settle();
       // The next tick shows the state, at the present time. It does so anyway if it already shows one.
       if (simulation_->time() == ticks_.sceneTime(ticks_.next - 1)) ++ticks_.origin;
       if (simulation_->time() == ticks_.sceneTime(ticks_.next)) ticks_.set = ticks_.next;
+      return {};
+    case CommandTaken::TOLERANCE:
+      simulation_->setTolerance(input.tolerance);
       return {};
     default:  // RESET
       simulation_->reset();
@@ -258,6 +259,27 @@ Faults Commands::applyBaseTrajectory(const CommandTaken& input) {
   return {};
 }
 
+/// The ticks of the step follow.
+Faults Commands::applyStep(const CommandTaken& input) {
+  Faults faults = faultsOf(input, true);
+  if (!faults.empty()) return faults;
+  if (!input.base_pose.empty()) {
+    simulation_->followBase(baseLawsOf(input));
+    taken_[CommandTaken::BASE_TRAJECTORY] = simulation_->time();
+  }
+  if (!input.joint_torques.empty()) hold(input.joint_torques);
+  // If the state of a reset or ~settle has not been published, it belongs to the tick before.
+  if (ticks_.next == ticks_.set) --ticks_.set, --ticks_.origin;
+  return {};
+}
+
+/// The motion of the base to the end of the step.
+BaseLaws Commands::baseLawsOf(const CommandTaken& step) const {
+  const long long first = ticks_.next + (ticks_.next == ticks_.set ? 1 : 0);
+  const double end = ticks_.sceneTime(first + static_cast<long long>(step.n) - 1);
+  return lawsTo(step.base_pose[0], step.base_twist[0], end, *simulation_);
+}
+
 void Commands::hold(const std::vector<double>& torques) {
   const double until = heldUntil(simulation_->time());
   for (std::size_t i = 0; i < torques.size(); ++i) {
@@ -269,6 +291,24 @@ void Commands::hold(const std::vector<double>& torques) {
 double Commands::heldUntil(double start) const {
   const double timeout = simulation_->scene().commandTimeout;
   return timeout > 0 ? start + timeout : std::numeric_limits<double>::infinity();
+}
+
+Faults Commands::faultsOf(const CommandTaken& step, bool isRecorded) const {
+  Faults faults;
+  if (!step.joint_torques.empty()) faults = faultsOf(step.joint_torques, "torques");
+  const std::size_t joints = simulation_->q().size();
+  const std::size_t most = std::min(mostSteps, std::max<std::size_t>(1, mostStepValues / joints));
+  // Recordings of earlier versions have no n, and no pose.
+  if ((step.n < 1 && !(isRecorded && step.base_pose.empty())) || step.n > most) {
+    faults.push_back({"n", "from 1 to " + std::to_string(most) + " ticks", std::to_string(step.n)});
+  }
+  checkBase(step.base_pose, step.base_twist, *simulation_, faults);
+  if (!faults.empty() || step.base_pose.empty()) return faults;
+  const auto [x, y, angle] = baseLawsOf(step);
+  if (!(x.isFinite() && y.isFinite() && angle.isFinite())) {
+    faults.push_back({"base_pose", "finite accelerations", "numbers too large"});
+  }
+  return faults;
 }
 
 Faults Commands::faultsOf(const std::vector<double>& torques, const std::string& path) const {

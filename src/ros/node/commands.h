@@ -68,8 +68,8 @@ class Commands {
   /// The same. A refusal is counted in the status, and a throttled warning gives the reason.
   /// @returns false if the input is refused
   bool takeOrWarn(const CommandTaken& input);
-  /// Returns the faults of one torque per joint, held from now on.
-  std::vector<Fault> faultsOf(const std::vector<double>& torques, const std::string& path) const;
+  /// Returns the faults of a STEP. isRecorded: it may lack n.
+  std::vector<Fault> faultsOf(const CommandTaken& step, bool isRecorded = false) const;
 
   bool areRecorded() const { return log_.getNumSubscribers() > 0; }
 
@@ -85,6 +85,9 @@ class Commands {
   template <class Message, class Add, class Hold>
   std::vector<Fault> start(std::vector<Fault> faults, const std::string& topic, const CommandTaken& input,
                            const Message& command, Add add, Hold hold);
+  std::vector<Fault> faultsOf(const std::vector<double>& torques, const std::string& path) const;
+  std::vector<Fault> applyStep(const CommandTaken& input);
+  BaseLaws baseLawsOf(const CommandTaken& step) const;
   void hold(const std::vector<double>& torques);
   double heldUntil(double start) const;
   double sceneTimeOf(ros::Time start) const;

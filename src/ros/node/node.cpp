@@ -23,7 +23,9 @@ constexpr long long catchUpShare = 50;         // or the missing ticks divided b
 constexpr double catchUpTime = 0.05;           // s of wall time at most
 constexpr double factorSeconds = 5;            // over which the real-time factor is measured
 constexpr double warningPeriod = 5;            // s
-constexpr double largestLag = 0.5;             // s, without a warning on /diagnostics
+constexpr double meanShare = 0.05;             // of a tick in the mean load
+constexpr double largestLag = 0.5;             // s, without a warning on /diagnostics and advice
+constexpr double advicePeriod = 30;            // s
 constexpr double diagnosticsPeriod = 1;        // s
 constexpr double longestWait = 0.1;            // s, to notice a shutdown or a halted clock
 constexpr double longestWaitForRecorder = 15;  // s
@@ -52,8 +54,12 @@ std::string whatRuns(const Simulation& simulation) {
   std::ostringstream line;
   line << scene.chain.size() << (scene.chain.size() == 1 ? " link (" : " links (") << simulation.recursion()
        << ") by " << integrator.method << (hasFixedStep ? ", step " : ", tolerance ")
-       << (hasFixedStep ? integrator.step : integrator.tolerance) << "; runs: " << listed(words.runs)
-       << "; left out: " << listed(words.leftOut);
+       << (hasFixedStep ? integrator.step : integrator.tolerance);
+  if (integrator.rateTolerance && !hasFixedStep) line << ", rate tolerance " << *integrator.rateTolerance;
+  if (integrator.loosestTolerance && !hasFixedStep) {
+    line << ", yields to " << *integrator.loosestTolerance << " when late";
+  }
+  line << "; runs: " << listed(words.runs) << "; left out: " << listed(words.leftOut);
   return line.str();
 }
 
@@ -78,7 +84,8 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
       ticks_{settings_.rate, clock_->firstTick()},
       commands_(ticks_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
       times_(static_cast<std::size_t>(2 + std::ceil(factorSeconds * settings_.statusRate))),
-      warnings_(warningPeriod) {
+      warnings_(warningPeriod),
+      advice_(advicePeriod) {
   // Advertise what the scene publishes.
   load(scene);
   statusOut_ = inner_.advertise<SimStatus>("status", queueFor(settings_.statusRate));
@@ -101,6 +108,7 @@ void Node::load(const Scene& scene) {
   messages_ = std::make_unique<Messages>(*simulation, ros::this_node::getName(), true);
   simulation_ = std::move(simulation);
   commands_.moveTo(*simulation_);
+  allowYielding();
   status_.method.clear();
   auto before = std::exchange(statesOut_, {});
   messages_->forEach([&](const Topic& topic, auto make) {
@@ -111,6 +119,16 @@ void Node::load(const Scene& scene) {
   });
   outer_.setParam("robot_description", urdfOf(scene, messages_->frames(), messages_->frames().every == 1));
   ROS_INFO("%s", whatRuns(*simulation_).c_str());
+}
+
+/// As at the start.
+void Node::allowYielding() {
+  const IntegratorSettings& settings = simulation_->scene().integrator;
+  pace_.reset();
+  if (settings.loosestTolerance && !ode::hasFixedStep(settings.method)) {
+    pace_.emplace(settings.tolerance, *settings.loosestTolerance);
+  }
+  load_ = stepsOfTick_ = stepsBefore_ = 0;
 }
 
 // ---- The run -----------------------------------------------------------------------------------
@@ -171,12 +189,40 @@ double Node::runDueTicks() {
   const long long burst = pause > 0 ? std::max(fewTicks, late / catchUpShare) : late + 1;
   const long long last = std::min(due, ticks_.next + burst - 1);
   while (ticks_.next <= last && steadyTime() - began_ <= catchUpTime) {
+    const double start = steadyTime();
     if (!tick()) return 0;
+    keepPace(steadyTime() - start);
   }
   if (ticks_.next > due) return clock_->untilDue(ticks_.next);
   ++overruns_;
   resting_ = began_ + pause;
   return pause;
+}
+
+/// After a tick that took `work` s of wall time: the tolerance yields if ticks are late, and comes back if
+/// there is time. If ticks stay late, says what would help.
+void Node::keepPace(double work) {
+  const double period = clock_->catchUpPause();
+  if (period <= 0) return;  // no clock to keep pace with, or of an unknown speed
+  const double delay = -clock_->untilDue(ticks_.next);
+  const auto steps = static_cast<double>(simulation_->statistics().steps);
+  load_ += meanShare * (work / period - load_);
+  stepsOfTick_ += meanShare * (steps - std::exchange(stepsBefore_, steps) - stepsOfTick_);
+  const double before = simulation_->tolerance();
+  const double next = pace_ ? pace_->after(work / period, delay, period) : before;
+  if (next != before) {
+    CommandTaken input = inputOf(CommandTaken::TOLERANCE);
+    input.tolerance = next;
+    commands_.take(input);
+    const double loosest = *simulation_->scene().integrator.loosestTolerance;
+    ROS_LOG(next == loosest ? ros::console::levels::Warn : ros::console::levels::Info,
+            ROSCONSOLE_DEFAULT_NAME, "at %.9g s the tolerance %s %g%s", simulation_->time(),
+            next > before ? "yields to" : "comes back to", next,
+            next == loosest ? ", the loosest that is allowed" : "");
+  } else if (delay > largestLag && advice_.isDue()) {
+    ROS_WARN("%s",
+             adviceFor(simulation_->scene().integrator, load_, stepsOfTick_, period, settings_.rate).c_str());
+  }
 }
 
 /// While paused, publishes the state after a reset or ~settle. Its stamp is as after a resume.

@@ -3,11 +3,11 @@
 /// The node: a simulation that follows a clock, its publishers, its commands and its services.
 
 #include <diagnostic_updater/diagnostic_updater.h>
+#include <planar_chain/Step.h>
 #include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <ros/service_server.h>
-#include <sensor_msgs/JointState.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 
 #include <boost/circular_buffer.hpp>
@@ -26,6 +26,7 @@
 #include "ros/node/clock.h"
 #include "ros/node/commands.h"
 #include "ros/node/master_watch.h"
+#include "ros/node/tolerance_pace.h"
 #include "ros/view/messages.h"
 
 namespace planar_chain {
@@ -62,15 +63,16 @@ class Node {
   /// Sets the equilibrium downhill of the present angles, at rest, as a tick of its own.
   Answer settle();
   Answer setState(const std::vector<double>& q, const std::vector<double>& qd);
-  /// Pauses, holds `torques` unless empty, and makes `ticks` ticks. Appends the state after each to `states`.
+  /// Pauses, holds torques and moves the base where given, and makes n ticks. Appends the state after each.
   /// If the integration fails, the ticks before the failure remain.
-  Answer step(const std::vector<double>& torques, std::uint32_t ticks,
-              std::vector<sensor_msgs::JointState>& states);
+  Answer step(const StepRequest& request, StepResponse& response);
 
  private:
   void load(const Scene& scene);
   void advertiseServices();
   double runDueTicks();
+  void allowYielding();
+  void keepPace(double work);
   void showSetState();
   bool tick();
   bool serveDuringTicks();
@@ -113,7 +115,10 @@ class Node {
   std::uint64_t overruns_ = 0;
   std::uint64_t jumpsTold_ = 0;                              ///< jumps of the clock, on /diagnostics
   boost::circular_buffer<std::pair<double, double>> times_;  ///< simulated and steady time, lately
-  Every warnings_;
+  Every warnings_, advice_;
+  std::optional<TolerancePace> pace_;  ///< if the tolerance may yield
+  double load_ = 0, stepsOfTick_ = 0;  ///< of a tick, in the mean of about the last twenty
+  double stepsBefore_ = 0;             ///< all steps before the next tick
 };
 
 }  // namespace planar_chain

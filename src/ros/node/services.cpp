@@ -1,10 +1,8 @@
 /// The services of Node that change the motion.
 
 #include <planar_chain/SetState.h>
-#include <planar_chain/Step.h>
 #include <std_srvs/Trigger.h>
 
-#include <algorithm>
 #include <string>
 
 #include "ros/messages/incoming.h"
@@ -14,9 +12,6 @@
 namespace planar_chain {
 
 namespace {
-
-constexpr std::uint32_t mostSteps = 10000;       // of one call
-constexpr std::size_t mostStepValues = 1000000;  // joints × ticks of one answer
 
 constexpr const char* longTick = "a long tick is running; ~reset aborts it";
 
@@ -40,7 +35,7 @@ void Node::advertiseServices() {
           inner_, "set_state",
           [this](auto& in, auto& /*out*/) { return setState(plain(in.q), plain(in.qd)); }),
       advertise<Step, StepRequest_>(
-          inner_, "step", [this](auto& in, auto& out) { return step(plain(in.torques), in.n, out.states); }),
+          inner_, "step", [this](auto& in, auto& out) { return step(plainOf<StepRequest>(in), out); }),
       advertise<Equations, EquationsRequest_>(inner_, "equations", query),
       advertise<Linearize, LinearizeRequest_>(inner_, "linearize", query)};
 }
@@ -82,6 +77,7 @@ Answer Node::reset() {
     if (master_) master_.emplace();
   }
   commands_.take(inputOf(CommandTaken::RESET));
+  allowYielding();
   ++resets_;
   return {true, std::string("reset to the initial state") +
                     (changed ? " of the scene in the changed parameters" : "") + (paused_ ? "; paused" : "")};
@@ -105,37 +101,35 @@ Answer Node::setState(const std::vector<double>& q, const std::vector<double>& q
   return take(input, "the state is set");
 }
 
-Answer Node::step(const std::vector<double>& torques, std::uint32_t ticks,
-                  std::vector<sensor_msgs::JointState>& states) {
+Answer Node::step(const StepRequest& request, StepResponse& response) {
   // Check the request.
   if (!simulation_->fault().empty()) return {false, simulation_->fault() + "; call ~reset or ~set_state"};
   if (inTick_) return {false, longTick};
   if (!clock_->hasBegun()) return {false, clock_->haltedBy()};
-  const std::size_t joints = simulation_->q().size();
-  const auto most = std::min<std::size_t>(mostSteps, std::max<std::size_t>(1, mostStepValues / joints));
-  std::vector<Fault> faults;
-  if (!torques.empty()) faults = commands_.faultsOf(torques, "torques");
-  if (ticks < 1 || ticks > most) {
-    faults.push_back({"n", "from 1 to " + std::to_string(most) + " ticks", std::to_string(ticks)});
-  }
+  CommandTaken input = inputOf(CommandTaken::STEP);
+  input.joint_torques = request.torques;
+  input.n = request.n;
+  input.base_pose = request.base_pose;
+  input.base_twist = request.base_twist;
+  const std::vector<Fault> faults = commands_.faultsOf(input);
   if (!faults.empty()) return {false, toString(faults)};
 
-  // Pause, hold the torques, and tick.
+  // Pause, hold the torques, move the base, and tick.
   const bool ran = !paused_;
   paused_ = true;
   isClockRunning_ = false;
   began_ = served_ = steadyTime();
-  CommandTaken input = inputOf(CommandTaken::STEP);
-  input.joint_torques = torques;
   const Answer done =
       take(input, ran ? "done; the simulation was paused, ~resume continues it" : "done; it is paused");
-  states.reserve(ticks);
-  for (std::uint32_t k = 0; done.success && k < ticks; ++k) {
+  response.states.reserve(request.n);
+  for (std::uint32_t k = 0; done.success && k < request.n; ++k) {
     if (!tick()) {
       if (!keepGoing_()) return {false, "the node is ending"};
       return {false, simulation_->fault().empty() ? "~reset aborted the tick" : simulation_->fault()};
     }
-    states.push_back(messages_->jointStates(clock_->stampOf(ticks_.next - 1)));
+    const ros::Time stamp = clock_->stampOf(ticks_.next - 1);
+    response.states.push_back(messages_->jointStates(stamp));
+    if (simulation_->scene().base) response.base_wrenches.push_back(messages_->baseWrench(stamp));
   }
   return done;
 }

@@ -106,6 +106,23 @@ class Course {
 
 // ---- The base ------------------------------------------------------------------------------------
 
+bool requireBase(const char* path, const Simulation& simulation, Faults& faults) {
+  if (simulation.scene().base) return true;
+  faults.push_back({path, "a scene whose base moves (the key `base`)", "one that has none"});
+  return false;
+}
+
+/// Takes x, y and the rotation about z. The other components must be 0.
+std::vector<double> planar(const geometry_msgs::Twist& twist, const std::string& path, const char* part,
+                           Faults& faults) {
+  const std::vector<double> rates{twist.linear.x, twist.linear.y, twist.angular.z};
+  checkValues(faults, path, part, "SI units", rates, 3);
+  for (const double out : {twist.linear.z, twist.angular.x, twist.angular.y}) {
+    checkZero(faults, path + "[0]", out);
+  }
+  return rates;
+}
+
 using BasePoint = trajectory_msgs::MultiDOFJointTrajectoryPoint;
 
 /// Takes x, y and the angle of one point. angle: that of the point before.
@@ -134,13 +151,7 @@ Point planar(const BasePoint& point, const std::string& path, double& angle, Fau
     plane.positions = {at.translation.x, at.translation.y, angle};
   }
   const auto take = [&](const char* part, const auto& twists, std::vector<double>& to) {
-    for (const geometry_msgs::Twist& twist : twists) {
-      to = {twist.linear.x, twist.linear.y, twist.angular.z};
-      checkValues(faults, path + "/" + part, part, "SI units", to, 3);
-      for (const double out : {twist.linear.z, twist.angular.x, twist.angular.y}) {
-        checkZero(faults, path + "/" + part + "[0]", out);
-      }
-    }
+    for (const geometry_msgs::Twist& twist : twists) to = planar(twist, path + "/" + part, part, faults);
   };
   take("velocities", point.velocities, plane.velocities);
   take("accelerations", point.accelerations, plane.accelerations);
@@ -171,10 +182,7 @@ std::vector<Drive> lawsOf(const trajectory_msgs::JointTrajectory& message, doubl
 
 BaseLaws lawsOf(const trajectory_msgs::MultiDOFJointTrajectory& message, double start,
                 const Simulation& simulation, std::vector<Fault>& faults) {
-  if (!simulation.scene().base) {
-    faults.push_back({"base_trajectory", "a scene whose base moves (the key `base`)", "one that has none"});
-    return {};
-  }
+  if (!requireBase("base_trajectory", simulation, faults)) return {};
   BaseLaws laws = *simulation.scene().base;
   const std::vector<std::string>& names = message.joint_names;
   if (names != std::vector<std::string>{"base"}) {
@@ -193,6 +201,29 @@ BaseLaws lawsOf(const trajectory_msgs::MultiDOFJointTrajectory& message, double 
     if (faults.empty()) course.lead(*law, i++);
   }
   return laws;
+}
+
+void checkBase(const std::vector<geometry_msgs::Pose2D>& pose, const std::vector<geometry_msgs::Twist>& twist,
+               const Simulation& simulation, std::vector<Fault>& faults) {
+  if (pose.empty() && twist.empty()) return;
+  requireBase("base_pose", simulation, faults);
+  if (pose.size() != 1 || twist.size() != 1) {
+    return faults.push_back({"base_pose", "one pose and one twist, or neither",
+                             std::to_string(pose.size()) + " and " + std::to_string(twist.size())});
+  }
+  checkValues(faults, "base_pose", "coordinates", "m, rad", {pose[0].x, pose[0].y, pose[0].theta}, 3);
+  planar(twist[0], "base_twist", "rates", faults);
+}
+
+BaseLaws lawsTo(const geometry_msgs::Pose2D& pose, const geometry_msgs::Twist& twist, double end,
+                const Simulation& simulation) {
+  const double now = simulation.time();
+  const BaseLaws& before = *simulation.scene().base;
+  const GivenMotion angle = before.angle.at(now);
+  const double reached = angle.value + (angle.rate + twist.angular.z) / 2 * (end - now);
+  const double turns = std::round((reached - pose.theta) / (2 * pi));
+  return {before.x.to(now, end, pose.x, twist.linear.x), before.y.to(now, end, pose.y, twist.linear.y),
+          before.angle.to(now, end, pose.theta + 2 * pi * turns, twist.angular.z)};
 }
 
 }  // namespace planar_chain

@@ -2,6 +2,8 @@
 
 /// Trajectories of driven joints and of the base.
 
+#include <geometry_msgs/Pose2D.h>
+#include <geometry_msgs/Twist.h>
 #include <trajectory_msgs/JointTrajectory.h>
 #include <trajectory_msgs/MultiDOFJointTrajectory.h>
 
@@ -27,5 +29,13 @@ std::vector<Drive> lawsOf(const trajectory_msgs::JointTrajectory& message, doubl
 /// before.
 BaseLaws lawsOf(const trajectory_msgs::MultiDOFJointTrajectory& message, double start,
                 const Simulation& simulation, std::vector<Fault>& faults);
+
+/// Adds the faults of the base's pose and twist in a ~step: one of each, or neither.
+void checkBase(const std::vector<geometry_msgs::Pose2D>& pose, const std::vector<geometry_msgs::Twist>& twist,
+               const Simulation& simulation, std::vector<Fault>& faults);
+/// Returns the cubics from the base's present motion to these at scene time `end`, without faults. Of the
+/// whole turns of theta it takes those nearest to what the mean of the rates gives.
+BaseLaws lawsTo(const geometry_msgs::Pose2D& pose, const geometry_msgs::Twist& twist, double end,
+                const Simulation& simulation);
 
 }  // namespace planar_chain

@@ -24,22 +24,21 @@ constexpr int hatches = 5;
 /// Names contain only letters, digits, _ and /, so nothing is escaped.
 class Writer {
  public:
-  Writer(const Scene& scene, const Frames& frames) : chain_(scene.chain), frames_(frames), drawing_(scene) {}
+  Writer(const Scene& scene, const Frames& frames)
+      : scene_(scene), chain_(scene.chain), frames_(frames), drawing_(scene) {}
 
   std::string text(int links) {
     line("<?xml version='1.0'?>");
     line("<robot name='planar_chain'>");
-    for (const auto& [name, rgba] : {std::pair{"ground", "0.55 0.58 0.62 1"},
-                                     {"pin", "0.80 0.82 0.85 1"},
-                                     {"even", "0.20 0.55 0.85 1"},
-                                     {"odd", "0.98 0.65 0.15 1"}}) {
-      line("<material name='", name, "'><color rgba='", rgba, "'/></material>");
-    }
+    materials();
     // The plane of motion is vertical: y of the base is z of the world.
     line("<link name='", frames_.world, "'/>");
     line("<joint name='", frames_.world, "-", frames_.base, "' type='fixed'><parent link='", frames_.world,
          "'/><child link='", frames_.base, "'/><origin xyz='0 0 0' rpy='", std::acos(0.0), " 0 0'/></joint>");
-    ground();
+    if (scene_.base) pin();
+    line("<link name='", frames_.pin, "'>");
+    hasOwnShapes() ? ground() : line(scene_.appearance.visuals[0]);
+    line("</link>");
     for (int i = 0; i < links; ++i) {
       link(i);
       joint(i);
@@ -50,10 +49,30 @@ class Writer {
   }
 
  private:
+  bool hasOwnShapes() const { return scene_.appearance.visuals.empty(); }
+
+  void materials() {
+    if (!hasOwnShapes()) return line(scene_.appearance.materials);
+    for (const auto& [name, rgba] : {std::pair{"ground", "0.55 0.58 0.62 1"},
+                                     {"pin", "0.80 0.82 0.85 1"},
+                                     {"even", "0.20 0.55 0.85 1"},
+                                     {"odd", "0.98 0.65 0.15 1"}}) {
+      line("<material name='", name, "'><color rgba='", rgba, "'/></material>");
+    }
+  }
+
+  /// The moving base, where it starts. /tf moves it.
+  void pin() {
+    const BaseLaws& base = *scene_.base;
+    line("<link name='", frames_.base, "'/>");
+    line("<joint name='", frames_.base, "-", frames_.pin, "' type='fixed'><parent link='", frames_.base,
+         "'/><child link='", frames_.pin, "'/><origin xyz='", Vec2d{base.x.at(0).value, base.y.at(0).value},
+         "' rpy='0 0 ", base.angle.at(0).value, "'/></joint>");
+  }
+
   /// A bearing as in engineering drawings: two struts from the pin to a bar, and hatching for the ground.
   void ground() {
     const double w = drawing_.bar;
-    line("<link name='", frames_.base, "'>");
     for (const double side : {-1.0, 1.0}) {
       box({side * 0.45 * w, 0.8 * w}, std::atan2(1.6, side * 0.9), 1.85 * w, 0.25 * w, 0.4 * w, "ground");
     }
@@ -61,15 +80,21 @@ class Writer {
     for (int k = 0; k < hatches; ++k) {
       box({(k - 1.7) * 0.85 * w, 2.15 * w}, 0.8, 1.1 * w, 0.12 * w, 0.3 * w, "ground");
     }
-    line("</link>");
   }
 
   void link(int i) {
     const Link& body = chain_.links()[index(i)];
-    const double w = drawing_.bar, half = body.inertia / 2;
+    const double half = body.inertia / 2;
     line("<link name='", frames_.links[index(i)], "'>");
     line("<inertial><origin xyz='", body.com, "' rpy='0 0 0'/><mass value='", body.mass, "'/><inertia ixx='",
          half, "' ixy='0' ixz='0' iyy='", half, "' iyz='0' izz='", body.inertia, "'/></inertial>");
+    hasOwnShapes() ? shape(i) : line(scene_.appearance.visuals[index(i) + 1]);
+    line("</link>");
+  }
+
+  void shape(int i) {
+    const Link& body = chain_.links()[index(i)];
+    const double w = drawing_.bar;
 
     // Draw the bars. Neighbours have different depths, so that faces that overlap at a pin do not flicker.
     const double depth = i % 2 == 0 ? w : 0.8 * w;
@@ -87,20 +112,21 @@ class Writer {
     if (i == chain_.size() - 1 && length(body.pin) > 0 && !figure.hasBob)
       cylinder(body.pin, w / 2, depth, paint);
     if (i == 0 || figure.hasPin) cylinder({0, 0}, pinRadius * w, 1.3 * w, "pin");
-    line("</link>");
   }
 
   void joint(int i) {
     const Joint& own = chain_.joints()[index(i)];
     line("<joint name='", own.name, "' type='", own.isLimited() ? "revolute" : "continuous", "'>");
-    line("<parent link='", i == 0 ? frames_.base : frames_.links[index(i - 1)], "'/><child link='",
+    line("<parent link='", i == 0 ? frames_.pin : frames_.links[index(i - 1)], "'/><child link='",
          frames_.links[index(i)], "'/><origin xyz='", i == 0 ? Vec2d{} : chain_.links()[index(i - 1)].pin,
-         "' rpy='0 0 0'/><axis xyz='0 0 1'/><dynamics damping='", own.damping, "' friction='0'/>");
-    if (own.isLimited()) {
+         "' rpy='0 0 0'/><axis xyz='0 0 1'/><dynamics damping='", own.damping, "' friction='",
+         own.other("friction"), "'/>");
+    if (own.isLimited() || own.has("effort_limit") || own.has("velocity_limit")) {
       // URDF requires all four limits. Those that the scene does not set are never reached.
       constexpr double never = 1e9;
+      const auto limit = [&](const char* key) { return own.has(key) ? own.other(key) : never; };
       line("<limit lower='", std::fmax(own.lower, -never), "' upper='", std::fmin(own.upper, never),
-           "' effort='", never, "' velocity='", never, "'/>");
+           "' effort='", limit("effort_limit"), "' velocity='", limit("velocity_limit"), "'/>");
     }
     line("</joint>");
   }
@@ -128,6 +154,7 @@ class Writer {
   void add(double number) { text_ += toText(number); }
   void add(Vec2d a) { text_ += toText(a.x) + " " + toText(a.y) + " 0"; }
 
+  const Scene& scene_;
   const Chain& chain_;
   const Frames& frames_;
   Drawing drawing_;

@@ -1,5 +1,7 @@
 #include "ros/view/messages.h"
 
+#include <utility>
+
 #include "planar_chain/planar.h"
 
 namespace planar_chain {
@@ -22,12 +24,16 @@ Messages::Messages(Simulation& simulation, const std::string& node, bool hasView
 
   // Set the frames of the transforms. They are constant.
   std::string parent = frames_.base;
+  const auto add = [&](const std::string& frame) {
+    geometry_msgs::TransformStamped transform;
+    transform.header.frame_id = std::exchange(parent, frame);
+    transform.child_frame_id = frame;
+    transforms_.transforms.push_back(transform);
+  };
+  if (scene.base) add(frames_.pin);
   for (int i = 0; i < scene.chain.size(); ++i) {
     if (!frames_.has(i)) continue;
-    geometry_msgs::TransformStamped transform;
-    transform.header.frame_id = parent;
-    transform.child_frame_id = parent = frames_.links[index(i)];
-    transforms_.transforms.push_back(transform);
+    add(frames_.links[index(i)]);
     framed_.push_back(i);
   }
   geometry_msgs::TransformStamped& base = baseInWorld_.transforms.emplace_back();
@@ -71,28 +77,29 @@ geometry_msgs::WrenchStamped& Messages::baseWrench(ros::Time stamp) {
 
 tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
   const std::vector<Link>& links = simulation_.scene().chain.links();
-  // The base's frame stands still; the first link has the place of the ground pin, and the base's angle.
-  Vec2d place;
-  double angle = 0;
+  auto transform = transforms_.transforms.begin();
+  const auto set = [&](Vec2d place, double angle) {
+    transform->header.stamp = stamp;
+    copy(place, transform->transform.translation);
+    transform->transform.rotation.z = std::sin(angle / 2);
+    transform->transform.rotation.w = std::cos(angle / 2);
+    ++transform;
+  };
+  // The base's frame stands still. That of its pin moves.
   if (simulation_.scene().base) {
     simulation_.linkMotions(motions_.data());
-    place = motions_.front().innerPin;
-    angle = motions_.front().angle - simulation_.q().front();
+    set(motions_.front().innerPin, motions_.front().angle - simulation_.q().front());
   }
   int i = 0;
-  for (std::size_t k = 0; k < framed_.size(); ++k) {
+  for (const int framed : framed_) {
     // Go from the frame before to this one, link by link.
-    for (; i <= framed_[k]; ++i) {
+    Vec2d place;
+    double angle = 0;
+    for (; i <= framed; ++i) {
       if (i > 0) place += Rotation<double>::of(angle) * links[index(i - 1)].pin;
       angle += simulation_.q()[index(i)];
     }
-    geometry_msgs::TransformStamped& transform = transforms_.transforms[k];
-    transform.header.stamp = stamp;
-    copy(place, transform.transform.translation);
-    transform.transform.rotation.z = std::sin(angle / 2);
-    transform.transform.rotation.w = std::cos(angle / 2);
-    place = {};
-    angle = 0;
+    set(place, angle);
   }
   return transforms_;
 }
@@ -129,20 +136,25 @@ void describe(const Simulation& simulation, SimStatus& status) {
   status.rescues = static_cast<std::uint64_t>(statistics.rescues);
   status.evaluations = static_cast<std::uint64_t>(statistics.evaluations);
   status.error_estimate = statistics.localError;
+  status.tolerance = simulation.tolerance();
   status.kinetic = balance.now.kinetic;
   status.potential = balance.now.potential;
   status.work_supplied = balance.supplied;
   status.dissipated = balance.dissipated;
   status.energy_balance = balance.residual;
   status.fault = simulation.fault();
-  status.torques_cut_off = 0;
-  status.joints_cut_off.clear();
-  const std::vector<long long>& cutOffs = simulation.cutOffs();
-  for (std::size_t i = 0; i < cutOffs.size(); ++i) {
-    if (cutOffs[i] == 0) continue;
-    status.torques_cut_off += static_cast<std::uint64_t>(cutOffs[i]);
-    status.joints_cut_off.push_back(simulation.scene().chain.joints()[i].name);
-  }
+  const auto sum = [&](const std::vector<long long>& counts, std::uint64_t& all,
+                       std::vector<std::string>& joints) {
+    all = 0;
+    joints.clear();
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      if (counts[i] == 0) continue;
+      all += static_cast<std::uint64_t>(counts[i]);
+      joints.push_back(simulation.scene().chain.joints()[i].name);
+    }
+  };
+  sum(simulation.cutOffs(), status.torques_cut_off, status.joints_cut_off);
+  sum(simulation.velocityExcesses(), status.velocities_exceeded, status.joints_too_fast);
 }
 
 }  // namespace planar_chain

@@ -59,7 +59,8 @@ class Messages {
   LinkStates& linkStates(ros::Time stamp);
   /// What the chain exerts on its base at the ground pin.
   geometry_msgs::WrenchStamped& baseWrench(ros::Time stamp);
-  /// The pose of each link that has a frame, in the frame before, or in the base frame for the first. Between
+  /// The pose of each link that has a frame, in the frame before, or in the base frame for the first. If the
+  /// base moves, a frame at its pin comes between base and first link. Between
   /// neighbours the origin is the outer pin of the link before, the rotation is q about z.
   tf2_msgs::TFMessage& transforms(ros::Time stamp);
   /// The pose of the base frame in the world: a roll of +π/2, so that the plane of motion is vertical.

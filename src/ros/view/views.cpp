@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "effects/springs.h"
+#include "effects/stops.h"
 #include "planar_chain/kane.h"
 
 namespace planar_chain {
@@ -13,16 +15,19 @@ namespace planar_chain {
 namespace {
 
 const Colour red = colour(1, 0.33, 0.42), green = colour(0.4, 0.85, 0.5), white = colour(0.95, 0.95, 0.95),
-             black = colour(0.1, 0.1, 0.12), even = colour(0.2, 0.55, 0.85), odd = colour(0.98, 0.65, 0.15);
+             black = colour(0.1, 0.1, 0.12), violet = colour(0.75, 0.5, 1), even = colour(0.2, 0.55, 0.85),
+             odd = colour(0.98, 0.65, 0.15);
 
 // Sizes, in widths of a link.
 constexpr double arrowWidth = 0.3;
 constexpr double turnRadius = 2;
 constexpr double centreRadius = 0.5, rim = 0.1;
 constexpr double trailWidth = 0.3;
+constexpr double brakeRadius = 1.3, brakeWidth = 1, padSweep = 0.85 * pi;
 constexpr double coilInner = 0.9, coilOuter = 1.7, coilWidth = 0.17, coilTurns = 2.25;
 // Heights above the plane of motion, in widths of a link. The more important figure is on top.
-constexpr double behind = -0.55, overBodies = 1.2, overCoils = 1.3, overPins = 1.4, onTop = 1.5;
+constexpr double behind = -0.55, underCoils = 1.1, overBodies = 1.2, overCoils = 1.3, overPins = 1.4,
+                 onTop = 1.5;
 
 constexpr double fullTurn = 5;           // rad, of the arrow of Drawing::torque and of larger ones
 constexpr double leastDrawn = 0.005;     // share of Drawing's force or torque
@@ -57,6 +62,8 @@ Views::Views(Simulation& simulation, const Frames& frames)
   add("loads", onTop, &Views::drawLoads);
   add("pin_forces", overPins, &Views::drawPinForces);
   add("springs", overBodies, &Views::drawSprings);
+  add("friction", underCoils, &Views::drawFriction);
+  add("drives", onTop, &Views::drawDrives);
   add("trail", behind, &Views::drawTrail, trailWidth);
   add("centres", overCoils, &Views::drawCentres);
 
@@ -108,21 +115,47 @@ void Views::drawForce(Sketch& sketch, int link, Vec2d point, Vec2d force, const 
   on(sketch, link).arrow(point, point + toLink * arrow, arrowWidth * drawing_.bar, paint);
 }
 
+/// An arrow around a point of a link. It grows with the square root of the torque.
+void Views::drawTurn(Sketch& sketch, int link, Vec2d centre, double torque, const Colour& paint) {
+  const double share = torque / drawing_.torque;
+  if (std::fabs(share) < leastDrawn) return;
+  const double sweep = std::copysign(fullTurn * std::fmin(1, std::sqrt(std::fabs(share))), share);
+  on(sketch, link).turn(centre, turnRadius * drawing_.bar, sweep, arrowWidth * drawing_.bar, paint);
+}
+
 void Views::drawLoads(Sketch& sketch) {
-  const auto drawTurn = [&](int link, Vec2d centre, double torque) {
-    const double share = torque / drawing_.torque;
-    if (std::fabs(share) < leastDrawn) return;
-    const double sweep = std::copysign(fullTurn * std::fmin(1, std::sqrt(std::fabs(share))), share);
-    on(sketch, link).turn(centre, turnRadius * drawing_.bar, sweep, arrowWidth * drawing_.bar, red);
-  };
   forLoads([&](const Load& load, double factor) {
     if (load.stop - simulation_.time() <= leastRemaining) return;
     if (load.link != Load::none) {
       drawForce(sketch, load.link, load.point, factor * load.force, red);
-      drawTurn(load.link, chain_.links()[index(load.link)].com, factor * load.moment);
+      drawTurn(sketch, load.link, chain_.links()[index(load.link)].com, factor * load.moment, red);
     }
-    if (load.joint != Load::none) drawTurn(load.joint, {}, factor * load.torque);
+    if (load.joint != Load::none) drawTurn(sketch, load.joint, {}, factor * load.torque, red);
   });
+}
+
+/// In a driven joint nothing acts beside the drive.
+void Views::drawDrives(Sketch& sketch) {
+  const std::vector<Drive>& drives = simulation_.scene().drives;
+  if (drives.empty()) return;
+  simulation_.jointTorques(torques_.data());
+  for (const Drive& drive : drives) {
+    if (drive.joint % stride_ != 0) continue;
+    drawTurn(sketch, drive.joint, {}, torques_[index(drive.joint)], violet);
+  }
+}
+
+/// A ring with two pads at each joint with friction. A joint that sticks has the rate 0 exactly.
+void Views::drawFriction(Sketch& sketch) {
+  const double bar = drawing_.bar;
+  for (int i = 0; i < chain_.size(); i += stride_) {
+    if (chain_.joints()[index(i)].other("friction") == 0) continue;
+    const Colour& paint = simulation_.qd()[index(i)] == 0 ? green : odd;
+    for (const double middle : {0.0, pi}) {
+      on(sketch, i).coil({}, brakeRadius * bar, brakeRadius * bar, middle - padSweep / 2, padSweep,
+                         brakeWidth * bar, paint);
+    }
+  }
 }
 
 void Views::drawPinForces(Sketch& sketch) {
@@ -131,17 +164,22 @@ void Views::drawPinForces(Sketch& sketch) {
 }
 
 void Views::drawSprings(Sketch& sketch) {
-  // Find the torques of springs, stops and dampers: the whole torques less those of loads and commands.
-  simulation_.jointTorques(torques_.data());
-  forLoads([&](const Load& load, double factor) {
-    if (load.joint != Load::none) torques_[index(load.joint)] -= factor * load.torque;
-  });
+  // Find the torques of springs, stops and dampers.
+  const auto vector = [](const std::vector<double>& values) {
+    return Eigen::VectorXd(
+        Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
+  };
+  const Eigen::VectorXd q = vector(simulation_.q()), qd = vector(simulation_.qd());
+  Eigen::VectorXd F = Eigen::VectorXd::Zero(2 * q.size()), M = Eigen::VectorXd::Zero(q.size()), tau = M;
+  for (const EffectKind* kind : {&springKind(), &stopKind()}) {
+    kind->addDense(simulation_.scene(), simulation_.time(), q, qd, {F, M, tau});
+  }
 
   // Draw a coil on each joint that has a spring or stops.
   for (int i = 0; i < chain_.size(); i += stride_) {
     const Joint& joint = chain_.joints()[index(i)];
     if (joint.stiffness == 0 && !joint.isLimited()) continue;
-    const double share = std::fabs(torques_[index(i)]) / drawing_.torque;
+    const double share = std::fabs(tau[i]) / drawing_.torque;
     on(sketch, i).coil({}, coilInner * drawing_.bar, coilOuter * drawing_.bar, 0, 2 * pi * coilTurns,
                        coilWidth * drawing_.bar, heat(share));
   }

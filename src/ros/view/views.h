@@ -43,6 +43,9 @@ class Views {
 
   visualization_msgs::MarkerArray& draw(View& view, ros::Time stamp);
   void drawLoads(Sketch& sketch);
+  void drawTurn(Sketch& sketch, int link, Vec2d centre, double torque, const Colour& paint);
+  void drawDrives(Sketch& sketch);
+  void drawFriction(Sketch& sketch);
   void drawForce(Sketch& sketch, int link, Vec2d point, Vec2d force, const Colour& paint);
   void drawPinForces(Sketch& sketch);
   void drawSprings(Sketch& sketch);

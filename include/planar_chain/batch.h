@@ -1,0 +1,60 @@
+#pragma once
+
+/// Many simulations at once: the same scene from other starts, with other masses, other loads.
+///
+/// All cores work. Chains of up to twelve links with nothing but pins, gravity, linear springs and dampers
+/// run side by side, one run in each SIMD lane, if the scene's method is auto or taylor. Every other run is a
+/// Simulation of its own. The results of a run depend neither on the number of threads nor on the other runs.
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "planar_chain/scene.h"
+
+namespace planar_chain {
+
+struct BatchOptions {
+  int threads = 0;  ///< 0: one a core
+  /// False: every run is a Simulation of its own.
+  bool sideBySide = true;
+  /// If given, it is called about ten times a second from the calling thread, with the number of runs that
+  /// have ended. Cancels the batch by returning false.
+  std::function<bool(std::size_t ended)> keepGoing{};
+};
+
+enum class RunOutcome {
+  done,       ///< all times were reached
+  failed,     ///< the scene was refused, or the integration failed: see `reason`
+  cancelled,  ///< keepGoing returned false before the end
+};
+
+struct BatchRun {
+  RunOutcome outcome = RunOutcome::cancelled;
+  std::string reason;   ///< empty unless the run failed
+  long long steps = 0;  ///< accepted
+};
+
+struct BatchResult {
+  /// states[(run × times + k) × 2n]: the relative angles q (rad), then their rates (rad/s), at times[k]. NaN
+  /// where a failed or cancelled run did not arrive.
+  std::vector<double> states;
+  std::vector<BatchRun> runs;
+};
+
+/// Changes a copy of the scene into that of one run: the start q and qd, the chain, loads. It is called once
+/// a run, from several threads at once. If it throws a std::exception, the run fails for that reason.
+using SceneOfRun = std::function<void(std::size_t run, Scene& scene)>;
+
+/// Simulates `runs` scenes from time 0, each with as many links as `scene`. times: s, ≥ 0, never falling.
+/// @throws std::invalid_argument for other times, or a negative number of threads
+BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun& sceneOfRun,
+                         const std::vector<double>& times, const BatchOptions& options = {});
+
+/// The same scene from other starts. starts: 2n numbers a run, q and then qd.
+/// @throws std::invalid_argument also if `starts` does not hold whole runs
+BatchResult simulateMany(const Scene& scene, const std::vector<double>& starts,
+                         const std::vector<double>& times, const BatchOptions& options = {});
+
+}  // namespace planar_chain

@@ -1,0 +1,113 @@
+#include "planar_chain/batch.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+#include "batch/runs.h"
+#include "planar_chain/simulation.h"
+
+namespace planar_chain {
+
+namespace {
+
+void require(bool holds, const char* what) {
+  if (!holds) throw std::invalid_argument(what);
+}
+
+void simulate(Runs& runs, std::size_t run, const Scene& scene) {
+  try {
+    Simulation simulation(scene);
+    const auto isWanted = [&] { return !runs.cancelled; };
+    bool arrives = true;
+    for (std::size_t k = 0; k < runs.times.size() && arrives; ++k) {
+      arrives = simulation.advanceTo(runs.times[k], isWanted);
+      if (!arrives) break;
+      const auto rates = std::copy(simulation.q().begin(), simulation.q().end(), runs.stateOf(run, k));
+      std::copy(simulation.qd().begin(), simulation.qd().end(), rates);
+    }
+    runs.result.runs[run].steps = simulation.statistics().steps;
+    if (!simulation.fault().empty()) return runs.fail(run, simulation.fault());
+    runs.end(run, arrives ? RunOutcome::done : RunOutcome::cancelled);
+  } catch (const std::exception& refusal) {
+    runs.fail(run, refusal.what());
+  }
+}
+
+/// What each thread does.
+void work(Runs& runs) {
+  while (const std::optional<std::size_t> run = runs.takeNext()) {
+    if (const std::optional<Scene> scene = runs.sceneOf(*run)) simulate(runs, *run, *scene);
+  }
+}
+
+/// The threads of a batch. They end with this object, at the latest a few steps later.
+class Workers {
+ public:
+  explicit Workers(Runs& runs) : runs_(runs) {}
+  ~Workers() {
+    runs_.cancelled = true;
+    for (std::thread& thread : threads_) thread.join();
+  }
+  void start() {
+    ++working_;
+    threads_.emplace_back([this] {
+      work(runs_);
+      const std::lock_guard<std::mutex> lock(mutex_);
+      --working_;
+      done_.notify_one();
+    });
+  }
+  /// Returns true if all of them are done within this time.
+  bool areDoneWithin(std::chrono::milliseconds time) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    return done_.wait_for(lock, time, [this] { return working_ == 0; });
+  }
+
+ private:
+  Runs& runs_;
+  std::mutex mutex_;
+  std::condition_variable done_;
+  std::atomic<int> working_{0};
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace
+
+BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun& sceneOfRun,
+                         const std::vector<double>& times, const BatchOptions& options) {
+  require(options.threads >= 0, "the number of threads must not be negative");
+  require(std::is_sorted(times.begin(), times.end()) && (times.empty() || times.front() >= 0) &&
+              std::all_of(times.begin(), times.end(), [](double t) { return std::isfinite(t); }),
+          "times must be finite, not negative, and must not fall");
+  const auto cores = options.threads > 0 ? static_cast<unsigned>(options.threads)
+                                         : std::max(1u, std::thread::hardware_concurrency());
+
+  Runs all(scene, runs, sceneOfRun, times);
+  {
+    Workers workers(all);
+    for (std::size_t k = 0; k < std::min<std::size_t>(cores, runs); ++k) workers.start();
+    while (!workers.areDoneWithin(std::chrono::milliseconds(100))) {
+      if (options.keepGoing && !all.cancelled && !options.keepGoing(all.ended)) all.cancelled = true;
+    }
+  }
+  return std::move(all.result);
+}
+
+BatchResult simulateMany(const Scene& scene, const std::vector<double>& starts,
+                         const std::vector<double>& times, const BatchOptions& options) {
+  const std::size_t n = index(scene.chain.size());
+  require(starts.size() % (2 * n) == 0, "starts must have 2n numbers a run");
+  const auto startOf = [&](std::size_t run, Scene& of) {
+    const double* start = starts.data() + run * 2 * n;
+    of.q.assign(start, start + n);
+    of.qd.assign(start + n, start + 2 * n);
+  };
+  return simulateMany(scene, starts.size() / (2 * n), startOf, times, options);
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,38 @@
+#pragma once
+
+/// The matrices of the equations at one state, with the letters of the notes: names that tools print.
+
+#include <optional>
+
+#include "planar_chain/kane.h"
+#include "planar_chain/linear_model.h"
+
+namespace planar_chain {
+
+/// Calls show(letter, meaning, value) for every matrix and vector of the equations, in the order of the
+/// notes.
+template <class Show>
+void showAll(const ActiveForces& active, const Kane& at, const std::optional<LinearModel>& near,
+             const Show& show) {
+  show("q", "relative joint angles, rad", at.q);
+  show("qd", "their rates, rad/s", at.qd);
+  show("S", "rotation matrix: components along the body's axes from those along the ground's", at.S);
+  show("T", "[omega_1 ... omega_n] = qd' T", at.T);
+  show("V_pd", "partial velocities of the centres of mass, columns x_1 y_1 x_2 y_2 ..., m", at.V_pd);
+  show("W_pd", "partial angular velocities", at.W_pd);
+  show("A_1", "inertia forces by qd: F_in = -qd' A_1 - qdd' A_2, kg m/s", at.A_1);
+  show("A_2", "inertia forces by qdd, kg m", at.A_2);
+  show("A_3", "inertia moments: M_in = -qdd' A_3, kg m^2", at.A_3);
+  show("F", "active forces at the centres of mass, ground components x_1 y_1 ..., N", active.F);
+  show("M_ext", "active moments on the bodies, N m", active.M);
+  show("tau", "joint torques of all that acts, drives included, N m", active.tau);
+  show("f_ext", "= V_pd F + W_pd M_ext + tau, N m", at.f_ext);
+  show("f", "= f_ext - V_pd A_1' qd, less the inertia of a moving base, N m", at.f);
+  show("M", "= V_pd A_2' + W_pd A_3' + rotors, kg m^2", at.M_q);
+  show("qdd", "M qdd = f, rad/s^2", at.qdd);
+  if (!near) return;
+  show("A", "dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of this state", near->A);
+  show("B", "= [0; M^-1], where dtau is additional torque in the joints, N m", near->B);
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,22 @@
+"""Planar chains of rigid bodies on numpy arrays: Scene, Simulation, simulate and more.
+
+The messages are in planar_chain.msg and planar_chain.srv. A program that takes them alone loads nothing else."""
+
+import importlib
+
+_HOMES = {"Box": "environment", "Environment": "environment", **{name: "_core" for name in (
+    "Energy", "EnergyBalance", "Failed", "Fault", "Refused", "Runs", "Scene", "Simulation", "Statistics", "equations",
+    "equilibrium", "inverse_dynamics", "linearize", "simulate", "simulate_many")}}
+__all__ = list(_HOMES)
+
+
+def __getattr__(name):
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module("." + _HOMES[name], __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})

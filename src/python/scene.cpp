@@ -1,0 +1,204 @@
+#include <utility>
+
+#include "planar_chain/scene_reader.h"
+#include "python/bindings.h"
+
+namespace planar_chain::python {
+
+// ---- Values ------------------------------------------------------------------------------------
+
+namespace {
+
+constexpr int mostLevels = 16;  // as in a YAML text; a list may hold itself
+
+Value valueAt(const py::handle& object, const std::string& path, int level) {
+  const auto refuse = [&](const char* expected) -> Value {
+    throw Refused(
+        {{path, expected,
+          onOneLine(py::str(py::repr(object)).attr("encode")("ascii", "replace").cast<std::string>())}});
+  };
+  if (level > mostLevels) return refuse("at most 16 levels");
+  const auto below = [&](const py::handle& item, const std::string& key) {
+    return valueAt(item, path.empty() ? key : path + "/" + key, level + 1);
+  };
+  if (object.is_none()) return {};
+  if (py::isinstance<py::bool_>(object)) return object.cast<bool>();
+  if (py::isinstance<py::str>(object)) {
+    py::ssize_t size = 0;
+    if (const char* text = PyUnicode_AsUTF8AndSize(object.ptr(), &size))
+      return std::string(text, static_cast<std::size_t>(size));
+    PyErr_Clear();  // half of a character
+    return refuse("text");
+  }
+  if (py::isinstance<py::dict>(object)) {
+    Value::Map map;
+    for (const auto& [key, item] : py::reinterpret_borrow<py::dict>(object)) {
+      if (!py::isinstance<py::str>(key)) return refuse("a dict whose keys are text");
+      const auto name = key.cast<std::string>();
+      map.emplace(name, below(item, name));
+    }
+    return map;
+  }
+  if (PyNumber_Check(object.ptr()) && !PySequence_Check(object.ptr())) {
+    const double number = PyFloat_AsDouble(object.ptr());
+    if (!PyErr_Occurred()) return number;
+    PyErr_Clear();
+    return refuse("a number that fits into a double");
+  }
+  if (py::hasattr(object, "tolist")) return valueAt(object.attr("tolist")(), path, level + 1);
+  if (!py::isinstance<py::sequence>(object)) return refuse("a dict, a list, a number, a bool or text");
+  Value::List list;
+  for (const py::handle& item : object) list.push_back(below(item, std::to_string(list.size())));
+  return list;
+}
+
+/// Sets the value at path[from…].
+void setFrom(Value& at, const std::string& path, double number, std::size_t from) {
+  if (from >= path.size()) {
+    at = number;
+    return;
+  }
+  const std::string key = path.substr(from, path.find('/', from) - from);
+  const auto below = [&](Value& value) { setFrom(value, path, number, from + key.size() + 1); };
+  if (at.isNull()) at = Value::Map{};
+  if (Value::Map* map = at.map()) return below((*map)[key]);
+  Value::List* list = at.list();
+  const double place = numberIn(key).value_or(-1);
+  if (!list || !(place >= 0 && place < static_cast<double>(list->size()))) {
+    throw Refused({{path, "a place in the scene", describe(at) + " above " + quoted(key)}});
+  }
+  below((*list)[static_cast<std::size_t>(place)]);
+}
+
+}  // namespace
+
+void setAt(Value& tree, const std::string& path, double number) {
+  setFrom(tree, path, number, 0);
+}
+
+Value valueOf(const py::handle& object) {
+  return valueAt(object, "", 0);
+}
+
+py::object objectOf(const Value& value) {
+  if (const bool* flag = value.flag()) return py::bool_(*flag);
+  if (const double* number = value.number()) return py::float_(*number);
+  if (const std::string* text = value.text()) return py::str(*text);
+  if (const Value::List* list = value.list()) {
+    py::list items;
+    for (const Value& item : *list) items.append(objectOf(item));
+    return std::move(items);
+  }
+  if (const Value::Map* map = value.map()) {
+    py::dict items;
+    for (const auto& [key, item] : *map) items[py::str(key)] = objectOf(item);
+    return std::move(items);
+  }
+  return py::none();
+}
+
+std::vector<double> vectorOf(const Numbers& numbers, std::size_t size, const char* name) {
+  if (numbers.ndim() != 1 || static_cast<std::size_t>(numbers.size()) != size) {
+    throw std::invalid_argument(std::string(name) + ": expected an array of " + std::to_string(size) +
+                                " numbers");
+  }
+  return {numbers.data(), numbers.data() + numbers.size()};
+}
+
+// ---- Scene -------------------------------------------------------------------------------------
+
+namespace {
+
+std::string textOf(const py::object& path) {
+  const py::object file = py::module::import("io").attr("open")(path, "rb");
+  const py::object text = file.attr("read")(longestYaml + 1);  // parseYaml() refuses more
+  file.attr("close")();
+  return text.cast<std::string>();
+}
+
+template <class Things>
+std::vector<std::string> namesOf(const Things& things) {
+  std::vector<std::string> names;
+  for (const auto& thing : things) names.push_back(thing.name);
+  return names;
+}
+
+}  // namespace
+
+TreeAndScene::TreeAndScene(Value from) : tree(std::move(from)), scene(readScene(tree)) {}
+
+void bindScene(py::module& module) {
+  py::class_<Fault>(module, "Fault", "One fault of an input.")
+      .def_readonly("path", &Fault::path, "Where it is, such as 'links/lower/mass'.")
+      .def_readonly("expected", &Fault::expected, "Such as 'a number > 0 kg'.")
+      .def_readonly("found", &Fault::found, "What the input has there.")
+      .def_readonly("line", &Fault::line, "The line of the YAML text, from 1 on; 0: unknown.")
+      .def("__repr__", [](const Fault& fault) { return "<Fault " + toString(fault) + ">"; });
+  static const py::handle refused = py::exception<Refused>(module, "Refused", PyExc_ValueError).release();
+  refused.attr("__doc__") = "Raised for a scene with faults. `faults` lists all of them.";
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const Refused& fault) {
+      const py::object error = refused(fault.what());
+      error.attr("faults") = fault.faults();
+      PyErr_SetObject(refused.ptr(), error.ptr());
+    }
+  });
+
+  py::class_<TreeAndScene>(module, "Scene",
+                           R"(A scene: the chain, its first state, loads and settings. Immutable.
+
+config/README.md explains every key. Raises Refused, with all faults, for a scene that has any.)")
+      .def(py::init([](const py::dict& values) { return TreeAndScene(valueOf(values)); }), py::arg("values"),
+           "From a dict with the keys of a YAML scene. The text of a URDF may be its 'robot_description'.")
+      .def_static(
+          "from_yaml", [](const std::string& text) { return TreeAndScene(parseYaml(text)); }, py::arg("text"),
+          "From the text of a YAML scene.")
+      .def_static(
+          "from_file", [](const py::object& path) { return TreeAndScene(parseYaml(textOf(path))); },
+          py::arg("path"), "From a YAML file. Raises OSError if it cannot be read.")
+      .def_static(
+          "from_urdf",
+          [](const std::string& text, py::dict rest) {
+            rest = py::dict(**rest, py::arg("robot_description") = text);
+            return TreeAndScene(valueOf(rest));
+          },
+          py::arg("text"), py::arg("rest") = py::dict(),
+          "From the text of a URDF that is a planar chain. rest: what else a scene may have, such as loads.")
+      .def(
+          "to_dict", [](const TreeAndScene& self) { return objectOf(self.tree); },
+          "Returns a dict with the values as they were given.")
+      .def(
+          "with_values",
+          [](const TreeAndScene& self, const std::map<std::string, double>& numbers) {
+            Value tree = self.tree;
+            for (const auto& [path, number] : numbers) setAt(tree, path, number);
+            return TreeAndScene(std::move(tree));
+          },
+          py::arg("numbers"),
+          "Returns a copy with other numbers, by their paths, such as {'links/lower/mass': 2.0}.")
+      .def(py::pickle([](const TreeAndScene& self) { return objectOf(self.tree); },
+                      [](const py::object& values) { return TreeAndScene(valueOf(values)); }))
+      .def(
+          "__len__", [](const TreeAndScene& self) { return self.scene.chain.size(); },
+          "Returns n, the number of links.")
+      .def_property_readonly(
+          "links", [](const TreeAndScene& self) { return namesOf(self.scene.chain.links()); },
+          "Names of the n links, from the ground outwards.")
+      .def_property_readonly(
+          "joints", [](const TreeAndScene& self) { return namesOf(self.scene.chain.joints()); },
+          "Names of the n joints. Joint i is at the inner pin of link i.")
+      .def_property_readonly(
+          "state",
+          [](const TreeAndScene& self) {
+            const auto n = static_cast<py::ssize_t>(self.scene.q.size());
+            py::array_t<double> state(2 * n);
+            std::copy(self.scene.q.begin(), self.scene.q.end(), state.mutable_data());
+            std::copy(self.scene.qd.begin(), self.scene.qd.end(), state.mutable_data() + n);
+            return state;
+          },
+          "The first state, 2n: relative angles q (rad), then rates q̇ (rad/s).");
+}
+
+}  // namespace planar_chain::python

@@ -1,0 +1,154 @@
+/// Batches: each run must be what it would be alone, whatever stands beside it.
+
+#include "planar_chain/batch.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include "planar_chain/simulation.h"
+#include "random_scene.h"
+
+namespace planar_chain {
+namespace {
+
+using test::Random;
+using test::randomScene;
+
+const std::vector<double> times{0, 0.13, 0.5, 1};
+
+/// A random chain of its own for each run.
+void vary(std::size_t run, Scene& scene) {
+  scene = randomScene(scene.chain.size(), static_cast<unsigned>(run), {run % 3 == 1, run % 6 == 1, false});
+}
+
+BatchResult batchOf(int n, std::size_t runs, const BatchOptions& options = {}) {
+  return simulateMany(randomScene(n, 0), runs, vary, times, options);
+}
+
+/// States of one run.
+std::vector<double> statesOf(const BatchResult& result, std::size_t run) {
+  const std::size_t size = result.states.size() / result.runs.size();
+  const auto first = result.states.begin() + static_cast<std::ptrdiff_t>(run * size);
+  return {first, first + static_cast<std::ptrdiff_t>(size)};
+}
+
+bool sameBits(const std::vector<double>& a, const std::vector<double>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+}
+
+/// The motion of one scene, by a simulation of a far smaller tolerance.
+std::vector<double> exact(Scene scene) {
+  scene.integrator.tolerance = 1e-12;
+  Simulation simulation(scene);
+  std::vector<double> states;
+  for (const double t : times) {
+    EXPECT_TRUE(simulation.advanceTo(t));
+    states.insert(states.end(), simulation.q().begin(), simulation.q().end());
+    states.insert(states.end(), simulation.qd().begin(), simulation.qd().end());
+  }
+  return states;
+}
+
+struct OfLength : testing::TestWithParam<int> {};
+
+TEST_P(OfLength, EachOfOneToFortyRunsMeetsItsTolerance) {
+  const int n = GetParam();
+  std::vector<std::vector<double>> alone;
+  for (std::size_t run = 0; run < 40; ++run) {
+    Scene scene = randomScene(n, 0);
+    vary(run, scene);
+    alone.push_back(exact(scene));
+  }
+  for (std::size_t runs = 1; runs <= 40; ++runs) {
+    const BatchResult result = batchOf(n, runs);
+    ASSERT_EQ(result.runs.size(), runs);
+    for (std::size_t run = 0; run < runs; ++run) {
+      ASSERT_EQ(result.runs[run].outcome, RunOutcome::done) << result.runs[run].reason;
+      const std::vector<double> states = statesOf(result, run);
+      for (std::size_t i = 0; i < states.size(); ++i) {
+        ASSERT_NEAR(states[i], alone[run][i], 1e-8 * (1 + std::abs(alone[run][i]))) << runs << ' ' << run;
+      }
+    }
+  }
+}
+
+TEST_P(OfLength, BitsDependNeitherOnThreadsNorOnNeighbours) {
+  const BatchResult all = batchOf(GetParam(), 19);
+  for (const int threads : {1, 2, 3, 7}) {
+    BatchOptions options;
+    options.threads = threads;
+    EXPECT_TRUE(sameBits(batchOf(GetParam(), 19, options).states, all.states)) << threads;
+  }
+  for (std::size_t run = 0; run < 19; ++run) {
+    // Alone, and among others in another order.
+    const auto only = [run](std::size_t, Scene& scene) { vary(run, scene); };
+    const auto backwards = [](std::size_t k, Scene& scene) { vary(18 - k, scene); };
+    const Scene scene = randomScene(GetParam(), 0);
+    EXPECT_TRUE(sameBits(simulateMany(scene, 1, only, times).states, statesOf(all, run))) << run;
+    EXPECT_TRUE(sameBits(statesOf(simulateMany(scene, 19, backwards, times), 18 - run), statesOf(all, run)));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Batch, OfLength, testing::Values(1, 2, 3, 5, 12, 13));
+
+TEST(Batch, StartsOfOneScene) {
+  Scene scene = randomScene(2, 3);
+  const std::vector<double> starts{0.1, 0.2, 0.3, 0.4, 1, 2, 3, 4, -1, -2, -3, -4};
+  const BatchResult result = simulateMany(scene, starts, times);
+  ASSERT_EQ(result.runs.size(), 3u);
+  for (std::size_t run = 0; run < 3; ++run) {
+    const double* start = starts.data() + 4 * run;
+    scene.q = {start[0], start[1]};
+    scene.qd = {start[2], start[3]};
+    const std::vector<double> expected = exact(scene), found = statesOf(result, run);
+    for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-7);
+  }
+  EXPECT_THROW(simulateMany(scene, {1, 2, 3}, times), std::invalid_argument);
+  EXPECT_THROW(simulateMany(scene, starts, {1, 0.5}), std::invalid_argument);
+  EXPECT_THROW(simulateMany(scene, starts, {-1}), std::invalid_argument);
+  EXPECT_THROW(simulateMany(scene, starts, {std::nan("")}), std::invalid_argument);
+  EXPECT_TRUE(simulateMany(scene, {}, times).runs.empty());
+}
+
+TEST(Batch, FailuresAreMarkedAndLeaveTheOthersAlone) {
+  const auto spoil = [](std::size_t run, Scene& scene) {
+    vary(run, scene);
+    if (run == 2) throw std::runtime_error("no such run");
+    if (run == 4) scene.q.pop_back();
+    if (run == 6) scene = randomScene(3, 6);
+    if (run == 8) scene.qd[0] = 1e200;  // its acceleration is not finite
+    if (run == 9) scene.q[1] = std::nan("");
+  };
+  const BatchResult result = simulateMany(randomScene(2, 0), 12, spoil, times), good = batchOf(2, 12);
+  for (std::size_t run = 0; run < 12; ++run) {
+    const bool fails = run == 2 || run == 4 || run == 6 || run == 8 || run == 9;
+    EXPECT_EQ(result.runs[run].outcome, fails ? RunOutcome::failed : RunOutcome::done) << run;
+    EXPECT_EQ(result.runs[run].reason.empty(), !fails) << run;
+    if (fails) {
+      EXPECT_TRUE(std::isnan(statesOf(result, run).back())) << run;
+    } else {
+      EXPECT_TRUE(sameBits(statesOf(result, run), statesOf(good, run))) << run;
+    }
+  }
+  EXPECT_EQ(result.runs[2].reason, "no such run");
+}
+
+TEST(Batch, CanBeCancelled) {
+  const Scene endless = randomScene(2, 0, {false, false, false});
+  const std::vector<double> starts{1, 2, 0, 0, 2, 1, 0, 0, 0, 3, 0, 0}, never{1e9};
+  BatchOptions options;
+  int calls = 0;
+  options.keepGoing = [&](std::size_t) { return ++calls < 2; };
+  const BatchResult result = simulateMany(endless, starts, never, options);
+  EXPECT_EQ(calls, 2);
+  for (const BatchRun& run : result.runs) EXPECT_EQ(run.outcome, RunOutcome::cancelled);
+
+  options.keepGoing = [](std::size_t) -> bool { throw std::runtime_error("out"); };
+  EXPECT_THROW(simulateMany(endless, starts, never, options), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace planar_chain

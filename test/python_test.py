@@ -1,0 +1,277 @@
+#!/usr/bin/python3
+"""The Python module against the tools: the same numbers, bit for bit; its arrays, its faults, its threads, its stubs.
+
+    python_test.py BIN [unittest options]       BIN: the folder that holds the tools; PYTHONPATH finds planar_chain
+"""
+import ast
+import csv
+import json
+import os
+import pickle
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+try:
+    import numpy as np
+except ImportError:
+    print("numpy not found: skipped")
+    sys.exit(77)
+
+import planar_chain
+from in_folder import InFolder
+from planar_chain import Refused, Scene, Simulation
+
+BIN = ""
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
+SCENES = os.path.join(ROOT, "config/scenes")
+ROD = {"mass": 1, "inertia": 0, "com": [1, 0], "pin": [1, 0]}
+PENDULUM = {"chain": ["rod"], "links": {"rod": ROD}, "gravity": [0, 0]}  # M = 1 kg m²
+
+
+def shipped(name):
+    return os.path.join(SCENES, name + ".yaml")
+
+
+def stdout_of(tool, *arguments):
+    return subprocess.run([os.path.join(BIN, tool), *arguments], check=True, stdout=subprocess.PIPE).stdout
+
+
+class Scenes(unittest.TestCase):
+    def test_text_file_and_dict_are_the_same_scene(self):
+        for name in ("double_pendulum", "driven", "leg", "shaken"):
+            with open(shipped(name), encoding="utf-8") as file:
+                scene = Scene.from_yaml(file.read())
+            motion = planar_chain.simulate(scene, [0.0, 0.5])
+            for same in (Scene.from_file(shipped(name)), Scene(scene.to_dict()), pickle.loads(pickle.dumps(scene))):
+                self.assertEqual((same.links, same.joints, len(same)), (scene.links, scene.joints, len(scene)))
+                self.assertEqual(planar_chain.simulate(same, [0.0, 0.5]).tolist(), motion.tolist())
+
+    def test_numbers_of_numpy_are_numbers(self):
+        rod = {"mass": np.int32(1), "inertia": np.float32(0.5), "com": np.array([0.5, 0]), "pin": (1, np.float64(0))}
+        scene = Scene({"chain": np.array(["rod"]), "links": {"rod": rod}})
+        self.assertEqual(planar_chain.equations(scene)["M"], 0.75)
+
+    def test_a_urdf_is_a_scene(self):
+        inertia = '<inertial><origin xyz="0 0 -0.5"/><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="0.25" iyz="0" izz="1"/></inertial>'
+        robot = (f'<robot name="r"><link name="ground"/><link name="rod">{inertia}</link><joint name="pin" '
+                 'type="continuous"><parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/></joint></robot>')
+        scene = Scene.from_urdf(robot, {"links": {"rod": {"initial": {"angle": 0.5}}}})
+        self.assertEqual((scene.joints, scene.state.tolist()), (["pin"], [0.5, 0]))
+        self.assertEqual(planar_chain.equations(scene)["M"], 0.75)
+
+    def test_all_faults_come_at_once(self):
+        with self.assertRaises(Refused) as caught:
+            Scene.from_yaml("chain: [a]\nlinks:\n  a: {mass: heavy, inertia: 1, com: [0, 1]}\n")
+        self.assertIsInstance(caught.exception, ValueError)
+        faults = [(fault.path, fault.expected, fault.found, fault.line) for fault in caught.exception.faults]
+        self.assertEqual(faults, [("links/a/mass", "a number > 0 kg", '"heavy"', 3),
+                                  ("links/a/pin", "two finite numbers [x, y], in m", "nothing", 3)])
+        self.assertEqual(str(caught.exception).count("\n"), 1)
+
+    def test_what_is_no_scene_is_refused(self):
+        circle = []
+        circle.append(circle)
+        for chain, words in ((circle, "at most 16 levels"), ([{3: 4}], "keys are text"), ([b"rod"], "expected"),
+                             ([object()], "expected a dict"), (["\ud800"], "expected"), ([1j], "expected")):
+            with self.assertRaisesRegex(ValueError, words):
+                Scene({"chain": chain})
+        with self.assertRaises(FileNotFoundError):
+            Scene.from_file("missing.yaml")
+
+
+class Motions(InFolder):
+    def test_simulate_gives_the_rows_of_the_tool(self):
+        for name in ("double_pendulum", "driven", "leg", "rope"):
+            stdout_of("simulate", shipped(name), "--duration", "1", "--rate", "20", "--csv", self.path("out.csv"))
+            with open(self.path("out.csv"), newline="", encoding="utf-8") as file:
+                rows = [[float(number) for number in row] for row in list(csv.reader(file))[1:]]
+            states = planar_chain.simulate(Scene.from_file(shipped(name)), [row[0] for row in rows])
+            self.assertEqual(states.tolist(), [row[1:-1] for row in rows], name)
+
+    def test_a_simulation_gives_the_same_and_starts_again(self):
+        scene = Scene.from_file(shipped("double_pendulum"))
+        simulation = Simulation(scene)
+        for _ in range(2):
+            simulation.advance_to(1)
+            state = planar_chain.simulate(scene, [1])[0].tolist()
+            self.assertEqual(simulation.state.tolist(), state)
+            self.assertEqual([*simulation.q, *simulation.qd], state)
+            self.assertLess(abs(simulation.energy_balance().residual), 1e-7)
+            self.assertGreater(simulation.statistics().evaluations, simulation.statistics().steps)
+            simulation.reset()
+            self.assertEqual((simulation.time, simulation.state.tolist()), (0, scene.state.tolist()))
+
+    def test_a_failure_is_raised_and_keeps_the_last_good_state(self):
+        scene = Scene({**PENDULUM, "loads": {"blast": {"joint": "rod_joint", "torque": 1e200, "start": 0.3}}})
+        simulation = Simulation(scene)
+        with self.assertRaisesRegex(planar_chain.Failed, "last good state is kept"):
+            simulation.advance_to(1)
+        self.assertEqual((simulation.time, simulation.state.tolist()), (0.3, [0, 0]))
+        with self.assertRaises(RuntimeError):
+            planar_chain.simulate(scene, [0, 1])
+
+    def test_commands_give_their_impulse(self):
+        for command, rate in ((lambda s: s.hold_torque("rod_joint", 2.0), 2), (lambda s: s.hold_torques([2.0]), 2),
+                              (lambda s: s.hold_torque(0, 2.0, until=0.5), 1),
+                              (lambda s: s.add_torque("rod_joint", 2.0, 0.25, start=0.5), 0.5),
+                              (lambda s: s.add_force("rod", (0, 10), (1, 0), 1e-9, moment=3), 1.3e-8),
+                              (lambda s: s.hold_force(0, (0, 0), (0, 0), moment=-1), -1)):
+            simulation = Simulation(Scene(PENDULUM))
+            command(simulation)
+            simulation.advance_to(1)
+            self.assertAlmostEqual(simulation.qd[0], rate, delta=1e-12)
+        simulation.clear_commands()
+        self.assertEqual(simulation.joint_torques().tolist(), [0])
+        for bad in (lambda s: s.hold_torque("elbow", 1), lambda s: s.hold_torque(1, 1), lambda s: s.hold_torques([1, 2]),
+                    lambda s: s.add_torque(0, np.nan, 1), lambda s: s.hold_force("rod", (1, 2, 3), (0, 0)),
+                    lambda s: s.advance_to(0.5), lambda s: s.set_state([1, 2], [0])):
+            with self.assertRaises((ValueError, TypeError)):
+                bad(simulation)
+        simulation = Simulation(Scene(PENDULUM), commands=1)
+        simulation.add_torque(0, 1, 1)
+        with self.assertRaisesRegex(RuntimeError, "commands"):
+            simulation.add_torque(0, 1, 1)
+
+    def test_equations_are_those_of_the_tool_by_the_same_letters(self):
+        scene = Scene.from_file(shipped("triple"))
+        told = json.loads(stdout_of("equations", shipped("triple"), "--json", "--linearize", "--q", "1,2,3", "--t", "0.5"))
+        found = planar_chain.equations(scene, q=[1, 2, 3], t=0.5)
+        found["A"], found["B"] = planar_chain.linearize(scene, q=[1, 2, 3], t=0.5)
+        del told["t"]
+        self.assertEqual({letter: array.tolist() for letter, array in found.items()}, told)
+        torques = json.loads(stdout_of("equations", shipped("triple"), "--json", "--inverse", "--qdd", "1,2,3"))["tau"]
+        self.assertEqual(planar_chain.inverse_dynamics(scene, [1, 2, 3]).tolist(), torques)
+        rest = json.loads(stdout_of("equations", shipped("triple"), "--json", "--equilibrium"))["q"]
+        self.assertEqual(planar_chain.equilibrium(scene).tolist(), rest)
+        simulation = Simulation(scene)
+        simulation.settle()
+        self.assertEqual(simulation.q.tolist(), rest)
+
+    def test_present_equations_have_the_commands_in_them(self):
+        simulation = Simulation(Scene.from_file(shipped("driven")))
+        simulation.hold_torque(0, 3.0)
+        simulation.advance_to(0.7)
+        found = simulation.equations()
+        np.testing.assert_allclose(found["qdd"], simulation.accelerations(), rtol=1e-10)
+        np.testing.assert_allclose(found["tau"], simulation.joint_torques(), atol=1e-12)
+        np.testing.assert_allclose(np.linalg.inv(found["M"]), simulation.linearize()[1][len(found["qdd"]):], rtol=1e-9)
+        motions = simulation.link_motions()
+        np.testing.assert_allclose(motions["angle"], np.cumsum(simulation.q), rtol=1e-15)
+        np.testing.assert_allclose(motions["velocity"].ravel(), simulation.qd @ found["V_pd"], atol=1e-12)
+        np.testing.assert_allclose(simulation.base_wrench()[:2], -motions["pin_force"][0], rtol=1e-12)
+
+
+class Arrays(unittest.TestCase):
+    def test_results_are_the_callers_own(self):
+        simulation = Simulation(Scene.from_file(shipped("double_pendulum")))
+        before = simulation.state
+        simulation.advance_to(1)
+        self.assertEqual(before.tolist(), [1.2, 0.9, 0, 0])
+        simulation.q[0] = 7
+        self.assertNotEqual(simulation.q[0], 7)
+        states = planar_chain.simulate(Scene(PENDULUM), np.arange(3))
+        self.assertEqual((states.shape, states.dtype, states.flags.c_contiguous), ((3, 2), np.float64, True))
+
+    def test_any_array_of_numbers_is_taken(self):
+        simulation = Simulation(Scene.from_file(shipped("double_pendulum")))
+        simulation.set_state(np.arange(4)[::2], np.array([1, 2], dtype=np.float32))
+        self.assertEqual(simulation.state.tolist(), [0, 2, 1, 2])
+        for bad in ([[0, 1]], [0], "ab", [0, np.inf], None):
+            with self.assertRaises((ValueError, TypeError)):
+                simulation.set_state(bad, [0, 0])
+        self.assertEqual(simulation.state.tolist(), [0, 2, 1, 2])
+
+
+class Threads(unittest.TestCase):
+    def setUp(self):
+        self.simulation = Simulation(Scene.from_file(shipped("double_pendulum")))
+
+    def test_ctrl_c_ends_an_integration(self):
+        threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+        with self.assertRaises(KeyboardInterrupt):
+            self.simulation.advance_to(1e6)
+        self.assertGreater(self.simulation.time, 0)
+        time_then = self.simulation.time
+        self.simulation.advance_to(time_then + 1)
+
+    def test_others_run_meanwhile_but_not_this_simulation(self):
+        refused = []
+
+        def other():
+            for _ in range(3):
+                time.sleep(0.05)
+                try:
+                    refused.append(str(self.simulation.state))
+                except RuntimeError as error:
+                    refused.append(str(error))
+            os.kill(os.getpid(), signal.SIGINT)
+
+        thread = threading.Thread(target=other)
+        thread.start()
+        with self.assertRaises(KeyboardInterrupt):
+            self.simulation.advance_to(1e6)
+        thread.join()
+        self.assertEqual(refused, ["another thread advances this simulation"] * 3)
+
+
+class Page(unittest.TestCase):
+    def test_its_examples_run_one_after_the_other(self):
+        with open(os.path.join(ROOT, "src/python/README.md"), encoding="utf-8") as file:
+            blocks = re.findall(r"^```python\n(.*?)^```$", file.read(), re.MULTILINE | re.DOTALL)
+        run = subprocess.run([sys.executable, "-c", "".join(blocks)], cwd=ROOT, stdout=subprocess.PIPE,
+                             universal_newlines=True, check=True)
+        self.assertIn("robot_description: expected", run.stdout)
+        self.assertIn("(1000, 3, 4) True {}", run.stdout)
+
+
+class Package(unittest.TestCase):
+    def test_it_loads_nothing_before_it_is_used(self):
+        script = "import planar_chain, sys; print('numpy' in sys.modules, 'planar_chain._core' in sys.modules, *dir(planar_chain))"
+        loaded = subprocess.run([sys.executable, "-c", script], check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout.split()
+        self.assertEqual(loaded[:2], ["False", "False"])
+        self.assertLessEqual(set(planar_chain.__all__), set(loaded))
+        with self.assertRaises(AttributeError):
+            planar_chain.missing  # pylint: disable=pointless-statement,no-member
+
+    def test_messages_are_in_it(self):
+        if not os.path.isdir(os.path.join(os.path.dirname(planar_chain.__file__), "msg")):
+            self.skipTest("built without ROS")
+        from planar_chain.msg import SimStatus
+        self.assertEqual(SimStatus().fault, "")
+
+    def test_stubs_name_all_that_there_is(self):
+        core = sys.modules["planar_chain._core"]
+        folder = os.path.dirname(core.__file__)
+        with open(os.path.join(folder, "_core.pyi"), encoding="utf-8") as file:
+            stub = ast.parse(file.read())
+
+        def names(body):
+            return {node.name: node for node in body if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+
+        def arguments(node):
+            return [argument.arg for argument in node.args.args]
+
+        self.assertEqual(set(names(stub.body)), {name for name in dir(core) if not name.startswith("_")})
+        for name, node in names(stub.body).items():
+            thing = getattr(core, name)
+            self.assertTrue(thing.__doc__, name)
+            members = {name: (thing, node)}
+            if isinstance(node, ast.ClassDef):
+                found = {member for member in vars(thing) if not member.startswith("_")} - {"args"}
+                self.assertEqual({member for member in names(node.body) if not member.startswith("_")}, found, name)
+                members = {member: (getattr(thing, member), inner) for member, inner in names(node.body).items()}
+            for member, (real, inner) in members.items():
+                if isinstance(inner, ast.FunctionDef) and callable(real):
+                    text = real.__doc__.split("\n")[0]
+                    for argument in arguments(inner):
+                        self.assertIn(f"{argument}:", text, f"{name}.{member}")
+
+
+if __name__ == "__main__":
+    BIN = sys.argv.pop(1)
+    unittest.main()

@@ -1,0 +1,147 @@
+#!/usr/bin/python3
+"""sweep: its values, its files, its interruptions; two Dask workers of which one is killed.
+
+    sweep_test.py BIN [unittest options]        BIN: the folder that holds the tools; PYTHONPATH finds planar_chain
+"""
+import csv
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+try:
+    import numpy as np
+except ImportError:
+    print("numpy not found: skipped")
+    sys.exit(77)
+
+from in_folder import InFolder
+from planar_chain import Scene, simulate_many
+from planar_chain.sweeps import BadSweep, table_of
+
+BIN = ""
+SCENE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../config/scenes/double_pendulum.yaml")
+MASS, ANGLE = "links/lower/mass", "links/upper/initial/angle"
+VARIED = ("--vary", MASS + "=0.5:2:20", "--vary", ANGLE + "=normal(0.3,0.01)", "--seed", "7")
+LIMIT = 120  # s
+
+
+class Tables(unittest.TestCase):
+    def test_the_grid_begins_again_and_random_columns_have_streams_of_their_own(self):
+        paths, values = table_of([("a", "1:2:3"), ("b", "7,9"), ("c", "uniform(0, 1)"), ("d", "uniform(0,1)")], 7, 5)
+        self.assertEqual(paths, ["a", "b", "c", "d"])
+        self.assertEqual(values[:, 0].tolist(), [1, 1, 1.5, 1.5, 2, 2, 1])
+        self.assertEqual(values[:, 1].tolist(), [7, 9, 7, 9, 7, 9, 7])
+        self.assertEqual(len(set(values[:, 2:].ravel())), 14)
+        self.assertTrue((values[:, 2:] == table_of([("a", "1"), ("b", "7"), ("c", "uniform(0,1)"), ("d", "uniform(0,1)")],
+                                                   9, 5)[1][:7, 2:]).all())
+        self.assertEqual(table_of([("a", "1:2:3"), ("b", "7,9")], None, 0)[1].shape, (6, 2))
+        many = table_of([("a", "normal(3, 0.5)")], 10000, 1)[1]
+        self.assertAlmostEqual(many.mean(), 3, delta=0.02)
+        self.assertAlmostEqual(many.std(), 0.5, delta=0.02)
+
+    def test_other_values_are_refused(self):
+        for text in ("", "x", "1:2", "1:2:0", "1:2:2.5", "1:2:3:4", "normal(1)", "normal(1,-1)", "nan", "1,inf", "cauchy(0,1)"):
+            with self.assertRaisesRegex(BadSweep, "--vary: expected"):
+                table_of([("a", text)], None, 0)
+
+
+class Sweeps(InFolder):
+    def command(self, *arguments, output=("runs.csv",)):
+        return [sys.executable, os.path.join(BIN, "sweep"), SCENE, *arguments, "--output", *map(self.path, output)]
+
+    def sweep(self, *arguments, status=0, output=("runs.csv",)):
+        run = subprocess.run(self.command(*arguments, output=output), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                             universal_newlines=True, timeout=LIMIT, check=False)
+        self.assertEqual(run.returncode, status, run.stderr)
+        return run.stdout + run.stderr
+
+    def text(self, name):
+        with open(self.path(name), encoding="utf-8") as file:
+            return file.read()
+
+    def wait_for_chunks(self, count, process):
+        folder, end = self.path("runs.csv.parts"), time.monotonic() + LIMIT
+        while sum(name.endswith(".npz") for name in os.listdir(folder) if os.path.isdir(folder)) < count:
+            self.assertIsNone(process.poll())
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.01)
+
+    def test_its_files_hold_what_simulate_many_gives(self):
+        self.sweep(*VARIED, "--runs", "50", "--duration", "1", "--instants", "2", "--chunk", "7",
+                   output=("runs.csv", "runs.npz"))
+        with np.load(self.path("runs.npz")) as kept:
+            values, states = kept["values"], kept["states"]
+            self.assertEqual((kept["times"].tolist(), kept["done"].all(), set(kept["reasons"])), ([0.5, 1], True, {""}))
+        self.assertEqual(values.shape, (50, 2))
+        many = simulate_many(Scene.from_file(SCENE), [0.5, 1], parameters={MASS: values[:, 0], ANGLE: values[:, 1]})
+        self.assertEqual(states.tolist(), many.states.tolist())
+        header, *rows = csv.reader(self.text("runs.csv").splitlines())
+        self.assertEqual(header, ["run", MASS, ANGLE, "t", "q_upper_joint", "q_lower_joint", "qd_upper_joint",
+                                  "qd_lower_joint", "reason"])
+        self.assertEqual([[float(x) for x in row[:-1]] for row in rows],
+                         [[run, *values[run], t, *states[run, k]] for run in range(50) for k, t in enumerate((0.5, 1))])
+        self.assertEqual(sorted(os.listdir(self.folder)), ["runs.csv", "runs.npz"])
+
+    def test_what_fails_is_kept_with_its_reason_and_drawn(self):
+        said = self.sweep("--vary", MASS + "=-1:2:4", "--duration", "1")
+        self.assertIn("4 runs written to", said)
+        self.assertIn("2 failed, the first: links/lower/mass: expected a number > 0 kg, got -1", said)
+        rows = list(csv.reader(self.text("runs.csv").splitlines()))[1:]
+        self.assertEqual([row[-1] != "" for row in rows], [True, True, False, False])
+        self.assertEqual(rows[0][3:7], ["nan"] * 4)
+        subprocess.run([os.path.join(BIN, "plot"), self.path("runs.csv")], check=True, stdout=subprocess.DEVNULL)
+        self.assertGreater(os.path.getsize(self.path("runs.csv.png")), 10000)
+
+    def test_bad_arguments_are_refused(self):
+        for arguments, words in ((("--vary", "links/lowr/mass=1"), "links/lowr: expected a link listed in chain"),
+                                 (("--vary", MASS), "--vary: expected PATH=VALUES"), ((), "--vary: expected at least one"),
+                                 (("--vary", MASS + "=1", "--runs", "0"), "--runs: expected a number > 0"),
+                                 (("--vary", MASS + "=1", "--duration", "nan"), "--duration: expected")):
+            self.assertIn(words, self.sweep("--duration", "1", *arguments, status=2))
+        self.assertIn("--output: expected names that end", self.sweep("--duration", "1", status=2, output=("runs.txt",)))
+        self.assertEqual(os.listdir(self.folder), [])
+
+    def test_an_interrupted_sweep_goes_on_where_it_was(self):
+        arguments = (*VARIED, "--runs", "2000", "--duration", "20", "--chunk", "20")
+        self.sweep(*arguments, output=("whole.csv",))
+        process = subprocess.Popen(self.command(*arguments), stderr=subprocess.PIPE, universal_newlines=True)
+        os.makedirs(self.path("runs.csv.parts"), exist_ok=True)
+        self.wait_for_chunks(3, process)
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=LIMIT)[1]
+        self.assertEqual(process.returncode, 130, said)
+        self.assertIn("the same command goes on from there", said)
+        kept = {name: os.path.getmtime(self.path("runs.csv.parts/" + name)) for name in os.listdir(self.path("runs.csv.parts"))}
+        self.assertLess(len(kept), 100)
+        self.assertIn("expected the chunks of this sweep", self.sweep(*arguments, "--seed", "8", status=2))
+        process = subprocess.Popen(self.command(*arguments))
+        self.wait_for_chunks(len(kept), process)
+        for name, when in kept.items():
+            self.assertEqual(os.path.getmtime(self.path("runs.csv.parts/" + name)), when, name)
+        self.assertEqual(process.wait(LIMIT), 0)
+        self.assertEqual(self.text("runs.csv"), self.text("whole.csv"))
+
+    @unittest.skipUnless(importlib.util.find_spec("distributed"), "no Dask")
+    def test_a_killed_worker_loses_nothing(self):
+        from distributed import Client, LocalCluster
+        arguments = (*VARIED, "--runs", "600", "--duration", "100", "--chunk", "20")
+        self.sweep(*arguments, output=("whole.csv",))
+        with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+            workers = client.run(os.getpid)
+            self.assertEqual(len(workers), 2)
+            process = subprocess.Popen(self.command(*arguments, "--scheduler", cluster.scheduler_address))
+            os.makedirs(self.path("runs.csv.parts"), exist_ok=True)
+            self.wait_for_chunks(3, process)
+            os.kill(next(iter(workers.values())), signal.SIGKILL)
+            self.assertLess(len(os.listdir(self.path("runs.csv.parts"))), 25)
+            self.assertEqual(process.wait(LIMIT), 0)
+        self.assertEqual(self.text("runs.csv"), self.text("whole.csv"))
+
+
+if __name__ == "__main__":
+    BIN = sys.argv.pop(1)
+    unittest.main()
