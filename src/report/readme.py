@@ -36,8 +36,8 @@ def speed():
     group = "evaluation/crooked"
     output_of(HERE / "benchmark/run", "--peers", f"--benchmark_filter={group}")
     results = tables.Results(ROOT / "build/benchmark/result.json", 0.1)
-    times = {kind: {n: results.per_link(f"{group}/{kind}", n) for n in results.sizes(group)}
-             for kind in results.kinds(group)}
+    times = {kind: {n: round(time, 3) for n in results.sizes(group)
+                    for time in [results.per_link(f"{group}/{kind}", n)] if time} for kind in results.kinds(group)}
     return {"times": times, "cpu": tables.processor(), "commit": results.context[tables.OURS]}
 
 
