@@ -2,7 +2,7 @@
 ///
 ///     batches [RUNS [PAIRS]]
 ///
-/// Both ways take turns on the same runs: rods of 1 m and 1 kg under gravity, from random starts, for 50 s at
+/// Both ways take turns on the same runs: rods of 1 m and 1 kg under gravity, from random starts, for 20 s at
 /// the default tolerance, one state at the end. Ratios are medians over the pairs: of CPU times for the
 /// lanes, of wall times for the cores.
 
@@ -61,7 +61,7 @@ Pair byTurns(int pairs, double (*clock)(), const Scene& scene, const std::vector
              const BatchOptions& first, const BatchOptions& second) {
   const auto timeOf = [&](const BatchOptions& options) {
     const double start = clock();
-    const BatchResult result = simulateMany(scene, from, {50}, options);
+    const BatchResult result = simulateMany(scene, from, {20}, options);
     for (const BatchRun& run : result.runs) {
       if (run.outcome != RunOutcome::done) std::fprintf(stderr, "%s\n", run.reason.c_str());
     }
