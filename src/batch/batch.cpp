@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "batch/runs.h"
+#include "batch/side_by_side.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain {
@@ -39,9 +39,24 @@ void simulate(Runs& runs, std::size_t run, const Scene& scene) {
 }
 
 /// What each thread does.
-void work(Runs& runs) {
-  while (const std::optional<std::size_t> run = runs.takeNext()) {
-    if (const std::optional<Scene> scene = runs.sceneOf(*run)) simulate(runs, *run, *scene);
+void work(Runs& runs, const Scene& scene, bool sideBySide) {
+  std::optional<SideBySide> lanes;
+  if (sideBySide && runs.n <= simd::ShortChains::most) lanes.emplace(scene, runs);
+  for (;;) {
+    // Fill the lanes.
+    while (!lanes || !lanes->areFull()) {
+      const std::optional<std::size_t> run = runs.takeNext();
+      if (!run) break;
+      std::optional<Scene> its = runs.sceneOf(*run);
+      if (its && lanes && lanes->takes(*its)) {
+        lanes->begin(*run, std::move(*its));
+      } else if (its) {
+        simulate(runs, *run, *its);
+      }
+    }
+    if (!lanes || lanes->areEmpty()) return;
+
+    for (const SideBySide::Given& given : lanes->step()) simulate(runs, given.run, given.scene);
   }
 }
 
@@ -53,10 +68,10 @@ class Workers {
     runs_.cancelled = true;
     for (std::thread& thread : threads_) thread.join();
   }
-  void start() {
+  void start(const Scene& scene, bool sideBySide) {
     ++working_;
-    threads_.emplace_back([this] {
-      work(runs_);
+    threads_.emplace_back([this, &scene, sideBySide] {
+      work(runs_, scene, sideBySide);
       const std::lock_guard<std::mutex> lock(mutex_);
       --working_;
       done_.notify_one();
@@ -90,7 +105,9 @@ BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun&
   Runs all(scene, runs, sceneOfRun, times);
   {
     Workers workers(all);
-    for (std::size_t k = 0; k < std::min<std::size_t>(cores, runs); ++k) workers.start();
+    for (std::size_t k = 0; k < std::min<std::size_t>(cores, runs); ++k) {
+      workers.start(scene, options.sideBySide);
+    }
     while (!workers.areDoneWithin(std::chrono::milliseconds(100))) {
       if (options.keepGoing && !all.cancelled && !options.keepGoing(all.ended)) all.cancelled = true;
     }

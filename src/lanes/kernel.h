@@ -102,6 +102,37 @@ struct SeriesArrays {
 using SeriesRun = void (*)(const SeriesArrays& arrays, int order, const Outside& outside, SeriesLoads* loads,
                            double* c);
 
+/// Taylor steps of as many chains of equal length as there are lanes. Every number of these arrays stands
+/// there once a lane, one chain after the other, and no lane reads another one.
+struct SideBySide {
+  static constexpr int jointQuantities = 3;  ///< stiffness, damping, torque at q = 0
+  SeriesArrays arrays;
+  int order;
+  const double* ground;  ///< the acceleration of the ground pin less gravity
+  const double* joints;  ///< nullptr: none has any
+  double* N;             ///< moments, n
+  double* c;             ///< order k of θ and ω, 2n numbers each, k = 0 … order; order 0 is the state
+  double* carry;         ///< the rounding of the state, 2n
+  double* h;             ///< the last step proposed
+};
+
+/// The error control of ode/integrator.h, for the tail of a series (ode/taylor.h). Rates count by themselves.
+struct StepControl {
+  double most, least, shortest;  ///< an angle's error is at most max(most × clamp(h, shortest, 1 s), least)
+  double mostOfRates;            ///< likewise
+  double ceiling;                ///< of the angles
+  double caution;                ///< factor of the tail
+};
+
+struct SideBySideKernel {
+  /// Computes the series, and the next step: at most ten times the last one, 0 if there is none.
+  void (*find)(const SideBySide& of, const StepControl& control);
+  /// The states h later.
+  void (*evaluate)(const SideBySide& of, const double* h, double* y);
+  /// Makes them the present ones.
+  void (*take)(const SideBySide& of, const double* h);
+};
+
 struct Kernel {
   const char* name;
   int lanes;
@@ -112,7 +143,8 @@ struct Kernel {
   void (*segments)(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                    const double* F, Vec2d ground, double* alpha);
   LinearKernels inSegments, linkByLink;
-  SeriesRun series[3];  ///< for one body, for two, and for any number
+  SeriesRun series[3];             ///< for one body, for two, and for any number
+  SideBySideKernel sideBySide[3];  ///< likewise
 };
 
 extern const Kernel kernelBaseline, kernelAvx2, kernelAvx512;

@@ -3,7 +3,7 @@
 /// All that a kernel is made of, for the CPU that the including file's compiler options name.
 
 #include "lanes/linear_kernel.h"
-#include "lanes/series_links.h"
+#include "lanes/side_by_side.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -16,7 +16,8 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           segmentsAll,
           linearKernels<Real>,
           linearKernels<Number>,
-          {seriesOf<One<Number>>, seriesOf<Two>, seriesOf<Links<Number>>}};
+          {seriesOf<One<Number>>, seriesOf<Two>, seriesOf<Links<Number>>},
+          {sideBySideOf<One<Real>>, sideBySideOf<TwoInEachLane>, sideBySideOf<Links<Real>>}};
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 /// The Taylor series of one body and of any number; see motion_series.h for the equations.
 
 #include "lanes/series_kernel.h"
+#include "lanes/series_known.h"
 #include "lanes/series_two.h"
 
 namespace planar_chain::simd {
@@ -13,7 +14,7 @@ template <class Number>
 class One {
  public:
   using Some = Number;
-  One(const SeriesArrays& of, Vec2<Some> ground, const double* omega) : known_(of.known) {
+  One(const SeriesArrays& of, Vec2<Some> ground, const double* omega) : sums_(of.known), known_(of.known) {
     const SeriesLink<Some> link = seriesLinkAt<Some>(of.links, 0);
     inverseJ_ = Some(1) / link.J;
     acrossA_ = link.mr.x * ground.y - link.mr.y * ground.x;
@@ -23,7 +24,11 @@ class One {
   int bodies() const { return 1; }
   int stride() const { return width; }
   void know(const double* rows, int k) {
-    findKnown<width * doubles<Some> / laneCount>(rows, width * doubles<Some>, k, known_);
+    if constexpr (doubles<Some> == 1) {
+      findKnown<width / laneCount>(rows, width, k, known_);
+    } else {
+      known_ = knowPairs<2, 2>(rows, width, k, sums_);
+    }
   }
 
   template <bool isFirst>
@@ -36,7 +41,7 @@ class One {
 
  private:
   static constexpr int width = doubles<Some> == 1 ? SeriesArrays::chunk : 2;
-  double* known_;
+  double *sums_, *known_;
   Some inverseJ_, acrossA_, alongA_;
 };
 
@@ -61,7 +66,7 @@ class Links {
   using Some = Number;
   /// The articulated masses at order 0.
   Links(const SeriesArrays& of, Vec2<Some> ground, const double* omega)
-      : n_(of.n), width_(of.width), known_(of.known), links_(of.links), ground_(ground) {
+      : n_(of.n), width_(of.width), sums_(of.known), known_(of.known), links_(of.links), ground_(ground) {
     bodies_ = reinterpret_cast<BodyInSeries<Some>*>(of.bodies);
     Sym2<Some> A;
     for (int j = n_ - 1; j >= 0; --j) {
@@ -81,10 +86,13 @@ class Links {
   int bodies() const { return n_; }
   int stride() const { return width_; }
   void know(const double* rows, int k) {
-    constexpr int chunk = doubles<Some> == 1 ? SeriesArrays::chunk : columns * laneCount;
-    const int width = width_ * doubles<Some>;
-    for (int at = 0; at < width; at += chunk) {
-      findKnown<chunk / laneCount>(rows + at, width, k, known_ + at);
+    if constexpr (doubles<Some> == 1) {
+      constexpr int chunk = SeriesArrays::chunk;
+      for (int at = 0; at < width_; at += chunk) {
+        findKnown<chunk / laneCount>(rows + at, width_, k, known_ + at);
+      }
+    } else {
+      known_ = knowPairs<columns, 2>(rows, width_, k, sums_);
     }
   }
 
@@ -143,7 +151,7 @@ class Links {
   static constexpr int columns = SeriesArrays::columns;
   enum { mRa = 2, Pf = 4 };
   int n_, width_;
-  double* known_;
+  double *sums_, *known_;
   const double* links_;
   BodyInSeries<Some>* bodies_;
   Vec2<Some> ground_;

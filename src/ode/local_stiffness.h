@@ -103,14 +103,15 @@ struct Allowance {
 
   double most, mostOfRates, perNoise;
 
+  static constexpr double shortestCounted = 1e-3;  ///< s
+  static constexpr double share = 0.25;            ///< of the tolerance that a step's error may use
+
  private:
   static double mostAt(double tolerance, double h) {
     return std::max(share * tolerance * std::min(std::max(h, shortestCounted), 1.0),
                     std::numeric_limits<double>::epsilon());
   }
 
-  static constexpr double shortestCounted = 1e-3;  // s
-  static constexpr double share = 0.25;            // of the tolerance that a step's error may use
   static constexpr double perRounding = 1e10;  // 1 over the tolerance down to which rounding counts in full
   static constexpr double clearly = 4;         // above rounding, so that steps whose estimate is that grow
 };

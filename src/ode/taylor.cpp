@@ -12,13 +12,6 @@ namespace planar_chain::ode {
 
 namespace {
 
-/// The cheapest order for two and ten links by trials. Jorba and Zou's 1 − ½ ln(tolerance) is best if the
-/// work grows with the order's square. Here most of it grows with the order.
-int orderFor(double tolerance) {
-  constexpr int least = 14, most = 34;
-  return std::min(std::max(static_cast<int>(std::lround(14 - 0.388 * simd::log2(tolerance))), least), most);
-}
-
 /// The longest stretch |z| of the imaginary axis on which the truncated exponential Σ z^k/k! does not grow,
 /// by more than one part in 1e6.
 double stabilityLimitOf(int order) {
@@ -44,6 +37,13 @@ double power(double x, int k) {
 }
 
 }  // namespace
+
+/// The cheapest order for two and ten links by trials. Jorba and Zou's 1 − ½ ln(tolerance) is best if the
+/// work grows with the order's square. Here most of it grows with the order.
+int Taylor::orderFor(double tolerance) {
+  constexpr int least = 14, most = 34;
+  return std::min(std::max(static_cast<int>(std::lround(14 - 0.388 * simd::log2(tolerance))), least), most);
+}
 
 Taylor::Taylor(SeriesSystem& f, double tolerance)
     : Stepper(factsFor(orderFor(tolerance)), f),
@@ -73,7 +73,6 @@ const Vector& Taylor::derivative(double t, const Vector& y) {
 }
 
 void Taylor::findError(double h) {
-  constexpr double caution = 20;
   constexpr int lookedBack = 6;
   const Eigen::Index driving = f_.driving();
   const auto sizeOf = [&](int k) {

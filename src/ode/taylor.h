@@ -23,6 +23,8 @@ namespace planar_chain::ode {
 
 class Taylor : public Stepper {
  public:
+  static constexpr double caution = 20;  ///< by which the error is multiplied
+  static int orderFor(double tolerance);
   /// f must outlive the stepper. Allocates.
   Taylor(SeriesSystem& f, double tolerance);
 

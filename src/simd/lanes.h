@@ -204,6 +204,16 @@ inline Lanes either(Lanes inner, Lanes outer) {
 
 // ---- Size ------------------------------------------------------------------------------------------
 
+inline Lanes larger(Lanes a, Lanes b) {
+  return {a.v > b.v ? a.v : b.v};
+}
+inline Lanes smaller(Lanes a, Lanes b) {
+  return {a.v < b.v ? a.v : b.v};
+}
+inline Lanes absolute(Lanes a) {
+  return Lanes(reinterpret_cast<Lanes::Register>(reinterpret_cast<Integers>(a.v) & ~(1ll << 63)));
+}
+
 [[gnu::always_inline]] inline Lanes root(Lanes a) {
 #if defined(__AVX512F__)
   return Lanes(_mm512_maskz_sqrt_pd(0xff, a.v));

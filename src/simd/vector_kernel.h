@@ -13,18 +13,6 @@
 namespace planar_chain::simd {
 namespace {
 
-Lanes larger(Lanes a, Lanes b) {
-  return {a.v > b.v ? a.v : b.v};
-}
-
-Lanes smaller(Lanes a, Lanes b) {
-  return {a.v < b.v ? a.v : b.v};
-}
-
-Lanes absolute(Lanes a) {
-  return Lanes(reinterpret_cast<Lanes::Register>(reinterpret_cast<Integers>(a.v) & ~(1ll << 63)));
-}
-
 /// f(i, count) for every register's worth of n components, the last of which may be fewer.
 template <class F>
 [[gnu::always_inline]] inline void forRegisters(std::ptrdiff_t n, F f) {

@@ -1,0 +1,207 @@
+#include "batch/side_by_side.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "ode/local_stiffness.h"
+#include "ode/taylor.h"
+#include "run/ladder.h"
+#include "run/turns.h"
+
+namespace planar_chain {
+
+namespace {
+
+const simd::Kernel& kernelOf(const Scene& scene) {
+  const simd::PlainKernels plain(scene.integrator.plainKernel);
+  return *simd::kernels().front();
+}
+
+/// A steady torque in a joint, and nothing else.
+bool isSteadyTorque(const Load& load) {
+  return load.joint >= 0 && load.link == Load::none && std::holds_alternative<Constant>(load.law) &&
+         load.start <= 0 && load.stop == std::numeric_limits<double>::infinity();
+}
+
+bool isPlain(const Joint& joint) {
+  return !joint.isLimited() && joint.others.empty();
+}
+
+bool areSmall(const std::vector<double>& values, double most) {
+  return std::all_of(values.begin(), values.end(), [most](double value) { return std::abs(value) <= most; });
+}
+
+simd::StepControl controlOf(const IntegratorSettings& settings, int n) {
+  using ode::Allowance;
+  return {Allowance::share * settings.tolerance,
+          std::numeric_limits<double>::epsilon(),
+          Allowance::shortestCounted,
+          Allowance::share * settings.rateTolerance.value_or(settings.tolerance),
+          toleranceOf(settings, n, 0).ceiling[0],
+          ode::Taylor::caution};
+}
+
+}  // namespace
+
+SideBySide::SideBySide(const Scene& like, Runs& runs)
+    : runs_(runs),
+      settings_(like.integrator),
+      kernel_(kernelOf(like)),
+      run_(kernel_.sideBySide[std::min(n_, 3) - 1]),
+      order_(ode::Taylor::orderFor(settings_.tolerance)),
+      control_(controlOf(settings_, n_)),
+      width_(n_ == 1   ? 2
+             : n_ == 2 ? 8
+                       : simd::SeriesArrays::columns * n_),
+      lanes_(static_cast<std::size_t>(kernel_.lanes)) {
+  const auto make = [this](CacheLines& array, int numbers) { array.resize(place(numbers, 0)); };
+  make(links_, 7 * n_);
+  make(ground_, 2);
+  make(joints_, simd::SideBySide::jointQuantities * n_);
+  make(rows_, 2 * width_ * (order_ + 2));
+  make(known_, 4 * width_);
+  make(bodies_, simd::SeriesArrays::bodyNumbers * n_);
+  make(e_, 2 * n_ * (order_ + 2));
+  make(N_, n_);
+  make(c_, 2 * n_ * (order_ + 1));
+  for (CacheLines* array : {&carry_, &states_}) make(*array, 2 * n_);
+  for (CacheLines* array : {&h_, &ahead_}) make(*array, 1);
+}
+
+bool SideBySide::takes(const Scene& scene) const {
+  const IntegratorSettings& settings = scene.integrator;
+  const std::vector<Joint>& joints = scene.chain.joints();
+  return n_ <= simd::ShortChains::most && (settings.method == "auto" || settings.method == "taylor") &&
+         settings.tolerance == settings_.tolerance && settings.rateTolerance == settings_.rateTolerance &&
+         settings.plainKernel == settings_.plainKernel && scene.drives.empty() && !scene.base &&
+         std::all_of(joints.begin(), joints.end(), isPlain) &&
+         std::all_of(scene.loads.begin(), scene.loads.end(), isSteadyTorque) && scene.q.size() == index(n_) &&
+         scene.qd.size() == index(n_) && areSmall(scene.q, Turns::mostAngle) && areSmall(scene.qd, 1e100);
+}
+
+void SideBySide::begin(std::size_t run, Scene scene) {
+  std::size_t lane = 0;
+  while (lanes_[lane].given) ++lane;
+
+  for (int j = 0; j < n_; ++j) {
+    const Link& link = scene.chain.links()[index(j)];
+    const Joint& joint = scene.chain.joints()[index(j)];
+    double torque = joint.stiffness * joint.restAngle;
+    for (const Load& load : scene.loads) torque += load.joint == j ? load.torque : 0;
+    const double J = link.inertia + link.mass * dot(link.com, link.com);
+    const Vec2d mr = link.mass * link.com;
+    const auto put = [&](CacheLines& array, std::initializer_list<double> numbers) {
+      int i = j * static_cast<int>(numbers.size());
+      for (const double number : numbers) array[place(i++, lane)] = number;
+    };
+    put(links_, {link.mass, link.inertia, J, mr.x, mr.y, link.pin.x, link.pin.y});
+    put(joints_, {joint.stiffness, joint.damping, torque});
+  }
+  ground_[place(0, lane)] = -scene.chain.gravity().x;
+  ground_[place(1, lane)] = -scene.chain.gravity().y;
+
+  double theta = 0, omega = 0;
+  for (int j = 0; j < n_; ++j) {
+    c_[place(j, lane)] = theta += scene.q[index(j)];
+    c_[place(n_ + j, lane)] = omega += scene.qd[index(j)];
+    carry_[place(j, lane)] = carry_[place(n_ + j, lane)] = 0;
+  }
+  constexpr double firstGuess = 1;  // s
+  h_[lane] = firstGuess;
+  lanes_[lane] = {Given{run, std::move(scene)}};
+  ++inUse_;
+}
+
+simd::SideBySide SideBySide::arrays() {
+  const bool haveTorques = std::any_of(joints_.begin(), joints_.end(), [](double x) { return x != 0; });
+  return {{n_, width_, rows_.data(), known_.data(), bodies_.data(), e_.data(), links_.data()},
+          order_,
+          ground_.data(),
+          haveTorques ? joints_.data() : nullptr,
+          N_.data(),
+          c_.data(),
+          carry_.data(),
+          h_.data()};
+}
+
+std::vector<SideBySide::Given> SideBySide::step() {
+  const simd::SideBySide all = arrays();
+  run_.find(all, control_);
+
+  std::vector<Given> hopeless;
+  const auto leave = [this](Lane& lane) {
+    --inUse_;
+    Given given = std::move(*lane.given);
+    lane.given.reset();
+    return given;
+  };
+  for (std::size_t k = 0; k < lanes_.size(); ++k) {
+    if (lanes_[k].given && isHopeless(k)) hopeless.push_back(leave(lanes_[k]));
+  }
+  writeStates();
+
+  for (std::size_t k = 0; k < lanes_.size(); ++k) {
+    Lane& lane = lanes_[k];
+    ahead_[k] = 0;
+    if (!lane.given) continue;
+    ++lane.steps;
+    if (lane.next == runs_.times.size() || runs_.cancelled) {
+      const bool isDone = lane.next == runs_.times.size();
+      const std::size_t run = leave(lane).run;
+      runs_.result.runs[run].steps = lane.steps;
+      runs_.end(run, isDone ? RunOutcome::done : RunOutcome::cancelled);
+    } else {
+      const double next = lane.t + h_[k];
+      ahead_[k] = next - lane.t;
+      lane.t = next;
+    }
+  }
+  run_.take(all, ahead_.data());
+  return hopeless;
+}
+
+/// All that are due within the step.
+void SideBySide::writeStates() {
+  for (;;) {
+    bool isAnyDue = false;
+    for (std::size_t k = 0; k < lanes_.size(); ++k) {
+      const Lane& lane = lanes_[k];
+      const bool isDue =
+          lane.given && lane.next < runs_.times.size() && runs_.times[lane.next] <= lane.t + h_[k];
+      ahead_[k] = isDue ? runs_.times[lane.next] - lane.t : -1;
+      isAnyDue = isAnyDue || isDue;
+    }
+    if (!isAnyDue) return;
+    run_.evaluate(arrays(), ahead_.data(), states_.data());
+    for (std::size_t k = 0; k < lanes_.size(); ++k) {
+      if (ahead_[k] < 0) continue;
+      double* state = runs_.stateOf(lanes_[k].given->run, lanes_[k].next++);
+      for (int i = 0; i < 2 * n_; ++i) state[i] = states_[place(i, k)];
+      toRelative(state, n_, state);
+      toRelative(state + n_, n_, state + n_);
+    }
+  }
+}
+
+bool SideBySide::isHopeless(std::size_t lane) {
+  constexpr int judged = 200;           // steps
+  constexpr double leastTurned = 0.01;  // rad a step
+  Lane& of = lanes_[lane];
+  const double h = h_[lane];
+  if (!(h > 4 * std::numeric_limits<double>::epsilon() * std::max(1.0, of.t))) return true;
+
+  double rate = 0, acceleration = 0, theta = 0;
+  for (int j = 0; j < n_; ++j) {
+    const double next = c_[place(j, lane)];
+    if (!(std::abs(next - theta) <= Turns::mostAngle)) return true;
+    theta = next;
+    rate = std::max(rate, std::abs(c_[place(n_ + j, lane)]));
+    acceleration = std::max(acceleration, std::abs(c_[place(3 * n_ + j, lane)]));
+  }
+  of.turned += h * (rate + std::sqrt(acceleration));
+  return of.steps >= judged && of.turned < leastTurned * static_cast<double>(of.steps);
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,65 @@
+#pragma once
+
+/// Runs of a batch side by side, one in each SIMD lane: see lanes/side_by_side.h.
+///
+/// Each lane goes its own steps along its own Taylor series, so no result depends on the other lanes. States
+/// between steps come from the series: output shortens no step. A lane that has ended takes the next run.
+/// Some runs are given up: those that are stiff, whose angles make many turns, or that fail. A Simulation
+/// begins them anew.
+
+#include <optional>
+#include <vector>
+
+#include "batch/runs.h"
+#include "lanes/kernel.h"
+#include "simd/cache_lines.h"
+
+namespace planar_chain {
+
+class SideBySide {
+ public:
+  /// For runs of scenes like this one. Uses the best kernel of this CPU.
+  SideBySide(const Scene& like, Runs& runs);
+
+  /// True if this scene may run in a lane.
+  bool takes(const Scene& scene) const;
+  bool areFull() const { return inUse_ == lanes_.size(); }
+  bool areEmpty() const { return inUse_ == 0; }
+  /// Needs a free lane.
+  void begin(std::size_t run, Scene scene);
+
+  struct Given {
+    std::size_t run;
+    Scene scene;
+  };
+  /// One step of all lanes. Returns the runs that are given up.
+  std::vector<Given> step();
+
+ private:
+  struct Lane {
+    std::optional<Given> given;  ///< nothing: this lane is free
+    double t = 0;
+    std::size_t next = 0;  ///< of the times
+    long long steps = 0;
+    double turned = 0;  ///< about the angles that the steps have turned, rad
+  };
+
+  simd::SideBySide arrays();
+  std::size_t place(int i, std::size_t lane) const { return index(i) * lanes_.size() + lane; }
+  void writeStates();
+  bool isHopeless(std::size_t lane);
+
+  Runs& runs_;
+  const IntegratorSettings settings_;
+  const int n_ = runs_.n;
+  const simd::Kernel& kernel_;
+  const simd::SideBySideKernel& run_;
+  const int order_;
+  const simd::StepControl control_;
+  const int width_;
+  std::vector<Lane> lanes_;
+  std::size_t inUse_ = 0;
+  CacheLines links_, ground_, joints_, rows_, known_, bodies_, e_, N_, c_, carry_, h_, ahead_, states_;
+};
+
+}  // namespace planar_chain

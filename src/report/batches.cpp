@@ -1,0 +1,108 @@
+/// What batches gain: runs side by side over runs one after the other, and all cores over one. Prints CSV.
+///
+///     batches [RUNS [PAIRS]]
+///
+/// Both ways take turns on the same runs: rods of 1 m and 1 kg under gravity, from random starts, for 20 s at
+/// the default tolerance, one state at the end. Ratios are medians over the pairs: of CPU times for the
+/// lanes, of wall times for the cores.
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "planar_chain/batch.h"
+
+using namespace planar_chain;
+
+namespace {
+
+Scene rods(int n) {
+  std::vector<Link> links;
+  std::vector<Joint> joints;
+  for (int i = 1; i <= n; ++i) {
+    links.push_back({"rod_" + std::to_string(i), 1, 1. / 12, {0.5, 0}, {1, 0}});
+    joints.push_back({"joint_" + std::to_string(i)});
+  }
+  const std::vector<double> zero(index(n), 0.0);
+  return {Chain(links, joints, {0, -9.81}), zero, zero, {}, {}, {}, 0};
+}
+
+std::vector<double> starts(int n, std::size_t runs) {
+  std::mt19937_64 engine(1);
+  std::uniform_real_distribution<double> number(-2, 2);
+  std::vector<double> all(runs * 2 * index(n));
+  for (double& value : all) value = number(engine);
+  return all;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+double cpuTime() {
+  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+double wallTime() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Medians of the times of two ways, s, and of their ratio.
+struct Pair {
+  double first, second, ratio;
+};
+Pair byTurns(int pairs, double (*clock)(), const Scene& scene, const std::vector<double>& from,
+             const BatchOptions& first, const BatchOptions& second) {
+  const auto timeOf = [&](const BatchOptions& options) {
+    const double start = clock();
+    const BatchResult result = simulateMany(scene, from, {20}, options);
+    for (const BatchRun& run : result.runs) {
+      if (run.outcome != RunOutcome::done) std::fprintf(stderr, "%s\n", run.reason.c_str());
+    }
+    return clock() - start;
+  };
+  std::vector<double> firsts, seconds, ratios;
+  for (int k = 0; k < pairs; ++k) {
+    firsts.push_back(timeOf(first));
+    seconds.push_back(timeOf(second));
+    ratios.push_back(firsts.back() / seconds.back());
+  }
+  return {median(firsts), median(seconds), median(ratios)};
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  const int runs = count > 1 ? std::atoi(arguments[1]) : 32, pairs = count > 2 ? std::atoi(arguments[2]) : 11;
+  if (runs < 1 || pairs < 1) {
+    std::fprintf(stderr, "batches [RUNS [PAIRS]]\n");
+    return 2;
+  }
+  const auto many = static_cast<std::size_t>(runs);
+  BatchOptions alone, sideBySide;
+  alone.threads = sideBySide.threads = 1;
+  alone.sideBySide = false;
+
+  std::printf("links,one after the other (us a run),side by side (us a run),ratio\n");
+  for (const int n : {1, 2, 3, 6, 12}) {
+    const Pair pair = byTurns(pairs, cpuTime, rods(n), starts(n, many), alone, sideBySide);
+    std::printf("%d,%.1f,%.1f,%.2f\n", n, 1e6 * pair.first / runs, 1e6 * pair.second / runs, pair.ratio);
+  }
+
+  const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
+  std::printf("links,cores,one core (ms),all cores (ms),ratio over the cores\n");
+  for (const int n : {2, 12, 20}) {
+    const std::size_t more = many * (n == 2 ? 64 : 2);
+    BatchOptions one, all;
+    one.threads = 1;
+    const Pair pair = byTurns(pairs, wallTime, rods(n), starts(n, more), one, all);
+    std::printf("%d,%u,%.1f,%.1f,%.2f\n", n, cores, 1e3 * pair.first, 1e3 * pair.second, pair.ratio / cores);
+  }
+  return 0;
+}
