@@ -46,10 +46,13 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
     return adaptiveSteps(std::move(stepper), tolerance, stiffness);
   }
 
-  // auto starts with the first explicit method: taylor if the tolerance is fine.
+  // auto starts with the first explicit method: taylor if the tolerance is fine, and for one or two links
+  // without dampers or loads. A coarse run is over before a trial would find taylor.
   constexpr double fine = 1e-5;
+  constexpr int twoLinks = 4;
+  const bool beginsWithSeries = tolerance.value <= fine || f.size() <= twoLinks;
   std::vector<const char*> names{"rodas5p", "radau13", "dop853"};
-  if (f.seriesAreWorthwhile()) names.insert(names.end() - (tolerance.value <= fine ? 1 : 0), "taylor");
+  if (f.seriesAreWorthwhile()) names.insert(names.end() - (beginsWithSeries ? 1 : 0), "taylor");
   std::vector<std::unique_ptr<Stepper>> steppers;
   for (const char* each : names) steppers.push_back(makeStepper(each, f, tolerance, stiffness));
   return fastestSteps(std::move(steppers), tolerance, stiffness);
