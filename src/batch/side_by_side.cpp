@@ -33,13 +33,13 @@ bool areSmall(const std::vector<double>& values, double most) {
   return std::all_of(values.begin(), values.end(), [most](double value) { return std::abs(value) <= most; });
 }
 
-simd::StepControl controlOf(const IntegratorSettings& settings, int n) {
+simd::StepControl controlOf(const IntegratorSettings& settings) {
   using ode::Allowance;
   return {Allowance::share * settings.tolerance,
           std::numeric_limits<double>::epsilon(),
           Allowance::shortestCounted,
           Allowance::share * settings.rateTolerance.value_or(settings.tolerance),
-          toleranceOf(settings, n, 0).ceiling[0],
+          largestCounted,
           ode::Taylor::caution};
 }
 
@@ -51,7 +51,7 @@ SideBySide::SideBySide(const Scene& like, Runs& runs)
       kernel_(kernelOf(like)),
       run_(kernel_.sideBySide[std::min(n_, 3) - 1]),
       order_(ode::Taylor::orderFor(settings_.tolerance)),
-      control_(controlOf(settings_, n_)),
+      control_(controlOf(settings_)),
       width_(n_ == 1   ? 2
              : n_ == 2 ? 8
                        : simd::SeriesArrays::columns * n_),

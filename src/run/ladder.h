@@ -56,7 +56,10 @@ inline void describeFailure(std::string& to, const std::string& method, double t
   to = text;
 }
 
-/// Angles count up to half a turn in the error control, rates as they are. Works are controlled only where a
+/// The error control counts angles up to half a turn.
+constexpr double largestCounted = pi;
+
+/// Rates count as they are. Works are controlled only where a
 /// drive or the base may do work on a chain that does not move.
 inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dynamics& dynamics) {
   const IntegratorSettings settings = settingsOf(scene.integrator, rung);
@@ -64,7 +67,7 @@ inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dy
   const double none = std::numeric_limits<double>::infinity();
   ode::Tolerance tolerance{settings.tolerance, Eigen::ArrayXd::Constant(2 * n + works, none), n,
                            settings.rateTolerance};
-  tolerance.ceiling.head(n) = pi;
+  tolerance.ceiling.head(n) = largestCounted;
   return tolerance;
 }
 
