@@ -71,6 +71,7 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   void solveComplex(int k, const std::complex<double>* rhs, std::complex<double>* x) override;
 
   // ode::SeriesSystem
+  bool jumpsOften() const override { return welded_.has_value(); }
   bool seriesAreWorthwhile() const override { return MotionSeries::areWorthwhile(n_); }
   void reserveSeries(int order) override;
   void series(double t, const double* y, int order, double* c) override;

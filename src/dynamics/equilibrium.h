@@ -9,9 +9,10 @@
 ///     Γ_j = −∂V/∂θ_j = N_j + iR_j·m_j g + iP_j·W_j
 ///     κ_j = R_j·m_j g + P_j·W_j + X·F                ∂²V/∂θ² = diag(κ) + springs: tridiagonal
 ///
-/// Newton's step is one sweep of Thomas' algorithm. With |κ_j| in place of κ_j the matrix is positive
-/// definite, so the step goes downhill, and a line search on V ends in a minimum. Driven joints keep their
-/// angles.
+/// Newton's step is one sweep of Thomas' algorithm. Where the matrix is not positive definite, negative κ_j
+/// move towards |κ_j| until it is. So the step goes downhill, and a line search on V ends where V is
+/// stationary. If V falls from there along the softest direction, that is no minimum, and the search goes on.
+/// Driven joints keep their angles.
 
 #include <vector>
 

@@ -53,6 +53,7 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
   const bool beginsWithSeries = tolerance.value <= fine || f.size() <= twoLinks;
   std::vector<const char*> names{"rodas5p", "radau13", "dop853"};
   if (f.seriesAreWorthwhile()) names.insert(names.end() - (beginsWithSeries ? 1 : 0), "taylor");
+  if (f.jumpsOften()) names.push_back("dopri5");
   std::vector<std::unique_ptr<Stepper>> steppers;
   for (const char* each : names) steppers.push_back(makeStepper(each, f, tolerance, stiffness));
   return fastestSteps(std::move(steppers), tolerance, stiffness);

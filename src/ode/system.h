@@ -101,6 +101,8 @@ class LinearizedSystem : public System {
 /// their rates depend on the first ones and t, too.
 class SeriesSystem : public LinearizedSystem {
  public:
+  /// True if f often jumps, so that steps are short.
+  virtual bool jumpsOften() const { return false; }
   /// True if a series may be faster than the other methods.
   virtual bool seriesAreWorthwhile() const = 0;
   /// Reserves memory for series up to this order. Allocates.
