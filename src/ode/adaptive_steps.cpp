@@ -102,10 +102,8 @@ class FastestSteps : public Integrator {
   static constexpr double farEnough = 0.75;       // of the limit of stability
   static constexpr double clearlyNotStiff = 0.1;  // of that step, for a start with an explicit method
   static constexpr double mostTrialCost = 600;    // evaluations
-  static constexpr double trialBudget = 0.1;      // of the incumbents' cost, for trials,
-  static constexpr double likelyBudget =
-      0.4;  // or for those of another stiff method if the tolerance is fine
-  static constexpr double farthestLeap = 1000;  // times the incumbent's step
+  static constexpr double trialBudget = 0.2;      // of the incumbents' cost, for uncertain trials
+  static constexpr double farthestLeap = 1000;    // times the incumbent's step
 
   /// Progress, s, and cost of a method, in evaluations.
   struct Run {
@@ -136,17 +134,14 @@ class FastestSteps : public Integrator {
   /// True if method k may be faster than the incumbent.
   bool isWorthATrial(std::size_t k) const {
     const AdaptiveSteps& method = methods_[k];
-    const bool isLikely = isFine_ && k != inUse_ && !isExplicit(inUse_);
-    const double budget = isLikely ? likelyBudget : trialBudget;
-    const bool isAffordable = onTrials_ + judged * method.cost() <= budget * onIncumbents_;
     if (isExplicit(k)) {
-      return k != inUse_ && steadyStep(method) > clearly * incumbentSpeed_ * method.cost() &&
-             (isAffordable || !isExplicit(inUse_));
+      return k != inUse_ && steadyStep(method) > clearly * incumbentSpeed_ * method.cost();
     }
     if (k == inUse_ && !method.facts().errorSeesStiffModes) return false;
     // An explicit incumbent far from its limit is not limited by stiffness.
     if (isExplicit(inUse_) && incumbentStep_ < clearlyNotStiff * steadyStep(methods_[inUse_])) return false;
-    return isAffordable;
+    const bool isUncertain = k == inUse_ || isExplicit(inUse_) || !isFine_;
+    return !isUncertain || onTrials_ + judged * method.cost() <= trialBudget * onIncumbents_;
   }
 
   void startTrial() {
