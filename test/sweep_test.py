@@ -106,7 +106,7 @@ class Sweeps(InFolder):
         self.assertEqual(os.listdir(self.folder), [])
 
     def test_an_interrupted_sweep_goes_on_where_it_was(self):
-        arguments = (*VARIED, "--runs", "2000", "--duration", "20", "--chunk", "20")
+        arguments = (*VARIED, "--runs", "2000", "--duration", "30", "--chunk", "20")
         self.sweep(*arguments, output=("whole.csv",))
         process = subprocess.Popen(self.command(*arguments), stderr=subprocess.PIPE, universal_newlines=True)
         os.makedirs(self.path("runs.csv.parts"), exist_ok=True)
