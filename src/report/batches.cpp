@@ -85,6 +85,7 @@ int main(int count, char** arguments) {
     return 2;
   }
   const auto many = static_cast<std::size_t>(runs);
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // line by line
   BatchOptions alone, sideBySide;
   alone.threads = sideBySide.threads = 1;
   alone.sideBySide = false;
