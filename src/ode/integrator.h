@@ -51,8 +51,8 @@ struct StepCount {
 ///
 /// An error e of the rate that grows along the step turns the link by e h/2 within it. Later it turns it by
 /// at least e/|λ|, as no vibration is faster than |λ|, the largest eigenvalue of J. Towards a tolerance of
-/// 1e-10 rates count more and more by themselves, for a user who wants every digit. This saves half of the
-/// evaluations or more where the motion is stiff, and angles still meet the tolerance.
+/// 2e-10 rates count more and more by themselves, for a user who wants every digit. This mostly saves half
+/// of the evaluations or more where the motion is stiff, and angles still meet the tolerance.
 struct Tolerance {
   double value = 0;
   Eigen::ArrayXd ceiling;
