@@ -86,18 +86,24 @@ TEST(TolerancePace, ComesBackWhenThereIsTimeAndLaterAfterAFailure) {
 
 TEST(Advice, NamesWhatHelps) {
   IntegratorSettings settings{"auto", 1e-8, 1e-3};
-  EXPECT_EQ(adviceFor(settings, 4, 20, period, 200),
+  EXPECT_EQ(adviceFor(settings, 1e-8, 4, 20, period, 200),
             "a tick of 5 ms takes 20 ms, with 20 steps: a tolerance of about 1e-05 would help; with "
             "integrator/loosest_tolerance it yields to that only while it must");
+  IntegratorSettings yielding = settings;
+  yielding.loosestTolerance = 1e-4;
+  EXPECT_NE(adviceFor(yielding, 1e-4, 2, 20, period, 200).find("integrator/loosest_tolerance of about 3e-03"),
+            std::string::npos);
+  EXPECT_NE(adviceFor(yielding, 1e-4, 0.9, 20, period, 200).find("it catches up"), std::string::npos);
   settings.rateTolerance = 1e-8;
-  EXPECT_NE(adviceFor(settings, 4, 20, period, 200).find("would help, or no rate_tolerance;"),
+  EXPECT_NE(adviceFor(settings, 1e-8, 4, 20, period, 200).find("would help, or no rate_tolerance;"),
             std::string::npos);
-  EXPECT_EQ(adviceFor(settings, 4, 1, period, 200),
+  EXPECT_EQ(adviceFor(settings, 1e-8, 4, 1, period, 200),
             "a tick of 5 ms takes 20 ms, with 1 steps: publish/rate of at most 50 Hz would help");
-  EXPECT_NE(adviceFor(settings, 100, 20, period, 200).find("no tolerance is loose enough"),
+  EXPECT_NE(adviceFor(settings, 1e-8, 100, 20, period, 200).find("no tolerance is loose enough"),
             std::string::npos);
-  EXPECT_NE(adviceFor({"rk4", 1e-8, 1e-3}, 4, 5, period, 200).find("integrator/step of at least 0.004 s"),
-            std::string::npos);
+  EXPECT_NE(
+      adviceFor({"rk4", 1e-8, 1e-3}, 1e-8, 4, 5, period, 200).find("integrator/step of at least 0.004 s"),
+      std::string::npos);
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool may
   const Value* value = in.find(key);
   if (value && value->text() && *value->text() == "hold" && mayHold) return {};
   if (value && !value->map()) {
-    in.fault(key, std::string("a map with amplitude and frequency, or with times and values") +
+    in.fault(key, std::string("a map with amplitude and frequency, with times and values, or with offset") +
                       (mayHold ? ", or hold" : ""));
     return {};
   }

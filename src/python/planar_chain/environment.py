@@ -43,6 +43,11 @@ class Environment:
         self.scene = scene if isinstance(scene, Scene) else Scene(scene)
         self.period, self.longest = period, longest
         self._simulation = Simulation(self.scene)
+        strangers = set(motors) - set(self.scene.joints)
+        if strangers or not motors or not all(0 < most < np.inf for most in motors.values()):
+            raise ValueError(f"motors: expected joints of {list(self.scene.joints)} with torques > 0 N m, got {motors}")
+        if not (0 < period < np.inf and longest >= 1):
+            raise ValueError(f"expected period > 0 s and longest >= 1 step, got {period} and {longest}")
         self._places = [self.scene.joints.index(joint) for joint in motors]
         self._most = np.array(list(motors.values()), dtype=float)
         n = len(self.scene)
@@ -76,7 +81,10 @@ class Environment:
 
     def step(self, action):
         """Returns observation, reward, terminated, truncated, info."""
-        action = np.clip(np.asarray(action, dtype=float).reshape(self.action_space.shape), -1, 1)
+        action = np.atleast_1d(np.asarray(action, dtype=float))
+        if action.shape != self.action_space.shape or not np.isfinite(action).all():
+            raise ValueError(f"action: expected {self.action_space.shape[0]} finite numbers from -1 to 1, got {action}")
+        action = np.clip(action, -1, 1)
         torques = np.zeros(len(self.scene))
         torques[self._places] = action * self._most
         self._simulation.hold_torques(torques)

@@ -221,7 +221,8 @@ void Node::keepPace(double work) {
             next == loosest ? ", the loosest that is allowed" : "");
   } else if (delay > largestLag && advice_.isDue()) {
     ROS_WARN("%s",
-             adviceFor(simulation_->scene().integrator, load_, stepsOfTick_, period, settings_.rate).c_str());
+             adviceFor(simulation_->scene().integrator, next, load_, stepsOfTick_, period, settings_.rate)
+                 .c_str());
   }
 }
 
