@@ -19,8 +19,14 @@ def absolute(path):
             for kind in ("q_", "qd_")]
 
 
-if len(sys.argv) != 3:
-    sys.exit(__doc__)
-for name, ours, theirs in zip(("angles, rad", "rates, rad/s"), *map(absolute, sys.argv[1:])):
-    apart = max(abs(a - b) for a, b in zip(ours, theirs))
-    print(f"{name}: {apart:.3g} apart, of {max(map(abs, theirs)):.3g}")
+def compare(ours, theirs):
+    """(largest difference, largest of theirs): of the angles, rad, and of the rates, rad/s"""
+    return [(max(abs(a - b) for a, b in zip(*pair)), max(map(abs, pair[1])))
+            for pair in zip(absolute(ours), absolute(theirs))]
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    for name, (apart, largest) in zip(("angles, rad", "rates, rad/s"), compare(*sys.argv[1:])):
+        print(f"{name}: {apart:.3g} apart, of {largest:.3g}")

@@ -5,8 +5,9 @@
 ///
 /// The bodies a … b, with angles q of the stuck joints between them, in the axes of a:
 ///
-///     φ_a = 0, φ_j = φ_{j−1} + q_j      x_a = 0, x_{j+1} = x_j + exp(i φ_j) p_j      r_j' = x_j + exp(i φ_j)
-///     r_j m = Σ m_j      r = Σ m_j r_j' / m      I = Σ I_j + m_j |r_j' − r|²      p = x_{b+1}      N = Σ N_j
+///     φ_a = 0, φ_j = φ_{j−1} + q_j      x_a = 0, x_{j+1} = x_j + exp(i φ_j) p_j      p = x_{b+1}
+///     r_j' = x_j + exp(i φ_j) r_j       m = Σ m_j, r = Σ m_j r_j' / m                N = Σ N_j
+///     I = Σ I_j + m_j |r_j' − r|²
 ///
 /// Bodies that stick to the ground do not move. From the accelerations follow, inwards, the forces in the
 /// pins and the moments μ of stuck joints; μ = 0 in the others:

@@ -27,7 +27,7 @@ class FastestSteps : public Integrator {
  public:
   FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance,
                std::shared_ptr<LocalStiffness> stiffness)
-      : isFine_(tolerance.value <= 1e-5), stiffness_(std::move(stiffness)) {
+      : isFine_(tolerance.isFine()), stiffness_(std::move(stiffness)) {
     for (auto& stepper : steppers) methods_.emplace_back(std::move(stepper), tolerance, stiffness_);
   }
 

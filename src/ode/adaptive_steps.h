@@ -146,8 +146,7 @@ class AdaptiveSteps : public Integrator {
   static constexpr double mostBeta = 0.04;    // weight of the last error in the PI control
   static constexpr double smallestFactor = 0.2;
   static constexpr double largestFactor = 10;
-  static constexpr double smallestLog =
-      -13.287712;  // log2 of the smallest error that the PI control remembers, 1e-4
+  static constexpr double smallestLog = -13.287712;  // log2 of 1e-4, the smallest error that PI remembers
   static constexpr int mostJumps = 10;
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 

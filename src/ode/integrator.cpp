@@ -83,7 +83,10 @@ class LandingOnSwitches : public Integrator {
 
   const char* name() const override { return steps_->name(); }
   void restartAfter(Change change) override {
-    if (change == Change::all) usual_ = -(switchedAt_ = -infinity);
+    if (change == Change::all) {
+      usual_ = infinity;
+      switchedAt_ = -infinity;
+    }
     steps_->restartAfter(change == Change::stiffness && guessed_ ? Change::bend : change);
   }
   /// The steps made to land count as rejected.
@@ -116,6 +119,8 @@ class LandingOnSwitches : public Integrator {
   }
 
  private:
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+
   /// A state within the step, and Switches::due() there.
   struct Place {
     double t;
@@ -235,11 +240,10 @@ class LandingOnSwitches : public Integrator {
   std::unique_ptr<Integrator> steps_;
   const Switches& switches_;
   System& f_;
-  static constexpr double infinity = std::numeric_limits<double>::infinity();
-  long long landing_ = 0;  ///< steps made to land
-  bool guessed_ = false;   ///< the last switch
-  double usual_ = infinity,
-         switchedAt_ = -infinity;  ///< usual time between guessed switches; the last one, s
+  long long landing_ = 0;          ///< steps made to land
+  bool guessed_ = false;           ///< the last switch
+  double usual_ = infinity;        ///< time between guessed switches, s
+  double switchedAt_ = -infinity;  ///< the last one, s
   State before_, trial_;
   Vector slope_;
   Place from_{}, found_{};

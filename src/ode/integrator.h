@@ -59,6 +59,8 @@ struct Tolerance {
   Eigen::Index firstRate = std::numeric_limits<Eigen::Index>::max();  ///< components before it are angles
   std::optional<double> ofRates{};
 
+  /// True if auto expects taylor, and radau13 among the stiff methods, to be the fastest.
+  bool isFine() const { return value <= 1e-5; }
   /// The same for arranged components of f. Allocates.
   Tolerance arrangedBy(const System& f) const;
 

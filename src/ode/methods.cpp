@@ -48,9 +48,8 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
 
   // auto starts with the first explicit method: taylor if the tolerance is fine, and for one or two links
   // without dampers or loads. A coarse run is over before a trial would find taylor.
-  constexpr double fine = 1e-5;
   constexpr int twoLinks = 4;
-  const bool beginsWithSeries = tolerance.value <= fine || f.size() <= twoLinks;
+  const bool beginsWithSeries = tolerance.isFine() || f.size() <= twoLinks;
   std::vector<const char*> names{"rodas5p", "radau13", "dop853"};
   if (f.seriesAreWorthwhile()) names.insert(names.end() - (beginsWithSeries ? 1 : 0), "taylor");
   if (f.jumpsOften()) names.push_back("dopri5");

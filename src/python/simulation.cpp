@@ -175,24 +175,22 @@ Raises Failed when the integration fails. The state is then that of the last goo
           "Restores the first state and time 0. The same calls then give the same bits again.");
 }
 
+/// The n numbers that a member writes.
+Numbers written(Running& self, void (Simulation::*write)(double*)) {
+  Numbers numbers = arrayOf(self.size());
+  (self.idle().*write)(numbers.mutable_data());
+  return numbers;
+}
+
 void bindQuantities(py::class_<Running>& simulation) {
   simulation
       .def(
-          "accelerations",
-          [](Running& self) {
-            Numbers qdd = arrayOf(self.size());
-            self.idle().accelerations(qdd.mutable_data());
-            return qdd;
-          },
+          "accelerations", [](Running& self) { return written(self, &Simulation::accelerations); },
           "Returns q̈: n, rad/s².")
       .def(
-          "joint_torques",
-          [](Running& self) {
-            Numbers tau = arrayOf(self.size());
-            self.idle().jointTorques(tau.mutable_data());
-            return tau;
-          },
-          "Returns the whole torque in each joint, of springs, dampers, stops, loads and commands: n, N m.")
+          "joint_torques", [](Running& self) { return written(self, &Simulation::jointTorques); },
+          "Returns the whole torque in each joint, of springs, dampers, stops, friction, drives, loads and\n"
+          "commands: n, N m.")
       .def("link_motions", &linkMotions, R"(Returns the motion of each link: n records.
 
 Fields, with base-frame components: inner_pin, com (n×2, m), angle (n, rad), velocity (n×2, m/s), omega

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "planar_chain/batch.h"
+#include "report/median.h"
 
 using namespace planar_chain;
 
@@ -39,11 +40,6 @@ std::vector<double> starts(int n, std::size_t runs) {
   std::vector<double> all(runs * 2 * index(n));
   for (double& value : all) value = number(engine);
   return all;
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 double cpuTime() {

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "planar_chain/scene_reader.h"
+#include "report/median.h"
 
 namespace planar_chain::tools {
 
@@ -35,13 +36,6 @@ double secondsOf(Call&& call) {
   const double start = now();
   call();
   return now() - start;
-}
-
-/// The upper one of an even number; of one value at least.
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // ---- One run ---------------------------------------------------------------------------------

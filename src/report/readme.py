@@ -6,7 +6,6 @@ Exit status: 0 all match; 1 some do not, or a measurement failed.
 import argparse
 import csv
 import difflib
-import itertools
 import json
 import pathlib
 import re
@@ -52,21 +51,18 @@ def roundings(build):
 
 def apart(build, scene, duration, reference=None, *settings):
     """The largest difference of an absolute angle at the end from that of a file, or from another method's."""
-    def end(path):
-        with open(path, encoding="utf-8", newline="") as file:
-            rows = list(csv.reader(file))
-        if rows[0] == ["component", "value"]:
-            return [float(value) for name, value in rows[1:] if name.startswith("theta_")]
-        last = zip(rows[0], rows[-1])
-        return list(itertools.accumulate(float(value) for name, value in last if name.startswith("q_")))
+    sys.path.insert(0, str(ROOT / "test"))
+    import compare_csv  # pylint: disable=import-outside-toplevel
+
+    def run(path, *options):
+        output_of(build / "devel/lib/planar_chain/simulate", f"config/scenes/{scene}.yaml", "--duration", duration,
+                  "--rate", 1 / float(duration), "--csv", path, *options)
+        return path
 
     with tempfile.TemporaryDirectory() as folder:
-        runs = [(f"{folder}/a.csv", ())] + ([] if reference else [(f"{folder}/b.csv", settings)])
-        for path, options in runs:
-            output_of(build / "devel/lib/planar_chain/simulate", f"config/scenes/{scene}.yaml", "--duration", duration,
-                      "--rate", 1 / float(duration), "--csv", path, *options)
-        ours, theirs = end(runs[0][0]), end(reference or runs[1][0])
-    return {"error": max(abs(a - b) for a, b in zip(ours, theirs)), "reach": max(map(abs, theirs))}
+        ours = run(f"{folder}/a.csv")
+        error, reach = compare_csv.compare(ours, reference or run(f"{folder}/b.csv", *settings))[0]
+    return {"error": error, "reach": reach}
 
 
 def measure(build):
