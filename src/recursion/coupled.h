@@ -25,7 +25,7 @@
 /// angular acceleration. The F_pin of the first body is the force of the base on it. If all joints are held,
 /// this is inverse dynamics.
 ///
-/// Source: derived as in articulated.h. Against a dense system with all pin forces as unknowns: coupled_test.
+/// Source: derived as in articulated.h. Against another formulation: machines_test.
 
 #include <vector>
 

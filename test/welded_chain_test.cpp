@@ -1,0 +1,70 @@
+/// Friction in long chains: bodies that stick together as one body, against the recursion for held joints.
+
+#include "dynamics/welded_chain.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "random_scene.h"
+#include "recursion/coupled.h"
+
+namespace planar_chain {
+namespace {
+
+/// Random motions of a random chain. Of its joints this share sticks.
+void compare(int links, unsigned seed, double share) {
+  const Scene scene = test::randomScene(links, seed);
+  const auto n = index(links);
+  test::Random random(seed);
+  Couplings couplings;
+  couplings.joints.resize(n);
+  couplings.held.resize(n);
+  std::vector<double> theta(n), omega(n), N(n);
+  std::vector<Rotation<double>> e(n);
+  for (std::size_t j = 0; j < n; ++j) {
+    const double q = random.between(-3, 3), rate = random.between(-2, 2);
+    const bool sticks = random.between(0, 1) < share;
+    couplings.joints[j].isHeld = sticks;
+    couplings.held[j].value = q;
+    theta[j] = (j > 0 ? theta[j - 1] : 0) + q;
+    omega[j] = (j > 0 ? omega[j - 1] : 0) + (sticks ? 0 : rate);
+    e[j] = Rotation<double>::of(theta[j]);
+    N[j] = random.between(-5, 5);
+  }
+
+  std::vector<double> alpha(n), moments(n), expectedAlpha(n), expectedMoments(n);
+  Coupled<double>(scene.chain)
+      .accelerations(e.data(), omega.data(), N.data(), nullptr, couplings.joints.data(),
+                     -1.0 * scene.chain.gravity(), 0, expectedAlpha.data(), expectedMoments.data());
+  WeldedChain welded(scene.chain);
+  welded.weld(couplings);
+  welded.accelerations(theta.data(), omega.data(), N.data(), alpha.data());
+  welded.moments(e.data(), omega.data(), N.data(), alpha.data(), moments.data());
+
+  const auto largest = [](const std::vector<double>& of) {
+    double most = 1;
+    for (const double x : of) most = std::max(most, std::abs(x));
+    return most;
+  };
+  for (std::size_t j = 0; j < n; ++j) {
+    EXPECT_NEAR(alpha[j], expectedAlpha[j], 1e-10 * largest(expectedAlpha)) << "link " << j;
+    EXPECT_NEAR(moments[j], expectedMoments[j], 1e-10 * largest(expectedMoments)) << "joint " << j;
+  }
+}
+
+TEST(WeldedChain, MovesAsTheRecursionWithHeldJoints) {
+  for (const int links : {13, 14, 20, 33, 100}) {
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      for (const double share : {0.0, 0.3, 0.8, 1.0}) {
+        SCOPED_TRACE(testing::Message() << links << " links, seed " << seed << ", share " << share);
+        compare(links, seed, share);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace planar_chain
