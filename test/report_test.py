@@ -92,7 +92,7 @@ class Report(unittest.TestCase):
     def test_the_page_is_whole_and_needs_its_folder_only(self):
         page = (self.folder / "index.html").read_text(encoding="utf-8")
         pictures = re.findall(r'<img [^>]*src="([^"]*)"', page)
-        self.assertEqual(sorted(pictures), sorted(f"{name}.svg" for name in (*SCENES, "verdict", "orders")))
+        self.assertEqual(sorted(pictures), sorted(f"{name}.svg" for name in (*SCENES, "asked", "verdict", "orders")))
         for picture in pictures:
             ElementTree.parse(self.folder / picture)
         for target in re.findall(r'(?:src|href)="([^"]*)"', page):

@@ -108,6 +108,20 @@ def scene(title, rows, floor):
     return figure
 
 
+def asked_and_got(scenes):
+    """Errors of auto over the tolerance, of angles and of rates: a curve for each scene."""
+    figure, axes = panels(2, 5.2, sharey=True)
+    for each, column, heading in zip(axes, ("error_theta", "error_omega"), ("angles, rad", "rates, rad/s")):
+        for k, (name, scene_) in enumerate(scenes.items()):
+            points = [(asked, got / asked) for asked, got in columns_of(by_contestant(scene_["rows"])[AUTO], "setting", column)]
+            plot(each, points, color=f"C{k % 10}", linestyle="-" if k < 10 else "--", marker="o", markersize=3, label=name)
+        each.axhspan(1e-3, 1, color="green", alpha=0.15, linewidth=0)
+        logarithmic(each, "tolerance", heading)
+    axes[0].set_ylabel("error at the end over the tolerance")
+    legend(axes[0], 7, of=figure)
+    return figure
+
+
 def verdict(cells, scenes):
     """Each cell: the time of auto over that of the fastest other method."""
     scale = matplotlib.colors.LinearSegmentedColormap.from_list("ratio", ["#5aae61", "#f7f7f7", "#e08214"], N=64)
@@ -211,11 +225,14 @@ def real_time(rows):
     rates = grouped(rows, "rate")
     figure, axes = panels(len(rates), 5.2, sharey=True)
     for each, (rate, members) in zip(axes, rates.items()):
-        for k, (links, cell) in enumerate(grouped(members, "links").items()):
+        colours = {}
+        for (links, loosest), cell in grouped(members, "links", "loosest_tolerance").items():
+            yields = loosest != "none"
             ticks = number(cell[0]["ticks"])
             points = [(number(row["seconds"]), max(number(row["share"]), 1 / ticks)) for row in cell
                       if row["share"] == "0" or number(row["share"]) * ticks >= 1]
-            plot(each, points, color=f"C{k}", linewidth=1.5, label=f"{links} links")
+            plot(each, points, color=colours.setdefault(links, f"C{len(colours)}"), linewidth=1.5,
+                 linestyle="--" if yields else "-", label=None if yields else f"{links} links")
         each.axvline(1 / number(rate), color=RED, linewidth=1, label="period")
         logarithmic(each, "late, s", f"{rate} Hz")
         legend(each, 3)
