@@ -174,15 +174,17 @@ class LandingOnSwitches : public Integrator {
   /// A switch is due at found_ and not at from_. Sets `state` to the first time at which it is due. Returns
   /// false, and changes nothing, if no guess leads there.
   bool landByGuess(State& state) {
-    constexpr double near = 1e-6;  // of the step: y + δ f is exact
-    constexpr int mostTries = 6;
-    const auto [after, slope] = switches_.crossing(from_.t, from_.y, found_.y, found_.t - from_.t);
+    constexpr double near = 1e-6;    // of the step: y + δ f is exact
+    constexpr double close = 1e-12;  // of the step: its end counts as the switch
+    constexpr int mostTries = 8;
+    auto [after, slope] = switches_.crossing(from_.t, from_.y, found_.y, found_.t - from_.t);
     if (!(slope > 0)) return false;
+    const double length = found_.t - before_.t;
     Place& place = ahead_.front();
-    double t = from_.t + after, beyond = narrow(state) / 2;
-    bool isNear = false;
+    double t = from_.t + after, beyond = narrow(state) / 2, lastT = t, lastDue = 0;
+    int timesNear = 0;
     for (int tries = 0; tries < mostTries; ++tries) {
-      if (isNear) {
+      if (timesNear > 0) {
         f_.slope(trial_.t, trial_.y.data(), slope_.data());
         trial_.y += (t - trial_.t) * slope_;
         trial_.t = t;
@@ -190,17 +192,22 @@ class LandingOnSwitches : public Integrator {
       } else if (!(t > from_.t && t < found_.t && evaluateAt(t, place))) {
         return false;
       }
-      if (isNear && place.due > 0) {
+      // The guess has a slope too. That through two places is better.
+      const double secant = (place.due - lastDue) / (t - lastT);
+      if (tries > 0 && std::abs(t - lastT) > 100 * beyond && secant > 0) slope = secant;
+      lastT = t;
+      lastDue = place.due;
+      const double off = -place.due / slope;
+      if (timesNear > 0 && place.due > 0 && (-off <= close * length || timesNear > 2)) {
         state = trial_;
         const double passed = state.t - switchedAt_;
         usual_ = std::isfinite(usual_) ? (3 * usual_ + passed) / 4 : passed;
         switchedAt_ = state.t;
         return true;
       }
-      const double off = -place.due / slope;
-      isNear = std::abs(off) <= near * (found_.t - before_.t);
+      timesNear = std::abs(off) <= near * length ? timesNear + 1 : 0;
       t += off;
-      if (isNear) t += beyond;
+      if (timesNear > 0) t += beyond;
       if (tries > 1) beyond *= 2;
     }
     return false;
