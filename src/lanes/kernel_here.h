@@ -16,8 +16,8 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           segmentsAll,
           linearKernels<Real>,
           linearKernels<Number>,
-          {seriesOf<One<Number>>, seriesOf<Two>, seriesOf<Links<Number>>},
-          {sideBySideOf<One<Real>>, sideBySideOf<TwoInEachLane>, sideBySideOf<Links<Real>>}};
+          {seriesOf<One>, seriesOf<Two>, seriesOf<Links<Number>>},
+          {sideBySideOf<OneInEachLane>, sideBySideOf<TwoInEachLane>, sideBySideOf<Links<Real>>}};
 }
 
 }  // namespace

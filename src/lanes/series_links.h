@@ -1,49 +1,14 @@
 #pragma once
 
-/// The Taylor series of one body and of any number; see motion_series.h for the equations.
+/// The Taylor series of any number of bodies; see motion_series.h for the equations.
 
 #include "lanes/series_kernel.h"
 #include "lanes/series_known.h"
+#include "lanes/series_one.h"
 #include "lanes/series_two.h"
 
 namespace planar_chain::simd {
 namespace {
-
-/// J α = N − m R×a
-template <class Number>
-class One {
- public:
-  using Some = Number;
-  One(const SeriesArrays& of, Vec2<Some> ground, const double* omega) : sums_(of.known), known_(of.known) {
-    const SeriesLink<Some> link = seriesLinkAt<Some>(of.links, 0);
-    inverseJ_ = Some(1) / link.J;
-    acrossA_ = link.mr.x * ground.y - link.mr.y * ground.x;
-    alongA_ = link.mr.x * ground.x + link.mr.y * ground.y;
-    beginTurning(of, width, 0, 0, read<Some>(omega, 0));
-  }
-  int bodies() const { return 1; }
-  int stride() const { return width; }
-  void know(const double* rows, int k) {
-    if constexpr (doubles<Some> == 1) {
-      findKnown<width / laneCount>(rows, width, k, known_);
-    } else {
-      known_ = knowPairs<2, 2>(rows, width, k, sums_);
-    }
-  }
-
-  template <bool isFirst>
-  [[gnu::always_inline]] void find(const Order<Some>& order) {
-    const Products<Some, isFirst> product(order, width, 0, known_);
-    const Rotation<Some> z = turning(product, order.rate(0)), e = rotationAt<Some>(order.e, 0);
-    const Some torque = order.moment(0) - mulAdd(e.c, acrossA_, -e.s * alongA_);
-    goOn(order, width, 0, 0, z, inverseJ_ * torque);
-  }
-
- private:
-  static constexpr int width = doubles<Some> == 1 ? SeriesArrays::chunk : 2;
-  double *sums_, *known_;
-  Some inverseJ_, acrossA_, alongA_;
-};
 
 /// A body at the order in hand.
 template <class Number>

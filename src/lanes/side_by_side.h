@@ -8,6 +8,37 @@
 namespace planar_chain::simd {
 namespace {
 
+// ---- One body ----------------------------------------------------------------------------------------
+
+/// J α = N − m R×a
+class OneInEachLane {
+ public:
+  using Some = Real;
+  OneInEachLane(const SeriesArrays& of, Vec2<Real> ground, const double* omega) : sums_(of.known) {
+    const SeriesLink<Real> link = seriesLinkAt<Real>(of.links, 0);
+    inverseJ_ = Real(1) / link.J;
+    acrossA_ = link.mr.x * ground.y - link.mr.y * ground.x;
+    alongA_ = link.mr.x * ground.x + link.mr.y * ground.y;
+    beginTurning(of, width, 0, 0, read(omega, 0));
+  }
+  int bodies() const { return 1; }
+  int stride() const { return width; }
+  void know(const double* rows, int k) { known_ = knowPairs<2, 2>(rows, width, k, sums_); }
+
+  template <bool isFirst>
+  [[gnu::always_inline]] void find(const Order<Real>& order) {
+    const Products<Real, isFirst> product(order, width, 0, known_);
+    const Rotation<Real> z = turning(product, order.rate(0)), e = rotationAt<Real>(order.e, 0);
+    const Real torque = order.moment(0) - mulAdd(e.c, acrossA_, -e.s * alongA_);
+    goOn(order, width, 0, 0, z, inverseJ_ * torque);
+  }
+
+ private:
+  static constexpr int width = 2;
+  double *sums_, *known_ = nullptr;
+  Real inverseJ_, acrossA_, alongA_;
+};
+
 // ---- Two bodies --------------------------------------------------------------------------------------
 
 /// The equations of series_two.h, with fewer operations. For each body, with e_m = i g_m for m > 0:

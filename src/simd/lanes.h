@@ -87,6 +87,9 @@ inline Number mulAdd(Number a, Number b, Number c) {
 }
 #endif
 #ifdef __FMA__
+inline LanesOf<2> mulAdd(LanesOf<2> a, LanesOf<2> b, LanesOf<2> c) {
+  return {_mm_fmadd_pd(a.v, b.v, c.v)};
+}
 LanesOf<4> mulAdd(LanesOf<4> a, LanesOf<4> b, LanesOf<4> c) {
   return {_mm256_fmadd_pd(a.v, b.v, c.v)};
 }
