@@ -68,6 +68,18 @@ template <class Some>
   return link;
 }
 
+/// 1/k in two parts. The rounding of 1/3, the same in every step, would make each add energy.
+struct Inverse {
+  explicit Inverse(int k) : whole(1.0 / k), rest(mulAdd(Number(-k), whole, Number(1)) * whole) {}
+  Number whole, rest;
+};
+/// a/k
+template <int count>
+[[gnu::always_inline]] inline LanesOf<count> operator*(LanesOf<count> a, Inverse perK) {
+  using Some = LanesOf<count>;
+  return mulAdd(a, Some(perK.whole.v), a * Some(perK.rest.v));
+}
+
 /// Input of order k, and the places of order k + 1.
 template <class Some>
 struct Order {
@@ -79,7 +91,7 @@ struct Order {
   double* next;             ///< θ and then ω
   const double *start, *e;  ///< exp(i θ_j): order 0, and k
   double* nextE;
-  double perOrder, perNext;  ///< 1/(k + 1), 1/(k + 2)
+  Inverse perOrder, perNext;  ///< 1/(k + 1), 1/(k + 2)
 
   Some rate(int j) const { return read<Some>(omega, j); }
   Some moment(int j) const { return N ? read<Some>(N, j) : Some(0); }
@@ -150,11 +162,12 @@ template <class Some>
 template <class Some>
 [[gnu::always_inline]] inline void goOn(const Order<Some>& order, int width, int column, int j,
                                         Rotation<Some> z, Some alpha) {
-  const Some part(order.perNext), turn = Some(order.perOrder * order.perNext) * alpha;
+  const double perOrder = order.perOrder.whole.v, perNext = order.perNext.whole.v;
+  const Some part(perNext), turn = Some(perOrder * perNext) * alpha;
   const Rotation<Some> start = rotationAt<Some>(order.start, j);
   const Vec2<Some> e{mulAdd(-turn, start.s, -part * z.s), mulAdd(turn, start.c, part * z.c)};
-  (Some(order.perOrder) * order.rate(j)).store(order.next + j * doubles<Some>);
-  (Some(order.perOrder) * alpha).store(order.next + (order.n + j) * doubles<Some>);
+  (Some(perOrder) * order.rate(j)).store(order.next + j * doubles<Some>);
+  (Some(perOrder) * alpha).store(order.next + (order.n + j) * doubles<Some>);
   storePair(order.nextE, 2 * j, e);
   storePair(order.row, 3 * width + column, e);
 }

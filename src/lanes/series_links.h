@@ -147,8 +147,8 @@ template <bool isFirst, class Shape, class Loads>
                                           of.e,
                                           of.e + 2 * k * n * d,
                                           of.e + 2 * (k + 2) * n * d,
-                                          1.0 / (k + 1),
-                                          1.0 / (k + 2)};
+                                          Inverse(k + 1),
+                                          Inverse(k + 2)};
   if constexpr (!isFirst) {
     shape.know(of.rows, k);
     findLoads(k, theta, omega);

@@ -64,13 +64,13 @@ class One {
   [[gnu::always_inline]] void find(const Order<Number>& order) {
     const Number own = inverseJ_ * order.moment(0);
     const Number alpha = mulAdd(pull_.x, Number(e_.v[0]), mulAdd(pull_.y, Number(e_.v[1]), own));
-    const Number next = Number(order.perOrder) * alpha;
-    (Number(order.perOrder) * omega_).store(order.next);
+    const Number next = alpha * order.perOrder;
+    (omega_ * order.perOrder).store(order.next);
     next.store(order.next + 1);
 
     Pair z = mulAdd(Pair(next.v), e0_, isFirst ? Pair() : known_);
     z = mulAdd(omega0_, nextE_, z);
-    const Pair afterNext = Pair(order.perNext) * turned(z);
+    const Pair afterNext = turned(z) * order.perNext;
     afterNext.store(order.nextE);
     double* row = order.row + width;
     joined(nextE_, afterNext).store(row);

@@ -117,12 +117,12 @@ class Two {
     const Four alpha = mulAdd(minusInverse_, f, minusInverseAcross_ * exchanged(f));
 
     // Order k + 1
-    const Four nextOmega = Four(order.perOrder) * alpha;
-    heads(Four(order.perOrder) * omega_, nextOmega).store(order.next);
+    const Four nextOmega = alpha * order.perOrder;
+    heads(omega_ * order.perOrder, nextOmega).store(order.next);
     crossed(mulAdd(alpha, iC0_, Cdd)).store(row + width + 4);
     omega_ = nextOmega;
     e_ = nextE_;
-    nextE_ = mulAdd(Four(order.perOrder * order.perNext) * alpha, ie0_, Four(order.perNext) * i(z));
+    nextE_ = mulAdd(nextOmega, ie0_, i(z)) * order.perNext;
     nextE_.store(order.nextE);
   }
 

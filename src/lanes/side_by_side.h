@@ -154,7 +154,8 @@ class TwoInEachLane {
 
   /// Order k + 1, and k + 2 of e.
   [[gnu::always_inline]] void step(Body& body, int j, const Order<Real>& order, Vector w, Real alpha) const {
-    const Real perOrder(order.perOrder), part(order.perNext), minusPart(-order.perNext);
+    const double perNext = order.perNext.whole.v;
+    const Real perOrder(order.perOrder.whole.v), part(perNext), minusPart(-perNext);
     (perOrder * body.omega).store(order.next + j * laneCount);
     body.omega = perOrder * alpha;
     body.omega.store(order.next + (2 + j) * laneCount);
