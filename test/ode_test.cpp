@@ -361,8 +361,8 @@ TEST(AdaptiveSteps, StopBeforeARegionThatHasNoNumbers) {
 /// As a motion so fast that high derivatives of one component exceed the range of double.
 class OverflowingSeries : public test::TestSystem {
  public:
-  void series(double t, const double* y, int order, double* c) override {
-    TestSystem::series(t, y, order, c);
+  void series(double t, const double* y, const double* carry, int order, double* c) override {
+    TestSystem::series(t, y, carry, order, c);
     c[3 * order + 1] = std::nan("");
   }
 };

@@ -56,7 +56,7 @@ class TestSystem : public SeriesSystem {
   bool seriesAreWorthwhile() const override { return true; }
   void reserveSeries(int /*order*/) override {}
   int driving() const override { return 3; }
-  void series(double t, const double* y, int order, double* c) override {
+  void series(double t, const double* y, const double* /*carry*/, int order, double* c) override {
     std::copy(y, y + 3, c);
     double cosine = std::cos(t), sine = std::sin(t);
     std::vector<double> cosines;  // cos(t + h) in powers of h

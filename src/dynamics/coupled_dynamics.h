@@ -74,7 +74,7 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   bool jumpsOften() const override { return welded_.has_value(); }
   bool seriesAreWorthwhile() const override { return MotionSeries::areWorthwhile(n_); }
   void reserveSeries(int order) override;
-  void series(double t, const double* y, int order, double* c) override;
+  void series(double t, const double* y, const double* carry, int order, double* c) override;
   bool hasIntegrands() const override { return works_ > 0; }
   void integrands(double t, const double* y, double* rates) override;
   double seriesCost(int order) const override { return 4.5 * order; }

@@ -123,7 +123,7 @@ void CoupledDynamics::reserveSeries(int order) {
   for (const auto& effect : effects_.all()) effect->reserveSeries(order);
 }
 
-void CoupledDynamics::series(double t, const double* y, int order, double* c) {
+void CoupledDynamics::series(double t, const double* y, const double* /*carry*/, int order, double* c) {
   sumStiffness();
   run(t, y);
   aside_ = now_;  // the orders, one after the other

@@ -236,14 +236,15 @@ void Dynamics::reserveSeries(int order) {
   findStiffness();
 }
 
-void Dynamics::series(double t, const double* y, int order, double* c) {
+void Dynamics::series(double t, const double* y, const double* carry, int order, double* c) {
   evaluations_ += order;
   std::copy_n(y, 2 * n_, c);
-  if (!effects_.act()) return series_->find(order, {nullptr, nullptr, nullptr, outside_.ground}, nullptr, c);
+  if (!effects_.act())
+    return series_->find(order, {nullptr, nullptr, nullptr, outside_.ground}, nullptr, c, carry);
   known_ = {t, n_, c, series_->rotations(), series_->rotationsPerOrder()};
   apply(effects_.active(), t, y, y + n_);
   const Vec2d* F = effects_.reach() > 0 ? room_.F.data() : nullptr;
-  series_->find(order, {nullptr, room_.N.data(), F, outside_.ground}, this, c);
+  series_->find(order, {nullptr, room_.N.data(), F, outside_.ground}, this, c, carry);
 }
 
 void Dynamics::findOrder(int k, const double* /*theta*/, const double* /*omega*/) {

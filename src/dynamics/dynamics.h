@@ -105,7 +105,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   bool seriesAreWorthwhile() const override { return MotionSeries::areWorthwhile(mechanism_.size()); }
   void reserveSeries(int order) override;
   int driving() const override { return 2 * mechanism_.size(); }
-  void series(double t, const double* y, int order, double* c) override;
+  void series(double t, const double* y, const double* carry, int order, double* c) override;
   bool hasIntegrands() const override { return effects_.act(); }
   void integrands(double t, const double* y, double* rates) override;
   double seriesCost(int order) const override { return series_->cost(order); }

@@ -26,8 +26,13 @@ MotionSeries::MotionSeries(const Chain& chain, int orders, const simd::Kernel* k
 
 MotionSeries::~MotionSeries() = default;
 
-void MotionSeries::find(int order, const Outside& outside, SeriesLoads* loads, double* c) {
+void MotionSeries::find(int order, const Outside& outside, SeriesLoads* loads, double* c,
+                        const double* carry) {
   kernel_.rotations(c, &e_.front().c, n_);
+  for (int j = 0; carry && j < n_; ++j) {
+    Rotation<double>& e = e_[index(j)];
+    e = {e.c - carry[j] * e.s, e.s + carry[j] * e.c};
+  }
   run_({n_, width_, factors_.data(), known_.data(), bodies_.data(), &e_.front().c, &links_.front().m}, order,
        outside, loads, c);
 }

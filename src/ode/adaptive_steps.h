@@ -53,7 +53,7 @@ class AdaptiveSteps : public Integrator {
     // Choose the step.
     stiffness_->maybeUpdate(state.t, state.y);
     if (h_ <= 0) propose(state, end - state.t);
-    const bool isForeseen = stepper_->foresees(state.t, h_, state.y);
+    const bool isForeseen = stepper_->foresees(state, h_);
     const double lengthened = isForeseen ? foreseen(errorNorm(state.y, h_)) : 1;
     h_ *= lengthened;
     double next = landing(state.t, end, std::min(h_, longestStep));

@@ -48,7 +48,7 @@ class Stepper {
   /// Returns f(t, y). Evaluates f unless the last accepted step already did.
   virtual const Vector& derivative(double t, const Vector& y) = 0;
   /// Returns true, and sets error(), if the method can estimate the error of a step without attempting it.
-  virtual bool foresees(double /*t*/, double /*h*/, const Vector& /*y*/) { return false; }
+  virtual bool foresees(const State& /*from*/, double /*h*/) { return false; }
   /// Attempts a step from (t, y). Sets increment() ≈ y(t + h) − y and, with an estimate, error().
   virtual void step(double t, double h, const Vector& y) = 0;
   /// As step(), but again from the start of the last accepted step. Discards the f known at its end.

@@ -108,8 +108,9 @@ class SeriesSystem : public LinearizedSystem {
   /// Reserves memory for series up to this order. Allocates.
   virtual void reserveSeries(int order) = 0;
   virtual int driving() const = 0;
-  /// Writes y^(k)/k! of the solution through (t, y) to row k = 0 … order of c, driving() numbers each.
-  virtual void series(double t, const double* y, int order, double* c) = 0;
+  /// Writes y^(k)/k! of the solution through (t, y) to row k = 0 … order of c, driving() numbers each. carry:
+  /// as in State, or nullptr. A system may ignore it.
+  virtual void series(double t, const double* y, const double* carry, int order, double* c) = 0;
   /// True if the integrals change at present.
   virtual bool hasIntegrands() const = 0;
   /// The rates of the integrals.

@@ -31,9 +31,9 @@ class Taylor : public Stepper {
   /// Of the last attempt.
   double cost() const override { return cost_; }
   const Vector& derivative(double t, const Vector& y) override;
-  bool foresees(double t, double h, const Vector& y) override {
+  bool foresees(const State& from, double h) override {
     cost_ = isKnown_ ? 0 : f_.seriesCost(order_);
-    findSeries(t, y);
+    findSeries(from.t, from.y, &from.carry);
     findError(h);
     return true;
   }
@@ -51,10 +51,11 @@ class Taylor : public Stepper {
   void forget() override { isKnown_ = false; }
 
  private:
-  void findSeries(double t, const Vector& y) {
+  void findSeries(double t, const Vector& y, const Vector* carry = nullptr) {
     if (isKnown_) return;
     f_.restore(y.data(), y_.data());
-    f_.series(t, y_.data(), order_, c_.data());
+    if (carry) f_.restore(carry->data(), carry_.data());
+    f_.series(t, y_.data(), carry ? carry_.data() : nullptr, order_, c_.data());
     isKnown_ = true;
   }
   void findError(double h);
@@ -65,7 +66,8 @@ class Taylor : public Stepper {
   double cost_;
   Eigen::VectorXd nodes_, weights_;  ///< of Gauss's rule on [0, 1]
   std::vector<double> c_;
-  Vector y_{f_.size()}, sum_ = y_, integrandRates_{f_.size() - f_.driving()};  ///< in the order of the series
+  Vector y_{f_.size()}, carry_ = y_, sum_ = y_,
+                        integrandRates_{f_.size() - f_.driving()};  ///< in the order of the series
   Vector derivative_ = increment_;
   bool isKnown_ = false;
 };

@@ -50,7 +50,9 @@ class CountedSystem : public ode::SeriesSystem {
   bool seriesAreWorthwhile() const override { return f_.seriesAreWorthwhile(); }
   void reserveSeries(int order) override { f_.reserveSeries(order); }
   int driving() const override { return f_.driving(); }
-  void series(double t, const double* y, int order, double* c) override { f_.series(t, y, order, c); }
+  void series(double t, const double* y, const double* carry, int order, double* c) override {
+    f_.series(t, y, carry, order, c);
+  }
   bool hasIntegrands() const override { return f_.hasIntegrands(); }
   void integrands(double t, const double* y, double* rates) override {
     ++integrals;
