@@ -14,11 +14,6 @@ namespace planar_chain {
 
 namespace {
 
-const simd::Kernel& kernelOf(const Scene& scene) {
-  const simd::PlainKernels plain(scene.integrator.plainKernel);
-  return *simd::kernels().front();
-}
-
 /// A steady torque in a joint, and nothing else.
 bool isSteadyTorque(const Load& load) {
   return load.joint >= 0 && load.link == Load::none && std::holds_alternative<Constant>(load.law) &&
@@ -39,16 +34,26 @@ simd::StepControl controlOf(const IntegratorSettings& settings) {
           std::numeric_limits<double>::epsilon(),
           Allowance::shortestCounted,
           Allowance::share * settings.rateTolerance.value_or(settings.tolerance),
+          settings.rateTolerance ? 1 : ode::LocalStiffness::leastTurningTime(settings.tolerance),
           largestCounted,
           ode::Taylor::caution};
 }
 
 }  // namespace
 
-SideBySide::SideBySide(const Scene& like, Runs& runs)
+const simd::Kernel* SideBySide::kernelFor(const Scene& scene, int mostLanes) {
+  if (scene.chain.size() > simd::ShortChains::most) return nullptr;
+  const simd::PlainKernels plain(scene.integrator.plainKernel);
+  for (const simd::Kernel* kernel : simd::kernels()) {
+    if (mostLanes == 0 || kernel->lanes <= mostLanes) return kernel;
+  }
+  return nullptr;
+}
+
+SideBySide::SideBySide(const Scene& like, Runs& runs, const simd::Kernel& kernel)
     : runs_(runs),
       settings_(like.integrator),
-      kernel_(kernelOf(like)),
+      kernel_(kernel),
       run_(kernel_.sideBySide[std::min(n_, 3) - 1]),
       order_(ode::Taylor::orderFor(settings_.tolerance)),
       control_(controlOf(settings_)),
@@ -67,7 +72,9 @@ SideBySide::SideBySide(const Scene& like, Runs& runs)
   make(N_, n_);
   make(c_, 2 * n_ * (order_ + 1));
   for (CacheLines* array : {&carry_, &states_}) make(*array, 2 * n_);
-  for (CacheLines* array : {&h_, &ahead_}) make(*array, 1);
+  for (CacheLines* array : {&h_, &ahead_, &turning_}) make(*array, 1);
+  make(direction_, 2 * n_);
+  make(slopes_, 4 * n_);
 }
 
 bool SideBySide::takes(const Scene& scene) const {
@@ -107,6 +114,7 @@ void SideBySide::begin(std::size_t run, Scene scene) {
     c_[place(j, lane)] = theta += scene.q[index(j)];
     c_[place(n_ + j, lane)] = omega += scene.qd[index(j)];
     carry_[place(j, lane)] = carry_[place(n_ + j, lane)] = 0;
+    for (const int i : {j, n_ + j}) direction_[place(i, lane)] = i % 2 == 0 ? 1 : -1;
   }
   constexpr double firstGuess = 1;  // s
   h_[lane] = firstGuess;
@@ -123,11 +131,15 @@ simd::SideBySide SideBySide::arrays() {
           N_.data(),
           c_.data(),
           carry_.data(),
-          h_.data()};
+          h_.data(),
+          turning_.data(),
+          direction_.data(),
+          slopes_.data()};
 }
 
 std::vector<SideBySide::Given> SideBySide::step() {
   const simd::SideBySide all = arrays();
+  findTurningTimes(all);
   run_.find(all, control_);
 
   std::vector<Given> hopeless;
@@ -160,6 +172,17 @@ std::vector<SideBySide::Given> SideBySide::step() {
   }
   run_.take(all, ahead_.data());
   return hopeless;
+}
+
+/// At the first of every hundred steps.
+void SideBySide::findTurningTimes(const simd::SideBySide& all) {
+  bool isAnyDue = false;
+  for (std::size_t k = 0; k < lanes_.size(); ++k) {
+    const bool isDue = lanes_[k].given && lanes_[k].steps % 100 == 0;
+    ahead_[k] = isDue ? 1 : 0;
+    isAnyDue = isAnyDue || isDue;
+  }
+  if (isAnyDue) run_.findTurning(all, control_, ahead_.data());
 }
 
 /// All that are due within the step.

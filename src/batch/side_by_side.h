@@ -18,8 +18,11 @@ namespace planar_chain {
 
 class SideBySide {
  public:
-  /// For runs of scenes like this one. Uses the best kernel of this CPU.
-  SideBySide(const Scene& like, Runs& runs);
+  /// For runs of scenes like this one.
+  SideBySide(const Scene& like, Runs& runs, const simd::Kernel& kernel);
+  /// The best kernel of this CPU with at most so many lanes; 0: any. Nothing if such scenes do not run in
+  /// lanes.
+  static const simd::Kernel* kernelFor(const Scene& scene, int mostLanes);
 
   /// True if this scene may run in a lane.
   bool takes(const Scene& scene) const;
@@ -46,6 +49,7 @@ class SideBySide {
 
   simd::SideBySide arrays();
   std::size_t place(int i, std::size_t lane) const { return index(i) * lanes_.size() + lane; }
+  void findTurningTimes(const simd::SideBySide& all);
   void writeStates();
   bool isHopeless(std::size_t lane);
 
@@ -59,7 +63,8 @@ class SideBySide {
   const int width_;
   std::vector<Lane> lanes_;
   std::size_t inUse_ = 0;
-  CacheLines links_, ground_, joints_, rows_, known_, bodies_, e_, N_, c_, carry_, h_, ahead_, states_;
+  CacheLines links_, ground_, joints_, rows_, known_, bodies_, e_, N_, c_, carry_, h_, ahead_, turning_,
+      direction_, slopes_, states_;
 };
 
 }  // namespace planar_chain

@@ -192,7 +192,8 @@ inline Real roughPower(Real x, double y) {
 /// The tail of the series as Taylor::findError() has it, as a function of h.
 class Tail {
  public:
-  Tail(const SideBySide& of, const StepControl& control) : control_(control), first_(of.order - kept + 1) {
+  Tail(const SideBySide& of, const StepControl& control)
+      : control_(control), first_(of.order - kept + 1), turning_(Real::load(of.turning)) {
     const int n = of.arrays.n;
     for (int i = 0; i < n; ++i) add(of, i, smaller(absolute(read(of.c, i)), Real(control.ceiling)), angles_);
     for (int i = n; i < 2 * n; ++i) add(of, i, absolute(read(of.c, i)), rates_);
@@ -205,7 +206,9 @@ class Tail {
       if (k % 2 == 1) power = power * square;
     }
     const Real allowed = allowedAt(control_.most, h), allowedRates = allowedAt(control_.mostOfRates, h);
-    return larger(sizeAt(h, power, angles_) / allowed, sizeAt(h, power, rates_) / allowedRates) + isNumber_;
+    const Real T = smaller(larger(Real(0.5) * h, turning_), Real(1));
+    return larger(sizeAt(h, power, angles_) / allowed, T * sizeAt(h, power, rates_) / allowedRates) +
+           isNumber_;
   }
 
  private:
@@ -232,6 +235,7 @@ class Tail {
 
   const StepControl& control_;
   int first_;
+  Real turning_;
   Real angles_[kept], rates_[kept];
   Real isNumber_;  ///< 0, or NaN if the last order is not finite: larger() might drop that
 };
@@ -254,7 +258,7 @@ Real nextStep(const Tail& tail, int order, Real h) {
 }
 
 template <class Shape>
-void findSeries(const SideBySide& of, const StepControl& control) {
+[[gnu::noinline]] void findOrders(const SideBySide& of, int order) {
   const int n = of.arrays.n;
   for (int j = 0; j < n; ++j) {
     const Rotation<Real> e = rotationsOf(read(of.c, j));
@@ -264,7 +268,56 @@ void findSeries(const SideBySide& of, const StepControl& control) {
     if (of.joints) findTorques(of, k, theta, omega);
   };
   findLoads(0, of.c, of.c + n * laneCount);
-  allOrders<Shape>(of.arrays, of.order, {of.joints ? of.N : nullptr, nullptr, of.ground}, findLoads, of.c);
+  allOrders<Shape>(of.arrays, order, {of.joints ? of.N : nullptr, nullptr, of.ground}, findLoads, of.c);
+}
+
+/// |λ| by power iteration, as LocalStiffness has it. Order 1 is the slope.
+template <class Shape>
+void findTurning(const SideBySide& of, const StepControl& control, const double* due) {
+  const int size = 2 * of.arrays.n;
+  double *y = of.slopes, *base = y + size * laneCount, *slope = of.c + size * laneCount;
+  const Integers isDue = Real::load(due).v > Real().v;
+  const auto choose = [&](Real a, Real b) { return Real(isDue ? a.v : b.v); };
+  const auto sum = [&](auto term) {
+    Real all;
+    for (int i = 0; i < size; ++i) all = term(read(of.direction, i), all);
+    return all;
+  };
+  const auto squareOf = [](Real d, Real all) { return mulAdd(d, d, all); };
+  const auto sizeOf = [](Real d, Real all) { return larger(absolute(d), all); };
+
+  findOrders<Shape>(of, 1);
+  std::copy_n(of.c, size * laneCount, y);
+  std::copy_n(slope, size * laneCount, base);
+  Real eigenvalue;
+  for (int k = 0; k < 2; ++k) {
+    const Real before = sum(squareOf);
+    for (int twice = 0; twice < 2; ++twice) {
+      const Real step = Real(1e-6) / sum(sizeOf);
+      for (int i = 0; i < size; ++i)
+        mulAdd(step, read(of.direction, i), read(y, i)).store(of.c + i * laneCount);
+      findOrders<Shape>(of, 1);
+      for (int i = 0; i < size; ++i) {
+        const Real d = read(of.direction, i);
+        choose((read(slope, i) - read(base, i)) / step, d).store(of.direction + i * laneCount);
+      }
+    }
+    const Real after = sum(squareOf), length = root(after);
+    const Integers isMeasured = (after.v > Real().v) & (after.v < Real(1e300).v);
+    eigenvalue = Real(isMeasured ? root(root(after / before)).v : Real().v);
+    for (int i = 0; i < size; ++i) {
+      const Real d = read(of.direction, i), next(isMeasured ? (d / length).v : Real(1).v);
+      choose(next, d).store(of.direction + i * laneCount);
+    }
+  }
+  std::copy_n(y, size * laneCount, of.c);
+  const Real T = larger(Real(1) / eigenvalue, Real(control.leastTurning));
+  choose(T, Real::load(of.turning)).store(of.turning);
+}
+
+template <class Shape>
+void findSeries(const SideBySide& of, const StepControl& control) {
+  findOrders<Shape>(of, of.order);
   nextStep(Tail(of, control), of.order, Real::load(of.h)).store(of.h);
 }
 
@@ -294,7 +347,7 @@ void takeStep(const SideBySide& of, const double* h) {
 }
 
 template <class Shape>
-constexpr SideBySideKernel sideBySideOf{findSeries<Shape>, evaluateSeries, takeStep};
+constexpr SideBySideKernel sideBySideOf{findTurning<Shape>, findSeries<Shape>, evaluateSeries, takeStep};
 
 }  // namespace
 }  // namespace planar_chain::simd
