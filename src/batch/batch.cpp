@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <limits>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -20,6 +21,8 @@ void require(bool holds, const char* what) {
 }
 
 void simulate(Runs& runs, std::size_t run, const Scene& scene) {
+  double* const states = runs.stateOf(run, 0);  // those of a lane that was given up
+  std::fill_n(states, runs.times.size() * runs.stateSize(), std::numeric_limits<double>::quiet_NaN());
   try {
     Simulation simulation(scene);
     const auto isWanted = [&] { return !runs.cancelled; };
