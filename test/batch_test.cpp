@@ -103,6 +103,23 @@ TEST_P(OfLength, BitsDependNeitherOnThreadsNorOnNeighbours) {
   }
 }
 
+TEST_P(OfLength, LanesKeepTheRunsWhoseEnergyBalanceCloses) {
+  if (GetParam() > 12) return;  // not in lanes
+  const auto byTaylor = [](std::size_t run, Scene& scene) {
+    vary(run, scene);
+    scene.integrator.method = "taylor";
+  };
+  BatchOptions alone;
+  alone.lanes = 1;
+  const Scene like = randomScene(GetParam(), 0);
+  const BatchResult lanes = simulateMany(like, 12, byTaylor, times);
+  const BatchResult singles = simulateMany(like, 12, byTaylor, times, alone);
+  for (std::size_t run = 0; run < 12; ++run) {
+    // A run that a lane gives up has the bits of a single one.
+    EXPECT_FALSE(sameBits(statesOf(lanes, run), statesOf(singles, run))) << run;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Batch, OfLength, testing::Values(1, 2, 3, 5, 12, 13));
 
 TEST(Batch, StartsOfOneScene) {

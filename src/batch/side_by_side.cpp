@@ -56,6 +56,8 @@ SideBySide::SideBySide(const Scene& like, Runs& runs, const simd::Kernel& kernel
       kernel_(kernel),
       run_(kernel_.sideBySide[std::min(n_, 3) - 1]),
       order_(ode::Taylor::orderFor(settings_.tolerance)),
+      rule_(ode::Taylor::gaussRule(order_ /
+                                   3)),  // exact to 1e-12, as steps are short for the radius of convergence
       control_(controlOf(settings_)),
       width_(n_ == 1   ? 2
              : n_ == 2 ? 8
@@ -72,7 +74,7 @@ SideBySide::SideBySide(const Scene& like, Runs& runs, const simd::Kernel& kernel
   make(N_, n_);
   make(c_, 2 * n_ * (order_ + 1));
   for (CacheLines* array : {&carry_, &states_}) make(*array, 2 * n_);
-  for (CacheLines* array : {&h_, &ahead_, &turning_}) make(*array, 1);
+  for (CacheLines* array : {&h_, &ahead_, &within_, &power_, &turning_}) make(*array, 1);
   make(direction_, 2 * n_);
   make(slopes_, 4 * n_);
 }
@@ -119,6 +121,8 @@ void SideBySide::begin(std::size_t run, Scene scene) {
   constexpr double firstGuess = 1;  // s
   h_[lane] = firstGuess;
   lanes_[lane] = {Given{run, std::move(scene)}};
+  lanes_[lane].balance.emplace(lanes_[lane].given->scene);
+  balances(lane);
   ++inUse_;
 }
 
@@ -150,7 +154,9 @@ std::vector<SideBySide::Given> SideBySide::step() {
     return given;
   };
   for (std::size_t k = 0; k < lanes_.size(); ++k) {
-    if (lanes_[k].given && isHopeless(k)) hopeless.push_back(leave(lanes_[k]));
+    if (!lanes_[k].given) continue;
+    const bool isUnchecked = lanes_[k].unchecked == EnergyCheck::period;
+    if (isHopeless(k) || (isUnchecked && !balances(k))) hopeless.push_back(leave(lanes_[k]));
   }
   writeStates();
 
@@ -159,8 +165,13 @@ std::vector<SideBySide::Given> SideBySide::step() {
     ahead_[k] = 0;
     if (!lane.given) continue;
     ++lane.steps;
+    ++lane.unchecked;
     if (lane.next == runs_.times.size() || runs_.cancelled) {
       const bool isDone = lane.next == runs_.times.size();
+      if (isDone && !balances(k)) {
+        hopeless.push_back(leave(lane));
+        continue;
+      }
       const std::size_t run = leave(lane).run;
       runs_.result.runs[run].steps = lane.steps;
       runs_.end(run, isDone ? RunOutcome::done : RunOutcome::cancelled);
@@ -170,8 +181,31 @@ std::vector<SideBySide::Given> SideBySide::step() {
       lane.t = next;
     }
   }
+  if (all.joints) dissipate(all);
   run_.take(all, ahead_.data());
   return hopeless;
+}
+
+bool SideBySide::balances(std::size_t k) {
+  Lane& lane = lanes_[k];
+  const Scene& scene = lane.given->scene;
+  std::vector<double> y(2 * index(n_));
+  for (int i = 0; i < 2 * n_; ++i) y[index(i)] = c_[place(i, k)];
+  const Energy energy = energyOf(scene.chain, y.data(), y.data() + n_);
+  Eigen::Vector2d works{0, lane.dissipated};
+  for (const Load& load : scene.loads) works[0] += load.torque * relative(y.data(), load.joint);
+  if (lane.steps == 0) lane.balance->begin(lane.t, energy, works);
+  return lane.balance->accept(lane.t, y.data(), energy, works, std::exchange(lane.unchecked, 0));
+}
+
+void SideBySide::dissipate(const simd::SideBySide& all) {
+  for (Eigen::Index i = 0; i < rule_.rows(); ++i) {
+    for (std::size_t k = 0; k < lanes_.size(); ++k) within_[k] = rule_(i, 0) * ahead_[k];
+    run_.dissipation(all, within_.data(), power_.data());
+    for (std::size_t k = 0; k < lanes_.size(); ++k) {
+      if (lanes_[k].given) lanes_[k].dissipated += rule_(i, 1) * ahead_[k] * power_[k];
+    }
+  }
 }
 
 /// At the first of every hundred steps.

@@ -336,6 +336,19 @@ void evaluateSeries(const SideBySide& of, const double* h, double* y) {
   }
 }
 
+/// Σ d q̇²
+void findDissipation(const SideBySide& of, const double* h, double* power) {
+  const int n = of.arrays.n;
+  Real sum, inner;
+  for (int j = 0; j < n; ++j) {
+    const Real damping = read(of.joints + j * SideBySide::jointQuantities * laneCount, 1);
+    const Real rate = read(of.c, n + j) + increment(of, Real::load(h), n + j), qd = rate - inner;
+    sum = mulAdd(damping * qd, qd, sum);
+    inner = rate;
+  }
+  sum.store(power);
+}
+
 /// With Kahan's summation.
 void takeStep(const SideBySide& of, const double* h) {
   for (int i = 0; i < 2 * of.arrays.n; ++i) {
@@ -347,7 +360,8 @@ void takeStep(const SideBySide& of, const double* h) {
 }
 
 template <class Shape>
-constexpr SideBySideKernel sideBySideOf{findTurning<Shape>, findSeries<Shape>, evaluateSeries, takeStep};
+constexpr SideBySideKernel sideBySideOf{findTurning<Shape>, findSeries<Shape>, evaluateSeries,
+                                        findDissipation, takeStep};
 
 }  // namespace
 }  // namespace planar_chain::simd
