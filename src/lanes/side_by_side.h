@@ -258,7 +258,7 @@ Real nextStep(const Tail& tail, int order, Real h) {
 }
 
 template <class Shape>
-[[gnu::noinline]] void findOrders(const SideBySide& of, int order) {
+[[gnu::noinline]] void findOrders(const SideBySide& of) {
   const int n = of.arrays.n;
   for (int j = 0; j < n; ++j) {
     const Rotation<Real> e = rotationsOf(read(of.c, j));
@@ -268,12 +268,14 @@ template <class Shape>
     if (of.joints) findTorques(of, k, theta, omega);
   };
   findLoads(0, of.c, of.c + n * laneCount);
-  allOrders<Shape>(of.arrays, order, {of.joints ? of.N : nullptr, nullptr, of.ground}, findLoads, of.c);
+  allOrders<Shape>(of.arrays, of.order, {of.joints ? of.N : nullptr, nullptr, of.ground}, findLoads, of.c);
 }
 
 /// |λ| by power iteration, as LocalStiffness has it. Order 1 is the slope.
 template <class Shape>
 void findTurning(const SideBySide& of, const StepControl& control, const double* due) {
+  SideBySide first = of;
+  first.order = 1;
   const int size = 2 * of.arrays.n;
   double *y = of.slopes, *base = y + size * laneCount, *slope = of.c + size * laneCount;
   const Integers isDue = Real::load(due).v > Real().v;
@@ -286,7 +288,7 @@ void findTurning(const SideBySide& of, const StepControl& control, const double*
   const auto squareOf = [](Real d, Real all) { return mulAdd(d, d, all); };
   const auto sizeOf = [](Real d, Real all) { return larger(absolute(d), all); };
 
-  findOrders<Shape>(of, 1);
+  findOrders<Shape>(first);
   std::copy_n(of.c, size * laneCount, y);
   std::copy_n(slope, size * laneCount, base);
   Real eigenvalue;
@@ -296,7 +298,7 @@ void findTurning(const SideBySide& of, const StepControl& control, const double*
       const Real step = Real(1e-6) / sum(sizeOf);
       for (int i = 0; i < size; ++i)
         mulAdd(step, read(of.direction, i), read(y, i)).store(of.c + i * laneCount);
-      findOrders<Shape>(of, 1);
+      findOrders<Shape>(first);
       for (int i = 0; i < size; ++i) {
         const Real d = read(of.direction, i);
         choose((read(slope, i) - read(base, i)) / step, d).store(of.direction + i * laneCount);
@@ -317,7 +319,7 @@ void findTurning(const SideBySide& of, const StepControl& control, const double*
 
 template <class Shape>
 void findSeries(const SideBySide& of, const StepControl& control) {
-  findOrders<Shape>(of, of.order);
+  findOrders<Shape>(of);
   nextStep(Tail(of, control), of.order, Real::load(of.h)).store(of.h);
 }
 
