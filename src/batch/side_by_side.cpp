@@ -201,7 +201,7 @@ bool SideBySide::balances(std::size_t k) {
 void SideBySide::dissipate(const simd::SideBySide& all) {
   for (Eigen::Index i = 0; i < rule_.rows(); ++i) {
     for (std::size_t k = 0; k < lanes_.size(); ++k) within_[k] = rule_(i, 0) * ahead_[k];
-    run_.dissipation(all, within_.data(), power_.data());
+    run_.dissipation(all, within_.data(), states_.data(), power_.data());
     for (std::size_t k = 0; k < lanes_.size(); ++k) {
       if (lanes_[k].given) lanes_[k].dissipated += rule_(i, 1) * ahead_[k] * power_[k];
     }

@@ -2,10 +2,12 @@
 
 /// Runs of a batch side by side, one in each SIMD lane: see lanes/side_by_side.h.
 ///
-/// Each lane goes its own steps along its own Taylor series, so no result depends on the other lanes. States
-/// between steps come from the series: output shortens no step. A lane that has ended takes the next run.
-/// Some runs are given up: those that are stiff, whose angles make many turns, whose energy balance does not
-/// close, or that fail. A Simulation begins them anew.
+/// Each lane goes its own steps along its own Taylor series, so no result depends on the other lanes. With
+/// the shortest step of all lanes for all, 32 double pendulums took 1.8 times as many steps in four lanes
+/// and 2.3 times in eight, and 1.7 times the time (`batches 32`, with h_ set to its minimum in step()).
+/// States between steps come from the series: output shortens no step. A lane that has ended takes the next
+/// run. Some runs are given up: those that are stiff, whose angles make many turns, whose energy balance does
+/// not close, or that fail. A Simulation begins them anew.
 
 #include <optional>
 #include <vector>

@@ -134,8 +134,8 @@ struct SideBySideKernel {
   void (*find)(const SideBySide& of, const StepControl& control);
   /// The states h later.
   void (*evaluate)(const SideBySide& of, const double* h, double* y);
-  /// The power that the dampers take then, W.
-  void (*dissipation)(const SideBySide& of, const double* h, double* power);
+  /// Also the power that the dampers take then, W.
+  void (*dissipation)(const SideBySide& of, const double* h, double* y, double* power);
   /// Makes them the present ones.
   void (*take)(const SideBySide& of, const double* h);
 };

@@ -240,7 +240,7 @@ class Tail {
   Real isNumber_;  ///< 0, or NaN if the last order is not finite: larger() might drop that
 };
 
-/// Of a step h before.
+/// Of a step h before. The error grows as h^(k−1), where the kept terms have k = order − 5 … order.
 Real nextStep(const Tail& tail, int order, Real h) {
   constexpr double least = 0.5, aimed = 0.7;
   const Real longest = Real(10) * h;
@@ -250,7 +250,7 @@ Real nextStep(const Tail& tail, int order, Real h) {
     isGood = error.v <= Real(1).v;
     isFound = isFound | (isGood & ((error.v >= Real(least).v) | (h.v >= longest.v))) | (error.v != error.v);
     if (all(isFound)) break;
-    const Real factor = roughPower(Real(1 / aimed) * error, -1.0 / (order - 1));
+    const Real factor = roughPower(Real(1 / aimed) * error, -1.0 / (order - 4));
     const Real next = smaller(longest, h * smaller(larger(factor, Real(0.1)), Real(10)));
     h = Real(isFound ? h.v : next.v);
   }
@@ -323,28 +323,28 @@ void findSeries(const SideBySide& of, const StepControl& control) {
   nextStep(Tail(of, control), of.order, Real::load(of.h)).store(of.h);
 }
 
-/// Σ_{0<k} c_k h^k of component i.
-inline Real increment(const SideBySide& of, Real h, int i) {
-  const int size = 2 * of.arrays.n;
-  Real sum = read(of.c, of.order * size + i);
-  for (int k = of.order - 1; k > 0; --k) sum = mulAdd(h, sum, read(of.c, k * size + i));
+/// Σ_{0<k} c_k h^k of components 2i and 2i + 1: one sum does not wait for the other.
+inline Vector increments(const SideBySide& of, Real h, int i) {
+  const int n = of.arrays.n;
+  Vector sum = pairAt<Real>(of.c, 2 * (of.order * n + i));
+  for (int k = of.order - 1; k > 0; --k) sum = mulAdd(h, sum, pairAt<Real>(of.c, 2 * (k * n + i)));
   return h * sum;
 }
 
 void evaluateSeries(const SideBySide& of, const double* h, double* y) {
-  for (int i = 0; i < 2 * of.arrays.n; ++i) {
-    const Real sum = read(of.c, i) + (increment(of, Real::load(h), i) + read(of.carry, i));
-    sum.store(y + i * laneCount);
+  for (int i = 0; i < of.arrays.n; ++i) {
+    const Vector whole = increments(of, Real::load(h), i) + pairAt<Real>(of.carry, 2 * i);
+    storePair(y, 2 * i, pairAt<Real>(of.c, 2 * i) + whole);
   }
 }
 
-/// Σ d q̇²
-void findDissipation(const SideBySide& of, const double* h, double* power) {
-  const int n = of.arrays.n;
+/// Σ d q̇². y: scratch.
+void findDissipation(const SideBySide& of, const double* h, double* y, double* power) {
+  evaluateSeries(of, h, y);
   Real sum, inner;
-  for (int j = 0; j < n; ++j) {
+  for (int j = 0; j < of.arrays.n; ++j) {
     const Real damping = read(of.joints + j * SideBySide::jointQuantities * laneCount, 1);
-    const Real rate = read(of.c, n + j) + increment(of, Real::load(h), n + j), qd = rate - inner;
+    const Real rate = read(y, of.arrays.n + j), qd = rate - inner;
     sum = mulAdd(damping * qd, qd, sum);
     inner = rate;
   }
@@ -353,11 +353,12 @@ void findDissipation(const SideBySide& of, const double* h, double* power) {
 
 /// With Kahan's summation.
 void takeStep(const SideBySide& of, const double* h) {
-  for (int i = 0; i < 2 * of.arrays.n; ++i) {
-    const Real old = read(of.c, i), whole = increment(of, Real::load(h), i) + read(of.carry, i);
-    const Real next = old + whole;
-    (whole - (next - old)).store(of.carry + i * laneCount);
-    next.store(of.c + i * laneCount);
+  for (int i = 0; i < of.arrays.n; ++i) {
+    const Vector old = pairAt<Real>(of.c, 2 * i);
+    const Vector whole = increments(of, Real::load(h), i) + pairAt<Real>(of.carry, 2 * i);
+    const Vector next = old + whole;
+    storePair(of.carry, 2 * i, whole - (next - old));
+    storePair(of.c, 2 * i, next);
   }
 }
 
