@@ -54,6 +54,7 @@ std::vector<double> exact(Scene scene) {
 
 struct OfLength : testing::TestWithParam<int> {};
 
+/// Angles always. Rates if they have a tolerance of their own.
 TEST_P(OfLength, EachOfOneToFortyRunsMeetsItsTolerance) {
   const int n = GetParam();
   std::vector<std::vector<double>> alone;
@@ -62,14 +63,24 @@ TEST_P(OfLength, EachOfOneToFortyRunsMeetsItsTolerance) {
     vary(run, scene);
     alone.push_back(exact(scene));
   }
-  for (std::size_t runs = 1; runs <= 40; ++runs) {
-    const BatchResult result = batchOf(n, runs);
-    ASSERT_EQ(result.runs.size(), runs);
-    for (std::size_t run = 0; run < runs; ++run) {
-      ASSERT_EQ(result.runs[run].outcome, RunOutcome::done) << result.runs[run].reason;
-      const std::vector<double> states = statesOf(result, run);
-      for (std::size_t i = 0; i < states.size(); ++i) {
-        ASSERT_NEAR(states[i], alone[run][i], 1e-8 * (1 + std::abs(alone[run][i]))) << runs << ' ' << run;
+  for (const bool ofRates : {false, true}) {
+    const auto varyAll = [ofRates](std::size_t run, Scene& scene) {
+      vary(run, scene);
+      if (ofRates) scene.integrator.rateTolerance = scene.integrator.tolerance;
+    };
+    Scene like = randomScene(n, 0);
+    varyAll(0, like);
+    for (std::size_t runs = 1; runs <= 40; ++runs) {
+      const BatchResult result = simulateMany(like, runs, varyAll, times);
+      ASSERT_EQ(result.runs.size(), runs);
+      for (std::size_t run = 0; run < runs; ++run) {
+        ASSERT_EQ(result.runs[run].outcome, RunOutcome::done) << result.runs[run].reason;
+        const std::vector<double> states = statesOf(result, run);
+        for (std::size_t i = 0; i < states.size(); ++i) {
+          const bool isRate = index(n) <= i % (2 * index(n));
+          if (isRate && !ofRates) continue;
+          ASSERT_NEAR(states[i], alone[run][i], 1e-8 * (1 + std::abs(alone[run][i]))) << runs << ' ' << run;
+        }
       }
     }
   }
@@ -89,6 +100,23 @@ TEST_P(OfLength, BitsDependNeitherOnThreadsNorOnNeighbours) {
     const Scene scene = randomScene(GetParam(), 0);
     EXPECT_TRUE(sameBits(simulateMany(scene, 1, only, times).states, statesOf(all, run))) << run;
     EXPECT_TRUE(sameBits(statesOf(simulateMany(scene, 19, backwards, times), 18 - run), statesOf(all, run)));
+  }
+}
+
+TEST_P(OfLength, LanesKeepTheRunsWhoseEnergyBalanceCloses) {
+  if (GetParam() > 12) return;  // not in lanes
+  const auto byTaylor = [](std::size_t run, Scene& scene) {
+    vary(run, scene);
+    scene.integrator.method = "taylor";
+  };
+  BatchOptions alone;
+  alone.lanes = 1;
+  const Scene like = randomScene(GetParam(), 0);
+  const BatchResult lanes = simulateMany(like, 12, byTaylor, times);
+  const BatchResult singles = simulateMany(like, 12, byTaylor, times, alone);
+  for (std::size_t run = 0; run < 12; ++run) {
+    // A run that a lane gives up has the bits of a single one.
+    EXPECT_FALSE(sameBits(statesOf(lanes, run), statesOf(singles, run))) << run;
   }
 }
 

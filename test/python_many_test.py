@@ -16,7 +16,7 @@ except ImportError:
     print("numpy not found: skipped")
     sys.exit(77)
 
-from planar_chain import Scene, simulate, simulate_many
+from planar_chain import Refused, Scene, simulate, simulate_many
 
 EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../src/python/examples")
 ROD = {"mass": 1.0, "inertia": 1 / 12, "com": [0.5, 0.0], "pin": [1.0, 0.0]}
@@ -47,6 +47,10 @@ class Many(unittest.TestCase):
         alone = simulate_many(DOUBLE, [1.0], starts, threads=1).states
         self.assertEqual(simulate_many(DOUBLE, [1.0], starts, threads=3).states.tolist(), alone.tolist())
         self.assertEqual(simulate_many(DOUBLE, [1.0], starts[5:9]).states.tolist(), alone[5:9].tolist())
+
+    def test_a_path_that_leads_nowhere_is_refused_at_once(self):
+        with self.assertRaisesRegex(Refused, "links/lowr: expected a link listed in chain"):
+            simulate_many(DOUBLE, [1.0], parameters={"links/lowr/mass": [1, 2]})
 
     def test_what_fails_is_marked_and_says_why(self):
         blast = Scene({**DOUBLE.to_dict(), "loads": {"blast": {"joint": "lower_joint", "torque": 0.0, "start": 0.3}}})

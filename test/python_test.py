@@ -82,6 +82,9 @@ class Scenes(unittest.TestCase):
                 Scene({"chain": chain})
         with self.assertRaises(FileNotFoundError):
             Scene.from_file("missing.yaml")
+        with self.assertRaisesRegex(ValueError, "one of the scenes that ship: .*double_pendulum"):
+            Scene.from_file("missing")
+        self.assertEqual(Scene.from_file("triple").to_dict(), Scene.from_file(shipped("triple")).to_dict())
 
 
 class Motions(InFolder):

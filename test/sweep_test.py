@@ -105,6 +105,14 @@ class Sweeps(InFolder):
         self.assertIn("--output: expected names that end", self.sweep("--duration", "1", status=2, output=("runs.txt",)))
         self.assertEqual(os.listdir(self.folder), [])
 
+    def test_a_complete_sweep_is_replaced_only_on_request(self):
+        arguments = ("--vary", MASS + "=1:2:4", "--duration", "1")
+        self.sweep(*arguments)
+        first = self.text("runs.csv")
+        self.assertIn("runs.csv, which is complete (--overwrite", self.sweep(*arguments, "--seed", "8", status=2))
+        self.sweep("--vary", MASS + "=1:2:5", "--duration", "1", "--overwrite")
+        self.assertNotEqual(self.text("runs.csv"), first)
+
     def test_an_interrupted_sweep_goes_on_where_it_was(self):
         arguments = (*VARIED, "--runs", "2000", "--duration", "30", "--chunk", "20")
         self.sweep(*arguments, output=("whole.csv",))

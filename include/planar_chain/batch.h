@@ -17,8 +17,8 @@ namespace planar_chain {
 
 struct BatchOptions {
   int threads = 0;  ///< 0: one a core
-  /// False: every run is a Simulation of its own.
-  bool sideBySide = true;
+  /// Side by side in a thread, at most. 0: as many as the CPU can; 1: every run is a Simulation of its own.
+  int lanes = 0;
   /// If given, it is called about ten times a second from the calling thread, with the number of runs that
   /// have ended. Cancels the batch by returning false.
   std::function<bool(std::size_t ended)> keepGoing{};
@@ -48,7 +48,7 @@ struct BatchResult {
 using SceneOfRun = std::function<void(std::size_t run, Scene& scene)>;
 
 /// Simulates `runs` scenes from time 0, each with as many links as `scene`. times: s, ≥ 0, never falling.
-/// @throws std::invalid_argument for other times, or a negative number of threads
+/// @throws std::invalid_argument for other times, or a negative number of threads or lanes
 BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun& sceneOfRun,
                          const std::vector<double>& times, const BatchOptions& options = {});
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <limits>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -20,6 +21,8 @@ void require(bool holds, const char* what) {
 }
 
 void simulate(Runs& runs, std::size_t run, const Scene& scene) {
+  double* const states = runs.stateOf(run, 0);  // those of a lane that was given up
+  std::fill_n(states, runs.times.size() * runs.stateSize(), std::numeric_limits<double>::quiet_NaN());
   try {
     Simulation simulation(scene);
     const auto isWanted = [&] { return !runs.cancelled; };
@@ -39,9 +42,10 @@ void simulate(Runs& runs, std::size_t run, const Scene& scene) {
 }
 
 /// What each thread does.
-void work(Runs& runs, const Scene& scene, bool sideBySide) {
+void work(Runs& runs, const Scene& scene, int mostLanes) {
   std::optional<SideBySide> lanes;
-  if (sideBySide && runs.n <= simd::ShortChains::most) lanes.emplace(scene, runs);
+  const simd::Kernel* kernel = SideBySide::kernelFor(scene, mostLanes);
+  if (kernel) lanes.emplace(scene, runs, *kernel);
   for (;;) {
     // Fill the lanes.
     while (!lanes || !lanes->areFull()) {
@@ -68,10 +72,10 @@ class Workers {
     runs_.cancelled = true;
     for (std::thread& thread : threads_) thread.join();
   }
-  void start(const Scene& scene, bool sideBySide) {
+  void start(const Scene& scene, int mostLanes) {
     ++working_;
-    threads_.emplace_back([this, &scene, sideBySide] {
-      work(runs_, scene, sideBySide);
+    threads_.emplace_back([this, &scene, mostLanes] {
+      work(runs_, scene, mostLanes);
       const std::lock_guard<std::mutex> lock(mutex_);
       --working_;
       done_.notify_one();
@@ -95,7 +99,8 @@ class Workers {
 
 BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun& sceneOfRun,
                          const std::vector<double>& times, const BatchOptions& options) {
-  require(options.threads >= 0, "the number of threads must not be negative");
+  require(options.threads >= 0 && options.lanes >= 0,
+          "the numbers of threads and lanes must not be negative");
   require(std::is_sorted(times.begin(), times.end()) && (times.empty() || times.front() >= 0) &&
               std::all_of(times.begin(), times.end(), [](double t) { return std::isfinite(t); }),
           "times must be finite, not negative, and must not fall");
@@ -106,7 +111,7 @@ BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun&
   {
     Workers workers(all);
     for (std::size_t k = 0; k < std::min<std::size_t>(cores, runs); ++k) {
-      workers.start(scene, options.sideBySide);
+      workers.start(scene, options.lanes);
     }
     while (!workers.areDoneWithin(std::chrono::milliseconds(100))) {
       if (options.keepGoing && !all.cancelled && !options.keepGoing(all.ended)) all.cancelled = true;

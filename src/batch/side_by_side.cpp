@@ -14,11 +14,6 @@ namespace planar_chain {
 
 namespace {
 
-const simd::Kernel& kernelOf(const Scene& scene) {
-  const simd::PlainKernels plain(scene.integrator.plainKernel);
-  return *simd::kernels().front();
-}
-
 /// A steady torque in a joint, and nothing else.
 bool isSteadyTorque(const Load& load) {
   return load.joint >= 0 && load.link == Load::none && std::holds_alternative<Constant>(load.law) &&
@@ -39,18 +34,30 @@ simd::StepControl controlOf(const IntegratorSettings& settings) {
           std::numeric_limits<double>::epsilon(),
           Allowance::shortestCounted,
           Allowance::share * settings.rateTolerance.value_or(settings.tolerance),
+          settings.rateTolerance ? 1 : ode::LocalStiffness::leastTurningTime(settings.tolerance),
           largestCounted,
           ode::Taylor::caution};
 }
 
 }  // namespace
 
-SideBySide::SideBySide(const Scene& like, Runs& runs)
+const simd::Kernel* SideBySide::kernelFor(const Scene& scene, int mostLanes) {
+  if (scene.chain.size() > simd::ShortChains::most) return nullptr;
+  const simd::PlainKernels plain(scene.integrator.plainKernel);
+  for (const simd::Kernel* kernel : simd::kernels()) {
+    if (mostLanes == 0 || kernel->lanes <= mostLanes) return kernel;
+  }
+  return nullptr;
+}
+
+SideBySide::SideBySide(const Scene& like, Runs& runs, const simd::Kernel& kernel)
     : runs_(runs),
       settings_(like.integrator),
-      kernel_(kernelOf(like)),
+      kernel_(kernel),
       run_(kernel_.sideBySide[std::min(n_, 3) - 1]),
       order_(ode::Taylor::orderFor(settings_.tolerance)),
+      rule_(ode::Taylor::gaussRule(order_ /
+                                   3)),  // exact to 1e-12, as steps are short for the radius of convergence
       control_(controlOf(settings_)),
       width_(n_ == 1   ? 2
              : n_ == 2 ? 8
@@ -67,7 +74,9 @@ SideBySide::SideBySide(const Scene& like, Runs& runs)
   make(N_, n_);
   make(c_, 2 * n_ * (order_ + 1));
   for (CacheLines* array : {&carry_, &states_}) make(*array, 2 * n_);
-  for (CacheLines* array : {&h_, &ahead_}) make(*array, 1);
+  for (CacheLines* array : {&h_, &ahead_, &within_, &power_, &turning_}) make(*array, 1);
+  make(direction_, 2 * n_);
+  make(slopes_, 4 * n_);
 }
 
 bool SideBySide::takes(const Scene& scene) const {
@@ -107,10 +116,13 @@ void SideBySide::begin(std::size_t run, Scene scene) {
     c_[place(j, lane)] = theta += scene.q[index(j)];
     c_[place(n_ + j, lane)] = omega += scene.qd[index(j)];
     carry_[place(j, lane)] = carry_[place(n_ + j, lane)] = 0;
+    for (const int i : {j, n_ + j}) direction_[place(i, lane)] = i % 2 == 0 ? 1 : -1;
   }
   constexpr double firstGuess = 1;  // s
   h_[lane] = firstGuess;
   lanes_[lane] = {Given{run, std::move(scene)}};
+  lanes_[lane].balance.emplace(lanes_[lane].given->scene);
+  balances(lane);
   ++inUse_;
 }
 
@@ -123,11 +135,15 @@ simd::SideBySide SideBySide::arrays() {
           N_.data(),
           c_.data(),
           carry_.data(),
-          h_.data()};
+          h_.data(),
+          turning_.data(),
+          direction_.data(),
+          slopes_.data()};
 }
 
 std::vector<SideBySide::Given> SideBySide::step() {
   const simd::SideBySide all = arrays();
+  findTurningTimes(all);
   run_.find(all, control_);
 
   std::vector<Given> hopeless;
@@ -138,7 +154,9 @@ std::vector<SideBySide::Given> SideBySide::step() {
     return given;
   };
   for (std::size_t k = 0; k < lanes_.size(); ++k) {
-    if (lanes_[k].given && isHopeless(k)) hopeless.push_back(leave(lanes_[k]));
+    if (!lanes_[k].given) continue;
+    const bool isUnchecked = lanes_[k].unchecked == EnergyCheck::period;
+    if (isHopeless(k) || (isUnchecked && !balances(k))) hopeless.push_back(leave(lanes_[k]));
   }
   writeStates();
 
@@ -147,8 +165,13 @@ std::vector<SideBySide::Given> SideBySide::step() {
     ahead_[k] = 0;
     if (!lane.given) continue;
     ++lane.steps;
+    ++lane.unchecked;
     if (lane.next == runs_.times.size() || runs_.cancelled) {
       const bool isDone = lane.next == runs_.times.size();
+      if (isDone && !balances(k)) {
+        hopeless.push_back(leave(lane));
+        continue;
+      }
       const std::size_t run = leave(lane).run;
       runs_.result.runs[run].steps = lane.steps;
       runs_.end(run, isDone ? RunOutcome::done : RunOutcome::cancelled);
@@ -158,8 +181,42 @@ std::vector<SideBySide::Given> SideBySide::step() {
       lane.t = next;
     }
   }
+  if (all.joints) dissipate(all);
   run_.take(all, ahead_.data());
   return hopeless;
+}
+
+bool SideBySide::balances(std::size_t k) {
+  Lane& lane = lanes_[k];
+  const Scene& scene = lane.given->scene;
+  std::vector<double> y(2 * index(n_));
+  for (int i = 0; i < 2 * n_; ++i) y[index(i)] = c_[place(i, k)];
+  const Energy energy = energyOf(scene.chain, y.data(), y.data() + n_);
+  Eigen::Vector2d works{0, lane.dissipated};
+  for (const Load& load : scene.loads) works[0] += load.torque * relative(y.data(), load.joint);
+  if (lane.steps == 0) lane.balance->begin(lane.t, energy, works);
+  return lane.balance->accept(lane.t, y.data(), energy, works, std::exchange(lane.unchecked, 0));
+}
+
+void SideBySide::dissipate(const simd::SideBySide& all) {
+  for (Eigen::Index i = 0; i < rule_.rows(); ++i) {
+    for (std::size_t k = 0; k < lanes_.size(); ++k) within_[k] = rule_(i, 0) * ahead_[k];
+    run_.dissipation(all, within_.data(), states_.data(), power_.data());
+    for (std::size_t k = 0; k < lanes_.size(); ++k) {
+      if (lanes_[k].given) lanes_[k].dissipated += rule_(i, 1) * ahead_[k] * power_[k];
+    }
+  }
+}
+
+/// At the first of every hundred steps.
+void SideBySide::findTurningTimes(const simd::SideBySide& all) {
+  bool isAnyDue = false;
+  for (std::size_t k = 0; k < lanes_.size(); ++k) {
+    const bool isDue = lanes_[k].given && lanes_[k].steps % 100 == 0;
+    ahead_[k] = isDue ? 1 : 0;
+    isAnyDue = isAnyDue || isDue;
+  }
+  if (isAnyDue) run_.findTurning(all, control_, ahead_.data());
 }
 
 /// All that are due within the step.

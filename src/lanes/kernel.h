@@ -114,21 +114,28 @@ struct SideBySide {
   double* c;             ///< order k of θ and ω, 2n numbers each, k = 0 … order; order 0 is the state
   double* carry;         ///< the rounding of the state, 2n
   double* h;             ///< the last step proposed
+  double* turning;       ///< T of ode/integrator.h, less its part h/2: s
+  double *direction, *slopes;  ///< of the measurement of λ, 2n; its scratch, 4n
 };
 
-/// The error control of ode/integrator.h, for the tail of a series (ode/taylor.h). Rates count by themselves.
+/// The error control of ode/integrator.h, for the tail of a series (ode/taylor.h).
 struct StepControl {
   double most, least, shortest;  ///< an angle's error is at most max(most × clamp(h, shortest, 1 s), least)
-  double mostOfRates;            ///< likewise
+  double mostOfRates;            ///< likewise, and 1 s/T times as much
+  double leastTurning;           ///< of T, s; 1: rates count by themselves
   double ceiling;                ///< of the angles
   double caution;                ///< factor of the tail
 };
 
 struct SideBySideKernel {
+  /// Measures λ and computes T in the lanes whose `due` is 1, as LocalStiffness does.
+  void (*findTurning)(const SideBySide& of, const StepControl& control, const double* due);
   /// Computes the series, and the next step: at most ten times the last one, 0 if there is none.
   void (*find)(const SideBySide& of, const StepControl& control);
   /// The states h later.
   void (*evaluate)(const SideBySide& of, const double* h, double* y);
+  /// Also the power that the dampers take then, W.
+  void (*dissipation)(const SideBySide& of, const double* h, double* y, double* power);
   /// Makes them the present ones.
   void (*take)(const SideBySide& of, const double* h);
 };

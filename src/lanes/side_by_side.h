@@ -224,7 +224,8 @@ inline Real roughPower(Real x, double y) {
 /// The tail of the series as Taylor::findError() has it, as a function of h.
 class Tail {
  public:
-  Tail(const SideBySide& of, const StepControl& control) : control_(control), first_(of.order - kept + 1) {
+  Tail(const SideBySide& of, const StepControl& control)
+      : control_(control), first_(of.order - kept + 1), turning_(Real::load(of.turning)) {
     const int n = of.arrays.n;
     for (int i = 0; i < n; ++i) add(of, i, smaller(absolute(read(of.c, i)), Real(control.ceiling)), angles_);
     for (int i = n; i < 2 * n; ++i) add(of, i, absolute(read(of.c, i)), rates_);
@@ -237,7 +238,9 @@ class Tail {
       if (k % 2 == 1) power = power * square;
     }
     const Real allowed = allowedAt(control_.most, h), allowedRates = allowedAt(control_.mostOfRates, h);
-    return larger(sizeAt(h, power, angles_) / allowed, sizeAt(h, power, rates_) / allowedRates) + isNumber_;
+    const Real T = smaller(larger(Real(0.5) * h, turning_), Real(1));
+    return larger(sizeAt(h, power, angles_) / allowed, T * sizeAt(h, power, rates_) / allowedRates) +
+           isNumber_;
   }
 
  private:
@@ -264,11 +267,12 @@ class Tail {
 
   const StepControl& control_;
   int first_;
+  Real turning_;
   Real angles_[kept], rates_[kept];
   Real isNumber_;  ///< 0, or NaN if the last order is not finite: larger() might drop that
 };
 
-/// Of a step h before.
+/// Of a step h before. The error grows as h^(k−1), where the kept terms have k = order − 5 … order.
 Real nextStep(const Tail& tail, int order, Real h) {
   constexpr double least = 0.5, aimed = 0.7;
   const Real longest = Real(10) * h;
@@ -278,7 +282,7 @@ Real nextStep(const Tail& tail, int order, Real h) {
     isGood = error.v <= Real(1).v;
     isFound = isFound | (isGood & ((error.v >= Real(least).v) | (h.v >= longest.v))) | (error.v != error.v);
     if (all(isFound)) break;
-    const Real factor = roughPower(Real(1 / aimed) * error, -1.0 / (order - 1));
+    const Real factor = roughPower(Real(1 / aimed) * error, -1.0 / (order - 4));
     const Real next = smaller(longest, h * smaller(larger(factor, Real(0.1)), Real(10)));
     h = Real(isFound ? h.v : next.v);
   }
@@ -286,7 +290,7 @@ Real nextStep(const Tail& tail, int order, Real h) {
 }
 
 template <class Shape>
-void findSeries(const SideBySide& of, const StepControl& control) {
+[[gnu::noinline]] void findOrders(const SideBySide& of) {
   const int n = of.arrays.n;
   for (int j = 0; j < n; ++j) {
     const Rotation<Real> e = rotationsOf(read(of.c, j));
@@ -297,36 +301,102 @@ void findSeries(const SideBySide& of, const StepControl& control) {
   };
   findLoads(0, of.c, of.c + n * laneCount);
   allOrders<Shape>(of.arrays, of.order, {of.joints ? of.N : nullptr, nullptr, of.ground}, findLoads, of.c);
+}
+
+/// |λ| by power iteration, as LocalStiffness has it. Order 1 is the slope.
+template <class Shape>
+void findTurning(const SideBySide& of, const StepControl& control, const double* due) {
+  SideBySide first = of;
+  first.order = 1;
+  const int size = 2 * of.arrays.n;
+  double *y = of.slopes, *base = y + size * laneCount, *slope = of.c + size * laneCount;
+  const Integers isDue = Real::load(due).v > Real().v;
+  const auto choose = [&](Real a, Real b) { return Real(isDue ? a.v : b.v); };
+  const auto sum = [&](auto term) {
+    Real all;
+    for (int i = 0; i < size; ++i) all = term(read(of.direction, i), all);
+    return all;
+  };
+  const auto squareOf = [](Real d, Real all) { return mulAdd(d, d, all); };
+  const auto sizeOf = [](Real d, Real all) { return larger(absolute(d), all); };
+
+  findOrders<Shape>(first);
+  std::copy_n(of.c, size * laneCount, y);
+  std::copy_n(slope, size * laneCount, base);
+  Real eigenvalue;
+  for (int k = 0; k < 2; ++k) {
+    const Real before = sum(squareOf);
+    for (int twice = 0; twice < 2; ++twice) {
+      const Real step = Real(1e-6) / sum(sizeOf);
+      for (int i = 0; i < size; ++i)
+        mulAdd(step, read(of.direction, i), read(y, i)).store(of.c + i * laneCount);
+      findOrders<Shape>(first);
+      for (int i = 0; i < size; ++i) {
+        const Real d = read(of.direction, i);
+        choose((read(slope, i) - read(base, i)) / step, d).store(of.direction + i * laneCount);
+      }
+    }
+    const Real after = sum(squareOf), length = root(after);
+    const Integers isMeasured = (after.v > Real().v) & (after.v < Real(1e300).v);
+    eigenvalue = Real(isMeasured ? root(root(after / before)).v : Real().v);
+    for (int i = 0; i < size; ++i) {
+      const Real d = read(of.direction, i), next(isMeasured ? (d / length).v : Real(1).v);
+      choose(next, d).store(of.direction + i * laneCount);
+    }
+  }
+  std::copy_n(y, size * laneCount, of.c);
+  const Real T = larger(Real(1) / eigenvalue, Real(control.leastTurning));
+  choose(T, Real::load(of.turning)).store(of.turning);
+}
+
+template <class Shape>
+void findSeries(const SideBySide& of, const StepControl& control) {
+  findOrders<Shape>(of);
   nextStep(Tail(of, control), of.order, Real::load(of.h)).store(of.h);
 }
 
-/// Σ_{0<k} c_k h^k of component i.
-inline Real increment(const SideBySide& of, Real h, int i) {
-  const int size = 2 * of.arrays.n;
-  Real sum = read(of.c, of.order * size + i);
-  for (int k = of.order - 1; k > 0; --k) sum = mulAdd(h, sum, read(of.c, k * size + i));
+/// Σ_{0<k} c_k h^k of components 2i and 2i + 1: one sum does not wait for the other.
+inline Vector increments(const SideBySide& of, Real h, int i) {
+  const int n = of.arrays.n;
+  Vector sum = pairAt<Real>(of.c, 2 * (of.order * n + i));
+  for (int k = of.order - 1; k > 0; --k) sum = mulAdd(h, sum, pairAt<Real>(of.c, 2 * (k * n + i)));
   return h * sum;
 }
 
 void evaluateSeries(const SideBySide& of, const double* h, double* y) {
-  for (int i = 0; i < 2 * of.arrays.n; ++i) {
-    const Real sum = read(of.c, i) + (increment(of, Real::load(h), i) + read(of.carry, i));
-    sum.store(y + i * laneCount);
+  for (int i = 0; i < of.arrays.n; ++i) {
+    const Vector whole = increments(of, Real::load(h), i) + pairAt<Real>(of.carry, 2 * i);
+    storePair(y, 2 * i, pairAt<Real>(of.c, 2 * i) + whole);
   }
+}
+
+/// Σ d q̇². y: scratch.
+void findDissipation(const SideBySide& of, const double* h, double* y, double* power) {
+  evaluateSeries(of, h, y);
+  Real sum, inner;
+  for (int j = 0; j < of.arrays.n; ++j) {
+    const Real damping = read(of.joints + j * SideBySide::jointQuantities * laneCount, 1);
+    const Real rate = read(y, of.arrays.n + j), qd = rate - inner;
+    sum = mulAdd(damping * qd, qd, sum);
+    inner = rate;
+  }
+  sum.store(power);
 }
 
 /// With Kahan's summation.
 void takeStep(const SideBySide& of, const double* h) {
-  for (int i = 0; i < 2 * of.arrays.n; ++i) {
-    const Real old = read(of.c, i), whole = increment(of, Real::load(h), i) + read(of.carry, i);
-    const Real next = old + whole;
-    (whole - (next - old)).store(of.carry + i * laneCount);
-    next.store(of.c + i * laneCount);
+  for (int i = 0; i < of.arrays.n; ++i) {
+    const Vector old = pairAt<Real>(of.c, 2 * i);
+    const Vector whole = increments(of, Real::load(h), i) + pairAt<Real>(of.carry, 2 * i);
+    const Vector next = old + whole;
+    storePair(of.carry, 2 * i, whole - (next - old));
+    storePair(of.c, 2 * i, next);
   }
 }
 
 template <class Shape>
-constexpr SideBySideKernel sideBySideOf{findSeries<Shape>, evaluateSeries, takeStep};
+constexpr SideBySideKernel sideBySideOf{findTurning<Shape>, findSeries<Shape>, evaluateSeries,
+                                        findDissipation, takeStep};
 
 }  // namespace
 }  // namespace planar_chain::simd

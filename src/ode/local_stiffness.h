@@ -65,9 +65,13 @@ class LocalStiffness {
   double timeOf(double h) const { return h * eigenvalue_ > 1 ? 1 / eigenvalue_ : h; }
   /// T, s: the shortest time for which a rate's error turns the links (integrator.h).
   double turningTime(double h, double tolerance) const {
+    return std::min(1.0, std::max({h / 2, 1 / eigenvalue_, leastTurningTime(tolerance)}));
+  }
+  /// The part of it that the tolerance determines.
+  static double leastTurningTime(double tolerance) {
     constexpr double byThemselves = 2e-10;  // the tolerance at which rates count by themselves
     const double fine = byThemselves / tolerance;
-    return std::min(1.0, std::max({h / 2, 1 / eigenvalue_, fine * fine}));
+    return fine * fine;
   }
 
  private:

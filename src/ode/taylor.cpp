@@ -51,16 +51,19 @@ Taylor::Taylor(SeriesSystem& f, double tolerance)
       c_(static_cast<std::size_t>((order_ + 1) * f.driving())) {
   f_.reserveSeries(order_);
   cost_ = f_.seriesCost(order_);
+  if (integrandRates_.size() > 0) rule_ = gaussRule(order_ / 2 + 1);
+}
 
-  // Gauss's rule by Golub and Welsch: eigenvalues of the Legendre polynomials' recurrence.
-  const int count = integrandRates_.size() > 0 ? order_ / 2 + 1 : 0;
-  if (count == 0) return;
+/// By Golub and Welsch: eigenvalues of the Legendre polynomials' recurrence.
+Eigen::MatrixX2d Taylor::gaussRule(int count) {
   Eigen::VectorXd beside(count - 1);
   for (int k = 1; k < count; ++k) beside[k - 1] = k / std::sqrt(4.0 * k * k - 1);
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> roots;
   roots.computeFromTridiagonal(Eigen::VectorXd::Zero(count), beside);
-  nodes_ = (roots.eigenvalues().array() + 1) / 2;
-  weights_ = roots.eigenvectors().row(0).array().square();
+  Eigen::MatrixX2d rule(count, 2);
+  rule.col(0) = (roots.eigenvalues().array() + 1) / 2;
+  rule.col(1) = roots.eigenvectors().row(0).array().square();
+  return rule;
 }
 
 const Vector& Taylor::derivative(double t, const Vector& y) {
@@ -99,11 +102,11 @@ void Taylor::findIncrement(double t, double h) {
   sum_.tail(integrandRates_.size()).setZero();
   f_.arrange(sum_.data(), increment_.data());
   if (!f_.hasIntegrands()) return;
-  for (Eigen::Index k = 0; k < nodes_.size(); ++k) {
-    vectors_.polynomial(nodes_[k] * h, c_.data(), order_, sum_.data(), driving);
+  for (Eigen::Index k = 0; k < rule_.rows(); ++k) {
+    vectors_.polynomial(rule_(k, 0) * h, c_.data(), order_, sum_.data(), driving);
     sum_.head(driving) += y_.head(driving);
-    f_.integrands(t + nodes_[k] * h, sum_.data(), integrandRates_.data());
-    increment_.tail(integrandRates_.size()) += h * weights_[k] * integrandRates_;
+    f_.integrands(t + rule_(k, 0) * h, sum_.data(), integrandRates_.data());
+    increment_.tail(integrandRates_.size()) += h * rule_(k, 1) * integrandRates_;
   }
 }
 

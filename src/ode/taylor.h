@@ -25,6 +25,8 @@ class Taylor : public Stepper {
  public:
   static constexpr double caution = 20;  ///< by which the error is multiplied
   static int orderFor(double tolerance);
+  /// The nodes and weights of Gauss's rule on [0, 1], columns. Allocates.
+  static Eigen::MatrixX2d gaussRule(int count);
   /// f must outlive the stepper. Allocates.
   Taylor(SeriesSystem& f, double tolerance);
 
@@ -64,7 +66,7 @@ class Taylor : public Stepper {
   SeriesSystem& f_;
   int order_ = facts().order;
   double cost_;
-  Eigen::VectorXd nodes_, weights_;  ///< of Gauss's rule on [0, 1]
+  Eigen::MatrixX2d rule_;
   std::vector<double> c_;
   Vector y_{f_.size()}, carry_ = y_, sum_ = y_,
                         integrandRates_{f_.size() - f_.driving()};  ///< in the order of the series

@@ -66,6 +66,19 @@ SceneOfRun sceneOfRun(const TreeAndScene& from, const Given& all) {
   };
 }
 
+/// A path that leads nowhere is a fault of all runs. A value out of its range is a fault of its run.
+void requirePaths(const SceneOfRun& sceneOfRun, const TreeAndScene& scene, const Given& all) {
+  if (all.runs == 0) return;
+  try {
+    Scene first = scene.scene;
+    sceneOfRun(0, first);
+  } catch (const Refused& refused) {
+    for (const Fault& fault : refused.faults()) {
+      if (all.columns.count(fault.path) == 0) throw;
+    }
+  }
+}
+
 Runs simulateMany(const TreeAndScene& scene, const Numbers& times, const std::optional<Numbers>& initial,
                   const std::map<std::string, Numbers>& parameters, int threads, const py::object& progress) {
   const std::vector<double> instants = vectorOf(times, static_cast<std::size_t>(times.size()), "times");
@@ -78,10 +91,12 @@ Runs simulateMany(const TreeAndScene& scene, const Numbers& times, const std::op
     if (!progress.is_none()) progress(ended);
     return true;
   };
+  const SceneOfRun each = sceneOfRun(scene, all);
+  requirePaths(each, scene, all);
   BatchResult result;
   {
     const py::gil_scoped_release others;
-    result = planar_chain::simulateMany(scene.scene, all.runs, sceneOfRun(scene, all), instants, options);
+    result = planar_chain::simulateMany(scene.scene, all.runs, each, instants, options);
   }
   return {std::move(result), times.size(), static_cast<py::ssize_t>(2 * scene.scene.q.size())};
 }
@@ -140,7 +155,7 @@ times: s, from 0, never falling. initial: runs × 2n first states, q (rad) and t
 dict from paths in the scene, such as 'links/lower/mass', to arrays of one number a run. progress: called
 about ten times a second with the number of runs that have ended.
 
-The results depend neither on the number of threads nor on the other runs. A run whose scene is refused, or
+Raises Refused if a path leads nowhere. The results depend neither on the number of threads nor on the other runs. A run whose scene is refused, or
 whose integration fails, is not done and has a reason.)");
 }
 

@@ -2,6 +2,7 @@
 
 #include "planar_chain/scene_reader.h"
 #include "python/bindings.h"
+#include "scene/shipped_scenes.h"
 
 namespace planar_chain::python {
 
@@ -116,6 +117,14 @@ std::string textOf(const py::object& path) {
   return text.cast<std::string>();
 }
 
+/// The path, or that of the scene of this name.
+py::object found(const py::object& path) {
+  if (!py::isinstance<py::str>(path)) return path;
+  const auto package = py::module::import("planar_chain").attr("__file__").cast<std::string>();
+  const auto share = std::filesystem::path(package).parent_path() / "../../../../share";
+  return py::str(findScene(path.cast<std::string>(), share));
+}
+
 template <class Things>
 std::vector<std::string> namesOf(const Things& things) {
   std::vector<std::string> names;
@@ -156,8 +165,11 @@ config/README.md explains every key. Raises Refused, with all faults, for a scen
           "from_yaml", [](const std::string& text) { return TreeAndScene(parseYaml(text)); }, py::arg("text"),
           "From the text of a YAML scene.")
       .def_static(
-          "from_file", [](const py::object& path) { return TreeAndScene(parseYaml(textOf(path))); },
-          py::arg("path"), "From a YAML file. Raises OSError if it cannot be read.")
+          "from_file", [](const py::object& path) { return TreeAndScene(parseYaml(textOf(found(path)))); },
+          py::arg("path"),
+          R"(From a YAML file, or by the name of a scene that ships, such as 'double_pendulum'.
+
+Raises OSError if the file cannot be read.)")
       .def_static(
           "from_urdf",
           [](const std::string& text, py::dict rest) {

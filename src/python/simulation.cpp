@@ -258,8 +258,9 @@ It acts from `start` (s) on, or at once.)")
           link, force, point, moment, until, start,
           R"(Holds a force (x, y in N, base frame) and a moment (N m) on a link (its name or number).
 
-The force acts at a point of the link: x, y in m, link frame, from its inner pin. Both last until the next
-such call for this link, or until a time (s).)")
+The force acts at a point of the link: x, y in m, link frame, from its inner pin, where it acts by default. (A
+load of a scene acts at the centre of mass by default.) Both last until the next such call for this link, or
+until a time (s).)")
       .def(
           "add_force",
           [](Running& self, const py::object& where, const Pair& F, const Pair& X, double length, double M,

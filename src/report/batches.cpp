@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "lanes/kernel.h"
 #include "planar_chain/batch.h"
 #include "report/median.h"
 
@@ -84,12 +85,16 @@ int main(int count, char** arguments) {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);  // line by line
   BatchOptions alone, sideBySide;
   alone.threads = sideBySide.threads = 1;
-  alone.sideBySide = false;
+  alone.lanes = 1;
 
-  std::printf("links,one after the other (us a run),side by side (us a run),ratio\n");
-  for (const int n : {1, 2, 3, 6, 12}) {
-    const Pair pair = byTurns(pairs, cpuTime, rods(n), starts(n, many), alone, sideBySide);
-    std::printf("%d,%.1f,%.1f,%.2f\n", n, 1e6 * pair.first / runs, 1e6 * pair.second / runs, pair.ratio);
+  std::printf("links,kernel,one after the other (us a run),side by side (us a run),ratio\n");
+  for (const simd::Kernel* kernel : simd::kernels()) {
+    sideBySide.lanes = kernel->lanes;
+    for (const int n : {1, 2, 3, 6, 12}) {
+      const Pair pair = byTurns(pairs, cpuTime, rods(n), starts(n, many), alone, sideBySide);
+      std::printf("%d,%s,%.1f,%.1f,%.2f\n", n, kernel->name, 1e6 * pair.first / runs,
+                  1e6 * pair.second / runs, pair.ratio);
+    }
   }
 
   const unsigned cores = std::max(1u, std::thread::hardware_concurrency());

@@ -32,11 +32,12 @@
 
 namespace planar_chain {
 
-/// Only the constructor allocates.
-class EnergyGuard {
+/// The bound. Allocates nothing.
+class EnergyCheck {
  public:
-  /// The scene and its dynamics must outlive this object.
-  EnergyGuard(const Scene& scene, const Dynamics& dynamics) : dynamics_(dynamics), n_(scene.chain.size()) {
+  static constexpr int period = 32;  ///< steps between two checks
+
+  explicit EnergyCheck(const Scene& scene) : n_(scene.chain.size()) {
     use(scene.integrator);
     double pin = 0;
     for (int j = 0; j < n_; ++j) {
@@ -62,39 +63,31 @@ class EnergyGuard {
     share_ = isFixed ? fixedShare : std::min(fixedShare, sharePerTolerance * settings.tolerance);
   }
 
-  /// W_s and W_d in a state in chain order.
-  Eigen::Vector2d worksOf(const double* y) const {
-    if (dynamics_.works() == 0) return Eigen::Vector2d::Zero();
-    return {y[2 * n_], y[2 * n_ + 1]};
-  }
-
-  /// Starts the balance at this state. y: the same state in chain order.
-  void begin(const ode::State& state, const double* y) {
-    good_ = state;
-    energyThen_ = dynamics_.energy(state.t, y);
-    worksThen_ = worksOf(y);
+  /// Starts the balance. works: W_s and W_d.
+  void begin(double t, const Energy& energy, const Eigen::Vector2d& works) {
+    then_ = t;
+    energyThen_ = energy;
+    worksThen_ = works;
     gap_ = moved_ = steps_ = 0;
   }
 
-  /// Returns true if the balance closes over these steps, from the last good state to this one, which then is
-  /// the last good state.
-  bool accept(const ode::State& state, const double* y, long long steps) {
-    const Energy now = dynamics_.energy(state.t, y);
-    const Eigen::Vector2d works = worksOf(y);
+  /// Returns true if the balance closes over these steps, from the last good state to that of absolute angles
+  /// and rates y, which then is the last good state.
+  bool accept(double t, const double* y, const Energy& now, const Eigen::Vector2d& works, long long steps) {
     const double in = works[0] - worksThen_[0];
     const double out = works[1] - worksThen_[1];
-    const double fading = std::max(0.0, 1 - (state.t - good_.t));
+    const double fading = std::max(0.0, 1 - (t - then_));
     const double gap = gap_ * fading + (now.kinetic - energyThen_.kinetic) +
                        (now.potential - energyThen_.potential) - in + out;
     const double moved = std::max(moved_ * fading, now.kinetic + energyThen_.kinetic +
                                                        std::abs(now.potential - energyThen_.potential) +
                                                        std::abs(in) + std::abs(out));
     const double lately = steps_ * fading + static_cast<double>(steps);
-    if (!std::isfinite(gap) || !(std::abs(gap) <= errorEnergy(state.t, y, now, lately) + share_ * moved)) {
+    if (!std::isfinite(gap) || !(std::abs(gap) <= errorEnergy(t, y, now, lately) + share_ * moved)) {
       refused_ = gap;
       return false;
     }
-    good_ = state;
+    then_ = t;
     energyThen_ = now;
     worksThen_ = works;
     gap_ = gap;
@@ -102,9 +95,6 @@ class EnergyGuard {
     steps_ = lately;
     return true;
   }
-  const ode::State& lastGood() const { return good_; }
-  /// The last good state, of the same energy and motion, but with other angles.
-  void moveTo(const ode::State& state) { good_ = state; }
   /// The gap that was last refused, J: positive if there was too much energy.
   double gap() const { return refused_; }
 
@@ -113,7 +103,7 @@ class EnergyGuard {
     constexpr double mostAngle = 1e6;  // rad; beyond, rounding explains no gap
     const Eigen::Map<const Eigen::ArrayXd> theta(y, n_), omega(y + n_, n_);
     const double rounding = std::numeric_limits<double>::epsilon() * std::max(32, n_);
-    const double seconds = std::max(1.0, t - good_.t);
+    const double seconds = std::max(1.0, t - then_);
     const double angle = tolerance_ * seconds + rounding * (pi + std::min(theta.abs().maxCoeff(), mostAngle));
     const double ofRates = std::max(rateTolerance_ * seconds, perStep_ * steps);
     const double rate = (ofRates + rounding) * (1 + omega.abs().maxCoeff());
@@ -127,7 +117,6 @@ class EnergyGuard {
            2 * std::sqrt(mostElastic) * std::sqrt(elastic) + elastic + weight_ * angle;
   }
 
-  const Dynamics& dynamics_;
   int n_;
   double tolerance_, rateTolerance_;  ///< ε of angles and rates without rounding; 0 for fixed steps
   double perStep_;                    ///< the least ε of rates for each step of about the last second
@@ -135,11 +124,43 @@ class EnergyGuard {
   double inertia_ = 0;                ///< Σ m ρ² + I
   double stiffness_ = 0;              ///< Σ k
   double weight_ = 0;                 ///< Σ m |g| ρ
-  ode::State good_;
+  double then_ = 0;                   ///< the time of the last good state, s
   Energy energyThen_;
   Eigen::Vector2d worksThen_;
   double gap_ = 0, moved_ = 0, steps_ = 0;  ///< of about the last second
   double refused_ = 0;
+};
+
+/// The check of a simulation. Only the constructor allocates.
+class EnergyGuard : public EnergyCheck {
+ public:
+  /// The scene and its dynamics must outlive this object.
+  EnergyGuard(const Scene& scene, const Dynamics& dynamics) : EnergyCheck(scene), dynamics_(dynamics) {}
+
+  /// W_s and W_d in a state in chain order.
+  Eigen::Vector2d worksOf(const double* y) const {
+    if (dynamics_.works() == 0) return Eigen::Vector2d::Zero();
+    const double* works = y + dynamics_.size() - dynamics_.works();
+    return {works[0], works[1]};
+  }
+
+  /// y: the same state in chain order.
+  void begin(const ode::State& state, const double* y) {
+    good_ = state;
+    EnergyCheck::begin(state.t, dynamics_.energy(state.t, y), worksOf(y));
+  }
+  bool accept(const ode::State& state, const double* y, long long steps) {
+    if (!EnergyCheck::accept(state.t, y, dynamics_.energy(state.t, y), worksOf(y), steps)) return false;
+    good_ = state;
+    return true;
+  }
+  const ode::State& lastGood() const { return good_; }
+  /// The last good state, of the same energy and motion, but with other angles.
+  void moveTo(const ode::State& state) { good_ = state; }
+
+ private:
+  const Dynamics& dynamics_;
+  ode::State good_;
 };
 
 }  // namespace planar_chain

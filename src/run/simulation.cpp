@@ -19,7 +19,6 @@ namespace planar_chain {
 
 namespace {
 
-constexpr int stepsPerCheck = 32;    // of the energy balance
 constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
 
 }  // namespace
@@ -165,7 +164,7 @@ struct Simulation::Parts {
     const double end = std::min(t, dynamics.effects().until());
     const long long before = integrator().count().accepted;
     const ode::Outcome outcome =
-        integrator().integrate(state, end, dynamics.effects().longestStep(), stepsPerCheck);
+        integrator().integrate(state, end, dynamics.effects().longestStep(), EnergyCheck::period);
     restore();
     const long long steps = integrator().count().accepted - before;
     if (ode::hasFailed(outcome) || !guard.accept(state, y.data(), steps)) {
@@ -206,7 +205,7 @@ struct Simulation::Parts {
   bool isStuck() {
     const ode::StepCount count = integrator().count();
     const long long steps = count.accepted - countThen.accepted;
-    if (rung + 1 == rungs || steps < stepsPerCheck) return false;
+    if (rung + 1 == rungs || steps < EnergyCheck::period) return false;
     const bool isSlow = state.t - timeThen < leastPace * static_cast<double>(steps);
     countThen = count;
     timeThen = state.t;

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "reading/section.h"
+#include "scene/shipped_scenes.h"
 
 namespace planar_chain::tools {
 
@@ -124,24 +124,6 @@ void checkOutput(const std::string& option, const std::string& path,
 
 namespace {
 
-/// The path of a scene that is given by its path, or by the name of one that ships.
-/// @throws Refused if there is neither
-std::string findScene(const std::string& given) {
-  namespace fs = std::filesystem;
-  std::error_code none;
-  const bool isName = given.find_first_of("./") == std::string::npos;
-  if (!isName || fs::exists(given, none)) return given;
-  // In the devel space or install space of this program.
-  const fs::path program = fs::read_symlink("/proc/self/exe", none);
-  std::set<std::string> names;
-  for (const auto& file :
-       fs::directory_iterator(program.parent_path() / "../../share/planar_chain/config/scenes", none)) {
-    if (file.path().stem() == given) return file.path().string();
-    names.insert(file.path().stem().string());
-  }
-  throw Refused({{given, "a file, or one of the scenes that ship: " + inCommas(names), "neither"}});
-}
-
 /// @throws Refused for files of other programs, which are no YAML
 void requireScene(const std::string& path, const std::string& text) {
   const char* const found = text.rfind("#ROSBAG", 0) == 0
@@ -167,7 +149,8 @@ Scene readScene(const Arguments& given, const std::function<void(Value&)>& amend
   const auto file = given.text("SCENE"), urdf = given.text("urdf");
   try {
     if (!file && !urdf) throw Refused({{"SCENE", "a scene file, or --urdf with a robot", "neither"}});
-    const std::string path = file ? findScene(*file) : "";
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
+    const std::string path = file ? findScene(*file, program.parent_path() / "../../share") : "";
     const std::string text = file ? loadText(path) : "{}";
     const std::string robot = urdf ? loadText(*urdf) : "";
     requireScene(path, text);

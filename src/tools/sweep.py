@@ -7,21 +7,12 @@ reason. Exit status: 0 done; 1 the sweep failed; 2 bad arguments or scene; 130 i
 import argparse
 import csv
 import os
-import pathlib
 import sys
 
 import numpy as np
 
 from planar_chain import Refused, Scene
 from planar_chain.sweeps import BadSweep, Sweep, run_here, run_there, table_of
-
-SHIPPED = pathlib.Path(sys.argv[0]).absolute().parent / "../../share/planar_chain/config/scenes"
-
-
-def scene_from(name):
-    """A YAML file, or the name of a scene that ships."""
-    shipped = SHIPPED / (name + ".yaml")
-    return Scene.from_file(str(shipped if not os.path.exists(name) and shipped.exists() else name))
 
 
 def varied_from(text):
@@ -74,6 +65,7 @@ def arguments():
     parser.add_argument("--instants", type=int, default=1, metavar="K",
                         help="states kept of each run, in equal steps up to the duration (default 1: the end)")
     parser.add_argument("--output", nargs="+", required=True, metavar="FILE", help="a .csv, an .npz, or both")
+    parser.add_argument("--overwrite", action="store_true", help="replace files that are complete")
     parser.add_argument("--chunk", type=int, default=500, metavar="RUNS",
                         help="runs that are computed, and kept on disk, together (default 500)")
     parser.add_argument("--scheduler", metavar="ADDRESS",
@@ -93,10 +85,13 @@ def sweep_from(given):
             raise BadSweep(f"--{name}: expected {expected}, got {getattr(given, name)}")
     if not given.vary:
         raise BadSweep("--vary: expected at least one, got none")
+    parts = given.output[0] + ".parts"
+    for path in given.output:
+        if os.path.exists(path) and not os.path.exists(parts) and not given.overwrite:
+            raise BadSweep(f"--output: expected a new file, got {path}, which is complete (--overwrite replaces it)")
     paths, values = table_of([varied_from(text) for text in given.vary], given.runs, given.seed)
     times = given.duration * np.arange(1, given.instants + 1) / given.instants
-    return Sweep(scene_from(given.scene), paths, values, times.tolist(), given.output[0] + ".parts",
-                 given.chunk)
+    return Sweep(Scene.from_file(given.scene), paths, values, times.tolist(), parts, given.chunk)
 
 
 def main():

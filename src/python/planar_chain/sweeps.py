@@ -9,7 +9,7 @@ import shutil
 
 import numpy as np
 
-from planar_chain import Refused, Scene, simulate_many
+from planar_chain import Scene, simulate_many
 
 
 class BadSweep(ValueError):
@@ -83,16 +83,8 @@ class Sweep:
         self.scene, self.paths, self.values, self.times, self.folder = scene, paths, values, times, folder
         self.chunk = chunk  # runs
         self.starts = range(0, len(values), chunk)
-        self._require_paths()
+        simulate_many(scene, [], parameters=dict(zip(paths, values[:1].T)))  # refuses paths that lead nowhere
         self._enter()
-
-    def _require_paths(self):
-        """A path that leads nowhere is a fault of all runs. A value out of its range is a fault of its run."""
-        try:
-            self.scene.with_values(dict(zip(self.paths, self.values[0])))
-        except Refused as refused:
-            if any(fault.path not in self.paths for fault in refused.faults):
-                raise
 
     def _enter(self):
         """What an interrupted sweep left behind is taken up if it is the same sweep."""
