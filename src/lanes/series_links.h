@@ -131,7 +131,8 @@ struct ActingInSeries {
 
 template <bool isFirst, class Shape, class Loads>
 [[gnu::always_inline]] inline void orderOf(Shape& shape, const SeriesArrays& of, int k,
-                                           const ActingInSeries& acting, Loads findLoads, double* c) {
+                                           const ActingInSeries& acting, Inverse perOrder, Inverse perNext,
+                                           Loads findLoads, double* c) {
   constexpr int d = doubles<typename Shape::Some>;
   const int n = shape.bodies();
   double* theta = c + k * 2 * n * d;
@@ -147,8 +148,8 @@ template <bool isFirst, class Shape, class Loads>
                                           of.e,
                                           of.e + 2 * k * n * d,
                                           of.e + 2 * (k + 2) * n * d,
-                                          Inverse(k + 1),
-                                          Inverse(k + 2)};
+                                          perOrder,
+                                          perNext};
   if constexpr (!isFirst) {
     shape.know(of.rows, k);
     findLoads(k, theta, omega);
@@ -162,8 +163,13 @@ template <class Shape, class Loads>
                                              Loads findLoads, double* c) {
   using Some = typename Shape::Some;
   Shape shape(of, pairAt<Some>(acting.ground, 0), c + of.n * doubles<Some>);
-  orderOf<true>(shape, of, 0, acting, findLoads, c);
-  for (int k = 1; k < order; ++k) orderOf<false>(shape, of, k, acting, findLoads, c);
+  Inverse perOrder(2);
+  orderOf<true>(shape, of, 0, acting, Inverse(1), perOrder, findLoads, c);
+  for (int k = 1; k < order; ++k) {
+    const Inverse perNext(k + 2);
+    orderOf<false>(shape, of, k, acting, perOrder, perNext, findLoads, c);
+    perOrder = perNext;
+  }
 }
 
 template <class Shape>

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 
@@ -77,21 +78,25 @@ const Vector& Taylor::derivative(double t, const Vector& y) {
 
 void Taylor::findError(double h) {
   constexpr int lookedBack = 6;
-  const Eigen::Index driving = f_.driving();
-  const auto sizeOf = [&](int k) {
-    return Eigen::Map<const Eigen::ArrayXd>(c_.data() + k * driving, driving).abs();
-  };
-  auto error = sum_.head(driving).array();
-  error.setZero();
+  std::array<double, lookedBack> weights;
   double weight = caution * power(h, order_ + 1 - lookedBack), share = 1.0 / 1024;
-  for (int k = order_ + 1 - lookedBack; k < order_ - 1; ++k) {
-    error = error.max(share * weight * sizeOf(k));
+  for (double& each : weights) {
+    each = share * weight;
     weight *= h;
     share *= 4;
   }
-  // A last coefficient that is not finite stays so: max() might drop it.
-  const auto last = share * weight * sizeOf(order_ - 1) + weight * h * sizeOf(order_);
-  error = (error > last).select(error, last);
+  const int driving = f_.driving();
+  const double* c = c_.data() + (order_ + 1 - lookedBack) * driving;
+  for (int i = 0; i < driving; ++i) {
+    const auto term = [&](int k) {
+      return weights[static_cast<std::size_t>(k)] * std::abs(c[k * driving + i]);
+    };
+    double error = 0;
+    for (int k = 0; k < lookedBack - 2; ++k) error = std::max(error, term(k));
+    // A last coefficient that is not finite stays so: max() might drop it.
+    const double last = term(lookedBack - 2) + term(lookedBack - 1);
+    sum_[i] = error > last ? error : last;
+  }
   sum_.tail(integrandRates_.size()).setZero();
   f_.arrange(sum_.data(), error_.data());
 }

@@ -67,5 +67,10 @@ void scale(const tools::Arguments& given) {
 int main(int argc, char** argv) {
   using namespace planar_chain::benchmarks;
   return planar_chain::tools::runStudy("report_peers", argc, argv,
-                                       {{"about", describe}, {"race", race}, {"scaling", scale}});
+                                       {{"about", describe},
+                                        {"race", race},
+#ifdef WITH_ODEINT
+                                        {"pendulum", pendulum},
+#endif
+                                        {"scaling", scale}});
 }

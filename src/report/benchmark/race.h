@@ -38,6 +38,8 @@ const std::vector<Team>& teams();
 // Each in a file of its own.
 Team byHandTeam();
 Team odeintTeam();
+/// The study of one pendulum: prints CSV.
+void pendulum(const tools::Arguments& given);
 Team bulletTeam();
 Team dartTeam();
 Team mujocoTeam();
