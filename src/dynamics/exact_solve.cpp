@@ -47,10 +47,10 @@ ode::LinearCosts ExactSolve::costs() const {
   // By clock, of evaluations as this chain has them; between chains with springs and without. Joining
   // segments is dear for short ones; where factorizations do not stay in cache, solves wait for memory.
   constexpr int isShort = 200, staysInCache = 2500;
-  if (!mechanism_.lanes()) return {2.9, 1, 3.2, 2.8};
-  if (n_ <= isShort) return {3, 0.6, 6, 2.3};
-  if (n_ <= staysInCache) return {2.6, 0.6, 3, 1.8};
-  return {3.4, 1, 3.6, 3.2};
+  if (!mechanism_.lanes()) return {2.9, 0.7, 3.2, 2.3};
+  if (n_ <= isShort) return {3, 0.65, 6, 2.6};
+  if (n_ <= staysInCache) return {2.8, 0.7, 4, 3};
+  return {2.8, 0.8, 5, 5};
 }
 
 // ---- The state that J is of ------------------------------------------------------------------------

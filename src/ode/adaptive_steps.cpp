@@ -37,7 +37,7 @@ class FastestSteps : public Integrator {
     if (!started_) start(state, end);
     for (;;) {
       // Start or judge a trial.
-      if (onTrial_ && (run_.steps >= judged || run_.cost > trialCostLeft_)) {
+      if (onTrial_ && (run_.steps >= judged || run_.cost > trialCostLeft_ || isHopeless())) {
         judgeTrial();
       } else if (!onTrial_ && run_.steps >= patience_) {
         startTrial();
@@ -101,6 +101,7 @@ class FastestSteps : public Integrator {
   static constexpr double hopeless = 0.7;         // an explicit challenger with less than this loses
   static constexpr double farEnough = 0.75;       // of the limit of stability
   static constexpr double clearlyNotStiff = 0.1;  // of that step, for a start with an explicit method
+  static constexpr double nearTheLimit = 0.5;     // of that step: a stiff method may be faster
   static constexpr double mostTrialCost = 600;    // evaluations
   static constexpr double trialBudget = 0.2;      // of the incumbents' cost, for uncertain trials
   static constexpr double farthestLeap = 1000;    // times the incumbent's step
@@ -122,11 +123,12 @@ class FastestSteps : public Integrator {
 
   /// Starts with the first explicit method if its first step is far from the limit, else with the stiff one.
   void start(const State& state, double end) {
-    stiffness_->update(state.t, state.y);
+    stiffness_->maybeUpdate(state.t, state.y);
     inUse_ = 0;
     while (!isExplicit(inUse_)) ++inUse_;
     AdaptiveSteps& first = methods_[inUse_];
     if (first.propose(state, end - state.t) >= clearlyNotStiff * steadyStep(first)) inUse_ = 0;
+    methods_[inUse_].propose(state, end - state.t, true);
     challenger_ = inUse_;
     started_ = true;
   }
@@ -139,7 +141,7 @@ class FastestSteps : public Integrator {
     }
     if (k == inUse_ && !method.facts().errorSeesStiffModes) return false;
     // An explicit incumbent far from its limit is not limited by stiffness.
-    if (isExplicit(inUse_) && incumbentStep_ < clearlyNotStiff * steadyStep(methods_[inUse_])) return false;
+    if (isExplicit(inUse_) && incumbentStep_ < nearTheLimit * steadyStep(methods_[inUse_])) return false;
     const bool isUncertain = k == inUse_ || isExplicit(inUse_) || !isFine_;
     return !isUncertain || onTrials_ + judged * method.cost() <= trialBudget * onIncumbents_;
   }
@@ -164,22 +166,30 @@ class FastestSteps : public Integrator {
     }
   }
 
+  /// True if the challenger's step will not grow much any more, and is too short. An explicit method finds
+  /// its step at once; a leap gets shorter.
+  bool isHopeless() const {
+    const AdaptiveSteps& challenger = methods_[challenger_];
+    const bool hasFoundItsStep =
+        isExplicit(challenger_) ? run_.steps > 0 : run_.cost > 0 && challenger.facts().errorSeesStiffModes;
+    return hasFoundItsStep && challenger.proposal() < hopeless * incumbentSpeed_ * challenger.cost();
+  }
+
   /// The challenger wins, or goes on as it gets faster, or loses. A stiff method needs time to find its step
-  /// if it must first damp the oscillations that an explicit one has left.
+  /// if it must first damp the oscillations that an explicit one has left, or if it has made a leap.
   void judgeTrial() {
     const double speed = run_.speed();
-    const AdaptiveSteps& challenger = methods_[challenger_];
-    // An explicit method has found its step by now.
-    const bool isHopeless =
-        isExplicit(challenger_) && challenger.proposal() < hopeless * incumbentSpeed_ * challenger.cost();
+    const bool isClearlySlower = isHopeless();
     trialCostLeft_ -= run_.cost;
     if (speed > clearly * incumbentSpeed_) {
       inUse_ = challenger_;
       patience_ = std::max(patience_ / 2, leastPatience);
       onTrial_ = false;
-    } else if (isHopeless || trialCostLeft_ <= 0 || speed < hopeful * lastSpeed_) {
+    } else if (isExplicit(challenger_) ||
+               (!isExplicit(inUse_) && !methods_[challenger_].facts().errorSeesStiffModes) ||
+               trialCostLeft_ <= 0 || speed < hopeful * lastSpeed_) {
       methods_[inUse_].resume(incumbentStep_);
-      patience_ = std::min((isHopeless ? fewerTrials : 2) * patience_, mostPatience);
+      patience_ = std::min((isClearlySlower ? fewerTrials : 2) * patience_, mostPatience);
       onTrial_ = false;
     }
     lastSpeed_ = speed;

@@ -117,8 +117,9 @@ class AdaptiveSteps : public Integrator {
   const MethodFacts& facts() const { return stepper_->facts(); }
   bool isExplicit() const { return std::isfinite(facts().stabilityLimit); }
   /// Computes a first step, which becomes proposal(), and returns it: a step with a small error of the
-  /// explicit Euler method, h² |ÿ| about 1 % of the scale, then adapted to the order.
-  double propose(const State& state, double left) {
+  /// explicit Euler method, h² |ÿ| about 1 % of the scale, then adapted to the order. It is at most 100
+  /// times that of Euler's; a bold one of an explicit method is not, nor one from rest.
+  double propose(const State& state, double left, bool isBold = false) {
     const Vector& slope = stepper_->derivative(state.t, state.y);
     const auto norm = [&](auto component) {
       double worst = 0;
@@ -130,13 +131,16 @@ class AdaptiveSteps : public Integrator {
     };
     const double d0 = norm([&](Eigen::Index i) { return tolerance_.size(state.y, i) - 1; });
     const double d1 = norm([&](Eigen::Index i) { return slope[i]; });
-    const double h0 = std::min(left, d0 > 1e-5 && d1 > 1e-5 ? 0.01 * d0 / d1 : 1e-6);
+    const bool isFromRest = d0 <= 1e-5 || d1 <= 1e-5;
+    const double h0 = std::min(left, isFromRest ? 1e-6 : 0.01 * d0 / d1);
     trial_ = state.y + h0 * slope;
     stepper_->system().slope(state.t + h0, trial_.data(), trialDerivative_.data());
     const double d2 = norm([&](Eigen::Index i) { return (trialDerivative_[i] - slope[i]) / h0; });
     const double most = std::max(d1, d2);
     const double h1 = most > 1e-15 ? simd::power(0.01 / most, exponent_) : std::max(1e-6, 1e-3 * h0);
-    return h_ = std::isfinite(h1) ? std::min({100 * h0, h1, left}) : h0;
+    if (!std::isfinite(h1)) return h_ = h0;
+    if (isBold && (isExplicit() || isFromRest)) return h_ = std::min(isExplicit() ? h1 / 4 : h1, left);
+    return h_ = std::min({100 * h0, h1, left});
   }
 
  private:

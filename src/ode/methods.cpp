@@ -46,12 +46,16 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
     return adaptiveSteps(std::move(stepper), tolerance, stiffness);
   }
 
-  // auto starts with the first explicit method: taylor if the tolerance is fine, and for one or two links
-  // without dampers or loads. A coarse run is over before a trial would find taylor.
-  constexpr int twoLinks = 4;
-  const bool beginsWithSeries = tolerance.isFine() || f.size() <= twoLinks;
+  // auto starts with the first explicit method. taylor is faster than dop853 if the tolerance is fine and the
+  // chain short, and for one or two links without dampers or loads.
+  constexpr int twoLinks = 4, shortChain = 40;
+  constexpr double veryFine = 1e-6;
+  const bool isTiny = f.size() <= twoLinks;
+  const bool beginsWithSeries = isTiny || (tolerance.value <= veryFine && f.size() <= shortChain);
   std::vector<const char*> names{"rodas5p", "radau13", "dop853"};
-  if (f.seriesAreWorthwhile()) names.insert(names.end() - (beginsWithSeries ? 1 : 0), "taylor");
+  if (f.seriesAreWorthwhile() && (isTiny || tolerance.isFine())) {
+    names.insert(names.end() - (beginsWithSeries ? 1 : 0), "taylor");
+  }
   if (f.jumpsOften()) names.push_back("dopri5");
   std::vector<std::unique_ptr<Stepper>> steppers;
   for (const char* each : names) steppers.push_back(makeStepper(each, f, tolerance, stiffness));

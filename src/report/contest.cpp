@@ -20,9 +20,10 @@ namespace planar_chain::tools {
 
 namespace {
 
-constexpr double lost = 1;        // rad: the run has nothing to do with the motion any more
-constexpr double isShort = 0.03;  // s: such runs are made in turns, and thrice to time their steps
-constexpr int longChain = 1000;   // links
+constexpr double lost = 1;         // rad: the run has nothing to do with the motion any more
+constexpr double isShort = 0.03;   // s: such runs are made in turns, and thrice to time their steps
+constexpr double notRepeated = 1;  // s
+constexpr int longChain = 1000;    // links
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// s of this thread on the processor that `call` takes.
@@ -52,7 +53,7 @@ struct Effort {
 Effort effortFor(const Contest& contest, bool quick) {
   const double longer = contest.scene.chain.size() >= longChain ? 1 : 0;
   return quick ? Effort{0.03, 3, 1, 0.02, 0.1 + 0.3 * longer, 3e5 + 6e5 * longer}
-               : Effort{0.1, 10, 3, 0.25, 0.5 + 1.5 * longer, 1e7 + 2e7 * longer};
+               : Effort{0.1, 10, 3, 0.25, 0.5 + 5.5 * longer, 1e7 + 1e8 * longer};
 }
 
 /// Loosest first: tolerances, or steps of 1, 0.3, 0.1, 0.03 … s, as far as the number of steps allows.
@@ -158,8 +159,10 @@ void measure(const Contest& contest, const Effort& effort, Point& point) {
   point.isMeasuredAgain = first.seconds < isShort;
   const double wanted = std::clamp(effort.budget / first.seconds, 1.0 * effort.fewest, 21.0) /
                         (point.isMeasuredAgain ? effort.turns : 1);
-  std::vector<double> times(first.seconds > effort.isLong ? 2 : static_cast<std::size_t>(std::ceil(wanted)));
+  std::vector<double> times(first.seconds > effort.isLong ? 2 : static_cast<std::size_t>(std::ceil(wanted)),
+                            first.seconds);
   for (double& time : times) {
+    if (first.seconds > notRepeated) break;
     time = ride(contest, *point.contestant, point.setting, effort.limit).seconds;
   }
   point.medians.at(static_cast<std::size_t>(point.turns++)) = median(times);
