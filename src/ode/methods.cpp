@@ -48,10 +48,10 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
 
   // auto starts with the first explicit method. taylor is faster than dop853 if the tolerance is fine and the
   // chain short, and for one or two links without dampers or loads.
-  constexpr int twoLinks = 4, shortChain = 40;
+  constexpr int twoLinks = 4, shortChain = 20;
   constexpr double veryFine = 1e-6;
   const bool isTiny = f.size() <= twoLinks;
-  const bool beginsWithSeries = isTiny || (tolerance.value <= veryFine && f.size() <= shortChain);
+  const bool beginsWithSeries = isTiny || (tolerance.value <= veryFine && f.positions() <= shortChain);
   std::vector<const char*> names{"rodas5p", "radau13", "dop853"};
   if (f.seriesAreWorthwhile() && (isTiny || tolerance.isFine())) {
     names.insert(names.end() - (beginsWithSeries ? 1 : 0), "taylor");
