@@ -104,6 +104,7 @@ class FastestSteps : public Integrator {
   static constexpr double nearTheLimit = 0.5;     // of that step: a stiff method may be faster
   static constexpr double mostTrialCost = 600;    // evaluations
   static constexpr double trialBudget = 0.2;      // of the incumbents' cost, for uncertain trials
+  static constexpr double notFar = 0.1;           // of the incumbent's step, for a stiff method's first one
   static constexpr double farthestLeap = 1000;    // times the incumbent's step
 
   /// Progress, s, and cost of a method, in evaluations.
@@ -161,6 +162,8 @@ class FastestSteps : public Integrator {
       if (running().facts().errorSeesStiffModes) {
         leap_ = leap_ < farthestLeap ? 10 * leap_ : 10;
         step = std::max(step, leap_ * incumbentStep_);
+      } else if (!isExplicit(next)) {
+        step = std::max(step, notFar * incumbentStep_);
       }
       return running().resume(step > 0 ? step : incumbentStep_);
     }
