@@ -79,6 +79,7 @@ Result<Real> reference(const Moving& at, bool hasForces) {
 Result<double> inLanes(Moving at, bool hasForces, const simd::Kernel& kernel, bool inSegments, bool turns) {
   const std::size_t n = at.joints.size();
   Result<double> result{std::vector<double>(n), std::vector<double>(n), {}};
+  if (turns) std::fill(at.e.begin(), at.e.end(), Rotation<double>{});
   CoupledChain chain(at.chain, kernel, inSegments);
   chain.couple(at.joints.data());
   result.force = chain.accelerations({at.e.data(), at.N.data(), hasForces ? at.F.data() : nullptr, at.ground},
@@ -115,6 +116,7 @@ void compare(const Moving& at, bool hasForces) {
     const std::string name = kernel->name;
     // Where a segment of hardly any free joint ends at a held one, the join loses three digits.
     expectClose(inLanes(at, hasForces, *kernel, true, false), 1e-12, "segments, " + name);
+    expectClose(inLanes(at, hasForces, *kernel, true, true), 1e-12, "segments, turning, " + name);
     if (n > ShortChain::most) continue;
     expectClose(inLanes(at, hasForces, *kernel, false, false), 1e-15, "link by link, " + name);
     expectClose(inLanes(at, hasForces, *kernel, false, true), 1e-15, "turning, " + name);

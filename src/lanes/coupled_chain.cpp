@@ -59,6 +59,7 @@ Vec2d CoupledChain::accelerations(const Outside& outside, const double* theta, c
     kernel_.coupledLinks(arrays, outside, theta, omega, turning, {alpha, moments, &pinForce});
     return pinForce;
   }
+  if (theta) kernel_.rotations(theta, &outside.e->c, arrangement_.bodies());
   arrangement_.arrange(outside.e, e_.data());
   arrangement_.arrange(omega, omega_.data());
   arrangement_.arrange(outside.N, N_.data());

@@ -40,7 +40,8 @@ class CoupledChain {
 
   /// Takes the couplings of all joints from now on.
   void couple(const Coupling<double>* joints);
-  /// As Coupled<double>::accelerations, with room for ShortChain::roomFor(n) rotations. Allocates nothing.
+  /// As Coupled<double>::accelerations. Writes outside.e, with room for ShortChain::roomFor(n) rotations, or
+  /// reads it if theta is nullptr. Allocates nothing.
   Vec2d accelerations(const Outside& outside, const double* theta, const double* omega, double turning,
                       double* alpha, double* moments);
 
