@@ -42,6 +42,7 @@ CoupledDynamics::CoupledDynamics(const Scene& scene, std::unique_ptr<Effect> mor
     coupling_.push_back(effect.get());
     effect->attach(*this);
   }
+  varying_.reserve(coupling_.size());
   if (base_) {
     for (Evaluation* evaluation : {&now_, &aside_, &then_}) {
       evaluation->turning.resize(index(n_));
