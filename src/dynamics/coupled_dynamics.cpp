@@ -21,8 +21,8 @@ CoupledDynamics::Evaluation::Evaluation(int n) {
   couplings.joints.resize(index(n));
   couplings.held.resize(index(n));
   y.resize(2 * index(n));
-  e.resize(index(n));
-  for (auto* numbers : {&omega, &N, &alpha, &moments, &slopes}) numbers->resize(index(n));
+  e.resize(index(ShortChain::roomFor(n)));
+  for (auto* numbers : {&N, &alpha, &moments}) numbers->resize(index(n));
   for (auto* vectors : {&F, &pinVelocity}) vectors->resize(index(n));
 }
 
@@ -41,6 +41,13 @@ CoupledDynamics::CoupledDynamics(const Scene& scene, std::unique_ptr<Effect> mor
     if (!effect->couples()) continue;
     coupling_.push_back(effect.get());
     effect->attach(*this);
+  }
+  varying_.reserve(coupling_.size());
+  if (base_) {
+    for (Evaluation* evaluation : {&now_, &aside_, &then_}) {
+      evaluation->turning.resize(index(n_));
+      evaluation->slopesOnBase.resize(index(n_));
+    }
   }
   for (const Joint& joint : scene.chain.joints()) {
     double inertia = 0;
@@ -86,8 +93,9 @@ void CoupledDynamics::run(double t, const double* y, Known wanted, Evaluation& t
     wanted = Known::all;
     runCoupled(to);
   }
-  const double turning = wanted == Known::all ? to.couplings.angle.acceleration : 0;
-  for (std::size_t i = 0; i < to.slopes.size(); ++i) to.slopes[i] = to.alpha[i] - turning;
+  for (std::size_t i = 0; i < to.slopesOnBase.size(); ++i) {
+    to.slopesOnBase[i] = to.alpha[i] - to.couplings.angle.acceleration;
+  }
   to.known = wanted;
 }
 
@@ -107,32 +115,48 @@ void CoupledDynamics::runWelded(Known wanted, Evaluation& to) {
   welded_->moments(to.e.data(), omega, to.N.data(), to.alpha.data(), to.moments.data());
 }
 
-void CoupledDynamics::runCoupled(Evaluation& to) {
-  const double* y = to.y.data();
-  collect(to.t, 0, to.couplings);
-  const auto& [joints, held, x, yBase, angle] = to.couplings;
-  to.base = {{x.value, yBase.value}, {x.rate, yBase.rate}, angle.value, angle.rate};
-  to.ground = Vec2d{x.acceleration, yBase.acceleration} - mechanism_.chain().gravity();
+/// Takes what couples at to.t. Effects that do not vary with time couple the same until forget().
+void CoupledDynamics::takeCouplings(Evaluation& to) {
+  if (!to.hasCouplings) {
+    collect(to.t, 0, to.couplings);
+    varying_.clear();
+    std::copy_if(coupling_.begin(), coupling_.end(), std::back_inserter(varying_),
+                 [](const Effect* effect) { return effect->variesWithTime(); });
+    to.hasCouplings = true;
+  } else if (varying_.empty()) {
+    return;
+  }
+  for (const Effect* effect : varying_) effect->couple(to.t, 0, to.couplings);
+  const auto& [joints, held, x, y, angle] = to.couplings;
+  recursion_.couple(joints.data());
+  to.base = {{x.value, y.value}, {x.rate, y.rate}, angle.value, angle.rate};
+  to.ground = Vec2d{x.acceleration, y.acceleration} - mechanism_.chain().gravity();
+}
 
-  // Rotations and rates against the ground.
-  mechanism_.rotate(y, to.e.data(), n_);
-  std::copy_n(y + n_, n_, to.omega.begin());
+void CoupledDynamics::runCoupled(Evaluation& to) {
+  takeCouplings(to);
+
+  // Rotations and rates against the ground. The recursion computes rotations that nothing else needs.
+  const double* theta = to.y.data();
+  const bool hasForces = effects_.acting() == LoadKind::forces;
+  if (base_ || hasForces) {
+    mechanism_.rotate(theta, to.e.data(), n_);
+    theta = nullptr;
+  }
   if (base_) {
     const Rotation<double> turn = plainRotation(to.base.angle);
     for (Rotation<double>& e : to.e) e = {turn.c * e.c - turn.s * e.s, turn.s * e.c + turn.c * e.s};
-    for (double& omega : to.omega) omega += to.base.rate;
+    for (int j = 0; j < n_; ++j) to.turning[index(j)] = to.y[index(n_ + j)] + to.base.rate;
   }
-
-  const bool hasForces = effects_.acting() == LoadKind::forces;
   if (hasForces) {
     std::fill(to.F.begin(), to.F.end(), Vec2d{});
-    mechanism_.findPinVelocities(to.e.data(), to.omega.data(), effects_.reach(), to.pinVelocity.data());
+    mechanism_.findPinVelocities(to.e.data(), to.omega(), effects_.reach(), to.pinVelocity.data());
     for (int j = 0; j < effects_.reach(); ++j) to.pinVelocity[index(j)] += to.base.velocity;
   }
   applyEffects(to);
-  to.pinForce = recursion_.accelerations(to.e.data(), to.omega.data(), to.N.data(),
-                                         hasForces ? to.F.data() : nullptr, joints.data(), to.ground,
-                                         angle.acceleration, to.alpha.data(), to.moments.data());
+  to.pinForce = recursion_.accelerations(
+      {to.e.data(), to.N.data(), hasForces ? to.F.data() : nullptr, to.ground}, theta, to.omega(),
+      to.couplings.angle.acceleration, to.alpha.data(), to.moments.data());
 }
 
 void CoupledDynamics::applyEffects(Evaluation& to) {
@@ -164,13 +188,13 @@ double CoupledDynamics::couplingPower() {
 
 JointAnswer CoupledDynamics::answer(double t, const double* y) {
   run(t, y, Known::moments, now_);
-  return {now_.moments.data(), now_.slopes.data()};
+  return {now_.moments.data(), now_.slopes()};
 }
 
 JointAnswer CoupledDynamics::answerAside(double t, const double* y) {
   aside_.known = Known::nothing;
   run(t, y, Known::moments, aside_);
-  return {aside_.moments.data(), aside_.slopes.data()};
+  return {aside_.moments.data(), aside_.slopes()};
 }
 
 // ---- ode::System -----------------------------------------------------------------------------------
@@ -182,7 +206,7 @@ void CoupledDynamics::derivative(double t, const double* y, double* dydt) {
 
 void CoupledDynamics::rates(double t, const double* y, double* out) {
   run(t, y, Known::rates, now_);
-  std::copy_n(now_.slopes.begin(), n_, out);
+  std::copy_n(now_.slopes(), n_, out);
   if (works_ == 0) return;
   out[n_] = now_.powers.supplied + couplingPower();
   out[n_ + 1] = now_.powers.dissipated;
@@ -250,10 +274,9 @@ void CoupledDynamics::accelerations(double t, const double* y, double* alpha) {
 void CoupledDynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   run(t, y);
   const Vec2d acceleration = now_.ground + mechanism_.chain().gravity();
-  moveLinks(
-      {now_.base.pin, now_.base.velocity, acceleration, now_.base.angle, y, now_.e.data(), now_.omega.data(),
-       now_.alpha.data(), effects_.acting() == LoadKind::forces ? now_.F.data() : nullptr},
-      motions);
+  moveLinks({now_.base.pin, now_.base.velocity, acceleration, now_.base.angle, y, now_.e.data(), now_.omega(),
+             now_.alpha.data(), effects_.acting() == LoadKind::forces ? now_.F.data() : nullptr},
+            motions);
 }
 
 void CoupledDynamics::couplingTorques(double t, const double* y, double* tau) {
@@ -263,7 +286,7 @@ void CoupledDynamics::couplingTorques(double t, const double* y, double* tau) {
   // Rotors are inertia, not torque.
   for (int i = 0; i < n_; ++i) {
     const Coupling<double>& joint = now_.couplings.joints[index(i)];
-    if (joint.isHeld) tau[i] += now_.moments[index(i)] + joint.rotor * relative(now_.slopes.data(), i);
+    if (joint.isHeld) tau[i] += now_.moments[index(i)] + joint.rotor * relative(now_.slopes(), i);
   }
 }
 
@@ -285,7 +308,8 @@ void CoupledDynamics::inverse(double t, const double* y, const double* qdd, doub
     joints[index(i)] = {0, true, qdd[i]};
   }
   const Vec2d* F = effects_.acting() == LoadKind::forces ? now_.F.data() : nullptr;
-  recursion_.accelerations(now_.e.data(), now_.omega.data(), now_.N.data(), F, joints.data(), now_.ground,
+  recursion_.couple(joints.data());
+  recursion_.accelerations({now_.e.data(), now_.N.data(), F, now_.ground}, nullptr, now_.omega(),
                            now_.couplings.angle.acceleration, now_.alpha.data(), tau);
   for (int i = 0; i < n_; ++i) {
     const double rate = relative(y + n_, i), way = rate != 0 ? rate : qdd[i];

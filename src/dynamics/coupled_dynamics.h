@@ -11,7 +11,7 @@
 
 #include "dynamics/dynamics.h"
 #include "dynamics/welded_chain.h"
-#include "recursion/coupled.h"
+#include "lanes/coupled_chain.h"
 #include "recursion/coupled_linearized.h"
 #include "recursion/coupled_series.h"
 
@@ -36,9 +36,7 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   void followBase(const BaseLaws& laws) override;
   bool hold(double t, double* y) override;
   void hold(double t, double* q, double* qd) override;
-  std::string recursion() const override {
-    return welded_ ? welded_->name() : "link by link, with coupled joints";
-  }
+  std::string recursion() const override { return welded_ ? welded_->name() : recursion_.name(); }
   Energy energy(double t, const double* y) const override;
   void accelerations(double t, const double* y, double* alpha) override;
   void linkMotions(double t, const double* y, LinkMotion* motions) override;
@@ -97,17 +95,22 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   struct Evaluation {
     explicit Evaluation(int n);
     ChainState state() const {
-      return {t, y.data(), y.data() + omega.size(), e.data(), pinVelocity.data(), base.rate};
+      return {t, y.data(), y.data() + N.size(), e.data(), pinVelocity.data(), base.rate};
     }
+    /// The rates against the ground, and ω̇ of y.
+    const double* omega() const { return turning.empty() ? y.data() + N.size() : turning.data(); }
+    const double* slopes() const { return slopesOnBase.empty() ? alpha.data() : slopesOnBase.data(); }
 
     Known known = Known::nothing;
     double t = 0;
     std::vector<double> y;  ///< angles and rates
+    bool hasCouplings = false;
     Couplings couplings;
     BaseState base;
     Vec2d ground, pinForce;
     std::vector<Rotation<double>> e;
-    std::vector<double> omega, N, alpha, moments, slopes;  ///< slopes: ω̇ of y
+    std::vector<double> N, alpha, moments;
+    std::vector<double> turning, slopesOnBase;  ///< if the base moves
     std::vector<Vec2d> F, pinVelocity;
     Powers powers;  ///< of the effects
   };
@@ -116,10 +119,12 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   JointAnswer answerAside(double t, const double* y) override;
   void forget() override {
     now_.known = Known::nothing;
+    now_.hasCouplings = aside_.hasCouplings = false;
     isWelded_ = false;
   }
   BaseState baseAt(double t) const;
   void collect(double t, int order, Couplings& to) const;
+  void takeCouplings(Evaluation& to);
   /// Takes couplings, moments and forces at a state, and runs the recursion. What is known of the state is
   /// not computed again.
   void run(double t, const double* y) { run(t, y, Known::all, now_); }
@@ -134,9 +139,9 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   Powers powersAlong(const double* x);
 
   std::optional<BaseLaws> base_;
-  std::vector<Effect*> coupling_;
-  std::vector<double> rotors_;  ///< J, kg m²
-  Coupled<double> recursion_;
+  std::vector<Effect*> coupling_, varying_;  ///< varying_: those that couple otherwise at another time
+  std::vector<double> rotors_;               ///< J, kg m²
+  CoupledChain recursion_;
   std::optional<WeldedChain> welded_;  ///< a faster recursion, if the scene allows it
   bool isWelded_ = false;              ///< welded_ has the joints that stick now
   Evaluation now_, aside_, then_;      ///< then_: of the last linearize()

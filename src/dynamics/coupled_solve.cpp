@@ -38,8 +38,8 @@ void CoupledDynamics::linearize(double t, const double* y, double* dydt) {
 
 CoupledState CoupledDynamics::linearized() const {
   const bool hasForces = effects_.acting() == LoadKind::forces;
-  return {then_.e.data(), then_.omega.data(), then_.alpha.data(), hasForces ? then_.F.data() : nullptr,
-          XF_.data(),     tangentK_.data(),   tangentD_.data(),   then_.couplings.joints.data(),
+  return {then_.e.data(), then_.omega(),    then_.alpha.data(), hasForces ? then_.F.data() : nullptr,
+          XF_.data(),     tangentK_.data(), tangentD_.data(),   then_.couplings.joints.data(),
           then_.ground};
 }
 
@@ -105,7 +105,7 @@ Powers CoupledDynamics::powersAlong(const double* x) {
   for (int j = 0; j < effects_.reach(); ++j) {
     pinVelocityAlong_[index(j)] = change;
     const Vec2d P = then_.e[index(j)] * mechanism_.chain().links()[index(j)].pin;
-    change += x[n_ + j] * perp(P) - (then_.omega[index(j)] * x[j]) * P;
+    change += x[n_ + j] * perp(P) - (then_.omega()[j] * x[j]) * P;
   }
   for (Effect* effect : effects_.active()) {
     powers += effect->worksInLanes()
@@ -127,19 +127,20 @@ void CoupledDynamics::series(double t, const double* y, const double* /*carry*/,
   sumStiffness();
   run(t, y);
   aside_ = now_;  // the orders, one after the other
+  aside_.hasCouplings = false;
   std::copy_n(y, 2 * n_, c);
   const Vec2d* F = effects_.acting() == LoadKind::forces ? aside_.F.data() : nullptr;
-  series_->begin(now_.e.data(), now_.omega.data(), now_.alpha.data(), now_.ground, F);
+  series_->begin(now_.e.data(), now_.omega(), now_.alpha.data(), now_.ground, F);
   const Series known{t, n_, c, series_->rotations(), n_};
   const auto& [joints, held, x, yBase, angle] = aside_.couplings;
   for (int k = 0; k < order; ++k) {
     double *row = c + std::ptrdiff_t{2} * n_ * k, *next = row + std::ptrdiff_t{2} * n_;
     if (k > 0) {
       collect(t, k, aside_.couplings);
-      for (int i = 0; i < n_; ++i) aside_.omega[index(i)] = row[n_ + i] + angle.rate;
+      for (int i = 0; i < n_; ++i) rates_[index(i)] = row[n_ + i] + angle.rate;
       findOrder(k, known, {aside_.N.data(), aside_.F.data()});
-      series_->find(k, aside_.omega.data(), aside_.N.data(), F, joints.data(),
-                    {x.acceleration, yBase.acceleration}, angle.acceleration, aside_.alpha.data());
+      series_->find(k, rates_.data(), aside_.N.data(), F, joints.data(), {x.acceleration, yBase.acceleration},
+                    angle.acceleration, aside_.alpha.data());
     }
     for (int i = 0; i < n_; ++i) {
       next[i] = row[n_ + i] / (k + 1);

@@ -48,6 +48,7 @@ void Arrangement::arrange(const Quantity* values, Quantity* arranged) const {
 }
 template void Arrangement::arrange(const double*, double*) const;
 template void Arrangement::arrange(const Vec2d*, Vec2d*) const;
+template void Arrangement::arrange(const Rotation<double>*, Rotation<double>*) const;
 
 void Arrangement::restore(const double* arranged, double* values) const {
   copy<true>(n_, lanes_, steps_, arranged, values);

@@ -21,6 +21,7 @@ class Arrangement {
   explicit Arrangement(int n, const simd::Kernel* kernel = nullptr);
   Arrangement(int n, int lanes) : n_(n), lanes_(lanes), steps_((n + lanes - 1) / lanes) {}
 
+  int bodies() const { return n_; }
   int lanes() const { return lanes_; }
   int steps() const { return steps_; }
   /// The length of an arranged quantity.

@@ -34,6 +34,31 @@ struct ShortChains {
   Run (*runFor)(int n, LoadKind acting);
 };
 
+/// The recursion of coupled joints; see coupled_chain.h. Joint by joint, or step by step in lanes: J, 1 if
+/// held or else 0, q̈.
+struct CoupledArrays {
+  static constexpr int jointQuantities = 3;
+  static constexpr int handleQuantities = 12;
+  static constexpr int most = ShortChains::most;  ///< links, link by link
+  static constexpr int rows = 13, width = 16;     ///< of their numbers
+  static constexpr int pairQuantities = 74;  ///< as in LinearArrays
+  int n, steps;
+  const double *links, *joints;
+  const char* couples;  ///< link by link: false where a body and the next one have no coupling
+  double* handles;
+  double* pairs;  ///< the pairs of segments, round by round
+};
+
+/// Results.
+struct CoupledMotion {
+  double *alpha, *moments;
+  Vec2d* pinForce;
+};
+
+/// theta: nullptr if e is given, as it is in segments.
+using CoupledRun = void (*)(const CoupledArrays& arrays, const Outside& outside, const double* theta,
+                            const double* omega, double turning, CoupledMotion to);
+
 /// So many quantities a step.
 template <int count>
 struct Steps {
@@ -149,6 +174,7 @@ struct Kernel {
   /// The recursion in segments. e: pairs; N: or nullptr; F: pairs, or nullptr; ground: a of the inner pin.
   void (*segments)(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                    const double* F, Vec2d ground, double* alpha);
+  CoupledRun coupledLinks, coupledSegments;
   LinearKernels inSegments, linkByLink;
   SeriesRun series[3];             ///< for one body, for two, and for any number
   SideBySideKernel sideBySide[3];  ///< likewise

@@ -2,6 +2,7 @@
 
 /// All that a kernel is made of, for the CPU that the including file's compiler options name.
 
+#include "lanes/coupled_kernel.h"
 #include "lanes/linear_kernel.h"
 #include "lanes/side_by_side.h"
 
@@ -14,6 +15,8 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           rotations,
           shortChains,
           segmentsAll,
+          coupledLinks,
+          coupledSegments,
           linearKernels<Real>,
           linearKernels<Number>,
           {seriesOf<One>, seriesOf<Two>, seriesOf<Links<Number>>},

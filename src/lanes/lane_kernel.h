@@ -161,9 +161,8 @@ Vector unit(Vector P) {
 }
 
 /// The directions of the segments' last links.
-Vector outerFrames(const SegmentArrays& arrays, const double* e) {
-  const int i = arrays.steps - 1;
-  return unit(readRotation(e, i) * linkAt(arrays.links, i).p);
+Vector outerFrames(const double* links, const double* e, int steps) {
+  return unit(readRotation(e, steps - 1) * linkAt(links, steps - 1).p);
 }
 
 inline double* handlesAt(const SegmentArrays& arrays, int i) {
@@ -175,7 +174,7 @@ inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const d
                            const double* F) {
   Sym2<Real> A, C;
   Vector b, c;
-  const Vector d = outerFrames(arrays, e);
+  const Vector d = outerFrames(arrays.links, e, arrays.steps);
   Vector Gx{d.x, -d.y}, Gy{d.y, d.x};  // rows of G
   for (int i = arrays.steps - 1; i >= 0; --i) {
     const Turned<Real> body = turned(linkAt(arrays.links, i), readRotation(e, i), read(omega, i));

@@ -8,18 +8,18 @@
 ///
 ///     F_pin = A a + H α_p + b          μ = H·a + Q α_p + c
 ///
-/// N contains all other joint torques. The sweep inwards starts at the tip with zeros:
+/// N contains all other joint torques. κ = J/D and 1/D are those of a free joint with a rotor (J = 0 without
+/// one), where q̈ = 0. A held joint, with given q̈, is the limit J → ∞. The sweep inwards starts at the tip
+/// with zeros:
 ///
 ///     U = m iR + A iP + H              D0 = I + m|R|² + iP·(A iP) + 2 iP·H + Q
 ///     β = b − ω² A P                   ε  = N − iP·β − (c − ω² H·P)
 ///     f = β − F − ω² m R
 ///
-///     free joint with a rotor, μ = −J (α − α_p); J = 0 without one:
-///         D = D0 + J                   α = (ε − U·a + J α_p)/D
-///         A ← m + A − U Uᵀ/D           H ← U J/D       Q ← J D0/D      b ← f + U ε/D    c ← −J ε/D
-///     held joint, q̈ given: the limit J → ∞
-///         α = α_p + q̈                  μ = D0 α + U·a − ε
-///         A ← m + A                    H ← U           Q ← D0          b ← f + U q̈      c ← D0 q̈ − ε
+///     D = D0 + J, κ = J/D              or of a held joint 1/D = 0, κ = 1
+///     α = (ε − U·a)/D + κ α_p + q̈      μ = −J (α − α_p), or of a held joint D0 α + U·a − ε
+///     A ← m + A − U Uᵀ/D               H ← κ U         Q ← κ D0
+///     b ← f + U (ε/D + q̈)              c ← κ (D0 q̈ − ε)
 ///
 /// Outwards a ← a + iα P − ω² P, from the acceleration of the ground pin less gravity and from the base's
 /// angular acceleration. The F_pin of the first body is the force of the base on it. If all joints are held,
@@ -43,10 +43,63 @@ struct Coupling {
   Real acceleration{};  ///< q̈ of a held joint, rad/s²
 };
 
-/// A 2-vector's outer product with itself, k times.
+/// The same as numbers, for lanes too.
 template <class Real>
-constexpr Sym2<Real> square(Real k, Vec2<Real> U) {
-  return {k * U.x * U.x, k * U.x * U.y, k * U.y * U.y};
+struct JointAt {
+  Real rotor, held, acceleration;  ///< rotor: 0 of a held joint; held: 1 or 0
+};
+
+template <class Real>
+JointAt<Real> numbersOf(const Coupling<Real>& joint) {
+  return {joint.isHeld ? Real(0) : joint.rotor, Real(joint.isHeld ? 1 : 0), joint.acceleration};
+}
+
+/// What a body shows its inner pin.
+template <class Real>
+struct CoupledPin {
+  Sym2<Real> A;
+  Vec2<Real> b, H;
+  Real Q{}, c{};
+};
+
+/// The results of the sweep inwards for one body. kappa: κ.
+template <class Real>
+struct CoupledHandle {
+  Vec2<Real> U;
+  Real epsilon, inverseD, kappa, D0;
+};
+
+/// One body of the sweep inwards. Replaces the outer pin by the inner one; the caller subtracts the forces F
+/// on the body from b.
+template <class Real>
+[[gnu::always_inline]] inline CoupledHandle<Real> inwards(const Turned<Real>& body, Real N,
+                                                          const JointAt<Real>& joint, CoupledPin<Real>& pin) {
+  const auto& [A, b, H, Q, c] = pin;
+  const Vec2<Real> mR = body.m * body.R, iP = perp(body.P), AiP = A * iP;
+  const Vec2<Real> beta = mulAdd(-body.ww, A * body.P, b);
+  const Vec2<Real> U = perp(mR) + AiP + H;
+  const Real D0 = body.J + dot(iP, AiP + H) + dot(iP, H) + Q;
+  const Real epsilon = N - dot(iP, beta) - mulAdd(-body.ww, dot(H, body.P), c);
+  const Real inverseD = (Real(1) - joint.held) / (D0 + joint.rotor + joint.held);
+  const Real kappa = mulAdd(joint.rotor, inverseD, joint.held);
+  const Vec2<Real> UD = inverseD * U;
+  pin = {{mulAdd(-UD.x, U.x, body.m + A.xx), mulAdd(-UD.x, U.y, A.xy), mulAdd(-UD.y, U.y, body.m + A.yy)},
+         mulAdd(mulAdd(inverseD, epsilon, joint.acceleration), U, mulAdd(-body.ww, mR, beta)),
+         kappa * U,
+         kappa * D0,
+         kappa * mulAdd(D0, joint.acceleration, -epsilon)};
+  return {U, epsilon, inverseD, kappa, D0};
+}
+
+/// One body of the sweep outwards. Replaces a and the angular acceleration of the inner side by those of the
+/// outer side. Returns μ.
+template <class Real>
+[[gnu::always_inline]] inline Real outwards(const CoupledHandle<Real>& body, const JointAt<Real>& joint,
+                                            Vec2<Real> P, Real ww, Vec2<Real>& a, Real& turning) {
+  const Real parent = turning, pulled = mulAdd(-body.U.x, a.x, mulAdd(-body.U.y, a.y, body.epsilon));
+  turning = mulAdd(body.inverseD, pulled, mulAdd(body.kappa, parent, joint.acceleration));
+  a = mulAdd(turning, perp(P), mulAdd(-ww, P, a));
+  return mulAdd(joint.held, mulAdd(body.D0, turning, -pulled), joint.rotor * (parent - turning));
 }
 
 template <class Real = double>
@@ -68,72 +121,19 @@ class Coupled {
   Vec2<Real> accelerations(const Rotation<Real>* e, const Real* omega, const Real* N, const Vec2<Real>* F,
                            const Coupling<Real>* joints, Vec2<Real> ground, Real turning, Real* alpha,
                            Real* moments) {
-    // Inwards. H, Q and c are 0 inside of a joint that couples nothing.
-    Sym2<Real> A;
-    Vec2<Real> H, b;
-    Real Q{}, c{};
-    bool outerCouples = false;
+    CoupledPin<Real> pin;
     for (std::size_t j = bodies_.size(); j-- > 0;) {
       Swept& body = bodies_[j];
-      const Coupling<Real>& joint = joints[j];
       body.at = turned(body.of, e[j], omega[j]);
-      const bool couples = joint.isHeld || joint.rotor != Real(0);
-      if (!couples && !outerCouples) {
-        const Handle<Real> handle = inwards<false>(body.at, N[j], A, b);
-        if (F) b -= F[j];
-        body.U = handle.inverseD * handle.U;
-        body.epsilon = handle.inverseD * handle.u;
-        continue;
-      }
-      outerCouples = couples;
-      const auto& [m, J, R, P, ww] = body.at;
-      const Vec2<Real> mR = m * R, iP = perp(P), AiP = A * iP;
-      const Vec2<Real> beta = b - ww * (A * P);
-      const Vec2<Real> U = perp(mR) + AiP + H;
-      const Real D0 = J + dot(iP, AiP) + Real(2) * dot(iP, H) + Q;
-      const Real epsilon = N[j] - dot(iP, beta) - (c - ww * dot(H, P));
-      Vec2<Real> f = beta - ww * mR;
-      if (F) f -= F[j];
-      if (joint.isHeld) {
-        A = {m + A.xx, A.xy, m + A.yy};
-        H = body.U = U;
-        Q = body.D0 = D0;
-        b = f + joint.acceleration * U;
-        c = D0 * joint.acceleration - epsilon;
-        body.epsilon = epsilon;
-        continue;
-      }
-      const Real over = Real(1) / (D0 + joint.rotor), held = joint.rotor * over;
-      const Sym2<Real> taken = square(-over, U);
-      A = {m + A.xx + taken.xx, A.xy + taken.xy, m + A.yy + taken.yy};
-      H = held * U;
-      Q = held * D0;
-      b = f + (epsilon * over) * U;
-      c = -(held * epsilon);
-      body.U = over * U;
-      body.epsilon = over * epsilon;
-      body.held = held;
+      body.handle = inwards(body.at, N[j], numbersOf(joints[j]), pin);
+      if (F) pin.b -= F[j];
     }
-    const Vec2<Real> pinForce = A * ground + turning * H + b;
-
-    // Outwards.
+    const Vec2<Real> pinForce = pin.A * ground + turning * pin.H + pin.b;
     Vec2<Real> a = ground;
-    Real parent = turning;
     for (std::size_t j = 0; j < bodies_.size(); ++j) {
-      const Swept& body = bodies_[j];
-      const Coupling<Real>& joint = joints[j];
-      const Real pulled = mulAdd(-body.U.x, a.x, mulAdd(-body.U.y, a.y, body.epsilon));
-      Real turn = pulled, moment{};
-      if (joint.isHeld) {
-        turn = parent + joint.acceleration;
-        moment = body.D0 * turn - pulled;
-      } else if (joint.rotor != Real(0)) {
-        turn += body.held * parent;
-        moment = -joint.rotor * (turn - parent);
-      }
-      a = mulAdd(turn, perp(body.at.P), mulAdd(-body.at.ww, body.at.P, a));
-      alpha[j] = parent = turn;
-      moments[j] = moment;
+      const auto& [of, at, handle] = bodies_[j];
+      moments[j] = outwards(handle, numbersOf(joints[j]), at.P, at.ww, a, turning);
+      alpha[j] = turning;
     }
     return pinForce;
   }
@@ -142,9 +142,7 @@ class Coupled {
   struct Swept {
     Body<Real> of;
     Turned<Real> at;
-    // U and ε; over D but for held joints. J/D of rotors, D0 of held joints.
-    Vec2<Real> U;
-    Real epsilon, held, D0;
+    CoupledHandle<Real> handle;
   };
   std::vector<Swept> bodies_;
 };

@@ -1,0 +1,74 @@
+#include "lanes/coupled_chain.h"
+
+#include "lanes/kernel.h"
+#include "lanes/segments.h"
+
+namespace planar_chain {
+
+CoupledChain::CoupledChain(const Chain& chain)
+    : CoupledChain(chain, simd::kernelFor(chain.size()), Segments::areWorthwhile(chain.size())) {}
+
+CoupledChain::CoupledChain(const Chain& chain, const simd::Kernel& kernel, bool inSegments)
+    : kernel_(kernel), arrangement_(chain.size(), inSegments ? kernel.lanes : 1) {
+  using Arrays = simd::CoupledArrays;
+  const int n = chain.size(), lanes = kernel_.lanes, rows = (n + lanes - 1) / lanes;
+  const auto places = index(rows * lanes);
+  links_ = inSegments ? linksArranged(chain, arrangement_) : linksInLanes(chain, lanes, rows, 1, lanes);
+  joints_.resize(places * Arrays::jointQuantities);
+  if (!inSegments) {
+    handles_.resize(Arrays::width * Arrays::rows);
+    couples_.resize(index(n));
+    return;
+  }
+  handles_.resize(places * Arrays::handleQuantities);
+  pairs_.resize(index(lanes * lanes * Arrays::pairQuantities));
+  e_.resize(places);
+  F_.resize(places);
+  for (auto* numbers : {&omega_, &N_, &alpha_, &moments_}) numbers->resize(places);
+}
+
+std::string CoupledChain::name() const {
+  if (!isCut()) return "link by link, with coupled joints";
+  return "in " + std::to_string(kernel_.lanes) + " segments side by side (" + kernel_.name +
+         "), with coupled joints";
+}
+
+void CoupledChain::couple(const Coupling<double>* joints) {
+  const auto lanes = index(arrangement_.lanes());
+  const auto n = index(arrangement_.bodies());
+  const auto couples = [&](std::size_t j) { return j < n && (joints[j].isHeld || joints[j].rotor != 0); };
+  for (std::size_t j = 0; j < n; ++j) {
+    const std::size_t place = arrangement_.placeOf(j);
+    double* to =
+        joints_.data() + place / lanes * lanes * simd::CoupledArrays::jointQuantities + place % lanes;
+    const auto [rotor, held, acceleration] = numbersOf(joints[j]);
+    for (const double number : {rotor, held, acceleration}) {
+      *to = number;
+      to += lanes;
+    }
+    if (!couples_.empty()) couples_[j] = couples(j) || couples(j + 1);
+  }
+}
+
+Vec2d CoupledChain::accelerations(const Outside& outside, const double* theta, const double* omega,
+                                  double turning, double* alpha, double* moments) {
+  Vec2d pinForce;
+  const simd::CoupledArrays arrays{arrangement_.bodies(), arrangement_.steps(), links_.data(), joints_.data(),
+                                   couples_.data(),       handles_.data(),      pairs_.data()};
+  if (!isCut()) {
+    kernel_.coupledLinks(arrays, outside, theta, omega, turning, {alpha, moments, &pinForce});
+    return pinForce;
+  }
+  if (theta) kernel_.rotations(theta, &outside.e->c, arrangement_.bodies());
+  arrangement_.arrange(outside.e, e_.data());
+  arrangement_.arrange(omega, omega_.data());
+  arrangement_.arrange(outside.N, N_.data());
+  if (outside.F) arrangement_.arrange(outside.F, F_.data());
+  kernel_.coupledSegments(arrays, {e_.data(), N_.data(), outside.F ? F_.data() : nullptr, outside.ground},
+                          nullptr, omega_.data(), turning, {alpha_.data(), moments_.data(), &pinForce});
+  arrangement_.restore(alpha_.data(), alpha);
+  arrangement_.restore(moments_.data(), moments);
+  return pinForce;
+}
+
+}  // namespace planar_chain
