@@ -321,8 +321,7 @@ void findTurning(const SideBySide& of, const StepControl& control, const double*
   const auto sizeOf = [](Real d, Real all) { return larger(absolute(d), all); };
 
   findOrders<Shape>(first);
-  std::copy_n(of.c, size * laneCount, y);
-  std::copy_n(slope, size * laneCount, base);
+  std::copy_n(of.c, 2 * size * laneCount, y);
   Real eigenvalue;
   for (int k = 0; k < 2; ++k) {
     const Real before = sum(squareOf);
@@ -345,8 +344,7 @@ void findTurning(const SideBySide& of, const StepControl& control, const double*
     }
   }
   std::copy_n(y, size * laneCount, of.c);
-  const Real T = larger(Real(1) / eigenvalue, Real(control.leastTurning));
-  choose(T, Real::load(of.turning)).store(of.turning);
+  choose(larger(Real(1) / eigenvalue, Real(control.leastTurning)), Real::load(of.turning)).store(of.turning);
 }
 
 template <class Shape>
