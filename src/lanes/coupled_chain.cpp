@@ -2,11 +2,12 @@
 
 #include "lanes/kernel.h"
 #include "lanes/segments.h"
+#include "lanes/short_chain.h"
 
 namespace planar_chain {
 
 CoupledChain::CoupledChain(const Chain& chain)
-    : CoupledChain(chain, simd::kernelFor(chain.size()), Segments::areWorthwhile(chain.size())) {}
+    : CoupledChain(chain, simd::kernelFor(chain.size()), chain.size() > ShortChain::most) {}
 
 CoupledChain::CoupledChain(const Chain& chain, const simd::Kernel& kernel, bool inSegments)
     : kernel_(kernel), arrangement_(chain.size(), inSegments ? kernel.lanes : 1) {

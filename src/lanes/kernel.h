@@ -41,7 +41,7 @@ struct CoupledArrays {
   static constexpr int handleQuantities = 12;
   static constexpr int most = ShortChains::most;  ///< links, link by link
   static constexpr int rows = 13, width = 16;     ///< of their numbers
-  static constexpr int pairQuantities = 74;  ///< as in LinearArrays
+  static constexpr int pairQuantities = 74;       ///< as in LinearArrays
   int n, steps;
   const double *links, *joints;
   const char* couples;  ///< link by link: false where a body and the next one have no coupling
