@@ -92,6 +92,11 @@ double Effects::nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorX
   return first;
 }
 
+bool Effects::mayHide() const {
+  return std::any_of(switching_.begin(), switching_.end(),
+                     [](const Switching* switching) { return switching->mayHide(); });
+}
+
 ode::Crossing Effects::crossing(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
                                 double h) const {
   ode::Crossing first;

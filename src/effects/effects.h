@@ -49,6 +49,7 @@ class Effects : public ode::Switches {
   bool haveSwitches() const { return !switching_.empty(); }
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override;
+  bool mayHide() const override;
   ode::Crossing crossing(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
                          double h) const override;
 

@@ -46,6 +46,7 @@ class Friction : public Effect, public Switching {
   void change(double t, const double* y) override;
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override;
+  bool mayHide() const override { return true; }
   ode::Crossing crossing(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
                          double h) const override;
 

@@ -77,6 +77,8 @@ class FastestSteps : public Integrator {
     return isFinite;
   }
 
+  int pieces() const override { return lastTried_->pieces(); }
+
   void restartAfter(Change change) override {
     for (AdaptiveSteps& method : methods_) method.restartAfter(change);
     if (change != Change::all) return;

@@ -36,6 +36,7 @@ class AdaptiveSteps : public Integrator {
     }
   }
   bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
+  int pieces() const override { return facts().pieces; }
   void restartAfter(Change change) override {
     resume(change == Change::bend ? h_ : 0);
     jumps_ = 0;

@@ -136,8 +136,12 @@ class LandingOnSwitches : public Integrator {
 
   /// Sets trial_ to the state at t. Returns false if it is not finite.
   bool evaluateAt(double t, Place& place) {
-    trial_ = before_;
     ++landing_;
+    return lookAt(t, place);
+  }
+  /// The same, where it costs nothing.
+  bool lookAt(double t, Place& place) {
+    trial_ = before_;
     if (!steps_->stepTo(trial_, t)) return false;
     evaluate(trial_, place);
     return true;
@@ -148,7 +152,13 @@ class LandingOnSwitches : public Integrator {
   Outcome findOnTheWay() {
     constexpr int mostCuts = 24;  // an overdamped stop asks for millions, each closer to from_
     int cuts = 0;
-    for (std::size_t count = 1; count > 0;) {
+    std::size_t count = 1;
+    const int pieces = switches_.mayHide() ? steps_->pieces() : 1;
+    const double piece = (ahead_.front().t - from_.t) / pieces;
+    for (int k = pieces - 1; k > 0; --k) {
+      if (!lookAt(from_.t + k * piece, ahead_[count++])) return Outcome::notFinite;
+    }
+    while (count > 0) {
       Place& to = ahead_[count - 1];
       const double passing = switches_.nearest(from_.t, from_.y, to.y, to.t - from_.t);
       const double t = from_.t + passing;
@@ -254,7 +264,7 @@ class LandingOnSwitches : public Integrator {
   State before_, trial_;
   Vector slope_;
   Place from_{}, found_{};
-  std::array<Place, 8> ahead_;  ///< the nearest last; deeper cuts make no sense
+  std::array<Place, 12> ahead_;  ///< the nearest last; deeper cuts make no sense
 };
 
 }  // namespace

@@ -85,6 +85,8 @@ class Integrator {
   /// Repeats the last advance() from its start with a shorter step, to time t and without error control.
   /// Returns false, and changes nothing, if the result is not finite. Allocates nothing.
   virtual bool stepTo(State& state, double t) = 0;
+  /// MethodFacts::pieces of the method of the last advance().
+  virtual int pieces() const { return 1; }
   /// Call one of these when f has jumped; when its stiffness may have changed, too; when the state was set,
   /// or f was replaced. A bend is a jump after which the step size still suits.
   void restart() { restartAfter(Change::jump); }

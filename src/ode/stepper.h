@@ -21,6 +21,9 @@ struct MethodFacts {
   double stabilityLimit = std::numeric_limits<double>::infinity();
   /// True if error() includes the stiff modes that the step damps.
   bool errorSeesStiffModes = false;
+  /// A step may follow so much of the motion that its ends do not show what happens within. The ends of so
+  /// many pieces do. stepAgain() costs nothing where there are several.
+  int pieces = 1;
 };
 
 /// Only constructors allocate. No function throws.

@@ -22,6 +22,8 @@ class Switches {
   /// For a step of h from y at t to next, with no switch due at either end: the time after which one may
   /// first be due between them. Negative if none can be.
   virtual double nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const = 0;
+  /// True if due() may rise above 0 and fall again within a long step, so that nearest() does not see it.
+  virtual bool mayHide() const { return false; }
   /// For a step of h from y at t, where no switch is due, to next, where one is: a guess of the first time.
   /// An integrator keeps its step size after a switch with a guess: it changes f little.
   virtual Crossing crossing(double /*t*/, const Eigen::VectorXd& /*y*/, const Eigen::VectorXd& /*next*/,

@@ -25,7 +25,8 @@ double stabilityLimitOf(int order) {
 }
 
 MethodFacts factsFor(int order) {
-  return {"taylor", order, order - 1, stabilityLimitOf(order)};
+  constexpr int pieces = 4;
+  return {"taylor", order, order - 1, stabilityLimitOf(order), false, pieces};
 }
 
 /// x^k by squaring. std::pow takes as long as an order of the series.

@@ -39,14 +39,14 @@ FOLDER = pathlib.Path(__file__).parent / "machines"
 DURATIONS = {
     "rotors_2": 2, "drive_2": 2, "spline_3": 2, "rod_1": 2, "falling_2": 3, "stack_5": 2, "slow_3": 3,
     "base_x_1": 2, "base_turns_3": 2, "base_4": 1.5, "shaken_3": 3, "robot_4": 2, "all_5": 2,
-    "stuck_1": 2, "given_2": 1.5, "holds_3": 1.5,
+    "stuck_1": 2, "given_2": 1.5, "holds_3": 1.5, "hidden_2": 1.5,
 }
 # Times of the states whose torques are asked for, s.
 TORQUES = {"base_4": [0.0, 0.5, 1.25], "stack_5": [0.0, 0.5, 1.25], "falling_2": [0.0, 0.5, 1.25]}
 REST = ["rest_1", "rest_3", "rest_5"]
 
 # Tolerance and longest step, s, of the run that counts and of the one that checks it.
-FINE, COARSE = (3e-14, 0.01), (1e-12, 0.04)
+FINE, COARSE = (3e-14, 0.01), (1e-12, 0.015)
 
 
 def dot(a, b):
