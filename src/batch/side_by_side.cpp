@@ -56,13 +56,13 @@ SideBySide::SideBySide(const Scene& like, Runs& runs, const simd::Kernel& kernel
       kernel_(kernel),
       run_(kernel_.sideBySide[std::min(n_, 3) - 1]),
       order_(ode::Taylor::orderFor(settings_.tolerance)),
-      rule_(ode::Taylor::gaussRule(order_ /
-                                   3)),  // exact to 1e-12, as steps are short for the radius of convergence
+      rule_(ode::Taylor::gaussRule(order_ / 3)),
       control_(controlOf(settings_)),
       width_(n_ == 1   ? 2
              : n_ == 2 ? 8
                        : simd::SeriesArrays::columns * n_),
-      lanes_(static_cast<std::size_t>(kernel_.lanes)) {
+      lanes_(static_cast<std::size_t>(kernel_.lanes)),
+      state_(2 * index(n_)) {
   const auto make = [this](CacheLines& array, int numbers) { array.resize(place(numbers, 0)); };
   make(links_, 7 * n_);
   make(ground_, 2);
@@ -189,13 +189,13 @@ std::vector<SideBySide::Given> SideBySide::step() {
 bool SideBySide::balances(std::size_t k) {
   Lane& lane = lanes_[k];
   const Scene& scene = lane.given->scene;
-  std::vector<double> y(2 * index(n_));
-  for (int i = 0; i < 2 * n_; ++i) y[index(i)] = c_[place(i, k)];
-  const Energy energy = energyOf(scene.chain, y.data(), y.data() + n_);
+  double* const y = state_.data();
+  for (int i = 0; i < 2 * n_; ++i) y[i] = c_[place(i, k)];
+  const Energy energy = energyOf(scene.chain, y, y + n_);
   Eigen::Vector2d works{0, lane.dissipated};
-  for (const Load& load : scene.loads) works[0] += load.torque * relative(y.data(), load.joint);
+  for (const Load& load : scene.loads) works[0] += load.torque * relative(y, load.joint);
   if (lane.steps == 0) lane.balance->begin(lane.t, energy, works);
-  return lane.balance->accept(lane.t, y.data(), energy, works, std::exchange(lane.unchecked, 0));
+  return lane.balance->accept(lane.t, y, energy, works, std::exchange(lane.unchecked, 0));
 }
 
 void SideBySide::dissipate(const simd::SideBySide& all) {

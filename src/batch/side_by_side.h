@@ -69,10 +69,12 @@ class SideBySide {
   const simd::Kernel& kernel_;
   const simd::SideBySideKernel& run_;
   const int order_;
-  const Eigen::MatrixX2d rule_;  ///< of Gauss, for W_d
+  /// Of Gauss, for W_d. Its error is about 1e-12: steps are short for the radius of convergence.
+  const Eigen::MatrixX2d rule_;
   const simd::StepControl control_;
   const int width_;
   std::vector<Lane> lanes_;
+  std::vector<double> state_;  ///< of one lane
   std::size_t inUse_ = 0;
   CacheLines links_, ground_, joints_, rows_, known_, bodies_, e_, N_, c_, carry_, h_, ahead_, within_,
       power_, turning_, direction_, slopes_, states_;
