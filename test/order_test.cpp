@@ -109,10 +109,9 @@ TEST(Order, MakesNoDifferenceToAnyMethod) {
 /// y_2 = cos t² below a half.
 struct Below : Switches {
   double due(double /*t*/, const Eigen::VectorXd& y) const override { return 0.5 - y[1]; }
-  double nearest(double /*t*/, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
-                 double h) const override {
-    EXPECT_GE(y[1], next[1]);
-    EXPECT_GT(h, 0);
+  double nearest(const Stretch& of) const override {
+    EXPECT_GE(of.y[1], of.next[1]);
+    EXPECT_GT(of.h, 0);
     return -1;
   }
 };

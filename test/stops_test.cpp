@@ -179,7 +179,7 @@ double nearestOf(const std::vector<Cubic>& motions, double h, double k, double d
   };
   const Eigen::VectorXd y = at(0), next = at(h);
   stops.enterState(0, y.data());
-  return stops.nearest(0, y, next, h);
+  return stops.nearest({0, h, y, next});
 }
 
 /// −a + b t (h − t): its top is at h/2, and b h²/4 above its ends.

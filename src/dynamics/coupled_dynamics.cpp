@@ -191,12 +191,6 @@ JointAnswer CoupledDynamics::answer(double t, const double* y) {
   return {now_.moments.data(), now_.slopes()};
 }
 
-JointAnswer CoupledDynamics::answerAside(double t, const double* y) {
-  aside_.known = Known::nothing;
-  run(t, y, Known::moments, aside_);
-  return {aside_.moments.data(), aside_.slopes()};
-}
-
 // ---- ode::System -----------------------------------------------------------------------------------
 
 void CoupledDynamics::derivative(double t, const double* y, double* dydt) {

@@ -116,7 +116,6 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   };
 
   JointAnswer answer(double t, const double* y) override;
-  JointAnswer answerAside(double t, const double* y) override;
   void forget() override {
     now_.known = Known::nothing;
     now_.hasCouplings = aside_.hasCouplings = false;

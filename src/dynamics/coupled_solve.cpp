@@ -150,9 +150,18 @@ void CoupledDynamics::series(double t, const double* y, const double* /*carry*/,
 }
 
 void CoupledDynamics::integrands(double t, const double* y, double* rates) {
-  run(t, y);
-  rates[0] = now_.powers.supplied + couplingPower();
-  rates[1] = now_.powers.dissipated;
+  if (!welded_ || effects_.acting() == LoadKind::forces) {
+    run(t, y);
+    rates[0] = now_.powers.supplied + couplingPower();
+    rates[1] = now_.powers.dissipated;
+    return;
+  }
+  // Nothing is driven, and no power depends on where the pins are.
+  aside_.t = t;
+  std::copy_n(y, 2 * n_, aside_.y.begin());
+  applyEffects(aside_);
+  rates[0] = aside_.powers.supplied;
+  rates[1] = aside_.powers.dissipated;
 }
 
 }  // namespace planar_chain

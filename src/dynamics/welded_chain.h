@@ -53,7 +53,7 @@ class WeldedChain {
   std::vector<Body<double>> welded_;  ///< and of the welded chain
   std::vector<int> first_;            ///< the first link of each
   std::vector<int> placeOf_;          ///< of each link's body in lane order
-  std::vector<bool> sticks_;          ///< the joints
+  std::vector<char> sticks_;          ///< the joints, true or false
   std::vector<Vec2d> forces_;         ///< f of each link
   CacheLines links_, handles_, theta_, omega_, N_, alpha_, e_;
 };

@@ -57,13 +57,10 @@ struct Couplings {
 struct JointAnswer {
   const double *moments, *accelerations;
 };
-/// Answers are valid until the next one of the same kind.
 class Mechanics {
  public:
-  /// The next evaluation of f at the same state is free.
+  /// Valid until the next one. The next evaluation of f at the same state is free.
   virtual JointAnswer answer(double t, const double* y) = 0;
-  /// Leaves the last answer() as it is.
-  virtual JointAnswer answerAside(double t, const double* y) = 0;
   /// Call it when a joint sticks or slides from now on.
   virtual void forget() = 0;
 

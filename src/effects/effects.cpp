@@ -83,10 +83,10 @@ double Effects::due(double t, const Eigen::VectorXd& y) const {
   return most;
 }
 
-double Effects::nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const {
+double Effects::nearest(const ode::Stretch& of) const {
   double first = -1;
   for (const Switching* switching : switching_) {
-    const double own = switching->nearest(t, y, next, h);
+    const double own = switching->nearest(of);
     if (own > 0 && (first < 0 || own < first)) first = own;
   }
   return first;
@@ -97,14 +97,13 @@ bool Effects::mayHide() const {
                      [](const Switching* switching) { return switching->mayHide(); });
 }
 
-ode::Crossing Effects::crossing(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
-                                double h) const {
-  ode::Crossing first;
+std::optional<double> Effects::crossing(const ode::Stretch& of) const {
+  std::optional<double> first;
   for (const Switching* switching : switching_) {
-    if (switching->due(t + h, next) <= 0) continue;
-    const ode::Crossing own = switching->crossing(t, y, next, h);
-    if (!(own.slope > 0)) return {};
-    if (!(first.slope > 0) || own.after < first.after) first = own;
+    if (switching->due(of.t + of.h, of.next) <= 0) continue;
+    const std::optional<double> own = switching->crossing(of);
+    if (!own) return {};
+    if (!first || *own < *first) first = own;
   }
   return first;
 }

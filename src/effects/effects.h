@@ -48,10 +48,9 @@ class Effects : public ode::Switches {
 
   bool haveSwitches() const { return !switching_.empty(); }
   double due(double t, const Eigen::VectorXd& y) const override;
-  double nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override;
+  double nearest(const ode::Stretch& of) const override;
   bool mayHide() const override;
-  ode::Crossing crossing(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
-                         double h) const override;
+  std::optional<double> crossing(const ode::Stretch& of) const override;
 
  private:
   void listActive();

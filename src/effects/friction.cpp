@@ -27,23 +27,38 @@ double passing(double g0, double gm, double g1) {
   return end + 2 * (top - end) > 0 ? s : 1;
 }
 
-/// The quintic x(s), 0 ≤ s ≤ 1, x(0) = 0, through x(1), and ẋ and ẍ at both ends, s times a power of h.
-class Quintic {
+/// The polynomial through some points (x, g), by Newton's divided differences.
+class Interpolation {
  public:
-  Quintic(double x1, double v0, double v1, double a0, double a1)
-      : c_{v0, a0 / 2, 10 * x1 - 6 * v0 - 4 * v1 - (3 * a0 - a1) / 2,
-           -15 * x1 + 8 * v0 + 7 * v1 + (3 * a0 - 2 * a1) / 2, 6 * x1 - 3 * (v0 + v1) + (a1 - a0) / 2} {}
+  static constexpr std::size_t most = 10;
 
-  double value(double s) const { return s * (c_[0] + s * (c_[1] + s * (c_[2] + s * (c_[3] + s * c_[4])))); }
-  double rate(double s) const {
-    return c_[0] + s * (2 * c_[1] + s * (3 * c_[2] + s * (4 * c_[3] + s * 5 * c_[4])));
+  bool isFull() const { return size_ == most; }
+  void add(double x, double g) {
+    for (std::size_t k = 0; k < size_; ++k) g = (g - c_[k]) / (x - x_[k]);
+    x_[size_] = x;
+    c_[size_++] = g;
   }
-  double acceleration(double s) const {
-    return 2 * c_[1] + s * (6 * c_[2] + s * (12 * c_[3] + s * 20 * c_[4]));
+  /// A zero in (low, high), where the polynomial rises from below 0 to above, by Newton's method.
+  double zero(double low, double high) const {
+    double x = (low + high) / 2;
+    for (int k = 0; k < 50; ++k) {
+      double value = 0, slope = 0;
+      for (std::size_t j = size_; j-- > 0;) {
+        slope = value + slope * (x - x_[j]);
+        value = c_[j] + value * (x - x_[j]);
+      }
+      const double before = x;
+      (value > 0 ? high : low) = x;
+      x -= value / slope;
+      if (!(x > low && x < high)) x = (low + high) / 2;
+      if (std::abs(x - before) < 1e-15) break;
+    }
+    return x;
   }
 
  private:
-  double c_[5];
+  std::array<double, most> x_, c_;
+  std::size_t size_ = 0;
 };
 
 }  // namespace
@@ -56,12 +71,7 @@ Friction::Friction(const Chain& chain) : n_(chain.size()) {
     isBreakaway_ = isBreakaway_ || breakawayOf(joint) > joint.other("friction");
   }
   moments_.setZero(n_);
-  within_.resize(2 * n_);
-  for (Seen& seen : seen_) {
-    seen.moments.resize(n_);
-    seen.accelerations.resize(n_);
-  }
-  forget();
+  for (Seen& seen : seen_) seen = {std::numeric_limits<double>::quiet_NaN(), Eigen::VectorXd(n_)};
 }
 
 bool Friction::anySticks() const {
@@ -106,140 +116,87 @@ double Friction::Rub::stickDue(double mu) const {
 
 double Friction::due(double t, const Eigen::VectorXd& y) const {
   double most = -std::numeric_limits<double>::infinity();
-  const double* moments = anySticks() ? mechanics_->answer(t, y.data()).moments : nullptr;
-  for (const Rub& rub : rubs_) {
-    most =
-        std::max(most, rub.direction != 0 ? rub.slideDue(y.data() + n_) : rub.stickDue(moments[rub.joint]));
-  }
+  const double* moments = anySticks() ? momentsAt(t, y.data()) : nullptr;
+  for (const Rub& rub : rubs_) most = std::max(most, rub.due(y.data() + n_, moments));
   return most;
 }
 
-double Friction::nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const {
-  const Step step = stepOf(t, y, next, h);
-  double first = 1;
-  // q̇ at the middle by Hermite's cubic.
-  for (const Rub& rub : rubs_) {
-    if (rub.direction == 0) continue;
-    const double v0 = rub.slideDue(y.data() + n_), v1 = rub.slideDue(next.data() + n_);
-    const double bend = relative(step.begin.accelerations.data(), rub.joint) -
-                        relative(step.end.accelerations.data(), rub.joint);
-    first = std::min(first, passing(v0, (v0 + v1) / 2 - rub.direction * h * bend / 8, v1));
-  }
-  if (!anySticks()) return first < 1 ? first * h : -1;
-
-  // μ at the start, at the middle, and at the end.
-  const Seen& middle = middleOf(step);
-  for (const Rub& rub : rubs_) {
-    if (rub.direction != 0) continue;
-    for (const double sign : {-1.0, 1.0}) {
-      const auto over = [&](const Seen& at) {
-        return sign * at.moments[rub.joint] - rub.breakaway * (1 + slack);
-      };
-      first = std::min(first, passing(over(step.begin), over(middle), over(step.end)));
-    }
-  }
-  return first < 1 ? first * h : -1;
-}
-
-// ---- Within a step -------------------------------------------------------------------------------
-
-void Friction::forget() {
-  for (Seen& seen : seen_) seen.t = std::numeric_limits<double>::quiet_NaN();
-  if (mechanics_) mechanics_->forget();
-}
-
-template <class Ask>
-const Friction::Seen& Friction::seen(double t, Ask&& ask) const {
+const double* Friction::momentsAt(double t, const double* y) const {
   for (const Seen& seen : seen_) {
-    if (seen.t == t) return seen;
+    if (seen.t == t) return seen.moments.data();
   }
-  const JointAnswer answer = ask();
   Seen& to = seen_[oldest_];
   oldest_ = (oldest_ + 1) % seen_.size();
   to.t = t;
-  std::copy_n(answer.moments, n_, to.moments.data());
-  std::copy_n(answer.accelerations, n_, to.accelerations.data());
-  return to;
+  std::copy_n(mechanics_->answer(t, y).moments, n_, to.moments.data());
+  return to.moments.data();
 }
 
-Friction::Step Friction::stepOf(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
-                                double h) const {
-  return {t, h, y, next, seen(t, [&] { return mechanics_->answerAside(t, y.data()); }), seen(t + h, [&] {
-            return mechanics_->answer(t + h, next.data());
-          })};
-}
-
-JointAnswer Friction::within(const Step& step, double s) const {
-  // The quintic is linear in what it goes through.
-  const double h = step.h;
-  const Quintic ofTurn(1, 0, 0, 0, 0), ofV0(0, h, 0, 0, 0), ofV1(0, 0, h, 0, 0), ofA0(0, 0, 0, h * h, 0),
-      ofA1(0, 0, 0, 0, h * h);
-  const auto theta0 = step.y.head(n_), theta1 = step.next.head(n_), v0 = step.y.segment(n_, n_),
-             v1 = step.next.segment(n_, n_);
-  const auto along = [&](auto part) {
-    return part(ofTurn) * (theta1 - theta0) + part(ofV0) * v0 + part(ofV1) * v1 +
-           part(ofA0) * step.begin.accelerations + part(ofA1) * step.end.accelerations;
-  };
-  within_.head(n_) = theta0 + along([s](const Quintic& of) { return of.value(s); });
-  within_.tail(n_) = along([s, h](const Quintic& of) { return of.rate(s) / h; });
-  return mechanics_->answerAside(step.t + s * h, within_.data());
-}
-
-const Friction::Seen& Friction::middleOf(const Step& step) const {
-  return seen(step.t + step.h / 2, [&] { return within(step, 0.5); });
-}
-
-ode::Crossing Friction::crossing(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
-                                 double h) const {
-  const Step step = stepOf(t, y, next, h);
-  ode::Crossing first;
+double Friction::nearest(const ode::Stretch& of) const {
+  const double middle = of.t + of.h / 2;
+  const Eigen::VectorXd& between = of.course->at(middle);
+  double first = 1;
   for (const Rub& rub : rubs_) {
-    ode::Crossing own;
-    if (rub.direction != 0) {
-      if (rub.slideDue(next.data() + n_) > 0) own = slideCrossing(rub, step);
-    } else if (rub.stickDue(step.end.moments[rub.joint]) > 0) {
-      own = stickCrossing(rub, step);
+    if (rub.direction == 0) continue;
+    const auto over = [&](const Eigen::VectorXd& y) { return rub.slideDue(y.data() + n_); };
+    first = std::min(first, passing(over(of.y), over(between), over(of.next)));
+  }
+  if (anySticks()) {
+    const double *begin = momentsAt(of.t, of.y.data()), *half = momentsAt(middle, between.data()),
+                 *end = momentsAt(of.t + of.h, of.next.data());
+    for (const Rub& rub : rubs_) {
+      if (rub.direction != 0) continue;
+      for (const double sign : {-1.0, 1.0}) {
+        const auto over = [&](const double* mu) {
+          return sign * mu[rub.joint] - rub.breakaway * (1 + slack);
+        };
+        first = std::min(first, passing(over(begin), over(half), over(end)));
+      }
     }
-    if (own.slope > 0 && (!(first.slope > 0) || own.after < first.after)) first = own;
+  }
+  return first < 1 ? first * of.h : -1;
+}
+
+double Friction::dueAt(const Rub& rub, double t, const ode::Stretch& of) const {
+  const Eigen::VectorXd& y = t == of.t ? of.y : t == of.t + of.h ? of.next : of.course->at(t);
+  return rub.due(y.data() + n_, rub.direction == 0 ? momentsAt(t, y.data()) : nullptr);
+}
+
+std::optional<double> Friction::crossing(const ode::Stretch& of) const {
+  // Those that are due at the end, one after the other, as long as they are due before the others.
+  std::optional<double> first = of.t + of.h;
+  const double* moments = anySticks() ? momentsAt(*first, of.next.data()) : nullptr;
+  for (const Rub& rub : rubs_) {
+    if (rub.due(of.next.data() + n_, moments) <= 0 || dueAt(rub, *first, of) <= 0) continue;
+    first = crossingOf(rub, of, *first);
+    if (!first) break;
   }
   return first;
 }
 
-/// Where the joint's quintic stops.
-ode::Crossing Friction::slideCrossing(const Rub& rub, const Step& step) const {
-  const double h = step.h, way = -rub.direction;
-  const auto of = [&](const double* absolute) { return way * relative(absolute, rub.joint); };
-  const Quintic turn(of(step.next.data()) - of(step.y.data()), h * of(step.y.data() + n_),
-                     h * of(step.next.data() + n_), h * h * of(step.begin.accelerations.data()),
-                     h * h * of(step.end.accelerations.data()));
-  // Newton's method, within a bracket.
-  double low = 0, high = 1, s = turn.rate(0) / (turn.rate(0) - turn.rate(1));
-  for (int k = 0; k < 50; ++k) {
-    const double rate = turn.rate(s), before = s;
-    (rate > 0 ? high : low) = s;
-    s -= rate / turn.acceleration(s);
-    if (!(s > low && s < high)) s = (low + high) / 2;
-    if (std::abs(s - before) < 1e-14) break;
+std::optional<double> Friction::crossingOf(const Rub& rub, const ode::Stretch& of, double last) const {
+  // How far behind it the step may end. Where |μ| reaches the torque of sliding, f bends and does not jump.
+  const double *omega = of.next.data() + n_, inner = rub.joint > 0 ? std::abs(omega[rub.joint - 1]) : 0;
+  const double begin = dueAt(rub, of.t, of), half = dueAt(rub, of.t + of.h / 2, of),
+               end = dueAt(rub, of.t + of.h, of);
+  const double narrow = 8 * epsilon * std::max(std::abs(of.t), of.h);
+  const double beyond = narrow / of.h * 2 * std::max(std::abs(half - begin), std::abs(end - half)) +
+                        (rub.direction != 0 ? 32 * epsilon * (std::abs(omega[rub.joint]) + inner)
+                                            : (isBreakaway_ ? 1e-11 : 1e-8) * rub.breakaway);
+  Interpolation due;
+  due.add(0, begin - beyond / 2);
+  due.add(0.5, half - beyond / 2);
+  due.add(1, end - beyond / 2);
+  double low = of.t, high = last;
+  while (high - low > narrow) {
+    const double t = of.t + of.h * due.zero((low - of.t) / of.h, (high - of.t) / of.h);
+    if (due.isFull() || !(t > low && t < high)) return {};
+    const double value = dueAt(rub, t, of);
+    due.add((t - of.t) / of.h, value - beyond / 2);
+    if (value > 0 && value <= beyond) return t;
+    (value > 0 ? high : low) = t;
   }
-  return {s * h, turn.acceleration(s) / (h * h)};
-}
-
-/// Where μ passes the breakaway torque: by the parabola through both ends and the middle, then by the
-/// recursion.
-ode::Crossing Friction::stickCrossing(const Rub& rub, const Step& step) const {
-  const double sign = step.end.moments[rub.joint] > 0 ? 1 : -1;
-  const auto over = [&](double mu) { return sign * mu - rub.breakaway * (1 + slack); };
-  const double g0 = over(step.begin.moments[rub.joint]), g1 = over(step.end.moments[rub.joint]),
-               gm = over(middleOf(step).moments[rub.joint]);
-  const double bend = 2 * (g0 - 2 * gm + g1), start = 4 * gm - 3 * g0 - g1;  // g = g0 + start s + bend s²
-  // The root that rises.
-  const double rise = std::sqrt(std::max(0.0, start * start - 4 * bend * g0));
-  double s = start > 0 ? -2 * g0 / (start + rise) : (rise - start) / (2 * bend), slope = rise;
-  for (int k = 0; k < 2; ++k) {
-    if (!(s > 0 && s < 1 && slope > 0)) return {};
-    s -= over(within(step, s).moments[rub.joint]) / slope;
-  }
-  return {s * step.h, slope / step.h};
+  return high;
 }
 
 void Friction::enterState(double t, const double* y) {
@@ -249,6 +206,7 @@ void Friction::enterState(double t, const double* y) {
     rub.direction = (rate > 0) - (rate < 0);
     rub.angle = relative(y, rub.joint);
   }
+  takeMoments();
   decide(t, y);
 }
 
@@ -265,18 +223,21 @@ void Friction::change(double t, const double* y) {
 void Friction::takeMoments() {
   moments_.setZero();
   for (const Rub& rub : rubs_) addJointTorque(-rub.direction * rub.sliding, rub.joint, moments_.data());
-  forget();
+  mechanics_->forget();
 }
 
 void Friction::decide(double t, const double* y) {
   // At first, all that are at rest stick.
   int atRest = 0;
+  bool isOther = false;
   for (Rub& rub : rubs_) {
     if (!rub.mayStick) continue;
     ++atRest;
+    isOther = isOther || rub.direction != 0;
     rub.direction = 0;
   }
-  takeMoments();
+  if (isOther) takeMoments();
+  for (Seen& seen : seen_) seen.t = std::numeric_limits<double>::quiet_NaN();
   const int most = 10 * atRest + 50;
   for (int round = 0; atRest > 0 && round < most; ++round) {
     const JointAnswer answer = mechanics_->answer(t, y);
@@ -306,12 +267,10 @@ void Friction::decide(double t, const double* y) {
       }
     }
     if (first) first->direction = answer.moments[first->joint] > 0 ? -1 : 1;
-    if (!changes && !first) {
-      seen(t, [&] { return answer; });
-      return;
-    }
+    if (!changes && !first) break;
     takeMoments();
   }
+  if (anySticks()) momentsAt(t, y);
 }
 
 // ---- The kind --------------------------------------------------------------------------------------

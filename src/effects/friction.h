@@ -19,6 +19,7 @@
 /// Opsearch 11 (1974) 123–130.
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "effects/effect_kind.h"
@@ -45,10 +46,9 @@ class Friction : public Effect, public Switching {
   void enterState(double t, const double* y) override;
   void change(double t, const double* y) override;
   double due(double t, const Eigen::VectorXd& y) const override;
-  double nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override;
+  double nearest(const ode::Stretch& of) const override;
   bool mayHide() const override { return true; }
-  ode::Crossing crossing(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
-                         double h) const override;
+  std::optional<double> crossing(const ode::Stretch& of) const override;
 
  private:
   struct Rub {
@@ -61,28 +61,17 @@ class Friction : public Effect, public Switching {
     /// How much the change is due: of a sliding joint by q̇, of a stuck one by μ.
     double slideDue(const double* omega) const;
     double stickDue(double mu) const;
+    double due(const double* omega, const double* moments) const {
+      return direction != 0 ? slideDue(omega) : stickDue(moments[joint]);
+    }
   };
 
-  /// The answer at a time of a step.
-  struct Seen {
-    double t;
-    Eigen::VectorXd moments, accelerations;
-  };
-  struct Step {
-    double t, h;
-    const Eigen::VectorXd &y, &next;
-    const Seen &begin, &end;
-  };
-  Step stepOf(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const;
-  template <class Ask>
-  const Seen& seen(double t, Ask&& ask) const;
-  /// The answer after s of the step, 0 < s < 1. The state there is the quintic through angles, rates and
-  /// accelerations at both ends.
-  JointAnswer within(const Step& step, double s) const;
-  const Seen& middleOf(const Step& step) const;
-  ode::Crossing slideCrossing(const Rub& rub, const Step& step) const;
-  ode::Crossing stickCrossing(const Rub& rub, const Step& step) const;
-  void forget();
+  /// The moments in the joints at t and y.
+  const double* momentsAt(double t, const double* y) const;
+  /// How much the change of a joint is due at t within the stretch.
+  double dueAt(const Rub& rub, double t, const ode::Stretch& of) const;
+  /// The first time up to `last` at which it is due. It is due at `last`, but not where the stretch starts.
+  std::optional<double> crossingOf(const Rub& rub, const ode::Stretch& of, double last) const;
   void takeMoments();
 
   /// Decides for all joints that may stick.
@@ -94,10 +83,13 @@ class Friction : public Effect, public Switching {
   std::vector<Rub> rubs_;
   Eigen::VectorXd moments_;  ///< on the bodies, N m
   Mechanics* mechanics_ = nullptr;
-  // What the last steps have seen, the oldest replaced first.
-  mutable std::array<Seen, 4> seen_;
+  /// Moments of the last few states; the oldest are replaced first.
+  struct Seen {
+    double t;
+    Eigen::VectorXd moments;
+  };
+  mutable std::array<Seen, 8> seen_;
   mutable std::size_t oldest_ = 0;
-  mutable Eigen::VectorXd within_;
 };
 
 /// Keys `friction` and `breakaway` of a joint.

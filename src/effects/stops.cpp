@@ -106,7 +106,9 @@ std::array<double, 4> operator-(const std::array<double, 4>& g) {
 
 }  // namespace
 
-double Stops::nearest(double /*t*/, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const {
+double Stops::nearest(const ode::Stretch& of) const {
+  const Eigen::VectorXd &y = of.y, &next = of.next;
+  const double h = of.h;
   double first = 1;
   for (const Stop& stop : stops_) {
     const double x0 = stop.depth(y.data()), x1 = stop.depth(next.data());

@@ -41,7 +41,7 @@ class Stops : public Effect, public Switching {
   void enterState(double t, const double* y) override;
   void change(double t, const double* y) override;
   double due(double t, const Eigen::VectorXd& y) const override;
-  double nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const override;
+  double nearest(const ode::Stretch& of) const override;
 
  private:
   enum class Place { free, pushing, parted };

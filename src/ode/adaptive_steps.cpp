@@ -73,9 +73,13 @@ class FastestSteps : public Integrator {
   bool stepTo(State& state, double t) override {
     const bool isFinite = lastTried_->stepTo(state, t);
     run_.cost += lastTried_->cost();
-    run_.progress += t - std::exchange(end_, t);
+    endAt(t);
     return isFinite;
   }
+  bool allows(const Vector& y, double h, const Vector& error) const override {
+    return lastTried_->allows(y, h, error);
+  }
+  void endAt(double t) override { run_.progress += t - std::exchange(end_, t); }
 
   int pieces() const override { return lastTried_->pieces(); }
 

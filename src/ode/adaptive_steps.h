@@ -37,6 +37,9 @@ class AdaptiveSteps : public Integrator {
   }
   bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
   int pieces() const override { return facts().pieces; }
+  bool allows(const Vector& y, double h, const Vector& error) const override {
+    return errorNorm(y, h, error) <= 1;
+  }
   void restartAfter(Change change) override {
     resume(change == Change::bend ? h_ : 0);
     jumps_ = 0;
@@ -55,7 +58,7 @@ class AdaptiveSteps : public Integrator {
     stiffness_->maybeUpdate(state.t, state.y);
     if (h_ <= 0) propose(state, end - state.t);
     const bool isForeseen = stepper_->foresees(state, h_);
-    const double lengthened = isForeseen ? foreseen(errorNorm(state.y, h_)) : 1;
+    const double lengthened = isForeseen ? foreseen(errorNorm(state.y, h_, stepper_->error())) : 1;
     h_ *= lengthened;
     double next = landing(state.t, end, std::min(h_, longestStep));
 
@@ -76,7 +79,7 @@ class AdaptiveSteps : public Integrator {
     stepper_->step(state.t, h, state.y);
     const double most = aimed_ * std::max(lengthened, 1 / lengthened);
     const bool isAsForeseen = isForeseen && most <= 1 && h > nearlyWhole * h_;
-    const double error = isAsForeseen ? most : errorNorm(state.y, h);
+    const double error = isAsForeseen ? most : errorNorm(state.y, h, stepper_->error());
     const bool mayPass = error <= 1 || isJump;
     const bool taken = mayPass && std::isfinite(error) && stepper_->take(state, next);
     finite_ = std::isfinite(error) && (taken || !mayPass);
@@ -175,12 +178,12 @@ class AdaptiveSteps : public Integrator {
   }
 
   /// The largest ratio of a component's error to its Allowance for a step of h. NaN if one is not finite.
-  double errorNorm(const Vector& y, double h) const {
+  double errorNorm(const Vector& y, double h, const Vector& error) const {
     const Allowance allowance(tolerance_, *stiffness_, h);
     const Eigen::Index all = tolerance_.ceiling.size(), angles = std::min(tolerance_.firstRate, all);
     const auto largest = [&](double most, Eigen::Index from, Eigen::Index to) {
-      return vectors_.largestRatio({stepper_->error().data() + from, y.data() + from,
-                                    tolerance_.ceiling.data() + from, stiffness_->noise().data() + from},
+      return vectors_.largestRatio({error.data() + from, y.data() + from, tolerance_.ceiling.data() + from,
+                                    stiffness_->noise().data() + from},
                                    most, allowance.perNoise, to - from);
     };
     const double ofAngles = largest(allowance.most, 0, angles);

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "ode/switches.h"
@@ -54,6 +55,10 @@ class FixedSteps : public Integrator {
   }
 
   bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
+  /// Nothing is known of the method's error, which this hardly changes.
+  bool allows(const Vector& y, double /*h*/, const Vector& error) const override {
+    return (error.cwiseAbs().array() <= 1e-12 * (1 + y.cwiseAbs().array())).all();
+  }
 
   const char* name() const override { return stepper_->facts().name; }
   void restartAfter(Change) override { stepper_->forget(); }
@@ -69,13 +74,13 @@ class FixedSteps : public Integrator {
 
 class LandingOnSwitches : public Integrator {
  public:
-  LandingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches, System& f)
+  LandingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches, SeriesSystem& f)
       : steps_(std::move(steps)),
         switches_(switches),
         f_(f),
+        course_(f),
         before_(f.arrangedSize()),
-        trial_(before_),
-        slope_(f.arrangedSize()) {
+        trial_(before_) {
     from_.y.resize(f.size());
     found_ = from_;
     ahead_.fill(from_);
@@ -87,6 +92,7 @@ class LandingOnSwitches : public Integrator {
       usual_ = infinity;
       switchedAt_ = -infinity;
     }
+    course_.forget();
     steps_->restartAfter(change == Change::stiffness && guessed_ ? Change::bend : change);
   }
   /// The steps made to land count as rejected.
@@ -97,21 +103,26 @@ class LandingOnSwitches : public Integrator {
   }
   void setTolerance(const Tolerance& tolerance) override { steps_->setTolerance(tolerance); }
   bool stepTo(State& state, double t) override { return steps_->stepTo(state, t); }
+  bool allows(const Vector& y, double h, const Vector& error) const override {
+    return steps_->allows(y, h, error);
+  }
 
   Outcome advance(State& state, double end, double longestStep) override {
     before_ = state;
+    if (guessed_) course_.begin(before_);  // the step needs it, too
     const Outcome outcome = steps_->advance(state, end, std::min(longestStep, 2 * usual_));
     if (hasFailed(outcome)) return outcome;
     from_.t = before_.t;
     f_.restore(before_.y.data(), from_.y.data());
     evaluate(state, ahead_.front());
+    if (course_.isPossible()) course_.take(before_, state);
     Outcome found = findOnTheWay();
     if (found == Outcome::underway) {
       usual_ *= 1.5;
       return outcome;
     }
     if (found == Outcome::switched) {
-      guessed_ = landByGuess(state);
+      guessed_ = landWithin(state);
       if (!guessed_) found = land(state);
     }
     if (found == Outcome::notFinite) state = before_;
@@ -134,7 +145,7 @@ class LandingOnSwitches : public Integrator {
     place.due = switches_.due(place.t, place.y);
   }
 
-  /// Sets trial_ to the state at t. Returns false if it is not finite.
+  /// Sets trial_ to the state at t, by a step. Returns false if it is not finite.
   bool evaluateAt(double t, Place& place) {
     ++landing_;
     return lookAt(t, place);
@@ -145,6 +156,23 @@ class LandingOnSwitches : public Integrator {
     if (!steps_->stepTo(trial_, t)) return false;
     evaluate(trial_, place);
     return true;
+  }
+
+  /// The same by the course, if that is known and exact.
+  bool evaluateWithin(double t, Place& place) {
+    if (!isExactAt(t)) return evaluateAt(t, place);
+    place.t = t;
+    place.y = course_.at(t);
+    place.due = switches_.due(t, place.y);
+    return true;
+  }
+
+  bool isExactAt(double t) const {
+    return course_.isKnown() && steps_->allows(before_.y, t - before_.t, course_.errorAt(t));
+  }
+
+  Stretch stretch(const Place& to) const {
+    return {from_.t, to.t - from_.t, from_.y, to.y, course_.isPossible() ? &course_ : nullptr};
   }
 
   /// Moves from_, where nothing is due, to the end of the step, or as far as nothing is due. In the second
@@ -160,11 +188,11 @@ class LandingOnSwitches : public Integrator {
     }
     while (count > 0) {
       Place& to = ahead_[count - 1];
-      const double passing = switches_.nearest(from_.t, from_.y, to.y, to.t - from_.t);
+      const double passing = switches_.nearest(stretch(to));
       const double t = from_.t + passing;
       if (passing > 0 && t > from_.t && t < to.t && count < ahead_.size() && cuts < mostCuts) {
         ++cuts;
-        if (!evaluateAt(t, ahead_[count++])) return Outcome::notFinite;
+        if (!evaluateWithin(t, ahead_[count++])) return Outcome::notFinite;
         continue;
       }
       if (to.due > 0) {
@@ -182,45 +210,31 @@ class LandingOnSwitches : public Integrator {
   }
 
   /// A switch is due at found_ and not at from_. Sets `state` to the first time at which it is due. Returns
-  /// false, and changes nothing, if no guess leads there.
-  bool landByGuess(State& state) {
-    constexpr double near = 1e-6;    // of the step: y + δ f is exact
-    constexpr double close = 1e-12;  // of the step: its end counts as the switch
-    constexpr int mostTries = 8;
-    auto [after, slope] = switches_.crossing(from_.t, from_.y, found_.y, found_.t - from_.t);
-    if (!(slope > 0)) return false;
-    const double length = found_.t - before_.t;
-    Place& place = ahead_.front();
-    double t = from_.t + after, beyond = narrow(state) / 2, lastT = t, lastDue = 0;
-    int timesNear = 0;
-    for (int tries = 0; tries < mostTries; ++tries) {
-      if (timesNear > 0) {
-        f_.slope(trial_.t, trial_.y.data(), slope_.data());
-        trial_.y += (t - trial_.t) * slope_;
-        trial_.t = t;
-        evaluate(trial_, place);
-      } else if (!(t > from_.t && t < found_.t && evaluateAt(t, place))) {
-        return false;
-      }
-      // The guess has a slope too. That through two places is better.
-      const double secant = (place.due - lastDue) / (t - lastT);
-      if (tries > 0 && std::abs(t - lastT) > 100 * beyond && secant > 0) slope = secant;
-      lastT = t;
-      lastDue = place.due;
-      const double off = -place.due / slope;
-      if (timesNear > 0 && place.due > 0 && (-off <= close * length || timesNear > 2)) {
-        state = trial_;
+  /// false, and changes nothing, if that is unknown.
+  bool landWithin(State& state) {
+    constexpr int mostSteps = 4;
+    double beyond = 1e-3 * (found_.t - before_.t);
+    for (int steps = 0;; ++steps) {
+      const std::optional<double> t = switches_.crossing(stretch(found_));
+      if (!t) return false;
+      if (isExactAt(*t)) {
+        course_.land(*t, state);
+        steps_->endAt(*t);
         const double passed = state.t - switchedAt_;
         usual_ = std::isfinite(usual_) ? (3 * usual_ + passed) / 4 : passed;
         switchedAt_ = state.t;
         return true;
       }
-      timesNear = std::abs(off) <= near * length ? timesNear + 1 : 0;
-      t += off;
-      if (timesNear > 0) t += beyond;
-      if (tries > 1) beyond *= 2;
+      // The course is exact near the end of a step. Make one that ends just behind the switch.
+      do {
+        const double end = *t + beyond;
+        if (steps == mostSteps || !(end < found_.t) || !evaluateAt(end, ahead_.front())) return false;
+        beyond *= 10;
+      } while (ahead_.front().due <= 0 && ++steps);
+      std::swap(found_, ahead_.front());
+      course_.take(before_, trial_);
+      beyond *= 1e-4;
     }
-    return false;
   }
 
   /// The same by a bracket.
@@ -256,13 +270,13 @@ class LandingOnSwitches : public Integrator {
 
   std::unique_ptr<Integrator> steps_;
   const Switches& switches_;
-  System& f_;
+  SeriesSystem& f_;
+  Course course_;
   long long landing_ = 0;          ///< steps made to land
   bool guessed_ = false;           ///< the last switch
   double usual_ = infinity;        ///< time between guessed switches, s
   double switchedAt_ = -infinity;  ///< the last one, s
   State before_, trial_;
-  Vector slope_;
   Place from_{}, found_{};
   std::array<Place, 12> ahead_;  ///< the nearest last; deeper cuts make no sense
 };
@@ -274,7 +288,7 @@ std::unique_ptr<Integrator> fixedSteps(std::unique_ptr<Stepper> stepper, double 
 }
 
 std::unique_ptr<Integrator> landingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches,
-                                              System& f) {
+                                              SeriesSystem& f) {
   return std::make_unique<LandingOnSwitches>(std::move(steps), switches, f);
 }
 

@@ -87,6 +87,10 @@ class Integrator {
   virtual bool stepTo(State& state, double t) = 0;
   /// MethodFacts::pieces of the method of the last advance().
   virtual int pieces() const { return 1; }
+  /// True if the error control lets the last advance() end with this error more, arranged.
+  virtual bool allows(const Vector& y, double h, const Vector& error) const = 0;
+  /// Call this when the state was set to one at t within the last advance().
+  virtual void endAt(double /*t*/) {}
   /// Call one of these when f has jumped; when its stiffness may have changed, too; when the state was set,
   /// or f was replaced. A bend is a jump after which the step size still suits.
   void restart() { restartAfter(Change::jump); }

@@ -3,14 +3,18 @@
 /// Switches: f is smooth between them, and no step may pass one.
 
 #include <memory>
+#include <optional>
 
+#include "ode/course.h"
 #include "ode/integrator.h"
 
 namespace planar_chain::ode {
 
-/// About the time after which a switch is due, and how fast due() grows there, 1/s. A slope of 0: unknown.
-struct Crossing {
-  double after = 0, slope = 0;
+/// A part of a step, from y at t to `next` at t + h. No switch is due at its start.
+struct Stretch {
+  double t, h;
+  const Eigen::VectorXd &y, &next;
+  const Course* course = nullptr;  ///< the states of the whole step, if they are known
 };
 
 /// The states are not arranged.
@@ -19,27 +23,26 @@ class Switches {
   virtual ~Switches() = default;
   /// Positive if a switch is due, else ≤ 0. Continuous along a motion.
   virtual double due(double t, const Eigen::VectorXd& y) const = 0;
-  /// For a step of h from y at t to next, with no switch due at either end: the time after which one may
-  /// first be due between them. Negative if none can be.
-  virtual double nearest(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& next, double h) const = 0;
+  /// The time after which a switch may first be due before the end. Negative if none can be.
+  virtual double nearest(const Stretch& of) const = 0;
   /// True if due() may rise above 0 and fall again within a long step, so that nearest() does not see it.
   virtual bool mayHide() const { return false; }
-  /// For a step of h from y at t, where no switch is due, to next, where one is: a guess of the first time.
-  /// An integrator keeps its step size after a switch with a guess: it changes f little.
-  virtual Crossing crossing(double /*t*/, const Eigen::VectorXd& /*y*/, const Eigen::VectorXd& /*next*/,
-                            double /*h*/) const {
-    return {};
-  }
+  /// The first time at which a switch is due, for a stretch at whose end one is. Nothing: unknown.
+  /// An integrator keeps its step size after such a switch: it changes f little.
+  virtual std::optional<double> crossing(const Stretch& /*of*/) const { return {}; }
 };
 
 /// Steps as the given integrator does, and ends a step just behind every switch. Then advance() returns
 /// `switched`, and the owner of the switches changes f and calls restart(). A step within which a switch may
-/// be due is cut into pieces until one is due or none can be. The time is found by steps of the same method
-/// from the same state, to the spacing of the numbers at the end of the step, or at its length. With a guess,
-/// one such step ends so close to the switch that y + δ f leads there. Without, the bracket is narrowed by
-/// the Illinois rule (M. Dowell, P. Jarratt, BIT 11 (1971) 168–174). Steps are at most twice as long as the
-/// usual time between switches with a guess. Allocates here alone.
+/// be due is cut into pieces until one is due or none can be.
+///
+/// If the switches give the time, the state there is taken from the course of the step, if the tolerance
+/// allows the error of that. If not, a step is made that ends close behind, where its course is more exact.
+/// Steps are at most twice as long as the usual time between such switches. If the switches do not give the
+/// time, it is found by steps of the same method from the same state, to the spacing of the numbers at the
+/// end of the step, or at its length. The bracket is narrowed by the Illinois rule (M. Dowell, P. Jarratt,
+/// BIT 11 (1971) 168–174). Allocates here alone.
 std::unique_ptr<Integrator> landingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches,
-                                              System& f);
+                                              SeriesSystem& f);
 
 }  // namespace planar_chain::ode

@@ -80,8 +80,8 @@ class Drags : public Effect, public Switching {
   }
   /// Between two ends, q̇ is taken for the parabola of the cubic through both: v0 + 2 b s + 3 c s², 0 < s < 1.
   /// Its turning point is where a change of sign may hide.
-  double nearest(double /*t*/, const Eigen::VectorXd& y, const Eigen::VectorXd& next,
-                 double h) const override {
+  double nearest(const ode::Stretch& of) const override {
+    const auto& [t, h, y, next, course] = of;
     double first = -1;
     for (const Drag& drag : drags_) {
       const double v0 = relative(y.data() + n_, drag.joint) * h;

@@ -1,0 +1,120 @@
+#include "ode/course.h"
+
+#include <cmath>
+
+namespace planar_chain::ode {
+
+Course::Course(SeriesSystem& f)
+    : f_(f),
+      n_(f.arrangedSize() == f.size() ? f.positions() : 0),
+      bend_(n_),
+      increment_(2 * n_),
+      at_(f.size()),
+      rates_(f.size() - n_),
+      error_(f.size()) {
+  for (End* end : {&start_, &end_}) {
+    end->state = State(f.size());
+    end->rates = rates_;
+  }
+}
+
+void Course::begin(const State& from) {
+  const bool isEnd = end_.isKnown && end_.state.t == from.t && end_.state.y == from.y;
+  if (isEnd) std::swap(start_, end_);
+  end_.isKnown = false;
+  if (isEnd) return;
+  start_.state = from;
+  evaluate(start_);
+}
+
+void Course::take(const State& from, const State& to) {
+  start_.isKnown = start_.isKnown && start_.state.t == from.t;
+  start_.state = from;
+  end_.state = to;
+  end_.isKnown = isBent_ = false;
+  h_ = to.t - from.t;
+  time_ = std::numeric_limits<double>::quiet_NaN();
+}
+
+void Course::evaluate(End& end) const {
+  f_.rates(end.state.t, end.state.y.data(), end.rates.data());
+  end.isKnown = true;
+}
+
+/// The end first: f was evaluated there last.
+void Course::findRates() const {
+  if (!end_.isKnown) evaluate(end_);
+  if (!start_.isKnown) evaluate(start_);
+}
+
+void Course::findBend() const {
+  if (isBent_) return;
+  f_.rates(middle(), at(middle()).data(), rates_.data());
+  const auto v0 = start_.state.y.segment(n_, n_), v1 = end_.state.y.segment(n_, n_);
+  const auto a0 = start_.rates.head(n_), a1 = end_.rates.head(n_);
+  bend_ = 8. / 3 * h_ * (1.5 * (v1 - v0) - h_ * ((a0 + a1) / 4 + rates_.head(n_)));
+  isBent_ = true;
+}
+
+const Eigen::VectorXd& Course::at(double t) const {
+  const State &from = start_.state, &to = end_.state;
+  if (t == time_) return at_;
+  if (t == to.t) {
+    at_ = to.y;
+  } else {
+    findRates();
+    const bool isBent = t != middle();
+    if (isBent) findBend();
+    const double h = h_, s = (t - from.t) / h, s2 = s * s, s3 = s2 * s, s4 = s2 * s2, s5 = s2 * s3,
+                 r = s - s2;
+    // What is added to y includes what rounding left of it.
+    const auto v0 = from.y.segment(n_, n_), v1 = to.y.segment(n_, n_);
+    const auto turn = (to.y.head(n_) - from.y.head(n_)) + (to.carry.head(n_) - from.carry.head(n_));
+    const auto a0 = start_.rates.head(n_), a1 = end_.rates.head(n_);
+    increment_.head(n_) = from.carry.head(n_) + s3 * (10 - 15 * s + 6 * s2) * turn +
+                          h * ((s - 6 * s3 + 8 * s4 - 3 * s5) * v0 + (7 * s4 - 4 * s3 - 3 * s5) * v1) +
+                          h * h / 2 * ((s2 - 3 * s3 + 3 * s4 - s5) * a0 + (s3 - 2 * s4 + s5) * a1);
+    increment_.tail(n_) = from.carry.segment(n_, n_) + 30 / h * r * r * turn +
+                          (32 * s3 - 18 * s2 - 15 * s4) * v0 + (28 * s3 - 12 * s2 - 15 * s4) * v1 +
+                          h * ((s - 4.5 * s2 + 6 * s3 - 2.5 * s4) * a0 + (1.5 * s2 - 4 * s3 + 2.5 * s4) * a1);
+    if (isBent) {
+      increment_.head(n_) += r * r * r * bend_;
+      increment_.tail(n_) += 3 / h * r * r * (1 - 2 * s) * bend_;
+    }
+    at_ = from.y;
+    at_.head(2 * n_) += increment_;
+  }
+  time_ = t;
+  return at_;
+}
+
+const Vector& Course::errorAt(double t) const {
+  findRates();
+  findBend();
+  const double s = (t - start_.state.t) / h_, r = s - s * s;
+  error_.head(n_) = r * r * r * bend_;
+  error_.segment(n_, n_) = 3 / h_ * r * r * bend_;
+  return error_;
+}
+
+void Course::land(double t, State& state) const {
+  // The works by the shorter way, from the start or from the end.
+  const bool isNearEnd = t > middle();
+  state = isNearEnd ? end_.state : start_.state;
+  const double way = t - state.t;
+  if (const Eigen::Index works = at_.size() - 2 * n_; works > 0 && f_.hasIntegrands()) {
+    const double apart = std::sqrt(0.6);
+    const std::pair<double, double> nodes[] = {{1 - apart, 5. / 18}, {1, 8. / 18}, {1 + apart, 5. / 18}};
+    for (const auto& [node, weight] : nodes) {
+      const double then = state.t + way * node / 2;
+      f_.integrands(then, at(then).data(), rates_.data());
+      state.y.tail(works) += way * weight * rates_.head(works);
+    }
+  }
+  const auto next = at(t).head(2 * n_);
+  state.carry.head(2 * n_) = (start_.state.y.head(2 * n_) - next) + increment_;
+  state.y.head(2 * n_) = next;
+  state.t = t;
+}
+
+}  // namespace planar_chain::ode

@@ -1,0 +1,64 @@
+#pragma once
+
+/// The states within a step, from f at its ends and in its middle. With s = (t − t_0)/h:
+///
+///     θ = p(s) + d g(s)       g = (s − s²)³       d = (8/3) (p'' − h² α)(½)
+///     ω = θ'/h                W = W_0 + ∫ Ẇ dt, by Gauss's rule of three points
+///
+/// p is the quintic through θ, ω and α at both ends. α(½) is f's at its state in the middle. The error of ω
+/// is of order h⁵ by the quintic, and h⁶ with d g. So d g is larger than the error that is left.
+
+#include <limits>
+
+#include "ode/system.h"
+
+namespace planar_chain::ode {
+
+/// Only the constructor allocates. f is evaluated when a result first needs it.
+class Course {
+ public:
+  /// f must outlive this object.
+  explicit Course(SeriesSystem& f);
+  /// True if f has positions and its states are not arranged. Otherwise nothing else may be called.
+  bool isPossible() const { return n_ > 0; }
+
+  /// Evaluates f where the next step starts, unless the last one ended there.
+  void begin(const State& from);
+  /// Takes the ends of a step.
+  void take(const State& from, const State& to);
+  /// Call it when f has jumped.
+  void forget() { start_.isKnown = end_.isKnown = false; }
+
+  /// True if f is known at both ends.
+  bool isKnown() const { return start_.isKnown && end_.isKnown; }
+
+  /// [θ ω] at t within the step, and the works at its start. Valid until the next call. In the middle d g is
+  /// left out.
+  const Eigen::VectorXd& at(double t) const;
+  /// A bound of the error there: d g and d g'.
+  const Vector& errorAt(double t) const;
+  /// Sets `state` to that at t.
+  void land(double t, State& state) const;
+
+ private:
+  struct End {
+    State state;
+    Vector rates;
+    bool isKnown = false;  ///< rates
+  };
+  void evaluate(End& end) const;
+  void findRates() const;
+  void findBend() const;
+  double middle() const { return start_.state.t + h_ / 2; }
+
+  SeriesSystem& f_;
+  const Eigen::Index n_;  ///< positions
+  double h_ = 0;
+  mutable End start_, end_;
+  mutable bool isBent_ = false;  ///< bend_ is known
+  mutable Eigen::VectorXd bend_, increment_, at_;
+  mutable double time_ = std::numeric_limits<double>::quiet_NaN();  ///< of at_
+  mutable Vector rates_, error_;
+};
+
+}  // namespace planar_chain::ode

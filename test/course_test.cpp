@@ -1,0 +1,80 @@
+/// The states within a step, from its ends, against a motion that is known exactly.
+
+#include "ode/course.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "test_system.h"
+
+namespace planar_chain::ode {
+namespace {
+
+/// θ = sin t, so ω = cos t and ω̇ = −θ, and a work with Ẇ = ω².
+class Oscillator : public test::TestSystem {
+ public:
+  int positions() const override { return 1; }
+  void rates(double t, const double* y, double* out) override {
+    out[0] = -y[0];
+    integrands(t, y, out + 1);
+  }
+  bool hasIntegrands() const override { return true; }
+  void integrands(double /*t*/, const double* y, double* rates) override { rates[0] = y[1] * y[1]; }
+};
+
+constexpr double start = 0.3;
+
+Eigen::Vector3d exact(double t) {
+  return {std::sin(t), std::cos(t), t / 2 + std::sin(2 * t) / 4};
+}
+
+struct Step {
+  explicit Step(double h) : from(f, exact(start)), to(f, exact(start + h)) {
+    for (State* state : {&from, &to}) state->carry.setZero();
+    from.t = start;
+    to.t = start + h;
+    course.take(from, to);
+  }
+  Oscillator f;
+  State from, to;
+  Course course{f};
+};
+
+double worst(const Eigen::VectorXd& y, double t) {
+  return (y - exact(t)).head(2).cwiseAbs().maxCoeff();
+}
+
+TEST(Course, MeetsTheMotionFarBelowItsBound) {
+  for (const double h : {0.4, 0.2}) {
+    for (const double s : {0.1, 0.3, 0.45, 0.7, 0.9}) {
+      const double t = start + s * h;
+      Step step(h);
+      const Eigen::VectorXd y = step.course.at(t);
+      const Vector bound = step.course.errorAt(t).cwiseAbs();
+      EXPECT_LT(bound.maxCoeff(), 1e-3 * std::pow(h, 5)) << h << " " << s;
+      for (int k = 0; k < 2; ++k) EXPECT_LT(std::abs(y[k] - exact(t)[k]), 0.3 * bound[k]) << h << " " << s;
+    }
+  }
+}
+
+TEST(Course, IsExactAtTheEnds) {
+  Step step(0.4);
+  EXPECT_LT(worst(step.course.at(step.from.t), step.from.t), 1e-15);
+  EXPECT_EQ(step.course.at(step.to.t), step.to.y.matrix());
+}
+
+TEST(Course, LandsWithTheWorksFromEitherEnd) {
+  for (const double s : {0.2, 0.8}) {
+    Step step(0.4);
+    const double t = start + s * 0.4;
+    State landed = step.to;
+    step.course.land(t, landed);
+    EXPECT_EQ(landed.t, t);
+    EXPECT_LT(worst(landed.restoredBy(step.f), t), 1e-7);
+    EXPECT_LT(std::abs(landed.y[2] - exact(t)[2]), 1e-8) << s;
+  }
+}
+
+}  // namespace
+}  // namespace planar_chain::ode
