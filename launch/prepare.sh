@@ -27,7 +27,7 @@ else
     librosbag-storage-dev libros-rosgraph-msgs-dev libstd-srvs-dev
     python3-{diagnostic,geometry,rosgraph,sensor,std,tf2,trajectory,visualization}-msgs python3-std-srvs
     python3-{jinja2,matplotlib,numpy,roslaunch,rosbag,rosnode,rospy,rosservice,rostopic,yaml} rosbash rosout rviz tf-tools)
-  to_test=(libkdl-parser-dev librostest-dev python3-distributed python3-rostest)
+  to_test=(libkdl-parser-dev librostest-dev python3-{distributed,rostest,tornado})
   grep -q bullseye /etc/os-release || to_test+=(libmujoco-dev)  # not in Debian 11
 fi
 to_test+=(catkin-lint clang-format doxygen libgtest-dev liburdfdom-tools qemu-user shellcheck valgrind)
