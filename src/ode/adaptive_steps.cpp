@@ -112,6 +112,7 @@ class FastestSteps : public Integrator {
   static constexpr double trialBudget = 0.2;      // of the incumbents' cost, for uncertain trials
   static constexpr double notFar = 0.1;           // of the incumbent's step, for a stiff method's first one
   static constexpr double farthestLeap = 1000;    // times the incumbent's step
+  static constexpr double cautious = 0.5;         // of that step, for an explicit one's first one
 
   /// Progress, s, and cost of a method, in evaluations.
   struct Run {
@@ -171,7 +172,7 @@ class FastestSteps : public Integrator {
       } else if (!isExplicit(next)) {
         step = std::max(step, notFar * incumbentStep_);
       }
-      return running().resume(step > 0 ? step : incumbentStep_);
+      return running().resume(step > 0 ? step : cautious * incumbentStep_);
     }
   }
 
