@@ -221,6 +221,21 @@ def long_runs(rows):
     return figure
 
 
+def from_python(rows):
+    figure, (steps, batches) = panels(2, 5.2)
+    for k, row in enumerate(row for row in rows if row["error"]):
+        plot(steps, columns_of([row], "seconds", "error"), linestyle="", marker="osD^v<>"[k % 7], markersize=7, color=f"C{k}",
+             label=row["way"])
+    logarithmic(steps, "s per step of 5 ms", "Double pendulum", "error of an angle, rad")
+    for way, group in grouped([row for row in rows if row["faster"]], "way").items():
+        plot(batches, columns_of(group, "links", "faster"), marker="o", label=way)
+    batches.axhline(1, color="grey", linewidth=1)
+    batches.set(xlabel="links", ylabel="times as fast", title="Many runs", xticks=range(0, 21, 2))
+    legend(steps, 2)
+    legend(batches, 2)
+    return figure
+
+
 def real_time(rows):
     rates = grouped(rows, "rate")
     figure, axes = panels(len(rates), 5.2, sharey=True)

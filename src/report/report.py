@@ -18,6 +18,7 @@ import sys
 
 sys.dont_write_bytecode = True  # the script may lie in a folder of sources
 
+import from_python  # noqa: E402  pylint: disable=wrong-import-position
 import real_time  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
 import robot  # noqa: E402  pylint: disable=wrong-import-position
@@ -25,7 +26,7 @@ import robot  # noqa: E402  pylint: disable=wrong-import-position
 HERE = pathlib.Path(__file__).absolute().parent
 DATA = HERE / "../../share/planar_chain"
 OWN, PEERS = HERE / "report_measure", HERE / "report_peers"
-STUDIES = ["race", "consistency", "stability", "scaling", "effects", "long", "real_time", "robot"]
+STUDIES = ["race", "consistency", "stability", "scaling", "effects", "long", "python", "real_time", "robot"]
 
 
 class Failed(Exception):
@@ -63,6 +64,8 @@ def measure(study, part, is_quick):
     """A table with a header."""
     if study == "real_time":
         return real_time.measure(*part, is_quick)
+    if study == "python":
+        return from_python.measure(HERE / "batches", is_quick)
     if study == "robot":
         return robot.measure(HERE / "simulate", DATA / "robot")
     quick = ["--quick"] if is_quick else []
@@ -95,8 +98,9 @@ def digest(*programs):
 def facts_now(is_quick):
     """What stands under the figures. A table is kept only while these facts stay the same."""
     return {**json.loads(output_of(OWN, "--study", "about")), "quick": is_quick, "cpu": processor(),
-            "engines": json.loads(of_peers("--study", "about") or "{}"), "left_out": real_time.why_not(HERE),
-            "programs": digest(OWN, HERE / "stability", PEERS, HERE / "planar_chain_node")}
+            "engines": json.loads(of_peers("--study", "about") or "{}"), "python": from_python.versions(),
+            "left_out": {"real_time": real_time.why_not(HERE), "python": from_python.why_not()},
+            "programs": digest(OWN, HERE / "batches", HERE / "stability", PEERS, HERE / "planar_chain_node")}
 
 
 def prepare(folder, studies, facts):
@@ -153,7 +157,7 @@ def report():
     facts = facts_now(is_quick)
     prepare(folder, arguments.studies, facts)
     parts = [(study, part) for study in arguments.studies for part in parts_of(study, arguments.scenes, is_quick)
-             if study != "real_time" or not facts["left_out"]]  # the page says why
+             if not facts["left_out"].get(study)]  # the page says why
     failure = None
     for done, (study, part) in enumerate(parts):
         if sys.stderr.isatty():
