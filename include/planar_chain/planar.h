@@ -64,6 +64,9 @@ struct Rotation {
   friend constexpr Vec2<Real> operator*(Rotation e, Vec2<Real> a) {
     return {mulAdd(e.c, a.x, -e.s * a.y), mulAdd(e.s, a.x, e.c * a.y)};
   }
+  friend constexpr Rotation operator*(Rotation e, Rotation turn) {
+    return {e.c * turn.c - e.s * turn.s, e.s * turn.c + e.c * turn.s};
+  }
 };
 
 /// A symmetric 2×2 tensor, such as the articulated mass.

@@ -145,7 +145,7 @@ void CoupledDynamics::runCoupled(Evaluation& to) {
   }
   if (base_) {
     const Rotation<double> turn = plainRotation(to.base.angle);
-    for (Rotation<double>& e : to.e) e = {turn.c * e.c - turn.s * e.s, turn.s * e.c + turn.c * e.s};
+    for (Rotation<double>& e : to.e) e = turn * e;
     for (int j = 0; j < n_; ++j) to.turning[index(j)] = to.y[index(n_ + j)] + to.base.rate;
   }
   if (hasForces) {

@@ -21,12 +21,20 @@ namespace {
 /// Calls f(j, x, v): the positions and velocities of the centres of mass, from the ground outwards.
 template <class F>
 void forCentres(const Chain& chain, const double* theta, const double* omega, const BaseState& base, F f) {
+  constexpr int atOnce = 32;
+  double angles[atOnce];
+  Rotation<double> e[atOnce];
   Vec2d pin = base.pin, pinVelocity = base.velocity;
   for (int j = 0; j < chain.size(); ++j) {
+    const int place = j % atOnce;
+    if (place == 0) {
+      const int count = std::min(atOnce, chain.size() - j);
+      for (int k = 0; k < count; ++k) angles[k] = theta[j + k] + base.angle;
+      plainRotations(angles, e, count);
+    }
     const Link& link = chain.links()[index(j)];
-    const Rotation<double> e = plainRotation(theta[j] + base.angle);
     const double rate = omega[j] + base.rate;
-    const Vec2d R = e * link.com, P = e * link.pin;
+    const Vec2d R = e[place] * link.com, P = e[place] * link.pin;
     f(j, pin + R, pinVelocity + rate * perp(R), rate);
     pin += P;
     pinVelocity += rate * perp(P);

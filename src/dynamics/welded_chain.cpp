@@ -13,7 +13,9 @@ WeldedChain::WeldedChain(const Chain& chain) : chain_(chain), kernel_(simd::kern
   first_.reserve(n);
   placeOf_.resize(n);
   sticks_.resize(n);
-  forces_.resize(n);
+  own_.resize(n);
+  turns_.resize(n);
+  angles_.resize(n);
   links_.resize(places * simd::SegmentArrays::linkQuantities);
   handles_.resize(places * simd::SegmentArrays::handleQuantities);
   for (auto* numbers : {&theta_, &omega_, &N_, &alpha_}) numbers->resize(places);
@@ -28,17 +30,20 @@ std::string WeldedChain::name() const {
 void WeldedChain::weld(const Couplings& at) {
   welded_.clear();
   first_.clear();
-  double phi = 0;
+  Rotation<double> e;
   for (std::size_t j = 0; j < bodies_.size(); ++j) {
     const auto& [m, I, r, p] = bodies_[j];
     sticks_[j] = at.joints[j].isHeld;
     if (!sticks_[j]) {
-      phi = 0;
+      e = {};
       first_.push_back(static_cast<int>(j));
       welded_.push_back(bodies_[j]);
     } else if (!welded_.empty()) {
-      phi += at.held[j].value;
-      const Rotation<double> e = Rotation<double>::of(phi);
+      if (const double q = at.held[j].value; angles_[j] != q) {
+        angles_[j] = q;
+        turns_[j] = Rotation<double>::of(q);
+      }
+      e = e * turns_[j];
       Body<double>& body = welded_.back();
       const Vec2d apart = body.p + e * r - body.r;
       const double mass = body.m + m;
@@ -91,17 +96,16 @@ void WeldedChain::moments(const Rotation<double>* e, const double* omega, const 
   Vec2d a = -1.0 * chain_.gravity();
   for (std::size_t j = 0; j < bodies_.size(); ++j) {
     const auto [m, J, R, P, ww] = turned(bodies_[j], e[j], omega[j]);
-    forces_[j] = m * (a + alpha[j] * perp(R) - ww * R);
+    const Vec2d f = m * (a + alpha[j] * perp(R) - ww * R);
     a += alpha[j] * perp(P) - ww * P;
+    own_[j] = {f, P, bodies_[j].I * alpha[j] - N[j] + cross(R, f)};
   }
   Vec2d outer;
   double next = 0;
   for (std::size_t j = bodies_.size(); j-- > 0;) {
-    const Body<double>& body = bodies_[j];
-    const Vec2d R = e[j] * body.r, P = e[j] * body.p;
-    const double own = body.I * alpha[j] - N[j] + (cross(R, forces_[j]) + cross(P, outer));
-    mu[j] = next = sticks_[j] ? next + own : 0;
-    outer += forces_[j];
+    const auto& [f, P, moment] = own_[j];
+    mu[j] = next = sticks_[j] ? next + (moment + cross(P, outer)) : 0;
+    outer += f;
   }
 }
 

@@ -48,13 +48,19 @@ class WeldedChain {
 
   const Chain& chain_;
   const simd::Kernel& kernel_;
-  int steps_ = 0;                     ///< of the segments
-  std::vector<Body<double>> bodies_;  ///< of the links,
-  std::vector<Body<double>> welded_;  ///< and of the welded chain
-  std::vector<int> first_;            ///< the first link of each
-  std::vector<int> placeOf_;          ///< of each link's body in lane order
-  std::vector<char> sticks_;          ///< the joints, true or false
-  std::vector<Vec2d> forces_;         ///< f of each link
+  int steps_ = 0;                        ///< of the segments
+  std::vector<Body<double>> bodies_;     ///< of the links,
+  std::vector<Body<double>> welded_;     ///< and of the welded chain
+  std::vector<int> first_;               ///< the first link of each
+  std::vector<int> placeOf_;             ///< of each link's body in lane order
+  std::vector<char> sticks_;             ///< the joints, true or false
+  std::vector<double> angles_;           ///< of the joints when they stuck last, from body to body,
+  std::vector<Rotation<double>> turns_;  ///< and their rotations
+  struct Own {
+    Vec2d f, P;
+    double moment;  ///< I α + R×f − N
+  };
+  std::vector<Own> own_;
   CacheLines links_, handles_, theta_, omega_, N_, alpha_, e_;
 };
 

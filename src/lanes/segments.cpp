@@ -10,9 +10,12 @@ void rotations(const double* theta, Rotation<double>* e, int n) {
   run(theta, &e->c, n);
 }
 
+void plainRotations(const double* theta, Rotation<double>* e, int n) {
+  simd::kernelBaseline.rotations(theta, &e->c, n);
+}
 Rotation<double> plainRotation(double theta) {
   Rotation<double> e;
-  simd::kernelBaseline.rotations(&theta, &e.c, 1);
+  plainRotations(&theta, &e, 1);
   return e;
 }
 

@@ -61,7 +61,8 @@ inline CacheLines linksArranged(const Chain& chain, const Arrangement& arrangeme
 
 /// e_j = exp(i θ_j) for n angles, rad, to about 1 ulp for any finite angle. Allocates nothing.
 void rotations(const double* theta, Rotation<double>* e, int n);
-/// exp(i θ), with the same digits on every x86-64 CPU up to 1.6e6 rad.
+/// The same, with the same digits on every x86-64 CPU up to 1.6e6 rad.
+void plainRotations(const double* theta, Rotation<double>* e, int n);
 Rotation<double> plainRotation(double theta);
 
 class Segments {

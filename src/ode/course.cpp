@@ -2,11 +2,14 @@
 
 #include <cmath>
 
+#include "simd/vectors.h"
+
 namespace planar_chain::ode {
 
 Course::Course(SeriesSystem& f)
     : f_(f),
       n_(f.arrangedSize() == f.size() ? f.positions() : 0),
+      turn_(n_),
       bend_(n_),
       increment_(2 * n_),
       at_(f.size()),
@@ -33,6 +36,7 @@ void Course::take(const State& from, const State& to) {
   end_.state = to;
   end_.isKnown = isBent_ = false;
   h_ = to.t - from.t;
+  turn_ = (to.y.head(n_) - from.y.head(n_)) + (to.carry.head(n_) - from.carry.head(n_));
   time_ = std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -67,22 +71,28 @@ const Eigen::VectorXd& Course::at(double t) const {
     if (isBent) findBend();
     const double h = h_, s = (t - from.t) / h, s2 = s * s, s3 = s2 * s, s4 = s2 * s2, s5 = s2 * s3,
                  r = s - s2;
-    // What is added to y includes what rounding left of it.
-    const auto v0 = from.y.segment(n_, n_), v1 = to.y.segment(n_, n_);
-    const auto turn = (to.y.head(n_) - from.y.head(n_)) + (to.carry.head(n_) - from.carry.head(n_));
-    const auto a0 = start_.rates.head(n_), a1 = end_.rates.head(n_);
-    increment_.head(n_) = from.carry.head(n_) + s3 * (10 - 15 * s + 6 * s2) * turn +
-                          h * ((s - 6 * s3 + 8 * s4 - 3 * s5) * v0 + (7 * s4 - 4 * s3 - 3 * s5) * v1) +
-                          h * h / 2 * ((s2 - 3 * s3 + 3 * s4 - s5) * a0 + (s3 - 2 * s4 + s5) * a1);
-    increment_.tail(n_) = from.carry.segment(n_, n_) + 30 / h * r * r * turn +
-                          (32 * s3 - 18 * s2 - 15 * s4) * v0 + (28 * s3 - 12 * s2 - 15 * s4) * v1 +
-                          h * ((s - 4.5 * s2 + 6 * s3 - 2.5 * s4) * a0 + (1.5 * s2 - 4 * s3 + 2.5 * s4) * a1);
-    if (isBent) {
-      increment_.head(n_) += r * r * r * bend_;
-      increment_.tail(n_) += 3 / h * r * r * (1 - 2 * s) * bend_;
-    }
-    at_ = from.y;
-    at_.head(2 * n_) += increment_;
+    // What is added to y includes what rounding left of it: from.carry, turn_, v_0, v_1, α_0, α_1, d.
+    const double ofAngles[] = {1,
+                               s3 * (10 - 15 * s + 6 * s2),
+                               h * (s - 6 * s3 + 8 * s4 - 3 * s5),
+                               h * (7 * s4 - 4 * s3 - 3 * s5),
+                               h * h / 2 * (s2 - 3 * s3 + 3 * s4 - s5),
+                               h * h / 2 * (s3 - 2 * s4 + s5),
+                               r * r * r};
+    const double ofRates[] = {1,
+                              30 / h * r * r,
+                              32 * s3 - 18 * s2 - 15 * s4,
+                              28 * s3 - 12 * s2 - 15 * s4,
+                              h * (s - 4.5 * s2 + 6 * s3 - 2.5 * s4),
+                              h * (1.5 * s2 - 4 * s3 + 2.5 * s4),
+                              3 / h * r * r * (1 - 2 * s)};
+    const double* terms[] = {from.carry.data(),   turn_.data(),      from.y.data() + n_, to.y.data() + n_,
+                             start_.rates.data(), end_.rates.data(), bend_.data()};
+    const auto combine = simd::vectors().combine[isBent ? 6 : 5];
+    combine(1, ofAngles, terms, from.y.data(), increment_.data(), at_.data(), n_);
+    terms[0] += n_;
+    combine(1, ofRates, terms, from.y.data() + n_, increment_.data() + n_, at_.data() + n_, n_);
+    at_.tail(at_.size() - 2 * n_) = from.y.tail(at_.size() - 2 * n_);
   }
   time_ = t;
   return at_;

@@ -54,6 +54,7 @@ class Course {
   SeriesSystem& f_;
   const Eigen::Index n_;  ///< positions
   double h_ = 0;
+  Eigen::VectorXd turn_;  ///< of θ, from end to end
   mutable End start_, end_;
   mutable bool isBent_ = false;  ///< bend_ is known
   mutable Eigen::VectorXd bend_, increment_, at_;
