@@ -171,6 +171,7 @@ struct Simulation::Parts {
       state = guard.lastGood();
       restore();
       if (rung + 1 == rungs) return fail(outcome);
+      dynamics.reconsider(state.t, y.data());  // what is known of these times is of other states
       return rescueBy(rung + 1);
     }
     if (turns.takeMore(dynamics, state, y)) guard.moveTo(state);
