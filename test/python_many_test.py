@@ -69,6 +69,8 @@ class Many(unittest.TestCase):
                           {"initial": np.zeros((1, 4)), "threads": -1}, {"initial": np.zeros((1, 4)), "times": [1, 0]}):
             with self.assertRaises(ValueError):
                 simulate_many(DOUBLE, **{"times": [1.0], **arguments})
+        with self.assertRaisesRegex(ValueError, "initial: expected an array of runs x 4, got 2 x 3"):
+            simulate_many(DOUBLE, [1.0], np.zeros((2, 3)))
         reasons = simulate_many(DOUBLE, [1.0], parameters={"links/lower/com/2": [1], "links/lower/mass/x": [1]}).reasons
         self.assertIn("links/lower/com/2: expected a place in the scene", reasons[0])
 

@@ -36,7 +36,12 @@ Given given(const TreeAndScene& scene, const std::optional<Numbers>& initial,
   Given all;
   if (initial) {
     if (initial->ndim() != 2 || initial->shape(1) != width) {
-      throw std::invalid_argument("initial: expected an array of runs x " + std::to_string(width));
+      std::string got;
+      for (py::ssize_t k = 0; k < initial->ndim(); ++k) {
+        got += (k > 0 ? " x " : "") + std::to_string(initial->shape(k));
+      }
+      throw std::invalid_argument("initial: expected an array of runs x " + std::to_string(width) + ", got " +
+                                  (got.empty() ? "one number" : got));
     }
     all.initial.assign(initial->data(), initial->data() + initial->size());
     all.runs = static_cast<std::size_t>(initial->shape(0));
