@@ -56,6 +56,12 @@ class KnownMotions(InFolder):
         self.assertEqual(len(got), len(expected))
         self.assertLessEqual(max(abs(a - b) for a, b in zip(got, expected)), allowed, (got, expected))
 
+    def test_trials_of_auto_meet_the_tolerance(self):
+        # A point on a rod of 1 m, let go level, by Jacobi's elliptic functions: test/reference/report.py.
+        bob = {"mass": 1, "inertia": 0, "com": [1, 0], "pin": [1, 0]}
+        last = self.angles(chain(["bob"], [bob]), 10, rate=0.1, tolerance=1e-7)[-1]
+        self.assert_close(last, [-1.2921156532249148], 1e-7)
+
     # ---- Dry friction ----
 
     def test_each_half_swing_is_shorter_by_twice_friction_over_stiffness(self):

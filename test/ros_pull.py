@@ -15,7 +15,7 @@ import rostest
 from planar_chain.msg import CommandTaken, LinkStates
 from planar_chain.srv import Step
 from sensor_msgs.msg import JointState
-from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerUpdate, Marker, MarkerArray
+from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerInit, InteractiveMarkerUpdate, Marker, MarkerArray
 
 from ros_node import LIMIT, Listener, Node, PUBLISHERS, nanoseconds, publisher, rod, service
 
@@ -83,8 +83,8 @@ class Dragged(unittest.TestCase):
         self.taken = Listener('/planar_chain/commands_taken', CommandTaken)
         self.pictures = Listener('/pull/force', MarkerArray)
         self.links = Listener('/planar_chain/link_states', LinkStates)
-        self.offered = Listener('/pull/update', InteractiveMarkerUpdate)
-        listeners = (self.states, self.taken, self.pictures, self.offered, self.links)
+        self.changes = Listener('/pull/update', InteractiveMarkerUpdate)
+        listeners = (self.states, self.taken, self.pictures, self.changes, self.links)
         self.addCleanup(lambda: [listener.close() for listener in listeners])
 
     def start(self):
@@ -96,7 +96,11 @@ class Dragged(unittest.TestCase):
         self.step_service = service('step', Step)
         self.taken.wait_for_publisher()
         self.pictures.wait_for_publisher()
-        self.offered.wait_for(lambda update: update.seq_num > 0)
+        # roscpp gives a subscriber that comes while a latched message is published the one before, and no other.
+        self.changes.wait_for(lambda update: update.seq_num > 0)
+        offered = Listener('/pull/update_full', InteractiveMarkerInit)
+        self.addCleanup(offered.close)
+        offered.wait_for(lambda offer: [marker.name for marker in offer.markers] == ['rod'])
         self.rviz = Rviz()
         self.addCleanup(self.rviz.close)
         state = self.step()

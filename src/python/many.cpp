@@ -71,7 +71,8 @@ SceneOfRun sceneOfRun(const TreeAndScene& from, const Given& all) {
   };
 }
 
-/// A path that leads nowhere is a fault of all runs. A value out of its range is a fault of its run.
+/// A path to an unknown link is a fault of all runs. A value out of its range, or an unknown key, is a fault
+/// of its run.
 void requirePaths(const SceneOfRun& sceneOfRun, const TreeAndScene& scene, const Given& all) {
   if (all.runs == 0) return;
   try {
@@ -160,8 +161,8 @@ times: s, from 0, never falling. initial: runs × 2n first states, q (rad) and t
 dict from paths in the scene, such as 'links/lower/mass', to arrays of one number a run. progress: called
 about ten times a second with the number of runs that have ended.
 
-Raises Refused if a path leads nowhere. The results depend neither on the number of threads nor on the other runs. A run whose scene is refused, or
-whose integration fails, is not done and has a reason.)");
+Raises Refused if a path names an unknown link. The results depend neither on the number of threads nor on the
+other runs. A run whose scene is refused, or whose integration fails, is not done and has a reason.)");
 }
 
 }  // namespace planar_chain::python

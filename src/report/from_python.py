@@ -53,19 +53,19 @@ def right_side(is_compiled):
     """ẏ of two uniform rods of 1 kg and 1 m by Lagrange, y = [q, q̇], solved by hand; as machine code by numba."""
     from math import cos, sin  # pylint: disable=import-outside-toplevel
 
-    def f(_, y):
+    def slopes(_, y):
         a, b = y[0], y[0] + y[1]
         u, v = y[2], y[2] + y[3]
         c, s = cos(a - b) / 2, sin(a - b) / 2
-        alpha, beta = -s * v * v - 1.5 * 9.81 * cos(a), s * u * u - 0.5 * 9.81 * cos(b)
+        f, g = -s * v * v - 1.5 * 9.81 * cos(a), s * u * u - 0.5 * 9.81 * cos(b)
         det = 4 / 9 - c * c
-        alpha, beta = (alpha / 3 - c * beta) / det, (4 / 3 * beta - c * alpha) / det
+        alpha, beta = (f / 3 - c * g) / det, (4 / 3 * g - c * f) / det
         return [u, v - u, alpha, beta - alpha]
 
     if not is_compiled:
-        return f
+        return slopes
     import numba  # pylint: disable=import-outside-toplevel
-    machine_code = numba.njit(f)
+    machine_code = numba.njit(slopes)
     return lambda t, y: machine_code(t, y)  # scipy's Fortran looks at the arguments of Python's functions
 
 
