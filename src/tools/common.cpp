@@ -1,6 +1,7 @@
 #include "tools/common.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <stdexcept>
@@ -89,9 +90,11 @@ int run(const Tool& tool, int argc, char** argv) {
 
 std::string loadText(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  std::string text(longestYaml + 1, '\0');
-  file.read(&text[0], static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
+  std::string text;
+  std::array<char, 65536> part;
+  while (text.size() <= longestYaml && (file.read(part.data(), part.size()) || file.gcount() > 0)) {
+    text.append(part.data(), static_cast<std::size_t>(file.gcount()));
+  }
   if (text.size() > longestYaml) {
     throw Refused({{path, "at most " + std::to_string(longestYaml) + " bytes", "more"}});
   }
