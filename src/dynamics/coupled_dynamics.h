@@ -31,8 +31,8 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   // Dynamics
   void enter(double t) override;
   void enterState(double t, const double* y) override;
-  void change(double t, const double* y) override;
-  void reconsider(double t, const double* y) override;
+  void change(double t, double* y) override;
+  void reconsider(double t, double* y) override;
   void followBase(const BaseLaws& laws) override;
   bool hold(double t, double* y) override;
   void hold(double t, double* q, double* qd) override;

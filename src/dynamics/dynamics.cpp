@@ -56,7 +56,7 @@ void Dynamics::enterState(double t, const double* y) {
   switched();
 }
 
-void Dynamics::change(double t, const double* y) {
+void Dynamics::change(double t, double* y) {
   effects_.change(t, y);
   switched();
 }

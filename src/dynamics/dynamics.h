@@ -47,13 +47,13 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   /// Chooses what acts in [t, effects().until()).
   virtual void enter(double t);
   /// Call it after enter(): joints that stick may break loose. By default none sticks.
-  virtual void reconsider(double /*t*/, const double* /*y*/) {}
+  virtual void reconsider(double /*t*/, double* /*y*/) {}
   /// Replaces the motion of the base.
   virtual void followBase(const BaseLaws& /*laws*/) {}
   /// Sets every switch for a state in chain order.
   virtual void enterState(double t, const double* y);
-  /// Makes the switches that are due at a state in chain order.
-  virtual void change(double t, const double* y);
+  /// Makes the switches that are due at a state in chain order. Joints that come to rest are held.
+  virtual void change(double t, double* y);
 
   // ---- Held joints: driven or stuck. By default there are none ---------------------------------------
 

@@ -9,10 +9,12 @@
 ///     r_j' = x_j + exp(i φ_j) r_j       m = Σ m_j, r = Σ m_j r_j' / m                N = Σ N_j
 ///     I = Σ I_j + m_j |r_j' − r|²
 ///
-/// Bodies that stick to the ground do not move. From the accelerations follow, inwards, the forces in the
-/// pins and the moments μ of stuck joints; μ = 0 in the others:
+/// Bodies that stick to the ground do not move. The moments μ of stuck joints follow from sums over the links
+/// k = j … b, made when they are welded; μ = 0 in the other joints. F is the force on the next body, and a the
+/// acceleration of x_a; all in the axes of body a:
 ///
-///     f_j = m (a + iα R − ω² R)      μ = I α + R×f_j + P×F' + μ' − N      F = f_j + F'
+///     S = Σ m_k (r_k' − x_j)      Q = Σ I_k + m_k |r_k' − x_j|²      D = x_{b+1} − x_j
+///     μ_j = S×(a + iα x_j − ω² x_j) + Q α + D×F − Σ N_k
 
 #include <string>
 #include <vector>
@@ -39,28 +41,34 @@ class WeldedChain {
   void weld(const Couplings& at);
   /// Writes α of all bodies.
   void accelerations(const double* theta, const double* omega, const double* N, double* alpha);
-  /// Writes μ of all joints at those accelerations. e: exp(i θ_j).
-  void moments(const Rotation<double>* e, const double* omega, const double* N, const double* alpha,
-               double* mu);
+  /// Writes μ of all joints, at the state of the last accelerations().
+  void moments(const double* omega, const double* N, double* mu);
 
  private:
+  void sumStuck();
   void arrange();
 
   const Chain& chain_;
   const simd::Kernel& kernel_;
   int steps_ = 0;                        ///< of the segments
   std::vector<Body<double>> bodies_;     ///< of the links,
-  std::vector<Body<double>> welded_;     ///< and of the welded chain
-  std::vector<int> first_;               ///< the first link of each
-  std::vector<int> placeOf_;             ///< of each link's body in lane order
+  std::vector<Body<double>> welded_;     ///< and of the welded chain,
+  Body<double> ground_{};                ///< and what sticks to the ground
+  std::vector<std::size_t> first_;       ///< the first link of each, and their end
+  std::vector<std::size_t> placeOf_;     ///< of each in lane order
   std::vector<char> sticks_;             ///< the joints, true or false
   std::vector<double> angles_;           ///< of the joints when they stuck last, from body to body,
   std::vector<Rotation<double>> turns_;  ///< and their rotations
-  struct Own {
-    Vec2d f, P;
-    double moment;  ///< I α + R×f − N
+  struct Stuck {
+    Vec2d x{}, S{}, D{};
+    double Q = 0;
   };
-  std::vector<Own> own_;
+  std::vector<Stuck> stuck_;  ///< of the links that stick to the one before
+  struct Moved {
+    Vec2d a;      ///< of the inner pin, in the axes of the body
+    Vec2d force;  ///< m times the acceleration of the centre of mass
+  };
+  std::vector<Moved> moved_;  ///< the bodies of the welded chain
   CacheLines links_, handles_, theta_, omega_, N_, alpha_, e_;
 };
 

@@ -63,6 +63,8 @@ class Mechanics {
   virtual JointAnswer answer(double t, const double* y) = 0;
   /// Call it when a joint sticks or slides from now on.
   virtual void forget() = 0;
+  /// Puts held joints where they are at t, exactly.
+  virtual bool hold(double t, double* y) = 0;
 
  protected:
   ~Mechanics() = default;
@@ -97,8 +99,8 @@ class Switching : public ode::Switches {
  public:
   /// Sets every switch for the state y = [θ ω …] at t, whatever its position before.
   virtual void enterState(double t, const double* y) = 0;
-  /// Makes every switch that is due at t and y.
-  virtual void change(double t, const double* y) = 0;
+  /// Makes every switch that is due at t and y. May hold joints.
+  virtual void change(double t, double* y) = 0;
 };
 
 /// +τ on body i, −τ on the body before.

@@ -51,7 +51,7 @@ void Effects::enterState(double t, const double* y) {
   }
 }
 
-void Effects::change(double t, const double* y) {
+void Effects::change(double t, double* y) {
   for (Switching* switching : switching_) {
     switching->change(t, y);
     listActive();

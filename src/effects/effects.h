@@ -30,7 +30,7 @@ class Effects : public ode::Switches {
   /// See Effect. These allocate nothing.
   void enter(double t);
   void enterState(double t, const double* y);
-  void change(double t, const double* y);
+  void change(double t, double* y);
 
   bool act() const { return acting_ != LoadKind::nothing; }
   LoadKind acting() const { return acting_; }
@@ -46,7 +46,7 @@ class Effects : public ode::Switches {
 
   // ---- ode::Switches ------------------------------------------------------------------------------------
 
-  bool haveSwitches() const { return !switching_.empty(); }
+  std::size_t switches() const { return switching_.size(); }
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(const ode::Stretch& of) const override;
   bool mayHide() const override;

@@ -18,11 +18,11 @@ double breakawayOf(const Joint& joint) {
 /// Where the parabola through g0, gm, g1 at 0, ½, 1 has a top above 0 while its ends are not, 0 < s < 1; 1:
 /// nowhere. A curve may rise twice as far above its ends as the parabola.
 double passing(double g0, double gm, double g1) {
-  const double bend = 2 * (g0 - 2 * gm + g1), slope = 4 * gm - 3 * g0 - g1;
   const double end = std::max(g0, g1);
-  if (!(bend < 0 && end <= 0)) return 1;
+  const bool risesAndFalls = 4 * gm > 3 * g0 + g1 && 4 * gm > g0 + 3 * g1;
+  if (!risesAndFalls || end > 0) return 1;
+  const double bend = 2 * (g0 - 2 * gm + g1), slope = 4 * gm - 3 * g0 - g1;
   const double s = -slope / (2 * bend);
-  if (!(s > 0 && s < 1)) return 1;
   const double top = g0 + s * (slope + s * bend);
   return end + 2 * (top - end) > 0 ? s : 1;
 }
@@ -105,19 +105,19 @@ void Friction::couple(double /*t*/, int k, Couplings& to) const {
 
 // ---- Switches ------------------------------------------------------------------------------------
 
-double Friction::Rub::slideDue(const double* omega) const {
-  const double inner = joint > 0 ? std::abs(omega[joint - 1]) : 0;
-  return -direction * relative(omega, joint) - 4 * epsilon * (std::abs(omega[joint]) + inner);
+inline double Friction::Rub::slideDue(const double* omega) const {
+  const double outer = omega[joint], inner = joint > 0 ? omega[joint - 1] : 0;
+  return -direction * (outer - inner) - 4 * epsilon * (std::abs(outer) + std::abs(inner));
 }
 
-double Friction::Rub::stickDue(double mu) const {
+inline double Friction::Rub::stickDue(double mu) const {
   return std::abs(mu) - breakaway * (1 + slack);
 }
 
 double Friction::due(double t, const Eigen::VectorXd& y) const {
   double most = -std::numeric_limits<double>::infinity();
-  const double* moments = anySticks() ? momentsAt(t, y.data()) : nullptr;
-  for (const Rub& rub : rubs_) most = std::max(most, rub.due(y.data() + n_, moments));
+  const double *omega = y.data() + n_, *moments = anySticks() ? momentsAt(t, y.data()) : nullptr;
+  for (const Rub& rub : rubs_) most = std::max(most, rub.due(omega, moments));
   return most;
 }
 
@@ -136,14 +136,15 @@ double Friction::nearest(const ode::Stretch& of) const {
   const double middle = of.t + of.h / 2;
   const Eigen::VectorXd& between = of.course->at(middle);
   double first = 1;
+  const double *begin = of.y.data() + n_, *half = between.data() + n_, *end = of.next.data() + n_;
   for (const Rub& rub : rubs_) {
     if (rub.direction == 0) continue;
-    const auto over = [&](const Eigen::VectorXd& y) { return rub.slideDue(y.data() + n_); };
-    first = std::min(first, passing(over(of.y), over(between), over(of.next)));
+    first = std::min(first, passing(rub.slideDue(begin), rub.slideDue(half), rub.slideDue(end)));
   }
   if (anySticks()) {
-    const double *begin = momentsAt(of.t, of.y.data()), *half = momentsAt(middle, between.data()),
-                 *end = momentsAt(of.t + of.h, of.next.data());
+    begin = momentsAt(of.t, of.y.data());
+    half = momentsAt(middle, between.data());
+    end = momentsAt(of.t + of.h, of.next.data());
     for (const Rub& rub : rubs_) {
       if (rub.direction != 0) continue;
       for (const double sign : {-1.0, 1.0}) {
@@ -210,11 +211,19 @@ void Friction::enterState(double t, const double* y) {
   decide(t, y);
 }
 
-void Friction::change(double t, const double* y) {
+void Friction::change(double t, double* y) {
+  bool anyComes = false;
   for (Rub& rub : rubs_) {
     const bool comesToRest = rub.direction != 0 && rub.slideDue(y + n_) > 0;
     rub.mayStick = rub.direction == 0 || comesToRest;
-    if (comesToRest) rub.angle = relative(y, rub.joint);
+    if (!comesToRest) continue;
+    rub.direction = 0;
+    rub.angle = relative(y, rub.joint);
+    anyComes = true;
+  }
+  if (anyComes) {
+    takeMoments();
+    mechanics_->hold(t, y);
   }
   decide(t, y);
 }
@@ -228,17 +237,9 @@ void Friction::takeMoments() {
 
 void Friction::decide(double t, const double* y) {
   // At first, all that are at rest stick.
-  int atRest = 0;
-  bool isOther = false;
-  for (Rub& rub : rubs_) {
-    if (!rub.mayStick) continue;
-    ++atRest;
-    isOther = isOther || rub.direction != 0;
-    rub.direction = 0;
-  }
-  if (isOther) takeMoments();
+  const auto atRest = std::count_if(rubs_.begin(), rubs_.end(), [](const Rub& rub) { return rub.mayStick; });
   for (Seen& seen : seen_) seen.t = std::numeric_limits<double>::quiet_NaN();
-  const int most = 10 * atRest + 50;
+  const auto most = 10 * atRest + 50;
   for (int round = 0; atRest > 0 && round < most; ++round) {
     const JointAnswer answer = mechanics_->answer(t, y);
     double largest = 0;

@@ -44,7 +44,7 @@ class Friction : public Effect, public Switching {
 
   // Switching
   void enterState(double t, const double* y) override;
-  void change(double t, const double* y) override;
+  void change(double t, double* y) override;
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(const ode::Stretch& of) const override;
   bool mayHide() const override { return true; }
@@ -74,7 +74,7 @@ class Friction : public Effect, public Switching {
   std::optional<double> crossingOf(const Rub& rub, const ode::Stretch& of, double last) const;
   void takeMoments();
 
-  /// Decides for all joints that may stick.
+  /// Decides for all joints that may stick, and that stick at first.
   void decide(double t, const double* y);
   bool anySticks() const;
 

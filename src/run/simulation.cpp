@@ -118,7 +118,11 @@ struct Simulation::Parts {
 
   /// Puts held joints exactly where they are.
   void settle() {
-    if (!dynamics.hold(state.t, y.data())) return;
+    if (dynamics.hold(state.t, y.data())) takeChain();
+  }
+
+  /// y is the state from now on.
+  void takeChain() {
     dynamics.arrange(y.data(), state.y.data());
     guard.moveTo(state);
   }
@@ -178,6 +182,7 @@ struct Simulation::Parts {
 
     if (outcome == ode::Outcome::switched) {
       dynamics.change(state.t, y.data());
+      takeChain();
       integrator().passSwitch();
     }
     if (state.t >= dynamics.effects().until()) {
