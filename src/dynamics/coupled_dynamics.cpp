@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace planar_chain {
@@ -69,13 +70,14 @@ constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
 
 /// True if two states differ by rounding alone, as the last stage of a step and its end do.
 bool areEqual(const double* y, const double* other, int n) {
-  const auto near = [&](int j, double least) {
+  const auto isNear = [&](int j, double least) {
     return std::abs(y[j] - other[j]) <= rounding * (least + std::abs(y[j]) + std::abs(other[j]));
   };
-  bool areNear = near(0, 1);
-  if (!areNear) return false;
-  for (int j = 0; j < n; ++j) areNear &= near(j, 1) && near(n + j, 0);
-  return areNear;
+  if (!isNear(0, 1)) return false;
+  std::int64_t near = 0;
+  for (int j = 0; j < n; ++j) near += isNear(j, 1);
+  for (int j = n; j < 2 * n; ++j) near += isNear(j, 0);
+  return near == 2 * n;
 }
 
 }  // namespace

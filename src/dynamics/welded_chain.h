@@ -10,8 +10,8 @@
 ///     I = Σ I_j + m_j |r_j' − r|²
 ///
 /// Bodies that stick to the ground do not move. The moments μ of stuck joints follow from sums over the links
-/// k = j … b, made when they are welded; μ = 0 in the other joints. F is the force on the next body, and a the
-/// acceleration of x_a; all in the axes of body a:
+/// k = j … b, made when they are welded; μ = 0 in the other joints. F is the force on the next body, and a
+/// the acceleration of x_a; all in the axes of body a:
 ///
 ///     S = Σ m_k (r_k' − x_j)      Q = Σ I_k + m_k |r_k' − x_j|²      D = x_{b+1} − x_j
 ///     μ_j = S×(a + iα x_j − ω² x_j) + Q α + D×F − Σ N_k
