@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 
 namespace planar_chain {
@@ -70,14 +69,13 @@ constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
 
 /// True if two states differ by rounding alone, as the last stage of a step and its end do.
 bool areEqual(const double* y, const double* other, int n) {
-  const auto isNear = [&](int j, double least) {
-    return std::abs(y[j] - other[j]) <= rounding * (least + std::abs(y[j]) + std::abs(other[j]));
+  using Numbers = Eigen::Map<const Eigen::ArrayXd>;
+  const auto areNear = [&](int from, int count, double least) {
+    const Numbers a(y + from, count), b(other + from, count);
+    const double most = ((a - b).abs() - rounding * (a.abs() + b.abs())).maxCoeff();
+    return most <= rounding * least && std::isfinite(a.sum());
   };
-  if (!isNear(0, 1)) return false;
-  std::int64_t near = 0;
-  for (int j = 0; j < n; ++j) near += isNear(j, 1);
-  for (int j = n; j < 2 * n; ++j) near += isNear(j, 0);
-  return near == 2 * n;
+  return areNear(0, 1, 1) && areNear(0, n, 1) && areNear(n, n, 0);
 }
 
 }  // namespace

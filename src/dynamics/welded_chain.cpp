@@ -29,18 +29,18 @@ std::string WeldedChain::name() const {
 }
 
 void WeldedChain::weld(const Couplings& at) {
+  // The pins of the bodies, outwards.
   welded_.clear();
   first_.clear();
-  ground_ = {};
-  Body<double>* body = &ground_;
+  groundPin_ = {};
+  Vec2d* pin = &groundPin_;
   Rotation<double> e;
   for (std::size_t j = 0; j < bodies_.size(); ++j) {
-    const auto& [m, I, r, p] = bodies_[j];
     sticks_[j] = at.joints[j].isHeld;
     if (!sticks_[j]) {
       e = {};
       first_.push_back(j);
-      body = &welded_.emplace_back(bodies_[j]);
+      pin = &welded_.emplace_back(bodies_[j]).p;
       continue;
     }
     if (const double q = at.held[j].value; angles_[j] != q) {
@@ -48,54 +48,59 @@ void WeldedChain::weld(const Couplings& at) {
       turns_[j] = Rotation<double>::of(q);
     }
     e = e * turns_[j];
-    const Vec2d com = e * r, apart = body->p + com - body->r;
-    const double mass = body->m + m;
-    stuck_[j] = {body->p, com};
-    body->I += I + body->m * m / mass * dot(apart, apart);
-    body->r += (m / mass) * apart;
-    body->m = mass;
-    body->p += e * p;
+    stuck_[j].x = *pin;
+    stuck_[j].S = e * bodies_[j].r;
+    *pin += e * bodies_[j].p;
   }
   first_.push_back(bodies_.size());
   sumStuck();
   arrange();
 }
 
-/// Sums S, Q and D of the stuck links inwards.
+/// Sums over the links that stick together, inwards. Before, S of each stuck link is exp(i φ_j) r_j.
 void WeldedChain::sumStuck() {
   std::size_t body = welded_.size();
   double m = 0, Q = 0;
   Vec2d S, inner;
+  const auto add = [&](const Body<double>& link, Vec2d pin, Vec2d com) {
+    const Vec2d step = inner - pin;
+    Q += 2 * dot(step, S) + m * dot(step, step) + link.I + link.m * dot(com, com);
+    S += m * step + link.m * com;
+    m += link.m;
+    inner = pin;
+  };
   for (std::size_t j = bodies_.size(); j-- > 0;) {
-    if (!sticks_[j]) {
-      --body;
-      m = Q = 0;
-      S = {};
+    if (sticks_[j]) {
+      const Vec2d pin = stuck_[j].x, outer = body > 0 ? welded_[body - 1].p : groundPin_;
+      add(bodies_[j], pin, stuck_[j].S);
+      stuck_[j] = {pin, S, outer - pin, Q + dot(S, pin), cross(S, pin)};
       continue;
     }
-    const Vec2d pin = stuck_[j].x, com = stuck_[j].S, step = m > 0 ? inner - pin : Vec2d{};
-    const double own = bodies_[j].m;
-    Q += 2 * dot(step, S) + m * dot(step, step) + bodies_[j].I + own * dot(com, com);
-    S += m * step + own * com;
-    m += own;
-    inner = pin;
-    stuck_[j] = {pin, S, (body > 0 ? welded_[body - 1] : ground_).p - pin, Q};
+    --body;
+    if (m > 0) {
+      add(bodies_[j], {}, bodies_[j].r);
+      const Vec2d com = (1 / m) * S;
+      welded_[body] = {m, Q - dot(com, S), com, welded_[body].p};
+    }
+    m = Q = 0;
+    S = {};
   }
 }
 
 /// Writes the bodies in lane order.
 void WeldedChain::arrange() {
-  const int lanes = kernel_.lanes, count = static_cast<int>(welded_.size());
-  steps_ = (count + lanes - 1) / lanes;
-  const auto placeOf = [&](int body) { return body % steps_ * lanes + body / steps_; };
-  for (int body = 0; body < steps_ * lanes; ++body) {
-    const auto& [m, I, r, p] = body < count ? welded_[index(body)] : Body<double>{0, 1, {}, {}};
-    const int place = placeOf(body), step = place / lanes;
-    if (body < count) placeOf_[index(body)] = index(place);
-    double* to = links_.data() + step * lanes * simd::SegmentArrays::linkQuantities + place % lanes;
-    for (const double number : {m, I, r.x, r.y, p.x, p.y}) {
-      *to = number;
-      to += lanes;
+  const std::size_t lanes = index(kernel_.lanes), count = welded_.size(), steps = (count + lanes - 1) / lanes;
+  steps_ = static_cast<int>(steps);
+  std::size_t body = 0;
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    for (std::size_t step = 0; step < steps; ++step, ++body) {
+      const auto& [m, I, r, p] = body < count ? welded_[body] : Body<double>{0, 1, {}, {}};
+      if (body < count) placeOf_[body] = step * lanes + lane;
+      double* to = links_.data() + step * lanes * simd::SegmentArrays::linkQuantities + lane;
+      for (const double number : {m, I, r.x, r.y, p.x, p.y}) {
+        *to = number;
+        to += lanes;
+      }
     }
   }
   for (auto* numbers : {&theta_, &omega_, &N_}) std::fill(numbers->begin(), numbers->end(), 0.0);
@@ -122,43 +127,47 @@ void WeldedChain::accelerations(const double* theta, const double* omega, const 
   }
 }
 
-void WeldedChain::moments(const double* omega, const double* N, double* mu) {
-  const auto turnedBack = [](Rotation<double> e, Vec2d a) { return Rotation<double>{e.c, -e.s} * a; };
-  const auto rotation = [this](std::size_t body) {
-    return Rotation<double>{e_[2 * placeOf_[body]], e_[2 * placeOf_[body] + 1]};
-  };
+/// exp(i θ) of a body of the welded chain.
+inline Rotation<double> WeldedChain::rotationOf(std::size_t body) const {
+  const double* e = e_.data() + 2 * placeOf_[body];
+  return {e[0], e[1]};
+}
 
-  // The accelerations of the inner pins, in the axes of the bodies, and the forces, outwards.
+void WeldedChain::moments(const double* omega, const double* N, double* mu) {
+  // The accelerations of the inner pins, and the forces, outwards.
   const Vec2d ground = -1.0 * chain_.gravity();
   Vec2d a = ground;
   for (std::size_t body = 0; body < welded_.size(); ++body) {
-    const Rotation<double> e = rotation(body);
-    const double alpha = alpha_[placeOf_[body]], ww = omega[first_[body]] * omega[first_[body]];
     const auto& [m, I, r, p] = welded_[body];
-    const Vec2d own = turnedBack(e, a);
-    moved_[body] = {own, e * (m * (own + alpha * perp(r) - ww * r))};
-    a += e * (alpha * perp(p) - ww * p);
+    const double alpha = alpha_[placeOf_[body]], rate = omega[first_[body]], ww = rate * rate;
+    const Rotation<double> e = rotationOf(body), turning{-ww * e.c - alpha * e.s, alpha * e.c - ww * e.s};
+    moved_[body] = {a, m * (a + turning * r)};
+    a += turning * p;
   }
 
   // The moments, inwards.
   Vec2d outer;
-  const auto writeMoments = [&](std::size_t from, std::size_t to, Vec2d pin, double alpha, double ww,
-                                Vec2d F) {
+  const auto writeMoments = [&](std::size_t from, std::size_t to, Rotation<double> back, Vec2d pin,
+                                double alpha, double ww) {
+    const Vec2d acceleration = back * pin, force = back * outer;
     double sum = 0;
     for (std::size_t j = to; j-- > from;) {
-      const auto& [x, S, D, Q] = stuck_[j];
+      const auto& [x, S, D, K, L] = stuck_[j];
       sum += N[j];
-      mu[j] = cross(S, pin + alpha * perp(x) - ww * x) + alpha * Q + cross(D, F) - sum;
+      mu[j] = cross(S, acceleration) + alpha * K - ww * L + cross(D, force) - sum;
     }
   };
   for (std::size_t body = welded_.size(); body-- > 0;) {
-    const std::size_t first = first_[body];
-    writeMoments(first + 1, first_[body + 1], moved_[body].a, alpha_[placeOf_[body]],
-                 omega[first] * omega[first], turnedBack(rotation(body), outer));
+    const std::size_t first = first_[body], end = first_[body + 1];
+    if (end > first + 1) {
+      const Rotation<double> e = rotationOf(body);
+      writeMoments(first + 1, end, {e.c, -e.s}, moved_[body].a, alpha_[placeOf_[body]],
+                   omega[first] * omega[first]);
+    }
     mu[first] = 0;
     outer += moved_[body].force;
   }
-  writeMoments(0, first_.front(), ground, 0, 0, outer);
+  writeMoments(0, first_.front(), {}, ground, 0, 0);
 }
 
 }  // namespace planar_chain

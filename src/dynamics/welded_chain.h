@@ -14,7 +14,7 @@
 /// the acceleration of x_a; all in the axes of body a:
 ///
 ///     S = Σ m_k (r_k' − x_j)      Q = Σ I_k + m_k |r_k' − x_j|²      D = x_{b+1} − x_j
-///     μ_j = S×(a + iα x_j − ω² x_j) + Q α + D×F − Σ N_k
+///     μ_j = S×a + α K − ω² L + D×F − Σ N_k          K = Q + S·x_j      L = S×x_j
 
 #include <string>
 #include <vector>
@@ -46,6 +46,7 @@ class WeldedChain {
 
  private:
   void sumStuck();
+  Rotation<double> rotationOf(std::size_t body) const;
   void arrange();
 
   const Chain& chain_;
@@ -53,7 +54,7 @@ class WeldedChain {
   int steps_ = 0;                        ///< of the segments
   std::vector<Body<double>> bodies_;     ///< of the links,
   std::vector<Body<double>> welded_;     ///< and of the welded chain,
-  Body<double> ground_{};                ///< and what sticks to the ground
+  Vec2d groundPin_;                      ///< and the outer pin of what sticks to the ground
   std::vector<std::size_t> first_;       ///< the first link of each, and their end
   std::vector<std::size_t> placeOf_;     ///< of each in lane order
   std::vector<char> sticks_;             ///< the joints, true or false
@@ -61,11 +62,11 @@ class WeldedChain {
   std::vector<Rotation<double>> turns_;  ///< and their rotations
   struct Stuck {
     Vec2d x{}, S{}, D{};
-    double Q = 0;
+    double K = 0, L = 0;
   };
   std::vector<Stuck> stuck_;  ///< of the links that stick to the one before
   struct Moved {
-    Vec2d a;      ///< of the inner pin, in the axes of the body
+    Vec2d a;      ///< of the inner pin
     Vec2d force;  ///< m times the acceleration of the centre of mass
   };
   std::vector<Moved> moved_;  ///< the bodies of the welded chain
