@@ -71,6 +71,7 @@ Friction::Friction(const Chain& chain) : n_(chain.size()) {
     isBreakaway_ = isBreakaway_ || breakawayOf(joint) > joint.other("friction");
   }
   moments_.setZero(n_);
+  dueAtEnd_.resize(rubs_.size());
   for (Seen& seen : seen_) seen = {std::numeric_limits<double>::quiet_NaN(), Eigen::VectorXd(n_)};
 }
 
@@ -164,13 +165,22 @@ double Friction::dueAt(const Rub& rub, double t, const ode::Stretch& of) const {
 }
 
 std::optional<double> Friction::crossing(const ode::Stretch& of) const {
-  // Those that are due at the end, one after the other, as long as they are due before the others.
-  std::optional<double> first = of.t + of.h;
-  const double* moments = anySticks() ? momentsAt(*first, of.next.data()) : nullptr;
-  for (const Rub& rub : rubs_) {
-    if (rub.due(of.next.data() + n_, moments) <= 0 || dueAt(rub, *first, of) <= 0) continue;
-    first = crossingOf(rub, of, *first);
-    if (!first) break;
+  // The joint that changes first along the chord, then those that change before.
+  const double end = of.t + of.h;
+  const double* moments = anySticks() ? momentsAt(end, of.next.data()) : nullptr;
+  std::size_t likely = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < rubs_.size(); ++k) {
+    dueAtEnd_[k] = rubs_[k].due(of.next.data() + n_, moments);
+    if (dueAtEnd_[k] <= 0) continue;
+    const double ratio = -dueAt(rubs_[k], of.t, of) / dueAtEnd_[k];
+    if (ratio < least) likely = k;
+    least = std::min(least, ratio);
+  }
+  std::optional<double> first = crossingOf(rubs_[likely], of, end);
+  for (std::size_t k = 0; k < rubs_.size() && first; ++k) {
+    if (k == likely || dueAtEnd_[k] <= 0) continue;
+    if (dueAt(rubs_[k], *first, of) > 0) first = crossingOf(rubs_[k], of, *first);
   }
   return first;
 }

@@ -83,6 +83,7 @@ class Friction : public Effect, public Switching {
   std::vector<Rub> rubs_;
   Eigen::VectorXd moments_;  ///< on the bodies, N m
   Mechanics* mechanics_ = nullptr;
+  mutable std::vector<double> dueAtEnd_;  ///< of each rub: crossing()'s scratch
   /// Moments of the last few states; the oldest are replaced first.
   struct Seen {
     double t;
