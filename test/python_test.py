@@ -155,6 +155,50 @@ class Motions(InFolder):
         simulation.settle()
         self.assertEqual(simulation.q.tolist(), rest)
 
+    def test_equations_of_what_is_no_state_are_refused(self):
+        scene, arm, nan, inf = Scene.from_file(shipped("double_pendulum")), Scene.from_file(shipped("robot_arm")), np.nan, np.inf
+        law = Simulation(arm)
+        off = law.q + [1e-5, *[0] * (len(arm) - 1)]
+        functions = {"equations": planar_chain.equations, "linearize": planar_chain.linearize,
+                     "inverse": lambda scene, *state: planar_chain.inverse_dynamics(scene, np.zeros(len(scene)), *state)}
+        for name, function in functions.items():
+            for of, state, words in (
+                    (scene, ([nan, 0],), ["q: expected a finite number, in rad, of the joint upper_joint, got nan"]),
+                    (scene, ([0, 0], [0, inf], nan), ["t: expected a finite number, in s, got nan",
+                                                      "qd: expected a finite number, in rad/s, of the joint lower_joint, got inf"]),
+                    (scene, ([1e300, 0],), ["q: expected numbers up to 5.65.*e.16 rad in the joint upper_joint, got 1e.300"]),
+                    (scene, ([0],), ["q: expected 2 numbers, one a joint, got 1"]),
+                    (scene, ([[0, 0]],), ["q: expected an array of one dimension, got 1 x 2"]),
+                    (arm, (off,), [r"q: expected \S+ rad of the driven joint \w+ at t = 0 s, got"]),
+                    (arm, (law.q, law.qd + 1), [r"qd: expected \S+ rad/s of the driven joint \w+ at t = 0 s, got"])):
+                with self.assertRaises(Refused, msg=(name, state)) as caught:
+                    function(of, *state)
+                for word in words:
+                    self.assertRegex(str(caught.exception), word)
+        with self.assertRaisesRegex(Refused, "qdd: expected a finite number, in rad/s², of the joint upper_joint, got nan"):
+            planar_chain.inverse_dynamics(scene, [nan, 0])
+        with self.assertRaisesRegex(Refused, "q: expected a finite number"):
+            planar_chain.equilibrium(scene, [nan, 0])
+        for call in (lambda: planar_chain.equations(scene, [0, 1], [1e200, 0]), lambda: planar_chain.linearize(scene, [0, 1], [1e200, 0]),
+                     lambda: planar_chain.inverse_dynamics(scene, [0, 0], [0, 1], [1e200, 0])):
+            with self.assertRaisesRegex(OverflowError, "not finite: the numbers are too large"):
+                call()
+        long = Scene({"chain": ["rod"], "links": {"rod": {**ROD, "repeat": 1001}}})
+        for function in (planar_chain.equations, planar_chain.linearize):
+            with self.assertRaisesRegex(Refused, "chain: expected at most 1000 links"):
+                function(long)
+        self.assertEqual(len(planar_chain.inverse_dynamics(long, np.zeros(1001))), 1001)
+
+    def test_driven_joints_are_where_their_laws_have_them(self):
+        scene = Scene({**PENDULUM, "links": {"rod": {**ROD, "joint": {"drive": {"amplitude": 0.5, "frequency": 1}}}}})
+        simulation = Simulation(scene)
+        simulation.advance_to(0.25)
+        found = planar_chain.equations(scene, t=0.25)
+        self.assertEqual([found["q"].tolist(), found["qd"].tolist()], [simulation.q.tolist(), simulation.qd.tolist()])
+        self.assertEqual(found["q"], 0.5)
+        with self.assertRaisesRegex(Refused, "q: expected 0.5 rad of the driven joint rod_joint at t = 0.25 s, got 0\nqd: expected"):
+            simulation.set_state([0], [1])
+
     def test_present_equations_have_the_commands_in_them(self):
         simulation = Simulation(Scene.from_file(shipped("driven")))
         simulation.hold_torque(0, 3.0)
@@ -167,6 +211,26 @@ class Motions(InFolder):
         np.testing.assert_allclose(motions["angle"], np.cumsum(simulation.q), rtol=1e-15)
         np.testing.assert_allclose(motions["velocity"].ravel(), simulation.qd @ found["V_pd"], atol=1e-12)
         np.testing.assert_allclose(simulation.base_wrench()[:2], -motions["pin_force"][0], rtol=1e-12)
+
+
+class Empty(unittest.TestCase):
+    def test_what_was_not_initialized_is_refused(self):
+        core = sys.modules["planar_chain._core"]
+        classes = [thing for thing in vars(core).values() if isinstance(thing, type) and not issubclass(thing, Exception)]
+        self.assertEqual(len(classes), 7)
+        for each in classes:
+            empty = each.__new__(each)
+            properties = [name for name, member in vars(each).items() if isinstance(member, property)]
+            self.assertTrue(properties, each)
+            for name in properties:
+                with self.assertRaisesRegex(TypeError, each.__name__ + ": expected an object that __init__"):
+                    getattr(empty, name)
+        scene, simulation = Scene.__new__(Scene), Simulation.__new__(Simulation)
+        for call in (simulation.settle, lambda: simulation.advance_to(1), lambda: Simulation(scene), lambda: len(scene),
+                     lambda: planar_chain.simulate(scene, [1]), lambda: planar_chain.simulate_many(scene, [1], [[0]]),
+                     lambda: pickle.dumps(scene), scene.to_dict):
+            with self.assertRaisesRegex(TypeError, "expected an object that __init__"):
+                call()
 
 
 class Arrays(unittest.TestCase):

@@ -97,7 +97,7 @@ class Sweeps(InFolder):
         self.assertGreater(os.path.getsize(self.path("runs.csv.png")), 10000)
 
     def test_bad_arguments_are_refused(self):
-        for arguments, words in ((("--vary", "links/lowr/mass=1"), "links/lowr: expected a link listed in chain"),
+        for arguments, words in ((("--vary", "links/lowr/mass=1"), 'links/lowr/mass: expected a link listed in chain, got "lowr"'),
                                  (("--vary", MASS), "--vary: expected PATH=VALUES"), ((), "--vary: expected at least one"),
                                  (("--vary", MASS + "=1", "--runs", "0"), "--runs: expected a number > 0"),
                                  (("--vary", MASS + "=1", "--duration", "nan"), "--duration: expected")):

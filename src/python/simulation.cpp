@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "planar_chain/batch.h"
 #include "python/bindings.h"
 
 namespace planar_chain::python {
@@ -32,6 +33,8 @@ int numberOf(const py::object& given, const Things& things, const char* what) {
   if (found == things.end()) throw std::invalid_argument(std::string("no ") + what + " is called " + name);
   return static_cast<int>(found - things.begin());
 }
+
+}  // namespace
 
 /// A simulation that one thread at a time may use.
 class Running {
@@ -74,6 +77,8 @@ class Running {
   Simulation simulation_;
   bool isBusy_ = false;
 };
+
+namespace {
 
 Numbers arrayOf(std::size_t size) {
   return Numbers(static_cast<py::ssize_t>(size));
@@ -164,7 +169,7 @@ Raises Failed when the integration fails. The state is then that of the last goo
       .def(
           "set_state",
           [](Running& self, const Numbers& angles, const Numbers& rates) {
-            self.idle().setState(vectorOf(angles, self.size(), "q"), vectorOf(rates, self.size(), "qd"));
+            self.idle().setState(vectorOf(angles, "q", self.size()), vectorOf(rates, "qd", self.size()));
           },
           q, qd, "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay.")
       .def(
@@ -228,7 +233,7 @@ void bindCommands(py::class_<Running>& simulation) {
       .def(
           "hold_torques",
           [](Running& self, const Numbers& torques) {
-            const std::vector<double> tau = vectorOf(torques, self.size(), "torques");
+            const std::vector<double> tau = vectorOf(torques, "torques", self.size());
             for (std::size_t i = 0; i < tau.size(); ++i) {
               self.idle().holdTorque(static_cast<int>(i), tau[i], forever);
             }
@@ -291,12 +296,13 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
   module.def(
       "simulate",
       [](const TreeAndScene& scene, const Numbers& times) {
-        if (times.ndim() != 1) throw std::invalid_argument("times: expected an array of one dimension");
+        const std::vector<double> instants = vectorOf(times, "times");
+        requireTimes(instants);
         Running running(scene, 0);
         Numbers states({times.size(), static_cast<py::ssize_t>(2 * running.size())});
-        for (py::ssize_t k = 0; k < times.size(); ++k) {
-          running.advanceTo(times.at(k));
-          running.writeState(states.mutable_data(k, 0));
+        for (std::size_t k = 0; k < instants.size(); ++k) {
+          running.advanceTo(instants[k]);
+          running.writeState(states.mutable_data(static_cast<py::ssize_t>(k), 0));
         }
         return states;
       },
