@@ -266,6 +266,27 @@ class Threads(unittest.TestCase):
         time_then = self.simulation.time
         self.simulation.advance_to(time_then + 1)
 
+    def test_others_run_while_long_chains_are_computed(self):
+        turns, over = [], threading.Event()
+
+        def other():
+            while not over.wait(0.001):
+                turns.append(0)
+
+        thread = threading.Thread(target=other)
+        thread.start()
+        self.addCleanup(thread.join)
+        self.addCleanup(over.set)
+        middle, long = (Scene({"chain": ["rod"], "links": {"rod": {**ROD, "repeat": n}}}) for n in (500, 100000))
+        simulation = Simulation(long)
+        for name, call in {"Scene": lambda: pickle.loads(pickle.dumps(long)), "Simulation": lambda: Simulation(long),
+                           "settle": simulation.settle, "equilibrium": lambda: planar_chain.equilibrium(long),
+                           "equations": lambda: planar_chain.equations(middle), "linearize": lambda: planar_chain.linearize(middle),
+                           "inverse": lambda: planar_chain.inverse_dynamics(long, np.zeros(100000))}.items():
+            before = len(turns)
+            call()
+            self.assertGreater(len(turns) - before, 5, name)
+
     def test_others_run_meanwhile_but_not_this_simulation(self):
         refused = []
 

@@ -39,6 +39,13 @@ struct TreeAndScene {
 Value valueOf(const py::handle& object);
 py::object objectOf(const Value& value);
 
+/// Returns f() while other threads of Python run.
+template <class F>
+auto released(const F& f) {
+  const py::gil_scoped_release others;
+  return f();
+}
+
 /// "2 x 3", "4 numbers" or "one number"
 std::string shapeOf(const Numbers& numbers);
 

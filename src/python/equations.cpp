@@ -43,8 +43,11 @@ py::object arrayOf(const std::vector<Eigen::Matrix2d>& matrices) {
 
 py::dict equationsAt(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
   requireFewLinks(scene);
-  const ActiveForces active = activeForces(scene, t, q, qd);
-  const Kane equations = kane(scene.chain, q, qd, active);
+  const auto [active, equations] = released([&] {
+    ActiveForces forces = activeForces(scene, t, q, qd);
+    Kane found = kane(scene.chain, q, qd, forces);
+    return std::pair(std::move(forces), std::move(found));
+  });
   requireFinite("accelerations", equations.qdd);
   py::dict all;
   showAll(active, equations, std::nullopt,
@@ -54,7 +57,7 @@ py::dict equationsAt(const Scene& scene, double t, const Eigen::VectorXd& q, con
 
 py::tuple linearizedAt(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
   requireFewLinks(scene);
-  LinearModel model = linearModel(scene, t, q, qd);
+  LinearModel model = released([&] { return linearModel(scene, t, q, qd); });
   requireFinite("derivatives", model.A);
   requireFinite("derivatives", model.B);
   return py::make_tuple(std::move(model.A), std::move(model.B));
@@ -96,7 +99,7 @@ A is the Jacobian of the motion, exact to rounding. The default state, and what 
         checkNumbers("qdd", of.scene, qdd, "rad/s²", faults);
         const auto inverse = [&qdd](const Scene& its, double when, const auto& angles,
                                     const auto& ratesThen) {
-          Eigen::VectorXd tau = inverseDynamics(its, when, angles, ratesThen, qdd);
+          Eigen::VectorXd tau = released([&] { return inverseDynamics(its, when, angles, ratesThen, qdd); });
           requireFinite("torques", tau);
           return tau;
         };
@@ -110,7 +113,9 @@ The default state, and what is refused, are those of equations().)");
       "equilibrium",
       [](const TreeAndScene& of, const Given& at, double time) {
         const auto downhill = [](const Scene& its, double when, const auto& angles, const auto& /*rates*/) {
-          return equilibriumOf(its, when, {angles.data(), angles.data() + angles.size()});
+          return released([&] {
+            return equilibriumOf(its, when, {angles.data(), angles.data() + angles.size()});
+          });
         };
         const std::vector<double> rest = atGiven(of, time, at, std::nullopt, downhill);
         return Numbers(static_cast<py::ssize_t>(rest.size()), rest.data());

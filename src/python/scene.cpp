@@ -123,7 +123,8 @@ std::vector<std::string> namesOf(const Things& things) {
 
 }  // namespace
 
-TreeAndScene::TreeAndScene(Value from) : tree(std::move(from)), scene(readScene(tree)) {}
+TreeAndScene::TreeAndScene(Value from)
+    : tree(std::move(from)), scene(released([this] { return readScene(tree); })) {}
 
 void bindScene(py::module& module) {
   py::class_<Fault>(module, "Fault", "One fault of an input.")

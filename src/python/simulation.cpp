@@ -47,19 +47,23 @@ class Running {
     return simulation_;
   }
 
-  void advanceTo(double t) {
+  /// Returns f(simulation) while other threads run. They may not use this simulation.
+  template <class F>
+  auto alone(const F& f) {
     Simulation& simulation = idle();
-    bool arrives = false;
     isBusy_ = true;
     const std::unique_ptr<bool, void (*)(bool*)> atEnd(&isBusy_, [](bool* busy) { *busy = false; });
-    {
-      const py::gil_scoped_release others;
+    return released([&] { return f(simulation); });
+  }
+
+  void advanceTo(double t) {
+    const bool arrives = alone([t](Simulation& simulation) {
       Uninterrupted keepGoing;
-      arrives = simulation.advanceTo(t, std::ref(keepGoing));
-    }
+      return simulation.advanceTo(t, std::ref(keepGoing));
+    });
     if (arrives) return;
     if (PyErr_Occurred()) throw py::error_already_set();
-    throw Failed(simulation.fault());
+    throw Failed(simulation_.fault());
   }
 
   int link(const py::object& given) { return numberOf(given, idle().scene().chain.links(), "link"); }
@@ -173,7 +177,7 @@ Raises Failed when the integration fails. The state is then that of the last goo
           },
           q, qd, "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay.")
       .def(
-          "settle", [](Running& self) { self.idle().settle(); },
+          "settle", [](Running& self) { self.alone([](Simulation& its) { its.settle(); }); },
           "Puts the chain at rest in the equilibrium downhill of it. Raises ValueError where there is none.")
       .def(
           "reset", [](Running& self) { self.idle().reset(); },
@@ -288,7 +292,10 @@ void bindSimulation(py::module& module) {
 
 Deterministic: the same calls give the same bits. commands: how many timed commands may act or wait at once;
 0: no commands at all.)");
-  simulation.def(py::init<const TreeAndScene&, int>(), py::arg("scene"), py::arg("commands") = 16);
+  simulation.def(py::init([](const TreeAndScene& from, int most) {
+                   return released([&] { return std::make_unique<Running>(from, most); });
+                 }),
+                 py::arg("scene"), py::arg("commands") = 16);
   bindState(simulation);
   bindQuantities(simulation);
   bindCommands(simulation);
