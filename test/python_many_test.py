@@ -107,6 +107,12 @@ class Many(unittest.TestCase):
                 many = simulate_many(scene, [0.1], parameters={path: [value] + [50 if path == "publish/rate" else 1] * others})
                 self.assertEqual((list(many.reasons), many.done.tolist()), ([0], [False] + [True] * others), path)
 
+    def test_a_reason_is_one_line(self):
+        many = simulate_many(DOUBLE, [1.0], parameters={"links/lower/mass": [-1], "links/upper/mass": [-2]})
+        self.assertEqual(many.reasons[0], "links/lower/mass: expected a number > 0 kg, got -1; "
+                                          "links/upper/mass: expected a number > 0 kg, got -2")
+        self.assertNotIn("\n", simulate_many(DOUBLE, [1.0], np.full((1, 4), np.nan)).reasons[0])
+
     def test_two_values_for_one_state_are_refused(self):
         with self.assertRaises(Refused) as caught:
             simulate_many(DOUBLE, [1.0], np.zeros((2, 4)), {"links/lower/initial/angle": [1, 2], "links/upper/masss": [1, 2],
@@ -141,6 +147,7 @@ class Many(unittest.TestCase):
                 ([1.0], np.zeros(4), {}, "initial: expected an array of runs x 4, got 4 numbers"),
                 ([1.0], None, {}, "initial: expected initial states, parameters, or both, got neither"),
                 ([1.0], starts, {"threads": -1}, "threads: expected a number >= 0, got -1"),
+                ([1.0], starts, {"progress": 3}, "progress: expected a function .*, got 3"),
                 ([1.0], starts, {"parameters": {"links/lower/mass": [1]}},
                  "links/lower/mass: expected an array of 2 numbers, got 1 number"),
                 ([1.0, 0.5, -1, np.nan], starts, {}, r"times/1: expected a finite number >= 1 s .*, got 0.5\n"

@@ -82,6 +82,9 @@ class Scenes(unittest.TestCase):
                 Scene({"chain": chain})
         with self.assertRaises(FileNotFoundError):
             Scene.from_file("missing.yaml")
+        for name in ("\udc80.yaml", "\ud800", "a\0b.yaml"):
+            with self.assertRaises((FileNotFoundError, ValueError)):
+                Scene.from_file(name)
         with self.assertRaisesRegex(ValueError, "one of the scenes that ship: .*double_pendulum"):
             Scene.from_file("missing")
         self.assertEqual(Scene.from_file("triple").to_dict(), Scene.from_file(shipped("triple")).to_dict())
@@ -135,10 +138,25 @@ class Motions(InFolder):
                     lambda s: s.advance_to(0.5), lambda s: s.set_state([1, 2], [0])):
             with self.assertRaises((ValueError, TypeError)):
                 bad(simulation)
+        for where in ("elbow", 1, -1, 2 ** 70, 0.5, None, b"rod_joint", "\ud800"):
+            with self.assertRaisesRegex(Refused, "joint: expected the name of a joint, or a number from 0 to 0, got"):
+                simulation.hold_torque(where, 1)
+        simulation.hold_torque(np.int64(0), 0)
         simulation = Simulation(Scene(PENDULUM), commands=1)
         simulation.add_torque(0, 1, 1)
         with self.assertRaisesRegex(RuntimeError, "commands"):
             simulation.add_torque(0, 1, 1)
+
+    def test_torques_are_held_all_or_none(self):
+        drive = {"drive": {"amplitude": 0.5, "frequency": 1}}
+        simulation = Simulation(Scene({"chain": ["a", "b", "c"], "links": {"a": ROD, "b": {**ROD, "joint": drive}, "c": ROD}}))
+        with self.assertRaisesRegex(Refused, "torques/1: expected 0 N m in a driven joint, got 2\ntorques/2: expected a finite number, in N m, got nan"):
+            simulation.hold_torques([1, 2, np.nan])
+        before = simulation.joint_torques()
+        self.assertEqual([before[0], before[2]], [0, 0])
+        simulation.hold_torques([1, 0, 3])
+        after = simulation.joint_torques()
+        self.assertEqual([after[0], after[2]], [1, 3])
 
     def test_equations_are_those_of_the_tool_by_the_same_letters(self):
         scene = Scene.from_file(shipped("triple"))

@@ -34,7 +34,7 @@ enum class RunOutcome {
 
 struct BatchRun {
   RunOutcome outcome = RunOutcome::cancelled;
-  std::string reason;   ///< empty unless the run failed
+  std::string reason;   ///< one line; empty unless the run failed
   long long steps = 0;  ///< accepted
 };
 

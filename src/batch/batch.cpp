@@ -42,7 +42,7 @@ void simulate(Runs& runs, std::size_t run, const Scene& scene) {
     if (!simulation.fault().empty()) return runs.fail(run, simulation.fault());
     runs.end(run, arrives ? RunOutcome::done : RunOutcome::cancelled);
   } catch (const std::exception& refusal) {
-    runs.fail(run, refusal.what());
+    runs.fail(run, refusal);
   }
 }
 

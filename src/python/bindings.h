@@ -46,6 +46,9 @@ auto released(const F& f) {
   return f();
 }
 
+/// What Python prints of it, on one line and in ASCII.
+std::string shown(const py::handle& object);
+
 /// "2 x 3", "4 numbers" or "one number"
 std::string shapeOf(const Numbers& numbers);
 

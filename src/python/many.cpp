@@ -45,6 +45,9 @@ Runs simulateMany(const TreeAndScene& scene, const Numbers& times, const std::op
                   const std::map<std::string, Numbers>& parameters, int threads, const py::object& progress) {
   const std::vector<double> instants = vectorOf(times, "times");
   const auto [varied, runs] = variedBy(scene, initial, parameters);
+  if (!progress.is_none() && PyCallable_Check(progress.ptr()) == 0) {
+    throw Refused({{"progress", "a function of the number of runs that have ended", shown(progress)}});
+  }
   BatchOptions options;
   options.threads = threads;
   options.keepGoing = [&](std::size_t ended) {

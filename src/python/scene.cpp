@@ -14,9 +14,7 @@ constexpr int mostLevels = 16;  // as in a YAML text; a list may hold itself
 
 Value valueAt(const py::handle& object, const std::string& path, int level) {
   const auto refuse = [&](const char* expected) -> Value {
-    throw Refused(
-        {{path, expected,
-          onOneLine(py::str(py::repr(object)).attr("encode")("ascii", "replace").cast<std::string>())}});
+    throw Refused({{path, expected, shown(object)}});
   };
   if (level > mostLevels) return refuse("at most 16 levels");
   const auto below = [&](const py::handle& item, const std::string& key) {
@@ -76,6 +74,10 @@ py::object objectOf(const Value& value) {
   return py::none();
 }
 
+std::string shown(const py::handle& object) {
+  return onOneLine(py::str(py::repr(object)).attr("encode")("ascii", "replace").cast<std::string>());
+}
+
 std::string shapeOf(const Numbers& numbers) {
   if (numbers.ndim() == 0) return "one number";
   std::string shape;
@@ -111,7 +113,8 @@ py::object found(const py::object& path) {
   if (!py::isinstance<py::str>(path)) return path;
   const auto package = py::module::import("planar_chain").attr("__file__").cast<std::string>();
   const auto share = std::filesystem::path(package).parent_path() / "../../../../share";
-  return py::str(findScene(path.cast<std::string>(), share));
+  const py::module os = py::module::import("os");  // a file's name need not be text
+  return os.attr("fsdecode")(py::bytes(findScene(os.attr("fsencode")(path).cast<std::string>(), share)));
 }
 
 template <class Things>

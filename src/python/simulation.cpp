@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -25,13 +26,35 @@ struct Failed : std::runtime_error {
 
 /// The number of a link or joint that is given by number or name. `things`: the links or joints of the chain.
 template <class Things>
-int numberOf(const py::object& given, const Things& things, const char* what) {
-  if (!py::isinstance<py::str>(given)) return given.cast<int>();
-  const auto name = given.cast<std::string>();
-  const auto found =
-      std::find_if(things.begin(), things.end(), [&](const auto& thing) { return thing.name == name; });
-  if (found == things.end()) throw std::invalid_argument(std::string("no ") + what + " is called " + name);
-  return static_cast<int>(found - things.begin());
+int numberOf(const py::object& given, const Things& things, const std::string& what) {
+  auto found = things.end();
+  if (py::isinstance<py::str>(given)) {
+    found = std::find_if(things.begin(), things.end(),
+                         [&](const auto& thing) { return given.equal(py::str(thing.name)); });
+  } else if (PyIndex_Check(given.ptr())) {
+    const py::ssize_t place = PyNumber_AsSsize_t(given.ptr(), nullptr);  // of larger numbers, the largest
+    if (place >= 0 && place < static_cast<py::ssize_t>(things.size())) found = things.begin() + place;
+  }
+  if (found != things.end()) return static_cast<int>(found - things.begin());
+  throw Refused(
+      {{what, "the name of a " + what + ", or a number from 0 to " + std::to_string(things.size() - 1),
+        shown(given)}});
+}
+
+/// Holds all of them or, with faults, none.
+void holdTorques(Simulation& simulation, const std::vector<double>& tau) {
+  std::vector<bool> isDriven(tau.size());
+  for (const Drive& drive : simulation.scene().drives) isDriven[static_cast<std::size_t>(drive.joint)] = true;
+  std::vector<Fault> faults;
+  for (std::size_t i = 0; i < tau.size(); ++i) {
+    if (std::isfinite(tau[i]) && !(isDriven[i] && tau[i] != 0)) continue;
+    faults.push_back({"torques/" + std::to_string(i),
+                      isDriven[i] ? "0 N m in a driven joint" : "a finite number, in N m", toText(tau[i])});
+  }
+  if (!faults.empty()) throw Refused(std::move(faults));
+  for (std::size_t i = 0; i < tau.size(); ++i) {
+    if (!isDriven[i]) simulation.holdTorque(static_cast<int>(i), tau[i], forever);
+  }
 }
 
 }  // namespace
@@ -237,12 +260,10 @@ void bindCommands(py::class_<Running>& simulation) {
       .def(
           "hold_torques",
           [](Running& self, const Numbers& torques) {
-            const std::vector<double> tau = vectorOf(torques, "torques", self.size());
-            for (std::size_t i = 0; i < tau.size(); ++i) {
-              self.idle().holdTorque(static_cast<int>(i), tau[i], forever);
-            }
+            holdTorques(self.idle(), vectorOf(torques, "torques", self.size()));
           },
-          py::arg("torques"), "Holds these torques, n, N m, in the joints until the next ones.")
+          py::arg("torques"),
+          "Holds these torques, n, N m, in the joints until the next ones: 0 in driven joints.")
       .def(
           "hold_torque",
           [](Running& self, const py::object& where, double tau, double end, double begin) {
