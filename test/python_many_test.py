@@ -18,6 +18,7 @@ except ImportError:
 
 from planar_chain import Refused, Scene, simulate, simulate_many
 
+SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../config/scenes")
 EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../src/python/examples")
 ROD = {"mass": 1.0, "inertia": 1 / 12, "com": [0.5, 0.0], "pin": [1.0, 0.0]}
 DOUBLE = Scene({"chain": ["upper", "lower"], "links": {"upper": ROD, "lower": ROD}})
@@ -48,9 +49,80 @@ class Many(unittest.TestCase):
         self.assertEqual(simulate_many(DOUBLE, [1.0], starts, threads=3).states.tolist(), alone.tolist())
         self.assertEqual(simulate_many(DOUBLE, [1.0], starts[5:9]).states.tolist(), alone[5:9].tolist())
 
-    def test_a_path_that_leads_nowhere_is_refused_at_once(self):
-        with self.assertRaisesRegex(Refused, "links/lowr: expected a link listed in chain"):
-            simulate_many(DOUBLE, [1.0], parameters={"links/lowr/mass": [1, 2]})
+    def refused(self, scene, paths, runs=2):
+        with self.assertRaises(Refused) as caught:
+            simulate_many(scene, [1.0], parameters={path: np.ones(runs) for path in paths})
+        return {fault.path: f"expected {fault.expected}, got {fault.found}" for fault in caught.exception.faults}
+
+    def test_paths_that_lead_to_no_number_are_refused_at_once(self):
+        keys = "expected one of the keys mass, inertia, com, pin, repeat, joint, initial, got"
+        faults = {"links/lowr/mass": 'expected a link listed in chain, got "lowr"', "links/lower/masss": f'{keys} "masss"',
+                  "links/lower": "expected the path of a number, got that of a map",
+                  "links/lower/com": "expected the path of a number, got that of a list",
+                  "links/lower/com/2": 'expected a number of the scene, got [0.5, 0] above "2"',
+                  "links/lower/com/1e0": 'expected a number of the scene, got "links/lower/com/1e0"',
+                  "links/lower/mass/x": 'expected a number of the scene, got 1 above "x"',
+                  "links/lower/mass/": 'expected a number of the scene, got 1 above ""',
+                  "start": "expected the path of a number, got that of initial or rest",
+                  "publish/tf": "expected the path of a number, got that of true or false",
+                  "robot": "expected one of the keys chain", "": "expected one of the keys chain"}
+        for paths in (faults, *([path] for path in faults)):
+            for runs in (0, 1, 2):
+                found = self.refused(DOUBLE, paths, runs)
+                self.assertEqual(set(found), set(paths))
+                for path in paths:
+                    self.assertIn(faults[path], found[path])
+        # What is missing beside a number is named.
+        self.assertEqual(self.refused(DOUBLE, ["loads/push/torque", "links/lower/joint/drive/amplitude"]), {
+            "loads/push/joint": "expected the joint in which the torque acts, got nothing",
+            "links/lower/joint/drive/frequency": "expected amplitude and frequency, or times and values, got nothing"})
+        with self.assertRaisesRegex(Refused, "links/lower/masss: expected one of the keys"):
+            DOUBLE.with_values({"links/lower/masss": 1})
+
+    def test_each_number_of_the_scenes_may_vary_and_nothing_else(self):
+        def leaves(value, path=""):
+            if isinstance(value, (dict, list)):
+                for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+                    yield from leaves(item, f"{path}/{key}" if path else str(key))
+            else:
+                yield path, value
+        for name in sorted(os.listdir(SCENES)):
+            scene = Scene.from_file(os.path.join(SCENES, name))
+            numbers, others = {}, []
+            for path, value in leaves(scene.to_dict()):
+                if isinstance(value, float):
+                    numbers[path] = [value]
+                else:
+                    others.append(path)
+            self.assertEqual(simulate_many(scene, [], parameters=numbers).reasons, {}, name)
+            self.assertEqual(set(self.refused(scene, others)), set(others), name)
+            misspelt = [path + "x" for path in numbers]
+            self.assertEqual(set(self.refused(scene, misspelt)), set(misspelt), name)
+
+    def test_a_bad_value_is_a_fault_of_its_run_wherever_it_stands(self):
+        for path, value in (("links/lower/mass", -1), ("links/lower/com/0", np.inf), ("links/lower/initial/velocity", 1e200),
+                            ("publish/rate", 5), ("links/lower/repeat", 2)):
+            scene = Scene({**DOUBLE.to_dict(), "publish": {"tf_rate": 10, "rate": 50}})
+            for others in (0, 1, 2):
+                many = simulate_many(scene, [0.1], parameters={path: [value] + [50 if path == "publish/rate" else 1] * others})
+                self.assertEqual((list(many.reasons), many.done.tolist()), ([0], [False] + [True] * others), path)
+
+    def test_a_reason_is_one_line(self):
+        many = simulate_many(DOUBLE, [1.0], parameters={"links/lower/mass": [-1], "links/upper/mass": [-2]})
+        self.assertEqual(many.reasons[0], "links/lower/mass: expected a number > 0 kg, got -1; "
+                                          "links/upper/mass: expected a number > 0 kg, got -2")
+        self.assertNotIn("\n", simulate_many(DOUBLE, [1.0], np.full((1, 4), np.nan)).reasons[0])
+
+    def test_two_values_for_one_state_are_refused(self):
+        with self.assertRaises(Refused) as caught:
+            simulate_many(DOUBLE, [1.0], np.zeros((2, 4)), {"links/lower/initial/angle": [1, 2], "links/upper/masss": [1, 2],
+                                                            "links/upper/initial/velocity": [1, 2]})
+        self.assertEqual(sorted((fault.path, fault.expected) for fault in caught.exception.faults)[::2], [
+            ("links/lower/initial/angle", "this number or an array of initial states"),
+            ("links/upper/masss", "one of the keys mass, inertia, com, pin, repeat, joint, initial")])
+        self.assertEqual(len(caught.exception.faults), 3)
+        named = Scene({"chain": ["initial"], "links": {"initial": ROD}})
+        self.assertTrue(simulate_many(named, [1.0], np.zeros((1, 2)), {"links/initial/mass": [2]}).done.all())
 
     def test_what_fails_is_marked_and_says_why(self):
         blast = Scene({**DOUBLE.to_dict(), "loads": {"blast": {"joint": "lower_joint", "torque": 0.0, "start": 0.3}}})
@@ -69,10 +141,32 @@ class Many(unittest.TestCase):
                           {"initial": np.zeros((1, 4)), "threads": -1}, {"initial": np.zeros((1, 4)), "times": [1, 0]}):
             with self.assertRaises(ValueError):
                 simulate_many(DOUBLE, **{"times": [1.0], **arguments})
-        with self.assertRaisesRegex(ValueError, "initial: expected an array of runs x 4, got 2 x 3"):
-            simulate_many(DOUBLE, [1.0], np.zeros((2, 3)))
-        reasons = simulate_many(DOUBLE, [1.0], parameters={"links/lower/com/2": [1], "links/lower/mass/x": [1]}).reasons
-        self.assertIn("links/lower/com/2: expected a place in the scene", reasons[0])
+        starts = np.zeros((2, 4))
+        for times, initial, options, words in (
+                ([1.0], np.zeros((2, 3)), {}, "initial: expected an array of runs x 4, got 2 x 3"),
+                ([1.0], np.zeros(4), {}, "initial: expected an array of runs x 4, got 4 numbers"),
+                ([1.0], None, {}, "initial: expected initial states, parameters, or both, got neither"),
+                ([1.0], starts, {"threads": -1}, "threads: expected a number >= 0, got -1"),
+                ([1.0], starts, {"progress": 3}, "progress: expected a function .*, got 3"),
+                ([1.0], starts, {"parameters": {"links/lower/mass": [1]}},
+                 "links/lower/mass: expected an array of 2 numbers, got 1 number"),
+                ([1.0, 0.5, -1, np.nan], starts, {}, r"times/1: expected a finite number >= 1 s .*, got 0.5\n"
+                 r"times/2: expected a finite number >= 0.5 s .*, got -1\ntimes/3: expected a finite number >= 0 s .*, got nan"),
+                (1.0, starts, {}, "times: expected an array of one dimension, got one number")):
+            with self.assertRaisesRegex(Refused, words):
+                simulate_many(DOUBLE, times, initial, **options)
+        with self.assertRaisesRegex(Refused, "times/1: expected a finite number >= 2 s .*, got 1"):
+            simulate(DOUBLE, [2, 1])
+
+    def test_any_arrays_of_numbers_are_taken(self):
+        starts = RANDOM.uniform(-1, 1, (3, 4))
+        expected = simulate_many(DOUBLE, [0.5, 1.0], starts).states.tolist()
+        padded = np.zeros((3, 8))
+        padded[:, ::2] = starts
+        for same in (np.asfortranarray(starts), padded[:, ::2], starts.astype(">f8"), starts.tolist(), starts.astype(object)):
+            self.assertEqual(simulate_many(DOUBLE, np.array([9, 0.5, 9, 1.0])[1::2], same).states.tolist(), expected)
+        self.assertEqual(simulate_many(DOUBLE, [], starts).states.shape, (3, 0, 4))
+        self.assertEqual(simulate_many(DOUBLE, [1.0], np.zeros((0, 4))).states.shape, (0, 1, 4))
 
     def test_results_outlive_the_runs(self):
         states = simulate_many(DOUBLE, [0.0], np.ones((1000, 4))).states

@@ -82,6 +82,9 @@ class Scenes(unittest.TestCase):
                 Scene({"chain": chain})
         with self.assertRaises(FileNotFoundError):
             Scene.from_file("missing.yaml")
+        for name in ("\udc80.yaml", "\ud800", "a\0b.yaml"):
+            with self.assertRaises((FileNotFoundError, ValueError)):
+                Scene.from_file(name)
         with self.assertRaisesRegex(ValueError, "one of the scenes that ship: .*double_pendulum"):
             Scene.from_file("missing")
         self.assertEqual(Scene.from_file("triple").to_dict(), Scene.from_file(shipped("triple")).to_dict())
@@ -135,10 +138,25 @@ class Motions(InFolder):
                     lambda s: s.advance_to(0.5), lambda s: s.set_state([1, 2], [0])):
             with self.assertRaises((ValueError, TypeError)):
                 bad(simulation)
+        for where in ("elbow", 1, -1, 2 ** 70, 0.5, None, b"rod_joint", "\ud800"):
+            with self.assertRaisesRegex(Refused, "joint: expected the name of a joint, or a number from 0 to 0, got"):
+                simulation.hold_torque(where, 1)
+        simulation.hold_torque(np.int64(0), 0)
         simulation = Simulation(Scene(PENDULUM), commands=1)
         simulation.add_torque(0, 1, 1)
         with self.assertRaisesRegex(RuntimeError, "commands"):
             simulation.add_torque(0, 1, 1)
+
+    def test_torques_are_held_all_or_none(self):
+        drive = {"drive": {"amplitude": 0.5, "frequency": 1}}
+        simulation = Simulation(Scene({"chain": ["a", "b", "c"], "links": {"a": ROD, "b": {**ROD, "joint": drive}, "c": ROD}}))
+        with self.assertRaisesRegex(Refused, "torques/1: expected 0 N m in a driven joint, got 2\ntorques/2: expected a finite number, in N m, got nan"):
+            simulation.hold_torques([1, 2, np.nan])
+        before = simulation.joint_torques()
+        self.assertEqual([before[0], before[2]], [0, 0])
+        simulation.hold_torques([1, 0, 3])
+        after = simulation.joint_torques()
+        self.assertEqual([after[0], after[2]], [1, 3])
 
     def test_equations_are_those_of_the_tool_by_the_same_letters(self):
         scene = Scene.from_file(shipped("triple"))
@@ -155,6 +173,50 @@ class Motions(InFolder):
         simulation.settle()
         self.assertEqual(simulation.q.tolist(), rest)
 
+    def test_equations_of_what_is_no_state_are_refused(self):
+        scene, arm, nan, inf = Scene.from_file(shipped("double_pendulum")), Scene.from_file(shipped("robot_arm")), np.nan, np.inf
+        law = Simulation(arm)
+        off = law.q + [1e-5, *[0] * (len(arm) - 1)]
+        functions = {"equations": planar_chain.equations, "linearize": planar_chain.linearize,
+                     "inverse": lambda scene, *state: planar_chain.inverse_dynamics(scene, np.zeros(len(scene)), *state)}
+        for name, function in functions.items():
+            for of, state, words in (
+                    (scene, ([nan, 0],), ["q: expected a finite number, in rad, of the joint upper_joint, got nan"]),
+                    (scene, ([0, 0], [0, inf], nan), ["t: expected a finite number, in s, got nan",
+                                                      "qd: expected a finite number, in rad/s, of the joint lower_joint, got inf"]),
+                    (scene, ([1e300, 0],), ["q: expected numbers up to 5.65.*e.16 rad in the joint upper_joint, got 1e.300"]),
+                    (scene, ([0],), ["q: expected 2 numbers, one a joint, got 1"]),
+                    (scene, ([[0, 0]],), ["q: expected an array of one dimension, got 1 x 2"]),
+                    (arm, (off,), [r"q: expected \S+ rad of the driven joint \w+ at t = 0 s, got"]),
+                    (arm, (law.q, law.qd + 1), [r"qd: expected \S+ rad/s of the driven joint \w+ at t = 0 s, got"])):
+                with self.assertRaises(Refused, msg=(name, state)) as caught:
+                    function(of, *state)
+                for word in words:
+                    self.assertRegex(str(caught.exception), word)
+        with self.assertRaisesRegex(Refused, "qdd: expected a finite number, in rad/s², of the joint upper_joint, got nan"):
+            planar_chain.inverse_dynamics(scene, [nan, 0])
+        with self.assertRaisesRegex(Refused, "q: expected a finite number"):
+            planar_chain.equilibrium(scene, [nan, 0])
+        for call in (lambda: planar_chain.equations(scene, [0, 1], [1e200, 0]), lambda: planar_chain.linearize(scene, [0, 1], [1e200, 0]),
+                     lambda: planar_chain.inverse_dynamics(scene, [0, 0], [0, 1], [1e200, 0])):
+            with self.assertRaisesRegex(OverflowError, "not finite: the numbers are too large"):
+                call()
+        long = Scene({"chain": ["rod"], "links": {"rod": {**ROD, "repeat": 1001}}})
+        for function in (planar_chain.equations, planar_chain.linearize):
+            with self.assertRaisesRegex(Refused, "chain: expected at most 1000 links"):
+                function(long)
+        self.assertEqual(len(planar_chain.inverse_dynamics(long, np.zeros(1001))), 1001)
+
+    def test_driven_joints_are_where_their_laws_have_them(self):
+        scene = Scene({**PENDULUM, "links": {"rod": {**ROD, "joint": {"drive": {"amplitude": 0.5, "frequency": 1}}}}})
+        simulation = Simulation(scene)
+        simulation.advance_to(0.25)
+        found = planar_chain.equations(scene, t=0.25)
+        self.assertEqual([found["q"].tolist(), found["qd"].tolist()], [simulation.q.tolist(), simulation.qd.tolist()])
+        self.assertEqual(found["q"], 0.5)
+        with self.assertRaisesRegex(Refused, "q: expected 0.5 rad of the driven joint rod_joint at t = 0.25 s, got 0\nqd: expected"):
+            simulation.set_state([0], [1])
+
     def test_present_equations_have_the_commands_in_them(self):
         simulation = Simulation(Scene.from_file(shipped("driven")))
         simulation.hold_torque(0, 3.0)
@@ -167,6 +229,26 @@ class Motions(InFolder):
         np.testing.assert_allclose(motions["angle"], np.cumsum(simulation.q), rtol=1e-15)
         np.testing.assert_allclose(motions["velocity"].ravel(), simulation.qd @ found["V_pd"], atol=1e-12)
         np.testing.assert_allclose(simulation.base_wrench()[:2], -motions["pin_force"][0], rtol=1e-12)
+
+
+class Empty(unittest.TestCase):
+    def test_what_was_not_initialized_is_refused(self):
+        core = sys.modules["planar_chain._core"]
+        classes = [thing for thing in vars(core).values() if isinstance(thing, type) and not issubclass(thing, Exception)]
+        self.assertEqual(len(classes), 7)
+        for each in classes:
+            empty = each.__new__(each)
+            properties = [name for name, member in vars(each).items() if isinstance(member, property)]
+            self.assertTrue(properties, each)
+            for name in properties:
+                with self.assertRaisesRegex(TypeError, each.__name__ + ": expected an object that __init__"):
+                    getattr(empty, name)
+        scene, simulation = Scene.__new__(Scene), Simulation.__new__(Simulation)
+        for call in (simulation.settle, lambda: simulation.advance_to(1), lambda: Simulation(scene), lambda: len(scene),
+                     lambda: planar_chain.simulate(scene, [1]), lambda: planar_chain.simulate_many(scene, [1], [[0]]),
+                     lambda: pickle.dumps(scene), scene.to_dict):
+            with self.assertRaisesRegex(TypeError, "expected an object that __init__"):
+                call()
 
 
 class Arrays(unittest.TestCase):
@@ -202,6 +284,27 @@ class Threads(unittest.TestCase):
         time_then = self.simulation.time
         self.simulation.advance_to(time_then + 1)
 
+    def test_others_run_while_long_chains_are_computed(self):
+        turns, over = [], threading.Event()
+
+        def other():
+            while not over.wait(0.001):
+                turns.append(0)
+
+        thread = threading.Thread(target=other)
+        thread.start()
+        self.addCleanup(thread.join)
+        self.addCleanup(over.set)
+        middle, long = (Scene({"chain": ["rod"], "links": {"rod": {**ROD, "repeat": n}}}) for n in (500, 100000))
+        simulation = Simulation(long)
+        for name, call in {"Scene": lambda: pickle.loads(pickle.dumps(long)), "Simulation": lambda: Simulation(long),
+                           "settle": simulation.settle, "equilibrium": lambda: planar_chain.equilibrium(long),
+                           "equations": lambda: planar_chain.equations(middle), "linearize": lambda: planar_chain.linearize(middle),
+                           "inverse": lambda: planar_chain.inverse_dynamics(long, np.zeros(100000))}.items():
+            before = len(turns)
+            call()
+            self.assertGreater(len(turns) - before, 5, name)
+
     def test_others_run_meanwhile_but_not_this_simulation(self):
         refused = []
 
@@ -220,56 +323,6 @@ class Threads(unittest.TestCase):
             self.simulation.advance_to(1e6)
         thread.join()
         self.assertEqual(refused, ["another thread advances this simulation"] * 3)
-
-
-class Rest(planar_chain.Environment):
-    """The double pendulum, rewarded for rest."""
-
-    def __init__(self):
-        super().__init__(Scene.from_file(shipped("double_pendulum")), {"lower_joint": 2.0}, period=0.1, longest=20)
-
-    def first_state(self, random):
-        return random.normal(size=2), [0, 0]
-
-    def reward(self, q, qd, action):
-        return -abs(qd).sum()
-
-
-class Environments(unittest.TestCase):
-    def episode(self, seed):
-        env = Rest()
-        env.action_space.seed(seed)
-        observations, over = [env.reset(seed=seed)[0]], False
-        while not over:
-            action = env.action_space.sample()
-            self.assertTrue(env.action_space.contains(action))
-            observation, reward, terminated, over, info = env.step(action)
-            self.assertTrue(env.observation_space.contains(observation))
-            np.testing.assert_array_equal(observation, [*np.sin(info["q"]), *np.cos(info["q"]), *info["qd"]])
-            self.assertEqual((reward, terminated), (-abs(info["qd"]).sum(), False))
-            observations.append(observation)
-        self.assertEqual(len(observations), 21)
-        return np.array(observations)
-
-    def test_an_episode_is_repeated_by_its_seed(self):
-        first = self.episode(1)
-        self.assertEqual(self.episode(1).tolist(), first.tolist())
-        self.assertNotEqual(self.episode(2).tolist(), first.tolist())
-
-    def test_an_action_is_held_as_a_torque_of_its_motor(self):
-        env, simulation = Rest(), Simulation(Scene.from_file(shipped("double_pendulum")))
-        env.reset(seed=3)
-        simulation.set_state(np.random.default_rng(3).normal(size=2), [0, 0])
-        for k, action in enumerate((0.5, -3), 1):
-            simulation.hold_torques([0, 2 * max(action, -1)])
-            simulation.advance_to(0.1 * k)
-            self.assertEqual(env.step([action])[4]["q"].tolist(), simulation.q.tolist())
-        with self.assertRaises(ValueError):
-            env.step([np.nan])
-
-    def test_an_unknown_motor_is_refused(self):
-        with self.assertRaises(ValueError):
-            planar_chain.Environment(PENDULUM, {"elbow": 1.0})
 
 
 class Page(unittest.TestCase):

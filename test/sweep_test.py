@@ -6,6 +6,7 @@
 import csv
 import importlib.util
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -44,9 +45,18 @@ class Tables(unittest.TestCase):
         self.assertAlmostEqual(many.std(), 0.5, delta=0.02)
 
     def test_other_values_are_refused(self):
-        for text in ("", "x", "1:2", "1:2:0", "1:2:2.5", "1:2:3:4", "normal(1)", "normal(1,-1)", "nan", "1,inf", "cauchy(0,1)"):
+        for text in ("", "x", "1:2", "1:2:0", "1:2:2.5", "1:2:3:4", "normal(1)", "normal(1,-1)", "nan", "1,inf", "cauchy(0,1)",
+                     "uniform(2,1)", "uniform(-1e308,1e308)", "1:2:inf", "1:2:nan", "1:2:1e15"):
             with self.assertRaisesRegex(BadSweep, "--vary: expected"):
                 table_of([("a", text)], None, 0)
+        self.assertEqual(set(table_of([("a", "uniform(2,2)")], 3, 0)[1].ravel()), {2})
+        with self.assertRaisesRegex(BadSweep, "--vary: expected each path once, got a 2 times"):
+            table_of([("a", "1"), ("b", "1"), ("a", "2")], None, 0)
+        for runs in (0, -1, 10 ** 30):
+            with self.assertRaisesRegex(BadSweep, f"--runs: expected a number from 1 to 100000000, got {runs}"):
+                table_of([("a", "1")], runs, 0)
+        with self.assertRaisesRegex(BadSweep, "--runs: expected a number from 1 to 100000000, got 10000000000"):
+            table_of([("a", "0:1:100000"), ("b", "0:1:100000")], None, 0)
 
 
 class Sweeps(InFolder):
@@ -96,13 +106,47 @@ class Sweeps(InFolder):
         subprocess.run([os.path.join(BIN, "plot"), self.path("runs.csv")], check=True, stdout=subprocess.DEVNULL)
         self.assertGreater(os.path.getsize(self.path("runs.csv.png")), 10000)
 
+    def test_a_sweep_of_which_every_run_fails_has_failed(self):
+        for chunk in ("1", "500"):
+            said = self.sweep("--vary", MASS + "=-1,-2", "--duration", "1", "--chunk", chunk, "--overwrite", status=1)
+            self.assertRegex(said, "^sweep: 2 runs written to .*; 2 failed, the first: links/lower/mass: expected a number > 0 kg, got -1$")
+            self.assertEqual(len(self.text("runs.csv").splitlines()), 3)
+
+    def test_a_full_disk_loses_nothing(self):
+        arguments = ("--vary", MASS + "=1:2:3000", "--duration", "1", "--instants", "10", "--chunk", "3000")
+        command = shlex.join(self.command(*arguments))
+        run = subprocess.run(["bash", "-c", f"ulimit -f 8; exec {command}"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                             universal_newlines=True, timeout=LIMIT, check=False)
+        self.assertEqual(run.returncode, 1)
+        self.assertRegex(run.stderr, r"^sweep: .*File too large.* \(after 0 of 3000 runs; the same command goes on from there\)$")
+        self.assertEqual(sorted(os.listdir(self.path("runs.csv.parts"))), ["lock", "sweep.json"])
+        self.sweep(*arguments)
+        self.assertEqual(len(self.text("runs.csv").splitlines()), 30001)
+
+    def test_a_damaged_chunk_is_named(self):
+        arguments = ("--vary", MASS + "=1:2:40", "--duration", "1", "--chunk", "20")
+        self.sweep(*arguments, output=("runs.csv", "missing/runs.npz"), status=1)
+        with open(self.path("runs.csv.parts/000000020.npz"), "r+b") as file:
+            file.truncate(100)
+        self.assertRegex(self.sweep(*arguments, status=1), "^sweep: .*000000020.npz: expected a chunk, got a damaged file .*; remove it")
+        os.remove(self.path("runs.csv.parts/000000020.npz"))
+        self.sweep(*arguments)
+
     def test_bad_arguments_are_refused(self):
-        for arguments, words in ((("--vary", "links/lowr/mass=1"), "links/lowr: expected a link listed in chain"),
+        for arguments, words in ((("--vary", MASS + "=1", "--vary", MASS + "=2"), f"each path once, got {MASS} 2 times"),
+                                 (("--vary", "links/lower/masss=1", "--vary", "start=1"),
+                                  'got "masss"\nstart: expected the path of a number'),
+                                 (("--vary", MASS + "=uniform(2,1)"), "LOW <= HIGH, got 'uniform(2,1)'"),
+                                 (("--vary", MASS + "=1", "--seed", "-1"), "--seed: expected a number >= 0, got -1"),
+                                 (("--vary", MASS + "=1", "--chunk", "0"), "--chunk: expected a number > 0, got 0"),
+                                 (("--vary", MASS + "=1", "--instants", "1000000000"), "--instants, --chunk: expected at most"),
+                                 (("--vary", MASS + "=1", "--scheduler", "here"), "--scheduler: expected an address"),
+                                 (("--vary", "links/lowr/mass=1"), 'links/lowr/mass: expected a link listed in chain, got "lowr"'),
                                  (("--vary", MASS), "--vary: expected PATH=VALUES"), ((), "--vary: expected at least one"),
-                                 (("--vary", MASS + "=1", "--runs", "0"), "--runs: expected a number > 0"),
+                                 (("--vary", MASS + "=1", "--runs", "0"), "--runs: expected a number from 1"),
                                  (("--vary", MASS + "=1", "--duration", "nan"), "--duration: expected")):
             self.assertIn(words, self.sweep("--duration", "1", *arguments, status=2))
-        self.assertIn("--output: expected names that end", self.sweep("--duration", "1", status=2, output=("runs.txt",)))
+        self.assertIn("--output: expected names of files that end", self.sweep("--duration", "1", status=2, output=("runs.txt",)))
         self.assertEqual(os.listdir(self.folder), [])
 
     def test_a_complete_sweep_is_replaced_only_on_request(self):
@@ -132,6 +176,40 @@ class Sweeps(InFolder):
         for name, when in kept.items():
             self.assertEqual(os.path.getmtime(self.path("runs.csv.parts/" + name)), when, name)
         self.assertEqual(process.wait(LIMIT), 0)
+        self.assertEqual(self.text("runs.csv"), self.text("whole.csv"))
+
+    def test_two_sweeps_of_one_file_do_not_meet(self):
+        arguments = (*VARIED, "--runs", "2000", "--duration", "30", "--chunk", "20")
+        process = subprocess.Popen(self.command(*arguments))
+        os.makedirs(self.path("runs.csv.parts"), exist_ok=True)
+        self.wait_for_chunks(1, process)
+        self.assertRegex(self.sweep(*arguments, status=2), "^sweep: --output: expected a file that no other sweep writes, got .*runs.csv$")
+        self.assertEqual(process.wait(LIMIT), 0)
+        self.assertEqual(os.listdir(self.folder), ["runs.csv"])
+
+    @unittest.skipUnless(importlib.util.find_spec("distributed"), "no Dask")
+    def test_a_killed_scheduler_loses_nothing(self):
+        arguments = (*VARIED, "--runs", "20000", "--duration", "30", "--chunk", "20")
+        script = ("import sys\nfrom distributed import LocalCluster\nif __name__ == '__main__':\n"
+                  " with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:\n"
+                  "  print(cluster.scheduler_address, flush=True)\n  sys.stdin.read()\n")
+        with open(self.path("cluster.py"), "w", encoding="utf-8") as file:
+            file.write(script)
+        with subprocess.Popen([sys.executable, self.path("cluster.py")], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                              stderr=subprocess.DEVNULL, universal_newlines=True, start_new_session=True) as cluster:
+            address = cluster.stdout.readline().strip()
+            process = subprocess.Popen(self.command(*arguments, "--scheduler", address), stderr=subprocess.PIPE, universal_newlines=True)
+            os.makedirs(self.path("runs.csv.parts"), exist_ok=True)
+            self.wait_for_chunks(3, process)
+            os.killpg(cluster.pid, signal.SIGKILL)
+            said = process.communicate(timeout=LIMIT)[1]
+        self.assertEqual(process.returncode, 1, said)
+        self.assertRegex(said, rf"^sweep: the scheduler {address} does not answer "
+                               r"\(after \d+ of 20000 runs; the same command goes on from there\)$")
+        self.assertGreaterEqual(int(said.split("after ")[1].split()[0]), 60)
+        self.assertEqual([name for name in os.listdir(self.path("runs.csv.parts")) if name.endswith(".partial")], [])
+        self.sweep(*arguments)
+        self.sweep(*arguments, output=("whole.csv",))
         self.assertEqual(self.text("runs.csv"), self.text("whole.csv"))
 
     @unittest.skipUnless(importlib.util.find_spec("distributed"), "no Dask")

@@ -8,10 +8,12 @@
 
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "planar_chain/scene.h"
+#include "planar_chain/value.h"
 
 namespace planar_chain {
 
@@ -32,7 +34,7 @@ enum class RunOutcome {
 
 struct BatchRun {
   RunOutcome outcome = RunOutcome::cancelled;
-  std::string reason;   ///< empty unless the run failed
+  std::string reason;   ///< one line; empty unless the run failed
   long long steps = 0;  ///< accepted
 };
 
@@ -46,6 +48,21 @@ struct BatchResult {
 /// Changes a copy of the scene into that of one run: the start q and qd, the chain, loads. It is called once
 /// a run, from several threads at once. If it throws a std::exception, the run fails for that reason.
 using SceneOfRun = std::function<void(std::size_t run, Scene& scene)>;
+
+/// What varies from run to run, by the run's number.
+struct Varied {
+  std::vector<double> starts;                          ///< 2n numbers a run, q and then qd; or none
+  std::map<std::string, std::vector<double>> numbers;  ///< one a run, by a path such as "links/lower/mass"
+};
+
+/// Returns the function that makes the scene of each run. Both arguments must outlive it. tree: the values of
+/// the scene.
+/// @throws Refused with all faults, if the scene can have no number at a path, or if a path is an initial
+/// angle or velocity and `starts` are given as well
+SceneOfRun sceneOfRun(const Value& tree, const Varied& varied);
+
+/// @throws Refused with a fault for each time that is not finite, negative, or before the one before it
+void requireTimes(const std::vector<double>& times);
 
 /// Simulates `runs` scenes from time 0, each with as many links as `scene`. times: s, ≥ 0, never falling.
 /// @throws std::invalid_argument for other times, or a negative number of threads or lanes

@@ -4,6 +4,7 @@
 /// command-line overrides all pass through this reader. config/README.md explains the keys.
 
 #include <string>
+#include <vector>
 
 #include "planar_chain/scene.h"
 #include "planar_chain/value.h"
@@ -16,5 +17,16 @@ Scene readScene(const Value& value);
 
 /// @throws Refused as parseYaml and readScene
 Scene readSceneText(const std::string& yaml);
+
+// ---- Its numbers, by path --------------------------------------------------------------------------
+
+/// Checks that a scene that readScene() accepts may have a number at each path, such as
+/// "links/lower/com/0". The number itself is not checked.
+/// @throws Refused with a fault for each path where it may not
+void requireNumbers(const Value& scene, const std::vector<std::string>& paths);
+
+/// Sets the number at a path that requireNumbers() accepts. Maps on the way are made.
+/// @throws Refused if the path leads through a number or out of a list
+void setNumber(Value& scene, const std::string& path, double number);
 
 }  // namespace planar_chain

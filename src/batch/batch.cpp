@@ -8,6 +8,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "batch/side_by_side.h"
 #include "planar_chain/simulation.h"
@@ -16,8 +17,12 @@ namespace planar_chain {
 
 namespace {
 
-void require(bool holds, const char* what) {
-  if (!holds) throw std::invalid_argument(what);
+void requireCounts(const BatchOptions& options) {
+  std::vector<Fault> faults;
+  for (const auto& [name, number] : {std::pair("threads", options.threads), {"lanes", options.lanes}}) {
+    if (number < 0) faults.push_back({name, "a number >= 0", std::to_string(number)});
+  }
+  if (!faults.empty()) throw Refused(std::move(faults));
 }
 
 void simulate(Runs& runs, std::size_t run, const Scene& scene) {
@@ -37,7 +42,7 @@ void simulate(Runs& runs, std::size_t run, const Scene& scene) {
     if (!simulation.fault().empty()) return runs.fail(run, simulation.fault());
     runs.end(run, arrives ? RunOutcome::done : RunOutcome::cancelled);
   } catch (const std::exception& refusal) {
-    runs.fail(run, refusal.what());
+    runs.fail(run, refusal);
   }
 }
 
@@ -97,13 +102,22 @@ class Workers {
 
 }  // namespace
 
+void requireTimes(const std::vector<double>& times) {
+  std::vector<Fault> faults;
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    const double least = k > 0 && times[k - 1] > 0 ? times[k - 1] : 0;
+    if (std::isfinite(times[k]) && times[k] >= least) continue;
+    faults.push_back({"times/" + std::to_string(k),
+                      "a finite number >= " + toText(least) + " s (times start from 0 and never fall)",
+                      toText(times[k])});
+  }
+  if (!faults.empty()) throw Refused(std::move(faults));
+}
+
 BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun& sceneOfRun,
                          const std::vector<double>& times, const BatchOptions& options) {
-  require(options.threads >= 0 && options.lanes >= 0,
-          "the numbers of threads and lanes must not be negative");
-  require(std::is_sorted(times.begin(), times.end()) && (times.empty() || times.front() >= 0) &&
-              std::all_of(times.begin(), times.end(), [](double t) { return std::isfinite(t); }),
-          "times must be finite, not negative, and must not fall");
+  requireCounts(options);
+  requireTimes(times);
   const auto cores = options.threads > 0 ? static_cast<unsigned>(options.threads)
                                          : std::max(1u, std::thread::hardware_concurrency());
 
@@ -123,13 +137,12 @@ BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun&
 BatchResult simulateMany(const Scene& scene, const std::vector<double>& starts,
                          const std::vector<double>& times, const BatchOptions& options) {
   const std::size_t n = index(scene.chain.size());
-  require(starts.size() % (2 * n) == 0, "starts must have 2n numbers a run");
-  const auto startOf = [&](std::size_t run, Scene& of) {
-    const double* start = starts.data() + run * 2 * n;
-    of.q.assign(start, start + n);
-    of.qd.assign(start + n, start + 2 * n);
-  };
-  return simulateMany(scene, starts.size() / (2 * n), startOf, times, options);
+  if (starts.size() % (2 * n) != 0) {
+    throw Refused({{"starts", std::to_string(2 * n) + " numbers a run", std::to_string(starts.size())}});
+  }
+  const Value none;
+  const Varied varied{starts, {}};
+  return simulateMany(scene, starts.size() / (2 * n), sceneOfRun(none, varied), times, options);
 }
 
 }  // namespace planar_chain

@@ -3,11 +3,13 @@
 /// The runs of a batch, as its threads share them.
 
 #include <atomic>
+#include <exception>
 #include <limits>
 #include <optional>
 #include <utility>
 
 #include "planar_chain/batch.h"
+#include "planar_chain/fault.h"
 
 namespace planar_chain {
 
@@ -42,7 +44,7 @@ class Runs {
       if (scene.chain.size() == n) return scene;
       fail(run, "every run must have as many links as the scene of the batch");
     } catch (const std::exception& refusal) {
-      fail(run, refusal.what());
+      fail(run, refusal);
     }
     return std::nullopt;
   }
@@ -55,6 +57,10 @@ class Runs {
   void end(std::size_t run, RunOutcome outcome) {
     result.runs[run].outcome = outcome;
     ++ended;
+  }
+  void fail(std::size_t run, const std::exception& why) {
+    const auto* refused = dynamic_cast<const Refused*>(&why);
+    fail(run, refused ? toString(refused->faults()) : why.what());
   }
   void fail(std::size_t run, std::string reason) {
     result.runs[run].reason = std::move(reason);

@@ -10,10 +10,13 @@
 #include <pybind11/stl.h>
 
 #include <chrono>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "planar_chain/scene.h"
+#include "planar_chain/simulation.h"
 #include "planar_chain/value.h"
 
 namespace planar_chain::python {
@@ -36,13 +39,23 @@ struct TreeAndScene {
 Value valueOf(const py::handle& object);
 py::object objectOf(const Value& value);
 
-/// Sets a number of a scene at a path such as "links/lower/com/0". Maps on the way are made.
-/// @throws Refused if the path leads through a number or out of a list
-void setAt(Value& tree, const std::string& path, double number);
+/// Returns f() while other threads of Python run.
+template <class F>
+auto released(const F& f) {
+  const py::gil_scoped_release others;
+  return f();
+}
 
-/// The numbers of an array of one dimension.
-/// @throws std::invalid_argument unless it has `size` of them
-std::vector<double> vectorOf(const Numbers& numbers, std::size_t size, const char* name);
+/// What Python prints of it, on one line and in ASCII.
+std::string shown(const py::handle& object);
+
+/// "2 x 3", "4 numbers" or "one number"
+std::string shapeOf(const Numbers& numbers);
+
+/// The numbers of an array.
+/// @throws Refused unless it has one dimension and, if given, this size
+std::vector<double> vectorOf(const Numbers& numbers, const char* name,
+                             std::optional<std::size_t> size = std::nullopt);
 
 /// The matrices of the equations, by letter.
 py::dict equationsAt(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);
@@ -65,9 +78,40 @@ class Uninterrupted {
   std::chrono::steady_clock::time_point due_ = std::chrono::steady_clock::now() + period;
 };
 
+struct Runs;    // the results of simulate_many()
+class Running;  // a Simulation
+
+template <class T, class... Others>
+constexpr bool isOneOf = std::disjunction_v<std::is_same<T, Others>...>;
+template <class T>
+constexpr bool isBound = isOneOf<T, TreeAndScene, Running, Runs, Fault, Energy, EnergyBalance, Statistics>;
+
+/// Arguments of a bound class. An object that __new__ alone made is refused: it holds nothing.
+template <class T>
+struct InitializedCaster : py::detail::type_caster_base<T> {
+  bool load(py::handle from, bool convert) {
+    if (py::isinstance<T>(from)) {
+      auto* instance = reinterpret_cast<py::detail::instance*>(from.ptr());
+      if (!instance->get_value_and_holder(py::detail::get_type_info(typeid(T))).instance_registered()) {
+        throw py::type_error(py::str(from.get_type().attr("__name__")).cast<std::string>() +
+                             ": expected an object that __init__() made, got one of __new__() alone");
+      }
+    }
+    return py::detail::type_caster_base<T>::load(from, convert);
+  }
+};
+
 void bindScene(py::module& module);
 void bindEquations(py::module& module);
 void bindSimulation(py::module& module);
 void bindMany(py::module& module);
 
 }  // namespace planar_chain::python
+
+namespace pybind11::detail {
+
+template <class T>
+struct type_caster<T, std::enable_if_t<planar_chain::python::isBound<T>>>
+    : planar_chain::python::InitializedCaster<T> {};
+
+}  // namespace pybind11::detail

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "dynamics/equilibrium.h"
+#include "dynamics/given_state.h"
 #include "dynamics/letters.h"
 #include "python/bindings.h"
 
@@ -9,11 +10,21 @@ namespace planar_chain::python {
 
 namespace {
 
-using Given = std::optional<Eigen::VectorXd>;
+using Given = std::optional<Numbers>;
 
-Eigen::VectorXd orElse(const Given& given, const std::vector<double>& otherwise) {
-  if (given) return *given;
-  return Eigen::Map<const Eigen::VectorXd>(otherwise.data(), static_cast<Eigen::Index>(otherwise.size()));
+std::optional<Eigen::VectorXd> vectorIn(const Given& given, const char* name) {
+  if (!given) return std::nullopt;
+  const std::vector<double> numbers = vectorOf(*given, name);
+  return Eigen::VectorXd::Map(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+}
+
+/// Calls answer(scene, t, q, qd) for the state that is given.
+template <class Answer>
+auto atGiven(const TreeAndScene& of, double t, const Given& q, const Given& qd, const Answer& answer,
+             std::vector<Fault> faults = {}) {
+  const GivenState state = stateOf(of.scene, t, vectorIn(q, "q"), vectorIn(qd, "qd"), faults);
+  if (!faults.empty()) throw Refused(std::move(faults));
+  return answer(of.scene, t, state.q, state.qd);
 }
 
 py::object arrayOf(const Eigen::MatrixXd& matrix) {
@@ -31,15 +42,24 @@ py::object arrayOf(const std::vector<Eigen::Matrix2d>& matrices) {
 }  // namespace
 
 py::dict equationsAt(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
-  const ActiveForces active = activeForces(scene, t, q, qd);
+  requireFewLinks(scene);
+  const auto [active, equations] = released([&] {
+    ActiveForces forces = activeForces(scene, t, q, qd);
+    Kane found = kane(scene.chain, q, qd, forces);
+    return std::pair(std::move(forces), std::move(found));
+  });
+  requireFinite("accelerations", equations.qdd);
   py::dict all;
-  showAll(active, kane(scene.chain, q, qd, active), std::nullopt,
+  showAll(active, equations, std::nullopt,
           [&](const char* letter, const char*, const auto& value) { all[letter] = arrayOf(value); });
   return all;
 }
 
 py::tuple linearizedAt(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
-  LinearModel model = linearModel(scene, t, q, qd);
+  requireFewLinks(scene);
+  LinearModel model = released([&] { return linearModel(scene, t, q, qd); });
+  requireFinite("derivatives", model.A);
+  requireFinite("derivatives", model.B);
   return py::make_tuple(std::move(model.A), std::move(model.B));
 }
 
@@ -50,11 +70,12 @@ void bindEquations(py::module& module) {
   module.def(
       "equations",
       [](const TreeAndScene& of, const Given& at, const Given& rates, double time) {
-        return equationsAt(of.scene, time, orElse(at, of.scene.q), orElse(rates, of.scene.qd));
+        return atGiven(of, time, at, rates, equationsAt);
       },
       scene, q, qd, t, R"(Returns the matrices of M q̈ = f at the angles q (rad), rates qd (rad/s), time t (s).
 
-By default at the first state of the scene. The dict has the letters that `equations --json` prints; the
+By default at the first state of the scene, with driven joints where their laws have them at t. Raises Refused
+for other states of driven joints and for numbers that are not finite, OverflowError if q̈ is not. The dict has the letters that `equations --json` prints; the
 theory explains them:
 
     q, qd, qdd, tau, M_ext, f_ext, f    n        F            2n
@@ -63,26 +84,40 @@ theory explains them:
   module.def(
       "linearize",
       [](const TreeAndScene& of, const Given& at, const Given& rates, double time) {
-        return linearizedAt(of.scene, time, orElse(at, of.scene.q), orElse(rates, of.scene.qd));
+        return atGiven(of, time, at, rates, linearizedAt);
       },
       scene, q, qd, t, R"(Returns A (2n×2n) and B (2n×n) of ẋ = A x + B δτ near a state.
 
 x = (δq, δq̇) is a small change of the state, in rad and rad/s; δτ is additional torque in the joints, N m.
-A is the Jacobian of the motion, exact to rounding. By default at the first state of the scene.)");
+A is the Jacobian of the motion, exact to rounding. The default state, and what is refused, are those of equations().)");
   module.def(
       "inverse_dynamics",
-      [](const TreeAndScene& of, const Eigen::VectorXd& qdd, const Given& at, const Given& rates,
+      [](const TreeAndScene& of, const Numbers& accelerations, const Given& at, const Given& rates,
          double time) {
-        return inverseDynamics(of.scene, time, orElse(at, of.scene.q), orElse(rates, of.scene.qd), qdd);
+        const Eigen::VectorXd qdd = *vectorIn(accelerations, "qdd");
+        std::vector<Fault> faults;
+        checkNumbers("qdd", of.scene, qdd, "rad/s²", faults);
+        const auto inverse = [&qdd](const Scene& its, double when, const auto& angles,
+                                    const auto& ratesThen) {
+          Eigen::VectorXd tau = released([&] { return inverseDynamics(its, when, angles, ratesThen, qdd); });
+          requireFinite("torques", tau);
+          return tau;
+        };
+        return atGiven(of, time, at, rates, inverse, std::move(faults));
       },
       scene, py::arg("qdd"), q, qd, t,
-      "Returns the joint torques, n, N m, that give the accelerations qdd (n, rad/s²) beside all that acts.");
+      R"(Returns the joint torques, n, N m, that give the accelerations qdd (n, rad/s²) beside all that acts.
+
+The default state, and what is refused, are those of equations().)");
   module.def(
       "equilibrium",
       [](const TreeAndScene& of, const Given& at, double time) {
-        const Eigen::VectorXd start = orElse(at, of.scene.q);
-        const std::vector<double> rest =
-            equilibriumOf(of.scene, time, {start.data(), start.data() + start.size()});
+        const auto downhill = [](const Scene& its, double when, const auto& angles, const auto& /*rates*/) {
+          return released([&] {
+            return equilibriumOf(its, when, {angles.data(), angles.data() + angles.size()});
+          });
+        };
+        const std::vector<double> rest = atGiven(of, time, at, std::nullopt, downhill);
         return Numbers(static_cast<py::ssize_t>(rest.size()), rest.data());
       },
       scene, q, t, R"(Returns the angles of the static equilibrium downhill of q: n, rad.

@@ -5,15 +5,9 @@
 #include <utility>
 
 #include "planar_chain/batch.h"
-#include "planar_chain/scene_reader.h"
 #include "python/bindings.h"
 
 namespace planar_chain::python {
-
-namespace {
-
-/// Values for each run by their paths in the scene, such as "links/lower/mass".
-using Columns = std::map<std::string, std::vector<double>>;
 
 /// The results of many runs. Arrays show its memory.
 struct Runs {
@@ -23,72 +17,37 @@ struct Runs {
   py::ssize_t count() const { return static_cast<py::ssize_t>(result.runs.size()); }
 };
 
-/// Those of Python's arguments that the threads read.
-struct Given {
-  std::vector<double> initial;  ///< 2n a run, or none
-  Columns columns;
-  std::size_t runs = 0;
-};
+namespace {
 
-Given given(const TreeAndScene& scene, const std::optional<Numbers>& initial,
-            const std::map<std::string, Numbers>& parameters) {
+/// What varies, and the number of runs.
+std::pair<Varied, std::size_t> variedBy(const TreeAndScene& scene, const std::optional<Numbers>& initial,
+                                        const std::map<std::string, Numbers>& parameters) {
   const py::ssize_t width = 2 * scene.scene.chain.size();
-  Given all;
+  Varied varied;
+  std::optional<std::size_t> runs;
   if (initial) {
     if (initial->ndim() != 2 || initial->shape(1) != width) {
-      std::string got;
-      for (py::ssize_t k = 0; k < initial->ndim(); ++k) {
-        got += (k > 0 ? " x " : "") + std::to_string(initial->shape(k));
-      }
-      throw std::invalid_argument("initial: expected an array of runs x " + std::to_string(width) + ", got " +
-                                  (got.empty() ? "one number" : got));
+      throw Refused({{"initial", "an array of runs x " + std::to_string(width), shapeOf(*initial)}});
     }
-    all.initial.assign(initial->data(), initial->data() + initial->size());
-    all.runs = static_cast<std::size_t>(initial->shape(0));
-  } else if (!parameters.empty()) {
-    all.runs = static_cast<std::size_t>(parameters.begin()->second.size());
-  } else {
-    throw std::invalid_argument("expected initial states, parameters, or both");
+    varied.starts.assign(initial->data(), initial->data() + initial->size());
+    runs = static_cast<std::size_t>(initial->shape(0));
+  } else if (parameters.empty()) {
+    throw Refused({{"initial", "initial states, parameters, or both", "neither"}});
   }
   for (const auto& [path, values] : parameters) {
-    all.columns[path] = vectorOf(values, all.runs, path.c_str());
+    const std::vector<double>& column = varied.numbers[path] = vectorOf(values, path.c_str(), runs);
+    runs = column.size();
   }
-  return all;
-}
-
-SceneOfRun sceneOfRun(const TreeAndScene& from, const Given& all) {
-  return [&](std::size_t run, Scene& scene) {
-    if (!all.columns.empty()) {
-      Value tree = from.tree;
-      for (const auto& [path, values] : all.columns) setAt(tree, path, values[run]);
-      scene = readScene(tree);
-    }
-    if (all.initial.empty()) return;
-    const auto n = static_cast<std::ptrdiff_t>(from.scene.q.size());
-    const double* q = all.initial.data() + static_cast<std::ptrdiff_t>(run) * 2 * n;
-    scene.q.assign(q, q + n);
-    scene.qd.assign(q + n, q + 2 * n);
-  };
-}
-
-/// A path to an unknown link is a fault of all runs. A value out of its range, or an unknown key, is a fault
-/// of its run.
-void requirePaths(const SceneOfRun& sceneOfRun, const TreeAndScene& scene, const Given& all) {
-  if (all.runs == 0) return;
-  try {
-    Scene first = scene.scene;
-    sceneOfRun(0, first);
-  } catch (const Refused& refused) {
-    for (const Fault& fault : refused.faults()) {
-      if (all.columns.count(fault.path) == 0) throw;
-    }
-  }
+  return {std::move(varied), *runs};
 }
 
 Runs simulateMany(const TreeAndScene& scene, const Numbers& times, const std::optional<Numbers>& initial,
                   const std::map<std::string, Numbers>& parameters, int threads, const py::object& progress) {
-  const std::vector<double> instants = vectorOf(times, static_cast<std::size_t>(times.size()), "times");
-  const Given all = given(scene, initial, parameters);
+  const std::vector<double> instants = vectorOf(times, "times");
+  const auto [varied, runs] = variedBy(scene, initial, parameters);
+  if (!progress.is_none() && PyCallable_Check(progress.ptr()) == 0) {
+    throw Refused({{"progress", "a function of the number of runs that have ended", shown(progress)}});
+  }
   BatchOptions options;
   options.threads = threads;
   options.keepGoing = [&](std::size_t ended) {
@@ -97,12 +56,11 @@ Runs simulateMany(const TreeAndScene& scene, const Numbers& times, const std::op
     if (!progress.is_none()) progress(ended);
     return true;
   };
-  const SceneOfRun each = sceneOfRun(scene, all);
-  requirePaths(each, scene, all);
+  const SceneOfRun each = sceneOfRun(scene.tree, varied);
   BatchResult result;
   {
     const py::gil_scoped_release others;
-    result = planar_chain::simulateMany(scene.scene, all.runs, each, instants, options);
+    result = planar_chain::simulateMany(scene.scene, runs, each, instants, options);
   }
   return {std::move(result), times.size(), static_cast<py::ssize_t>(2 * scene.scene.q.size())};
 }
@@ -161,7 +119,8 @@ times: s, from 0, never falling. initial: runs × 2n first states, q (rad) and t
 dict from paths in the scene, such as 'links/lower/mass', to arrays of one number a run. progress: called
 about ten times a second with the number of runs that have ended.
 
-Raises Refused if a path names an unknown link. The results depend neither on the number of threads nor on the
+Raises Refused, with all faults, if the scene has no number at a path, or if initial and a path set the same
+state. The results depend neither on the number of threads nor on the
 other runs. A run whose scene is refused, or whose integration fails, is not done and has a reason.)");
 }
 

@@ -14,9 +14,7 @@ constexpr int mostLevels = 16;  // as in a YAML text; a list may hold itself
 
 Value valueAt(const py::handle& object, const std::string& path, int level) {
   const auto refuse = [&](const char* expected) -> Value {
-    throw Refused(
-        {{path, expected,
-          onOneLine(py::str(py::repr(object)).attr("encode")("ascii", "replace").cast<std::string>())}});
+    throw Refused({{path, expected, shown(object)}});
   };
   if (level > mostLevels) return refuse("at most 16 levels");
   const auto below = [&](const py::handle& item, const std::string& key) {
@@ -53,29 +51,7 @@ Value valueAt(const py::handle& object, const std::string& path, int level) {
   return list;
 }
 
-/// Sets the value at path[from…].
-void setFrom(Value& at, const std::string& path, double number, std::size_t from) {
-  if (from >= path.size()) {
-    at = number;
-    return;
-  }
-  const std::string key = path.substr(from, path.find('/', from) - from);
-  const auto below = [&](Value& value) { setFrom(value, path, number, from + key.size() + 1); };
-  if (at.isNull()) at = Value::Map{};
-  if (Value::Map* map = at.map()) return below((*map)[key]);
-  Value::List* list = at.list();
-  const double place = numberIn(key).value_or(-1);
-  if (!list || !(place >= 0 && place < static_cast<double>(list->size()))) {
-    throw Refused({{path, "a place in the scene", describe(at) + " above " + quoted(key)}});
-  }
-  below((*list)[static_cast<std::size_t>(place)]);
-}
-
 }  // namespace
-
-void setAt(Value& tree, const std::string& path, double number) {
-  setFrom(tree, path, number, 0);
-}
 
 Value valueOf(const py::handle& object) {
   return valueAt(object, "", 0);
@@ -98,10 +74,25 @@ py::object objectOf(const Value& value) {
   return py::none();
 }
 
-std::vector<double> vectorOf(const Numbers& numbers, std::size_t size, const char* name) {
-  if (numbers.ndim() != 1 || static_cast<std::size_t>(numbers.size()) != size) {
-    throw std::invalid_argument(std::string(name) + ": expected an array of " + std::to_string(size) +
-                                " numbers");
+std::string shown(const py::handle& object) {
+  return onOneLine(py::str(py::repr(object)).attr("encode")("ascii", "replace").cast<std::string>());
+}
+
+std::string shapeOf(const Numbers& numbers) {
+  if (numbers.ndim() == 0) return "one number";
+  std::string shape;
+  for (py::ssize_t k = 0; k < numbers.ndim(); ++k) {
+    shape += (k > 0 ? " x " : "") + std::to_string(numbers.shape(k));
+  }
+  if (numbers.ndim() > 1) return shape;
+  return shape + (numbers.size() == 1 ? " number" : " numbers");
+}
+
+std::vector<double> vectorOf(const Numbers& numbers, const char* name, std::optional<std::size_t> size) {
+  if (numbers.ndim() != 1 || (size && static_cast<std::size_t>(numbers.size()) != *size)) {
+    const std::string expected =
+        size ? "an array of " + std::to_string(*size) + " numbers" : "an array of one dimension";
+    throw Refused({{name, expected, shapeOf(numbers)}});
   }
   return {numbers.data(), numbers.data() + numbers.size()};
 }
@@ -122,7 +113,8 @@ py::object found(const py::object& path) {
   if (!py::isinstance<py::str>(path)) return path;
   const auto package = py::module::import("planar_chain").attr("__file__").cast<std::string>();
   const auto share = std::filesystem::path(package).parent_path() / "../../../../share";
-  return py::str(findScene(path.cast<std::string>(), share));
+  const py::module os = py::module::import("os");  // a file's name need not be text
+  return os.attr("fsdecode")(py::bytes(findScene(os.attr("fsencode")(path).cast<std::string>(), share)));
 }
 
 template <class Things>
@@ -134,7 +126,8 @@ std::vector<std::string> namesOf(const Things& things) {
 
 }  // namespace
 
-TreeAndScene::TreeAndScene(Value from) : tree(std::move(from)), scene(readScene(tree)) {}
+TreeAndScene::TreeAndScene(Value from)
+    : tree(std::move(from)), scene(released([this] { return readScene(tree); })) {}
 
 void bindScene(py::module& module) {
   py::class_<Fault>(module, "Fault", "One fault of an input.")
@@ -184,8 +177,11 @@ Raises OSError if the file cannot be read.)")
       .def(
           "with_values",
           [](const TreeAndScene& self, const std::map<std::string, double>& numbers) {
+            std::vector<std::string> paths;
+            for (const auto& entry : numbers) paths.push_back(entry.first);
+            requireNumbers(self.tree, paths);
             Value tree = self.tree;
-            for (const auto& [path, number] : numbers) setAt(tree, path, number);
+            for (const auto& [path, number] : numbers) setNumber(tree, path, number);
             return TreeAndScene(std::move(tree));
           },
           py::arg("numbers"),

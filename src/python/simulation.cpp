@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -9,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "planar_chain/batch.h"
 #include "python/bindings.h"
 
 namespace planar_chain::python {
@@ -24,14 +26,38 @@ struct Failed : std::runtime_error {
 
 /// The number of a link or joint that is given by number or name. `things`: the links or joints of the chain.
 template <class Things>
-int numberOf(const py::object& given, const Things& things, const char* what) {
-  if (!py::isinstance<py::str>(given)) return given.cast<int>();
-  const auto name = given.cast<std::string>();
-  const auto found =
-      std::find_if(things.begin(), things.end(), [&](const auto& thing) { return thing.name == name; });
-  if (found == things.end()) throw std::invalid_argument(std::string("no ") + what + " is called " + name);
-  return static_cast<int>(found - things.begin());
+int numberOf(const py::object& given, const Things& things, const std::string& what) {
+  auto found = things.end();
+  if (py::isinstance<py::str>(given)) {
+    found = std::find_if(things.begin(), things.end(),
+                         [&](const auto& thing) { return given.equal(py::str(thing.name)); });
+  } else if (PyIndex_Check(given.ptr())) {
+    const py::ssize_t place = PyNumber_AsSsize_t(given.ptr(), nullptr);  // of larger numbers, the largest
+    if (place >= 0 && place < static_cast<py::ssize_t>(things.size())) found = things.begin() + place;
+  }
+  if (found != things.end()) return static_cast<int>(found - things.begin());
+  throw Refused(
+      {{what, "the name of a " + what + ", or a number from 0 to " + std::to_string(things.size() - 1),
+        shown(given)}});
 }
+
+/// Holds all of them or, with faults, none.
+void holdTorques(Simulation& simulation, const std::vector<double>& tau) {
+  std::vector<bool> isDriven(tau.size());
+  for (const Drive& drive : simulation.scene().drives) isDriven[static_cast<std::size_t>(drive.joint)] = true;
+  std::vector<Fault> faults;
+  for (std::size_t i = 0; i < tau.size(); ++i) {
+    if (std::isfinite(tau[i]) && !(isDriven[i] && tau[i] != 0)) continue;
+    faults.push_back({"torques/" + std::to_string(i),
+                      isDriven[i] ? "0 N m in a driven joint" : "a finite number, in N m", toText(tau[i])});
+  }
+  if (!faults.empty()) throw Refused(std::move(faults));
+  for (std::size_t i = 0; i < tau.size(); ++i) {
+    if (!isDriven[i]) simulation.holdTorque(static_cast<int>(i), tau[i], forever);
+  }
+}
+
+}  // namespace
 
 /// A simulation that one thread at a time may use.
 class Running {
@@ -44,19 +70,23 @@ class Running {
     return simulation_;
   }
 
-  void advanceTo(double t) {
+  /// Returns f(simulation) while other threads run. They may not use this simulation.
+  template <class F>
+  auto alone(const F& f) {
     Simulation& simulation = idle();
-    bool arrives = false;
     isBusy_ = true;
     const std::unique_ptr<bool, void (*)(bool*)> atEnd(&isBusy_, [](bool* busy) { *busy = false; });
-    {
-      const py::gil_scoped_release others;
+    return released([&] { return f(simulation); });
+  }
+
+  void advanceTo(double t) {
+    const bool arrives = alone([t](Simulation& simulation) {
       Uninterrupted keepGoing;
-      arrives = simulation.advanceTo(t, std::ref(keepGoing));
-    }
+      return simulation.advanceTo(t, std::ref(keepGoing));
+    });
     if (arrives) return;
     if (PyErr_Occurred()) throw py::error_already_set();
-    throw Failed(simulation.fault());
+    throw Failed(simulation_.fault());
   }
 
   int link(const py::object& given) { return numberOf(given, idle().scene().chain.links(), "link"); }
@@ -74,6 +104,8 @@ class Running {
   Simulation simulation_;
   bool isBusy_ = false;
 };
+
+namespace {
 
 Numbers arrayOf(std::size_t size) {
   return Numbers(static_cast<py::ssize_t>(size));
@@ -164,11 +196,11 @@ Raises Failed when the integration fails. The state is then that of the last goo
       .def(
           "set_state",
           [](Running& self, const Numbers& angles, const Numbers& rates) {
-            self.idle().setState(vectorOf(angles, self.size(), "q"), vectorOf(rates, self.size(), "qd"));
+            self.idle().setState(vectorOf(angles, "q", self.size()), vectorOf(rates, "qd", self.size()));
           },
           q, qd, "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay.")
       .def(
-          "settle", [](Running& self) { self.idle().settle(); },
+          "settle", [](Running& self) { self.alone([](Simulation& its) { its.settle(); }); },
           "Puts the chain at rest in the equilibrium downhill of it. Raises ValueError where there is none.")
       .def(
           "reset", [](Running& self) { self.idle().reset(); },
@@ -228,12 +260,10 @@ void bindCommands(py::class_<Running>& simulation) {
       .def(
           "hold_torques",
           [](Running& self, const Numbers& torques) {
-            const std::vector<double> tau = vectorOf(torques, self.size(), "torques");
-            for (std::size_t i = 0; i < tau.size(); ++i) {
-              self.idle().holdTorque(static_cast<int>(i), tau[i], forever);
-            }
+            holdTorques(self.idle(), vectorOf(torques, "torques", self.size()));
           },
-          py::arg("torques"), "Holds these torques, n, N m, in the joints until the next ones.")
+          py::arg("torques"),
+          "Holds these torques, n, N m, in the joints until the next ones: 0 in driven joints.")
       .def(
           "hold_torque",
           [](Running& self, const py::object& where, double tau, double end, double begin) {
@@ -283,7 +313,10 @@ void bindSimulation(py::module& module) {
 
 Deterministic: the same calls give the same bits. commands: how many timed commands may act or wait at once;
 0: no commands at all.)");
-  simulation.def(py::init<const TreeAndScene&, int>(), py::arg("scene"), py::arg("commands") = 16);
+  simulation.def(py::init([](const TreeAndScene& from, int most) {
+                   return released([&] { return std::make_unique<Running>(from, most); });
+                 }),
+                 py::arg("scene"), py::arg("commands") = 16);
   bindState(simulation);
   bindQuantities(simulation);
   bindCommands(simulation);
@@ -291,12 +324,13 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
   module.def(
       "simulate",
       [](const TreeAndScene& scene, const Numbers& times) {
-        if (times.ndim() != 1) throw std::invalid_argument("times: expected an array of one dimension");
+        const std::vector<double> instants = vectorOf(times, "times");
+        requireTimes(instants);
         Running running(scene, 0);
         Numbers states({times.size(), static_cast<py::ssize_t>(2 * running.size())});
-        for (py::ssize_t k = 0; k < times.size(); ++k) {
-          running.advanceTo(times.at(k));
-          running.writeState(states.mutable_data(k, 0));
+        for (std::size_t k = 0; k < instants.size(); ++k) {
+          running.advanceTo(instants[k]);
+          running.writeState(states.mutable_data(static_cast<py::ssize_t>(k), 0));
         }
         return states;
       },

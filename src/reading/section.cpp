@@ -62,8 +62,8 @@ std::string unitNote(const std::string& text) {
 }
 
 Section::Section(const Value* value, std::string path, const std::vector<const char*>& known,
-                 std::vector<Fault>& faults)
-    : path_(std::move(path)), faults_(&faults) {
+                 std::vector<Fault>& faults, std::set<std::string>* numbers)
+    : path_(std::move(path)), faults_(&faults), numbers_(numbers) {
   static const Value::Map empty;
   map_ = value && value->map() ? value->map() : &empty;
 
@@ -93,13 +93,24 @@ void Section::fault(const std::string& key, const std::string& expected) const {
 }
 
 double Section::uncheckedNumber(const std::string& key) const {
+  lookFor(pathOf(key));
   return has(key) ? unchecked(*find(key)) : noNumber;
 }
 
+std::vector<double> Section::uncheckedList(const std::string& key) const {
+  std::vector<double> numbers;
+  const Value* value = find(key);
+  if (!value || !value->list()) return numbers;
+  for (const Value& entry : *value->list()) {
+    lookFor(pathOf(key) + "/" + std::to_string(numbers.size()));
+    numbers.push_back(unchecked(entry));
+  }
+  return numbers;
+}
+
 Vec2d Section::uncheckedPair(const std::string& key) const {
-  const Value::List* list = has(key) ? find(key)->list() : nullptr;
-  if (!list || list->size() != 2) return {noNumber, noNumber};
-  return {unchecked((*list)[0]), unchecked((*list)[1])};
+  const std::vector<double> numbers = uncheckedList(key);
+  return numbers.size() == 2 ? Vec2d{numbers[0], numbers[1]} : Vec2d{noNumber, noNumber};
 }
 
 /// Sets the target to the value found. Without one, records a fault if the key is there.
@@ -137,11 +148,7 @@ bool Section::takeText(const std::string& key, const std::function<bool(const st
 }
 
 bool Section::takeNumbers(const std::string& key, const char* unit, std::vector<double>& target) const {
-  const Value* value = find(key);
-  std::vector<double> numbers;
-  if (value && value->list()) {
-    for (const Value& entry : *value->list()) numbers.push_back(unchecked(entry));
-  }
+  const std::vector<double> numbers = uncheckedList(key);
   const bool areSound = numbers.size() >= 2 && std::all_of(numbers.begin(), numbers.end(), [](double number) {
                           return std::isfinite(number);
                         });

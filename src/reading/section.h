@@ -3,6 +3,7 @@
 /// Section: one map of a scene. It returns the values of its keys and records every fault with its full path.
 
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -36,13 +37,14 @@ std::string unitNote(const std::string& text);
 class Section {
  public:
   /// Reads `value` as a map. A null pointer (an absent key) counts as an empty map. Any other value is a
-  /// fault. Keys other than `known` are faults. An empty `known` accepts every key.
+  /// fault. Keys other than `known` are faults. An empty `known` accepts every key. `numbers`, if given,
+  /// collects the full path of each number that is looked for.
   Section(const Value* value, std::string path, const std::vector<const char*>& known,
-          std::vector<Fault>& faults);
+          std::vector<Fault>& faults, std::set<std::string>* numbers = nullptr);
 
   /// The map below a key, with faults to the same list.
   Section section(const std::string& key, const std::vector<const char*>& known = {}) const {
-    return {find(key), pathOf(key), known, *faults_};
+    return {find(key), pathOf(key), known, *faults_, numbers_};
   }
 
   const Value::Map& entries() const { return *map_; }
@@ -73,10 +75,16 @@ class Section {
  private:
   template <class T>
   bool accept(const std::string& key, const T* found, const std::string& expected, T& target) const;
+  void lookFor(const std::string& path) const {
+    if (numbers_) numbers_->insert(path);
+  }
+  /// Their numbers are looked for too.
+  std::vector<double> uncheckedList(const std::string& key) const;
 
   const Value::Map* map_;
   std::string path_;
   std::vector<Fault>* faults_;
+  std::set<std::string>* numbers_;
 };
 
 /// Takes `times` (s, strictly increasing, at least two) and as many `values`. Returns true if there is no

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "dynamics/coupled_dynamics.h"
+#include "dynamics/given_state.h"
 #include "effects/commands.h"
 #include "ode/methods.h"
 #include "run/energy_guard.h"
@@ -20,6 +21,10 @@ namespace planar_chain {
 namespace {
 
 constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
+
+Eigen::VectorXd vectorOf(const std::vector<double>& numbers) {
+  return Eigen::VectorXd::Map(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+}
 
 }  // namespace
 
@@ -80,19 +85,9 @@ struct Simulation::Parts {
   void restore() { dynamics.restore(state.y.data(), y.data()); }
 
   void set(const std::vector<double>& newQ, const std::vector<double>& newQd) {
-    const auto size = static_cast<std::size_t>(n);
-    require(newQ.size() == size && newQd.size() == size, "q and qd must have one value a joint");
-    require(allFinite(newQ) && allFinite(newQd), "q and qd must be finite");
-    for (int i = 0; i < n; ++i) {
-      require(std::abs(newQ[index(i)]) <= largestAngle(scene.chain.joints()[index(i)]),
-              "q must be at most 5e16 rad, and 1e6 rad in a joint with a spring or a limit");
-    }
-    for (const Drive& drive : scene.drives) {
-      const GivenMotion given = drive.law.at(state.t);
-      require(std::abs(newQ[index(drive.joint)] - given.value) <= givenTo &&
-                  std::abs(newQd[index(drive.joint)] - given.rate) <= givenTo,
-              "the angle and rate of a driven joint are given");
-    }
+    std::vector<Fault> faults;
+    stateOf(scene, state.t, vectorOf(newQ), vectorOf(newQd), faults);
+    if (!faults.empty()) throw Refused(std::move(faults));
     toAbsolute(newQ.data(), n, y.data());
     toAbsolute(newQd.data(), n, y.data() + n);
     const double energy = dynamics.energy(state.t, y.data()).total();
@@ -244,7 +239,9 @@ Simulation::~Simulation() = default;
 
 bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
   Parts& p = *parts_;
-  require(std::isfinite(t) && t >= p.state.t, "time must be finite and must not run backwards");
+  if (!(std::isfinite(t) && t >= p.state.t)) {
+    throw Refused({{"t", "a finite number >= " + toText(p.state.t) + " s, the present time", toText(t)}});
+  }
   if (!p.fault.empty()) return false;
   p.settled();
   bool isWanted = true;

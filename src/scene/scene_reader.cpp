@@ -11,6 +11,7 @@
 #include "planar_chain/energy.h"
 #include "planar_chain/urdf_reader.h"
 #include "reading/section.h"
+#include "scene/scene_numbers.h"
 #include "scene/settings_reader.h"
 
 namespace planar_chain {
@@ -285,7 +286,7 @@ void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<F
 
 // ---- The scene -------------------------------------------------------------------------------
 
-Scene readScene(const Value& value) {
+Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   std::vector<Fault> faults;
   std::vector<const char*> keys{"chain",
                                 "gravity",
@@ -300,7 +301,7 @@ Scene readScene(const Value& value) {
   for (const EffectKind* kind : effectKinds()) {
     if (kind->sceneKey()) keys.insert(keys.end() - 7, kind->sceneKey());
   }
-  const Section top(&value, "", keys, faults);
+  const Section top(&value, "", keys, faults, numbers);
 
   // The chain.
   std::optional<Expanded> expanded = top.has("robot_description") ? readRobot(top, faults) : readLinks(top);
@@ -370,6 +371,10 @@ Scene readScene(const Value& value) {
   if (startsAtRest) startAtRest(scene, top);
   throwFaults();
   return scene;
+}
+
+Scene readScene(const Value& value) {
+  return readSceneAndNote(value, nullptr);
 }
 
 Scene readSceneText(const std::string& yaml) {

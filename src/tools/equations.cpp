@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "dynamics/equilibrium.h"
+#include "dynamics/given_state.h"
 #include "dynamics/letters.h"
 #include "effects/effect_kind.h"
 #include "tools/common.h"
@@ -17,12 +18,11 @@ namespace {
 
 // ---- Arguments -------------------------------------------------------------------------------
 
-/// The numbers between commas, one for each joint. `absent` if none are given.
-Eigen::VectorXd vectorArgument(const char* option, const Arguments& arguments,
-                               const std::vector<double>& absent, std::vector<Fault>& faults) {
+/// The numbers between commas, one for each of n joints.
+std::optional<Eigen::VectorXd> vectorArgument(const char* option, const Arguments& arguments, std::size_t n,
+                                              std::vector<Fault>& faults) {
   const std::optional<std::string> given = arguments.text(option);
-  if (!given)
-    return Eigen::Map<const Eigen::VectorXd>(absent.data(), static_cast<Eigen::Index>(absent.size()));
+  if (!given) return std::nullopt;
   std::vector<double> numbers;
   std::istringstream list(*given + ',');
   for (std::string part; std::getline(list, part, ',');) {
@@ -30,10 +30,9 @@ Eigen::VectorXd vectorArgument(const char* option, const Arguments& arguments,
     numbers.push_back(numberIn(part).value_or(infinity));
   }
   const auto isFinite = [](double number) { return std::isfinite(number); };
-  if (numbers.size() != absent.size() || !std::all_of(numbers.begin(), numbers.end(), isFinite)) {
-    const std::string n = std::to_string(absent.size());
+  if (numbers.size() != n || !std::all_of(numbers.begin(), numbers.end(), isFinite)) {
     faults.push_back({std::string("--") + option,
-                      n + " finite numbers with commas between, one per joint in chain order",
+                      std::to_string(n) + " finite numbers with commas between, one per joint in chain order",
                       quoted(*given)});
   }
   return Eigen::Map<Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
@@ -185,33 +184,6 @@ void printInverse(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
   print("tau", "torques that give these accelerations, beside all that acts, N m", tau.transpose());
 }
 
-/// Puts driven joints where their laws have them at t. Records a fault for each that --q or --qd has
-/// elsewhere.
-void putDriven(const Scene& scene, double t, const Arguments& given, Eigen::VectorXd& q, Eigen::VectorXd& qd,
-               std::vector<Fault>& faults) {
-  constexpr double sameTo = 1e-6;  // rad, rad/s
-  for (const Drive& drive : scene.drives) {
-    const GivenMotion motion = drive.law.at(t);
-    const std::string joint = " of the driven joint " + scene.chain.joints()[index(drive.joint)].name;
-    const auto put = [&](const char* option, const char* unit, double law, double& own) {
-      if (given.has(option) && !(std::abs(own - law) <= sameTo)) {
-        faults.push_back({std::string("--") + option,
-                          toText(law) + " " + unit + joint + " at t = " + toText(t) + " s", toText(own)});
-      }
-      own = law;
-    };
-    put("q", "rad", motion.value, q[drive.joint]);
-    put("qd", "rad/s", motion.rate, qd[drive.joint]);
-  }
-}
-
-/// Done, or the run failed.
-int finished(const char* what, const Eigen::VectorXd& numbers) {
-  if (numbers.allFinite()) return done;
-  std::cerr << "equations: the " << what << " are not finite: the numbers are too large\n";
-  return runFailed;
-}
-
 int equations(const Arguments& given) {
   // The scene and the state.
   std::vector<Fault> faults;
@@ -222,17 +194,19 @@ int equations(const Arguments& given) {
   }
   const Scene scene = readScene(
       given, [](Value&) {}, std::move(faults));
-  if (!onlyChain && scene.chain.size() > 1000) {
-    throw Refused(
-        {{"chain", "at most 1000 links, for the matrices are dense", std::to_string(scene.chain.size())}});
-  }
+  if (!onlyChain) requireFewLinks(scene);
   std::vector<Fault> stateFaults;
-  Eigen::VectorXd q = vectorArgument("q", given, scene.q, stateFaults);
-  Eigen::VectorXd qd = vectorArgument("qd", given, scene.qd, stateFaults);
+  const std::size_t n = scene.q.size();
+  const auto givenQ = vectorArgument("q", given, n, stateFaults);
+  const auto givenQd = vectorArgument("qd", given, n, stateFaults);
   // Driven joints are where their laws put them at t.
-  if (stateFaults.empty()) putDriven(scene, t, given, q, qd, stateFaults);
-  const std::vector<double> still(scene.q.size(), 0.0);
-  const Eigen::VectorXd qdd = vectorArgument("qdd", given, still, stateFaults);
+  GivenState state;
+  if (stateFaults.empty()) state = stateOf(scene, t, givenQ, givenQd, stateFaults);
+  for (Fault& fault : stateFaults) {
+    if (fault.path[0] != '-') fault.path.insert(0, "--");
+  }
+  auto& [q, qd] = state;
+  const std::optional<Eigen::VectorXd> qdd = vectorArgument("qdd", given, n, stateFaults);
   if (given.has("qdd") != given.has("inverse")) {
     stateFaults.push_back({"--inverse", "both --inverse and --qdd, the accelerations", "one of them"});
   }
@@ -250,9 +224,10 @@ int equations(const Arguments& given) {
     return done;
   }
   if (given.has("inverse")) {
-    const Eigen::VectorXd tau = inverseDynamics(scene, t, q, qd, qdd);
-    printInverse(t, q, qd, qdd, tau, given.has("json"));
-    return finished("torques", tau);
+    const Eigen::VectorXd tau = inverseDynamics(scene, t, q, qd, *qdd);
+    printInverse(t, q, qd, *qdd, tau, given.has("json"));
+    requireFinite("torques", tau);
+    return done;
   }
   const ActiveForces active = activeForces(scene, t, q, qd);
   const Kane at = kane(scene.chain, q, qd, active);
@@ -263,7 +238,8 @@ int equations(const Arguments& given) {
   } else {
     printText(scene.chain, t, active, at, near);
   }
-  return finished("accelerations", at.qdd);
+  requireFinite("accelerations", at.qdd);
+  return done;
 }
 
 }  // namespace

@@ -2,17 +2,31 @@
 """Simulates a scene many times with varied values, on all cores or on the workers of a Dask scheduler.
 
 An interrupted sweep goes on where it was when the same command is given again. A run that fails is kept, with its
-reason. Exit status: 0 done; 1 the sweep failed; 2 bad arguments or scene; 130 interrupted."""
+reason. Exit status: 0 done, perhaps with runs that failed; 1 every run or the sweep failed; 2 bad arguments or scene;
+130 interrupted."""
 
+import signal
+
+INTERRUPTIBLE = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+if INTERRUPTIBLE:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules load: main() can end in words
+
+# pylint: disable=wrong-import-position
 import argparse
 import csv
+import io
+import logging
 import os
+import re
 import sys
 
-import numpy as np
+try:
+    import numpy as np
 
-from planar_chain import Refused, Scene
-from planar_chain.sweeps import BadSweep, Sweep, run_here, run_there, table_of
+    from planar_chain import Refused, Scene
+    from planar_chain.sweeps import BadSweep, Sweep, SweepFailed, run_here, run_there, save_npz, table_of, whole
+except ImportError as missing:
+    sys.exit(f"sweep: {missing}")
 
 
 def varied_from(text):
@@ -25,7 +39,7 @@ def varied_from(text):
 def write_csv(sweep, path):
     """One row for each run and instant."""
     joints = sweep.scene.joints
-    with open(path, "w", newline="", encoding="utf-8") as file:
+    with whole(path) as binary, io.TextIOWrapper(binary, encoding="utf-8", newline="") as file:
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(["run", *sweep.paths, "t", *("q_" + j for j in joints), *("qd_" + j for j in joints), "reason"])
         for start, states, _, reasons in sweep.chunks():
@@ -38,12 +52,22 @@ def write_csv(sweep, path):
 def write_npz(sweep, path):
     starts, states, done, reasons = zip(*sweep.chunks())
     failed = {start + run: text for start, each in zip(starts, reasons) for run, text in each.items()}
-    np.savez(path, paths=sweep.paths, values=sweep.values, times=sweep.times, joints=sweep.scene.joints,
+    save_npz(path, paths=sweep.paths, values=sweep.values, times=sweep.times, joints=sweep.scene.joints,
              states=np.concatenate(states), done=np.concatenate(done),
              reasons=[failed.get(run, "") for run in range(len(sweep.values))])
 
 
+MOST_NUMBERS = 10 ** 8  # in memory at once
 WRITERS = {".csv": write_csv, ".npz": write_npz}
+
+
+def say(text):
+    """One line, in place of the progress."""
+    print(("\r\033[K" if sys.stderr.isatty() else "") + f"sweep: {text}", file=sys.stderr)
+
+
+def so_far(progress):
+    return f" (after {progress[0]} of {progress[1]} runs; the same command goes on from there)" if progress else ""
 
 
 def show_progress(ended, runs):
@@ -75,51 +99,68 @@ def arguments():
 
 def sweep_from(given):
     for path in given.output:
-        if os.path.splitext(path)[1] not in WRITERS:
-            raise BadSweep(f"--output: expected names that end in .csv or .npz, got {path}")
-    for name, fits, expected in (("runs", given.runs is None or given.runs > 0, "a number > 0"),
-                                 ("seed", given.seed >= 0, "a number >= 0"), ("instants", given.instants > 0, "a number > 0"),
+        if os.path.splitext(path)[1] not in WRITERS or os.path.isdir(path):
+            raise BadSweep(f"--output: expected names of files that end in .csv or .npz, got {path}")
+    if given.scheduler is not None and not re.fullmatch(r"([a-z]+://)?[^\s/]+:\d+", given.scheduler):
+        raise BadSweep(f"--scheduler: expected an address such as tcp://host:8786, got {given.scheduler!r}")
+    for name, fits, expected in (("seed", given.seed >= 0, "a number >= 0"),
+                                 ("instants", given.instants > 0, "a number > 0"),
                                  ("chunk", given.chunk > 0, "a number > 0"),
                                  ("duration", 0 < given.duration < float("inf"), "a number > 0, in s")):
         if not fits:
             raise BadSweep(f"--{name}: expected {expected}, got {getattr(given, name)}")
     if not given.vary:
         raise BadSweep("--vary: expected at least one, got none")
-    parts = given.output[0] + ".parts"
-    for path in given.output:
-        if os.path.exists(path) and not os.path.exists(parts) and not given.overwrite:
-            raise BadSweep(f"--output: expected a new file, got {path}, which is complete (--overwrite replaces it)")
+    try:
+        scene = Scene.from_file(given.scene)
+    except OSError as problem:
+        raise BadSweep(problem) from problem
     paths, values = table_of([varied_from(text) for text in given.vary], given.runs, given.seed)
+    kept = given.instants * min(given.chunk, len(values)) * 2 * len(scene)
+    if kept > MOST_NUMBERS:
+        raise BadSweep(f"--instants, --chunk: expected at most {MOST_NUMBERS} numbers in the states of a chunk, got {kept}")
     times = given.duration * np.arange(1, given.instants + 1) / given.instants
-    return Sweep(Scene.from_file(given.scene), paths, values, times.tolist(), parts, given.chunk)
+    return Sweep(scene, paths, values, times.tolist(), given.output, given.chunk, given.overwrite)
+
+
+def run(given, progress):
+    """Returns the exit status. progress: a list of the runs that have ended and of all."""
+    sweep = sweep_from(given)
+    progress[:] = len(sweep.values) - sum(len(sweep.arguments(start)[2]) for start in sweep.missing()), len(sweep.values)
+    for more in run_there(sweep, given.scheduler) if given.scheduler else run_here(sweep):
+        progress[0] += more
+        show_progress(*progress)
+    for path in given.output:
+        WRITERS[os.path.splitext(path)[1]](sweep, path)
+    failed = [text for *_, reasons in sweep.chunks() for text in reasons.values()]
+    sweep.forget()
+    told = f"{progress[1]} runs written to {' and '.join(given.output)}"
+    if failed:
+        told += f"; {len(failed)} failed, the first: {failed[0]}"
+    if len(failed) == progress[1]:
+        say(told)
+        return 1
+    print(told)
+    return 0
 
 
 def main():
+    progress = []
+    if INTERRUPTIBLE:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     given = arguments()
+    logging.disable(logging.CRITICAL)  # of Dask: say() tells why a sweep ends
     try:
-        sweep = sweep_from(given)
-    except (BadSweep, Refused, OSError) as problem:
-        print(f"sweep: {problem}", file=sys.stderr)
+        return run(given, progress)
+    except (BadSweep, Refused) as problem:
+        say(problem)
         return 2
-    runs = len(sweep.values)
-    ended = runs - sum(len(sweep.arguments(start)[2]) for start in sweep.missing())
-    try:
-        for more in run_there(sweep, given.scheduler) if given.scheduler else run_here(sweep):
-            ended += more
-            show_progress(ended, runs)
-        for path in given.output:
-            WRITERS[os.path.splitext(path)[1]](sweep, path)
     except KeyboardInterrupt:
-        print(f"\nsweep: interrupted after {ended} of {runs} runs; the same command goes on from there", file=sys.stderr)
+        say("interrupted" + so_far(progress))
         return 130
-    except (ImportError, OSError, RuntimeError) as problem:
-        print(f"\nsweep: {problem}", file=sys.stderr)
+    except (SweepFailed, OSError, MemoryError) as problem:
+        say(f"{problem}{so_far(progress)}")
         return 1
-    failed = [text for *_, reasons in sweep.chunks() for text in reasons.values()]
-    print(f"{runs} runs written to {' and '.join(given.output)}" +
-          (f"; {len(failed)} failed, the first: {failed[0]}" if failed else ""))
-    sweep.forget()
-    return 0
 
 
 if __name__ == "__main__":

@@ -1,11 +1,17 @@
 """Many runs of a scene with varied values, in chunks that are kept on disk as they end. The tool `sweep` is its face."""
 
+import asyncio
+import concurrent.futures
+import contextlib
+import fcntl
 import hashlib
+import io
 import json
 import math
 import os
 import re
 import shutil
+import zipfile
 
 import numpy as np
 
@@ -16,14 +22,27 @@ class BadSweep(ValueError):
     """Where a fault is, what was expected, what was found."""
 
 
+class SweepFailed(RuntimeError):
+    """Why a sweep ended early. What it computed is kept."""
+
+
 # ---- What varies -------------------------------------------------------------------------------
 
 NUMBER = r"\s*([^,:()]+?)\s*"
+MOST_RUNS = 10 ** 8
 KINDS = {  # how a value is written; what it means
     "grid": re.compile(f"{NUMBER}:{NUMBER}:{NUMBER}"),
     "normal": re.compile(rf"normal\({NUMBER},{NUMBER}\)"),
     "uniform": re.compile(rf"uniform\({NUMBER},{NUMBER}\)"),
     "list": re.compile(r"(.+)"),
+}
+
+
+IS_SOUND = {  # whether finite numbers of a kind have a meaning
+    "grid": lambda first, last, count: 1 <= count <= MOST_RUNS and count == int(count) and math.isfinite(last - first),
+    "normal": lambda mean, deviation: deviation >= 0,
+    "uniform": lambda low, high: low <= high and math.isfinite(high - low),
+    "list": lambda *numbers: True,
 }
 
 
@@ -37,16 +56,13 @@ def column_of(text):
             numbers = [float(part) for group in match.groups() for part in group.split(",")]
         except ValueError:
             break
-        if kind == "grid":
-            if numbers[2] < 1 or numbers[2] != int(numbers[2]):
-                break
-            numbers = np.linspace(numbers[0], numbers[1], int(numbers[2])).tolist()
-        elif kind == "normal" and numbers[1] < 0:
+        if not all(map(math.isfinite, numbers)) or not IS_SOUND[kind](*numbers):
             break
-        if all(map(math.isfinite, numbers)):
-            return "list" if kind == "grid" else kind, numbers
-        break
-    raise BadSweep(f"--vary: expected FIRST:LAST:COUNT, A,B,…, normal(MEAN,DEVIATION) or uniform(LOW,HIGH), got {text!r}")
+        if kind == "grid":
+            return "list", np.linspace(numbers[0], numbers[1], int(numbers[2])).tolist()
+        return kind, numbers
+    raise BadSweep("--vary: expected FIRST:LAST:COUNT, A,B,…, normal(MEAN,DEVIATION) or uniform(LOW,HIGH) of finite numbers, "
+                   f"COUNT >= 1, DEVIATION >= 0, LOW <= HIGH, got {text!r}")
 
 
 def table_of(varied, runs, seed):
@@ -54,9 +70,15 @@ def table_of(varied, runs, seed):
 
     Returns paths and values, runs × columns. Run r has point r of the grid, the first path slowest, and begins again
     after the last point. Each random column has a stream of its own."""
+    paths = [path for path, _ in varied]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise BadSweep(f"--vary: expected each path once, got {path} {paths.count(path)} times")
     columns = [column_of(text) for _, text in varied]
     points = math.prod(len(numbers) for kind, numbers in columns if kind == "list")
     runs = points if runs is None else runs
+    if not 1 <= runs <= MOST_RUNS:
+        raise BadSweep(f"--runs: expected a number from 1 to {MOST_RUNS}, got {runs}")
     values, inner = np.empty((runs, len(columns))), points
     for k, (kind, numbers) in enumerate(columns):
         if kind == "list":
@@ -64,7 +86,31 @@ def table_of(varied, runs, seed):
             values[:, k] = np.array(numbers)[np.arange(runs) // inner % len(numbers)]
         else:
             values[:, k] = getattr(np.random.default_rng([seed, k]), kind)(*numbers, size=runs)
-    return [path for path, _ in varied], values
+    return paths, values
+
+
+# ---- Files -------------------------------------------------------------------------------------
+
+
+@contextlib.contextmanager
+def whole(path):
+    """A binary file that is there when it is complete, and not before."""
+    partial = path + ".partial"
+    try:
+        with open(partial, "wb") as file:
+            yield file
+        os.replace(partial, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.remove(partial)
+        raise
+
+
+def save_npz(path, **arrays):
+    packed = io.BytesIO()  # on a full disk, a ZipFile fails again when it is collected
+    np.savez(packed, **arrays)
+    with whole(path) as file:
+        file.write(packed.getbuffer())
 
 
 # ---- Runs --------------------------------------------------------------------------------------
@@ -77,28 +123,50 @@ def run_chunk(scene, paths, values, times, threads=1):
 
 
 class Sweep:
-    """All runs of a sweep, and those that have ended, in a folder of its own."""
+    """All runs of a sweep, and those that have ended, in a folder of its own that no other sweep may use meanwhile."""
 
-    def __init__(self, scene, paths, values, times, folder, chunk=500):
-        self.scene, self.paths, self.values, self.times, self.folder = scene, paths, values, times, folder
+    def __init__(self, scene, paths, values, times, outputs, chunk=500, overwrite=False):
+        self.scene, self.paths, self.values, self.times, self.outputs = scene, paths, values, times, outputs
+        self.folder = outputs[0] + ".parts"
         self.chunk = chunk  # runs
         self.starts = range(0, len(values), chunk)
         simulate_many(scene, [], parameters=dict(zip(paths, values[:1].T)))  # refuses paths that lead nowhere
-        self._enter()
+        self._lock = self._locked()
+        self._enter(overwrite)
 
-    def _enter(self):
+    def _locked(self):
+        """The lock of the folder. It ends with the process."""
+        os.makedirs(self.folder, exist_ok=True)
+        name = os.path.join(self.folder, "lock")
+        lock = open(name, "a", encoding="utf-8")  # pylint: disable=consider-using-with
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.path.exists(name):  # else another sweep has just ended
+                return lock
+        except BlockingIOError:
+            pass
+        lock.close()
+        raise BadSweep(f"--output: expected a file that no other sweep writes, got {self.outputs[0]}")
+
+    def _enter(self, overwrite):
         """What an interrupted sweep left behind is taken up if it is the same sweep."""
         about = {"scene": self.scene.to_dict(), "paths": self.paths, "times": list(self.times), "chunk": self.chunk,
                  "runs": len(self.values), "values": hashlib.sha256(self.values.tobytes()).hexdigest()}
         name = os.path.join(self.folder, "sweep.json")
         if os.path.exists(name):
             with open(name, encoding="utf-8") as file:
-                if json.load(file) != about:
-                    raise BadSweep(f"{self.folder}: expected the chunks of this sweep, got those of another")
+                kept = json.load(file)  # it is whole
+            others = [key for key in about if kept.get(key) != about[key]]
+            if others:
+                raise BadSweep(f"{self.folder}: expected the chunks of this sweep, got those of another: its "
+                               f"{', '.join(others)} differ. Remove that folder, or give its command again")
             return
-        os.makedirs(self.folder, exist_ok=True)
-        with open(name, "w", encoding="utf-8") as file:
-            json.dump(about, file)
+        for path in self.outputs:
+            if os.path.exists(path) and not overwrite:
+                self.forget()
+                raise BadSweep(f"--output: expected a new file, got {path}, which is complete (--overwrite replaces it)")
+        with whole(name) as file:
+            file.write(json.dumps(about).encode())
 
     def _path(self, start):
         return os.path.join(self.folder, f"{start:09d}.npz")
@@ -111,17 +179,19 @@ class Sweep:
 
     def keep(self, start, result):
         states, done, reasons = result
-        partial = self._path(start) + ".partial"
-        with open(partial, "wb") as file:
-            np.savez(file, states=states, done=done, reasons=json.dumps({int(k): text for k, text in reasons.items()}))
-        os.replace(partial, self._path(start))
+        save_npz(self._path(start), states=states, done=done,
+                 reasons=json.dumps({int(k): text for k, text in reasons.items()}))
 
     def chunks(self):
         """start, states, done, reasons of each, in order."""
         for start in self.starts:
-            with np.load(self._path(start)) as kept:
-                reasons = {int(k): text for k, text in json.loads(str(kept["reasons"])).items()}
-                yield start, kept["states"], kept["done"], reasons
+            try:
+                with np.load(self._path(start)) as kept:
+                    reasons = {int(k): text for k, text in json.loads(str(kept["reasons"])).items()}
+                    chunk = start, kept["states"], kept["done"], reasons
+            except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as problem:
+                raise SweepFailed(f"{self._path(start)}: expected a chunk, got a damaged file ({problem}); remove it") from None
+            yield chunk
 
     def forget(self):
         shutil.rmtree(self.folder)
@@ -137,11 +207,24 @@ def run_here(sweep):
 
 def run_there(sweep, address):
     """On the workers of a Dask scheduler, which gives the work of one that dies to others. Yields as run_here()."""
-    from distributed import Client, as_completed  # pylint: disable=import-outside-toplevel
-    with Client(address) as client:
-        starts = {client.submit(run_chunk, *sweep.arguments(start), retries=3): start for start in sweep.missing()}
-        for future, result in as_completed(list(starts), with_results=True):
-            start = starts.pop(future)
-            sweep.keep(start, result)
-            future.release()
-            yield len(result[1])
+    for start, result in results_there(sweep, address):
+        sweep.keep(start, result)
+        yield len(result[1])
+
+
+def results_there(sweep, address):
+    try:
+        from distributed import Client, as_completed  # pylint: disable=import-outside-toplevel
+    except ImportError as missing:
+        raise SweepFailed(f"--scheduler needs Dask (Debian: python3-distributed): {missing}") from missing
+    try:
+        with Client(address) as client:
+            starts = {client.submit(run_chunk, *sweep.arguments(start), retries=3): start for start in sweep.missing()}
+            for future in as_completed(list(starts)):
+                result = future.result()
+                yield starts.pop(future), result
+                future.release()
+    except (asyncio.CancelledError, concurrent.futures.CancelledError, OSError) as problem:  # Dask's own are OSErrors
+        raise SweepFailed(f"the scheduler {address} does not answer") from problem
+    except Exception as problem:  # pylint: disable=broad-except
+        raise SweepFailed(" ".join(f"scheduler {address}: {type(problem).__name__}: {problem}".split())) from problem

@@ -1,0 +1,88 @@
+#include "dynamics/given_state.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "effects/effect_kind.h"
+
+namespace planar_chain {
+
+namespace {
+
+Eigen::VectorXd orElse(const std::optional<Eigen::VectorXd>& given, const std::vector<double>& otherwise) {
+  if (given) return *given;
+  return Eigen::VectorXd::Map(otherwise.data(), static_cast<Eigen::Index>(otherwise.size()));
+}
+
+/// Only a turn that is counted exactly is an angle.
+void checkAngles(const Scene& scene, const Eigen::VectorXd& q, std::vector<Fault>& faults) {
+  for (int i = 0; i < scene.chain.size(); ++i) {
+    const Joint& joint = scene.chain.joints()[index(i)];
+    const double most = largestAngle(joint);
+    if (std::abs(q[i]) <= most) continue;
+    faults.push_back(
+        {"q", "numbers up to " + toText(most) + " rad in the joint " + joint.name, toText(q[i])});
+  }
+}
+
+}  // namespace
+
+bool checkNumbers(const char* path, const Scene& scene, const Eigen::VectorXd& numbers, const char* unit,
+                  std::vector<Fault>& faults) {
+  const int n = scene.chain.size();
+  if (numbers.size() != n) {
+    faults.push_back({path, std::to_string(n) + " numbers, one a joint", std::to_string(numbers.size())});
+    return false;
+  }
+  bool areFinite = true;
+  for (int i = 0; i < n; ++i) {
+    if (std::isfinite(numbers[i])) continue;
+    const std::string joint = " of the joint " + scene.chain.joints()[index(i)].name;
+    faults.push_back({path, std::string("a finite number, in ") + unit + "," + joint, toText(numbers[i])});
+    areFinite = false;
+  }
+  return areFinite;
+}
+
+void checkTime(double t, std::vector<Fault>& faults) {
+  if (!std::isfinite(t)) faults.push_back({"t", "a finite number, in s", toText(t)});
+}
+
+GivenState stateOf(const Scene& scene, double t, const std::optional<Eigen::VectorXd>& q,
+                   const std::optional<Eigen::VectorXd>& qd, std::vector<Fault>& faults) {
+  GivenState state{orElse(q, scene.q), orElse(qd, scene.qd)};
+  checkTime(t, faults);
+  const bool areAngles = checkNumbers("q", scene, state.q, "rad", faults);
+  const bool areRates = checkNumbers("qd", scene, state.qd, "rad/s", faults);
+  if (areAngles) checkAngles(scene, state.q, faults);
+  if (!areAngles || !areRates || !std::isfinite(t)) return state;
+
+  for (const Drive& drive : scene.drives) {
+    const GivenMotion motion = drive.law.at(t);
+    const std::string joint = " of the driven joint " + scene.chain.joints()[index(drive.joint)].name;
+    const auto put = [&](const char* path, bool isGiven, const char* unit, double law, double& own) {
+      if (isGiven && !(std::abs(own - law) <= givenTo)) {
+        faults.push_back(
+            {path, toText(law) + " " + unit + joint + " at t = " + toText(t) + " s", toText(own)});
+      }
+      own = law;
+    };
+    put("q", q.has_value(), "rad", motion.value, state.q[drive.joint]);
+    put("qd", qd.has_value(), "rad/s", motion.rate, state.qd[drive.joint]);
+  }
+  return state;
+}
+
+void requireFewLinks(const Scene& scene) {
+  if (scene.chain.size() <= 1000) return;
+  throw Refused(
+      {{"chain", "at most 1000 links, for the matrices are dense", std::to_string(scene.chain.size())}});
+}
+
+void requireFinite(const char* what, const Eigen::MatrixXd& numbers) {
+  if (numbers.allFinite()) return;
+  throw std::overflow_error(std::string("the ") + what + " are not finite: the numbers are too large");
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,39 @@
+#pragma once
+
+/// A state that a user gives: angles and rates in a scene at a time.
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "planar_chain/fault.h"
+#include "planar_chain/scene.h"
+
+namespace planar_chain {
+
+constexpr double givenTo = 1e-6;  // rad, rad/s: how closely a state must repeat what is given
+
+struct GivenState {
+  Eigen::VectorXd q;   ///< n, rad
+  Eigen::VectorXd qd;  ///< n, rad/s
+};
+
+/// Adds a fault at `path` unless there are n finite numbers. Returns true if there is none.
+bool checkNumbers(const char* path, const Scene& scene, const Eigen::VectorXd& numbers, const char* unit,
+                  std::vector<Fault>& faults);
+
+/// Adds a fault unless t is finite.
+void checkTime(double t, std::vector<Fault>& faults);
+
+/// Returns the state at time t (s). What is not given is as at the start of the scene. Driven joints are
+/// where their laws have them at t. Adds the faults of what is given, at the paths "t", "q" and "qd".
+GivenState stateOf(const Scene& scene, double t, const std::optional<Eigen::VectorXd>& q,
+                   const std::optional<Eigen::VectorXd>& qd, std::vector<Fault>& faults);
+
+/// @throws Refused if the scene has more than 1000 links: its matrices are dense
+void requireFewLinks(const Scene& scene);
+
+/// @throws std::overflow_error unless all numbers are finite. what: such as "accelerations"
+void requireFinite(const char* what, const Eigen::MatrixXd& numbers);
+
+}  // namespace planar_chain

@@ -1,0 +1,80 @@
+#!/usr/bin/python3
+"""The environment to learn on: its episodes, its actions, its motors.
+
+    python_environment_test.py BIN [unittest options]        BIN is not used; PYTHONPATH finds planar_chain
+"""
+import os
+import sys
+import unittest
+
+try:
+    import numpy as np
+except ImportError:
+    print("numpy not found: skipped")
+    sys.exit(77)
+
+import planar_chain
+from planar_chain import Scene, Simulation
+
+SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../config/scenes")
+ROD = {"mass": 1, "inertia": 0, "com": [1, 0], "pin": [1, 0]}
+PENDULUM = {"chain": ["rod"], "links": {"rod": ROD}, "gravity": [0, 0]}
+
+
+def double_pendulum():
+    return Scene.from_file(os.path.join(SCENES, "double_pendulum.yaml"))
+
+
+class Rest(planar_chain.Environment):
+    """The double pendulum, rewarded for rest."""
+
+    def __init__(self):
+        super().__init__(double_pendulum(), {"lower_joint": 2.0}, period=0.1, longest=20)
+
+    def first_state(self, random):
+        return random.normal(size=2), [0, 0]
+
+    def reward(self, q, qd, action):
+        return -abs(qd).sum()
+
+
+class Environments(unittest.TestCase):
+    def episode(self, seed):
+        env = Rest()
+        env.action_space.seed(seed)
+        observations, over = [env.reset(seed=seed)[0]], False
+        while not over:
+            action = env.action_space.sample()
+            self.assertTrue(env.action_space.contains(action))
+            observation, reward, terminated, over, info = env.step(action)
+            self.assertTrue(env.observation_space.contains(observation))
+            np.testing.assert_array_equal(observation, [*np.sin(info["q"]), *np.cos(info["q"]), *info["qd"]])
+            self.assertEqual((reward, terminated), (-abs(info["qd"]).sum(), False))
+            observations.append(observation)
+        self.assertEqual(len(observations), 21)
+        return np.array(observations)
+
+    def test_an_episode_is_repeated_by_its_seed(self):
+        first = self.episode(1)
+        self.assertEqual(self.episode(1).tolist(), first.tolist())
+        self.assertNotEqual(self.episode(2).tolist(), first.tolist())
+
+    def test_an_action_is_held_as_a_torque_of_its_motor(self):
+        env, simulation = Rest(), Simulation(double_pendulum())
+        env.reset(seed=3)
+        simulation.set_state(np.random.default_rng(3).normal(size=2), [0, 0])
+        for k, action in enumerate((0.5, -3), 1):
+            simulation.hold_torques([0, 2 * max(action, -1)])
+            simulation.advance_to(0.1 * k)
+            self.assertEqual(env.step([action])[4]["q"].tolist(), simulation.q.tolist())
+        with self.assertRaises(ValueError):
+            env.step([np.nan])
+
+    def test_an_unknown_motor_is_refused(self):
+        with self.assertRaises(ValueError):
+            planar_chain.Environment(PENDULUM, {"elbow": 1.0})
+
+
+if __name__ == "__main__":
+    sys.argv.pop(1)
+    unittest.main()
