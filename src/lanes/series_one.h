@@ -39,8 +39,8 @@ Four joined(Pair a, Pair b) {
 ///     Σ_{3<j<k−1} ω_j e_{k+1−j}    of z_k, and of z_{k+1} with e_{k+2−j}, are a register
 ///     Σ_{3<j<k−1} ω_j e_{k+3−j}    of z_{k+2}, and of z_{k+3} with e_{k+4−j}, likewise
 ///
-/// The others, with j up to 3 or from k − 1 on, are added one by one. Without this order of things a step
-/// takes half as long again.
+/// The others, with j up to 3 or from k − 1 on, are added one by one. If every order sums its own terms, a
+/// step at 1e-15 takes a third longer.
 class One {
  public:
   One(const SeriesArrays& of, Vec2d ground, double* c)
