@@ -188,6 +188,44 @@ TEST(Series, AreTheSameByEveryKernel) {
   }
 }
 
+TEST(Series, OfAPendulumIsTheTextbooksToEveryOrder) {
+  // ẍ = −sin x, with s = sin x and c = cos x: k s_k = Σ_{0<j≤k} j x_j c_{k−j}, k c_k = −Σ_{0<j≤k} j x_j
+  // s_{k−j} (Hairer, Nørsett, Wanner, section I.8). Each order may be the last: one body's come four at a
+  // time.
+  constexpr int most = 36;
+  std::vector<long double> x{1.3, 0.4}, s{std::sin(x[0])}, c{std::cos(x[0])};
+  for (int k = 1; k < most; ++k) {
+    long double sine = 0, cosine = 0;
+    for (int j = 1; j <= k; ++j) {
+      const long double rate = j * x[static_cast<std::size_t>(j)] / k;
+      sine += rate * c[static_cast<std::size_t>(k - j)];
+      cosine -= rate * s[static_cast<std::size_t>(k - j)];
+    }
+    x.push_back(-s[static_cast<std::size_t>(k - 1)] / (k * (k + 1)));
+    s.push_back(sine);
+    c.push_back(cosine);
+  }
+
+  const Chain rod({{"rod", 1, 1, {1, 0}, {1, 0}}}, {{"joint"}}, {2, 0});
+  for (const simd::Kernel* kernel : simd::kernels()) {
+    for (int last = 1; last < most; ++last) {
+      constexpr double untouched = 7;
+      MotionSeries series(rod, last, kernel);
+      std::vector<double> found(static_cast<std::size_t>(2 * last + 4), untouched);
+      found[0] = 1.3;
+      found[1] = 0.4;
+      series.find(last, {nullptr, nullptr, nullptr, {-2, 0}}, nullptr, found.data());
+      for (std::size_t k = 1; k <= static_cast<std::size_t>(last); ++k) {
+        const auto size = static_cast<double>(std::max(std::abs(x[k - 1]), std::abs(x[k])));
+        EXPECT_NEAR(found[2 * k], static_cast<double>(x[k]), 1e-14 * size)
+            << kernel->name << ", order " << k << " of " << last;
+      }
+      EXPECT_EQ(found[found.size() - 2], untouched);
+      EXPECT_EQ(found.back(), untouched);
+    }
+  }
+}
+
 TEST(Series, OfAChainAllAtRestInEquilibriumIsZero) {
   const Scene scene{Chain({{"rod", 1, 0.1, {0, -0.5}, {0, -1}}, {"bob", 1, 0.1, {0, -0.5}, {0, -1}}},
                           {{"a"}, {"b"}}, {0, -9.81}),

@@ -113,6 +113,7 @@ struct SeriesLink {
 /// Storage of a series. `rows` has, for each order, `width` first factors of the products and as many second
 /// ones. `known` has the part of the products that follows from lower orders. e is exp(i θ_j), n pairs an
 /// order. links: SeriesLinks. With a chain in each lane, every number stands there once a lane.
+/// One body has rows of its own: see series_one.h.
 struct SeriesArrays {
   static constexpr int columns = 6;  ///< products a link
   static constexpr int chunk = 8;    ///< the width of one link and of two, and a divisor of all others
@@ -120,6 +121,7 @@ struct SeriesArrays {
   int n, width;
   double *rows, *known, *bodies, *e;
   const double* links;
+  const double* inverses = nullptr;  ///< of one body: for k = 0, 1 … 1/k in two parts, each of them twice
 };
 
 /// c: row k of 2n numbers is order k of θ and ω. Row 0 and order 0 of e are input. N and F are of order 0,

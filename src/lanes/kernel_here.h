@@ -19,7 +19,7 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           coupledSegments,
           linearKernels<Real>,
           linearKernels<Number>,
-          {seriesOf<One>, seriesOf<Two>, seriesOf<Links<Number>>},
+          {seriesOfOne, seriesOf<Two>, seriesOf<Links<Number>>},
           {sideBySideOf<OneInEachLane>, sideBySideOf<TwoInEachLane>, sideBySideOf<Links<Real>>}};
 }
 

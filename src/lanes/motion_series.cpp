@@ -1,6 +1,7 @@
 #include "lanes/motion_series.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "lanes/kernel.h"
 
@@ -17,10 +18,16 @@ MotionSeries::MotionSeries(const Chain& chain, int orders, const simd::Kernel* k
       factors_(index(2 * width_) * index(orders + 1)),
       known_(index(width_)),
       bodies_(index(n_ * simd::SeriesArrays::bodyNumbers)),
+      inverses_(index(n_ == 1 ? 4 * (orders + 2) : 0)),
       e_(index(n_) * index(orders + 2)) {
   for (const Link& link : chain.links()) {
     const double J = link.inertia + link.mass * dot(link.com, link.com);
     links_.push_back({link.mass, link.inertia, J, link.mass * link.com, link.pin});
+  }
+  for (int k = 1; n_ == 1 && k < orders + 2; ++k) {
+    const double whole = 1.0 / k, rest = std::fma(-k, whole, 1) * whole;
+    std::fill_n(inverses_.data() + 4 * k, 2, whole);
+    std::fill_n(inverses_.data() + 4 * k + 2, 2, rest);
   }
 }
 
@@ -33,8 +40,9 @@ void MotionSeries::find(int order, const Outside& outside, SeriesLoads* loads, d
     Rotation<double>& e = e_[index(j)];
     e = {e.c - carry[j] * e.s, e.s + carry[j] * e.c};
   }
-  run_({n_, width_, factors_.data(), known_.data(), bodies_.data(), &e_.front().c, &links_.front().m}, order,
-       outside, loads, c);
+  run_({n_, width_, factors_.data(), known_.data(), bodies_.data(), &e_.front().c, &links_.front().m,
+        inverses_.data()},
+       order, outside, loads, c);
 }
 
 bool MotionSeries::areWorthwhile(int n) {

@@ -18,7 +18,7 @@
 /// The articulated bodies of articulated.h, computed once a series, solve it in one way in and one way out.
 /// There are six products a link and an order. One link and two have kernels of their own, with one torque
 /// and a closed form: without them auto takes 1.6 and 2.6 times as long at a tolerance of 1e-8. The lanes
-/// of one link take terms of a sum: that saves a quarter of a step at 1e-15.
+/// of one link take orders of a sum: series_one.h says what that saves.
 ///
 /// Source: the rules for products, quotients and exponentials of series, E. Hairer, S. P. Nørsett, G. Wanner,
 /// Solving Ordinary Differential Equations I (1993), section I.8; À. Jorba, M. Zou, A software package for
@@ -75,7 +75,7 @@ class MotionSeries {
   void (*run_)(const simd::SeriesArrays& arrays, int order, const Outside& outside, SeriesLoads* loads,
                double* c);
   int width_;
-  CacheLines factors_, known_, bodies_;
+  CacheLines factors_, known_, bodies_, inverses_;
   std::vector<Rotation<double>> e_;
   std::vector<simd::SeriesLink<double>> links_;
 };
