@@ -115,7 +115,7 @@ class LeftOut(unittest.TestCase):
         bare = said(rod(publish={'tf': False, 'link_states': False}))
         self.assertIn('1 link (link by link, written out for 1) by auto, tolerance 1e-08; '
                       'runs: energy guard, commands that hold until replaced; '
-                      'left out: gravity, springs, dampers, loads, limits', bare)
+                      'left out: gravity, springs, dampers, loads, joint limits', bare)
         self.assertIn('publishes on demand: joint_states at 200 Hz, status at 10 Hz, views at 50 Hz; '
                       'disabled: link_states, tf', bare)
 
@@ -124,7 +124,7 @@ class LeftOut(unittest.TestCase):
                    loads={'turn': {'joint': 'rod_joint', 'torque': 1.0}})
         full['links']['rod']['joint'] = joint
         log = said(full)
-        self.assertIn('runs: gravity, 1 spring, 1 damper, 1 load, 1 limit, energy guard, '
+        self.assertIn('runs: gravity, 1 spring, 1 damper, 1 load, 1 joint limit, energy guard, '
                       'commands that lapse after 0.5 s; left out: nothing', log)
         self.assertIn('publishes on demand: joint_states and link_states at 200 Hz, '
                       'tf at 50 Hz below base_link, status at 20 Hz, views at 50 Hz', log)

@@ -136,7 +136,7 @@ class Vehicle(Watching):
             (dict(base_twist=[Twist()] * 2), 'base_pose: expected one pose and one twist, or neither, got 0 and 2'),
             (nan, 'base_pose[0]: expected a finite number'),
             (high, 'base_twist[0]: expected 0'),
-            (motion((1e308, 0), still, still), 'base_pose: expected finite accelerations'),
+            (motion((1e308, 0), still, still), 'base_pose: expected values up to 1e9 m or rad'),
             (dict(motion((1, 0), still, still), torques=[1.0, 2.0]), 'torques: expected 1 torques'),
         ]
         with Node(rod(base={'x': {'offset': 0.0}})):

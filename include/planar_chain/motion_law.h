@@ -13,6 +13,7 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -73,7 +74,9 @@ class MotionLaw {
   /// The longest step that resolves it, s: a quarter of the period of a sine.
   double longestStep() const;
   bool moves() const;
-  bool isFinite() const;
+  /// True if the energies and forces of the motion are far from overflow: the words of moderate() hold.
+  bool isModerate() const;
+  static std::string moderate(const std::string& unit);
 
   // As it was given: a sine, if there is one piece.
   double amplitude() const { return amplitude_; }

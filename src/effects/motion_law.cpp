@@ -179,10 +179,26 @@ double MotionLaw::longestStep() const {
                                             : std::numeric_limits<double>::infinity();
 }
 
-bool MotionLaw::isFinite() const {
-  return std::all_of(pieces_.begin(), pieces_.end(), [](const Piece& piece) {
-    return std::all_of(piece.c.begin(), piece.c.end(), [](double c) { return std::isfinite(c); });
-  });
+bool MotionLaw::isModerate() const {
+  constexpr double farthest = 1e9, fastest = 1e15;  // m, rad; per s, per s²
+  const auto holds = [&](double value, double rate, double acceleration) {
+    return std::abs(value) <= farthest && std::abs(rate) <= fastest && std::abs(acceleration) <= fastest;
+  };
+  bool isIt = holds(std::abs(amplitude_) + std::abs(pieces_[0].c[0]), amplitude_ * pulsation_,
+                    amplitude_ * pulsation_ * pulsation_);
+  for (std::size_t k = 1; k < pieces_.size(); ++k) {  // elsewhere a piece is not much faster
+    const double start = pieces_[k].start, end = k + 1 < pieces_.size() ? pieces_[k + 1].start : start;
+    for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+      const GivenMotion motion = at(start + share * (end - start), static_cast<int>(k));
+      isIt &= holds(motion.value, motion.rate, motion.acceleration);
+    }
+  }
+  return isIt;
+}
+
+std::string MotionLaw::moderate(const std::string& unit) {
+  return "values up to 1e9 " + unit + ", rates up to 1e15 " + unit + "/s, accelerations up to 1e15 " + unit +
+         "/s²";
 }
 
 bool MotionLaw::moves() const {

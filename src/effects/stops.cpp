@@ -233,7 +233,7 @@ class StopKind : public EffectKind {
     for (const Joint& joint : scene.chain.joints()) {
       limits += std::isfinite(joint.lower) + std::isfinite(joint.upper);
     }
-    words.count(limits, "limit");
+    words.count(limits, "joint limit");
   }
 
  private:

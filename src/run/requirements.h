@@ -17,8 +17,8 @@ inline void require(bool holds, const char* what) {
 inline void requireContinuation(const MotionLaw& law, double t, double value, double rate) {
   const GivenMotion begin = law.at(t);
   require(
-      law.isFinite() && std::abs(begin.value - value) <= givenTo && std::abs(begin.rate - rate) <= givenTo,
-      "a law must be finite, and begin at the present value and rate");
+      law.isModerate() && std::abs(begin.value - value) <= givenTo && std::abs(begin.rate - rate) <= givenTo,
+      "a law must begin at the present value and rate, and must not jump: accelerations up to 1e15 per s²");
 }
 
 }  // namespace planar_chain

@@ -10,29 +10,6 @@
 
 namespace planar_chain {
 
-namespace {
-
-/// True if the energies and forces of a motion are far from overflow.
-bool isModerate(const MotionLaw& law) {
-  constexpr double farthest = 1e9, fastest = 1e15;  // m, rad; per s, s²
-  const auto holds = [&](double value, double rate, double acceleration) {
-    return std::abs(value) <= farthest && std::abs(rate) <= fastest && std::abs(acceleration) <= fastest;
-  };
-  const double a = law.amplitude(), w = 2 * pi * law.frequency();
-  const auto& pieces = law.pieces();
-  bool isIt = holds(std::abs(a) + std::abs(pieces[0].c[0]), a * w, a * w * w);
-  for (std::size_t k = 1; k < pieces.size(); ++k) {  // of cubics, the ends are the fastest but for a factor
-    const int piece = static_cast<int>(k);
-    for (const double t : {pieces[k].start, k + 1 < pieces.size() ? pieces[k + 1].start : pieces[k].start}) {
-      const GivenMotion motion = law.at(t, piece);
-      isIt &= holds(motion.value, motion.rate, motion.acceleration);
-    }
-  }
-  return isIt;
-}
-
-}  // namespace
-
 MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool mayHold) {
   const Value* value = in.find(key);
   if (value && value->text() && *value->text() == "hold" && mayHold) return {};
@@ -42,8 +19,8 @@ MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool may
     return {};
   }
   const auto checked = [&](MotionLaw read) {
-    if (isModerate(read)) return read;
-    in.fault(key, std::string("values up to 1e9 ") + unit + ", rates and accelerations up to 1e15 per s, s²");
+    if (read.isModerate()) return read;
+    in.fault(key, MotionLaw::moderate(unit));
     return MotionLaw();
   };
   const Section law = in.section(key, {"amplitude", "frequency", "phase", "offset", "times", "values"});

@@ -13,8 +13,9 @@ class NoChain(Exception):
 
 
 def read_chain(scene, text=None):
-    """scene: path of a YAML file, or /dev/stdin for text."""
-    run = subprocess.run([str(EQUATIONS), scene, "--chain"], input=text, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    """scene: path of a YAML file or a .urdf, or /dev/stdin for text."""
+    given = ["--urdf", scene] if scene.endswith(".urdf") else [scene]
+    run = subprocess.run([str(EQUATIONS), *given, "--chain"], input=text, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                          universal_newlines=True, check=False)
     if run.returncode != 0:
         raise NoChain(run.stderr.strip())

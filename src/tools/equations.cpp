@@ -206,9 +206,10 @@ int equations(const Arguments& given) {
     if (fault.path[0] != '-') fault.path.insert(0, "--");
   }
   auto& [q, qd] = state;
-  const std::optional<Eigen::VectorXd> qdd = vectorArgument("qdd", given, n, stateFaults);
-  if (given.has("qdd") != given.has("inverse")) {
-    stateFaults.push_back({"--inverse", "both --inverse and --qdd, the accelerations", "one of them"});
+  const std::optional<Eigen::VectorXd> givenQdd = vectorArgument("qdd", given, n, stateFaults);
+  if (givenQdd && !given.has("inverse")) stateFaults.push_back({"--qdd", "--inverse beside it", "nothing"});
+  if (givenQd && given.has("equilibrium")) {
+    stateFaults.push_back({"--qd", "none beside --equilibrium, which is at rest", "rates"});
   }
   if (!stateFaults.empty()) throw Refused(std::move(stateFaults));
   if (given.has("equilibrium")) {
@@ -224,8 +225,9 @@ int equations(const Arguments& given) {
     return done;
   }
   if (given.has("inverse")) {
-    const Eigen::VectorXd tau = inverseDynamics(scene, t, q, qd, *qdd);
-    printInverse(t, q, qd, *qdd, tau, given.has("json"));
+    const Eigen::VectorXd qdd = givenQdd.value_or(Eigen::VectorXd::Zero(q.size()));
+    const Eigen::VectorXd tau = inverseDynamics(scene, t, q, qd, qdd);
+    printInverse(t, q, qd, qdd, tau, given.has("json"));
     requireFinite("torques", tau);
     return done;
   }
@@ -258,8 +260,9 @@ int main(int argc, char** argv) {
         {"linearize",
          "Also A and B of dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of the state", false},
         {"equilibrium", "At rest in the static equilibrium downhill of --q", false},
-        {"inverse", "Only the torques tau that give the accelerations --qdd, beside all that acts", false},
-        {"qdd", "Accelerations, rad/s^2, for --inverse"},
+        {"inverse", "Only the torques tau that give the accelerations --qdd, beside all that acts but drives",
+         false},
+        {"qdd", "Accelerations, rad/s^2, for --inverse (default 0)"},
         {"json", "One JSON object for programs, matrices as arrays of rows", false},
         {"chain",
          "Only the chain, as one JSON object: gravity, q, qd, every link with its joint, loads and base, "

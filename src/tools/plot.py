@@ -26,7 +26,7 @@ DASHES = ["-", "--", "-.", ":"]
 MOST_JOINTS = len(COLOURS)
 ROW_HEIGHT, WIDTH = 1.9, 11.0  # inch
 INSTANTS = 9  # of --strobe
-ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work of loads and commands"}
+ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work of loads, drives, base"}
 ROUNDING = 1e-16  # no axis shows less of an error
 
 
@@ -267,7 +267,7 @@ def main():
     parser.add_argument("--node", help="node, such as /left/planar_chain, if the bag has several")
     parser.add_argument("--output", metavar="OUT", help="a .png, .svg or .pdf (default: FILE.png)")
     parser.add_argument("--wrap", action="store_true", help="draws angles in (-pi, pi]")
-    parser.add_argument("--strobe", metavar="SCENE", help="draws the chain in the plane; SCENE is its YAML file")
+    parser.add_argument("--strobe", metavar="SCENE", help="draws the chain in the plane; SCENE is its YAML file or URDF")
     parser.add_argument("--at", nargs="+", type=float, default=[], metavar="T",
                         help=f"instants of --strobe, s since the first state (default: {INSTANTS} in equal steps)")
     parser.add_argument("--apart", type=float, default=0.0, metavar="D",

@@ -104,7 +104,8 @@ double Commands::sceneTimeOf(ros::Time start) const {
 }
 
 bool Commands::takeOrWarn(const CommandTaken& input) {
-  const std::string refusal = take(input);
+  const std::string& fault = simulation_->fault();
+  const std::string refusal = fault.empty() ? take(input) : fault + "; call ~reset or ~set_state";
   if (refusal.empty()) return true;
   ++rejected_;
   lastRejection_ = refusal;
@@ -305,8 +306,8 @@ Faults Commands::faultsOf(const CommandTaken& step, bool isRecorded) const {
   checkBase(step.base_pose, step.base_twist, *simulation_, faults);
   if (!faults.empty() || step.base_pose.empty()) return faults;
   const auto [x, y, angle] = baseLawsOf(step);
-  if (!(x.isFinite() && y.isFinite() && angle.isFinite())) {
-    faults.push_back({"base_pose", "finite accelerations", "numbers too large"});
+  if (!(x.isModerate() && y.isModerate() && angle.isModerate())) {
+    faults.push_back({"base_pose", MotionLaw::moderate("m or rad"), "a faster motion"});
   }
   return faults;
 }

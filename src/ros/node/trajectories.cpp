@@ -76,7 +76,7 @@ class Course {
   std::string path(std::size_t k) const { return entry(topic_ + "/points", k); }
 
   /// Lets a law go through the i-th values of the points. Call it without faults only.
-  void lead(MotionLaw& law, std::size_t i) const {
+  void lead(MotionLaw& law, std::size_t i, const char* unit) const {
     const double begin = std::max(start_, now_);
     std::vector<MotionPoint> points;
     for (const Point& point : points_) {
@@ -93,8 +93,8 @@ class Course {
                                 toText(now_ - start_) + " s after the start of the trajectory"});
     }
     law = law.then(now_, begin, points);
-    if (law.isFinite()) return;
-    faults_.push_back({topic_ + "/points", "finite rates and accelerations", "numbers too large"});
+    if (law.isModerate()) return;
+    faults_.push_back({topic_ + "/points", MotionLaw::moderate(unit), "a faster motion"});
   }
 
  private:
@@ -176,7 +176,7 @@ std::vector<Drive> lawsOf(const trajectory_msgs::JointTrajectory& message, doubl
     if (!point.accelerations.empty()) check("accelerations", "rad/s²", point.accelerations);
   }
   course.check();
-  for (std::size_t i = 0; i < laws.size() && faults.empty(); ++i) course.lead(laws[i].law, i);
+  for (std::size_t i = 0; i < laws.size() && faults.empty(); ++i) course.lead(laws[i].law, i, "rad");
   return laws;
 }
 
@@ -198,7 +198,7 @@ BaseLaws lawsOf(const trajectory_msgs::MultiDOFJointTrajectory& message, double 
   course.check();
   std::size_t i = 0;
   for (MotionLaw* law : {&laws.x, &laws.y, &laws.angle}) {
-    if (faults.empty()) course.lead(*law, i++);
+    if (faults.empty()) course.lead(*law, i++, law == &laws.angle ? "rad" : "m");
   }
   return laws;
 }
