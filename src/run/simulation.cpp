@@ -115,9 +115,7 @@ struct Simulation::Parts {
   void settle() {
     if (dynamics.hold(state.t, y.data())) takeChain();
   }
-
-  /// y is the state from now on.
-  void takeChain() {
+  void takeChain() {  // y is the state from now on
     dynamics.arrange(y.data(), state.y.data());
     guard.moveTo(state);
   }
