@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "dynamics/dynamics.h"
+#include "dynamics/coupled_dynamics.h"
 #include "known_chains.h"
 #include "ode/methods.h"
 #include "planar_chain/simulation.h"
@@ -273,6 +273,24 @@ TEST(Stop, KeepsTheEnergyBalanceOfWholeChains) {
     }
     EXPECT_GT(dissipated, 0.1) << "some stop must have been hit";
   }
+}
+
+// A rotor makes the joint couple accelerations; f at the contact was known before the stop acted.
+TEST(Stop, ActsAtOnceBesideARotor) {
+  Scene scene = rodWithStop(30, 2);
+  Joint joint = scene.chain.joints()[0];
+  joint.others.emplace_back("rotor_inertia", 0.1);
+  scene.chain = Chain(scene.chain.links(), {joint}, scene.chain.gravity());
+  const auto dynamics = makeDynamics(scene);
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics->size()), f = y;
+  dynamics->enterState(0, y.data());
+  const double depth = 1e-3;
+  y.head(2) << 1 + depth, 2;
+  dynamics->derivative(0.5, y.data(), f.data());
+  EXPECT_EQ(f[1], 0);
+  dynamics->change(0.5, y.data());
+  dynamics->derivative(0.5, y.data(), f.data());
+  EXPECT_NEAR(f[1], -(30 * depth + 2 * 2) / (J + 0.1), 1e-12);
 }
 
 TEST(Stop, WithoutDampingGivesTheWayBack) {

@@ -238,13 +238,13 @@ void CoupledDynamics::enterState(double t, const double* y) {
 }
 
 void CoupledDynamics::change(double t, double* y) {
-  if (effects_.switches() > 1) forget();  // else friction alone, which does so when a joint changes
+  if (effects_.haveUncoupledSwitches()) forget();  // those that couple do so themselves, if they change
   Dynamics::change(t, y);
 }
 
 void CoupledDynamics::reconsider(double t, double* y) {
   forget();
-  if (effects_.switches() > 0) change(t, y);
+  if (effects_.haveSwitches()) change(t, y);
 }
 
 bool CoupledDynamics::hold(double t, double* y) {

@@ -13,7 +13,10 @@ Effects::Effects(const Scene& scene, const Arrangement* lanes, std::unique_ptr<E
     if (std::unique_ptr<Effect> effect = (*kind)->make(scene, lanes)) all_.push_back(std::move(effect));
   }
   for (const auto& effect : all_) {
-    if (Switching* switching = effect->switching()) switching_.push_back(switching);
+    Switching* switching = effect->switching();
+    if (!switching) continue;
+    switching_.push_back(switching);
+    haveUncoupledSwitches_ = haveUncoupledSwitches_ || !effect->couples();
   }
   active_.reserve(all_.size());
   activeInOrder_.reserve(all_.size());

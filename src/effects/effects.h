@@ -46,7 +46,9 @@ class Effects : public ode::Switches {
 
   // ---- ode::Switches ------------------------------------------------------------------------------------
 
-  std::size_t switches() const { return switching_.size(); }
+  bool haveSwitches() const { return !switching_.empty(); }
+  /// True if an effect that does not couple accelerations has some.
+  bool haveUncoupledSwitches() const { return haveUncoupledSwitches_; }
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(const ode::Stretch& of) const override;
   bool mayHide() const override;
@@ -61,7 +63,7 @@ class Effects : public ode::Switches {
   std::vector<Effect*> active_, activeInOrder_, activeInLanes_;
   LoadKind acting_ = LoadKind::nothing;
   int reach_ = 0;
-  bool variesWithTime_ = false;
+  bool variesWithTime_ = false, haveUncoupledSwitches_ = false;
 };
 
 }  // namespace planar_chain

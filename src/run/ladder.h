@@ -76,7 +76,7 @@ inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t
   const simd::PlainKernels plain(scene.integrator.plainKernel);
   const IntegratorSettings settings = settingsOf(scene.integrator, rung);
   auto method = ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, rung, dynamics));
-  if (dynamics.effects().switches() == 0) return method;
+  if (!dynamics.effects().haveSwitches()) return method;
   return ode::landingOnSwitches(std::move(method), dynamics.effects(), dynamics);
 }
 
