@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
+#include "dynamics/coupled_dynamics.h"
 #include "random_scene.h"
 #include "recursion/coupled.h"
 
@@ -63,6 +65,32 @@ TEST(WeldedChain, MovesAsTheRecursionWithHeldJoints) {
         compare(links, seed, share);
       }
     }
+  }
+}
+
+// Every component counts: each is changed alone, at the same time.
+TEST(CoupledDynamics, TakesAStateForTheLastOneOnlyWithinRounding) {
+  constexpr int n = 15;
+  Scene scene = test::randomScene(n, 1);
+  std::vector<Joint> joints = scene.chain.joints();
+  for (Joint& joint : joints) joint.others.emplace_back("friction", 0.1);
+  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  const auto dynamics = makeDynamics(scene);
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics->size()), f = y;
+  for (int j = 0; j < 2 * n; ++j) y[j] = 1 + 0.1 * j;
+  dynamics->enterState(0.5, y.data());
+  const auto evaluationsAt = [&](const Eigen::VectorXd& state) {
+    dynamics->derivative(0.5, y.data(), f.data());
+    const long long before = dynamics->evaluations();
+    dynamics->derivative(0.5, state.data(), f.data());
+    return dynamics->evaluations() - before;
+  };
+  for (int j = 0; j < 2 * n; ++j) {
+    Eigen::VectorXd near = y, apart = y;
+    near[j] *= 1 + std::numeric_limits<double>::epsilon();
+    apart[j] *= 1 + 1e-13;
+    EXPECT_EQ(evaluationsAt(near), 0) << "component " << j;
+    EXPECT_EQ(evaluationsAt(apart), 1) << "component " << j;
   }
 }
 
