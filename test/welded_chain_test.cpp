@@ -73,16 +73,20 @@ TEST(CoupledDynamics, TakesAStateForTheLastOneOnlyWithinRounding) {
   constexpr int n = 15;
   Scene scene = test::randomScene(n, 1);
   std::vector<Joint> joints = scene.chain.joints();
-  for (Joint& joint : joints) joint.others.emplace_back("friction", 0.1);
+  for (Joint& joint : joints) joint.others.emplace_back("friction", 1e3);
   scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
   const auto dynamics = makeDynamics(scene);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics->size()), f = y;
   for (int j = 0; j < 2 * n; ++j) y[j] = 1 + 0.1 * j;
+  y[n + 4] = y[n + 3];  // one joint sticks
   dynamics->enterState(0.5, y.data());
+  double t = 0.5;
   const auto evaluationsAt = [&](const Eigen::VectorXd& state) {
-    dynamics->derivative(0.5, y.data(), f.data());
+    t += 0.1;
+    dynamics->derivative(t, y.data(), f.data());
     const long long before = dynamics->evaluations();
-    dynamics->derivative(0.5, state.data(), f.data());
+    dynamics->effects().due(t, state);
+    dynamics->derivative(t, state.data(), f.data());
     return dynamics->evaluations() - before;
   };
   for (int j = 0; j < 2 * n; ++j) {
