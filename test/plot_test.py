@@ -202,6 +202,14 @@ class Plot(InFolder):
                 pin = pin + turn @ scene["links"][name]["pin"]
             np.testing.assert_allclose([points[-1].real, points[-1].imag], pin, atol=1e-15)
 
+    def test_strobe_reads_a_urdf(self):
+        urdf = self.path("scene.urdf")
+        run = self.run_tool("simulate", SCENE, "--duration", "0.1", "--write-urdf", urdf)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        scene, robot = plot_strobe.Links(SCENE), plot_strobe.Links(urdf)
+        self.assertEqual(robot.joints, scene.joints)
+        np.testing.assert_allclose(robot.com, scene.com, atol=1e-15)
+
     def test_strobe_moves_the_base_as_a_bag_does(self):
         crane, bag, table = os.path.join(SCENES, "crane.yaml"), self.path("crane.bag"), self.path("crane.csv")
         run = self.run_tool("simulate", crane, "--duration", "3", "--bag", bag, "--csv", table)

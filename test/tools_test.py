@@ -405,6 +405,11 @@ class Tools(InFolder):
             self.assert_refused(self.run_tool("equations", f"--q={given}"), "--q: expected 2 finite numbers")
         self.assert_refused(self.run_tool("equations", "--q", "1", "--qd", "1"), "--q:", "--qd:")
         self.assert_refused(self.run_tool("equations", "--t", "later"), "--t:")
+        self.assert_refused(self.run_tool("equations", "--qdd", "1,2"), "--qdd: expected --inverse beside it")
+        self.assert_refused(self.run_tool("equations", "--equilibrium", "--qd", "0,1"), "--qd: expected 0 or none")
+        still, at_rest = (self.run_tool("equations", *more) for more in (("--inverse",), ("--inverse", "--qdd", "0,0")))
+        self.assertEqual((still.returncode, still.stdout), (0, at_rest.stdout))
+        self.assertEqual(self.run_tool("equations", "--equilibrium", "--qd", "0,0").returncode, 0)
 
     def test_text_shows_every_letter(self):
         result = self.run_tool("equations")

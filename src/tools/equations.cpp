@@ -208,8 +208,9 @@ int equations(const Arguments& given) {
   auto& [q, qd] = state;
   const std::optional<Eigen::VectorXd> givenQdd = vectorArgument("qdd", given, n, stateFaults);
   if (givenQdd && !given.has("inverse")) stateFaults.push_back({"--qdd", "--inverse beside it", "nothing"});
-  if (givenQd && given.has("equilibrium")) {
-    stateFaults.push_back({"--qd", "none beside --equilibrium, which is at rest", "rates"});
+  if (givenQd && !givenQd->isZero(0) && given.has("equilibrium")) {
+    stateFaults.push_back(
+        {"--qd", "0 or none beside --equilibrium, which is at rest", quoted(*given.text("qd"))});
   }
   if (!stateFaults.empty()) throw Refused(std::move(stateFaults));
   if (given.has("equilibrium")) {
