@@ -2,11 +2,14 @@
 
 /// What a simulation requires of what it is given.
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "dynamics/given_state.h"
+#include "effects/commands.h"
 #include "planar_chain/motion_law.h"
+#include "planar_chain/scene.h"
 
 namespace planar_chain {
 
@@ -19,6 +22,19 @@ inline void requireContinuation(const MotionLaw& law, double t, double value, do
   require(
       law.isModerate() && std::abs(begin.value - value) <= givenTo && std::abs(begin.rate - rate) <= givenTo,
       "a law must begin at the present value and rate, and must not jump: accelerations up to 1e15 per s²");
+}
+
+inline void requireOf(const Command& command, const Scene& scene, double present, bool isTimed) {
+  const int body = std::max(command.joint, command.link);
+  require(body >= 0 && body < scene.chain.size(), "a command must name a joint or link of the chain");
+  for (const Drive& drive : scene.drives) {
+    require(drive.joint != command.joint, "no torque can be commanded in a driven joint: its angle is given");
+  }
+  require(std::isfinite(command.torque) && isFinite(command.point) && isFinite(command.force) &&
+              std::isfinite(command.moment) && std::isfinite(command.start) &&
+              (isTimed ? std::isfinite(command.stop) : !std::isnan(command.stop)),
+          "a command must be finite");
+  require(command.stop > std::max(command.start, present), "a command must last");
 }
 
 }  // namespace planar_chain

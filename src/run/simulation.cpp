@@ -41,7 +41,8 @@ struct Simulation::Parts {
   double leastPace = leastPaceOf(scene.integrator);
   ode::StepCount countThen;  // when the pace was last measured
   double timeThen = 0;
-  long long rescues = 0;
+  long long rescues = 0, unchecked = 0;  // unchecked: steps since the last check of energy
+  bool switchedSince = false;            // likewise
   EnergyGuard guard{scene, dynamics};
   Turns turns{scene, dynamics.size()};
   VelocityLimits velocities{scene.chain};
@@ -102,6 +103,8 @@ struct Simulation::Parts {
     state.carry.setZero();
     fault.clear();
     guard.begin(state, y.data());
+    unchecked = 0;
+    switchedSince = false;
     climbTo(0);
     rescueLength = 1;
     dynamics.enter(state.t);
@@ -117,7 +120,7 @@ struct Simulation::Parts {
   }
   void takeChain() {  // y is the state from now on
     dynamics.arrange(y.data(), state.y.data());
-    guard.moveTo(state);
+    if (unchecked == 0) guard.moveTo(state);
   }
 
   /// Something else acts from now on.
@@ -138,19 +141,9 @@ struct Simulation::Parts {
   /// Gives a command from `start` on: held to the time `last`, or timed, for `last` seconds.
   bool give(Command command, double start, double last, bool isTimed) {
     require(commands != nullptr, "this simulation was built without room for commands");
-    const int body = std::max(command.joint, command.link);
-    require(body >= 0 && body < n, "a command must name a joint or link of the chain");
-    for (const Drive& drive : scene.drives) {
-      require(drive.joint != command.joint,
-              "no torque can be commanded in a driven joint: its angle is given");
-    }
     command.start = start == now ? state.t : start;
     command.stop = isTimed ? command.start + last : last;
-    require(std::isfinite(command.torque) && isFinite(command.point) && isFinite(command.force) &&
-                std::isfinite(command.moment) && std::isfinite(command.start) &&
-                (isTimed ? std::isfinite(last) : !std::isnan(last)),
-            "a command must be finite");
-    require(command.stop > std::max(command.start, state.t), "a command must last");
+    requireOf(command, scene, state.t, isTimed);
     const bool taken = isTimed ? commands->add(command, state.t) : commands->hold(command, state.t);
     if (taken && command.start <= state.t) actsOtherwise = true;
     return taken;
@@ -163,32 +156,47 @@ struct Simulation::Parts {
     const ode::Outcome outcome =
         integrator().integrate(state, end, dynamics.effects().longestStep(), EnergyCheck::period);
     restore();
-    const long long steps = integrator().count().accepted - before;
-    if (ode::hasFailed(outcome) || !guard.accept(state, y.data(), steps)) {
-      state = guard.lastGood();
-      restore();
-      if (rung + 1 == rungs) return fail(outcome);
-      dynamics.reconsider(state.t, y.data());  // what is known of these times is of other states
-      return rescueBy(rung + 1);
+    unchecked += integrator().count().accepted - before;
+    const bool hasSwitched = outcome == ode::Outcome::switched;
+    const bool isDue = !hasSwitched || unchecked >= EnergyCheck::period || state.t >= end;
+    if (ode::hasFailed(outcome) || (isDue && !guard.accept(state, y.data(), unchecked)))
+      return goBack(outcome);
+    if (isDue) {
+      unchecked = 0;
+      switchedSince = false;
+      if (turns.takeMore(dynamics, state, y)) guard.moveTo(state);
     }
-    if (turns.takeMore(dynamics, state, y)) guard.moveTo(state);
 
-    if (outcome == ode::Outcome::switched) {
+    if (hasSwitched) {
       dynamics.change(state.t, y.data());
       takeChain();
       integrator().passSwitch();
+      switchedSince = true;
     }
     if (state.t >= dynamics.effects().until()) {
       actAnew();
     } else {
       settle();
     }
-    if (rung > 0 && ++goodChecks >= rescueLength) {
+    if (rung > 0 && unchecked == 0 && ++goodChecks >= rescueLength) {
       climbTo(0);
       integrator().begin();
     } else if (isStuck()) {
       rescueBy(rungs - 1);
     }
+  }
+
+  /// To the last good state, and on by the next rung of the ladder, if there is one.
+  void goBack(ode::Outcome outcome) {
+    state = guard.lastGood();
+    restore();
+    unchecked = 0;
+    if (std::exchange(switchedSince, false)) dynamics.enterState(state.t, y.data());
+    if (rung + 1 == rungs) {
+      return describeFailure(fault, scene.integrator.method, state.t, outcome, guard.gap());
+    }
+    dynamics.reconsider(state.t, y.data());  // what is known of these times is of other states
+    rescueBy(rung + 1);
   }
 
   void rescueBy(std::size_t next) {
@@ -217,10 +225,6 @@ struct Simulation::Parts {
     dynamics.hold(state.t, q.data(), qd.data());
     turns.addTo(q);
   }
-
-  void fail(ode::Outcome outcome) {
-    describeFailure(fault, scene.integrator.method, state.t, outcome, guard.gap());
-  }
 };
 
 Simulation::Simulation(const Scene& scene, int commandCapacity)
@@ -243,9 +247,9 @@ bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
   if (!p.fault.empty()) return false;
   p.settled();
   bool isWanted = true;
-  while (p.state.t < t && p.fault.empty() && isWanted) {
+  while (p.state.t < t && p.fault.empty() && (isWanted || p.unchecked > 0)) {
     p.advance(t);
-    isWanted = !keepGoing || keepGoing();
+    isWanted = isWanted && (!keepGoing || keepGoing());
   }
   p.readRelative();
   p.velocities.update(p.qd);
@@ -264,14 +268,14 @@ const std::vector<double>& Simulation::qd() const {
 const std::string& Simulation::fault() const {
   return parts_->fault;
 }
+const Scene& Simulation::scene() const {
+  return scene_;
+}
 std::string Simulation::method() const {
   return parts_->integrator().name();
 }
 std::string Simulation::recursion() const {
   return parts_->dynamics.recursion();
-}
-const Scene& Simulation::scene() const {
-  return scene_;
 }
 
 Statistics Simulation::statistics() const {
@@ -292,13 +296,9 @@ Energy Simulation::energy() const {
 }
 
 EnergyBalance Simulation::energyBalance() const {
-  EnergyBalance balance;
-  balance.now = energy();
+  const Energy present = energy();
   const Eigen::Vector2d works = parts_->guard.worksOf(parts_->y.data());
-  balance.supplied = works[0];
-  balance.dissipated = works[1];
-  balance.residual = balance.now.total() - parts_->energyAtStart - balance.supplied + balance.dissipated;
-  return balance;
+  return {present, works[0], works[1], present.total() - parts_->energyAtStart - works[0] + works[1]};
 }
 
 void Simulation::accelerations(double* qdd) {
