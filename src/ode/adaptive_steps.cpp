@@ -26,8 +26,8 @@ namespace {
 class FastestSteps : public Integrator {
  public:
   FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance,
-               std::shared_ptr<LocalStiffness> stiffness)
-      : isFine_(tolerance.isFine()), stiffness_(std::move(stiffness)) {
+               std::shared_ptr<LocalStiffness> stiffness, bool jumpsOften)
+      : isFine_(tolerance.isFine()), judged_(jumpsOften ? 12 : 3), stiffness_(std::move(stiffness)) {
     for (auto& stepper : steppers) methods_.emplace_back(std::move(stepper), tolerance, stiffness_);
   }
 
@@ -37,7 +37,7 @@ class FastestSteps : public Integrator {
     if (!started_) start(state, end);
     for (;;) {
       // Start or judge a trial.
-      if (onTrial_ && (run_.steps >= judged || run_.cost > trialCostLeft_ || isHopeless())) {
+      if (onTrial_ && (run_.steps >= judged_ || run_.cost > trialCostLeft_ || isHopeless())) {
         judgeTrial();
       } else if (!onTrial_ && run_.steps >= patience_) {
         startTrial();
@@ -101,7 +101,6 @@ class FastestSteps : public Integrator {
   static constexpr int leastPatience = 25;  // steps between trials; doubled when the incumbent wins,
   static constexpr int fewerTrials = 4;     // or multiplied by this when it wins clearly
   static constexpr int mostPatience = 1600;
-  static constexpr int judged = 3;                // steps of a trial before each decision
   static constexpr double clearly = 1.15;         // the challenger's speed over the incumbent's to win
   static constexpr double hopeful = 1.3;          // its speed over its last one to go on
   static constexpr double hopeless = 0.7;         // an explicit challenger with less than this loses
@@ -151,7 +150,7 @@ class FastestSteps : public Integrator {
     // An explicit incumbent far from its limit is not limited by stiffness.
     if (isExplicit(inUse_) && incumbentStep_ < nearTheLimit * steadyStep(methods_[inUse_])) return false;
     const bool isUncertain = k == inUse_ || isExplicit(inUse_) || !isFine_;
-    return !isUncertain || onTrials_ + judged * method.cost() <= trialBudget * onIncumbents_;
+    return !isUncertain || onTrials_ + judged_ * method.cost() <= trialBudget * onIncumbents_;
   }
 
   void startTrial() {
@@ -218,6 +217,7 @@ class FastestSteps : public Integrator {
   }
 
   const bool isFine_;  ///< of the tolerance: radau13 is often faster than rodas5p
+  const int judged_;   ///< steps of a trial before each decision; many, where switches end them at random
   std::shared_ptr<LocalStiffness> stiffness_;
   std::deque<AdaptiveSteps> methods_;
   std::size_t inUse_ = 0, challenger_ = 0;
@@ -240,8 +240,8 @@ std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tole
 }
 
 std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance,
-                                         std::shared_ptr<LocalStiffness> stiffness) {
-  return std::make_unique<FastestSteps>(std::move(steppers), tolerance, std::move(stiffness));
+                                         std::shared_ptr<LocalStiffness> stiffness, bool jumpsOften) {
+  return std::make_unique<FastestSteps>(std::move(steppers), tolerance, std::move(stiffness), jumpsOften);
 }
 
 }  // namespace planar_chain::ode

@@ -41,7 +41,9 @@ class AdaptiveSteps : public Integrator {
     return errorNorm(y, h, error) <= 1;
   }
   void restartAfter(Change change) override {
+    const double lastLog = lastLog_;
     resume(change == Change::bend ? h_ : 0);
+    if (change == Change::bend) lastLog_ = lastLog;
     jumps_ = 0;
     if (change > Change::jump) stiffness_->forget();
   }

@@ -32,7 +32,7 @@ void Course::begin(const State& from) {
 
 void Course::take(const State& from, const State& to) {
   start_.isKnown = start_.isKnown && start_.state.t == from.t;
-  start_.state = from;
+  if (!start_.isKnown) start_.state = from;
   end_.state = to;
   end_.isKnown = isBent_ = false;
   h_ = to.t - from.t;
@@ -112,6 +112,9 @@ void Course::land(double t, State& state) const {
   const bool isNearEnd = t > middle();
   state = isNearEnd ? end_.state : start_.state;
   const double way = t - state.t;
+  const auto next = at(t).head(2 * n_);
+  state.carry.head(2 * n_) = (start_.state.y.head(2 * n_) - next) + increment_;
+  state.y.head(2 * n_) = next;
   if (const Eigen::Index works = at_.size() - 2 * n_; works > 0 && f_.hasIntegrands()) {
     const double apart = std::sqrt(0.6);
     const std::pair<double, double> nodes[] = {{1 - apart, 5. / 18}, {1, 8. / 18}, {1 + apart, 5. / 18}};
@@ -121,9 +124,6 @@ void Course::land(double t, State& state) const {
       state.y.tail(works) += way * weight * rates_.head(works);
     }
   }
-  const auto next = at(t).head(2 * n_);
-  state.carry.head(2 * n_) = (start_.state.y.head(2 * n_) - next) + increment_;
-  state.y.head(2 * n_) = next;
   state.t = t;
 }
 

@@ -110,7 +110,7 @@ class LandingOnSwitches : public Integrator {
   Outcome advance(State& state, double end, double longestStep) override {
     before_ = state;
     if (guessed_) course_.begin(before_);  // the step needs it, too
-    const Outcome outcome = steps_->advance(state, end, std::min(longestStep, 2 * usual_));
+    const Outcome outcome = steps_->advance(state, end, std::min(longestStep, 3 * usual_));
     if (hasFailed(outcome)) return outcome;
     from_.t = before_.t;
     f_.restore(before_.y.data(), from_.y.data());

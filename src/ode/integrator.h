@@ -115,8 +115,8 @@ std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tole
                                           std::shared_ptr<LocalStiffness> stiffness);
 
 /// Uses the fastest of several adaptive methods, by trials during the run. The first method must have no
-/// limit of stability, another one must have one. Allocates.
+/// limit of stability, another one must have one. jumpsOften: as in SeriesSystem. Allocates.
 std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance,
-                                         std::shared_ptr<LocalStiffness> stiffness);
+                                         std::shared_ptr<LocalStiffness> stiffness, bool jumpsOften);
 
 }  // namespace planar_chain::ode

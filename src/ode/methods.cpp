@@ -59,7 +59,7 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
   if (f.jumpsOften()) names.push_back("dopri5");
   std::vector<std::unique_ptr<Stepper>> steppers;
   for (const char* each : names) steppers.push_back(makeStepper(each, f, tolerance, stiffness));
-  return fastestSteps(std::move(steppers), tolerance, stiffness);
+  return fastestSteps(std::move(steppers), tolerance, stiffness, f.jumpsOften());
 }
 
 }  // namespace planar_chain::ode
