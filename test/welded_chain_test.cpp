@@ -44,7 +44,7 @@ void compare(int links, unsigned seed, double share) {
   WeldedChain welded(scene.chain);
   welded.weld(couplings);
   welded.accelerations(theta.data(), omega.data(), N.data(), alpha.data());
-  welded.moments(omega.data(), N.data(), moments.data());
+  welded.moments(N.data(), moments.data());
 
   const auto largest = [](const std::vector<double>& of) {
     double most = 1;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace planar_chain {
@@ -26,6 +27,10 @@ CoupledDynamics::Evaluation::Evaluation(int n) {
   e.resize(index(ShortChain::roomFor(n)));
   for (auto* numbers : {&N, &alpha, &moments}) numbers->resize(index(n));
   for (auto* vectors : {&F, &pinVelocity}) vectors->resize(index(n));
+}
+
+[[gnu::noinline]] bool CoupledDynamics::Evaluation::isAt(const double* state) const {
+  return std::memcmp(state, y.data(), y.size() * sizeof *state) == 0;
 }
 
 CoupledDynamics::CoupledDynamics(const Scene& scene, std::unique_ptr<Effect> more)
@@ -97,7 +102,7 @@ void CoupledDynamics::collect(double t, int order, Couplings& to) const {
 }
 
 void CoupledDynamics::run(double t, const double* y, Known wanted, Evaluation& to) {
-  const bool isSame = to.known != Known::nothing && t == to.t && std::equal(to.y.begin(), to.y.end(), y);
+  const bool isSame = to.known != Known::nothing && t == to.t && to.isAt(y);
   if (isSame && to.known >= wanted) return;
   if (!isSame) {
     ++evaluations_;
@@ -125,11 +130,18 @@ void CoupledDynamics::runWelded(Known wanted, Evaluation& to) {
   }
   const double *theta = to.y.data(), *omega = theta + n_;
   if (to.known == Known::nothing) {
-    applyEffects(to);
-    welded_->accelerations(theta, omega, to.N.data(), to.alpha.data());
+    const double* N = to.hasConstantMoments ? nullptr : to.N.data();
+    if (N) {
+      applyEffects(to);
+    } else {
+      to.powers = {};
+      for (Effect* effect : effects_.active()) to.powers += effect->apply(to.state(), {});
+    }
+    welded_->accelerations(theta, omega, N, to.alpha.data());
+    to.hasConstantMoments = effects_.haveConstantMoments();
   }
   if (wanted < Known::moments) return;
-  welded_->moments(omega, to.N.data(), to.moments.data());
+  welded_->moments(to.N.data(), to.moments.data());
 }
 
 /// Takes what couples at to.t. Effects that do not vary with time couple the same until forget().

@@ -94,6 +94,7 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   /// and `moments`.
   struct Evaluation {
     explicit Evaluation(int n);
+    bool isAt(const double* state) const;
     ChainState state() const {
       return {t, y.data(), y.data() + N.size(), e.data(), pinVelocity.data(), base.rate};
     }
@@ -102,6 +103,7 @@ class CoupledDynamics : public Dynamics, private Mechanics {
     const double* slopes() const { return slopesOnBase.empty() ? alpha.data() : slopesOnBase.data(); }
 
     Known known = Known::nothing;
+    bool hasConstantMoments = false;  ///< N is that of effects with constant moments
     double t = 0;
     std::vector<double> y;  ///< angles and rates
     bool hasCouplings = false;
@@ -116,11 +118,14 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   };
 
   JointAnswer answer(double t, const double* y) override;
-  void forget() override {
+  void forget(bool holds) override {
     now_.known = Known::nothing;
+    now_.hasConstantMoments = false;
+    if (!holds) return;
     now_.hasCouplings = aside_.hasCouplings = false;
     isWelded_ = false;
   }
+  void forget() { forget(true); }
   BaseState baseAt(double t) const;
   void collect(double t, int order, Couplings& to) const;
   void takeCouplings(Evaluation& to);

@@ -1,6 +1,7 @@
 #include "dynamics/welded_chain.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "lanes/kernel.h"
 
@@ -12,14 +13,16 @@ WeldedChain::WeldedChain(const Chain& chain) : chain_(chain), kernel_(simd::kern
   welded_.reserve(n);
   first_.reserve(n + 1);
   placeOf_.resize(n);
+  placeOfLink_.resize(n);
   sticks_.resize(n);
   stuck_.resize(n);
-  moved_.resize(n);
+  several_.reserve(n);
   turns_.resize(n);
   angles_.resize(n);
   links_.resize(places * simd::SegmentArrays::linkQuantities);
   handles_.resize(places * simd::SegmentArrays::handleQuantities);
-  for (auto* numbers : {&theta_, &omega_, &N_, &alpha_}) numbers->resize(places);
+  for (auto* numbers : {&theta_, &omega_, &N_, &alpha_}) numbers->resize(places + 1);
+  pins_.resize(places * simd::SegmentArrays::pinQuantities);
   e_.resize(2 * places);
 }
 
@@ -32,6 +35,7 @@ void WeldedChain::weld(const Couplings& at) {
   // The pins of the bodies, outwards.
   welded_.clear();
   first_.clear();
+  several_.clear();
   groundPin_ = {};
   Vec2d* pin = &groundPin_;
   Rotation<double> e;
@@ -92,10 +96,19 @@ void WeldedChain::arrange() {
   const std::size_t lanes = index(kernel_.lanes), count = welded_.size(), steps = (count + lanes - 1) / lanes;
   steps_ = static_cast<int>(steps);
   std::size_t body = 0;
+  const int ground = static_cast<int>(alpha_.size()) - 1;
+  std::fill_n(placeOfLink_.begin(), first_.front(), ground);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (first_[k + 1] > first_[k] + 1) several_.push_back(k);
+  }
+  alpha_[index(ground)] = 0;
   for (std::size_t lane = 0; lane < lanes; ++lane) {
     for (std::size_t step = 0; step < steps; ++step, ++body) {
       const auto& [m, I, r, p] = body < count ? welded_[body] : Body<double>{0, 1, {}, {}};
-      if (body < count) placeOf_[body] = step * lanes + lane;
+      if (body < count) {
+        placeOf_[body] = static_cast<int>(step * lanes + lane);
+        for (std::size_t j = first_[body]; j < first_[body + 1]; ++j) placeOfLink_[j] = placeOf_[body];
+      }
       double* to = links_.data() + step * lanes * simd::SegmentArrays::linkQuantities + lane;
       for (const double number : {m, I, r.x, r.y, p.x, p.y}) {
         *to = number;
@@ -108,66 +121,51 @@ void WeldedChain::arrange() {
 
 void WeldedChain::accelerations(const double* theta, const double* omega, const double* N, double* alpha) {
   for (std::size_t body = 0; body < welded_.size(); ++body) {
-    const std::size_t place = placeOf_[body], first = first_[body];
+    const std::size_t place = index(placeOf_[body]), first = first_[body];
     theta_[place] = theta[first];
     omega_[place] = omega[first];
-    double sum = N[first];
-    for (std::size_t j = first + 1; j < first_[body + 1]; ++j) sum += N[j];
-    N_[place] = sum;
+  }
+  for (std::size_t body = 0; N && body < welded_.size(); ++body) {
+    const auto sum = std::accumulate(N + first_[body] + 1, N + first_[body + 1], N[first_[body]]);
+    N_[index(placeOf_[body])] = sum;
   }
   if (steps_ > 0) {
     kernel_.rotations(theta_.data(), e_.data(), steps_ * kernel_.lanes);
     kernel_.segments({steps_, links_.data(), handles_.data()}, e_.data(), omega_.data(), N_.data(), nullptr,
                      -1.0 * chain_.gravity(), alpha_.data());
   }
-  std::fill_n(alpha, first_.front(), 0.0);  // on the ground
-  for (std::size_t body = 0; body < welded_.size(); ++body) {
-    const double own = alpha_[placeOf_[body]];
-    for (std::size_t j = first_[body]; j < first_[body + 1]; ++j) alpha[j] = own;
-  }
+  for (std::size_t j = 0; j < placeOfLink_.size(); ++j) alpha[j] = alpha_[index(placeOfLink_[j])];
 }
 
-/// exp(i θ) of a body of the welded chain.
-inline Rotation<double> WeldedChain::rotationOf(std::size_t body) const {
-  const double* e = e_.data() + 2 * placeOf_[body];
-  return {e[0], e[1]};
-}
-
-void WeldedChain::moments(const double* omega, const double* N, double* mu) {
-  // The accelerations of the inner pins, and the forces, outwards.
+void WeldedChain::moments(const double* N, double* mu) {
+  std::fill_n(mu, bodies_.size(), 0.0);
   const Vec2d ground = -1.0 * chain_.gravity();
-  Vec2d a = ground;
-  for (std::size_t body = 0; body < welded_.size(); ++body) {
-    const auto& [m, I, r, p] = welded_[body];
-    const double alpha = alpha_[placeOf_[body]], rate = omega[first_[body]], ww = rate * rate;
-    const Rotation<double> e = rotationOf(body), turning{-ww * e.c - alpha * e.s, alpha * e.c - ww * e.s};
-    moved_[body] = {a, m * (a + turning * r)};
-    a += turning * p;
+  Vec2d onFirst;
+  if (steps_ > 0) {
+    onFirst = kernel_.pins({steps_, links_.data(), handles_.data()}, e_.data(), omega_.data(), alpha_.data(),
+                           ground, pins_.data());
   }
+  const std::size_t lanes = index(kernel_.lanes);
+  for (const std::size_t body : several_) {
+    const std::size_t place = index(placeOf_[body]), lane = place % lanes;
+    const double* pin = pins_.data() + (place - lane) * simd::SegmentArrays::pinQuantities + lane;
+    const Rotation<double> back{e_[2 * place], -e_[2 * place + 1]};
+    const Vec2d a{pin[0], pin[lanes]}, F{pin[2 * lanes], pin[3 * lanes]};
+    writeMoments(first_[body] + 1, first_[body + 1], back * a, back * F, alpha_[place],
+                 omega_[place] * omega_[place], N, mu);
+  }
+  writeMoments(0, first_.front(), ground, onFirst, 0, 0, N, mu);
+}
 
-  // The moments, inwards.
-  Vec2d outer;
-  const auto writeMoments = [&](std::size_t from, std::size_t to, Rotation<double> back, Vec2d pin,
-                                double alpha, double ww) {
-    const Vec2d acceleration = back * pin, force = back * outer;
-    double sum = 0;
-    for (std::size_t j = to; j-- > from;) {
-      const auto& [x, S, D, K, L] = stuck_[j];
-      sum += N[j];
-      mu[j] = cross(S, acceleration) + alpha * K - ww * L + cross(D, force) - sum;
-    }
-  };
-  for (std::size_t body = welded_.size(); body-- > 0;) {
-    const std::size_t first = first_[body], end = first_[body + 1];
-    if (end > first + 1) {
-      const Rotation<double> e = rotationOf(body);
-      writeMoments(first + 1, end, {e.c, -e.s}, moved_[body].a, alpha_[placeOf_[body]],
-                   omega[first] * omega[first]);
-    }
-    mu[first] = 0;
-    outer += moved_[body].force;
+/// Of the joints of a body, inwards.
+inline void WeldedChain::writeMoments(std::size_t from, std::size_t to, Vec2d a, Vec2d F, double alpha,
+                                      double ww, const double* N, double* mu) const {
+  double sum = 0;
+  for (std::size_t j = to; j-- > from;) {
+    const auto& [x, S, D, K, L] = stuck_[j];
+    sum += N[j];
+    mu[j] = cross(S, a) + alpha * K - ww * L + cross(D, F) - sum;
   }
-  writeMoments(0, first_.front(), {}, ground, 0, 0);
 }
 
 }  // namespace planar_chain

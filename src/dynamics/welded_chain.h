@@ -39,38 +39,36 @@ class WeldedChain {
   std::string name() const;
   /// Takes the joints that stick from now on, and their angles.
   void weld(const Couplings& at);
-  /// Writes α of all bodies.
+  /// Writes α of all bodies. N: nullptr: the same as last time since weld().
   void accelerations(const double* theta, const double* omega, const double* N, double* alpha);
   /// Writes μ of all joints, at the state of the last accelerations().
-  void moments(const double* omega, const double* N, double* mu);
+  void moments(const double* N, double* mu);
 
  private:
   void sumStuck();
-  Rotation<double> rotationOf(std::size_t body) const;
   void arrange();
+  void writeMoments(std::size_t from, std::size_t to, Vec2d a, Vec2d F, double alpha, double ww,
+                    const double* N, double* mu) const;
 
   const Chain& chain_;
   const simd::Kernel& kernel_;
-  int steps_ = 0;                        ///< of the segments
-  std::vector<Body<double>> bodies_;     ///< of the links,
-  std::vector<Body<double>> welded_;     ///< and of the welded chain,
-  Vec2d groundPin_;                      ///< and the outer pin of what sticks to the ground
-  std::vector<std::size_t> first_;       ///< the first link of each, and their end
-  std::vector<std::size_t> placeOf_;     ///< of each in lane order
-  std::vector<char> sticks_;             ///< the joints, true or false
-  std::vector<double> angles_;           ///< of the joints when they stuck last, from body to body,
+  int steps_ = 0;                     ///< of the segments
+  std::vector<Body<double>> bodies_;  ///< of the links,
+  std::vector<Body<double>> welded_;  ///< and of the welded chain,
+  Vec2d groundPin_;                   ///< and the outer pin of what sticks to the ground
+  std::vector<std::size_t> first_;    ///< the first link of each, and their end
+  std::vector<int> placeOf_;          ///< of each in lane order,
+  std::vector<int> placeOfLink_;      ///< and of the body that has each link; that of the ground is the last
+  std::vector<char> sticks_;          ///< the joints, true or false
+  std::vector<double> angles_;        ///< of the joints when they stuck last, from body to body,
   std::vector<Rotation<double>> turns_;  ///< and their rotations
   struct Stuck {
     Vec2d x{}, S{}, D{};
     double K = 0, L = 0;
   };
-  std::vector<Stuck> stuck_;  ///< of the links that stick to the one before
-  struct Moved {
-    Vec2d a;      ///< of the inner pin
-    Vec2d force;  ///< m times the acceleration of the centre of mass
-  };
-  std::vector<Moved> moved_;  ///< the bodies of the welded chain
-  CacheLines links_, handles_, theta_, omega_, N_, alpha_, e_;
+  std::vector<Stuck> stuck_;          ///< of the links that stick to the one before
+  std::vector<std::size_t> several_;  ///< the bodies of several links
+  CacheLines links_, handles_, pins_, theta_, omega_, N_, alpha_, e_;
 };
 
 }  // namespace planar_chain

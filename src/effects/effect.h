@@ -61,8 +61,8 @@ class Mechanics {
  public:
   /// Valid until the next one. The next evaluation of f at the same state is free.
   virtual JointAnswer answer(double t, const double* y) = 0;
-  /// Call it when a joint sticks or slides from now on.
-  virtual void forget() = 0;
+  /// Call it when a joint slides otherwise from now on. holds: or when joints stick or break loose.
+  virtual void forget(bool holds) = 0;
   /// Puts held joints where they are at t, exactly.
   virtual bool hold(double t, double* y) = 0;
 
@@ -72,8 +72,8 @@ class Mechanics {
 
 /// The sums to which an effect adds its moments and forces, n each.
 struct Actions {
-  double* N;  ///< moments about the inner pins, N m
-  Vec2d* F;   ///< forces, N; nullptr if no effect has any
+  double* N = nullptr;  ///< moments about the inner pins, N m
+  Vec2d* F = nullptr;   ///< forces, N; nullptr if no effect has any
 };
 
 /// A change of a state: of the angles, the rates, and the first reach() pin velocities.
@@ -128,6 +128,9 @@ class Effect {
   virtual int reach() const { return 0; }
   /// Adds the moments and forces at a state. Returns the powers.
   virtual Powers apply(const ChainState& at, const Actions& to) = 0;
+  /// True if its moments are the same in every state, until a switch or enter(), and it has no forces.
+  /// apply() with N = nullptr then returns the powers alone.
+  virtual bool hasConstantMoments() const { return false; }
   /// Adds the torque in each joint, N m, + on the joint's own link.
   virtual void addTorques(const ChainState& at, double* tau) = 0;
 

@@ -68,10 +68,12 @@ void Effects::listActive() {
   acting_ = LoadKind::nothing;
   reach_ = 0;
   variesWithTime_ = false;
+  momentsAreConstant_ = true;
   for (const auto& effect : all_) {
     variesWithTime_ = variesWithTime_ || effect->variesWithTime();
     if (effect->acting() == LoadKind::nothing) continue;
     active_.push_back(effect.get());
+    momentsAreConstant_ = momentsAreConstant_ && effect->hasConstantMoments();
     (effect->worksInLanes() ? activeInLanes_ : activeInOrder_).push_back(effect.get());
     acting_ = std::max(acting_, effect->acting());
     reach_ = std::max(reach_, effect->reach());

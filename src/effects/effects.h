@@ -36,6 +36,8 @@ class Effects : public ode::Switches {
   LoadKind acting() const { return acting_; }
   int reach() const { return reach_; }
   bool varyWithTime() const { return variesWithTime_; }
+  /// True if all that act have constant moments and no forces.
+  bool haveConstantMoments() const { return momentsAreConstant_; }
   double until() const { return least(&Effect::until); }
   double longestStep() const { return least(&Effect::longestStep); }
 
@@ -63,7 +65,7 @@ class Effects : public ode::Switches {
   std::vector<Effect*> active_, activeInOrder_, activeInLanes_;
   LoadKind acting_ = LoadKind::nothing;
   int reach_ = 0;
-  bool variesWithTime_ = false, haveUncoupledSwitches_ = false;
+  bool variesWithTime_ = false, momentsAreConstant_ = true, haveUncoupledSwitches_ = false;
 };
 
 }  // namespace planar_chain

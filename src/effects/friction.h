@@ -18,7 +18,9 @@
 /// Math. 42 (1982) 281–296; K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem,
 /// Opsearch 11 (1974) 123–130.
 
+#include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -35,6 +37,7 @@ class Friction : public Effect, public Switching {
   LoadKind mostActing() const override { return LoadKind::moments; }
   LoadKind acting() const override { return LoadKind::moments; }
   Powers apply(const ChainState& at, const Actions& to) override;
+  bool hasConstantMoments() const override { return true; }
   void addTorques(const ChainState& at, double* tau) override;
   Powers powersAlong(const ChainState& at, const StateChange& along) override;
   bool couples() const override { return true; }
@@ -51,44 +54,68 @@ class Friction : public Effect, public Switching {
   std::optional<double> crossing(const ode::Stretch& of) const override;
 
  private:
-  struct Rub {
-    int joint;
-    double sliding, breakaway;  ///< torques, N m
-    int direction = 0;          ///< of q̇; 0: stuck
-    bool mayStick = false;      ///< at rest in the present decision
-    double angle = 0;           ///< of a stuck joint, from body to body
+  using Numbers = Eigen::ArrayXd;
 
-    /// How much the change is due: of a sliding joint by q̇, of a stuck one by μ.
-    double slideDue(const double* omega) const;
-    double stickDue(double mu) const;
-    double due(const double* omega, const double* moments) const {
-      return direction != 0 ? slideDue(omega) : stickDue(moments[joint]);
-    }
-  };
-
-  /// The moments in the joints at t and y.
+  /// How much the change of each joint is due at t and y: of a sliding one by q̇, of a stuck one by μ. Far
+  /// below 0 where there is no friction. Valid for the last few states.
+  const Numbers& duesAt(double t, const double* y) const;
+  /// The moments in the joints, likewise.
   const double* momentsAt(double t, const double* y) const;
-  /// How much the change of a joint is due at t within the stretch.
-  double dueAt(const Rub& rub, double t, const ode::Stretch& of) const;
+  /// The same of sliding joints alone.
+  void findSlidesDue(const double* omega, Numbers& due) const;
+  double slideDue(int joint, const double* omega) const;
+  double stickDue(int joint, const double* moments) const {
+    return std::abs(moments[joint]) - breakaway_[joint] * (1 + slack);
+  }
+  /// The same of one joint at t within the stretch.
+  double dueAt(int joint, double t, const ode::Stretch& of) const;
   /// The first time up to `last` at which it is due. It is due at `last`, but not where the stretch starts.
-  std::optional<double> crossingOf(const Rub& rub, const ode::Stretch& of, double last) const;
-  void takeMoments();
+  std::optional<double> crossingOf(int joint, const ode::Stretch& of, double last) const;
 
-  /// Decides for all joints that may stick, and that stick at first.
+  bool slides(int joint) const { return direction_[joint] != 0; }
+  /// Call it when directions have changed.
+  void takeDirections();
+  /// True if a joint that comes to rest is likely to go on the other way at once. If it does not, decide()
+  /// finds out.
+  bool mayPass(int joint) const;
+  void learn(const JointAnswer& answer);
+  /// Decides for all joints at rest, and that stick at first.
   void decide(double t, const double* y);
-  bool anySticks() const;
+  /// Lets joints break loose, and those stick that would move against their friction. Returns true if any
+  /// did.
+  bool correct(const JointAnswer& answer, bool oneByOne);
+
+  static constexpr double slack = 1e-12;  ///< of a torque or an acceleration: less is rounding
 
   int n_;
-  bool isBreakaway_ = false;  ///< a breakaway torque is larger than the sliding one
-  std::vector<Rub> rubs_;
+  bool isBreakaway_ = false;         ///< a breakaway torque is larger than the sliding one
+  std::vector<int> rubs_;            ///< the joints with friction,
+  std::vector<int> stuck_, before_;  ///< those of them that stick, and did before the last change,
+  std::vector<int> atRest_;          ///< and those at rest in the present decision
+  // Of each joint:
+  Numbers sliding_, breakaway_;  ///< torques, N m
+  Numbers direction_;            ///< of q̇; 0: stuck, or no friction
+  Numbers never_;                ///< 0 if it slides, else far below 0
+  Numbers angle_;                ///< of a stuck joint, from body to body
+  Numbers yield_;                ///< ∂q̈/∂μ when it last came to rest, 1/(kg m²); 0: unknown
+
   Eigen::VectorXd moments_;  ///< on the bodies, N m
   Mechanics* mechanics_ = nullptr;
-  mutable std::vector<double> dueAtEnd_;  ///< of each rub: crossing()'s scratch
-  /// Moments of the last few states; the oldest are replaced first.
+  /// The joint that comes to rest at the last crossing(), its direction until then, and |q̈|.
+  struct Arrival {
+    int joint = -1;
+    double direction = 0, slope = 0;
+  };
+  mutable Arrival arrival_;
+  mutable std::vector<int> due_;  ///< scratch of crossing()
+  /// What is known of the last few states; the oldest are replaced first.
   struct Seen {
     double t;
-    Eigen::VectorXd moments;
+    Numbers moments, dues;
+    bool hasMoments, hasDues;
   };
+  Seen& seen(double t) const;
+  void forgetSeen();
   mutable std::array<Seen, 8> seen_;
   mutable std::size_t oldest_ = 0;
 };

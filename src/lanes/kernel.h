@@ -17,6 +17,7 @@ namespace planar_chain::simd {
 struct SegmentArrays {
   static constexpr int linkQuantities = 6;    ///< m, I, r, p
   static constexpr int handleQuantities = 8;  ///< U/D, u/D, ω², P, g/D
+  static constexpr int pinQuantities = 4;     ///< a of the inner pin, F in the outer one
   int steps;
   const double* links;
   double* handles;
@@ -176,6 +177,10 @@ struct Kernel {
   /// The recursion in segments. e: pairs; N: or nullptr; F: pairs, or nullptr; ground: a of the inner pin.
   void (*segments)(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                    const double* F, Vec2d ground, double* alpha);
+  /// Writes a of each body's inner pin, and the force on the next body in its outer pin. Returns that on the
+  /// first body.
+  Vec2d (*pins)(const SegmentArrays& arrays, const double* e, const double* omega, const double* alpha,
+                Vec2d ground, double* pins);
   CoupledRun coupledLinks, coupledSegments;
   LinearKernels inSegments, linkByLink;
   SeriesRun series[3];             ///< for one body, for two, and for any number

@@ -15,6 +15,7 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           rotations,
           shortChains,
           segmentsAll,
+          pinsOfSegments,
           coupledLinks,
           coupledSegments,
           linearKernels<Real>,

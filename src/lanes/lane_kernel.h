@@ -229,5 +229,50 @@ void segmentsAll(const SegmentArrays& arrays, const double* e, const double* ome
   run(arrays, e, omega, N, F, ground, alpha);
 }
 
+/// Adds to the vectors of each lane the sum of those of the lanes before, or behind.
+[[gnu::always_inline]] inline Vector sumOfOthers(Vector own, Vec2d start, bool before) {
+  Vector others;
+  for (int k = 0; k < laneCount; ++k) {
+    const int lane = before ? k : laneCount - 1 - k;
+    others.x.v[lane] = start.x;
+    others.y.v[lane] = start.y;
+    start += Vec2d{own.x.v[lane], own.y.v[lane]};
+  }
+  return others;
+}
+
+PLANAR_CHAIN_IN_ONE_PIECE Vec2d pinsOfSegments(const SegmentArrays& arrays, const double* e,
+                                               const double* omega, const double* alpha, Vec2d ground,
+                                               double* pins) {
+  const auto turning = [&](int i) {
+    const Rotation<Real> turn = readRotation(e, i);
+    const Real rate = read(omega, i), ww = rate * rate, slope = read(alpha, i);
+    return Rotation<Real>{-(ww * turn.c) - slope * turn.s, slope * turn.c - ww * turn.s};
+  };
+  const auto pinsAt = [&](int i) {
+    return pins + static_cast<std::ptrdiff_t>(i) * SegmentArrays::pinQuantities * laneCount;
+  };
+  Vector a, force;
+  for (int i = 0; i < arrays.steps; ++i) {
+    Writer{pinsAt(i)}(a);
+    a += turning(i) * linkAt(arrays.links, i).p;
+  }
+  const Vector start = sumOfOthers(a, ground, true);
+  for (int i = arrays.steps - 1; i >= 0; --i) {
+    const Body<Real> link = linkAt(arrays.links, i);
+    Reader{pinsAt(i)}(a);
+    a += start;
+    Writer{pinsAt(i)}(a, force);
+    force += link.m * (a + turning(i) * link.r);
+  }
+  const Vector outer = sumOfOthers(force, {}, false), all = force + outer;
+  for (int i = 0; i < arrays.steps; ++i) {
+    Reader{pinsAt(i)}(a, force);
+    force += outer;
+    Writer{pinsAt(i)}(a, force);
+  }
+  return {all.x.v[0], all.y.v[0]};
+}
+
 }  // namespace
 }  // namespace planar_chain::simd
