@@ -78,7 +78,8 @@ Friction::Friction(const Chain& chain) : n_(chain.size()) {
     breakaway_[i] = breakawayOf(joint);
     isBreakaway_ = isBreakaway_ || breakaway_[i] > sliding_[i];
   }
-  for (std::vector<int>* joints : {&stuck_, &before_, &atRest_, &due_}) joints->reserve(rubs_.size());
+  for (std::vector<int>* joints : {&stuck_, &before_, &earlier_, &atRest_, &due_})
+    joints->reserve(rubs_.size());
   moments_.setZero(n_);
   for (Seen& seen : seen_) seen.moments = seen.dues = Numbers(n_);
   forgetSeen();
@@ -219,12 +220,10 @@ std::optional<double> Friction::crossingOf(int joint, const ode::Stretch& of, do
   const double begin = dueAt(joint, of.t, of), half = dueAt(joint, of.t + of.h / 2, of),
                end = dueAt(joint, of.t + of.h, of);
   const double narrow = 8 * epsilon * std::max(std::abs(of.t), of.h);
-  const double least = 1e-11 * breakaway_[joint],
-               bend = std::min(1e-6 * breakaway_[joint], 1e-5 * (end - begin));
+  const double most = breakaway_[joint], late = std::clamp(1e-5 * (end - begin), 1e-8 * most, 1e-6 * most);
   const double beyond = narrow / of.h * 2 * std::max(std::abs(half - begin), std::abs(end - half)) +
-                        (slides(joint)  ? 32 * epsilon * (std::abs(omega[joint]) + inner)
-                         : isBreakaway_ ? least
-                                        : std::max(least, bend));
+                        (slides(joint) ? 32 * epsilon * (std::abs(omega[joint]) + inner)
+                                       : (isBreakaway_ ? 1e-11 * most : late));
   Interpolation due;
   due.add(0, begin - beyond / 2);
   due.add(0.5, half - beyond / 2);
@@ -294,6 +293,7 @@ void Friction::learn(const JointAnswer& answer) {
 }
 
 void Friction::takeDirections() {
+  std::swap(before_, earlier_);
   std::swap(stuck_, before_);
   stuck_.clear();
   for (const int i : rubs_) {
@@ -310,12 +310,16 @@ void Friction::decide(double t, const double* y) {
   // At first, all that are at rest stick.
   forgetSeen();
   const std::size_t most = 10 * atRest_.size() + 50;
+  bool oneByOne = isBreakaway_;
   for (std::size_t round = 0; !atRest_.empty() && round < most; ++round) {
-    const bool oneByOne = isBreakaway_ || round > atRest_.size() + 5;
     const JointAnswer answer = mechanics_->answer(t, y);
     learn(answer);
     if (!correct(answer, oneByOne)) break;
     takeDirections();
+    // A joint that breaks loose and sticks by turns, one by one, does so by rounding: it may slide.
+    const bool comesBack = stuck_ == earlier_;
+    if (comesBack && oneByOne && stuck_.size() < before_.size()) break;
+    oneByOne = oneByOne || comesBack || round > atRest_.size() + 5;
   }
   if (!stuck_.empty()) momentsAt(t, y);
 }

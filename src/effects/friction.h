@@ -88,10 +88,12 @@ class Friction : public Effect, public Switching {
   static constexpr double slack = 1e-12;  ///< of a torque or an acceleration: less is rounding
 
   int n_;
-  bool isBreakaway_ = false;         ///< a breakaway torque is larger than the sliding one
-  std::vector<int> rubs_;            ///< the joints with friction,
-  std::vector<int> stuck_, before_;  ///< those of them that stick, and did before the last change,
-  std::vector<int> atRest_;          ///< and those at rest in the present decision
+  bool isBreakaway_ = false;  ///< a breakaway torque is larger than the sliding one
+  std::vector<int> rubs_;     ///< the joints with friction,
+  std::vector<int> stuck_;    ///< those of them that stick,
+  std::vector<int> before_;   ///< those that did before the last change,
+  std::vector<int> earlier_;  ///< and before that,
+  std::vector<int> atRest_;   ///< and those at rest in the present decision
   // Of each joint:
   Numbers sliding_, breakaway_;  ///< torques, N m
   Numbers direction_;            ///< of q̇; 0: stuck, or no friction
