@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "dynamics/coupled_dynamics.h"
+#include "known_chains.h"
+#include "planar_chain/simulation.h"
 #include "random_scene.h"
 #include "recursion/coupled.h"
 
@@ -96,6 +98,20 @@ TEST(CoupledDynamics, TakesAStateForTheLastOneOnlyWithinRounding) {
     EXPECT_EQ(evaluationsAt(near), 0) << "component " << j;
     EXPECT_EQ(evaluationsAt(apart), 1) << "component " << j;
   }
+}
+
+// Rounding makes joints of long chains stick and slide by turns: each decision must end all the same.
+TEST(Friction, DecidesInFewRounds) {
+  Joint joint;
+  joint.others.emplace_back("friction", 0.01);
+  Scene scene = test::uniformChain(1000, {"", 0.1, 1e-4, {0.05, 0}, {0.1, 0}}, joint, joint, {0, -9.81});
+  scene.integrator.tolerance = 1e-4;
+  Simulation simulation(scene);
+  simulation.advanceTo(0.3);
+  const Statistics statistics = simulation.statistics();
+  EXPECT_EQ(simulation.fault(), "");
+  EXPECT_GT(statistics.steps, 1000);
+  EXPECT_LT(statistics.evaluations, 20 * statistics.steps);
 }
 
 }  // namespace
