@@ -248,8 +248,6 @@ std::optional<double> Friction::crossingOf(int joint, const ode::Stretch& of, do
 
 void Friction::enterState(double t, const double* y) {
   atRest_.clear();
-  before_.clear();
-  stuck_.clear();
   yield_.setZero();
   arrival_.joint = -1;
   for (const int i : rubs_) {
@@ -263,6 +261,7 @@ void Friction::enterState(double t, const double* y) {
 }
 
 void Friction::change(double t, double* y) {
+  if (arrival_.joint >= 0 && slideDue(arrival_.joint, y + n_) <= 0) arrival_.joint = -1;
   atRest_.clear();
   bool anyComes = false;
   for (const int i : rubs_) {
@@ -285,7 +284,7 @@ bool Friction::mayPass(int joint) const {
 
 void Friction::learn(const JointAnswer& answer) {
   const auto [joint, direction, slope] = arrival_;
-  if (joint < 0 || direction == 0) return;
+  if (joint < 0) return;
   const double more = direction * answer.moments[joint] + sliding_[joint];
   const double after = direction * relative(answer.accelerations, joint);
   yield_[joint] = slides(joint) ? (slope + after) / (2 * sliding_[joint]) : slope / more;

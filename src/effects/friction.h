@@ -14,6 +14,10 @@
 /// |μ| are released, those that would move against their friction stick again, until nothing changes. If that
 /// takes too long, only the first joint changes each time.
 ///
+/// A joint that comes to rest with |q̈| = a goes on the other way at once if a > 2 c Y, where Y = ∂q̈/∂μ. Y is
+/// known from the last time. So such a joint is not held first; if that was wrong, it sticks in the next
+/// round.
+///
 /// Source: P. Lötstedt, Mechanical systems of rigid bodies subject to unilateral constraints, SIAM J. Appl.
 /// Math. 42 (1982) 281–296; K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem,
 /// Opsearch 11 (1974) 123–130.
@@ -75,9 +79,9 @@ class Friction : public Effect, public Switching {
   bool slides(int joint) const { return direction_[joint] != 0; }
   /// Call it when directions have changed.
   void takeDirections();
-  /// True if a joint that comes to rest is likely to go on the other way at once. If it does not, decide()
-  /// finds out.
+  /// True if a joint that comes to rest is likely to go on the other way at once.
   bool mayPass(int joint) const;
+  /// Computes Y of the joint that has come to rest.
   void learn(const JointAnswer& answer);
   /// Decides for all joints at rest, and that stick at first.
   void decide(double t, const double* y);
@@ -99,7 +103,7 @@ class Friction : public Effect, public Switching {
   Numbers direction_;            ///< of q̇; 0: stuck, or no friction
   Numbers never_;                ///< 0 if it slides, else far below 0
   Numbers angle_;                ///< of a stuck joint, from body to body
-  Numbers yield_;                ///< ∂q̈/∂μ when it last came to rest, 1/(kg m²); 0: unknown
+  Numbers yield_;                ///< Y when it last came to rest, 1/(kg m²); 0: unknown
 
   Eigen::VectorXd moments_;  ///< on the bodies, N m
   Mechanics* mechanics_ = nullptr;
