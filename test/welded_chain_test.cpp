@@ -100,6 +100,24 @@ TEST(CoupledDynamics, TakesAStateForTheLastOneOnlyWithinRounding) {
   }
 }
 
+// Alone or in segments: it holds to the last bit, or the joint moves as without.
+TEST(Friction, ABreakawayTorqueAloneHolds) {
+  for (const int links : {1, 20}) {
+    const double weight = 9.81 * links * links / 2;  // the torque in the first joint, N m
+    const auto chain = [&](double breakaway) {
+      Joint joint;
+      if (breakaway > 0) joint.others.emplace_back("breakaway", breakaway);
+      Simulation simulation(
+          test::uniformChain(links, {"", 1, 1. / 12, {0.5, 0}, {1, 0}}, joint, joint, {0, -9.81}));
+      EXPECT_TRUE(simulation.advanceTo(0.5)) << simulation.fault();
+      return simulation.q();
+    };
+    EXPECT_EQ(chain(1.001 * weight), std::vector<double>(index(links), 0.0));
+    const std::vector<double> loose = chain(1e-9 * weight), expected = chain(0);
+    for (std::size_t i = 0; i < loose.size(); ++i) EXPECT_NEAR(loose[i], expected[i], 1e-6) << "joint " << i;
+  }
+}
+
 // Rounding makes joints of long chains stick and slide by turns: each decision must end all the same.
 TEST(Friction, DecidesInFewRounds) {
   Joint joint;

@@ -50,6 +50,8 @@ struct Joint {
   bool has(std::string_view key) const {
     return std::any_of(others.begin(), others.end(), [key](const auto& other) { return other.first == key; });
   }
+  /// True if it has dry friction, or a breakaway torque alone.
+  bool mayStick() const { return other("friction") > 0 || other("breakaway") > 0; }
   /// Returns the value of this key in `others`, or 0.
   double other(std::string_view key) const {
     for (const auto& [itsKey, value] : others) {

@@ -10,9 +10,8 @@ namespace planar_chain {
 bool isCoupled(const Scene& scene) {
   const auto& joints = scene.chain.joints();
   return scene.base || !scene.drives.empty() ||
-         std::any_of(joints.begin(), joints.end(), [](const Joint& joint) {
-           return joint.other("rotor_inertia") > 0 || joint.other("friction") > 0;
-         });
+         std::any_of(joints.begin(), joints.end(),
+                     [](const Joint& joint) { return joint.other("rotor_inertia") > 0 || joint.mayStick(); });
 }
 
 std::unique_ptr<Dynamics> makeDynamics(const Scene& scene, std::unique_ptr<Effect> more) {

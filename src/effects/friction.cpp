@@ -72,7 +72,7 @@ Friction::Friction(const Chain& chain) : n_(chain.size()) {
   never_.setConstant(n_, never);
   for (int i = 0; i < n_; ++i) {
     const Joint& joint = chain.joints()[index(i)];
-    if (!(joint.other("friction") > 0)) continue;
+    if (!joint.mayStick()) continue;
     rubs_.push_back(i);
     sliding_[i] = joint.other("friction");
     breakaway_[i] = breakawayOf(joint);
@@ -384,7 +384,7 @@ class FrictionKind : public EffectKind {
 
   void summarize(const Scene& scene, SceneWords& words) const override {
     int rubs = 0;
-    for (const Joint& joint : scene.chain.joints()) rubs += joint.other("friction") > 0;
+    for (const Joint& joint : scene.chain.joints()) rubs += joint.mayStick();
     if (rubs > 0) words.count(rubs, "rubbing joint");
   }
 };

@@ -149,7 +149,7 @@ void Views::drawDrives(Sketch& sketch) {
 void Views::drawFriction(Sketch& sketch) {
   const double bar = drawing_.bar;
   for (int i = 0; i < chain_.size(); i += stride_) {
-    if (chain_.joints()[index(i)].other("friction") == 0) continue;
+    if (!chain_.joints()[index(i)].mayStick()) continue;
     const Colour& paint = simulation_.qd()[index(i)] == 0 ? green : odd;
     for (const double middle : {0.0, pi}) {
       on(sketch, i).coil({}, brakeRadius * bar, brakeRadius * bar, middle - padSweep / 2, padSweep,
