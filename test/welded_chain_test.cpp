@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-#include "dynamics/coupled_dynamics.h"
+#include "dynamics/dynamics.h"
 #include "known_chains.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
@@ -23,9 +23,7 @@ void compare(int links, unsigned seed, double share) {
   const Scene scene = test::randomScene(links, seed);
   const auto n = index(links);
   test::Random random(seed);
-  Couplings couplings;
-  couplings.joints.resize(n);
-  couplings.held.resize(n);
+  Couplings couplings(links);
   std::vector<double> theta(n), omega(n), N(n);
   std::vector<Rotation<double>> e(n);
   for (std::size_t j = 0; j < n; ++j) {
@@ -77,7 +75,7 @@ TEST(CoupledDynamics, TakesAStateForTheLastOneOnlyWithinRounding) {
   std::vector<Joint> joints = scene.chain.joints();
   for (Joint& joint : joints) joint.others.emplace_back("friction", 1e3);
   scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
-  const auto dynamics = makeDynamics(scene);
+  const auto dynamics = std::make_unique<Dynamics>(scene);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics->size()), f = y;
   for (int j = 0; j < 2 * n; ++j) y[j] = 1 + 0.1 * j;
   y[n + 4] = y[n + 3];  // one joint sticks

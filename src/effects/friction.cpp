@@ -11,6 +11,10 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr double never = -1e300;
 
+bool mayStick(const Joint& joint) {
+  return joint.other("friction") > 0 || joint.other("breakaway") > 0;
+}
+
 double breakawayOf(const Joint& joint) {
   return std::max(joint.other("breakaway"), joint.other("friction"));
 }
@@ -72,7 +76,7 @@ Friction::Friction(const Chain& chain) : n_(chain.size()) {
   never_.setConstant(n_, never);
   for (int i = 0; i < n_; ++i) {
     const Joint& joint = chain.joints()[index(i)];
-    if (!joint.mayStick()) continue;
+    if (!mayStick(joint)) continue;
     rubs_.push_back(i);
     sliding_[i] = joint.other("friction");
     breakaway_[i] = breakawayOf(joint);
@@ -361,7 +365,7 @@ namespace {
 class FrictionKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
-    return {{"friction", nullptr, NumberRule::from(0, "N m")},
+    return {{"friction", nullptr, NumberRule::from(0, "N m"), false, false, "friction"},
             {"breakaway", nullptr, NumberRule::from(0, "N m, the friction")}};
   }
   void judge(const Joint& joint, std::vector<Fault>& faults) const override {
@@ -373,7 +377,7 @@ class FrictionKind : public EffectKind {
     }
   }
 
-  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+  std::unique_ptr<Effect> make(const Scene& scene) const override {
     auto effect = std::make_unique<Friction>(scene.chain);
     return effect->empty() ? nullptr : std::move(effect);
   }
@@ -382,9 +386,15 @@ class FrictionKind : public EffectKind {
   void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
                 const DenseActions&) const override {}
 
+  double dryFrictionIn(const Joint& joint) const override { return joint.other("friction"); }
+  /// It has no energy.
+  bool isInEquilibrium() const override { return false; }
+  Symbol symbolOf(const Joint& joint) const override {
+    return mayStick(joint) ? Symbol::brake : Symbol::none;
+  }
   void summarize(const Scene& scene, SceneWords& words) const override {
     int rubs = 0;
-    for (const Joint& joint : scene.chain.joints()) rubs += joint.mayStick();
+    for (const Joint& joint : scene.chain.joints()) rubs += mayStick(joint);
     if (rubs > 0) words.count(rubs, "rubbing joint");
   }
 };

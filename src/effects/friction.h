@@ -32,7 +32,7 @@
 
 namespace planar_chain {
 
-class Friction : public Effect, public Switching {
+class Friction : public Effect, public Coupler, public Switching {
  public:
   explicit Friction(const Chain& chain);
   bool empty() const { return rubs_.empty(); }
@@ -44,8 +44,9 @@ class Friction : public Effect, public Switching {
   bool hasConstantMoments() const override { return true; }
   void addTorques(const ChainState& at, double* tau) override;
   Powers powersAlong(const ChainState& at, const StateChange& along) override;
-  bool couples() const override { return true; }
+  Coupler* coupler() override { return this; }
   void couple(double t, int k, Couplings& to) const override;
+  bool onlyHolds() const override { return true; }
   void attach(Mechanics& mechanics) override { mechanics_ = &mechanics; }
   Switching* switching() override { return this; }
 

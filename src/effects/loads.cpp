@@ -128,7 +128,7 @@ class LoadsKind : public EffectKind {
     }
   }
 
-  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+  std::unique_ptr<Effect> make(const Scene& scene) const override {
     return scene.loads.empty() ? nullptr : std::make_unique<Loads>(scene);
   }
 

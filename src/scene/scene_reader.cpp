@@ -49,11 +49,7 @@ void takeEffects(const Section& in, Joint& joint) {
       } else if (key.member) {
         joint.*key.member = value;
       } else {
-        // In place of the URDF's.
-        const auto isIt = [&](const auto& other) { return other.first == key.name; };
-        auto& others = joint.others;
-        others.erase(std::remove_if(others.begin(), others.end(), isIt), others.end());
-        others.emplace_back(key.name, value);
+        joint.others.set(key.name, value);  // in place of the URDF's
       }
     }
   }

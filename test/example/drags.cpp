@@ -113,7 +113,7 @@ class DragKind : public EffectKind {
     return {{"drag", nullptr, NumberRule::from(0, "N m s²/rad²")}};
   }
 
-  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+  std::unique_ptr<Effect> make(const Scene& scene) const override {
     auto effect = std::make_unique<Drags>(scene.chain);
     return effect->empty() ? nullptr : std::move(effect);
   }

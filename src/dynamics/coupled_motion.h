@@ -1,0 +1,92 @@
+#pragma once
+
+/// The motion of a chain whose joints couple accelerations, whose base moves, or whose forces depend on the
+/// motion: rotors, driven joints, friction, a moving base. Other chains have none and run dynamics.h alone.
+///
+/// If only friction couples, long chains run without evaluation.h: bodies that stick together are one body
+/// (welded_chain.h). Results of the last state are kept: the same state, bit for bit, is not computed again.
+///
+/// States y = [ψ ψ̇] are in chain order.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dynamics/evaluation.h"
+#include "dynamics/welded_chain.h"
+
+namespace planar_chain {
+
+/// Only the constructor allocates.
+class CoupledMotion : private Mechanics {
+ public:
+  /// The mechanism and the effects must outlive this object.
+  CoupledMotion(const Mechanism& mechanism, Effects& effects);
+  CoupledMotion(const CoupledMotion&) = delete;
+  CoupledMotion& operator=(const CoupledMotion&) = delete;
+
+  std::string recursion() const;
+  /// True if bodies that stick together may be welded.
+  bool isWeldable() const { return welded_.has_value(); }
+  /// The number of states that were computed.
+  long long evaluations() const { return evaluations_; }
+
+  // ---- What acts has changed: call one of these -------------------------------------------------------
+
+  /// After Effects::enter(), and before Effects::enterState().
+  void forget() { forget(true); }
+  /// Before Effects::change().
+  void prepareChange();
+
+  // ---- Results; valid until the next call -------------------------------------------------------------
+
+  /// Writes ψ̈, and returns the powers.
+  Powers rates(double t, const double* y, double* slopes);
+  /// The powers alone.
+  Powers powers(double t, const double* y);
+  /// Everything.
+  const Evaluation& at(double t, const double* y);
+  Evaluator& evaluator() { return evaluator_; }
+  /// Writes the torques of drives, rotors left out, and of friction, n values.
+  void torques(double t, const double* y, double* tau);
+
+  // ---- Held joints: driven or stuck ---------------------------------------------------------------------
+
+  /// Puts held joints where they are at t, exactly. Returns true if there are any.
+  bool hold(double t, double* y) override;
+  /// The same for relative angles and rates.
+  void hold(double t, double* q, double* qd);
+
+ private:
+  /// The state that the welded chain was evaluated at.
+  struct Welded {
+    Welded(const Chain& of, std::size_t n) : chain(of), y(2 * n), N(n), alpha(n), moments(n) {}
+    bool isAt(double time, const double* state) const;
+    ChainState state() const { return {t, y.data(), y.data() + N.size()}; }
+
+    WeldedChain chain;
+    bool isWelded = false;  ///< chain has the joints that stick now
+    bool isKnown = false, hasMoments = false, hasConstantMoments = false;
+    double t = 0;
+    std::vector<double> y, N, alpha, moments;
+    Powers powers;
+  };
+
+  JointAnswer answer(double t, const double* y) override;
+  void forget(bool holds) override;
+  bool isWelded() const { return welded_ && effects_.acting() != LoadKind::forces; }
+  const Welded& weldedAt(double t, const double* y);
+  Powers weldedPowers(const ChainState& at, double* N);
+
+  const Mechanism& mechanism_;
+  Effects& effects_;
+  int n_;
+  Evaluator evaluator_;
+  Evaluation last_;
+  std::optional<Welded> welded_;
+  Couplings held_;
+  std::vector<double> scratch_;
+  long long evaluations_ = 0;
+};
+
+}  // namespace planar_chain
