@@ -41,21 +41,9 @@ void CoupledMotion::prepareChange() {
 
 // ---- Results -------------------------------------------------------------------------------------------
 
-const Evaluation& CoupledMotion::at(double t, const double* y) {
-  if (last_.isAt(t, y)) return last_;
-  ++evaluations_;
-  evaluator_.evaluate(t, y, last_);
-  return last_;
-}
-
-Powers CoupledMotion::rates(double t, const double* y, double* slopes) {
-  if (isWelded()) {
-    const Welded& at = weldedAt(t, y);
-    std::copy_n(at.alpha.data(), n_, slopes);
-    return at.powers;
-  }
-  const Evaluation& at = this->at(t, y);
-  std::copy_n(at.slopes(), n_, slopes);
+Powers CoupledMotion::weldedRates(double t, const double* y, double* slopes) {
+  const Welded& at = weldedAt(t, y);
+  std::copy_n(at.alpha.data(), n_, slopes);
   return at.powers;
 }
 

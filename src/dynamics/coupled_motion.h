@@ -41,11 +41,21 @@ class CoupledMotion : private Mechanics {
   // ---- Results; valid until the next call -------------------------------------------------------------
 
   /// Writes ψ̈, and returns the powers.
-  Powers rates(double t, const double* y, double* slopes);
+  Powers rates(double t, const double* y, double* slopes) {
+    if (isWelded()) return weldedRates(t, y, slopes);
+    const Evaluation& at = this->at(t, y);
+    std::copy_n(at.slopes(), n_, slopes);
+    return at.powers;
+  }
   /// The powers alone.
   Powers powers(double t, const double* y);
   /// Everything.
-  const Evaluation& at(double t, const double* y);
+  const Evaluation& at(double t, const double* y) {
+    if (last_.isAt(t, y)) return last_;
+    ++evaluations_;
+    evaluator_.evaluate(t, y, last_);
+    return last_;
+  }
   Evaluator& evaluator() { return evaluator_; }
   /// Writes the torques of drives, rotors left out, and of friction, n values.
   void torques(double t, const double* y, double* tau);
@@ -75,6 +85,7 @@ class CoupledMotion : private Mechanics {
   JointAnswer answer(double t, const double* y) override;
   void forget(bool holds) override;
   bool isWelded() const { return welded_ && effects_.acting() != LoadKind::forces; }
+  Powers weldedRates(double t, const double* y, double* slopes);
   const Welded& weldedAt(double t, const double* y);
   Powers weldedPowers(const ChainState& at, double* N);
 

@@ -103,7 +103,7 @@ ChainState Dynamics::stateWithForces(double t, const double* theta, const double
 }
 
 Powers Dynamics::apply(const std::vector<Effect*>& effects, double t, const double* theta,
-                              const double* omega) {
+                       const double* omega) {
   std::fill(room_.N.begin(), room_.N.end(), 0.0);
   ChainState at{t, theta, omega};
   if (effects_.acting() == LoadKind::forces) at = stateWithForces(t, theta, omega);
@@ -217,12 +217,14 @@ void Dynamics::reserve(int complexCount) {
 
 void Dynamics::linearize(double t, const double* y, double* dydt) {
   ++evaluations_;
-  if (coupled_) {
-    solve_->linearize(coupled_->at(t, y), coupled_->evaluator().couplings());
-    return evaluate(t, y, dydt);
-  }
+  if (coupled_) return linearizeCoupled(t, y, dydt);
   evaluate(t, y, dydt);
   solve_->linearize(t, y, dydt, outside_);
+}
+
+[[gnu::noinline]] void Dynamics::linearizeCoupled(double t, const double* y, double* dydt) {
+  solve_->linearize(coupled_->at(t, y), coupled_->evaluator().couplings());
+  evaluate(t, y, dydt);
 }
 
 bool Dynamics::timeDerivative(double* ft) {

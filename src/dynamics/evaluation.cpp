@@ -1,7 +1,6 @@
 #include "dynamics/evaluation.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "recursion/coupled.h"
 
@@ -17,10 +16,6 @@ Evaluation::Evaluation(int n, bool baseMoves, bool hasPlaces) {
   for (auto* numbers : {&turning, &slopesOnBase}) numbers->resize(index(n));
 }
 
-[[gnu::noinline]] bool Evaluation::isAt(double time, const double* state) const {
-  return isKnown && time == t && std::memcmp(state, y.data(), y.size() * sizeof *state) == 0;
-}
-
 Evaluator::Evaluator(const Mechanism& mechanism, Effects& effects)
     : mechanism_(mechanism),
       effects_(effects),
@@ -30,23 +25,29 @@ Evaluator::Evaluator(const Mechanism& mechanism, Effects& effects)
       torques_(index(n_)) {}
 
 Evaluation Evaluator::none() const {
-  return {n_, effects_.base() != nullptr, effects_.anyForces(&Forces::dependOnPlace)};
+  Evaluation none(n_, effects_.base() != nullptr, effects_.anyForces(&Forces::dependOnPlace));
+  none.ground = -1.0 * mechanism_.chain().gravity();
+  return none;
 }
 
 // ---- A state -----------------------------------------------------------------------------------------
 
 /// Effects that do not vary with time couple the same until forgetCouplings().
-void Evaluator::takeCouplings(double t) {
+inline void Evaluator::takeCouplings(double t) {
   if (!hasCouplings_) {
     effects_.couple(t, 0, couplings_);
-  } else if (!effects_.coupleInTime(t, couplings_)) {
+  } else if (effects_.coupleInTime()) {
+    effects_.coupleInTime(t, couplings_);
+  } else {
     return;
   }
   hasCouplings_ = true;
+  anyIsGiven_ = effects_.base() || std::any_of(couplings_.joints.begin(), couplings_.joints.end(),
+                                               [](const Coupling<double>& joint) { return joint.isHeld; });
   recursion_.couple(couplings_.joints.data());
 }
 
-void Evaluator::applyEffects(Evaluation& to) {
+inline void Evaluator::applyEffects(Evaluation& to) {
   std::fill(to.N.begin(), to.N.end(), 0.0);
   to.powers = {};
   for (Effect* effect : effects_.active()) to.powers += effect->apply(to.state(), {to.N.data(), to.F.data()});
@@ -59,13 +60,15 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
 
   // What is given at t.
   takeCouplings(t);
-  to.base = couplings_.base();
-  to.ground = couplings_.pinAcceleration() - mechanism_.chain().gravity();
-  to.groundTurning = couplings_.angle.acceleration;
+  const bool baseMoves = !to.turning.empty(), hasForces = effects_.acting() == LoadKind::forces;
+  if (baseMoves) {
+    to.base = couplings_.base();
+    to.ground = couplings_.pinAcceleration() - mechanism_.chain().gravity();
+    to.groundTurning = couplings_.angle.acceleration;
+  }
 
   // Rotations and rates against the ground. The recursion computes rotations that nothing else needs.
   const double* theta = to.y.data();
-  const bool baseMoves = !to.turning.empty(), hasForces = effects_.acting() == LoadKind::forces;
   if (baseMoves || hasForces) {
     mechanism_.rotate(theta, to.e.data(), n_);
     theta = nullptr;
@@ -92,7 +95,7 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
   for (std::size_t i = 0; i < to.slopesOnBase.size(); ++i) {
     to.slopesOnBase[i] = to.alpha[i] - to.groundTurning;
   }
-  to.powers.supplied += couplingPower(to);
+  if (anyIsGiven_) to.powers.supplied += couplingPower(to);
 }
 
 /// The power of drives and base, W.

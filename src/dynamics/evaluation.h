@@ -10,6 +10,7 @@
 ///
 /// States are in chain order, whatever the length.
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -26,7 +27,9 @@ struct Evaluation {
   Evaluation(int n, bool baseMoves, bool hasPlaces);
 
   /// True if it has the results of this state.
-  bool isAt(double time, const double* state) const;
+  bool isAt(double time, const double* state) const {
+    return isKnown && time == t && std::equal(y.begin(), y.end(), state);
+  }
   ChainState state() const {
     return {t, y.data(), y.data() + N.size(), e.data(), pinVelocity.data(), base.rate, pin.data()};
   }
@@ -84,6 +87,7 @@ class Evaluator {
   int n_;
   CoupledChain recursion_;
   bool hasCouplings_ = false;
+  bool anyIsGiven_ = false;  ///< a joint is held, or the base moves: they may have power
   Couplings couplings_;
   std::vector<double> torques_;
 };

@@ -26,6 +26,7 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTange
       hasPower_(effects.any(&Effect::hasPower)),
       isNonlinear_(effects.any(&Effect::isNonlinear)),
       hasForces_(effects.mostActing() == LoadKind::forces),
+      keepsState_(hasPower_ || isNonlinear_ || hasForces_),
       coupled_(isCoupled ? std::make_optional<Coupled>(mechanism.chain(), effects) : std::nullopt),
       solver_(makeSolver<double>()),
       room_(index(2 * places_)) {

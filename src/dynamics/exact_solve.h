@@ -70,7 +70,8 @@ class ExactSolve {
       if (auto* plain = std::get_if<LinearizedSegments<Scalar>>(&inverse)) return plain->factor(s_);
       factorCoupled();
     }
-    void factorCoupled() {
+    // Apart from plain ones, which would save registers for them.
+    [[gnu::noinline]] void factorCoupled() {
       auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
       coupled ? coupled->factor(s) : std::get_if<TangentLinearized<Scalar>>(&inverse)->factor(s);
     }
@@ -80,7 +81,7 @@ class ExactSolve {
       }
       solveCoupled(rhs, x, places);
     }
-    void solveCoupled(const Scalar* rhs, Scalar* x, int n) {
+    [[gnu::noinline]] void solveCoupled(const Scalar* rhs, Scalar* x, int n) {
       auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
       coupled ? coupled->solve(rhs, rhs + n, x, x + n)
               : std::get_if<TangentLinearized<Scalar>>(&inverse)->solve(rhs, rhs + n, x, x + n);
@@ -116,7 +117,6 @@ class ExactSolve {
 
   template <class Scalar>
   Solver<Scalar> makeSolver() const;
-  bool keepsState() const { return hasPower_ || isNonlinear_ || hasForces_; }
   /// Keeps what later calls need of the state, and takes what J has of it. Returns Σ X·F of the bodies in
   /// lane order, or nullptr where no force acts.
   const double* keep(double t, const double* y);
@@ -145,7 +145,7 @@ class ExactSolve {
   Effects& effects_;
   EffectTangents& tangents_;
   int n_, places_;
-  bool hasPower_, isNonlinear_, hasForces_;
+  bool hasPower_, isNonlinear_, hasForces_, keepsState_;
   std::optional<Coupled> coupled_;
   Solver<double> solver_;
   std::vector<Solver<Complex>> complexSolvers_;
@@ -164,7 +164,7 @@ class ExactSolve {
 
 inline void ExactSolve::linearize(double t, const double* y, const double* dydt, const Outside& outside) {
   // Forces keep their direction when a body turns, so their moments change.
-  const double* XF = keepsState() ? keep(t, y) : nullptr;
+  const double* XF = keepsState_ ? keep(t, y) : nullptr;
   const Vec2d* F = XF ? outside.F : nullptr;
   std::get_if<LinearizedSegments<double>>(&solver_.inverse)
       ->linearize(outside.e, y + places_, dydt + places_, F, XF);

@@ -124,9 +124,8 @@ void Effects::couple(double t, int k, Couplings& to) const {
   for (const Coupler* coupler : couplers_) coupler->couple(t, k, to);
 }
 
-bool Effects::coupleInTime(double t, Couplings& to) const {
+void Effects::coupleInTime(double t, Couplings& to) const {
   for (const Coupler* coupler : couplersInTime_) coupler->couple(t, 0, to);
-  return !couplersInTime_.empty();
 }
 
 // ---- Switches --------------------------------------------------------------------------------------

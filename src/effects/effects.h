@@ -59,9 +59,10 @@ class Effects : public ode::Switches {
   const BaseLaws* base() const;
   /// Order k of all that couples at t.
   void couple(double t, int k, Couplings& to) const;
-  /// Order 0 of what couples otherwise at another time; the rest of `to` stays. Returns false if nothing
-  /// does.
-  bool coupleInTime(double t, Couplings& to) const;
+  /// True if something couples otherwise at another time.
+  bool coupleInTime() const { return !couplersInTime_.empty(); }
+  /// Order 0 of that; the rest of `to` stays.
+  void coupleInTime(double t, Couplings& to) const;
 
   // ---- ode::Switches ------------------------------------------------------------------------------------
 
