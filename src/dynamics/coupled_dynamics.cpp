@@ -250,9 +250,9 @@ void CoupledDynamics::enterState(double t, const double* y) {
   Dynamics::enterState(t, y);
 }
 
-void CoupledDynamics::change(double t, double* y) {
+void CoupledDynamics::change(double t, double* y, const ode::Crossing& found) {
   if (effects_.haveUncoupledSwitches()) forget();  // those that couple do so themselves, if they change
-  Dynamics::change(t, y);
+  Dynamics::change(t, y, found);
 }
 
 void CoupledDynamics::reconsider(double t, double* y) {

@@ -31,7 +31,7 @@ class CoupledDynamics : public Dynamics, private Mechanics {
   // Dynamics
   void enter(double t) override;
   void enterState(double t, const double* y) override;
-  void change(double t, double* y) override;
+  void change(double t, double* y, const ode::Crossing& found = {}) override;
   void reconsider(double t, double* y) override;
   void followBase(const BaseLaws& laws) override;
   bool hold(double t, double* y) override;

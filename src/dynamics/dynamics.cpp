@@ -56,8 +56,8 @@ void Dynamics::enterState(double t, const double* y) {
   switched();
 }
 
-void Dynamics::change(double t, double* y) {
-  effects_.change(t, y);
+void Dynamics::change(double t, double* y, const ode::Crossing& found) {
+  effects_.change(t, y, found);
   switched();
 }
 

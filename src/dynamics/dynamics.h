@@ -53,7 +53,7 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   /// Sets every switch for a state in chain order.
   virtual void enterState(double t, const double* y);
   /// Makes the switches that are due at a state in chain order. Joints that come to rest are held.
-  virtual void change(double t, double* y);
+  virtual void change(double t, double* y, const ode::Crossing& found = {});
 
   // ---- Held joints: driven or stuck. By default there are none ---------------------------------------
 
