@@ -79,9 +79,9 @@ void Dynamics::enterState(double t, const double* y) {
   switched();
 }
 
-void Dynamics::change(double t, double* y) {
+void Dynamics::change(double t, double* y, const ode::Crossing& found) {
   if (coupled_) coupled_->prepareChange();
-  effects_.change(t, y);
+  effects_.change(t, y, found);
   switched();
 }
 

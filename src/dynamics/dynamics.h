@@ -55,7 +55,8 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// Sets every switch for a state in chain order.
   void enterState(double t, const double* y);
   /// Makes the switches that are due at a state in chain order. Joints that come to rest are held.
-  void change(double t, double* y);
+  /// found: as in Switching::change().
+  void change(double t, double* y, const ode::Crossing& found = {});
 
   // ---- Held joints: driven or stuck ------------------------------------------------------------------
 

@@ -133,6 +133,9 @@ double dryFrictionIn(const Joint& joint);  ///< N m
 double stiffnessOf(const Joint& joint);    ///< N m/rad
 double momentOf(const Joint& joint);       ///< N m
 
+/// True if a kind draws the joint so.
+bool hasSymbol(const Joint& joint, Symbol symbol);
+
 /// True if a kind stores energy in the joint. If not, whole turns of the joint change no effect.
 bool storesEnergy(const Joint& joint);
 

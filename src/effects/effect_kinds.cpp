@@ -42,6 +42,11 @@ double momentOf(const Joint& joint) {
   return sumOverKinds([&](const EffectKind& kind) { return kind.momentOf(joint); });
 }
 
+bool hasSymbol(const Joint& joint, Symbol symbol) {
+  const auto draws = [&](const EffectKind* kind) { return kind->symbolOf(joint) == symbol; };
+  return std::any_of(effectKinds().begin(), effectKinds().end(), draws);
+}
+
 bool storesEnergy(const Joint& joint) {
   return stiffnessOf(joint) > 0;
 }

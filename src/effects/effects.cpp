@@ -72,9 +72,9 @@ void Effects::enterState(double t, const double* y) {
   }
 }
 
-void Effects::change(double t, double* y) {
+void Effects::change(double t, double* y, const ode::Crossing& found) {
   for (Switching* switching : switching_) {
-    switching->change(t, y);
+    switching->change(t, y, found.by == switching ? found : ode::Crossing{});
     listActive();
   }
 }
@@ -150,13 +150,14 @@ bool Effects::mayHide() const {
                      [](const Switching* switching) { return switching->mayHide(); });
 }
 
-std::optional<double> Effects::crossing(const ode::Stretch& of) const {
-  std::optional<double> first;
+std::optional<ode::Crossing> Effects::crossing(const ode::Stretch& of) const {
+  std::optional<ode::Crossing> first;
   for (const Switching* switching : switching_) {
     if (switching->due(of.t + of.h, of.next) <= 0) continue;
-    const std::optional<double> own = switching->crossing(of);
+    std::optional<ode::Crossing> own = switching->crossing(of);
     if (!own) return {};
-    if (!first || *own < *first) first = own;
+    own->by = switching;
+    if (!first || own->t < first->t) first = own;
   }
   return first;
 }

@@ -35,7 +35,7 @@ class Effects : public ode::Switches {
   /// See Effect. These allocate nothing.
   void enter(double t);
   void enterState(double t, const double* y);
-  void change(double t, double* y);
+  void change(double t, double* y, const ode::Crossing& found = {});
 
   bool act() const { return acting_ != LoadKind::nothing; }
   LoadKind acting() const { return acting_; }
@@ -72,7 +72,7 @@ class Effects : public ode::Switches {
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(const ode::Stretch& of) const override;
   bool mayHide() const override;
-  std::optional<double> crossing(const ode::Stretch& of) const override;
+  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override;
 
  private:
   void listActive();

@@ -58,7 +58,7 @@ void Stops::enterState(double /*t*/, const double* y) {
   listActive();
 }
 
-void Stops::change(double /*t*/, double* y) {
+void Stops::change(double /*t*/, double* y, const ode::Crossing& /*found*/) {
   for (Stop& stop : stops_) {
     if (stop.due(y, y + n_) > 0) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
   }

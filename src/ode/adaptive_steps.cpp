@@ -76,8 +76,8 @@ class FastestSteps : public Integrator {
     endAt(t);
     return isFinite;
   }
-  bool allows(const Vector& y, double h, const Vector& error) const override {
-    return lastTried_->allows(y, h, error);
+  double errorNorm(const Vector& y, double h, const Vector& error) const override {
+    return lastTried_->errorNorm(y, h, error);
   }
   void endAt(double t) override { run_.progress += t - std::exchange(end_, t); }
 

@@ -37,8 +37,18 @@ class AdaptiveSteps : public Integrator {
   }
   bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
   int pieces() const override { return facts().pieces; }
-  bool allows(const Vector& y, double h, const Vector& error) const override {
-    return errorNorm(y, h, error) <= 1;
+  /// By Allowance. NaN if a component is not finite.
+  double errorNorm(const Vector& y, double h, const Vector& error) const override {
+    const Allowance allowance(tolerance_, *stiffness_, h);
+    const Eigen::Index all = tolerance_.ceiling.size(), angles = std::min(tolerance_.firstRate, all);
+    const auto largest = [&](double most, Eigen::Index from, Eigen::Index to) {
+      return vectors_.largestRatio({error.data() + from, y.data() + from, tolerance_.ceiling.data() + from,
+                                    stiffness_->noise().data() + from},
+                                   most, allowance.perNoise, to - from);
+    };
+    const double ofAngles = largest(allowance.most, 0, angles);
+    const double ofRates = largest(allowance.mostOfRates, angles, all);
+    return ofAngles > ofRates || std::isnan(ofAngles) ? ofAngles : ofRates;
   }
   void restartAfter(Change change) override {
     const double lastLog = lastLog_;
@@ -177,20 +187,6 @@ class AdaptiveSteps : public Integrator {
     if (!std::isfinite(error)) return smallestFactor;
     const double factor = sure * simd::power(error, -exponent_);
     return std::min(std::max(factor, smallestFactor), largestFactor);
-  }
-
-  /// The largest ratio of a component's error to its Allowance for a step of h. NaN if one is not finite.
-  double errorNorm(const Vector& y, double h, const Vector& error) const {
-    const Allowance allowance(tolerance_, *stiffness_, h);
-    const Eigen::Index all = tolerance_.ceiling.size(), angles = std::min(tolerance_.firstRate, all);
-    const auto largest = [&](double most, Eigen::Index from, Eigen::Index to) {
-      return vectors_.largestRatio({error.data() + from, y.data() + from, tolerance_.ceiling.data() + from,
-                                    stiffness_->noise().data() + from},
-                                   most, allowance.perNoise, to - from);
-    };
-    const double ofAngles = largest(allowance.most, 0, angles);
-    const double ofRates = largest(allowance.mostOfRates, angles, all);
-    return ofAngles > ofRates || std::isnan(ofAngles) ? ofAngles : ofRates;
   }
 
   std::unique_ptr<Stepper> stepper_;

@@ -2,6 +2,7 @@
 
 /// Switches: f is smooth between them, and no step may pass one.
 
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -15,6 +16,18 @@ struct Stretch {
   double t, h;
   const Eigen::VectorXd &y, &next;
   const Course* course = nullptr;  ///< the states of the whole step, if they are known
+  double rateError = 0;            ///< the error of a rate that the error control lets the step make, 1/s
+};
+
+class Switches;
+
+/// A switch that was found: a value that is passed on from crossing() to whoever makes the switch.
+struct Crossing {
+  double t = 0;
+  const Switches* by = nullptr;  ///< who found it
+  int which = -1;                ///< its component, in the finder's count; −1: not told
+  double slope = 0;              ///< the derivative of its due()
+  double rest = std::numeric_limits<double>::infinity();  ///< see the finder
 };
 
 /// The states are not arranged.
@@ -29,7 +42,7 @@ class Switches {
   virtual bool mayHide() const { return false; }
   /// The first time at which a switch is due, for a stretch at whose end one is. Nothing: unknown.
   /// An integrator keeps its step size after such a switch: it changes f little.
-  virtual std::optional<double> crossing(const Stretch& /*of*/) const { return {}; }
+  virtual std::optional<Crossing> crossing(const Stretch& /*of*/) const { return {}; }
 };
 
 /// Steps as the given integrator does, and ends a step just behind every switch. Then advance() returns

@@ -167,7 +167,7 @@ struct Simulation::Parts {
     }
 
     if (hasSwitched) {
-      dynamics.change(state.t, y.data());
+      dynamics.change(state.t, y.data(), integrator().crossing());
       takeChain();
       integrator().passSwitch();
       switchedSince = true;

@@ -68,7 +68,7 @@ class Drags : public Effect, public Switching {
   void enterState(double /*t*/, const double* y) override {
     for (Drag& drag : drags_) drag.sign = relative(y + n_, drag.joint) < 0 ? -1 : 1;
   }
-  void change(double /*t*/, double* y) override {
+  void change(double /*t*/, double* y, const ode::Crossing& /*found*/) override {
     for (Drag& drag : drags_) {
       if (dueOf(drag, y) > 0) drag.sign = -drag.sign;
     }
