@@ -105,10 +105,10 @@ struct LinearKernels {
 };
 
 /// A link, for the Taylor series of a motion; see series_links.h.
-template <class Number>
+template <class Real>
 struct SeriesLink {
-  Number m, I, J;
-  Vec2<Number> mr, p;
+  Real m, I, J;
+  Vec2<Real> mr, p;
 };
 
 /// Storage of a series. `rows` has, for each order, `width` first factors of the products and as many second

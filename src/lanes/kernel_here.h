@@ -18,10 +18,10 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           pinsOfSegments,
           coupledLinks,
           coupledSegments,
-          linearKernels<Real>,
-          linearKernels<Number>,
-          {seriesOfOne, seriesOf<Two>, seriesOf<Links<Number>>},
-          {sideBySideOf<OneInEachLane>, sideBySideOf<TwoInEachLane>, sideBySideOf<Links<Real>>}};
+          linearKernels<Pack>,
+          linearKernels<Lane>,
+          {seriesOfOne, seriesOf<Two>, seriesOf<Links<Lane>>},
+          {sideBySideOf<OneInEachLane>, sideBySideOf<TwoInEachLane>, sideBySideOf<Links<Pack>>}};
 }
 
 }  // namespace

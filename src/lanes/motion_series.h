@@ -34,7 +34,7 @@ namespace planar_chain {
 
 namespace simd {
 struct Kernel;
-template <class Number>
+template <class Real>
 struct SeriesLink;
 struct SeriesArrays;
 }  // namespace simd
