@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <utility>
 
+#include "effects/effect_kind.h"
 #include "ode/local_stiffness.h"
 #include "ode/taylor.h"
 #include "run/ladder.h"
@@ -14,14 +16,14 @@ namespace planar_chain {
 
 namespace {
 
-/// A steady torque in a joint, and nothing else.
-bool isSteadyTorque(const Load& load) {
-  return load.joint >= 0 && load.link == Load::none && std::holds_alternative<Constant>(load.law) &&
-         load.start <= 0 && load.stop == std::numeric_limits<double>::infinity();
-}
-
-bool isPlain(const Joint& joint) {
-  return !joint.isLimited() && joint.others.empty();
+/// False, too, if a kind refuses the scene: a Simulation then says why.
+bool allRunInLanes(const Scene& scene) {
+  const auto runs = [&](const EffectKind* kind) { return kind->runsInLanes(scene); };
+  try {
+    return std::all_of(effectKinds().begin(), effectKinds().end(), runs);
+  } catch (const std::exception&) {
+    return false;
+  }
 }
 
 bool areSmall(const std::vector<double>& values, double most) {
@@ -81,13 +83,11 @@ SideBySide::SideBySide(const Scene& like, Runs& runs, const simd::Kernel& kernel
 
 bool SideBySide::takes(const Scene& scene) const {
   const IntegratorSettings& settings = scene.integrator;
-  const std::vector<Joint>& joints = scene.chain.joints();
   return n_ <= simd::ShortChains::most && (settings.method == "auto" || settings.method == "taylor") &&
          settings.tolerance == settings_.tolerance && settings.rateTolerance == settings_.rateTolerance &&
-         settings.plainKernel == settings_.plainKernel && scene.drives.empty() && !scene.base &&
-         std::all_of(joints.begin(), joints.end(), isPlain) &&
-         std::all_of(scene.loads.begin(), scene.loads.end(), isSteadyTorque) && scene.q.size() == index(n_) &&
-         scene.qd.size() == index(n_) && areSmall(scene.q, Turns::mostAngle) && areSmall(scene.qd, 1e100);
+         settings.plainKernel == settings_.plainKernel && scene.q.size() == index(n_) &&
+         scene.qd.size() == index(n_) && areSmall(scene.q, Turns::mostAngle) && areSmall(scene.qd, 1e100) &&
+         allRunInLanes(scene);
 }
 
 void SideBySide::begin(std::size_t run, Scene scene) {

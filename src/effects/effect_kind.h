@@ -76,6 +76,11 @@ class EffectKind {
   virtual void addDense(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
                         const DenseActions& to) const = 0;
 
+  /// True if SIMD lanes may compute this scene in a batch (batch.h), as far as this kind is concerned: they
+  /// know pins, gravity, linear springs and dampers, and steady torques in joints. By default only a scene in
+  /// which the kind does not act.
+  virtual bool runsInLanes(const Scene& scene) const { return make(scene, nullptr) == nullptr; }
+
   /// The energy V that it stores in a joint at the angle q, J.
   virtual double energyIn(const Joint& /*joint*/, double /*q*/) const { return 0; }
   /// A typical ∂²V/∂q² in a joint, N m/rad: > 0 where it stores energy, else energyIn() is not called. The
