@@ -96,7 +96,7 @@ Scalar everywhere(const double* from) {
 
 // ---- Right-hand sides and solutions ------------------------------------------------------------
 
-/// A number of each body of step i. The parts of a complex number lie side by side.
+/// A number of each body of step i. The parts of a complex number follow each other.
 template <class Scalar>
 [[gnu::always_inline]] inline Scalar numberAt(const double* values, int i) {
   using Real = PartOf<Scalar>;

@@ -56,24 +56,8 @@ void linearizeAll(const LinearArrays& arrays, LinearState given, Vec2d ground) {
   }
 
   // The accelerations of the inner pins less gravity, and the forces of all outside, from segment to segment.
-  double sums[5 * lanes], starts[4 * lanes];
-  Writer{sums}(a, force, mass);
-  const auto pairOf = [](const double* of, int s) { return Vec2<Lane>{of[s], of[lanes + s]}; };
-  const auto setPair = [](double* of, int s, Vec2<Lane> to) {
-    of[s] = to.x.v;
-    of[lanes + s] = to.y.v;
-  };
-  Vec2<Lane> pin = vectorOf(ground), outside;
-  for (int s = 0; s < lanes; ++s) {
-    setPair(starts, s, pin);
-    pin += pairOf(sums, s);
-  }
-  for (int s = lanes - 1; s >= 0; --s) {
-    setPair(starts + 2 * lanes, s, outside);
-    outside += pairOf(sums + 2 * lanes, s) + Lane(sums[4 * lanes + s]) * pairOf(starts, s);
-  }
-  Vec2<Real> start, outer;
-  Reader{starts}(start, outer);
+  const Vec2<Real> start = sumOfOthers(a, ground, true);
+  Vec2<Real> outer = sumOfOthers(force + mass * start, {}, false);
 
   for (int i = arrays.steps - 1; i >= 0; --i) {
     const auto body = bodyAt<Real>(arrays, i);

@@ -24,7 +24,7 @@ enum PairKind {
 
 class KnownPair {
  public:
-  static constexpr int orders = 4;
+  static constexpr int orders = SeriesArrays::knownOrders;
 
   /// The columns begin at x and y of order 0, orders lie `apart`. Sums of order k go to known + k % 4 × row.
   KnownPair(const double* x, const double* y, int apart, double* known, int row)

@@ -1,7 +1,7 @@
 #pragma once
 
 /// The Taylor series of two bodies. See motion_series.h for the equations. Each order waits for the one
-/// before. So both bodies are computed side by side. It takes a third of the time of the series for any
+/// before. So both bodies are computed at once. It takes a third of the time of the series for any
 /// number of bodies.
 
 #include "lanes/series_kernel.h"

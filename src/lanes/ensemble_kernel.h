@@ -3,7 +3,11 @@
 /// The Taylor series of several chains, one in each lane, and their steps. See motion_series.h for the
 /// equations, ode/taylor.h for the error.
 
+#include <algorithm>
+#include <tuple>
+
 #include "lanes/series_links.h"
+#include "simd/power_iteration.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -189,11 +193,11 @@ class TwoInEachLane {
 // ---- Springs and dampers -----------------------------------------------------------------------------
 
 /// Order k of N_j = τ_j − τ_{j+1}, τ_j = torque_j − k_j q_j − d_j q̇_j.
-void findTorques(const SideBySide& of, int k, const double* theta, const double* omega) {
+void findTorques(const EnsembleArrays& of, int k, const double* theta, const double* omega) {
   Pack outer;
   for (int j = of.arrays.n - 1; j >= 0; --j) {
     Pack stiffness, damping, torque;
-    Reader{of.joints + j * SideBySide::jointQuantities * laneCount}(stiffness, damping, torque);
+    Reader{of.joints + j * EnsembleArrays::jointQuantities * laneCount}(stiffness, damping, torque);
     Pack q = read(theta, j), qd = read(omega, j);
     if (j > 0) {
       q -= read(theta, j - 1);
@@ -223,7 +227,7 @@ inline Pack roughPower(Pack x, double y) {
 /// The tail of the series as Taylor::findError() has it, as a function of h.
 class Tail {
  public:
-  Tail(const SideBySide& of, const StepControl& control)
+  Tail(const EnsembleArrays& of, const StepControl& control)
       : control_(control), first_(of.order - kept + 1), turning_(Pack::load(of.turning)) {
     const int n = of.arrays.n;
     for (int i = 0; i < n; ++i) add(of, i, smaller(absolute(read(of.c, i)), Pack(control.ceiling)), angles_);
@@ -243,15 +247,14 @@ class Tail {
   }
 
  private:
-  static constexpr int kept = 6;
+  static constexpr int kept = std::tuple_size_v<decltype(StepControl::tail)>;
 
-  void add(const SideBySide& of, int i, Pack size, Pack* largest) {
+  void add(const EnsembleArrays& of, int i, Pack size, Pack* largest) {
     const int n = of.arrays.n;
     const Pack perSize = Pack(1) / (Pack(1) + size);
-    double weight = control_.caution / 1024;
-    for (int k = 0; k < kept; ++k, weight *= 4) {
+    for (int k = 0; k < kept; ++k) {
       const Pack term = absolute(read(of.c, (first_ + k) * 2 * n + i));
-      largest[k] = larger(Pack(weight) * (term * perSize), largest[k]);
+      largest[k] = larger(Pack(control_.tail[static_cast<std::size_t>(k)]) * (term * perSize), largest[k]);
     }
     isNumber_ = mulAdd(Pack(0), read(of.c, of.order * 2 * n + i), isNumber_);
   }
@@ -289,7 +292,7 @@ Pack nextStep(const Tail& tail, int order, Pack h) {
 }
 
 template <class Shape>
-[[gnu::noinline]] void findOrders(const SideBySide& of) {
+[[gnu::noinline]] void findOrders(const EnsembleArrays& of) {
   const int n = of.arrays.n;
   for (int j = 0; j < n; ++j) {
     const Rotation<Pack> e = rotationsOf(read(of.c, j));
@@ -302,65 +305,53 @@ template <class Shape>
   allOrders<Shape>(of.arrays, of.order, {of.joints ? of.N : nullptr, nullptr, of.ground}, findLoads, of.c);
 }
 
-/// |λ| by power iteration, as LocalStiffness has it. Order 1 is the slope.
-template <class Shape>
-void findTurning(const SideBySide& of, const StepControl& control, const double* due) {
-  SideBySide first = of;
-  first.order = 1;
-  const int size = 2 * of.arrays.n;
-  double *y = of.slopes, *base = y + size * laneCount, *slope = of.c + size * laneCount;
-  const Integers isDue = Pack::load(due).v > Pack().v;
-  const auto choose = [&](Pack a, Pack b) { return Pack(isDue ? a.v : b.v); };
-  const auto sum = [&](auto term) {
-    Pack all;
-    for (int i = 0; i < size; ++i) all = term(read(of.direction, i), all);
-    return all;
-  };
-  const auto squareOf = [](Pack d, Pack all) { return mulAdd(d, d, all); };
-  const auto sizeOf = [](Pack d, Pack all) { return larger(absolute(d), all); };
+/// As power_iteration.h has it for doubles: in each lane, and true if it is in any.
+inline Integers areMeasured(Pack eigenvalue) {
+  return (eigenvalue.v > Pack().v) & (eigenvalue.v < Pack(1e300).v);
+}
+inline bool isMeasured(Pack eigenvalue) {
+  return !all(!areMeasured(eigenvalue));
+}
 
+/// |λ| as LocalStiffness has it. Order 1 is the slope.
+template <class Shape>
+void findTurning(const EnsembleArrays& of, const StepControl& control, const double* due) {
+  EnsembleArrays first = of;
+  first.order = 1;
+  const int size = 2 * of.arrays.n, numbers = size * laneCount;
+  double *y = of.scratch, *base = y + numbers, *direction = base + numbers;
+  std::copy_n(of.direction, numbers, direction);
   findOrders<Shape>(first);
-  std::copy_n(of.c, 2 * size * laneCount, y);
-  Pack eigenvalue;
-  for (int k = 0; k < 2; ++k) {
-    const Pack before = sum(squareOf);
-    for (int twice = 0; twice < 2; ++twice) {
-      const Pack step = Pack(1e-6) / sum(sizeOf);
-      for (int i = 0; i < size; ++i)
-        mulAdd(step, read(of.direction, i), read(y, i)).store(of.c + i * laneCount);
-      findOrders<Shape>(first);
-      for (int i = 0; i < size; ++i) {
-        const Pack d = read(of.direction, i);
-        choose((read(slope, i) - read(base, i)) / step, d).store(of.direction + i * laneCount);
-      }
-    }
-    const Pack after = sum(squareOf), length = root(after);
-    const Integers isMeasured = (after.v > Pack().v) & (after.v < Pack(1e300).v);
-    eigenvalue = Pack(isMeasured ? root(root(after / before)).v : Pack().v);
-    for (int i = 0; i < size; ++i) {
-      const Pack d = read(of.direction, i), next(isMeasured ? (d / length).v : Pack(1).v);
-      choose(next, d).store(of.direction + i * laneCount);
-    }
+  std::copy_n(of.c, 2 * numbers, y);
+  const Pack eigenvalue = largestEigenvalue<Pack>({size, y, base, of.c, of.c + numbers, direction},
+                                                  [&first] { findOrders<Shape>(first); });
+  std::copy_n(y, numbers, of.c);
+
+  const Integers isDue = Pack::load(due).v > Pack().v;
+  const Integers isFound = areMeasured(eigenvalue);
+  const auto keep = [isDue](Pack next, double* to) { Pack(isDue ? next.v : Pack::load(to).v).store(to); };
+  for (int i = 0; i < size; ++i) {
+    keep(Pack(isFound ? read(direction, i).v : Pack(1).v), of.direction + i * laneCount);
   }
-  std::copy_n(y, size * laneCount, of.c);
-  choose(larger(Pack(1) / eigenvalue, Pack(control.leastTurning)), Pack::load(of.turning)).store(of.turning);
+  const Pack found = Pack(isFound ? eigenvalue.v : Pack().v);
+  keep(larger(Pack(1) / found, Pack(control.leastTurning)), of.turning);
 }
 
 template <class Shape>
-void findSeries(const SideBySide& of, const StepControl& control) {
+void findSeries(const EnsembleArrays& of, const StepControl& control) {
   findOrders<Shape>(of);
   nextStep(Tail(of, control), of.order, Pack::load(of.h)).store(of.h);
 }
 
 /// Σ_{0<k} c_k h^k of components 2i and 2i + 1: one sum does not wait for the other.
-inline Vec2p increments(const SideBySide& of, Pack h, int i) {
+inline Vec2p increments(const EnsembleArrays& of, Pack h, int i) {
   const int n = of.arrays.n;
   Vec2p sum = pairAt<Pack>(of.c, 2 * (of.order * n + i));
   for (int k = of.order - 1; k > 0; --k) sum = mulAdd(h, sum, pairAt<Pack>(of.c, 2 * (k * n + i)));
   return h * sum;
 }
 
-void evaluateSeries(const SideBySide& of, const double* h, double* y) {
+void evaluateSeries(const EnsembleArrays& of, const double* h, double* y) {
   for (int i = 0; i < of.arrays.n; ++i) {
     const Vec2p whole = increments(of, Pack::load(h), i) + pairAt<Pack>(of.carry, 2 * i);
     storePair(y, 2 * i, pairAt<Pack>(of.c, 2 * i) + whole);
@@ -368,11 +359,11 @@ void evaluateSeries(const SideBySide& of, const double* h, double* y) {
 }
 
 /// Σ d q̇². y: scratch.
-void findDissipation(const SideBySide& of, const double* h, double* y, double* power) {
+void findDissipation(const EnsembleArrays& of, const double* h, double* y, double* power) {
   evaluateSeries(of, h, y);
   Pack sum, inner;
   for (int j = 0; j < of.arrays.n; ++j) {
-    const Pack damping = read(of.joints + j * SideBySide::jointQuantities * laneCount, 1);
+    const Pack damping = read(of.joints + j * EnsembleArrays::jointQuantities * laneCount, 1);
     const Pack rate = read(y, of.arrays.n + j), qd = rate - inner;
     sum = mulAdd(damping * qd, qd, sum);
     inner = rate;
@@ -381,7 +372,7 @@ void findDissipation(const SideBySide& of, const double* h, double* y, double* p
 }
 
 /// With Kahan's summation.
-void takeStep(const SideBySide& of, const double* h) {
+void takeStep(const EnsembleArrays& of, const double* h) {
   for (int i = 0; i < of.arrays.n; ++i) {
     const Vec2p old = pairAt<Pack>(of.c, 2 * i);
     const Vec2p whole = increments(of, Pack::load(h), i) + pairAt<Pack>(of.carry, 2 * i);
@@ -392,8 +383,8 @@ void takeStep(const SideBySide& of, const double* h) {
 }
 
 template <class Shape>
-constexpr SideBySideKernel sideBySideOf{findTurning<Shape>, findSeries<Shape>, evaluateSeries,
-                                        findDissipation, takeStep};
+constexpr EnsembleKernel ensembleOf{findTurning<Shape>, findSeries<Shape>, evaluateSeries, findDissipation,
+                                    takeStep};
 
 }  // namespace
 }  // namespace planar_chain::simd
