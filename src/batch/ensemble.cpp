@@ -192,11 +192,11 @@ void Ensemble::dissipate(const simd::EnsembleArrays& all) {
   }
 }
 
-/// At the first of every hundred steps.
+/// At the first of every LocalStiffness::period steps.
 void Ensemble::findTurningTimes(const simd::EnsembleArrays& all) {
   bool isAnyDue = false;
   for (std::size_t k = 0; k < lanes_.size(); ++k) {
-    const bool isDue = lanes_[k].given && lanes_[k].steps % 100 == 0;
+    const bool isDue = lanes_[k].given && lanes_[k].steps % ode::LocalStiffness::period == 0;
     ahead_[k] = isDue ? 1 : 0;
     isAnyDue = isAnyDue || isDue;
   }
@@ -227,6 +227,9 @@ void Ensemble::writeStates() {
 }
 
 bool Ensemble::isHopeless(std::size_t lane) {
+  // Long enough for a start from rest. A run whose steps turn the links less than that on average is bound by
+  // stability: Simulation has stiff methods, the lanes have none. Less keeps stiff runs in lanes, where they
+  // cost most; more gives up runs at fine tolerances.
   constexpr int judged = 200;           // steps
   constexpr double leastTurned = 0.01;  // rad a step
   Lane& of = lanes_[lane];

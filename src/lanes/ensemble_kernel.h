@@ -275,11 +275,14 @@ class Tail {
 };
 
 /// Of a step h before. The error grows as h^(k−1), where the kept terms have k = order − 5 … order.
+/// A step is taken as found if its error is between `least` and 1 of what is allowed. With `aimed` between,
+/// an inexact power still hits that range, mostly in two rounds. `most` rounds end a search that does not.
 Pack nextStep(const Tail& tail, int order, Pack h) {
   constexpr double least = 0.5, aimed = 0.7;
+  constexpr int most = 60;
   const Pack longest = Pack(10) * h;
   Integers isFound = h.v != h.v, isGood = isFound;
-  for (int k = 0; k < 60; ++k) {
+  for (int k = 0; k < most; ++k) {
     const Pack error = tail.error(h);
     isGood = error.v <= Pack(1).v;
     isFound = isFound | (isGood & ((error.v >= Pack(least).v) | (h.v >= longest.v))) | (error.v != error.v);

@@ -49,13 +49,21 @@ class AdaptiveSteps : public Integrator {
   double propose(const State& state, double left, bool isBold = false);
 
  private:
+  /// The next step is this share of the one whose error would just be allowed, as in Hairer's codes. Nearer
+  /// to 1 more steps are rejected, farther from it all are shorter.
   static constexpr double safety = 0.9;
-  static constexpr double sure = 0.98;        // safety if the error is foreseen
-  static constexpr double nearlyWhole = 0.9;  // of a step: its error is nearly that of the whole one
-  static constexpr double mostBeta = 0.04;    // weight of the last error in the PI control
-  static constexpr double smallestFactor = 0.2;
-  static constexpr double largestFactor = 10;
-  static constexpr double smallestLog = -13.287712;  // log2 of 1e-4, the smallest error that PI remembers
+  /// The same if the error is known before the attempt: no step is rejected then, but for rounding.
+  static constexpr double sure = 0.98;
+  /// The error of at least this share of a step is taken for that of the whole one.
+  static constexpr double nearlyWhole = 0.9;
+  /// The weight of the last error in the PI control, by Hairer and Wanner. 0: steps near the limit of
+  /// stability alternate between long and rejected ones. Orders above 7 take less.
+  static constexpr double mostBeta = 0.04;
+  /// The factors by which a step may change at most: the estimate says little about far other lengths.
+  static constexpr double smallestFactor = 0.2, largestFactor = 10;
+  /// log2 of 1e-4, the smallest error that the PI control remembers, as in Hairer's codes. An error may be 0.
+  static constexpr double smallestLog = -13.287712;
+  /// Steps without error control after a restart. A jump settles in a few; more would hide a failure.
   static constexpr int mostJumps = 10;
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 

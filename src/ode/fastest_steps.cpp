@@ -29,7 +29,9 @@ class FastestSteps : public Integrator {
  public:
   FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance,
                std::shared_ptr<LocalStiffness> stiffness, bool jumpsOften)
-      : isFine_(tolerance.isFine()), judged_(jumpsOften ? 12 : 3), stiffness_(std::move(stiffness)) {
+      : isFine_(tolerance.isFine()),
+        judged_(jumpsOften ? judgedAmongSwitches : judgedSteps),
+        stiffness_(std::move(stiffness)) {
     for (auto& stepper : steppers) methods_.emplace_back(std::move(stepper), tolerance, stiffness_);
   }
 
@@ -100,20 +102,51 @@ class FastestSteps : public Integrator {
   StepCount count() const override { return count_; }
 
  private:
-  static constexpr int leastPatience = 25;  // steps between trials; doubled when the incumbent wins,
-  static constexpr int fewerTrials = 4;     // or multiplied by this when it wins clearly
+  // No choice below changes what meets the tolerance, only the cost. `test/knobs.py src/ode/fastest_steps.cpp
+  // BUILD` runs the scenes that ship with half and with twice each value.
+
+  /// Steps before the first trial. Fewer: short runs pay for trials. More: a wrong start is kept for longer.
+  static constexpr int leastPatience = 25;
+  /// The patience doubles after each trial that the incumbent wins, and grows by this factor if it wins
+  /// clearly. Less: motions of one character pay for more lost trials. More: a change is noticed late.
+  static constexpr int fewerTrials = 4;
+  /// Bounds the patience, as any motion may change. Only runs of thousands of steps reach it.
   static constexpr int mostPatience = 1600;
-  static constexpr double clearly = 1.15;         // the challenger's speed over the incumbent's to win
-  static constexpr double hopeful = 1.3;          // its speed over its last one to go on
-  static constexpr double hopeless = 0.7;         // an explicit challenger with less than this loses
-  static constexpr double farEnough = 0.75;       // of the limit of stability
-  static constexpr double clearlyNotStiff = 0.1;  // of that step, for a start with an explicit method
-  static constexpr double nearTheLimit = 0.5;     // of that step: a stiff method may be faster
-  static constexpr double mostTrialCost = 600;    // evaluations
-  static constexpr double trialBudget = 0.2;      // of the incumbents' cost, for uncertain trials
-  static constexpr double notFar = 0.1;           // of the incumbent's step, for a stiff method's first one
-  static constexpr double farthestLeap = 1000;    // times the incumbent's step
-  static constexpr double cautious = 0.5;         // of that step, for an explicit one's first one
+  /// The challenger wins if its speed exceeds the incumbent's by this factor. Near 1: methods of equal speed
+  /// take turns, and each change loses the length of the step. At 2: a far faster method never wins.
+  static constexpr double clearly = 1.15;
+  /// A trial goes on while the speed grows by this factor between decisions. A stiff method's step still
+  /// grows by up to ten then; one that grows more slowly has found its length.
+  static constexpr double hopeful = 1.3;
+  /// A trial ends at once if the next step would be slower than this share of the incumbent's speed. Near 1:
+  /// it ends for the noise in one step. Far below: lost trials run to their end.
+  static constexpr double hopeless = 0.7;
+  /// Explicit methods stay below this share of their limit of stability. Above 1 they leave it, and their
+  /// error control finds that out by rejections; close to 1 they leave oscillations, as said above.
+  static constexpr double farEnough = 0.75;
+  /// A run starts with an explicit method if its first step is below this share of the longest steady one.
+  /// First steps are short. So a larger share starts stiff scenes explicitly until the first trial.
+  static constexpr double clearlyNotStiff = 0.1;
+  /// Stiff methods are tried only if the explicit incumbent's step exceeds this share of the steady one:
+  /// below, accuracy bounds the step and not stiffness, and they would lose.
+  static constexpr double nearTheLimit = 0.5;
+  /// The most evaluations of one trial. Without it a stiff method on a long chain could use as many as the
+  /// incumbent has in all. Half or twice as much changes little.
+  static constexpr double mostTrialCost = 600;
+  /// Uncertain trials together cost at most this share of the incumbents' evaluations: it bounds the loss on
+  /// a motion for which no other method is ever faster.
+  static constexpr double trialBudget = 0.2;
+  /// A stiff challenger that cannot leap starts with at least this share of the incumbent's step. Its own
+  /// last step may be of another part of the motion, and far too short.
+  static constexpr double notFar = 0.1;
+  /// Leaps are 10, 100, then this many times the incumbent's step, by turns. A longer one is rejected until
+  /// it is one of these.
+  static constexpr double farthestLeap = 1000;
+  /// An explicit challenger without a step of its own starts with this share of the incumbent's. A whole one
+  /// is often rejected.
+  static constexpr double cautious = 0.5;
+  /// Steps of a trial before each decision: where switches end steps at random, a few tell too little.
+  static constexpr int judgedSteps = 3, judgedAmongSwitches = 12;
 
   /// Progress, s, and cost of a method, in evaluations.
   struct Run {
@@ -219,7 +252,7 @@ class FastestSteps : public Integrator {
   }
 
   const bool isFine_;  ///< of the tolerance: radau13 is often faster than rodas5p
-  const int judged_;   ///< steps of a trial before each decision; many, where switches end them at random
+  const int judged_;   ///< steps of a trial before each decision
   std::shared_ptr<LocalStiffness> stiffness_;
   std::deque<AdaptiveSteps> methods_;
   std::size_t inUse_ = 0, challenger_ = 0;

@@ -22,10 +22,14 @@ class LocalStiffness {
     direction_ = zigzag_;
   }
 
-  /// Calls update() at the first of every hundred calls.
+  /// Steps between updates. An update takes six evaluations of f, so these cost at most 6 % of explicit steps
+  /// with one evaluation each. The eigenvalue changes with the chain's shape, over hundreds of steps.
+  static constexpr int period = 100;
+
+  /// Calls update() at the first of every `period` calls.
   void maybeUpdate(double t, const Vector& y) {
     if (calls_ == 0) update(t, y);
-    calls_ = (calls_ + 1) % 100;
+    calls_ = (calls_ + 1) % period;
   }
   /// Makes the next maybeUpdate() the first one.
   void forget() { calls_ = 0; }
