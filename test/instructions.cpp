@@ -1,6 +1,6 @@
 /// What instructions.py counts: evaluations, the exact solve and steps, on short and long chains. A program,
 /// not a test; it writes what it has called, and how often. With any argument it writes nanoseconds instead,
-/// for side_by_side.py.
+/// for slowdown.py.
 
 #include <Eigen/Core>
 #include <algorithm>

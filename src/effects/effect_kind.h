@@ -100,6 +100,11 @@ class EffectKind {
   virtual void summarize(const Scene& scene, SceneWords& words) const = 0;
   virtual Symbol symbolOf(const Joint& /*joint*/) const { return Symbol::none; }
 
+  /// True if SIMD lanes may compute this scene in a batch (batch.h), as far as this kind is concerned: they
+  /// know pins, gravity, linear springs and dampers, and steady torques in joints. By default only a scene in
+  /// which the kind does not act.
+  virtual bool runsInLanes(const Scene& scene) const { return make(scene) == nullptr; }
+
   // ---- Energy and sizes ---------------------------------------------------------------------------------
 
   /// The energy V that it stores in a joint at the angle q, J.

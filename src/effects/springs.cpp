@@ -176,6 +176,8 @@ class SpringKind : public EffectKind {
     return effect->empty() ? nullptr : std::move(effect);
   }
 
+  bool runsInLanes(const Scene& /*scene*/) const override { return true; }
+
   /// τ_i = −k_i (q_i − q0_i) − d_i q̇_i
   void addDense(const Scene& scene, double /*t*/, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
                 const DenseActions& to) const override {

@@ -248,10 +248,15 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   expanded.gravity = robot->gravity;
   expanded.appearance = std::move(robot->appearance);
   const Section links = top.section("links");
+  const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
   for (std::size_t i = 0; i < robot->links.size(); ++i) {
     const std::string name = robot->links[i].name;
     Entry entry{std::move(robot->links[i]), std::move(robot->joints[i])};
-    takeMotion(links.section(name, {"joint", "initial"}), true, entry);
+    std::vector<const char*> keys{"joint", "initial"};
+    for (const NumberKey& key : own) keys.push_back(key.name);
+    const Section in = links.section(name, keys);
+    takeNumbers(in, own, entry.link.others);
+    takeMotion(in, true, entry);
     append(entry, expanded);
   }
   for (const auto& [name, value] : links.entries()) {

@@ -1,6 +1,6 @@
 #pragma once
 
-/// Runs of a batch side by side, one in each SIMD lane: see lanes/side_by_side.h.
+/// An ensemble: runs of a batch, one in each SIMD lane. See lanes/ensemble_kernel.h.
 ///
 /// Each lane goes its own steps along its own Taylor series, so no result depends on the other lanes. With
 /// the shortest step of all lanes for all, 32 double pendulums took 1.8 times as many steps in four lanes
@@ -13,16 +13,16 @@
 #include <vector>
 
 #include "batch/runs.h"
-#include "lanes/kernel.h"
+#include "lanes/motion_series.h"
 #include "run/energy_guard.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {
 
-class SideBySide {
+class Ensemble {
  public:
   /// For runs of scenes like this one.
-  SideBySide(const Scene& like, Runs& runs, const simd::Kernel& kernel);
+  Ensemble(const Scene& like, Runs& runs, const simd::Kernel& kernel);
   /// The best kernel of this CPU with at most so many lanes; 0: any. Nothing if such scenes do not run in
   /// lanes.
   static const simd::Kernel* kernelFor(const Scene& scene, int mostLanes);
@@ -53,31 +53,31 @@ class SideBySide {
     long long unchecked = 0;  ///< steps since the balance was checked
   };
 
-  simd::SideBySide arrays();
+  simd::EnsembleArrays arrays();
   std::size_t place(int i, std::size_t lane) const { return index(i) * lanes_.size() + lane; }
-  void findTurningTimes(const simd::SideBySide& all);
+  void findTurningTimes(const simd::EnsembleArrays& all);
   void writeStates();
   bool isHopeless(std::size_t lane);
   /// False if the energy balance of this lane does not close. At time 0 it starts there.
   bool balances(std::size_t lane);
   /// Integrates the dampers' power over the step `ahead_`.
-  void dissipate(const simd::SideBySide& all);
+  void dissipate(const simd::EnsembleArrays& all);
 
   Runs& runs_;
   const IntegratorSettings settings_;
   const int n_ = runs_.n;
   const simd::Kernel& kernel_;
-  const simd::SideBySideKernel& run_;
+  const simd::EnsembleKernel& run_;
   const int order_;
   /// Of Gauss, for W_d. Its error is about 1e-12: steps are short for the radius of convergence.
   const Eigen::MatrixX2d rule_;
   const simd::StepControl control_;
-  const int width_;
+  SeriesStorage series_;
   std::vector<Lane> lanes_;
   std::vector<double> state_;  ///< of one lane
   std::size_t inUse_ = 0;
-  CacheLines links_, ground_, joints_, rows_, known_, bodies_, e_, N_, c_, carry_, h_, ahead_, within_,
-      power_, turning_, direction_, slopes_, states_;
+  CacheLines ground_, joints_, N_, c_, carry_, h_, ahead_, within_, power_, turning_, direction_, scratch_,
+      states_;
 };
 
 }  // namespace planar_chain

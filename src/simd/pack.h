@@ -46,72 +46,75 @@ struct RegisterOf<1> {
 };
 
 template <int count>
-struct LanesOf {
+struct PackOf {
   using Register = typename RegisterOf<count>::type;
   Register v;
 
-  LanesOf() : v{} {}
-  LanesOf(Register v_) : v(v_) {}
+  PackOf() : v{} {}
+  PackOf(Register v_) : v(v_) {}
   /// The same number in all lanes.
   template <class Real>
-  explicit LanesOf(Real x) : v(static_cast<double>(x) - Register{}) {}
+  explicit PackOf(Real x) : v(static_cast<double>(x) - Register{}) {}
 
   /// In memory, at any place. Before GCC 12, memcpy to a register goes through the stack.
   struct [[gnu::packed, gnu::may_alias]] Stored {
     Register v;
   };
-  [[gnu::always_inline]] static LanesOf load(const double* from) {
+  [[gnu::always_inline]] static PackOf load(const double* from) {
     return reinterpret_cast<const Stored*>(from)->v;
   }
   [[gnu::always_inline]] void store(double* to) const { reinterpret_cast<Stored*>(to)->v = v; }
 
-  friend LanesOf operator+(LanesOf a, LanesOf b) { return a.v + b.v; }
-  friend LanesOf operator-(LanesOf a, LanesOf b) { return a.v - b.v; }
-  friend LanesOf operator*(LanesOf a, LanesOf b) { return a.v * b.v; }
-  friend LanesOf operator/(LanesOf a, LanesOf b) { return a.v / b.v; }
-  friend LanesOf operator-(LanesOf a) { return -a.v; }
-  LanesOf& operator+=(LanesOf b) { return *this = *this + b; }
-  LanesOf& operator-=(LanesOf b) { return *this = *this - b; }
+  friend PackOf operator+(PackOf a, PackOf b) { return a.v + b.v; }
+  friend PackOf operator-(PackOf a, PackOf b) { return a.v - b.v; }
+  friend PackOf operator*(PackOf a, PackOf b) { return a.v * b.v; }
+  friend PackOf operator/(PackOf a, PackOf b) { return a.v / b.v; }
+  friend PackOf operator-(PackOf a) { return -a.v; }
+  PackOf& operator+=(PackOf b) { return *this = *this + b; }
+  PackOf& operator-=(PackOf b) { return *this = *this - b; }
 };
 
-using Lanes = LanesOf<laneCount>;
-/// A double whose functions, too, are compiled for this CPU alone.
-using Number = LanesOf<1>;
-using Integers = decltype(Lanes::Register() < Lanes::Register());
+/// In what is compiled for one kind of CPU: a full register; a double, whose functions too are compiled for
+/// this CPU alone; and a vector in each lane. As template parameters, Real stands for any of a double, a dual
+/// number, a Pack and a Lane, and Scalar for such a number or a complex one.
+using Pack = PackOf<laneCount>;
+using Lane = PackOf<1>;
+using Vec2p = Vec2<Pack>;
+using Integers = decltype(Pack::Register() < Pack::Register());
 
 using planar_chain::mulAdd;
 #if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
 #define PLANAR_CHAIN_FUSES
-inline Number mulAdd(Number a, Number b, Number c) {
+inline Lane mulAdd(Lane a, Lane b, Lane c) {
   return __builtin_fma(a.v, b.v, c.v);
 }
 #endif
 #ifdef __FMA__
-inline LanesOf<2> mulAdd(LanesOf<2> a, LanesOf<2> b, LanesOf<2> c) {
+inline PackOf<2> mulAdd(PackOf<2> a, PackOf<2> b, PackOf<2> c) {
   return {_mm_fmadd_pd(a.v, b.v, c.v)};
 }
-LanesOf<4> mulAdd(LanesOf<4> a, LanesOf<4> b, LanesOf<4> c) {
+PackOf<4> mulAdd(PackOf<4> a, PackOf<4> b, PackOf<4> c) {
   return {_mm256_fmadd_pd(a.v, b.v, c.v)};
 }
 #endif
 #if defined(__AVX512F__)
-Lanes mulAdd(Lanes a, Lanes b, Lanes c) {
+Pack mulAdd(Pack a, Pack b, Pack c) {
   return {_mm512_fmadd_pd(a.v, b.v, c.v)};
 }
 #elif defined(__ARM_FEATURE_FMA)
-Lanes mulAdd(Lanes a, Lanes b, Lanes c) {
+Pack mulAdd(Pack a, Pack b, Pack c) {
   return {vfmaq_f64(c.v, a.v, b.v)};
 }
 #endif
 
-inline Vec2<Number> vectorOf(const Vec2d& a) {
+inline Vec2<Lane> vectorOf(const Vec2d& a) {
   return {a.x, a.y};
 }
 
 /// Lane s of the result is number index(s) of those of a and, behind them, b.
 template <int count, class Index, int... s>
-[[gnu::always_inline]] inline LanesOf<count> shuffled(LanesOf<count> a, LanesOf<count> b, Index index,
-                                                      std::integer_sequence<int, s...>) {
+[[gnu::always_inline]] inline PackOf<count> shuffled(PackOf<count> a, PackOf<count> b, Index index,
+                                                     std::integer_sequence<int, s...>) {
 #ifdef __clang__
   return {__builtin_shufflevector(a.v, b.v, std::integral_constant<int, index(s)>::value...)};
 #else
@@ -119,13 +122,13 @@ template <int count, class Index, int... s>
 #endif
 }
 template <int count, class Index>
-[[gnu::always_inline]] inline LanesOf<count> shuffled(LanesOf<count> a, LanesOf<count> b, Index index) {
+[[gnu::always_inline]] inline PackOf<count> shuffled(PackOf<count> a, PackOf<count> b, Index index) {
   return shuffled(a, b, index, std::make_integer_sequence<int, count>());
 }
 
 /// Pairs (x, y), in memory one after the other.
-[[gnu::always_inline]] inline Vec2<Lanes> loadPairs(const double* from) {
-  const Lanes low = Lanes::load(from), high = Lanes::load(from + laneCount);
+[[gnu::always_inline]] inline Vec2p loadPairs(const double* from) {
+  const Pack low = Pack::load(from), high = Pack::load(from + laneCount);
   return {shuffled(low, high, [](int s) { return 2 * s; }),
           shuffled(low, high, [](int s) { return 2 * s + 1; })};
 }
@@ -135,9 +138,9 @@ constexpr int placeInPairs(int i) {
   return i / 2 % 2 * laneCount + i / 4 * 2 + i % 2;
 }
 
-[[gnu::always_inline]] inline void storePairs(double* to, Vec2<Lanes> pairs) {
-  const Lanes even = shuffled(pairs.x, pairs.y, [](int s) { return s % 2 * laneCount + s / 2 * 2; });
-  const Lanes odd = shuffled(pairs.x, pairs.y, [](int s) { return s % 2 * laneCount + s / 2 * 2 + 1; });
+[[gnu::always_inline]] inline void storePairs(double* to, Vec2p pairs) {
+  const Pack even = shuffled(pairs.x, pairs.y, [](int s) { return s % 2 * laneCount + s / 2 * 2; });
+  const Pack odd = shuffled(pairs.x, pairs.y, [](int s) { return s % 2 * laneCount + s / 2 * 2 + 1; });
   shuffled(even, odd, [](int s) { return placeInPairs(s); }).store(to);
   shuffled(even, odd, [](int s) { return placeInPairs(laneCount + s); }).store(to + laneCount);
 }
@@ -155,20 +158,20 @@ constexpr int placeInPairs(int i) {
 // ---- The first numbers of a register, so many as there are -----------------------------------------
 
 /// The others are 0.
-[[gnu::always_inline]] inline Lanes loadSome(const double* from, int count) {
-  if (count >= laneCount) return Lanes::load(from);
+[[gnu::always_inline]] inline Pack loadSome(const double* from, int count) {
+  if (count >= laneCount) return Pack::load(from);
 #if defined(__AVX512F__)
-  return Lanes(_mm512_maskz_loadu_pd(static_cast<__mmask8>((1 << count) - 1), from));
+  return Pack(_mm512_maskz_loadu_pd(static_cast<__mmask8>((1 << count) - 1), from));
 #elif defined(__AVX2__)
-  return Lanes(_mm256_maskload_pd(from, reinterpret_cast<__m256i>(Integers{0, 1, 2, 3} < count)));
+  return Pack(_mm256_maskload_pd(from, reinterpret_cast<__m256i>(Integers{0, 1, 2, 3} < count)));
 #else
-  Lanes a;
+  Pack a;
   for (int s = 0; s < count; ++s) a.v[s] = from[s];
   return a;
 #endif
 }
 
-[[gnu::always_inline]] inline void storeSome(double* to, Lanes a, int count) {
+[[gnu::always_inline]] inline void storeSome(double* to, Pack a, int count) {
   if (count >= laneCount) return a.store(to);
 #if defined(__AVX512F__)
   _mm512_mask_storeu_pd(to, static_cast<__mmask8>((1 << count) - 1), a.v);
@@ -191,48 +194,48 @@ constexpr int placeInPairs(int i) {
 /// For each pair of groups of `size` lanes: both groups get the numbers of the inner one, or of the outer
 /// one.
 template <int size>
-inline Lanes ofInner(Lanes a) {
+inline Pack ofInner(Pack a) {
   return shuffled(a, a, [](int s) { return s & ~size; });
 }
 template <int size>
-inline Lanes ofOuter(Lanes a) {
+inline Pack ofOuter(Pack a) {
   return shuffled(a, a, [](int s) { return s | size; });
 }
 
 /// In the lanes of inner groups the first, in those of outer ones the second.
 template <int size>
-inline Lanes either(Lanes inner, Lanes outer) {
+inline Pack either(Pack inner, Pack outer) {
   return shuffled(inner, outer, [](int s) { return s & size ? laneCount + s : s; });
 }
 
 // ---- Size ------------------------------------------------------------------------------------------
 
-inline Lanes larger(Lanes a, Lanes b) {
+inline Pack larger(Pack a, Pack b) {
   return {a.v > b.v ? a.v : b.v};
 }
-inline Lanes smaller(Lanes a, Lanes b) {
+inline Pack smaller(Pack a, Pack b) {
   return {a.v < b.v ? a.v : b.v};
 }
-inline Lanes absolute(Lanes a) {
-  return Lanes(reinterpret_cast<Lanes::Register>(reinterpret_cast<Integers>(a.v) & ~(1ll << 63)));
+inline Pack absolute(Pack a) {
+  return Pack(reinterpret_cast<Pack::Register>(reinterpret_cast<Integers>(a.v) & ~(1ll << 63)));
 }
 
-[[gnu::always_inline]] inline Lanes root(Lanes a) {
+[[gnu::always_inline]] inline Pack root(Pack a) {
 #if defined(__AVX512F__)
-  return Lanes(_mm512_maskz_sqrt_pd(0xff, a.v));
+  return Pack(_mm512_maskz_sqrt_pd(0xff, a.v));
 #elif defined(__AVX2__)
-  return Lanes(_mm256_sqrt_pd(a.v));
+  return Pack(_mm256_sqrt_pd(a.v));
 #else
-  return {Lanes::Register{std::sqrt(a.v[0]), std::sqrt(a.v[1])}};
+  return {Pack::Register{std::sqrt(a.v[0]), std::sqrt(a.v[1])}};
 #endif
 }
 
 /// Sets small numbers to zero: G shrinks exponentially along a segment, and denormal numbers are slow. Every
 /// few steps are enough, as numbers do not become denormal between.
 constexpr int stepsPerFlush = 8;
-[[gnu::always_inline]] inline Lanes flushed(Lanes a) {
-  const Integers large = (a.v > Lanes(1e-140).v) | (a.v < Lanes(-1e-140).v);
-  return Lanes(reinterpret_cast<Lanes::Register>(reinterpret_cast<Integers>(a.v) & large));
+[[gnu::always_inline]] inline Pack flushed(Pack a) {
+  const Integers large = (a.v > Pack(1e-140).v) | (a.v < Pack(-1e-140).v);
+  return Pack(reinterpret_cast<Pack::Register>(reinterpret_cast<Integers>(a.v) & large));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""How much slower the second of two builds is: side_by_side.py ROUNDS "COMMAND" "COMMAND"
+"""How much slower the second of two builds is: slowdown.py ROUNDS "COMMAND" "COMMAND"
 
 Each command runs the test program `instructions` of one build, such as "chroot FOLDER /planar_chain/build/test/instructions".
 They take turns. Shows, of the rounds, the median time of the first and the median ratio within a round."""

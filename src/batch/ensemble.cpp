@@ -1,10 +1,13 @@
-#include "batch/side_by_side.h"
+#include "batch/ensemble.h"
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <utility>
 
+#include "effects/effect_kind.h"
+#include "lanes/arrangement.h"
 #include "ode/local_stiffness.h"
 #include "ode/taylor.h"
 #include "run/ladder.h"
@@ -14,14 +17,14 @@ namespace planar_chain {
 
 namespace {
 
-/// A steady torque in a joint, and nothing else.
-bool isSteadyTorque(const Load& load) {
-  return load.joint >= 0 && load.link == Load::none && std::holds_alternative<Constant>(load.law) &&
-         load.start <= 0 && load.stop == std::numeric_limits<double>::infinity();
-}
-
-bool isPlain(const Joint& joint) {
-  return !joint.isLimited() && joint.others.empty();
+/// False, too, if a kind refuses the scene: a Simulation then says why.
+bool allRunInLanes(const Scene& scene) {
+  const auto runs = [&](const EffectKind* kind) { return kind->runsInLanes(scene); };
+  try {
+    return std::all_of(effectKinds().begin(), effectKinds().end(), runs);
+  } catch (const std::exception&) {
+    return false;
+  }
 }
 
 bool areSmall(const std::vector<double>& values, double most) {
@@ -30,18 +33,20 @@ bool areSmall(const std::vector<double>& values, double most) {
 
 simd::StepControl controlOf(const IntegratorSettings& settings) {
   using ode::Allowance;
+  auto tail = ode::Taylor::shares;
+  for (double& factor : tail) factor *= ode::Taylor::caution;
   return {Allowance::share * settings.tolerance,
           std::numeric_limits<double>::epsilon(),
           Allowance::shortestCounted,
           Allowance::share * settings.rateTolerance.value_or(settings.tolerance),
           settings.rateTolerance ? 1 : ode::LocalStiffness::leastTurningTime(settings.tolerance),
           largestCounted,
-          ode::Taylor::caution};
+          tail};
 }
 
 }  // namespace
 
-const simd::Kernel* SideBySide::kernelFor(const Scene& scene, int mostLanes) {
+const simd::Kernel* Ensemble::kernelFor(const Scene& scene, int mostLanes) {
   if (scene.chain.size() > simd::ShortChains::most) return nullptr;
   const simd::PlainKernels plain(scene.integrator.plainKernel);
   for (const simd::Kernel* kernel : simd::kernels()) {
@@ -50,63 +55,47 @@ const simd::Kernel* SideBySide::kernelFor(const Scene& scene, int mostLanes) {
   return nullptr;
 }
 
-SideBySide::SideBySide(const Scene& like, Runs& runs, const simd::Kernel& kernel)
+Ensemble::Ensemble(const Scene& like, Runs& runs, const simd::Kernel& kernel)
     : runs_(runs),
       settings_(like.integrator),
       kernel_(kernel),
-      run_(kernel_.sideBySide[std::min(n_, 3) - 1]),
+      run_(kernel_.ensemble[std::min(n_, 3) - 1]),
       order_(ode::Taylor::orderFor(settings_.tolerance)),
       rule_(ode::Taylor::gaussRule(order_ / 3)),
       control_(controlOf(settings_)),
-      width_(n_ == 1   ? 2
-             : n_ == 2 ? 8
-                       : simd::SeriesArrays::columns * n_),
+      series_(n_, order_, kernel_.lanes),
       lanes_(static_cast<std::size_t>(kernel_.lanes)),
       state_(2 * index(n_)) {
   const auto make = [this](CacheLines& array, int numbers) { array.resize(place(numbers, 0)); };
-  make(links_, 7 * n_);
   make(ground_, 2);
-  make(joints_, simd::SideBySide::jointQuantities * n_);
-  make(rows_, 2 * width_ * (order_ + 2));
-  make(known_, 4 * width_);
-  make(bodies_, simd::SeriesArrays::bodyNumbers * n_);
-  make(e_, 2 * n_ * (order_ + 2));
+  make(joints_, simd::EnsembleArrays::jointQuantities * n_);
   make(N_, n_);
   make(c_, 2 * n_ * (order_ + 1));
   for (CacheLines* array : {&carry_, &states_}) make(*array, 2 * n_);
   for (CacheLines* array : {&h_, &ahead_, &within_, &power_, &turning_}) make(*array, 1);
   make(direction_, 2 * n_);
-  make(slopes_, 4 * n_);
+  make(scratch_, 6 * n_);
 }
 
-bool SideBySide::takes(const Scene& scene) const {
+bool Ensemble::takes(const Scene& scene) const {
   const IntegratorSettings& settings = scene.integrator;
-  const std::vector<Joint>& joints = scene.chain.joints();
   return n_ <= simd::ShortChains::most && (settings.method == "auto" || settings.method == "taylor") &&
          settings.tolerance == settings_.tolerance && settings.rateTolerance == settings_.rateTolerance &&
-         settings.plainKernel == settings_.plainKernel && scene.drives.empty() && !scene.base &&
-         std::all_of(joints.begin(), joints.end(), isPlain) &&
-         std::all_of(scene.loads.begin(), scene.loads.end(), isSteadyTorque) && scene.q.size() == index(n_) &&
-         scene.qd.size() == index(n_) && areSmall(scene.q, Turns::mostAngle) && areSmall(scene.qd, 1e100);
+         settings.plainKernel == settings_.plainKernel && scene.q.size() == index(n_) &&
+         scene.qd.size() == index(n_) && areSmall(scene.q, Turns::mostAngle) && areSmall(scene.qd, 1e100) &&
+         allRunInLanes(scene);
 }
 
-void SideBySide::begin(std::size_t run, Scene scene) {
+void Ensemble::begin(std::size_t run, Scene scene) {
   std::size_t lane = 0;
   while (lanes_[lane].given) ++lane;
 
   for (int j = 0; j < n_; ++j) {
-    const Link& link = scene.chain.links()[index(j)];
     const Joint& joint = scene.chain.joints()[index(j)];
     double torque = joint.stiffness * joint.restAngle;
     for (const Load& load : scene.loads) torque += load.joint == j ? load.torque : 0;
-    const double J = link.inertia + link.mass * dot(link.com, link.com);
-    const Vec2d mr = link.mass * link.com;
-    const auto put = [&](CacheLines& array, std::initializer_list<double> numbers) {
-      int i = j * static_cast<int>(numbers.size());
-      for (const double number : numbers) array[place(i++, lane)] = number;
-    };
-    put(links_, {link.mass, link.inertia, J, mr.x, mr.y, link.pin.x, link.pin.y});
-    put(joints_, {joint.stiffness, joint.damping, torque});
+    series_.put(j, lane, scene.chain.links()[index(j)]);
+    putInLane(joints_.data(), place(j, lane), lanes_.size(), {joint.stiffness, joint.damping, torque});
   }
   ground_[place(0, lane)] = -scene.chain.gravity().x;
   ground_[place(1, lane)] = -scene.chain.gravity().y;
@@ -126,23 +115,18 @@ void SideBySide::begin(std::size_t run, Scene scene) {
   ++inUse_;
 }
 
-simd::SideBySide SideBySide::arrays() {
+simd::EnsembleArrays Ensemble::arrays() {
   const bool haveTorques = std::any_of(joints_.begin(), joints_.end(), [](double x) { return x != 0; });
-  return {{n_, width_, rows_.data(), known_.data(), bodies_.data(), e_.data(), links_.data()},
-          order_,
-          ground_.data(),
-          haveTorques ? joints_.data() : nullptr,
-          N_.data(),
-          c_.data(),
-          carry_.data(),
-          h_.data(),
-          turning_.data(),
-          direction_.data(),
-          slopes_.data()};
+  return {series_.arrays(), order_,
+          ground_.data(),   haveTorques ? joints_.data() : nullptr,
+          N_.data(),        c_.data(),
+          carry_.data(),    h_.data(),
+          turning_.data(),  direction_.data(),
+          scratch_.data()};
 }
 
-std::vector<SideBySide::Given> SideBySide::step() {
-  const simd::SideBySide all = arrays();
+std::vector<Ensemble::Given> Ensemble::step() {
+  const simd::EnsembleArrays all = arrays();
   findTurningTimes(all);
   run_.find(all, control_);
 
@@ -186,7 +170,7 @@ std::vector<SideBySide::Given> SideBySide::step() {
   return hopeless;
 }
 
-bool SideBySide::balances(std::size_t k) {
+bool Ensemble::balances(std::size_t k) {
   Lane& lane = lanes_[k];
   const Scene& scene = lane.given->scene;
   double* const y = state_.data();
@@ -198,7 +182,7 @@ bool SideBySide::balances(std::size_t k) {
   return lane.balance->accept(lane.t, y, energy, works, std::exchange(lane.unchecked, 0));
 }
 
-void SideBySide::dissipate(const simd::SideBySide& all) {
+void Ensemble::dissipate(const simd::EnsembleArrays& all) {
   for (Eigen::Index i = 0; i < rule_.rows(); ++i) {
     for (std::size_t k = 0; k < lanes_.size(); ++k) within_[k] = rule_(i, 0) * ahead_[k];
     run_.dissipation(all, within_.data(), states_.data(), power_.data());
@@ -208,11 +192,11 @@ void SideBySide::dissipate(const simd::SideBySide& all) {
   }
 }
 
-/// At the first of every hundred steps.
-void SideBySide::findTurningTimes(const simd::SideBySide& all) {
+/// At the first of every LocalStiffness::period steps.
+void Ensemble::findTurningTimes(const simd::EnsembleArrays& all) {
   bool isAnyDue = false;
   for (std::size_t k = 0; k < lanes_.size(); ++k) {
-    const bool isDue = lanes_[k].given && lanes_[k].steps % 100 == 0;
+    const bool isDue = lanes_[k].given && lanes_[k].steps % ode::LocalStiffness::period == 0;
     ahead_[k] = isDue ? 1 : 0;
     isAnyDue = isAnyDue || isDue;
   }
@@ -220,7 +204,7 @@ void SideBySide::findTurningTimes(const simd::SideBySide& all) {
 }
 
 /// All that are due within the step.
-void SideBySide::writeStates() {
+void Ensemble::writeStates() {
   for (;;) {
     bool isAnyDue = false;
     for (std::size_t k = 0; k < lanes_.size(); ++k) {
@@ -242,7 +226,10 @@ void SideBySide::writeStates() {
   }
 }
 
-bool SideBySide::isHopeless(std::size_t lane) {
+bool Ensemble::isHopeless(std::size_t lane) {
+  // Long enough for a start from rest. A run whose steps turn the links less than that on average is bound by
+  // stability: Simulation has stiff methods, the lanes have none. Less keeps stiff runs in lanes, where they
+  // cost most; more gives up runs at fine tolerances.
   constexpr int judged = 200;           // steps
   constexpr double leastTurned = 0.01;  // rad a step
   Lane& of = lanes_[lane];
