@@ -10,6 +10,7 @@
 
 #include "random_scene.h"
 #include "recursion/coupled.h"
+#include "recursion/ends.h"
 
 namespace planar_chain::test {
 
@@ -49,98 +50,54 @@ struct Acting {
   WideComplex N = 0;
 };
 
-/// A chain on a base whose motion is given.
+/// A slide of the inner end with a spring and a damper along its rail.
+struct DenseSlide {
+  Slide<double> of;
+  double stiffness = 0, damping = 0;
+};
+
+/// A chain with ends, on a base whose motion is given. A state is θ_1 … θ_n, s of the slides, and their
+/// rates.
 struct DenseChain {
   std::vector<Link> links;
   std::vector<Coupling<double>> joints;
   std::vector<double> k, d, rest, torque;
+  std::vector<DenseSlide> slides;
+  Tip<double> tip;  ///< its acceleration is that in the base frame, not less gravity
   Vec2d gravity, base, baseVelocity, baseAcceleration;
   double baseTurning = 0;  ///< angular acceleration of the base
 
   int size() const { return static_cast<int>(links.size()); }
+  int places() const { return size() + static_cast<int>(slides.size()); }
 
   /// What acts on body j there, without gravity.
   virtual Acting actingOn(int j, const Placed& at) const = 0;
   virtual ~DenseChain() = default;
 
-  /// α of the bodies, moments of the joints (with springs and dampers), forces of the pins (2n).
+  /// α, moments of the joints (with springs and dampers), forces of the pins (2n), then s̈, forces along the
+  /// rails, and the force on the tip.
   struct Answer {
-    ComplexVector alpha, moments, forces;
+    ComplexVector alpha, moments, forces, slides, slideForces;
+    Vector2 tip;
     ComplexVector all() const {
-      ComplexVector sum(alpha.size() * 4);
-      sum << alpha, moments, forces;
+      ComplexVector sum(alpha.size() * 4 + slides.size() * 2 + 2);
+      sum << alpha, moments, forces, slides, slideForces, tip;
       return sum;
     }
   };
 
-  /// y: θ_j, then ω_j.
   Answer solve(const ComplexVector& y) const {
-    const int n = size();
-    ComplexMatrix M = ComplexMatrix::Zero(6 * n, 6 * n);
-    ComplexVector rhs = ComplexVector::Zero(6 * n);
-    Placed at{wide(base), wide(baseVelocity), 0, 0};
-    for (int j = 0; j < n; ++j) {
-      const WideComplex before = at.theta, rateBefore = at.omega;
-      at.theta = y[j];
-      at.omega = y[n + j];
-      const Link& link = links[index(j)];
-      const Vector2 R = turnedBy(at.theta, link.com), P = turnedBy(at.theta, link.pin);
-      const auto [F, N] = actingOn(j, at);
-      const int row = 6 * j, a = 6 * j, alpha = a + 2, f = a + 3, mu = a + 5;
-      const bool isLast = j + 1 == n;
-
-      // Newton, and Euler about the centre of mass.
-      for (int c = 0; c < 2; ++c) {
-        M(row + c, a + c) = link.mass;
-        M(row + c, f + c) = -1;
-        if (!isLast) M(row + c, f + 6 + c) = 1;
-        rhs[row + c] = F[c] + Wide(link.mass) * wide(gravity)[c];
-      }
-      M(row + 2, alpha) = link.inertia;
-      addCross(M, row + 2, f, R);
-      M(row + 2, mu) = -1;
-      if (!isLast) addCross(M, row + 2, f + 6, Vector2(P - R));
-      if (!isLast) M(row + 2, mu + 6) = 1;
-      rhs[row + 2] = N - crossed(R, F);
-
-      // The inner pin: a_c − iα R + ω² R is the acceleration of the pin.
-      for (int c = 0; c < 2; ++c) {
-        M(row + 3 + c, a + c) = 1;
-        M(row + 3 + c, alpha) = -quarter(R)[c];
-        rhs[row + 3 + c] = -at.omega * at.omega * R[c];
-        if (j == 0) {
-          rhs[row + 3 + c] += wide(baseAcceleration)[c];
-        } else {
-          const Vector2 outer =
-              turnedBy(before, links[index(j - 1)].pin) - turnedBy(before, links[index(j - 1)].com);
-          M(row + 3 + c, a - 6 + c) = -1;
-          M(row + 3 + c, alpha - 6) = -quarter(outer)[c];
-          rhs[row + 3 + c] -= rateBefore * rateBefore * outer[c];
-        }
-      }
-
-      // The joint.
-      const Coupling<double>& joint = joints[index(j)];
-      const Wide J = joint.isHeld ? Wide(1) : Wide(joint.rotor);
-      M(row + 5, alpha) = J;
-      if (j > 0) M(row + 5, alpha - 6) = -J;
-      if (j == 0) rhs[row + 5] += J * Wide(baseTurning);
-      if (joint.isHeld) {
-        rhs[row + 5] += Wide(joint.acceleration);
-      } else {
-        M(row + 5, mu) = 1;
-        rhs[row + 5] += jointTorque(j, at.theta - before, at.omega - rateBefore);
-      }
-      at.x += P;
-      at.v += at.omega * quarter(P);
-    }
-    return answerOf(M.partialPivLu().solve(rhs));
+    Equations equations(*this, y);
+    for (int j = 0; j < size(); ++j) equations.addBody(j);
+    for (int i = 0; i < places() - size(); ++i) equations.addSlide(i);
+    equations.addTip();
+    return equations.answer();
   }
 
-  /// The derivatives of all() with respect to y: 4n × 2n.
+  /// The derivatives of all() with respect to y.
   WideMatrix slopes(const WideVector& y) const {
     constexpr Wide h = 1e-300L;
-    WideMatrix slope(2 * y.size(), y.size());
+    WideMatrix slope(4 * size() + 2 * (places() - size()) + 2, y.size());
     for (Eigen::Index i = 0; i < y.size(); ++i) {
       ComplexVector at = y.cast<WideComplex>();
       at[i] += WideComplex(0, h);
@@ -149,29 +106,175 @@ struct DenseChain {
     return slope;
   }
 
-  WideComplex jointTorque(int j, WideComplex q, WideComplex rate) const {
-    const auto i = index(j);
-    return Wide(torque[i]) - Wide(k[i]) * (q - Wide(rest[i])) - Wide(d[i]) * rate;
+  /// The first pin, and the body there without its rates.
+  Placed start(const ComplexVector& y) const {
+    Placed at{wide(base), wide(baseVelocity), 0, 0};
+    for (int i = 0; i < places() - size(); ++i) {
+      at.x += y[size() + i] * wide(slides[index(i)].of.d);
+      at.v += y[places() + size() + i] * wide(slides[index(i)].of.d);
+    }
+    return at;
   }
 
   static Vector2 wide(Vec2d a) { return {Wide(a.x), Wide(a.y)}; }
 
  private:
-  /// Adds X×f to a row.
-  static void addCross(ComplexMatrix& M, int row, int f, const Vector2& X) {
-    M(row, f) += -X.y();
-    M(row, f + 1) += X.x();
-  }
-  Answer answerOf(const ComplexVector& x) const {
-    const int n = size();
-    Answer answer{ComplexVector(n), ComplexVector(n), ComplexVector(2 * n)};
-    for (int j = 0; j < n; ++j) {
-      answer.alpha[j] = x[6 * j + 2];
-      answer.moments[j] = x[6 * j + 5];
-      answer.forces.segment<2>(2 * j) = x.segment<2>(6 * j + 3);
+  /// Unknown: of each body its acceleration (centre of mass), α, pin force and moment; of each slide its
+  /// acceleration and the force on it from further in; the force on the tip.
+  class Equations {
+   public:
+    Equations(const DenseChain& chain, const ComplexVector& y)
+        : chain_(chain),
+          y_(y),
+          n_(chain.size()),
+          slides_(chain.places() - n_),
+          at_(chain.start(y)),
+          M_(ComplexMatrix::Zero(6 * n_ + 4 * slides_ + 2, 6 * n_ + 4 * slides_ + 2)),
+          rhs_(ComplexVector::Zero(M_.rows())) {}
+
+    void addBody(int j) {
+      const WideComplex before = at_.theta, rateBefore = at_.omega;
+      at_.theta = y_[j];
+      at_.omega = y_[chain_.places() + j];
+      const Link& link = chain_.links[index(j)];
+      const Vector2 R = turnedBy(at_.theta, link.com), P = turnedBy(at_.theta, link.pin);
+      const auto [F, N] = chain_.actingOn(j, at_);
+      const int row = 6 * j, a = row, alpha = a + 2, mu = a + 5;
+
+      // Newton, and Euler about the centre of mass; the force on the outer pin is −(next pin force), or λ.
+      const bool isLast = j + 1 == n_;
+      const int outer = isLast ? tip() : pin(j + 1);
+      const Wide sign = isLast ? -1 : 1;
+      M_.block<2, 2>(row, a) = one(link.mass);
+      M_.block<2, 2>(row, pin(j)) = one(-1);
+      M_.block<2, 2>(row, outer) = one(sign);
+      rhs_.segment<2>(row) = F + Wide(link.mass) * wide(chain_.gravity);
+      M_(row + 2, alpha) = link.inertia;
+      M_.block<1, 2>(row + 2, pin(j)) = quarter(R).transpose();
+      M_.block<1, 2>(row + 2, outer) = sign * quarter(P - R).transpose();
+      M_(row + 2, mu) = -1;
+      if (!isLast) M_(row + 2, mu + 6) = 1;
+      rhs_[row + 2] = N - crossed(R, F);
+
+      // The inner pin, by the acceleration of this body, is where it is by that of the one before.
+      addPoint(row + 3, j, -R, 1, at_.omega);
+      if (j > 0) {
+        addPoint(row + 3, j - 1, before_, -1, rateBefore);
+      } else {
+        addBase(row + 3, slides_ - 1, -1);
+      }
+      addJoint(j, at_.theta - before, at_.omega - rateBefore);
+      before_ = P - R;
+      at_.x += P;
+      at_.v += at_.omega * quarter(P);
     }
-    return answer;
-  }
+
+    void addSlide(int i) {
+      const DenseSlide& slide = chain_.slides[index(i)];
+      const Vector2 d = wide(slide.of.d), across = quarter(d);
+      const int row = slideAt(i), a = row, f = a + 2;
+      M_.block<2, 2>(row, a) = one(slide.of.mass);
+      M_.block<2, 2>(row, f) = one(-1);
+      M_.block<2, 2>(row, i + 1 < slides_ ? slideAt(i + 1) + 2 : pin(0)) = one(1);
+      rhs_.segment<2>(row) = Wide(slide.of.mass) * wide(chain_.gravity);
+      // Across the rail it moves with what is further in.
+      const auto relative = [&](int to, const Vector2& along) {
+        M_.block<1, 2>(to, a) = along.transpose();
+        if (i > 0) M_.block<1, 2>(to, slideAt(i - 1)) = -along.transpose();
+        if (i == 0) rhs_[to] += along.cwiseProduct(wide(chain_.baseAcceleration)).sum();
+      };
+      relative(row + 2, across);
+      if (slide.of.isHeld) {
+        relative(row + 3, d);
+        rhs_[row + 3] += Wide(slide.of.acceleration);
+      } else {
+        M_.block<1, 2>(row + 3, f) = d.transpose();
+        rhs_[row + 3] = Wide(slide.of.force) - Wide(slide.stiffness) * y_[n_ + i] -
+                        Wide(slide.damping) * y_[chain_.places() + n_ + i];
+      }
+    }
+
+    /// The first rows of the tip set its acceleration, the others say that no force acts.
+    void addTip() {
+      const Tip<double>& end = chain_.tip;
+      addPoint(tip(), n_ - 1, before_, 1, at_.omega);
+      rhs_.tail<2>() += wide(end.acceleration);
+      const Vec2d c = end.rows > 0 ? end.row[0] : Vec2d{1, 0};
+      Eigen::Matrix<WideComplex, 2, 2> rows;
+      rows << wide(c).transpose(), wide(perp(c)).transpose();
+      M_.bottomRows<2>() = (rows * M_.bottomRows<2>()).eval();
+      rhs_.tail<2>() = (rows * rhs_.tail<2>()).eval();
+      for (int i = end.rows; i < 2; ++i) {
+        M_.row(tip() + i).setZero();
+        M_.block<1, 2>(tip() + i, tip()) = rows.row(i);
+        rhs_[tip() + i] = 0;
+      }
+    }
+
+    Answer answer() const {
+      const ComplexVector x = M_.partialPivLu().solve(rhs_);
+      Answer answer{ComplexVector(n_),      ComplexVector(n_),      ComplexVector(2 * n_),
+                    ComplexVector(slides_), ComplexVector(slides_), x.tail<2>()};
+      for (int j = 0; j < n_; ++j) {
+        answer.alpha[j] = x[6 * j + 2];
+        answer.moments[j] = x[6 * j + 5];
+        answer.forces.segment<2>(2 * j) = x.segment<2>(pin(j));
+      }
+      Vector2 inner = wide(chain_.baseAcceleration);
+      for (int i = 0; i < slides_; ++i) {
+        const Vector2 d = wide(chain_.slides[index(i)].of.d), a = x.segment<2>(slideAt(i));
+        answer.slides[i] = d.cwiseProduct(a - inner).sum();
+        answer.slideForces[i] = d.cwiseProduct(x.segment<2>(slideAt(i) + 2)).sum();
+        inner = a;
+      }
+      return answer;
+    }
+
+   private:
+    static int pin(int j) { return 6 * j + 3; }
+    int slideAt(int i) const { return 6 * n_ + 4 * i; }
+    int tip() const { return 6 * n_ + 4 * slides_; }
+    static Eigen::Matrix<WideComplex, 2, 2> one(Wide factor) {
+      return WideComplex(factor) * Eigen::Matrix<WideComplex, 2, 2>::Identity();
+    }
+
+    /// Adds sign × the acceleration of the point at X from the centre of mass of body j to two rows.
+    /// omega: its rate.
+    void addPoint(int row, int j, const Vector2& X, Wide sign, WideComplex omega) {
+      M_.block<2, 2>(row, 6 * j) += one(sign);
+      M_.block<2, 1>(row, 6 * j + 2) += sign * quarter(X);
+      rhs_.segment<2>(row) += sign * omega * omega * X;
+    }
+    /// Adds sign × the acceleration of slide i, or of the base for i = −1, to two rows.
+    void addBase(int row, int i, Wide sign) {
+      if (i >= 0) M_.block<2, 2>(row, slideAt(i)) += one(sign);
+      if (i < 0) rhs_.segment<2>(row) -= sign * wide(chain_.baseAcceleration);
+    }
+    void addJoint(int j, WideComplex q, WideComplex rate) {
+      const Coupling<double>& joint = chain_.joints[index(j)];
+      const int row = 6 * j + 5, alpha = 6 * j + 2;
+      const Wide J = joint.isHeld ? Wide(1) : Wide(joint.rotor);
+      M_(row, alpha) += J;
+      if (j > 0) M_(row, alpha - 6) -= J;
+      if (j == 0) rhs_[row] += J * Wide(chain_.baseTurning);
+      if (joint.isHeld) {
+        rhs_[row] += Wide(joint.acceleration);
+        return;
+      }
+      const auto i = index(j);
+      M_(row, alpha + 3) += 1;
+      rhs_[row] +=
+          Wide(chain_.torque[i]) - Wide(chain_.k[i]) * (q - Wide(chain_.rest[i])) - Wide(chain_.d[i]) * rate;
+    }
+
+    const DenseChain& chain_;
+    const ComplexVector& y_;
+    int n_, slides_;
+    Placed at_;                         ///< the body after the last one added
+    Vector2 before_ = Vector2::Zero();  ///< its outer pin, from the centre of mass
+    ComplexMatrix M_;
+    ComplexVector rhs_;
+  };
 };
 
 }  // namespace planar_chain::test
