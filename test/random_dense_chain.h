@@ -213,7 +213,7 @@ class RandomChain : public DenseChain {
     const auto direction = [&] { return Rotation<double>::of(random.between(-3, 3)) * Vec2d{1, 0}; };
     for (int i = 0; i < kind.slides; ++i) {
       DenseSlide slide;
-      slide.of.d = direction();
+      slide.of.d = i == 0 ? direction() : Rotation<double>::of(random.between(0.5, 2.5)) * slides[0].of.d;
       slide.of.mass = random.between(-1, 2);
       if (slide.of.mass < 0) slide.of.mass = 0;
       slide.of.force = random.between(-5, 5);
