@@ -22,9 +22,7 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
       places_(mechanism_.places()),
       works_(effects_.any(&Effect::hasPower) ? 2 : 0),
       storing_(storingKinds(scene.chain)),
-      recursion_(mechanism_.makeRecursion()),
-      tangents_(n_, effects_),
-      orders_(n_) {
+      recursion_(mechanism_.makeRecursion()) {
   effects_.arrange(mechanism_.lanes());
   if (areCoupled(effects_)) coupled_.emplace(mechanism_, effects_);
   for (const Joint& joint : scene.chain.joints()) rotors_.push_back(inertiaIn(joint));
@@ -87,11 +85,13 @@ void Dynamics::change(double t, double* y, const ode::Crossing& found) {
 
 void Dynamics::switched() {
   isBare_ = !coupled_ && !effects_.act() && works_ == 0;
-  if (solve_ || series_ || coupledSeries_) takeStiffness();
+  if (tangents_) takeStiffness();
 }
 
+/// Allocates the first time.
 void Dynamics::takeStiffness() {
-  tangents_.takeConstant(effects_);
+  if (!tangents_) tangents_.emplace(n_, effects_);
+  tangents_->takeConstant(effects_);
   if (solve_) solve_->takeStiffness();
 }
 
@@ -209,8 +209,9 @@ void Dynamics::evaluateInOrder(double t, const double* y, double* dydt) {
 
 void Dynamics::reserve(int complexCount) {
   if (!solve_) {
-    solve_.emplace(mechanism_, effects_, tangents_, coupled_.has_value());
     takeStiffness();
+    solve_.emplace(mechanism_, effects_, *tangents_, coupled_.has_value());
+    solve_->takeStiffness();
   }
   solve_->reserve(complexCount);
 }

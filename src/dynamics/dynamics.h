@@ -180,12 +180,12 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   double* N_;        ///< the moments in lane order
   Outside outside_;  ///< where run() finds e, N and F
 
-  EffectTangents tangents_;
-  std::optional<ExactSolve> solve_;  ///< made when a method first needs it
-  /// Likewise.
+  // Made when a method first needs them:
+  std::optional<EffectTangents> tangents_;
+  std::optional<ExactSolve> solve_;
   std::optional<MotionSeries> series_;
   std::optional<CoupledSeries> coupledSeries_;
-  Couplings orders_;
+  std::optional<Couplings> orders_;  ///< of the coupled series
   Series known_{};
 };
 

@@ -29,6 +29,7 @@ void Dynamics::reserveSeries(int order) {
   if (reserved >= order) return;
   if (coupled_) {
     coupledSeries_.emplace(mechanism_.chain(), order);
+    orders_.emplace(n_);
   } else {
     series_.emplace(mechanism_.chain(), order);
   }
@@ -56,19 +57,20 @@ void Dynamics::findCoupledSeries(double t, const double* y, int order, double* c
   double* alpha = room_.derivative.data();
   double* omega = alpha + n_;
   std::copy_n(at.alpha.data(), n_, alpha);
-  effects_.couple(t, 0, orders_);
+  Couplings& orders = *orders_;
+  effects_.couple(t, 0, orders);
   for (int k = 0; k < order; ++k) {
     double *row = c + std::ptrdiff_t{2} * n_ * k, *next = row + std::ptrdiff_t{2} * n_;
     if (k > 0) {
-      effects_.couple(t, k, orders_);
-      for (int i = 0; i < n_; ++i) omega[i] = row[n_ + i] + orders_.angle.rate;
+      effects_.couple(t, k, orders);
+      for (int i = 0; i < n_; ++i) omega[i] = row[n_ + i] + orders.angle.rate;
       findOrder(k, known_, {room_.N.data(), room_.F.data()});
-      coupledSeries_->find(k, omega, room_.N.data(), F, orders_.joints.data(), orders_.pinAcceleration(),
-                           orders_.angle.acceleration, alpha);
+      coupledSeries_->find(k, omega, room_.N.data(), F, orders.joints.data(), orders.pinAcceleration(),
+                           orders.angle.acceleration, alpha);
     }
     for (int i = 0; i < n_; ++i) {
       next[i] = row[n_ + i] / (k + 1);
-      next[n_ + i] = (alpha[i] - orders_.angle.acceleration) / (k + 1);
+      next[n_ + i] = (alpha[i] - orders.angle.acceleration) / (k + 1);
     }
   }
 }
@@ -79,7 +81,7 @@ void Dynamics::findOrder(int k, const double* /*theta*/, const double* /*omega*/
 
 void Dynamics::findOrder(int k, const Series& known, const Actions& to) {
   std::fill_n(to.N, n_, 0.0);
-  const std::vector<double>&stiffness = tangents_.constantK, &damping = tangents_.constantD;
+  const std::vector<double>&stiffness = tangents_->constantK, &damping = tangents_->constantD;
   for (int i = 0; i < n_; ++i) {
     const double torque =
         -stiffness[index(i)] * relative(known.theta(k), i) - damping[index(i)] * relative(known.omega(k), i);

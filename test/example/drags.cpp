@@ -81,7 +81,8 @@ class Drags : public Effect, public Switching {
   /// Between two ends, q̇ is taken for the parabola of the cubic through both: v0 + 2 b s + 3 c s², 0 < s < 1.
   /// Its turning point is where a change of sign may hide.
   double nearest(const ode::Stretch& of) const override {
-    const auto& [t, h, y, next, course] = of;
+    const double h = of.h;
+    const Eigen::VectorXd &y = of.y, &next = of.next;
     double first = -1;
     for (const Drag& drag : drags_) {
       const double v0 = relative(y.data() + n_, drag.joint) * h;
