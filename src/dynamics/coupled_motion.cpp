@@ -1,7 +1,9 @@
 #include "dynamics/coupled_motion.h"
 
+#include <Eigen/Core>
 #include <algorithm>
-#include <cstring>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 namespace planar_chain {
@@ -11,7 +13,8 @@ CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
       effects_(effects),
       n_(mechanism.size()),
       evaluator_(mechanism, effects),
-      last_(evaluator_.none()),
+      stepped_(evaluator_.none()),
+      asked_(stepped_),
       held_(n_),
       scratch_(index(n_)) {
   const std::vector<Coupler*>& couplers = effects.couplers();
@@ -28,10 +31,10 @@ std::string CoupledMotion::recursion() const {
 }
 
 void CoupledMotion::forget(bool holds) {
-  last_.isKnown = false;
+  stepped_.isKnown = asked_.isKnown = false;
   if (holds) evaluator_.forgetCouplings();
   if (!welded_) return;
-  welded_->isKnown = welded_->hasConstantMoments = false;
+  welded_->stepped.isKnown = welded_->asked.isKnown = welded_->hasConstantMoments = false;
   if (holds) welded_->isWelded = false;
 }
 
@@ -41,10 +44,27 @@ void CoupledMotion::prepareChange() {
 
 // ---- Results -------------------------------------------------------------------------------------------
 
-Powers CoupledMotion::weldedRates(double t, const double* y, double* slopes) {
-  const Welded& at = weldedAt(t, y);
-  std::copy_n(at.alpha.data(), n_, slopes);
-  return at.powers;
+namespace {
+
+/// True if two states differ by rounding alone.
+bool areEqual(const double* y, const double* other, int n) {
+  constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
+  using Numbers = Eigen::Map<const Eigen::ArrayXd>;
+  const auto areNear = [&](int from, int count, double least) {
+    const Numbers a(y + from, count), b(other + from, count);
+    const double most = ((a - b).abs() - rounding * (a.abs() + b.abs())).maxCoeff();
+    return most <= rounding * least && std::isfinite(a.sum());
+  };
+  return areNear(0, 1, 1) && areNear(0, n, 1) && areNear(n, n, 0);
+}
+
+}  // namespace
+
+void CoupledMotion::endedAt(double t, const double* y) {
+  const auto take = [&](auto& last) {
+    if (last.isKnown && t == last.t && areEqual(last.y.data(), y, n_)) std::copy_n(y, 2 * n_, last.y.begin());
+  };
+  isWelded() ? take(welded_->stepped) : take(stepped_);
 }
 
 Powers CoupledMotion::powers(double t, const double* y) {
@@ -58,11 +78,10 @@ JointAnswer CoupledMotion::answer(double t, const double* y) {
     const Evaluation& at = this->at(t, y);
     return {at.moments.data(), at.slopes()};
   }
-  weldedAt(t, y);
-  if (!std::exchange(welded_->hasMoments, true)) {
-    welded_->chain.moments(welded_->N.data(), welded_->moments.data());
-  }
-  return {welded_->moments.data(), welded_->alpha.data()};
+  Rigid& at = weldedAt(t, y, welded_->asked, welded_->stepped);
+  if (!at.hasMoments && welded_->last != &at) runWelded(t, y, at);
+  if (!std::exchange(at.hasMoments, true)) welded_->chain.moments(at.N.data(), at.moments.data());
+  return {at.moments.data(), at.alpha.data()};
 }
 
 void CoupledMotion::torques(double t, const double* y, double* tau) {
@@ -80,10 +99,6 @@ void CoupledMotion::torques(double t, const double* y, double* tau) {
 
 // ---- The welded chain ----------------------------------------------------------------------------------
 
-bool CoupledMotion::Welded::isAt(double time, const double* state) const {
-  return isKnown && time == t && std::memcmp(state, y.data(), y.size() * sizeof *state) == 0;
-}
-
 Powers CoupledMotion::weldedPowers(const ChainState& at, double* N) {
   Powers powers;
   if (N) std::fill_n(N, n_, 0.0);
@@ -91,24 +106,38 @@ Powers CoupledMotion::weldedPowers(const ChainState& at, double* N) {
   return powers;
 }
 
-const CoupledMotion::Welded& CoupledMotion::weldedAt(double t, const double* y) {
-  Welded& to = *welded_;
-  if (to.isAt(t, y)) return to;
+void CoupledMotion::runWelded(double t, const double* y, Rigid& to) {
+  Welded& welded = *welded_;
   ++evaluations_;
-  if (!to.isWelded) {
+  if (!welded.isWelded) {
     effects_.couple(t, 0, held_);
-    to.chain.weld(held_);
-    to.isWelded = true;
+    welded.chain.weld(held_);
+    welded.isWelded = true;
   }
   to.isKnown = true;
   to.hasMoments = false;
   to.t = t;
   std::copy_n(y, 2 * n_, to.y.begin());
-  double* N = to.hasConstantMoments ? nullptr : to.N.data();
+  // Moments that are the same in every state are summed once.
+  if (welded.hasConstantMoments && welded.last != &to) to.N = welded.last->N;
+  double* N = welded.hasConstantMoments ? nullptr : to.N.data();
   to.powers = weldedPowers(to.state(), N);
-  to.chain.accelerations(to.y.data(), to.y.data() + n_, N, to.alpha.data());
-  to.hasConstantMoments = effects_.haveConstantMoments();
-  return to;
+  welded.chain.accelerations(to.y.data(), to.y.data() + n_, N, to.alpha.data());
+  welded.hasConstantMoments = effects_.haveConstantMoments();
+  welded.last = &to;
+}
+
+Powers CoupledMotion::weldedRates(double t, const double* y, double* slopes) {
+  const Rigid& at = weldedAt(t, y, welded_->stepped, welded_->asked);
+  std::copy_n(at.alpha.data(), n_, slopes);
+  return at.powers;
+}
+
+CoupledMotion::Rigid& CoupledMotion::weldedAt(double t, const double* y, Rigid& own, Rigid& other) {
+  if (own.isAt(t, y)) return own;
+  if (other.isAt(t, y)) return other;
+  runWelded(t, y, own);
+  return own;
 }
 
 // ---- Held joints ---------------------------------------------------------------------------------------

@@ -224,8 +224,8 @@ void Dynamics::linearize(double t, const double* y, double* dydt) {
 }
 
 [[gnu::noinline]] void Dynamics::linearizeCoupled(double t, const double* y, double* dydt) {
-  solve_->linearize(coupled_->at(t, y), coupled_->evaluator().couplings());
   evaluate(t, y, dydt);
+  solve_->linearize(coupled_->at(t, y), coupled_->evaluator().couplings());
 }
 
 bool Dynamics::timeDerivative(double* ft) {

@@ -122,6 +122,7 @@ class LandingOnSwitches : public Integrator {
     if (hasFailed(outcome)) return outcome;
     from_.t = before_.t;
     f_.restore(before_.y.data(), from_.y.data());
+    f_.endedAt(state.t, state.y.data());
     evaluate(state, ahead_.front());
     if (course_.isPossible()) {
       course_.take(before_, state);

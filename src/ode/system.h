@@ -60,6 +60,9 @@ class System {
   virtual int positions() const { return 0; }
   /// The derivatives of all but the positions, arrangedSize() − positions() numbers, at an arranged y.
   virtual void rates(double t, const double* y, double* out) { derivative(t, y, out); }
+  /// A step has ended at y at t, arranged. If the last y of rates() is as good as equal, its rates may count
+  /// as those at y: so the next step, which begins there, need not compute them again.
+  virtual void endedAt(double /*t*/, const double* /*y*/) {}
   /// All derivatives, arranged, at an arranged y.
   void slope(double t, const double* y, double* out) {
     const int count = positions();
