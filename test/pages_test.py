@@ -234,7 +234,7 @@ class Tutorial(InFolder):
         lines = {name: body.count('\n') for kind, name, body in steps(self.text) if kind == 'file'}
         self.assertLessEqual(lines['pd.cpp'], 40)
         self.assertLessEqual(max(lines['pd.py'], lines['pd_step.py']), 30)
-        self.assertLessEqual(max(lines.get('acrobot.py', 0), lines.get('swing_up.py', 0)), 40)
+        self.assertLessEqual(lines.get('acrobot.py', 0), 40)
 
 
 # ---- All pages -----------------------------------------------------------------------------------

@@ -4,6 +4,7 @@
     python_environment_test.py BIN [unittest options]        BIN is not used; PYTHONPATH finds planar_chain
 """
 import os
+import subprocess
 import sys
 import unittest
 
@@ -73,6 +74,13 @@ class Environments(unittest.TestCase):
     def test_an_unknown_motor_is_refused(self):
         with self.assertRaises(ValueError):
             planar_chain.Environment(PENDULUM, {"elbow": 1.0})
+
+
+class Example(unittest.TestCase):
+    def test_swing_up_ends_upright(self):
+        example = os.path.join(SCENES, "../../src/python/examples/swing_up.py")
+        said = subprocess.run([sys.executable, example], check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout
+        self.assertEqual(said, "after 20 s: 0.000000 rad from upright, return 582\n")
 
 
 if __name__ == "__main__":
