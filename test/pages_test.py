@@ -285,10 +285,16 @@ class Pages(InFolder):
                             self.assertEqual(set(re.findall(r'--[a-z][a-z-]*', rest)) - options_of(tool), set())
         self.assertGreaterEqual(count, 15)
 
+    def test_the_program_for_cpp_is_the_one_that_is_tested(self):
+        shown = [body for language, body in BLOCK.findall(text_of(os.path.join(ROOT, 'include/planar_chain/README.md')))
+                 if language in ('cpp', 'cmake')]
+        example = os.path.join(ROOT, 'test/cpp_example')
+        self.assertEqual(shown, [text_of(os.path.join(example, name)) for name in ('main.cpp', 'CMakeLists.txt')])
+
     # ---- Nothing is missing ----
 
     def test_every_tool_and_option_has_its_place(self):
-        page = text_of(os.path.join(ROOT, 'src/README.md'))
+        page = text_of(os.path.join(ROOT, 'src/tools/README.md'))
         for tool in TOOLS:
             with self.subTest(tool=tool):
                 (row,) = re.findall(r'^### `%s`\n(.*?)(?=^##)' % tool, page, re.MULTILINE | re.DOTALL)
@@ -329,7 +335,7 @@ class Pages(InFolder):
         self.assertGreaterEqual(count, 40)
 
     def test_every_argument_of_the_launch_file_has_its_place(self):
-        page = text_of(os.path.join(ROOT, 'src/README.md'))
+        page = text_of(os.path.join(ROOT, 'src/tools/README.md'))
         launch = xml.etree.ElementTree.parse(os.path.join(ROOT, 'launch/sim.launch'))
         for argument in launch.getroot().findall('arg'):
             if 'doc' in argument.attrib:
