@@ -304,6 +304,7 @@ void CoupledDynamics::linkMotions(double t, const double* y, LinkMotion* motions
   moveLinks({now_.base.pin, now_.base.velocity, acceleration, now_.base.angle, y, now_.e.data(), now_.omega(),
              now_.alpha.data(), effects_.acting() == LoadKind::forces ? now_.F.data() : nullptr},
             motions);
+  forgetQuery();
 }
 
 void CoupledDynamics::couplingTorques(double t, const double* y, double* tau) {
@@ -315,6 +316,7 @@ void CoupledDynamics::couplingTorques(double t, const double* y, double* tau) {
     const Coupling<double>& joint = now_.couplings.joints[index(i)];
     if (joint.isHeld) tau[i] += now_.moments[index(i)] + joint.rotor * relative(now_.slopes(), i);
   }
+  forgetQuery();
 }
 
 void CoupledDynamics::jointTorques(double t, const double* y, double* tau) {

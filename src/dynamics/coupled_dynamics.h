@@ -126,6 +126,11 @@ class CoupledDynamics : public Dynamics, private Mechanics {
     isWelded_ = false;
   }
   void forget() { forget(true); }
+  /// What was computed for a query comes from another recursion than the motion's, if that is welded_: it
+  /// must not become part of the motion.
+  void forgetQuery() {
+    if (welded_) now_.known = Known::nothing;
+  }
   BaseState baseAt(double t) const;
   void collect(double t, int order, Couplings& to) const;
   void takeCouplings(Evaluation& to);

@@ -137,6 +137,7 @@ class LandingOnSwitches : public Integrator {
       crossing_ = {};
       guessed_ = landWithin(state);
       if (!guessed_) crossing_ = {};
+      crossing_.rateError = rateError_;
       if (!guessed_) found = land(state);
     }
     if (found == Outcome::notFinite) state = before_;
