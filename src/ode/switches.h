@@ -40,7 +40,7 @@ struct Stretch {
   double t, h;
   const Eigen::VectorXd &y, &next;
   const Course* course = nullptr;  ///< the states of the whole step, if they are known
-  double rateError = 0;            ///< the error of a rate that the error control lets the step make, 1/s
+  double rateError = 0;            ///< that the step may make: with it, an angle is off by its own after 1 s
 };
 
 class Switches;
