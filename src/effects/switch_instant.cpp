@@ -12,8 +12,8 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// Short chains switch rarely, so exact instants cost them little.
 constexpr std::size_t shortest = 13;
-/// Of the error that a step may make. With all of it, switches err as much as the method; with none, every joint of
-/// a front ends a step of its own.
+/// Of the error that a step may make. With all of it, switches err as much as the method; with none, every
+/// joint of a front ends a step of its own.
 constexpr double lateShareOfLong = 0.1;
 
 /// The top above its ends of the parabola through g0, gm, g1 at 0, ½, 1.
