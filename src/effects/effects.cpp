@@ -74,7 +74,9 @@ void Effects::enterState(double t, const double* y) {
 
 void Effects::change(double t, double* y, const ode::Crossing& found) {
   for (Switching* switching : switching_) {
-    switching->change(t, y, found.by == switching ? found : ode::Crossing{});
+    ode::Crossing own;
+    own.rateError = found.rateError;
+    switching->change(t, y, found.by == switching ? found : own);
     listActive();
   }
 }

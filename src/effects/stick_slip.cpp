@@ -84,7 +84,7 @@ void StickSlip::enter(int joint, const double* y) {
 void StickSlip::rest(int joint, const double* y, bool passes) {
   const double angle = relative(y, joint), inner = joint > 0 ? std::abs(y[joint - 1]) : 0;
   const bool hasMoved = std::abs(angle - angle_[joint]) > 8 * epsilon * (std::abs(y[joint]) + inner);
-  band_[joint] = hasMoved ? ownBand(joint) : std::max(4 * band_[joint], 2 * excess_[joint]);
+  band_[joint] = hasMoved ? ownBand(joint) : 4 * band_[joint];
   direction_[joint] = passes ? -direction_[joint] : 0;
   angle_[joint] = angle;
 }

@@ -15,8 +15,7 @@
 /// where a = accuracy × tolerance/s, rad/s², and Y = 1/I_i + 1/I_{i−1} is an upper bound of ∂q̈/∂μ: pins and
 /// rotors only make it smaller. So a joint that the band holds misses less than the error that the tolerance
 /// allows. If a joint breaks loose and comes to rest again without its angle moving by more than rounding,
-/// its torque was not known to be larger: its band becomes four times as wide, and at least twice the excess
-/// that was in vain. So a joint cannot stick and slide by turns where it does not move, whatever rounding
+/// its torque was not known to be larger: its band becomes four times as wide. So a joint cannot stick and slide by turns where it does not move, whatever rounding
 /// does. A joint that moves gets its own band back.
 
 #include <Eigen/Core>

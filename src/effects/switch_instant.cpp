@@ -12,8 +12,8 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// Short chains switch rarely, so exact instants cost them little.
 constexpr std::size_t shortest = 13;
-/// Of the error that a step may make. Larger values save evaluations only where |q̇| of a front falls off
-/// slowly; from 0.5 on the switches' errors are as large as the method's own.
+/// Of the error that a step may make. With all of it, switches err as much as the method; with none, every
+/// joint of a front ends a step of its own.
 constexpr double lateShareOfLong = 0.1;
 
 /// The top above its ends of the parabola through g0, gm, g1 at 0, ½, 1.
@@ -132,6 +132,11 @@ double SwitchInstant::mostError(const ode::Stretch& of) const {
   return lateShare_ * of.rateError;
 }
 
+double SwitchInstant::mostRest(const ode::Crossing& found) const {
+  const double error = lateShare_ * found.rateError;
+  return error > 0 ? std::max(error, found.rest) : std::numeric_limits<double>::infinity();
+}
+
 double SwitchInstant::lateError(int joint, double due, double delay) const {
   const double yield = joints_.mostYield(joint) * delay, friction = joints_.friction(joint);
   if (joints_.slides(joint)) return std::min(due, 2 * friction * yield);
@@ -219,7 +224,6 @@ std::optional<ode::Crossing> SwitchInstant::crossing(const ode::Stretch& of) con
   }
   ode::Crossing whole;
   whole.t = last;
-  whole.rest = error;
   if (likely < 0) return whole;
 
   std::optional<ode::Crossing> first = crossingOf(likely, of, last);
@@ -229,7 +233,7 @@ std::optional<ode::Crossing> SwitchInstant::crossing(const ode::Stretch& of) con
     const double due = dueAt(i, first->t, of);
     if (due <= 0) continue;
     const Rise rise = riseOf(i, of);
-    if (error > 0) first->rest = std::max(first->rest, std::min(rise.precise, rise.beyond));
+    first->rest = std::max(first->rest, rise.precise);
     if (error > 0 && due <= rise.beyond) continue;
     first = crossingOf(i, of, first->t);
   }
@@ -238,9 +242,9 @@ std::optional<ode::Crossing> SwitchInstant::crossing(const ode::Stretch& of) con
 
 std::optional<ode::Crossing> SwitchInstant::crossingOf(int joint, const ode::Stretch& of, double last) const {
   const Rise rise = riseOf(joint, of);
-  const double error = mostError(of), narrow = 8 * epsilon * std::max(std::abs(of.t), of.h);
+  const double narrow = 8 * epsilon * std::max(std::abs(of.t), of.h);
   ode::Crossing found;
-  found.rest = error > 0 ? std::max(error, rise.precise) : std::numeric_limits<double>::infinity();
+  found.rest = rise.precise;
   Interpolation due;
   due.add(0, rise.begin - rise.beyond / 2);
   due.add(0.5, rise.half - rise.beyond / 2);

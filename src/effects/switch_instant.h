@@ -32,8 +32,11 @@ class SwitchInstant {
   // As ode::Switches.
   double due(double t, const double* y) const { return duesAt(t, y).maxCoeff(); }
   double nearest(const ode::Stretch& of) const;
-  /// The joint is its `which`. `rest`: sliding joints past their rest by no more have come to rest.
+  /// The joint is its `which`. `rest`: how far rounding may bring a joint past its rest, rad/s.
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const;
+  /// A sliding joint past its rest by no more has come to rest there, rad/s. One beyond has gone on the other
+  /// way: friction was too weak to stop it.
+  double mostRest(const ode::Crossing& found) const;
 
   /// The moments in the joints at a state. Valid until forget(), or for some more states.
   const double* momentsAt(double t, const double* y) const;

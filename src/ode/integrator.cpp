@@ -86,8 +86,8 @@ class LandingOnSwitches : public Integrator {
         course_(f),
         before_(f.arrangedSize()),
         trial_(before_),
-        unitRates_(f.arrangedSize()) {
-    if (course_.isPossible()) unitRates_.segment(f.positions(), f.positions()).setOnes();
+        unitAngles_(f.arrangedSize()) {
+    if (course_.isPossible()) unitAngles_.segment(0, f.positions()).setOnes();
     from_.y.resize(f.size());
     found_ = from_;
     ahead_.fill(from_);
@@ -126,7 +126,7 @@ class LandingOnSwitches : public Integrator {
     evaluate(state, ahead_.front());
     if (course_.isPossible()) {
       course_.take(before_, state);
-      const double norm = steps_->errorNorm(before_.y, state.t - before_.t, unitRates_);
+      const double norm = steps_->errorNorm(before_.y, state.t - before_.t, unitAngles_);
       rateError_ = norm > 0 ? 1 / norm : 0;
     }
     Outcome found = findOnTheWay();
@@ -138,6 +138,7 @@ class LandingOnSwitches : public Integrator {
       crossing_ = {};
       guessed_ = landWithin(state);
       if (!guessed_) crossing_ = {};
+      crossing_.rateError = rateError_;
       if (!guessed_) found = land(state);
     }
     if (found == Outcome::notFinite) state = before_;
@@ -297,7 +298,7 @@ class LandingOnSwitches : public Integrator {
   double rateError_ = 0;           ///< see Stretch
   Crossing crossing_;              ///< the last one
   State before_, trial_;
-  Vector unitRates_;
+  Vector unitAngles_;
   Place from_{}, found_{};
   std::array<Place, 12> ahead_;  ///< the nearest last; deeper cuts make no sense
 };
