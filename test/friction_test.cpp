@@ -19,8 +19,7 @@
 namespace planar_chain {
 namespace {
 
-// ---- What sticks
-// -------------------------------------------------------------------------------------------
+// ---- What sticks -------------------------------------------------------------------------------------
 
 /// A chain at rest as matrices: q̈ = A λ + b, |λ_i| ≤ c_i.
 class DenseChain : public RestingChain {
@@ -126,8 +125,7 @@ TEST(Complementarity, EndsWhereRoundingDecides) {
   }
 }
 
-// ---- The band
-// ------------------------------------------------------------------------------------------------
+// ---- The band ----------------------------------------------------------------------------------------
 
 Scene levelChain(int links, double friction, const char* key = "friction", double length = 0.1,
                  double mass = 0.1) {
@@ -162,8 +160,7 @@ TEST(StickSlip, AReleaseInVainWidensTheBandUntilTheJointMoves) {
   EXPECT_NEAR(joints.limit(1) - 0.5, own, 1e-3 * own);
 }
 
-// ---- Queries
-// ---------------------------------------------------------------------------------------------------
+// ---- Queries -----------------------------------------------------------------------------------------
 
 Scene randomMachine(int n, unsigned seed) {
   Scene scene = test::randomScene(n, seed);
@@ -262,7 +259,7 @@ TEST(Queries, OfSwitchesAtOtherStatesAndTimesChangeNoBit) {
     scene.loads.clear();
     Stepped plain(scene), asked(scene);
     test::Random random(seed);
-    for (int k = 0; k < 150; ++k) {
+    for (int k = 0; k < 200; ++k) {
       plain.advance();
       asked.advance();
       ASSERT_EQ(plain.state.t, asked.state.t) << seed;
@@ -279,7 +276,7 @@ TEST(Queries, OfSwitchesAtOtherStatesAndTimesChangeNoBit) {
         to.t = t + h;
         ode::Course course(*asked.dynamics);
         course.take(from, to);
-        const ode::Stretch stretch{t, h, other, next, &course, 1e-9};
+        const ode::Stretch stretch{t, h, other, next, &course};
         const ode::Switches& of = asked.dynamics->effects();
         const int which = random.index(3);
         if (which == 0) of.due(t, other);
@@ -292,8 +289,7 @@ TEST(Queries, OfSwitchesAtOtherStatesAndTimesChangeNoBit) {
   EXPECT_GT(switches, 100);
 }
 
-// ---- Long chains
-// -----------------------------------------------------------------------------------------------
+// ---- Long chains -------------------------------------------------------------------------------------
 
 long long evaluationsOf(const Scene& scene, double duration) {
   Simulation simulation(scene);
@@ -303,13 +299,15 @@ long long evaluationsOf(const Scene& scene, double duration) {
   return simulation.statistics().evaluations;
 }
 
-// At each friction, whether it is above the rounding of the joint torques or far below.
+// At each friction, whether it is above the rounding of the joint torques or far below: it does not hang.
 TEST(LongChains, DoNotStall) {
   for (const auto& [links, length, mass] : {std::tuple{30, 0.05, 0.02}, {40, 1., 1.}, {300, 0.1, 0.1}}) {
+    constexpr int most = 100;
     for (const double friction : {1e-300, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2}) {
       const double duration = links < 100 ? 0.3 : 0.1;
       const long long dampers = evaluationsOf(levelChain(links, friction, "damping", length, mass), duration);
-      EXPECT_LT(evaluationsOf(levelChain(links, friction, "friction", length, mass), duration), 40 * dampers)
+      EXPECT_LT(evaluationsOf(levelChain(links, friction, "friction", length, mass), duration),
+                most * dampers)
           << links << " links, " << friction << " N m";
     }
   }

@@ -74,9 +74,7 @@ void Effects::enterState(double t, const double* y) {
 
 void Effects::change(double t, double* y, const ode::Crossing& found) {
   for (Switching* switching : switching_) {
-    ode::Crossing own;
-    own.rateError = found.rateError;
-    switching->change(t, y, found.by == switching ? found : own);
+    switching->change(t, y, found.by == switching ? found : ode::Crossing{});
     listActive();
   }
 }

@@ -16,11 +16,9 @@
 ///
 ///     1. the integrator makes a step, or several pieces of it, with one f
 ///     2. due() at their ends; nearest() on each stretch on whose ends none is due
-///     3. crossing() on the first stretch at whose end one is due. The state there becomes the end of the
-///     step,
-///        and advance() returns `switched`
-///     4. the owner of the switches gives the Crossing, a value, to change(), which changes f and may change
-///     y
+///     3. crossing() on the first stretch at whose end one is due. The step ends there, and advance() returns
+///        `switched`
+///     4. the owner of the switches gives the Crossing, a value, to change(), which changes f and perhaps y
 ///     5. the owner calls Integrator::restartAfter()
 ///
 /// Steps 2 and 3 change nothing: they may be asked at any states, in any order and number, and the motion
@@ -40,7 +38,6 @@ struct Stretch {
   double t, h;
   const Eigen::VectorXd &y, &next;
   const Course* course = nullptr;  ///< the states of the whole step, if they are known
-  double rateError = 0;            ///< that the step may make: with it, an angle is off by its own after 1 s
 };
 
 class Switches;
@@ -48,11 +45,9 @@ class Switches;
 /// A switch that was found: a value that is passed on from crossing() to whoever makes the switch.
 struct Crossing {
   double t = 0;
-  double rateError = 0;          ///< of the stretch; 0: no step ended here
   const Switches* by = nullptr;  ///< who found it
   int which = -1;                ///< its component, in the finder's count; −1: not told
   double slope = 0;              ///< the derivative of its due()
-  double rest = 0;               ///< see the finder
 };
 
 /// The states are not arranged.
@@ -65,8 +60,7 @@ class Switches {
   virtual double nearest(const Stretch& of) const = 0;
   /// True if due() may rise above 0 and fall again within a long step, so that nearest() does not see it.
   virtual bool mayHide() const { return false; }
-  /// The first time at which a switch is due, for a stretch at whose end one is; or a later time in it, up to
-  /// its end, if the error of that is within `rateError`. Nothing: unknown.
+  /// The first time at which a switch is due, for a stretch at whose end one is. Nothing: unknown.
   /// An integrator keeps its step size after such a switch: it changes f little.
   virtual std::optional<Crossing> crossing(const Stretch& /*of*/) const { return {}; }
 };
