@@ -357,6 +357,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               std::move(base),
               std::move(expanded->appearance),
               std::move(others)};
+  requireSeries(scene, top);
   if (startsAtRest) startAtRest(scene, top);
   throwFaults();
   return scene;
