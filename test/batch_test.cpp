@@ -180,9 +180,7 @@ class Push : public Effect {
 
 class PushKind : public EffectKind {
  public:
-  std::unique_ptr<Effect> make(const Scene&) const override {
-    return std::make_unique<Push>();
-  }
+  std::unique_ptr<Effect> make(const Scene&) const override { return std::make_unique<Push>(); }
   void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
                 const DenseActions& to) const override {
     to.tau(0) += 1;

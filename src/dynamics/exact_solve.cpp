@@ -10,7 +10,7 @@ ExactSolve::Solver<Scalar> ExactSolve::makeSolver() const {
     if constexpr (std::is_same_v<Scalar, double>) {
       return {LinearizedSegments<double>(mechanism_.chain(), mechanism_.lanes() != nullptr)};
     } else {
-      return {LinearizedSegments<Scalar>(*std::get_if<LinearizedSegments<double>>(&solver_.inverse))};
+      return {LinearizedSegments<Scalar>(*plain_)};
     }
   }
   if (tangents_.bodies.empty()) return {CoupledLinearized<Scalar>(coupled_->bodies)};
@@ -70,7 +70,7 @@ void ExactSolve::takeStiffness() {
 void ExactSolve::setJoints(const std::vector<double>& k, const std::vector<double>& d) {
   const double* kInLanes = mechanism_.quantityInLanes(k.data(), room_.data());
   const double* dInLanes = mechanism_.quantityInLanes(d.data(), room_.data() + places_);
-  std::get_if<LinearizedSegments<double>>(&solver_.inverse)->setJoints(kInLanes, dInLanes);
+  plain_->setJoints(kInLanes, dInLanes);
 }
 
 void ExactSolve::findPinVelocities() {

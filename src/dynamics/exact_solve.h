@@ -35,6 +35,9 @@ class ExactSolve {
   /// only reserve() does.
   ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTangents& tangents, bool isCoupled);
 
+  ExactSolve(const ExactSolve&) = delete;  // it has pointers into itself
+  ExactSolve& operator=(const ExactSolve&) = delete;
+
   /// Takes the constant stiffness again, after every switch.
   void takeStiffness();
   /// Linearizes at the state y with the derivative dydt, both in lane order. outside: e, and F where forces
@@ -148,6 +151,7 @@ class ExactSolve {
   bool hasPower_, isNonlinear_, hasForces_, keepsState_;
   std::optional<Coupled> coupled_;
   Solver<double> solver_;
+  LinearizedSegments<double>* const plain_ = std::get_if<LinearizedSegments<double>>(&solver_.inverse);
   std::vector<Solver<Complex>> complexSolvers_;
 
   // The state of the last linearize(): all of it in chain order; the rates in lane order.
@@ -166,8 +170,7 @@ inline void ExactSolve::linearize(double t, const double* y, const double* dydt,
   // Forces keep their direction when a body turns, so their moments change.
   const double* XF = keepsState_ ? keep(t, y) : nullptr;
   const Vec2d* F = XF ? outside.F : nullptr;
-  std::get_if<LinearizedSegments<double>>(&solver_.inverse)
-      ->linearize(outside.e, y + places_, dydt + places_, F, XF);
+  plain_->linearize(outside.e, y + places_, dydt + places_, F, XF);
 }
 
 inline void ExactSolve::solve(const double* rhs, double* x) {
