@@ -61,6 +61,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Acting{"friction of long chains", "friction: 0.3", "", 20},
                     Acting{"rotors", "rotor_inertia: 0.2", ""}, Acting{"loads", "", loads},
                     Acting{"loads of long chains", "", loads, 20}, Acting{"a base", "", base},
+                    Acting{"a base of long chains", "stiffness: 3", base, 20},
                     Acting{"a base with springs, rotors and friction",
                            "stiffness: 3, damping: 0.1, friction: 0.2, rotor_inertia: 0.1", base}));
 
