@@ -87,7 +87,33 @@ bool hasMoreThanDrive(const Joint& joint) {
   return false;
 }
 
-/// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
+/// Removes the limits that the URDF gives to a joint.
+void takeNoLimits(const Section& in, Joint& joint) {
+  const auto isNone = [](const std::string& text) { return text == "none"; };
+  std::string none;
+  const bool isTaken = in.takeText("limits", isNone, "none (or else lower and upper)", none);
+  if (isTaken && (in.has("lower") || in.has("upper"))) {
+    in.fault("limits", "no limits: none beside lower or upper");
+  }
+  joint.lower = Joint().lower;
+  joint.upper = Joint().upper;
+}
+
+/// The links of a URDF to whose joints the scene gives both limits, or none.
+std::set<std::string> limitedIn(const Section& links) {
+  std::set<std::string> names;
+  for (const auto& [name, value] : links.entries()) {
+    const Value::Map* link = value.map();
+    const auto joint = link ? link->find("joint") : Value::Map::const_iterator();
+    const Value::Map* keys = link && joint != link->end() ? joint->second.map() : nullptr;
+    const auto has = [keys](const char* key) { return keys && keys->count(key) != 0; };
+    if (has("limits") || (has("lower") && has("upper"))) names.insert(name);
+  }
+  return names;
+}
+
+/// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express, and limits
+/// in place of those of the URDF.
 void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   std::vector<const char*> keys{"drive"};
   if (!isInUrdf) keys.push_back("name");
@@ -96,7 +122,9 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
       if (!isInUrdf || !key.isInUrdf) keys.push_back(key.name);
     }
   }
+  if (isInUrdf) keys.push_back("limits");
   const Section joint = in.section("joint", keys);
+  if (isInUrdf && joint.has("limits")) takeNoLimits(joint, entry.joint);
   if (joint.has("name") && !isInUrdf) {
     entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
   }
@@ -155,6 +183,7 @@ struct Expanded {
   std::map<std::string, std::string> entryOf;  ///< the key in `links`, by link name
   Vec2d gravity{0, -9.81};                     ///< m/s², unless the scene sets it
   Appearance appearance;
+  std::vector<Note> notes;
 };
 
 /// Adds the links of an entry, numbered if there are several.
@@ -232,10 +261,11 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   // The URDF.
   if (top.has("chain")) top.fault("chain", "no chain beside robot_description, which gives the order");
   const Value& urdf = *top.find("robot_description");
+  const Section links = top.section("links");
   std::optional<PlanarRobot> robot;
   if (!urdf.text()) top.fault("robot_description", "the text of a URDF");
   try {
-    if (urdf.text()) robot = findRobot(*urdf.text(), faults);
+    if (urdf.text()) robot = findRobot(*urdf.text(), faults, limitedIn(links));
   } catch (const Refused& refused) {
     faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
   }
@@ -247,7 +277,8 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   Expanded expanded;
   expanded.gravity = robot->gravity;
   expanded.appearance = std::move(robot->appearance);
-  const Section links = top.section("links");
+  expanded.notes = std::move(robot->notes);
+  for (Note& note : expanded.notes) note.line = urdf.line > 0 ? 0 : note.line;
   const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
   for (std::size_t i = 0; i < robot->links.size(); ++i) {
     const std::string name = robot->links[i].name;
@@ -404,7 +435,8 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               std::move(expanded->drives),
               std::move(base),
               std::move(expanded->appearance),
-              std::move(others)};
+              std::move(others),
+              std::move(expanded->notes)};
   if (startsAtRest) startAtRest(scene, top);
   throwFaults();
   return scene;
