@@ -217,5 +217,47 @@ TEST(Links, OnTheGroundAndWithoutMassDoNotCount) {
   }
 }
 
+// ---- Notes -----------------------------------------------------------------------------------
+
+std::string notesOf(const Scene& scene) {
+  std::string lines;
+  for (const Note& note : scene.notes) lines += toString(note) + "\n";
+  return lines;
+}
+
+TEST(Notes, NameWhatIsIgnoredOnceForAllJoints) {
+  // As files for Drake and for gazebo have them.
+  const std::string y = "<axis xyz='0 1 0'/><joint_properties/><limit effort='0'/>";
+  EXPECT_EQ(notesOf(sceneOf(twoRods(y, y, "revolute"))),
+            "robot_description/joint[shoulder]/joint_properties: ignored, as <joint> of URDF has no element "
+            "joint_properties (and 1 more)\n"
+            "robot_description/joint[shoulder]/limit/effort: effort 0 is read as no limit (and 1 more)\n"
+            "robot_description/joint[shoulder]: a revolute joint without lower and upper: turns freely, as a "
+            "continuous one (and 1 more)\n"
+            "robot_description/link[ground]: held in place as the ground, as no joint fixes it to a link "
+            "world\n");
+}
+
+TEST(Limits, OfTheSceneReplaceThoseThatExportersWriteByDefault) {
+  const std::string y = "<axis xyz='0 1 0'/><limit lower='0' upper='0'/>";
+  const std::string robot = twoRods(y, y, "revolute");
+  EXPECT_THROW(sceneOf(robot), Refused);
+  EXPECT_THROW(sceneOf(robot, "links: {upper: {joint: {limits: none}}}"), Refused);
+  const Scene scene =
+      sceneOf(robot, "links: {upper: {joint: {limits: none}}, lower: {joint: {lower: -1.0, upper: 2.0}}}");
+  EXPECT_FALSE(scene.chain.joints()[0].isLimited());
+  EXPECT_EQ(scene.chain.joints()[1].lower, -1);
+  EXPECT_EQ(scene.chain.joints()[1].upper, 2);
+}
+
+TEST(Links, MayTurnOnAWorldThatIsNotListed) {
+  std::string robot = twoRods("<axis xyz='0 1 0'/>", "<axis xyz='0 1 0'/>");
+  robot.replace(robot.find("<link name='ground'/>"), 21, "");
+  robot.replace(robot.find("parent link='ground'"), 20, "parent link='world'");
+  const Scene scene = sceneOf(robot);
+  EXPECT_EQ(scene.chain.size(), 2);
+  EXPECT_EQ(notesOf(scene), "");
+}
+
 }  // namespace
 }  // namespace planar_chain

@@ -1,7 +1,7 @@
 #pragma once
 
 /// The faults of refused input, all reported at once. Each fault has a path, an expected value and the value
-/// found.
+/// found. Accepted input may have notes.
 
 #include <stdexcept>
 #include <string>
@@ -31,6 +31,17 @@ class Refused : public std::invalid_argument {
  private:
   std::vector<Fault> faults_;
 };
+
+/// A property of accepted input that its author may not expect: an ignored element, or a default.
+struct Note {
+  std::string path;  ///< as in a Fault
+  std::string text;  ///< such as "turns freely, as it has neither lower nor upper"
+  int line = 0;      ///< as in a Fault
+  int more = 0;      ///< the number of further places with this text
+};
+
+/// "robot_description/joint[a]: turns freely, as it has neither lower nor upper (and 2 more)"
+std::string toString(const Note& note);
 
 // ---- Numbers and text in faults --------------------------------------------------------------------
 

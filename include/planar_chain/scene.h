@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "planar_chain/chain.h"
+#include "planar_chain/fault.h"
 #include "planar_chain/motion_law.h"
 
 namespace planar_chain {
@@ -99,7 +100,8 @@ struct Scene {
   std::vector<Drive> drives{};                  ///< one a joint at most
   std::optional<BaseLaws> base = std::nullopt;  ///< the motion of the ground pin; nothing: it stands still
   Appearance appearance{};
-  NamedNumbers others{};  ///< values of effects, with their keys in the scene
+  NamedNumbers others{};      ///< values of effects, with their keys in the scene
+  std::vector<Note> notes{};  ///< for the user; the simulation does not use them
 };
 
 }  // namespace planar_chain

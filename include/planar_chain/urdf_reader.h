@@ -4,6 +4,7 @@
 /// refused.
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct PlanarRobot {
   std::vector<Joint> joints;  ///< name, damping, limits, friction, effort_limit, velocity_limit
   Vec2d gravity;              ///< m/s²: 9.81 along −z of the root link, projected into the plane
   Appearance appearance;      ///< the visual elements, at their places and depths; empty if there are none
+  std::vector<Note> notes;    ///< what is ignored, and what is read otherwise than its author may expect
 };
 
 /// The joint axes must be parallel. The plane is normal to them: k = the axis, j = the root link's z
@@ -31,7 +33,10 @@ PlanarRobot readUrdf(const std::string& text);
 
 /// The same, with the faults added to `faults`. A body with faults is replaced by a disc, and its joint has
 /// no limits, so that the rest of a scene can be checked. Returns nothing if the links are no chain.
+/// limitedElsewhere: names of links whose joints' lower and upper the caller sets. Those of the URDF are not
+/// read, and the joints have none.
 /// @throws Refused for a text that is no XML, or too long
-std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>& faults);
+std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>& faults,
+                                     const std::set<std::string>& limitedElsewhere = {});
 
 }  // namespace planar_chain

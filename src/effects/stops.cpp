@@ -186,8 +186,8 @@ constexpr double none = std::numeric_limits<double>::infinity();
 class StopKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
-    return {{"lower", &Joint::lower, angle_, true},
-            {"upper", &Joint::upper, angle_, true},
+    return {{"lower", &Joint::lower, angle_},
+            {"upper", &Joint::upper, angle_},
             {"stop_stiffness", &Joint::stopStiffness, stiffness_},
             {"stop_damping", &Joint::stopDamping, damping_}};
   }

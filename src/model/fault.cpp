@@ -22,6 +22,11 @@ std::vector<Fault>& shorten(std::vector<Fault>& faults) {
 
 }  // namespace
 
+std::string toString(const Note& note) {
+  const std::string more = note.more > 0 ? " (and " + std::to_string(note.more) + " more)" : "";
+  return note.path + ": " + note.text + more;
+}
+
 // ---- Numbers and text in faults -------------------------------------------------------------------
 
 std::string toText(double number) {

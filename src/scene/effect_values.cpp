@@ -56,4 +56,27 @@ bool hasMoreThanDrive(const Joint& joint) {
   return false;
 }
 
+void takeNoLimits(const Section& in, Joint& joint) {
+  const auto isNone = [](const std::string& text) { return text == "none"; };
+  std::string none;
+  const bool isTaken = in.takeText("limits", isNone, "none (or else lower and upper)", none);
+  if (isTaken && (in.has("lower") || in.has("upper"))) {
+    in.fault("limits", "no limits: none beside lower or upper");
+  }
+  joint.lower = Joint().lower;
+  joint.upper = Joint().upper;
+}
+
+std::set<std::string> limitedIn(const Section& links) {
+  std::set<std::string> names;
+  for (const auto& [name, value] : links.entries()) {
+    const Value::Map* link = value.map();
+    const auto joint = link ? link->find("joint") : Value::Map::const_iterator();
+    const Value::Map* keys = link && joint != link->end() ? joint->second.map() : nullptr;
+    const auto has = [keys](const char* key) { return keys && keys->count(key) != 0; };
+    if (has("limits") || (has("lower") && has("upper"))) names.insert(name);
+  }
+  return names;
+}
+
 }  // namespace planar_chain

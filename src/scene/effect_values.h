@@ -3,6 +3,8 @@
 /// The values of effects in a scene: numbers below a joint, a link and the scene itself, by the keys that the
 /// kinds of effect have.
 
+#include <set>
+#include <string>
 #include <vector>
 
 #include "effects/effect_kind.h"
@@ -24,5 +26,10 @@ void takeEffects(const Section& in, Joint& joint);
 
 /// True if the joint has a value that a driven joint may not have.
 bool hasMoreThanDrive(const Joint& joint);
+
+/// Removes the limits that the URDF gives to a joint, by the scene's key `limits`.
+void takeNoLimits(const Section& in, Joint& joint);
+/// The links of a URDF to whose joints the scene gives both limits, or none.
+std::set<std::string> limitedIn(const Section& links);
 
 }  // namespace planar_chain

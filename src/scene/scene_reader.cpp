@@ -31,7 +31,8 @@ struct Entry {
   bool namesAreSound = true;
 };
 
-/// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
+/// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express, and limits
+/// in place of those of the URDF.
 void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   std::vector<const char*> keys{"drive"};
   if (!isInUrdf) keys.push_back("name");
@@ -40,7 +41,9 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
       if (!isInUrdf || !key.isInUrdf) keys.push_back(key.name);
     }
   }
+  if (isInUrdf) keys.push_back("limits");
   const Section joint = in.section("joint", keys);
+  if (isInUrdf && joint.has("limits")) takeNoLimits(joint, entry.joint);
   if (joint.has("name") && !isInUrdf) {
     entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
   }
@@ -99,6 +102,7 @@ struct Expanded {
   std::map<std::string, std::string> entryOf;  ///< the key in `links`, by link name
   Vec2d gravity{0, -9.81};                     ///< m/s², unless the scene sets it
   Appearance appearance;
+  std::vector<Note> notes;
 };
 
 /// Adds the links of an entry, numbered if there are several.
@@ -176,10 +180,11 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   // The URDF.
   if (top.has("chain")) top.fault("chain", "no chain beside robot_description, which gives the order");
   const Value& urdf = *top.find("robot_description");
+  const Section links = top.section("links");
   std::optional<PlanarRobot> robot;
   if (!urdf.text()) top.fault("robot_description", "the text of a URDF");
   try {
-    if (urdf.text()) robot = findRobot(*urdf.text(), faults);
+    if (urdf.text()) robot = findRobot(*urdf.text(), faults, limitedIn(links));
   } catch (const Refused& refused) {
     faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());
   }
@@ -191,7 +196,8 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   Expanded expanded;
   expanded.gravity = robot->gravity;
   expanded.appearance = std::move(robot->appearance);
-  const Section links = top.section("links");
+  expanded.notes = std::move(robot->notes);
+  for (Note& note : expanded.notes) note.line = urdf.line > 0 ? 0 : note.line;
   const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
   for (std::size_t i = 0; i < robot->links.size(); ++i) {
     const std::string name = robot->links[i].name;
@@ -356,7 +362,8 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               std::move(expanded->drives),
               std::move(base),
               std::move(expanded->appearance),
-              std::move(others)};
+              std::move(others),
+              std::move(expanded->notes)};
   requireSeries(scene, top);
   if (startsAtRest) startAtRest(scene, top);
   throwFaults();

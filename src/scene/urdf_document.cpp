@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "reading/section.h"
+#include "scene/urdf_foreign.h"
 
 namespace planar_chain {
 
@@ -31,36 +32,47 @@ const char* const top = "robot_description";
 
 using Names = std::initializer_list<const char*>;
 
+/// What is found in the document.
+struct Findings {
+  std::vector<Fault>& faults;
+  Notes& notes;
+};
+
 /// An element, or an absent one, which has no attributes.
 class Element {
  public:
   /// line: of the element around it, for an absent one.
-  Element(const tinyxml2::XMLElement* at, std::string path, std::vector<Fault>& faults, int line = 0)
-      : at_(at), path_(std::move(path)), faults_(&faults), line_(at ? at->GetLineNum() : line) {}
+  Element(const tinyxml2::XMLElement* at, std::string path, Findings& to, int line = 0)
+      : at_(at), path_(std::move(path)), to_(&to), line_(at ? at->GetLineNum() : line) {}
 
   bool isThere() const { return at_ != nullptr; }
   const tinyxml2::XMLElement& element() const { return *at_; }
   /// The number of faults in the document so far.
-  std::size_t faults() const { return faults_->size(); }
+  std::size_t faults() const { return to_->faults.size(); }
   const char* attribute(const char* name) const { return at_ ? at_->Attribute(name) : nullptr; }
   /// An attribute as a fault shows it.
   std::string found(const char* name) const { return attribute(name) ? quoted(attribute(name)) : "nothing"; }
   void fault(const std::string& key, const std::string& expected, const std::string& found) const {
-    faults_->push_back({path_ + "/" + key, expected, found, line_});
+    to_->faults.push_back({path_ + "/" + key, expected, found, line_});
+  }
+  /// Adds a note about this element, or about its attribute `key`.
+  void note(const std::string& text, const std::string& key = "") const {
+    to_->notes.add(key.empty() ? path_ : path_ + "/" + key, text, line_);
   }
   /// Records a fault: the attribute holds something other than `expected`.
   void fault(const char* attribute, const std::string& expected) const {
     fault(attribute, expected, found(attribute));
   }
 
-  /// Records a fault for each child or attribute with another name.
+  /// Notes each child or attribute with another name as ignored. If it changes the motion, or is a slip of
+  /// the pen, it is a fault.
   const Element& of(Names children, Names attributes) const {
     if (!at_) return *this;
     for (auto child = at_->FirstChildElement(); child; child = child->NextSiblingElement()) {
-      require(child->Name(), "elements", children);
+      judge(child->Name(), "element", children);
     }
     for (auto attribute = at_->FirstAttribute(); attribute; attribute = attribute->Next()) {
-      require(attribute->Name(), "attributes", attributes);
+      judge(attribute->Name(), "attribute", attributes);
     }
     return *this;
   }
@@ -70,10 +82,10 @@ class Element {
     const tinyxml2::XMLElement* child = at_ ? at_->FirstChildElement(name) : nullptr;
     if (child && child->NextSiblingElement(name)) {
       const int line = child->NextSiblingElement(name)->GetLineNum();
-      faults_->push_back(
+      to_->faults.push_back(
           {path_ + "/" + name, "this element once", "it again in line " + std::to_string(line)});
     }
-    return {child, path_ + "/" + name, *faults_, line_};
+    return {child, path_ + "/" + name, *to_, line_};
   }
 
   std::string name(const char* key) const {
@@ -111,15 +123,28 @@ class Element {
     return numbers;
   }
 
-  void require(const char* name, const char* kind, Names known) const {
-    const auto is = [name](const char* other) { return std::strcmp(name, other) == 0; };
-    if (std::any_of(known.begin(), known.end(), is)) return;
-    fault(onOneLine(name), std::string("one of the ") + kind + " " + inCommas(known), quoted(name));
+  void judge(const char* given, const char* kind, Names known) const {
+    const std::string name = given, path = onOneLine(name);
+    if (std::find(known.begin(), known.end(), name) != known.end()) return;
+    const auto meant =
+        std::find_if(known.begin(), known.end(), [&](const char* other) { return isSlipOf(name, other); });
+    const ForeignForce* force = foreignForce(name);
+    if (meant != known.end()) {
+      fault(path, std::string("the ") + kind + " " + *meant, quoted(name));
+    } else if (force && force->isRefused) {
+      fault(path,
+            std::string("no ") + kind + " of that name, as it changes the motion (" + force->instead + ")",
+            quoted(name));
+    } else if (force) {
+      note(path + " is not read, though it changes the motion (" + force->instead + ")", path);
+    } else {
+      note("ignored, as <" + onOneLine(at_->Name()) + "> of URDF has no " + kind + " " + path, path);
+    }
   }
 
   const tinyxml2::XMLElement* at_;
   std::string path_;
-  std::vector<Fault>* faults_;
+  Findings* to_;
   int line_;
 };
 
@@ -151,10 +176,15 @@ void readInertial(const Element& inertial, UrdfLink& link) {
   link.mass = inertial.only("mass").of({}, {"value"}).number("value", NumberRule::from(0, "kg"));
   // The tensor, turned into the axes of the link.
   const Element inertia = inertial.only("inertia").of({}, {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
+  if (!inertia.isThere()) {
+    inertial.note("has a mass without <inertia>: read as a point mass");
+    link.isSound = inertial.faults() == before;
+    return;
+  }
   const NumberRule rule = NumberRule::any("kg m²");
-  const double xx = inertia.number("ixx", rule), xy = inertia.number("ixy", rule);
-  const double xz = inertia.number("ixz", rule), yy = inertia.number("iyy", rule);
-  const double yz = inertia.number("iyz", rule), zz = inertia.number("izz", rule);
+  const double xx = inertia.number("ixx", rule), xy = inertia.number("ixy", rule, 0);
+  const double xz = inertia.number("ixz", rule, 0), yy = inertia.number("iyy", rule);
+  const double yz = inertia.number("iyz", rule, 0), zz = inertia.number("izz", rule);
   Eigen::Matrix3d own;
   own << xx, xy, xz, xy, yy, yz, xz, yz, zz;
   link.inertia = pose.linear() * own * pose.linear().transpose();
@@ -165,7 +195,9 @@ void readInertial(const Element& inertial, UrdfLink& link) {
 void readVisuals(const tinyxml2::XMLElement& element, UrdfLink& link) {
   for (auto at = element.FirstChildElement("visual"); at; at = at->NextSiblingElement("visual")) {
     std::vector<Fault> faults;
-    UrdfVisual visual{poseOf(Element(at, "", faults).only("origin")), ""};
+    Notes unused;
+    Findings own{faults, unused};
+    UrdfVisual visual{poseOf(Element(at, "", own).only("origin")), ""};
     for (const char* part : {"geometry", "material"}) {
       if (const tinyxml2::XMLElement* child = at->FirstChildElement(part)) visual.text += textOf(*child);
     }
@@ -194,8 +226,25 @@ Eigen::Vector3d axisOf(const Element& axis) {
   return Eigen::Vector3d::UnitX();
 }
 
-/// Reads damping and limits of a joint that turns. After a fault they are 0, and [0, 1] rad.
-void readMotion(const Element& element, bool isLimited, UrdfJoint& joint) {
+/// Reads lower and upper. Without both, the joint turns freely.
+void readRange(const Element& element, const Element& limit, const std::string& child, UrdfJoint& joint) {
+  if (!limit.attribute("lower") && !limit.attribute("upper")) {
+    element.note("a revolute joint without lower and upper: turns freely, as a continuous one");
+    return;
+  }
+  // Exporters write [0, 0] unless they are told the limits.
+  const std::string entry = "links/" + onOneLine(child) + "/joint";
+  const std::string wayOut = "rad, the lower limit (or else a scene beside the URDF, with " + entry +
+                             ": {limits: none}, or {lower: …, upper: …})";
+  const NumberRule any = NumberRule::any("rad");
+  joint.lower = limit.number("lower", any, 0);
+  const bool hasLower = std::isfinite(joint.lower);
+  joint.upper = limit.number("upper", hasLower ? NumberRule::above(joint.lower, wayOut) : any, 0);
+}
+
+/// Reads damping and limits of a joint that turns, its range only if it isLimited. After a fault they are 0,
+/// and [0, 1] rad.
+void readMotion(const Element& element, bool isLimited, const std::string& child, UrdfJoint& joint) {
   const std::size_t before = element.faults();
   const Element dynamics = element.only("dynamics").of({}, {"damping", "friction"});
   joint.damping = dynamics.number("damping", NumberRule::from(0, "N m s/rad"), 0);
@@ -204,28 +253,28 @@ void readMotion(const Element& element, bool isLimited, UrdfJoint& joint) {
   const auto keep = [&](const char* key, double value) {
     if (value > 0) joint.others.emplace_back(key, value);
   };
+  for (const char* key : {"effort", "velocity"}) {
+    const std::string given = limit.attribute(key) ? limit.attribute(key) : "";
+    if (numberIn(given) == 0) limit.note(std::string(key) + " 0 is read as no limit", key);
+  }
   keep("friction", dynamics.number("friction", NumberRule::from(0, "N m"), 0));
   keep("effort_limit", limit.number("effort", NumberRule::any("N m"), 0));
   keep("velocity_limit", limit.number("velocity", NumberRule::any("rad/s"), 0));
-  if (isLimited) {
-    const NumberRule any = NumberRule::any("rad");
-    joint.lower = limit.number("lower", any, 0);
-    const bool hasLower = std::isfinite(joint.lower);
-    joint.upper =
-        limit.number("upper", hasLower ? NumberRule::above(joint.lower, "rad, the lower limit") : any, 0);
-  }
+  if (isLimited) readRange(element, limit, child, joint);
   if (element.faults() == before) return;
   joint.others.clear();
   joint.damping = joint.lower = 0;
   joint.upper = 1;
 }
 
-void readJoint(const Element& element, const Indices& links, UrdfJoint& joint, UrdfDocument& document) {
+void readJoint(const Element& element, const Indices& links, const std::set<std::string>& limitedElsewhere,
+               UrdfJoint& joint, UrdfDocument& document) {
   element.of(
       {"parent", "child", "origin", "axis", "dynamics", "limit", "mimic", "calibration", "safety_controller"},
       {"name", "type"});
   document.hasStructure &= takeEnd(element.only("parent"), links, joint.parent);
-  document.hasStructure &= takeEnd(element.only("child"), links, joint.child);
+  const Element end = element.only("child");
+  document.hasStructure &= takeEnd(end, links, joint.child);
 
   const std::size_t before = element.faults();
   const std::string type = element.attribute("type") ? element.attribute("type") : "";
@@ -236,9 +285,11 @@ void readJoint(const Element& element, const Indices& links, UrdfJoint& joint, U
   if (joint.moves && !turns) element.fault("type", "revolute, continuous or fixed");
   document.hasPoses &= element.faults() == before;
 
-  if (turns) readMotion(element, type == "revolute", joint);
+  const std::string child = end.attribute("link") ? end.attribute("link") : "";
+  if (turns) readMotion(element, type == "revolute" && limitedElsewhere.count(child) == 0, child, joint);
   const Element mimic = element.only("mimic");
-  if (mimic.isThere()) mimic.fault("joint", "a joint that mimics no other");
+  if (mimic.isThere())
+    mimic.fault("joint", "a joint that mimics no other (make the fingers of a gripper fixed)");
 }
 
 // ---- The document ----------------------------------------------------------------------------
@@ -254,11 +305,11 @@ void requireBounds(const std::string& text) {
   if (text.find('\0') != std::string::npos) refuse("XML", "a text with a byte 0");
 }
 
-/// True if a fixed joint has the parent `world`.
+/// True if a joint has the parent `world`.
 bool hasParentWorld(const tinyxml2::XMLElement& robot) {
   for (auto at = robot.FirstChildElement("joint"); at; at = at->NextSiblingElement("joint")) {
     const tinyxml2::XMLElement* parent = at->FirstChildElement("parent");
-    if (parent && parent->Attribute("link", "world") && at->Attribute("type", "fixed")) return true;
+    if (parent && parent->Attribute("link", "world")) return true;
   }
   return false;
 }
@@ -267,7 +318,7 @@ bool hasParentWorld(const tinyxml2::XMLElement& robot) {
 /// @returns false if a name is missing, or not unique
 /// @throws Refused if there are too many
 template <class Read>
-bool forAll(const char* kind, const tinyxml2::XMLElement& robot, Indices& taken, std::vector<Fault>& faults,
+bool forAll(const char* kind, const tinyxml2::XMLElement& robot, Indices& taken, Findings& to,
             const Read& read) {
   std::size_t count = 0;
   for (auto at = robot.FirstChildElement(kind); at; at = at->NextSiblingElement(kind)) ++count;
@@ -275,10 +326,10 @@ bool forAll(const char* kind, const tinyxml2::XMLElement& robot, Indices& taken,
     refuse("at most " + std::to_string(mostElements) + " of " + kind, std::to_string(count));
   }
   for (auto at = robot.FirstChildElement(kind); at; at = at->NextSiblingElement(kind)) {
-    const Element unnamed(at, urdfPath(kind, "line " + std::to_string(at->GetLineNum())), faults);
+    const Element unnamed(at, urdfPath(kind, "line " + std::to_string(at->GetLineNum())), to);
     const std::string name = unnamed.name("name");
     if (!name.empty() && !taken.emplace(name, taken.size()).second) unnamed.fault("name", "a unique name");
-    read(Element(at, urdfPath(kind, name), faults), name);
+    read(Element(at, urdfPath(kind, name), to), name);
   }
   return taken.size() == count;
 }
@@ -289,7 +340,8 @@ std::string urdfPath(const char* kind, const std::string& name) {
   return std::string(top) + "/" + kind + "[" + onOneLine(name) + "]";
 }
 
-UrdfDocument parseUrdf(const std::string& text, std::vector<Fault>& faults) {
+UrdfDocument parseUrdf(const std::string& text, const std::set<std::string>& limitedElsewhere,
+                       std::vector<Fault>& faults, Notes& notes) {
   // XML with one element, robot.
   requireBounds(text);
   tinyxml2::XMLDocument xml;
@@ -304,8 +356,9 @@ UrdfDocument parseUrdf(const std::string& text, std::vector<Fault>& faults) {
 
   // Its links, then its joints, which refer to them.
   UrdfDocument document;
+  Findings to{faults, notes};
   Indices links, joints;
-  document.hasStructure &= forAll("link", *robot, links, faults, [&](const Element& element, auto& name) {
+  document.hasStructure &= forAll("link", *robot, links, to, [&](const Element& element, auto& name) {
     UrdfLink& link = document.links.emplace_back();
     link.name = name;
     element.of({"inertial", "visual", "collision", "contact"}, {"name"});
@@ -315,16 +368,17 @@ UrdfDocument parseUrdf(const std::string& text, std::vector<Fault>& faults) {
   for (auto at = robot->FirstChildElement("material"); at; at = at->NextSiblingElement("material")) {
     document.materials += textOf(*at);
   }
-  // Drake's files fix the robot to a link `world` that they do not list.
+  // Many files connect the robot to a link `world` that they do not list.
   if (links.count("world") == 0 && hasParentWorld(*robot)) {
     links.emplace("world", document.links.size());
     document.links.emplace_back().name = "world";
   }
-  document.hasStructure &= forAll("joint", *robot, joints, faults, [&](const Element& element, auto& name) {
+  document.hasStructure &= forAll("joint", *robot, joints, to, [&](const Element& element, auto& name) {
     UrdfJoint& joint = document.joints.emplace_back();
     joint.name = name;
-    readJoint(element, links, joint, document);
+    readJoint(element, links, limitedElsewhere, joint, document);
   });
+  document.isFixedInGazebo = readBesideLinks(*robot, faults, notes);
 
   // A file that xacro has not expanded.
   for (auto at = robot->FirstChildElement(); at; at = at->NextSiblingElement()) {

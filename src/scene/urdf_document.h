@@ -1,13 +1,15 @@
 #pragma once
 
 /// The parts of a URDF that matter to dynamics, in the units and frames of the file. Only this pair of files
-/// uses XML.
+/// and urdf_foreign use XML.
 
 #include <Eigen/Geometry>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "planar_chain/chain.h"
+#include "reading/notes.h"
 
 namespace planar_chain {
 
@@ -43,16 +45,19 @@ struct UrdfJoint : Joint {
 struct UrdfDocument {
   std::vector<UrdfLink> links;
   std::vector<UrdfJoint> joints;
-  std::string materials;     ///< the elements of that name, as they are written
-  bool hasStructure = true;  ///< no fault in the names of links, and in those that joints connect
-  bool hasPoses = true;      ///< no fault in the origins, axes and types of joints
+  std::string materials;         ///< the elements of that name, as they are written
+  bool hasStructure = true;      ///< no fault in the names of links, and in those that joints connect
+  bool hasPoses = true;          ///< no fault in the origins, axes and types of joints
+  bool isFixedInGazebo = false;  ///< an SDF joint fixes the root to the world
 };
 
 /// "robot_description/joint[elbow]"
 std::string urdfPath(const char* kind, const std::string& name);
 
-/// Checks each element by itself, not whether they form a chain. Adds faults to `faults`.
+/// Checks each element by itself, not whether they form a chain. Adds faults to `faults`, notes to `notes`.
+/// limitedElsewhere: names of links whose joints' lower and upper are not read.
 /// @throws Refused for a text that is no XML, or too long
-UrdfDocument parseUrdf(const std::string& text, std::vector<Fault>& faults);
+UrdfDocument parseUrdf(const std::string& text, const std::set<std::string>& limitedElsewhere,
+                       std::vector<Fault>& faults, Notes& notes);
 
 }  // namespace planar_chain

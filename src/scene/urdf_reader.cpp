@@ -74,9 +74,16 @@ struct Part {
   Pose pose;
 };
 
+/// A moving joint and its pose, as that of a Part.
+struct Placed {
+  const UrdfJoint* joint;
+  Pose pose;
+};
+
 /// Links that fixed joints make one body.
 struct Body {
   std::vector<Part> parts;
+  std::vector<Placed> branches;     ///< moving joints beside `next`
   const UrdfJoint* next = nullptr;  ///< the next moving joint; null at the end of the chain
   Pose nextPose;
 };
@@ -97,8 +104,12 @@ Body bodyFrom(const UrdfDocument& document, std::size_t first, const Eigen::Matr
         body.next = &joint;
         body.nextPose = below;
       } else {
-        faults.push_back({urdfPath("joint", joint.name), "a chain, with one moving joint on a body",
-                          "a branch beside " + quoted(body.next->name)});
+        body.branches.push_back({&joint, below});
+        faults.push_back(
+            {urdfPath("joint", joint.name),
+             "a chain, with one moving joint on a body (make other joints fixed, such as those of "
+             "a gripper's fingers)",
+             "a branch beside " + quoted(body.next->name)});
       }
     }
   }
@@ -167,7 +178,9 @@ Link linkOf(const Body& body, const Plane& plane, bool hasPoses, std::vector<Fau
     link.mass += part.link->mass;
   }
   if (link.mass == 0) {
-    faults.push_back({path + "/inertial", "a mass > 0 kg of this link or of one fixed to it", "none"});
+    faults.push_back({path + "/inertial",
+                      "a mass > 0 kg of this link or of one fixed to it (or else make its joint fixed)",
+                      "none"});
     return disc;
   }
 
@@ -195,25 +208,51 @@ void requireParallel(const UrdfJoint& joint, const Vector3d& axis, const Plane& 
                      std::vector<Fault>& faults) {
   const std::string path = urdfPath("joint", joint.name) + "/axis";
   if (plane.k.cross(axis).norm() > parallel) {
-    faults.push_back({path, "an axis parallel to the first joint's, as the chain moves in a plane",
+    faults.push_back({path,
+                      "an axis parallel to the first joint's, as the chain moves in a plane (make a joint "
+                      "that turns out of it fixed)",
                       "an angle of " + toText(std::acos(plane.k.dot(axis))) + " rad"});
   } else if (plane.k.dot(axis) < 0) {
-    faults.push_back({path, "the direction of the first joint's axis, so that all angles have one sense",
+    faults.push_back({path,
+                      "the direction of the first joint's axis, so that all angles have one sense (reverse "
+                      "the axis, and swap and negate its limits)",
                       "the opposite direction"});
+  }
+}
+
+/// Records the faults of all bodies on branches, and of their joints.
+void checkBranches(const UrdfDocument& document, const Plane& plane, std::vector<Placed> open,
+                   std::vector<Fault>& faults, std::vector<Fault>& branches) {
+  for (std::size_t i = 0; i < open.size(); ++i) {
+    const auto [joint, pose] = open[i];
+    if (document.hasPoses) requireParallel(*joint, pose.linear() * joint->axis, plane, faults);
+    requireName("joint", joint->name, faults);
+    const Body body = bodyFrom(document, joint->child, pose.linear(), branches);
+    linkOf(body, plane, document.hasPoses, faults);
+    if (body.next) open.push_back({body.next, body.nextPose});
+    open.insert(open.end(), body.branches.begin(), body.branches.end());
   }
 }
 
 }  // namespace
 
-std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>& faults) {
-  UrdfDocument document = parseUrdf(text, faults);
+std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>& faults,
+                                     const std::set<std::string>& limitedElsewhere) {
+  Notes notes;
+  UrdfDocument document = parseUrdf(text, limitedElsewhere, faults, notes);
   if (!document.hasStructure) return std::nullopt;
   const std::optional<std::size_t> root = findRoot(document, faults);
   if (!root) return std::nullopt;
 
+  const std::string& ground = document.links[*root].name;
+  if (ground != "world" && !document.isFixedInGazebo) {
+    notes.add(urdfPath("link", ground), "held in place as the ground, as no joint fixes it to a link world");
+  }
+
   // From the ground outwards, body by body. The first axis defines the plane.
   PlanarRobot robot;
   std::vector<Fault> branches;
+  std::vector<Placed> behind;
   Body body = bodyFrom(document, *root, Eigen::Matrix3d::Identity(), branches);
   std::optional<Plane> plane;
   std::vector<std::string>& visuals = robot.appearance.visuals;
@@ -230,15 +269,19 @@ std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>
     if (document.hasPoses) requireParallel(joint, axis, *plane, faults);
     requireName("joint", joint.name, faults);
     robot.joints.push_back(joint);
+    behind.insert(behind.end(), body.branches.begin(), body.branches.end());
     body = bodyFrom(document, joint.child, body.nextPose.linear(), branches);
     robot.links.push_back(linkOf(body, *plane, document.hasPoses, faults));
     visuals.push_back(visualsOf(body, *plane, Vector3d::Zero(), depth));
   }
+  behind.insert(behind.end(), body.branches.begin(), body.branches.end());
+  if (plane) checkBranches(document, *plane, std::move(behind), faults, branches);
   faults.insert(faults.end(), branches.begin(), branches.end());
   if (!plane) faults.push_back({"robot_description", "a joint that is revolute or continuous", "none"});
   if (!plane || !branches.empty()) return std::nullopt;
   robot.gravity = plane->gravity;
   robot.appearance.materials = document.materials;
+  robot.notes = notes.all();
   const auto isEmpty = [](const std::string& each) { return each.empty(); };
   if (std::all_of(visuals.begin(), visuals.end(), isEmpty)) robot.appearance = {};
   return robot;

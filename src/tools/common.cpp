@@ -136,13 +136,16 @@ void requireScene(const std::string& path, const std::string& text) {
   if (found) throw Refused({{path, "a scene, in YAML", found}});
 }
 
-/// Puts the file and the line before the path of each fault that has them: "scene.yaml:4: links/upper/mass".
-void addFiles(std::vector<Fault>& faults, const std::string& scene, const std::optional<std::string>& urdf) {
-  for (Fault& fault : faults) {
-    const bool isInUrdf = urdf && fault.path.compare(0, 17, "robot_description") == 0;
-    if (fault.line == 0 && !isInUrdf) continue;
-    const std::string line = fault.line > 0 ? ":" + std::to_string(fault.line) : "";
-    fault.path = (isInUrdf ? *urdf : scene) + line + ": " + fault.path;
+/// Puts the file and the line before the path of each fault, or note, that has them:
+/// "scene.yaml:4: links/upper/mass".
+template <class Finding>
+void addFiles(std::vector<Finding>& findings, const std::string& scene,
+              const std::optional<std::string>& urdf) {
+  for (Finding& finding : findings) {
+    const bool isInUrdf = urdf && finding.path.compare(0, 17, "robot_description") == 0;
+    if (finding.line == 0 && !isInUrdf) continue;
+    const std::string line = finding.line > 0 ? ":" + std::to_string(finding.line) : "";
+    finding.path = (isInUrdf ? *urdf : scene) + line + ": " + finding.path;
   }
 }
 
@@ -164,7 +167,12 @@ Scene readScene(const Arguments& given, const std::function<void(Value&)>& amend
       }
       amend(value);
       Scene scene = planar_chain::readScene(value);
-      if (faults.empty()) return scene;
+      if (faults.empty()) {
+        std::vector<Note> notes = scene.notes;
+        addFiles(notes, path, urdf);
+        for (const Note& note : notes) std::cerr << "note: " << toString(note) << '\n';
+        return scene;
+      }
     } catch (const Refused& refused) {
       std::vector<Fault> own = refused.faults();
       addFiles(own, path, urdf);

@@ -66,7 +66,8 @@ void checkOutput(const std::string& option, const std::string& path,
                  const std::vector<std::optional<std::string>>& others, std::vector<Fault>& faults);
 
 /// Reads the scene, with --urdf as robot_description. `faults` are those of the arguments; they are reported
-/// together with the scene's. `amend` may change the tree before it is read.
+/// together with the scene's. `amend` may change the tree before it is read. Prints the scene's notes to
+/// standard error.
 /// @throws Refused
 Scene readScene(const Arguments& given, const std::function<void(Value&)>& amend, std::vector<Fault> faults);
 
