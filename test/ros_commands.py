@@ -7,9 +7,10 @@ import rospy
 import rostest
 from geometry_msgs.msg import Point, Vector3
 from planar_chain.msg import CommandTaken, JointTorque, LinkForce
-from planar_chain.srv import Step
+from planar_chain.srv import SetState, Step
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from ros_node import Listener, Node, ROD_INERTIA, Running, Watching, nanoseconds, publisher, rod, service
 

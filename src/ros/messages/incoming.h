@@ -26,7 +26,8 @@ namespace planar_chain {
 constexpr std::size_t mostBytesInAList = std::size_t{16} << 20;
 
 struct TooLong : std::length_error {
-  TooLong(std::size_t n, std::size_t most) : std::length_error("a list is too long"), entries(n), limit(most) {}
+  TooLong(std::size_t n, std::size_t most)
+      : std::length_error("a list is too long"), entries(n), limit(most) {}
   std::size_t entries, limit;
 };
 
