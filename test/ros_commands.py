@@ -138,18 +138,20 @@ class Commands(Watching):
             def serialize(self, buff):
                 buff.write(b'\xff\xff\xff\xff')
 
-        wrong = [
-            (publisher('/planar_chain/joint_trajectory', JointTrajectory), JointTrajectory(points=[JointTrajectoryPoint()] * 300000),
-             'joint_trajectory: expected at most 161319 entries in a list, got 300000'),
-            (publisher('/planar_chain/base_trajectory', MultiDOFJointTrajectory),
-             MultiDOFJointTrajectory(points=[MultiDOFJointTrajectoryPoint()] * 209716),
-             'base_trajectory: expected at most 209715 entries in a list, got 209716'),
-            (publisher('/planar_chain/joint_torques', Float64MultiArray), Float64MultiArray(data=[0.0] * 2097153),
-             'joint_torques: expected at most 2097152 entries in a list, got 2097153'),
-            (publisher('/planar_chain/joint_torques', Torn), Torn(), 'joint_torques: expected a whole message, got Buffer Overrun'),
-            (publisher('/planar_chain/link_force', TornForce), TornForce(), 'link_force: expected a whole message, got Buffer Overrun'),
-        ]
         with Node(rod()):
+            torques = publisher('/planar_chain/joint_torques', Float64MultiArray)
+            wrong = [
+                (publisher('/planar_chain/joint_trajectory', JointTrajectory), JointTrajectory(points=[JointTrajectoryPoint()] * 300000),
+                 'joint_trajectory: expected at most 161319 entries in a list, got 300000'),
+                (publisher('/planar_chain/base_trajectory', MultiDOFJointTrajectory),
+                 MultiDOFJointTrajectory(points=[MultiDOFJointTrajectoryPoint()] * 209716),
+                 'base_trajectory: expected at most 209715 entries in a list, got 209716'),
+                (torques, Float64MultiArray(data=[0.0] * 2097153),
+                 'joint_torques: expected at most 2097152 entries in a list, got 2097153'),
+                (torques, Torn(), 'joint_torques: expected a whole message, got Buffer Overrun'),
+                (publisher('/planar_chain/link_force', LinkForce), TornForce(),
+                 'link_force: expected a whole message, got Buffer Overrun'),
+            ]
             for count, (out, message, refusal) in enumerate(wrong, 1):
                 out.publish(message)
                 at = self.statuses.wait_for(lambda status: status.rejected_commands >= count)
