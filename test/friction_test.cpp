@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "dynamics/dynamics.h"
@@ -310,6 +311,24 @@ TEST(LongChains, DoNotStall) {
                 most * dampers)
           << links << " links, " << friction << " N m";
     }
+  }
+}
+
+TEST(LongChains, DoNotStallWhereTheyOnceDid) {
+  struct Case {
+    int links;
+    double length, mass, friction, duration;
+    const char* method;
+  };
+  for (const auto& [links, length, mass, friction, duration, method] :
+       {Case{30, 0.05, 0.02, 1e-14, 0.3, "auto"}, Case{30, 1, 1, 1e-14, 0.3, "auto"},
+        Case{30, 1, 1, 1e-10, 0.3, "auto"}, Case{40, 1, 1, 1e-300, 0.3, "auto"},
+        Case{40, 1, 1, 1e-12, 0.3, "auto"}, Case{30, 1, 1, 1e-14, 0.3, "dopri5"},
+        Case{1000, 0.1, 0.1, 1e-4, 0.02, "auto"}}) {
+    SCOPED_TRACE(std::to_string(links) + " links, " + std::to_string(friction) + " N m, " + method);
+    Scene scene = levelChain(links, friction, "friction", length, mass);
+    scene.integrator.method = method;
+    EXPECT_GT(evaluationsOf(scene, duration), 0);
   }
 }
 

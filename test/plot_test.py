@@ -262,10 +262,25 @@ class Plot(InFolder):
         self.assertIn("No such file", self.refused(self.path("none.csv")))
         other = self.path("other.csv")
         for text, fault in (("", "got nothing"), ("a,b\n1,2\n", "got a, b"), ("t,q_a,qd_a,energy\n0,0,0,0\n", "got 1"),
-                            ("t,q_a,qd_a,energy\n0,0,x,0\n", "expected 4 numbers a row")):
+                            ("t,q_a,qd_a,energy\n0,0,x,0\n", "expected 4 numbers, got could not convert string to float: 'x'"),
+                            ("t,q_a,qd_a,energy\n0,0,0,0\n1,0,0\n", "other.csv, row 2: expected 4 numbers, got 3 cells"),
+                            ("t,q_a,qd_a,energy\n0,0,0,0\n1,0,0,0,0\n", "other.csv, row 2: expected 4 numbers, got 5 cells"),
+                            ("t,q_a,qd_a,energy\n0,0,-2e307,0\n1,1,1e308,0\n", "other.csv, qd_a: expected numbers up to 1e+300, got -2e+307"),
+                            ("run,links/a/mass,t,q_a,qd_a,reason\n0,1,1,1,1,\n1,1,1,1\n", "row 2: expected 5 numbers and a reason, got 4 cells"),
+                            ("run,links/a/mass,t,q_a,qd_a,reason\n0,x,1,1,1,\n", "row 1: expected 5 numbers and a reason, got could not"),
+                            ("run,links/a/mass,t,q_a,qd_a,reason\n0,1,1,1e308,1,\n", "other.csv, q_a: expected numbers up to 1e+300, got 1e+308"),
+                            ("run,t,reason\n0,1,\n", "expected the columns t, q_")):
             with open(other, "w", encoding="utf-8") as file:
                 file.write(text)
             self.assertIn(fault, self.refused(other))
+        for data in (b"\xff\xfe\x00", b"\x80" * 5000, b"t,q_a,qd_a,energy\n0,0,0,\xc3\x28\n"):
+            with open(other, "wb") as file:
+                file.write(data)
+            self.assertRegex(self.refused(other), r"^plot: .*other.csv: expected a table in text, got other bytes \(.*\)\n$")
+        for scale in (1e300, 1e-300):
+            with open(other, "w", encoding="utf-8") as file:
+                file.writelines(["t,q_a,qd_a,energy\n", *(f"{k},{scale * (-1) ** k},{-scale * (-1) ** k},{scale * k}\n" for k in (0, 1))])
+            self.assertEqual(self.run_tool("plot", other).returncode, 0)
         bag = self.path("no.bag")
         with open(bag, "w", encoding="utf-8") as file:
             file.write("no bag")

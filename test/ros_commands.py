@@ -7,9 +7,10 @@ import rospy
 import rostest
 from geometry_msgs.msg import Point, Vector3
 from planar_chain.msg import CommandTaken, JointTorque, LinkForce
-from planar_chain.srv import Step
+from planar_chain.srv import SetState, Step
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from ros_node import Listener, Node, ROD_INERTIA, Running, Watching, nanoseconds, publisher, rod, service
 
@@ -127,6 +128,38 @@ class Commands(Watching):
             last = len(self.states.messages) - 1
             self.assert_constant_torque(first - 1, last, 0.31)
             self.assertEqual({state.effort[0] for state in self.states.messages[first:last]}, {0.31})
+
+    def test_what_cannot_be_read_is_refused_and_counted_too(self):
+        class Torn(Float64MultiArray):
+            def serialize(self, buff):
+                buff.write(bytes(7))
+
+        class TornForce(LinkForce):
+            def serialize(self, buff):
+                buff.write(b'\xff\xff\xff\xff')
+
+        with Node(rod()):
+            torques = publisher('/planar_chain/joint_torques', Float64MultiArray)
+            wrong = [
+                (publisher('/planar_chain/joint_trajectory', JointTrajectory), JointTrajectory(points=[JointTrajectoryPoint()] * 300000),
+                 'joint_trajectory: expected at most 161319 entries in a list, got 300000'),
+                (publisher('/planar_chain/base_trajectory', MultiDOFJointTrajectory),
+                 MultiDOFJointTrajectory(points=[MultiDOFJointTrajectoryPoint()] * 209716),
+                 'base_trajectory: expected at most 209715 entries in a list, got 209716'),
+                (torques, Float64MultiArray(data=[0.0] * 2097153),
+                 'joint_torques: expected at most 2097152 entries in a list, got 2097153'),
+                (torques, Torn(), 'joint_torques: expected a whole message, got Buffer Overrun'),
+                (publisher('/planar_chain/link_force', LinkForce), TornForce(),
+                 'link_force: expected a whole message, got Buffer Overrun'),
+            ]
+            for count, (out, message, refusal) in enumerate(wrong, 1):
+                out.publish(message)
+                at = self.statuses.wait_for(lambda status: status.rejected_commands >= count)
+                self.assertEqual(self.statuses.messages[at].rejected_commands, count)
+                self.assertEqual(self.statuses.messages[at].last_rejection[:len(refusal)], refusal)
+            answer = service('set_state', SetState)(q=[0.0] * 2097153, qd=[0.0])
+            self.assertFalse(answer.success)
+            self.assertEqual(answer.message, 'set_state: expected at most 2097152 entries in a list, got 2097153')
 
     def test_two_hundred_commands_in_a_tick_all_act_and_end_to_rounding(self):
         taken = Listener('/planar_chain/commands_taken', CommandTaken)

@@ -401,6 +401,18 @@ TEST(Commands, WrongOnesThrowAndChangeNothing) {
   EXPECT_EQ(simulation.qd()[0], 0);
 }
 
+TEST(GivenMotion, IsModerateInItsFirstPieceToo) {
+  const MotionLaw still = MotionLaw::sine(0, 0, 0, 0);
+  EXPECT_TRUE(still.to(0, 0.005, 1e-3, 1e6).isModerate());
+  EXPECT_FALSE(still.to(0, 0.005, 0, 1e14).isModerate()) << "4e16 per s²";
+  MotionPoint point;
+  point.time = 1e-4;
+  point.value = 1e8;
+  point.rate = 0;
+  EXPECT_FALSE(still.then(0, 0, {point}).isModerate()) << "6e16 per s²";
+  EXPECT_TRUE(still.isModerate());
+}
+
 TEST(Failure, IsSaidAtOnceKeepsTheLastGoodStateAndResetLeadsBack) {
   // Every method tries a few steps, shorter and shorter, before it gives up.
   Load blast;

@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "dynamics/dynamics.h"
 #include "known_chains.h"
@@ -404,6 +406,64 @@ TEST(Stop, ThatIsHardAndHitOftenCostsAutoLittleMoreThanTheBestMethod) {
                                 evaluationsBy("radau13")});
     EXPECT_LT(static_cast<double>(evaluationsBy("auto")), 1.25 * static_cast<double>(best)) << damping;
   }
+}
+
+/// A random machine that starts beyond stops. nudge: of each angle, in 1 + |angle|.
+Scene machineBeyondStops(unsigned seed, double tolerance, double nudge = 0) {
+  Random random(seed);
+  const int n = 2 + random.index(4);
+  Scene scene = randomScene(n, seed, {false, true, false});
+  std::vector<Joint> joints = scene.chain.joints();
+  for (int i = 0; i < n; ++i) {
+    Joint& joint = joints[static_cast<std::size_t>(i)];
+    joint.lower = random.between(-1.5, 0);
+    joint.upper = joint.lower + random.between(0.2, 1.5);
+    joint.stopStiffness = 4e4;
+    double& q = scene.q[static_cast<std::size_t>(i)];
+    q += nudge * (1 + std::abs(q));
+  }
+  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  scene.integrator.tolerance = tolerance;
+  return scene;
+}
+
+std::vector<double> anglesAfter(const Scene& scene, double t, int parts = 1) {
+  Simulation simulation(scene);
+  for (int k = 1; k <= parts; ++k) EXPECT_TRUE(simulation.advanceTo(t * k / parts)) << simulation.fault();
+  return simulation.q();
+}
+
+double apart(const std::vector<double>& one, const std::vector<double>& other) {
+  double most = 0;
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    most = std::max(most, std::abs(one[i] - other[i]) / (1 + std::abs(one[i])));
+  }
+  return most;
+}
+
+// Such machines are chaotic: they part by order one from others of the last bit. Before that, another kernel
+// parts from the default as that bit does, and another output rate by no more than the tolerance, grown.
+TEST(Stop, FromBeyondItOnKernelAndOutputRateMatterAsRoundingAndToleranceDo) {
+  constexpr double t = 0.05, bit = 2.3e-16;
+  int compared = 0;
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    for (const double tolerance : {1e-8, 1e-12}) {
+      const Scene scene = machineBeyondStops(seed, tolerance);
+      Scene plain = scene;
+      plain.integrator.plainKernel = true;
+      const std::vector<double> end = anglesAfter(scene, t);
+      double growth = 1;  // of a small change
+      for (const double nudge : {bit, -bit, 4 * bit}) {
+        const std::vector<double> beside = anglesAfter(machineBeyondStops(seed, tolerance, nudge), t);
+        growth = std::max(growth, apart(end, beside) / std::abs(nudge));
+      }
+      if (growth > 1e6) continue;  // rounding has grown to 1e-10 already
+      ++compared;
+      EXPECT_LT(apart(end, anglesAfter(plain, t)), 100 * bit * growth) << seed << ", " << tolerance;
+      EXPECT_LT(apart(end, anglesAfter(scene, t, 20)), 10 * tolerance * growth) << seed << ", " << tolerance;
+    }
+  }
+  EXPECT_GT(compared, 60);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@ import csv
 import importlib.util
 import os
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -123,14 +124,45 @@ class Sweeps(InFolder):
         self.sweep(*arguments)
         self.assertEqual(len(self.text("runs.csv").splitlines()), 30001)
 
-    def test_a_damaged_chunk_is_named(self):
-        arguments = ("--vary", MASS + "=1:2:40", "--duration", "1", "--chunk", "20")
+    def test_outputs_that_are_given_one_by_one_are_all_written(self):
+        arguments = ("--vary", MASS + "=1:2:3", "--duration", "0.1", "--output", self.path("first.npz"))
+        self.assertRegex(self.sweep(*arguments, output=("runs.csv", "runs.npz")), "first.npz and .*runs.csv and .*runs.npz")
+        self.assertEqual(sorted(os.listdir(self.folder)), ["first.npz", "runs.csv", "runs.npz"])
+        twice = self.sweep(*arguments, output=("runs.csv", "./first.npz"), status=2)
+        self.assertRegex(twice, "--output: expected each file once, got .*/./first.npz again")
+
+    def test_damaged_chunks_are_all_named_before_any_run(self):
+        arguments = ("--vary", MASS + "=1:2:100", "--duration", "1", "--chunk", "20")
         self.sweep(*arguments, output=("runs.csv", "missing/runs.npz"), status=1)
-        with open(self.path("runs.csv.parts/000000020.npz"), "r+b") as file:
+        parts = self.path("runs.csv.parts")
+        os.remove(os.path.join(parts, "000000040.npz"))  # is missing still when the others are refused
+        with open(os.path.join(parts, "000000020.npz"), "r+b") as file:
             file.truncate(100)
-        self.assertRegex(self.sweep(*arguments, status=1), "^sweep: .*000000020.npz: expected a chunk, got a damaged file .*; remove it")
-        os.remove(self.path("runs.csv.parts/000000020.npz"))
+        with open(os.path.join(parts, "000000060.npz"), "r+b") as file:
+            file.seek(300)
+            file.write(b"damaged!")
+        np.savez(os.path.join(parts, "000000080.npz"), states=np.zeros((20, 2, 4)), done=np.zeros(20), reasons="{}")
+        said = self.sweep(*arguments, status=1)
+        self.assertRegex(said, "^sweep: expected the chunks of this sweep, got damaged files; remove them:\n")
+        self.assertEqual([line.split(".npz")[0][-9:] for line in said.splitlines()[1:]], ["000000020", "000000060", "000000080"])
+        self.assertIn("000000080.npz: damaged (states of 20 x 2 x 4, not 20 x 1 x 4)", said)
+        self.assertNotIn("000000040.npz", os.listdir(parts))
+        for name in ("000000020.npz", "000000060.npz", "000000080.npz"):
+            os.remove(os.path.join(parts, name))
         self.sweep(*arguments)
+        self.sweep(*arguments, output=("whole.csv",))
+        self.assertEqual(self.text("runs.csv"), self.text("whole.csv"))
+
+    def test_a_damaged_description_is_named(self):
+        arguments = ("--vary", MASS + "=1:2:40", "--duration", "1", "--chunk", "20")
+        for text in ("", "[1]", "{\x00", '{"scene": '):
+            self.sweep(*arguments, output=("runs.csv", "missing/runs.npz"), status=1)
+            with open(self.path("runs.csv.parts/sweep.json"), "w", encoding="utf-8") as file:
+                file.write(text)
+            self.assertRegex(self.sweep(*arguments, status=2), r"^sweep: .*runs.csv.parts/sweep.json: expected the description of a sweep, "
+                             r"got a damaged file; remove the folder\n$")
+            shutil.rmtree(self.path("runs.csv.parts"))
+            os.remove(self.path("runs.csv"))
 
     def test_bad_arguments_are_refused(self):
         for arguments, words in ((("--vary", MASS + "=1", "--vary", MASS + "=2"), f"each path once, got {MASS} 2 times"),

@@ -82,7 +82,8 @@ class Search {
         throw std::domain_error("the energy falls without end, as under a constant torque without a spring");
       }
     }
-    throw std::domain_error("none was found in " + std::to_string(mostSteps) + " steps");
+    throw SearchGaveUp("the search for an equilibrium gave up after " + std::to_string(mostSteps) +
+                       " steps: there may be one");
   }
 
  private:

@@ -14,15 +14,22 @@
 /// stationary. If V falls from there along the softest direction, that is no minimum, and the search goes on.
 /// Driven joints keep their angles.
 
+#include <stdexcept>
 #include <vector>
 
 #include "planar_chain/scene.h"
 
 namespace planar_chain {
 
+/// The search ended before it could tell whether there is an equilibrium.
+struct SearchGaveUp : std::domain_error {
+  using std::domain_error::domain_error;
+};
+
 /// Returns the relative angles of the equilibrium at time t, rad. Friction is ignored; the base stands still
 /// where it is at t. q: where the search starts.
 /// @throws std::domain_error, with the reason, when the energy has no minimum downhill of q
+/// @throws SearchGaveUp when none was found in 5000 steps
 std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q);
 
 }  // namespace planar_chain

@@ -186,7 +186,8 @@ bool MotionLaw::isModerate() const {
   };
   bool isIt = holds(std::abs(amplitude_) + std::abs(pieces_[0].c[0]), amplitude_ * pulsation_,
                     amplitude_ * pulsation_ * pulsation_);
-  for (std::size_t k = 1; k < pieces_.size(); ++k) {  // elsewhere a piece is not much faster
+  for (std::size_t k = 0; k < pieces_.size(); ++k) {  // elsewhere a piece is not much faster
+    if (std::isinf(pieces_[k].start)) continue;       // it stands
     const double start = pieces_[k].start, end = k + 1 < pieces_.size() ? pieces_[k + 1].start : start;
     for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0}) {
       const GivenMotion motion = at(start + share * (end - start), static_cast<int>(k));

@@ -84,6 +84,8 @@ void requireSeries(const Scene& scene, const Section& top) {
 void startAtRest(Scene& scene, const Section& top) {
   try {
     scene.q = equilibriumOf(scene, 0, scene.q);
+  } catch (const SearchGaveUp& search) {
+    top.fault("start", "initial, as no equilibrium was found", search.what());
   } catch (const std::domain_error& none) {
     top.fault("start", "initial, as there is no equilibrium", none.what());
   }

@@ -28,6 +28,7 @@ ROW_HEIGHT, WIDTH = 1.9, 11.0  # inch
 INSTANTS = 9  # of --strobe
 ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work of loads, drives, base"}
 ROUNDING = 1e-16  # no axis shows less of an error
+LARGEST = 1e300  # of larger numbers, matplotlib cannot find the height of an axis
 
 
 class Refused(Exception):
@@ -68,20 +69,46 @@ def require_two(path, states):
         raise Refused(f"{path}: expected two states or more, got {len(states)}")
 
 
+def require_drawable(path, name, values):
+    beyond = values[np.isfinite(values) & (abs(values) > LARGEST)]
+    if len(beyond):
+        raise Refused(f"{path}, {name}: expected numbers up to {LARGEST:g}, got {beyond[0]:g}")
+
+
+def read_rows(path):
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            return list(csv.reader(file))
+    except (UnicodeDecodeError, csv.Error) as problem:
+        raise Refused(f"{path}: expected a table in text, got other bytes ({problem})") from problem
+
+
+def numbers_of(path, header, rows, texts=0):
+    """The numbers of rows that have as many cells as the header has names. The last `texts` cells are text."""
+    last = len(header) - texts
+    table = np.empty((len(rows), last))
+    for k, row in enumerate(rows):
+        try:
+            if len(row) != len(header):
+                raise ValueError(f"{len(row)} cells")
+            table[k] = row[:last]
+        except ValueError as problem:
+            raise Refused(f"{path}, row {k + 1}: expected {last} numbers{' and a reason' if texts else ''}, got {problem}") from problem
+    for name, column in zip(header, table.T):
+        require_drawable(path, name, column)
+    return table
+
+
 def read_csv(path):
-    with open(path, newline="", encoding="utf-8") as file:
-        rows = list(csv.reader(file))
-    header = rows[0] if rows else []
-    if Runs.are_in(header) and len(rows) > 1:
-        return Runs(header, rows[1:])
+    header, *rows = read_rows(path) or [[]]
     joints = [name[2:] for name in header if name.startswith("q_")]
+    if Runs.are_in(header) and joints and rows:
+        numbers_of(path, header, rows, texts=1)
+        return Runs(header, rows)
     if not joints or header != ["t", *("q_" + j for j in joints), *("qd_" + j for j in joints), "energy"]:
         raise Refused(f"{path}: expected the columns t, q_<joint>…, qd_<joint>…, energy, got "
                       f"{', '.join(header)[:80] or 'nothing'}")
-    try:
-        table = np.array(rows[1:], dtype=float)
-    except ValueError as problem:
-        raise Refused(f"{path}: expected {len(header)} numbers a row, got {problem}") from problem
+    table = numbers_of(path, header, rows)
     require_two(path, table)
     n = len(joints)
     motion = Motion(joints, table[:, 0], table[:, 1:n + 1], table[:, n + 1:2 * n + 1])
@@ -141,13 +168,20 @@ def read_bag(path, node):
         raise Refused(f"{path}: expected a bag that can be read, got {problem}") from problem
     require_two(path, states)
 
+    names = list(states[0].name)
+    if any(list(state.name) != names or not len(state.position) == len(state.velocity) == len(names) for state in states):
+        raise Refused(f"{path}, {states_topic}: expected an angle and a rate of the same joints in each state, got others")
+
     def of(messages, *fields):
-        return [np.array([getattr(message, field) for message in messages]) for field in fields]
+        values = [np.array([getattr(message, field) for message in messages]) for field in fields]
+        for field, each in zip(fields, values):
+            require_drawable(path, field, each)
+        return values
 
     def since_start(messages):
         return np.array([(message.header.stamp - states[0].header.stamp).to_sec() for message in messages])
 
-    motion = Motion(list(states[0].name), since_start(states), *of(states, "position", "velocity", "effort"))
+    motion = Motion(names, since_start(states), *of(states, "position", "velocity", "effort"))
     motion.events = events_of(np.array([state.header.stamp.to_sec() for state in states]), statuses,
                               [message for message in taken if message.kind in (message.RESET, message.SET_STATE)])
     if links:

@@ -88,7 +88,7 @@ def arguments():
     parser.add_argument("--duration", type=float, required=True, help="simulated time of each run, s")
     parser.add_argument("--instants", type=int, default=1, metavar="K",
                         help="states kept of each run, in equal steps up to the duration (default 1: the end)")
-    parser.add_argument("--output", nargs="+", required=True, metavar="FILE", help="a .csv, an .npz, or both")
+    parser.add_argument("--output", nargs="+", action="extend", required=True, metavar="FILE", help="a .csv, an .npz, or both")
     parser.add_argument("--overwrite", action="store_true", help="replace files that are complete")
     parser.add_argument("--chunk", type=int, default=500, metavar="RUNS",
                         help="runs that are computed, and kept on disk, together (default 500)")
@@ -101,6 +101,10 @@ def sweep_from(given):
     for path in given.output:
         if os.path.splitext(path)[1] not in WRITERS or os.path.isdir(path):
             raise BadSweep(f"--output: expected names of files that end in .csv or .npz, got {path}")
+    files = [os.path.realpath(path) for path in given.output]
+    for k, path in enumerate(given.output):
+        if files[k] in files[:k]:
+            raise BadSweep(f"--output: expected each file once, got {path} again")
     if given.scheduler is not None and not re.fullmatch(r"([a-z]+://)?[^\s/]+:\d+", given.scheduler):
         raise BadSweep(f"--scheduler: expected an address such as tcp://host:8786, got {given.scheduler!r}")
     for name, fits, expected in (("seed", given.seed >= 0, "a number >= 0"),

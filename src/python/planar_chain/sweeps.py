@@ -11,6 +11,7 @@ import math
 import os
 import re
 import shutil
+import struct
 import zipfile
 
 import numpy as np
@@ -24,6 +25,10 @@ class BadSweep(ValueError):
 
 class SweepFailed(RuntimeError):
     """Why a sweep ended early. What it computed is kept."""
+
+
+class Damaged(SweepFailed):
+    """Which file of a chunk cannot be used, and why."""
 
 
 # ---- What varies -------------------------------------------------------------------------------
@@ -133,6 +138,7 @@ class Sweep:
         simulate_many(scene, [], parameters=dict(zip(paths, values[:1].T)))  # refuses paths that lead nowhere
         self._lock = self._locked()
         self._enter(overwrite)
+        self._require_sound_chunks()
 
     def _locked(self):
         """The lock of the folder. It ends with the process."""
@@ -154,9 +160,12 @@ class Sweep:
                  "runs": len(self.values), "values": hashlib.sha256(self.values.tobytes()).hexdigest()}
         name = os.path.join(self.folder, "sweep.json")
         if os.path.exists(name):
-            with open(name, encoding="utf-8") as file:
-                kept = json.load(file)  # it is whole
-            others = [key for key in about if kept.get(key) != about[key]]
+            try:
+                with open(name, encoding="utf-8") as file:
+                    kept = json.load(file)
+                others = [key for key in about if kept.get(key) != about[key]]
+            except (ValueError, AttributeError):
+                raise BadSweep(f"{name}: expected the description of a sweep, got a damaged file; remove the folder") from None
             if others:
                 raise BadSweep(f"{self.folder}: expected the chunks of this sweep, got those of another: its "
                                f"{', '.join(others)} differ. Remove that folder, or give its command again")
@@ -182,16 +191,38 @@ class Sweep:
         save_npz(self._path(start), states=states, done=done,
                  reasons=json.dumps({int(k): text for k, text in reasons.items()}))
 
-    def chunks(self):
-        """start, states, done, reasons of each, in order."""
+    def _chunk(self, start):
+        """start, states, done, reasons. Raises Damaged."""
+        def damaged(why):
+            return Damaged(f"{self._path(start)}: damaged ({why})")
+
+        try:
+            with np.load(self._path(start)) as kept:
+                reasons = {int(k): text for k, text in json.loads(str(kept["reasons"])).items()}
+                states, done = kept["states"], kept["done"]
+        except (ValueError, LookupError, AttributeError, EOFError, MemoryError, NotImplementedError, SyntaxError, struct.error,
+                zipfile.BadZipFile) as problem:
+            raise damaged(" ".join(str(problem).split()) or type(problem).__name__) from None
+        runs = len(self.values[start:start + self.chunk])
+        for name, array, shape in (("states", states, (runs, len(self.times), 2 * len(self.scene))), ("done", done, (runs,))):
+            if array.shape != shape:
+                raise damaged(f"{name} of {' x '.join(map(str, array.shape))}, not {' x '.join(map(str, shape))}")
+        return start, states, done, reasons
+
+    def _require_sound_chunks(self):
+        damaged = []
         for start in self.starts:
             try:
-                with np.load(self._path(start)) as kept:
-                    reasons = {int(k): text for k, text in json.loads(str(kept["reasons"])).items()}
-                    chunk = start, kept["states"], kept["done"], reasons
-            except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as problem:
-                raise SweepFailed(f"{self._path(start)}: expected a chunk, got a damaged file ({problem}); remove it") from None
-            yield chunk
+                if os.path.exists(self._path(start)):
+                    self._chunk(start)
+            except Damaged as problem:
+                damaged.append(f"\n{problem}")
+        if damaged:
+            raise SweepFailed("expected the chunks of this sweep, got damaged files; remove them:" + "".join(damaged))
+
+    def chunks(self):
+        """start, states, done, reasons of each, in order."""
+        return map(self._chunk, self.starts)
 
     def forget(self):
         shutil.rmtree(self.folder)

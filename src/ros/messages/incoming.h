@@ -3,8 +3,8 @@
 /// Input from other nodes: lists of bounded size, and checks of the numbers in messages and requests.
 ///
 /// roscpp allocates a list as long as the message announces, up to 32 GB, before it reads the entries. The
-/// type `Message_<Bounded<void>>` limits each list to 16 MiB. roscpp drops a message with a longer list and
-/// logs the reason.
+/// type `Message_<Bounded<void>>` limits each list to 16 MiB in memory. roscpp drops a message that it cannot
+/// read. `Received` takes each one, and says what is wrong with it.
 
 #include <ros/advertise_service_options.h>
 #include <ros/node_handle.h>
@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -23,6 +24,12 @@
 namespace planar_chain {
 
 constexpr std::size_t mostBytesInAList = std::size_t{16} << 20;
+
+struct TooLong : std::length_error {
+  TooLong(std::size_t n, std::size_t most)
+      : std::length_error("a list is too long"), entries(n), limit(most) {}
+  std::size_t entries, limit;
+};
 
 /// std::allocator with that limit.
 template <class T>
@@ -35,9 +42,10 @@ struct Bounded : std::allocator<T> {
   template <class Other>
   Bounded(const Bounded<Other>& /*stateless*/) {}
 
-  /// @throws std::length_error above mostBytesInAList.
+  /// @throws TooLong above mostBytesInAList.
   T* allocate(std::size_t n) {
-    if (n > mostBytesInAList / sizeof(T)) throw std::length_error("a list of more than 16 MiB");
+    constexpr std::size_t most = mostBytesInAList / sizeof(T);
+    if (n > most) throw TooLong(n, most);
     return std::allocator<T>::allocate(n);
   }
 };
@@ -55,6 +63,27 @@ Message plainOf(const In& in) {
   return message;
 }
 
+/// A message or request, or why it could not be read. In: such as JointTrajectory_<Bounded<void>>.
+template <class In>
+struct Received {
+  std::optional<In> message;
+  std::string expected, found;  ///< without a message
+
+  void read(ros::serialization::IStream& stream) {
+    try {
+      stream.next(message.emplace());
+      return;
+    } catch (const TooLong& list) {
+      expected = "at most " + std::to_string(list.limit) + " entries in a list";
+      found = std::to_string(list.entries);
+    } catch (const std::exception& problem) {
+      expected = "a whole message";
+      found = problem.what();
+    }
+    message.reset();
+  }
+};
+
 struct Answer {
   bool success;
   std::string message;
@@ -65,12 +94,15 @@ struct Answer {
 template <class Service, template <class> class Request, class Serve>
 ros::ServiceServer advertise(ros::NodeHandle& node, const char* name, Serve serve) {
   using Response = typename Service::Response;
-  using Spec = ros::ServiceSpec<Request<Bounded<void>>, Response>;
+  using In = Received<Request<Bounded<void>>>;
+  using Spec = ros::ServiceSpec<In, Response>;
   ros::AdvertiseServiceOptions options;
   options.init<Service>(name, {});
   options.helper = boost::make_shared<ros::ServiceCallbackHelperT<Spec>>(
-      typename Spec::CallbackType([serve](Request<Bounded<void>>& request, Response& response) {
-        const Answer answer = serve(request, response);
+      typename Spec::CallbackType([serve, name](In& request, Response& response) {
+        const Answer answer = request.message
+                                  ? serve(*request.message, response)
+                                  : Answer{false, toString(Fault{name, request.expected, request.found})};
         response.success = answer.success;
         response.message = answer.message;
         return true;
@@ -119,3 +151,23 @@ inline void checkValues(std::vector<Fault>& faults, const std::string& path, con
 }
 
 }  // namespace planar_chain
+
+// To roscpp, what is received has the type of the message.
+
+namespace ros {
+
+namespace message_traits {
+template <class In>
+struct MD5Sum<planar_chain::Received<In>> : MD5Sum<In> {};
+template <class In>
+struct DataType<planar_chain::Received<In>> : DataType<In> {};
+}  // namespace message_traits
+
+namespace serialization {
+template <class In>
+struct Serializer<planar_chain::Received<In>> {
+  static void read(IStream& stream, planar_chain::Received<In>& received) { received.read(stream); }
+};
+}  // namespace serialization
+
+}  // namespace ros

@@ -44,24 +44,23 @@ void Commands::moveTo(Simulation& simulation) {
 void Commands::listen(ros::NodeHandle& node) {
   log_ = node.advertise<CommandTaken>("commands_taken", logSize);
   const auto hints = ros::TransportHints().tcpNoDelay();
-  using TorquesIn = std_msgs::Float64MultiArray_<Bounded<void>>;
-  const boost::function<void(const TorquesIn&)> onTorques = [this](const TorquesIn& in) {
-    onJointTorques(plain(in.data));
+  // Subscribes `take` to what can be read. What cannot is refused.
+  const auto subscribe = [&](auto type, const char* topic, auto take) {
+    using In = Received<decltype(type)>;
+    const boost::function<void(const In&)> onMessage = [this, topic, take](const In& in) {
+      in.message ? take(*in.message) : refuse(toString(Fault{topic, in.expected, in.found}));
+    };
+    subscribers_.push_back(node.subscribe<In, const In&>(topic, queueSize, onMessage, {}, hints));
   };
-  using JointsIn = trajectory_msgs::JointTrajectory_<Bounded<void>>;
-  const boost::function<void(const JointsIn&)> onJoints = [this](const JointsIn& in) {
-    onJointTrajectory(plainOf<JointTrajectory>(in));
-  };
-  using BaseIn = trajectory_msgs::MultiDOFJointTrajectory_<Bounded<void>>;
-  const boost::function<void(const BaseIn&)> onBase = [this](const BaseIn& in) {
-    onBaseTrajectory(plainOf<MultiDOFJointTrajectory>(in));
-  };
-  subscribers_ = {
-      node.subscribe<TorquesIn, const TorquesIn&>("joint_torques", queueSize, onTorques, {}, hints),
-      node.subscribe<JointsIn, const JointsIn&>("joint_trajectory", queueSize, onJoints, {}, hints),
-      node.subscribe<BaseIn, const BaseIn&>("base_trajectory", queueSize, onBase, {}, hints),
-      node.subscribe("joint_torque", queueSize, &Commands::onJointTorque, this, hints),
-      node.subscribe("link_force", queueSize, &Commands::onLinkForce, this, hints)};
+  using Few = Bounded<void>;
+  subscribe(std_msgs::Float64MultiArray_<Few>(), "joint_torques",
+            [this](const auto& in) { onJointTorques(plain(in.data)); });
+  subscribe(trajectory_msgs::JointTrajectory_<Few>(), "joint_trajectory",
+            [this](const auto& in) { onJointTrajectory(plainOf<JointTrajectory>(in)); });
+  subscribe(trajectory_msgs::MultiDOFJointTrajectory_<Few>(), "base_trajectory",
+            [this](const auto& in) { onBaseTrajectory(plainOf<MultiDOFJointTrajectory>(in)); });
+  subscribe(JointTorque(), "joint_torque", [this](const auto& in) { onJointTorque(in); });
+  subscribe(LinkForce(), "link_force", [this](const auto& in) { onLinkForce(in); });
 }
 
 void Commands::onJointTorques(const std::vector<double>& torques) {
@@ -106,12 +105,15 @@ double Commands::sceneTimeOf(ros::Time start) const {
 bool Commands::takeOrWarn(const CommandTaken& input) {
   const std::string& fault = simulation_->fault();
   const std::string refusal = fault.empty() ? take(input) : fault + "; call ~reset or ~set_state";
-  if (refusal.empty()) return true;
+  if (!refusal.empty()) refuse(refusal);
+  return refusal.empty();
+}
+
+void Commands::refuse(const std::string& reason) {
   ++rejected_;
-  lastRejection_ = refusal;
+  lastRejection_ = reason;
   // Throttle by wall time, as simulation time may be halted.
-  if (warnings_.isDue()) ROS_WARN("command refused: %s", refusal.c_str());
-  return false;
+  if (warnings_.isDue()) ROS_WARN("command refused: %s", reason.c_str());
 }
 
 // ---- Accepting ---------------------------------------------------------------------------------

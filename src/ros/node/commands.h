@@ -68,6 +68,8 @@ class Commands {
   /// The same. A refusal is counted in the status, and a throttled warning gives the reason.
   /// @returns false if the input is refused
   bool takeOrWarn(const CommandTaken& input);
+  /// Counts a refusal and gives its reason, as takeOrWarn().
+  void refuse(const std::string& reason);
   /// Returns the faults of a STEP. isRecorded: it may lack n.
   std::vector<Fault> faultsOf(const CommandTaken& step, bool isRecorded = false) const;
 
