@@ -49,6 +49,17 @@ class Many(unittest.TestCase):
         self.assertEqual(simulate_many(DOUBLE, [1.0], starts, threads=3).states.tolist(), alone.tolist())
         self.assertEqual(simulate_many(DOUBLE, [1.0], starts[5:9]).states.tolist(), alone[5:9].tolist())
 
+    def test_a_run_without_end_is_marked_and_the_others_go_on(self):
+        rates = [1.0, 1e10, 2.0]
+        for method in ("auto", "dopri5"):  # in lanes, and alone
+            scene = Scene({**DOUBLE.to_dict(), "integrator": {"method": method}})
+            many = simulate_many(scene, [0.0, 0.5], parameters={"links/lower/initial/velocity": rates}, most_steps=20000)
+            self.assertEqual(many.done.tolist(), [True, False, True])
+            self.assertRegex(many.reasons[1], r"of 0.5 s after 200\d\d steps: the rate of \w+_joint is ")
+            self.assertTrue(np.isfinite(many.states[:, 0]).all() and np.isnan(many.states[1, 1]).all())
+        many = simulate_many(DOUBLE, [1.0], parameters={"links/lower/initial/velocity": rates})
+        self.assertEqual(many.done.tolist(), [True, False, True])
+
     def refused(self, scene, paths, runs=2):
         with self.assertRaises(Refused) as caught:
             simulate_many(scene, [1.0], parameters={path: np.ones(runs) for path in paths})
@@ -146,7 +157,7 @@ class Many(unittest.TestCase):
                 ([1.0], np.zeros((2, 3)), {}, "initial: expected an array of runs x 4, got 2 x 3"),
                 ([1.0], np.zeros(4), {}, "initial: expected an array of runs x 4, got 4 numbers"),
                 ([1.0], None, {}, "initial: expected initial states, parameters, or both, got neither"),
-                ([1.0], starts, {"threads": -1}, "threads: expected a number >= 0, got -1"),
+                ([1.0], starts, {"threads": -1}, "threads: expected a whole number >= 0, got -1"),
                 ([1.0], starts, {"progress": 3}, "progress: expected a function .*, got 3"),
                 ([1.0], starts, {"parameters": {"links/lower/mass": [1]}},
                  "links/lower/mass: expected an array of 2 numbers, got 1 number"),
