@@ -138,7 +138,10 @@ class Motions(InFolder):
                     lambda s: s.advance_to(0.5), lambda s: s.set_state([1, 2], [0])):
             with self.assertRaises((ValueError, TypeError)):
                 bad(simulation)
-        for where in ("elbow", 1, -1, 2 ** 70, 0.5, None, b"rod_joint", "\ud800"):
+        for where, words in (("elbow", r"\(rod_joint\), got 'elbow'"), ("rod", r"\(did you mean rod_joint\?\)"), ("\ud800", "got")):
+            with self.assertRaisesRegex(Refused, "joint: expected a joint of the chain .*" + words):
+                simulation.hold_torque(where, 1)
+        for where in (1, -1, 2 ** 70, 0.5, None, b"rod_joint"):
             with self.assertRaisesRegex(Refused, "joint: expected the name of a joint, or a number from 0 to 0, got"):
                 simulation.hold_torque(where, 1)
         simulation.hold_torque(np.int64(0), 0)

@@ -59,6 +59,13 @@ std::string textOf(const py::object& given, const char* name) {
   return given.cast<std::string>();
 }
 
+std::string nameIn(const py::object& text) {
+  py::ssize_t size = 0;
+  const char* const name = PyUnicode_AsUTF8AndSize(text.ptr(), &size);
+  if (!name) PyErr_Clear();
+  return name ? name : "";
+}
+
 py::dict dictOf(const py::object& given, const char* name) {
   if (!py::isinstance<py::dict>(given)) refuse(name, "a dict", given);
   return given;

@@ -65,6 +65,8 @@ Numbers arrayOf(const py::object& given, const char* name);
 std::vector<double> numbersOf(const py::object& given, const char* name,
                               std::optional<std::size_t> size = std::nullopt);
 std::string textOf(const py::object& given, const char* name);
+/// The text, or nothing if it is not valid.
+std::string nameIn(const py::object& text);
 py::dict dictOf(const py::object& given, const char* name);
 
 /// The matrices of the equations, by letter.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "python/bindings.h"
+#include "reading/names.h"
 #include "run/step_budget.h"
 
 namespace planar_chain::python {
@@ -22,13 +23,25 @@ struct Failed : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The number of a link or joint that is given by number or name. `things`: the links or joints of the chain.
 template <class Things>
-int numberOf(const py::object& given, const Things& things, const std::string& what) {
+Indices indicesOf(const Things& things) {
+  Indices indices;
+  for (const auto& thing : things) indices.emplace(thing.name, static_cast<int>(indices.size()));
+  return indices;
+}
+
+/// The number of a link or joint that is given by number or name. `things`: the links or joints of the chain;
+/// `others`: its joints or links.
+template <class Things, class Others>
+int numberOf(const py::object& given, const Things& things, const std::string& what, const Others& others) {
   auto found = things.end();
   if (py::isinstance<py::str>(given)) {
     found = std::find_if(things.begin(), things.end(),
                          [&](const auto& thing) { return given.equal(py::str(thing.name)); });
+    if (found == things.end()) {
+      const Indices otherwise = indicesOf(others);
+      throw Refused({{what, oneOf(what, nameIn(given), indicesOf(things), &otherwise), shown(given)}});
+    }
   } else if (PyIndex_Check(given.ptr())) {
     const py::ssize_t place = PyNumber_AsSsize_t(given.ptr(), nullptr);  // of larger numbers, the largest
     if (place >= 0 && place < static_cast<py::ssize_t>(things.size())) found = things.begin() + place;
@@ -72,8 +85,9 @@ class Running {
     throw Failed(simulation_.fault().empty() ? budget.reason() : simulation_.fault());
   }
 
-  int link(const py::object& given) { return numberOf(given, idle().scene().chain.links(), "link"); }
-  int joint(const py::object& given) { return numberOf(given, idle().scene().chain.joints(), "joint"); }
+  int link(const py::object& given) { return numberOf(given, chain().links(), "link", chain().joints()); }
+  int joint(const py::object& given) { return numberOf(given, chain().joints(), "joint", chain().links()); }
+  const Chain& chain() { return idle().scene().chain; }
   const Link& linkAt(int link) { return idle().scene().chain.links()[static_cast<std::size_t>(link)]; }
   std::size_t size() { return idle().q().size(); }
 

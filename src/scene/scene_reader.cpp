@@ -87,6 +87,38 @@ bool hasMoreThanDrive(const Joint& joint) {
   return false;
 }
 
+/// Hints at keys of a link that stand at the wrong level, and at branches.
+Hints hintsIn(const std::string& link) {
+  Hints hints;
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) hints[key.name] = belongsTo(link + "/joint/" + key.name);
+  }
+  hints["drive"] = belongsTo(link + "/joint/drive");
+  for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(link + "/initial/" + key);
+  for (const char* key : {"parent", "children", "branch", "branches"}) {
+    hints[key] = "no such key: branches are not supported (chain gives the order of the links)";
+  }
+  return hints;
+}
+
+/// The same for the keys of a scene.
+Hints hintsAtTop() {
+  Hints hints;
+  for (const char* key : {"method", "tolerance", "step"})
+    hints[key] = belongsTo("integrator/" + std::string(key));
+  for (const char* key : {"rate", "tf_rate", "frame_prefix"})
+    hints[key] = belongsTo("publish/" + std::string(key));
+  for (const char* key : {"loop", "loops", "closure", "constraint", "constraints"}) {
+    hints[key] = "no such key: closed loops are not supported";
+  }
+  for (const char* key : {"branch", "branches", "tree"})
+    hints[key] = "no such key: branches are not supported";
+  for (const char* key : {"contact", "contacts", "collision", "collisions"}) {
+    hints[key] = "no such key: contacts are not supported";
+  }
+  return hints;
+}
+
 /// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
 void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   std::vector<const char*> keys{"drive"};
@@ -96,7 +128,13 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
       if (!isInUrdf || !key.isInUrdf) keys.push_back(key.name);
     }
   }
-  const Section joint = in.section("joint", keys);
+  Hints hints;
+  for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(in.pathOf("initial/") + key);
+  if (!isInUrdf) {
+    for (const char* key : {"mass", "inertia", "com", "pin", "repeat"})
+      hints[key] = belongsTo(in.pathOf(key));
+  }
+  const Section joint = in.section("joint", keys, hints);
   if (joint.has("name") && !isInUrdf) {
     entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
   }
@@ -123,7 +161,7 @@ Entry readEntry(const Section& links, const std::string& name) {
   std::vector<const char*> keys{"mass", "inertia", "com", "pin", "repeat", "joint", "initial"};
   const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
   for (const NumberKey& key : own) keys.push_back(key.name);
-  const Section in = links.section(name, keys);
+  const Section in = links.section(name, keys, hintsIn(links.pathOf(name)));
   entry.namesAreSound = isName(name);
   if (!entry.namesAreSound) links.fault(name, nameInWords, quoted(name));
   if (!links.find(name)->map()) return entry;
@@ -335,7 +373,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   }
   const std::vector<NumberKey> own = numberKeys(&EffectKind::sceneKeys);
   for (const NumberKey& key : own) keys.push_back(key.name);
-  const Section top(&value, "", keys, faults, numbers);
+  const Section top(&value, "", keys, faults, numbers, hintsAtTop());
 
   // The chain.
   std::optional<Expanded> expanded = top.has("robot_description") ? readRobot(top, faults) : readLinks(top);

@@ -97,7 +97,9 @@ Body bodyFrom(const UrdfDocument& document, std::size_t first, const Eigen::Matr
         body.next = &joint;
         body.nextPose = below;
       } else {
-        faults.push_back({urdfPath("joint", joint.name), "a chain, with one moving joint on a body",
+        faults.push_back({urdfPath("joint", joint.name),
+                          "a chain, with one moving joint on a body (give the others, such as a gripper's "
+                          "fingers, the type fixed)",
                           "a branch beside " + quoted(body.next->name)});
       }
     }
