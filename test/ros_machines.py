@@ -152,6 +152,9 @@ class Machines(Watching):
             publisher('/planar_chain/joint_torque', JointTorque).publish(joint='a_joint', torque=0.2, duration=0.1)
             status = self.next_status(lambda status: status.torques_cut_off == 2)
             self.assertEqual(status.joints_cut_off, ['a_joint', 'elbow'])
+            torques.publish(data=[0.4, 7.0])  # from one side to the other
+            self.states.wait_for(lambda state: state.effort == (0.4, 3.0))
+            self.next_status(lambda status: status.torques_cut_off == 3)
             self.ask('reset')
             status = self.next_status()
             self.assertEqual((status.torques_cut_off, status.joints_cut_off), (0, []))
