@@ -86,7 +86,7 @@ class Plot(InFolder):
             # Text is drawn as outlines; matplotlib notes it in comments.
             with open(picture, encoding="utf-8") as file:
                 text = file.read()
-            for label in ("angle q (rad)", "torque τ (N m)", "energy (J)", "energy imbalance (J)", "T, kinetic", "V, potential", "(tolerances)",
+            for label in ("angle q (rad)", "torque τ (N m)", "energy (J)", "energy imbalance", "T, kinetic", "V, potential", "(tolerances)",
                           "phase portrait", "hand_pin"):
                 self.assertIn(label, text)
             self.assertEqual("elbow_pin" in text, "--joints" not in more)
@@ -232,6 +232,71 @@ class Plot(InFolder):
                          ("sling_1_joint", "sling_9_joint", "pouch_joint"))
         self.assertEqual(list(np.flatnonzero(plot_strobe.is_aside(links, 3.65))), [0])
 
+    def test_a_strobe_of_what_stands_still_or_is_wide_is_legible(self):
+        motion = plot.Motion(["a"], np.linspace(0, 1, 5), np.zeros((5, 1)), np.zeros((5, 1)))
+        links = plot_strobe.Links.__new__(plot_strobe.Links)
+        links.moves, links.joints, links.pin, links.com = False, ["a"], np.array([-2j]), np.array([-1j])
+        for apart in (0.0, 5.0):
+            figure = plot_strobe.draw_strobe(motion, links, np.linspace(0, 1, 5), apart, "a title that is as long as many are.yaml")
+            axes, bar = figure.axes
+            (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+            self.assertTrue(right - left >= 1 and low < -2 < 0 < high, (left, right, low, high))
+            # A metre is as long in x as in y; the title, the axes and the legend lie apart, and on the page.
+            figure.canvas.draw()
+            box = axes.get_window_extent()
+            self.assertAlmostEqual(box.width / (right - left), box.height / (high - low), delta=1e-6 * box.width)
+            title, legend = figure._suptitle.get_window_extent(), figure.legends[0].get_window_extent()
+            self.assertTrue(title.y0 > box.y1 and legend.y1 < axes.xaxis.label.get_window_extent().y0)
+            self.assertTrue(title.y1 < figure.bbox.y1 and legend.y0 > 0 and axes.yaxis.label.get_window_extent().x0 > 0)
+            self.assertLess(abs(bar.get_window_extent().height - box.height), 1)
+            self.assertEqual(axes.xaxis.get_offset_text().get_text(), "")
+
+    @staticmethod
+    def turning(torque=0.0):
+        """A joint that turns at 2 rad/s for 5 s; errors of 1e-3, but for two."""
+        t = np.linspace(0, 5, 101)
+        motion = plot.Motion(["a"], t, 2 * t[:, np.newaxis], np.full((101, 1), 2.0), np.full((101, 1), torque))
+        motion.energy = t, {"T": np.full(101, 8.0), "V": 0 * t, "supplied": 0 * t, "dissipated": 1e-8 * t}
+        motion.balance, motion.error = (t, 1e-15 * np.sin(9 * t)), (t, np.where(t == 0, 0, np.where(t == 2.5, 1e-15, 1e-3)))
+        return motion
+
+    def test_panels_show_what_there_is(self):
+        figure = plot.draw(self.turning(), [0], "turning", False)
+        figure.canvas.draw()
+        panels = {axes.get_ylabel().replace("\n", " "): axes for axes in figure.axes if axes.get_ylabel()}
+        self.assertEqual(list(panels), ["angle q (rad)", "rate q̇ (rad/s)", "energy (J)", "energy imbalance (1e-12 J)",
+                                        "error estimate (tolerances)"])
+        self.assertIn("torque τ (N m)", [axes.get_ylabel() for axes in plot.draw(self.turning(3.0), [0], "", False).axes])
+        self.assertEqual([line.get_label() for line in panels["energy (J)"].lines], ["T, kinetic", "dissipated"])
+        self.assertEqual([axes.yaxis.get_offset_text().get_text() for axes in panels.values()], [""] * 5)
+        # What does not move is no noise: the imbalance is 1e-16 of the energy.
+        low, high = panels["energy imbalance (1e-12 J)"].get_ylim()
+        self.assertGreater(high - low, 1e-12)
+        self.assertGreater(panels["error estimate (tolerances)"].get_ylim()[0], 1e-4)
+        # Rows have equal gaps.
+        edges = [axes.get_position() for axes in figure.axes if axes.get_ylabel() and axes.get_position().x0 < 0.3]
+        self.assertEqual(len(edges), 5)
+        gaps = [above.y0 - below.y1 for above, below in zip(edges, edges[1:])]
+        self.assertLess(max(gaps), 1.5 * min(gaps))
+
+    def test_a_phase_portrait_wraps_what_passes_half_a_turn(self):
+        phase = next(axes for axes in plot.draw(self.turning(), [0], "turning", False).axes if axes.get_title())
+        q = phase.lines[0].get_xdata()
+        self.assertTrue(np.nanmax(abs(q)) <= np.pi and np.isnan(q).sum() == 2)
+        np.testing.assert_allclose(np.sin(q[~np.isnan(q)]), np.sin(2 * np.linspace(0, 5, 101)), atol=1e-12)
+
+    def test_many_runs_show_where_they_are_dense(self):
+        def runs(count):
+            x = np.random.default_rng(1).normal(size=(count, 2))
+            return plot.Runs(["run", "links/a/mass", "loads/p/force/0", "t", "q_a", "qd_a", "reason"],
+                             [[k, a, b, 1.0, a * b, 0.0, ""] for k, (a, b) in enumerate(x)])
+        few, many = (plot.draw_runs(runs(count), [0], "", False, "b").axes for count in (100, 20000))
+        self.assertEqual([axes.get_xlabel() for axes in few], ["links/a/mass (kg)", "loads/p/force/0 (N)"])
+        self.assertEqual([len(axes.lines[0].get_xdata()) for axes in few], [100, 100])
+        cells = [axes.collections[0].get_array() for axes in many[:2]]
+        self.assertEqual([each.sum() for each in cells], [20000, 20000])
+        self.assertGreater(min(each.max() for each in cells), 50)
+
     def test_strobe_is_drawn_and_refuses_what_does_not_fit(self):
         table, picture = self.path("run.csv"), self.path("run.svg")
         self.simulate("--csv", table)
@@ -259,7 +324,10 @@ class Plot(InFolder):
         self.assertIn("--joints: expected joints of shoulder_pin, elbow_pin, hand_pin, got knee",
                       self.refused(table, "--joints", "knee"))
         self.assertIn("ends in .png, .svg or .pdf, got a.gif", self.refused(table, "--output", "a.gif"))
-        self.assertIn("No such file", self.refused(self.path("none.csv")))
+        none = self.path("none.csv")
+        self.assertEqual(self.refused(none), f"plot: {none}: expected a .csv or .bag that can be read, got No such file or directory\n")
+        self.assertIn("--output: expected a file that can be written, got /none/a.png: No such", self.refused(table, "--output", "/none/a.png"))
+        self.assertIn("got elbow (did you mean elbow_pin?)", self.refused(table, "--joints", "elbow"))
         other = self.path("other.csv")
         for text, fault in (("", "got nothing"), ("a,b\n1,2\n", "got a, b"), ("t,q_a,qd_a,energy\n0,0,0,0\n", "got 1"),
                             ("t,q_a,qd_a,energy\n0,0,x,0\n", "expected 4 numbers, got could not convert string to float: 'x'"),

@@ -29,14 +29,24 @@ def double_pendulum():
 class Rest(planar_chain.Environment):
     """The double pendulum, rewarded for rest."""
 
-    def __init__(self):
-        super().__init__(double_pendulum(), {"lower_joint": 2.0}, period=0.1, longest=20)
+    def __init__(self, motors=None):
+        super().__init__(double_pendulum(), motors or {"lower_joint": 2.0}, period=0.1, longest=20)
 
     def first_state(self, random):
         return random.normal(size=2), [0, 0]
 
     def reward(self, q, qd, action):
         return -abs(qd).sum()
+
+
+class Spin(planar_chain.Environment):
+    """A rod without gravity."""
+
+    def __init__(self, motors, **more):
+        super().__init__(PENDULUM, motors, **more)
+
+    def reward(self, q, qd, action):
+        return float(qd[0])
 
 
 class Environments(unittest.TestCase):
@@ -73,7 +83,41 @@ class Environments(unittest.TestCase):
 
     def test_an_unknown_motor_is_refused(self):
         with self.assertRaises(ValueError):
-            planar_chain.Environment(PENDULUM, {"elbow": 1.0})
+            Spin({"elbow": 1.0})
+
+    def test_a_reward_is_asked_for_in_words(self):
+        with self.assertRaisesRegex(TypeError, r"Environment: expected a class derived from .* that defines reward\(self"):
+            planar_chain.Environment(PENDULUM, {"rod_joint": 1.0})
+
+    def test_a_controller_that_diverges_ends_with_a_reason(self):
+        env = Rest({"lower_joint": 1e12})
+        env.reset(seed=1)
+        with self.assertRaisesRegex(planar_chain.Failed, "the rate of lower_joint is .* rad/s, the torque in lower_joint 1e.12 N m"):
+            env.step([1])
+
+    def test_a_picture_shows_the_chain(self):
+        env = Spin({"rod_joint": 1.0}, render_mode="rgb_array")
+        env.reset()
+        picture = env.render(101)
+        self.assertEqual((picture.shape, picture.dtype), ((101, 101, 3), np.uint8))
+        # A rod of 1 m along +x, in a view of 1.1 m to each side: nothing to the left, above or below.
+        rows, columns = np.nonzero((picture != 255).any(axis=2))
+        self.assertLess(abs(rows - 50).max(), 4)
+        self.assertTrue(45 < columns.min() < 50 and 95 < columns.max() < 99, (columns.min(), columns.max()))
+        self.assertIsNone(Spin({"rod_joint": 1.0}).render())
+        with self.assertRaisesRegex(ValueError, "render_mode: expected None or rgb_array, got 'human'"):
+            Spin({"rod_joint": 1.0}, render_mode="human")
+
+    def test_gymnasium_accepts_it(self):
+        try:
+            import gymnasium
+            from gymnasium.utils.env_checker import check_env
+        except ImportError:
+            self.skipTest("gymnasium is not installed")
+        env = Spin({"rod_joint": 1.0}, render_mode="rgb_array")
+        self.assertIsInstance(env, gymnasium.Env)
+        self.assertIsInstance(env.action_space, gymnasium.spaces.Box)
+        check_env(env)
 
 
 class Examples(unittest.TestCase):

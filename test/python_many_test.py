@@ -49,6 +49,17 @@ class Many(unittest.TestCase):
         self.assertEqual(simulate_many(DOUBLE, [1.0], starts, threads=3).states.tolist(), alone.tolist())
         self.assertEqual(simulate_many(DOUBLE, [1.0], starts[5:9]).states.tolist(), alone[5:9].tolist())
 
+    def test_a_run_without_end_is_marked_and_the_others_go_on(self):
+        rates = [1.0, 1e10, 2.0]
+        for method in ("auto", "dopri5"):  # in lanes, and alone
+            scene = Scene({**DOUBLE.to_dict(), "integrator": {"method": method}})
+            many = simulate_many(scene, [0.0, 0.5], parameters={"links/lower/initial/velocity": rates}, most_steps=20000)
+            self.assertEqual(many.done.tolist(), [True, False, True])
+            self.assertRegex(many.reasons[1], r"of 0.5 s after 200\d\d steps: the rate of \w+_joint is ")
+            self.assertTrue(np.isfinite(many.states[:, 0]).all() and np.isnan(many.states[1, 1]).all())
+        many = simulate_many(DOUBLE, [1.0], parameters={"links/lower/initial/velocity": rates})
+        self.assertEqual(many.done.tolist(), [True, False, True])
+
     def refused(self, scene, paths, runs=2):
         with self.assertRaises(Refused) as caught:
             simulate_many(scene, [1.0], parameters={path: np.ones(runs) for path in paths})
@@ -56,7 +67,8 @@ class Many(unittest.TestCase):
 
     def test_paths_that_lead_to_no_number_are_refused_at_once(self):
         keys = "expected one of the keys mass, inertia, com, pin, repeat, joint, initial, got"
-        faults = {"links/lowr/mass": 'expected a link listed in chain, got "lowr"', "links/lower/masss": f'{keys} "masss"',
+        faults = {"links/lowr/mass": 'expected a link listed in chain, got "lowr"', "links/lower/masss": 'expected a known key (did you mean links/lower/mass?), got "masss"',
+                  "links/lower/weight": f'{keys} "weight"',
                   "links/lower": "expected the path of a number, got that of a map",
                   "links/lower/com": "expected the path of a number, got that of a list",
                   "links/lower/com/2": 'expected a number of the scene, got [0.5, 0] above "2"',
@@ -75,8 +87,12 @@ class Many(unittest.TestCase):
         # What is missing beside a number is named.
         self.assertEqual(self.refused(DOUBLE, ["loads/push/torque", "links/lower/joint/drive/amplitude"]), {
             "loads/push/joint": "expected the joint in which the torque acts, got nothing",
-            "links/lower/joint/drive/frequency": "expected amplitude and frequency, or times and values, got nothing"})
-        with self.assertRaisesRegex(Refused, "links/lower/masss: expected one of the keys"):
+            "links/lower/joint/drive/frequency": "expected amplitude and frequency, times and values, or offset, got nothing"})
+        # What a number and a drive exclude is refused before any run, whichever of them varies.
+        for joint, path in (({"drive": "hold"}, "links/upper/joint/friction"), ({"friction": 1}, "links/upper/joint/drive/offset")):
+            self.assertEqual(self.refused(Scene({**DOUBLE.to_dict(), "links": {"upper": {**ROD, "joint": joint}, "lower": ROD}}), [path]),
+                             {"links/upper/joint/friction": "expected no friction in a driven joint, got 1"})
+        with self.assertRaisesRegex(Refused, r"links/lower/masss: expected a known key \(did you mean links/lower/mass\?\)"):
             DOUBLE.with_values({"links/lower/masss": 1})
 
     def test_each_number_of_the_scenes_may_vary_and_nothing_else(self):
@@ -119,7 +135,7 @@ class Many(unittest.TestCase):
                                                             "links/upper/initial/velocity": [1, 2]})
         self.assertEqual(sorted((fault.path, fault.expected) for fault in caught.exception.faults)[::2], [
             ("links/lower/initial/angle", "this number or an array of initial states"),
-            ("links/upper/masss", "one of the keys mass, inertia, com, pin, repeat, joint, initial")])
+            ("links/upper/masss", "a known key (did you mean links/upper/mass?)")])
         self.assertEqual(len(caught.exception.faults), 3)
         named = Scene({"chain": ["initial"], "links": {"initial": ROD}})
         self.assertTrue(simulate_many(named, [1.0], np.zeros((1, 2)), {"links/initial/mass": [2]}).done.all())
@@ -146,7 +162,7 @@ class Many(unittest.TestCase):
                 ([1.0], np.zeros((2, 3)), {}, "initial: expected an array of runs x 4, got 2 x 3"),
                 ([1.0], np.zeros(4), {}, "initial: expected an array of runs x 4, got 4 numbers"),
                 ([1.0], None, {}, "initial: expected initial states, parameters, or both, got neither"),
-                ([1.0], starts, {"threads": -1}, "threads: expected a number >= 0, got -1"),
+                ([1.0], starts, {"threads": -1}, "threads: expected a whole number >= 0, got -1"),
                 ([1.0], starts, {"progress": 3}, "progress: expected a function .*, got 3"),
                 ([1.0], starts, {"parameters": {"links/lower/mass": [1]}},
                  "links/lower/mass: expected an array of 2 numbers, got 1 number"),

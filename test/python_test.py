@@ -138,7 +138,10 @@ class Motions(InFolder):
                     lambda s: s.advance_to(0.5), lambda s: s.set_state([1, 2], [0])):
             with self.assertRaises((ValueError, TypeError)):
                 bad(simulation)
-        for where in ("elbow", 1, -1, 2 ** 70, 0.5, None, b"rod_joint", "\ud800"):
+        for where, words in (("elbow", r"\(rod_joint\), got 'elbow'"), ("rod", r"\(did you mean rod_joint\?\)"), ("\ud800", "got")):
+            with self.assertRaisesRegex(Refused, "joint: expected a joint of the chain .*" + words):
+                simulation.hold_torque(where, 1)
+        for where in (1, -1, 2 ** 70, 0.5, None, b"rod_joint"):
             with self.assertRaisesRegex(Refused, "joint: expected the name of a joint, or a number from 0 to 0, got"):
                 simulation.hold_torque(where, 1)
         simulation.hold_torque(np.int64(0), 0)
@@ -146,6 +149,89 @@ class Motions(InFolder):
         simulation.add_torque(0, 1, 1)
         with self.assertRaisesRegex(RuntimeError, "commands"):
             simulation.add_torque(0, 1, 1)
+
+    def test_a_force_acts_at_the_centre_of_mass_by_default(self):
+        rod = {"mass": 1, "inertia": 1, "com": [0.5, 0], "pin": [1, 0]}  # about the pin 1.25 kg m²
+        for command in (lambda s: s.hold_force("rod", (0, 10)), lambda s: s.add_force("rod", (0, 10), duration=1),
+                        lambda s: s.hold_force("rod", (0, 10), (0.5, 0))):
+            simulation = Simulation(Scene({"chain": ["rod"], "links": {"rod": rod}, "gravity": [0, 0]}))
+            command(simulation)
+            self.assertAlmostEqual(simulation.accelerations()[0], 10 * 0.5 / 1.25, delta=1e-14)
+        with self.assertRaisesRegex(Refused, "duration: expected a number, got None"):
+            simulation.add_force("rod", (0, 10))
+
+    def test_steps_without_end_stop_with_a_reason(self):
+        rods = Scene({"chain": ["a", "b"], "links": {"a": ROD, "b": ROD}})
+        simulation = Simulation(rods)
+        simulation.hold_torque("b_joint", 1e12)
+        with self.assertRaisesRegex(planar_chain.Failed, r"of 0.005 s after 10000\d\d steps: the rate of b_joint is \S+ rad/s, "
+                                    "the torque in b_joint 1e.12 N m; expected at most 1000000 steps"):
+            simulation.advance_to(0.005)
+        # The state is that of the last step, from which it can go on.
+        self.assertGreater(abs(simulation.qd).max(), 1e8)
+        time_then = simulation.time
+        self.assertTrue(0 < time_then < 0.005)
+        with self.assertRaises(planar_chain.Failed):
+            simulation.advance_to(0.005, most_steps=1000)
+        self.assertGreater(simulation.time, time_then)
+        simulation.hold_torque("b_joint", 0)
+        fast = rods.with_values({"links/b/initial/velocity": 1e9})
+        with self.assertRaisesRegex(planar_chain.Failed, r"the rate of \w_joint is \S+e.0[89] rad/s"):
+            planar_chain.simulate(fast, [0.0, 0.5], most_steps=1000)
+        self.assertEqual(planar_chain.simulate(rods, [1], most_steps=10000).shape, (1, 4))
+        # Steps that the user has chosen are not counted, unless asked for.
+        small = Scene({**rods.to_dict(), "integrator": {"method": "rk4", "step": 5e-7}})
+        planar_chain.simulate(small, [1])
+        with self.assertRaisesRegex(planar_chain.Failed, "after 10\d\d steps"):
+            planar_chain.simulate(small, [1], most_steps=1000)
+
+    def test_wrong_types_are_refused_in_words(self):
+        scene = Scene(PENDULUM)
+        simulation = Simulation(scene)
+        for call, words in (
+                (lambda: Simulation("pendulum"), r"scene: expected a planar_chain.Scene \(Scene.from_file\(.*\) reads one\), got 'pendulum'"),
+                (lambda: planar_chain.simulate(scene, "abc"), "times: expected an array of numbers, got 'abc'"),
+                (lambda: planar_chain.simulate_many(scene, [1], parameters=[1]), r"parameters: expected a dict, got \[1\]"),
+                (lambda: planar_chain.equations(scene, "a"), "q: expected an array of numbers, got 'a'"),
+                (lambda: Scene("a.yaml"), r"scene: expected a dict \(Scene.from_file reads a file, from_yaml text\), got 'a.yaml'"),
+                (lambda: Scene.from_yaml(3), "text: expected text, got 3"),
+                (lambda: scene.with_values({"links/rod/mass": "heavy"}), "links/rod/mass: expected a number, got 'heavy'"),
+                (lambda: simulation.hold_torque(0, "a"), "torque: expected a number, got 'a'"),
+                (lambda: simulation.hold_force(0, 3), "force: expected an array of 2 numbers, got one number"),
+                (lambda: simulation.set_state(None, [0]), "q: expected an array of numbers, got None"),
+                (lambda: simulation.advance_to("1"), "t: expected a number, got '1'"),
+                (lambda: simulation.advance_to(1, most_steps=0), "most_steps: expected a whole number >= 1"),
+                (lambda: Simulation(scene, commands="a"), "commands: expected a whole number >= 0")):
+            with self.assertRaises((ValueError, TypeError)) as caught:
+                call()
+            self.assertRegex(str(caught.exception), "^" + words)
+
+    def test_driven_joints_and_the_base_follow_points_in_time(self):
+        still = {"drive": {"offset": 0.0}}
+        scene = Scene({"chain": ["a", "b"], "links": {"a": {**ROD, "joint": still}, "b": ROD}, "base": {"x": {"offset": 0.0}}})
+        simulation = Simulation(scene)
+        simulation.advance_to(0.5)
+        simulation.follow("a_joint", [1.0, 2.0], [0.3, -0.2], rates=[0.1, 0.0])
+        simulation.follow_base([1.0, 1.5], [[0.2, 0.1, 0.4], [0.5, 0, 0]], rates=[[1, 0, 0], [0, 0, 0]])
+        simulation.advance_to(1.0)
+        self.assertAlmostEqual(simulation.q[0], 0.3, delta=1e-14)
+        self.assertAlmostEqual(simulation.qd[0], 0.1, delta=1e-13)
+        np.testing.assert_allclose(simulation.link_motions()["inner_pin"][0], [0.2, 0.1], atol=1e-14)
+        self.assertAlmostEqual(simulation.link_motions()["angle"][0], 0.7, delta=1e-14)
+        simulation.advance_to(3.0)
+        self.assertAlmostEqual(simulation.q[0], -0.2, delta=1e-14)
+        np.testing.assert_allclose(simulation.link_motions()["inner_pin"][0], [0.5, 0], atol=1e-14)
+        for call, words in (
+                (lambda: simulation.follow("b_joint", [4], [0]), "joint: expected a driven joint: a_joint, got 'b_joint'"),
+                (lambda: simulation.follow(0, [3, 2], [0, 1]), "times/0: expected a time after the present one, 3 s, got 3\ntimes/1: expected"),
+                (lambda: simulation.follow(0, [4, 5], [0]), "angles: expected 2 x 1 numbers, a row for each time, got 1 number"),
+                (lambda: simulation.follow(0, [4], [0], rates=[1]), "rates: expected 0 at the last time"),
+                (lambda: simulation.follow(0, [4], [np.nan]), "angles: expected finite numbers"),
+                (lambda: simulation.follow_base([4], [[0, 0]]), "poses: expected 1 x 3 numbers"),
+                (lambda: Simulation(Scene(PENDULUM)).follow(0, [4], [0]), "joint: expected a driven joint, which this scene does not have"),
+                (lambda: Simulation(Scene(PENDULUM)).follow_base([4], [[0, 0, 0]]), "follow_base: expected a scene whose base moves")):
+            with self.assertRaisesRegex(Refused, words):
+                call()
 
     def test_torques_are_held_all_or_none(self):
         drive = {"drive": {"amplitude": 0.5, "frequency": 1}}

@@ -152,6 +152,9 @@ class Machines(Watching):
             publisher('/planar_chain/joint_torque', JointTorque).publish(joint='a_joint', torque=0.2, duration=0.1)
             status = self.next_status(lambda status: status.torques_cut_off == 2)
             self.assertEqual(status.joints_cut_off, ['a_joint', 'elbow'])
+            torques.publish(data=[0.4, 7.0])  # from one side to the other
+            self.states.wait_for(lambda state: state.effort == (0.4, 3.0))
+            self.next_status(lambda status: status.torques_cut_off == 3)
             self.ask('reset')
             status = self.next_status()
             self.assertEqual((status.torques_cut_off, status.joints_cut_off), (0, []))
@@ -275,8 +278,8 @@ class Machines(Watching):
         wrong = [
             (trajectory(['a_joint']), ['points: expected at least one point, got nothing']),
             (trajectory([], point(1.0, [])), ['joint_names: expected at least one driven joint']),
-            (trajectory(['elbow'], good), ['joint_names[0]: expected one of a_joint, b_joint, c_joint, got "elbow"']),
-            (trajectory(['b_joint'], good), ['joint_names[0]: expected a driven joint, got "b_joint"']),
+            (trajectory(['elbow'], good), ['joint_names[0]: expected a driven joint of the chain (a_joint, c_joint), got "elbow"']),
+            (trajectory(['b_joint'], good), ['joint_names[0]: expected a driven joint of the chain (a_joint, c_joint), got "b_joint"']),
             (trajectory(['a_joint', 'a_joint'], point(1.0, [0, 0])), ['joint_names[1]: expected each joint once']),
             (trajectory(['a_joint'], good, good), ['points[1]/time_from_start: expected a time after the point before']),
             (trajectory(['a_joint'], point(-1.0, [0.0])), ['points[0]/time_from_start: expected a time >= 0 s, got -1']),

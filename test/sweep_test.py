@@ -98,9 +98,8 @@ class Sweeps(InFolder):
         self.assertEqual(sorted(os.listdir(self.folder)), ["runs.csv", "runs.npz"])
 
     def test_what_fails_is_kept_with_its_reason_and_drawn(self):
-        said = self.sweep("--vary", MASS + "=-1:2:4", "--duration", "1")
-        self.assertIn("4 runs written to", said)
-        self.assertIn("2 failed, the first: links/lower/mass: expected a number > 0 kg, got -1", said)
+        said = self.sweep("--vary", MASS + "=-1:2:4", "--duration", "1", status=3)
+        self.assertRegex(said, "^sweep: 4 runs written to .*; 2 failed, the first: links/lower/mass: expected a number > 0 kg, got -1$")
         rows = list(csv.reader(self.text("runs.csv").splitlines()))[1:]
         self.assertEqual([row[-1] != "" for row in rows], [True, True, False, False])
         self.assertEqual(rows[0][3:7], ["nan"] * 4)
@@ -243,6 +242,16 @@ class Sweeps(InFolder):
         self.sweep(*arguments)
         self.sweep(*arguments, output=("whole.csv",))
         self.assertEqual(self.text("runs.csv"), self.text("whole.csv"))
+
+    @unittest.skipUnless(importlib.util.find_spec("distributed"), "no Dask")
+    def test_a_scheduler_without_workers_says_so(self):
+        from distributed import LocalCluster
+        with LocalCluster(n_workers=0, dashboard_address=None) as cluster:
+            address, begin = cluster.scheduler_address, time.monotonic()
+            said = self.sweep("--vary", MASS + "=1:2:4", "--duration", "1", "--scheduler", address, status=1)
+        self.assertRegex(said, rf"^sweep: the scheduler {address} has no workers; waiting 20 s for one\n"
+                               rf"sweep: the scheduler {address} has had no workers for 20 s; start one with: dask-worker {address} ")
+        self.assertGreaterEqual(time.monotonic() - begin, 20)
 
     @unittest.skipUnless(importlib.util.find_spec("distributed"), "no Dask")
     def test_a_killed_worker_loses_nothing(self):

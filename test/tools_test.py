@@ -54,6 +54,23 @@ class Tools(InFolder):
         self.assertEqual(result.stdout, "")
         self.assertFalse(os.path.exists(self.path("out.csv")))
 
+    # ---- A budget of steps -------------------------------------------------------------------------
+
+    def test_a_run_without_end_stops_with_a_reason(self):
+        wild = SCENE + "loads: {blast: {joint: lower_joint, torque: 1e12}}\n"
+        result = self.simulate("--duration", "0.005", "--rate", "1e6", scene=wild)
+        self.assertEqual((result.returncode, result.stdout), (1, ""), result.stderr)
+        self.assertRegex(result.stderr, r"simulate: stopped at t = \S+ s of 0.005 s after 10000\d\d steps: the rate of "
+                         r"lower_joint is \S+ rad/s, the torque in lower_joint 1e\+12 N m; expected at most 1000000 steps "
+                         r"\(--most-steps\)\nThe last state:\n")
+        _, rows = self.rows()
+        self.assertGreater(len(rows), 100)
+        self.assertTrue(all(math.isfinite(entry) for row in rows for entry in row))
+        self.assertEqual(self.simulate("--duration", "1", "--most-steps", "20").returncode, 1)
+        self.assertEqual(self.simulate("--duration", "1", "--most-steps", "10000").returncode, 0)
+        os.remove(self.path("out.csv"))
+        self.assert_refused(self.simulate("--duration", "1", "--most-steps", "0"), "--most-steps: expected a number > 0")
+
     # ---- A robot's URDF ----------------------------------------------------------------------------
 
     def run_robot(self, tool, *arguments, robot=ROBOT):

@@ -12,6 +12,7 @@
 
 #include "batch/ensemble.h"
 #include "planar_chain/simulation.h"
+#include "run/step_budget.h"
 
 namespace planar_chain {
 
@@ -30,7 +31,8 @@ void simulate(Runs& runs, std::size_t run, const Scene& scene) {
   std::fill_n(states, runs.times.size() * runs.stateSize(), std::numeric_limits<double>::quiet_NaN());
   try {
     Simulation simulation(scene);
-    const auto isWanted = [&] { return !runs.cancelled; };
+    const StepBudget budget(simulation, runs.duration(), runs.mostSteps);
+    const auto isWanted = [&] { return !runs.cancelled && budget.isLeft(); };
     bool arrives = true;
     for (std::size_t k = 0; k < runs.times.size() && arrives; ++k) {
       arrives = simulation.advanceTo(runs.times[k], isWanted);
@@ -40,6 +42,7 @@ void simulate(Runs& runs, std::size_t run, const Scene& scene) {
     }
     runs.result.runs[run].steps = simulation.statistics().steps;
     if (!simulation.fault().empty()) return runs.fail(run, simulation.fault());
+    if (!arrives && !runs.cancelled) return runs.fail(run, budget.reason());
     runs.end(run, arrives ? RunOutcome::done : RunOutcome::cancelled);
   } catch (const std::exception& refusal) {
     runs.fail(run, refusal);
@@ -121,7 +124,7 @@ BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun&
   const auto cores = options.threads > 0 ? static_cast<unsigned>(options.threads)
                                          : std::max(1u, std::thread::hardware_concurrency());
 
-  Runs all(scene, runs, sceneOfRun, times);
+  Runs all(scene, runs, sceneOfRun, times, options.mostSteps);
   {
     Workers workers(all);
     for (std::size_t k = 0; k < std::min<std::size_t>(cores, runs); ++k) {

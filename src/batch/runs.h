@@ -16,14 +16,16 @@ namespace planar_chain {
 class Runs {
  public:
   Runs(const Scene& scene, std::size_t count, const SceneOfRun& sceneOfRun,
-       const std::vector<double>& theTimes)
-      : times(theTimes), n(scene.chain.size()), scene_(scene), sceneOfRun_(sceneOfRun) {
+       const std::vector<double>& theTimes, std::optional<long long> most)
+      : times(theTimes), n(scene.chain.size()), mostSteps(most), scene_(scene), sceneOfRun_(sceneOfRun) {
     result.runs.resize(count);
     result.states.assign(count * times.size() * stateSize(), std::numeric_limits<double>::quiet_NaN());
   }
 
   const std::vector<double>& times;
-  const int n;  ///< links
+  const int n;                               ///< links
+  const std::optional<long long> mostSteps;  ///< as BatchOptions have it
+  double duration() const { return times.empty() ? 0 : times.back(); }
   BatchResult result;
   std::atomic<bool> cancelled{false};
   std::atomic<std::size_t> ended{0};

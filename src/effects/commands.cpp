@@ -9,7 +9,7 @@ CommandEffect::CommandEffect(const Chain& chain, int capacity)
     : TimedTerms(2 * chain.joints().size() + index(capacity), 0),
       capacity_(index(capacity)),
       held_(2 * chain.joints().size()),
-      isCutOff_(chain.joints().size()),
+      sidesCutOff_(chain.joints().size()),
       cutOffs_(chain.joints().size()) {
   for (const Joint& joint : chain.joints()) {
     limits_.push_back(joint.has("effort_limit") ? joint.other("effort_limit")
@@ -83,8 +83,9 @@ void CommandEffect::cutOff(double t) {
   for (std::size_t i = 0; i < limits_.size(); ++i) {
     if (std::isinf(limits_[i])) continue;
     const double over = overAt(t, i);
-    cutOffs_[i] += over != 0 && !isCutOff_[i];
-    isCutOff_[i] = over != 0;
+    const int side = over > 0 ? 1 : over < 0 ? -1 : 0;
+    cutOffs_[i] += side != 0 && side != sidesCutOff_[i];
+    sidesCutOff_[i] = side;
     if (over == 0) continue;
     Command less;
     less.joint = static_cast<int>(i);

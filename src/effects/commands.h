@@ -56,8 +56,8 @@ class CommandEffect : public TimedTerms {
   std::vector<Command> held_;     ///< of each joint, then of each link
   std::vector<Command> waiting_;  ///< to be held, in the order of their starts
   std::vector<Command> timed_;
-  std::vector<double> limits_;  ///< N m; infinite: no limit
-  std::vector<bool> isCutOff_;
+  std::vector<double> limits_;    ///< N m; infinite: no limit
+  std::vector<int> sidesCutOff_;  ///< ±1 above or below the limit; 0: not cut off
   std::vector<long long> cutOffs_;
 };
 

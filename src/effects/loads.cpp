@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "effects/timed_terms.h"
+#include "reading/names.h"
 
 namespace planar_chain {
 
@@ -37,34 +38,24 @@ class Loads : public TimedTerms {
   std::vector<Load> loads_;
 };
 
-using Indices = std::map<std::string, int>;
-
 // ---- Reading -------------------------------------------------------------------------------------
 
-/// "a link of the chain (upper, lower)"
-std::string oneOf(const std::string& what, const Indices& names) {
-  std::string line;
-  for (const auto& entry : names) {
-    if (line.size() > longestShown) break;
-    line += (line.empty() ? "" : ", ") + entry.first;
-  }
-  return "a " + what + " of the chain (" + cutToShow(line) + ")";
-}
-
-/// The index of what `key` names, or Load::none.
-int takeReference(const Section& load, const std::string& key, const Indices* names) {
+/// The index of the link or joint that `key` names, or Load::none.
+int takeReference(const Section& load, const std::string& key, const ChainNames* of) {
   const Value* value = load.find(key);
-  if (!value || !names) return Load::none;
-  const auto entry = value->text() ? names->find(*value->text()) : names->end();
-  if (entry != names->end()) return entry->second;
-  load.fault(key, oneOf(key, *names));
+  if (!value || !of) return Load::none;
+  const bool isLink = key == "link";
+  const Indices &names = isLink ? of->links : of->joints, &others = isLink ? of->joints : of->links;
+  const auto entry = value->text() ? names.find(*value->text()) : names.end();
+  if (entry != names.end()) return entry->second;
+  load.fault(key, oneOf(key, value->text() ? *value->text() : "", names, &others));
   return Load::none;
 }
 
 /// What acts, and on what.
 void takeAction(const Section& in, const ChainNames* names, Load& load) {
-  load.link = takeReference(in, "link", names ? &names->links : nullptr);
-  load.joint = takeReference(in, "joint", names ? &names->joints : nullptr);
+  load.link = takeReference(in, "link", names);
+  load.joint = takeReference(in, "joint", names);
   if (names && load.link != Load::none) load.point = names->com[index(load.link)];
   in.take("force", "N", load.force);
   in.take("point", "m", load.point);

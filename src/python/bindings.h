@@ -52,10 +52,22 @@ std::string shown(const py::handle& object);
 /// "2 x 3", "4 numbers" or "one number"
 std::string shapeOf(const Numbers& numbers);
 
-/// The numbers of an array.
-/// @throws Refused unless it has one dimension and, if given, this size
-std::vector<double> vectorOf(const Numbers& numbers, const char* name,
-                             std::optional<std::size_t> size = std::nullopt);
+// Arguments of any type, by name.
+// @throws Refused for a value of another type, shape or range
+
+/// A number; it may be infinite or NaN.
+double numberOf(const py::object& given, const char* name);
+long long countOf(const py::object& given, const char* name, long long least, long long most);
+/// most_steps: None or a number > 0
+std::optional<long long> stepsOf(const py::object& given);
+Numbers arrayOf(const py::object& given, const char* name);
+/// The numbers of an array of one dimension and, if given, this size.
+std::vector<double> numbersOf(const py::object& given, const char* name,
+                              std::optional<std::size_t> size = std::nullopt);
+std::string textOf(const py::object& given, const char* name);
+/// The text, or nothing if it is not valid.
+std::string nameIn(const py::object& text);
+py::dict dictOf(const py::object& given, const char* name);
 
 /// The matrices of the equations, by letter.
 py::dict equationsAt(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);
@@ -96,6 +108,10 @@ struct InitializedCaster : py::detail::type_caster_base<T> {
         throw py::type_error(py::str(from.get_type().attr("__name__")).cast<std::string>() +
                              ": expected an object that __init__() made, got one of __new__() alone");
       }
+    }
+    if (std::is_same_v<T, TreeAndScene> && !py::isinstance<T>(from)) {
+      throw py::type_error("scene: expected a planar_chain.Scene (Scene.from_file(\"…\") reads one), got " +
+                           shown(from));
     }
     return py::detail::type_caster_base<T>::load(from, convert);
   }

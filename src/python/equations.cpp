@@ -10,32 +10,33 @@ namespace planar_chain::python {
 
 namespace {
 
-using Given = std::optional<Numbers>;
+using Given = py::object;  // an array, or None
 
 std::optional<Eigen::VectorXd> vectorIn(const Given& given, const char* name) {
-  if (!given) return std::nullopt;
-  const std::vector<double> numbers = vectorOf(*given, name);
+  if (given.is_none()) return std::nullopt;
+  const std::vector<double> numbers = numbersOf(given, name);
   return Eigen::VectorXd::Map(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }
 
 /// Calls answer(scene, t, q, qd) for the state that is given.
 template <class Answer>
-auto atGiven(const TreeAndScene& of, double t, const Given& q, const Given& qd, const Answer& answer,
-             std::vector<Fault> faults = {}) {
+auto atGiven(const TreeAndScene& of, const py::object& when, const Given& q, const Given& qd,
+             const Answer& answer, std::vector<Fault> faults = {}) {
+  const double t = numberOf(when, "t");
   const GivenState state = stateOf(of.scene, t, vectorIn(q, "q"), vectorIn(qd, "qd"), faults);
   if (!faults.empty()) throw Refused(std::move(faults));
   return answer(of.scene, t, state.q, state.qd);
 }
 
-py::object arrayOf(const Eigen::MatrixXd& matrix) {
+py::object toArray(const Eigen::MatrixXd& matrix) {
   return py::cast(matrix);
 }
 
-py::object arrayOf(const Eigen::VectorXd& vector) {
+py::object toArray(const Eigen::VectorXd& vector) {
   return py::cast(vector);
 }
 
-py::object arrayOf(const std::vector<Eigen::Matrix2d>& matrices) {
+py::object toArray(const std::vector<Eigen::Matrix2d>& matrices) {
   return py::module::import("numpy").attr("array")(matrices);
 }
 
@@ -51,7 +52,7 @@ py::dict equationsAt(const Scene& scene, double t, const Eigen::VectorXd& q, con
   requireFinite("accelerations", equations.qdd);
   py::dict all;
   showAll(active, equations, std::nullopt,
-          [&](const char* letter, const char*, const auto& value) { all[letter] = arrayOf(value); });
+          [&](const char* letter, const char*, const auto& value) { all[letter] = toArray(value); });
   return all;
 }
 
@@ -63,8 +64,9 @@ py::tuple linearizedAt(const Scene& scene, double t, const Eigen::VectorXd& q, c
   return py::make_tuple(std::move(model.A), std::move(model.B));
 }
 
-Eigen::VectorXd inverseAt(const TreeAndScene& of, const Numbers& accelerations, const Given& at,
-                          const Given& rates, double time) {
+Eigen::VectorXd inverseAt(const TreeAndScene& of, const py::object& accelerations, const Given& at,
+                          const Given& rates, const py::object& time) {
+  if (accelerations.is_none()) throw Refused({{"qdd", "an array of numbers", "None"}});
   const Eigen::VectorXd qdd = *vectorIn(accelerations, "qdd");
   std::vector<Fault> faults;
   checkNumbers("qdd", of.scene, qdd, "rad/s²", faults);
@@ -82,7 +84,7 @@ void bindEquations(py::module& module) {
   const auto t = py::arg("t") = 0.0;
   module.def(
       "equations",
-      [](const TreeAndScene& of, const Given& at, const Given& rates, double time) {
+      [](const TreeAndScene& of, const Given& at, const Given& rates, const py::object& time) {
         return atGiven(of, time, at, rates, equationsAt);
       },
       scene, q, qd, t, R"(Returns the matrices of M q̈ = f at the angles q (rad), rates qd (rad/s), time t (s).
@@ -96,7 +98,7 @@ theory explains them:
     T, W_pd, A_3, M                     n×n)");
   module.def(
       "linearize",
-      [](const TreeAndScene& of, const Given& at, const Given& rates, double time) {
+      [](const TreeAndScene& of, const Given& at, const Given& rates, const py::object& time) {
         return atGiven(of, time, at, rates, linearizedAt);
       },
       scene, q, qd, t, R"(Returns A (2n×2n) and B (2n×n) of ẋ = A x + B δτ near a state.
@@ -110,13 +112,13 @@ A is the Jacobian of the motion, exact to rounding. The default state, and what 
 The default state, and what is refused, are those of equations().)");
   module.def(
       "equilibrium",
-      [](const TreeAndScene& of, const Given& at, double time) {
+      [](const TreeAndScene& of, const Given& at, const py::object& time) {
         const auto downhill = [](const Scene& its, double when, const auto& angles, const auto& /*rates*/) {
           return released([&] {
             return equilibriumOf(its, when, {angles.data(), angles.data() + angles.size()});
           });
         };
-        const std::vector<double> rest = atGiven(of, time, at, std::nullopt, downhill);
+        const std::vector<double> rest = atGiven(of, time, at, py::none(), downhill);
         return Numbers(static_cast<py::ssize_t>(rest.size()), rest.data());
       },
       scene, q, t, R"(Returns the angles of the static equilibrium, searched from q: n, rad.

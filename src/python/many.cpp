@@ -20,36 +20,42 @@ struct Runs {
 namespace {
 
 /// What varies, and the number of runs.
-std::pair<Varied, std::size_t> variedBy(const TreeAndScene& scene, const std::optional<Numbers>& initial,
-                                        const std::map<std::string, Numbers>& parameters) {
+std::pair<Varied, std::size_t> variedBy(const TreeAndScene& scene, const py::object& initial,
+                                        const py::object& parameters) {
   const py::ssize_t width = 2 * scene.scene.chain.size();
   Varied varied;
   std::optional<std::size_t> runs;
-  if (initial) {
-    if (initial->ndim() != 2 || initial->shape(1) != width) {
-      throw Refused({{"initial", "an array of runs x " + std::to_string(width), shapeOf(*initial)}});
+  const py::dict columns = dictOf(parameters, "parameters");
+  if (!initial.is_none()) {
+    const Numbers starts = arrayOf(initial, "initial");
+    if (starts.ndim() != 2 || starts.shape(1) != width) {
+      throw Refused({{"initial", "an array of runs x " + std::to_string(width), shapeOf(starts)}});
     }
-    varied.starts.assign(initial->data(), initial->data() + initial->size());
-    runs = static_cast<std::size_t>(initial->shape(0));
-  } else if (parameters.empty()) {
+    varied.starts.assign(starts.data(), starts.data() + starts.size());
+    runs = static_cast<std::size_t>(starts.shape(0));
+  } else if (columns.empty()) {
     throw Refused({{"initial", "initial states, parameters, or both", "neither"}});
   }
-  for (const auto& [path, values] : parameters) {
-    const std::vector<double>& column = varied.numbers[path] = vectorOf(values, path.c_str(), runs);
+  for (const auto& [key, values] : columns) {
+    const std::string path = textOf(py::reinterpret_borrow<py::object>(key), "parameters");
+    const std::vector<double>& column = varied.numbers[path] =
+        numbersOf(py::reinterpret_borrow<py::object>(values), path.c_str(), runs);
     runs = column.size();
   }
   return {std::move(varied), *runs};
 }
 
-Runs simulateMany(const TreeAndScene& scene, const Numbers& times, const std::optional<Numbers>& initial,
-                  const std::map<std::string, Numbers>& parameters, int threads, const py::object& progress) {
-  const std::vector<double> instants = vectorOf(times, "times");
+Runs simulateMany(const TreeAndScene& scene, const py::object& times, const py::object& initial,
+                  const py::object& parameters, const py::object& threads, const py::object& progress,
+                  const py::object& mostSteps) {
+  const std::vector<double> instants = numbersOf(times, "times");
   const auto [varied, runs] = variedBy(scene, initial, parameters);
   if (!progress.is_none() && PyCallable_Check(progress.ptr()) == 0) {
     throw Refused({{"progress", "a function of the number of runs that have ended", shown(progress)}});
   }
   BatchOptions options;
-  options.threads = threads;
+  options.threads = static_cast<int>(countOf(threads, "threads", 0, 1 << 20));
+  options.mostSteps = stepsOf(mostSteps);
   options.keepGoing = [&](std::size_t ended) {
     const py::gil_scoped_acquire gil;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -62,7 +68,8 @@ Runs simulateMany(const TreeAndScene& scene, const Numbers& times, const std::op
     const py::gil_scoped_release others;
     result = planar_chain::simulateMany(scene.scene, runs, each, instants, options);
   }
-  return {std::move(result), times.size(), static_cast<py::ssize_t>(2 * scene.scene.q.size())};
+  return {std::move(result), static_cast<py::ssize_t>(instants.size()),
+          static_cast<py::ssize_t>(2 * scene.scene.q.size())};
 }
 
 }  // namespace
@@ -111,8 +118,8 @@ NaN where a failed run did not arrive.)")
           },
           "runs: accepted steps of each run.");
   module.def("simulate_many", &simulateMany, py::arg("scene"), py::arg("times"),
-             py::arg("initial") = py::none(), py::arg("parameters") = std::map<std::string, Numbers>{},
-             py::arg("threads") = 0, py::arg("progress") = py::none(),
+             py::arg("initial") = py::none(), py::arg("parameters") = py::dict(), py::arg("threads") = 0,
+             py::arg("progress") = py::none(), py::arg("most_steps") = py::none(),
              R"(Simulates a scene many times, on all cores (or so many threads), and returns Runs.
 
 times: s, from 0, never falling. initial: runs × 2n first states, q (rad) and then q̇ (rad/s). parameters: a
@@ -121,7 +128,8 @@ about ten times a second with the number of runs that have ended.
 
 Raises Refused, with all faults, if the scene has no number at a path, or if initial and a path set the same
 state. The results depend neither on the number of threads nor on the
-other runs. A run whose scene is refused, or whose integration fails, is not done and has a reason.)");
+other runs. A run whose scene is refused, whose integration fails, or that needs more than most_steps steps
+(by default a million for each second, and at least a million), is not done and has a reason.)");
 }
 
 }  // namespace planar_chain::python

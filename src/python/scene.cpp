@@ -1,3 +1,4 @@
+#include <map>
 #include <utility>
 
 #include "planar_chain/scene_reader.h"
@@ -88,20 +89,11 @@ std::string shapeOf(const Numbers& numbers) {
   return shape + (numbers.size() == 1 ? " number" : " numbers");
 }
 
-std::vector<double> vectorOf(const Numbers& numbers, const char* name, std::optional<std::size_t> size) {
-  if (numbers.ndim() != 1 || (size && static_cast<std::size_t>(numbers.size()) != *size)) {
-    const std::string expected =
-        size ? "an array of " + std::to_string(*size) + " numbers" : "an array of one dimension";
-    throw Refused({{name, expected, shapeOf(numbers)}});
-  }
-  return {numbers.data(), numbers.data() + numbers.size()};
-}
-
 // ---- Scene -------------------------------------------------------------------------------------
 
 namespace {
 
-std::string textOf(const py::object& path) {
+std::string readAll(const py::object& path) {
   const py::object file = py::module::import("io").attr("open")(path, "rb");
   const py::object text = file.attr("read")(longestYaml + 1);  // parseYaml() refuses more
   file.attr("close")();
@@ -151,7 +143,12 @@ void bindFaults(py::module& module) {
   });
 }
 
-TreeAndScene withValues(const TreeAndScene& scene, const std::map<std::string, double>& numbers) {
+TreeAndScene withValues(const TreeAndScene& scene, const py::object& given) {
+  std::map<std::string, double> numbers;
+  for (const auto& [key, number] : dictOf(given, "numbers")) {
+    const std::string path = textOf(py::reinterpret_borrow<py::object>(key), "numbers");
+    numbers[path] = numberOf(py::reinterpret_borrow<py::object>(number), path.c_str());
+  }
   std::vector<std::string> paths;
   for (const auto& entry : numbers) paths.push_back(entry.first);
   requireNumbers(scene.tree, paths);
@@ -176,22 +173,30 @@ void bindScene(py::module& module) {
                            R"(A scene: the chain, its first state, loads and settings. Immutable.
 
 config/README.md explains every key. Raises Refused, with all faults, for a scene that has any.)")
-      .def(py::init([](const py::dict& values) { return TreeAndScene(valueOf(values)); }), py::arg("values"),
+      .def(py::init([](const py::object& values) {
+             if (!py::isinstance<py::dict>(values)) {
+               throw Refused(
+                   {{"scene", "a dict (Scene.from_file reads a file, from_yaml text)", shown(values)}});
+             }
+             return TreeAndScene(valueOf(values));
+           }),
+           py::arg("values"),
            "From a dict with the keys of a YAML scene. The text of a URDF may be its 'robot_description'.")
       .def_static(
-          "from_yaml", [](const std::string& text) { return TreeAndScene(parseYaml(text)); }, py::arg("text"),
-          "From the text of a YAML scene.")
+          "from_yaml", [](const py::object& text) { return TreeAndScene(parseYaml(textOf(text, "text"))); },
+          py::arg("text"), "From the text of a YAML scene.")
       .def_static(
-          "from_file", [](const py::object& path) { return TreeAndScene(parseYaml(textOf(found(path)))); },
+          "from_file", [](const py::object& path) { return TreeAndScene(parseYaml(readAll(found(path)))); },
           py::arg("path"),
           R"(From a YAML file, or by the name of a scene that ships, such as 'double_pendulum'.
 
 Raises OSError if the file cannot be read.)")
       .def_static(
           "from_urdf",
-          [](const std::string& text, py::dict rest) {
-            rest = py::dict(**rest, py::arg("robot_description") = text);
-            return TreeAndScene(valueOf(rest));
+          [](const py::object& text, const py::object& rest) {
+            const py::dict values(**dictOf(rest, "rest"),
+                                  py::arg("robot_description") = textOf(text, "text"));
+            return TreeAndScene(valueOf(values));
           },
           py::arg("text"), py::arg("rest") = py::dict(),
           "From the text of a URDF that is a planar chain. rest: what else a scene may have, such as loads.")
@@ -211,6 +216,18 @@ Raises OSError if the file cannot be read.)")
       .def_property_readonly(
           "joints", [](const TreeAndScene& self) { return namesOf(self.scene.chain.joints()); },
           "Names of the n joints. Joint i is at the inner pin of link i.")
+      .def_property_readonly(
+          "pins",
+          [](const TreeAndScene& self) {
+            py::array_t<double> pins({self.scene.chain.size(), 2});
+            for (int i = 0; i < self.scene.chain.size(); ++i) {
+              const Vec2d pin = self.scene.chain.links()[static_cast<std::size_t>(i)].pin;
+              pins.mutable_at(i, 0) = pin.x;
+              pins.mutable_at(i, 1) = pin.y;
+            }
+            return pins;
+          },
+          "Outer pins in the link frames, n × 2, m. The last one is the tip.")
       .def_property_readonly("state", &stateOf,
                              "The first state, 2n: relative angles q (rad), then rates q̇ (rad/s).");
 }

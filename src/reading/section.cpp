@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "reading/names.h"
+
 namespace planar_chain {
 
 namespace {
@@ -62,7 +64,7 @@ std::string unitNote(const std::string& text) {
 }
 
 Section::Section(const Value* value, std::string path, const std::vector<const char*>& known,
-                 std::vector<Fault>& faults, std::set<std::string>* numbers)
+                 std::vector<Fault>& faults, std::set<std::string>* numbers, const Hints& hints)
     : path_(std::move(path)), faults_(&faults), numbers_(numbers) {
   static const Value::Map empty;
   map_ = value && value->map() ? value->map() : &empty;
@@ -74,7 +76,14 @@ Section::Section(const Value* value, std::string path, const std::vector<const c
   }
   for (const auto& [key, entry] : *map_) {
     const bool isKnown = known.empty() || std::find(known.begin(), known.end(), key) != known.end();
-    if (!isKnown) fault(key, "one of the keys " + names, quoted(key));
+    if (isKnown) continue;
+    const auto hint = hints.find(key);
+    const std::string meant = closest(key, {known.begin(), known.end()});
+    fault(key,
+          hint != hints.end() ? hint->second
+          : meant.empty()     ? "one of the keys " + names
+                              : belongsTo(pathOf(meant)),
+          quoted(key));
   }
 }
 

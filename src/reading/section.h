@@ -3,6 +3,7 @@
 /// Section: one map of a scene. It returns the values of its keys and records every fault with its full path.
 
 #include <functional>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -30,6 +31,14 @@ std::string inCommas(const Names& names) {
   return line;
 }
 
+/// What is expected in place of a key that a map does not have, by key: for keys that belong elsewhere.
+using Hints = std::map<std::string, std::string>;
+
+/// The hint at a key that belongs to this path.
+inline std::string belongsTo(const std::string& path) {
+  return "a known key (did you mean " + path + "?)";
+}
+
 /// " (…)": what to do if a text that should be a number is one with a unit, such as "1.0 kg"; otherwise
 /// empty.
 std::string unitNote(const std::string& text);
@@ -40,11 +49,12 @@ class Section {
   /// fault. Keys other than `known` are faults. An empty `known` accepts every key. `numbers`, if given,
   /// collects the full path of each number that is looked for.
   Section(const Value* value, std::string path, const std::vector<const char*>& known,
-          std::vector<Fault>& faults, std::set<std::string>* numbers = nullptr);
+          std::vector<Fault>& faults, std::set<std::string>* numbers = nullptr, const Hints& hints = {});
 
   /// The map below a key, with faults to the same list.
-  Section section(const std::string& key, const std::vector<const char*>& known = {}) const {
-    return {find(key), pathOf(key), known, *faults_, numbers_};
+  Section section(const std::string& key, const std::vector<const char*>& known = {},
+                  const Hints& hints = {}) const {
+    return {find(key), pathOf(key), known, *faults_, numbers_, hints};
   }
 
   const Value::Map& entries() const { return *map_; }

@@ -79,4 +79,34 @@ std::set<std::string> limitedIn(const Section& links) {
   return names;
 }
 
+Hints hintsIn(const std::string& link) {
+  Hints hints;
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) hints[key.name] = belongsTo(link + "/joint/" + key.name);
+  }
+  hints["drive"] = belongsTo(link + "/joint/drive");
+  for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(link + "/initial/" + key);
+  for (const char* key : {"parent", "children", "branch", "branches"}) {
+    hints[key] = "no such key: branches are not supported (chain gives the order of the links)";
+  }
+  return hints;
+}
+
+Hints hintsAtTop() {
+  Hints hints;
+  for (const char* key : {"method", "tolerance", "step"})
+    hints[key] = belongsTo("integrator/" + std::string(key));
+  for (const char* key : {"rate", "tf_rate", "frame_prefix"})
+    hints[key] = belongsTo("publish/" + std::string(key));
+  for (const char* key : {"loop", "loops", "closure", "constraint", "constraints"}) {
+    hints[key] = "no such key: closed loops are not supported";
+  }
+  for (const char* key : {"branch", "branches", "tree"})
+    hints[key] = "no such key: branches are not supported";
+  for (const char* key : {"contact", "contacts", "collision", "collisions"}) {
+    hints[key] = "no such key: contacts are not supported";
+  }
+  return hints;
+}
+
 }  // namespace planar_chain

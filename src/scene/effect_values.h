@@ -32,4 +32,8 @@ void takeNoLimits(const Section& in, Joint& joint);
 /// The links of a URDF to whose joints the scene gives both limits, or none.
 std::set<std::string> limitedIn(const Section& links);
 
+/// Hints at keys of a link, or of the scene, that stand at the wrong level, and at what is not supported.
+Hints hintsIn(const std::string& link);
+Hints hintsAtTop();
+
 }  // namespace planar_chain

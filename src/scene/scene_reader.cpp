@@ -42,7 +42,13 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
     }
   }
   if (isInUrdf) keys.push_back("limits");
-  const Section joint = in.section("joint", keys);
+  Hints hints;
+  for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(in.pathOf("initial/") + key);
+  if (!isInUrdf) {
+    for (const char* key : {"mass", "inertia", "com", "pin", "repeat"})
+      hints[key] = belongsTo(in.pathOf(key));
+  }
+  const Section joint = in.section("joint", keys, hints);
   if (isInUrdf && joint.has("limits")) takeNoLimits(joint, entry.joint);
   if (joint.has("name") && !isInUrdf) {
     entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
@@ -70,7 +76,7 @@ Entry readEntry(const Section& links, const std::string& name) {
   std::vector<const char*> keys{"mass", "inertia", "com", "pin", "repeat", "joint", "initial"};
   const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
   for (const NumberKey& key : own) keys.push_back(key.name);
-  const Section in = links.section(name, keys);
+  const Section in = links.section(name, keys, hintsIn(links.pathOf(name)));
   entry.namesAreSound = isName(name);
   if (!entry.namesAreSound) links.fault(name, nameInWords, quoted(name));
   if (!links.find(name)->map()) return entry;
@@ -316,7 +322,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   std::vector<const char*> keys = sceneKeys();
   const std::vector<NumberKey> own = numberKeys(&EffectKind::sceneKeys);
   for (const NumberKey& key : own) keys.push_back(key.name);
-  const Section top(&value, "", keys, faults, numbers);
+  const Section top(&value, "", keys, faults, numbers, hintsAtTop());
 
   // The chain.
   std::optional<Expanded> expanded = top.has("robot_description") ? readRobot(top, faults) : readLinks(top);

@@ -36,7 +36,8 @@ MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool may
   const bool stands =
       law.has("offset") && !law.has("amplitude") && !law.has("frequency") && !law.has("phase");
   for (const char* needed : {"amplitude", "frequency"}) {
-    if (!law.has(needed) && !stands) law.fault(needed, "amplitude and frequency, or times and values");
+    if (!law.has(needed) && !stands)
+      law.fault(needed, "amplitude and frequency, times and values, or offset");
   }
   law.take("amplitude", NumberRule::any(unit), amplitude);
   law.take("frequency", NumberRule::any("Hz"), frequency);

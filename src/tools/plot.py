@@ -7,6 +7,7 @@ error come from the node's ~status. Panels without data are left out."""
 
 import argparse
 import csv
+import difflib
 import math
 import os
 import sys
@@ -27,8 +28,10 @@ MOST_JOINTS = len(COLOURS)
 ROW_HEIGHT, WIDTH = 1.9, 11.0  # inch
 INSTANTS = 9  # of --strobe
 ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work of loads, drives, base"}
-ROUNDING = 1e-16  # no axis shows less of an error
 LARGEST = 1e300  # of larger numbers, matplotlib cannot find the height of an axis
+STILL = 1e-6      # rad, rad/s, N m, or shares of an energy: no axis shows less
+ROUNDING = 1e-12  # the same of an imbalance, in shares of the energy
+FEW = 20          # one error of so many may be less than the axis shows
 
 
 class Refused(Exception):
@@ -62,6 +65,14 @@ class Motion:
 
 
 # ---- Reading -----------------------------------------------------------------------------------
+
+
+def require_file(path):
+    try:
+        with open(path, "rb"):
+            pass
+    except OSError as problem:
+        raise Refused(f"{path}: expected a .csv or .bag that can be read, got {problem.strerror}") from problem
 
 
 def require_two(path, states):
@@ -207,7 +218,9 @@ def chosen(motion, names):
     """The columns of the joints to draw: those named, or all, or some if there are many."""
     missing = [name for name in names if name not in motion.joints]
     if missing:
-        raise Refused(f"--joints: expected joints of {listed(motion.joints)}, got {listed(missing)}")
+        near = [match for name in missing for match in difflib.get_close_matches(name, motion.joints, 1)]
+        meant = f" (did you mean {', '.join(near)}?)" if near else ""
+        raise Refused(f"--joints: expected joints of {listed(motion.joints)}, got {listed(missing)}{meant}")
     n = len(motion.joints)
     some = sorted({round(k) for k in np.linspace(0, n - 1, min(n, MOST_JOINTS))})
     return [motion.joints.index(name) for name in names] or some
@@ -218,20 +231,61 @@ def style(k):
 
 
 def panels(motion, columns, wrap):
-    """For each panel with data: label of the axis, curves (name, t, values)."""
+    """For each panel with data: label and unit of the axis, curves (name, t, values), the least height of the axis."""
     joints = [(motion.joints[j], motion.curves(j, wrap)) for j in columns]
-    for k, label in enumerate(("angle q (rad)", "rate q̇ (rad/s)", "torque τ (N m)"), 1):
-        if k < 3 or motion.effort is not None:
-            yield label, [(name, curves[0], curves[k]) for name, curves in joints]
+    for k, (label, unit) in enumerate((("angle q", "rad"), ("rate q̇", "rad/s"), ("torque τ", "N m")), 1):
+        curves = [(name, curves[0], curves[k]) for name, curves in joints]
+        if k < 3 or has_values(curves):
+            yield label, unit, curves, STILL
     if motion.energy:
         t, parts = motion.energy
-        yield ("energy (J)" if len(parts) > 1 else "T + V, less that\nof the start (J)",
-               [(ENERGIES.get(name, name), *motion.broken(t, part)) for name, part in parts.items()])
-    if motion.balance:
-        yield "energy imbalance (J)", [("", *motion.broken(*motion.balance))]
+        curves = [(ENERGIES.get(name, name), *motion.broken(t, part)) for name, part in parts.items() if np.any(part != 0)]
+        most = max(np.nanmax(abs(part)) for part in parts.values())
+        if curves:
+            yield "energy" if len(parts) > 1 else "T + V, less that\nof the start", "J", curves, max(STILL * most, STILL)
+        if motion.balance:
+            curves = [("", *motion.broken(*motion.balance))]
+            if has_values(curves):
+                yield "energy imbalance\n", "J", curves, ROUNDING * max(most, STILL)
     if motion.error and (motion.error[1] > 0).any():
         t, error = motion.broken(*motion.error)
-        yield "error estimate\n(tolerances)", [("", t, np.maximum(error, ROUNDING))]
+        sizes = np.sort(error[error > 0])
+        least = sizes[len(sizes) // FEW] / 3  # a few that are far less do not stretch the axis
+        yield "error estimate\n", "tolerances", [("", t, np.maximum(error, least))], 0
+
+
+def has_values(curves):
+    return any(np.any(np.nan_to_num(values) != 0) for _, _, values in curves)
+
+
+def label_axis(axis, label, unit):
+    """Puts the power of ten that stands at the numbers of an axis before its unit, where it covers nothing."""
+    low, high = axis.get_view_interval()
+    largest = max(abs(low), abs(high))
+    power = int(np.floor(np.log10(largest))) if largest > 0 else 0
+    if axis.get_scale() == "linear" and not -3 <= power <= 4:
+        axis.set_major_formatter(lambda value, _: f"{value / 10.0 ** power:.4g}")
+        unit = f"1e{power} {unit}"
+    axis.set_label_text(f"{label} ({unit})" if not label.endswith("\n") else f"{label}({unit})")
+
+
+def give_height(axes, least):
+    low, high = axes.get_ylim()
+    if high - low < least:
+        axes.set_ylim((low + high - least) / 2, (low + high + least) / 2)
+
+
+def draw_phase(axes, motion, columns):
+    """Angles that leave (-pi, pi] come back on its other side."""
+    for k, j in enumerate(columns):
+        _, q, qd, _ = motion.curves(j, wrap=np.nanmax(abs(motion.q[:, j])) > np.pi)
+        axes.plot(q, qd, label=motion.joints[j], linewidth=0.9, **style(k))
+        axes.plot(q[0], qd[0], "o", markersize=4, color=style(k)["color"])
+    give_height(axes, STILL)
+    axes.set(title="phase portrait, ● the start")
+    axes.locator_params(axis="x", nbins=5)
+    label_axis(axes.xaxis, "angle q", "rad")
+    label_axis(axes.yaxis, "rate q̇", "rad/s")
 
 
 def draw(motion, columns, title, wrap):
@@ -239,41 +293,37 @@ def draw(motion, columns, title, wrap):
     height = max(len(rows), 3)
     figure = pyplot.figure(figsize=(WIDTH, 0.6 + ROW_HEIGHT * height), constrained_layout=True)
     figure.suptitle(title)
-    grid = figure.add_gridspec(height, 2, width_ratios=[2, 1])
+    # Two grids side by side: what stands on the right does not push the rows on the left apart.
+    left, right = figure.add_gridspec(1, 2, width_ratios=[2, 1])
+    left, right = left.subgridspec(len(rows), 1), right.subgridspec(3, 1, height_ratios=[2, 1, max(height - 3, 0.01)])
     first = None
 
     def legend(row, axes, title):
-        figure.add_subplot(grid[row, 1], frame_on=False, xticks=[], yticks=[]).legend(
+        figure.add_subplot(right[row], frame_on=False, xticks=[], yticks=[]).legend(
             *axes.get_legend_handles_labels(), loc="upper left", title=title, frameon=False)
 
-    for row, (label, curves) in enumerate(rows):
-        axes = figure.add_subplot(grid[row, 0], sharex=first)
+    for row, (label, unit, curves, least) in enumerate(rows):
+        axes = figure.add_subplot(left[row], sharex=first)
         first = first or axes
         for k, (name, t, values) in enumerate(curves):
             axes.plot(t, values, label=name, **style(k))
         for k in motion.events:
             axes.axvspan(motion.t[k - 1], motion.t[k], color="#7F7F7F", alpha=0.3, linewidth=0.8)
-        axes.set_ylabel(label)
         axes.set_yscale("log" if label.startswith("error") else "linear")
-        low, high = axes.get_ylim()
-        if high - low < ROUNDING:
-            axes.set_ylim(low - ROUNDING, high + ROUNDING)
+        give_height(axes, least)
+        label_axis(axes.yaxis, label, unit)
         axes.ticklabel_format(axis="x", useOffset=False)
         axes.label_outer()
-        if label == "energy (J)":
-            legend(row, axes, "energy")
+        if label == "energy":
+            legend(2, axes, "energy")
     axes.tick_params(labelbottom=True)
     axes.set_xlabel("time (s)")
     for k, name in motion.events.items():
         first.annotate(name, (motion.t[k - 1], 1.02), xycoords=("data", "axes fraction"), fontsize="small")
 
-    phase = figure.add_subplot(grid[:2, 1])
-    for k, j in enumerate(columns):
-        _, q, qd, _ = motion.curves(j, wrap)
-        phase.plot(q, qd, label=motion.joints[j], linewidth=0.9, **style(k))
-        phase.plot(q[0], qd[0], "o", markersize=4, color=style(k)["color"])
-    phase.set(xlabel="angle q (rad)", ylabel="rate q̇ (rad/s)", title="phase portrait, ● the start")
-    legend(2, phase, "joint")
+    phase = figure.add_subplot(right[0])
+    draw_phase(phase, motion, columns)
+    legend(1, phase, "joint")
     return figure
 
 
@@ -312,6 +362,7 @@ def main():
     try:
         if os.path.splitext(output)[1] not in (".png", ".svg", ".pdf"):
             raise Refused(f"--output: expected a name that ends in .png, .svg or .pdf, got {output}")
+        require_file(given.file)
         motion = read_bag(given.file, given.node) if given.file.endswith(".bag") else read_csv(given.file)
         columns = chosen(motion, given.joints)
         title = os.path.basename(given.file)
@@ -327,7 +378,10 @@ def main():
         figure = (draw_runs(motion, columns, title, given.wrap, COLOURS[0]) if is_sweep
                   else strobe(motion, given.strobe, given.at, given.apart) if given.strobe
                   else draw(motion, columns, title, given.wrap))
-        figure.savefig(output, dpi=130)
+        try:
+            figure.savefig(output, dpi=130)
+        except OSError as problem:
+            raise Refused(f"--output: expected a file that can be written, got {output}: {problem.strerror}") from problem
     except (NoChain, Refused, OSError, UnicodeDecodeError) as problem:
         print(f"plot: {problem}", file=sys.stderr)
         return 2

@@ -5,6 +5,25 @@ from matplotlib import pyplot
 
 PANEL = 2.6  # inch
 MOST_PATHS = 4
+MANY = 2000  # runs; of more, colour shows how many lie in a place
+CELLS = 70   # of a panel, across
+
+# Units of the keys of a scene, by the last names of their path.
+UNITS = {
+    "mass": "kg", "inertia": "kg m²", "rotor_inertia": "kg m²", "com": "m", "pin": "m", "point": "m", "angle": "rad",
+    "rest_angle": "rad", "lower": "rad", "upper": "rad", "phase": "rad", "velocity": "rad/s", "velocity_limit": "rad/s",
+    "damping": "N m s/rad", "stop_damping": "N m s/rad", "stiffness": "N m/rad", "stop_stiffness": "N m/rad", "torque": "N m",
+    "friction": "N m", "breakaway": "N m", "effort_limit": "N m", "moment": "N m", "force": "N", "gravity": "m/s²",
+    "frequency": "Hz", "start": "s", "stop": "s", "times": "s", "step": "s", "drive/amplitude": "rad", "drive/offset": "rad",
+    "drive/values": "rad", "x/amplitude": "m", "x/offset": "m", "x/values": "m", "y/amplitude": "m", "y/offset": "m",
+    "y/values": "m", "angle/amplitude": "rad", "angle/offset": "rad", "angle/values": "rad"}
+
+
+def with_unit(path):
+    """links/a/mass (kg)"""
+    keys = [key for key in path.split("/") if not key.isdigit()]
+    unit = UNITS.get("/".join(keys[-2:])) or UNITS.get(keys[-1] if keys else "")
+    return f"{path} ({unit})" if unit else path
 
 
 class Runs:
@@ -23,6 +42,15 @@ class Runs:
         return header[:1] == ["run"] and "t" in header and header[-1] == "reason"
 
 
+def scatter(panel, x, y, colour):
+    """A point for each run; of many runs, cells that are the darker the more lie in them."""
+    if len(x) <= MANY or np.ptp(x) == 0 or np.ptp(y) == 0:
+        panel.plot(x, y, ".", markersize=3, color=colour)
+        return
+    cells = panel.hexbin(x, y, gridsize=CELLS, mincnt=1, bins="log", cmap="viridis_r", linewidths=0)
+    panel.figure.colorbar(cells, ax=panel, label="runs in a cell")
+
+
 def draw_runs(runs, columns, title, wrap, colour):
     paths = runs.paths[:MOST_PATHS]
     times = np.unique(runs.t)
@@ -36,7 +64,7 @@ def draw_runs(runs, columns, title, wrap, colour):
                     (f", {failed} failed (× at the lower edge)" if failed else ""))
     for row, j in zip(axes, columns):
         for k, panel in enumerate(row[:len(paths)]):
-            panel.plot(runs.values[last & whole, k], q[last & whole, j], ".", markersize=3, color=colour)
+            scatter(panel, runs.values[last & whole, k], q[last & whole, j], colour)
             lost = runs.values[last & runs.failed, k]
             panel.plot(lost, np.zeros(len(lost)), "x", color="#D55E00", transform=panel.get_xaxis_transform())
         if len(times) > 1:
@@ -46,7 +74,7 @@ def draw_runs(runs, columns, title, wrap, colour):
             row[-1].plot(times, spread[:, 2], color=colour)
         row[0].set_ylabel(f"q of {runs.joints[j]} (rad)")
     for panel, path in zip(axes[-1], paths):
-        panel.set_xlabel(path)
+        panel.set_xlabel(with_unit(path))
     if len(times) > 1:
         axes[-1][-1].set_xlabel("time (s): median, half and 90 % of the runs")
     return figure

@@ -7,8 +7,10 @@ from matplotlib.colors import ListedColormap, Normalize
 
 FEW_LINKS = 12          # in chains of at most so many links every pin is marked
 ASIDE = 0.02            # in units of the reach; a centre of mass further from its link gets a line of its own
-WIDEST, HIGHEST, LEAST = 6.5, 5.5, 2.5  # inch, size of the drawing
-MARGINS = 2.1, 1.2                      # inch, around it
+WIDEST, HIGHEST = 7.0, 5.5     # inch, size of the drawing at most
+LEAST = 2.4, 1.5               # inch, width and height at least
+LEFT, RIGHT, BELOW, ABOVE = 0.85, 1.35, 1.05, 0.45  # inch, around it
+FREE = 0.06                    # of the drawing's size, on each side of what is drawn
 
 
 class Links:
@@ -55,6 +57,23 @@ def at(motion, values, times):
     return np.column_stack([np.interp(times, t, column) for column in values.T])
 
 
+def frame(drawn, reach):
+    """A figure with the axes of the plane and of the colours. One metre is as long in x as in y. The plane is as large as
+    what is drawn, complex, m, and at least half of the chain's reach to each side of its middle."""
+    sizes = np.array([np.ptp(drawn.real), np.ptp(drawn.imag)]) * (1 + 2 * FREE)
+    sizes = np.maximum(sizes, 0.5 * reach)
+    inch = min(WIDEST / sizes[0], HIGHEST / sizes[1])  # a metre
+    width, height = np.maximum(sizes * inch, LEAST)
+    figure = pyplot.figure(figsize=(LEFT + width + RIGHT, BELOW + height + ABOVE))
+    w, h = figure.get_size_inches()
+    axes = figure.add_axes([LEFT / w, BELOW / h, width / w, height / h])
+    for values, size, limit in ((drawn.real, width, axes.set_xlim), (drawn.imag, height, axes.set_ylim)):
+        middle = (values.min() + values.max()) / 2
+        limit(middle - size / inch / 2, middle + size / inch / 2)
+    axes.locator_params(nbins=6)
+    return figure, axes, figure.add_axes([(LEFT + width + 0.25) / w, BELOW / h, 0.2 / w, height / h])
+
+
 def draw_strobe(motion, links, times, apart, title):
     """apart: distance by which each instant is moved to the right of the previous one, m."""
     # The chain at each instant, and the path of its tip, broken at events.
@@ -67,12 +86,8 @@ def draw_strobe(motion, links, times, apart, title):
     trail = np.insert(tip, sorted(motion.events), np.nan)
     aside = is_aside(links, np.sum(abs(links.pin)))
 
-    # A figure that fits them.
-    drawn = np.concatenate([points.ravel(), tip[seen], coms[:, aside].ravel()])
-    width, height = max(np.ptp(drawn.real), 1e-9), max(np.ptp(drawn.imag), 1e-9)
-    inch = min(WIDEST / width, HIGHEST / height)  # a metre
-    figure, axes = pyplot.subplots(figsize=[max(inch * size, LEAST) + margin for size, margin in
-                                            zip((width, height), MARGINS)], constrained_layout=True)
+    figure, axes, bar = frame(np.concatenate([points.ravel(), tip[seen], coms[:, aside].ravel()]),
+                              np.sum(abs(links.pin)) or 1.0)
 
     # Light is early, dark is late; neither end fades into a white or a black page.
     colour = ListedColormap(pyplot.get_cmap("viridis_r")(np.linspace(0.2, 0.85, 256)))
@@ -86,8 +101,9 @@ def draw_strobe(motion, links, times, apart, title):
             axes.plot(mass.real, mass.imag, "s", markersize=6, color=colour(span(t)))
     ground = points[:, 0] if apart or links.moves else points[:1, 0]
     axes.plot(ground.real, ground.imag, "^", markersize=9, color="#7F7F7F", label="ground pin", zorder=0)
-    axes.set(title=title, xlabel="x (m)", ylabel="y (m)", aspect="equal")
-    axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=5, frameon=False)
-    bar = figure.colorbar(pyplot.cm.ScalarMappable(span, colour), ax=axes, label="time (s)")
-    bar.ax.hlines(times, 0, 1, color="white", linewidth=0.8)
+    figure.suptitle(title, y=1 - 0.1 / figure.get_figheight(), va="top")
+    axes.set(xlabel="x (m)", ylabel="y (m)")
+    figure.legend(*axes.get_legend_handles_labels(), fontsize="small", loc="lower center", ncol=2, frameon=False)
+    figure.colorbar(pyplot.cm.ScalarMappable(span, colour), cax=bar, label="time (s)")
+    bar.hlines(times, 0, 1, color="white", linewidth=0.8)
     return figure

@@ -13,6 +13,7 @@
 #include "ode/methods.h"
 #include "planar_chain/simulation.h"
 #include "ros/bag/bags.h"
+#include "run/step_budget.h"
 #include "tools/common.h"
 
 namespace planar_chain::tools {
@@ -180,10 +181,19 @@ void override(Value& scene, const char* section, const char* key, const std::opt
   if (settings.map()) (*settings.map())[key] = *given;
 }
 
+/// The number of --most-steps.
+std::optional<long long> stepsOf(const Arguments& given, std::vector<Fault>& faults) {
+  if (!given.has("most-steps")) return std::nullopt;
+  const double steps = given.number("most-steps", "a number > 0", 0, 1, faults);
+  if (steps > 1e15) faults.push_back({"--most-steps", "at most 1e15", toText(steps)});
+  return static_cast<long long>(std::ceil(std::min(steps, 1e15)));
+}
+
 /// Reads the scene. All faults of the arguments and the scene are reported together.
 Scene sceneOf(const Arguments& given, bool hasBags) {
   std::vector<Fault> faults;
   const double duration = given.number("duration", "a finite number > 0 s", 0, 1, faults);
+  stepsOf(given, faults);
   const double rate = given.number("rate", "a finite number > 0 rows a second", 0, 100, faults);
   rowsOf(duration, rate, faults);
   if (!given.has("duration") && !given.has("commands") && !given.has("check")) {
@@ -192,7 +202,8 @@ Scene sceneOf(const Arguments& given, bool hasBags) {
   }
   checkFiles(given, faults);
   if (given.has("check")) {
-    for (const char* other : {"duration", "rate", "csv", "bag", "views", "commands", "write-urdf", "node"}) {
+    for (const char* other :
+         {"duration", "rate", "csv", "bag", "views", "commands", "write-urdf", "node", "most-steps"}) {
       if (!given.has(other)) continue;
       faults.push_back({"--check", "no --" + std::string(other) + " beside it, as nothing runs", "both"});
     }
@@ -254,11 +265,12 @@ class Csv {
 };
 
 /// Runs row by row. Returns false if the run failed or was interrupted; k: the rows that were made.
-bool runRows(Simulation& simulation, Bags* bags, const Rows& rows, Csv& csv, double& k) {
+bool runRows(Simulation& simulation, Bags* bags, const Rows& rows, const StepBudget& budget, Csv& csv,
+             double& k) {
   Progress progress;
   const auto keepGoing = [&] {
     progress.show(simulation.time(), rows.duration);
-    return caught == 0;
+    return caught == 0 && budget.isLeft();
   };
   bool isGood = true;
   for (k = 0; isGood && keepGoing() && k <= rows.last; ++k) {
@@ -296,10 +308,17 @@ int simulate(const Arguments& given) {
   Simulation& simulation = bags ? bags->simulation() : alone.emplace(scene);
   Csv csv(given.text("csv"), scene.chain);
   catchSignals();
+  std::vector<Fault> none;
+  const StepBudget budget(simulation, rows.duration, stepsOf(given, none));
   double k = 0;
-  const bool isGood = runRows(simulation, bags.get(), rows, csv, k);
+  const bool isGood = runRows(simulation, bags.get(), rows, budget, csv, k);
 
   // The result.
+  if (caught == 0 && !budget.isLeft() && simulation.fault().empty() && k <= rows.last) {
+    std::fprintf(stderr, "simulate: %s (--most-steps)\nThe last state:\n", budget.reason().c_str());
+    writeState(stderr, simulation);
+    return runFailed;
+  }
   if (isGood ? k <= rows.last : simulation.fault().empty()) {
     std::fprintf(stderr, "simulate: interrupted; the last row is at t = %s s, of %g s\n",
                  toText(rows.time(std::max(0.0, k - 1))).c_str(), rows.duration);
@@ -335,6 +354,9 @@ int main(int argc, char** argv) {
         {"method", "Integrator, in place of the scene's"},
         {"tolerance", "Tolerance of adaptive methods, in place of the scene's"},
         {"step", "Step of fixed-step methods, s, in place of the scene's"},
+        {"most-steps",
+         "Ends the run with status 1 after so many steps (default: a million for each second, and at least a "
+         "million; none for methods of fixed step)"},
         {"csv", "File to write: t, q and qd of every joint, energy"},
         {"bag", "Bag to write: what the node publishes, stamped from 0 s on, and /clock"},
         {"views", "Also writes to the bag what rviz shows: arrows, trail, long chains", false},

@@ -140,10 +140,8 @@ def run(given, progress):
     sweep.forget()
     told = f"{progress[1]} runs written to {' and '.join(given.output)}"
     if failed:
-        told += f"; {len(failed)} failed, the first: {failed[0]}"
-    if len(failed) == progress[1]:
-        say(told)
-        return 1
+        say(f"{told}; {len(failed)} failed, the first: {failed[0]}")
+        return 1 if len(failed) == progress[1] else 3
     print(told)
     return 0
 

@@ -1,45 +1,64 @@
-"""A scene to learn on: reset, step and spaces in the form of Gymnasium, which need not be there."""
+"""A scene to learn on: reset, step, render and spaces as Gymnasium has them. Where Gymnasium is installed, an Environment
+is a gymnasium.Env and its spaces are gymnasium.spaces.Box. Else the few lines here take their place."""
 
 import numpy as np
 
 from planar_chain import Scene, Simulation
 
+try:
+    from gymnasium import Env
+    from gymnasium.spaces import Box as _Box
+except ImportError:
+    class Env:  # pylint: disable=too-few-public-methods
+        """In the place of gymnasium.Env."""
 
-class Box:
-    """The arrays of one shape between `low` and `high`."""
+        def reset(self, *, seed=None, options=None):  # pylint: disable=unused-argument
+            if seed is not None or not hasattr(self, "np_random"):
+                self.np_random = np.random.default_rng(seed)
 
-    dtype = np.dtype(float)
+    class _Box:
+        """In the place of gymnasium.spaces.Box: the arrays of one shape between `low` and `high`."""
+
+        def __init__(self, low, high, dtype=np.float64):
+            self.dtype = np.dtype(dtype)
+            self.low, self.high = np.array(low, dtype=dtype), np.array(high, dtype=dtype)
+            self.shape = self.low.shape
+            self.seed()
+
+        def seed(self, seed=None):
+            self._random = np.random.default_rng(seed)
+
+        def sample(self):
+            """A random array. Where a bound is infinite it is normally distributed, else evenly."""
+            bounded = np.isfinite(self.low) & np.isfinite(self.high)
+            even = self._random.uniform(np.where(bounded, self.low, 0), np.where(bounded, self.high, 1))
+            return np.where(bounded, even, self._random.normal(size=self.shape))
+
+        def contains(self, x):
+            return np.shape(x) == self.shape and bool(np.all((self.low <= x) & (x <= self.high)))
+
+
+class Box(_Box):
+    """The arrays of one shape between `low` and `high`, of doubles."""
 
     def __init__(self, low, high):
-        self.low, self.high = np.array(low, dtype=float), np.array(high, dtype=float)
-        self.shape = self.low.shape
-        self.seed()
-
-    def seed(self, seed=None):
-        self._random = np.random.default_rng(seed)
-
-    def sample(self):
-        """A random array. Where a bound is infinite it is normally distributed, else evenly."""
-        bounded = np.isfinite(self.low) & np.isfinite(self.high)
-        even = self._random.uniform(np.where(bounded, self.low, 0), np.where(bounded, self.high, 1))
-        return np.where(bounded, even, self._random.normal(size=self.shape))
-
-    def contains(self, x):
-        return np.shape(x) == self.shape and bool(np.all((self.low <= x) & (x <= self.high)))
+        super().__init__(np.array(low, dtype=float), np.array(high, dtype=float), dtype=np.float64)
 
 
-class Environment:
+class Environment(Env):
     """motors: joints by name, with the largest torque of each, N m. An action is one number from -1 to 1 for each
     motor: its share of that torque, held for `period` (s). An observation is the sine and cosine of each relative
-    angle and then the rates (rad/s): 3n numbers.
+    angle and then the rates (rad/s): 3n numbers. render_mode "rgb_array": render() returns a picture of the chain.
 
     Derive from it: `reward(q, qd, action)` is due after each step; `is_over(q, qd)` ends an episode;
     `first_state(random)` begins one, by default in the first state of the scene."""
 
-    metadata = {"render_modes": []}
-    render_mode = None
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
 
-    def __init__(self, scene, motors, period=0.05, longest=500):
+    def __init__(self, scene, motors, period=0.05, longest=500, render_mode=None):
+        if type(self).reward is Environment.reward:
+            raise TypeError(f"{type(self).__name__}: expected a class derived from Environment that defines "
+                            "reward(self, q, qd, action), got none")
         self.scene = scene if isinstance(scene, Scene) else Scene(scene)
         self.period, self.longest = period, longest
         self._simulation = Simulation(self.scene)
@@ -48,12 +67,15 @@ class Environment:
             raise ValueError(f"motors: expected joints of {list(self.scene.joints)} with torques > 0 N m, got {motors}")
         if not (0 < period < np.inf and longest >= 1):
             raise ValueError(f"expected period > 0 s and longest >= 1 step, got {period} and {longest}")
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ValueError(f"render_mode: expected None or rgb_array, got {render_mode!r}")
+        self.render_mode = render_mode
+        self.metadata = {**self.metadata, "render_fps": 1 / period}
         self._places = [self.scene.joints.index(joint) for joint in motors]
         self._most = np.array(list(motors.values()), dtype=float)
         n = len(self.scene)
         self.action_space = Box([-1.0] * len(motors), [1.0] * len(motors))
         self.observation_space = Box([-1.0] * 2 * n + [-np.inf] * n, [1.0] * 2 * n + [np.inf] * n)
-        self._random = np.random.default_rng()
         self._steps = 0
 
     def first_state(self, random):  # pylint: disable=unused-argument
@@ -62,7 +84,7 @@ class Environment:
         return self.scene.state[:n], self.scene.state[n:]
 
     def reward(self, q, qd, action):
-        raise NotImplementedError
+        raise NotImplementedError("Environment: expected a reward(self, q, qd, action) in the derived class")
 
     def is_over(self, q, qd):  # pylint: disable=unused-argument
         return False
@@ -71,12 +93,11 @@ class Environment:
     def observation(q, qd):
         return np.concatenate([np.sin(q), np.cos(q), qd])
 
-    def reset(self, *, seed=None, options=None):  # pylint: disable=unused-argument
-        if seed is not None:
-            self._random = np.random.default_rng(seed)
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed, options=options)
         self._steps = 0
         self._simulation.reset()
-        self._simulation.set_state(*self.first_state(self._random))
+        self._simulation.set_state(*self.first_state(self.np_random))
         return self.observation(self._simulation.q, self._simulation.qd), {}
 
     def step(self, action):
@@ -94,5 +115,33 @@ class Environment:
         return (self.observation(q, qd), float(self.reward(q, qd, action)), bool(self.is_over(q, qd)),
                 self._steps >= self.longest, {"q": q, "qd": qd})
 
+    def render(self, size=400):  # pylint: disable=arguments-differ
+        """Returns the chain as size × size × 3 bytes, red, green, blue: the ground pin in the middle, y upwards. Without
+        render_mode it returns None."""
+        if self.render_mode is None:
+            return None
+        motions, pins = self._simulation.link_motions(), self.scene.pins
+        angle = motions["angle"][-1]
+        tip = motions["inner_pin"][-1] + [np.cos(angle) * pins[-1, 0] - np.sin(angle) * pins[-1, 1],
+                                          np.sin(angle) * pins[-1, 0] + np.cos(angle) * pins[-1, 1]]
+        points = np.vstack([motions["inner_pin"], tip])
+        reach = np.hypot(*pins.T).sum() or 1.0
+        return _drawn((points - points[0]) / reach, size)
+
     def close(self):
         pass
+
+
+def _drawn(points, size):
+    """A picture of the line through points, at most 1 from the origin, which is its middle."""
+    across = np.linspace(-1.1, 1.1, size)
+    x, y = np.meshgrid(across, -across)
+    distance = np.full((size, size), np.inf)
+    for (x0, y0), (dx, dy) in zip(points, np.diff(points, axis=0)):
+        share = np.clip(((x - x0) * dx + (y - y0) * dy) / max(dx * dx + dy * dy, 1e-300), 0, 1)
+        distance = np.minimum(distance, np.hypot(x - x0 - share * dx, y - y0 - share * dy))
+    picture = np.full((size, size, 3), 255, np.uint8)
+    picture[distance < 0.02] = (0, 114, 178)
+    for px, py in points:
+        picture[np.hypot(x - px, y - py) < 0.035] = (60, 60, 60)
+    return picture

@@ -12,11 +12,16 @@ import os
 import re
 import shutil
 import struct
+import sys
+import time
 import zipfile
 
 import numpy as np
 
 from planar_chain import Scene, simulate_many
+
+
+LONGEST_WAIT = 20  # s, for the first worker of a scheduler
 
 
 class BadSweep(ValueError):
@@ -243,6 +248,17 @@ def run_there(sweep, address):
         yield len(result[1])
 
 
+def wait_for_workers(client, address):
+    if client.scheduler_info()["workers"]:
+        return
+    print(f"sweep: the scheduler {address} has no workers; waiting {LONGEST_WAIT} s for one", file=sys.stderr)
+    end = time.monotonic() + LONGEST_WAIT
+    while not client.scheduler_info()["workers"]:
+        if time.monotonic() > end:
+            raise SweepFailed(f"the scheduler {address} has had no workers for {LONGEST_WAIT} s; start one with: dask-worker {address}")
+        time.sleep(0.2)
+
+
 def results_there(sweep, address):
     try:
         from distributed import Client, as_completed  # pylint: disable=import-outside-toplevel
@@ -250,11 +266,14 @@ def results_there(sweep, address):
         raise SweepFailed(f"--scheduler needs Dask (Debian: python3-distributed): {missing}") from missing
     try:
         with Client(address) as client:
+            wait_for_workers(client, address)
             starts = {client.submit(run_chunk, *sweep.arguments(start), retries=3): start for start in sweep.missing()}
             for future in as_completed(list(starts)):
                 result = future.result()
                 yield starts.pop(future), result
                 future.release()
+    except SweepFailed:
+        raise
     except (asyncio.CancelledError, concurrent.futures.CancelledError, OSError) as problem:  # Dask's own are OSErrors
         raise SweepFailed(f"the scheduler {address} does not answer") from problem
     except Exception as problem:  # pylint: disable=broad-except

@@ -12,7 +12,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -20,6 +19,7 @@
 #include <vector>
 
 #include "planar_chain/fault.h"
+#include "reading/names.h"
 
 namespace planar_chain {
 
@@ -122,18 +122,12 @@ inline void checkZero(std::vector<Fault>& faults, const std::string& path, doubl
   faults.push_back({path, "0 (the motion is planar)", toText(value)});
 }
 
-/// Returns the index of `name`. Without one, adds a fault and returns −1. A fault
-/// lists names of 200 characters in all.
-inline int find(std::vector<Fault>& faults, const std::string& path,
-                const std::map<std::string, int>& indices, const std::string& name) {
-  const auto found = indices.find(name);
-  if (found != indices.end()) return found->second;
-  std::string known;
-  for (auto entry = indices.begin(); entry != indices.end() && known.size() < 200; ++entry) {
-    known += (known.empty() ? "" : ", ") + entry->first;
-  }
-  if (known.size() >= 200) known += ", …";
-  faults.push_back({path, "one of " + known, quoted(name)});
+/// Returns the index of `name`. Without one, adds a fault and returns −1. what, names, others: of oneOf().
+inline int find(std::vector<Fault>& faults, const std::string& path, const char* what,
+                const std::string& name, const Indices& names, const Indices* others = nullptr) {
+  const auto found = names.find(name);
+  if (found != names.end()) return found->second;
+  faults.push_back({path, oneOf(what, name, names, others), quoted(name)});
   return -1;
 }
 

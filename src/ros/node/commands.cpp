@@ -207,7 +207,7 @@ Faults Commands::start(Faults faults, const std::string& topic, const CommandTak
 Faults Commands::applyTorque(const CommandTaken& input) {
   const JointTorque& command = input.joint_torque.at(0);
   Faults faults;
-  const int joint = find(faults, "joint_torque/joint", joints_, command.joint);
+  const int joint = find(faults, "joint_torque/joint", "joint", command.joint, joints_, &links_);
   if (joint >= 0 && isDriven_[index(joint)]) {
     faults.push_back({"joint_torque/joint", "a joint that is not driven", quoted(command.joint)});
   }
@@ -221,7 +221,7 @@ Faults Commands::applyTorque(const CommandTaken& input) {
 Faults Commands::applyForce(const CommandTaken& input) {
   const LinkForce& command = input.link_force.at(0);
   Faults faults;
-  const int link = find(faults, "link_force/link", links_, command.link);
+  const int link = find(faults, "link_force/link", "link", command.link, links_, &joints_);
   checkFinite(faults, "link_force/point/x", "m", command.point.x);
   checkFinite(faults, "link_force/point/y", "m", command.point.y);
   checkZero(faults, "link_force/point/z", command.point.z);

@@ -21,15 +21,23 @@ std::string entry(const std::string& path, std::size_t i) {
 std::vector<Drive> drivesOf(const std::vector<std::string>& names, const std::vector<Drive>& drives,
                             const std::map<std::string, int>& joints, Faults& faults) {
   std::vector<Drive> named;
+  Indices driven;
+  for (const auto& [name, joint] : joints) {
+    const bool isDriven = std::any_of(drives.begin(), drives.end(),
+                                      [at = joint](const Drive& drive) { return drive.joint == at; });
+    if (isDriven) driven.emplace(name, joint);
+  }
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string path = entry("joint_trajectory/joint_names", i);
-    const int joint = find(faults, path, joints, names[i]);
+    if (joints.count(names[i]) != 0 && driven.count(names[i]) == 0) {
+      faults.push_back({path, "a driven joint of the chain (" + inOrder(driven, 80) + ")", quoted(names[i])});
+      continue;
+    }
+    const int joint = find(faults, path, "driven joint", names[i], driven);
     if (joint < 0) continue;
     const auto isIt = [joint](const Drive& drive) { return drive.joint == joint; };
     const auto drive = std::find_if(drives.begin(), drives.end(), isIt);
-    if (drive == drives.end()) {
-      faults.push_back({path, "a driven joint", quoted(names[i])});
-    } else if (std::any_of(named.begin(), named.end(), isIt)) {
+    if (std::any_of(named.begin(), named.end(), isIt)) {
       faults.push_back({path, "each joint once", quoted(names[i])});
     } else {
       named.push_back(*drive);

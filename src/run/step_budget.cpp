@@ -1,0 +1,60 @@
+#include "run/step_budget.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "ode/methods.h"
+
+namespace planar_chain {
+
+namespace {
+
+long long stepsOf(const Simulation& simulation) {
+  const Statistics statistics = simulation.statistics();
+  return statistics.steps + statistics.rejected;
+}
+
+/// The index of the number of largest magnitude.
+std::size_t largest(const std::vector<double>& values) {
+  const auto isLess = [](double a, double b) { return std::abs(a) < std::abs(b); };
+  return static_cast<std::size_t>(std::max_element(values.begin(), values.end(), isLess) - values.begin());
+}
+
+}  // namespace
+
+std::optional<long long> StepBudget::usual(const IntegratorSettings& settings, double span) {
+  constexpr double perSecond = 1e6, most = 1e18;
+  if (ode::hasFixedStep(settings.method)) return std::nullopt;
+  return static_cast<long long>(std::min(perSecond * std::max(span, 1.0), most));
+}
+
+StepBudget::StepBudget(Simulation& simulation, double end, std::optional<long long> most)
+    : simulation_(simulation),
+      end_(end),
+      most_(most ? most : usual(simulation.scene().integrator, end - simulation.time())),
+      before_(stepsOf(simulation)) {}
+
+long long StepBudget::made() const {
+  return stepsOf(simulation_) - before_;
+}
+
+std::string StepBudget::reason() const {
+  const std::vector<Joint>& joints = simulation_.scene().chain.joints();
+  const std::vector<double>& qd = simulation_.qd();
+  std::vector<double> tau(qd.size());
+  simulation_.jointTorques(tau.data());
+  const std::size_t fastest = largest(qd), strongest = largest(tau);
+  char text[200];
+  std::snprintf(text, sizeof text, "stopped at t = %.9g s of %.9g s after %lld steps: the rate of ",
+                simulation_.time(), end_, made());
+  std::string why = text + joints[fastest].name;
+  std::snprintf(text, sizeof text, " is %.3g rad/s, the torque in ", qd[fastest]);
+  why += text + joints[strongest].name;
+  std::snprintf(text, sizeof text, " %.3g N m; expected at most %lld steps", tau[strongest],
+                most_.value_or(0));
+  return why + text;
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,40 @@
+#pragma once
+
+/// A limit on the steps of a run, for callers that would otherwise wait without end: a torque of 1e12 N m on
+/// a rod of 1 kg asks for billions of steps in a few milliseconds.
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "planar_chain/simulation.h"
+
+namespace planar_chain {
+
+class StepBudget {
+ public:
+  /// The usual limit for `span` s of simulated time: a million steps for each second, and at least a million.
+  /// There is none for a method of fixed step, whose steps the user has chosen.
+  static std::optional<long long> usual(const IntegratorSettings& settings, double span);
+
+  /// Counts the steps of the simulation, accepted and rejected, from now on. It must outlive this object.
+  /// most: > 0; absent: the usual limit for the time from now to `end`, s.
+  StepBudget(Simulation& simulation, double end, std::optional<long long> most);
+
+  /// Simulation::advanceTo() may go on.
+  bool isLeft() const { return !most_ || made() < *most_; }
+
+  /// Returns why the run stops: the steps, the time, the fastest joint and the largest torque in a joint.
+  /// It evaluates the dynamics. Allocates.
+  std::string reason() const;
+
+ private:
+  long long made() const;
+
+  Simulation& simulation_;
+  double end_;
+  std::optional<long long> most_;
+  long long before_;  ///< steps made at the beginning
+};
+
+}  // namespace planar_chain
