@@ -87,21 +87,23 @@ struct DenseChain {
   };
 
   Answer solve(const ComplexVector& y) const {
-    Equations equations(*this, y);
-    for (int j = 0; j < size(); ++j) equations.addBody(j);
-    for (int i = 0; i < places() - size(); ++i) equations.addSlide(i);
-    equations.addTip();
-    return equations.answer();
+    const Equations equations(*this, y);
+    return equations.answer(equations.matrix().partialPivLu().solve(equations.rhs()));
   }
 
-  /// The derivatives of all() with respect to y.
+  /// The derivatives of all() with respect to y: of M x = r, M δx = δr − δM x.
   WideMatrix slopes(const WideVector& y) const {
     constexpr Wide h = 1e-300L;
+    const Equations at(*this, y.cast<WideComplex>());
+    const Eigen::PartialPivLU<WideMatrix> M(at.matrix().real());
+    const ComplexVector x = M.solve(WideVector(at.rhs().real())).cast<WideComplex>();
     WideMatrix slope(4 * size() + 2 * (places() - size()) + 2, y.size());
     for (Eigen::Index i = 0; i < y.size(); ++i) {
-      ComplexVector at = y.cast<WideComplex>();
-      at[i] += WideComplex(0, h);
-      slope.col(i) = solve(at).all().imag() / h;
+      ComplexVector aside = y.cast<WideComplex>();
+      aside[i] += WideComplex(0, h);
+      const Equations there(*this, aside);
+      const WideVector change = M.solve(WideVector((there.rhs() - there.matrix() * x).imag()));
+      slope.col(i) = at.answer(x + WideComplex(0, 1) * change).all().imag() / h;
     }
     return slope;
   }
@@ -130,8 +132,34 @@ struct DenseChain {
           slides_(chain.places() - n_),
           at_(chain.start(y)),
           M_(ComplexMatrix::Zero(6 * n_ + 4 * slides_ + 2, 6 * n_ + 4 * slides_ + 2)),
-          rhs_(ComplexVector::Zero(M_.rows())) {}
+          rhs_(ComplexVector::Zero(M_.rows())) {
+      for (int j = 0; j < n_; ++j) addBody(j);
+      for (int i = 0; i < slides_; ++i) addSlide(i);
+      addTip();
+    }
+    const ComplexMatrix& matrix() const { return M_; }
+    const ComplexVector& rhs() const { return rhs_; }
 
+    /// Takes the unknowns apart.
+    Answer answer(const ComplexVector& x) const {
+      Answer answer{ComplexVector(n_),      ComplexVector(n_),      ComplexVector(2 * n_),
+                    ComplexVector(slides_), ComplexVector(slides_), x.tail<2>()};
+      for (int j = 0; j < n_; ++j) {
+        answer.alpha[j] = x[6 * j + 2];
+        answer.moments[j] = x[6 * j + 5];
+        answer.forces.segment<2>(2 * j) = x.segment<2>(pin(j));
+      }
+      Vector2 inner = wide(chain_.baseAcceleration);
+      for (int i = 0; i < slides_; ++i) {
+        const Vector2 d = wide(chain_.slides[index(i)].of.d), a = x.segment<2>(slideAt(i));
+        answer.slides[i] = d.cwiseProduct(a - inner).sum();
+        answer.slideForces[i] = d.cwiseProduct(x.segment<2>(slideAt(i) + 2)).sum();
+        inner = a;
+      }
+      return answer;
+    }
+
+   private:
     void addBody(int j) {
       const WideComplex before = at_.theta, rateBefore = at_.omega;
       at_.theta = y_[j];
@@ -211,26 +239,6 @@ struct DenseChain {
       }
     }
 
-    Answer answer() const {
-      const ComplexVector x = M_.partialPivLu().solve(rhs_);
-      Answer answer{ComplexVector(n_),      ComplexVector(n_),      ComplexVector(2 * n_),
-                    ComplexVector(slides_), ComplexVector(slides_), x.tail<2>()};
-      for (int j = 0; j < n_; ++j) {
-        answer.alpha[j] = x[6 * j + 2];
-        answer.moments[j] = x[6 * j + 5];
-        answer.forces.segment<2>(2 * j) = x.segment<2>(pin(j));
-      }
-      Vector2 inner = wide(chain_.baseAcceleration);
-      for (int i = 0; i < slides_; ++i) {
-        const Vector2 d = wide(chain_.slides[index(i)].of.d), a = x.segment<2>(slideAt(i));
-        answer.slides[i] = d.cwiseProduct(a - inner).sum();
-        answer.slideForces[i] = d.cwiseProduct(x.segment<2>(slideAt(i) + 2)).sum();
-        inner = a;
-      }
-      return answer;
-    }
-
-   private:
     static int pin(int j) { return 6 * j + 3; }
     int slideAt(int i) const { return 6 * n_ + 4 * i; }
     int tip() const { return 6 * n_ + 4 * slides_; }
@@ -268,7 +276,7 @@ struct DenseChain {
     }
 
     const DenseChain& chain_;
-    const ComplexVector& y_;
+    const ComplexVector y_;
     int n_, slides_;
     Placed at_;                         ///< the body after the last one added
     Vector2 before_ = Vector2::Zero();  ///< its outer pin, from the centre of mass

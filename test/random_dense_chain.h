@@ -3,6 +3,8 @@
 /// Random chains whose forces depend on place and velocity, with random ends, and the recursion's view of
 /// them.
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <string>
 
@@ -276,6 +278,39 @@ struct AtState {
   const double* omega;
   CoupledState state;
 };
+
+/// Free motions of joints and slides.
+inline int freedoms(const RandomChain& chain) {
+  const auto isFree = [](const auto& part) { return !part.isHeld; };
+  return static_cast<int>(std::count_if(chain.joints.begin(), chain.joints.end(), isFree) +
+                          std::count_if(chain.slides.begin(), chain.slides.end(),
+                                        [&](const auto& slide) { return isFree(slide.of); }));
+}
+
+/// Calls check(chain, seed) with random chains of every kind and length. forces: 0, none that depends on
+/// place or velocity.
+template <class Check>
+void forAllEnds(double forces, const Check& check) {
+  unsigned seed = 0;
+  for (const Kind& of : {Kind{0, 0, 0}, Kind{0, 0, 1}, Kind{0.5, 0, 1}, Kind{0.5, 0.3, 1}}) {
+    for (const int slides : {0, 1, 2, 3}) {
+      for (const int rows : {0, 1, 2}) {
+        for (int n = 1; n <= 12; ++n) {
+          Kind kind = of;
+          kind.forces = forces;
+          kind.isFree = slides == 3;
+          kind.slides = std::min(slides, 2);
+          kind.rows = rows;
+          const RandomChain chain(n, ++seed, kind);
+          if (freedoms(chain) < rows) continue;
+          SCOPED_TRACE(testing::Message()
+                       << n << " bodies, slides " << slides << ", rows " << rows << ", seed " << seed);
+          check(chain, seed);
+        }
+      }
+    }
+  }
+}
 
 /// The largest difference over the largest number of `among`.
 inline double errorOf(const ComplexVector& is, const ComplexVector& exact, const ComplexVector& among) {

@@ -57,7 +57,8 @@ inline Vec2d operator*(const Matrix2d& M, Vec2d a) {
 }
 
 /// Mᵀ a
-inline Vec2d transposedTimes(const Matrix2d& M, Vec2d a) {
+template <class Scalar>
+Vec2<Scalar> transposedTimes(const Matrix2<Scalar>& M, Vec2<Scalar> a) {
   return {M.xx * a.x + M.yx * a.y, M.xy * a.x + M.yy * a.y};
 }
 

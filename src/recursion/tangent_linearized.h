@@ -39,95 +39,107 @@
 
 namespace planar_chain {
 
-/// Numbers for k = a, v, x.
-template <class Value>
-using PerMotion = std::array<Value, 3>;
+/// Numbers for k = a, v, x, or for k = a alone if no force depends on place or velocity.
+template <class Value, std::size_t kinds = 3>
+using PerMotion = std::array<Value, kinds>;
 
 /// What hangs on a pin, as its parent feels it.
-template <class Scalar>
+template <class Scalar, std::size_t kinds = 3>
 struct TangentShown {
-  PerMotion<Matrix2<Scalar>> B{};
-  PerMotion<Vec2<Scalar>> p{};
+  PerMotion<Matrix2<Scalar>, kinds> B{};
+  PerMotion<Vec2<Scalar>, kinds> p{};
   Vec2<Scalar> h;
   Scalar q{};
 };
 
 /// z_k
-template <class Scalar>
-PerMotion<Vec2<Scalar>> turnsOf(const BodyAt<double>& body, Scalar s) {
-  return {turnOf(body, s), Vec2<Scalar>{Scalar(-body.omega), s}, Vec2<Scalar>{Scalar(0), Scalar(1)}};
+template <std::size_t kinds, class Scalar>
+PerMotion<Vec2<Scalar>, kinds> turnsOf(const BodyAt<double>& body, Scalar s) {
+  if constexpr (kinds == 1)
+    return {turnOf(body, s)};
+  else
+    return {turnOf(body, s), Vec2<Scalar>{Scalar(-body.omega), s}, Vec2<Scalar>{Scalar(0), Scalar(1)}};
 }
 
 /// w_k
-template <class Scalar>
-PerMotion<Vec2<Scalar>> driftsOf(const BodyAt<double>& body, Scalar sigma, Scalar rhoV) {
-  return {driftOf(body, sigma, rhoV), Vec2<Scalar>{-body.omega * sigma, Scalar(0)},
-          Vec2<Scalar>{Scalar(0), sigma}};
+template <std::size_t kinds, class Scalar>
+PerMotion<Vec2<Scalar>, kinds> driftsOf(const BodyAt<double>& body, Scalar sigma, Scalar rhoV) {
+  if constexpr (kinds == 1)
+    return {driftOf(body, sigma, rhoV)};
+  else
+    return {driftOf(body, sigma, rhoV), Vec2<Scalar>{-body.omega * sigma, Scalar(0)},
+            Vec2<Scalar>{Scalar(0), sigma}};
 }
 
-template <class Scalar>
+/// kinds = 1: no force depends on place or velocity, and this is CoupledLinearized.
+template <class Scalar, std::size_t kinds = 3>
 class TangentLinearized {
  public:
   /// tangents: K and D of each body. Both must outlive this object; factor() reads them. Allocates.
+  /// With kinds = 1, they are not read.
   TangentLinearized(const CoupledBodies& bodies, const std::vector<ForceTangent>& tangents)
       : bodies_(bodies), tangents_(tangents), handles_(bodies.size()), moments_(bodies.size()) {}
 
   /// Factors s·1 − J. Allocates nothing.
   void factor(Scalar s) {
     s_ = s;
-    TangentShown<Scalar> shown;
-    for (std::size_t j = bodies_.size(); j-- > 0;) eliminate(j, shown);
+    shown_ = {};
+    for (std::size_t j = bodies_.size(); j-- > 0;) eliminate(j, shown_);
   }
 
   /// [u; v] = (s·1 − J)⁻¹ [ρ_q; ρ_v]; n values each, and the results may stand in the same place. Allocates
   /// nothing.
   void solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v) {
     carryInwards(rhoQ, rhoV);
-    PerMotion<Vec2<Scalar>> y{};
-    Scalar parent{};
-    for (std::size_t j = 0; j < bodies_.size(); ++j) {
-      const BodyAt<double>& body = bodies_[j];
-      const Handle& handle = handles_[j];
-      const Scalar sigma = rhoQ[j] / s_;
-      moments_[j] += handle.q * parent;
-      parent = handle.kD * parent + handle.turn;
-      for (std::size_t k = 0; k < y.size(); ++k) {
-        moments_[j] += dot(handle.p[k], y[k]);
-        parent -= dot(handle.ULD[k], y[k]);
-      }
-      const auto z = turnsOf(body, s_), w = driftsOf(body, sigma, rhoV[j]);
-      for (std::size_t k = 0; k < y.size(); ++k) {
-        y[k] = mulAdd(parent, turnScale(z[k], body.P), y[k] + turnScale(w[k], body.P));
-      }
-      u[j] = sigma + parent;
-      v[j] = s_ * parent;
-    }
+    carryOutwards(rhoQ, rhoV, {}, u, v);
   }
 
   /// The changes of the joints' moments and of the force of the base along the last solution.
   const std::vector<Scalar>& moments() const { return moments_; }
   Vec2<Scalar> pinForce() const { return pinForce_; }
 
- private:
+ protected:
   struct Handle {
     Scalar Mv, Mq, Dm, over, kD;  ///< over: 1/D; kD: k̂/D; 0 and 1 for a held joint
     Vec2<Scalar> Ev, Eq, UR;
-    PerMotion<Vec2<Scalar>> ULD, p;
+    PerMotion<Vec2<Scalar>, kinds> ULD, p;
     Scalar q, turn;  ///< turn: ε/D, or w of a held joint
   };
 
+  /// Of each joint ε/D and r, and δF_pin of the first body.
+  void carryInwards(const Scalar* rhoQ, const Scalar* rhoV);
+  /// y: how the first pin moves.
+  void carryOutwards(const Scalar* rhoQ, const Scalar* rhoV, PerMotion<Vec2<Scalar>, kinds> y, Scalar* u,
+                     Scalar* v);
+
+  const CoupledBodies& bodies_;
+  const std::vector<ForceTangent>& tangents_;
+  Scalar s_{};
+  TangentShown<Scalar, kinds> shown_;  ///< by the first pin
+  std::vector<Handle> handles_;
+  std::vector<Scalar> moments_;
+  Vec2<Scalar> pinForce_;
+
+ private:
+  ForceTangent tangentOf(std::size_t j) const {
+    if constexpr (kinds == 1)
+      return {};
+    else
+      return tangents_[j];
+  }
   static Matrix2<Scalar> ownForce(const BodyAt<double>& body, const ForceTangent& tangent, std::size_t k) {
     if (k == 0) return {Scalar(body.m), {}, {}, Scalar(body.m)};
     const Matrix2d& T = k == 1 ? tangent.D.forcePlace : tangent.K.forcePlace;
     return {Scalar(T.xx), Scalar(T.xy), Scalar(T.yx), Scalar(T.yy)};
   }
 
-  void eliminate(std::size_t j, TangentShown<Scalar>& shown) {
+  void eliminate(std::size_t j, TangentShown<Scalar, kinds>& shown) {
     const BodyAt<double>& body = bodies_[j];
-    const auto& [K, D] = tangents_[j];
+    const ForceTangent tangent = tangentOf(j);
+    const auto& [K, D] = tangent;
     const Coupling<double>& joint = bodies_.joint(j);
     const Vec2d P = body.P, iP = perp(P), mR = body.m * body.R;
-    const auto z = turnsOf(body, s_), w = driftsOf(body, Scalar(1), Scalar(0));
+    const auto z = turnsOf<kinds>(body, s_), w = driftsOf<kinds>(body, Scalar(1), Scalar(0));
     const PerMotion<Vec2d> own{perp(mR), D.momentPlace, K.momentPlace};
     Handle& handle = handles_[j];
 
@@ -137,7 +149,7 @@ class TangentLinearized {
     handle.Mq = Scalar(-(body.kappa + K.momentTurn));
     handle.Dm = body.J * s_ * s_ + (body.kappa + K.momentTurn) + s_ * D.momentTurn + shown.q;
     handle.Dm += dotMixed(iP, shown.h);
-    PerMotion<Vec2<Scalar>> UL;
+    PerMotion<Vec2<Scalar>, kinds> UL;
     for (std::size_t k = 0; k < UL.size(); ++k) {
       const Matrix2<Scalar>& B = shown.B[k];
       const Vec2<Scalar> lambda{iP.x * B.xx + iP.y * B.yx + shown.p[k].x,
@@ -164,7 +176,7 @@ class TangentLinearized {
     for (std::size_t k = 0; k < UL.size(); ++k) {
       const Vec2<Scalar> ULD = handle.ULD[k] = handle.over * UL[k];
       Matrix2<Scalar>& B = shown.B[k];
-      const Matrix2<Scalar> T = ownForce(body, tangents_[j], k);
+      const Matrix2<Scalar> T = ownForce(body, tangent, k);
       B = {T.xx + B.xx - UR.x * ULD.x, T.xy + B.xy - UR.x * ULD.y, T.yx + B.yx - UR.y * ULD.x,
            T.yy + B.yy - UR.y * ULD.y};
       shown.p[k] = handle.p[k] = handle.kD * UL[k];
@@ -172,35 +184,51 @@ class TangentLinearized {
     shown.h = handle.kD * UR;
     shown.q = handle.q = handle.kD * handle.Dm;
   }
-
-  /// Of each joint ε/D and r, and δF_pin of the first body.
-  void carryInwards(const Scalar* rhoQ, const Scalar* rhoV) {
-    Vec2<Scalar> b;
-    Scalar r{};
-    for (std::size_t j = bodies_.size(); j-- > 0;) {
-      const BodyAt<double>& body = bodies_[j];
-      const Coupling<double>& joint = bodies_.joint(j);
-      Handle& handle = handles_[j];
-      const Scalar sigma = rhoQ[j] / s_;
-      const Scalar bend = j > 0 ? sigma - rhoQ[j - 1] / s_ : sigma;
-      const Scalar jump = j > 0 ? rhoV[j] - rhoV[j - 1] : rhoV[j];
-      const Scalar delta = joint.isHeld ? Scalar{} : joint.rotor * jump - body.k * bend;
-      const Scalar epsilon = handle.Mv * rhoV[j] + handle.Mq * sigma + delta - dotMixed(perp(body.P), b) - r;
-      const Scalar turn = joint.isHeld ? jump / (s_ * s_) : epsilon * handle.over;
-      b = mulAdd(turn, handle.UR, mulAdd(-rhoV[j], handle.Ev, mulAdd(-sigma, handle.Eq, b)));
-      r = joint.isHeld ? handle.Dm * turn - epsilon : delta - handle.kD * epsilon;
-      handle.turn = turn;
-      moments_[j] = r;
-    }
-    pinForce_ = b;
-  }
-
-  const CoupledBodies& bodies_;
-  const std::vector<ForceTangent>& tangents_;
-  Scalar s_{};
-  std::vector<Handle> handles_;
-  std::vector<Scalar> moments_;
-  Vec2<Scalar> pinForce_;
 };
+
+template <class Scalar, std::size_t kinds>
+void TangentLinearized<Scalar, kinds>::carryInwards(const Scalar* rhoQ, const Scalar* rhoV) {
+  Vec2<Scalar> b;
+  Scalar r{};
+  for (std::size_t j = bodies_.size(); j-- > 0;) {
+    const BodyAt<double>& body = bodies_[j];
+    const Coupling<double>& joint = bodies_.joint(j);
+    Handle& handle = handles_[j];
+    const Scalar sigma = rhoQ[j] / s_;
+    const Scalar bend = j > 0 ? sigma - rhoQ[j - 1] / s_ : sigma;
+    const Scalar jump = j > 0 ? rhoV[j] - rhoV[j - 1] : rhoV[j];
+    const Scalar delta = joint.isHeld ? Scalar{} : joint.rotor * jump - body.k * bend;
+    const Scalar epsilon = handle.Mv * rhoV[j] + handle.Mq * sigma + delta - dotMixed(perp(body.P), b) - r;
+    const Scalar turn = joint.isHeld ? jump / (s_ * s_) : epsilon * handle.over;
+    b = mulAdd(turn, handle.UR, mulAdd(-rhoV[j], handle.Ev, mulAdd(-sigma, handle.Eq, b)));
+    r = joint.isHeld ? handle.Dm * turn - epsilon : delta - handle.kD * epsilon;
+    handle.turn = turn;
+    moments_[j] = r;
+  }
+  pinForce_ = b;
+}
+
+template <class Scalar, std::size_t kinds>
+void TangentLinearized<Scalar, kinds>::carryOutwards(const Scalar* rhoQ, const Scalar* rhoV,
+                                                     PerMotion<Vec2<Scalar>, kinds> y, Scalar* u, Scalar* v) {
+  Scalar parent{};
+  for (std::size_t j = 0; j < bodies_.size(); ++j) {
+    const BodyAt<double>& body = bodies_[j];
+    const Handle& handle = handles_[j];
+    const Scalar sigma = rhoQ[j] / s_;
+    moments_[j] += handle.q * parent;
+    parent = handle.kD * parent + handle.turn;
+    for (std::size_t k = 0; k < kinds; ++k) {
+      moments_[j] += dot(handle.p[k], y[k]);
+      parent -= dot(handle.ULD[k], y[k]);
+    }
+    const auto z = turnsOf<kinds>(body, s_), w = driftsOf<kinds>(body, sigma, rhoV[j]);
+    for (std::size_t k = 0; k < kinds; ++k) {
+      y[k] = mulAdd(parent, turnScale(z[k], body.P), y[k] + turnScale(w[k], body.P));
+    }
+    u[j] = sigma + parent;
+    v[j] = s_ * parent;
+  }
+}
 
 }  // namespace planar_chain
