@@ -15,7 +15,7 @@ bool hasSeries(const std::unique_ptr<Effect>& effect) {
 }  // namespace
 
 bool Dynamics::seriesAreWorthwhile() const {
-  return MotionSeries::areWorthwhile(n_) &&
+  return !mechanism_.hasEnds() && MotionSeries::areWorthwhile(n_) &&
          std::all_of(effects_.all().begin(), effects_.all().end(), hasSeries);
 }
 

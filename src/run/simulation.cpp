@@ -31,6 +31,7 @@ Eigen::VectorXd vectorOf(const std::vector<double>& numbers) {
 struct Simulation::Parts {
   const Scene& scene;
   const int n = scene.chain.size();
+  const Coordinates coordinates = scene.chain.coordinates();
   CommandEffect* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
   Dynamics dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
@@ -88,8 +89,8 @@ struct Simulation::Parts {
     std::vector<Fault> faults;
     stateOf(scene, state.t, vectorOf(newQ), vectorOf(newQd), faults);
     if (!faults.empty()) throw Refused(std::move(faults));
-    toAbsolute(newQ.data(), n, y.data());
-    toAbsolute(newQd.data(), n, y.data() + n);
+    coordinates.toAbsolute(newQ.data(), y.data());
+    coordinates.toAbsolute(newQd.data(), y.data() + n);
     const double energy = dynamics.energy(state.t, y.data()).total();
     if (!std::isfinite(energy)) restore();
     require(std::isfinite(energy), "q and qd must be of finite energy");
@@ -219,8 +220,8 @@ struct Simulation::Parts {
   }
 
   void readRelative() {
-    toRelative(y.data(), n, q.data());
-    toRelative(y.data() + n, n, qd.data());
+    coordinates.toRelative(y.data(), q.data());
+    coordinates.toRelative(y.data() + n, qd.data());
     dynamics.hold(state.t, q.data(), qd.data());
     turns.addTo(q);
   }
@@ -302,7 +303,7 @@ EnergyBalance Simulation::energyBalance() const {
 
 void Simulation::accelerations(double* qdd) {
   parts_->settled().accelerations(parts_->state.t, parts_->y.data(), qdd);
-  toRelative(qdd, parts_->n, qdd);
+  parts_->coordinates.toRelative(qdd, qdd);
 }
 
 void Simulation::jointTorques(double* tau) {

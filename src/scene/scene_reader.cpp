@@ -73,7 +73,11 @@ void takeEffects(const Section& in, Joint& joint) {
     const std::string key = fault.path.substr(fault.path.find('/') + 1);
     if (refused.insert(key).second) in.fault(key, fault.expected);
   }
-  if (!refused.empty()) joint = {joint.name};
+  if (refused.empty()) return;
+  Joint plain{joint.name};
+  plain.slides = joint.slides;
+  plain.axis = joint.axis;
+  joint = plain;
 }
 
 /// True if the joint has a value that a driven joint may not have.
@@ -87,10 +91,22 @@ bool hasMoreThanDrive(const Joint& joint) {
   return false;
 }
 
+/// True if the joint is prismatic. Other values of `type` are faults.
+bool takeType(const Section& link) {
+  const Value* joint = link.find("joint");
+  if (!joint || !joint->map() || joint->map()->count("type") == 0) return false;
+  std::string type;
+  const auto isType = [](const std::string& text) { return text == "revolute" || text == "prismatic"; };
+  link.section("joint").takeText("type", isType, "revolute or prismatic", type);
+  return type == "prismatic";
+}
+
 /// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
 void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
+  const bool slides = entry.joint.slides;
   std::vector<const char*> keys{"drive"};
-  if (!isInUrdf) keys.push_back("name");
+  if (!isInUrdf) keys.insert(keys.end(), {"name", "type"});
+  if (!isInUrdf && slides) keys.push_back("axis");
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
       if (!isInUrdf || !key.isInUrdf) keys.push_back(key.name);
@@ -100,21 +116,25 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   if (joint.has("name") && !isInUrdf) {
     entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
   }
+  if (slides) joint.take("axis", "no unit: a direction", entry.joint.axis);
   takeEffects(joint, entry.joint);
 
-  const Section initial = in.section("initial", {"angle", "velocity"});
+  const char* place = slides ? "position" : "angle";
+  const Section initial = in.section("initial", {place, "velocity"});
   const Joint complete = withStop(entry.joint);
-  if (initial.take("angle", NumberRule::any("rad"), entry.q) && std::abs(entry.q) > largestAngle(complete)) {
-    initial.fault("angle", storesEnergy(complete)
-                               ? "a number from -1e6 to 1e6 rad (the joint has a spring or a limit)"
-                               : "a number from -5e16 to 5e16 rad (2^53 turns)");
+  if (initial.take(place, NumberRule::any(slides ? "m" : "rad"), entry.q) &&
+      std::abs(entry.q) > largestAngle(complete)) {
+    initial.fault(place, slides ? "a number from -1e6 to 1e6 m"
+                         : storesEnergy(complete)
+                             ? "a number from -1e6 to 1e6 rad (the joint has a spring or a limit)"
+                             : "a number from -5e16 to 5e16 rad (2^53 turns)");
   }
-  initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
+  initial.take("velocity", NumberRule::any(slides ? "m/s" : "rad/s"), entry.qd);
   if (!joint.has("drive")) return;
   if (isInUrdf && hasMoreThanDrive(entry.joint)) {
     joint.fault("drive", "no drive in a joint to which the URDF gives damping, friction or limits", "drive");
   }
-  entry.drive = readDrive(in, joint, entry.q, entry.qd);
+  entry.drive = readDrive(in, joint, slides ? "m" : "rad", entry.q, entry.qd);
 }
 
 Entry readEntry(const Section& links, const std::string& name) {
@@ -128,16 +148,26 @@ Entry readEntry(const Section& links, const std::string& name) {
   if (!entry.namesAreSound) links.fault(name, nameInWords, quoted(name));
   if (!links.find(name)->map()) return entry;
 
-  // The body.
-  const Link link{name, in.uncheckedNumber("mass"), in.uncheckedNumber("inertia"), in.uncheckedPair("com"),
-                  in.uncheckedPair("pin")};
-  const std::vector<Fault> ofLink = faultsOf(link);
+  // The body. That of a slide is its mass.
+  const bool slides = entry.joint.slides = takeType(in);
+  const auto pairOf = [&](const char* key) {
+    return slides && !in.has(key) ? Vec2d{} : in.uncheckedPair(key);
+  };
+  const Link link{name, in.uncheckedNumber("mass"),
+                  slides && !in.has("inertia") ? 0 : in.uncheckedNumber("inertia"), pairOf("com"),
+                  pairOf("pin")};
+  const std::vector<Fault> ofLink = faultsOf(link, slides);
   for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
   if (ofLink.empty()) entry.link = link;
-  takeNumbers(in, own, entry.link.others);
+  if (!slides) takeNumbers(in, own, entry.link.others);
+  for (const NumberKey& key : own) {
+    if (slides && in.has(key.name))
+      in.fault(key.name, std::string("no ") + key.name + " of a prismatic link");
+  }
 
   // The number of links, and how they move.
   entry.namesAreSound &= takeCount(in, "repeat", entry.repeat);
+  if (slides && entry.repeat > 1) in.fault("repeat", "no repeat of a prismatic link");
   takeMotion(in, false, entry);
   return entry;
 }
@@ -266,7 +296,8 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   return expanded;
 }
 
-/// Gives each stop without a stiffness k = J / τ², so that a joint goes at most q̇ τ into it. J is the moment
+/// Gives each stop without a stiffness k = J / τ², so that a joint goes at most q̇ τ into it. J of a slide is
+/// the mass from there outwards, otherwise the moment
 /// of inertia about the joint of all links from there outwards, stretched. With M = Σ m and S = Σ m ρ of the
 /// links outwards, at the distances ρ from their inner pin, a pin p further in:
 ///
@@ -281,7 +312,8 @@ void setDefaultStops(const std::vector<Link>& links, std::vector<Joint>& joints)
     S += p * M + link.mass * r;
     M += link.mass;
     Joint& joint = joints[i];
-    if (joint.isLimited() && joint.stopStiffness == 0) joint.stopStiffness = J / (tau * tau);
+    if (joint.isLimited() && joint.stopStiffness == 0)
+      joint.stopStiffness = (joint.slides ? M : J) / (tau * tau);
   }
 }
 
@@ -306,11 +338,27 @@ std::optional<Chain> makeChain(Expanded& from, std::vector<Fault>& faults) {
 /// Records a fault if the initial energy overflows, which finite values do not exclude.
 void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<Fault>& faults) {
   std::vector<double> theta(from.q.size()), omega(from.qd.size());
-  toAbsolute(from.q.data(), chain.size(), theta.data());
-  toAbsolute(from.qd.data(), chain.size(), omega.data());
+  chain.coordinates().toAbsolute(from.q.data(), theta.data());
+  chain.coordinates().toAbsolute(from.qd.data(), omega.data());
   const double energy = energyOf(chain, theta.data(), omega.data()).total();
   if (!std::isfinite(energy)) {
     faults.push_back({"links", "a chain and initial rates of finite energy", toText(energy) + " J"});
+  }
+}
+
+/// Records what a chain with prismatic links may not have.
+void refuseBesideSlides(const Section& top, const Chain& chain, const IntegratorSettings& integrator,
+                        const std::vector<Load>& loads) {
+  if (top.has("base")) {
+    top.fault("base", "no base that moves beside a prismatic link (drive its joint)", "both");
+  }
+  if (integrator.method == "taylor") {
+    top.fault("integrator/method", "another method than taylor, as a link is prismatic", "\"taylor\"");
+  }
+  for (const Load& load : loads) {
+    if (load.link == Load::none || load.link >= chain.slides() || load.moment == 0) continue;
+    top.fault("loads/" + load.name + "/moment", "no moment on a prismatic link, which does not turn",
+              toText(load.moment));
   }
 }
 
@@ -367,6 +415,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               std::string("no base that moves beside a link ") + movingFrame + ", as its frame has that name",
               "both");
   }
+  if (chain && chain->slides() > 0) refuseBesideSlides(top, *chain, integrator, loads);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   std::optional<double> realTimeFactor;
