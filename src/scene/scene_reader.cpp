@@ -167,7 +167,10 @@ Entry readEntry(const Section& links, const std::string& name) {
 
   // The number of links, and how they move.
   entry.namesAreSound &= takeCount(in, "repeat", entry.repeat);
-  if (slides && entry.repeat > 1) in.fault("repeat", "no repeat of a prismatic link");
+  if (slides && entry.repeat > 1) {
+    in.fault("repeat", "no repeat of a prismatic link");
+    entry.repeat = 1;
+  }
   takeMotion(in, false, entry);
   return entry;
 }
