@@ -68,36 +68,6 @@ TEST(WeldedChain, MovesAsTheRecursionWithHeldJoints) {
   }
 }
 
-// Every component counts: each is changed alone, at the same time.
-TEST(CoupledDynamics, TakesAStateForTheLastOneOnlyWithinRounding) {
-  constexpr int n = 15;
-  Scene scene = test::randomScene(n, 1);
-  std::vector<Joint> joints = scene.chain.joints();
-  for (Joint& joint : joints) joint.others.emplace_back("friction", 1e3);
-  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
-  const auto dynamics = std::make_unique<Dynamics>(scene);
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics->size()), f = y;
-  for (int j = 0; j < 2 * n; ++j) y[j] = 1 + 0.1 * j;
-  y[n + 4] = y[n + 3];  // one joint sticks
-  dynamics->enterState(0.5, y.data());
-  double t = 0.5;
-  const auto evaluationsAt = [&](const Eigen::VectorXd& state) {
-    t += 0.1;
-    dynamics->derivative(t, y.data(), f.data());
-    const long long before = dynamics->evaluations();
-    dynamics->effects().due(t, state);
-    dynamics->derivative(t, state.data(), f.data());
-    return dynamics->evaluations() - before;
-  };
-  for (int j = 0; j < 2 * n; ++j) {
-    Eigen::VectorXd near = y, apart = y;
-    near[j] *= 1 + std::numeric_limits<double>::epsilon();
-    apart[j] *= 1 + 1e-13;
-    EXPECT_EQ(evaluationsAt(near), 0) << "component " << j;
-    EXPECT_EQ(evaluationsAt(apart), 1) << "component " << j;
-  }
-}
-
 // Alone or in segments: it holds to the last bit, or the joint moves as without.
 TEST(Friction, ABreakawayTorqueAloneHolds) {
   for (const int links : {1, 20}) {

@@ -61,11 +61,14 @@ bool areEqual(const double* y, const double* other, int n) {
 
 }  // namespace
 
-void CoupledMotion::endedAt(double t, const double* y) {
-  const auto take = [&](auto& last) {
-    if (last.isKnown && t == last.t && areEqual(last.y.data(), y, n_)) std::copy_n(y, 2 * n_, last.y.begin());
+void CoupledMotion::endedAt(ode::State& state) const {
+  const auto moveTo = [&](const auto& last) {
+    if (!last.isKnown || state.t != last.t || !areEqual(last.y.data(), state.y.data(), n_)) return;
+    const Eigen::Map<const Eigen::VectorXd> there(last.y.data(), 2 * n_);
+    state.carry.head(2 * n_) += state.y.head(2 * n_) - there;  // exact, as they are so near
+    state.y.head(2 * n_) = there;
   };
-  isWelded() ? take(welded_->stepped) : take(stepped_);
+  isWelded() ? moveTo(welded_->stepped) : moveTo(stepped_);
 }
 
 Powers CoupledMotion::powers(double t, const double* y) {

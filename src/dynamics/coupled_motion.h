@@ -19,6 +19,7 @@
 
 #include "dynamics/evaluation.h"
 #include "dynamics/welded_chain.h"
+#include "ode/system.h"
 
 namespace planar_chain {
 
@@ -52,9 +53,8 @@ class CoupledMotion : private Mechanics {
     std::copy_n(at.slopes(), n_, slopes);
     return at.powers;
   }
-  /// A step has ended at y. If the last state of rates() differs from it by rounding alone, its results are
-  /// taken for those at y.
-  void endedAt(double t, const double* y);
+  /// See ode::System.
+  void endedAt(ode::State& state) const;
   /// The powers alone.
   Powers powers(double t, const double* y);
   /// Everything. Does not change what rates() will give.

@@ -93,8 +93,8 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// 0 for short chains, which compute all derivatives together.
   int positions() const override { return positions_; }
   void rates(double t, const double* y, double* out) override;
-  void endedAt(double t, const double* y) override {
-    if (coupled_) coupled_->endedAt(t, y);
+  void endedAt(ode::State& state) override {
+    if (coupled_) coupled_->endedAt(state);
   }
 
   // ---- ode::LinearizedSystem -----------------------------------------------------------------------

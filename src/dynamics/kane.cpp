@@ -80,6 +80,29 @@ ActiveForces activeForces(const Scene& scene, double t, const VectorXd& q, const
   return active;
 }
 
+namespace {
+
+/// B and C: row i holds body i's own centre of mass, then its outer pin, which carries all that follows.
+struct Blocks {
+  MatrixXd B, C;
+
+  Blocks(const Chain& chain, const Kane& k)
+      : B(MatrixXd::Zero(chain.size(), 2 * chain.size())), C(MatrixXd::Zero(B.rows(), B.cols())) {
+    for (int i = chain.slides(); i < chain.size(); ++i) {
+      const RowVector2d S_r = crossRow(chain.links()[i].com);
+      const RowVector2d S_p = crossRow(chain.links()[i].pin);
+      B.block<1, 2>(i, 2 * i) = S_r * k.S[i];
+      C.block<1, 2>(i, 2 * i) = S_r * k.omega[i] * k.S[i];
+      for (int j = i + 1; j < chain.size(); ++j) {
+        B.block<1, 2>(i, 2 * j) = S_p * k.S[i];
+        C.block<1, 2>(i, 2 * j) = S_p * k.omega[i] * k.S[i];
+      }
+    }
+  }
+};
+
+}  // namespace
+
 Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const ActiveForces& active) {
   const int n = chain.size();
   requireSize("q", q, n);
@@ -106,22 +129,8 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
     k.omega.push_back(angularVelocityMatrix(omega(i)));
   }
 
-  // B and C: row i holds body i's own centre of mass, then its outer pin, which carries all that
-  // follows.
-  MatrixXd B = MatrixXd::Zero(n, 2 * n);
-  MatrixXd C = MatrixXd::Zero(n, 2 * n);
-  for (int i = slides; i < n; ++i) {
-    const RowVector2d S_r = crossRow(chain.links()[i].com);
-    const RowVector2d S_p = crossRow(chain.links()[i].pin);
-    B.block<1, 2>(i, 2 * i) = S_r * k.S[i];
-    C.block<1, 2>(i, 2 * i) = S_r * k.omega[i] * k.S[i];
-    for (int j = i + 1; j < n; ++j) {
-      B.block<1, 2>(i, 2 * j) = S_p * k.S[i];
-      C.block<1, 2>(i, 2 * j) = S_p * k.omega[i] * k.S[i];
-    }
-  }
-
   // Partial velocities, those of slides along their rails
+  const auto [B, C] = Blocks(chain, k);
   k.V_pd = k.T * B;
   for (int i = 0; i < slides; ++i) {
     const Vec2d d = chain.joints()[index(i)].axis;

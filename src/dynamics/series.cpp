@@ -6,17 +6,8 @@
 
 namespace planar_chain {
 
-namespace {
-
-bool hasSeries(const std::unique_ptr<Effect>& effect) {
-  return effect->hasSeries();
-}
-
-}  // namespace
-
 bool Dynamics::seriesAreWorthwhile() const {
-  return !mechanism_.hasEnds() && MotionSeries::areWorthwhile(n_) &&
-         std::all_of(effects_.all().begin(), effects_.all().end(), hasSeries);
+  return !mechanism_.hasEnds() && MotionSeries::areWorthwhile(n_) && effects_.haveSeries();
 }
 
 double Dynamics::seriesCost(int order) const {

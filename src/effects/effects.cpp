@@ -45,6 +45,10 @@ bool Effects::any(bool (Effect::*is)() const) const {
   return std::any_of(all_.begin(), all_.end(), [is](const auto& effect) { return (*effect.*is)(); });
 }
 
+bool Effects::haveSeries() const {
+  return std::all_of(all_.begin(), all_.end(), [](const auto& effect) { return effect->hasSeries(); });
+}
+
 bool Effects::anyForces(bool (Forces::*are)() const) const {
   return std::any_of(all_.begin(), all_.end(), [are](const auto& effect) {
     const Forces* forces = effect->forces();

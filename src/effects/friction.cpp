@@ -65,13 +65,8 @@ void Friction::change(double t, double* y, const ode::Crossing& found) {
   bool anyChanges = false;
   for (const int i : joints_.joints()) {
     if (joints_.slides(i)) {
-      const double past = joints_.slideDue(i, y + n_);
-      if (past <= 0) continue;
+      if (joints_.slideDue(i, y + n_) <= 0) continue;
       anyChanges = true;
-      if (past > found.rest) {
-        joints_.turn(i, y);
-        continue;
-      }
       if (i == found.which) arrival_ = {i, joints_.direction(i), found.slope};
       joints_.rest(i, y, mayPass(found, i));
     }

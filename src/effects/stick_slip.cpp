@@ -12,6 +12,9 @@ constexpr double never = -1e300;
 /// The share of the tolerance that a joint held by its band may miss. With 1, a chain of many joints would
 /// miss the tolerance together; with 1e-4, rounding decides in chains of a hundred links at 1e-6.
 constexpr double accuracy = 0.01;
+/// Friction that changes no rate by more than this share of the tolerance in a second is left out. Rounding
+/// of the joint's moment would decide whether it sticks.
+constexpr double negligible = 0.1;
 /// Of the breakaway torque: a few thousand roundings, as |μ| is a sum over the bodies.
 constexpr double rounding = 1e-12;
 
@@ -27,32 +30,27 @@ StickSlip::StickSlip(const Chain& chain, double tolerance)
   for (int i = 0; i < n_; ++i) {
     const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
     if (!mayStick(joint)) continue;
-    joints_.push_back(i);
-    sliding_[i] = joint.other("friction");
-    breakaway_[i] = std::max(joint.other("breakaway"), sliding_[i]);
-    hasBreakaway_ = hasBreakaway_ || breakaway_[i] > sliding_[i];
     const auto yield = [&](int body) {
       const Link& link = chain.links()[static_cast<std::size_t>(body)];
       return 1 / (coordinates_.slides(body) ? link.mass : link.inertia);
     };
     mostYield_[i] = yield(i) + (coordinates_.isDifference(i) ? yield(i - 1) : 0);
+    breakaway_[i] = std::max(joint.other("breakaway"), joint.other("friction"));
+    if (breakaway_[i] * mostYield_[i] < negligible * tolerance) continue;
+    joints_.push_back(i);
+    sliding_[i] = joint.other("friction");
+    hasBreakaway_ = hasBreakaway_ || breakaway_[i] > sliding_[i];
   }
   stuck_.reserve(joints_.size());
   before_.reserve(joints_.size());
-  setTolerance(tolerance);
+  for (const int i : joints_) band_[i] = ownBand(i);
 }
 
 double StickSlip::ownBand(int joint) const {
   return std::max(rounding * breakaway_[joint], accuracy * tolerance_ / mostYield_[joint]);
 }
 
-void StickSlip::setTolerance(double tolerance) {
-  tolerance_ = tolerance;
-  for (const int i : joints_) band_[i] = ownBand(i);
-}
-
-// ---- What is due
-// -------------------------------------------------------------------------------------------
+// ---- What is due ------------------------------------------------------------------------------------
 
 double StickSlip::slideDue(int joint, const double* omega) const {
   const double outer = omega[joint], inner = coordinates_.isDifference(joint) ? omega[joint - 1] : 0;
@@ -68,8 +66,7 @@ void StickSlip::findSlidesDue(const double* omega, Numbers& due) const {
                      never_.tail(others);
 }
 
-// ---- Transitions
-// -------------------------------------------------------------------------------------------
+// ---- Transitions ------------------------------------------------------------------------------------
 
 void StickSlip::enter(int joint, const double* y) {
   const double rate = coordinates_.relative(y + n_, joint);
@@ -83,15 +80,9 @@ void StickSlip::rest(int joint, const double* y, bool passes) {
   const double angle = coordinates_.relative(y, joint);
   const double inner = coordinates_.isDifference(joint) ? std::abs(y[joint - 1]) : 0;
   const bool hasMoved = std::abs(angle - angle_[joint]) > 8 * epsilon * (std::abs(y[joint]) + inner);
-  band_[joint] = hasMoved ? ownBand(joint) : std::max(4 * band_[joint], 2 * excess_[joint]);
+  band_[joint] = hasMoved ? ownBand(joint) : 4 * band_[joint];
   direction_[joint] = passes ? -direction_[joint] : 0;
   angle_[joint] = angle;
-}
-
-void StickSlip::turn(int joint, const double* y) {
-  direction_[joint] = -direction_[joint];
-  angle_[joint] = coordinates_.relative(y, joint);
-  band_[joint] = ownBand(joint);
 }
 
 void StickSlip::start(int joint, double direction, double excess) {

@@ -15,9 +15,11 @@
 /// where a = accuracy × tolerance/s, rad/s², and Y = 1/I_i + 1/I_{i−1} is an upper bound of ∂q̈/∂μ: pins and
 /// rotors only make it smaller. So a joint that the band holds misses less than the error that the tolerance
 /// allows. If a joint breaks loose and comes to rest again without its angle moving by more than rounding,
-/// its torque was not known to be larger: its band becomes four times as wide, and at least twice the excess
-/// that was in vain. So a joint cannot stick and slide by turns where it does not move, whatever rounding
-/// does. A joint that moves gets its own band back.
+/// its torque was not known to be larger: its band becomes four times as wide. So a joint cannot stick and
+/// slide by turns where it does not move, whatever rounding does. A joint that moves gets its own band back.
+///
+/// A joint whose breakaway torque changes no rate by more than a tenth of the tolerance in a second, c Y <
+/// 0.1 tolerance/s, has no friction here: it would change the motion by less than the tolerance allows.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -40,8 +42,6 @@ class StickSlip {
 
   /// tolerance: of rates, per second; 0 without error control.
   StickSlip(const Chain& chain, double tolerance);
-  /// From the next change on. Bands that grew return to their own.
-  void setTolerance(double tolerance);
 
   // ---- The joints ---------------------------------------------------------------------------------------
 
@@ -57,8 +57,6 @@ class StickSlip {
   double breakaway(int joint) const { return breakaway_[joint]; }
   /// True if a breakaway torque is larger than the friction.
   bool hasBreakaway() const { return hasBreakaway_; }
-  /// Y, 1/(kg m²). Infinite between bodies without inertia.
-  double mostYield(int joint) const { return mostYield_[joint]; }
   /// The torque of friction in each joint, N m: −c sign(q̇) of those that slide.
   auto torques() const { return -direction_ * sliding_; }
   /// The same as moments on the bodies.
@@ -80,8 +78,6 @@ class StickSlip {
   void enter(int joint, const double* y);
   /// A sliding joint has come to rest at the state y. It sticks, or goes on the other way if passes.
   void rest(int joint, const double* y, bool passes);
-  /// A sliding joint has gone on the other way.
-  void turn(int joint, const double* y);
   /// Of a joint at rest: 0, it sticks; else it starts. excess: |μ| above the breakaway torque, N m.
   void start(int joint, double direction, double excess);
   /// Widens the band of a stuck joint, so that it holds this torque.

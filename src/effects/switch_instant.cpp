@@ -10,27 +10,16 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-/// Short chains switch rarely, so exact instants cost them little.
-constexpr std::size_t shortest = 13;
-/// Of the error that a step may make. Larger values save evaluations only where |q̇| of a front falls off
-/// slowly; from 0.5 on the switches' errors are as large as the method's own.
-constexpr double lateShareOfLong = 0.1;
-
-/// The top above its ends of the parabola through g0, gm, g1 at 0, ½, 1.
-struct Top {
-  double s = 1;    ///< where, 0 < s < 1; 1: it does not pass 0 between ends that are not above 0
-  double due = 0;  ///< how far it may rise above 0
-};
-
-/// A curve may rise twice as far above its ends as the parabola.
-Top topOf(double g0, double gm, double g1) {
+/// Where the parabola through g0, gm, g1 at 0, ½, 1 has a top above 0 while its ends are not, 0 < s < 1; 1:
+/// nowhere. A curve may rise twice as far above its ends as the parabola.
+double passing(double g0, double gm, double g1) {
   const double end = std::max(g0, g1);
   const bool risesAndFalls = 4 * gm > 3 * g0 + g1 && 4 * gm > g0 + 3 * g1;
-  if (!risesAndFalls || end > 0) return {};
+  if (!risesAndFalls || end > 0) return 1;
   const double bend = 2 * (g0 - 2 * gm + g1), slope = 4 * gm - 3 * g0 - g1;
   const double s = -slope / (2 * bend);
-  const double due = end + 2 * (g0 + s * (slope + s * bend) - end);
-  return due > 0 ? Top{s, due} : Top{};
+  const double top = g0 + s * (slope + s * bend);
+  return end + 2 * (top - end) > 0 ? s : 1;
 }
 
 /// The polynomial through some points (x, g), by Newton's divided differences.
@@ -73,8 +62,7 @@ class Interpolation {
 
 }  // namespace
 
-SwitchInstant::SwitchInstant(const StickSlip& joints, int n)
-    : joints_(joints), n_(n), lateShare_(joints.joints().size() > shortest ? lateShareOfLong : 0) {
+SwitchInstant::SwitchInstant(const StickSlip& joints, int n) : joints_(joints), n_(n) {
   for (Seen& seen : seen_) {
     seen.y = Numbers(2 * n);
     seen.moments = seen.dues = Numbers(n);
@@ -83,8 +71,7 @@ SwitchInstant::SwitchInstant(const StickSlip& joints, int n)
   forget();
 }
 
-// ---- What is known of states
-// ---------------------------------------------------------------------------------
+// ---- What is known of states -------------------------------------------------------------------------
 
 void SwitchInstant::forget() {
   for (Seen& seen : seen_) seen.t = std::numeric_limits<double>::quiet_NaN();
@@ -125,22 +112,9 @@ double SwitchInstant::dueAt(int joint, double t, const ode::Stretch& of) const {
                                : joints_.stickDue(joint, momentsAt(t, y.data()));
 }
 
-// ---- How late a switch may be
-// --------------------------------------------------------------------------------
-
-double SwitchInstant::mostError(const ode::Stretch& of) const {
-  return lateShare_ * of.rateError;
-}
-
-double SwitchInstant::lateError(int joint, double due, double delay) const {
-  const double yield = joints_.mostYield(joint) * delay, friction = joints_.friction(joint);
-  if (joints_.slides(joint)) return std::min(due, 2 * friction * yield);
-  return yield * (joints_.breakaway(joint) - friction + due / 2);
-}
-
 SwitchInstant::Rise SwitchInstant::riseOf(int joint, const ode::Stretch& of) const {
   const double *omega = of.next.data() + n_, inner = joint > 0 ? std::abs(omega[joint - 1]) : 0;
-  Rise rise{dueAt(joint, of.t, of), dueAt(joint, of.t + of.h / 2, of), dueAt(joint, of.t + of.h, of), 0, 0};
+  Rise rise{dueAt(joint, of.t, of), dueAt(joint, of.t + of.h / 2, of), dueAt(joint, of.t + of.h, of), 0};
 
   // What rounding of t and of the rates asks for. Where |μ| reaches the torque of sliding, f bends and does
   // not jump: a delay δ changes a rate by δ² alone, and 1e-5 of the step's change are enough.
@@ -150,41 +124,23 @@ SwitchInstant::Rise SwitchInstant::riseOf(int joint, const ode::Stretch& of) con
   const double most = joints_.breakaway(joint);
   const double late = std::clamp(1e-5 * (rise.end - rise.begin), 1e-8 * most, 1e-6 * most);
   const bool slides = joints_.slides(joint);
-  rise.precise = narrow * steepest + (slides ? 32 * epsilon * (std::abs(omega[joint]) + inner)
-                                             : (joints_.hasBreakaway() ? 1e-11 * most : late));
-  rise.beyond = rise.precise;
-
-  // What the tolerance allows: lateError() of a due that rises as the chord does.
-  const double error = mostError(of), slope = (rise.end - rise.begin) / of.h;
-  if (!(error > 0 && slope > 0)) return rise;
-  const double yield = joints_.mostYield(joint), friction = joints_.friction(joint), jump = most - friction;
-  if (slides) {
-    rise.beyond = std::max(rise.beyond, error * std::max(1.0, slope / (2 * friction * yield)));
-  } else {
-    const double ofBend = std::sqrt(error * slope / yield), ofJump = error * slope / (2 * yield * jump);
-    rise.beyond = std::max(rise.beyond, jump > 0 ? std::min(ofBend, ofJump) : ofBend);
-  }
+  rise.beyond = narrow * steepest + (slides ? 32 * epsilon * (std::abs(omega[joint]) + inner)
+                                            : (joints_.hasBreakaway() ? 1e-11 * most : late));
   return rise;
 }
 
-// ---- ode::Switches
-// -------------------------------------------------------------------------------------------
+// ---- ode::Switches -----------------------------------------------------------------------------------
 
 double SwitchInstant::nearest(const ode::Stretch& of) const {
-  const double middle = of.t + of.h / 2, error = mostError(of);
+  const double middle = of.t + of.h / 2;
   const Eigen::VectorXd& between = of.course->at(middle);
   double first = 1;
-  const auto take = [&](int joint, double begin, double half, double end) {
-    const Top top = topOf(begin, half, end);
-    if (top.s < first && lateError(joint, top.due, of.h) > error) first = top.s;
-  };
-
-  // A parabola's top is at most so far above its ends that 2 g_m > min(g_0, g_1) where topOf() finds one.
+  // A parabola's top is at most so far above its ends that 2 g_m > min(g_0, g_1) where passing() finds one.
   const Numbers &atBegin = duesAt(of.t, of.y.data()), &atHalf = duesAt(middle, between.data()),
                 &atEnd = duesAt(of.t + of.h, of.next.data());
   if ((2 * atHalf - atBegin.min(atEnd)).maxCoeff() > 0) {
     for (const int i : joints_.joints()) {
-      if (joints_.slides(i)) take(i, atBegin[i], atHalf[i], atEnd[i]);
+      if (joints_.slides(i)) first = std::min(first, passing(atBegin[i], atHalf[i], atEnd[i]));
     }
   }
 
@@ -194,7 +150,7 @@ double SwitchInstant::nearest(const ode::Stretch& of) const {
     for (const int i : joints_.stuck()) {
       for (const double sign : {-1.0, 1.0}) {
         const auto over = [&](const double* mu) { return sign * mu[i] - joints_.limit(i); };
-        take(i, over(begin), over(half), over(end));
+        first = std::min(first, passing(over(begin), over(half), over(end)));
       }
     }
   }
@@ -202,45 +158,31 @@ double SwitchInstant::nearest(const ode::Stretch& of) const {
 }
 
 std::optional<ode::Crossing> SwitchInstant::crossing(const ode::Stretch& of) const {
-  // The joint that changes first along the chord, then those that change before and cannot wait.
-  const double last = of.t + of.h, error = mostError(of);
+  // The joint that changes first along the chord, then those that change before.
+  const double last = of.t + of.h;
   const Numbers &atBegin = duesAt(of.t, of.y.data()), &atEnd = duesAt(last, of.next.data());
-  int likely = -1;
+  int likely = 0;
   double least = std::numeric_limits<double>::infinity();
   due_.clear();
   for (const int i : joints_.joints()) {
     if (atEnd[i] <= 0) continue;
-    if (error > 0 && lateError(i, atEnd[i], dueAt(i, of.t + of.h / 2, of) > 0 ? of.h : of.h / 2) <= error)
-      continue;
     due_.push_back(i);
     const double ratio = -atBegin[i] / atEnd[i];
     if (ratio < least) likely = i;
     least = std::min(least, ratio);
   }
-  ode::Crossing whole;
-  whole.t = last;
-  whole.rest = error;
-  if (likely < 0) return whole;
-
   std::optional<ode::Crossing> first = crossingOf(likely, of, last);
   for (std::size_t k = 0; k < due_.size() && first; ++k) {
     const int i = due_[k];
-    if (i == likely) continue;
-    const double due = dueAt(i, first->t, of);
-    if (due <= 0) continue;
-    const Rise rise = riseOf(i, of);
-    if (error > 0) first->rest = std::max(first->rest, std::min(rise.precise, rise.beyond));
-    if (error > 0 && due <= rise.beyond) continue;
-    first = crossingOf(i, of, first->t);
+    if (i != likely && dueAt(i, first->t, of) > 0) first = crossingOf(i, of, first->t);
   }
   return first;
 }
 
 std::optional<ode::Crossing> SwitchInstant::crossingOf(int joint, const ode::Stretch& of, double last) const {
   const Rise rise = riseOf(joint, of);
-  const double error = mostError(of), narrow = 8 * epsilon * std::max(std::abs(of.t), of.h);
+  const double narrow = 8 * epsilon * std::max(std::abs(of.t), of.h);
   ode::Crossing found;
-  found.rest = error > 0 ? std::max(error, rise.precise) : std::numeric_limits<double>::infinity();
   Interpolation due;
   due.add(0, rise.begin - rise.beyond / 2);
   due.add(0.5, rise.half - rise.beyond / 2);

@@ -3,14 +3,8 @@
 /// The search for the instant at which a joint with friction sticks, turns or breaks loose, in a stretch of a
 /// step (ode/switches.h).
 ///
-/// In chains of at most `short` joints with friction it is found as exactly as time allows. In longer ones
-/// a switch may be late: its delay δ changes the rate in the joint by no more than
-///
-///     sliding     min(|q̇| then, 2 c Y δ)           f goes on as if it slid on
-///     stuck       Y δ (c_0 − c + (|μ| − c_0)/2)     f goes on as if it held
-///
-/// with Y of stick_slip.h, and this may be `lateShare` of the error that the error control lets the step
-/// make. Many joints of a front then switch together, and friction that changes nothing ends no step.
+/// It is found as exactly as time and the rounding of rates and moments allow: a polynomial through what is
+/// due at known times is refined by Newton's method until the due lies between 0 and `beyond`.
 
 #include <array>
 #include <optional>
@@ -32,7 +26,7 @@ class SwitchInstant {
   // As ode::Switches.
   double due(double t, const double* y) const { return duesAt(t, y).maxCoeff(); }
   double nearest(const ode::Stretch& of) const;
-  /// The joint is its `which`. `rest`: sliding joints past their rest by no more have come to rest.
+  /// The joint is its `which`.
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const;
 
   /// The moments in the joints at a state. Valid until forget(), or for some more states.
@@ -45,13 +39,9 @@ class SwitchInstant {
   const Numbers& duesAt(double t, const double* y) const;
   /// The same of one joint at t within the stretch.
   double dueAt(int joint, double t, const ode::Stretch& of) const;
-  /// The error of rates that late switches may make in the stretch, rad/s.
-  double mostError(const ode::Stretch& of) const;
-  /// The error of the rate if the joint, which is due by so much, switches late by δ.
-  double lateError(int joint, double due, double delay) const;
   /// How due() of one joint runs through a stretch, and how far above 0 a step may end.
   struct Rise {
-    double begin, half, end, beyond, precise;
+    double begin, half, end, beyond;
   };
   Rise riseOf(int joint, const ode::Stretch& of) const;
   /// A time up to `last`, and behind the first one at which it is due by no more than its `beyond`.
@@ -59,7 +49,6 @@ class SwitchInstant {
 
   const StickSlip& joints_;
   int n_;
-  double lateShare_;
   Mechanics* mechanics_ = nullptr;
 
   /// What is known of the last few states; the oldest is replaced first. A cache alone: results depend on t

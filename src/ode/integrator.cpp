@@ -85,9 +85,7 @@ class LandingOnSwitches : public Integrator {
         f_(f),
         course_(f),
         before_(f.arrangedSize()),
-        trial_(before_),
-        unitRates_(f.arrangedSize()) {
-    if (course_.isPossible()) unitRates_.segment(f.positions(), f.positions()).setOnes();
+        trial_(before_) {
     from_.y.resize(f.size());
     found_ = from_;
     ahead_.fill(from_);
@@ -122,13 +120,9 @@ class LandingOnSwitches : public Integrator {
     if (hasFailed(outcome)) return outcome;
     from_.t = before_.t;
     f_.restore(before_.y.data(), from_.y.data());
-    f_.endedAt(state.t, state.y.data());
+    f_.endedAt(state);
     evaluate(state, ahead_.front());
-    if (course_.isPossible()) {
-      course_.take(before_, state);
-      const double norm = steps_->errorNorm(before_.y, state.t - before_.t, unitRates_);
-      rateError_ = norm > 0 ? 1 / norm : 0;
-    }
+    if (course_.isPossible()) course_.take(before_, state);
     Outcome found = findOnTheWay();
     if (found == Outcome::underway) {
       usual_ *= 1.5;
@@ -187,7 +181,7 @@ class LandingOnSwitches : public Integrator {
   }
 
   Stretch stretch(const Place& to) const {
-    return {from_.t, to.t - from_.t, from_.y, to.y, course_.isPossible() ? &course_ : nullptr, rateError_};
+    return {from_.t, to.t - from_.t, from_.y, to.y, course_.isPossible() ? &course_ : nullptr};
   }
 
   /// Moves from_, where nothing is due, to the end of the step, or as far as nothing is due. In the second
@@ -234,7 +228,6 @@ class LandingOnSwitches : public Integrator {
       if (!crossing) return false;
       const double t = crossing->t;
       crossing_ = *crossing;
-      if (t == state.t) return true;
       if (isExactAt(t)) {
         course_.land(t, state);
         steps_->endAt(t);
@@ -294,10 +287,8 @@ class LandingOnSwitches : public Integrator {
   bool guessed_ = false;           ///< the last switch
   double usual_ = infinity;        ///< time between guessed switches, s
   double switchedAt_ = -infinity;  ///< the last one, s
-  double rateError_ = 0;           ///< see Stretch
   Crossing crossing_;              ///< the last one
   State before_, trial_;
-  Vector unitRates_;
   Place from_{}, found_{};
   std::array<Place, 12> ahead_;  ///< the nearest last; deeper cuts make no sense
 };

@@ -63,6 +63,19 @@ py::tuple linearizedAt(const Scene& scene, double t, const Eigen::VectorXd& q, c
   return py::make_tuple(std::move(model.A), std::move(model.B));
 }
 
+Eigen::VectorXd inverseAt(const TreeAndScene& of, const Numbers& accelerations, const Given& at,
+                          const Given& rates, double time) {
+  const Eigen::VectorXd qdd = *vectorIn(accelerations, "qdd");
+  std::vector<Fault> faults;
+  checkNumbers("qdd", of.scene, qdd, "rad/s²", faults);
+  const auto inverse = [&qdd](const Scene& its, double when, const auto& angles, const auto& ratesThen) {
+    Eigen::VectorXd tau = released([&] { return inverseDynamics(its, when, angles, ratesThen, qdd); });
+    requireFinite("torques", tau);
+    return tau;
+  };
+  return atGiven(of, time, at, rates, inverse, std::move(faults));
+}
+
 void bindEquations(py::module& module) {
   const auto scene = py::arg("scene");
   const auto q = py::arg("q") = py::none(), qd = py::arg("qd") = py::none();
@@ -91,21 +104,7 @@ theory explains them:
 x = (δq, δq̇) is a small change of the state, in rad and rad/s; δτ is additional torque in the joints, N m.
 A is the Jacobian of the motion, exact to rounding. The default state, and what is refused, are those of equations().)");
   module.def(
-      "inverse_dynamics",
-      [](const TreeAndScene& of, const Numbers& accelerations, const Given& at, const Given& rates,
-         double time) {
-        const Eigen::VectorXd qdd = *vectorIn(accelerations, "qdd");
-        std::vector<Fault> faults;
-        checkNumbers("qdd", of.scene, qdd, "rad/s²", faults);
-        const auto inverse = [&qdd](const Scene& its, double when, const auto& angles,
-                                    const auto& ratesThen) {
-          Eigen::VectorXd tau = released([&] { return inverseDynamics(its, when, angles, ratesThen, qdd); });
-          requireFinite("torques", tau);
-          return tau;
-        };
-        return atGiven(of, time, at, rates, inverse, std::move(faults));
-      },
-      scene, py::arg("qdd"), q, qd, t,
+      "inverse_dynamics", &inverseAt, scene, py::arg("qdd"), q, qd, t,
       R"(Returns the joint torques, n, N m, that give the accelerations qdd (n, rad/s²) beside all that acts.
 
 The default state, and what is refused, are those of equations().)");

@@ -129,7 +129,9 @@ std::vector<std::string> namesOf(const Things& things) {
 TreeAndScene::TreeAndScene(Value from)
     : tree(std::move(from)), scene(released([this] { return readScene(tree); })) {}
 
-void bindScene(py::module& module) {
+namespace {
+
+void bindFaults(py::module& module) {
   py::class_<Fault>(module, "Fault", "One fault of an input.")
       .def_readonly("path", &Fault::path, "Where it is, such as 'links/lower/mass'.")
       .def_readonly("expected", &Fault::expected, "Such as 'a number > 0 kg'.")
@@ -147,7 +149,29 @@ void bindScene(py::module& module) {
       PyErr_SetObject(refused.ptr(), error.ptr());
     }
   });
+}
 
+TreeAndScene withValues(const TreeAndScene& scene, const std::map<std::string, double>& numbers) {
+  std::vector<std::string> paths;
+  for (const auto& entry : numbers) paths.push_back(entry.first);
+  requireNumbers(scene.tree, paths);
+  Value tree = scene.tree;
+  for (const auto& [path, number] : numbers) setNumber(tree, path, number);
+  return TreeAndScene(std::move(tree));
+}
+
+py::array_t<double> stateOf(const TreeAndScene& of) {
+  const auto n = static_cast<py::ssize_t>(of.scene.q.size());
+  py::array_t<double> state(2 * n);
+  std::copy(of.scene.q.begin(), of.scene.q.end(), state.mutable_data());
+  std::copy(of.scene.qd.begin(), of.scene.qd.end(), state.mutable_data() + n);
+  return state;
+}
+
+}  // namespace
+
+void bindScene(py::module& module) {
+  bindFaults(module);
   py::class_<TreeAndScene>(module, "Scene",
                            R"(A scene: the chain, its first state, loads and settings. Immutable.
 
@@ -174,18 +198,8 @@ Raises OSError if the file cannot be read.)")
       .def(
           "to_dict", [](const TreeAndScene& self) { return objectOf(self.tree); },
           "Returns a dict with the values as they were given.")
-      .def(
-          "with_values",
-          [](const TreeAndScene& self, const std::map<std::string, double>& numbers) {
-            std::vector<std::string> paths;
-            for (const auto& entry : numbers) paths.push_back(entry.first);
-            requireNumbers(self.tree, paths);
-            Value tree = self.tree;
-            for (const auto& [path, number] : numbers) setNumber(tree, path, number);
-            return TreeAndScene(std::move(tree));
-          },
-          py::arg("numbers"),
-          "Returns a copy with other numbers, by their paths, such as {'links/lower/mass': 2.0}.")
+      .def("with_values", &withValues, py::arg("numbers"),
+           "Returns a copy with other numbers, by their paths, such as {'links/lower/mass': 2.0}.")
       .def(py::pickle([](const TreeAndScene& self) { return objectOf(self.tree); },
                       [](const py::object& values) { return TreeAndScene(valueOf(values)); }))
       .def(
@@ -197,16 +211,8 @@ Raises OSError if the file cannot be read.)")
       .def_property_readonly(
           "joints", [](const TreeAndScene& self) { return namesOf(self.scene.chain.joints()); },
           "Names of the n joints. Joint i is at the inner pin of link i.")
-      .def_property_readonly(
-          "state",
-          [](const TreeAndScene& self) {
-            const auto n = static_cast<py::ssize_t>(self.scene.q.size());
-            py::array_t<double> state(2 * n);
-            std::copy(self.scene.q.begin(), self.scene.q.end(), state.mutable_data());
-            std::copy(self.scene.qd.begin(), self.scene.qd.end(), state.mutable_data() + n);
-            return state;
-          },
-          "The first state, 2n: relative angles q (rad), then rates q̇ (rad/s).");
+      .def_property_readonly("state", &stateOf,
+                             "The first state, 2n: relative angles q (rad), then rates q̇ (rad/s).");
 }
 
 }  // namespace planar_chain::python

@@ -6,13 +6,14 @@
 #include <set>
 #include <utility>
 
-#include "effects/effect_kind.h"
 #include "ode/methods.h"
 #include "planar_chain/energy.h"
 #include "planar_chain/urdf_reader.h"
 #include "reading/section.h"
+#include "scene/effect_values.h"
 #include "scene/scene_numbers.h"
 #include "scene/settings_reader.h"
+#include "scene/slides_reader.h"
 
 namespace planar_chain {
 
@@ -30,76 +31,6 @@ struct Entry {
   int repeat = 1;
   bool namesAreSound = true;
 };
-
-/// The joint with some stiffness of its stop, if it has a limit.
-Joint withStop(Joint joint) {
-  if (joint.isLimited()) joint.stopStiffness = 1;
-  return joint;
-}
-
-/// The keys of numbers that effects have in a link, or in the scene.
-std::vector<NumberKey> numberKeys(std::vector<NumberKey> (EffectKind::*of)() const) {
-  std::vector<NumberKey> all;
-  for (const EffectKind* kind : effectKinds()) {
-    for (const NumberKey& key : (kind->*of)()) all.push_back(key);
-  }
-  return all;
-}
-
-void takeNumbers(const Section& in, const std::vector<NumberKey>& keys, NamedNumbers& to) {
-  for (const NumberKey& key : keys) {
-    double value = 0;
-    if (in.has(key.name) && in.take(key.name, key.range, value)) to.set(key.name, value);
-  }
-}
-
-/// Reads and checks the values of the effects in a joint. A joint with faults keeps none. A stop without a
-/// stiffness keeps 0: setDefaultStops() gives it one.
-void takeEffects(const Section& in, Joint& joint) {
-  std::set<std::string> refused;
-  for (const EffectKind* kind : effectKinds()) {
-    for (const JointKey& key : kind->jointKeys()) {
-      double value = 0;
-      if (!in.take(key.name, {key.range.which}, value)) {
-        if (in.has(key.name)) refused.insert(key.name);
-      } else if (key.member) {
-        joint.*key.member = value;
-      } else {
-        joint.others.set(key.name, value);  // in place of the URDF's
-      }
-    }
-  }
-  for (const Fault& fault : faultsOf(in.has("stop_stiffness") ? joint : withStop(joint))) {
-    const std::string key = fault.path.substr(fault.path.find('/') + 1);
-    if (refused.insert(key).second) in.fault(key, fault.expected);
-  }
-  if (refused.empty()) return;
-  Joint plain{joint.name};
-  plain.slides = joint.slides;
-  plain.axis = joint.axis;
-  joint = plain;
-}
-
-/// True if the joint has a value that a driven joint may not have.
-bool hasMoreThanDrive(const Joint& joint) {
-  const Joint plain;
-  for (const EffectKind* kind : effectKinds()) {
-    for (const JointKey& key : kind->jointKeys()) {
-      if (!key.isAllowedBesideDrive && key.of(joint) != key.of(plain)) return true;
-    }
-  }
-  return false;
-}
-
-/// True if the joint is prismatic. Other values of `type` are faults.
-bool takeType(const Section& link) {
-  const Value* joint = link.find("joint");
-  if (!joint || !joint->map() || joint->map()->count("type") == 0) return false;
-  std::string type;
-  const auto isType = [](const std::string& text) { return text == "revolute" || text == "prismatic"; };
-  link.section("joint").takeText("type", isType, "revolute or prismatic", type);
-  return type == "prismatic";
-}
 
 /// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
 void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
@@ -349,19 +280,46 @@ void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<F
   }
 }
 
-/// Records what a chain with prismatic links may not have.
-void refuseBesideSlides(const Section& top, const Chain& chain, const IntegratorSettings& integrator,
-                        const std::vector<Load>& loads) {
-  if (top.has("base")) {
-    top.fault("base", "no base that moves beside a prismatic link (drive its joint)", "both");
+std::vector<const char*> sceneKeys() {
+  std::vector<const char*> keys{"chain", "gravity", "links"};
+  for (const EffectKind* kind : effectKinds()) {
+    if (kind->sceneKey()) keys.push_back(kind->sceneKey());
   }
-  if (integrator.method == "taylor") {
-    top.fault("integrator/method", "another method than taylor, as a link is prismatic", "\"taylor\"");
+  for (const char* key : {"base", "start", "integrator", "publish", "command_timeout", "real_time_factor",
+                          "robot_description"}) {
+    keys.push_back(key);
   }
-  for (const Load& load : loads) {
-    if (load.link == Load::none || load.link >= chain.slides() || load.moment == 0) continue;
-    top.fault("loads/" + load.name + "/moment", "no moment on a prismatic link, which does not turn",
-              toText(load.moment));
+  return keys;
+}
+
+std::optional<BaseLaws> takeBase(const Section& top, const ChainNames* names) {
+  if (!top.has("base")) return std::nullopt;
+  if (top.find("base")->map() && top.find("base")->map()->empty()) {
+    top.fault("base", "x, y or angle (ROS drops an empty map)");
+  }
+  if (names && names->links.count(movingFrame) != 0) {
+    top.fault("base",
+              std::string("no base that moves beside a link ") + movingFrame + ", as its frame has that name",
+              "both");
+  }
+  return readBase(top.section("base", {"x", "y", "angle"}));
+}
+
+std::optional<double> takeRealTimeFactor(const Section& top) {
+  if (!top.has("real_time_factor")) return std::nullopt;
+  double factor = 0;
+  const char* range = " >= 0 and <= 1000 (simulated time per wall time; 0: as fast as possible)";
+  top.take("real_time_factor", {range, 0, 1000, true}, factor);
+  return factor;
+}
+
+void refuseLoadsInDrives(const Section& top, const Expanded& chain, const std::vector<Load>& loads) {
+  for (const Drive& drive : chain.drives) {
+    for (const Load& load : loads) {
+      if (load.joint != drive.joint) continue;
+      top.fault("loads/" + load.name + "/joint", "a joint that is not driven",
+                quoted(chain.joints[index(load.joint)].name));
+    }
   }
 }
 
@@ -371,19 +329,7 @@ void refuseBesideSlides(const Section& top, const Chain& chain, const Integrator
 
 Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   std::vector<Fault> faults;
-  std::vector<const char*> keys{"chain",
-                                "gravity",
-                                "links",
-                                "base",
-                                "start",
-                                "integrator",
-                                "publish",
-                                "command_timeout",
-                                "real_time_factor",
-                                "robot_description"};
-  for (const EffectKind* kind : effectKinds()) {
-    if (kind->sceneKey()) keys.insert(keys.end() - 7, kind->sceneKey());
-  }
+  std::vector<const char*> keys = sceneKeys();
   const std::vector<NumberKey> own = numberKeys(&EffectKind::sceneKeys);
   for (const NumberKey& key : own) keys.push_back(key.name);
   const Section top(&value, "", keys, faults, numbers);
@@ -408,35 +354,12 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
                                           "frame_every", "frame_prefix", "world_frame", "base_frame"}),
                   names);
   const bool startsAtRest = readStart(top);
-  std::optional<BaseLaws> base;
-  if (top.has("base") && top.find("base")->map() && top.find("base")->map()->empty()) {
-    top.fault("base", "x, y or angle (ROS drops an empty map)");
-  }
-  if (top.has("base")) base = readBase(top.section("base", {"x", "y", "angle"}));
-  if (base && names && names->links.count(movingFrame) != 0) {
-    top.fault("base",
-              std::string("no base that moves beside a link ") + movingFrame + ", as its frame has that name",
-              "both");
-  }
+  std::optional<BaseLaws> base = takeBase(top, names);
   if (chain && chain->slides() > 0) refuseBesideSlides(top, *chain, integrator, loads);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
-  std::optional<double> realTimeFactor;
-  if (top.has("real_time_factor")) {
-    const char* range = " >= 0 and <= 1000 (simulated time per wall time; 0: as fast as possible)";
-    top.take("real_time_factor", {range, 0, 1000, true}, realTimeFactor.emplace());
-  }
-
-  if (expanded) {
-    for (const Drive& drive : expanded->drives) {
-      for (const Load& load : loads) {
-        if (load.joint != drive.joint) continue;
-        top.fault("loads/" + load.name + "/joint", "a joint that is not driven",
-                  quoted(expanded->joints[index(load.joint)].name));
-      }
-    }
-  }
-
+  const std::optional<double> realTimeFactor = takeRealTimeFactor(top);
+  if (expanded) refuseLoadsInDrives(top, *expanded, loads);
   const auto throwFaults = [&] {
     for (Fault& fault : faults) {
       if (fault.line == 0) fault.line = lineAt(value, fault.path);
@@ -457,6 +380,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               std::move(base),
               std::move(expanded->appearance),
               std::move(others)};
+  requireSeries(scene, top);
   if (startsAtRest) startAtRest(scene, top);
   throwFaults();
   return scene;

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "dynamics/equilibrium.h"
-#include "effects/effect_kind.h"
+#include "effects/effects.h"
 #include "ode/methods.h"
 
 namespace planar_chain {
@@ -73,6 +73,12 @@ bool readStart(const Section& top) {
   const auto isStart = [](const std::string& text) { return text == "initial" || text == "rest"; };
   top.takeText("start", isStart, "initial or rest", start);
   return start == "rest";
+}
+
+void requireSeries(const Scene& scene, const Section& top) {
+  if (scene.integrator.method != "taylor" || Effects(scene).haveSeries()) return;
+  top.section("integrator")
+      .fault("method", "another method, as something that acts has no Taylor series", quoted("taylor"));
 }
 
 void startAtRest(Scene& scene, const Section& top) {

@@ -23,6 +23,8 @@ BaseLaws readBase(const Section& base);
 
 /// Key `start`. Returns true for a start at rest.
 bool readStart(const Section& top);
+/// Refuses method taylor where an effect has no Taylor series.
+void requireSeries(const Scene& scene, const Section& top);
 /// Puts the scene at rest in its equilibrium at t = 0.
 void startAtRest(Scene& scene, const Section& top);
 

@@ -180,11 +180,11 @@ void override(Value& scene, const char* section, const char* key, const std::opt
   if (settings.map()) (*settings.map())[key] = *given;
 }
 
-int simulate(const Arguments& given) {
-  // Arguments and scene. All their faults are reported together.
+/// Reads the scene. All faults of the arguments and the scene are reported together.
+Scene sceneOf(const Arguments& given, bool hasBags) {
   std::vector<Fault> faults;
   const double duration = given.number("duration", "a finite number > 0 s", 0, 1, faults);
-  double rate = given.number("rate", "a finite number > 0 rows a second", 0, 100, faults);
+  const double rate = given.number("rate", "a finite number > 0 rows a second", 0, 100, faults);
   rowsOf(duration, rate, faults);
   if (!given.has("duration") && !given.has("commands") && !given.has("check")) {
     faults.push_back(
@@ -197,75 +197,107 @@ int simulate(const Arguments& given) {
       faults.push_back({"--check", "no --" + std::string(other) + " beside it, as nothing runs", "both"});
     }
   }
-  const bool hasBags = wantsBags(given);
   const auto amend = [&](Value& value) {
     for (const char* key : {"method", "tolerance", "step"})
       override(value, "integrator", key, given.text(key));
     if (hasBags) override(value, "publish", "rate", given.text("rate"));
     if (given.has("settle") && value.map()) (*value.map())["start"] = std::string("rest");
   };
-  const Scene scene = readScene(given, amend, std::move(faults));
+  return readScene(given, amend, std::move(faults));
+}
+
+/// With a bag, rows are the node's ticks: steps end where the node's do, so the motion is equal to the last
+/// digit.
+Rows rowsOf(const Arguments& given, const Scene& scene, bool hasBags) {
+  std::vector<Fault> faults;
+  const double duration = given.number("duration", "a finite number > 0 s", 0, 1, faults);
+  const double rate = given.number("rate", "a finite number > 0 rows a second", 0, 100, faults);
+  const Rows rows = rowsOf(duration, hasBags ? scene.publish.rate : rate, faults);
+  if (!faults.empty()) throw Refused(std::move(faults));
+  return rows;
+}
+
+/// An option that the method does not use is named.
+void tellUnused(const Arguments& given, const std::string& method) {
+  const bool isFixed = ode::hasFixedStep(method);
+  if (!given.has(isFixed ? "tolerance" : "step")) return;
+  std::fprintf(stderr, "simulate: %s %s\n", method.c_str(),
+               isFixed ? "takes equal steps; --tolerance only applies to adaptive methods"
+                       : "chooses its steps; --step only applies to fixed-step methods");
+}
+
+/// The CSV file, if one is wanted.
+class Csv {
+ public:
+  Csv(const std::optional<std::string>& path, const Chain& chain) : path_(path) {
+    if (!path) return;
+    file_.reset(std::fopen(path->c_str(), "w"));
+    require(file_ != nullptr);
+    writeHeader(file_.get(), chain);
+  }
+  void write(const Simulation& simulation) {
+    if (!file_) return;
+    writeRow(file_.get(), simulation);
+    require(std::ferror(file_.get()) == 0);
+  }
+  void close() {
+    if (file_) require(std::fclose(file_.release()) == 0);
+  }
+
+ private:
+  void require(bool isGood) const {
+    if (!isGood) throw std::runtime_error("cannot write " + *path_ + ": " + std::strerror(errno));
+  }
+
+  const std::optional<std::string> path_;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_{nullptr, std::fclose};
+};
+
+/// Runs row by row. Returns false if the run failed or was interrupted; k: the rows that were made.
+bool runRows(Simulation& simulation, Bags* bags, const Rows& rows, Csv& csv, double& k) {
+  Progress progress;
+  const auto keepGoing = [&] {
+    progress.show(simulation.time(), rows.duration);
+    return caught == 0;
+  };
+  bool isGood = true;
+  for (k = 0; isGood && keepGoing() && k <= rows.last; ++k) {
+    const auto row = static_cast<long long>(k);
+    isGood =
+        bags ? bags->advanceTo(row, rows.time(k), keepGoing) : simulation.advanceTo(rows.time(k), keepGoing);
+    if (!isGood && simulation.fault().empty()) break;  // interrupted
+    if (bags && rows.isTick(k)) bags->tick(row);
+    if (isGood) csv.write(simulation);
+  }
+  csv.close();
+  if (bags) bags->close();
+  return isGood;
+}
+
+int simulate(const Arguments& given) {
+  const bool hasBags = wantsBags(given);
+  const Scene scene = sceneOf(given, hasBags);
   if (given.has("check")) {
     std::printf("no faults: %d links, %zu loads, method %s\n", scene.chain.size(), scene.loads.size(),
                 scene.integrator.method.c_str());
     return done;
   }
+  Rows rows = rowsOf(given, scene, hasBags);
+  tellUnused(given, scene.integrator.method);
 
-  // With a bag, rows are the node's ticks: steps end where the node's do, so the motion is equal to the last
-  // digit.
-  if (hasBags) rate = scene.publish.rate;
-  Rows rows = rowsOf(duration, rate, faults);
-  if (!faults.empty()) throw Refused(std::move(faults));
-
-  const std::string& method = scene.integrator.method;
-  const bool isFixed = ode::hasFixedStep(method);
-  if (given.has(isFixed ? "tolerance" : "step")) {
-    std::fprintf(stderr, "simulate: %s %s\n", method.c_str(),
-                 isFixed ? "takes equal steps; --tolerance only applies to adaptive methods"
-                         : "chooses its steps; --step only applies to fixed-step methods");
-  }
-
-  // The simulation, with or without bags, and the CSV file.
+  // The simulation, with or without bags, and the run.
   std::unique_ptr<Bags> bags;
   std::optional<Simulation> alone;
   if (hasBags) {
     bags.reset(loadBags()(scene, {given.text("bag"), given.has("views"), given.text("commands"),
                                   !given.has("duration"), given.text("write-urdf"), given.text("node")}));
   }
-  if (!given.has("duration")) rows = Rows(bags->recordedEnd(), rate);
+  if (!given.has("duration")) rows = Rows(bags->recordedEnd(), scene.publish.rate);
   Simulation& simulation = bags ? bags->simulation() : alone.emplace(scene);
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> csv(nullptr, std::fclose);
-  const auto requireCsv = [&](bool isGood) {
-    if (!isGood) throw std::runtime_error("cannot write " + *given.text("csv") + ": " + std::strerror(errno));
-  };
-  if (const auto path = given.text("csv")) {
-    csv.reset(std::fopen(path->c_str(), "w"));
-    requireCsv(csv != nullptr);
-    writeHeader(csv.get(), scene.chain);
-  }
-
-  // The run, row by row.
+  Csv csv(given.text("csv"), scene.chain);
   catchSignals();
-  bool isGood = true;
   double k = 0;
-  {
-    Progress progress;
-    const auto keepGoing = [&] {
-      progress.show(simulation.time(), rows.duration);
-      return caught == 0;
-    };
-    for (; isGood && keepGoing() && k <= rows.last; ++k) {
-      const auto row = static_cast<long long>(k);
-      isGood = bags ? bags->advanceTo(row, rows.time(k), keepGoing)
-                    : simulation.advanceTo(rows.time(k), keepGoing);
-      if (!isGood && simulation.fault().empty()) break;  // interrupted
-      if (bags && rows.isTick(k)) bags->tick(row);
-      if (isGood && csv) writeRow(csv.get(), simulation);
-      requireCsv(!csv || std::ferror(csv.get()) == 0);
-    }
-    requireCsv(!csv || std::fclose(csv.release()) == 0);
-    if (bags) bags->close();
-  }
+  const bool isGood = runRows(simulation, bags.get(), rows, csv, k);
 
   // The result.
   if (isGood ? k <= rows.last : simulation.fault().empty()) {
