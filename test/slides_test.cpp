@@ -54,6 +54,12 @@ const std::string plane =
     "velocity: 0.5}}" +
     poles();
 
+const std::string floating =
+    "chain: [pole, lower]\nlinks:\n  pole: {mass: 0.5, inertia: 0.01, com: [0.4, 0.05], pin: [0.8, 0], "
+    "joint: {type: floating}, initial: {position: [0.5, 1], linear_velocity: [1, 4], angle: -1.2, velocity: "
+    "0.4}}\n  lower: {mass: 0.3, inertia: 0.004, com: [0.2, -0.03], pin: [0.5, 0.1], initial: {angle: 0.7, "
+    "velocity: -1}}\n";
+
 Eigen::VectorXd vectorOf(const std::vector<double>& numbers) {
   return Eigen::VectorXd::Map(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }
@@ -71,7 +77,7 @@ class Trajectory : public testing::TestWithParam<const char*> {};
 TEST_P(Trajectory, AgreesWithDenseEquations) {
   for (const auto& [name, text, end] :
        {Known{"level", cart(), reference::level}, Known{"tilted", tilted, reference::tilted},
-        Known{"plane", plane, reference::plane},
+        Known{"plane", plane, reference::plane}, Known{"floating", floating, reference::floating},
         Known{"massless", cart("axis: [1, 0]", "0"), reference::massless}}) {
     Scene scene = readSceneText(text);
     scene.integrator.method = GetParam();
@@ -145,6 +151,45 @@ TEST(InclinedRail, KeepsAChainAtRightAnglesToIt) {
   EXPECT_NEAR(simulation.q()[2], 0, 1e-10);
   EXPECT_NEAR(simulation.q()[0], -0.5 * g * std::sin(beta) * 4, 1e-8);
   EXPECT_NEAR(simulation.qd()[0], -g * std::sin(beta) * 2, 1e-8);
+}
+
+// ---- Free chains -------------------------------------------------------------------------------------
+
+/// Two equal rods without gravity, straight, at these rates against the ground.
+Scene twoRods(double first, double second, double tolerance) {
+  Scene scene = readSceneText(
+      "chain: [a, b]\ngravity: [0, 0]\nlinks:\n  a: {mass: 1, inertia: 0.083333333333333333, com: [0.5, 0], "
+      "pin: [1, 0], joint: {type: floating}}\n  b: {mass: 1, inertia: 0.083333333333333333, com: [0.5, 0], "
+      "pin: [1, 0]}\n");
+  scene.qd = {0.3, -0.2, first, second - first};
+  scene.integrator.tolerance = tolerance;
+  return scene;
+}
+
+TEST(FreeChain, TurnsItsKneeOnceInAKnownTime) {
+  Simulation simulation(twoRods(-2, 3, 1e-12));
+  ASSERT_TRUE(simulation.advanceTo(2.1953726551488901));
+  EXPECT_NEAR(simulation.q()[3], 2 * pi, 1e-9);
+  EXPECT_NEAR(2 * simulation.q()[2] + simulation.q()[3], 5.0987518794783351, 1e-9);
+}
+
+TEST(FreeChain, KeepsItsMomenta) {
+  Scene scene = twoRods(-2, 3, 1e-10);
+  Simulation simulation(scene);
+  const auto momenta = [&] {
+    std::vector<LinkMotion> motions(4);
+    simulation.linkMotions(motions.data());
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t j = 0; j < 4; ++j) {
+      const Link& link = scene.chain.links()[j];
+      const Vec2d p = link.mass * motions[j].velocity;
+      sum += Eigen::Vector3d(p.x, p.y, cross(motions[j].com, p) + link.inertia * motions[j].omega);
+    }
+    return sum;
+  };
+  const Eigen::Vector3d before = momenta();
+  ASSERT_TRUE(simulation.advanceTo(20));
+  EXPECT_LT((momenta() - before).norm(), 1e-7);
 }
 
 // ---- Everything with slides ------------------------------------------------------------------------

@@ -30,10 +30,32 @@ struct Entry {
   std::optional<MotionLaw> drive{};
   int repeat = 1;
   bool namesAreSound = true;
+  bool floats = false;  ///< nothing holds the inner pin, which is at `place` and has the velocity `placeRate`
+  Vec2d place{}, placeRate{};
 };
+
+/// Reads `joint` and `initial` of a floating link.
+void takeFreeMotion(const Section& in, Entry& entry) {
+  const Section joint = in.section("joint", {"name", "type"});
+  entry.joint.name = entry.link.name;
+  if (joint.has("name")) entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
+  const Section initial = in.section("initial", {"position", "linear_velocity", "angle", "velocity"});
+  initial.take("position", "m", entry.place);
+  initial.take("linear_velocity", "m/s", entry.placeRate);
+  if (initial.take("angle", NumberRule::any("rad"), entry.q) &&
+      std::abs(entry.q) > largestAngle(entry.joint)) {
+    initial.fault("angle", "a number from -5e16 to 5e16 rad (2^53 turns)");
+  }
+  initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
+  if (entry.repeat > 1) {
+    in.fault("repeat", "no repeat of a floating link");
+    entry.repeat = 1;
+  }
+}
 
 /// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
 void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
+  if (entry.floats) return takeFreeMotion(in, entry);
   const bool slides = entry.joint.slides;
   std::vector<const char*> keys{"drive"};
   if (!isInUrdf) keys.insert(keys.end(), {"name", "type"});
@@ -80,7 +102,9 @@ Entry readEntry(const Section& links, const std::string& name) {
   if (!links.find(name)->map()) return entry;
 
   // The body. That of a slide is its mass.
-  const bool slides = entry.joint.slides = takeType(in);
+  const JointType type = takeType(in);
+  const bool slides = entry.joint.slides = type == JointType::prismatic;
+  entry.floats = type == JointType::floating;
   const auto pairOf = [&](const char* key) {
     return slides && !in.has(key) ? Vec2d{} : in.uncheckedPair(key);
   };
@@ -121,8 +145,23 @@ struct Expanded {
   Appearance appearance;
 };
 
+/// Adds the two slides below a floating link, which have no names for others.
+void appendFreeSlides(const Entry& entry, Expanded& to) {
+  for (int axis = 0; axis < 2; ++axis) {
+    FreeSlide slide = freeSlide(entry.link.name, entry.joint.name, axis);
+    to.names.joints.emplace(slide.joint.name, axis);
+    to.names.com.push_back({});
+    to.entryOf.emplace(slide.link.name, entry.link.name);
+    to.links.push_back(std::move(slide.link));
+    to.joints.push_back(std::move(slide.joint));
+    to.q.push_back(axis == 0 ? entry.place.x : entry.place.y);
+    to.qd.push_back(axis == 0 ? entry.placeRate.x : entry.placeRate.y);
+  }
+}
+
 /// Adds the links of an entry, numbered if there are several.
 void append(const Entry& entry, Expanded& to) {
+  if (entry.floats) appendFreeSlides(entry, to);
   for (int i = 1; i <= entry.repeat; ++i) {
     const std::string suffix = entry.repeat > 1 ? "_" + std::to_string(i) : "";
     Link link = entry.link;
@@ -177,6 +216,10 @@ std::optional<Expanded> readLinks(const Section& top) {
       isCertain = false;
     } else {
       total += entry->second.repeat;
+      if (entry->second.floats && i > 0) {
+        links.fault(entry->first + "/joint/type", "floating of the first link only", "\"floating\"");
+        entry->second.floats = false;
+      }
       if (total <= mostLinks) append(entry->second, expanded);
     }
   }

@@ -4,13 +4,26 @@
 
 namespace planar_chain {
 
-bool takeType(const Section& link) {
+JointType takeType(const Section& link) {
   const Value* joint = link.find("joint");
-  if (!joint || !joint->map() || joint->map()->count("type") == 0) return false;
+  if (!joint || !joint->map() || joint->map()->count("type") == 0) return JointType::revolute;
   std::string type;
-  const auto isType = [](const std::string& text) { return text == "revolute" || text == "prismatic"; };
-  link.section("joint").takeText("type", isType, "revolute or prismatic", type);
-  return type == "prismatic";
+  const auto isType = [](const std::string& text) {
+    return text == "revolute" || text == "prismatic" || text == "floating";
+  };
+  link.section("joint").takeText("type", isType, "revolute, prismatic or floating", type);
+  if (type == "floating") return JointType::floating;
+  return type == "prismatic" ? JointType::prismatic : JointType::revolute;
+}
+
+FreeSlide freeSlide(const std::string& link, const std::string& joint, int axis) {
+  const char* suffix = axis == 0 ? "_x" : "_y";
+  FreeSlide slide;
+  slide.link.name = link + suffix;
+  slide.joint.name = joint + suffix;
+  slide.joint.slides = true;
+  slide.joint.axis = axis == 0 ? Vec2d{1, 0} : Vec2d{0, 1};
+  return slide;
 }
 
 void refuseBesideSlides(const Section& top, const Chain& chain, const IntegratorSettings& integrator,

@@ -77,6 +77,7 @@ SCENES = {
                dict(POLE, damping=0.02), dict(LOWER, stiffness=0.5, damping=0.01)],
     "plane": [dict(CART, stiffness=5.0), dict(mass=0.4, pin=[0.05, 0.0], com=[0.1, 0.1], axis=[0.3, 1], q=-0.2,
                                               qd=0.5, stiffness=40.0, damping=0.3), POLE, LOWER],
+    "floating": [dict(mass=0.0, axis=[1, 0], q=0.5, qd=1.0), dict(mass=0.0, axis=[0, 1], q=1.0, qd=4.0), POLE, LOWER],
     "massless": [dict(CART, mass=0.0), POLE, LOWER],
 }
 
