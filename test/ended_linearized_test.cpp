@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "random_dense_chain.h"
 
 namespace planar_chain {
@@ -22,6 +24,15 @@ ComplexVector wide(const std::vector<Scalar>& a) {
   ComplexVector to(static_cast<Eigen::Index>(a.size()));
   for (std::size_t i = 0; i < a.size(); ++i) to[static_cast<Eigen::Index>(i)] = WideComplex(a[i]);
   return to;
+}
+
+/// x has the slides before the bodies, the dense equations behind them.
+template <class Scalar>
+ComplexVector bodiesFirst(std::vector<Scalar> x, std::size_t slides) {
+  const auto half = static_cast<std::ptrdiff_t>(x.size() / 2), first = static_cast<std::ptrdiff_t>(slides);
+  std::rotate(x.begin(), x.begin() + first, x.begin() + half);
+  std::rotate(x.begin() + half, x.begin() + half + first, x.end());
+  return wide(x);
 }
 
 /// J, of the places of bodies and slides and their rates.
@@ -58,7 +69,8 @@ void compare(const RandomChain& chain, const AtState& at, const test::WideMatrix
 
   const test::ComplexMatrix J = jacobian(chain, slopes);
   const test::ComplexMatrix system = test::ComplexMatrix::Identity(J.rows(), J.cols()) * WideComplex(s) - J;
-  const ComplexVector exact = system.partialPivLu().solve(wide(rhs)), is = wide(x);
+  const ComplexVector exact = system.partialPivLu().solve(bodiesFirst(rhs, places - n)),
+                      is = bodiesFirst(x, places - n);
   const auto size = static_cast<Eigen::Index>(places), count = static_cast<Eigen::Index>(n);
   const double tolerance = 1e-9;
   EXPECT_LT(errorOf(is.head(size), exact.head(size)), tolerance) << "u, s = " << s;

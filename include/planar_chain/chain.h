@@ -5,6 +5,9 @@
 /// The inner pin of body i is the outer pin of body i−1. The inner pin of body 1 is fixed at the origin of
 /// the base frame. Letters of the notes: r^i = com, p^i = pin, m_i = mass, I_i = inertia; k_i, d_i, q0_i of
 /// the joint at the inner pin.
+///
+/// The first link, or the first two, may slide instead: a carriage on a rail, or a table that moves in x and
+/// y. A slide does not turn. Its q is a position s in m along the rail.
 
 #include <algorithm>
 #include <cmath>
@@ -41,10 +44,10 @@ class NamedNumbers : public std::vector<std::pair<std::string, double>> {
 
 struct Link {
   std::string name;
-  double mass = 0;     ///< m, kg, > 0
+  double mass = 0;     ///< m, kg, > 0; of a slide ≥ 0
   double inertia = 0;  ///< I, kg m² about the centre of mass, ≥ 0 (0: a point mass)
-  Vec2d com;           ///< r, m, link frame, from the inner pin
-  Vec2d pin;           ///< p, m, link frame, from the inner pin to the outer one
+  Vec2d com;           ///< r, m, link frame, from the inner pin; of a slide base axes, from its own point
+  Vec2d pin;           ///< p, m, likewise, to the outer pin
 
   /// Values of effects, with their keys in the scene.
   NamedNumbers others{};
@@ -52,6 +55,8 @@ struct Link {
 
 /// The joint at a link's inner pin. Its torque on the link is −stiffness (q − restAngle) − damping q̇. The
 /// opposite torque acts on the previous link, or on the ground.
+///
+/// A joint that slides has the same values in N, N/m, N s/m, m, and m/s: forces along the rail.
 struct Joint {
   std::string name;
   double stiffness = 0;  ///< k, N m/rad, ≥ 0
@@ -66,6 +71,9 @@ struct Joint {
 
   /// Values of effects that have no member here, with their keys in the scene.
   NamedNumbers others{};
+
+  bool slides = false;  ///< along the rail
+  Vec2d axis{1, 0};     ///< direction of the rail, base axes, not 0. A chain has it of length 1
 
   bool isLimited() const { return std::isfinite(lower) || std::isfinite(upper); }
   /// True if `others` has this key.
@@ -95,9 +103,57 @@ constexpr std::size_t index(int i) {
   return static_cast<std::size_t>(i);
 }
 
+/// The coordinates of a chain, one a joint: q_i, and what states hold instead, x_i = (s_1 …, θ …). Angles are
+/// absolute; the first one and positions are measured from the base.
+///
+///     q_i = x_i − x_{i−1}, or x_i of slides and of the first body that turns            likewise rates
+class Coordinates {
+ public:
+  /// n of joints; the first `slides` of them slide.
+  Coordinates(int n, int slides) : n_(n), slides_(slides) {}
+
+  int size() const { return n_; }
+  int slides() const { return slides_; }
+  /// True of a position, false of an angle.
+  bool slides(int i) const { return i < slides_; }
+  /// True if q_i = x_i − x_{i−1}.
+  bool isDifference(int i) const { return i > slides_; }
+
+  /// q_i from x, and likewise of rates and accelerations.
+  double relative(const double* x, int i) const { return isDifference(i) ? x[i] - x[i - 1] : x[i]; }
+  /// All of them. Both may be the same array.
+  void toRelative(const double* x, double* q) const {
+    for (int i = n_ - 1; i >= 0; --i) q[i] = relative(x, i);
+  }
+  /// And back.
+  void toAbsolute(const double* q, double* x) const {
+    for (int i = 0; i < n_; ++i) x[i] = isDifference(i) ? x[i - 1] + q[i] : q[i];
+  }
+  /// Adds a torque or force in joint i: τ to body i, and −τ to the body before, if it turns.
+  void addTorque(double tau, int i, double* N) const {
+    N[i] += tau;
+    if (isDifference(i)) N[i - 1] -= tau;
+  }
+  /// The unit of q_i: "m" or "rad".
+  const char* unit(int i) const { return slides(i) ? "m" : "rad"; }
+  const char* rateUnit(int i) const { return slides(i) ? "m/s" : "rad/s"; }
+
+ private:
+  int n_, slides_;
+};
+
+/// The same with q_i alone.
+struct Coordinate {
+  int joint;
+  bool isDifference;
+
+  Coordinate(const Coordinates& all, int i) : joint(i), isDifference(all.isDifference(i)) {}
+  double operator()(const double* x) const { return isDifference ? x[joint] - x[joint - 1] : x[joint]; }
+};
+
 /// Returns the faults in the values of one link or joint. Paths are keys of the scene below the link, such as
-/// "mass" or "joint/damping".
-std::vector<Fault> faultsOf(const Link& link);
+/// "mass" or "joint/damping". slides: the link does.
+std::vector<Fault> faultsOf(const Link& link, bool slides = false);
 std::vector<Fault> faultsOf(const Joint& joint);
 
 /// A chain whose values have been checked. Immutable.
@@ -105,8 +161,8 @@ class Chain {
  public:
   /// joints[i] is at the inner pin of links[i]. gravity: m/s², base frame.
   /// @throws Refused with every fault: no links; sizes that differ; names that are empty or not unique;
-  /// values out of range or not finite; and, at the path `links/<name>`, a mass matrix that is singular in
-  /// some configuration.
+  /// values out of range or not finite; a slide behind a body that turns, three slides, parallel rails or
+  /// slides alone; and, at the path `links/<name>`, a mass matrix that is singular in some configuration.
   ///
   /// The test for a singular matrix is exact. The matrix is singular if some motion has no kinetic energy
   /// T = ½ Σ m|v|² + I ω². In such a motion the first body that turns has I = 0 and r = 0. Each body further
@@ -114,6 +170,13 @@ class Chain {
   Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity);
 
   int size() const { return static_cast<int>(links_.size()); }  ///< n
+  int slides() const { return slides_; }                        ///< the number of slides: 0, 1 or 2
+  Coordinates coordinates() const { return {size(), slides_}; }
+  /// The farthest that a point of the chain, pins and centres of mass, can be from the first pin of a link
+  /// that turns, m; 1 if that is 0.
+  double reach() const;
+  /// The links that turn, as a chain on a fixed pin. Allocates.
+  Chain withoutSlides() const;
   const std::vector<Link>& links() const { return links_; }
   const std::vector<Joint>& joints() const { return joints_; }
   Vec2d gravity() const { return gravity_; }
@@ -122,6 +185,7 @@ class Chain {
   std::vector<Link> links_;
   std::vector<Joint> joints_;
   Vec2d gravity_;
+  int slides_ = 0;
 };
 
 }  // namespace planar_chain

@@ -27,6 +27,10 @@
 ///
 ///     f = f_ext − V_pd m (Cᵀ Ω + Bᵀ 1 φ̈ + p̈) − W_pd I φ̈
 ///
+/// A slide does not turn: its row and column of T are 0. Its partial velocities are its axis,
+///
+///     V_pd = T B + D,   D_ij = d_i (i ≤ j), of slides i          A_2 = V_pd diag(m_1, m_1, …)
+///
 /// They are dense, O(n³), and for long chains less accurate than the recursion that runs
 /// (recursion/articulated.h), because cond(M_q) grows like n⁴. They are for reading and for tests.
 

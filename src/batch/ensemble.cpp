@@ -18,11 +18,11 @@ namespace planar_chain {
 
 namespace {
 
-/// False, too, if a kind refuses the scene: a Simulation then says why.
+/// Slides do not. False, too, if a kind refuses the scene: a Simulation then says why.
 bool allRunInLanes(const Scene& scene) {
   const auto runs = [&](const EffectKind* kind) { return kind->runsInLanes(scene); };
   try {
-    return std::all_of(effectKinds().begin(), effectKinds().end(), runs);
+    return scene.chain.slides() == 0 && std::all_of(effectKinds().begin(), effectKinds().end(), runs);
   } catch (const std::exception&) {
     return false;
   }

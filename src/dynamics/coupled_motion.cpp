@@ -10,6 +10,7 @@ namespace planar_chain {
 
 CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
     : mechanism_(mechanism),
+      coordinates_(mechanism.coordinates()),
       effects_(effects),
       n_(mechanism.size()),
       evaluator_(mechanism, effects),
@@ -20,7 +21,7 @@ CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
   const std::vector<Coupler*>& couplers = effects.couplers();
   for (Coupler* coupler : couplers) coupler->attach(*this);
   const auto onlyHolds = [](const Coupler* coupler) { return coupler->onlyHolds(); };
-  if (!couplers.empty() && std::all_of(couplers.begin(), couplers.end(), onlyHolds) &&
+  if (!mechanism.hasEnds() && !couplers.empty() && std::all_of(couplers.begin(), couplers.end(), onlyHolds) &&
       Segments::areWorthwhile(n_)) {
     welded_.emplace(mechanism.chain(), index(n_));
   }
@@ -96,7 +97,7 @@ void CoupledMotion::torques(double t, const double* y, double* tau) {
   // Rotors are inertia, not torque.
   for (int i = 0; i < n_; ++i) {
     const Coupling<double>& joint = evaluator_.couplings().joints[index(i)];
-    if (joint.isHeld) tau[i] += at.moments[index(i)] + joint.rotor * relative(at.slopes(), i);
+    if (joint.isHeld) tau[i] += at.moments[index(i)] + joint.rotor * coordinates_.relative(at.slopes(), i);
   }
 }
 
@@ -152,8 +153,9 @@ bool CoupledMotion::hold(double t, double* y) {
     if (!held_.joints[index(i)].isHeld) continue;
     any = true;
     const GivenMotion& motion = held_.held[index(i)];
-    y[i] = (i > 0 ? y[i - 1] : 0) + motion.value;
-    y[n_ + i] = (i > 0 ? y[n_ + i - 1] : 0) + motion.rate;
+    const bool isDifference = coordinates_.isDifference(i);
+    y[i] = (isDifference ? y[i - 1] : 0) + motion.value;
+    y[n_ + i] = (isDifference ? y[n_ + i - 1] : 0) + motion.rate;
   }
   return any;
 }

@@ -111,6 +111,7 @@ class CoupledMotion : private Mechanics {
   Powers weldedPowers(const ChainState& at, double* N);
 
   const Mechanism& mechanism_;
+  Coordinates coordinates_;
   Effects& effects_;
   int n_;
   Evaluator evaluator_;

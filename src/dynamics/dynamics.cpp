@@ -9,22 +9,23 @@ namespace planar_chain {
 
 namespace {
 
-bool areCoupled(const Effects& effects) {
-  return !effects.couplers().empty() || effects.anyForces(&Forces::dependOnMotion);
+bool areCoupled(const Scene& scene, const Effects& effects) {
+  return scene.chain.slides() > 0 || !effects.couplers().empty() ||
+         effects.anyForces(&Forces::dependOnMotion);
 }
 
 }  // namespace
 
 Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
     : effects_(scene, std::move(more)),
-      mechanism_(scene.chain, areCoupled(effects_)),
+      mechanism_(scene.chain, areCoupled(scene, effects_)),
       n_(mechanism_.size()),
       places_(mechanism_.places()),
       works_(effects_.any(&Effect::hasPower) ? 2 : 0),
       storing_(storingKinds(scene.chain)),
       recursion_(mechanism_.makeRecursion()) {
   effects_.arrange(mechanism_.lanes());
-  if (areCoupled(effects_)) coupled_.emplace(mechanism_, effects_);
+  if (areCoupled(scene, effects_)) coupled_.emplace(mechanism_, effects_);
   for (const Joint& joint : scene.chain.joints()) rotors_.push_back(inertiaIn(joint));
   if (std::all_of(rotors_.begin(), rotors_.end(), [](double J) { return J == 0; })) rotors_.clear();
   positions_ = !coupled_ && std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
@@ -272,7 +273,7 @@ Energy Dynamics::energy(double t, const double* y) const {
   }
   Energy energy = energyOf(mechanism_.chain(), storing_, y, y + n_, base);
   for (std::size_t i = 0; i < rotors_.size(); ++i) {
-    const double rate = relative(y + n_, static_cast<int>(i));
+    const double rate = mechanism_.coordinates().relative(y + n_, static_cast<int>(i));
     energy.kinetic += 0.5 * rotors_[i] * rate * rate;
   }
   return energy;
@@ -303,7 +304,16 @@ void Dynamics::moveLinks(const Moving& from, LinkMotion* motions) const {
 
   // Outwards: positions, velocities, accelerations of the pins and of the centres of mass.
   Vec2d x = from.pin, v = from.velocity, a = from.acceleration;
-  for (int j = 0; j < n_; ++j) {
+  const int slides = mechanism_.slides();
+  for (int i = 0; i < slides; ++i) {
+    const Vec2d axis = chain.joints()[index(i)].axis;
+    x += from.angles[i] * axis;
+    v += from.omega[i] * axis;
+    a += from.alpha[i] * axis;
+    motions[i] = {x, from.angle, x + chain.links()[index(i)].com, v, 0, a, 0, {}};
+    x += chain.links()[index(i)].pin;
+  }
+  for (int j = slides; j < n_; ++j) {
     const Link& link = chain.links()[index(j)];
     const double w = from.omega[j], alpha = from.alpha[j];
     const Vec2d R = from.e[j] * link.com, P = from.e[j] * link.pin;

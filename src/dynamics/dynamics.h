@@ -6,6 +6,8 @@
 ///     y = [ θ_1…θ_n  ω_1…ω_n  (W_s  W_d) ]      θ̇ = ω      ω̇ = α(θ, ω, t)
 ///     Ẇ_s = power that the effects supply       Ẇ_d = power that they take from the chain
 ///
+/// Of slides θ and ω are the position s and its rate.
+///
 /// The two works W exist only if an effect may have power. Long chains store their states in lane order
 /// (lanes/arrangement.h): angles and rates in the order of the segments, then the works.
 ///

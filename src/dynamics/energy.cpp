@@ -29,8 +29,16 @@ void forCentres(const Chain& chain, const double* theta, const double* omega, co
   double angles[atOnce];
   Rotation<double> e[atOnce];
   Vec2d pin = base.pin, pinVelocity = base.velocity;
-  for (int j = 0; j < chain.size(); ++j) {
-    const int place = j % atOnce;
+  const int slides = chain.slides();
+  for (int i = 0; i < slides; ++i) {
+    const Link& link = chain.links()[index(i)];
+    pin += theta[i] * chain.joints()[index(i)].axis;
+    pinVelocity += omega[i] * chain.joints()[index(i)].axis;
+    f(i, PlacedBody{pin, {}}, pin + link.com, pinVelocity, 0.0);
+    pin += link.pin;
+  }
+  for (int j = slides; j < chain.size(); ++j) {
+    const int place = (j - slides) % atOnce;
     if (place == 0) {
       const int count = std::min(atOnce, chain.size() - j);
       for (int k = 0; k < count; ++k) angles[k] = theta[j + k] + base.angle;
@@ -49,8 +57,9 @@ void forCentres(const Chain& chain, const double* theta, const double* omega, co
 
 Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
   Energy energy = energyOf(chain, storingKinds(chain), theta, omega);
+  const Coordinates coordinates = chain.coordinates();
   for (int j = 0; j < chain.size(); ++j) {
-    const double rate = relative(omega, j);
+    const double rate = coordinates.relative(omega, j);
     energy.kinetic += 0.5 * inertiaIn(chain.joints()[index(j)]) * rate * rate;
   }
   return energy;
@@ -59,11 +68,13 @@ Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
 Energy energyOf(const Chain& chain, const std::vector<const EffectKind*>& kinds, const double* theta,
                 const double* omega, const BaseState& base) {
   Energy energy;
+  const Coordinates coordinates = chain.coordinates();
   forCentres(chain, theta, omega, base, [&](int j, const PlacedBody& body, Vec2d x, Vec2d v, double rate) {
     const Link& link = chain.links()[index(j)];
     double stored = 0;
     for (const EffectKind* kind : kinds) {
-      stored += kind->energyIn(chain.joints()[index(j)], relative(theta, j)) + kind->energyOf(link, body);
+      stored += kind->energyIn(chain.joints()[index(j)], coordinates.relative(theta, j)) +
+                kind->energyOf(link, body);
     }
     energy.kinetic += 0.5 * (link.mass * dot(v, v) + link.inertia * rate * rate);
     energy.elastic += stored;

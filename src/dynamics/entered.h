@@ -13,8 +13,8 @@ struct Entered {
   /// q, qd: relative angles (rad) and rates (rad/s), one a joint. The scene must outlive this object.
   Entered(const Scene& scene, double time, const Eigen::VectorXd& q, const Eigen::VectorXd& qd)
       : effects(scene), mechanism(scene.chain, true), motion(mechanism, effects), t(time), y(2 * q.size()) {
-    toAbsolute(q.data(), scene.chain.size(), y.data());
-    toAbsolute(qd.data(), scene.chain.size(), y.data() + q.size());
+    mechanism.coordinates().toAbsolute(q.data(), y.data());
+    mechanism.coordinates().toAbsolute(qd.data(), y.data() + q.size());
     effects.enter(t);
     effects.enterState(t, y.data());
     motion.forget();

@@ -26,16 +26,17 @@ class Search {
   Search(const Scene& scene, double t)
       : scene_(scene),
         t_(t),
+        coordinates_(scene.chain.coordinates()),
         n_(scene.chain.size()),
         effects_(scene, nullptr, &EffectKind::isInEquilibrium),
         storing_(storingKinds(scene.chain)) {
     effects_.enter(t);
     if (scene.base) baseAngle_ = scene.base->angle.at(t).value;
     // Bodies behind driven joints turn with the body before: one group. Group −1 is the ground.
-    std::vector<bool> isDriven(index(n_), false);
-    for (const Drive& drive : scene.drives) isDriven[index(drive.joint)] = true;
+    isDriven_.resize(index(n_), false);
+    for (const Drive& drive : scene.drives) isDriven_[index(drive.joint)] = true;
     for (int j = 0; j < n_; ++j) {
-      if (!isDriven[index(j)]) firsts_.push_back(j);
+      if (!isDriven_[index(j)] && j >= scene.chain.slides()) firsts_.push_back(j);
       groups_.push_back(static_cast<int>(firsts_.size()) - 1);
     }
     for (const Load& load : scene.loads) loads_.push_back({&load, factorAt(load, t)});
@@ -63,7 +64,10 @@ class Search {
   std::vector<double> from(std::vector<double> q) {
     for (const Drive& drive : scene_.drives) q[index(drive.joint)] = drive.law.at(t_).value;
     Eigen::VectorXd theta(n_);
-    toAbsolute(q.data(), n_, theta.data());
+    coordinates_.toAbsolute(q.data(), theta.data());
+    for (int i = 0; i < coordinates_.slides(); ++i) {
+      if (!isDriven_[index(i)]) settleSlide(i, theta);
+    }
     const Eigen::VectorXd start = theta;
     const auto groups = static_cast<Eigen::Index>(firsts_.size());
     for (int step = 0; step < mostSteps; ++step) {
@@ -74,7 +78,7 @@ class Search {
         // No step lowers the energy: rounding is all that is left, or the energy is flat.
         if (leaveSaddle(theta)) continue;
         std::vector<double> found(index(n_));
-        toRelative(theta.data(), n_, found.data());
+        coordinates_.toRelative(theta.data(), found.data());
         for (const Drive& drive : scene_.drives) found[index(drive.joint)] = q[index(drive.joint)];
         return found;
       }
@@ -87,9 +91,36 @@ class Search {
   }
 
  private:
+  /// Newton's method along a rail whose springs and stops are piecewise linear.
+  void settleSlide(int i, Eigen::VectorXd& theta) {
+    const Joint& joint = scene_.chain.joints()[index(i)];
+    constexpr int most = 100;
+    for (int step = 0; step < most; ++step) {
+      find(theta);
+      double force = N_[i];
+      for (int j = i; j < n_; ++j) {
+        const Link& link = scene_.chain.links()[index(j)];
+        force += dot(joint.axis, link.mass * scene_.chain.gravity() + F_[index(j)]);
+      }
+      if (std::abs(force) <= exact * scale_) return;
+      const double stop = force > 0 ? joint.upper : joint.lower;
+      if (k_[i] > 0) {
+        theta[i] += force / k_[i];
+      } else if (std::isfinite(stop) && (force > 0 ? theta[i] <= stop : theta[i] >= stop)) {
+        theta[i] = stop + force / joint.stopStiffness;
+      } else {
+        throw std::domain_error("the joint " + joint.name + " slides without end under " + toText(force) +
+                                " N: it needs a spring or a limit");
+      }
+    }
+    throw std::domain_error("none was found for the joint " + joint.name);
+  }
+
   /// Γ and the tridiagonal matrix of the groups.
   void find(const Eigen::VectorXd& theta) {
-    for (int j = 0; j < n_; ++j) e_[index(j)] = Rotation<double>::of(theta[j] + baseAngle_);
+    for (int j = coordinates_.slides(); j < n_; ++j) {
+      e_[index(j)] = Rotation<double>::of(theta[j] + baseAngle_);
+    }
     N_.setZero();
     k_.setZero();
     d_.setZero();
@@ -131,10 +162,12 @@ class Search {
     const BaseState base{{}, {}, baseAngle_, 0};
     double energy = energyOf(scene_.chain, storing_, theta.data(), still_.data(), base).potential;
     for (const auto& [load, factor] : loads_) {
-      if (load->joint != Load::none) energy -= factor * load->torque * relative(theta.data(), load->joint);
+      if (load->joint != Load::none)
+        energy -= factor * load->torque * coordinates_.relative(theta.data(), load->joint);
       if (load->link == Load::none) continue;
       Vec2d place;
-      for (int j = 0; j <= load->link; ++j) {
+      if (coordinates_.slides(load->link)) continue;  // constant while angles change
+      for (int j = coordinates_.slides(); j <= load->link; ++j) {
         const Vec2d arm = j < load->link ? scene_.chain.links()[index(j)].pin : load->point;
         place += Rotation<double>::of(theta[j] + baseAngle_) * arm;
       }
@@ -235,6 +268,8 @@ class Search {
 
   const Scene& scene_;
   double t_;
+  const Coordinates coordinates_;
+  std::vector<bool> isDriven_;
   int n_, pushes_ = 0;
   Effects effects_;
   std::vector<const EffectKind*> storing_;

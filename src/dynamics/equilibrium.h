@@ -13,6 +13,12 @@
 /// move towards |κ_j| until it is. So the step goes downhill, and a line search on V ends where V is
 /// stationary. If V falls from there along the softest direction, that is no minimum, and the search goes on.
 /// Driven joints keep their angles.
+///
+/// Weights and constant forces on a slide do not depend on where it is, so slides come first, one by one:
+///
+///     k_s δs = N_s + d·Σ (m_j g + F_j)
+///
+/// A slide that nothing pushes along a rail without spring stays.
 
 #include <stdexcept>
 #include <vector>
@@ -26,8 +32,8 @@ struct SearchGaveUp : std::domain_error {
   using std::domain_error::domain_error;
 };
 
-/// Returns the relative angles of the equilibrium at time t, rad. Friction is ignored; the base stands still
-/// where it is at t. q: where the search starts.
+/// Returns the relative angles, and the positions, of the equilibrium at time t, rad and m. Friction is
+/// ignored; the base stands still where it is at t. q: where the search starts.
 /// @throws std::domain_error, with the reason, when the energy has no minimum downhill of q
 /// @throws SearchGaveUp when none was found in 5000 steps
 std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q);

@@ -2,17 +2,18 @@
 
 #include <algorithm>
 
+#include "dynamics/inner_end.h"
 #include "recursion/coupled.h"
 
 namespace planar_chain {
 
-Evaluation::Evaluation(int n, bool baseMoves, bool hasPlaces) {
+Evaluation::Evaluation(int n, bool isPlain, bool hasPlaces) {
   y.resize(2 * index(n));
   e.resize(index(ShortChain::roomFor(n)));
   for (auto* numbers : {&N, &alpha, &moments}) numbers->resize(index(n));
   for (auto* vectors : {&F, &pinVelocity}) vectors->resize(index(n));
   if (hasPlaces) pin.resize(index(n));
-  if (!baseMoves) return;
+  if (isPlain) return;
   for (auto* numbers : {&turning, &slopesOnBase}) numbers->resize(index(n));
 }
 
@@ -20,12 +21,14 @@ Evaluator::Evaluator(const Mechanism& mechanism, Effects& effects)
     : mechanism_(mechanism),
       effects_(effects),
       n_(mechanism.size()),
-      recursion_(mechanism.chain()),
+      recursion_(mechanism.bodies()),
       couplings_(n_),
-      torques_(index(n_)) {}
+      torques_(index(n_)) {
+  if (mechanism.hasEnds()) ended_.emplace(mechanism.bodies());
+}
 
 Evaluation Evaluator::none() const {
-  Evaluation none(n_, effects_.base() != nullptr, effects_.anyForces(&Forces::dependOnPlace));
+  Evaluation none(n_, isPlain(), effects_.anyForces(&Forces::dependOnPlace));
   none.ground = -1.0 * mechanism_.chain().gravity();
   return none;
 }
@@ -60,42 +63,83 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
 
   // What is given at t.
   takeCouplings(t);
-  const bool baseMoves = !to.turning.empty(), hasForces = effects_.acting() == LoadKind::forces;
-  if (baseMoves) {
-    to.base = couplings_.base();
-    to.ground = couplings_.pinAcceleration() - mechanism_.chain().gravity();
-    to.groundTurning = couplings_.angle.acceleration;
-  }
+  if (!to.turning.empty()) return evaluateMoving(to);
 
-  // Rotations and rates against the ground. The recursion computes rotations that nothing else needs.
+  // Rotations. The recursion computes those that nothing else needs.
   const double* theta = to.y.data();
-  if (baseMoves || hasForces) {
+  if (effects_.acting() == LoadKind::forces) {
     mechanism_.rotate(theta, to.e.data(), n_);
     theta = nullptr;
+    placePins(to);
   }
-  if (baseMoves) {
-    const Rotation<double> turn = plainRotation(to.base.angle);
-    for (Rotation<double>& e : to.e) e = turn * e;
-    for (int j = 0; j < n_; ++j) to.turning[index(j)] = to.y[index(n_ + j)] + to.base.rate;
-  }
-  if (hasForces) {
-    std::fill(to.F.begin(), to.F.end(), Vec2d{});
-    mechanism_.findPinVelocities(to.e.data(), to.omega(), effects_.reach(), to.pinVelocity.data());
-    for (int j = 0; j < effects_.reach(); ++j) to.pinVelocity[index(j)] += to.base.velocity;
-    Vec2d x = to.base.pin;
-    for (std::size_t j = 0; j < to.pin.size(); ++j) {
-      to.pin[j] = x;
-      x += to.e[j] * mechanism_.chain().links()[j].pin;
-    }
-  }
-
   applyEffects(to);
   to.pinForce = recursion_.accelerations({to.e.data(), to.N.data(), forces(to), to.ground}, theta, to.omega(),
                                          to.groundTurning, to.alpha.data(), to.moments.data());
-  for (std::size_t i = 0; i < to.slopesOnBase.size(); ++i) {
-    to.slopesOnBase[i] = to.alpha[i] - to.groundTurning;
+  if (anyIsGiven_) to.powers.supplied += couplingPower(to);
+}
+
+/// The places and velocities of the pins, where forces act.
+void Evaluator::placePins(Evaluation& to) const {
+  std::fill(to.F.begin(), to.F.end(), Vec2d{});
+  const Chain& chain = mechanism_.chain();
+  const int slides = mechanism_.slides(), reach = effects_.reach();
+  Vec2d x = to.base.pin, v;
+  for (int i = 0; i < slides; ++i) {
+    const Vec2d axis = chain.joints()[index(i)].axis;
+    x += to.y[index(i)] * axis;
+    v += to.y[index(n_ + i)] * axis;
+    to.pinVelocity[index(i)] = v;
+    if (!to.pin.empty()) to.pin[index(i)] = x;
+    x += chain.links()[index(i)].pin;
+  }
+  mechanism_.findPinVelocities(to.e.data(), to.omega(), reach, to.pinVelocity.data(), slides, v);
+  for (int j = 0; j < reach; ++j) to.pinVelocity[index(j)] += to.base.velocity;
+  for (std::size_t j = index(slides); j < to.pin.size(); ++j) {
+    to.pin[j] = x;
+    x += to.e[j] * chain.links()[j].pin;
+  }
+}
+
+/// The base moves, or the chain has ends. Rotations and rates against the ground.
+[[gnu::noinline]] void Evaluator::evaluateMoving(Evaluation& to) {
+  to.base = couplings_.base();
+  to.ground = couplings_.pinAcceleration() - mechanism_.chain().gravity();
+  to.groundTurning = couplings_.angle.acceleration;
+
+  const int slides = mechanism_.slides();
+  mechanism_.rotate(to.y.data() + slides, to.e.data() + slides, n_ - slides);
+  const Rotation<double> turn = plainRotation(to.base.angle);
+  for (int j = slides; j < n_; ++j) to.e[index(j)] = turn * to.e[index(j)];
+  for (int j = 0; j < n_; ++j) {
+    to.turning[index(j)] = to.y[index(n_ + j)] + (j < slides ? 0 : to.base.rate);
+  }
+  if (effects_.acting() == LoadKind::forces) placePins(to);
+
+  applyEffects(to);
+  if (ended_) {
+    runEnded(to);
+  } else {
+    to.pinForce = recursion_.accelerations({to.e.data(), to.N.data(), forces(to), to.ground}, nullptr,
+                                           to.omega(), to.groundTurning, to.alpha.data(), to.moments.data());
+  }
+  for (int i = 0; i < n_; ++i) {
+    to.slopesOnBase[index(i)] = to.alpha[index(i)] - (i < slides ? 0 : to.groundTurning);
   }
   if (anyIsGiven_) to.powers.supplied += couplingPower(to);
+}
+
+void Evaluator::runEnded(Evaluation& to) {
+  const int slides = mechanism_.slides();
+  const Vec2d* F = forces(to);
+  const Coupling<double>* joints = couplings_.joints.data();
+  const InnerEnd<double> inner = innerEndOf(mechanism_.chain(), joints, to.N.data(), F);
+  to.ends = ended_->accelerations(
+      to.e.data() + slides, to.omega() + slides,
+      {to.N.data() + slides, F ? F + slides : nullptr, joints + slides, to.ground, to.groundTurning}, inner,
+      {}, to.alpha.data() + slides, to.moments.data() + slides);
+  std::copy_n(to.ends.acceleration.begin(), slides, to.alpha.begin());
+  writeHolding(inner, to.ends, to.moments.data());
+  to.pinForce = to.ends.pinForce;
 }
 
 /// The power of drives and base, W.
@@ -116,16 +160,19 @@ double Evaluator::couplingPower(const Evaluation& at) {
 }
 
 void Evaluator::invert(const Evaluation& at, const double* less, const double* qdd, double* moments) {
-  std::vector<double> N = at.N, alpha(at.alpha.size());
-  std::vector<Rotation<double>> e = at.e;
-  std::vector<Coupling<double>> joints(index(n_));
+  Evaluation asked = at;
   for (int i = 0; i < n_; ++i) {
-    addJointTorque(-less[i], i, N.data());
-    joints[index(i)] = {0, true, qdd[i]};
+    mechanism_.coordinates().addTorque(-less[i], i, asked.N.data());
+    couplings_.joints[index(i)] = {0, true, qdd[i]};
   }
-  recursion_.couple(joints.data());
-  recursion_.accelerations({e.data(), N.data(), forces(at), at.ground}, nullptr, at.omega(), at.groundTurning,
-                           alpha.data(), moments);
+  if (ended_) {
+    runEnded(asked);
+    std::copy(asked.moments.begin(), asked.moments.end(), moments);
+  } else {
+    recursion_.couple(couplings_.joints.data());
+    recursion_.accelerations({asked.e.data(), asked.N.data(), forces(asked), asked.ground}, nullptr,
+                             asked.omega(), asked.groundTurning, asked.alpha.data(), moments);
+  }
   forgetCouplings();
 }
 

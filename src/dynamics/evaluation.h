@@ -8,9 +8,13 @@
 ///
 ///     P_supplied = that of the effects + Σ (μ_i + J_i q̈_i) q̇_i of held joints + F_pin·v_base + (μ_1 + τ_1) φ̇
 ///
+/// Behind slides the base does not move. In the arrays the slides come first: their positions, their rates in
+/// ω, s̈ in α, forces along the rails in N and μ; e = 1; and as pins their own points.
+///
 /// States are in chain order, whatever the length.
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,13 +22,14 @@
 #include "dynamics/stored_energy.h"
 #include "effects/effects.h"
 #include "lanes/coupled_chain.h"
+#include "recursion/ended.h"
 
 namespace planar_chain {
 
 /// Results at one state: a value. Vectors have ground components.
 struct Evaluation {
-  /// Of no state yet. Allocates.
-  Evaluation(int n, bool baseMoves, bool hasPlaces);
+  /// Of no state yet. isPlain: the base stands still, and nothing slides. Allocates.
+  Evaluation(int n, bool isPlain, bool hasPlaces);
 
   /// True if it has the results of this state.
   bool isAt(double time, const double* state) const {
@@ -49,7 +54,8 @@ struct Evaluation {
   std::vector<double> N;                      ///< moments of the effects about the inner pins, N m
   std::vector<double> alpha;                  ///< against the ground, rad/s²
   std::vector<double> moments;                ///< μ in the joints, N m
-  std::vector<double> turning, slopesOnBase;  ///< if the base moves
+  std::vector<double> turning, slopesOnBase;  ///< unless it is plain
+  EndsMotion<double> ends;                    ///< if the chain has ends
   std::vector<Vec2d> F, pinVelocity;          ///< if forces act
   std::vector<Vec2d> pin;                     ///< places of the inner pins, if a force depends on them
   Powers powers;                              ///< of effects, drives and base, W
@@ -72,10 +78,17 @@ class Evaluator {
   const Couplings& couplings() const { return couplings_; }
   /// Call it if something couples otherwise than before, apart from what varies with time.
   void forgetCouplings() { hasCouplings_ = false; }
-  std::string recursion() const { return recursion_.name(); }
+  std::string recursion() const {
+    return ended_ ? "link by link, with coupled joints and ends" : recursion_.name();
+  }
 
  private:
+  /// True if the base stands still, and the chain has no ends.
+  bool isPlain() const { return !effects_.base() && !mechanism_.hasEnds(); }
   void takeCouplings(double t);
+  void evaluateMoving(Evaluation& to);
+  void placePins(Evaluation& to) const;
+  void runEnded(Evaluation& to);
   void applyEffects(Evaluation& to);
   double couplingPower(const Evaluation& at);
   const Vec2d* forces(const Evaluation& at) const {
@@ -86,6 +99,7 @@ class Evaluator {
   Effects& effects_;
   int n_;
   CoupledChain recursion_;
+  std::optional<Ended<double>> ended_;
   bool hasCouplings_ = false;
   bool anyIsGiven_ = false;  ///< a joint is held, or the base moves: they may have power
   Couplings couplings_;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "dynamics/inner_end.h"
+
 namespace planar_chain {
 
 template <class Scalar>
@@ -12,6 +14,9 @@ ExactSolve::Solver<Scalar> ExactSolve::makeSolver() const {
     } else {
       return {LinearizedSegments<Scalar>(*plain_)};
     }
+  }
+  if (mechanism_.hasEnds()) {
+    return {typename Solver<Scalar>::Ended(coupled_->bodies, tangents_.bodies, coupled_->ends)};
   }
   if (tangents_.bodies.empty()) return {CoupledLinearized<Scalar>(coupled_->bodies)};
   return {TangentLinearized<Scalar>(coupled_->bodies, tangents_.bodies)};
@@ -27,7 +32,7 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTange
       isNonlinear_(effects.any(&Effect::isNonlinear)),
       hasForces_(effects.mostActing() == LoadKind::forces),
       keepsState_(hasPower_ || isNonlinear_ || hasForces_),
-      coupled_(isCoupled ? std::make_optional<Coupled>(mechanism.chain(), effects) : std::nullopt),
+      coupled_(isCoupled ? std::make_optional<Coupled>(mechanism, effects) : std::nullopt),
       solver_(makeSolver<double>()),
       room_(index(2 * places_)) {
   pinVelocity_.resize(hasForces_ ? index(n_) : 0);
@@ -102,9 +107,23 @@ void ExactSolve::linearize(const Evaluation& at, const Couplings& couplings) {
   std::copy_n(at_.omega, omegaInLanes_.size(), omegaInLanes_.begin());
   tangents_.takeJoints(effects_, at_);
   tangents_.takeForces(effects_, at_);
-  coupled_->bodies.take({kept.e.data(), kept.omega(), kept.alpha.data(), forces(),
-                         tangents_.XF.empty() ? nullptr : tangents_.XF.data(), tangents_.k.data(),
-                         tangents_.d.data(), coupled_->couplings.joints.data(), kept.ground});
+  const int slides = mechanism_.slides();
+  const auto ofBodies = [slides](const auto* values) { return values ? values + slides : nullptr; };
+  coupled_->bodies.take({kept.e.data() + slides, kept.omega() + slides, kept.alpha.data() + slides,
+                         ofBodies(forces()), ofBodies(tangents_.XF.empty() ? nullptr : tangents_.XF.data()),
+                         tangents_.k.data() + slides, tangents_.d.data() + slides,
+                         coupled_->couplings.joints.data() + slides,
+                         mechanism_.hasEnds() ? kept.ends.pinAcceleration : kept.ground, kept.ends.tipForce});
+  if (mechanism_.hasEnds()) takeEnds();
+}
+
+void ExactSolve::takeEnds() {
+  EndsTangent& ends = coupled_->ends;
+  ends.inner =
+      innerEndOf(mechanism_.chain(), coupled_->couplings.joints.data(), coupled_->at.N.data(), forces());
+  std::copy_n(tangents_.k.begin(), mechanism_.slides(), ends.stiffness.begin());
+  std::copy_n(tangents_.d.begin(), mechanism_.slides(), ends.damping.begin());
+  ends.tip = coupled_->at.ends.acting;
 }
 
 /// The chain's own motion stays. The base moves on, laws of held joints and loads change.
@@ -176,9 +195,15 @@ Powers ExactSolve::powersAlongInOrder(const double* uv) {
   const double* u = mechanism_.stateInOrder(uv, inOrder_.data());
   const double* v = u + n_;
   const double* omega = coupled_ ? coupled_->at.omega() : at_.omega;
-  const int last = pin_.empty() ? effects_.reach() : n_;
+  const int last = pin_.empty() ? effects_.reach() : n_, slides = mechanism_.slides();
   Vec2d change, place;
-  for (int j = 0; j < last; ++j) {
+  for (int i = 0; i < std::min(slides, last); ++i) {
+    const Vec2d axis = mechanism_.chain().joints()[index(i)].axis;
+    pinVelocity_[index(i)] = change += v[i] * axis;
+    place += u[i] * axis;
+    if (!pin_.empty()) pin_[index(i)] = place;
+  }
+  for (int j = slides; j < last; ++j) {
     pinVelocity_[index(j)] = change;
     if (!pin_.empty()) pin_[index(j)] = place;
     const Vec2d P = at_.e[j] * mechanism_.chain().links()[index(j)].pin;
@@ -194,16 +219,17 @@ Powers ExactSolve::powersAlongInOrder(const double* uv) {
 
 template <class Scalar>
 Scalar ExactSolve::couplingPowerAlong(const Solver<Scalar>& solver) const {
-  const auto& moments = solver.moments();
+  const std::size_t slides = index(mechanism_.slides());
   Scalar supplied{};
   for (int i = 0; i < n_; ++i) {
     if (!coupled_->couplings.joints[index(i)].isHeld) continue;
-    supplied += coupled_->couplings.held[index(i)].rate * moments[index(i)];
+    supplied += coupled_->couplings.held[index(i)].rate * solver.momentOf(index(i), slides);
   }
   if (coupled_->at.turning.empty()) return supplied;
   const BaseState& base = coupled_->at.base;
   const Vec2<Scalar> force = solver.pinForce();
-  return supplied + base.rate * moments[0] + base.velocity.x * force.x + base.velocity.y * force.y;
+  return supplied + base.rate * solver.momentOf(0, slides) + base.velocity.x * force.x +
+         base.velocity.y * force.y;
 }
 
 // ---- Real and complex solves -----------------------------------------------------------------------

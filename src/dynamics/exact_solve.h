@@ -1,10 +1,11 @@
 #pragma once
 
-/// (s·1 − J)⁻¹ of the chain with all its effects, for the stiff methods, by one of three recursions:
+/// (s·1 − J)⁻¹ of the chain with all its effects, for the stiff methods, by one of four recursions:
 ///
 ///     linearized.h            link by link or in segments, in the order of the mechanism
 ///     coupled_linearized.h    joints couple accelerations, or the base moves
 ///     tangent_linearized.h    forces depend on the motion, too
+///     ended_linearized.h      the chain has ends
 ///
 /// and the rows of the works W = (W_s, W_d), which nothing depends on,
 ///
@@ -24,6 +25,7 @@
 #include "lanes/linearized_segments.h"
 #include "ode/system.h"
 #include "recursion/coupled_linearized.h"
+#include "recursion/ended_linearized.h"
 #include "recursion/tangent_linearized.h"
 #include "simd/cache_lines.h"
 
@@ -65,7 +67,9 @@ class ExactSolve {
   /// s·1 − J, factored.
   template <class Scalar>
   struct Solver {
-    std::variant<LinearizedSegments<Scalar>, CoupledLinearized<Scalar>, TangentLinearized<Scalar>> inverse;
+    using Ended = EndedLinearized<Scalar, 1>;
+    std::variant<LinearizedSegments<Scalar>, CoupledLinearized<Scalar>, TangentLinearized<Scalar>, Ended>
+        inverse;
     Scalar s{};
 
     void factor(Scalar s_) {
@@ -75,8 +79,7 @@ class ExactSolve {
     }
     // Apart from plain ones, which would save registers for them.
     [[gnu::noinline]] void factorCoupled() {
-      auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
-      coupled ? coupled->factor(s) : std::get_if<TangentLinearized<Scalar>>(&inverse)->factor(s);
+      visitCoupled([this](auto& coupled) { coupled.factor(s); });
     }
     void solve(const Scalar* rhs, Scalar* x, int places) {
       if (auto* plain = std::get_if<LinearizedSegments<Scalar>>(&inverse)) {
@@ -85,17 +88,27 @@ class ExactSolve {
       solveCoupled(rhs, x, places);
     }
     [[gnu::noinline]] void solveCoupled(const Scalar* rhs, Scalar* x, int n) {
-      auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
-      coupled ? coupled->solve(rhs, rhs + n, x, x + n)
-              : std::get_if<TangentLinearized<Scalar>>(&inverse)->solve(rhs, rhs + n, x, x + n);
+      visitCoupled([=](auto& coupled) { coupled.solve(rhs, rhs + n, x, x + n); });
     }
-    const std::vector<Scalar>& moments() const {
-      const auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
-      return coupled ? coupled->moments() : std::get_if<TangentLinearized<Scalar>>(&inverse)->moments();
+    template <class Visit>
+    void visitCoupled(Visit visit) {
+      if (auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse)) return visit(*coupled);
+      if (auto* tangent = std::get_if<TangentLinearized<Scalar>>(&inverse)) return visit(*tangent);
+      visit(*std::get_if<Ended>(&inverse));
+    }
+    /// The change of the moment of joint i along the last solution, behind `slides`.
+    Scalar momentOf(std::size_t i, std::size_t slides) const {
+      if (const auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse))
+        return coupled->moments()[i];
+      if (const auto* tangent = std::get_if<TangentLinearized<Scalar>>(&inverse))
+        return tangent->moments()[i];
+      const auto* ended = std::get_if<Ended>(&inverse);
+      return i < slides ? ended->slideForces()[i] : ended->moments()[i - slides];
     }
     Vec2<Scalar> pinForce() const {
-      const auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
-      return coupled ? coupled->pinForce() : std::get_if<TangentLinearized<Scalar>>(&inverse)->pinForce();
+      if (const auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse)) return coupled->pinForce();
+      if (const auto* tangent = std::get_if<TangentLinearized<Scalar>>(&inverse)) return tangent->pinForce();
+      return std::get_if<Ended>(&inverse)->pinForce();
     }
     /// The rows of the works, from the change of the powers.
     void solveWorks(const Scalar* rhs, Scalar supplied, Scalar dissipated, Scalar* x, int places) const {
@@ -105,14 +118,16 @@ class ExactSolve {
   };
   /// What chains with coupled joints linearize at.
   struct Coupled {
-    Coupled(const Chain& chain, const Effects& effects)
-        : bodies(chain),
-          at(chain.size(), effects.base() != nullptr, effects.anyForces(&Forces::dependOnPlace)),
-          couplings(chain.size()),
-          rates(chain.size()),
-          change(chain) {}
+    Coupled(const Mechanism& mechanism, const Effects& effects)
+        : bodies(mechanism.bodies()),
+          at(mechanism.size(), !effects.base() && !mechanism.hasEnds(),
+             effects.anyForces(&Forces::dependOnPlace)),
+          couplings(mechanism.size()),
+          rates(mechanism.size()),
+          change(mechanism.chain()) {}
 
     CoupledBodies bodies;
+    EndsTangent ends;
     Evaluation at;
     Couplings couplings, rates;
     MotionChange change;
@@ -134,6 +149,7 @@ class ExactSolve {
     return change;
   }
   Powers powersAlongInOrder(const double* uv);
+  void takeEnds();
   /// That of held joints and the base, along the last solution.
   template <class Scalar>
   Scalar couplingPowerAlong(const Solver<Scalar>& solver) const;

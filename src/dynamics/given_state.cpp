@@ -5,6 +5,7 @@
 #include <string>
 
 #include "effects/effect_kind.h"
+#include "model/slides.h"
 
 namespace planar_chain {
 
@@ -15,6 +16,10 @@ Eigen::VectorXd orElse(const std::optional<Eigen::VectorXd>& given, const std::v
   return Eigen::VectorXd::Map(otherwise.data(), static_cast<Eigen::Index>(otherwise.size()));
 }
 
+std::string inUnitsOf(const Joint& joint, const std::string& words) {
+  return joint.slides ? inUnitsOfSlide(words) : words;
+}
+
 /// Only a turn that is counted exactly is an angle.
 void checkAngles(const Scene& scene, const Eigen::VectorXd& q, std::vector<Fault>& faults) {
   for (int i = 0; i < scene.chain.size(); ++i) {
@@ -22,7 +27,8 @@ void checkAngles(const Scene& scene, const Eigen::VectorXd& q, std::vector<Fault
     const double most = largestAngle(joint);
     if (std::abs(q[i]) <= most) continue;
     faults.push_back(
-        {"q", "numbers up to " + toText(most) + " rad in the joint " + joint.name, toText(q[i])});
+        {"q", inUnitsOf(joint, "numbers up to " + toText(most) + " rad") + " in the joint " + joint.name,
+         toText(q[i])});
   }
 }
 
@@ -38,8 +44,10 @@ bool checkNumbers(const char* path, const Scene& scene, const Eigen::VectorXd& n
   bool areFinite = true;
   for (int i = 0; i < n; ++i) {
     if (std::isfinite(numbers[i])) continue;
-    const std::string joint = " of the joint " + scene.chain.joints()[index(i)].name;
-    faults.push_back({path, std::string("a finite number, in ") + unit + "," + joint, toText(numbers[i])});
+    const Joint& joint = scene.chain.joints()[index(i)];
+    faults.push_back(
+        {path, inUnitsOf(joint, std::string("a finite number, in ") + unit) + ", of the joint " + joint.name,
+         toText(numbers[i])});
     areFinite = false;
   }
   return areFinite;
@@ -60,11 +68,13 @@ GivenState stateOf(const Scene& scene, double t, const std::optional<Eigen::Vect
 
   for (const Drive& drive : scene.drives) {
     const GivenMotion motion = drive.law.at(t);
-    const std::string joint = " of the driven joint " + scene.chain.joints()[index(drive.joint)].name;
+    const Joint& driven = scene.chain.joints()[index(drive.joint)];
+    const std::string joint = " of the driven joint " + driven.name;
     const auto put = [&](const char* path, bool isGiven, const char* unit, double law, double& own) {
       if (isGiven && !(std::abs(own - law) <= givenTo)) {
-        faults.push_back(
-            {path, toText(law) + " " + unit + joint + " at t = " + toText(t) + " s", toText(own)});
+        faults.push_back({path,
+                          toText(law) + " " + inUnitsOf(driven, unit) + joint + " at t = " + toText(t) + " s",
+                          toText(own)});
       }
       own = law;
     };

@@ -14,11 +14,12 @@ namespace planar_chain {
 constexpr double givenTo = 1e-6;  // rad, rad/s: how closely a state must repeat what is given
 
 struct GivenState {
-  Eigen::VectorXd q;   ///< n, rad
-  Eigen::VectorXd qd;  ///< n, rad/s
+  Eigen::VectorXd q;   ///< n, rad, of slides m
+  Eigen::VectorXd qd;  ///< n, rad/s, of slides m/s
 };
 
-/// Adds a fault at `path` unless there are n finite numbers. Returns true if there is none.
+/// Adds a fault at `path` unless there are n finite numbers. unit: of those of angles. Returns true if there
+/// is none.
 bool checkNumbers(const char* path, const Scene& scene, const Eigen::VectorXd& numbers, const char* unit,
                   std::vector<Fault>& faults);
 

@@ -88,7 +88,7 @@ struct Blocks {
 
   Blocks(const Chain& chain, const Kane& k)
       : B(MatrixXd::Zero(chain.size(), 2 * chain.size())), C(MatrixXd::Zero(B.rows(), B.cols())) {
-    for (int i = 0; i < chain.size(); ++i) {
+    for (int i = chain.slides(); i < chain.size(); ++i) {
       const RowVector2d S_r = crossRow(chain.links()[i].com);
       const RowVector2d S_p = crossRow(chain.links()[i].pin);
       B.block<1, 2>(i, 2 * i) = S_r * k.S[i];
@@ -117,7 +117,9 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
   k.qd = qd;
 
   // T_ωq:  [θ_1 … θ_n] = qᵀ T,  [ω_1 … ω_n] = q̇ᵀ T
-  k.T = MatrixXd::Ones(n, n).triangularView<Eigen::Upper>();
+  const int slides = chain.slides(), turning = n - slides;
+  k.T = MatrixXd::Zero(n, n);
+  k.T.bottomRightCorner(turning, turning).triangularView<Eigen::Upper>().setOnes();
   const RowVectorXd theta = (q.transpose() * k.T).array() + active.angle;
   const RowVectorXd omega = (qd.transpose() * k.T).array() + active.rate;
 
@@ -127,9 +129,13 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
     k.omega.push_back(angularVelocityMatrix(omega(i)));
   }
 
-  // Partial velocities
+  // Partial velocities, those of slides along their rails
   const auto [B, C] = Blocks(chain, k);
   k.V_pd = k.T * B;
+  for (int i = 0; i < slides; ++i) {
+    const Vec2d d = chain.joints()[index(i)].axis;
+    for (int j = i; j < n; ++j) k.V_pd.block<1, 2>(i, 2 * j) += RowVector2d(d.x, d.y);
+  }
   k.W_pd = k.T;
 
   // Inertia: A_1, A_2, A_3
@@ -140,7 +146,7 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
     I(i) = chain.links()[i].inertia;
   }
   k.A_1 = k.T * C * m.asDiagonal();
-  k.A_2 = k.T * B * m.asDiagonal();
+  k.A_2 = k.V_pd * m.asDiagonal();
   k.A_3 = k.T * I.asDiagonal();
 
   // Kane: V_pd (F + F_in) + W_pd (M + M_in) + τ = 0

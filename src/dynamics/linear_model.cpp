@@ -21,20 +21,21 @@ LinearModel linearModel(const Scene& scene, double t, const Eigen::VectorXd& q, 
   tangents.takeForces(entered.effects, at.state());
   const bool hasForces = entered.effects.acting() == LoadKind::forces;
 
-  // δq̈ while joint j, with all that hangs on it, turns by `turn`, speeds up by `speed`, and has `torque`
-  // more.
+  // δq̈ while joint j, with all that turns with it, turns or slides by `turn`, speeds up by `speed`, and has
+  // `torque` more.
   MotionChange change(scene.chain);
+  const Coordinates coordinates = scene.chain.coordinates();
   const auto along = [&](int j, double turn, double speed, double torque) {
     for (int i = 0; i < n; ++i) {
-      const double hangs = i >= j ? 1 : 0;
+      const double hangs = i == j || (i > j && !coordinates.slides(j)) ? 1 : 0;
       change.turn[index(i)] = hangs * turn;
       change.speed[index(i)] = hangs * speed;
     }
     std::fill(change.N.begin(), change.N.end(), 0.0);
-    addJointTorque(torque, j, change.N.data());
+    coordinates.addTorque(torque, j, change.N.data());
     change.find(at, hasForces, entered.motion.evaluator().couplings(), tangents);
     Eigen::VectorXd result(n);
-    toRelative(change.alpha.data(), n, result.data());
+    coordinates.toRelative(change.alpha.data(), result.data());
     return result;
   };
 

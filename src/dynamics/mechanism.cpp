@@ -7,7 +7,12 @@
 namespace planar_chain {
 
 Mechanism::Mechanism(const Chain& chain, bool inOrder)
-    : chain_(chain), n_(chain.size()), places_(n_), rotations_(simd::kernels().front()->rotations) {
+    : chain_(chain),
+      coordinates_(chain.coordinates()),
+      n_(chain.size()),
+      places_(n_),
+      rotations_(simd::kernels().front()->rotations) {
+  if (slides() > 0) bodies_.emplace(chain.withoutSlides());
   if (inOrder || !Segments::areWorthwhile(n_)) return;
   lanes_.emplace(n_);
   places_ = lanes_->places();
@@ -15,8 +20,8 @@ Mechanism::Mechanism(const Chain& chain, bool inOrder)
 
 Recursion Mechanism::makeRecursion() const {
   if (lanes_) return Segments(chain_);
-  if (n_ <= ShortChain::most) return ShortChain(chain_);
-  return Articulated<double>(chain_);
+  if (bodies().size() <= ShortChain::most) return ShortChain(bodies());
+  return Articulated<double>(bodies());
 }
 
 void Mechanism::toLanes(const double* inOrder, double* inLanes) const {
@@ -50,9 +55,8 @@ const double* Mechanism::stateInOrder(const double* y, double* room) const {
 }
 
 void Mechanism::findPinVelocities(const Rotation<double>* e, const double* omega, int count,
-                                  Vec2d* velocities) const {
-  Vec2d v;
-  for (int j = 0; j < count; ++j) {
+                                  Vec2d* velocities, int first, Vec2d v) const {
+  for (int j = first; j < count; ++j) {
     velocities[j] = v;
     v += omega[j] * perp(e[j] * chain_.links()[index(j)].pin);
   }

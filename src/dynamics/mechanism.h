@@ -2,6 +2,8 @@
 
 /// What never changes of a chain: its bodies, and how its recursion is gone through. Chosen once, by the
 /// length and the processor; shared by all that computes with it.
+///
+/// Behind slides the bodies that turn are a chain of their own: `bodies()`. Recursions have those alone.
 
 #include <optional>
 #include <variant>
@@ -24,6 +26,12 @@ class Mechanism {
 
   const Chain& chain() const { return chain_; }
   int size() const { return n_; }  ///< n
+  const Coordinates& coordinates() const { return coordinates_; }
+  int slides() const { return coordinates_.slides(); }
+  /// The bodies that turn: the chain itself, if none slides.
+  const Chain& bodies() const { return bodies_ ? *bodies_ : chain_; }
+  /// True if the chain has ends (recursion/ends.h).
+  bool hasEnds() const { return slides() > 0; }
   /// The order of a long chain's bodies, in which its states are kept; nullptr: chain order.
   const Arrangement* lanes() const { return lanes_ ? &*lanes_ : nullptr; }
   /// The numbers that one quantity of all bodies takes in that order: n, or more.
@@ -41,11 +49,14 @@ class Mechanism {
   const double* stateInOrder(const double* y, double* room) const;
 
   /// Writes the velocities of the first `count` inner pins, m/s, from e = exp(i θ_j) and the rates ω_j in
-  /// chain order. Allocates nothing.
-  void findPinVelocities(const Rotation<double>* e, const double* omega, int count, Vec2d* velocities) const;
+  /// chain order. first: the body on the first pin, whose velocity is v. Allocates nothing.
+  void findPinVelocities(const Rotation<double>* e, const double* omega, int count, Vec2d* velocities,
+                         int first = 0, Vec2d v = {}) const;
 
  private:
   const Chain& chain_;
+  Coordinates coordinates_;
+  std::optional<Chain> bodies_;
   int n_;
   std::optional<Arrangement> lanes_;
   int places_;

@@ -9,15 +9,20 @@
 ///     δx_next = δx + δθ iP      δv_next = δv + δω iP − ω δθ P
 ///     δ(F, N) = −K δ(x, θ) − D δ(v, ω) − (0, X·F) δθ + what is given
 ///
+/// Chains with ends run on dual numbers (recursion/dual.h): their recursion compares numbers.
+///
 /// Source: W. Squire, G. Trapp, Using complex variables to estimate derivatives of real functions, SIAM Rev.
 /// 40 (1998) 110–112.
 
 #include <complex>
+#include <variant>
 #include <vector>
 
 #include "dynamics/effect_tangents.h"
 #include "dynamics/evaluation.h"
 #include "recursion/coupled.h"
+#include "recursion/dual.h"
+#include "recursion/ended.h"
 
 namespace planar_chain {
 
@@ -31,7 +36,7 @@ class MotionChange {
 
   Vec2d pin, velocity, acceleration;  ///< of the ground pin
   double turning = 0;                 ///< of the base's angular acceleration
-  std::vector<double> turn, speed;    ///< of each body, θ and ω
+  std::vector<double> turn, speed;    ///< of each body, θ and ω; of slides, s and ṡ
   std::vector<double> N;              ///< moments about the inner pins
   std::vector<Vec2d> F;               ///< forces
   std::vector<double> held;           ///< q̈ of held joints
@@ -41,20 +46,37 @@ class MotionChange {
 
   // ---- The results ------------------------------------------------------------------------------------
 
-  std::vector<double> alpha, moments;      ///< of the bodies and joints
+  std::vector<double> alpha, moments;      ///< of the bodies and joints; s̈ of slides
   Vec2d pinForce;                          ///< of the base on the first body
   std::vector<Vec2d> pins, pinVelocities;  ///< of the inner pins
 
  private:
-  using Nudged = std::complex<double>;
-  void nudgeLoads(const Evaluation& at, bool hasForces, const EffectTangents& tangents);
+  /// Numbers that change, and their recursion.
+  template <class Nudged, class Recursion>
+  struct Run {
+    explicit Run(const Chain& bodies, int n);
+
+    Recursion recursion;
+    std::vector<Rotation<Nudged>> e;
+    std::vector<Nudged> omega, N, alpha, moments;
+    std::vector<Vec2<Nudged>> F;
+    std::vector<Coupling<Nudged>> joints;
+  };
+  using Pinned = Run<std::complex<double>, Coupled<std::complex<double>>>;
+  using WithEnds = Run<Dual, Ended<Dual>>;
+
+  template <class AnyRun>
+  void nudge(const Evaluation& at, bool hasForces, const Couplings& couplings, const EffectTangents& tangents,
+             AnyRun& run);
+  template <class AnyRun>
+  void nudgeLoads(const Evaluation& at, bool hasForces, const EffectTangents& tangents, AnyRun& run);
+  template <class AnyRun>
+  void takeResults(const AnyRun& run);
+  Vec2<std::complex<double>> accelerate(const Evaluation& at, Pinned& run);
+  Vec2<Dual> accelerate(const Evaluation& at, WithEnds& run);
 
   const Chain& chain_;
-  Coupled<Nudged> recursion_;
-  std::vector<Rotation<Nudged>> e_;
-  std::vector<Nudged> omega_, N_, alpha_, moments_;
-  std::vector<Vec2<Nudged>> F_;
-  std::vector<Coupling<Nudged>> joints_;
+  std::variant<Pinned, WithEnds> run_;
 };
 
 }  // namespace planar_chain

@@ -1,10 +1,14 @@
 #include "dynamics/pull.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "dynamics/inner_end.h"
 
 namespace planar_chain {
 
-Pull::Pull(const Chain& chain) : chain_(chain), recursion_(chain) {
+Pull::Pull(const Chain& chain) : chain_(chain), recursion_(chain), joints_(index(chain.size())) {
+  if (chain.slides() > 0) ended_.emplace(chain.withoutSlides());
   const auto n = index(chain.size());
   theta_.resize(n);
   omega_.resize(n);
@@ -12,21 +16,25 @@ Pull::Pull(const Chain& chain) : chain_(chain), recursion_(chain) {
   still_.resize(n);
   N_.resize(n);
   alpha_.resize(n);
+  moments_.resize(n);
   F_.resize(n);
   for (const Link& link : chain.links()) mass_ += link.mass;
 }
 
 PointMotion Pull::motionOf(const double* q, const double* qd, int link, Vec2d point) {
   PointMotion motion;
-  toAbsolute(q, chain_.size(), theta_.data());
-  toAbsolute(qd, chain_.size(), omega_.data());
+  const Coordinates coordinates = chain_.coordinates();
+  coordinates.toAbsolute(q, theta_.data());
+  coordinates.toAbsolute(qd, omega_.data());
   for (int i = 0; i < chain_.size(); ++i) {
     const auto at = index(i);
-    e_[at] = Rotation<double>::of(theta_[at]);
+    const bool slides = coordinates.slides(i);
+    if (!slides) e_[at] = Rotation<double>::of(theta_[at]);
     if (i > link) continue;
-    const Vec2d arm = e_[at] * (i < link ? chain_.links()[at].pin : point);
+    const Vec2d arm = e_[at] * (i < link ? chain_.links()[at].pin : point), axis = chain_.joints()[at].axis;
     motion.position += arm;
-    motion.velocity += omega_[at] * perp(arm);
+    motion.velocity += slides ? omega_[at] * axis : omega_[at] * perp(arm);
+    if (slides) motion.position += theta_[at] * axis;
     arm_ = arm;
   }
   motion.turn = e_[index(link)];
@@ -38,15 +46,31 @@ PointMotion Pull::motionOf(const double* q, const double* qd, int link, Vec2d po
 /// The acceleration that the force gives the point.
 Vec2d Pull::answer(int link, Vec2d force) {
   const std::size_t last = index(link);
-  N_[last] = cross(arm_, force);
+  const std::size_t slides = index(chain_.slides());
+  N_[last] = last < slides ? 0 : cross(arm_, force);
   F_[last] = force;
-  recursion_.accelerations(e_.data(), still_.data(), N_.data(), F_.data(), {}, alpha_.data());
+  accelerate();
   N_[last] = 0;
   F_[last] = {};
 
   Vec2d a;
-  for (std::size_t i = 0; i < last; ++i) a += alpha_[i] * perp(e_[i] * chain_.links()[i].pin);
-  return a + alpha_[last] * perp(arm_);
+  for (std::size_t i = 0; i < std::min(slides, last + 1); ++i) a += alpha_[i] * chain_.joints()[i].axis;
+  for (std::size_t i = slides; i < last; ++i) a += alpha_[i] * perp(e_[i] * chain_.links()[i].pin);
+  return last < slides ? a : a + alpha_[last] * perp(arm_);
+}
+
+/// At rest and without gravity.
+void Pull::accelerate() {
+  if (!ended_) {
+    recursion_.accelerations(e_.data(), still_.data(), N_.data(), F_.data(), {}, alpha_.data());
+    return;
+  }
+  const int slides = chain_.slides();
+  const auto inner = innerEndOf(chain_, joints_.data(), N_.data(), F_.data());
+  const auto ends = ended_->accelerations(e_.data() + slides, still_.data(),
+                                          {N_.data() + slides, F_.data() + slides, joints_.data(), {}, 0},
+                                          inner, {}, alpha_.data() + slides, moments_.data());
+  std::copy_n(ends.acceleration.begin(), slides, alpha_.begin());
 }
 
 Vec2d Pull::force(const PointMotion& point, Vec2d target, double pulsation) const {

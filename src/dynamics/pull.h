@@ -18,10 +18,12 @@
 /// infinite. There the mass of the chain is used instead. So the force is bounded, and the damping is less
 /// than critical.
 
+#include <optional>
 #include <vector>
 
 #include "planar_chain/chain.h"
 #include "recursion/articulated.h"
+#include "recursion/ended.h"
 
 namespace planar_chain {
 
@@ -47,13 +49,16 @@ class Pull {
 
  private:
   Vec2d answer(int link, Vec2d force);
+  void accelerate();
 
   const Chain& chain_;
-  double mass_ = 0;  ///< of the chain, kg
-  Articulated<double> recursion_;
+  double mass_ = 0;                     ///< of the chain, kg
+  Articulated<double> recursion_;       ///< of a chain without slides
+  std::optional<Ended<double>> ended_;  ///< of one with slides
+  std::vector<Coupling<double>> joints_;
   Vec2d arm_;  ///< from the link's inner pin to the point, base frame
   std::vector<Rotation<double>> e_;
-  std::vector<double> theta_, omega_, still_, N_, alpha_;
+  std::vector<double> theta_, omega_, still_, N_, alpha_, moments_;
   std::vector<Vec2d> F_;
 };
 

@@ -7,7 +7,7 @@
 namespace planar_chain {
 
 bool Dynamics::seriesAreWorthwhile() const {
-  return MotionSeries::areWorthwhile(n_) && effects_.haveSeries();
+  return !mechanism_.hasEnds() && MotionSeries::areWorthwhile(n_) && effects_.haveSeries();
 }
 
 double Dynamics::seriesCost(int order) const {

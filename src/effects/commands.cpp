@@ -6,7 +6,7 @@
 namespace planar_chain {
 
 CommandEffect::CommandEffect(const Chain& chain, int capacity)
-    : TimedTerms(2 * chain.joints().size() + index(capacity), 0),
+    : TimedTerms(chain.coordinates(), 2 * chain.joints().size() + index(capacity), 0),
       capacity_(index(capacity)),
       held_(2 * chain.joints().size()),
       sidesCutOff_(chain.joints().size()),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace planar_chain {
 
@@ -161,7 +162,9 @@ class Base : public CouplingEffect {
 class BaseKind : public EffectKind {
  public:
   std::unique_ptr<Effect> make(const Scene& scene) const override {
-    return scene.base ? std::make_unique<Base>(*scene.base) : nullptr;
+    if (!scene.base) return nullptr;
+    if (scene.chain.slides() > 0) throw std::invalid_argument("a base with prismatic links cannot move");
+    return std::make_unique<Base>(*scene.base);
   }
   /// The base's motion is inertia: kane.h takes it apart.
   void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,

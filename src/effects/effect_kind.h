@@ -144,8 +144,8 @@ bool hasSymbol(const Joint& joint, Symbol symbol);
 /// True if a kind stores energy in the joint. If not, whole turns of the joint change no effect.
 bool storesEnergy(const Joint& joint);
 
-/// The largest |q| of a joint, rad: the number of turns is exact, or, if the joint stores energy, the angle
-/// is to 1e-10 rad.
+/// The largest |q| of a joint, rad or m: the number of turns is exact, or, if the joint stores energy or
+/// slides, q is to 1e-10.
 double largestAngle(const Joint& joint);
 
 }  // namespace planar_chain

@@ -7,6 +7,7 @@
 #include "effects/loads.h"
 #include "effects/springs.h"
 #include "effects/stops.h"
+#include "model/slides.h"
 
 namespace planar_chain {
 
@@ -53,7 +54,7 @@ bool storesEnergy(const Joint& joint) {
 
 double largestAngle(const Joint& joint) {
   constexpr double mostTurns = 9007199254740992;  // 2^53
-  return storesEnergy(joint) ? 1e6 : 2 * pi * mostTurns;
+  return joint.slides || storesEnergy(joint) ? 1e6 : 2 * pi * mostTurns;
 }
 
 void SceneWords::count(int number, const std::string& one) {
@@ -74,6 +75,12 @@ void EffectKind::judge(const Joint& joint, std::vector<Fault>& faults) const {
 std::vector<Fault> faultsOf(const Joint& joint) {
   std::vector<Fault> faults;
   for (const EffectKind* kind : effectKinds()) kind->judge(joint, faults);
+  if (!joint.slides) return faults;
+  for (Fault& fault : faults) fault.expected = inUnitsOfSlide(fault.expected);
+  if (inertiaIn(joint) != 0) {
+    faults.push_back({"joint/rotor_inertia", "no rotor_inertia of a prismatic joint (add it to the mass)",
+                      toText(inertiaIn(joint))});
+  }
   return faults;
 }
 

@@ -8,7 +8,7 @@
 namespace planar_chain {
 
 Friction::Friction(const Chain& chain, double tolerance)
-    : n_(chain.size()), joints_(chain, tolerance), instant_(joints_, n_) {
+    : coordinates_(chain.coordinates()), n_(chain.size()), joints_(chain, tolerance), instant_(joints_, n_) {
   yield_.setZero(n_);
   atRest_.reserve(joints_.joints().size());
 }
@@ -28,7 +28,7 @@ void Friction::addTorques(const ChainState& /*at*/, double* tau) {
 Powers Friction::powersAlong(const ChainState& /*at*/, const StateChange& along) {
   double change = 0;
   for (const int i : joints_.joints()) {
-    change += joints_.direction(i) * joints_.friction(i) * relative(along.v, i);
+    change += joints_.direction(i) * joints_.friction(i) * coordinates_.relative(along.v, i);
   }
   return {0, change};
 }
@@ -87,7 +87,7 @@ void Friction::learn(const JointAnswer& answer) {
   if (joint < 0) return;
   const double friction = joints_.friction(joint);
   const double more = direction * answer.moments[joint] + friction;
-  const double after = direction * relative(answer.accelerations, joint);
+  const double after = direction * coordinates_.relative(answer.accelerations, joint);
   yield_[joint] = joints_.slides(joint) ? (slope + after) / (2 * friction) : slope / more;
   arrival_.joint = -1;
 }
@@ -127,7 +127,8 @@ void Friction::solve(std::vector<RestingJoint>& joints) {
   const Eigen::Index others = n_ - 1;
   const Eigen::Map<const Eigen::ArrayXd> alpha(answer.accelerations, n_);
   const double ofOthers = others > 0 ? (alpha.tail(others) - alpha.head(others)).abs().maxCoeff() : 0;
-  const double least = rounding * std::max(std::abs(alpha[0]), ofOthers);
+  const double ofFirst = alpha.head(coordinates_.slides() + 1).abs().maxCoeff();
+  const double least = rounding * std::max(ofFirst, ofOthers);
   for (RestingJoint& one : joints) {
     if (one.direction == 0) {
       const double moment = answer.moments[one.joint];
@@ -135,7 +136,7 @@ void Friction::solve(std::vector<RestingJoint>& joints) {
       one.load = std::abs(moment) / joints_.breakaway(one.joint);
       one.release = moment > 0 ? -1 : 1;
     } else {
-      one.wrong = -one.direction * relative(answer.accelerations, one.joint) - least;
+      one.wrong = -one.direction * coordinates_.relative(answer.accelerations, one.joint) - least;
     }
   }
 }

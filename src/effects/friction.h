@@ -66,6 +66,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   void decide(double t, const double* y);
   void solve(std::vector<RestingJoint>& joints) override;  // RestingChain
 
+  Coordinates coordinates_;
   int n_;
   StickSlip joints_;
   SwitchInstant instant_;

@@ -26,7 +26,7 @@ void requireBodies(const Scene& scene) {
 class Loads : public TimedTerms {
  public:
   explicit Loads(const Scene& scene)
-      : TimedTerms(scene.loads.size(), scene.loads.size()), loads_(scene.loads) {
+      : TimedTerms(scene.chain.coordinates(), scene.loads.size(), scene.loads.size()), loads_(scene.loads) {
     requireBodies(scene);
   }
 
@@ -143,7 +143,8 @@ class LoadsKind : public EffectKind {
       const double f = factorAt(load, t);
       if (load.link != Load::none) {
         const Vec2d x = load.point - scene.chain.links()[index(load.link)].com;
-        const Vec2d arm = Rotation<double>::of(base + q.head(load.link + 1).sum()) * x;
+        const int slides = scene.chain.slides(), turning = std::max(0, load.link + 1 - slides);
+        const Vec2d arm = Rotation<double>::of(base + q.segment(slides, turning).sum()) * x;
         to.F(2 * load.link) += f * load.force.x;
         to.F(2 * load.link + 1) += f * load.force.y;
         to.M(load.link) += f * (load.moment + cross(arm, load.force));

@@ -1,5 +1,6 @@
 #include "effects/springs.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -23,7 +24,7 @@ struct Difference {
 template <class F>
 void Springs::forJoints(std::size_t count, F f) const {
   if (count == 0) return;
-  f(0, 0, Difference{first_, first_ - 1, first_ > 0});
+  f(0, 0, Difference{first_, first_ - 1, hasInner_});
   const std::size_t lastRow = count - row_;
   for (std::size_t i = 1; i < row_; ++i) {  // what a lane begins with hangs on the last of the lane before
     f(i, 0, Difference{i, lastRow + i - 1, true});
@@ -58,7 +59,7 @@ double Springs::sumOver(std::size_t count, Term term) const {
 Springs::Springs(const Chain& chain, const Arrangement* lanes) {
   bool dissipates = false;
   std::size_t end = 0;
-  for (std::size_t i = 0; i < chain.joints().size(); ++i) {
+  for (std::size_t i = index(chain.slides()); i < chain.joints().size(); ++i) {
     const Joint& joint = chain.joints()[i];
     if (!(joint.stiffness > 0 || joint.damping > 0)) continue;
     if (end == 0) first_ = i;
@@ -71,6 +72,7 @@ Springs::Springs(const Chain& chain, const Arrangement* lanes) {
     end = chain.joints().size();
     row_ = static_cast<std::size_t>(lanes->lanes());
   }
+  hasInner_ = chain.coordinates().isDifference(static_cast<int>(first_));
   k_.resize(lanes ? static_cast<std::size_t>(lanes->places()) : end - first_);
   rest_.resize(size());
   torque_.resize(size());
@@ -105,7 +107,7 @@ double Springs::apply(const double* theta, const double* omega, double* N) {
   for (std::size_t i = 0; i < lastRow; ++i) own[i] += torque[i] - torque[i + row_];
   for (std::size_t i = lastRow; i < last; ++i) own[i] += torque[i] - torque[i - lastRow + 1];
   own[last] += torque[last];
-  if (first_ > 0) N[first_ - 1] -= torque[0];
+  if (hasInner_) N[first_ - 1] -= torque[0];
   return lost;
 }
 
@@ -162,6 +164,64 @@ class SpringEffect : public Effect, public InLanes {
   Springs inOrder_, inLanes_;
 };
 
+/// The same, with springs and dampers on rails.
+class SpringsBesideSlides : public SpringEffect {
+ public:
+  explicit SpringsBesideSlides(const Chain& chain) : SpringEffect(chain) {
+    for (int i = 0; i < chain.slides(); ++i) {
+      const Joint& joint = chain.joints()[index(i)];
+      if (joint.stiffness > 0 || joint.damping > 0) {
+        rails_.push_back({i, joint.stiffness, joint.restAngle, joint.damping});
+      }
+    }
+  }
+  bool empty() const { return rails_.empty() && SpringEffect::empty(); }
+
+  bool hasPower() const override {
+    const auto dissipates = [](const Rail& rail) { return rail.d > 0; };
+    return SpringEffect::hasPower() || std::any_of(rails_.begin(), rails_.end(), dissipates);
+  }
+  Powers apply(const ChainState& at, const Actions& to) override {
+    Powers powers;
+    if (!SpringEffect::empty()) powers = SpringEffect::apply(at, to);
+    for (const Rail& rail : rails_) {
+      const double lost = rail.d * at.omega[rail.joint];
+      to.N[rail.joint] += -rail.k * (at.theta[rail.joint] - rail.rest) - lost;
+      powers.dissipated += lost * at.omega[rail.joint];
+    }
+    return powers;
+  }
+  void addTorques(const ChainState& at, double* tau) override {
+    SpringEffect::addTorques(at, tau);
+    for (const auto& [i, k, rest, d] : rails_) tau[i] += -k * (at.theta[i] - rest) - d * at.omega[i];
+  }
+  InLanes* inLanes() override { return nullptr; }
+  void addStiffness(double* k, double* d) const override {
+    SpringEffect::addStiffness(k, d);
+    for (const Rail& rail : rails_) {
+      k[rail.joint] += rail.k;
+      d[rail.joint] += rail.d;
+    }
+  }
+  Powers powersAlong(const ChainState& at, const StateChange& along) override {
+    Powers change = SpringEffect::powersAlong(at, along);
+    for (const auto& [i, k, rest, d] : rails_) change.dissipated += 2 * d * at.omega[i] * along.v[i];
+    return change;
+  }
+
+ private:
+  struct Rail {
+    int joint;
+    double k, rest, d;
+  };
+  std::vector<Rail> rails_;
+};
+
+template <class Made>
+std::unique_ptr<Effect> unlessEmpty(std::unique_ptr<Made> effect) {
+  return effect->empty() ? nullptr : std::move(effect);
+}
+
 class SpringKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
@@ -172,8 +232,8 @@ class SpringKind : public EffectKind {
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {
-    auto effect = std::make_unique<SpringEffect>(scene.chain);
-    return effect->empty() ? nullptr : std::move(effect);
+    if (scene.chain.slides() > 0) return unlessEmpty(std::make_unique<SpringsBesideSlides>(scene.chain));
+    return unlessEmpty(std::make_unique<SpringEffect>(scene.chain));
   }
 
   bool runsInLanes(const Scene& /*scene*/) const override { return true; }

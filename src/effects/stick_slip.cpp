@@ -18,13 +18,10 @@ constexpr double negligible = 0.1;
 /// Of the breakaway torque: a few thousand roundings, as |μ| is a sum over the bodies.
 constexpr double rounding = 1e-12;
 
-double inertiaOf(const Link& link) {
-  return link.inertia;
-}
-
 }  // namespace
 
-StickSlip::StickSlip(const Chain& chain, double tolerance) : n_(chain.size()), tolerance_(tolerance) {
+StickSlip::StickSlip(const Chain& chain, double tolerance)
+    : coordinates_(chain.coordinates()), n_(chain.size()), tolerance_(tolerance) {
   for (Numbers* numbers : {&sliding_, &breakaway_, &mostYield_, &band_, &excess_, &direction_, &angle_}) {
     numbers->setZero(n_);
   }
@@ -34,9 +31,10 @@ StickSlip::StickSlip(const Chain& chain, double tolerance) : n_(chain.size()), t
     const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
     if (!mayStick(joint)) continue;
     const auto yield = [&](int body) {
-      return body < 0 ? 0 : 1 / inertiaOf(chain.links()[static_cast<std::size_t>(body)]);
+      const Link& link = chain.links()[static_cast<std::size_t>(body)];
+      return 1 / (coordinates_.slides(body) ? link.mass : link.inertia);
     };
-    mostYield_[i] = yield(i) + yield(i - 1);
+    mostYield_[i] = yield(i) + (coordinates_.isDifference(i) ? yield(i - 1) : 0);
     breakaway_[i] = std::max(joint.other("breakaway"), joint.other("friction"));
     if (breakaway_[i] * mostYield_[i] < negligible * tolerance) continue;
     joints_.push_back(i);
@@ -55,15 +53,15 @@ double StickSlip::ownBand(int joint) const {
 // ---- What is due ------------------------------------------------------------------------------------
 
 double StickSlip::slideDue(int joint, const double* omega) const {
-  const double outer = omega[joint], inner = joint > 0 ? omega[joint - 1] : 0;
+  const double outer = omega[joint], inner = coordinates_.isDifference(joint) ? omega[joint - 1] : 0;
   return -direction_[joint] * (outer - inner) - 4 * epsilon * (std::abs(outer) + std::abs(inner)) +
          never_[joint];
 }
 
 void StickSlip::findSlidesDue(const double* omega, Numbers& due) const {
-  due[0] = slideDue(0, omega);
-  const Eigen::Index others = n_ - 1;
-  const Eigen::Map<const Numbers> outer(omega + 1, others), inner(omega, others);
+  const Eigen::Index first = coordinates_.slides(), others = n_ - 1 - first;
+  for (int i = 0; i <= first; ++i) due[i] = slideDue(i, omega);
+  const Eigen::Map<const Numbers> outer(omega + first + 1, others), inner(omega + first, others);
   due.tail(others) = -direction_.tail(others) * (outer - inner) - 4 * epsilon * (outer.abs() + inner.abs()) +
                      never_.tail(others);
 }
@@ -71,15 +69,16 @@ void StickSlip::findSlidesDue(const double* omega, Numbers& due) const {
 // ---- Transitions ------------------------------------------------------------------------------------
 
 void StickSlip::enter(int joint, const double* y) {
-  const double rate = relative(y + n_, joint);
+  const double rate = coordinates_.relative(y + n_, joint);
   direction_[joint] = (rate > 0) - (rate < 0);
-  angle_[joint] = relative(y, joint);
+  angle_[joint] = coordinates_.relative(y, joint);
   band_[joint] = ownBand(joint);
   excess_[joint] = 0;
 }
 
 void StickSlip::rest(int joint, const double* y, bool passes) {
-  const double angle = relative(y, joint), inner = joint > 0 ? std::abs(y[joint - 1]) : 0;
+  const double angle = coordinates_.relative(y, joint);
+  const double inner = coordinates_.isDifference(joint) ? std::abs(y[joint - 1]) : 0;
   const bool hasMoved = std::abs(angle - angle_[joint]) > 8 * epsilon * (std::abs(y[joint]) + inner);
   band_[joint] = hasMoved ? ownBand(joint) : 4 * band_[joint];
   direction_[joint] = passes ? -direction_[joint] : 0;
@@ -102,9 +101,9 @@ bool StickSlip::take() {
     never_[i] = slides(i) ? 0 : never;
     if (!slides(i)) stuck_.push_back(i);
   }
-  const Eigen::Index others = n_ - 1;
+  const Eigen::Index first = coordinates_.slides(), others = n_ - 1 - first;
   moments_ = -(direction_ * sliding_).matrix();
-  moments_.head(others) += (direction_.tail(others) * sliding_.tail(others)).matrix();
+  moments_.segment(first, others) += (direction_.tail(others) * sliding_.tail(others)).matrix();
   return stuck_ != before_;
 }
 

@@ -88,6 +88,7 @@ class StickSlip {
  private:
   double ownBand(int joint) const;
 
+  Coordinates coordinates_;
   int n_;
   double tolerance_;
   bool hasBreakaway_ = false;

@@ -7,12 +7,13 @@
 
 namespace planar_chain {
 
-Stops::Stops(const Chain& chain) : n_(chain.size()) {
+Stops::Stops(const Chain& chain) : coordinates_(chain.coordinates()), n_(chain.size()) {
   for (int i = 0; i < n_; ++i) {
     const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
     for (const double sign : {-1.0, 1.0}) {
       const double limit = sign > 0 ? joint.upper : joint.lower;
-      if (std::isfinite(limit)) stops_.push_back({i, limit, sign, joint.stopStiffness, joint.stopDamping});
+      if (std::isfinite(limit))
+        stops_.push_back({{coordinates_, i}, limit, sign, joint.stopStiffness, joint.stopDamping});
     }
   }
   active_.reserve(stops_.size());
@@ -28,15 +29,15 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-/// |a_i| + |a_{i−1}|
-double sumOfSizes(const double* absolute, int i) {
-  return std::abs(absolute[i]) + (i > 0 ? std::abs(absolute[i - 1]) : 0);
+/// |x_i| + |x_{i−1}|, or |x_i|
+double sumOfSizes(const double* x, const Coordinate& q) {
+  return std::abs(x[q.joint]) + (q.isDifference ? std::abs(x[q.joint - 1]) : 0);
 }
 
 }  // namespace
 
 double Stops::Stop::rounding(const double* theta) const {
-  return 4 * epsilon * (sumOfSizes(theta, joint) + std::abs(limit));
+  return 4 * epsilon * (sumOfSizes(theta, q) + std::abs(limit));
 }
 
 double Stops::Stop::due(const double* theta, const double* omega) const {
@@ -44,7 +45,7 @@ double Stops::Stop::due(const double* theta, const double* omega) const {
   if (place == Place::free) return x;
   const double lag = d / k;
   const double push = x + lag * speed(omega);
-  const double noise = rounding(theta) + lag * 4 * epsilon * sumOfSizes(omega, joint);
+  const double noise = rounding(theta) + lag * 4 * epsilon * sumOfSizes(omega, q);
   return place == Place::pushing ? -push - noise : std::max(-x, push - noise);
 }
 
@@ -140,7 +141,7 @@ double Stops::addUp(const double* theta, const double* omega, Add&& add) const {
     const double x = stop->depth(theta);
     const double xd = stop->speed(omega);
     if (stop->place == Place::pushing) {
-      add(stop->joint, -stop->sign * (stop->k * x + stop->d * xd));
+      add(stop->q.joint, -stop->sign * (stop->k * x + stop->d * xd));
       dissipated += stop->d * xd * xd;
     } else {
       dissipated -= stop->k * x * xd;
@@ -150,8 +151,8 @@ double Stops::addUp(const double* theta, const double* omega, Add&& add) const {
 }
 
 Powers Stops::apply(const ChainState& at, const Actions& to) {
-  return {0,
-          addUp(at.theta, at.omega, [&](int joint, double torque) { addJointTorque(torque, joint, to.N); })};
+  return {0, addUp(at.theta, at.omega,
+                   [&](int joint, double torque) { coordinates_.addTorque(torque, joint, to.N); })};
 }
 
 void Stops::addTorques(const ChainState& at, double* tau) {
@@ -161,8 +162,8 @@ void Stops::addTorques(const ChainState& at, double* tau) {
 void Stops::addStiffness(double* k, double* d) const {
   for (const Stop* stop : active_) {
     if (stop->place != Place::pushing) continue;
-    k[stop->joint] += stop->k;
-    d[stop->joint] += stop->d;
+    k[stop->q.joint] += stop->k;
+    d[stop->q.joint] += stop->d;
   }
 }
 
@@ -170,8 +171,8 @@ Powers Stops::powersAlong(const ChainState& at, const StateChange& along) {
   double change = 0;
   for (const Stop* stop : active_) {
     const double x = stop->depth(at.theta), xd = stop->speed(at.omega);
-    const double du = stop->sign * relative(along.u, stop->joint);
-    const double dv = stop->sign * relative(along.v, stop->joint);
+    const double du = stop->sign * stop->q(along.u);
+    const double dv = stop->sign * stop->q(along.v);
     change += stop->place == Place::pushing ? 2 * stop->d * xd * dv : -stop->k * (x * dv + xd * du);
   }
   return {0, change};

@@ -46,14 +46,14 @@ class Stops : public Effect, public Switching {
  private:
   enum class Place { free, pushing, parted };
   struct Stop {
-    int joint;
+    Coordinate q;  ///< of the joint
     double limit;
     double sign;  ///< + upper, − lower
     double k, d;
     Place place = Place::free;
 
-    double depth(const double* theta) const { return sign * (relative(theta, joint) - limit); }
-    double speed(const double* omega) const { return sign * relative(omega, joint); }
+    double depth(const double* theta) const { return sign * (q(theta) - limit); }
+    double speed(const double* omega) const { return sign * q(omega); }
     /// Bounds the rounding error of depth(), rad.
     double rounding(const double* theta) const;
     /// How far the change to another place is due, rad; ≤ 0: it is not. A push must be wrong by more than
@@ -68,6 +68,7 @@ class Stops : public Effect, public Switching {
   template <class Add>
   double addUp(const double* theta, const double* omega, Add&& add) const;
 
+  Coordinates coordinates_;
   int n_;
   std::vector<Stop> stops_;
   std::vector<const Stop*> active_;

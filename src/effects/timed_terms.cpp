@@ -24,7 +24,8 @@ Line lineAt(const Ramp& ramp, double t) {
   return line;
 }
 
-TimedTerms::TimedTerms(std::size_t terms, std::size_t factors) {
+TimedTerms::TimedTerms(const Coordinates& coordinates, std::size_t terms, std::size_t factors)
+    : coordinates_(coordinates) {
   factors_.reserve(factors + 1);
   sines_.reserve(factors);
   lines_.reserve(factors);
@@ -76,17 +77,19 @@ double TimedTerms::applyFactors(const ChainState& at, const Actions& to) const {
   double power = 0;
   for (const JointTerm& term : jointTerms_) {
     const double tau = times(term.factor, term.torque);
-    addJointTorque(tau, term.joint, to.N);
-    power += tau * at.omega[term.joint];
-    if (term.joint > 0) power -= tau * at.omega[term.joint - 1];
+    coordinates_.addTorque(tau, term.q.joint, to.N);
+    power += tau * at.omega[term.q.joint];
+    if (term.q.isDifference) power -= tau * at.omega[term.q.joint - 1];
   }
   for (const BodyTerm& term : bodyTerms_) {
     const double factor = factors_[index(term.factor)];
     const int j = term.body;
     const Vec2d force = factor * term.force;
-    const double moment = factor * term.moment + cross(at.e[j] * term.point, force);
-    to.N[j] += moment;
-    power += moment * (at.omega[j] + at.baseRate);
+    if (!coordinates_.slides(j)) {  // a slide does not turn
+      const double moment = factor * term.moment + cross(at.e[j] * term.point, force);
+      to.N[j] += moment;
+      power += moment * (at.omega[j] + at.baseRate);
+    }
     if (j < reach_) {
       to.F[j] += force;
       power += dot(force, at.pinVelocity[j]);
@@ -107,7 +110,7 @@ Powers TimedTerms::applyRates(const ChainState& at, const Actions& to) {
 
 void TimedTerms::addTorques(const ChainState& at, double* tau) {
   evaluate(at.t);
-  for (const JointTerm& term : jointTerms_) tau[term.joint] += times(term.factor, term.torque);
+  for (const JointTerm& term : jointTerms_) tau[term.q.joint] += times(term.factor, term.torque);
 }
 
 // ---- Derivatives -----------------------------------------------------------------------------------
@@ -115,6 +118,7 @@ void TimedTerms::addTorques(const ChainState& at, double* tau) {
 void TimedTerms::addForceStiffness(const ChainState& at, double* XF) {
   evaluate(at.t);
   for (const BodyTerm& term : bodyTerms_) {
+    if (coordinates_.slides(term.body)) continue;
     XF[term.body] += times(term.factor, dot(at.e[term.body] * term.point, term.force));
   }
 }
@@ -123,13 +127,16 @@ Powers TimedTerms::powersAlong(const ChainState& at, const StateChange& along) {
   evaluate(at.t);
   double change = 0;
   for (const JointTerm& term : jointTerms_) {
-    change += times(term.factor, term.torque) * relative(along.v, term.joint);
+    change += times(term.factor, term.torque) * term.q(along.v);
   }
   for (const BodyTerm& term : bodyTerms_) {
     const int j = term.body;
     const Vec2d X = at.e[j] * term.point;
-    double rate = (term.moment + cross(X, term.force)) * (along.v[j] + along.speed) -
-                  dot(X, term.force) * (at.omega[j] + at.baseRate) * (along.u[j] + along.turn);
+    double rate = 0;
+    if (!coordinates_.slides(j)) {
+      rate = (term.moment + cross(X, term.force)) * (along.v[j] + along.speed) -
+             dot(X, term.force) * (at.omega[j] + at.baseRate) * (along.u[j] + along.turn);
+    }
     if (j < reach_) rate += dot(term.force, along.pinVelocity[j]);
     change += times(term.factor, rate);
   }
@@ -163,7 +170,7 @@ void TimedTerms::addOrder(int k, const Series& known, const Actions& to) {
 
   // Order k of what they multiply.
   for (const JointTerm& term : jointTerms_) {
-    addJointTorque(coefficient(k, term.factor) * term.torque, term.joint, to.N);
+    coordinates_.addTorque(coefficient(k, term.factor) * term.torque, term.q.joint, to.N);
   }
   for (const BodyTerm& term : bodyTerms_) {
     const int j = term.body;

@@ -54,7 +54,7 @@ class TimedTerms : public Effect, public Forces {
 
  protected:
   /// Room for so many terms, and factors that change with time. Allocates.
-  TimedTerms(std::size_t terms, std::size_t factors);
+  TimedTerms(const Coordinates& coordinates, std::size_t terms, std::size_t factors);
 
   /// Lists what acts from t on, by addWithin().
   virtual void list(double t) = 0;
@@ -66,7 +66,7 @@ class TimedTerms : public Effect, public Forces {
     if (what.stop <= t) return;
     endBy(what.stop);
     const int factor = factorOf(law, t);
-    if (what.joint != Load::none) jointTerms_.push_back({what.joint, what.torque, factor});
+    if (what.joint != Load::none) jointTerms_.push_back({{coordinates_, what.joint}, what.torque, factor});
     if (what.link == Load::none) return;
     bodyTerms_.push_back({what.link, what.force, what.point, what.moment, factor});
     if (!(what.force == Vec2d{})) reach_ = std::max(reach_, what.link + 1);
@@ -84,7 +84,7 @@ class TimedTerms : public Effect, public Forces {
     int factor;
   };
   struct JointTerm {
-    int joint;
+    Coordinate q;
     double torque;
     int factor;
   };
@@ -102,6 +102,7 @@ class TimedTerms : public Effect, public Forces {
   double applyFactors(const ChainState& at, const Actions& to) const;
   double times(int factor, double value) const { return factors_[static_cast<std::size_t>(factor)] * value; }
 
+  Coordinates coordinates_;
   double until_ = std::numeric_limits<double>::infinity();
   double longestStep_ = std::numeric_limits<double>::infinity();
   int reach_ = 0;

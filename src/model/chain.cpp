@@ -1,11 +1,13 @@
 #include "planar_chain/chain.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "model/number_rule.h"
+#include "model/slides.h"
 
 namespace planar_chain {
 
@@ -54,8 +56,8 @@ std::optional<std::string> motionWithoutMass(const std::vector<Link>& links, std
   return std::nullopt;
 }
 
-void requireRegular(std::vector<Fault>& faults, const std::vector<Link>& links) {
-  for (std::size_t j = 0; j < links.size(); ++j) {
+void requireRegular(std::vector<Fault>& faults, const std::vector<Link>& links, int slides) {
+  for (std::size_t j = index(slides); j < links.size(); ++j) {
     if (const auto why = motionWithoutMass(links, j)) {
       faults.push_back({"links/" + links[j].name,
                         "inertia > 0 kg m² or a centre of mass off the inner pin (otherwise the mass "
@@ -78,9 +80,9 @@ void requireName(std::vector<Fault>& faults, std::set<std::string>& taken, const
 
 }  // namespace
 
-std::vector<Fault> faultsOf(const Link& link) {
+std::vector<Fault> faultsOf(const Link& link, bool slides) {
   std::vector<Fault> faults;
-  NumberRule::above(0, "kg").check(faults, "mass", link.mass);
+  (slides ? NumberRule::from(0, "kg") : NumberRule::above(0, "kg")).check(faults, "mass", link.mass);
   NumberRule::from(0, "kg m²").check(faults, "inertia", link.inertia);
   requireFinite(faults, "com", link.com, "m");
   requireFinite(faults, "pin", link.pin, "m");
@@ -108,7 +110,7 @@ Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity)
     const std::string path = "links/" + links_[i].name;
     requireName(faults, linkNames, path, links_[i].name);
     requireName(faults, jointNames, path + "/joint/name", joints_[i].name);
-    for (const auto& own : {faultsOf(links_[i]), faultsOf(joints_[i])}) {
+    for (const auto& own : {faultsOf(links_[i], joints_[i].slides), faultsOf(joints_[i])}) {
       for (const Fault& fault : own) {
         faults.push_back({path + "/" + fault.path, fault.expected, fault.found});
         isSound = false;
@@ -117,8 +119,27 @@ Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity)
   }
 
   // The links together.
-  if (isSound) requireRegular(faults, links_);
+  while (index(slides_) < joints_.size() && joints_[index(slides_)].slides) ++slides_;
+  if (isSound) requireSlides(links_, joints_, slides_, faults);
+  if (isSound && faults.empty()) requireRegular(faults, links_, slides_);
   if (!faults.empty()) throw Refused(std::move(faults));
+  for (int i = 0; i < slides_; ++i) {
+    Vec2d& axis = joints_[index(i)].axis;
+    axis = 1 / length(axis) * axis;
+  }
+}
+
+double Chain::reach() const {
+  double pins = 0, reach = 0;
+  for (std::size_t j = index(slides_); j < links_.size(); ++j) {
+    reach = std::max({reach, pins + length(links_[j].com), pins + length(links_[j].pin)});
+    pins += length(links_[j].pin);
+  }
+  return reach > 0 ? reach : 1;
+}
+
+Chain Chain::withoutSlides() const {
+  return {{links_.begin() + slides_, links_.end()}, {joints_.begin() + slides_, joints_.end()}, gravity_};
 }
 
 }  // namespace planar_chain

@@ -3,7 +3,7 @@
 /// The exact linear solve of a chain with ends (ends.h): tangent_linearized.h has the recursion of its
 /// bodies.
 ///
-/// The places are θ_1 … θ_n, then s_i of the slides; u = σ + u' and v = s u' for both. A slide's force has
+/// The places are s_i of the slides, then θ_1 … θ_n; u = σ + u' and v = s u' for both. A slide's force has
 /// the tangent −k δs − d δṡ. A change δλ of the tip's force is linear in all that a body shows its inner pin,
 /// and so is the acceleration of the tip; beside the terms without δλ,
 ///
@@ -63,16 +63,16 @@ class EndedLinearized : private TangentLinearized<Scalar, kinds> {
   /// [u; v] = (s·1 − J)⁻¹ [ρ_q; ρ_v]; n values each and one more per slide; the results may stand in the same
   /// place. Allocates nothing.
   void solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v) {
+    PerEnd<Scalar> sigma{}, drift{};
+    for (std::size_t i = 0; i < slides(); ++i) {
+      sigma[i] = *rhoQ++ / s_();
+      drift[i] = -*rhoV++;
+    }
     Open::carryInwards(rhoQ, rhoV);
     Vec2<Scalar> tip;
     for (std::size_t j = 0; j < tips_.size(); ++j) {
       const AtTip& at = tips_[j];
       tip = mulAdd(this->handles_[j].turn, at.g, mulAdd(rhoQ[j] / s_(), at.Eq, mulAdd(-rhoV[j], at.Ev, tip)));
-    }
-    PerEnd<Scalar> sigma{}, drift{};
-    for (std::size_t i = 0; i < slides(); ++i) {
-      sigma[i] = rhoQ[tips_.size() + i] / s_();
-      drift[i] = -rhoV[tips_.size() + i];
     }
     Motion y = drifts(sigma, drift);
     const Numbers x = matrix_.solve(rest(y, tip, sigma, drift));
@@ -91,10 +91,10 @@ class EndedLinearized : private TangentLinearized<Scalar, kinds> {
       slideForces_[i] = slide(i).isHeld ? effort(i, y, this->pinForce_, s_() * s_() * turn[0] + drift[0])
                                         : -k[i] * sigma[i] - (k[i] + s_() * d[i]) * turn[i];
     }
-    Open::carryOutwards(rhoQ, rhoV, y, u, v);
+    Open::carryOutwards(rhoQ, rhoV, y, u + slides(), v + slides());
     for (std::size_t i = 0; i < slides(); ++i) {
-      u[tips_.size() + i] = sigma[i] + turn[i];
-      v[tips_.size() + i] = s_() * turn[i];
+      u[i] = sigma[i] + turn[i];
+      v[i] = s_() * turn[i];
     }
   }
 
@@ -230,7 +230,7 @@ class EndedLinearized : private TangentLinearized<Scalar, kinds> {
   std::vector<AtTip> tips_;
   Matrix2<Scalar> G_, C_;
   PerMotion<Matrix2<Scalar>, kinds> Gamma_;
-  Eigen::PartialPivLU<Matrix> matrix_;
+  Eigen::PartialPivLU<Matrix> matrix_{Matrix(Matrix::Identity())};
   PerEnd<Scalar> slideForces_{};
   Vec2<Scalar> tipForce_;
 };

@@ -15,6 +15,8 @@
 ///     ρ_j         |r_j| + Σ_{k<j} |p_k|, the farthest that body j can be from the ground
 ///     ε           10 tolerances, and rounding
 ///
+/// Slides move all bodies by ε R more, R: the chain's reach. So ρ counts R more, and their stiffness R².
+///
 /// A share of the energy that moves is allowed besides: a thousand tolerances. Methods of fixed step promise
 /// no tolerance; for them the share is a tenth.
 ///
@@ -39,14 +41,17 @@ class EnergyCheck {
 
   explicit EnergyCheck(const Scene& scene) : n_(scene.chain.size()) {
     use(scene.integrator);
-    double pin = 0;
+    const Coordinates coordinates = scene.chain.coordinates();
+    const double slid = scene.chain.reach();
+    double pin = coordinates.slides() > 0 ? slid : 0;
     for (int j = 0; j < n_; ++j) {
       const Link& link = scene.chain.links()[index(j)];
       const double reach = pin + length(link.com);
       inertia_ += link.mass * reach * reach + link.inertia;
       weight_ += link.mass * length(scene.chain.gravity()) * reach;
       inertia_ += inertiaIn(scene.chain.joints()[index(j)]);
-      stiffness_ += stiffnessOf(scene.chain.joints()[index(j)]);
+      const double unit = coordinates.slides(j) ? slid : 1;
+      stiffness_ += unit * unit * stiffnessOf(scene.chain.joints()[index(j)]);
       pin += length(link.pin);
     }
   }

@@ -68,6 +68,8 @@ inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dy
   ode::Tolerance tolerance{settings.tolerance, Eigen::ArrayXd::Constant(2 * n + works, none), n,
                            settings.rateTolerance};
   tolerance.ceiling.head(n) = largestCounted;
+  // A position counts as its share of the reach, R: 1 + min(|s|, R − 1) ≤ R.
+  tolerance.ceiling.head(scene.chain.slides()) = scene.chain.reach() - 1;
   return tolerance;
 }
 

@@ -19,9 +19,18 @@ BaseWrench Simulation::baseWrench() {
   std::vector<double> tau(n), qdd(n, 0.0);
   linkMotions(motions.data());
   jointTorques(tau.data());
-  const double rotor = inertiaIn(scene_.chain.joints().front());
+  // Of the first joint that turns, then of what slides: a load on a slide counts at its centre of mass.
+  const std::size_t slides = index(scene_.chain.slides());
+  const double rotor = inertiaIn(scene_.chain.joints()[slides]);
   if (rotor > 0) accelerations(qdd.data());
-  return {-1.0 * motions.front().pinForce, rotor * qdd.front() - tau.front()};
+  double torque = rotor * qdd[slides] - tau[slides];
+  Vec2d place = slides > 0 ? motions[slides].innerPin : Vec2d{}, force = motions[slides].pinForce;
+  torque -= cross(place, force);
+  for (std::size_t i = slides; i-- > 0;) {
+    torque -= cross(motions[i].com, motions[i].pinForce - force);
+    force = motions[i].pinForce;
+  }
+  return {-1.0 * force, torque};
 }
 
 }  // namespace planar_chain

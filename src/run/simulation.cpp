@@ -31,6 +31,7 @@ Eigen::VectorXd vectorOf(const std::vector<double>& numbers) {
 struct Simulation::Parts {
   const Scene& scene;
   const int n = scene.chain.size();
+  const Coordinates coordinates = scene.chain.coordinates();
   CommandEffect* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
   Dynamics dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
@@ -54,8 +55,9 @@ struct Simulation::Parts {
 
   Parts(const Scene& given, int commandCapacity)
       : scene(given), dynamics(scene, makeCommands(commandCapacity)) {
-    require(scene.integrator.method != "taylor" || dynamics.effects().haveSeries(),
-            "method taylor needs a Taylor series of all that acts");
+    require(
+        scene.integrator.method != "taylor" || (scene.chain.slides() == 0 && dynamics.effects().haveSeries()),
+        "method taylor needs a Taylor series of all that acts");
     fault.reserve(300);
     climbTo(0);
   }
@@ -90,8 +92,8 @@ struct Simulation::Parts {
     std::vector<Fault> faults;
     stateOf(scene, state.t, vectorOf(newQ), vectorOf(newQd), faults);
     if (!faults.empty()) throw Refused(std::move(faults));
-    toAbsolute(newQ.data(), n, y.data());
-    toAbsolute(newQd.data(), n, y.data() + n);
+    coordinates.toAbsolute(newQ.data(), y.data());
+    coordinates.toAbsolute(newQd.data(), y.data() + n);
     const double energy = dynamics.energy(state.t, y.data()).total();
     if (!std::isfinite(energy)) restore();
     require(std::isfinite(energy), "q and qd must be of finite energy");
@@ -221,8 +223,8 @@ struct Simulation::Parts {
   }
 
   void readRelative() {
-    toRelative(y.data(), n, q.data());
-    toRelative(y.data() + n, n, qd.data());
+    coordinates.toRelative(y.data(), q.data());
+    coordinates.toRelative(y.data() + n, qd.data());
     dynamics.hold(state.t, q.data(), qd.data());
     turns.addTo(q);
   }
@@ -304,7 +306,7 @@ EnergyBalance Simulation::energyBalance() const {
 
 void Simulation::accelerations(double* qdd) {
   parts_->settled().accelerations(parts_->state.t, parts_->y.data(), qdd);
-  toRelative(qdd, parts_->n, qdd);
+  parts_->coordinates.toRelative(qdd, qdd);
 }
 
 void Simulation::jointTorques(double* tau) {

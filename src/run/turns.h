@@ -25,16 +25,19 @@ class Turns {
   static constexpr double mostAngle = 1000;  ///< rad
 
   /// size: of y.
-  Turns(const Scene& scene, int size) : turns_(scene.q.size(), 0), carry_(size) {
-    for (const Joint& joint : scene.chain.joints()) isFree_.push_back(!storesEnergy(joint));
+  Turns(const Scene& scene, int size)
+      : coordinates_(scene.chain.coordinates()), turns_(scene.q.size(), 0), carry_(size) {
+    for (const Joint& joint : scene.chain.joints()) isFree_.push_back(!joint.slides && !storesEnergy(joint));
     for (const Drive& drive : scene.drives) isFree_[index(drive.joint)] = false;
   }
 
   /// Takes the turns off these relative angles, and writes θ'.
   void take(const std::vector<double>& q, double* theta) {
     any_ = false;
+    const std::size_t slides = index(coordinates_.slides());
+    std::copy_n(q.begin(), slides, theta);
     double sum = 0;
-    for (std::size_t i = 0; i < q.size(); ++i) {
+    for (std::size_t i = slides; i < q.size(); ++i) {
       double rest = q[i];
       turns_[i] = 0;
       if (isFree_[i] && std::abs(q[i]) > mostAngle) {
@@ -52,12 +55,12 @@ class Turns {
     const int n = static_cast<int>(turns_.size());
     bool isDue = false;
     for (int i = 0; i < n; ++i)
-      isDue = isDue || (isFree_[index(i)] && std::abs(relative(y.data(), i)) > mostAngle);
+      isDue = isDue || (isFree_[index(i)] && std::abs(coordinates_.relative(y.data(), i)) > mostAngle);
     if (!isDue) return false;
 
     f.restore(state.carry.data(), carry_.data());
     double before = 0, taken = 0;  // θ'_{i−1}, and the turns taken off it
-    for (int i = 0; i < n; ++i) {
+    for (int i = coordinates_.slides(); i < n; ++i) {
       const double q = y[i] - before;
       before = y[i];
       if (isFree_[index(i)] && std::abs(q) > mostAngle) {
@@ -91,7 +94,8 @@ class Turns {
  private:
   static constexpr long double turn = 6.283185307179586476925286766559L;
 
-  std::vector<bool> isFree_;   ///< joint i stores no energy and is not driven
+  const Coordinates coordinates_;
+  std::vector<bool> isFree_;   ///< joint i turns, stores no energy and is not driven
   std::vector<double> turns_;  ///< m_i
   bool any_ = false;
   Eigen::VectorXd carry_;

@@ -43,7 +43,11 @@ void takeEffects(const Section& in, Joint& joint) {
     const std::string key = fault.path.substr(fault.path.find('/') + 1);
     if (refused.insert(key).second) in.fault(key, fault.expected);
   }
-  if (!refused.empty()) joint = {joint.name};
+  if (refused.empty()) return;
+  Joint plain{joint.name};
+  plain.slides = joint.slides;
+  plain.axis = joint.axis;
+  joint = plain;
 }
 
 bool hasMoreThanDrive(const Joint& joint) {

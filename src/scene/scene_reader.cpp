@@ -10,90 +10,14 @@
 #include "planar_chain/energy.h"
 #include "planar_chain/urdf_reader.h"
 #include "reading/section.h"
-#include "scene/effect_values.h"
+#include "scene/link_reader.h"
 #include "scene/scene_numbers.h"
 #include "scene/settings_reader.h"
+#include "scene/slides_reader.h"
 
 namespace planar_chain {
 
 namespace {
-
-// ---- links -----------------------------------------------------------------------------------
-
-/// One entry of `links`. It stands for `repeat` equal links.
-struct Entry {
-  Link link;
-  Joint joint;
-  double q = 0;
-  double qd = 0;
-  std::optional<MotionLaw> drive{};
-  int repeat = 1;
-  bool namesAreSound = true;
-};
-
-/// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express, and limits
-/// in place of those of the URDF.
-void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
-  std::vector<const char*> keys{"drive"};
-  if (!isInUrdf) keys.push_back("name");
-  for (const EffectKind* kind : effectKinds()) {
-    for (const JointKey& key : kind->jointKeys()) {
-      if (!isInUrdf || !key.isInUrdf) keys.push_back(key.name);
-    }
-  }
-  if (isInUrdf) keys.push_back("limits");
-  Hints hints;
-  for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(in.pathOf("initial/") + key);
-  if (!isInUrdf) {
-    for (const char* key : {"mass", "inertia", "com", "pin", "repeat"})
-      hints[key] = belongsTo(in.pathOf(key));
-  }
-  const Section joint = in.section("joint", keys, hints);
-  if (isInUrdf && joint.has("limits")) takeNoLimits(joint, entry.joint);
-  if (joint.has("name") && !isInUrdf) {
-    entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
-  }
-  takeEffects(joint, entry.joint);
-
-  const Section initial = in.section("initial", {"angle", "velocity"});
-  const Joint complete = withStop(entry.joint);
-  if (initial.take("angle", NumberRule::any("rad"), entry.q) && std::abs(entry.q) > largestAngle(complete)) {
-    initial.fault("angle", storesEnergy(complete)
-                               ? "a number from -1e6 to 1e6 rad (the joint has a spring or a limit)"
-                               : "a number from -5e16 to 5e16 rad (2^53 turns)");
-  }
-  initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
-  if (!joint.has("drive")) return;
-  if (isInUrdf && hasMoreThanDrive(entry.joint)) {
-    joint.fault("drive", "no drive in a joint to which the URDF gives damping, friction or limits", "drive");
-  }
-  entry.drive = readDrive(in, joint, entry.q, entry.qd);
-}
-
-Entry readEntry(const Section& links, const std::string& name) {
-  // The name. A disc stands for a body with faults, so that the names and the other links can be checked.
-  Entry entry{{name, 1, 1, {0, 0}, {1, 0}}, {}};
-  std::vector<const char*> keys{"mass", "inertia", "com", "pin", "repeat", "joint", "initial"};
-  const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
-  for (const NumberKey& key : own) keys.push_back(key.name);
-  const Section in = links.section(name, keys, hintsIn(links.pathOf(name)));
-  entry.namesAreSound = isName(name);
-  if (!entry.namesAreSound) links.fault(name, nameInWords, quoted(name));
-  if (!links.find(name)->map()) return entry;
-
-  // The body.
-  const Link link{name, in.uncheckedNumber("mass"), in.uncheckedNumber("inertia"), in.uncheckedPair("com"),
-                  in.uncheckedPair("pin")};
-  const std::vector<Fault> ofLink = faultsOf(link);
-  for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
-  if (ofLink.empty()) entry.link = link;
-  takeNumbers(in, own, entry.link.others);
-
-  // The number of links, and how they move.
-  entry.namesAreSound &= takeCount(in, "repeat", entry.repeat);
-  takeMotion(in, false, entry);
-  return entry;
-}
 
 // ---- chain -----------------------------------------------------------------------------------
 
@@ -111,8 +35,23 @@ struct Expanded {
   std::vector<Note> notes;
 };
 
+/// Adds the two slides below a floating link, which have no names for others.
+void appendFreeSlides(const Entry& entry, Expanded& to) {
+  for (int axis = 0; axis < 2; ++axis) {
+    FreeSlide slide = freeSlide(entry.link.name, entry.joint.name, axis);
+    to.names.joints.emplace(slide.joint.name, axis);
+    to.names.com.push_back({});
+    to.entryOf.emplace(slide.link.name, entry.link.name);
+    to.links.push_back(std::move(slide.link));
+    to.joints.push_back(std::move(slide.joint));
+    to.q.push_back(axis == 0 ? entry.place.x : entry.place.y);
+    to.qd.push_back(axis == 0 ? entry.placeRate.x : entry.placeRate.y);
+  }
+}
+
 /// Adds the links of an entry, numbered if there are several.
 void append(const Entry& entry, Expanded& to) {
+  if (entry.floats) appendFreeSlides(entry, to);
   for (int i = 1; i <= entry.repeat; ++i) {
     const std::string suffix = entry.repeat > 1 ? "_" + std::to_string(i) : "";
     Link link = entry.link;
@@ -167,6 +106,10 @@ std::optional<Expanded> readLinks(const Section& top) {
       isCertain = false;
     } else {
       total += entry->second.repeat;
+      if (entry->second.floats && i > 0) {
+        links.fault(entry->first + "/joint/type", "floating of the first link only", "\"floating\"");
+        entry->second.floats = false;
+      }
       if (total <= mostLinks) append(entry->second, expanded);
     }
   }
@@ -222,7 +165,8 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   return expanded;
 }
 
-/// Gives each stop without a stiffness k = J / τ², so that a joint goes at most q̇ τ into it. J is the moment
+/// Gives each stop without a stiffness k = J / τ², so that a joint goes at most q̇ τ into it. J of a slide is
+/// the mass from there outwards, otherwise the moment
 /// of inertia about the joint of all links from there outwards, stretched. With M = Σ m and S = Σ m ρ of the
 /// links outwards, at the distances ρ from their inner pin, a pin p further in:
 ///
@@ -237,7 +181,8 @@ void setDefaultStops(const std::vector<Link>& links, std::vector<Joint>& joints)
     S += p * M + link.mass * r;
     M += link.mass;
     Joint& joint = joints[i];
-    if (joint.isLimited() && joint.stopStiffness == 0) joint.stopStiffness = J / (tau * tau);
+    if (joint.isLimited() && joint.stopStiffness == 0)
+      joint.stopStiffness = (joint.slides ? M : J) / (tau * tau);
   }
 }
 
@@ -262,8 +207,8 @@ std::optional<Chain> makeChain(Expanded& from, std::vector<Fault>& faults) {
 /// Records a fault if the initial energy overflows, which finite values do not exclude.
 void requireFiniteEnergy(const Chain& chain, const Expanded& from, std::vector<Fault>& faults) {
   std::vector<double> theta(from.q.size()), omega(from.qd.size());
-  toAbsolute(from.q.data(), chain.size(), theta.data());
-  toAbsolute(from.qd.data(), chain.size(), omega.data());
+  chain.coordinates().toAbsolute(from.q.data(), theta.data());
+  chain.coordinates().toAbsolute(from.qd.data(), omega.data());
   const double energy = energyOf(chain, theta.data(), omega.data()).total();
   if (!std::isfinite(energy)) {
     faults.push_back({"links", "a chain and initial rates of finite energy", toText(energy) + " J"});
@@ -345,6 +290,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
                   names);
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base = takeBase(top, names);
+  if (chain && chain->slides() > 0) refuseBesideSlides(top, *chain, integrator, loads);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   const std::optional<double> realTimeFactor = takeRealTimeFactor(top);

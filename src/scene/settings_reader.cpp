@@ -54,7 +54,7 @@ BaseLaws readBase(const Section& base) {
   return laws;
 }
 
-MotionLaw readDrive(const Section& link, const Section& joint, double& q, double& qd) {
+MotionLaw readDrive(const Section& link, const Section& joint, const char* unit, double& q, double& qd) {
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
       if (key.isAllowedBesideDrive || !joint.has(key.name)) continue;
@@ -62,7 +62,7 @@ MotionLaw readDrive(const Section& link, const Section& joint, double& q, double
     }
   }
   if (link.has("initial")) link.fault("initial", "no initial state of a driven joint");
-  const MotionLaw law = readLaw(joint, "drive", "rad", true);
+  const MotionLaw law = readLaw(joint, "drive", unit, true);
   const GivenMotion start = law.at(0);
   q = start.value;
   qd = start.rate;

@@ -16,7 +16,7 @@ constexpr double highestRate = 10000;
 MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool mayHold);
 
 /// Key `drive` of a link's joint, which gives the angle: q and q̇ are set, and nothing else may be given.
-MotionLaw readDrive(const Section& link, const Section& joint, double& q, double& qd);
+MotionLaw readDrive(const Section& link, const Section& joint, const char* unit, double& q, double& qd);
 
 /// Key `base` of a scene.
 BaseLaws readBase(const Section& base);

@@ -143,6 +143,10 @@ void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::Vecto
     const Link& link = chain.links()[i];
     const Joint& joint = chain.joints()[i];
     Json ofJoint{{"name", joint.name}};
+    if (joint.slides) {
+      ofJoint["type"] = "prismatic";
+      ofJoint["axis"] = {joint.axis.x, joint.axis.y};
+    }
     for (const EffectKind* kind : effectKinds()) {
       for (const JointKey& key : kind->jointKeys()) {
         if (key.member || joint.has(key.name)) ofJoint[key.name] = key.of(joint);

@@ -14,13 +14,15 @@ FREE = 0.06                    # of the drawing's size, on each side of what is 
 
 
 class Links:
-    """pin, com: of each link in chain order, complex, m. joints: names. moves: the base does."""
+    """pin, com: of each link in chain order, complex, m. joints: names. moves: the base does. rail: the direction in
+    which a link slides, complex, or 0."""
 
     def __init__(self, scene):
         chain = read_chain(scene)
         self.moves = "base" in chain
         links = chain["links"]
         self.joints = [link["joint"]["name"] for link in links]
+        self.rail = np.array([complex(*link["joint"].get("axis", (0, 0))) for link in links])
         self.pin, self.com = (np.array([complex(*link[key]) for link in links]) for key in ("pin", "com"))
 
 
@@ -34,13 +36,14 @@ def base_of(links, motion):
 
 
 def pins(links, base, q):
-    """Two arrays, complex, m: the ground pin and all outer pins; the centres of mass. base, q: one row for each
-    instant."""
+    """Two arrays, complex, m: the ground pin and all outer pins; the centres of mass. A link that slides has its own
+    point in place of the ground pin. base, q: one row for each instant."""
     ground = (base[:, 0] + 1j * base[:, 1])[:, np.newaxis]
-    rotation = np.exp(1j * (base[:, 2:] + np.cumsum(q, axis=1)))
-    outer = ground + np.cumsum(rotation * links.pin, axis=1)
-    points = np.concatenate([ground, outer], axis=1)
-    return points, points[:, :-1] + rotation * links.com
+    rotation = np.exp(1j * (base[:, 2:] + np.cumsum(np.where(links.rail == 0, q, 0), axis=1)))
+    slid = np.cumsum(q * links.rail, axis=1)
+    outer = ground + slid + np.cumsum(rotation * links.pin, axis=1)
+    points = np.concatenate([ground + slid[:, -1:], outer], axis=1)
+    return points, np.concatenate([ground, outer[:, :-1]], axis=1) + q * links.rail + rotation * links.com
 
 
 def is_aside(links, reach):
@@ -99,7 +102,7 @@ def draw_strobe(motion, links, times, apart, title):
         for start, mass in zip(chain[:-1][aside], masses[aside]):
             axes.plot([start.real, mass.real], [start.imag, mass.imag], ":", color=colour(span(t)))
             axes.plot(mass.real, mass.imag, "s", markersize=6, color=colour(span(t)))
-    ground = points[:, 0] if apart or links.moves else points[:1, 0]
+    ground = points[:, 0] if apart or links.moves or links.rail.any() else points[:1, 0]
     axes.plot(ground.real, ground.imag, "^", markersize=9, color="#7F7F7F", label="ground pin", zorder=0)
     figure.suptitle(title, y=1 - 0.1 / figure.get_figheight(), va="top")
     axes.set(xlabel="x (m)", ylabel="y (m)")

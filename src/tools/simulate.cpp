@@ -88,15 +88,16 @@ struct Progress {
   std::chrono::steady_clock::time_point next{};
 };
 
-/// Angles and rates of the first twenty joints.
+/// Angles or positions, and rates of the first twenty joints.
 void writeState(std::FILE* out, const Simulation& simulation) {
   const std::vector<Joint>& joints = simulation.scene().chain.joints();
   const std::size_t most = std::min<std::size_t>(joints.size(), 20);
   std::size_t width = 0;
   for (std::size_t i = 0; i < most; ++i) width = std::max(width, joints[i].name.size());
   for (std::size_t i = 0; i < most; ++i) {
-    std::fprintf(out, "  %-*s  q = %12.6g rad  qd = %12.6g rad/s\n", static_cast<int>(width),
-                 joints[i].name.c_str(), simulation.q()[i], simulation.qd()[i]);
+    const char* unit = joints[i].slides ? "m" : "rad";
+    std::fprintf(out, "  %-*s  q = %12.6g %s  qd = %12.6g %s/s\n", static_cast<int>(width),
+                 joints[i].name.c_str(), simulation.q()[i], unit, simulation.qd()[i], unit);
   }
   if (joints.size() > most) std::fprintf(out, "  and %zu more\n", joints.size() - most);
 }

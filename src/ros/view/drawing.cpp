@@ -39,7 +39,7 @@ class Writer {
          "'/><child link='", frames_.base, "'/><origin xyz='0 0 0' rpy='", std::acos(0.0), " 0 0'/></joint>");
     if (scene_.base) pin();
     line("<link name='", frames_.pin, "'>");
-    hasOwnShapes() ? ground() : line(scene_.appearance.visuals[0]);
+    hasOwnShapes() ? (chain_.slides() > 0 ? rail() : ground()) : line(scene_.appearance.visuals[0]);
     line("</link>");
     for (int i = 0; i < links; ++i) {
       link(i);
@@ -72,6 +72,15 @@ class Writer {
          "' rpy='0 0 ", base.angle.at(0).value, "'/></joint>");
   }
 
+  /// The first rail: as long as its limits, or as the chain on both sides.
+  void rail() {
+    const Joint& joint = chain_.joints().front();
+    const double w = drawing_.bar, angle = std::atan2(joint.axis.y, joint.axis.x);
+    const double from = std::fmax(joint.lower, -2 * drawing_.reach);
+    const double to = std::fmin(joint.upper, 2 * drawing_.reach);
+    box(0.5 * (from + to) * joint.axis, angle, to - from + 3 * w, 0.5 * w, 0.5 * w, "ground");
+  }
+
   /// A bearing as in engineering drawings: two struts from the pin to a bar, and hatching for the ground.
   void ground() {
     const double w = drawing_.bar;
@@ -97,6 +106,7 @@ class Writer {
   void shape(int i) {
     const Link& body = chain_.links()[index(i)];
     const double w = drawing_.bar;
+    if (i < chain_.slides()) return carriage(i);
 
     // Draw the bars. Neighbours have different depths, so that faces that overlap at a pin do not flicker.
     const double depth = i % 2 == 0 ? w : 0.8 * w;
@@ -116,6 +126,15 @@ class Writer {
     if (i == 0 || figure.hasPin) cylinder({0, 0}, pinRadius * w, 1.3 * w, "pin");
   }
 
+  /// A box on its rail, with the pin on it that carries the next link.
+  void carriage(int i) {
+    const Vec2d axis = chain_.joints()[index(i)].axis, pin = chain_.links()[index(i)].pin;
+    const double w = drawing_.bar, angle = std::atan2(axis.y, axis.x);
+    box({}, angle, 3 * w, 1.8 * w, 1.2 * w, i % 2 == 0 ? "even" : "odd");
+    if (length(pin) > 0) box(0.5 * pin, std::atan2(pin.y, pin.x), length(pin), 0.6 * w, 0.6 * w, "odd");
+    cylinder(pin, pinRadius * w, 1.4 * w, "pin");
+  }
+
   /// The element of what URDF can say of a joint's effects.
   static std::string dynamicsOf(const Joint& joint) {
     std::map<std::string, double> attributes;
@@ -131,11 +150,17 @@ class Writer {
 
   void joint(int i) {
     const Joint& own = chain_.joints()[index(i)];
-    line("<joint name='", own.name, "' type='", own.isLimited() ? "revolute" : "continuous", "'>");
+    line("<joint name='", own.name, "' type='",
+         own.slides        ? "prismatic"
+         : own.isLimited() ? "revolute"
+                           : "continuous",
+         "'>");
     line("<parent link='", i == 0 ? frames_.pin : frames_.links[index(i - 1)], "'/><child link='",
          frames_.links[index(i)], "'/><origin xyz='", i == 0 ? Vec2d{} : chain_.links()[index(i - 1)].pin,
-         "' rpy='0 0 0'/><axis xyz='0 0 1'/>", dynamicsOf(own));
-    if (own.isLimited() || own.has("effort_limit") || own.has("velocity_limit")) {
+         "' rpy='0 0 0'/><axis xyz='");
+    own.slides ? add(own.axis) : add("0 0 1");
+    line("'/>", dynamicsOf(own));
+    if (own.slides || own.isLimited() || own.has("effort_limit") || own.has("velocity_limit")) {
       // URDF requires all four limits. Those that the scene does not set are never reached.
       constexpr double never = 1e9;
       const auto limit = [&](const char* key) { return own.has(key) ? own.other(key) : never; };

@@ -91,13 +91,16 @@ tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
     set(motions_.front().innerPin, motions_.front().angle - simulation_.q().front());
   }
   int i = 0;
+  const int slides = simulation_.scene().chain.slides();
   for (const int framed : framed_) {
     // Go from the frame before to this one, link by link.
     Vec2d place;
     double angle = 0;
     for (; i <= framed; ++i) {
       if (i > 0) place += Rotation<double>::of(angle) * links[index(i - 1)].pin;
-      angle += simulation_.q()[index(i)];
+      const double q = simulation_.q()[index(i)];
+      if (i < slides) place += q * simulation_.scene().chain.joints()[index(i)].axis;
+      if (i >= slides) angle += q;
     }
     set(place, angle);
   }

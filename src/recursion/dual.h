@@ -6,6 +6,8 @@
 ///     (a + a' ε)(b + b' ε) = a b + (a b' + a' b) ε          (a + a' ε)/(b + b' ε) = q + (a' − q b')/b ε,  q
 ///     = a/b
 
+#include <cmath>
+
 #include "planar_chain/planar.h"
 
 namespace planar_chain {
@@ -33,6 +35,23 @@ inline Dual operator*(Dual a, Dual b) {
 inline Dual operator/(Dual a, Dual b) {
   const double q = a.value / b.value;
   return {q, (a.slope - q * b.slope) / b.value};
+}
+
+inline bool operator<(Dual a, Dual b) {
+  return a.value < b.value;
+}
+inline bool operator>(Dual a, Dual b) {
+  return b < a;
+}
+inline bool operator>=(Dual a, Dual b) {
+  return !(a < b);
+}
+inline Dual sqrt(Dual a) {
+  const double root = std::sqrt(a.value);
+  return {root, a.slope / (2 * root)};
+}
+inline Dual hypot(Dual a, Dual b) {
+  return sqrt(a * a + b * b);
 }
 
 /// e = exp(i θ), while θ changes by `turn`.

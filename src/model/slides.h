@@ -1,0 +1,21 @@
+#pragma once
+
+/// What a chain requires of its slides, and the units of their joints.
+
+#include <string>
+#include <vector>
+
+#include "planar_chain/chain.h"
+
+namespace planar_chain {
+
+constexpr int mostSlides = 2;
+
+/// The words of a fault for a joint that slides: its units in place of those of an angle.
+std::string inUnitsOfSlide(std::string words);
+
+/// Adds the faults of the slides. slides: the number of those in front.
+void requireSlides(const std::vector<Link>& links, const std::vector<Joint>& joints, int slides,
+                   std::vector<Fault>& faults);
+
+}  // namespace planar_chain

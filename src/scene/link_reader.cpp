@@ -1,0 +1,117 @@
+#include "scene/link_reader.h"
+
+#include <cmath>
+
+#include "scene/settings_reader.h"
+#include "scene/slides_reader.h"
+
+namespace planar_chain {
+
+namespace {
+
+/// Reads `joint` and `initial` of a floating link.
+void takeFreeMotion(const Section& in, Entry& entry) {
+  const Section joint = in.section("joint", {"name", "type"});
+  entry.joint.name = entry.link.name;
+  if (joint.has("name")) entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
+  const Section initial = in.section("initial", {"position", "linear_velocity", "angle", "velocity"});
+  initial.take("position", "m", entry.place);
+  initial.take("linear_velocity", "m/s", entry.placeRate);
+  if (initial.take("angle", NumberRule::any("rad"), entry.q) &&
+      std::abs(entry.q) > largestAngle(entry.joint)) {
+    initial.fault("angle", "a number from -5e16 to 5e16 rad (2^53 turns)");
+  }
+  initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
+  if (entry.repeat > 1) {
+    in.fault("repeat", "no repeat of a floating link");
+    entry.repeat = 1;
+  }
+}
+
+}  // namespace
+
+void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
+  if (entry.floats) return takeFreeMotion(in, entry);
+  const bool slides = entry.joint.slides;
+  std::vector<const char*> keys{"drive"};
+  if (!isInUrdf) keys.insert(keys.end(), {"name", "type"});
+  if (!isInUrdf && slides) keys.push_back("axis");
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) {
+      if (!isInUrdf || !key.isInUrdf) keys.push_back(key.name);
+    }
+  }
+  if (isInUrdf) keys.push_back("limits");
+  Hints hints;
+  for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(in.pathOf("initial/") + key);
+  if (!isInUrdf) {
+    for (const char* key : {"mass", "inertia", "com", "pin", "repeat"})
+      hints[key] = belongsTo(in.pathOf(key));
+  }
+  const Section joint = in.section("joint", keys, hints);
+  if (isInUrdf && joint.has("limits")) takeNoLimits(joint, entry.joint);
+  if (joint.has("name") && !isInUrdf) {
+    entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
+  }
+  if (slides) joint.take("axis", "no unit: a direction", entry.joint.axis);
+  takeEffects(joint, entry.joint);
+
+  const char* place = slides ? "position" : "angle";
+  const Section initial = in.section("initial", {place, "velocity"});
+  const Joint complete = withStop(entry.joint);
+  if (initial.take(place, NumberRule::any(slides ? "m" : "rad"), entry.q) &&
+      std::abs(entry.q) > largestAngle(complete)) {
+    initial.fault(place, slides ? "a number from -1e6 to 1e6 m"
+                         : storesEnergy(complete)
+                             ? "a number from -1e6 to 1e6 rad (the joint has a spring or a limit)"
+                             : "a number from -5e16 to 5e16 rad (2^53 turns)");
+  }
+  initial.take("velocity", NumberRule::any(slides ? "m/s" : "rad/s"), entry.qd);
+  if (!joint.has("drive")) return;
+  if (isInUrdf && hasMoreThanDrive(entry.joint)) {
+    joint.fault("drive", "no drive in a joint to which the URDF gives damping, friction or limits", "drive");
+  }
+  entry.drive = readDrive(in, joint, slides ? "m" : "rad", entry.q, entry.qd);
+}
+
+Entry readEntry(const Section& links, const std::string& name) {
+  // The name. A disc stands for a body with faults, so that the names and the other links can be checked.
+  Entry entry{{name, 1, 1, {0, 0}, {1, 0}}, {}};
+  std::vector<const char*> keys{"mass", "inertia", "com", "pin", "repeat", "joint", "initial"};
+  const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
+  for (const NumberKey& key : own) keys.push_back(key.name);
+  const Section in = links.section(name, keys, hintsIn(links.pathOf(name)));
+  entry.namesAreSound = isName(name);
+  if (!entry.namesAreSound) links.fault(name, nameInWords, quoted(name));
+  if (!links.find(name)->map()) return entry;
+
+  // The body. That of a slide is its mass.
+  const JointType type = takeType(in);
+  const bool slides = entry.joint.slides = type == JointType::prismatic;
+  entry.floats = type == JointType::floating;
+  const auto pairOf = [&](const char* key) {
+    return slides && !in.has(key) ? Vec2d{} : in.uncheckedPair(key);
+  };
+  const Link link{name, in.uncheckedNumber("mass"),
+                  slides && !in.has("inertia") ? 0 : in.uncheckedNumber("inertia"), pairOf("com"),
+                  pairOf("pin")};
+  const std::vector<Fault> ofLink = faultsOf(link, slides);
+  for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
+  if (ofLink.empty()) entry.link = link;
+  if (!slides) takeNumbers(in, own, entry.link.others);
+  for (const NumberKey& key : own) {
+    if (slides && in.has(key.name))
+      in.fault(key.name, std::string("no ") + key.name + " of a prismatic link");
+  }
+
+  // The number of links, and how they move.
+  entry.namesAreSound &= takeCount(in, "repeat", entry.repeat);
+  if (slides && entry.repeat > 1) {
+    in.fault("repeat", "no repeat of a prismatic link");
+    entry.repeat = 1;
+  }
+  takeMotion(in, false, entry);
+  return entry;
+}
+
+}  // namespace planar_chain

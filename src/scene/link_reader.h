@@ -1,0 +1,33 @@
+#pragma once
+
+/// One entry of `links` in a scene.
+
+#include <optional>
+#include <string>
+
+#include "planar_chain/chain.h"
+#include "planar_chain/motion_law.h"
+#include "scene/effect_values.h"
+
+namespace planar_chain {
+
+/// One entry of `links`. It stands for `repeat` equal links.
+struct Entry {
+  Link link;
+  Joint joint;
+  double q = 0;
+  double qd = 0;
+  std::optional<MotionLaw> drive{};
+  int repeat = 1;
+  bool namesAreSound = true;
+  bool floats = false;  ///< nothing holds the inner pin, which is at `place` and has the velocity `placeRate`
+  Vec2d place{}, placeRate{};
+};
+
+/// Reads the entry `name`.
+Entry readEntry(const Section& links, const std::string& name);
+/// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express, and
+/// limits in place of those of the URDF.
+void takeMotion(const Section& in, bool isInUrdf, Entry& entry);
+
+}  // namespace planar_chain

@@ -1,0 +1,44 @@
+#include "scene/slides_reader.h"
+
+#include <string>
+
+namespace planar_chain {
+
+JointType takeType(const Section& link) {
+  const Value* joint = link.find("joint");
+  if (!joint || !joint->map() || joint->map()->count("type") == 0) return JointType::revolute;
+  std::string type;
+  const auto isType = [](const std::string& text) {
+    return text == "revolute" || text == "prismatic" || text == "floating";
+  };
+  link.section("joint").takeText("type", isType, "revolute, prismatic or floating", type);
+  if (type == "floating") return JointType::floating;
+  return type == "prismatic" ? JointType::prismatic : JointType::revolute;
+}
+
+FreeSlide freeSlide(const std::string& link, const std::string& joint, int axis) {
+  const char* suffix = axis == 0 ? "_x" : "_y";
+  FreeSlide slide;
+  slide.link.name = link + suffix;
+  slide.joint.name = joint + suffix;
+  slide.joint.slides = true;
+  slide.joint.axis = axis == 0 ? Vec2d{1, 0} : Vec2d{0, 1};
+  return slide;
+}
+
+void refuseBesideSlides(const Section& top, const Chain& chain, const IntegratorSettings& integrator,
+                        const std::vector<Load>& loads) {
+  if (top.has("base")) {
+    top.fault("base", "no base that moves beside a prismatic link (drive its joint)", "both");
+  }
+  if (integrator.method == "taylor") {
+    top.fault("integrator/method", "another method than taylor, as a link is prismatic", "\"taylor\"");
+  }
+  for (const Load& load : loads) {
+    if (load.link == Load::none || load.link >= chain.slides() || load.moment == 0) continue;
+    top.fault("loads/" + load.name + "/moment", "no moment on a prismatic link, which does not turn",
+              toText(load.moment));
+  }
+}
+
+}  // namespace planar_chain

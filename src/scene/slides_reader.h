@@ -1,0 +1,30 @@
+#pragma once
+
+/// Reads what a scene has of prismatic links, and of a floating one: two prismatic links without mass, and
+/// the link itself.
+
+#include <string>
+#include <vector>
+
+#include "planar_chain/scene.h"
+#include "reading/section.h"
+
+namespace planar_chain {
+
+enum class JointType { revolute, prismatic, floating };
+
+/// Key `joint/type` of a link. Other values are faults.
+JointType takeType(const Section& link);
+
+/// What is below the inner pin of a floating link: a slide along x (axis 0) or y (axis 1).
+struct FreeSlide {
+  Link link;
+  Joint joint;
+};
+FreeSlide freeSlide(const std::string& link, const std::string& joint, int axis);
+
+/// Records what a chain with prismatic links may not have.
+void refuseBesideSlides(const Section& top, const Chain& chain, const IntegratorSettings& integrator,
+                        const std::vector<Load>& loads);
+
+}  // namespace planar_chain

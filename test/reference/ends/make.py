@@ -1,0 +1,97 @@
+#!/usr/bin/python3
+"""Writes values.h: motions of chains with prismatic links, by dense equations of Lagrange and scipy's DOP853.
+
+    make.py            needs numpy and scipy
+
+Nothing of this is the program's: with x = (s ..., theta ...) and the places r_j(x) of the centres of mass,
+
+    (sum m_j J_j' J_j + I_j) x'' = sum J_j' (m_j g + F_j - m_j dJ_j/dt x') + joint forces,     J_j = dr_j/dx
+"""
+import os
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+G = np.array([0.0, -9.81])
+
+
+def links(chain):
+    """(mass, inertia, com, pin, axis or None) of the links."""
+    return [(one["mass"], one.get("inertia", 0.0), np.array(one.get("com", [0, 0]), float),
+             np.array(one.get("pin", [0, 0]), float),
+             None if "axis" not in one else np.array(one["axis"], float) / np.hypot(*one["axis"])) for one in chain]
+
+
+def acceleration(chain, t, x, v):
+    n = len(chain)
+    M, f = np.zeros((n, n)), np.zeros(n)
+    J, bias = np.zeros((2, n)), np.zeros(2)  # of the inner pin
+    slides = sum("axis" in one for one in chain)
+    for j, (m, inertia, com, pin, axis) in enumerate(links(chain)):
+        c, s = np.cos(x[j]), np.sin(x[j])
+        turn = np.eye(2) if axis is not None else np.array([[c, -s], [s, c]])
+        to_com, to_pin = turn @ com, turn @ pin
+        J_com, bias_com = J.copy(), bias.copy()
+        if axis is not None:
+            J[:, j] = J_com[:, j] = axis
+        else:
+            J_com[:, j] = [-to_com[1], to_com[0]]
+            bias_com = bias - v[j] ** 2 * to_com
+            J = J.copy()
+            J[:, j] = [-to_pin[1], to_pin[0]]
+            bias = bias - v[j] ** 2 * to_pin
+            M[j, j] += inertia
+        force = chain[j].get("force", lambda t: np.zeros(2))(t)
+        M += m * J_com.T @ J_com
+        f += J_com.T @ (m * G + force - m * bias_com)
+    for i, one in enumerate(chain):
+        turns = i > slides
+        q, qd = (x[i] - x[i - 1], v[i] - v[i - 1]) if turns else (x[i], v[i])
+        tau = -one.get("stiffness", 0) * (q - one.get("rest", 0)) - one.get("damping", 0) * qd
+        f[i] += tau
+        if turns:
+            f[i - 1] -= tau
+    return np.linalg.solve(M, f)
+
+
+def run(chain, end):
+    n = len(chain)
+    slides = sum("axis" in one for one in chain)
+    q0, v0 = (np.array([one[key] for one in chain], float) for key in ("q", "qd"))
+    x0, w0 = q0.copy(), v0.copy()
+    x0[slides:], w0[slides:] = np.cumsum(q0[slides:]), np.cumsum(v0[slides:])
+    found = solve_ivp(lambda t, y: np.concatenate((y[n:], acceleration(chain, t, y[:n], y[n:]))), (0, end),
+                      np.concatenate((x0, w0)), method="DOP853", rtol=1e-12, atol=1e-13)
+    x, w = found.y[:n, -1], found.y[n:, -1]
+    q, qd = x.copy(), w.copy()
+    q[slides + 1:], qd[slides + 1:] = np.diff(x[slides:]), np.diff(w[slides:])
+    return np.concatenate((q, qd))
+
+
+CART = dict(mass=2.0, pin=[0.0, 0.1], axis=[1, 0], q=0.1, qd=0.2)
+POLE = dict(mass=0.5, inertia=0.01, com=[0.4, 0.05], pin=[0.8, 0.0], q=-1.2, qd=0.4)
+LOWER = dict(mass=0.3, inertia=0.004, com=[0.2, -0.03], pin=[0.5, 0.1], q=0.7, qd=-1.0)
+SCENES = {
+    "level": [CART, POLE, LOWER],
+    "tilted": [dict(CART, axis=[3, -1], stiffness=30.0, rest=0.2, damping=0.4),
+               dict(POLE, damping=0.02), dict(LOWER, stiffness=0.5, damping=0.01)],
+    "plane": [dict(CART, stiffness=5.0), dict(mass=0.4, pin=[0.05, 0.0], com=[0.1, 0.1], axis=[0.3, 1], q=-0.2,
+                                              qd=0.5, stiffness=40.0, damping=0.3), POLE, LOWER],
+    "floating": [dict(mass=0.0, axis=[1, 0], q=0.5, qd=1.0), dict(mass=0.0, axis=[0, 1], q=1.0, qd=4.0), POLE, LOWER],
+    "massless": [dict(CART, mass=0.0), POLE, LOWER],
+}
+
+
+def main():
+    here = os.path.dirname(os.path.abspath(__file__))
+    with open(os.path.join(here, "values.h"), "w") as file:
+        file.write("#pragma once\n\n/// Written by make.py: q and q̇ of its scenes after 3 s.\n\n#include <vector>\n\n"
+                   "namespace planar_chain::reference {\n\n")
+        for name, chain in SCENES.items():
+            numbers = ", ".join(f"{value:.15g}" for value in run(chain, 3.0))
+            file.write(f"inline const std::vector<double> {name}{{{numbers}}};\n")
+        file.write("\n}  // namespace planar_chain::reference\n")
+
+
+if __name__ == "__main__":
+    main()

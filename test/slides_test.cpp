@@ -1,0 +1,335 @@
+/// Chains with prismatic links: carts, planes.
+///
+///     trajectories      against dense equations of Lagrange (reference/ends/make.py), by four methods
+///     cart and pole     ω² = (m_c + m) g/(m_c l), and the textbook's A and B
+///     inclined rail     a chain at right angles to it keeps its angles, s̈ = −g sin β
+///     everything else   q̈ and A agree with kane.h, and the energy balance closes
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "planar_chain/kane.h"
+#include "planar_chain/linear_model.h"
+#include "planar_chain/scene_reader.h"
+#include "planar_chain/simulation.h"
+#include "reference/ends/values.h"
+
+namespace planar_chain {
+namespace {
+
+const std::string pole = R"(
+  pole: {mass: 0.5, inertia: 0.01, com: [0.4, 0.05], pin: [0.8, 0], joint: {damping: %D1},
+         initial: {angle: -1.2, velocity: 0.4}}
+  lower: {mass: 0.3, inertia: 0.004, com: [0.2, -0.03], pin: [0.5, 0.1], joint: {stiffness: %K, damping: %D2},
+          initial: {angle: 0.7, velocity: -1}}
+)";
+
+std::string poles(double d1 = 0, double k = 0, double d2 = 0) {
+  std::string text = pole;
+  const auto put = [&text](const std::string& mark, double value) {
+    text.replace(text.find(mark), mark.size(), std::to_string(value));
+  };
+  put("%D1", d1);
+  put("%K", k);
+  put("%D2", d2);
+  return text;
+}
+
+std::string cart(const std::string& joint = "axis: [1, 0]", const std::string& mass = "2.0") {
+  return "chain: [cart, pole, lower]\nlinks:\n  cart: {mass: " + mass +
+         ", pin: [0.0, 0.1], joint: {type: prismatic, " + joint +
+         "}, initial: {position: 0.1, velocity: 0.2}}" + poles();
+}
+
+const std::string tilted =
+    "chain: [cart, pole, lower]\nlinks:\n  cart: {mass: 2.0, pin: [0.0, 0.1], initial: {position: 0.1, "
+    "velocity: 0.2}, joint: {type: prismatic, axis: [3, -1], stiffness: 30, rest_angle: 0.2, damping: 0.4}}" +
+    poles(0.02, 0.5, 0.01);
+const std::string plane =
+    "chain: [x, y, pole, lower]\nlinks:\n  x: {mass: 2.0, pin: [0.0, 0.1], joint: {type: prismatic, "
+    "stiffness: 5}, initial: {position: 0.1, velocity: 0.2}}\n  y: {mass: 0.4, pin: [0.05, 0], com: [0.1, "
+    "0.1], joint: {type: prismatic, axis: [0.3, 1], stiffness: 40, damping: 0.3}, initial: {position: -0.2, "
+    "velocity: 0.5}}" +
+    poles();
+
+const std::string floating =
+    "chain: [pole, lower]\nlinks:\n  pole: {mass: 0.5, inertia: 0.01, com: [0.4, 0.05], pin: [0.8, 0], "
+    "joint: {type: floating}, initial: {position: [0.5, 1], linear_velocity: [1, 4], angle: -1.2, velocity: "
+    "0.4}}\n  lower: {mass: 0.3, inertia: 0.004, com: [0.2, -0.03], pin: [0.5, 0.1], initial: {angle: 0.7, "
+    "velocity: -1}}\n";
+
+Eigen::VectorXd vectorOf(const std::vector<double>& numbers) {
+  return Eigen::VectorXd::Map(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+}
+
+// ---- Trajectories ----------------------------------------------------------------------------------
+
+struct Known {
+  const char* name;
+  std::string scene;
+  const std::vector<double>& end;
+};
+
+class Trajectory : public testing::TestWithParam<const char*> {};
+
+TEST_P(Trajectory, AgreesWithDenseEquations) {
+  for (const auto& [name, text, end] :
+       {Known{"level", cart(), reference::level}, Known{"tilted", tilted, reference::tilted},
+        Known{"plane", plane, reference::plane}, Known{"floating", floating, reference::floating},
+        Known{"massless", cart("axis: [1, 0]", "0"), reference::massless}}) {
+    Scene scene = readSceneText(text);
+    scene.integrator.method = GetParam();
+    scene.integrator.tolerance = 1e-10;
+    Simulation simulation(scene);
+    ASSERT_TRUE(simulation.advanceTo(3)) << name << ": " << simulation.fault();
+    const std::size_t n = scene.q.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      EXPECT_NEAR(simulation.q()[i], end[i], 1e-8) << name << ", q of " << i;
+      EXPECT_NEAR(simulation.qd()[i], end[n + i], 1e-7) << name << ", rate of " << i;
+    }
+    EXPECT_EQ(simulation.statistics().rescues, 0) << name;
+    EXPECT_LT(std::abs(simulation.energyBalance().residual), 1e-7) << name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(By, Trajectory, testing::Values("auto", "dop853", "rodas5p", "radau13"));
+
+// ---- Known answers ---------------------------------------------------------------------------------
+
+constexpr double m_c = 1.3, m = 0.4, l = 0.7, g = 9.81;
+
+Scene cartPole(const std::string& more = "") {
+  return readSceneText(
+      "chain: [cart, pole]\nlinks:\n  cart: {mass: 1.3, joint: {type: prismatic, axis: [1, 0]}}\n  pole: "
+      "{mass: 0.4, inertia: 0, com: [0.7, 0], pin: [0.7, 0], initial: {angle: -1.5707963267948966}}\n" +
+      more);
+}
+
+TEST(CartAndPole, HasTheFrequencyOfBothMasses) {
+  const Scene scene = cartPole();
+  const LinearModel model = linearModel(scene, 0, vectorOf(scene.q), vectorOf(scene.qd));
+  // The pole hangs: δθ̈ = −(m_c + m) g/(m_c l) δθ, s̈ = −m g/m_c δ(slope) …
+  EXPECT_NEAR(-model.A(3, 1), (m_c + m) * g / (m_c * l), 1e-12);
+  Simulation simulation(cartPole("integrator: {tolerance: 1e-12}"));
+  const double amplitude = 1e-4, omega = std::sqrt((m_c + m) * g / (m_c * l));
+  simulation.setState({0, -pi / 2 + amplitude}, {0, 0});
+  ASSERT_TRUE(simulation.advanceTo(5));
+  EXPECT_NEAR(simulation.q()[1] + pi / 2, amplitude * std::cos(5 * omega), 1e-10);
+  // the centre of mass stays
+  EXPECT_NEAR((m_c + m) * simulation.q()[0] + m * l * std::cos(simulation.q()[1]),
+              m * l * std::sin(amplitude), 1e-12);
+}
+
+TEST(CartAndPole, HasTheTextbooksAAndB) {
+  const Scene scene = cartPole();
+  const Eigen::Vector2d up(0.3, pi / 2), still(0, 0);
+  const LinearModel model = linearModel(scene, 0, up, still);
+  Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
+  A(0, 2) = A(1, 3) = 1;
+  A(2, 1) = m * g / m_c;  // θ counts against the slope: s̈ = m g/m_c δθ
+  A(3, 1) = (m_c + m) * g / (m_c * l);
+  EXPECT_LT((model.A - A).cwiseAbs().maxCoeff(), 1e-12) << model.A;
+  Eigen::Vector4d B(0, 0, 1 / m_c, 1 / (m_c * l));
+  EXPECT_LT((model.B.col(0) - B).cwiseAbs().maxCoeff(), 1e-12) << model.B;
+}
+
+TEST(InclinedRail, KeepsAChainAtRightAnglesToIt) {
+  const double beta = 0.4;
+  Scene scene = readSceneText(
+      "chain: [cart, a, b]\nlinks:\n  cart: {mass: 1.3, joint: {type: prismatic, axis: [1, 0]}}\n  a: {mass: "
+      "0.4, inertia: 0.02, com: [0.3, 0], pin: [0.7, 0]}\n  b: {mass: 0.2, inertia: 0.01, com: [0.5, 0], "
+      "pin: [1, 0]}\nintegrator: {tolerance: 1e-10}\n");
+  std::vector<Joint> joints = scene.chain.joints();
+  joints[0].axis = {2 * std::cos(beta), 2 * std::sin(beta)};
+  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  scene.q = {0, beta - pi / 2, 0};
+  Simulation simulation(scene);
+  ASSERT_TRUE(simulation.advanceTo(2));
+  EXPECT_NEAR(simulation.q()[1], beta - pi / 2, 1e-10);
+  EXPECT_NEAR(simulation.q()[2], 0, 1e-10);
+  EXPECT_NEAR(simulation.q()[0], -0.5 * g * std::sin(beta) * 4, 1e-8);
+  EXPECT_NEAR(simulation.qd()[0], -g * std::sin(beta) * 2, 1e-8);
+}
+
+// ---- Free chains -------------------------------------------------------------------------------------
+
+/// Two equal rods without gravity, straight, at these rates against the ground.
+Scene twoRods(double first, double second, double tolerance) {
+  Scene scene = readSceneText(
+      "chain: [a, b]\ngravity: [0, 0]\nlinks:\n  a: {mass: 1, inertia: 0.083333333333333333, com: [0.5, 0], "
+      "pin: [1, 0], joint: {type: floating}}\n  b: {mass: 1, inertia: 0.083333333333333333, com: [0.5, 0], "
+      "pin: [1, 0]}\n");
+  scene.qd = {0.3, -0.2, first, second - first};
+  scene.integrator.tolerance = tolerance;
+  return scene;
+}
+
+TEST(FreeChain, TurnsItsKneeOnceInAKnownTime) {
+  Simulation simulation(twoRods(-2, 3, 1e-12));
+  ASSERT_TRUE(simulation.advanceTo(2.1953726551488901));
+  EXPECT_NEAR(simulation.q()[3], 2 * pi, 1e-9);
+  EXPECT_NEAR(2 * simulation.q()[2] + simulation.q()[3], 5.0987518794783351, 1e-9);
+}
+
+TEST(FreeChain, KeepsItsMomenta) {
+  Scene scene = twoRods(-2, 3, 1e-10);
+  Simulation simulation(scene);
+  const auto momenta = [&] {
+    std::vector<LinkMotion> motions(4);
+    simulation.linkMotions(motions.data());
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t j = 0; j < 4; ++j) {
+      const Link& link = scene.chain.links()[j];
+      const Vec2d p = link.mass * motions[j].velocity;
+      sum += Eigen::Vector3d(p.x, p.y, cross(motions[j].com, p) + link.inertia * motions[j].omega);
+    }
+    return sum;
+  };
+  const Eigen::Vector3d before = momenta();
+  ASSERT_TRUE(simulation.advanceTo(20));
+  EXPECT_LT((momenta() - before).norm(), 1e-7);
+}
+
+// ---- Everything with slides ------------------------------------------------------------------------
+
+/// A plane with all that acts on its rails and behind them.
+Scene busy(const std::string& drive = "") {
+  return readSceneText(
+      "chain: [x, y, pole, lower]\nlinks:\n  x: {mass: 2.0, com: [0.1, 0], pin: [0.0, 0.1], joint: {type: "
+      "prismatic, axis: [1, 0.2], friction: 1.5, upper: 0.3, stop_stiffness: 400, stop_damping: 3}, initial: "
+      "{position: 0.1, velocity: 0.8}}\n  y: {mass: 0.4, pin: [0.05, 0], joint: {type: prismatic, axis: "
+      "[0, 1], " +
+      (drive.empty() ? "stiffness: 40, damping: 0.5}, initial: {position: -0.2}}" : drive + "}}") +
+      "\n  pole: {mass: 0.5, inertia: 0.01, com: [0.4, 0.05], pin: [0.8, 0], joint: {rotor_inertia: 0.03, "
+      "friction: 0.05}, initial: {angle: -1.2, velocity: 0.4}}\n  lower: {mass: 0.3, inertia: 0.004, com: "
+      "[0.2, -0.03], pin: [0.5, 0.1], joint: {stiffness: 2, damping: 0.1}, initial: {angle: 0.7}}\nloads:\n  "
+      "wind: {link: lower, force: [1, 0.5], point: [0.1, 0.2], frequency: 0.8}\n  push: {link: x, force: [3, "
+      "-1], frequency: 0.3}\n  lift: {link: y, force: [0.5, 5]}\n  motor: {joint: x_joint, torque: 2}\n  "
+      "bend: {joint: pole_joint, torque: 0.3, frequency: 1.1}\n");
+}
+
+class Everything : public testing::TestWithParam<const char*> {};
+
+TEST_P(Everything, HasTheAccelerationsOfKane) {
+  const Scene scene = busy(GetParam());
+  Simulation simulation(scene);
+  for (const double t : {0.05, 0.4, 1.0}) {
+    ASSERT_TRUE(simulation.advanceTo(t)) << simulation.fault();
+    const Eigen::VectorXd q = vectorOf(simulation.q()), qd = vectorOf(simulation.qd());
+    std::vector<double> qdd(4);
+    simulation.accelerations(qdd.data());
+    const ActiveForces active = activeForces(scene, t, q, qd);
+    const Kane dense = kane(scene.chain, q, qd, active);
+    EXPECT_LT((dense.qdd - vectorOf(qdd)).norm(), 1e-9 * (1 + dense.qdd.norm())) << "t = " << t;
+    EXPECT_LT((dense.M_q - dense.M_q.transpose()).norm(), 1e-12);
+    // T = ½ q̇ᵀ M q̇
+    EXPECT_NEAR(0.5 * qd.dot(dense.M_q * qd), simulation.energy().kinetic, 1e-12 * (1 + qd.squaredNorm()));
+    const Eigen::VectorXd torques = inverseDynamics(scene, t, q, qd, dense.qdd);
+    std::vector<double> found(4);
+    simulation.jointTorques(found.data());
+    EXPECT_TRUE(torques.allFinite() && vectorOf(found).allFinite());
+  }
+}
+
+TEST_P(Everything, LinearizesAsKaneDiffers) {
+  const Scene scene = busy(GetParam());
+  const double t = 0.3, h = 1e-6;
+  Eigen::VectorXd q = vectorOf(scene.q), qd = vectorOf(scene.qd);
+  for (const Drive& drive : scene.drives) {
+    q[drive.joint] = drive.law.at(t).value;
+    qd[drive.joint] = drive.law.at(t).rate;
+  }
+  const LinearModel model = linearModel(scene, t, q, qd);
+  const auto accelerations = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+    return kane(scene.chain, x.head(4), x.tail(4), activeForces(scene, t, x.head(4), x.tail(4))).qdd;
+  };
+  Eigen::VectorXd x(8);
+  x << q, qd;
+  for (int i = 0; i < 8; ++i) {
+    Eigen::VectorXd more = x, less = x;
+    more[i] += h;
+    less[i] -= h;
+    const Eigen::VectorXd column = (accelerations(more) - accelerations(less)) / (2 * h);
+    EXPECT_LT((column - model.A.col(i).tail(4)).norm(), 1e-5 * (1 + column.norm())) << "column " << i;
+  }
+}
+
+TEST_P(Everything, ClosesTheEnergyBalanceByEachMethod) {
+  std::vector<double> first;
+  for (const char* method : {"auto", "dop853", "dopri5", "rodas5p", "radau13"}) {
+    Scene scene = busy(GetParam());
+    scene.integrator.method = method;
+    scene.integrator.tolerance = 1e-10;
+    Simulation simulation(scene);
+    ASSERT_TRUE(simulation.advanceTo(3)) << method << ": " << simulation.fault();
+    EXPECT_EQ(simulation.statistics().rescues, 0) << method;
+    EXPECT_LT(std::abs(simulation.energyBalance().residual), 1e-7) << method;
+    if (first.empty()) first = simulation.q();
+    for (std::size_t i = 0; i < first.size(); ++i) EXPECT_NEAR(simulation.q()[i], first[i], 1e-7) << method;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(With, Everything,
+                         testing::Values("", "drive: {amplitude: 0.2, frequency: 0.7}", "drive: hold"));
+
+TEST(Slides, AStiffRailTakesFewSteps) {
+  // A Jacobian without the rail's spring and damper would make rodas5p follow them.
+  Scene scene = readSceneText(cart("axis: [1, 0], stiffness: 4e8, damping: 2e5"));
+  scene.qd[0] = 0;
+  scene.q[0] = 0;
+  for (const char* method : {"rodas5p", "radau13"}) {
+    scene.integrator.method = method;
+    scene.integrator.tolerance = 1e-6;
+    Simulation simulation(scene);
+    ASSERT_TRUE(simulation.advanceTo(3));
+    EXPECT_LT(simulation.statistics().steps, 1000) << method;
+    EXPECT_LT(std::abs(simulation.q()[0]), 1e-6) << method;
+  }
+}
+
+TEST(Slides, PositionsOfPinsFollow) {
+  const Scene scene = readSceneText(plane);
+  Simulation simulation(scene);
+  std::vector<LinkMotion> motions(4);
+  simulation.linkMotions(motions.data());
+  const Vec2d x = {0.1, 0}, y = -0.2 / std::hypot(0.3, 1) * Vec2d{0.3, 1};
+  const Vec2d at = x + Vec2d{0, 0.1} + y;
+  EXPECT_NEAR(motions[1].innerPin.x, at.x, 1e-15);
+  EXPECT_NEAR(motions[1].innerPin.y, at.y, 1e-15);
+  EXPECT_NEAR(motions[2].innerPin.x, at.x + 0.05, 1e-15);
+  // Newton for the whole chain: the base's force is Σ m (a − g)
+  Vec2d force;
+  for (std::size_t j = 0; j < 4; ++j) {
+    force += scene.chain.links()[j].mass * (motions[j].acceleration - scene.chain.gravity());
+  }
+  const BaseWrench wrench = simulation.baseWrench();
+  EXPECT_NEAR(wrench.force.x, -force.x, 1e-12);
+  EXPECT_NEAR(wrench.force.y, -force.y, 1e-12);
+  // and d/dt of the angular momentum about the base, less the weights' moments
+  double moment = 0;
+  for (std::size_t j = 0; j < 4; ++j) {
+    const Link& link = scene.chain.links()[j];
+    moment += link.mass * cross(motions[j].com, motions[j].acceleration - scene.chain.gravity()) +
+              link.inertia * motions[j].alpha;
+  }
+  EXPECT_NEAR(wrench.torque, -moment, 1e-12);
+}
+
+TEST(Slides, SettleWhereSpringsAndStopsHoldThem) {
+  Scene scene = readSceneText(tilted + "start: rest\n");
+  const double weight = (2.0 + 0.5 + 0.3) * g, along = weight / std::sqrt(10);  // axis (3, −1)/√10
+  EXPECT_NEAR(scene.q[0], 0.2 + along / 30, 1e-9);
+  std::vector<double> qdd(3);
+  Simulation(scene).accelerations(qdd.data());
+  for (const double each : qdd) EXPECT_NEAR(each, 0, 1e-9);
+  scene = readSceneText(cart("axis: [0, 1], lower: -0.4, stop_stiffness: 1000") + "start: rest\n");
+  EXPECT_NEAR(scene.q[0], -0.4 - weight / 1000, 1e-9);
+  scene = readSceneText(cart() + "start: rest\n");
+  EXPECT_EQ(scene.q[0], 0.1) << "nothing pushes along a level rail";
+  EXPECT_THROW(readSceneText(cart("axis: [1, 1]") + "start: rest\n"), Refused);
+}
+
+}  // namespace
+}  // namespace planar_chain
