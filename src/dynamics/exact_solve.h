@@ -79,7 +79,12 @@ class ExactSolve {
     }
     // Apart from plain ones, which would save registers for them.
     [[gnu::noinline]] void factorCoupled() {
-      visitCoupled([this](auto& coupled) { coupled.factor(s); });
+      auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
+      coupled ? coupled->factor(s) : factorOthers();
+    }
+    [[gnu::noinline]] void factorOthers() {
+      auto* tangent = std::get_if<TangentLinearized<Scalar>>(&inverse);
+      tangent ? tangent->factor(s) : std::get_if<Ended>(&inverse)->factor(s);
     }
     void solve(const Scalar* rhs, Scalar* x, int places) {
       if (auto* plain = std::get_if<LinearizedSegments<Scalar>>(&inverse)) {
@@ -88,13 +93,13 @@ class ExactSolve {
       solveCoupled(rhs, x, places);
     }
     [[gnu::noinline]] void solveCoupled(const Scalar* rhs, Scalar* x, int n) {
-      visitCoupled([=](auto& coupled) { coupled.solve(rhs, rhs + n, x, x + n); });
+      auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
+      coupled ? coupled->solve(rhs, rhs + n, x, x + n) : solveOthers(rhs, x, n);
     }
-    template <class Visit>
-    void visitCoupled(Visit visit) {
-      if (auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse)) return visit(*coupled);
-      if (auto* tangent = std::get_if<TangentLinearized<Scalar>>(&inverse)) return visit(*tangent);
-      visit(*std::get_if<Ended>(&inverse));
+    [[gnu::noinline]] void solveOthers(const Scalar* rhs, Scalar* x, int n) {
+      auto* tangent = std::get_if<TangentLinearized<Scalar>>(&inverse);
+      tangent ? tangent->solve(rhs, rhs + n, x, x + n)
+              : std::get_if<Ended>(&inverse)->solve(rhs, rhs + n, x, x + n);
     }
     /// The change of the moment of joint i along the last solution, behind `slides`.
     Scalar momentOf(std::size_t i, std::size_t slides) const {

@@ -24,7 +24,7 @@ struct Difference {
 template <class F>
 void Springs::forJoints(std::size_t count, F f) const {
   if (count == 0) return;
-  f(0, 0, Difference{first_, first_ - 1, hasInner_});
+  f(0, 0, Difference{first_, first_ - 1, first_ > 0});
   const std::size_t lastRow = count - row_;
   for (std::size_t i = 1; i < row_; ++i) {  // what a lane begins with hangs on the last of the lane before
     f(i, 0, Difference{i, lastRow + i - 1, true});
@@ -59,7 +59,7 @@ double Springs::sumOver(std::size_t count, Term term) const {
 Springs::Springs(const Chain& chain, const Arrangement* lanes) {
   bool dissipates = false;
   std::size_t end = 0;
-  for (std::size_t i = index(chain.slides()); i < chain.joints().size(); ++i) {
+  for (std::size_t i = 0; i < chain.joints().size(); ++i) {
     const Joint& joint = chain.joints()[i];
     if (!(joint.stiffness > 0 || joint.damping > 0)) continue;
     if (end == 0) first_ = i;
@@ -72,7 +72,6 @@ Springs::Springs(const Chain& chain, const Arrangement* lanes) {
     end = chain.joints().size();
     row_ = static_cast<std::size_t>(lanes->lanes());
   }
-  hasInner_ = chain.coordinates().isDifference(static_cast<int>(first_));
   k_.resize(lanes ? static_cast<std::size_t>(lanes->places()) : end - first_);
   rest_.resize(size());
   torque_.resize(size());
@@ -107,7 +106,7 @@ double Springs::apply(const double* theta, const double* omega, double* N) {
   for (std::size_t i = 0; i < lastRow; ++i) own[i] += torque[i] - torque[i + row_];
   for (std::size_t i = lastRow; i < last; ++i) own[i] += torque[i] - torque[i - lastRow + 1];
   own[last] += torque[last];
-  if (hasInner_) N[first_ - 1] -= torque[0];
+  if (first_ > 0) N[first_ - 1] -= torque[0];
   return lost;
 }
 
@@ -164,49 +163,52 @@ class SpringEffect : public Effect, public InLanes {
   Springs inOrder_, inLanes_;
 };
 
-/// The same, with springs and dampers on rails.
-class SpringsBesideSlides : public SpringEffect {
+/// Springs and dampers behind slides and on their rails. The links that turn are a chain of their own.
+class SpringsBesideSlides : public Effect {
  public:
-  explicit SpringsBesideSlides(const Chain& chain) : SpringEffect(chain) {
-    for (int i = 0; i < chain.slides(); ++i) {
+  explicit SpringsBesideSlides(const Chain& chain)
+      : slides_(chain.slides()), springs_(chain.withoutSlides()) {
+    for (int i = 0; i < slides_; ++i) {
       const Joint& joint = chain.joints()[index(i)];
       if (joint.stiffness > 0 || joint.damping > 0) {
         rails_.push_back({i, joint.stiffness, joint.restAngle, joint.damping});
       }
     }
   }
-  bool empty() const { return rails_.empty() && SpringEffect::empty(); }
+  bool empty() const { return rails_.empty() && springs_.empty(); }
 
+  LoadKind mostActing() const override { return LoadKind::moments; }
+  LoadKind acting() const override { return LoadKind::moments; }
   bool hasPower() const override {
     const auto dissipates = [](const Rail& rail) { return rail.d > 0; };
-    return SpringEffect::hasPower() || std::any_of(rails_.begin(), rails_.end(), dissipates);
+    return springs_.dissipate() || std::any_of(rails_.begin(), rails_.end(), dissipates);
   }
   Powers apply(const ChainState& at, const Actions& to) override {
     Powers powers;
-    if (!SpringEffect::empty()) powers = SpringEffect::apply(at, to);
-    for (const Rail& rail : rails_) {
-      const double lost = rail.d * at.omega[rail.joint];
-      to.N[rail.joint] += -rail.k * (at.theta[rail.joint] - rail.rest) - lost;
-      powers.dissipated += lost * at.omega[rail.joint];
+    if (!springs_.empty()) {
+      powers.dissipated = springs_.apply(at.theta + slides_, at.omega + slides_, to.N + slides_);
+    }
+    for (const auto& [i, k, rest, d] : rails_) {
+      to.N[i] += -k * (at.theta[i] - rest) - d * at.omega[i];
+      powers.dissipated += d * at.omega[i] * at.omega[i];
     }
     return powers;
   }
   void addTorques(const ChainState& at, double* tau) override {
-    SpringEffect::addTorques(at, tau);
+    springs_.addTorques(at.theta + slides_, at.omega + slides_, tau + slides_);
     for (const auto& [i, k, rest, d] : rails_) tau[i] += -k * (at.theta[i] - rest) - d * at.omega[i];
   }
-  InLanes* inLanes() override { return nullptr; }
   void addStiffness(double* k, double* d) const override {
-    SpringEffect::addStiffness(k, d);
+    springs_.addStiffness(k + slides_, d + slides_);
     for (const Rail& rail : rails_) {
       k[rail.joint] += rail.k;
       d[rail.joint] += rail.d;
     }
   }
   Powers powersAlong(const ChainState& at, const StateChange& along) override {
-    Powers change = SpringEffect::powersAlong(at, along);
-    for (const auto& [i, k, rest, d] : rails_) change.dissipated += 2 * d * at.omega[i] * along.v[i];
-    return change;
+    double change = springs_.dissipationAlong(at.omega + slides_, along.v + slides_);
+    for (const auto& [i, k, rest, d] : rails_) change += 2 * d * at.omega[i] * along.v[i];
+    return {0, change};
   }
 
  private:
@@ -214,6 +216,8 @@ class SpringsBesideSlides : public SpringEffect {
     int joint;
     double k, rest, d;
   };
+  int slides_;
+  Springs springs_;
   std::vector<Rail> rails_;
 };
 

@@ -1,7 +1,6 @@
 #pragma once
 
-/// The springs and dampers of the joints that turn. On the outer body of joint i, and backwards on the inner
-/// one, acts
+/// The springs and dampers of the joints. On the outer body of joint i, and backwards on the inner one, acts
 ///
 ///     τ_i = −k_i (q_i − q0_i) − d_i q̇_i                q_i = θ_i − θ_{i−1}
 ///
@@ -44,8 +43,7 @@ class Springs {
   double sumOver(std::size_t count, Term term) const;
 
   std::size_t first_ = 0;
-  bool hasInner_ = false;  ///< the body of first_ hangs on another one that turns
-  std::size_t row_ = 1;    ///< from the inner body's number to that of the outer one
+  std::size_t row_ = 1;  ///< from the inner body's number to that of the outer one
   std::vector<double> k_, rest_, d_, torque_;
 };
 
