@@ -24,12 +24,12 @@ def commanded(name, scene, joints, taken, since):
         elif message.kind in (message.JOINT_TORQUES, message.STEP):
             held += [(("joint", joint), {"torque": torque}, t, t + timeout) for joint, torque in zip(joints, message.joint_torques)]
         elif message.kind in (message.JOINT_TORQUE, message.LINK_FORCE):
-            place, action, duration = of_one(message)
-            start = max(message.start, t)
-            if duration > 0:
-                acting.append((place, action, start, message.start + duration))
+            command, place, action = of_one(message)
+            given = t if command.start.is_zero() else message.start
+            if command.duration > 0:
+                acting.append((place, action, max(given, t), given + command.duration))
             else:
-                held.append((place, action, start, message.start + timeout))
+                held.append((place, action, max(given, t), given + timeout))
     acting += in_turn(held)
     limits = effort_limits(scene, joints)
     is_limited = [place[0] == "joint" and place[1] in limits for place, *_ in acting]
@@ -58,10 +58,10 @@ def any_number(value):
 def of_one(message):
     if message.joint_torque:
         command = message.joint_torque[0]
-        return ("joint", command.joint), {"torque": command.torque}, command.duration
+        return command, ("joint", command.joint), {"torque": command.torque}
     command = message.link_force[0]
     action = {"force": [command.force.x, command.force.y], "point": [command.point.x, command.point.y], "moment": command.moment}
-    return ("link", command.link), action, command.duration
+    return command, ("link", command.link), action
 
 
 def load_of(place, action, start, stop):

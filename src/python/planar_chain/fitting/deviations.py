@@ -13,7 +13,8 @@ from .solve import LOSS
 
 UNLIKELY = 4.0  # deviations: a correlation of neighbours within them counts as none
 NOT_TOLD = 0.5  # a direction whose relative deviation is above it
-NULL = 1e-4  # a singular value below so much of the largest
+WIDTH = 3e-6  # of the differences of the Jacobian. Motions of a chain may change a thousand times faster than its numbers
+DOUBT = 3.0  # a singular value below so many errors of the Jacobian is none
 
 
 def correlation_time(series):
@@ -45,21 +46,22 @@ class Deviations:
         joints = problem.joints_of(samples)
         weights = 1 / solution.noise[joints]
         residuals = problem.residuals(solution.x, samples) * weights
-        jacobian = problem.jacobian(solution.x, samples, central=True) * weights[:, None]
+        jacobian, other = (problem.jacobian(solution.x, samples, width) * weights[:, None] for width in (WIDTH, 2 * WIDTH))
         z = (residuals / LOSS) ** 2
         slope = np.mean((1 + z) ** -1.5)
         free = max(len(residuals) - problem.size, 1)
         self.tau = correlation_time(series_of(problem, residuals, samples))
         self.spread = np.sqrt(np.sum(residuals ** 2 / (1 + z)) / free) / slope * np.sqrt(self.tau)
-        self._jacobian = jacobian / self.spread
+        self.scales = np.array([number.scale for number in self.numbers])
         many = len(self.numbers)
+        self.values = solution.x[:many] * self.scales
+        self.sizes = np.where(abs(self.values) > 1e-3 * self.scales, abs(self.values), self.scales)
+        self._jacobian = jacobian / self.spread
+        self._find_directions(samples, (jacobian - other) / self.spread)
         information = self._jacobian.T @ self._jacobian
         information[range(many), range(many)] += 1 / prior ** 2
         size = 1 / np.sqrt(np.maximum(np.diag(information), 1e-300))  # the inverse of a matrix with a diagonal of 1
         self.covariance = np.linalg.pinv(information * np.outer(size, size), hermitian=True) * np.outer(size, size)
-        self.scales = np.array([number.scale for number in self.numbers])
-        self.values = solution.x[:many] * self.scales
-        self._find_directions(samples)
 
     @property
     def deviations(self):
@@ -78,23 +80,39 @@ class Deviations:
         correlations = abs(np.triu(self.correlations, 1))
         return None if len(self.numbers) < 2 else np.unravel_index(correlations.argmax(), correlations.shape)
 
-    def _find_directions(self, samples):
-        """Singular directions of the numbers' relative changes, when the unknowns of each recording are free."""
+    def _find_directions(self, samples, doubt):
+        """Singular directions of the numbers' relative changes, when the unknowns of each recording are free. doubt: an error of the
+        Jacobian. A direction that lies within it is not seen: what the Jacobian has of it is taken out."""
         problem, many = self.problem, len(self.numbers)
-        self.sizes = np.where(abs(self.values) > 1e-3 * self.scales, abs(self.values), self.scales)
+        sizes = self.sizes / self.scales
         edge, left = 0, []
         for r, mask in enumerate(problem.measured(samples)):
             rows = self._jacobian[edge:edge + mask.sum()]
             edge += mask.sum()
             basis = np.linalg.qr(rows[:, problem.own(r)])[0] if problem.per_recording else np.zeros((len(rows), 0))
-            seen = rows[:, :many] * (self.sizes / self.scales)
+            seen = rows[:, :many] * sizes
             left.append(np.linalg.qr(seen - basis @ (basis.T @ seen), mode="r"))
-        _, self.singular, directions = np.linalg.svd(np.vstack(left))
-        self.singular = np.concatenate([self.singular, np.zeros(many - len(self.singular))])
+        _, singular, directions = np.linalg.svd(np.vstack(left))
+        self.singular = np.concatenate([singular, np.zeros(many - len(singular))])
         with np.errstate(divide="ignore"):
             self.relative = 1 / self.singular
-        is_lost = (self.relative > NOT_TOLD) | (self.singular < NULL * self.singular.max(initial=0))
-        self.lost = directions[is_lost]  # each row: relative changes that leave the data as they are
+        within = []
+        for value, direction in zip(self.singular, directions):
+            change = self._whole(direction * sizes, samples)
+            within.append(value < DOUBT * np.linalg.norm(doubt @ change))
+            if within[-1]:
+                self._jacobian = self._jacobian - np.outer(self._jacobian @ change, change) / (change @ change)
+        self.lost = directions[(self.relative > NOT_TOLD) | within]  # each row: relative changes that leave the data as they are
+
+    def _whole(self, numbers, samples):
+        """The change of all unknowns: of these numbers, and what of each recording's own best undoes it."""
+        problem, many = self.problem, len(self.numbers)
+        change, edge = np.concatenate([numbers, np.zeros(problem.size - many)]), 0
+        for r, mask in enumerate(problem.measured(samples)):
+            rows = self._jacobian[edge:edge + mask.sum()]
+            edge += mask.sum()
+            change[problem.own(r)] = -np.linalg.lstsq(rows[:, problem.own(r)], rows[:, :many] @ numbers, rcond=None)[0]
+        return change
 
 
 def series_of(problem, residuals, samples):

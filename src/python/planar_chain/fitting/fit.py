@@ -11,7 +11,7 @@ from .bags import read_bag
 from .deviations import Deviations
 from .hints import hints
 from .varied import numbers_of, scene_with
-from .problem import Problem, drive_of, joint_links
+from .problem import EXACT, Problem, drive_of, joint_links
 from .recordings import BadFit, Recording, from_arrays, read_csv, require_angles, require_motion
 from .solve import LAST_PRIOR, WINDOWS, Solver, first_state, samples_of
 from .words import not_told
@@ -51,7 +51,8 @@ class Fit:
         samples = samples_of(problem.recordings, np.inf)
         self.converged, self.interrupted, self.reason = not solution.reason, solution.interrupted, solution.reason
         self.runs, self.evaluations = problem.runs, solution.calls
-        deviations = Deviations(problem, solution, samples, LAST_PRIOR)
+        exact = Problem(scene, problem.recordings, problem.numbers, problem.has_offsets, problem.has_delay, EXACT)
+        deviations = Deviations(exact, solution, samples, LAST_PRIOR)
         many = len(problem.numbers)
         self.numbers = [Found(*one) for one in zip(problem.numbers, deviations.values, deviations.deviations)]
         self.scene = scene_with(scene, problem.numbers, deviations.values)

@@ -10,7 +10,7 @@ from planar_chain import Scene, simulate_many
 
 from .recordings import BadFit, moved_load, moved_scene
 
-TOLERANCE = 1e-9  # of the runs, rad per second
+TOLERANCE, EXACT = 1e-9, 1e-13  # of the runs, rad per second: of a fit; where small singular values of a Jacobian count
 DIFFERENCE = 1e-5  # of an unknown for its column, relative
 CLOSE = 8e-3  # s: between such times angles are interpolated, where a step would have to end at each time
 
@@ -18,10 +18,10 @@ CLOSE = 8e-3  # s: between such times angles are interpolated, where a step woul
 class Problem:
     """scene: a Scene. recordings: as in recordings.py. numbers: as in varied.py."""
 
-    def __init__(self, scene, recordings, numbers, offsets=False, delay=False):
+    def __init__(self, scene, recordings, numbers, offsets=False, delay=False, tolerance=TOLERANCE):
         self.recordings, self.numbers = recordings, numbers
         self.joints = scene.joints
-        self.values = prepared(scene.to_dict())
+        self.values = prepared(scene.to_dict(), tolerance)
         driven = [drive_of(self.values, k) for k in joint_links(self.values)]
         self.free = np.flatnonzero(np.logical_not(driven))
         self.has_offsets, self.has_delay = offsets, delay
@@ -140,9 +140,11 @@ class Problem:
         """The joint of each residual."""
         return np.concatenate([np.nonzero(mask)[1] for mask in self.measured(samples)])
 
-    def jacobian(self, x, samples, central=False):
-        """Residuals × unknowns, by differences. A recording's own unknowns move its residuals alone."""
-        steps = self.steps(x) * (10 if central else 1)
+    def jacobian(self, x, samples, width=None):
+        """Residuals × unknowns, by differences: one-sided, or central ones of this relative width. A recording's own unknowns move its
+        residuals alone."""
+        central = width is not None
+        steps = self.steps(x) * (width / DIFFERENCE if central else 1)
         rows, whose = [], []
         for r in range(len(self.recordings)):
             for k in [None, *range(len(self.numbers)), *range(self.own(r).start, self.own(r).stop)]:
@@ -161,12 +163,12 @@ class Problem:
             if unknown is None:
                 base = motion
                 continue
-            other, width = base, steps[unknown]
+            other, apart = base, steps[unknown]
             if central and sign < 0:
                 continue
             if central and np.isfinite(motions[k + 1]).all():  # else the value lies at the end of its range
-                other, width = motions[k + 1], 2 * width
-            jacobian[edges[r]:edges[r + 1], unknown] = np.nan_to_num((motion - other)[masks[r]] / width, nan=0.0)
+                other, apart = motions[k + 1], 2 * apart
+            jacobian[edges[r]:edges[r + 1], unknown] = np.nan_to_num((motion - other)[masks[r]] / apart, nan=0.0)
         return jacobian
 
     def require_runs(self, x, samples):
@@ -179,13 +181,13 @@ class Problem:
 # ---- Scenes ------------------------------------------------------------------------------------
 
 
-def prepared(values):
+def prepared(values, tolerance):
     """Without what a run from a given state does not need."""
     values = {key: value for key, value in values.items() if key not in ("publish", "start", "real_time_factor", "command_timeout")}
     integrator = dict(values.get("integrator") or {})
     integrator.pop("loosest_tolerance", None)
-    if float(integrator.get("tolerance", 1e-8)) > TOLERANCE:
-        integrator["tolerance"] = TOLERANCE
+    if float(integrator.get("tolerance", 1e-8)) > tolerance:
+        integrator["tolerance"] = tolerance
     return {**values, "integrator": integrator}
 
 

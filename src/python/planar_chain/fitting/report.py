@@ -52,7 +52,7 @@ def as_text(result):
     lines += section("Warnings", result.warnings)
     lines += ["", "Error on the data, root mean square, rad:"]
     lines += table([["recording", *result.joints, "all"]]
-                   + [[name, *(f"{error:.5f}" for error in errors), f"{total(errors):.5f}"] for name, errors in result.errors])
+                   + [[name, *(f"{error:.3g}" for error in errors), f"{total(errors):.3g}"] for name, errors in result.errors])
     for k, offsets in enumerate(result.offsets):
         if np.any(offsets):
             lines.append(f"  {result.recordings[k].name}: offsets of the encoders {', '.join(f'{offset:+.5f}' for offset in offsets)} rad")
@@ -64,7 +64,7 @@ def as_text(result):
         for one in result.predictions:
             for start, errors in (("first sample", one.from_first_sample), ("fitted to the first window", one.from_first_window),
                                   ("fitted to all", one.from_fitted_start)):
-                rows.append([one.name, start, *(f"{error:.5f}" for error in errors), f"{total(errors):.5f}"])
+                rows.append([one.name, start, *(f"{error:.3g}" for error in errors), f"{total(errors):.3g}"])
         lines += table(rows)
     return "\n".join(lines)
 
