@@ -5,6 +5,7 @@ import numpy as np
 from .varied import value_at
 
 SMALL = 0.1  # a part of a direction that is left out
+ALONE = 0.9999  # the part of a number in the lost directions from which on it is lost by itself
 ORTHOGONAL = 0.03
 
 
@@ -70,12 +71,12 @@ def not_told(deviations, scene_values):
         return []
     sentences = []
     involved = np.linalg.norm(lost, axis=0)
-    alone = [k for k, size in enumerate(involved) if size > 0.995]
+    alone = [k for k, size in enumerate(involved) if size > ALONE]
     sentences += [f"{numbers[k].path} is not seen" for k in alone]
-    together = np.flatnonzero((involved > SMALL) & (involved <= 0.995))
+    together = np.flatnonzero((involved > SMALL) & (involved <= ALONE))
     if len(together):
         sentences.append(f"{names(numbers[k].path for k in together)} cannot all be told apart: the data leave "
-                         f"{counted(len(lost) - len(alone), 'combination')} of them open")
+                         f"{counted(len(lost) - len(alone), 'combination')} of them open. Leave out of --vary what you know otherwise")
         seen = seen_of(deviations, scene_values, together)
         if seen:
             sentences.append(f"only {'; '.join(seen)} {'is' if len(seen) == 1 else 'are'} seen")
