@@ -32,7 +32,7 @@ PAGES = sorted({page for room in ROOMS
                 for page in glob.glob(os.path.join(ROOT, room, '*.md')) +
                 (glob.glob(os.path.join(ROOT, room, '**/*.md'), recursive=True) if room else [])})
 HAS_PYTHON = importlib.util.find_spec('planar_chain._core') is not None  # built where pybind11 is
-TOOLS = ('simulate', 'equations', 'stability', 'report', 'plot') + (('sweep',) if HAS_PYTHON else ())
+TOOLS = ('simulate', 'equations', 'stability', 'report', 'plot') + (('fit', 'sweep') if HAS_PYTHON else ())
 BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 
 GOAL = (1.0, -1.6)      # rad, of the tutorial's crane

@@ -12,6 +12,7 @@ from .recordings import BadFit, moved_load, moved_scene
 
 TOLERANCE, EXACT = 1e-9, 1e-13  # of the runs, rad per second: of a fit; where small singular values of a Jacobian count
 DIFFERENCE = 1e-5  # of an unknown for its column, relative
+FEW = 8  # runs side by side that take less time than to start threads
 CLOSE = 8e-3  # s: between such times angles are interpolated, where a step would have to end at each time
 
 
@@ -104,7 +105,8 @@ class Problem:
             grid = self._grid(np.unique(np.concatenate(list(times.values()))), bool(scene.to_dict().get("loads")))
             columns = np.array([rows[k][1] for k in members]).reshape(len(members), -1).T
             runs = simulate_many(scene, grid, initial=np.array([rows[k][2] for k in members]),
-                                 parameters=dict(zip((number.path for number in self.numbers), columns)))
+                                 parameters=dict(zip((number.path for number in self.numbers), columns)),
+                                 threads=1 if self.is_plain and len(members) <= FEW else 0)
             self.runs += len(members)
             self.reason = next(iter(runs.reasons.values()), self.reason)
             readers = {r: between(grid, t) for r, t in times.items()}
