@@ -12,6 +12,7 @@ from .problem import joint_links
 from .solve import samples_of
 
 SHARE = 0.25  # of the residuals' squares that a hint explains at least
+ALIKE = 0.9  # of the best share of a joint: others above it are named too
 PROBE = 1e-3  # of the torque of a probe, in the chain's typical torque
 SHAPES = {  # the torque along a motion; what lacks, and the key of a joint that gives it
     "sign q̇": (lambda q, qd: -np.sign(qd), "friction", "dry friction"),
@@ -22,7 +23,7 @@ MOST_RECORDINGS, MOST_JOINTS, MOST_TIMES = 4, 6, 400
 
 
 def hints(problem, solution, deviations, samples):
-    """A list of sentences, the strongest for each joint."""
+    """A list of sentences: the strongest of each joint, and what explains nearly as much."""
     few = [places if r < MOST_RECORDINGS else places[:0] for r, places in
            enumerate(samples_of(problem.recordings, np.inf, MOST_TIMES))]
     used = [r for r, places in enumerate(few) if len(places)]
@@ -43,17 +44,17 @@ def hints(problem, solution, deviations, samples):
     said = []
     links = joint_links(problem.values)
     for j in problem.free[:MOST_JOINTS]:
-        best = (SHARE, "")
+        found = []
         for shape, (torque, key, what) in SHAPES.items():
             path = f"links/{links[j]}/joint/{key}"
             if key and any(number.path == path for number in problem.numbers):
                 continue
             share, factor = judged(probe(problem, solution, few, used, j, torque))
-            if share > best[0] and factor > 0:
+            if share > SHARE and factor > 0:
                 advice = f"try --vary {path}{'' if value_at(problem.values, path) else '=0'}" if key else "no number of a scene gives it"
-                best = share, (f"residuals go with {shape} of {problem.joints[j]} ({100 * share:.0f} % of their squares): the model "
-                               f"lacks {what}; {advice}")
-        said += [best[1]] if best[1] else []
+                found.append((share, f"residuals go with {shape} of {problem.joints[j]} ({100 * share:.0f} % of their squares): the "
+                                     f"model lacks {what}; {advice}"))
+        said += [words for share, words in sorted(found, reverse=True) if share > ALIKE * max(found)[0]]
     if not problem.has_delay and any(recording.loads for recording in problem.recordings):
         share, factor = judged(of_delay(problem, solution, few))
         if share > SHARE and factor > 0:

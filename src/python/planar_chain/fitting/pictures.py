@@ -16,11 +16,11 @@ def draw(result, title):
     shown = f", the first {columns} of {len(result.recordings)} recordings" if columns < len(result.recordings) else ""
     figure.suptitle(title + shown)
     grid = figure.add_gridspec(2, columns + 1, width_ratios=[1.5] * columns + [1], height_ratios=[2, 1])
-    lowest = None
+    upper = lower = None
     for k in range(columns):
         recording, angles = result.recordings[k], result.angles[k]
-        upper = figure.add_subplot(grid[0, k])
-        lower = lowest = figure.add_subplot(grid[1, k], sharex=upper, sharey=lowest)
+        upper = figure.add_subplot(grid[0, k], sharey=upper)
+        lower = figure.add_subplot(grid[1, k], sharex=upper, sharey=lower)
         every = max(1, len(recording) // MOST_POINTS)
         for j, joint in list(enumerate(result.joints))[:MOST_JOINTS]:
             colour = COLOURS[j]
@@ -30,6 +30,7 @@ def draw(result, title):
             lower.plot(recording.t, 1e3 * (angles[:, j] - recording.q[:, j]), color=colour, linewidth=0.8)
         upper.set_title(recording.name, fontsize="medium")
         upper.label_outer()
+        lower.label_outer()
         lower.set_xlabel("time (s)")
         for axes in (upper, lower):
             axes.grid(alpha=0.3)

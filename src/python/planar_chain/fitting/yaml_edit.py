@@ -2,7 +2,7 @@
 
 import yaml
 
-from .varied import leaves
+from .varied import NOT_NEGATIVE, leaves
 from .recordings import BadFit
 
 
@@ -19,7 +19,12 @@ def with_numbers(text, numbers):
     for path, value in numbers.items():
         wanted["/" + path] = float(value)
     for _ in range(1000):  # a number may stand for several places, which then get their own
-        different = [path for path, value in wanted.items() if not same(values_of(text).get(path), value)]
+        present = values_of(text)
+        for path in present.keys() - wanted.keys():  # came by an alias of what got a new entry
+            if path.rpartition("/")[2] not in NOT_NEGATIVE:
+                raise BadFit(f"--output: expected a text in which {path[1:]} can be left out, got an alias that brings it")
+            wanted[path] = 0.0  # as if it were not there
+        different = [path for path, value in wanted.items() if not same(present.get(path), value)]
         if not different:
             return text
         text = with_number(text, different[0], wanted)
