@@ -195,7 +195,7 @@ class Bad(unittest.TestCase):
     def test_numbers(self):
         same = "the same number"
         self.refused(same, PENDULUM, self.good, ["links/rod/mass", "links/rod/mass=2"])
-        self.refused(same, PENDULUM, self.good, ["links/rod/com/0", "links/rod/mass", "links/rod/com/0=0.4:0:1"])
+        self.refused(same, PENDULUM, self.good, ["links/rod/com/0", "links/rod/mass", "links/rod/com/0=0.4"])
         self.refused('a link listed in chain, got "rood"', PENDULUM, self.good, ["links/rood/mass=1"])
         self.refused("expected a first value for links/rod/joint/friction", PENDULUM, self.good, ["links/rod/joint/friction"])
         self.refused("LOW <= FIRST <= HIGH", PENDULUM, self.good, ["links/rod/mass=1:2:3"])
@@ -205,7 +205,7 @@ class Bad(unittest.TestCase):
         self.refused("--windows: expected increasing times", PENDULUM, self.good, ["links/rod/mass"], windows=[2, 1])
 
     def test_a_scene_that_cannot_run(self):
-        self.refused(["expected a scene that moves from the first values", "links/rod/inertia: expected a number >= 0"], PENDULUM, self.good,
+        self.refused(["expected a scene that moves from the first values", "links/rod/inertia"], PENDULUM, self.good,
                      ["links/rod/inertia=-1:-2:1"])
 
 
