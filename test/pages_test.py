@@ -171,7 +171,7 @@ class Reader:
             assert 'off by' in self.said and 'Traceback' not in self.said, self.said
             self.controlled.append(command)
             return
-        if 'crane.bag' in command:
+        if 'crane.bag' in command or 'run.bag' in command:
             self.end_launch()
         warned = command.replace('-Wextra', '-Wextra -Werror')
         run = subprocess.run(['bash', '-c', warned], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
