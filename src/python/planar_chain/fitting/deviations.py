@@ -13,7 +13,8 @@ from .solve import LOSS
 
 UNLIKELY = 4.0  # deviations: a correlation of neighbours within them counts as none
 NOT_TOLD = 0.5  # a direction whose relative deviation is above it
-WIDTH = 3e-6  # of the differences of the Jacobian. Motions of a chain may change a thousand times faster than its numbers
+WIDTH, STEEP = 3e-6, 500.0  # of the differences of a Jacobian whose largest entry is STEEP, rad. A steeper one, of a chaotic motion,
+# has narrower ones
 DOUBT = 3.0  # a singular value below so many errors of the Jacobian is none
 
 
@@ -46,7 +47,9 @@ class Deviations:
         joints = problem.joints_of(samples)
         weights = 1 / solution.noise[joints]
         residuals = problem.residuals(solution.x, samples) * weights
-        jacobian, other = (problem.jacobian(solution.x, samples, width) * weights[:, None] for width in (WIDTH, 2 * WIDTH))
+        steepest = max(abs(problem.jacobian(solution.x, samples, WIDTH / 100)).max(), STEEP)
+        width = WIDTH * STEEP / steepest
+        jacobian, other = (problem.jacobian(solution.x, samples, step) * weights[:, None] for step in (width, 2 * width))
         z = (residuals / LOSS) ** 2
         slope = np.mean((1 + z) ** -1.5)
         free = max(len(residuals) - problem.size, 1)
