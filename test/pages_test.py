@@ -38,6 +38,7 @@ BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 GOAL = (1.0, -1.6)      # rad, of the tutorial's crane
 ARRIVED = 0.001         # rad; by topics, when the machine may be busy
 STANDING = 200          # ticks in a row
+RECORDED = 500          # states in the recording to fit: some seconds
 
 
 def text_of(page):
@@ -171,6 +172,8 @@ class Reader:
             assert 'off by' in self.said and 'Traceback' not in self.said, self.said
             self.controlled.append(command)
             return
+        if 'run.bag' in command:
+            self._states.wait_for_count(RECORDED)
         if 'crane.bag' in command or 'run.bag' in command:
             self.end_launch()
         warned = command.replace('-Wextra', '-Wextra -Werror')
