@@ -32,12 +32,13 @@ PAGES = sorted({page for room in ROOMS
                 for page in glob.glob(os.path.join(ROOT, room, '*.md')) +
                 (glob.glob(os.path.join(ROOT, room, '**/*.md'), recursive=True) if room else [])})
 HAS_PYTHON = importlib.util.find_spec('planar_chain._core') is not None  # built where pybind11 is
-TOOLS = ('simulate', 'equations', 'stability', 'report', 'plot') + (('sweep',) if HAS_PYTHON else ())
+TOOLS = ('simulate', 'equations', 'stability', 'report', 'plot') + (('fit', 'sweep') if HAS_PYTHON else ())
 BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 
 GOAL = (1.0, -1.6)      # rad, of the tutorial's crane
 ARRIVED = 0.001         # rad; by topics, when the machine may be busy
 STANDING = 200          # ticks in a row
+RECORDED = 500          # states in the recording to fit: some seconds
 
 
 def text_of(page):
@@ -171,7 +172,9 @@ class Reader:
             assert 'off by' in self.said and 'Traceback' not in self.said, self.said
             self.controlled.append(command)
             return
-        if 'crane.bag' in command:
+        if 'run.bag' in command:
+            self._states.wait_for_count(RECORDED)
+        if 'crane.bag' in command or 'run.bag' in command:
             self.end_launch()
         warned = command.replace('-Wextra', '-Wextra -Werror')
         run = subprocess.run(['bash', '-c', warned], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,

@@ -18,6 +18,7 @@ import sys
 
 sys.dont_write_bytecode = True  # the script may lie in a folder of sources
 
+import fits  # noqa: E402  pylint: disable=wrong-import-position
 import from_python  # noqa: E402  pylint: disable=wrong-import-position
 import real_time  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
@@ -26,7 +27,7 @@ import robot  # noqa: E402  pylint: disable=wrong-import-position
 HERE = pathlib.Path(__file__).absolute().parent
 DATA = HERE / "../../share/planar_chain"
 OWN, PEERS = HERE / "report_measure", HERE / "report_peers"
-STUDIES = ["race", "consistency", "stability", "scaling", "effects", "long", "python", "real_time", "robot"]
+STUDIES = ["race", "consistency", "stability", "scaling", "effects", "long", "python", "real_time", "robot", "fits"]
 
 
 class Failed(Exception):
@@ -66,6 +67,8 @@ def measure(study, part, is_quick):
         return real_time.measure(*part, is_quick)
     if study == "python":
         return from_python.measure(HERE / "batches", is_quick)
+    if study == "fits":
+        return fits.measure(DATA)
     if study == "robot":
         return robot.measure(HERE / "simulate", DATA / "robot")
     quick = ["--quick"] if is_quick else []
@@ -99,7 +102,7 @@ def facts_now(is_quick):
     """What stands under the figures. A table is kept only while these facts stay the same."""
     return {**json.loads(output_of(OWN, "--study", "about")), "quick": is_quick, "cpu": processor(),
             "engines": json.loads(of_peers("--study", "about") or "{}"), "python": from_python.versions(),
-            "left_out": {"real_time": real_time.why_not(HERE), "python": from_python.why_not()},
+            "left_out": {"fits": fits.why_not(), "real_time": real_time.why_not(HERE), "python": from_python.why_not()},
             "programs": digest(OWN, HERE / "batches", HERE / "stability", PEERS, HERE / "planar_chain_node")}
 
 

@@ -1,10 +1,11 @@
-"""Planar chains of rigid bodies on numpy arrays: Scene, Simulation, simulate and more.
+"""Planar chains of rigid bodies on numpy arrays: Scene, Simulation, simulate, fit and more.
 
 The messages are in planar_chain.msg and planar_chain.srv. A program that takes them alone loads nothing else."""
 
 import importlib
 
-_HOMES = {"Box": "environment", "Environment": "environment", **{name: "_core" for name in (
+_HOMES = {"BadFit": "fitting.recordings", "Box": "environment", "Environment": "environment", "Fit": "fitting.fit",
+          "Recording": "fitting.recordings", "fit": "fitting.fit", **{name: "_core" for name in (
     "Energy", "EnergyBalance", "Failed", "Fault", "Refused", "Runs", "Scene", "Simulation", "Statistics", "equations",
     "equilibrium", "inverse_dynamics", "linearize", "simulate", "simulate_many")}}
 __all__ = list(_HOMES)

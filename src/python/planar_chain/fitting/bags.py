@@ -1,0 +1,138 @@
+"""Recordings from a bag: joint_states; what the node took, from commands_taken; or the effort as the torque that was applied."""
+
+import os
+
+import numpy as np
+
+from .commands import commanded
+from .recordings import BadFit, Recording, require_stamps, sampled_torque
+
+JUMPS = ("RESET", "SET_STATE", "SETTLE")  # of the state
+
+
+def read_bag(path, scene, joints, effort=False, node=None):
+    """A list of recordings, without a jump of the state in any. scene: the values. effort: it is the torque that was applied, in
+    place of commands."""
+    try:
+        import rosbag  # pylint: disable=import-outside-toplevel  # a CSV needs no ROS
+    except ImportError as missing:
+        raise BadFit(f"{path}: a bag needs ROS's rosbag for Python: {missing}") from None
+    try:
+        with rosbag.Bag(path) as bag:
+            topic, below = topics_of(bag, path, node)
+            states, statuses, taken = ([message for _, message, _ in bag.read_messages(name)] if name else [] for name in
+                                       (topic, below and below + "status", below and below + "commands_taken"))
+    except rosbag.ROSBagException as problem:
+        raise BadFit(f"{path}: expected a bag that can be read, got {problem}") from None
+    stamps = np.array([state.header.stamp.to_nsec() for state in states], dtype=np.int64)
+    require_stamps(path, stamps * 1e-9, lambda k: f"message {k + 1} of {topic}")
+    columns = {field: column_of(path, topic, states, joints, field) for field in ("position", "velocity", "effort")}
+    if columns["position"] is None:
+        raise BadFit(f"{path}: expected positions on {topic}, got none")
+    if effort and columns["effort"] is None:
+        raise BadFit(f"{path}: expected an effort on {topic}, got none")
+    pieces = pieces_of(path, stamps, statuses, taken)
+    recordings = []
+    for k, (inside, t, commands) in enumerate(pieces):
+        name = os.path.basename(path) + (f", piece {k + 1}" if len(pieces) > 1 else "")
+        q, qd, torque = (None if column is None else column[inside] for column in columns.values())
+        loads = commanded(name, scene, joints, commands, t[0]) if not effort else {
+            f"tau_{joint}": load for joint, column in zip(joints, torque.T) for load in [sampled_torque(name, joint, t - t[0], column)] if load}
+        recordings.append(Recording(name, t - t[0], q, qd, loads, t[0]))
+    return recordings
+
+
+def topics_of(bag, path, node):
+    """joint_states, and what begins the topics of the node, if it is in the bag."""
+    topics = bag.get_type_and_topic_info().topics
+    node = node and "/" + node.strip("/")
+    states = sorted(topic for topic, about in topics.items() if about.msg_type == "sensor_msgs/JointState"
+                    and (not node or topic == node.rpartition("/")[0] + "/joint_states"))
+    nodes = sorted(topic[:-len("status")] for topic, about in topics.items() if about.msg_type == "planar_chain/SimStatus"
+                   and (not node or topic == node + "/status"))
+    if len(states) != 1 or len(nodes) > 1:
+        raise BadFit(f"{path}: expected joint_states {'of ' + node if node else 'of one node (choose it with --node)'}, "
+                     f"got {', '.join(states + nodes) or 'neither'}")
+    return states[0], nodes[0] if nodes else None
+
+
+def column_of(path, topic, states, joints, field):
+    """states × joints, or None if the field is empty."""
+    if not states or not any(getattr(state, field) for state in states):
+        return None
+    values = np.empty((len(states), len(joints)))
+    places = {}
+    for k, state in enumerate(states):
+        names = tuple(state.name)
+        if names not in places:
+            missing = [joint for joint in joints if joint not in names]
+            if missing:
+                raise BadFit(f"{path}: expected the joints {', '.join(missing)} on {topic}, got {', '.join(names) or 'none'}")
+            places[names] = [names.index(joint) for joint in joints]
+        row = getattr(state, field)
+        if len(row) != len(names):
+            raise BadFit(f"{path}: message {k + 1} of {topic}: expected {len(names)} numbers in {field}, got {len(row)}")
+        values[k] = [row[place] for place in places[names]]
+    for k, j in np.argwhere(~np.isfinite(values))[:1]:
+        raise BadFit(f"{path}: message {k + 1} of {topic}: expected a finite {field} of {joints[j]}, got {values[k, j]:g}")
+    return values
+
+
+# ---- The node's time ---------------------------------------------------------------------------
+
+
+def ticks_of(path, stamps, statuses):
+    """The tick of each state. A status gives a tick and its stamp; each state is one tick more. Stamps jump over a pause."""
+    known = {status.tick_stamp.to_nsec(): status.tick for status in statuses}
+    anchors = [(k, known[stamp]) for k, stamp in enumerate(stamps.tolist()) if stamp in known]
+    if not anchors:
+        raise BadFit(f"{path}: expected a status of the node for some of its states, got none")
+    period = np.median(np.diff(stamps))
+    steps = np.ones(len(stamps) - 1, dtype=np.int64)
+    for (k, tick), (after, tick_after) in zip(anchors, anchors[1:]):
+        if tick_after - tick != after - k:  # messages were lost
+            steps[k:after] = np.round(np.diff(stamps[k:after + 1]) / period)
+            if steps[k:after].sum() != tick_after - tick:
+                raise BadFit(f"{path}: expected {tick_after - tick} states from tick {tick} on, got {after - k}")
+    ticks = np.concatenate([[0], np.cumsum(steps)])
+    return ticks + anchors[0][1] - ticks[anchors[0][0]]
+
+
+def pieces_of(path, stamps, statuses, taken):
+    """For each piece between jumps of the state: its states, their times and the commands since the last reset.
+
+    With a status, the time is the scene's; else it is that of the stamps, from 0."""
+    if not statuses:
+        if taken:
+            raise BadFit(f"{path}: expected the node's status beside its commands_taken, got none")
+        return [(slice(0, len(stamps)), (stamps - stamps[0]) * 1e-9, [])]
+    require_all(path, taken)
+    ticks = ticks_of(path, stamps, statuses)
+    edges = [0, *sorted({message.tick for message in taken if kind_of(message) in JUMPS}), np.iinfo(np.int64).max]
+    pieces = []
+    for first, last in zip(edges, edges[1:]):
+        inside = slice(*np.searchsorted(ticks, [first, last]))
+        times = {status.tick: status.scene_time for status in statuses if first <= status.tick < last and status.tick_stamp.to_nsec()}
+        if inside.stop - inside.start < 2 or not times:
+            continue
+        low, high = min(times), max(times)
+        period = (times[high] - times[low]) / (high - low) if high > low else np.median(np.diff(stamps)) * 1e-9
+        t = times[low] + (ticks[inside] - low) * period
+        before = [message for message in taken if message.tick <= ticks[inside.stop - 1]]
+        resets = [k for k, message in enumerate(before) if kind_of(message) == "RESET"]
+        pieces.append((inside, t, before[resets[-1] + 1 if resets else 0:]))
+    if not pieces:
+        raise BadFit(f"{path}: expected states between the jumps of the state, got none")
+    return pieces
+
+
+def kind_of(message):
+    return next(name for name in ("JOINT_TORQUES", "JOINT_TORQUE", "LINK_FORCE", "CLEAR_COMMANDS", "SET_STATE", "STEP", "RESET",
+                                  "SETTLE", "JOINT_TRAJECTORY", "BASE_TRAJECTORY", "TOLERANCE") if getattr(message, name) == message.kind)
+
+
+def require_all(path, taken):
+    for expected, message in enumerate(taken, 1):
+        if message.number != expected:
+            raise BadFit(f"{path}: expected every command that the node took since its start, got number {message.number} "
+                         f"where {expected} is due")

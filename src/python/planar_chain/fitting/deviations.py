@@ -1,0 +1,128 @@
+"""Standard deviations of what a fit found, and the combinations of numbers that the data cannot tell.
+
+With ψ the derivative of the loss, J the Jacobian over the noise, N residuals and m unknowns, the covariance of an M-estimate is
+
+    (Σ ψ²/(N − m)) / (mean ψ')² · τ (Jᵀ J)⁻¹
+
+τ is 1 for residuals that are independent. If the residuals correlate from sample to sample, as those of a model that lacks something
+do, N samples tell no more than N/τ: τ = 1 + 2 Σ ρ_k, ρ_k the correlation of residuals k samples apart."""
+
+import numpy as np
+
+from .solve import LOSS
+
+UNLIKELY = 4.0  # deviations: a correlation of neighbours within them counts as none
+NOT_TOLD = 0.5  # a direction whose relative deviation is above it
+WIDTH, STEEP = 3e-6, 500.0  # of the differences of a Jacobian whose largest entry is STEEP, rad. A steeper one, of a chaotic motion,
+# has narrower ones
+DOUBT = 3.0  # a singular value below so many errors of the Jacobian is none
+
+
+def correlation_time(series):
+    """τ of residuals, from a list of arrays: one for each recording and joint."""
+    series = [values - values.mean() for values in series if len(values) > 20]
+    power = sum(np.sum(values ** 2) for values in series)
+    count = sum(map(len, series))
+    if not series or power == 0:
+        return 1.0
+
+    def correlation(lag):
+        return sum(np.sum(values[lag:] * values[:-lag]) for values in series if len(values) > lag) / power
+
+    if abs(correlation(1)) < UNLIKELY / np.sqrt(count):
+        return 1.0
+    tau, longest = 1.0, max(map(len, series)) // 2
+    for lag in range(1, longest):
+        tau += 2 * correlation(lag)
+        if lag > 5 * tau:  # Sokal's window
+            break
+    return max(tau, 1.0)
+
+
+class Deviations:
+    """Of the solution of a problem. covariance: of all unknowns x. tau: as above. relative: of each singular direction."""
+
+    def __init__(self, problem, solution, samples, prior):
+        self.problem, self.numbers = problem, problem.numbers
+        joints = problem.joints_of(samples)
+        weights = 1 / solution.noise[joints]
+        residuals = problem.residuals(solution.x, samples) * weights
+        steepest = max(abs(problem.jacobian(solution.x, samples, WIDTH / 100)).max(), STEEP)
+        width = WIDTH * STEEP / steepest
+        jacobian, other = (problem.jacobian(solution.x, samples, step) * weights[:, None] for step in (width, 2 * width))
+        z = (residuals / LOSS) ** 2
+        slope = np.mean((1 + z) ** -1.5)
+        free = max(len(residuals) - problem.size, 1)
+        self.tau = correlation_time(series_of(problem, residuals, samples))
+        self.spread = np.sqrt(np.sum(residuals ** 2 / (1 + z)) / free) / slope * np.sqrt(self.tau)
+        self.scales = np.array([number.scale for number in self.numbers])
+        many = len(self.numbers)
+        self.values = solution.x[:many] * self.scales
+        self.sizes = np.where(abs(self.values) > 1e-3 * self.scales, abs(self.values), self.scales)
+        self._jacobian = jacobian / self.spread
+        self._find_directions(samples, (jacobian - other) / self.spread)
+        information = self._jacobian.T @ self._jacobian
+        information[range(many), range(many)] += 1 / prior ** 2
+        size = 1 / np.sqrt(np.maximum(np.diag(information), 1e-300))  # the inverse of a matrix with a diagonal of 1
+        self.covariance = np.linalg.pinv(information * np.outer(size, size), hermitian=True) * np.outer(size, size)
+
+    @property
+    def deviations(self):
+        """Of the numbers, in their units."""
+        return np.sqrt(np.maximum(np.diag(self.covariance)[:len(self.numbers)], 0)) * self.scales
+
+    @property
+    def correlations(self):
+        many = len(self.numbers)
+        covariance = self.covariance[:many, :many]
+        size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        return covariance / np.outer(size, size)
+
+    def most_correlated(self):
+        """The places of the two numbers that hang together most. None if there is one alone."""
+        correlations = abs(np.triu(self.correlations, 1))
+        return None if len(self.numbers) < 2 else np.unravel_index(correlations.argmax(), correlations.shape)
+
+    def _find_directions(self, samples, doubt):
+        """Singular directions of the numbers' relative changes, when the unknowns of each recording are free. doubt: an error of the
+        Jacobian. A direction that lies within it is not seen: what the Jacobian has of it is taken out."""
+        problem, many = self.problem, len(self.numbers)
+        sizes = self.sizes / self.scales
+        edge, left = 0, []
+        for r, mask in enumerate(problem.measured(samples)):
+            rows = self._jacobian[edge:edge + mask.sum()]
+            edge += mask.sum()
+            basis = np.linalg.qr(rows[:, problem.own(r)])[0] if problem.per_recording else np.zeros((len(rows), 0))
+            seen = rows[:, :many] * sizes
+            left.append(np.linalg.qr(seen - basis @ (basis.T @ seen), mode="r"))
+        _, singular, directions = np.linalg.svd(np.vstack(left))
+        self.singular = np.concatenate([singular, np.zeros(many - len(singular))])
+        with np.errstate(divide="ignore"):
+            self.relative = 1 / self.singular
+        within = []
+        for value, direction in zip(self.singular, directions):
+            change = self._whole(direction * sizes, samples)
+            within.append(value < DOUBT * np.linalg.norm(doubt @ change))
+            if within[-1]:
+                self._jacobian = self._jacobian - np.outer(self._jacobian @ change, change) / (change @ change)
+        self.lost = directions[(self.relative > NOT_TOLD) | within]  # each row: relative changes that leave the data as they are
+
+    def _whole(self, numbers, samples):
+        """The change of all unknowns: of these numbers, and what of each recording's own best undoes it."""
+        problem, many = self.problem, len(self.numbers)
+        change, edge = np.concatenate([numbers, np.zeros(problem.size - many)]), 0
+        for r, mask in enumerate(problem.measured(samples)):
+            rows = self._jacobian[edge:edge + mask.sum()]
+            edge += mask.sum()
+            change[problem.own(r)] = -np.linalg.lstsq(rows[:, problem.own(r)], rows[:, :many] @ numbers, rcond=None)[0]
+        return change
+
+
+def series_of(problem, residuals, samples):
+    edge, series = 0, []
+    for mask in problem.measured(samples):
+        places = np.nonzero(mask)[1]
+        own = residuals[edge:edge + len(places)]
+        edge += len(places)
+        series += [own[places == j] for j in range(mask.shape[1])]
+    return series

@@ -1,0 +1,140 @@
+"""fit(): from recordings to the numbers of a scene. The tool `fit` is its face."""
+
+import math
+import os
+
+import numpy as np
+
+from planar_chain import Scene
+
+from .bags import read_bag
+from .deviations import Deviations
+from .hints import hints
+from .varied import numbers_of, scene_with
+from .problem import EXACT, Problem, drive_of, joint_links
+from .recordings import BadFit, Recording, from_arrays, read_csv, require_angles, require_motion
+from .solve import LAST_PRIOR, WINDOWS, Solver, first_state, samples_of
+from .words import not_told
+
+AT_BOUND = 1e-3  # of a scale
+
+
+class Found:
+    """A number after a fit: path, value, deviation, first, low, high; at_bound: "low", "high" or ""."""
+
+    def __init__(self, number, value, deviation):
+        self.path, self.first, self.low, self.high = number.path, number.first, number.low, number.high
+        self.value, self.deviation = float(value), float(deviation)
+        near = [name for name in ("low", "high") if abs(value - getattr(number, name)) <= AT_BOUND * number.scale]
+        self.at_bound = near[0] if near else ""
+
+
+class Prediction:
+    """Of a recording: root mean square errors of each joint, rad, from the first sample; with the initial state fitted on the first
+    window; and with the initial state fitted on all of it. The numbers are the fit's."""
+
+    def __init__(self, name, from_first_sample, from_first_window, from_fitted_start):
+        self.name, self.from_first_sample = name, from_first_sample
+        self.from_first_window, self.from_fitted_start = from_first_window, from_fitted_start
+
+
+class Fit:
+    """What fit() returns.
+
+    numbers: a list of Found. scene: the Scene with their values. covariance: of the numbers, in their units. correlation_time: how many
+    samples of a residual count as one. noise: the deviation of the residuals of each joint, rad, robust. errors: for each recording its
+    name and the root mean square residual of each joint, rad. states, offsets, delays: of each recording. not_told, warnings: sentences.
+    predictions: a list of Prediction. converged, interrupted, reason. pair: the two numbers that hang together most, or None."""
+
+    def __init__(self, scene, problem, solution):
+        self.joints = problem.joints
+        samples = samples_of(problem.recordings, np.inf)
+        self.converged, self.interrupted, self.reason = not solution.reason, solution.interrupted, solution.reason
+        self.runs, self.evaluations = problem.runs, solution.calls
+        exact = Problem(scene, problem.recordings, problem.numbers, problem.has_offsets, problem.has_delay, EXACT)
+        deviations = Deviations(exact, solution, samples, LAST_PRIOR)
+        many = len(problem.numbers)
+        self.numbers = [Found(*one) for one in zip(problem.numbers, deviations.values, deviations.deviations)]
+        self.scene = scene_with(scene, problem.numbers, deviations.values)
+        self.covariance = deviations.covariance[:many, :many] * np.outer(deviations.scales, deviations.scales)
+        self.correlation_time, self.noise, self.pair = deviations.tau, solution.noise, deviations.most_correlated()
+        self.not_told = not_told(deviations, scene.to_dict())
+        self.recordings, self.angles = problem.recordings, problem.angles(solution.x, samples)
+        parts = [problem.parts(solution.x, r) for r in range(len(self.recordings))]
+        self.states, self.offsets, self.delays = ([part[k] for part in parts] for k in (1, 2, 3))
+        self.errors = [(recording.name, error_of(angles, recording)) for recording, angles in zip(self.recordings, self.angles)]
+        self.warnings = [f"{found.path} ran to its bound {getattr(found, found.at_bound):g}" for found in self.numbers if found.at_bound]
+        if not self.interrupted:
+            self.warnings += hints(problem, solution, deviations, samples)
+        self.predictions = []
+
+
+def error_of(angles, recording):
+    """The root mean square error of each joint, rad. It is infinite where a run failed."""
+    error = np.where(np.isfinite(recording.q), np.nan_to_num(angles, nan=np.inf) - recording.q, np.nan)
+    return np.sqrt(np.nanmean(error ** 2, axis=0))
+
+
+def recordings_of(data, scene, effort=False, node=None, many_turns=False):
+    """data: a path, a Recording, a dict of arrays, or a list of these."""
+    values, joints, recordings = scene.to_dict(), scene.joints, []
+    for k, one in enumerate(data if isinstance(data, (list, tuple)) else [data]):
+        if isinstance(one, Recording):
+            recordings.append(one)
+        elif isinstance(one, dict):
+            recordings.append(from_arrays(one, joints, f"recording {k + 1}"))
+        else:
+            path = os.fspath(one)
+            recordings += read_bag(path, values, joints, effort, node) if path.endswith(".bag") else [read_csv(path, joints)]
+    for recording in recordings:
+        require_angles(recording, joints, many_turns)
+    if not recordings:
+        raise BadFit("--data: expected at least one recording, got none")
+    return recordings
+
+
+def require_windows(recordings, windows):
+    if not windows or not all(0 < end < math.inf for end in windows) or list(windows) != sorted(set(windows)):
+        raise BadFit(f"--windows: expected increasing times > 0, in s, got {', '.join(f'{end:g}' for end in windows) or 'none'}")
+    for recording in recordings:
+        if recording.duration < windows[0]:
+            raise BadFit(f"{recording.name}: expected at least {windows[0]:g} s, the first window (--windows), got {recording.duration:g} s")
+
+
+def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effort=False, node=None, many_turns=False,
+        windows=WINDOWS, progress=None):
+    """Fits numbers of a scene to recordings of its joints' angles, and returns a Fit.
+
+    scene: a Scene, or what Scene.from_file takes. recordings: paths of CSVs and bags, dicts of arrays (t, q and, if known, qd, tau), or a
+    list of these. vary: a list of PATH[=FIRST[:LOW:HIGH]], or a dict from paths to None, FIRST or (FIRST, LOW, HIGH). predict:
+    recordings that the fit does not see. offsets: fit an offset of each encoder in each recording. delay: fit the time between torque
+    and motion. effort: of a bag, take the effort as the torque that was applied. node: whose topics of a bag. many_turns: angles above
+    50 rad are in rad. windows: s, growing. progress: called with the end of the window (s), the error (rad) and the evaluations.
+
+    The initial state of each recording is always fitted. Ctrl-C ends with the best so far (interrupted). Raises BadFit, a ValueError."""
+    scene = scene if isinstance(scene, Scene) else Scene.from_file(os.fspath(scene))
+    numbers = numbers_of(scene, vary)
+    data = recordings_of(recordings, scene, effort, node, many_turns)
+    unseen = recordings_of(list(predict), scene, effort, node, many_turns) if predict else []
+    require_windows([*data, *unseen], windows)
+    values = scene.to_dict()
+    require_motion(data, scene.joints, [drive_of(values, link) for link in joint_links(values)])
+    problem = Problem(scene, data, numbers, offsets, delay)
+    known = sum(int(np.isfinite(recording.q).sum()) for recording in data)
+    if known <= problem.size:
+        raise BadFit(f"--data: expected more angles than the {problem.size} unknowns, got {known}")
+    result = Fit(scene, problem, Solver(problem, [first_state(one) for one in data], windows, progress).run())
+    result.predictions = [] if result.interrupted else [predicted(result.scene, one, offsets, windows[0]) for one in unseen]
+    return result
+
+
+def predicted(scene, recording, offsets, window):
+    """What the scene says of a recording. Where offsets are fitted, they are part of the start."""
+    problem = Problem(scene, [recording], [], offsets)
+    samples, state = samples_of([recording], np.inf), first_state(recording)
+    errors = [error_of(problem.angles(problem.first([state]), samples)[0], recording)]
+    for end in (window, np.inf):
+        solver = Solver(problem, [state], (window,))
+        solver.run(end)
+        errors.append(error_of(problem.angles(solver.solution.x, samples)[0], recording))
+    return Prediction(recording.name, *errors)

@@ -1,0 +1,91 @@
+"""What the model lacks, from the residuals: whether a torque that it does not have would explain them.
+
+A small torque of a shape such as -sign q̇ along the fitted motion changes the angles by c. Of c counts what no unknown of the fit can
+do. The share of the residuals' squares that it explains, and the sign of its factor, decide."""
+
+import numpy as np
+
+from planar_chain import Scene, simulate_many
+
+from .varied import value_at
+from .problem import joint_links
+from .solve import samples_of
+
+SHARE = 0.25  # of the residuals' squares that a hint explains at least
+ALIKE = 0.9  # of the best share of a joint: others above it are named too
+PROBE = 1e-3  # of the torque of a probe, in the chain's typical torque
+SHAPES = {  # the torque along a motion; what lacks, and the key of a joint that gives it
+    "sign q̇": (lambda q, qd: -np.sign(qd), "friction", "dry friction"),
+    "q̇ |q̇|": (lambda q, qd: -qd * abs(qd), None, "drag, which grows with the square of the rate and which a scene does not have"),
+    "q̇": (lambda q, qd: -qd, "damping", "damping"),
+}
+MOST_RECORDINGS, MOST_JOINTS, MOST_TIMES = 4, 6, 400
+
+
+def hints(problem, solution, deviations, samples):
+    """A list of sentences: the strongest of each joint, and what explains nearly as much."""
+    few = [places if r < MOST_RECORDINGS else places[:0] for r, places in
+           enumerate(samples_of(problem.recordings, np.inf, MOST_TIMES))]
+    used = [r for r, places in enumerate(few) if len(places)]
+    unknowns = problem.jacobian(solution.x, few) / solution.noise[problem.joints_of(few)][:, None]
+    residuals = problem.residuals(solution.x, few) / solution.noise[problem.joints_of(few)]
+    basis, values, _ = np.linalg.svd(unknowns, full_matrices=False)
+    basis = basis[:, values > 1e-9 * values.max(initial=1e-300)]
+    left = residuals - basis @ (basis.T @ residuals)
+
+    def judged(column):
+        column = column / solution.noise[problem.joints_of(few)]
+        rest = column - basis @ (basis.T @ column)
+        power = rest @ rest
+        if power < 1e-4 * (column @ column) or power == 0 or not np.isfinite(power):
+            return 0.0, 0.0
+        return (left @ rest) ** 2 / (power * (left @ left)), -(left @ rest) / power
+
+    said = []
+    links = joint_links(problem.values)
+    for j in problem.free[:MOST_JOINTS]:
+        found = []
+        for shape, (torque, key, what) in SHAPES.items():
+            path = f"links/{links[j]}/joint/{key}"
+            if key and any(number.path == path for number in problem.numbers):
+                continue
+            share, factor = judged(probe(problem, solution, few, used, j, torque))
+            if share > SHARE and factor > 0:
+                advice = f"try --vary {path}{'' if value_at(problem.values, path) else '=0'}" if key else "no number of a scene gives it"
+                found.append((share, f"residuals go with {shape} of {problem.joints[j]} ({100 * share:.0f} % of their squares): the "
+                                     f"model lacks {what}; {advice}"))
+        said += [words for share, words in sorted(found, reverse=True) if share > ALIKE * max(found)[0]]
+    if not problem.has_delay and any(recording.loads for recording in problem.recordings):
+        share, factor = judged(of_delay(problem, solution, few))
+        if share > SHARE and factor > 0:
+            said.append(f"residuals go with a delay of {1e3 * factor:.1f} ms between torque and motion ({100 * share:.0f} % of their "
+                        "squares): try --delay")
+    return said
+
+
+def probe(problem, solution, samples, used, j, torque):
+    """The change of the residuals by a small torque of a shape in joint j, over its factor."""
+    angles, n = [np.zeros((0, len(problem.joints)))] * len(samples), len(problem.joints)
+    for r in used:
+        recording, (values, state, _, delay) = problem.recordings[r], problem.parts(solution.x, r)
+        scene = problem.scene_of(r, delay)
+        paths = {number.path: [value] * 2 for number, value in zip(problem.numbers, values)}
+        t = np.round(recording.t[samples[r]], 12)
+        motion = simulate_many(scene, t, initial=[state] * 2, parameters=paths).states[0]
+        shape = np.nan_to_num(torque(motion[:, :n], motion[:, n:])[:, j])
+        size = PROBE * max(number.scale for number in problem.numbers) / max(abs(shape).max(), 1e-300)
+        tree = scene.to_dict()
+        loads = {**(tree.get("loads") or {}), "fit_probe": {"joint": problem.joints[j], "torque": 0.0, "times": t.tolist(),
+                                                            "values": shape.tolist()}}
+        runs = simulate_many(Scene({**tree, "loads": loads}), t, initial=[state] * 2,
+                             parameters={**paths, "loads/fit_probe/torque": [-size, size]}).states[:, :, :n]
+        angles[r] = np.nan_to_num((runs[1] - runs[0]) / (2 * size))
+    return np.concatenate([motion[mask] for motion, mask in zip(angles, problem.measured(samples))])
+
+
+def of_delay(problem, solution, samples):
+    step = 1e-3  # s
+    rows = [(r, *problem.parts(solution.x, r)[:2], delay) for r in range(len(problem.recordings)) for delay in (0.0, step)]
+    motions = problem.motions(rows, samples)
+    changes = [np.nan_to_num((late - prompt) / step) for prompt, late in zip(motions[::2], motions[1::2])]
+    return np.concatenate([change[mask] for change, mask in zip(changes, problem.measured(samples))])

@@ -1,0 +1,234 @@
+"""The residuals of a fit and their Jacobian: all runs side by side.
+
+The unknowns, x: the numbers over their scales; then for each recording its initial state (the angles and rates of the joints that are
+not driven), and if asked for the offset of each encoder and the delay between torque and motion, s. A residual is an angle of the
+model plus the offset minus the measured one, rad."""
+
+import numpy as np
+
+from planar_chain import Scene, simulate_many
+
+from .recordings import BadFit, moved_load, moved_scene
+
+TOLERANCE, EXACT = 1e-9, 1e-13  # of the runs, rad per second: of a fit; where small singular values of a Jacobian count
+DIFFERENCE = 1e-5  # of an unknown for its column, relative
+FEW = 8  # runs side by side that take less time than to start threads
+CLOSE = 8e-3  # s: between such times angles are interpolated, where a step would have to end at each time
+
+
+class Problem:
+    """scene: a Scene. recordings: as in recordings.py. numbers: as in varied.py."""
+
+    def __init__(self, scene, recordings, numbers, offsets=False, delay=False, tolerance=TOLERANCE):
+        self.recordings, self.numbers = recordings, numbers
+        self.joints = scene.joints
+        self.values = prepared(scene.to_dict(), tolerance)
+        driven = [drive_of(self.values, k) for k in joint_links(self.values)]
+        self.free = np.flatnonzero(np.logical_not(driven))
+        self.has_offsets, self.has_delay = offsets, delay
+        n = len(self.joints)
+        self.per_recording = 2 * len(self.free) + (n if offsets else 0) + (1 if delay else 0)
+        self.size = len(numbers) + self.per_recording * len(recordings)
+        self.runs = 0  # simulated so far
+        self.is_plain = is_plain(self.values)
+        self.reason = ""  # of the last run that failed
+        self._scenes = {}
+
+    # ---- Unknowns ------------------------------------------------------------------------------
+
+    def first(self, states):
+        """x of the first values. states: 2n numbers for each recording."""
+        rest = np.zeros(self.per_recording - 2 * len(self.free))
+        own = [np.concatenate([state[self.columns], rest]) for state in states]
+        return np.concatenate([[number.first / number.scale for number in self.numbers], *own])
+
+    @property
+    def columns(self):
+        """The places of the free joints in a state."""
+        return np.concatenate([self.free, self.free + len(self.joints)])
+
+    def bounds(self):
+        low, high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+        for k, number in enumerate(self.numbers):
+            low[k], high[k] = number.low / number.scale, number.high / number.scale
+        if self.has_delay:
+            low[[self.own(r).stop - 1 for r in range(len(self.recordings))]] = 0
+        return low, high
+
+    def own(self, r):
+        """Where the unknowns of recording r stand in x."""
+        first = len(self.numbers) + r * self.per_recording
+        return slice(first, first + self.per_recording)
+
+    def parts(self, x, r):
+        """The values of the numbers, the initial state, the offsets and the delay of recording r."""
+        values = x[:len(self.numbers)] * [number.scale for number in self.numbers]
+        own = x[self.own(r)]
+        f, n = 2 * len(self.free), len(self.joints)
+        state = self.scene_of(r, 0.0).state if f < 2 * n else np.empty(2 * n)
+        state[self.columns] = own[:f]
+        return values, state, own[f:f + n] if self.has_offsets else np.zeros(n), float(own[-1]) if self.has_delay else 0.0
+
+    def steps(self, x):
+        steps = DIFFERENCE * np.maximum(np.abs(x), 1.0)
+        if self.has_delay:
+            steps[[self.own(r).stop - 1 for r in range(len(self.recordings))]] = 1e-4  # s
+        high = self.bounds()[1]
+        return np.where(x + steps > high, -steps, steps)
+
+    # ---- Runs ----------------------------------------------------------------------------------
+
+    def scene_of(self, r, delay):
+        """The scene of recording r, with what acted on it. Recordings of free motion share theirs."""
+        recording = self.recordings[r]
+        has_time = recording.loads or (recording.start and has_laws(self.values))
+        key = (r if has_time else None, delay if recording.loads else 0.0)
+        if key not in self._scenes:
+            if len(self._scenes) > 4 * len(self.recordings) + 16:
+                self._scenes.clear()
+            values = moved_scene(self.values, recording.start) if has_time else self.values
+            loads = {name: moved for name, load in recording.loads.items() for moved in [moved_load(load, -delay)] if moved}
+            self._scenes[key] = Scene({**values, "loads": {**(values.get("loads") or {}), **unlike(loads, values.get("loads") or {})}})
+        return self._scenes[key]
+
+    def motions(self, rows, samples):
+        """rows: (recording, values, state, delay) of each run. samples: the places of the times, for each recording.
+
+        Returns for each row the angles, times × n, NaN where a run failed."""
+        groups = {}
+        for k, (r, _, _, delay) in enumerate(rows):
+            scene = self.scene_of(r, delay)
+            groups.setdefault(id(scene), (scene, []))[1].append(k)
+        results = [None] * len(rows)
+        for scene, members in groups.values():
+            times = {r: np.round(self.recordings[r].t[samples[r]], 12) for r in {rows[k][0] for k in members}}
+            grid = self._grid(np.unique(np.concatenate(list(times.values()))), bool(scene.to_dict().get("loads")))
+            columns = np.array([rows[k][1] for k in members]).reshape(len(members), -1).T
+            runs = simulate_many(scene, grid, initial=np.array([rows[k][2] for k in members]),
+                                 parameters=dict(zip((number.path for number in self.numbers), columns)),
+                                 threads=1 if self.is_plain and len(members) <= FEW else 0)
+            self.runs += len(members)
+            self.reason = next(iter(runs.reasons.values()), self.reason)
+            readers = {r: between(grid, t) for r, t in times.items()}
+            for row, k in enumerate(members):
+                results[k] = readers[rows[k][0]](runs.states[row])
+        return results
+
+    def _grid(self, times, has_loads):
+        """The times of a run: those given, or fewer if a step has to end at each and they are close."""
+        if (self.is_plain and not has_loads) or len(times) < 3 or np.median(np.diff(times)) > CLOSE / 2:
+            return times
+        return np.linspace(0.0, times[-1], int(np.ceil(times[-1] / CLOSE)) + 1)
+
+    def angles(self, x, samples):
+        """The angles that encoders would have shown, for each recording."""
+        parts = [self.parts(x, r) for r in range(len(self.recordings))]
+        motions = self.motions([(r, values, state, delay) for r, (values, state, _, delay) in enumerate(parts)], samples)
+        return [motion + offset for motion, (_, _, offset, _) in zip(motions, parts)]
+
+    # ---- Residuals -----------------------------------------------------------------------------
+
+    def measured(self, samples):
+        """Which angles were measured, for each recording: times × n."""
+        return [np.isfinite(recording.q[places]) for recording, places in zip(self.recordings, samples)]
+
+    def residuals(self, x, samples):
+        """rad, of all that was measured, and the joint of each."""
+        angles = self.angles(x, samples)
+        return np.concatenate([(motion - recording.q[places])[mask] for motion, recording, places, mask in
+                               zip(angles, self.recordings, samples, self.measured(samples))])
+
+    def joints_of(self, samples):
+        """The joint of each residual."""
+        return np.concatenate([np.nonzero(mask)[1] for mask in self.measured(samples)])
+
+    def jacobian(self, x, samples, width=None):
+        """Residuals × unknowns, by differences: one-sided, or central ones of this relative width. A recording's own unknowns move its
+        residuals alone."""
+        central = width is not None
+        steps = self.steps(x) * (width / DIFFERENCE if central else 1)
+        rows, whose = [], []
+        for r in range(len(self.recordings)):
+            for k in [None, *range(len(self.numbers)), *range(self.own(r).start, self.own(r).stop)]:
+                for sign in (1, -1) if central and k is not None else (1,):
+                    moved = x.copy()
+                    if k is not None:
+                        moved[k] += sign * steps[k]
+                    values, state, offset, delay = self.parts(moved, r)
+                    rows.append((r, values, state, delay))
+                    whose.append((r, k, sign, offset))
+        motions = [motion + offset for motion, (*_, offset) in zip(self.motions(rows, samples), whose)]
+        masks = self.measured(samples)
+        edges = np.concatenate([[0], np.cumsum([mask.sum() for mask in masks])])
+        jacobian, base = np.zeros((edges[-1], self.size)), None
+        for k, (motion, (r, unknown, sign, _)) in enumerate(zip(motions, whose)):
+            if unknown is None:
+                base = motion
+                continue
+            other, apart = base, steps[unknown]
+            if central and sign < 0:
+                continue
+            if central and np.isfinite(motions[k + 1]).all():  # else the value lies at the end of its range
+                other, apart = motions[k + 1], 2 * apart
+            jacobian[edges[r]:edges[r + 1], unknown] = np.nan_to_num((motion - other)[masks[r]] / apart, nan=0.0)
+        return jacobian
+
+    def require_runs(self, x, samples):
+        """Refuses a scene that cannot run at its first values."""
+        for recording, motion in zip(self.recordings, self.angles(x, samples)):
+            if not np.isfinite(motion).all():
+                raise BadFit(f"{recording.name}: expected a scene that moves from the first values, got: {self.reason or 'no motion'}")
+
+
+# ---- Scenes ------------------------------------------------------------------------------------
+
+
+def prepared(values, tolerance):
+    """Without what a run from a given state does not need."""
+    values = {key: value for key, value in values.items() if key not in ("publish", "start", "real_time_factor", "command_timeout")}
+    integrator = dict(values.get("integrator") or {})
+    integrator.pop("loosest_tolerance", None)
+    if float(integrator.get("tolerance", 1e-8)) > tolerance:
+        integrator["tolerance"] = tolerance
+    return {**values, "integrator": integrator}
+
+
+def joint_links(values):
+    """The link whose entry describes each joint, in order."""
+    return [name for name in values["chain"] for _ in range(int(values["links"][name].get("repeat", 1)))]
+
+
+def drive_of(values, link):
+    return bool((values["links"][link].get("joint") or {}).get("drive"))
+
+
+def has_laws(values):
+    return bool(values.get("loads") or values.get("base") or any(drive_of(values, link) for link in values["chain"]))
+
+
+def is_plain(values):
+    """Whether runs go side by side, with all times at next to no cost: see simulate_many()."""
+    joints = [values["links"][link].get("joint") or {} for link in values["chain"]]
+    return (len(joint_links(values)) <= 12 and not has_laws(values)
+            and all(set(joint) <= {"name", "damping", "stiffness", "rest_angle"} for joint in joints))
+
+
+def between(grid, times):
+    """A function of the states on the grid: their angles at the times, by the cubics that share angles and rates with them."""
+    place = np.searchsorted(grid, times)
+    if (grid[np.minimum(place, len(grid) - 1)] == times).all():
+        return lambda states: states[place, :states.shape[1] // 2]
+    k = np.clip(place, 1, len(grid) - 1)
+    h = (grid[k] - grid[k - 1])[:, None]
+    s = (times - grid[k - 1])[:, None] / h
+
+    def angles(states):
+        q, qd = np.hsplit(states, 2)
+        return ((1 + 2 * s) * (1 - s) ** 2 * q[k - 1] + s ** 2 * (3 - 2 * s) * q[k]
+                + h * (s * (1 - s) ** 2 * qd[k - 1] - s ** 2 * (1 - s) * qd[k]))
+    return angles
+
+
+def unlike(loads, others):
+    """With names that the scene does not have."""
+    return {name if name not in others else name + "_of_the_recording": load for name, load in loads.items()}

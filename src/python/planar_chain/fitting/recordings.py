@@ -1,0 +1,214 @@
+"""Measured motions: times, angles, and what acted on the joints and links meanwhile. From a CSV, from a bag, or from arrays."""
+
+import csv
+import math
+import os
+
+import numpy as np
+
+MOST_ANGLE = 50.0  # rad; above it an angle is rather in degrees
+LEAST_MOTION = 1e-6  # rad
+LEAST_SAMPLES = 10
+RESOLUTION = 1e-9  # s, of stamps
+
+
+class BadFit(ValueError):
+    """Where a fault of the input is, what was expected, what was found."""
+
+
+class Recording:
+    """One motion without a break.
+
+    t: s, N, the first is 0, increasing. q: rad, N × n in the scene's order of joints, NaN where nothing was measured. qd: rad/s, N × n or
+    None. loads: what acted, as entries of a scene's `loads`, in this t. start: t of the scene's own laws at t = 0, s."""
+
+    def __init__(self, name, t, q, qd=None, loads=None, start=0.0):
+        self.name, self.start, self.loads = name, float(start), dict(loads or {})
+        self.t, self.q = np.asarray(t, float), np.asarray(q, float)
+        self.qd = None if qd is None else np.asarray(qd, float)
+
+    def __len__(self):
+        return len(self.t)
+
+    @property
+    def duration(self):
+        return self.t[-1]
+
+    def part(self, first, last):
+        """The samples first … last - 1 as a recording of its own."""
+        shift = self.t[first]
+        loads = {name: moved for name, load in self.loads.items() for moved in [moved_load(load, shift)] if moved}
+        name = f"{self.name}, {shift:g} to {self.t[last - 1]:g} s"
+        return Recording(name, self.t[first:last] - shift, self.q[first:last],
+                         None if self.qd is None else self.qd[first:last], loads, self.start + shift)
+
+
+# ---- Checks ------------------------------------------------------------------------------------
+
+
+def require_stamps(path, t, places):
+    """places: what names each stamp, such as its line."""
+    for k in np.flatnonzero(~np.isfinite(t))[:1]:
+        raise BadFit(f"{path}: {places(k)}: expected a finite time, got {t[k]:g}")
+    for k in np.flatnonzero(np.diff(t) <= 0)[:1] + 1:
+        raise BadFit(f"{path}: {places(k)}: expected a time after {t[k - 1]:.12g} s, got {t[k]:.12g} s"
+                     + (", a repeated stamp" if t[k] == t[k - 1] else ", an unsorted stamp"))
+
+
+def require_angles(recording, joints, many_turns):
+    name = recording.name
+    if len(recording) < LEAST_SAMPLES:
+        raise BadFit(f"{name}: expected at least {LEAST_SAMPLES} samples, got {len(recording)}")
+    for values, what in ((recording.q, "angle"), (recording.qd, "rate")):
+        for k, j in np.argwhere(np.isinf(values))[:1] if values is not None else ():
+            raise BadFit(f"{name}: expected a finite {what} of {joints[j]}, got {values[k, j]:g} at t = {recording.t[k]:g} s")
+    for j, joint in enumerate(joints):
+        measured = recording.q[np.isfinite(recording.q[:, j]), j]
+        if not len(measured):
+            raise BadFit(f"{name}: expected angles of the joint {joint}, got none")
+        most = abs(measured).max()
+        if most > MOST_ANGLE and not many_turns:
+            raise BadFit(f"{name}: expected angles in rad, got {most:g} in {joint}, which looks like degrees "
+                         "(--many-turns takes it as rad)")
+
+
+def require_motion(recordings, joints, given):
+    """given: for each joint, whether its motion is given by the scene."""
+    for j, joint in enumerate(joints):
+        spans = [np.nanmax(recording.q[:, j]) - np.nanmin(recording.q[:, j]) for recording in recordings]
+        if not given[j] and max(spans) < LEAST_MOTION:
+            raise BadFit(f"{', '.join(r.name for r in recordings)}: expected a motion of the joint {joint}, got one that never moves")
+
+
+# ---- CSV ---------------------------------------------------------------------------------------
+
+
+def columns_of(path, header, joints):
+    """The places of t, q, q̇ and τ. q̇: all of them or none. τ: those that are there, by joint."""
+    known = {"t", "energy", *(kind + joint for kind in ("q_", "qd_", "tau_") for joint in joints)}
+    for name in header:
+        if name not in known or header.count(name) > 1:
+            raise BadFit(f"{path}: line 1: expected the columns t, q_<joint>, qd_<joint>, tau_<joint>, each once, of the joints "
+                         f"{', '.join(joints)}, got {name!r}{' twice' if name in known else ''}")
+    missing = [name for name in ["t", *("q_" + joint for joint in joints)] if name not in header]
+    if missing:
+        raise BadFit(f"{path}: line 1: expected the columns {', '.join(missing)}, got {', '.join(header)[:200] or 'none'}")
+    rates = ["qd_" + joint for joint in joints]
+    return (header.index("t"), [header.index("q_" + joint) for joint in joints],
+            [header.index(name) for name in rates] if set(rates) <= set(header) else None,
+            {joint: header.index("tau_" + joint) for joint in joints if "tau_" + joint in header})
+
+
+def number_in(path, line, name, field):
+    field = field.strip()
+    if not field:
+        return math.nan
+    try:
+        value = float(field)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise BadFit(f"{path}: line {line}: expected a finite number of {name}, or an empty field for a gap, got {field!r}")
+    return value
+
+
+def read_csv(path, joints):
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            reader = csv.reader(file)
+            header = [name.strip() for name in next(reader, [])]
+            time, angles, rates, torques = columns_of(path, header, joints)
+            lines, table = [], []
+            for row in reader:
+                if not row:
+                    continue
+                if len(row) != len(header):
+                    raise BadFit(f"{path}: line {reader.line_num}: expected {len(header)} fields, got {len(row)}")
+                lines.append(reader.line_num)
+                table.append([number_in(path, reader.line_num, name, field) for name, field in zip(header, row)])
+    except (UnicodeDecodeError, csv.Error) as problem:
+        raise BadFit(f"{path}: expected a CSV in UTF-8, got {problem}") from None
+    table = np.array(table).reshape(-1, len(header))
+    t = table[:, time]
+    require_stamps(path, t, lambda k: f"line {lines[k]}")
+    if len(t) < LEAST_SAMPLES:
+        raise BadFit(f"{path}: expected at least {LEAST_SAMPLES} samples, got {len(t)}")
+    kept = slice(*np.flatnonzero(np.isfinite(table[:, angles]).any(axis=1))[[0, -1]] + [0, 1]) if np.isfinite(
+        table[:, angles]).any() else slice(0)
+    loads = {f"tau_{joint}": load for joint, k in torques.items()
+             for load in [sampled_torque(path, joint, t - t[kept][0], table[:, k])] if load} if len(t[kept]) else {}
+    table = table[kept]
+    start = table[0, time] if len(table) else 0.0
+    return Recording(os.path.basename(path), table[:, time] - start, table[:, angles], None if rates is None else table[:, rates],
+                     loads, start)
+
+
+def sampled_torque(path, joint, t, torque):
+    """A load whose torque is linear between the samples. None if there is no torque."""
+    measured = np.isfinite(torque)
+    if measured.sum() < 2:
+        raise BadFit(f"{path}: expected torques of the joint {joint} in tau_{joint}, got {measured.sum()}")
+    if not torque[measured].any():
+        return None
+    return {"joint": joint, "torque": 1.0, "times": t[measured].tolist(), "values": torque[measured].tolist()}
+
+
+def from_arrays(values, joints, name):
+    """values: a dict with t, q (N × n), optional qd (N × n), tau (N × n) and name."""
+    unknown = set(values) - {"t", "q", "qd", "tau", "name"}
+    if unknown or not {"t", "q"} <= set(values):
+        raise BadFit(f"{name}: expected a path, a Recording or a dict of t, q and, if known, qd, tau, name, got {', '.join(map(str, values))}")
+    name = values.get("name", name)
+    t = np.asarray(values["t"], float)
+    arrays = {key: np.asarray(values[key], float) for key in ("q", "qd", "tau") if values.get(key) is not None}
+    for key, array in arrays.items():
+        if t.ndim != 1 or array.shape != (len(t), len(joints)):
+            raise BadFit(f"{name}: expected {key} of {t.size} x {len(joints)} numbers, got {' x '.join(map(str, array.shape))}")
+    require_stamps(name, t, lambda k: f"sample {k}")
+    if len(t) < LEAST_SAMPLES:
+        raise BadFit(f"{name}: expected at least {LEAST_SAMPLES} samples, got {len(t)}")
+    columns = zip(joints, arrays["tau"].T) if "tau" in arrays else ()
+    loads = {f"tau_{joint}": load for joint, column in columns for load in [sampled_torque(name, joint, t - t[0], column)] if load}
+    return Recording(name, t - t[0], arrays["q"], arrays.get("qd"), loads, t[0])
+
+
+# ---- Laws of time, seen from a later instant ---------------------------------------------------
+
+
+def moved_law(law, shift):
+    """A sine or a curve of a law, or a load, whose time begins `shift` s later."""
+    law = dict(law)
+    if "frequency" in law:
+        law["phase"] = float(law.get("phase", 0)) + 2 * math.pi * float(law["frequency"]) * shift
+    if "times" in law:
+        law["times"] = [float(t) - shift for t in law["times"]]
+    return law
+
+
+def moved_load(load, shift):
+    """None if it is over."""
+    load = moved_law(load, shift)
+    if "stop" in load:
+        load["stop"] = float(load["stop"]) - shift
+        if load["stop"] <= 0:
+            return None
+    if "start" in load:
+        load["start"] = max(float(load["start"]) - shift, 0.0)
+    return load
+
+
+def moved_scene(values, shift):
+    """The values of a scene whose time begins `shift` s later."""
+    if shift == 0:
+        return values
+    values = dict(values)
+    values["loads"] = {name: moved for name, load in (values.get("loads") or {}).items()
+                       for moved in [moved_load(load, shift)] if moved}
+    if values.get("base"):
+        values["base"] = {name: moved_law(law, shift) for name, law in values["base"].items()}
+    values["links"] = dict(values["links"])
+    for name, link in values["links"].items():
+        drive = ((link or {}).get("joint") or {}).get("drive")
+        if isinstance(drive, dict):
+            values["links"][name] = {**link, "joint": {**link["joint"], "drive": moved_law(drive, shift)}}
+    return values

@@ -1,0 +1,73 @@
+"""What a fit says: as text, and as an object for JSON."""
+
+import math
+
+import numpy as np
+
+
+def finite(value):
+    """JSON has no infinity."""
+    return float(value) if math.isfinite(value) else None
+
+
+def by_joint(joints, errors):
+    return {joint: finite(error) for joint, error in zip(joints, errors)}
+
+
+def total(errors):
+    return float(np.sqrt(np.mean(np.square(errors))))
+
+
+def as_json(result):
+    joints = result.joints
+    return {
+        "converged": result.converged, "interrupted": result.interrupted, "reason": result.reason,
+        "numbers": [{"path": found.path, "value": found.value, "deviation": finite(found.deviation), "first": found.first,
+                     "low": finite(found.low), "high": finite(found.high), "at_bound": found.at_bound} for found in result.numbers],
+        "correlation_time": result.correlation_time, "noise": by_joint(joints, result.noise),
+        "not_told": result.not_told, "warnings": result.warnings,
+        "data": [{"name": name, "error": by_joint(joints, error), "state": state.tolist(), "offsets": by_joint(joints, offsets),
+                  "delay": delay} for (name, error), state, offsets, delay in
+                 zip(result.errors, result.states, result.offsets, result.delays)],
+        "predictions": [{"name": one.name, "from_first_sample": by_joint(joints, one.from_first_sample),
+                         "from_first_window": by_joint(joints, one.from_first_window),
+                         "from_fitted_start": by_joint(joints, one.from_fitted_start)} for one in result.predictions],
+        "runs": result.runs, "evaluations": result.evaluations}
+
+
+def table(rows):
+    """Lines of columns as wide as needed, the first from the left."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return ["  " + "  ".join(cell.ljust(width) if k == 0 else cell.rjust(width) for k, (cell, width) in enumerate(zip(row, widths)))
+            for row in rows]
+
+
+def as_text(result):
+    rows = [["number", "value", "deviation", "first"]]
+    rows += [[found.path, f"{found.value:.6g}", f"{found.deviation:.2g}", f"{found.first:g}"] for found in result.numbers]
+    lines = table(rows)
+    if result.correlation_time > 1:
+        lines.append(f"  Residuals correlate over {result.correlation_time:.0f} samples; the deviations count so many as one.")
+    lines += section("What the data do not tell", result.not_told)
+    lines += section("Warnings", result.warnings)
+    lines += ["", "Error on the data, root mean square, rad:"]
+    lines += table([["recording", *result.joints, "all"]]
+                   + [[name, *(f"{error:.3g}" for error in errors), f"{total(errors):.3g}"] for name, errors in result.errors])
+    for k, offsets in enumerate(result.offsets):
+        if np.any(offsets):
+            lines.append(f"  {result.recordings[k].name}: offsets of the encoders {', '.join(f'{offset:+.5f}' for offset in offsets)} rad")
+        if result.delays[k]:
+            lines.append(f"  {result.recordings[k].name}: delay {1e3 * result.delays[k]:.2f} ms")
+    if result.predictions:
+        lines += ["", "Error on what the fit has not seen, rad:"]
+        rows = [["recording", "start", *result.joints, "all"]]
+        for one in result.predictions:
+            for start, errors in (("first sample", one.from_first_sample), ("fitted to the first window", one.from_first_window),
+                                  ("fitted to all", one.from_fitted_start)):
+                rows.append([one.name, start, *(f"{error:.3g}" for error in errors), f"{total(errors):.3g}"])
+        lines += table(rows)
+    return "\n".join(lines)
+
+
+def section(title, sentences):
+    return ["", title + ":", *(f"  - {sentence}" for sentence in sentences)] if sentences else []

@@ -1,0 +1,135 @@
+"""The least-squares fit: windows from the start of each recording, which grow; a robust loss, calibrated to the residuals.
+
+The last window is the whole recordings. Its loss is Σ_j s_j² C² ρ((e/(C s_j))²), ρ(z) = 2 (√(1 + z) − 1), over the residuals e of
+joint j; s_j is 1.4826 times their median magnitude, computed again until it stays. For normal noise s_j is its deviation."""
+
+import numpy as np
+from scipy.optimize import least_squares
+
+WINDOWS = (0.3, 0.6, 1.2, 2.4)  # s
+LOSS = 3.0  # C
+LEAST_NOISE = 1e-9  # rad: no s_j is smaller
+EARLY_SAMPLES, EARLY_CALLS, LAST_CALLS = 150, 15, 100  # times of a recording in an early window; evaluations
+EARLY_PRECISION, PRECISION = 1e-3, 1e-9
+CALIBRATIONS = 6
+SAME_NOISE = 0.02  # relative change of s_j at which it stays
+PRIOR, LAST_PRIOR = 1.0, 10.0  # deviation of a number from its first value, in scales, as it is taken to be before the data come:
+# in an early window; in the last. What the data cannot tell thus stays near its first value
+
+
+class Solution:
+    """x and the noise s_j of each joint. reason: why it did not converge, or empty."""
+
+    def __init__(self, x, noise):
+        self.x, self.noise, self.reason, self.interrupted, self.calls = x, noise, "", False, 0
+
+
+def first_state(recording, window=0.02):
+    """The angles and rates at the first sample: as measured, or where rates or angles are missing from a parabola through the next."""
+    n = recording.q.shape[1]
+    state = np.concatenate([recording.q[0], recording.qd[0] if recording.qd is not None else np.full(n, np.nan)])
+    for j in range(n):
+        if np.isfinite(state[[j, n + j]]).all():
+            continue
+        known = np.flatnonzero(np.isfinite(recording.q[:, j]))
+        near = known[:max(6, np.searchsorted(recording.t[known], recording.t[known[0]] + window))]
+        parabola = np.polynomial.Polynomial.fit(recording.t[near], recording.q[near, j], min(2, len(near) - 1))
+        if np.isnan(state[j]):
+            state[j] = parabola(0.0)
+        if np.isnan(state[n + j]):
+            state[n + j] = parabola.deriv()(0.0)
+    return state
+
+
+def stages(recordings, windows):
+    """The ends of the windows: those given, then twice as long each, then the whole."""
+    longest = max(recording.duration for recording in recordings)
+    ends = [end for end in windows if end < longest]
+    while ends and 2 * ends[-1] < longest:
+        ends.append(2 * ends[-1])
+    return [*ends, np.inf]
+
+
+def samples_of(recordings, end, most=None):
+    """The places of the times up to `end`, at most so many, evenly."""
+    chosen = []
+    for recording in recordings:
+        count = max(int(np.searchsorted(recording.t, end, side="right")), 2)
+        step = 1 if most is None else max(1, -(-count // most))
+        chosen.append(np.arange(0, count, step))
+    return chosen
+
+
+def noise_of(residuals, joints, n):
+    """s_j, from the magnitudes of the residuals. A joint that was hardly measured has that of all."""
+    every = 1.4826 * np.median(abs(residuals))
+    own = [1.4826 * np.median(abs(residuals[joints == j])) if (joints == j).sum() > 5 else every for j in range(n)]
+    return np.maximum(own, max(LEAST_NOISE, 1e-3 * every))
+
+
+class Solver:
+    """progress(window, error, calls): called after each evaluation; error: root mean square, rad."""
+
+    def __init__(self, problem, states, windows=WINDOWS, progress=None):
+        self.problem, self.windows, self.progress = problem, windows, progress or (lambda *_: None)
+        self.solution = Solution(problem.first(states), np.full(len(problem.joints), 1e-3))
+        self.calls = 0
+
+    def run(self, until=np.inf):
+        """The solution; the best so far after Ctrl-C. until: s, the end of the last window."""
+        problem, solution = self.problem, self.solution
+        ends = [end for end in stages(problem.recordings, self.windows) if end < until]
+        try:
+            problem.require_runs(solution.x, samples_of(problem.recordings, (ends + [until])[0], EARLY_SAMPLES))
+            for end in ends:
+                self.stage(end, samples_of(problem.recordings, end, EARLY_SAMPLES), EARLY_CALLS, EARLY_PRECISION, PRIOR)
+            self.whole(until)
+        except KeyboardInterrupt:
+            solution.interrupted, solution.reason = True, "interrupted"
+        solution.calls = self.calls
+        return solution
+
+    def whole(self, until):
+        everything = samples_of(self.problem.recordings, until)
+        few = samples_of(self.problem.recordings, until, 4 * EARLY_SAMPLES)
+        if sum(map(len, few)) < sum(map(len, everything)):
+            self.stage(until, few, EARLY_CALLS, EARLY_PRECISION, LAST_PRIOR)
+        for _ in range(CALIBRATIONS):
+            before = self.solution.noise
+            self.stage(until, everything, LAST_CALLS, PRECISION, LAST_PRIOR)
+            if (abs(self.solution.noise - before) < SAME_NOISE * before).all():
+                break
+
+    def stage(self, end, samples, most, precision, prior):
+        """One least-squares fit. It keeps the best x and the noise of its residuals in the solution."""
+        problem, solution = self.problem, self.solution
+        joints = problem.joints_of(samples)
+        residuals = problem.residuals(solution.x, samples)
+        noise = solution.noise = noise_of(np.nan_to_num(residuals, nan=100.0), joints, len(problem.joints))
+        weights = 1 / noise[joints]
+        many = len(problem.numbers)
+        first = np.array([number.first / number.scale for number in problem.numbers])
+        best = [np.inf]
+
+        def error(x):
+            self.calls += 1
+            plain = problem.residuals(x, samples)
+            values = np.clip(np.nan_to_num(plain, nan=100.0), -100, 100) * weights
+            z = (values / LOSS) ** 2
+            cost = np.sum(np.sqrt(1 + z) - 1)
+            if cost < best[0]:
+                best[0], solution.x = cost, x.copy()
+                self.progress(end, float(np.sqrt(np.nanmean(plain ** 2))), self.calls)
+            return np.concatenate([values, (x[:many] - first) / prior])
+
+        def slopes(x):
+            jacobian = problem.jacobian(x, samples) * weights[:, None]
+            return np.vstack([jacobian, np.eye(many, problem.size) / prior])
+
+        low, high = problem.bounds()
+        x = np.clip(solution.x, low, high)
+        result = least_squares(error, x, slopes, bounds=(low, high), loss="soft_l1", f_scale=LOSS, x_scale="jac",
+                               ftol=precision, xtol=precision, gtol=precision, max_nfev=most)
+        solution.reason = "" if result.status > 0 else f"{most} evaluations were not enough"
+        solution.x = result.x
+        solution.noise = noise_of(problem.residuals(result.x, samples), joints, len(problem.joints))

@@ -1,0 +1,144 @@
+#!/usr/bin/python3
+"""Fits numbers of a scene to recordings of its motion, and says how sure they are.
+
+FILE is a bag (joint_states, and the commands that planar_chain's node took) or a CSV with the columns t, q_<joint>, optional qd_<joint>
+and tau_<joint>; an empty field is a gap. The initial state of each recording is fitted too.
+
+Exit status: 0 done; 1 the fit did not converge, the best so far is kept; 2 bad arguments, scene or recordings; 130 interrupted, the best
+so far is kept."""
+
+import signal
+
+INTERRUPTIBLE = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+if INTERRUPTIBLE:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules load: main() can end in words
+
+# pylint: disable=wrong-import-position
+import argparse
+import json
+import math
+import os
+import sys
+
+try:
+    from planar_chain import BadFit, Failed, Refused, Scene, fit
+    from planar_chain.fitting.report import as_json, as_text
+    from planar_chain.fitting.yaml_edit import with_numbers
+except ImportError as missing:
+    sys.exit(f"fit: {missing}")
+
+PICTURES = (".png", ".svg", ".pdf")
+
+
+def arguments():
+    parser = argparse.ArgumentParser(prog="fit", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scene", metavar="SCENE", help="a YAML file, or the name of a scene that ships")
+    parser.add_argument("--data", nargs="+", action="extend", required=True, metavar="FILE", help="recordings to fit: .bag or .csv")
+    parser.add_argument("--vary", nargs="+", action="extend", required=True, metavar="PATH[=FIRST[:LOW:HIGH]]",
+                        help="a number to find, such as links/lower/mass, its first value (default: the scene's) and its bounds")
+    parser.add_argument("--predict", nargs="+", action="extend", default=[], metavar="FILE",
+                        help="recordings that the fit does not see: prints the errors on them")
+    parser.add_argument("--output", metavar="FITTED.yaml", help="writes the scene with the fitted numbers; all else in its text stays")
+    parser.add_argument("--plot", metavar="PICTURE", help="draws angles, residuals and an ellipse: .png, .svg or .pdf")
+    parser.add_argument("--json", action="store_true", help="prints one JSON object")
+    parser.add_argument("--offsets", action="store_true", help="also fits an offset of each encoder in each recording")
+    parser.add_argument("--delay", action="store_true", help="also fits the delay between torque and motion in each recording")
+    parser.add_argument("--effort", action="store_true", help="of a bag, takes the effort as the torque that was applied")
+    parser.add_argument("--node", help="node, such as /left/planar_chain, if a bag has several")
+    parser.add_argument("--many-turns", action="store_true", help="angles above 50 rad are in rad, not in degrees")
+    parser.add_argument("--windows", metavar="A,B,…", default="0.3,0.6,1.2,2.4",
+                        help="the growing windows, s, each from the start of a recording; then twice as long each, then the whole")
+    return parser.parse_args()
+
+
+def windows_of(text):
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise BadFit(f"--windows: expected times in s, such as 0.3,0.6, got {text!r}") from None
+
+
+def scene_text(path, is_needed):
+    """The text of the scene's file, for --output."""
+    if not is_needed:
+        return None
+    share = os.path.join(os.path.dirname(os.path.abspath(sys.modules["planar_chain"].__file__)), "../../../../share/planar_chain")
+    shipped = [os.path.join(folder, f"{path}.yaml") for folder in (os.path.join(share, "config/scenes"),)]
+    for name in [path, *shipped]:
+        if os.path.isfile(name):
+            with open(name, encoding="utf-8") as file:
+                return file.read()
+    raise BadFit(f"--output: expected the file of a scene, got {path}")
+
+
+def require_outputs(given):
+    if given.plot is not None and os.path.splitext(given.plot)[1] not in PICTURES:
+        raise BadFit(f"--plot: expected a name that ends in {', '.join(PICTURES)}, got {given.plot}")
+    for name in (given.output, given.plot):
+        folder = os.path.dirname(name or "") or "."
+        if name is not None and (os.path.isdir(name) or not os.access(folder, os.W_OK)):
+            raise BadFit(f"expected the name of a file that can be written, got {name}")
+
+
+def show_progress(window, error, calls):
+    if sys.stderr.isatty():
+        where = "whole recordings" if math.isinf(window) else f"first {window:g} s"
+        sys.stderr.write(f"\rfit: {where}: error {error:.3g} rad after {calls} evaluations (Ctrl-C keeps the best)\033[K")
+        sys.stderr.flush()
+
+
+def say(text):
+    print(("\r\033[K" if sys.stderr.isatty() else "") + f"fit: {text}", file=sys.stderr)
+
+
+def write_all(given, result, text):
+    """The files that were asked for."""
+    if given.output is not None:
+        with open(given.output, "w", encoding="utf-8") as file:
+            file.write(with_numbers(text, {found.path: found.value for found in result.numbers}))
+    if given.plot is not None:
+        from planar_chain.fitting.pictures import draw  # pylint: disable=import-outside-toplevel  # matplotlib takes a second
+        draw(result, f"{os.path.basename(given.scene)}: fit").savefig(given.plot, dpi=110)
+
+
+def run(given):
+    require_outputs(given)
+    try:
+        text = scene_text(given.scene, given.output is not None)
+        scene = Scene.from_file(given.scene)
+        result = fit(scene, given.data, given.vary, predict=given.predict, offsets=given.offsets, delay=given.delay, effort=given.effort,
+                     node=given.node, many_turns=given.many_turns, windows=windows_of(given.windows), progress=show_progress)
+    except OSError as problem:
+        raise BadFit(problem) from problem
+    if sys.stderr.isatty():
+        sys.stderr.write("\r\033[K")
+    print(json.dumps(as_json(result), indent=1) if given.json else as_text(result))
+    write_all(given, result, text)
+    if result.interrupted:
+        say("interrupted; this is the best so far")
+        return 130
+    if not result.converged:
+        say(f"the fit did not converge: {result.reason}; this is the best so far")
+        return 1
+    return 0
+
+
+def main():
+    if INTERRUPTIBLE:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    given = arguments()
+    try:
+        return run(given)
+    except (BadFit, Refused) as problem:
+        say(problem)
+        return 2
+    except KeyboardInterrupt:
+        say("interrupted before the first result")
+        return 130
+    except (Failed, OSError, MemoryError) as problem:
+        say(problem)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,236 @@
+#!/usr/bin/python3
+"""fit, the function: made data give back the numbers that made them, with deviations that hold; what the data do not tell; bad input;
+the scene's text. fit_tool_test.py: the tool, and bags.
+
+    fit_test.py BIN [unittest options]        BIN: the folder that holds the tools; PYTHONPATH finds planar_chain
+"""
+import math
+import sys
+import unittest
+
+try:
+    import numpy as np
+    import scipy  # noqa: F401  pylint: disable=unused-import
+    import yaml
+except ImportError as missing:
+    print(f"{missing}: skipped")
+    sys.exit(77)
+
+import fit_statistics
+from planar_chain import BadFit, Recording, Scene, fit, simulate_many
+from planar_chain.fitting.yaml_edit import with_numbers
+
+ROD = {"mass": 1.0, "inertia": 1 / 12, "com": [0.5, 0.0], "pin": [1.0, 0.0]}
+PENDULUM = Scene({"chain": ["rod"], "links": {"rod": {**ROD, "joint": {"damping": 0.1}}}})
+TIMES = np.arange(0, 2.0001, 0.01)  # s
+DOUBLE = fit_statistics.SCENE
+MASS, COM, DAMPING = "links/lower/mass", "links/lower/com/0", "links/lower/joint/damping"
+
+
+def motion(scene, start, times=TIMES):
+    """A recording as a dict, without noise."""
+    states = simulate_many(scene, times, initial=[start]).states[0]
+    n = len(scene)
+    return {"t": times, "q": states[:, :n].copy(), "qd": states[:, n:].copy()}
+
+
+def noisy(recording, seed, noise=1e-3):
+    return {**recording, "q": recording["q"] + np.random.default_rng(seed).normal(scale=noise, size=recording["q"].shape)}
+
+
+def found(result):
+    return {number.path: number for number in result.numbers}
+
+
+class Numbers(unittest.TestCase):
+    def test_numbers_that_are_off_by_a_third_are_found_again(self):
+        data = [motion(DOUBLE, start) for start in fit_statistics.STARTS]
+        first = DOUBLE.with_values({path: 1.3 * value for path, value in fit_statistics.TRUE.items()})
+        result = fit(first, data, list(fit_statistics.TRUE))
+        self.assertTrue(result.converged, result.reason)
+        for path, value in fit_statistics.TRUE.items():
+            self.assertAlmostEqual(found(result)[path].value / value, 1, delta=1e-6, msg=path)
+        self.assertEqual((result.not_told, result.warnings), ([], []))
+        self.assertLess(max(error.max() for _, error in result.errors), 1e-7)  # the tolerance of the runs, grown
+
+    def test_deviations_hold(self):
+        # Of 120 ratios 95.4 % should be within 2; less than 88 % or a spread off by a fifth has a chance below 1e-3.
+        ratios = fit_statistics.ratios(30, 4)
+        self.assertGreater(np.mean(abs(ratios) < 2), 0.88)
+        self.assertAlmostEqual(ratios.std(), 1, delta=0.2)
+
+    def test_outliers_hardly_count(self):
+        data = noisy(motion(PENDULUM, [0.0, 0.0]), 1)
+        data["q"][20::40] += 0.5  # rad: a bad contact
+        result = fit(PENDULUM, data, ["links/rod/com/0=0.4"])
+        one = found(result)["links/rod/com/0"]
+        self.assertLess(abs(one.value - 0.5), 4 * one.deviation)
+        self.assertLess(one.deviation, 1e-3)
+        self.assertAlmostEqual(result.noise[0], 1e-3, delta=2e-4)
+
+    def test_gaps_jitter_and_missing_rates(self):
+        random = np.random.default_rng(3)
+        times = TIMES + np.concatenate([[0], random.uniform(-0.004, 0.004, len(TIMES) - 1)])
+        data = motion(DOUBLE, fit_statistics.STARTS[0], times)
+        data["q"][50:80, 1] = np.nan
+        data["q"][::7, 0] = np.nan
+        del data["qd"]
+        result = fit(DOUBLE, data, {COM: 0.4, DAMPING: 0.0})
+        self.assertAlmostEqual(found(result)[COM].value, 0.5, delta=1e-6)
+        self.assertAlmostEqual(found(result)[DAMPING].value, 0.02, delta=1e-6)
+
+    def test_offsets_of_encoders_and_a_delay_of_torques(self):
+        torque = np.where((TIMES * 2) % 1 < 0.5, 2.0, -1.0)
+        late = Scene({**PENDULUM.to_dict(), "loads": {"motor": {"joint": "rod_joint", "torque": 1, "times": (TIMES + 0.013).tolist(),
+                                                               "values": torque.tolist()}}})
+        data = {**motion(late, [-1.0, 0.0]), "tau": torque[:, None]}
+        data["q"] += 0.02
+        result = fit(PENDULUM, data, {"links/rod/com/0": 0.45, "links/rod/joint/damping": 0.05}, offsets=True, delay=True)
+        self.assertAlmostEqual(result.delays[0], 0.013, delta=1e-4)
+        self.assertAlmostEqual(result.offsets[0][0], 0.02, delta=1e-4)
+        self.assertAlmostEqual(found(result)["links/rod/com/0"].value, 0.5, delta=1e-4)
+        hint = fit(PENDULUM, data, {"links/rod/com/0": 0.45}, offsets=True).warnings
+        self.assertTrue(any("delay" in line and "--delay" in line for line in hint), hint)
+
+    def test_correlated_residuals_widen_the_deviations(self):
+        drag = Scene({**PENDULUM.to_dict(), "links": {"rod": {**ROD, "joint": {"damping": 0.1, "friction": 0.2}}}})
+        result = fit(PENDULUM, noisy(motion(drag, [-0.5, 0.0]), 2, 1e-4), ["links/rod/com/0"])
+        self.assertGreater(result.correlation_time, 5)
+        self.assertEqual(fit(PENDULUM, noisy(motion(PENDULUM, [-0.5, 0.0]), 2), ["links/rod/com/0"]).correlation_time, 1)
+
+    def test_predictions_of_what_was_not_seen(self):
+        result = fit(DOUBLE, noisy(motion(DOUBLE, fit_statistics.STARTS[0]), 1), [COM], predict=[noisy(motion(DOUBLE, fit_statistics.STARTS[1]), 2)])
+        self.assertAlmostEqual(result.predictions[0].from_fitted_start.mean(), 1e-3, delta=1e-4)
+        self.assertLess(result.predictions[0].from_first_window.max(), 0.01)
+
+    def test_driven_joints_keep_their_laws(self):
+        scene = {**DOUBLE.to_dict(), "links": {"upper": {**ROD, "joint": {"drive": {"amplitude": 0.5, "frequency": 0.7, "phase": 0.3}}},
+                                               "lower": {**ROD, "joint": {"damping": 0.02}}}}
+        states = simulate_many(Scene(scene), TIMES, parameters={COM: [0.5]}).states[0]
+        whole = Recording("run", TIMES, states[:, :2], states[:, 2:])
+        result = fit(Scene(scene), [whole.part(0, 90), whole.part(90, 201)], {COM: 0.4, DAMPING: 0.03})
+        self.assertAlmostEqual(found(result)[COM].value, 0.5, delta=1e-6)
+        self.assertAlmostEqual(found(result)[DAMPING].value, 0.02, delta=1e-6)
+
+
+class Words(unittest.TestCase):
+    def test_only_a_product_is_seen(self):
+        result = fit(PENDULUM, noisy(motion(PENDULUM, [-0.5, 0.0]), 5), ["links/rod/mass", "links/rod/com/0", "links/rod/inertia"])
+        self.assertIn("1 combination of them", result.not_told[0])
+        self.assertEqual(result.not_told[1], "only mass·com of rod; inertia + mass·com² of rod (about its inner pin) are seen")
+
+    def test_a_number_that_is_not_seen(self):
+        result = fit(DOUBLE, noisy(motion(DOUBLE, fit_statistics.STARTS[0]), 5), ["links/lower/pin/0", COM])  # the tip carries nothing
+        self.assertEqual(result.not_told, ["links/lower/pin/0 is not seen"])
+        self.assertEqual(found(result)["links/lower/pin/0"].value, 1.0)
+
+    def test_the_scale_of_all_masses_is_not_seen(self):
+        result = fit(PENDULUM, noisy(motion(PENDULUM, [-0.5, 0.0]), 5),
+                     ["links/rod/mass", "links/rod/inertia", "links/rod/joint/damping"])
+        self.assertIn("(inertia + mass·com²)/(mass·com) of rod", " ".join(result.not_told))
+        self.assertRegex(" ".join(result.not_told), r"open: links/rod/mass \+100 %, links/rod/inertia \+100 %, links/rod/joint/damping \+100 %")
+
+    def test_what_the_model_lacks(self):
+        for key, words in (("friction", "sign q̇"), ("damping", "go with q̇ of")):
+            joint = {"damping": 0.0, key: 0.3}
+            lacking = Scene({"chain": ["rod"], "links": {"rod": {**ROD, "joint": joint}}})
+            result = fit(lacking.with_values({f"links/rod/joint/{key}": 0.0}), noisy(motion(lacking, [0.5, 0.0]), 6), ["links/rod/com/0"])
+            self.assertTrue(any(words in line and f"--vary links/rod/joint/{key}" in line for line in result.warnings), (key, result.warnings))
+        times = np.arange(0, 6, 0.02)
+        plain = Scene({"chain": ["rod"], "links": {"rod": ROD}})
+        state, states = [0.5, 0.0], []
+        for _ in times:  # q̇ |q̇| as a torque that is held for one step
+            states.append(state)
+            load = {"drag": {"joint": "rod_joint", "torque": -0.05 * state[1] * abs(state[1])}}
+            state = simulate_many(Scene({**plain.to_dict(), "loads": load}), [0.02], initial=[state]).states[0, 0].tolist()
+        result = fit(plain, noisy({"t": times, "q": np.array(states)[:, :1]}, 7), ["links/rod/com/0"])
+        self.assertTrue(any("q̇ |q̇|" in line and "drag" in line for line in result.warnings), result.warnings)
+
+    def test_bounds_are_named(self):
+        result = fit(PENDULUM, noisy(motion(PENDULUM, [-0.5, 0.0]), 5), ["links/rod/com/0=0.4:0.3:0.45"])
+        self.assertIn("links/rod/com/0 ran to its bound 0.45", result.warnings)
+
+
+class Bad(unittest.TestCase):
+    def refused(self, words, *arguments, **named):
+        with self.assertRaises(ValueError) as caught:
+            fit(*arguments, **named)
+        for word in (words,) if isinstance(words, str) else words:
+            self.assertIn(word, str(caught.exception))
+
+    def setUp(self):
+        self.good = motion(PENDULUM, [-0.5, 0.0])
+
+    def changed(self, **others):
+        return {**self.good, **others}
+
+    def test_recordings(self):
+        q, t = self.good["q"], self.good["t"]
+        com = ["links/rod/com/0"]
+        short = {key: value[:20] for key, value in self.good.items()}
+        self.refused(["at least 0.3 s, the first window", "got 0.19 s"], PENDULUM, short, com)
+        self.refused(["motion of the joint rod_joint", "never moves"], PENDULUM, self.changed(q=np.full_like(q, -1.5)), com)
+        self.refused(["looks like degrees", "rad"], PENDULUM, self.changed(q=np.degrees(q)), com)
+        self.refused("a finite angle of rod_joint", PENDULUM, self.changed(q=np.where(t[:, None] == t[5], np.inf, q)), com)
+        self.refused("got none", PENDULUM, self.changed(q=np.full_like(q, np.nan)), com)
+        self.refused("sample 5: expected a finite time", PENDULUM, self.changed(t=np.where(t == t[5], np.nan, t)), com)
+        self.refused(["sample 7: expected a time after", "repeated"], PENDULUM, self.changed(t=np.where(t == t[7], t[6], t)), com)
+        self.refused(["sample 7", "unsorted"], PENDULUM, self.changed(t=np.where(t == t[7], t[4], t)), com)
+        self.refused("201 x 1 numbers, got 201 x 2", PENDULUM, self.changed(q=np.hstack([q, q])), com)
+        self.refused("expected a path, a Recording or a dict", PENDULUM, {"t": t}, com)
+        self.refused("at least one recording", PENDULUM, [], com)
+        self.assertTrue(fit(PENDULUM, self.changed(q=q + 20 * math.pi), com, many_turns=True).converged)
+
+    def test_numbers(self):
+        same = "the same number"
+        self.refused(same, PENDULUM, self.good, ["links/rod/mass", "links/rod/mass=2"])
+        self.refused(same, PENDULUM, self.good, ["links/rod/com/0", "links/rod/mass", "links/rod/com/0=0.4"])
+        self.refused('a link listed in chain, got "rood"', PENDULUM, self.good, ["links/rood/mass=1"])
+        self.refused("expected a first value for links/rod/joint/friction", PENDULUM, self.good, ["links/rod/joint/friction"])
+        self.refused("LOW <= FIRST <= HIGH", PENDULUM, self.good, ["links/rod/mass=1:2:3"])
+        self.refused("PATH=FIRST:LOW:HIGH", PENDULUM, self.good, ["links/rod/mass=1:2"])
+        self.refused("the initial state of each recording is always fitted", PENDULUM, self.good, ["links/rod/initial/angle"])
+        self.refused("at least one number", PENDULUM, self.good, [])
+        self.refused("--windows: expected increasing times", PENDULUM, self.good, ["links/rod/mass"], windows=[2, 1])
+
+    def test_a_scene_that_cannot_run(self):
+        self.refused(["expected a scene that moves from the first values", "links/rod/inertia"], PENDULUM, self.good,
+                     ["links/rod/inertia=-1:-2:1"])
+
+
+class Text(unittest.TestCase):
+    TEXT = """# mine
+chain: [a, b]          # two
+links:
+  a: &rod {mass: 1, inertia: 1e-1, com: [0.5, 0], pin: [1, 0]}   # a rod
+  b:
+    <<: *rod
+    joint:
+      damping: 0.1     # guessed
+
+      # the end
+gravity: [0, -9.81]
+"""
+
+    def test_only_the_numbers_change(self):
+        text = with_numbers(self.TEXT, {"links/a/com/0": 0.25, "links/b/joint/damping": 1e-7, "gravity/1": -9.8})
+        lines = text.split("\n")
+        gone = [line for line in self.TEXT.split("\n") if line not in lines]
+        self.assertEqual([line.strip()[:7] for line in gone], ["a: &rod", "damping", "gravity"])
+        self.assertEqual(len(lines), len(self.TEXT.split("\n")) + 1)  # what b had by its merge
+        values = yaml.safe_load(text)
+        self.assertEqual((values["links"]["a"]["com"], values["links"]["b"]["com"], values["gravity"][1]), ([0.25, 0], [0.5, 0], -9.8))
+        for line in ("# mine", "# two", "   # a rod", "     # guessed", "      # the end"):
+            self.assertIn(line, text)
+
+    def test_what_is_missing_is_added_and_aliases_keep_their_values(self):
+        text = with_numbers("chain: [a, b]\nlinks:\n  a: &rod {mass: 1, com: [1, 0]}\n  b: *rod  # same\n",
+                            {"links/b/mass": 2, "links/a/joint/friction": 0.5, "links/b/com/1": 0.25})
+        self.assertEqual(yaml.safe_load(text)["links"], {"a": {"mass": 1, "com": [1, 0], "joint": {"friction": 0.5}},
+                                                         "b": {"mass": 2.0, "com": [1, 0.25], "joint": {"friction": 0}}})
+        self.assertIn("  # same", text)
+
+
+if __name__ == "__main__":
+    sys.argv.pop(1)
+    unittest.main(verbosity=2)

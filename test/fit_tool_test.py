@@ -1,0 +1,228 @@
+#!/usr/bin/python3
+"""fit, the tool: the recordings that ship, bad CSVs, exit statuses, interruption; bags: a recorded run with friction, stops and commands
+fits itself back.
+
+    fit_tool_test.py BIN [unittest options]        BIN: the folder that holds the tools; PYTHONPATH finds planar_chain
+"""
+import importlib.util
+import json
+import math
+import os
+import pty
+import signal
+import subprocess
+import sys
+import unittest
+
+from fit_test import COM, MASS, PENDULUM, found  # skips without scipy  # pylint: disable=wrong-import-order
+import yaml
+
+from in_folder import InFolder
+from planar_chain import BadFit, Scene, fit
+
+BIN = ""
+LIMIT = 120  # s
+RECORDINGS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../config/recordings")
+HAS_ROS = all(importlib.util.find_spec(name) for name in ("rosbag", "genpy"))
+
+
+class Tool(InFolder):
+    def run_tool(self, *arguments):
+        return subprocess.run([os.path.join(BIN, "fit"), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, timeout=LIMIT)
+
+    def recording(self, name):
+        return os.path.join(RECORDINGS, name)
+
+    def write(self, name, text):
+        with open(self.path(name), "w", encoding="utf-8") as file:
+            file.write(text)
+        return self.path(name)
+
+    def test_the_single_pendulum_that_ships(self):
+        fitted = self.path("fitted.yaml")
+        result = self.run_tool(self.recording("single.yaml"), "--data", *(self.recording(f"single_{k}.csv") for k in range(3)), "--vary",
+                               "links/arm/inertia", "links/arm/joint/damping", "--predict", self.recording("single_3.csv"),
+                               self.recording("single_4.csv"), "--output", fitted, "--plot", self.path("fit.png"), "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        said = json.loads(result.stdout)
+        self.assertLess(max(one["error"]["arm_joint"] for one in said["data"]), 0.03)
+        self.assertLess(max(one["from_fitted_start"]["arm_joint"] for one in said["predictions"]), 0.03)
+        self.assertGreater(os.path.getsize(self.path("fit.png")), 10000)
+        self.assertEqual(Scene.from_file(fitted).to_dict()["links"]["arm"]["joint"]["damping"],
+                         float(f"{said['numbers'][1]['value']:.10g}"))
+        with open(fitted, encoding="utf-8") as after, open(self.recording("single.yaml"), encoding="utf-8") as before:
+            changed = [k for k, (one, other) in enumerate(zip(after, before)) if one != other]
+        self.assertEqual(len(changed), 2)
+
+    def test_the_double_pendulum_that_ships_is_predicted(self):
+        data = [self.recording(f"double_{k}.csv") for k in range(3)]
+        numbers = ["links/upper/" + key for key in ("inertia", "com/0", "pin/0", "joint/damping")]
+        numbers += ["links/lower/" + key for key in ("mass", "inertia", "com/0", "joint/damping")]
+        said = json.loads(self.run_tool(self.recording("double.yaml"), "--data", *data[:2], "--vary", *numbers, "--predict", data[2],
+                                        "--json").stdout)
+        self.assertTrue(said["converged"])
+        self.assertLess(max(said["predictions"][0]["from_fitted_start"].values()), 0.012)
+        self.assertLess(max(max(one["error"].values()) for one in said["data"]), 0.01)
+        self.assertRegex(said["not_told"][0], "[23] combinations")  # two exactly; a damper, hardly seen, is the third
+
+    CSV = "t,q_arm_joint\n" + "".join(f"{k / 100},{math.sin(k / 10)}\n" for k in range(100))
+
+    def test_bad_csvs_name_the_line(self):
+        for text, words in ((self.CSV.replace("0.05,", "0.04,"), "line 7: expected a time after 0.04 s, got 0.04 s, a repeated stamp"),
+                            (self.CSV.replace("0.05,", "0.01,"), "line 7: expected a time after 0.04 s, got 0.01 s, an unsorted stamp"),
+                            (self.CSV.replace("0.05,", "0.05,nan#").replace(next(
+                                row for row in self.CSV.split("\n") if row.startswith("0.05,"))[5:], "", 1).replace("nan#", "nan"),
+                             "line 7: expected a finite number of q_arm_joint, or an empty field for a gap, got 'nan'"),
+                            (self.CSV.replace("q_arm_joint", "q_arn_joint"), "got 'q_arn_joint'"),
+                            (self.CSV.replace("0.05,", "0.05,1,"), "line 7: expected 2 fields, got 3"),
+                            ("", "expected the columns t, q_arm_joint, got none"),
+                            ("t,q_arm_joint\n0,1\n", "expected at least 10 samples, got 1")):
+            result = self.run_tool(self.recording("single.yaml"), "--data", self.write("bad.csv", text), "--vary", "links/arm/inertia")
+            self.assertEqual(result.returncode, 2, result.stdout)
+            self.assertIn(words, result.stderr)
+        for arguments, words in ((("--data", self.path("none.csv")), "No such file"),
+                                 (("--data", self.recording("single_0.csv"), "--plot", "x.txt"), "--plot: expected a name"),
+                                 (("--data", self.recording("single_0.csv"), "--windows", "x"), "--windows")):
+            result = self.run_tool(self.recording("single.yaml"), "--vary", "links/arm/inertia", *arguments)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(words, result.stderr)
+
+    def test_a_fit_that_does_not_converge_keeps_the_best(self):
+        # Two evaluations are allowed in the last window, which does not suffice.
+        short = ("import runpy, sys; from planar_chain.fitting import solve; solve.LAST_CALLS = 2; sys.argv.pop(0); "
+                 "runpy.run_path(sys.argv[0], run_name='__main__')")
+        run = subprocess.run([sys.executable, "-c", short, os.path.join(BIN, "fit"), self.recording("single.yaml"), "--data",
+                              self.recording("single_0.csv"), "--vary", "links/arm/inertia", "links/arm/joint/damping", "--output",
+                              self.path("fitted.yaml")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
+                             timeout=LIMIT)
+        self.assertEqual(run.returncode, 1, run.stderr)
+        self.assertIn("fit: the fit did not converge: 2 evaluations were not enough; this is the best so far", run.stderr)
+        self.assertIn("links/arm/joint/damping", run.stdout)
+        best = Scene.from_file(self.path("fitted.yaml")).to_dict()["links"]["arm"]
+        self.assertAlmostEqual(best["inertia"], 4.5e-4, delta=5e-5)
+
+    def test_an_interruption_keeps_the_best(self):
+        data = [self.recording(f"double_{k}.csv") for k in range(3)]
+        command = [os.path.join(BIN, "fit"), self.recording("double.yaml"), "--data", *data, "--vary", "links/upper/inertia",
+                   "links/lower/inertia", "links/lower/com/0", "links/upper/joint/friction=0.0001", "--output", self.path("fitted.yaml")]
+        mine, terminal = pty.openpty()  # progress is printed on a terminal only
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=terminal, universal_newlines=True) as run:
+            os.close(terminal)
+            error = shown(mine, until="evaluations (Ctrl-C keeps the best)")
+            run.send_signal(signal.SIGINT)
+            error += shown(mine)
+            said = run.communicate(timeout=LIMIT)[0]
+        os.close(mine)
+        self.assertEqual(run.returncode, 130, error)
+        self.assertIn("fit: interrupted; this is the best so far", error)
+        self.assertIn("links/lower/inertia", said)
+        self.assertTrue(os.path.exists(self.path("fitted.yaml")))
+
+
+def shown(terminal, until=None):
+    """What a terminal shows until these words come, or until it is closed."""
+    text = ""
+    while until is None or until not in text:
+        try:
+            part = os.read(terminal, 4096).decode()
+        except OSError:  # closed
+            part = ""
+        if not part:
+            break
+        text += part
+    return text
+
+
+@unittest.skipUnless(HAS_ROS, "no ROS")
+class Bags(InFolder):
+    ARM = Scene({
+        "chain": ["upper", "lower"],
+        "links": {"upper": {"mass": 1.2, "inertia": 0.08, "com": [0.45, 0.02], "pin": [0.9, 0], "initial": {"angle": -0.6},
+                            "joint": {"damping": 0.05, "friction": 0.2, "effort_limit": 4.0}},
+                  "lower": {"mass": 0.7, "inertia": 0.03, "com": [0.3, 0], "pin": [0.6, 0], "initial": {"angle": 0.9},
+                            "joint": {"damping": 0.02, "friction": 0.08, "lower": -1.2, "upper": 1.2, "stop_stiffness": 60.0,
+                                      "stop_damping": 0.3}}},
+        "publish": {"rate": 100}})
+    TRUE = {MASS: 0.7, COM: 0.3, "links/upper/joint/damping": 0.05, "links/upper/joint/friction": 0.2, "links/lower/joint/friction": 0.08,
+            "links/lower/joint/stop_stiffness": 60.0}
+
+    def commands(self):
+        """A controller, cut off by the effort limit at times; a kick, a timed torque; a state that is set, and a reset."""
+        from geometry_msgs.msg import Point, Vector3  # pylint: disable=import-outside-toplevel
+        from planar_chain.msg import CommandTaken, JointTorque, LinkForce  # pylint: disable=import-outside-toplevel
+        taken = []
+
+        def add(tick, at=None, **fields):
+            taken.append(CommandTaken(number=len(taken) + 1, tick=tick, scene_time=(tick - 1) / 100 if at is None else at, **fields))
+
+        for tick in range(5, 150, 5):
+            t = (tick - 1) / 100
+            add(tick, joint_torques=[5 * math.sin(3 * t), math.cos(5 * t)])
+            if tick == 50:
+                add(tick, kind=CommandTaken.JOINT_TORQUE, joint_torque=[JointTorque(joint="lower_joint", torque=2.0, duration=0.137)])
+            if tick == 90:
+                add(tick, kind=CommandTaken.LINK_FORCE, link_force=[LinkForce(
+                    link="lower", point=Point(0.3, 0.1, 0), force=Vector3(3, 1, 0), moment=0.2, duration=0.25)])
+        add(151, kind=CommandTaken.SET_STATE, q=[-1.0, 0.8], qd=[2.0, 1.0])
+        add(170, kind=CommandTaken.CLEAR_COMMANDS)
+        add(250, kind=CommandTaken.RESET)
+        add(262, at=0.11, joint_torques=[1.0, 0.5])
+        return taken
+
+    def record(self):
+        import genpy  # pylint: disable=import-outside-toplevel
+        import rosbag  # pylint: disable=import-outside-toplevel
+        with rosbag.Bag(self.path("commands.bag"), "w") as bag:
+            for k, command in enumerate(self.commands()):
+                bag.write("/planar_chain/commands_taken", command, genpy.Time(1, k))
+        with open(self.path("arm.yaml"), "w", encoding="utf-8") as file:
+            yaml.safe_dump(self.ARM.to_dict(), file)
+        result = subprocess.run([os.path.join(BIN, "simulate"), self.path("arm.yaml"), "--duration", "4", "--commands",
+                                 self.path("commands.bag"), "--bag", self.path("run.bag")], stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT, universal_newlines=True, timeout=LIMIT)
+        self.assertEqual(result.returncode, 0, result.stdout)
+        return self.path("run.bag")
+
+    def test_a_recorded_run_fits_itself_back(self):
+        first = self.ARM.with_values({path: (1.3 if k % 2 else 0.7) * value for k, (path, value) in enumerate(self.TRUE.items())})
+        result = fit(first, self.record(), list(self.TRUE))
+        self.assertTrue(result.converged, result.reason)
+        self.assertEqual([name for name, _ in result.errors], ["run.bag, piece 1", "run.bag, piece 2", "run.bag, piece 3"])
+        for path, value in self.TRUE.items():
+            self.assertAlmostEqual(found(result)[path].value / value, 1, delta=1e-4, msg=path)
+
+    def test_bags_without_what_is_needed(self):
+        import genpy  # pylint: disable=import-outside-toplevel
+        import rosbag  # pylint: disable=import-outside-toplevel
+        from sensor_msgs.msg import JointState  # pylint: disable=import-outside-toplevel
+
+        def bag(name, messages):
+            with rosbag.Bag(self.path(name), "w") as file:
+                for k, fields in enumerate(messages):
+                    message = JointState(**fields)
+                    message.header.stamp = genpy.Time(1, 10 ** 7 * k)
+                    file.write("/joint_states", message, message.header.stamp)
+            return self.path(name)
+        good = [{"name": ["gripper", "rod_joint"], "position": [0.1, math.sin(k / 10)]} for k in range(60)]
+        self.assertTrue(fit(PENDULUM, bag("good.bag", good), ["links/rod/com/0"]).recordings[0].q[1, 0] == math.sin(0.1))
+        for messages, words in (([{**one, "name": ["gripper", "elbow"]} for one in good],
+                                 "expected the joints rod_joint on /joint_states, got gripper, elbow"),
+                                (good[:30] + [{**good[30], "position": [0, math.nan]}] + good[31:],
+                                 "message 31 of /joint_states: expected a finite position of rod_joint, got nan"),
+                                ([{"name": ["rod_joint"], "velocity": [1.0]}] * 20, "expected positions on /joint_states, got none"),
+                                ([], "expected joint_states of one node")):
+            with self.assertRaises(BadFit) as caught:
+                fit(PENDULUM, bag("bad.bag", messages), ["links/rod/com/0"])
+            self.assertIn(words, str(caught.exception))
+        with open(self.path("no.bag"), "wb") as file:
+            file.write(b"#ROSBAG V2.0\n")
+        with self.assertRaisesRegex(BadFit, "a bag that can be read"):
+            fit(PENDULUM, self.path("no.bag"), ["links/rod/com/0"])
+        with self.assertRaisesRegex(BadFit, "expected an effort"):
+            fit(PENDULUM, self.path("good.bag"), ["links/rod/com/0"], effort=True)
+
+
+if __name__ == "__main__":
+    BIN = sys.argv.pop(1)
+    unittest.main(verbosity=2)
