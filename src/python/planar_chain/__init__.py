@@ -4,9 +4,10 @@ The messages are in planar_chain.msg and planar_chain.srv. A program that takes 
 
 import importlib
 
-_HOMES = {"Box": "environment", "Environment": "environment", **{name: "_core" for name in (
-    "Energy", "EnergyBalance", "Failed", "Fault", "Refused", "Runs", "Scene", "Simulation", "Statistics", "equations",
-    "equilibrium", "inverse_dynamics", "linearize", "simulate", "simulate_many")}}
+_HOMES = {"Box": "environment", "Environment": "environment", "NoFormula": "symbolic", "formulas": "symbolic",
+          **{name: "_core" for name in (
+              "Energy", "EnergyBalance", "Failed", "Fault", "Refused", "Runs", "Scene", "Simulation", "Statistics", "equations",
+              "equilibrium", "inverse_dynamics", "linearize", "simulate", "simulate_many")}}
 __all__ = list(_HOMES)
 
 
