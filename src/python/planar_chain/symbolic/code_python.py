@@ -14,7 +14,7 @@ WHERE = '''def where(xp, condition, value, otherwise):
 
 
 def sign(xp, x):
-    return xp.sign(x) if hasattr(xp, "sign") else (x > 0) - (x < 0)
+    return xp.sign(x) if hasattr(xp, "sign") else int(x > 0) - int(x < 0)
 '''
 
 

@@ -107,7 +107,7 @@ class Document:
     def _title(self):
         picture = ""
         if self.picture:
-            picture = f"\\begin{{center}}\\includegraphics[width=0.6\\textwidth]{{{self.picture}}}\\end{{center}}\n"
+            picture = f"\\begin{{center}}\\includegraphics[height=75mm]{{{self.picture}}}\\end{{center}}\n"
         joints = ", ".join(f"{i} {as_text(joint)}" for i, joint in enumerate(self.of.joints, 1))
         return (f"\\section*{{Equations of motion of {as_text(self.source)}}}\n"
                 "Kane's method for pin-connected rigid bodies in the plane, in the letters of planar\\_chain's page of theory. "
