@@ -88,7 +88,7 @@ def random_load(rng, links):
 
 def random_scene(seed):
     rng = np.random.default_rng(seed)
-    n = int(rng.integers(6, MOST_LINKS + 1)) if seed % 20 == 19 else SIZES[seed % len(SIZES)]
+    n = int(rng.integers(6, MOST_LINKS + 1)) if seed % 25 == 24 else SIZES[seed % len(SIZES)]
     straight = rng.random() < 0.3
     links = {}
     for i in range(n):

@@ -22,6 +22,11 @@ def times(a, b):
     return sp.Integer(0) if a == 0 or b == 0 else a * b
 
 
+def each_times(sum_of_terms, factor):
+    """The sum of all terms times the factor."""
+    return sp.Add(*(times(term, factor) for term in sp.Add.make_args(sum_of_terms)))
+
+
 def dot(a, b):
     return times(a[0], b[0]) + times(a[1], b[1])
 
@@ -30,8 +35,21 @@ class Rows:
     """Row i of B in body i's own column, and in those of all bodies further out, which are alike."""
 
     def __init__(self, chain):
-        self.chain, self._known = chain, {}
+        self.chain, self._known, self._names = chain, {}, {}
         self.outer_mass = [sp.Add(*chain.m[i + 1:]) for i in range(chain.n)]
+
+    def coefficient(self, expression):
+        """A symbol for what multiplies a sine or cosine: SymPy is quick with symbols, and takes long over products of sums."""
+        expression = sp.factor_terms(expression)
+        if expression.is_Atom or expression.is_Mul and len(expression.args) == 2 and expression.args[0] == -1:
+            return expression
+        if -expression in self._names:
+            return -self._names[-expression]
+        return self._names.setdefault(expression, sp.Symbol(f"k{len(self._names)}"))
+
+    def coefficients(self):
+        """{symbol: what it stands for}"""
+        return {symbol: expression for expression, symbol in self._names.items()}
 
     def at(self, i, place, spin=None):
         """The two where (cos θ_i, sin θ_i) is `place`; with `spin` = [ω^i] those of C."""
@@ -43,7 +61,7 @@ class Rows:
         return self._known[key]
 
     def inertia(self, i, j, spin=None):
-        """B_i diag(m) B_jᵀ, or with `spin` = [ω^j] B_i diag(m) C_jᵀ."""
+        """B_i diag(m) B_jᵀ, and I_i where i = j; or with `spin` = [ω^j] B_i diag(m) C_jᵀ."""
         if j < i and spin is None:
             i, j = j, i
         first, last = min(i, j), max(i, j)
@@ -53,11 +71,12 @@ class Rows:
             left, right = (self.at(k, ALONG if k == first else place, spin if k is j else None) for k in (i, j))
             # The bodies that both move: the last of the two, and those further out.
             own = dot(left[0 if i == last else 1], right[0 if j == last else 1])
-            return sp.factor_terms(times(self.chain.m[last], own) + times(self.outer_mass[last], dot(left[1], right[1])))
+            return self.coefficient(times(self.chain.m[last], own) + times(self.outer_mass[last], dot(left[1], right[1])))
 
         if i == j:
             own, outer = self.at(i, ALONG)
-            return times(self.chain.m[i], dot(own, own)) + times(self.outer_mass[i], dot(outer, outer))
+            return self.coefficient(self.chain.I[i] + times(self.chain.m[i], dot(own, own)) +
+                                    times(self.outer_mass[i], dot(outer, outer)))
         between = self.chain.theta[last] - self.chain.theta[first]
         return times(at(ALONG), sp.cos(between)) + times(at(ACROSS), sp.sin(between))
 
@@ -71,19 +90,17 @@ class Rows:
         for place, function in ((ALONG, c), (ACROSS, s)):
             own, outer = self.at(i, place)
             part = moment.xreplace(dict(zip((c, s), map(sp.Integer, place)))) - constant
-            total += times(sp.factor_terms(dot(own, forces[2 * i:2 * i + 2]) + dot(outer, further) + part), function)
+            total += times(self.coefficient(dot(own, forces[2 * i:2 * i + 2]) + dot(outer, further) + part), function)
         return total
 
 
-def closed(chain):
-    """M_theta, f_theta: of the rows for θ. M, f: of those for q. loads_theta: f_theta without the torques of joints."""
+def compact(chain):
+    """bodies: M_θ without rotors. loads: f_θ without the torques of joints. Both in terms of `coefficients`, {symbol: expression}."""
     n, rows = chain.n, Rows(chain)
-    bodies = sp.zeros(n, n)
+    bodies, loads = sp.zeros(n, n), sp.zeros(n, 1)
     for i in range(n):
         for j in range(i, n):
-            bodies[i, j] = bodies[j, i] = rows.inertia(i, j) + (chain.I[i] if i == j else 0)
-
-    loads = sp.zeros(n, 1)
+            bodies[i, j] = bodies[j, i] = rows.inertia(i, j)
     of_base = [-m * component for m in chain.m for component in chain.pdd]
     for i in range(n):
         # weights with the base's acceleration, which equals a tilted gravity; loads; what ω and φ̈ add
@@ -91,20 +108,33 @@ def closed(chain):
         loads[i] += rows.force(i, list(chain.F - chain.weights), chain.M[i])
         for j in range(n):
             if j != i:
-                loads[i] += times(rows.inertia(i, j, turning(-1)), chain.omega[j] ** 2)
-            loads[i] -= times(bodies[i, j], chain.phidd)
+                loads[i] += each_times(rows.inertia(i, j, turning(-1)), chain.omega[j] ** 2)
+            loads[i] -= each_times(bodies[i, j], chain.phidd)
+    return types.SimpleNamespace(bodies=bodies, loads=loads, coefficients=rows.coefficients())
 
-    # In the rows for θ a joint's torque acts on its own body, and against the one before; a rotor's likewise.
-    of = types.SimpleNamespace(loads_theta=loads, M_theta=bodies.copy(), f_theta=loads + chain.tau)
-    for i in range(n):
-        of.M_theta[i, i] += chain.J[i]
+
+def with_rotors(bodies, J):
+    """M_θ. A rotor resists the difference of the accelerations of its two bodies."""
+    M_theta = bodies.copy()
+    for i in range(bodies.rows):
+        M_theta[i, i] += J[i]
         if i > 0:
-            of.f_theta[i - 1] -= chain.tau[i]
-            of.M_theta[i - 1, i - 1] += chain.J[i]
-            of.M_theta[i - 1, i] = of.M_theta[i, i - 1] = bodies[i - 1, i] - chain.J[i]
-    of.f = sp.Matrix([sp.Add(*loads[i:]) + chain.tau[i] for i in range(n)])
-    of.M = relative(chain, bodies) + sp.diag(*chain.J)
-    return of
+            M_theta[i - 1, i - 1] += J[i]
+            M_theta[i - 1, i] -= J[i]
+            M_theta[i, i - 1] -= J[i]
+    return M_theta
+
+
+def closed(chain, short):
+    """M_theta, f_theta: of the rows for θ; loads_theta: f_theta without the torques of joints. M, f: of the rows for q.
+    short: by compact()."""
+    bodies, loads = (matrix.xreplace(short.coefficients) for matrix in (short.bodies, short.loads))
+    f_theta = loads + chain.tau
+    for i in range(1, chain.n):  # a joint's torque acts against the body before too
+        f_theta[i - 1] -= chain.tau[i]
+    return types.SimpleNamespace(
+        M_theta=with_rotors(bodies, chain.J), loads_theta=loads, f_theta=f_theta, M=relative(chain, bodies) + sp.diag(*chain.J),
+        f=sp.Matrix([sp.Add(*loads[i:]) + chain.tau[i] for i in range(chain.n)]))
 
 
 def relative(chain, bodies):

@@ -52,7 +52,7 @@ class Document:
         self.of, self.source, self.picture, self.n = formulas, source, picture, len(formulas.q)
         known = {symbol: letter.latex for symbol, letter in formulas.letters.items()}
         symbols = set().union(*(e.free_symbols for e in formulas.given.values()), formulas.given, formulas.q, formulas.qd, formulas.qdd,
-                              formulas.closed.f_theta.free_symbols)
+                              formulas.closed.f_theta.free_symbols, formulas.tau.free_symbols)
         known.update({symbol: latex_name(symbol) for symbol in symbols if symbol not in known})
         self.printer = Printer({"symbol_names": known, "fold_short_frac": True, "fold_func_brackets": True,
                                 "mat_str": "matrix"})

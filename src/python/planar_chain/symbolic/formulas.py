@@ -7,7 +7,7 @@ import types
 import sympy as sp
 
 from .chain import ChainInLetters, read
-from .closed import closed
+from .closed import closed, compact
 from .kane import kane
 from .letters import T, tidy_numbers
 
@@ -30,6 +30,7 @@ class Formulas:
                       the matrices of the notes, by their steps. S: a list
     closed            M_theta, f_theta: the closed form in absolute angles, M_θ θ̈ = f_θ (relative to a base that turns);
                       M, f: the same for the rows of q
+    compact           bodies, loads: M_θ and f_θ without rotors and torques of joints, with a symbol for each coefficient
     driven            numbers of driven joints, from 0 on. tau and f have a letter tau_j there: what the drive gives, so that
                       row j of M q̈ = f holds
 
@@ -41,8 +42,9 @@ class Formulas:
         self.t, self.q, self.qd, self.qdd, self.theta, self.omega = (
             T, chain.q, chain.qd, chain.qdd, chain.theta, chain.omega)
         self.given, self.tau, self.letters = chain.given, chain.tau, chain.letters.all
-        self.closed = closed(chain)
-        self._put = None  # applied to the notes' matrices
+        self.compact = self._in_letters = compact(chain)
+        self.J = chain.J
+        self._put = None  # applied to all matrices
 
     @functools.cached_property
     def notes(self):
@@ -50,8 +52,14 @@ class Formulas:
         of = kane(self.chain)
         return apply(self._put, of) if self._put else of
 
+    @functools.cached_property
+    def closed(self):
+        """The closed form."""
+        of = closed(self.chain, self._in_letters)
+        return apply(self._put, of) if self._put else of
+
     def __getattr__(self, name):
-        if name.startswith("_") or name == "notes":
+        if name.startswith("_") or name in ("notes", "closed"):
             raise AttributeError(name)
         return getattr(self.notes, name)
 
@@ -71,9 +79,9 @@ class Formulas:
 
     def used_letters(self):
         """The letters that are in M or f."""
-        of = self.closed
-        within = set().union(*(matrix.free_symbols for matrix in (of.M_theta, of.f_theta)))
-        within = within.union(*(value.free_symbols for value in self.given.values()))
+        of = self.compact
+        within = of.bodies.free_symbols | of.loads.free_symbols | self.tau.free_symbols
+        within = within.union(*(value.free_symbols for value in (*self.given.values(), *self.J, *of.coefficients.values())))
         return {symbol: letter for symbol, letter in self.letters.items() if symbol in within}
 
     def with_numbers(self):
@@ -84,12 +92,18 @@ class Formulas:
             return tidy_numbers(expression.xreplace(values))
 
         other = copy.copy(self)
-        other.__dict__.pop("notes", None)
+        for name in ("notes", "closed"):
+            other.__dict__.pop(name, None)
         other._put = put  # pylint: disable=protected-access
         other.letters = {}
         other.given = {symbol: put(expression) for symbol, expression in self.given.items()}
         other.tau = put(self.tau)
-        other.closed = apply(put, self.closed)
+        other.J = [put(J) for J in self.J]
+        coefficients = {symbol: put(expression) for symbol, expression in self.compact.coefficients.items()}
+        known = {symbol: value for symbol, value in coefficients.items() if value.is_Atom}
+        other.compact = types.SimpleNamespace(
+            coefficients={symbol: value for symbol, value in coefficients.items() if symbol not in known},
+            **{name: tidy_numbers(getattr(self.compact, name).xreplace({**known, **values})) for name in ("bodies", "loads")})
         return other
 
 

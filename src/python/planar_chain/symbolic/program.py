@@ -7,8 +7,8 @@ import itertools
 
 import sympy as sp
 
+from .closed import with_rotors
 from .formulas import Formulas
-from .letters import state_symbols
 
 OUTPUTS = ("M", "f", "qdd", "A", "B")
 
@@ -20,7 +20,7 @@ class Program:
 
     def __init__(self, formulas: Formulas, linearize=False):
         self.formulas, self.n = formulas, len(formulas.q)
-        self.steps, self.outputs, self._constants = [], {}, {}
+        self.steps, self.outputs = [], {}
         self._names = (sp.Symbol(f"x{k}") for k in itertools.count())
         self._angles()
         self._equations()
@@ -41,34 +41,6 @@ class Program:
         self.steps.append((symbol, expression))
         return symbol
 
-    def hoisted(self, expression):
-        """The expression with symbols for what is made of letters and numbers alone."""
-        letters = self.formulas.letters
-
-        def split(part):
-            """The part, and whether it is constant."""
-            if part.is_Atom:
-                return part, part.is_number or part in letters
-            args = [split(arg) for arg in part.args]
-            constants = [arg for arg, is_constant in args if is_constant]
-            others = [arg for arg, is_constant in args if not is_constant]
-            if not others:
-                return part, True
-            if isinstance(part, (sp.Add, sp.Mul)) and constants:
-                return part.func(self.constant(part.func(*constants)), *others), False
-            return part.func(*(arg for arg, _ in args)), False
-
-        hoisted, is_constant = split(expression)
-        return self.constant(hoisted) if is_constant else hoisted
-
-    def constant(self, expression):
-        """Its symbol, the same each time."""
-        if expression.is_Atom or -expression in self.formulas.letters or (-expression).is_Atom:
-            return expression
-        if expression not in self._constants:
-            self._constants[expression] = self.put(expression)
-        return self._constants[expression]
-
     def needed(self, *names):
         """The steps without which these outputs cannot be computed."""
         wanted = set().union(*(self.outputs[name].free_symbols for name in names))
@@ -82,9 +54,10 @@ class Program:
     # ---- What is computed ------------------------------------------------------------------------
 
     def _angles(self):
-        """Laws of time, absolute angles, their sines and cosines."""
+        """Laws of time, coefficients, absolute angles, their sines and cosines."""
         of, chain = self.formulas, self.formulas.chain
         self.steps += of.given.items()
+        self.steps += of.compact.coefficients.items()
         self.swap = {}  # what stands for functions of angles
         angle, rate = chain.phi, chain.phid
         c, s = [], []
@@ -112,9 +85,8 @@ class Program:
         of, n = self.formulas, self.n
         self.tau = sp.Matrix([0 if j in of.driven else self.put(of.tau[j].xreplace(self.swap), f"tau_{j + 1}") for j in range(n)])
         upper = [(i, j) for i in range(n) for j in range(i, n)]
-        self.M_closed = of.closed.M_theta.applyfunc(self.hoisted)
-        self.loads_closed = of.closed.loads_theta.applyfunc(self.hoisted)
-        values = self._swapped([*(self.M_closed[i, j] for i, j in upper), *self.loads_closed])
+        M_theta = with_rotors(of.compact.bodies, of.J)
+        values = self._swapped([*(M_theta[i, j] for i, j in upper), *of.compact.loads])
         self.M_theta, self.loads = sp.zeros(n, n), sp.Matrix(values[len(upper):])
         for (i, j), value in zip(upper, values):
             self.M_theta[i, j] = self.M_theta[j, i] = value
@@ -191,11 +163,8 @@ class Program:
     def _linearize(self):
         """M ∂q̈ = ∂(f − M q̈) at the same q̈."""
         of, n = self.formulas, self.n
-        beta = state_symbols("beta", n)
-        self.swap.update(zip(beta, self.beta))
-        residual = self.loads_closed - self.M_closed * beta
-        by_angle = self._slopes(residual, of.theta)
-        by_rate = self._slopes(self.loads_closed, of.omega)
+        by_angle = self._outwards(self._slopes_at_rest())
+        by_rate = self._outwards(self._swapped([slope(load, omega) for load in of.compact.loads for omega in of.omega]))
         own = [[self.put(slope(of.tau[j], x[j]).xreplace(self.swap)) if j in self.free else 0 for j in range(n)]
                for x in (of.q, of.qd)]
         A, B = sp.zeros(2 * n, 2 * n), sp.zeros(2 * n, n)
@@ -208,10 +177,22 @@ class Program:
                 B[n:, j] = self._change(sp.zeros(n, 1), unit)
         self.outputs.update(A=A, B=B)
 
-    def _slopes(self, rows, by):
-        """∂(rows)/∂(by_j, …, by_n): of all bodies from j outwards."""
-        n = self.n
-        slopes = sp.Matrix(n, n, self._swapped([slope(rows[i], by[j]) for i in range(n) for j in range(n)]))
+    def _slopes_at_rest(self):
+        """∂(f_θ − M_θ β)_i/∂θ_j at the same β and the same rates, row by row."""
+        of, n = self.formulas, self.n
+        slopes = self._swapped([slope(load, theta) for load in of.compact.loads for theta in of.theta])
+        inertias = self._swapped([slope(of.compact.bodies[i, j], of.theta[j]) for i in range(n) for j in range(n)])
+        for i in range(n):
+            for j in range(n):
+                if i != j:  # an entry of M_θ depends on θ_j − θ_i alone
+                    change = inertias[i * n + j]
+                    slopes[i * n + j] = self.put(slopes[i * n + j] - change * self.beta[j])
+                    slopes[i * n + i] = self.put(slopes[i * n + i] + change * self.beta[j])
+        return slopes
+
+    def _outwards(self, slopes):
+        """∂/∂q_j: of all bodies from j outwards."""
+        n, slopes = self.n, sp.Matrix(self.n, self.n, slopes)
         for i in range(n):
             for j in reversed(range(n - 1)):
                 slopes[i, j] = self.put(slopes[i, j] + slopes[i, j + 1])
