@@ -219,10 +219,11 @@ class Values(InFolder):
                 at[symbol] = expression.xreplace(at).evalf()
             values = {name: matrix.xreplace(at).tolist() for name, matrix in program.outputs.items()}
             state.check(self, values, "SymPy's steps")
-            self.check_matrices(state, {**at, **{of.theta[i]: sp.Float(float(sum(state.q[:i + 1]))) for i in range(len(state.q))}})
+            if len(state.q) <= 4:
+                self.check_matrices(state, {**at, **{of.theta[i]: sp.Float(float(sum(state.q[:i + 1]))) for i in range(len(state.q))}})
 
     def check_matrices(self, state, at):
-        """The closed form, and for short chains every matrix of the notes."""
+        """The closed form, and up to three links every matrix of the notes. SymPy takes long for more."""
         of, n = state.formulas, len(state.q)
         at.update({symbol: value.xreplace(of.given).xreplace(at).evalf() for symbol, value in of.absolute.items()})
         at.update({symbol: value.xreplace(at).evalf() for symbol, value in of.given.items()})

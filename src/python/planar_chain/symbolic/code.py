@@ -22,10 +22,10 @@ class ShortNumbers:
         return repr(float(expr))
 
     def on_one_line(self, expression):
-        return " ".join(self.doprint(expression).split())
+        return " ".join(self.doprint(expression).replace("...\n", "").split())  # MATLAB's sign that a line goes on
 
 
-without_powers = create_expand_pow_optimization(4)
+without_powers = create_expand_pow_optimization(4, base_req=lambda base: True)
 
 
 def name_from(text):
