@@ -146,7 +146,7 @@ class Values(InFolder):
             text = c_code(state.formulas, "it", state.name, True)
             with open(source, "w", encoding="utf-8") as file:
                 file.write(text)
-            subprocess.run(["gcc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror", "-O1", "-fPIC",
+            subprocess.run(["gcc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror", "-O0", "-fPIC",
                             "-shared", source, "-o", library, "-lm"], check=True)
             state.check(self, self.values_of(ctypes.CDLL(library), state), "C")
             self.assert_lean(text, library, state)

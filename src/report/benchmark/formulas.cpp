@@ -1,5 +1,5 @@
 /// Compares q̈ of the C code that `formulas` writes with the kernel that the program runs
-/// (lanes/short_chain.h). formulas_speed.py compiles it for 2 and 3 links: N, and QDD, the name of the
+/// (lanes/short_chain.h). formulas_speed.py compiles it for 2 and 3 links: LINKS, and QDD, the name of the
 /// function.
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 using namespace planar_chain;
 
-constexpr int n = N, states = 512, rounds = 400;
+constexpr int n = LINKS, states = 512, rounds = 400;
 
 /// The least time of a call of evaluate(k), k = 0 … states − 1, ns.
 template <class Evaluate>

@@ -23,7 +23,7 @@ def measure(build, n, folder):
     subprocess.run([build / "devel/lib/planar_chain/formulas", scene, "--format", "c", "--numbers", "--output", code], check=True,
                    stdout=subprocess.DEVNULL)
     subprocess.run(["gcc", "-std=c99", *OPTIONS, "-c", code, "-o", program + ".o"], check=True)
-    subprocess.run(["g++", "-std=c++17", *OPTIONS, f"-DN={n}", f"-DQDD=rods_{n}_qdd", f"-I{SOURCE}", f"-I{SOURCE.parent / 'include'}",
+    subprocess.run(["g++", "-std=c++17", *OPTIONS, f"-DLINKS={n}", f"-DQDD=rods_{n}_qdd", f"-I{SOURCE}", f"-I{SOURCE.parent / 'include'}",
                     "-I/usr/include/eigen3", HERE / "formulas.cpp", program + ".o", build / "libplanar_chain_core.a", "-o", program,
                     "-ltinyxml2", "-lyaml-cpp", "-lpthread"], check=True)
     subprocess.run([program], check=True)
