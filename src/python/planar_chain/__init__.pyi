@@ -3,3 +3,4 @@ from ._core import (Energy as Energy, EnergyBalance as EnergyBalance, Failed as 
                     equations as equations, equilibrium as equilibrium, inverse_dynamics as inverse_dynamics,
                     linearize as linearize, simulate as simulate, simulate_many as simulate_many)
 from .environment import Box as Box, Environment as Environment
+from .symbolic import NoFormula as NoFormula, formulas as formulas
