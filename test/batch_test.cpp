@@ -8,6 +8,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "effects/effect_kind.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
 
@@ -162,6 +163,91 @@ TEST(Batch, FailuresAreMarkedAndLeaveTheOthersAlone) {
     }
   }
   EXPECT_EQ(result.runs[2].reason, "no such run");
+}
+
+/// Turns the first link with 1 N m in every scene, and needs no key for that.
+class Push : public Effect {
+ public:
+  LoadKind mostActing() const override { return LoadKind::moments; }
+  LoadKind acting() const override { return LoadKind::moments; }
+  Powers apply(const ChainState& at, const Actions& to) override {
+    addJointTorque(1, 0, to.N);
+    return {at.omega[0], 0};
+  }
+  void addTorques(const ChainState& /*at*/, double* tau) override { tau[0] += 1; }
+  Powers powersAlong(const ChainState& /*at*/, const StateChange& along) override { return {along.v[0], 0}; }
+};
+
+class PushKind : public EffectKind {
+ public:
+  std::unique_ptr<Effect> make(const Scene&) const override {
+    return std::make_unique<Push>();
+  }
+  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                const DenseActions& to) const override {
+    to.tau(0) += 1;
+  }
+  void summarize(const Scene&, SceneWords&) const override {}
+};
+
+TEST(Batch, NoKindOfEffectIsLeftOutInLanes) {
+  const Scene scene = randomScene(2, 3, {true, true, false});
+  const std::vector<double> starts{0.1, 0.2, 0.3, 0.4, 1, 2, 3, 4};
+  const BatchResult before = simulateMany(scene, starts, times);
+  const PushKind kind;
+  effectKinds().push_back(&kind);
+  const BatchResult pushed = simulateMany(scene, starts, times);
+  BatchOptions alone;
+  alone.lanes = 1;
+  const BatchResult expected = simulateMany(scene, starts, times, alone);
+  effectKinds().pop_back();
+  EXPECT_TRUE(sameBits(pushed.states, expected.states));
+  EXPECT_FALSE(sameBits(pushed.states, before.states));
+}
+
+/// Bits tell a lane from a simulation.
+TEST(Batch, EachKindSaysWhatRunsInLanes) {
+  const auto runsInLanes = [](auto change) {
+    Scene scene = randomScene(2, 3, {true, true, false});
+    std::vector<Joint> joints = scene.chain.joints();
+    change(scene, joints[1]);
+    scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+    BatchOptions alone;
+    alone.lanes = 1;
+    const std::vector<double> starts{0.1, 0.2, 0.3, 0.4};
+    return !sameBits(simulateMany(scene, starts, times).states,
+                     simulateMany(scene, starts, times, alone).states);
+  };
+  Load torque;
+  torque.joint = 1;
+  torque.torque = 2;
+  EXPECT_TRUE(runsInLanes([](Scene&, Joint&) {}));
+  EXPECT_TRUE(runsInLanes([&](Scene& scene, Joint&) { scene.loads = {torque}; }));
+  EXPECT_TRUE(runsInLanes([](Scene&, Joint& joint) { joint.others = {{"effort_limit", 1}}; }));
+
+  EXPECT_FALSE(runsInLanes([](Scene&, Joint& joint) {
+    joint.upper = 9;
+    joint.stopStiffness = 1;
+  }));
+  EXPECT_FALSE(runsInLanes([](Scene&, Joint& joint) { joint.others = {{"friction", 0.1}}; }));
+  EXPECT_FALSE(runsInLanes([](Scene&, Joint& joint) { joint.others = {{"rotor_inertia", 0.1}}; }));
+  EXPECT_FALSE(runsInLanes([](Scene& scene, Joint&) { scene.base.emplace(); }));
+  EXPECT_FALSE(runsInLanes([&](Scene& scene, Joint&) {
+    scene.loads = {torque};
+    scene.loads[0].law = Sine{1, 0};
+  }));
+  EXPECT_FALSE(runsInLanes([&](Scene& scene, Joint&) {
+    scene.loads = {torque};
+    scene.loads[0].stop = 0.4;
+  }));
+}
+
+TEST(Batch, ALoadOnNoBodyFailsItsRun) {
+  Scene scene = randomScene(2, 3, {true, true, false});
+  scene.loads.emplace_back();
+  scene.loads[0].joint = 2;
+  const BatchResult result = simulateMany(scene, {0.1, 0.2, 0.3, 0.4}, times);
+  EXPECT_EQ(result.runs[0].reason, "load  acts on no body of the chain");
 }
 
 TEST(Batch, CanBeCancelled) {

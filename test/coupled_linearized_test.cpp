@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "dynamics/coupled_dynamics.h"
+#include "dynamics/dynamics.h"
 #include "planar_chain/scene_reader.h"
 
 namespace planar_chain {
@@ -28,7 +28,7 @@ Scene sceneOf(const std::string& path) {
 class CoupledSolve : public ::testing::TestWithParam<const char*> {
  protected:
   const Scene scene_ = sceneOf(REFERENCE_DIR "/machines/" + std::string(GetParam()) + ".yaml");
-  CoupledDynamics dynamics_{scene_};
+  Dynamics dynamics_{scene_};
   const int n_ = scene_.chain.size(), size_ = dynamics_.size();
   const double t_ = 0.375;
   VectorXd y_ = VectorXd::Zero(size_);

@@ -129,7 +129,7 @@ TEST(AnEffectOfYourOwn, HasItsExactDerivative) {
 
 TEST(AnEffectOfYourOwn, IsNotThereWithoutItsKey) {
   const Scene scene = flywheel("auto", "0");
-  EXPECT_EQ(dragKind().make(scene, nullptr), nullptr);
+  EXPECT_EQ(dragKind().make(scene), nullptr);
   EXPECT_EQ(Dynamics(scene).works(), 0);
 }
 

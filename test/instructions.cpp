@@ -1,6 +1,6 @@
 /// What instructions.py counts: evaluations, the exact solve and steps, on short and long chains. A program,
 /// not a test; it writes what it has called, and how often. With any argument it writes nanoseconds instead,
-/// for side_by_side.py.
+/// for slowdown.py.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "counted.h"
-#include "dynamics/coupled_dynamics.h"
+#include "dynamics/dynamics.h"
 #include "lanes/kernel.h"
 #include "ode/methods.h"
 #include "random_scene.h"
@@ -46,14 +46,14 @@ Scene randomScene(int n, bool sprung) {
   return test::randomScene(n, static_cast<unsigned>(n), {sprung, sprung, false});
 }
 
-template <class SomeDynamics>
 class Chains {
  public:
-  Chains(const char* chain, Scene scene)
+  /// step: of the time from one evaluation to the next, s. A coupled chain does not evaluate a state again.
+  Chains(const char* chain, Scene scene, double step = 0)
       : n_(scene.chain.size()),
         chain_(chain),
         scene_(std::move(scene)),
-
+        step_(step),
         dynamics_(scene_),
         y_(Eigen::VectorXd::Zero(dynamics_.size())),
         slope_(y_),
@@ -85,11 +85,7 @@ class Chains {
   }
 
  private:
-  /// Another one each time: a coupled chain does not evaluate a state again.
-  double time() {
-    if constexpr (std::is_same_v<SomeDynamics, CoupledDynamics>) t_ += 1;
-    return t_;
-  }
+  double time() { return t_ += step_; }
 
   /// So many that what is done once does not count, but fewer than the steps after which AdaptiveSteps looks
   /// around.
@@ -117,7 +113,8 @@ class Chains {
   int n_;
   const char* chain_;
   Scene scene_;
-  SomeDynamics dynamics_;
+  double step_;
+  Dynamics dynamics_;
   double t_ = 0;
   ode::State start_;
   Eigen::VectorXd y_, slope_, rates_, solution_;
@@ -139,12 +136,12 @@ int main(int argc, char**) {
   for (const bool sprung : {false, true}) {
     for (const int n : {1, 2, 10, 100, 1000}) {
       const char* name = sprung ? "springs and dampers" : "bare";
-      if (!Chains<Dynamics>(name, randomScene(n, sprung)).countAll()) return 1;
+      if (!Chains(name, randomScene(n, sprung)).countAll()) return 1;
     }
   }
   Scene scene = randomScene(10, false);
   std::vector<Joint> joints = scene.chain.joints();
   joints[5].others.emplace_back("rotor_inertia", 0.1);
   scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
-  return Chains<CoupledDynamics>("one rotor", scene).countAll() ? 0 : 1;
+  return Chains("one rotor", scene, 1).countAll() ? 0 : 1;
 }

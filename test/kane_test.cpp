@@ -71,7 +71,7 @@ std::vector<Number> centresOfMass(const Chain& chain, const std::vector<Number>&
   for (std::size_t i = 0; i < q.size(); ++i) {
     theta += q[i];
     const Number c = cos(theta), s = sin(theta);
-    const auto& [name, mass, inertia, r, p] = chain.links()[i];
+    const Vec2d r = chain.links()[i].com, p = chain.links()[i].pin;
     result.push_back(x + c * r.x - s * r.y);
     result.push_back(y + s * r.x + c * r.y);
     x += c * p.x - s * p.y;

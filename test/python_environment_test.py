@@ -4,6 +4,7 @@
     python_environment_test.py BIN [unittest options]        BIN is not used; PYTHONPATH finds planar_chain
 """
 import os
+import subprocess
 import sys
 import unittest
 
@@ -73,6 +74,20 @@ class Environments(unittest.TestCase):
     def test_an_unknown_motor_is_refused(self):
         with self.assertRaises(ValueError):
             planar_chain.Environment(PENDULUM, {"elbow": 1.0})
+
+
+class Examples(unittest.TestCase):
+    def run_example(self, name):
+        example = os.path.join(SCENES, "../../src/python/examples", name)
+        with open(example, encoding="utf-8") as file:
+            self.assertLessEqual(len(file.readlines()), 45)
+        return subprocess.run([sys.executable, example], check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout
+
+    def test_random_search_gets_the_acrobot_up(self):
+        self.assertIn("up after", self.run_example("acrobot.py"))
+
+    def test_swing_up_ends_upright(self):
+        self.assertEqual(self.run_example("swing_up.py"), "after 20 s: 0.000000 rad from upright, return 582\n")
 
 
 if __name__ == "__main__":

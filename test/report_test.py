@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""report: its tables, its page, what counts as failed, resuming, bad arguments; on a few scenes and studies.
+"""report: its tables, its pages, what counts as failed, resuming, bad arguments; on a few scenes and studies. The page that
+is committed.
 
     report_test.py BIN [unittest options]        BIN: the folder that holds it
 """
@@ -8,6 +9,7 @@ import fcntl
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -16,6 +18,8 @@ from xml.etree import ElementTree
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).absolute().parent / "../src/report"))
+import matplotlib  # noqa: E402  pylint: disable=wrong-import-position
+import PIL.Image  # noqa: E402  pylint: disable=wrong-import-position
 import figures  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
 
@@ -23,6 +27,8 @@ BIN = ""
 COLUMNS = ["scene", "engine", "method", "setting", "error_theta", "error_omega", "cpu_seconds", "evaluations", "steps",
            "rejected", "worst_step_seconds", "outcome"]
 SCENES = ("pendulum", "triple", "stiffest4")
+COMMITTED = pathlib.Path(__file__).absolute().parent / "../src/report/page"
+MEGABYTE = 10**6
 
 
 def run(*arguments):
@@ -100,6 +106,17 @@ class Report(unittest.TestCase):
         for fact in ("commit", "-O", "rosrun planar_chain report"):
             self.assertIn(fact, page)
 
+    def test_the_page_for_code_hosts_has_the_same_pictures(self):
+        page = (self.folder / "README.md").read_text(encoding="utf-8")
+        names = sorted(re.findall(r"!\[.+\]\((.*)\.png\)", page))
+        self.assertEqual(names, sorted((*SCENES, "asked", "verdict", "orders")))
+        for name in names:
+            with PIL.Image.open(self.folder / f"{name}.png") as image:
+                self.assertGreaterEqual(image.width, 700)
+        self.assertNotIn("DOES NOT FIT", page)
+        self.assertRegex(page, r"\| triple \|( [0-9.,e+]+ \|){3}")
+        self.assertEqual(page.count("Left out: not measured."), 7)
+
     def test_curves_stand_before_tables(self):
         page = (self.folder / "index.html").read_text(encoding="utf-8")
         sections = [section for section in page.split("<h2")[1:] if "<table" in section]
@@ -134,6 +151,34 @@ class Report(unittest.TestCase):
             result = run("--output", folder, "--scenes", "pendulum", "--studies", "race")
             os.close(lock)
             self.assertEqual((result.returncode, os.listdir(folder)), (1, []), result.stderr)
+
+
+class Committed(unittest.TestCase):
+    """The page that the repository shows follows from the tables beside it."""
+
+    def test_it_is_what_its_tables_give(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            for path in (*COMMITTED.glob("*.csv"), COMMITTED / "about.json"):
+                shutil.copy(path, folder)
+            subprocess.run([COMMITTED / "../render.py", folder], check=True)
+            self.assertEqual((folder / "README.md").read_text(encoding="utf-8"),
+                             (COMMITTED / "README.md").read_text(encoding="utf-8"))
+            drawn = {path.name: self.facts_of(path) for path in folder.glob("*.png")}
+        shown = {path.name: self.facts_of(path) for path in COMMITTED.glob("*.png")}
+        self.assertEqual(set(shown), set(drawn))
+        if {facts["Software"] for facts in shown.values()} == {f"Matplotlib {matplotlib.__version__}"}:
+            self.assertEqual(shown, drawn)  # another version draws otherwise
+
+    @staticmethod
+    def facts_of(path):
+        with PIL.Image.open(path) as image:
+            return image.text
+
+    def test_it_is_below_a_megabyte(self):
+        files = [path for path in COMMITTED.iterdir() if path.suffix not in (".svg", ".html")]
+        self.assertLess(sum(path.stat().st_size for path in files), MEGABYTE)
+        self.assertGreater(len(files), 30)
 
 
 class Reasons(unittest.TestCase):
@@ -191,6 +236,20 @@ class Pictures(unittest.TestCase):
         panels = figures.scene("title", rows, 1e-12).axes
         series = [[line for line in axes.lines if not line.get_label().startswith("_")] for axes in panels]
         self.assertEqual([len(each) for each in series], [9, 9])
+
+
+    def test_both_panels_of_a_scene_share_the_scale(self):
+        rows = [{"engine": engine, "method": method, "cpu_seconds": seconds, "error_theta": "1e-5", "outcome": "ok"}
+                for engine, method, seconds in (("planar_chain", "auto", "1e-3"), ("planar_chain", "rk4", "1e-5"),
+                                                ("ODE", "Euler", "10"))]
+        left, right = figures.scene("title", rows, 1e-12).axes
+        self.assertEqual((left.get_xlim(), left.get_ylim()), (right.get_xlim(), right.get_ylim()))
+
+    def test_no_two_curves_have_one_colour(self):
+        colours = [matplotlib.colors.to_rgb(colour) for colour in figures.COLOURS.values()]
+        for k, colour in enumerate(colours):
+            for other in colours[:k]:
+                self.assertGreater(max(abs(a - b) for a, b in zip(colour, other)), 0.1)
 
 
 class Arguments(unittest.TestCase):

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "dynamics/coupled_dynamics.h"
+#include "dynamics/dynamics.h"
 #include "effects/commands.h"
 #include "lanes/kernel.h"
 #include "lanes/motion_series.h"
@@ -26,12 +26,7 @@ constexpr int order = 16;
 /// A scene at a time when all of its loads act, and its series there.
 struct Around {
   explicit Around(Scene given, double at = 0.1)
-      : scene(std::move(given)),
-        n(scene.chain.size()),
-        t(at),
-        made(makeDynamics(scene)),
-        dynamics(*made),
-        y(start()) {
+      : scene(std::move(given)), n(scene.chain.size()), t(at), dynamics(scene), y(start()) {
     dynamics.enter(t);
     dynamics.enterState(t, y.data());
     dynamics.reserveSeries(order);
@@ -89,8 +84,7 @@ struct Around {
   Scene scene;
   int n;
   double t;
-  std::unique_ptr<Dynamics> made;
-  Dynamics& dynamics;
+  Dynamics dynamics;
   std::vector<double> y, c;
 };
 

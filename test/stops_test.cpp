@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "dynamics/coupled_dynamics.h"
+#include "dynamics/dynamics.h"
 #include "known_chains.h"
 #include "ode/methods.h"
 #include "planar_chain/simulation.h"
@@ -281,7 +281,7 @@ TEST(Stop, ActsAtOnceBesideARotor) {
   Joint joint = scene.chain.joints()[0];
   joint.others.emplace_back("rotor_inertia", 0.1);
   scene.chain = Chain(scene.chain.links(), {joint}, scene.chain.gravity());
-  const auto dynamics = makeDynamics(scene);
+  const auto dynamics = std::make_unique<Dynamics>(scene);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics->size()), f = y;
   dynamics->enterState(0, y.data());
   const double depth = 1e-3;

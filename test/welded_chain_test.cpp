@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-#include "dynamics/coupled_dynamics.h"
+#include "dynamics/dynamics.h"
 #include "known_chains.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
@@ -23,9 +23,7 @@ void compare(int links, unsigned seed, double share) {
   const Scene scene = test::randomScene(links, seed);
   const auto n = index(links);
   test::Random random(seed);
-  Couplings couplings;
-  couplings.joints.resize(n);
-  couplings.held.resize(n);
+  Couplings couplings(links);
   std::vector<double> theta(n), omega(n), N(n);
   std::vector<Rotation<double>> e(n);
   for (std::size_t j = 0; j < n; ++j) {
@@ -67,36 +65,6 @@ TEST(WeldedChain, MovesAsTheRecursionWithHeldJoints) {
         compare(links, seed, share);
       }
     }
-  }
-}
-
-// Every component counts: each is changed alone, at the same time.
-TEST(CoupledDynamics, TakesAStateForTheLastOneOnlyWithinRounding) {
-  constexpr int n = 15;
-  Scene scene = test::randomScene(n, 1);
-  std::vector<Joint> joints = scene.chain.joints();
-  for (Joint& joint : joints) joint.others.emplace_back("friction", 1e3);
-  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
-  const auto dynamics = makeDynamics(scene);
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics->size()), f = y;
-  for (int j = 0; j < 2 * n; ++j) y[j] = 1 + 0.1 * j;
-  y[n + 4] = y[n + 3];  // one joint sticks
-  dynamics->enterState(0.5, y.data());
-  double t = 0.5;
-  const auto evaluationsAt = [&](const Eigen::VectorXd& state) {
-    t += 0.1;
-    dynamics->derivative(t, y.data(), f.data());
-    const long long before = dynamics->evaluations();
-    dynamics->effects().due(t, state);
-    dynamics->derivative(t, state.data(), f.data());
-    return dynamics->evaluations() - before;
-  };
-  for (int j = 0; j < 2 * n; ++j) {
-    Eigen::VectorXd near = y, apart = y;
-    near[j] *= 1 + std::numeric_limits<double>::epsilon();
-    apart[j] *= 1 + 1e-13;
-    EXPECT_EQ(evaluationsAt(near), 0) << "component " << j;
-    EXPECT_EQ(evaluationsAt(apart), 1) << "component " << j;
   }
 }
 

@@ -3,7 +3,7 @@
 /// Many simulations at once: the same scene from other starts, with other masses, other loads.
 ///
 /// All cores work. Chains of up to twelve links with nothing but pins, gravity, linear springs and dampers
-/// run side by side, one run in each SIMD lane, if the scene's method is auto or taylor. Every other run is a
+/// run in SIMD lanes, one run in each, if the scene's method is auto or taylor. Every other run is a
 /// Simulation of its own. The results of a run depend neither on the number of threads nor on the other runs.
 
 #include <cstddef>
@@ -19,7 +19,7 @@ namespace planar_chain {
 
 struct BatchOptions {
   int threads = 0;  ///< 0: one a core
-  /// Side by side in a thread, at most. 0: as many as the CPU can; 1: every run is a Simulation of its own.
+  /// Runs at a time in a thread, at most. 0: as many as the CPU can; 1: every run is a Simulation of its own.
   int lanes = 0;
   /// If given, it is called about ten times a second from the calling thread, with the number of runs that
   /// have ended. Cancels the batch by returning false.

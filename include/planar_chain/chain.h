@@ -20,12 +20,34 @@
 
 namespace planar_chain {
 
+/// Numbers by name, in the order in which they were added.
+class NamedNumbers : public std::vector<std::pair<std::string, double>> {
+ public:
+  using vector::vector;
+  bool has(std::string_view name) const {
+    return std::any_of(begin(), end(), [name](const auto& entry) { return entry.first == name; });
+  }
+  /// Returns the number of this name, or 0.
+  double of(std::string_view name) const {
+    const auto entry = std::find_if(begin(), end(), [name](const auto& one) { return one.first == name; });
+    return entry == end() ? 0 : entry->second;
+  }
+  /// Replaces the number of this name, or adds it.
+  void set(const std::string& name, double value) {
+    erase(std::remove_if(begin(), end(), [&](const auto& entry) { return entry.first == name; }), end());
+    emplace_back(name, value);
+  }
+};
+
 struct Link {
   std::string name;
   double mass = 0;     ///< m, kg, > 0
   double inertia = 0;  ///< I, kg m² about the centre of mass, ≥ 0 (0: a point mass)
   Vec2d com;           ///< r, m, link frame, from the inner pin
   Vec2d pin;           ///< p, m, link frame, from the inner pin to the outer one
+
+  /// Values of effects, with their keys in the scene.
+  NamedNumbers others{};
 };
 
 /// The joint at a link's inner pin. Its torque on the link is −stiffness (q − restAngle) − damping q̇. The
@@ -43,22 +65,13 @@ struct Joint {
   double stopDamping = 0;                                   ///< N m s/rad, ≥ 0
 
   /// Values of effects that have no member here, with their keys in the scene.
-  std::vector<std::pair<std::string, double>> others{};
+  NamedNumbers others{};
 
   bool isLimited() const { return std::isfinite(lower) || std::isfinite(upper); }
   /// True if `others` has this key.
-  bool has(std::string_view key) const {
-    return std::any_of(others.begin(), others.end(), [key](const auto& other) { return other.first == key; });
-  }
-  /// True if it has dry friction, or a breakaway torque alone.
-  bool mayStick() const { return other("friction") > 0 || other("breakaway") > 0; }
+  bool has(std::string_view key) const { return others.has(key); }
   /// Returns the value of this key in `others`, or 0.
-  double other(std::string_view key) const {
-    for (const auto& [itsKey, value] : others) {
-      if (itsKey == key) return value;
-    }
-    return 0;
-  }
+  double other(std::string_view key) const { return others.of(key); }
 };
 
 /// q_i = θ_i − θ_{i−1}, and likewise for rates.

@@ -99,6 +99,7 @@ struct Scene {
   std::vector<Drive> drives{};                  ///< one a joint at most
   std::optional<BaseLaws> base = std::nullopt;  ///< the motion of the ground pin; nothing: it stands still
   Appearance appearance{};
+  NamedNumbers others{};  ///< values of effects, with their keys in the scene
 };
 
 }  // namespace planar_chain

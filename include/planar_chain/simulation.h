@@ -129,9 +129,10 @@ class Simulation {
   /// Sets the state at the present time. The balance starts anew, and a fault is cleared. Commands stay.
   /// @throws std::invalid_argument for wrong sizes, numbers that are not finite, or infinite energy
   void setState(const std::vector<double>& q, const std::vector<double>& qd);
-  /// Puts the chain at rest in the static equilibrium downhill of the present angles, with the loads and
-  /// commands of the present time; friction is ignored. Driven joints go on. Allocates.
-  /// @throws std::domain_error, with the reason and the state unchanged, where there is none
+  /// Puts the chain at rest in the static equilibrium that is reached from the present angles by always
+  /// lowering the energy, with the loads and commands of the present time. Friction is ignored. Driven joints
+  /// continue their motion. Allocates.
+  /// @throws std::domain_error, with the reason and the state unchanged, if there is none
   void settle();
   /// Restores the state after construction, time 0 included: the same calls give the same bits again.
   /// Invalidates the references returned before, except that of scene().

@@ -10,7 +10,7 @@
 #include <thread>
 #include <utility>
 
-#include "batch/side_by_side.h"
+#include "batch/ensemble.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain {
@@ -48,8 +48,8 @@ void simulate(Runs& runs, std::size_t run, const Scene& scene) {
 
 /// What each thread does.
 void work(Runs& runs, const Scene& scene, int mostLanes) {
-  std::optional<SideBySide> lanes;
-  const simd::Kernel* kernel = SideBySide::kernelFor(scene, mostLanes);
+  std::optional<Ensemble> lanes;
+  const simd::Kernel* kernel = Ensemble::kernelFor(scene, mostLanes);
   if (kernel) lanes.emplace(scene, runs, *kernel);
   for (;;) {
     // Fill the lanes.
@@ -65,7 +65,7 @@ void work(Runs& runs, const Scene& scene, int mostLanes) {
     }
     if (!lanes || lanes->areEmpty()) return;
 
-    for (const SideBySide::Given& given : lanes->step()) simulate(runs, given.run, given.scene);
+    for (const Ensemble::Given& given : lanes->step()) simulate(runs, given.run, given.scene);
   }
 }
 

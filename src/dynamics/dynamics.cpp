@@ -7,15 +7,27 @@
 
 namespace planar_chain {
 
-Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more, bool inOrder)
-    : mechanism_(scene.chain, inOrder),
-      effects_(scene, mechanism_.lanes(), std::move(more)),
+namespace {
+
+bool areCoupled(const Effects& effects) {
+  return !effects.couplers().empty() || effects.anyForces(&Forces::dependOnMotion);
+}
+
+}  // namespace
+
+Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
+    : effects_(scene, std::move(more)),
+      mechanism_(scene.chain, areCoupled(effects_)),
       n_(mechanism_.size()),
       places_(mechanism_.places()),
       works_(effects_.any(&Effect::hasPower) ? 2 : 0),
       storing_(storingKinds(scene.chain)),
       recursion_(mechanism_.makeRecursion()) {
-  positions_ = std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
+  effects_.arrange(mechanism_.lanes());
+  if (areCoupled(effects_)) coupled_.emplace(mechanism_, effects_);
+  for (const Joint& joint : scene.chain.joints()) rotors_.push_back(inertiaIn(joint));
+  if (std::all_of(rotors_.begin(), rotors_.end(), [](double J) { return J == 0; })) rotors_.clear();
+  positions_ = !coupled_ && std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
 
   const auto n = index(n_);
   const bool acts = !effects_.empty(), hasForces = effects_.mostActing() == LoadKind::forces;
@@ -41,6 +53,7 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more, bool inOrde
 }
 
 std::string Dynamics::recursion() const {
+  if (coupled_) return coupled_->recursion();
   return std::visit([](const auto& recursion) { return recursion.name(); }, recursion_);
 }
 
@@ -48,32 +61,37 @@ std::string Dynamics::recursion() const {
 
 void Dynamics::enter(double t) {
   effects_.enter(t);
-  isBare_ = !effects_.act() && works_ == 0;
+  if (coupled_) coupled_->forget();
+  isBare_ = !coupled_ && !effects_.act() && works_ == 0;
+}
+
+void Dynamics::reconsider(double t, double* y) {
+  if (!coupled_) return;
+  coupled_->forget();
+  if (effects_.haveSwitches()) change(t, y);
 }
 
 void Dynamics::enterState(double t, const double* y) {
+  if (coupled_) coupled_->forget();
   effects_.enterState(t, y);
   switched();
 }
 
-void Dynamics::change(double t, double* y) {
-  effects_.change(t, y);
+void Dynamics::change(double t, double* y, const ode::Crossing& found) {
+  if (coupled_) coupled_->prepareChange();
+  effects_.change(t, y, found);
   switched();
 }
 
 void Dynamics::switched() {
-  isBare_ = !effects_.act() && works_ == 0;
-  if (solve_ || series_) findStiffness();
+  isBare_ = !coupled_ && !effects_.act() && works_ == 0;
+  if (tangents_) takeStiffness();
 }
 
-void Dynamics::sumStiffness() {
-  k_.assign(index(n_), 0.0);
-  d_.assign(index(n_), 0.0);
-  for (const auto& effect : effects_.all()) effect->addStiffness(k_.data(), d_.data());
-}
-
-void Dynamics::findStiffness() {
-  sumStiffness();
+/// Allocates the first time.
+void Dynamics::takeStiffness() {
+  if (!tangents_) tangents_.emplace(n_, effects_);
+  tangents_->takeConstant(effects_);
   if (solve_) solve_->takeStiffness();
 }
 
@@ -84,8 +102,8 @@ ChainState Dynamics::stateWithForces(double t, const double* theta, const double
   return {t, theta, omega, room_.e.data(), room_.pinVelocity.data()};
 }
 
-inline Powers Dynamics::apply(const std::vector<Effect*>& effects, double t, const double* theta,
-                              const double* omega) {
+Powers Dynamics::apply(const std::vector<Effect*>& effects, double t, const double* theta,
+                       const double* omega) {
   std::fill(room_.N.begin(), room_.N.end(), 0.0);
   ChainState at{t, theta, omega};
   if (effects_.acting() == LoadKind::forces) at = stateWithForces(t, theta, omega);
@@ -137,7 +155,7 @@ inline void Dynamics::evaluateRates(double t, const double* y, double* out) {
   evaluateEffects(t, y, out);
 }
 
-[[gnu::noinline]] void Dynamics::evaluateEffects(double t, const double* y, double* out) {
+inline Powers Dynamics::ratesUnderEffects(double t, const double* y, double* out) {
   // Effects that need chain order come first, and write N and F.
   Powers powers;
   const LoadKind acting = effects_.acting();
@@ -148,9 +166,13 @@ inline void Dynamics::evaluateRates(double t, const double* y, double* out) {
   } else if (acting != LoadKind::nothing) {
     std::fill_n(N_, places_, 0.0);
   }
-  for (Effect* effect : effects_.activeInLanes()) powers += effect->applyInLanes(y, y + places_, N_);
-
+  for (InLanes* effect : effects_.activeInLanes()) powers += effect->applyInLanes(y, y + places_, N_);
   run(acting, outside_, y, out);
+  return powers;
+}
+
+[[gnu::noinline]] void Dynamics::evaluateEffects(double t, const double* y, double* out) {
+  const Powers powers = coupled_ ? coupled_->rates(t, y, out) : ratesUnderEffects(t, y, out);
   if (works_ == 0) return;
   double* works = out + 2 * places_ - positions_;
   works[0] = powers.supplied;
@@ -187,22 +209,38 @@ void Dynamics::evaluateInOrder(double t, const double* y, double* dydt) {
 
 void Dynamics::reserve(int complexCount) {
   if (!solve_) {
-    solve_.emplace(mechanism_, effects_, k_, d_);
-    findStiffness();
+    takeStiffness();
+    solve_.emplace(mechanism_, effects_, *tangents_, coupled_.has_value());
+    solve_->takeStiffness();
   }
   solve_->reserve(complexCount);
 }
 
 void Dynamics::linearize(double t, const double* y, double* dydt) {
   ++evaluations_;
+  if (coupled_) return linearizeCoupled(t, y, dydt);
   evaluate(t, y, dydt);
   solve_->linearize(t, y, dydt, outside_);
 }
 
+[[gnu::noinline]] void Dynamics::linearizeCoupled(double t, const double* y, double* dydt) {
+  evaluate(t, y, dydt);
+  solve_->linearize(coupled_->at(t, y), coupled_->evaluator().couplings());
+}
+
 bool Dynamics::timeDerivative(double* ft) {
   if (!effects_.varyWithTime()) return false;
+  std::fill_n(ft, places_, 0.0);
+  const Powers power =
+      coupled_ ? solve_->timeDerivative(ft + places_) : timeDerivativeOfLoads(ft + positions_);
+  if (works_ == 0) return true;
+  ft[2 * places_] = power.supplied;
+  ft[2 * places_ + 1] = power.dissipated;
+  return true;
+}
 
-  // M ∂α/∂t = ∂f/∂t: the recursion without gravity and at rest.
+/// M ∂α/∂t = ∂f/∂t: the recursion without gravity and at rest.
+Powers Dynamics::timeDerivativeOfLoads(double* slopes) {
   std::fill(room_.N.begin(), room_.N.end(), 0.0);
   std::fill(room_.F.begin(), room_.F.end(), Vec2d{});
   solve_->findPinVelocities();
@@ -220,58 +258,24 @@ bool Dynamics::timeDerivative(double* ft) {
     mechanism_.toLanes(atRest, room_.yInLanes.data());
     y = room_.yInLanes.data();
   }
-  std::fill_n(ft, places_, 0.0);
-  run(acting, {outside_.e, outside_.N, outside_.F, {}}, y, ft + positions_);
-  ft[2 * places_] = power.supplied;
-  ft[2 * places_ + 1] = power.dissipated;
-  return true;
-}
-
-// ---- Taylor series ---------------------------------------------------------------------------------
-
-void Dynamics::reserveSeries(int order) {
-  if (series_ && series_->orders() >= order) return;
-  series_.emplace(mechanism_.chain(), order);
-  for (const auto& effect : effects_.all()) effect->reserveSeries(order);
-  findStiffness();
-}
-
-void Dynamics::series(double t, const double* y, const double* carry, int order, double* c) {
-  evaluations_ += order;
-  std::copy_n(y, 2 * n_, c);
-  if (!effects_.act())
-    return series_->find(order, {nullptr, nullptr, nullptr, outside_.ground}, nullptr, c, carry);
-  known_ = {t, n_, c, series_->rotations(), series_->rotationsPerOrder()};
-  apply(effects_.active(), t, y, y + n_);
-  const Vec2d* F = effects_.reach() > 0 ? room_.F.data() : nullptr;
-  series_->find(order, {nullptr, room_.N.data(), F, outside_.ground}, this, c, carry);
-}
-
-void Dynamics::findOrder(int k, const double* /*theta*/, const double* /*omega*/) {
-  findOrder(k, known_, {room_.N.data(), room_.F.data()});
-}
-
-void Dynamics::findOrder(int k, const Series& known, const Actions& to) {
-  std::fill_n(to.N, n_, 0.0);
-  for (int i = 0; i < n_; ++i) {
-    const double torque =
-        -k_[index(i)] * relative(known.theta(k), i) - d_[index(i)] * relative(known.omega(k), i);
-    addJointTorque(torque, i, to.N);
-  }
-  if (effects_.acting() == LoadKind::forces) std::fill_n(to.F, n_, Vec2d{});
-  for (Effect* effect : effects_.active()) effect->addOrder(k, known, to);
-}
-
-void Dynamics::integrands(double t, const double* y, double* rates) {
-  const Powers powers = apply(effects_.active(), t, y, y + n_);
-  rates[0] = powers.supplied;
-  rates[1] = powers.dissipated;
+  run(acting, {outside_.e, outside_.N, outside_.F, {}}, y, slopes);
+  return power;
 }
 
 // ---- What others read ------------------------------------------------------------------------------
 
-Energy Dynamics::energy(double /*t*/, const double* y) const {
-  return energyOf(mechanism_.chain(), storing_, y, y + n_);
+Energy Dynamics::energy(double t, const double* y) const {
+  BaseState base;
+  if (const BaseLaws* laws = effects_.base()) {
+    const GivenMotion x = laws->x.at(t), yBase = laws->y.at(t), angle = laws->angle.at(t);
+    base = {{x.value, yBase.value}, {x.rate, yBase.rate}, angle.value, angle.rate};
+  }
+  Energy energy = energyOf(mechanism_.chain(), storing_, y, y + n_, base);
+  for (std::size_t i = 0; i < rotors_.size(); ++i) {
+    const double rate = relative(y + n_, static_cast<int>(i));
+    energy.kinetic += 0.5 * rotors_[i] * rate * rate;
+  }
+  return energy;
 }
 
 void Dynamics::accelerations(double t, const double* y, double* alpha) {
@@ -280,6 +284,14 @@ void Dynamics::accelerations(double t, const double* y, double* alpha) {
 }
 
 void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
+  if (coupled_) {
+    const Evaluation& at = coupled_->at(t, y);
+    const Vec2d acceleration = at.ground + mechanism_.chain().gravity();
+    const Vec2d* F = effects_.acting() == LoadKind::forces ? at.F.data() : nullptr;
+    return moveLinks({at.base.pin, at.base.velocity, acceleration, at.base.angle, y, at.e.data(), at.omega(),
+                      at.alpha.data(), F},
+                     motions);
+  }
   evaluateInOrder(t, y, room_.derivative.data());
   mechanism_.rotate(y, room_.e.data(), n_);
   const Vec2d* F = effects_.reach() > 0 ? room_.F.data() : nullptr;
@@ -318,8 +330,15 @@ void Dynamics::moveLinks(const Moving& from, LinkMotion* motions) const {
 }
 
 void Dynamics::jointTorques(double t, const double* y, double* tau) {
-  std::fill(tau, tau + n_, 0.0);
-  for (Effect* effect : effects_.active()) effect->addTorques({t, y, y + n_}, tau);
+  std::fill_n(tau, n_, 0.0);
+  ChainState at{t, y, y + n_};
+  if (coupled_) {
+    coupled_->torques(t, y, tau);
+    at = coupled_->at(t, y).state();
+  }
+  for (Effect* effect : effects_.active()) {
+    if (!effect->coupler()) effect->addTorques(at, tau);
+  }
 }
 
 }  // namespace planar_chain

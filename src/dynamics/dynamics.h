@@ -9,8 +9,11 @@
 /// The two works W exist only if an effect may have power. Long chains store their states in lane order
 /// (lanes/arrangement.h): angles and rates in the order of the segments, then the works.
 ///
-/// The constructor chooses the code for the chain's length and its effects. It is chosen again when an effect
-/// starts or stops acting. The loop of a chain without effects contains no test for them.
+/// It owns the mechanism, the effects, and a recursion for q̈. The constructor chooses the recursion, by the
+/// length of the chain and by what the effects say of themselves: written out, link by link or in segments
+/// (Recursion); or with coupled joints, a moving base and welded bodies (CoupledMotion). If the base turns, θ
+/// and ω are measured from it, and states are in chain order. The loop of a chain without effects contains no
+/// test for them. Powers and works are summed here, for all recursions.
 
 #include <complex>
 #include <memory>
@@ -18,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/coupled_motion.h"
 #include "dynamics/exact_solve.h"
 #include "dynamics/mechanism.h"
 #include "dynamics/stored_energy.h"
@@ -27,17 +31,17 @@
 #include "planar_chain/energy.h"
 #include "planar_chain/motion.h"
 #include "planar_chain/scene.h"
+#include "recursion/coupled_series.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {
 
-class Dynamics : public ode::SeriesSystem, private SeriesLoads {
+class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
  public:
   /// more: an effect that is not in the scene, such as the user's commands, or nullptr. The scene must
   /// outlive this object. Only the constructor, reserve() and reserveSeries() allocate.
   /// @throws std::invalid_argument when a load names a body that the chain does not have
-  explicit Dynamics(const Scene& scene, std::unique_ptr<Effect> more = nullptr)
-      : Dynamics(scene, std::move(more), false) {}
+  explicit Dynamics(const Scene& scene, std::unique_ptr<Effect> more = nullptr);
   Dynamics(const Dynamics&) = delete;
   Dynamics& operator=(const Dynamics&) = delete;
 
@@ -45,36 +49,37 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
 
   const Effects& effects() const { return effects_; }
   /// Chooses what acts in [t, effects().until()).
-  virtual void enter(double t);
-  /// Call it after enter(): joints that stick may break loose. By default none sticks.
-  virtual void reconsider(double /*t*/, double* /*y*/) {}
-  /// Replaces the motion of the base.
-  virtual void followBase(const BaseLaws& /*laws*/) {}
+  void enter(double t);
+  /// Call it after enter(): joints that stick may break loose.
+  void reconsider(double t, double* y);
   /// Sets every switch for a state in chain order.
-  virtual void enterState(double t, const double* y);
+  void enterState(double t, const double* y);
   /// Makes the switches that are due at a state in chain order. Joints that come to rest are held.
-  virtual void change(double t, double* y);
+  /// found: as in Switching::change().
+  void change(double t, double* y, const ode::Crossing& found = {});
 
-  // ---- Held joints: driven or stuck. By default there are none ---------------------------------------
+  // ---- Held joints: driven or stuck ------------------------------------------------------------------
 
   /// Puts held joints where they are at t, exactly. Returns true if there are any.
-  virtual bool hold(double /*t*/, double* /*y*/) { return false; }
+  bool hold(double t, double* y) { return coupled_ && coupled_->hold(t, y); }
   /// The same for relative angles and rates.
-  virtual void hold(double /*t*/, double* /*q*/, double* /*qd*/) {}
+  void hold(double t, double* q, double* qd) {
+    if (coupled_) coupled_->hold(t, q, qd);
+  }
 
   // ---- Results; states in chain order ---------------------------------------------------------------
 
   /// A description of the recursion, such as "closed form for two".
-  virtual std::string recursion() const;
+  std::string recursion() const;
   /// The number of works behind angles and rates: 0 or 2.
   int works() const { return works_; }
   /// Evaluations of f; each order of a series counts as one.
-  long long evaluations() const { return evaluations_; }
-  virtual Energy energy(double t, const double* y) const;
+  long long evaluations() const { return coupled_ ? coupled_->evaluations() : evaluations_; }
+  Energy energy(double t, const double* y) const;
   /// Write n values each; see simulation.h.
-  virtual void accelerations(double t, const double* y, double* alpha);  ///< of the angles in y
-  virtual void linkMotions(double t, const double* y, LinkMotion* motions);
-  virtual void jointTorques(double t, const double* y, double* tau);
+  void accelerations(double t, const double* y, double* alpha);  ///< of the angles in y
+  void linkMotions(double t, const double* y, LinkMotion* motions);
+  void jointTorques(double t, const double* y, double* tau);
 
   // ---- ode::System ---------------------------------------------------------------------------------
 
@@ -86,6 +91,9 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   /// 0 for short chains, which compute all derivatives together.
   int positions() const override { return positions_; }
   void rates(double t, const double* y, double* out) override;
+  void endedAt(ode::State& state) override {
+    if (coupled_) coupled_->endedAt(state);
+  }
 
   // ---- ode::LinearizedSystem -----------------------------------------------------------------------
 
@@ -102,16 +110,16 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
 
   // ---- ode::SeriesSystem ---------------------------------------------------------------------------
 
-  bool seriesAreWorthwhile() const override { return MotionSeries::areWorthwhile(mechanism_.size()); }
+  bool jumpsOften() const override { return coupled_ && coupled_->isWeldable(); }
+  bool seriesAreWorthwhile() const override;
   void reserveSeries(int order) override;
   int driving() const override { return 2 * mechanism_.size(); }
   void series(double t, const double* y, const double* carry, int order, double* c) override;
-  bool hasIntegrands() const override { return effects_.act(); }
+  bool hasIntegrands() const override { return coupled_ ? works_ > 0 : effects_.act(); }
   void integrands(double t, const double* y, double* rates) override;
-  double seriesCost(int order) const override { return series_->cost(order); }
+  double seriesCost(int order) const override;
 
- protected:
-  Dynamics(const Scene& scene, std::unique_ptr<Effect> more, bool inOrder);
+ private:
   /// A motion of the chain: of the ground pin, the base's angle, and of each link. F: nullptr if no force
   /// acts.
   struct Moving {
@@ -122,20 +130,6 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
     const double *omega, *alpha;
     const Vec2d* F;
   };
-  void moveLinks(const Moving& from, LinkMotion* motions) const;
-  /// The stiffness and damping of the joints, as the effects have them now.
-  void sumStiffness();
-  /// Writes order k > 0 of N and F. `known` has order k of θ and ω.
-  void findOrder(int k, const Series& known, const Actions& to);
-
-  const Mechanism mechanism_;
-  Effects effects_;
-  int n_, places_, works_;
-  std::vector<const EffectKind*> storing_;  ///< kinds that store energy
-  long long evaluations_ = 0;
-  std::vector<double> k_, d_;  ///< of the joints
-
- private:
   /// Memory for states and for the sums N and F, in chain order and in lane order.
   struct Workspace {
     std::vector<Rotation<double>> e;
@@ -147,13 +141,16 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   };
 
   void switched();
-  void findStiffness();
-  void findOrder(int k, const double* theta, const double* omega) override;
+  /// What acts has changed.
+  void takeStiffness();
+  void moveLinks(const Moving& from, LinkMotion* motions) const;
+
   /// Computes [ω α] under these moments and forces, without the first positions() rates. Lane order.
   void run(LoadKind acting, const Outside& outside, const double* y, double* rates);
   /// As rates(), at a state in lane order. evaluateEffects() does it when an effect acts.
   void evaluateRates(double t, const double* y, double* out);
   void evaluateEffects(double t, const double* y, double* out);
+  Powers ratesUnderEffects(double t, const double* y, double* out);
   /// The whole derivative at a state in lane order.
   void evaluate(double t, const double* y, double* dydt);
   /// The whole derivative at a state in chain order.
@@ -163,6 +160,21 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   Powers apply(const std::vector<Effect*>& effects, double t, const double* theta, const double* omega);
   ChainState stateWithForces(double t, const double* theta, const double* omega);
   void loadsToLanes(LoadKind acting);
+  void linearizeCoupled(double t, const double* y, double* dydt);
+  Powers timeDerivativeOfLoads(double* slopes);
+
+  void findOrder(int k, const double* theta, const double* omega) override;
+  /// Writes order k > 0 of N and F. `known` has order k of θ and ω.
+  void findOrder(int k, const Series& known, const Actions& to);
+  void findCoupledSeries(double t, const double* y, int order, double* c);
+
+  Effects effects_;
+  const Mechanism mechanism_;
+  std::optional<CoupledMotion> coupled_;  ///< nothing: recursion_ runs
+  int n_, places_, works_;
+  std::vector<const EffectKind*> storing_;  ///< kinds that store energy
+  std::vector<double> rotors_;              ///< J of the joints, kg m²; empty: none
+  long long evaluations_ = 0;
 
   int positions_;
   bool isBare_ = true;  ///< nothing acts but pins, gravity and inertia
@@ -171,8 +183,12 @@ class Dynamics : public ode::SeriesSystem, private SeriesLoads {
   double* N_;        ///< the moments in lane order
   Outside outside_;  ///< where run() finds e, N and F
 
-  std::optional<ExactSolve> solve_;     ///< made when a method first needs it
-  std::optional<MotionSeries> series_;  ///< likewise
+  // Made when a method first needs them:
+  std::optional<EffectTangents> tangents_;
+  std::optional<ExactSolve> solve_;
+  std::optional<MotionSeries> series_;
+  std::optional<CoupledSeries> coupledSeries_;
+  std::optional<Couplings> orders_;  ///< of the coupled series
   Series known_{};
 };
 

@@ -10,15 +10,19 @@ namespace planar_chain {
 std::vector<const EffectKind*> storingKinds(const Chain& chain) {
   std::vector<const EffectKind*> storing;
   for (const EffectKind* kind : effectKinds()) {
-    const auto storesIn = [kind](const Joint& joint) { return kind->stiffnessOf(joint) > 0; };
-    if (std::any_of(chain.joints().begin(), chain.joints().end(), storesIn)) storing.push_back(kind);
+    const auto storesIn = [kind](const auto& part) { return kind->stiffnessOf(part) > 0; };
+    if (std::any_of(chain.joints().begin(), chain.joints().end(), storesIn) ||
+        std::any_of(chain.links().begin(), chain.links().end(), storesIn)) {
+      storing.push_back(kind);
+    }
   }
   return storing;
 }
 
 namespace {
 
-/// Calls f(j, x, v): the positions and velocities of the centres of mass, from the ground outwards.
+/// Calls f(j, body, x, v, ω): each body, position and velocity of its centre of mass, and its rate, from the
+/// ground outwards.
 template <class F>
 void forCentres(const Chain& chain, const double* theta, const double* omega, const BaseState& base, F f) {
   constexpr int atOnce = 32;
@@ -35,7 +39,7 @@ void forCentres(const Chain& chain, const double* theta, const double* omega, co
     const Link& link = chain.links()[index(j)];
     const double rate = omega[j] + base.rate;
     const Vec2d R = e[place] * link.com, P = e[place] * link.pin;
-    f(j, pin + R, pinVelocity + rate * perp(R), rate);
+    f(j, PlacedBody{pin, e[place]}, pin + R, pinVelocity + rate * perp(R), rate);
     pin += P;
     pinVelocity += rate * perp(P);
   }
@@ -46,10 +50,8 @@ void forCentres(const Chain& chain, const double* theta, const double* omega, co
 Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
   Energy energy = energyOf(chain, storingKinds(chain), theta, omega);
   for (int j = 0; j < chain.size(); ++j) {
-    for (const EffectKind* kind : effectKinds()) {
-      const double rate = relative(omega, j);
-      energy.kinetic += 0.5 * kind->inertiaIn(chain.joints()[index(j)]) * rate * rate;
-    }
+    const double rate = relative(omega, j);
+    energy.kinetic += 0.5 * inertiaIn(chain.joints()[index(j)]) * rate * rate;
   }
   return energy;
 }
@@ -57,11 +59,11 @@ Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
 Energy energyOf(const Chain& chain, const std::vector<const EffectKind*>& kinds, const double* theta,
                 const double* omega, const BaseState& base) {
   Energy energy;
-  forCentres(chain, theta, omega, base, [&](int j, Vec2d x, Vec2d v, double rate) {
+  forCentres(chain, theta, omega, base, [&](int j, const PlacedBody& body, Vec2d x, Vec2d v, double rate) {
     const Link& link = chain.links()[index(j)];
     double stored = 0;
     for (const EffectKind* kind : kinds) {
-      stored += kind->energyIn(chain.joints()[index(j)], relative(theta, j));
+      stored += kind->energyIn(chain.joints()[index(j)], relative(theta, j)) + kind->energyOf(link, body);
     }
     energy.kinetic += 0.5 * (link.mass * dot(v, v) + link.inertia * rate * rate);
     energy.elastic += stored;
@@ -73,7 +75,7 @@ Energy energyOf(const Chain& chain, const std::vector<const EffectKind*>& kinds,
 
 double angularMomentum(const Chain& chain, const double* theta, const double* omega) {
   double momentum = 0;
-  forCentres(chain, theta, omega, {}, [&](int j, Vec2d x, Vec2d v, double rate) {
+  forCentres(chain, theta, omega, {}, [&](int j, const PlacedBody&, Vec2d x, Vec2d v, double rate) {
     const Link& link = chain.links()[index(j)];
     momentum += link.mass * cross(x, v) + link.inertia * rate;
   });

@@ -27,7 +27,7 @@ class Search {
       : scene_(scene),
         t_(t),
         n_(scene.chain.size()),
-        effects_(scene, nullptr),
+        effects_(scene, nullptr, &EffectKind::isInEquilibrium),
         storing_(storingKinds(scene.chain)) {
     effects_.enter(t);
     if (scene.base) baseAngle_ = scene.base->angle.at(t).value;
@@ -48,7 +48,7 @@ class Search {
           std::abs(factor) * (length(load->force) * reach + std::abs(load->moment) + std::abs(load->torque));
     }
     for (const Joint& joint : scene.chain.joints()) {
-      scale_ += joint.stiffness * (1 + std::abs(joint.restAngle)) + joint.stopStiffness;
+      scale_ += momentOf(joint);
     }
     N_.resize(n_);
     k_.resize(n_);
@@ -100,8 +100,8 @@ class Search {
       effect->apply(at, {N_.data(), F_.data()});
       effect->addStiffness(k_.data(), d_.data());
       effect->addTangents(at, k_.data(), d_.data());
-      effect->addForceStiffness(at, XF_.data());
     }
+    for (Forces* forces : effects_.activeForces()) forces->addForceStiffness(at, XF_.data());
     const auto groups = static_cast<Eigen::Index>(firsts_.size());
     moment_.setZero(groups);
     kappa_.setZero(groups);
@@ -248,18 +248,7 @@ class Search {
 }  // namespace
 
 std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q) {
-  // Without friction, which has no energy.
-  std::vector<Joint> joints = scene.chain.joints();
-  for (Joint& joint : joints) {
-    joint.others.erase(std::remove_if(joint.others.begin(), joint.others.end(),
-                                      [](const auto& other) {
-                                        return other.first == "friction" || other.first == "breakaway";
-                                      }),
-                       joint.others.end());
-  }
-  Scene smooth = scene;
-  smooth.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
-  return Search(smooth, t).from(q);
+  return Search(scene, t).from(q);
 }
 
 }  // namespace planar_chain

@@ -4,49 +4,57 @@
 
 namespace planar_chain {
 
-ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, const std::vector<double>& k,
-                       const std::vector<double>& d)
+template <class Scalar>
+ExactSolve::Solver<Scalar> ExactSolve::makeSolver() const {
+  if (!coupled_) {
+    if constexpr (std::is_same_v<Scalar, double>) {
+      return {LinearizedSegments<double>(mechanism_.chain(), mechanism_.lanes() != nullptr)};
+    } else {
+      return {LinearizedSegments<Scalar>(*std::get_if<LinearizedSegments<double>>(&solver_.inverse))};
+    }
+  }
+  if (tangents_.bodies.empty()) return {CoupledLinearized<Scalar>(coupled_->bodies)};
+  return {TangentLinearized<Scalar>(coupled_->bodies, tangents_.bodies)};
+}
+
+ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTangents& tangents, bool isCoupled)
     : mechanism_(mechanism),
       effects_(effects),
+      tangents_(tangents),
       n_(mechanism.size()),
       places_(mechanism.places()),
       hasPower_(effects.any(&Effect::hasPower)),
       isNonlinear_(effects.any(&Effect::isNonlinear)),
-      keepsState_(hasPower_ || isNonlinear_ || effects.mostActing() == LoadKind::forces),
-      solver_{{mechanism.chain(), mechanism.lanes() != nullptr}},
-      k_(k),
-      d_(d),
+      hasForces_(effects.mostActing() == LoadKind::forces),
+      keepsState_(hasPower_ || isNonlinear_ || hasForces_),
+      coupled_(isCoupled ? std::make_optional<Coupled>(mechanism.chain(), effects) : std::nullopt),
+      solver_(makeSolver<double>()),
       room_(index(2 * places_)) {
-  const bool hasForces = effects.mostActing() == LoadKind::forces;
-  bool needsOrder = hasForces || isNonlinear_;
+  pinVelocity_.resize(hasForces_ ? index(n_) : 0);
+  pin_.resize(tangents.bodies.size());
+  inOrder_.resize(index(2 * n_));
+  bool needsOrder = hasForces_ || isNonlinear_;
   for (const auto& effect : effects.all()) {
     if (!effect->hasPower()) continue;
-    if (effect->worksInLanes()) omegaInLanes_.resize(index(places_));
-    needsOrder = needsOrder || !effect->worksInLanes();
+    if (effect->inLanes()) omegaInLanes_.resize(index(places_));
+    needsOrder = needsOrder || !effect->inLanes();
   }
-  if (needsOrder) {
-    stateAt_.resize(index(2 * n_));
-    at_.theta = stateAt_.data();
-    at_.omega = stateAt_.data() + n_;
-    inOrder_.resize(index(2 * n_));
-  }
-  if (hasForces) {
-    eAt_.resize(index(n_));
-    XF_.resize(index(n_));
-    pinVelocity_.resize(index(n_));
-    at_.e = eAt_.data();
-    at_.pinVelocity = pinVelocity_.data();
-  }
-  if (isNonlinear_) {
-    tangentK_.resize(index(n_));
-    tangentD_.resize(index(n_));
-  }
+  if (isCoupled || !needsOrder) return;
+  stateAt_.resize(index(2 * n_));
+  at_.theta = stateAt_.data();
+  at_.omega = stateAt_.data() + n_;
+  if (!hasForces_) return;
+  eAt_.resize(index(n_));
+  at_.e = eAt_.data();
+  at_.pinVelocity = pinVelocity_.data();
 }
 
 ode::LinearCosts ExactSolve::costs() const {
   // By clock, of evaluations as this chain has them; between chains with springs and without. Joining
   // segments is dear for short ones; where factorizations do not stay in cache, solves wait for memory.
   constexpr int isShort = 200, staysInCache = 2500;
+  if (!tangents_.bodies.empty()) return {4.5, 1, 5, 2.8};
+  if (coupled_) return {2.9, 1, 3.2, 2.8};
   if (!mechanism_.lanes()) return {2.9, 0.7, 3.2, 2.3};
   if (n_ <= isShort) return {3, 0.65, 6, 2.6};
   if (n_ <= staysInCache) return {2.8, 0.7, 4, 3};
@@ -55,10 +63,14 @@ ode::LinearCosts ExactSolve::costs() const {
 
 // ---- The state that J is of ------------------------------------------------------------------------
 
+void ExactSolve::takeStiffness() {
+  if (!coupled_) setJoints(tangents_.constantK, tangents_.constantD);
+}
+
 void ExactSolve::setJoints(const std::vector<double>& k, const std::vector<double>& d) {
   const double* kInLanes = mechanism_.quantityInLanes(k.data(), room_.data());
   const double* dInLanes = mechanism_.quantityInLanes(d.data(), room_.data() + places_);
-  solver_.inverse.setJoints(kInLanes, dInLanes);
+  std::get_if<LinearizedSegments<double>>(&solver_.inverse)->setJoints(kInLanes, dInLanes);
 }
 
 void ExactSolve::findPinVelocities() {
@@ -74,40 +86,136 @@ const double* ExactSolve::keep(double t, const double* y) {
   if (!eAt_.empty()) mechanism_.rotate(at_.theta, eAt_.data(), n_);
 
   if (isNonlinear_) {
-    tangentK_ = k_;
-    tangentD_ = d_;
-    for (Effect* effect : effects_.active()) effect->addTangents(at_, tangentK_.data(), tangentD_.data());
-    setJoints(tangentK_, tangentD_);
+    tangents_.takeJoints(effects_, at_);
+    setJoints(tangents_.k, tangents_.d);
   }
   if (eAt_.empty() || effects_.reach() == 0) return nullptr;
-  std::fill(XF_.begin(), XF_.end(), 0.0);
-  for (Effect* effect : effects_.active()) effect->addForceStiffness(at_, XF_.data());
-  return mechanism_.quantityInLanes(XF_.data(), room_.data());
+  tangents_.takeForces(effects_, at_);
+  return mechanism_.quantityInLanes(tangents_.XF.data(), room_.data());
 }
 
+void ExactSolve::linearize(const Evaluation& at, const Couplings& couplings) {
+  coupled_->at = at;
+  coupled_->couplings = couplings;
+  const Evaluation& kept = coupled_->at;
+  at_ = kept.state();
+  std::copy_n(at_.omega, omegaInLanes_.size(), omegaInLanes_.begin());
+  tangents_.takeJoints(effects_, at_);
+  tangents_.takeForces(effects_, at_);
+  coupled_->bodies.take({kept.e.data(), kept.omega(), kept.alpha.data(), forces(),
+                         tangents_.XF.empty() ? nullptr : tangents_.XF.data(), tangents_.k.data(),
+                         tangents_.d.data(), coupled_->couplings.joints.data(), kept.ground});
+}
+
+/// The chain's own motion stays. The base moves on, laws of held joints and loads change.
+///
+///     δθ = φ̇      δω = φ̈      and of the ground pin velocity, acceleration and jerk
+Powers ExactSolve::timeDerivative(double* slopes) {
+  const Evaluation& at = coupled_->at;
+  const Couplings& now = coupled_->couplings;
+  Couplings& next = coupled_->rates;
+  MotionChange& change = coupled_->change;
+  effects_.couple(at.t, 1, next);  // coefficient 1 of x, ẋ, ẍ: their rates
+  std::fill(change.turn.begin(), change.turn.end(), now.angle.rate);
+  std::fill(change.speed.begin(), change.speed.end(), now.angle.acceleration);
+  change.pin = at.base.velocity;
+  change.velocity = now.pinAcceleration();
+  change.acceleration = next.pinAcceleration();
+  change.turning = next.angle.acceleration;
+  for (int i = 0; i < n_; ++i) change.held[index(i)] = next.joints[index(i)].acceleration;
+  std::fill(change.N.begin(), change.N.end(), 0.0);
+  std::fill(change.F.begin(), change.F.end(), Vec2d{});
+  Powers power;
+  for (Effect* effect : effects_.active()) {
+    if (effect->variesWithTime()) power += effect->applyRates(at_, {change.N.data(), change.F.data()});
+  }
+  change.find(at, forces() != nullptr, now, tangents_);
+  for (int j = 0; j < n_; ++j) slopes[j] = change.alpha[index(j)] - change.turning;
+  if (!hasPower_) return power;
+
+  // The powers of the effects as the base moves on, and those of drives and base.
+  std::fill(inOrder_.begin(), inOrder_.end(), 0.0);
+  const StateChange along{inOrder_.data(),    inOrder_.data() + n_, change.pinVelocities.data(),
+                          change.pins.data(), now.angle.rate,       now.angle.acceleration};
+  for (Effect* effect : effects_.active()) power += effect->powersAlong(at_, along);
+  for (int i = 0; i < n_; ++i) {
+    const Coupling<double>& joint = now.joints[index(i)];
+    if (!joint.isHeld) continue;
+    const GivenMotion& motion = now.held[index(i)];
+    power.supplied += (change.moments[index(i)] + joint.rotor * change.held[index(i)]) * motion.rate +
+                      (at.moments[index(i)] + joint.rotor * motion.acceleration) * motion.acceleration;
+  }
+  if (at.turning.empty()) return power;
+  power.supplied += dot(change.pinForce, at.base.velocity) + dot(at.pinForce, now.pinAcceleration()) +
+                    (change.moments[0] + firstTorqueRate()) * now.angle.rate +
+                    (at.moments[0] + firstTorque(at.t)) * now.angle.acceleration;
+  return power;
+}
+
+/// The torque of the effects in joint 1 at the state of the last linearize() and another time.
+double ExactSolve::firstTorque(double t) {
+  ChainState at = at_;
+  at.t = t;
+  std::fill_n(inOrder_.begin(), n_, 0.0);
+  for (Effect* effect : effects_.active()) effect->addTorques(at, inOrder_.data());
+  return inOrder_.front();
+}
+
+/// By a difference: it counts in the work of a turning base alone, not in the motion.
+double ExactSolve::firstTorqueRate() {
+  const double h = std::min(1e-3 * effects_.longestStep(), 1e-4);
+  return (8 * (firstTorque(at_.t + h) - firstTorque(at_.t - h)) -
+          (firstTorque(at_.t + 2 * h) - firstTorque(at_.t - 2 * h))) /
+         (12 * h);
+}
+
+// ---- Powers along a solution -----------------------------------------------------------------------
+
 Powers ExactSolve::powersAlongInOrder(const double* uv) {
-  // How the pins' velocities change: δ(ω iP) = δω iP − ω δθ P.
+  // How the pins move: δx += δθ iP and δ(ω iP) = δω iP − ω δθ P.
   const double* u = mechanism_.stateInOrder(uv, inOrder_.data());
   const double* v = u + n_;
-  Vec2d change;
-  for (int j = 0; j < effects_.reach(); ++j) {
+  const double* omega = coupled_ ? coupled_->at.omega() : at_.omega;
+  const int last = pin_.empty() ? effects_.reach() : n_;
+  Vec2d change, place;
+  for (int j = 0; j < last; ++j) {
     pinVelocity_[index(j)] = change;
-    const Vec2d P = eAt_[index(j)] * mechanism_.chain().links()[index(j)].pin;
-    change += v[j] * perp(P) - (at_.omega[j] * u[j]) * P;
+    if (!pin_.empty()) pin_[index(j)] = place;
+    const Vec2d P = at_.e[j] * mechanism_.chain().links()[index(j)].pin;
+    change += v[j] * perp(P) - (omega[j] * u[j]) * P;
+    place += u[j] * perp(P);
   }
   Powers powers;
-  for (Effect* effect : effects_.activeInOrder())
-    powers += effect->powersAlong(at_, {u, v, pinVelocity_.data()});
+  for (Effect* effect : effects_.activeInOrder()) {
+    powers += effect->powersAlong(at_, {u, v, pinVelocity_.data(), pin_.data()});
+  }
   return powers;
+}
+
+template <class Scalar>
+Scalar ExactSolve::couplingPowerAlong(const Solver<Scalar>& solver) const {
+  const auto& moments = solver.moments();
+  Scalar supplied{};
+  for (int i = 0; i < n_; ++i) {
+    if (!coupled_->couplings.joints[index(i)].isHeld) continue;
+    supplied += coupled_->couplings.held[index(i)].rate * moments[index(i)];
+  }
+  if (coupled_->at.turning.empty()) return supplied;
+  const BaseState& base = coupled_->at.base;
+  const Vec2<Scalar> force = solver.pinForce();
+  return supplied + base.rate * moments[0] + base.velocity.x * force.x + base.velocity.y * force.y;
 }
 
 // ---- Real and complex solves -----------------------------------------------------------------------
 
 void ExactSolve::reserve(int complexCount) {
-  while (complexSolvers_.size() < index(complexCount)) {
-    complexSolvers_.push_back({LinearizedSegments<Complex>(solver_.inverse)});
-  }
+  while (complexSolvers_.size() < index(complexCount)) complexSolvers_.push_back(makeSolver<Complex>());
   part_.resize(complexSolvers_.empty() ? 0 : index(2 * places_));
+}
+
+void ExactSolve::solveCoupledWorks(const double* rhs, double* x) {
+  const Powers change = powersAlong(x);
+  solver_.solveWorks(rhs, change.supplied + couplingPowerAlong(solver_), change.dissipated, x, places_);
 }
 
 void ExactSolve::solveComplex(int k, const Complex* rhs, Complex* x) {
@@ -122,8 +230,9 @@ void ExactSolve::solveComplex(int k, const Complex* rhs, Complex* x) {
   };
   const Powers real = powersOf([](Complex z) { return z.real(); });
   const Powers imaginary = powersOf([](Complex z) { return z.imag(); });
-  solver.solveWorks(rhs, {real.supplied, imaginary.supplied}, {real.dissipated, imaginary.dissipated}, x,
-                    places_);
+  Complex supplied(real.supplied, imaginary.supplied);
+  if (coupled_) supplied += couplingPowerAlong(solver);
+  solver.solveWorks(rhs, supplied, {real.dissipated, imaginary.dissipated}, x, places_);
 }
 
 }  // namespace planar_chain

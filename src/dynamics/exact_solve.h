@@ -1,37 +1,53 @@
 #pragma once
 
-/// (s·1 − J)⁻¹ of the chain with all its effects, for the stiff methods: the recursion of linearized.h, link
-/// by link or in segments, and the rows of the works W = (W_s, W_d), which nothing depends on,
+/// (s·1 − J)⁻¹ of the chain with all its effects, for the stiff methods, by one of three recursions:
+///
+///     linearized.h            link by link or in segments, in the order of the mechanism
+///     coupled_linearized.h    joints couple accelerations, or the base moves
+///     tangent_linearized.h    forces depend on the motion, too
+///
+/// and the rows of the works W = (W_s, W_d), which nothing depends on,
 ///
 ///     s x_W = rhs_W + the change of the powers along (u, v)
+///
+/// The power of held joints, and of a base that moves with v_base and turns at φ̇, changes by
+/// Σ δμ_i q̇_i + δF_pin·v_base + δμ_1 φ̇.
 
 #include <complex>
 #include <optional>
+#include <variant>
 #include <vector>
 
-#include "dynamics/mechanism.h"
-#include "effects/effects.h"
+#include "dynamics/effect_tangents.h"
+#include "dynamics/evaluation.h"
+#include "dynamics/motion_change.h"
 #include "lanes/linearized_segments.h"
 #include "ode/system.h"
+#include "recursion/coupled_linearized.h"
+#include "recursion/tangent_linearized.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {
 
 class ExactSolve {
  public:
-  /// k and d: of the joints. All must outlive this object. Allocates; of the rest only reserve() does.
-  ExactSolve(const Mechanism& mechanism, Effects& effects, const std::vector<double>& k,
-             const std::vector<double>& d);
+  /// isCoupled: linearize() takes evaluations. The others must outlive this object. Allocates; of the rest
+  /// only reserve() does.
+  ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTangents& tangents, bool isCoupled);
 
-  /// Takes k and d again, after every switch.
-  void takeStiffness() { setJoints(k_, d_); }
+  /// Takes the constant stiffness again, after every switch.
+  void takeStiffness();
   /// Linearizes at the state y with the derivative dydt, both in lane order. outside: e, and F where forces
   /// act, of this state.
   void linearize(double t, const double* y, const double* dydt, const Outside& outside);
+  /// Linearizes at an evaluation, which is copied, under these couplings.
+  void linearize(const Evaluation& at, const Couplings& couplings);
   /// The state of the last linearize(), in chain order. Only where an effect has power or acts with forces.
   const ChainState& state() const { return at_; }
   /// Finds the velocities of the inner pins that forces need.
   void findPinVelocities();
+  /// Writes ∂ÿ/∂t at the last linearize() of an evaluation, and returns that of the powers.
+  Powers timeDerivative(double* slopes);
 
   ode::LinearCosts costs() const;
   /// s·1 − J, and x = (s·1 − J)⁻¹ rhs; see ode::LinearizedSystem.
@@ -46,21 +62,61 @@ class ExactSolve {
   /// s·1 − J, factored.
   template <class Scalar>
   struct Solver {
-    LinearizedSegments<Scalar> inverse;
+    std::variant<LinearizedSegments<Scalar>, CoupledLinearized<Scalar>, TangentLinearized<Scalar>> inverse;
     Scalar s{};
 
     void factor(Scalar s_) {
       s = s_;
-      inverse.factor(s_);
+      if (auto* plain = std::get_if<LinearizedSegments<Scalar>>(&inverse)) return plain->factor(s_);
+      factorCoupled();
     }
-    void solve(const Scalar* rhs, Scalar* x, int places) { inverse.solve(rhs, rhs + places, x, x + places); }
+    // Apart from plain ones, which would save registers for them.
+    [[gnu::noinline]] void factorCoupled() {
+      auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
+      coupled ? coupled->factor(s) : std::get_if<TangentLinearized<Scalar>>(&inverse)->factor(s);
+    }
+    void solve(const Scalar* rhs, Scalar* x, int places) {
+      if (auto* plain = std::get_if<LinearizedSegments<Scalar>>(&inverse)) {
+        return plain->solve(rhs, rhs + places, x, x + places);
+      }
+      solveCoupled(rhs, x, places);
+    }
+    [[gnu::noinline]] void solveCoupled(const Scalar* rhs, Scalar* x, int n) {
+      auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
+      coupled ? coupled->solve(rhs, rhs + n, x, x + n)
+              : std::get_if<TangentLinearized<Scalar>>(&inverse)->solve(rhs, rhs + n, x, x + n);
+    }
+    const std::vector<Scalar>& moments() const {
+      const auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
+      return coupled ? coupled->moments() : std::get_if<TangentLinearized<Scalar>>(&inverse)->moments();
+    }
+    Vec2<Scalar> pinForce() const {
+      const auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
+      return coupled ? coupled->pinForce() : std::get_if<TangentLinearized<Scalar>>(&inverse)->pinForce();
+    }
     /// The rows of the works, from the change of the powers.
     void solveWorks(const Scalar* rhs, Scalar supplied, Scalar dissipated, Scalar* x, int places) const {
       x[2 * places] = (rhs[2 * places] + supplied) / s;
       x[2 * places + 1] = (rhs[2 * places + 1] + dissipated) / s;
     }
   };
+  /// What chains with coupled joints linearize at.
+  struct Coupled {
+    Coupled(const Chain& chain, const Effects& effects)
+        : bodies(chain),
+          at(chain.size(), effects.base() != nullptr, effects.anyForces(&Forces::dependOnPlace)),
+          couplings(chain.size()),
+          rates(chain.size()),
+          change(chain) {}
 
+    CoupledBodies bodies;
+    Evaluation at;
+    Couplings couplings, rates;
+    MotionChange change;
+  };
+
+  template <class Scalar>
+  Solver<Scalar> makeSolver() const;
   /// Keeps what later calls need of the state, and takes what J has of it. Returns Σ X·F of the bodies in
   /// lane order, or nullptr where no force acts.
   const double* keep(double t, const double* y);
@@ -68,18 +124,29 @@ class ExactSolve {
   /// How the powers change along (u, v), in lane order; and that of the effects that need chain order.
   Powers powersAlong(const double* uv) {
     Powers change;
-    for (Effect* effect : effects_.activeInLanes()) {
+    for (InLanes* effect : effects_.activeInLanes()) {
       change += effect->powersAlongInLanes(omegaInLanes_.data(), uv + places_);
     }
-    if (!stateAt_.empty()) change += powersAlongInOrder(uv);
+    if (at_.theta) change += powersAlongInOrder(uv);
     return change;
   }
   Powers powersAlongInOrder(const double* uv);
+  /// That of held joints and the base, along the last solution.
+  template <class Scalar>
+  Scalar couplingPowerAlong(const Solver<Scalar>& solver) const;
+  void solveCoupledWorks(const double* rhs, double* x);
+  const Vec2d* forces() const {
+    return effects_.acting() == LoadKind::forces ? coupled_->at.F.data() : nullptr;
+  }
+  double firstTorque(double t);
+  double firstTorqueRate();
 
   const Mechanism& mechanism_;
   Effects& effects_;
+  EffectTangents& tangents_;
   int n_, places_;
-  bool hasPower_, isNonlinear_, keepsState_;
+  bool hasPower_, isNonlinear_, hasForces_, keepsState_;
+  std::optional<Coupled> coupled_;
   Solver<double> solver_;
   std::vector<Solver<Complex>> complexSolvers_;
 
@@ -87,10 +154,9 @@ class ExactSolve {
   ChainState at_{};
   std::vector<double> stateAt_, omegaInLanes_;
   std::vector<Rotation<double>> eAt_;
-  std::vector<Vec2d> pinVelocity_;
+  std::vector<Vec2d> pinVelocity_, pin_;
 
-  const std::vector<double>&k_, &d_;
-  std::vector<double> tangentK_, tangentD_, XF_, part_, inOrder_;
+  std::vector<double> part_, inOrder_;
   CacheLines room_;
 };
 
@@ -100,12 +166,14 @@ inline void ExactSolve::linearize(double t, const double* y, const double* dydt,
   // Forces keep their direction when a body turns, so their moments change.
   const double* XF = keepsState_ ? keep(t, y) : nullptr;
   const Vec2d* F = XF ? outside.F : nullptr;
-  solver_.inverse.linearize(outside.e, y + places_, dydt + places_, F, XF);
+  std::get_if<LinearizedSegments<double>>(&solver_.inverse)
+      ->linearize(outside.e, y + places_, dydt + places_, F, XF);
 }
 
 inline void ExactSolve::solve(const double* rhs, double* x) {
   solver_.solve(rhs, x, places_);
   if (!hasPower_) return;
+  if (coupled_) return solveCoupledWorks(rhs, x);
   const Powers change = powersAlong(x);
   solver_.solveWorks(rhs, change.supplied, change.dissipated, x, places_);
 }

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "dynamics/coupled_dynamics.h"
+#include "dynamics/entered.h"
 #include "effects/effect_kind.h"
 
 namespace planar_chain {
@@ -36,29 +36,16 @@ Matrix2d angularVelocityMatrix(double omega) {
   return (Matrix2d() << 0, omega, -omega, 0).finished();
 }
 
-/// The dynamics of a scene at one state y.
-struct Entered {
-  Entered(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd) : dynamics(scene) {
-    y.resize(dynamics.size());
-    toAbsolute(q.data(), scene.chain.size(), y.data());
-    toAbsolute(qd.data(), scene.chain.size(), y.data() + scene.chain.size());
-    dynamics.enter(t);
-    dynamics.enterState(t, y.data());
-  }
-
-  CoupledDynamics dynamics;
-  VectorXd y;
-};
-
 /// Adds rotors, the base, and the torques of drives and friction.
-void addCouplings(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd, ActiveForces& active) {
-  Entered at(scene, t, q, qd);
-  VectorXd tau(scene.chain.size());
-  at.dynamics.couplingTorques(t, at.y.data(), tau.data());
+void addCouplings(Entered& entered, ActiveForces& active) {
+  const Chain& chain = entered.mechanism.chain();
+  VectorXd tau(chain.size());
+  entered.motion.torques(entered.t, entered.y.data(), tau.data());
   active.tau += tau;
-  active.rotors = at.dynamics.rotors();
-  const Couplings& now = at.dynamics.couplings();
-  active.acceleration = {now.x.acceleration, now.y.acceleration};
+  active.rotors.resize(chain.size());
+  for (int i = 0; i < chain.size(); ++i) active.rotors[i] = inertiaIn(chain.joints()[index(i)]);
+  const Couplings& now = entered.motion.evaluator().couplings();
+  active.acceleration = now.pinAcceleration();
   active.angle = now.angle.value;
   active.rate = now.angle.rate;
   active.turning = now.angle.acceleration;
@@ -88,7 +75,8 @@ ActiveForces activeForces(const Scene& scene, double t, const VectorXd& q, const
   // Springs, dampers, stops, loads: each writes its own as on paper.
   for (const EffectKind* kind : effectKinds())
     kind->addDense(scene, t, q, qd, {active.F, active.M, active.tau});
-  if (isCoupled(scene)) addCouplings(scene, t, q, qd, active);
+  Entered entered(scene, t, q, qd);
+  if (!entered.effects.couplers().empty()) addCouplings(entered, active);
   return active;
 }
 
@@ -166,9 +154,21 @@ VectorXd inverseDynamics(const Scene& scene, double t, const VectorXd& q, const 
   requireSize("q", q, scene.chain.size());
   requireSize("qd", qd, scene.chain.size());
   requireSize("qdd", qdd, scene.chain.size());
-  Entered at(scene, t, q, qd);
-  VectorXd tau(scene.chain.size());
-  at.dynamics.inverse(t, at.y.data(), qdd.data(), tau.data());
+  Entered entered(scene, t, q, qd);
+  const int n = scene.chain.size();
+  const Evaluation& at = entered.evaluation();
+
+  // Without the friction that was found: it follows the motion that is asked for.
+  VectorXd found = VectorXd::Zero(n), tau(n);
+  for (const auto& effect : entered.effects.all()) {
+    if (effect->coupler()) effect->addTorques(at.state(), found.data());
+  }
+  entered.motion.evaluator().invert(at, found.data(), qdd.data(), tau.data());
+  for (int i = 0; i < n; ++i) {
+    const Joint& joint = scene.chain.joints()[index(i)];
+    const double way = qd[i] != 0 ? qd[i] : qdd[i];
+    tau[i] += inertiaIn(joint) * qdd[i] + dryFrictionIn(joint) * ((way > 0) - (way < 0));
+  }
   return tau;
 }
 

@@ -117,15 +117,15 @@ namespace {
 class EffortKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
-    return {{"effort_limit", nullptr, NumberRule::above(0, "N m")},
-            {"velocity_limit", nullptr, NumberRule::above(0, "rad/s")}};
+    return {{"effort_limit", nullptr, NumberRule::above(0, "N m"), false, true},
+            {"velocity_limit", nullptr, NumberRule::above(0, "rad/s"), false, true}};
   }
   void judge(const Joint& joint, std::vector<Fault>& faults) const override {
     for (const JointKey& key : jointKeys()) {
       if (joint.has(key.name)) key.range.check(faults, std::string("joint/") + key.name, key.of(joint));
     }
   }
-  std::unique_ptr<Effect> make(const Scene&, const Arrangement*) const override { return nullptr; }
+  std::unique_ptr<Effect> make(const Scene&) const override { return nullptr; }
   void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
                 const DenseActions&) const override {}
   void summarize(const Scene& scene, SceneWords& words) const override {

@@ -8,13 +8,13 @@ namespace planar_chain {
 namespace {
 
 /// An effect that adds no moment or force of its own.
-class CouplingEffect : public Effect {
+class CouplingEffect : public Effect, public Coupler {
  public:
   LoadKind mostActing() const final { return LoadKind::nothing; }
   LoadKind acting() const final { return LoadKind::nothing; }
   Powers apply(const ChainState& /*at*/, const Actions& /*to*/) final { return {}; }
   void addTorques(const ChainState& /*at*/, double* /*tau*/) final {}
-  bool couples() const final { return true; }
+  Coupler* coupler() final { return this; }
 };
 
 // ---- Rotors --------------------------------------------------------------------------------------
@@ -36,9 +36,9 @@ class Rotors : public CouplingEffect {
 class RotorKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
-    return {{"rotor_inertia", nullptr, NumberRule::from(0, "kg m²")}};
+    return {{"rotor_inertia", nullptr, NumberRule::from(0, "kg m²"), false, true}};
   }
-  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+  std::unique_ptr<Effect> make(const Scene& scene) const override {
     return count(scene) > 0 ? std::make_unique<Rotors>(scene.chain) : nullptr;
   }
   /// Rotors are inertia: kane.h adds J to M_q.
@@ -118,7 +118,7 @@ class Drives : public CouplingEffect {
 
 class DriveKind : public EffectKind {
  public:
-  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+  std::unique_ptr<Effect> make(const Scene& scene) const override {
     return scene.drives.empty() ? nullptr : std::make_unique<Drives>(scene.drives);
   }
   /// A drive's torque is not a function of the state.
@@ -134,7 +134,11 @@ class DriveKind : public EffectKind {
 class Base : public CouplingEffect {
  public:
   explicit Base(const BaseLaws& laws) { followBase(laws); }
-  void followBase(const BaseLaws& laws) final { laws_ = {{{laws.x}, {laws.y}, {laws.angle}}}; }
+  const BaseLaws* base() const override { return &base_; }
+  void followBase(const BaseLaws& laws) final {
+    base_ = laws;
+    laws_ = {{{laws.x}, {laws.y}, {laws.angle}}};
+  }
   void enter(double t) override {
     for (Running& running : laws_) running.enter(t);
   }
@@ -150,12 +154,13 @@ class Base : public CouplingEffect {
   }
 
  private:
+  BaseLaws base_;
   std::array<Running, 3> laws_;
 };
 
 class BaseKind : public EffectKind {
  public:
-  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+  std::unique_ptr<Effect> make(const Scene& scene) const override {
     return scene.base ? std::make_unique<Base>(*scene.base) : nullptr;
   }
   /// The base's motion is inertia: kane.h takes it apart.

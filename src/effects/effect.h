@@ -1,25 +1,31 @@
 #pragma once
 
 /// The interface of all effects. An effect acts on a chain besides pins, gravity and inertia: springs and
-/// dampers, stops, loads, commands.
+/// dampers, stops, friction, rotors, drives, loads, commands.
 ///
-/// An effect adds moments N about the inner pins and forces F. It may supply or take power. It also computes
-/// the exact derivatives and Taylor coefficients of N, F and power, and the states and times at which they
-/// are not smooth. An effect is one class in one pair of files. Its kind (effect_kind.h) has its keys in the
-/// scene, its stored energy and its words in the log. src/README.md shows how to write one.
+/// Effect is what every effect is: moments N about the inner pins, forces F, powers, their exact derivatives
+/// and Taylor coefficients. What only some effects are has an interface of its own, which the effect returns:
 ///
-/// Every effect must implement mostActing(), acting(), apply() and addTorques(). The other functions are
-/// optional; their defaults suit an effect without that feature. Unless a function says otherwise, it takes
-/// states in chain order and allocates nothing. Units are SI. Vectors have ground components.
+///     switching()   not smooth in every state          Switching
+///     coupler()     couples accelerations, or moves the base          Coupler, coupler.h
+///     forces()      acts with forces on bodies          Forces
+///     inLanes()     computes moments in the order of long chains          InLanes
+///
+/// An effect is one class in one pair of files. Its kind (effect_kind.h) has its keys in the scene, its
+/// stored energy and its words in the log. src/README.md shows how to write one, and the order of all calls.
+///
+/// Unless a function says otherwise, it takes states in chain order and allocates nothing. Pointers in
+/// arguments are valid during the call. Units are SI. Vectors have ground components.
 
 #include <cstddef>
 #include <limits>
 #include <vector>
 
+#include "effects/coupler.h"
+#include "lanes/arrangement.h"
 #include "ode/switches.h"
-#include "planar_chain/motion_law.h"
 #include "planar_chain/planar.h"
-#include "recursion/coupled.h"
+#include "recursion/force_tangent.h"
 #include "recursion/load_kind.h"
 
 namespace planar_chain {
@@ -39,17 +45,11 @@ struct Powers {
 struct ChainState {
   double t;
   const double *theta, *omega;
-  // Set if forces act, otherwise nullptr.
+  // Set if forces act, otherwise nullptr. Against the ground.
   const Rotation<double>* e = nullptr;  ///< exp(i θ_j)
   const Vec2d* pinVelocity = nullptr;   ///< of the first reach() inner pins, m/s
-  double baseRate = 0;                  ///< of the base's angle, rad/s
-};
-
-/// What couples the accelerations of the bodies at one time: of each joint, and the motion of the base.
-struct Couplings {
-  std::vector<Coupling<double>> joints;
-  std::vector<GivenMotion> held;  ///< the motion of each held joint
-  GivenMotion x, y, angle;        ///< of the base
+  double baseRate = 0;                  ///< of the base's angle, rad/s: ω + baseRate is against the ground
+  const Vec2d* pin = nullptr;           ///< the places of these pins, m; nullptr if no effect asks for places
 };
 
 /// The moments μ in the joints by their couplings, N m, and ÿ of the angles, rad/s², at a state y in chain
@@ -76,10 +76,13 @@ struct Actions {
   Vec2d* F = nullptr;   ///< forces, N; nullptr if no effect has any
 };
 
-/// A change of a state: of the angles, the rates, and the first reach() pin velocities.
+/// A change of a state: of the angles and rates, the velocities of the first reach() pins, and the base's
+/// angle and rate. So θ_j against the ground changes by u_j + turn, ω_j by v_j + speed.
 struct StateChange {
   const double *u, *v;
   const Vec2d* pinVelocity;
+  const Vec2d* pin = nullptr;  ///< of the places of these pins, if states have them
+  double turn = 0, speed = 0;
 };
 
 /// The Taylor coefficients of a motion around t that are known so far.
@@ -99,8 +102,9 @@ class Switching : public ode::Switches {
  public:
   /// Sets every switch for the state y = [θ ω …] at t, whatever its position before.
   virtual void enterState(double t, const double* y) = 0;
-  /// Makes every switch that is due at t and y. May hold joints.
-  virtual void change(double t, double* y) = 0;
+  /// Makes every switch that is due at t and y. found: what crossing() returned for the step that ends here,
+  /// or nothing of it. May hold joints.
+  virtual void change(double t, double* y, const ode::Crossing& found) = 0;
 };
 
 /// +τ on body i, −τ on the body before.
@@ -109,6 +113,38 @@ inline void addJointTorque(double tau, int i, double* N) {
   if (i > 0) N[i - 1] -= tau;
 }
 
+/// The forces of an effect on bodies.
+class Forces {
+ public:
+  virtual ~Forces() = default;
+  /// The number of inner pins, from the ground outwards, whose velocity it needs now: up to the last body
+  /// with a force.
+  virtual int reach() const = 0;
+  /// Adds Σ X·F of each body, N m: the decrease of the forces' moments per rad that the body turns. Only of
+  /// forces whose components do not depend on the state.
+  virtual void addForceStiffness(const ChainState& /*at*/, double* /*XF*/) {}
+  /// True if forces depend on the places or velocities of their points. Asked once, when a scene is loaded.
+  virtual bool dependOnMotion() const { return false; }
+  /// True if they depend on places, so that states have `pin`. Asked once.
+  virtual bool dependOnPlace() const { return false; }
+  /// Adds K and D of each body: the change of its forces with its motion (recursion/force_tangent.h). Only if
+  /// dependOnMotion().
+  virtual void addForceTangents(const ChainState& /*at*/, ForceTangent* /*to*/) {}
+};
+
+/// An effect with moments alone that takes states in lane order, so that long chains need not reorder them
+/// (lanes/arrangement.h). In short chains both orders are the same.
+class InLanes {
+ public:
+  virtual ~InLanes() = default;
+  /// Takes the order from now on; nullptr: chain order. Called once, before all others. Allocates.
+  virtual void arrange(const Arrangement* lanes) = 0;
+  /// As Effect::apply() and Effect::powersAlong(), which then need not be there for chains that do not
+  /// couple.
+  virtual Powers applyInLanes(const double* theta, const double* omega, double* N) = 0;
+  virtual Powers powersAlongInLanes(const double* omega, const double* v) = 0;
+};
+
 class Effect {
  public:
   Effect() = default;
@@ -116,46 +152,41 @@ class Effect {
   Effect& operator=(const Effect&) = delete;
   virtual ~Effect() = default;
 
-  // ---- What acts ------------------------------------------------------------------------------------
+  // ---- What it is; the answers never change ---------------------------------------------------------
 
   /// The most that this effect can ever add: moments, or forces too.
   virtual LoadKind mostActing() const = 0;
-  /// The most that it adds at present. apply() is called only if this is not `nothing`.
-  virtual LoadKind acting() const = 0;
   /// True if it ever supplies or takes power. An effect that only stores energy returns false.
   virtual bool hasPower() const { return true; }
-  /// The number of inner pins, from the ground outwards, whose velocity it needs. 0 without forces.
-  virtual int reach() const { return 0; }
-  /// Adds the moments and forces at a state. Returns the powers.
-  virtual Powers apply(const ChainState& at, const Actions& to) = 0;
+  /// True if parts of k and d depend on the state, beyond its switches. If it is false, addTangents() is not
+  /// called.
+  virtual bool isNonlinear() const { return false; }
+  virtual Switching* switching() { return nullptr; }
+  virtual Coupler* coupler() { return nullptr; }
+  virtual Forces* forces() { return nullptr; }
+  virtual InLanes* inLanes() { return nullptr; }
+
+  // ---- What acts ------------------------------------------------------------------------------------
+
+  /// The most that it adds at present. apply() is called only if this is not `nothing`.
+  virtual LoadKind acting() const = 0;
   /// True if its moments are the same in every state, until a switch or enter(), and it has no forces.
   /// apply() with N = nullptr then returns the powers alone.
   virtual bool hasConstantMoments() const { return false; }
+  /// Adds the moments and forces at a state. Returns the powers.
+  virtual Powers apply(const ChainState& at, const Actions& to) = 0;
   /// Adds the torque in each joint, N m, + on the joint's own link.
   virtual void addTorques(const ChainState& at, double* tau) = 0;
 
-  /// True if the effect has applyInLanes(), which f then calls in place of apply(). Long chains store their
-  /// states in lane order (lanes/arrangement.h), so this saves reordering. In short chains both orders are
-  /// the same.
-  virtual bool worksInLanes() const { return false; }
-  virtual Powers applyInLanes(const double* /*theta*/, const double* /*omega*/, double* /*N*/) { return {}; }
-
-  // ---- Its exact derivative, for the stiff methods --------------------------------------------------
+  // ---- The exact derivative, for the stiff methods --------------------------------------------------
 
   /// Adds k_i and d_i of each joint, N m/rad and N m s/rad: its torque changes by −k δq − d δq̇. Adds only the
   /// parts that are constant between two switches.
   virtual void addStiffness(double* /*k*/, double* /*d*/) const {}
-  /// True if parts of k and d depend on the state. If it is false, the stiff methods do not call
-  /// addTangents().
-  virtual bool isNonlinear() const { return false; }
-  /// Adds these parts.
+  /// Adds the other parts, if isNonlinear().
   virtual void addTangents(const ChainState& /*at*/, double* /*k*/, double* /*d*/) const {}
-  /// Adds Σ X·F of each body: the decrease of its forces' moments per rad that it turns.
-  virtual void addForceStiffness(const ChainState& /*at*/, double* /*XF*/) {}
-  /// The change of the powers with a change of the state. Not called if worksInLanes().
+  /// The change of the powers with a change of the state. Needed by every effect with power.
   virtual Powers powersAlong(const ChainState& /*at*/, const StateChange& /*along*/) { return {}; }
-  /// The same for an effect that works in lane order.
-  virtual Powers powersAlongInLanes(const double* /*omega*/, const double* /*v*/) { return {}; }
 
   // ---- Time -------------------------------------------------------------------------------------------
 
@@ -164,36 +195,20 @@ class Effect {
   virtual double until() const { return std::numeric_limits<double>::infinity(); }
   /// The longest step that resolves the changes with time, s.
   virtual double longestStep() const { return std::numeric_limits<double>::infinity(); }
-  /// True if N, F or the power depend on t explicitly.
+  /// True if N, F, the power or what it couples depends on t explicitly, from enter() on.
   virtual bool variesWithTime() const { return false; }
   /// Adds ∂N/∂t and ∂F/∂t. Returns ∂power/∂t.
   virtual Powers applyRates(const ChainState& /*at*/, const Actions& /*to*/) { return {}; }
 
-  // ---- Coupled joints and the base --------------------------------------------------------------------
-
-  /// True if it couples accelerations: rotors, held joints, a moving base.
-  virtual bool couples() const { return false; }
-  /// Writes order k of the Taylor series around t of what it couples. Order 0 is what it couples at t.
-  virtual void couple(double /*t*/, int /*k*/, Couplings& /*to*/) const {}
-  /// Replaces the law of a joint that it drives.
-  virtual void follow(int /*joint*/, const MotionLaw& /*law*/) {}
-  /// Replaces the motion of the base that it gives.
-  virtual void followBase(const BaseLaws& /*laws*/) {}
-  /// Gives access to the moments in the joints. `mechanics` outlives the effect.
-  virtual void attach(Mechanics& /*mechanics*/) {}
-
   // ---- Its Taylor series --------------------------------------------------------------------------------
 
+  /// False if it has no series: method taylor is then refused, and auto does without it.
+  virtual bool hasSeries() const { return true; }
   /// Reserves memory for orders 0 … orders − 1. Allocates.
   virtual void reserveSeries(int /*orders*/) {}
   /// Adds the coefficients of order k > 0 of N and F, except the part that addStiffness() covers. apply()
-  /// gave order 0, and all lower orders have been added. Orders 0 … k of θ and ω are known.
+  /// gave order 0, and orders 1 … k − 1 have been added, one by one. Orders 0 … k of θ, ω and e are known.
   virtual void addOrder(int /*k*/, const Series& /*known*/, const Actions& /*to*/) {}
-
-  // ---- Switches -----------------------------------------------------------------------------------------
-
-  /// Returns the switches, or nullptr if the effect is smooth in every state.
-  virtual Switching* switching() { return nullptr; }
 };
 
 }  // namespace planar_chain

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "effects/effect.h"
-#include "lanes/arrangement.h"
 #include "model/number_rule.h"
 #include "planar_chain/scene.h"
 #include "reading/section.h"
@@ -28,9 +27,27 @@ struct JointKey {
   const char* name;
   double Joint::*member;  ///< nullptr: kept in Joint::others
   NumberRule range;
-  bool isInUrdf = false;  ///< URDF expresses it: a scene with a URDF may not have it
+  bool isInUrdf = false;               ///< URDF expresses it: a scene with a URDF may not have it
+  bool isAllowedBesideDrive = false;   ///< a driven joint may have it
+  const char* urdfDynamics = nullptr;  ///< the attribute of URDF's element <dynamics> that says the same
 
   double of(const Joint& joint) const { return member ? joint.*member : joint.other(name); }
+};
+
+/// A key below links/NAME, or of the scene itself, which holds a number. Kept in Link::others and
+/// Scene::others.
+struct NumberKey {
+  const char* name;
+  NumberRule range;
+};
+
+/// How rviz draws a joint.
+enum class Symbol { none, coil, brake };
+
+/// A body where it is, ground components.
+struct PlacedBody {
+  Vec2d pin;           ///< of the inner pin, m
+  Rotation<double> e;  ///< exp(i θ)
 };
 
 /// The words of the start-up line about a scene.
@@ -57,41 +74,72 @@ class EffectKind {
   /// Adds what is wrong with a joint's values; paths are such as "joint/damping". By default: the numbers
   /// that are out of range.
   virtual void judge(const Joint& joint, std::vector<Fault>& faults) const;
+  virtual std::vector<NumberKey> linkKeys() const { return {}; }
+  virtual std::vector<NumberKey> sceneKeys() const { return {}; }
 
-  /// A key of the scene itself, or nullptr.
+  /// A key of the scene whose value is not a number, or nullptr.
   virtual const char* sceneKey() const { return nullptr; }
-  /// Reads the scene's key. names: nullptr if the links could not be read.
+  /// Reads it. names: nullptr if the links could not be read.
   virtual void takeScene(const Section& /*top*/, const ChainNames* /*names*/,
                          std::vector<Load>& /*loads*/) const {}
 
   // ---- What it is ---------------------------------------------------------------------------------------
 
-  /// Returns the effect of this kind in a scene, or nullptr if the scene has none. lanes: the lane order of a
-  /// long chain, otherwise nullptr. The scene's chain and `lanes` outlive the effect.
+  /// Returns the effect of this kind in a scene, or nullptr if the scene has none. The scene's chain outlives
+  /// the effect.
   /// @throws std::invalid_argument when the scene names a body that the chain does not have
-  virtual std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* lanes) const = 0;
+  virtual std::unique_ptr<Effect> make(const Scene& scene) const = 0;
 
   /// Adds the same forces in the dense form of kane.h, for reading and for tests of the effect. q, qd:
-  /// relative angles and rates.
+  /// relative angles and rates. Inertia, and torques that are not functions of the state, are not added: the
+  /// recursion gives them to kane.h.
   virtual void addDense(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
                         const DenseActions& to) const = 0;
+
+  /// Its part of the start-up line.
+  virtual void summarize(const Scene& scene, SceneWords& words) const = 0;
+  virtual Symbol symbolOf(const Joint& /*joint*/) const { return Symbol::none; }
+
+  /// True if SIMD lanes may compute this scene in a batch (batch.h), as far as this kind is concerned: they
+  /// know pins, gravity, linear springs and dampers, and steady torques in joints. By default only a scene in
+  /// which the kind does not act.
+  virtual bool runsInLanes(const Scene& scene) const { return make(scene) == nullptr; }
+
+  // ---- Energy and sizes ---------------------------------------------------------------------------------
 
   /// The energy V that it stores in a joint at the angle q, J.
   virtual double energyIn(const Joint& /*joint*/, double /*q*/) const { return 0; }
   /// A typical ∂²V/∂q² in a joint, N m/rad: > 0 where it stores energy, else energyIn() is not called. The
   /// guard allows more error of the energy for a larger value.
   virtual double stiffnessOf(const Joint& /*joint*/) const { return 0; }
+  /// A typical moment in a joint, N m: what residuals of an equilibrium are compared with.
+  virtual double momentOf(const Joint& joint) const { return stiffnessOf(joint); }
+
+  /// The energy V that it stores in a body by its place, J.
+  virtual double energyOf(const Link& /*link*/, const PlacedBody& /*at*/) const { return 0; }
+  /// A typical ∂²V/∂x² of a body, N/m: > 0 where it stores energy, else energyOf() is not called.
+  virtual double stiffnessOf(const Link& /*link*/) const { return 0; }
 
   /// The inertia that resists q̈ of a joint besides the links', kg m².
   virtual double inertiaIn(const Joint& /*joint*/) const { return 0; }
-
-  /// Its part of the start-up line.
-  virtual void summarize(const Scene& scene, SceneWords& words) const = 0;
+  /// The torque that opposes any motion of a joint, whatever its rate, N m.
+  virtual double dryFrictionIn(const Joint& /*joint*/) const { return 0; }
+  /// False if a static equilibrium is found without it.
+  virtual bool isInEquilibrium() const { return true; }
 };
 
 /// The list of all kinds. Keys are read in this order. Effects act in the reverse order, which fixes how sums
 /// are rounded. A program may add kinds of its own before it reads a scene.
 std::vector<const EffectKind*>& effectKinds();
+
+// Sums over all kinds.
+double inertiaIn(const Joint& joint);      ///< kg m²
+double dryFrictionIn(const Joint& joint);  ///< N m
+double stiffnessOf(const Joint& joint);    ///< N m/rad
+double momentOf(const Joint& joint);       ///< N m
+
+/// True if a kind draws the joint so.
+bool hasSymbol(const Joint& joint, Symbol symbol);
 
 /// True if a kind stores energy in the joint. If not, whole turns of the joint change no effect.
 bool storesEnergy(const Joint& joint);

@@ -18,9 +18,37 @@ std::vector<const EffectKind*>& effectKinds() {
   return kinds;
 }
 
+namespace {
+
+template <class Of>
+double sumOverKinds(Of of) {
+  double sum = 0;
+  for (const EffectKind* kind : effectKinds()) sum += of(*kind);
+  return sum;
+}
+
+}  // namespace
+
+double inertiaIn(const Joint& joint) {
+  return sumOverKinds([&](const EffectKind& kind) { return kind.inertiaIn(joint); });
+}
+double dryFrictionIn(const Joint& joint) {
+  return sumOverKinds([&](const EffectKind& kind) { return kind.dryFrictionIn(joint); });
+}
+double stiffnessOf(const Joint& joint) {
+  return sumOverKinds([&](const EffectKind& kind) { return kind.stiffnessOf(joint); });
+}
+double momentOf(const Joint& joint) {
+  return sumOverKinds([&](const EffectKind& kind) { return kind.momentOf(joint); });
+}
+
+bool hasSymbol(const Joint& joint, Symbol symbol) {
+  const auto draws = [&](const EffectKind* kind) { return kind->symbolOf(joint) == symbol; };
+  return std::any_of(effectKinds().begin(), effectKinds().end(), draws);
+}
+
 bool storesEnergy(const Joint& joint) {
-  const auto storesIn = [&](const EffectKind* kind) { return kind->stiffnessOf(joint) > 0; };
-  return std::any_of(effectKinds().begin(), effectKinds().end(), storesIn);
+  return stiffnessOf(joint) > 0;
 }
 
 double largestAngle(const Joint& joint) {

@@ -6,22 +6,33 @@
 
 namespace planar_chain {
 
-Effects::Effects(const Scene& scene, const Arrangement* lanes, std::unique_ptr<Effect> more) {
+Effects::Effects(const Scene& scene, std::unique_ptr<Effect> more, bool (EffectKind::*has)() const) {
   if (more) all_.push_back(std::move(more));
   const std::vector<const EffectKind*>& kinds = effectKinds();
   for (auto kind = kinds.rbegin(); kind != kinds.rend(); ++kind) {
-    if (std::unique_ptr<Effect> effect = (*kind)->make(scene, lanes)) all_.push_back(std::move(effect));
+    if (has && !(**kind.*has)()) continue;
+    if (std::unique_ptr<Effect> effect = (*kind)->make(scene)) all_.push_back(std::move(effect));
   }
   for (const auto& effect : all_) {
+    Coupler* coupler = effect->coupler();
+    if (coupler) couplers_.push_back(coupler);
     Switching* switching = effect->switching();
     if (!switching) continue;
     switching_.push_back(switching);
-    haveUncoupledSwitches_ = haveUncoupledSwitches_ || !effect->couples();
+    haveUncoupledSwitches_ = haveUncoupledSwitches_ || !coupler;
   }
-  active_.reserve(all_.size());
-  activeInOrder_.reserve(all_.size());
+  for (auto* effects : {&active_, &activeInOrder_}) effects->reserve(all_.size());
   activeInLanes_.reserve(all_.size());
+  activeForces_.reserve(all_.size());
+  couplersInTime_.reserve(all_.size());
+  arrange(nullptr);
   enter(0);
+}
+
+void Effects::arrange(const Arrangement* lanes) {
+  for (const auto& effect : all_) {
+    if (effect->inLanes()) effect->inLanes()->arrange(lanes);
+  }
 }
 
 LoadKind Effects::mostActing() const {
@@ -32,6 +43,13 @@ LoadKind Effects::mostActing() const {
 
 bool Effects::any(bool (Effect::*is)() const) const {
   return std::any_of(all_.begin(), all_.end(), [is](const auto& effect) { return (*effect.*is)(); });
+}
+
+bool Effects::anyForces(bool (Forces::*are)() const) const {
+  return std::any_of(all_.begin(), all_.end(), [are](const auto& effect) {
+    const Forces* forces = effect->forces();
+    return forces && (forces->*are)();
+  });
 }
 
 double Effects::least(double (Effect::*of)() const) const {
@@ -54,9 +72,9 @@ void Effects::enterState(double t, const double* y) {
   }
 }
 
-void Effects::change(double t, double* y) {
+void Effects::change(double t, double* y, const ode::Crossing& found) {
   for (Switching* switching : switching_) {
-    switching->change(t, y);
+    switching->change(t, y, found.by == switching ? found : ode::Crossing{});
     listActive();
   }
 }
@@ -65,19 +83,49 @@ void Effects::listActive() {
   active_.clear();
   activeInOrder_.clear();
   activeInLanes_.clear();
+  activeForces_.clear();
+  couplersInTime_.clear();
   acting_ = LoadKind::nothing;
   reach_ = 0;
   variesWithTime_ = false;
   momentsAreConstant_ = true;
   for (const auto& effect : all_) {
-    variesWithTime_ = variesWithTime_ || effect->variesWithTime();
+    if (effect->variesWithTime()) {
+      variesWithTime_ = true;
+      if (effect->coupler()) couplersInTime_.push_back(effect->coupler());
+    }
     if (effect->acting() == LoadKind::nothing) continue;
     active_.push_back(effect.get());
     momentsAreConstant_ = momentsAreConstant_ && effect->hasConstantMoments();
-    (effect->worksInLanes() ? activeInLanes_ : activeInOrder_).push_back(effect.get());
+    if (effect->inLanes()) {
+      activeInLanes_.push_back(effect->inLanes());
+    } else {
+      activeInOrder_.push_back(effect.get());
+    }
     acting_ = std::max(acting_, effect->acting());
-    reach_ = std::max(reach_, effect->reach());
+    if (Forces* forces = effect->forces()) {
+      activeForces_.push_back(forces);
+      reach_ = std::max(reach_, forces->reach());
+    }
   }
+}
+
+// ---- Coupled joints and the base -------------------------------------------------------------------
+
+const BaseLaws* Effects::base() const {
+  for (const Coupler* coupler : couplers_) {
+    if (coupler->base()) return coupler->base();
+  }
+  return nullptr;
+}
+
+void Effects::couple(double t, int k, Couplings& to) const {
+  std::fill(to.joints.begin(), to.joints.end(), Coupling<double>{});
+  for (const Coupler* coupler : couplers_) coupler->couple(t, k, to);
+}
+
+void Effects::coupleInTime(double t, Couplings& to) const {
+  for (const Coupler* coupler : couplersInTime_) coupler->couple(t, 0, to);
 }
 
 // ---- Switches --------------------------------------------------------------------------------------
@@ -102,13 +150,14 @@ bool Effects::mayHide() const {
                      [](const Switching* switching) { return switching->mayHide(); });
 }
 
-std::optional<double> Effects::crossing(const ode::Stretch& of) const {
-  std::optional<double> first;
+std::optional<ode::Crossing> Effects::crossing(const ode::Stretch& of) const {
+  std::optional<ode::Crossing> first;
   for (const Switching* switching : switching_) {
     if (switching->due(of.t + of.h, of.next) <= 0) continue;
-    const std::optional<double> own = switching->crossing(of);
+    std::optional<ode::Crossing> own = switching->crossing(of);
     if (!own) return {};
-    if (!first || *own < *first) first = own;
+    own->by = switching;
+    if (!first || own->t < first->t) first = own;
   }
   return first;
 }

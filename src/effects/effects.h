@@ -7,30 +7,35 @@
 #include <vector>
 
 #include "effects/effect.h"
-#include "lanes/arrangement.h"
+#include "effects/effect_kind.h"
 #include "planar_chain/scene.h"
 
 namespace planar_chain {
 
 class Effects : public ode::Switches {
  public:
-  /// Makes the effects of a scene. more: one that the scene does not say, or nullptr. The scene's chain and
-  /// `lanes` outlive this object.
+  /// Makes the effects of a scene, of all kinds or of those for which `has` is true. more: one that the scene
+  /// does not say, or nullptr. The scene's chain outlives this object. Allocates.
   /// @throws std::invalid_argument when the scene names a body that the chain does not have
-  Effects(const Scene& scene, const Arrangement* lanes, std::unique_ptr<Effect> more = nullptr);
+  explicit Effects(const Scene& scene, std::unique_ptr<Effect> more = nullptr,
+                   bool (EffectKind::*has)() const = nullptr);
+  /// Takes the order in which inLanes() compute. Allocates.
+  void arrange(const Arrangement* lanes);
 
   bool empty() const { return all_.empty(); }
   const std::vector<std::unique_ptr<Effect>>& all() const { return all_; }
   LoadKind mostActing() const;
   /// True if one of them is, such as any(&Effect::hasPower).
   bool any(bool (Effect::*is)() const) const;
+  /// True if one of them has forces that are, such as anyForces(&Forces::dependOnMotion).
+  bool anyForces(bool (Forces::*are)() const) const;
 
   // ---- What acts now: chosen by enter(), enterState() and change() --------------------------------------
 
   /// See Effect. These allocate nothing.
   void enter(double t);
   void enterState(double t, const double* y);
-  void change(double t, double* y);
+  void change(double t, double* y, const ode::Crossing& found = {});
 
   bool act() const { return acting_ != LoadKind::nothing; }
   LoadKind acting() const { return acting_; }
@@ -41,10 +46,23 @@ class Effects : public ode::Switches {
   double until() const { return least(&Effect::until); }
   double longestStep() const { return least(&Effect::longestStep); }
 
-  /// All that act; those of them that need chain order; those that work in lane order.
+  /// All that act; those of them that need chain order, and those that work in lanes; those with forces.
   const std::vector<Effect*>& active() const { return active_; }
   const std::vector<Effect*>& activeInOrder() const { return activeInOrder_; }
-  const std::vector<Effect*>& activeInLanes() const { return activeInLanes_; }
+  const std::vector<InLanes*>& activeInLanes() const { return activeInLanes_; }
+  const std::vector<Forces*>& activeForces() const { return activeForces_; }
+
+  // ---- Coupled joints and the base ----------------------------------------------------------------------
+
+  const std::vector<Coupler*>& couplers() const { return couplers_; }
+  /// The laws of the base, or nullptr if it stands still.
+  const BaseLaws* base() const;
+  /// Order k of all that couples at t.
+  void couple(double t, int k, Couplings& to) const;
+  /// True if something couples otherwise at another time.
+  bool coupleInTime() const { return !couplersInTime_.empty(); }
+  /// Order 0 of that; the rest of `to` stays.
+  void coupleInTime(double t, Couplings& to) const;
 
   // ---- ode::Switches ------------------------------------------------------------------------------------
 
@@ -54,7 +72,7 @@ class Effects : public ode::Switches {
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(const ode::Stretch& of) const override;
   bool mayHide() const override;
-  std::optional<double> crossing(const ode::Stretch& of) const override;
+  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override;
 
  private:
   void listActive();
@@ -62,7 +80,10 @@ class Effects : public ode::Switches {
 
   std::vector<std::unique_ptr<Effect>> all_;
   std::vector<Switching*> switching_;
-  std::vector<Effect*> active_, activeInOrder_, activeInLanes_;
+  std::vector<Effect*> active_, activeInOrder_;
+  std::vector<InLanes*> activeInLanes_;
+  std::vector<Forces*> activeForces_;
+  std::vector<Coupler*> couplers_, couplersInTime_;
   LoadKind acting_ = LoadKind::nothing;
   int reach_ = 0;
   bool variesWithTime_ = false, momentsAreConstant_ = true, haveUncoupledSwitches_ = false;

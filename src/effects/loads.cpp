@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -128,8 +129,18 @@ class LoadsKind : public EffectKind {
     }
   }
 
-  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+  std::unique_ptr<Effect> make(const Scene& scene) const override {
     return scene.loads.empty() ? nullptr : std::make_unique<Loads>(scene);
+  }
+
+  /// Steady torques in joints, and nothing else.
+  bool runsInLanes(const Scene& scene) const override {
+    requireBodies(scene);
+    return std::all_of(scene.loads.begin(), scene.loads.end(), [](const Load& load) {
+      return load.joint != Load::none && load.link == Load::none &&
+             std::holds_alternative<Constant>(load.law) && load.start <= 0 &&
+             load.stop == std::numeric_limits<double>::infinity();
+    });
   }
 
   /// A force X at the point x (link frame) has the moment ((x − r) S_i0) × X about the centre of mass.

@@ -1,5 +1,6 @@
 #include "effects/springs.h"
 
+#include <cmath>
 #include <limits>
 
 namespace planar_chain {
@@ -129,9 +130,9 @@ double Springs::dissipationAlong(const double* omega, const double* v) const {
 
 namespace {
 
-class SpringEffect : public Effect {
+class SpringEffect : public Effect, public InLanes {
  public:
-  SpringEffect(const Chain& chain, const Arrangement* lanes) : inOrder_(chain), inLanes_(chain, lanes) {}
+  explicit SpringEffect(const Chain& chain) : chain_(chain), inOrder_(chain), inLanes_(chain) {}
   bool empty() const { return inOrder_.empty(); }
 
   LoadKind mostActing() const override { return LoadKind::moments; }
@@ -143,16 +144,21 @@ class SpringEffect : public Effect {
   void addTorques(const ChainState& at, double* tau) override {
     inOrder_.addTorques(at.theta, at.omega, tau);
   }
-  bool worksInLanes() const override { return true; }
+  InLanes* inLanes() override { return this; }
+  void arrange(const Arrangement* lanes) override { inLanes_ = Springs(chain_, lanes); }
   Powers applyInLanes(const double* theta, const double* omega, double* N) override {
     return {0, inLanes_.apply(theta, omega, N)};
   }
   void addStiffness(double* k, double* d) const override { inOrder_.addStiffness(k, d); }
+  Powers powersAlong(const ChainState& at, const StateChange& along) override {
+    return {0, inOrder_.dissipationAlong(at.omega, along.v)};
+  }
   Powers powersAlongInLanes(const double* omega, const double* v) override {
     return {0, inLanes_.dissipationAlong(omega, v)};
   }
 
  private:
+  const Chain& chain_;
   Springs inOrder_, inLanes_;
 };
 
@@ -160,15 +166,17 @@ class SpringKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
     constexpr double all = std::numeric_limits<double>::infinity();
-    return {{"damping", &Joint::damping, NumberRule::from(0, "N m s/rad"), true},
+    return {{"damping", &Joint::damping, NumberRule::from(0, "N m s/rad"), true, false, "damping"},
             {"stiffness", &Joint::stiffness, NumberRule::from(0, "N m/rad")},
             {"rest_angle", &Joint::restAngle, {", in rad", -all, all, false}}};
   }
 
-  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* lanes) const override {
-    auto effect = std::make_unique<SpringEffect>(scene.chain, lanes);
+  std::unique_ptr<Effect> make(const Scene& scene) const override {
+    auto effect = std::make_unique<SpringEffect>(scene.chain);
     return effect->empty() ? nullptr : std::move(effect);
   }
+
+  bool runsInLanes(const Scene& /*scene*/) const override { return true; }
 
   /// τ_i = −k_i (q_i − q0_i) − d_i q̇_i
   void addDense(const Scene& scene, double /*t*/, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
@@ -185,7 +193,13 @@ class SpringKind : public EffectKind {
     return 0.5 * (joint.stiffness * stretch * stretch);
   }
   double stiffnessOf(const Joint& joint) const override { return joint.stiffness; }
+  double momentOf(const Joint& joint) const override {
+    return joint.stiffness * (1 + std::abs(joint.restAngle));
+  }
 
+  Symbol symbolOf(const Joint& joint) const override {
+    return joint.stiffness > 0 ? Symbol::coil : Symbol::none;
+  }
   void summarize(const Scene& scene, SceneWords& words) const override {
     int springs = 0, dampers = 0;
     for (const Joint& joint : scene.chain.joints()) {

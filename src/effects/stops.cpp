@@ -58,7 +58,7 @@ void Stops::enterState(double /*t*/, const double* y) {
   listActive();
 }
 
-void Stops::change(double /*t*/, double* y) {
+void Stops::change(double /*t*/, double* y, const ode::Crossing& /*found*/) {
   for (Stop& stop : stops_) {
     if (stop.due(y, y + n_) > 0) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
   }
@@ -203,7 +203,7 @@ class StopKind : public EffectKind {
     (joint.isLimited() ? damping_ : noStop).check(faults, "joint/stop_damping", joint.stopDamping);
   }
 
-  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+  std::unique_ptr<Effect> make(const Scene& scene) const override {
     auto effect = std::make_unique<Stops>(scene.chain);
     return effect->empty() ? nullptr : std::move(effect);
   }
@@ -228,6 +228,9 @@ class StopKind : public EffectKind {
   }
   double stiffnessOf(const Joint& joint) const override { return joint.stopStiffness; }
 
+  Symbol symbolOf(const Joint& joint) const override {
+    return joint.isLimited() ? Symbol::coil : Symbol::none;
+  }
   void summarize(const Scene& scene, SceneWords& words) const override {
     int limits = 0;
     for (const Joint& joint : scene.chain.joints()) {

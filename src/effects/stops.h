@@ -39,7 +39,7 @@ class Stops : public Effect, public Switching {
 
   // Switching
   void enterState(double t, const double* y) override;
-  void change(double t, double* y) override;
+  void change(double t, double* y, const ode::Crossing& found) override;
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(const ode::Stretch& of) const override;
 

@@ -128,8 +128,8 @@ Powers TimedTerms::powersAlong(const ChainState& at, const StateChange& along) {
   for (const BodyTerm& term : bodyTerms_) {
     const int j = term.body;
     const Vec2d X = at.e[j] * term.point;
-    double rate = (term.moment + cross(X, term.force)) * along.v[j] -
-                  dot(X, term.force) * (at.omega[j] + at.baseRate) * along.u[j];
+    double rate = (term.moment + cross(X, term.force)) * (along.v[j] + along.speed) -
+                  dot(X, term.force) * (at.omega[j] + at.baseRate) * (along.u[j] + along.turn);
     if (j < reach_) rate += dot(term.force, along.pinVelocity[j]);
     change += times(term.factor, rate);
   }

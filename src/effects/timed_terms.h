@@ -29,7 +29,7 @@ struct Line {
 };
 Line lineAt(const Ramp& ramp, double t);
 
-class TimedTerms : public Effect {
+class TimedTerms : public Effect, public Forces {
  public:
   void enter(double t) final;
   double until() const final { return until_; }
@@ -42,6 +42,7 @@ class TimedTerms : public Effect {
     if (!bodyTerms_.empty()) return LoadKind::forces;
     return jointTerms_.empty() ? LoadKind::nothing : LoadKind::moments;
   }
+  Forces* forces() final { return this; }
   int reach() const final { return reach_; }
   Powers apply(const ChainState& at, const Actions& to) final;
   Powers applyRates(const ChainState& at, const Actions& to) final;

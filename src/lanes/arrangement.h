@@ -6,6 +6,7 @@
 /// rows.
 
 #include <cstddef>
+#include <initializer_list>
 
 #include "planar_chain/planar.h"
 
@@ -13,6 +14,16 @@ namespace planar_chain {
 
 namespace simd {
 struct Kernel;
+}
+
+/// Writes the quantities of one body, which lie `lanes` apart. place: its index in an arranged quantity.
+inline void putInLane(double* rows, std::size_t place, std::size_t lanes,
+                      std::initializer_list<double> quantities) {
+  double* to = rows + place / lanes * lanes * quantities.size() + place % lanes;
+  for (const double each : quantities) {
+    *to = each;
+    to += lanes;
+  }
 }
 
 class Arrangement {
@@ -24,6 +35,12 @@ class Arrangement {
   int bodies() const { return n_; }
   int lanes() const { return lanes_; }
   int steps() const { return steps_; }
+  /// The rounds in which the segments are joined two by two.
+  int rounds() const {
+    int rounds = 0;
+    while (1 << rounds < lanes_) ++rounds;
+    return rounds;
+  }
   /// The length of an arranged quantity.
   int places() const { return steps_ * lanes_; }
 

@@ -22,7 +22,7 @@ CoupledChain::CoupledChain(const Chain& chain, const simd::Kernel& kernel, bool 
     return;
   }
   handles_.resize(places * Arrays::handleQuantities);
-  pairs_.resize(index(lanes * lanes * Arrays::pairQuantities));
+  pairs_.resize(index(arrangement_.rounds() * lanes * simd::pairQuantities));
   e_.resize(places);
   F_.resize(places);
   for (auto* numbers : {&omega_, &N_, &alpha_, &moments_}) numbers->resize(places);
@@ -39,14 +39,8 @@ void CoupledChain::couple(const Coupling<double>* joints) {
   const auto n = index(arrangement_.bodies());
   const auto couples = [&](std::size_t j) { return j < n && (joints[j].isHeld || joints[j].rotor != 0); };
   for (std::size_t j = 0; j < n; ++j) {
-    const std::size_t place = arrangement_.placeOf(j);
-    double* to =
-        joints_.data() + place / lanes * lanes * simd::CoupledArrays::jointQuantities + place % lanes;
     const auto [rotor, held, acceleration] = numbersOf(joints[j]);
-    for (const double number : {rotor, held, acceleration}) {
-      *to = number;
-      to += lanes;
-    }
+    putInLane(joints_.data(), arrangement_.placeOf(j), lanes, {rotor, held, acceleration});
     if (!couples_.empty()) couples_[j] = couples(j) || couples(j + 1);
   }
 }

@@ -4,34 +4,31 @@
 /// hold the matrices of the group, so each round joins all pairs of groups at once.
 
 #include "planar_chain/planar.h"
-#include "simd/lanes.h"
+#include "simd/pack.h"
 
 namespace planar_chain::simd {
 namespace {
-
-using Real = Lanes;
-using Vector = Vec2<Real>;
 
 // ---- Two segments ----------------------------------------------------------------------------------
 
 /// 2×2, by rows.
 struct Square {
-  Vector x, y;
+  Vec2p x, y;
 };
 
-inline Vector operator*(const Square& M, Vector a) {
+inline Vec2p operator*(const Square& M, Vec2p a) {
   return {dot(M.x, a), dot(M.y, a)};
 }
-inline Vector transposedTimes(const Square& M, Vector a) {
+inline Vec2p transposedTimes(const Square& M, Vec2p a) {
   return mulAdd(a.x, M.x, a.y * M.y);
 }
 inline Square operator*(const Square& M, const Square& N) {
   return {transposedTimes(N, M.x), transposedTimes(N, M.y)};
 }
-inline Square operator*(const Square& M, const Sym2<Real>& A) {
+inline Square operator*(const Square& M, const Sym2<Pack>& A) {
   return {A * M.x, A * M.y};
 }
-inline Square operator*(const Sym2<Real>& A, const Square& M) {
+inline Square operator*(const Sym2<Pack>& A, const Square& M) {
   return {mulAdd(A.xx, M.x, A.xy * M.y), mulAdd(A.xy, M.x, A.yy * M.y)};
 }
 
@@ -39,36 +36,36 @@ inline Square transposed(const Square& M) {
   return {{M.x.x, M.y.x}, {M.x.y, M.y.y}};
 }
 /// A + M Nᵀ, which is symmetric.
-inline Sym2<Real> plusSymmetric(const Sym2<Real>& A, const Square& M, const Square& N) {
+inline Sym2<Pack> plusSymmetric(const Sym2<Pack>& A, const Square& M, const Square& N) {
   return {mulAdd(M.x.x, N.x.x, mulAdd(M.x.y, N.x.y, A.xx)), mulAdd(M.x.x, N.y.x, mulAdd(M.x.y, N.y.y, A.xy)),
           mulAdd(M.y.x, N.y.x, mulAdd(M.y.y, N.y.y, A.yy))};
 }
 
 /// The matrices of a segment or a group, with the direction d of its last link.
 struct Handles {
-  Vector d;
-  Sym2<Real> A, C;
-  Vector b, c;
+  Vec2p d;
+  Sym2<Pack> A, C;
+  Vec2p b, c;
   Square G;
 };
 
 template <int size>
-constexpr auto toInner = [](Real a) { return ofInner<size>(a); };
+constexpr auto toInner = [](Pack a) { return ofInner<size>(a); };
 template <int size>
-constexpr auto toOuter = [](Real a) { return ofOuter<size>(a); };
-constexpr auto flush = [](Real a) { return flushed(a); };
+constexpr auto toOuter = [](Pack a) { return ofOuter<size>(a); };
+constexpr auto flush = [](Pack a) { return flushed(a); };
 
 /// f of each number.
 template <int count, class F>
-inline LanesOf<count> mapped(LanesOf<count> a, F f) {
+inline PackOf<count> mapped(PackOf<count> a, F f) {
   return f(a);
 }
-template <class Number, class F>
-inline Vec2<Number> mapped(Vec2<Number> a, F f) {
+template <class Scalar, class F>
+inline Vec2<Scalar> mapped(Vec2<Scalar> a, F f) {
   return {mapped(a.x, f), mapped(a.y, f)};
 }
 template <class F>
-inline Sym2<Real> mapped(const Sym2<Real>& A, F f) {
+inline Sym2<Pack> mapped(const Sym2<Pack>& A, F f) {
   return {f(A.xx), f(A.xy), f(A.yy)};
 }
 template <class F>
@@ -113,14 +110,14 @@ struct Reader {
 
 // ---- Pairs of segments -----------------------------------------------------------------------------
 
-/// Number by number.
+/// Pack by pack.
 template <int size, class Quantity>
 [[gnu::always_inline]] inline Quantity either(const Quantity& inner, const Quantity& outer) {
-  Real numbers[sizeof(Quantity) / sizeof(Real)];
+  Pack numbers[sizeof(Quantity) / sizeof(Pack)];
   int i = 0;
-  mapped(inner, [&](Real a) { return numbers[i++] = a; });
+  mapped(inner, [&](Pack a) { return numbers[i++] = a; });
   i = 0;
-  return mapped(outer, [&](Real a) { return either<size>(numbers[i++], a); });
+  return mapped(outer, [&](Pack a) { return either<size>(numbers[i++], a); });
 }
 
 template <int size>
@@ -145,18 +142,18 @@ class JoinedPair {
     pair.d = outer(all.d);
 
     // The outer group's inner handle, in the axes of the pin between.
-    const Sym2<Real> given = outer(all.A);
-    const Vector x = given * d_, y = given * perp(d_);
-    const Sym2<Real> A{dot(d_, x), dot(d_, y), dot(perp(d_), y)};
-    const auto turnedBack = [this](Vector a) { return Vector{dot(d_, a), cross(d_, a)}; };
+    const Sym2<Pack> given = outer(all.A);
+    const Vec2p x = given * d_, y = given * perp(d_);
+    const Sym2<Pack> A{dot(d_, x), dot(d_, y), dot(perp(d_), y)};
+    const auto turnedBack = [this](Vec2p a) { return Vec2p{dot(d_, a), cross(d_, a)}; };
     const Square whole = outer(all.G);
     const Square G{mulAdd(d_.x, whole.x, d_.y * whole.y), mulAdd(d_.x, whole.y, -d_.y * whole.x)};
 
     // K = (1 + A C)⁻¹
-    const Vector one{A.xx, A.xy}, two{A.xy, A.yy};
-    const Vector ACx = C_ * one, ACy = C_ * two;
-    const Real xx = Real(1) + ACx.x, yy = Real(1) + ACy.y;
-    const Real inverse = Real(1) / mulAdd(xx, yy, -ACx.y * ACy.x);
+    const Vec2p one{A.xx, A.xy}, two{A.xy, A.yy};
+    const Vec2p ACx = C_ * one, ACy = C_ * two;
+    const Pack xx = Pack(1) + ACx.x, yy = Pack(1) + ACy.y;
+    const Pack inverse = Pack(1) / mulAdd(xx, yy, -ACx.y * ACy.x);
     const Square K{{yy * inverse, -ACx.y * inverse}, {-ACy.x * inverse, xx * inverse}};
 
     KA_ = K * A;
@@ -177,23 +174,23 @@ class JoinedPair {
   JoinedPair() = default;
 
   /// Turns the acceleration a of the chain's inner pin and f = 0 into those of each lane's segment.
-  void passOutwards(Vector& a, Vector& f) const {
+  void passOutwards(Vec2p& a, Vec2p& f) const {
     if constexpr (2 * size < laneCount) larger_.passOutwards(a, f);
-    const Vector carried = transposedTimes(G_, a);
-    Vector force = KA_ * carried;
+    const Vec2p carried = transposedTimes(G_, a);
+    Vec2p force = KA_ * carried;
     force += Kb_;
     force += KG_ * f;
-    const Vector at = carried - C_ * force + c_;
-    const Rotation<Real> frame{d_.x, d_.y};
-    const Vector beyond = frame * at;
+    const Vec2p at = carried - C_ * force + c_;
+    const Rotation<Pack> frame{d_.x, d_.y};
+    const Vec2p beyond = frame * at;
     a = either<size>(a, beyond);
     f = either<size>(force, f);
   }
 
  private:
   static constexpr int next = 2 * size < laneCount ? 2 * size : 0;
-  Vector d_, c_, Kb_;
-  Sym2<Real> C_;
+  Vec2p d_, c_, Kb_;
+  Sym2<Pack> C_;
   Square G_, KA_, KG_;
   JoinedPair<next> larger_;
 };

@@ -4,14 +4,25 @@
 /// segments of a chain. The same source is compiled once for each kind of CPU (simd/cpu.h). segments.h has
 /// the mathematics.
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
-#include "lanes/motion_series.h"
+#include "planar_chain/planar.h"
 #include "recursion/load_kind.h"
 #include "simd/cpu.h"
 
-namespace planar_chain::simd {
+namespace planar_chain {
+
+/// The coefficients of the loads.
+class SeriesLoads {
+ public:
+  virtual ~SeriesLoads() = default;
+  /// Writes order k > 0 of N and F in place of order k − 1, from order k of θ and ω.
+  virtual void findOrder(int k, const double* theta, const double* omega) = 0;
+};
+
+namespace simd {
 
 /// Arrays of `steps` × `lanes` numbers a quantity, in the order of an Arrangement: see arrangement.h.
 struct SegmentArrays {
@@ -35,6 +46,10 @@ struct ShortChains {
   Run (*runFor)(int n, LoadKind acting);
 };
 
+/// What the exact solve and the recursion of coupled joints keep of a pair of segments (LinearPairs): d, and
+/// eight matrices.
+constexpr int pairQuantities = 2 + 8 * 9;
+
 /// The recursion of coupled joints; see coupled_chain.h. Joint by joint, or step by step in lanes: J, 1 if
 /// held or else 0, q̈.
 struct CoupledArrays {
@@ -42,7 +57,6 @@ struct CoupledArrays {
   static constexpr int handleQuantities = 12;
   static constexpr int most = ShortChains::most;  ///< links, link by link
   static constexpr int rows = 13, width = 16;     ///< of their numbers
-  static constexpr int pairQuantities = 74;       ///< as in LinearArrays
   int n, steps;
   const double *links, *joints;
   const char* couples;  ///< link by link: false where a body and the next one have no coupling
@@ -72,7 +86,6 @@ struct Steps {
 struct LinearArrays {
   static constexpr int jointQuantities = 2;  ///< k, d
   static constexpr int sideQuantities = 2;   ///< ρ_q, ρ_v
-  static constexpr int pairQuantities = 74;  ///< d, and eight matrices
   int steps;
   const double* links;  ///< as in SegmentArrays
   Steps<6> state;       ///< k, d, ω, α, P, which a solve reads
@@ -105,10 +118,10 @@ struct LinearKernels {
 };
 
 /// A link, for the Taylor series of a motion; see series_links.h.
-template <class Number>
+template <class Real>
 struct SeriesLink {
-  Number m, I, J;
-  Vec2<Number> mr, p;
+  Real m, I, J;
+  Vec2<Real> mr, p;
 };
 
 /// Storage of a series. `rows` has, for each order, `width` first factors of the products and as many second
@@ -119,6 +132,7 @@ struct SeriesArrays {
   static constexpr int columns = 6;  ///< products a link
   static constexpr int chunk = 8;    ///< the width of one link and of two, and a divisor of all others
   static constexpr int bodyNumbers = 15;
+  static constexpr int knownOrders = 4;  ///< found at a time, of chains in lanes
   int n, width;
   double *rows, *known, *bodies, *e;
   const double* links;
@@ -132,7 +146,7 @@ using SeriesRun = void (*)(const SeriesArrays& arrays, int order, const Outside&
 
 /// Taylor steps of as many chains of equal length as there are lanes. Every number of these arrays stands
 /// there once a lane, one chain after the other, and no lane reads another one.
-struct SideBySide {
+struct EnsembleArrays {
   static constexpr int jointQuantities = 3;  ///< stiffness, damping, torque at q = 0
   SeriesArrays arrays;
   int order;
@@ -143,7 +157,7 @@ struct SideBySide {
   double* carry;         ///< the rounding of the state, 2n
   double* h;             ///< the last step proposed
   double* turning;       ///< T of ode/integrator.h, less its part h/2: s
-  double *direction, *slopes;  ///< of the measurement of λ, 2n; its scratch, 4n
+  double *direction, *scratch;  ///< of the measurement of λ, 2n; 6n
 };
 
 /// The error control of ode/integrator.h, for the tail of a series (ode/taylor.h).
@@ -152,20 +166,20 @@ struct StepControl {
   double mostOfRates;            ///< likewise, and 1 s/T times as much
   double leastTurning;           ///< of T, s; 1: rates count by themselves
   double ceiling;                ///< of the angles
-  double caution;                ///< factor of the tail
+  std::array<double, 6> tail;    ///< factors of the last terms of the series; the last two are added
 };
 
-struct SideBySideKernel {
+struct EnsembleKernel {
   /// Measures λ and computes T in the lanes whose `due` is 1, as LocalStiffness does.
-  void (*findTurning)(const SideBySide& of, const StepControl& control, const double* due);
+  void (*findTurning)(const EnsembleArrays& of, const StepControl& control, const double* due);
   /// Computes the series, and the next step: at most ten times the last one, 0 if there is none.
-  void (*find)(const SideBySide& of, const StepControl& control);
+  void (*find)(const EnsembleArrays& of, const StepControl& control);
   /// The states h later.
-  void (*evaluate)(const SideBySide& of, const double* h, double* y);
+  void (*evaluate)(const EnsembleArrays& of, const double* h, double* y);
   /// Also the power that the dampers take then, W.
-  void (*dissipation)(const SideBySide& of, const double* h, double* y, double* power);
+  void (*dissipation)(const EnsembleArrays& of, const double* h, double* y, double* power);
   /// Makes them the present ones.
-  void (*take)(const SideBySide& of, const double* h);
+  void (*take)(const EnsembleArrays& of, const double* h);
 };
 
 struct Kernel {
@@ -183,8 +197,8 @@ struct Kernel {
                 Vec2d ground, double* pins);
   CoupledRun coupledLinks, coupledSegments;
   LinearKernels inSegments, linkByLink;
-  SeriesRun series[3];             ///< for one body, for two, and for any number
-  SideBySideKernel sideBySide[3];  ///< likewise
+  SeriesRun series[3];         ///< for one body, for two, and for any number
+  EnsembleKernel ensemble[3];  ///< likewise
 };
 
 extern const Kernel kernelBaseline, kernelAvx2, kernelAvx512;
@@ -197,4 +211,6 @@ const std::vector<const Kernel*>& kernels();
 /// at 1000.
 const Kernel& kernelFor(int links);
 
-}  // namespace planar_chain::simd
+}  // namespace simd
+
+}  // namespace planar_chain

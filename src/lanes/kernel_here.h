@@ -3,8 +3,8 @@
 /// All that a kernel is made of, for the CPU that the including file's compiler options name.
 
 #include "lanes/coupled_kernel.h"
+#include "lanes/ensemble_kernel.h"
 #include "lanes/linear_kernel.h"
-#include "lanes/side_by_side.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -18,10 +18,10 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           pinsOfSegments,
           coupledLinks,
           coupledSegments,
-          linearKernels<Real>,
-          linearKernels<Number>,
-          {seriesOfOne, seriesOf<Two>, seriesOf<Links<Number>>},
-          {sideBySideOf<OneInEachLane>, sideBySideOf<TwoInEachLane>, sideBySideOf<Links<Real>>}};
+          linearKernels<Pack>,
+          linearKernels<Lane>,
+          {seriesOfOne, seriesOf<Two>, seriesOf<Links<Lane>>},
+          {ensembleOf<OneInEachLane>, ensembleOf<TwoInEachLane>, ensembleOf<Links<Pack>>}};
 }
 
 }  // namespace

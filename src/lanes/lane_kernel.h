@@ -1,6 +1,6 @@
 #pragma once
 
-/// Sines, cosines and the recursion in segments, for `laneCount` lanes. The compiler options of the including
+/// The recursion in segments, for `laneCount` lanes. The compiler options of the including
 /// file choose the CPU. See segments.h for the equations.
 
 #include <algorithm>
@@ -10,158 +10,52 @@
 #include "lanes/join_kernel.h"
 #include "lanes/kernel.h"
 #include "recursion/articulated.h"
-#include "simd/lanes.h"
+#include "simd/rotation_kernel.h"
 
 namespace planar_chain::simd {
 namespace {
 
-// ---- Sines and cosines -----------------------------------------------------------------------
-
-[[gnu::always_inline]] inline Rotation<Real> loadRotations(const double* e) {
-  const Vector pairs = loadPairs(e);
-  return {pairs.x, pairs.y};
-}
-
-/// exp(i θ) by the machine's library.
-[[gnu::cold, gnu::noinline]] void rotate(const double* theta, double* e, int n) {
-  for (int j = 0; j < n; ++j) {
-    e[2 * j] = std::cos(theta[j]);
-    e[2 * j + 1] = std::sin(theta[j]);
-  }
-}
-
-/// π/2 in parts, such that the first difference θ − k π/2 is exact: by fused multiplication, or as k has 20
-/// bits and the first parts 33.
-#ifdef PLANAR_CHAIN_FUSES
-constexpr double largestReducible = 1e9;
-constexpr double halfPi[] = {1.57079632679489655800e+00, 6.12323399573676603587e-17,
-                             -1.49738490485916983294e-33};
-#else
-constexpr double largestReducible = 1.6e6;
-constexpr double halfPi[] = {1.57079632673412561417e+00, 6.07710050630396597660e-11,
-                             2.02226624879595063154e-21};
-#endif
-
-/// θ = k π/2 + r, |r| ≤ π/4, with π/2 in three parts (W. Cody, W. Waite, Software Manual for the Elementary
-/// Functions, 1980; the parts are fdlibm's). Then sin r and cos r by the polynomials of Sun's fdlibm
-/// (k_sin.c, k_cos.c).
-[[gnu::always_inline]] inline Rotation<Real> rotationsOf(Real theta) {
-  // Adding 1.5·2⁵² rounds to an integer, whose last bits are then k's.
-  const Real shift(6755399441055744.0);
-  const Real shifted = mulAdd(theta, Real(6.36619772367581382433e-01), shift);
-  const Real k = shifted - shift;
-#ifdef PLANAR_CHAIN_FUSES
-  Real r = mulAdd(k, Real(-halfPi[0]), theta);
-  r = mulAdd(k, Real(-halfPi[1]), r);
-  r = mulAdd(k, Real(-halfPi[2]), r);
-#else
-  const Real first = theta - k * Real(halfPi[0]), second = k * Real(halfPi[1]), rounded = first - second;
-  const Real r = rounded + (((first - rounded) - second) - k * Real(halfPi[2]));
-#endif
-
-  const Real z = r * r;
-  Real p = mulAdd(z, Real(1.58969099521155010221e-10), Real(-2.50507602534068634195e-08));
-  p = mulAdd(z, p, Real(2.75573137070700676789e-06));
-  p = mulAdd(z, p, Real(-1.98412698298579493134e-04));
-  p = mulAdd(z, p, Real(8.33333333332248946124e-03));
-  p = mulAdd(z, p, Real(-1.66666666666666324348e-01));
-  const Real sine = mulAdd(z * r, p, r);
-
-  Real q = mulAdd(z, Real(-1.13596475577881948265e-11), Real(2.08757232129817482790e-09));
-  q = mulAdd(z, q, Real(-2.75573143513906633035e-07));
-  q = mulAdd(z, q, Real(2.48015872894767294178e-05));
-  q = mulAdd(z, q, Real(-1.38888888888741095749e-03));
-  q = mulAdd(z, q, Real(4.16666666666666019037e-02));
-  const Real half = Real(0.5) * z;
-  const Real w = Real(1) - half;
-  const Real cosine = w + mulAdd(z * z, q, (Real(1) - w) - half);
-
-  // Quadrant k mod 4: odd ones exchange sine and cosine; the signs follow. Casts keep the bits.
-  using Register = Real::Register;
-  const auto bits = reinterpret_cast<Integers>(shifted.v);
-  const Integers odd = (bits & 1) != 0;
-  const Integers sineSign = (bits & 2) << 62;
-  const Integers cosineSign = ((bits + 1) & 2) << 62;
-  const Register s = odd ? cosine.v : sine.v;
-  const Register c = odd ? sine.v : cosine.v;
-  return {Real(reinterpret_cast<Register>(reinterpret_cast<Integers>(c) ^ cosineSign)),
-          Real(reinterpret_cast<Register>(reinterpret_cast<Integers>(s) ^ sineSign))};
-}
-
-/// The library computes angles for which k π/2 is not exact enough, and those that are not finite.
-bool areReducible(Real theta) {
-  return all((theta.v < Real(largestReducible).v) & (theta.v > Real(-largestReducible).v));
-}
-
-/// Computes each by itself, so that no angle changes the result for another.
-[[gnu::cold, gnu::noinline]] void rotateIrreducible(const double* theta, double* e, int count) {
-  for (int j = 0; j < count; ++j) {
-    if (!(std::abs(theta[j]) < largestReducible)) rotate(theta + j, e + 2 * j, 1);
-  }
-}
-
-/// exp(i θ) of `count` angles, in lanes and in e, which has room for laneCount of them.
-[[gnu::always_inline]] inline Rotation<Real> rotationsOfSome(const double* theta, int count, double* e) {
-  const Real angles = loadSome(theta, count);
-  Rotation<Real> turns = rotationsOf(angles);
-  storePairs(e, {turns.c, turns.s});
-  if (__builtin_expect(!areReducible(angles), false)) {
-    rotateIrreducible(theta, e, count < laneCount ? count : laneCount);
-    turns = loadRotations(e);
-  }
-  return turns;
-}
-
-void rotations(const double* theta, double* e, int n) {
-  int j = 0;
-  for (; j + laneCount <= n; j += laneCount) rotationsOfSome(theta + j, laneCount, e + 2 * j);
-  if (j == n) return;
-  double last[2 * laneCount];
-  rotationsOfSome(theta + j, n - j, last);
-  std::copy(last, last + 2 * (n - j), e + 2 * j);
-}
-
 // ---- Segments --------------------------------------------------------------------------------
 
 /// A number of each body of step i.
-template <class Some = Real>
-[[gnu::always_inline]] inline Some read(const double* values, int i) {
-  return Some::load(values + static_cast<std::ptrdiff_t>(i) * doubles<Some>);
+template <class Real = Pack>
+[[gnu::always_inline]] inline Real read(const double* values, int i) {
+  return Real::load(values + static_cast<std::ptrdiff_t>(i) * doubles<Real>);
 }
 
 /// A pair of each body of step i.
-template <class Some = Real>
-[[gnu::always_inline]] inline Vec2<Some> readVector(const double* pairs, int i) {
-  const double* from = pairs + 2 * static_cast<std::ptrdiff_t>(i) * doubles<Some>;
-  if constexpr (doubles<Some> == 1)
+template <class Real = Pack>
+[[gnu::always_inline]] inline Vec2<Real> readVector(const double* pairs, int i) {
+  const double* from = pairs + 2 * static_cast<std::ptrdiff_t>(i) * doubles<Real>;
+  if constexpr (doubles<Real> == 1)
     return {from[0], from[1]};
   else
     return loadPairs(from);
 }
 
-template <class Some = Real>
-[[gnu::always_inline]] inline Rotation<Some> readRotation(const double* e, int i) {
-  const Vec2<Some> pairs = readVector<Some>(e, i);
+template <class Real = Pack>
+[[gnu::always_inline]] inline Rotation<Real> readRotation(const double* e, int i) {
+  const Vec2<Real> pairs = readVector<Real>(e, i);
   return {pairs.x, pairs.y};
 }
 
 /// The links of step i. Each step has so many quantities in a row.
-template <class Some = Real>
-[[gnu::always_inline]] inline Body<Some> linkAt(const double* links, int i) {
-  Body<Some> link;
-  Reader{links + static_cast<std::ptrdiff_t>(i) * doubles<Body<Some>>}(link.m, link.I, link.r, link.p);
+template <class Real = Pack>
+[[gnu::always_inline]] inline Body<Real> linkAt(const double* links, int i) {
+  Body<Real> link;
+  Reader{links + static_cast<std::ptrdiff_t>(i) * doubles<Body<Real>>}(link.m, link.I, link.r, link.p);
   return link;
 }
 
 /// P/|P|, or the first axis if P = 0.
-Vector unit(Vector P) {
-  const Real length = root(mulAdd(P.x, P.x, P.y * P.y));
+Vec2p unit(Vec2p P) {
+  const Pack length = root(mulAdd(P.x, P.x, P.y * P.y));
   const Integers has = length.v > 0;
-  return {Real(has ? (P.x / length).v : Real(1).v), Real(has ? (P.y / length).v : Real().v)};
+  return {Pack(has ? (P.x / length).v : Pack(1).v), Pack(has ? (P.y / length).v : Pack().v)};
 }
 
 /// The directions of the segments' last links.
-Vector outerFrames(const double* links, const double* e, int steps) {
+Vec2p outerFrames(const double* links, const double* e, int steps) {
   return unit(readRotation(e, steps - 1) * linkAt(links, steps - 1).p);
 }
 
@@ -172,23 +66,23 @@ inline double* handlesAt(const SegmentArrays& arrays, int i) {
 template <bool hasMoments, bool hasForces>
 inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const double* omega, const double* N,
                            const double* F) {
-  Sym2<Real> A, C;
-  Vector b, c;
-  const Vector d = outerFrames(arrays.links, e, arrays.steps);
-  Vector Gx{d.x, -d.y}, Gy{d.y, d.x};  // rows of G
+  Sym2<Pack> A, C;
+  Vec2p b, c;
+  const Vec2p d = outerFrames(arrays.links, e, arrays.steps);
+  Vec2p Gx{d.x, -d.y}, Gy{d.y, d.x};  // rows of G
   for (int i = arrays.steps - 1; i >= 0; --i) {
-    const Turned<Real> body = turned(linkAt(arrays.links, i), readRotation(e, i), read(omega, i));
-    const Vector P = body.P;
-    Real moment;
+    const Turned<Pack> body = turned(linkAt(arrays.links, i), readRotation(e, i), read(omega, i));
+    const Vec2p P = body.P;
+    Pack moment;
     if constexpr (hasMoments) moment = read(N, i);
-    const Handle<Real> handle = inwards<false>(body, moment, A, b);
+    const Handle<Pack> handle = inwards<false>(body, moment, A, b);
     if constexpr (hasForces) {
       b -= readVector(F, i);
     }
 
-    const Vector g = mulAdd(P.x, Gy, -P.y * Gx);  // Gᵀ iP
-    const Vector GP = mulAdd(P.x, Gx, P.y * Gy);  // Gᵀ P
-    const Vector gD = handle.inverseD * g;
+    const Vec2p g = mulAdd(P.x, Gy, -P.y * Gx);  // Gᵀ iP
+    const Vec2p GP = mulAdd(P.x, Gx, P.y * Gy);  // Gᵀ P
+    const Vec2p gD = handle.inverseD * g;
     C = {mulAdd(g.x, gD.x, C.xx), mulAdd(g.x, gD.y, C.xy), mulAdd(g.y, gD.y, C.yy)};
     c = mulAdd(handle.u, gD, mulAdd(-body.ww, GP, c));
     Gx = mulAdd(-handle.U.x, gD, Gx);
@@ -198,16 +92,16 @@ inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const d
       Gy = mapped(Gy, flush);
     }
 
-    const Reply<Real> reply = replyOf(handle, body);
+    const Reply<Pack> reply = replyOf(handle, body);
     Writer{handlesAt(arrays, i)}(reply.UD, reply.uD, reply.ww, P, gD);
   }
   return {d, A, C, b, c, {Gx, Gy}};
 }
 
-inline void outwardsOver(const SegmentArrays& arrays, Vector a, Vector force, double* alpha) {
+inline void outwardsOver(const SegmentArrays& arrays, Vec2p a, Vec2p force, double* alpha) {
   for (int i = 0; i < arrays.steps; ++i) {
-    Reply<Real> reply;
-    Vector gD;
+    Reply<Pack> reply;
+    Vec2p gD;
     Reader{handlesAt(arrays, i)}(reply.UD, reply.uD, reply.ww, reply.P, gD);
     reply.uD -= dot(gD, force);
     outwards(reply, a).store(alpha + static_cast<std::ptrdiff_t>(i) * laneCount);
@@ -218,7 +112,7 @@ template <bool hasMoments, bool hasForces>
 PLANAR_CHAIN_IN_ONE_PIECE void runSegments(const SegmentArrays& arrays, const double* e, const double* omega,
                                            const double* N, const double* F, Vec2d ground, double* alpha) {
   const JoinedPair<1> joined(inwardsOver<hasMoments, hasForces>(arrays, e, omega, N, F));
-  Vector a{Real(ground.x), Real(ground.y)}, force;
+  Vec2p a{Pack(ground.x), Pack(ground.y)}, force;
   joined.passOutwards(a, force);
   outwardsOver(arrays, a, force, alpha);
 }
@@ -229,43 +123,48 @@ void segmentsAll(const SegmentArrays& arrays, const double* e, const double* ome
   run(arrays, e, omega, N, F, ground, alpha);
 }
 
-/// Adds to the vectors of each lane the sum of those of the lanes before, or behind.
-[[gnu::always_inline]] inline Vector sumOfOthers(Vector own, Vec2d start, bool before) {
-  Vector others;
-  for (int k = 0; k < laneCount; ++k) {
-    const int lane = before ? k : laneCount - 1 - k;
-    others.x.v[lane] = start.x;
-    others.y.v[lane] = start.y;
-    start += Vec2d{own.x.v[lane], own.y.v[lane]};
+/// `start` and the vectors of the lanes before each lane, or of those behind.
+template <class Real>
+[[gnu::always_inline]] inline Vec2<Real> sumOfOthers(Vec2<Real> own, Vec2d start, bool before) {
+  constexpr int lanes = doubles<Real>;
+  double x[lanes], y[lanes];
+  own.x.store(x);
+  own.y.store(y);
+  for (int k = 0; k < lanes; ++k) {
+    const int lane = before ? k : lanes - 1 - k;
+    const Vec2d its{x[lane], y[lane]};
+    x[lane] = start.x;
+    y[lane] = start.y;
+    start += its;
   }
-  return others;
+  return {Real::load(x), Real::load(y)};
 }
 
 PLANAR_CHAIN_IN_ONE_PIECE Vec2d pinsOfSegments(const SegmentArrays& arrays, const double* e,
                                                const double* omega, const double* alpha, Vec2d ground,
                                                double* pins) {
   const auto turning = [&](int i) {
-    const Rotation<Real> turn = readRotation(e, i);
-    const Real rate = read(omega, i), ww = rate * rate, slope = read(alpha, i);
-    return Rotation<Real>{-(ww * turn.c) - slope * turn.s, slope * turn.c - ww * turn.s};
+    const Rotation<Pack> turn = readRotation(e, i);
+    const Pack rate = read(omega, i), ww = rate * rate, slope = read(alpha, i);
+    return Rotation<Pack>{-(ww * turn.c) - slope * turn.s, slope * turn.c - ww * turn.s};
   };
   const auto pinsAt = [&](int i) {
     return pins + static_cast<std::ptrdiff_t>(i) * SegmentArrays::pinQuantities * laneCount;
   };
-  Vector a, force;
+  Vec2p a, force;
   for (int i = 0; i < arrays.steps; ++i) {
     Writer{pinsAt(i)}(a);
     a += turning(i) * linkAt(arrays.links, i).p;
   }
-  const Vector start = sumOfOthers(a, ground, true);
+  const Vec2p start = sumOfOthers(a, ground, true);
   for (int i = arrays.steps - 1; i >= 0; --i) {
-    const Body<Real> link = linkAt(arrays.links, i);
+    const Body<Pack> link = linkAt(arrays.links, i);
     Reader{pinsAt(i)}(a);
     a += start;
     Writer{pinsAt(i)}(a, force);
     force += link.m * (a + turning(i) * link.r);
   }
-  const Vector outer = sumOfOthers(force, {}, false), all = force + outer;
+  const Vec2p outer = sumOfOthers(force, {}, false), all = force + outer;
   for (int i = 0; i < arrays.steps; ++i) {
     Reader{pinsAt(i)}(a, force);
     force += outer;

@@ -10,107 +10,107 @@ namespace planar_chain::simd {
 namespace {
 
 /// 3×3, by rows.
-template <class Number>
+template <class Scalar>
 struct Matrix3 {
-  Triple<Number> x, y, z;
+  Triple<Scalar> x, y, z;
 };
 
-template <class Number>
-inline Number dot(const Triple<Number>& a, const Triple<Number>& b) {
+template <class Scalar>
+inline Scalar dot(const Triple<Scalar>& a, const Triple<Scalar>& b) {
   return mulAdd(a.x, b.x, mulAdd(a.y, b.y, a.z * b.z));
 }
-template <class Number>
-inline Triple<Number> operator+(const Triple<Number>& a, const Triple<Number>& b) {
+template <class Scalar>
+inline Triple<Scalar> operator+(const Triple<Scalar>& a, const Triple<Scalar>& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
-template <class Number>
-inline Triple<Number> operator-(const Triple<Number>& a, const Triple<Number>& b) {
+template <class Scalar>
+inline Triple<Scalar> operator-(const Triple<Scalar>& a, const Triple<Scalar>& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
-template <class Number>
-inline Triple<Number> cross(const Triple<Number>& a, const Triple<Number>& b) {
+template <class Scalar>
+inline Triple<Scalar> cross(const Triple<Scalar>& a, const Triple<Scalar>& b) {
   return {mulAdd(a.y, b.z, -a.z * b.y), mulAdd(a.z, b.x, -a.x * b.z), mulAdd(a.x, b.y, -a.y * b.x)};
 }
 
-template <class Number>
-inline Triple<Number> operator*(const Matrix3<Number>& M, const Triple<Number>& a) {
+template <class Scalar>
+inline Triple<Scalar> operator*(const Matrix3<Scalar>& M, const Triple<Scalar>& a) {
   return {dot(M.x, a), dot(M.y, a), dot(M.z, a)};
 }
 /// M + A N
-template <class Number>
-inline Matrix3<Number> mulAdd(const Matrix3<Number>& A, const Matrix3<Number>& N, const Matrix3<Number>& M) {
-  const auto row = [&N](const Triple<Number>& a, const Triple<Number>& m) {
+template <class Scalar>
+inline Matrix3<Scalar> mulAdd(const Matrix3<Scalar>& A, const Matrix3<Scalar>& N, const Matrix3<Scalar>& M) {
+  const auto row = [&N](const Triple<Scalar>& a, const Triple<Scalar>& m) {
     return mulAdd(a.x, N.x, mulAdd(a.y, N.y, mulAdd(a.z, N.z, m)));
   };
   return {row(A.x, M.x), row(A.y, M.y), row(A.z, M.z)};
 }
-template <class Number>
-inline Matrix3<Number> operator*(const Matrix3<Number>& A, const Matrix3<Number>& N) {
-  const auto row = [&N](const Triple<Number>& a) { return mulAdd(a.x, N.x, mulAdd(a.y, N.y, a.z * N.z)); };
+template <class Scalar>
+inline Matrix3<Scalar> operator*(const Matrix3<Scalar>& A, const Matrix3<Scalar>& N) {
+  const auto row = [&N](const Triple<Scalar>& a) { return mulAdd(a.x, N.x, mulAdd(a.y, N.y, a.z * N.z)); };
   return {row(A.x), row(A.y), row(A.z)};
 }
-template <class Number>
-inline Matrix3<Number> operator-(const Matrix3<Number>& A) {
+template <class Scalar>
+inline Matrix3<Scalar> operator-(const Matrix3<Scalar>& A) {
   return {-A.x, -A.y, -A.z};
 }
 
 /// (1 + M)⁻¹, by its cofactors.
-template <class Number>
-inline Matrix3<Number> inverseOfOnePlus(Matrix3<Number> M) {
-  const Number one = Real(1);
+template <class Scalar>
+inline Matrix3<Scalar> inverseOfOnePlus(Matrix3<Scalar> M) {
+  const Scalar one = Pack(1);
   M.x.x += one, M.y.y += one, M.z.z += one;
-  const Triple<Number> yz = cross(M.y, M.z), zx = cross(M.z, M.x), xy = cross(M.x, M.y);
-  const Number inverse = Real(1) / dot(M.x, yz);
-  return {inverse * Triple<Number>{yz.x, zx.x, xy.x}, inverse * Triple<Number>{yz.y, zx.y, xy.y},
-          inverse * Triple<Number>{yz.z, zx.z, xy.z}};
+  const Triple<Scalar> yz = cross(M.y, M.z), zx = cross(M.z, M.x), xy = cross(M.x, M.y);
+  const Scalar inverse = Pack(1) / dot(M.x, yz);
+  return {inverse * Triple<Scalar>{yz.x, zx.x, xy.x}, inverse * Triple<Scalar>{yz.y, zx.y, xy.y},
+          inverse * Triple<Scalar>{yz.z, zx.z, xy.z}};
 }
 
 /// Changes between the ground's axes and those along d.
 struct Axes {
-  Vector d;
+  Vec2p d;
 
-  template <class Number>
-  Triple<Number> fromGround(const Triple<Number>& a) const {
+  template <class Scalar>
+  Triple<Scalar> fromGround(const Triple<Scalar>& a) const {
     return {mulAdd(d.x, a.x, d.y * a.y), mulAdd(d.x, a.y, -d.y * a.x), a.z};
   }
-  template <class Number>
-  Triple<Number> toGround(const Triple<Number>& a) const {
+  template <class Scalar>
+  Triple<Scalar> toGround(const Triple<Scalar>& a) const {
     return {mulAdd(d.x, a.x, -d.y * a.y), mulAdd(d.y, a.x, d.x * a.y), a.z};
   }
   /// M for vectors in these axes.
-  template <class Number>
-  Matrix3<Number> taking(const Matrix3<Number>& M) const {
+  template <class Scalar>
+  Matrix3<Scalar> taking(const Matrix3<Scalar>& M) const {
     return {fromGround(M.x), fromGround(M.y), fromGround(M.z)};
   }
   /// M with results in these axes.
-  template <class Number>
-  Matrix3<Number> giving(const Matrix3<Number>& M) const {
+  template <class Scalar>
+  Matrix3<Scalar> giving(const Matrix3<Scalar>& M) const {
     return {mulAdd(d.x, M.x, d.y * M.y), mulAdd(d.x, M.y, -d.y * M.x), M.z};
   }
 };
 
 // ---- Groups of lanes -------------------------------------------------------------------------------
 
-template <class Number, class F>
-inline Matrix3<Number> mapped(const Matrix3<Number>& A, F f) {
+template <class Scalar, class F>
+inline Matrix3<Scalar> mapped(const Matrix3<Scalar>& A, F f) {
   return {mapped(A.x, f), mapped(A.y, f), mapped(A.z, f)};
 }
 
 // ---- Two segments ----------------------------------------------------------------------------------
 
 /// K, H, G, C of a segment, with its last link's direction; and y, c for a right-hand side.
-template <class Number>
+template <class Scalar>
 struct Shows {
-  Vector d;
-  Matrix3<Number> K, H, G, C;
+  Vec2p d;
+  Matrix3<Scalar> K, H, G, C;
 };
-template <class Number>
+template <class Scalar>
 struct ShowsOfSide {
-  Triple<Number> y, c;
+  Triple<Scalar> y, c;
 };
 
 /// Pairs of groups of `size` lanes, and all larger pairs.
-template <class Number, int size>
+template <class Scalar, int size>
 struct LinearPairs {
   template <class Quantity>
   static Quantity inner(const Quantity& a) {
@@ -121,17 +121,17 @@ struct LinearPairs {
     return mapped(a, toOuter<size>);
   }
 
-  static void factor(const Shows<Number>& all, double* kept) {
+  static void factor(const Shows<Scalar>& all, double* kept) {
     if constexpr (size < laneCount) {
       const Axes axes{inner(all.d)};
-      const Matrix3<Number> G = inner(all.G), H = inner(all.H), C = inner(all.C);
-      const Matrix3<Number> outerK = axes.giving(axes.taking(outer(all.K)));
-      const Matrix3<Number> outerG = axes.giving(outer(all.G));
-      const Matrix3<Number> outerH = axes.taking(outer(all.H));
-      const Matrix3<Number> S = inverseOfOnePlus(outerK * C);
-      const Matrix3<Number> SK = S * outerK, SKH = SK * H, SG = S * outerG;
+      const Matrix3<Scalar> G = inner(all.G), H = inner(all.H), C = inner(all.C);
+      const Matrix3<Scalar> outerK = axes.giving(axes.taking(outer(all.K)));
+      const Matrix3<Scalar> outerG = axes.giving(outer(all.G));
+      const Matrix3<Scalar> outerH = axes.taking(outer(all.H));
+      const Matrix3<Scalar> S = inverseOfOnePlus(outerK * C);
+      const Matrix3<Scalar> SK = S * outerK, SKH = SK * H, SG = S * outerG;
 
-      Shows<Number> pair;
+      Shows<Scalar> pair;
       pair.d = outer(all.d);
       pair.K = mulAdd(G, SKH, inner(all.K));
       pair.G = G * SG;
@@ -142,25 +142,25 @@ struct LinearPairs {
 
       Writer write{kept};
       write(axes.d, S, SK, SKH, SG, G, H, C, outerH);
-      LinearPairs<Number, 2 * size>::factor(pair, write.to);
+      LinearPairs<Scalar, 2 * size>::factor(pair, write.to);
     }
   }
 
   /// Turns X at the chain's inner joint and Y at its outer one into those of each lane's segment.
-  static void solve(const ShowsOfSide<Number>& all, const double* kept, Triple<Number>& X,
-                    Triple<Number>& Y) {
+  static void solve(const ShowsOfSide<Scalar>& all, const double* kept, Triple<Scalar>& X,
+                    Triple<Scalar>& Y) {
     if constexpr (size < laneCount) {
       Axes axes;
-      Matrix3<Number> S, SK, SKH, SG, G, H, C, outerH;
+      Matrix3<Scalar> S, SK, SKH, SG, G, H, C, outerH;
       Reader read{kept};
       read(axes.d, S, SK, SKH, SG, G, H, C, outerH);
-      const Triple<Number> c = inner(all.c);
-      const Triple<Number> k = SK * c + S * axes.fromGround(outer(all.y));
-      LinearPairs<Number, 2 * size>::solve({inner(all.y) + G * k, outer(all.c) + outerH * (c - C * k)},
+      const Triple<Scalar> c = inner(all.c);
+      const Triple<Scalar> k = SK * c + S * axes.fromGround(outer(all.y));
+      LinearPairs<Scalar, 2 * size>::solve({inner(all.y) + G * k, outer(all.c) + outerH * (c - C * k)},
                                            read.from, X, Y);
 
-      const Triple<Number> between = SKH * X + (k + SG * Y);
-      const Triple<Number> beyond = axes.toGround(H * X + (c - C * between));
+      const Triple<Scalar> between = SKH * X + (k + SG * Y);
+      const Triple<Scalar> beyond = axes.toGround(H * X + (c - C * between));
       X = either<size>(X, beyond);
       Y = either<size>(between, Y);
     }

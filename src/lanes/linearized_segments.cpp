@@ -68,10 +68,7 @@ LinearizedSegments<Scalar>::LinearizedSegments(const Chain& chain, const simd::L
   handles_ = CacheLines(places * quantities(&LinearArrays::handles));
   outward_ = CacheLines(lanes > 1 ? places * quantities(&LinearArrays::outward) : 0);
   sweeps_ = CacheLines(places);
-  int rounds = 0;
-  while (1 << rounds < lanes) ++rounds;
-  pairs_ =
-      CacheLines(static_cast<std::size_t>(rounds * lanes * parts<Scalar>) * LinearArrays::pairQuantities);
+  pairs_ = CacheLines(index(arrangement_.rounds() * lanes * parts<Scalar> * simd::pairQuantities));
   arrays_ = {arrangement_.steps(),    state_->links.data(), {state_->bodies.data()},
              {state_->masses.data()}, {inward_.data()},     {handles_.data()},
              {outward_.data()},       {sweeps_.data()},     pairs_.data()};

@@ -3,46 +3,66 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lanes/kernel.h"
+#include "lanes/arrangement.h"
 
 namespace planar_chain {
 
-constexpr int columns = simd::SeriesArrays::columns, chunk = simd::SeriesArrays::chunk;
+namespace {
 
-MotionSeries::MotionSeries(const Chain& chain, int orders, const simd::Kernel* kernel)
-    : n_(chain.size()),
-      orders_(orders),
-      kernel_(kernel ? *kernel : simd::kernelFor(n_)),
-      run_(kernel_.series[std::min(n_, 3) - 1]),
-      width_(n_ <= 2 ? chunk : (columns * n_ + chunk - 1) / chunk * chunk),
-      factors_(index(2 * width_) * index(orders + 1)),
-      known_(index(width_)),
-      bodies_(index(n_ * simd::SeriesArrays::bodyNumbers)),
-      inverses_(index(n_ == 1 ? 4 * (orders + 2) : 0)),
-      e_(index(n_) * index(orders + 2)) {
-  for (const Link& link : chain.links()) {
-    const double J = link.inertia + link.mass * dot(link.com, link.com);
-    links_.push_back({link.mass, link.inertia, J, link.mass * link.com, link.pin});
-  }
-  for (int k = 1; n_ == 1 && k < orders + 2; ++k) {
+using simd::SeriesArrays;
+
+/// The products of a chain. One chain takes them chunk by chunk, in lanes.
+int widthOf(int n, int lanes) {
+  if (n == 2) return SeriesArrays::chunk;
+  if (lanes > 1) return n == 1 ? 2 : SeriesArrays::columns * n;
+  const int chunks = (SeriesArrays::columns * n + SeriesArrays::chunk - 1) / SeriesArrays::chunk;
+  return chunks * SeriesArrays::chunk;
+}
+
+}  // namespace
+
+SeriesStorage::SeriesStorage(int n, int order, int lanes)
+    : n_(n), width_(widthOf(n, lanes)), lanes_(index(lanes)) {
+  constexpr int linkNumbers = sizeof(simd::SeriesLink<double>) / sizeof(double);
+  const auto make = [this](CacheLines& array, int numbers) { array.resize(index(numbers) * lanes_); };
+  make(rows_, 2 * width_ * (order + 2));
+  make(known_, (lanes > 1 ? SeriesArrays::knownOrders : 1) * width_);
+  make(bodies_, SeriesArrays::bodyNumbers * n);
+  make(links_, linkNumbers * n);
+  e_.resize(index(n * (order + 2)) * lanes_);
+  if (n > 1 || lanes > 1) return;
+  make(inverses_, 4 * (order + 2));
+  for (int k = 1; k < order + 2; ++k) {
     const double whole = 1.0 / k, rest = std::fma(-k, whole, 1) * whole;
     std::fill_n(inverses_.data() + 4 * k, 2, whole);
     std::fill_n(inverses_.data() + 4 * k + 2, 2, rest);
   }
 }
 
-MotionSeries::~MotionSeries() = default;
+void SeriesStorage::put(int j, std::size_t lane, const Link& link) {
+  const double J = link.inertia + link.mass * dot(link.com, link.com);
+  const Vec2d mr = link.mass * link.com;
+  putInLane(links_.data(), index(j) * lanes_ + lane, lanes_,
+            {link.mass, link.inertia, J, mr.x, mr.y, link.pin.x, link.pin.y});
+}
+
+MotionSeries::MotionSeries(const Chain& chain, int order, const simd::Kernel* kernel)
+    : n_(chain.size()),
+      orders_(order),
+      kernel_(kernel ? *kernel : simd::kernelFor(n_)),
+      run_(kernel_.series[std::min(n_, 3) - 1]),
+      storage_(n_, order, 1) {
+  for (int j = 0; j < n_; ++j) storage_.put(j, 0, chain.links()[index(j)]);
+}
 
 void MotionSeries::find(int order, const Outside& outside, SeriesLoads* loads, double* c,
                         const double* carry) {
-  kernel_.rotations(c, &e_.front().c, n_);
+  kernel_.rotations(c, &storage_.e()->c, n_);
   for (int j = 0; carry && j < n_; ++j) {
-    Rotation<double>& e = e_[index(j)];
+    Rotation<double>& e = storage_.e()[j];
     e = {e.c - carry[j] * e.s, e.s + carry[j] * e.c};
   }
-  run_({n_, width_, factors_.data(), known_.data(), bodies_.data(), &e_.front().c, &links_.front().m,
-        inverses_.data()},
-       order, outside, loads, c);
+  run_(storage_.arrays(), order, outside, loads, c);
 }
 
 bool MotionSeries::areWorthwhile(int n) {

@@ -24,60 +24,68 @@
 /// Solving Ordinary Differential Equations I (1993), section I.8; À. Jorba, M. Zou, A software package for
 /// the numerical integration of ODEs by means of high-order Taylor methods, Exp. Math. 14 (2005).
 
-#include <vector>
-
+#include "lanes/kernel.h"
 #include "planar_chain/chain.h"
-#include "recursion/load_kind.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {
 
-namespace simd {
-struct Kernel;
-template <class Number>
-struct SeriesLink;
-struct SeriesArrays;
-}  // namespace simd
-
-/// The coefficients of the loads.
-class SeriesLoads {
+/// The arrays of a series, for one chain or for one in each SIMD lane. Every number stands there once a lane,
+/// one chain after the other.
+class SeriesStorage {
  public:
-  virtual ~SeriesLoads() = default;
-  /// Writes order k > 0 of N and F in place of order k − 1, from order k of θ and ω.
-  virtual void findOrder(int k, const double* theta, const double* omega) = 0;
+  /// Of n links each, for a series up to `order`. Allocates; the other functions do not.
+  SeriesStorage(int n, int order, int lanes);
+  /// Link j of the chain in a lane.
+  void put(int j, std::size_t lane, const Link& link);
+
+  simd::SeriesArrays arrays() {
+    return {n_,
+            width_,
+            rows_.data(),
+            known_.data(),
+            bodies_.data(),
+            &e_.data()->c,
+            links_.data(),
+            inverses_.data()};
+  }
+  /// Order k of exp(i θ_j) of one chain is number k n + j.
+  const Rotation<double>* e() const { return e_.data(); }
+  Rotation<double>* e() { return e_.data(); }
+
+ private:
+  int n_, width_;
+  std::size_t lanes_;
+  CacheLines rows_, known_, bodies_, links_, inverses_;
+  AlignedArray<Rotation<double>> e_;
 };
 
 class MotionSeries {
  public:
   /// For orders 0 … orders − 1 of α. Uses the given kernel, or else the best of this CPU. Allocates.
   MotionSeries(const Chain& chain, int orders, const simd::Kernel* kernel = nullptr);
-  ~MotionSeries();
 
   /// True if n links are so few that a series may be faster than other methods.
   static bool areWorthwhile(int n);
 
   int orders() const { return orders_; }
   /// Order k of exp(i θ_j), j = 0 … n − 1, is at rotations() + k × rotationsPerOrder().
-  const Rotation<double>* rotations() const { return e_.data(); }
+  const Rotation<double>* rotations() const { return storage_.e(); }
   std::ptrdiff_t rotationsPerOrder() const { return n_; }
   /// The cost of a series of this order, in evaluations of α.
   double cost(int order) const;
 
   /// c has rows of 2n numbers, orders 0 … `order` of θ and ω. Row 0 is read, the others are written.
-  /// `outside` has order 0 of N and F, or nullptr for none; its e is not read. `loads` computes the higher
-  /// orders; nullptr if nothing acts. carry: the rounding error of row 0, which
-  /// the sines and cosines count. Allocates nothing.
+  /// `outside` has order 0 of N and F, or nullptr for none; its e is not read. `loads` computes the
+  /// higher orders; nullptr if nothing acts. carry: the rounding error of row 0, which the sines and
+  /// cosines count. Allocates nothing.
   void find(int order, const Outside& outside, SeriesLoads* loads, double* c, const double* carry = nullptr);
 
  private:
   int n_, orders_;
   const simd::Kernel& kernel_;
-  void (*run_)(const simd::SeriesArrays& arrays, int order, const Outside& outside, SeriesLoads* loads,
-               double* c);
-  int width_;
-  CacheLines factors_, known_, bodies_, inverses_;
-  std::vector<Rotation<double>> e_;
-  std::vector<simd::SeriesLink<double>> links_;
+  simd::SeriesRun run_;
+  SeriesStorage storage_;
 };
 
 }  // namespace planar_chain

@@ -26,19 +26,15 @@ bool Segments::areWorthwhile(int n) {
 }
 
 CacheLines linksInLanes(const Chain& chain, int lanes, int steps, int apart, int next) {
-  constexpr int quantities = simd::SegmentArrays::linkQuantities;
-  CacheLines links(index(steps * lanes * quantities));
+  CacheLines links(index(steps * lanes * simd::SegmentArrays::linkQuantities));
   Link none;
   none.inertia = 1;
   for (int s = 0; s < lanes; ++s) {
     for (int i = 0; i < steps; ++i) {
       const int j = s * apart + i * next;
       const Link& link = j < chain.size() ? chain.links()[index(j)] : none;
-      double* to = links.data() + i * lanes * quantities + s;
-      for (const double number : {link.mass, link.inertia, link.com.x, link.com.y, link.pin.x, link.pin.y}) {
-        *to = number;
-        to += lanes;
-      }
+      putInLane(links.data(), index(i * lanes + s), index(lanes),
+                {link.mass, link.inertia, link.com.x, link.com.y, link.pin.x, link.pin.y});
     }
   }
   return links;

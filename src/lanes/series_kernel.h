@@ -7,7 +7,7 @@
 ///     (xy)_k = x_k y_0 + x_0 y_k + Σ_{0<j<k} x_j y_{k−j}
 ///
 /// All but its first two terms are known before order k: they are computed for all products together, in
-/// lanes. `Some` is Number for one chain, Real for one in each lane.
+/// lanes. `Real` is Lane for one chain, Pack for one in each lane.
 
 #include "lanes/kernel.h"
 #include "lanes/lane_kernel.h"
@@ -31,13 +31,13 @@ template <class Add>
 /// second factors.
 template <int registers>
 [[gnu::always_inline]] inline void findKnown(const double* rows, int width, int k, double* known) {
-  Lanes sums[2][registers];
+  Pack sums[2][registers];
   forInnerOrders(k, [&](int first, int second, int part) {
     const double *x = rows + 2 * first * width, *y = rows + (2 * second + 1) * width;
     PLANAR_CHAIN_WRITTEN_OUT
     for (int r = 0; r < registers; ++r) {
-      Lanes& sum = sums[part][r];
-      sum = mulAdd(Lanes::load(x + r * laneCount), Lanes::load(y + r * laneCount), sum);
+      Pack& sum = sums[part][r];
+      sum = mulAdd(Pack::load(x + r * laneCount), Pack::load(y + r * laneCount), sum);
     }
   });
   PLANAR_CHAIN_WRITTEN_OUT
@@ -47,41 +47,41 @@ template <int registers>
 // ---- Numbers and pairs in memory ---------------------------------------------------------------------
 
 /// Numbers i and i + 1.
-template <class Some>
-[[gnu::always_inline]] inline Vec2<Some> pairAt(const double* numbers, int i) {
-  return {read<Some>(numbers, i), read<Some>(numbers, i + 1)};
+template <class Real>
+[[gnu::always_inline]] inline Vec2<Real> pairAt(const double* numbers, int i) {
+  return {read<Real>(numbers, i), read<Real>(numbers, i + 1)};
 }
-template <class Some>
-[[gnu::always_inline]] inline void storePair(double* numbers, int i, Vec2<Some> a) {
-  a.x.store(numbers + i * doubles<Some>);
-  a.y.store(numbers + (i + 1) * doubles<Some>);
+template <class Real>
+[[gnu::always_inline]] inline void storePair(double* numbers, int i, Vec2<Real> a) {
+  a.x.store(numbers + i * doubles<Real>);
+  a.y.store(numbers + (i + 1) * doubles<Real>);
 }
 /// exp(i θ_j)
-template <class Some>
-[[gnu::always_inline]] inline Rotation<Some> rotationAt(const double* e, int j) {
-  return {read<Some>(e, 2 * j), read<Some>(e, 2 * j + 1)};
+template <class Real>
+[[gnu::always_inline]] inline Rotation<Real> rotationAt(const double* e, int j) {
+  return {read<Real>(e, 2 * j), read<Real>(e, 2 * j + 1)};
 }
-template <class Some>
-[[gnu::always_inline]] inline SeriesLink<Some> seriesLinkAt(const double* links, int j) {
-  SeriesLink<Some> link;
-  Reader{links + j * doubles<SeriesLink<Some>>}(link.m, link.I, link.J, link.mr, link.p);
+template <class Real>
+[[gnu::always_inline]] inline SeriesLink<Real> seriesLinkAt(const double* links, int j) {
+  SeriesLink<Real> link;
+  Reader{links + j * doubles<SeriesLink<Real>>}(link.m, link.I, link.J, link.mr, link.p);
   return link;
 }
 
 /// 1/k in two parts. The rounding of 1/3, the same in every step, would make each add energy.
 struct Inverse {
-  explicit Inverse(int k) : whole(1.0 / k), rest(mulAdd(Number(-k), whole, Number(1)) * whole) {}
-  Number whole, rest;
+  explicit Inverse(int k) : whole(1.0 / k), rest(mulAdd(Lane(-k), whole, Lane(1)) * whole) {}
+  Lane whole, rest;
 };
 /// a/k
 template <int count>
-[[gnu::always_inline]] inline LanesOf<count> operator*(LanesOf<count> a, Inverse perK) {
-  using Some = LanesOf<count>;
-  return mulAdd(a, Some(perK.whole.v), a * Some(perK.rest.v));
+[[gnu::always_inline]] inline PackOf<count> operator*(PackOf<count> a, Inverse perK) {
+  using Real = PackOf<count>;
+  return mulAdd(a, Real(perK.whole.v), a * Real(perK.rest.v));
 }
 
 /// Input of order k, and the places of order k + 1.
-template <class Some>
+template <class Real>
 struct Order {
   int k;
   double *rows, *row;  ///< of the products: order 0, and k
@@ -93,45 +93,45 @@ struct Order {
   double* nextE;
   Inverse perOrder, perNext;  ///< 1/(k + 1), 1/(k + 2)
 
-  Some rate(int j) const { return read<Some>(omega, j); }
-  Some moment(int j) const { return N ? read<Some>(N, j) : Some(0); }
+  Real rate(int j) const { return read<Real>(omega, j); }
+  Real moment(int j) const { return N ? read<Real>(N, j) : Real(0); }
 };
 
 /// Order k of the products from a column on. They come in pairs, in columns i and i + 1.
-template <class Some, bool isFirst>
+template <class Real, bool isFirst>
 class Products {
  public:
-  Products(const Order<Some>& order, int width, int column, const double* known)
-      : x0_(order.rows + column * doubles<Some>),
-        y0_(x0_ + width * doubles<Some>),
-        x_(order.row + column * doubles<Some>),
-        y_(x_ + width * doubles<Some>),
-        known_(known + column * doubles<Some>) {}
+  Products(const Order<Real>& order, int width, int column, const double* known)
+      : x0_(order.rows + column * doubles<Real>),
+        y0_(x0_ + width * doubles<Real>),
+        x_(order.row + column * doubles<Real>),
+        y_(x_ + width * doubles<Real>),
+        known_(known + column * doubles<Real>) {}
 
-  void setX(int i, Vec2<Some> x) const { storePair(x_, i, x); }
-  Vec2<Some> firstX(int i) const { return pairAt<Some>(x0_, i); }
-  Vec2<Some> operator()(int i) const {
-    const Vec2<Some> x = firstX(i), y = pairAt<Some>(y_, i);
+  void setX(int i, Vec2<Real> x) const { storePair(x_, i, x); }
+  Vec2<Real> firstX(int i) const { return pairAt<Real>(x0_, i); }
+  Vec2<Real> operator()(int i) const {
+    const Vec2<Real> x = firstX(i), y = pairAt<Real>(y_, i);
     if constexpr (isFirst) return {x.x * y.x, x.y * y.y};
-    const Vec2<Some> rest = withoutLast(i);
+    const Vec2<Real> rest = withoutLast(i);
     return {mulAdd(x.x, y.x, rest.x), mulAdd(x.y, y.y, rest.y)};
   }
 
   /// A cross product has the components of its second factor exchanged.
-  void setCrossY(int i, Vec2<Some> y) const { storePair<Some>(y_, i, {y.y, y.x}); }
+  void setCrossY(int i, Vec2<Real> y) const { storePair<Real>(y_, i, {y.y, y.x}); }
   /// number − product, y coming last
-  Some lessCross(Some number, int i, Vec2<Some> y) const {
+  Real lessCross(Real number, int i, Vec2<Real> y) const {
     if constexpr (!isFirst) {
-      const Vec2<Some> rest = withoutLast(i);
+      const Vec2<Real> rest = withoutLast(i);
       number -= rest.x - rest.y;
     }
-    const Vec2<Some> x = firstX(i);
+    const Vec2<Real> x = firstX(i);
     return mulAdd(x.y, y.x, mulAdd(-x.x, y.y, number));
   }
 
  private:
-  Vec2<Some> withoutLast(int i) const {
-    const Vec2<Some> x = pairAt<Some>(x_, i), y = pairAt<Some>(y0_, i), known = pairAt<Some>(known_, i);
+  Vec2<Real> withoutLast(int i) const {
+    const Vec2<Real> x = pairAt<Real>(x_, i), y = pairAt<Real>(y0_, i), known = pairAt<Real>(known_, i);
     return {mulAdd(x.x, y.x, known.x), mulAdd(x.y, y.y, known.y)};
   }
 
@@ -145,38 +145,38 @@ class Products {
 /// Columns i and i + 1 are ω c and ω s, the second factor one order ahead. With z = Σ_{j≤k} ω_j e_{k+1−j},
 ///
 ///     ë_k = i (α_k e_0 + (k+1) z)        e_{k+2} = i (ω_{k+1} e_0 + z)/(k+2)        (k+1) ω_{k+1} = α_k
-template <class Some, bool isFirst>
-[[gnu::always_inline]] inline Rotation<Some> turning(const Products<Some, isFirst>& product, Some omega) {
+template <class Real, bool isFirst>
+[[gnu::always_inline]] inline Rotation<Real> turning(const Products<Real, isFirst>& product, Real omega) {
   product.setX(0, {omega, omega});
-  const Vec2<Some> z = product(0);
+  const Vec2<Real> z = product(0);
   return {z.x, z.y};
 }
 
 /// ë_k b as if α_k were 0.
-template <class Some>
-[[gnu::always_inline]] inline Vec2<Some> second(const Order<Some>& order, Rotation<Some> z, Vec2<Some> b) {
-  return Rotation<Some>{-z.s, z.c} * (Some(order.k + 1) * b);
+template <class Real>
+[[gnu::always_inline]] inline Vec2<Real> second(const Order<Real>& order, Rotation<Real> z, Vec2<Real> b) {
+  return Rotation<Real>{-z.s, z.c} * (Real(order.k + 1) * b);
 }
 
 /// Writes order k + 1 of the angle, rate and e of body j, and e to `column` of the second factors.
-template <class Some>
-[[gnu::always_inline]] inline void goOn(const Order<Some>& order, int width, int column, int j,
-                                        Rotation<Some> z, Some alpha) {
+template <class Real>
+[[gnu::always_inline]] inline void goOn(const Order<Real>& order, int width, int column, int j,
+                                        Rotation<Real> z, Real alpha) {
   const double perOrder = order.perOrder.whole.v, perNext = order.perNext.whole.v;
-  const Some part(perNext), turn = Some(perOrder * perNext) * alpha;
-  const Rotation<Some> start = rotationAt<Some>(order.start, j);
-  const Vec2<Some> e{mulAdd(-turn, start.s, -part * z.s), mulAdd(turn, start.c, part * z.c)};
-  (Some(perOrder) * order.rate(j)).store(order.next + j * doubles<Some>);
-  (Some(perOrder) * alpha).store(order.next + (order.n + j) * doubles<Some>);
+  const Real part(perNext), turn = Real(perOrder * perNext) * alpha;
+  const Rotation<Real> start = rotationAt<Real>(order.start, j);
+  const Vec2<Real> e{mulAdd(-turn, start.s, -part * z.s), mulAdd(turn, start.c, part * z.c)};
+  (Real(perOrder) * order.rate(j)).store(order.next + j * doubles<Real>);
+  (Real(perOrder) * alpha).store(order.next + (order.n + j) * doubles<Real>);
   storePair(order.nextE, 2 * j, e);
   storePair(order.row, 3 * width + column, e);
 }
 
 /// e_1 = i ω_0 e_0
-template <class Some>
-inline void beginTurning(const SeriesArrays& of, int width, int j, int column, Some omega) {
-  const Rotation<Some> start = rotationAt<Some>(of.e, j);
-  const Vec2<Some> e{-omega * start.s, omega * start.c};
+template <class Real>
+inline void beginTurning(const SeriesArrays& of, int width, int j, int column, Real omega) {
+  const Rotation<Real> start = rotationAt<Real>(of.e, j);
+  const Vec2<Real> e{-omega * start.s, omega * start.c};
   storePair(of.e, 2 * (of.n + j), e);
   storePair(of.rows, width + column, e);
 }

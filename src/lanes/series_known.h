@@ -24,7 +24,7 @@ enum PairKind {
 
 class KnownPair {
  public:
-  static constexpr int orders = 4;
+  static constexpr int orders = SeriesArrays::knownOrders;
 
   /// The columns begin at x and y of order 0, orders lie `apart`. Sums of order k go to known + k % 4 × row.
   KnownPair(const double* x, const double* y, int apart, double* known, int row)
@@ -35,11 +35,11 @@ class KnownPair {
   [[gnu::always_inline]] void find(int k) const {
     if constexpr (late == 0) return findFour<kind>(k);
     double* known = known_ + late * row_;
-    Real sums[2];
+    Pack sums[2];
     PLANAR_CHAIN_WRITTEN_OUT
     for (int c = 0; c < 2; ++c) {
       const int factor = kind == sharing ? 0 : c;
-      Real& sum = sums[c];
+      Pack& sum = sums[c];
       if (k > late) {
         if (kind != summed || c == 0) sum = read(known, c);
         PLANAR_CHAIN_WRITTEN_OUT
@@ -56,22 +56,22 @@ class KnownPair {
 
  private:
   template <PairKind kind>
-  [[gnu::always_inline]] static void store(Real first, Real second, double* known) {
+  [[gnu::always_inline]] static void store(Pack first, Pack second, double* known) {
     if constexpr (kind == summed) return (first + second).store(known);
     first.store(known);
     second.store(known + laneCount);
   }
-  Real x(int order, int column) const { return Real::load(x_ + order * apart_ + column * laneCount); }
-  Real y(int order, int column) const { return Real::load(y_ + order * apart_ + column * laneCount); }
+  Pack x(int order, int column) const { return Pack::load(x_ + order * apart_ + column * laneCount); }
+  Pack y(int order, int column) const { return Pack::load(y_ + order * apart_ + column * laneCount); }
 
   template <PairKind kind>
   [[gnu::always_inline]] void findFour(int K) const {
-    Real sums[2][orders], last[2][orders];  // last[c][d]: y_{K−j+d}
+    Pack sums[2][orders], last[2][orders];  // last[c][d]: y_{K−j+d}
     const auto add = [&](int j, auto count) {
-      const Real shared = x(j, 0);
+      const Pack shared = x(j, 0);
       PLANAR_CHAIN_WRITTEN_OUT
       for (int c = 0; c < 2; ++c) {
-        const Real factor = kind == sharing || c == 0 ? shared : x(j, c);
+        const Pack factor = kind == sharing || c == 0 ? shared : x(j, c);
         for (int d = orders - 1; d > 0; --d) last[c][d] = last[c][d - 1];
         last[c][0] = y(K - j, c);
         PLANAR_CHAIN_WRITTEN_OUT

@@ -11,37 +11,37 @@ namespace planar_chain::simd {
 namespace {
 
 /// A body at the order in hand.
-template <class Number>
+template <class Real>
 struct BodyInSeries {
   // Of order 0: U/D, 1/D, and the articulated mass at the outer pin.
-  Vec2<Number> W;
-  Number inverseD;
-  Sym2<Number> A;
+  Vec2<Real> W;
+  Real inverseD;
+  Sym2<Real> A;
   // As if its α were 0: a of the inner pin, f on the next link; then b and u/D; z: see turning().
-  Vec2<Number> a, f, b;
-  Number v;
-  Rotation<Number> z;
+  Vec2<Real> a, f, b;
+  Real v;
+  Rotation<Real> z;
 };
-static_assert(sizeof(BodyInSeries<Number>) == SeriesArrays::bodyNumbers * sizeof(double));
+static_assert(sizeof(BodyInSeries<Lane>) == SeriesArrays::bodyNumbers * sizeof(double));
 
 /// Link by link. Columns of each: how it turns, m R×a, P×f, with a of the inner pin and f on the next link.
-template <class Number>
+template <class Real>
 class Links {
  public:
-  using Some = Number;
+  using RealType = Real;
   /// The articulated masses at order 0.
-  Links(const SeriesArrays& of, Vec2<Some> ground, const double* omega)
+  Links(const SeriesArrays& of, Vec2<Real> ground, const double* omega)
       : n_(of.n), width_(of.width), sums_(of.known), known_(of.known), links_(of.links), ground_(ground) {
-    bodies_ = reinterpret_cast<BodyInSeries<Some>*>(of.bodies);
-    Sym2<Some> A;
+    bodies_ = reinterpret_cast<BodyInSeries<Real>*>(of.bodies);
+    Sym2<Real> A;
     for (int j = n_ - 1; j >= 0; --j) {
-      beginTurning(of, width_, j, columns * j, read<Some>(omega, j));
-      const SeriesLink<Some> link = seriesLinkAt<Some>(links_, j);
-      const Rotation<Some> e = rotationAt<Some>(of.e, j);
-      const Vec2<Some> P = e * link.p, AiP = A * perp(P);
-      const Vec2<Some> U = perp(e * link.mr) + AiP;
-      const Some m = link.m, inverse = Some(1) / (link.J + dot(perp(P), AiP));
-      const Vec2<Some> W = inverse * U;
+      beginTurning(of, width_, j, columns * j, read<Real>(omega, j));
+      const SeriesLink<Real> link = seriesLinkAt<Real>(links_, j);
+      const Rotation<Real> e = rotationAt<Real>(of.e, j);
+      const Vec2<Real> P = e * link.p, AiP = A * perp(P);
+      const Vec2<Real> U = perp(e * link.mr) + AiP;
+      const Real m = link.m, inverse = Real(1) / (link.J + dot(perp(P), AiP));
+      const Vec2<Real> W = inverse * U;
       bodies_[j].A = A;
       bodies_[j].W = W;
       bodies_[j].inverseD = inverse;
@@ -51,7 +51,7 @@ class Links {
   int bodies() const { return n_; }
   int stride() const { return width_; }
   void know(const double* rows, int k) {
-    if constexpr (doubles<Some> == 1) {
+    if constexpr (doubles<Real> == 1) {
       constexpr int chunk = SeriesArrays::chunk;
       for (int at = 0; at < width_; at += chunk) {
         findKnown<chunk / laneCount>(rows + at, width_, k, known_ + at);
@@ -62,18 +62,18 @@ class Links {
   }
 
   template <bool isFirst>
-  void find(const Order<Some>& order) {
+  void find(const Order<Real>& order) {
     const auto productsOf = [&](int j) {
-      return Products<Some, isFirst>(order, width_, columns * j, known_);
+      return Products<Real, isFirst>(order, width_, columns * j, known_);
     };
 
     // As if α_k were 0: accelerations, outwards.
-    Vec2<Some> a = isFirst ? ground_ : Vec2<Some>{};
+    Vec2<Real> a = isFirst ? ground_ : Vec2<Real>{};
     for (int j = 0; j < n_; ++j) {
-      BodyInSeries<Some>& body = bodies_[j];
+      BodyInSeries<Real>& body = bodies_[j];
       const auto product = productsOf(j);
-      const Rotation<Some> e = rotationAt<Some>(order.e, j);
-      const SeriesLink<Some> link = seriesLinkAt<Some>(links_, j);
+      const Rotation<Real> e = rotationAt<Real>(order.e, j);
+      const SeriesLink<Real> link = seriesLinkAt<Real>(links_, j);
       body.z = turning(product, order.rate(j));
       product.setX(mRa, e * link.mr);
       product.setX(Pf, e * link.p);
@@ -83,28 +83,28 @@ class Links {
     }
 
     // Forces, inwards, and what moment is left over; b of all that it makes move.
-    Vec2<Some> f, b;
+    Vec2<Real> f, b;
     for (int j = n_ - 1; j >= 0; --j) {
-      BodyInSeries<Some>& body = bodies_[j];
+      BodyInSeries<Real>& body = bodies_[j];
       const auto product = productsOf(j);
-      const Some own = product.lessCross(order.moment(j), mRa, body.a);
-      const Some left = product.lessCross(own, Pf, f);
-      const Some u = left - cross(product.firstX(Pf), b);
-      const Vec2<Some> inertial = body.f;
+      const Real own = product.lessCross(order.moment(j), mRa, body.a);
+      const Real left = product.lessCross(own, Pf, f);
+      const Real u = left - cross(product.firstX(Pf), b);
+      const Vec2<Real> inertial = body.f;
       body.v = body.inverseD * u;
       body.f = f;
       body.b = b;
       f += inertial;
-      if (order.F) f -= pairAt<Some>(order.F, 2 * j);
+      if (order.F) f -= pairAt<Real>(order.F, 2 * j);
       b = mulAdd(u, body.W, b);
     }
 
     // α_k, outwards, and what it does.
-    Vec2<Some> da;
+    Vec2<Real> da;
     for (int j = 0; j < n_; ++j) {
-      const BodyInSeries<Some>& body = bodies_[j];
+      const BodyInSeries<Real>& body = bodies_[j];
       const auto product = productsOf(j);
-      const Some alpha = body.v - dot(body.W, da);
+      const Real alpha = body.v - dot(body.W, da);
       product.setCrossY(mRa, body.a + da);
       da = mulAdd(alpha, perp(product.firstX(Pf)), da);
       product.setCrossY(Pf, body.f + body.A * da + body.b);
@@ -118,8 +118,8 @@ class Links {
   int n_, width_;
   double *sums_, *known_;
   const double* links_;
-  BodyInSeries<Some>* bodies_;
-  Vec2<Some> ground_;
+  BodyInSeries<Real>* bodies_;
+  Vec2<Real> ground_;
 };
 
 // ---- All orders --------------------------------------------------------------------------------------
@@ -133,23 +133,23 @@ template <bool isFirst, class Shape, class Loads>
 [[gnu::always_inline]] inline void orderOf(Shape& shape, const SeriesArrays& of, int k,
                                            const ActingInSeries& acting, Inverse perOrder, Inverse perNext,
                                            Loads findLoads, double* c) {
-  constexpr int d = doubles<typename Shape::Some>;
+  constexpr int d = doubles<typename Shape::RealType>;
   const int n = shape.bodies();
   double* theta = c + k * 2 * n * d;
   double* omega = theta + n * d;
-  const Order<typename Shape::Some> order{k,
-                                          of.rows,
-                                          of.rows + 2 * k * shape.stride() * d,
-                                          n,
-                                          acting.N,
-                                          acting.F,
-                                          omega,
-                                          omega + n * d,
-                                          of.e,
-                                          of.e + 2 * k * n * d,
-                                          of.e + 2 * (k + 2) * n * d,
-                                          perOrder,
-                                          perNext};
+  const Order<typename Shape::RealType> order{k,
+                                              of.rows,
+                                              of.rows + 2 * k * shape.stride() * d,
+                                              n,
+                                              acting.N,
+                                              acting.F,
+                                              omega,
+                                              omega + n * d,
+                                              of.e,
+                                              of.e + 2 * k * n * d,
+                                              of.e + 2 * (k + 2) * n * d,
+                                              perOrder,
+                                              perNext};
   if constexpr (!isFirst) {
     shape.know(of.rows, k);
     findLoads(k, theta, omega);
@@ -161,8 +161,8 @@ template <bool isFirst, class Shape, class Loads>
 template <class Shape, class Loads>
 [[gnu::always_inline]] inline void allOrders(const SeriesArrays& of, int order, const ActingInSeries& acting,
                                              Loads findLoads, double* c) {
-  using Some = typename Shape::Some;
-  Shape shape(of, pairAt<Some>(acting.ground, 0), c + of.n * doubles<Some>);
+  using Real = typename Shape::RealType;
+  Shape shape(of, pairAt<Real>(acting.ground, 0), c + of.n * doubles<Real>);
   Inverse perOrder(2);
   orderOf<true>(shape, of, 0, acting, Inverse(1), perOrder, findLoads, c);
   for (int k = 1; k < order; ++k) {

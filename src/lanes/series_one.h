@@ -7,7 +7,7 @@
 namespace planar_chain::simd {
 namespace {
 
-using Pair = LanesOf<2>;
+using Pair = PackOf<2>;
 
 /// The numbers change places.
 Pair swapped(Pair a) {

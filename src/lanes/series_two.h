@@ -1,7 +1,7 @@
 #pragma once
 
 /// The Taylor series of two bodies. See motion_series.h for the equations. Each order waits for the one
-/// before. So both bodies are computed side by side. It takes a third of the time of the series for any
+/// before. So both bodies are computed at once. It takes a third of the time of the series for any
 /// number of bodies.
 
 #include "lanes/series_kernel.h"
@@ -11,7 +11,7 @@ namespace {
 
 // ---- Two pairs of numbers ------------------------------------------------------------------------------
 
-using Four = LanesOf<4>;
+using Four = PackOf<4>;
 
 /// Both numbers of a pair are the same.
 Four pairsOf(double first, double second) {
@@ -54,8 +54,8 @@ Four heads(Four a, Four b) {
 /// … 7 those of the cross products, (x, −y) of P_1 and S_2 times (y, x) of S̈_2 − F_2 and P̈_1.
 class Two {
  public:
-  using Some = Number;
-  Two(const SeriesArrays& of, Vec2<Number> at, const double* omega) {
+  using RealType = Lane;
+  Two(const SeriesArrays& of, Vec2<Lane> at, const double* omega) {
     const auto* links = reinterpret_cast<const SeriesLink<double>*>(of.links);
     const SeriesLink<double>&first = links[0], &second = links[1];
     const Vec2d ground{at.x.v, at.y.v};
@@ -94,7 +94,7 @@ class Two {
   }
 
   template <bool isFirst>
-  [[gnu::always_inline]] void find(const Order<Number>& order) {
+  [[gnu::always_inline]] void find(const Order<Lane>& order) {
     const Four x = conjugate(place(e_, body_, turnedBody_));
     double* row = order.row;
     omega_.store(row);

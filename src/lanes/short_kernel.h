@@ -13,7 +13,7 @@ namespace {
 
 /// exp(i θ_j) of bodies first, first + 1 …, computed, or read if forces act.
 template <LoadKind acting>
-[[gnu::always_inline]] inline Rotation<Real> rotationsFrom(int first, int n, const double* y, double* e) {
+[[gnu::always_inline]] inline Rotation<Pack> rotationsFrom(int first, int n, const double* y, double* e) {
   if constexpr (acting != LoadKind::forces) return rotationsOfSome(y + first, n - first, e + 2 * first);
   return loadRotations(e + 2 * first);
 }
@@ -33,10 +33,10 @@ class BodiesInLanes {
     }
   }
 
-  [[gnu::always_inline]] Turned<Number> operator[](int j) const {
-    const Turned<Real>& block = blocks_[j / laneCount];
+  [[gnu::always_inline]] Turned<Lane> operator[](int j) const {
+    const Turned<Pack>& block = blocks_[j / laneCount];
     const int s = j % laneCount;
-    const auto lane = [s](const Real& value) { return Number(value.v[s]); };
+    const auto lane = [s](const Pack& value) { return Lane(value.v[s]); };
     return {lane(block.m),
             lane(block.J),
             {lane(block.R.x), lane(block.R.y)},
@@ -46,18 +46,18 @@ class BodiesInLanes {
 
  private:
   static constexpr int blocks = (n + laneCount - 1) / laneCount;
-  Turned<Real> blocks_[blocks];
+  Turned<Pack> blocks_[blocks];
 };
 
 /// N_j and F_j if they act, else 0.
 template <LoadKind acting>
-Number momentOn(const Outside& outside, int j) {
-  if constexpr (acting == LoadKind::nothing) return Number(0);
-  return Number(outside.N[j]);
+Lane momentOn(const Outside& outside, int j) {
+  if constexpr (acting == LoadKind::nothing) return Lane(0);
+  return Lane(outside.N[j]);
 }
 
 template <LoadKind acting>
-Vec2<Number> forceOn(const Outside& outside, int j) {
+Vec2<Lane> forceOn(const Outside& outside, int j) {
   if constexpr (acting != LoadKind::forces) return {};
   return vectorOf(outside.F[j]);
 }
@@ -67,11 +67,11 @@ void shortChain(const double* links, const Outside& outside, const double* y, do
   BodiesInLanes<n> bodies;
   bodies.template turn<acting>(links, y, &outside.e->c);
 
-  Sym2<Number> A;
-  Vec2<Number> b;
-  Reply<Number> replies[n];
+  Sym2<Lane> A;
+  Vec2<Lane> b;
+  Reply<Lane> replies[n];
   const auto inwardsOver = [&](auto isTip, int j) {
-    const Turned<Number> body = bodies[j];
+    const Turned<Lane> body = bodies[j];
     replies[j] = replyOf(inwards<decltype(isTip)::value>(body, momentOn<acting>(outside, j), A, b), body);
     if constexpr (acting == LoadKind::forces) b -= forceOn<acting>(outside, j);
   };
@@ -79,7 +79,7 @@ void shortChain(const double* links, const Outside& outside, const double* y, do
   PLANAR_CHAIN_WRITTEN_OUT
   for (int j = n - 2; j >= 0; --j) inwardsOver(std::false_type{}, j);
 
-  Vec2<Number> a = vectorOf(outside.ground);
+  Vec2<Lane> a = vectorOf(outside.ground);
   PLANAR_CHAIN_WRITTEN_OUT
   for (int j = 0; j < n; ++j) {
     dydt[j] = y[n + j];
@@ -96,25 +96,23 @@ void shortChain(const double* links, const Outside& outside, const double* y, do
 /// and det M = J_1 J_2 + m_2 |p_1|² I_2 + λ², where nothing cancels. Constants: see twoInLanes().
 template <LoadKind acting>
 void twoBodies(const double* links, const Outside& outside, const double* y, double* __restrict dydt) {
-  const Rotation<Real> turn = rotationsFrom<acting>(0, 2, y, &outside.e->c);
-  Vector moments, pins;
+  const Rotation<Pack> turn = rotationsFrom<acting>(0, 2, y, &outside.e->c);
+  Vec2p moments, pins;
   Reader{links + 2 * laneCount}(moments, pins);
   moments = turn * moments;
   pins = turn * pins;
-  const auto vector = [](const Vector& of, int j) {
-    return Vec2<Number>{Number(of.x.v[j]), Number(of.y.v[j])};
-  };
-  const Vec2<Number> S1 = vector(moments, 0), S2 = vector(moments, 1), P1 = vector(pins, 0);
-  const Number M11(links[0]), J2(links[1]), constant(links[laneCount]);
-  const Number omega1(y[2]), omega2(y[3]);
-  const Vec2<Number> a = vectorOf(outside.ground);
+  const auto vector = [](const Vec2p& of, int j) { return Vec2<Lane>{Lane(of.x.v[j]), Lane(of.y.v[j])}; };
+  const Vec2<Lane> S1 = vector(moments, 0), S2 = vector(moments, 1), P1 = vector(pins, 0);
+  const Lane M11(links[0]), J2(links[1]), constant(links[laneCount]);
+  const Lane omega1(y[2]), omega2(y[3]);
+  const Vec2<Lane> a = vectorOf(outside.ground);
 
-  const Number kappa = dot(P1, S2);
-  const Number lambda = cross(P1, S2);
-  Number f1 = mulAdd(omega2 * omega2, lambda, momentOn<acting>(outside, 0) - cross(S1, a));
+  const Lane kappa = dot(P1, S2);
+  const Lane lambda = cross(P1, S2);
+  Lane f1 = mulAdd(omega2 * omega2, lambda, momentOn<acting>(outside, 0) - cross(S1, a));
   if constexpr (acting == LoadKind::forces) f1 += cross(P1, forceOn<acting>(outside, 1));
-  const Number f2 = mulAdd(-(omega1 * omega1), lambda, momentOn<acting>(outside, 1) - cross(S2, a));
-  const Number inverse = Number(1) / mulAdd(lambda, lambda, constant);
+  const Lane f2 = mulAdd(-(omega1 * omega1), lambda, momentOn<acting>(outside, 1) - cross(S2, a));
+  const Lane inverse = Lane(1) / mulAdd(lambda, lambda, constant);
   dydt[0] = y[2];
   dydt[1] = y[3];
   dydt[2] = (mulAdd(J2, f1, -kappa * f2) * inverse).v;

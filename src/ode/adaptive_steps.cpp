@@ -1,247 +1,162 @@
 #include "ode/adaptive_steps.h"
 
 #include <algorithm>
-#include <deque>
-#include <memory>
-#include <optional>
+#include <cmath>
+#include <stdexcept>
+#include <string>
 #include <utility>
-#include <vector>
+
+#include "simd/elementary.h"
 
 namespace planar_chain::ode {
 
-namespace {
+// Inline: as calls they make a step of dopri5 with one link 1 % longer (test/instructions.py).
+inline double AdaptiveSteps::landing(double t, double end, double h) {
+  const double left = end - t;
+  if (h >= left * (1 - 1e-9)) return end;
+  return h > left / 2 ? t + left / 2 : t + h;
+}
 
-/// From time to time a challenger makes a few steps of the same motion. It replaces the incumbent if its
-/// speed, progress over cost, is clearly higher. Cost is counted, not timed, so the choice is the same on
-/// every machine. The steps of both meet the tolerance, and none is made twice.
-///
-/// An explicit method stays well below its limit of stability, however small its errors are: near the limit
-/// it leaves oscillations within the tolerance, which a stiff method would have to follow. The limit follows
-/// from the largest eigenvalue of J (local_stiffness.h). So the best speed of an explicit method is known
-/// without a trial.
-///
-/// Some steps follow an oscillation, and some are so long that they damp it. Many lengths between fit
-/// neither. So an implicit method whose error sees stiff modes starts its trial with a leap, even against
-/// itself.
-class FastestSteps : public Integrator {
- public:
-  FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance,
-               std::shared_ptr<LocalStiffness> stiffness, bool jumpsOften)
-      : isFine_(tolerance.isFine()), judged_(jumpsOften ? 12 : 3), stiffness_(std::move(stiffness)) {
-    for (auto& stepper : steppers) methods_.emplace_back(std::move(stepper), tolerance, stiffness_);
-  }
+inline double AdaptiveSteps::growth(double log) const {
+  return safety * simd::exp2(beta_ * lastLog_ - (exponent_ - 0.75 * beta_) * log);
+}
 
-  const char* name() const override { return methods_[inUse_].name(); }
+inline double AdaptiveSteps::foreseen(double error) const {
+  if (!std::isfinite(error)) return smallestFactor;
+  const double factor = sure * simd::power(error, -exponent_);
+  return std::min(std::max(factor, smallestFactor), largestFactor);
+}
 
-  Outcome advance(State& state, double end, double longestStep) override {
-    if (!started_) start(state, end);
-    for (;;) {
-      // Start or judge a trial.
-      if (onTrial_ && (run_.steps >= judged_ || run_.cost > trialCostLeft_ || isHopeless())) {
-        judgeTrial();
-      } else if (!onTrial_ && run_.steps >= patience_) {
-        startTrial();
-      }
-
-      // Attempt a step.
-      const double before = state.t;
-      lastTried_ = &running();
-      const std::optional<Outcome> outcome =
-          lastTried_->attempt(state, end, std::min(longestStep, steadyStep(*lastTried_)));
-
-      // Count it.
-      const double cost = lastTried_->cost();
-      run_.cost += cost;
-      run_.progress += state.t - before;
-      (onTrial_ ? onTrials_ : onIncumbents_) += cost;
-      if (!outcome) {
-        ++count_.rejected;
-      } else if (hasFailed(*outcome)) {
-        if (tryTheNext()) continue;
-        return *outcome;
-      } else {
-        ++count_.accepted;
-        ++run_.steps;
-        failures_ = 0;
-        count_.lastError = lastTried_->count().lastError;
-      }
-      end_ = state.t;
-      if (outcome) return *outcome;
-    }
-  }
-
-  bool stepTo(State& state, double t) override {
-    const bool isFinite = lastTried_->stepTo(state, t);
-    run_.cost += lastTried_->cost();
-    endAt(t);
-    return isFinite;
-  }
-  bool allows(const Vector& y, double h, const Vector& error) const override {
-    return lastTried_->allows(y, h, error);
-  }
-  void endAt(double t) override { run_.progress += t - std::exchange(end_, t); }
-
-  int pieces() const override { return lastTried_->pieces(); }
-
-  void restartAfter(Change change) override {
-    for (AdaptiveSteps& method : methods_) method.restartAfter(change);
-    if (change != Change::all) return;
-    started_ = onTrial_ = false;
-    patience_ = leastPatience;
-    failures_ = 0;
-    run_ = {};
-    onTrials_ = onIncumbents_ = 0;
-  }
-  void setTolerance(const Tolerance& tolerance) override {
-    for (AdaptiveSteps& method : methods_) method.setTolerance(tolerance);
-  }
-  StepCount count() const override { return count_; }
-
- private:
-  static constexpr int leastPatience = 25;  // steps between trials; doubled when the incumbent wins,
-  static constexpr int fewerTrials = 4;     // or multiplied by this when it wins clearly
-  static constexpr int mostPatience = 1600;
-  static constexpr double clearly = 1.15;         // the challenger's speed over the incumbent's to win
-  static constexpr double hopeful = 1.3;          // its speed over its last one to go on
-  static constexpr double hopeless = 0.7;         // an explicit challenger with less than this loses
-  static constexpr double farEnough = 0.75;       // of the limit of stability
-  static constexpr double clearlyNotStiff = 0.1;  // of that step, for a start with an explicit method
-  static constexpr double nearTheLimit = 0.5;     // of that step: a stiff method may be faster
-  static constexpr double mostTrialCost = 600;    // evaluations
-  static constexpr double trialBudget = 0.2;      // of the incumbents' cost, for uncertain trials
-  static constexpr double notFar = 0.1;           // of the incumbent's step, for a stiff method's first one
-  static constexpr double farthestLeap = 1000;    // times the incumbent's step
-  static constexpr double cautious = 0.5;         // of that step, for an explicit one's first one
-
-  /// Progress, s, and cost of a method, in evaluations.
-  struct Run {
-    double progress = 0, cost = 0;
-    int steps = 0;
-    double speed() const { return cost > 0 ? progress / cost : 0; }
+inline double AdaptiveSteps::errorNorm(const Vector& y, double h, const Vector& error) const {
+  const Allowance allowance(tolerance_, *stiffness_, h);
+  const Eigen::Index all = tolerance_.ceiling.size(), angles = std::min(tolerance_.firstRate, all);
+  const auto largest = [&](double most, Eigen::Index from, Eigen::Index to) {
+    return vectors_.largestRatio({error.data() + from, y.data() + from, tolerance_.ceiling.data() + from,
+                                  stiffness_->noise().data() + from},
+                                 most, allowance.perNoise, to - from);
   };
+  const double ofAngles = largest(allowance.most, 0, angles);
+  const double ofRates = largest(allowance.mostOfRates, angles, all);
+  return ofAngles > ofRates || std::isnan(ofAngles) ? ofAngles : ofRates;
+}
 
-  AdaptiveSteps& running() { return methods_[onTrial_ ? challenger_ : inUse_]; }
-  bool isExplicit(std::size_t method) const { return methods_[method].isExplicit(); }
-
-  /// The longest step well within the limit of stability.
-  double steadyStep(const AdaptiveSteps& method) const {
-    return farEnough * method.facts().stabilityLimit / stiffness_->largestEigenvalue();
+AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
+                             std::shared_ptr<LocalStiffness> stiffness)
+    : stepper_(std::move(stepper)), tolerance_(std::move(tolerance)), stiffness_(std::move(stiffness)) {
+  if (facts().errorOrder == 0) {
+    throw std::invalid_argument(std::string(facts().name) + " has no error estimate to adapt to");
   }
+}
 
-  /// Starts with the first explicit method if its first step is far from the limit, else with the stiff one.
-  void start(const State& state, double end) {
-    stiffness_->maybeUpdate(state.t, state.y);
-    inUse_ = 0;
-    while (!isExplicit(inUse_)) ++inUse_;
-    AdaptiveSteps& first = methods_[inUse_];
-    if (first.propose(state, end - state.t) >= clearlyNotStiff * steadyStep(first)) inUse_ = 0;
-    methods_[inUse_].propose(state, end - state.t, true);
-    challenger_ = inUse_;
-    started_ = true;
+Outcome AdaptiveSteps::advance(State& state, double end, double longestStep) {
+  for (;;) {
+    if (const std::optional<Outcome> outcome = attempt(state, end, longestStep)) return *outcome;
   }
+}
 
-  /// True if method k may be faster than the incumbent.
-  bool isWorthATrial(std::size_t k) const {
-    const AdaptiveSteps& method = methods_[k];
-    if (isExplicit(k)) {
-      return k != inUse_ && steadyStep(method) > clearly * incumbentSpeed_ * method.cost();
+void AdaptiveSteps::restartAfter(Change change) {
+  const double lastLog = lastLog_;
+  resume(change == Change::bend ? h_ : 0);
+  if (change == Change::bend) lastLog_ = lastLog;
+  jumps_ = 0;
+  if (change > Change::jump) stiffness_->forget();
+}
+
+void AdaptiveSteps::setTolerance(const Tolerance& tolerance) {
+  h_ *= simd::power(tolerance.value / tolerance_.value, exponent_);
+  tolerance_ = tolerance;
+  stepper_->setTolerance(tolerance);
+}
+
+std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double longestStep) {
+  // Choose the step.
+  stiffness_->maybeUpdate(state.t, state.y);
+  if (h_ <= 0) propose(state, end - state.t);
+  const bool isForeseen = stepper_->foresees(state, h_);
+  const double lengthened = isForeseen ? foreseen(errorNorm(state.y, h_, stepper_->error())) : 1;
+  h_ *= lengthened;
+  double next = landing(state.t, end, std::min(h_, longestStep));
+
+  // A motion that settles within the spacing of the numbers at t, or at 1 s, is a jump. A method that damps
+  // it and whose error does not see it may take up to ten steps without error control.
+  const double shortest = 4 * epsilon * std::max(1.0, std::abs(state.t));
+  bool isJump = false;
+  if (next < end && !(next - state.t > shortest)) {
+    if (!finite_) return Outcome::notFinite;
+    if (isExplicit() || facts().errorSeesStiffModes || jumps_ == mostJumps) return Outcome::stepTooSmall;
+    isJump = true;
+    ++jumps_;
+    next = std::min(state.t + 2 * shortest, end);
+  }
+  const double h = next - state.t;
+
+  // Attempt it.
+  stepper_->step(state.t, h, state.y);
+  const double most = aimed_ * std::max(lengthened, 1 / lengthened);
+  const bool isAsForeseen = isForeseen && most <= 1 && h > nearlyWhole * h_;
+  const double error = isAsForeseen ? most : errorNorm(state.y, h, stepper_->error());
+  const bool mayPass = error <= 1 || isJump;
+  const bool taken = mayPass && std::isfinite(error) && stepper_->take(state, next);
+  finite_ = std::isfinite(error) && (taken || !mayPass);
+  if (taken) {
+    // Choose the next step from this one, but at most ten times the one proposed before: a step that was
+    // cut short says little about far longer ones.
+    stepper_->accept();
+    if (!isForeseen) {
+      const double log = simd::log2(std::max(error, 1e-30));
+      const double wanted = h * std::max(growth(log), isJump ? 1 : smallestFactor);
+      h_ = std::min(wanted, justRejected_ ? h : largestFactor * h_);
+      lastLog_ = std::max(log, smallestLog);
     }
-    if (k == inUse_ && !method.facts().errorSeesStiffModes) return false;
-    // An explicit incumbent far from its limit is not limited by stiffness.
-    if (isExplicit(inUse_) && incumbentStep_ < nearTheLimit * steadyStep(methods_[inUse_])) return false;
-    const bool isUncertain = k == inUse_ || isExplicit(inUse_) || !isFine_;
-    return !isUncertain || onTrials_ + judged_ * method.cost() <= trialBudget * onIncumbents_;
+    justRejected_ = false;
+    count_.lastError = error;
+    ++count_.accepted;
+    return state.t < end ? Outcome::underway : Outcome::arrived;
   }
 
-  void startTrial() {
-    incumbentSpeed_ = run_.speed();
-    incumbentStep_ = methods_[inUse_].proposal();
-    trialCostLeft_ = std::min(run_.cost, mostTrialCost);
-    run_ = {};
-    for (std::size_t k = 1; k <= methods_.size(); ++k) {
-      const std::size_t next = (challenger_ + k) % methods_.size();
-      if (!isWorthATrial(next)) continue;
-      challenger_ = next;
-      lastSpeed_ = 0;
-      onTrial_ = true;
-      double step = running().proposal();
-      if (running().facts().errorSeesStiffModes) {
-        leap_ = leap_ < farthestLeap ? 10 * leap_ : 10;
-        step = std::max(step, leap_ * incumbentStep_);
-      } else if (!isExplicit(next)) {
-        step = std::max(step, notFar * incumbentStep_);
-      }
-      return running().resume(step > 0 ? step : cautious * incumbentStep_);
+  // Reject it and shorten the next one.
+  const double factor = finite_ ? safety * simd::power(error, -exponent_) : 0.1;
+  h_ = h * std::min(std::max(factor, finite_ ? smallestFactor : 0.0), 0.9);
+  justRejected_ = true;
+  ++count_.rejected;
+  return std::nullopt;
+}
+
+void AdaptiveSteps::resume(double h) {
+  stepper_->forget();
+  h_ = h;
+  lastLog_ = smallestLog;
+  justRejected_ = false;
+  finite_ = true;
+}
+
+double AdaptiveSteps::propose(const State& state, double left, bool isBold) {
+  const Vector& slope = stepper_->derivative(state.t, state.y);
+  const auto norm = [&](auto component) {
+    double worst = 0;
+    for (Eigen::Index i = 0; i < tolerance_.ceiling.size(); ++i) {
+      const double scale = tolerance_.value * tolerance_.size(state.y, i);
+      worst = std::max(worst, std::abs(component(i)) / scale);
     }
-  }
-
-  /// True if the challenger's step will not grow much any more, and is too short. An explicit method finds
-  /// its step at once; a leap gets shorter.
-  bool isHopeless() const {
-    const AdaptiveSteps& challenger = methods_[challenger_];
-    const bool hasFoundItsStep =
-        isExplicit(challenger_) ? run_.steps > 0 : run_.cost > 0 && challenger.facts().errorSeesStiffModes;
-    return hasFoundItsStep && challenger.proposal() < hopeless * incumbentSpeed_ * challenger.cost();
-  }
-
-  /// The challenger wins, or goes on as it gets faster, or loses. A stiff method needs time to find its step
-  /// if it must first damp the oscillations that an explicit one has left, or if it has made a leap.
-  void judgeTrial() {
-    const double speed = run_.speed();
-    const bool isClearlySlower = isHopeless();
-    trialCostLeft_ -= run_.cost;
-    if (speed > clearly * incumbentSpeed_) {
-      inUse_ = challenger_;
-      patience_ = std::max(patience_ / 2, leastPatience);
-      onTrial_ = false;
-    } else if (isExplicit(challenger_) ||
-               (!isExplicit(inUse_) && !methods_[challenger_].facts().errorSeesStiffModes) ||
-               trialCostLeft_ <= 0 || speed < hopeful * lastSpeed_) {
-      methods_[inUse_].resume(incumbentStep_);
-      patience_ = std::min((isClearlySlower ? fewerTrials : 2) * patience_, mostPatience);
-      onTrial_ = false;
-    }
-    lastSpeed_ = speed;
-    run_ = {};
-  }
-
-  /// Replaces a method that cannot continue. Returns false if none can.
-  bool tryTheNext() {
-    if (++failures_ >= static_cast<int>(methods_.size())) return false;
-    const std::size_t failed = onTrial_ ? challenger_ : inUse_;
-    inUse_ = (failed + 1) % methods_.size();
-    methods_[inUse_].restart();
-    onTrial_ = false;
-    run_ = {};
-    return true;
-  }
-
-  const bool isFine_;  ///< of the tolerance: radau13 is often faster than rodas5p
-  const int judged_;   ///< steps of a trial before each decision; many, where switches end them at random
-  std::shared_ptr<LocalStiffness> stiffness_;
-  std::deque<AdaptiveSteps> methods_;
-  std::size_t inUse_ = 0, challenger_ = 0;
-  AdaptiveSteps* lastTried_ = nullptr;
-  bool started_ = false, onTrial_ = false;
-  int patience_ = leastPatience, failures_ = 0;
-  double incumbentSpeed_ = 0, incumbentStep_ = 0, lastSpeed_ = 0, trialCostLeft_ = 0;
-  double leap_ = 1;
-  double end_ = 0;                          ///< of the last step
-  double onTrials_ = 0, onIncumbents_ = 0;  ///< cost of all
-  Run run_;
-  StepCount count_;
-};
-
-}  // namespace
+    return worst;
+  };
+  const double d0 = norm([&](Eigen::Index i) { return tolerance_.size(state.y, i) - 1; });
+  const double d1 = norm([&](Eigen::Index i) { return slope[i]; });
+  const bool isFromRest = d0 <= 1e-5 || d1 <= 1e-5;
+  const double h0 = std::min(left, isFromRest ? 1e-6 : 0.01 * d0 / d1);
+  trial_ = state.y + h0 * slope;
+  stepper_->system().slope(state.t + h0, trial_.data(), trialDerivative_.data());
+  const double d2 = norm([&](Eigen::Index i) { return (trialDerivative_[i] - slope[i]) / h0; });
+  const double most = std::max(d1, d2);
+  const double h1 = most > 1e-15 ? simd::power(0.01 / most, exponent_) : std::max(1e-6, 1e-3 * h0);
+  if (!std::isfinite(h1)) return h_ = h0;
+  if (isBold && (isExplicit() || isFromRest)) return h_ = std::min(isExplicit() ? h1 / 4 : h1, left);
+  return h_ = std::min({100 * h0, h1, left});
+}
 
 std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
                                           std::shared_ptr<LocalStiffness> stiffness) {
   return std::make_unique<AdaptiveSteps>(std::move(stepper), std::move(tolerance), std::move(stiffness));
-}
-
-std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance,
-                                         std::shared_ptr<LocalStiffness> stiffness, bool jumpsOften) {
-  return std::make_unique<FastestSteps>(std::move(steppers), tolerance, std::move(stiffness), jumpsOften);
 }
 
 }  // namespace planar_chain::ode

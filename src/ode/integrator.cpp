@@ -25,6 +25,11 @@ Tolerance Tolerance::arrangedBy(const System& f) const {
   return result;
 }
 
+const Crossing& Integrator::crossing() const {
+  static const Crossing none;
+  return none;
+}
+
 Outcome Integrator::integrate(State& state, double end, double longestStep, int mostSteps) {
   Outcome outcome = state.t < end ? Outcome::underway : Outcome::arrived;
   for (int k = 0; outcome == Outcome::underway && k < mostSteps; ++k) {
@@ -56,8 +61,8 @@ class FixedSteps : public Integrator {
 
   bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
   /// Nothing is known of the method's error, which this hardly changes.
-  bool allows(const Vector& y, double /*h*/, const Vector& error) const override {
-    return (error.cwiseAbs().array() <= 1e-12 * (1 + y.cwiseAbs().array())).all();
+  double errorNorm(const Vector& y, double /*h*/, const Vector& error) const override {
+    return (error.cwiseAbs().array() / (1e-12 * (1 + y.cwiseAbs().array()))).maxCoeff();
   }
 
   const char* name() const override { return stepper_->facts().name; }
@@ -103,9 +108,10 @@ class LandingOnSwitches : public Integrator {
   }
   void setTolerance(const Tolerance& tolerance) override { steps_->setTolerance(tolerance); }
   bool stepTo(State& state, double t) override { return steps_->stepTo(state, t); }
-  bool allows(const Vector& y, double h, const Vector& error) const override {
-    return steps_->allows(y, h, error);
+  double errorNorm(const Vector& y, double h, const Vector& error) const override {
+    return steps_->errorNorm(y, h, error);
   }
+  const Crossing& crossing() const override { return crossing_; }
 
   Outcome advance(State& state, double end, double longestStep) override {
     before_ = state;
@@ -114,6 +120,7 @@ class LandingOnSwitches : public Integrator {
     if (hasFailed(outcome)) return outcome;
     from_.t = before_.t;
     f_.restore(before_.y.data(), from_.y.data());
+    f_.endedAt(state);
     evaluate(state, ahead_.front());
     if (course_.isPossible()) course_.take(before_, state);
     Outcome found = findOnTheWay();
@@ -122,7 +129,9 @@ class LandingOnSwitches : public Integrator {
       return outcome;
     }
     if (found == Outcome::switched) {
+      crossing_ = {};
       guessed_ = landWithin(state);
+      if (!guessed_) crossing_ = {};
       if (!guessed_) found = land(state);
     }
     if (found == Outcome::notFinite) state = before_;
@@ -168,7 +177,7 @@ class LandingOnSwitches : public Integrator {
   }
 
   bool isExactAt(double t) const {
-    return course_.isKnown() && steps_->allows(before_.y, t - before_.t, course_.errorAt(t));
+    return course_.isKnown() && steps_->errorNorm(before_.y, t - before_.t, course_.errorAt(t)) <= 1;
   }
 
   Stretch stretch(const Place& to) const {
@@ -215,11 +224,13 @@ class LandingOnSwitches : public Integrator {
     constexpr int mostSteps = 4;
     double beyond = 1e-3 * (found_.t - before_.t);
     for (int steps = 0;; ++steps) {
-      const std::optional<double> t = switches_.crossing(stretch(found_));
-      if (!t) return false;
-      if (isExactAt(*t)) {
-        course_.land(*t, state);
-        steps_->endAt(*t);
+      const std::optional<Crossing> crossing = switches_.crossing(stretch(found_));
+      if (!crossing) return false;
+      const double t = crossing->t;
+      crossing_ = *crossing;
+      if (isExactAt(t)) {
+        course_.land(t, state);
+        steps_->endAt(t);
         const double passed = state.t - switchedAt_;
         usual_ = std::isfinite(usual_) ? (3 * usual_ + passed) / 4 : passed;
         switchedAt_ = state.t;
@@ -227,7 +238,7 @@ class LandingOnSwitches : public Integrator {
       }
       // The course is exact near the end of a step. Make one that ends just behind the switch.
       do {
-        const double end = *t + beyond;
+        const double end = t + beyond;
         if (steps == mostSteps || !(end < found_.t) || !evaluateAt(end, ahead_.front())) return false;
         beyond *= 10;
       } while (ahead_.front().due <= 0 && ++steps);
@@ -276,6 +287,7 @@ class LandingOnSwitches : public Integrator {
   bool guessed_ = false;           ///< the last switch
   double usual_ = infinity;        ///< time between guessed switches, s
   double switchedAt_ = -infinity;  ///< the last one, s
+  Crossing crossing_;              ///< the last one
   State before_, trial_;
   Place from_{}, found_{};
   std::array<Place, 12> ahead_;  ///< the nearest last; deeper cuts make no sense

@@ -68,6 +68,8 @@ struct Tolerance {
   double size(const Vector& y, Eigen::Index i) const { return 1 + std::min(std::abs(y[i]), ceiling[i]); }
 };
 
+struct Crossing;
+
 class Integrator {
  public:
   Integrator() = default;
@@ -87,8 +89,11 @@ class Integrator {
   virtual bool stepTo(State& state, double t) = 0;
   /// MethodFacts::pieces of the method of the last advance().
   virtual int pieces() const { return 1; }
-  /// True if the error control lets the last advance() end with this error more, arranged.
-  virtual bool allows(const Vector& y, double h, const Vector& error) const = 0;
+  /// The largest ratio of a component of `error`, arranged, to what the error control lets a step of h add at
+  /// y. The last advance() may end with an error more whose norm is at most 1.
+  virtual double errorNorm(const Vector& y, double h, const Vector& error) const = 0;
+  /// The switch at which the last advance() ended. Of any use only after `switched`.
+  virtual const Crossing& crossing() const;
   /// Call this when the state was set to one at t within the last advance().
   virtual void endAt(double /*t*/) {}
   /// Call one of these when f has jumped; when its stiffness may have changed, too; when the state was set,

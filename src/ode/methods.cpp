@@ -47,8 +47,10 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
   }
 
   // auto starts with the first explicit method. taylor is faster than dop853 if the tolerance is fine and the
-  // chain short, and for one or two links without dampers or loads.
-  constexpr int twoLinks = 4, shortChain = 20;
+  // chain short, and for one or two links without dampers or loads. A wrong bound costs a run its first
+  // steps: trials then find the faster one.
+  constexpr int twoLinks = 4;     // components
+  constexpr int shortChain = 20;  // positions
   constexpr double veryFine = 1e-6;
   const bool isTiny = f.size() <= twoLinks;
   const bool beginsWithSeries = isTiny || (tolerance.value <= veryFine && f.positions() <= shortChain);

@@ -1,6 +1,29 @@
 #pragma once
 
-/// Switches: f is smooth between them, and no step may pass one.
+/// Switches: f is smooth between them, and a step ends at each.
+///
+/// A switch has a function due(t, y), which is continuous along a motion while nothing is switched:
+///
+///     due ≤ 0    the switch is not due: the f of now is right
+///     due > 0    it is due: from here on f has to change
+///
+/// It happens at the first time t* after which due() is positive, so it belongs to the interval that it
+/// begins: a step covers (t_0, t_1] with the f of before, and has switched if due() > 0 at t_1 or at a place
+/// within that nearest() finds. At t_0 no switch is due. change() restores this: after it, due() ≤ 0
+/// everywhere.
+///
+/// The order of calls for one step:
+///
+///     1. the integrator makes a step, or several pieces of it, with one f
+///     2. due() at their ends; nearest() on each stretch on whose ends none is due
+///     3. crossing() on the first stretch at whose end one is due. The step ends there, and advance() returns
+///        `switched`
+///     4. the owner of the switches gives the Crossing, a value, to change(), which changes f and perhaps y
+///     5. the owner calls Integrator::restartAfter()
+///
+/// Steps 2 and 3 change nothing: they may be asked at any states, in any order and number, and the motion
+/// keeps every bit. What they return is a value, or is theirs until the next call of the same object. A
+/// Stretch and what it points to is valid during the call alone.
 
 #include <memory>
 #include <optional>
@@ -17,6 +40,16 @@ struct Stretch {
   const Course* course = nullptr;  ///< the states of the whole step, if they are known
 };
 
+class Switches;
+
+/// A switch that was found: a value that is passed on from crossing() to whoever makes the switch.
+struct Crossing {
+  double t = 0;
+  const Switches* by = nullptr;  ///< who found it
+  int which = -1;                ///< its component, in the finder's count; −1: not told
+  double slope = 0;              ///< the derivative of its due()
+};
+
 /// The states are not arranged.
 class Switches {
  public:
@@ -29,7 +62,7 @@ class Switches {
   virtual bool mayHide() const { return false; }
   /// The first time at which a switch is due, for a stretch at whose end one is. Nothing: unknown.
   /// An integrator keeps its step size after such a switch: it changes f little.
-  virtual std::optional<double> crossing(const Stretch& /*of*/) const { return {}; }
+  virtual std::optional<Crossing> crossing(const Stretch& /*of*/) const { return {}; }
 };
 
 /// Steps as the given integrator does, and ends a step just behind every switch. Then advance() returns

@@ -43,6 +43,8 @@ class Vector : public Eigen::Map<Eigen::VectorXd> {
   CacheLines lines_;
 };
 
+struct State;
+
 class System {
  public:
   virtual ~System() = default;
@@ -60,6 +62,9 @@ class System {
   virtual int positions() const { return 0; }
   /// The derivatives of all but the positions, arrangedSize() − positions() numbers, at an arranged y.
   virtual void rates(double t, const double* y, double* out) { derivative(t, y, out); }
+  /// A step has ended at this state. If it differs from the last y of rates() by rounding alone, the system may
+  /// move it there, and the difference to `carry`: then the next step, which begins there, is free.
+  virtual void endedAt(State& /*state*/) {}
   /// All derivatives, arranged, at an arranged y.
   void slope(double t, const double* y, double* out) {
     const int count = positions();

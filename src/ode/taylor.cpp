@@ -78,14 +78,10 @@ const Vector& Taylor::derivative(double t, const Vector& y) {
 }
 
 void Taylor::findError(double h) {
-  constexpr int lookedBack = 6;
-  std::array<double, lookedBack> weights;
-  double weight = caution * power(h, order_ + 1 - lookedBack), share = 1.0 / 1024;
-  for (double& each : weights) {
-    each = share * weight;
-    weight *= h;
-    share *= 4;
-  }
+  constexpr auto lookedBack = static_cast<int>(shares.size());
+  std::array<double, shares.size()> weights;
+  double weight = caution * power(h, order_ + 1 - lookedBack);
+  for (std::size_t k = 0; k < shares.size(); ++k, weight *= h) weights[k] = shares[k] * weight;
   const int driving = f_.driving();
   const double* c = c_.data() + (order_ + 1 - lookedBack) * driving;
   for (int i = 0; i < driving; ++i) {

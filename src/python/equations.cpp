@@ -120,7 +120,7 @@ The default state, and what is refused, are those of equations().)");
         const std::vector<double> rest = atGiven(of, time, at, std::nullopt, downhill);
         return Numbers(static_cast<py::ssize_t>(rest.size()), rest.data());
       },
-      scene, q, t, R"(Returns the angles of the static equilibrium downhill of q: n, rad.
+      scene, q, t, R"(Returns the angles of the static equilibrium, searched from q: n, rad.
 
 Raises ValueError where there is none.)");
 }

@@ -201,7 +201,9 @@ Raises Failed when the integration fails. The state is then that of the last goo
           q, qd, "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay.")
       .def(
           "settle", [](Running& self) { self.alone([](Simulation& its) { its.settle(); }); },
-          "Puts the chain at rest in the equilibrium downhill of it. Raises ValueError where there is none.")
+          "Puts the chain at rest in the static equilibrium, searched from the present state. Raises "
+          "ValueError if "
+          "there is none.")
       .def(
           "reset", [](Running& self) { self.idle().reset(); },
           "Restores the first state and time 0. The same calls then give the same bits again.");

@@ -28,7 +28,8 @@ struct CoupledState {
   const double* XF;
   const double *k, *d;
   const Coupling<double>* joints;
-  Vec2d ground;  ///< acceleration of the ground pin less gravity, m/s²
+  Vec2d ground;  ///< acceleration of the first pin less gravity, m/s²
+  Vec2d tip{};   ///< λ, the force on the tip (ended.h), N; it is not in F and XF
 };
 
 /// The bodies at that state.
@@ -55,7 +56,7 @@ class CoupledBodies {
       forces_[j] = body.m * accelerationAt(body, a, body.R);
       a = accelerationAt(body, a, body.P);
     }
-    Vec2d outer;
+    Vec2d outer = -1.0 * state.tip;
     for (std::size_t j = at_.size(); j-- > 0;) {
       at_[j].kappa -= dot(at_[j].P, outer);
       if (state.XF) at_[j].kappa += state.XF[j];

@@ -1,4 +1,4 @@
-/// What batches gain: runs side by side over runs one after the other, and all cores over one. Prints CSV
+/// What batches gain: runs in SIMD lanes over runs one after the other, and all cores over one. Prints CSV
 /// without a header: task, links, way, seconds per run, how many times faster than the way before.
 ///
 ///     batches [RUNS [PAIRS]]
@@ -99,15 +99,15 @@ int main(int count, char** arguments) {
   }
   const auto many = static_cast<std::size_t>(runs);
   std::setvbuf(stdout, nullptr, _IOLBF, 0);  // line by line
-  BatchOptions alone, sideBySide;
-  alone.threads = sideBySide.threads = 1;
+  BatchOptions alone, inLanes;
+  alone.threads = inLanes.threads = 1;
   alone.lanes = 1;
 
   for (const simd::Kernel* kernel : simd::kernels()) {
-    sideBySide.lanes = kernel->lanes;
+    inLanes.lanes = kernel->lanes;
     for (const int n : {1, 2, 3, 6, 12}) {
-      const Pair pair = byTurns(pairs, cpuTime, rods(n), starts(n, many), alone, sideBySide);
-      print(n, many, {"one after the other", "side by side, " + std::string(kernel->name)}, pair);
+      const Pair pair = byTurns(pairs, cpuTime, rods(n), starts(n, many), alone, inLanes);
+      print(n, many, {"one after the other", "in lanes, " + std::string(kernel->name)}, pair);
     }
   }
   const unsigned cores = std::max(1u, std::thread::hardware_concurrency());

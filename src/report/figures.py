@@ -11,33 +11,37 @@ from results import AUTO, LEVELS, OWN, best_of_engines, by_contestant, grouped, 
 
 # Text stays text and ticks are lines of the grid, which keeps the files small.
 plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "planar_chain", "font.sans-serif": ["DejaVu Sans"],
-                     "font.size": 9, "axes.grid": True, "grid.alpha": 0.25, "axes.spines.top": False,
-                     "axes.spines.right": False, "xtick.bottom": False, "ytick.left": False, "axes.titlesize": 9,
-                     "legend.frameon": False, "legend.fontsize": 8, "legend.columnspacing": 1.2,
-                     "legend.handlelength": 3})
+                     "font.size": 8, "axes.grid": True, "grid.alpha": 0.3, "axes.spines.top": False,
+                     "axes.spines.right": False, "xtick.bottom": False, "ytick.left": False, "axes.titlesize": 8,
+                     "legend.frameon": False, "legend.fontsize": 7, "legend.columnspacing": 0.8,
+                     "legend.handlelength": 1.9, "legend.handletextpad": 0.5, "legend.labelspacing": 0.35})
 
-WIDTH = 13.5  # inch
+WIDTH = 7.0  # inch: letters of 8 points are 11 pixels high on a page that is 700 wide
+# No two alike, of this program's methods and of other programs.
 COLOURS = {"auto": "black", "rk4": "#9467bd", "dopri5": "#1f77b4", "dop853": "#17becf", "rodas5p": "#d62728",
-           "radau13": "#ff7f0e", "taylor": "#2b8a3e", "ros34pw2": "#e377c2", "ros34pw2_fixed": "#8c564b",
-           "by hand": "#7f7f7f", "odeint": "#1f77b4", "SUNDIALS": "#ff7f0e", "MuJoCo": "#d62728", "Bullet": "#2b8a3e",
-           "DART": "#9467bd", "Simbody": "#e377c2", "ODE": "#8c564b"}
-MARKS = {"Euler": "v", "RK4": "^", "implicit": "s"}
+           "radau13": "#ff7f0e", "taylor": "#2ca02c", "ros34pw2": "#e377c2", "ros34pw2_fixed": "#8c564b",
+           "by hand": "#7f7f7f", "odeint": "#3d3db8", "SUNDIALS": "#c8a200", "MuJoCo": "#8e1a4f", "Bullet": "#00896b",
+           "DART": "#8fbf00", "Simbody": "#d9534f", "ODE": "#5b6b8c"}
+MARKS = {"by hand": "D", "odeint": "s", "SUNDIALS": "^", "MuJoCo": "v", "Bullet": "P", "DART": "X", "Simbody": "<",
+         "ODE": ">"}
+LINES = {"RK4": ":", "implicit": "-."}
 FAILURES = {"diverged": "x", "refused": "1", "timed out": r"$\rightarrow$"}
 RED = "#b2182b"
-FAMILIES = {"stiff": "Stiff joints: springs k, N m/rad",
-            "stiff_damped": "Stiff joints, damped: k, N m/rad; d = k · 1 ms",
-            "heavy_tip": "Heavy tip: its mass over a link's", "long": "Long chains: links", "whip": "Whips: links",
-            "spin": "Spinning chain of ten links: rad/s"}
+# Of each family of chains: its title, and what varies.
+FAMILIES = {"stiff": ("Stiff joints", "spring k, N m/rad"),
+            "stiff_damped": ("Stiff joints, d = k · 1 ms", "spring k, N m/rad"),
+            "heavy_tip": ("Heavy tip", "its mass over a link's"), "long": ("Long chains", "links"),
+            "whip": ("Whips", "links"), "spin": ("Ten links that spin", "rad/s")}
 
 
 def style_of(who):
     """How a contestant (engine, method) is drawn: methods of this program solid, other programs dashed."""
     engine, method = who
     if engine != OWN:
-        return dict(color=COLOURS.get(engine, "grey"), marker=MARKS.get(method, "D"), linestyle="--", linewidth=1.1,
-                    markersize=3.5)
+        return dict(color=COLOURS.get(engine, "grey"), marker=MARKS.get(engine, "*"),
+                    linestyle=LINES.get(method, "--"), linewidth=1.1, markersize=4)
     bold = who == AUTO
-    return dict(color=COLOURS.get(method, "grey"), marker="o", linewidth=2.4 if bold else 1.3,
+    return dict(color=COLOURS.get(method, "grey"), marker="o", linewidth=2.2 if bold else 1.2,
                 markersize=4 if bold else 3, zorder=5 if bold else 3)
 
 
@@ -60,7 +64,7 @@ def mark_at_edge(axes, xs, marker, colour):
 
 def panels(count, height, rows=1, **more):
     figure, axes = plt.subplots(rows, count, figsize=(WIDTH, height), squeeze=False, **more)
-    figure.subplots_adjust(left=0.06, right=0.99, bottom=1.2 / height, top=1 - 0.6 / height, wspace=0.06)
+    figure.subplots_adjust(left=0.09, right=0.985, bottom=1.25 / height, top=1 - 0.5 / height, wspace=0.06)
     return figure, list(axes.flat)
 
 
@@ -69,15 +73,19 @@ def logarithmic(axes, x_label, title="", y_label=""):
     if y_label:
         axes.set_ylabel(y_label)
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=12))
+        axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=8))
         axis.set_minor_locator(matplotlib.ticker.NullLocator())
         axis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda value, _: f"1e{round(math.log10(value))}"))
 
 
-def legend(axes, columns, more=(), of=None):
-    """Below the panel; or at the top of the figure `of`."""
-    (of or axes).legend(handles=[*axes.get_legend_handles_labels()[0], *more], loc="upper center", ncol=columns,
-                 bbox_to_anchor=None if of else (0.5, -0.13))
+def legend(axes, columns, more=(), of=None, side="center"):
+    """Below the panel, flush with one of its sides; or at the top of the figure `of`."""
+    handles = [*axes.get_legend_handles_labels()[0], *more]
+    if of:
+        of.legend(handles=handles, loc="upper center", ncol=columns)
+    else:
+        axes.legend(handles=handles, loc=f"upper {side}", ncol=columns, borderaxespad=0,
+                    bbox_to_anchor=({"left": 0, "center": 0.5, "right": 1.02}[side], -0.42 / (axes.get_position().height * axes.figure.get_figheight())))
 
 
 # ---- Error against run time ----------------------------------------------------------------------
@@ -86,9 +94,9 @@ def scene(title, rows, floor):
     """This program's methods by time; beside them auto and the best method of each other program."""
     groups = grouped(rows, "engine", "method")
     arrived = by_contestant(rows)
-    figure, axes = panels(2, 6, sharey=True)
+    figure, axes = panels(2, 4.6, sharex=True, sharey=True)
     shown = {"methods of planar_chain": [who for who in groups if who[0] == OWN],
-             "auto, and the best method of each other program": [AUTO, *best_of_engines(rows)]}
+             "auto and each other program's best method": [AUTO, *best_of_engines(rows)]}
     for each, (heading, names) in zip(axes, shown.items()):
         for who in (who for who in names if who in groups):
             plot(each, columns_of(arrived[who], "cpu_seconds", "error_theta"), **style_of(who), label=name_of(who))
@@ -101,24 +109,25 @@ def scene(title, rows, floor):
     errors = [number(row["error_theta"]) for row in rows if row["outcome"] == "ok"]
     axes[0].set_ylim(max(min(errors, default=1) / 5, 3e-18), max(10 * max(errors, default=1), 10))
     axes[0].set_ylabel("error of the angles at the end, rad")
-    legend(axes[1], 3)
-    legend(axes[0], 4, [plt.Line2D([], [], marker=mark, linestyle="", color="grey", label=f"{word} (upper edge)")
-                              for word, mark in FAILURES.items()])
-    figure.suptitle(title, fontsize=11)
+    legend(axes[1], 2, side="right")
+    legend(axes[0], 3, [plt.Line2D([], [], marker=mark, linestyle="", color="grey", label=word)
+                              for word, mark in FAILURES.items()], side="left")
+    figure.suptitle(title, fontsize=9)
     return figure
 
 
 def asked_and_got(scenes):
     """Errors of auto over the tolerance, of angles and of rates: a curve for each scene."""
-    figure, axes = panels(2, 5.2, sharey=True)
+    figure, axes = panels(2, 4, sharex=True, sharey=True)
+    figure.subplots_adjust(bottom=0.12, top=0.76)
     for each, column, heading in zip(axes, ("error_theta", "error_omega"), ("angles, rad", "rates, rad/s")):
         for k, (name, scene_) in enumerate(scenes.items()):
             points = [(asked, got / asked) for asked, got in columns_of(by_contestant(scene_["rows"])[AUTO], "setting", column)]
             plot(each, points, color=f"C{k % 10}", linestyle="-" if k < 10 else "--", marker="o", markersize=3, label=name)
         each.axhspan(1e-3, 1, color="green", alpha=0.15, linewidth=0)
         logarithmic(each, "tolerance", heading)
-    axes[0].set_ylabel("error at the end over the tolerance")
-    legend(axes[0], 7, of=figure)
+    axes[0].set(ylabel="error at the end over the tolerance", ylim=(1e-8, 1e8))
+    legend(axes[0], 6, of=figure)
     return figure
 
 
@@ -126,8 +135,9 @@ def verdict(cells, scenes):
     """Each cell: the time of auto over that of the fastest other method."""
     scale = matplotlib.colors.LinearSegmentedColormap.from_list("ratio", ["#5aae61", "#f7f7f7", "#e08214"], N=64)
     grey, striped = "#dddddd", dict(facecolor="white", edgecolor="#999999", hatch="///", linewidth=0)
-    figure, (axes,) = panels(1, 0.45 * len(scenes) + 1.8)
-    figure.subplots_adjust(left=0.08, right=1.06)
+    height = 0.34 * len(scenes) + 1.6
+    figure, (axes,) = panels(1, height)
+    figure.subplots_adjust(left=0.125, right=1.06, bottom=0.8 / height)
     axes.grid(False)
     mesh = axes.pcolormesh([[cells[name, level].ratio for level in LEVELS] for name in scenes], cmap=scale,
                            norm=matplotlib.colors.LogNorm(0.25, 4), edgecolors="white", linewidth=2)
@@ -136,20 +146,20 @@ def verdict(cells, scenes):
             cell = cells[name, level]
             text = f"{cell.ratio:.2f}" if cell.outcome in ("fastest", "slower") else cell.outcome.replace("nobody", "–")
             if cell.outcome == "slower":
-                text += f"\n{cell.fastest[cell.fastest[0] == OWN]}"
-            axes.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=8)
+                text += "\n" + cell.fastest[cell.fastest[0] == OWN].replace("_", "\n")
+            axes.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=6.5, linespacing=0.95)
             if cell.outcome in ("nobody", "not reached"):
                 style = dict(facecolor=grey) if cell.outcome == "nobody" else striped
                 axes.add_patch(plt.Rectangle((j + 0.02, i + 0.04), 0.96, 0.92, **style))
     axes.set(xticks=[j + 0.5 for j in range(len(LEVELS))], xticklabels=LEVELS.values(),
              yticks=[i + 0.5 for i in range(len(scenes))], yticklabels=scenes, ylim=(len(scenes), 0),
              xlabel="error of the angles, rad, that every finer setting keeps",
-             title="Time of auto over that of the fastest other method of any program. Green: auto is faster. "
-                   "Orange: the cell names the faster method.")
+             title="Time of auto over that of the fastest other method of any program.\n"
+                   "Green: auto is faster. Orange: the cell names the faster method.")
     axes.legend(handles=[plt.Rectangle((0, 0), 1, 1, facecolor=scale(0.0), label="alone: auto and no other"),
                          plt.Rectangle((0, 0), 1, 1, label="not reached: not by auto, but by another", **striped),
                          plt.Rectangle((0, 0), 1, 1, facecolor=grey, label="–: no method reaches it")],
-                loc="upper center", bbox_to_anchor=(0.5, -0.6 / (0.45 * len(scenes))), ncol=3)
+                loc="upper center", bbox_to_anchor=(0.5, -0.42 / (0.34 * len(scenes))), ncol=3)
     bar = figure.colorbar(mesh, ax=axes, extend="both", pad=0.01)
     bar.set_ticks([0.25, 0.5, 1, 2, 4])
     bar.ax.set_yticklabels(["1/4", "1/2", "1", "2", "4"])
@@ -163,8 +173,8 @@ def stability(rows):
     """A curve ends where every step tried blows up."""
     families = grouped(rows, "family")
     lines = math.ceil(len(families) / 3)
-    figure, axes = panels(3, 2.8 * lines + 0.8, lines, sharey=True)
-    figure.subplots_adjust(bottom=0.6 / figure.get_figheight(), hspace=0.3)
+    figure, axes = panels(3, 2.3 * lines + 0.9, lines, sharey=True)
+    figure.subplots_adjust(bottom=0.45 / figure.get_figheight(), top=1 - 0.75 / figure.get_figheight(), hspace=0.4)
     for each in axes[len(families):]:
         each.set_visible(False)
     for each, (family, members) in zip(axes, families.items()):
@@ -173,22 +183,22 @@ def stability(rows):
             plot(each, columns_of(group, "value", "auto_mean_step_s" if method == "auto" else "largest_stable_s"),
                  **style, label="auto: mean step" if method == "auto" else method)
             plot(each, columns_of(group, "value", "predicted_s"), color=style["color"], linestyle=":", linewidth=1)
-        logarithmic(each, FAMILIES.get(family, family))
+        logarithmic(each, *reversed(FAMILIES.get(family, (family, ""))))
         each.set_ylim(3e-10, 3)
-    legend(axes[0], 9, [plt.Line2D([], [], color="grey", linestyle=":", label="by theory")], figure)
+    legend(axes[0], 5, [plt.Line2D([], [], color="grey", linestyle=":", label="by theory")], figure)
     axes[0].set_ylabel("largest stable step, s")
     return figure
 
 
 def scaling(rows):
     groups = grouped(rows, "engine", "method")
-    figure, axes = panels(2, 5.6, sharey=True)
-    for each, heading in zip(axes, ("methods of planar_chain", "rk4, and other programs' methods with equal steps")):
+    figure, axes = panels(2, 4.2, sharex=True, sharey=True)
+    for each, heading in zip(axes, ("methods of planar_chain", "rk4 and other programs, with equal steps")):
         for who, group in groups.items():
             if (who[0] == OWN) == (each is axes[0]) or who[1] == "rk4":
                 plot(each, columns_of(group, "links", "seconds"), **style_of(who), label=name_of(who))
         logarithmic(each, "links", heading)
-        legend(each, 4)
+        legend(each, 3)
     axes[0].set_ylabel("one step, s")
     return figure
 
@@ -196,20 +206,21 @@ def scaling(rows):
 def effects(rows):
     """What is left of an evaluation's time without one effect: a point above each scene."""
     scenes = grouped(rows, "scene")
-    figure, (axes,) = panels(1, 4.2)
+    figure, (axes,) = panels(1, 3.8)
+    figure.subplots_adjust(bottom=0.24, top=0.82)
     for k, effect in enumerate(dict.fromkeys(row["without"] for row in rows if row["without"] != "nothing")):
         points = [(i, number(row["seconds"]) / number(group[0]["seconds"])) for i, group in enumerate(scenes.values())
                   for row in group if row["without"] == effect]
         plot(axes, points, linestyle="", marker="osD^v"[k % 5], markersize=6, color=f"C{k}", label=f"without {effect}")
     axes.axhline(1, color="grey", linewidth=1)
     axes.set(xticks=range(len(scenes)), ylabel="part of the time that is left")
-    axes.set_xticklabels(scenes, rotation=30, ha="right")
-    legend(axes, 5, of=figure)
+    axes.set_xticklabels(scenes, rotation=40, ha="right")
+    legend(axes, 4, of=figure)
     return figure
 
 
 def long_runs(rows):
-    figure, (axes,) = panels(1, 5.2)
+    figure, (axes,) = panels(1, 4)
     for (method, setting), run in grouped(rows, "method", "setting").items():
         colour = COLOURS.get(method, "grey")
         points = [(t, abs(error)) for t, error in columns_of(run, "t", "energy")]
@@ -222,7 +233,8 @@ def long_runs(rows):
 
 
 def from_python(rows):
-    figure, (steps, batches) = panels(2, 5.2)
+    figure, (steps, batches) = panels(2, 4.4)
+    figure.subplots_adjust(bottom=0.4, wspace=0.2)
     for k, row in enumerate(row for row in rows if row["error"]):
         plot(steps, columns_of([row], "seconds", "error"), linestyle="", marker="osD^v<>"[k % 7], markersize=7, color=f"C{k}",
              label=row["way"])
@@ -231,14 +243,14 @@ def from_python(rows):
         plot(batches, columns_of(group, "links", "faster"), marker="o", label=way)
     batches.axhline(1, color="grey", linewidth=1)
     batches.set(xlabel="links", ylabel="times as fast", title="Many runs", xticks=range(0, 21, 2))
-    legend(steps, 2)
-    legend(batches, 2)
+    legend(steps, 1)
+    legend(batches, 1)
     return figure
 
 
 def real_time(rows):
     rates = grouped(rows, "rate")
-    figure, axes = panels(len(rates), 5.2, sharey=True)
+    figure, axes = panels(len(rates), 3.8, sharex=True, sharey=True)
     for each, (rate, members) in zip(axes, rates.items()):
         colours = {}
         for (links, loosest), cell in grouped(members, "links", "loosest_tolerance").items():
@@ -258,7 +270,8 @@ def real_time(rows):
 def robot(rows):
     """Both angles of each recording: measured, and by the model with friction and without."""
     runs = grouped(rows, "run")
-    figure, axes = panels(len(runs), 5.2)
+    figure, axes = panels(len(runs), 3.8)
+    figure.subplots_adjust(wspace=0.12)
     styles = {"measured": dict(color="black", linewidth=3, alpha=0.35), "friction": dict(color="#2b8a3e"),
               "without": dict(color=RED, linestyle="--", linewidth=1.1)}
     words = {"measured": "measured", "friction": "with friction", "without": "without friction"}
@@ -271,14 +284,14 @@ def robot(rows):
         for k in (1, 2):
             each.annotate(f"joint {k}", (number(last["t"]), number(last[f"q{k}"])), (4, -3), textcoords="offset points",
                           fontsize=8)
-        each.set(xlabel="t, s", title=RUNS[run], xlim=(-0.02, 1.1))
+        each.set(xlabel="t, s", title=RUNS[run], xlim=(-0.02, 1.17))
     axes[0].set_ylabel("angles, rad")
     legend(axes[0], 3)
     return figure
 
 
 def orders(rows):
-    figure, (axes,) = panels(1, 5.2)
+    figure, (axes,) = panels(1, 4)
     for method, group in grouped(rows, "method").items():
         plot(axes, columns_of(group, "step", "error"), **style_of((OWN, method)), label=method)
     logarithmic(axes, "step, s", "Equal steps on a single link: the slope is the order", "error, rad and rad/s")

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "dynamics/coupled_dynamics.h"
+#include "dynamics/dynamics.h"
 #include "effects/effect_kind.h"
 #include "report/own.h"
 #include "report_build.h"
@@ -42,7 +42,7 @@ void studyOrders(const Arguments& given) {
 
 /// Evaluates the accelerations of a scene at its start, again and again.
 std::function<void()> evaluationOf(const Scene& scene) {
-  const std::shared_ptr<Dynamics> dynamics = makeDynamics(scene);
+  const auto dynamics = std::make_shared<Dynamics>(scene);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics->size()), slope = y;
   readStart(scene, y.data(), y.data() + scene.chain.size());
   dynamics->enter(0);

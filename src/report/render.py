@@ -1,25 +1,41 @@
-"""The page of a report: index.html and its pictures, from the tables of a folder and page.html.jinja.
+#!/usr/bin/python3
+"""Writes the pages of a report and their pictures from the tables of a folder: index.html, with every table and pictures
+as SVG; README.md, with short tables and pictures as PNG, which a code host shows.
+
+    render.py FOLDER
 
 report.py measures and calls write().
 """
 import collections
+import hashlib
 import io
 import json
 import math
 import pathlib
 import re
+import sys
 
 import jinja2
+import matplotlib
 import matplotlib.pyplot as plt
+import PIL.Image
+import PIL.PngImagePlugin
 
-import figures
-import results
-from results import grouped, number, read_table
+sys.dont_write_bytecode = True  # the script lies in a folder of sources
+
+import figures  # noqa: E402  pylint: disable=wrong-import-position
+import results  # noqa: E402  pylint: disable=wrong-import-position
+from results import grouped, number, read_table  # noqa: E402  pylint: disable=wrong-import-position
+
+DPI = 120     # of a PNG
+COLOURS = 64  # in a PNG: enough that each curve keeps its own
 
 
 def digits(value, form=".3g", times=1):
-    """A number, or the text of one."""
+    """A number, or the text of one; without a power of ten from 1000 to 999,999."""
     value = math.nan if value in (None, "") else times * float(value)
+    if form == ".3g" and 1000 <= value < 1e6:
+        return f"{float(format(value, form)):,.0f}"
     return format(value, form) if math.isfinite(value) else "–"
 
 
@@ -37,26 +53,66 @@ def floor_of(ends):
                if row["quantity"] == "theta")
 
 
-def write(folder, data, titles):
-    """Writes index.html and its pictures from the tables of the folder; titles: the lines of scenes.csv by name."""
-    def save(figure, name):
+def drawn_from(path):
+    """The digest of the drawing that a PNG was made from; none if there is no such file."""
+    try:
+        with PIL.Image.open(path) as image:
+            return image.text.get("Description")
+    except FileNotFoundError:
+        return None
+
+
+class Pictures:
+    """Saves figures of matplotlib in a folder, each as NAME.svg and NAME.png."""
+
+    def __init__(self, folder):
+        self.folder = folder
+
+    def save(self, figure, name):
+        """Returns the name. A PNG that shows the same drawing stays as it is."""
         content = io.StringIO()
         figure.savefig(content, format="svg", metadata={"Date": None})
+        svg = shorter(content.getvalue())
+        digest = hashlib.sha256(svg.encode()).hexdigest()
+        (self.folder / f"{name}.svg").write_text(svg, encoding="utf-8")
+        if drawn_from(self.folder / f"{name}.png") != digest:
+            self.save_png(figure, self.folder / f"{name}.png", digest)
         plt.close(figure)
-        (folder / f"{name}.svg").write_text(shorter(content.getvalue()), encoding="utf-8")
-        return f"{name}.svg"
+        return name
 
+    @staticmethod
+    def save_png(figure, path, digest):
+        content = io.BytesIO()
+        figure.savefig(content, format="png", dpi=DPI)
+        facts = PIL.PngImagePlugin.PngInfo()
+        facts.add_text("Description", digest)
+        facts.add_text("Software", f"Matplotlib {matplotlib.__version__}")
+        with PIL.Image.open(content) as image:
+            image.convert("RGB").quantize(COLOURS, method=PIL.Image.FASTOCTREE, dither=PIL.Image.NONE).save(path, optimize=True, pnginfo=facts)
+
+
+def write(folder, data, titles):
+    """Writes index.html and README.md, and their pictures, from the tables of the folder; titles: the lines of scenes.csv
+    by name."""
     about = json.loads((folder / "about.json").read_text(encoding="utf-8"))
     tables = collections.defaultdict(list, {name: read_table(results.table(folder, name)) for name in about})
     measured = grouped(tables["race"], "scene")
     scenes = {name: {**title, "rows": measured[name], "floor": floor_of(read_table(data / f"{name}.csv"))}
               for name, title in titles.items() if name in measured}
-    environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True,
-                                     undefined=jinja2.StrictUndefined)
+    facts = dict(about=about, tables=tables, scenes=scenes, figures=figures, results=results, save=Pictures(folder).save,
+                 cells={(name, level): results.verdict(scene["rows"], level, scene["floor"])
+                        for name, scene in scenes.items() for level in results.LEVELS})
+    environment = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined,
+                                     autoescape=lambda name: name.endswith(".html.jinja"),
+                                     loader=jinja2.FileSystemLoader(str(pathlib.Path(__file__).resolve().parent)))
     environment.filters.update(digits=digits, grouped=grouped, name_of=results.name_of)
-    template = pathlib.Path(__file__).resolve().with_name("page.html.jinja").read_text(encoding="utf-8")
-    page = environment.from_string(template).render(
-        about=about, tables=tables, scenes=scenes, figures=figures, results=results, save=save,
-        cells={(name, level): results.verdict(scene["rows"], level, scene["floor"])
-               for name, scene in scenes.items() for level in results.LEVELS})
-    (folder / "index.html").write_text(page, encoding="utf-8")
+    for page, template in (("index.html", "page.html.jinja"), ("README.md", "page.md.jinja")):  # the first draws for both
+        text = environment.get_template(template).render(facts)
+        (folder / page).write_text(re.sub(r"\n{3,}", "\n\n", text), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    SCENES = pathlib.Path(__file__).resolve().parents[2] / "test/reference/report"
+    write(pathlib.Path(sys.argv[1]), SCENES, {row["name"]: row for row in read_table(SCENES / "scenes.csv")})

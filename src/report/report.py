@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Measures error against run time, stability, scaling and more, and writes the page DIR/index.html with its pictures
-and its tables as CSV.
+"""Measures error against run time, stability, scaling and more, and writes the pages DIR/index.html and DIR/README.md
+with their pictures, and the tables as CSV.
 
 A table that the same programs have measured is not measured again, so an interrupted report goes on where it was.
 src/report/README.md says what is measured and how.

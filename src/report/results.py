@@ -83,6 +83,12 @@ def best_times(reached):
             for level in LEVELS}
 
 
+def fastest_other(reached, level):
+    """The fastest method of another program at this level; None if none reaches it."""
+    others = [who for who in reached if who[0] != OWN and level in reached[who]]
+    return min(others, key=lambda who: reached[who][level], default=None)
+
+
 def worst_step(group, level):
     held = holding(group, level)
     return number(group[-held]["worst_step_seconds"]) if held else None

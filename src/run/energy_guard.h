@@ -45,10 +45,8 @@ class EnergyCheck {
       const double reach = pin + length(link.com);
       inertia_ += link.mass * reach * reach + link.inertia;
       weight_ += link.mass * length(scene.chain.gravity()) * reach;
-      for (const EffectKind* kind : effectKinds()) {
-        inertia_ += kind->inertiaIn(scene.chain.joints()[index(j)]);
-        stiffness_ += kind->stiffnessOf(scene.chain.joints()[index(j)]);
-      }
+      inertia_ += inertiaIn(scene.chain.joints()[index(j)]);
+      stiffness_ += stiffnessOf(scene.chain.joints()[index(j)]);
       pin += length(link.pin);
     }
   }

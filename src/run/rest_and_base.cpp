@@ -19,8 +19,7 @@ BaseWrench Simulation::baseWrench() {
   std::vector<double> tau(n), qdd(n, 0.0);
   linkMotions(motions.data());
   jointTorques(tau.data());
-  double rotor = 0;
-  for (const EffectKind* kind : effectKinds()) rotor += kind->inertiaIn(scene_.chain.joints().front());
+  const double rotor = inertiaIn(scene_.chain.joints().front());
   if (rotor > 0) accelerations(qdd.data());
   return {-1.0 * motions.front().pinForce, rotor * qdd.front() - tau.front()};
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "dynamics/coupled_dynamics.h"
+#include "dynamics/dynamics.h"
 #include "dynamics/given_state.h"
 #include "effects/commands.h"
 #include "ode/methods.h"
@@ -32,8 +32,7 @@ struct Simulation::Parts {
   const Scene& scene;
   const int n = scene.chain.size();
   CommandEffect* commands = nullptr;  ///< among the dynamics' effects; nullptr: this simulation takes none
-  const std::unique_ptr<Dynamics> dynamics_;
-  Dynamics& dynamics;
+  Dynamics dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
   std::size_t rung = 0;
   int goodChecks = 0;    // since the ladder was climbed
@@ -54,7 +53,7 @@ struct Simulation::Parts {
   std::string fault;
 
   Parts(const Scene& given, int commandCapacity)
-      : scene(given), dynamics_(makeDynamics(scene, makeCommands(commandCapacity))), dynamics(*dynamics_) {
+      : scene(given), dynamics(scene, makeCommands(commandCapacity)) {
     fault.reserve(300);
     climbTo(0);
   }
@@ -168,7 +167,7 @@ struct Simulation::Parts {
     }
 
     if (hasSwitched) {
-      dynamics.change(state.t, y.data());
+      dynamics.change(state.t, y.data(), integrator().crossing());
       takeChain();
       integrator().passSwitch();
       switchedSince = true;
@@ -354,7 +353,7 @@ void Simulation::follow(int joint, MotionLaw law) {
                                   [joint](const Drive& one) { return one.joint == joint; });
   require(drive != scene_.drives.end(), "only a driven joint can follow a law");
   requireContinuation(law, time(), q()[index(joint)], qd()[index(joint)]);
-  for (const auto& effect : parts_->dynamics.effects().all()) effect->follow(joint, law);
+  for (Coupler* coupler : parts_->dynamics.effects().couplers()) coupler->follow(joint, law);
   drive->law = std::move(law);
   parts_->actsOtherwise = true;
 }
@@ -365,7 +364,7 @@ void Simulation::followBase(BaseLaws laws) {
     const GivenMotion present = (*scene_.base.*law).at(time());
     requireContinuation(laws.*law, time(), present.value, present.rate);
   }
-  parts_->dynamics.followBase(laws);
+  for (Coupler* coupler : parts_->dynamics.effects().couplers()) coupler->followBase(laws);
   scene_.base = std::move(laws);
   parts_->actsOtherwise = true;
 }

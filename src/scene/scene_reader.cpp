@@ -37,6 +37,22 @@ Joint withStop(Joint joint) {
   return joint;
 }
 
+/// The keys of numbers that effects have in a link, or in the scene.
+std::vector<NumberKey> numberKeys(std::vector<NumberKey> (EffectKind::*of)() const) {
+  std::vector<NumberKey> all;
+  for (const EffectKind* kind : effectKinds()) {
+    for (const NumberKey& key : (kind->*of)()) all.push_back(key);
+  }
+  return all;
+}
+
+void takeNumbers(const Section& in, const std::vector<NumberKey>& keys, NamedNumbers& to) {
+  for (const NumberKey& key : keys) {
+    double value = 0;
+    if (in.has(key.name) && in.take(key.name, key.range, value)) to.set(key.name, value);
+  }
+}
+
 /// Reads and checks the values of the effects in a joint. A joint with faults keeps none. A stop without a
 /// stiffness keeps 0: setDefaultStops() gives it one.
 void takeEffects(const Section& in, Joint& joint) {
@@ -49,11 +65,7 @@ void takeEffects(const Section& in, Joint& joint) {
       } else if (key.member) {
         joint.*key.member = value;
       } else {
-        // In place of the URDF's.
-        const auto isIt = [&](const auto& other) { return other.first == key.name; };
-        auto& others = joint.others;
-        others.erase(std::remove_if(others.begin(), others.end(), isIt), others.end());
-        others.emplace_back(key.name, value);
+        joint.others.set(key.name, value);  // in place of the URDF's
       }
     }
   }
@@ -62,6 +74,17 @@ void takeEffects(const Section& in, Joint& joint) {
     if (refused.insert(key).second) in.fault(key, fault.expected);
   }
   if (!refused.empty()) joint = {joint.name};
+}
+
+/// True if the joint has a value that a driven joint may not have.
+bool hasMoreThanDrive(const Joint& joint) {
+  const Joint plain;
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) {
+      if (!key.isAllowedBesideDrive && key.of(joint) != key.of(plain)) return true;
+    }
+  }
+  return false;
 }
 
 /// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express.
@@ -88,7 +111,7 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   }
   initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
   if (!joint.has("drive")) return;
-  if (isInUrdf && (entry.joint.damping > 0 || entry.joint.isLimited() || entry.joint.other("friction") > 0)) {
+  if (isInUrdf && hasMoreThanDrive(entry.joint)) {
     joint.fault("drive", "no drive in a joint to which the URDF gives damping, friction or limits", "drive");
   }
   entry.drive = readDrive(in, joint, entry.q, entry.qd);
@@ -97,7 +120,10 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
 Entry readEntry(const Section& links, const std::string& name) {
   // The name. A disc stands for a body with faults, so that the names and the other links can be checked.
   Entry entry{{name, 1, 1, {0, 0}, {1, 0}}, {}};
-  const Section in = links.section(name, {"mass", "inertia", "com", "pin", "repeat", "joint", "initial"});
+  std::vector<const char*> keys{"mass", "inertia", "com", "pin", "repeat", "joint", "initial"};
+  const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
+  for (const NumberKey& key : own) keys.push_back(key.name);
+  const Section in = links.section(name, keys);
   entry.namesAreSound = isName(name);
   if (!entry.namesAreSound) links.fault(name, nameInWords, quoted(name));
   if (!links.find(name)->map()) return entry;
@@ -108,6 +134,7 @@ Entry readEntry(const Section& links, const std::string& name) {
   const std::vector<Fault> ofLink = faultsOf(link);
   for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
   if (ofLink.empty()) entry.link = link;
+  takeNumbers(in, own, entry.link.others);
 
   // The number of links, and how they move.
   entry.namesAreSound &= takeCount(in, "repeat", entry.repeat);
@@ -221,10 +248,15 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   expanded.gravity = robot->gravity;
   expanded.appearance = std::move(robot->appearance);
   const Section links = top.section("links");
+  const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
   for (std::size_t i = 0; i < robot->links.size(); ++i) {
     const std::string name = robot->links[i].name;
     Entry entry{std::move(robot->links[i]), std::move(robot->joints[i])};
-    takeMotion(links.section(name, {"joint", "initial"}), true, entry);
+    std::vector<const char*> keys{"joint", "initial"};
+    for (const NumberKey& key : own) keys.push_back(key.name);
+    const Section in = links.section(name, keys);
+    takeNumbers(in, own, entry.link.others);
+    takeMotion(in, true, entry);
     append(entry, expanded);
   }
   for (const auto& [name, value] : links.entries()) {
@@ -301,6 +333,8 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   for (const EffectKind* kind : effectKinds()) {
     if (kind->sceneKey()) keys.insert(keys.end() - 7, kind->sceneKey());
   }
+  const std::vector<NumberKey> own = numberKeys(&EffectKind::sceneKeys);
+  for (const NumberKey& key : own) keys.push_back(key.name);
   const Section top(&value, "", keys, faults, numbers);
 
   // The chain.
@@ -314,6 +348,8 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   // All other keys.
   std::vector<Load> loads;
   for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads);
+  NamedNumbers others;
+  takeNumbers(top, own, others);
   const IntegratorSettings integrator = readIntegrator(top.section(
       "integrator", {"method", "tolerance", "rate_tolerance", "loosest_tolerance", "step", "plain_kernel"}));
   PublishSettings publish =
@@ -367,7 +403,8 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               realTimeFactor,
               std::move(expanded->drives),
               std::move(base),
-              std::move(expanded->appearance)};
+              std::move(expanded->appearance),
+              std::move(others)};
   if (startsAtRest) startAtRest(scene, top);
   throwFaults();
   return scene;

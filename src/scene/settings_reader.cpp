@@ -6,6 +6,7 @@
 #include <string>
 
 #include "dynamics/equilibrium.h"
+#include "effects/effect_kind.h"
 #include "ode/methods.h"
 
 namespace planar_chain {
@@ -53,9 +54,11 @@ BaseLaws readBase(const Section& base) {
 }
 
 MotionLaw readDrive(const Section& link, const Section& joint, double& q, double& qd) {
-  for (const char* other :
-       {"friction", "breakaway", "stiffness", "damping", "rest_angle", "lower", "upper"}) {
-    if (joint.has(other)) joint.fault(other, std::string("no ") + other + " in a driven joint");
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) {
+      if (key.isAllowedBesideDrive || !joint.has(key.name)) continue;
+      joint.fault(key.name, std::string("no ") + key.name + " in a driven joint");
+    }
   }
   if (link.has("initial")) link.fault("initial", "no initial state of a driven joint");
   const MotionLaw law = readLaw(joint, "drive", "rad", true);

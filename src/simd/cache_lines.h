@@ -8,23 +8,25 @@
 
 namespace planar_chain {
 
-template <class Number>
+template <class Element>
 struct OnCacheLines {
   static constexpr std::align_val_t line{64};  // bytes
-  using value_type = Number;
+  using value_type = Element;
 
   OnCacheLines() = default;
   template <class Other>
   OnCacheLines(const OnCacheLines<Other>&) {}
 
-  Number* allocate(std::size_t n) { return static_cast<Number*>(::operator new(n * sizeof(Number), line)); }
-  void deallocate(Number* first, std::size_t) { ::operator delete(first, line); }
+  Element* allocate(std::size_t n) {
+    return static_cast<Element*>(::operator new(n * sizeof(Element), line));
+  }
+  void deallocate(Element* first, std::size_t) { ::operator delete(first, line); }
   bool operator==(const OnCacheLines&) const { return true; }
   bool operator!=(const OnCacheLines&) const { return false; }
 };
 
-template <class Number>
-using AlignedArray = std::vector<Number, OnCacheLines<Number>>;
+template <class Element>
+using AlignedArray = std::vector<Element, OnCacheLines<Element>>;
 using CacheLines = AlignedArray<double>;
 
 /// Rows of `size` doubles. They lie an odd number of cache lines apart, so that they do not compete for the

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "simd/lanes.h"
+#include "simd/pack.h"
 #include "simd/vectors.h"
 
 namespace planar_chain::simd {
@@ -24,17 +24,17 @@ template <class F>
 template <int count>
 PLANAR_CHAIN_IN_ONE_PIECE void combineOf(double factor, const double* weights, const double* const* terms,
                                          const double* base, double* sum, double* out, std::ptrdiff_t n) {
-  Lanes weight[count];
-  for (int j = 0; j < count; ++j) weight[j] = Lanes(factor * weights[j]);
+  Pack weight[count];
+  for (int j = 0; j < count; ++j) weight[j] = Pack(factor * weights[j]);
   const auto firstOf = [&](int some, std::ptrdiff_t i, int size) {
-    Lanes a = weight[0] * loadSome(terms[0] + i, size);
+    Pack a = weight[0] * loadSome(terms[0] + i, size);
     for (int j = 1; j < some; ++j) a = mulAdd(weight[j], loadSome(terms[j] + i, size), a);
     return a;
   };
   const auto total = [&](std::ptrdiff_t i, int size) { return firstOf(count, i, size); };
   // The last term is the latest: nothing but its own product waits for it.
   const auto stage = [&](std::ptrdiff_t i, int size) {
-    Lanes a = loadSome(base + i, size);
+    Pack a = loadSome(base + i, size);
     if constexpr (count > 1) a += firstOf(count - 1, i, size);
     return mulAdd(weight[count - 1], loadSome(terms[count - 1] + i, size), a);
   };
@@ -44,7 +44,7 @@ PLANAR_CHAIN_IN_ONE_PIECE void combineOf(double factor, const double* weights, c
     forRegisters(n, [&](std::ptrdiff_t i, int size) { storeSome(out + i, stage(i, size), size); });
   } else {
     forRegisters(n, [&](std::ptrdiff_t i, int size) {
-      const Lanes a = total(i, size);
+      const Pack a = total(i, size);
       storeSome(sum + i, a, size);
       storeSome(out + i, loadSome(base + i, size) + a, size);
     });
@@ -57,21 +57,21 @@ template <int count>
 PLANAR_CHAIN_IN_ONE_PIECE void combineTwiceOf(const NystromSums& given, std::ptrdiff_t n) {
   const NystromSums row = given;  // stays in registers
   constexpr int last = count - 1;
-  const Lanes drift(row.h * row.drift);
-  Lanes forRates[count], forPositions[count];
+  const Pack drift(row.h * row.drift);
+  Pack forRates[count], forPositions[count];
   for (int j = 0; j < count; ++j) {
-    forRates[j] = Lanes(row.h * row.forRates[j]);
-    forPositions[j] = Lanes(row.h * row.h * row.forPositions[j]);
+    forRates[j] = Pack(row.h * row.forRates[j]);
+    forPositions[j] = Pack(row.h * row.h * row.forPositions[j]);
   }
   forRegisters(n, [&](std::ptrdiff_t i, int size) {
-    const Lanes omega = loadSome(row.base + n + i, size);
-    Lanes rate, position = drift * omega;
+    const Pack omega = loadSome(row.base + n + i, size);
+    Pack rate, position = drift * omega;
     for (int j = 0; j < last; ++j) {
-      const Lanes term = loadSome(row.terms[j] + i, size);
+      const Pack term = loadSome(row.terms[j] + i, size);
       rate = j == 0 ? forRates[j] * term : mulAdd(forRates[j], term, rate);
       position = mulAdd(forPositions[j], term, position);
     }
-    const Lanes latest = loadSome(row.terms[last] + i, size);
+    const Pack latest = loadSome(row.terms[last] + i, size);
     rate = count == 1 ? forRates[last] * latest : mulAdd(forRates[last], latest, rate);
     if (row.sum) {
       storeSome(row.sum + i, position, size);
@@ -86,28 +86,28 @@ PLANAR_CHAIN_IN_ONE_PIECE void combineTwiceOf(const NystromSums& given, std::ptr
 
 PLANAR_CHAIN_IN_ONE_PIECE void damp(double* error, const double* coarse, std::ptrdiff_t n) {
   forRegisters(n, [&](std::ptrdiff_t i, int count) {
-    const Lanes fine = loadSome(error + i, count), rough = loadSome(coarse + i, count);
-    const Lanes size = root(fine * fine + Lanes(0.01) * (rough * rough));
-    storeSome(error + i, Lanes(size.v > 0 ? (fine * (fine / size)).v : size.v), count);
+    const Pack fine = loadSome(error + i, count), rough = loadSome(coarse + i, count);
+    const Pack size = root(fine * fine + Pack(0.01) * (rough * rough));
+    storeSome(error + i, Pack(size.v > 0 ? (fine * (fine / size)).v : size.v), count);
   });
 }
 
 /// Each of them.
-[[gnu::always_inline]] inline bool isNumber(Lanes a) {
+[[gnu::always_inline]] inline bool isNumber(Pack a) {
   return all(a.v == a.v);
 }
 
 PLANAR_CHAIN_IN_ONE_PIECE bool addCarried(double* y, double* carry, const double* increment,
                                           std::ptrdiff_t n) {
-  Lanes zero;  // NaN, if one sum is not finite
+  Pack zero;  // NaN, if one sum is not finite
   forRegisters(n, [&](std::ptrdiff_t i, int size) {
-    zero = mulAdd(Lanes(0), loadSome(y + i, size) + loadSome(increment + i, size), zero);
+    zero = mulAdd(Pack(0), loadSome(y + i, size) + loadSome(increment + i, size), zero);
   });
   if (!isNumber(zero)) return false;
   forRegisters(n, [&](std::ptrdiff_t i, int size) {
-    const Lanes old = loadSome(y + i, size);
-    const Lanes whole = loadSome(increment + i, size) + loadSome(carry + i, size);
-    const Lanes next = old + whole;
+    const Pack old = loadSome(y + i, size);
+    const Pack whole = loadSome(increment + i, size) + loadSome(carry + i, size);
+    const Pack next = old + whole;
     storeSome(carry + i, whole - (next - old), size);
     storeSome(y + i, next, size);
   });
@@ -116,9 +116,9 @@ PLANAR_CHAIN_IN_ONE_PIECE bool addCarried(double* y, double* carry, const double
 
 PLANAR_CHAIN_IN_ONE_PIECE void polynomial(double h, const double* c, int order, double* sum,
                                           std::ptrdiff_t n) {
-  const Lanes step(h);
+  const Pack step(h);
   forRegisters(n, [&](std::ptrdiff_t i, int size) {
-    Lanes total = loadSome(c + order * n + i, size);
+    Pack total = loadSome(c + order * n + i, size);
     for (int k = order - 1; k > 0; --k) total = mulAdd(step, total, loadSome(c + k * n + i, size));
     storeSome(sum + i, step * total, size);
   });
@@ -126,22 +126,22 @@ PLANAR_CHAIN_IN_ONE_PIECE void polynomial(double h, const double* c, int order, 
 
 /// The largest of all lanes, compared pair by pair.
 template <int size = 1>
-[[gnu::always_inline]] inline double largestOf(Lanes a) {
+[[gnu::always_inline]] inline double largestOf(Pack a) {
   if constexpr (size < laneCount) return largestOf<2 * size>(larger(ofInner<size>(a), ofOuter<size>(a)));
   return a.v[0];
 }
 
 PLANAR_CHAIN_IN_ONE_PIECE double largestRatio(const ErrorVectors& of, double most, double rounding,
                                               std::ptrdiff_t n) {
-  Lanes largest, zero;  // zero: NaN, if one ratio is not finite
+  Pack largest, zero;  // zero: NaN, if one ratio is not finite
   forRegisters(n, [&](std::ptrdiff_t i, int count) {
-    const Lanes y = absolute(loadSome(of.y + i, count));
-    const Lanes counted = smaller(y, loadSome(of.ceiling + i, count));
-    const Lanes allowed =
-        larger(mulAdd(Lanes(most), counted, Lanes(most)), Lanes(rounding) * loadSome(of.noise + i, count));
-    const Lanes ratio = absolute(loadSome(of.error + i, count)) / allowed;
+    const Pack y = absolute(loadSome(of.y + i, count));
+    const Pack counted = smaller(y, loadSome(of.ceiling + i, count));
+    const Pack allowed =
+        larger(mulAdd(Pack(most), counted, Pack(most)), Pack(rounding) * loadSome(of.noise + i, count));
+    const Pack ratio = absolute(loadSome(of.error + i, count)) / allowed;
     largest = larger(ratio, largest);
-    zero = mulAdd(Lanes(0), ratio, zero);
+    zero = mulAdd(Pack(0), ratio, zero);
   });
   return isNumber(zero) ? largestOf(largest) : std::numeric_limits<double>::quiet_NaN();
 }

@@ -260,7 +260,7 @@ int main(int argc, char** argv) {
         {"t", "Time, s, for loads that depend on it (default 0)"},
         {"linearize",
          "Also A and B of dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of the state", false},
-        {"equilibrium", "At rest in the static equilibrium downhill of --q", false},
+        {"equilibrium", "At rest in the static equilibrium, searched from --q", false},
         {"inverse", "Only the torques tau that give the accelerations --qdd, beside all that acts but drives",
          false},
         {"qdd", "Accelerations, rad/s^2, for --inverse (default 0)"},

@@ -68,7 +68,7 @@ class Drags : public Effect, public Switching {
   void enterState(double /*t*/, const double* y) override {
     for (Drag& drag : drags_) drag.sign = relative(y + n_, drag.joint) < 0 ? -1 : 1;
   }
-  void change(double /*t*/, double* y) override {
+  void change(double /*t*/, double* y, const ode::Crossing& /*found*/) override {
     for (Drag& drag : drags_) {
       if (dueOf(drag, y) > 0) drag.sign = -drag.sign;
     }
@@ -81,7 +81,8 @@ class Drags : public Effect, public Switching {
   /// Between two ends, q̇ is taken for the parabola of the cubic through both: v0 + 2 b s + 3 c s², 0 < s < 1.
   /// Its turning point is where a change of sign may hide.
   double nearest(const ode::Stretch& of) const override {
-    const auto& [t, h, y, next, course] = of;
+    const double h = of.h;
+    const Eigen::VectorXd &y = of.y, &next = of.next;
     double first = -1;
     for (const Drag& drag : drags_) {
       const double v0 = relative(y.data() + n_, drag.joint) * h;
@@ -113,7 +114,7 @@ class DragKind : public EffectKind {
     return {{"drag", nullptr, NumberRule::from(0, "N m s²/rad²")}};
   }
 
-  std::unique_ptr<Effect> make(const Scene& scene, const Arrangement* /*lanes*/) const override {
+  std::unique_ptr<Effect> make(const Scene& scene) const override {
     auto effect = std::make_unique<Drags>(scene.chain);
     return effect->empty() ? nullptr : std::move(effect);
   }

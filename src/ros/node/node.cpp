@@ -1,7 +1,9 @@
 #include "ros/node/node.h"
 
 #include <ros/console.h>
+#include <ros/names.h>
 #include <ros/this_node.h>
+#include <ros/topic_manager.h>
 
 #include <algorithm>
 #include <cmath>
@@ -30,6 +32,16 @@ constexpr double diagnosticsPeriod = 1;        // s
 constexpr double longestWait = 0.1;            // s, to notice a shutdown or a halted clock
 constexpr double longestWaitForRecorder = 15;  // s
 constexpr double servePeriod = 0.1;            // s, during long ticks
+
+constexpr char severalClocksFault[] =
+    "/clock has several publishers. Time jumps between them. Stop all but one (rostopic info /clock lists "
+    "them; "
+    "rosnode cleanup removes dead ones)";
+
+/// True if this node takes its time from /clock, as /use_sim_time says, and more than one node publishes it.
+bool hasSeveralClocks() {
+  return ros::TopicManager::instance()->getNumPublishers(ros::names::resolve("/clock")) > 1;
+}
 
 // ---- The log at the start ----------------------------------------------------------------------
 
@@ -85,7 +97,8 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
       commands_(ticks_, [this](ros::Time stamp) { return sceneTimeOf(stamp); }),
       times_(static_cast<std::size_t>(2 + std::ceil(factorSeconds * settings_.statusRate))),
       warnings_(warningPeriod),
-      advice_(advicePeriod) {
+      advice_(advicePeriod),
+      clockWarnings_(advicePeriod) {
   // Advertise what the scene publishes.
   load(scene);
   statusOut_ = inner_.advertise<SimStatus>("status", queueFor(settings_.statusRate));
@@ -153,7 +166,6 @@ void Node::waitForRecorder(bool (*keepGoing)()) {
 
 void Node::run(bool (*keepGoing)()) {
   keepGoing_ = keepGoing;
-  master_.emplace();
   const auto every = [this](double period, auto action) {
     return outer_.createSteadyTimer(ros::WallDuration(period),
                                     [action](const ros::SteadyTimerEvent& /*now*/) { action(); });
@@ -289,19 +301,19 @@ void Node::publishStatus() {
 }
 
 void Node::publishDiagnostics() {
-  master_->update();
   updateStatus();
+  severalClocks_ = hasSeveralClocks();
+  if (severalClocks_ && clockWarnings_.isDue()) ROS_WARN("%s", severalClocksFault);
   // The updater's own period is simulation time, so force it. A message must not have the stamp 0.
   if (!ros::Time::now().isZero()) diagnostics_.force_update();
 }
 
 void Node::diagnose(diagnostic_updater::DiagnosticStatusWrapper& out) {
   using diagnostic_msgs::DiagnosticStatus;
-  const std::string& clockFault = master_->clockFault();
   if (!status_.fault.empty()) {
     out.summary(DiagnosticStatus::ERROR, status_.fault);
-  } else if (!clockFault.empty()) {
-    out.summary(DiagnosticStatus::WARN, clockFault);
+  } else if (severalClocks_) {
+    out.summary(DiagnosticStatus::WARN, severalClocksFault);
   } else if (std::exchange(jumpsTold_, clock_->jumps()) != clock_->jumps()) {
     out.summary(DiagnosticStatus::WARN, clock_->name() + " jumped; the stamps restarted at its time");
   } else if (status_.lag > largestLag) {

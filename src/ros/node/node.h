@@ -25,7 +25,6 @@
 #include "ros/messages/pace.h"
 #include "ros/node/clock.h"
 #include "ros/node/commands.h"
-#include "ros/node/master_watch.h"
 #include "ros/node/tolerance_pace.h"
 #include "ros/view/messages.h"
 
@@ -101,12 +100,12 @@ class Node {
   tf2_ros::StaticTransformBroadcaster staticTf_;
   ros::Publisher statusOut_;
   std::vector<ros::ServiceServer> servers_;
-  std::optional<MasterWatch> master_;  ///< from run() on
 
   bool paused_ = false;
   bool isClockRunning_ = false;  ///< since the last halt, begin() has been called
   bool isWaiting_ = false;       ///< for a recorder
   bool inTick_ = false;          ///< while services are served during a tick
+  bool severalClocks_ = false;   ///< publish /clock, by the last check
   long long resets_ = 0;
   bool (*keepGoing_)() = nullptr;  ///< from run() on
   double began_ = 0;               ///< steadyTime() at which ticks began that nothing else has followed
@@ -115,7 +114,7 @@ class Node {
   std::uint64_t overruns_ = 0;
   std::uint64_t jumpsTold_ = 0;                              ///< jumps of the clock, on /diagnostics
   boost::circular_buffer<std::pair<double, double>> times_;  ///< simulated and steady time, lately
-  Every warnings_, advice_;
+  Every warnings_, advice_, clockWarnings_;
   std::optional<TolerancePace> pace_;  ///< if the tolerance may yield
   double load_ = 0, stepsOfTick_ = 0;  ///< of a tick, in the mean of about the last twenty
   double stepsBefore_ = 0;             ///< all steps before the next tick

@@ -72,10 +72,7 @@ Answer Node::reset() {
   // Commands that have arrived belong to the time before the reset.
   if (inTick_) commandQueue_.clear();
   commandQueue_.callAvailable();
-  if (changed) {
-    load(*changed);
-    if (master_) master_.emplace();
-  }
+  if (changed) load(*changed);
   commands_.take(inputOf(CommandTaken::RESET));
   allowYielding();
   ++resets_;

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "effects/effect_kind.h"
 #include "planar_chain/fault.h"
 
 namespace planar_chain {
@@ -114,13 +116,25 @@ class Writer {
     if (i == 0 || figure.hasPin) cylinder({0, 0}, pinRadius * w, 1.3 * w, "pin");
   }
 
+  /// The element of what URDF can say of a joint's effects.
+  static std::string dynamicsOf(const Joint& joint) {
+    std::map<std::string, double> attributes;
+    for (const EffectKind* kind : effectKinds()) {
+      for (const JointKey& key : kind->jointKeys()) {
+        if (key.urdfDynamics) attributes[key.urdfDynamics] = key.of(joint);
+      }
+    }
+    std::string element = "<dynamics";
+    for (const auto& [name, value] : attributes) element += " " + name + "='" + toText(value) + "'";
+    return element + "/>";
+  }
+
   void joint(int i) {
     const Joint& own = chain_.joints()[index(i)];
     line("<joint name='", own.name, "' type='", own.isLimited() ? "revolute" : "continuous", "'>");
     line("<parent link='", i == 0 ? frames_.pin : frames_.links[index(i - 1)], "'/><child link='",
          frames_.links[index(i)], "'/><origin xyz='", i == 0 ? Vec2d{} : chain_.links()[index(i - 1)].pin,
-         "' rpy='0 0 0'/><axis xyz='0 0 1'/><dynamics damping='", own.damping, "' friction='",
-         own.other("friction"), "'/>");
+         "' rpy='0 0 0'/><axis xyz='0 0 1'/>", dynamicsOf(own));
     if (own.isLimited() || own.has("effort_limit") || own.has("velocity_limit")) {
       // URDF requires all four limits. Those that the scene does not set are never reached.
       constexpr double never = 1e9;

@@ -149,7 +149,7 @@ void Views::drawDrives(Sketch& sketch) {
 void Views::drawFriction(Sketch& sketch) {
   const double bar = drawing_.bar;
   for (int i = 0; i < chain_.size(); i += stride_) {
-    if (!chain_.joints()[index(i)].mayStick()) continue;
+    if (!hasSymbol(chain_.joints()[index(i)], Symbol::brake)) continue;
     const Colour& paint = simulation_.qd()[index(i)] == 0 ? green : odd;
     for (const double middle : {0.0, pi}) {
       on(sketch, i).coil({}, brakeRadius * bar, brakeRadius * bar, middle - padSweep / 2, padSweep,
@@ -178,7 +178,7 @@ void Views::drawSprings(Sketch& sketch) {
   // Draw a coil on each joint that has a spring or stops.
   for (int i = 0; i < chain_.size(); i += stride_) {
     const Joint& joint = chain_.joints()[index(i)];
-    if (joint.stiffness == 0 && !joint.isLimited()) continue;
+    if (!hasSymbol(joint, Symbol::coil)) continue;
     const double share = std::fabs(tau[i]) / drawing_.torque;
     on(sketch, i).coil({}, coilInner * drawing_.bar, coilOuter * drawing_.bar, 0, 2 * pi * coilTurns,
                        coilWidth * drawing_.bar, heat(share));

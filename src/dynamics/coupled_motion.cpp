@@ -1,0 +1,170 @@
+#include "dynamics/coupled_motion.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace planar_chain {
+
+CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
+    : mechanism_(mechanism),
+      effects_(effects),
+      n_(mechanism.size()),
+      evaluator_(mechanism, effects),
+      stepped_(evaluator_.none()),
+      asked_(stepped_),
+      held_(n_),
+      scratch_(index(n_)) {
+  const std::vector<Coupler*>& couplers = effects.couplers();
+  for (Coupler* coupler : couplers) coupler->attach(*this);
+  const auto onlyHolds = [](const Coupler* coupler) { return coupler->onlyHolds(); };
+  if (!couplers.empty() && std::all_of(couplers.begin(), couplers.end(), onlyHolds) &&
+      Segments::areWorthwhile(n_)) {
+    welded_.emplace(mechanism.chain(), index(n_));
+  }
+}
+
+std::string CoupledMotion::recursion() const {
+  return welded_ ? welded_->chain.name() : evaluator_.recursion();
+}
+
+void CoupledMotion::forget(bool holds) {
+  stepped_.isKnown = asked_.isKnown = false;
+  if (holds) evaluator_.forgetCouplings();
+  if (!welded_) return;
+  welded_->stepped.isKnown = welded_->asked.isKnown = welded_->hasConstantMoments = false;
+  if (holds) welded_->isWelded = false;
+}
+
+void CoupledMotion::prepareChange() {
+  if (effects_.haveUncoupledSwitches()) forget();  // couplers do so themselves, if they change
+}
+
+// ---- Results -------------------------------------------------------------------------------------------
+
+namespace {
+
+/// True if two states differ by rounding alone.
+bool areEqual(const double* y, const double* other, int n) {
+  constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
+  using Numbers = Eigen::Map<const Eigen::ArrayXd>;
+  const auto areNear = [&](int from, int count, double least) {
+    const Numbers a(y + from, count), b(other + from, count);
+    const double most = ((a - b).abs() - rounding * (a.abs() + b.abs())).maxCoeff();
+    return most <= rounding * least && std::isfinite(a.sum());
+  };
+  return areNear(0, 1, 1) && areNear(0, n, 1) && areNear(n, n, 0);
+}
+
+}  // namespace
+
+void CoupledMotion::endedAt(ode::State& state) const {
+  const auto moveTo = [&](const auto& last) {
+    if (!last.isKnown || state.t != last.t || !areEqual(last.y.data(), state.y.data(), n_)) return;
+    const Eigen::Map<const Eigen::VectorXd> there(last.y.data(), 2 * n_);
+    state.carry.head(2 * n_) += state.y.head(2 * n_) - there;  // exact, as they are so near
+    state.y.head(2 * n_) = there;
+  };
+  isWelded() ? moveTo(welded_->stepped) : moveTo(stepped_);
+}
+
+Powers CoupledMotion::powers(double t, const double* y) {
+  if (!isWelded()) return at(t, y).powers;
+  // Nothing is driven, and no power depends on where the pins are.
+  return weldedPowers({t, y, y + n_}, scratch_.data());
+}
+
+JointAnswer CoupledMotion::answer(double t, const double* y) {
+  if (!isWelded()) {
+    const Evaluation& at = this->at(t, y);
+    return {at.moments.data(), at.slopes()};
+  }
+  Rigid& at = weldedAt(t, y, welded_->asked, welded_->stepped);
+  if (!at.hasMoments && welded_->last != &at) runWelded(t, y, at);
+  if (!std::exchange(at.hasMoments, true)) welded_->chain.moments(at.N.data(), at.moments.data());
+  return {at.moments.data(), at.alpha.data()};
+}
+
+void CoupledMotion::torques(double t, const double* y, double* tau) {
+  const Evaluation& at = this->at(t, y);
+  std::fill_n(tau, n_, 0.0);
+  for (const auto& effect : effects_.all()) {
+    if (effect->coupler()) effect->addTorques(at.state(), tau);
+  }
+  // Rotors are inertia, not torque.
+  for (int i = 0; i < n_; ++i) {
+    const Coupling<double>& joint = evaluator_.couplings().joints[index(i)];
+    if (joint.isHeld) tau[i] += at.moments[index(i)] + joint.rotor * relative(at.slopes(), i);
+  }
+}
+
+// ---- The welded chain ----------------------------------------------------------------------------------
+
+Powers CoupledMotion::weldedPowers(const ChainState& at, double* N) {
+  Powers powers;
+  if (N) std::fill_n(N, n_, 0.0);
+  for (Effect* effect : effects_.active()) powers += effect->apply(at, {N, nullptr});
+  return powers;
+}
+
+void CoupledMotion::runWelded(double t, const double* y, Rigid& to) {
+  Welded& welded = *welded_;
+  ++evaluations_;
+  if (!welded.isWelded) {
+    effects_.couple(t, 0, held_);
+    welded.chain.weld(held_);
+    welded.isWelded = true;
+  }
+  to.isKnown = true;
+  to.hasMoments = false;
+  to.t = t;
+  std::copy_n(y, 2 * n_, to.y.begin());
+  // Moments that are the same in every state are summed once.
+  if (welded.hasConstantMoments && welded.last != &to) to.N = welded.last->N;
+  double* N = welded.hasConstantMoments ? nullptr : to.N.data();
+  to.powers = weldedPowers(to.state(), N);
+  welded.chain.accelerations(to.y.data(), to.y.data() + n_, N, to.alpha.data());
+  welded.hasConstantMoments = effects_.haveConstantMoments();
+  welded.last = &to;
+}
+
+Powers CoupledMotion::weldedRates(double t, const double* y, double* slopes) {
+  const Rigid& at = weldedAt(t, y, welded_->stepped, welded_->asked);
+  std::copy_n(at.alpha.data(), n_, slopes);
+  return at.powers;
+}
+
+CoupledMotion::Rigid& CoupledMotion::weldedAt(double t, const double* y, Rigid& own, Rigid& other) {
+  if (own.isAt(t, y)) return own;
+  if (other.isAt(t, y)) return other;
+  runWelded(t, y, own);
+  return own;
+}
+
+// ---- Held joints ---------------------------------------------------------------------------------------
+
+bool CoupledMotion::hold(double t, double* y) {
+  effects_.couple(t, 0, held_);
+  bool any = false;
+  for (int i = 0; i < n_; ++i) {
+    if (!held_.joints[index(i)].isHeld) continue;
+    any = true;
+    const GivenMotion& motion = held_.held[index(i)];
+    y[i] = (i > 0 ? y[i - 1] : 0) + motion.value;
+    y[n_ + i] = (i > 0 ? y[n_ + i - 1] : 0) + motion.rate;
+  }
+  return any;
+}
+
+void CoupledMotion::hold(double t, double* q, double* qd) {
+  effects_.couple(t, 0, held_);
+  for (int i = 0; i < n_; ++i) {
+    if (!held_.joints[index(i)].isHeld) continue;
+    q[i] = held_.held[index(i)].value;
+    qd[i] = held_.held[index(i)].rate;
+  }
+}
+
+}  // namespace planar_chain

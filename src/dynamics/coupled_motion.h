@@ -1,0 +1,124 @@
+#pragma once
+
+/// The motion of a chain whose joints couple accelerations, whose base moves, or whose forces depend on the
+/// motion: rotors, driven joints, friction, a moving base. Other chains have none and run dynamics.h alone.
+///
+/// If only friction couples, long chains run without evaluation.h: bodies that stick together are one body
+/// (welded_chain.h).
+///
+/// Results at a state are kept, by its time and all its numbers: the same state is not computed again. Those
+/// for the steps of a method are kept apart from others. So no question between two steps changes a bit of
+/// the motion.
+///
+/// States y = [ψ ψ̇] are in chain order.
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dynamics/evaluation.h"
+#include "dynamics/welded_chain.h"
+#include "ode/system.h"
+
+namespace planar_chain {
+
+/// Only the constructor allocates.
+class CoupledMotion : private Mechanics {
+ public:
+  /// The mechanism and the effects must outlive this object.
+  CoupledMotion(const Mechanism& mechanism, Effects& effects);
+  CoupledMotion(const CoupledMotion&) = delete;
+  CoupledMotion& operator=(const CoupledMotion&) = delete;
+
+  std::string recursion() const;
+  /// True if bodies that stick together may be welded.
+  bool isWeldable() const { return welded_.has_value(); }
+  /// The number of states that were computed.
+  long long evaluations() const { return evaluations_; }
+
+  // ---- What acts has changed: call one of these -------------------------------------------------------
+
+  /// After Effects::enter(), and before Effects::enterState().
+  void forget() { forget(true); }
+  /// Before Effects::change().
+  void prepareChange();
+
+  // ---- Results; valid until the next call -------------------------------------------------------------
+
+  /// Writes ψ̈, and returns the powers: for the steps of a method.
+  Powers rates(double t, const double* y, double* slopes) {
+    if (isWelded()) return weldedRates(t, y, slopes);
+    const Evaluation& at = this->at(t, y, stepped_, asked_);
+    std::copy_n(at.slopes(), n_, slopes);
+    return at.powers;
+  }
+  /// See ode::System.
+  void endedAt(ode::State& state) const;
+  /// The powers alone.
+  Powers powers(double t, const double* y);
+  /// Everything. Does not change what rates() will give.
+  const Evaluation& at(double t, const double* y) { return at(t, y, asked_, stepped_); }
+  Evaluator& evaluator() { return evaluator_; }
+  /// Writes the torques of drives, rotors left out, and of friction, n values.
+  void torques(double t, const double* y, double* tau);
+
+  // ---- Held joints: driven or stuck ---------------------------------------------------------------------
+
+  /// Puts held joints where they are at t, exactly. Returns true if there are any.
+  bool hold(double t, double* y) override;
+  /// The same for relative angles and rates.
+  void hold(double t, double* q, double* qd);
+
+ private:
+  /// Results of the welded chain at one state.
+  struct Rigid {
+    explicit Rigid(std::size_t n) : y(2 * n), N(n), alpha(n), moments(n) {}
+    bool isAt(double time, const double* state) const {
+      return isKnown && time == t && std::equal(y.begin(), y.end(), state);
+    }
+    ChainState state() const { return {t, y.data(), y.data() + N.size()}; }
+
+    bool isKnown = false, hasMoments = false;
+    double t = 0;
+    std::vector<double> y, N, alpha, moments;
+    Powers powers;
+  };
+  struct Welded {
+    Welded(const Chain& of, std::size_t n) : chain(of), stepped(n), asked(n) {}
+
+    WeldedChain chain;
+    bool isWelded = false;  ///< chain has the joints that stick now
+    bool hasConstantMoments = false;
+    Rigid stepped, asked;         ///< of rates(), and of other questions
+    const Rigid* last = nullptr;  ///< of these, the one that the chain computed last
+  };
+
+  /// The results at a state: known in one of these, or computed in `own`.
+  const Evaluation& at(double t, const double* y, Evaluation& own, const Evaluation& other) {
+    if (own.isAt(t, y)) return own;
+    if (other.isAt(t, y)) return other;
+    ++evaluations_;
+    evaluator_.evaluate(t, y, own);
+    return own;
+  }
+  JointAnswer answer(double t, const double* y) override;
+  void forget(bool holds) override;
+  bool isWelded() const { return welded_ && effects_.acting() != LoadKind::forces; }
+  Powers weldedRates(double t, const double* y, double* slopes);
+  Rigid& weldedAt(double t, const double* y, Rigid& own, Rigid& other);
+  void runWelded(double t, const double* y, Rigid& to);
+  Powers weldedPowers(const ChainState& at, double* N);
+
+  const Mechanism& mechanism_;
+  Effects& effects_;
+  int n_;
+  Evaluator evaluator_;
+  Evaluation stepped_, asked_;  ///< of rates(), and of other questions
+  std::optional<Welded> welded_;
+  Couplings held_;
+  std::vector<double> scratch_;
+  long long evaluations_ = 0;
+};
+
+}  // namespace planar_chain

@@ -1,0 +1,32 @@
+#pragma once
+
+/// A scene at one state, for those who compute once: its effects are entered, its joints stick or slide.
+
+#include <Eigen/Core>
+
+#include "dynamics/coupled_motion.h"
+#include "planar_chain/scene.h"
+
+namespace planar_chain {
+
+struct Entered {
+  /// q, qd: relative angles (rad) and rates (rad/s), one a joint. The scene must outlive this object.
+  Entered(const Scene& scene, double time, const Eigen::VectorXd& q, const Eigen::VectorXd& qd)
+      : effects(scene), mechanism(scene.chain, true), motion(mechanism, effects), t(time), y(2 * q.size()) {
+    toAbsolute(q.data(), scene.chain.size(), y.data());
+    toAbsolute(qd.data(), scene.chain.size(), y.data() + q.size());
+    effects.enter(t);
+    effects.enterState(t, y.data());
+    motion.forget();
+  }
+
+  const Evaluation& evaluation() { return motion.at(t, y.data()); }
+
+  Effects effects;
+  Mechanism mechanism;
+  CoupledMotion motion;
+  double t;
+  Eigen::VectorXd y;
+};
+
+}  // namespace planar_chain

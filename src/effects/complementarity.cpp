@@ -1,0 +1,139 @@
+#include "effects/complementarity.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+
+namespace planar_chain {
+
+namespace {
+
+/// Rounds that may bring nothing before fewer joints are changed at once. Júdice and Pires use 10, for
+/// problems without a good guess. Here a front is at most some ten joints wide.
+constexpr int mostVain = 3, mostVainOfFronts = 20;
+/// Wrong joints this near to each other are of one front: A falls off by about 4 from joint to joint. The
+/// distance doubles after each mostVainOfFronts rounds, until all are of one front.
+constexpr int nearest = 3;
+
+bool isWrong(const RestingJoint& joint) {
+  return joint.direction == 0 ? joint.excess > 0 && !joint.isHeld : joint.wrong > 0;
+}
+bool startsWrong(const RestingJoint& joint) {
+  return joint.direction != 0 && joint.wrong > 0;
+}
+
+class Pivoting {
+ public:
+  Pivoting(RestingChain& chain, std::vector<RestingJoint>& joints, bool oneByOne)
+      : chain_(chain), joints_(joints), oneByOne_(oneByOne) {}
+
+  int run() {
+    const int size = static_cast<int>(joints_.size()), most = 2 * size + 20;
+    int fewest = std::numeric_limits<int>::max(), vain = 0;
+    while (rounds_ < most) {
+      const int wrong = solve();
+      if (wrong == 0) return rounds_;
+      vain = wrong < fewest ? 0 : vain + 1;
+      fewest = std::min(fewest, wrong);
+      flipped_ = 0;
+      if (oneByOne_) {
+        flipOfAll();
+      } else if (vain <= mostVain) {
+        for (RestingJoint& joint : joints_) {
+          if (isWrong(joint)) flip(joint);
+        }
+      } else {
+        flipOfFronts(nearest << std::min(vain / mostVainOfFronts, 16));
+      }
+    }
+    giveUp();
+    return rounds_;
+  }
+
+ private:
+  /// Returns how many are wrong.
+  int solve() {
+    chain_.solve(joints_);
+    ++rounds_;
+    if (flipped_ == 1 && isWrong(*last_)) {
+      // Changed alone, and wrong again: by rounding.
+      last_->isHeld = true;
+      if (last_->direction != 0) {
+        last_->direction = 0;
+        chain_.solve(joints_);
+        ++rounds_;
+      }
+    }
+    return static_cast<int>(std::count_if(joints_.begin(), joints_.end(), isWrong));
+  }
+
+  void flip(RestingJoint& joint) {
+    joint.direction = joint.direction == 0 ? joint.release : 0;
+    last_ = &joint;
+    ++flipped_;
+  }
+
+  /// All that start in the wrong direction. Of those that break loose, the one with the most load.
+  void flipOfAll() {
+    RestingJoint* first = nullptr;
+    for (RestingJoint& joint : joints_) {
+      if (!isWrong(joint)) continue;
+      if (joint.direction != 0) {
+        flip(joint);
+      } else if (!first || joint.load > first->load) {
+        first = &joint;
+      }
+    }
+    if (first) flip(*first);
+  }
+
+  /// The same of each front.
+  void flipOfFronts(int apart) {
+    for (RestingJoint& joint : joints_) joint.flips = isWrong(joint) && leadsItsFront(joint, apart);
+    for (RestingJoint& joint : joints_) {
+      if (joint.flips) flip(joint);
+    }
+  }
+
+  bool leadsItsFront(const RestingJoint& joint, int apart) const {
+    if (joint.direction != 0) return true;
+    const auto leads = [&](const RestingJoint& other) {
+      return isWrong(other) && (startsWrong(other) || other.load > joint.load ||
+                                (other.load == joint.load && other.joint < joint.joint));
+    };
+    const RestingJoint *begin = joints_.data(), *end = begin + joints_.size();
+    for (const RestingJoint* other = &joint; other-- > begin && joint.joint - other->joint <= apart;) {
+      if (leads(*other)) return false;
+    }
+    for (const RestingJoint* other = &joint; ++other < end && other->joint - joint.joint <= apart;) {
+      if (leads(*other)) return false;
+    }
+    return true;
+  }
+
+  /// What starts in the wrong direction sticks, until nothing does.
+  void giveUp() {
+    for (flipped_ = 1; flipped_ > 0;) {
+      chain_.solve(joints_);
+      ++rounds_;
+      flipped_ = 0;
+      for (RestingJoint& joint : joints_) {
+        if (startsWrong(joint)) flip(joint);
+      }
+    }
+  }
+
+  RestingChain& chain_;
+  std::vector<RestingJoint>& joints_;
+  const bool oneByOne_;
+  int rounds_ = 0, flipped_ = 0;
+  RestingJoint* last_ = nullptr;  ///< that was changed
+};
+
+}  // namespace
+
+int findWhatSticks(RestingChain& chain, std::vector<RestingJoint>& joints, bool oneByOne) {
+  return Pivoting(chain, joints, oneByOne).run();
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,62 @@
+#pragma once
+
+/// Which of several joints at rest stick, and which way the others start: a linear complementarity problem.
+///
+/// By Gauss's principle the torques λ of dry friction minimise ½ λᵀ A λ + λᵀ b over |λ_i| ≤ c_i, where
+/// q̈ = A λ + b are the accelerations in the joints. A = W M⁻¹ Wᵀ is positive definite. So one solution
+/// exists:
+///
+///     sticks         q̈_i = 0     |λ_i| ≤ c_i
+///     starts in +    q̈_i ≥ 0     λ_i = −c_i
+///     starts in −    q̈_i ≤ 0     λ_i = +c_i
+///
+/// A is never formed. An oracle solves the chain for a guess of which joints stick; it returns λ of these and
+/// q̈ of the others. Block principal pivoting changes all joints whose guess is wrong at once, as long as
+/// fewer get wrong. If `mostVain` rounds in a row bring no fewer, it changes one joint of each front, until
+/// fewer are wrong again: those that start in the wrong direction, else the one with the most load. Fronts
+/// get wider while that does not help.
+///
+/// If one joint alone is changed, its new guess is right, for A is positive definite. If it is not, rounding
+/// decides. Such a joint sticks, and is changed no more.
+///
+/// If a breakaway torque is larger than the friction of sliding, several solutions may exist. Then all joints
+/// stick at first, and only the one with the most torque for its breakaway torque is released each time, for
+/// its start may let others hold.
+///
+/// Source: J. J. Júdice, F. M. Pires, A block principal pivoting algorithm for large-scale strictly monotone
+/// linear complementarity problems, Comput. Oper. Res. 21 (1994) 587–596; K. G. Murty, Note on a Bard-type
+/// scheme for solving the complementarity problem, Opsearch 11 (1974) 123–130; P. Lötstedt, Mechanical
+/// systems of rigid bodies subject to unilateral constraints, SIAM J. Appl. Math. 42 (1982) 281–296.
+
+#include <vector>
+
+namespace planar_chain {
+
+/// A joint at rest: the guess, and what the last solve() says of it.
+struct RestingJoint {
+  int joint = 0;
+  double direction = 0;  ///< 0: it sticks, else the sign of its q̈
+  bool isHeld = false;   ///< it sticks, for rounding alone says otherwise
+  // Results of solve():
+  double excess = 0;   ///< of a stuck joint: |λ| − the torque that releases it, N m
+  double load = 0;     ///< of a stuck joint: |λ| / breakaway torque
+  double release = 0;  ///< of a stuck joint: the direction in which it would start
+  bool flips = false;  ///< scratch
+  double wrong = 0;    ///< of a joint that starts: how much q̈ is against its direction, beyond rounding
+};
+
+class RestingChain {
+ public:
+  /// Sets the results of all joints, for their directions.
+  virtual void solve(std::vector<RestingJoint>& joints) = 0;
+
+ protected:
+  ~RestingChain() = default;
+};
+
+/// Solves the problem from the directions given. Afterwards `joints` has a solution with its results. Joints
+/// of which rounding decides stick with an excess above 0. Calls solve() at most 3 × size + 30 times: if that
+/// is not enough, what starts in the wrong direction sticks. Returns how often. Allocates nothing.
+int findWhatSticks(RestingChain& chain, std::vector<RestingJoint>& joints, bool oneByOne);
+
+}  // namespace planar_chain

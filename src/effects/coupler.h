@@ -1,0 +1,54 @@
+#pragma once
+
+/// What couples the accelerations of neighbouring bodies, or moves the base (recursion/coupled.h): the part
+/// of an effect that gives q̈ of joints, rotors, or the motion of the ground pin.
+
+#include <vector>
+
+#include "planar_chain/motion_law.h"
+#include "planar_chain/planar.h"
+#include "recursion/coupled.h"
+
+namespace planar_chain {
+
+class Mechanics;
+
+/// The ground pin, m and m/s, and the angle that joint 1 is measured from, rad and rad/s.
+struct BaseState {
+  Vec2d pin, velocity;
+  double angle = 0, rate = 0;
+};
+
+/// What couples at one time, or one order of its Taylor series: of each joint, and the motion of the base.
+struct Couplings {
+  /// Of n joints: none, on a base at rest. Allocates.
+  explicit Couplings(int n) : joints(static_cast<std::size_t>(n)), held(joints.size()) {}
+
+  BaseState base() const { return {{x.value, y.value}, {x.rate, y.rate}, angle.value, angle.rate}; }
+  Vec2d pinAcceleration() const { return {x.acceleration, y.acceleration}; }
+
+  std::vector<Coupling<double>> joints;
+  std::vector<GivenMotion> held;  ///< the motion of each held joint
+  GivenMotion x, y, angle;        ///< of the base
+};
+
+class Coupler {
+ public:
+  virtual ~Coupler() = default;
+  /// Writes order k of the Taylor series around t of what it couples, and nothing else. Order 0 is what it
+  /// couples at t. A piece of a law that enter() chose holds. Allocates nothing.
+  virtual void couple(double t, int k, Couplings& to) const = 0;
+  /// True if all that it ever couples are joints that it holds at the angles they have, at rest: the bodies
+  /// may then be welded.
+  virtual bool onlyHolds() const { return false; }
+  /// Replaces the law of a joint that it drives.
+  virtual void follow(int /*joint*/, const MotionLaw& /*law*/) {}
+  /// The laws of the base, or nullptr if it does not move the base. Valid as long as the effect.
+  virtual const BaseLaws* base() const { return nullptr; }
+  /// Replaces the laws of the base.
+  virtual void followBase(const BaseLaws& /*laws*/) {}
+  /// Called once, by the dynamics that has the effect. `mechanics` outlives the effect's last call.
+  virtual void attach(Mechanics& /*mechanics*/) {}
+};
+
+}  // namespace planar_chain

@@ -1,0 +1,111 @@
+#include "effects/stick_slip.h"
+
+#include <limits>
+
+namespace planar_chain {
+
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+constexpr double never = -1e300;
+
+/// The share of the tolerance that a joint held by its band may miss. With 1, a chain of many joints would
+/// miss the tolerance together; with 1e-4, rounding decides in chains of a hundred links at 1e-6.
+constexpr double accuracy = 0.01;
+/// Friction that changes no rate by more than this share of the tolerance in a second is left out. Rounding
+/// of the joint's moment would decide whether it sticks.
+constexpr double negligible = 0.1;
+/// Of the breakaway torque: a few thousand roundings, as |μ| is a sum over the bodies.
+constexpr double rounding = 1e-12;
+
+double inertiaOf(const Link& link) {
+  return link.inertia;
+}
+
+}  // namespace
+
+StickSlip::StickSlip(const Chain& chain, double tolerance) : n_(chain.size()), tolerance_(tolerance) {
+  for (Numbers* numbers : {&sliding_, &breakaway_, &mostYield_, &band_, &excess_, &direction_, &angle_}) {
+    numbers->setZero(n_);
+  }
+  never_.setConstant(n_, never);
+  moments_.setZero(n_);
+  for (int i = 0; i < n_; ++i) {
+    const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
+    if (!mayStick(joint)) continue;
+    const auto yield = [&](int body) {
+      return body < 0 ? 0 : 1 / inertiaOf(chain.links()[static_cast<std::size_t>(body)]);
+    };
+    mostYield_[i] = yield(i) + yield(i - 1);
+    breakaway_[i] = std::max(joint.other("breakaway"), joint.other("friction"));
+    if (breakaway_[i] * mostYield_[i] < negligible * tolerance) continue;
+    joints_.push_back(i);
+    sliding_[i] = joint.other("friction");
+    hasBreakaway_ = hasBreakaway_ || breakaway_[i] > sliding_[i];
+  }
+  stuck_.reserve(joints_.size());
+  before_.reserve(joints_.size());
+  for (const int i : joints_) band_[i] = ownBand(i);
+}
+
+double StickSlip::ownBand(int joint) const {
+  return std::max(rounding * breakaway_[joint], accuracy * tolerance_ / mostYield_[joint]);
+}
+
+// ---- What is due ------------------------------------------------------------------------------------
+
+double StickSlip::slideDue(int joint, const double* omega) const {
+  const double outer = omega[joint], inner = joint > 0 ? omega[joint - 1] : 0;
+  return -direction_[joint] * (outer - inner) - 4 * epsilon * (std::abs(outer) + std::abs(inner)) +
+         never_[joint];
+}
+
+void StickSlip::findSlidesDue(const double* omega, Numbers& due) const {
+  due[0] = slideDue(0, omega);
+  const Eigen::Index others = n_ - 1;
+  const Eigen::Map<const Numbers> outer(omega + 1, others), inner(omega, others);
+  due.tail(others) = -direction_.tail(others) * (outer - inner) - 4 * epsilon * (outer.abs() + inner.abs()) +
+                     never_.tail(others);
+}
+
+// ---- Transitions ------------------------------------------------------------------------------------
+
+void StickSlip::enter(int joint, const double* y) {
+  const double rate = relative(y + n_, joint);
+  direction_[joint] = (rate > 0) - (rate < 0);
+  angle_[joint] = relative(y, joint);
+  band_[joint] = ownBand(joint);
+  excess_[joint] = 0;
+}
+
+void StickSlip::rest(int joint, const double* y, bool passes) {
+  const double angle = relative(y, joint), inner = joint > 0 ? std::abs(y[joint - 1]) : 0;
+  const bool hasMoved = std::abs(angle - angle_[joint]) > 8 * epsilon * (std::abs(y[joint]) + inner);
+  band_[joint] = hasMoved ? ownBand(joint) : 4 * band_[joint];
+  direction_[joint] = passes ? -direction_[joint] : 0;
+  angle_[joint] = angle;
+}
+
+void StickSlip::start(int joint, double direction, double excess) {
+  if (direction_[joint] == 0 && direction != 0) excess_[joint] = excess;
+  direction_[joint] = direction;
+}
+
+void StickSlip::holdAt(int joint, double moment) {
+  band_[joint] = std::max(band_[joint], 2 * (std::abs(moment) - breakaway_[joint]));
+}
+
+bool StickSlip::take() {
+  std::swap(stuck_, before_);
+  stuck_.clear();
+  for (const int i : joints_) {
+    never_[i] = slides(i) ? 0 : never;
+    if (!slides(i)) stuck_.push_back(i);
+  }
+  const Eigen::Index others = n_ - 1;
+  moments_ = -(direction_ * sliding_).matrix();
+  moments_.head(others) += (direction_.tail(others) * sliding_.tail(others)).matrix();
+  return stuck_ != before_;
+}
+
+}  // namespace planar_chain

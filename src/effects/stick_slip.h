@@ -1,0 +1,106 @@
+#pragma once
+
+/// The state machine of joints with dry friction.
+///
+///     slides    μ = −c sign(q̇)           until q̇ passes 0
+///     sticks    q̈ = 0                    until |μ| > breakaway torque + band
+///
+/// A joint that sticks keeps the angle at which it came to rest. Nothing here evaluates the chain.
+///
+/// The band keeps rounding from deciding. It is the largest of
+///
+///     1e-12 of the breakaway torque      rounding of |μ| alone
+///     a / Y                              a torque that would start the joint with less than a
+///
+/// where a = accuracy × tolerance/s, rad/s², and Y = 1/I_i + 1/I_{i−1} is an upper bound of ∂q̈/∂μ: pins and
+/// rotors only make it smaller. So a joint that the band holds misses less than the error that the tolerance
+/// allows. If a joint breaks loose and comes to rest again without its angle moving by more than rounding,
+/// its torque was not known to be larger: its band becomes four times as wide. So a joint cannot stick and
+/// slide by turns where it does not move, whatever rounding does. A joint that moves gets its own band back.
+///
+/// A joint whose breakaway torque changes no rate by more than a tenth of the tolerance in a second, c Y <
+/// 0.1 tolerance/s, has no friction here: it would change the motion by less than the tolerance allows.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "planar_chain/chain.h"
+
+namespace planar_chain {
+
+/// True if the joint has dry friction, or a breakaway torque alone.
+inline bool mayStick(const Joint& joint) {
+  return joint.other("friction") > 0 || joint.other("breakaway") > 0;
+}
+
+/// Only the constructor allocates.
+class StickSlip {
+ public:
+  using Numbers = Eigen::ArrayXd;
+
+  /// tolerance: of rates, per second; 0 without error control.
+  StickSlip(const Chain& chain, double tolerance);
+
+  // ---- The joints ---------------------------------------------------------------------------------------
+
+  /// Those with friction; of them, those that stick.
+  const std::vector<int>& joints() const { return joints_; }
+  const std::vector<int>& stuck() const { return stuck_; }
+  bool slides(int joint) const { return direction_[joint] != 0; }
+  /// The sign of q̇, 0: stuck, or without friction.
+  double direction(int joint) const { return direction_[joint]; }
+  /// The angle of a stuck joint, rad.
+  double angle(int joint) const { return angle_[joint]; }
+  double friction(int joint) const { return sliding_[joint]; }
+  double breakaway(int joint) const { return breakaway_[joint]; }
+  /// True if a breakaway torque is larger than the friction.
+  bool hasBreakaway() const { return hasBreakaway_; }
+  /// The torque of friction in each joint, N m: −c sign(q̇) of those that slide.
+  auto torques() const { return -direction_ * sliding_; }
+  /// The same as moments on the bodies.
+  const Eigen::VectorXd& moments() const { return moments_; }
+
+  // ---- What is due ---------------------------------------------------------------------------------------
+
+  /// How far a sliding joint is past its rest, rad/s. ≤ 0: it slides on. Far below 0 unless it slides.
+  double slideDue(int joint, const double* omega) const;
+  /// The same of all.
+  void findSlidesDue(const double* omega, Numbers& due) const;
+  /// |μ| that releases a stuck joint, N m.
+  double limit(int joint) const { return breakaway_[joint] + band_[joint]; }
+  double stickDue(int joint, const double* moments) const { return std::abs(moments[joint]) - limit(joint); }
+
+  // ---- Transitions: take() ends them ---------------------------------------------------------------------
+
+  /// Sets a joint by its rate. One at rest sticks.
+  void enter(int joint, const double* y);
+  /// A sliding joint has come to rest at the state y. It sticks, or goes on the other way if passes.
+  void rest(int joint, const double* y, bool passes);
+  /// Of a joint at rest: 0, it sticks; else it starts. excess: |μ| above the breakaway torque, N m.
+  void start(int joint, double direction, double excess);
+  /// Widens the band of a stuck joint, so that it holds this torque.
+  void holdAt(int joint, double moment);
+  /// Lists the stuck joints, and sums the moments. Returns true if other joints stick than before.
+  bool take();
+
+ private:
+  double ownBand(int joint) const;
+
+  int n_;
+  double tolerance_;
+  bool hasBreakaway_ = false;
+  std::vector<int> joints_, stuck_, before_;
+  // Of each joint:
+  Numbers sliding_, breakaway_;  ///< torques, N m
+  Numbers mostYield_;            ///< Y
+  Numbers band_;                 ///< N m
+  Numbers excess_;               ///< with which it broke loose last
+  Numbers direction_;            ///< of q̇; 0: stuck, or no friction
+  Numbers never_;                ///< 0 if it slides, else far below 0
+  Numbers angle_;                ///< where it was at rest last, from body to body
+  Eigen::VectorXd moments_;      ///< on the bodies, N m
+};
+
+}  // namespace planar_chain

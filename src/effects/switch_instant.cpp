@@ -1,0 +1,209 @@
+#include "effects/switch_instant.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace planar_chain {
+
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+/// Where the parabola through g0, gm, g1 at 0, ½, 1 has a top above 0 while its ends are not, 0 < s < 1; 1:
+/// nowhere. A curve may rise twice as far above its ends as the parabola.
+double passing(double g0, double gm, double g1) {
+  const double end = std::max(g0, g1);
+  const bool risesAndFalls = 4 * gm > 3 * g0 + g1 && 4 * gm > g0 + 3 * g1;
+  if (!risesAndFalls || end > 0) return 1;
+  const double bend = 2 * (g0 - 2 * gm + g1), slope = 4 * gm - 3 * g0 - g1;
+  const double s = -slope / (2 * bend);
+  const double top = g0 + s * (slope + s * bend);
+  return end + 2 * (top - end) > 0 ? s : 1;
+}
+
+/// The polynomial through some points (x, g), by Newton's divided differences.
+class Interpolation {
+ public:
+  static constexpr std::size_t most = 10;
+
+  bool isFull() const { return size_ == most; }
+  void add(double x, double g) {
+    for (std::size_t k = 0; k < size_; ++k) g = (g - c_[k]) / (x - x_[k]);
+    x_[size_] = x;
+    c_[size_++] = g;
+  }
+  double value(double x, double& slope) const {
+    double value = slope = 0;
+    for (std::size_t j = size_; j-- > 0;) {
+      slope = value + slope * (x - x_[j]);
+      value = c_[j] + value * (x - x_[j]);
+    }
+    return value;
+  }
+  /// A zero in (low, high), where the polynomial rises from below 0 to above, by Newton's method.
+  double zero(double low, double high) const {
+    double x = (low + high) / 2;
+    for (int k = 0; k < 50; ++k) {
+      double slope;
+      const double g = value(x, slope), before = x;
+      (g > 0 ? high : low) = x;
+      x -= g / slope;
+      if (!(x > low && x < high)) x = (low + high) / 2;
+      if (std::abs(x - before) < 1e-15) break;
+    }
+    return x;
+  }
+
+ private:
+  std::array<double, most> x_, c_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace
+
+SwitchInstant::SwitchInstant(const StickSlip& joints, int n) : joints_(joints), n_(n) {
+  for (Seen& seen : seen_) {
+    seen.y = Numbers(2 * n);
+    seen.moments = seen.dues = Numbers(n);
+  }
+  due_.reserve(joints.joints().size());
+  forget();
+}
+
+// ---- What is known of states -------------------------------------------------------------------------
+
+void SwitchInstant::forget() {
+  for (Seen& seen : seen_) seen.t = std::numeric_limits<double>::quiet_NaN();
+}
+
+SwitchInstant::Seen& SwitchInstant::seen(double t, const double* y) const {
+  for (Seen& seen : seen_) {
+    if (seen.t == t && std::equal(seen.y.data(), seen.y.data() + 2 * n_, y)) return seen;
+  }
+  Seen& seen = seen_[oldest_];
+  oldest_ = (oldest_ + 1) % seen_.size();
+  seen.t = t;
+  std::copy_n(y, 2 * n_, seen.y.data());
+  seen.hasMoments = seen.hasDues = false;
+  return seen;
+}
+
+const double* SwitchInstant::momentsAt(double t, const double* y) const {
+  Seen& seen = this->seen(t, y);
+  if (!seen.hasMoments) std::copy_n(mechanics_->answer(t, y).moments, n_, seen.moments.data());
+  seen.hasMoments = true;
+  return seen.moments.data();
+}
+
+const SwitchInstant::Numbers& SwitchInstant::duesAt(double t, const double* y) const {
+  Seen& seen = this->seen(t, y);
+  if (seen.hasDues) return seen.dues;
+  joints_.findSlidesDue(y + n_, seen.dues);
+  const double* moments = joints_.stuck().empty() ? nullptr : momentsAt(t, y);
+  for (const int i : joints_.stuck()) seen.dues[i] = joints_.stickDue(i, moments);
+  seen.hasDues = true;
+  return seen.dues;
+}
+
+double SwitchInstant::dueAt(int joint, double t, const ode::Stretch& of) const {
+  const Eigen::VectorXd& y = t == of.t ? of.y : t == of.t + of.h ? of.next : of.course->at(t);
+  return joints_.slides(joint) ? joints_.slideDue(joint, y.data() + n_)
+                               : joints_.stickDue(joint, momentsAt(t, y.data()));
+}
+
+SwitchInstant::Rise SwitchInstant::riseOf(int joint, const ode::Stretch& of) const {
+  const double *omega = of.next.data() + n_, inner = joint > 0 ? std::abs(omega[joint - 1]) : 0;
+  Rise rise{dueAt(joint, of.t, of), dueAt(joint, of.t + of.h / 2, of), dueAt(joint, of.t + of.h, of), 0};
+
+  // What rounding of t and of the rates asks for. Where |μ| reaches the torque of sliding, f bends and does
+  // not jump: a delay δ changes a rate by δ² alone, and 1e-5 of the step's change are enough.
+  const double narrow = 8 * epsilon * std::max(std::abs(of.t), of.h);
+  const double steepest =
+      2 * std::max(std::abs(rise.half - rise.begin), std::abs(rise.end - rise.half)) / of.h;
+  const double most = joints_.breakaway(joint);
+  const double late = std::clamp(1e-5 * (rise.end - rise.begin), 1e-8 * most, 1e-6 * most);
+  const bool slides = joints_.slides(joint);
+  rise.beyond = narrow * steepest + (slides ? 32 * epsilon * (std::abs(omega[joint]) + inner)
+                                            : (joints_.hasBreakaway() ? 1e-11 * most : late));
+  return rise;
+}
+
+// ---- ode::Switches -----------------------------------------------------------------------------------
+
+double SwitchInstant::nearest(const ode::Stretch& of) const {
+  const double middle = of.t + of.h / 2;
+  const Eigen::VectorXd& between = of.course->at(middle);
+  double first = 1;
+  // A parabola's top is at most so far above its ends that 2 g_m > min(g_0, g_1) where passing() finds one.
+  const Numbers &atBegin = duesAt(of.t, of.y.data()), &atHalf = duesAt(middle, between.data()),
+                &atEnd = duesAt(of.t + of.h, of.next.data());
+  if ((2 * atHalf - atBegin.min(atEnd)).maxCoeff() > 0) {
+    for (const int i : joints_.joints()) {
+      if (joints_.slides(i)) first = std::min(first, passing(atBegin[i], atHalf[i], atEnd[i]));
+    }
+  }
+
+  if (!joints_.stuck().empty()) {
+    const double *begin = momentsAt(of.t, of.y.data()), *half = momentsAt(middle, between.data()),
+                 *end = momentsAt(of.t + of.h, of.next.data());
+    for (const int i : joints_.stuck()) {
+      for (const double sign : {-1.0, 1.0}) {
+        const auto over = [&](const double* mu) { return sign * mu[i] - joints_.limit(i); };
+        first = std::min(first, passing(over(begin), over(half), over(end)));
+      }
+    }
+  }
+  return first < 1 ? first * of.h : -1;
+}
+
+std::optional<ode::Crossing> SwitchInstant::crossing(const ode::Stretch& of) const {
+  // The joint that changes first along the chord, then those that change before.
+  const double last = of.t + of.h;
+  const Numbers &atBegin = duesAt(of.t, of.y.data()), &atEnd = duesAt(last, of.next.data());
+  int likely = 0;
+  double least = std::numeric_limits<double>::infinity();
+  due_.clear();
+  for (const int i : joints_.joints()) {
+    if (atEnd[i] <= 0) continue;
+    due_.push_back(i);
+    const double ratio = -atBegin[i] / atEnd[i];
+    if (ratio < least) likely = i;
+    least = std::min(least, ratio);
+  }
+  std::optional<ode::Crossing> first = crossingOf(likely, of, last);
+  for (std::size_t k = 0; k < due_.size() && first; ++k) {
+    const int i = due_[k];
+    if (i != likely && dueAt(i, first->t, of) > 0) first = crossingOf(i, of, first->t);
+  }
+  return first;
+}
+
+std::optional<ode::Crossing> SwitchInstant::crossingOf(int joint, const ode::Stretch& of, double last) const {
+  const Rise rise = riseOf(joint, of);
+  const double narrow = 8 * epsilon * std::max(std::abs(of.t), of.h);
+  ode::Crossing found;
+  Interpolation due;
+  due.add(0, rise.begin - rise.beyond / 2);
+  due.add(0.5, rise.half - rise.beyond / 2);
+  due.add(1, rise.end - rise.beyond / 2);
+  double low = of.t, high = last;
+  while (high - low > narrow) {
+    const double t = of.t + of.h * due.zero((low - of.t) / of.h, (high - of.t) / of.h);
+    if (due.isFull() || !(t > low && t < high)) return {};
+    const double value = dueAt(joint, t, of);
+    due.add((t - of.t) / of.h, value - rise.beyond / 2);
+    if (value > 0 && value <= rise.beyond) {
+      found.t = t;
+      found.which = joint;
+      due.value((t - of.t) / of.h, found.slope);
+      found.slope /= of.h;
+      return found;
+    }
+    (value > 0 ? high : low) = t;
+  }
+  found.t = high;
+  return found;
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,67 @@
+#pragma once
+
+/// The search for the instant at which a joint with friction sticks, turns or breaks loose, in a stretch of a
+/// step (ode/switches.h).
+///
+/// It is found as exactly as time and the rounding of rates and moments allow: a polynomial through what is
+/// due at known times is refined by Newton's method until the due lies between 0 and `beyond`.
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "effects/effect.h"
+#include "effects/stick_slip.h"
+
+namespace planar_chain {
+
+/// Only the constructor allocates.
+class SwitchInstant {
+ public:
+  explicit SwitchInstant(const StickSlip& joints, int n);
+  void attach(Mechanics& mechanics) { mechanics_ = &mechanics; }
+  /// Call it when the joints or what acts on them has changed: forgets what is known of states.
+  void forget();
+
+  // As ode::Switches.
+  double due(double t, const double* y) const { return duesAt(t, y).maxCoeff(); }
+  double nearest(const ode::Stretch& of) const;
+  /// The joint is its `which`.
+  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const;
+
+  /// The moments in the joints at a state. Valid until forget(), or for some more states.
+  const double* momentsAt(double t, const double* y) const;
+
+ private:
+  using Numbers = Eigen::ArrayXd;
+
+  /// How much the change of each joint is due at a state. Valid as momentsAt().
+  const Numbers& duesAt(double t, const double* y) const;
+  /// The same of one joint at t within the stretch.
+  double dueAt(int joint, double t, const ode::Stretch& of) const;
+  /// How due() of one joint runs through a stretch, and how far above 0 a step may end.
+  struct Rise {
+    double begin, half, end, beyond;
+  };
+  Rise riseOf(int joint, const ode::Stretch& of) const;
+  /// A time up to `last`, and behind the first one at which it is due by no more than its `beyond`.
+  std::optional<ode::Crossing> crossingOf(int joint, const ode::Stretch& of, double last) const;
+
+  const StickSlip& joints_;
+  int n_;
+  Mechanics* mechanics_ = nullptr;
+
+  /// What is known of the last few states; the oldest is replaced first. A cache alone: results depend on t
+  /// and y, whatever was asked before.
+  struct Seen {
+    double t;
+    Numbers y, moments, dues;
+    bool hasMoments, hasDues;
+  };
+  Seen& seen(double t, const double* y) const;
+  mutable std::array<Seen, 8> seen_;
+  mutable std::size_t oldest_ = 0;
+  mutable std::vector<int> due_;  ///< scratch of crossing()
+};
+
+}  // namespace planar_chain

@@ -1,0 +1,277 @@
+/// The method `auto`.
+
+#include <algorithm>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "ode/adaptive_steps.h"
+
+namespace planar_chain::ode {
+
+namespace {
+
+/// From time to time a challenger makes a few steps of the same motion. It replaces the incumbent if its
+/// speed, progress over cost, is clearly higher. Cost is counted, not timed, so the choice is the same on
+/// every machine. The steps of both meet the tolerance, and none is made twice.
+///
+/// An explicit method stays well below its limit of stability, however small its errors are: near the limit
+/// it leaves oscillations within the tolerance, which a stiff method would have to follow. The limit follows
+/// from the largest eigenvalue of J (local_stiffness.h). So the best speed of an explicit method is known
+/// without a trial.
+///
+/// Some steps follow an oscillation, and some are so long that they damp it. Many lengths between fit
+/// neither. So an implicit method whose error sees stiff modes starts its trial with a leap, even against
+/// itself.
+class FastestSteps : public Integrator {
+ public:
+  FastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, const Tolerance& tolerance,
+               std::shared_ptr<LocalStiffness> stiffness, bool jumpsOften)
+      : isFine_(tolerance.isFine()),
+        judged_(jumpsOften ? judgedAmongSwitches : judgedSteps),
+        stiffness_(std::move(stiffness)) {
+    for (auto& stepper : steppers) methods_.emplace_back(std::move(stepper), tolerance, stiffness_);
+  }
+
+  const char* name() const override { return methods_[inUse_].name(); }
+
+  Outcome advance(State& state, double end, double longestStep) override {
+    if (!started_) start(state, end);
+    for (;;) {
+      // Start or judge a trial.
+      if (onTrial_ && (run_.steps >= judged_ || run_.cost > trialCostLeft_ || isHopeless())) {
+        judgeTrial();
+      } else if (!onTrial_ && run_.steps >= patience_) {
+        startTrial();
+      }
+
+      // Attempt a step.
+      const double before = state.t;
+      lastTried_ = &running();
+      const std::optional<Outcome> outcome =
+          lastTried_->attempt(state, end, std::min(longestStep, steadyStep(*lastTried_)));
+
+      // Count it.
+      const double cost = lastTried_->cost();
+      run_.cost += cost;
+      run_.progress += state.t - before;
+      (onTrial_ ? onTrials_ : onIncumbents_) += cost;
+      if (!outcome) {
+        ++count_.rejected;
+      } else if (hasFailed(*outcome)) {
+        if (tryTheNext()) continue;
+        return *outcome;
+      } else {
+        ++count_.accepted;
+        ++run_.steps;
+        failures_ = 0;
+        count_.lastError = lastTried_->count().lastError;
+      }
+      end_ = state.t;
+      if (outcome) return *outcome;
+    }
+  }
+
+  bool stepTo(State& state, double t) override {
+    const bool isFinite = lastTried_->stepTo(state, t);
+    run_.cost += lastTried_->cost();
+    endAt(t);
+    return isFinite;
+  }
+  double errorNorm(const Vector& y, double h, const Vector& error) const override {
+    return lastTried_->errorNorm(y, h, error);
+  }
+  void endAt(double t) override { run_.progress += t - std::exchange(end_, t); }
+
+  int pieces() const override { return lastTried_->pieces(); }
+
+  void restartAfter(Change change) override {
+    for (AdaptiveSteps& method : methods_) method.restartAfter(change);
+    if (change != Change::all) return;
+    started_ = onTrial_ = false;
+    patience_ = leastPatience;
+    failures_ = 0;
+    run_ = {};
+    onTrials_ = onIncumbents_ = 0;
+  }
+  void setTolerance(const Tolerance& tolerance) override {
+    for (AdaptiveSteps& method : methods_) method.setTolerance(tolerance);
+  }
+  StepCount count() const override { return count_; }
+
+ private:
+  // No choice below changes what meets the tolerance, only the cost. `test/knobs.py src/ode/fastest_steps.cpp
+  // BUILD` runs the scenes that ship with half and with twice each value.
+
+  /// Steps before the first trial. Fewer: short runs pay for trials. More: a wrong start is kept for longer.
+  static constexpr int leastPatience = 25;
+  /// The patience doubles after each trial that the incumbent wins, and grows by this factor if it wins
+  /// clearly. Less: motions of one character pay for more lost trials. More: a change is noticed late.
+  static constexpr int fewerTrials = 4;
+  /// Bounds the patience, as any motion may change. Only runs of thousands of steps reach it.
+  static constexpr int mostPatience = 1600;
+  /// The challenger wins if its speed exceeds the incumbent's by this factor. Near 1: methods of equal speed
+  /// take turns, and each change loses the length of the step. At 2: a far faster method never wins.
+  static constexpr double clearly = 1.15;
+  /// A trial goes on while the speed grows by this factor between decisions. A stiff method's step still
+  /// grows by up to ten then; one that grows more slowly has found its length.
+  static constexpr double hopeful = 1.3;
+  /// A trial ends at once if the next step would be slower than this share of the incumbent's speed. Near 1:
+  /// it ends for the noise in one step. Far below: lost trials run to their end.
+  static constexpr double hopeless = 0.7;
+  /// Explicit methods stay below this share of their limit of stability. Above 1 they leave it, and their
+  /// error control finds that out by rejections; close to 1 they leave oscillations, as said above.
+  static constexpr double farEnough = 0.75;
+  /// A run starts with an explicit method if its first step is below this share of the longest steady one.
+  /// First steps are short. So a larger share starts stiff scenes explicitly until the first trial.
+  static constexpr double clearlyNotStiff = 0.1;
+  /// Stiff methods are tried only if the explicit incumbent's step exceeds this share of the steady one:
+  /// below, accuracy bounds the step and not stiffness, and they would lose.
+  static constexpr double nearTheLimit = 0.5;
+  /// The most evaluations of one trial. Without it a stiff method on a long chain could use as many as the
+  /// incumbent has in all. Half or twice as much changes little.
+  static constexpr double mostTrialCost = 600;
+  /// Uncertain trials together cost at most this share of the incumbents' evaluations: it bounds the loss on
+  /// a motion for which no other method is ever faster.
+  static constexpr double trialBudget = 0.2;
+  /// A stiff challenger that cannot leap starts with at least this share of the incumbent's step. Its own
+  /// last step may be of another part of the motion, and far too short.
+  static constexpr double notFar = 0.1;
+  /// Leaps are 10, 100, then this many times the incumbent's step, by turns. A longer one is rejected until
+  /// it is one of these.
+  static constexpr double farthestLeap = 1000;
+  /// An explicit challenger without a step of its own starts with this share of the incumbent's. A whole one
+  /// is often rejected.
+  static constexpr double cautious = 0.5;
+  /// Steps of a trial before each decision: where switches end steps at random, a few tell too little.
+  static constexpr int judgedSteps = 3, judgedAmongSwitches = 12;
+
+  /// Progress, s, and cost of a method, in evaluations.
+  struct Run {
+    double progress = 0, cost = 0;
+    int steps = 0;
+    double speed() const { return cost > 0 ? progress / cost : 0; }
+  };
+
+  AdaptiveSteps& running() { return methods_[onTrial_ ? challenger_ : inUse_]; }
+  bool isExplicit(std::size_t method) const { return methods_[method].isExplicit(); }
+
+  /// The longest step well within the limit of stability.
+  double steadyStep(const AdaptiveSteps& method) const {
+    return farEnough * method.facts().stabilityLimit / stiffness_->largestEigenvalue();
+  }
+
+  /// Starts with the first explicit method if its first step is far from the limit, else with the stiff one.
+  void start(const State& state, double end) {
+    stiffness_->maybeUpdate(state.t, state.y);
+    inUse_ = 0;
+    while (!isExplicit(inUse_)) ++inUse_;
+    AdaptiveSteps& first = methods_[inUse_];
+    if (first.propose(state, end - state.t) >= clearlyNotStiff * steadyStep(first)) inUse_ = 0;
+    methods_[inUse_].propose(state, end - state.t, true);
+    challenger_ = inUse_;
+    started_ = true;
+  }
+
+  /// True if method k may be faster than the incumbent.
+  bool isWorthATrial(std::size_t k) const {
+    const AdaptiveSteps& method = methods_[k];
+    if (isExplicit(k)) {
+      return k != inUse_ && steadyStep(method) > clearly * incumbentSpeed_ * method.cost();
+    }
+    if (k == inUse_ && !method.facts().errorSeesStiffModes) return false;
+    // An explicit incumbent far from its limit is not limited by stiffness.
+    if (isExplicit(inUse_) && incumbentStep_ < nearTheLimit * steadyStep(methods_[inUse_])) return false;
+    const bool isUncertain = k == inUse_ || isExplicit(inUse_) || !isFine_;
+    return !isUncertain || onTrials_ + judged_ * method.cost() <= trialBudget * onIncumbents_;
+  }
+
+  void startTrial() {
+    incumbentSpeed_ = run_.speed();
+    incumbentStep_ = methods_[inUse_].proposal();
+    trialCostLeft_ = std::min(run_.cost, mostTrialCost);
+    run_ = {};
+    for (std::size_t k = 1; k <= methods_.size(); ++k) {
+      const std::size_t next = (challenger_ + k) % methods_.size();
+      if (!isWorthATrial(next)) continue;
+      challenger_ = next;
+      lastSpeed_ = 0;
+      onTrial_ = true;
+      double step = running().proposal();
+      if (running().facts().errorSeesStiffModes) {
+        leap_ = leap_ < farthestLeap ? 10 * leap_ : 10;
+        step = std::max(step, leap_ * incumbentStep_);
+      } else if (!isExplicit(next)) {
+        step = std::max(step, notFar * incumbentStep_);
+      }
+      return running().resume(step > 0 ? step : cautious * incumbentStep_);
+    }
+  }
+
+  /// True if the challenger's step will not grow much any more, and is too short. An explicit method finds
+  /// its step at once; a leap gets shorter.
+  bool isHopeless() const {
+    const AdaptiveSteps& challenger = methods_[challenger_];
+    const bool hasFoundItsStep =
+        isExplicit(challenger_) ? run_.steps > 0 : run_.cost > 0 && challenger.facts().errorSeesStiffModes;
+    return hasFoundItsStep && challenger.proposal() < hopeless * incumbentSpeed_ * challenger.cost();
+  }
+
+  /// The challenger wins, or goes on as it gets faster, or loses. A stiff method needs time to find its step
+  /// if it must first damp the oscillations that an explicit one has left, or if it has made a leap.
+  void judgeTrial() {
+    const double speed = run_.speed();
+    const bool isClearlySlower = isHopeless();
+    trialCostLeft_ -= run_.cost;
+    if (speed > clearly * incumbentSpeed_) {
+      inUse_ = challenger_;
+      patience_ = std::max(patience_ / 2, leastPatience);
+      onTrial_ = false;
+    } else if (isExplicit(challenger_) ||
+               (!isExplicit(inUse_) && !methods_[challenger_].facts().errorSeesStiffModes) ||
+               trialCostLeft_ <= 0 || speed < hopeful * lastSpeed_) {
+      methods_[inUse_].resume(incumbentStep_);
+      patience_ = std::min((isClearlySlower ? fewerTrials : 2) * patience_, mostPatience);
+      onTrial_ = false;
+    }
+    lastSpeed_ = speed;
+    run_ = {};
+  }
+
+  /// Replaces a method that cannot continue. Returns false if none can.
+  bool tryTheNext() {
+    if (++failures_ >= static_cast<int>(methods_.size())) return false;
+    const std::size_t failed = onTrial_ ? challenger_ : inUse_;
+    inUse_ = (failed + 1) % methods_.size();
+    methods_[inUse_].restart();
+    onTrial_ = false;
+    run_ = {};
+    return true;
+  }
+
+  const bool isFine_;  ///< of the tolerance: radau13 is often faster than rodas5p
+  const int judged_;   ///< steps of a trial before each decision
+  std::shared_ptr<LocalStiffness> stiffness_;
+  std::deque<AdaptiveSteps> methods_;
+  std::size_t inUse_ = 0, challenger_ = 0;
+  AdaptiveSteps* lastTried_ = nullptr;
+  bool started_ = false, onTrial_ = false;
+  int patience_ = leastPatience, failures_ = 0;
+  double incumbentSpeed_ = 0, incumbentStep_ = 0, lastSpeed_ = 0, trialCostLeft_ = 0;
+  double leap_ = 1;
+  double end_ = 0;                          ///< of the last step
+  double onTrials_ = 0, onIncumbents_ = 0;  ///< cost of all
+  Run run_;
+  StepCount count_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> fastestSteps(std::vector<std::unique_ptr<Stepper>> steppers, Tolerance tolerance,
+                                         std::shared_ptr<LocalStiffness> stiffness, bool jumpsOften) {
+  return std::make_unique<FastestSteps>(std::move(steppers), tolerance, std::move(stiffness), jumpsOften);
+}
+
+}  // namespace planar_chain::ode

@@ -1,0 +1,234 @@
+#pragma once
+
+/// The exact linear solve of coupled_linearized.h where forces depend on the place and velocity of their
+/// bodies: each body has K and D of force_tangent.h.
+///
+/// Such a force feels how its body's pin moves, not only how the pin accelerates. So a body shows its parent,
+/// which turns by σ + u', a force and a moment that are linear in y = (δa, δv, δx) of the pin, six numbers:
+///
+///     δF_pin = Σ B_k y_k + h u' + b          δμ = Σ p_k·y_k + q u' + r          k = a, v, x
+///
+/// A point P of the body moves by y_k + (z_k u' + w_k) P, in complex numbers, where
+///
+///     z_a = i (s² − ω²) − 2 ω s − α          z_v = i s − ω          z_x = i
+///     w_a = −i ρ_v − (α + i ω²) σ            w_v = −ω σ             w_x = i σ
+///
+/// Write z_k = x_k + i y_k and w_k = (x'_k + i y'_k) σ, but for −i ρ_v. The body adds T_k to what hangs on
+/// its outer pin: T_a = m 1, T_v = D_xx, T_x = K_xx. The row of moments adds t_k: t_a = m iR, t_v = D_θx, t_x
+/// = K_θx. As in linearized.h, inwards from zeros at the tip:
+///
+///     λ_k = B_kᵀ iP + p_k          ζ_k = B_k iP, ξ_k = B_k P, and m iR, m R more for k = a
+///     U_R = h + Σ (y_k ζ_k + x_k ξ_k) + K_xθ + s D_xθ          U_L,k = t_k + λ_k
+///     D_m = J s² + κ + K_θθ + s D_θθ + q + iP·h + Σ (y_k λ_k·iP + x_k λ_k·P)          D = D_m + k̂
+///     B_k ← T_k + B_k − U_R U_L,kᵀ/D     h ← U_R k̂/D     p_k ← k̂ U_L,k/D     q ← k̂ D_m/D
+///
+///     M_v = J + λ_a·iP     M_q = −κ − K_θθ − Σ (y'_k λ_k·iP + x'_k λ_k·P)
+///     E_v = ζ_a            E_q = −K_xθ − Σ (y'_k ζ_k + x'_k ξ_k)
+///
+/// With these, ε, b and r are those of linearized.h, and a right-hand side costs the same. Outwards
+/// u' = (k̂ u'_parent + ε − Σ U_L,k·y_k)/D. Rotors and held joints enter as in coupled_linearized.h.
+///
+/// Source: derived as in linearized.h. Against Newton's and Euler's equations: tangent_linearized_test.
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "recursion/coupled_linearized.h"
+#include "recursion/force_tangent.h"
+
+namespace planar_chain {
+
+/// Numbers for k = a, v, x, or for k = a alone if no force depends on place or velocity.
+template <class Value, std::size_t kinds = 3>
+using PerMotion = std::array<Value, kinds>;
+
+/// What hangs on a pin, as its parent feels it.
+template <class Scalar, std::size_t kinds = 3>
+struct TangentShown {
+  PerMotion<Matrix2<Scalar>, kinds> B{};
+  PerMotion<Vec2<Scalar>, kinds> p{};
+  Vec2<Scalar> h;
+  Scalar q{};
+};
+
+/// z_k
+template <std::size_t kinds, class Scalar>
+PerMotion<Vec2<Scalar>, kinds> turnsOf(const BodyAt<double>& body, Scalar s) {
+  if constexpr (kinds == 1)
+    return {turnOf(body, s)};
+  else
+    return {turnOf(body, s), Vec2<Scalar>{Scalar(-body.omega), s}, Vec2<Scalar>{Scalar(0), Scalar(1)}};
+}
+
+/// w_k
+template <std::size_t kinds, class Scalar>
+PerMotion<Vec2<Scalar>, kinds> driftsOf(const BodyAt<double>& body, Scalar sigma, Scalar rhoV) {
+  if constexpr (kinds == 1)
+    return {driftOf(body, sigma, rhoV)};
+  else
+    return {driftOf(body, sigma, rhoV), Vec2<Scalar>{-body.omega * sigma, Scalar(0)},
+            Vec2<Scalar>{Scalar(0), sigma}};
+}
+
+/// kinds = 1: no force depends on place or velocity, and this is CoupledLinearized.
+template <class Scalar, std::size_t kinds = 3>
+class TangentLinearized {
+ public:
+  /// tangents: K and D of each body. Both must outlive this object; factor() reads them. Allocates.
+  /// With kinds = 1, they are not read.
+  TangentLinearized(const CoupledBodies& bodies, const std::vector<ForceTangent>& tangents)
+      : bodies_(bodies), tangents_(tangents), handles_(bodies.size()), moments_(bodies.size()) {}
+
+  /// Factors s·1 − J. Allocates nothing.
+  void factor(Scalar s) {
+    s_ = s;
+    shown_ = {};
+    for (std::size_t j = bodies_.size(); j-- > 0;) eliminate(j, shown_);
+  }
+
+  /// [u; v] = (s·1 − J)⁻¹ [ρ_q; ρ_v]; n values each, and the results may stand in the same place. Allocates
+  /// nothing.
+  void solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v) {
+    carryInwards(rhoQ, rhoV);
+    carryOutwards(rhoQ, rhoV, {}, u, v);
+  }
+
+  /// The changes of the joints' moments and of the force of the base along the last solution.
+  const std::vector<Scalar>& moments() const { return moments_; }
+  Vec2<Scalar> pinForce() const { return pinForce_; }
+
+ protected:
+  struct Handle {
+    Scalar Mv, Mq, Dm, over, kD;  ///< over: 1/D; kD: k̂/D; 0 and 1 for a held joint
+    Vec2<Scalar> Ev, Eq, UR;
+    PerMotion<Vec2<Scalar>, kinds> ULD, p;
+    Scalar q, turn;  ///< turn: ε/D, or w of a held joint
+  };
+
+  /// Of each joint ε/D and r, and δF_pin of the first body.
+  void carryInwards(const Scalar* rhoQ, const Scalar* rhoV);
+  /// y: how the first pin moves.
+  void carryOutwards(const Scalar* rhoQ, const Scalar* rhoV, PerMotion<Vec2<Scalar>, kinds> y, Scalar* u,
+                     Scalar* v);
+
+  const CoupledBodies& bodies_;
+  const std::vector<ForceTangent>& tangents_;
+  Scalar s_{};
+  TangentShown<Scalar, kinds> shown_;  ///< by the first pin
+  std::vector<Handle> handles_;
+  std::vector<Scalar> moments_;
+  Vec2<Scalar> pinForce_;
+
+ private:
+  ForceTangent tangentOf(std::size_t j) const {
+    if constexpr (kinds == 1)
+      return {};
+    else
+      return tangents_[j];
+  }
+  static Matrix2<Scalar> ownForce(const BodyAt<double>& body, const ForceTangent& tangent, std::size_t k) {
+    if (k == 0) return {Scalar(body.m), {}, {}, Scalar(body.m)};
+    const Matrix2d& T = k == 1 ? tangent.D.forcePlace : tangent.K.forcePlace;
+    return {Scalar(T.xx), Scalar(T.xy), Scalar(T.yx), Scalar(T.yy)};
+  }
+
+  void eliminate(std::size_t j, TangentShown<Scalar, kinds>& shown) {
+    const BodyAt<double>& body = bodies_[j];
+    const ForceTangent tangent = tangentOf(j);
+    const auto& [K, D] = tangent;
+    const Coupling<double>& joint = bodies_.joint(j);
+    const Vec2d P = body.P, iP = perp(P), mR = body.m * body.R;
+    const auto z = turnsOf<kinds>(body, s_), w = driftsOf<kinds>(body, Scalar(1), Scalar(0));
+    const PerMotion<Vec2d> own{perp(mR), D.momentPlace, K.momentPlace};
+    Handle& handle = handles_[j];
+
+    // Σ over a, v, x
+    handle.UR = mulAdd(s_, D.forceTurn, mulAdd(1.0, K.forceTurn, shown.h));
+    handle.Eq = {Scalar(-K.forceTurn.x), Scalar(-K.forceTurn.y)};
+    handle.Mq = Scalar(-(body.kappa + K.momentTurn));
+    handle.Dm = body.J * s_ * s_ + (body.kappa + K.momentTurn) + s_ * D.momentTurn + shown.q;
+    handle.Dm += dotMixed(iP, shown.h);
+    PerMotion<Vec2<Scalar>, kinds> UL;
+    for (std::size_t k = 0; k < UL.size(); ++k) {
+      const Matrix2<Scalar>& B = shown.B[k];
+      const Vec2<Scalar> lambda{iP.x * B.xx + iP.y * B.yx + shown.p[k].x,
+                                iP.x * B.xy + iP.y * B.yy + shown.p[k].y};
+      const Scalar alongTurn = dotMixed(iP, lambda), alongPin = dotMixed(P, lambda);
+      const Vec2d m = k == 0 ? mR : Vec2d{};
+      const Vec2<Scalar> zeta = B.times(iP, {Scalar(-m.y), Scalar(m.x)});
+      const Vec2<Scalar> xi = B.times(P, {Scalar(m.x), Scalar(m.y)});
+      if (k == 0) {
+        handle.Mv = body.J + alongTurn;
+        handle.Ev = zeta;
+      }
+      handle.UR = mulAdd(z[k].y, zeta, mulAdd(z[k].x, xi, handle.UR));
+      handle.Dm += z[k].y * alongTurn + z[k].x * alongPin;
+      handle.Eq -= w[k].y * zeta + w[k].x * xi;
+      handle.Mq -= w[k].y * alongTurn + w[k].x * alongPin;
+      UL[k] = mulAdd(1.0, own[k], lambda);
+    }
+
+    const Scalar stiffness = body.k + s_ * (body.d + s_ * joint.rotor);
+    handle.over = joint.isHeld ? Scalar{} : 1.0 / (handle.Dm + stiffness);
+    handle.kD = joint.isHeld ? Scalar(1) : stiffness * handle.over;
+    const Vec2<Scalar>& UR = handle.UR;
+    for (std::size_t k = 0; k < UL.size(); ++k) {
+      const Vec2<Scalar> ULD = handle.ULD[k] = handle.over * UL[k];
+      Matrix2<Scalar>& B = shown.B[k];
+      const Matrix2<Scalar> T = ownForce(body, tangent, k);
+      B = {T.xx + B.xx - UR.x * ULD.x, T.xy + B.xy - UR.x * ULD.y, T.yx + B.yx - UR.y * ULD.x,
+           T.yy + B.yy - UR.y * ULD.y};
+      shown.p[k] = handle.p[k] = handle.kD * UL[k];
+    }
+    shown.h = handle.kD * UR;
+    shown.q = handle.q = handle.kD * handle.Dm;
+  }
+};
+
+template <class Scalar, std::size_t kinds>
+void TangentLinearized<Scalar, kinds>::carryInwards(const Scalar* rhoQ, const Scalar* rhoV) {
+  Vec2<Scalar> b;
+  Scalar r{};
+  for (std::size_t j = bodies_.size(); j-- > 0;) {
+    const BodyAt<double>& body = bodies_[j];
+    const Coupling<double>& joint = bodies_.joint(j);
+    Handle& handle = handles_[j];
+    const Scalar sigma = rhoQ[j] / s_;
+    const Scalar bend = j > 0 ? sigma - rhoQ[j - 1] / s_ : sigma;
+    const Scalar jump = j > 0 ? rhoV[j] - rhoV[j - 1] : rhoV[j];
+    const Scalar delta = joint.isHeld ? Scalar{} : joint.rotor * jump - body.k * bend;
+    const Scalar epsilon = handle.Mv * rhoV[j] + handle.Mq * sigma + delta - dotMixed(perp(body.P), b) - r;
+    const Scalar turn = joint.isHeld ? jump / (s_ * s_) : epsilon * handle.over;
+    b = mulAdd(turn, handle.UR, mulAdd(-rhoV[j], handle.Ev, mulAdd(-sigma, handle.Eq, b)));
+    r = joint.isHeld ? handle.Dm * turn - epsilon : delta - handle.kD * epsilon;
+    handle.turn = turn;
+    moments_[j] = r;
+  }
+  pinForce_ = b;
+}
+
+template <class Scalar, std::size_t kinds>
+void TangentLinearized<Scalar, kinds>::carryOutwards(const Scalar* rhoQ, const Scalar* rhoV,
+                                                     PerMotion<Vec2<Scalar>, kinds> y, Scalar* u, Scalar* v) {
+  Scalar parent{};
+  for (std::size_t j = 0; j < bodies_.size(); ++j) {
+    const BodyAt<double>& body = bodies_[j];
+    const Handle& handle = handles_[j];
+    const Scalar sigma = rhoQ[j] / s_;
+    moments_[j] += handle.q * parent;
+    parent = handle.kD * parent + handle.turn;
+    for (std::size_t k = 0; k < kinds; ++k) {
+      moments_[j] += dot(handle.p[k], y[k]);
+      parent -= dot(handle.ULD[k], y[k]);
+    }
+    const auto z = turnsOf<kinds>(body, s_), w = driftsOf<kinds>(body, sigma, rhoV[j]);
+    for (std::size_t k = 0; k < kinds; ++k) {
+      y[k] = mulAdd(parent, turnScale(z[k], body.P), y[k] + turnScale(w[k], body.P));
+    }
+    u[j] = sigma + parent;
+    v[j] = s_ * parent;
+  }
+}
+
+}  // namespace planar_chain

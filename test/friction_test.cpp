@@ -1,0 +1,324 @@
+/// Dry friction in its parts: what sticks, against a dense solver; the band; queries, which change no bit of
+/// the motion; and long chains, which do not stall.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <vector>
+
+#include "dynamics/dynamics.h"
+#include "effects/complementarity.h"
+#include "effects/stick_slip.h"
+#include "known_chains.h"
+#include "ode/methods.h"
+#include "ode/switches.h"
+#include "planar_chain/simulation.h"
+#include "random_scene.h"
+
+namespace planar_chain {
+namespace {
+
+// ---- What sticks -------------------------------------------------------------------------------------
+
+/// A chain at rest as matrices: q̈ = A λ + b, |λ_i| ≤ c_i.
+class DenseChain : public RestingChain {
+ public:
+  Eigen::MatrixXd A;
+  Eigen::VectorXd b, c, lambda, rates;
+  double noise = 0;  ///< added to |λ| of stuck joints, and taken from the rate of those that start
+
+  DenseChain(int n, unsigned seed) : A(n, n), b(n), c(n), lambda(n), rates(n) {
+    test::Random random(seed);
+    Eigen::MatrixXd root(n, n);
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) root(i, j) = random.between(-1, 1) * std::pow(4., -std::abs(i - j) / 2);
+      b[i] = random.between(-1, 1);
+      c[i] = random.between(0.01, 1);
+    }
+    A = root * root.transpose() + 0.1 * Eigen::MatrixXd::Identity(n, n);
+  }
+
+  void solve(std::vector<RestingJoint>& joints) override {
+    std::vector<int> stuck;
+    for (const RestingJoint& one : joints) {
+      lambda[one.joint] = -one.direction * c[one.joint];
+      if (one.direction == 0) stuck.push_back(one.joint);
+    }
+    const auto m = static_cast<Eigen::Index>(stuck.size());
+    const Eigen::VectorXd loaded = A * lambda + b;
+    Eigen::MatrixXd part(m, m);
+    Eigen::VectorXd right(m);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      right[i] = -loaded[stuck[static_cast<std::size_t>(i)]];
+      for (Eigen::Index j = 0; j < m; ++j) {
+        part(i, j) = A(stuck[static_cast<std::size_t>(i)], stuck[static_cast<std::size_t>(j)]);
+      }
+    }
+    const Eigen::VectorXd held = part.llt().solve(right);
+    for (Eigen::Index i = 0; i < m; ++i) lambda[stuck[static_cast<std::size_t>(i)]] = held[i];
+    rates = A * lambda + b;
+    for (RestingJoint& one : joints) {
+      if (one.direction == 0) {
+        one.excess = std::abs(lambda[one.joint]) + noise - c[one.joint];
+        one.load = std::abs(lambda[one.joint]) / c[one.joint];
+        one.release = lambda[one.joint] > 0 ? -1 : 1;
+      } else {
+        one.wrong = -one.direction * rates[one.joint] + noise;
+      }
+    }
+  }
+
+  /// The same by projected Gauss-Seidel, which converges for every positive definite A.
+  Eigen::VectorXd byIteration() const {
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size());
+    for (int sweep = 0; sweep < 20000; ++sweep) {
+      for (Eigen::Index i = 0; i < b.size(); ++i) {
+        x[i] = std::min(std::max(x[i] - (A.row(i).dot(x) + b[i]) / A(i, i), -c[i]), c[i]);
+      }
+    }
+    return x;
+  }
+};
+
+std::vector<RestingJoint> allStuck(int n) {
+  std::vector<RestingJoint> joints(static_cast<std::size_t>(n));
+  for (int i = 0; i < n; ++i) joints[static_cast<std::size_t>(i)].joint = i;
+  return joints;
+}
+
+TEST(Complementarity, AgreesWithProjectedGaussSeidel) {
+  int mostRounds = 0;
+  for (const int n : {1, 2, 3, 8, 30}) {
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      DenseChain chain(n, seed);
+      std::vector<RestingJoint> joints = allStuck(n);
+      mostRounds = std::max(mostRounds, findWhatSticks(chain, joints, false));
+      EXPECT_LT((chain.lambda - chain.byIteration()).cwiseAbs().maxCoeff(), 1e-9) << n << " joints, " << seed;
+      for (const RestingJoint& one : joints) EXPECT_FALSE(one.isHeld);
+    }
+  }
+  EXPECT_LT(mostRounds, 30);
+}
+
+TEST(Complementarity, OneByOneAgreesToo) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    DenseChain chain(8, seed);
+    std::vector<RestingJoint> joints = allStuck(8);
+    findWhatSticks(chain, joints, true);
+    EXPECT_LT((chain.lambda - chain.byIteration()).cwiseAbs().maxCoeff(), 1e-9) << seed;
+  }
+}
+
+// With noise each state of a joint that is near its limit is wrong: the decision must end all the same.
+TEST(Complementarity, EndsWhereRoundingDecides) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    DenseChain chain(20, seed);
+    std::vector<RestingJoint> joints = allStuck(20);
+    findWhatSticks(chain, joints, false);
+    chain.c = chain.c.cwiseMin(chain.lambda.cwiseAbs());  // stuck joints are at their limits now
+    chain.noise = 1e-9;
+    joints = allStuck(20);
+    EXPECT_LE(findWhatSticks(chain, joints, false), 3 * 20 + 30) << seed;
+    for (const RestingJoint& one : joints)
+      EXPECT_LE(one.direction == 0 ? one.excess : one.wrong, 2e-9) << seed;
+  }
+}
+
+// ---- The band ----------------------------------------------------------------------------------------
+
+Scene levelChain(int links, double friction, const char* key = "friction", double length = 0.1,
+                 double mass = 0.1) {
+  Joint joint;
+  if (std::string(key) == "damping") {
+    joint.damping = friction;
+  } else {
+    joint.others.emplace_back(key, friction);
+  }
+  Scene scene = test::uniformChain(
+      links, {"", mass, mass * length * length / 10, {length / 2, 0}, {length, 0}}, joint, joint, {0, -9.81});
+  scene.integrator.tolerance = 1e-6;
+  return scene;
+}
+
+TEST(StickSlip, AReleaseInVainWidensTheBandUntilTheJointMoves) {
+  const Scene scene = levelChain(2, 0.5);
+  StickSlip joints(scene.chain, 1e-6);
+  double y[] = {0.25, 0.5, 0, 0};
+  for (const int i : {0, 1}) joints.enter(i, y);
+  joints.take();
+  const double own = joints.limit(1) - 0.5;
+  EXPECT_GT(own, 0);
+  joints.start(1, 1, 10 * own);
+  joints.rest(1, y, false);
+  joints.take();
+  EXPECT_NEAR(joints.limit(1) - 0.5, 4 * own, 1e-3 * own);
+  joints.start(1, 1, 30 * own);
+  y[1] += 1e-9;
+  joints.rest(1, y, false);
+  joints.take();
+  EXPECT_NEAR(joints.limit(1) - 0.5, own, 1e-3 * own);
+}
+
+// ---- Queries -----------------------------------------------------------------------------------------
+
+Scene randomMachine(int n, unsigned seed) {
+  Scene scene = test::randomScene(n, seed);
+  test::Random random(seed + 100);
+  std::vector<Joint> joints = scene.chain.joints();
+  for (int i = 0; i < n; ++i) {
+    Joint& joint = joints[static_cast<std::size_t>(i)];
+    if (random.between(0, 1) < 0.8)
+      joint.others.emplace_back("friction", std::pow(10., random.between(-6, 1)));
+    if (random.between(0, 1) < 0.3) {
+      joint.lower = scene.q[static_cast<std::size_t>(i)] - random.between(0.1, 1);
+      joint.upper = scene.q[static_cast<std::size_t>(i)] + random.between(0.1, 1);
+      joint.stopStiffness = 1e3;
+      joint.stopDamping = 1;
+    }
+    if (random.between(0, 1) < 0.5) scene.qd[static_cast<std::size_t>(i)] = 0;
+  }
+  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  if (seed % 2 == 0) scene.loads.clear();
+  scene.integrator.tolerance = 1e-7;
+  return scene;
+}
+
+TEST(Queries, OfASimulationChangeNoBit) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const int n = seed % 4 == 0 ? 20 : 4;
+    const Scene scene = randomMachine(n, seed);
+    Simulation plain(scene), asked(scene);
+    test::Random random(seed);
+    std::vector<double> numbers(index(n));
+    std::vector<LinkMotion> motions(index(n));
+    for (int k = 1; k <= 20; ++k) {
+      for (int queries = random.index(6); queries > 0; --queries) {
+        const int which = random.index(5);
+        if (which == 0) asked.energy();
+        if (which == 1) asked.energyBalance();
+        if (which == 2) asked.accelerations(numbers.data());
+        if (which == 3) asked.jointTorques(numbers.data());
+        if (which == 4) asked.linkMotions(motions.data());
+      }
+      ASSERT_TRUE(plain.advanceTo(0.01 * k)) << plain.fault();
+      ASSERT_TRUE(asked.advanceTo(0.01 * k)) << asked.fault();
+      ASSERT_EQ(plain.q(), asked.q()) << "seed " << seed << " at " << plain.time();
+      ASSERT_EQ(plain.qd(), asked.qd()) << "seed " << seed << " at " << plain.time();
+    }
+  }
+}
+
+/// A machine with its integrator, as a simulation has them, step by step.
+struct Stepped {
+  explicit Stepped(const Scene& given) : scene(given), dynamics(std::make_unique<Dynamics>(scene)) {
+    const int n = scene.chain.size();
+    y = Eigen::VectorXd::Zero(dynamics->size());
+    toAbsolute(scene.q.data(), n, y.data());
+    toAbsolute(scene.qd.data(), n, y.data() + n);
+    ode::Tolerance tolerance{1e-7, Eigen::ArrayXd::Constant(2 * n, 3.0), n, {}};
+    integrator =
+        ode::landingOnSwitches(ode::makeMethod("dopri5", *dynamics, 0, tolerance.arrangedBy(*dynamics)),
+                               dynamics->effects(), *dynamics);
+    dynamics->enter(0);
+    dynamics->enterState(0, y.data());
+    settle();
+    integrator->begin();
+  }
+  void settle() {
+    dynamics->hold(state.t, y.data());
+    dynamics->arrange(y.data(), state.y.data());
+  }
+  void advance() {
+    const auto outcome =
+        integrator->advance(state, dynamics->effects().until(), dynamics->effects().longestStep());
+    ASSERT_FALSE(ode::hasFailed(outcome));
+    dynamics->restore(state.y.data(), y.data());
+    if (outcome == ode::Outcome::switched) {
+      ++switches;
+      dynamics->change(state.t, y.data(), integrator->crossing());
+      settle();
+      integrator->passSwitch();
+    }
+  }
+
+  const Scene scene;
+  const std::unique_ptr<Dynamics> dynamics;
+  Eigen::VectorXd y;
+  ode::State state{dynamics->arrangedSize()};
+  std::unique_ptr<ode::Integrator> integrator;
+  int switches = 0;
+};
+
+TEST(Queries, OfSwitchesAtOtherStatesAndTimesChangeNoBit) {
+  int switches = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const int n = seed % 4 == 0 ? 20 : 4;
+    Scene scene = randomMachine(n, seed);
+    scene.drives.clear();
+    scene.loads.clear();
+    Stepped plain(scene), asked(scene);
+    test::Random random(seed);
+    for (int k = 0; k < 200; ++k) {
+      plain.advance();
+      asked.advance();
+      ASSERT_EQ(plain.state.t, asked.state.t) << seed;
+      ASSERT_EQ(plain.y, asked.y) << "seed " << seed << " at " << plain.state.t;
+      for (int queries = random.index(4); queries > 0; --queries) {
+        // Another state, now or at another time. Its cache must not be taken for that of the motion.
+        Eigen::VectorXd other = asked.y, next;
+        for (int j = 0; j < 2 * n; ++j) other[j] += random.between(-1, 1) * (random.index(2) ? 1e-3 : 1);
+        next = other;
+        const double t = asked.state.t + (random.index(2) ? 0 : random.between(0, 1e-2)), h = 1e-3;
+        next.head(n) += h * other.segment(n, n);
+        ode::State from(*asked.dynamics, other), to(*asked.dynamics, next);
+        from.t = t;
+        to.t = t + h;
+        ode::Course course(*asked.dynamics);
+        course.take(from, to);
+        const ode::Stretch stretch{t, h, other, next, &course};
+        const ode::Switches& of = asked.dynamics->effects();
+        const int which = random.index(3);
+        if (which == 0) of.due(t, other);
+        if (which == 1) of.nearest(stretch);
+        if (which == 2) of.crossing(stretch);
+      }
+    }
+    switches += plain.switches;
+  }
+  EXPECT_GT(switches, 100);
+}
+
+// ---- Long chains -------------------------------------------------------------------------------------
+
+long long evaluationsOf(const Scene& scene, double duration) {
+  Simulation simulation(scene);
+  const bool arrives =
+      simulation.advanceTo(duration, [&] { return simulation.statistics().evaluations < 500000; });
+  EXPECT_TRUE(arrives) << simulation.fault() << " at " << simulation.time();
+  return simulation.statistics().evaluations;
+}
+
+// At each friction, whether it is above the rounding of the joint torques or far below: it does not hang.
+TEST(LongChains, DoNotStall) {
+  for (const auto& [links, length, mass] : {std::tuple{30, 0.05, 0.02}, {40, 1., 1.}, {300, 0.1, 0.1}}) {
+    constexpr int most = 100;
+    for (const double friction : {1e-300, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2}) {
+      const double duration = links < 100 ? 0.3 : 0.1;
+      const long long dampers = evaluationsOf(levelChain(links, friction, "damping", length, mass), duration);
+      EXPECT_LT(evaluationsOf(levelChain(links, friction, "friction", length, mass), duration),
+                most * dampers)
+          << links << " links, " << friction << " N m";
+    }
+  }
+}
+
+// As good as none: the motion without.
+TEST(LongChains, WithFrictionBelowRoundingMoveAsWithout) {
+  Simulation rubs(levelChain(40, 1e-14, "friction", 1, 1)), free(levelChain(40, 0, "damping", 1, 1));
+  ASSERT_TRUE(rubs.advanceTo(0.3) && free.advanceTo(0.3)) << rubs.fault();
+  for (std::size_t i = 0; i < 40; ++i) EXPECT_NEAR(rubs.q()[i], free.q()[i], 1e-6) << "joint " << i;
+}
+
+}  // namespace
+}  // namespace planar_chain

@@ -1,0 +1,323 @@
+#pragma once
+
+/// Random chains whose forces depend on place and velocity, with random ends, and the recursion's view of
+/// them.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "dense_chain.h"
+#include "recursion/force_tangent.h"
+#include "recursion/tangent_linearized.h"
+
+namespace planar_chain::test {
+
+/// Chains of these are drawn.
+struct Kind {
+  double rotors, held, springs;
+  double forces = 1;         ///< 0: none that depends on place or velocity
+  int slides = 0, rows = 0;  ///< of the ends
+  bool isFree = false;       ///< the two slides are a free end
+};
+
+/// A law of all six numbers of a place: (F, N) = −A sin(B (x, θ, v, ω)).
+struct General {
+  Eigen::Matrix<Wide, 3, 4> A;
+  Eigen::Matrix<Wide, 4, 6> B;
+
+  Eigen::Matrix<WideComplex, 4, 1> phase(const Placed& at) const {
+    Eigen::Matrix<WideComplex, 6, 1> place;
+    place << at.x, at.theta, at.v, at.omega;
+    return B.cast<WideComplex>() * place;
+  }
+};
+
+/// A spring with a rest length from a point of the body to one of the ground, a drag in the axes of the body,
+/// and a force that stays.
+struct Attached {
+  Vec2d point, anchor, sail, dead;
+  double k, c, length, along, across;
+};
+
+class RandomChain : public DenseChain {
+ public:
+  RandomChain(int n, unsigned seed, const Kind& kind) : general_(index(n)), attached_(index(n)) {
+    Random random(seed);
+    for (int j = 0; j < n; ++j) {
+      links.push_back(
+          {"", random.between(0.3, 2), random.between(0.02, 0.3), random.vector(0.5), random.vector(0.8)});
+      Coupling<double> joint;
+      if (random.between(0, 1) < kind.rotors) joint.rotor = random.between(0.01, 0.5);
+      joint.isHeld = random.between(0, 1) < kind.held;
+      if (joint.isHeld) joint.acceleration = random.between(-3, 3);
+      joints.push_back(joint);
+      k.push_back(kind.springs * random.between(0, 40));
+      d.push_back(kind.springs * random.between(0, 2));
+      rest.push_back(random.between(-1, 1));
+      torque.push_back(random.between(-2, 2));
+      y.push_back(random.between(-3, 3));
+      for (Wide* number = general_[index(j)].A.data(); number < general_[index(j)].A.data() + 12; ++number) {
+        *number = kind.forces * random.between(-5, 5);
+      }
+      for (Wide* number = general_[index(j)].B.data(); number < general_[index(j)].B.data() + 24; ++number) {
+        *number = random.between(-1, 1);
+      }
+      Attached& on = attached_[index(j)];
+      on = {random.vector(0.5), random.vector(3), random.vector(0.5), random.vector(5), 0, 0, 0, 0, 0};
+      on.k = kind.forces * random.between(10, 300);
+      on.c = kind.forces * random.between(0, 5);
+      on.length = random.between(0, 1);
+      on.along = kind.forces * random.between(0, 1);
+      on.across = kind.forces * random.between(0, 3);
+    }
+    drawEnds(random, kind);
+    for (int j = 0; j < places(); ++j) y.push_back(random.between(-2, 2));
+    gravity = random.vector(10);
+    base = random.vector(1);
+    baseVelocity = random.vector(1);
+    baseAcceleration = random.vector(5);
+    baseTurning = random.between(-2, 2);
+  }
+
+  std::vector<double> y;  ///< θ and s, ω and ṡ
+
+  WideVector state() const { return Eigen::Map<const Eigen::VectorXd>(y.data(), 2 * places()).cast<Wide>(); }
+  /// The bodies there.
+  std::vector<Placed> bodies() const {
+    const ComplexVector state_ = state().cast<WideComplex>();
+    std::vector<Placed> all;
+    Placed at = start(state_);
+    for (int j = 0; j < size(); ++j) {
+      at.theta = state_[j];
+      at.omega = state_[places() + j];
+      all.push_back(at);
+      const Vector2 P = turnedBy(at.theta, links[index(j)].pin);
+      at.x += P;
+      at.v += at.omega * quarter(P);
+    }
+    return all;
+  }
+  Chain chain() const {
+    std::vector<Link> named = links;
+    std::vector<Joint> plain;
+    for (Link& link : named) {
+      link.name = "link_" + std::to_string(plain.size());
+      plain.push_back({"joint_" + std::to_string(plain.size())});
+    }
+    return Chain(named, plain, gravity);
+  }
+  InnerEnd<double> innerEnd() const {
+    InnerEnd<double> end;
+    for (const DenseSlide& slide : slides) {
+      Slide<double> with = slide.of;
+      const std::size_t i = index(end.slides++);
+      with.force -= slide.stiffness * y[index(size()) + i] + slide.damping * y[index(places() + size()) + i];
+      end.slide[i] = with;
+    }
+    return end;
+  }
+  /// The tip, its acceleration less gravity.
+  Tip<double> heldTip() const { return {tip.rows, tip.row, tip.acceleration - gravity}; }
+
+  Acting actingOn(int j, const Placed& at) const override {
+    Acting sum;
+    const Eigen::Matrix<WideComplex, 3, 1> given =
+        general_[index(j)].A.cast<WideComplex>() * general_[index(j)].phase(at).array().sin().matrix();
+    sum.F -= given.head<2>();
+    sum.N -= given[2];
+    const Attached& on = attached_[index(j)];
+    const auto add = [&](Vec2d point, auto law) {
+      const Vector2 X = turnedBy(at.theta, point);
+      const Vector2 F = law(Vector2(at.x + X), Vector2(at.v + at.omega * quarter(X)));
+      sum.F += F;
+      sum.N += crossed(X, F);
+    };
+    add(on.point, [&](const Vector2& x, const Vector2& v) {
+      const Vector2 D = x - wide(on.anchor);
+      const WideComplex length = std::sqrt(D.x() * D.x() + D.y() * D.y());
+      const Vector2 n = D / length;
+      const WideComplex rate = n.x() * v.x() + n.y() * v.y();
+      return Vector2(-(Wide(on.k) * (length - Wide(on.length)) + Wide(on.c) * rate) * n);
+    });
+    add(on.sail, [&](const Vector2&, const Vector2& v) {
+      const Vector2 V = turnedBack(at.theta, v);
+      const WideComplex size = std::sqrt(Wide(1) + V.x() * V.x() + V.y() * V.y());
+      const Vector2 Phi{-Wide(on.along) * size * V.x(), -Wide(on.across) * size * V.y()};
+      const WideComplex c = std::cos(at.theta), s = std::sin(at.theta);
+      return Vector2(c * Phi.x() - s * Phi.y(), s * Phi.x() + c * Phi.y());
+    });
+    add(on.point, [&](const Vector2&, const Vector2&) { return wide(on.dead); });
+    return sum;
+  }
+
+  /// K and D of body j by formula.
+  ForceTangent tangentOf(int j, const Placed& at) const {
+    ForceTangent tangent;
+    const General& law = general_[index(j)];
+    const Eigen::Matrix<Wide, 3, 6> slope =
+        law.A * law.phase(at).real().array().cos().matrix().asDiagonal() * law.B;
+    take(slope.leftCols<3>().cast<double>(), tangent.K);
+    take(slope.rightCols<3>().cast<double>(), tangent.D);
+
+    const Attached& on = attached_[index(j)];
+    const auto e = Rotation<double>::of(real(at.theta));
+    const double omega = real(at.omega);
+    const auto velocity = [&](Vec2d X) { return narrow(at.v) + omega * perp(X); };
+    {
+      const Vec2d X = e * on.point, D = narrow(at.x) + X - on.anchor, v = velocity(X);
+      const double l = length(D);
+      const Vec2d n = (1 / l) * D, across = v - dot(n, v) * n;
+      const double T = on.k * (l - on.length) + on.c * dot(n, v);
+      const Matrix2d nn{n.x * n.x, n.x * n.y, n.x * n.y, n.y * n.y};
+      const auto at2 = [&](double along, double sideways, double mixed) {
+        return Matrix2d{-along * nn.xx - sideways * (1 - nn.xx) - mixed * n.x * across.x,
+                        (sideways - along) * nn.xy - mixed * n.x * across.y,
+                        (sideways - along) * nn.yx - mixed * n.y * across.x,
+                        -along * nn.yy - sideways * (1 - nn.yy) - mixed * n.y * across.y};
+      };
+      addForce({X, -T * n, at2(on.k, T / l, on.c / l), at2(on.c, 0, 0), {}}, omega, tangent);
+    }
+    {
+      const Vec2d X = e * on.sail, v = velocity(X), V = Rotation<double>{e.c, -e.s} * v;
+      const double size = std::sqrt(1 + dot(V, V));
+      const Matrix2d slopeOfPhi{-on.along * (size + V.x * V.x / size), -on.along * V.x * V.y / size,
+                                -on.across * V.x * V.y / size, -on.across * (size + V.y * V.y / size)};
+      addForce(forceInBodyAxes(e, X, v, {-on.along * size * V.x, -on.across * size * V.y}, slopeOfPhi), omega,
+               tangent);
+    }
+    return tangent;
+  }
+
+  double deadXF(int j, const Placed& at) const {
+    const Attached& on = attached_[index(j)];
+    return dot(Rotation<double>::of(real(at.theta)) * on.point, on.dead);
+  }
+
+  /// Stops it, and takes all forces and given accelerations away but that of the tip.
+  void beAtRest() {
+    std::fill(y.begin() + places(), y.end(), 0.0);
+    for (auto* numbers : {&k, &d, &torque}) std::fill(numbers->begin(), numbers->end(), 0.0);
+    for (Coupling<double>& joint : joints) joint.acceleration = 0;
+    for (DenseSlide& slide : slides) slide.of.force = slide.of.acceleration = slide.stiffness = 0;
+    for (General& law : general_) law.A.setZero();
+    for (Attached& on : attached_) on = {{}, {1, 1}, {}, {}, 0, 0, 0, 0, 0};
+    gravity = baseAcceleration = {};
+    baseTurning = 0;
+  }
+
+  static double real(WideComplex z) { return static_cast<double>(z.real()); }
+  static Vec2d narrow(const Vector2& a) { return {real(a.x()), real(a.y())}; }
+
+ private:
+  void drawEnds(Random& random, const Kind& kind) {
+    const auto direction = [&] { return Rotation<double>::of(random.between(-3, 3)) * Vec2d{1, 0}; };
+    for (int i = 0; i < kind.slides; ++i) {
+      DenseSlide slide;
+      slide.of.d = i == 0 ? direction() : Rotation<double>::of(random.between(0.5, 2.5)) * slides[0].of.d;
+      slide.of.mass = random.between(-1, 2);
+      if (slide.of.mass < 0) slide.of.mass = 0;
+      slide.of.force = random.between(-5, 5);
+      slide.of.isHeld = random.between(0, 1) < kind.held;
+      if (slide.of.isHeld) slide.of.acceleration = random.between(-3, 3);
+      slide.stiffness = kind.springs * random.between(0, 30);
+      slide.damping = kind.springs * random.between(0, 2);
+      if (kind.isFree) slide = {};
+      if (kind.isFree && i == 1) slide.of.d = {0, 1};
+      slides.push_back(slide);
+      y.push_back(random.between(-1, 1));
+    }
+    tip.rows = kind.rows;
+    tip.row[0] = direction();
+    tip.row[1] = perp(tip.row[0]);
+    tip.acceleration = random.vector(2);
+  }
+
+  static void take(const Eigen::Matrix3d& slope, PlaneTangent& to) {
+    to = {{slope(0, 0), slope(0, 1), slope(1, 0), slope(1, 1)},
+          {slope(0, 2), slope(1, 2)},
+          {slope(2, 0), slope(2, 1)},
+          slope(2, 2)};
+  }
+
+  std::vector<General> general_;
+  std::vector<Attached> attached_;
+};
+
+/// What the recursions need of the state of a random chain.
+struct AtState {
+  explicit AtState(const RandomChain& of)
+      : chain(of.chain()), answer(of.solve(of.state().cast<WideComplex>())) {
+    const int n = of.size();
+    for (const Placed& at : of.bodies()) {
+      const int j = static_cast<int>(e.size());
+      const Acting acting = of.actingOn(j, at);
+      tangents.push_back(of.tangentOf(j, at));
+      F.push_back(RandomChain::narrow(acting.F));
+      N.push_back(RandomChain::real(acting.N));
+      XF.push_back(of.deadXF(j, at));
+      e.push_back(Rotation<double>::of(of.y[index(j)]));
+      alpha.push_back(RandomChain::real(answer.alpha[j]));
+    }
+    omega = of.y.data() + of.places();
+    Vec2d pin = of.baseAcceleration - of.gravity;
+    for (int i = 0; i < of.places() - n; ++i) {
+      pin += RandomChain::real(answer.slides[i]) * of.slides[index(i)].of.d;
+    }
+    state = {e.data(),    omega,       alpha.data(),     F.data(), XF.data(),
+             of.k.data(), of.d.data(), of.joints.data(), pin,      RandomChain::narrow(answer.tip)};
+  }
+
+  Chain chain;
+  DenseChain::Answer answer;
+  std::vector<ForceTangent> tangents;
+  std::vector<Rotation<double>> e;
+  std::vector<Vec2d> F;
+  std::vector<double> N, XF, alpha;
+  const double* omega;
+  CoupledState state;
+};
+
+/// Free motions of joints and slides.
+inline int freedoms(const RandomChain& chain) {
+  const auto isFree = [](const auto& part) { return !part.isHeld; };
+  return static_cast<int>(std::count_if(chain.joints.begin(), chain.joints.end(), isFree) +
+                          std::count_if(chain.slides.begin(), chain.slides.end(),
+                                        [&](const auto& slide) { return isFree(slide.of); }));
+}
+
+/// Calls check(chain, seed) with random chains of every kind and length. forces: 0, none that depends on
+/// place or velocity.
+template <class Check>
+void forAllEnds(double forces, const Check& check) {
+  unsigned seed = 0;
+  for (const Kind& of : {Kind{0, 0, 0}, Kind{0, 0, 1}, Kind{0.5, 0, 1}, Kind{0.5, 0.3, 1}}) {
+    for (const int slides : {0, 1, 2, 3}) {
+      for (const int rows : {0, 1, 2}) {
+        for (int n = 1; n <= 12; ++n) {
+          Kind kind = of;
+          kind.forces = forces;
+          kind.isFree = slides == 3;
+          kind.slides = std::min(slides, 2);
+          kind.rows = rows;
+          const RandomChain chain(n, ++seed, kind);
+          if (freedoms(chain) < rows) continue;
+          SCOPED_TRACE(testing::Message()
+                       << n << " bodies, slides " << slides << ", rows " << rows << ", seed " << seed);
+          check(chain, seed);
+        }
+      }
+    }
+  }
+}
+
+/// The largest difference over the largest number of `among`.
+inline double errorOf(const ComplexVector& is, const ComplexVector& exact, const ComplexVector& among) {
+  return static_cast<double>((is - exact).cwiseAbs().maxCoeff() / (1e-3L + among.cwiseAbs().maxCoeff()));
+}
+inline double errorOf(const ComplexVector& is, const ComplexVector& exact) {
+  return errorOf(is, exact, exact);
+}
+
+}  // namespace planar_chain::test
