@@ -75,14 +75,12 @@ def text_of(given):
         return CODES[given.format](of, name_from(output.stem), source, given.linearize)
     picture = output.stem + "_chain.pdf"
     has_picture = given.output and draw(given.scene, str(output.with_name(picture)))
-    return Document(of, source, picture if has_picture else None).text()
+    return Document(of, source, picture if has_picture else None, given.linearize).text()
 
 
 def main():
     given = arguments()
     try:
-        if given.format == "latex" and given.linearize:
-            raise NoFormula("--linearize: expected --format c, matlab or python beside it, got latex")
         if given.format == "matlab" and given.output and name_from(pathlib.Path(given.output).stem) + ".m" != os.path.basename(given.output):
             raise NoFormula(f"--output: expected a function's name that ends in .m, as MATLAB does, got {given.output}")
         text = text_of(given)

@@ -4,6 +4,7 @@ import sympy as sp
 from sympy.printing.latex import LatexPrinter
 
 from .letters import latex_name
+from .linear import linear
 
 WIDEST = 75  # letters in a line
 WIDEST_MATRIX = 105  # wider ones are printed entry by entry
@@ -27,6 +28,14 @@ M &= V_{pd} A_2^T + W_{pd} A_3^T
 \end{align*}
 """
 
+NEAR_A_STATE = r"""Small changes $x = (\delta q, \delta\dot{q})$ of a state, and additional torques $\delta\tau$ in the joints, give
+\begin{align*}
+\dot{x} &= A x + B\,\delta\tau, & A &= \begin{bmatrix} 0 & 1\\ M^{-1} K & M^{-1} D \end{bmatrix}, &
+B &= \begin{bmatrix} 0\\ M^{-1} \end{bmatrix}\\
+K &= T K_\theta T^T + K_\tau, & D &= T D_\theta T^T + D_\tau
+\end{align*}
+$\ddot{\theta}_i$ are the sums of the accelerations $\ddot{q}$ of the state. """
+
 
 def as_text(words):
     """Words of a scene as LaTeX's text."""
@@ -46,13 +55,15 @@ class Printer(LatexPrinter):
 
 
 class Document:
-    """One Formulas as a LaTeX document. picture: the name of a picture of the chain, or None."""
+    """One Formulas as a LaTeX document. picture: the name of a picture of the chain, or None. linearize: whether with A and B."""
 
-    def __init__(self, formulas, source, picture=None):
+    def __init__(self, formulas, source, picture=None, linearize=False):
         self.of, self.source, self.picture, self.n = formulas, source, picture, len(formulas.q)
+        self.linear = linear(formulas) if linearize else None
         known = {symbol: letter.latex for symbol, letter in formulas.letters.items()}
         symbols = set().union(*(e.free_symbols for e in formulas.given.values()), formulas.given, formulas.q, formulas.qd, formulas.qdd,
-                              formulas.closed.f_theta.free_symbols, formulas.tau.free_symbols)
+                              formulas.closed.f_theta.free_symbols, formulas.tau.free_symbols,
+                              self.linear.beta if linearize else [])
         known.update({symbol: latex_name(symbol) for symbol in symbols if symbol not in known})
         self.printer = Printer({"symbol_names": known, "fold_short_frac": True, "fold_func_brackets": True,
                                 "mat_str": "matrix"})
@@ -62,7 +73,7 @@ class Document:
 
     def text(self):
         parts = [PREAMBLE, self._title(), self._letters(), self._angles(), self._steps(), self._relative(), self._absolute(),
-                 r"\end{document}"]
+                 self._near_a_state() if self.linear else "", r"\end{document}"]
         return "\n".join(part for part in parts if part) + "\n"
 
     # ---- Pieces ----------------------------------------------------------------------------------
@@ -174,3 +185,13 @@ class Document:
             rows.append(self.equation("", of.loads_theta[i] + self._torque(i) - self._torque(i + 1), r"\qquad = "))
         against = r" $\ddot{\theta}_i$ is relative to the base." if self.of.chain.phidd != 0 else ""
         return f"\\subsection*{{The same in absolute angles}}\nOne equation for each body.{against}\n" + self.block(rows)
+
+    def _near_a_state(self):
+        """A and B, by the matrices that they are made of."""
+        of = self.linear
+        remark = ("Of $M$, $K$ and $D$ take the rows and columns of free joints, and of $K$ and $D$ all columns; "
+                  r"$\delta\ddot{q}$ of a driven joint is 0." if self.of.driven else "")
+        blocks = [self.block(self.matrix(*named)) for named in ((r"K_\theta", of.K_theta), (r"D_\theta", of.D_theta),
+                                                                (r"K_\tau", of.K_tau), (r"D_\tau", of.D_tau))]
+        return ("\\subsection*{Near a state}\n" + NEAR_A_STATE + remark + "\n" + "\n".join(blocks) +
+                "\nA matrix that is not printed is zero.\n")

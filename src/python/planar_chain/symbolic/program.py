@@ -9,6 +9,7 @@ import sympy as sp
 
 from .closed import with_rotors
 from .formulas import Formulas
+from .linear import slope
 
 OUTPUTS = ("M", "f", "qdd", "A", "B")
 
@@ -226,16 +227,3 @@ class Factored:
         for i in reversed(range(self.size)):
             x[i] = self.put(x[i] * self.inverse[i] - sum(self.L[k, i] * x[k] for k in range(i + 1, self.size)))
         return x
-
-
-def slope(expression, by):
-    """The derivative; that of sign() is 0, as a joint that slides goes on sliding."""
-    if isinstance(expression, sp.Add):
-        return sp.Add(*(slope(term, by) for term in expression.args))
-    if not expression.has(by):
-        return sp.Integer(0)
-    if isinstance(expression, sp.Mul):  # SymPy takes long over products with constants
-        constants = [part for part in expression.args if not part.has(by)]
-        if constants:
-            return sp.Mul(*constants, slope(sp.Mul(*(part for part in expression.args if part.has(by))), by))
-    return sp.diff(expression, by).replace(sp.DiracDelta, lambda *_: sp.Integer(0))
