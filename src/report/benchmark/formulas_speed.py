@@ -26,7 +26,9 @@ def measure(build, n, folder):
     subprocess.run(["g++", "-std=c++17", *OPTIONS, f"-DLINKS={n}", f"-DQDD=rods_{n}_qdd", f"-I{SOURCE}", f"-I{SOURCE.parent / 'include'}",
                     "-I/usr/include/eigen3", HERE / "formulas.cpp", program + ".o", build / "libplanar_chain_core.a", "-o", program,
                     "-ltinyxml2", "-lyaml-cpp", "-lpthread"], check=True)
-    subprocess.run([program], check=True)
+    for plain in ("0", "1"):
+        print("plain kernel," if plain == "1" else "fastest kernel of this CPU,", end=" ", flush=True)
+        subprocess.run([program], check=True, env={**os.environ, "PLANAR_CHAIN_PLAIN_KERNEL": plain})
 
 
 def main():
