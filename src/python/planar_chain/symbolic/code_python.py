@@ -1,4 +1,4 @@
-"""Python: functions that take the module of mathematics as their first argument, such as numpy, jax.numpy or casadi."""
+"""Python: functions that take the module of mathematics as their first argument, such as numpy."""
 
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
@@ -48,8 +48,8 @@ def python_code(formulas, name, source, linearize=False):
     """The text of a module with functions M, f, qdd, and with `linearize` A and B."""
     code = Code(formulas, name, source, linearize)
     lines = ['"""' + code.header()[0], *code.header()[1:], "",
-             "xp   the module of mathematics: numpy, jax.numpy, casadi, sympy or math",
-             "Vectors and matrices are returned as lists, such as numpy.array and casadi.vertcat(*…) take."]
+             "xp   the module of mathematics: numpy, sympy or math",
+             "Vectors and matrices are returned as lists, such as numpy.array takes."]
     lines += ["p    the parameters, by default those of the scene"] if code.letters else []
     lines += ['"""', ""]
     if code.letters:
