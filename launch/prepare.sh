@@ -17,7 +17,7 @@ to_build=(build-essential cmake libboost-program-options-dev libeigen3-dev libti
   libpython3-dev pybind11-dev)
 if [ -e /opt/ros/noetic/setup.bash ]; then
   enter /opt/ros/noetic
-  to_run=("${to_build[@]}" ros-noetic-{ros-base,diagnostic-updater,interactive-markers,rviz,tf,tf2-ros} python3-{jinja2,matplotlib,numpy,pil,scipy,yaml})
+  to_run=("${to_build[@]}" ros-noetic-{ros-base,diagnostic-updater,interactive-markers,rviz,tf,tf2-ros} python3-{jinja2,matplotlib,numpy,pil,scipy,sympy,yaml})
   to_test=(ros-noetic-{kdl-parser,rostest})
 else
   # Debian splits a message package in three: definitions (ros-…), C++ (lib…-dev), python.
@@ -26,7 +26,7 @@ else
     libdiagnostic-updater-dev libinteractive-markers-dev
     librosbag-storage-dev libros-rosgraph-msgs-dev libstd-srvs-dev
     python3-{diagnostic,geometry,rosgraph,sensor,std,tf2,trajectory,visualization}-msgs python3-std-srvs
-    python3-{jinja2,matplotlib,numpy,pil,roslaunch,rosbag,rosnode,rospy,rosservice,rostopic,scipy,yaml} rosbash rosout rviz tf-tools)
+    python3-{jinja2,matplotlib,numpy,pil,roslaunch,rosbag,rosnode,rospy,rosservice,rostopic,scipy,sympy,yaml} rosbash rosout rviz tf-tools)
   to_test=(libkdl-parser-dev librostest-dev python3-{distributed,rostest,tornado})
   grep -q bullseye /etc/os-release || to_test+=(libmujoco-dev)  # not in Debian 11
 fi

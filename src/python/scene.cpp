@@ -165,6 +165,13 @@ py::array_t<double> stateOf(const TreeAndScene& of) {
   return state;
 }
 
+TreeAndScene fromValues(const py::object& values) {
+  if (!py::isinstance<py::dict>(values)) {
+    throw Refused({{"scene", "a dict (Scene.from_file reads a file, from_yaml text)", shown(values)}});
+  }
+  return TreeAndScene(valueOf(values));
+}
+
 }  // namespace
 
 void bindScene(py::module& module) {
@@ -173,14 +180,7 @@ void bindScene(py::module& module) {
                            R"(A scene: the chain, its first state, loads and settings. Immutable.
 
 config/README.md explains every key. Raises Refused, with all faults, for a scene that has any.)")
-      .def(py::init([](const py::object& values) {
-             if (!py::isinstance<py::dict>(values)) {
-               throw Refused(
-                   {{"scene", "a dict (Scene.from_file reads a file, from_yaml text)", shown(values)}});
-             }
-             return TreeAndScene(valueOf(values));
-           }),
-           py::arg("values"),
+      .def(py::init(&fromValues), py::arg("values"),
            "From a dict with the keys of a YAML scene. The text of a URDF may be its 'robot_description'.")
       .def_static(
           "from_yaml", [](const py::object& text) { return TreeAndScene(parseYaml(textOf(text, "text"))); },

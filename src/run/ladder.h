@@ -15,6 +15,7 @@
 #include "ode/methods.h"
 #include "ode/switches.h"
 #include "planar_chain/scene.h"
+#include "run/requirements.h"
 #include "simd/cpu.h"
 
 namespace planar_chain {
@@ -77,6 +78,8 @@ inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dy
 inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t rung, Dynamics& dynamics) {
   const simd::PlainKernels plain(scene.integrator.plainKernel);
   const IntegratorSettings settings = settingsOf(scene.integrator, rung);
+  require(settings.method != "taylor" || (scene.chain.slides() == 0 && dynamics.effects().haveSeries()),
+          "method taylor needs a Taylor series of all that acts");
   auto method = ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, rung, dynamics));
   if (!dynamics.effects().haveSwitches()) return method;
   return ode::landingOnSwitches(std::move(method), dynamics.effects(), dynamics);

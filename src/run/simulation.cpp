@@ -55,9 +55,6 @@ struct Simulation::Parts {
 
   Parts(const Scene& given, int commandCapacity)
       : scene(given), dynamics(scene, makeCommands(commandCapacity)) {
-    require(
-        scene.integrator.method != "taylor" || (scene.chain.slides() == 0 && dynamics.effects().haveSeries()),
-        "method taylor needs a Taylor series of all that acts");
     fault.reserve(300);
     climbTo(0);
   }

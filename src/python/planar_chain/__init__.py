@@ -5,7 +5,8 @@ The messages are in planar_chain.msg and planar_chain.srv. A program that takes 
 import importlib
 
 _HOMES = {"BadFit": "fitting.recordings", "Box": "environment", "Environment": "environment", "Fit": "fitting.fit",
-          "Recording": "fitting.recordings", "fit": "fitting.fit", **{name: "_core" for name in (
+          "Recording": "fitting.recordings", "fit": "fitting.fit", "NoFormula": "symbolic",
+          "formulas": "symbolic", **{name: "_core" for name in (
     "Energy", "EnergyBalance", "Failed", "Fault", "Refused", "Runs", "Scene", "Simulation", "Statistics", "equations",
     "equilibrium", "inverse_dynamics", "linearize", "simulate", "simulate_many")}}
 __all__ = list(_HOMES)

@@ -5,3 +5,4 @@ from ._core import (Energy as Energy, EnergyBalance as EnergyBalance, Failed as 
 from .environment import Box as Box, Environment as Environment
 from .fitting.fit import Fit as Fit, fit as fit
 from .fitting.recordings import BadFit as BadFit, Recording as Recording
+from .symbolic import NoFormula as NoFormula, formulas as formulas

@@ -1,0 +1,173 @@
+"""A chain in letters: what its links weigh, what acts on them, and what is given in time."""
+
+import json
+import pathlib
+import subprocess
+
+import planar_chain
+import sympy as sp
+
+from . import laws
+from .letters import LATEX, Letters, NoFormula, roman, state_symbols
+
+MOST_LINKS = 10
+KNOWN = {  # keys that the formulas have; effort_limit and velocity_limit concern commands and counts
+    "": {"gravity", "q", "qd", "links", "loads", "base"},
+    "links": {"name", "mass", "inertia", "com", "pin", "joint"},
+    "joint": {"name", "stiffness", "damping", "rest_angle", "lower", "upper", "stop_stiffness", "stop_damping", "friction",
+              "breakaway", "rotor_inertia", "effort_limit", "velocity_limit", "drive"},
+    "loads": {"link", "force", "point", "moment", "joint", "torque", "frequency", "phase", "times", "values", "start", "stop"},
+    "base": {"x", "y", "angle"},
+}
+
+
+def require_known(path, part, kind):
+    for key in part:
+        if key not in KNOWN[kind]:
+            raise NoFormula(f"{path}{key}: expected keys that formulas have ({', '.join(sorted(KNOWN[kind]))}), got this one")
+
+
+def require_few_links(n):
+    if n > MOST_LINKS:
+        raise NoFormula(f"chain: expected at most {MOST_LINKS} links, got {n}. A closed form has of the order of n² terms and its "
+                        "solution n³; for longer chains use the recursion: src/recursion/articulated.h, explained under "
+                        "“q̈ in O(n)” on the page of theory in include/planar_chain")
+
+
+def read(scene):
+    """The chain of a Scene with all defaults written out, as `equations --chain` prints it."""
+    require_few_links(len(scene))
+    tool = pathlib.Path(planar_chain.__file__).absolute().parents[3] / "planar_chain" / "equations"
+    run = subprocess.run([str(tool), "/dev/stdin", "--chain"], input=json.dumps(scene.to_dict()), stdout=subprocess.PIPE,
+                         stderr=subprocess.PIPE, universal_newlines=True, check=False)
+    if run.returncode != 0:
+        raise NoFormula(run.stderr.strip())
+    return json.loads(run.stdout)
+
+
+class ChainInLetters:
+    """m, I, J: lists. r, p: 2-vectors. F: 2n, of which `weights`; M, tau: n; as functions of theta, q, qd and `given`.
+
+    given: {symbol: expression in t} of the base, driven joints and factors of loads. driven: numbers of joints, from 0 on.
+    tau holds a symbol tau_j where a drive acts."""
+
+    def __init__(self, chain):
+        require_known("", chain, "")
+        self.links, self.n = [link["name"] for link in chain["links"]], len(chain["links"])
+        self.joints = [link["joint"]["name"] for link in chain["links"]]
+        require_few_links(self.n)
+        self.letters, self.given, self.driven = Letters(), {}, []
+        self.q, self.qd, self.qdd, self.theta, self.omega = (
+            state_symbols(name, self.n) for name in ("q", "qd", "qdd", "theta", "omega"))
+        self.S = [sp.Matrix([[sp.cos(angle), sp.sin(angle)], [-sp.sin(angle), sp.cos(angle)]]) for angle in self.theta]
+        self._bodies(chain["links"])
+        self._gravity(chain["gravity"])
+        self._joints(chain["links"])
+        self._base(chain.get("base"))
+        self.M = sp.zeros(self.n, 1)
+        for name, load in chain.get("loads", {}).items():
+            self._load(name, load)
+
+    def define(self, name, expression):
+        """A symbol for what is given in time; 0 for nothing."""
+        if expression == 0:
+            return sp.Integer(0)
+        symbol = sp.Symbol(name)
+        self.given[symbol] = expression
+        return symbol
+
+    def _bodies(self, links):
+        self.m, self.I, self.r, self.p = [], [], [], []
+        self.com = [link["com"] for link in links]
+        for i, link in enumerate(links, 1):
+            require_known(f"links/{link['name']}/", link, "links")
+            body = f"body {i} ({link['name']})"
+            self.m.append(self.letters.number(f"m_{i}", link["mass"], "kg", f"mass of {body}"))
+            self.I.append(self.letters.number(f"I_{i}", link["inertia"], "kg m^2", f"inertia of {body} about its centre of mass"))
+            self.r.append(self.letters.vector("r", link["com"], "m", "from the inner pin to the centre of mass", i))
+            outer = link["pin"] if i < self.n else (0, 0)  # nothing hangs on the tip
+            self.p.append(self.letters.vector("p", outer, "m", "from the inner pin to the outer one", i))
+
+    def _gravity(self, gravity):
+        x, y = gravity
+        if x == 0 and y < 0:
+            g = sp.Matrix([0, -self.letters.number("g", -y, "m/s^2", "gravity, along -y of the ground")])
+        else:
+            g = sp.Matrix([self.letters.number(f"g_{axis}", value, "m/s^2", f"gravity, {axis} of the ground")
+                           for axis, value in zip("xy", gravity)])
+        self.weights = sp.Matrix([m * component for m in self.m for component in g])
+        self.F = self.weights.copy()
+
+    def _joints(self, links):
+        self.J, self.tau = [], sp.zeros(self.n, 1)
+        for k, link in enumerate(links):
+            joint = link["joint"]
+            require_known(f"links/{link['name']}/joint/", joint, "joint")
+            self.J.append(self._letter("J", k, joint, "rotor_inertia", "kg m^2", "inertia of the rotor of joint"))
+            if "drive" in joint:
+                self.driven.append(k)
+                self.tau[k] = sp.Symbol(f"tau_{k + 1}")
+                acceleration = laws.motion(self.letters, f"links/{link['name']}/joint/drive", joint["drive"],
+                                           f"drive_{k + 1}", f"{k + 1}", "rad")[2]
+                self.qdd[k] = self.define(f"qdd_{k + 1}", acceleration)
+            else:
+                self.tau[k] = self._torque(k, joint)
+
+    def _letter(self, name, k, joint, key, unit, meaning, latex=None):
+        return self.letters.number(f"{name}_{k + 1}", joint.get(key) or 0, unit, f"{meaning} {k + 1} ({joint['name']})",
+                                   latex and f"{latex[0]}_{{{k + 1}}}{latex[1]}")
+
+    def _torque(self, k, joint):
+        """Springs, dampers, friction of a sliding joint, stops that push."""
+        q, qd = self.q[k], self.qd[k]
+        stiffness = self._letter("k", k, joint, "stiffness", "N m/rad", "stiffness of joint")
+        rest = self._letter("q0", k, joint, "rest_angle", "rad", "rest angle of joint", ("q", "^0")) if stiffness != 0 else 0
+        damping = self._letter("d", k, joint, "damping", "N m s/rad", "damping of joint")
+        friction = self._letter("c", k, joint, "friction", "N m", "friction of joint")
+        torque = -stiffness * (q - rest) - damping * qd - friction * sp.sign(qd)
+        limits = [(key, sign) for key, sign in (("lower", -1), ("upper", 1)) if joint.get(key) is not None]
+        if not limits:
+            return torque
+        stiffness = self._letter("ks", k, joint, "stop_stiffness", "N m/rad", "stiffness of the stops of joint", ("k", "^s"))
+        damping = self._letter("ds", k, joint, "stop_damping", "N m s/rad", "damping of the stops of joint", ("d", "^s"))
+        for key, sign in limits:
+            limit = self._letter(f"q{key}", k, joint, key, "rad", f"{key} limit of joint", ("q", "^+" if sign > 0 else "^-"))
+            push = stiffness * sign * (q - limit) + damping * sign * qd
+            is_beyond = q > limit if sign > 0 else q < limit
+            torque -= sign * sp.Piecewise((push, sp.And(is_beyond, push > 0)), (0, True))
+        return torque
+
+    def _base(self, base):
+        """p̈ of the ground pin; φ, φ̇ and φ̈ of the base."""
+        laws_of = base or {}
+        require_known("base/", laws_of, "base")
+        moved = {axis: laws.motion(self.letters, f"base/{axis}", law, f"base_{axis}",
+                                   roman("base", LATEX["phi"] if axis == "angle" else axis), "rad" if axis == "angle" else "m")
+                 for axis, law in laws_of.items()}
+        still = [sp.Integer(0)] * 3
+        self.pdd = sp.Matrix([self.define(f"pdd_{axis}", moved.get(axis, still)[2]) for axis in "xy"])
+        self.phi, self.phid, self.phidd = (self.define(name, value) for name, value in
+                                           zip(("phi", "phid", "phidd"), moved.get("angle", still)))
+
+    def _load(self, name, load):
+        require_known(f"loads/{name}/", load, "loads")
+        factor = laws.factor(self.letters, name, load)
+        factor = factor if factor.is_number else self.define(f"factor_{name}", factor)
+
+        def letter(key, value, unit, sign, axis=""):
+            meaning = {"arm": "where the force acts, from the centre of mass, in the axes of the body:"}.get(key, f"{key} of")
+            return self.letters.number(f"load_{name}_{key}" + (axis and "_" + axis), value, unit,
+                                       f"{meaning} the load {name}" + (axis and ", " + axis), f"{sign}_{roman(name, *axis)}")
+
+        if "link" in load:
+            k = self.links.index(load["link"])
+            force = sp.Matrix([letter("force", value, "N", "F", axis) for axis, value in zip("xy", load["force"])])
+            arm = sp.zeros(2, 1)
+            if force != sp.zeros(2, 1):
+                arm = sp.Matrix([letter("arm", x - r, "m", "x", axis)
+                                 for axis, x, r in zip("xy", load["point"], self.com[k])])
+            along = arm.T * self.S[k]  # ground components
+            self.F[2 * k:2 * k + 2, 0] += factor * force
+            self.M[k] += factor * (letter("moment", load["moment"], "N m", "M") + along[0] * force[1] - along[1] * force[0])
+        if "joint" in load:
+            self.tau[self.joints.index(load["joint"])] += factor * letter("torque", load["torque"], "N m", r"\tau")

@@ -1,0 +1,80 @@
+"""What the printers of C, MATLAB and Python share: functions as lists of lines, and the words of their headers."""
+
+import math
+import re
+
+import sympy as sp
+from sympy.codegen.rewriting import create_expand_pow_optimization
+
+from .program import Program
+
+MEANINGS = {
+    "M": "mass matrix, kg m^2",
+    "f": "right-hand side of M qdd = f, N m",
+    "qdd": "accelerations of the joints, rad/s^2",
+    "A": "of dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of the state",
+    "B": "columns: additional torque in a joint, N m",
+}
+class ShortNumbers:
+    """For a printer: numbers with as few digits as give the same double."""
+
+    def _print_Float(self, expr):
+        return repr(float(expr))
+
+    def on_one_line(self, expression):
+        return " ".join(self.doprint(expression).replace("...\n", "").split())  # MATLAB's sign that a line goes on
+
+
+without_powers = create_expand_pow_optimization(4, base_req=lambda base: True)
+
+
+def name_from(text):
+    """An identifier made from the name of a file."""
+    name = re.sub(r"\W", "_", text, flags=re.ASCII)
+    return name if re.match("[A-Za-z]", name) else "chain_" + name
+
+
+class Code:
+    """One Formulas as code. name: of the functions; source: words that say where the scene is from."""
+
+    def __init__(self, formulas, name, source, linearize):
+        self.formulas, self.name, self.source = formulas, name, source
+        self.program = Program(formulas, linearize)
+        self.n = self.program.n
+        self.outputs = list(self.program.outputs)
+        self.letters = formulas.used_letters()
+
+    def header(self):
+        """Lines of the comment at the top."""
+        of, n = self.formulas, self.n
+        lines = [f"Equations of motion M(q) qdd = f(t, q, qd) of the scene {self.source}.",
+                 "Written by `formulas` of planar_chain; the letters are those of its page of theory.", "",
+                 "t    time, s, from 0 on",
+                 "q    relative joint angles, rad, counter-clockwise positive; qd their rates, rad/s"]
+        lines += [f"{name:4} {MEANINGS[name]}" for name in self.outputs]
+        lines += ["", f"{n} joint{'s' if n > 1 else ''}, from the ground outwards:"]
+        lines += [f"  {i}  {joint}, of the link {link}" + (", driven: its q and qd must be those of its law" if i - 1 in of.driven else "")
+                  for i, (joint, link) in enumerate(zip(of.joints, of.links), 1)]
+        if of.driven:
+            lines += ["f of a driven joint contains the torque that its drive gives."]
+        if of.tau.has(sp.sign):
+            lines += ["Friction is that of joints that slide. At qd = 0 it is 0 here: what sticks is no formula."]
+        return lines
+
+    def statements(self, names):
+        """(name, expression) of all steps that these outputs need."""
+        return [(symbol.name, self.plain(expression)) for symbol, expression in self.program.needed(*names)]
+
+    @staticmethod
+    def plain(expression):
+        """With powers as products, and π as a number."""
+        expression = sp.sympify(expression)
+        return without_powers(expression.xreplace({sp.pi: sp.Float(math.pi)})) if not expression.is_Atom else expression
+
+    def arguments(self, names):
+        """{symbol: (array, index)} of the states that the outputs need, and the letters that they need."""
+        needed = self.program.needed(*names)
+        within = set().union(*(e.free_symbols for _, e in needed), *(self.program.outputs[name].free_symbols for name in names))
+        states = [(symbol, array, i) for array, symbols in (("q", self.formulas.q), ("qd", self.formulas.qd))
+                  for i, symbol in enumerate(symbols) if symbol in within]
+        return states, [symbol for symbol in self.letters if symbol in within], self.formulas.t in within

@@ -1,0 +1,197 @@
+"""LaTeX: a document with the letters, every step of the notes, and M and f."""
+
+import sympy as sp
+from sympy.printing.latex import LatexPrinter
+
+from .letters import latex_name
+from .linear import linear
+
+WIDEST = 75  # letters in a line
+WIDEST_MATRIX = 105  # wider ones are printed entry by entry
+
+PREAMBLE = r"""\documentclass[a4paper]{article}
+\usepackage[margin=22mm]{geometry}
+\usepackage[utf8]{inputenc}
+\usepackage{amsmath,graphicx,longtable}
+\allowdisplaybreaks
+\setcounter{MaxMatrixCols}{20}
+\begin{document}
+"""
+
+RULES = r"""\begin{align*}
+B_{ij} &= S_r^i S_{i0}\ (i = j),\quad S_p^i S_{i0}\ (i < j), & C_{ij} &= S_r^i [\omega^i] S_{i0}\ (i = j),\quad
+S_p^i [\omega^i] S_{i0}\ (i < j)\\
+V_{pd} &= T B,\quad W_{pd} = T, & A_1 &= T C\,\mathrm{diag}(m_1, m_1, m_2, m_2, \ldots)\\
+A_2 &= T B\,\mathrm{diag}(m_1, m_1, m_2, m_2, \ldots), & A_3 &= T\,\mathrm{diag}(I_1, I_2, \ldots)\\
+f_{ext} &= V_{pd} F + W_{pd} M_{ext} + \tau, & f &= f_{ext} - V_{pd} A_1^T \dot{q}\\
+M &= V_{pd} A_2^T + W_{pd} A_3^T
+\end{align*}
+"""
+
+NEAR_A_STATE = r"""Small changes $x = (\delta q, \delta\dot{q})$ of a state, and additional torques $\delta\tau$ in the joints, give
+\begin{align*}
+\dot{x} &= A x + B\,\delta\tau, & A &= \begin{bmatrix} 0 & 1\\ M^{-1} K & M^{-1} D \end{bmatrix}, &
+B &= \begin{bmatrix} 0\\ M^{-1} \end{bmatrix}\\
+K &= T K_\theta T^T + K_\tau, & D &= T D_\theta T^T + D_\tau
+\end{align*}
+$\ddot{\theta}_i$ are the sums of the accelerations $\ddot{q}$ of the state. """
+
+
+def as_text(words):
+    """Words of a scene as LaTeX's text."""
+    for character, command in (("\\", r"\textbackslash "), ("_", r"\_"), ("%", r"\%"), ("&", r"\&"), ("#", r"\#"), ("$", r"\$"),
+                               ("{", r"\{"), ("}", r"\}"), ("~", r"\textasciitilde "), ("^", r"\textasciicircum ")):
+        words = words.replace(character, command)
+    return words
+
+
+class Printer(LatexPrinter):
+    """Numbers with six digits."""
+
+    def _print_Float(self, expr):
+        text = f"{float(expr):.6g}"
+        mantissa, _, exponent = text.partition("e")
+        return mantissa + (rf" \cdot 10^{{{int(exponent)}}}" if exponent else "")
+
+
+class Document:
+    """One Formulas as a LaTeX document. picture: the name of a picture of the chain, or None. linearize: whether with A and B."""
+
+    def __init__(self, formulas, source, picture=None, linearize=False):
+        self.of, self.source, self.picture, self.n = formulas, source, picture, len(formulas.q)
+        self.linear = linear(formulas) if linearize else None
+        known = {symbol: letter.latex for symbol, letter in formulas.letters.items()}
+        symbols = set().union(*(e.free_symbols for e in formulas.given.values()), formulas.given, formulas.q, formulas.qd, formulas.qdd,
+                              formulas.closed.f_theta.free_symbols, formulas.tau.free_symbols,
+                              self.linear.beta if linearize else [])
+        known.update({symbol: latex_name(symbol) for symbol in symbols if symbol not in known})
+        self.printer = Printer({"symbol_names": known, "fold_short_frac": True, "fold_func_brackets": True,
+                                "mat_str": "matrix"})
+
+    def tex(self, expression):
+        return self.printer.doprint(expression)
+
+    def text(self):
+        parts = [PREAMBLE, self._title(), self._letters(), self._angles(), self._steps(), self._relative(), self._absolute(),
+                 self._near_a_state() if self.linear else "", r"\end{document}"]
+        return "\n".join(part for part in parts if part) + "\n"
+
+    # ---- Pieces ----------------------------------------------------------------------------------
+
+    def equation(self, left, expression, relation="="):
+        """Lines of an align environment, broken between terms where the right side is long."""
+        terms = expression.as_ordered_terms() if isinstance(expression, sp.Add) else [expression]
+        return left + " &" + relation + " " + self.broken([(self.tex(term), self._width(term)) for term in terms])
+
+    @staticmethod
+    def broken(terms):
+        """A sum of terms (text, width), on several lines if it is long."""
+        lines, width = [""], 0
+        for k, (text, size) in enumerate(terms):
+            text = text if k == 0 or text.startswith("-") else "+ " + text
+            if width and width + size > WIDEST:
+                lines.append(r"&\quad ")
+                width = 0
+            lines[-1] += text + " "
+            width += size
+        return "\\\\\n".join(lines)
+
+    @staticmethod
+    def _width(term):
+        """About how many letters wide a term is."""
+        return len(str(term).replace("omega", "w").replace("theta", "o").replace("_", "").replace("*", ""))
+
+    def block(self, equations):
+        return "\\begin{align*}\n" + "\\\\\n".join(equations) + "\n\\end{align*}\n" if equations else ""
+
+    def matrix(self, name, value):
+        """Lines: the matrix as a whole, or if that is too wide its entries that are not zero. A zero matrix: none."""
+        if all(entry == 0 for entry in value):
+            return []
+        if sum(max(self._width(entry) for entry in value.col(j)) + 2 for j in range(value.cols)) <= WIDEST_MATRIX:
+            return [f"{name} &= {self.tex(value)}"]
+        index = (lambda i, j: f"{i + 1}") if value.cols == 1 else (lambda i, j: f"{i + 1},{j + 1}")
+        name = f"({name})" if "_" in name else name
+        return [self.equation(f"{name}_{{{index(i, j)}}}", value[i, j]) for i in range(value.rows) for j in range(value.cols)
+                if value[i, j] != 0]
+
+    def _title(self):
+        picture = ""
+        if self.picture:
+            picture = f"\\begin{{center}}\\includegraphics[height=75mm]{{{self.picture}}}\\end{{center}}\n"
+        joints = ", ".join(f"{i} {as_text(joint)}" for i, joint in enumerate(self.of.joints, 1))
+        return (f"\\section*{{Equations of motion of {as_text(self.source)}}}\n"
+                "Kane's method for pin-connected rigid bodies in the plane, in the letters of planar\\_chain's page of theory. "
+                f"Joints from the ground outwards: {joints}. A number that is zero in the scene has no letter.\n" + picture)
+
+    def _letters(self):
+        rows = [f"${letter.latex}$ & {as_text(letter.meaning)} & {letter.value:.6g} & {letter.unit.replace('^2', '$^2$')} \\\\"
+                for letter in self.of.used_letters().values()]
+        states = [r"$q_i$, $\dot{q}_i$, $\ddot{q}_i$ & relative angle of joint $i$, its rate and acceleration & & "
+                  r"rad, rad/s, rad/s$^2$ \\",
+                  r"$\theta_i$, $\omega_i$ & absolute angle and angular velocity of body $i$ & & rad, rad/s \\"]
+        return ("\\subsection*{Letters}\n\\begin{longtable}{lp{85mm}rl}\n" + "\n".join(states + rows) + "\n\\end{longtable}\n")
+
+    def _angles(self):
+        lines = [self.equation(self.tex(symbol), value) for symbol, value in self.of.absolute.items()]
+        lines += [self.equation(self.tex(symbol), value) for symbol, value in self.of.given.items()]
+        return "\\subsection*{Angles, and what is given in time}\n" + self.block(lines)
+
+    def _steps(self):
+        """The matrices of the notes."""
+        of = self.of.notes
+        rotations = [f"S_{{{i}0}} &= {self.tex(S)}" for i, S in enumerate(of.S, 1)]
+        names = (("T", of.T), ("V_{pd}", of.V_pd), ("A_1", of.A_1), ("A_2", of.A_2), ("A_3", of.A_3), ("F", of.F),
+                 ("M_{ext}", of.M_ext), (r"\tau", self.of.tau), ("f_{ext}", of.f_ext))
+        blocks = [self.block(rotations), RULES] + [self.block(self.matrix(*named)) for named in names]
+        return "\\subsection*{The steps of the notes}\n" + "\n".join(blocks) + self._remarks()
+
+    def _remarks(self):
+        remarks = []
+        if any(J != 0 for J in self.of.chain.J):
+            remarks.append(r"The rotors' inertias $J_i$ are added to the diagonal of $M$.")
+        if self.of.chain.phidd != 0 or any(x != 0 for x in self.of.chain.pdd):
+            remarks.append(r"As the base moves, $f = f_{ext} - V_{pd}\, \mathrm{diag}(m) (C^T \omega + B^T 1 \ddot{\varphi} + "
+                           r"\ddot{p}) - W_{pd} I \ddot{\varphi}$.")
+        if self.of.driven:
+            remarks.append(r"$\tau_j$ of a driven joint is what its drive gives: row $j$ of $M \ddot{q} = f$ tells it.")
+        if self.of.tau.has(sp.sign):
+            remarks.append("Friction is that of joints that slide; what sticks is no formula.")
+        return " ".join(remarks) + "\n"
+
+    def _torque(self, i):
+        """The letter τ_i, or 0 where no torque acts."""
+        if i >= self.n or self.of.tau[i] == 0:
+            return sp.Integer(0)
+        return sp.Symbol(f"tau_{i + 1}")
+
+    def _relative(self):
+        """M q̈ = f, entry by entry, M in terms of q."""
+        n, of = self.n, self.of
+        in_q = {theta: sp.Add(*of.q[:i + 1]) for i, theta in enumerate(of.theta)}
+        M = [self.equation(f"M_{{{i + 1}{',' * (n > 9)}{j + 1}}}", of.closed.M[i, j].xreplace(in_q)) for i in range(n)
+             for j in range(i, n)]
+        f = [self.equation(f"f_{{{i + 1}}}", self._torque(i) + sp.Add(*of.closed.loads_theta[i:])) for i in range(n)]
+        return "\\subsection*{$M \\ddot{q} = f$ in relative angles}\n" + self.block(M) + self.block(f)
+
+    def _absolute(self):
+        """One equation for each body, as textbooks print them."""
+        of, rows = self.of.closed, []
+        for i in range(self.n):
+            inertia = [(j, of.M_theta[i, j]) for j in range(self.n) if of.M_theta[i, j] != 0]
+            terms = [((r"\left(" + self.tex(m) + r"\right)" if m.is_Add else self.tex(m)) + rf" \ddot{{\theta}}_{{{j + 1}}}",
+                      self._width(m) + 4) for j, m in inertia]
+            rows.append(" &" + self.broken(terms))
+            rows.append(self.equation("", of.loads_theta[i] + self._torque(i) - self._torque(i + 1), r"\qquad = "))
+        against = r" $\ddot{\theta}_i$ is relative to the base." if self.of.chain.phidd != 0 else ""
+        return f"\\subsection*{{The same in absolute angles}}\nOne equation for each body.{against}\n" + self.block(rows)
+
+    def _near_a_state(self):
+        """A and B, by the matrices that they are made of."""
+        of = self.linear
+        remark = ("Of $M$, $K$ and $D$ take the rows and columns of free joints, and of $K$ and $D$ all columns; "
+                  r"$\delta\ddot{q}$ of a driven joint is 0." if self.of.driven else "")
+        blocks = [self.block(self.matrix(*named)) for named in ((r"K_\theta", of.K_theta), (r"D_\theta", of.D_theta),
+                                                                (r"K_\tau", of.K_tau), (r"D_\tau", of.D_tau))]
+        return ("\\subsection*{Near a state}\n" + NEAR_A_STATE + remark + "\n" + "\n".join(blocks) +
+                "\nA matrix that is not printed is zero.\n")

@@ -1,0 +1,40 @@
+"""M q̈ = f near a state: M δq̈ = K δq + D δq̇ + δτ, in terms of absolute angles as in closed.py."""
+
+import types
+
+import sympy as sp
+
+from .letters import state_symbols
+
+
+def slope(expression, by):
+    """The derivative; that of sign() is 0, as a joint that slides goes on sliding."""
+    if isinstance(expression, sp.Add):
+        return sp.Add(*(slope(term, by) for term in expression.args))
+    if not expression.has(by):
+        return sp.Integer(0)
+    if isinstance(expression, sp.Mul):  # SymPy takes long over products with constants
+        constants = [part for part in expression.args if not part.has(by)]
+        if constants:
+            return sp.Mul(*constants, slope(sp.Mul(*(part for part in expression.args if part.has(by))), by))
+    return sp.diff(expression, by).replace(sp.DiracDelta, lambda *_: sp.Integer(0))
+
+
+def linear(of):
+    """K_theta, D_theta, K_tau, D_tau of Formulas, with which, as q̇ and the accelerations of the state stay,
+
+        K = ∂(f − M q̈)/∂q = T K_θ Tᵀ + K_τ        D = ∂f/∂q̇ = T D_θ Tᵀ + D_τ
+
+    beta: θ̈ of the state, relative to the base. K_τ and D_τ are diagonal, and 0 at driven joints."""
+    n, loads, inertia = len(of.q), of.closed.loads_theta, of.closed.M_theta
+    beta = state_symbols("beta", n)
+
+    def by_angle(i, j):
+        return slope(loads[i], of.theta[j]) - sp.Add(*(slope(inertia[i, k], of.theta[j]) * beta[k] for k in range(n)))
+
+    def of_torques(x):
+        return sp.diag(*(0 if j in of.driven else slope(of.tau[j], x[j]) for j in range(n)))
+
+    return types.SimpleNamespace(
+        beta=beta, K_theta=sp.Matrix(n, n, by_angle), D_theta=sp.Matrix(n, n, lambda i, j: slope(loads[i], of.omega[j])),
+        K_tau=of_torques(of.q), D_tau=of_torques(of.qd))

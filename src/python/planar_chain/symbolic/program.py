@@ -1,0 +1,229 @@
+"""Straight-line programs: what is to be computed in order, with everything that occurs twice computed once.
+
+A program is a list of pairs (symbol, expression), each in terms of t, q, qd, letters and symbols before it, as sympy.cse
+returns them. Sine and cosine of an angle are computed once; those of differences of angles are made from them."""
+
+import itertools
+
+import sympy as sp
+
+from .closed import with_rotors
+from .formulas import Formulas
+from .linear import slope
+
+OUTPUTS = ("M", "f", "qdd", "A", "B")
+
+
+class Program:
+    """The program of one Formulas. outputs: {name: matrix}, see OUTPUTS; steps: pairs (symbol, expression).
+
+    linearize: whether A and B of ẋ = A x + B δτ, with x = (δq, δq̇), are among the outputs."""
+
+    def __init__(self, formulas: Formulas, linearize=False):
+        self.formulas, self.n = formulas, len(formulas.q)
+        self.steps, self.outputs = [], {}
+        self._names = (sp.Symbol(f"x{k}") for k in itertools.count())
+        self._angles()
+        self._equations()
+        self._relative_rows()
+        self._accelerations()
+        self._drive_torques()
+        if linearize:
+            self._linearize()
+
+    # ---- Steps -----------------------------------------------------------------------------------
+
+    def put(self, expression, name=None):
+        """A symbol for the expression; the expression itself if it is a number or a symbol."""
+        expression = sp.sympify(expression)
+        if expression.is_Atom:
+            return expression
+        symbol = sp.Symbol(name) if name else next(self._names)
+        self.steps.append((symbol, expression))
+        return symbol
+
+    def needed(self, *names):
+        """The steps without which these outputs cannot be computed."""
+        wanted = set().union(*(self.outputs[name].free_symbols for name in names))
+        steps = []
+        for symbol, expression in reversed(self.steps):
+            if symbol in wanted:
+                wanted |= expression.free_symbols
+                steps.append((symbol, expression))
+        return steps[::-1]
+
+    # ---- What is computed ------------------------------------------------------------------------
+
+    def _angles(self):
+        """Laws of time, coefficients, absolute angles, their sines and cosines."""
+        of, chain = self.formulas, self.formulas.chain
+        self.steps += of.given.items()
+        self.steps += of.compact.coefficients.items()
+        self.swap = {}  # what stands for functions of angles
+        angle, rate = chain.phi, chain.phid
+        c, s = [], []
+        for i in range(self.n):
+            angle = self.put(angle + of.q[i], f"theta_{i + 1}")
+            rate = self.put(rate + of.qd[i], f"omega_{i + 1}")
+            c.append(self.put(sp.cos(angle), f"cos_{i + 1}"))
+            s.append(self.put(sp.sin(angle), f"sin_{i + 1}"))
+            self.swap[of.theta[i]], self.swap[of.omega[i]] = angle, rate
+            self.swap[sp.cos(of.theta[i])], self.swap[sp.sin(of.theta[i])] = c[i], s[i]
+            for j in range(i):
+                between = of.theta[j] - of.theta[i]
+                self.swap[sp.cos(between)] = self.put(c[i] * c[j] + s[i] * s[j], f"cos_{j + 1}_{i + 1}")
+                sine = self.put(s[j] * c[i] - c[j] * s[i], f"sin_{j + 1}_{i + 1}")
+                self.swap[sp.sin(between)], self.swap[sp.sin(-between)] = sine, -sine
+
+    def _swapped(self, expressions):
+        """In terms of what is computed, with common subexpressions as steps."""
+        shared, reduced = sp.cse([e.xreplace(self.swap) for e in expressions], symbols=self._names, order="none")
+        self.steps += shared
+        return [self.put(e) for e in reduced]
+
+    def _equations(self):
+        """M_θ, f_θ without the torques of joints, and those torques."""
+        of, n = self.formulas, self.n
+        self.tau = sp.Matrix([0 if j in of.driven else self.put(of.tau[j].xreplace(self.swap), f"tau_{j + 1}") for j in range(n)])
+        upper = [(i, j) for i in range(n) for j in range(i, n)]
+        M_theta = with_rotors(of.compact.bodies, of.J)
+        values = self._swapped([*(M_theta[i, j] for i, j in upper), *of.compact.loads])
+        self.M_theta, self.loads = sp.zeros(n, n), sp.Matrix(values[len(upper):])
+        for (i, j), value in zip(upper, values):
+            self.M_theta[i, j] = self.M_theta[j, i] = value
+
+    def _relative_rows(self):
+        """M and f of the rows for q: sums from body i outwards."""
+        n = self.n
+        M, self.outward = sp.zeros(n, n), sp.zeros(n + 1, 1)
+        columns = sp.zeros(n, n + 1)
+        for i in reversed(range(n)):
+            self.outward[i] = self.put(self.loads[i] + self.outward[i + 1])
+            for j in reversed(range(n)):
+                columns[i, j] = self.put(self.M_theta[i, j] + columns[i, j + 1])
+            for j in range(i + 1):
+                M[i, j] = M[j, i] = self.put(columns[i, j] + (M[i + 1, j] if i + 1 < n else 0))
+        self.outputs["M"] = M
+        self.outputs["f"] = sp.Matrix([self.put(self.outward[i] + self.tau[i]) for i in range(n)])
+
+    def _accelerations(self):
+        """q̈. Bodies without a free joint between them turn alike, but for what is given: they are one group."""
+        of, n = self.formulas, self.n
+        self.free = [i for i in range(n) if i not in of.driven]
+        ends = self.free[1:] + [n]
+        self.groups = [range(start, end) for start, end in zip(self.free, ends)]
+        self.turns = sp.zeros(n, 1)  # of each body against the base, from driven joints alone
+        sum_of_given = sp.Integer(0)
+        for i in range(n):
+            if i in of.driven:
+                sum_of_given = self.put(sum_of_given + of.qdd[i])
+            self.turns[i] = sum_of_given
+
+        size, H = len(self.groups), sp.zeros(len(self.groups), len(self.groups))
+        for a in range(size):
+            for b in range(a + 1):
+                H[a, b] = H[b, a] = self.put(sum(self.M_theta[i, j] for i in self.groups[a] for j in self.groups[b]))
+        self.factor = Factored(self, H)
+        right = [sum(self.loads[i] - sum(self.M_theta[i, j] * self.turns[j] for j in range(n)) for i in group) for group in self.groups]
+        self.turning = self.factor.solve([self.put(value + torque) for value, torque in zip(right, self._by_group(self.tau))])
+        self.outputs["qdd"] = self._relative(self.turning, of.qdd)
+
+    def _by_group(self, torques):
+        """In the rows of groups: the torque of the first joint, less that of the next group's."""
+        own = [torques[i] for i in self.free] + [0]
+        return [a - b for a, b in zip(own, own[1:])]
+
+    def _relative(self, turning, given):
+        """Of accelerations of groups: those of free joints; and `given` ones of driven joints, n numbers or 0."""
+        out, before = sp.zeros(self.n, 1), sp.Integer(0)
+        for i in range(self.n):
+            if i in self.free:
+                own = turning[self.free.index(i)]
+                out[i] = self.put(own - before)
+                before = own
+            elif given is not None:
+                out[i] = given[i]
+        return out
+
+    def _drive_torques(self):
+        """f of driven joints: M q̈ in these rows, so that the drive gives what it takes."""
+        of, n = self.formulas, self.n
+        self.beta = [self.turns[i] for i in range(n)]  # θ̈ relative to the base
+        for value, group in zip(self.turning, self.groups):
+            for i in group:
+                self.beta[i] = self.put(value + self.turns[i])
+        if of.driven:
+            inertia, sums = [sum(self.M_theta[i, j] * self.beta[j] for j in range(n)) for i in range(n)], sp.Integer(0)
+            for i in reversed(range(n)):
+                sums = self.put(inertia[i] + sums)
+                if i in of.driven:
+                    self.outputs["f"][i] = sums
+
+    # ---- Near a state ------------------------------------------------------------------------------
+
+    def _linearize(self):
+        """M ∂q̈ = ∂(f − M q̈) at the same q̈."""
+        of, n = self.formulas, self.n
+        by_angle = self._outwards(self._slopes_at_rest())
+        by_rate = self._outwards(self._swapped([slope(load, omega) for load in of.compact.loads for omega in of.omega]))
+        own = [[self.put(slope(of.tau[j], x[j]).xreplace(self.swap)) if j in self.free else 0 for j in range(n)]
+               for x in (of.q, of.qd)]
+        A, B = sp.zeros(2 * n, 2 * n), sp.zeros(2 * n, n)
+        A[:n, n:] = sp.eye(n)
+        for j in range(n):
+            unit = sp.Matrix(n, 1, lambda i, _, j=j: 1 if i == j else 0)
+            for half, (slopes, torque) in enumerate(zip((by_angle, by_rate), own)):
+                A[n:, half * n + j] = self._change(slopes[:, j], torque[j] * unit)
+            if j in self.free:
+                B[n:, j] = self._change(sp.zeros(n, 1), unit)
+        self.outputs.update(A=A, B=B)
+
+    def _slopes_at_rest(self):
+        """∂(f_θ − M_θ β)_i/∂θ_j at the same β and the same rates, row by row."""
+        of, n = self.formulas, self.n
+        slopes = self._swapped([slope(load, theta) for load in of.compact.loads for theta in of.theta])
+        inertias = self._swapped([slope(of.compact.bodies[i, j], of.theta[j]) for i in range(n) for j in range(n)])
+        for i in range(n):
+            for j in range(n):
+                if i != j:  # an entry of M_θ depends on θ_j − θ_i alone
+                    change = inertias[i * n + j]
+                    slopes[i * n + j] = self.put(slopes[i * n + j] - change * self.beta[j])
+                    slopes[i * n + i] = self.put(slopes[i * n + i] + change * self.beta[j])
+        return slopes
+
+    def _outwards(self, slopes):
+        """∂/∂q_j: of all bodies from j outwards."""
+        n, slopes = self.n, sp.Matrix(self.n, self.n, slopes)
+        for i in range(n):
+            for j in reversed(range(n - 1)):
+                slopes[i, j] = self.put(slopes[i, j] + slopes[i, j + 1])
+        return slopes
+
+    def _change(self, loads, torques):
+        """δq̈ of changed loads on bodies and torques in joints."""
+        right = [sum(loads[i] for i in group) + torque for group, torque in zip(self.groups, self._by_group(torques))]
+        return self._relative(self.factor.solve([self.put(value) for value in right]), None)
+
+
+class Factored:
+    """H = L D Lᵀ of a symmetric positive definite matrix, in steps of a program."""
+
+    def __init__(self, program, H):
+        self.put, self.size = program.put, H.shape[0]
+        self.L, self.inverse = sp.zeros(*H.shape), []
+        scaled = sp.zeros(*H.shape)  # L D
+        for k in range(self.size):
+            for i in range(k, self.size):
+                scaled[i, k] = self.put(H[i, k] - sum(self.L[i, m] * scaled[k, m] for m in range(k)))
+            self.inverse.append(self.put(1 / scaled[k, k]))
+            for i in range(k + 1, self.size):
+                self.L[i, k] = self.put(scaled[i, k] * self.inverse[k])
+
+    def solve(self, right):
+        """x of H x = right, lists."""
+        x = []
+        for i, value in enumerate(right):
+            x.append(self.put(value - sum(self.L[i, k] * x[k] for k in range(i))))
+        for i in reversed(range(self.size)):
+            x[i] = self.put(x[i] * self.inverse[i] - sum(self.L[k, i] * x[k] for k in range(i + 1, self.size)))
+        return x

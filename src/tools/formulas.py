@@ -1,0 +1,104 @@
+#!/usr/bin/python3
+"""Writes the equations of motion M q'' = f of a scene as formulas: a LaTeX document, or functions in C, MATLAB or Python.
+
+The functions give M, f and q'' of a state, and with --linearize A and B of dx/dt = A x + B dtau. Exit status: 0 done; 1 it
+cannot be written to the file; 2 bad arguments, a scene with faults, or one that no formula describes."""
+
+import argparse
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(sys.argv[0]).absolute().parent
+sys.path.append(str(HERE.parent / "python3" / "dist-packages"))  # where the module is, without an environment of ROS too
+
+# pylint: disable=wrong-import-position
+try:
+    from planar_chain import NoFormula, Refused, Scene, formulas
+    from planar_chain.symbolic.code import name_from
+    from planar_chain.symbolic.code_c import c_code
+    from planar_chain.symbolic.code_matlab import matlab_code
+    from planar_chain.symbolic.code_python import python_code
+    from planar_chain.symbolic.document import Document
+except ImportError as missing:
+    sys.exit(f"formulas: {missing}")
+
+CODES = {"c": c_code, "matlab": matlab_code, "python": python_code}
+INSTANTS = ["0", "0.1", "0.2", "0.3", "0.4"]  # s, in the picture
+
+
+def arguments():
+    parser = argparse.ArgumentParser(prog="formulas", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scene", metavar="SCENE", help="a YAML file, a .urdf, or the name of a scene that ships")
+    parser.add_argument("--format", required=True, choices=["latex", *CODES], help="what is written")
+    parser.add_argument("--numbers", action="store_true", help="the scene's numbers in place of letters")
+    parser.add_argument("--linearize", action="store_true", help="also A and B")
+    parser.add_argument("--output", metavar="FILE", help="where it is written; functions are named after it (default: standard "
+                                                         "output, named after the scene)")
+    return parser.parse_args()
+
+
+def scene_from(path):
+    if path.endswith(".urdf"):
+        with open(path, encoding="utf-8") as file:
+            return Scene.from_urdf(file.read())
+    return Scene.from_file(path)
+
+
+def draw(scene, picture):
+    """Draws the chain at the first instants by `simulate` and `plot`. Returns whether it could."""
+    with tempfile.TemporaryDirectory() as folder:
+        base = subprocess.run([HERE / "equations", *urdf_or_scene(scene), "--chain"], stdout=subprocess.PIPE, check=True).stdout
+        motion = os.path.join(folder, "motion" + (".bag" if b'"base"' in base else ".csv"))
+        for command in ([HERE / "simulate", *urdf_or_scene(scene), "--duration", INSTANTS[-1], "--" + motion[-3:], motion],
+                        [HERE / "plot", motion, "--strobe", scene, "--at", *INSTANTS, "--output", picture]):
+            run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, check=False)
+            if run.returncode != 0:
+                print(f"formulas: without the chain's picture: {run.stderr.strip()}", file=sys.stderr)
+                return False
+    return True
+
+
+def urdf_or_scene(scene):
+    return ["--urdf", scene] if scene.endswith(".urdf") else [scene]
+
+
+def text_of(given):
+    """What is to be written."""
+    of = formulas(scene_from(given.scene))
+    of = of.with_numbers() if given.numbers else of
+    source = os.path.basename(given.scene)
+    output = pathlib.Path(given.output or pathlib.Path(given.scene).name)
+    if given.format != "latex":
+        return CODES[given.format](of, name_from(output.stem), source, given.linearize)
+    picture = output.stem + "_chain.pdf"
+    has_picture = given.output and draw(given.scene, str(output.with_name(picture)))
+    return Document(of, source, picture if has_picture else None, given.linearize).text()
+
+
+def main():
+    given = arguments()
+    try:
+        if given.format == "matlab" and given.output and name_from(pathlib.Path(given.output).stem) + ".m" != os.path.basename(given.output):
+            raise NoFormula(f"--output: expected a function's name that ends in .m, as MATLAB does, got {given.output}")
+        text = text_of(given)
+    except (NoFormula, OSError, Refused, UnicodeDecodeError) as problem:
+        print(f"formulas: {problem}", file=sys.stderr)
+        return 2
+    try:
+        if given.output:
+            with open(given.output, "w", encoding="utf-8") as file:
+                file.write(text)
+            text = f"written to {given.output}\n"
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except OSError as problem:
+        print(f"formulas: {problem}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,392 @@
+#!/usr/bin/python3
+"""formulas: C, MATLAB's code, Python and SymPy give M, f, q̈, A and B of the program, for the scenes that ship and random ones.
+
+    formulas_test.py BIN [unittest options]        BIN: the folder that holds the tools; PYTHONPATH finds planar_chain
+"""
+import ctypes
+import functools
+import glob
+import json
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import unittest
+
+try:
+    import numpy as np
+    import sympy as sp
+except ImportError as missing:
+    print(f"{missing}: skipped")
+    sys.exit(77)
+
+from in_folder import InFolder
+from planar_chain import NoFormula, Scene, equations, formulas, linearize
+from planar_chain.symbolic.code_c import c_code
+from planar_chain.symbolic.code_matlab import matlab_code
+from planar_chain.symbolic.code_python import python_code
+from planar_chain.symbolic.linear import linear
+from planar_chain.symbolic.program import Program
+
+BIN = ""
+SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../config/scenes")
+MOST_LINKS = 10
+AGREE = 1e-12  # of the largest number of a matrix: both sides round a few hundred times
+SIZES = (1, 2, 3, 4, 2, 3, 5, 2, 3, 4)  # of random chains; one in twenty is longer
+
+
+# ---- Scenes ----------------------------------------------------------------------------------------
+
+
+def shipped():
+    """{name: Scene} of those with few links."""
+    scenes = {os.path.basename(path)[:-5]: Scene.from_file(path) for path in sorted(glob.glob(SCENES + "/*.yaml"))}
+    return {name: scene for name, scene in scenes.items() if len(scene) <= MOST_LINKS}
+
+
+def random_law(rng):
+    kind = rng.integers(3)
+    if kind == 0:
+        return {"amplitude": rng.normal(), "frequency": rng.uniform(0.2, 2), "phase": rng.normal(), "offset": rng.normal()}
+    if kind == 1:
+        return {"times": np.cumsum(rng.uniform(0.2, 1, 4)).tolist(), "values": rng.normal(size=4).tolist()}
+    return {"offset": rng.normal()}
+
+
+def random_joint(rng):
+    joint = {}
+    if rng.random() < 0.3:
+        joint["rotor_inertia"] = rng.uniform(0.01, 0.5)
+    if rng.random() < 0.2:
+        return {**joint, "drive": "hold" if rng.random() < 0.2 else random_law(rng)}
+    for key, share, value in (("damping", 0.5, rng.uniform(0, 2)), ("stiffness", 0.4, rng.uniform(0, 20)),
+                              ("rest_angle", 0.3, rng.normal()), ("friction", 0.3, rng.uniform(0.1, 3))):
+        if rng.random() < share:
+            joint[key] = value
+    if rng.random() < 0.3:
+        joint.update(lower=rng.uniform(-1, 0), upper=rng.uniform(0.01, 1), stop_damping=rng.uniform(0, 3))
+    return joint
+
+
+def random_load(rng, links):
+    load = {"start": rng.uniform(0, 1), "stop": rng.uniform(1, 4)} if rng.random() < 0.4 else {}
+    kind = rng.integers(3)
+    if kind == 0:
+        load.update(frequency=rng.uniform(0.1, 3), phase=rng.normal())
+    elif kind == 1:
+        load.update(times=np.cumsum(rng.uniform(0.2, 1, 3)).tolist(), values=rng.normal(size=3).tolist())
+    free = [name for name, link in links.items() if "drive" not in link["joint"]]
+    if free and rng.random() < 0.4:
+        load.update(joint=rng.choice(free) + "_joint", torque=rng.normal())
+    if "joint" not in load or rng.random() < 0.5:
+        load.update(link=rng.choice(list(links)), force=rng.normal(size=2).tolist(), moment=rng.normal())
+        if rng.random() < 0.7:
+            load["point"] = rng.normal(size=2).tolist()
+    return load
+
+
+def random_scene(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(6, MOST_LINKS + 1)) if seed % 25 == 24 else SIZES[seed % len(SIZES)]
+    straight = rng.random() < 0.3
+    links = {}
+    for i in range(n):
+        com, pin = ([x, 0.0 if straight else y] for x, y in rng.normal(size=(2, 2)).tolist())
+        links[f"link_{i}"] = {"mass": rng.uniform(0.5, 2), "inertia": rng.uniform(0.05, 0.5), "com": com, "pin": pin,
+                              "joint": random_joint(rng)}
+    scene = {"chain": list(links), "links": links}
+    if rng.random() < 0.3:
+        scene["gravity"] = rng.normal(size=2).tolist()
+    if rng.random() < 0.4:
+        scene["base"] = {axis: random_law(rng) for axis in ("x", "y", "angle") if axis == "y" or rng.random() < 0.6}
+    if rng.random() < 0.6:
+        scene["loads"] = {f"load_{k}": random_load(rng, links) for k in range(int(rng.integers(1, 4)))}
+    return Scene(json.loads(json.dumps(scene)))
+
+
+class State:
+    """A scene at a random state, in which every joint moves; and what the program computes there."""
+
+    def __init__(self, name, scene, seed, numbers):
+        rng = np.random.default_rng(seed)
+        self.name, self.scene, self.numbers, self.t = name, scene, numbers, float(rng.uniform(0.05, 2.5))
+        at = equations(scene, t=self.t)
+        self.formulas = formulas(scene)
+        self.q, self.qd = rng.normal(size=(2, len(scene)))
+        for j in self.formulas.driven:
+            self.q[j], self.qd[j] = at["q"][j], at["qd"][j]
+        if numbers:
+            self.formulas = self.formulas.with_numbers()
+        self.expected = equations(scene, self.q, self.qd, self.t)
+        self.expected["A"], self.expected["B"] = linearize(scene, self.q, self.qd, self.t)
+
+    def check(self, test, values, road):
+        for output in ("M", "f", "qdd", "A", "B"):
+            expected = self.expected[output]
+            got = np.array(values[output], dtype=float).reshape(expected.shape)
+            size = max(abs(expected).max(), np.finfo(float).tiny)
+            test.assertLessEqual(abs(got - expected).max() / size, AGREE, f"{self.name}: {output} in {road}")
+
+
+@functools.lru_cache(maxsize=None)
+def states():
+    """What ships in letters and in numbers, and 50 random scenes by turns."""
+    both = [State(name, scene, k, numbers) for k, (name, scene) in enumerate(shipped().items()) for numbers in (False, True)]
+    return both + [State(f"random {seed}", random_scene(seed), seed, seed % 2 == 0) for seed in range(50)]
+
+
+# ---- The roads -------------------------------------------------------------------------------------
+
+
+class Values(InFolder):
+    def test_c(self):
+        for k, state in enumerate(states()):
+            source, library = self.path(f"{k}.c"), self.path(f"{k}.so")
+            text = c_code(state.formulas, "it", state.name, True)
+            with open(source, "w", encoding="utf-8") as file:
+                file.write(text)
+            subprocess.run(["gcc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror", "-O0", "-fPIC",
+                            "-shared", source, "-o", library, "-lm"], check=True)
+            state.check(self, self.values_of(ctypes.CDLL(library), state), "C")
+            self.assert_lean(text, library, state)
+
+    @staticmethod
+    def values_of(library, state):
+        n, values = len(state.q), {}
+        shapes = {"M": (n, n), "f": (n,), "qdd": (n,), "A": (2 * n, 2 * n), "B": (2 * n, n)}
+        address = np.ctypeslib.ndpointer(dtype=float, flags="C_CONTIGUOUS")
+        for output, shape in shapes.items():
+            values[output] = np.full(shape, np.nan)
+            call, first = getattr(library, "it_" + output), []
+            call.restype = None
+            if not state.numbers:
+                first = [ctypes.addressof(ctypes.c_char.in_dll(library, "it_scene"))]
+            call.argtypes = [ctypes.c_void_p] * len(first) + [ctypes.c_double] + [address] * 3
+            call(*first, state.t, state.q, state.qd, values[output])
+        return values
+
+    def assert_lean(self, text, library, state):
+        """Each angle's sine and cosine once a function; nothing is called but functions of mathematics."""
+        n = len(state.q)
+        for function in text.split("\nvoid ")[1:]:
+            of_angles = re.findall(r"const double (?:cos|sin)_\d+ = (cos|sin)\(", function)
+            self.assertLessEqual(max(of_angles.count("cos"), of_angles.count("sin")), n, state.name)
+            steps = [line.partition(" = ")[2] for line in function.splitlines() if "cos(" in line or "sin(" in line]
+            self.assertEqual(len(steps), len(set(steps)), state.name)
+        called = subprocess.run(["nm", "-D", "--undefined-only", library], stdout=subprocess.PIPE, universal_newlines=True, check=True)
+        names = {line.split()[-1].partition("@")[0] for line in called.stdout.splitlines() if " U " in line}
+        self.assertLessEqual(names, {"cos", "sin", "sincos"}, state.name)
+
+    @unittest.skipUnless(shutil.which("octave"), "octave not found: MATLAB's code is not run")
+    def test_matlab(self):
+        lines = []
+        for k, state in enumerate(states()):
+            name = f"it_{k}"
+            with open(self.path(name + ".m"), "w", encoding="utf-8") as file:
+                file.write(matlab_code(state.formulas, name, state.name, True))
+            q, qd = ("[" + "; ".join(map(repr, x.tolist())) + "]" for x in (state.q, state.qd))
+            lines += [f"[M, f, qdd, A, B] = {name}({state.t!r}, {q}, {qd});"]
+            lines += [f"printf('%.17g ', reshape({x}', 1, [])); printf('\\n');" for x in ("M", "f", "qdd", "A", "B")]
+        with open(self.path("all_of_them.m"), "w", encoding="utf-8") as file:
+            file.write("\n".join(lines) + "\n")
+        run = subprocess.run(["octave", "--norc", "--quiet", "--no-window-system", "all_of_them.m"], cwd=self.folder, check=True,
+                             stdout=subprocess.PIPE, universal_newlines=True)
+        numbers = [[float(word) for word in line.split()] for line in run.stdout.splitlines()]
+        for k, state in enumerate(states()):
+            state.check(self, dict(zip(("M", "f", "qdd", "A", "B"), numbers[5 * k:5 * k + 5])), "Octave")
+
+    def test_python(self):
+        for state in states():
+            module = {}
+            exec(python_code(state.formulas, "it", state.name, True), module)  # pylint: disable=exec-used
+            for xp in (np, math):
+                values = {output: module[output](xp, state.t, state.q, state.qd) for output in ("M", "f", "qdd", "A", "B")}
+                state.check(self, values, f"Python with {xp.__name__}")
+            two = np.column_stack([state.q, state.q]), np.column_stack([state.qd, state.qd])
+            both = module["qdd"](np, np.array([state.t, state.t]), *two)  # two states at once
+            for got, expected in zip(both, state.expected["qdd"]):
+                self.assertLessEqual(np.max(abs(got - expected)), AGREE * abs(state.expected["qdd"]).max())
+
+    def test_sympy(self):
+        for state in states():
+            of = state.formulas
+            given = dict(zip([of.t, *of.q, *of.qd], [state.t, *state.q, *state.qd]))
+            given.update({symbol: letter.value for symbol, letter in of.letters.items()})
+            at = {symbol: sp.Float(float(value)) for symbol, value in given.items()}
+            program = Program(of, linearize=True)
+            for symbol, expression in program.steps:
+                at[symbol] = expression.xreplace(at).evalf()
+            values = {name: matrix.xreplace(at).tolist() for name, matrix in program.outputs.items()}
+            state.check(self, values, "SymPy's steps")
+            self.check_near_a_state(state, at)
+            if len(state.q) <= 4:
+                self.check_matrices(state, {**at, **{of.theta[i]: sp.Float(float(sum(state.q[:i + 1]))) for i in range(len(state.q))}})
+
+    def check_near_a_state(self, state, at):
+        """A and B by M δq̈ = K δq + D δq̇ + δτ, as the document prints it."""
+        of, n = linear(state.formulas), len(state.q)
+        absolute, omega, beta = (np.cumsum(x) for x in (state.q, state.qd, state.expected["qdd"]))
+        base = [float(sp.sympify(x).xreplace(at)) for x in (state.formulas.chain.phi, state.formulas.chain.phid)]
+        at = {**at, **{symbol: sp.Float(float(value)) for symbols, values in (
+            (state.formulas.theta, absolute + base[0]), (state.formulas.omega, omega + base[1]), (of.beta, beta))
+                       for symbol, value in zip(symbols, values)}}
+
+        def number(matrix):
+            return np.array(matrix.xreplace(at).evalf().tolist(), dtype=float)
+
+        T, free = np.triu(np.ones((n, n))), [i for i in range(n) if i not in state.formulas.driven]
+        change = np.hstack([T @ number(of.K_theta) @ T.T + number(of.K_tau), T @ number(of.D_theta) @ T.T + number(of.D_tau), np.eye(n)])
+        lower = np.zeros((n, 3 * n))
+        lower[free] = np.linalg.solve(state.expected["M"][np.ix_(free, free)], change[free])
+        lower[:, [2 * n + j for j in state.formulas.driven]] = 0
+        for got, expected in ((lower[:, :2 * n], state.expected["A"][n:]), (lower[:, 2 * n:], state.expected["B"][n:])):
+            size = max(abs(expected).max(), np.finfo(float).tiny)
+            self.assertLessEqual(abs(got - expected).max() / size, 10 * AGREE, f"{state.name}: by K and D")  # numpy's solve rounds too
+
+    def check_matrices(self, state, at):
+        """The closed form, and up to three links every matrix of the notes. SymPy takes long for more."""
+        of, n = state.formulas, len(state.q)
+        at.update({symbol: value.xreplace(of.given).xreplace(at).evalf() for symbol, value in of.absolute.items()})
+        at.update({symbol: value.xreplace(at).evalf() for symbol, value in of.given.items()})
+        at.update({sp.Symbol(f"tau_{j + 1}"): sp.Float(state.expected["tau"][j]) for j in of.driven})
+
+        def number(matrix):
+            return np.array(matrix.xreplace(at).evalf().tolist(), dtype=float)
+
+        pairs = [(of.closed.M, "M"), (of.closed.f, "f")]
+        if n <= 3:
+            pairs += [(getattr(of, letter), letter) for letter in ("T", "V_pd", "W_pd", "A_1", "A_2", "A_3", "F", "M_ext", "tau", "f_ext",
+                                                                  "M", "f")]
+        T, largest = np.triu(np.ones((n, n))), {"f": abs(state.expected["f"]).max() + abs(state.expected["tau"]).max()}
+        pairs += [(sp.Matrix(T) * of.closed.M_theta * sp.Matrix(T.T), "M"), (sp.Matrix(T) * of.closed.f_theta, "f")]
+        for matrix, letter in pairs:
+            expected = state.expected[letter]
+            size = max(largest.get(letter, abs(expected).max()), 1e-300)
+            self.assertLessEqual(abs(number(matrix).reshape(expected.shape) - expected).max() / size, AGREE, f"{state.name}: {letter}")
+
+
+# ---- How they are written ----------------------------------------------------------------------------
+
+
+class Letters(unittest.TestCase):
+    def test_the_double_pendulum_is_that_of_the_textbook(self):
+        """M = [[α + 2β c_2, δ + β c_2], [δ + β c_2, δ]], C = [[−β s_2 q̇_2, −β s_2 (q̇_1 + q̇_2)], [β s_2 q̇_1, 0]]: R. M. Murray, Z. Li,
+        S. S. Sastry, A Mathematical Introduction to Robotic Manipulation (1994), ch. 4, two-link planar robot. α = M_11 at q_2 = π/2,
+        β and δ are defined alike in Murray's Mathematica file of this example (8 July 1991)."""
+        of = formulas(Scene.from_file("double_pendulum"))
+        letter = {symbol.name: symbol for symbol in of.letters}
+        m_1, m_2, I_1, I_2, r_1, r_2, l_1, g = (letter[name] for name in "m_1 m_2 I_1 I_2 r_1 r_2 p_1 g".split())
+        alpha, beta, delta = I_1 + I_2 + m_1 * r_1**2 + m_2 * (l_1**2 + r_2**2), m_2 * l_1 * r_2, I_2 + m_2 * r_2**2
+        (q_1, q_2), (w_1, w_2) = of.q, of.qd
+        c, s = sp.cos(q_2), sp.sin(q_2)
+        M = sp.Matrix([[alpha + 2 * beta * c, delta + beta * c], [delta + beta * c, delta]])
+        C = beta * s * sp.Matrix([[-w_2, -w_1 - w_2], [w_1, 0]])
+        V = g * (m_1 * r_1 * sp.sin(q_1) + m_2 * (l_1 * sp.sin(q_1) + r_2 * sp.sin(q_1 + q_2)))
+        f = -C * of.qd - sp.Matrix([sp.diff(V, q) for q in of.q])
+        self.assertEqual((of.in_q(of.closed.M) - M).expand(), sp.zeros(2, 2))
+        self.assertEqual((of.in_q(of.closed.f) - f).expand(), sp.zeros(2, 1))
+        self.assertEqual(sp.simplify(of.in_q(of.M) - M), sp.zeros(2, 2))
+        self.assertEqual(sp.simplify(of.in_q(of.f) - f), sp.zeros(2, 1))
+
+    def test_the_double_pendulum_is_that_of_the_platform_of_dfki(self):
+        """M, C and G of the page "The Double Pendulum System" of dfki-ric-underactuated-lab/double_pendulum, docs/text/dynamics.rst,
+        without its motors; after F. Wiebe et al., Open-Source Dual-Purpose Acrobot and Pendubot Platform. Its inertias are about the
+        joints, its q_1 is 0 where the pendulum hangs."""
+        of = formulas(Scene.from_file("double_pendulum"))
+        letter = {symbol.name: symbol for symbol in of.letters}
+        m_1, m_2, r_1, r_2, l_1, g = (letter[name] for name in "m_1 m_2 r_1 r_2 p_1 g".split())
+        I_1, I_2 = letter["I_1"] + m_1 * r_1**2, letter["I_2"] + m_2 * r_2**2
+        (q_1, q_2), (w_1, w_2) = of.q, of.qd
+        c_2, s_2, s_1, s_12 = sp.cos(q_2), sp.sin(q_2), sp.sin(q_1 + sp.pi / 2), sp.sin(q_1 + q_2 + sp.pi / 2)
+        M = sp.Matrix([[I_1 + I_2 + l_1**2 * m_2 + 2 * l_1 * m_2 * r_2 * c_2, I_2 + l_1 * m_2 * r_2 * c_2],
+                       [I_2 + l_1 * m_2 * r_2 * c_2, I_2]])
+        C = l_1 * m_2 * r_2 * s_2 * sp.Matrix([[-2 * w_2, -w_2], [w_1, 0]])
+        G = sp.Matrix([-g * m_1 * r_1 * s_1 - g * m_2 * (l_1 * s_1 + r_2 * s_12), -g * m_2 * r_2 * s_12])
+        self.assertEqual((of.in_q(of.closed.M) - M).expand(), sp.zeros(2, 2))
+        self.assertEqual((of.in_q(of.closed.f) - (G - C * of.qd)).expand(), sp.zeros(2, 1))
+
+    def test_the_closed_form_has_no_products_or_sums_of_sines(self):
+        for scene in shipped().values():
+            of = formulas(scene)
+            angles = [*of.theta, *(a - b for a in of.theta for b in of.theta if a != b)]
+            for entry in [*of.closed.M_theta, *of.closed.loads_theta]:
+                for term in sp.Add.make_args(entry):
+                    trig = term.atoms(sp.sin, sp.cos)
+                    self.assertTrue(all(function.args[0] in angles for function in trig), term)
+                    for product in term.atoms(sp.Mul) | {term}:
+                        factors = [x for x in product.args if isinstance(x, (sp.sin, sp.cos))]
+                        self.assertLessEqual(len(factors), 1, term)
+
+    def test_what_a_scene_does_not_have_is_not_in_its_formulas(self):
+        of = formulas(Scene.from_file("double_pendulum"))
+        self.assertEqual({symbol.name for symbol in of.used_letters()}, set("m_1 m_2 I_1 I_2 r_1 r_2 p_1 g".split()))
+        self.assertEqual(of.with_numbers().used_letters(), {})
+        self.assertFalse(of.given)
+        numbers = of.with_numbers().closed
+        self.assertEqual(numbers.M_theta.free_symbols | numbers.f_theta.free_symbols, {*of.theta, *of.omega})
+
+    def test_what_cannot_be_written_is_refused_by_name(self):
+        with self.assertRaisesRegex(NoFormula, "chain: expected at most 10 links, got 11.*src/recursion/articulated.h"):
+            formulas(Scene.from_file("crane"))
+        rod = {"mass": 1, "inertia": 0.1, "com": [0.5, 0], "pin": [1, 0]}
+        table = {"times": list(range(101)), "values": [0] * 101}
+        for part, path in (({"links": {"rod": {**rod, "joint": {"drive": table}}}}, "links/rod/joint/drive"),
+                           ({"links": {"rod": rod}, "base": {"x": table}}, "base/x"),
+                           ({"links": {"rod": rod}, "loads": {"push": {"joint": "rod_joint", "torque": 1, **table}}}, "loads/push")):
+            with self.assertRaisesRegex(NoFormula, path + ": expected at most 100 times and values, got 101"):
+                formulas(Scene({"chain": ["rod"], **part}))
+
+
+class Tool(InFolder):
+    def tool(self, *arguments, status=0):
+        run = subprocess.run([os.path.join(BIN, "formulas"), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                             universal_newlines=True, check=False, cwd=self.folder)
+        self.assertEqual(run.returncode, status, run.stderr)
+        return run.stdout + run.stderr
+
+    def test_code_is_named_after_its_file(self):
+        self.tool("double_pendulum", "--format", "c", "--linearize", "--output", "two.c")
+        with open(self.path("two.c"), encoding="utf-8") as file:
+            text = file.read()
+        for name in ("M", "f", "qdd", "A", "B"):
+            self.assertIn(f"void two_{name}(const struct two_parameters *p, double t,", text)
+        self.assertIn("of the scene double_pendulum.", text)
+        self.assertIn("kg m^2", text)
+        self.assertNotIn("p->", self.tool("double_pendulum", "--format", "c", "--numbers"))
+        self.assertIn("function [M, f, qdd] = double_pendulum(t, q, qd, p)", self.tool("double_pendulum", "--format", "matlab"))
+        self.assertIn("def qdd(xp, t, q, qd):", self.tool("double_pendulum", "--format", "python", "--numbers"))
+
+    def test_bad_arguments(self):
+        self.assertIn("expected at most 10 links, got 100", self.tool("rope", "--format", "c", status=2))
+        self.assertIn("no_such_scene", self.tool("no_such_scene", "--format", "c", status=2))
+        self.assertIn("ends in .m", self.tool("pendulum", "--format", "matlab", "--output", "it.txt", status=2))
+        self.assertIn("No such file", self.tool("pendulum", "--format", "c", "--output", "none/it.c", status=1))
+        with open(self.path("bad.yaml"), "w", encoding="utf-8") as file:
+            file.write("chain: [a]\nlinks: {a: {mass: heavy}}\n")
+        self.assertIn("links/a/mass: expected", self.tool("bad.yaml", "--format", "c", status=2))
+
+    def test_latex(self):
+        self.tool("double_pendulum", "--format", "latex", "--output", "it.tex")
+        with open(self.path("it.tex"), encoding="utf-8") as file:
+            text = file.read()
+        self.assertIn(r"\includegraphics[height=75mm]{it_chain.pdf}", text)
+        self.assertTrue(os.path.getsize(self.path("it_chain.pdf")) > 1000)
+        self.assertIn(r"M_{11} &= I_{1} + I_{2} + m_{1} r_{1}^{2} + 2 m_{2} p_{1} r_{2} \cos {q_{2}} + "
+                      r"m_{2} \left(p_{1}^{2} + r_{2}^{2}\right)", text)
+
+    @unittest.skipUnless(shutil.which("pdflatex"), "pdflatex not found: LaTeX is not compiled")
+    def test_latex_compiles(self):
+        for name, scene in shipped().items():
+            for more in ([], ["--numbers"]) if len(name) < 6 else (["--linearize"] if len(scene) < 5 else [],):
+                with open(self.path("it.tex"), "w", encoding="utf-8") as file:
+                    file.write(self.tool(name, "--format", "latex", *more))
+                run = subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "it.tex"], cwd=self.folder, check=False,
+                                     stdout=subprocess.PIPE, stdin=subprocess.DEVNULL)
+                self.assertEqual(run.returncode, 0, run.stdout.decode(errors="replace")[-2000:])
+
+
+if __name__ == "__main__":
+    BIN = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
