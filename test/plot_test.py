@@ -236,6 +236,7 @@ class Plot(InFolder):
         motion = plot.Motion(["a"], np.linspace(0, 1, 5), np.zeros((5, 1)), np.zeros((5, 1)))
         links = plot_strobe.Links.__new__(plot_strobe.Links)
         links.moves, links.joints, links.pin, links.com = False, ["a"], np.array([-2j]), np.array([-1j])
+        links.rail = np.zeros(1)
         for apart in (0.0, 5.0):
             figure = plot_strobe.draw_strobe(motion, links, np.linspace(0, 1, 5), apart, "a title that is as long as many are.yaml")
             axes, bar = figure.axes
