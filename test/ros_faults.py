@@ -186,8 +186,9 @@ class Faults(unittest.TestCase):
             while liar.get_num_connections() == 0:
                 rospy.sleep(0.01)
             liar.publish(LyingTorques())
-            with self.assertRaises(rospy.ServiceException):
-                service('set_state', LyingSetState)(LyingState())
+            answer = service('set_state', LyingSetState)(LyingState())
+            self.assertFalse(answer.success)
+            self.assertIn('entries in a list, got 4294967295', answer.message)
             honest.publish(data=[0.62])
             states.wait_for(lambda state: state.effort[0] == 0.62)
             self.assertLess(peak_bytes(node.process.pid), 300e6)
