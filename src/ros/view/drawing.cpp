@@ -157,7 +157,8 @@ class Writer {
          "'>");
     line("<parent link='", i == 0 ? frames_.pin : frames_.links[index(i - 1)], "'/><child link='",
          frames_.links[index(i)], "'/><origin xyz='", i == 0 ? Vec2d{} : chain_.links()[index(i - 1)].pin,
-         "' rpy='0 0 0'/><axis xyz='");
+         "' rpy='0 0 0'/>");
+    add("<axis xyz='");
     own.slides ? add(own.axis) : add("0 0 1");
     line("'/>", dynamicsOf(own));
     if (own.slides || own.isLimited() || own.has("effort_limit") || own.has("velocity_limit")) {
