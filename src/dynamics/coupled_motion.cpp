@@ -9,8 +9,7 @@
 namespace planar_chain {
 
 CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
-    : mechanism_(mechanism),
-      coordinates_(mechanism.coordinates()),
+    : coordinates_(mechanism.coordinates()),
       effects_(effects),
       n_(mechanism.size()),
       evaluator_(mechanism, effects),

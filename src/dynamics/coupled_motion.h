@@ -24,7 +24,7 @@
 namespace planar_chain {
 
 /// Only the constructor allocates.
-class CoupledMotion : private Mechanics {
+class CoupledMotion final : private Mechanics {
  public:
   /// The mechanism and the effects must outlive this object.
   CoupledMotion(const Mechanism& mechanism, Effects& effects);
@@ -110,7 +110,6 @@ class CoupledMotion : private Mechanics {
   void runWelded(double t, const double* y, Rigid& to);
   Powers weldedPowers(const ChainState& at, double* N);
 
-  const Mechanism& mechanism_;
   Coordinates coordinates_;
   Effects& effects_;
   int n_;
