@@ -114,8 +114,7 @@ void Friction::solve(std::vector<RestingJoint>& joints) {
   bool anyChanges = false;
   for (const RestingJoint& one : joints) {
     if (one.direction == joints_.direction(one.joint)) continue;
-    joints_.start(one.joint, one.direction,
-                  one.load * joints_.breakaway(one.joint) - joints_.breakaway(one.joint));
+    joints_.start(one.joint, one.direction);
     anyChanges = true;
   }
   if (anyChanges) take();

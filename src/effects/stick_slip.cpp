@@ -22,7 +22,7 @@ constexpr double rounding = 1e-12;
 
 StickSlip::StickSlip(const Chain& chain, double tolerance)
     : coordinates_(chain.coordinates()), n_(chain.size()), tolerance_(tolerance) {
-  for (Numbers* numbers : {&sliding_, &breakaway_, &mostYield_, &band_, &excess_, &direction_, &angle_}) {
+  for (Numbers* numbers : {&sliding_, &breakaway_, &mostYield_, &band_, &direction_, &angle_}) {
     numbers->setZero(n_);
   }
   never_.setConstant(n_, never);
@@ -73,7 +73,6 @@ void StickSlip::enter(int joint, const double* y) {
   direction_[joint] = (rate > 0) - (rate < 0);
   angle_[joint] = coordinates_.relative(y, joint);
   band_[joint] = ownBand(joint);
-  excess_[joint] = 0;
 }
 
 void StickSlip::rest(int joint, const double* y, bool passes) {
@@ -85,8 +84,7 @@ void StickSlip::rest(int joint, const double* y, bool passes) {
   angle_[joint] = angle;
 }
 
-void StickSlip::start(int joint, double direction, double excess) {
-  if (direction_[joint] == 0 && direction != 0) excess_[joint] = excess;
+void StickSlip::start(int joint, double direction) {
   direction_[joint] = direction;
 }
 

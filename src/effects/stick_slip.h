@@ -78,8 +78,8 @@ class StickSlip {
   void enter(int joint, const double* y);
   /// A sliding joint has come to rest at the state y. It sticks, or goes on the other way if passes.
   void rest(int joint, const double* y, bool passes);
-  /// Of a joint at rest: 0, it sticks; else it starts. excess: |μ| above the breakaway torque, N m.
-  void start(int joint, double direction, double excess);
+  /// Of a joint at rest: 0, it sticks; else it starts.
+  void start(int joint, double direction);
   /// Widens the band of a stuck joint, so that it holds this torque.
   void holdAt(int joint, double moment);
   /// Lists the stuck joints, and sums the moments. Returns true if other joints stick than before.
@@ -97,7 +97,6 @@ class StickSlip {
   Numbers sliding_, breakaway_;  ///< torques, N m
   Numbers mostYield_;            ///< Y
   Numbers band_;                 ///< N m
-  Numbers excess_;               ///< with which it broke loose last
   Numbers direction_;            ///< of q̇; 0: stuck, or no friction
   Numbers never_;                ///< 0 if it slides, else far below 0
   Numbers angle_;                ///< where it was at rest last, from body to body
