@@ -147,15 +147,10 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
   expanded.appearance = std::move(robot->appearance);
   expanded.notes = std::move(robot->notes);
   for (Note& note : expanded.notes) note.line = urdf.line > 0 ? 0 : note.line;
-  const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
-  for (std::size_t i = 0; i < robot->links.size(); ++i) {
-    const std::string name = robot->links[i].name;
+  for (std::size_t i = robot->floats ? 2 : 0; i < robot->links.size(); ++i) {
     Entry entry{std::move(robot->links[i]), std::move(robot->joints[i])};
-    std::vector<const char*> keys{"joint", "initial"};
-    for (const NumberKey& key : own) keys.push_back(key.name);
-    const Section in = links.section(name, keys);
-    takeNumbers(in, own, entry.link.others);
-    takeMotion(in, true, entry);
+    entry.floats = robot->floats && i == 2;  // append() adds its slides
+    takeBeside(links, entry);
     append(entry, expanded);
   }
   for (const auto& [name, value] : links.entries()) {
