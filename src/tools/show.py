@@ -60,17 +60,31 @@ def view_of(node):
         return DEFAULT, 0, FREE * DEFAULT
 
 
+def frame_of(node):
+    """The frame that the view follows: where a chain that nothing holds has its first pin, without its turns. Else None."""
+    try:
+        scene = rospy.get_param(node)
+        slides = [link for link in read_chain('/dev/stdin', yaml.safe_dump(scene))['links'][:2] if 'type' in link['joint']]
+    except (KeyError, NoChain, OSError, yaml.YAMLError):
+        return None
+    if len(slides) < 2 or any(link['mass'] for link in slides):
+        return None
+    return scene.get('publish', {}).get('frame_prefix', node[1:node.rfind('/') + 1]) + slides[1]['name']
+
+
 def cell(size):
     """The largest of 1, 2 or 5 times a power of ten that is at most this."""
     power = 10 ** math.floor(math.log10(size))
     return max(digit * power for digit in (1, 2, 5) if digit * power <= size)
 
 
-def fit(config, size, centre, half):
+def fit(config, size, centre, half, frame=None):
     manager = config['Visualization Manager']
     for view in (manager['Views']['Current'], *(manager['Views'].get('Saved') or ())):
         view['Distance'] = half / math.tan(view['Field of View'] / 2)
         view['Focal Point']['Z'] = centre
+        if frame:
+            view['Target Frame'] = frame
     for display in manager['Displays']:
         if display['Class'] == 'rviz/Grid':
             display['Cell Size'] = cell(size / CELLS)
@@ -85,7 +99,8 @@ def main():
     with open(arguments[0], encoding='utf-8') as file:
         config = yaml.safe_load(file)
     node = rospy.get_param(rospy.resolve_name('~simulation'), 'planar_chain')
-    fit(config, *view_of(rospy.resolve_name(node)))
+    node = rospy.resolve_name(node)
+    fit(config, *view_of(node), frame_of(node))
     with tempfile.NamedTemporaryFile('w', suffix='.rviz', encoding='utf-8') as file:
         yaml.safe_dump(config, file)
         file.flush()

@@ -39,7 +39,8 @@ class Writer {
          "'/><child link='", frames_.base, "'/><origin xyz='0 0 0' rpy='", std::acos(0.0), " 0 0'/></joint>");
     if (scene_.base) pin();
     line("<link name='", frames_.pin, "'>");
-    hasOwnShapes() ? (chain_.slides() > 0 ? rail() : ground()) : line(scene_.appearance.visuals[0]);
+    if (!hasOwnShapes()) line(scene_.appearance.visuals[0]);
+    if (hasOwnShapes() && !floats(chain_)) chain_.slides() > 0 ? rail() : ground();
     line("</link>");
     for (int i = 0; i < links; ++i) {
       link(i);
@@ -97,8 +98,10 @@ class Writer {
     const Link& body = chain_.links()[index(i)];
     const double half = body.inertia / 2;
     line("<link name='", frames_.links[index(i)], "'>");
-    line("<inertial><origin xyz='", body.com, "' rpy='0 0 0'/><mass value='", body.mass, "'/><inertia ixx='",
-         half, "' ixy='0' ixz='0' iyy='", half, "' iyz='0' izz='", body.inertia, "'/></inertial>");
+    if (body.mass > 0)
+      line("<inertial><origin xyz='", body.com, "' rpy='0 0 0'/><mass value='", body.mass,
+           "'/><inertia ixx='", half, "' ixy='0' ixz='0' iyy='", half, "' iyz='0' izz='", body.inertia,
+           "'/></inertial>");
     hasOwnShapes() ? shape(i) : line(scene_.appearance.visuals[index(i) + 1]);
     line("</link>");
   }
@@ -106,7 +109,7 @@ class Writer {
   void shape(int i) {
     const Link& body = chain_.links()[index(i)];
     const double w = drawing_.bar;
-    if (i < chain_.slides()) return carriage(i);
+    if (i < chain_.slides()) return floats(chain_) ? void() : carriage(i);
 
     // Draw the bars. Neighbours have different depths, so that faces that overlap at a pin do not flicker.
     const double depth = i % 2 == 0 ? w : 0.8 * w;
@@ -231,6 +234,10 @@ Vec2d Drawing::arrow(Vec2d f, Vec2d from) const {
   const double root = std::sqrt(std::fmax(0, along * along + rim * rim - dot(from, from)));
   const double room = std::fmax(beyond * reach, root - along);
   return std::fmin(unit / 2 * size / force, std::fmin(longest * unit, room)) / size * f;
+}
+
+bool floats(const Chain& chain) {
+  return chain.slides() == 2 && chain.links()[0].mass == 0 && chain.links()[1].mass == 0;
 }
 
 Figure figureOf(const Link& link, const Drawing& drawing) {

@@ -37,6 +37,9 @@ struct Figure {
   bool hasPin = true;   ///< at the origin; a link about as short as it is wide has none
 };
 
+/// True if nothing holds the first pin of a link that turns: two slides without mass. They are not drawn.
+bool floats(const Chain& chain);
+
 /// A thin bar joins the pins. A thick one shows the mass: the uniform rod with the body's mass, centre of
 /// mass and moment of inertia, or a bob, if the centre of mass is in line with the pins. Else two thick bars
 /// join the pins to the centre of mass.

@@ -206,7 +206,7 @@ void Views::drawCentres(Sketch& sketch) {
     const Link& link = chain_.links()[index(i)];
     sum += link.mass * motions_[index(i)].com;
     mass += link.mass;
-    if (stride_ == 1) drawCentre(on(sketch, i), link.com, centreRadius * drawing_.bar);
+    if (stride_ == 1 && link.mass > 0) drawCentre(on(sketch, i), link.com, centreRadius * drawing_.bar);
   }
   // Draw a larger symbol for the whole chain.
   if (chain_.size() > 1) {
