@@ -244,6 +244,16 @@ class Motions(InFolder):
         after = simulation.joint_torques()
         self.assertEqual([after[0], after[2]], [1, 3])
 
+    def test_the_linear_model_of_a_cart_pole_is_the_textbooks(self):
+        M, m, c, J, g = 1.0, 0.4, 0.25, 0.0085, 9.81  # cart_pole.yaml
+        A, B = planar_chain.linearize(Scene.from_file("cart_pole"), [0, np.pi / 2], [0, 0])
+        inertia = J + m * c * c
+        d = (M + m) * inertia - (m * c) ** 2
+        # Coordinates: the cart's place, the pole's angle, counter-clockwise from upright.
+        expected = [[0, 0, 1, 0], [0, 0, 0, 1], [0, (m * c) ** 2 * g / d, 0, 0], [0, (M + m) * m * c * g / d, 0, 0]]
+        np.testing.assert_allclose(A, expected, atol=1e-13 * np.abs(expected).max())
+        np.testing.assert_allclose(B, [[0, 0], [0, 0], [inertia / d, m * c / d], [m * c / d, (M + m) / d]], rtol=1e-13)
+
     def test_equations_are_those_of_the_tool_by_the_same_letters(self):
         scene = Scene.from_file(shipped("triple"))
         told = json.loads(stdout_of("equations", shipped("triple"), "--json", "--linearize", "--q", "1,2,3", "--t", "0.5"))
