@@ -90,7 +90,9 @@ class MouseDrag {
     const int n = scene_.chain.size();
     const int apart = frames_.every * mostMarkers;
     const int stride = (n + apart - 1) / apart * frames_.every;
-    for (int i = n - 1; i >= 0; i -= stride) offerMarker(i);
+    for (int i = n - 1; i >= 0; i -= stride) {
+      if (linkAt(i).mass > 0) offerMarker(i);  // a slide without mass may be nothing but a direction
+    }
     server_.applyChanges();
   }
 

@@ -251,7 +251,7 @@ Figure figureOf(const Link& link, const Drawing& drawing) {
 
   // The uniform rod with this mass and moment of inertia I = m r²/12. A short one is a bob; a bob beyond the
   // outer pin hangs on a longer bar.
-  const double r = std::sqrt(12 * link.inertia / link.mass);
+  const double r = link.mass > 0 ? std::sqrt(12 * link.inertia / link.mass) : 0;
   if (r < w) {
     const bool isBeyond = dot(link.com, link.pin) > l * l || l == 0;
     return {{isBeyond ? Bar{{}, link.com, thin} : pins}, true};
