@@ -8,11 +8,10 @@ namespace planar_chain {
 
 namespace {
 
-/// Rounds that may bring nothing before fewer joints are changed at once. Júdice and Pires use 10, for
-/// problems without a good guess. Here a front is at most some ten joints wide.
-constexpr int mostVain = 3, mostVainOfFronts = 20;
+/// Rounds in a row that may bring nothing before fronts get wider.
+constexpr int mostVain = 20;
 /// Wrong joints this near to each other are of one front: A falls off by about 4 from joint to joint. The
-/// distance doubles after each mostVainOfFronts rounds, until all are of one front.
+/// distance doubles after each mostVain rounds, until all are of one front.
 constexpr int nearest = 3;
 
 bool isWrong(const RestingJoint& joint) {
@@ -38,12 +37,8 @@ class Pivoting {
       flipped_ = 0;
       if (oneByOne_) {
         flipOfAll();
-      } else if (vain <= mostVain) {
-        for (RestingJoint& joint : joints_) {
-          if (isWrong(joint)) flip(joint);
-        }
       } else {
-        flipOfFronts(nearest << std::min(vain / mostVainOfFronts, 16));
+        flipOfFronts(nearest << std::min(vain / mostVain, 16));
       }
     }
     giveUp();
