@@ -50,8 +50,8 @@ class Pivoting {
   int solve() {
     chain_.solve(joints_);
     ++rounds_;
-    if (flipped_ == 1 && isWrong(*last_)) {
-      // Changed alone, and wrong again: by rounding.
+    // Changed alone, and wrong the same way again: by rounding. One that came from + may still start in −.
+    if (flipped_ == 1 && isWrong(*last_) && (last_->direction != 0 || last_->release == before_)) {
       last_->isHeld = true;
       if (last_->direction != 0) {
         last_->direction = 0;
@@ -63,6 +63,7 @@ class Pivoting {
   }
 
   void flip(RestingJoint& joint) {
+    before_ = joint.direction;
     joint.direction = joint.direction == 0 ? joint.release : 0;
     last_ = &joint;
     ++flipped_;
@@ -123,6 +124,7 @@ class Pivoting {
   const bool oneByOne_;
   int rounds_ = 0, flipped_ = 0;
   RestingJoint* last_ = nullptr;  ///< that was changed
+  double before_ = 0;             ///< its direction until then
 };
 
 }  // namespace

@@ -15,8 +15,9 @@
 /// direction, else the one with the most load, for its start relieves its neighbours. If rounds bring no
 /// fewer wrong joints, fronts get wider, at last as wide as the chain: then it is Murty's scheme.
 ///
-/// If one joint alone is changed, its new guess is right, for A is positive definite. If it is not, rounding
-/// decides. Such a joint sticks, and is changed no more.
+/// If one joint alone is changed, what was wrong with it is right, for A is positive definite: one that
+/// breaks loose starts that way; one that stops does not start again the same way, but it may the other way.
+/// If this does not hold, rounding decides. Such a joint sticks, and is changed no more.
 ///
 /// If a breakaway torque is larger than the friction of sliding, several solutions may exist. Then all joints
 /// stick at first, and only the one with the most torque for its breakaway torque is released each time, for
