@@ -108,6 +108,7 @@ class Bags(InFolder):
             "/joint_states": ("sensor_msgs/JointState", 6000),
             "/tf": ("tf2_msgs/TFMessage", 1400),
             "/tf_static": ("tf2_msgs/TFMessage", 1),
+            "/planar_chain/scene": ("std_msgs/String", 1),
             "/planar_chain/link_states": ("planar_chain/LinkStates", 6000),
             "/planar_chain/status": ("planar_chain/SimStatus", 200)})
 
@@ -130,7 +131,7 @@ class Bags(InFolder):
             headers = {c.topic: c.header for c in bag._connections.values()}
         self.assertEqual({header["callerid"] for header in headers.values()}, {b"/planar_chain"})
         self.assertEqual({topic for topic, header in headers.items() if header["latching"] == b"1"},
-                         {"/tf_static"})
+                         {"/tf_static", "/planar_chain/scene"})
 
     def test_stamps_are_those_of_the_ticks_and_never_0(self):
         topics = self.bag("--duration", "2")

@@ -3,6 +3,7 @@
 the node's time everybody's."""
 
 import os
+import re
 import signal
 import subprocess
 import tempfile
@@ -15,7 +16,7 @@ import rospy
 import rostest
 from sensor_msgs.msg import JointState
 
-from ros_node import LIMIT, Listener, Running
+from ros_node import LIMIT, Listener, Node, Running
 
 ROBOT = """<robot name="r"><link name="ground"/>
 <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
@@ -113,6 +114,14 @@ class Launch(unittest.TestCase):
                          '</include></launch>')
             around.flush()
             self.assertEqual(run(around.name, 'sceen:=rope'), (0, '/planar_chain\n'))
+
+    def test_each_note_of_a_urdf_is_a_warning(self):
+        robot = ROBOT.replace('continuous', 'revolute').replace('</joint>', '<limit effort="1" velocity="1"/></joint>')
+        with Node({'robot_description': robot}) as node:
+            self.states.wait_for_count(1)
+        said = node.wait()[1]
+        rospy.delete_param('/planar_chain')
+        self.assertEqual(len(re.findall(r'WARN.*joint\[pin\]: turns freely', said)), 1, said)
 
     def test_a_urdf_is_what_moves(self):
         with tempfile.NamedTemporaryFile('w', suffix='.urdf') as robot, \

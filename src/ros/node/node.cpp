@@ -4,6 +4,7 @@
 #include <ros/names.h>
 #include <ros/this_node.h>
 #include <ros/topic_manager.h>
+#include <std_msgs/String.h>
 
 #include <algorithm>
 #include <cmath>
@@ -100,6 +101,7 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
       advice_(advicePeriod),
       clockWarnings_(advicePeriod) {
   // Advertise what the scene publishes.
+  sceneOut_ = inner_.advertise<std_msgs::String>("scene", 1, true);
   load(scene);
   statusOut_ = inner_.advertise<SimStatus>("status", queueFor(settings_.statusRate));
   status_.header.frame_id = messages_->frames().base;
@@ -130,8 +132,12 @@ void Node::load(const Scene& scene) {
     ros::Publisher& out = statesOut_[topic.name] = before[topic.name];
     if (!out) out = outer_.advertise<Message>(topic.name, topic.queue);
   });
+  std_msgs::String text;
+  text.data = scene.text;
+  sceneOut_.publish(text);
   outer_.setParam("robot_description", urdfOf(scene, messages_->frames(), messages_->frames().every == 1));
   ROS_INFO("%s", whatRuns(*simulation_).c_str());
+  for (const Note& note : scene.notes) ROS_WARN("%s", toString(note).c_str());
 }
 
 /// As at the start.

@@ -98,7 +98,7 @@ class Node {
 
   std::map<std::string, ros::Publisher> statesOut_;  ///< by topic
   tf2_ros::StaticTransformBroadcaster staticTf_;
-  ros::Publisher statusOut_;
+  ros::Publisher statusOut_, sceneOut_;
   std::vector<ros::ServiceServer> servers_;
 
   bool paused_ = false;
