@@ -80,7 +80,7 @@ class Scenes(InFolder):
                 scene.with_values({})  # says nothing again
                 pickle.loads(pickle.dumps(scene))
             said = [str(warning.message) for warning in caught]
-            self.assertEqual(len([words for words in said if "joint[pin]: turns freely" in words]), 1, said)
+            self.assertEqual(len([words for words in said if "joint[pin]: a revolute joint without lower and upper: turns freely" in words]), 1, said)
             self.assertEqual({warning.category for warning in caught}, {UserWarning})
         with warnings.catch_warnings():
             warnings.simplefilter("error")
