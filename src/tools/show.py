@@ -178,12 +178,17 @@ def load(path):
         return yaml.safe_load(file)
 
 
+def private(name, default):
+    """A private parameter. Its name is known from the command line alone: this program is no node."""
+    own = next((argument[len('__name:='):] for argument in sys.argv if argument.startswith('__name:=')), 'show')
+    return rospy.get_param(rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), own + '/' + name), default)
+
+
 def show_config(path, options, names):
-    node = rospy.get_param(rospy.resolve_name('~simulation'), 'planar_chain')
+    node = private('simulation', 'planar_chain')
     config = load(path)
     fit(config, *view_of(rospy.resolve_name(node)))
-    title = rospy.get_param(rospy.resolve_name('~title'), pathlib.Path(path).stem)
-    return rviz(title, config, [*options, *names])
+    return rviz(private('title', pathlib.Path(path).stem), config, [*options, *names])
 
 
 def show_nodes(nodes, options, views, title, meanwhile=lambda: None):
