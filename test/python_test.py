@@ -96,6 +96,13 @@ class Scenes(InFolder):
                                   ("links/a/pin", "two finite numbers [x, y], in m", "nothing", 3)])
         self.assertEqual(str(caught.exception).count("\n"), 1)
 
+    def test_a_list_too_deep_to_print_is_refused_in_words(self):
+        deep = []
+        for _ in range(100000):
+            deep = [deep]
+        with self.assertRaisesRegex(Refused, "scene: expected a dict .*, got a list"):
+            Scene(deep)
+
     def test_what_is_no_scene_is_refused(self):
         circle = []
         circle.append(circle)
