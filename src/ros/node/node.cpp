@@ -312,18 +312,26 @@ bool Node::serveDuringTicks() {
 
 // ---- What is published -------------------------------------------------------------------------
 
-void Node::publishStatus() {
-  // Sample the real-time factor even without subscribers, for a later one.
-  // A pause does not count, and neither do steps during it.
+/// Samples the times for the real-time factor. A pause does not count, and neither do steps during it.
+void Node::sampleTimes() {
   const std::pair present{ticks_.simTime(simulation_->time()), steadyTime()};
-  if (paused_ && wasPaused_) {
-    skipped_.first += present.first - statusAt_.first;
-    skipped_.second += present.second - statusAt_.second;
+  if (paused_) {
+    skipped_.first += present.first - sampledAt_.first;
+    skipped_.second += present.second - sampledAt_.second;
   } else {
     times_.push_back({present.first - skipped_.first, present.second - skipped_.second});
   }
-  statusAt_ = present;
-  wasPaused_ = paused_;
+  sampledAt_ = present;
+}
+
+void Node::setPaused(bool paused) {
+  sampleTimes();
+  paused_ = paused;
+}
+
+void Node::publishStatus() {
+  // Sample the real-time factor even without subscribers, for a later one.
+  sampleTimes();
   const double simulated = times_.back().first - times_.front().first;
   const double passed = times_.back().second - times_.front().second;
   status_.real_time_factor = passed > 0 ? simulated / passed : 0;

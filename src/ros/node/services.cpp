@@ -42,14 +42,14 @@ void Node::advertiseServices() {
 
 Answer Node::pause() {
   if (paused_) return {true, "already paused"};
-  paused_ = true;
+  setPaused(true);
   return {true, "paused"};
 }
 
 Answer Node::resume() {
   if (!simulation_->fault().empty()) return {false, simulation_->fault() + "; call ~reset or ~set_state"};
   if (!paused_) return {true, "already running"};
-  paused_ = false;
+  setPaused(false);
   return {true, "running"};
 }
 
@@ -113,7 +113,7 @@ Answer Node::step(const StepRequest& request, StepResponse& response) {
 
   // Pause, hold the torques, move the base, and tick.
   const bool ran = !paused_;
-  paused_ = true;
+  setPaused(true);
   isClockRunning_ = false;
   began_ = served_ = steadyTime();
   const Answer done =
