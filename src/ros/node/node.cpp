@@ -312,23 +312,6 @@ bool Node::serveDuringTicks() {
 
 // ---- What is published -------------------------------------------------------------------------
 
-/// Samples the times for the real-time factor. A pause does not count, and neither do steps during it.
-void Node::sampleTimes() {
-  const std::pair present{ticks_.simTime(simulation_->time()), steadyTime()};
-  if (paused_) {
-    skipped_.first += present.first - sampledAt_.first;
-    skipped_.second += present.second - sampledAt_.second;
-  } else {
-    times_.push_back({present.first - skipped_.first, present.second - skipped_.second});
-  }
-  sampledAt_ = present;
-}
-
-void Node::setPaused(bool paused) {
-  sampleTimes();
-  paused_ = paused;
-}
-
 void Node::publishStatus() {
   // Sample the real-time factor even without subscribers, for a later one.
   sampleTimes();

@@ -40,6 +40,23 @@ void Node::advertiseServices() {
       advertise<Linearize, LinearizeRequest_>(inner_, "linearize", query)};
 }
 
+/// Samples the times for the real-time factor. A pause does not count, and neither do steps during it.
+void Node::sampleTimes() {
+  const std::pair present{ticks_.simTime(simulation_->time()), steadyTime()};
+  if (paused_) {
+    skipped_.first += present.first - sampledAt_.first;
+    skipped_.second += present.second - sampledAt_.second;
+  } else {
+    times_.push_back({present.first - skipped_.first, present.second - skipped_.second});
+  }
+  sampledAt_ = present;
+}
+
+void Node::setPaused(bool paused) {
+  sampleTimes();
+  paused_ = paused;
+}
+
 Answer Node::pause() {
   if (paused_) return {true, "already paused"};
   setPaused(true);
