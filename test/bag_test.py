@@ -108,8 +108,18 @@ class Bags(InFolder):
             "/joint_states": ("sensor_msgs/JointState", 6000),
             "/tf": ("tf2_msgs/TFMessage", 1400),
             "/tf_static": ("tf2_msgs/TFMessage", 1),
+            "/planar_chain/scene": ("std_msgs/String", 1),
             "/planar_chain/link_states": ("planar_chain/LinkStates", 6000),
             "/planar_chain/status": ("planar_chain/SimStatus", 200)})
+
+    def test_a_bag_has_its_scene(self):
+        (_, scene), = self.bag("--duration", "0.1", "--tolerance", "1e-6")["/planar_chain/scene"]
+        with open(self.path("again.yaml"), "w") as file:
+            file.write(scene.data)
+        first = self.path("first.csv"), self.path("scene.yaml"), "--tolerance", "1e-6"
+        for out, *rest in (first, (self.path("again.csv"), self.path("again.yaml"))):
+            subprocess.run([os.path.join(BIN, "simulate"), *rest, "--duration", "1", "--csv", out], check=True, stdout=subprocess.DEVNULL)
+        self.assertEqual(self.bytes_of("first.csv"), self.bytes_of("again.csv"))
 
     def test_views_are_those_that_rviz_shows(self):
         views = {topic: messages for topic, messages in self.bag("--duration", "2", "--views").items() if "/view/" in topic}
@@ -119,7 +129,7 @@ class Bags(InFolder):
             **{"/planar_chain/view/energy": ("visualization_msgs/Marker", 140)}))
         stamp, energy = views["/planar_chain/view/energy"][-1]
         self.assertEqual((stamp, energy.header.stamp.to_nsec()), (2 * 10**9, 2 * 10**9))
-        self.assertIn("time 2.00 s\n", energy.text)
+        self.assertIn("time     2.00 s\n", energy.text)
         trail = views["/planar_chain/view/trail"][-1][1].markers[0]
         self.assertEqual(len(trail.points), 140)
         self.assert_refused(self.run_tool("--duration", "1", "--views"), "--views: expected --bag")
@@ -130,7 +140,7 @@ class Bags(InFolder):
             headers = {c.topic: c.header for c in bag._connections.values()}
         self.assertEqual({header["callerid"] for header in headers.values()}, {b"/planar_chain"})
         self.assertEqual({topic for topic, header in headers.items() if header["latching"] == b"1"},
-                         {"/tf_static"})
+                         {"/tf_static", "/planar_chain/scene"})
 
     def test_stamps_are_those_of_the_ticks_and_never_0(self):
         topics = self.bag("--duration", "2")
@@ -181,7 +191,7 @@ class Bags(InFolder):
 
     def test_what_the_scene_does_not_want_is_not_there(self):
         topics = self.bag("--duration", "1", scene=CHAIN + "publish: {tf: false, link_states: false}\n")
-        self.assertEqual(set(topics), {"/clock", "/joint_states", "/planar_chain/status"})
+        self.assertEqual(set(topics), {"/clock", "/joint_states", "/planar_chain/status", "/planar_chain/scene"})
         self.assertEqual(len(topics["/joint_states"]), 200)
 
     def test_the_rate_replaces_that_of_the_scene_and_is_judged_as_it_is(self):
@@ -198,7 +208,7 @@ class Bags(InFolder):
     def test_a_node_of_another_name_in_a_namespace(self):
         topics = self.bag("--duration", "0.1", "--node", "/left/arm")
         self.assertEqual(set(topics), {"/clock", "/tf", "/tf_static", "/left/joint_states", "/left/arm/status",
-                                       "/left/arm/link_states"})
+                                       "/left/arm/link_states", "/left/arm/scene"})
         self.assertEqual([t.child_frame_id for t in topics["/tf"][0][1].transforms], ["left/upper", "left/lower"])
         for name in ("", "/", "a b"):
             self.assert_refused(self.run_tool("--duration", "1", "--bag", self.path("new.bag"), "--node", name),

@@ -15,6 +15,7 @@ import sys
 import threading
 import time
 import unittest
+import warnings
 
 try:
     import numpy as np
@@ -41,7 +42,7 @@ def stdout_of(tool, *arguments):
     return subprocess.run([os.path.join(BIN, tool), *arguments], check=True, stdout=subprocess.PIPE).stdout
 
 
-class Scenes(unittest.TestCase):
+class Scenes(InFolder):
     def test_text_file_and_dict_are_the_same_scene(self):
         for name in ("double_pendulum", "driven", "leg", "shaken"):
             with open(shipped(name), encoding="utf-8") as file:
@@ -64,6 +65,28 @@ class Scenes(unittest.TestCase):
         self.assertEqual((scene.joints, scene.state.tolist()), (["pin"], [0.5, 0]))
         self.assertEqual(planar_chain.equations(scene)["M"], 0.75)
 
+    def test_each_note_is_a_warning_of_python(self):
+        robot = ('<robot name="r"><link name="ground"/><link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>'
+                 '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link><joint name="pin" type="revolute">'
+                 '<parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/><limit effort="1" velocity="1"/></joint></robot>')
+        values = {"robot_description": robot}
+        with open(self.path("robot.yaml"), "w", encoding="utf-8") as file:
+            json.dump(values, file)
+        for read in (lambda: Scene(values), lambda: Scene.from_yaml(json.dumps(values)), lambda: Scene.from_urdf(robot),
+                     lambda: Scene.from_file(self.path("robot.yaml"))):
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                scene = read()
+                scene.with_values({})  # says nothing again
+                pickle.loads(pickle.dumps(scene))
+            said = [str(warning.message) for warning in caught]
+            self.assertEqual(len([words for words in said if "joint[pin]: a revolute joint without lower and upper: turns freely" in words]), 1, said)
+            self.assertEqual({warning.category for warning in caught}, {UserWarning})
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            self.assertRaises(UserWarning, Scene.from_urdf, robot)
+            Scene.from_file(shipped("rope"))
+
     def test_all_faults_come_at_once(self):
         with self.assertRaises(Refused) as caught:
             Scene.from_yaml("chain: [a]\nlinks:\n  a: {mass: heavy, inertia: 1, com: [0, 1]}\n")
@@ -72,6 +95,13 @@ class Scenes(unittest.TestCase):
         self.assertEqual(faults, [("links/a/mass", "a number > 0 kg", '"heavy"', 3),
                                   ("links/a/pin", "two finite numbers [x, y], in m", "nothing", 3)])
         self.assertEqual(str(caught.exception).count("\n"), 1)
+
+    def test_a_list_too_deep_to_print_is_refused_in_words(self):
+        deep = []
+        for _ in range(100000):
+            deep = [deep]
+        with self.assertRaisesRegex(Refused, "scene: expected a dict .*, got a list"):
+            Scene(deep)
 
     def test_what_is_no_scene_is_refused(self):
         circle = []

@@ -102,6 +102,8 @@ struct Scene {
   Appearance appearance{};
   NamedNumbers others{};      ///< values of effects, with their keys in the scene
   std::vector<Note> notes{};  ///< for the user; the simulation does not use them
+  std::string
+      text{};  ///< what it was read from, in YAML, for recordings; empty unless a tool or the node sets it
 };
 
 }  // namespace planar_chain

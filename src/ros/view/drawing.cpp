@@ -1,6 +1,7 @@
 #include "ros/view/drawing.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -22,6 +23,14 @@ constexpr double beyond = 0.2;      // reaches, from the farthest points of the 
 // In the URDF, in widths of a link:
 constexpr double pinRadius = 0.72, bobRadius = 1.1;
 constexpr int hatches = 5;
+
+constexpr std::array<Paint, 3> paints{
+    {{"blue", 0.2, 0.55, 0.85}, {"orange", 0.98, 0.65, 0.15}, {"teal", 0.2, 0.68, 0.6}}};
+
+// Of the view, as in show.py:
+constexpr double margin = 1.25;  // half its height, in units of the reach
+constexpr double aspect = 1.27;  // its least width, in units of its height
+constexpr int longChain = 16;    // links
 
 /// Names contain only letters, digits, _ and /, so nothing is escaped.
 class Writer {
@@ -56,11 +65,11 @@ class Writer {
 
   void materials() {
     if (!hasOwnShapes()) return line(scene_.appearance.materials);
-    for (const auto& [name, rgba] : {std::pair{"ground", "0.55 0.58 0.62 1"},
-                                     {"pin", "0.80 0.82 0.85 1"},
-                                     {"even", "0.20 0.55 0.85 1"},
-                                     {"odd", "0.98 0.65 0.15 1"}}) {
+    for (const auto& [name, rgba] : {std::pair{"ground", "0.55 0.58 0.62 1"}, {"pin", "0.80 0.82 0.85 1"}}) {
       line("<material name='", name, "'><color rgba='", rgba, "'/></material>");
+    }
+    for (const auto& [name, red, green, blue] : paints) {
+      line("<material name='", name, "'><color rgba='", red, " ", green, " ", blue, " 1'/></material>");
     }
   }
 
@@ -113,7 +122,7 @@ class Writer {
 
     // Draw the bars. Neighbours have different depths, so that faces that overlap at a pin do not flicker.
     const double depth = i % 2 == 0 ? w : 0.8 * w;
-    const char* const paint = i % 2 == 0 ? "even" : "odd";
+    const char* const paint = paintOf(i).name;
     const Figure figure = figureOf(body, drawing_);
     for (const Bar& bar : figure.bars) {
       const Vec2d along = bar.to - bar.from;
@@ -133,8 +142,9 @@ class Writer {
   void carriage(int i) {
     const Vec2d axis = chain_.joints()[index(i)].axis, pin = chain_.links()[index(i)].pin;
     const double w = drawing_.bar, angle = std::atan2(axis.y, axis.x);
-    box({}, angle, 3 * w, 1.8 * w, 1.2 * w, i % 2 == 0 ? "even" : "odd");
-    if (length(pin) > 0) box(0.5 * pin, std::atan2(pin.y, pin.x), length(pin), 0.6 * w, 0.6 * w, "odd");
+    box({}, angle, 3 * w, 1.8 * w, 1.2 * w, paintOf(i).name);
+    if (length(pin) > 0)
+      box(0.5 * pin, std::atan2(pin.y, pin.x), length(pin), 0.6 * w, 0.6 * w, paintOf(i + 1).name);
     cylinder(pin, pinRadius * w, 1.4 * w, "pin");
   }
 
@@ -238,6 +248,48 @@ Vec2d Drawing::arrow(Vec2d f, Vec2d from) const {
 
 bool floats(const Chain& chain) {
   return chain.slides() == 2 && chain.links()[0].mass == 0 && chain.links()[1].mass == 0;
+}
+
+const Paint& paintOf(int link) {
+  return paints[index(link) % paints.size()];
+}
+
+namespace {
+
+/// The largest distance of the base from its origin, m, in x and y apart.
+double farthest(const BaseLaws& base) {
+  const auto of = [](const MotionLaw& law) {
+    double most = 0;
+    for (const MotionLaw::Piece& piece : law.pieces()) most = std::fmax(most, std::fabs(piece.c[0]));
+    return std::fabs(law.amplitude()) + most;
+  };
+  return std::hypot(of(base.x), of(base.y));
+}
+
+/// The largest initial height of a pin above the ground pin, m.
+double highest(const Scene& scene) {
+  double angle = 0, height = 0, most = 0;
+  for (std::size_t i = 0; i < scene.q.size(); ++i) {
+    const Vec2d pin = scene.chain.links()[i].pin;
+    angle += scene.q[i];
+    height += std::sin(angle) * pin.x + std::cos(angle) * pin.y;
+    most = std::fmax(most, height);
+  }
+  return most;
+}
+
+}  // namespace
+
+FirstView::FirstView(const Scene& scene) : centre(0) {
+  const double size = Drawing(scene).reach + (scene.base ? farthest(*scene.base) : 0);
+  half = margin * size;
+  const Vec2d gravity = scene.chain.gravity();
+  const bool falls = scene.loads.empty() && gravity.x == 0 && gravity.y < 0 &&
+                     std::all_of(scene.qd.begin(), scene.qd.end(), [](double rate) { return rate == 0; });
+  if (scene.chain.size() <= longChain || !falls) return;
+  const double top = highest(scene) + (margin - 1) * size, bottom = -margin * size;
+  centre = (top + bottom) / 2;
+  half = std::fmax((top - bottom) / 2, margin * size / aspect);
 }
 
 Figure figureOf(const Link& link, const Drawing& drawing) {

@@ -24,6 +24,23 @@ struct Drawing {
   Vec2d arrow(Vec2d f, Vec2d from) const;
 };
 
+/// A colour of links: three neighbours have different ones. The parts are in 0 … 1.
+struct Paint {
+  const char* name;  ///< of the URDF's material
+  double red, green, blue;
+};
+const Paint& paintOf(int link);
+
+/// The part of the base frame that rviz shows at first; src/tools/show.py has the same formulas. It is `half`
+/// high above and below `centre`, and at least as wide. A long chain that falls from rest stays in the lower
+/// half of its reach.
+struct FirstView {
+  explicit FirstView(const Scene& scene);
+
+  double centre;  ///< y, m
+  double half;    ///< m
+};
+
 /// A straight part of a body, in the link frame, m.
 struct Bar {
   Vec2d from, to;
