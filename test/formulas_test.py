@@ -34,7 +34,8 @@ from planar_chain.symbolic.program import Program
 BIN = ""
 SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../config/scenes")
 MOST_LINKS = 10
-RANDOM = int(os.environ.get("FORMULAS_RANDOM", 12))  # chains; 50 take a minute and a half
+RANDOM = int(os.environ.get("FORMULAS_RANDOM", 9))  # chains; all of them by hand: 50
+PAGES = {"double_pendulum", "cart_pole", "driven", "thrown"}  # compiled; with 50 chains all
 AGREE = 1e-12  # of the largest number of a matrix: both sides round a few hundred times
 SIZES = (1, 2, 3, 4, 2, 3, 5, 2, 3, 4)  # of random chains; one in twenty is longer
 
@@ -402,6 +403,8 @@ class Tool(InFolder):
     @unittest.skipUnless(shutil.which("pdflatex"), "pdflatex not found: LaTeX is not compiled")
     def test_latex_compiles(self):
         for name, scene in shipped().items():
+            if name not in PAGES and RANDOM < 50:
+                continue
             for more in ([], ["--numbers"]) if len(name) < 6 else (["--linearize"] if len(scene) < 5 else [],):
                 with open(self.path("it.tex"), "w", encoding="utf-8") as file:
                     file.write(self.tool(name, "--format", "latex", *more))
