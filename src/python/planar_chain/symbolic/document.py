@@ -128,8 +128,8 @@ class Document:
     def _letters(self):
         rows = [f"${letter.latex}$ & {as_text(letter.meaning)} & {letter.value:.6g} & {letter.unit.replace('^2', '$^2$')} \\\\"
                 for letter in self.of.used_letters().values()]
-        slides = [r"$q_i$, $\dot{q}_i$, $\ddot{q}_i$ & " + f"position of slide {i} ({as_text(joint)}) along its rail, i = {i}" +
-                  r" & & m, m/s, m/s$^2$ \\" for i, joint in enumerate(self.of.joints[:self.of.chain.slides], 1)]
+        slides = [rf"$q_{i}$, $\dot{{q}}_{i}$, $\ddot{{q}}_{i}$ & position of slide {i} ({as_text(joint)}) along its rail, its rate and "
+                  r"acceleration & & m, m/s, m/s$^2$ \\" for i, joint in enumerate(self.of.joints[:self.of.chain.slides], 1)]
         states = [r"$q_i$, $\dot{q}_i$, $\ddot{q}_i$ & relative angle of joint $i$, its rate and acceleration & & "
                   r"rad, rad/s, rad/s$^2$ \\",
                   r"$\theta_i$, $\omega_i$ & absolute angle and angular velocity of body $i$ & & rad, rad/s \\"]
