@@ -1,5 +1,5 @@
-"""Fits of real machines: a single and a double pendulum beside their authors' numbers, each recording predicted by a fit of the others;
-or of all; and the dry friction of a real robot, from its windows.
+"""Fits of real machines: a single and a double pendulum beside their authors' numbers, each recording predicted by a fit of the others
+and by one of all; and the dry friction of a real robot, from its windows.
 
 The recordings and their sources: config/recordings, test/reference/robot. `python3 src/report/fits.py build/devel/share/planar_chain` prints the table.
 """
