@@ -6,11 +6,12 @@ namespace planar_chain {
 
 void Simulation::settle() {
   Scene present = scene_;
-  for (Load& command : commands()) present.loads.push_back(std::move(command));
+  for (Load& command : commandsAtRest()) present.loads.push_back(std::move(command));
   const std::vector<double> rest = equilibriumOf(present, time(), q());
   std::vector<double> still(rest.size(), 0.0);
   for (const Drive& drive : scene_.drives) still[index(drive.joint)] = qd()[index(drive.joint)];
   setState(rest, still);
+  finishMotors();
 }
 
 BaseWrench Simulation::baseWrench() {

@@ -7,7 +7,7 @@
 
 #include "dynamics/dynamics.h"
 #include "dynamics/given_state.h"
-#include "effects/commands.h"
+#include "effects/motors.h"
 #include "ode/methods.h"
 #include "run/energy_guard.h"
 #include "run/ladder.h"
@@ -61,7 +61,7 @@ struct Simulation::Parts {
 
   std::unique_ptr<CommandEffect> makeCommands(int capacity) {
     if (capacity == 0) return nullptr;
-    auto made = std::make_unique<CommandEffect>(scene.chain, capacity);
+    auto made = planar_chain::makeCommands(scene.chain, capacity);
     commands = made.get();
     return made;
   }
@@ -145,7 +145,7 @@ struct Simulation::Parts {
     command.stop = isTimed ? command.start + last : last;
     requireOf(command, scene, state.t, isTimed);
     const bool taken = isTimed ? commands->add(command, state.t) : commands->hold(command, state.t);
-    if (taken && command.start <= state.t) actsOtherwise = true;
+    if (taken && command.start <= state.t && commands->isPrompt(command.joint)) actsOtherwise = true;
     return taken;
   }
 
@@ -217,6 +217,10 @@ struct Simulation::Parts {
     countThen = count;
     timeThen = state.t;
     return isSlow;
+  }
+
+  std::vector<Load> commandsInForce(const double* omega) const {
+    return commands ? commands->inForce(state.t, omega) : std::vector<Load>();
   }
 
   void readRelative() {
@@ -338,7 +342,17 @@ void Simulation::clearCommands() {
 }
 
 std::vector<Load> Simulation::commands() const {
-  return parts_->commands ? parts_->commands->inForce(parts_->state.t) : std::vector<Load>();
+  return parts_->commandsInForce(parts_->y.data() + parts_->n);
+}
+
+std::vector<Load> Simulation::commandsAtRest() const {
+  return parts_->commandsInForce(nullptr);
+}
+
+void Simulation::finishMotors() {
+  if (!parts_->commands) return;
+  parts_->commands->finish(parts_->state.t);
+  parts_->actsOtherwise = true;
 }
 
 const std::vector<long long>& Simulation::cutOffs() const {

@@ -149,7 +149,8 @@ void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::Vecto
     }
     for (const EffectKind* kind : effectKinds()) {
       for (const JointKey& key : kind->jointKeys()) {
-        if (key.member || joint.has(key.name)) ofJoint[key.name] = key.of(joint);
+        if (key.member || joint.has(key.name))
+          ofJoint[Json::json_pointer(std::string("/") + key.name)] = key.of(joint);
       }
     }
     links.push_back({{"name", link.name},
