@@ -245,7 +245,7 @@ class MotorKind : public EffectKind {
   std::vector<JointKey> jointKeys() const override {
     constexpr double forever = std::numeric_limits<double>::infinity();
     JointKey speed{noLoadSpeed, nullptr, NumberRule::above(0, "rad/s")};
-    JointKey lag{timeConstant, nullptr, {" 0 or >= 1e-6 s", leastLag, forever, true}};
+    JointKey lag{timeConstant, nullptr, {", 0 or >= 1e-6 s", leastLag, forever, true}};
     speed.map = lag.map = "motor";
     return {speed, lag, {"command_delay", nullptr, NumberRule::from(0, "s")}};
   }
@@ -269,8 +269,8 @@ class MotorKind : public EffectKind {
       motors += isMoved(joint);
       delays += joint.other("command_delay") > 0;
     }
-    words.count(motors, "motor");
-    words.count(delays, "command delay");
+    if (motors > 0) words.count(motors, "motor");
+    if (delays > 0) words.count(delays, "command delay");
   }
 };
 
