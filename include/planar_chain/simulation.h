@@ -49,6 +49,8 @@ struct BaseWrench {
   double torque = 0;
 };
 
+class CommandEffect;
+
 class Simulation {
  public:
   /// Puts the chain at scene.q, scene.qd at time 0. commandCapacity: the largest number of commands that are
@@ -142,12 +144,9 @@ class Simulation {
 
  private:
   struct Parts;
-  /// As commands(), at rest, when motors have reached what is commanded.
-  std::vector<Load> commandsAtRest() const;
-  void finishMotors();
-
-  Scene scene_;                      ///< with the laws that drive at present, and the tolerance
-  const std::vector<Drive> drives_;  ///< those of the start
+  CommandEffect* commandEffect() const;  ///< nullptr: this simulation takes no commands
+  Scene scene_;                          ///< with the laws that drive at present, and the tolerance
+  const std::vector<Drive> drives_;      ///< those of the start
   const std::optional<BaseLaws> base_;
   const IntegratorSettings integrator_;
   const int commandCapacity_;

@@ -228,6 +228,7 @@ double MotorCommands::nearest(const ode::Stretch& of) const {
 }
 
 std::unique_ptr<CommandEffect> makeCommands(const Chain& chain, int capacity) {
+  if (capacity == 0) return nullptr;
   const std::vector<Joint>& joints = chain.joints();
   if (std::none_of(joints.begin(), joints.end(), isMoved))
     return std::make_unique<CommandEffect>(chain, capacity);

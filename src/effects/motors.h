@@ -127,7 +127,7 @@ class MotorCommands final : public CommandEffect, public Switching {
   bool hasLines_ = false, isLagging_ = false, act_ = false;
 };
 
-/// The effect of commands in this chain.
+/// The effect of commands in this chain; nullptr if there may be none.
 std::unique_ptr<CommandEffect> makeCommands(const Chain& chain, int capacity);
 
 /// Keys `motor` and `command_delay` of a joint.

@@ -54,14 +54,12 @@ struct Simulation::Parts {
   std::string fault;
 
   Parts(const Scene& given, int commandCapacity)
-      : scene(given), dynamics(scene, makeCommands(commandCapacity)) {
+      : scene(given), dynamics(scene, keep(makeCommands(scene.chain, commandCapacity))) {
     fault.reserve(300);
     climbTo(0);
   }
 
-  std::unique_ptr<CommandEffect> makeCommands(int capacity) {
-    if (capacity == 0) return nullptr;
-    auto made = planar_chain::makeCommands(scene.chain, capacity);
+  std::unique_ptr<CommandEffect> keep(std::unique_ptr<CommandEffect> made) {
     commands = made.get();
     return made;
   }
@@ -219,10 +217,6 @@ struct Simulation::Parts {
     return isSlow;
   }
 
-  std::vector<Load> commandsInForce(const double* omega) const {
-    return commands ? commands->inForce(state.t, omega) : std::vector<Load>();
-  }
-
   void readRelative() {
     coordinates.toRelative(y.data(), q.data());
     coordinates.toRelative(y.data() + n, qd.data());
@@ -341,18 +335,8 @@ void Simulation::clearCommands() {
   parts_->actsOtherwise = true;
 }
 
-std::vector<Load> Simulation::commands() const {
-  return parts_->commandsInForce(parts_->y.data() + parts_->n);
-}
-
-std::vector<Load> Simulation::commandsAtRest() const {
-  return parts_->commandsInForce(nullptr);
-}
-
-void Simulation::finishMotors() {
-  if (!parts_->commands) return;
-  parts_->commands->finish(parts_->state.t);
-  parts_->actsOtherwise = true;
+CommandEffect* Simulation::commandEffect() const {
+  return parts_->commands;
 }
 
 const std::vector<long long>& Simulation::cutOffs() const {

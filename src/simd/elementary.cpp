@@ -40,8 +40,8 @@ double exp2(double x) {
   return bitsOf<double>(bitsOf<std::uint64_t>(power) + (bitsOf<std::uint64_t>(shifted) << 52));
 }
 
-/// x = k ln 2 + f, |f| ≤ ½ ln 2; e^f by its series. ln 2 is a sum of two numbers, of which k times the first is
-/// exact.
+/// x = k ln 2 + f, |f| ≤ ½ ln 2; e^f by its series. ln 2 is a sum of two numbers, of which k times the first
+/// is exact.
 double exp(double x) {
   if (!(x < 708)) return std::numeric_limits<double>::infinity();
   if (!(x > -708)) return 0;
