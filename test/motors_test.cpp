@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "effect_laws.h"
@@ -273,6 +274,19 @@ TEST(AMotor, LosesStabilityAtTheGainOfTheory) {
   EXPECT_GT(above, 0);
   const double zero = 0.99 + 0.02 * below / (below - above);
   EXPECT_NEAR(zero, 1 - h / 2 * (1 / T + D / J), 1e-4);
+}
+
+TEST(AMotor, OfStrengthZeroGivesTheMotionOfNone) {
+  const auto run = [](const std::string& joint) {
+    Simulation simulation(flywheel("damping: 0.1, effort_limit: 2" + joint), 4);
+    for (int k = 0; k < 50; ++k) {
+      simulation.holdTorque(0, 3 * std::sin(0.2 * k), forever);
+      EXPECT_TRUE(simulation.advanceTo((k + 1) * 0.01));
+    }
+    const Statistics made = simulation.statistics();
+    return std::tuple(simulation.q()[0], simulation.qd()[0], made.steps, made.evaluations);
+  };
+  EXPECT_EQ(run(""), run(", motor: {time_constant: 0}, command_delay: 0"));
 }
 
 // ---- The laws ------------------------------------------------------------------------------------------
