@@ -117,6 +117,10 @@ class CommandsReplay(InFolder):
     def test_commands_by_the_wall_clock(self):
         self.check(SCENE)
 
+    def test_commands_to_motors(self):
+        motor = {'effort_limit': 1.5, 'motor': {'no_load_speed': 6.0, 'time_constant': 0.02}, 'command_delay': 0.0123}
+        self.check(dict(SCENE, links={name: dict(LINK, joint=motor) for name in SCENE['links']}))
+
     def test_trajectories(self):
         links = dict(SCENE['links'], second=dict(LINK, joint={'drive': {'amplitude': 0.3, 'frequency': 0.4}}))
         scene = {key: value for key, value in dict(SCENE, links=links).items() if key != 'loads'}

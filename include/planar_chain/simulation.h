@@ -49,6 +49,8 @@ struct BaseWrench {
   double torque = 0;
 };
 
+class CommandEffect;
+
 class Simulation {
  public:
   /// Puts the chain at scene.q, scene.qd at time 0. commandCapacity: the largest number of commands that are
@@ -98,8 +100,9 @@ class Simulation {
   BaseWrench baseWrench();
 
   // Commands. A command acts from `start` (s of time()), where a step ends, or from time() if that is later.
-  // A held command lasts until the next one of the same joint or link starts, or until `until`. A timed
-  // command lasts until start + duration, and adds to the others.
+  // In a joint with a command_delay it acts, and ends, that much later. A held command lasts until the next
+  // one of the same joint or link starts, or until `until`. A timed command lasts until start + duration, and
+  // adds to the others.
   // @returns false, and changes nothing, when commandCapacity commands are already timed or waiting
   // @throws std::invalid_argument for an index out of range, a number that is not finite, and a command that
   // ends by time()
@@ -109,7 +112,7 @@ class Simulation {
   bool addTorque(int joint, double torque, double duration, double start = now);
   bool addForce(int link, Vec2d point, Vec2d force, double moment, double duration, double start = now);
   void clearCommands();
-  /// Returns the commands in force at time(), as loads of a scene.
+  /// Returns the commands in force at time(), as loads of a scene: of motors, the torques that they give.
   std::vector<Load> commands() const;
   /// Returns how often the commanded torques in each joint came to be cut off at its effort limit, since
   /// construction or reset(). Empty if this simulation takes no commands.
@@ -126,12 +129,13 @@ class Simulation {
   /// @throws std::invalid_argument also if the scene has no `base`
   void followBase(BaseLaws laws);
 
-  /// Sets the state at the present time. The balance starts anew, and a fault is cleared. Commands stay.
+  /// Sets the state at the present time. The balance starts anew, and a fault is cleared. Commands stay, and
+  /// so do the torques in the lags of motors.
   /// @throws std::invalid_argument for wrong sizes, numbers that are not finite, or infinite energy
   void setState(const std::vector<double>& q, const std::vector<double>& qd);
   /// Puts the chain at rest in the static equilibrium that is reached from the present angles by always
   /// lowering the energy, with the loads and commands of the present time. Friction is ignored. Driven joints
-  /// continue their motion. Allocates.
+  /// continue their motion. Motors have reached what is commanded. Allocates.
   /// @throws std::domain_error, with the reason and the state unchanged, if there is none
   void settle();
   /// Restores the state after construction, time 0 included: the same calls give the same bits again.
@@ -140,8 +144,9 @@ class Simulation {
 
  private:
   struct Parts;
-  Scene scene_;                      ///< with the laws that drive at present, and the tolerance
-  const std::vector<Drive> drives_;  ///< those of the start
+  CommandEffect* commandEffect() const;  ///< nullptr: this simulation takes no commands
+  Scene scene_;                          ///< with the laws that drive at present, and the tolerance
+  const std::vector<Drive> drives_;      ///< those of the start
   const std::optional<BaseLaws> base_;
   const IntegratorSettings integrator_;
   const int commandCapacity_;

@@ -104,7 +104,9 @@ at least a million. The state is then that of the last good step.)")
           [](Running& self, const py::object& angles, const py::object& rates) {
             self.idle().setState(numbersOf(angles, "q", self.size()), numbersOf(rates, "qd", self.size()));
           },
-          q, qd, "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay.")
+          q, qd,
+          "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay, and "
+          "the torques in the lags of motors.")
       .def(
           "settle", [](Running& self) { self.alone([](Simulation& its) { its.settle(); }); },
           "Puts the chain at rest in the static equilibrium, searched from the present state. Raises "

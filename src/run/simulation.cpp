@@ -7,7 +7,7 @@
 
 #include "dynamics/dynamics.h"
 #include "dynamics/given_state.h"
-#include "effects/commands.h"
+#include "effects/motors.h"
 #include "ode/methods.h"
 #include "run/energy_guard.h"
 #include "run/ladder.h"
@@ -54,14 +54,12 @@ struct Simulation::Parts {
   std::string fault;
 
   Parts(const Scene& given, int commandCapacity)
-      : scene(given), dynamics(scene, makeCommands(commandCapacity)) {
+      : scene(given), dynamics(scene, keep(makeCommands(scene.chain, commandCapacity))) {
     fault.reserve(300);
     climbTo(0);
   }
 
-  std::unique_ptr<CommandEffect> makeCommands(int capacity) {
-    if (capacity == 0) return nullptr;
-    auto made = std::make_unique<CommandEffect>(scene.chain, capacity);
+  std::unique_ptr<CommandEffect> keep(std::unique_ptr<CommandEffect> made) {
     commands = made.get();
     return made;
   }
@@ -145,7 +143,7 @@ struct Simulation::Parts {
     command.stop = isTimed ? command.start + last : last;
     requireOf(command, scene, state.t, isTimed);
     const bool taken = isTimed ? commands->add(command, state.t) : commands->hold(command, state.t);
-    if (taken && command.start <= state.t) actsOtherwise = true;
+    if (taken && command.start <= state.t && commands->isPrompt(command.joint)) actsOtherwise = true;
     return taken;
   }
 
@@ -337,8 +335,8 @@ void Simulation::clearCommands() {
   parts_->actsOtherwise = true;
 }
 
-std::vector<Load> Simulation::commands() const {
-  return parts_->commands ? parts_->commands->inForce(parts_->state.t) : std::vector<Load>();
+CommandEffect* Simulation::commandEffect() const {
+  return parts_->commands;
 }
 
 const std::vector<long long>& Simulation::cutOffs() const {

@@ -36,13 +36,9 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   std::vector<const char*> keys{"drive"};
   if (!isInUrdf) keys.insert(keys.end(), {"name", "type"});
   if (!isInUrdf && slides) keys.push_back("axis");
-  for (const EffectKind* kind : effectKinds()) {
-    for (const JointKey& key : kind->jointKeys()) {
-      if (!isInUrdf || !key.isInUrdf) keys.push_back(key.name);
-    }
-  }
+  for (const char* key : effectKeys(isInUrdf)) keys.push_back(key);
   if (isInUrdf) keys.push_back("limits");
-  Hints hints;
+  Hints hints = hintsAtMaps(in.pathOf("joint"));
   for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(in.pathOf("initial/") + key);
   if (!isInUrdf) {
     for (const char* key : {"mass", "inertia", "com", "pin", "repeat"})

@@ -11,11 +11,12 @@ from . import laws
 from .letters import LATEX, Letters, NoFormula, exact, roman, state_symbols
 
 MOST_LINKS = 10
-KNOWN = {  # keys that the formulas have; effort_limit and velocity_limit concern commands and counts
+KNOWN = {  # keys that the formulas have; effort_limit, motor, command_delay and velocity_limit concern commands and counts
     "": {"gravity", "q", "qd", "links", "loads", "base"},
     "links": {"name", "mass", "inertia", "com", "pin", "joint"},
     "joint": {"name", "stiffness", "damping", "rest_angle", "lower", "upper", "stop_stiffness", "stop_damping", "friction",
-              "breakaway", "rotor_inertia", "effort_limit", "velocity_limit", "drive", "type", "axis"},
+              "breakaway", "rotor_inertia", "effort_limit", "velocity_limit", "motor", "command_delay", "drive", "type",
+              "axis"},
     "loads": {"link", "force", "point", "moment", "joint", "torque", "frequency", "phase", "times", "values", "start", "stop"},
     "base": {"x", "y", "angle"},
 }
