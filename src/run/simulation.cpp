@@ -12,6 +12,7 @@
 #include "run/energy_guard.h"
 #include "run/ladder.h"
 #include "run/requirements.h"
+#include "run/sampler.h"
 #include "run/turns.h"
 #include "run/velocity_limits.h"
 #include "simd/cpu.h"
@@ -52,10 +53,13 @@ struct Simulation::Parts {
   double energyAtStart = 0;
   bool actsOtherwise = false;  // than the dynamics know
   std::string fault;
+  std::unique_ptr<Sampler> sampler;  // nullptr: nothing is measured
+  ode::State stepStart{dynamics.arrangedSize()};
 
-  Parts(const Scene& given, int commandCapacity)
+  Parts(const Scene& given, int commandCapacity, bool measures)
       : scene(given), dynamics(scene, makeCommands(commandCapacity)) {
     fault.reserve(300);
+    if (measures && !scene.sensors.empty()) sampler = std::make_unique<Sampler>(scene, dynamics, turns);
     climbTo(0);
   }
 
@@ -149,12 +153,23 @@ struct Simulation::Parts {
     return taken;
   }
 
+  ode::Outcome integrate(double end) {
+    const double longest = dynamics.effects().longestStep();
+    if (!sampler) return integrator().integrate(state, end, longest, EnergyCheck::period);
+    ode::Outcome outcome = ode::Outcome::underway;
+    for (int k = 0; outcome == ode::Outcome::underway && k < EnergyCheck::period; ++k) {
+      stepStart = state;
+      outcome = integrator().integrate(state, end, longest, 1);
+      if (!ode::hasFailed(outcome)) sampler->measureWithin(stepStart, state, integrator().name());
+    }
+    return outcome;
+  }
+
   /// Some steps towards t; or, in trouble, none, and the next rung of the ladder.
   void advance(double t) {
     const double end = std::min(t, dynamics.effects().until());
     const long long before = integrator().count().accepted;
-    const ode::Outcome outcome =
-        integrator().integrate(state, end, dynamics.effects().longestStep(), EnergyCheck::period);
+    const ode::Outcome outcome = integrate(end);
     restore();
     unchecked += integrator().count().accepted - before;
     const bool hasSwitched = outcome == ode::Outcome::switched;
@@ -191,6 +206,7 @@ struct Simulation::Parts {
     state = guard.lastGood();
     restore();
     unchecked = 0;
+    if (sampler) sampler->bank().dropAfter(state.t);
     if (std::exchange(switchedSince, false)) dynamics.enterState(state.t, y.data());
     if (rung + 1 == rungs) {
       return describeFailure(fault, scene.integrator.method, state.t, outcome, guard.gap());
@@ -227,12 +243,13 @@ struct Simulation::Parts {
   }
 };
 
-Simulation::Simulation(const Scene& scene, int commandCapacity)
+Simulation::Simulation(const Scene& scene, int commandCapacity, bool measures)
     : scene_(scene),
       drives_(scene.drives),
       base_(scene.base),
       integrator_(scene.integrator),
-      commandCapacity_(commandCapacity) {
+      commandCapacity_(commandCapacity),
+      measures_(measures) {
   require(commandCapacity >= 0, "the number of commands must not be negative");
   reset();
 }
@@ -245,12 +262,14 @@ bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
     throw Refused({{"t", "a finite number >= " + toText(p.state.t) + " s, the present time", toText(t)}});
   }
   if (!p.fault.empty()) return false;
+  if (p.sampler) p.sampler->measureAt(p.state);  // at time 0; commands given since act later
   p.settled();
   bool isWanted = true;
   while (p.state.t < t && p.fault.empty() && (isWanted || p.unchecked > 0)) {
     p.advance(t);
     isWanted = isWanted && (!keepGoing || keepGoing());
   }
+  if (p.sampler) p.sampler->bank().confirm();
   p.readRelative();
   p.velocities.update(p.qd);
   return p.fault.empty() && p.state.t >= t;
@@ -285,7 +304,8 @@ Statistics Simulation::statistics() const {
     statistics.steps += integrator->count().accepted;
     statistics.rejected += integrator->count().rejected;
   }
-  statistics.evaluations = parts_->dynamics.evaluations();
+  statistics.evaluations =
+      parts_->dynamics.evaluations() - (parts_->sampler ? parts_->sampler->evaluations() : 0);
   statistics.localError = parts_->integrator().count().lastError;
   statistics.rescues = parts_->rescues;
   return statistics;
@@ -313,6 +333,14 @@ void Simulation::jointTorques(double* tau) {
 void Simulation::linkMotions(LinkMotion* motions) {
   parts_->settled().linkMotions(parts_->state.t, parts_->y.data(), motions);
   parts_->turns.addTo(motions);
+}
+
+std::vector<Measurement> Simulation::measure() {
+  Parts& p = *parts_;
+  if (!p.sampler) return {};
+  p.sampler->measureAt(p.state);
+  p.sampler->bank().confirm();
+  return p.sampler->bank().deliver(p.state.t);
 }
 
 bool Simulation::holdTorque(int joint, double torque, double until, double start) {
@@ -393,7 +421,7 @@ void Simulation::reset() {
   scene_.base = base_;
   scene_.integrator = integrator_;
   // Made anew: nothing that a method has learnt on the way is left.
-  parts_ = std::make_unique<Parts>(scene_, commandCapacity_);
+  parts_ = std::make_unique<Parts>(scene_, commandCapacity_, measures_);
   parts_->set(scene_.q, scene_.qd);
 }
 
