@@ -44,14 +44,10 @@ void Sampler::measureWithin(const ode::State& from, const ode::State& to, const 
 
 /// Sets at_ to the state at t within a step. A straight line if the integrator fails.
 void Sampler::moveTo(double t, const ode::State& from, const ode::State& to, bool isStiff) {
-  std::unique_ptr<ode::Integrator>& integrator = isStiff ? stiff_ : explicit_;
-  if (!integrator) {
-    const simd::PlainKernels plain(scene_.integrator.plainKernel);
-    integrator = ode::makeMethod(isStiff ? "rodas5p" : "dop853", dynamics_, scene_.integrator.step,
-                                 toleranceOf(scene_, 0, dynamics_));
-  }
+  const simd::PlainKernels plain(scene_.integrator.plainKernel);
+  const auto integrator = ode::makeMethod(isStiff ? "rodas5p" : "dop853", dynamics_, scene_.integrator.step,
+                                          toleranceOf(scene_, 0, dynamics_));
   at_ = from;
-  integrator->begin();
   if (integrator->integrate(at_, t, t - from.t) == ode::Outcome::arrived) return;
   at_ = to;
   at_.t = t;

@@ -3,9 +3,9 @@
 /// Measures along a motion, between the ends of its steps, and does not change it.
 ///
 /// The state at a time within a step follows from that at the step's start, by shorter steps of an integrator
-/// of its own with the scene's tolerance: dop853, or rodas5p if the motion's own method is implicit. Nothing
-/// switches within a step, so f is smooth there. The state depends on the step and the time alone. So sensors
-/// do not affect each other.
+/// of its own with the scene's tolerance: dop853, or rodas5p if the motion's own method is implicit. It is
+/// made anew each time, as it learns on its way. Nothing switches within a step, so f is smooth there. The
+/// state depends on the step and the time alone. So sensors do not affect each other.
 
 #include <memory>
 #include <string>
@@ -42,7 +42,6 @@ class Sampler {
   const Turns& turns_;
   const Coordinates coordinates_ = scene_.chain.coordinates();
   SensorBank bank_{scene_};
-  std::unique_ptr<ode::Integrator> explicit_, stiff_;  ///< made when first needed
   long long evaluations_ = 0;
   ode::State at_;
   Eigen::VectorXd y_;
