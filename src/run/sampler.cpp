@@ -19,11 +19,29 @@ Sampler::Sampler(const Scene& scene, Dynamics& dynamics, const Turns& turns)
     : scene_(scene),
       dynamics_(dynamics),
       turns_(turns),
-      at_(dynamics.arrangedSize()),
+      start_(dynamics.arrangedSize()),
+      at_(start_),
       y_(dynamics.size()),
       q_(scene.q.size()),
       qd_(scene.q.size()),
       motions_(scene.q.size()) {}
+
+ode::Outcome Sampler::integrate(ode::Integrator& integrator, ode::State& state, double end,
+                                double longestStep) {
+  ode::Outcome outcome = ode::Outcome::underway;
+  for (int k = 0; outcome == ode::Outcome::underway && k < EnergyCheck::period; ++k) {
+    start_ = state;
+    outcome = integrator.integrate(state, end, longestStep, 1);
+    if (!ode::hasFailed(outcome)) measureWithin(start_, state, integrator.name());
+  }
+  return outcome;
+}
+
+std::vector<Measurement> Sampler::measure(const ode::State& state) {
+  measureAt(state);
+  bank_.confirm();
+  return bank_.deliver(state.t);
+}
 
 void Sampler::measureAt(const ode::State& state) {
   const long long before = dynamics_.evaluations();

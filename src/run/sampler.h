@@ -28,12 +28,17 @@ class Sampler {
   /// Evaluations of f that the measurements took.
   long long evaluations() const { return evaluations_; }
 
+  /// As Integrator::integrate(), for the steps between two checks of energy: measures what is due within
+  /// each.
+  ode::Outcome integrate(ode::Integrator& integrator, ode::State& state, double end, double longestStep);
+  /// Returns what was delivered by the time of this state.
+  std::vector<Measurement> measure(const ode::State& state);
   /// Measures what is due by the time of this state.
   void measureAt(const ode::State& state);
-  /// Measures what is due within a step, and at its end. method: of the step.
-  void measureWithin(const ode::State& from, const ode::State& to, const std::string& method);
 
  private:
+  /// Measures what is due within a step, and at its end. method: of the step.
+  void measureWithin(const ode::State& from, const ode::State& to, const std::string& method);
   void moveTo(double t, const ode::State& from, const ode::State& to, bool isStiff);
   void take(const ode::State& state);
 
@@ -43,7 +48,7 @@ class Sampler {
   const Coordinates coordinates_ = scene_.chain.coordinates();
   SensorBank bank_{scene_};
   long long evaluations_ = 0;
-  ode::State at_;
+  ode::State start_, at_;
   Eigen::VectorXd y_;
   std::vector<double> q_, qd_;
   std::vector<LinkMotion> motions_;

@@ -39,9 +39,7 @@ struct Simulation::Parts {
   std::size_t rung = 0;
   int goodChecks = 0;    // since the ladder was climbed
   int rescueLength = 1;  // checks to pass on a higher rung
-  double leastPace = leastPaceOf(scene.integrator);
-  ode::StepCount countThen;  // when the pace was last measured
-  double timeThen = 0;
+  Pace pace{leastPaceOf(scene.integrator)};
   long long rescues = 0, unchecked = 0;  // unchecked: steps since the last check of energy
   bool switchedSince = false;            // likewise
   EnergyGuard guard{scene, dynamics};
@@ -54,7 +52,6 @@ struct Simulation::Parts {
   bool actsOtherwise = false;  // than the dynamics know
   std::string fault;
   std::unique_ptr<Sampler> sampler;  // nullptr: nothing is measured
-  ode::State stepStart{dynamics.arrangedSize()};
 
   Parts(const Scene& given, int commandCapacity, bool measures)
       : scene(given), dynamics(scene, makeCommands(commandCapacity)) {
@@ -83,8 +80,7 @@ struct Simulation::Parts {
   void climbTo(std::size_t next) {
     rung = next;
     if (!ladder[rung]) ladder[rung] = methodOf(scene, rung, dynamics);
-    countThen = integrator().count();
-    timeThen = state.t;
+    pace.begin(integrator().count(), state.t);
   }
 
   void restore() { dynamics.restore(state.y.data(), y.data()); }
@@ -153,23 +149,13 @@ struct Simulation::Parts {
     return taken;
   }
 
-  ode::Outcome integrate(double end) {
-    const double longest = dynamics.effects().longestStep();
-    if (!sampler) return integrator().integrate(state, end, longest, EnergyCheck::period);
-    ode::Outcome outcome = ode::Outcome::underway;
-    for (int k = 0; outcome == ode::Outcome::underway && k < EnergyCheck::period; ++k) {
-      stepStart = state;
-      outcome = integrator().integrate(state, end, longest, 1);
-      if (!ode::hasFailed(outcome)) sampler->measureWithin(stepStart, state, integrator().name());
-    }
-    return outcome;
-  }
-
   /// Some steps towards t; or, in trouble, none, and the next rung of the ladder.
   void advance(double t) {
     const double end = std::min(t, dynamics.effects().until());
     const long long before = integrator().count().accepted;
-    const ode::Outcome outcome = integrate(end);
+    const double longest = dynamics.effects().longestStep();
+    const ode::Outcome outcome = sampler ? sampler->integrate(integrator(), state, end, longest)
+                                         : integrator().integrate(state, end, longest, EnergyCheck::period);
     restore();
     unchecked += integrator().count().accepted - before;
     const bool hasSwitched = outcome == ode::Outcome::switched;
@@ -225,15 +211,7 @@ struct Simulation::Parts {
 
   /// True if a method makes so many steps that another will be faster: an explicit one on a stiff motion, or
   /// one whose unstable steps end at a stop at once.
-  bool isStuck() {
-    const ode::StepCount count = integrator().count();
-    const long long steps = count.accepted - countThen.accepted;
-    if (rung + 1 == rungs || steps < EnergyCheck::period) return false;
-    const bool isSlow = state.t - timeThen < leastPace * static_cast<double>(steps);
-    countThen = count;
-    timeThen = state.t;
-    return isSlow;
-  }
+  bool isStuck() { return rung + 1 < rungs && pace.isSlow(integrator().count(), state.t); }
 
   void readRelative() {
     coordinates.toRelative(y.data(), q.data());
@@ -336,11 +314,7 @@ void Simulation::linkMotions(LinkMotion* motions) {
 }
 
 std::vector<Measurement> Simulation::measure() {
-  Parts& p = *parts_;
-  if (!p.sampler) return {};
-  p.sampler->measureAt(p.state);
-  p.sampler->bank().confirm();
-  return p.sampler->bank().deliver(p.state.t);
+  return parts_->sampler ? parts_->sampler->measure(parts_->state) : std::vector<Measurement>();
 }
 
 bool Simulation::holdTorque(int joint, double torque, double until, double start) {

@@ -241,6 +241,11 @@ std::optional<BaseLaws> takeBase(const Section& top, const ChainNames* names) {
   return readBase(top.section("base", {"x", "y", "angle"}));
 }
 
+Section publishOf(const Section& top) {
+  return top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states", "frame_every",
+                                 "frame_prefix", "world_frame", "base_frame"});
+}
+
 std::optional<double> takeRealTimeFactor(const Section& top) {
   if (!top.has("real_time_factor")) return std::nullopt;
   double factor = 0;
@@ -285,10 +290,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   takeNumbers(top, own, others);
   const IntegratorSettings integrator = readIntegrator(top.section(
       "integrator", {"method", "tolerance", "rate_tolerance", "loosest_tolerance", "step", "plain_kernel"}));
-  PublishSettings publish =
-      readPublish(top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states",
-                                          "frame_every", "frame_prefix", "world_frame", "base_frame"}),
-                  names);
+  PublishSettings publish = readPublish(publishOf(top), names);
   std::vector<Sensor> sensors = readSensors(top, publish, names);
   const long long seed = readSeed(top);
   const bool startsAtRest = readStart(top);
