@@ -267,6 +267,23 @@ TEST(Sensors, DoNotChangeTheMotionOrEachOther) {
   EXPECT_GT(scenes, 10);
 }
 
+/// Steps that the energy guard refuses are made again, and so are their measurements.
+TEST(Sensors, MeasureRepeatedStepsOnce) {
+  Scene scene = readSceneText(
+      "chain: [rod]\ngravity: [0, 0]\nlinks: {rod: {mass: 1, inertia: 0, com: [1, 0], pin: [1, 0], joint: "
+      "{stiffness: 1.0e+6}, initial: {angle: 0.1}}}\nsensors: {encoder: {joints: all, rate: 5000}}\n"
+      "integrator: {method: rk4, step: 0.0035}");
+  Simulation simulation(scene, 0, true);
+  ASSERT_TRUE(simulation.advanceTo(0.1)) << simulation.fault();
+  EXPECT_GT(simulation.statistics().rescues, 0);
+  const std::vector<Measurement> all = simulation.measure();
+  ASSERT_EQ(all.size(), 501u);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    EXPECT_EQ(all[k].number, static_cast<long long>(k));
+    EXPECT_LE(std::abs(all[k].values[0]), 0.11);  // refused states are beyond
+  }
+}
+
 TEST(Sensors, BeginAgainAtAReset) {
   const Scene scene = readSceneText(rod + "sensors: {imu: {link: rod, gyro_noise: 1, gyro_bias_walk: 1}}");
   Simulation simulation(scene, 0, true);

@@ -22,7 +22,6 @@ namespace planar_chain {
 namespace {
 
 constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
-
 Eigen::VectorXd vectorOf(const std::vector<double>& numbers) {
   return Eigen::VectorXd::Map(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }
@@ -37,8 +36,7 @@ struct Simulation::Parts {
   Dynamics dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
   std::size_t rung = 0;
-  int goodChecks = 0;    // since the ladder was climbed
-  int rescueLength = 1;  // checks to pass on a higher rung
+  int goodChecks = 0, rescueLength = 1;  // checks since the ladder was climbed; to pass on a higher rung
   Pace pace{leastPaceOf(scene.integrator)};
   long long rescues = 0, unchecked = 0;  // unchecked: steps since the last check of energy
   bool switchedSince = false;            // likewise
@@ -209,8 +207,9 @@ struct Simulation::Parts {
     integrator().begin();
   }
 
-  /// True if a method makes so many steps that another will be faster: an explicit one on a stiff motion, or
-  /// one whose unstable steps end at a stop at once.
+  long long evaluations() const { return dynamics.evaluations() - (sampler ? sampler->evaluations() : 0); }
+
+  /// True if another method will be faster: the motion is stiff, or a stop ends unstable steps at once.
   bool isStuck() { return rung + 1 < rungs && pace.isSlow(integrator().count(), state.t); }
 
   void readRelative() {
@@ -240,7 +239,7 @@ bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
     throw Refused({{"t", "a finite number >= " + toText(p.state.t) + " s, the present time", toText(t)}});
   }
   if (!p.fault.empty()) return false;
-  if (p.sampler) p.sampler->measureAt(p.state);  // at time 0; commands given since act later
+  if (p.sampler) p.sampler->measureAt(p.state);  // at time 0; commands act later
   p.settled();
   bool isWanted = true;
   while (p.state.t < t && p.fault.empty() && (isWanted || p.unchecked > 0)) {
@@ -282,8 +281,7 @@ Statistics Simulation::statistics() const {
     statistics.steps += integrator->count().accepted;
     statistics.rejected += integrator->count().rejected;
   }
-  statistics.evaluations =
-      parts_->dynamics.evaluations() - (parts_->sampler ? parts_->sampler->evaluations() : 0);
+  statistics.evaluations = parts_->evaluations();
   statistics.localError = parts_->integrator().count().lastError;
   statistics.rescues = parts_->rescues;
   return statistics;
