@@ -121,6 +121,55 @@ class Bags(InFolder):
             subprocess.run([os.path.join(BIN, "simulate"), *rest, "--duration", "1", "--csv", out], check=True, stdout=subprocess.DEVNULL)
         self.assertEqual(self.bytes_of("first.csv"), self.bytes_of("again.csv"))
 
+    SENSORS = ("sensors:\n  encoders: {joints: all, resolution: 3e-3, noise: 1e-3, delay: 0.005, rate: 100}\n"
+               "  imu: {link: lower, point: [0.5, 0.1], angle: 0.3, gyro_noise: 0.01, gyro_bias_walk: 0.1, "
+               "accelerometer_noise: 0.05, rate: 400}\nseed: 3\n")
+
+    def test_sensors_are_as_their_users_expect(self):
+        topics = self.bag("--duration", "1", scene=SCENE + self.SENSORS)
+        encoders, imus = topics["/planar_chain/encoders"], topics["/planar_chain/imu"]
+        # sensor_msgs/JointState: "The header specifies the time at which the joint states were recorded."
+        self.assertEqual([message.header.stamp.to_nsec() for _, message in encoders], [k * 10 ** 7 for k in range(1, 100)])
+        self.assertEqual([message.header.stamp.to_nsec() for _, message in imus], [k * 2500000 for k in range(1, 401)])
+        for received, message in encoders:
+            self.assertTrue(0 <= received - message.header.stamp.to_nsec() - 5 * 10 ** 6 < 1e9 / 300 + 2)
+            self.assertEqual((message.name, len(message.position)), (["upper_joint", "lower_joint"], 2))
+            self.assertEqual((message.velocity, message.effort), ((), ()))
+        for received, message in imus:
+            self.assertTrue(0 <= received - message.header.stamp.to_nsec() < 1e9 / 300 + 2)
+            # sensor_msgs/Imu: "If you have no estimate for one of the data elements ... please set element 0 of the
+            # associated covariance matrix to -1". robot_localization then ignores the orientation.
+            self.assertEqual(message.orientation_covariance, (-1.0,) + 8 * (0.0,))
+            # imu_filter_madgwick and robot_localization look the frame up in /tf.
+            self.assertEqual(message.header.frame_id, "imu")
+            for covariance, noise in ((message.angular_velocity_covariance, 0.01), (message.linear_acceleration_covariance, 0.05)):
+                self.assertEqual(covariance, tuple(noise * noise if i % 4 == 0 else 0.0 for i in range(9)))
+        transform, = [each for each in topics["/tf_static"][0][1].transforms if each.child_frame_id == "imu"]
+        self.assertEqual(transform.header.frame_id, "lower")
+        place, turn = transform.transform.translation, transform.transform.rotation
+        self.assertEqual((place.x, place.y, place.z), (0.5, 0.1, 0))
+        self.assertAlmostEqual(2 * math.atan2(turn.z, turn.w), 0.3, 15)
+
+    def test_sensors_change_no_state_and_python_measures_the_same(self):
+        try:
+            from planar_chain import Scene, Simulation
+        except ImportError:
+            self.skipTest("no Python module")
+        states = self.bag("--duration", "1")["/joint_states"]
+        topics = self.bag("--duration", "1", name="sensed.bag", scene=SCENE + self.SENSORS)
+        self.assertEqual([str(each) for each in topics["/joint_states"]], [str(each) for each in states])
+        simulation = Simulation(Scene.from_yaml(SCENE + self.SENSORS), commands=1)
+        measured = {"encoders": [], "imu": []}
+        for k in range(301):
+            simulation.advance_to(k / 300)
+            for one in simulation.measure():
+                if one.time > 0:
+                    measured[one.sensor].append(tuple(one.values))
+        self.assertEqual([message.position for _, message in topics["/planar_chain/encoders"]], measured["encoders"])
+        self.assertEqual([(message.angular_velocity.x, message.angular_velocity.y, message.angular_velocity.z,
+                           message.linear_acceleration.x, message.linear_acceleration.y, message.linear_acceleration.z)
+                          for _, message in topics["/planar_chain/imu"]], measured["imu"])
+
     def test_views_are_those_that_rviz_shows(self):
         views = {topic: messages for topic, messages in self.bag("--duration", "2", "--views").items() if "/view/" in topic}
         self.assertEqual({topic: (messages[0][1]._type, len(messages)) for topic, messages in views.items()}, dict({

@@ -12,6 +12,7 @@
 #include "planar_chain/chain.h"
 #include "planar_chain/fault.h"
 #include "planar_chain/motion_law.h"
+#include "planar_chain/sensors.h"
 
 namespace planar_chain {
 
@@ -104,6 +105,8 @@ struct Scene {
   std::vector<Note> notes{};  ///< for the user; the simulation does not use them
   std::string
       text{};  ///< what it was read from, in YAML, for recordings; empty unless a tool or the node sets it
+  std::vector<Sensor> sensors{};
+  long long seed = 0;  ///< of the sensors' noise
 };
 
 }  // namespace planar_chain

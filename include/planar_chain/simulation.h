@@ -3,7 +3,8 @@
 /// A scene in motion: advance it to a time, read its state, push it.
 ///
 /// A simulation uses no clock, no ROS and no files. It is deterministic: the same calls give the same bits.
-/// Only the constructor, reset() and the first rescue by another method allocate.
+/// Only the constructor, reset() and the first rescue by another method allocate, and a simulation that
+/// measures.
 ///
 /// Every few steps a guard checks the energy balance (run/energy_guard.h). If the balance does not close, or
 /// the method fails, the simulation returns to the last good state and repeats the steps: first with an
@@ -54,9 +55,10 @@ class CommandEffect;
 class Simulation {
  public:
   /// Puts the chain at scene.q, scene.qd at time 0. commandCapacity: the largest number of commands that are
-  /// timed or wait for their start; 0: this simulation takes no commands.
+  /// timed or wait for their start; 0: this simulation takes no commands. measures: the scene's sensors
+  /// measure; otherwise they cost nothing.
   /// @throws std::invalid_argument when q or qd is not of size n, or a load names no body of the chain
-  explicit Simulation(const Scene& scene, int commandCapacity = 0);
+  explicit Simulation(const Scene& scene, int commandCapacity = 0, bool measures = false);
   ~Simulation();
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
@@ -98,6 +100,12 @@ class Simulation {
   void linkMotions(LinkMotion* motions);
   /// Allocates.
   BaseWrench baseWrench();
+
+  /// Returns the measurements that the sensors (sensors.h) delivered up to time(), each once: in the order of
+  /// delivery, then of the sensors. They are kept until this call. A measurement at the time of a command, or
+  /// of setState(), is of the motion before. reset() discards them and begins again. Empty unless this
+  /// simulation measures. Allocates.
+  std::vector<Measurement> measure();
 
   // Commands. A command acts from `start` (s of time()), where a step ends, or from time() if that is later.
   // In a joint with a command_delay it acts, and ends, that much later. A held command lasts until the next
@@ -150,6 +158,7 @@ class Simulation {
   const std::optional<BaseLaws> base_;
   const IntegratorSettings integrator_;
   const int commandCapacity_;
+  const bool measures_;
   std::unique_ptr<Parts> parts_;
 };
 

@@ -12,6 +12,7 @@
 #include "reading/section.h"
 #include "scene/link_reader.h"
 #include "scene/scene_numbers.h"
+#include "scene/sensors_reader.h"
 #include "scene/settings_reader.h"
 #include "scene/slides_reader.h"
 
@@ -215,8 +216,8 @@ std::vector<const char*> sceneKeys() {
   for (const EffectKind* kind : effectKinds()) {
     if (kind->sceneKey()) keys.push_back(kind->sceneKey());
   }
-  for (const char* key : {"base", "start", "integrator", "publish", "command_timeout", "real_time_factor",
-                          "robot_description"}) {
+  for (const char* key : {"base", "start", "integrator", "publish", "sensors", "seed", "command_timeout",
+                          "real_time_factor", "robot_description"}) {
     keys.push_back(key);
   }
   return keys;
@@ -233,6 +234,11 @@ std::optional<BaseLaws> takeBase(const Section& top, const ChainNames* names) {
               "both");
   }
   return readBase(top.section("base", {"x", "y", "angle"}));
+}
+
+Section publishOf(const Section& top) {
+  return top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states", "frame_every",
+                                 "frame_prefix", "world_frame", "base_frame"});
 }
 
 std::optional<double> takeRealTimeFactor(const Section& top) {
@@ -279,10 +285,9 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   takeNumbers(top, own, others);
   const IntegratorSettings integrator = readIntegrator(top.section(
       "integrator", {"method", "tolerance", "rate_tolerance", "loosest_tolerance", "step", "plain_kernel"}));
-  PublishSettings publish =
-      readPublish(top.section("publish", {"rate", "tf_rate", "status_rate", "tf", "link_states",
-                                          "frame_every", "frame_prefix", "world_frame", "base_frame"}),
-                  names);
+  PublishSettings publish = readPublish(publishOf(top), names);
+  std::vector<Sensor> sensors = readSensors(top, publish, names);
+  const long long seed = readSeed(top);
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base = takeBase(top, names);
   if (chain && chain->slides() > 0) refuseBesideSlides(top, *chain, integrator, loads);
@@ -310,7 +315,9 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               std::move(base),
               std::move(expanded->appearance),
               std::move(others),
-              std::move(expanded->notes)};
+              std::move(expanded->notes),
+              std::move(sensors),
+              seed};
   requireSeries(scene, top);
   if (startsAtRest) startAtRest(scene, top);
   throwFaults();

@@ -229,6 +229,8 @@ class BagWriter {
       messages_.forEach([&](const Topic& topic, auto make) {
         if (topic.isDue(ticks_, k)) write(topic.name, stamp, *make(stamp), topic.isLatched);
       });
+      messages_.measurements().forEach(
+          ticks_, k, stamp, [&](const std::string& topic, auto& message) { write(topic, stamp, message); });
       status_.tick = static_cast<std::uint64_t>(k);
       status_.tick_stamp = stamp;
     }
@@ -304,7 +306,7 @@ class BagWriter {
 class OfflineNode : public Bags {
  public:
   OfflineNode(const Scene& scene, const BagArguments& given)
-      : ticks_{scene.publish.rate, 1}, simulation_(scene, Commands::capacity), commands_(ticks_, {}) {
+      : ticks_{scene.publish.rate, 1}, simulation_(scene, Commands::capacity, true), commands_(ticks_, {}) {
     commands_.moveTo(simulation_);
     const std::optional<std::string> node = fullName(given.node);
     if (given.commands) {

@@ -132,7 +132,7 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
 /// Makes what depends on the scene alone. Its publish settings are those of the start.
 /// @throws Refused for frame names that collide; then nothing has changed
 void Node::load(const Scene& scene) {
-  auto simulation = std::make_unique<Simulation>(scene, Commands::capacity);
+  auto simulation = std::make_unique<Simulation>(scene, Commands::capacity, true);
   messages_ = std::make_unique<Messages>(*simulation, ros::this_node::getName(), true);
   simulation_ = std::move(simulation);
   commands_.moveTo(*simulation_);
@@ -148,6 +148,11 @@ void Node::load(const Scene& scene) {
   std_msgs::String text;
   text.data = scene.text;
   sceneOut_.publish(text);
+  messages_->measurements().forEachTopic([&](const std::string& topic, double rate, const auto& example) {
+    ros::Publisher& out = statesOut_[topic] = before[topic];
+    const std::uint32_t queue = queueFor(std::max(rate, settings_.rate));
+    if (!out) out = outer_.advertise<std::decay_t<decltype(example)>>(topic, queue);
+  });
   outer_.setParam("robot_description", urdfOf(scene, messages_->frames(), messages_->frames().every == 1));
   ROS_INFO("%s", whatRuns(*simulation_).c_str());
   motionEnd_ = endOfMotion(scene);
@@ -284,10 +289,13 @@ bool Node::tick() {
   const ros::Time stamp = clock_->stampOf(ticks_.next);
   messages_->forEach([&](const Topic& topic, auto make) {
     if (!topic.isDue(ticks_, ticks_.next)) return;
-    if (topic.isLatched) return staticTf_.sendTransform(messages_->baseInWorld(stamp).transforms);
+    if (topic.isLatched) return staticTf_.sendTransform(messages_->staticTransforms(stamp).transforms);
     const ros::Publisher& out = statesOut_.at(topic.name);
     if (hasSubscribers(out)) out.publish(*make(stamp));
   });
+  messages_->measurements().forEach(
+      ticks_, ticks_.next, stamp,
+      [&](const std::string& topic, const auto& message) { statesOut_.at(topic).publish(message); });
   ++ticks_.next;
   if (before < motionEnd_ && simulation_->time() >= motionEnd_) {
     ROS_INFO("the scene's motion has ended at %g s; rosservice call %s/reset repeats it", motionEnd_,
