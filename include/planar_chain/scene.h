@@ -102,6 +102,7 @@ struct Scene {
   Appearance appearance{};
   NamedNumbers others{};      ///< values of effects, with their keys in the scene
   std::vector<Note> notes{};  ///< for the user; the simulation does not use them
+  std::optional<TipLaws> tip = std::nullopt;  ///< what holds the tip; nothing: it is free
 };
 
 }  // namespace planar_chain

@@ -96,6 +96,10 @@ class Simulation {
   void linkMotions(LinkMotion* motions);
   /// Allocates.
   BaseWrench baseWrench();
+  /// Returns the force on the tip that holds it, N, base frame; 0 if the tip is free.
+  Vec2d tipForce();
+  /// Returns how far the tip is from where it is held, m; 0 if it is free.
+  double closureError();
 
   // Commands. A command acts from `start` (s of time()), where a step ends, or from time() if that is later.
   // A held command lasts until the next one of the same joint or link starts, or until `until`. A timed

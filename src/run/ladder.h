@@ -13,6 +13,7 @@
 #include "dynamics/dynamics.h"
 #include "ode/integrator.h"
 #include "ode/methods.h"
+#include "ode/projected_steps.h"
 #include "ode/switches.h"
 #include "planar_chain/scene.h"
 #include "run/requirements.h"
@@ -64,7 +65,7 @@ constexpr double largestCounted = pi;
 /// drive or the base may do work on a chain that does not move.
 inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dynamics& dynamics) {
   const IntegratorSettings settings = settingsOf(scene.integrator, rung);
-  const int n = scene.chain.size(), works = scene.base || !scene.drives.empty() ? dynamics.works() : 0;
+  const int n = scene.chain.size(), works = scene.base || scene.tip || !scene.drives.empty() ? dynamics.works() : 0;
   const double none = std::numeric_limits<double>::infinity();
   ode::Tolerance tolerance{settings.tolerance, Eigen::ArrayXd::Constant(2 * n + works, none), n,
                            settings.rateTolerance};
@@ -81,6 +82,7 @@ inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t
   require(settings.method != "taylor" || (scene.chain.slides() == 0 && dynamics.effects().haveSeries()),
           "method taylor needs a Taylor series of all that acts");
   auto method = ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, rung, dynamics));
+  if (dynamics.holdsTip()) method = ode::projectedSteps(std::move(method), dynamics);
   if (!dynamics.effects().haveSwitches()) return method;
   return ode::landingOnSwitches(std::move(method), dynamics.effects(), dynamics);
 }

@@ -85,10 +85,14 @@ struct Simulation::Parts {
 
   void restore() { dynamics.restore(state.y.data(), y.data()); }
 
-  void set(const std::vector<double>& newQ, const std::vector<double>& newQd) {
+  void set(std::vector<double> newQ, std::vector<double> newQd) {
     std::vector<Fault> faults;
-    stateOf(scene, state.t, vectorOf(newQ), vectorOf(newQd), faults);
+    const GivenState given = stateOf(scene, state.t, vectorOf(newQ), vectorOf(newQd), faults);
     if (!faults.empty()) throw Refused(std::move(faults));
+    if (dynamics.holdsTip()) {
+      newQ.assign(given.q.data(), given.q.data() + n);
+      newQd.assign(given.qd.data(), given.qd.data() + n);
+    }
     coordinates.toAbsolute(newQ.data(), y.data());
     coordinates.toAbsolute(newQd.data(), y.data() + n);
     const double energy = dynamics.energy(state.t, y.data()).total();
@@ -299,6 +303,14 @@ EnergyBalance Simulation::energyBalance() const {
   const Energy present = energy();
   const Eigen::Vector2d works = parts_->guard.worksOf(parts_->y.data());
   return {present, works[0], works[1], present.total() - parts_->energyAtStart - works[0] + works[1]};
+}
+
+Vec2d Simulation::tipForce() {
+  return parts_->settled().tipForce(parts_->state.t, parts_->y.data());
+}
+
+double Simulation::closureError() {
+  return parts_->dynamics.closureError(parts_->state.t, parts_->y.data());
 }
 
 void Simulation::accelerations(double* qdd) {

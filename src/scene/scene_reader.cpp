@@ -14,6 +14,7 @@
 #include "scene/scene_numbers.h"
 #include "scene/settings_reader.h"
 #include "scene/slides_reader.h"
+#include "scene/tip_reader.h"
 
 namespace planar_chain {
 
@@ -220,7 +221,7 @@ std::vector<const char*> sceneKeys() {
   for (const EffectKind* kind : effectKinds()) {
     if (kind->sceneKey()) keys.push_back(kind->sceneKey());
   }
-  for (const char* key : {"base", "start", "integrator", "publish", "command_timeout", "real_time_factor",
+  for (const char* key : {"base", "tip", "start", "integrator", "publish", "command_timeout", "real_time_factor",
                           "robot_description"}) {
     keys.push_back(key);
   }
@@ -291,6 +292,8 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base = takeBase(top, names);
   if (chain && chain->slides() > 0) refuseBesideSlides(top, *chain, integrator, loads);
+  std::optional<TipLaws> tip = takeTip(top);
+  if (tip && chain) checkTip(top, *tip, *chain, expanded->drives);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   const std::optional<double> realTimeFactor = takeRealTimeFactor(top);
@@ -315,8 +318,11 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               std::move(base),
               std::move(expanded->appearance),
               std::move(others),
-              std::move(expanded->notes)};
+              std::move(expanded->notes),
+              std::move(tip)};
   requireSeries(scene, top);
+  closeStart(scene, top);
+  throwFaults();
   if (startsAtRest) startAtRest(scene, top);
   throwFaults();
   return scene;
