@@ -100,8 +100,8 @@ struct Scene {
   std::vector<Drive> drives{};                  ///< one a joint at most
   std::optional<BaseLaws> base = std::nullopt;  ///< the motion of the ground pin; nothing: it stands still
   Appearance appearance{};
-  NamedNumbers others{};      ///< values of effects, with their keys in the scene
-  std::vector<Note> notes{};  ///< for the user; the simulation does not use them
+  NamedNumbers others{};                      ///< values of effects, with their keys in the scene
+  std::vector<Note> notes{};                  ///< for the user; the simulation does not use them
   std::optional<TipLaws> tip = std::nullopt;  ///< what holds the tip; nothing: it is free
 };
 

@@ -45,8 +45,9 @@ inline void Evaluator::takeCouplings(double t) {
     return;
   }
   hasCouplings_ = true;
-  anyIsGiven_ = effects_.base() || couplings_.tip.rows > 0 || std::any_of(couplings_.joints.begin(), couplings_.joints.end(),
-                                               [](const Coupling<double>& joint) { return joint.isHeld; });
+  anyIsGiven_ = effects_.base() || couplings_.tip.rows > 0 ||
+                std::any_of(couplings_.joints.begin(), couplings_.joints.end(),
+                            [](const Coupling<double>& joint) { return joint.isHeld; });
   recursion_.couple(couplings_.joints.data());
 }
 

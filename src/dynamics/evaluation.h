@@ -6,7 +6,8 @@
 /// If the base turns by φ(t), y holds ψ = θ − φ and ψ̇, so that ψ_1 = q_1. The recursion has θ. With τ_1 the
 /// torque of the effects in joint 1,
 ///
-///     P_supplied = that of the effects + Σ (μ_i + J_i q̈_i) q̇_i of held joints + F_pin·v_base + (μ_1 + τ_1) φ̇ + λ·v_tip
+///     P_supplied = that of the effects + Σ (μ_i + J_i q̈_i) q̇_i of held joints + F_pin·v_base + (μ_1 + τ_1) φ̇
+///     + λ·v_tip
 ///
 /// Behind slides the base does not move. In the arrays the slides come first: their positions, their rates in
 /// ω, s̈ in α, forces along the rails in N and μ; e = 1; and as pins their own points.

@@ -166,8 +166,7 @@ Powers ExactSolve::timeDerivative(double* slopes) {
                       (at.moments[index(i)] + joint.rotor * motion.acceleration) * motion.acceleration;
   }
   if (at.turning.empty()) return power;
-  power.supplied +=
-      dot(change.tipForce, now.tipVelocity) + dot(at.ends.tipForce, now.tip.acceleration);
+  power.supplied += dot(change.tipForce, now.tipVelocity) + dot(at.ends.tipForce, now.tip.acceleration);
   power.supplied += dot(change.pinForce, at.base.velocity) + dot(at.pinForce, now.pinAcceleration()) +
                     (change.moments[0] + firstTorqueRate()) * now.angle.rate +
                     (at.moments[0] + firstTorque(at.t)) * now.angle.acceleration;

@@ -212,7 +212,8 @@ class TipKind : public EffectKind {
   std::unique_ptr<Effect> make(const Scene& scene) const override {
     if (!scene.tip) return nullptr;
     for (const Joint& joint : scene.chain.joints()) {
-      if (dryFrictionIn(joint) > 0) throw std::invalid_argument("a chain whose tip is held cannot have friction");
+      if (dryFrictionIn(joint) > 0)
+        throw std::invalid_argument("a chain whose tip is held cannot have friction");
     }
     return std::make_unique<HeldTip>(*scene.tip);
   }

@@ -65,7 +65,8 @@ constexpr double largestCounted = pi;
 /// drive or the base may do work on a chain that does not move.
 inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dynamics& dynamics) {
   const IntegratorSettings settings = settingsOf(scene.integrator, rung);
-  const int n = scene.chain.size(), works = scene.base || scene.tip || !scene.drives.empty() ? dynamics.works() : 0;
+  const int n = scene.chain.size(),
+            works = scene.base || scene.tip || !scene.drives.empty() ? dynamics.works() : 0;
   const double none = std::numeric_limits<double>::infinity();
   ode::Tolerance tolerance{settings.tolerance, Eigen::ArrayXd::Constant(2 * n + works, none), n,
                            settings.rateTolerance};

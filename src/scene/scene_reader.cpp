@@ -221,8 +221,8 @@ std::vector<const char*> sceneKeys() {
   for (const EffectKind* kind : effectKinds()) {
     if (kind->sceneKey()) keys.push_back(kind->sceneKey());
   }
-  for (const char* key : {"base", "tip", "start", "integrator", "publish", "command_timeout", "real_time_factor",
-                          "robot_description"}) {
+  for (const char* key : {"base", "tip", "start", "integrator", "publish", "command_timeout",
+                          "real_time_factor", "robot_description"}) {
     keys.push_back(key);
   }
   return keys;

@@ -66,7 +66,8 @@ bool checkTip(const Section& top, const TipLaws& tip, const Chain& chain, const 
     std::string driven;
     for (const Drive& drive : drives)
       driven += (driven.empty() ? ", as a drive gives " : ", ") + chain.joints()[index(drive.joint)].name;
-    top.fault(keyOf(tip), tip.rows() == 2 ? "at least 2 joints that are not driven" : "a joint that is not driven",
+    top.fault(keyOf(tip),
+              tip.rows() == 2 ? "at least 2 joints that are not driven" : "a joint that is not driven",
               std::to_string(moving) + driven);
   }
   for (const Joint& joint : chain.joints()) {
@@ -82,16 +83,19 @@ void closeStart(Scene& scene, const Section& top) {
   if (!scene.tip) return;
   const Closing closing = closeState(scene, 0, scene.q, scene.qd);
   if (!closing.isClosed) {
-    top.fault(keyOf(*scene.tip), "a place that the tip reaches", "a gap of " + toText(closing.gap) + " m is left");
+    top.fault(keyOf(*scene.tip), "a place that the tip reaches",
+              "a gap of " + toText(closing.gap) + " m is left");
     return;
   }
   constexpr double worthSaying = 1e-6;
   const Coordinates coordinates = scene.chain.coordinates();
   double angle = 0, slid = 0;
   for (int i = 0; i < coordinates.size(); ++i)
-    (coordinates.slides(i) ? slid : angle) = std::max(coordinates.slides(i) ? slid : angle, closing.moved[index(i)]);
+    (coordinates.slides(i) ? slid : angle) =
+        std::max(coordinates.slides(i) ? slid : angle, closing.moved[index(i)]);
   if (angle <= worthSaying && slid <= worthSaying) return;
-  std::string moved = "the initial angles are moved by up to " + toText(std::round(angle * 1e6) / 1e6) + " rad";
+  std::string moved =
+      "the initial angles are moved by up to " + toText(std::round(angle * 1e6) / 1e6) + " rad";
   if (slid > worthSaying) moved += " and positions by " + toText(std::round(slid * 1e6) / 1e6) + " m";
   scene.notes.push_back({keyOf(*scene.tip), moved + " to bring the tip there"});
 }
