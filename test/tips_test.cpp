@@ -11,6 +11,8 @@
 #include <cmath>
 #include <string>
 
+#include "planar_chain/kane.h"
+#include "planar_chain/linear_model.h"
 #include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
 #include "reference/ends/values.h"
@@ -93,6 +95,40 @@ TEST_P(HeldTips, MoveAsDenseEquationsSay) {
 }
 
 INSTANTIATE_TEST_SUITE_P(By, HeldTips, testing::Values("auto", "dop853", "rodas5p", "radau13"));
+
+// ---- Matrices --------------------------------------------------------------------------------------
+
+TEST(HeldTip, MovesAsKanesEquationsSay) {
+  for (const std::string& text : {fourBar(), slung, stiffLoop, sliderCrank, heldCart}) {
+    const Scene scene = readSceneText(text);
+    Simulation simulation(scene);
+    ASSERT_TRUE(simulation.advanceTo(0.7));
+    const Eigen::Index n = scene.chain.size();
+    const Eigen::VectorXd q = Eigen::VectorXd::Map(simulation.q().data(), n),
+                          qd = Eigen::VectorXd::Map(simulation.qd().data(), n);
+    const auto dense = [&](const Eigen::VectorXd& x) {
+      return kane(scene.chain, x.head(n), x.tail(n), activeForces(scene, 0.7, x.head(n), x.tail(n)));
+    };
+    const Eigen::VectorXd state = (Eigen::VectorXd(2 * n) << q, qd).finished();
+    const Kane at = dense(state);
+    Eigen::VectorXd qdd(n);
+    simulation.accelerations(qdd.data());
+    EXPECT_LT((qdd - at.qdd).norm(), 1e-9 * (1 + qdd.norm())) << text;
+    const Vec2d force = simulation.tipForce();
+    EXPECT_NEAR(at.phi.norm(), length(force), 1e-8 * (1 + length(force))) << text;
+    // What moves by itself takes no torque.
+    EXPECT_LT(inverseDynamics(scene, 0.7, q, qd, qdd).norm(), 1e-8 * (1 + at.f.norm())) << text;
+    EXPECT_THROW(inverseDynamics(scene, 0.7, q, qd, qdd + Eigen::VectorXd::Ones(n)), Refused) << text;
+
+    const LinearModel model = linearModel(scene, 0.7, q, qd);
+    constexpr double h = 1e-5;
+    for (Eigen::Index i = 0; i < 2 * n; ++i) {
+      const Eigen::VectorXd to = h * Eigen::VectorXd::Unit(2 * n, i);
+      const Eigen::VectorXd slope = (dense(state + to).qdd - dense(state - to).qdd) / (2 * h);
+      EXPECT_LT((model.A.col(i).tail(n) - slope).norm(), 1e-6 * (1 + model.A.norm())) << text << i;
+    }
+  }
+}
 
 // ---- Known answers ---------------------------------------------------------------------------------
 

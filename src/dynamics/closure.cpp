@@ -75,8 +75,8 @@ Vec2d Closure::rateGap(const Couplings& at, const double* y) {
   return alongRows(at, at.tipVelocity - v);
 }
 
-/// Moves the tip by so much, as far as no angle turns by more than `most`.
-void Closure::move(const Couplings& at, Vec2d tip, double most, double* values, double* carry) {
+/// The impulse that moves the tip by so much, and change_, of which it is the cause.
+EndsMotion<double> Closure::impulse(const Couplings& at, Vec2d tip) {
   const int slides = mechanism_.slides();
   for (int i = 0; i < slides; ++i) inner_.slide[index(i)].isHeld = at.joints[index(i)].isHeld;
   Tip<double> held = at.tip;
@@ -84,6 +84,23 @@ void Closure::move(const Couplings& at, Vec2d tip, double most, double* values, 
   const EndsMotion<double> motion = recursion_.impulse(e_.data() + slides, at.joints.data() + slides, inner_,
                                                        held, change_.data() + slides);
   std::copy_n(motion.acceleration.begin(), slides, change_.begin());
+  return motion;
+}
+
+double Closure::spread(const Couplings& at, const double* y) {
+  if (at.tip.rows < 2) return 1;
+  rotate(at, y);
+  const EndsMotion<double> x = impulse(at, {1, 0}), other = impulse(at, {0, 1});
+  if (x.acting.rows < 2) return 0;
+  const Eigen2<double> answer =
+      eigen(Sym2<double>{x.tipForce.x, (x.tipForce.y + other.tipForce.x) / 2, other.tipForce.y});
+  return std::max(answer.value[1] / answer.value[0], 0.0);
+}
+
+/// Moves the tip by so much, as far as no angle turns by more than `most`.
+void Closure::move(const Couplings& at, Vec2d tip, double most, double* values, double* carry) {
+  const int slides = mechanism_.slides();
+  impulse(at, tip);
   double largest = 0;
   for (int j = 0; j < n_; ++j)
     largest = std::max(largest, std::abs(change_[index(j)]) / (j < slides ? reach_ : 1));

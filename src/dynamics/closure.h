@@ -35,6 +35,9 @@ class Closure {
   /// rounding errors `carry`, which may be nullptr (Kahan). Returns false if the gap stays: y is as near as
   /// it came.
   bool project(const Couplings& at, double* y, double* carry);
+  /// How near the chain is to a pose, stretched between its ends, in which a force on the tip does not move
+  /// it: the smaller eigenvalue of the tip's answer to forces over the larger one, or 1 of one row.
+  double spread(const Couplings& at, const double* y);
   /// The length that gaps are compared with: the reach and the place of the tip, m.
   double sizeAt(const Couplings& at) const;
 
@@ -42,6 +45,7 @@ class Closure {
   void rotate(const Couplings& at, const double* y);
   Vec2d alongRows(const Couplings& at, Vec2d a) const;
   void move(const Couplings& at, Vec2d tip, double most, double* values, double* carry);
+  EndsMotion<double> impulse(const Couplings& at, Vec2d tip);
   bool close(const Couplings& at, double* y, double* carry);
 
   const Mechanism& mechanism_;

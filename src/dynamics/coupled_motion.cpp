@@ -171,6 +171,12 @@ double CoupledMotion::closureError(double t, const double* y) {
   return length(closure_->gap(held_, y));
 }
 
+double CoupledMotion::spread(double t, const double* y) {
+  if (!closure_) return 1;
+  effects_.couple(t, 0, held_);
+  return closure_->spread(held_, y);
+}
+
 void CoupledMotion::hold(double t, double* q, double* qd) {
   effects_.couple(t, 0, held_);
   for (int i = 0; i < n_; ++i) {

@@ -78,6 +78,8 @@ class CoupledMotion final : private Mechanics {
   bool project(double t, double* y, double* carry);
   /// The distance of the tip from where it is held, m; 0 if it is free.
   double closureError(double t, const double* y);
+  /// See Closure::spread(); 1 if the tip is free.
+  double spread(double t, const double* y);
 
  private:
   /// Results of the welded chain at one state.

@@ -76,6 +76,11 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   bool close(double t, double* y) { return !coupled_ || coupled_->project(t, y, nullptr); }
   /// The distance of the tip from where it is held, m; 0 if it is free.
   double closureError(double t, const double* y) { return coupled_ ? coupled_->closureError(t, y) : 0; }
+  /// True if the chain is so stretched between its ends that rounding decides how the motion goes on.
+  bool isStretched(double t, const double* y) {
+    constexpr double undecided = 1e-9;
+    return coupled_ && coupled_->spread(t, y) < undecided;
+  }
   /// The force on the tip, N.
   Vec2d tipForce(double t, const double* y) {
     return holdsTip() ? coupled_->at(t, y).ends.tipForce : Vec2d{};

@@ -197,7 +197,8 @@ struct Simulation::Parts {
     unchecked = 0;
     if (std::exchange(switchedSince, false)) dynamics.enterState(state.t, y.data());
     if (rung + 1 == rungs) {
-      return describeFailure(fault, scene.integrator.method, state.t, outcome, guard.gap());
+      return describeFailure(fault, scene.integrator.method, state.t, outcome, guard.gap(),
+                             dynamics.isStretched(state.t, y.data()));
     }
     dynamics.reconsider(state.t, y.data());  // what is known of these times is of other states
     rescueBy(rung + 1);
