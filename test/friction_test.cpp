@@ -303,8 +303,8 @@ long long evaluationsOf(const Scene& scene, double duration) {
 // At each friction, whether it is above the rounding of the joint torques or far below: it does not hang.
 TEST(LongChains, DoNotStall) {
   for (const auto& [links, length, mass] : {std::tuple{30, 0.05, 0.02}, {40, 1., 1.}, {300, 0.1, 0.1}}) {
-    constexpr int most = 100;
-    for (const double friction : {1e-300, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2}) {
+    constexpr int most = 40;
+    for (const double friction : {1e-300, 1e-14, 1e-12, 1e-10, 1e-8, 1e-7, 1e-6, 1e-4, 1e-2}) {
       const double duration = links < 100 ? 0.3 : 0.1;
       const long long dampers = evaluationsOf(levelChain(links, friction, "damping", length, mass), duration);
       EXPECT_LT(evaluationsOf(levelChain(links, friction, "friction", length, mass), duration),
@@ -324,7 +324,8 @@ TEST(LongChains, DoNotStallWhereTheyOnceDid) {
        {Case{30, 0.05, 0.02, 1e-14, 0.3, "auto"}, Case{30, 1, 1, 1e-14, 0.3, "auto"},
         Case{30, 1, 1, 1e-10, 0.3, "auto"}, Case{40, 1, 1, 1e-300, 0.3, "auto"},
         Case{40, 1, 1, 1e-12, 0.3, "auto"}, Case{30, 1, 1, 1e-14, 0.3, "dopri5"},
-        Case{1000, 0.1, 0.1, 1e-4, 0.02, "auto"}}) {
+        Case{1000, 0.1, 0.1, 1e-4, 0.02, "auto"}, Case{1000, 0.1, 0.1, 1e-7, 0.005, "auto"},
+        Case{100, 0.1, 0.1, 1e-10, 0.1, "auto"}}) {
     SCOPED_TRACE(std::to_string(links) + " links, " + std::to_string(friction) + " N m, " + method);
     Scene scene = levelChain(links, friction, "friction", length, mass);
     scene.integrator.method = method;

@@ -8,11 +8,10 @@ namespace planar_chain {
 
 namespace {
 
-/// Rounds that may bring nothing before fewer joints are changed at once. Júdice and Pires use 10, for
-/// problems without a good guess. Here a front is at most some ten joints wide.
-constexpr int mostVain = 3, mostVainOfFronts = 20;
+/// Rounds in a row that may bring nothing before fronts get wider.
+constexpr int mostVain = 20;
 /// Wrong joints this near to each other are of one front: A falls off by about 4 from joint to joint. The
-/// distance doubles after each mostVainOfFronts rounds, until all are of one front.
+/// distance doubles after each mostVain rounds, until all are of one front.
 constexpr int nearest = 3;
 
 bool isWrong(const RestingJoint& joint) {
@@ -38,12 +37,8 @@ class Pivoting {
       flipped_ = 0;
       if (oneByOne_) {
         flipOfAll();
-      } else if (vain <= mostVain) {
-        for (RestingJoint& joint : joints_) {
-          if (isWrong(joint)) flip(joint);
-        }
       } else {
-        flipOfFronts(nearest << std::min(vain / mostVainOfFronts, 16));
+        flipOfFronts(nearest << std::min(vain / mostVain, 16));
       }
     }
     giveUp();
@@ -55,8 +50,8 @@ class Pivoting {
   int solve() {
     chain_.solve(joints_);
     ++rounds_;
-    if (flipped_ == 1 && isWrong(*last_)) {
-      // Changed alone, and wrong again: by rounding.
+    // Changed alone, and wrong the same way again: by rounding. One that came from + may still start in −.
+    if (flipped_ == 1 && isWrong(*last_) && (last_->direction != 0 || last_->release == before_)) {
       last_->isHeld = true;
       if (last_->direction != 0) {
         last_->direction = 0;
@@ -68,6 +63,7 @@ class Pivoting {
   }
 
   void flip(RestingJoint& joint) {
+    before_ = joint.direction;
     joint.direction = joint.direction == 0 ? joint.release : 0;
     last_ = &joint;
     ++flipped_;
@@ -128,6 +124,7 @@ class Pivoting {
   const bool oneByOne_;
   int rounds_ = 0, flipped_ = 0;
   RestingJoint* last_ = nullptr;  ///< that was changed
+  double before_ = 0;             ///< its direction until then
 };
 
 }  // namespace

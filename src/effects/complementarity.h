@@ -11,20 +11,19 @@
 ///     starts in −    q̈_i ≤ 0     λ_i = +c_i
 ///
 /// A is never formed. An oracle solves the chain for a guess of which joints stick; it returns λ of these and
-/// q̈ of the others. Block principal pivoting changes all joints whose guess is wrong at once, as long as
-/// fewer get wrong. If `mostVain` rounds in a row bring no fewer, it changes one joint of each front, until
-/// fewer are wrong again: those that start in the wrong direction, else the one with the most load. Fronts
-/// get wider while that does not help.
+/// q̈ of the others. Each round changes one wrong joint of each front at once: those that start in the wrong
+/// direction, else the one with the most load, for its start relieves its neighbours. If rounds bring no
+/// fewer wrong joints, fronts get wider, at last as wide as the chain: then it is Murty's scheme.
 ///
-/// If one joint alone is changed, its new guess is right, for A is positive definite. If it is not, rounding
-/// decides. Such a joint sticks, and is changed no more.
+/// If one joint alone is changed, what was wrong with it is right, for A is positive definite: one that
+/// breaks loose starts that way; one that stops does not start again the same way, but it may the other way.
+/// If this does not hold, rounding decides. Such a joint sticks, and is changed no more.
 ///
 /// If a breakaway torque is larger than the friction of sliding, several solutions may exist. Then all joints
 /// stick at first, and only the one with the most torque for its breakaway torque is released each time, for
 /// its start may let others hold.
 ///
-/// Source: J. J. Júdice, F. M. Pires, A block principal pivoting algorithm for large-scale strictly monotone
-/// linear complementarity problems, Comput. Oper. Res. 21 (1994) 587–596; K. G. Murty, Note on a Bard-type
+/// Source: K. G. Murty, Note on a Bard-type
 /// scheme for solving the complementarity problem, Opsearch 11 (1974) 123–130; P. Lötstedt, Mechanical
 /// systems of rigid bodies subject to unilateral constraints, SIAM J. Appl. Math. 42 (1982) 281–296.
 

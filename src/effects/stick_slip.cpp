@@ -12,6 +12,8 @@ constexpr double never = -1e300;
 /// The share of the tolerance that a joint held by its band may miss. With 1, a chain of many joints would
 /// miss the tolerance together; with 1e-4, rounding decides in chains of a hundred links at 1e-6.
 constexpr double accuracy = 0.01;
+/// The same where c Y is below `weak` tolerances a second: a thousand such joints stick and slide with less.
+constexpr double accuracyOfWeak = 0.1, weak = 1e4;
 /// Friction that changes no rate by more than this share of the tolerance in a second is left out. Rounding
 /// of the joint's moment would decide whether it sticks.
 constexpr double negligible = 0.1;
@@ -47,7 +49,9 @@ StickSlip::StickSlip(const Chain& chain, double tolerance)
 }
 
 double StickSlip::ownBand(int joint) const {
-  return std::max(rounding * breakaway_[joint], accuracy * tolerance_ / mostYield_[joint]);
+  const double breakaway = breakaway_[joint], oneTolerance = tolerance_ / mostYield_[joint];
+  const double share = breakaway < weak * oneTolerance ? accuracyOfWeak : accuracy;
+  return std::max(rounding * breakaway, share * oneTolerance);
 }
 
 // ---- What is due ------------------------------------------------------------------------------------

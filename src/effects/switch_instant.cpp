@@ -122,7 +122,8 @@ SwitchInstant::Rise SwitchInstant::riseOf(int joint, const ode::Stretch& of) con
   const double steepest =
       2 * std::max(std::abs(rise.half - rise.begin), std::abs(rise.end - rise.half)) / of.h;
   const double most = joints_.breakaway(joint);
-  const double late = std::clamp(1e-5 * (rise.end - rise.begin), 1e-8 * most, 1e-6 * most);
+  const double late = std::max(std::clamp(1e-5 * (rise.end - rise.begin), 1e-8 * most, 1e-6 * most),
+                               (joints_.limit(joint) - most) / 2);
   const bool slides = joints_.slides(joint);
   rise.beyond = narrow * steepest + (slides ? 32 * epsilon * (std::abs(omega[joint]) + inner)
                                             : (joints_.hasBreakaway() ? 1e-11 * most : late));
@@ -189,10 +190,12 @@ std::optional<ode::Crossing> SwitchInstant::crossingOf(int joint, const ode::Str
   due.add(1, rise.end - rise.beyond / 2);
   double low = of.t, high = last;
   while (high - low > narrow) {
-    const double t = of.t + of.h * due.zero((low - of.t) / of.h, (high - of.t) / of.h);
-    if (due.isFull() || !(t > low && t < high)) return {};
+    // Where rounding leaves the polynomial no zero, by halves.
+    double t = of.t + of.h * due.zero((low - of.t) / of.h, (high - of.t) / of.h);
+    const bool isOfUse = !due.isFull() && t > low && t < high;
+    if (!isOfUse) t = low + (high - low) / 2;
     const double value = dueAt(joint, t, of);
-    due.add((t - of.t) / of.h, value - rise.beyond / 2);
+    if (isOfUse) due.add((t - of.t) / of.h, value - rise.beyond / 2);
     if (value > 0 && value <= rise.beyond) {
       found.t = t;
       found.which = joint;

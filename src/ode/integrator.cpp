@@ -118,7 +118,7 @@ class LandingOnSwitches : public Integrator {
   Outcome advance(State& state, double end, double longestStep) override {
     before_ = state;
     if (guessed_) course_.begin(before_);  // the step needs it, too
-    const Outcome outcome = steps_->advance(state, end, std::min(longestStep, 3 * usual_));
+    const Outcome outcome = steps_->advance(state, end, std::min(longestStep, longest(state.t)));
     if (hasFailed(outcome)) return outcome;
     from_.t = before_.t;
     f_.restore(before_.y.data(), from_.y.data());
@@ -149,6 +149,12 @@ class LandingOnSwitches : public Integrator {
     Eigen::VectorXd y;
     double due;
   };
+
+  /// Of a step: little behind the next switch, but long enough to be made.
+  double longest(double t) const {
+    constexpr double shortest = 256 * std::numeric_limits<double>::epsilon();
+    return std::max(3 * usual_, shortest * std::max(1.0, std::abs(t)));
+  }
 
   void evaluate(const State& state, Place& place) const {
     place.t = state.t;
