@@ -72,8 +72,6 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   // ---- A held tip ------------------------------------------------------------------------------------
 
   bool holdsTip() const { return effects_.holdTip(); }
-  /// Moves a state onto the condition of the tip, as project(). Returns false if it cannot.
-  bool close(double t, double* y) { return !coupled_ || coupled_->project(t, y, nullptr); }
   /// The distance of the tip from where it is held, m; 0 if it is free.
   double closureError(double t, const double* y) { return coupled_ ? coupled_->closureError(t, y) : 0; }
   /// True if the chain is so stretched between its ends that rounding decides how the motion goes on.

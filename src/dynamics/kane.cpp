@@ -106,8 +106,17 @@ struct Blocks {
   }
 };
 
-/// J_c and c. T, S and rates of the bodies are known.
-void takeTip(const Chain& chain, const ActiveForces& active, const RowVectorXd& omega, Kane& k) {
+/// The accelerations with q̈ = 0 of a base that moves, but for those of A_1.
+VectorXd ofBase(const ActiveForces& active, const MatrixXd& B, const MatrixXd& C) {
+  VectorXd a = active.rate * C.colwise().sum() + active.turning * B.colwise().sum();
+  for (Eigen::Index i = 0; i < a.size() / 2; ++i)
+    a.segment<2>(2 * i) += Eigen::Vector2d(active.acceleration.x, active.acceleration.y);
+  return a;
+}
+
+/// J_c, c, φ, and what φ adds to q̈. inverse: M_q⁻¹. T, S and q̈ without φ are known.
+void takeTip(const Chain& chain, const ActiveForces& active, const RowVectorXd& omega,
+             const MatrixXd& inverse, Kane& k) {
   const int n = chain.size(), slides = chain.slides();
   MatrixXd J = MatrixXd::Zero(2, n);
   Eigen::Vector2d rest(active.acceleration.x, active.acceleration.y);
@@ -126,6 +135,9 @@ void takeTip(const Chain& chain, const ActiveForces& active, const RowVectorXd& 
   }
   k.J_c = active.tipRows * J;
   k.c = active.tipRows * (Eigen::Vector2d(active.tipAcceleration.x, active.tipAcceleration.y) - rest);
+  const MatrixXd under = inverse * k.J_c.transpose();
+  k.phi = (k.J_c * under).completeOrthogonalDecomposition().solve(k.c - k.J_c * k.qdd);
+  k.qdd += under * k.phi;
 }
 
 }  // namespace
@@ -182,18 +194,10 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
   k.M_q = k.V_pd * k.A_2.transpose() + k.W_pd * k.A_3.transpose();
   if (active.rotors.size() > 0) k.M_q.diagonal() += active.rotors;
 
-  // The base: accelerations with q̈ = 0, but for those of A_1.
-  VectorXd ofBase = active.rate * C.colwise().sum() + active.turning * B.colwise().sum();
-  for (int i = 0; i < n; ++i)
-    ofBase.segment<2>(2 * i) += Eigen::Vector2d(active.acceleration.x, active.acceleration.y);
-  k.f -= k.V_pd * m.cwiseProduct(ofBase) + active.turning * (k.W_pd * I);
+  k.f -= k.V_pd * m.cwiseProduct(ofBase(active, B, C)) + active.turning * (k.W_pd * I);
   const auto inverse = k.M_q.ldlt();
   k.qdd = inverse.solve(k.f);
-  if (active.tipRows.rows() == 0) return k;
-  takeTip(chain, active, omega, k);
-  const MatrixXd under = inverse.solve(k.J_c.transpose());
-  k.phi = (k.J_c * under).completeOrthogonalDecomposition().solve(k.c - k.J_c * k.qdd);
-  k.qdd += under * k.phi;
+  if (active.tipRows.rows() > 0) takeTip(chain, active, omega, inverse.solve(MatrixXd::Identity(n, n)), k);
   return k;
 }
 

@@ -1,8 +1,17 @@
 #include "dynamics/equilibrium.h"
 #include "effects/effect_kind.h"
+#include "ode/methods.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain {
+
+const Scene& Simulation::scene() const {
+  return scene_;
+}
+
+double Simulation::tolerance() const {
+  return ode::hasFixedStep(scene_.integrator.method) ? 0 : scene_.integrator.tolerance;
+}
 
 void Simulation::settle() {
   Scene present = scene_;

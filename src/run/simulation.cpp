@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "dynamics/closed_state.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/given_state.h"
 #include "effects/commands.h"
@@ -21,10 +22,6 @@ namespace planar_chain {
 namespace {
 
 constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
-
-Eigen::VectorXd vectorOf(const std::vector<double>& numbers) {
-  return Eigen::VectorXd::Map(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
-}
 
 }  // namespace
 
@@ -87,12 +84,9 @@ struct Simulation::Parts {
 
   void set(std::vector<double> newQ, std::vector<double> newQd) {
     std::vector<Fault> faults;
-    const GivenState given = stateOf(scene, state.t, vectorOf(newQ), vectorOf(newQd), faults);
+    stateOf(scene, state.t, vectorOf(newQ), vectorOf(newQd), faults);
     if (!faults.empty()) throw Refused(std::move(faults));
-    if (dynamics.holdsTip()) {
-      newQ.assign(given.q.data(), given.q.data() + n);
-      newQd.assign(given.qd.data(), given.qd.data() + n);
-    }
+    closeState(scene, state.t, newQ, newQd);
     coordinates.toAbsolute(newQ.data(), y.data());
     coordinates.toAbsolute(newQd.data(), y.data() + n);
     const double energy = dynamics.energy(state.t, y.data()).total();
@@ -273,9 +267,6 @@ const std::vector<double>& Simulation::qd() const {
 const std::string& Simulation::fault() const {
   return parts_->fault;
 }
-const Scene& Simulation::scene() const {
-  return scene_;
-}
 std::string Simulation::method() const {
   return parts_->integrator().name();
 }
@@ -381,10 +372,6 @@ void Simulation::followBase(BaseLaws laws) {
   for (Coupler* coupler : parts_->dynamics.effects().couplers()) coupler->followBase(laws);
   scene_.base = std::move(laws);
   parts_->actsOtherwise = true;
-}
-
-double Simulation::tolerance() const {
-  return ode::hasFixedStep(scene_.integrator.method) ? 0 : scene_.integrator.tolerance;
 }
 
 void Simulation::setTolerance(double tolerance) {

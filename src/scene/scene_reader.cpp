@@ -277,7 +277,6 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   Vec2d unused;
   top.take("gravity", "m/s²", expanded ? expanded->gravity : unused);
   if (expanded) chain = makeChain(*expanded, faults);
-
   // All other keys.
   std::vector<Load> loads;
   for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads);
@@ -292,8 +291,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base = takeBase(top, names);
   if (chain && chain->slides() > 0) refuseBesideSlides(top, *chain, integrator, loads);
-  std::optional<TipLaws> tip = takeTip(top);
-  if (tip && chain) checkTip(top, *tip, *chain, expanded->drives);
+  std::optional<TipLaws> tip = chain ? takeTip(top, *chain, expanded->drives) : takeTip(top);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   const std::optional<double> realTimeFactor = takeRealTimeFactor(top);
@@ -321,9 +319,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               std::move(expanded->notes),
               std::move(tip)};
   requireSeries(scene, top);
-  closeStart(scene, top);
-  throwFaults();
-  if (startsAtRest) startAtRest(scene, top);
+  if (closeStart(scene, top) && startsAtRest) startAtRest(scene, top);
   throwFaults();
   return scene;
 }

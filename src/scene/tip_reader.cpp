@@ -59,33 +59,33 @@ std::optional<TipLaws> takeTip(const Section& top) {
   return laws;
 }
 
-bool checkTip(const Section& top, const TipLaws& tip, const Chain& chain, const std::vector<Drive>& drives) {
+std::optional<TipLaws> takeTip(const Section& top, const Chain& chain, const std::vector<Drive>& drives) {
+  std::optional<TipLaws> tip = takeTip(top);
+  if (!tip) return tip;
   const int moving = chain.size() - static_cast<int>(drives.size());
-  bool isSound = moving >= tip.rows();
-  if (!isSound) {
+  if (moving < tip->rows()) {
     std::string driven;
     for (const Drive& drive : drives)
       driven += (driven.empty() ? ", as a drive gives " : ", ") + chain.joints()[index(drive.joint)].name;
-    top.fault(keyOf(tip),
-              tip.rows() == 2 ? "at least 2 joints that are not driven" : "a joint that is not driven",
+    top.fault(keyOf(*tip),
+              tip->rows() == 2 ? "at least 2 joints that are not driven" : "a joint that is not driven",
               std::to_string(moving) + driven);
   }
   for (const Joint& joint : chain.joints()) {
     if (!(dryFrictionIn(joint) > 0)) continue;
-    top.fault(keyOf(tip), "no friction in a chain whose tip is held (use damping)",
+    top.fault(keyOf(*tip), "no friction in a chain whose tip is held (use damping)",
               toText(dryFrictionIn(joint)) + " in the joint " + joint.name);
-    isSound = false;
   }
-  return isSound;
+  return tip;
 }
 
-void closeStart(Scene& scene, const Section& top) {
-  if (!scene.tip) return;
+bool closeStart(Scene& scene, const Section& top) {
+  if (!scene.tip) return true;
   const Closing closing = closeState(scene, 0, scene.q, scene.qd);
   if (!closing.isClosed) {
     top.fault(keyOf(*scene.tip), "a place that the tip reaches",
               "a gap of " + toText(closing.gap) + " m is left");
-    return;
+    return false;
   }
   constexpr double worthSaying = 1e-6;
   const Coordinates coordinates = scene.chain.coordinates();
@@ -93,11 +93,12 @@ void closeStart(Scene& scene, const Section& top) {
   for (int i = 0; i < coordinates.size(); ++i)
     (coordinates.slides(i) ? slid : angle) =
         std::max(coordinates.slides(i) ? slid : angle, closing.moved[index(i)]);
-  if (angle <= worthSaying && slid <= worthSaying) return;
+  if (angle <= worthSaying && slid <= worthSaying) return true;
   std::string moved =
       "the initial angles are moved by up to " + toText(std::round(angle * 1e6) / 1e6) + " rad";
   if (slid > worthSaying) moved += " and positions by " + toText(std::round(slid * 1e6) / 1e6) + " m";
   scene.notes.push_back({keyOf(*scene.tip), moved + " to bring the tip there"});
+  return true;
 }
 
 }  // namespace planar_chain
