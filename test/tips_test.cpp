@@ -198,6 +198,16 @@ TEST(HeldTip, IsReachedFromAnyAngles) {
       "chain: [rope]\ntip: {pin: [1.0, 0.5]}\nlinks:\n  rope: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: "
       "[1, "
       "0], repeat: 4}\n");
+  for (const char* links : {"5", "30", "300"}) {
+    for (const double share : {0.01, 0.3, 0.9}) {
+      EXPECT_NO_THROW(
+          readSceneText("chain: [rope]\ntip: {pin: [" + toText(share * std::stod(links)) +
+                        ", 0]}\nlinks:\n  rope: {mass: 1, inertia: 0.01, com: [0.5, 0.1], pin: [1, "
+                        "0], repeat: " +
+                        links + "}\n"))
+          << links << " links, at " << share;
+    }
+  }
   ASSERT_EQ(scene.notes.size(), 1u);
   EXPECT_EQ(scene.notes.front().path, "tip/pin");
   Simulation simulation(scene);

@@ -11,6 +11,30 @@ namespace planar_chain {
 
 namespace {
 
+/// Lays the chain along an arc from its pin to the tip's place, which hangs down. Slides stay.
+void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
+  const int slides = chain.slides(), n = chain.size();
+  Vec2d to = at.tipPlace - at.base().pin;
+  for (int i = 0; i < slides; ++i)
+    to -= y[index(i)] * chain.joints()[index(i)].axis + chain.links()[index(i)].pin;
+  if (at.tip.rows == 1) to = dot(at.tip.row[0], to) * at.tip.row[0];
+  // The chord shrinks while the angle of the arc grows to a whole turn.
+  Vec2d chord;
+  const auto turnBy = [&](double arc) {
+    chord = {};
+    for (int j = slides; j < n; ++j) {
+      const Vec2d pin = chain.links()[index(j)].pin;
+      y[index(j)] = arc * (j - slides) / (n - slides) - std::atan2(pin.y, pin.x);
+      chord += Rotation<double>::of(y[index(j)]) * pin;
+    }
+    return length(chord);
+  };
+  double low = 0, high = 2 * pi;
+  for (int k = 0; k < 60; ++k) (turnBy((low + high) / 2) > length(to) ? low : high) = (low + high) / 2;
+  const double turn = std::atan2(to.y, to.x) - std::atan2(chord.y, chord.x) - at.angle.value;
+  for (int j = slides; j < n; ++j) y[index(j)] += turn;
+}
+
 /// Bends the chain to an arc that spans this angle, rad, less where its joints are far in or out.
 void bend(const Mechanism& mechanism, const Couplings& at, double angle, std::vector<double>& y) {
   const int n = mechanism.size(), slides = mechanism.slides();
@@ -60,9 +84,13 @@ Closing closeState(const Scene& scene, double t, std::vector<double>& q, std::ve
   if (closing.gap > 0) return closing;
   closing.gap = std::numeric_limits<double>::infinity();
   std::vector<double> y;
-  for (const double angle : {0.0, 0.3, -0.3, 1.5, -1.5, 4.0, -4.0}) {
+  for (const double angle : {0.0, std::nan(""), 0.3, -0.3, 1.5, -1.5, 4.0, -4.0}) {
     y = start;
-    bend(mechanism, at, angle, y);
+    if (std::isnan(angle)) {
+      layArc(scene.chain, at, y);
+    } else {
+      bend(mechanism, at, angle, y);
+    }
     closing.isClosed = closure.project(at, y.data(), nullptr);
     closing.gap = std::min(closing.gap, length(closure.gap(at, y.data())));
     if (closing.isClosed) break;
