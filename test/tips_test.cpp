@@ -193,6 +193,19 @@ TEST(ClosedChain, KeepsItsEnergy) {
   }
 }
 
+TEST_P(HeldTips, StayClosedAtACoarseTolerance) {
+  for (const std::string& text : {fourBar(), slung, sliderCrank, heldCart}) {
+    Scene scene = readSceneText(text);
+    scene.integrator.method = GetParam();
+    scene.integrator.tolerance = 1e-5;
+    Simulation simulation(scene);
+    for (int k = 1; k <= 20; ++k) {
+      ASSERT_TRUE(simulation.advanceTo(0.1 * k)) << simulation.fault();
+      EXPECT_LT(simulation.closureError(), 1e-14 * (1 + scene.chain.reach())) << text;
+    }
+  }
+}
+
 TEST(HeldTip, IsReachedFromAnyAngles) {
   const Scene scene = readSceneText(
       "chain: [rope]\ntip: {pin: [1.0, 0.5]}\nlinks:\n  rope: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: "
