@@ -12,6 +12,7 @@
 #include "planar_chain/chain.h"
 #include "planar_chain/fault.h"
 #include "planar_chain/motion_law.h"
+#include "planar_chain/sensors.h"
 
 namespace planar_chain {
 
@@ -100,8 +101,12 @@ struct Scene {
   std::vector<Drive> drives{};                  ///< one a joint at most
   std::optional<BaseLaws> base = std::nullopt;  ///< the motion of the ground pin; nothing: it stands still
   Appearance appearance{};
-  NamedNumbers others{};                      ///< values of effects, with their keys in the scene
-  std::vector<Note> notes{};                  ///< for the user; the simulation does not use them
+  NamedNumbers others{};      ///< values of effects, with their keys in the scene
+  std::vector<Note> notes{};  ///< for the user; the simulation does not use them
+  std::string
+      text{};  ///< what it was read from, in YAML, for recordings; empty unless a tool or the node sets it
+  std::vector<Sensor> sensors{};
+  long long seed = 0;                         ///< of the sensors' noise
   std::optional<TipLaws> tip = std::nullopt;  ///< what holds the tip; nothing: it is free
 };
 
