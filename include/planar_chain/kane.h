@@ -31,6 +31,11 @@
 ///
 ///     V_pd = T B + D,   D_ij = d_i (i ≤ j), of slides i          A_2 = V_pd diag(m_1, m_1, …)
 ///
+/// A held tip has the rows c_j of recursion/ends.h and the acceleration ẍ_T that they give. With a_tip =
+/// J_tip q̈ + what is left at q̈ = 0, and the forces φ along the rows,
+///
+///     M_q q̈ = f + J_cᵀ φ          J_c q̈ = c          J_c = (c_j·J_tip),  c = (c_j·(ẍ_T − a_tip(q̈ = 0)))
+///
 /// They are dense, O(n³), and for long chains less accurate than the recursion that runs
 /// (recursion/articulated.h), because cond(M_q) grows like n⁴. They are for reading and for tests.
 
@@ -52,6 +57,9 @@ struct ActiveForces {
   Vec2d acceleration{};      ///< p̈ of the ground pin, m/s²
   double angle = 0;          ///< φ of the base, rad, with φ̇ and φ̈
   double rate = 0, turning = 0;
+
+  Eigen::MatrixXd tipRows{};  ///< k×2: what holds the tip; no row: nothing does
+  Vec2d tipAcceleration{};    ///< that it has along them, m/s²
 };
 
 /// Returns the sum at time t (s) of gravity m g at the centres of mass, loads, springs and dampers
@@ -64,8 +72,10 @@ struct ActiveForces {
 ActiveForces activeForces(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);
 
 /// Returns the torques in the joints, N m, that give the accelerations qdd (rad/s², n) beside all that acts:
-/// M_q q̈ − f without drives. Friction is that of the motion, or at rest that of its start. In O(n).
+/// M_q q̈ − f without drives. Where the tip is held they are not unique: these have the smallest Σ τ².
+/// Friction is that of the motion, or at rest that of its start. In O(n).
 /// @throws std::invalid_argument as activeForces(), and for a qdd that is not of size n
+/// @throws Refused for a qdd that moves a held tip
 Eigen::VectorXd inverseDynamics(const Scene& scene, double t, const Eigen::VectorXd& q,
                                 const Eigen::VectorXd& qd, const Eigen::VectorXd& qdd);
 
@@ -85,7 +95,10 @@ struct Kane {
   Eigen::VectorXd f_ext;               ///< n, N m
   Eigen::VectorXd f;                   ///< n, N m
   Eigen::MatrixXd M_q;                 ///< n×n, kg m²
-  Eigen::VectorXd qdd;                 ///< n, rad/s²: M_q q̈ = f, by Cholesky's L D Lᵀ
+  Eigen::VectorXd qdd;                 ///< n, rad/s²: M_q q̈ = f + J_cᵀ φ, by Cholesky's L D Lᵀ
+  Eigen::MatrixXd J_c;                 ///< k×n, of a tip that is held; k = 0: free
+  Eigen::VectorXd c;                   ///< k, m/s²
+  Eigen::VectorXd phi;                 ///< k, N: forces along the rows, of least norm
 };
 
 /// @throws std::invalid_argument when q, qd, M or tau is not of size n, or F not of size 2n

@@ -17,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "planar_chain/planar.h"
+
 namespace planar_chain {
 
 /// x and its first two derivatives: m or rad, per s, s².
@@ -93,6 +95,17 @@ class MotionLaw {
 /// The motion of the ground pin, m, and of the angle that joint 1 is measured from, rad; base frame.
 struct BaseLaws {
   MotionLaw x, y, angle;
+};
+
+/// What holds the tip, the outer pin of the last link: a point that moves by these laws, m, or the line
+/// through it in this direction, which stands still. Of the ground: a base that moves does not move it.
+struct TipLaws {
+  MotionLaw x, y;
+  std::optional<Vec2d> line{};  ///< length 1; nothing: the tip is pinned to the point
+
+  bool moves() const { return x.moves() || y.moves(); }
+  /// The number of conditions.
+  int rows() const { return line ? 1 : 2; }
 };
 
 }  // namespace planar_chain

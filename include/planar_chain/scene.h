@@ -104,7 +104,8 @@ struct Scene {
   NamedNumbers others{};      ///< values of effects, with their keys in the scene
   std::vector<Note> notes{};  ///< for the user; the simulation does not use them
   std::vector<Sensor> sensors{};
-  long long seed = 0;  ///< of the sensors' noise
+  long long seed = 0;                         ///< of the sensors' noise
+  std::optional<TipLaws> tip = std::nullopt;  ///< what holds the tip; nothing: it is free
   /// What it was read from, in YAML, for recordings; empty unless a tool or the node sets it.
   std::string text{};
 };

@@ -100,6 +100,10 @@ class Simulation {
   void linkMotions(LinkMotion* motions);
   /// Allocates.
   BaseWrench baseWrench();
+  /// Returns the force on the tip that holds it, N, base frame; 0 if the tip is free.
+  Vec2d tipForce();
+  /// Returns how far the tip is from where it is held, m; 0 if it is free.
+  double closureError();
 
   /// Returns the measurements that the sensors (sensors.h) delivered up to time(), each once: in the order of
   /// delivery, then of the sensors. They are kept until this call. A measurement at the time of a command, or

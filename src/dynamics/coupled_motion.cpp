@@ -19,6 +19,7 @@ CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
       scratch_(index(n_)) {
   const std::vector<Coupler*>& couplers = effects.couplers();
   for (Coupler* coupler : couplers) coupler->attach(*this);
+  if (effects.holdTip()) closure_.emplace(mechanism);
   const auto onlyHolds = [](const Coupler* coupler) { return coupler->onlyHolds(); };
   if (!mechanism.hasEnds() && !couplers.empty() && std::all_of(couplers.begin(), couplers.end(), onlyHolds) &&
       Segments::areWorthwhile(n_)) {
@@ -157,6 +158,23 @@ bool CoupledMotion::hold(double t, double* y) {
     y[n_ + i] = (isDifference ? y[n_ + i - 1] : 0) + motion.rate;
   }
   return any;
+}
+
+bool CoupledMotion::project(double t, double* y, double* carry) {
+  hold(t, y);
+  return !closure_ || closure_->project(held_, y, carry);
+}
+
+double CoupledMotion::closureError(double t, const double* y) {
+  if (!closure_) return 0;
+  effects_.couple(t, 0, held_);
+  return length(closure_->gap(held_, y));
+}
+
+double CoupledMotion::spread(double t, const double* y) {
+  if (!closure_) return 1;
+  effects_.couple(t, 0, held_);
+  return closure_->spread(held_, y);
 }
 
 void CoupledMotion::hold(double t, double* q, double* qd) {

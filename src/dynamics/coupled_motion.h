@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/closure.h"
 #include "dynamics/evaluation.h"
 #include "dynamics/welded_chain.h"
 #include "ode/system.h"
@@ -70,6 +71,16 @@ class CoupledMotion final : private Mechanics {
   /// The same for relative angles and rates.
   void hold(double t, double* q, double* qd);
 
+  // ---- A held tip ----------------------------------------------------------------------------------------
+
+  /// Moves a state onto the conditions of held joints and the tip (closure.h). carry: as ode::State, or
+  /// nullptr. Returns false if it cannot.
+  bool project(double t, double* y, double* carry);
+  /// The distance of the tip from where it is held, m; 0 if it is free.
+  double closureError(double t, const double* y);
+  /// See Closure::spread(); 1 if the tip is free.
+  double spread(double t, const double* y);
+
  private:
   /// Results of the welded chain at one state.
   struct Rigid {
@@ -116,6 +127,7 @@ class CoupledMotion final : private Mechanics {
   Evaluator evaluator_;
   Evaluation stepped_, asked_;  ///< of rates(), and of other questions
   std::optional<Welded> welded_;
+  std::optional<Closure> closure_;  ///< if the tip is held
   Couplings held_;
   std::vector<double> scratch_;
   long long evaluations_ = 0;

@@ -18,7 +18,7 @@ bool areCoupled(const Scene& scene, const Effects& effects) {
 
 Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
     : effects_(scene, std::move(more)),
-      mechanism_(scene.chain, areCoupled(scene, effects_)),
+      mechanism_(scene.chain, areCoupled(scene, effects_), effects_.holdTip()),
       n_(mechanism_.size()),
       places_(mechanism_.places()),
       works_(effects_.any(&Effect::hasPower) ? 2 : 0),
@@ -289,7 +289,7 @@ void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
     const Vec2d acceleration = at.ground + mechanism_.chain().gravity();
     const Vec2d* F = effects_.acting() == LoadKind::forces ? at.F.data() : nullptr;
     return moveLinks({at.base.pin, at.base.velocity, acceleration, at.base.angle, y, at.e.data(), at.omega(),
-                      at.alpha.data(), F},
+                      at.alpha.data(), F, at.ends.tipForce},
                      motions);
   }
   evaluateInOrder(t, y, room_.derivative.data());
@@ -330,7 +330,7 @@ void Dynamics::moveLinks(const Moving& from, LinkMotion* motions) const {
   }
 
   // Inwards: the forces in the pins, F_pin,j = m (a_j − g) − F_j + F_pin,j+1.
-  Vec2d next;
+  Vec2d next = -1.0 * from.tipForce;
   for (int j = n_ - 1; j >= 0; --j) {
     next += chain.links()[index(j)].mass * (motions[j].acceleration - chain.gravity());
     if (from.F) next -= from.F[j];

@@ -69,6 +69,21 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
     if (coupled_) coupled_->hold(t, q, qd);
   }
 
+  // ---- A held tip ------------------------------------------------------------------------------------
+
+  bool holdsTip() const { return effects_.holdTip(); }
+  /// The distance of the tip from where it is held, m; 0 if it is free.
+  double closureError(double t, const double* y) { return coupled_ ? coupled_->closureError(t, y) : 0; }
+  /// True if the chain is so stretched between its ends that rounding decides how the motion goes on.
+  bool isStretched(double t, const double* y) {
+    constexpr double undecided = 1e-9;
+    return coupled_ && coupled_->spread(t, y) < undecided;
+  }
+  /// The force on the tip, N.
+  Vec2d tipForce(double t, const double* y) {
+    return holdsTip() ? coupled_->at(t, y).ends.tipForce : Vec2d{};
+  }
+
   // ---- Results; states in chain order ---------------------------------------------------------------
 
   /// A description of the recursion, such as "closed form for two".
@@ -95,6 +110,9 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void rates(double t, const double* y, double* out) override;
   void endedAt(ode::State& state) override {
     if (coupled_) coupled_->endedAt(state);
+  }
+  bool project(ode::State& state) override {
+    return !holdsTip() || coupled_->project(state.t, state.y.data(), state.carry.data());
   }
 
   // ---- ode::LinearizedSystem -----------------------------------------------------------------------
@@ -131,6 +149,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
     const Rotation<double>* e;
     const double *omega, *alpha;
     const Vec2d* F;
+    Vec2d tipForce{};
   };
   /// Memory for states and for the sums N and F, in chain order and in lane order.
   struct Workspace {

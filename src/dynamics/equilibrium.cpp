@@ -1,12 +1,15 @@
 #include "dynamics/equilibrium.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
+#include "dynamics/closure.h"
 #include "dynamics/stored_energy.h"
 #include "effects/effects.h"
 
@@ -51,6 +54,7 @@ class Search {
     for (const Joint& joint : scene.chain.joints()) {
       scale_ += momentOf(joint);
     }
+    if (scene.tip) hold();
     N_.resize(n_);
     k_.resize(n_);
     d_.resize(n_);
@@ -91,6 +95,63 @@ class Search {
   }
 
  private:
+  /// A tip that is held: what closes the chain.
+  struct Held {
+    Held(const Chain& chain, int n) : mechanism(chain, true, true), closure(mechanism), at(n), y(2 * n) {}
+
+    Mechanism mechanism;
+    Closure closure;
+    Couplings at;
+    Vec2d force;              ///< λ
+    Eigen::VectorXd y, x[2];  ///< x: how far each row of the tip moves with each group
+  };
+
+  void hold() {
+    if (scene_.chain.slides() > 0)
+      throw std::domain_error("none is sought for a prismatic link in a chain whose tip is held");
+    held_.emplace(scene_.chain, n_);
+    Effects all(scene_);
+    all.enter(t_);
+    all.couple(t_, 0, held_->at);
+    held_->at.tipVelocity = {};
+  }
+
+  /// λ and the step of Newton's method that keeps the tip: with H turn = Γ + Σ X_r δφ_r and X_rᵀ turn = 0.
+  Eigen::VectorXd closedTurn() {
+    Held& held = *held_;
+    const int rows = held.at.tip.rows;
+    Eigen::VectorXd turn = solved(moment_), by[2];
+    Eigen::Matrix2d S = Eigen::Matrix2d::Identity();
+    Eigen::Vector2d rest = Eigen::Vector2d::Zero();
+    for (int r = 0; r < rows; ++r) {
+      by[r] = solved(held.x[r]);
+      rest[r] = -held.x[r].dot(turn);
+    }
+    for (int r = 0; r < rows; ++r) {
+      for (int s = 0; s < rows; ++s) S(r, s) = held.x[r].dot(by[s]);
+    }
+    const Eigen::Vector2d phi = S.fullPivLu().solve(rest);
+    for (int r = 0; r < rows; ++r) {
+      turn += phi[r] * by[r];
+      held.force += phi[r] * held.at.tip.row[index(r)];
+    }
+    return turn;
+  }
+  /// The step, with the force on the tip in H as far as it is known.
+  Eigen::VectorXd turnFrom(const Eigen::VectorXd& theta, const std::vector<double>& shares) {
+    const auto takeFactors = [&] {
+      for (const double share : shares) {
+        if (factor(share, 0) == kappa_.size()) return true;
+      }
+      return false;
+    };
+    if (!takeFactors()) return {};
+    if (!held_) return solved(moment_);
+    closedTurn();
+    find(theta);
+    return takeFactors() ? closedTurn() : Eigen::VectorXd();
+  }
+
   /// Newton's method along a rail whose springs and stops are piecewise linear.
   void settleSlide(int i, Eigen::VectorXd& theta) {
     const Joint& joint = scene_.chain.joints()[index(i)];
@@ -139,6 +200,10 @@ class Search {
     kappa_.setZero(groups);
     spring_.setZero(groups);
     Vec2d outer;
+    if (held_) {
+      outer = held_->force;
+      for (Eigen::VectorXd& x : held_->x) x.setZero(groups);
+    }
     for (int j = n_ - 1; j >= 0; --j) {
       const Link& link = scene_.chain.links()[index(j)];
       const Vec2d weight = link.mass * scene_.chain.gravity();
@@ -147,6 +212,8 @@ class Search {
       if (group >= 0) {
         moment_[group] += N_[j] + cross(R, weight) + cross(P, outer);
         kappa_[group] += dot(R, weight) + dot(P, outer) + XF_[j];
+        for (int r = 0; held_ && r < held_->at.tip.rows; ++r)
+          held_->x[r][group] += dot(held_->at.tip.row[index(r)], perp(P));
       }
       outer += weight + F_[index(j)];
     }
@@ -201,21 +268,23 @@ class Search {
     return x;
   }
 
-  Eigen::VectorXd moved(const Eigen::VectorXd& theta, const Eigen::VectorXd& turn, double share) const {
+  /// theta turned, with the tip where it is held.
+  Eigen::VectorXd moved(const Eigen::VectorXd& theta, const Eigen::VectorXd& turn, double share) {
     Eigen::VectorXd next = theta;
     for (int j = 0; j < n_; ++j) {
       if (groups_[index(j)] >= 0) next[j] += share * turn[groups_[index(j)]];
     }
-    return next;
+    if (!held_) return next;
+    held_->y << next, still_;
+    const bool isClosed = held_->closure.project(held_->at, held_->y.data(), nullptr);
+    return isClosed ? Eigen::VectorXd(held_->y.head(n_)) : theta;
   }
 
   /// One step. Returns false if none lowers the energy or, close to the minimum, the moments.
   bool descend(Eigen::VectorXd& theta) {
     // The true matrix if it is positive definite, else the nearest of some that are.
-    for (const double share : {0.0, 1. / 64, 1. / 8, 0.5, 1.0}) {
-      if (factor(share, 0) == kappa_.size()) break;
-    }
-    Eigen::VectorXd turn = solved(moment_);
+    Eigen::VectorXd turn = turnFrom(theta, {0.0, 1. / 64, 1. / 8, 0.5, 1.0});
+    if (turn.size() == 0) return false;
     turn *= std::min(1.0, longestTurn / turn.cwiseAbs().maxCoeff());
     const double slope = moment_.dot(turn), energy = energyAt(theta);
     const double largest = moment_.cwiseAbs().maxCoeff();
@@ -227,8 +296,8 @@ class Search {
       }
     }
     // Energies differ by rounding alone: Newton's step by itself, while it lowers the moments.
-    if (factor(0, 0) < kappa_.size()) return false;
-    turn = solved(moment_);
+    turn = turnFrom(theta, {0.0});
+    if (turn.size() == 0) return false;
     const Eigen::VectorXd next = moved(theta, turn, 1);
     find(next);
     if (!(moment_.cwiseAbs().maxCoeff() < largest)) return false;
@@ -274,6 +343,7 @@ class Search {
   Effects effects_;
   std::vector<const EffectKind*> storing_;
   double baseAngle_ = 0, scale_ = 0;
+  std::optional<Held> held_;
   std::vector<int> groups_, firsts_;  ///< the group of each body; the first body of each group
   std::vector<Acting> loads_;
   Eigen::VectorXd N_, k_, d_, XF_, still_, moment_, kappa_, spring_, pivot_;

@@ -45,8 +45,9 @@ inline void Evaluator::takeCouplings(double t) {
     return;
   }
   hasCouplings_ = true;
-  anyIsGiven_ = effects_.base() || std::any_of(couplings_.joints.begin(), couplings_.joints.end(),
-                                               [](const Coupling<double>& joint) { return joint.isHeld; });
+  anyIsGiven_ = effects_.base() || couplings_.tip.rows > 0 ||
+                std::any_of(couplings_.joints.begin(), couplings_.joints.end(),
+                            [](const Coupling<double>& joint) { return joint.isHeld; });
   recursion_.couple(couplings_.joints.data());
 }
 
@@ -136,7 +137,7 @@ void Evaluator::runEnded(Evaluation& to) {
   to.ends = ended_->accelerations(
       to.e.data() + slides, to.omega() + slides,
       {to.N.data() + slides, F ? F + slides : nullptr, joints + slides, to.ground, to.groundTurning}, inner,
-      {}, to.alpha.data() + slides, to.moments.data() + slides);
+      tipOf(mechanism_.chain(), couplings_), to.alpha.data() + slides, to.moments.data() + slides);
   std::copy_n(to.ends.acceleration.begin(), slides, to.alpha.begin());
   writeHolding(inner, to.ends, to.moments.data());
   to.pinForce = to.ends.pinForce;
@@ -151,6 +152,7 @@ double Evaluator::couplingPower(const Evaluation& at) {
     power += (at.moments[index(i)] + joint.rotor * joint.acceleration) * couplings_.held[index(i)].rate;
   }
   if (at.turning.empty()) return power;
+  power += dot(at.ends.tipForce, couplings_.tipVelocity);
   if (at.base.rate != 0) {
     std::fill(torques_.begin(), torques_.end(), 0.0);
     for (Effect* effect : effects_.active()) effect->addTorques(at.state(), torques_.data());

@@ -7,6 +7,7 @@
 /// torque of the effects in joint 1,
 ///
 ///     P_supplied = that of the effects + Σ (μ_i + J_i q̈_i) q̇_i of held joints + F_pin·v_base + (μ_1 + τ_1) φ̇
+///     + λ·v_tip
 ///
 /// Behind slides the base does not move. In the arrays the slides come first: their positions, their rates in
 /// ω, s̈ in α, forces along the rails in N and μ; e = 1; and as pins their own points.

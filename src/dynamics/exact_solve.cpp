@@ -141,6 +141,7 @@ Powers ExactSolve::timeDerivative(double* slopes) {
   change.velocity = now.pinAcceleration();
   change.acceleration = next.pinAcceleration();
   change.turning = next.angle.acceleration;
+  change.tip = next.tip.acceleration;
   for (int i = 0; i < n_; ++i) change.held[index(i)] = next.joints[index(i)].acceleration;
   std::fill(change.N.begin(), change.N.end(), 0.0);
   std::fill(change.F.begin(), change.F.end(), Vec2d{});
@@ -165,6 +166,7 @@ Powers ExactSolve::timeDerivative(double* slopes) {
                       (at.moments[index(i)] + joint.rotor * motion.acceleration) * motion.acceleration;
   }
   if (at.turning.empty()) return power;
+  power.supplied += dot(change.tipForce, now.tipVelocity) + dot(at.ends.tipForce, now.tip.acceleration);
   power.supplied += dot(change.pinForce, at.base.velocity) + dot(at.pinForce, now.pinAcceleration()) +
                     (change.moments[0] + firstTorqueRate()) * now.angle.rate +
                     (at.moments[0] + firstTorque(at.t)) * now.angle.acceleration;
@@ -228,6 +230,9 @@ Scalar ExactSolve::couplingPowerAlong(const Solver<Scalar>& solver) const {
   if (coupled_->at.turning.empty()) return supplied;
   const BaseState& base = coupled_->at.base;
   const Vec2<Scalar> force = solver.pinForce();
+  const Vec2<Scalar> onTip = solver.tipForce();
+  const Vec2d tip = coupled_->couplings.tipVelocity;
+  supplied += tip.x * onTip.x + tip.y * onTip.y;
   return supplied + base.rate * solver.momentOf(0, slides) + base.velocity.x * force.x +
          base.velocity.y * force.y;
 }

@@ -12,7 +12,7 @@
 ///     s x_W = rhs_W + the change of the powers along (u, v)
 ///
 /// The power of held joints, and of a base that moves with v_base and turns at φ̇, changes by
-/// Σ δμ_i q̇_i + δF_pin·v_base + δμ_1 φ̇.
+/// Σ δμ_i q̇_i + δF_pin·v_base + δμ_1 φ̇ + δλ·v_tip.
 
 #include <complex>
 #include <optional>
@@ -115,6 +115,11 @@ class ExactSolve {
       if (const auto* tangent = std::get_if<TangentLinearized<Scalar>>(&inverse)) return tangent->pinForce();
       return std::get_if<Ended>(&inverse)->pinForce();
     }
+    /// The change of the force on the tip, if the chain has ends.
+    Vec2<Scalar> tipForce() const {
+      const auto* ended = std::get_if<Ended>(&inverse);
+      return ended ? ended->tipForce() : Vec2<Scalar>{};
+    }
     /// The rows of the works, from the change of the powers.
     void solveWorks(const Scalar* rhs, Scalar supplied, Scalar dissipated, Scalar* x, int places) const {
       x[2 * places] = (rhs[2 * places] + supplied) / s;
@@ -129,7 +134,7 @@ class ExactSolve {
              effects.anyForces(&Forces::dependOnPlace)),
           couplings(mechanism.size()),
           rates(mechanism.size()),
-          change(mechanism.chain()) {}
+          change(mechanism.chain(), mechanism.hasEnds()) {}
 
     CoupledBodies bodies;
     EndsTangent ends;

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "dynamics/closed_state.h"
 #include "effects/effect_kind.h"
 #include "model/slides.h"
 
@@ -29,6 +30,21 @@ void checkAngles(const Scene& scene, const Eigen::VectorXd& q, std::vector<Fault
     faults.push_back(
         {"q", inUnitsOf(joint, "numbers up to " + toText(most) + " rad") + " in the joint " + joint.name,
          toText(q[i])});
+  }
+}
+
+/// Puts the tip where it is held.
+void close(const Scene& scene, double t, GivenState& state, std::vector<Fault>& faults) {
+  const auto listOf = [](const Eigen::VectorXd& numbers) {
+    return std::vector<double>(numbers.data(), numbers.data() + numbers.size());
+  };
+  std::vector<double> q = listOf(state.q), qd = listOf(state.qd);
+  const Closing closing = closeState(scene, t, q, qd);
+  if (closing.isClosed) {
+    state = {orElse({}, q), orElse({}, qd)};
+  } else {
+    faults.push_back({"q", "angles from which the tip gets to where it is held",
+                      "a gap of " + toText(closing.gap) + " m that is left"});
   }
 }
 
@@ -81,6 +97,7 @@ GivenState stateOf(const Scene& scene, double t, const std::optional<Eigen::Vect
     put("q", q.has_value(), "rad", motion.value, state.q[drive.joint]);
     put("qd", qd.has_value(), "rad/s", motion.rate, state.qd[drive.joint]);
   }
+  if (scene.tip && faults.empty()) close(scene, t, state, faults);
   return state;
 }
 

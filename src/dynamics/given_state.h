@@ -27,7 +27,8 @@ bool checkNumbers(const char* path, const Scene& scene, const Eigen::VectorXd& n
 void checkTime(double t, std::vector<Fault>& faults);
 
 /// Returns the state at time t (s). What is not given is as at the start of the scene. Driven joints are
-/// where their laws have them at t. Adds the faults of what is given, at the paths "t", "q" and "qd".
+/// where their laws have them at t. A state of a chain whose tip is held is moved to
+/// where that is so. Adds the faults of what is given, at the paths "t", "q" and "qd".
 GivenState stateOf(const Scene& scene, double t, const std::optional<Eigen::VectorXd>& q,
                    const std::optional<Eigen::VectorXd>& qd, std::vector<Fault>& faults);
 

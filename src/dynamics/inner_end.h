@@ -1,10 +1,11 @@
 #pragma once
 
-/// The inner end of a chain at a state: what slides, and under which forces.
+/// The ends of a chain at a state: what slides, and under which forces; what holds the tip.
 ///
 ///     f_i = N_i + d_i·Σ F_j,  j = i … of the slides          N_i: of springs, friction, motors along the
 ///     rail
 
+#include "effects/coupler.h"
 #include "planar_chain/chain.h"
 #include "recursion/coupled.h"
 #include "recursion/ended.h"
@@ -26,6 +27,13 @@ InnerEnd<Real> innerEndOf(const Chain& chain, const Coupling<Real>* joints, cons
                            joints[i].acceleration};
   }
   return end;
+}
+
+/// What holds the tip at these couplings, the acceleration less gravity.
+inline Tip<double> tipOf(const Chain& chain, const Couplings& couplings) {
+  Tip<double> tip = couplings.tip;
+  tip.acceleration -= chain.gravity();
+  return tip;
 }
 
 /// Writes the moments μ of held slides: the forces that hold them, without those that act, N.

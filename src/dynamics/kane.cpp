@@ -1,6 +1,7 @@
 #include "planar_chain/kane.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -49,6 +50,10 @@ void addCouplings(Entered& entered, ActiveForces& active) {
   active.angle = now.angle.value;
   active.rate = now.angle.rate;
   active.turning = now.angle.acceleration;
+  active.tipRows.resize(now.tip.rows, 2);
+  for (int j = 0; j < now.tip.rows; ++j)
+    active.tipRows.row(j) << now.tip.row[index(j)].x, now.tip.row[index(j)].y;
+  active.tipAcceleration = now.tip.acceleration;
 }
 
 /// S_r = [−r_y, r_x]: the row of k̂ × r
@@ -100,6 +105,40 @@ struct Blocks {
     }
   }
 };
+
+/// The accelerations with q̈ = 0 of a base that moves, but for those of A_1.
+VectorXd ofBase(const ActiveForces& active, const MatrixXd& B, const MatrixXd& C) {
+  VectorXd a = active.rate * C.colwise().sum() + active.turning * B.colwise().sum();
+  for (Eigen::Index i = 0; i < a.size() / 2; ++i)
+    a.segment<2>(2 * i) += Eigen::Vector2d(active.acceleration.x, active.acceleration.y);
+  return a;
+}
+
+/// J_c, c, φ, and what φ adds to q̈. inverse: M_q⁻¹. T, S and q̈ without φ are known.
+void takeTip(const Chain& chain, const ActiveForces& active, const RowVectorXd& omega,
+             const MatrixXd& inverse, Kane& k) {
+  const int n = chain.size(), slides = chain.slides();
+  MatrixXd J = MatrixXd::Zero(2, n);
+  Eigen::Vector2d rest(active.acceleration.x, active.acceleration.y);
+  for (int j = n - 1; j >= 0; --j) {
+    const Link& link = chain.links()[index(j)];
+    if (j < slides) {
+      const Vec2d d = chain.joints()[index(j)].axis;
+      J.col(j) = Eigen::Vector2d(d.x, d.y);
+      continue;
+    }
+    if (j + 1 < n) J.col(j) = J.col(j + 1);
+    const Eigen::Vector2d arm = (RowVector2d(link.pin.x, link.pin.y) * k.S[index(j)]).transpose();
+    const Eigen::Vector2d turned(-arm.y(), arm.x());
+    J.col(j) += turned;
+    rest += active.turning * turned - omega(j) * omega(j) * arm;
+  }
+  k.J_c = active.tipRows * J;
+  k.c = active.tipRows * (Eigen::Vector2d(active.tipAcceleration.x, active.tipAcceleration.y) - rest);
+  const MatrixXd under = inverse * k.J_c.transpose();
+  k.phi = (k.J_c * under).completeOrthogonalDecomposition().solve(k.c - k.J_c * k.qdd);
+  k.qdd += under * k.phi;
+}
 
 }  // namespace
 
@@ -155,14 +194,29 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
   k.M_q = k.V_pd * k.A_2.transpose() + k.W_pd * k.A_3.transpose();
   if (active.rotors.size() > 0) k.M_q.diagonal() += active.rotors;
 
-  // The base: accelerations with q̈ = 0, but for those of A_1.
-  VectorXd ofBase = active.rate * C.colwise().sum() + active.turning * B.colwise().sum();
-  for (int i = 0; i < n; ++i)
-    ofBase.segment<2>(2 * i) += Eigen::Vector2d(active.acceleration.x, active.acceleration.y);
-  k.f -= k.V_pd * m.cwiseProduct(ofBase) + active.turning * (k.W_pd * I);
-  k.qdd = k.M_q.ldlt().solve(k.f);
+  k.f -= k.V_pd * m.cwiseProduct(ofBase(active, B, C)) + active.turning * (k.W_pd * I);
+  const auto inverse = k.M_q.ldlt();
+  k.qdd = inverse.solve(k.f);
+  if (active.tipRows.rows() > 0) takeTip(chain, active, omega, inverse.solve(MatrixXd::Identity(n, n)), k);
   return k;
 }
+
+namespace {
+
+/// Takes from the torques what the force on the tip can do: the smallest are left.
+void leaveToTip(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd, const VectorXd& qdd,
+                VectorXd& tau) {
+  constexpr double exact = 1e-6;
+  const Kane k = kane(scene.chain, q, qd, activeForces(scene, t, q, qd));
+  const double missing = (k.J_c * qdd - k.c).norm(), size = 1 + k.c.norm() + (k.J_c * qdd).norm();
+  if (!(missing <= exact * size)) {
+    throw Refused({{"qdd", "accelerations with which the tip stays where it is held",
+                    toText(missing) + " m/s² of the tip more"}});
+  }
+  tau -= k.J_c.transpose() * k.J_c.transpose().completeOrthogonalDecomposition().solve(tau);
+}
+
+}  // namespace
 
 VectorXd inverseDynamics(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd,
                          const VectorXd& qdd) {
@@ -184,6 +238,7 @@ VectorXd inverseDynamics(const Scene& scene, double t, const VectorXd& q, const 
     const double way = qd[i] != 0 ? qd[i] : qdd[i];
     tau[i] += inertiaIn(joint) * qdd[i] + dryFrictionIn(joint) * ((way > 0) - (way < 0));
   }
+  if (scene.tip) leaveToTip(scene, t, q, qd, qdd, tau);
   return tau;
 }
 

@@ -29,7 +29,13 @@ void showAll(const ActiveForces& active, const Kane& at, const std::optional<Lin
   show("f_ext", "= V_pd F + W_pd M_ext + tau, N m", at.f_ext);
   show("f", "= f_ext - V_pd A_1' qd, less the inertia of a moving base, N m", at.f);
   show("M", "= V_pd A_2' + W_pd A_3' + rotors, kg m^2", at.M_q);
-  show("qdd", "M qdd = f, rad/s^2", at.qdd);
+  const bool isClosed = at.J_c.rows() > 0;
+  if (isClosed) {
+    show("J_c", "a held tip: J_c qdd = c, m", at.J_c);
+    show("c", "what its place and the rates leave of it, m/s^2", at.c);
+    show("phi", "forces that hold it, along the rows of J_c, N", at.phi);
+  }
+  show("qdd", isClosed ? "M qdd = f + J_c' phi, rad/s^2" : "M qdd = f, rad/s^2", at.qdd);
   if (!near) return;
   show("A", "dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of this state", near->A);
   show("B", "= [0; M^-1], where dtau is additional torque in the joints, N m", near->B);

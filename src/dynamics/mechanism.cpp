@@ -6,14 +6,15 @@
 
 namespace planar_chain {
 
-Mechanism::Mechanism(const Chain& chain, bool inOrder)
+Mechanism::Mechanism(const Chain& chain, bool inOrder, bool holdsTip)
     : chain_(chain),
       coordinates_(chain.coordinates()),
       n_(chain.size()),
+      holdsTip_(holdsTip),
       places_(n_),
       rotations_(simd::kernels().front()->rotations) {
   if (slides() > 0) bodies_.emplace(chain.withoutSlides());
-  if (inOrder || !Segments::areWorthwhile(n_)) return;
+  if (inOrder || holdsTip || !Segments::areWorthwhile(n_)) return;
   lanes_.emplace(n_);
   places_ = lanes_->places();
 }

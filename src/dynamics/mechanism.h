@@ -22,7 +22,8 @@ using Recursion = std::variant<ShortChain, Articulated<double>, Segments>;
 class Mechanism {
  public:
   /// The chain must outlive this object. inOrder: a long chain is kept in chain order too.
-  explicit Mechanism(const Chain& chain, bool inOrder = false);
+  /// holdsTip: something holds the tip. Then the chain is kept in chain order.
+  explicit Mechanism(const Chain& chain, bool inOrder = false, bool holdsTip = false);
 
   const Chain& chain() const { return chain_; }
   int size() const { return n_; }  ///< n
@@ -31,7 +32,7 @@ class Mechanism {
   /// The bodies that turn: the chain itself, if none slides.
   const Chain& bodies() const { return bodies_ ? *bodies_ : chain_; }
   /// True if the chain has ends (recursion/ends.h).
-  bool hasEnds() const { return slides() > 0; }
+  bool hasEnds() const { return slides() > 0 || holdsTip_; }
   /// The order of a long chain's bodies, in which its states are kept; nullptr: chain order.
   const Arrangement* lanes() const { return lanes_ ? &*lanes_ : nullptr; }
   /// The numbers that one quantity of all bodies takes in that order: n, or more.
@@ -58,6 +59,7 @@ class Mechanism {
   Coordinates coordinates_;
   std::optional<Chain> bodies_;
   int n_;
+  bool holdsTip_;
   std::optional<Arrangement> lanes_;
   int places_;
   void (*rotations_)(const double* theta, double* e, int n);

@@ -41,12 +41,12 @@ MotionChange::Run<Nudged, Recursion>::Run(const Chain& bodies, int n) : recursio
   joints.resize(all);
 }
 
-MotionChange::MotionChange(const Chain& chain)
+MotionChange::MotionChange(const Chain& chain, bool hasEnds)
     : chain_(chain), run_(std::in_place_type<Pinned>, chain, chain.size()) {
   const auto n = index(chain.size());
   for (auto* numbers : {&turn, &speed, &N, &held, &alpha, &moments}) numbers->resize(n);
   for (auto* vectors : {&F, &pins, &pinVelocities}) vectors->resize(n);
-  if (chain.slides() > 0) run_.emplace<WithEnds>(chain.withoutSlides(), chain.size());
+  if (hasEnds) run_.emplace<WithEnds>(chain.withoutSlides(), chain.size());
 }
 
 /// The forces and moments, and the motion of the pins on which they depend.
@@ -105,6 +105,13 @@ Vec2<std::complex<double>> MotionChange::accelerate(const Evaluation& at, Pinned
                                      run.moments.data());
 }
 
+/// The directions that act at the state.
+Tip<Dual> MotionChange::nudgedTip(const Evaluation& at) const {
+  const Tip<double>& acting = at.ends.acting;
+  const auto rowOf = [&](std::size_t j) { return nudged<Dual>(acting.row[j], {}); };
+  return {acting.rows, {rowOf(0), rowOf(1)}, nudged<Dual>(acting.acceleration, tip)};
+}
+
 Vec2<Dual> MotionChange::accelerate(const Evaluation& at, WithEnds& run) {
   const int slides = chain_.slides();
   const InnerEnd<Dual> inner = innerEndOf(chain_, run.joints.data(), run.N.data(), run.F.data());
@@ -112,9 +119,10 @@ Vec2<Dual> MotionChange::accelerate(const Evaluation& at, WithEnds& run) {
       run.e.data() + slides, run.omega.data() + slides,
       {run.N.data() + slides, run.F.data() + slides, run.joints.data() + slides,
        nudged<Dual>(at.ground, acceleration), nudged<Dual>(at.groundTurning, turning)},
-      inner, {}, run.alpha.data() + slides, run.moments.data() + slides);
+      inner, nudgedTip(at), run.alpha.data() + slides, run.moments.data() + slides);
   std::copy_n(motion.acceleration.begin(), slides, run.alpha.begin());
   writeHolding(inner, motion, run.moments.data());
+  tipForce = {changeOf(motion.tipForce.x), changeOf(motion.tipForce.y)};
   return motion.pinForce;
 }
 

@@ -29,13 +29,14 @@ namespace planar_chain {
 /// Only the constructor allocates.
 class MotionChange {
  public:
-  /// No change yet. The chain must outlive this object.
-  explicit MotionChange(const Chain& chain);
+  /// No change yet. hasEnds: as Mechanism's. The chain must outlive this object.
+  explicit MotionChange(const Chain& chain, bool hasEnds);
 
   // ---- What changes; set all that does ----------------------------------------------------------------
 
   Vec2d pin, velocity, acceleration;  ///< of the ground pin
   double turning = 0;                 ///< of the base's angular acceleration
+  Vec2d tip;                          ///< of the acceleration at which the tip is held
   std::vector<double> turn, speed;    ///< of each body, θ and ω; of slides, s and ṡ
   std::vector<double> N;              ///< moments about the inner pins
   std::vector<Vec2d> F;               ///< forces
@@ -48,6 +49,7 @@ class MotionChange {
 
   std::vector<double> alpha, moments;      ///< of the bodies and joints; s̈ of slides
   Vec2d pinForce;                          ///< of the base on the first body
+  Vec2d tipForce;                          ///< on the tip
   std::vector<Vec2d> pins, pinVelocities;  ///< of the inner pins
 
  private:
@@ -73,6 +75,7 @@ class MotionChange {
   template <class AnyRun>
   void takeResults(const AnyRun& run);
   Vec2<std::complex<double>> accelerate(const Evaluation& at, Pinned& run);
+  Tip<Dual> nudgedTip(const Evaluation& at) const;
   Vec2<Dual> accelerate(const Evaluation& at, WithEnds& run);
 
   const Chain& chain_;

@@ -8,6 +8,7 @@
 #include "planar_chain/motion_law.h"
 #include "planar_chain/planar.h"
 #include "recursion/coupled.h"
+#include "recursion/ends.h"
 
 namespace planar_chain {
 
@@ -30,6 +31,8 @@ struct Couplings {
   std::vector<Coupling<double>> joints;
   std::vector<GivenMotion> held;  ///< the motion of each held joint
   GivenMotion x, y, angle;        ///< of the base
+  Tip<double> tip{};              ///< how it is held; the acceleration as given
+  Vec2d tipPlace, tipVelocity;    ///< as given
 };
 
 class Coupler {
@@ -45,6 +48,8 @@ class Coupler {
   virtual void follow(int /*joint*/, const MotionLaw& /*law*/) {}
   /// The laws of the base, or nullptr if it does not move the base. Valid as long as the effect.
   virtual const BaseLaws* base() const { return nullptr; }
+  /// True if it holds the tip.
+  virtual bool holdsTip() const { return false; }
   /// Replaces the laws of the base.
   virtual void followBase(const BaseLaws& /*laws*/) {}
   /// Called once, by the dynamics that has the effect. `mechanics` outlives the effect's last call.

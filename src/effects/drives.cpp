@@ -174,6 +174,57 @@ class BaseKind : public EffectKind {
   }
 };
 
+// ---- The tip -------------------------------------------------------------------------------------
+
+class HeldTip : public CouplingEffect {
+ public:
+  explicit HeldTip(const TipLaws& laws) : laws_{{{laws.x}, {laws.y}}}, moves_(laws.moves()) {
+    tip_ = pinnedTip(Vec2d{});
+    if (laws.line) tip_ = {1, {perp(*laws.line)}, {}};
+  }
+  bool hasPower() const override { return moves_; }
+  bool holdsTip() const override { return true; }
+  bool hasSeries() const override { return false; }
+  void enter(double t) override {
+    for (Running& running : laws_) running.enter(t);
+  }
+  double until() const override { return earliestEnd(laws_); }
+  double longestStep() const override {
+    return std::min(laws_[0].law.longestStep(), laws_[1].law.longestStep());
+  }
+  bool variesWithTime() const override { return moves_; }
+  void couple(double t, int k, Couplings& to) const override {
+    const GivenMotion x = laws_[0].order(k, t), y = laws_[1].order(k, t);
+    to.tip = tip_;
+    to.tip.acceleration = {x.acceleration, y.acceleration};
+    to.tipPlace = {x.value, y.value};
+    to.tipVelocity = {x.rate, y.rate};
+  }
+
+ private:
+  std::array<Running, 2> laws_;
+  bool moves_;
+  Tip<double> tip_;
+};
+
+class TipKind : public EffectKind {
+ public:
+  std::unique_ptr<Effect> make(const Scene& scene) const override {
+    if (!scene.tip) return nullptr;
+    for (const Joint& joint : scene.chain.joints()) {
+      if (dryFrictionIn(joint) > 0)
+        throw std::invalid_argument("a chain whose tip is held cannot have friction");
+    }
+    return std::make_unique<HeldTip>(*scene.tip);
+  }
+  /// The tip's force is not a function of the state.
+  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                const DenseActions&) const override {}
+  void summarize(const Scene& scene, SceneWords& words) const override {
+    if (scene.tip) words.runs.push_back(scene.tip->line ? "a tip on a line" : "a held tip");
+  }
+};
+
 }  // namespace
 
 const EffectKind& rotorKind() {
@@ -188,6 +239,11 @@ const EffectKind& driveKind() {
 
 const EffectKind& baseKind() {
   static const BaseKind kind;
+  return kind;
+}
+
+const EffectKind& tipKind() {
+  static const TipKind kind;
   return kind;
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 
-/// What couples the accelerations of neighbours and is given: rotors, driven joints, the motion of the base.
+/// What couples the accelerations of neighbours and is given: rotors, driven joints, the motion of the base,
+/// what holds the tip.
 ///
 ///     rotor     T = ½ J q̇²                       drive    q = law(t), and the torque follows
 ///     base      pin at (x(t), y(t)); joint 1 measures its angle from angle(t)
+///     tip       at (x(t), y(t)), or on a line; the force follows
 
 #include "effects/effect_kind.h"
 
@@ -15,5 +17,7 @@ const EffectKind& rotorKind();
 const EffectKind& driveKind();
 /// Scene::base.
 const EffectKind& baseKind();
+/// Scene::tip.
+const EffectKind& tipKind();
 
 }  // namespace planar_chain

@@ -15,8 +15,8 @@ namespace planar_chain {
 std::vector<const EffectKind*>& effectKinds() {
   static std::vector<const EffectKind*> kinds{
       &frictionKind(),  // acts last, when it is known what else acts
-      &springKind(),   &loadKind(), &stopKind(),   &rotorKind(),
-      &driveKind(),    &baseKind(), &effortKind(), &motorKind(),
+      &springKind(),   &loadKind(), &stopKind(),   &rotorKind(), &driveKind(),
+      &baseKind(),     &tipKind(),  &effortKind(), &motorKind(),
   };
   return kinds;
 }

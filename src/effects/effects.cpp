@@ -123,6 +123,11 @@ const BaseLaws* Effects::base() const {
   return nullptr;
 }
 
+bool Effects::holdTip() const {
+  return std::any_of(couplers_.begin(), couplers_.end(),
+                     [](const Coupler* coupler) { return coupler->holdsTip(); });
+}
+
 void Effects::couple(double t, int k, Couplings& to) const {
   std::fill(to.joints.begin(), to.joints.end(), Coupling<double>{});
   for (const Coupler* coupler : couplers_) coupler->couple(t, k, to);

@@ -59,6 +59,8 @@ class Effects : public ode::Switches {
   const std::vector<Coupler*>& couplers() const { return couplers_; }
   /// The laws of the base, or nullptr if it stands still.
   const BaseLaws* base() const;
+  /// True if the tip is held.
+  bool holdTip() const;
   /// Order k of all that couples at t.
   void couple(double t, int k, Couplings& to) const;
   /// True if something couples otherwise at another time.

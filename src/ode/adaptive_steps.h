@@ -29,6 +29,7 @@ class AdaptiveSteps : public Integrator {
   /// By Allowance. NaN if a component is not finite.
   double errorNorm(const Vector& y, double h, const Vector& error) const override;
   void restartAfter(Change change) override;
+  void forgetSlope() override { stepper_->forgetSlope(); }
   void setTolerance(const Tolerance& tolerance) override;
   StepCount count() const override { return count_; }
 

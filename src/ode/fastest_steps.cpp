@@ -77,13 +77,13 @@ class FastestSteps : public Integrator {
   bool stepTo(State& state, double t) override {
     const bool isFinite = lastTried_->stepTo(state, t);
     run_.cost += lastTried_->cost();
-    endAt(t);
+    countProgress(t);
     return isFinite;
   }
   double errorNorm(const Vector& y, double h, const Vector& error) const override {
     return lastTried_->errorNorm(y, h, error);
   }
-  void endAt(double t) override { run_.progress += t - std::exchange(end_, t); }
+  void endAt(State& state) override { countProgress(state.t); }
 
   int pieces() const override { return lastTried_->pieces(); }
 
@@ -95,6 +95,9 @@ class FastestSteps : public Integrator {
     failures_ = 0;
     run_ = {};
     onTrials_ = onIncumbents_ = 0;
+  }
+  void forgetSlope() override {
+    for (AdaptiveSteps& method : methods_) method.forgetSlope();
   }
   void setTolerance(const Tolerance& tolerance) override {
     for (AdaptiveSteps& method : methods_) method.setTolerance(tolerance);
@@ -155,6 +158,7 @@ class FastestSteps : public Integrator {
     double speed() const { return cost > 0 ? progress / cost : 0; }
   };
 
+  void countProgress(double t) { run_.progress += t - std::exchange(end_, t); }
   AdaptiveSteps& running() { return methods_[onTrial_ ? challenger_ : inUse_]; }
   bool isExplicit(std::size_t method) const { return methods_[method].isExplicit(); }
 

@@ -67,6 +67,7 @@ class FixedSteps : public Integrator {
 
   const char* name() const override { return stepper_->facts().name; }
   void restartAfter(Change) override { stepper_->forget(); }
+  void forgetSlope() override { stepper_->forgetSlope(); }
   StepCount count() const override { return count_; }
 
  private:
@@ -100,6 +101,7 @@ class LandingOnSwitches : public Integrator {
     course_.forget();
     steps_->restartAfter(change == Change::stiffness && guessed_ ? Change::bend : change);
   }
+  void forgetSlope() override { steps_->forgetSlope(); }
   /// The steps made to land count as rejected.
   StepCount count() const override {
     StepCount count = steps_->count();
@@ -236,7 +238,7 @@ class LandingOnSwitches : public Integrator {
       crossing_ = *crossing;
       if (isExactAt(t)) {
         course_.land(t, state);
-        steps_->endAt(t);
+        steps_->endAt(state);
         const double passed = state.t - switchedAt_;
         usual_ = std::isfinite(usual_) ? (3 * usual_ + passed) / 4 : passed;
         switchedAt_ = state.t;

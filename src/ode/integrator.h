@@ -94,8 +94,10 @@ class Integrator {
   virtual double errorNorm(const Vector& y, double h, const Vector& error) const = 0;
   /// The switch at which the last advance() ended. Of any use only after `switched`.
   virtual const Crossing& crossing() const;
-  /// Call this when the state was set to one at t within the last advance().
-  virtual void endAt(double /*t*/) {}
+  /// Call this when the state was set to one within the last advance(). May move it within its error.
+  virtual void endAt(State& /*state*/) {}
+  /// Call this when the state was moved within its error.
+  virtual void forgetSlope() = 0;
   /// Call one of these when f has jumped; when its stiffness may have changed, too; when the state was set,
   /// or f was replaced. A bend is a jump after which the step size still suits.
   void restart() { restartAfter(Change::jump); }

@@ -78,6 +78,8 @@ class Stepper {
   virtual void setTolerance(const Tolerance& /*tolerance*/) {}
   /// Call this when f has jumped or the state was set. Discards all stored values of f.
   virtual void forget() = 0;
+  /// Call this when the state at the end of the accepted step was moved within its error. Discards f there.
+  virtual void forgetSlope() { forget(); }
 
  protected:
   const MethodFacts facts_;
@@ -97,6 +99,7 @@ class ImplicitStepper : public Stepper {
   }
   void accept() override { linearized_ = false; }
   void forget() override { linearized_ = false; }
+  void forgetSlope() override { linearized_ = false; }
 
  protected:
   void linearize(double t, const Vector& y) {

@@ -173,6 +173,16 @@ Fields, with base-frame components: inner_pin, com (n×2, m), angle (n, rad), ve
           },
           "Returns [F_x, F_y, torque] of the chain on its base at the ground pin, in N, N, N m.")
       .def(
+          "tip_force",
+          [](Running& self) {
+            const Vec2d force = self.idle().tipForce();
+            return std::array<double, 2>{force.x, force.y};
+          },
+          "Returns [F_x, F_y], N, on the tip that is held; 0 if it is free.")
+      .def(
+          "closure_error", [](Running& self) { return self.idle().closureError(); },
+          "Returns how far the tip is from where it is held, m; 0 if it is free.")
+      .def(
           "energy_balance", [](Running& self) { return self.idle().energyBalance(); },
           "Returns the energies and works since the state was last set.")
       .def(

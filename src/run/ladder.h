@@ -13,6 +13,7 @@
 #include "dynamics/dynamics.h"
 #include "ode/integrator.h"
 #include "ode/methods.h"
+#include "ode/projected_steps.h"
 #include "ode/switches.h"
 #include "planar_chain/scene.h"
 #include "run/energy_guard.h"
@@ -65,14 +66,17 @@ class Pace {
   double time_ = 0;
 };
 
-/// Writes why the last rung failed at t. gap: of the energy balance, J.
+/// Writes why the last rung failed at t. gap: of the energy balance, J. isStretched: as Dynamics'.
 inline void describeFailure(std::string& to, const std::string& method, double t, ode::Outcome outcome,
-                            double gap) {
+                            double gap, bool isStretched) {
   char why[80] = "the motion leaves the finite numbers";
   if (outcome == ode::Outcome::stepTooSmall) {
     std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
   } else if (outcome != ode::Outcome::notFinite) {
     std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", gap);
+  }
+  if (isStretched) {
+    std::snprintf(why, sizeof why, "the chain is stretched to its held tip: its way on is not determined");
   }
   char text[300];
   std::snprintf(
@@ -89,7 +93,8 @@ constexpr double largestCounted = pi;
 /// drive or the base may do work on a chain that does not move.
 inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dynamics& dynamics) {
   const IntegratorSettings settings = settingsOf(scene.integrator, rung);
-  const int n = scene.chain.size(), works = scene.base || !scene.drives.empty() ? dynamics.works() : 0;
+  const int n = scene.chain.size(),
+            works = scene.base || scene.tip || !scene.drives.empty() ? dynamics.works() : 0;
   const double none = std::numeric_limits<double>::infinity();
   ode::Tolerance tolerance{settings.tolerance, Eigen::ArrayXd::Constant(2 * n + works, none), n,
                            settings.rateTolerance};
@@ -106,6 +111,7 @@ inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t
   require(settings.method != "taylor" || (scene.chain.slides() == 0 && dynamics.effects().haveSeries()),
           "method taylor needs a Taylor series of all that acts");
   auto method = ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, rung, dynamics));
+  if (dynamics.holdsTip()) method = ode::projectedSteps(std::move(method), dynamics);
   if (!dynamics.effects().haveSwitches()) return method;
   return ode::landingOnSwitches(std::move(method), dynamics.effects(), dynamics);
 }

@@ -17,6 +17,10 @@ inline void require(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(what);
 }
 
+inline Eigen::VectorXd vectorOf(const std::vector<double>& numbers) {
+  return Eigen::VectorXd::Map(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+}
+
 inline void requireContinuation(const MotionLaw& law, double t, double value, double rate) {
   const GivenMotion begin = law.at(t);
   require(

@@ -1,6 +1,7 @@
 #include "dynamics/equilibrium.h"
 #include "effects/commands.h"
 #include "effects/effect_kind.h"
+#include "ode/methods.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain {
@@ -11,6 +12,14 @@ std::vector<Load> Simulation::commands() const {
   std::vector<double> omega(qd().size());
   scene_.chain.coordinates().toAbsolute(qd().data(), omega.data());
   return commands->inForce(time(), omega.data());
+}
+
+const Scene& Simulation::scene() const {
+  return scene_;
+}
+
+double Simulation::tolerance() const {
+  return ode::hasFixedStep(scene_.integrator.method) ? 0 : scene_.integrator.tolerance;
 }
 
 void Simulation::settle() {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "dynamics/closed_state.h"
 #include "dynamics/dynamics.h"
 #include "dynamics/given_state.h"
 #include "effects/motors.h"
@@ -22,9 +23,6 @@ namespace planar_chain {
 namespace {
 
 constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
-Eigen::VectorXd vectorOf(const std::vector<double>& numbers) {
-  return Eigen::VectorXd::Map(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
-}
 
 }  // namespace
 
@@ -81,10 +79,11 @@ struct Simulation::Parts {
 
   void restore() { dynamics.restore(state.y.data(), y.data()); }
 
-  void set(const std::vector<double>& newQ, const std::vector<double>& newQd) {
+  void set(std::vector<double> newQ, std::vector<double> newQd) {
     std::vector<Fault> faults;
     stateOf(scene, state.t, vectorOf(newQ), vectorOf(newQd), faults);
     if (!faults.empty()) throw Refused(std::move(faults));
+    closeState(scene, state.t, newQ, newQd);
     coordinates.toAbsolute(newQ.data(), y.data());
     coordinates.toAbsolute(newQd.data(), y.data() + n);
     const double energy = dynamics.energy(state.t, y.data()).total();
@@ -191,7 +190,8 @@ struct Simulation::Parts {
     if (sampler) sampler->bank().dropAfter(state.t);
     if (std::exchange(switchedSince, false)) dynamics.enterState(state.t, y.data());
     if (rung + 1 == rungs) {
-      return describeFailure(fault, scene.integrator.method, state.t, outcome, guard.gap());
+      return describeFailure(fault, scene.integrator.method, state.t, outcome, guard.gap(),
+                             dynamics.isStretched(state.t, y.data()));
     }
     dynamics.reconsider(state.t, y.data());  // what is known of these times is of other states
     rescueBy(rung + 1);
@@ -262,9 +262,6 @@ const std::vector<double>& Simulation::qd() const {
 const std::string& Simulation::fault() const {
   return parts_->fault;
 }
-const Scene& Simulation::scene() const {
-  return scene_;
-}
 std::string Simulation::method() const {
   return parts_->integrator().name();
 }
@@ -293,6 +290,14 @@ EnergyBalance Simulation::energyBalance() const {
   const Energy present = energy();
   const Eigen::Vector2d works = parts_->guard.worksOf(parts_->y.data());
   return {present, works[0], works[1], present.total() - parts_->energyAtStart - works[0] + works[1]};
+}
+
+Vec2d Simulation::tipForce() {
+  return parts_->settled().tipForce(parts_->state.t, parts_->y.data());
+}
+
+double Simulation::closureError() {
+  return parts_->dynamics.closureError(parts_->state.t, parts_->y.data());
 }
 
 void Simulation::accelerations(double* qdd) {
@@ -366,10 +371,6 @@ void Simulation::followBase(BaseLaws laws) {
   for (Coupler* coupler : parts_->dynamics.effects().couplers()) coupler->followBase(laws);
   scene_.base = std::move(laws);
   parts_->actsOtherwise = true;
-}
-
-double Simulation::tolerance() const {
-  return ode::hasFixedStep(scene_.integrator.method) ? 0 : scene_.integrator.tolerance;
 }
 
 void Simulation::setTolerance(double tolerance) {

@@ -154,7 +154,7 @@ Hints hintsAtTop() {
   for (const char* key : {"rate", "tf_rate", "frame_prefix"})
     hints[key] = belongsTo("publish/" + std::string(key));
   for (const char* key : {"loop", "loops", "closure", "constraint", "constraints"}) {
-    hints[key] = "no such key: closed loops are not supported";
+    hints[key] = "no such key: a tip that is held closes a loop (see tip)";
   }
   for (const char* key : {"branch", "branches", "tree"})
     hints[key] = "no such key: branches are not supported";

@@ -15,6 +15,7 @@
 #include "scene/sensors_reader.h"
 #include "scene/settings_reader.h"
 #include "scene/slides_reader.h"
+#include "scene/tip_reader.h"
 
 namespace planar_chain {
 
@@ -216,8 +217,8 @@ std::vector<const char*> sceneKeys() {
   for (const EffectKind* kind : effectKinds()) {
     if (kind->sceneKey()) keys.push_back(kind->sceneKey());
   }
-  for (const char* key : {"base", "start", "integrator", "publish", "sensors", "seed", "command_timeout",
-                          "real_time_factor", "robot_description"}) {
+  for (const char* key : {"base", "tip", "start", "integrator", "publish", "sensors", "seed",
+                          "command_timeout", "real_time_factor", "robot_description"}) {
     keys.push_back(key);
   }
   return keys;
@@ -277,7 +278,6 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   Vec2d unused;
   top.take("gravity", "m/s²", expanded ? expanded->gravity : unused);
   if (expanded) chain = makeChain(*expanded, faults);
-
   // All other keys.
   std::vector<Load> loads;
   for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads);
@@ -291,6 +291,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base = takeBase(top, names);
   if (chain && chain->slides() > 0) refuseBesideSlides(top, *chain, integrator, loads);
+  std::optional<TipLaws> tip = chain ? takeTip(top, *chain, expanded->drives) : takeTip(top);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   const std::optional<double> realTimeFactor = takeRealTimeFactor(top);
@@ -317,9 +318,10 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               std::move(others),
               std::move(expanded->notes),
               std::move(sensors),
-              seed};
+              seed,
+              std::move(tip)};
   requireSeries(scene, top);
-  if (startsAtRest) startAtRest(scene, top);
+  if (closeStart(scene, top) && startsAtRest) startAtRest(scene, top);
   throwFaults();
   return scene;
 }

@@ -1,11 +1,13 @@
 #!/usr/bin/python3
-"""Writes values.h: motions of chains with prismatic links, by dense equations of Lagrange and scipy's DOP853.
+"""Writes values.h: motions of chains with prismatic links and held tips, by dense equations of Lagrange and scipy's DOP853.
 
     make.py            needs numpy and scipy
 
 Nothing of this is the program's: with x = (s ..., theta ...) and the places r_j(x) of the centres of mass,
 
-    (sum m_j J_j' J_j + I_j) x'' = sum J_j' (m_j g + F_j - m_j dJ_j/dt x') + joint forces,     J_j = dr_j/dx
+    (sum m_j J_j' J_j + I_j) x'' = sum J_j' (m_j g + F_j - m_j dJ_j/dt x') + joint forces + C' phi,     J_j = dr_j/dx
+
+    C x_tip = c(t): C (J_tip x'' + dJ_tip/dt x') = c''(t), one system with the forces phi of the tip
 """
 import os
 
@@ -22,7 +24,34 @@ def links(chain):
              None if "axis" not in one else np.array(one["axis"], float) / np.hypot(*one["axis"])) for one in chain]
 
 
-def acceleration(chain, t, x, v):
+def tip_of(chain, x, v):
+    """Place, dx_tip/dx, and the acceleration of the tip with x'' = 0."""
+    place, J, bias = np.zeros(2), np.zeros((2, len(chain))), np.zeros(2)
+    for j, (_, _, _, pin, axis) in enumerate(links(chain)):
+        if axis is not None:
+            place = place + x[j] * axis + pin
+            J[:, j] = axis
+            continue
+        c, s = np.cos(x[j]), np.sin(x[j])
+        arm = np.array([[c, -s], [s, c]]) @ pin
+        place = place + arm
+        J[:, j] = [-arm[1], arm[0]]
+        bias = bias - v[j] ** 2 * arm
+    return place, J, bias
+
+
+def acceleration(chain, t, x, v, tip=None):
+    M, f = mass_and_forces(chain, t, x, v)
+    if tip is None:
+        return np.linalg.solve(M, f)
+    C = np.array(tip["rows"], float)
+    _, J, bias = tip_of(chain, x, v)
+    G, rows = C @ J, len(C)
+    whole = np.block([[M, -G.T], [G, np.zeros((rows, rows))]])
+    return np.linalg.solve(whole, np.concatenate((f, C @ (tip["acceleration"](t) - bias))))[:len(x)]
+
+
+def mass_and_forces(chain, t, x, v):
     n = len(chain)
     M, f = np.zeros((n, n)), np.zeros(n)
     J, bias = np.zeros((2, n)), np.zeros(2)  # of the inner pin
@@ -51,16 +80,26 @@ def acceleration(chain, t, x, v):
         f[i] += tau
         if turns:
             f[i - 1] -= tau
-    return np.linalg.solve(M, f)
+            if one.get("rotor"):
+                M[i, i] += one["rotor"]
+                M[i - 1, i - 1] += one["rotor"]
+                M[i, i - 1] -= one["rotor"]
+                M[i - 1, i] -= one["rotor"]
+    return M, f
 
 
-def run(chain, end):
+def run(chain, end, tip=None):
     n = len(chain)
     slides = sum("axis" in one for one in chain)
     q0, v0 = (np.array([one[key] for one in chain], float) for key in ("q", "qd"))
     x0, w0 = q0.copy(), v0.copy()
     x0[slides:], w0[slides:] = np.cumsum(q0[slides:]), np.cumsum(v0[slides:])
-    found = solve_ivp(lambda t, y: np.concatenate((y[n:], acceleration(chain, t, y[:n], y[n:]))), (0, end),
+    if tip is not None:  # the rates of least kinetic energy away that keep the tip
+        M, _ = mass_and_forces(chain, 0, x0, w0)
+        G = np.array(tip["rows"], float) @ tip_of(chain, x0, w0)[1]
+        missing = np.array(tip["rows"], float) @ tip["velocity"] - G @ w0
+        w0 = w0 + np.linalg.solve(M, G.T @ np.linalg.solve(G @ np.linalg.solve(M, G.T), missing))
+    found = solve_ivp(lambda t, y: np.concatenate((y[n:], acceleration(chain, t, y[:n], y[n:], tip))), (0, end),
                       np.concatenate((x0, w0)), method="DOP853", rtol=1e-12, atol=1e-13)
     x, w = found.y[:n, -1], found.y[n:, -1]
     q, qd = x.copy(), w.copy()
@@ -82,14 +121,44 @@ SCENES = {
 }
 
 
+def pinned(**more):
+    return dict(dict(rows=[[1, 0], [0, 1]], velocity=np.zeros(2), acceleration=lambda t: np.zeros(2)), **more)
+
+
+TURN = 2 * np.pi * 0.7
+CRANK = dict(mass=0.5, inertia=0.01, com=[0.2, 0.05], pin=[0.4, 0.0], q=1.2, qd=3.0)
+COUPLER = dict(mass=0.8, inertia=0.05, com=[0.5, 0.1], pin=[1.0, 0.0], q=-1.0, qd=0.0)
+ROCKER = dict(mass=0.3, inertia=0.02, com=[0.4, -0.03], pin=[0.8, 0.0], q=-1.5, qd=0.0)
+BENT = dict(mass=0.3, inertia=0.004, com=[0.2, -0.03], pin=[0.7, 0.1], q=1.7, qd=0.0)
+# Chains whose tip is held where they begin.
+HELD = {
+    "fourBar": ([dict(CRANK, damping=0.02), COUPLER, dict(ROCKER, stiffness=2.0, damping=0.1)], pinned()),
+    "slung": ([dict(CRANK, q=-1.2, qd=1.0, rotor=0.0), dict(COUPLER, q=0.5, rotor=0.1), dict(ROCKER, q=0.5),
+               dict(ROCKER, q=0.5)],
+              pinned(velocity=np.array([0.2 * TURN, 0]),
+                     acceleration=lambda t: np.array([-0.2 * TURN ** 2 * np.sin(TURN * t), 0]))),
+    "stiffLoop": ([dict(CRANK, damping=0.1), dict(COUPLER, stiffness=300.0, rest=-1.0, damping=4.0),
+                   dict(ROCKER, stiffness=100.0, rest=-1.2), dict(BENT, q=-0.8, damping=0.05)], pinned()),
+    "sliderCrank": ([CRANK, COUPLER], dict(pinned(), rows=[[-0.6, 0.8]])),
+    "heldCart": ([dict(CART, stiffness=5.0, damping=0.3), dict(POLE, q=-1.2), BENT], pinned()),
+}
+
+
 def main():
     here = os.path.dirname(os.path.abspath(__file__))
     with open(os.path.join(here, "values.h"), "w") as file:
-        file.write("#pragma once\n\n/// Written by make.py: q and q̇ of its scenes after 3 s.\n\n#include <vector>\n\n"
+        file.write("#pragma once\n\n/// Written by make.py: q and q̇ of its scenes after 3 s, and where tips are held.\n\n#include <vector>\n\n"
                    "namespace planar_chain::reference {\n\n")
         for name, chain in SCENES.items():
             numbers = ", ".join(f"{value:.15g}" for value in run(chain, 3.0))
             file.write(f"inline const std::vector<double> {name}{{{numbers}}};\n")
+        for name, (chain, tip) in HELD.items():
+            q = np.array([one["q"] for one in chain], float)
+            slides = sum("axis" in one for one in chain)
+            q[slides:] = np.cumsum(q[slides:])
+            for what, values in (("Tip", tip_of(chain, q, 0 * q)[0]), ("", run(chain, 3.0, tip))):
+                numbers = ", ".join(f"{value:.17g}" for value in values)
+                file.write(f"inline const std::vector<double> {name}{what}{{{numbers}}};\n")
         file.write("\n}  // namespace planar_chain::reference\n")
 
 

@@ -1,6 +1,6 @@
 #pragma once
 
-/// Written by make.py: q and q̇ of its scenes after 3 s.
+/// Written by make.py: q and q̇ of its scenes after 3 s, and where tips are held.
 
 #include <vector>
 
@@ -18,5 +18,22 @@ inline const std::vector<double> floating{3.80541314720508,  -31.4357492562149, 
                                           0.251199764483544, -0.58594873330578};
 inline const std::vector<double> massless{1.7648203884269,    -2.01273578320458, -0.127724666008295,
                                           -0.756791821940967, 2.28144862527063,  -2.89313290203108};
+inline const std::vector<double> fourBarTip{1.3390087425315811, -0.19936158315180286};
+inline const std::vector<double> fourBar{4.4825283022833124, -3.7882474446904362, -1.2912568478406796,
+                                         5.6628655331842905, -3.4632711590338454, -3.9744857885319931};
+inline const std::vector<double> slungTip{2.4581077426486364, -0.93955262093155878};
+inline const std::vector<double> slung{-0.90970541404202854, 0.17760922889866526, 0.63228200760440012,
+                                       0.25585355966527645,  2.1775876081045089,  -2.0405243090773193,
+                                       -0.95516552494977103, 0.83642910531336412};
+inline const std::vector<double> stiffLoopTip{1.0719374059765683, -0.85409275026600018};
+inline const std::vector<double> stiffLoop{0.97233949442018364, -0.97694565405458877, -1.0812460935930657,
+                                           -1.4663839246034878, -1.1530912789971586,  0.36086536774414224,
+                                           1.3356752819932318,  -2.1572702645439934};
+inline const std::vector<double> sliderCrankTip{1.1250096796319111, 0.57148496518195169};
+inline const std::vector<double> sliderCrank{21.205091074653726, -21.222499147322885, 6.0985546921737583,
+                                             -5.663567302923453};
+inline const std::vector<double> heldCartTip{0.95625144304417931, -0.22227513556180178};
+inline const std::vector<double> heldCart{0.096120781361181948, -1.1959691674939872,  1.6938969555661061,
+                                          0.097696436192861613, -0.10150848991265261, 0.15392137984418153};
 
 }  // namespace planar_chain::reference

@@ -1,0 +1,115 @@
+#include "dynamics/closed_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/closure.h"
+#include "effects/effects.h"
+
+namespace planar_chain {
+
+namespace {
+
+/// Lays the chain along an arc from its pin to the tip's place, which hangs down. Slides stay.
+void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
+  const int slides = chain.slides(), n = chain.size();
+  Vec2d to = at.tipPlace - at.base().pin;
+  for (int i = 0; i < slides; ++i)
+    to -= y[index(i)] * chain.joints()[index(i)].axis + chain.links()[index(i)].pin;
+  if (at.tip.rows == 1) to = dot(at.tip.row[0], to) * at.tip.row[0];
+  // The chord shrinks while the angle of the arc grows to a whole turn.
+  Vec2d chord;
+  const auto turnBy = [&](double arc) {
+    chord = {};
+    for (int j = slides; j < n; ++j) {
+      const Vec2d pin = chain.links()[index(j)].pin;
+      y[index(j)] = arc * (j - slides) / (n - slides) - std::atan2(pin.y, pin.x);
+      chord += Rotation<double>::of(y[index(j)]) * pin;
+    }
+    return length(chord);
+  };
+  double low = 0, high = 2 * pi;
+  for (int k = 0; k < 60; ++k) (turnBy((low + high) / 2) > length(to) ? low : high) = (low + high) / 2;
+  const double turn = std::atan2(to.y, to.x) - std::atan2(chord.y, chord.x) - at.angle.value;
+  for (int j = slides; j < n; ++j) y[index(j)] += turn;
+}
+
+/// Bends the chain to an arc that spans this angle, rad, less where its joints are far in or out.
+void bend(const Mechanism& mechanism, const Couplings& at, double angle, std::vector<double>& y) {
+  const int n = mechanism.size(), slides = mechanism.slides();
+  double turned = 0;
+  for (int j = slides; j < n; ++j) {
+    const double own = angle * (0.5 - (j - slides + 0.5) / (n - slides));
+    if (!at.joints[index(j)].isHeld) turned = own;
+    y[index(j)] += turned;
+  }
+}
+
+/// How far a tip that is pinned is beyond the reach of a chain on a fixed pin, or within its longest link, m.
+double outOfReach(const Chain& chain, const Couplings& at) {
+  if (chain.slides() > 0 || at.tip.rows < 2) return 0;
+  double whole = 0, longest = 0;
+  for (const Link& link : chain.links()) {
+    whole += length(link.pin);
+    longest = std::max(longest, length(link.pin));
+  }
+  const double distance = length(at.tipPlace - at.base().pin), rounding = Closure::closed * whole;
+  const double gap = std::max(distance - whole, 2 * longest - whole - distance);
+  return gap > rounding ? gap : 0;
+}
+
+}  // namespace
+
+Closing closeState(const Scene& scene, double t, std::vector<double>& q, std::vector<double>& qd) {
+  Closing closing;
+  if (!scene.tip) return closing;
+  Effects effects(scene);
+  const Mechanism mechanism(scene.chain, true, true);
+  Closure closure(mechanism);
+  Couplings at(mechanism.size());
+  effects.enter(t);
+  effects.couple(t, 0, at);
+
+  const Coordinates& coordinates = mechanism.coordinates();
+  const std::size_t n = q.size();
+  std::vector<double> held = q, start(2 * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (at.joints[i].isHeld) held[i] = at.held[i].value;
+  }
+  coordinates.toAbsolute(held.data(), start.data());
+  coordinates.toAbsolute(qd.data(), start.data() + n);
+
+  closing = {false, outOfReach(scene.chain, at), {}};
+  if (closing.gap > 0) return closing;
+  closing.gap = std::numeric_limits<double>::infinity();
+  std::vector<double> y;
+  for (const double angle : {0.0, std::nan(""), 0.3, -0.3, 1.5, -1.5, 4.0, -4.0}) {
+    y = start;
+    if (std::isnan(angle)) {
+      layArc(scene.chain, at, y);
+    } else {
+      bend(mechanism, at, angle, y);
+    }
+    closing.isClosed = closure.project(at, y.data(), nullptr);
+    closing.gap = std::min(closing.gap, length(closure.gap(at, y.data())));
+    if (closing.isClosed) break;
+  }
+  if (!closing.isClosed) return closing;
+
+  std::vector<double> closedQ(n), closedQd(n);
+  coordinates.toRelative(y.data(), closedQ.data());
+  coordinates.toRelative(y.data() + n, closedQd.data());
+  closing.moved.resize(n);
+  for (std::size_t i = 0; i < n; ++i) closing.moved[i] = std::abs(closedQ[i] - q[i]);
+  q = closedQ;
+  qd = closedQd;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!at.joints[i].isHeld) continue;
+    q[i] = at.held[i].value;
+    qd[i] = at.held[i].rate;
+  }
+  return closing;
+}
+
+}  // namespace planar_chain

@@ -1,0 +1,140 @@
+#include "dynamics/closure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/inner_end.h"
+
+namespace planar_chain {
+
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+constexpr double rounding = 4 * epsilon;  // of the size: a smaller gap is none
+constexpr double longestTurn = 0.5;       // rad in one iteration
+
+void add(double change, double& value, double* carry) {
+  const double whole = carry ? change + *carry : change, next = value + whole;
+  if (carry) *carry = whole - (next - value);
+  value = next;
+}
+
+}  // namespace
+
+Closure::Closure(const Mechanism& mechanism)
+    : mechanism_(mechanism),
+      n_(mechanism.size()),
+      reach_(mechanism.chain().reach()),
+      recursion_(mechanism.bodies()),
+      e_(index(n_)),
+      change_(index(n_)) {
+  const std::vector<double> none(index(n_));
+  const std::vector<Coupling<double>> joints(index(n_));
+  inner_ = innerEndOf<double>(mechanism.chain(), joints.data(), none.data(), nullptr);
+}
+
+double Closure::sizeAt(const Couplings& at) const {
+  return reach_ + length(at.tipPlace);
+}
+
+void Closure::rotate(const Couplings& at, const double* y) {
+  const int slides = mechanism_.slides();
+  mechanism_.rotate(y + slides, e_.data() + slides, n_ - slides);
+  if (at.angle.value == 0) return;
+  const Rotation<double> turn = plainRotation(at.angle.value);
+  for (int j = slides; j < n_; ++j) e_[index(j)] = turn * e_[index(j)];
+}
+
+Vec2d Closure::alongRows(const Couplings& at, Vec2d a) const {
+  if (at.tip.rows == 2) return a;
+  return at.tip.rows == 1 ? dot(at.tip.row[0], a) * at.tip.row[0] : Vec2d{};
+}
+
+Vec2d Closure::gap(const Couplings& at, const double* y) {
+  rotate(at, y);
+  const Chain& chain = mechanism_.chain();
+  Vec2d x = at.base().pin;
+  for (int j = 0; j < n_; ++j) {
+    const Vec2d pin = chain.links()[index(j)].pin;
+    x += j < mechanism_.slides() ? y[j] * chain.joints()[index(j)].axis + pin : e_[index(j)] * pin;
+  }
+  return alongRows(at, at.tipPlace - x);
+}
+
+Vec2d Closure::rateGap(const Couplings& at, const double* y) {
+  rotate(at, y);
+  const Chain& chain = mechanism_.chain();
+  const BaseState base = at.base();
+  Vec2d v = base.velocity;
+  for (int j = 0; j < n_; ++j) {
+    const double rate = y[n_ + j];
+    v += j < mechanism_.slides() ? rate * chain.joints()[index(j)].axis
+                                 : (rate + base.rate) * perp(e_[index(j)] * chain.links()[index(j)].pin);
+  }
+  return alongRows(at, at.tipVelocity - v);
+}
+
+/// The impulse that moves the tip by so much, and change_, of which it is the cause.
+EndsMotion<double> Closure::impulse(const Couplings& at, Vec2d tip) {
+  const int slides = mechanism_.slides();
+  for (int i = 0; i < slides; ++i) inner_.slide[index(i)].isHeld = at.joints[index(i)].isHeld;
+  Tip<double> held = at.tip;
+  held.acceleration = tip;
+  const EndsMotion<double> motion = recursion_.impulse(e_.data() + slides, at.joints.data() + slides, inner_,
+                                                       held, change_.data() + slides);
+  std::copy_n(motion.acceleration.begin(), slides, change_.begin());
+  return motion;
+}
+
+double Closure::spread(const Couplings& at, const double* y) {
+  if (at.tip.rows < 2) return 1;
+  rotate(at, y);
+  const EndsMotion<double> x = impulse(at, {1, 0}), other = impulse(at, {0, 1});
+  if (x.acting.rows < 2) return 0;
+  const Eigen2<double> answer =
+      eigen(Sym2<double>{x.tipForce.x, (x.tipForce.y + other.tipForce.x) / 2, other.tipForce.y});
+  return std::max(answer.value[1] / answer.value[0], 0.0);
+}
+
+/// Moves the tip by so much, as far as no angle turns by more than `most`.
+void Closure::move(const Couplings& at, Vec2d tip, double most, double* values, double* carry) {
+  const int slides = mechanism_.slides();
+  impulse(at, tip);
+  double largest = 0;
+  for (int j = 0; j < n_; ++j)
+    largest = std::max(largest, std::abs(change_[index(j)]) / (j < slides ? reach_ : 1));
+  const double share = largest > most ? most / largest : 1;
+  for (int j = 0; j < n_; ++j) add(share * change_[index(j)], values[j], carry ? carry + j : nullptr);
+}
+
+bool Closure::close(const Couplings& at, double* y, double* carry) {
+  constexpr int mostIterations = 100;
+  const double size = sizeAt(at);
+  double before = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < mostIterations; ++k) {
+    const Vec2d missing = gap(at, y);
+    const double left = length(missing);
+    if (left <= rounding * size || (left <= closed * size && left > before / 2)) return true;
+    if (!std::isfinite(left)) return false;
+    before = left;
+    move(at, missing, longestTurn, y, carry);
+  }
+  return length(gap(at, y)) <= closed * size;
+}
+
+bool Closure::project(const Couplings& at, double* y, double* carry) {
+  const bool isClosed = close(at, y, carry);
+  // One impulse is exact, a second one takes the rounding of the first.
+  constexpr double most = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 2; ++k) {
+    const Vec2d missing = rateGap(at, y);
+    double fastest = 0;
+    for (int j = 0; j < n_; ++j) fastest = std::max(fastest, std::abs(y[n_ + j]));
+    if (length(missing) <= rounding * sizeAt(at) * fastest) break;
+    move(at, missing, most, y + n_, carry ? carry + n_ : nullptr);
+  }
+  return isClosed;
+}
+
+}  // namespace planar_chain

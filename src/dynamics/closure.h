@@ -1,0 +1,60 @@
+#pragma once
+
+/// The condition that a held tip puts on a state, and the projection onto it.
+///
+///     c_j·(x_T(t) − x_tip) = 0            c_j·(ẋ_T(t) − ẋ_tip) = 0            rows c_j: ends.h
+///
+/// What is missing is made up by the motion of least kinetic energy that moves the tip so far: that of an
+/// impulse on the chain at rest (Ended::impulse). For places this is Newton's method in the metric of the
+/// mass matrix, for rates it is exact. Each iteration is one sweep, O(n). Held joints stay where they are.
+///
+/// Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, section IV.4: a step that ends
+/// with a projection keeps its order.
+
+#include <vector>
+
+#include "dynamics/mechanism.h"
+#include "effects/coupler.h"
+#include "recursion/ended.h"
+
+namespace planar_chain {
+
+/// Only the constructor allocates.
+class Closure {
+ public:
+  /// The share of the size below which a gap is closed.
+  static constexpr double closed = 1e-13;
+
+  /// The mechanism must outlive this object.
+  explicit Closure(const Mechanism& mechanism);
+
+  /// What is missing, along the rows: of the place, m, and of the velocity, m/s. y = [ψ ψ̇] in chain order.
+  Vec2d gap(const Couplings& at, const double* y);
+  Vec2d rateGap(const Couplings& at, const double* y);
+  /// Moves a state onto the condition. `change` has room for n numbers more than y: it is added to y with the
+  /// rounding errors `carry`, which may be nullptr (Kahan). Returns false if the gap stays: y is as near as
+  /// it came.
+  bool project(const Couplings& at, double* y, double* carry);
+  /// How near the chain is to a pose, stretched between its ends, in which a force on the tip does not move
+  /// it: the smaller eigenvalue of the tip's answer to forces over the larger one, or 1 of one row.
+  double spread(const Couplings& at, const double* y);
+  /// The length that gaps are compared with: the reach and the place of the tip, m.
+  double sizeAt(const Couplings& at) const;
+
+ private:
+  void rotate(const Couplings& at, const double* y);
+  Vec2d alongRows(const Couplings& at, Vec2d a) const;
+  void move(const Couplings& at, Vec2d tip, double most, double* values, double* carry);
+  EndsMotion<double> impulse(const Couplings& at, Vec2d tip);
+  bool close(const Couplings& at, double* y, double* carry);
+
+  const Mechanism& mechanism_;
+  const int n_;
+  const double reach_;
+  Ended<double> recursion_;
+  InnerEnd<double> inner_;
+  std::vector<Rotation<double>> e_;
+  std::vector<double> change_;
+};
+
+}  // namespace planar_chain

@@ -1,0 +1,104 @@
+#include "scene/tip_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "dynamics/closed_state.h"
+#include "effects/effect_kind.h"
+#include "scene/settings_reader.h"
+
+namespace planar_chain {
+
+namespace {
+
+void takePin(const Section& tip, TipLaws& laws) {
+  if (tip.find("pin")->map()) {
+    const Section pin = tip.section("pin", {"x", "y"});
+    for (const char* axis : {"x", "y"}) {
+      if (!pin.has(axis)) pin.fault(axis, "a law of motion, such as {offset: 1.0}", "nothing");
+    }
+    if (pin.has("x")) laws.x = readLaw(pin, "x", "m", false);
+    if (pin.has("y")) laws.y = readLaw(pin, "y", "m", false);
+    return;
+  }
+  Vec2d at;
+  if (!tip.take("pin", "m", at)) return;
+  laws.x = MotionLaw::sine(0, 0, 0, at.x);
+  laws.y = MotionLaw::sine(0, 0, 0, at.y);
+}
+
+void takeLine(const Section& tip, TipLaws& laws) {
+  const Section line = tip.section("line", {"point", "direction"});
+  Vec2d point, along{1, 0};
+  line.take("point", "m", point);
+  line.take("direction", "no unit: a direction", along);
+  const double size = std::hypot(along.x, along.y);
+  if (!(size > 0)) line.fault("direction", "a direction of length > 0");
+  laws.line = (size > 0 ? 1 / size : 1) * along;
+  laws.x = MotionLaw::sine(0, 0, 0, point.x);
+  laws.y = MotionLaw::sine(0, 0, 0, point.y);
+}
+
+/// The key below `tip` that this chain has.
+std::string keyOf(const TipLaws& tip) {
+  return tip.line ? "tip/line" : "tip/pin";
+}
+
+}  // namespace
+
+std::optional<TipLaws> takeTip(const Section& top) {
+  if (!top.has("tip")) return std::nullopt;
+  const Section tip = top.section("tip", {"pin", "line"});
+  TipLaws laws;
+  if (tip.has("pin") == tip.has("line")) {
+    if (top.find("tip")->map()) top.fault("tip", "pin or line", tip.has("pin") ? "both" : "neither");
+    return std::nullopt;
+  }
+  tip.has("pin") ? takePin(tip, laws) : takeLine(tip, laws);
+  return laws;
+}
+
+std::optional<TipLaws> takeTip(const Section& top, const Chain& chain, const std::vector<Drive>& drives) {
+  std::optional<TipLaws> tip = takeTip(top);
+  if (!tip) return tip;
+  const int moving = chain.size() - static_cast<int>(drives.size());
+  if (moving < tip->rows()) {
+    std::string driven;
+    for (const Drive& drive : drives)
+      driven += (driven.empty() ? ", as a drive gives " : ", ") + chain.joints()[index(drive.joint)].name;
+    top.fault(keyOf(*tip),
+              tip->rows() == 2 ? "at least 2 joints that are not driven" : "a joint that is not driven",
+              std::to_string(moving) + driven);
+  }
+  for (const Joint& joint : chain.joints()) {
+    if (!(dryFrictionIn(joint) > 0)) continue;
+    top.fault(keyOf(*tip), "no friction in a chain whose tip is held (use damping)",
+              toText(dryFrictionIn(joint)) + " in the joint " + joint.name);
+  }
+  return tip;
+}
+
+bool closeStart(Scene& scene, const Section& top) {
+  if (!scene.tip) return true;
+  const Closing closing = closeState(scene, 0, scene.q, scene.qd);
+  if (!closing.isClosed) {
+    top.fault(keyOf(*scene.tip), "a place that the tip reaches",
+              "a gap of " + toText(closing.gap) + " m is left");
+    return false;
+  }
+  constexpr double worthSaying = 1e-6;
+  const Coordinates coordinates = scene.chain.coordinates();
+  double angle = 0, slid = 0;
+  for (int i = 0; i < coordinates.size(); ++i)
+    (coordinates.slides(i) ? slid : angle) =
+        std::max(coordinates.slides(i) ? slid : angle, closing.moved[index(i)]);
+  if (angle <= worthSaying && slid <= worthSaying) return true;
+  std::string moved =
+      "the initial angles are moved by up to " + toText(std::round(angle * 1e6) / 1e6) + " rad";
+  if (slid > worthSaying) moved += " and positions by " + toText(std::round(slid * 1e6) / 1e6) + " m";
+  scene.notes.push_back({keyOf(*scene.tip), moved + " to bring the tip there"});
+  return true;
+}
+
+}  // namespace planar_chain

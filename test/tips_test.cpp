@@ -1,0 +1,235 @@
+/// Chains whose tip is held.
+///
+///     trajectories      against dense equations of Lagrange (reference/ends/make.py), by four methods
+///     slider-crank      the piston in closed form
+///     hanging chain     the catenary of links: the pull is the same everywhere, the rest follows
+///     four-bar          there and back
+///     closed chain      keeps its energy, and its closure at each state
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "planar_chain/kane.h"
+#include "planar_chain/linear_model.h"
+#include "planar_chain/scene_reader.h"
+#include "planar_chain/simulation.h"
+#include "reference/ends/values.h"
+
+namespace planar_chain {
+namespace {
+
+std::string pair(const std::vector<double>& at) {
+  return "[" + toText(at[0]) + ", " + toText(at[1]) + "]";
+}
+
+const std::string crank = "{mass: 0.5, inertia: 0.01, com: [0.2, 0.05], pin: [0.4, 0], ";
+const std::string coupler = "{mass: 0.8, inertia: 0.05, com: [0.5, 0.1], pin: [1.0, 0], ";
+const std::string rocker = "{mass: 0.3, inertia: 0.02, com: [0.4, -0.03], pin: [0.8, 0], ";
+const std::string bent = "{mass: 0.3, inertia: 0.004, com: [0.2, -0.03], pin: [0.7, 0.1], ";
+
+std::string fourBar(const std::string& damping = "0.02",
+                    const std::string& rocking = "stiffness: 2, damping: 0.1") {
+  return "chain: [crank, coupler, rocker]\ntip: {pin: " + pair(reference::fourBarTip) +
+         "}\nlinks:\n  crank: " + crank + "joint: {damping: " + damping +
+         "}, initial: {angle: 1.2, velocity: 3.0}}\n  coupler: " + coupler +
+         "initial: {angle: -1.0}}\n  rocker: " + rocker + "joint: {" + rocking +
+         "}, initial: {angle: -1.5}}\n";
+}
+const std::string slung = "chain: [a, b, c, d]\ntip: {pin: {x: {amplitude: 0.2, frequency: 0.7, offset: " +
+                          toText(reference::slungTip[0]) +
+                          "}, y: {offset: " + toText(reference::slungTip[1]) + "}}}\nlinks:\n  a: " + crank +
+                          "initial: {angle: -1.2, velocity: 1.0}}\n  b: " + coupler +
+                          "joint: {rotor_inertia: 0.1}, initial: {angle: 0.5}}\n  c: " + rocker +
+                          "initial: {angle: 0.5}}\n  d: " + rocker + "initial: {angle: 0.5}}\n";
+const std::string stiffLoop =
+    "chain: [a, b, c, d]\ntip: {pin: " + pair(reference::stiffLoopTip) + "}\nlinks:\n  a: " + crank +
+    "joint: {damping: 0.1}, initial: {angle: 1.2, velocity: 3.0}}\n  b: " + coupler +
+    "joint: {stiffness: 300, rest_angle: -1, damping: 4}, initial: {angle: -1.0}}\n  c: " + rocker +
+    "joint: {stiffness: 100, rest_angle: -1.2}, initial: {angle: -1.5}}\n  d: " + bent +
+    "joint: {damping: 0.05}, initial: {angle: -0.8}}\n";
+const std::string sliderCrank =
+    "chain: [crank, rod]\ntip: {line: {point: " + pair(reference::sliderCrankTip) +
+    ", direction: [8, 6]}}\nlinks:\n  crank: " + crank +
+    "initial: {angle: 1.2, velocity: 3.0}}\n  rod: " + coupler + "initial: {angle: -1.0}}\n";
+const std::string heldCart =
+    "chain: [cart, pole, lower]\ntip: {pin: " + pair(reference::heldCartTip) +
+    "}\nlinks:\n  cart: {mass: 2.0, pin: [0.0, 0.1], joint: {type: prismatic, axis: [1, 0], stiffness: 5, "
+    "damping: 0.3}, initial: {position: 0.1, velocity: 0.2}}\n  pole: {mass: 0.5, inertia: 0.01, com: [0.4, "
+    "0.05], pin: [0.8, 0], initial: {angle: -1.2, velocity: 0.4}}\n  lower: " +
+    bent + "initial: {angle: 1.7}}\n";
+
+// ---- Trajectories ----------------------------------------------------------------------------------
+
+struct Known {
+  const char* name;
+  std::string scene;
+  const std::vector<double>& end;
+};
+
+class HeldTips : public testing::TestWithParam<const char*> {};
+
+TEST_P(HeldTips, MoveAsDenseEquationsSay) {
+  for (const auto& [name, text, end] :
+       {Known{"fourBar", fourBar(), reference::fourBar}, Known{"slung", slung, reference::slung},
+        Known{"stiffLoop", stiffLoop, reference::stiffLoop},
+        Known{"sliderCrank", sliderCrank, reference::sliderCrank},
+        Known{"heldCart", heldCart, reference::heldCart}}) {
+    Scene scene = readSceneText(text);
+    scene.integrator.method = GetParam();
+    scene.integrator.tolerance = 1e-10;
+    Simulation simulation(scene);
+    for (int k = 1; k <= 30; ++k) {
+      ASSERT_TRUE(simulation.advanceTo(0.1 * k)) << name << ": " << simulation.fault();
+      EXPECT_LT(simulation.closureError(), 1e-12 * scene.chain.reach()) << name;
+    }
+    const std::size_t n = scene.q.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      EXPECT_NEAR(simulation.q()[i], end[i], 1e-8) << name << ", q of " << i;
+      EXPECT_NEAR(simulation.qd()[i], end[n + i], 1e-7) << name << ", rate of " << i;
+    }
+    EXPECT_EQ(simulation.statistics().rescues, 0) << name;
+    EXPECT_LT(std::abs(simulation.energyBalance().residual), 1e-8) << name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(By, HeldTips, testing::Values("auto", "dop853", "rodas5p", "radau13"));
+
+// ---- Matrices --------------------------------------------------------------------------------------
+
+TEST(HeldTip, MovesAsKanesEquationsSay) {
+  for (const std::string& text : {fourBar(), slung, stiffLoop, sliderCrank, heldCart}) {
+    const Scene scene = readSceneText(text);
+    Simulation simulation(scene);
+    ASSERT_TRUE(simulation.advanceTo(0.7));
+    const Eigen::Index n = scene.chain.size();
+    const Eigen::VectorXd q = Eigen::VectorXd::Map(simulation.q().data(), n),
+                          qd = Eigen::VectorXd::Map(simulation.qd().data(), n);
+    const auto dense = [&](const Eigen::VectorXd& x) {
+      return kane(scene.chain, x.head(n), x.tail(n), activeForces(scene, 0.7, x.head(n), x.tail(n)));
+    };
+    const Eigen::VectorXd state = (Eigen::VectorXd(2 * n) << q, qd).finished();
+    const Kane at = dense(state);
+    Eigen::VectorXd qdd(n);
+    simulation.accelerations(qdd.data());
+    EXPECT_LT((qdd - at.qdd).norm(), 1e-9 * (1 + qdd.norm())) << text;
+    const Vec2d force = simulation.tipForce();
+    EXPECT_NEAR(at.phi.norm(), length(force), 1e-8 * (1 + length(force))) << text;
+    // What moves by itself takes no torque.
+    EXPECT_LT(inverseDynamics(scene, 0.7, q, qd, qdd).norm(), 1e-8 * (1 + at.f.norm())) << text;
+    EXPECT_THROW(inverseDynamics(scene, 0.7, q, qd, qdd + Eigen::VectorXd::Ones(n)), Refused) << text;
+
+    const LinearModel model = linearModel(scene, 0.7, q, qd);
+    constexpr double h = 1e-5;
+    for (Eigen::Index i = 0; i < 2 * n; ++i) {
+      const Eigen::VectorXd to = h * Eigen::VectorXd::Unit(2 * n, i);
+      const Eigen::VectorXd slope = (dense(state + to).qdd - dense(state - to).qdd) / (2 * h);
+      EXPECT_LT((model.A.col(i).tail(n) - slope).norm(), 1e-6 * (1 + model.A.norm())) << text << i;
+    }
+  }
+}
+
+// ---- Known answers ---------------------------------------------------------------------------------
+
+TEST(SliderCrank, HasItsPistonWhereTheClosedFormHasIt) {
+  const double r = 0.4, l = 1.0, height = 0.05;
+  Scene scene = readSceneText(
+      "chain: [crank, rod]\ntip: {line: {point: [0, 0.05], direction: [1, 0]}}\nlinks:\n  crank: {mass: 0.5, "
+      "inertia: 0.01, com: [0.2, 0], pin: [0.4, 0], joint: {drive: {amplitude: 2, frequency: 0.5}}}\n  rod: "
+      "{mass: 0.8, inertia: 0.05, com: [0.5, 0], pin: [1, 0]}\n");
+  Simulation simulation(scene);
+  for (int k = 1; k <= 20; ++k) {
+    ASSERT_TRUE(simulation.advanceTo(0.17 * k)) << simulation.fault();
+    const double crankAngle = simulation.q()[0], rodAngle = crankAngle + simulation.q()[1];
+    const double sine = height - r * std::sin(crankAngle);
+    EXPECT_NEAR(r * std::cos(crankAngle) + l * std::cos(rodAngle),
+                r * std::cos(crankAngle) + std::sqrt(l * l - sine * sine), 1e-12);
+    EXPECT_EQ(simulation.tipForce().x, 0);
+  }
+}
+
+TEST(HangingChain, IsTheCatenaryOfItsLinks) {
+  const Scene scene = readSceneText(
+      "chain: [rope]\nstart: rest\ntip: {pin: [8.0, 0.0]}\nlinks:\n  rope: {mass: 0.1, inertia: 0.0001, com: "
+      "[0.05, 0], pin: [0.1, 0], repeat: 100}\n");
+  Simulation simulation(scene);
+  const Vec2d pull = simulation.tipForce();
+  // Half of the weight, and a pull H: link j has tan θ_j = V_j/H, V_j the vertical pull in its middle.
+  EXPECT_NEAR(pull.y, 100 * 0.1 * 9.81 / 2, 1e-9);
+  const double H = pull.x;
+  double theta = 0, span = 0;
+  for (int j = 0; j < 100; ++j) {
+    theta += simulation.q()[index(j)];
+    EXPECT_NEAR(std::tan(theta), (j - 49.5) * 0.1 * 9.81 / H, 1e-9) << j;
+    span += 0.1 * std::cos(std::atan((j - 49.5) * 0.981 / H));
+  }
+  EXPECT_NEAR(span, 8, 1e-10);
+  ASSERT_TRUE(simulation.advanceTo(1));
+  for (const double rate : simulation.qd()) EXPECT_NEAR(rate, 0, 1e-6);
+}
+
+TEST(FourBar, SwingsThereAndBack) {
+  Scene scene = readSceneText(fourBar("0", "stiffness: 2"));
+  scene.integrator.tolerance = 1e-12;
+  Simulation simulation(scene);
+  const std::vector<double> start = simulation.q();
+  ASSERT_TRUE(simulation.advanceTo(1.5));
+  std::vector<double> back = simulation.qd();
+  for (double& rate : back) rate = -rate;
+  simulation.setState(simulation.q(), back);
+  ASSERT_TRUE(simulation.advanceTo(3));
+  for (std::size_t i = 0; i < start.size(); ++i) EXPECT_NEAR(simulation.q()[i], start[i], 1e-9);
+}
+
+TEST(ClosedChain, KeepsItsEnergy) {
+  for (const char* method : {"dop853", "radau13"}) {
+    Scene scene = readSceneText(fourBar("0", "stiffness: 2"));
+    scene.integrator.method = method;
+    Simulation simulation(scene);
+    ASSERT_TRUE(simulation.advanceTo(30)) << simulation.fault();
+    const EnergyBalance balance = simulation.energyBalance();
+    EXPECT_LT(std::abs(balance.residual), 1e-6) << method;
+  }
+}
+
+TEST_P(HeldTips, StayClosedAtACoarseTolerance) {
+  for (const std::string& text : {fourBar(), slung, sliderCrank, heldCart}) {
+    Scene scene = readSceneText(text);
+    scene.integrator.method = GetParam();
+    scene.integrator.tolerance = 1e-5;
+    Simulation simulation(scene);
+    for (int k = 1; k <= 20; ++k) {
+      ASSERT_TRUE(simulation.advanceTo(0.1 * k)) << simulation.fault();
+      EXPECT_LT(simulation.closureError(), 1e-14 * (1 + scene.chain.reach())) << text;
+    }
+  }
+}
+
+TEST(HeldTip, IsReachedFromAnyAngles) {
+  const Scene scene = readSceneText(
+      "chain: [rope]\ntip: {pin: [1.0, 0.5]}\nlinks:\n  rope: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: "
+      "[1, "
+      "0], repeat: 4}\n");
+  for (const char* links : {"5", "30", "300"}) {
+    for (const double share : {0.01, 0.3, 0.9}) {
+      EXPECT_NO_THROW(
+          readSceneText("chain: [rope]\ntip: {pin: [" + toText(share * std::stod(links)) +
+                        ", 0]}\nlinks:\n  rope: {mass: 1, inertia: 0.01, com: [0.5, 0.1], pin: [1, "
+                        "0], repeat: " +
+                        links + "}\n"))
+          << links << " links, at " << share;
+    }
+  }
+  ASSERT_EQ(scene.notes.size(), 1u);
+  EXPECT_EQ(scene.notes.front().path, "tip/pin");
+  Simulation simulation(scene);
+  EXPECT_LT(simulation.closureError(), 1e-14);
+  EXPECT_THROW(
+      readSceneText("chain: [a, b]\ntip: {pin: [2.5, 0]}\nlinks:\n  a: {mass: 1, inertia: 0.1, com: [0.5, "
+                    "0], pin: [1, 0]}\n  b: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]}\n"),
+      Refused);
+}
+
+}  // namespace
+}  // namespace planar_chain
