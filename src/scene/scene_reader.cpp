@@ -264,6 +264,14 @@ void refuseLoadsInDrives(const Section& top, const Expanded& chain, const std::v
 
 // ---- The scene -------------------------------------------------------------------------------
 
+/// @throws Refused with all faults and their lines, if there are any
+static void throwAny(std::vector<Fault>& faults, const Value& value) {
+  for (Fault& fault : faults) {
+    if (fault.line == 0) fault.line = lineAt(value, fault.path);
+  }
+  if (!faults.empty()) throw Refused(std::move(faults));
+}
+
 Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   std::vector<Fault> faults;
   std::vector<const char*> keys = sceneKeys();
@@ -296,13 +304,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);
   const std::optional<double> realTimeFactor = takeRealTimeFactor(top);
   if (expanded) refuseLoadsInDrives(top, *expanded, loads);
-  const auto throwFaults = [&] {
-    for (Fault& fault : faults) {
-      if (fault.line == 0) fault.line = lineAt(value, fault.path);
-    }
-    if (!faults.empty()) throw Refused(std::move(faults));
-  };
-  throwFaults();
+  throwAny(faults, value);
   requireFiniteEnergy(*chain, *expanded, faults);
   Scene scene{std::move(*chain),
               std::move(expanded->q),
@@ -322,7 +324,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
               std::move(tip)};
   requireSeries(scene, top);
   if (closeStart(scene, top) && startsAtRest) startAtRest(scene, top);
-  throwFaults();
+  throwAny(faults, value);
   return scene;
 }
 
