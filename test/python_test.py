@@ -429,6 +429,10 @@ class Arrays(unittest.TestCase):
         for bad in ([[0, 1]], [0], "ab", [0, np.inf], None):
             with self.assertRaises((ValueError, TypeError)):
                 simulation.set_state(bad, [0, 0])
+        for bad, kind in ((np.array([0, 1j]), "complex128"), (["0", "1"], "<U1"), (np.array([b"0", b"1"]), "S1"),
+                          (np.array([0, 1], dtype="m8[s]"), "m8")):
+            with self.assertRaisesRegex(Refused, r"^q: expected an array of real numbers, got one of dtype\('.*" + kind):
+                simulation.set_state(bad, [0, 0])
         self.assertEqual(simulation.state.tolist(), [0, 2, 1, 2])
 
 
