@@ -36,6 +36,7 @@ TOOLS = ('simulate', 'equations', 'stability', 'report', 'plot') + (('fit', 'for
 BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 
 GOAL = (1.0, -1.6)      # rad, of the tutorial's crane
+FIRST_LINE = 'off by -2.5708 and +1.6000 rad'  # of both its controllers
 UPRIGHT = (0.0, 1.5708)  # m, rad, of its cart and pole
 ARRIVED = 0.001         # rad; by topics, when the machine may be busy
 STANDING = 200          # ticks in a row
@@ -171,6 +172,8 @@ class Reader:
             finally:
                 self.end(process)
             assert re.search('off by|cart at', self.said) and 'Traceback' not in self.said, self.said
+            if self.ENDLESS[command] == GOAL:
+                assert re.search(r'off by .* rad', self.said).group() == FIRST_LINE, self.said
             self.controlled.append(command)
             return
         if 'run.bag' in command:

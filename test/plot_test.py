@@ -5,6 +5,7 @@
 """
 
 import os
+import re
 import subprocess
 import sys
 import unittest
@@ -257,6 +258,7 @@ class Plot(InFolder):
         """A joint that turns at 2 rad/s for 5 s; errors of 1e-3, but for two."""
         t = np.linspace(0, 5, 101)
         motion = plot.Motion(["a"], t, 2 * t[:, np.newaxis], np.full((101, 1), 2.0), np.full((101, 1), torque))
+        motion.slides = []
         motion.energy = t, {"T": np.full(101, 8.0), "V": 0 * t, "supplied": 0 * t, "dissipated": 1e-8 * t}
         motion.balance, motion.error = (t, 1e-15 * np.sin(9 * t)), (t, np.where(t == 0, 0, np.where(t == 2.5, 1e-15, 1e-3)))
         return motion
@@ -279,6 +281,25 @@ class Plot(InFolder):
         self.assertEqual(len(edges), 5)
         gaps = [above.y0 - below.y1 for above, below in zip(edges, edges[1:])]
         self.assertLess(max(gaps), 1.5 * min(gaps))
+
+    def test_slides_have_units_of_their_own(self):
+        scene, bag, table, picture = os.path.join(SCENES, "cart_pole.yaml"), self.path("run.bag"), self.path("run.csv"), self.path("run.svg")
+        run = self.run_tool("simulate", scene, "--duration", "2", "--bag", bag, "--csv", table)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        slide, turn, either = ("position q (m)", "speed q̇ (m/s)"), ("angle q (rad)", "rate q̇ (rad/s)"), ("q (rad; slides: m)",)
+        for arguments, labels, others in (([bag], slide + turn, either), ([table], either, slide + turn),
+                                          ([table, "--scene", scene], slide + turn, either),
+                                          ([bag, "--joints", "cart_joint"], slide, turn + either),
+                                          ([bag, "--joints", "pole_joint"], turn, slide + either)):
+            run = self.run_tool("plot", *arguments, "--output", picture)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            with open(picture, encoding="utf-8") as file:
+                found = re.findall("<!-- (.*) -->", file.read())
+            self.assertEqual([label in found for label in labels + others], [True] * len(labels) + [False] * len(others), arguments)
+        # A position is no angle: it is not wrapped.
+        motion = plot.read_bag(bag, None)
+        motion.q[:, 0] += 10
+        np.testing.assert_array_equal(motion.curves(0, wrap=True)[1], motion.q[:, 0])
 
     def test_a_phase_portrait_wraps_what_passes_half_a_turn(self):
         phase = next(axes for axes in plot.draw(self.turning(), [0], "turning", False).axes if axes.get_title())

@@ -236,6 +236,40 @@ class Motions(InFolder):
                 call()
             self.assertRegex(str(caught.exception), "^" + words)
 
+    def test_wrong_arguments_of_a_call_are_named(self):
+        scene = Scene(PENDULUM)
+        simulation = Simulation(scene)
+        of_force = "link, force, point=None, duration=None, moment=0.0, start=-?[0-9.einf]+"
+        for call, words in (
+                (lambda: planar_chain.simulate(scene, [1], x=1), "planar_chain.simulate: expected the arguments scene, times, "
+                                                                 "most_steps=None, got unexpected argument 'x'"),
+                (lambda: planar_chain.simulate(scene), "planar_chain.simulate: .*, got no argument 'times'"),
+                (lambda: planar_chain.simulate(scene, [1], scene=scene), "planar_chain.simulate: .*, got argument 'scene' given twice"),
+                (lambda: Simulation(scene, 1, 2, 3), "planar_chain.Simulation: expected the arguments scene, commands=16, got 2 arguments too many"),
+                (lambda: Scene(), "planar_chain.Scene: expected the arguments values, got no argument 'values'"),
+                (lambda: Scene.from_file("triple", "leg"), "planar_chain.Scene.from_file: expected the arguments path, got 1 argument too many"),
+                (lambda: simulation.add_force(0, (0, 1), at=3), "planar_chain.Simulation.add_force: expected the arguments " + of_force +
+                                                                ", got unexpected argument 'at'"),
+                (lambda: simulation.reset(1), "planar_chain.Simulation.reset: expected the arguments none, got 1 argument too many"),
+                (lambda: Simulation.reset(scene), "planar_chain.Simulation.reset: expected the arguments none, got an argument of another type")):
+            with self.assertRaises(TypeError) as caught:
+                call()
+            self.assertRegex(str(caught.exception), "^" + words + "$")
+
+    def test_what_is_built_is_not_built_again(self):
+        scene = Scene(PENDULUM)
+        simulation = Simulation(scene)
+        simulation.advance_to(1)
+        for call, name in ((lambda: simulation.__init__(scene), "Simulation"), (lambda: scene.__init__({}), "Scene"),
+                           (lambda: scene.__setstate__(({},)), "Scene")):
+            with self.assertRaisesRegex(TypeError, f"^planar_chain.{name}: this object is built already; build another one$"):
+                call()
+        self.assertEqual((simulation.time, len(scene)), (1, 1))
+        derived = type("Derived", (Simulation,), {"__init__": lambda self: Simulation.__init__(self, scene)})()
+        self.assertEqual(derived.time, 0)
+        with self.assertRaises(TypeError):
+            derived.__init__()
+
     def test_driven_joints_and_the_base_follow_points_in_time(self):
         still = {"drive": {"offset": 0.0}}
         scene = Scene({"chain": ["a", "b"], "links": {"a": {**ROD, "joint": still}, "b": ROD}, "base": {"x": {"offset": 0.0}}})
@@ -394,6 +428,10 @@ class Arrays(unittest.TestCase):
         self.assertEqual(simulation.state.tolist(), [0, 2, 1, 2])
         for bad in ([[0, 1]], [0], "ab", [0, np.inf], None):
             with self.assertRaises((ValueError, TypeError)):
+                simulation.set_state(bad, [0, 0])
+        for bad, kind in ((np.array([0, 1j]), "complex128"), (["0", "1"], "<U1"), (np.array([b"0", b"1"]), "S1"),
+                          (np.array([0, 1], dtype="m8[s]"), "m8")):
+            with self.assertRaisesRegex(Refused, r"^q: expected an array of real numbers, got one of dtype\('.*" + kind):
                 simulation.set_state(bad, [0, 0])
         self.assertEqual(simulation.state.tolist(), [0, 2, 1, 2])
 

@@ -17,7 +17,6 @@ namespace planar_chain {
 
 namespace {
 
-constexpr int mostSteps = 5000;
 constexpr double farthest = 1e3;     // rad: an energy that still falls there has no minimum
 constexpr double longestTurn = 1;    // rad in one step
 constexpr double leastShare = 1e-6;  // of the weight's moments, in place of a smaller κ'
@@ -65,7 +64,7 @@ class Search {
     pinVelocity_.resize(index(n_));
   }
 
-  std::vector<double> from(std::vector<double> q) {
+  std::vector<double> from(std::vector<double> q, int mostSteps) {
     for (const Drive& drive : scene_.drives) q[index(drive.joint)] = drive.law.at(t_).value;
     Eigen::VectorXd theta(n_);
     coordinates_.toAbsolute(q.data(), theta.data());
@@ -353,8 +352,8 @@ class Search {
 
 }  // namespace
 
-std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q) {
-  return Search(scene, t).from(q);
+std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q, int mostSteps) {
+  return Search(scene, t).from(q, mostSteps);
 }
 
 }  // namespace planar_chain

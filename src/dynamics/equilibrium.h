@@ -35,7 +35,8 @@ struct SearchGaveUp : std::domain_error {
 /// Returns the relative angles, and the positions, of the equilibrium at time t, rad and m. Friction is
 /// ignored; the base stands still where it is at t. q: where the search starts.
 /// @throws std::domain_error, with the reason, when the energy has no minimum downhill of q
-/// @throws SearchGaveUp when none was found in 5000 steps
-std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q);
+/// @throws SearchGaveUp when none was found in mostSteps steps
+std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q,
+                                  int mostSteps = 5000);
 
 }  // namespace planar_chain

@@ -1,6 +1,7 @@
 /// Arguments from Python, with faults in words.
 
 #include <cmath>
+#include <string>
 
 #include "python/bindings.h"
 
@@ -39,7 +40,12 @@ std::optional<long long> stepsOf(const py::object& given) {
 Numbers arrayOf(const py::object& given, const char* name) {
   const bool isText = py::isinstance<py::str>(given) || py::isinstance<py::bytes>(given);
   if (given.is_none() || isText) refuse(name, "an array of numbers", given);
-  Numbers numbers = Numbers::ensure(given);
+  const py::array any = py::array::ensure(given);
+  if (!any) refuse(name, "an array of numbers", given);
+  if (std::string("biufO").find(any.dtype().kind()) == std::string::npos) {  // text, complex, times, records
+    throw Refused({{name, "an array of real numbers", "one of " + shown(any.dtype())}});
+  }
+  Numbers numbers = Numbers::ensure(any);
   if (!numbers) refuse(name, "an array of numbers", given);
   return numbers;
 }

@@ -123,6 +123,8 @@ void bindScene(py::module& module);
 void bindEquations(py::module& module);
 void bindSimulation(py::module& module);
 void bindMany(py::module& module);
+/// From now on every function of the module says in words what is wrong with the arguments of a call.
+void explainCalls(py::module& module);
 
 }  // namespace planar_chain::python
 

@@ -7,4 +7,5 @@ PYBIND11_MODULE(_core, module) {
   bindEquations(module);
   bindSimulation(module);
   bindMany(module);
+  explainCalls(module);
 }

@@ -17,7 +17,8 @@ import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
-from chain import NoChain  # noqa: E402
+from chain import NoChain, read_chain  # noqa: E402
+from plot_panels import STILL, panels, units  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
 from plot_strobe import Links, draw_strobe  # noqa: E402
 
@@ -27,11 +28,7 @@ DASHES = ["-", "--", "-.", ":"]
 MOST_JOINTS = len(COLOURS)
 ROW_HEIGHT, WIDTH = 1.9, 11.0  # inch
 INSTANTS = 9  # of --strobe
-ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work of loads, drives, base"}
 LARGEST = 1e300  # of larger numbers, matplotlib cannot find the height of an axis
-STILL = 1e-6      # rad, rad/s, N m, or shares of an energy: no axis shows less
-ROUNDING = 1e-12  # the same of an imbalance, in shares of the energy
-FEW = 20          # one error of so many may be less than the axis shows
 
 
 class Refused(Exception):
@@ -41,18 +38,19 @@ class Refused(Exception):
 class Motion:
     """t: time of each state; q, qd, effort: one column for each joint. events: {k: name} where the motion is not
     continuous between the states k - 1 and k. energy: times and curves by name. balance, error: times and values.
+    slides: names of the joints whose q is in m; None if that is not known.
     first: x, y, angle of the first link's centre of mass, m, rad, one row for each state. effort, energy, balance, error
     and first may be None."""
 
     def __init__(self, joints, t, q, qd, effort=None):
         self.joints, self.t, self.q, self.qd, self.effort = joints, t, q, qd, effort
-        self.energy = self.balance = self.error = self.first = None
+        self.energy = self.balance = self.error = self.first = self.slides = None
         self.events = {}
 
     def curves(self, j, wrap=False):
         """t, q, q̇, τ of a joint, with NaN where lines must not join them. wrap: q in (−π, π]."""
         q, breaks = self.q[:, j], set(self.events)
-        if wrap:
+        if wrap and self.joints[j] not in (self.slides or ()):
             q = q - 2 * np.pi * np.ceil((q - np.pi) / (2 * np.pi))
             breaks |= set(np.flatnonzero(abs(np.diff(q)) > np.pi) + 1)
         effort = np.zeros(len(q)) if self.effort is None else self.effort[:, j]
@@ -141,6 +139,10 @@ def topics_of(bag, path, node):
     return states[0], statuses[0] if statuses else None
 
 
+def slides_of(chain):
+    return [link["joint"]["name"] for link in chain["links"] if "axis" in link["joint"]]
+
+
 def events_of(stamps, statuses, taken):
     """stamps: of the states, s. taken: the reset and set_state messages on commands_taken, if it was recorded."""
     period = np.median(np.diff(stamps))
@@ -172,9 +174,9 @@ def read_bag(path, node):
         with rosbag.Bag(path) as bag:
             states_topic, status_topic = topics_of(bag, path, node)
             below = status_topic and status_topic[:-len("status")]
-            states, statuses, taken, links = (
+            states, statuses, taken, links, scenes = (
                 [message for _, message, _ in bag.read_messages(topic)] if topic else [] for topic in
-                (states_topic, status_topic, below and below + "commands_taken", below and below + "link_states"))
+                (states_topic, status_topic, *(below and below + name for name in ("commands_taken", "link_states", "scene"))))
     except rosbag.ROSBagException as problem:
         raise Refused(f"{path}: expected a bag that can be read, got {problem}") from problem
     require_two(path, states)
@@ -195,6 +197,8 @@ def read_bag(path, node):
     motion = Motion(names, since_start(states), *of(states, "position", "velocity", "effort"))
     motion.events = events_of(np.array([state.header.stamp.to_sec() for state in states]), statuses,
                               [message for message in taken if message.kind in (message.RESET, message.SET_STATE)])
+    if scenes:
+        motion.slides = slides_of(read_chain("/dev/stdin", scenes[0].data))
     if links:
         poses = np.array([(pose.x, pose.y, pose.theta) for pose in (message.pose[0] for message in links)])
         motion.first = np.column_stack([np.interp(motion.t, since_start(links), column) for column in poses.T])
@@ -230,34 +234,6 @@ def style(k):
     return {"color": COLOURS[k % len(COLOURS)], "linestyle": DASHES[k // 2 % len(DASHES)]}
 
 
-def panels(motion, columns, wrap):
-    """For each panel with data: label and unit of the axis, curves (name, t, values), the least height of the axis."""
-    joints = [(motion.joints[j], motion.curves(j, wrap)) for j in columns]
-    for k, (label, unit) in enumerate((("angle q", "rad"), ("rate q̇", "rad/s"), ("torque τ", "N m")), 1):
-        curves = [(name, curves[0], curves[k]) for name, curves in joints]
-        if k < 3 or has_values(curves):
-            yield label, unit, curves, STILL
-    if motion.energy:
-        t, parts = motion.energy
-        curves = [(ENERGIES.get(name, name), *motion.broken(t, part)) for name, part in parts.items() if np.any(part != 0)]
-        most = max(np.nanmax(abs(part)) for part in parts.values())
-        if curves:
-            yield "energy" if len(parts) > 1 else "T + V, less that\nof the start", "J", curves, max(STILL * most, STILL)
-        if motion.balance:
-            curves = [("", *motion.broken(*motion.balance))]
-            if has_values(curves):
-                yield "energy imbalance\n", "J", curves, ROUNDING * max(most, STILL)
-    if motion.error and (motion.error[1] > 0).any():
-        t, error = motion.broken(*motion.error)
-        sizes = np.sort(error[error > 0])
-        least = sizes[len(sizes) // FEW] / 3  # a few that are far less do not stretch the axis
-        yield "error estimate\n", "tolerances", [("", t, np.maximum(error, least))], 0
-
-
-def has_values(curves):
-    return any(np.any(np.nan_to_num(values) != 0) for _, _, values in curves)
-
-
 def label_axis(axis, label, unit):
     """Puts the power of ten that stands at the numbers of an axis before its unit, where it covers nothing."""
     low, high = axis.get_view_interval()
@@ -284,12 +260,14 @@ def draw_phase(axes, motion, columns):
     give_height(axes, STILL)
     axes.set(title="phase portrait, ● the start")
     axes.locator_params(axis="x", nbins=5)
-    label_axis(axes.xaxis, "angle q", "rad")
-    label_axis(axes.yaxis, "rate q̇", "rad/s")
+    (x, y, _), *others = units(motion, columns)
+    label_axis(axes.xaxis, *(x if not others else ("q", "rad, m")))
+    label_axis(axes.yaxis, *(y if not others else ("q̇", "rad/s, m/s")))
 
 
 def draw(motion, columns, title, wrap):
     rows = list(panels(motion, columns, wrap))
+    places = {motion.joints[j]: k for k, j in enumerate(columns)}  # of the joints in the legend
     height = max(len(rows), 3)
     figure = pyplot.figure(figsize=(WIDTH, 0.6 + ROW_HEIGHT * height), constrained_layout=True)
     figure.suptitle(title)
@@ -306,7 +284,7 @@ def draw(motion, columns, title, wrap):
         axes = figure.add_subplot(left[row], sharex=first)
         first = first or axes
         for k, (name, t, values) in enumerate(curves):
-            axes.plot(t, values, label=name, **style(k))
+            axes.plot(t, values, label=name, **style(places.get(name, k)))
         for k in motion.events:
             axes.axvspan(motion.t[k - 1], motion.t[k], color="#7F7F7F", alpha=0.3, linewidth=0.8)
         axes.set_yscale("log" if label.startswith("error") else "linear")
@@ -349,6 +327,7 @@ def main():
     parser.add_argument("--joints", nargs="+", default=[], metavar="JOINT",
                         help=f"joints to draw (default: all, or {MOST_JOINTS} of them, evenly along the chain)")
     parser.add_argument("--node", help="node, such as /left/planar_chain, if the bag has several")
+    parser.add_argument("--scene", help="scene of a CSV, or of a bag without planar_chain/scene: tells which joints slide, for the units")
     parser.add_argument("--output", metavar="OUT", help="a .png, .svg or .pdf (default: FILE.png)")
     parser.add_argument("--wrap", action="store_true", help="draws angles in (-pi, pi]")
     parser.add_argument("--strobe", metavar="SCENE", help="draws the chain in the plane; SCENE is its YAML file or URDF")
@@ -365,6 +344,8 @@ def main():
         require_file(given.file)
         motion = read_bag(given.file, given.node) if given.file.endswith(".bag") else read_csv(given.file)
         columns = chosen(motion, given.joints)
+        if given.scene:
+            motion.slides = slides_of(read_chain(given.scene))
         title = os.path.basename(given.file)
         if (given.at or given.apart) and not given.strobe:
             raise Refused("--at and --apart: expected --strobe SCENE beside them, got nothing")

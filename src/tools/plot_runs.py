@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib import pyplot
+from plot_panels import units
 
 PANEL = 2.6  # inch
 MOST_PATHS = 4
@@ -30,6 +31,7 @@ class Runs:
     """The rows of a CSV of `sweep`: paths and values of what varied; t; q, one column for each joint; failed."""
 
     def __init__(self, header, rows):
+        self.slides = None  # as of a Motion
         at = header.index("t")
         self.paths, self.joints = header[1:at], [name[2:] for name in header if name.startswith("q_")]
         table = np.array([row[:-1] for row in rows], dtype=float)
@@ -55,7 +57,8 @@ def draw_runs(runs, columns, title, wrap, colour):
     paths = runs.paths[:MOST_PATHS]
     times = np.unique(runs.t)
     last, whole = runs.t == times[-1], ~np.isnan(runs.q).any(axis=1)
-    q = runs.q - 2 * np.pi * np.ceil((runs.q - np.pi) / (2 * np.pi)) if wrap else runs.q
+    turns = np.array([wrap and name not in (runs.slides or ()) for name in runs.joints])
+    q = runs.q - np.where(turns, 2 * np.pi * np.ceil((runs.q - np.pi) / (2 * np.pi)), 0)
     shape = len(columns), len(paths) + (len(times) > 1)
     figure, axes = pyplot.subplots(*shape, figsize=(1 + PANEL * 1.5 * shape[1], 1 + PANEL * shape[0]), squeeze=False,
                                    sharex="col", sharey="row", constrained_layout=True)
@@ -72,7 +75,7 @@ def draw_runs(runs, columns, title, wrap, colour):
             for low, high in ((0, 4), (1, 3)):
                 row[-1].fill_between(times, spread[:, low], spread[:, high], color=colour, alpha=0.25, linewidth=0)
             row[-1].plot(times, spread[:, 2], color=colour)
-        row[0].set_ylabel(f"q of {runs.joints[j]} (rad)")
+        row[0].set_ylabel(f"q of {runs.joints[j]} ({units(runs, [j])[0][0][1]})")
     for panel, path in zip(axes[-1], paths):
         panel.set_xlabel(with_unit(path))
     if len(times) > 1:

@@ -1,0 +1,50 @@
+"""What the panels over time show: for plot."""
+
+import numpy as np
+
+ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work of loads, drives, base"}
+STILL = 1e-6      # rad, rad/s, N m, or shares of an energy: no axis shows less
+ROUNDING = 1e-12  # the same of an imbalance, in shares of the energy
+FEW = 20          # one error of so many may be less than the axis shows
+# Label and unit of q, its rate, and what acts along it.
+TURNS = ("angle q", "rad"), ("rate q̇", "rad/s"), ("torque τ", "N m")
+SLIDES = ("position q", "m"), ("speed q̇", "m/s"), ("force τ", "N")
+UNKNOWN = ("q", "rad; slides: m"), ("rate q̇", "rad/s; slides: m/s"), ("torque τ", "N m; slides: N")
+
+
+def units(motion, columns):
+    """Of the joints that turn, and of those that slide; or of joints that may do either."""
+    if motion.slides is None:
+        return [UNKNOWN]
+    slide = [motion.joints[j] in motion.slides for j in columns]
+    return [SLIDES] * any(slide) + [TURNS] * (not all(slide))
+
+
+def panels(motion, columns, wrap):
+    """For each panel with data: label and unit of the axis, curves (name, t, values), the least height of the axis."""
+    for kind in units(motion, columns):
+        ours = [j for j in columns if not motion.slides or (motion.joints[j] in motion.slides) == (kind is SLIDES)]
+        joints = [(motion.joints[j], motion.curves(j, wrap)) for j in ours]
+        for k, (label, unit) in enumerate(kind, 1):
+            curves = [(name, curves[0], curves[k]) for name, curves in joints]
+            if k < 3 or has_values(curves):
+                yield label, unit, curves, STILL
+    if motion.energy:
+        t, parts = motion.energy
+        curves = [(ENERGIES.get(name, name), *motion.broken(t, part)) for name, part in parts.items() if np.any(part != 0)]
+        most = max(np.nanmax(abs(part)) for part in parts.values())
+        if curves:
+            yield "energy" if len(parts) > 1 else "T + V, less that\nof the start", "J", curves, max(STILL * most, STILL)
+        if motion.balance:
+            curves = [("", *motion.broken(*motion.balance))]
+            if has_values(curves):
+                yield "energy imbalance\n", "J", curves, ROUNDING * max(most, STILL)
+    if motion.error and (motion.error[1] > 0).any():
+        t, error = motion.broken(*motion.error)
+        sizes = np.sort(error[error > 0])
+        least = sizes[len(sizes) // FEW] / 3  # a few that are far less do not stretch the axis
+        yield "error estimate\n", "tolerances", [("", t, np.maximum(error, least))], 0
+
+
+def has_values(curves):
+    return any(np.any(np.nan_to_num(values) != 0) for _, _, values in curves)

@@ -1,0 +1,50 @@
+/// The search for an equilibrium: it says whether it gave up or there is none.
+///
+///     two level rods    hang: q = (−π/2, 0)
+
+#include "dynamics/equilibrium.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "planar_chain/scene_reader.h"
+
+namespace planar_chain {
+namespace {
+
+Scene rods(const std::string& more) {
+  return readSceneText(
+      "chain: [a, b]\nlinks:\n  a: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]}\n"
+      "  b: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]}\n" +
+      more);
+}
+
+TEST(Equilibrium, OfASearchThatGaveUpThereMayBeOne) {
+  const Scene scene = rods("");
+  try {
+    equilibriumOf(scene, 0, scene.q, 2);
+    FAIL() << "found in two steps";
+  } catch (const SearchGaveUp& search) {
+    EXPECT_STREQ(search.what(), "the search for an equilibrium gave up after 2 steps: there may be one");
+  }
+  const std::vector<double> found = equilibriumOf(scene, 0, scene.q);
+  EXPECT_NEAR(found[0], -std::acos(-1) / 2, 1e-12);
+  EXPECT_NEAR(found[1], 0, 1e-12);
+}
+
+TEST(Equilibrium, OfAnEnergyWithoutAMinimumThereIsNone) {
+  const Scene scene = rods("gravity: [0, 0]\nloads: {motor: {joint: b_joint, torque: 1}}\n");
+  try {
+    equilibriumOf(scene, 0, scene.q);
+    FAIL() << "found";
+  } catch (const SearchGaveUp& search) {
+    FAIL() << search.what();
+  } catch (const std::domain_error& none) {
+    EXPECT_NE(std::string(none.what()).find("falls without end"), std::string::npos) << none.what();
+  }
+}
+
+}  // namespace
+}  // namespace planar_chain
