@@ -150,6 +150,31 @@ class Bags(InFolder):
         self.assertEqual((place.x, place.y, place.z), (0.5, 0.1, 0))
         self.assertAlmostEqual(2 * math.atan2(turn.z, turn.w), 0.3, 15)
 
+    def test_what_holds_the_tip_is_that_of_python_to_the_last_bit(self):
+        try:
+            from planar_chain import Scene, Simulation
+        except ImportError:
+            self.skipTest("no Python module")
+        self.assertNotIn("/planar_chain/tip_wrench", self.bag("--duration", "0.1"))
+        scene = SCENE + "tip: {pin: {x: {offset: 1.5, amplitude: 0.1, frequency: 1.0}, y: {offset: 0.2}}}\n"
+        topics = self.bag("--duration", "1", scene=scene)
+        simulation = Simulation(Scene.from_yaml(scene))
+        expected, gaps = [], {}
+        for k in range(1, 301):
+            simulation.advance_to(k / 300)
+            x, y = simulation.tip_force()
+            expected.append((stamp_of(k), "base_link", x, y, 0, 0, 0, 0))
+            gaps[stamp_of(k)] = simulation.closure_error()
+        found = [(message.header.stamp.to_nsec(), message.header.frame_id,
+                  *(getattr(part, axis) for part in (message.wrench.force, message.wrench.torque) for axis in "xyz"))
+                 for _, message in topics["/planar_chain/tip_wrench"]]
+        self.assertEqual(found, expected)
+        self.assertGreater(max(y for _, _, _, y, *_ in found), 1)  # N: it carries
+        told = [message.closure_error for _, message in topics["/planar_chain/status"]]
+        self.assertEqual(told, [gaps[stamp] for stamp, _ in topics["/planar_chain/status"]])
+        self.assertGreater(max(told), 0)
+        self.assertLess(max(told), 1e-12 * 2)  # m, of the reach
+
     def test_sensors_change_no_state_and_python_measures_the_same(self):
         try:
             from planar_chain import Scene, Simulation

@@ -354,6 +354,8 @@ class Letters(unittest.TestCase):
     def test_what_cannot_be_written_is_refused_by_name(self):
         with self.assertRaisesRegex(NoFormula, "chain: expected at most 10 links, got 11.*src/recursion/articulated.h"):
             formulas(Scene.from_file("crane"))
+        with self.assertRaisesRegex(NoFormula, "tip: expected a chain whose tip is free, got one that is held"):
+            formulas(Scene.from_file("four_bar"))
         rod = {"mass": 1, "inertia": 0.1, "com": [0.5, 0], "pin": [1, 0]}
         table = {"times": list(range(101)), "values": [0] * 101}
         for part, path in (({"links": {"rod": {**rod, "joint": {"drive": table}}}}, "links/rod/joint/drive"),

@@ -135,6 +135,28 @@ class Machines(Watching):
             self.assertAlmostEqual(wrench.torque.z, turned - efforts[nanoseconds(message)][0], delta=1e-9)
             self.assertEqual((wrench.force.z, wrench.torque.x, wrench.torque.y), (0, 0, 0))
 
+    def test_the_tip_is_held_by_what_the_pin_does_not_carry(self):
+        scene = machine({name: link() for name in 'abc'}, gravity=[0.0, -9.81], tip={'pin': [1.5, 0.3]})
+        wrenches, links = (Listener('/planar_chain/' + name, kind)
+                           for name, kind in (('tip_wrench', WrenchStamped), ('link_states', LinkStates)))
+        self.addCleanup(wrenches.close)
+        self.addCleanup(links.close)
+        with Node(scene):
+            self.ask('pause')
+            wrenches.wait_for_publisher()
+            links.wait_for_publisher()
+            stamps = [nanoseconds(state) for state in service('step', Step)(n=40).states]
+            wrenches.wait_for(lambda message: nanoseconds(message) == stamps[-1])
+            links.wait_for(lambda message: nanoseconds(message) == stamps[-1])
+        motions = {nanoseconds(message): message for message in links.messages}
+        found = {nanoseconds(message): message for message in wrenches.messages}
+        for stamp in stamps:
+            force, motion = found[stamp].wrench.force, motions[stamp]
+            # Newton: both ends move the chain's mass against gravity.
+            for mine, part, weight in ((force.x, 'x', 0.0), (force.y, 'y', 6 * 9.81)):
+                both = sum(2.0 * getattr(entry.linear, part) for entry in motion.acceleration) + weight
+                self.assertAlmostEqual(mine + getattr(motion.pin_force[0], part), both, delta=1e-9)
+
     # ---- Torques -----------------------------------------------------------------------------------
 
     def test_torques_beyond_the_limit_are_cut_off_counted_and_named(self):

@@ -17,7 +17,8 @@ Messages::Messages(Simulation& simulation, const std::string& node, bool hasView
   // Size the joint states and the link states.
   for (const Joint& joint : scene.chain.joints()) jointStates_.name.push_back(joint.name);
   jointStates_.effort.resize(n);
-  linkStates_.header.frame_id = baseWrench_.header.frame_id = frames_.base;
+  linkStates_.header.frame_id = frames_.base;
+  baseWrench_.header.frame_id = tipWrench_.header.frame_id = frames_.base;
   for (const Link& link : scene.chain.links()) linkStates_.name.push_back(link.name);
   linkStates_.pose.resize(n);
   linkStates_.velocity.resize(n);
@@ -81,6 +82,12 @@ geometry_msgs::WrenchStamped& Messages::baseWrench(ros::Time stamp) {
   return baseWrench_;
 }
 
+geometry_msgs::WrenchStamped& Messages::tipWrench(ros::Time stamp) {
+  tipWrench_.header.stamp = stamp;
+  copy(simulation_.tipForce(), tipWrench_.wrench.force);
+  return tipWrench_;
+}
+
 tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
   const std::vector<Link>& links = simulation_.scene().chain.links();
   auto transform = transforms_.transforms.begin();
@@ -132,7 +139,7 @@ std::string firstMethod(const Simulation& simulation) {
 
 }  // namespace
 
-void describe(const Simulation& simulation, SimStatus& status) {
+void describe(Simulation& simulation, SimStatus& status) {
   const Statistics statistics = simulation.statistics();
   const EnergyBalance balance = simulation.energyBalance();
   status.sim_time = status.scene_time = simulation.time();
@@ -152,6 +159,7 @@ void describe(const Simulation& simulation, SimStatus& status) {
   status.work_supplied = balance.supplied;
   status.dissipated = balance.dissipated;
   status.energy_balance = balance.residual;
+  status.closure_error = simulation.closureError();
   status.fault = simulation.fault();
   const auto sum = [&](const std::vector<long long>& counts, std::uint64_t& all,
                        std::vector<std::string>& joints) {

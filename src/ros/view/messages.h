@@ -60,6 +60,8 @@ class Messages {
   LinkStates& linkStates(ros::Time stamp);
   /// What the chain exerts on its base at the ground pin.
   geometry_msgs::WrenchStamped& baseWrench(ros::Time stamp);
+  /// What holds the tip exerts on it, at the tip. Its torque is 0.
+  geometry_msgs::WrenchStamped& tipWrench(ros::Time stamp);
   /// The pose of each link that has a frame, in the frame before, or in the base frame for the first. If the
   /// base moves, a frame at its pin comes between base and first link. Between
   /// neighbours the origin is the outer pin of the link before, the rotation is q about z.
@@ -88,6 +90,10 @@ class Messages {
       visit(Topic{node_ + "/base_wrench", settings.rate, queue},
             [this](ros::Time stamp) { return &baseWrench(stamp); });
     }
+    if (simulation_.scene().tip) {
+      visit(Topic{node_ + "/tip_wrench", settings.rate, queue},
+            [this](ros::Time stamp) { return &tipWrench(stamp); });
+    }
     if (views_) {
       views_->forEach([&](const std::string& name, auto make) {
         visit(Topic{node_ + "/view/" + name, settings.tfRate, 2}, make);
@@ -105,7 +111,7 @@ class Messages {
   Frames frames_;
   sensor_msgs::JointState jointStates_;
   LinkStates linkStates_;
-  geometry_msgs::WrenchStamped baseWrench_;
+  geometry_msgs::WrenchStamped baseWrench_, tipWrench_;
   tf2_msgs::TFMessage transforms_, staticTransforms_;
   Measurements measurements_;
   std::vector<LinkMotion> motions_;
@@ -118,6 +124,6 @@ inline constexpr const char* standstillByFault = "the integration has failed";
 
 /// Sets the fields of `status` that the simulation determines. The others stay as they are. Before the first
 /// step, the method is that of a status before, or else found by a copy of the simulation.
-void describe(const Simulation& simulation, SimStatus& status);
+void describe(Simulation& simulation, SimStatus& status);
 
 }  // namespace planar_chain
