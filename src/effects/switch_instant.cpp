@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace planar_chain {
@@ -41,7 +42,7 @@ void SwitchInstant::forget() {
 
 SwitchInstant::Seen& SwitchInstant::seen(double t, const double* y) const {
   for (Seen& seen : seen_) {
-    if (seen.t == t && std::equal(seen.y.data(), seen.y.data() + 2 * n_, y)) return seen;
+    if (seen.t == t && std::memcmp(seen.y.data(), y, sizeof(double) * index(2 * n_)) == 0) return seen;
   }
   Seen& seen = seen_[oldest_];
   oldest_ = (oldest_ + 1) % seen_.size();
