@@ -108,8 +108,67 @@ class Bags(InFolder):
             "/joint_states": ("sensor_msgs/JointState", 6000),
             "/tf": ("tf2_msgs/TFMessage", 1400),
             "/tf_static": ("tf2_msgs/TFMessage", 1),
+            "/planar_chain/scene": ("std_msgs/String", 1),
             "/planar_chain/link_states": ("planar_chain/LinkStates", 6000),
             "/planar_chain/status": ("planar_chain/SimStatus", 200)})
+
+    def test_a_bag_has_its_scene(self):
+        (_, scene), = self.bag("--duration", "0.1", "--tolerance", "1e-6")["/planar_chain/scene"]
+        with open(self.path("again.yaml"), "w") as file:
+            file.write(scene.data)
+        first = self.path("first.csv"), self.path("scene.yaml"), "--tolerance", "1e-6"
+        for out, *rest in (first, (self.path("again.csv"), self.path("again.yaml"))):
+            subprocess.run([os.path.join(BIN, "simulate"), *rest, "--duration", "1", "--csv", out], check=True, stdout=subprocess.DEVNULL)
+        self.assertEqual(self.bytes_of("first.csv"), self.bytes_of("again.csv"))
+
+    SENSORS = ("sensors:\n  encoders: {joints: all, resolution: 3e-3, noise: 1e-3, delay: 0.005, rate: 100}\n"
+               "  imu: {link: lower, point: [0.5, 0.1], angle: 0.3, gyro_noise: 0.01, gyro_bias_walk: 0.1, "
+               "accelerometer_noise: 0.05, rate: 400}\nseed: 3\n")
+
+    def test_sensors_are_as_their_users_expect(self):
+        topics = self.bag("--duration", "1", scene=SCENE + self.SENSORS)
+        encoders, imus = topics["/planar_chain/encoders"], topics["/planar_chain/imu"]
+        # sensor_msgs/JointState: "The header specifies the time at which the joint states were recorded."
+        self.assertEqual([message.header.stamp.to_nsec() for _, message in encoders], [k * 10 ** 7 for k in range(1, 100)])
+        self.assertEqual([message.header.stamp.to_nsec() for _, message in imus], [k * 2500000 for k in range(1, 401)])
+        for received, message in encoders:
+            self.assertTrue(0 <= received - message.header.stamp.to_nsec() - 5 * 10 ** 6 < 1e9 / 300 + 2)
+            self.assertEqual((message.name, len(message.position)), (["upper_joint", "lower_joint"], 2))
+            self.assertEqual((message.velocity, message.effort), ((), ()))
+        for received, message in imus:
+            self.assertTrue(0 <= received - message.header.stamp.to_nsec() < 1e9 / 300 + 2)
+            # sensor_msgs/Imu: "If you have no estimate for one of the data elements ... please set element 0 of the
+            # associated covariance matrix to -1". robot_localization then ignores the orientation.
+            self.assertEqual(message.orientation_covariance, (-1.0,) + 8 * (0.0,))
+            # imu_filter_madgwick and robot_localization look the frame up in /tf.
+            self.assertEqual(message.header.frame_id, "imu")
+            for covariance, noise in ((message.angular_velocity_covariance, 0.01), (message.linear_acceleration_covariance, 0.05)):
+                self.assertEqual(covariance, tuple(noise * noise if i % 4 == 0 else 0.0 for i in range(9)))
+        transform, = [each for each in topics["/tf_static"][0][1].transforms if each.child_frame_id == "imu"]
+        self.assertEqual(transform.header.frame_id, "lower")
+        place, turn = transform.transform.translation, transform.transform.rotation
+        self.assertEqual((place.x, place.y, place.z), (0.5, 0.1, 0))
+        self.assertAlmostEqual(2 * math.atan2(turn.z, turn.w), 0.3, 15)
+
+    def test_sensors_change_no_state_and_python_measures_the_same(self):
+        try:
+            from planar_chain import Scene, Simulation
+        except ImportError:
+            self.skipTest("no Python module")
+        states = self.bag("--duration", "1")["/joint_states"]
+        topics = self.bag("--duration", "1", name="sensed.bag", scene=SCENE + self.SENSORS)
+        self.assertEqual([str(each) for each in topics["/joint_states"]], [str(each) for each in states])
+        simulation = Simulation(Scene.from_yaml(SCENE + self.SENSORS), commands=1)
+        measured = {"encoders": [], "imu": []}
+        for k in range(301):
+            simulation.advance_to(k / 300)
+            for one in simulation.measure():
+                if one.time > 0:
+                    measured[one.sensor].append(tuple(one.values))
+        self.assertEqual([message.position for _, message in topics["/planar_chain/encoders"]], measured["encoders"])
+        self.assertEqual([(message.angular_velocity.x, message.angular_velocity.y, message.angular_velocity.z,
+                           message.linear_acceleration.x, message.linear_acceleration.y, message.linear_acceleration.z)
+                          for _, message in topics["/planar_chain/imu"]], measured["imu"])
 
     def test_views_are_those_that_rviz_shows(self):
         views = {topic: messages for topic, messages in self.bag("--duration", "2", "--views").items() if "/view/" in topic}
@@ -119,7 +178,7 @@ class Bags(InFolder):
             **{"/planar_chain/view/energy": ("visualization_msgs/Marker", 140)}))
         stamp, energy = views["/planar_chain/view/energy"][-1]
         self.assertEqual((stamp, energy.header.stamp.to_nsec()), (2 * 10**9, 2 * 10**9))
-        self.assertIn("time 2.00 s\n", energy.text)
+        self.assertIn("time     2.00 s\n", energy.text)
         trail = views["/planar_chain/view/trail"][-1][1].markers[0]
         self.assertEqual(len(trail.points), 140)
         self.assert_refused(self.run_tool("--duration", "1", "--views"), "--views: expected --bag")
@@ -130,7 +189,7 @@ class Bags(InFolder):
             headers = {c.topic: c.header for c in bag._connections.values()}
         self.assertEqual({header["callerid"] for header in headers.values()}, {b"/planar_chain"})
         self.assertEqual({topic for topic, header in headers.items() if header["latching"] == b"1"},
-                         {"/tf_static"})
+                         {"/tf_static", "/planar_chain/scene"})
 
     def test_stamps_are_those_of_the_ticks_and_never_0(self):
         topics = self.bag("--duration", "2")
@@ -181,7 +240,7 @@ class Bags(InFolder):
 
     def test_what_the_scene_does_not_want_is_not_there(self):
         topics = self.bag("--duration", "1", scene=CHAIN + "publish: {tf: false, link_states: false}\n")
-        self.assertEqual(set(topics), {"/clock", "/joint_states", "/planar_chain/status"})
+        self.assertEqual(set(topics), {"/clock", "/joint_states", "/planar_chain/status", "/planar_chain/scene"})
         self.assertEqual(len(topics["/joint_states"]), 200)
 
     def test_the_rate_replaces_that_of_the_scene_and_is_judged_as_it_is(self):
@@ -198,7 +257,7 @@ class Bags(InFolder):
     def test_a_node_of_another_name_in_a_namespace(self):
         topics = self.bag("--duration", "0.1", "--node", "/left/arm")
         self.assertEqual(set(topics), {"/clock", "/tf", "/tf_static", "/left/joint_states", "/left/arm/status",
-                                       "/left/arm/link_states"})
+                                       "/left/arm/link_states", "/left/arm/scene"})
         self.assertEqual([t.child_frame_id for t in topics["/tf"][0][1].transforms], ["left/upper", "left/lower"])
         for name in ("", "/", "a b"):
             self.assert_refused(self.run_tool("--duration", "1", "--bag", self.path("new.bag"), "--node", name),

@@ -146,6 +146,12 @@ class Words(unittest.TestCase):
         result = fit(plain, noisy({"t": times, "q": np.array(states)[:, :1]}, 7), ["links/rod/com/0"])
         self.assertTrue(any("q̇ |q̇|" in line and "drag" in line for line in result.warnings), result.warnings)
 
+    def test_errors_of_integration_are_no_hint(self):
+        rods = Scene.from_file("double_pendulum")
+        coarse = Scene({**rods.to_dict(), "integrator": {"method": "rk4", "step": 1e-3}})
+        result = fit(rods, motion(coarse, rods.state, np.arange(0, 5, 0.005)), ["links/lower/mass=1.3", "links/lower/com/0=0.4"])
+        self.assertEqual(result.warnings, [])
+
     def test_bounds_are_named(self):
         result = fit(PENDULUM, noisy(motion(PENDULUM, [-0.5, 0.0]), 5), ["links/rod/com/0=0.4:0.3:0.45"])
         self.assertIn("links/rod/com/0 ran to its bound 0.45", result.warnings)

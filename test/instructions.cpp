@@ -46,6 +46,19 @@ Scene randomScene(int n, bool sprung) {
   return test::randomScene(n, static_cast<unsigned>(n), {sprung, sprung, false});
 }
 
+/// On a cart of 1 kg: a link more.
+Scene onACart(Scene scene) {
+  std::vector<Link> links = scene.chain.links();
+  std::vector<Joint> joints = scene.chain.joints();
+  links.insert(links.begin(), Link{"cart", 1, 0, {0, 0}, {0, 0.1}});
+  joints.insert(joints.begin(), Joint{"cart_joint"});
+  joints.front().slides = true;
+  scene.chain = Chain(links, joints, scene.chain.gravity());
+  scene.q.insert(scene.q.begin(), 0.3);
+  scene.qd.insert(scene.qd.begin(), 0.7);
+  return scene;
+}
+
 class Chains {
  public:
   /// step: of the time from one evaluation to the next, s. A coupled chain does not evaluate a state again.
@@ -143,5 +156,9 @@ int main(int argc, char**) {
   std::vector<Joint> joints = scene.chain.joints();
   joints[5].others.emplace_back("rotor_inertia", 0.1);
   scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
-  return Chains("one rotor", scene, 1).countAll() ? 0 : 1;
+  bool good = Chains("one rotor", scene, 1).countAll();
+  for (const int n : {10, 100, 1000}) {
+    good = Chains("on a cart", onACart(randomScene(n, false)), 1).countAll() && good;
+  }
+  return good ? 0 : 1;
 }

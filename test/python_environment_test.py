@@ -4,6 +4,7 @@
     python_environment_test.py BIN [unittest options]        BIN is not used; PYTHONPATH finds planar_chain
 """
 import os
+import re
 import subprocess
 import sys
 import unittest
@@ -121,10 +122,10 @@ class Environments(unittest.TestCase):
 
 
 class Examples(unittest.TestCase):
-    def run_example(self, name):
+    def run_example(self, name, most_lines=45):
         example = os.path.join(SCENES, "../../src/python/examples", name)
         with open(example, encoding="utf-8") as file:
-            self.assertLessEqual(len(file.readlines()), 45)
+            self.assertLessEqual(len(file.readlines()), most_lines)
         return subprocess.run([sys.executable, example], check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout
 
     def test_random_search_gets_the_acrobot_up(self):
@@ -132,6 +133,13 @@ class Examples(unittest.TestCase):
 
     def test_swing_up_ends_upright(self):
         self.assertEqual(self.run_example("swing_up.py"), "after 20 s: 0.000000 rad from upright, return 582\n")
+
+    def test_the_filter_halves_the_error_of_the_encoder(self):
+        errors = re.findall(r"[0-9.]+(?= rad)", self.run_example("filter.py", 65))
+        encoder, angle, rate = map(float, errors)
+        self.assertAlmostEqual(encoder, 0.02 / 12 ** 0.5, 4)  # of rounding
+        self.assertLess(angle, encoder / 2)
+        self.assertLess(rate, 0.02)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ import sys
 import threading
 import time
 import unittest
+import warnings
 
 try:
     import numpy as np
@@ -41,7 +42,7 @@ def stdout_of(tool, *arguments):
     return subprocess.run([os.path.join(BIN, tool), *arguments], check=True, stdout=subprocess.PIPE).stdout
 
 
-class Scenes(unittest.TestCase):
+class Scenes(InFolder):
     def test_text_file_and_dict_are_the_same_scene(self):
         for name in ("double_pendulum", "driven", "leg", "shaken"):
             with open(shipped(name), encoding="utf-8") as file:
@@ -64,6 +65,28 @@ class Scenes(unittest.TestCase):
         self.assertEqual((scene.joints, scene.state.tolist()), (["pin"], [0.5, 0]))
         self.assertEqual(planar_chain.equations(scene)["M"], 0.75)
 
+    def test_each_note_is_a_warning_of_python(self):
+        robot = ('<robot name="r"><link name="ground"/><link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>'
+                 '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link><joint name="pin" type="revolute">'
+                 '<parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/><limit effort="1" velocity="1"/></joint></robot>')
+        values = {"robot_description": robot}
+        with open(self.path("robot.yaml"), "w", encoding="utf-8") as file:
+            json.dump(values, file)
+        for read in (lambda: Scene(values), lambda: Scene.from_yaml(json.dumps(values)), lambda: Scene.from_urdf(robot),
+                     lambda: Scene.from_file(self.path("robot.yaml"))):
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                scene = read()
+                scene.with_values({})  # says nothing again
+                pickle.loads(pickle.dumps(scene))
+            said = [str(warning.message) for warning in caught]
+            self.assertEqual(len([words for words in said if "joint[pin]: a revolute joint without lower and upper: turns freely" in words]), 1, said)
+            self.assertEqual({warning.category for warning in caught}, {UserWarning})
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            self.assertRaises(UserWarning, Scene.from_urdf, robot)
+            Scene.from_file(shipped("rope"))
+
     def test_all_faults_come_at_once(self):
         with self.assertRaises(Refused) as caught:
             Scene.from_yaml("chain: [a]\nlinks:\n  a: {mass: heavy, inertia: 1, com: [0, 1]}\n")
@@ -72,6 +95,13 @@ class Scenes(unittest.TestCase):
         self.assertEqual(faults, [("links/a/mass", "a number > 0 kg", '"heavy"', 3),
                                   ("links/a/pin", "two finite numbers [x, y], in m", "nothing", 3)])
         self.assertEqual(str(caught.exception).count("\n"), 1)
+
+    def test_a_list_too_deep_to_print_is_refused_in_words(self):
+        deep = []
+        for _ in range(100000):
+            deep = [deep]
+        with self.assertRaisesRegex(Refused, "scene: expected a dict .*, got a list"):
+            Scene(deep)
 
     def test_what_is_no_scene_is_refused(self):
         circle = []
@@ -244,6 +274,16 @@ class Motions(InFolder):
         after = simulation.joint_torques()
         self.assertEqual([after[0], after[2]], [1, 3])
 
+    def test_the_linear_model_of_a_cart_pole_is_the_textbooks(self):
+        M, m, c, J, g = 1.0, 0.4, 0.25, 0.0085, 9.81  # cart_pole.yaml
+        A, B = planar_chain.linearize(Scene.from_file("cart_pole"), [0, np.pi / 2], [0, 0])
+        inertia = J + m * c * c
+        d = (M + m) * inertia - (m * c) ** 2
+        # Coordinates: the cart's place, the pole's angle, counter-clockwise from upright.
+        expected = [[0, 0, 1, 0], [0, 0, 0, 1], [0, (m * c) ** 2 * g / d, 0, 0], [0, (M + m) * m * c * g / d, 0, 0]]
+        np.testing.assert_allclose(A, expected, atol=1e-13 * np.abs(expected).max())
+        np.testing.assert_allclose(B, [[0, 0], [0, 0], [inertia / d, m * c / d], [m * c / d, (M + m) / d]], rtol=1e-13)
+
     def test_equations_are_those_of_the_tool_by_the_same_letters(self):
         scene = Scene.from_file(shipped("triple"))
         told = json.loads(stdout_of("equations", shipped("triple"), "--json", "--linearize", "--q", "1,2,3", "--t", "0.5"))
@@ -321,7 +361,7 @@ class Empty(unittest.TestCase):
     def test_what_was_not_initialized_is_refused(self):
         core = sys.modules["planar_chain._core"]
         classes = [thing for thing in vars(core).values() if isinstance(thing, type) and not issubclass(thing, Exception)]
-        self.assertEqual(len(classes), 7)
+        self.assertEqual(len(classes), 8)
         for each in classes:
             empty = each.__new__(each)
             properties = [name for name, member in vars(each).items() if isinstance(member, property)]

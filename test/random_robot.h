@@ -2,7 +2,7 @@
 
 /// Random URDF robots that are planar chains, with everything turned and shifted that may be: the plane lies
 /// anywhere, frames have any orientation, joints are anywhere along their axes, links have links on fixed
-/// joints, inertia tensors are full.
+/// joints, inertia tensors are full. The first joints may be prismatic, planar or floating.
 
 #include <Eigen/Geometry>
 #include <sstream>
@@ -16,14 +16,18 @@ namespace planar_chain::test {
 /// A link and the joint on which it hangs.
 struct Part {
   std::string name;
-  int parent;  ///< index; -1: the root link
-  bool moves;
+  int parent;        ///< index; -1: the root link
+  std::string type;  ///< of the joint
   Eigen::Vector3d xyz, rpy;
   Eigen::Vector3d axis;  ///< in the link's frame
   double mass;
   Eigen::Vector3d com, inertialRpy;
   Eigen::Matrix3d inertia;  ///< in the axes of the inertial frame
   double damping;
+
+  bool moves() const { return type != "fixed"; }
+  bool isFree() const { return type == "planar" || type == "floating"; }
+  bool slides() const { return type == "prismatic"; }
 };
 
 inline Eigen::Matrix3d turnOf(const Eigen::Vector3d& rpy) {
@@ -48,34 +52,38 @@ inline Eigen::Matrix3d inertiaOf(Random& random) {
   return inertia;
 }
 
-/// n joints that move, each body of one to three links.
-inline std::vector<Part> randomRobot(int n, unsigned seed) {
+/// n joints that move, each body of one to three links. in front: the types of the first joints.
+inline std::vector<Part> randomRobot(int n, unsigned seed, const std::vector<std::string>& front = {}) {
   Random random(seed);
   const Eigen::Vector3d normal = vectorOf(random, 1).normalized();
   std::vector<Part> parts;
   std::vector<Eigen::Matrix3d> turns;  // in the root, all joints at 0
-  const auto add = [&](int parent, bool moves) {
+  const auto add = [&](int parent, const std::string& type) {
     Part part;
-    part.name = (moves ? "link_" : "part_") + std::to_string(parts.size());
     part.parent = parent;
-    part.moves = moves;
+    part.type = type;
+    part.name = (part.moves() ? "link_" : "part_") + std::to_string(parts.size());
     part.xyz = vectorOf(random, 0.8);
     part.rpy = vectorOf(random, 3);
     const Eigen::Matrix3d turn = turnOf(part.rpy);
     turns.push_back(parent < 0 ? turn : turns[static_cast<std::size_t>(parent)] * turn);
     part.axis = turns.back().transpose() * normal;
+    if (part.slides()) {
+      part.axis = turns.back().transpose() * normal.cross(vectorOf(random, 1)).normalized();
+    }
     part.mass = random.between(0.2, 3);
     part.com = vectorOf(random, 0.5);
     part.inertialRpy = vectorOf(random, 3);
     part.inertia = inertiaOf(random);
-    part.damping = moves ? random.between(0, 2) : 0;
+    part.damping = part.moves() && !part.isFree() ? random.between(0, 2) : 0;
     parts.push_back(part);
     return static_cast<int>(parts.size()) - 1;
   };
-  int end = add(-1, false);
+  int end = add(-1, "fixed");
   for (int i = 0; i < n; ++i) {
-    end = add(end, true);
-    for (int k = random.index(3); k > 0; --k) end = add(end, false);
+    const auto at = static_cast<std::size_t>(i);
+    end = add(end, at < front.size() ? front[at] : "continuous");
+    for (int k = random.index(3); k > 0; --k) end = add(end, "fixed");
   }
   return parts;
 }
@@ -95,14 +103,15 @@ inline std::string urdfOf(const std::vector<Part>& parts) {
     three("rpy", part.inertialRpy);
     out << "/><mass value=\"" << part.mass << "\"/><inertia ixx=\"" << I(0, 0) << "\" ixy=\"" << I(0, 1)
         << "\" ixz=\"" << I(0, 2) << "\" iyy=\"" << I(1, 1) << "\" iyz=\"" << I(1, 2) << "\" izz=\""
-        << I(2, 2) << "\"/></inertial></link>\n<joint name=\"" << part.name << "_joint\" type=\""
-        << (part.moves ? "continuous" : "fixed") << "\"><parent link=\""
+        << I(2, 2) << "\"/></inertial></link>\n<joint name=\"" << part.name << "_joint\" type=\"" << part.type
+        << "\"><parent link=\""
         << (part.parent < 0 ? "ground" : parts[static_cast<std::size_t>(part.parent)].name)
         << "\"/><child link=\"" << part.name << "\"/><origin";
     three("xyz", part.xyz);
     three("rpy", part.rpy);
     out << "/><axis";
     three("xyz", part.axis);
+    if (part.slides()) out << "/><limit lower=\"-1e9\" upper=\"1e9\" effort=\"1e9\" velocity=\"1e9\"";
     out << "/><dynamics damping=\"" << part.damping << "\"/></joint>\n";
   }
   out << "</robot>\n";

@@ -26,13 +26,17 @@ from ros_commands import publisher
 from ros_machines import base_point, base_trajectory
 from ros_node import LIMIT, Listener, Node, Running, nanoseconds
 
-TOPICS = ['/joint_states', '/planar_chain/status', '/planar_chain/commands_taken', '/planar_chain/joint_torques']
+TOPICS = ['/joint_states', '/planar_chain/status', '/planar_chain/commands_taken', '/planar_chain/joint_torques',
+          '/planar_chain/encoders', '/planar_chain/imu']
 RATE = 200.0
 LINK = {'mass': 1.0, 'inertia': 0.1, 'com': [0.5, 0.0], 'pin': [1.0, 0.0], 'joint': {'damping': 0.05}}
 SCENE = {
     'chain': ['first', 'second', 'third'],
     'links': {name: dict(LINK) for name in ('first', 'second', 'third')},
     'loads': {'shake': {'joint': 'second_joint', 'torque': 1.0, 'frequency': 0.7}},
+    'sensors': {'encoders': {'joints': 'all', 'resolution': 0.001, 'noise': 0.002, 'delay': 0.0125, 'rate': 100.0},
+                'imu': {'link': 'third', 'gyro_noise': 0.01, 'gyro_bias_walk': 0.1, 'accelerometer_noise': 0.1, 'rate': 400.0}},
+    'seed': 7,
     'command_timeout': 0.3,
     'publish': {'rate': RATE, 'status_rate': 20.0},
 }
@@ -51,6 +55,22 @@ def wait_until_recorded(topics):
         if time.monotonic() - waited > LIMIT:
             raise AssertionError('rosbag records %s only' % recorded)
         rospy.rostime.wallsleep(0.05)
+
+
+def values_of(message):
+    if message._type == 'sensor_msgs/JointState':
+        return message.position
+    fields = (message.angular_velocity, message.linear_acceleration)
+    return tuple(getattr(field, axis) for field in fields for axis in 'xyz')
+
+
+def measurements_in(path):
+    """{(topic, 400ths of a second since the start): values}"""
+    with rosbag.Bag(path) as bag:
+        start = min(status.tick_stamp.to_nsec() * 1e-9 - status.tick / RATE
+                    for _, status, _ in bag.read_messages('/planar_chain/status') if status.tick_stamp)
+        return {(topic, round((nanoseconds(message) * 1e-9 - start) * 400)): values_of(message)
+                for topic, message, _ in bag.read_messages(['/planar_chain/encoders', '/planar_chain/imu'])}
 
 
 def states_in(path):
@@ -112,10 +132,20 @@ class CommandsReplay(InFolder):
         self.assertGreater(len(recorded), 200)
         for tick in sorted(set(recorded) - {0}):
             self.assertEqual(again[tick], recorded[tick], 'tick %d' % tick)
+        if 'sensors' in scene:
+            measured, again = measurements_in(self.path('node.bag')), measurements_in(self.path('again.bag'))
+            kept = {key: values for key, values in measured.items() if key[1] > 0}
+            self.assertGreater(len(kept), 400)
+            self.assertEqual({topic for topic, _ in kept}, {'/planar_chain/encoders', '/planar_chain/imu'})
+            self.assertEqual({key: again.get(key) for key in kept}, kept)
         return recorded
 
     def test_commands_by_the_wall_clock(self):
         self.check(SCENE)
+
+    def test_commands_to_motors(self):
+        motor = {'effort_limit': 1.5, 'motor': {'no_load_speed': 6.0, 'time_constant': 0.02}, 'command_delay': 0.0123}
+        self.check(dict(SCENE, links={name: dict(LINK, joint=motor) for name in SCENE['links']}))
 
     def test_trajectories(self):
         links = dict(SCENE['links'], second=dict(LINK, joint={'drive': {'amplitude': 0.3, 'frequency': 0.4}}))

@@ -3,6 +3,7 @@
 the node's time everybody's."""
 
 import os
+import re
 import signal
 import subprocess
 import tempfile
@@ -15,7 +16,7 @@ import rospy
 import rostest
 from sensor_msgs.msg import JointState
 
-from ros_node import LIMIT, Listener, Running
+from ros_node import LIMIT, Listener, Node, Running
 
 ROBOT = """<robot name="r"><link name="ground"/>
 <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
@@ -106,13 +107,22 @@ class Launch(unittest.TestCase):
 
         status, said = run('planar_chain', 'sim.launch', 'sceen:=rope')
         self.assertNotEqual(status, 0)
-        self.assertIn('sim.launch has no argument sceen.', said)
+        self.assertIn('sim.launch has no argument sceen.', said.splitlines()[-1])
+        self.assertIn('No scene is called roep.', run('planar_chain', 'sim.launch', 'scene:=roep')[1].splitlines()[-1])
         self.assertEqual(run('planar_chain', 'sim.launch', 'scene:=rope', 'rviz:=false'), (0, '/planar_chain\n'))
         with tempfile.NamedTemporaryFile('w', suffix='.launch') as around:  # with arguments of its own
             around.write('<launch><include file="$(find planar_chain)/launch/sim.launch"><arg name="rviz" value="false"/>'
                          '</include></launch>')
             around.flush()
             self.assertEqual(run(around.name, 'sceen:=rope'), (0, '/planar_chain\n'))
+
+    def test_each_note_of_a_urdf_is_a_warning(self):
+        robot = ROBOT.replace('continuous', 'revolute').replace('</joint>', '<limit effort="1" velocity="1"/></joint>')
+        with Node({'robot_description': robot}) as node:
+            self.states.wait_for_count(1)
+        said = node.wait()[1]
+        rospy.delete_param('/planar_chain')
+        self.assertEqual(len(re.findall(r'WARN.*joint\[pin\]: .*: turns freely', said)), 1, said)
 
     def test_a_urdf_is_what_moves(self):
         with tempfile.NamedTemporaryFile('w', suffix='.urdf') as robot, \

@@ -175,6 +175,16 @@ class Dragged(unittest.TestCase):
         alphas = [links.acceleration[0].angular.z for links in self.links.messages]
         self.assertGreater(max(alphas), 0.5 * PULSATION ** 2 * angle)
 
+    def test_a_pause_shows_the_link_and_its_spring(self):
+        self.start()
+        rospy.sleep(NEVER)  # no tick
+        seen = len(self.pictures.messages)
+        self.rviz.say(InteractiveMarkerFeedback.POSE_UPDATE, rospy.Time(), (0.2, 0.5))
+        farthest = self.pictures.wait_for(
+            lambda picture: max((point.y for marker in picture.markers for point in marker.points), default=0) > 0.4, seen)
+        points = self.pictures.messages[farthest].markers[0].points
+        self.assertLess(min(point.x for point in points), 0)  # the link itself, to beyond its inner pin
+
     def test_the_force_ends_with_the_mouse_button(self):
         self.start()
         self.drag(0.0, 1.0)

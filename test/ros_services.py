@@ -37,6 +37,25 @@ class Services(Watching):
         times = [status.sim_time for status in self.statuses.messages]
         self.assertEqual(times, sorted(times))
 
+    def test_a_pause_is_not_in_the_real_time_factor(self):
+        with Node(PENDULUM):
+            self.statuses.wait_for(lambda status: status.real_time_factor > 0.9)
+            self.ask('pause')
+            self.statuses.wait_for_count(len(self.statuses.messages) + 40)  # 4 s
+            self.ask('resume')
+            seen = len(self.statuses.messages)
+            self.statuses.wait_for_count(seen + 5)
+            self.assertGreater(min(status.real_time_factor for status in self.statuses.messages[seen:]), 0.75)
+
+    def test_the_log_says_when_the_motion_ends_and_how_to_repeat_it(self):
+        scene = rod(base={'x': {'times': [0.0, 0.1], 'values': [0.0, 0.2]}})
+        with Node(scene) as node:
+            self.states.wait_for_count(60)
+            self.ask('reset')
+            self.states.wait_for_count(len(self.states.messages) + 60)
+        said = node.wait()[1]
+        self.assertEqual(said.count("the scene's motion has ended at 0.1 s; rosservice call /planar_chain/reset"), 2, said)
+
     def ask(self, name, success=True):
         answer = service(name, Trigger)()
         self.assertEqual(answer.success, success, answer.message)

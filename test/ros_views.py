@@ -48,6 +48,10 @@ class Views(unittest.TestCase):
             listener.close()
         return [topics[name].messages[which] for name in names]
 
+    @staticmethod
+    def energies(marker):
+        return {words[0]: float(words[1]) for words in map(str.split, marker.text.splitlines()) if words}
+
     def only(self, array, frame):
         """The one marker, in this frame and moving with it."""
         self.assertEqual([(marker.header.frame_id, marker.frame_locked, marker.action, marker.type)
@@ -74,21 +78,44 @@ class Views(unittest.TestCase):
         sign = corners(self.only(centres, 'rod'))
         self.assertAlmostEqual(min(x for x, _ in sign) + max(x for x, _ in sign), 1.0, delta=1e-2)
         self.assertIn((0.5, 0.0), sign)
-        lines = dict(line.split(' ', 1) for line in energy.text.splitlines())
-        self.assertEqual(lines['potential'], '-9.81 J')
+        lines = self.energies(energy)
+        self.assertEqual(lines['potential'], -9.81)
         # Rounding errors read 0.
-        self.assertEqual((lines['kinetic'], lines['balance']), ('0 J', '0 J'))
+        self.assertEqual((lines['kinetic'], lines['balance']), (0, 0))
 
     def test_the_text_shows_the_time_and_stands_beside_the_reach(self):
         energy, = self.see(rod(publish={'rate': 200.0, 'tf_rate': 50.0}, real_time_factor=1), 'energy', which=40)
-        self.assertEqual(energy.text.splitlines()[0], 'time %.2f s' % energy.header.stamp.to_sec())
+        self.assertEqual(energy.text.splitlines()[0], 'time %8.2f s' % energy.header.stamp.to_sec())
         size, centre, half = 1.0, 0.0, show.FREE
-        # The text is centred; its lines are 1.2 sizes high, and at most 9 sizes long.
+        # rviz centres the text on its widest line, 20 spaces of 0.65 sizes; lines are 1.2 sizes high.
+        # All other lines are at most 9.5 sizes long.
         x, y, size_of_text = energy.pose.position.x, energy.pose.position.y, energy.scale.z
-        up, aside = 0.6 * size_of_text * len(energy.text.splitlines()), 4.5 * size_of_text
+        up, aside = 0.6 * size_of_text * len(energy.text.splitlines()), 6.5 * size_of_text
         self.assertGreater(y - up, centre - half)
         self.assertGreater(x - aside, -show.ASPECT * half)
-        self.assertGreater(math.hypot(min(0, x + aside), min(0, y + up)), size)
+        self.assertGreater(math.hypot(min(0, x - aside + 9.5 * size_of_text), min(0, y + up)), size)
+
+    def test_digits_of_the_text_stay_in_their_columns(self):
+        texts = Listener('/planar_chain/view/energy', Marker)
+        scene = hanging()
+        scene['links']['rod']['initial']['velocity'] = 3.0
+        with Node(scene):
+            texts.wait_for_count(60)
+        texts.close()
+        for lines in zip(*(marker.text.split('\n') for marker in texts.messages)):
+            self.assertEqual(len(set(map(len, lines))), 1, lines)
+        self.assertGreater(len({marker.text for marker in texts.messages}), 30)
+        self.assertEqual({marker.text.split('\n')[-1] for marker in texts.messages}, {20 * ' '})
+
+    def test_the_text_is_in_the_view_of_every_scene(self):
+        chain.EQUATIONS = roslib.packages.find_node('planar_chain', 'equations')[0]
+        for name in ('crane', 'falling_chain', 'rope', 'shaken'):
+            with open(os.path.join(PACKAGE, 'config', 'scenes', name + '.yaml'), encoding='utf-8') as file:
+                scene = yaml.safe_load(file)
+            energy, = self.see(scene, 'energy')
+            _, centre, half = show.view_of_scene(scene)
+            self.assertAlmostEqual(energy.scale.z, 0.055 * half, delta=1e-9 * half, msg=name)
+            self.assertAlmostEqual(energy.pose.position.y, centre - 0.75 * half, delta=1e-9 * half, msg=name)
 
     def test_arrows_end_in_the_view(self):
         # A rod that turns at 20 rad/s pulls its pin with 16 weights; a force pulls a stretched tip outwards.
@@ -108,8 +135,8 @@ class Views(unittest.TestCase):
         centres, energy = self.see(scene, 'centres', 'energy', which=19)
         corner, = [corners(marker)[0] for marker in centres.markers if marker.header.frame_id == 'base_link']
         self.assertAlmostEqual(math.hypot(*corner), (2 * 0.4 + 0.02 * 11) / 2.02, delta=0.02)
-        lines = dict(line.split(' ', 1) for line in energy.text.splitlines())
-        supplied, dissipated, kinetic = (float(lines[name].split()[0]) for name in ('supplied', 'dissipated', 'kinetic'))
+        lines = self.energies(energy)
+        supplied, dissipated, kinetic = (lines[name] for name in ('supplied', 'dissipated', 'kinetic'))
         self.assertGreater(supplied, kinetic)
         self.assertAlmostEqual(supplied - dissipated, kinetic, delta=0.01 * kinetic)
 

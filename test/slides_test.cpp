@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -190,6 +191,39 @@ TEST(FreeChain, KeepsItsMomenta) {
   const Eigen::Vector3d before = momenta();
   ASSERT_TRUE(simulation.advanceTo(20));
   EXPECT_LT((momenta() - before).norm(), 1e-7);
+}
+
+TEST(FreeChain, SpinsWithTheFrequenciesOfAlgorithms) {
+  // Stretched and spinning at Ω = 1. What the bends q_2 … q_n and all rates do is autonomous: their part of A
+  // has the eigenvalues ±iω. In the limit of many rods ω = √2, √5, 3, …
+  const int n = 60, last = n + 2;
+  const Scene scene = readSceneText(
+      "chain: [first, rod]\ngravity: [0, 0]\nlinks:\n  first: {mass: 1, inertia: 0.0833333333333333333, com: "
+      "[0.5, "
+      "0], pin: [1, 0], joint: {type: floating}, initial: {velocity: 1}}\n  rod: {mass: 1, inertia: "
+      "0.0833333333333333333, com: [0.5, 0], pin: [1, 0], repeat: 59}\n");
+  const LinearModel model = linearModel(scene, 0, vectorOf(scene.q), vectorOf(scene.qd));
+  std::vector<Eigen::Index> bends, rates;
+  for (int i = 3; i < last; ++i) bends.push_back(i);
+  for (int i = 2; i < last; ++i) rates.push_back(last + i);
+  std::vector<Eigen::Index> kept = bends;
+  kept.insert(kept.end(), rates.begin(), rates.end());
+  const auto size = static_cast<Eigen::Index>(kept.size());
+  Eigen::MatrixXd part(size, size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index j = 0; j < size; ++j)
+      part(i, j) = model.A(kept[index(static_cast<int>(i))], kept[index(static_cast<int>(j))]);
+  }
+  const Eigen::VectorXcd values = part.eigenvalues();
+  std::vector<double> omega;
+  for (Eigen::Index i = 0; i < size; ++i) {
+    if (values[i].imag() > 0.1) omega.push_back(values[i].imag());
+  }
+  std::sort(omega.begin(), omega.end());
+  ASSERT_GE(omega.size(), 3u);
+  EXPECT_NEAR(omega[0], 1.414704, 1e-6);
+  EXPECT_NEAR(omega[1], 2.238231, 1e-6);
+  EXPECT_NEAR(omega[2], 3.006167, 1e-6);
 }
 
 // ---- Everything with slides ------------------------------------------------------------------------

@@ -164,6 +164,29 @@ TEST_P(UrdfIn, WrittenByTheNode) {
   }
 }
 
+TEST_P(UrdfIn, OfCarts) {
+  for (const std::string rails : {"prismatic", "prismatic, prismatic"}) {
+    const bool isPlane = rails.size() > 9;
+    const Scene scene = readSceneText(
+        std::string("chain: [x, ") + (isPlane ? "y, " : "") +
+        "a, b]\nlinks:\n  x: {mass: 2, inertia: 0.5, com: [0.1, 0.2], pin: [0, 0.1], joint: {type: "
+        "prismatic, "
+        "axis: [1, 0.3], damping: 0.7}}\n" +
+        (isPlane ? "  y: {mass: 0.6, inertia: 0.1, pin: [0.2, 0], joint: {type: prismatic, axis: [0, 1]}}\n"
+                 : "") +
+        "  a: {mass: 1, inertia: 0.2, com: [0.5, 0.1], pin: [1, 0], joint: {damping: 0.2}}\n"
+        "  b: {mass: 0.5, inertia: 0.1, com: [0.3, 0], pin: [0.6, 0]}\n");
+    compare(GetParam().load(urdfOf(scene, framesOf(scene, "/")), {0, 0, -9.81}, scene.chain), scene, 1e-9,
+            rails);
+    const std::string urdf =
+        test::urdfOf(test::randomRobot(4, 7,
+                                       isPlane ? std::vector<std::string>{"prismatic", "prismatic"}
+                                               : std::vector<std::string>{"prismatic"}));
+    const Scene read = readScene(Value(Value::Map{{"robot_description", Value(urdf)}}));
+    compare(GetParam().load(urdf, {0, 0, -9.81}, read.chain), read, GetParam().tolerance, rails);
+  }
+}
+
 TEST_P(UrdfIn, OfPointMasses) {
   const Scene scene = readSceneText(
       "chain: [a, b]\n"

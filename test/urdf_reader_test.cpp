@@ -35,9 +35,11 @@ struct InSpace {
   VectorXd weight;
 };
 
-InSpace inSpace(const std::vector<test::Part>& parts, const VectorXd& q) {
+/// `plane`: the axes along which a planar or floating joint moves first.
+InSpace inSpace(const std::vector<test::Part>& parts, const VectorXd& q, const Matrix3d& plane) {
   struct Axis {
     Vector3d at, along;
+    bool slides = false;
   };
   struct Place {
     Vector3d at;
@@ -52,7 +54,14 @@ InSpace inSpace(const std::vector<test::Part>& parts, const VectorXd& q) {
                                   : places[static_cast<std::size_t>(part.parent)];
     place.at += place.turn * part.xyz;
     place.turn *= test::turnOf(part.rpy);
-    if (part.moves) {
+    for (int i = 0; part.isFree() && i < 2; ++i) {
+      place.axes.push_back({place.at, plane.col(i), true});
+      place.at += q[joints++] * plane.col(i);
+    }
+    if (part.slides()) {
+      place.axes.push_back({place.at, place.turn * part.axis, true});
+      place.at += q[joints++] * place.turn * part.axis;
+    } else if (part.moves()) {
       place.axes.push_back({place.at, place.turn * part.axis});
       place.turn *= Eigen::AngleAxisd(q[joints++], part.axis).toRotationMatrix();
     }
@@ -62,8 +71,9 @@ InSpace inSpace(const std::vector<test::Part>& parts, const VectorXd& q) {
     MatrixXd v = MatrixXd::Zero(3, q.size()), w = v;
     for (std::size_t i = 0; i < place.axes.size(); ++i) {
       const auto column = static_cast<Eigen::Index>(i);
-      v.col(column) = place.axes[i].along.cross(com - place.axes[i].at);
-      w.col(column) = place.axes[i].along;
+      const auto& [at, along, slides] = place.axes[i];
+      v.col(column) = slides ? along : along.cross(com - at);
+      if (!slides) w.col(column) = along;
     }
     sum.M += part.mass * v.transpose() * v + w.transpose() * inertia * w;
     sum.weight += v.transpose() * Vector3d(0, 0, -9.81 * part.mass);
@@ -72,12 +82,31 @@ InSpace inSpace(const std::vector<test::Part>& parts, const VectorXd& q) {
   return sum;
 }
 
-class Robots : public testing::TestWithParam<int> {};
+/// The axes of the plane of motion, by urdf_reader.h.
+Matrix3d planeOf(const std::vector<test::Part>& parts) {
+  Matrix3d turn = Matrix3d::Identity(), plane = turn;
+  for (const test::Part& part : parts) {  // each hangs on the one before
+    turn *= test::turnOf(part.rpy);
+    if (part.moves() && !part.slides()) plane.col(2) = turn * part.axis;
+  }
+  plane.col(1) = (Vector3d::UnitZ() - plane(2, 2) * plane.col(2)).normalized();
+  plane.col(0) = plane.col(1).cross(plane.col(2));
+  return plane;
+}
+
+struct Shape {
+  int links;
+  std::vector<std::string> front{};  ///< the types of the first joints
+};
+
+class Robots : public testing::TestWithParam<Shape> {};
 
 TEST_P(Robots, InThePlaneAreWhatTheyAreInSpace) {
-  const int n = GetParam();
+  const auto& [links, front] = GetParam();
+  const bool isFree = !front.empty() && front[0] != "prismatic";
+  const int n = isFree ? links + 2 : links;
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    const std::vector<test::Part> parts = test::randomRobot(n, seed);
+    const std::vector<test::Part> parts = test::randomRobot(links, seed, front);
     const Scene scene = sceneOf(test::urdfOf(parts));
     ASSERT_EQ(scene.chain.size(), n);
     test::Random random(seed + 1000);
@@ -85,12 +114,12 @@ TEST_P(Robots, InThePlaneAreWhatTheyAreInSpace) {
     for (int i = 0; i < n; ++i) q[i] = random.between(-3, 3);
     const ActiveForces active = activeForces(scene, 0, q, qd);
     const Kane kane = planar_chain::kane(scene.chain, q, qd, active);
-    const InSpace space = inSpace(parts, q);
+    const InSpace space = inSpace(parts, q, planeOf(parts));
     EXPECT_LT((kane.M_q - space.M).norm(), 1e-13 * space.M.norm()) << "seed " << seed;
     EXPECT_LT((kane.f - space.weight).norm(), 1e-13 * (9.81 * n * space.M.norm())) << "seed " << seed;
-    int joint = 0;
+    int joint = isFree ? 2 : 0;
     for (const test::Part& part : parts) {
-      if (!part.moves) continue;
+      if (!part.moves()) continue;
       const auto at = static_cast<std::size_t>(joint++);
       EXPECT_EQ(scene.chain.links()[at].name, part.name);
       EXPECT_EQ(scene.chain.joints()[at].name, part.name + "_joint");
@@ -99,7 +128,10 @@ TEST_P(Robots, InThePlaneAreWhatTheyAreInSpace) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Links, Robots, testing::Values(1, 2, 3, 7));
+INSTANTIATE_TEST_SUITE_P(Links, Robots,
+                         testing::Values(Shape{1}, Shape{2}, Shape{3}, Shape{7}, Shape{3, {"prismatic"}},
+                                         Shape{4, {"prismatic", "prismatic"}}, Shape{1, {"planar"}},
+                                         Shape{3, {"floating"}}));
 
 // ---- By hand ---------------------------------------------------------------------------------
 
@@ -215,6 +247,53 @@ TEST(Links, OnTheGroundAndWithoutMassDoNotCount) {
     EXPECT_EQ(with.links()[i].inertia, without.links()[i].inertia);
     EXPECT_EQ(with.links()[i].com, without.links()[i].com);
   }
+}
+
+// ---- Carts -----------------------------------------------------------------------------------
+
+const std::string cartPole =
+    "<robot name='cart_pole'><link name='cart'/><link name='pole'><inertial><origin xyz='0 0 0.5'/>"
+    "<mass value='0.1'/><inertia ixx='0.01' ixy='0' ixz='0' iyy='0.01' iyz='0' "
+    "izz='0.001'/></inertial></link>"
+    "<joint name='slider' type='prismatic'><parent link='world'/><child link='cart'/><origin xyz='0 0 2'/>"
+    "<axis xyz='1 0 0'/><limit lower='-3' upper='4' effort='20' velocity='5'/>"
+    "<dynamics damping='0.1' friction='0.2'/></joint><joint name='hinge' type='continuous'>"
+    "<parent link='cart'/><child link='pole'/><origin xyz='0 0.1 0.25'/><axis xyz='0 -1 0'/></joint></robot>";
+
+TEST(Carts, HaveTheRailOfAPrismaticJoint) {
+  const Scene scene =
+      sceneOf(cartPole, "links: {cart: {joint: {stiffness: 3}, initial: {position: 0.3, velocity: 1}}}");
+  EXPECT_EQ(scene.chain.slides(), 1);
+  const Joint& slider = scene.chain.joints()[0];
+  EXPECT_EQ(slider.axis, (Vec2d{1, 0}));  // the hinge turns about −y: x to the right, y upwards
+  EXPECT_EQ(slider.lower, -3);
+  EXPECT_EQ(slider.upper, 4);
+  EXPECT_EQ(slider.damping, 0.1);
+  EXPECT_EQ(slider.stiffness, 3);
+  EXPECT_EQ(slider.other("friction"), 0.2);
+  EXPECT_EQ(slider.other("effort_limit"), 20);
+  EXPECT_EQ(scene.chain.links()[0].mass, 0);
+  EXPECT_EQ(scene.chain.links()[0].pin, (Vec2d{0, 0.25}));
+  EXPECT_EQ(scene.chain.links()[1].com, (Vec2d{0, 0.5}));
+  EXPECT_EQ(scene.q[0], 0.3);
+  EXPECT_EQ(scene.qd[0], 1);
+}
+
+TEST(Carts, MayBeFree) {
+  std::string robot = cartPole;
+  const std::string joint = robot.substr(robot.find("<joint name='slider'"));
+  robot.replace(robot.find(joint), joint.find("</joint>"),
+                "<joint name='slider' type='floating'><parent link='world'/><child link='cart'/>");
+  EXPECT_THROW(sceneOf(robot), Refused) << "the cart has no mass of its own, and turns";
+  const std::string body =
+      "<link name='cart'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' "
+      "iyz='0' izz='1'/></inertial></link>";
+  robot.replace(robot.find("<link name='cart'/>"), 19, body);
+  const Scene scene = sceneOf(robot, "links: {cart: {initial: {position: [1, 2], angle: 0.5}}}");
+  ASSERT_EQ(scene.chain.size(), 4);
+  EXPECT_EQ(scene.chain.joints()[0].name, "slider_x");
+  EXPECT_EQ(scene.chain.joints()[2].name, "slider");
+  EXPECT_EQ(scene.q, (std::vector<double>{1, 2, 0.5, 0}));
 }
 
 // ---- Notes -----------------------------------------------------------------------------------

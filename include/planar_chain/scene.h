@@ -12,6 +12,7 @@
 #include "planar_chain/chain.h"
 #include "planar_chain/fault.h"
 #include "planar_chain/motion_law.h"
+#include "planar_chain/sensors.h"
 
 namespace planar_chain {
 
@@ -102,6 +103,10 @@ struct Scene {
   Appearance appearance{};
   NamedNumbers others{};      ///< values of effects, with their keys in the scene
   std::vector<Note> notes{};  ///< for the user; the simulation does not use them
+  std::vector<Sensor> sensors{};
+  long long seed = 0;  ///< of the sensors' noise
+  /// What it was read from, in YAML, for recordings; empty unless a tool or the node sets it.
+  std::string text{};
 };
 
 }  // namespace planar_chain

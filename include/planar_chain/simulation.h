@@ -3,7 +3,8 @@
 /// A scene in motion: advance it to a time, read its state, push it.
 ///
 /// A simulation uses no clock, no ROS and no files. It is deterministic: the same calls give the same bits.
-/// Only the constructor, reset() and the first rescue by another method allocate.
+/// Only the constructor, reset() and the first rescue by another method allocate, and a simulation that
+/// measures.
 ///
 /// Every few steps a guard checks the energy balance (run/energy_guard.h). If the balance does not close, or
 /// the method fails, the simulation returns to the last good state and repeats the steps: first with an
@@ -49,12 +50,15 @@ struct BaseWrench {
   double torque = 0;
 };
 
+class CommandEffect;
+
 class Simulation {
  public:
   /// Puts the chain at scene.q, scene.qd at time 0. commandCapacity: the largest number of commands that are
-  /// timed or wait for their start; 0: this simulation takes no commands.
+  /// timed or wait for their start; 0: this simulation takes no commands. measures: the scene's sensors
+  /// measure; otherwise they cost nothing.
   /// @throws std::invalid_argument when q or qd is not of size n, or a load names no body of the chain
-  explicit Simulation(const Scene& scene, int commandCapacity = 0);
+  explicit Simulation(const Scene& scene, int commandCapacity = 0, bool measures = false);
   ~Simulation();
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
@@ -97,9 +101,16 @@ class Simulation {
   /// Allocates.
   BaseWrench baseWrench();
 
+  /// Returns the measurements that the sensors (sensors.h) delivered up to time(), each once: in the order of
+  /// delivery, then of the sensors. They are kept until this call. A measurement at the time of a command, or
+  /// of setState(), is of the motion before. reset() discards them and begins again. Empty unless this
+  /// simulation measures. Allocates.
+  std::vector<Measurement> measure();
+
   // Commands. A command acts from `start` (s of time()), where a step ends, or from time() if that is later.
-  // A held command lasts until the next one of the same joint or link starts, or until `until`. A timed
-  // command lasts until start + duration, and adds to the others.
+  // In a joint with a command_delay it acts, and ends, that much later. A held command lasts until the next
+  // one of the same joint or link starts, or until `until`. A timed command lasts until start + duration, and
+  // adds to the others.
   // @returns false, and changes nothing, when commandCapacity commands are already timed or waiting
   // @throws std::invalid_argument for an index out of range, a number that is not finite, and a command that
   // ends by time()
@@ -109,7 +120,7 @@ class Simulation {
   bool addTorque(int joint, double torque, double duration, double start = now);
   bool addForce(int link, Vec2d point, Vec2d force, double moment, double duration, double start = now);
   void clearCommands();
-  /// Returns the commands in force at time(), as loads of a scene.
+  /// Returns the commands in force at time(), as loads of a scene: of motors, the torques that they give.
   std::vector<Load> commands() const;
   /// Returns how often the commanded torques in each joint came to be cut off at its effort limit, since
   /// construction or reset(). Empty if this simulation takes no commands.
@@ -126,12 +137,13 @@ class Simulation {
   /// @throws std::invalid_argument also if the scene has no `base`
   void followBase(BaseLaws laws);
 
-  /// Sets the state at the present time. The balance starts anew, and a fault is cleared. Commands stay.
+  /// Sets the state at the present time. The balance starts anew, and a fault is cleared. Commands stay, and
+  /// so do the torques in the lags of motors.
   /// @throws std::invalid_argument for wrong sizes, numbers that are not finite, or infinite energy
   void setState(const std::vector<double>& q, const std::vector<double>& qd);
   /// Puts the chain at rest in the static equilibrium that is reached from the present angles by always
   /// lowering the energy, with the loads and commands of the present time. Friction is ignored. Driven joints
-  /// continue their motion. Allocates.
+  /// continue their motion. Motors have reached what is commanded. Allocates.
   /// @throws std::domain_error, with the reason and the state unchanged, if there is none
   void settle();
   /// Restores the state after construction, time 0 included: the same calls give the same bits again.
@@ -140,11 +152,13 @@ class Simulation {
 
  private:
   struct Parts;
-  Scene scene_;                      ///< with the laws that drive at present, and the tolerance
-  const std::vector<Drive> drives_;  ///< those of the start
+  CommandEffect* commandEffect() const;  ///< nullptr: this simulation takes no commands
+  Scene scene_;                          ///< with the laws that drive at present, and the tolerance
+  const std::vector<Drive> drives_;      ///< those of the start
   const std::optional<BaseLaws> base_;
   const IntegratorSettings integrator_;
   const int commandCapacity_;
+  const bool measures_;
   std::unique_ptr<Parts> parts_;
 };
 

@@ -14,21 +14,23 @@ namespace planar_chain {
 
 struct PlanarRobot {
   std::vector<Link> links;    ///< moving links from the ground outwards; the pin of the last is [0, 0]
-  std::vector<Joint> joints;  ///< name, damping, limits, friction, effort_limit, velocity_limit
+  std::vector<Joint> joints;  ///< name, damping, limits, friction, effort_limit, velocity_limit, rail
+  bool floats = false;        ///< the first two are slides without mass, for a planar or floating joint
   Vec2d gravity;              ///< m/s²: 9.81 along −z of the root link, projected into the plane
   Appearance appearance;      ///< the visual elements, at their places and depths; empty if there are none
   std::vector<Note> notes;    ///< what is ignored, and what is read otherwise than its author may expect
 };
 
-/// The joint axes must be parallel. The plane is normal to them: k = the axis, j = the root link's z
-/// projected into the plane, i = j × k. If the axes are along ±z, i is the root link's x. The axes of every
+/// The axes of joints that turn must be parallel, and those of prismatic joints at right angles to them. The
+/// plane is normal to the former: k = the axis, that of a planar joint too, j = the root link's z projected
+/// into the plane, i = j × k. If the axes are along ±z, i is the root link's x. The axes of every
 /// link are i and j when all joints are at 0, so the angles q are the joint positions of the URDF.
 ///
 /// Only quantities in the plane count. Offsets along the axes are dropped. Of an inertia tensor I only kᵀ I k
 /// is used. This is exact, because the pins keep the chain in the plane. Links on fixed joints form one body.
 /// Links fixed to the root are the ground.
 /// @throws Refused with every fault at once, such as
-///   robot_description/joint[slide]/type: expected revolute, continuous or fixed, got "prismatic"
+///   robot_description/joint[slide]/type: expected prismatic of the first joint only …
 PlanarRobot readUrdf(const std::string& text);
 
 /// The same, with the faults added to `faults`. A body with faults is replaced by a disc, and its joint has

@@ -84,4 +84,8 @@ constexpr std::size_t longestYaml = 1 << 24;
 /// longestYaml bytes. Aliases count as often as they are used.
 Value parseYaml(const std::string& text);
 
+/// The YAML text of a tree, in the form of JSON. parseYaml() returns the same tree from it, but for the
+/// lines.
+std::string toYaml(const Value& value);
+
 }  // namespace planar_chain

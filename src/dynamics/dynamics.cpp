@@ -67,8 +67,7 @@ void Dynamics::enter(double t) {
 }
 
 void Dynamics::reconsider(double t, double* y) {
-  if (!coupled_) return;
-  coupled_->forget();
+  if (coupled_) coupled_->forget();
   if (effects_.haveSwitches()) change(t, y);
 }
 

@@ -52,7 +52,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   const Effects& effects() const { return effects_; }
   /// Chooses what acts in [t, effects().until()).
   void enter(double t);
-  /// Call it after enter(): joints that stick may break loose.
+  /// Call it after enter(): joints that stick may break loose, and switches of motors may be due.
   void reconsider(double t, double* y);
   /// Sets every switch for a state in chain order.
   void enterState(double t, const double* y);

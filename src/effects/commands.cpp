@@ -14,6 +14,7 @@ CommandEffect::CommandEffect(const Chain& chain, int capacity)
   for (const Joint& joint : chain.joints()) {
     limits_.push_back(joint.has("effort_limit") ? joint.other("effort_limit")
                                                 : std::numeric_limits<double>::infinity());
+    delays_.push_back(joint.other("command_delay"));
   }
   waiting_.reserve(capacity_);
   timed_.reserve(capacity_);
@@ -21,24 +22,49 @@ CommandEffect::CommandEffect(const Chain& chain, int capacity)
 
 // ---- Giving commands -----------------------------------------------------------------------------
 
-Command& CommandEffect::placeOf(const Command& command) {
-  return held_[command.joint != Load::none ? index(command.joint) : held_.size() / 2 + index(command.link)];
+std::size_t CommandEffect::placeOf(const Command& command) const {
+  return command.joint != Load::none ? index(command.joint) : held_.size() / 2 + index(command.link);
 }
 
-bool CommandEffect::hold(const Command& command, double now) {
+bool CommandEffect::hasRoom(double now) const {
+  const auto waits = [&](const Command& command) {
+    return command.start - (command.joint == Load::none ? 0 : delays_[index(command.joint)]) > now;
+  };
+  const auto waiting = std::count_if(waiting_.begin(), waiting_.end(), waits);
+  return static_cast<std::size_t>(waiting) + timed_.size() < capacity_;
+}
+
+Command CommandEffect::delayed(Command command, double now) const {
+  if (isPrompt(command.joint)) return command;
+  const double delay = delays_[index(command.joint)];
+  command.start = std::max(command.start, now) + delay;
+  command.stop += delay;
+  return command;
+}
+
+bool CommandEffect::hold(const Command& given, double now) {
+  const Command command = delayed(given, now);
   if (command.start <= now) {
-    placeOf(command) = command;
+    held_[placeOf(command)] = command;
     return true;
   }
-  if (!hasRoom()) return false;
+  if (given.start > now && !hasRoom(now)) return false;
   const auto startsLater = [](const Command& one, const Command& other) { return one.start < other.start; };
-  waiting_.insert(std::upper_bound(waiting_.begin(), waiting_.end(), command, startsLater), command);
+  const auto behind = std::upper_bound(waiting_.begin(), waiting_.end(), command, startsLater);
+  // One that would be replaced at once is replaced now.
+  for (auto same = behind; same != waiting_.begin() && (--same)->start == command.start;) {
+    if (placeOf(*same) != placeOf(command)) continue;
+    *same = command;
+    return true;
+  }
+  waiting_.insert(behind, command);
   endBy(command.start);
   return true;
 }
 
-bool CommandEffect::add(const Command& command, double now) {
-  if (!hasRoom()) return false;
+bool CommandEffect::add(const Command& given, double now) {
+  if (!hasRoom(now)) return false;
+  const Command command = delayed(given, now);
   timed_.push_back(command);
   if (command.start > now) endBy(command.start);
   return true;
@@ -56,19 +82,23 @@ void CommandEffect::list(double t) {
   // Hold what starts by t, and forget what is over by t.
   const auto due = std::find_if(waiting_.begin(), waiting_.end(),
                                 [t](const Command& command) { return command.start > t; });
-  for (auto command = waiting_.begin(); command != due; ++command) placeOf(*command) = *command;
+  for (auto command = waiting_.begin(); command != due; ++command) held_[placeOf(*command)] = *command;
   waiting_.erase(waiting_.begin(), due);
   if (!waiting_.empty()) endBy(waiting_.front().start);
   const auto isOver = [t](const Command& command) { return command.stop <= t; };
   timed_.erase(std::remove_if(timed_.begin(), timed_.end(), isOver), timed_.end());
 
   for (const auto* commands : {&held_, &timed_}) {
-    for (const Command& command : *commands) addWithin(command, Constant{}, t);
+    for (const Command& command : *commands) {
+      Command listed = command;
+      if (hasMotor(command.joint)) listed.joint = Load::none;  // only its start and stop count
+      addWithin(listed, Constant{}, t);
+    }
   }
   cutOff(t);
 }
 
-double CommandEffect::overAt(double t, std::size_t joint) const {
+double CommandEffect::sumAt(double t, std::size_t joint) const {
   double sum = 0;
   const auto add = [&](const Command& command) {
     if (command.joint == static_cast<int>(joint) && command.start <= t && t < command.stop)
@@ -76,7 +106,15 @@ double CommandEffect::overAt(double t, std::size_t joint) const {
   };
   add(held_[joint]);
   std::for_each(timed_.begin(), timed_.end(), add);
-  return sum - std::clamp(sum, -limits_[joint], limits_[joint]);
+  return sum;
+}
+
+double CommandEffect::torqueAt(double t, std::size_t joint) const {
+  return std::clamp(sumAt(t, joint), -limits_[joint], limits_[joint]);
+}
+
+double CommandEffect::overAt(double t, std::size_t joint) const {
+  return sumAt(t, joint) - torqueAt(t, joint);
 }
 
 void CommandEffect::cutOff(double t) {
@@ -86,7 +124,7 @@ void CommandEffect::cutOff(double t) {
     const int side = over > 0 ? 1 : over < 0 ? -1 : 0;
     cutOffs_[i] += side != 0 && side != sidesCutOff_[i];
     sidesCutOff_[i] = side;
-    if (over == 0) continue;
+    if (over == 0 || hasMotor(static_cast<int>(i))) continue;
     Command less;
     less.joint = static_cast<int>(i);
     less.torque = -over;
@@ -95,17 +133,18 @@ void CommandEffect::cutOff(double t) {
   }
 }
 
-std::vector<Load> CommandEffect::inForce(double t) const {
+std::vector<Load> CommandEffect::inForce(double t, const double* /*omega*/) const {
   std::vector<Load> loads;
   for (const auto* commands : {&held_, &timed_}) {
     for (const auto& [link, force, point, moment, joint, torque, start, stop] : *commands) {
-      if (!(start <= t && t < stop)) continue;
+      if (!(start <= t && t < stop) || hasMotor(joint)) continue;
       loads.push_back({"command", link, force, point, moment, joint, torque, Constant{}, start, stop});
     }
   }
   // What an effort limit takes off.
   for (std::size_t i = 0; i < limits_.size(); ++i) {
-    const double over = std::isinf(limits_[i]) ? 0 : overAt(t, i);
+    const bool isFree = std::isinf(limits_[i]) || hasMotor(static_cast<int>(i));
+    const double over = isFree ? 0 : overAt(t, i);
     if (over != 0) loads.push_back({"limit", Load::none, {}, {}, 0, static_cast<int>(i), -over});
   }
   return loads;

@@ -5,7 +5,9 @@
 /// Held commands act until the next one for the same joint or link replaces them, or until they end. Timed
 /// commands add up. A command that starts later than now waits. timed_terms.h has what they do.
 ///
-/// Where a joint has an effort limit, the sum of the commanded torques in it is cut off there.
+/// Where a joint has a dead time (`command_delay`), a torque in it starts and stops that much later. Where a
+/// joint has an effort limit, the sum of the commanded torques in it is cut off there. A joint with a motor
+/// is moved by the motor alone (motors.h), which takes this sum.
 
 #include <limits>
 #include <vector>
@@ -27,8 +29,9 @@ struct Command {
 
 class CommandEffect : public TimedTerms {
  public:
-  /// capacity: how many commands may be timed, or wait for their start. Allocates; nothing else does but
-  /// inForce().
+  /// capacity: how many commands may be timed, or wait for a start that is given. Commands that wait for a
+  /// dead time alone are not counted. Allocates; inForce() does too, and hold() if more commands than ever
+  /// before are in their dead time.
   CommandEffect(const Chain& chain, int capacity);
 
   // A command that has started is in force from the next enter() on. One that starts after `now` shortens
@@ -37,26 +40,44 @@ class CommandEffect : public TimedTerms {
   bool hold(const Command& command, double now);
   bool add(const Command& command, double now);
   void clear();
-  /// Returns those that are in force at t, as loads of a scene would say it.
-  std::vector<Load> inForce(double t) const;
+  /// Returns what acts at t, as loads of a scene would say it. omega: the rates ω, in chain order; nullptr:
+  /// at rest, with motors that have reached what is commanded.
+  virtual std::vector<Load> inForce(double t, const double* omega) const;
+  /// Lets motors reach what is commanded at t at once.
+  virtual void finish(double /*t*/) {}
+  /// True if a command for this joint acts from its start on; `none`: for a link.
+  bool isPrompt(int joint) const {
+    return joint == Load::none || delays_[static_cast<std::size_t>(joint)] == 0;
+  }
   /// Returns how often the torque in each joint came to be cut off.
   const std::vector<long long>& cutOffs() const { return cutOffs_; }
 
- private:
+ protected:
   void list(double t) override;
-  bool hasRoom() const { return waiting_.size() + timed_.size() < capacity_; }
+  /// The sum of the torques commanded in a joint at t, N m, cut off at its limit.
+  double torqueAt(double t, std::size_t joint) const;
+
+ private:
+  /// True if its torques are left to a motor.
+  virtual bool hasMotor(int /*joint*/) const { return false; }
+  bool hasRoom(double now) const;
+  /// The command as it acts: after its dead time.
+  Command delayed(Command command, double now) const;
   /// The place for held commands of the same joint or link.
-  Command& placeOf(const Command& command);
-  /// What the sum of the torques in a joint at t is beyond its limit by, N m.
+  std::size_t placeOf(const Command& command) const;
+  /// The sum of the torques in a joint at t.
+  double sumAt(double t, std::size_t joint) const;
+  /// What that is beyond the limit by, N m.
   double overAt(double t, std::size_t joint) const;
   /// Takes that off.
   void cutOff(double t);
 
   std::size_t capacity_;
   std::vector<Command> held_;     ///< of each joint, then of each link
-  std::vector<Command> waiting_;  ///< to be held, in the order of their starts
+  std::vector<Command> waiting_;  ///< to be held, in the order in which they will act
   std::vector<Command> timed_;
   std::vector<double> limits_;    ///< N m; infinite: no limit
+  std::vector<double> delays_;    ///< s
   std::vector<int> sidesCutOff_;  ///< ±1 above or below the limit; 0: not cut off
   std::vector<long long> cutOffs_;
 };

@@ -22,7 +22,8 @@ struct ChainNames {
   std::vector<Vec2d> com;
 };
 
-/// A key below links/NAME/joint, which holds a number.
+/// A key below links/NAME/joint, which holds a number. A key in a map, such as "motor/time_constant", has the
+/// name of the map as well.
 struct JointKey {
   const char* name;
   double Joint::*member;  ///< nullptr: kept in Joint::others
@@ -30,6 +31,7 @@ struct JointKey {
   bool isInUrdf = false;               ///< URDF expresses it: a scene with a URDF may not have it
   bool isAllowedBesideDrive = false;   ///< a driven joint may have it
   const char* urdfDynamics = nullptr;  ///< the attribute of URDF's element <dynamics> that says the same
+  const char* map = nullptr;           ///< the map that has it; nullptr: the joint itself
 
   double of(const Joint& joint) const { return member ? joint.*member : joint.other(name); }
 };

@@ -5,6 +5,7 @@
 #include "effects/effect_kind.h"
 #include "effects/friction.h"
 #include "effects/loads.h"
+#include "effects/motors.h"
 #include "effects/springs.h"
 #include "effects/stops.h"
 #include "model/slides.h"
@@ -14,7 +15,8 @@ namespace planar_chain {
 std::vector<const EffectKind*>& effectKinds() {
   static std::vector<const EffectKind*> kinds{
       &frictionKind(),  // acts last, when it is known what else acts
-      &springKind(),   &loadKind(), &stopKind(), &rotorKind(), &driveKind(), &baseKind(), &effortKind(),
+      &springKind(),   &loadKind(), &stopKind(),   &rotorKind(),
+      &driveKind(),    &baseKind(), &effortKind(), &motorKind(),
   };
   return kinds;
 }

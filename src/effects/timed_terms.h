@@ -35,22 +35,22 @@ class TimedTerms : public Effect, public Forces {
   double until() const final { return until_; }
   /// A quarter of the shortest period in force.
   double longestStep() const final { return longestStep_; }
-  bool variesWithTime() const final { return !sines_.empty() || !lines_.empty(); }
+  bool variesWithTime() const override { return !sines_.empty() || !lines_.empty(); }
 
   LoadKind mostActing() const final { return LoadKind::forces; }
-  LoadKind acting() const final {
+  LoadKind acting() const override {
     if (!bodyTerms_.empty()) return LoadKind::forces;
     return jointTerms_.empty() ? LoadKind::nothing : LoadKind::moments;
   }
   Forces* forces() final { return this; }
   int reach() const final { return reach_; }
-  Powers apply(const ChainState& at, const Actions& to) final;
-  Powers applyRates(const ChainState& at, const Actions& to) final;
-  void addTorques(const ChainState& at, double* tau) final;
+  Powers apply(const ChainState& at, const Actions& to) override;
+  Powers applyRates(const ChainState& at, const Actions& to) override;
+  void addTorques(const ChainState& at, double* tau) override;
   void addForceStiffness(const ChainState& at, double* XF) final;
-  Powers powersAlong(const ChainState& at, const StateChange& along) final;
+  Powers powersAlong(const ChainState& at, const StateChange& along) override;
   void reserveSeries(int orders) final;
-  void addOrder(int k, const Series& known, const Actions& to) final;
+  void addOrder(int k, const Series& known, const Actions& to) override;
 
  protected:
   /// Room for so many terms, and factors that change with time. Allocates.

@@ -41,8 +41,8 @@ void requireSlides(const std::vector<Link>& links, const std::vector<Joint>& joi
     const Vec2d axis = joints[i].axis;
     if (i >= index(slides)) {
       faults.push_back({pathOf(i) + "/joint/type",
-                        "prismatic only of the first link, or of the first two: what slides further out is a "
-                        "chain of its own",
+                        "prismatic only of the first link, or of the first two (begin the chain with it, if "
+                        "its other end is free)",
                         "prismatic"});
     } else if (!(length(axis) > 0) || !std::isfinite(length(axis))) {
       faults.push_back({pathOf(i) + "/joint/axis", "a direction [x, y] other than [0, 0]",

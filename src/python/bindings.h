@@ -90,13 +90,15 @@ class Uninterrupted {
   std::chrono::steady_clock::time_point due_ = std::chrono::steady_clock::now() + period;
 };
 
-struct Runs;    // the results of simulate_many()
-class Running;  // a Simulation
+struct Runs;     // the results of simulate_many()
+class Running;   // a Simulation
+struct Reading;  // a measurement
 
 template <class T, class... Others>
 constexpr bool isOneOf = std::disjunction_v<std::is_same<T, Others>...>;
 template <class T>
-constexpr bool isBound = isOneOf<T, TreeAndScene, Running, Runs, Fault, Energy, EnergyBalance, Statistics>;
+constexpr bool isBound =
+    isOneOf<T, TreeAndScene, Running, Runs, Fault, Energy, EnergyBalance, Statistics, Reading>;
 
 /// Arguments of a bound class. An object that __new__ alone made is refused: it holds nothing.
 template <class T>

@@ -52,10 +52,17 @@ int numberOf(const py::object& given, const Things& things, const std::string& w
         shown(given)}});
 }
 
+/// A measurement, with the name of its sensor.
+struct Reading {
+  std::string sensor;
+  Measurement measurement;
+};
+
 /// A simulation that one thread at a time may use.
 class Running {
  public:
-  Running(const TreeAndScene& from, int commands) : simulation_(from.scene, commands) {}
+  Running(const TreeAndScene& from, int commands, bool measures = false)
+      : simulation_(from.scene, commands, measures) {}
 
   /// @throws std::runtime_error while another thread advances it
   Simulation& idle() {

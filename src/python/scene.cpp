@@ -76,7 +76,11 @@ py::object objectOf(const Value& value) {
 }
 
 std::string shown(const py::handle& object) {
-  return onOneLine(py::str(py::repr(object)).attr("encode")("ascii", "replace").cast<std::string>());
+  try {
+    return onOneLine(py::str(py::repr(object)).attr("encode")("ascii", "replace").cast<std::string>());
+  } catch (const py::error_already_set&) {  // such as of a list that is too deep to print
+    return "a " + py::str(object.get_type().attr("__name__")).cast<std::string>();
+  }
 }
 
 std::string shapeOf(const Numbers& numbers) {
@@ -165,11 +169,20 @@ py::array_t<double> stateOf(const TreeAndScene& of) {
   return state;
 }
 
+/// A scene that the user gives, with one warning of Python for each of its notes.
+TreeAndScene read(Value tree) {
+  TreeAndScene made(std::move(tree));
+  for (const Note& note : made.scene.notes) {
+    if (PyErr_WarnEx(PyExc_UserWarning, toString(note).c_str(), 1) != 0) throw py::error_already_set();
+  }
+  return made;
+}
+
 TreeAndScene fromValues(const py::object& values) {
   if (!py::isinstance<py::dict>(values)) {
     throw Refused({{"scene", "a dict (Scene.from_file reads a file, from_yaml text)", shown(values)}});
   }
-  return TreeAndScene(valueOf(values));
+  return read(valueOf(values));
 }
 
 }  // namespace
@@ -183,10 +196,10 @@ config/README.md explains every key. Raises Refused, with all faults, for a scen
       .def(py::init(&fromValues), py::arg("values"),
            "From a dict with the keys of a YAML scene. The text of a URDF may be its 'robot_description'.")
       .def_static(
-          "from_yaml", [](const py::object& text) { return TreeAndScene(parseYaml(textOf(text, "text"))); },
+          "from_yaml", [](const py::object& text) { return read(parseYaml(textOf(text, "text"))); },
           py::arg("text"), "From the text of a YAML scene.")
       .def_static(
-          "from_file", [](const py::object& path) { return TreeAndScene(parseYaml(readAll(found(path)))); },
+          "from_file", [](const py::object& path) { return read(parseYaml(readAll(found(path)))); },
           py::arg("path"),
           R"(From a YAML file, or by the name of a scene that ships, such as 'double_pendulum'.
 
@@ -196,7 +209,7 @@ Raises OSError if the file cannot be read.)")
           [](const py::object& text, const py::object& rest) {
             const py::dict values(**dictOf(rest, "rest"),
                                   py::arg("robot_description") = textOf(text, "text"));
-            return TreeAndScene(valueOf(values));
+            return read(valueOf(values));
           },
           py::arg("text"), py::arg("rest") = py::dict(),
           "From the text of a URDF that is a planar chain. rest: what else a scene may have, such as loads.")

@@ -77,6 +77,30 @@ void bindResults(py::module& module) {
       .def_readonly("local_error", &Statistics::localError, "Of the last step, in tolerances.");
 }
 
+/// All that was delivered and not yet returned.
+std::vector<Reading> measure(Running& self) {
+  std::vector<Reading> readings;
+  for (Measurement& one : self.idle().measure()) {
+    const std::string& name = self.idle().scene().sensors[static_cast<std::size_t>(one.sensor)].name;
+    readings.push_back({name, std::move(one)});
+  }
+  return readings;
+}
+
+void bindReading(py::module& module) {
+  py::class_<Reading>(module, "Measurement", "What a sensor measured.")
+      .def_property_readonly(
+          "sensor", [](const Reading& self) { return self.sensor; }, "The sensor's name.")
+      .def_property_readonly(
+          "time", [](const Reading& self) { return self.measurement.time; }, "When it was taken, s.")
+      .def_property_readonly(
+          "delivered", [](const Reading& self) { return self.measurement.delivered; }, "time + delay, s")
+      .def_property_readonly(
+          "values", [](const Reading& self) { return copyOf(self.measurement.values); },
+          "Positions of the encoder's joints (rad or m). Of an IMU: angular velocity x, y, z (rad/s), then\n"
+          "specific force x, y, z (m/s²), in its axes; z is along the joint axes.");
+}
+
 void bindState(py::class_<Running>& simulation) {
   const auto q = py::arg("q"), qd = py::arg("qd");
   simulation
@@ -104,7 +128,9 @@ at least a million. The state is then that of the last good step.)")
           [](Running& self, const py::object& angles, const py::object& rates) {
             self.idle().setState(numbersOf(angles, "q", self.size()), numbersOf(rates, "qd", self.size()));
           },
-          q, qd, "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay.")
+          q, qd,
+          "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay, and "
+          "the torques in the lags of motors.")
       .def(
           "settle", [](Running& self) { self.alone([](Simulation& its) { its.settle(); }); },
           "Puts the chain at rest in the static equilibrium, searched from the present state. Raises "
@@ -124,6 +150,10 @@ Numbers written(Running& self, void (Simulation::*write)(double*)) {
 
 void bindQuantities(py::class_<Running>& simulation) {
   simulation
+      .def("measure", &measure,
+           "Returns the measurements of the scene's sensors delivered up to `time`, each once, in the order "
+           "of\n"
+           "delivery. They are kept until this call.")
       .def(
           "accelerations", [](Running& self) { return written(self, &Simulation::accelerations); },
           "Returns q̈: n, rad/s².")
@@ -162,6 +192,7 @@ Fields, with base-frame components: inner_pin, com (n×2, m), angle (n, rad), ve
 
 void bindSimulation(py::module& module) {
   bindResults(module);
+  bindReading(module);
   py::register_exception<Failed>(module, "Failed", PyExc_RuntimeError).attr("__doc__") =
       "Raised when an integration fails; says why.";
   py::class_<Running> simulation(module, "Simulation", R"(A scene in motion, from time 0.
@@ -170,7 +201,7 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
 0: no commands at all.)");
   simulation.def(py::init([](const TreeAndScene& from, const py::object& most) {
                    const auto commands = static_cast<int>(countOf(most, "commands", 0, mostCommands));
-                   return released([&] { return std::make_unique<Running>(from, commands); });
+                   return released([&] { return std::make_unique<Running>(from, commands, true); });
                  }),
                  py::arg("scene"), py::arg("commands") = 16);
   bindState(simulation);

@@ -89,7 +89,12 @@ Section::Section(const Value* value, std::string path, const std::vector<const c
 
 const Value* Section::find(const std::string& key) const {
   const auto entry = map_->find(key);
-  return entry == map_->end() ? nullptr : &entry->second;
+  if (entry != map_->end()) return &entry->second;
+  const std::size_t slash = key.find('/');
+  const auto outer = slash == std::string::npos ? map_->end() : map_->find(key.substr(0, slash));
+  if (outer == map_->end() || !outer->second.map()) return nullptr;
+  const auto inner = outer->second.map()->find(key.substr(slash + 1));
+  return inner == outer->second.map()->end() ? nullptr : &inner->second;
 }
 
 std::string Section::pathOf(const std::string& key) const {

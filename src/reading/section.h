@@ -58,6 +58,7 @@ class Section {
   }
 
   const Value::Map& entries() const { return *map_; }
+  /// The value of a key. "motor/time_constant" is a key of the map `motor`.
   const Value* find(const std::string& key) const;
   bool has(const std::string& key) const { return find(key) != nullptr; }
   /// Full path of a key. "joint/name" is a key of a map of this one.

@@ -1,5 +1,5 @@
-"""Fits of real machines: a single and a double pendulum beside their authors' numbers, each recording predicted by a fit of the others;
-and the dry friction of a real robot, from its windows.
+"""Fits of real machines: a single and a double pendulum beside their authors' numbers, each recording predicted by a fit of the others
+and by one of all; and the dry friction of a real robot, from its windows.
 
 The recordings and their sources: config/recordings, test/reference/robot. `python3 src/report/fits.py build/devel/share/planar_chain` prints the table.
 """
@@ -26,6 +26,8 @@ NUMBERS = {
     "double": ["links/upper/inertia", "links/upper/com/0", "links/upper/pin/0", "links/upper/joint/damping", "links/lower/mass",
                "links/lower/inertia", "links/lower/com/0", "links/lower/joint/damping"]}
 WINDOW = 0.5  # s, of the robot
+FRICTION = {f"links/{link}/joint/friction": 0.05 for link in robot.LINKS}
+ROBOTS_NUMBERS = {"friction fitted": FRICTION, "friction and com of upper fitted": {**FRICTION, "links/upper/com/0": None}}
 
 
 def row(*cells):
@@ -44,10 +46,12 @@ def pendulum(machine, folder):
     from planar_chain.fitting.fit import predicted, recordings_of  # pylint: disable=import-outside-toplevel
     first, authors = Scene.from_file(folder / f"{machine}.yaml"), Scene(AUTHORS[machine])
     files = sorted(str(path) for path in folder.glob(f"{machine}_*.csv"))
+    to_all = fit(first, files, NUMBERS[machine], predict=files).predictions
     for k, path in enumerate(files):
         yield from errors(machine, "authors'", predicted(authors, recordings_of(path, authors)[0], False, 0.3))
         result = fit(first, files[:k] + files[k + 1:], NUMBERS[machine], predict=[path])
         yield from errors(machine, "fitted to the others", result.predictions[0])
+        yield from errors(machine, "fitted to all", to_all[k])
 
 
 def windows(path):
@@ -69,16 +73,21 @@ def robots_friction(folder):
     for link in values["links"].values():
         del link["initial"]
     identified = Scene(values)
-    paths = [f"links/{link}/joint/friction" for link in robot.LINKS]
     data = [window for run in robot.RUNS for window in windows(folder / f"{run}.csv")]
-    result = fit(identified, data, {path: 0.05 for path in paths})
     yield row("robot", "all", "identified", "friction (N m)", *(values["links"][link]["joint"]["friction"] for link in robot.LINKS))
-    yield row("robot", "all", "fitted", "friction (N m)", *(number.value for number in result.numbers))
-    yield row("robot", "all", "fitted", "its deviation (N m)", *(number.deviation for number in result.numbers))
-    for recording, (name, error) in zip(recordings_of(data, identified), result.errors):
+    yield row("robot", "all", "identified", "com of upper (m)", values["links"]["upper"]["com"][0], math.nan)
+    for recording in recordings_of(data, identified):
         one = predicted(identified, recording, False, 0.3)
-        yield row("robot", name, "identified", "start fitted to all", *map(float, one.from_fitted_start))
-        yield row("robot", name, "fitted", "start fitted to all", *map(float, error))
+        yield row("robot", recording.name, "identified", "start fitted to all", *map(float, one.from_fitted_start))
+    for which, vary in ROBOTS_NUMBERS.items():
+        result = fit(identified, data, vary)
+        for what, key in (("{} ({})", "value"), ("deviation of {} ({})", "deviation")):
+            found = [float(getattr(number, key)) for number in result.numbers]
+            yield row("robot", "all", which, what.format("friction", "N m"), *found[:2])
+            for value in found[2:]:
+                yield row("robot", "all", which, what.format("com of upper", "m"), value, math.nan)
+        for name, error in result.errors:
+            yield row("robot", name, which, "start fitted to all", *map(float, error))
 
 
 def why_not():

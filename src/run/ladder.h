@@ -15,6 +15,7 @@
 #include "ode/methods.h"
 #include "ode/switches.h"
 #include "planar_chain/scene.h"
+#include "run/energy_guard.h"
 #include "run/requirements.h"
 #include "simd/cpu.h"
 
@@ -39,6 +40,30 @@ inline double leastPaceOf(const IntegratorSettings& settings) {
   if (method == "ros34pw2") return 1e-10;  // its order is low: it takes steps of 1e-9 s for its accuracy
   return ode::hasFixedStep(method) ? std::min(1e-8, settings.step / 100) : 1e-8;
 }
+
+/// Measures the time that a step makes, over EnergyCheck::period of them at least.
+class Pace {
+ public:
+  /// least: s a step.
+  explicit Pace(double least) : least_(least) {}
+  void begin(const ode::StepCount& count, double t) {
+    then_ = count.accepted;
+    time_ = t;
+  }
+  /// True if it is below the least.
+  bool isSlow(const ode::StepCount& count, double t) {
+    const long long steps = count.accepted - then_;
+    if (steps < EnergyCheck::period) return false;
+    const bool isSlow = t - time_ < least_ * static_cast<double>(steps);
+    begin(count, t);
+    return isSlow;
+  }
+
+ private:
+  double least_;
+  long long then_ = 0;
+  double time_ = 0;
+};
 
 /// Writes why the last rung failed at t. gap: of the energy balance, J.
 inline void describeFailure(std::string& to, const std::string& method, double t, ode::Outcome outcome,

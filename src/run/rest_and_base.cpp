@@ -1,15 +1,28 @@
 #include "dynamics/equilibrium.h"
+#include "effects/commands.h"
 #include "effects/effect_kind.h"
 #include "planar_chain/simulation.h"
 
 namespace planar_chain {
 
+std::vector<Load> Simulation::commands() const {
+  const CommandEffect* commands = commandEffect();
+  if (!commands) return {};
+  std::vector<double> omega(qd().size());
+  scene_.chain.coordinates().toAbsolute(qd().data(), omega.data());
+  return commands->inForce(time(), omega.data());
+}
+
 void Simulation::settle() {
   Scene present = scene_;
-  for (Load& command : commands()) present.loads.push_back(std::move(command));
+  CommandEffect* commands = commandEffect();
+  if (commands) {
+    for (Load& command : commands->inForce(time(), nullptr)) present.loads.push_back(std::move(command));
+  }
   const std::vector<double> rest = equilibriumOf(present, time(), q());
   std::vector<double> still(rest.size(), 0.0);
   for (const Drive& drive : scene_.drives) still[index(drive.joint)] = qd()[index(drive.joint)];
+  if (commands) commands->finish(time());
   setState(rest, still);
 }
 

@@ -7,11 +7,12 @@
 
 #include "dynamics/dynamics.h"
 #include "dynamics/given_state.h"
-#include "effects/commands.h"
+#include "effects/motors.h"
 #include "ode/methods.h"
 #include "run/energy_guard.h"
 #include "run/ladder.h"
 #include "run/requirements.h"
+#include "run/sampler.h"
 #include "run/turns.h"
 #include "run/velocity_limits.h"
 #include "simd/cpu.h"
@@ -21,7 +22,6 @@ namespace planar_chain {
 namespace {
 
 constexpr int longestRescue = 1024;  // checks that pass before the scene's own method is tried again
-
 Eigen::VectorXd vectorOf(const std::vector<double>& numbers) {
   return Eigen::VectorXd::Map(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }
@@ -36,11 +36,8 @@ struct Simulation::Parts {
   Dynamics dynamics;
   std::array<std::unique_ptr<ode::Integrator>, rungs> ladder;
   std::size_t rung = 0;
-  int goodChecks = 0;    // since the ladder was climbed
-  int rescueLength = 1;  // checks to pass on a higher rung
-  double leastPace = leastPaceOf(scene.integrator);
-  ode::StepCount countThen;  // when the pace was last measured
-  double timeThen = 0;
+  int goodChecks = 0, rescueLength = 1;  // checks since the ladder was climbed; to pass on a higher rung
+  Pace pace{leastPaceOf(scene.integrator)};
   long long rescues = 0, unchecked = 0;  // unchecked: steps since the last check of energy
   bool switchedSince = false;            // likewise
   EnergyGuard guard{scene, dynamics};
@@ -52,16 +49,16 @@ struct Simulation::Parts {
   double energyAtStart = 0;
   bool actsOtherwise = false;  // than the dynamics know
   std::string fault;
+  std::unique_ptr<Sampler> sampler;  // nullptr: nothing is measured
 
-  Parts(const Scene& given, int commandCapacity)
-      : scene(given), dynamics(scene, makeCommands(commandCapacity)) {
+  Parts(const Scene& given, int commandCapacity, bool measures)
+      : scene(given), dynamics(scene, keep(makeCommands(scene.chain, commandCapacity))) {
     fault.reserve(300);
+    if (measures && !scene.sensors.empty()) sampler = std::make_unique<Sampler>(scene, dynamics, turns);
     climbTo(0);
   }
 
-  std::unique_ptr<CommandEffect> makeCommands(int capacity) {
-    if (capacity == 0) return nullptr;
-    auto made = std::make_unique<CommandEffect>(scene.chain, capacity);
+  std::unique_ptr<CommandEffect> keep(std::unique_ptr<CommandEffect> made) {
     commands = made.get();
     return made;
   }
@@ -79,8 +76,7 @@ struct Simulation::Parts {
   void climbTo(std::size_t next) {
     rung = next;
     if (!ladder[rung]) ladder[rung] = methodOf(scene, rung, dynamics);
-    countThen = integrator().count();
-    timeThen = state.t;
+    pace.begin(integrator().count(), state.t);
   }
 
   void restore() { dynamics.restore(state.y.data(), y.data()); }
@@ -145,7 +141,7 @@ struct Simulation::Parts {
     command.stop = isTimed ? command.start + last : last;
     requireOf(command, scene, state.t, isTimed);
     const bool taken = isTimed ? commands->add(command, state.t) : commands->hold(command, state.t);
-    if (taken && command.start <= state.t) actsOtherwise = true;
+    if (taken && command.start <= state.t && commands->isPrompt(command.joint)) actsOtherwise = true;
     return taken;
   }
 
@@ -153,8 +149,9 @@ struct Simulation::Parts {
   void advance(double t) {
     const double end = std::min(t, dynamics.effects().until());
     const long long before = integrator().count().accepted;
-    const ode::Outcome outcome =
-        integrator().integrate(state, end, dynamics.effects().longestStep(), EnergyCheck::period);
+    const double longest = dynamics.effects().longestStep();
+    const ode::Outcome outcome = sampler ? sampler->integrate(integrator(), state, end, longest)
+                                         : integrator().integrate(state, end, longest, EnergyCheck::period);
     restore();
     unchecked += integrator().count().accepted - before;
     const bool hasSwitched = outcome == ode::Outcome::switched;
@@ -191,6 +188,7 @@ struct Simulation::Parts {
     state = guard.lastGood();
     restore();
     unchecked = 0;
+    if (sampler) sampler->bank().dropAfter(state.t);
     if (std::exchange(switchedSince, false)) dynamics.enterState(state.t, y.data());
     if (rung + 1 == rungs) {
       return describeFailure(fault, scene.integrator.method, state.t, outcome, guard.gap());
@@ -207,17 +205,10 @@ struct Simulation::Parts {
     integrator().begin();
   }
 
-  /// True if a method makes so many steps that another will be faster: an explicit one on a stiff motion, or
-  /// one whose unstable steps end at a stop at once.
-  bool isStuck() {
-    const ode::StepCount count = integrator().count();
-    const long long steps = count.accepted - countThen.accepted;
-    if (rung + 1 == rungs || steps < EnergyCheck::period) return false;
-    const bool isSlow = state.t - timeThen < leastPace * static_cast<double>(steps);
-    countThen = count;
-    timeThen = state.t;
-    return isSlow;
-  }
+  long long evaluations() const { return dynamics.evaluations() - (sampler ? sampler->evaluations() : 0); }
+
+  /// True if another method will be faster: the motion is stiff, or a stop ends unstable steps at once.
+  bool isStuck() { return rung + 1 < rungs && pace.isSlow(integrator().count(), state.t); }
 
   void readRelative() {
     coordinates.toRelative(y.data(), q.data());
@@ -227,12 +218,13 @@ struct Simulation::Parts {
   }
 };
 
-Simulation::Simulation(const Scene& scene, int commandCapacity)
+Simulation::Simulation(const Scene& scene, int commandCapacity, bool measures)
     : scene_(scene),
       drives_(scene.drives),
       base_(scene.base),
       integrator_(scene.integrator),
-      commandCapacity_(commandCapacity) {
+      commandCapacity_(commandCapacity),
+      measures_(measures) {
   require(commandCapacity >= 0, "the number of commands must not be negative");
   reset();
 }
@@ -245,12 +237,14 @@ bool Simulation::advanceTo(double t, const std::function<bool()>& keepGoing) {
     throw Refused({{"t", "a finite number >= " + toText(p.state.t) + " s, the present time", toText(t)}});
   }
   if (!p.fault.empty()) return false;
+  if (p.sampler) p.sampler->measureAt(p.state);  // at time 0; commands act later
   p.settled();
   bool isWanted = true;
   while (p.state.t < t && p.fault.empty() && (isWanted || p.unchecked > 0)) {
     p.advance(t);
     isWanted = isWanted && (!keepGoing || keepGoing());
   }
+  if (p.sampler) p.sampler->bank().confirm();
   p.readRelative();
   p.velocities.update(p.qd);
   return p.fault.empty() && p.state.t >= t;
@@ -285,7 +279,7 @@ Statistics Simulation::statistics() const {
     statistics.steps += integrator->count().accepted;
     statistics.rejected += integrator->count().rejected;
   }
-  statistics.evaluations = parts_->dynamics.evaluations();
+  statistics.evaluations = parts_->evaluations();
   statistics.localError = parts_->integrator().count().lastError;
   statistics.rescues = parts_->rescues;
   return statistics;
@@ -315,6 +309,10 @@ void Simulation::linkMotions(LinkMotion* motions) {
   parts_->turns.addTo(motions);
 }
 
+std::vector<Measurement> Simulation::measure() {
+  return parts_->sampler ? parts_->sampler->measure(parts_->state) : std::vector<Measurement>();
+}
+
 bool Simulation::holdTorque(int joint, double torque, double until, double start) {
   return parts_->give({Load::none, {}, {}, 0, joint, torque}, start, until, false);
 }
@@ -337,8 +335,8 @@ void Simulation::clearCommands() {
   parts_->actsOtherwise = true;
 }
 
-std::vector<Load> Simulation::commands() const {
-  return parts_->commands ? parts_->commands->inForce(parts_->state.t) : std::vector<Load>();
+CommandEffect* Simulation::commandEffect() const {
+  return parts_->commands;
 }
 
 const std::vector<long long>& Simulation::cutOffs() const {
@@ -393,7 +391,7 @@ void Simulation::reset() {
   scene_.base = base_;
   scene_.integrator = integrator_;
   // Made anew: nothing that a method has learnt on the way is left.
-  parts_ = std::make_unique<Parts>(scene_, commandCapacity_);
+  parts_ = std::make_unique<Parts>(scene_, commandCapacity_, measures_);
   parts_->set(scene_.q, scene_.qd);
 }
 

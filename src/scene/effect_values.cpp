@@ -25,7 +25,55 @@ void takeNumbers(const Section& in, const std::vector<NumberKey>& keys, NamedNum
   }
 }
 
+namespace {
+
+/// The key of a map without the map's name.
+const char* lastPart(const JointKey& key) {
+  return key.name + std::string(key.map).size() + 1;
+}
+
+/// Checks that the maps of effects are maps, have known keys, and have one.
+void checkMaps(const Section& in) {
+  std::map<std::string, std::vector<const char*>> maps;
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) {
+      if (key.map) maps[key.map].push_back(lastPart(key));
+    }
+  }
+  for (const auto& [map, keys] : maps) {
+    const Section section = in.section(map, keys);
+    if (in.has(map) && in.find(map)->map() && section.entries().empty()) {
+      in.fault(map, "a map with keys of: " + inCommas(keys));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<const char*> effectKeys(bool isInUrdf) {
+  std::vector<const char*> keys;
+  std::set<std::string> maps;
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) {
+      if (isInUrdf && key.isInUrdf) continue;
+      if (!key.map || maps.insert(key.map).second) keys.push_back(key.map ? key.map : key.name);
+    }
+  }
+  return keys;
+}
+
+Hints hintsAtMaps(const std::string& joint) {
+  Hints hints;
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) {
+      if (key.map) hints[lastPart(key)] = belongsTo(joint + "/" + key.name);
+    }
+  }
+  return hints;
+}
+
 void takeEffects(const Section& in, Joint& joint) {
+  checkMaps(in);
   std::set<std::string> refused;
   for (const EffectKind* kind : effectKinds()) {
     for (const JointKey& key : kind->jointKeys()) {
@@ -86,8 +134,11 @@ std::set<std::string> limitedIn(const Section& links) {
 Hints hintsIn(const std::string& link) {
   Hints hints;
   for (const EffectKind* kind : effectKinds()) {
-    for (const JointKey& key : kind->jointKeys()) hints[key.name] = belongsTo(link + "/joint/" + key.name);
+    for (const JointKey& key : kind->jointKeys()) {
+      hints[key.map ? key.map : key.name] = belongsTo(link + "/joint/" + (key.map ? key.map : key.name));
+    }
   }
+  for (const auto& hint : hintsAtMaps(link + "/joint")) hints.insert(hint);
   hints["drive"] = belongsTo(link + "/joint/drive");
   for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(link + "/initial/" + key);
   for (const char* key : {"parent", "children", "branch", "branches"}) {

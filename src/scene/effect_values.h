@@ -20,6 +20,10 @@ std::vector<NumberKey> numberKeys(std::vector<NumberKey> (EffectKind::*of)() con
 /// Reads those that are given.
 void takeNumbers(const Section& in, const std::vector<NumberKey>& keys, NamedNumbers& to);
 
+/// The keys of effects in a joint, maps by their name.
+std::vector<const char*> effectKeys(bool isInUrdf);
+/// Hints at keys of these maps that stand in the joint itself.
+Hints hintsAtMaps(const std::string& joint);
 /// Reads and checks the values of the effects in a joint. A joint with faults keeps none. A stop without a
 /// stiffness keeps 0.
 void takeEffects(const Section& in, Joint& joint);

@@ -10,9 +10,10 @@ namespace planar_chain {
 namespace {
 
 /// Reads `joint` and `initial` of a floating link.
-void takeFreeMotion(const Section& in, Entry& entry) {
-  const Section joint = in.section("joint", {"name", "type"});
-  entry.joint.name = entry.link.name;
+void takeFreeMotion(const Section& in, bool isInUrdf, Entry& entry) {
+  const Section joint =
+      in.section("joint", isInUrdf ? std::vector<const char*>{} : std::vector<const char*>{"name", "type"});
+  if (!isInUrdf) entry.joint.name = entry.link.name;
   if (joint.has("name")) entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
   const Section initial = in.section("initial", {"position", "linear_velocity", "angle", "velocity"});
   initial.take("position", "m", entry.place);
@@ -28,21 +29,16 @@ void takeFreeMotion(const Section& in, Entry& entry) {
   }
 }
 
-}  // namespace
-
+/// Reads `joint` and `initial`.
 void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
-  if (entry.floats) return takeFreeMotion(in, entry);
+  if (entry.floats) return takeFreeMotion(in, isInUrdf, entry);
   const bool slides = entry.joint.slides;
   std::vector<const char*> keys{"drive"};
   if (!isInUrdf) keys.insert(keys.end(), {"name", "type"});
   if (!isInUrdf && slides) keys.push_back("axis");
-  for (const EffectKind* kind : effectKinds()) {
-    for (const JointKey& key : kind->jointKeys()) {
-      if (!isInUrdf || !key.isInUrdf) keys.push_back(key.name);
-    }
-  }
+  for (const char* key : effectKeys(isInUrdf)) keys.push_back(key);
   if (isInUrdf) keys.push_back("limits");
-  Hints hints;
+  Hints hints = hintsAtMaps(in.pathOf("joint"));
   for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(in.pathOf("initial/") + key);
   if (!isInUrdf) {
     for (const char* key : {"mass", "inertia", "com", "pin", "repeat"})
@@ -74,6 +70,26 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   entry.drive = readDrive(in, joint, slides ? "m" : "rad", entry.q, entry.qd);
 }
 
+/// Reads the numbers of effects of a link. A slide has none.
+void takeOwnNumbers(const Section& in, const std::vector<NumberKey>& own, bool slides, Entry& entry) {
+  if (!slides) takeNumbers(in, own, entry.link.others);
+  for (const NumberKey& key : own) {
+    if (slides && in.has(key.name))
+      in.fault(key.name, std::string("no ") + key.name + " of a prismatic link");
+  }
+}
+
+}  // namespace
+
+void takeBeside(const Section& links, Entry& entry) {
+  std::vector<const char*> keys{"joint", "initial"};
+  const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
+  for (const NumberKey& key : own) keys.push_back(key.name);
+  const Section in = links.section(entry.link.name, keys);
+  takeOwnNumbers(in, own, entry.joint.slides, entry);
+  takeMotion(in, true, entry);
+}
+
 Entry readEntry(const Section& links, const std::string& name) {
   // The name. A disc stands for a body with faults, so that the names and the other links can be checked.
   Entry entry{{name, 1, 1, {0, 0}, {1, 0}}, {}};
@@ -98,11 +114,7 @@ Entry readEntry(const Section& links, const std::string& name) {
   const std::vector<Fault> ofLink = faultsOf(link, slides);
   for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
   if (ofLink.empty()) entry.link = link;
-  if (!slides) takeNumbers(in, own, entry.link.others);
-  for (const NumberKey& key : own) {
-    if (slides && in.has(key.name))
-      in.fault(key.name, std::string("no ") + key.name + " of a prismatic link");
-  }
+  takeOwnNumbers(in, own, slides, entry);
 
   // The number of links, and how they move.
   entry.namesAreSound &= takeCount(in, "repeat", entry.repeat);

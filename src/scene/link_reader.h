@@ -26,8 +26,8 @@ struct Entry {
 
 /// Reads the entry `name`.
 Entry readEntry(const Section& links, const std::string& name);
-/// Reads `joint` and `initial` of a link. A link of a URDF may only have what URDF cannot express, and
-/// limits in place of those of the URDF.
-void takeMotion(const Section& in, bool isInUrdf, Entry& entry);
+/// Reads the entry of a link of a URDF. It may only have what URDF cannot express, and limits in place of
+/// those of the URDF.
+void takeBeside(const Section& links, Entry& entry);
 
 }  // namespace planar_chain

@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <initializer_list>
-#include <limits>
 #include <map>
-#include <sstream>
 #include <utility>
 
+#include "model/slides.h"
 #include "reading/section.h"
+#include "scene/urdf_element.h"
 #include "scene/urdf_foreign.h"
 
 namespace planar_chain {
@@ -21,132 +20,11 @@ namespace {
 // A text with more is refused unread. The URDF that the node writes for ten thousand links has half of these.
 constexpr std::size_t mostMarks = 1000000;   ///< < and =
 constexpr std::size_t mostElements = 50000;  ///< links, joints
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 const char* const top = "robot_description";
 
 [[noreturn]] void refuse(std::string expected, std::string found) {
   throw Refused({{top, std::move(expected), std::move(found)}});
 }
-
-// ---- Elements --------------------------------------------------------------------------------
-
-using Names = std::initializer_list<const char*>;
-
-/// What is found in the document.
-struct Findings {
-  std::vector<Fault>& faults;
-  Notes& notes;
-};
-
-/// An element, or an absent one, which has no attributes.
-class Element {
- public:
-  /// line: of the element around it, for an absent one.
-  Element(const tinyxml2::XMLElement* at, std::string path, Findings& to, int line = 0)
-      : at_(at), path_(std::move(path)), to_(&to), line_(at ? at->GetLineNum() : line) {}
-
-  bool isThere() const { return at_ != nullptr; }
-  const tinyxml2::XMLElement& element() const { return *at_; }
-  /// The number of faults in the document so far.
-  std::size_t faults() const { return to_->faults.size(); }
-  const char* attribute(const char* name) const { return at_ ? at_->Attribute(name) : nullptr; }
-  /// An attribute as a fault shows it.
-  std::string found(const char* name) const { return attribute(name) ? quoted(attribute(name)) : "nothing"; }
-  void fault(const std::string& key, const std::string& expected, const std::string& found) const {
-    to_->faults.push_back({path_ + "/" + key, expected, found, line_});
-  }
-  /// Adds a note about this element, or about its attribute `key`.
-  void note(const std::string& text, const std::string& key = "") const {
-    to_->notes.add(key.empty() ? path_ : path_ + "/" + key, text, line_);
-  }
-  /// Records a fault: the attribute holds something other than `expected`.
-  void fault(const char* attribute, const std::string& expected) const {
-    fault(attribute, expected, found(attribute));
-  }
-
-  /// Notes each child or attribute with another name as ignored. If it changes the motion, or is a slip of
-  /// the pen, it is a fault.
-  const Element& of(Names children, Names attributes) const {
-    if (!at_) return *this;
-    for (auto child = at_->FirstChildElement(); child; child = child->NextSiblingElement()) {
-      judge(child->Name(), "element", children);
-    }
-    for (auto attribute = at_->FirstAttribute(); attribute; attribute = attribute->Next()) {
-      judge(attribute->Name(), "attribute", attributes);
-    }
-    return *this;
-  }
-
-  /// The child of that name, which may be absent. A second one is a fault.
-  Element only(const char* name) const {
-    const tinyxml2::XMLElement* child = at_ ? at_->FirstChildElement(name) : nullptr;
-    if (child && child->NextSiblingElement(name)) {
-      const int line = child->NextSiblingElement(name)->GetLineNum();
-      to_->faults.push_back(
-          {path_ + "/" + name, "this element once", "it again in line " + std::to_string(line)});
-    }
-    return {child, path_ + "/" + name, *to_, line_};
-  }
-
-  std::string name(const char* key) const {
-    const std::string given = attribute(key) ? attribute(key) : "";
-    if (given.empty()) fault(key, "a name");
-    return given;
-  }
-
-  double number(const char* key, const NumberRule& rule, double absent = missing) const {
-    if (!attribute(key) && rule.holds(absent)) return absent;
-    const std::vector<double> numbers = finiteNumbers(key);
-    if (numbers.size() == 1 && rule.holds(numbers[0])) return numbers[0];
-    fault(key, "a finite number" + rule.which, found(key) + unitNote(attribute(key) ? attribute(key) : ""));
-    return missing;
-  }
-
-  Eigen::Vector3d three(const char* key, const char* unit, const Eigen::Vector3d& absent) const {
-    if (!attribute(key)) return absent;
-    const std::vector<double> numbers = finiteNumbers(key);
-    if (numbers.size() == 3) return {numbers[0], numbers[1], numbers[2]};
-    fault(key, std::string("three finite numbers") + unit);
-    return absent;
-  }
-
- private:
-  /// The numbers between white space; none if one of the words is not a finite number.
-  std::vector<double> finiteNumbers(const char* key) const {
-    std::istringstream in(attribute(key) ? attribute(key) : "");
-    std::vector<double> numbers;
-    for (std::string word; in >> word;) {
-      const auto number = numberIn(word);
-      if (!number || !std::isfinite(*number)) return {};
-      numbers.push_back(*number);
-    }
-    return numbers;
-  }
-
-  void judge(const char* given, const char* kind, Names known) const {
-    const std::string name = given, path = onOneLine(name);
-    if (std::find(known.begin(), known.end(), name) != known.end()) return;
-    const auto meant =
-        std::find_if(known.begin(), known.end(), [&](const char* other) { return isSlipOf(name, other); });
-    const ForeignForce* force = foreignForce(name);
-    if (meant != known.end()) {
-      fault(path, std::string("the ") + kind + " " + *meant, quoted(name));
-    } else if (force && force->isRefused) {
-      fault(path,
-            std::string("no ") + kind + " of that name, as it changes the motion (" + force->instead + ")",
-            quoted(name));
-    } else if (force) {
-      note(path + " is not read, though it changes the motion (" + force->instead + ")", path);
-    } else {
-      note("ignored, as <" + onOneLine(at_->Name()) + "> of URDF has no " + kind + " " + path, path);
-    }
-  }
-
-  const tinyxml2::XMLElement* at_;
-  std::string path_;
-  Findings* to_;
-  int line_;
-};
 
 /// An element as it is written.
 std::string textOf(const tinyxml2::XMLElement& element) {
@@ -226,28 +104,35 @@ Eigen::Vector3d axisOf(const Element& axis) {
   return Eigen::Vector3d::UnitX();
 }
 
-/// Reads lower and upper. Without both, the joint turns freely.
+/// Reads lower and upper. Without both, the joint moves freely.
 void readRange(const Element& element, const Element& limit, const std::string& child, UrdfJoint& joint) {
   if (!limit.attribute("lower") && !limit.attribute("upper")) {
-    element.note("a revolute joint without lower and upper: turns freely, as a continuous one");
+    element.note(joint.slides
+                     ? "a prismatic joint without lower and upper: slides freely"
+                     : "a revolute joint without lower and upper: turns freely, as a continuous one");
     return;
   }
   // Exporters write [0, 0] unless they are told the limits.
-  const std::string entry = "links/" + onOneLine(child) + "/joint";
-  const std::string wayOut = "rad, the lower limit (or else a scene beside the URDF, with " + entry +
+  const std::string unit = joint.slides ? "m" : "rad", entry = "links/" + onOneLine(child) + "/joint";
+  const std::string wayOut = unit + ", the lower limit (or else a scene beside the URDF, with " + entry +
                              ": {limits: none}, or {lower: …, upper: …})";
-  const NumberRule any = NumberRule::any("rad");
+  const NumberRule any = NumberRule::any(unit);
   joint.lower = limit.number("lower", any, 0);
   const bool hasLower = std::isfinite(joint.lower);
   joint.upper = limit.number("upper", hasLower ? NumberRule::above(joint.lower, wayOut) : any, 0);
+  // URDF has no word for a joint without a limit: for one that slides, numbers beyond all reach stand for it.
+  constexpr double never = 1e9;
+  if (joint.lower <= -never) joint.lower = Joint().lower;
+  if (joint.upper >= never) joint.upper = Joint().upper;
 }
 
-/// Reads damping and limits of a joint that turns, its range only if it isLimited. After a fault they are 0,
-/// and [0, 1] rad.
+/// Reads damping and limits of a joint that turns or slides, its range only if it isLimited. After a fault
+/// they are 0, and [0, 1] rad or m.
 void readMotion(const Element& element, bool isLimited, const std::string& child, UrdfJoint& joint) {
   const std::size_t before = element.faults();
+  const auto unit = [&](const char* ofAngle) { return joint.slides ? inUnitsOfSlide(ofAngle) : ofAngle; };
   const Element dynamics = element.only("dynamics").of({}, {"damping", "friction"});
-  joint.damping = dynamics.number("damping", NumberRule::from(0, "N m s/rad"), 0);
+  joint.damping = dynamics.number("damping", NumberRule::from(0, unit("N m s/rad")), 0);
   const Element limit = element.only("limit").of({}, {"lower", "upper", "effort", "velocity"});
   // Many a file has 0 or -1 where there is no limit.
   const auto keep = [&](const char* key, double value) {
@@ -257,14 +142,39 @@ void readMotion(const Element& element, bool isLimited, const std::string& child
     const std::string given = limit.attribute(key) ? limit.attribute(key) : "";
     if (numberIn(given) == 0) limit.note(std::string(key) + " 0 is read as no limit", key);
   }
-  keep("friction", dynamics.number("friction", NumberRule::from(0, "N m"), 0));
-  keep("effort_limit", limit.number("effort", NumberRule::any("N m"), 0));
-  keep("velocity_limit", limit.number("velocity", NumberRule::any("rad/s"), 0));
+  keep("friction", dynamics.number("friction", NumberRule::from(0, unit("N m")), 0));
+  keep("effort_limit", limit.number("effort", NumberRule::any(unit("N m")), 0));
+  keep("velocity_limit", limit.number("velocity", NumberRule::any(unit("rad/s")), 0));
   if (isLimited) readRange(element, limit, child, joint);
   if (element.faults() == before) return;
   joint.others.clear();
   joint.damping = joint.lower = 0;
   joint.upper = 1;
+}
+
+/// A planar or floating joint has neither damping nor limits: its three motions would share them.
+void readFreeMotion(const Element& element) {
+  const Element dynamics = element.only("dynamics").of({}, {"damping", "friction"});
+  for (const char* key : {"damping", "friction"}) {
+    const double value = dynamics.number(key, NumberRule::any("any unit"), 0);
+    if (value != 0 && std::isfinite(value)) {
+      dynamics.fault(key, "0 in a planar or floating joint (or two prismatic joints and a revolute one)");
+    }
+  }
+  if (element.only("limit").isThere())
+    element.note("limit of a planar or floating joint is not read", "limit");
+}
+
+/// Reads the type, as what the joint lets move.
+void readType(const Element& element, UrdfJoint& joint) {
+  const std::string type = element.attribute("type") ? element.attribute("type") : "";
+  joint.slides = type == "prismatic";
+  joint.isFree = type == "planar" || type == "floating";
+  joint.moves = type != "fixed";
+  joint.hasNormal = joint.moves && !joint.slides && type != "floating";
+  if (joint.hasNormal && !joint.isFree && type != "revolute" && type != "continuous") {
+    element.fault("type", "revolute, continuous, prismatic, planar, floating or fixed");
+  }
 }
 
 void readJoint(const Element& element, const Indices& links, const std::set<std::string>& limitedElsewhere,
@@ -277,16 +187,19 @@ void readJoint(const Element& element, const Indices& links, const std::set<std:
   document.hasStructure &= takeEnd(end, links, joint.child);
 
   const std::size_t before = element.faults();
-  const std::string type = element.attribute("type") ? element.attribute("type") : "";
-  const bool turns = type == "revolute" || type == "continuous";
-  joint.moves = type != "fixed";
+  readType(element, joint);
   joint.origin = poseOf(element.only("origin"));
-  if (turns) joint.axis = axisOf(element.only("axis"));
-  if (joint.moves && !turns) element.fault("type", "revolute, continuous or fixed");
+  if (joint.hasNormal || joint.slides) joint.along = axisOf(element.only("axis"));
   document.hasPoses &= element.faults() == before;
 
   const std::string child = end.attribute("link") ? end.attribute("link") : "";
-  if (turns) readMotion(element, type == "revolute" && limitedElsewhere.count(child) == 0, child, joint);
+  const bool isContinuous =
+      element.attribute("type") && std::strcmp(element.attribute("type"), "continuous") == 0;
+  if (joint.isFree) {
+    readFreeMotion(element);
+  } else if (joint.hasNormal || joint.slides) {
+    readMotion(element, !isContinuous && limitedElsewhere.count(child) == 0, child, joint);
+  }
   const Element mimic = element.only("mimic");
   if (mimic.isThere())
     mimic.fault("joint", "a joint that mimics no other (make the fingers of a gripper fixed)");

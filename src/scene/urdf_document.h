@@ -36,10 +36,12 @@ struct UrdfLink {
 /// velocity_limit.
 struct UrdfJoint : Joint {
   bool moves = false;
+  bool isFree = false;     ///< planar or floating
+  bool hasNormal = false;  ///< `along` is normal to the plane of motion: revolute, continuous, planar
   std::size_t parent = 0;  ///< index of the link
   std::size_t child = 0;
-  Pose origin = Pose::Identity();                   ///< of the child in the parent, at position 0
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit vector, child's frame
+  Pose origin = Pose::Identity();                    ///< of the child in the parent, at position 0
+  Eigen::Vector3d along = Eigen::Vector3d::UnitX();  ///< unit vector, child's frame
 };
 
 struct UrdfDocument {

@@ -7,6 +7,7 @@
 
 #include "planar_chain/value.h"
 #include "reading/section.h"
+#include "scene/slides_reader.h"
 #include "scene/urdf_document.h"
 
 namespace planar_chain {
@@ -116,6 +117,17 @@ Body bodyFrom(const UrdfDocument& document, std::size_t first, const Eigen::Matr
   return body;
 }
 
+/// The bodies of a chain from the root outwards: the ground first.
+std::vector<Body> bodiesFrom(const UrdfDocument& document, std::size_t root, std::vector<Fault>& faults) {
+  std::vector<Body> bodies{bodyFrom(document, root, Eigen::Matrix3d::Identity(), faults)};
+  while (bodies.back().next) {
+    const std::size_t child = bodies.back().next->child;
+    const Eigen::Matrix3d turn = bodies.back().nextPose.linear();
+    bodies.push_back(bodyFrom(document, child, turn, faults));
+  }
+  return bodies;
+}
+
 // ---- The plane -------------------------------------------------------------------------------
 
 /// The plane of motion: its axes in the root's, and the gravity in it. urdf_reader.h defines them.
@@ -165,8 +177,8 @@ void requireName(const char* kind, const std::string& name, std::vector<Fault>& 
   if (!isName(name)) faults.push_back({urdfPath(kind, name) + "/name", nameInWords, quoted(name)});
 }
 
-/// The body in the plane, about its own joint. A plain disc if there is a fault.
-Link linkOf(const Body& body, const Plane& plane, bool hasPoses, std::vector<Fault>& faults) {
+/// The body in the plane, about its own joint, on which it slides or turns. A plain disc if there is a fault.
+Link linkOf(const Body& body, bool slides, const Plane& plane, bool hasPoses, std::vector<Fault>& faults) {
   // Name and mass.
   Link link;
   link.name = body.parts[0].link->name;
@@ -177,7 +189,7 @@ Link linkOf(const Body& body, const Plane& plane, bool hasPoses, std::vector<Fau
     if (!hasPoses || !part.link->isSound) return disc;
     link.mass += part.link->mass;
   }
-  if (link.mass == 0) {
+  if (link.mass == 0 && !slides) {
     faults.push_back({path + "/inertial",
                       "a mass > 0 kg of this link or of one fixed to it (or else make its joint fixed)",
                       "none"});
@@ -188,7 +200,9 @@ Link linkOf(const Body& body, const Plane& plane, bool hasPoses, std::vector<Fau
   const auto comOf = [&](const Part& part) {
     return plane(part.pose.translation() + part.pose.linear() * part.link->com);
   };
-  for (const Part& part : body.parts) link.com += part.link->mass / link.mass * comOf(part);
+  for (const Part& part : body.parts) {
+    if (part.link->mass > 0) link.com += part.link->mass / link.mass * comOf(part);
+  }
   for (const Part& part : body.parts) {
     const Vec2d off = comOf(part) - link.com;
     const Vector3d axis = part.pose.linear().transpose() * plane.k;
@@ -197,22 +211,32 @@ Link linkOf(const Body& body, const Plane& plane, bool hasPoses, std::vector<Fau
 
   // The outer pin.
   if (body.next) link.pin = plane(body.nextPose.translation());
-  const std::vector<Fault> own = faultsOf(link);
+  const std::vector<Fault> own = faultsOf(link, slides);
   for (const Fault& fault : own) {
     faults.push_back({path + "/" + fault.path, fault.expected, fault.found});
   }
   return own.empty() ? link : disc;
 }
 
-void requireParallel(const UrdfJoint& joint, const Vector3d& axis, const Plane& plane,
-                     std::vector<Fault>& faults) {
+/// Records a fault if a joint moves out of the plane, or turns in the opposite sense. axis: in the root's
+/// axes.
+void requireInPlane(const UrdfJoint& joint, const Vector3d& axis, const Plane& plane,
+                    std::vector<Fault>& faults) {
   const std::string path = urdfPath("joint", joint.name) + "/axis";
-  if (plane.k.cross(axis).norm() > parallel) {
+  const auto angle = [&] { return "an angle of " + toText(std::acos(plane.k.dot(axis))) + " rad"; };
+  if (joint.slides) {
+    if (std::abs(plane.k.dot(axis)) > parallel) {
+      faults.push_back({path,
+                        "an axis at right angles to those of the joints that turn, as the chain moves in a "
+                        "plane (or make the joint fixed)",
+                        angle()});
+    }
+  } else if (joint.hasNormal && plane.k.cross(axis).norm() > parallel) {
     faults.push_back({path,
                       "an axis parallel to the first joint's, as the chain moves in a plane (make a joint "
                       "that turns out of it fixed)",
-                      "an angle of " + toText(std::acos(plane.k.dot(axis))) + " rad"});
-  } else if (plane.k.dot(axis) < 0) {
+                      angle()});
+  } else if (joint.hasNormal && plane.k.dot(axis) < 0) {
     faults.push_back({path,
                       "the direction of the first joint's axis, so that all angles have one sense (reverse "
                       "the axis, and swap and negate its limits)",
@@ -225,13 +249,60 @@ void checkBranches(const UrdfDocument& document, const Plane& plane, std::vector
                    std::vector<Fault>& faults, std::vector<Fault>& branches) {
   for (std::size_t i = 0; i < open.size(); ++i) {
     const auto [joint, pose] = open[i];
-    if (document.hasPoses) requireParallel(*joint, pose.linear() * joint->axis, plane, faults);
+    if (document.hasPoses) requireInPlane(*joint, pose.linear() * joint->along, plane, faults);
     requireName("joint", joint->name, faults);
     const Body body = bodyFrom(document, joint->child, pose.linear(), branches);
-    linkOf(body, plane, document.hasPoses, faults);
+    linkOf(body, joint->slides, plane, document.hasPoses, faults);
     if (body.next) open.push_back({body.next, body.nextPose});
     open.insert(open.end(), body.branches.begin(), body.branches.end());
   }
+}
+
+// ---- The chain -------------------------------------------------------------------------------
+
+/// True if the joint may be the next one of the chain. Only its first joints slide or are free.
+bool isInFront(const UrdfJoint& joint, const PlanarRobot& robot, std::vector<Fault>& faults) {
+  const std::size_t before = robot.joints.size();
+  const bool isBehindSlides = !robot.floats && std::all_of(robot.joints.begin(), robot.joints.end(),
+                                                           [](const Joint& o) { return o.slides; });
+  const char* expected = nullptr;
+  if (joint.slides && (before >= 2 || !isBehindSlides)) {
+    expected = "prismatic of the first joint only, or of the first two (make it fixed)";
+  } else if (joint.isFree && before > 0) {
+    expected = "planar and floating of the first joint only (make it fixed)";
+  }
+  if (!expected) return true;
+  faults.push_back(
+      {urdfPath("joint", joint.name) + "/type", expected, joint.slides ? "prismatic" : "another one"});
+  return false;
+}
+
+/// Adds a body and the joint that carries it. A free one has two slides without mass below it.
+void append(const UrdfJoint& joint, const Vector3d& axis, const Plane& plane, Link link,
+            std::vector<Fault>& faults, PlanarRobot& robot) {
+  Joint own = joint;
+  own.slides &= isInFront(joint, robot, faults);
+  const Vec2d rail = plane(axis);
+  if (own.slides && length(rail) > parallel) own.axis = rail;
+  if (joint.isFree && robot.joints.empty()) {
+    robot.floats = true;
+    for (const int each : {0, 1}) {
+      FreeSlide slide = freeSlide(link.name, joint.name, each);
+      robot.links.push_back(std::move(slide.link));
+      robot.joints.push_back(std::move(slide.joint));
+      robot.appearance.visuals.emplace_back();
+    }
+  }
+  robot.links.push_back(std::move(link));
+  robot.joints.push_back(std::move(own));
+}
+
+/// The first axis that is normal to the plane of motion, in the root's axes.
+std::optional<Vector3d> normalOf(const std::vector<Body>& bodies) {
+  for (const Body& body : bodies) {
+    if (body.next && body.next->hasNormal) return Vector3d(body.nextPose.linear() * body.next->along);
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -249,37 +320,37 @@ std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>
     notes.add(urdfPath("link", ground), "held in place as the ground, as no joint fixes it to a link world");
   }
 
-  // From the ground outwards, body by body. The first axis defines the plane.
-  PlanarRobot robot;
   std::vector<Fault> branches;
-  std::vector<Placed> behind;
-  Body body = bodyFrom(document, *root, Eigen::Matrix3d::Identity(), branches);
-  std::optional<Plane> plane;
-  std::vector<std::string>& visuals = robot.appearance.visuals;
-  double depth = 0;
-  while (body.next) {
-    const UrdfJoint& joint = *body.next;
-    const Vector3d axis = body.nextPose.linear() * joint.axis;
-    if (!plane) {
-      plane.emplace(axis);
-      visuals.push_back(visualsOf(body, *plane, body.nextPose.translation(), 0));
-    } else {
-      depth += plane->k.dot(body.nextPose.translation());
-    }
-    if (document.hasPoses) requireParallel(joint, axis, *plane, faults);
-    requireName("joint", joint.name, faults);
-    robot.joints.push_back(joint);
-    behind.insert(behind.end(), body.branches.begin(), body.branches.end());
-    body = bodyFrom(document, joint.child, body.nextPose.linear(), branches);
-    robot.links.push_back(linkOf(body, *plane, document.hasPoses, faults));
-    visuals.push_back(visualsOf(body, *plane, Vector3d::Zero(), depth));
+  const std::vector<Body> bodies = bodiesFrom(document, *root, branches);
+  const std::optional<Vector3d> normal = normalOf(bodies);
+  if (!normal) {
+    faults.insert(faults.end(), branches.begin(), branches.end());
+    faults.push_back({"robot_description", "a joint that is revolute, continuous or planar", "none"});
+    return std::nullopt;
   }
-  behind.insert(behind.end(), body.branches.begin(), body.branches.end());
-  if (plane) checkBranches(document, *plane, std::move(behind), faults, branches);
+
+  // From the ground outwards, body by body.
+  PlanarRobot robot;
+  const Plane plane(*normal);
+  std::vector<Placed> behind;
+  std::vector<std::string>& visuals = robot.appearance.visuals;
+  visuals.push_back(visualsOf(bodies[0], plane, bodies[0].nextPose.translation(), 0));
+  double depth = 0;
+  for (std::size_t i = 0; i + 1 < bodies.size(); ++i) {
+    const UrdfJoint& joint = *bodies[i].next;
+    const Vector3d axis = bodies[i].nextPose.linear() * joint.along;
+    if (i > 0) depth += plane.k.dot(bodies[i].nextPose.translation());
+    if (document.hasPoses) requireInPlane(joint, axis, plane, faults);
+    requireName("joint", joint.name, faults);
+    const Body& body = bodies[i + 1];
+    append(joint, axis, plane, linkOf(body, joint.slides, plane, document.hasPoses, faults), faults, robot);
+    visuals.push_back(visualsOf(body, plane, Vector3d::Zero(), depth));
+  }
+  for (const Body& body : bodies) behind.insert(behind.end(), body.branches.begin(), body.branches.end());
+  checkBranches(document, plane, std::move(behind), faults, branches);
   faults.insert(faults.end(), branches.begin(), branches.end());
-  if (!plane) faults.push_back({"robot_description", "a joint that is revolute or continuous", "none"});
-  if (!plane || !branches.empty()) return std::nullopt;
-  robot.gravity = plane->gravity;
+  if (!branches.empty()) return std::nullopt;
+  robot.gravity = plane.gravity;
   robot.appearance.materials = document.materials;
   robot.notes = notes.all();
   const auto isEmpty = [](const std::string& each) { return each.empty(); };

@@ -40,4 +40,18 @@ double exp2(double x) {
   return bitsOf<double>(bitsOf<std::uint64_t>(power) + (bitsOf<std::uint64_t>(shifted) << 52));
 }
 
+/// x = k ln 2 + f, |f| ≤ ½ ln 2; e^f by its series. ln 2 is a sum of two numbers, of which k times the first
+/// is exact.
+double exp(double x) {
+  if (!(x < 708)) return std::numeric_limits<double>::infinity();
+  if (!(x > -708)) return 0;
+  constexpr double shift = 6755399441055744;  // as above
+  constexpr double high = 0.693147180369123816490, low = 1.90821492927058770002e-10;
+  const double shifted = x * 1.4426950408889634 + shift, k = shifted - shift;
+  const double f = (x - k * high) - k * low;
+  double series = 1;
+  for (int i = 14; i > 0; --i) series = 1 + f / i * series;
+  return bitsOf<double>(bitsOf<std::uint64_t>(series) + (bitsOf<std::uint64_t>(shifted) << 52));
+}
+
 }  // namespace planar_chain::simd

@@ -167,6 +167,7 @@ Scene readScene(const Arguments& given, const std::function<void(Value&)>& amend
       }
       amend(value);
       Scene scene = planar_chain::readScene(value);
+      scene.text = toYaml(value);
       if (faults.empty()) {
         std::vector<Note> notes = scene.notes;
         addFiles(notes, path, urdf);

@@ -149,7 +149,8 @@ void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::Vecto
     }
     for (const EffectKind* kind : effectKinds()) {
       for (const JointKey& key : kind->jointKeys()) {
-        if (key.member || joint.has(key.name)) ofJoint[key.name] = key.of(joint);
+        if (key.member || joint.has(key.name))
+          ofJoint[Json::json_pointer(std::string("/") + key.name)] = key.of(joint);
       }
     }
     links.push_back({{"name", link.name},
@@ -263,7 +264,10 @@ int main(int argc, char** argv) {
         {"qd", "Rates, rad/s, such as 0,0 (default: the scene's initial ones)"},
         {"t", "Time, s, for loads that depend on it (default 0)"},
         {"linearize",
-         "Also A and B of dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of the state", false},
+         "Also A and B of dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of the state and dtau "
+         "of "
+         "the torques that act: lags, torque-speed lines of motors and command delays are left out",
+         false},
         {"equilibrium", "At rest in the static equilibrium, searched from --q", false},
         {"inverse", "Only the torques tau that give the accelerations --qdd, beside all that acts but drives",
          false},

@@ -1,22 +1,36 @@
 #!/usr/bin/python3
-"""show CONFIG [rviz's options]: starts rviz on a running scene, with the view and the grid fitted to the length of the
-chain. The parameter ~simulation names the node (default planar_chain)."""
+"""Starts rviz, with the view and the grid fitted to the length of the chain.
 
+    show CONFIG [rviz's options]            on a running scene; the parameter ~simulation names its node
+    show NAMESPACE … [rviz's options]       on the running scenes of these namespaces, together
+    show BAG [SCENE] [options of rosbag play]   plays a recording; SCENE is needed if the bag lacks it
+"""
+
+import copy
 import itertools
 import math
+import os
+import pathlib
 import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # the launch may end during the imports
+import rosbag  # noqa: E402
+import rosgraph  # noqa: E402
+import roslib.packages  # noqa: E402
 import rospy  # noqa: E402
 import yaml  # noqa: E402
-from chain import NoChain, read_chain  # noqa: E402
+from chain import EQUATIONS, NoChain, read_chain  # noqa: E402
+from replay import Master, Play, scenes_of, urdf_of  # noqa: E402
 
+WRITTEN = '# Written by show, again at each start. Save in rviz keeps your own.\n'
 FREE = 1.25    # half the height of the view, in units of the reach
 ASPECT = 1.27  # of the view in the window of config/planar_chain.rviz
 LONG = 16      # links; a longer chain that falls from rest stays in the lower half of its reach
+TEXT = 0.05    # height of a text, in units of half the height of the view
 CELLS = 3      # least number of grid cells in the reach
 DEFAULT = 2.0  # m: the reach where the scene is refused
 
@@ -51,13 +65,23 @@ def view(chain, loads):
     return size, (top + bottom) / 2, max((top - bottom) / 2, FREE * size / ASPECT)
 
 
-def view_of(node):
-    """The view of the scene in a node's parameters. The node reports what is wrong with a scene."""
+def view_of_scene(scene):
+    """The view of a scene, a dict. The node reports what is wrong with a scene."""
     try:
-        scene = rospy.get_param(node)
         return view(read_chain('/dev/stdin', yaml.safe_dump(scene)), scene.get('loads'))
     except (KeyError, NoChain, OSError, yaml.YAMLError):
         return DEFAULT, 0, FREE * DEFAULT
+
+
+def frame_of(node, scene):
+    """The frame that the view follows: where a chain that nothing holds has its first pin, without its turns. Else None."""
+    try:
+        slides = [link for link in read_chain('/dev/stdin', yaml.safe_dump(scene))['links'][:2] if 'type' in link['joint']]
+    except (KeyError, NoChain, OSError, yaml.YAMLError):
+        return None
+    if len(slides) < 2 or any(link['mass'] for link in slides):
+        return None
+    return scene.get('publish', {}).get('frame_prefix', node[1:node.rfind('/') + 1]) + slides[1]['name']
 
 
 def cell(size):
@@ -66,36 +90,180 @@ def cell(size):
     return max(digit * power for digit in (1, 2, 5) if digit * power <= size)
 
 
-def fit(config, size, centre, half):
+def fit(config, size, centre, half, frame=None):
     manager = config['Visualization Manager']
     for view in (manager['Views']['Current'], *(manager['Views'].get('Saved') or ())):
         view['Distance'] = half / math.tan(view['Field of View'] / 2)
         view['Focal Point']['Z'] = centre
+        if frame:
+            view['Target Frame'] = frame
     for display in manager['Displays']:
         if display['Class'] == 'rviz/Grid':
             display['Cell Size'] = cell(size / CELLS)
             display['Plane Cell Count'] = 2 * math.ceil(2.5 * size / display['Cell Size'])
 
 
+def together(views):
+    """The view of several chains: (size, centre, half) of each."""
+    sizes, centres, halves = zip(*views)
+    top = max(map(sum, zip(centres, halves)))
+    bottom = min(centre - half for centre, half in zip(centres, halves))
+    return max(sizes), (top + bottom) / 2, (top - bottom) / 2
+
+
+def for_nodes(config, nodes):
+    """The displays of these nodes, given by their full names: a group for each, if there are several."""
+    manager = config['Visualization Manager']
+    shared = [display for display in manager['Displays'] if display['Class'] == 'rviz/Grid']
+    groups = []
+    for k, node in enumerate(nodes):
+        outer = rosgraph.names.namespace(node)
+        displays = copy.deepcopy([display for display in manager['Displays'] if display not in shared])
+        for display in displays:
+            for key in ('Marker Topic', 'Update Topic', 'Robot Description'):
+                if key in display:
+                    name = display[key]
+                    display[key] = (node + name[len('planar_chain'):] if name.startswith('planar_chain/') else outer + name)
+            if display['Name'] == 'Energy' and len(nodes) > 1:
+                display['Marker Topic'] = text_topic(k)
+        groups.append({'Class': 'rviz/Group', 'Name': node, 'Enabled': True, 'Value': True, 'Displays': displays})
+    manager['Displays'] = shared + (groups if len(nodes) > 1 else groups[0]['Displays'])
+
+
+def text_topic(k):
+    return '/show/energy_%d' % k
+
+
+def relay_texts(nodes, centre, half):
+    """Publishes the energies of several chains as texts one above the other, each with its node's name."""
+    from visualization_msgs.msg import Marker
+
+    def relay(k, node):
+        out = rospy.Publisher(text_topic(k), Marker, queue_size=2)
+
+        def take(marker):
+            size = TEXT * half / max(1, len(nodes) - 1)
+            marker.text = node + '\n' + marker.text
+            marker.scale.z = size
+            marker.pose.position.x = -ASPECT * half + 7 * size
+            marker.pose.position.y = centre - half + (5.5 + 10.5 * k) * size
+            out.publish(marker)
+
+        rospy.Subscriber(node + '/view/energy', Marker, take, queue_size=2)
+
+    for k, node in enumerate(nodes):
+        relay(k, node)
+
+
+def kept(name, config):
+    """The file that rviz opens and saves to. rviz shows its name in the window's title. What a user has saved there is kept."""
+    path = pathlib.Path.home() / '.rviz' / 'planar_chain' / (name + '.rviz')
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.exists() and not path.read_text(encoding='utf-8').startswith(WRITTEN):
+            return str(path)
+    except OSError:
+        path = pathlib.Path(tempfile.mkdtemp()) / path.name
+    path.write_text(WRITTEN + yaml.safe_dump(config), encoding='utf-8')
+    return str(path)
+
+
+def rviz(name, config, arguments, meanwhile=lambda: None):
+    """Runs rviz until it ends. meanwhile is called every tenth of a second."""
+    process = subprocess.Popen(['rviz', '-d', kept(name, config), *arguments])
+    while True:
+        try:
+            while process.poll() is None:
+                meanwhile()
+                time.sleep(0.1)
+            return process.returncode
+        except KeyboardInterrupt:
+            pass  # rviz has been interrupted too
+
+
+def load(path):
+    with open(path, encoding='utf-8') as file:
+        return yaml.safe_load(file)
+
+
+def private(name, default):
+    """A private parameter. Its name is known from the command line alone: this program is no node."""
+    own = next((argument[len('__name:='):] for argument in sys.argv if argument.startswith('__name:=')), 'show')
+    return rospy.get_param(rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), own + '/' + name), default)
+
+
+def show_config(path, options, names):
+    node = private('simulation', 'planar_chain')
+    config = load(path)
+    node = rospy.resolve_name(node)
+    scene = rospy.get_param(node, {})
+    fit(config, *view_of_scene(scene), frame_of(node, scene))
+    return rviz(private('title', pathlib.Path(path).stem), config, [*options, *names])
+
+
+def show_nodes(nodes, options, scenes, title, meanwhile=lambda: None):
+    config = load(os.path.join(roslib.packages.get_pkg_dir('planar_chain'), 'config', 'planar_chain.rviz'))
+    size, centre, half = together(list(map(view_of_scene, scenes)))
+    fit(config, size, centre, half, frame_of(nodes[0], scenes[0]) if len(nodes) == 1 else None)
+    for_nodes(config, nodes)
+    if len(nodes) > 1:
+        rospy.init_node('show', anonymous=True, disable_signals=True)
+        relay_texts(nodes, centre, half)
+    return rviz(title, config, options, meanwhile)
+
+
+def show_bag(path, options):
+    given = options.pop(0) if options and not options[0].startswith('-') else None
+    try:
+        scenes, topics = scenes_of(path)
+        if given:
+            with open(given, encoding='utf-8') as file:
+                scenes = dict.fromkeys(scenes, file.read())
+    except (OSError, rosbag.ROSBagException) as problem:
+        sys.exit('show: %s: expected a bag, and a scene, that can be read: %s' % (path, problem))
+    if not scenes or '/tf' not in topics:
+        sys.exit('show: %s: expected the topics of a planar_chain node and /tf, got %s' % (path, ', '.join(sorted(topics)) or 'none'))
+    without = [node for node, scene in scenes.items() if not scene]
+    if without:
+        sys.exit('show: %s has no scene of %s, as recordings of before 0.2.0. Give it: show %s SCENE.yaml'
+                 % (path, ', '.join(without), path))
+    trees = {node: yaml.safe_load(scene) for node, scene in scenes.items()}
+    try:
+        urdfs = {node: urdf_of(str(EQUATIONS.parent / 'simulate'), scene, node, node + '/view/chain' in topics)
+                 for node, scene in scenes.items()}
+    except ValueError as refused:
+        sys.exit('show: %s: the scene of the recording is refused: %s' % (path, refused))
+    with Master() as master:
+        rospy.set_param('/use_sim_time', True)
+        for node, urdf in urdfs.items():
+            rospy.set_param(rosgraph.names.namespace(node) + 'robot_description', urdf)
+        play = Play(master, path, topics, options)
+        try:
+            return show_nodes(list(scenes), [], list(trees.values()), pathlib.Path(path).stem,
+                              play.maybe_start)
+        finally:
+            play.end()
+
+
 def main():
     signal.signal(signal.SIGINT, signal.default_int_handler)
     arguments = rospy.myargv()[1:]
-    if not arguments:
+    if not arguments or arguments[0] in ('-h', '--help'):
         sys.exit(__doc__)
-    with open(arguments[0], encoding='utf-8') as file:
-        config = yaml.safe_load(file)
-    node = rospy.get_param(rospy.resolve_name('~simulation'), 'planar_chain')
-    fit(config, *view_of(rospy.resolve_name(node)))
-    with tempfile.NamedTemporaryFile('w', suffix='.rviz', encoding='utf-8') as file:
-        yaml.safe_dump(config, file)
-        file.flush()
-        names = [argument for argument in sys.argv[1:] if argument not in arguments]
-        rviz = subprocess.Popen(['rviz', '-d', file.name, *arguments[1:], *names])
-        while True:
-            try:
-                return rviz.wait()
-            except KeyboardInterrupt:
-                pass  # rviz has been interrupted too
+    if arguments[0].endswith('.bag'):
+        return show_bag(arguments[0], arguments[1:])
+    names = [argument for argument in sys.argv[1:] if argument not in arguments]  # such as __name:=rviz
+    if os.path.isfile(arguments[0]):
+        return show_config(arguments[0], arguments[1:], names)
+    given = list(itertools.takewhile(lambda argument: not argument.startswith('-'), arguments))
+    nodes = [rosgraph.names.make_global_ns(name).rstrip('/') + '/planar_chain' for name in given]
+    try:
+        missing = [node for node in nodes if not rospy.has_param(node)]
+    except OSError:
+        sys.exit('show: no roscore runs; start a scene first, or give a recording')
+    if missing:
+        sys.exit('show: %s: expected a running scene, a file of rviz or a bag, got nothing of this name' % ', '.join(missing))
+    return show_nodes(nodes, arguments[len(given):], [rospy.get_param(node) for node in nodes], '_'.join(given))
 
 
 if __name__ == '__main__':

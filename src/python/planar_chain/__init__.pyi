@@ -1,6 +1,6 @@
 from ._core import (Energy as Energy, EnergyBalance as EnergyBalance, Failed as Failed, Fault as Fault,
-                    Refused as Refused, Runs as Runs, Scene as Scene, Simulation as Simulation, Statistics as Statistics,
-                    equations as equations, equilibrium as equilibrium, inverse_dynamics as inverse_dynamics,
+                    Measurement as Measurement, Refused as Refused, Runs as Runs, Scene as Scene, Simulation as Simulation,
+                    Statistics as Statistics, equations as equations, equilibrium as equilibrium, inverse_dynamics as inverse_dynamics,
                     linearize as linearize, simulate as simulate, simulate_many as simulate_many)
 from .environment import Box as Box, Environment as Environment
 from .fitting.fit import Fit as Fit, fit as fit

@@ -7,6 +7,7 @@
 #include <rosbag/view.h>
 #include <rosgraph_msgs/Clock.h>
 #include <sensor_msgs/JointState.h>
+#include <std_msgs/String.h>
 
 #include <algorithm>
 #include <boost/algorithm/string/predicate.hpp>
@@ -183,7 +184,8 @@ RecordedCommands readCommands(const std::string& path, const std::optional<std::
 /// minute of config/scenes/double_pendulum.yaml at 200 Hz takes 0.34 s of processor time, 175 times less than
 /// real time (test/README.md, Long checks). A writer of our own took 0.04 s, and 285 lines.
 ///
-/// Tick k is stamped k/rate, rounded to ns, and is received at that time. /clock comes first. The status
+/// Tick k is stamped k/rate, rounded to ns, and is received at that time. /clock comes first. The scene is in
+/// tick 1. The status
 /// fields of wall time (real_time_factor, overruns, lag) are 0. So two runs of a scene with the same commands
 /// give the same bytes.
 class BagWriter {
@@ -217,11 +219,18 @@ class BagWriter {
     for (CommandTaken& taken : taken_) write(node_ + "/commands_taken", stamp, taken);
     taken_.clear();
 
+    if (k == 1) {
+      std_msgs::String scene;
+      scene.data = simulation_.scene().text;
+      write(node_ + "/scene", stamp, scene, true);
+    }
     const bool isGood = simulation_.fault().empty();
     if (isGood) {
       messages_.forEach([&](const Topic& topic, auto make) {
         if (topic.isDue(ticks_, k)) write(topic.name, stamp, *make(stamp), topic.isLatched);
       });
+      messages_.measurements().forEach(
+          ticks_, k, stamp, [&](const std::string& topic, auto& message) { write(topic, stamp, message); });
       status_.tick = static_cast<std::uint64_t>(k);
       status_.tick_stamp = stamp;
     }
@@ -297,7 +306,7 @@ class BagWriter {
 class OfflineNode : public Bags {
  public:
   OfflineNode(const Scene& scene, const BagArguments& given)
-      : ticks_{scene.publish.rate, 1}, simulation_(scene, Commands::capacity), commands_(ticks_, {}) {
+      : ticks_{scene.publish.rate, 1}, simulation_(scene, Commands::capacity, true), commands_(ticks_, {}) {
     commands_.moveTo(simulation_);
     const std::optional<std::string> node = fullName(given.node);
     if (given.commands) {

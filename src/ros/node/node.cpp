@@ -4,6 +4,7 @@
 #include <ros/names.h>
 #include <ros/this_node.h>
 #include <ros/topic_manager.h>
+#include <std_msgs/String.h>
 
 #include <algorithm>
 #include <cmath>
@@ -75,6 +76,19 @@ std::string whatRuns(const Simulation& simulation) {
   return line.str();
 }
 
+/// The time at which the drives and the base reach the end of their motion, s; infinite if there is none.
+double endOfMotion(const Scene& scene) {
+  std::vector<const MotionLaw*> laws;
+  for (const Drive& drive : scene.drives) laws.push_back(&drive.law);
+  if (scene.base) laws.insert(laws.end(), {&scene.base->x, &scene.base->y, &scene.base->angle});
+  double end = 0;
+  for (const MotionLaw* law : laws) {
+    if (law->amplitude() != 0) return std::numeric_limits<double>::infinity();
+    end = std::fmax(end, law->pieces().back().start);
+  }
+  return end > 0 ? end : std::numeric_limits<double>::infinity();
+}
+
 /// Which topics are published, and which are disabled.
 std::string whatIsPublished(const PublishSettings& settings, const Frames& frames) {
   std::ostringstream line, disabled;
@@ -100,6 +114,7 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
       advice_(advicePeriod),
       clockWarnings_(advicePeriod) {
   // Advertise what the scene publishes.
+  sceneOut_ = inner_.advertise<std_msgs::String>("scene", 1, true);
   load(scene);
   statusOut_ = inner_.advertise<SimStatus>("status", queueFor(settings_.statusRate));
   status_.header.frame_id = messages_->frames().base;
@@ -117,7 +132,7 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
 /// Makes what depends on the scene alone. Its publish settings are those of the start.
 /// @throws Refused for frame names that collide; then nothing has changed
 void Node::load(const Scene& scene) {
-  auto simulation = std::make_unique<Simulation>(scene, Commands::capacity);
+  auto simulation = std::make_unique<Simulation>(scene, Commands::capacity, true);
   messages_ = std::make_unique<Messages>(*simulation, ros::this_node::getName(), true);
   simulation_ = std::move(simulation);
   commands_.moveTo(*simulation_);
@@ -130,8 +145,18 @@ void Node::load(const Scene& scene) {
     ros::Publisher& out = statesOut_[topic.name] = before[topic.name];
     if (!out) out = outer_.advertise<Message>(topic.name, topic.queue);
   });
+  std_msgs::String text;
+  text.data = scene.text;
+  sceneOut_.publish(text);
+  messages_->measurements().forEachTopic([&](const std::string& topic, double rate, const auto& example) {
+    ros::Publisher& out = statesOut_[topic] = before[topic];
+    const std::uint32_t queue = queueFor(std::max(rate, settings_.rate));
+    if (!out) out = outer_.advertise<std::decay_t<decltype(example)>>(topic, queue);
+  });
   outer_.setParam("robot_description", urdfOf(scene, messages_->frames(), messages_->frames().every == 1));
   ROS_INFO("%s", whatRuns(*simulation_).c_str());
+  motionEnd_ = endOfMotion(scene);
+  for (const Note& note : scene.notes) ROS_WARN("%s", toString(note).c_str());
 }
 
 /// As at the start.
@@ -248,6 +273,7 @@ void Node::showSetState() {
 
 /// Returns false if the integration fails, the tick is aborted, or the node ends. Then publishes no state.
 bool Node::tick() {
+  const double before = simulation_->time();
   const auto isInTime = [this] { return keepGoing_() && steadyTime() < served_ + servePeriod; };
   while (!isInTime() || !simulation_->advanceTo(ticks_.sceneTime(ticks_.next), isInTime)) {
     if (!simulation_->fault().empty()) {
@@ -263,11 +289,18 @@ bool Node::tick() {
   const ros::Time stamp = clock_->stampOf(ticks_.next);
   messages_->forEach([&](const Topic& topic, auto make) {
     if (!topic.isDue(ticks_, ticks_.next)) return;
-    if (topic.isLatched) return staticTf_.sendTransform(messages_->baseInWorld(stamp).transforms);
+    if (topic.isLatched) return staticTf_.sendTransform(messages_->staticTransforms(stamp).transforms);
     const ros::Publisher& out = statesOut_.at(topic.name);
     if (hasSubscribers(out)) out.publish(*make(stamp));
   });
+  messages_->measurements().forEach(
+      ticks_, ticks_.next, stamp,
+      [&](const std::string& topic, const auto& message) { statesOut_.at(topic).publish(message); });
   ++ticks_.next;
+  if (before < motionEnd_ && simulation_->time() >= motionEnd_) {
+    ROS_INFO("the scene's motion has ended at %g s; rosservice call %s/reset repeats it", motionEnd_,
+             ros::this_node::getName().c_str());
+  }
   return true;
 }
 
@@ -289,7 +322,7 @@ bool Node::serveDuringTicks() {
 
 void Node::publishStatus() {
   // Sample the real-time factor even without subscribers, for a later one.
-  times_.push_back({ticks_.simTime(simulation_->time()), steadyTime()});
+  sampleTimes();
   const double simulated = times_.back().first - times_.front().first;
   const double passed = times_.back().second - times_.front().second;
   status_.real_time_factor = passed > 0 ? simulated / passed : 0;

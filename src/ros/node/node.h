@@ -75,6 +75,8 @@ class Node {
   void showSetState();
   bool tick();
   bool serveDuringTicks();
+  void sampleTimes();
+  void setPaused(bool paused);
   void publishStatus();
   void publishDiagnostics();
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& out);
@@ -98,7 +100,7 @@ class Node {
 
   std::map<std::string, ros::Publisher> statesOut_;  ///< by topic
   tf2_ros::StaticTransformBroadcaster staticTf_;
-  ros::Publisher statusOut_;
+  ros::Publisher statusOut_, sceneOut_;
   std::vector<ros::ServiceServer> servers_;
 
   bool paused_ = false;
@@ -114,6 +116,8 @@ class Node {
   std::uint64_t overruns_ = 0;
   std::uint64_t jumpsTold_ = 0;                              ///< jumps of the clock, on /diagnostics
   boost::circular_buffer<std::pair<double, double>> times_;  ///< simulated and steady time, lately
+  std::pair<double, double> sampledAt_, skipped_;  ///< the same at the last sample, and while paused
+  double motionEnd_ = 0;                           ///< s, of the scene's drives and base
   Every warnings_, advice_, clockWarnings_;
   std::optional<TolerancePace> pace_;  ///< if the tolerance may yield
   double load_ = 0, stepsOfTick_ = 0;  ///< of a tick, in the mean of about the last twenty

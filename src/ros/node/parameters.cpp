@@ -59,7 +59,9 @@ Scene sceneIn(const XmlRpcValue& parameters) {
   std::vector<Fault> faults;
   const Value value = convert(parameters, "", faults);
   if (!faults.empty()) throw Refused(std::move(faults));
-  return readScene(value);
+  Scene scene = readScene(value);
+  scene.text = toYaml(value);
+  return scene;
 }
 
 }  // namespace

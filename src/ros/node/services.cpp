@@ -40,16 +40,33 @@ void Node::advertiseServices() {
       advertise<Linearize, LinearizeRequest_>(inner_, "linearize", query)};
 }
 
+/// Samples the times for the real-time factor. A pause does not count, and neither do steps during it.
+void Node::sampleTimes() {
+  const std::pair present{ticks_.simTime(simulation_->time()), steadyTime()};
+  if (paused_) {
+    skipped_.first += present.first - sampledAt_.first;
+    skipped_.second += present.second - sampledAt_.second;
+  } else {
+    times_.push_back({present.first - skipped_.first, present.second - skipped_.second});
+  }
+  sampledAt_ = present;
+}
+
+void Node::setPaused(bool paused) {
+  sampleTimes();
+  paused_ = paused;
+}
+
 Answer Node::pause() {
   if (paused_) return {true, "already paused"};
-  paused_ = true;
+  setPaused(true);
   return {true, "paused"};
 }
 
 Answer Node::resume() {
   if (!simulation_->fault().empty()) return {false, simulation_->fault() + "; call ~reset or ~set_state"};
   if (!paused_) return {true, "already running"};
-  paused_ = false;
+  setPaused(false);
   return {true, "running"};
 }
 
@@ -113,7 +130,7 @@ Answer Node::step(const StepRequest& request, StepResponse& response) {
 
   // Pause, hold the torques, move the base, and tick.
   const bool ran = !paused_;
-  paused_ = true;
+  setPaused(true);
   isClockRunning_ = false;
   began_ = served_ = steadyTime();
   const Answer done =

@@ -1,14 +1,15 @@
 /// pull: drags the links of a running simulation with the mouse, in rviz. The parameter ~simulation is the
 /// name of its node. Each link that has a frame has an interactive marker in it. rviz reports:
 ///
-///     press      grab the point under the mouse, and hold it
+///     press      grab the point under the mouse, and hold it; the link is drawn bright
 ///     drag       a critically damped spring (pull.h) pulls the point towards the mouse
 ///     release    stop
 ///
 /// The only output is ~link_force of the simulation's node. A force is computed for the state of each tick
 /// and lasts until the next. So it ends with the ticks, the mouse button and this program. It also ends when
 /// rviz, which repeats a drag at least four times a second, has been silent for a second of wall time. States
-/// are subscribed to only during a drag.
+/// are subscribed to only during a drag. While the simulation is paused there are none: then the picture
+/// shows the spring without its force.
 
 #include <interactive_markers/interactive_marker_server.h>
 #include <planar_chain/LinkForce.h>
@@ -42,9 +43,11 @@ constexpr double mostForces = 250;        // Hz
 constexpr double overlap = 1e-6;          // s: the state at the end of a tick shows the force of that tick
 constexpr double mostPictures = 50;       // Hz
 constexpr double longestSilence = 1;      // s of wall time
+constexpr double pausedAfter = 0.1;       // s of wall time without a state
 constexpr double memory = 2;              // s
 constexpr double heightOverBodies = 1.6;  // widths of a link: above everything that Views draws
 constexpr double markerWidth = 2;         // widths of a link: easier to hit
+constexpr double brightWidth = 1.5;       // widths of a bar, of a link that is grabbed
 
 Vec2d inPlane(const geometry_msgs::Point& point) {
   return {point.x, point.y};
@@ -90,7 +93,9 @@ class MouseDrag {
     const int n = scene_.chain.size();
     const int apart = frames_.every * mostMarkers;
     const int stride = (n + apart - 1) / apart * frames_.every;
-    for (int i = n - 1; i >= 0; i -= stride) offerMarker(i);
+    for (int i = n - 1; i >= 0; i -= stride) {
+      if (linkAt(i).mass > 0) offerMarker(i);  // a slide without mass may be nothing but a direction
+    }
     server_.applyChanges();
   }
 
@@ -103,6 +108,7 @@ class MouseDrag {
     Vec2d offset;  ///< from the point to the mouse, link frame at offsetAt, m
     ros::Time offsetAt;
     ros::SteadyTime feedbackAt;      ///< the last feedback
+    ros::SteadyTime stateAt;         ///< the arrival of the last state
     std::map<ros::Time, Pose> path;  ///< of the point in the last two seconds
     std::optional<Vec2d> target;     ///< the mouse, base frame, m
   };
@@ -152,13 +158,17 @@ class MouseDrag {
     grip_->offset = offset;
     grip_->offsetAt = feedback.header.stamp;
     findTarget();
+    if ((ros::SteadyTime::now() - grip_->stateAt).toSec() > pausedAfter && pictures_.isDue()) {
+      draw(grip_->point + offset, {}, ros::Time());
+    }
   }
 
   void grab(int link, const Feedback& feedback) {
     if (grip_) release();
     const Vec2d point = feedback.mouse_point_valid ? inPlane(feedback.mouse_point) : linkAt(link).com;
-    grip_ = Grip{link, point, {}, feedback.header.stamp, ros::SteadyTime::now(), {}, {}};
+    grip_ = Grip{link, point, {}, feedback.header.stamp, ros::SteadyTime::now(), {}, {}, {}};
     ticks_ = 0;
+    draw(point, {}, ros::Time());
     statesIn_ =
         outer_.subscribe("joint_states", 1, &MouseDrag::onState, this, ros::TransportHints().tcpNoDelay());
   }
@@ -191,6 +201,8 @@ class MouseDrag {
     if (!grip_ || state.position.size() != n || state.velocity.size() != n) return;
     if ((ros::SteadyTime::now() - grip_->feedbackAt).toSec() > longestSilence) return release();
 
+    grip_->stateAt = ros::SteadyTime::now();
+
     // Find the point, and the mouse. Stamps go back if the clock does.
     const PointMotion point =
         pull_.motionOf(state.position.data(), state.velocity.data(), grip_->link, grip_->point);
@@ -209,20 +221,26 @@ class MouseDrag {
     copy(force, command.force);
     command.duration = duration_ + overlap;
     forceOut_.publish(command);
-    if (pictures_.isDue()) draw(point, force, state.header.stamp);
+    if (!pictures_.isDue()) return;
+    const Rotation<double> toLink{point.turn.c, -point.turn.s};
+    draw(grip_->point + toLink * (*grip_->target - point.position),
+         toLink * drawing_.arrow(force, point.position), state.header.stamp);
   }
 
-  /// Publishes the spring, the mouse and the force as a picture.
-  void draw(const PointMotion& point, Vec2d force, ros::Time stamp) {
+  /// Publishes the grabbed link, the spring to the mouse, and the arrow of the force as a picture; link
+  /// frame, m.
+  void draw(Vec2d mouse, Vec2d arrow, ros::Time stamp) {
     const Colour paint = colour(1, 0.9, 0.35), pale = colour(1, 0.9, 0.35, 0.35);
-    const Rotation<double> toLink{point.turn.c, -point.turn.s};
-    const Vec2d from = grip_->point, mouse = from + toLink * (*grip_->target - point.position);
+    const Vec2d from = grip_->point;
     const double w = drawing_.bar;
     sketch_.clear();
     Sketch& sketch = sketch_.on(grip_->link);
+    for (const Bar& bar : figureOf(linkAt(grip_->link), drawing_).bars) {
+      sketch.band(bar.from, bar.to, brightWidth * bar.share * w, brightWidth * bar.share * w, pale);
+    }
     sketch.band(from, mouse, 0.12 * w, 0.12 * w, pale);
     sketch.sector(mouse, 0.3 * w, 0, 6.3, pale);
-    sketch.arrow(from, from + toLink * drawing_.arrow(force, point.position), 0.4 * w, paint);
+    sketch.arrow(from, from + arrow, 0.4 * w, paint);
     pictureOut_.publish(sketch_.message(stamp));
   }
 

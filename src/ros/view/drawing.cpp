@@ -1,6 +1,7 @@
 #include "ros/view/drawing.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -23,6 +24,14 @@ constexpr double beyond = 0.2;      // reaches, from the farthest points of the 
 constexpr double pinRadius = 0.72, bobRadius = 1.1;
 constexpr int hatches = 5;
 
+constexpr std::array<Paint, 3> paints{
+    {{"blue", 0.2, 0.55, 0.85}, {"orange", 0.98, 0.65, 0.15}, {"teal", 0.2, 0.68, 0.6}}};
+
+// Of the view, as in show.py:
+constexpr double margin = 1.25;  // half its height, in units of the reach
+constexpr double aspect = 1.27;  // its least width, in units of its height
+constexpr int longChain = 16;    // links
+
 /// Names contain only letters, digits, _ and /, so nothing is escaped.
 class Writer {
  public:
@@ -39,7 +48,8 @@ class Writer {
          "'/><child link='", frames_.base, "'/><origin xyz='0 0 0' rpy='", std::acos(0.0), " 0 0'/></joint>");
     if (scene_.base) pin();
     line("<link name='", frames_.pin, "'>");
-    hasOwnShapes() ? (chain_.slides() > 0 ? rail() : ground()) : line(scene_.appearance.visuals[0]);
+    if (!hasOwnShapes()) line(scene_.appearance.visuals[0]);
+    if (hasOwnShapes() && !floats(chain_)) chain_.slides() > 0 ? rail() : ground();
     line("</link>");
     for (int i = 0; i < links; ++i) {
       link(i);
@@ -55,11 +65,11 @@ class Writer {
 
   void materials() {
     if (!hasOwnShapes()) return line(scene_.appearance.materials);
-    for (const auto& [name, rgba] : {std::pair{"ground", "0.55 0.58 0.62 1"},
-                                     {"pin", "0.80 0.82 0.85 1"},
-                                     {"even", "0.20 0.55 0.85 1"},
-                                     {"odd", "0.98 0.65 0.15 1"}}) {
+    for (const auto& [name, rgba] : {std::pair{"ground", "0.55 0.58 0.62 1"}, {"pin", "0.80 0.82 0.85 1"}}) {
       line("<material name='", name, "'><color rgba='", rgba, "'/></material>");
+    }
+    for (const auto& [name, red, green, blue] : paints) {
+      line("<material name='", name, "'><color rgba='", red, " ", green, " ", blue, " 1'/></material>");
     }
   }
 
@@ -97,8 +107,10 @@ class Writer {
     const Link& body = chain_.links()[index(i)];
     const double half = body.inertia / 2;
     line("<link name='", frames_.links[index(i)], "'>");
-    line("<inertial><origin xyz='", body.com, "' rpy='0 0 0'/><mass value='", body.mass, "'/><inertia ixx='",
-         half, "' ixy='0' ixz='0' iyy='", half, "' iyz='0' izz='", body.inertia, "'/></inertial>");
+    if (body.mass > 0)
+      line("<inertial><origin xyz='", body.com, "' rpy='0 0 0'/><mass value='", body.mass,
+           "'/><inertia ixx='", half, "' ixy='0' ixz='0' iyy='", half, "' iyz='0' izz='", body.inertia,
+           "'/></inertial>");
     hasOwnShapes() ? shape(i) : line(scene_.appearance.visuals[index(i) + 1]);
     line("</link>");
   }
@@ -106,11 +118,11 @@ class Writer {
   void shape(int i) {
     const Link& body = chain_.links()[index(i)];
     const double w = drawing_.bar;
-    if (i < chain_.slides()) return carriage(i);
+    if (i < chain_.slides()) return floats(chain_) ? void() : carriage(i);
 
     // Draw the bars. Neighbours have different depths, so that faces that overlap at a pin do not flicker.
     const double depth = i % 2 == 0 ? w : 0.8 * w;
-    const char* const paint = i % 2 == 0 ? "even" : "odd";
+    const char* const paint = paintOf(i).name;
     const Figure figure = figureOf(body, drawing_);
     for (const Bar& bar : figure.bars) {
       const Vec2d along = bar.to - bar.from;
@@ -130,8 +142,9 @@ class Writer {
   void carriage(int i) {
     const Vec2d axis = chain_.joints()[index(i)].axis, pin = chain_.links()[index(i)].pin;
     const double w = drawing_.bar, angle = std::atan2(axis.y, axis.x);
-    box({}, angle, 3 * w, 1.8 * w, 1.2 * w, i % 2 == 0 ? "even" : "odd");
-    if (length(pin) > 0) box(0.5 * pin, std::atan2(pin.y, pin.x), length(pin), 0.6 * w, 0.6 * w, "odd");
+    box({}, angle, 3 * w, 1.8 * w, 1.2 * w, paintOf(i).name);
+    if (length(pin) > 0)
+      box(0.5 * pin, std::atan2(pin.y, pin.x), length(pin), 0.6 * w, 0.6 * w, paintOf(i + 1).name);
     cylinder(pin, pinRadius * w, 1.4 * w, "pin");
   }
 
@@ -233,6 +246,52 @@ Vec2d Drawing::arrow(Vec2d f, Vec2d from) const {
   return std::fmin(unit / 2 * size / force, std::fmin(longest * unit, room)) / size * f;
 }
 
+bool floats(const Chain& chain) {
+  return chain.slides() == 2 && chain.links()[0].mass == 0 && chain.links()[1].mass == 0;
+}
+
+const Paint& paintOf(int link) {
+  return paints[index(link) % paints.size()];
+}
+
+namespace {
+
+/// The largest distance of the base from its origin, m, in x and y apart.
+double farthest(const BaseLaws& base) {
+  const auto of = [](const MotionLaw& law) {
+    double most = 0;
+    for (const MotionLaw::Piece& piece : law.pieces()) most = std::fmax(most, std::fabs(piece.c[0]));
+    return std::fabs(law.amplitude()) + most;
+  };
+  return std::hypot(of(base.x), of(base.y));
+}
+
+/// The largest initial height of a pin above the ground pin, m.
+double highest(const Scene& scene) {
+  double angle = 0, height = 0, most = 0;
+  for (std::size_t i = 0; i < scene.q.size(); ++i) {
+    const Vec2d pin = scene.chain.links()[i].pin;
+    angle += scene.q[i];
+    height += std::sin(angle) * pin.x + std::cos(angle) * pin.y;
+    most = std::fmax(most, height);
+  }
+  return most;
+}
+
+}  // namespace
+
+FirstView::FirstView(const Scene& scene) : centre(0) {
+  const double size = Drawing(scene).reach + (scene.base ? farthest(*scene.base) : 0);
+  half = margin * size;
+  const Vec2d gravity = scene.chain.gravity();
+  const bool falls = scene.loads.empty() && gravity.x == 0 && gravity.y < 0 &&
+                     std::all_of(scene.qd.begin(), scene.qd.end(), [](double rate) { return rate == 0; });
+  if (scene.chain.size() <= longChain || !falls) return;
+  const double top = highest(scene) + (margin - 1) * size, bottom = -margin * size;
+  centre = (top + bottom) / 2;
+  half = std::fmax((top - bottom) / 2, margin * size / aspect);
+}
+
 Figure figureOf(const Link& link, const Drawing& drawing) {
   const double l = length(link.pin), w = drawing.bar;
   if (l > 0 && l < fewWidths * w) return {{{{}, link.pin}}, false, false};
@@ -244,7 +303,7 @@ Figure figureOf(const Link& link, const Drawing& drawing) {
 
   // The uniform rod with this mass and moment of inertia I = m r²/12. A short one is a bob; a bob beyond the
   // outer pin hangs on a longer bar.
-  const double r = std::sqrt(12 * link.inertia / link.mass);
+  const double r = link.mass > 0 ? std::sqrt(12 * link.inertia / link.mass) : 0;
   if (r < w) {
     const bool isBeyond = dot(link.com, link.pin) > l * l || l == 0;
     return {{isBeyond ? Bar{{}, link.com, thin} : pins}, true};

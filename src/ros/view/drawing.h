@@ -24,6 +24,23 @@ struct Drawing {
   Vec2d arrow(Vec2d f, Vec2d from) const;
 };
 
+/// A colour of links: three neighbours have different ones. The parts are in 0 … 1.
+struct Paint {
+  const char* name;  ///< of the URDF's material
+  double red, green, blue;
+};
+const Paint& paintOf(int link);
+
+/// The part of the base frame that rviz shows at first; src/tools/show.py has the same formulas. It is `half`
+/// high above and below `centre`, and at least as wide. A long chain that falls from rest stays in the lower
+/// half of its reach.
+struct FirstView {
+  explicit FirstView(const Scene& scene);
+
+  double centre;  ///< y, m
+  double half;    ///< m
+};
+
 /// A straight part of a body, in the link frame, m.
 struct Bar {
   Vec2d from, to;
@@ -36,6 +53,9 @@ struct Figure {
   bool hasBob = false;  ///< at the centre of mass
   bool hasPin = true;   ///< at the origin; a link about as short as it is wide has none
 };
+
+/// True if nothing holds the first pin of a link that turns: two slides without mass. They are not drawn.
+bool floats(const Chain& chain);
 
 /// A thin bar joins the pins. A thick one shows the mass: the uniform rod with the body's mass, centre of
 /// mass and moment of inertia, or a bob, if the centre of mass is in line with the pins. Else two thick bars

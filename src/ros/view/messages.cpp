@@ -7,7 +7,10 @@
 namespace planar_chain {
 
 Messages::Messages(Simulation& simulation, const std::string& node, bool hasViews)
-    : simulation_(simulation), node_(node), frames_(framesOf(simulation.scene(), node)) {
+    : simulation_(simulation),
+      node_(node),
+      frames_(framesOf(simulation.scene(), node)),
+      measurements_(simulation, node, frames_) {
   const Scene& scene = simulation.scene();
   const auto n = static_cast<std::size_t>(scene.chain.size());
 
@@ -36,10 +39,13 @@ Messages::Messages(Simulation& simulation, const std::string& node, bool hasView
     add(frames_.links[index(i)]);
     framed_.push_back(i);
   }
-  geometry_msgs::TransformStamped& base = baseInWorld_.transforms.emplace_back();
+  geometry_msgs::TransformStamped& base = staticTransforms_.transforms.emplace_back();
   base.header.frame_id = frames_.world;
   base.child_frame_id = frames_.base;
   base.transform.rotation.x = base.transform.rotation.w = std::sqrt(0.5);
+  for (const geometry_msgs::TransformStamped& imu : measurements_.transforms({})) {
+    staticTransforms_.transforms.push_back(imu);
+  }
   if (hasViews) views_.emplace(simulation, frames_);
 }
 
@@ -107,9 +113,10 @@ tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
   return transforms_;
 }
 
-tf2_msgs::TFMessage& Messages::baseInWorld(ros::Time stamp) {
-  baseInWorld_.transforms[0].header.stamp = stamp;
-  return baseInWorld_;
+tf2_msgs::TFMessage& Messages::staticTransforms(ros::Time stamp) {
+  for (geometry_msgs::TransformStamped& transform : staticTransforms_.transforms)
+    transform.header.stamp = stamp;
+  return staticTransforms_;
 }
 
 namespace {

@@ -21,6 +21,7 @@
 #include "planar_chain/simulation.h"
 #include "ros/messages/frames.h"
 #include "ros/messages/pace.h"
+#include "ros/view/measurements.h"
 #include "ros/view/views.h"
 
 namespace planar_chain {
@@ -63,8 +64,11 @@ class Messages {
   /// base moves, a frame at its pin comes between base and first link. Between
   /// neighbours the origin is the outer pin of the link before, the rotation is q about z.
   tf2_msgs::TFMessage& transforms(ros::Time stamp);
-  /// The pose of the base frame in the world: a roll of +π/2, so that the plane of motion is vertical.
-  tf2_msgs::TFMessage& baseInWorld(ros::Time stamp);
+  /// The pose of the base frame in the world: a roll of +π/2, so that the plane of motion is vertical. Then
+  /// those of the IMUs on their links.
+  tf2_msgs::TFMessage& staticTransforms(ros::Time stamp);
+  /// What the sensors have measured. Its functions allocate.
+  Measurements& measurements() { return measurements_; }
 
   /// Calls visit(topic, make) for each topic that the scene publishes. make(stamp) returns a pointer to its
   /// message.
@@ -76,7 +80,7 @@ class Messages {
     visit(Topic{ros::names::append(outer, "joint_states"), settings.rate, queue},
           [this](ros::Time stamp) { return &jointStates(stamp); });
     if (settings.tf) {
-      visit(Topic{"/tf_static", 0, 1, true}, [this](ros::Time stamp) { return &baseInWorld(stamp); });
+      visit(Topic{"/tf_static", 0, 1, true}, [this](ros::Time stamp) { return &staticTransforms(stamp); });
       visit(Topic{"/tf", settings.tfRate, queueFor(settings.tfRate)},
             [this](ros::Time stamp) { return &transforms(stamp); });
     }
@@ -102,7 +106,8 @@ class Messages {
   sensor_msgs::JointState jointStates_;
   LinkStates linkStates_;
   geometry_msgs::WrenchStamped baseWrench_;
-  tf2_msgs::TFMessage transforms_, baseInWorld_;
+  tf2_msgs::TFMessage transforms_, staticTransforms_;
+  Measurements measurements_;
   std::vector<LinkMotion> motions_;
   std::vector<int> framed_;  ///< the link of each transform
   std::optional<Views> views_;

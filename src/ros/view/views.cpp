@@ -15,15 +15,14 @@ namespace planar_chain {
 namespace {
 
 const Colour red = colour(1, 0.33, 0.42), green = colour(0.4, 0.85, 0.5), white = colour(0.95, 0.95, 0.95),
-             black = colour(0.1, 0.1, 0.12), violet = colour(0.75, 0.5, 1), even = colour(0.2, 0.55, 0.85),
-             odd = colour(0.98, 0.65, 0.15);
+             black = colour(0.1, 0.1, 0.12), violet = colour(0.75, 0.5, 1), orange = colour(0.98, 0.65, 0.15);
 
 // Sizes, in widths of a link.
 constexpr double arrowWidth = 0.3;
 constexpr double turnRadius = 2;
 constexpr double centreRadius = 0.5, rim = 0.1;
 constexpr double trailWidth = 0.3;
-constexpr double brakeRadius = 1.3, brakeWidth = 1, padSweep = 0.85 * pi;
+constexpr double brakeRadius = 1.45, brakeWidth = 0.4, padSweep = 0.85 * pi;
 constexpr double coilInner = 0.9, coilOuter = 1.7, coilWidth = 0.17, coilTurns = 2.25;
 // Heights above the plane of motion, in widths of a link. The more important figure is on top.
 constexpr double behind = -0.55, underCoils = 1.1, overBodies = 1.2, overCoils = 1.3, overPins = 1.4,
@@ -41,6 +40,35 @@ constexpr double leastRemaining = 1e-9;  // s: a command that lasts no longer is
 Colour heat(double share) {
   const double x = std::clamp(share, 0.0, 1.0);
   return x < 0.5 ? colour(0.55 + 0.9 * x, 0.62 + 0.5 * x, 0.7 - x) : colour(1, 1.55 - 1.36 * x, 0.2);
+}
+
+Colour colourOf(int link) {
+  const Paint& paint = paintOf(link);
+  return colour(paint.red, paint.green, paint.blue);
+}
+
+// ---- The energy's text -------------------------------------------------------------------------
+
+// In units of half the height of the view; rviz centres the text on its widest line.
+constexpr double textSize = 0.055, textWidth = 13 * textSize, textHeight = 8 * textSize, textAside = 1.24,
+                 textUnder = 0.97;
+constexpr int widestLine = 20;  // spaces, which rviz draws as wide as an A
+constexpr int digits = 4;       // of an energy as large as the reference
+
+/// Text of a number with as many decimals as give `digits` for the reference. It is as long for all numbers
+/// up to ten times as large.
+std::string aligned(double number, double reference) {
+  const int power = reference > 0 ? static_cast<int>(std::floor(std::log10(reference))) : 0;
+  std::array<char, 64> text{};
+  if (power < -digits || power > 2 * digits) {
+    std::snprintf(text.data(), text.size(), "% .*e", digits - 1, number);
+  } else {
+    const int decimals = std::max(0, digits - 1 - power);
+    const int whole = std::max(power, 0) + 3;  // with a sign
+    std::snprintf(text.data(), text.size(), "%*.*f", whole + (decimals > 0 ? decimals + 1 : 0), decimals,
+                  number);
+  }
+  return text.data();
 }
 
 }  // namespace
@@ -67,14 +95,15 @@ Views::Views(Simulation& simulation, const Frames& frames)
   add("trail", behind, &Views::drawTrail, trailWidth);
   add("centres", overCoils, &Views::drawCentres);
 
-  // Place the text, below and beside the circle that the chain can reach.
+  // Place the text in the lower left corner of the view, beside the circle that the chain can reach.
+  const FirstView view(simulation.scene());
   energy_.header.frame_id = frames.base;
   energy_.ns = "energy";
   energy_.type = visualization_msgs::Marker::TEXT_VIEW_FACING;
-  energy_.pose.position.x = -0.95 * drawing_.reach;
-  energy_.pose.position.y = -0.95 * drawing_.reach;
+  energy_.pose.position.x = (textWidth / 2 - textAside) * view.half;
+  energy_.pose.position.y = view.centre + (textHeight / 2 - textUnder) * view.half;
   energy_.pose.orientation.w = 1;
-  energy_.scale.z = 0.055 * drawing_.reach;
+  energy_.scale.z = textSize * view.half;
   energy_.color = colour(0.85, 0.88, 0.92);
 }
 
@@ -150,7 +179,7 @@ void Views::drawFriction(Sketch& sketch) {
   const double bar = drawing_.bar;
   for (int i = 0; i < chain_.size(); i += stride_) {
     if (!hasSymbol(chain_.joints()[index(i)], Symbol::brake)) continue;
-    const Colour& paint = simulation_.qd()[index(i)] == 0 ? green : odd;
+    const Colour& paint = simulation_.qd()[index(i)] == 0 ? green : orange;
     for (const double middle : {0.0, pi}) {
       on(sketch, i).coil({}, brakeRadius * bar, brakeRadius * bar, middle - padSweep / 2, padSweep,
                          brakeWidth * bar, paint);
@@ -206,7 +235,7 @@ void Views::drawCentres(Sketch& sketch) {
     const Link& link = chain_.links()[index(i)];
     sum += link.mass * motions_[index(i)].com;
     mass += link.mass;
-    if (stride_ == 1) drawCentre(on(sketch, i), link.com, centreRadius * drawing_.bar);
+    if (stride_ == 1 && link.mass > 0) drawCentre(on(sketch, i), link.com, centreRadius * drawing_.bar);
   }
   // Draw a larger symbol for the whole chain.
   if (chain_.size() > 1) {
@@ -224,13 +253,13 @@ void Views::drawCentre(Sketch& sketch, Vec2d at, double radius) {
   }
 }
 
-/// The whole chain as a line through its pins, in two colours by turns.
+/// The whole chain as a line through its pins, in the colours of links by turns.
 void Views::drawChain(Sketch& sketch) {
   const int step = (chain_.size() + mostPins - 1) / mostPins;
   for (int i = 0; i < chain_.size(); i += step) {
-    sketch.on(Sketch::base).corner(motions_[index(i)].innerPin, i / stride_ % 2 == 0 ? even : odd);
+    sketch.on(Sketch::base).corner(motions_[index(i)].innerPin, colourOf(i / stride_));
   }
-  sketch.corner(tip(), (chain_.size() - 1) / stride_ % 2 == 0 ? even : odd);
+  sketch.corner(tip(), colourOf((chain_.size() - 1) / stride_));
 }
 
 visualization_msgs::Marker& Views::writeEnergy(ros::Time stamp) {
@@ -238,13 +267,18 @@ visualization_msgs::Marker& Views::writeEnergy(ros::Time stamp) {
   const auto shown = [this](double joules) {
     return std::fabs(joules) < negligible * drawing_.torque ? 0 : joules;
   };
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(),
-                "time %.2f s\nkinetic %.3g J\npotential %.3g J\nsupplied %.3g J\ndissipated %.3g J\n"
-                "balance %.3g J\n",
-                simulation_.time(), shown(balance.now.kinetic), shown(balance.now.potential),
-                shown(balance.supplied), shown(balance.dissipated), shown(balance.residual));
-  energy_.text = text.data();
+  std::array<char, 64> time{}, residual{};
+  std::snprintf(time.data(), time.size(), "%8.2f", simulation_.time());
+  std::snprintf(residual.data(), residual.size(), "% .1e", shown(balance.residual));
+  energy_.text = std::string("time ") + time.data() + " s\n";
+  for (const auto& [name, joules] : {std::pair{"kinetic ", balance.now.kinetic},
+                                     {"potential ", balance.now.potential},
+                                     {"supplied ", balance.supplied},
+                                     {"dissipated ", balance.dissipated}}) {
+    energy_.text += name + aligned(shown(joules), drawing_.torque) + " J\n";
+  }
+  // The widest line never changes, so that rviz does not move the others.
+  energy_.text += std::string("balance ") + residual.data() + " J\n" + std::string(widestLine, ' ');
   energy_.header.stamp = stamp;
   return energy_;
 }

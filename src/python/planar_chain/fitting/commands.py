@@ -31,6 +31,7 @@ def commanded(name, scene, joints, taken, since):
             else:
                 held.append((place, action, max(given, t), given + timeout))
     acting += in_turn(held)
+    require_no_motors(name, scene, acting)
     limits = effort_limits(scene, joints)
     is_limited = [place[0] == "joint" and place[1] in limits for place, *_ in acting]
     loads = [load_of(*one) for one, limited in zip(acting, is_limited) if not limited]
@@ -67,6 +68,13 @@ def of_one(message):
 def load_of(place, action, start, stop):
     load = {place[0]: place[1], **action, "start": max(start, 0.0)}
     return load if stop == FOREVER else {**load, "stop": stop}
+
+
+def require_no_motors(name, scene, acting):
+    for link, values in scene["links"].items():
+        found = [key for key in ("motor", "command_delay") if key in (values.get("joint") or {})]
+        if found and any(place[0] == "joint" for place, *_ in acting):
+            raise BadFit(f"{name}: expected no links/{link}/joint/{found[0]} beside recorded commands (fit takes recorded torques)")
 
 
 def effort_limits(scene, joints):

@@ -8,7 +8,7 @@ import numpy as np
 from planar_chain import Scene, simulate_many
 
 from .varied import value_at
-from .problem import joint_links
+from .problem import TOLERANCE, joint_links
 from .solve import samples_of
 
 SHARE = 0.25  # of the residuals' squares that a hint explains at least
@@ -19,11 +19,15 @@ SHAPES = {  # the torque along a motion; what lacks, and the key of a joint that
     "q̇ |q̇|": (lambda q, qd: -qd * abs(qd), None, "drag, which grows with the square of the rate and which a scene does not have"),
     "q̇": (lambda q, qd: -qd, "damping", "damping"),
 }
+OF_THE_RUNS = 100  # residuals below so many tolerances of the runs are errors of integration
 MOST_RECORDINGS, MOST_JOINTS, MOST_TIMES = 4, 6, 400
 
 
 def hints(problem, solution, deviations, samples):
     """A list of sentences: the strongest of each joint, and what explains nearly as much."""
+    longest = max(recording.duration for recording in problem.recordings)
+    if max(solution.noise) < OF_THE_RUNS * TOLERANCE * longest:
+        return []
     few = [places if r < MOST_RECORDINGS else places[:0] for r, places in
            enumerate(samples_of(problem.recordings, np.inf, MOST_TIMES))]
     used = [r for r, places in enumerate(few) if len(places)]

@@ -8,14 +8,15 @@ import planar_chain
 import sympy as sp
 
 from . import laws
-from .letters import LATEX, Letters, NoFormula, roman, state_symbols
+from .letters import LATEX, Letters, NoFormula, exact, roman, state_symbols
 
 MOST_LINKS = 10
-KNOWN = {  # keys that the formulas have; effort_limit and velocity_limit concern commands and counts
+KNOWN = {  # keys that the formulas have; effort_limit, motor, command_delay and velocity_limit concern commands and counts
     "": {"gravity", "q", "qd", "links", "loads", "base"},
     "links": {"name", "mass", "inertia", "com", "pin", "joint"},
     "joint": {"name", "stiffness", "damping", "rest_angle", "lower", "upper", "stop_stiffness", "stop_damping", "friction",
-              "breakaway", "rotor_inertia", "effort_limit", "velocity_limit", "drive"},
+              "breakaway", "rotor_inertia", "effort_limit", "velocity_limit", "motor", "command_delay", "drive", "type",
+              "axis"},
     "loads": {"link", "force", "point", "moment", "joint", "torque", "frequency", "phase", "times", "values", "start", "stop"},
     "base": {"x", "y", "angle"},
 }
@@ -37,6 +38,8 @@ def require_few_links(n):
 def read(scene):
     """The chain of a Scene with all defaults written out, as `equations --chain` prints it."""
     require_few_links(len(scene))
+    if "tip" in scene.to_dict():
+        raise NoFormula("tip: expected a chain whose tip is free, got one that is held, which formulas do not have")
     tool = pathlib.Path(planar_chain.__file__).absolute().parents[3] / "planar_chain" / "equations"
     run = subprocess.run([str(tool), "/dev/stdin", "--chain"], input=json.dumps(scene.to_dict()), stdout=subprocess.PIPE,
                          stderr=subprocess.PIPE, universal_newlines=True, check=False)
@@ -48,6 +51,8 @@ def read(scene):
 class ChainInLetters:
     """m, I, J: lists. r, p: 2-vectors. F: 2n, of which `weights`; M, tau: n; as functions of theta, q, qd and `given`.
 
+    The first `slides` links slide: rails has their directions, and their theta and omega are 0.
+
     given: {symbol: expression in t} of the base, driven joints and factors of loads. driven: numbers of joints, from 0 on.
     tau holds a symbol tau_j where a drive acts."""
 
@@ -56,11 +61,15 @@ class ChainInLetters:
         self.links, self.n = [link["name"] for link in chain["links"]], len(chain["links"])
         self.joints = [link["joint"]["name"] for link in chain["links"]]
         require_few_links(self.n)
+        self.slides = sum(link["joint"].get("type") == "prismatic" for link in chain["links"])
         self.letters, self.given, self.driven = Letters(), {}, []
         self.q, self.qd, self.qdd, self.theta, self.omega = (
             state_symbols(name, self.n) for name in ("q", "qd", "qdd", "theta", "omega"))
+        for i in range(self.slides):
+            self.theta[i] = self.omega[i] = sp.Integer(0)
         self.S = [sp.Matrix([[sp.cos(angle), sp.sin(angle)], [-sp.sin(angle), sp.cos(angle)]]) for angle in self.theta]
         self._bodies(chain["links"])
+        self._rails(chain["links"][:self.slides])
         self._gravity(chain["gravity"])
         self._joints(chain["links"])
         self._base(chain.get("base"))
@@ -88,6 +97,11 @@ class ChainInLetters:
             outer = link["pin"] if i < self.n else (0, 0)  # nothing hangs on the tip
             self.p.append(self.letters.vector("p", outer, "m", "from the inner pin to the outer one", i))
 
+    def _rails(self, links):
+        self.rails = [sp.Matrix([exact(x) if x in (-1, 0, 1) else self.letters.number(
+            f"d_{i}{axis}", x, "1", f"direction of rail {i} ({link['joint']['name']}), of length 1, {axis}", f"d_{{{i}{axis}}}")
+                                 for axis, x in zip("xy", link["joint"]["axis"])]) for i, link in enumerate(links, 1)]
+
     def _gravity(self, gravity):
         x, y = gravity
         if x == 0 and y < 0:
@@ -108,7 +122,7 @@ class ChainInLetters:
                 self.driven.append(k)
                 self.tau[k] = sp.Symbol(f"tau_{k + 1}")
                 acceleration = laws.motion(self.letters, f"links/{link['name']}/joint/drive", joint["drive"],
-                                           f"drive_{k + 1}", f"{k + 1}", "rad")[2]
+                                           f"drive_{k + 1}", f"{k + 1}", self._units(k)[0])[2]
                 self.qdd[k] = self.define(f"qdd_{k + 1}", acceleration)
             else:
                 self.tau[k] = self._torque(k, joint)
@@ -117,21 +131,26 @@ class ChainInLetters:
         return self.letters.number(f"{name}_{k + 1}", joint.get(key) or 0, unit, f"{meaning} {k + 1} ({joint['name']})",
                                    latex and f"{latex[0]}_{{{k + 1}}}{latex[1]}")
 
+    def _units(self, k):
+        """Of a joint's q, and of what acts in it."""
+        return ("m", "N") if k < self.slides else ("rad", "N m")
+
     def _torque(self, k, joint):
         """Springs, dampers, friction of a sliding joint, stops that push."""
-        q, qd = self.q[k], self.qd[k]
-        stiffness = self._letter("k", k, joint, "stiffness", "N m/rad", "stiffness of joint")
-        rest = self._letter("q0", k, joint, "rest_angle", "rad", "rest angle of joint", ("q", "^0")) if stiffness != 0 else 0
-        damping = self._letter("d", k, joint, "damping", "N m s/rad", "damping of joint")
-        friction = self._letter("c", k, joint, "friction", "N m", "friction of joint")
+        (q, qd), (way, force) = (self.q[k], self.qd[k]), self._units(k)
+        per_rate = "N s/m" if way == "m" else "N m s/rad"
+        stiffness = self._letter("k", k, joint, "stiffness", f"{force}/{way}", "stiffness of joint")
+        rest = self._letter("q0", k, joint, "rest_angle", way, "rest angle of joint", ("q", "^0")) if stiffness != 0 else 0
+        damping = self._letter("d", k, joint, "damping", per_rate, "damping of joint")
+        friction = self._letter("c", k, joint, "friction", force, "friction of joint")
         torque = -stiffness * (q - rest) - damping * qd - friction * sp.sign(qd)
         limits = [(key, sign) for key, sign in (("lower", -1), ("upper", 1)) if joint.get(key) is not None]
         if not limits:
             return torque
-        stiffness = self._letter("ks", k, joint, "stop_stiffness", "N m/rad", "stiffness of the stops of joint", ("k", "^s"))
-        damping = self._letter("ds", k, joint, "stop_damping", "N m s/rad", "damping of the stops of joint", ("d", "^s"))
+        stiffness = self._letter("ks", k, joint, "stop_stiffness", f"{force}/{way}", "stiffness of the stops of joint", ("k", "^s"))
+        damping = self._letter("ds", k, joint, "stop_damping", per_rate, "damping of the stops of joint", ("d", "^s"))
         for key, sign in limits:
-            limit = self._letter(f"q{key}", k, joint, key, "rad", f"{key} limit of joint", ("q", "^+" if sign > 0 else "^-"))
+            limit = self._letter(f"q{key}", k, joint, key, way, f"{key} limit of joint", ("q", "^+" if sign > 0 else "^-"))
             push = stiffness * sign * (q - limit) + damping * sign * qd
             is_beyond = q > limit if sign > 0 else q < limit
             torque -= sign * sp.Piecewise((push, sp.And(is_beyond, push > 0)), (0, True))
@@ -140,6 +159,8 @@ class ChainInLetters:
     def _base(self, base):
         """p̈ of the ground pin; φ, φ̇ and φ̈ of the base."""
         laws_of = base or {}
+        if laws_of and self.slides:
+            raise NoFormula("base: expected a base that stands still, as the chain slides, got one that moves")
         require_known("base/", laws_of, "base")
         moved = {axis: laws.motion(self.letters, f"base/{axis}", law, f"base_{axis}",
                                    roman("base", LATEX["phi"] if axis == "angle" else axis), "rad" if axis == "angle" else "m")
@@ -168,6 +189,8 @@ class ChainInLetters:
                                  for axis, x, r in zip("xy", load["point"], self.com[k])])
             along = arm.T * self.S[k]  # ground components
             self.F[2 * k:2 * k + 2, 0] += factor * force
+        if "link" in load and k >= self.slides:
             self.M[k] += factor * (letter("moment", load["moment"], "N m", "M") + along[0] * force[1] - along[1] * force[0])
         if "joint" in load:
-            self.tau[self.joints.index(load["joint"])] += factor * letter("torque", load["torque"], "N m", r"\tau")
+            k = self.joints.index(load["joint"])
+            self.tau[k] += factor * letter("torque", load["torque"], self._units(k)[1], r"\tau")

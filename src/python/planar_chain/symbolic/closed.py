@@ -6,7 +6,9 @@ Rows for θ instead of q need no T: with V_pd = T B, the notes' M_q and f are
     f   = T f_θ           f_θ = B F + M − B diag(m) (Cᵀ ω + Bᵀ 1 φ̈ + p̈) − I φ̈ + (τ_i − τ_{i+1})
 
 Row i of B is linear in cos θ_i and sin θ_i, so an entry of B diag(m) Bᵀ is bilinear in those of θ_i and θ_j. As turning the
-whole chain changes no inertia, it is a cos(θ_j − θ_i) + b sin(θ_j − θ_i). Two places give a and b: θ_i = 0, and θ_j = 0 or π/2."""
+whole chain changes no inertia, it is a cos(θ_j − θ_i) + b sin(θ_j − θ_i). Two places give a and b: θ_i = 0, and θ_j = 0 or π/2.
+
+The row of a slide in B is its rail's direction, for its own and all outer bodies. Its θ_i is 0, and T leaves its row as it is."""
 
 import types
 
@@ -54,6 +56,8 @@ class Rows:
     def at(self, i, place, spin=None):
         """The two where (cos θ_i, sin θ_i) is `place`; with `spin` = [ω^i] those of C."""
         key = i, place, spin is None
+        if key not in self._known and i < self.chain.slides:
+            self._known[key] = [self.chain.rails[i].T if spin is None else sp.zeros(1, 2)] * 2
         if key not in self._known:
             c, s = place
             S = sp.Matrix([[c, s], [-s, c]])
@@ -73,6 +77,8 @@ class Rows:
             own = dot(left[0 if i == last else 1], right[0 if j == last else 1])
             return self.coefficient(times(self.chain.m[last], own) + times(self.outer_mass[last], dot(left[1], right[1])))
 
+        if i == j and i < self.chain.slides:
+            return self.coefficient(self.chain.m[i] + self.outer_mass[i])
         if i == j:
             own, outer = self.at(i, ALONG)
             return self.coefficient(self.chain.I[i] + times(self.chain.m[i], dot(own, own)) +
@@ -82,9 +88,12 @@ class Rows:
 
     def force(self, i, forces, moment=sp.Integer(0)):
         """B_i F + M_i, where F has the components x_1 y_1 …, and M_i is linear in cos θ_i, sin θ_i."""
+        further = [sp.Add(*forces[2 * i + 2 + axis::2]) for axis in (0, 1)]
+        if i < self.chain.slides:
+            rail = self.chain.rails[i]
+            return self.coefficient(dot(rail, forces[2 * i:2 * i + 2]) + dot(rail, further))
         angle = self.chain.theta[i]
         c, s = sp.cos(angle), sp.sin(angle)
-        further = [sp.Add(*forces[2 * i + 2 + axis::2]) for axis in (0, 1)]
         constant = moment.xreplace({c: 0, s: 0})
         total = constant
         for place, function in ((ALONG, c), (ACROSS, s)):
@@ -113,12 +122,12 @@ def compact(chain):
     return types.SimpleNamespace(bodies=bodies, loads=loads, coefficients=rows.coefficients())
 
 
-def with_rotors(bodies, J):
-    """M_θ. A rotor resists the difference of the accelerations of its two bodies."""
+def with_rotors(bodies, J, slides):
+    """M_θ. A rotor resists the difference of the accelerations of its two bodies; what slides does not turn."""
     M_theta = bodies.copy()
     for i in range(bodies.rows):
         M_theta[i, i] += J[i]
-        if i > 0:
+        if i > slides:
             M_theta[i - 1, i - 1] += J[i]
             M_theta[i - 1, i] -= J[i]
             M_theta[i, i - 1] -= J[i]
@@ -130,19 +139,28 @@ def closed(chain, short):
     short: by compact()."""
     bodies, loads = (matrix.xreplace(short.coefficients) for matrix in (short.bodies, short.loads))
     f_theta = loads + chain.tau
-    for i in range(1, chain.n):  # a joint's torque acts against the body before too
+    for i in range(chain.slides + 1, chain.n):  # a joint's torque acts against the body before too
         f_theta[i - 1] -= chain.tau[i]
     return types.SimpleNamespace(
-        M_theta=with_rotors(bodies, chain.J), loads_theta=loads, f_theta=f_theta, M=relative(chain, bodies) + sp.diag(*chain.J),
-        f=sp.Matrix([sp.Add(*loads[i:]) + chain.tau[i] for i in range(chain.n)]))
+        M_theta=with_rotors(bodies, chain.J, chain.slides), loads_theta=loads, f_theta=f_theta, M=relative(chain, bodies) + sp.diag(*chain.J),
+        f=sp.Matrix([sp.Add(*(loads[k] for k in outwards(chain, i))) + chain.tau[i] for i in range(chain.n)]))
+
+
+def outwards(chain, i):
+    """The columns of row i of T that are 1."""
+    return range(i, i + 1 if i < chain.slides else chain.n)
 
 
 def relative(chain, bodies):
     """T M_θ Tᵀ, with what does not depend on angles in brackets."""
     n = chain.n
-    still = [grouped(chain, sp.Add(*(bodies[k, k] for k in range(i, n)))) for i in range(n)]
-    return sp.Matrix(n, n, lambda i, j: still[max(i, j)] + sp.Add(
-        *(bodies[a, b] for a in range(i, n) for b in range(j, n) if a != b)))
+    still = [grouped(chain, sp.Add(*(bodies[k, k] for k in outwards(chain, i)))) for i in range(n)]
+
+    def entry(i, j):
+        rows, columns = outwards(chain, i), outwards(chain, j)
+        return (still[max(i, j)] if max(i, j) in rows and max(i, j) in columns else 0) + sp.Add(
+            *(bodies[a, b] for a in rows for b in columns if a != b))
+    return sp.Matrix(n, n, entry)
 
 
 def grouped(chain, expression):

@@ -3,6 +3,7 @@
 import sympy as sp
 from sympy.printing.latex import LatexPrinter
 
+from .closed import outwards
 from .letters import latex_name
 from .linear import linear
 
@@ -127,10 +128,12 @@ class Document:
     def _letters(self):
         rows = [f"${letter.latex}$ & {as_text(letter.meaning)} & {letter.value:.6g} & {letter.unit.replace('^2', '$^2$')} \\\\"
                 for letter in self.of.used_letters().values()]
+        slides = [rf"$q_{i}$, $\dot{{q}}_{i}$, $\ddot{{q}}_{i}$ & position of slide {i} ({as_text(joint)}) along its rail, its rate and "
+                  r"acceleration & & m, m/s, m/s$^2$ \\" for i, joint in enumerate(self.of.joints[:self.of.chain.slides], 1)]
         states = [r"$q_i$, $\dot{q}_i$, $\ddot{q}_i$ & relative angle of joint $i$, its rate and acceleration & & "
                   r"rad, rad/s, rad/s$^2$ \\",
                   r"$\theta_i$, $\omega_i$ & absolute angle and angular velocity of body $i$ & & rad, rad/s \\"]
-        return ("\\subsection*{Letters}\n\\begin{longtable}{lp{85mm}rl}\n" + "\n".join(states + rows) + "\n\\end{longtable}\n")
+        return ("\\subsection*{Letters}\n\\begin{longtable}{lp{85mm}rl}\n" + "\n".join(states + slides + rows) + "\n\\end{longtable}\n")
 
     def _angles(self):
         lines = [self.equation(self.tex(symbol), value) for symbol, value in self.of.absolute.items()]
@@ -148,6 +151,9 @@ class Document:
 
     def _remarks(self):
         remarks = []
+        if self.of.chain.slides:
+            remarks.append(r"A slide $i$ has the rows $B_{ij} = C_{ij} = 0$ and $T_{ij} = 0$. Instead, $V_{pd}$ has the direction of its rail "
+                           r"in row $i$ at all bodies $j \ge i$, and $A_2 = V_{pd}\,\mathrm{diag}(m_1, m_1, \ldots)$.")
         if any(J != 0 for J in self.of.chain.J):
             remarks.append(r"The rotors' inertias $J_i$ are added to the diagonal of $M$.")
         if self.of.chain.phidd != 0 or any(x != 0 for x in self.of.chain.pdd):
@@ -168,10 +174,11 @@ class Document:
     def _relative(self):
         """M q̈ = f, entry by entry, M in terms of q."""
         n, of = self.n, self.of
-        in_q = {theta: sp.Add(*of.q[:i + 1]) for i, theta in enumerate(of.theta)}
+        slides = of.chain.slides
+        in_q = {theta: sp.Add(*of.q[slides:i + 1]) for i, theta in enumerate(of.theta) if i >= slides}
         M = [self.equation(f"M_{{{i + 1}{',' * (n > 9)}{j + 1}}}", of.closed.M[i, j].xreplace(in_q)) for i in range(n)
-             for j in range(i, n)]
-        f = [self.equation(f"f_{{{i + 1}}}", self._torque(i) + sp.Add(*of.closed.loads_theta[i:])) for i in range(n)]
+             for j in range(i, n) if of.closed.M[i, j] != 0]
+        f = [self.equation(f"f_{{{i + 1}}}", self._torque(i) + sp.Add(*(of.closed.loads_theta[k] for k in outwards(of.chain, i)))) for i in range(n)]
         return "\\subsection*{$M \\ddot{q} = f$ in relative angles}\n" + self.block(M) + self.block(f)
 
     def _absolute(self):
@@ -179,10 +186,11 @@ class Document:
         of, rows = self.of.closed, []
         for i in range(self.n):
             inertia = [(j, of.M_theta[i, j]) for j in range(self.n) if of.M_theta[i, j] != 0]
-            terms = [((r"\left(" + self.tex(m) + r"\right)" if m.is_Add else self.tex(m)) + rf" \ddot{{\theta}}_{{{j + 1}}}",
+            terms = [((r"\left(" + self.tex(m) + r"\right)" if m.is_Add else self.tex(m)) + rf" \ddot{{{'q' if j < self.of.chain.slides else chr(92) + 'theta'}}}_{{{j + 1}}}",
                       self._width(m) + 4) for j, m in inertia]
             rows.append(" &" + self.broken(terms))
-            rows.append(self.equation("", of.loads_theta[i] + self._torque(i) - self._torque(i + 1), r"\qquad = "))
+            rows.append(self.equation("", of.loads_theta[i] + self._torque(i) - (
+                self._torque(i + 1) if i >= self.of.chain.slides else 0), r"\qquad = "))
         against = r" $\ddot{\theta}_i$ is relative to the base." if self.of.chain.phidd != 0 else ""
         return f"\\subsection*{{The same in absolute angles}}\nOne equation for each body.{against}\n" + self.block(rows)
 

@@ -34,7 +34,8 @@ class Formulas:
     driven            numbers of driven joints, from 0 on. tau and f have a letter tau_j there: what the drive gives, so that
                       row j of M q̈ = f holds
 
-    Friction is −c sign(q̇), of a joint that slides: what sticks is no formula."""
+    Friction is −c sign(q̇), of a joint that slides: what sticks is no formula. A slide, as of a cart or of a chain that floats, has a
+    position q in m and no theta. Its row of M_theta, f_theta is that for q."""
 
     def __init__(self, chain):
         self.chain = chain
@@ -65,10 +66,10 @@ class Formulas:
 
     @property
     def absolute(self):
-        """{theta_i: φ + q_1 + … + q_i, omega_i: likewise}"""
+        """{theta_i: φ + q_1 + … + q_i, omega_i: likewise}, the sums from the first link that turns"""
         chain, sums = self.chain, {}
         for symbols, rates, start in ((self.theta, self.q, chain.phi), (self.omega, self.qd, chain.phid)):
-            for symbol, rate in zip(symbols, rates):
+            for symbol, rate in list(zip(symbols, rates))[chain.slides:]:
                 start = start + rate
                 sums[symbol] = start
         return sums

@@ -11,10 +11,11 @@ def cross_row(r):
 
 
 def rows(chain, body_matrix):
-    """n×2n: S_r^i X_i at i = j, S_p^i X_i at i < j, with the 2×2 matrix X_i of body i. B has X = S_i0, C has [ω^i] S_i0."""
+    """n×2n: S_r^i X_i at i = j, S_p^i X_i at i < j, with the 2×2 matrix X_i of body i. B has X = S_i0, C has [ω^i] S_i0. Rows of
+    slides are 0."""
     n = chain.n
     matrix = sp.zeros(n, 2 * n)
-    for i in range(n):
+    for i in range(chain.slides, n):
         X = body_matrix(i)
         for j in range(i, n):
             matrix[i, 2 * j:2 * j + 2] = cross_row(chain.r[i] if i == j else chain.p[i]) * X
@@ -30,15 +31,16 @@ def kane(chain):
     """Every matrix of the notes: S, T, B, C, V_pd, W_pd, A_1, A_2, A_3, F, M_ext, tau, f_ext, M, f."""
     n, of = chain.n, types.SimpleNamespace()
     of.S = chain.S
-    of.T = sp.Matrix(n, n, lambda i, j: 1 if i <= j else 0)
+    of.T = sp.Matrix(n, n, lambda i, j: 1 if chain.slides <= i <= j else 0)
     of.B = rows(chain, lambda i: chain.S[i])
     of.C = rows(chain, lambda i: turning(chain.omega[i]) * chain.S[i])
 
     # Partial velocities, and inertia
     m = sp.diag(*(mass for mass in chain.m for _ in "xy"))
     inertia = sp.diag(*chain.I)
-    of.V_pd, of.W_pd = of.T * of.B, of.T
-    of.A_1, of.A_2, of.A_3 = of.T * of.C * m, of.T * of.B * m, of.T * inertia
+    along_rails = sp.Matrix(n, 2 * n, lambda i, j: chain.rails[i][j % 2] if i < chain.slides and i <= j // 2 else 0)
+    of.V_pd, of.W_pd = of.T * of.B + along_rails, of.T
+    of.A_1, of.A_2, of.A_3 = of.T * of.C * m, of.V_pd * m, of.T * inertia
 
     # Kane: V_pd (F + F_in) + W_pd (M + M_in) + τ = 0, on a base with p̈ and φ̈
     of.F, of.M_ext, of.tau = chain.F, chain.M, chain.tau

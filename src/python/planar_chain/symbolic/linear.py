@@ -9,9 +9,9 @@ from .letters import state_symbols
 
 def slope(expression, by):
     """The derivative; that of sign() is 0, as a joint that slides goes on sliding."""
-    if isinstance(expression, sp.Add):
+    if isinstance(expression, sp.Add) and by.is_Symbol:
         return sp.Add(*(slope(term, by) for term in expression.args))
-    if not expression.has(by):
+    if not by.is_Symbol or not expression.has(by):  # the angle of a slide is 0
         return sp.Integer(0)
     if isinstance(expression, sp.Mul):  # SymPy takes long over products with constants
         constants = [part for part in expression.args if not part.has(by)]

@@ -22,6 +22,7 @@ class Program:
     def __init__(self, formulas: Formulas, linearize=False):
         self.formulas, self.n = formulas, len(formulas.q)
         self.steps, self.outputs = [], {}
+        self.slides = formulas.chain.slides
         self._names = (sp.Symbol(f"x{k}") for k in itertools.count())
         self._angles()
         self._equations()
@@ -62,17 +63,17 @@ class Program:
         self.swap = {}  # what stands for functions of angles
         angle, rate = chain.phi, chain.phid
         c, s = [], []
-        for i in range(self.n):
+        for i in range(self.slides, self.n):
             angle = self.put(angle + of.q[i], f"theta_{i + 1}")
             rate = self.put(rate + of.qd[i], f"omega_{i + 1}")
             c.append(self.put(sp.cos(angle), f"cos_{i + 1}"))
             s.append(self.put(sp.sin(angle), f"sin_{i + 1}"))
             self.swap[of.theta[i]], self.swap[of.omega[i]] = angle, rate
-            self.swap[sp.cos(of.theta[i])], self.swap[sp.sin(of.theta[i])] = c[i], s[i]
-            for j in range(i):
+            self.swap[sp.cos(of.theta[i])], self.swap[sp.sin(of.theta[i])] = c[-1], s[-1]
+            for j, (c_j, s_j) in enumerate(zip(c[:-1], s[:-1]), self.slides):
                 between = of.theta[j] - of.theta[i]
-                self.swap[sp.cos(between)] = self.put(c[i] * c[j] + s[i] * s[j], f"cos_{j + 1}_{i + 1}")
-                sine = self.put(s[j] * c[i] - c[j] * s[i], f"sin_{j + 1}_{i + 1}")
+                self.swap[sp.cos(between)] = self.put(c[-1] * c_j + s[-1] * s_j, f"cos_{j + 1}_{i + 1}")
+                sine = self.put(s_j * c[-1] - c_j * s[-1], f"sin_{j + 1}_{i + 1}")
                 self.swap[sp.sin(between)], self.swap[sp.sin(-between)] = sine, -sine
 
     def _swapped(self, expressions):
@@ -86,7 +87,7 @@ class Program:
         of, n = self.formulas, self.n
         self.tau = sp.Matrix([0 if j in of.driven else self.put(of.tau[j].xreplace(self.swap), f"tau_{j + 1}") for j in range(n)])
         upper = [(i, j) for i in range(n) for j in range(i, n)]
-        M_theta = with_rotors(of.compact.bodies, of.J)
+        M_theta = with_rotors(of.compact.bodies, of.J, self.slides)
         values = self._swapped([*(M_theta[i, j] for i, j in upper), *of.compact.loads])
         self.M_theta, self.loads = sp.zeros(n, n), sp.Matrix(values[len(upper):])
         for (i, j), value in zip(upper, values):
@@ -95,26 +96,34 @@ class Program:
     def _relative_rows(self):
         """M and f of the rows for q: sums from body i outwards."""
         n = self.n
-        M, self.outward = sp.zeros(n, n), sp.zeros(n + 1, 1)
-        columns = sp.zeros(n, n + 1)
-        for i in reversed(range(n)):
-            self.outward[i] = self.put(self.loads[i] + self.outward[i + 1])
-            for j in reversed(range(n)):
-                columns[i, j] = self.put(self.M_theta[i, j] + columns[i, j + 1])
-            for j in range(i + 1):
-                M[i, j] = M[j, i] = self.put(columns[i, j] + (M[i + 1, j] if i + 1 < n else 0))
-        self.outputs["M"] = M
-        self.outputs["f"] = sp.Matrix([self.put(self.outward[i] + self.tau[i]) for i in range(n)])
+        columns = sp.Matrix([self._sums(self.M_theta.row(i)) for i in range(n)])
+        self.outputs["M"] = sp.zeros(n, n)
+        for j in range(n):
+            for i, value in enumerate(self._sums(columns.col(j), j)):
+                if i >= j:
+                    self.outputs["M"][i, j] = self.outputs["M"][j, i] = value
+        self.outputs["f"] = sp.Matrix([self.put(a + b) for a, b in zip(self._sums(self.loads), self.tau)])
+
+    def _sums(self, values, first=0):
+        """T times these n numbers, from row `first` on: for each row the sum from body i outwards; a slide's own. 0 before."""
+        sums = list(values)
+        for i in reversed(range(max(first, self.slides), self.n - 1)):
+            sums[i] = self.put(sums[i] + sums[i + 1])
+        return sums
 
     def _accelerations(self):
         """q̈. Bodies without a free joint between them turn alike, but for what is given: they are one group."""
         of, n = self.formulas, self.n
         self.free = [i for i in range(n) if i not in of.driven]
-        ends = self.free[1:] + [n]
-        self.groups = [range(start, end) for start, end in zip(self.free, ends)]
+        turning = [i for i in self.free if i >= self.slides]
+        self.groups = [range(i, i + 1) for i in self.free if i < self.slides]
+        self.groups += [range(start, end) for start, end in zip(turning, turning[1:] + [n])]
         self.turns = sp.zeros(n, 1)  # of each body against the base, from driven joints alone
         sum_of_given = sp.Integer(0)
         for i in range(n):
+            if i < self.slides:
+                self.turns[i] = of.qdd[i] if i in of.driven else 0
+                continue
             if i in of.driven:
                 sum_of_given = self.put(sum_of_given + of.qdd[i])
             self.turns[i] = sum_of_given
@@ -131,7 +140,7 @@ class Program:
     def _by_group(self, torques):
         """In the rows of groups: the torque of the first joint, less that of the next group's."""
         own = [torques[i] for i in self.free] + [0]
-        return [a - b for a, b in zip(own, own[1:])]
+        return [a - b if i >= self.slides else a for i, a, b in zip(self.free, own, own[1:])]
 
     def _relative(self, turning, given):
         """Of accelerations of groups: those of free joints; and `given` ones of driven joints, n numbers or 0."""
@@ -140,7 +149,7 @@ class Program:
             if i in self.free:
                 own = turning[self.free.index(i)]
                 out[i] = self.put(own - before)
-                before = own
+                before = own if i >= self.slides else before
             elif given is not None:
                 out[i] = given[i]
         return out
@@ -153,11 +162,9 @@ class Program:
             for i in group:
                 self.beta[i] = self.put(value + self.turns[i])
         if of.driven:
-            inertia, sums = [sum(self.M_theta[i, j] * self.beta[j] for j in range(n)) for i in range(n)], sp.Integer(0)
-            for i in reversed(range(n)):
-                sums = self.put(inertia[i] + sums)
-                if i in of.driven:
-                    self.outputs["f"][i] = sums
+            inertia = self._sums([self.put(sum(self.M_theta[i, j] * self.beta[j] for j in range(n))) for i in range(n)])
+            for i in of.driven:
+                self.outputs["f"][i] = inertia[i]
 
     # ---- Near a state ------------------------------------------------------------------------------
 
@@ -185,19 +192,17 @@ class Program:
         inertias = self._swapped([slope(of.compact.bodies[i, j], of.theta[j]) for i in range(n) for j in range(n)])
         for i in range(n):
             for j in range(n):
-                if i != j:  # an entry of M_θ depends on θ_j − θ_i alone
-                    change = inertias[i * n + j]
-                    slopes[i * n + j] = self.put(slopes[i * n + j] - change * self.beta[j])
-                    slopes[i * n + i] = self.put(slopes[i * n + i] + change * self.beta[j])
+                if i != j and max(i, j) >= self.slides:  # an entry of M_θ depends on θ_j − θ_i alone
+                    change = inertias[i * n + j] if j >= self.slides else -inertias[j * n + i]
+                    if j >= self.slides:
+                        slopes[i * n + j] = self.put(slopes[i * n + j] - change * self.beta[j])
+                    if i >= self.slides:
+                        slopes[i * n + i] = self.put(slopes[i * n + i] + change * self.beta[j])
         return slopes
 
     def _outwards(self, slopes):
         """∂/∂q_j: of all bodies from j outwards."""
-        n, slopes = self.n, sp.Matrix(self.n, self.n, slopes)
-        for i in range(n):
-            for j in reversed(range(n - 1)):
-                slopes[i, j] = self.put(slopes[i, j] + slopes[i, j + 1])
-        return slopes
+        return sp.Matrix([self._sums(row) for row in sp.Matrix(self.n, self.n, slopes).tolist()])
 
     def _change(self, loads, torques):
         """δq̈ of changed loads on bodies and torques in joints."""

@@ -1,0 +1,285 @@
+#include "effects/motors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "simd/elementary.h"
+
+namespace planar_chain {
+
+// ---- One motor -------------------------------------------------------------------------------------
+
+Motor::Motor(const Coordinates& coordinates, int joint, const Joint& values)
+    : q(coordinates, joint),
+      limit_(values.other("effort_limit")),
+      slope_(values.has(noLoadSpeed) ? limit_ / values.other(noLoadSpeed) : 0),
+      lag_(values.other(timeConstant)) {}
+
+void Motor::command(double t, double u) {
+  if (u == u_) return;
+  x0_ = lagged(t);
+  t0_ = t;
+  u_ = u;
+  isNew_ = true;
+}
+
+double Motor::lagged(double t) const {
+  return lag_ > 0 ? u_ + (x0_ - u_) * simd::exp(-(t - t0_) / lag_) : u_;
+}
+
+/// x_k = (x − u) (−1/T)^k / k!
+double Motor::order(int k, double t) {
+  if (k == 1) coefficient_ = lag_ > 0 ? lagged(t) - u_ : 0;
+  if (lag_ > 0) coefficient_ /= -lag_ * k;
+  return coefficient_;
+}
+
+double Motor::torqueOf(double x, double rate) const {
+  if (!hasLine()) return x;
+  const double side = signOf(x);
+  return side * std::min(side * x, std::max(0.0, limitAt(side, rate)));
+}
+
+double Motor::torque(double t, const double* omega) const {
+  if (place_ == Place::free) return lagged(t);
+  return place_ == Place::line ? side_ * limitAt(side_, q(omega)) : 0;
+}
+
+void Motor::choose(double t, const double* omega) {
+  isNew_ = false;
+  if (!hasLine()) return;
+  const double x = lagged(t);
+  side_ = signOf(x);
+  const double limit = limitAt(side_, q(omega));
+  const bool isWithin = side_ * x < limit || (x == 0 && u_ == 0);
+  place_ = isWithin ? Place::free : limit > 0 ? Place::line : Place::idle;
+}
+
+double Motor::gap(int which, double x, double rate) const {
+  if (place_ == Place::free) {
+    const double side = which == 0 ? 1 : -1;
+    return side * x - limitAt(side, rate);
+  }
+  const double limit = limitAt(side_, rate);
+  if (place_ == Place::line) return which == 0 ? limit - side_ * x : -limit;
+  return which == 0 ? limit : -side_ * x;
+}
+
+double Motor::due(double t, const double* omega) const {
+  const double x = lagged(t), rate = q(omega);
+  double first = gap(0, x, rate), second = gap(1, x, rate);
+  if (place_ == Place::free) {
+    first = std::min(first, x);
+    second = std::min(second, -x);
+  }
+  constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
+  const double rates = std::abs(omega[q.joint]) + (q.isDifference ? std::abs(omega[q.joint - 1]) : 0);
+  return std::max(first, second) - rounding * (limit_ + slope_ * rates);
+}
+
+/// q̇ is that of the cubic through both ends. A gap is taken for the parabola through both ends and the
+/// middle.
+double Motor::hidden(const ode::Stretch& of, int n) const {
+  const double *y = of.y.data(), *next = of.next.data();
+  const double r0 = q(y + n), r1 = q(next + n);
+  const double middle = 1.5 * (q(next) - q(y)) / of.h - (r0 + r1) / 4;
+  const double x0 = lagged(of.t), x1 = lagged(of.t + of.h), xMiddle = lagged(of.t + of.h / 2);
+  double first = -1;
+  for (const int which : {0, 1}) {
+    const double side = which == 0 ? 1 : -1;
+    if (place_ == Place::free && side * x0 <= 0 && side * x1 <= 0) continue;
+    const double g0 = gap(which, x0, r0), g1 = gap(which, x1, r1), top = gap(which, xMiddle, middle);
+    const double slope = 4 * top - 3 * g0 - g1, bend = 2 * (g0 + g1 - 2 * top);
+    const double s = -slope / (2 * bend);
+    const bool isHidden = bend < 0 && s > 0 && s < 1 && g0 <= 0 && g1 <= 0 && g0 + s * slope / 2 > 0;
+    if (isHidden && (first < 0 || s * of.h < first)) first = s * of.h;
+  }
+  return first;
+}
+
+// ---- All of a chain ---------------------------------------------------------------------------------
+
+namespace {
+
+bool isMoved(const Joint& joint) {
+  return joint.has(noLoadSpeed) || joint.other(timeConstant) > 0;
+}
+
+}  // namespace
+
+MotorCommands::MotorCommands(const Chain& chain, int capacity)
+    : CommandEffect(chain, capacity), coordinates_(chain.coordinates()), n_(chain.size()) {
+  for (int i = 0; i < n_; ++i) {
+    const Joint& joint = chain.joints()[index(i)];
+    has_.push_back(isMoved(joint));
+    if (has_.back()) motors_.emplace_back(coordinates_, i, joint);
+  }
+  hasLines_ = std::any_of(motors_.begin(), motors_.end(), [](const Motor& motor) { return motor.hasLine(); });
+}
+
+void MotorCommands::list(double t) {
+  CommandEffect::list(t);
+  isLagging_ = act_ = false;
+  for (Motor& motor : motors_) {
+    motor.command(t, torqueAt(t, index(motor.q.joint)));
+    isLagging_ = isLagging_ || motor.isLagging(t);
+    act_ = act_ || motor.isLagging(t) || motor.lagged(t) != 0;
+  }
+}
+
+std::vector<Load> MotorCommands::inForce(double t, const double* omega) const {
+  std::vector<Load> loads = CommandEffect::inForce(t, omega);
+  for (const Motor& motor : motors_) {
+    const double commanded = torqueAt(t, index(motor.q.joint));
+    const double x = omega && motor.hasLag() ? motor.lagged(t) : commanded;
+    const double torque = omega ? motor.torqueOf(x, motor.q(omega)) : x;
+    if (torque != 0) loads.push_back({"motor", Load::none, {}, {}, 0, motor.q.joint, torque});
+  }
+  return loads;
+}
+
+void MotorCommands::finish(double t) {
+  for (Motor& motor : motors_) {
+    motor.command(t, torqueAt(t, index(motor.q.joint)));
+    motor.finish();
+  }
+}
+
+// ---- What acts --------------------------------------------------------------------------------------
+
+LoadKind MotorCommands::acting() const {
+  return std::max(CommandEffect::acting(), act_ ? LoadKind::moments : LoadKind::nothing);
+}
+
+Powers MotorCommands::apply(const ChainState& at, const Actions& to) {
+  Powers powers = CommandEffect::apply(at, to);
+  for (const Motor& motor : motors_) {
+    const double torque = motor.torque(at.t, at.omega);
+    coordinates_.addTorque(torque, motor.q.joint, to.N);
+    powers.supplied += torque * motor.q(at.omega);
+  }
+  return powers;
+}
+
+void MotorCommands::addTorques(const ChainState& at, double* tau) {
+  CommandEffect::addTorques(at, tau);
+  for (const Motor& motor : motors_) tau[motor.q.joint] += motor.torque(at.t, at.omega);
+}
+
+void MotorCommands::addStiffness(double* /*k*/, double* d) const {
+  for (const Motor& motor : motors_) d[motor.q.joint] += motor.damping();
+}
+
+Powers MotorCommands::powersAlong(const ChainState& at, const StateChange& along) {
+  Powers change = CommandEffect::powersAlong(at, along);
+  for (const Motor& motor : motors_) {
+    const double byRate = motor.torque(at.t, at.omega) - motor.damping() * motor.q(at.omega);
+    change.supplied += byRate * motor.q(along.v);
+  }
+  return change;
+}
+
+Powers MotorCommands::applyRates(const ChainState& at, const Actions& to) {
+  Powers rates = CommandEffect::applyRates(at, to);
+  for (const Motor& motor : motors_) {
+    if (!motor.isFree()) continue;
+    const double rate = motor.rate(at.t);
+    coordinates_.addTorque(rate, motor.q.joint, to.N);
+    rates.supplied += rate * motor.q(at.omega);
+  }
+  return rates;
+}
+
+void MotorCommands::addOrder(int k, const Series& known, const Actions& to) {
+  CommandEffect::addOrder(k, known, to);
+  for (Motor& motor : motors_) {
+    if (motor.isFree()) coordinates_.addTorque(motor.order(k, known.t), motor.q.joint, to.N);
+  }
+}
+
+// ---- Switches ----------------------------------------------------------------------------------------
+
+void MotorCommands::enterState(double t, const double* y) {
+  for (Motor& motor : motors_) motor.choose(t, y + n_);
+}
+
+void MotorCommands::change(double t, double* y, const ode::Crossing& /*found*/) {
+  for (Motor& motor : motors_) {
+    if (motor.isDue(t, y + n_)) motor.choose(t, y + n_);
+  }
+}
+
+double MotorCommands::due(double t, const Eigen::VectorXd& y) const {
+  double most = -std::numeric_limits<double>::infinity();
+  for (const Motor& motor : motors_) {
+    if (motor.hasLine()) most = std::max(most, motor.due(t, y.data() + n_));
+  }
+  return most;
+}
+
+double MotorCommands::nearest(const ode::Stretch& of) const {
+  double first = -1;
+  for (const Motor& motor : motors_) {
+    const double own = motor.hasLine() ? motor.hidden(of, n_) : -1;
+    if (own > 0 && (first < 0 || own < first)) first = own;
+  }
+  return first;
+}
+
+std::unique_ptr<CommandEffect> makeCommands(const Chain& chain, int capacity) {
+  if (capacity == 0) return nullptr;
+  const std::vector<Joint>& joints = chain.joints();
+  if (std::none_of(joints.begin(), joints.end(), isMoved))
+    return std::make_unique<CommandEffect>(chain, capacity);
+  return std::make_unique<MotorCommands>(chain, capacity);
+}
+
+// ---- The kind ----------------------------------------------------------------------------------------
+
+namespace {
+
+constexpr double leastLag = 1e-6;  // s; a step has to resolve it
+
+class MotorKind : public EffectKind {
+ public:
+  std::vector<JointKey> jointKeys() const override {
+    constexpr double forever = std::numeric_limits<double>::infinity();
+    JointKey speed{noLoadSpeed, nullptr, NumberRule::above(0, "rad/s")};
+    JointKey lag{timeConstant, nullptr, {", 0 or >= 1e-6 s", leastLag, forever, true}};
+    speed.map = lag.map = "motor";
+    return {speed, lag, {"command_delay", nullptr, NumberRule::from(0, "s")}};
+  }
+  void judge(const Joint& joint, std::vector<Fault>& faults) const override {
+    for (const JointKey& key : jointKeys()) {
+      if (key.of(joint) != 0 || (joint.has(key.name) && key.name == std::string(noLoadSpeed)))
+        key.range.check(faults, std::string("joint/") + key.name, key.of(joint));
+    }
+    if (joint.has(noLoadSpeed) && !joint.has("effort_limit")) {
+      faults.push_back({"joint/effort_limit",
+                        "an effort_limit beside motor/no_load_speed, the torque at rest", "nothing"});
+    }
+  }
+  /// Without commands no motor acts.
+  std::unique_ptr<Effect> make(const Scene&) const override { return nullptr; }
+  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                const DenseActions&) const override {}
+  void summarize(const Scene& scene, SceneWords& words) const override {
+    int motors = 0, delays = 0;
+    for (const Joint& joint : scene.chain.joints()) {
+      motors += isMoved(joint);
+      delays += joint.other("command_delay") > 0;
+    }
+    if (motors > 0) words.count(motors, "motor");
+    if (delays > 0) words.count(delays, "command delay");
+  }
+};
+
+}  // namespace
+
+const EffectKind& motorKind() {
+  static const MotorKind kind;
+  return kind;
+}
+
+}  // namespace planar_chain

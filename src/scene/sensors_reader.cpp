@@ -1,0 +1,153 @@
+#include "scene/sensors_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "reading/names.h"
+#include "scene/settings_reader.h"
+
+namespace planar_chain {
+
+namespace {
+
+constexpr double longestDelay = 10;  // s
+constexpr double largestSeed = 9007199254740992;
+
+/// The names that a node has below its own.
+const std::set<std::string> namesOfTheNode{
+    "base_trajectory", "base_wrench",  "clear_commands", "commands_taken",
+    "equations",       "joint_torque", "joint_torques",  "joint_trajectory",
+    "linearize",       "link_force",   "link_states",    "pause",
+    "reset",           "resume",       "set_state",      "settle",
+    "status",          "step",         "tip_wrench",     "view"};
+
+void takeJoints(const Section& in, const ChainNames* names, Encoder& encoder) {
+  const char* expected = "all, or a list of joints, each once";
+  const Value& value = *in.find("joints");
+  if (value.text() && *value.text() == "all") {
+    for (int i = 0; names && i < static_cast<int>(names->joints.size()); ++i) encoder.joints.push_back(i);
+    return;
+  }
+  if (!value.list() || value.list()->empty()) return in.fault("joints", expected);
+  std::set<std::string> listed;
+  for (std::size_t i = 0; i < value.list()->size(); ++i) {
+    const Value& one = (*value.list())[i];
+    const std::string key = "joints/" + std::to_string(i);
+    if (!one.text() || !listed.insert(*one.text()).second) {
+      in.fault(key, "the name of a joint, each once", describe(one));
+    } else if (names) {
+      const auto found = names->joints.find(*one.text());
+      if (found == names->joints.end()) {
+        in.fault(key, oneOf("joint", *one.text(), names->joints, &names->links), describe(one));
+      } else {
+        encoder.joints.push_back(found->second);
+      }
+    }
+  }
+}
+
+Encoder readEncoder(const Section& in, const ChainNames* names) {
+  Encoder encoder;
+  takeJoints(in, names, encoder);
+  in.take("resolution", NumberRule::from(0, "rad (m for slides)"), encoder.resolution);
+  in.take("noise", NumberRule::from(0, "rad (m for slides)"), encoder.noise);
+  in.take("bias", NumberRule::any("rad (m for slides)"), encoder.bias);
+  return encoder;
+}
+
+AxesErrors readErrors(const Section& in, const std::string& of, const std::string& unit) {
+  AxesErrors errors;
+  in.take(of + "_noise", NumberRule::from(0, unit), errors.noise);
+  in.take(of + "_bias", NumberRule::any(unit), errors.bias);
+  in.take(of + "_bias_walk", NumberRule::from(0, unit + "/√s"), errors.walk);
+  return errors;
+}
+
+/// A frame of the IMU's name stands beside those of the links.
+void requireOwnFrame(const Section& sensors, const std::string& name, const PublishSettings& publish,
+                     const ChainNames* names) {
+  const bool isTaken = name == publish.worldFrame || name == publish.baseFrame || name == movingFrame ||
+                       (names && names->links.count(name) != 0);
+  if (isTaken) sensors.fault(name, "a name that no other frame has", quoted(name));
+}
+
+Imu readImu(const Section& in, const ChainNames* names) {
+  Imu imu;
+  const Value& link = *in.find("link");
+  const auto found =
+      names && link.text() ? names->links.find(*link.text()) : std::map<std::string, int>::const_iterator();
+  if (!link.text()) {
+    in.fault("link", "the name of a link");
+  } else if (names && found == names->links.end()) {
+    in.fault("link", oneOf("link", *link.text(), names->links, &names->joints));
+  } else if (names) {
+    imu.link = found->second;
+  }
+  in.take("point", "m", imu.point);
+  in.take("angle", NumberRule::any("rad"), imu.angle);
+  imu.gyro = readErrors(in, "gyro", "rad/s");
+  imu.specific = readErrors(in, "accelerometer", "m/s²");
+  return imu;
+}
+
+Sensor readSensor(const Section& sensors, const std::string& name, const PublishSettings& publish,
+                  const ChainNames* names) {
+  // The kind.
+  Sensor sensor;
+  sensor.name = name;
+  const Section any = sensors.section(name);
+  const bool isImu = any.has("link"), isEncoder = any.has("joints");
+  if (!isName(name)) sensors.fault(name, nameInWords, quoted(name));
+  if (namesOfTheNode.count(name) != 0) {
+    sensors.fault(name, "a name that is not one of the node's topics and services", quoted(name));
+  }
+  if (isImu == isEncoder) {
+    if (sensors.find(name)->map()) {
+      sensors.fault(name, "joints (of an encoder) or link (of an IMU)", isImu ? "both" : "neither");
+    }
+    return sensor;
+  }
+
+  // Its keys.
+  std::vector<const char*> keys{"rate", "delay"};
+  for (const char* key : {"joints", "resolution", "noise", "bias"}) {
+    if (isEncoder) keys.push_back(key);
+  }
+  for (const char* key : {"link", "point", "angle", "gyro_noise", "gyro_bias", "gyro_bias_walk",
+                          "accelerometer_noise", "accelerometer_bias", "accelerometer_bias_walk"}) {
+    if (isImu) keys.push_back(key);
+  }
+  const Section in = sensors.section(name, keys);
+  in.take("rate", {" > 0 Hz and at most " + toText(highestRate), 0, highestRate}, sensor.rate);
+  in.take("delay", {" from 0 to " + toText(longestDelay) + " s", 0, longestDelay, true}, sensor.delay);
+  if (isImu) {
+    requireOwnFrame(sensors, name, publish, names);
+    sensor.kind = readImu(in, names);
+  } else {
+    sensor.kind = readEncoder(in, names);
+  }
+  return sensor;
+}
+
+}  // namespace
+
+std::vector<Sensor> readSensors(const Section& top, const PublishSettings& publish, const ChainNames* names) {
+  std::vector<Sensor> read;
+  const Section sensors = top.section("sensors");
+  for (const auto& [name, value] : sensors.entries()) {
+    read.push_back(readSensor(sensors, name, publish, names));
+  }
+  return read;
+}
+
+long long readSeed(const Section& top) {
+  const double seed = top.has("seed") ? top.uncheckedNumber("seed") : 0;
+  if (std::abs(seed) <= largestSeed && seed == std::floor(seed)) return static_cast<long long>(seed);
+  top.fault("seed", "a whole number");
+  return 0;
+}
+
+}  // namespace planar_chain
