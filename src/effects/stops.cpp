@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "ode/rise.h"
+
 namespace planar_chain {
 
 Stops::Stops(const Chain& chain) : coordinates_(chain.coordinates()), n_(chain.size()) {
@@ -40,12 +42,14 @@ double Stops::Stop::rounding(const double* theta) const {
   return 4 * epsilon * (sumOfSizes(theta, q) + std::abs(limit));
 }
 
+double Stops::Stop::noise(const double* theta, const double* omega) const {
+  return rounding(theta) + (place == Place::free ? 0 : d / k * 4 * epsilon * sumOfSizes(omega, q));
+}
+
 double Stops::Stop::due(const double* theta, const double* omega) const {
   const double x = depth(theta);
   if (place == Place::free) return x;
-  const double lag = d / k;
-  const double push = x + lag * speed(omega);
-  const double noise = rounding(theta) + lag * 4 * epsilon * sumOfSizes(omega, q);
+  const double push = x + d / k * speed(omega), noise = this->noise(theta, omega);
   return place == Place::pushing ? -push - noise : std::max(-x, push - noise);
 }
 
@@ -130,6 +134,24 @@ double Stops::nearest(const ode::Stretch& of) const {
       first = std::min({first, passing(-depth, noise), passing(push, pushNoise)});
   }
   return first < 1 ? first * h : -1;
+}
+
+std::optional<ode::Crossing> Stops::crossing(const ode::Stretch& of) const {
+  if (!of.course) return {};
+  ode::Crossing first;
+  first.t = of.t + of.h;
+  for (const Stop& stop : stops_) {
+    const auto due = [&](double t) {
+      const double* y = of.course->at(t).data();
+      return stop.due(y, y + n_);
+    };
+    if (due(first.t) <= 0) continue;
+    ode::Rise rise{due(of.t), due(of.t + of.h / 2), due(of.t + of.h),
+                   stop.noise(of.y.data(), of.y.data() + n_)};
+    rise.beyond += ode::narrowest(of) * rise.steepest(of.h);
+    first = ode::riseOf(rise, of, first.t, due);
+  }
+  return first;
 }
 
 // ---- What they do ----------------------------------------------------------------------------

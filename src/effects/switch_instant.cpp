@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace planar_chain {
@@ -22,44 +23,6 @@ double passing(double g0, double gm, double g1) {
   return end + 2 * (top - end) > 0 ? s : 1;
 }
 
-/// The polynomial through some points (x, g), by Newton's divided differences.
-class Interpolation {
- public:
-  static constexpr std::size_t most = 10;
-
-  bool isFull() const { return size_ == most; }
-  void add(double x, double g) {
-    for (std::size_t k = 0; k < size_; ++k) g = (g - c_[k]) / (x - x_[k]);
-    x_[size_] = x;
-    c_[size_++] = g;
-  }
-  double value(double x, double& slope) const {
-    double value = slope = 0;
-    for (std::size_t j = size_; j-- > 0;) {
-      slope = value + slope * (x - x_[j]);
-      value = c_[j] + value * (x - x_[j]);
-    }
-    return value;
-  }
-  /// A zero in (low, high), where the polynomial rises from below 0 to above, by Newton's method.
-  double zero(double low, double high) const {
-    double x = (low + high) / 2;
-    for (int k = 0; k < 50; ++k) {
-      double slope;
-      const double g = value(x, slope), before = x;
-      (g > 0 ? high : low) = x;
-      x -= g / slope;
-      if (!(x > low && x < high)) x = (low + high) / 2;
-      if (std::abs(x - before) < 1e-15) break;
-    }
-    return x;
-  }
-
- private:
-  std::array<double, most> x_, c_;
-  std::size_t size_ = 0;
-};
-
 }  // namespace
 
 SwitchInstant::SwitchInstant(const StickSlip& joints, int n) : joints_(joints), n_(n) {
@@ -79,7 +42,7 @@ void SwitchInstant::forget() {
 
 SwitchInstant::Seen& SwitchInstant::seen(double t, const double* y) const {
   for (Seen& seen : seen_) {
-    if (seen.t == t && std::equal(seen.y.data(), seen.y.data() + 2 * n_, y)) return seen;
+    if (seen.t == t && std::memcmp(seen.y.data(), y, sizeof(double) * index(2 * n_)) == 0) return seen;
   }
   Seen& seen = seen_[oldest_];
   oldest_ = (oldest_ + 1) % seen_.size();
@@ -112,21 +75,19 @@ double SwitchInstant::dueAt(int joint, double t, const ode::Stretch& of) const {
                                : joints_.stickDue(joint, momentsAt(t, y.data()));
 }
 
-SwitchInstant::Rise SwitchInstant::riseOf(int joint, const ode::Stretch& of) const {
+ode::Rise SwitchInstant::riseOf(int joint, const ode::Stretch& of) const {
   const double *omega = of.next.data() + n_, inner = joint > 0 ? std::abs(omega[joint - 1]) : 0;
-  Rise rise{dueAt(joint, of.t, of), dueAt(joint, of.t + of.h / 2, of), dueAt(joint, of.t + of.h, of), 0};
+  ode::Rise rise{dueAt(joint, of.t, of), dueAt(joint, of.t + of.h / 2, of), dueAt(joint, of.t + of.h, of), 0};
 
   // What rounding of t and of the rates asks for. Where |μ| reaches the torque of sliding, f bends and does
   // not jump: a delay δ changes a rate by δ² alone, and 1e-5 of the step's change are enough.
-  const double narrow = 8 * epsilon * std::max(std::abs(of.t), of.h);
-  const double steepest =
-      2 * std::max(std::abs(rise.half - rise.begin), std::abs(rise.end - rise.half)) / of.h;
   const double most = joints_.breakaway(joint);
   const double late = std::max(std::clamp(1e-5 * (rise.end - rise.begin), 1e-8 * most, 1e-6 * most),
                                (joints_.limit(joint) - most) / 2);
   const bool slides = joints_.slides(joint);
-  rise.beyond = narrow * steepest + (slides ? 32 * epsilon * (std::abs(omega[joint]) + inner)
-                                            : (joints_.hasBreakaway() ? 1e-11 * most : late));
+  rise.beyond =
+      ode::narrowest(of) * rise.steepest(of.h) + (slides ? 32 * epsilon * (std::abs(omega[joint]) + inner)
+                                                         : (joints_.hasBreakaway() ? 1e-11 * most : late));
   return rise;
 }
 
@@ -158,7 +119,7 @@ double SwitchInstant::nearest(const ode::Stretch& of) const {
   return first < 1 ? first * of.h : -1;
 }
 
-std::optional<ode::Crossing> SwitchInstant::crossing(const ode::Stretch& of) const {
+ode::Crossing SwitchInstant::crossing(const ode::Stretch& of) const {
   // The joint that changes first along the chord, then those that change before.
   const double last = of.t + of.h;
   const Numbers &atBegin = duesAt(of.t, of.y.data()), &atEnd = duesAt(last, of.next.data());
@@ -172,40 +133,18 @@ std::optional<ode::Crossing> SwitchInstant::crossing(const ode::Stretch& of) con
     if (ratio < least) likely = i;
     least = std::min(least, ratio);
   }
-  std::optional<ode::Crossing> first = crossingOf(likely, of, last);
-  for (std::size_t k = 0; k < due_.size() && first; ++k) {
-    const int i = due_[k];
-    if (i != likely && dueAt(i, first->t, of) > 0) first = crossingOf(i, of, first->t);
+  ode::Crossing first = crossingOf(likely, of, last);
+  for (const int i : due_) {
+    if (i != likely && dueAt(i, first.t, of) > 0) first = crossingOf(i, of, first.t);
   }
   return first;
 }
 
-std::optional<ode::Crossing> SwitchInstant::crossingOf(int joint, const ode::Stretch& of, double last) const {
-  const Rise rise = riseOf(joint, of);
-  const double narrow = 8 * epsilon * std::max(std::abs(of.t), of.h);
-  ode::Crossing found;
-  Interpolation due;
-  due.add(0, rise.begin - rise.beyond / 2);
-  due.add(0.5, rise.half - rise.beyond / 2);
-  due.add(1, rise.end - rise.beyond / 2);
-  double low = of.t, high = last;
-  while (high - low > narrow) {
-    // Where rounding leaves the polynomial no zero, by halves.
-    double t = of.t + of.h * due.zero((low - of.t) / of.h, (high - of.t) / of.h);
-    const bool isOfUse = !due.isFull() && t > low && t < high;
-    if (!isOfUse) t = low + (high - low) / 2;
-    const double value = dueAt(joint, t, of);
-    if (isOfUse) due.add((t - of.t) / of.h, value - rise.beyond / 2);
-    if (value > 0 && value <= rise.beyond) {
-      found.t = t;
-      found.which = joint;
-      due.value((t - of.t) / of.h, found.slope);
-      found.slope /= of.h;
-      return found;
-    }
-    (value > 0 ? high : low) = t;
-  }
-  found.t = high;
+ode::Crossing SwitchInstant::crossingOf(int joint, const ode::Stretch& of, double last) const {
+  ode::Crossing found =
+      ode::riseOf(riseOf(joint, of), of, last, [&](double t) { return dueAt(joint, t, of); });
+  if (found.slope != 0) found.which = joint;
+  found.isBend = true;
   return found;
 }
 

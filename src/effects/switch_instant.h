@@ -3,15 +3,14 @@
 /// The search for the instant at which a joint with friction sticks, turns or breaks loose, in a stretch of a
 /// step (ode/switches.h).
 ///
-/// It is found as exactly as time and the rounding of rates and moments allow: a polynomial through what is
-/// due at known times is refined by Newton's method until the due lies between 0 and `beyond`.
+/// It is found as exactly as time and the rounding of rates and moments allow (ode/rise.h).
 
 #include <array>
-#include <optional>
 #include <vector>
 
 #include "effects/effect.h"
 #include "effects/stick_slip.h"
+#include "ode/rise.h"
 
 namespace planar_chain {
 
@@ -27,7 +26,7 @@ class SwitchInstant {
   double due(double t, const double* y) const { return duesAt(t, y).maxCoeff(); }
   double nearest(const ode::Stretch& of) const;
   /// The joint is its `which`.
-  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const;
+  ode::Crossing crossing(const ode::Stretch& of) const;
 
   /// The moments in the joints at a state. Valid until forget(), or for some more states.
   const double* momentsAt(double t, const double* y) const;
@@ -39,13 +38,10 @@ class SwitchInstant {
   const Numbers& duesAt(double t, const double* y) const;
   /// The same of one joint at t within the stretch.
   double dueAt(int joint, double t, const ode::Stretch& of) const;
-  /// How due() of one joint runs through a stretch, and how far above 0 a step may end.
-  struct Rise {
-    double begin, half, end, beyond;
-  };
-  Rise riseOf(int joint, const ode::Stretch& of) const;
+  /// How due() of one joint runs through a stretch.
+  ode::Rise riseOf(int joint, const ode::Stretch& of) const;
   /// A time up to `last`, and behind the first one at which it is due by no more than its `beyond`.
-  std::optional<ode::Crossing> crossingOf(int joint, const ode::Stretch& of, double last) const;
+  ode::Crossing crossingOf(int joint, const ode::Stretch& of, double last) const;
 
   const StickSlip& joints_;
   int n_;

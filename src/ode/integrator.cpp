@@ -99,7 +99,7 @@ class LandingOnSwitches : public Integrator {
       switchedAt_ = -infinity;
     }
     course_.forget();
-    steps_->restartAfter(change == Change::stiffness && guessed_ ? Change::bend : change);
+    steps_->restartAfter(change == Change::stiffness && crossing_.isBend ? Change::bend : change);
   }
   void forgetSlope() override { steps_->forgetSlope(); }
   /// The steps made to land count as rejected.
@@ -117,7 +117,7 @@ class LandingOnSwitches : public Integrator {
 
   Outcome advance(State& state, double end, double longestStep) override {
     before_ = state;
-    if (guessed_) course_.begin(before_);  // the step needs it, too
+    if (crossing_.isBend) course_.begin(before_);  // the step needs it, too
     const Outcome outcome = steps_->advance(state, end, std::min(longestStep, longest(state.t)));
     if (hasFailed(outcome)) return outcome;
     from_.t = before_.t;
@@ -132,9 +132,10 @@ class LandingOnSwitches : public Integrator {
     }
     if (found == Outcome::switched) {
       crossing_ = {};
-      guessed_ = landWithin(state);
-      if (!guessed_) crossing_ = {};
-      if (!guessed_) found = land(state);
+      if (!landWithin(state)) {
+        crossing_ = {};
+        found = land(state);
+      }
     }
     if (found == Outcome::notFinite) state = before_;
     return found;
@@ -239,9 +240,7 @@ class LandingOnSwitches : public Integrator {
       if (isExactAt(t)) {
         course_.land(t, state);
         steps_->endAt(state);
-        const double passed = state.t - switchedAt_;
-        usual_ = std::isfinite(usual_) ? (3 * usual_ + passed) / 4 : passed;
-        switchedAt_ = state.t;
+        if (crossing_.isBend) countBend(state.t);
         return true;
       }
       // The course is exact near the end of a step. Make one that ends just behind the switch.
@@ -254,6 +253,11 @@ class LandingOnSwitches : public Integrator {
       course_.take(before_, trial_);
       beyond *= 1e-4;
     }
+  }
+
+  void countBend(double t) {
+    const double passed = t - std::exchange(switchedAt_, t);
+    usual_ = std::isfinite(usual_) ? (3 * usual_ + passed) / 4 : passed;
   }
 
   /// The same by a bracket.
@@ -292,8 +296,7 @@ class LandingOnSwitches : public Integrator {
   SeriesSystem& f_;
   Course course_;
   long long landing_ = 0;          ///< steps made to land
-  bool guessed_ = false;           ///< the last switch
-  double usual_ = infinity;        ///< time between guessed switches, s
+  double usual_ = infinity;        ///< time between bends, s
   double switchedAt_ = -infinity;  ///< the last one, s
   Crossing crossing_;              ///< the last one
   State before_, trial_;

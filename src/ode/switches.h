@@ -48,6 +48,7 @@ struct Crossing {
   const Switches* by = nullptr;  ///< who found it
   int which = -1;                ///< its component, in the finder's count; −1: not told
   double slope = 0;              ///< the derivative of its due()
+  bool isBend = false;           ///< f changes little: the step size still suits
 };
 
 /// The states are not arranged.
@@ -61,7 +62,6 @@ class Switches {
   /// True if due() may rise above 0 and fall again within a long step, so that nearest() does not see it.
   virtual bool mayHide() const { return false; }
   /// The first time at which a switch is due, for a stretch at whose end one is. Nothing: unknown.
-  /// An integrator keeps its step size after such a switch: it changes f little.
   virtual std::optional<Crossing> crossing(const Stretch& /*of*/) const { return {}; }
 };
 
@@ -71,7 +71,7 @@ class Switches {
 ///
 /// If the switches give the time, the state there is taken from the course of the step, if the tolerance
 /// allows the error of that. If not, a step is made that ends close behind, where its course is more exact.
-/// Steps are at most twice as long as the usual time between such switches. If the switches do not give the
+/// Steps are at most thrice as long as the usual time between bends. If the switches do not give the
 /// time, it is found by steps of the same method from the same state, to the spacing of the numbers at the
 /// end of the step, or at its length. The bracket is narrowed by the Illinois rule (M. Dowell, P. Jarratt,
 /// BIT 11 (1971) 168–174). Allocates here alone.

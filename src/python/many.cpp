@@ -129,7 +129,7 @@ about ten times a second with the number of runs that have ended.
 Raises Refused, with all faults, if the scene has no number at a path, or if initial and a path set the same
 state. The results depend neither on the number of threads nor on the
 other runs. A run whose scene is refused, whose integration fails, or that needs more than most_steps steps
-(by default a million for each second, and at least a million), is not done and has a reason.)");
+(by default a million for each second so far, and at least a million), is not done and has a reason.)");
 }
 
 }  // namespace planar_chain::python

@@ -113,8 +113,8 @@ void bindState(py::class_<Running>& simulation) {
           py::arg("t"), py::arg("most_steps") = py::none(),
           R"(Integrates to time t (s, not before `time`). Other threads run meanwhile; Ctrl-C interrupts.
 
-Raises Failed when the integration fails, or after most_steps steps: by default a million for each second, and
-at least a million. The state is then that of the last good step.)")
+Raises Failed when the integration fails, or after most_steps steps: by default a million for each second so far,
+and at least a million. The state is then that of the last good step.)")
       .def_property_readonly(
           "time", [](Running& self) { return self.idle().time(); }, "s")
       .def_property_readonly("state", &stateOf, "A new array, 2n: angles q (rad), then rates (rad/s).")

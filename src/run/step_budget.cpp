@@ -32,12 +32,17 @@ std::optional<long long> StepBudget::usual(const IntegratorSettings& settings, d
 
 StepBudget::StepBudget(Simulation& simulation, double end, std::optional<long long> most)
     : simulation_(simulation),
+      begin_(simulation.time()),
       end_(end),
-      most_(most ? most : usual(simulation.scene().integrator, end - simulation.time())),
+      most_(most),
       before_(stepsOf(simulation)) {}
 
 long long StepBudget::made() const {
   return stepsOf(simulation_) - before_;
+}
+
+std::optional<long long> StepBudget::most() const {
+  return most_ ? most_ : usual(simulation_.scene().integrator, simulation_.time() - begin_);
 }
 
 std::string StepBudget::reason() const {
@@ -53,7 +58,7 @@ std::string StepBudget::reason() const {
   std::snprintf(text, sizeof text, " is %.3g rad/s, the torque in ", qd[fastest]);
   why += text + joints[strongest].name;
   std::snprintf(text, sizeof text, " %.3g N m; expected at most %lld steps", tau[strongest],
-                most_.value_or(0));
+                most().value_or(0));
   return why + text;
 }
 

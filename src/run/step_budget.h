@@ -18,11 +18,15 @@ class StepBudget {
   static std::optional<long long> usual(const IntegratorSettings& settings, double span);
 
   /// Counts the steps of the simulation, accepted and rejected, from now on. It must outlive this object.
-  /// most: > 0; absent: the usual limit for the time from now to `end`, s.
+  /// most: > 0; absent: the usual limit for the time that has passed since now. So a run that needs more ends
+  /// soon, however far away its `end`, s, is.
   StepBudget(Simulation& simulation, double end, std::optional<long long> most);
 
   /// Simulation::advanceTo() may go on.
-  bool isLeft() const { return !most_ || made() < *most_; }
+  bool isLeft() const {
+    const std::optional<long long> most = this->most();
+    return !most || made() < *most;
+  }
 
   /// Returns why the run stops: the steps, the time, the fastest joint and the largest torque in a joint.
   /// It evaluates the dynamics. Allocates.
@@ -30,9 +34,10 @@ class StepBudget {
 
  private:
   long long made() const;
+  std::optional<long long> most() const;
 
   Simulation& simulation_;
-  double end_;
+  double begin_, end_;
   std::optional<long long> most_;
   long long before_;  ///< steps made at the beginning
 };

@@ -356,8 +356,8 @@ int main(int argc, char** argv) {
         {"tolerance", "Tolerance of adaptive methods, in place of the scene's"},
         {"step", "Step of fixed-step methods, s, in place of the scene's"},
         {"most-steps",
-         "Ends the run with status 1 after so many steps (default: a million for each second, and at least a "
-         "million; none for methods of fixed step)"},
+         "Ends the run with status 1 after so many steps (default: a million for each second so far, and at "
+         "least a million; none for methods of fixed step)"},
         {"csv", "File to write: t, q and qd of every joint, energy"},
         {"bag", "Bag to write: what the node publishes, stamped from 0 s on, and /clock"},
         {"views", "Also writes to the bag what rviz shows: arrows, trail, long chains", false},
