@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import unittest
+import warnings
 
 try:
     import numpy as np
@@ -44,9 +45,11 @@ SIZES = (1, 2, 3, 4, 2, 3, 5, 2, 3, 4)  # of random chains; one in twenty is lon
 
 
 def shipped():
-    """{name: Scene} of those with few links."""
-    scenes = {os.path.basename(path)[:-5]: Scene.from_file(path) for path in sorted(glob.glob(SCENES + "/*.yaml"))}
-    return {name: scene for name, scene in scenes.items() if len(scene) <= MOST_LINKS}
+    """{name: Scene} of those with few links and a free tip."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # initial angles that are moved to close a chain
+        scenes = {os.path.basename(path)[:-5]: Scene.from_file(path) for path in sorted(glob.glob(SCENES + "/*.yaml"))}
+    return {name: scene for name, scene in scenes.items() if len(scene) <= MOST_LINKS and "tip" not in scene.to_dict()}
 
 
 def random_law(rng):

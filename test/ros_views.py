@@ -155,21 +155,18 @@ class Views(unittest.TestCase):
         chain.EQUATIONS = roslib.packages.find_node('planar_chain', 'equations')[0]
         scene = rod()
         scene['links']['rod'].update(repeat=100, com=['1e-2', 0.0], pin=[0.03, 0.04])
-        rospy.set_param('/long', scene)
-        size, centre, half = show.view_of('/long')
+        size, centre, half = show.view_of_scene(scene)
         self.assertAlmostEqual(size, 5, delta=1e-12)
         self.assertEqual((centre, half), (0, show.FREE * size))  # without gravity
         # From rest under gravity it stays in the lower half, below its highest point at first.
         scene['gravity'] = [0.0, -9.81]
         scene['links']['rod']['pin'] = [0.05, 0.0]
-        rospy.set_param('/long', scene)
-        size, centre, half = show.view_of('/long')
+        size, centre, half = show.view_of_scene(scene)
         self.assertLess(half, 0.8 * show.FREE * size)
         self.assertLess(centre - half, -show.FREE * size)
         self.assertGreater(centre + half, 0.3 * size)
         for refused in ({}, {'chain': []}):
-            rospy.set_param('/refused', refused)
-            self.assertEqual(show.view_of('/refused'), (show.DEFAULT, 0, show.FREE * show.DEFAULT))
+            self.assertEqual(show.view_of_scene(refused), (show.DEFAULT, 0, show.FREE * show.DEFAULT))
         self.assertEqual([show.cell(size) for size in (0.7, 1.7, 45.0)], [0.5, 1, 20])
         show.fit(config, 5.0, -3.0, 6.25)
         manager = config['Visualization Manager']

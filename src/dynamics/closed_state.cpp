@@ -11,6 +11,11 @@ namespace planar_chain {
 
 namespace {
 
+/// The direction of v, rad, to 1e-6: a first guess whose digits do not depend on the C library.
+double guessedAngle(Vec2d v) {
+  return std::round(std::atan2(v.y, v.x) * 0x1p20) * 0x1p-20;
+}
+
 /// Lays the chain along an arc from its pin to the tip's place, which hangs down. Slides stay.
 void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
   const int slides = chain.slides(), n = chain.size();
@@ -24,14 +29,14 @@ void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
     chord = {};
     for (int j = slides; j < n; ++j) {
       const Vec2d pin = chain.links()[index(j)].pin;
-      y[index(j)] = arc * (j - slides) / (n - slides) - std::atan2(pin.y, pin.x);
+      y[index(j)] = arc * (j - slides) / (n - slides) - guessedAngle(pin);
       chord += Rotation<double>::of(y[index(j)]) * pin;
     }
     return length(chord);
   };
   double low = 0, high = 2 * pi;
   for (int k = 0; k < 60; ++k) (turnBy((low + high) / 2) > length(to) ? low : high) = (low + high) / 2;
-  const double turn = std::atan2(to.y, to.x) - std::atan2(chord.y, chord.x) - at.angle.value;
+  const double turn = guessedAngle(to) - guessedAngle(chord) - at.angle.value;
   for (int j = slides; j < n; ++j) y[index(j)] += turn;
 }
 
