@@ -194,9 +194,9 @@ class Motions(InFolder):
         rods = Scene({"chain": ["a", "b"], "links": {"a": ROD, "b": ROD}})
         simulation = Simulation(rods)
         simulation.hold_torque("b_joint", 1e12)
-        with self.assertRaisesRegex(planar_chain.Failed, r"of 0.005 s after 10000\d\d steps: the rate of b_joint is \S+ rad/s, "
+        with self.assertRaisesRegex(planar_chain.Failed, r"of 100 s after 10000\d\d steps: the rate of b_joint is \S+ rad/s, "
                                     "the torque in b_joint 1e.12 N m; expected at most 1000000 steps"):
-            simulation.advance_to(0.005)
+            simulation.advance_to(100)
         # The state is that of the last step, from which it can go on.
         self.assertGreater(abs(simulation.qd).max(), 1e8)
         time_then = simulation.time

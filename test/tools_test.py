@@ -68,8 +68,6 @@ class Tools(InFolder):
         _, rows = self.rows()
         self.assertGreater(len(rows), 10)
         self.assertTrue(all(math.isfinite(entry) for row in rows for entry in row))
-        # A million for each second so far, however long the run is to be.
-        self.assertIn("expected at most 1000000 steps", self.simulate("--duration", "100", scene=wild).stderr)
         self.assertEqual(self.simulate("--duration", "1", "--most-steps", "20").returncode, 1)
         self.assertEqual(self.simulate("--duration", "1", "--most-steps", "10000").returncode, 0)
         os.remove(self.path("out.csv"))
