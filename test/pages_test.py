@@ -8,6 +8,7 @@ tool has is missing; the tutorial, launch/README.md, does what it says when its 
 import functools
 import glob
 import importlib.util
+import math
 import os
 import re
 import signal
@@ -188,13 +189,13 @@ class Reader:
 
 
 class Standing:
-    """True of a state that is the last of so many at the goal."""
+    """True of a state that is the last of so many at the goal, up to whole turns."""
 
     def __init__(self, goal):
         self._goal, self._there = goal, 0
 
     def __call__(self, state):
-        near = all(abs(q - goal) < ARRIVED for q, goal in zip(state.position, self._goal))
+        near = all(abs(math.remainder(q - goal, 2 * math.pi)) < ARRIVED for q, goal in zip(state.position, self._goal))
         self._there = self._there + 1 if near else 0
         return self._there >= STANDING
 
