@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "ode/rise.h"
-
 namespace planar_chain {
 
 Stops::Stops(const Chain& chain) : coordinates_(chain.coordinates()), n_(chain.size()) {
@@ -134,24 +132,6 @@ double Stops::nearest(const ode::Stretch& of) const {
       first = std::min({first, passing(-depth, noise), passing(push, pushNoise)});
   }
   return first < 1 ? first * h : -1;
-}
-
-std::optional<ode::Crossing> Stops::crossing(const ode::Stretch& of) const {
-  if (!of.course) return {};
-  ode::Crossing first;
-  first.t = of.t + of.h;
-  for (const Stop& stop : stops_) {
-    const auto due = [&](double t) {
-      const double* y = of.course->at(t).data();
-      return stop.due(y, y + n_);
-    };
-    if (due(first.t) <= 0) continue;
-    ode::Rise rise{due(of.t), due(of.t + of.h / 2), due(of.t + of.h),
-                   stop.noise(of.y.data(), of.y.data() + n_)};
-    rise.beyond += ode::narrowest(of) * rise.steepest(of.h);
-    first = ode::riseOf(rise, of, first.t, due);
-  }
-  return first;
 }
 
 // ---- What they do ----------------------------------------------------------------------------

@@ -42,7 +42,6 @@ class Stops : public Effect, public Switching {
   void change(double t, double* y, const ode::Crossing& found) override;
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(const ode::Stretch& of) const override;
-  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override;
 
  private:
   enum class Place { free, pushing, parted };
