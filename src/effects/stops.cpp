@@ -40,14 +40,12 @@ double Stops::Stop::rounding(const double* theta) const {
   return 4 * epsilon * (sumOfSizes(theta, q) + std::abs(limit));
 }
 
-double Stops::Stop::noise(const double* theta, const double* omega) const {
-  return rounding(theta) + (place == Place::free ? 0 : d / k * 4 * epsilon * sumOfSizes(omega, q));
-}
-
 double Stops::Stop::due(const double* theta, const double* omega) const {
   const double x = depth(theta);
   if (place == Place::free) return x;
-  const double push = x + d / k * speed(omega), noise = this->noise(theta, omega);
+  const double lag = d / k;
+  const double push = x + lag * speed(omega);
+  const double noise = rounding(theta) + lag * 4 * epsilon * sumOfSizes(omega, q);
   return place == Place::pushing ? -push - noise : std::max(-x, push - noise);
 }
 

@@ -59,8 +59,6 @@ class Stops : public Effect, public Switching {
     /// How far the change to another place is due, rad; ≤ 0: it is not. A push must be wrong by more than
     /// rounding: in an overdamped stop k x and d ẋ cancel, and s is below the rounding of either.
     double due(const double* theta, const double* omega) const;
-    /// What rounding makes of due().
-    double noise(const double* theta, const double* omega) const;
     Place next(double x, double xd) const;
   };
 
