@@ -88,6 +88,19 @@ class Launch(unittest.TestCase):
         self.assertEqual(recorded[0].header.seq, 0)
         self.assertAlmostEqual(recorded[0].velocity[0], 0, delta=1e-12)
 
+    def test_a_recorder_gets_the_sensors(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with open(folder + '/sensed.yaml', 'w') as scene:
+                scene.write('chain: [rod]\nlinks: {rod: {mass: 1, inertia: 1, com: [1, 0], pin: [2, 0]}}\n'
+                            'sensors: {encoder: {joints: all, rate: 100}, imu: {link: rod, rate: 200}}\n')
+            with self.launch('scene_file:=' + folder + '/sensed.yaml', 'record:=' + folder + '/run'):
+                self.states.wait_for_count(50)
+            with rosbag.Bag(folder + '/run.bag') as bag:
+                topics = bag.get_type_and_topic_info().topics
+        rospy.delete_param('/planar_chain')
+        for name in ('encoder', 'imu'):
+            self.assertGreater(topics['/planar_chain/' + name].message_count, 10)
+
     def test_a_refused_scene_is_printed_once_and_ends_the_launch(self):
         with tempfile.NamedTemporaryFile('w', suffix='.yaml') as scene:
             scene.write('chain: [rod]\nlinks: {rod: {mass: -1, inertia: 1, com: [0, 0], pin: [1, 0]}}\n')
