@@ -108,19 +108,26 @@ void Closure::move(const Couplings& at, Vec2d tip, double most, double* values, 
   for (int j = 0; j < n_; ++j) add(share * change_[index(j)], values[j], carry ? carry + j : nullptr);
 }
 
+/// An angle of many turns has a rounding of its own, which no change of it can take away.
+double Closure::leastGap(const double* y) const {
+  double largest = 0;
+  for (int j = mechanism_.slides(); j < n_; ++j) largest = std::max(largest, std::abs(y[j]));
+  return std::max(closed, rounding * largest);
+}
+
 bool Closure::close(const Couplings& at, double* y, double* carry) {
   constexpr int mostIterations = 100;
-  const double size = sizeAt(at);
+  const double size = sizeAt(at), enough = leastGap(y) * size;
   double before = std::numeric_limits<double>::infinity();
   for (int k = 0; k < mostIterations; ++k) {
     const Vec2d missing = gap(at, y);
     const double left = length(missing);
-    if (left <= rounding * size || (left <= closed * size && left > before / 2)) return true;
+    if (left <= rounding * size || (left <= enough && left > before / 2)) return true;
     if (!std::isfinite(left)) return false;
     before = left;
     move(at, missing, longestTurn, y, carry);
   }
-  return length(gap(at, y)) <= closed * size;
+  return length(gap(at, y)) <= enough;
 }
 
 bool Closure::project(const Couplings& at, double* y, double* carry) {

@@ -22,7 +22,7 @@ namespace planar_chain {
 /// Only the constructor allocates.
 class Closure {
  public:
-  /// The share of the size below which a gap is closed.
+  /// The share of the size below which a gap is closed, at angles below some hundred radians.
   static constexpr double closed = 1e-13;
 
   /// The mechanism must outlive this object.
@@ -46,6 +46,7 @@ class Closure {
   Vec2d alongRows(const Couplings& at, Vec2d a) const;
   void move(const Couplings& at, Vec2d tip, double most, double* values, double* carry);
   EndsMotion<double> impulse(const Couplings& at, Vec2d tip);
+  double leastGap(const double* y) const;
   bool close(const Couplings& at, double* y, double* carry);
 
   const Mechanism& mechanism_;

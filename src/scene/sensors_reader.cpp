@@ -17,12 +17,35 @@ constexpr double longestDelay = 10;  // s
 constexpr double largestSeed = 9007199254740992;
 
 /// The names that a node has below its own.
-const std::set<std::string> namesOfTheNode{
-    "base_trajectory", "base_wrench",  "clear_commands", "commands_taken",
-    "equations",       "joint_torque", "joint_torques",  "joint_trajectory",
-    "linearize",       "link_force",   "link_states",    "pause",
-    "reset",           "resume",       "set_state",      "settle",
-    "status",          "step",         "tip_wrench",     "view"};
+const std::set<std::string> namesOfTheNode{"base_trajectory",
+                                           "base_wrench",
+                                           "clear_commands",
+                                           "commands_taken",
+                                           "equations",
+                                           "joint_torque",
+                                           "joint_torques",
+                                           "joint_trajectory",
+                                           "linearize",
+                                           "link_force",
+                                           "link_states",
+                                           "pause",
+                                           "reset",
+                                           "resume",
+                                           "scene",
+                                           "set_state",
+                                           "settle",
+                                           "status",
+                                           "step",
+                                           "tip_wrench",
+                                           "view"};
+
+/// Errors that can be squared and added up.
+NumberRule sized(NumberRule rule) {
+  rule.which += ", of size up to 1e100";
+  rule.low = std::max(rule.low, -1e100);
+  rule.high = 1e100;
+  return rule;
+}
 
 void takeJoints(const Section& in, const ChainNames* names, Encoder& encoder) {
   const char* expected = "all, or a list of joints, each once";
@@ -52,17 +75,17 @@ void takeJoints(const Section& in, const ChainNames* names, Encoder& encoder) {
 Encoder readEncoder(const Section& in, const ChainNames* names) {
   Encoder encoder;
   takeJoints(in, names, encoder);
-  in.take("resolution", NumberRule::from(0, "rad (m for slides)"), encoder.resolution);
-  in.take("noise", NumberRule::from(0, "rad (m for slides)"), encoder.noise);
-  in.take("bias", NumberRule::any("rad (m for slides)"), encoder.bias);
+  in.take("resolution", sized(NumberRule::from(0, "rad (m for slides)")), encoder.resolution);
+  in.take("noise", sized(NumberRule::from(0, "rad (m for slides)")), encoder.noise);
+  in.take("bias", sized(NumberRule::any("rad (m for slides)")), encoder.bias);
   return encoder;
 }
 
 AxesErrors readErrors(const Section& in, const std::string& of, const std::string& unit) {
   AxesErrors errors;
-  in.take(of + "_noise", NumberRule::from(0, unit), errors.noise);
-  in.take(of + "_bias", NumberRule::any(unit), errors.bias);
-  in.take(of + "_bias_walk", NumberRule::from(0, unit + "/√s"), errors.walk);
+  in.take(of + "_noise", sized(NumberRule::from(0, unit)), errors.noise);
+  in.take(of + "_bias", sized(NumberRule::any(unit)), errors.bias);
+  in.take(of + "_bias_walk", sized(NumberRule::from(0, unit + "/√s")), errors.walk);
   return errors;
 }
 
@@ -86,7 +109,9 @@ Imu readImu(const Section& in, const ChainNames* names) {
   } else if (names) {
     imu.link = found->second;
   }
-  in.take("point", "m", imu.point);
+  if (in.take("point", "m", imu.point); !(std::hypot(imu.point.x, imu.point.y) <= 1e100)) {
+    in.fault("point", "a place within 1e100 m of the inner pin");
+  }
   in.take("angle", NumberRule::any("rad"), imu.angle);
   imu.gyro = readErrors(in, "gyro", "rad/s");
   imu.specific = readErrors(in, "accelerometer", "m/s²");
