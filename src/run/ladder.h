@@ -69,14 +69,15 @@ class Pace {
 /// Writes why the last rung failed at t. gap: of the energy balance, J. isStretched: as Dynamics'.
 inline void describeFailure(std::string& to, const std::string& method, double t, ode::Outcome outcome,
                             double gap, bool isStretched) {
-  char why[80] = "the motion leaves the finite numbers";
+  char why[100] = "the motion leaves the finite numbers";
   if (outcome == ode::Outcome::stepTooSmall) {
     std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
   } else if (outcome != ode::Outcome::notFinite) {
     std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", gap);
   }
   if (isStretched) {
-    std::snprintf(why, sizeof why, "the chain is stretched to its held tip: its way on is not determined");
+    std::snprintf(why, sizeof why,
+                  "the chain to its held tip is straight or folded: its way on is not determined");
   }
   char text[300];
   std::snprintf(

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 #include "dynamics/closed_state.h"
@@ -83,8 +84,9 @@ bool closeStart(Scene& scene, const Section& top) {
   if (!scene.tip) return true;
   const Closing closing = closeState(scene, 0, scene.q, scene.qd);
   if (!closing.isClosed) {
-    top.fault(keyOf(*scene.tip), "a place that the tip reaches",
-              "a gap of " + toText(closing.gap) + " m is left");
+    char gap[40];
+    std::snprintf(gap, sizeof gap, "a gap of %.6g m", closing.gap);
+    top.fault(keyOf(*scene.tip), "a place that the tip reaches", gap);
     return false;
   }
   constexpr double worthSaying = 1e-6;
