@@ -6,6 +6,7 @@
 
 #include "dynamics/closure.h"
 #include "effects/effects.h"
+#include "lanes/segments.h"
 
 namespace planar_chain {
 
@@ -30,7 +31,7 @@ void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
     for (int j = slides; j < n; ++j) {
       const Vec2d pin = chain.links()[index(j)].pin;
       y[index(j)] = arc * (j - slides) / (n - slides) - guessedAngle(pin);
-      chord += Rotation<double>::of(y[index(j)]) * pin;
+      chord += plainRotation(y[index(j)]) * pin;
     }
     return length(chord);
   };

@@ -12,6 +12,7 @@
 #include "dynamics/closure.h"
 #include "dynamics/stored_energy.h"
 #include "effects/effects.h"
+#include "lanes/segments.h"
 
 namespace planar_chain {
 
@@ -179,7 +180,7 @@ class Search {
   /// Γ and the tridiagonal matrix of the groups.
   void find(const Eigen::VectorXd& theta) {
     for (int j = coordinates_.slides(); j < n_; ++j) {
-      e_[index(j)] = Rotation<double>::of(theta[j] + baseAngle_);
+      e_[index(j)] = plainRotation(theta[j] + baseAngle_);
     }
     N_.setZero();
     k_.setZero();
@@ -235,7 +236,7 @@ class Search {
       if (coordinates_.slides(load->link)) continue;  // constant while angles change
       for (int j = coordinates_.slides(); j <= load->link; ++j) {
         const Vec2d arm = j < load->link ? scene_.chain.links()[index(j)].pin : load->point;
-        place += Rotation<double>::of(theta[j] + baseAngle_) * arm;
+        place += plainRotation(theta[j] + baseAngle_) * arm;
       }
       energy -= factor * (dot(load->force, place) + load->moment * theta[load->link]);
     }
@@ -317,7 +318,7 @@ class Search {
       x[bad] = 1;
       for (Eigen::Index g = bad; g-- > 0;) x[g] = spring_[g + 1] * x[g + 1] / pivot_[g];
     } else {
-      for (Eigen::Index g = 0; g < groups; ++g) x[g] = 1 + 0.5 * std::sin(static_cast<double>(g));
+      for (Eigen::Index g = 0; g < groups; ++g) x[g] = 1 + 0.5 * plainRotation(static_cast<double>(g)).s;
       for (int k = 0; k < 4; ++k) x = solved(x).normalized();
     }
     x *= push / x.cwiseAbs().maxCoeff();
