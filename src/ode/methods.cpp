@@ -21,6 +21,10 @@ bool hasFixedStep(const std::string& name) {
   return name == "rk4" || name == "ros34pw2_fixed";
 }
 
+bool isExplicit(const std::string& name) {
+  return name == "rk4" || name == "dopri5" || name == "dop853" || name == "taylor";
+}
+
 std::unique_ptr<Stepper> makeStepper(const std::string& name, SeriesSystem& f, const Tolerance& tolerance,
                                      const std::shared_ptr<LocalStiffness>& stiffness) {
   if (name == "radau13") return std::make_unique<Radau>(f, tolerance, stiffness);

@@ -16,6 +16,9 @@ const std::vector<std::string>& methodNames();
 /// True for a method of equal steps, which ignores the tolerance.
 bool hasFixedStep(const std::string& name);
 
+/// True for a method that never solves with the Jacobian. False for auto, which has both kinds.
+bool isExplicit(const std::string& name);
+
 /// Makes the stepper of a method, but for auto. tolerance: arranged; that to which radau13 solves its stages,
 /// and which sets the order of taylor. Allocates.
 /// @throws std::invalid_argument for any other name

@@ -7,14 +7,6 @@
 
 namespace planar_chain {
 
-namespace {
-
-bool isExplicit(const std::string& method) {
-  return method == "rk4" || method == "dopri5" || method == "dop853" || method == "taylor";
-}
-
-}  // namespace
-
 Sampler::Sampler(const Scene& scene, Dynamics& dynamics, const Turns& turns)
     : scene_(scene),
       dynamics_(dynamics),
@@ -53,7 +45,7 @@ void Sampler::measureWithin(const ode::State& from, const ode::State& to, const 
   if (bank_.next() > to.t) return;
   const long long before = dynamics_.evaluations();
   while (bank_.next() < to.t) {
-    moveTo(bank_.next(), from, to, !isExplicit(method));
+    moveTo(bank_.next(), from, to, !ode::isExplicit(method));
     take(at_);
   }
   evaluations_ += dynamics_.evaluations() - before;
