@@ -182,7 +182,7 @@ RecordedCommands readCommands(const std::string& path, const std::optional<std::
 ///
 /// rosbag::Bag writes the file. It seeks to the end of the file twice per message, but is fast enough: a
 /// minute of config/scenes/double_pendulum.yaml at 200 Hz takes 0.34 s of processor time, 175 times less than
-/// real time (test/README.md, Long checks). A writer of our own took 0.04 s, and 285 lines.
+/// real time (test/README.md, By hand). A writer of our own took 0.04 s, and 285 lines.
 ///
 /// Tick k is stamped k/rate, rounded to ns, and is received at that time. /clock comes first. The scene is in
 /// tick 1. The status
