@@ -314,6 +314,12 @@ TEST(LongChains, DoNotStall) {
   }
 }
 
+// Joints between long stretches that stick break loose with next to no acceleration.
+TEST(LongChains, HoldWhatHardlyStarts) {
+  const long long dampers = evaluationsOf(levelChain(1000, 1e-7, "damping", 0.1, 0.1), 0.1);
+  EXPECT_LT(evaluationsOf(levelChain(1000, 1e-7, "friction", 0.1, 0.1), 0.1), 40 * dampers);
+}
+
 TEST(LongChains, DoNotStallWhereTheyOnceDid) {
   struct Case {
     int links;

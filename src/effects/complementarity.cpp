@@ -13,6 +13,10 @@ constexpr int mostVain = 20;
 /// Wrong joints this near to each other are of one front: A falls off by about 4 from joint to joint. The
 /// distance doubles after each mostVain rounds, until all are of one front.
 constexpr int nearest = 3;
+/// A joint that starts with a smaller share than this of the least q̈ that counts is held. A joint beside
+/// others that slide starts with more than a tenth where its band ends.
+constexpr double slow = 1. / 16;
+constexpr double mostWidened = 256;  ///< a band, at once
 
 bool isWrong(const RestingJoint& joint) {
   return joint.direction == 0 ? joint.excess > 0 && !joint.isHeld : joint.wrong > 0;
@@ -31,7 +35,10 @@ class Pivoting {
     int fewest = std::numeric_limits<int>::max(), vain = 0;
     while (rounds_ < most) {
       const int wrong = solve();
-      if (wrong == 0) return rounds_;
+      if (wrong == 0) {
+        if (!holdSlow()) return rounds_;
+        continue;
+      }
       vain = wrong < fewest ? 0 : vain + 1;
       fewest = std::min(fewest, wrong);
       flipped_ = 0;
@@ -60,6 +67,19 @@ class Pivoting {
       }
     }
     return static_cast<int>(std::count_if(joints_.begin(), joints_.end(), isWrong));
+  }
+
+  /// Holds those that hardly start. Returns false if there are none.
+  bool holdSlow() {
+    bool any = false;
+    for (RestingJoint& joint : joints_) {
+      if (joint.direction == 0 || joint.start >= slow) continue;
+      joint.direction = 0;
+      joint.widening = 1 / std::max(joint.start, 1 / mostWidened);
+      joint.isHeld = any = true;
+    }
+    flipped_ = 0;
+    return any;
   }
 
   void flip(RestingJoint& joint) {

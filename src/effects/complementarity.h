@@ -17,7 +17,8 @@
 ///
 /// If one joint alone is changed, what was wrong with it is right, for A is positive definite: one that
 /// breaks loose starts that way; one that stops does not start again the same way, but it may the other way.
-/// If this does not hold, rounding decides. Such a joint sticks, and is changed no more.
+/// If this does not hold, rounding decides. Such a joint sticks, and is changed no more. So does, at the end,
+/// a joint that would start with far less q̈ than counts.
 ///
 /// If a breakaway torque is larger than the friction of sliding, several solutions may exist. Then all joints
 /// stick at first, and only the one with the most torque for its breakaway torque is released each time, for
@@ -35,13 +36,15 @@ namespace planar_chain {
 struct RestingJoint {
   int joint = 0;
   double direction = 0;  ///< 0: it sticks, else the sign of its q̈
-  bool isHeld = false;   ///< it sticks, for rounding alone says otherwise
+  bool isHeld = false;   ///< it sticks, for rounding alone says otherwise, or it would hardly start
+  double widening = 2;   ///< of a held joint: by how much its band gets wider than its excess
   // Results of solve():
   double excess = 0;   ///< of a stuck joint: |λ| − the torque that releases it, N m
   double load = 0;     ///< of a stuck joint: |λ| / breakaway torque
   double release = 0;  ///< of a stuck joint: the direction in which it would start
   bool flips = false;  ///< scratch
   double wrong = 0;    ///< of a joint that starts: how much q̈ is against its direction, beyond rounding
+  double start = 1;    ///< of a joint that starts: q̈ in its direction over the least one that counts
 };
 
 class RestingChain {

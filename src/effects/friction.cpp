@@ -105,7 +105,7 @@ void Friction::decide(double t, const double* y) {
   if (joints_.stuck().empty()) return;
   const double* moments = instant_.momentsAt(t, y);
   for (const RestingJoint& one : atRest_) {
-    if (one.direction == 0 && one.excess > 0) joints_.holdAt(one.joint, moments[one.joint]);
+    if (one.direction == 0 && one.excess > 0) joints_.holdAt(one.joint, moments[one.joint], one.widening);
   }
 }
 
@@ -135,7 +135,9 @@ void Friction::solve(std::vector<RestingJoint>& joints) {
       one.load = std::abs(moment) / joints_.breakaway(one.joint);
       one.release = moment > 0 ? -1 : 1;
     } else {
-      one.wrong = -one.direction * coordinates_.relative(answer.accelerations, one.joint) - least;
+      const double start = one.direction * coordinates_.relative(answer.accelerations, one.joint);
+      one.wrong = -start - least;
+      one.start = start / joints_.leastStart(one.joint);
     }
   }
 }

@@ -92,8 +92,8 @@ void StickSlip::start(int joint, double direction) {
   direction_[joint] = direction;
 }
 
-void StickSlip::holdAt(int joint, double moment) {
-  band_[joint] = std::max(band_[joint], 2 * (std::abs(moment) - breakaway_[joint]));
+void StickSlip::holdAt(int joint, double moment, double widening) {
+  band_[joint] = std::max(band_[joint], widening * (std::abs(moment) - breakaway_[joint]));
 }
 
 bool StickSlip::take() {

@@ -14,10 +14,11 @@
 ///
 /// where a = accuracy × tolerance/s, rad/s², ten times that for weak friction, and Y = 1/I_i + 1/I_{i−1} is
 /// an upper bound of ∂q̈/∂μ: pins and rotors only make it smaller. So a joint that the band holds misses less
-/// than the error that the tolerance allows. If a joint breaks loose and comes to rest again without its
-/// angle moving by more than rounding, its torque was not known to be larger: its band becomes four times as
-/// wide. So a joint cannot stick and slide by turns where it does not move, whatever rounding does. A joint
-/// that moves gets its own band back.
+/// than the error that the tolerance allows. Between long stretches that stick, ∂q̈/∂μ may be 1e8 times
+/// smaller: a joint that breaks loose there and starts with far less than a is held by a wider band. If a
+/// joint breaks loose and comes to rest again without its angle moving by more than rounding, its torque was
+/// not known to be larger: its band becomes four times as wide. So a joint cannot stick and slide by turns
+/// where it does not move, whatever rounding does. A joint that moves gets its own band back.
 ///
 /// A joint whose breakaway torque changes no rate by more than a tenth of the tolerance in a second, c Y <
 /// 0.1 tolerance/s, has no friction here: it would change the motion by less than the tolerance allows.
@@ -73,6 +74,9 @@ class StickSlip {
   double limit(int joint) const { return breakaway_[joint] + band_[joint]; }
   double stickDue(int joint, const double* moments) const { return std::abs(moments[joint]) - limit(joint); }
 
+  /// a of the band: the least |q̈| that counts, rad/s².
+  double leastStart(int joint) const { return ownBand(joint) * mostYield_[joint]; }
+
   // ---- Transitions: take() ends them ---------------------------------------------------------------------
 
   /// Sets a joint by its rate. One at rest sticks.
@@ -81,8 +85,8 @@ class StickSlip {
   void rest(int joint, const double* y, bool passes);
   /// Of a joint at rest: 0, it sticks; else it starts.
   void start(int joint, double direction);
-  /// Widens the band of a stuck joint, so that it holds this torque.
-  void holdAt(int joint, double moment);
+  /// Widens the band of a stuck joint to so many times what this torque asks for.
+  void holdAt(int joint, double moment, double widening);
   /// Lists the stuck joints, and sums the moments. Returns true if other joints stick than before.
   bool take();
 
