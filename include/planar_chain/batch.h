@@ -2,7 +2,7 @@
 
 /// Many simulations at once: the same scene from other starts, with other masses, other loads.
 ///
-/// All cores work. Chains of up to twelve links with nothing but pins, gravity, linear springs and dampers
+/// It uses all cores. Chains of up to twelve links with nothing but pins, gravity, linear springs and dampers
 /// run in SIMD lanes, one run in each, if the scene's method is auto or taylor. Every other run is a
 /// Simulation of its own. The results of a run depend neither on the number of threads nor on the other runs.
 
@@ -19,7 +19,7 @@
 namespace planar_chain {
 
 struct BatchOptions {
-  int threads = 0;  ///< 0: one a core
+  int threads = 0;  ///< 0: one per core
   /// Runs at a time in a thread, at most. 0: as many as the CPU can; 1: every run is a Simulation of its own.
   int lanes = 0;
   /// Steps of one run, at most; more fail. Absent: a million for each second, and at least a million, but
@@ -44,25 +44,25 @@ struct BatchRun {
 
 struct BatchResult {
   /// states[(run × times + k) × 2n]: the relative angles q (rad), then their rates (rad/s), at times[k]. NaN
-  /// where a failed or cancelled run did not arrive.
+  /// for times that a failed or cancelled run did not reach.
   std::vector<double> states;
   std::vector<BatchRun> runs;
 };
 
-/// Changes a copy of the scene into that of one run: the start q and qd, the chain, loads. It is called once
-/// a run, from several threads at once. If it throws a std::exception, the run fails for that reason.
+/// Changes a copy of the scene for one run: the start q and qd, the chain, loads. It is called once per run,
+/// from several threads at once. If it throws a std::exception, the run fails for that reason.
 using SceneOfRun = std::function<void(std::size_t run, Scene& scene)>;
 
-/// What varies from run to run, by the run's number.
+/// The numbers that differ between runs, by the number of the run.
 struct Varied {
-  std::vector<double> starts;                          ///< 2n numbers a run, q and then qd; or none
-  std::map<std::string, std::vector<double>> numbers;  ///< one a run, by a path such as "links/lower/mass"
+  std::vector<double> starts;                          ///< 2n numbers per run, q and then qd; or none
+  std::map<std::string, std::vector<double>> numbers;  ///< one per run, by a path such as "links/lower/mass"
 };
 
 /// Returns the function that makes the scene of each run. Both arguments must outlive it. tree: the values of
 /// the scene.
-/// @throws Refused with all faults, if the scene can have no number at a path, or if a path is an initial
-/// angle or velocity and `starts` are given as well
+/// @throws Refused with all faults, if a path cannot hold a number, or is an initial angle or velocity while
+/// `starts` are given
 SceneOfRun sceneOfRun(const Value& tree, const Varied& varied);
 
 /// @throws Refused with a fault for each time that is not finite, negative, or before the one before it
@@ -73,7 +73,7 @@ void requireTimes(const std::vector<double>& times);
 BatchResult simulateMany(const Scene& scene, std::size_t runs, const SceneOfRun& sceneOfRun,
                          const std::vector<double>& times, const BatchOptions& options = {});
 
-/// The same scene from other starts. starts: 2n numbers a run, q and then qd.
+/// As above, with one scene and other starts: 2n numbers per run, q and then qd.
 /// @throws std::invalid_argument also if `starts` does not hold whole runs
 BatchResult simulateMany(const Scene& scene, const std::vector<double>& starts,
                          const std::vector<double>& times, const BatchOptions& options = {});

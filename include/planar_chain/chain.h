@@ -73,7 +73,7 @@ struct Joint {
   NamedNumbers others{};
 
   bool slides = false;  ///< along the rail
-  Vec2d axis{1, 0};     ///< direction of the rail, base axes, not 0. A chain has it of length 1
+  Vec2d axis{1, 0};     ///< direction of the rail, base axes, not 0. In a Chain its length is 1
 
   bool isLimited() const { return std::isfinite(lower) || std::isfinite(upper); }
   /// True if `others` has this key.
@@ -103,29 +103,29 @@ constexpr std::size_t index(int i) {
   return static_cast<std::size_t>(i);
 }
 
-/// The coordinates of a chain, one a joint: q_i, and what states hold instead, x_i = (s_1 …, θ …). Angles are
-/// absolute; the first one and positions are measured from the base.
+/// The coordinates of a chain, one per joint. q_i is relative. States contain x_i = (s_1 …, θ …) instead,
+/// with absolute angles. The first angle and positions are measured from the base.
 ///
 ///     q_i = x_i − x_{i−1}, or x_i of slides and of the first body that turns            likewise rates
 class Coordinates {
  public:
-  /// n of joints; the first `slides` of them slide.
+  /// n joints, of which the first `slides` slide.
   Coordinates(int n, int slides) : n_(n), slides_(slides) {}
 
   int size() const { return n_; }
   int slides() const { return slides_; }
-  /// True of a position, false of an angle.
+  /// True if coordinate i is a position, false if it is an angle.
   bool slides(int i) const { return i < slides_; }
   /// True if q_i = x_i − x_{i−1}.
   bool isDifference(int i) const { return i > slides_; }
 
-  /// q_i from x, and likewise of rates and accelerations.
+  /// Returns q_i from x, and likewise rates and accelerations.
   double relative(const double* x, int i) const { return isDifference(i) ? x[i] - x[i - 1] : x[i]; }
-  /// All of them. Both may be the same array.
+  /// Writes all q_i from x. Both may be the same array.
   void toRelative(const double* x, double* q) const {
     for (int i = n_ - 1; i >= 0; --i) q[i] = relative(x, i);
   }
-  /// And back.
+  /// Writes x from all q_i. Both may be the same array.
   void toAbsolute(const double* q, double* x) const {
     for (int i = 0; i < n_; ++i) x[i] = isDifference(i) ? x[i - 1] + q[i] : q[i];
   }
@@ -142,7 +142,7 @@ class Coordinates {
   int n_, slides_;
 };
 
-/// The same with q_i alone.
+/// Computes one q_i from x.
 struct Coordinate {
   int joint;
   bool isDifference;
@@ -152,7 +152,7 @@ struct Coordinate {
 };
 
 /// Returns the faults in the values of one link or joint. Paths are keys of the scene below the link, such as
-/// "mass" or "joint/damping". slides: the link does.
+/// "mass" or "joint/damping". slides: true for a link that slides.
 std::vector<Fault> faultsOf(const Link& link, bool slides = false);
 std::vector<Fault> faultsOf(const Joint& joint);
 
@@ -172,10 +172,10 @@ class Chain {
   int size() const { return static_cast<int>(links_.size()); }  ///< n
   int slides() const { return slides_; }                        ///< the number of slides: 0, 1 or 2
   Coordinates coordinates() const { return {size(), slides_}; }
-  /// The farthest that a point of the chain, pins and centres of mass, can be from the first pin of a link
-  /// that turns, m; 1 if that is 0.
+  /// Returns the largest distance that a pin or centre of mass can have from the first pin of a link that
+  /// turns, m; 1 if that is 0.
   double reach() const;
-  /// The links that turn, as a chain on a fixed pin. Allocates.
+  /// Returns the links that turn, as a chain on a fixed pin. Allocates.
   Chain withoutSlides() const;
   const std::vector<Link>& links() const { return links_; }
   const std::vector<Joint>& joints() const { return joints_; }

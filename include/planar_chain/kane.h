@@ -32,7 +32,7 @@
 ///     V_pd = T B + D,   D_ij = d_i (i ≤ j), of slides i          A_2 = V_pd diag(m_1, m_1, …)
 ///
 /// A held tip has the rows c_j of recursion/ends.h and the acceleration ẍ_T that they give. With a_tip =
-/// J_tip q̈ + what is left at q̈ = 0, and the forces φ along the rows,
+/// J_tip q̈ + a_tip(q̈ = 0), and the forces φ along the rows,
 ///
 ///     M_q q̈ = f + J_cᵀ φ          J_c q̈ = c          J_c = (c_j·J_tip),  c = (c_j·(ẍ_T − a_tip(q̈ = 0)))
 ///
@@ -52,14 +52,14 @@ struct ActiveForces {
   Eigen::VectorXd M;    ///< n: on the bodies, N m
   Eigen::VectorXd tau;  ///< n: τ_i on body i and −τ_i on body i−1, N m; springs, dampers, stops included
 
-  // Inertia that the chain's links do not have. By default there is none.
+  // Rotors and the motion of the base; none by default.
   Eigen::VectorXd rotors{};  ///< J, kg m²: n, or none
   Vec2d acceleration{};      ///< p̈ of the ground pin, m/s²
   double angle = 0;          ///< φ of the base, rad, with φ̇ and φ̈
   double rate = 0, turning = 0;
 
-  Eigen::MatrixXd tipRows{};  ///< k×2: what holds the tip; no row: nothing does
-  Vec2d tipAcceleration{};    ///< that it has along them, m/s²
+  Eigen::MatrixXd tipRows{};  ///< k×2: the rows c_j of a held tip; k = 0: free
+  Vec2d tipAcceleration{};    ///< ẍ_T of a held tip, m/s²
 };
 
 /// Returns the sum at time t (s) of gravity m g at the centres of mass, loads, springs and dampers
@@ -71,9 +71,9 @@ struct ActiveForces {
 ///   the chain does not have
 ActiveForces activeForces(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);
 
-/// Returns the torques in the joints, N m, that give the accelerations qdd (rad/s², n) beside all that acts:
-/// M_q q̈ − f without drives. Where the tip is held they are not unique: these have the smallest Σ τ².
-/// Friction is that of the motion, or at rest that of its start. In O(n).
+/// Returns the torques in the joints, N m, that give the accelerations qdd (rad/s², n) in addition to
+/// everything else that acts: M_q q̈ − f without drives. If the tip is held they are not unique: these have
+/// the smallest Σ τ². Friction opposes the rate, or at rest the acceleration. In O(n).
 /// @throws std::invalid_argument as activeForces(), and for a qdd that is not of size n
 /// @throws Refused for a qdd that moves a held tip
 Eigen::VectorXd inverseDynamics(const Scene& scene, double t, const Eigen::VectorXd& q,

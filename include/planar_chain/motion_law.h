@@ -1,14 +1,11 @@
 #pragma once
 
-/// A motion that is given in time: the angle of a driven joint, or a coordinate of the base.
+/// A motion as a function of time: the angle of a driven joint, or a coordinate of the base.
 ///
 ///     sine     x = offset + amplitude sin(2π frequency t + phase)
-///     pieces   x = Σ_k c_k (t − start)^k, k ≤ 5, in each piece; before the first one and after the last one
-///     x
-///              stands still
+///     pieces   x = Σ_k c_k (t − start)^k, k ≤ 5, in each piece; constant before the first, after the last
 ///
-/// At the start of each piece a derivative may jump. An integrator lands there, and takes the piece on the
-/// side of its step.
+/// At the start of each piece a derivative may jump. A step ends there, and uses the piece on its own side.
 
 #include <array>
 #include <limits>
@@ -26,7 +23,7 @@ struct GivenMotion {
   double value = 0, rate = 0, acceleration = 0;
 };
 
-/// What a motion passes at a time, s.
+/// A point of a motion at a time, s.
 struct MotionPoint {
   double time = 0, value = 0;
   std::optional<double> rate, acceleration;
@@ -46,10 +43,10 @@ class MotionLaw {
   /// times increase strictly, at least two; as many values. Source: C. de Boor, A Practical Guide to Splines
   /// (2001), ch. IV, with clamped ends.
   static MotionLaw spline(const std::vector<double>& times, const std::vector<double>& values);
-  /// The first piece holds before its start too. The last one goes on for ever. Not empty.
+  /// The first piece also holds before its start, the last one for ever. Not empty.
   explicit MotionLaw(std::vector<Piece> pieces) : pieces_(std::move(pieces)) {}
 
-  /// This law from `now` until `start`, and then through the points, as ros_control's
+  /// Returns this law from `now` until `start`, and then a motion through the points, as ros_control's
   /// joint_trajectory_controller: by a quintic between two points with rates and accelerations, else by a
   /// cubic between two with rates, else by a straight line. At `start` both are known, from this law. It ends
   /// at rest in the last point, whose rate is nothing or 0.
@@ -62,8 +59,8 @@ class MotionLaw {
   /// now ≤ start < the times of the points, which increase strictly; at least one.
   MotionLaw then(double now, double start, const std::vector<MotionPoint>& points) const;
 
-  /// The cubic from this law's value and rate at `now` to those at `end` > now. At `end` it still holds, so
-  /// that its acceleration can be read there. The rate stays from then on.
+  /// Returns the cubic from this law's value and rate at `now` to those at `end` > now. At `end` the cubic
+  /// still holds, so its acceleration can be read there. After that the rate is constant.
   MotionLaw to(double now, double end, double value, double rate) const;
 
   /// The number of the piece that holds in [t, until(piece)).
@@ -73,14 +70,15 @@ class MotionLaw {
   /// Coefficient k of the Taylor series around t of x, ẋ and ẍ.
   GivenMotion order(int k, double t, int piece) const;
   GivenMotion at(double t) const { return at(t, pieceAt(t)); }
-  /// The longest step that resolves it, s: a quarter of the period of a sine.
+  /// Returns the longest step that resolves the motion, s: a quarter of the period of a sine.
   double longestStep() const;
   bool moves() const;
-  /// True if the energies and forces of the motion are far from overflow: the words of moderate() hold.
+  /// True if the energies and forces of the motion are far from overflow. moderate() returns the condition in
+  /// words.
   bool isModerate() const;
   static std::string moderate(const std::string& unit);
 
-  // As it was given: a sine, if there is one piece.
+  // The constructor's arguments: a sine, if there is one piece.
   double amplitude() const { return amplitude_; }
   double frequency() const { return frequency_; }  ///< Hz
   double phase() const { return phase_; }
@@ -92,13 +90,13 @@ class MotionLaw {
   std::vector<Piece> pieces_;
 };
 
-/// The motion of the ground pin, m, and of the angle that joint 1 is measured from, rad; base frame.
+/// The motion of the ground pin, m, and of the direction from which joint 1 is measured, rad; base frame.
 struct BaseLaws {
   MotionLaw x, y, angle;
 };
 
-/// What holds the tip, the outer pin of the last link: a point that moves by these laws, m, or the line
-/// through it in this direction, which stands still. Of the ground: a base that moves does not move it.
+/// Holds the tip, the outer pin of the last link, at a point that moves by these laws, m, or on the fixed
+/// line through it in this direction. Both belong to the ground, also if the base moves.
 struct TipLaws {
   MotionLaw x, y;
   std::optional<Vec2d> line{};  ///< length 1; nothing: the tip is pinned to the point

@@ -50,7 +50,7 @@ struct Load {
 /// The factor of a load at time t (s): its time law inside start ≤ t < stop, 0 outside.
 double factorAt(const Load& load, double t);
 
-/// A joint whose angle is given in time; the torque follows.
+/// A joint whose angle is a function of time; the torque follows.
 struct Drive {
   int joint = 0;  ///< index
   MotionLaw law;  ///< of q, rad
@@ -61,8 +61,8 @@ struct IntegratorSettings {
   double tolerance = 1e-8;                   ///< relative and absolute, for adaptive methods
   double step = 1e-3;                        ///< s, for methods of fixed step
   bool plainKernel = false;                  ///< the same digits on every x86-64 CPU, at the cost of speed
-  std::optional<double> rateTolerance{};     ///< of the rates by themselves; nothing: as the angles they make
-  std::optional<double> loosestTolerance{};  ///< the node's tolerance yields up to this when it is late
+  std::optional<double> rateTolerance{};     ///< of rates; nothing: as errors of the angles that they cause
+  std::optional<double> loosestTolerance{};  ///< of the node while it is late
 };
 
 /// What the node publishes and `simulate --bag` writes. Other tools only check it.
@@ -73,7 +73,7 @@ struct PublishSettings {
   bool tf = true;
   bool linkStates = true;
   std::optional<std::string> framePrefix;  ///< default: the node's namespace, if it has one
-  std::optional<int> frameEvery;  ///< frames of every k-th link; default: of 50 at most above 200 links
+  std::optional<int> frameEvery;  ///< frames of every k-th link; default: above 200 links, 50 frames at most
   std::string worldFrame = "world";
   std::string baseFrame = "base_link";
 };
@@ -98,15 +98,15 @@ struct Scene {
   /// Simulated time per wall time; 0: as fast as possible. If given, the node publishes /clock. Tools ignore
   /// it.
   std::optional<double> realTimeFactor = std::nullopt;
-  std::vector<Drive> drives{};                  ///< one a joint at most
-  std::optional<BaseLaws> base = std::nullopt;  ///< the motion of the ground pin; nothing: it stands still
+  std::vector<Drive> drives{};                  ///< at most one per joint
+  std::optional<BaseLaws> base = std::nullopt;  ///< the motion of the ground pin; nothing: at rest
   Appearance appearance{};
   NamedNumbers others{};      ///< values of effects, with their keys in the scene
   std::vector<Note> notes{};  ///< for the user; the simulation does not use them
   std::vector<Sensor> sensors{};
   long long seed = 0;                         ///< of the sensors' noise
-  std::optional<TipLaws> tip = std::nullopt;  ///< what holds the tip; nothing: it is free
-  /// What it was read from, in YAML, for recordings; empty unless a tool or the node sets it.
+  std::optional<TipLaws> tip = std::nullopt;  ///< of a held tip; nothing: it is free
+  /// The scene as YAML, for recordings; empty unless a tool or the node sets it.
   std::string text{};
 };
 

@@ -10,12 +10,11 @@
 ///     accelerometer   R⊤ (a_P − g) + b + w + n,   at rest +g, upwards
 ///     w_0 = 0         w_k = w_{k−1} + walk · √(1/rate) · n'
 ///
-/// R holds the axes of the IMU, a_P is the acceleration of its point. x and y are in the plane of motion, z
-/// is along the joint axes. Where the acceleration jumps, it is the one before.
+/// R has the axes of the IMU, a_P is the acceleration of its point. x and y are in the plane of motion, z is
+/// along the joint axes. Where the acceleration jumps, the value before the jump is measured.
 ///
-/// n and n' are normal numbers, independent for every k, joint and axis. Each is a function of the seed, the
-/// sensor's name, k and its component alone (src/sensors/random.h). So a sensor's noise is the same with
-/// other sensors beside it, at every tick rate and on every machine.
+/// n and n' are normal numbers, independent for every k, joint and axis. Each depends only on the seed, the
+/// sensor's name, k and its component (src/sensors/random.h), and is the same on every machine.
 
 #include <string>
 #include <variant>

@@ -1,17 +1,16 @@
 #pragma once
 
-/// A scene in motion: advance it to a time, read its state, push it.
+/// A scene in motion: advance it to a time, read its state, apply forces and torques.
 ///
 /// A simulation uses no clock, no ROS and no files. It is deterministic: the same calls give the same bits.
-/// Only the constructor, reset() and the first rescue by another method allocate, and a simulation that
-/// measures.
+/// It allocates in the constructor, in reset(), in the first rescue by another method, and if it measures.
 ///
 /// Every few steps a guard checks the energy balance (run/energy_guard.h). If the balance does not close, or
 /// the method fails, the simulation returns to the last good state and repeats the steps: first with an
 /// eighth of the step or a hundredth of the tolerance, then with rodas5p. If both fail, it stops with a
-/// fault. rodas5p also takes over where another method but auto and radau13 would make more than 1e8 steps
-/// a second (ros34pw2: 1e10). After some time without trouble it returns to the scene's own method. This time
-/// doubles with each new rescue, up to a limit.
+/// fault. rodas5p also replaces a method, except auto and radau13, that would make more than 1e8 steps per
+/// simulated second (ros34pw2: 1e10). After some time without a rescue the simulation returns to the scene's
+/// own method. This time doubles with each new rescue, up to a limit.
 
 #include <functional>
 #include <limits>
@@ -54,9 +53,9 @@ class CommandEffect;
 
 class Simulation {
  public:
-  /// Puts the chain at scene.q, scene.qd at time 0. commandCapacity: the largest number of commands that are
-  /// timed or wait for their start; 0: this simulation takes no commands. measures: the scene's sensors
-  /// measure; otherwise they cost nothing.
+  /// Starts at scene.q, scene.qd at time 0. commandCapacity: the largest number of commands that are timed or
+  /// wait for their start; 0: no commands are accepted. measures: the scene's sensors measure; otherwise they
+  /// cost nothing.
   /// @throws std::invalid_argument when q or qd is not of size n, or a load names no body of the chain
   explicit Simulation(const Scene& scene, int commandCapacity = 0, bool measures = false);
   ~Simulation();
@@ -83,7 +82,8 @@ class Simulation {
   const Scene& scene() const;
   Statistics statistics() const;
 
-  /// From the next step on, until reset(). A rate tolerance changes in proportion. Allocates.
+  /// Sets the tolerance from the next step on, until reset(). A rate tolerance changes in proportion.
+  /// Allocates.
   /// @throws std::invalid_argument for a tolerance outside 1e-15 … 1
   void setTolerance(double tolerance);
 
@@ -94,7 +94,7 @@ class Simulation {
   /// Writes q̈, n values, rad/s².
   void accelerations(double* qdd);
   /// Writes the whole torque in each joint, of springs, dampers, stops, friction, drives, loads and commands:
-  /// n values, N m. A rotor's inertia is no torque.
+  /// n values, N m. In a joint with a rotor this includes the torque that accelerates the rotor.
   void jointTorques(double* tau);
   /// Writes the motion of each link, n values.
   void linkMotions(LinkMotion* motions);
@@ -102,7 +102,7 @@ class Simulation {
   BaseWrench baseWrench();
   /// Returns the force on the tip that holds it, N, base frame; 0 if the tip is free.
   Vec2d tipForce();
-  /// Returns how far the tip is from where it is held, m; 0 if it is free.
+  /// Returns the distance of a held tip from its place, m; 0 if the tip is free.
   double closureError();
 
   /// Returns the measurements that the sensors (sensors.h) delivered up to time(), each once: in the order of
@@ -126,14 +126,14 @@ class Simulation {
   void clearCommands();
   /// Returns the commands in force at time(), as loads of a scene: of motors, the torques that they give.
   std::vector<Load> commands() const;
-  /// Returns how often the commanded torques in each joint came to be cut off at its effort limit, since
-  /// construction or reset(). Empty if this simulation takes no commands.
+  /// Returns how often the commanded torques of each joint began to exceed its effort limit, since
+  /// construction or reset(). Empty if this simulation accepts no commands.
   const std::vector<long long>& cutOffs() const;
-  /// Returns how often the rate of each joint came to exceed its velocity_limit, as seen at the ends of
+  /// Returns how often the rate of each joint began to exceed its velocity_limit, checked at the ends of
   /// advanceTo(), since construction or reset().
   const std::vector<long long>& velocityExcesses() const;
 
-  /// Drives a joint by this law from time() on, until reset(). scene() then has it. Allocates.
+  /// Drives a joint by this law from time() on, until reset(). scene() then contains the law. Allocates.
   /// @throws std::invalid_argument if the joint is not driven, or the law is not finite, or is more than 1e-6
   /// (rad, rad/s) away from the present angle or rate
   void follow(int joint, MotionLaw law);
@@ -147,7 +147,7 @@ class Simulation {
   void setState(const std::vector<double>& q, const std::vector<double>& qd);
   /// Puts the chain at rest in the static equilibrium that is reached from the present angles by always
   /// lowering the energy, with the loads and commands of the present time. Friction is ignored. Driven joints
-  /// continue their motion. Motors have reached what is commanded. Allocates.
+  /// continue their motion. Motors give the commanded torques. Allocates.
   /// @throws std::domain_error, with the reason and the state unchanged, if there is none
   void settle();
   /// Restores the state after construction, time 0 included: the same calls give the same bits again.
@@ -156,7 +156,7 @@ class Simulation {
 
  private:
   struct Parts;
-  CommandEffect* commandEffect() const;  ///< nullptr: this simulation takes no commands
+  CommandEffect* commandEffect() const;  ///< nullptr: this simulation accepts no commands
   Scene scene_;                          ///< with the laws that drive at present, and the tolerance
   const std::vector<Drive> drives_;      ///< those of the start
   const std::optional<BaseLaws> base_;

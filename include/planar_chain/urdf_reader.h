@@ -1,7 +1,7 @@
 #pragma once
 
-/// Makes a chain from a URDF that describes a planar one. config/README.md lists what is read and what is
-/// refused.
+/// Makes a chain from a URDF that describes a planar one. config/README.md lists supported and refused
+/// elements.
 
 #include <optional>
 #include <set>
@@ -18,7 +18,7 @@ struct PlanarRobot {
   bool floats = false;        ///< the first two are slides without mass, for a planar or floating joint
   Vec2d gravity;              ///< m/s²: 9.81 along −z of the root link, projected into the plane
   Appearance appearance;      ///< the visual elements, at their places and depths; empty if there are none
-  std::vector<Note> notes;    ///< what is ignored, and what is read otherwise than its author may expect
+  std::vector<Note> notes;    ///< ignored elements and unexpected readings
 };
 
 /// The axes of joints that turn must be parallel, and those of prismatic joints at right angles to them. The
@@ -34,7 +34,7 @@ struct PlanarRobot {
 PlanarRobot readUrdf(const std::string& text);
 
 /// The same, with the faults added to `faults`. A body with faults is replaced by a disc, and its joint has
-/// no limits, so that the rest of a scene can be checked. Returns nothing if the links are no chain.
+/// no limits, so that the rest of a scene can be checked. Returns nothing if the links do not form a chain.
 /// limitedElsewhere: names of links whose joints' lower and upper the caller sets. Those of the URDF are not
 /// read, and the joints have none.
 /// @throws Refused for a text that is no XML, or too long
