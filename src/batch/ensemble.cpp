@@ -18,7 +18,7 @@ namespace planar_chain {
 
 namespace {
 
-/// Slides do not. False, too, if a kind refuses the scene: a Simulation then says why.
+/// False for slides, and if a kind refuses the scene: a Simulation then gives the reason.
 bool allRunInLanes(const Scene& scene) {
   const auto runs = [&](const EffectKind* kind) { return kind->runsInLanes(scene); };
   try {

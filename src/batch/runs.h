@@ -30,7 +30,7 @@ class Runs {
   std::atomic<bool> cancelled{false};
   std::atomic<std::size_t> ended{0};
 
-  /// The next run that nobody has taken. Nothing at the end, and after a cancellation.
+  /// Returns the next run. Returns nothing at the end, and after a cancellation.
   std::optional<std::size_t> takeNext() {
     if (cancelled) return std::nullopt;
     const std::size_t run = next_++;

@@ -17,9 +17,9 @@ std::string inUnitsOfSlide(std::string words) {
 namespace {
 
 /// True if in some configuration a motion of the slides has no kinetic energy. Only the outermost slide
-/// counts: if it moves, the other one may stand. Without mass, the chain alone could give it inertia. In such
-/// a motion the first body turns about its centre of mass, and has I = 0. So does each next one whose pin
-/// this moves, up to the tip or to a pin at a centre of mass, which stays.
+/// counts: if it moves, the other one may be at rest. Without mass, the chain alone could give it inertia. In
+/// such a motion the first body turns about its centre of mass, and has I = 0. The same holds for each
+/// further body whose pin this moves, up to the tip or to a pin at a centre of mass, which does not move.
 bool canMoveWithoutEnergy(const std::vector<Link>& links, int slides) {
   if (links[index(slides - 1)].mass > 0) return false;
   for (std::size_t j = index(slides); j < links.size(); ++j) {

@@ -100,7 +100,7 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
   finite_ = std::isfinite(error) && (taken || !mayPass);
   if (taken) {
     // Choose the next step from this one, but at most ten times the one proposed before: a step that was
-    // cut short says little about far longer ones.
+    // cut short does not predict far longer ones.
     stepper_->accept();
     if (!isForeseen) {
       const double log = simd::log2(std::max(error, 1e-30));

@@ -59,7 +59,7 @@ class AdaptiveSteps : public Integrator {
   /// The weight of the last error in the PI control, by Hairer and Wanner. 0: steps near the limit of
   /// stability alternate between long and rejected ones. Orders above 7 take less.
   static constexpr double mostBeta = 0.04;
-  /// The factors by which a step may change at most: the estimate says little about far other lengths.
+  /// The factors by which a step may change at most: the estimate does not predict very different lengths.
   static constexpr double smallestFactor = 0.2, largestFactor = 10;
   /// log2 of 1e-4, the smallest error that the PI control remembers, as in Hairer's codes. An error may be 0.
   static constexpr double smallestLog = -13.287712;

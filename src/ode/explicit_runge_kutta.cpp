@@ -70,7 +70,7 @@ ExplicitRungeKutta::ExplicitRungeKutta(const Tableau& table, System& f)
     : Stepper(table, f),
       table_(table),
       slopes_(checkedStages(table.b.size(), table.name), static_cast<std::size_t>(rates_)) {
-  // Nothing depends on what stands behind the rates, nor has it an error that counts.
+  // Nothing depends on the components behind the rates, and their errors do not count.
   const Eigen::Index behind = size_ - 2 * positions_, others = positions_ > 0 ? 0 : behind;
   const auto row = [&](const std::vector<double>& weights, double drift, Eigen::Index count) {
     return NystromRow(weights, drift, table.a, k_, positions_, count);

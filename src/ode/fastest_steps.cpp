@@ -118,14 +118,14 @@ class FastestSteps : public Integrator {
   /// The challenger wins if its speed exceeds the incumbent's by this factor. Near 1: methods of equal speed
   /// take turns, and each change loses the length of the step. At 2: a far faster method never wins.
   static constexpr double clearly = 1.15;
-  /// A trial goes on while the speed grows by this factor between decisions. A stiff method's step still
+  /// A trial continues while the speed grows by this factor between decisions. A stiff method's step still
   /// grows by up to ten then; one that grows more slowly has found its length.
   static constexpr double hopeful = 1.3;
   /// A trial ends at once if the next step would be slower than this share of the incumbent's speed. Near 1:
   /// it ends for the noise in one step. Far below: lost trials run to their end.
   static constexpr double hopeless = 0.7;
   /// Explicit methods stay below this share of their limit of stability. Above 1 they leave it, and their
-  /// error control finds that out by rejections; close to 1 they leave oscillations, as said above.
+  /// error control rejects steps; close to 1 they leave oscillations, as explained above.
   static constexpr double farEnough = 0.75;
   /// A run starts with an explicit method if its first step is below this share of the longest steady one.
   /// First steps are short. So a larger share starts stiff scenes explicitly until the first trial.
@@ -148,7 +148,7 @@ class FastestSteps : public Integrator {
   /// An explicit challenger without a step of its own starts with this share of the incumbent's. A whole one
   /// is often rejected.
   static constexpr double cautious = 0.5;
-  /// Steps of a trial before each decision: where switches end steps at random, a few tell too little.
+  /// Steps of a trial before each decision: where switches end steps at random, a few do not suffice.
   static constexpr int judgedSteps = 3, judgedAmongSwitches = 12;
 
   /// Progress, s, and cost of a method, in evaluations.
@@ -223,8 +223,8 @@ class FastestSteps : public Integrator {
     return hasFoundItsStep && challenger.proposal() < hopeless * incumbentSpeed_ * challenger.cost();
   }
 
-  /// The challenger wins, or goes on as it gets faster, or loses. A stiff method needs time to find its step
-  /// if it must first damp the oscillations that an explicit one has left, or if it has made a leap.
+  /// The challenger wins, or continues as it gets faster, or loses. A stiff method needs time to find its
+  /// step if it must first damp the oscillations that an explicit one has left, or if it has made a leap.
   void judgeTrial() {
     const double speed = run_.speed();
     const bool isClearlySlower = isHopeless();

@@ -196,7 +196,7 @@ class LandingOnSwitches : public Integrator {
   /// Moves from_, where nothing is due, to the end of the step, or as far as nothing is due. In the second
   /// case returns `switched`, and found_ is the next place, where something is due.
   Outcome findOnTheWay() {
-    constexpr int mostCuts = 24;  // an overdamped stop asks for millions, each closer to from_
+    constexpr int mostCuts = 24;  // an overdamped stop would need millions, each closer to from_
     int cuts = 0;
     std::size_t count = 1;
     const int pieces = switches_.mayHide() ? steps_->pieces() : 1;

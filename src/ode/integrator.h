@@ -31,7 +31,7 @@ struct StepCount {
   double lastError = 0;  ///< of the last accepted step, in units of the tolerance. 0: no estimate
 };
 
-/// The error control lets a step of length h add to component i an error of
+/// The error control accepts a step of length h if it adds to component i at most an error of
 ///
 ///     ¼ tolerance · clamp(h / 1 s, 1/1000, 1) · (1 + min(|y_i|, ceiling_i))
 /// This is the textbook's atol + rtol |y_i| with atol = rtol, but stricter. The factor ¼ is there because
@@ -42,17 +42,17 @@ struct StepCount {
 ///
 /// The rounding of a stiff f may exceed this error at every h. So steps below a millisecond count as one
 /// millisecond, and an error passes that is no larger than the effect of rounding y (local_stiffness.h).
-/// Below a tolerance of 1e-10 rounding counts in proportion: such a user wants every digit, at any cost.
+/// Below a tolerance of 1e-10 rounding counts in proportion.
 ///
-/// A rate's error counts by itself if `ofRates` is given, with ofRates in place of the tolerance. Otherwise
-/// it counts as the angle that it makes, and the error of a rate may be 1 s/T times that of an angle:
+/// If `ofRates` is given, it is the tolerance of rates. Otherwise a rate's error counts as the error of the
+/// angle that it causes, and may be 1 s/T times that of an angle:
 ///
 ///     T = clamp(max(h/2, 1/|λ|, (2e-10/tolerance)² s), 0, 1 s)
 ///
 /// An error e of the rate that grows along the step turns the link by e h/2 within it. Later it turns it by
-/// at least e/|λ|, as no vibration is faster than |λ|, the largest eigenvalue of J. Towards a tolerance of
-/// 2e-10 rates count more and more by themselves, for a user who wants every digit. This mostly saves half
-/// of the evaluations or more where the motion is stiff, and angles still meet the tolerance.
+/// at least e/|λ|, as no vibration is faster than |λ|, the largest eigenvalue of J. At a tolerance
+/// of 2e-10, T is 1 s. Stiff motions then mostly need half the evaluations or fewer, and angles still meet
+/// the tolerance.
 struct Tolerance {
   double value = 0;
   Eigen::ArrayXd ceiling;
@@ -89,7 +89,7 @@ class Integrator {
   virtual bool stepTo(State& state, double t) = 0;
   /// MethodFacts::pieces of the method of the last advance().
   virtual int pieces() const { return 1; }
-  /// The largest ratio of a component of `error`, arranged, to what the error control lets a step of h add at
+  /// Returns the largest ratio of a component of `error`, arranged, to the error that a step of h may add at
   /// y. The last advance() may end with an error more whose norm is at most 1.
   virtual double errorNorm(const Vector& y, double h, const Vector& error) const = 0;
   /// The switch at which the last advance() ended. Of any use only after `switched`.

@@ -19,7 +19,7 @@ struct Rise {
   double steepest(double h) const { return 2 * std::max(std::abs(half - begin), std::abs(end - half)) / h; }
 };
 
-/// The times that may be told apart within a stretch.
+/// The smallest difference of two times within a stretch that rounding does not hide.
 inline double narrowest(const Stretch& of) {
   return 8 * std::numeric_limits<double>::epsilon() * std::max(std::abs(of.t), of.h);
 }
@@ -62,8 +62,8 @@ class Interpolation {
   std::size_t size_ = 0;
 };
 
-/// A time up to `last` at which 0 < due(t) ≤ rise.beyond, or one so near behind such a time that they cannot
-/// be told apart: a polynomial through what is due at known times is refined by Newton's method.
+/// A time up to `last` at which 0 < due(t) ≤ rise.beyond, or one so near behind such a time that rounding
+/// hides the difference: a polynomial through due() at known times is refined by Newton's method.
 template <class Due>
 Crossing riseOf(const Rise& rise, const Stretch& of, double last, Due&& due) {
   Crossing found;

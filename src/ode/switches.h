@@ -21,9 +21,9 @@
 ///     4. the owner of the switches gives the Crossing, a value, to change(), which changes f and perhaps y
 ///     5. the owner calls Integrator::restartAfter()
 ///
-/// Steps 2 and 3 change nothing: they may be asked at any states, in any order and number, and the motion
-/// keeps every bit. What they return is a value, or is theirs until the next call of the same object. A
-/// Stretch and what it points to is valid during the call alone.
+/// Steps 2 and 3 change nothing: they may be called for any states, in any order and number, and the motion
+/// is the same bit for bit. They return values, or references that are valid until the next call of the same
+/// object. A Stretch and its pointers are valid during the call only.
 
 #include <memory>
 #include <optional>
@@ -42,11 +42,11 @@ struct Stretch {
 
 class Switches;
 
-/// A switch that was found: a value that is passed on from crossing() to whoever makes the switch.
+/// A switch that was found: a value that is passed from crossing() to change().
 struct Crossing {
   double t = 0;
-  const Switches* by = nullptr;  ///< who found it
-  int which = -1;                ///< its component, in the finder's count; −1: not told
+  const Switches* by = nullptr;  ///< the object that found it
+  int which = -1;                ///< its component, counted by that object; −1: unknown
   double slope = 0;              ///< the derivative of its due()
   bool isBend = false;           ///< f changes little: the step size still suits
 };

@@ -123,7 +123,7 @@ void bindScene(py::module& module);
 void bindEquations(py::module& module);
 void bindSimulation(py::module& module);
 void bindMany(py::module& module);
-/// From now on every function of the module says in words what is wrong with the arguments of a call.
+/// Makes every function of the module raise readable errors for wrong arguments.
 void explainCalls(py::module& module);
 
 }  // namespace planar_chain::python

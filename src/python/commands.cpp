@@ -73,7 +73,7 @@ class Course {
     }
   }
 
-  /// The law that goes on through a column of the points.
+  /// Returns `law`, continued through a column of the points.
   MotionLaw lead(const MotionLaw& law, Eigen::Index column, const char* unit) {
     if (!faults_.empty()) throw Refused(std::move(faults_));
     std::vector<MotionPoint> points;

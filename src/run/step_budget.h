@@ -1,7 +1,7 @@
 #pragma once
 
 /// A limit on the steps of a run, for callers that would otherwise wait without end: a torque of 1e12 N m on
-/// a rod of 1 kg asks for billions of steps in a few milliseconds.
+/// a rod of 1 kg needs billions of steps in a few milliseconds.
 
 #include <functional>
 #include <optional>

@@ -22,7 +22,7 @@ void takeNumbers(const Section& in, const std::vector<NumberKey>& keys, NamedNum
 
 /// The keys of effects in a joint, maps by their name.
 std::vector<const char*> effectKeys(bool isInUrdf);
-/// Hints at keys of these maps that stand in the joint itself.
+/// Hints for keys of these maps that are written in the joint itself.
 Hints hintsAtMaps(const std::string& joint);
 /// Reads and checks the values of the effects in a joint. A joint with faults keeps none. A stop without a
 /// stiffness keeps 0.
@@ -36,7 +36,7 @@ void takeNoLimits(const Section& in, Joint& joint);
 /// The links of a URDF to whose joints the scene gives both limits, or none.
 std::set<std::string> limitedIn(const Section& links);
 
-/// Hints at keys of a link, or of the scene, that stand at the wrong level, and at what is not supported.
+/// Hints for keys of a link, or of the scene, at the wrong level, and for unsupported keys.
 Hints hintsIn(const std::string& link);
 Hints hintsAtTop();
 

@@ -91,7 +91,7 @@ void takeBeside(const Section& links, Entry& entry) {
 }
 
 Entry readEntry(const Section& links, const std::string& name) {
-  // The name. A disc stands for a body with faults, so that the names and the other links can be checked.
+  // The name. A disc replaces a body with faults, so that the names and the other links can be checked.
   Entry entry{{name, 1, 1, {0, 0}, {1, 0}}, {}};
   std::vector<const char*> keys{"mass", "inertia", "com", "pin", "repeat", "joint", "initial"};
   const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);

@@ -11,7 +11,7 @@
 
 namespace planar_chain {
 
-/// One entry of `links`. It stands for `repeat` equal links.
+/// One entry of `links`, for `repeat` equal links.
 struct Entry {
   Link link;
   Joint joint;

@@ -89,7 +89,7 @@ AxesErrors readErrors(const Section& in, const std::string& of, const std::strin
   return errors;
 }
 
-/// A frame of the IMU's name stands beside those of the links.
+/// Refuses a name of an IMU that another frame has.
 void requireOwnFrame(const Section& sensors, const std::string& name, const PublishSettings& publish,
                      const ChainNames* names) {
   const bool isTaken = name == publish.worldFrame || name == publish.baseFrame || name == movingFrame ||

@@ -12,7 +12,7 @@ constexpr int mostLinks = 100000;
 constexpr double highestRate = 10000;
 
 /// The law at a key: {amplitude, frequency, phase, offset} or {times, values}. unit: "rad" or "m". `hold`,
-/// where it is allowed, stands still at 0.
+/// where it is allowed, is the constant 0.
 MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool mayHold);
 
 /// Key `drive` of a link's joint, which gives the angle: q and q̇ are set, and nothing else may be given.

@@ -112,7 +112,7 @@ void readRange(const Element& element, const Element& limit, const std::string& 
                      : "a revolute joint without lower and upper: turns freely, as a continuous one");
     return;
   }
-  // Exporters write [0, 0] unless they are told the limits.
+  // Some exporters write [0, 0] for unknown limits.
   const std::string unit = joint.slides ? "m" : "rad", entry = "links/" + onOneLine(child) + "/joint";
   const std::string wayOut = unit + ", the lower limit (or else a scene beside the URDF, with " + entry +
                              ": {limits: none}, or {lower: …, upper: …})";
@@ -120,7 +120,7 @@ void readRange(const Element& element, const Element& limit, const std::string& 
   joint.lower = limit.number("lower", any, 0);
   const bool hasLower = std::isfinite(joint.lower);
   joint.upper = limit.number("upper", hasLower ? NumberRule::above(joint.lower, wayOut) : any, 0);
-  // URDF has no word for a joint without a limit: for one that slides, numbers beyond all reach stand for it.
+  // URDF has no element for a slide without limits. Authors write very large limits instead.
   constexpr double never = 1e9;
   if (joint.lower <= -never) joint.lower = Joint().lower;
   if (joint.upper >= never) joint.upper = Joint().upper;
@@ -165,7 +165,7 @@ void readFreeMotion(const Element& element) {
     element.note("limit of a planar or floating joint is not read", "limit");
 }
 
-/// Reads the type, as what the joint lets move.
+/// Reads the type of the joint.
 void readType(const Element& element, UrdfJoint& joint) {
   const std::string type = element.attribute("type") ? element.attribute("type") : "";
   joint.slides = type == "prismatic";

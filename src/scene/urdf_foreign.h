@@ -27,8 +27,8 @@ struct ForeignForce {
 /// The one of this name, or nullptr.
 const ForeignForce* foreignForce(const std::string& name);
 
-/// Reads what stands in `robot` beside links, joints and materials. Records a fault for each element that
-/// closes a loop, and a note for each force that is not read.
+/// Reads the elements of `robot` other than links, joints and materials. Records a fault for each element
+/// that closes a loop, and a note for each force that is not read.
 /// @returns true if a joint in <gazebo> fixes the robot to the world
 bool readBesideLinks(const tinyxml2::XMLElement& robot, std::vector<Fault>& faults, Notes& notes);
 

@@ -75,8 +75,8 @@ struct PackOf {
 };
 
 /// In what is compiled for one kind of CPU: a full register; a double, whose functions too are compiled for
-/// this CPU alone; and a vector in each lane. As template parameters, Real stands for any of a double, a dual
-/// number, a Pack and a Lane, and Scalar for such a number or a complex one.
+/// this CPU alone; and a vector in each lane. As template parameters, Real is a double, a dual number, a Pack
+/// or a Lane, and Scalar is such a number or a complex one.
 using Pack = PackOf<laneCount>;
 using Lane = PackOf<1>;
 using Vec2p = Vec2<Pack>;
@@ -133,7 +133,7 @@ template <int count, class Index>
           shuffled(low, high, [](int s) { return 2 * s + 1; })};
 }
 
-/// Where number i of the pairs stands: pairs 0, 2 … in the first register, 1, 3 … in the second.
+/// Returns the place of number i of the pairs: pairs 0, 2 … in the first register, 1, 3 … in the second.
 constexpr int placeInPairs(int i) {
   return i / 2 % 2 * laneCount + i / 4 * 2 + i % 2;
 }

@@ -12,7 +12,7 @@
 
 namespace planar_chain::simd {
 
-/// Arrays of n numbers, each of which stands there once a lane.
+/// Arrays of n numbers, each stored once per lane.
 struct JacobianAt {
   std::ptrdiff_t n;
   const double *y, *base;  ///< the state, and f there

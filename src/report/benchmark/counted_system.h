@@ -1,6 +1,6 @@
 #pragma once
 
-/// What a method asks of a system, counted.
+/// Counts the calls of a method to a system.
 
 #include <complex>
 

@@ -15,7 +15,7 @@ namespace {
 
 bool agreed = true;
 
-/// One of each kind and length, made when it is first asked for, for some take seconds to make.
+/// Returns the peer of a kind and length. It is made at the first call, because some take seconds.
 Peer* peerOf(const PeerKind& kind, int n) {
   static std::map<std::pair<std::string, int>, std::unique_ptr<Peer>> made;
   const auto [place, isNew] = made.try_emplace({kind.name, n});

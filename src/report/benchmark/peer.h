@@ -26,7 +26,7 @@ class Peer {
 
 struct PeerKind {
   std::string name, version;
-  int shortest, longest;  ///< chains that it is asked for; longer ones take minutes or many gigabytes
+  int shortest, longest;  ///< chains that are measured; longer ones take minutes or many gigabytes
   double agreement;       ///< how far its q̈ may be off, in units of the largest q̈
   std::unique_ptr<Peer> (*make)(const Chain&);
 };

@@ -87,7 +87,7 @@ class NativeRun : public tools::Run {
 
  protected:
   double h() const { return h_; }
-  /// False when the program says that something is wrong.
+  /// False if the program reports an error.
   virtual bool stepBy(double h) = 0;
   virtual double q(int i) const = 0;
   virtual double qd(int i) const = 0;

@@ -40,7 +40,7 @@ class Stepped {
   std::unique_ptr<ode::Integrator> integrator_;
 };
 
-/// What one step asks for, on average; counted once.
+/// Evaluations and solves of one step, on average; counted once.
 const benchmark::UserCounters& callsOf(const std::string& method, int n) {
   static std::map<std::pair<std::string, int>, benchmark::UserCounters> counted;
   const auto [place, isNew] = counted.try_emplace({method, n});
@@ -62,7 +62,7 @@ const benchmark::UserCounters& callsOf(const std::string& method, int n) {
   return place->second;
 }
 
-/// Evaluations that wait for each other: where the next state stands depends on what the last one gave.
+/// Evaluations that each wait for the one before: the address of the next state depends on its result.
 void measureInARow(benchmark::State& state, int n) {
   MovingRods at(n, crooked(n));
   const double* y = at.arrangedY.data();
@@ -77,7 +77,7 @@ void measureInARow(benchmark::State& state, int n) {
   state.counters["ns_per_link"] = perLink(n);
 }
 
-/// As one asks who has the state in the order of the chain.
+/// Evaluations of a state in chain order.
 void measureInOrder(benchmark::State& state, int n) {
   MovingRods at(n, crooked(n));
   for (auto _ : state) {

@@ -4,7 +4,7 @@
 ///
 /// roscpp allocates a list as long as the message announces, up to 32 GB, before it reads the entries. The
 /// type `Message_<Bounded<void>>` limits each list to 16 MiB in memory. roscpp drops a message that it cannot
-/// read. `Received` takes each one, and says what is wrong with it.
+/// read. `Received` accepts each one, with the reason why it is invalid.
 
 #include <ros/advertise_service_options.h>
 #include <ros/node_handle.h>

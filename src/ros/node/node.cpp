@@ -39,7 +39,7 @@ constexpr char severalClocksFault[] =
     "them; "
     "rosnode cleanup removes dead ones)";
 
-/// True if this node takes its time from /clock, as /use_sim_time says, and more than one node publishes it.
+/// True if /use_sim_time is true and more than one node publishes /clock.
 bool hasSeveralClocks() {
   return ros::TopicManager::instance()->getNumPublishers(ros::names::resolve("/clock")) > 1;
 }
@@ -236,8 +236,8 @@ double Node::runDueTicks() {
   return pause;
 }
 
-/// After a tick that took `work` s of wall time: the tolerance yields if ticks are late, and comes back if
-/// there is time. If ticks stay late, says what would help.
+/// Call after a tick that took `work` s of wall time. Loosens the tolerance if ticks are late, and tightens
+/// it if there is time. If ticks stay late, logs recommendations.
 void Node::keepPace(double work) {
   const double period = clock_->catchUpPause();
   if (period <= 0) return;  // no clock to keep pace with, or of an unknown speed

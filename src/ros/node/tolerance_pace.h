@@ -1,7 +1,7 @@
 #pragma once
 
-/// Keeps ticks in time by the tolerance (integrator/loosest_tolerance), and says what would help if it
-/// cannot.
+/// Loosens the tolerance while ticks are late (integrator/loosest_tolerance). If they stay late, recommends
+/// changes.
 ///
 /// The load of a tick is the wall time that it takes over the time that it has. A tolerance ten times looser
 /// lowers it to between 0.56 (rodas5p) and 0.9 of what it was.
@@ -16,8 +16,8 @@
 
 namespace planar_chain {
 
-/// Yields by a factor of ten when ticks are late, and takes it back when there has been time for a while. The
-/// while doubles when this was too early.
+/// Multiplies the tolerance by ten when ticks are late, and divides it by ten after enough time without late
+/// ticks. This time doubles when the division was too early.
 class TolerancePace {
  public:
   TolerancePace(double wanted, double loosest) : wanted_(wanted), loosest_(loosest), tolerance_(wanted) {}

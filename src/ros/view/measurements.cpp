@@ -14,7 +14,7 @@ sensor_msgs::JointState messageOf(const Encoder& encoder, const Chain& chain) {
   return message;
 }
 
-/// An IMU without an estimate of its orientation, as sensor_msgs/Imu says: -1 comes first.
+/// Has no estimate of the orientation: the first covariance is -1, as sensor_msgs/Imu requires.
 sensor_msgs::Imu messageOf(const Imu& imu, const std::string& frame) {
   sensor_msgs::Imu message;
   message.header.frame_id = frame;

@@ -98,7 +98,7 @@ tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
     transform->transform.rotation.w = std::cos(angle / 2);
     ++transform;
   };
-  // The base's frame stands still. That of its pin moves.
+  // The base's frame does not move. That of its pin does.
   if (simulation_.scene().base) {
     simulation_.linkMotions(motions_.data());
     set(motions_.front().innerPin, motions_.front().angle - simulation_.q().front());
