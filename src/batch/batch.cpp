@@ -49,7 +49,7 @@ void simulate(Runs& runs, std::size_t run, const Scene& scene) {
   }
 }
 
-/// What each thread does.
+/// The work of each thread.
 void work(Runs& runs, const Scene& scene, int mostLanes) {
   std::optional<Ensemble> lanes;
   const simd::Kernel* kernel = Ensemble::kernelFor(scene, mostLanes);

@@ -100,7 +100,7 @@ Chain::Chain(std::vector<Link> links, std::vector<Joint> joints, Vec2d gravity)
         {{"chain", std::to_string(links_.size()) + " joints, one per link", std::to_string(joints_.size())}});
   }
 
-  // Every link and joint by itself, and their names.
+  // Every link and joint alone, and their names.
   std::vector<Fault> faults;
   requireFinite(faults, "gravity", gravity_, "m/s²");
   std::set<std::string> linkNames;

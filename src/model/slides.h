@@ -1,6 +1,6 @@
 #pragma once
 
-/// What a chain requires of its slides, and the units of their joints.
+/// Requirements on the slides of a chain, and the units of their joints.
 
 #include <string>
 #include <vector>

@@ -47,7 +47,7 @@ class FixedSteps : public Integrator {
   FixedSteps(std::unique_ptr<Stepper> stepper, double h) : stepper_(std::move(stepper)), h_(h) {}
 
   Outcome advance(State& state, double end, double /*longestStep*/) override {
-    // What is left is a whole number of steps, if it is one but for rounding.
+    // The rest is a whole number of steps, if it is one up to rounding.
     const double left = end - state.t;
     const double steps = std::max(1.0, std::ceil(left / h_ - 1e-6));
     const double next = steps > 1 ? state.t + left / steps : end;

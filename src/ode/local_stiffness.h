@@ -67,7 +67,7 @@ class LocalStiffness {
   }
   /// The part of it that the tolerance determines.
   static double leastTurningTime(double tolerance) {
-    constexpr double byThemselves = 2e-10;  // the tolerance at which rates count by themselves
+    constexpr double byThemselves = 2e-10;  // the tolerance at which rates count in full
     const double fine = byThemselves / tolerance;
     return fine * fine;
   }

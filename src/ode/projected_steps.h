@@ -3,7 +3,8 @@
 /// Steps of a system whose solution keeps conditions: each ends with a projection onto them. So the errors
 /// of steps do not add up across the conditions, and the order stays.
 ///
-/// The error estimate is that of the step before its projection, which is no smaller than what is left.
+/// The error estimate is that of the step before its projection, which is not smaller than the remaining
+/// error.
 
 #include <memory>
 

@@ -15,7 +15,7 @@ constexpr int mostIterations = 17;    // for seven stages; Hairer's code RADAU
 constexpr double newtonShare = 0.03;  // of the error allowed, or √tolerance if that is less: the same
 constexpr double slow = 0.5;          // an iteration that shrinks the change by less may be shaking digits
 constexpr double farShorter = 1e-6;   // of the last step, whose polynomial is then of no use
-constexpr double halving = 1.8;       // an error of 1.8⁷ makes the step 0.9/1.8 of what it was
+constexpr double halving = 1.8;       // an error of 1.8⁷ makes the step 0.9/1.8 of its length
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 }  // namespace
@@ -42,7 +42,7 @@ void Radau::step(double t, double h, const Vector& y) {
     allowed_[i] = allowedOf(most);
     mayVanish_[i] = std::max(allowed_[i], tolerance_.value * (most / allowance.most) * size);
     perLost_[i] = 1 / lost;
-    // Rates count by themselves here: with coarser stages the error estimate means nothing.
+    // Rates count in full here: with coarser stages the error estimate is meaningless.
     perExactEnough_[i] = 1 / std::max(share * allowedOf(std::min(most, allowance.most)), lost);
   }
   hTried_ = h;

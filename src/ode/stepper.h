@@ -11,7 +11,7 @@ namespace planar_chain::ode {
 
 struct Tolerance;
 
-/// What is fixed of a method.
+/// Constant properties of a method.
 struct MethodFacts {
   const char* name;
   int order;

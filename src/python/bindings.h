@@ -1,6 +1,6 @@
 #pragma once
 
-/// The Python module planar_chain._core: the public headers on numpy arrays. It computes nothing by itself.
+/// The Python module planar_chain._core: the public headers on numpy arrays. It computes nothing itself.
 ///
 /// pybind11 2.4, of Ubuntu 20.04, has all that is used here.
 
@@ -46,7 +46,7 @@ auto released(const F& f) {
   return f();
 }
 
-/// What Python prints of it, on one line and in ASCII.
+/// The text that Python prints for it, on one line and in ASCII.
 std::string shown(const py::handle& object);
 
 /// "2 x 3", "4 numbers" or "one number"

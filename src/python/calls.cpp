@@ -48,7 +48,7 @@ std::string listed(const std::vector<Parameter>& parameters) {
   return list.empty() ? "none" : list;
 }
 
-/// What is wrong with a call that pybind11 refused.
+/// The reason why pybind11 refused a call.
 std::string faultOf(const std::vector<Parameter>& parameters, const py::tuple& args, const py::dict& named) {
   const auto at = [&](const std::string& name) {
     return static_cast<std::size_t>(std::find_if(parameters.begin(), parameters.end(),

@@ -19,7 +19,7 @@ struct Runs {
 
 namespace {
 
-/// What varies, and the number of runs.
+/// The numbers that differ between runs, and the number of runs.
 std::pair<Varied, std::size_t> variedBy(const TreeAndScene& scene, const py::object& initial,
                                         const py::object& parameters) {
   const py::ssize_t width = 2 * scene.scene.chain.size();

@@ -1,4 +1,4 @@
-/// What batches gain: runs in SIMD lanes over runs one after the other, and all cores over one. Prints CSV
+/// The speed-up of batches: by SIMD lanes over one run after the other, and by all cores over one. Prints CSV
 /// without a header: task, links, way, seconds per run, how many times faster than the way before.
 ///
 ///     batches [RUNS [PAIRS]]

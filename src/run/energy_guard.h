@@ -56,7 +56,7 @@ class EnergyCheck {
     }
   }
 
-  /// Allows what these settings do from now on.
+  /// Sets the bound for these settings from now on.
   void use(const IntegratorSettings& settings) {
     constexpr double fixedShare = 0.1, tolerances = 10, sharePerTolerance = 1000;
     const bool isFixed = ode::hasFixedStep(settings.method);
@@ -115,7 +115,7 @@ class EnergyCheck {
     const double elastic = 2 * stiffness_ * angle * angle;
     const double mostKinetic = std::max(now.kinetic, energyThen_.kinetic);
     const double mostElastic = std::max(now.elastic, energyThen_.elastic);
-    // Root by root: a product of energies may be past what a double holds.
+    // Root by root: a product of energies may overflow.
     return 2 * std::sqrt(mostKinetic) * std::sqrt(kinetic) + kinetic +
            2 * std::sqrt(mostElastic) * std::sqrt(elastic) + elastic + weight_ * angle;
   }

@@ -1,6 +1,6 @@
 #pragma once
 
-/// What a simulation requires of what it is given.
+/// Requirements of a simulation on its input.
 
 #include <algorithm>
 #include <cmath>

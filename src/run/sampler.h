@@ -28,16 +28,16 @@ class Sampler {
   /// Evaluations of f that the measurements took.
   long long evaluations() const { return evaluations_; }
 
-  /// As Integrator::integrate(), for the steps between two checks of energy: measures what is due within
-  /// each.
+  /// As Integrator::integrate(), for the steps between two checks of energy: takes the measurements that are
+  /// due within each.
   ode::Outcome integrate(ode::Integrator& integrator, ode::State& state, double end, double longestStep);
-  /// Returns what was delivered by the time of this state.
+  /// Returns the measurements that were delivered by the time of this state.
   std::vector<Measurement> measure(const ode::State& state);
-  /// Measures what is due by the time of this state.
+  /// Takes the measurements that are due by the time of this state.
   void measureAt(const ode::State& state);
 
  private:
-  /// Measures what is due within a step, and at its end. method: of the step.
+  /// Takes the measurements that are due within a step, and at its end. method: of the step.
   void measureWithin(const ode::State& from, const ode::State& to, const std::string& method);
   void moveTo(double t, const ode::State& from, const ode::State& to, bool isStiff);
   void take(const ode::State& state);

@@ -118,7 +118,7 @@ struct Simulation::Parts {
     if (unchecked == 0) guard.moveTo(state);
   }
 
-  /// Something else acts from now on.
+  /// Call after the acting forces change.
   void actAnew() {
     dynamics.enter(state.t);
     dynamics.reconsider(state.t, y.data());
@@ -193,7 +193,7 @@ struct Simulation::Parts {
       return describeFailure(fault, scene.integrator.method, state.t, outcome, guard.gap(),
                              dynamics.isStretched(state.t, y.data()));
     }
-    dynamics.reconsider(state.t, y.data());  // what is known of these times is of other states
+    dynamics.reconsider(state.t, y.data());  // results for these times belong to other states
     rescueBy(rung + 1);
   }
 

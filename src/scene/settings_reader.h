@@ -1,6 +1,6 @@
 #pragma once
 
-/// Reads what a scene has beside its links and effects: laws of motion, the start, settings.
+/// Reads laws of motion, the start, and settings of a scene.
 
 #include "effects/effect_kind.h"
 #include "planar_chain/scene.h"

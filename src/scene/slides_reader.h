@@ -23,7 +23,7 @@ struct FreeSlide {
 };
 FreeSlide freeSlide(const std::string& link, const std::string& joint, int axis);
 
-/// Records what a chain with prismatic links may not have.
+/// Records a fault for each part that a chain with prismatic links may not have.
 void refuseBesideSlides(const Section& top, const Chain& chain, const IntegratorSettings& integrator,
                         const std::vector<Load>& loads);
 

@@ -56,7 +56,7 @@ struct UrdfDocument {
 /// "robot_description/joint[elbow]"
 std::string urdfPath(const char* kind, const std::string& name);
 
-/// Checks each element by itself, not whether they form a chain. Adds faults to `faults`, notes to `notes`.
+/// Checks each element alone, not whether they form a chain. Adds faults to `faults`, notes to `notes`.
 /// limitedElsewhere: names of links whose joints' lower and upper are not read.
 /// @throws Refused for a text that is no XML, or too long
 UrdfDocument parseUrdf(const std::string& text, const std::set<std::string>& limitedElsewhere,

@@ -21,7 +21,7 @@
 
 namespace planar_chain {
 
-/// What is found in the document.
+/// The faults and notes of a document.
 struct Findings {
   std::vector<Fault>& faults;
   Notes& notes;

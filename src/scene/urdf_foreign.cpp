@@ -12,7 +12,7 @@ namespace planar_chain {
 
 bool isSlipOf(const std::string& name, const std::string& known) {
   if (std::min(name.size(), known.size()) < 4) return false;
-  // What is left between equal beginnings and equal ends.
+  // The rest between equal beginnings and equal ends.
   const auto [a, b] = std::mismatch(name.begin(), name.end(), known.begin(), known.end());
   std::string own(a, name.end()), other(b, known.end());
   while (!own.empty() && !other.empty() && own.back() == other.back()) {

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t axes = 3;
 constexpr double nanosecond = 1e-9;
 
-// What a random number is for.
+// The use of a random number.
 constexpr std::uint32_t forNoise = 0, forWalk = 1;
 
 std::vector<double> positions(const Encoder& encoder, const std::vector<double>& q) {

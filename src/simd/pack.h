@@ -74,9 +74,9 @@ struct PackOf {
   PackOf& operator-=(PackOf b) { return *this = *this - b; }
 };
 
-/// In what is compiled for one kind of CPU: a full register; a double, whose functions too are compiled for
-/// this CPU alone; and a vector in each lane. As template parameters, Real is a double, a dual number, a Pack
-/// or a Lane, and Scalar is such a number or a complex one.
+/// In code that is compiled for one kind of CPU: a full register; a double, whose functions too are compiled
+/// for this CPU alone; and a vector in each lane. As template parameters, Real is a double, a dual number, a
+/// Pack or a Lane, and Scalar is such a number or a complex one.
 using Pack = PackOf<laneCount>;
 using Lane = PackOf<1>;
 using Vec2p = Vec2<Pack>;

@@ -87,7 +87,7 @@ bool areReducible(Pack theta) {
   return all((theta.v < Pack(largestReducible).v) & (theta.v > Pack(-largestReducible).v));
 }
 
-/// Computes each by itself, so that no angle changes the result for another.
+/// Computes each alone, so that no angle changes the result for another.
 [[gnu::cold, gnu::noinline]] void rotateIrreducible(const double* theta, double* e, int count) {
   for (int j = 0; j < count; ++j) {
     if (!(std::abs(theta[j]) < largestReducible)) rotate(theta + j, e + 2 * j, 1);

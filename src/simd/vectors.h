@@ -11,7 +11,7 @@
 
 namespace planar_chain::simd {
 
-/// What an error norm reads, component by component.
+/// The input of an error norm, component by component.
 struct ErrorVectors {
   const double *error, *y, *ceiling, *noise;
 };

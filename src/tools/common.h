@@ -39,7 +39,7 @@ class Arguments : public boost::program_options::variables_map {
 };
 
 /// Flushes standard output.
-/// @throws std::runtime_error if what was printed has not arrived, for example on a full disk
+/// @throws std::runtime_error if output was lost, for example on a full disk
 void finishOutput();
 
 struct Option {

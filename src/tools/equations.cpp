@@ -225,7 +225,7 @@ int equations(const Arguments& given) {
     for (const Drive& drive : scene.drives) qd[drive.joint] = drive.law.at(t).rate;
   }
 
-  // What is asked for: the chain, torques, or the equations.
+  // The output: the chain, torques, or the equations.
   if (onlyChain) {
     printChain(scene, q, qd);
     return done;

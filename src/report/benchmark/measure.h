@@ -1,6 +1,6 @@
 #pragma once
 
-/// What is measured, as benchmarks of Google's library. Names are group/what/n, such as
+/// The measurements, as benchmarks of Google's library. Names are group/what/n, such as
 /// "evaluation/crooked/Bullet/100"; the counter ns_per_link is the time over n, `difference` the largest one
 /// of q̈ from this program's, in units of the largest q̈.
 

@@ -178,7 +178,7 @@ RecordedCommands readCommands(const std::string& path, const std::optional<std::
 
 // ---- The bag to write ----------------------------------------------------------------------------
 
-/// Writes what a node publishes to a bag: the same topics, types and messages, made by the same functions.
+/// Writes the messages of a node to a bag: the same topics, types and messages, made by the same functions.
 ///
 /// rosbag::Bag writes the file. It seeks to the end of the file twice per message, but is fast enough: a
 /// minute of config/scenes/double_pendulum.yaml at 200 Hz takes 0.34 s of processor time, 175 times less than
@@ -302,7 +302,7 @@ class BagWriter {
 
 // ---- The run -------------------------------------------------------------------------------------
 
-/// Does what the node does, tick by tick, without a master: src/ros/node/node.cpp has the same ticks.
+/// Makes the ticks of the node (src/ros/node/node.cpp) without a master.
 class OfflineNode : public Bags {
  public:
   OfflineNode(const Scene& scene, const BagArguments& given)

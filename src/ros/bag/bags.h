@@ -38,7 +38,7 @@ class Bags {
   /// Takes the commands recorded up to tick k, then calls Simulation::advanceTo for the time t of row k.
   virtual bool advanceTo(long long k, double t, const std::function<bool()>& keepGoing) = 0;
 
-  /// Writes what the node publishes at tick k, after advanceTo() for it. After a fault that is the status,
+  /// Writes the messages of tick k, after advanceTo() for it. After a fault that is the status,
   /// which names the fault. Writes nothing at tick 0, because no stamp is 0.
   /// @throws std::runtime_error when the disk is full, for example
   virtual void tick(long long k) = 0;

@@ -146,7 +146,7 @@ inline void checkValues(std::vector<Fault>& faults, const std::string& path, con
 
 }  // namespace planar_chain
 
-// To roscpp, what is received has the type of the message.
+// For roscpp, Received has the type of the message.
 
 namespace ros {
 

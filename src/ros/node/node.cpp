@@ -51,7 +51,7 @@ std::string listed(const std::vector<std::string>& items) {
   return items.empty() ? "nothing" : inCommas(items);
 }
 
-/// What the scene runs, and what it leaves out.
+/// The parts that the scene uses, and those that it leaves out.
 std::string whatRuns(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
   SceneWords words;
@@ -113,7 +113,7 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
       warnings_(warningPeriod),
       advice_(advicePeriod),
       clockWarnings_(advicePeriod) {
-  // Advertise what the scene publishes.
+  // Advertise the topics of the scene.
   sceneOut_ = inner_.advertise<std_msgs::String>("scene", 1, true);
   load(scene);
   statusOut_ = inner_.advertise<SimStatus>("status", queueFor(settings_.statusRate));

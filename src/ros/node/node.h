@@ -59,7 +59,7 @@ class Node {
   /// changed, it is that of the new scene.
   Answer reset();
   Answer clearCommands();
-  /// Sets the equilibrium downhill of the present angles, at rest, as a tick of its own.
+  /// Sets the stable equilibrium that is reached from the present angles, at rest, as a tick of its own.
   Answer settle();
   Answer setState(const std::vector<double>& q, const std::vector<double>& qd);
   /// Pauses, holds torques and moves the base where given, and makes n ticks. Appends the state after each.

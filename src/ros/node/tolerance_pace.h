@@ -4,7 +4,7 @@
 /// changes.
 ///
 /// The load of a tick is the wall time that it takes over the time that it has. A tolerance ten times looser
-/// lowers it to between 0.56 (rodas5p) and 0.9 of what it was.
+/// lowers it to between 0.56 (rodas5p) and 0.9 of its value.
 
 #include <algorithm>
 #include <cmath>

@@ -58,9 +58,9 @@ class Messages {
 
   sensor_msgs::JointState& jointStates(ros::Time stamp);
   LinkStates& linkStates(ros::Time stamp);
-  /// What the chain exerts on its base at the ground pin.
+  /// The force and torque of the chain on its base, at the ground pin.
   geometry_msgs::WrenchStamped& baseWrench(ros::Time stamp);
-  /// What holds the tip exerts on it, at the tip. Its torque is 0.
+  /// The force that holds the tip, on the tip. Its torque is 0.
   geometry_msgs::WrenchStamped& tipWrench(ros::Time stamp);
   /// The pose of each link that has a frame, in the frame before, or in the base frame for the first. If the
   /// base moves, a frame at its pin comes between base and first link. Between
@@ -69,7 +69,7 @@ class Messages {
   /// The pose of the base frame in the world: a roll of +π/2, so that the plane of motion is vertical. Then
   /// those of the IMUs on their links.
   tf2_msgs::TFMessage& staticTransforms(ros::Time stamp);
-  /// What the sensors have measured. Its functions allocate.
+  /// The measurements of the sensors. Its functions allocate.
   Measurements& measurements() { return measurements_; }
 
   /// Calls visit(topic, make) for each topic that the scene publishes. make(stamp) returns a pointer to its

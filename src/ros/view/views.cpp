@@ -163,7 +163,7 @@ void Views::drawLoads(Sketch& sketch) {
   });
 }
 
-/// In a driven joint nothing acts beside the drive.
+/// In a driven joint only the drive acts.
 void Views::drawDrives(Sketch& sketch) {
   const std::vector<Drive>& drives = simulation_.scene().drives;
   if (drives.empty()) return;

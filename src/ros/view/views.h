@@ -1,6 +1,6 @@
 #pragma once
 
-/// What acts on the chain, and a long chain itself, as rviz markers: one view per kind.
+/// Forces, torques and motion of the chain, and a long chain itself, as rviz markers: one view per kind.
 
 #include <visualization_msgs/Marker.h>
 
