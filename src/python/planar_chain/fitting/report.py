@@ -48,7 +48,7 @@ def as_text(result):
     lines = table(rows)
     if result.correlation_time > 1:
         lines.append(f"  Residuals correlate over {result.correlation_time:.0f} samples; the deviations count so many as one.")
-    lines += section("What the data do not tell", result.not_told)
+    lines += section("Not determined by the data", result.not_told)
     lines += section("Warnings", result.warnings)
     lines += ["", "Error on the data, root mean square, rad:"]
     lines += table([["recording", *result.joints, "all"]]

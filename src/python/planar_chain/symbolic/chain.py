@@ -1,4 +1,4 @@
-"""A chain in letters: what its links weigh, what acts on them, and what is given in time."""
+"""A chain in letters: its links, forces and torques, and given motions."""
 
 import json
 import pathlib
@@ -78,7 +78,7 @@ class ChainInLetters:
             self._load(name, load)
 
     def define(self, name, expression):
-        """A symbol for what is given in time; 0 for nothing."""
+        """A symbol for a function of time; 0 if there is none."""
         if expression == 0:
             return sp.Integer(0)
         symbol = sp.Symbol(name)

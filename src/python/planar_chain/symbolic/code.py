@@ -60,7 +60,7 @@ class Code:
         if of.driven:
             lines += ["f of a driven joint contains the torque that its drive gives."]
         if of.tau.has(sp.sign):
-            lines += ["Friction is that of joints that slide. At qd = 0 it is 0 here: what sticks is no formula."]
+            lines += ["Friction is that of joints that slide. At qd = 0 it is 0 here: no formula describes joints that stick."]
         return lines
 
     def statements(self, names):

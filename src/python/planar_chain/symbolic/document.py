@@ -138,7 +138,7 @@ class Document:
     def _angles(self):
         lines = [self.equation(self.tex(symbol), value) for symbol, value in self.of.absolute.items()]
         lines += [self.equation(self.tex(symbol), value) for symbol, value in self.of.given.items()]
-        return "\\subsection*{Angles, and what is given in time}\n" + self.block(lines)
+        return "\\subsection*{Angles and given motions}\n" + self.block(lines)
 
     def _steps(self):
         """The matrices of the notes."""
@@ -160,9 +160,9 @@ class Document:
             remarks.append(r"As the base moves, $f = f_{ext} - V_{pd}\, \mathrm{diag}(m) (C^T \omega + B^T 1 \ddot{\varphi} + "
                            r"\ddot{p}) - W_{pd} I \ddot{\varphi}$.")
         if self.of.driven:
-            remarks.append(r"$\tau_j$ of a driven joint is what its drive gives: row $j$ of $M \ddot{q} = f$ tells it.")
+            remarks.append(r"$\tau_j$ of a driven joint is the torque of its drive. It follows from row $j$ of $M \ddot{q} = f$.")
         if self.of.tau.has(sp.sign):
-            remarks.append("Friction is that of joints that slide; what sticks is no formula.")
+            remarks.append("Friction is that of joints that slide. No formula describes joints that stick.")
         return " ".join(remarks) + "\n"
 
     def _torque(self, i):

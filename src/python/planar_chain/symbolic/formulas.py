@@ -34,7 +34,7 @@ class Formulas:
     driven            numbers of driven joints, from 0 on. tau and f have a letter tau_j there: what the drive gives, so that
                       row j of M q̈ = f holds
 
-    Friction is −c sign(q̇), of a joint that slides: what sticks is no formula. A slide, as of a cart or of a chain that floats, has a
+    Friction is −c sign(q̇), of a joint that slides; no formula describes joints that stick. A slide, as of a cart or of a chain that floats, has a
     position q in m and no theta. Its row of M_theta, f_theta is that for q."""
 
     def __init__(self, chain):
@@ -75,7 +75,7 @@ class Formulas:
         return sums
 
     def in_q(self, expression):
-        """The same with q, q̇ and t alone: without theta, omega and what is given in time."""
+        """The same with q, q̇ and t alone: without theta, omega and functions of time."""
         return expression.xreplace(self.absolute).xreplace(self.given)
 
     def used_letters(self):

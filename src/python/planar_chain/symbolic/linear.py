@@ -8,7 +8,7 @@ from .letters import state_symbols
 
 
 def slope(expression, by):
-    """The derivative; that of sign() is 0, as a joint that slides goes on sliding."""
+    """The derivative; that of sign() is 0, as a joint that slides continues to slide."""
     if isinstance(expression, sp.Add) and by.is_Symbol:
         return sp.Add(*(slope(term, by) for term in expression.args))
     if not by.is_Symbol or not expression.has(by):  # the angle of a slide is 0
