@@ -369,6 +369,18 @@ loads:
         self.bag("--duration", "1", "--commands", self.path("one.bag"), name="two.bag")
         self.assertTrue(self.bytes_of("one.bag") == self.bytes_of("two.bag"))
 
+    def test_another_scene_than_the_recorded_one_is_named(self):
+        self.write_commands("in.bag", self.COMMANDS)
+        self.bag("--duration", "1", "--commands", self.path("in.bag"), name="one.bag")
+        for scene, words in (
+                (SCENE.replace("rate: 300", "rate: 3e2"), ""), (SCENE.replace("mass: 1", "mass: 1.00"), ""),
+                (SCENE + "command_timeout: 0.5\n", "command_timeout was nothing, here it is 0.5"),
+                (SCENE.replace("mass: 1", "mass: 2", 1), "links/upper/mass was 1, here it is 2")):
+            self.assertNotEqual(scene, SCENE)
+            said = self.run_tool("--duration", "1", "--commands", self.path("one.bag"), scene=scene).stderr
+            self.assertEqual(said, words and f"simulate: {self.path('one.bag')} was recorded with another scene, so the motion "
+                                             f"differs: {words}\n")
+
     def test_without_a_duration_a_run_ends_as_the_recorded_one(self):
         self.write_commands("in.bag", self.COMMANDS)
         self.bag("--duration", "1.23", "--commands", self.path("in.bag"), name="one.bag")  # between two of status

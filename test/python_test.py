@@ -226,7 +226,11 @@ class Motions(InFolder):
                 (lambda: Scene("a.yaml"), r"scene: expected a dict \(Scene.from_file reads a file, from_yaml text\), got 'a.yaml'"),
                 (lambda: Scene.from_yaml(3), "text: expected text, got 3"),
                 (lambda: scene.with_values({"links/rod/mass": "heavy"}), "links/rod/mass: expected a number, got 'heavy'"),
+                (lambda: Scene.from_file(None), "path: expected a path, or the name of a scene that ships, got None"),
                 (lambda: simulation.hold_torque(0, "a"), "torque: expected a number, got 'a'"),
+                (lambda: simulation.hold_torque(0, np.nan), "torque: expected a finite number, got nan"),
+                (lambda: simulation.add_force(0, [1, 0]), "duration: expected a number, got None"),
+                (lambda: simulation.hold_force(0, [1, np.inf]), r"force: expected two finite numbers, got \[1, inf\]"),
                 (lambda: simulation.hold_force(0, 3), "force: expected an array of 2 numbers, got one number"),
                 (lambda: simulation.set_state(None, [0]), "q: expected an array of numbers, got None"),
                 (lambda: simulation.advance_to("1"), "t: expected a number, got '1'"),
@@ -255,6 +259,21 @@ class Motions(InFolder):
             with self.assertRaises(TypeError) as caught:
                 call()
             self.assertRegex(str(caught.exception), "^" + words + "$")
+
+    def test_objects_print_what_they_are(self):
+        scene = Scene(PENDULUM)
+        simulation = Simulation(scene)
+        simulation.advance_to(0.5)
+        balance = simulation.energy_balance()
+        self.assertEqual((repr(scene), repr(simulation)), ("<Scene, n = 1>", "<Simulation, n = 1, t = 0.5 s>"))
+        self.assertEqual(repr(balance.now), f"Energy(kinetic={balance.now.kinetic}, potential={balance.now.potential}, elastic=0.0)")
+        self.assertTrue(repr(balance).startswith(f"EnergyBalance(now={balance.now!r}, supplied=0.0, "), balance)
+        self.assertRegex(repr(simulation.statistics()), r"^Statistics\(steps=\d+, rejected=\d+, evaluations=\d+, rescues=0, local_error=.*\)$")
+        runs = planar_chain.simulate_many(scene, [0.1], parameters={"links/rod/mass": [1, -1, 2]})
+        self.assertEqual(repr(runs), "<Runs: 3, 1 failed>")
+        measured = Simulation(Scene({**PENDULUM, "sensors": {"angle": {"joints": "all", "rate": 10}}}))
+        measured.advance_to(0.05)
+        self.assertEqual(repr(measured.measure()[0]), "Measurement(sensor='angle', time=0.0, values=array([0.]))")
 
     def test_what_is_built_is_not_built_again(self):
         scene = Scene(PENDULUM)

@@ -26,7 +26,7 @@ from ros_commands import publisher
 from ros_machines import base_point, base_trajectory
 from ros_node import LIMIT, Listener, Node, Running, nanoseconds
 
-TOPICS = ['/joint_states', '/planar_chain/status', '/planar_chain/commands_taken', '/planar_chain/joint_torques',
+TOPICS = ['/joint_states', '/planar_chain/status', '/planar_chain/scene', '/planar_chain/commands_taken', '/planar_chain/joint_torques',
           '/planar_chain/encoders', '/planar_chain/imu']
 RATE = 200.0
 LINK = {'mass': 1.0, 'inertia': 0.1, 'com': [0.5, 0.0], 'pin': [1.0, 0.0], 'joint': {'damping': 0.05}}
@@ -119,7 +119,8 @@ class CommandsReplay(InFolder):
         simulate = roslib.packages.find_node('planar_chain', 'simulate')[0]
         said = subprocess.run(
             [simulate, self.path('scene.yaml'), '--commands', self.path('node.bag'), '--bag', self.path('again.bag')],
-            check=True, stdout=subprocess.PIPE, universal_newlines=True, timeout=LIMIT).stdout
+            check=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=LIMIT).stdout
+        self.assertNotIn('another scene', said)
         return recorded, states_in(self.path('again.bag')), said
 
     def check(self, scene, between=lambda i, states: None):

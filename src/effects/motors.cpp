@@ -239,13 +239,14 @@ std::unique_ptr<CommandEffect> makeCommands(const Chain& chain, int capacity) {
 
 namespace {
 
-constexpr double leastLag = 1e-6;  // s; a step has to resolve it
+constexpr double leastLag = 1e-6;    // s; a step has to resolve it
+constexpr double leastSpeed = 1e-6;  // rad/s; the torque falls by the effort limit within it
 
 class MotorKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
     constexpr double forever = std::numeric_limits<double>::infinity();
-    JointKey speed{noLoadSpeed, nullptr, NumberRule::above(0, "rad/s")};
+    JointKey speed{noLoadSpeed, nullptr, {" >= 1e-6 rad/s", leastSpeed, forever, true}};
     JointKey lag{timeConstant, nullptr, {", 0 or >= 1e-6 s", leastLag, forever, true}};
     speed.map = lag.map = "motor";
     return {speed, lag, {"command_delay", nullptr, NumberRule::from(0, "s")}};

@@ -16,6 +16,8 @@ std::string inUnitsOfSlide(std::string words) {
 
 namespace {
 
+constexpr double shortestAxis = 1e-100;  // products of two are numbers of full precision
+
 /// True if in some configuration a motion of the slides has no kinetic energy. Only the outermost slide
 /// counts: if it moves, the other one may be at rest. Without mass, the chain alone could give it inertia. In
 /// such a motion the first body turns about its centre of mass, and has I = 0. The same holds for each
@@ -44,8 +46,8 @@ void requireSlides(const std::vector<Link>& links, const std::vector<Joint>& joi
                         "prismatic only of the first link, or of the first two (begin the chain with it, if "
                         "its other end is free)",
                         "prismatic"});
-    } else if (!(length(axis) > 0) || !std::isfinite(length(axis))) {
-      faults.push_back({pathOf(i) + "/joint/axis", "a direction [x, y] other than [0, 0]",
+    } else if (!(length(axis) >= shortestAxis && length(axis) <= 1 / shortestAxis)) {
+      faults.push_back({pathOf(i) + "/joint/axis", "a direction [x, y] of a length from 1e-100 to 1e100",
                         "[" + toText(axis.x) + ", " + toText(axis.y) + "]"});
     } else if (i >= mostSlides) {
       faults.push_back({pathOf(i) + "/joint/type", "at most two prismatic links", "prismatic"});

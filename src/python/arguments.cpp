@@ -24,6 +24,12 @@ double numberOf(const py::object& given, const char* name) {
   refuse(name, "a number", given);
 }
 
+double finiteOf(const py::object& given, const char* name) {
+  const double number = numberOf(given, name);
+  if (!std::isfinite(number)) refuse(name, "a finite number", given);
+  return number;
+}
+
 long long countOf(const py::object& given, const char* name, long long least, long long most) {
   if (PyIndex_Check(given.ptr()) != 0) {
     const py::ssize_t count = PyNumber_AsSsize_t(given.ptr(), nullptr);  // of larger numbers, the largest

@@ -10,6 +10,7 @@
 #include <pybind11/stl.h>
 
 #include <chrono>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -49,6 +50,9 @@ auto released(const F& f) {
 /// The text that Python prints for it, on one line and in ASCII.
 std::string shown(const py::handle& object);
 
+/// Gives a class of results a __repr__: "Energy(kinetic=1.0, ...)", with these attributes.
+void showFields(const py::object& type, std::initializer_list<const char*> fields);
+
 /// "2 x 3", "4 numbers" or "one number"
 std::string shapeOf(const Numbers& numbers);
 
@@ -57,6 +61,7 @@ std::string shapeOf(const Numbers& numbers);
 
 /// A number; it may be infinite or NaN.
 double numberOf(const py::object& given, const char* name);
+double finiteOf(const py::object& given, const char* name);
 long long countOf(const py::object& given, const char* name, long long least, long long most);
 /// most_steps: None or a number > 0
 std::optional<long long> stepsOf(const py::object& given);

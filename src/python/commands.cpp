@@ -34,7 +34,9 @@ void requireTaken(bool isTaken) {
 
 Vec2d pairOf(const py::object& given, const char* name) {
   const std::vector<double> xy = numbersOf(given, name, 2);
-  return {xy[0], xy[1]};
+  const Vec2d pair{xy[0], xy[1]};
+  if (!isFinite(pair)) throw Refused({{name, "two finite numbers", shown(given)}});
+  return pair;
 }
 
 /// A point of a link: its centre of mass, if none is given.
@@ -185,7 +187,7 @@ void bindCommands(py::class_<Running>& simulation) {
       .def(
           "hold_torque",
           [](Running& self, Given where, Given tau, Given end, Given begin) {
-            requireTaken(self.idle().holdTorque(self.joint(where), numberOf(tau, "torque"),
+            requireTaken(self.idle().holdTorque(self.joint(where), finiteOf(tau, "torque"),
                                                 numberOf(end, "until"), numberOf(begin, "start")));
           },
           joint, torque, until, start,
@@ -195,8 +197,8 @@ It acts from `start` (s) on, or at once.)")
       .def(
           "add_torque",
           [](Running& self, Given where, Given tau, Given length, Given begin) {
-            requireTaken(self.idle().addTorque(self.joint(where), numberOf(tau, "torque"),
-                                               numberOf(length, "duration"), numberOf(begin, "start")));
+            requireTaken(self.idle().addTorque(self.joint(where), finiteOf(tau, "torque"),
+                                               finiteOf(length, "duration"), numberOf(begin, "start")));
           },
           joint, torque, duration, start, "Adds a torque (N m) in a joint for exactly this duration (s).")
       .def(
@@ -204,7 +206,7 @@ It acts from `start` (s) on, or at once.)")
           [](Running& self, Given where, Given F, Given X, Given M, Given end, Given begin) {
             const int body = self.link(where);
             requireTaken(self.idle().holdForce(body, pointOf(X, self.linkAt(body)), pairOf(F, "force"),
-                                               numberOf(M, "moment"), numberOf(end, "until"),
+                                               finiteOf(M, "moment"), numberOf(end, "until"),
                                                numberOf(begin, "start")));
           },
           link, force, point, moment, until, start,
@@ -217,7 +219,7 @@ mass, as a load of a scene does. Both last until the next such call for this lin
           [](Running& self, Given where, Given F, Given X, Given length, Given M, Given begin) {
             const int body = self.link(where);
             requireTaken(self.idle().addForce(body, pointOf(X, self.linkAt(body)), pairOf(F, "force"),
-                                              numberOf(M, "moment"), numberOf(length, "duration"),
+                                              finiteOf(M, "moment"), finiteOf(length, "duration"),
                                               numberOf(begin, "start")));
           },
           link, force, point, py::arg("duration") = py::none(), moment, start,

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -72,9 +73,7 @@ Runs simulateMany(const TreeAndScene& scene, const py::object& times, const py::
           static_cast<py::ssize_t>(2 * scene.scene.q.size())};
 }
 
-}  // namespace
-
-void bindMany(py::module& module) {
+void bindRuns(py::module& module) {
   py::class_<Runs>(module, "Runs", "The results of simulate_many().")
       .def_property_readonly(
           "states",
@@ -116,7 +115,18 @@ NaN where a failed run did not arrive.)")
             }
             return steps;
           },
-          "runs: accepted steps of each run.");
+          "runs: accepted steps of each run.")
+      .def("__repr__", [](const Runs& self) {
+        const auto failed = std::count_if(self.result.runs.begin(), self.result.runs.end(),
+                                          [](const auto& run) { return run.outcome != RunOutcome::done; });
+        return "<Runs: " + std::to_string(self.count()) + ", " + std::to_string(failed) + " failed>";
+      });
+}
+
+}  // namespace
+
+void bindMany(py::module& module) {
+  bindRuns(module);
   module.def("simulate_many", &simulateMany, py::arg("scene"), py::arg("times"),
              py::arg("initial") = py::none(), py::arg("parameters") = py::dict(), py::arg("threads") = 0,
              py::arg("progress") = py::none(), py::arg("most_steps") = py::none(),

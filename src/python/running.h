@@ -98,6 +98,12 @@ class Running {
   const Link& linkAt(int link) { return idle().scene().chain.links()[static_cast<std::size_t>(link)]; }
   std::size_t size() { return idle().q().size(); }
 
+  /// Such as "n = 2, t = 0.5 s". Any thread may call it.
+  std::string words() const {
+    return "n = " + std::to_string(simulation_.scene().chain.size()) +
+           (isBusy_ ? ", advanced by a thread" : ", t = " + toText(simulation_.time()) + " s");
+  }
+
   /// Writes q and then q̇, 2n.
   void writeState(double* to) {
     const Simulation& simulation = idle();

@@ -83,6 +83,20 @@ std::string shown(const py::handle& object) {
   }
 }
 
+void showFields(const py::object& type, std::initializer_list<const char*> fields) {
+  const std::vector<std::string> names(fields.begin(), fields.end());
+  py::setattr(type, "__repr__",
+              py::cpp_function(
+                  [names](const py::object& self) {
+                    std::string text;
+                    for (const std::string& name : names) {
+                      text += (text.empty() ? "" : ", ") + name + "=" + shown(self.attr(name.c_str()));
+                    }
+                    return py::str(self.get_type().attr("__name__")).cast<std::string>() + "(" + text + ")";
+                  },
+                  py::is_method(type)));
+}
+
 std::string shapeOf(const Numbers& numbers) {
   if (numbers.ndim() == 0) return "one number";
   std::string shape;
@@ -106,7 +120,10 @@ std::string readAll(const py::object& path) {
 
 /// The path, or that of the scene of this name.
 py::object found(const py::object& path) {
-  if (!py::isinstance<py::str>(path)) return path;
+  if (py::isinstance<py::bytes>(path) || py::hasattr(path, "__fspath__")) return path;
+  if (!py::isinstance<py::str>(path)) {
+    throw Refused({{"path", "a path, or the name of a scene that ships", shown(path)}});
+  }
   const auto package = py::module::import("planar_chain").attr("__file__").cast<std::string>();
   const auto share = std::filesystem::path(package).parent_path() / "../../../../share";
   const py::module os = py::module::import("os");  // a file's name need not be text
@@ -242,7 +259,10 @@ Raises OSError if the file cannot be read.)")
           },
           "Outer pins in the link frames, n × 2, m. The last one is the tip.")
       .def_property_readonly("state", &stateOf,
-                             "The first state, 2n: relative angles q (rad), then rates q̇ (rad/s).");
+                             "The first state, 2n: relative angles q (rad), then rates q̇ (rad/s).")
+      .def("__repr__", [](const TreeAndScene& self) {
+        return "<Scene, n = " + std::to_string(self.scene.chain.size()) + ">";
+      });
 }
 
 }  // namespace planar_chain::python

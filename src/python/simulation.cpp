@@ -59,22 +59,28 @@ auto atPresent(Simulation& simulation, const At& at) {
 }
 
 void bindResults(py::module& module) {
-  py::class_<Energy>(module, "Energy", "Energy of a chain, J.")
-      .def_readonly("kinetic", &Energy::kinetic)
-      .def_readonly("potential", &Energy::potential)
-      .def_readonly("elastic", &Energy::elastic, "The part of the potential energy in springs and stops.")
-      .def_property_readonly("total", &Energy::total, "kinetic + potential");
-  py::class_<EnergyBalance>(module, "EnergyBalance", "Energy balance since the state was last set, J.")
-      .def_readonly("now", &EnergyBalance::now)
-      .def_readonly("supplied", &EnergyBalance::supplied, "Work of loads and commands on the chain.")
-      .def_readonly("dissipated", &EnergyBalance::dissipated, "Work that dampers and stops took.")
-      .def_readonly("residual", &EnergyBalance::residual, "What is left over: the error of integration.");
-  py::class_<Statistics>(module, "Statistics", "What an integration did since its start.")
-      .def_readonly("steps", &Statistics::steps, "Accepted steps.")
-      .def_readonly("rejected", &Statistics::rejected, "Steps repeated with a smaller size.")
-      .def_readonly("evaluations", &Statistics::evaluations, "Evaluations of the accelerations.")
-      .def_readonly("rescues", &Statistics::rescues, "Returns to the last good state.")
-      .def_readonly("local_error", &Statistics::localError, "Of the last step, in tolerances.");
+  const auto energy =
+      py::class_<Energy>(module, "Energy", "Energy of a chain, J.")
+          .def_readonly("kinetic", &Energy::kinetic)
+          .def_readonly("potential", &Energy::potential)
+          .def_readonly("elastic", &Energy::elastic, "The part of the potential energy in springs and stops.")
+          .def_property_readonly("total", &Energy::total, "kinetic + potential");
+  showFields(energy, {"kinetic", "potential", "elastic"});
+  const auto balance =
+      py::class_<EnergyBalance>(module, "EnergyBalance", "Energy balance since the state was last set, J.")
+          .def_readonly("now", &EnergyBalance::now)
+          .def_readonly("supplied", &EnergyBalance::supplied, "Work of loads and commands on the chain.")
+          .def_readonly("dissipated", &EnergyBalance::dissipated, "Work that dampers and stops took.")
+          .def_readonly("residual", &EnergyBalance::residual, "What is left over: the error of integration.");
+  showFields(balance, {"now", "supplied", "dissipated", "residual"});
+  const auto statistics =
+      py::class_<Statistics>(module, "Statistics", "What an integration did since its start.")
+          .def_readonly("steps", &Statistics::steps, "Accepted steps.")
+          .def_readonly("rejected", &Statistics::rejected, "Steps repeated with a smaller size.")
+          .def_readonly("evaluations", &Statistics::evaluations, "Evaluations of the accelerations.")
+          .def_readonly("rescues", &Statistics::rescues, "Returns to the last good state.")
+          .def_readonly("local_error", &Statistics::localError, "Of the last step, in tolerances.");
+  showFields(statistics, {"steps", "rejected", "evaluations", "rescues", "local_error"});
 }
 
 /// All that was delivered and not yet returned.
@@ -88,17 +94,20 @@ std::vector<Reading> measure(Running& self) {
 }
 
 void bindReading(py::module& module) {
-  py::class_<Reading>(module, "Measurement", "What a sensor measured.")
-      .def_property_readonly(
-          "sensor", [](const Reading& self) { return self.sensor; }, "The sensor's name.")
-      .def_property_readonly(
-          "time", [](const Reading& self) { return self.measurement.time; }, "When it was taken, s.")
-      .def_property_readonly(
-          "delivered", [](const Reading& self) { return self.measurement.delivered; }, "time + delay, s")
-      .def_property_readonly(
-          "values", [](const Reading& self) { return copyOf(self.measurement.values); },
-          "Positions of the encoder's joints (rad or m). Of an IMU: angular velocity x, y, z (rad/s), then\n"
-          "specific force x, y, z (m/s²), in its axes; z is along the joint axes.");
+  const auto reading =
+      py::class_<Reading>(module, "Measurement", "What a sensor measured.")
+          .def_property_readonly(
+              "sensor", [](const Reading& self) { return self.sensor; }, "The sensor's name.")
+          .def_property_readonly(
+              "time", [](const Reading& self) { return self.measurement.time; }, "When it was taken, s.")
+          .def_property_readonly(
+              "delivered", [](const Reading& self) { return self.measurement.delivered; }, "time + delay, s")
+          .def_property_readonly(
+              "values", [](const Reading& self) { return copyOf(self.measurement.values); },
+              "Positions of the encoder's joints (rad or m). Of an IMU: angular velocity x, y, z (rad/s), "
+              "then\n"
+              "specific force x, y, z (m/s²), in its axes; z is along the joint axes.");
+  showFields(reading, {"sensor", "time", "values"});
 }
 
 void bindState(py::class_<Running>& simulation) {
@@ -138,7 +147,8 @@ and at least a million. The state is then that of the last good step.)")
           "there is none.")
       .def(
           "reset", [](Running& self) { self.idle().reset(); },
-          "Restores the first state and time 0. The same calls then give the same bits again.");
+          "Restores the first state and time 0. The same calls then give the same bits again.")
+      .def("__repr__", [](const Running& self) { return "<Simulation, " + self.words() + ">"; });
 }
 
 /// The n numbers that a member writes.

@@ -14,6 +14,10 @@ namespace planar_chain {
 MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool mayHold) {
   const Value* value = in.find(key);
   if (value && value->text() && *value->text() == "hold" && mayHold) return {};
+  if (value && !value->map() && numberIn(*value)) {
+    in.fault(key, "a map, such as {offset: " + toText(*numberIn(*value)) + "}");
+    return {};
+  }
   if (value && !value->map()) {
     in.fault(key, std::string("a map with amplitude and frequency, with times and values, or with offset") +
                       (mayHold ? ", or hold" : ""));
@@ -77,9 +81,17 @@ bool readStart(const Section& top) {
 }
 
 void requireSeries(const Scene& scene, const Section& top) {
-  if (scene.integrator.method != "taylor" || Effects(scene).haveSeries()) return;
-  top.section("integrator")
-      .fault("method", "another method, as something that acts has no Taylor series", quoted("taylor"));
+  if (scene.integrator.method != "taylor") return;
+  for (const EffectKind* kind : effectKinds()) {
+    const std::unique_ptr<Effect> effect = kind->make(scene);
+    if (!effect || effect->hasSeries()) continue;
+    SceneWords words;
+    kind->summarize(scene, words);
+    const std::string name = words.runs.empty() ? "what acts" : words.runs.back();
+    top.section("integrator")
+        .fault("method", "another method than taylor, as there is no Taylor series with " + name,
+               quoted("taylor"));
+  }
 }
 
 void startAtRest(Scene& scene, const Section& top) {

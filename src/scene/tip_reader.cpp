@@ -35,8 +35,9 @@ void takeLine(const Section& tip, TipLaws& laws) {
   line.take("point", "m", point);
   line.take("direction", "no unit: a direction", along);
   const double size = std::hypot(along.x, along.y);
-  if (!(size > 0)) line.fault("direction", "a direction of length > 0");
-  laws.line = (size > 0 ? 1 / size : 1) * along;
+  const bool isDirection = size >= 1e-100 && size <= 1e100;
+  if (!isDirection) line.fault("direction", "a direction [x, y] of a length from 1e-100 to 1e100");
+  laws.line = (isDirection ? 1 / size : 1) * along;
   laws.x = MotionLaw::sine(0, 0, 0, point.x);
   laws.y = MotionLaw::sine(0, 0, 0, point.y);
 }

@@ -25,6 +25,9 @@ except ImportError:
             self.shape = self.low.shape
             self.seed()
 
+        def __repr__(self):
+            return f"Box({self.low}, {self.high}, {self.shape}, {self.dtype})"
+
         def seed(self, seed=None):
             self._random = np.random.default_rng(seed)
 
@@ -77,6 +80,9 @@ class Environment(Env):
         self.action_space = Box([-1.0] * len(motors), [1.0] * len(motors))
         self.observation_space = Box([-1.0] * 2 * n + [-np.inf] * n, [1.0] * 2 * n + [np.inf] * n)
         self._steps = 0
+
+    def __repr__(self):
+        return f"<{type(self).__name__}, n = {len(self.scene)}, motors: {', '.join(self.scene.joints[k] for k in self._places)}>"
 
     def first_state(self, random):  # pylint: disable=unused-argument
         """Returns q and q̇. random: a numpy.random.Generator."""

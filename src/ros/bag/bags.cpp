@@ -4,29 +4,23 @@
 #include <ros/names.h>
 #include <ros/time.h>
 #include <rosbag/bag.h>
-#include <rosbag/view.h>
 #include <rosgraph_msgs/Clock.h>
-#include <sensor_msgs/JointState.h>
 #include <std_msgs/String.h>
 
-#include <algorithm>
-#include <boost/algorithm/string/predicate.hpp>
 #include <boost/make_shared.hpp>
 #include <cerrno>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <map>
 #include <memory>
-#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
 
 #include "planar_chain/fault.h"
 #include "planar_chain/value.h"
-#include "reading/section.h"
+#include "ros/bag/recorded_commands.h"
 #include "ros/messages/frames.h"
 #include "ros/messages/pace.h"
 #include "ros/node/commands.h"
@@ -54,126 +48,6 @@ void writeUrdf(const std::string& path, const Scene& scene, const std::string& n
   std::ofstream file(path);
   file << urdfOf(scene, framesOf(scene, node));
   if (!file.flush()) throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
-}
-
-// ---- The bag to read -----------------------------------------------------------------------------
-
-const std::string commandsTaken = "/commands_taken";  // below a node's name
-
-[[noreturn]] void refuse(const std::string& path, const std::string& expected, const std::string& found) {
-  throw Refused({{"--commands " + path, expected, found}});
-}
-
-/// Returns the only node with ~commands_taken.
-std::string onlyNode(const rosbag::Bag& bag, const std::string& path) {
-  std::set<std::string> nodes;
-  for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections()) {
-    const std::string& topic = connection->topic;
-    if (boost::ends_with(topic, commandsTaken)) {
-      nodes.insert(topic.substr(0, topic.size() - commandsTaken.size()));
-    }
-  }
-  if (nodes.empty()) refuse(path, "a bag with commands on a topic such as …" + commandsTaken, "none");
-  if (nodes.size() > 1) throw Refused({{"--node", "one of " + inCommas(nodes), "nothing"}});
-  return *nodes.begin();
-}
-
-template <class Message>
-boost::shared_ptr<Message> messageOf(const rosbag::MessageInstance& entry, const std::string& path) {
-  if (const auto message = entry.instantiate<Message>()) return message;
-  const std::string type = ros::message_traits::datatype<Message>();
-  refuse(path, entry.getTopic() + " of type " + type + " as this version defines it",
-         entry.getDataType() == type ? "that of another version, which `rosbag fix` converts (msg/README.md)"
-                                     : entry.getDataType());
-}
-
-/// @throws Refused if one of them is missing, is not what its kind needs, or does not fit the ticks
-void check(const std::vector<CommandTaken>& commands, double rate, const std::string& path) {
-  std::uint64_t tickBefore = 0, number = 0;
-  bool wasSet = false;
-  for (const CommandTaken& command : commands) {
-    if (command.number != ++number) {
-      refuse(path, "every command that the node took since its start",
-             "number " + std::to_string(command.number) + " where " + std::to_string(number) + " is due");
-    }
-    const bool hasItsFields =
-        command.kind <= CommandTaken::TOLERANCE && std::isfinite(command.scene_time) &&
-        command.joint_torque.size() == (command.kind == CommandTaken::JOINT_TORQUE ? 1 : 0) &&
-        command.link_force.size() == (command.kind == CommandTaken::LINK_FORCE ? 1 : 0) &&
-        command.joint_trajectory.size() == (command.kind == CommandTaken::JOINT_TRAJECTORY ? 1 : 0) &&
-        command.base_trajectory.size() == (command.kind == CommandTaken::BASE_TRAJECTORY ? 1 : 0);
-    if (!hasItsFields) {
-      refuse(path, "commands with what their kind needs",
-             "number " + std::to_string(number) + " of kind " + std::to_string(command.kind));
-    }
-    if (command.tick < tickBefore) refuse(path, "ticks that do not go back", std::to_string(command.tick));
-    tickBefore = command.tick;
-    wasSet = wasSet || command.kind == CommandTaken::RESET || command.kind == CommandTaken::SETTLE;
-    // Until the first tick that shows a state of ~reset or ~settle, scene time lies between the tick before
-    // and this one.
-    const auto tick = static_cast<double>(command.tick);
-    if (!wasSet && !(std::abs(command.scene_time * rate - tick) <= 1.01)) {
-      refuse(path, "commands of a node with ticks of " + toText(rate) + " Hz (publish/rate, or --rate)",
-             "tick " + std::to_string(command.tick) + " after " + toText(command.scene_time) + " s");
-    }
-  }
-}
-
-/// Returns the last tick in the bag. A status gives a tick and its stamp. Each joint_states with a later
-/// stamp is one tick more. Stamps alone do not give the tick, because they jump over pauses.
-long long lastTick(const rosbag::Bag& bag, const std::string& node, const std::string& path) {
-  const std::string states = ros::names::append(ros::names::parentNamespace(node), "joint_states");
-  std::uint64_t tick = 0;
-  ros::Time stamp;
-  std::set<ros::Time> later;
-  rosbag::View view(bag, rosbag::TopicQuery(std::vector{states, node + "/status"}));
-  for (const rosbag::MessageInstance& entry : view) {
-    if (entry.getTopic() == states) {
-      later.insert(messageOf<sensor_msgs::JointState>(entry, path)->header.stamp);
-    } else {
-      const auto status = messageOf<SimStatus>(entry, path);
-      if (status->tick > static_cast<std::uint64_t>(mostRows)) {
-        refuse(path, "ticks up to number 100000000", std::to_string(status->tick));
-      }
-      tick = status->tick;
-      stamp = status->tick_stamp;
-    }
-    later.erase(later.begin(), later.upper_bound(stamp));
-  }
-  return static_cast<long long>(tick + later.size());
-}
-
-struct RecordedCommands {
-  std::string node;                    ///< the node that took them, such as /left/planar_chain
-  std::vector<CommandTaken> commands;  ///< in the order in which they were taken
-  long long lastTick = 0;              ///< of the states in the bag, within one tick; 0 if it has none
-};
-
-/// Reads ~commands_taken, of which no command may be missing.
-/// @param node the node that took the commands; without it, the bag must hold those of one node only
-/// @param rate ticks per second
-/// @param alsoEnd finds lastTick, from joint_states and ~status
-/// @throws Refused when the file cannot be read, or has no such commands or not all of them
-RecordedCommands readCommands(const std::string& path, const std::optional<std::string>& node, double rate,
-                              bool alsoEnd) {
-  try {
-    const rosbag::Bag bag(path);
-    RecordedCommands recorded{node ? *node : onlyNode(bag, path), {}, 0};
-
-    const std::string topic = recorded.node + commandsTaken;
-    std::vector<CommandTaken>& commands = recorded.commands;
-    for (const rosbag::MessageInstance& entry : rosbag::View(bag, rosbag::TopicQuery(topic))) {
-      commands.push_back(*messageOf<CommandTaken>(entry, path));
-    }
-    if (commands.empty()) refuse(path, "a bag with commands on " + topic, "none");
-    std::sort(commands.begin(), commands.end(),
-              [](const CommandTaken& a, const CommandTaken& b) { return a.number < b.number; });
-    check(commands, rate, path);
-    if (alsoEnd) recorded.lastTick = lastTick(bag, recorded.node, path);
-    return recorded;
-  } catch (const rosbag::BagException& problem) {
-    refuse(path, "a bag that can be read", problem.what());
-  }
 }
 
 // ---- The bag to write ----------------------------------------------------------------------------
@@ -311,6 +185,11 @@ class OfflineNode : public Bags {
     const std::optional<std::string> node = fullName(given.node);
     if (given.commands) {
       recorded_ = readCommands(*given.commands, node, scene.publish.rate, given.endsAsRecorded);
+      const std::string other = differenceOfScenes(recorded_.scene, scene.text);
+      if (!other.empty()) {
+        std::fprintf(stderr, "simulate: %s was recorded with another scene, so the motion differs: %s\n",
+                     given.commands->c_str(), other.c_str());
+      }
     }
     if (given.endsAsRecorded && recorded_.lastTick == 0) {
       throw Refused({{"--duration", "a time, for the bag has no states of " + recorded_.node, "nothing"}});
