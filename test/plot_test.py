@@ -356,6 +356,7 @@ class Plot(InFolder):
                             ("t,q_a,qd_a,energy\n0,0,0,0\n1,0,0\n", "other.csv, row 2: expected 4 numbers, got 3 cells"),
                             ("t,q_a,qd_a,energy\n0,0,0,0\n1,0,0,0,0\n", "other.csv, row 2: expected 4 numbers, got 5 cells"),
                             ("t,q_a,qd_a,energy\n0,0,-2e307,0\n1,1,1e308,0\n", "other.csv, qd_a: expected numbers up to 1e+300, got -2e+307"),
+                            ("t,q_a,qd_a,energy\n0,0,0,0\n1,inf,1,0\n", "other.csv, q_a: expected numbers up to 1e+300, got inf"),
                             ("run,links/a/mass,t,q_a,qd_a,reason\n0,1,1,1,1,\n1,1,1,1\n", "row 2: expected 5 numbers and a reason, got 4 cells"),
                             ("run,links/a/mass,t,q_a,qd_a,reason\n0,x,1,1,1,\n", "row 1: expected 5 numbers and a reason, got could not"),
                             ("run,links/a/mass,t,q_a,qd_a,reason\n0,1,1,1e308,1,\n", "other.csv, q_a: expected numbers up to 1e+300, got 1e+308"),

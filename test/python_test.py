@@ -24,6 +24,7 @@ except ImportError:
     sys.exit(77)
 
 import planar_chain
+import yaml
 from in_folder import InFolder
 from planar_chain import Refused, Scene, Simulation
 
@@ -218,7 +219,9 @@ class Motions(InFolder):
     def test_wrong_types_are_refused_in_words(self):
         scene = Scene(PENDULUM)
         simulation = Simulation(scene)
+        rope = Simulation(Scene({"chain": ["r"], "links": {"r": {**ROD, "repeat": 12}}}))
         for call, words in (
+                (lambda: rope.hold_force("x", [1, 0]), "link: .* " + re.escape(f"({', '.join(f'r_{k}' for k in range(1, 13))})")),
                 (lambda: Simulation("pendulum"), r"scene: expected a planar_chain.Scene \(Scene.from_file\(.*\) reads one\), got 'pendulum'"),
                 (lambda: planar_chain.simulate(scene, "abc"), "times: expected an array of numbers, got 'abc'"),
                 (lambda: planar_chain.simulate_many(scene, [1], parameters=[1]), r"parameters: expected a dict, got \[1\]"),
@@ -516,6 +519,32 @@ class Page(unittest.TestCase):
                              universal_newlines=True, check=True)
         self.assertIn("robot_description: expected", run.stdout)
         self.assertIn("(1000, 3, 4) True {}", run.stdout)
+
+
+class Readme(unittest.TestCase):
+    def test_its_pushes_are_swings(self):
+        """In their order, a minute after each other: no link turns over."""
+        with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as file:
+            commands = re.findall(r"(?:settle\b|rostopic pub -1 \S+/(\w+) \S+ (?:\\\n *)?'(.*)')", file.read())
+        self.assertEqual([topic for topic, _ in commands], ["", "joint_torque", "link_force", "joint_torques"])
+        simulation = Simulation(Scene.from_file(shipped("double_pendulum")))
+        simulation.advance_to(12)
+        simulation.settle()
+        rest = simulation.q
+        for topic, message in commands[1:]:
+            its = yaml.safe_load(message)
+            if topic == "joint_torque":
+                simulation.add_torque(its["joint"], its["torque"], its["duration"])
+            elif topic == "link_force":
+                simulation.add_force(its["link"], [its["force"]["x"], 0], [its["point"]["x"], 0], its["duration"])
+            else:
+                simulation.hold_torques(its["data"])
+            angles = []
+            for _ in range(1200):
+                simulation.advance_to(simulation.time + 0.05)
+                angles.append(abs(simulation.q - rest))
+            self.assertTrue(np.all(np.max(angles, axis=0) < np.pi), (topic, np.max(angles, axis=0)))
+            self.assertGreater(np.max(angles), 0.1)
 
 
 class Package(unittest.TestCase):

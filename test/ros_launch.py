@@ -122,6 +122,7 @@ class Launch(unittest.TestCase):
         self.assertNotEqual(status, 0)
         self.assertIn('sim.launch has no argument sceen.', said.splitlines()[-1])
         self.assertIn('No scene is called roep.', run('planar_chain', 'sim.launch', 'scene:=roep')[1].splitlines()[-1])
+        self.assertIn('scene_file: expected a file', run('planar_chain', 'sim.launch', 'scene_file:=a.yaml')[1].splitlines()[-1])
         self.assertEqual(run('planar_chain', 'sim.launch', 'scene:=rope', 'rviz:=false'), (0, '/planar_chain\n'))
         with tempfile.NamedTemporaryFile('w', suffix='.launch') as around:  # with arguments of its own
             around.write('<launch><include file="$(find planar_chain)/launch/sim.launch"><arg name="rviz" value="false"/>'

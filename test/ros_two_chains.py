@@ -1,19 +1,23 @@
 #!/usr/bin/python3
 """two_chains.launch: two chains in two namespaces, by the /clock of a bag that begins again and again, with a third chain
-in it. Nobody warns of anything, and the chains go on from their states."""
+in it. Nobody warns of anything, and the chains go on from their states. And two chains that `show` puts into one rviz."""
 
+import os
+import signal
 import subprocess
 
 import roslib.packages
 import rosbag
 import rospy
 import rostest
+import yaml
 from rosgraph_msgs.msg import Clock, Log
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker
 
 from in_folder import InFolder
-from ros_node import LIMIT, Listener, Running, nanoseconds
+from ros_node import LIMIT, Listener, Node, Running, nanoseconds, rod
 
 SECONDS = 2
 TICK = 0.005  # s
@@ -84,6 +88,44 @@ class TwoChains(InFolder):
         for frame, stamps in stamps_of.items():
             self.assertFalse(any(later == sooner for sooner, later in zip(stamps, stamps[1:])), frame)
             self.assertIn(len(times_back(stamps)), seen_again, frame)
+
+    def test_show_puts_both_in_one_window_with_a_text_each(self):
+        with open(self.path('rviz'), 'w', encoding='utf-8') as program:  # in the place of rviz
+            program.write('#!/bin/sh\ncp "$2" "%s" && exec sleep 600\n' % self.path('opened'))
+        os.chmod(self.path('rviz'), 0o755)
+        show = roslib.packages.find_node('planar_chain', 'show')[0]
+        environment = dict(os.environ, PATH=self.folder + ':' + os.environ['PATH'], HOME=self.folder)
+        texts = [self.listen('/show/energy_%d' % k, Marker) for k in (0, 1)]
+        with Node(rod(), '/left'), Node(rod(gravity=[0.0, -9.81]), '/right'):
+            wrong = subprocess.run([show, 'left', 'middle'], env=environment, stderr=subprocess.PIPE, universal_newlines=True,
+                                   timeout=LIMIT, check=False)
+            self.assertIn('show: /middle/planar_chain: expected a running scene', wrong.stderr)
+            process = subprocess.Popen([show, 'left', 'right'], env=environment, start_new_session=True)
+            try:
+                for text in texts:
+                    text.wait_for_count(2)
+            finally:
+                os.killpg(process.pid, signal.SIGINT)
+                process.wait(LIMIT)
+        markers = [text.messages[-1] for text in texts]
+        for marker, node in zip(markers, ('/left/planar_chain', '/right/planar_chain')):
+            lines = marker.text.splitlines()
+            self.assertEqual((lines[0], [line.split()[0] for line in lines[1:] if line.strip()]),
+                             (node, ['time', 'kinetic', 'potential', 'supplied', 'dissipated', 'balance']))
+        height = 7 * markers[0].scale.z  # of seven lines
+        self.assertGreater(abs(markers[0].pose.position.y - markers[1].pose.position.y), height)
+
+        with open(self.path('opened'), encoding='utf-8') as file:
+            manager = yaml.safe_load(file)['Visualization Manager']
+        groups = {display['Name']: display['Displays'] for display in manager['Displays'] if display['Class'] == 'rviz/Group'}
+        self.assertEqual(set(groups), {'/left/planar_chain', '/right/planar_chain'})
+        for k, (node, displays) in enumerate(sorted(groups.items())):
+            side = node.split('/')[1]
+            topics = {display['Name']: display.get('Marker Topic') for display in displays}
+            self.assertEqual((topics['Energy'], topics['Springs']), ('/show/energy_%d' % k, node + '/view/springs'))
+            told = {display.get(key) for display in displays for key in ('Robot Description', 'Update Topic')} - {None}
+            self.assertEqual(told, {'/%s/robot_description' % side, '/%s/pull/update' % side})
+        self.assertTrue(os.path.exists(self.path('.rviz/planar_chain/left_right.rviz')))
 
 
 if __name__ == '__main__':

@@ -25,13 +25,15 @@ class Arguments(unittest.TestCase):
 
     def test_arguments_of_sim_launch_and_options_of_roslaunch_pass(self):
         for given in ((), ('scene:=rope', 'rviz:=false'), ('-p', '11411'), ('--port=11411', 'scene:=whip'),
-                      ('--screen', '__name:=sim', 'record:=run')):
+                      ('--screen', '__name:=sim', 'record:=run'), ('scene_file:=' + __file__, 'urdf:=none')):
             self.assertEqual(self.run_script(*given), (0, ''))
 
     def test_others_are_refused(self):
         for given, words in ((('sceen:=rope',), 'sim.launch has no argument sceen. It has: scene urdf '),
                              (('-p', '11411', 'rvis:=false'), 'sim.launch has no argument rvis.'),
                              (('owns_clock:=true',), 'sim.launch has no argument owns_clock.'),
+                             (('scene_file:=/none.yaml',), 'scene_file: expected a file that can be read, got /none.yaml'),
+                             (('urdf:=/',), 'urdf: expected a file that can be read, got /\n'),
                              (('scene:=rop',), 'No scene is called rop. There are: acrobot '),
                              (('rope',), 'Expected NAME:=VALUE, got rope')):
             status, said = self.run_script(*given)
