@@ -57,7 +57,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Acting{"springs", "stiffness: 3, rest_angle: 0.2, damping: 0.4", ""},
                     Acting{"springs in lanes", "stiffness: 3, rest_angle: 0.2, damping: 0.4", "", 20},
                     Acting{"stops", "lower: -0.2, upper: 0.1, stop_stiffness: 50, stop_damping: 0.5", ""},
-                    Acting{"friction", "friction: 0.3", ""},
+                    Acting{"friction", "friction: 0.3", ""}, Acting{"drag", "drag: 0.3", ""},
+                    Acting{"drag of long chains", "drag: 0.3", "", 20},
                     Acting{"friction of long chains", "friction: 0.3", "", 20},
                     Acting{"rotors", "rotor_inertia: 0.2", ""}, Acting{"loads", "", loads},
                     Acting{"loads of long chains", "", loads, 20}, Acting{"a base", "", base},
@@ -66,7 +67,8 @@ INSTANTIATE_TEST_SUITE_P(
                            "stiffness: 3, damping: 0.1, friction: 0.2, rotor_inertia: 0.1", base}));
 
 TEST(AllEffects, ObeyTheLawsTogether) {
-  Scene scene = sceneOf({"", "stiffness: 2, damping: 0.3, friction: 0.1, rotor_inertia: 0.05", base});
+  Scene scene =
+      sceneOf({"", "stiffness: 2, damping: 0.3, friction: 0.1, drag: 0.2, rotor_inertia: 0.05", base});
   const Scene loaded = sceneOf({"", "", loads});
   scene.loads = loaded.loads;
   test::EffectLaws(scene, 0.1).expectAll();

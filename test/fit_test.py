@@ -131,20 +131,11 @@ class Words(unittest.TestCase):
         self.assertRegex(" ".join(result.not_told), r"open: links/rod/mass \+100 %, links/rod/inertia \+100 %, links/rod/joint/damping \+100 %")
 
     def test_what_the_model_lacks(self):
-        for key, words in (("friction", "sign q̇"), ("damping", "go with q̇ of")):
+        for key, words in (("friction", "sign q̇"), ("damping", "go with q̇ of"), ("drag", "q̇ |q̇|")):
             joint = {"damping": 0.0, key: 0.3}
             lacking = Scene({"chain": ["rod"], "links": {"rod": {**ROD, "joint": joint}}})
             result = fit(lacking.with_values({f"links/rod/joint/{key}": 0.0}), noisy(motion(lacking, [0.5, 0.0]), 6), ["links/rod/com/0"])
             self.assertTrue(any(words in line and f"--vary links/rod/joint/{key}" in line for line in result.warnings), (key, result.warnings))
-        times = np.arange(0, 6, 0.02)
-        plain = Scene({"chain": ["rod"], "links": {"rod": ROD}})
-        state, states = [0.5, 0.0], []
-        for _ in times:  # q̇ |q̇| as a torque that is held for one step
-            states.append(state)
-            load = {"drag": {"joint": "rod_joint", "torque": -0.05 * state[1] * abs(state[1])}}
-            state = simulate_many(Scene({**plain.to_dict(), "loads": load}), [0.02], initial=[state]).states[0, 0].tolist()
-        result = fit(plain, noisy({"t": times, "q": np.array(states)[:, :1]}, 7), ["links/rod/com/0"])
-        self.assertTrue(any("q̇ |q̇|" in line and "drag" in line for line in result.warnings), result.warnings)
 
     def test_errors_of_integration_are_no_hint(self):
         rods = Scene.from_file("double_pendulum")

@@ -55,6 +55,16 @@ class Tool(InFolder):
             changed = [k for k, (one, other) in enumerate(zip(after, before)) if one != other]
         self.assertEqual(len(changed), 2)
 
+    def test_a_hint_leads_to_the_single_pendulum_in_every_recording(self):
+        data = [self.recording(f"single_{k}.csv") for k in range(5)]
+        command = [self.recording("single.yaml"), "--data", *data, "--predict", *data, "--json", "--vary", "links/arm/inertia"]
+        damped = json.loads(self.run_tool(*command, "links/arm/joint/damping").stdout)
+        self.assertRegex(damped["warnings"][0], r"sign q̇ and q̇ \|q̇\| of arm_joint, together")
+        advice = damped["warnings"][0].rpartition("--vary ")[2].split()
+        better = json.loads(self.run_tool(*command, *advice).stdout)
+        self.assertEqual(better["warnings"], [])
+        self.assertLess(max(one["from_first_sample"]["arm_joint"] for one in better["predictions"]), 0.03)  # 0.020; with damping 0.032
+
     def test_the_double_pendulum_that_ships_is_predicted(self):
         data = [self.recording(f"double_{k}.csv") for k in range(3)]
         numbers = ["links/upper/" + key for key in ("inertia", "com/0", "pin/0", "joint/damping")]

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "effects/commands.h"
+#include "effects/drags.h"
 #include "effects/drives.h"
 #include "effects/effect_kind.h"
 #include "effects/friction.h"
@@ -16,7 +17,7 @@ std::vector<const EffectKind*>& effectKinds() {
   static std::vector<const EffectKind*> kinds{
       &frictionKind(),  // acts last, when it is known what else acts
       &springKind(),   &loadKind(), &stopKind(),   &rotorKind(), &driveKind(),
-      &baseKind(),     &tipKind(),  &effortKind(), &motorKind(),
+      &baseKind(),     &tipKind(),  &effortKind(), &motorKind(), &dragKind(),
   };
   return kinds;
 }

@@ -5,8 +5,9 @@
 namespace planar_chain {
 
 std::string inUnitsOfSlide(std::string words) {
-  constexpr const char* units[][2] = {{"N m s/rad", "N s/m"}, {"N m/rad", "N/m"}, {"kg m²", "kg"},
-                                      {"rad/s", "m/s"},       {"N m", "N"},       {"rad", "m"}};
+  constexpr const char* units[][2] = {
+      {"N m s²/rad²", "N s²/m²"}, {"N m s/rad", "N s/m"}, {"N m/rad", "N/m"}, {"kg m²", "kg"},
+      {"rad/s", "m/s"},           {"N m", "N"},           {"rad", "m"}};
   for (const auto& [ofAngle, ofPosition] : units) {
     const std::size_t at = words.find(ofAngle);
     if (at != std::string::npos) return words.replace(at, std::string(ofAngle).size(), ofPosition);

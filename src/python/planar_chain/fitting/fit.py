@@ -10,13 +10,11 @@ from planar_chain import Scene
 from .bags import read_bag
 from .deviations import Deviations
 from .hints import hints
-from .varied import numbers_of, scene_with
+from .varied import AT_BOUND, numbers_of, scene_with
 from .problem import EXACT, Problem, drive_of, joint_links
 from .recordings import BadFit, Recording, from_arrays, read_csv, require_angles, require_motion
 from .solve import LAST_PRIOR, WINDOWS, Solver, first_state, samples_of
 from .words import not_told
-
-AT_BOUND = 1e-3  # of a scale
 
 
 class Found:

@@ -1,22 +1,26 @@
 """What the model lacks, from the residuals: whether a torque that it does not have would explain them.
 
 A small torque of a shape such as -sign q̇ along the fitted motion changes the angles by c. Of c counts what no unknown of the fit can
-do. The share of the residuals' squares that it explains, and the sign of its factor, decide."""
+do. The share of the residuals' squares that it explains, and the sign of its factor, decide. A damper that was fitted can hide dry
+friction and drag from each other, so two shapes are also judged together."""
+
+import itertools
 
 import numpy as np
 
 from planar_chain import Scene, simulate_many
 
-from .varied import value_at
+from .varied import AT_BOUND, value_at
 from .problem import TOLERANCE, joint_links
 from .solve import samples_of
 
-SHARE = 0.25  # of the residuals' squares that a hint explains at least
+SHARE, SHARE_OF_TWO = 0.25, 0.5  # of the residuals' squares that a hint explains at least; that two shapes do
+OWN = 1e-3  # the part of a change that no unknown can do; less is an error of the differences
 ALIKE = 0.9  # of the best share of a joint: others above it are named too
 PROBE = 1e-3  # of the torque of a probe, in the chain's typical torque
-SHAPES = {  # the torque along a motion; what lacks, and the key of a joint that gives it
+SHAPES = {  # the torque along a motion; the key of a joint that gives it, and what it is
     "sign q̇": (lambda q, qd: -np.sign(qd), "friction", "dry friction"),
-    "q̇ |q̇|": (lambda q, qd: -qd * abs(qd), None, "drag, which grows with the square of the rate and which a scene does not have"),
+    "q̇ |q̇|": (lambda q, qd: -qd * abs(qd), "drag", "drag"),
     "q̇": (lambda q, qd: -qd, "damping", "damping"),
 }
 OF_THE_RUNS = 100  # residuals below so many tolerances of the runs are errors of integration
@@ -31,40 +35,52 @@ def hints(problem, solution, deviations, samples):
     few = [places if r < MOST_RECORDINGS else places[:0] for r, places in
            enumerate(samples_of(problem.recordings, np.inf, MOST_TIMES))]
     used = [r for r, places in enumerate(few) if len(places)]
-    unknowns = problem.jacobian(solution.x, few) / solution.noise[problem.joints_of(few)][:, None]
+    low, high = problem.bounds()
+    inside = (solution.x > low + AT_BOUND) & (solution.x < high - AT_BOUND)  # what ran to its bound cannot do more
+    unknowns = problem.jacobian(solution.x, few)[:, inside] / solution.noise[problem.joints_of(few)][:, None]
     residuals = problem.residuals(solution.x, few) / solution.noise[problem.joints_of(few)]
     basis, values, _ = np.linalg.svd(unknowns, full_matrices=False)
     basis = basis[:, values > 1e-9 * values.max(initial=1e-300)]
     left = residuals - basis @ (basis.T @ residuals)
 
-    def judged(column):
-        column = column / solution.noise[problem.joints_of(few)]
-        rest = column - basis @ (basis.T @ column)
-        power = rest @ rest
-        if power < 1e-4 * (column @ column) or power == 0 or not np.isfinite(power):
+    def judged(*columns):
+        """The share that these explain, and their least factor."""
+        columns = np.transpose(columns) / solution.noise[problem.joints_of(few)][:, None]
+        rest = columns - basis @ (basis.T @ columns)
+        if not np.isfinite(rest).all() or (np.sum(rest ** 2, axis=0) <= OWN ** 2 * np.sum(columns ** 2, axis=0)).any():
             return 0.0, 0.0
-        return (left @ rest) ** 2 / (power * (left @ left)), -(left @ rest) / power
+        factors = np.linalg.lstsq(rest, left, rcond=1e-4)[0]
+        return 1 - np.sum((left - rest @ factors) ** 2) / (left @ left), -max(factors)
 
-    said = []
+    said, fitted = [], [number.path for number, is_inside in zip(problem.numbers, inside) if is_inside]
     links = joint_links(problem.values)
     for j in problem.free[:MOST_JOINTS]:
-        found = []
-        for shape, (torque, key, what) in SHAPES.items():
-            path = f"links/{links[j]}/joint/{key}"
-            if key and any(number.path == path for number in problem.numbers):
-                continue
-            share, factor = judged(probe(problem, solution, few, used, j, torque))
-            if share > SHARE and factor > 0:
-                advice = f"try --vary {path}{'' if value_at(problem.values, path) else '=0'}" if key else "no number of a scene gives it"
-                found.append((share, f"residuals go with {shape} of {problem.joints[j]} ({100 * share:.0f} % of their squares): the "
-                                     f"model lacks {what}; {advice}"))
-        said += [words for share, words in sorted(found, reverse=True) if share > ALIKE * max(found)[0]]
+        lacking = {shape: (f"links/{links[j]}/joint/{key}", what, probe(problem, solution, few, used, j, torque))
+                   for shape, (torque, key, what) in SHAPES.items()
+                   if f"links/{links[j]}/joint/{key}" not in fitted}
+        said += of_joint(problem, problem.joints[j], lacking, judged)
     if not problem.has_delay and any(recording.loads for recording in problem.recordings):
         share, factor = judged(of_delay(problem, solution, few))
         if share > SHARE and factor > 0:
             said.append(f"residuals go with a delay of {1e3 * factor:.1f} ms between torque and motion ({100 * share:.0f} % of their "
                         "squares): try --delay")
     return said
+
+
+def of_joint(problem, joint, lacking, judged):
+    """The strongest hints of a joint, of one shape; if there is none, of two."""
+    for count, least in ((1, SHARE), (2, SHARE_OF_TWO)):
+        found = []
+        for shapes in itertools.combinations(lacking, count):
+            paths, whats, columns = zip(*(lacking[shape] for shape in shapes))
+            share, factor = judged(*columns)
+            if share > least and factor > 0:
+                vary = " ".join(path if value_at(problem.values, path) else path + "=0" for path in paths)
+                found.append((share, f"residuals go with {' and '.join(shapes)} of {joint}{', together' * (count - 1)} "
+                                     f"({100 * share:.0f} % of their squares): the model lacks {' and '.join(whats)}; try --vary {vary}"))
+        if found:
+            return [words for share, words in sorted(found, reverse=True) if share > ALIKE * max(found)[0]]
+    return []
 
 
 def probe(problem, solution, samples, used, j, torque):

@@ -7,7 +7,9 @@ from planar_chain import Scene, simulate_many
 
 from .recordings import BadFit
 
-NOT_NEGATIVE = {"mass", "inertia", "damping", "stiffness", "friction", "breakaway", "rotor_inertia", "stop_stiffness", "stop_damping"}
+NOT_NEGATIVE = {"mass", "inertia", "damping", "drag", "stiffness", "friction", "breakaway", "rotor_inertia", "stop_stiffness",
+                "stop_damping"}
+AT_BOUND = 1e-3  # of a scale
 
 
 class Number:
@@ -70,8 +72,8 @@ def typical(path, scene):
     if path.endswith(("com/0", "com/1", "pin/0", "pin/1")):
         return 0.1 * length
     return {"mass": mass, "inertia": 0.1 * inertia, "rotor_inertia": 0.01 * inertia, "damping": 0.01 * inertia * rate,
-            "stop_damping": 0.1 * inertia * rate, "stiffness": 0.1 * inertia * rate ** 2, "stop_stiffness": 100 * inertia * rate ** 2,
-            "friction": 0.01 * inertia * rate ** 2, "breakaway": 0.01 * inertia * rate ** 2,
+            "drag": 0.01 * inertia, "stop_damping": 0.1 * inertia * rate, "stiffness": 0.1 * inertia * rate ** 2,
+            "stop_stiffness": 100 * inertia * rate ** 2, "friction": 0.01 * inertia * rate ** 2, "breakaway": 0.01 * inertia * rate ** 2,
             "torque": 0.1 * inertia * rate ** 2}.get(key, 0.1)
 
 

@@ -15,7 +15,7 @@ KNOWN = {  # keys that the formulas have; effort_limit, motor, command_delay and
     "": {"gravity", "q", "qd", "links", "loads", "base"},
     "links": {"name", "mass", "inertia", "com", "pin", "joint"},
     "joint": {"name", "stiffness", "damping", "rest_angle", "lower", "upper", "stop_stiffness", "stop_damping", "friction",
-              "breakaway", "rotor_inertia", "effort_limit", "velocity_limit", "motor", "command_delay", "drive", "type",
+              "breakaway", "drag", "rotor_inertia", "effort_limit", "velocity_limit", "motor", "command_delay", "drive", "type",
               "axis"},
     "loads": {"link", "force", "point", "moment", "joint", "torque", "frequency", "phase", "times", "values", "start", "stop"},
     "base": {"x", "y", "angle"},
@@ -136,14 +136,16 @@ class ChainInLetters:
         return ("m", "N") if k < self.slides else ("rad", "N m")
 
     def _torque(self, k, joint):
-        """Springs, dampers, friction of a sliding joint, stops that push."""
+        """Springs, dampers, friction of a sliding joint, drag, stops that push."""
         (q, qd), (way, force) = (self.q[k], self.qd[k]), self._units(k)
         per_rate = "N s/m" if way == "m" else "N m s/rad"
         stiffness = self._letter("k", k, joint, "stiffness", f"{force}/{way}", "stiffness of joint")
         rest = self._letter("q0", k, joint, "rest_angle", way, "rest angle of joint", ("q", "^0")) if stiffness != 0 else 0
         damping = self._letter("d", k, joint, "damping", per_rate, "damping of joint")
         friction = self._letter("c", k, joint, "friction", force, "friction of joint")
-        torque = -stiffness * (q - rest) - damping * qd - friction * sp.sign(qd)
+        per_square = "N s^2/m^2" if way == "m" else "N m s^2/rad^2"
+        drag = self._letter("cd", k, joint, "drag", per_square, "drag of joint", ("c", "^d"))
+        torque = -stiffness * (q - rest) - damping * qd - friction * sp.sign(qd) - drag * sp.Abs(qd) * qd
         limits = [(key, sign) for key, sign in (("lower", -1), ("upper", 1)) if joint.get(key) is not None]
         if not limits:
             return torque

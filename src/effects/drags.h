@@ -1,6 +1,6 @@
 #pragma once
 
-/// Drag in the joints, the example of src/README.md for an effect of your own:
+/// Drag in the joints, the example of src/README.md for an effect:
 ///
 ///     τ = −c |q̇| q̇        P_d = c |q̇|³        −∂τ/∂q̇ = 2 c |q̇|
 ///

@@ -1,4 +1,4 @@
-#include "drags.h"
+#include "effects/drags.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,8 @@
-/// The example of src/README.md: drag in a joint, one pair of files and one line in the list. What holds for
-/// it holds for every effect: it is read and judged, agrees with the dense road, its derivative with
-/// differences, its motion with the exact one by every method, and nothing of it runs where it is not.
+/// Drag in a joint, the example of src/README.md for an effect: it is read and judged, agrees with the dense
+/// road, its derivative with differences, its motion with the exact one by every method, and nothing of it
+/// runs where it is not. effect_laws_test has its laws.
+
+#include "effects/drags.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +10,6 @@
 #include <string>
 
 #include "dynamics/dynamics.h"
-#include "example/drags.h"
 #include "ode/methods.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
@@ -17,9 +18,6 @@
 
 namespace planar_chain {
 namespace {
-
-/// The one line.
-const bool isListed = (effectKinds().push_back(&dragKind()), true);
 
 /// A flywheel: J = 0.5 kg m², c = 0.2 N m s²/rad², 3 rad/s, and nothing else.
 constexpr double J = 0.5, c = 0.2, v0 = 3;
@@ -48,8 +46,7 @@ Scene chainOfFive(const std::string& method) {
       method + ", tolerance: 1e-10, step: 0.0005}\n");
 }
 
-TEST(AnEffectOfYourOwn, IsReadAndJudged) {
-  ASSERT_TRUE(isListed);
+TEST(Drag, IsReadAndJudged) {
   EXPECT_EQ(flywheel("auto").chain.joints()[0].other("drag"), c);
   try {
     flywheel("auto", "-1");
@@ -60,7 +57,7 @@ TEST(AnEffectOfYourOwn, IsReadAndJudged) {
   }
 }
 
-TEST(AnEffectOfYourOwn, SaysSoInTheLog) {
+TEST(Drag, SaysSoInTheLog) {
   SceneWords with, without;
   dragKind().summarize(flywheel("auto"), with);
   dragKind().summarize(flywheel("auto", "0"), without);
@@ -98,7 +95,7 @@ std::vector<std::string> methods() {
 
 INSTANTIATE_TEST_SUITE_P(Drag, ByEveryMethod, testing::ValuesIn(methods()));
 
-TEST(AnEffectOfYourOwn, AgreesWithTheDenseRoad) {
+TEST(Drag, AgreesWithTheDenseRoad) {
   const Scene scene = chainOfFive("auto");
   Simulation simulation(scene);
   const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(scene.q.data(), 5);
@@ -109,7 +106,7 @@ TEST(AnEffectOfYourOwn, AgreesWithTheDenseRoad) {
   EXPECT_LT((qdd - dense.qdd).norm(), 1e-11 * dense.qdd.norm());
 }
 
-TEST(AnEffectOfYourOwn, HasItsExactDerivative) {
+TEST(Drag, HasItsExactDerivative) {
   // A by automatic differentiation of what the effect says of itself, and by differences of the dense road.
   const Scene scene = chainOfFive("auto");
   const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(scene.q.data(), 5);
@@ -127,7 +124,7 @@ TEST(AnEffectOfYourOwn, HasItsExactDerivative) {
   }
 }
 
-TEST(AnEffectOfYourOwn, IsNotThereWithoutItsKey) {
+TEST(Drag, IsNotThereWithoutItsKey) {
   const Scene scene = flywheel("auto", "0");
   EXPECT_EQ(dragKind().make(scene), nullptr);
   EXPECT_EQ(Dynamics(scene).works(), 0);
