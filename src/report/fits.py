@@ -22,7 +22,7 @@ AUTHORS = {
         "lower": {"mass": 0.137595970, "inertia": 1.26882939e-3, "com": [0.116779018, 0], "pin": [0.2, 0],
                   "joint": {"damping": 1.00000019e-5}}}}}
 NUMBERS = {
-    "single": ["links/arm/inertia", "links/arm/joint/damping"],
+    "single": ["links/arm/inertia", "links/arm/joint/friction=0", "links/arm/joint/drag=0"],
     "double": ["links/upper/inertia", "links/upper/com/0", "links/upper/pin/0", "links/upper/joint/damping", "links/lower/mass",
                "links/lower/inertia", "links/lower/com/0", "links/lower/joint/damping"]}
 WINDOW = 0.5  # s, of the robot

@@ -56,11 +56,12 @@ def ellipse(axes, result):
     size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     root = np.linalg.cholesky(covariance / np.outer(size, size) + 1e-12 * np.eye(2)) * size[:, None]
     x, y = np.array([[one.value], [other.value]]) + np.sqrt(-2 * np.log(0.05)) * root @ [np.cos(turn), np.sin(turn)]
-    axes.plot(x - one.value, y - other.value, color=COLOURS[0])
+    units = [10.0 ** np.floor(np.log10(max(abs(values).max(), 1e-300))) for values in (x - one.value, y - other.value)]
+    axes.plot((x - one.value) / units[0], (y - other.value) / units[1], color=COLOURS[0])
     axes.plot(0, 0, "+", color=COLOURS[0])
     correlation = covariance[0, 1] / (size[0] * size[1])
     axes.set_title(f"95 % region of the two that hang\ntogether most (correlation {correlation:+.4f})", fontsize="medium")
-    axes.set(xlabel=f"{one.path} − {one.value:.5g}", ylabel=f"{other.path} − {other.value:.5g}")
-    axes.ticklabel_format(style="sci", scilimits=(-2, 3))
+    xlabel, ylabel = (f"({found.path} − {found.value:.5g}) / {unit:g}" for found, unit in zip((one, other), units))
+    axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.locator_params(nbins=4)
     axes.grid(alpha=0.3)
