@@ -92,7 +92,7 @@ class Integrator {
   /// Returns the largest ratio of a component of `error`, arranged, to the error that a step of h may add at
   /// y. The last advance() may end with an error more whose norm is at most 1.
   virtual double errorNorm(const Vector& y, double h, const Vector& error) const = 0;
-  /// The switch at which the last advance() ended. Of any use only after `switched`.
+  /// The switch at which the last advance() ended. Valid only after `switched`.
   virtual const Crossing& crossing() const;
   /// Call this when the state was set to one within the last advance(). May move it within its error.
   virtual void endAt(State& /*state*/) {}

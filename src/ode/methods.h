@@ -26,7 +26,8 @@ std::unique_ptr<Stepper> makeStepper(const std::string& name, SeriesSystem& f, c
                                      const std::shared_ptr<LocalStiffness>& stiffness);
 
 /// Makes an integrator of system f, which must outlive it. Methods of fixed step use `step`, s; adaptive ones
-/// use `tolerance`. "auto" chooses among dop853, taylor, rodas5p and radau13 by measured progress. Allocates.
+/// use `tolerance`. "auto" chooses among dop853, taylor, rodas5p and radau13, and dopri5 where f often jumps,
+/// by measured progress. Allocates.
 /// @throws std::invalid_argument for a name that is not one of methodNames().
 std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f, double step,
                                        const Tolerance& tolerance);

@@ -4,8 +4,8 @@
 ///
 /// A switch has a function due(t, y), which is continuous along a motion while nothing is switched:
 ///
-///     due ≤ 0    the switch is not due: the f of now is right
-///     due > 0    it is due: from here on f has to change
+///     due ≤ 0    the switch is not due: the present f is right
+///     due > 0    it is due: f must change from here on
 ///
 /// It happens at the first time t* after which due() is positive, so it belongs to the interval that it
 /// begins: a step covers (t_0, t_1] with the f of before, and has switched if due() > 0 at t_1 or at a place

@@ -12,13 +12,13 @@
 ///
 ///     T_ε         kinetic energy of that rate error, at worst
 ///     V_e, V_ε    elastic energy; 2 ε² Σ k
-///     ρ_j         |r_j| + Σ_{k<j} |p_k|, the farthest that body j can be from the ground
+///     ρ_j         |r_j| + Σ_{k<j} |p_k|, the largest distance of body j from the ground
 ///     ε           10 tolerances, and rounding
 ///
 /// Slides move all bodies by ε R more, R: the chain's reach. So ρ counts R more, and their stiffness R².
 ///
-/// A share of the energy that moves is allowed besides: a thousand tolerances. Methods of fixed step promise
-/// no tolerance; for them the share is a tenth.
+/// In addition, a share of the exchanged energy is allowed: a thousand tolerances, or a tenth for methods of
+/// fixed step, which have no tolerance.
 ///
 /// The ε of rates is ten times the rate_tolerance. Without one a step may change a rate by half a tolerance
 /// (ode/integrator.h), so ε is half a tolerance for each step of about the last second if that is more.
@@ -123,7 +123,7 @@ class EnergyCheck {
   int n_;
   double tolerance_, rateTolerance_;  ///< ε of angles and rates without rounding; 0 for fixed steps
   double perStep_;                    ///< the least ε of rates for each step of about the last second
-  double share_;                      ///< of the energy that moves
+  double share_;                      ///< of the exchanged energy
   double inertia_ = 0;                ///< Σ m ρ² + I
   double stiffness_ = 0;              ///< Σ k
   double weight_ = 0;                 ///< Σ m |g| ρ

@@ -1,7 +1,7 @@
 #pragma once
 
-/// The ladder of methods that a simulation climbs in trouble: the scene's; the same with smaller steps; a
-/// stiff one.
+/// The ladder of methods that a simulation uses in turn after failures: the scene's; the same with smaller
+/// steps; a stiff one.
 
 #include <algorithm>
 #include <cstdio>
@@ -34,7 +34,7 @@ inline IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung)
   return scene;
 }
 
-/// The pace, s a step, below which rodas5p replaces the scene's method. 0: never.
+/// The pace, s per step, below which rodas5p replaces the scene's method. 0: never.
 inline double leastPaceOf(const IntegratorSettings& settings) {
   const std::string& method = settings.method;
   if (method == "auto" || method == "rodas5p" || method == "radau13") return 0;
@@ -45,7 +45,7 @@ inline double leastPaceOf(const IntegratorSettings& settings) {
 /// Measures the time that a step makes, over EnergyCheck::period of them at least.
 class Pace {
  public:
-  /// least: s a step.
+  /// least: s per step.
   explicit Pace(double least) : least_(least) {}
   void begin(const ode::StepCount& count, double t) {
     then_ = count.accepted;

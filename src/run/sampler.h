@@ -4,8 +4,8 @@
 ///
 /// The state at a time within a step follows from that at the step's start, by shorter steps of an integrator
 /// of its own with the scene's tolerance: dop853, or rodas5p if the motion's own method is implicit. It is
-/// made anew each time, as it learns on its way. Nothing switches within a step, so f is smooth there. The
-/// state depends on the step and the time alone. So sensors do not affect each other.
+/// made anew each time, because it adapts as it runs. Nothing switches within a step, so f is smooth there.
+/// The state depends on the step and the time alone. So sensors do not affect each other.
 
 #include <memory>
 #include <string>

@@ -22,7 +22,7 @@ class StepBudget {
   /// soon, however far away its `end`, s, is.
   StepBudget(Simulation& simulation, double end, std::optional<long long> most);
 
-  /// Simulation::advanceTo() may go on.
+  /// True while Simulation::advanceTo() may continue.
   bool isLeft() const {
     const std::optional<long long> most = this->most();
     return !most || made() < *most;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// Whole turns, kept apart from the angles that are integrated. The motion depends on θ through cos θ and
-/// sin θ alone, but for joints that store energy. An angle of 10¹² rad leaves steps of 10⁻⁴ rad to a double;
-/// the same angle less whole turns leaves 10⁻¹⁶.
+/// sin θ alone, but for joints that store energy. Doubles near 10¹² rad are 10⁻⁴ rad apart. Without whole
+/// turns they are 10⁻¹⁶ rad apart.
 ///
 ///     q_i = q'_i + 2π m_i,  m_i whole, and 0 in joints that store energy. The state holds θ'_i = q'_1 + … +
 ///     q'_i.

@@ -1,6 +1,6 @@
 #pragma once
 
-/// Counts how often the rate of a joint came to exceed its `velocity_limit`. The motion does not change.
+/// Counts how often the rate of a joint begins to exceed its `velocity_limit`. The motion does not change.
 
 #include <cmath>
 #include <vector>
