@@ -26,7 +26,7 @@ import results  # noqa: E402  pylint: disable=wrong-import-position
 BIN = ""
 COLUMNS = ["scene", "engine", "method", "setting", "error_theta", "error_omega", "cpu_seconds", "evaluations", "steps",
            "rejected", "worst_step_seconds", "outcome"]
-SCENES = ("pendulum", "triple", "stiffest4")
+SCENES = ("pendulum", "triple", "stiffest4", "cart_pole", "four_bar")
 COMMITTED = pathlib.Path(__file__).absolute().parent / "../src/report/page"
 MEGABYTE = 10**6
 
@@ -79,6 +79,12 @@ class Report(unittest.TestCase):
                 errors = [float(row["error_theta"]) for row in self.rows(scene=scene, method=method)]
                 self.assertLess(errors[-1], 1e-7, (scene, method))
                 self.assertLess(errors[-1], 1e-2 * errors[0], (scene, method))
+
+    def test_carts_and_held_tips_end_where_they_should(self):
+        for scene in ("cart_pole", "four_bar"):
+            for method in ("auto", "dopri5", "dop853", "rodas5p", "radau13"):
+                errors = [float(row["error_theta"]) for row in self.rows(scene=scene, method=method)]
+                self.assertLess(errors[-1], 3e-8, (scene, method))
 
     def test_what_blows_up_is_not_ok(self):
         # Springs of 1e9 N m/rad: rk4 blows up with every step that is tried here.

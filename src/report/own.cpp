@@ -5,6 +5,7 @@
 #include "ode/local_stiffness.h"
 #include "ode/methods.h"
 #include "planar_chain/energy.h"
+#include "run/ladder.h"
 
 namespace planar_chain::tools {
 
@@ -12,12 +13,10 @@ namespace {
 
 constexpr double toleranceOfSeries = 2e-5;  // for order 20
 
-/// Angles count up to half a turn, rates as they are.
-ode::Tolerance toleranceOf(double value, const Dynamics& f) {
-  const int n = (f.size() - f.works()) / 2;
-  ode::Tolerance tolerance{value, Eigen::ArrayXd::Constant(2 * n, infinity), n};
-  tolerance.ceiling.head(n) = pi;
-  return tolerance;
+/// setting: the tolerance and the step.
+Scene sceneWith(Scene scene, const std::string& method, double setting) {
+  scene.integrator = {method, setting, setting};
+  return scene;
 }
 
 ode::State startOf(const Scene& scene, const Dynamics& dynamics) {
@@ -38,27 +37,28 @@ std::vector<std::string> steppedMethods() {
 }
 
 MakeIntegrator equalSteps(const std::string& method, double h, double stagesTo) {
-  return [=](Dynamics& f) {
-    const ode::Tolerance tolerance = toleranceOf(method == "taylor" ? toleranceOfSeries : stagesTo, f);
+  return [=](const Scene& scene, Dynamics& f) {
+    const double value = method == "taylor" ? toleranceOfSeries : stagesTo;
+    const ode::Tolerance tolerance = toleranceOf(sceneWith(scene, method, value), 0, f);
     return ode::fixedSteps(
         ode::makeStepper(method, f, tolerance.arrangedBy(f), std::make_shared<ode::LocalStiffness>(f)), h);
   };
 }
 
 MakeIntegrator methodFor(const std::string& method, double setting) {
-  return [=](Dynamics& f) { return ode::makeMethod(method, f, setting, toleranceOf(setting, f)); };
+  return [=](const Scene& scene, Dynamics& f) { return methodOf(sceneWith(scene, method, setting), 0, f); };
 }
 
 void readStart(const Scene& scene, double* theta, double* omega) {
-  toAbsolute(scene.q.data(), scene.chain.size(), theta);
-  toAbsolute(scene.qd.data(), scene.chain.size(), omega);
+  scene.chain.coordinates().toAbsolute(scene.q.data(), theta);
+  scene.chain.coordinates().toAbsolute(scene.qd.data(), omega);
 }
 
 OwnRun::OwnRun(const Scene& scene, double end, const MakeIntegrator& make)
     : chain_(scene.chain),
       end_(end),
       dynamics_(scene),
-      integrator_(make(dynamics_)),
+      integrator_(make(scene, dynamics_)),
       state_(startOf(scene, dynamics_)) {
   dynamics_.enter(0);
   integrator_->begin();
@@ -105,8 +105,9 @@ std::vector<Contestant> ownContestants(bool withEqualSteps) {
           contest.scene, contest.end,
           withEqualSteps ? equalSteps(method, setting) : methodFor(method, setting));
     };
-    contestants.push_back({"planar_chain", method, withEqualSteps || ode::hasFixedStep(method),
-                           [](const Scene&) { return true; }, make});
+    contestants.push_back(
+        {"planar_chain", method, withEqualSteps || ode::hasFixedStep(method),
+         [=](const Scene& scene) { return method != "taylor" || hasSeries(scene, Dynamics(scene)); }, make});
   }
   return contestants;
 }

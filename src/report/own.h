@@ -13,13 +13,13 @@ namespace planar_chain::tools {
 /// The methods that are measured with equal steps: all that step in a way of their own.
 std::vector<std::string> steppedMethods();
 
-using MakeIntegrator = std::function<std::unique_ptr<ode::Integrator>(Dynamics&)>;
+using MakeIntegrator = std::function<std::unique_ptr<ode::Integrator>(const Scene&, Dynamics&)>;
 /// stagesTo: the tolerance to which radau13 solves its stages. taylor has order 20.
 MakeIntegrator equalSteps(const std::string& method, double h, double stagesTo = 1e-6);
 /// method: one of methodNames(); setting: its tolerance, or its step.
 MakeIntegrator methodFor(const std::string& method, double setting);
 
-/// θ and ω of a scene's start, absolute, n each.
+/// θ and ω of a scene's start, absolute, n each; of slides positions and their rates.
 void readStart(const Scene& scene, double* theta, double* omega);
 
 /// A scene under a method.

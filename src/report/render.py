@@ -27,7 +27,7 @@ import figures  # noqa: E402  pylint: disable=wrong-import-position
 import results  # noqa: E402  pylint: disable=wrong-import-position
 from results import grouped, number, read_table  # noqa: E402  pylint: disable=wrong-import-position
 
-DPI = 120     # of a PNG
+DPI = 108     # of a PNG
 COLOURS = 64  # in a PNG: enough that each curve keeps its own
 
 

@@ -15,6 +15,7 @@ def read(path):
         tree = yaml.safe_load(text)
     scene = SimpleNamespace(
         gravity=[float(g) for g in tree.get("gravity", [0.0, -9.81])], links=[], loads=[],
+        tip=(tree.get("tip") or {}).get("pin"),
         base=[motion_law(tree.get("base", {}).get(key)) for key in ("x", "y", "angle")])
 
     # The chain, from the ground outwards; `repeat` unrolled.

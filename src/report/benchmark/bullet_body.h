@@ -19,8 +19,14 @@ inline std::unique_ptr<btMultiBody> bodyOf(const Chain& chain) {
     const Link& link = chain.links()[static_cast<std::size_t>(i)];
     const btVector3 com(link.com.x, link.com.y, 0), pin(link.pin.x, link.pin.y, 0);
     const btVector3 inertia(link.inertia, link.inertia, link.inertia);
-    body->setupRevolute(i, link.mass, inertia, i - 1, btQuaternion::getIdentity(), axis, pinFromComBefore,
-                        com, true);
+    const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
+    if (joint.slides) {
+      body->setupPrismatic(i, link.mass, inertia, i - 1, btQuaternion::getIdentity(),
+                           btVector3(joint.axis.x, joint.axis.y, 0), pinFromComBefore, com, true);
+    } else {
+      body->setupRevolute(i, link.mass, inertia, i - 1, btQuaternion::getIdentity(), axis, pinFromComBefore,
+                          com, true);
+    }
     pinFromComBefore = pin - com;
   }
   body->finalizeMultiDof();

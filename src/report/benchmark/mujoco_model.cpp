@@ -25,10 +25,16 @@ std::string bodiesOf(const Chain& chain, int first) {
     const Link& link = chain.links()[static_cast<std::size_t>(i)];
     const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
     const Vec2d at = i > 0 ? chain.links()[static_cast<std::size_t>(i - 1)].pin : Vec2d{};
-    xml << "<body pos='" << at.x << ' ' << at.y << " 0'><joint type='hinge' axis='0 0 1' stiffness='"
-        << joint.stiffness << "' damping='" << joint.damping << "' springref='" << joint.restAngle
-        << "'/><inertial pos='" << link.com.x << ' ' << link.com.y << " 0' mass='" << link.mass
-        << "' diaginertia='" << link.inertia << ' ' << link.inertia << ' ' << link.inertia << "'/>";
+    const double inertia = joint.slides ? 1 : link.inertia;  // a slide does not turn; it must have some
+    xml << "<body name='" << i << "' pos='" << at.x << ' ' << at.y << " 0'><joint ";
+    if (joint.slides) {
+      xml << "type='slide' axis='" << joint.axis.x << ' ' << joint.axis.y << " 0";
+    } else {
+      xml << "type='hinge' axis='0 0 1";
+    }
+    xml << "' stiffness='" << joint.stiffness << "' damping='" << joint.damping << "' springref='"
+        << joint.restAngle << "'/><inertial pos='" << link.com.x << ' ' << link.com.y << " 0' mass='"
+        << link.mass << "' diaginertia='" << inertia << ' ' << inertia << ' ' << inertia << "'/>";
   }
   if (end < chain.size()) xml << "<include file='" << fileName(end / linksPerFile) << "'/>";
   for (int i = first; i < end; ++i) xml << "</body>";
@@ -42,13 +48,19 @@ void write(mjVFS& files, const std::string& name, const std::string& text) {
 
 }  // namespace
 
-mjModel* modelOf(const Chain& chain) {
+mjModel* modelOf(const Chain& chain, bool holdsTip) {
   const auto files = std::make_unique<mjVFS>();
   mj_defaultVFS(files.get());
   std::ostringstream root;
   root.precision(17);
   root << "<mujoco><compiler angle='radian'/><option gravity='" << chain.gravity().x << ' '
-       << chain.gravity().y << " 0'/><worldbody>" << bodiesOf(chain, 0) << "</worldbody></mujoco>";
+       << chain.gravity().y << " 0'/><worldbody>" << bodiesOf(chain, 0) << "</worldbody>";
+  if (holdsTip) {
+    const Vec2d pin = chain.links().back().pin;
+    root << "<equality><connect body1='" << chain.size() - 1 << "' anchor='" << pin.x << ' ' << pin.y
+         << " 0'/></equality>";
+  }
+  root << "</mujoco>";
   write(*files, fileName(0), root.str());
   for (int i = linksPerFile; i < chain.size(); i += linksPerFile) {
     write(*files, fileName(i / linksPerFile), "<mujoco>" + bodiesOf(chain, i) + "</mujoco>");

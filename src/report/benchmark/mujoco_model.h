@@ -8,7 +8,8 @@
 
 namespace planar_chain::benchmarks {
 
+/// holdsTip: with a connect, which holds the outer pin where it is at angles 0.
 /// @throws std::runtime_error when MuJoCo does not accept it. To be deleted by mj_deleteModel.
-mjModel* modelOf(const Chain& chain);
+mjModel* modelOf(const Chain& chain, bool holdsTip = false);
 
 }  // namespace planar_chain::benchmarks

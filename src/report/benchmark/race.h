@@ -3,6 +3,7 @@
 /// Other programs as contestants of the report: native steppers of multibody programs, and integrators of
 /// libraries under this program's equations or under those written by hand.
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -54,12 +55,25 @@ inline bool hasSprings(const Scene& scene) {
   return false;
 }
 
-/// Bodies without inertia about their centres of mass.
+/// The first link hangs on a fixed pin, and the tip is free.
+inline bool isPinned(const Scene& scene) {
+  return scene.chain.slides() == 0 && !scene.tip;
+}
+
+/// The tip is free, or held at a point that stands still.
+inline bool hasFixedTip(const Scene& scene) {
+  return !scene.tip || (!scene.tip->line && !scene.tip->moves());
+}
+
+inline Vec2d tipPlace(const Scene& scene) {
+  return {scene.tip->x.at(0).value, scene.tip->y.at(0).value};
+}
+
+/// Bodies that turn without inertia about their centres of mass.
 inline bool hasPoints(const Scene& scene) {
-  for (const Link& link : scene.chain.links()) {
-    if (link.inertia == 0) return true;
-  }
-  return false;
+  const auto& links = scene.chain.links();
+  return std::any_of(links.begin() + scene.chain.slides(), links.end(),
+                     [](const Link& link) { return link.inertia == 0; });
 }
 
 /// Equal steps of at most h by a program that keeps relative angles: RK4 evaluates four times a step, Euler
@@ -67,7 +81,8 @@ inline bool hasPoints(const Scene& scene) {
 class NativeRun : public tools::Run {
  public:
   NativeRun(const Contest& contest, double h, int evaluationsPerStep)
-      : n_(contest.scene.chain.size()),
+      : coordinates_(contest.scene.chain.coordinates()),
+        n_(coordinates_.size()),
         last_(static_cast<long long>(std::ceil(contest.end / h - 1e-6))),
         h_(contest.end / static_cast<double>(last_)),
         evaluationsPerStep_(evaluationsPerStep) {}
@@ -78,11 +93,12 @@ class NativeRun : public tools::Run {
   }
   tools::Counts counts() const override { return {done_ * evaluationsPerStep_, done_, 0}; }
   void read(double* theta, double* omega) const override {
-    double angle = 0, rate = 0;
     for (int i = 0; i < n_; ++i) {
-      theta[i] = angle += q(i);
-      omega[i] = rate += qd(i);
+      theta[i] = q(i);
+      omega[i] = qd(i);
     }
+    coordinates_.toAbsolute(theta, theta);
+    coordinates_.toAbsolute(omega, omega);
   }
 
  protected:
@@ -93,6 +109,7 @@ class NativeRun : public tools::Run {
   virtual double qd(int i) const = 0;
 
  private:
+  Coordinates coordinates_;
   int n_;
   long long last_, done_ = 0;
   double h_;

@@ -1,11 +1,14 @@
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <BulletDynamics/Featherstone/btMultiBodyPoint2Point.h>
 #include <btBulletCollisionCommon.h>
 
 #include "report/benchmark/bullet_body.h"
 #include "report/benchmark/race.h"
 
-/// btMultiBodyDynamicsWorld::stepSimulation with nothing to collide, in double precision.
+/// btMultiBodyDynamicsWorld::stepSimulation with nothing to collide, in double precision. A held tip is a
+/// btMultiBodyPoint2Point.
 
 namespace planar_chain::benchmarks {
 
@@ -30,8 +33,15 @@ class BulletRun : public NativeRun {
     btAlignedObjectArray<btVector3> places;
     body_->forwardKinematics(turns, places);
     world_.addMultiBody(body_.get());
+    if (contest.scene.tip) hold(contest.scene);
   }
-  ~BulletRun() override { world_.removeMultiBody(body_.get()); }
+  ~BulletRun() override {
+    if (tip_) {
+      world_.removeMultiBodyConstraint(tip_.get());
+      world_.removeCollisionObject(collider_.get());
+    }
+    world_.removeMultiBody(body_.get());
+  }
 
  protected:
   bool stepBy(double h) override {
@@ -42,16 +52,38 @@ class BulletRun : public NativeRun {
   double qd(int i) const override { return body_->getJointVel(i); }
 
  private:
+  void hold(const Scene& scene) {
+    const Vec2d place = tipPlace(scene);
+    const Link& last = scene.chain.links().back();
+    // Constraints of links without a collider are not solved. This one collides with nothing.
+    collider_ = std::make_unique<btMultiBodyLinkCollider>(body_.get(), scene.chain.size() - 1);
+    collider_->setCollisionShape(&noShape_);
+    world_.addCollisionObject(collider_.get(), 0, 0);
+    body_->getLink(scene.chain.size() - 1).m_collider = collider_.get();
+    tip_ = std::make_unique<btMultiBodyPoint2Point>(
+        body_.get(), scene.chain.size() - 1, &ground_,
+        btVector3(last.pin.x - last.com.x, last.pin.y - last.com.y, 0), btVector3(place.x, place.y, 0));
+    tip_->setMaxAppliedImpulse(1e100);
+    world_.addMultiBodyConstraint(tip_.get());
+    world_.getSolverInfo().m_numIterations = 1000;
+    world_.getSolverInfo().m_leastSquaresResidualThreshold = 1e-24;
+    world_.getSolverInfo().m_erp = 1;
+  }
+
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
   btDbvtBroadphase broadphase_;
   btMultiBodyConstraintSolver solver_;
   btMultiBodyDynamicsWorld world_;
   std::unique_ptr<btMultiBody> body_;
+  btRigidBody ground_{0, nullptr, nullptr};
+  btEmptyShape noShape_;
+  std::unique_ptr<btMultiBodyLinkCollider> collider_;
+  std::unique_ptr<btMultiBodyPoint2Point> tip_;  ///< nullptr: free
 };
 
 bool takes(const Scene& scene) {
-  return scene.loads.empty() && !hasSprings(scene) && scene.chain.size() <= 1000;
+  return hasFixedTip(scene) && scene.loads.empty() && !hasSprings(scene) && scene.chain.size() <= 1000;
 }
 
 }  // namespace

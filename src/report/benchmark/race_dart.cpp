@@ -38,7 +38,7 @@ class DartRun : public NativeRun {
 };
 
 bool takes(const Scene& scene) {
-  return scene.loads.empty() && scene.chain.size() <= 100;
+  return isPinned(scene) && scene.loads.empty() && scene.chain.size() <= 100;
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 #include "report/benchmark/mujoco_model.h"
 #include "report/benchmark/race.h"
 
-/// mj_step, all constraints and contacts switched off.
+/// mj_step, contacts and, of open chains, all constraints switched off. A held tip is a connect. Constraints
+/// are soft here: this one is as stiff as a step allows.
 
 namespace planar_chain::benchmarks {
 
@@ -11,11 +12,16 @@ class MujocoRun : public NativeRun {
  public:
   MujocoRun(const Contest& contest, double setting, int integrator)
       : NativeRun(contest, setting, integrator == mjINT_RK4 ? 4 : 1),
-        model_(modelOf(contest.scene.chain), mj_deleteModel),
+        model_(modelOf(contest.scene.chain, contest.scene.tip.has_value()), mj_deleteModel),
         data_(nullptr, mj_deleteData) {
     model_->opt.timestep = h();
     model_->opt.integrator = integrator;
-    model_->opt.disableflags |= mjDSBL_CONSTRAINT | mjDSBL_CONTACT | mjDSBL_LIMIT | mjDSBL_EQUALITY;
+    model_->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_LIMIT | mjDSBL_FRICTIONLOSS;
+    if (contest.scene.tip) {
+      connect(tipPlace(contest.scene));
+    } else {
+      model_->opt.disableflags |= mjDSBL_CONSTRAINT | mjDSBL_EQUALITY;
+    }
     data_.reset(mj_makeData(model_.get()));
     std::copy(contest.scene.q.begin(), contest.scene.q.end(), data_->qpos);
     std::copy(contest.scene.qd.begin(), contest.scene.qd.end(), data_->qvel);
@@ -34,13 +40,22 @@ class MujocoRun : public NativeRun {
   double qd(int i) const override { return data_->qvel[i]; }
 
  private:
+  void connect(Vec2d place) {
+    constexpr double hardest = 0.9999;  // mjMAXIMP
+    model_->eq_data[3] = place.x;
+    model_->eq_data[4] = place.y;
+    model_->eq_solimp[0] = model_->eq_solimp[1] = hardest;
+    model_->eq_solref[0] = -1 / (h() * h());  // stiffness and damping: half or twice as much is worse
+    model_->eq_solref[1] = -2 / h();
+  }
+
   std::unique_ptr<mjModel, void (*)(mjModel*)> model_;
   std::unique_ptr<mjData, void (*)(mjData*)> data_;
 };
 
 /// It refuses bodies without inertia.
 bool takes(const Scene& scene) {
-  return scene.loads.empty() && scene.chain.size() <= 100 && !hasPoints(scene);
+  return hasFixedTip(scene) && scene.loads.empty() && scene.chain.size() <= 100 && !hasPoints(scene);
 }
 
 }  // namespace
@@ -51,7 +66,7 @@ Team mujocoTeam() {
     return contestant<MujocoRun>("MuJoCo", method, true, takes, integrator);
   };
   return {"MuJoCo",
-          std::string(mj_versionString()) + " (constraints and contacts off)",
+          std::string(mj_versionString()) + " (contacts off; constraints off, but of held tips)",
           {with("Euler", mjINT_EULER), with("implicit", mjINT_IMPLICIT), with("RK4", mjINT_RK4)}};
 }
 

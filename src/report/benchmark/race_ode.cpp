@@ -81,7 +81,8 @@ class OdeRun : public NativeRun {
 };
 
 bool takes(const Scene& scene) {
-  return scene.loads.empty() && !hasSprings(scene) && scene.chain.size() <= 20 && !hasPoints(scene);
+  return isPinned(scene) && scene.loads.empty() && !hasSprings(scene) && scene.chain.size() <= 20 &&
+         !hasPoints(scene);
 }
 
 }  // namespace

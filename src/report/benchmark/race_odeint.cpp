@@ -1,3 +1,4 @@
+#include <array>
 #include <boost/numeric/odeint.hpp>
 #include <boost/version.hpp>
 
@@ -5,17 +6,20 @@
 #include "report/benchmark/race.h"
 #include "report/own.h"
 
-/// Boost.odeint's Fehlberg 7(8) with error control: under the equations that an expert writes by hand (closed
-/// form for two links, else mass matrix and Cholesky), and under this program's.
+/// Boost.odeint's methods with error control, Fehlberg 7(8) if no other is named: under the equations that an
+/// expert writes by hand (closed form for two links and for a cart with a pole, else mass matrix and
+/// Cholesky), and under this program's.
 
 namespace planar_chain::benchmarks {
 
 namespace {
 
-using State = std::vector<double>;
+namespace odeint = boost::numeric::odeint;
 
 class ByHand {
  public:
+  using State = std::vector<double>;
+
   explicit ByHand(const Scene& scene)
       : n_(scene.chain.size()),
         equations_(n_ == 2 ? doublePendulumByHand(scene.chain) : denseByHand(scene.chain)) {}
@@ -33,8 +37,43 @@ class ByHand {
   std::unique_ptr<InAbsoluteAngles> equations_;
 };
 
+/// A pole on a cart whose rail is level, r from the pin to its centre of mass, J = I + m r²:
+///
+///     (m_c + m) s̈ − m r sin θ θ̈ = m r cos θ θ̇²
+///     −m r sin θ s̈ + J θ̈ = −m r g cos θ
+class CartPoleByHand {
+ public:
+  using State = std::array<double, 4>;
+
+  explicit CartPoleByHand(const Scene& scene) {
+    const Link &cart = scene.chain.links()[0], &pole = scene.chain.links()[1];
+    mass_ = cart.mass + pole.mass;
+    reach_ = pole.mass * pole.com.x;
+    inertia_ = pole.inertia + reach_ * pole.com.x;
+    g_ = -scene.chain.gravity().y;
+  }
+  static bool takes(const Scene& scene) {
+    const Chain& chain = scene.chain;
+    return chain.slides() == 1 && chain.size() == 2 && chain.joints()[0].axis.y == 0 &&
+           chain.joints()[0].axis.x > 0 && chain.links()[1].com.y == 0 && chain.gravity().x == 0;
+  }
+  int size() const { return 4; }
+  double enter(double) { return std::numeric_limits<double>::infinity(); }
+  void operator()(const State& y, State& dydt, double) const {
+    const double c = std::cos(y[1]), s = std::sin(y[1]);
+    const double b = -reach_ * s, along = reach_ * c * y[3] * y[3], turning = -reach_ * g_ * c;
+    const double inverse = 1 / (mass_ * inertia_ - b * b);
+    dydt = {y[2], y[3], (inertia_ * along - b * turning) * inverse, (mass_ * turning - b * along) * inverse};
+  }
+
+ private:
+  double mass_, reach_, inertia_, g_;
+};
+
 class Own {
  public:
+  using State = std::vector<double>;
+
   explicit Own(const Scene& scene) : dynamics_(scene) {}
   int size() const { return dynamics_.size(); }
   /// From t on; until when.
@@ -48,15 +87,44 @@ class Own {
   Dynamics dynamics_;
 };
 
-template <class Equations>
+template <class State>
+State zeros(std::size_t size) {
+  if constexpr (std::is_constructible_v<State, std::size_t>) {
+    return State(size);
+  } else {
+    return {};
+  }
+}
+
+template <class State>
+using Fehlberg = odeint::controlled_runge_kutta<odeint::runge_kutta_fehlberg78<State>>;
+template <class State>
+using DormandPrince = odeint::controlled_runge_kutta<odeint::runge_kutta_dopri5<State>>;
+template <class State>
+using BulirschStoer = odeint::bulirsch_stoer<State>;
+
+/// The setting is the absolute and the relative tolerance.
+template <class Stepper>
+Stepper controlled(double setting) {
+  if constexpr (std::is_same_v<Stepper, BulirschStoer<typename Stepper::state_type>>) {
+    return Stepper(setting, setting);
+  } else {
+    return Stepper(typename Stepper::error_checker_type(setting, setting));
+  }
+}
+
+template <class Equations, template <class> class Method>
 class OdeintRun : public tools::Run {
  public:
+  using State = typename Equations::State;
+  using Stepper = Method<State>;
+
   OdeintRun(const Contest& contest, double setting)
       : n_(contest.scene.chain.size()),
         end_(contest.end),
         equations_(contest.scene),
-        y_(static_cast<std::size_t>(equations_.size())),
-        stepper_(boost::numeric::odeint::make_controlled<Fehlberg>(setting, setting)) {
+        y_(zeros<State>(static_cast<std::size_t>(equations_.size()))),
+        stepper_(controlled<Stepper>(setting)) {
     tools::readStart(contest.scene, y_.data(), y_.data() + n_);
     until_ = std::min(end_, equations_.enter(0));
   }
@@ -73,7 +141,7 @@ class OdeintRun : public tools::Run {
         ++counts_.evaluations;
         equations_(y, dydt, t);
       };
-      if (stepper_.try_step(count, y_, t_, h_) == boost::numeric::odeint::success) {
+      if (stepper_.try_step(count, y_, t_, h_) == odeint::success) {
         ++counts_.steps;
         if (isLast) t_ = until_;
         if (isLast && tried < before) h_ = std::max(h_, before);
@@ -95,13 +163,11 @@ class OdeintRun : public tools::Run {
   }
 
  private:
-  using Fehlberg = boost::numeric::odeint::runge_kutta_fehlberg78<State>;
-
   int n_;
   double end_, until_ = 0, t_ = 0, h_ = 1e-3;
   Equations equations_;
   State y_;
-  boost::numeric::odeint::controlled_runge_kutta<Fehlberg> stepper_;
+  Stepper stepper_;
   tools::Counts counts_;
 };
 
@@ -114,17 +180,26 @@ std::string version() {
 Team byHandTeam() {
   const auto takes = [](const Scene& scene) {
     const Link& first = scene.chain.links()[0];
-    return scene.loads.empty() && !hasSprings(scene) && scene.chain.size() <= 100 && first.com.y == 0;
+    return isPinned(scene) && scene.loads.empty() && !hasSprings(scene) && scene.chain.size() <= 100 &&
+           first.com.y == 0;
   };
-  return {"by hand",
-          "closed form or Cholesky, " + version() + " odeint",
-          {contestant<OdeintRun<ByHand>>("by hand", "odeint Fehlberg 7(8)", false, takes)}};
+  const auto takesCart = [](const Scene& scene) { return CartPoleByHand::takes(scene); };
+  return {
+      "by hand",
+      "closed form or Cholesky, " + version() + " odeint",
+      {contestant<OdeintRun<ByHand, Fehlberg>>("by hand", "odeint Fehlberg 7(8)", false, takes),
+       contestant<OdeintRun<CartPoleByHand, Fehlberg>>("by hand", "odeint Fehlberg 7(8)", false, takesCart),
+       contestant<OdeintRun<CartPoleByHand, DormandPrince>>("by hand", "odeint Dormand-Prince 5(4)", false,
+                                                            takesCart),
+       contestant<OdeintRun<CartPoleByHand, BulirschStoer>>("by hand", "odeint Bulirsch-Stoer", false,
+                                                            takesCart)}};
 }
 
 Team odeintTeam() {
   return {"odeint",
           version() + " under this program's equations",
-          {contestant<OdeintRun<Own>>("odeint", "Fehlberg 7(8)", false, [](const Scene&) { return true; })}};
+          {contestant<OdeintRun<Own, Fehlberg>>("odeint", "Fehlberg 7(8)", false,
+                                                [](const Scene&) { return true; })}};
 }
 
 }  // namespace planar_chain::benchmarks

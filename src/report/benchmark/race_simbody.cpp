@@ -14,13 +14,17 @@ class SimbodyRun : public tools::Run {
   using Make = std::unique_ptr<SimTK::Integrator> (*)(const SimTK::System&);
 
   SimbodyRun(const Contest& contest, double setting, Make make)
-      : n_(contest.scene.chain.size()), end_(contest.end), matter_(system_), forces_(system_) {
+      : coordinates_(contest.scene.chain.coordinates()),
+        n_(coordinates_.size()),
+        end_(contest.end),
+        matter_(system_),
+        forces_(system_) {
     const Chain& chain = contest.scene.chain;
     SimTK::Force::Gravity(forces_, matter_, SimTK::Vec3(chain.gravity().x, chain.gravity().y, 0));
     SimbodyPins pins(matter_);
     for (int i = 0; i < n_; ++i) {
       const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
-      bodies_.push_back(pins.add(chain.links()[static_cast<std::size_t>(i)]));
+      bodies_.push_back(pins.add(chain.links()[static_cast<std::size_t>(i)], joint));
       const auto coordinate = SimTK::MobilizerQIndex(0);
       if (joint.stiffness != 0) {
         SimTK::Force::MobilityLinearSpring(forces_, bodies_.back(), coordinate, joint.stiffness,
@@ -30,6 +34,7 @@ class SimbodyRun : public tools::Run {
         SimTK::Force::MobilityLinearDamper(forces_, bodies_.back(), SimTK::MobilizerUIndex(0), joint.damping);
       }
     }
+    if (contest.scene.tip) hold(contest.scene);
     SimTK::State state = system_.realizeTopology();
     for (int i = 0; i < n_; ++i) {
       bodies_[static_cast<std::size_t>(i)].setOneQ(state, 0, contest.scene.q[static_cast<std::size_t>(i)]);
@@ -60,14 +65,25 @@ class SimbodyRun : public tools::Run {
   }
   void read(double* theta, double* omega) const override {
     const SimTK::State& state = integrator_->getState();
-    double angle = 0, rate = 0;
     for (int i = 0; i < n_; ++i) {
-      theta[i] = angle += bodies_[static_cast<std::size_t>(i)].getOneQ(state, 0);
-      omega[i] = rate += bodies_[static_cast<std::size_t>(i)].getOneU(state, 0);
+      theta[i] = bodies_[static_cast<std::size_t>(i)].getOneQ(state, 0);
+      omega[i] = bodies_[static_cast<std::size_t>(i)].getOneU(state, 0);
     }
+    coordinates_.toAbsolute(theta, theta);
+    coordinates_.toAbsolute(omega, omega);
   }
 
  private:
+  /// By a plane for each direction: a Ball's third condition would be that the motion is plane.
+  void hold(const Scene& scene) {
+    const Vec2d place = tipPlace(scene);
+    const Link& last = scene.chain.links().back();
+    const SimTK::Vec3 pin(last.pin.x - last.com.x, last.pin.y - last.com.y, 0);
+    SimTK::Constraint::PointInPlane(matter_.updGround(), SimTK::XAxis, place.x, bodies_.back(), pin);
+    SimTK::Constraint::PointInPlane(matter_.updGround(), SimTK::YAxis, place.y, bodies_.back(), pin);
+  }
+
+  Coordinates coordinates_;
   int n_;
   double end_;
   SimTK::MultibodySystem system_;
@@ -83,7 +99,9 @@ Contestant with(const char* method) {
   const SimbodyRun::Make make = [](const SimTK::System& system) -> std::unique_ptr<SimTK::Integrator> {
     return std::make_unique<Made>(system);
   };
-  const auto takes = [](const Scene& scene) { return scene.loads.empty() && scene.chain.size() <= 1000; };
+  const auto takes = [](const Scene& scene) {
+    return hasFixedTip(scene) && scene.loads.empty() && scene.chain.size() <= 1000;
+  };
   return contestant<SimbodyRun>("Simbody", method, false, takes, make);
 }
 

@@ -15,9 +15,11 @@ class Simbody : public Peer {
     weights_.resize(chain.size() + 1);
     weights_ = SimTK::SpatialVec(SimTK::Vec3(0), SimTK::Vec3(0));
     SimbodyPins pins(matter_);
-    for (const Link& link : chain.links()) {
+    for (int i = 0; i < chain.size(); ++i) {
+      const Link& link = chain.links()[static_cast<std::size_t>(i)];
       const Vec2d weight = link.mass * chain.gravity();
-      weights_[pins.add(link).getMobilizedBodyIndex()][1] = SimTK::Vec3(weight.x, weight.y, 0);
+      const SimTK::MobilizedBody body = pins.add(link, chain.joints()[static_cast<std::size_t>(i)]);
+      weights_[body.getMobilizedBodyIndex()][1] = SimTK::Vec3(weight.x, weight.y, 0);
     }
     state_ = system_.realizeTopology();
     system_.realizeModel(state_);
