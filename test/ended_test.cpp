@@ -66,39 +66,9 @@ TEST(Ended, MovesAsNewtonAndEulerSay) {
     EXPECT_LT(errorOf(wide(moments), exact.moments), 1e-12);
     EXPECT_LT(errorOf(wide(motion.pinForce), exact.forces.head<2>(), forces), 1e-12);
     EXPECT_LT(errorOf(wide(motion.tipForce), exact.tip), 1e-12);
-    Vec2d a = motion.pinAcceleration;
-    double size = length(a);
-    for (std::size_t j = 0; j < n; ++j) {
-      const Vec2d P = at.e[j] * chain.links[j].pin,
-                  more = alpha[j] * perp(P) - (at.omega[j] * at.omega[j]) * P;
-      a += more;
-      size += length(more);
-    }
-    EXPECT_LT(length(a - motion.tipAcceleration), 1e-12 * size);
     if (slides == 0) return;
     EXPECT_LT(errorOf(wide(motion.acceleration, slides), exact.slides), 1e-12);
     EXPECT_LT(errorOf(wide(motion.force, slides), exact.slideForces, forces), 1e-12);
-  });
-}
-
-TEST(Ended, AnImpulseOnTheTipMovesTheChainAtRest) {
-  // The equations at rest without any force, where accelerations are changes of rates and forces impulses.
-  forAllEnds(1, [](RandomChain chain, unsigned) {
-    if (chain.tip.rows == 0) return;
-    const AtState at(chain);
-    const InnerEnd<double> inner = chain.innerEnd();
-    std::vector<double> change(index(chain.size()));
-    const Tip<double> tip{chain.tip.rows, chain.tip.row, chain.tip.acceleration};
-    const EndsMotion<double> motion =
-        Ended<double>(at.chain).impulse(at.e.data(), chain.joints.data(), inner, tip, change.data());
-
-    chain.beAtRest();
-    const test::DenseChain::Answer exact = chain.solve(chain.state().cast<WideComplex>());
-    EXPECT_LT(errorOf(wide(change), exact.alpha), 1e-12);
-    EXPECT_LT(errorOf(wide(motion.tipForce), exact.tip), 1e-12);
-    if (inner.slides > 0) {
-      EXPECT_LT(errorOf(wide(motion.acceleration, inner.slides), exact.slides), 1e-12);
-    }
   });
 }
 

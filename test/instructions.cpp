@@ -46,6 +46,25 @@ Scene randomScene(int n, bool sprung) {
   return test::randomScene(n, static_cast<unsigned>(n), {sprung, sprung, false});
 }
 
+Scene withARotor(Scene scene) {
+  std::vector<Joint> joints = scene.chain.joints();
+  joints[joints.size() / 2].others.emplace_back("rotor_inertia", 0.1);
+  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+  return scene;
+}
+
+/// Pinned where its tip is.
+Scene withHeldTip(Scene scene) {
+  double theta = 0;
+  Vec2d tip;
+  for (std::size_t i = 0; i < scene.q.size(); ++i) {
+    tip += Rotation<double>::of(theta += scene.q[i]) * scene.chain.links()[i].pin;
+    scene.qd[i] = 0;
+  }
+  scene.tip = TipLaws{MotionLaw::sine(0, 0, 0, tip.x), MotionLaw::sine(0, 0, 0, tip.y)};
+  return scene;
+}
+
 /// On a cart of 1 kg: a link more.
 Scene onACart(Scene scene) {
   std::vector<Link> links = scene.chain.links();
@@ -152,13 +171,12 @@ int main(int argc, char**) {
       if (!Chains(name, randomScene(n, sprung)).countAll()) return 1;
     }
   }
-  Scene scene = randomScene(10, false);
-  std::vector<Joint> joints = scene.chain.joints();
-  joints[5].others.emplace_back("rotor_inertia", 0.1);
-  scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
-  bool good = Chains("one rotor", scene, 1).countAll();
-  for (const int n : {10, 100, 1000}) {
-    good = Chains("on a cart", onACart(randomScene(n, false)), 1).countAll() && good;
+  bool good = true;
+  for (const int n : {3, 10, 100, 1000}) {
+    const Scene scene = randomScene(n, false);
+    good = Chains("one rotor", withARotor(scene), 1).countAll() && good;
+    good = Chains("held tip", withHeldTip(scene), 1).countAll() && good;
+    good = Chains("on a cart", onACart(scene), 1).countAll() && good;
   }
   return good ? 0 : 1;
 }

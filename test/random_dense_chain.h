@@ -195,18 +195,6 @@ class RandomChain : public DenseChain {
     return dot(Rotation<double>::of(real(at.theta)) * on.point, on.dead);
   }
 
-  /// Stops it, and takes all forces and given accelerations away but that of the tip.
-  void beAtRest() {
-    std::fill(y.begin() + places(), y.end(), 0.0);
-    for (auto* numbers : {&k, &d, &torque}) std::fill(numbers->begin(), numbers->end(), 0.0);
-    for (Coupling<double>& joint : joints) joint.acceleration = 0;
-    for (DenseSlide& slide : slides) slide.of.force = slide.of.acceleration = slide.stiffness = 0;
-    for (General& law : general_) law.A.setZero();
-    for (Attached& on : attached_) on = {{}, {1, 1}, {}, {}, 0, 0, 0, 0, 0};
-    gravity = baseAcceleration = {};
-    baseTurning = 0;
-  }
-
   static double real(WideComplex z) { return static_cast<double>(z.real()); }
   static Vec2d narrow(const Vector2& a) { return {real(a.x()), real(a.y())}; }
 

@@ -38,9 +38,10 @@ void compare(int links, unsigned seed, double share) {
   }
 
   std::vector<double> alpha(n), moments(n), expectedAlpha(n), expectedMoments(n);
-  Coupled<double>(scene.chain)
-      .accelerations(e.data(), omega.data(), N.data(), nullptr, couplings.joints.data(),
-                     -1.0 * scene.chain.gravity(), 0, expectedAlpha.data(), expectedMoments.data());
+  Ended<double>(scene.chain)
+      .accelerations(e.data(), omega.data(),
+                     {N.data(), nullptr, couplings.joints.data(), -1.0 * scene.chain.gravity(), 0}, {}, {},
+                     expectedAlpha.data(), expectedMoments.data());
   WeldedChain welded(scene.chain);
   welded.weld(couplings);
   welded.accelerations(theta.data(), omega.data(), N.data(), alpha.data());

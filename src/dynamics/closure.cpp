@@ -27,12 +27,11 @@ Closure::Closure(const Mechanism& mechanism)
       n_(mechanism.size()),
       reach_(mechanism.chain().reach()),
       recursion_(mechanism.bodies()),
-      e_(index(n_)),
-      change_(index(n_)) {
-  const std::vector<double> none(index(n_));
-  const std::vector<Coupling<double>> joints(index(n_));
-  inner_ = innerEndOf<double>(mechanism.chain(), joints.data(), none.data(), nullptr);
-}
+      joints_(index(n_)),
+      e_(index(ShortChain::roomFor(n_))),
+      change_(index(n_)),
+      none_(change_),
+      moments_(change_) {}
 
 double Closure::sizeAt(const Couplings& at) const {
   return reach_ + length(at.tipPlace);
@@ -75,20 +74,25 @@ Vec2d Closure::rateGap(const Couplings& at, const double* y) {
   return alongRows(at, at.tipVelocity - v);
 }
 
-/// The impulse that moves the tip by so much, and change_, of which it is the cause.
+void Closure::couple(const Couplings& at) {
+  for (std::size_t j = 0; j < joints_.size(); ++j) joints_[j] = {at.joints[j].rotor, at.joints[j].isHeld, 0};
+  recursion_.couple(joints_.data() + mechanism_.slides());
+  inner_ = innerEndOf(mechanism_.chain(), joints_.data());
+}
+
+/// The impulse on the chain at rest that moves the tip by so much, and change_, of which it is the cause.
 EndsMotion<double> Closure::impulse(const Couplings& at, Vec2d tip) {
   const int slides = mechanism_.slides();
-  for (int i = 0; i < slides; ++i) inner_.slide[index(i)].isHeld = at.joints[index(i)].isHeld;
-  Tip<double> held = at.tip;
-  held.acceleration = tip;
-  const EndsMotion<double> motion = recursion_.impulse(e_.data() + slides, at.joints.data() + slides, inner_,
-                                                       held, change_.data() + slides);
+  EndsMotion<double> motion;
+  recursion_.accelerations({e_.data() + slides, none_.data(), nullptr, {}}, nullptr, none_.data(), 0, inner_,
+                           {at.tip.rows, at.tip.row, tip}, change_.data() + slides, moments_.data(), motion);
   std::copy_n(motion.acceleration.begin(), slides, change_.begin());
   return motion;
 }
 
 double Closure::spread(const Couplings& at, const double* y) {
   if (at.tip.rows < 2) return 1;
+  couple(at);
   rotate(at, y);
   const EndsMotion<double> x = impulse(at, {1, 0}), other = impulse(at, {0, 1});
   if (x.acting.rows < 2) return 0;
@@ -131,6 +135,7 @@ bool Closure::close(const Couplings& at, double* y, double* carry) {
 }
 
 bool Closure::project(const Couplings& at, double* y, double* carry) {
+  couple(at);
   const bool isClosed = close(at, y, carry);
   // One impulse is exact, a second one takes the rounding of the first.
   constexpr double most = std::numeric_limits<double>::infinity();

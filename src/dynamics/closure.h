@@ -5,7 +5,7 @@
 ///     c_j·(x_T(t) − x_tip) = 0            c_j·(ẋ_T(t) − ẋ_tip) = 0            rows c_j: ends.h
 ///
 /// What is missing is made up by the motion of least kinetic energy that moves the tip so far: that of an
-/// impulse on the chain at rest (Ended::impulse). For places this is Newton's method in the metric of the
+/// impulse on the tip of the chain at rest. For places this is Newton's method in the metric of the
 /// mass matrix, for rates it is exact. Each iteration is one sweep, O(n). Held joints stay where they are.
 ///
 /// Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, section IV.4: a step that ends
@@ -15,7 +15,7 @@
 
 #include "dynamics/mechanism.h"
 #include "effects/coupler.h"
-#include "recursion/ended.h"
+#include "lanes/coupled_chain.h"
 
 namespace planar_chain {
 
@@ -42,6 +42,7 @@ class Closure {
   double sizeAt(const Couplings& at) const;
 
  private:
+  void couple(const Couplings& at);
   void rotate(const Couplings& at, const double* y);
   Vec2d alongRows(const Couplings& at, Vec2d a) const;
   void move(const Couplings& at, Vec2d tip, double most, double* values, double* carry);
@@ -52,10 +53,11 @@ class Closure {
   const Mechanism& mechanism_;
   const int n_;
   const double reach_;
-  Ended<double> recursion_;
+  CoupledChain recursion_;
+  std::vector<Coupling<double>> joints_;  ///< as they are, at rest
   InnerEnd<double> inner_;
   std::vector<Rotation<double>> e_;
-  std::vector<double> change_;
+  std::vector<double> change_, none_, moments_;
 };
 
 }  // namespace planar_chain

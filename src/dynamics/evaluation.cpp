@@ -7,13 +7,13 @@
 
 namespace planar_chain {
 
-Evaluation::Evaluation(int n, bool isPlain, bool hasPlaces) {
+Evaluation::Evaluation(int n, bool plain, bool baseMoves, bool hasPlaces) : isPlain(plain) {
   y.resize(2 * index(n));
   e.resize(index(ShortChain::roomFor(n)));
   for (auto* numbers : {&N, &alpha, &moments}) numbers->resize(index(n));
   for (auto* vectors : {&F, &pinVelocity}) vectors->resize(index(n));
   if (hasPlaces) pin.resize(index(n));
-  if (isPlain) return;
+  if (!baseMoves) return;
   for (auto* numbers : {&turning, &slopesOnBase}) numbers->resize(index(n));
 }
 
@@ -23,12 +23,10 @@ Evaluator::Evaluator(const Mechanism& mechanism, Effects& effects)
       n_(mechanism.size()),
       recursion_(mechanism.bodies()),
       couplings_(n_),
-      torques_(index(n_)) {
-  if (mechanism.hasEnds()) ended_.emplace(mechanism.bodies());
-}
+      torques_(index(n_)) {}
 
 Evaluation Evaluator::none() const {
-  Evaluation none(n_, isPlain(), effects_.anyForces(&Forces::dependOnPlace));
+  Evaluation none(n_, isPlain(), effects_.base() != nullptr, effects_.anyForces(&Forces::dependOnPlace));
   none.ground = -1.0 * mechanism_.chain().gravity();
   return none;
 }
@@ -48,7 +46,15 @@ inline void Evaluator::takeCouplings(double t) {
   anyIsGiven_ = effects_.base() || couplings_.tip.rows > 0 ||
                 std::any_of(couplings_.joints.begin(), couplings_.joints.end(),
                             [](const Coupling<double>& joint) { return joint.isHeld; });
-  recursion_.couple(couplings_.joints.data());
+  coupleRecursion();
+}
+
+void Evaluator::coupleRecursion() {
+  recursion_.couple(couplings_.joints.data() + mechanism_.slides());
+  if (!mechanism_.hasEnds()) return;
+  inner_ = innerEndOf(mechanism_.chain(), couplings_.joints.data());
+  tip_ = couplings_.tip;
+  tip_.acceleration -= mechanism_.chain().gravity();
 }
 
 inline void Evaluator::applyEffects(Evaluation& to) {
@@ -64,7 +70,7 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
 
   // What is given at t.
   takeCouplings(t);
-  if (!to.turning.empty()) return evaluateMoving(to);
+  if (!to.isPlain) return evaluateMoving(to);
 
   // Rotations. The recursion computes those that nothing else needs.
   const double* theta = to.y.data();
@@ -101,45 +107,52 @@ void Evaluator::placePins(Evaluation& to) const {
   }
 }
 
-/// The base moves, or the chain has ends. Rotations and rates against the ground.
+/// Rates and rotations against the ground. Returns the angles if the recursion may turn by them itself.
+const double* Evaluator::turn(Evaluation& to) const {
+  const int slides = mechanism_.slides();
+  const double* theta = to.y.data() + slides;
+  for (std::size_t j = 0; j < to.turning.size(); ++j) {
+    to.turning[j] = to.y[index(n_) + j] + (j < index(slides) ? 0 : to.base.rate);
+  }
+  if (to.base.angle == 0 && effects_.acting() != LoadKind::forces) return theta;
+  mechanism_.rotate(theta, to.e.data() + slides, n_ - slides);
+  if (to.base.angle == 0) return nullptr;
+  const Rotation<double> turn = plainRotation(to.base.angle);
+  for (int j = slides; j < n_; ++j) to.e[index(j)] = turn * to.e[index(j)];
+  return nullptr;
+}
+
+/// The base moves, or the chain has ends.
 [[gnu::noinline]] void Evaluator::evaluateMoving(Evaluation& to) {
   to.base = couplings_.base();
   to.ground = couplings_.pinAcceleration() - mechanism_.chain().gravity();
   to.groundTurning = couplings_.angle.acceleration;
 
-  const int slides = mechanism_.slides();
-  mechanism_.rotate(to.y.data() + slides, to.e.data() + slides, n_ - slides);
-  const Rotation<double> turn = plainRotation(to.base.angle);
-  for (int j = slides; j < n_; ++j) to.e[index(j)] = turn * to.e[index(j)];
-  for (int j = 0; j < n_; ++j) {
-    to.turning[index(j)] = to.y[index(n_ + j)] + (j < slides ? 0 : to.base.rate);
-  }
+  const double* theta = turn(to);
   if (effects_.acting() == LoadKind::forces) placePins(to);
-
   applyEffects(to);
-  if (ended_) {
-    runEnded(to);
+  if (mechanism_.hasEnds()) {
+    runBetweenEnds(to, theta);
   } else {
-    to.pinForce = recursion_.accelerations({to.e.data(), to.N.data(), forces(to), to.ground}, nullptr,
+    to.pinForce = recursion_.accelerations({to.e.data(), to.N.data(), forces(to), to.ground}, theta,
                                            to.omega(), to.groundTurning, to.alpha.data(), to.moments.data());
   }
-  for (int i = 0; i < n_; ++i) {
-    to.slopesOnBase[index(i)] = to.alpha[index(i)] - (i < slides ? 0 : to.groundTurning);
+  for (std::size_t i = 0; i < to.slopesOnBase.size(); ++i) {
+    to.slopesOnBase[i] = to.alpha[i] - (i < index(mechanism_.slides()) ? 0 : to.groundTurning);
   }
   if (anyIsGiven_) to.powers.supplied += couplingPower(to);
 }
 
-void Evaluator::runEnded(Evaluation& to) {
+/// theta: of the bodies, or nullptr if they are turned.
+void Evaluator::runBetweenEnds(Evaluation& to, const double* theta) {
   const int slides = mechanism_.slides();
   const Vec2d* F = forces(to);
-  const Coupling<double>* joints = couplings_.joints.data();
-  const InnerEnd<double> inner = innerEndOf(mechanism_.chain(), joints, to.N.data(), F);
-  to.ends = ended_->accelerations(
-      to.e.data() + slides, to.omega() + slides,
-      {to.N.data() + slides, F ? F + slides : nullptr, joints + slides, to.ground, to.groundTurning}, inner,
-      tipOf(mechanism_.chain(), couplings_), to.alpha.data() + slides, to.moments.data() + slides);
+  setForces(to.N.data(), F, inner_);
+  recursion_.accelerations({to.e.data() + slides, to.N.data() + slides, F ? F + slides : nullptr, to.ground},
+                           theta, to.omega() + slides, to.groundTurning, inner_, tip_,
+                           to.alpha.data() + slides, to.moments.data() + slides, to.ends);
   std::copy_n(to.ends.acceleration.begin(), slides, to.alpha.begin());
-  writeHolding(inner, to.ends, to.moments.data());
+  writeHolding(inner_, to.ends, to.moments.data());
   to.pinForce = to.ends.pinForce;
 }
 
@@ -151,7 +164,7 @@ double Evaluator::couplingPower(const Evaluation& at) {
     if (!joint.isHeld) continue;
     power += (at.moments[index(i)] + joint.rotor * joint.acceleration) * couplings_.held[index(i)].rate;
   }
-  if (at.turning.empty()) return power;
+  if (at.isPlain) return power;
   power += dot(at.ends.tipForce, couplings_.tipVelocity);
   if (at.base.rate != 0) {
     std::fill(torques_.begin(), torques_.end(), 0.0);
@@ -167,11 +180,11 @@ void Evaluator::invert(const Evaluation& at, const double* less, const double* q
     mechanism_.coordinates().addTorque(-less[i], i, asked.N.data());
     couplings_.joints[index(i)] = {0, true, qdd[i]};
   }
-  if (ended_) {
-    runEnded(asked);
+  coupleRecursion();
+  if (mechanism_.hasEnds()) {
+    runBetweenEnds(asked, nullptr);
     std::copy(asked.moments.begin(), asked.moments.end(), moments);
   } else {
-    recursion_.couple(couplings_.joints.data());
     recursion_.accelerations({asked.e.data(), asked.N.data(), forces(asked), asked.ground}, nullptr,
                              asked.omega(), asked.groundTurning, asked.alpha.data(), moments);
   }

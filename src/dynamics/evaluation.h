@@ -15,7 +15,6 @@
 /// States are in chain order, whatever the length.
 
 #include <algorithm>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,14 +22,13 @@
 #include "dynamics/stored_energy.h"
 #include "effects/effects.h"
 #include "lanes/coupled_chain.h"
-#include "recursion/ended.h"
 
 namespace planar_chain {
 
 /// Results at one state: a value. Vectors have ground components.
 struct Evaluation {
-  /// Of no state yet. isPlain: the base stands still, and nothing slides. Allocates.
-  Evaluation(int n, bool isPlain, bool hasPlaces);
+  /// Of no state yet. isPlain: the base stands still, and the chain has no ends. Allocates.
+  Evaluation(int n, bool isPlain, bool baseMoves, bool hasPlaces);
 
   /// True if it has the results of this state.
   bool isAt(double time, const double* state) const {
@@ -44,7 +42,7 @@ struct Evaluation {
   /// ψ̈, rad/s².
   const double* slopes() const { return slopesOnBase.empty() ? alpha.data() : slopesOnBase.data(); }
 
-  bool isKnown = false;
+  bool isPlain, isKnown = false;
   double t = 0;                               ///< s
   std::vector<double> y;                      ///< [ψ ψ̇]
   BaseState base;                             ///< at t
@@ -55,7 +53,7 @@ struct Evaluation {
   std::vector<double> N;                      ///< moments of the effects about the inner pins, N m
   std::vector<double> alpha;                  ///< against the ground, rad/s²
   std::vector<double> moments;                ///< μ in the joints, N m
-  std::vector<double> turning, slopesOnBase;  ///< unless it is plain
+  std::vector<double> turning, slopesOnBase;  ///< if the base moves
   EndsMotion<double> ends;                    ///< if the chain has ends
   std::vector<Vec2d> F, pinVelocity;          ///< if forces act
   std::vector<Vec2d> pin;                     ///< places of the inner pins, if a force depends on them
@@ -79,17 +77,17 @@ class Evaluator {
   const Couplings& couplings() const { return couplings_; }
   /// Call it if something couples otherwise than before, apart from what varies with time.
   void forgetCouplings() { hasCouplings_ = false; }
-  std::string recursion() const {
-    return ended_ ? "link by link, with coupled joints and ends" : recursion_.name();
-  }
+  std::string recursion() const { return recursion_.name() + (mechanism_.hasEnds() ? " and ends" : ""); }
 
  private:
   /// True if the base stands still, and the chain has no ends.
   bool isPlain() const { return !effects_.base() && !mechanism_.hasEnds(); }
   void takeCouplings(double t);
+  void coupleRecursion();
   void evaluateMoving(Evaluation& to);
+  const double* turn(Evaluation& to) const;
   void placePins(Evaluation& to) const;
-  void runEnded(Evaluation& to);
+  void runBetweenEnds(Evaluation& to, const double* theta);
   void applyEffects(Evaluation& to);
   double couplingPower(const Evaluation& at);
   const Vec2d* forces(const Evaluation& at) const {
@@ -100,10 +98,11 @@ class Evaluator {
   Effects& effects_;
   int n_;
   CoupledChain recursion_;
-  std::optional<Ended<double>> ended_;
   bool hasCouplings_ = false;
   bool anyIsGiven_ = false;  ///< a joint is held, or the base moves: they may have power
   Couplings couplings_;
+  InnerEnd<double> inner_;  ///< at these couplings
+  Tip<double> tip_;
   std::vector<double> torques_;
 };
 

@@ -119,8 +119,7 @@ void ExactSolve::linearize(const Evaluation& at, const Couplings& couplings) {
 
 void ExactSolve::takeEnds() {
   EndsTangent& ends = coupled_->ends;
-  ends.inner =
-      innerEndOf(mechanism_.chain(), coupled_->couplings.joints.data(), coupled_->at.N.data(), forces());
+  ends.inner = innerEndOf(mechanism_.chain(), coupled_->couplings.joints.data());
   std::copy_n(tangents_.k.begin(), mechanism_.slides(), ends.stiffness.begin());
   std::copy_n(tangents_.d.begin(), mechanism_.slides(), ends.damping.begin());
   ends.tip = coupled_->at.ends.acting;
@@ -165,7 +164,7 @@ Powers ExactSolve::timeDerivative(double* slopes) {
     power.supplied += (change.moments[index(i)] + joint.rotor * change.held[index(i)]) * motion.rate +
                       (at.moments[index(i)] + joint.rotor * motion.acceleration) * motion.acceleration;
   }
-  if (at.turning.empty()) return power;
+  if (at.isPlain) return power;
   power.supplied += dot(change.tipForce, now.tipVelocity) + dot(at.ends.tipForce, now.tip.acceleration);
   power.supplied += dot(change.pinForce, at.base.velocity) + dot(at.pinForce, now.pinAcceleration()) +
                     (change.moments[0] + firstTorqueRate()) * now.angle.rate +
@@ -227,7 +226,7 @@ Scalar ExactSolve::couplingPowerAlong(const Solver<Scalar>& solver) const {
     if (!coupled_->couplings.joints[index(i)].isHeld) continue;
     supplied += coupled_->couplings.held[index(i)].rate * solver.momentOf(index(i), slides);
   }
-  if (coupled_->at.turning.empty()) return supplied;
+  if (coupled_->at.isPlain) return supplied;
   const BaseState& base = coupled_->at.base;
   const Vec2<Scalar> force = solver.pinForce();
   const Vec2<Scalar> onTip = solver.tipForce();

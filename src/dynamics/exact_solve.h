@@ -130,11 +130,11 @@ class ExactSolve {
   struct Coupled {
     Coupled(const Mechanism& mechanism, const Effects& effects)
         : bodies(mechanism.bodies()),
-          at(mechanism.size(), !effects.base() && !mechanism.hasEnds(),
+          at(mechanism.size(), !effects.base() && !mechanism.hasEnds(), effects.base() != nullptr,
              effects.anyForces(&Forces::dependOnPlace)),
           couplings(mechanism.size()),
           rates(mechanism.size()),
-          change(mechanism.chain(), mechanism.hasEnds()) {}
+          change(mechanism.chain()) {}
 
     CoupledBodies bodies;
     EndsTangent ends;

@@ -1,7 +1,6 @@
 #include "dynamics/motion_change.h"
 
 #include <algorithm>
-#include <type_traits>
 
 #include "dynamics/inner_end.h"
 
@@ -9,54 +8,30 @@ namespace planar_chain {
 
 namespace {
 
-constexpr double h = 0x1p-300;
-
-template <class Nudged>
-Nudged nudged(double value, double change) {
-  if constexpr (std::is_same_v<Nudged, Dual>) {
-    return {value, change};
-  } else {
-    return {value, h * change};
-  }
+Vec2<Dual> nudged(Vec2d value, Vec2d change) {
+  return {{value.x, change.x}, {value.y, change.y}};
 }
-template <class Nudged>
-Vec2<Nudged> nudged(Vec2d value, Vec2d change) {
-  return {nudged<Nudged>(value.x, change.x), nudged<Nudged>(value.y, change.y)};
-}
-double changeOf(std::complex<double> number) {
-  return number.imag() / h;
-}
-double changeOf(Dual number) {
-  return number.slope;
+Vec2d changeOf(Vec2<Dual> vector) {
+  return {vector.x.slope, vector.y.slope};
 }
 
 }  // namespace
 
-template <class Nudged, class Recursion>
-MotionChange::Run<Nudged, Recursion>::Run(const Chain& bodies, int n) : recursion(bodies) {
-  const auto all = index(n);
-  e.resize(all);
-  for (auto* numbers : {&omega, &N, &alpha, &moments}) numbers->resize(all);
-  F.resize(all);
-  joints.resize(all);
-}
-
-MotionChange::MotionChange(const Chain& chain, bool hasEnds)
-    : chain_(chain), run_(std::in_place_type<Pinned>, chain, chain.size()) {
+MotionChange::MotionChange(const Chain& chain) : chain_(chain), recursion_(chain.withoutSlides()) {
   const auto n = index(chain.size());
   for (auto* numbers : {&turn, &speed, &N, &held, &alpha, &moments}) numbers->resize(n);
   for (auto* vectors : {&F, &pins, &pinVelocities}) vectors->resize(n);
-  if (hasEnds) run_.emplace<WithEnds>(chain.withoutSlides(), chain.size());
+  e_.resize(n);
+  for (auto* numbers : {&omega_, &N_, &alpha_, &moments_}) numbers->resize(n);
+  F_.resize(n);
+  joints_.resize(n);
 }
 
 /// The forces and moments, and the motion of the pins on which they depend.
-template <class AnyRun>
-void MotionChange::nudgeLoads(const Evaluation& at, bool hasForces, const EffectTangents& tangents,
-                              AnyRun& run) {
-  using Nudged = typename decltype(run.N)::value_type;
+void MotionChange::nudgeLoads(const Evaluation& at, bool hasForces, const EffectTangents& tangents) {
   const std::size_t slides = index(chain_.slides());
   Vec2d dx = pin, dv = velocity;
-  for (std::size_t j = 0; j < run.e.size(); ++j) {
+  for (std::size_t j = 0; j < e_.size(); ++j) {
     const bool slidesHere = j < slides;
     if (slidesHere) {
       dx += turn[j] * chain_.joints()[j].axis;
@@ -73,8 +48,8 @@ void MotionChange::nudgeLoads(const Evaluation& at, bool hasForces, const Effect
       dN -=
           dot(K.momentPlace, dx) + K.momentTurn * turn[j] + dot(D.momentPlace, dv) + D.momentTurn * speed[j];
     }
-    run.N[j] = nudged<Nudged>(at.N[j], dN);
-    run.F[j] = nudged<Nudged>(hasForces ? at.F[j] : Vec2d{}, dF);
+    N_[j] = {at.N[j], dN};
+    F_[j] = nudged(hasForces ? at.F[j] : Vec2d{}, dF);
     if (slidesHere) continue;
 
     const Vec2d P = at.e[j] * chain_.links()[j].pin;
@@ -83,67 +58,46 @@ void MotionChange::nudgeLoads(const Evaluation& at, bool hasForces, const Effect
   }
 }
 
-template <class AnyRun>
 void MotionChange::nudge(const Evaluation& at, bool hasForces, const Couplings& couplings,
-                         const EffectTangents& tangents, AnyRun& run) {
-  using Nudged = typename decltype(run.N)::value_type;
-  nudgeLoads(at, hasForces, tangents, run);
-  for (std::size_t j = 0; j < run.e.size(); ++j) {
-    const auto [c, s] = at.e[j];
-    run.e[j] = {nudged<Nudged>(c, -s * turn[j]), nudged<Nudged>(s, c * turn[j])};
-    run.omega[j] = nudged<Nudged>(at.omega()[j], speed[j]);
+                         const EffectTangents& tangents) {
+  nudgeLoads(at, hasForces, tangents);
+  for (std::size_t j = 0; j < e_.size(); ++j) {
+    e_[j] = planar_chain::turning(at.e[j], turn[j]);
+    omega_[j] = {at.omega()[j], speed[j]};
     const Coupling<double>& joint = couplings.joints[j];
-    run.joints[j] = {joint.rotor, joint.isHeld, nudged<Nudged>(joint.acceleration, held[j])};
+    joints_[j] = {joint.rotor, joint.isHeld, {joint.acceleration, held[j]}};
   }
-}
-
-Vec2<std::complex<double>> MotionChange::accelerate(const Evaluation& at, Pinned& run) {
-  using Nudged = std::complex<double>;
-  return run.recursion.accelerations(run.e.data(), run.omega.data(), run.N.data(), run.F.data(),
-                                     run.joints.data(), nudged<Nudged>(at.ground, acceleration),
-                                     nudged<Nudged>(at.groundTurning, turning), run.alpha.data(),
-                                     run.moments.data());
 }
 
 /// The directions that act at the state.
 Tip<Dual> MotionChange::nudgedTip(const Evaluation& at) const {
   const Tip<double>& acting = at.ends.acting;
-  const auto rowOf = [&](std::size_t j) { return nudged<Dual>(acting.row[j], {}); };
-  return {acting.rows, {rowOf(0), rowOf(1)}, nudged<Dual>(acting.acceleration, tip)};
-}
-
-Vec2<Dual> MotionChange::accelerate(const Evaluation& at, WithEnds& run) {
-  const int slides = chain_.slides();
-  const InnerEnd<Dual> inner = innerEndOf(chain_, run.joints.data(), run.N.data(), run.F.data());
-  const EndsMotion<Dual> motion = run.recursion.accelerations(
-      run.e.data() + slides, run.omega.data() + slides,
-      {run.N.data() + slides, run.F.data() + slides, run.joints.data() + slides,
-       nudged<Dual>(at.ground, acceleration), nudged<Dual>(at.groundTurning, turning)},
-      inner, nudgedTip(at), run.alpha.data() + slides, run.moments.data() + slides);
-  std::copy_n(motion.acceleration.begin(), slides, run.alpha.begin());
-  writeHolding(inner, motion, run.moments.data());
-  tipForce = {changeOf(motion.tipForce.x), changeOf(motion.tipForce.y)};
-  return motion.pinForce;
-}
-
-template <class AnyRun>
-void MotionChange::takeResults(const AnyRun& run) {
-  for (std::size_t j = 0; j < alpha.size(); ++j) {
-    alpha[j] = changeOf(run.alpha[j]);
-    moments[j] = changeOf(run.moments[j]);
-  }
+  return {
+      acting.rows, {nudged(acting.row[0], {}), nudged(acting.row[1], {})}, nudged(acting.acceleration, tip)};
 }
 
 void MotionChange::find(const Evaluation& at, bool hasForces, const Couplings& couplings,
                         const EffectTangents& tangents) {
-  std::visit(
-      [&](auto& run) {
-        nudge(at, hasForces, couplings, tangents, run);
-        const auto force = accelerate(at, run);
-        takeResults(run);
-        pinForce = {changeOf(force.x), changeOf(force.y)};
-      },
-      run_);
+  nudge(at, hasForces, couplings, tangents);
+  const int slides = chain_.slides();
+  InnerEnd<Dual> inner = innerEndOf(chain_, joints_.data());
+  setForces(N_.data(), F_.data(), inner);
+  const EndsMotion<Dual> motion =
+      recursion_.accelerations(e_.data() + slides, omega_.data() + slides,
+                               {N_.data() + slides,
+                                F_.data() + slides,
+                                joints_.data() + slides,
+                                nudged(at.ground, acceleration),
+                                {at.groundTurning, turning}},
+                               inner, nudgedTip(at), alpha_.data() + slides, moments_.data() + slides);
+  std::copy_n(motion.acceleration.begin(), slides, alpha_.begin());
+  writeHolding(inner, motion, moments_.data());
+  for (std::size_t j = 0; j < alpha.size(); ++j) {
+    alpha[j] = alpha_[j].slope;
+    moments[j] = moments_[j].slope;
+  }
+  tipForce = changeOf(motion.tipForce);
+  pinForce = changeOf(motion.pinForce);
 }
 
 }  // namespace planar_chain

@@ -4,15 +4,17 @@
 #include <cmath>
 
 #include "dynamics/inner_end.h"
+#include "lanes/short_chain.h"
 
 namespace planar_chain {
 
-Pull::Pull(const Chain& chain) : chain_(chain), recursion_(chain), joints_(index(chain.size())) {
-  if (chain.slides() > 0) ended_.emplace(chain.withoutSlides());
+Pull::Pull(const Chain& chain)
+    : chain_(chain), recursion_(chain.withoutSlides()), joints_(index(chain.size())) {
+  recursion_.couple(joints_.data());
   const auto n = index(chain.size());
   theta_.resize(n);
   omega_.resize(n);
-  e_.resize(n);
+  e_.resize(index(ShortChain::roomFor(chain.size())));
   still_.resize(n);
   N_.resize(n);
   alpha_.resize(n);
@@ -43,13 +45,18 @@ PointMotion Pull::motionOf(const double* q, const double* qd, int link, Vec2d po
   return motion;
 }
 
-/// The acceleration that the force gives the point.
+/// The acceleration that the force gives the point, at rest and without gravity.
 Vec2d Pull::answer(int link, Vec2d force) {
   const std::size_t last = index(link);
   const std::size_t slides = index(chain_.slides());
   N_[last] = last < slides ? 0 : cross(arm_, force);
   F_[last] = force;
-  accelerate();
+  InnerEnd<double> inner = innerEndOf(chain_, joints_.data());
+  setForces(N_.data(), F_.data(), inner);
+  EndsMotion<double> ends;
+  recursion_.accelerations({e_.data() + slides, N_.data() + slides, F_.data() + slides, {}}, nullptr,
+                           still_.data(), 0, inner, {}, alpha_.data() + slides, moments_.data(), ends);
+  std::copy_n(ends.acceleration.begin(), slides, alpha_.begin());
   N_[last] = 0;
   F_[last] = {};
 
@@ -57,20 +64,6 @@ Vec2d Pull::answer(int link, Vec2d force) {
   for (std::size_t i = 0; i < std::min(slides, last + 1); ++i) a += alpha_[i] * chain_.joints()[i].axis;
   for (std::size_t i = slides; i < last; ++i) a += alpha_[i] * perp(e_[i] * chain_.links()[i].pin);
   return last < slides ? a : a + alpha_[last] * perp(arm_);
-}
-
-/// At rest and without gravity.
-void Pull::accelerate() {
-  if (!ended_) {
-    recursion_.accelerations(e_.data(), still_.data(), N_.data(), F_.data(), {}, alpha_.data());
-    return;
-  }
-  const int slides = chain_.slides();
-  const auto inner = innerEndOf(chain_, joints_.data(), N_.data(), F_.data());
-  const auto ends = ended_->accelerations(e_.data() + slides, still_.data(),
-                                          {N_.data() + slides, F_.data() + slides, joints_.data(), {}, 0},
-                                          inner, {}, alpha_.data() + slides, moments_.data());
-  std::copy_n(ends.acceleration.begin(), slides, alpha_.begin());
 }
 
 Vec2d Pull::force(const PointMotion& point, Vec2d target, double pulsation) const {

@@ -18,12 +18,10 @@
 /// infinite. There the mass of the chain is used instead. So the force is bounded, and the damping is less
 /// than critical.
 
-#include <optional>
 #include <vector>
 
+#include "lanes/coupled_chain.h"
 #include "planar_chain/chain.h"
-#include "recursion/articulated.h"
-#include "recursion/ended.h"
 
 namespace planar_chain {
 
@@ -49,12 +47,10 @@ class Pull {
 
  private:
   Vec2d answer(int link, Vec2d force);
-  void accelerate();
 
   const Chain& chain_;
-  double mass_ = 0;                     ///< of the chain, kg
-  Articulated<double> recursion_;       ///< of a chain without slides
-  std::optional<Ended<double>> ended_;  ///< of one with slides
+  double mass_ = 0;  ///< of the chain, kg
+  CoupledChain recursion_;
   std::vector<Coupling<double>> joints_;
   Vec2d arm_;  ///< from the link's inner pin to the point, base frame
   std::vector<Rotation<double>> e_;

@@ -1,6 +1,5 @@
 #include "lanes/coupled_chain.h"
 
-#include "lanes/kernel.h"
 #include "lanes/segments.h"
 #include "lanes/short_chain.h"
 
@@ -45,25 +44,59 @@ void CoupledChain::couple(const Coupling<double>* joints) {
   }
 }
 
-Vec2d CoupledChain::accelerations(const Outside& outside, const double* theta, const double* omega,
-                                  double turning, double* alpha, double* moments) {
-  Vec2d pinForce;
+inline void CoupledChain::run(simd::CoupledRun simd::CoupledKernel::*kind, const Outside& outside,
+                              const double* theta, const double* omega, double turning,
+                              const simd::CoupledMotion& to) {
   const simd::CoupledArrays arrays{arrangement_.bodies(), arrangement_.steps(), links_.data(), joints_.data(),
                                    couples_.data(),       handles_.data(),      pairs_.data()};
-  if (!isCut()) {
-    kernel_.coupledLinks(arrays, outside, theta, omega, turning, {alpha, moments, &pinForce});
-    return pinForce;
-  }
+  if (!isCut()) return (kernel_.coupledLinks.*kind)(arrays, outside, theta, omega, turning, to);
   if (theta) kernel_.rotations(theta, &outside.e->c, arrangement_.bodies());
   arrangement_.arrange(outside.e, e_.data());
   arrangement_.arrange(omega, omega_.data());
   arrangement_.arrange(outside.N, N_.data());
   if (outside.F) arrangement_.arrange(outside.F, F_.data());
-  kernel_.coupledSegments(arrays, {e_.data(), N_.data(), outside.F ? F_.data() : nullptr, outside.ground},
-                          nullptr, omega_.data(), turning, {alpha_.data(), moments_.data(), &pinForce});
-  arrangement_.restore(alpha_.data(), alpha);
-  arrangement_.restore(moments_.data(), moments);
+  (kernel_.coupledSegments.*kind)(
+      arrays, {e_.data(), N_.data(), outside.F ? F_.data() : nullptr, outside.ground}, nullptr, omega_.data(),
+      turning, {alpha_.data(), moments_.data(), to.pinForce, to.ends});
+  arrangement_.restore(alpha_.data(), to.alpha);
+  arrangement_.restore(moments_.data(), to.moments);
+}
+
+Vec2d CoupledChain::accelerations(const Outside& outside, const double* theta, const double* omega,
+                                  double turning, double* alpha, double* moments) {
+  Vec2d pinForce;
+  run(&simd::CoupledKernel::plain, outside, theta, omega, turning, {alpha, moments, &pinForce, nullptr});
   return pinForce;
+}
+
+namespace {
+
+struct Ends final : simd::ChainEnds {
+  Ends(const InnerEnd<double>& inner, const Tip<double>& tip, Vec2d base, double turning,
+       EndsMotion<double>& motion)
+      : inner_(inner), tip_(tip), base_(base), turning_(turning), motion_(motion) {}
+  void meet(const EndedPin<double>& shown, Vec2d& a, Vec2d& tipForce) override {
+    EndsEquations<double>(shown, inner_, base_, turning_).solve(tip_, motion_);
+    a = motion_.pinAcceleration;
+    tipForce = motion_.tipForce;
+  }
+
+ private:
+  const InnerEnd<double>& inner_;
+  const Tip<double>& tip_;
+  Vec2d base_;
+  double turning_;
+  EndsMotion<double>& motion_;
+};
+
+}  // namespace
+
+void CoupledChain::accelerations(const Outside& outside, const double* theta, const double* omega,
+                                 double turning, const InnerEnd<double>& inner, const Tip<double>& tip,
+                                 double* alpha, double* moments, EndsMotion<double>& motion) {
+  Ends ends(inner, tip, outside.ground, turning, motion);
+  const auto kind = tip.rows > 0 ? &simd::CoupledKernel::holdingTip : &simd::CoupledKernel::onSlides;
+  run(kind, outside, theta, omega, turning, {alpha, moments, nullptr, &ends});
 }
 
 }  // namespace planar_chain

@@ -16,14 +16,16 @@
 ///     g = G_fᵀ iP + G_μ           C ← C + g gᵀ/D         c_y ← c_y + g (ε/D + q̈) − ω² G_fᵀ P
 ///     G_f ← G_f − U gᵀ/D          G_μ ← κ g
 ///
-/// Neighbours are joined as in linearized_segments.h. Outwards ε − g·φ takes the place of ε.
+/// Neighbours are joined as in linearized_segments.h. Outwards ε − g·φ takes the place of ε. All segments
+/// together show the ends of the chain what these need (recursion/ended.h), with φ = −λ at the tip.
 
 #include <string>
 #include <vector>
 
 #include "lanes/arrangement.h"
+#include "lanes/kernel.h"
 #include "planar_chain/chain.h"
-#include "recursion/coupled.h"
+#include "recursion/ended.h"
 #include "recursion/load_kind.h"
 #include "simd/cache_lines.h"
 
@@ -40,12 +42,19 @@ class CoupledChain {
 
   /// Takes the couplings of all joints from now on.
   void couple(const Coupling<double>* joints);
-  /// As Coupled<double>::accelerations. Writes outside.e, with room for ShortChain::roomFor(n) rotations, or
-  /// reads it if theta is nullptr. Allocates nothing.
+  /// Writes α, rad/s², and μ of each joint, N m. omega, turning: as Ended<double>::accelerations. Writes
+  /// outside.e, with room for ShortChain::roomFor(n) rotations, or reads it if theta is nullptr. outside.F
+  /// may be nullptr. Returns F_pin of the first body, N. Allocates nothing.
   Vec2d accelerations(const Outside& outside, const double* theta, const double* omega, double turning,
                       double* alpha, double* moments);
+  /// The same of a chain with ends (recursion/ended.h), on a base of acceleration outside.ground.
+  void accelerations(const Outside& outside, const double* theta, const double* omega, double turning,
+                     const InnerEnd<double>& inner, const Tip<double>& tip, double* alpha, double* moments,
+                     EndsMotion<double>& motion);
 
  private:
+  void run(simd::CoupledRun simd::CoupledKernel::*kind, const Outside& outside, const double* theta,
+           const double* omega, double turning, const simd::CoupledMotion& to);
   bool isCut() const { return arrangement_.lanes() > 1; }
 
   const simd::Kernel& kernel_;

@@ -51,6 +51,67 @@ class CoupledRows {
   double* first_;
 };
 
+enum class EndKind { none, slides, tip };
+
+/// For a function that is compiled for every CPU.
+[[gnu::always_inline]] inline EndedPin<double> numbersOf(const EndedPin<Lane>& shown) {
+  const auto& [pin, Gx, Gy, eta, tip, C] = shown;
+  const auto vector = [](const Vec2<Lane>& a) { return Vec2d{a.x.v, a.y.v}; };
+  const auto tensor = [](const Sym2<Lane>& a) { return Sym2<double>{a.xx.v, a.xy.v, a.yy.v}; };
+  return {{tensor(pin.A), vector(pin.b), vector(pin.H), pin.Q.v, pin.c.v},
+          vector(Gx),
+          vector(Gy),
+          vector(eta),
+          vector(tip),
+          tensor(C)};
+}
+
+/// Inwards, body by body: takes what a body shows from the rows, and adds what the way out needs.
+template <EndKind ends>
+[[gnu::always_inline]] inline void coupledLinkInwards(const CoupledArrays& arrays, const Outside& outside,
+                                                      const CoupledRows& rows, int j, EndedPin<Lane>& shown) {
+  CoupledPin<Lane>& pin = shown.pin;
+  const Turned<Lane> body = rows.body(j);
+  const Lane N(outside.N[j]);
+  if (arrays.couples[j]) {
+    const JointAt<Lane> joint = jointAt<Lane>(arrays.joints, j);
+    const auto handle = inwards(body, N, joint, pin);
+    rows.put(7, j, handle.U.x, handle.U.y, handle.epsilon, handle.inverseD, handle.kappa, handle.D0);
+    if constexpr (ends == EndKind::tip) {
+      const Lane turn = mulAdd(handle.epsilon, handle.inverseD, joint.acceleration);
+      const Vec2<Lane> g = shown.pass(body, handle.U, handle.inverseD, turn);
+      shown.eta = handle.kappa * g;
+      rows.put(13, j, g.x, g.y);
+    }
+  } else {
+    const Handle<Lane> handle = inwards<false>(body, N, pin.A, pin.b);
+    const Reply<Lane> reply = replyOf(handle, body);
+    rows.put(7, j, reply.UD.x, reply.UD.y, reply.uD);
+    if constexpr (ends == EndKind::tip) {
+      const Vec2<Lane> gD = handle.inverseD * shown.pass(body, handle.U, handle.inverseD, reply.uD);
+      rows.put(13, j, gD.x, gD.y);
+    }
+  }
+  if (outside.F) pin.b -= vectorOf(outside.F[j]);
+}
+
+/// Outwards. Returns μ.
+template <EndKind ends>
+[[gnu::always_inline]] inline Lane coupledLinkOutwards(const CoupledArrays& arrays, const CoupledRows& rows,
+                                                       int j, Vec2<Lane> tipForce, Vec2<Lane>& a,
+                                                       Lane& alpha) {
+  if (arrays.couples[j]) {
+    CoupledHandle<Lane> handle = rows.handle(j);
+    if constexpr (ends == EndKind::tip) handle.epsilon += dot(rows.pair(13, j), tipForce);
+    return outwards(handle, jointAt<Lane>(arrays.joints, j), rows.P(j), rows.ww(j), a, alpha);
+  }
+  Reply<Lane> reply = rows.reply(j);
+  if constexpr (ends == EndKind::tip) reply.uD += dot(rows.pair(13, j), tipForce);
+  alpha = outwards(reply, a);
+  return {};
+}
+
+template <EndKind ends>
 PLANAR_CHAIN_IN_ONE_PIECE void coupledLinks(const CoupledArrays& given, const Outside& acting,
                                             const double* theta, const double* omega, double turning,
                                             CoupledMotion to) {
@@ -66,35 +127,27 @@ PLANAR_CHAIN_IN_ONE_PIECE void coupledLinks(const CoupledArrays& given, const Ou
     rows.put(0, first, body.m, body.J, body.R.x, body.R.y, body.P.x, body.P.y, body.ww);
   }
 
-  CoupledPin<Lane> pin;
+  EndedPin<Lane> shown;
   PLANAR_CHAIN_WRITTEN_OUT
   for (int j = CoupledArrays::most - 1; j >= 0; --j) {
-    if (j >= arrays.n) continue;
-    const Turned<Lane> body = rows.body(j);
-    const Lane N(outside.N[j]);
-    if (arrays.couples[j]) {
-      const auto handle = inwards(body, N, jointAt<Lane>(arrays.joints, j), pin);
-      rows.put(7, j, handle.U.x, handle.U.y, handle.epsilon, handle.inverseD, handle.kappa, handle.D0);
-    } else {
-      const Reply<Lane> reply = replyOf(inwards<false>(body, N, pin.A, pin.b), body);
-      rows.put(7, j, reply.UD.x, reply.UD.y, reply.uD);
-    }
-    if (outside.F) pin.b -= vectorOf(outside.F[j]);
+    if (j < arrays.n) coupledLinkInwards<ends>(arrays, outside, rows, j, shown);
   }
 
-  Vec2<Lane> a = vectorOf(outside.ground);
+  Vec2<Lane> a = vectorOf(outside.ground), tipForce;
   Lane alpha(turning);
-  const Vec2<Lane> force = pin.A * a + alpha * pin.H + pin.b;
-  *to.pinForce = {force.x.v, force.y.v};
+  if constexpr (ends == EndKind::none) {
+    const Vec2<Lane> force = shown.pin.A * a + alpha * shown.pin.H + shown.pin.b;
+    *to.pinForce = {force.x.v, force.y.v};
+  } else {
+    Vec2d ofPin, ofTip;
+    to.ends->meet(numbersOf(shown), ofPin, ofTip);
+    a = vectorOf(ofPin);
+    tipForce = vectorOf(ofTip);
+  }
   PLANAR_CHAIN_WRITTEN_OUT
   for (int j = 0; j < CoupledArrays::most; ++j) {
     if (j >= arrays.n) break;
-    Lane moment;
-    if (arrays.couples[j]) {
-      moment = outwards(rows.handle(j), jointAt<Lane>(arrays.joints, j), rows.P(j), rows.ww(j), a, alpha);
-    } else {
-      alpha = outwards(rows.reply(j), a);
-    }
+    const Lane moment = coupledLinkOutwards<ends>(arrays, rows, j, tipForce, a, alpha);
     to.alpha[j] = alpha.v;
     to.moments[j] = moment.v;
   }
@@ -156,15 +209,52 @@ template <bool hasForces>
   return {{d, K, Gt, {Gx, Gy, Gm}, C}, {{b.x, b.y, moment}, c}};
 }
 
-template <bool hasForces>
+/// What all segments together show, in ground axes. sides: b, c and c_y.
+[[gnu::always_inline]] inline EndedPin<double> shownBy(const Shows<Pack>& all,
+                                                       const ShowsOfSide<Pack>& sides) {
+  const auto first = [](const Pack& a) { return a.v[0]; };
+  const auto vector = [&](const Vec2p& a) { return Vec2d{first(a.x), first(a.y)}; };
+  const Axes axes{all.d};
+  // What takes a force in the tip's own axes takes one in ground axes.
+  const Matrix3<Pack>&K = all.K, &G = all.G;
+  const Triple<Pack> Gx = axes.toGround(G.x), Gy = axes.toGround(G.y), eta = axes.toGround(G.z);
+  const Triple<Pack> tip = axes.toGround(sides.c);
+  const Triple<Pack> Cx = axes.toGround(all.C.x), Cy = axes.toGround(all.C.y);
+  const Vec2p x = axes.d, y = perp(axes.d);
+  const Vec2p C_x = mulAdd(x.x, Vec2p{Cx.x, Cx.y}, y.x * Vec2p{Cy.x, Cy.y});
+  const Vec2p C_y = mulAdd(x.y, Vec2p{Cx.x, Cx.y}, y.y * Vec2p{Cy.x, Cy.y});
+  return {{{first(K.x.x), first(K.x.y), first(K.y.y)},
+           vector({sides.y.x, sides.y.y}),
+           vector({K.x.z, K.y.z}),
+           first(K.z.z),
+           first(sides.y.z)},
+          vector({Gx.x, Gy.x}),
+          vector({Gx.y, Gy.y}),
+          vector({eta.x, eta.y}),
+          vector({tip.x, tip.y}),
+          {first(C_x.x), first(C_x.y), first(C_y.y)}};
+}
+
+template <bool hasEnds, bool hasForces>
 PLANAR_CHAIN_IN_ONE_PIECE void runCoupledSegments(const CoupledArrays& arrays, const Outside& outside,
                                                   const double* omega, double turning, CoupledMotion to) {
   const CoupledSegment segment = coupledInwards<hasForces>(arrays, outside, omega);
   Triple<Pack> X{Pack(outside.ground.x), Pack(outside.ground.y), Pack(turning)}, Y{};
-  LinearPairs<Pack, 1>::factor(segment.shows, arrays.pairs);
-  LinearPairs<Pack, 1>::solve(segment.constant, arrays.pairs, X, Y);
-  const Triple<Pack> force = segment.constant.y + (segment.shows.K * X + segment.shows.G * Y);
-  *to.pinForce = {force.x.v[0], force.y.v[0]};
+  const Shows<Pack> all = LinearPairs<Pack, 1>::factor(segment.shows, arrays.pairs);
+  const auto meet = [&](const ShowsOfSide<Pack>& sides) {
+    Vec2d a, tipForce;
+    to.ends->meet(shownBy(all, sides), a, tipForce);
+    X.x = Pack(a.x);
+    X.y = Pack(a.y);
+    Y = Axes{all.d}.fromGround(Triple<Pack>{Pack(-tipForce.x), Pack(-tipForce.y), Pack()});
+  };
+  if constexpr (hasEnds) {
+    LinearPairs<Pack, 1>::solve(segment.constant, arrays.pairs, X, Y, meet);
+  } else {
+    LinearPairs<Pack, 1>::solve(segment.constant, arrays.pairs, X, Y);
+    const Triple<Pack> force = segment.constant.y + (segment.shows.K * X + segment.shows.G * Y);
+    *to.pinForce = {force.x.v[0], force.y.v[0]};
+  }
 
   Vec2p a{X.x, X.y};
   Pack alpha = X.z;
@@ -181,9 +271,11 @@ PLANAR_CHAIN_IN_ONE_PIECE void runCoupledSegments(const CoupledArrays& arrays, c
   }
 }
 
+template <bool hasEnds>
 void coupledSegments(const CoupledArrays& arrays, const Outside& outside, const double* /*theta*/,
                      const double* omega, double turning, CoupledMotion to) {
-  (outside.F ? runCoupledSegments<true> : runCoupledSegments<false>)(arrays, outside, omega, turning, to);
+  const auto run = outside.F ? runCoupledSegments<hasEnds, true> : runCoupledSegments<hasEnds, false>;
+  run(arrays, outside, omega, turning, to);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "planar_chain/planar.h"
+#include "recursion/coupled.h"
 #include "recursion/load_kind.h"
 #include "simd/cpu.h"
 
@@ -56,7 +57,7 @@ struct CoupledArrays {
   static constexpr int jointQuantities = 3;
   static constexpr int handleQuantities = 12;
   static constexpr int most = ShortChains::most;  ///< links, link by link
-  static constexpr int rows = 13, width = 16;     ///< of their numbers
+  static constexpr int rows = 15, width = 16;     ///< of their numbers
   int n, steps;
   const double *links, *joints;
   const char* couples;  ///< link by link: false where a body and the next one have no coupling
@@ -64,15 +65,29 @@ struct CoupledArrays {
   double* pairs;  ///< the pairs of segments, round by round
 };
 
-/// Results.
+/// The ends of a chain. They move when its bodies are known, and before these do.
+class ChainEnds {
+ public:
+  virtual ~ChainEnds() = default;
+  /// Writes the acceleration of the first pin less gravity, and the force on the tip.
+  virtual void meet(const EndedPin<double>& shown, Vec2d& a, Vec2d& tipForce) = 0;
+};
+
+/// Results, and the ends that the chain has.
 struct CoupledMotion {
   double *alpha, *moments;
-  Vec2d* pinForce;
+  Vec2d* pinForce;  ///< of a chain without ends
+  ChainEnds* ends;
 };
 
 /// theta: nullptr if e is given, as it is in segments.
 using CoupledRun = void (*)(const CoupledArrays& arrays, const Outside& outside, const double* theta,
                             const double* omega, double turning, CoupledMotion to);
+
+/// For chains without ends, on slides, and with a held tip, which alone pays for it.
+struct CoupledKernel {
+  CoupledRun plain, onSlides, holdingTip;
+};
 
 /// So many quantities a step.
 template <int count>
@@ -195,7 +210,7 @@ struct Kernel {
   /// first body.
   Vec2d (*pins)(const SegmentArrays& arrays, const double* e, const double* omega, const double* alpha,
                 Vec2d ground, double* pins);
-  CoupledRun coupledLinks, coupledSegments;
+  CoupledKernel coupledLinks, coupledSegments;
   LinearKernels inSegments, linkByLink;
   SeriesRun series[3];         ///< for one body, for two, and for any number
   EnsembleKernel ensemble[3];  ///< likewise

@@ -121,8 +121,11 @@ struct LinearPairs {
     return mapped(a, toOuter<size>);
   }
 
-  static void factor(const Shows<Scalar>& all, double* kept) {
-    if constexpr (size < laneCount) {
+  /// Returns what all together show.
+  static Shows<Scalar> factor(const Shows<Scalar>& all, double* kept) {
+    if constexpr (size == laneCount) {
+      return all;
+    } else {
       const Axes axes{inner(all.d)};
       const Matrix3<Scalar> G = inner(all.G), H = inner(all.H), C = inner(all.C);
       const Matrix3<Scalar> outerK = axes.giving(axes.taking(outer(all.K)));
@@ -142,14 +145,22 @@ struct LinearPairs {
 
       Writer write{kept};
       write(axes.d, S, SK, SKH, SG, G, H, C, outerH);
-      LinearPairs<Scalar, 2 * size>::factor(pair, write.to);
+      return LinearPairs<Scalar, 2 * size>::factor(pair, write.to);
     }
   }
 
   /// Turns X at the chain's inner joint and Y at its outer one into those of each lane's segment.
   static void solve(const ShowsOfSide<Scalar>& all, const double* kept, Triple<Scalar>& X,
                     Triple<Scalar>& Y) {
-    if constexpr (size < laneCount) {
+    solve(all, kept, X, Y, [](const ShowsOfSide<Scalar>&) {});
+  }
+  /// meet: sets X and Y, given the sides of all together.
+  template <class Meet>
+  static void solve(const ShowsOfSide<Scalar>& all, const double* kept, Triple<Scalar>& X, Triple<Scalar>& Y,
+                    const Meet& meet) {
+    if constexpr (size == laneCount) {
+      meet(all);
+    } else {
       Axes axes;
       Matrix3<Scalar> S, SK, SKH, SG, G, H, C, outerH;
       Reader read{kept};
@@ -157,7 +168,7 @@ struct LinearPairs {
       const Triple<Scalar> c = inner(all.c);
       const Triple<Scalar> k = SK * c + S * axes.fromGround(outer(all.y));
       LinearPairs<Scalar, 2 * size>::solve({inner(all.y) + G * k, outer(all.c) + outerH * (c - C * k)},
-                                           read.from, X, Y);
+                                           read.from, X, Y, meet);
 
       const Triple<Scalar> between = SKH * X + (k + SG * Y);
       const Triple<Scalar> beyond = axes.toGround(H * X + (c - C * between));

@@ -27,9 +27,6 @@
 ///
 /// Source: derived as in articulated.h. Against another formulation: machines_test.
 
-#include <vector>
-
-#include "planar_chain/chain.h"
 #include "planar_chain/planar.h"
 #include "recursion/articulated.h"
 
@@ -102,49 +99,28 @@ template <class Real>
   return mulAdd(joint.held, mulAdd(body.D0, turning, -pulled), joint.rotor * (parent - turning));
 }
 
-template <class Real = double>
-class Coupled {
- public:
-  explicit Coupled(const Chain& chain) : bodies_(index(chain.size())) {
-    for (int j = 0; j < chain.size(); ++j) {
-      const Link& link = chain.links()[index(j)];
-      bodies_[index(j)].of = {Real(link.mass),
-                              Real(link.inertia),
-                              {Real(link.com.x), Real(link.com.y)},
-                              {Real(link.pin.x), Real(link.pin.y)}};
-    }
-  }
+/// What a chain shows its ends: see ended.h.
+template <class Real>
+struct EndedPin {
+  CoupledPin<Real> pin;
+  Vec2<Real> Gx{Real(1), Real(0)}, Gy{Real(0), Real(1)};  ///< the columns of G
+  Vec2<Real> eta, tip;                                    ///< η, c_t
+  Sym2<Real> C;
 
-  /// Writes α, rad/s², and μ of each joint, N m. e, omega, N, F: as Articulated<Real>::accelerations; F may
-  /// be nullptr. ground: acceleration of the ground pin less gravity, m/s². turning: the base's angular
-  /// acceleration, rad/s². n values each. Returns F_pin of the first body, N. Allocates nothing.
-  Vec2<Real> accelerations(const Rotation<Real>* e, const Real* omega, const Real* N, const Vec2<Real>* F,
-                           const Coupling<Real>* joints, Vec2<Real> ground, Real turning, Real* alpha,
-                           Real* moments) {
-    CoupledPin<Real> pin;
-    for (std::size_t j = bodies_.size(); j-- > 0;) {
-      Swept& body = bodies_[j];
-      body.at = turned(body.of, e[j], omega[j]);
-      body.handle = inwards(body.at, N[j], numbersOf(joints[j]), pin);
-      if (F) pin.b -= F[j];
-    }
-    const Vec2<Real> pinForce = pin.A * ground + turning * pin.H + pin.b;
-    Vec2<Real> a = ground;
-    for (std::size_t j = 0; j < bodies_.size(); ++j) {
-      const auto& [of, at, handle] = bodies_[j];
-      moments[j] = outwards(handle, numbersOf(joints[j]), at.P, at.ww, a, turning);
-      alpha[j] = turning;
-    }
-    return pinForce;
-  }
+  /// Gᵀ a
+  [[gnu::always_inline]] Vec2<Real> transposed(Vec2<Real> a) const { return {dot(Gx, a), dot(Gy, a)}; }
+  /// G λ
+  [[gnu::always_inline]] Vec2<Real> times(Vec2<Real> lambda) const { return lambda.x * Gx + lambda.y * Gy; }
 
- private:
-  struct Swept {
-    Body<Real> of;
-    Turned<Real> at;
-    CoupledHandle<Real> handle;
-  };
-  std::vector<Swept> bodies_;
+  /// One body inwards, but for η. turn: ε/D + q̈. Returns g.
+  [[gnu::always_inline]] Vec2<Real> pass(const Turned<Real>& body, Vec2<Real> U, Real inverseD, Real turn) {
+    const Vec2<Real> g = transposed(perp(body.P)) + eta, gD = inverseD * g;
+    C = {mulAdd(gD.x, g.x, C.xx), mulAdd(gD.x, g.y, C.xy), mulAdd(gD.y, g.y, C.yy)};
+    tip = mulAdd(turn, g, mulAdd(-body.ww, transposed(body.P), tip));
+    Gx = mulAdd(-gD.x, U, Gx);
+    Gy = mulAdd(-gD.y, U, Gy);
+    return g;
+  }
 };
 
 }  // namespace planar_chain

@@ -19,7 +19,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "recursion/coupled.h"
+#include "recursion/ended.h"
 
 namespace planar_chain {
 
@@ -66,8 +66,8 @@ class CoupledSeries {
       const Vec2d* w = row(w_, k - i);
       for (std::size_t j = 0; j < n_; ++j) left_[j] -= e[j].c * w[j].y - e[j].s * w[j].x;
     }
-    recursion_.accelerations(e_.data(), atRest_.data(), left_.data(), nullptr, joints, {}, turning, alpha,
-                             moments_.data());
+    recursion_.accelerations(e_.data(), atRest_.data(), {left_.data(), nullptr, joints, {}, turning}, {}, {},
+                             alpha, moments_.data());
     complete(k, alpha, ground, F);
   }
 
@@ -123,7 +123,7 @@ class CoupledSeries {
   const std::vector<Link>& links_;
   std::size_t n_;
   int orders_;
-  Coupled<double> recursion_;
+  Ended<double> recursion_;
   std::vector<double> omega_;
   std::vector<Rotation<double>> e_, second_;  ///< second_: ë, of one order
   std::vector<Vec2d> w_, a_, z_;

@@ -46,39 +46,8 @@ struct EndsMotion {
   PerEnd<Real> force{};         ///< f on the slides, N: as given, or what holds them
   Vec2<Real> pinAcceleration;   ///< a of the first pin, less gravity, m/s²
   Vec2<Real> pinForce;          ///< on the first body, N
-  Vec2<Real> tipAcceleration;   ///< less gravity, m/s²
   Vec2<Real> tipForce;          ///< λ, N
   Tip<Real> acting;             ///< the tip with those directions alone that act
-};
-
-/// What a chain shows its ends.
-template <class Real>
-struct EndedPin {
-  CoupledPin<Real> pin;
-  Vec2<Real> Gx{Real(1), Real(0)}, Gy{Real(0), Real(1)};  ///< the columns of G
-  Vec2<Real> eta, tip;                                    ///< η, c_t
-  Sym2<Real> C;
-
-  /// Gᵀ a
-  Vec2<Real> transposed(Vec2<Real> a) const { return {dot(Gx, a), dot(Gy, a)}; }
-  /// G λ
-  Vec2<Real> times(Vec2<Real> lambda) const { return lambda.x * Gx + lambda.y * Gy; }
-
-  /// One body inwards, after inwards() of coupled.h. Returns g.
-  Vec2<Real> pass(const Turned<Real>& body, const CoupledHandle<Real>& handle, Real acceleration) {
-    const Vec2<Real> g = transposed(perp(body.P)) + eta, gD = handle.inverseD * g;
-    C = {mulAdd(gD.x, g.x, C.xx), mulAdd(gD.x, g.y, C.xy), mulAdd(gD.y, g.y, C.yy)};
-    const Real turn = mulAdd(handle.epsilon, handle.inverseD, acceleration);
-    tip = mulAdd(turn, g, mulAdd(-body.ww, transposed(body.P), tip));
-    Gx = flushed(mulAdd(-gD.x, handle.U, Gx));
-    Gy = flushed(mulAdd(-gD.y, handle.U, Gy));
-    eta = handle.kappa * g;
-    return g;
-  }
-
- private:
-  /// Along a long crooked chain G shrinks exponentially. Denormal numbers would be slow.
-  static Vec2<Real> flushed(Vec2<Real> a) { return dot(a, a) < Real(1e-280) ? Vec2<Real>{} : a; }
 };
 
 /// The equations of the ends. Allocates nothing.
@@ -88,37 +57,31 @@ class EndsEquations {
   /// base: a_0. turning: angular acceleration of the base. The arguments must outlive this object.
   EndsEquations(const EndedPin<Real>& shown, const InnerEnd<Real>& inner, Vec2<Real> base, Real turning)
       : shown_(shown), inner_(inner), base_(base), turning_(turning) {
+    if (inner.slides == 0) return;
     const Sym2<Real>& A = shown.pin.A;
-    const Real m = inner.slides > 0 ? inner.slide[index(inner.slides - 1)].mass : Real(0);
-    A_ = {A.xx + m, A.xy, A.yy + m};
+    const Real m = inner.slide[index(inner.slides - 1)].mass;
+    const Sym2<Real> whole{A.xx + m, A.xy, A.yy + m};
     const Vec2<Real> dx = rail(0), dy = rail(1);
-    K_ = {isFree(0) ? dot(dx, A_ * dx) + innerMass(0) : Real(1), dot(dx, A_ * dy),
-          isFree(1) ? dot(dy, A_ * dy) : Real(1)};
-    const Vec2<Real> x = pinUnder(shown.Gx), y = pinUnder(shown.Gy);
-    L_ = {shown.C.xx + dot(shown.Gx, x), shown.C.xy + dot(shown.Gx, y), shown.C.yy + dot(shown.Gy, y)};
+    K_ = {isFree(0) ? dot(dx, whole * dx) + innerMass(0) : Real(1), dot(dx, whole * dy),
+          isFree(1) ? dot(dy, whole * dy) : Real(1)};
   }
 
-  EndsMotion<Real> solve(const Tip<Real>& tip) const {
-    EndsMotion<Real> motion;
-    PerEnd<Real>& slides = motion.acceleration;
-    for (int i = 0; i < inner_.slides; ++i) {
-      if (!isFree(i)) slides[index(i)] = inner_.slide[index(i)].acceleration;
-    }
-    const Vec2<Real> more = planar_chain::solve(K_, {missing(0, slides), missing(1, slides)});
-    slides = {slides[0] + more.x, slides[1] + more.y};
-    motion.acting = actingPart(tip);
-    motion.tipForce = tipForce(motion.acting, tipAcceleration(slides, {}));
-    const Vec2<Real> byTip = slidesUnder(shown_.times(motion.tipForce));
-    slides = {slides[0] + byTip.x, slides[1] + byTip.y};
-
-    motion.pinAcceleration = pinAcceleration(slides);
-    motion.pinForce = pinForce(slides, motion.tipForce);
-    motion.tipAcceleration = tipAcceleration(slides, motion.tipForce);
+  void solve(const Tip<Real>& tip, EndsMotion<Real>& to) const {
+    to.acceleration = {};
+    to.pinAcceleration = base_;
     for (int i = 0; i < inner_.slides; ++i) {
       const Slide<Real>& slide = inner_.slide[index(i)];
-      motion.force[index(i)] = slide.isHeld ? effort(i, slides, motion.tipForce) : slide.force;
+      if (!slide.isHeld) continue;
+      to.acceleration[index(i)] = slide.acceleration;
+      to.pinAcceleration += slide.acceleration * slide.d;
     }
-    return motion;
+    to.pinForce = shown_.pin.A * to.pinAcceleration + turning_ * shown_.pin.H + shown_.pin.b;
+    if (inner_.slides > 0) moveSlides({missing(0, to), missing(1, to)}, to);
+    if (tip.rows > 0) holdTip(tip, to);
+    for (int i = 0; i < inner_.slides; ++i) {
+      const Slide<Real>& slide = inner_.slide[index(i)];
+      to.force[index(i)] = slide.isHeld ? effort(i, to) : slide.force;
+    }
   }
 
  private:
@@ -128,66 +91,78 @@ class EndsEquations {
   /// m_1 of the first slide of two.
   Real innerMass(int i) const { return i == 0 && inner_.slides == 2 ? inner_.slide[0].mass : Real(0); }
 
-  Vec2<Real> pinAcceleration(const PerEnd<Real>& slides) const {
-    Vec2<Real> a = base_;
-    for (int i = 0; i < inner_.slides; ++i) a += slides[index(i)] * inner_.slide[index(i)].d;
-    return a;
-  }
-  /// On the first body.
-  Vec2<Real> pinForce(const PerEnd<Real>& slides, Vec2<Real> lambda) const {
-    const CoupledPin<Real>& pin = shown_.pin;
-    return pin.A * pinAcceleration(slides) + turning_ * pin.H + pin.b - shown_.times(lambda);
-  }
   /// The force along rail i that such a motion takes.
-  Real effort(int i, const PerEnd<Real>& slides, Vec2<Real> lambda) const {
-    const Slide<Real>& slide = inner_.slide[index(i)];
-    const Vec2<Real> inner = innerMass(i) * (base_ + slides[0] * inner_.slide[0].d);
-    const Vec2<Real> outer = inner_.slide[index(inner_.slides - 1)].mass * pinAcceleration(slides);
-    return dot(slide.d, pinForce(slides, lambda) + inner + outer);
+  Real effort(int i, const EndsMotion<Real>& motion) const {
+    const Real m = inner_.slide[index(inner_.slides - 1)].mass;
+    Vec2<Real> force = motion.pinForce + m * motion.pinAcceleration;
+    if (i == 0 && inner_.slides == 2) {
+      force += inner_.slide[0].mass * (base_ + motion.acceleration[0] * inner_.slide[0].d);
+    }
+    return dot(inner_.slide[index(i)].d, force);
   }
-  Real missing(int i, const PerEnd<Real>& slides) const {
-    return isFree(i) ? inner_.slide[index(i)].force - effort(i, slides, {}) : Real(0);
+  Real missing(int i, const EndsMotion<Real>& motion) const {
+    return isFree(i) ? inner_.slide[index(i)].force - effort(i, motion) : Real(0);
   }
-  /// How a force on the pin accelerates the slides, and the pin.
-  Vec2<Real> slidesUnder(Vec2<Real> force) const {
-    return planar_chain::solve(K_, {dot(rail(0), force), dot(rail(1), force)});
-  }
-  Vec2<Real> pinUnder(Vec2<Real> force) const {
-    const Vec2<Real> slides = slidesUnder(force);
-    return slides.x * rail(0) + slides.y * rail(1);
+  /// The acceleration of the pin if the slides have these.
+  Vec2<Real> pinUnder(Vec2<Real> slides) const { return slides.x * rail(0) + slides.y * rail(1); }
+  Vec2<Real> alongRails(Vec2<Real> force) const { return {dot(rail(0), force), dot(rail(1), force)}; }
+  /// Adds what such forces along the rails change.
+  void moveSlides(Vec2<Real> forces, EndsMotion<Real>& to) const {
+    const Vec2<Real> more = planar_chain::solve(K_, forces), a = pinUnder(more);
+    to.acceleration = {to.acceleration[0] + more.x, to.acceleration[1] + more.y};
+    to.pinAcceleration += a;
+    to.pinForce += shown_.pin.A * a;
   }
 
-  Vec2<Real> tipAcceleration(const PerEnd<Real>& slides, Vec2<Real> lambda) const {
-    return shown_.transposed(pinAcceleration(slides)) + turning_ * shown_.eta + shown_.C * lambda +
-           shown_.tip;
+  /// λ, and what it changes.
+  void holdTip(const Tip<Real>& tip, EndsMotion<Real>& to) const {
+    const Sym2<Real> L = tipAnswer();
+    to.acting = actingPart(tip, L);
+    const Vec2<Real> open = shown_.transposed(to.pinAcceleration) + turning_ * shown_.eta + shown_.tip;
+    to.tipForce = tipForce(to.acting, L, tip.acceleration - open);
+    const Vec2<Real> onPin = shown_.times(to.tipForce);
+    to.pinForce -= onPin;
+    if (inner_.slides > 0) moveSlides(alongRails(onPin), to);
   }
-  Tip<Real> actingPart(const Tip<Real>& tip) const {
-    const auto [value, vector] = eigen(L_);
+  /// C + Gᵀ d K⁻¹ dᵀ G
+  Sym2<Real> tipAnswer() const {
+    const auto& [pin, Gx, Gy, eta, tip, C] = shown_;
+    if (inner_.slides == 0) return C;
+    const auto pinUnderForce = [&](Vec2<Real> force) {
+      return pinUnder(planar_chain::solve(K_, alongRails(force)));
+    };
+    const Vec2<Real> x = pinUnderForce(Gx), y = pinUnderForce(Gy);
+    return {C.xx + dot(Gx, x), C.xy + dot(Gx, y), C.yy + dot(Gy, y)};
+  }
+  static Tip<Real> actingPart(const Tip<Real>& tip, const Sym2<Real>& L) {
+    // The determinant shows at once that both directions act, unless they nearly do not.
+    const Real trace = L.xx + L.yy, determinant = L.xx * L.yy - L.xy * L.xy;
+    if (tip.rows == 2 && determinant > Real(1e-6) * (trace * trace)) return tip;
+    const auto [value, vector] = eigen(L);
     const Real least = Real(singularTip) * value[0];
     if (tip.rows == 2 && value[1] > least) return tip;
     Tip<Real> acting;
     acting.acceleration = tip.acceleration;
     const Vec2<Real> row = tip.rows == 2 ? vector[0] : tip.row[0];
-    if (tip.rows > 0 && dot(row, L_ * row) > least) acting.row[index(acting.rows++)] = row;
+    if (dot(row, L * row) > least) acting.row[index(acting.rows++)] = row;
     return acting;
   }
-  /// λ, if the tip without it had the acceleration `open`.
-  Vec2<Real> tipForce(const Tip<Real>& tip, Vec2<Real> open) const {
-    const Vec2<Real> rest = tip.acceleration - open;
-    if (tip.rows == 2) return planar_chain::solve(L_, rest);
+  /// λ that gives the tip so much more acceleration.
+  static Vec2<Real> tipForce(const Tip<Real>& tip, const Sym2<Real>& L, Vec2<Real> rest) {
+    if (tip.rows == 2) return planar_chain::solve(L, rest);
     if (tip.rows == 0) return {};
     const Vec2<Real> c = tip.row[0];
-    return (dot(c, rest) / dot(c, L_ * c)) * c;
+    return (dot(c, rest) / dot(c, L * c)) * c;
   }
 
   const EndedPin<Real>& shown_;
   const InnerEnd<Real>& inner_;
   Vec2<Real> base_;
   Real turning_;
-  Sym2<Real> A_, K_, L_;  ///< A_: with the mass of the outermost slide. L_: the tip's answer to λ
+  Sym2<Real> K_;
 };
 
-/// What the motion of a chain with ends depends on, beside its angles and rates: n values each.
+/// What the motion of a chain depends on, beside its angles and rates: n values each.
 template <class Real>
 struct EndedActing {
   const Real* N;        ///< moments, N m
@@ -197,6 +172,7 @@ struct EndedActing {
   Real turning;     ///< its angular acceleration, rad/s²
 };
 
+/// Body by body, with any numbers. Simulations run lanes/coupled_chain.h.
 template <class Real = double>
 class Ended {
  public:
@@ -220,40 +196,19 @@ class Ended {
       Swept& body = bodies_[j];
       body.at = turned(body.of, e[j], omega[j]);
       body.joint = numbersOf(acting.joints[j]);
-      sweep(body, acting.N[j], shown);
+      body.handle = inwards(body.at, acting.N[j], body.joint, shown.pin);
       if (acting.F) shown.pin.b -= acting.F[j];
+      if (tip.rows > 0) pass(body, shown);
     }
-    const auto motion = EndsEquations<Real>(shown, inner, acting.base, acting.turning).solve(tip);
+    EndsMotion<Real> motion;
+    EndsEquations<Real>(shown, inner, acting.base, acting.turning).solve(tip, motion);
     Vec2<Real> a = motion.pinAcceleration;
     Real turning = acting.turning;
     for (std::size_t j = 0; j < bodies_.size(); ++j) {
-      moments[j] = answer(bodies_[j], motion.tipForce, a, turning);
-      alpha[j] = turning;
-    }
-    return motion;
-  }
-
-  /// The motion of least kinetic energy, rotors included, that moves the tip along its rows by
-  /// tip.acceleration: an impulse on the chain at rest. It projects rates (m/s, then rad/s and N s) and
-  /// angles (m, then rad). Held joints and held slides do not move. Writes the changes of the bodies, and
-  /// returns those of the slides, `acceleration`, with the impulse, `tipForce`. Allocates nothing.
-  EndsMotion<Real> impulse(const Rotation<Real>* e, const Coupling<Real>* joints, InnerEnd<Real> inner,
-                           const Tip<Real>& tip, Real* change) {
-    EndedPin<Real> shown;
-    for (std::size_t j = bodies_.size(); j-- > 0;) {
       Swept& body = bodies_[j];
-      body.at = turned(body.of, e[j], Real(0));
-      body.joint = numbersOf(joints[j]);
-      body.joint.acceleration = Real(0);
-      sweep(body, Real(0), shown);
-    }
-    for (Slide<Real>& slide : inner.slide) slide.force = slide.acceleration = Real(0);
-    const auto motion = EndsEquations<Real>(shown, inner, {}, Real(0)).solve(tip);
-    Vec2<Real> a = motion.pinAcceleration;
-    Real turning{};
-    for (std::size_t j = 0; j < bodies_.size(); ++j) {
-      answer(bodies_[j], motion.tipForce, a, turning);
-      change[j] = turning;
+      if (tip.rows > 0) body.handle.epsilon += dot(body.g, motion.tipForce);
+      moments[j] = outwards(body.handle, body.joint, body.at.P, body.at.ww, a, turning);
+      alpha[j] = turning;
     }
     return motion;
   }
@@ -267,15 +222,14 @@ class Ended {
     Vec2<Real> g;
   };
 
-  static void sweep(Swept& body, Real N, EndedPin<Real>& shown) {
-    body.handle = inwards(body.at, N, body.joint, shown.pin);
-    body.g = shown.pass(body.at, body.handle, body.joint.acceleration);
-  }
-  /// One body outwards; returns μ.
-  static Real answer(const Swept& body, Vec2<Real> lambda, Vec2<Real>& a, Real& turning) {
-    CoupledHandle<Real> handle = body.handle;
-    handle.epsilon += dot(body.g, lambda);
-    return outwards(handle, body.joint, body.at.P, body.at.ww, a, turning);
+  static void pass(Swept& body, EndedPin<Real>& shown) {
+    const auto& [U, epsilon, inverseD, kappa, D0] = body.handle;
+    body.g = shown.pass(body.at, U, inverseD, mulAdd(epsilon, inverseD, body.joint.acceleration));
+    shown.eta = kappa * body.g;
+    // Along a long crooked chain G shrinks exponentially. Denormal numbers would be slow.
+    for (Vec2<Real>* column : {&shown.Gx, &shown.Gy}) {
+      if (dot(*column, *column) < Real(1e-280)) *column = {};
+    }
   }
 
   std::vector<Swept> bodies_;
