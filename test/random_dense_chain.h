@@ -10,7 +10,7 @@
 
 #include "dense_chain.h"
 #include "recursion/force_tangent.h"
-#include "recursion/tangent_linearized.h"
+#include "recursion/coupled_linearized.h"
 
 namespace planar_chain::test {
 

@@ -1,11 +1,10 @@
 /// The exact solve of chains whose forces depend on place and velocity, against Newton's and Euler's
 /// equations with all pin forces as unknowns, differentiated by complex step in long double.
 
-#include "recursion/tangent_linearized.h"
-
 #include <gtest/gtest.h>
 
 #include "random_dense_chain.h"
+#include "recursion/coupled_linearized.h"
 
 namespace planar_chain {
 namespace {
@@ -28,7 +27,7 @@ void compare(const AtState& at, const test::WideMatrix& slopes, Scalar s, Random
   }
   CoupledBodies bodies(at.chain);
   bodies.take(at.state);
-  TangentLinearized<Scalar> linearized(bodies, at.tangents);
+  CoupledLinearized<Scalar, 3> linearized(bodies, at.tangents);
   linearized.factor(s);
   linearized.solve(rhs.data(), rhs.data() + n, x.data(), x.data() + n);
 
@@ -44,7 +43,8 @@ void compare(const AtState& at, const test::WideMatrix& slopes, Scalar s, Random
 
   // δμ and δF_pin along it
   const test::ComplexVector change = slopes.cast<WideComplex>() * exact;
-  const Vector moments = Eigen::Map<const Vector>(linearized.moments().data(), n);
+  Vector moments(n);
+  for (int i = 0; i < n; ++i) moments[i] = linearized.moment(i);
   EXPECT_LT(errorOf(wide(moments), change.segment(n, n)), tolerance) << "moments, s = " << s;
   const Vector force = (Vector(2) << linearized.pinForce().x, linearized.pinForce().y).finished();
   EXPECT_LT(errorOf(wide(force), change.segment(2 * n, 2)), tolerance) << "force of the base, s = " << s;
@@ -53,7 +53,7 @@ void compare(const AtState& at, const test::WideMatrix& slopes, Scalar s, Random
   EXPECT_EQ(rhs, x) << "in place";
 }
 
-TEST(TangentLinearized, InvertsTheJacobianOfRandomChains) {
+TEST(CoupledLinearized, InvertsTheJacobianOfRandomChains) {
   // The dense road has 19 digits, so this is the recursion's rounding: at most 5e-13, for small s where
   // s·1 − J may be nearly singular.
   const Kind free{0, 0, 0}, springs{0, 0, 1}, rotors{0.5, 0, 1}, all{0.5, 0.3, 1}, held{0, 1, 1};
@@ -73,15 +73,15 @@ TEST(TangentLinearized, InvertsTheJacobianOfRandomChains) {
   }
 }
 
-TEST(TangentLinearized, IsTheCoupledOneWithoutSuchForces) {
+TEST(CoupledLinearized, TakesOneKindOfMotionWithoutSuchForces) {
   // The same sums in another order.
   for (int n = 1; n <= 12; ++n) {
     const RandomChain chain(n, static_cast<unsigned>(n), {0.5, 0.3, 1, 0});
     const AtState at(chain);
     CoupledBodies bodies(at.chain);
     bodies.take(at.state);
-    CoupledLinearized<double> coupled(bodies);
-    TangentLinearized<double> tangent(bodies, at.tangents);
+    CoupledLinearized<double, 1> coupled(bodies, at.tangents);
+    CoupledLinearized<double, 3> tangent(bodies, at.tangents);
     Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(2 * n, -1, 2), other = x;
     coupled.factor(30);
     tangent.factor(30);

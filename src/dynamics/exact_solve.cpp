@@ -8,18 +8,22 @@ namespace planar_chain {
 
 template <class Scalar>
 ExactSolve::Solver<Scalar> ExactSolve::makeSolver() const {
+  Solver<Scalar> solver;
   if (!coupled_) {
     if constexpr (std::is_same_v<Scalar, double>) {
-      return {LinearizedSegments<double>(mechanism_.chain(), mechanism_.lanes() != nullptr)};
+      solver.plain.emplace(mechanism_.chain(), mechanism_.lanes() != nullptr);
     } else {
-      return {LinearizedSegments<Scalar>(*plain_)};
+      solver.plain.emplace(*solver_.plain);
     }
+  } else if (mechanism_.hasEnds()) {
+    using Ended = EndedLinearized<Scalar, 1>;
+    solver.coupled = std::make_unique<Ended>(coupled_->bodies, tangents_.bodies, coupled_->ends);
+  } else if (tangents_.bodies.empty()) {
+    solver.coupled = std::make_unique<CoupledLinearized<Scalar, 1>>(coupled_->bodies, tangents_.bodies);
+  } else {
+    solver.coupled = std::make_unique<CoupledLinearized<Scalar, 3>>(coupled_->bodies, tangents_.bodies);
   }
-  if (mechanism_.hasEnds()) {
-    return {typename Solver<Scalar>::Ended(coupled_->bodies, tangents_.bodies, coupled_->ends)};
-  }
-  if (tangents_.bodies.empty()) return {CoupledLinearized<Scalar>(coupled_->bodies)};
-  return {TangentLinearized<Scalar>(coupled_->bodies, tangents_.bodies)};
+  return solver;
 }
 
 ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTangents& tangents, bool isCoupled)
@@ -75,7 +79,7 @@ void ExactSolve::takeStiffness() {
 void ExactSolve::setJoints(const std::vector<double>& k, const std::vector<double>& d) {
   const double* kInLanes = mechanism_.quantityInLanes(k.data(), room_.data());
   const double* dInLanes = mechanism_.quantityInLanes(d.data(), room_.data() + places_);
-  plain_->setJoints(kInLanes, dInLanes);
+  solver_.plain->setJoints(kInLanes, dInLanes);
 }
 
 void ExactSolve::findPinVelocities() {
@@ -220,20 +224,16 @@ Powers ExactSolve::powersAlongInOrder(const double* uv) {
 
 template <class Scalar>
 Scalar ExactSolve::couplingPowerAlong(const Solver<Scalar>& solver) const {
-  const std::size_t slides = index(mechanism_.slides());
+  const CoupledSolve<Scalar>& along = *solver.coupled;
   Scalar supplied{};
   for (int i = 0; i < n_; ++i) {
     if (!coupled_->couplings.joints[index(i)].isHeld) continue;
-    supplied += coupled_->couplings.held[index(i)].rate * solver.momentOf(index(i), slides);
+    supplied += coupled_->couplings.held[index(i)].rate * along.moment(i);
   }
   if (coupled_->at.isPlain) return supplied;
   const BaseState& base = coupled_->at.base;
-  const Vec2<Scalar> force = solver.pinForce();
-  const Vec2<Scalar> onTip = solver.tipForce();
-  const Vec2d tip = coupled_->couplings.tipVelocity;
-  supplied += tip.x * onTip.x + tip.y * onTip.y;
-  return supplied + base.rate * solver.momentOf(0, slides) + base.velocity.x * force.x +
-         base.velocity.y * force.y;
+  return supplied + dotMixed(coupled_->couplings.tipVelocity, along.tipForce()) +
+         base.rate * along.moment(0) + dotMixed(base.velocity, along.pinForce());
 }
 
 // ---- Real and complex solves -----------------------------------------------------------------------

@@ -1,10 +1,9 @@
 #pragma once
 
-/// (s·1 − J)⁻¹ of the chain with all its effects, for the stiff methods, by one of four recursions:
+/// (s·1 − J)⁻¹ of the chain with all its effects, for the stiff methods, by one of three recursions:
 ///
 ///     linearized.h            link by link or in segments, in the order of the mechanism
-///     coupled_linearized.h    joints couple accelerations, or the base moves
-///     tangent_linearized.h    forces depend on the motion, too
+///     coupled_linearized.h    joints couple accelerations, the base moves, or forces depend on the motion
 ///     ended_linearized.h      the chain has ends
 ///
 /// and the rows of the works W = (W_s, W_d), which nothing depends on,
@@ -15,8 +14,8 @@
 /// Σ δμ_i q̇_i + δF_pin·v_base + δμ_1 φ̇ + δλ·v_tip.
 
 #include <complex>
+#include <memory>
 #include <optional>
-#include <variant>
 #include <vector>
 
 #include "dynamics/effect_tangents.h"
@@ -26,7 +25,6 @@
 #include "ode/system.h"
 #include "recursion/coupled_linearized.h"
 #include "recursion/ended_linearized.h"
-#include "recursion/tangent_linearized.h"
 #include "simd/cache_lines.h"
 
 namespace planar_chain {
@@ -37,7 +35,7 @@ class ExactSolve {
   /// only reserve() does.
   ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTangents& tangents, bool isCoupled);
 
-  ExactSolve(const ExactSolve&) = delete;  // it has pointers into itself
+  ExactSolve(const ExactSolve&) = delete;  // its solvers have pointers into it
   ExactSolve& operator=(const ExactSolve&) = delete;
 
   /// Takes the constant stiffness again, after every switch.
@@ -67,58 +65,17 @@ class ExactSolve {
   /// s·1 − J, factored.
   template <class Scalar>
   struct Solver {
-    using Ended = EndedLinearized<Scalar, 1>;
-    std::variant<LinearizedSegments<Scalar>, CoupledLinearized<Scalar>, TangentLinearized<Scalar>, Ended>
-        inverse;
+    std::optional<LinearizedSegments<Scalar>> plain;
+    std::unique_ptr<CoupledSolve<Scalar>> coupled;  ///< or this
     Scalar s{};
 
     void factor(Scalar s_) {
       s = s_;
-      if (auto* plain = std::get_if<LinearizedSegments<Scalar>>(&inverse)) return plain->factor(s_);
-      factorCoupled();
-    }
-    // Apart from plain ones, which would save registers for them.
-    [[gnu::noinline]] void factorCoupled() {
-      auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
-      coupled ? coupled->factor(s) : factorOthers();
-    }
-    [[gnu::noinline]] void factorOthers() {
-      auto* tangent = std::get_if<TangentLinearized<Scalar>>(&inverse);
-      tangent ? tangent->factor(s) : std::get_if<Ended>(&inverse)->factor(s);
+      plain ? plain->factor(s_) : coupled->factor(s_);
     }
     void solve(const Scalar* rhs, Scalar* x, int places) {
-      if (auto* plain = std::get_if<LinearizedSegments<Scalar>>(&inverse)) {
-        return plain->solve(rhs, rhs + places, x, x + places);
-      }
-      solveCoupled(rhs, x, places);
-    }
-    [[gnu::noinline]] void solveCoupled(const Scalar* rhs, Scalar* x, int n) {
-      auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse);
-      coupled ? coupled->solve(rhs, rhs + n, x, x + n) : solveOthers(rhs, x, n);
-    }
-    [[gnu::noinline]] void solveOthers(const Scalar* rhs, Scalar* x, int n) {
-      auto* tangent = std::get_if<TangentLinearized<Scalar>>(&inverse);
-      tangent ? tangent->solve(rhs, rhs + n, x, x + n)
-              : std::get_if<Ended>(&inverse)->solve(rhs, rhs + n, x, x + n);
-    }
-    /// The change of the moment of joint i along the last solution, behind `slides`.
-    Scalar momentOf(std::size_t i, std::size_t slides) const {
-      if (const auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse))
-        return coupled->moments()[i];
-      if (const auto* tangent = std::get_if<TangentLinearized<Scalar>>(&inverse))
-        return tangent->moments()[i];
-      const auto* ended = std::get_if<Ended>(&inverse);
-      return i < slides ? ended->slideForces()[i] : ended->moments()[i - slides];
-    }
-    Vec2<Scalar> pinForce() const {
-      if (const auto* coupled = std::get_if<CoupledLinearized<Scalar>>(&inverse)) return coupled->pinForce();
-      if (const auto* tangent = std::get_if<TangentLinearized<Scalar>>(&inverse)) return tangent->pinForce();
-      return std::get_if<Ended>(&inverse)->pinForce();
-    }
-    /// The change of the force on the tip, if the chain has ends.
-    Vec2<Scalar> tipForce() const {
-      const auto* ended = std::get_if<Ended>(&inverse);
-      return ended ? ended->tipForce() : Vec2<Scalar>{};
+      if (plain) return plain->solve(rhs, rhs + places, x, x + places);
+      coupled->solve(rhs, rhs + places, x, x + places);
     }
     /// The rows of the works, from the change of the powers.
     void solveWorks(const Scalar* rhs, Scalar supplied, Scalar dissipated, Scalar* x, int places) const {
@@ -177,7 +134,6 @@ class ExactSolve {
   bool hasPower_, isNonlinear_, hasForces_, keepsState_;
   std::optional<Coupled> coupled_;
   Solver<double> solver_;
-  LinearizedSegments<double>* const plain_ = std::get_if<LinearizedSegments<double>>(&solver_.inverse);
   std::vector<Solver<Complex>> complexSolvers_;
 
   // The state of the last linearize(): all of it in chain order; the rates in lane order.
@@ -196,7 +152,7 @@ inline void ExactSolve::linearize(double t, const double* y, const double* dydt,
   // Forces keep their direction when a body turns, so their moments change.
   const double* XF = keepsState_ ? keep(t, y) : nullptr;
   const Vec2d* F = XF ? outside.F : nullptr;
-  plain_->linearize(outside.e, y + places_, dydt + places_, F, XF);
+  solver_.plain->linearize(outside.e, y + places_, dydt + places_, F, XF);
 }
 
 inline void ExactSolve::solve(const double* rhs, double* x) {

@@ -1,6 +1,6 @@
 #pragma once
 
-/// The exact linear solve of a chain with ends (ends.h): tangent_linearized.h has the recursion of its
+/// The exact linear solve of a chain with ends (ends.h): coupled_linearized.h has the recursion of its
 /// bodies.
 ///
 /// The places are s_i of the slides, then θ_1 … θ_n; u = σ + u' and v = s u' for both. A slide's force has
@@ -29,8 +29,8 @@
 
 #include <Eigen/LU>
 
+#include "recursion/coupled_linearized.h"
 #include "recursion/ends.h"
-#include "recursion/tangent_linearized.h"
 
 namespace planar_chain {
 
@@ -44,25 +44,23 @@ struct EndsTangent {
 /// CoupledState has ground = EndsMotion::pinAcceleration and tip = EndsMotion::tipForce. kinds: 3, or 1 if no
 /// force on a body depends on place or velocity.
 template <class Scalar, std::size_t kinds>
-class EndedLinearized : private TangentLinearized<Scalar, kinds> {
-  using Open = TangentLinearized<Scalar, kinds>;
+class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
+  using Open = CoupledLinearized<Scalar, kinds>;
 
  public:
-  /// All must outlive this object; factor() reads them. Allocates.
+  /// All must outlive this object; factor() reads them.
   EndedLinearized(const CoupledBodies& bodies, const std::vector<ForceTangent>& tangents,
                   const EndsTangent& ends)
       : Open(bodies, tangents), ends_(ends), tips_(bodies.size()) {}
 
-  /// Factors s·1 − J. Allocates nothing.
-  void factor(Scalar s) {
+  void factor(Scalar s) override {
     Open::factor(s);
     sweepTip();
     findMatrix();
   }
 
-  /// [u; v] = (s·1 − J)⁻¹ [ρ_q; ρ_v]; n values each and one more per slide; the results may stand in the same
-  /// place. Allocates nothing.
-  void solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v) {
+  /// One value more per slide.
+  void solve(const Scalar* rhoQ, const Scalar* rhoV, Scalar* u, Scalar* v) override {
     PerEnd<Scalar> sigma{}, drift{};
     for (std::size_t i = 0; i < slides(); ++i) {
       sigma[i] = *rhoQ++ / s_();
@@ -98,12 +96,12 @@ class EndedLinearized : private TangentLinearized<Scalar, kinds> {
     }
   }
 
-  /// The changes along the last solution: of the joints' moments, of the force on the first body, of the
-  /// forces on the slides (with springs and dampers) and of λ.
-  using Open::moments;
-  using Open::pinForce;
-  const PerEnd<Scalar>& slideForces() const { return slideForces_; }
-  Vec2<Scalar> tipForce() const { return tipForce_; }
+  /// Of a slide the force along its rail, with springs and dampers.
+  Scalar moment(int i) const override {
+    const int slides = ends_.inner.slides;
+    return i < slides ? slideForces_[index(i)] : Open::moment(i - slides);
+  }
+  Vec2<Scalar> tipForce() const override { return tipForce_; }
 
  private:
   using Motion = PerMotion<Vec2<Scalar>, kinds>;
@@ -125,13 +123,14 @@ class EndedLinearized : private TangentLinearized<Scalar, kinds> {
       const typename Open::Handle& handle = this->handles_[j];
       AtTip& at = tips_[j];
       const Vec2<Scalar> e = transposedTimes(G_, wide(perp(body.P))) + eta;
-      const auto z = turnsOf<kinds>(body, s_()), w = driftsOf<kinds>(body, Scalar(1), Scalar(0));
+      const auto z = turnsOf<kinds>(body, s_());
+      const auto w = driftsOf<kinds>(body);
       at.Ev = times(Gamma_[0], wide(perp(body.P)));
       at.g = gamma;
       at.Eq = {};
       for (std::size_t k = 0; k < kinds; ++k) {
         at.g += times(Gamma_[k], turnScale(z[k], body.P));
-        at.Eq += times(Gamma_[k], turnScale(w[k], body.P));
+        at.Eq += times(Gamma_[k], wide(turnScale(w[k], body.P)));
       }
       for (std::size_t k = 0; k < kinds; ++k) subtract(at.g, handle.ULD[k], Gamma_[k]);
       at.eD = handle.over * e;
