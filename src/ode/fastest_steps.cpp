@@ -43,7 +43,7 @@ class FastestSteps : public Integrator {
       // Start or judge a trial.
       if (onTrial_ && (run_.steps >= judged_ || run_.cost > trialCostLeft_ || isHopeless())) {
         judgeTrial();
-      } else if (!onTrial_ && run_.steps >= patience_) {
+      } else if (!onTrial_ && (run_.steps >= patience_ || hasSlowed())) {
         startTrial();
       }
 
@@ -93,7 +93,7 @@ class FastestSteps : public Integrator {
     started_ = onTrial_ = false;
     patience_ = leastPatience;
     failures_ = 0;
-    run_ = {};
+    beginRun(0);
     onTrials_ = onIncumbents_ = 0;
   }
   void forgetSlope() override {
@@ -113,6 +113,9 @@ class FastestSteps : public Integrator {
   /// The patience doubles after each trial that the incumbent wins, and grows by this factor if it wins
   /// clearly. Less: motions of one character pay for more lost trials. More: a change is noticed late.
   static constexpr int fewerTrials = 4;
+  /// An explicit incumbent near its limit that gets slower than this share of its usual speed is compared at
+  /// once: the motion has become stiff, as by a contact. Near 1: each variation starts trials.
+  static constexpr double slow = 0.2;
   /// Bounds the patience, as any motion may change. Only runs of thousands of steps reach it.
   static constexpr int mostPatience = 1600;
   /// The challenger wins if its speed exceeds the incumbent's by this factor. Near 1: methods of equal speed
@@ -132,6 +135,8 @@ class FastestSteps : public Integrator {
   static constexpr double clearlyNotStiff = 0.1;
   /// Stiff methods are tried only if the explicit incumbent's step exceeds this share of the steady one:
   /// below, accuracy bounds the step and not stiffness, and they would lose.
+  static constexpr double farFromTheLimit = 0.2;
+  /// Below this share they are tried rarely: vibrations that a stiff method would damp may bound the step.
   static constexpr double nearTheLimit = 0.5;
   /// The most evaluations of one trial. Without it a stiff method on a long chain could use as many as the
   /// incumbent has in all. Half or twice as much changes little.
@@ -139,6 +144,8 @@ class FastestSteps : public Integrator {
   /// Uncertain trials together cost at most this share of the incumbents' evaluations: it bounds the loss on
   /// a motion for which no other method is ever faster.
   static constexpr double trialBudget = 0.2;
+  /// The same below nearTheLimit, where they seldom win.
+  static constexpr double smallTrialBudget = 0.02;
   /// A stiff challenger that cannot leap starts with at least this share of the incumbent's step. Its own
   /// last step may be of another part of the motion, and far too short.
   static constexpr double notFar = 0.1;
@@ -158,6 +165,10 @@ class FastestSteps : public Integrator {
     double speed() const { return cost > 0 ? progress / cost : 0; }
   };
 
+  void beginRun(double usualSpeed) {
+    run_ = before_ = {};
+    usualSpeed_ = usualSpeed;
+  }
   void countProgress(double t) { run_.progress += t - std::exchange(end_, t); }
   AdaptiveSteps& running() { return methods_[onTrial_ ? challenger_ : inUse_]; }
   bool isExplicit(std::size_t method) const { return methods_[method].isExplicit(); }
@@ -179,6 +190,20 @@ class FastestSteps : public Integrator {
     started_ = true;
   }
 
+  /// Compares the speed over every leastPatience steps with the highest of the run. True if stiffness has
+  /// lowered it.
+  bool hasSlowed() {
+    if (!isExplicit(inUse_) || run_.steps < before_.steps + leastPatience) return false;
+    const Run last{run_.progress - before_.progress, run_.cost - before_.cost, leastPatience};
+    before_ = run_;
+    usualSpeed_ = std::max(usualSpeed_, last.speed());
+    const AdaptiveSteps& method = methods_[inUse_];
+    const bool isStiff = method.proposal() > nearTheLimit * steadyStep(method);
+    const bool hasSlowed = isStiff && last.speed() < slow * usualSpeed_;
+    if (hasSlowed) patience_ = leastPatience;
+    return hasSlowed;
+  }
+
   /// True if method k may be faster than the incumbent.
   bool isWorthATrial(std::size_t k) const {
     const AdaptiveSteps& method = methods_[k];
@@ -186,17 +211,19 @@ class FastestSteps : public Integrator {
       return k != inUse_ && steadyStep(method) > clearly * incumbentSpeed_ * method.cost();
     }
     if (k == inUse_ && !method.facts().errorSeesStiffModes) return false;
-    // An explicit incumbent far from its limit is not limited by stiffness.
-    if (isExplicit(inUse_) && incumbentStep_ < nearTheLimit * steadyStep(methods_[inUse_])) return false;
+    // An explicit incumbent far from its limit is hardly limited by stiffness.
+    const double share = isExplicit(inUse_) ? incumbentStep_ / steadyStep(methods_[inUse_]) : 1;
+    if (share < farFromTheLimit) return false;
     const bool isUncertain = k == inUse_ || isExplicit(inUse_) || !isFine_;
-    return !isUncertain || onTrials_ + judged_ * method.cost() <= trialBudget * onIncumbents_;
+    const double budget = share < nearTheLimit ? smallTrialBudget : trialBudget;
+    return !isUncertain || onTrials_ + judged_ * method.cost() <= budget * onIncumbents_;
   }
 
   void startTrial() {
     incumbentSpeed_ = run_.speed();
     incumbentStep_ = methods_[inUse_].proposal();
     trialCostLeft_ = std::min(run_.cost, mostTrialCost);
-    run_ = {};
+    beginRun(incumbentSpeed_);
     for (std::size_t k = 1; k <= methods_.size(); ++k) {
       const std::size_t next = (challenger_ + k) % methods_.size();
       if (!isWorthATrial(next)) continue;
@@ -231,6 +258,7 @@ class FastestSteps : public Integrator {
     trialCostLeft_ -= run_.cost;
     if (speed > clearly * incumbentSpeed_) {
       inUse_ = challenger_;
+      usualSpeed_ = speed;
       patience_ = std::max(patience_ / 2, leastPatience);
       onTrial_ = false;
     } else if (isExplicit(challenger_) ||
@@ -241,7 +269,7 @@ class FastestSteps : public Integrator {
       onTrial_ = false;
     }
     lastSpeed_ = speed;
-    run_ = {};
+    beginRun(usualSpeed_);
   }
 
   /// Replaces a method that cannot continue. Returns false if none can.
@@ -251,7 +279,7 @@ class FastestSteps : public Integrator {
     inUse_ = (failed + 1) % methods_.size();
     methods_[inUse_].restart();
     onTrial_ = false;
-    run_ = {};
+    beginRun(0);
     return true;
   }
 
@@ -267,7 +295,8 @@ class FastestSteps : public Integrator {
   double leap_ = 1;
   double end_ = 0;                          ///< of the last step
   double onTrials_ = 0, onIncumbents_ = 0;  ///< cost of all
-  Run run_;
+  double usualSpeed_ = 0;
+  Run run_, before_;  ///< before_: when hasSlowed() was last computed
   StepCount count_;
 };
 

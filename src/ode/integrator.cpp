@@ -157,6 +157,20 @@ class LandingOnSwitches : public Integrator {
     return std::max(3 * usual_, shortest * std::max(1.0, std::abs(t)));
   }
 
+  /// switches_.due() at t.
+  struct Point {
+    double t, due;
+  };
+
+  /// The zero between a and b, as the share of the way from a: by inverse interpolation through three points,
+  /// if that is safe.
+  static std::optional<double> shareToZero(const Point& a, const Point& b, const Point& c) {
+    const double xi = (a.t - b.t) / (c.t - b.t), phi = (a.due - b.due) / (c.due - b.due);
+    if (!(phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi)) return {};
+    return a.due / (b.due - a.due) * (c.due / (b.due - c.due)) +
+           (c.t - a.t) / (b.t - a.t) * (a.due / (c.due - a.due)) * (b.due / (c.due - b.due));
+  }
+
   void evaluate(const State& state, Place& place) const {
     place.t = state.t;
     f_.restore(state.y.data(), place.y.data());
@@ -165,7 +179,7 @@ class LandingOnSwitches : public Integrator {
 
   /// Sets trial_ to the state at t, by a step. Returns false if it is not finite.
   bool evaluateAt(double t, Place& place) {
-    ++landing_;
+    if (steps_->pieces() == 1) ++landing_;  // else the step is a polynomial, and costs nothing
     return lookAt(t, place);
   }
   /// The same, where it costs nothing.
@@ -260,33 +274,38 @@ class LandingOnSwitches : public Integrator {
     usual_ = std::isfinite(usual_) ? (3 * usual_ + passed) / 4 : passed;
   }
 
-  /// The same by a bracket.
+  /// The same by a bracket, of which `state` is the upper end.
   Outcome land(State& state) {
-    const double narrow = this->narrow(state);
-    constexpr double leastShare = 1. / 64;  // of the bracket, cut off each time
     if (found_.t < state.t) {
       if (!evaluateAt(found_.t, found_)) return Outcome::notFinite;
       state = trial_;
     }
     Place& place = ahead_.front();
-    double low = from_.t, dueLow = switches_.due(from_.t, from_.y), dueHigh = found_.due;
-    int side = 0;  // of the bracket that moved last
-    while (state.t - low > narrow) {
-      const double share = -dueLow / (dueHigh - dueLow);
-      const double t = low + (state.t - low) * std::min(std::max(share, leastShare), 1 - leastShare);
-      if (t <= low || t >= state.t) break;
-      if (!evaluateAt(t, place)) return Outcome::notFinite;
-      if (place.due > 0) {
-        state = trial_;
-        dueHigh = place.due;
-        if (side > 0) dueLow /= 2;
-        side = 1;
-      } else {
-        low = t;
-        dueLow = place.due;
-        if (side < 0) dueHigh /= 2;
-        side = -1;
+    // The last point, the end of the bracket opposite to it, and the one that the last point replaced.
+    Point last{found_.t, found_.due}, opposite{from_.t, switches_.due(from_.t, from_.y)}, before = opposite;
+    const double narrow = this->narrow(state);
+    constexpr double leastShare = 1. / 64;
+    bool isSecant = false;
+    for (double width; (width = std::abs(last.t - opposite.t)) > narrow;) {
+      // Choose the next point, but not too near the ends. Secants alone would shorten one side only.
+      double margin = narrow / 2 / width, share = 0.5;
+      if (const std::optional<double> found = shareToZero(last, opposite, before)) {
+        share = *found;
+      } else if ((isSecant = !isSecant)) {
+        share = last.due / (last.due - opposite.due);
+        margin = std::max(margin, leastShare);
       }
+      share = std::min(std::max(share, margin), 1 - margin);
+      const double t = last.t + share * (opposite.t - last.t);
+      if (!(t > std::min(last.t, opposite.t) && t < std::max(last.t, opposite.t))) break;
+      if (!evaluateAt(t, place)) return Outcome::notFinite;
+
+      // Replace one end.
+      const bool isDue = place.due > 0;
+      if (isDue) state = trial_;
+      before = last;
+      if (isDue != (last.due > 0)) std::swap(before, opposite);
+      last = {t, place.due};
     }
     return Outcome::switched;
   }

@@ -73,8 +73,8 @@ class Switches {
 /// allows the error of that. If not, a step is made that ends close behind, where its course is more exact.
 /// Steps are at most thrice as long as the usual time between bends. If the switches do not give the
 /// time, it is found by steps of the same method from the same state, to the spacing of the numbers at the
-/// end of the step, or at its length. The bracket is narrowed by the Illinois rule (M. Dowell, P. Jarratt,
-/// BIT 11 (1971) 168–174). Allocates here alone.
+/// end of the step, or at its length. The bracket is narrowed by inverse interpolation and bisection
+/// (T. Chandrupatla, Advances in Engineering Software 28 (1997) 145–149). Allocates here alone.
 std::unique_ptr<Integrator> landingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches,
                                               SeriesSystem& f);
 
