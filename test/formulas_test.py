@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """formulas: C, MATLAB's code, Python and SymPy give M, f, q̈, A and B of the program, for the scenes that ship and random ones.
-The environment variable FORMULAS_RANDOM is the number of random ones.
+Environment variables: FORMULAS_RANDOM, the number of random ones; FORMULAS_PAGES, if set, has the pages of all compiled.
 
     formulas_test.py BIN [unittest options]        BIN: the folder that holds the tools; PYTHONPATH finds planar_chain
 """
@@ -9,11 +9,13 @@ import functools
 import glob
 import json
 import math
+import operator
 import os
 import re
 import shutil
 import subprocess
 import sys
+import types
 import unittest
 import warnings
 
@@ -25,18 +27,18 @@ except ImportError as missing:
     sys.exit(77)
 
 from in_folder import InFolder
-from planar_chain import NoFormula, Scene, equations, formulas, linearize
+from planar_chain import Failed, NoFormula, Scene, Simulation, equations, formulas, linearize
 from planar_chain.symbolic.code_c import c_code
 from planar_chain.symbolic.code_matlab import matlab_code
 from planar_chain.symbolic.code_python import python_code
 from planar_chain.symbolic.linear import linear
-from planar_chain.symbolic.program import Program
+from planar_chain.symbolic.code import program_of
 
 BIN = ""
 SCENES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../config/scenes")
 MOST_LINKS = 10
-RANDOM = int(os.environ.get("FORMULAS_RANDOM", 9))  # chains; all of them by hand: 50
-PAGES = {"double_pendulum", "cart_pole", "driven", "thrown"}  # compiled; with 50 chains all
+RANDOM = int(os.environ.get("FORMULAS_RANDOM", 50))  # chains
+PAGES = {"double_pendulum", "cart_pole", "driven", "thrown", "four_bar"}  # compiled, but for FORMULAS_PAGES
 AGREE = 1e-12  # of the largest number of a matrix: both sides round a few hundred times
 SIZES = (1, 2, 3, 4, 2, 3, 5, 2, 3, 4)  # of random chains; one in twenty is longer
 
@@ -45,11 +47,11 @@ SIZES = (1, 2, 3, 4, 2, 3, 5, 2, 3, 4)  # of random chains; one in twenty is lon
 
 
 def shipped():
-    """{name: Scene} of those with few links and a free tip."""
+    """{name: Scene} of those with few links."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # initial angles that are moved to close a chain
         scenes = {os.path.basename(path)[:-5]: Scene.from_file(path) for path in sorted(glob.glob(SCENES + "/*.yaml"))}
-    return {name: scene for name, scene in scenes.items() if len(scene) <= MOST_LINKS and "tip" not in scene.to_dict()}
+    return {name: scene for name, scene in scenes.items() if len(scene) <= MOST_LINKS}
 
 
 def random_law(rng):
@@ -73,6 +75,8 @@ def random_joint(rng):
             joint[key] = value
     if rng.random() < 0.3:
         joint.update(lower=rng.uniform(-1, 0), upper=rng.uniform(0.01, 1), stop_damping=rng.uniform(0, 3))
+    if rng.random() < 0.2:  # what concerns commands is in no formula
+        joint.update(motor={"no_load_speed": 5.0, "time_constant": 0.1}, effort_limit=1e-3, command_delay=0.1, velocity_limit=0.1)
     return joint
 
 
@@ -106,6 +110,25 @@ def on_rails(rng, links, slides):
             del link["inertia"], link["com"]
 
 
+def hold_tip(rng, scene):
+    """The tip is held about where the first angles have it, at a point that moves or on a line."""
+    for link in scene["links"].values():
+        joint = link["joint"]
+        joint.pop("friction", None)
+        if "drive" in joint:
+            joint["drive"] = {"amplitude": 0.1, "frequency": 0.5}
+        elif joint.get("type") is None:
+            link["initial"] = {"angle": rng.normal()}
+    if "base" in scene:
+        scene["base"] = {"y": {"amplitude": 0.05, "frequency": 0.7}, "angle": {"amplitude": 0.1, "frequency": 0.5, "phase": 1}}
+    chain, at = list(scene["links"].values()), equations(Scene(json.loads(json.dumps(scene))))
+    place = sum(np.array(link["pin"]) @ S for link, S in zip(chain, at["S"][-len(chain):])).tolist()
+    if rng.random() < 0.3:
+        scene["tip"] = {"line": {"point": place, "direction": rng.normal(size=2).tolist()}}
+    else:
+        scene["tip"] = {"pin": {axis: {"amplitude": 0.05, "frequency": 0.6, "offset": x} for axis, x in zip("xy", place)}}
+
+
 def random_scene(seed):
     rng = np.random.default_rng(seed)
     n = int(rng.integers(6, MOST_LINKS + 1)) if seed % 25 == 24 else SIZES[seed % len(SIZES)]
@@ -127,7 +150,19 @@ def random_scene(seed):
         scene["base"] = {axis: random_law(rng) for axis in ("x", "y", "angle") if axis == "y" or rng.random() < 0.6}
     if rng.random() < 0.6:
         scene["loads"] = {f"load_{k}": random_load(rng, links) for k in range(int(rng.integers(1, 4)))}
+    if seed % 5 == 3:
+        hold_tip(rng, scene)
     return Scene(json.loads(json.dumps(scene)))
+
+
+def state_with_tip(scene, t):
+    """A state of its motion, as the tip must be where it is held; before the chain gets to a pose in which it may not go on."""
+    simulation = Simulation(scene)
+    try:
+        simulation.advance_to(t)
+    except Failed:
+        return state_with_tip(scene, t / 2)
+    return t, simulation.q, simulation.qd
 
 
 class State:
@@ -141,6 +176,8 @@ class State:
         self.q, self.qd = rng.normal(size=(2, len(scene)))
         for j in self.formulas.driven:
             self.q[j], self.qd[j] = at["q"][j], at["qd"][j]
+        if self.formulas.chain.rows:
+            self.t, self.q, self.qd = state_with_tip(scene, self.t / 16)
         if numbers:
             self.formulas = self.formulas.with_numbers()
         self.expected = equations(scene, self.q, self.qd, self.t)
@@ -149,11 +186,20 @@ class State:
         self.sums[:slides] = np.eye(len(scene))[:slides]
         self.expected["A"], self.expected["B"] = linearize(scene, self.q, self.qd, self.t)
 
+        self.cancels = {}
+        if self.formulas.chain.rows:  # B is M⁻¹ less what the tip takes of it, which may be all; q̈ has a part of each force
+            inverse = np.linalg.inv(self.expected["M"])
+            self.cancels = {"B": abs(inverse).max(), "qdd": abs(inverse @ self.expected["J_c"].T @ self.expected["phi"]).max()}
+
+    @property
+    def outputs(self):
+        return ("M", "f", "qdd", *(("J_c", "c", "phi") if self.formulas.chain.rows else ()), "A", "B")
+
     def check(self, test, values, road):
-        for output in ("M", "f", "qdd", "A", "B"):
+        for output in self.outputs:
             expected = self.expected[output]
             got = np.array(values[output], dtype=float).reshape(expected.shape)
-            size = max(abs(expected).max(), np.finfo(float).tiny)
+            size = max(abs(expected).max(), self.cancels.get(output, 0), np.finfo(float).tiny)
             test.assertLessEqual(abs(got - expected).max() / size, AGREE, f"{self.name}: {output} in {road}")
 
 
@@ -165,6 +211,35 @@ def states():
 
 
 # ---- The roads -------------------------------------------------------------------------------------
+
+
+class Later:
+    """A number that is computed later, as tracers of jax and symbols of casadi are: it has no truth, and numpy cannot take it."""
+    __array_ufunc__ = None
+
+    def __init__(self, function, *arguments):
+        self.function, self.arguments = function, arguments
+
+    def __bool__(self):
+        raise TypeError("a condition is known later")
+
+    def value(self):
+        """Computes it once."""
+        if self.arguments is not None:
+            self.function, self.arguments = self.function(*map(value_of, self.arguments)), None
+        return self.function
+
+
+for _name in ("add", "sub", "mul", "truediv", "pow", "neg", "lt", "gt", "le", "ge"):
+    _of = getattr(operator, _name)
+    setattr(Later, f"__{_name}__", lambda *given, of=_of: Later(of, *given))
+    setattr(Later, f"__r{_name}__", lambda a, b, of=_of: Later(of, b, a))
+
+
+def value_of(it):
+    if isinstance(it, list):
+        return [value_of(one) for one in it]
+    return it.value() if isinstance(it, Later) else it
 
 
 class Values(InFolder):
@@ -181,11 +256,10 @@ class Values(InFolder):
 
     @staticmethod
     def values_of(library, state):
-        n, values = len(state.q), {}
-        shapes = {"M": (n, n), "f": (n,), "qdd": (n,), "A": (2 * n, 2 * n), "B": (2 * n, n)}
+        values = {}
         address = np.ctypeslib.ndpointer(dtype=float, flags="C_CONTIGUOUS")
-        for output, shape in shapes.items():
-            values[output] = np.full(shape, np.nan)
+        for output in state.outputs:
+            values[output] = np.full(state.expected[output].shape, np.nan)
             call, first = getattr(library, "it_" + output), []
             call.restype = None
             if not state.numbers:
@@ -214,22 +288,51 @@ class Values(InFolder):
             with open(self.path(name + ".m"), "w", encoding="utf-8") as file:
                 file.write(matlab_code(state.formulas, name, state.name, True))
             q, qd = ("[" + "; ".join(map(repr, x.tolist())) + "]" for x in (state.q, state.qd))
-            lines += [f"[M, f, qdd, A, B] = {name}({state.t!r}, {q}, {qd});"]
-            lines += [f"printf('%.17g ', reshape({x}', 1, [])); printf('\\n');" for x in ("M", "f", "qdd", "A", "B")]
+            lines += [f"[{', '.join(state.outputs)}] = {name}({state.t!r}, {q}, {qd});"]
+            lines += [f"printf('%.17g ', reshape({x}', 1, [])); printf('\\n');" for x in state.outputs]
         with open(self.path("all_of_them.m"), "w", encoding="utf-8") as file:
             file.write("\n".join(lines) + "\n")
         run = subprocess.run(["octave", "--norc", "--quiet", "--no-window-system", "all_of_them.m"], cwd=self.folder, check=True,
                              stdout=subprocess.PIPE, universal_newlines=True)
         numbers = [[float(word) for word in line.split()] for line in run.stdout.splitlines()]
-        for k, state in enumerate(states()):
-            state.check(self, dict(zip(("M", "f", "qdd", "A", "B"), numbers[5 * k:5 * k + 5])), "Octave")
+        for state in states():
+            state.check(self, {output: numbers.pop(0) for output in state.outputs}, "Octave")
+
+    def test_what_the_random_chains_have(self):
+        scenes = [random_scene(seed).to_dict() for seed in range(50)]
+        joints = [link["joint"] for scene in scenes for link in scene["links"].values()]
+        slides = [sum(link["joint"].get("type") == "prismatic" for link in scene["links"].values()) for scene in scenes]
+        floating = [any(link["joint"].get("type") == "floating" for link in scene["links"].values()) for scene in scenes]
+        loads = [load for scene in scenes for load in scene.get("loads", {}).values()]
+        counts = {key: sum(key in joint for joint in joints)
+                  for key in ("rotor_inertia", "drive", "damping", "stiffness", "friction", "upper", "motor")}
+        counts.update({key: sum(key in load for load in loads) for key in ("frequency", "times", "start", "torque", "force", "moment")})
+        counts.update({"cart": slides.count(1), "plane": slides.count(2), "floating": sum(floating)})
+        counts.update({key: sum(key in scene for scene in scenes) for key in ("base", "tip", "gravity")})
+        counts["tip that slides or floats"] = sum("tip" in scene and (s > 0 or f) for scene, s, f in zip(scenes, slides, floating))
+        self.assertGreaterEqual(min(counts.values()), 2, counts)
+
+    def test_modules_that_only_record(self):
+        """Python with modules that have nothing but what casadi and jax.numpy document, and whose values are known later."""
+        casadi = {"cos": math.cos, "sin": math.sin, "sign": np.sign, "if_else": lambda c, a, b: a if c else b}
+        jax = {**{name: casadi[name] for name in ("cos", "sin", "sign")}, "where": casadi["if_else"]}
+        for state in states():
+            module = {}
+            exec(python_code(state.formulas, "it", state.name, True), module)  # pylint: disable=exec-used
+            for known in (casadi, jax):
+                xp = types.SimpleNamespace(**{name: functools.partial(Later, of) for name, of in known.items()})
+                t, *inputs = (Later(lambda x=x: x) for x in (state.t, *state.q, *state.qd))
+                q, qd = inputs[:len(state.q)], inputs[len(state.q):]
+                values = {output: np.array(value_of(module[output](xp, t, q, qd)), dtype=float)
+                          for output in state.outputs}
+                state.check(self, values, f"Python with {sorted(known)}")
 
     def test_python(self):
         for state in states():
             module = {}
             exec(python_code(state.formulas, "it", state.name, True), module)  # pylint: disable=exec-used
             for xp in (np, math):
-                values = {output: module[output](xp, state.t, state.q, state.qd) for output in ("M", "f", "qdd", "A", "B")}
+                values = {output: module[output](xp, state.t, state.q, state.qd) for output in state.outputs}
                 state.check(self, values, f"Python with {xp.__name__}")
             two = np.column_stack([state.q, state.q]), np.column_stack([state.qd, state.qd])
             both = module["qdd"](np, np.array([state.t, state.t]), *two)  # two states at once
@@ -242,7 +345,7 @@ class Values(InFolder):
             given = dict(zip([of.t, *of.q, *of.qd], [state.t, *state.q, *state.qd]))
             given.update({symbol: letter.value for symbol, letter in of.letters.items()})
             at = {symbol: sp.Float(float(value)) for symbol, value in given.items()}
-            program = Program(of, linearize=True)
+            program = program_of(of, True)
             for symbol, expression in program.steps:
                 at[symbol] = expression.xreplace(at).evalf()
             values = {name: matrix.xreplace(at).tolist() for name, matrix in program.outputs.items()}
@@ -257,7 +360,8 @@ class Values(InFolder):
         absolute, omega, beta = (x @ T for x in (state.q, state.qd, state.expected["qdd"]))
         base = [float(sp.sympify(x).xreplace(at)) for x in (state.formulas.chain.phi, state.formulas.chain.phid)]
         at = {**at, **{symbol: sp.Float(float(value)) for symbols, values in (
-            (state.formulas.theta, absolute + base[0]), (state.formulas.omega, omega + base[1]), (of.beta, beta))
+            (state.formulas.theta, absolute + base[0]), (state.formulas.omega, omega + base[1]), (of.beta, beta),
+            (state.formulas.phi, state.expected.get("phi", ())))
                        for symbol, value in zip(symbols, values) if symbol.is_Symbol}}
 
         def number(matrix):
@@ -265,8 +369,10 @@ class Values(InFolder):
 
         free = [i for i in range(n) if i not in state.formulas.driven]
         change = np.hstack([T @ number(of.K_theta) @ T.T + number(of.K_tau), T @ number(of.D_theta) @ T.T + number(of.D_tau), np.eye(n)])
-        lower = np.zeros((n, 3 * n))
-        lower[free] = np.linalg.solve(state.expected["M"][np.ix_(free, free)], change[free])
+        lower, J_c = np.zeros((n, 3 * n)), state.expected["J_c"][:, free] if state.formulas.chain.rows else np.zeros((0, len(free)))
+        of_tip = np.hstack([number(of.K_c) @ T.T, number(of.D_c) @ T.T, np.zeros((len(J_c), n))]) if len(J_c) else np.zeros((0, 3 * n))
+        bordered = np.block([[state.expected["M"][np.ix_(free, free)], J_c.T], [J_c, np.zeros((len(J_c), len(J_c)))]])
+        lower[free] = np.linalg.solve(bordered, np.vstack([change[free], of_tip]))[:len(free)]
         lower[:, [2 * n + j for j in state.formulas.driven]] = 0
         for got, expected in ((lower[:, :2 * n], state.expected["A"][n:]), (lower[:, 2 * n:], state.expected["B"][n:])):
             size = max(abs(expected).max(), np.finfo(float).tiny)
@@ -282,10 +388,11 @@ class Values(InFolder):
         def number(matrix):
             return np.array(matrix.xreplace(at).evalf().tolist(), dtype=float)
 
-        pairs = [(of.closed.M, "M"), (of.closed.f, "f")]
+        pairs = [(of.closed.M, "M"), (of.closed.f, "f")] + ([(of.closed.J_c, "J_c"), (of.closed.c, "c")] if of.chain.rows else [])
         if n <= 3:
             pairs += [(getattr(of, letter), letter) for letter in ("T", "V_pd", "W_pd", "A_1", "A_2", "A_3", "F", "M_ext", "tau", "f_ext",
                                                                   "M", "f")]
+            pairs += [(getattr(of, letter), letter) for letter in (("J_c", "c") if of.chain.rows else ())]
         T, largest = state.sums, {"f": abs(state.expected["f"]).max() + abs(state.expected["tau"]).max()}
         pairs += [(sp.Matrix(T) * of.closed.M_theta * sp.Matrix(T.T), "M"), (sp.Matrix(T) * of.closed.f_theta, "f")]
         for matrix, letter in pairs:
@@ -357,8 +464,6 @@ class Letters(unittest.TestCase):
     def test_what_cannot_be_written_is_refused_by_name(self):
         with self.assertRaisesRegex(NoFormula, "chain: expected at most 10 links, got 11.*src/recursion/articulated.h"):
             formulas(Scene.from_file("crane"))
-        with self.assertRaisesRegex(NoFormula, "tip: expected a chain whose tip is free, got one that is held"):
-            formulas(Scene.from_file("four_bar"))
         rod = {"mass": 1, "inertia": 0.1, "com": [0.5, 0], "pin": [1, 0]}
         table = {"times": list(range(101)), "values": [0] * 101}
         for part, path in (({"links": {"rod": {**rod, "joint": {"drive": table}}}}, "links/rod/joint/drive"),
@@ -408,7 +513,7 @@ class Tool(InFolder):
     @unittest.skipUnless(shutil.which("pdflatex"), "pdflatex not found: LaTeX is not compiled")
     def test_latex_compiles(self):
         for name, scene in shipped().items():
-            if name not in PAGES and RANDOM < 50:
+            if name not in PAGES and "FORMULAS_PAGES" not in os.environ:
                 continue
             for more in ([], ["--numbers"]) if len(name) < 6 else (["--linearize"] if len(scene) < 5 else [],):
                 with open(self.path("it.tex"), "w", encoding="utf-8") as file:

@@ -481,6 +481,16 @@ class Tools(InFolder):
                             "--q: expected 0 rad of the driven joint a_joint at t = 0 s, got 0.1",
                             "--qd: expected 0 rad/s of the driven joint b_joint at t = 0 s, got 1")
 
+    def test_the_chain_has_its_tip(self):
+        rods = "chain: [a]\nlinks: {a: {mass: 1, inertia: 1, com: [0, 0], pin: [1, 0], repeat: 3, initial: {angle: 0.5}}}\ntip: "
+        told = json.loads(self.run_tool("equations", "--chain", scene=rods + "{pin: {x: {amplitude: 0.1, frequency: 2, offset: 1}, "
+                                        "y: 0.5}}\n").stdout)
+        law = {"amplitude": 0, "frequency": 0, "phase": 0}
+        self.assertEqual(told["tip"], {"pin": {"x": {"amplitude": 0.1, "frequency": 2, "phase": 0, "offset": 1},
+                                               "y": {**law, "offset": 0.5}}})
+        told = json.loads(self.run_tool("equations", "--chain", scene=rods + "{line: {point: [1, 0.5], direction: [0, 2]}}\n").stdout)
+        self.assertEqual(told["tip"], {"line": {"point": [1, 0.5], "direction": [0, 1]}})
+
     def test_the_chain_of_a_robot_is_written_out(self):
         told = json.loads(self.run_robot("equations", "--chain").stdout)
         self.assertEqual([told[key] for key in ("gravity", "q", "qd")], [[0, -9.81], [0], [0]])

@@ -134,7 +134,13 @@ Json jsonOf(const Load& load, const Chain& chain) {
   return all;
 }
 
-/// Prints the chain, its drives, base and loads as an object with the keys of a scene. What is absent is
+Json jsonOf(const TipLaws& tip) {
+  if (!tip.line) return {{"pin", {{"x", jsonOf(tip.x)}, {"y", jsonOf(tip.y)}}}};
+  return {{"line",
+           {{"point", {tip.x.at(0).value, tip.y.at(0).value}}, {"direction", {tip.line->x, tip.line->y}}}}};
+}
+
+/// Prints the chain, its drives, base, tip and loads as an object with the keys of a scene. What is absent is
 /// null, or left out.
 void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
   const Chain& chain = scene.chain;
@@ -171,6 +177,7 @@ void printChain(const Scene& scene, const Eigen::VectorXd& q, const Eigen::Vecto
   if (const auto& base = scene.base) {
     all["base"] = {{"x", jsonOf(base->x)}, {"y", jsonOf(base->y)}, {"angle", jsonOf(base->angle)}};
   }
+  if (scene.tip) all["tip"] = jsonOf(*scene.tip);
   std::cout << all << '\n';
 }
 

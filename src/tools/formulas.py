@@ -10,6 +10,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import warnings
 
 HERE = pathlib.Path(sys.argv[0]).absolute().parent
 sys.path.append(str(HERE.parent / "python3" / "dist-packages"))  # where the module is, without an environment of ROS too
@@ -41,18 +42,20 @@ def arguments():
 
 
 def scene_from(path):
-    if path.endswith(".urdf"):
-        with open(path, encoding="utf-8") as file:
-            return Scene.from_urdf(file.read())
-    return Scene.from_file(path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # initial angles that are moved to close a chain
+        if path.endswith(".urdf"):
+            with open(path, encoding="utf-8") as file:
+                return Scene.from_urdf(file.read())
+        return Scene.from_file(path)
 
 
-def draw(scene, picture):
-    """Draws the chain at the first instants by `simulate` and `plot`. Returns whether it could."""
+def draw(scene, moves, picture):
+    """Draws the chain at the first instants by `simulate` and `plot`. moves: whether its base does. Returns whether it could."""
     with tempfile.TemporaryDirectory() as folder:
-        base = subprocess.run([HERE / "equations", *urdf_or_scene(scene), "--chain"], stdout=subprocess.PIPE, check=True).stdout
-        motion = os.path.join(folder, "motion" + (".bag" if b'"base"' in base else ".csv"))
-        for command in ([HERE / "simulate", *urdf_or_scene(scene), "--duration", INSTANTS[-1], "--" + motion[-3:], motion],
+        motion = os.path.join(folder, "motion" + (".bag" if moves else ".csv"))
+        given = ["--urdf", scene] if scene.endswith(".urdf") else [scene]
+        for command in ([HERE / "simulate", *given, "--duration", INSTANTS[-1], "--" + motion[-3:], motion],
                         [HERE / "plot", motion, "--strobe", scene, "--at", *INSTANTS, "--output", picture]):
             run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, check=False)
             if run.returncode != 0:
@@ -61,20 +64,17 @@ def draw(scene, picture):
     return True
 
 
-def urdf_or_scene(scene):
-    return ["--urdf", scene] if scene.endswith(".urdf") else [scene]
-
-
 def text_of(given):
     """What is to be written."""
-    of = formulas(scene_from(given.scene))
+    scene = scene_from(given.scene)
+    of = formulas(scene)
     of = of.with_numbers() if given.numbers else of
     source = os.path.basename(given.scene)
     output = pathlib.Path(given.output or pathlib.Path(given.scene).name)
     if given.format != "latex":
         return CODES[given.format](of, name_from(output.stem), source, given.linearize)
     picture = output.stem + "_chain.pdf"
-    has_picture = given.output and draw(given.scene, str(output.with_name(picture)))
+    has_picture = given.output and draw(given.scene, "base" in scene.to_dict(), str(output.with_name(picture)))
     return Document(of, source, picture if has_picture else None, given.linearize).text()
 
 

@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 """The time of q'' in the C code that `formulas` writes, over that of the program's own kernel, in one run.
 
-    src/report/benchmark/formulas_speed.py [BUILD]      BUILD: the build folder, by default build"""
+Medians of 2001 rounds by turns.
+
+    src/report/benchmark/formulas_speed.py [BUILD [OPTION…]]      BUILD: the build folder, by default build; further options of gcc"""
 
 import json
 import os
@@ -15,19 +17,23 @@ SOURCE = HERE.parents[1]
 OPTIONS = ["-O3", "-DNDEBUG", "-ffp-contract=off"]
 
 
-def measure(build, n, folder):
+def measure(build, options, n, kind, folder):
     rod = {"mass": 1.0, "inertia": 1 / 12, "com": [0.5, 0.0], "pin": [1.0, 0.0]}
     scene, code, program = (os.path.join(folder, name) for name in (f"rods_{n}.yaml", f"rods_{n}.c", f"rods_{n}"))
     with open(scene, "w", encoding="utf-8") as file:
         json.dump({"chain": [f"link_{i}" for i in range(n)], "links": {f"link_{i}": rod for i in range(n)}}, file)
-    subprocess.run([build / "devel/lib/planar_chain/formulas", scene, "--format", "c", "--numbers", "--output", code], check=True,
+    subprocess.run([build / "devel/lib/planar_chain/formulas", scene, "--format", "c", *kind, "--output", code], check=True,
                    stdout=subprocess.DEVNULL)
-    subprocess.run(["gcc", "-std=c99", *OPTIONS, "-c", code, "-o", program + ".o"], check=True)
-    subprocess.run(["g++", "-std=c++17", *OPTIONS, f"-DLINKS={n}", f"-DQDD=rods_{n}_qdd", f"-I{SOURCE}", f"-I{SOURCE.parent / 'include'}",
-                    "-I/usr/include/eigen3", HERE / "formulas.cpp", program + ".o", build / "libplanar_chain_core.a", "-o", program,
+    if not kind:
+        with open(code, "a", encoding="utf-8") as file:
+            file.write(f"void rods_qdd(double t, const double *q, const double *qd, double *qdd)\n"
+                       f"{{\n  rods_{n}_qdd(&rods_{n}_scene, t, q, qd, qdd);\n}}\n")
+    subprocess.run(["gcc", "-std=c99", *OPTIONS, *options, "-c", code, "-o", program + ".o"], check=True)
+    subprocess.run(["g++", "-std=c++17", *OPTIONS, f"-DLINKS={n}", f"-DQDD=rods_{n}_qdd" if kind else "-DQDD=rods_qdd", f"-I{SOURCE}", f"-I{SOURCE.parent / 'include'}",
+                    "-I/usr/include/eigen3", HERE / "formulas.cpp", program + ".o", f"-L{build}/devel/lib", f"-Wl,-rpath,{build}/devel/lib", "-lplanar_chain_core", "-o", program,
                     "-ltinyxml2", "-lyaml-cpp", "-lpthread"], check=True)
     for plain in ("0", "1"):
-        print("plain kernel," if plain == "1" else "fastest kernel of this CPU,", end=" ", flush=True)
+        print("numbers," if kind else "letters,", "plain kernel," if plain == "1" else "fastest kernel of this CPU,", end=" ", flush=True)
         subprocess.run([program], check=True, env={**os.environ, "PLANAR_CHAIN_PLAIN_KERNEL": plain})
 
 
@@ -35,7 +41,8 @@ def main():
     build = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "build").resolve()
     with tempfile.TemporaryDirectory() as folder:
         for n in (2, 3):
-            measure(build, n, folder)
+            for kind in (["--numbers"], []):
+                measure(build, sys.argv[2:], n, kind, folder)
 
 
 if __name__ == "__main__":

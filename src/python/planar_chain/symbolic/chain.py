@@ -12,13 +12,14 @@ from .letters import LATEX, Letters, NoFormula, exact, roman, state_symbols
 
 MOST_LINKS = 10
 KNOWN = {  # keys that the formulas have; effort_limit, motor, command_delay and velocity_limit concern commands and counts
-    "": {"gravity", "q", "qd", "links", "loads", "base"},
+    "": {"gravity", "q", "qd", "links", "loads", "base", "tip"},
     "links": {"name", "mass", "inertia", "com", "pin", "joint"},
     "joint": {"name", "stiffness", "damping", "rest_angle", "lower", "upper", "stop_stiffness", "stop_damping", "friction",
               "breakaway", "drag", "rotor_inertia", "effort_limit", "velocity_limit", "motor", "command_delay", "drive", "type",
               "axis"},
     "loads": {"link", "force", "point", "moment", "joint", "torque", "frequency", "phase", "times", "values", "start", "stop"},
     "base": {"x", "y", "angle"},
+    "tip": {"pin", "line"},
 }
 
 
@@ -38,8 +39,6 @@ def require_few_links(n):
 def read(scene):
     """The chain of a Scene with all defaults written out, as `equations --chain` prints it."""
     require_few_links(len(scene))
-    if "tip" in scene.to_dict():
-        raise NoFormula("tip: expected a chain whose tip is free, got one that is held, which formulas do not have")
     tool = pathlib.Path(planar_chain.__file__).absolute().parents[3] / "planar_chain" / "equations"
     run = subprocess.run([str(tool), "/dev/stdin", "--chain"], input=json.dumps(scene.to_dict()), stdout=subprocess.PIPE,
                          stderr=subprocess.PIPE, universal_newlines=True, check=False)
@@ -52,8 +51,9 @@ class ChainInLetters:
     """m, I, J: lists. r, p: 2-vectors. F: 2n, of which `weights`; M, tau: n; as functions of theta, q, qd and `given`.
 
     The first `slides` links slide: rails has their directions, and their theta and omega are 0.
+    rows: 2-vectors c_j along which the tip is held, with the acceleration tip_acceleration; none where it is free.
 
-    given: {symbol: expression in t} of the base, driven joints and factors of loads. driven: numbers of joints, from 0 on.
+    given: {symbol: expression in t} of the base, the tip, driven joints and factors of loads. driven: numbers of joints, from 0 on.
     tau holds a symbol tau_j where a drive acts."""
 
     def __init__(self, chain):
@@ -68,11 +68,12 @@ class ChainInLetters:
         for i in range(self.slides):
             self.theta[i] = self.omega[i] = sp.Integer(0)
         self.S = [sp.Matrix([[sp.cos(angle), sp.sin(angle)], [-sp.sin(angle), sp.cos(angle)]]) for angle in self.theta]
-        self._bodies(chain["links"])
+        self._bodies(chain["links"], "tip" in chain)
         self._rails(chain["links"][:self.slides])
         self._gravity(chain["gravity"])
         self._joints(chain["links"])
         self._base(chain.get("base"))
+        self._tip(chain.get("tip", {}))
         self.M = sp.zeros(self.n, 1)
         for name, load in chain.get("loads", {}).items():
             self._load(name, load)
@@ -85,7 +86,7 @@ class ChainInLetters:
         self.given[symbol] = expression
         return symbol
 
-    def _bodies(self, links):
+    def _bodies(self, links, holds_tip):
         self.m, self.I, self.r, self.p = [], [], [], []
         self.com = [link["com"] for link in links]
         for i, link in enumerate(links, 1):
@@ -94,13 +95,12 @@ class ChainInLetters:
             self.m.append(self.letters.number(f"m_{i}", link["mass"], "kg", f"mass of {body}"))
             self.I.append(self.letters.number(f"I_{i}", link["inertia"], "kg m^2", f"inertia of {body} about its centre of mass"))
             self.r.append(self.letters.vector("r", link["com"], "m", "from the inner pin to the centre of mass", i))
-            outer = link["pin"] if i < self.n else (0, 0)  # nothing hangs on the tip
+            outer = link["pin"] if i < self.n or holds_tip else (0, 0)  # nothing hangs on a free tip
             self.p.append(self.letters.vector("p", outer, "m", "from the inner pin to the outer one", i))
 
     def _rails(self, links):
-        self.rails = [sp.Matrix([exact(x) if x in (-1, 0, 1) else self.letters.number(
-            f"d_{i}{axis}", x, "1", f"direction of rail {i} ({link['joint']['name']}), of length 1, {axis}", f"d_{{{i}{axis}}}")
-                                 for axis, x in zip("xy", link["joint"]["axis"])]) for i, link in enumerate(links, 1)]
+        self.rails = [self._direction("d", link["joint"]["axis"], f"direction of rail {i} ({link['joint']['name']})", i)
+                      for i, link in enumerate(links, 1)]
 
     def _gravity(self, gravity):
         x, y = gravity
@@ -165,12 +165,28 @@ class ChainInLetters:
             raise NoFormula("base: expected a base that stands still, as the chain slides, got one that moves")
         require_known("base/", laws_of, "base")
         moved = {axis: laws.motion(self.letters, f"base/{axis}", law, f"base_{axis}",
-                                   roman("base", LATEX["phi"] if axis == "angle" else axis), "rad" if axis == "angle" else "m")
+                                   roman("base", LATEX["phi_0"] if axis == "angle" else axis), "rad" if axis == "angle" else "m")
                  for axis, law in laws_of.items()}
         still = [sp.Integer(0)] * 3
         self.pdd = sp.Matrix([self.define(f"pdd_{axis}", moved.get(axis, still)[2]) for axis in "xy"])
         self.phi, self.phid, self.phidd = (self.define(name, value) for name, value in
-                                           zip(("phi", "phid", "phidd"), moved.get("angle", still)))
+                                           zip(("phi_0", "phid_0", "phidd_0"), moved.get("angle", still)))
+
+    def _tip(self, tip):
+        """c_j and ẍ_T."""
+        require_known("tip/", tip, "tip")
+        self.rows, self.tip_acceleration = [], sp.zeros(2, 1)
+        if "line" in tip:
+            x, y = tip["line"]["direction"]
+            self.rows = [self._direction("c", (-y, x), "the normal of the line on which the tip slides", 1)]
+        elif tip:
+            self.rows = [sp.Matrix([1, 0]), sp.Matrix([0, 1])]
+            self.tip_acceleration = sp.Matrix([self.define(f"{axis}dd_T", laws.motion(
+                self.letters, f"tip/pin/{axis}", tip["pin"][axis], f"tip_{axis}", roman("tip", axis), "m")[2]) for axis in "xy"])
+
+    def _direction(self, name, pair, meaning, i):
+        return sp.Matrix([exact(x) if x in (-1, 0, 1) else self.letters.number(
+            f"{name}_{i}{axis}", x, "1", f"{meaning}, of length 1, {axis}", f"{name}_{{{i}{axis}}}") for axis, x in zip("xy", pair)])
 
     def _load(self, name, load):
         require_known(f"loads/{name}/", load, "loads")

@@ -8,7 +8,11 @@ Rows for θ instead of q need no T: with V_pd = T B, the notes' M_q and f are
 Row i of B is linear in cos θ_i and sin θ_i, so an entry of B diag(m) Bᵀ is bilinear in those of θ_i and θ_j. As turning the
 whole chain changes no inertia, it is a cos(θ_j − θ_i) + b sin(θ_j − θ_i). Two places give a and b: θ_i = 0, and θ_j = 0 or π/2.
 
-The row of a slide in B is its rail's direction, for its own and all outer bodies. Its θ_i is 0, and T leaves its row as it is."""
+The row of a slide in B is its rail's direction, for its own and all outer bodies. Its θ_i is 0, and T leaves its row as it is.
+
+The tip moves as all that hangs on the last pin would: with the outer columns B_i and C_i of all bodies,
+
+    J_c = J_θ Tᵀ          J_θ,ji = c_j·B_i          c_j = c_j·(ẍ_T − p̈ − Σ_i (C_iᵀ ω_i + B_iᵀ φ̈))"""
 
 import types
 
@@ -86,6 +90,14 @@ class Rows:
         between = self.chain.theta[last] - self.chain.theta[first]
         return times(at(ALONG), sp.cos(between)) + times(at(ACROSS), sp.sin(between))
 
+    def along(self, direction, i, spin=None):
+        """What body i moves the tip along `direction` where its rate is 1; or with `spin` = [ω^i] the row of C."""
+        if i < self.chain.slides:
+            return dot(direction, self.at(i, ALONG, spin)[1])
+        angle = self.chain.theta[i]
+        along, across = (self.coefficient(dot(direction, self.at(i, place, spin)[1])) for place in (ALONG, ACROSS))
+        return times(along, sp.cos(angle)) + times(across, sp.sin(angle))
+
     def force(self, i, forces, moment=sp.Integer(0)):
         """B_i F + M_i, where F has the components x_1 y_1 …, and M_i is linear in cos θ_i, sin θ_i."""
         further = [sp.Add(*forces[2 * i + 2 + axis::2]) for axis in (0, 1)]
@@ -104,7 +116,8 @@ class Rows:
 
 
 def compact(chain):
-    """bodies: M_θ without rotors. loads: f_θ without the torques of joints. Both in terms of `coefficients`, {symbol: expression}."""
+    """bodies: M_θ without rotors. loads: f_θ without the torques of joints. tip: J_θ; tip_rest: c. All in terms of `coefficients`,
+    {symbol: expression}."""
     n, rows = chain.n, Rows(chain)
     bodies, loads = sp.zeros(n, n), sp.zeros(n, 1)
     for i in range(n):
@@ -119,7 +132,11 @@ def compact(chain):
             if j != i:
                 loads[i] += each_times(rows.inertia(i, j, turning(-1)), chain.omega[j] ** 2)
             loads[i] -= each_times(bodies[i, j], chain.phidd)
-    return types.SimpleNamespace(bodies=bodies, loads=loads, coefficients=rows.coefficients())
+    tip = sp.Matrix(len(chain.rows), n, lambda j, i: rows.along(chain.rows[j], i))
+    tip_rest = sp.Matrix([dot(row, chain.tip_acceleration - chain.pdd) + sp.Add(
+        *(each_times(rows.along(row, i, turning(-1)), chain.omega[i] ** 2) - each_times(tip[j, i], chain.phidd)
+          for i in range(chain.slides, n))) for j, row in enumerate(chain.rows)])
+    return types.SimpleNamespace(bodies=bodies, loads=loads, tip=tip, tip_rest=tip_rest, coefficients=rows.coefficients())
 
 
 def with_rotors(bodies, J, slides):
@@ -135,14 +152,14 @@ def with_rotors(bodies, J, slides):
 
 
 def closed(chain, short):
-    """M_theta, f_theta: of the rows for θ; loads_theta: f_theta without the torques of joints. M, f: of the rows for q.
-    short: by compact()."""
-    bodies, loads = (matrix.xreplace(short.coefficients) for matrix in (short.bodies, short.loads))
+    """M_theta, f_theta, J_theta: for θ; loads_theta: f_theta without the torques of joints. M, f, J_c: for q. c. short: by compact()."""
+    bodies, loads, tip, c = (matrix.xreplace(short.coefficients) for matrix in (short.bodies, short.loads, short.tip, short.tip_rest))
     f_theta = loads + chain.tau
     for i in range(chain.slides + 1, chain.n):  # a joint's torque acts against the body before too
         f_theta[i - 1] -= chain.tau[i]
     return types.SimpleNamespace(
-        M_theta=with_rotors(bodies, chain.J, chain.slides), loads_theta=loads, f_theta=f_theta, M=relative(chain, bodies) + sp.diag(*chain.J),
+        M_theta=with_rotors(bodies, chain.J, chain.slides), loads_theta=loads, f_theta=f_theta, J_theta=tip, c=c,
+        J_c=sp.Matrix(tip.rows, chain.n, lambda j, i: sp.Add(*(tip[j, k] for k in outwards(chain, i)))), M=relative(chain, bodies) + sp.diag(*chain.J),
         f=sp.Matrix([sp.Add(*(loads[k] for k in outwards(chain, i))) + chain.tau[i] for i in range(chain.n)]))
 
 

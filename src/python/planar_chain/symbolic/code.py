@@ -1,5 +1,6 @@
 """What the printers of C, MATLAB and Python share: functions as lists of lines, and the words of their headers."""
 
+import functools
 import math
 import re
 
@@ -8,10 +9,15 @@ from sympy.codegen.rewriting import create_expand_pow_optimization
 
 from .program import Program
 
+program_of = functools.lru_cache(maxsize=128)(Program)  # several languages may be written of one Formulas
+
 MEANINGS = {
     "M": "mass matrix, kg m^2",
     "f": "right-hand side of M qdd = f, N m",
     "qdd": "accelerations of the joints, rad/s^2",
+    "J_c": "of the tip, which is held: M qdd = f + J_c' phi, J_c qdd = c",
+    "c": "of the tip, m/s^2",
+    "phi": "forces that hold the tip, along the rows of J_c, N",
     "A": "of dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of the state",
     "B": "columns: additional torque in a joint, N m",
 }
@@ -35,14 +41,18 @@ def name_from(text):
 
 
 class Code:
-    """One Formulas as code. name: of the functions; source: words that say where the scene is from."""
+    """One Formulas as code. printer: SymPy's, of the language; name: of the functions; source: words that say where the scene is
+    from."""
 
-    def __init__(self, formulas, name, source, linearize):
+    def __init__(self, printer, formulas, name, source, linearize):
+        self._printer, self._texts = printer, {}
         self.formulas, self.name, self.source = formulas, name, source
-        self.program = Program(formulas, linearize)
+        self.program = program_of(formulas, linearize)
         self.n = self.program.n
         self.outputs = list(self.program.outputs)
         self.letters = formulas.used_letters()
+        n, k = self.n, self.program.conditions
+        self.shapes = {"M": (n, n), "f": (n,), "qdd": (n,), "J_c": (k, n), "c": (k,), "phi": (k,), "A": (2 * n, 2 * n), "B": (2 * n, n)}
 
     def header(self):
         """Lines of the comment at the top."""
@@ -64,14 +74,19 @@ class Code:
         return lines
 
     def statements(self, names):
-        """(name, expression) of all steps that these outputs need."""
-        return [(symbol.name, self.plain(expression)) for symbol, expression in self.program.needed(*names)]
+        """(name, text) of all steps that these outputs need."""
+        return [(symbol.name, self.text(expression)) for symbol, expression in self.program.needed(*names)]
 
-    @staticmethod
-    def plain(expression):
-        """With powers as products, and π as a number."""
-        expression = sp.sympify(expression)
-        return without_powers(expression.xreplace({sp.pi: sp.Float(math.pi)})) if not expression.is_Atom else expression
+    def text(self, expression):
+        """The expression as code, with powers as products, and π as a number. The same step may be needed by several outputs."""
+        if expression not in self._texts:
+            plain = without_powers(expression.xreplace({sp.pi: sp.Float(math.pi)})) if not expression.is_Atom else expression
+            self._texts[expression] = self._printer.on_one_line(plain)
+        return self._texts[expression]
+
+    def rows(self, output):
+        """The entries of a matrix of outputs as code, row by row."""
+        return [[self.text(entry) for entry in row] for row in self.program.outputs[output].tolist()]
 
     def arguments(self, names):
         """{symbol: (array, index)} of the states that the outputs need, and the letters that they need."""

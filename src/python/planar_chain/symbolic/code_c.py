@@ -1,5 +1,12 @@
-"""C99: one function for each of M, f, q̈, A and B. They allocate nothing and keep nothing."""
+"""C99: one function for each of M, f, q̈, A and B. They allocate nothing and keep nothing.
 
+Sines and cosines of angles take most of the time if the C library computes them one by one. So there is a function for all angles,
+which compilers turn into instructions for several numbers at once: r = θ − k π with |r| ≤ π/2, and polynomials in r²."""
+
+import re
+
+import mpmath
+import sympy as sp
 from sympy.printing.c import C99CodePrinter
 
 from .code import Code, ShortNumbers
@@ -10,25 +17,79 @@ class Printer(ShortNumbers, C99CodePrinter):
 
 
 PRINTER = Printer()
+FAR = 1e6  # rad: from here on k π is not exact enough, and the C library is called
+TERMS = 9  # of the polynomials: their errors are below 4e-18
+
+
+def polynomial(function):
+    """The code of function(z) for 0 ≤ z ≤ (π/2)², in z and zz = z². Even and odd powers are summed side by side, which takes less
+    time than one sum."""
+    with mpmath.workdps(40):
+        numbers = [sp.Float(str(number), 17) for number in mpmath.chebyfit(function, [0, (mpmath.pi / 2) ** 2], TERMS)]
+    even, odd = (sp.horner(sp.Poly(numbers[first::2], sp.Symbol("zz"))) for first in (0, 1))
+    return PRINTER.on_one_line(even + sp.Symbol("z") * odd)
+
+
+def parts_of_pi():
+    """π in two parts. The first has 33 bits, so that k times it is exact."""
+    first = sp.floor(sp.pi * 2 ** 31) / sp.Integer(2) ** 31
+    return [repr(float(part)) for part in (first, sp.pi - first)]
+
+
+def rotations(n):
+    """The function for n angles."""
+    first, second = parts_of_pi()
+    cosine, sine = polynomial(lambda z: mpmath.cos(mpmath.sqrt(z))), polynomial(lambda z: mpmath.sinc(mpmath.sqrt(z)))
+    return f"""\
+/* Cosines and sines of all angles, to 3e-16. Those of r = angle - k pi are near-minimax polynomials in z = r^2. Adding and
+   subtracting 1.5 * 2^52 rounds to an integer, but not where compilers may reorder sums or sums have more digits than a double. */
+#if defined(__FAST_MATH__) || defined(_M_FP_FAST) || FLT_EVAL_METHOD < 0 || FLT_EVAL_METHOD > 1
+#define ROUNDS 0
+#else
+#define ROUNDS 1
+#endif
+static inline void rotations(const double angle[{n}], double c[{n}], double s[{n}])
+{{
+  int is_near = ROUNDS;
+  for (int i = 0; i < {n}; ++i) is_near &= fabs(angle[i]) < {FAR:g};
+  if (!is_near) {{
+    for (int i = 0; i < {n}; ++i) {{
+      c[i] = cos(angle[i]);
+      s[i] = sin(angle[i]);
+    }}
+    return;
+  }}
+  for (int i = 0; i < {n}; ++i) {{
+    const double shift = 6755399441055744.0;
+    const double k = (angle[i] * {float(1 / sp.pi)!r} + shift) - shift;
+    const double half_if_odd = 0.5 * k - ((0.5 * k + shift) - shift);
+    const double sign = 1 - 8 * half_if_odd * half_if_odd;
+    const double r = (angle[i] - k * {first}) - k * {second};
+    const double z = r * r, zz = z * z;
+    c[i] = sign * ({cosine});
+    s[i] = sign * r * ({sine});
+  }}
+}}
+"""
 
 
 def c_code(formulas, name, source, linearize=False):
     """The text of a C file. The functions are NAME_M, NAME_f, NAME_qdd, and with `linearize` NAME_A and NAME_B."""
-    code = Code(formulas, name, source, linearize)
-    lines = ["/*", *(f" * {line}".rstrip() for line in header(code)), " */", "#include <math.h>", ""]
+    code = Code(PRINTER, formulas, name, source, linearize)
+    lines = ["/*", *(f" * {line}".rstrip() for line in header(code)), " */", "#include <float.h>", "#include <math.h>", ""]
     if code.letters:
         lines += parameters(code)
     lines += [f"void {signature(code, output)};" for output in code.outputs] + [""]
+    turning = code.n - code.program.slides
+    lines += rotations(turning).splitlines() + [""]
     for output in code.outputs:
         lines += [f"void {signature(code, output)}", "{", *(f"  {line}" for line in body(code, output)), "}", ""]
     return "\n".join(lines)
 
 
 def header(code):
-    n, N = code.n, 2 * code.n
-    sizes = {"M": (n, n), "f": (n,), "qdd": (n,), "A": (N, N), "B": (N, n)}
     lines = code.header() + ["", "Arrays: " + ", ".join(
-        f"{name}" + "".join(f"[{size}]" for size in sizes[name]) for name in code.outputs) + ". The last argument is written."]
+        f"{name}" + "".join(f"[{size}]" for size in code.shapes[name]) for name in code.outputs) + ". The last argument is written."]
     if code.letters:
         lines += [f"The numbers of the scene are in {code.name}_scene, which may be copied and changed."]
     return lines
@@ -47,10 +108,25 @@ def parameters(code):
 
 def signature(code, output):
     """The function's name and arguments."""
-    n = code.n
-    shape = {"f": f"[{n}]", "qdd": f"[{n}]", "M": f"[{n}][{n}]", "A": f"[{2 * n}][{2 * n}]", "B": f"[{2 * n}][{n}]"}[output]
+    n, shape = code.n, "".join(f"[{size}]" for size in code.shapes[output])
     given = f"const struct {code.name}_parameters *p, " if code.letters else ""
     return f"{code.name}_{output}({given}double t, const double q[{n}], const double qd[{n}], double {output}{shape})"
+
+
+def statements(code, output):
+    """Lines for all steps. The first cosine or sine of an angle brings all of them."""
+    lines, angles = [], []
+    for name, text in code.statements([output]):
+        if re.fullmatch(r"(cos|sin)_\d+", name):
+            if not angles:
+                angles = [code.text(angle) for angle in code.program.angles]
+                lines += [f"const double angle[{len(angles)}] = {{{', '.join(angles)}}};", f"double c[{len(angles)}], s[{len(angles)}];",
+                          "rotations(angle, c, s);"]
+            k = int(name[4:]) - 1 - code.program.slides
+            lines.append(f"const double {name} = {name[0]}[{k}];")
+        else:
+            lines.append(f"const double {name} = {text};")
+    return lines
 
 
 def body(code, output):
@@ -61,10 +137,9 @@ def body(code, output):
     lines = [f"(void){name};" for name in unused]
     lines += [f"const double {symbol.name} = p->{symbol.name};" for symbol in letters]
     lines += [f"const double {symbol.name} = {array}[{i}];" for symbol, array, i in states]
-    lines += [f"const double {name} = {PRINTER.on_one_line(expression)};" for name, expression in code.statements([output])]
-    matrix = code.program.outputs[output]
-    for i in range(matrix.rows):
-        for j in range(matrix.cols):
-            place = f"[{i}]" if matrix.cols == 1 and output in ("f", "qdd") else f"[{i}][{j}]"
-            lines.append(f"{output}{place} = {PRINTER.on_one_line(code.plain(matrix[i, j]))};")
+    lines += statements(code, output)
+    for i, row in enumerate(code.rows(output)):
+        for j, text in enumerate(row):
+            place = f"[{i}]" if len(code.shapes[output]) == 1 else f"[{i}][{j}]"
+            lines.append(f"{output}{place} = {text};")
     return lines

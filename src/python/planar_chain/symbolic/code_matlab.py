@@ -14,7 +14,7 @@ PRINTER = Printer()
 
 def matlab_code(formulas, name, source, linearize=False):
     """The text of NAME.m."""
-    code = Code(formulas, name, source, linearize)
+    code = Code(PRINTER, formulas, name, source, linearize)
     outputs = ", ".join(code.outputs)
     arguments = "t, q, qd" + (", p" if code.letters else "")
     lines = [f"function [{outputs}] = {name}({arguments})", f"% [{outputs}] = {name}({arguments})", "%"]
@@ -43,9 +43,8 @@ def body(code, output, done):
     states, letters, _ = code.arguments([output])
     lines = [(symbol.name, f"p.{symbol.name}") for symbol in letters]
     lines += [(symbol.name, f"{array}({i + 1})") for symbol, array, i in states]
-    lines += [(name, PRINTER.on_one_line(expression)) for name, expression in code.statements([output])]
-    matrix = code.program.outputs[output].applyfunc(code.plain)
-    rows = [", ".join(PRINTER.on_one_line(entry) for entry in matrix.row(i)) for i in range(matrix.rows)]
+    lines += code.statements([output])
+    rows = [", ".join(row) for row in code.rows(output)]
     new = [f"{name} = {value};" for name, value in lines if name not in done]
     done.update(name for name, _ in lines)
     return [*new, f"{output} = [{rows[0]}", *(" " * (len(output) + 4) + row for row in rows[1:])][:-1] + [

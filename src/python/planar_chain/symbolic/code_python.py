@@ -7,7 +7,7 @@ from .code import Code, ShortNumbers
 
 WHERE = '''def where(xp, condition, value, otherwise):
     """`value` where the condition holds, by the means of the module."""
-    for name in ("where", "if_else"):  # numpy, jax.numpy; casadi
+    for name in ("if_else", "where"):  # casadi; numpy, jax.numpy
         if hasattr(xp, name):
             return getattr(xp, name)(condition, value, otherwise)
     return value if condition else otherwise  # math
@@ -46,7 +46,7 @@ PRINTER = Printer()
 
 def python_code(formulas, name, source, linearize=False):
     """The text of a module with functions M, f, qdd, and with `linearize` A and B."""
-    code = Code(formulas, name, source, linearize)
+    code = Code(PRINTER, formulas, name, source, linearize)
     lines = ['"""' + code.header()[0], *code.header()[1:], "",
              "xp   the module of mathematics: numpy, sympy or math",
              "Vectors and matrices are returned as lists, such as numpy.array takes."]
@@ -65,10 +65,9 @@ def function(code, output):
     states, letters, _ = code.arguments([output])
     lines = [f"{symbol.name} = p[{symbol.name!r}]" for symbol in letters]
     lines += [f"{symbol.name} = {array}[{i}]" for symbol, array, i in states]
-    lines += [f"{name} = {PRINTER.on_one_line(expression)}" for name, expression in code.statements([output])]
-    matrix = code.program.outputs[output].applyfunc(code.plain)
-    rows = [", ".join(PRINTER.on_one_line(entry) for entry in matrix.row(i)) for i in range(matrix.rows)]
-    if output in ("f", "qdd"):
+    lines += [f"{name} = {text}" for name, text in code.statements([output])]
+    rows = [", ".join(row) for row in code.rows(output)]
+    if len(code.shapes[output]) == 1:
         lines.append(f"return [{', '.join(rows)}]")
     else:
         lines += ["return [", *(f"    [{row}]," for row in rows), "]"]

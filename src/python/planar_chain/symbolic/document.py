@@ -37,6 +37,22 @@ K &= T K_\theta T^T + K_\tau, & D &= T D_\theta T^T + D_\tau
 \end{align*}
 $\ddot{\theta}_i$ are the sums of the accelerations $\ddot{q}$ of the state. """
 
+CLOSED = r"""The tip is held along the unit vectors $c_j$, by forces $\varphi_j$:
+\begin{align*}
+\begin{bmatrix} M & J_c^T\\ J_c & 0 \end{bmatrix} \begin{bmatrix} \ddot{q}\\ -\varphi \end{bmatrix} &=
+\begin{bmatrix} f\\ c \end{bmatrix}
+\end{align*}
+"""
+
+CLOSED_NEAR_A_STATE = r"""Small changes $x = (\delta q, \delta\dot{q})$ of a state, and additional torques $\delta\tau$ in the joints, give
+$\dot{x} = A x + B\,\delta\tau$, where $\delta\ddot{q}$, the lower rows, follows from
+\begin{align*}
+\begin{bmatrix} M & J_c^T\\ J_c & 0 \end{bmatrix} \begin{bmatrix} \delta\ddot{q}\\ -\delta\varphi \end{bmatrix} &=
+\begin{bmatrix} K\,\delta q + D\,\delta\dot{q} + \delta\tau\\ K_c T^T \delta q + D_c T^T \delta\dot{q} \end{bmatrix}\\
+K &= T K_\theta T^T + K_\tau, \quad D = T D_\theta T^T + D_\tau
+\end{align*}
+$\ddot{\theta}_i$ are the sums of the accelerations $\ddot{q}$, and $\varphi$ the forces on the tip, of the state. """
+
 
 def as_text(words):
     """Words of a scene as LaTeX's text."""
@@ -64,7 +80,7 @@ class Document:
         known = {symbol: letter.latex for symbol, letter in formulas.letters.items()}
         symbols = set().union(*(e.free_symbols for e in formulas.given.values()), formulas.given, formulas.q, formulas.qd, formulas.qdd,
                               formulas.closed.f_theta.free_symbols, formulas.tau.free_symbols,
-                              self.linear.beta if linearize else [])
+                              formulas.closed.c.free_symbols, formulas.phi, self.linear.beta if linearize else [])
         known.update({symbol: latex_name(symbol) for symbol in symbols if symbol not in known})
         self.printer = Printer({"symbol_names": known, "fold_short_frac": True, "fold_func_brackets": True,
                                 "mat_str": "matrix"})
@@ -133,6 +149,8 @@ class Document:
         states = [r"$q_i$, $\dot{q}_i$, $\ddot{q}_i$ & relative angle of joint $i$, its rate and acceleration & & "
                   r"rad, rad/s, rad/s$^2$ \\",
                   r"$\theta_i$, $\omega_i$ & absolute angle and angular velocity of body $i$ & & rad, rad/s \\"]
+        if self.of.chain.rows:
+            states.append(r"$\varphi_j$ & force on the tip along the unit vector $c_j$ & & N \\")
         return ("\\subsection*{Letters}\n\\begin{longtable}{lp{85mm}rl}\n" + "\n".join(states + slides + rows) + "\n\\end{longtable}\n")
 
     def _angles(self):
@@ -179,7 +197,17 @@ class Document:
         M = [self.equation(f"M_{{{i + 1}{',' * (n > 9)}{j + 1}}}", of.closed.M[i, j].xreplace(in_q)) for i in range(n)
              for j in range(i, n) if of.closed.M[i, j] != 0]
         f = [self.equation(f"f_{{{i + 1}}}", self._torque(i) + sp.Add(*(of.closed.loads_theta[k] for k in outwards(of.chain, i)))) for i in range(n)]
-        return "\\subsection*{$M \\ddot{q} = f$ in relative angles}\n" + self.block(M) + self.block(f)
+        return "\\subsection*{$M \\ddot{q} = f$ in relative angles}\n" + self.block(M) + self.block(f) + self._tip()
+
+    def _tip(self):
+        """J_c and c of a tip that is held."""
+        of, chain = self.of.closed, self.of.chain
+        if not chain.rows:
+            return ""
+        rows = [f"c_{j} &= {self.tex(row.T)}" for j, row in enumerate(chain.rows, 1)]
+        J_c = [self.equation(f"(J_c)_{{{j + 1},{i + 1}}}", of.J_c[j, i]) for j in range(len(chain.rows)) for i in range(self.n)]
+        c = [self.equation(f"(c)_{{{j + 1}}}", value) for j, value in enumerate(of.c)]
+        return CLOSED + self.block(rows) + self.block(J_c) + self.block(c)
 
     def _absolute(self):
         """One equation for each body, as textbooks print them."""
@@ -189,7 +217,8 @@ class Document:
             terms = [((r"\left(" + self.tex(m) + r"\right)" if m.is_Add else self.tex(m)) + rf" \ddot{{{'q' if j < self.of.chain.slides else chr(92) + 'theta'}}}_{{{j + 1}}}",
                       self._width(m) + 4) for j, m in inertia]
             rows.append(" &" + self.broken(terms))
-            rows.append(self.equation("", of.loads_theta[i] + self._torque(i) - (
+            on_tip = (of.J_theta[j, i] * self.of.phi[j] for j in range(len(self.of.phi)))
+            rows.append(self.equation("", sp.Add(of.loads_theta[i], self._torque(i), *on_tip) - (
                 self._torque(i + 1) if i >= self.of.chain.slides else 0), r"\qquad = "))
         against = r" $\ddot{\theta}_i$ is relative to the base." if self.of.chain.phidd != 0 else ""
         return f"\\subsection*{{The same in absolute angles}}\nOne equation for each body.{against}\n" + self.block(rows)
@@ -200,6 +229,7 @@ class Document:
         remark = ("Of $M$, $K$ and $D$ take the rows and columns of free joints, and of $K$ and $D$ all columns; "
                   r"$\delta\ddot{q}$ of a driven joint is 0." if self.of.driven else "")
         blocks = [self.block(self.matrix(*named)) for named in ((r"K_\theta", of.K_theta), (r"D_\theta", of.D_theta),
-                                                                (r"K_\tau", of.K_tau), (r"D_\tau", of.D_tau))]
-        return ("\\subsection*{Near a state}\n" + NEAR_A_STATE + remark + "\n" + "\n".join(blocks) +
+                                                                (r"K_\tau", of.K_tau), (r"D_\tau", of.D_tau),
+                                                                ("K_c", of.K_c), ("D_c", of.D_c))]
+        return ("\\subsection*{Near a state}\n" + (CLOSED_NEAR_A_STATE if self.of.chain.rows else NEAR_A_STATE) + remark + "\n" + "\n".join(blocks) +
                 "\nA matrix that is not printed is zero.\n")

@@ -9,7 +9,9 @@ import sympy as sp
 from .chain import ChainInLetters, read
 from .closed import closed, compact
 from .kane import kane
-from .letters import T, tidy_numbers
+from .letters import T, state_symbols, tidy_numbers
+
+MATRICES = ("bodies", "loads", "tip", "tip_rest")  # of compact()
 
 
 def formulas(scene):
@@ -30,6 +32,8 @@ class Formulas:
                       the matrices of the notes, by their steps. S: a list
     closed            M_theta, f_theta: the closed form in absolute angles, M_θ θ̈ = f_θ (relative to a base that turns);
                       M, f: the same for the rows of q
+    J_c, c            M q̈ = f + J_cᵀ φ and J_c q̈ = c where the tip is held; no rows where it is free. Also in `closed`, with J_theta
+    phi               φ, the forces that hold the tip
     compact           bodies, loads: M_θ and f_θ without rotors and torques of joints, with a symbol for each coefficient
     driven            numbers of driven joints, from 0 on. tau and f have a letter tau_j there: what the drive gives, so that
                       row j of M q̈ = f holds
@@ -42,6 +46,7 @@ class Formulas:
         self.links, self.joints, self.driven = chain.links, chain.joints, chain.driven
         self.t, self.q, self.qd, self.qdd, self.theta, self.omega = (
             T, chain.q, chain.qd, chain.qdd, chain.theta, chain.omega)
+        self.phi = state_symbols("phi", len(chain.rows))
         self.given, self.tau, self.letters = chain.given, chain.tau, chain.letters.all
         self.compact = self._in_letters = compact(chain)
         self.J = chain.J
@@ -79,9 +84,9 @@ class Formulas:
         return expression.xreplace(self.absolute).xreplace(self.given)
 
     def used_letters(self):
-        """The letters that are in M or f."""
+        """The letters that are in M, f, J_c or c."""
         of = self.compact
-        within = of.bodies.free_symbols | of.loads.free_symbols | self.tau.free_symbols
+        within = self.tau.free_symbols.union(*(getattr(of, name).free_symbols for name in MATRICES))
         within = within.union(*(value.free_symbols for value in (*self.given.values(), *self.J, *of.coefficients.values())))
         return {symbol: letter for symbol, letter in self.letters.items() if symbol in within}
 
@@ -104,7 +109,7 @@ class Formulas:
         known = {symbol: value for symbol, value in coefficients.items() if value.is_Atom}
         other.compact = types.SimpleNamespace(
             coefficients={symbol: value for symbol, value in coefficients.items() if symbol not in known},
-            **{name: tidy_numbers(getattr(self.compact, name).xreplace({**known, **values})) for name in ("bodies", "loads")})
+            **{name: tidy_numbers(getattr(self.compact, name).xreplace({**known, **values})) for name in MATRICES})
         return other
 
 

@@ -28,7 +28,7 @@ def turning(omega):
 
 
 def kane(chain):
-    """Every matrix of the notes: S, T, B, C, V_pd, W_pd, A_1, A_2, A_3, F, M_ext, tau, f_ext, M, f."""
+    """Every matrix of the notes: S, T, B, C, V_pd, W_pd, A_1, A_2, A_3, F, M_ext, tau, f_ext, M, f; J_c, c of a tip that is held."""
     n, of = chain.n, types.SimpleNamespace()
     of.S = chain.S
     of.T = sp.Matrix(n, n, lambda i, j: 1 if chain.slides <= i <= j else 0)
@@ -50,4 +50,18 @@ def kane(chain):
     acceleration = of.C.T * chain.omega + of.B.T * ones * chain.phidd + base  # of the centres of mass where q̈ = 0
     of.f = of.f_ext - of.V_pd * m * acceleration - of.W_pd * inertia * ones * chain.phidd
     of.M = of.V_pd * of.A_2.T + of.W_pd * of.A_3.T + sp.diag(*chain.J)
+    take_tip(chain, of, ones)
     return of
+
+
+def take_tip(chain, of, ones):
+    """J_c q̈ = c: along the rows c_j the tip has the acceleration ẍ_T. V_tip: partial velocities of the tip, n×2."""
+    def outer(body_matrix):
+        return sp.Matrix([sp.zeros(1, 2) if i < chain.slides else cross_row(chain.p[i]) * body_matrix(i) for i in range(chain.n)])
+
+    B, C = outer(lambda i: chain.S[i]), outer(lambda i: turning(chain.omega[i]) * chain.S[i])
+    along_rails = sp.Matrix([chain.rails[i].T if i < chain.slides else sp.zeros(1, 2) for i in range(chain.n)])
+    of.V_tip = of.T * B + along_rails
+    c_rows = sp.Matrix(len(chain.rows), 2, lambda j, axis: chain.rows[j][axis])
+    of.J_c = c_rows * of.V_tip.T
+    of.c = c_rows * (chain.tip_acceleration - chain.pdd - C.T * chain.omega - B.T * ones * chain.phidd)

@@ -66,9 +66,9 @@ def state_symbols(name, n):
 
 
 T = sp.Symbol("t", real=True)
-LATEX = {"phi": r"\varphi", "phid": r"\dot{\varphi}", "phidd": r"\ddot{\varphi}", "pdd_x": r"\ddot{p}_x",
-         "pdd_y": r"\ddot{p}_y"}
-DOTTED = {"q": "q", "qd": r"\dot{q}", "qdd": r"\ddot{q}", "beta": r"\ddot{\theta}"}
+LATEX = {"phi_0": r"\varphi", "phid_0": r"\dot{\varphi}", "phidd_0": r"\ddot{\varphi}", "pdd_x": r"\ddot{p}_x",
+         "pdd_y": r"\ddot{p}_y", "xdd_T": r"\ddot{x}_T", "ydd_T": r"\ddot{y}_T"}
+DOTTED = {"q": "q", "qd": r"\dot{q}", "qdd": r"\ddot{q}", "beta": r"\ddot{\theta}", "phi": r"\varphi"}
 
 
 def latex_name(symbol):

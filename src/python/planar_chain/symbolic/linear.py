@@ -21,20 +21,26 @@ def slope(expression, by):
 
 
 def linear(of):
-    """K_theta, D_theta, K_tau, D_tau of Formulas, with which, as q̇ and the accelerations of the state stay,
+    """K_theta, D_theta, K_tau, D_tau, K_c, D_c of Formulas, with which, as q̇ and the accelerations of the state stay,
 
-        K = ∂(f − M q̈)/∂q = T K_θ Tᵀ + K_τ        D = ∂f/∂q̇ = T D_θ Tᵀ + D_τ
+        K = ∂(f − M q̈ + J_cᵀ φ)/∂q = T K_θ Tᵀ + K_τ        D = ∂f/∂q̇ = T D_θ Tᵀ + D_τ
 
+    and of a tip that is held K_c and D_c, with which J_c δq̈ = K_c Tᵀ δq + D_c Tᵀ δq̇.
     beta: θ̈ of the state, relative to the base. K_τ and D_τ are diagonal, and 0 at driven joints."""
-    n, loads, inertia = len(of.q), of.closed.loads_theta, of.closed.M_theta
+    n, loads, inertia, tip, c = len(of.q), of.closed.loads_theta, of.closed.M_theta, of.closed.J_theta, of.closed.c
     beta = state_symbols("beta", n)
 
     def by_angle(i, j):
-        return slope(loads[i], of.theta[j]) - sp.Add(*(slope(inertia[i, k], of.theta[j]) * beta[k] for k in range(n)))
+        return slope(loads[i], of.theta[j]) - sp.Add(*(slope(inertia[i, k], of.theta[j]) * beta[k] for k in range(n))) + sp.Add(
+            *(slope(tip[k, i], of.theta[j]) * of.phi[k] for k in range(tip.rows)))
+
+    def of_tip(k, j):
+        return slope(c[k], of.theta[j]) - slope(tip[k, j], of.theta[j]) * beta[j]
 
     def of_torques(x):
         return sp.diag(*(0 if j in of.driven else slope(of.tau[j], x[j]) for j in range(n)))
 
     return types.SimpleNamespace(
         beta=beta, K_theta=sp.Matrix(n, n, by_angle), D_theta=sp.Matrix(n, n, lambda i, j: slope(loads[i], of.omega[j])),
+        K_c=sp.Matrix(tip.rows, n, of_tip), D_c=sp.Matrix(tip.rows, n, lambda k, j: slope(c[k], of.omega[j])),
         K_tau=of_torques(of.q), D_tau=of_torques(of.qd))
