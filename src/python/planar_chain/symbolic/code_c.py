@@ -120,10 +120,10 @@ def statements(code, output):
         if re.fullmatch(r"(cos|sin)_\d+", name):
             if not angles:
                 angles = [code.text(angle) for angle in code.program.angles]
-                lines += [f"const double angle[{len(angles)}] = {{{', '.join(angles)}}};", f"double c[{len(angles)}], s[{len(angles)}];",
-                          "rotations(angle, c, s);"]
+                lines += [f"const double angles[{len(angles)}] = {{{', '.join(angles)}}};",
+                          f"double cosines[{len(angles)}], sines[{len(angles)}];", "rotations(angles, cosines, sines);"]
             k = int(name[4:]) - 1 - code.program.slides
-            lines.append(f"const double {name} = {name[0]}[{k}];")
+            lines.append(f"const double {name} = {'cosines' if name[0] == 'c' else 'sines'}[{k}];")
         else:
             lines.append(f"const double {name} = {text};")
     return lines

@@ -27,6 +27,9 @@ class Printer(ShortNumbers, PythonCodePrinter):
     def _print_cos(self, expr):
         return f"xp.cos({self._print(expr.args[0])})"
 
+    def _print_Abs(self, expr):
+        return f"xp.fabs({self._print(expr.args[0])})"
+
     def _print_sign(self, expr):
         return f"sign(xp, {self._print(expr.args[0])})"
 
