@@ -10,7 +10,7 @@ namespace {
 
 class Drags : public Effect, public Switching {
  public:
-  explicit Drags(const Chain& chain) : n_(chain.size()) {
+  explicit Drags(const Chain& chain) : coordinates_(chain.coordinates()), n_(chain.size()) {
     for (int i = 0; i < n_; ++i) {
       const double c = chain.joints()[index(i)].other("drag");
       if (c > 0) drags_.push_back({i, c, 1});
@@ -25,15 +25,16 @@ class Drags : public Effect, public Switching {
   Powers apply(const ChainState& at, const Actions& to) override {
     Powers powers;
     for (const Drag& drag : drags_) {
-      const double rate = relative(at.omega, drag.joint), torque = -drag.c * drag.sign * rate * rate;
-      addJointTorque(torque, drag.joint, to.N);
+      const double rate = coordinates_.relative(at.omega, drag.joint),
+                   torque = -drag.c * drag.sign * rate * rate;
+      coordinates_.addTorque(torque, drag.joint, to.N);
       powers.dissipated -= torque * rate;
     }
     return powers;
   }
   void addTorques(const ChainState& at, double* tau) override {
     for (const Drag& drag : drags_) {
-      const double rate = relative(at.omega, drag.joint);
+      const double rate = coordinates_.relative(at.omega, drag.joint);
       tau[drag.joint] -= drag.c * drag.sign * rate * rate;
     }
   }
@@ -41,13 +42,14 @@ class Drags : public Effect, public Switching {
   // The exact derivative.
   bool isNonlinear() const override { return true; }
   void addTangents(const ChainState& at, double* /*k*/, double* d) const override {
-    for (const Drag& drag : drags_) d[drag.joint] += 2 * drag.c * drag.sign * relative(at.omega, drag.joint);
+    for (const Drag& drag : drags_)
+      d[drag.joint] += 2 * drag.c * drag.sign * coordinates_.relative(at.omega, drag.joint);
   }
   Powers powersAlong(const ChainState& at, const StateChange& along) override {
     double change = 0;
     for (const Drag& drag : drags_) {
-      const double rate = relative(at.omega, drag.joint);
-      change += 3 * drag.c * drag.sign * rate * rate * relative(along.v, drag.joint);
+      const double rate = coordinates_.relative(at.omega, drag.joint);
+      change += 3 * drag.c * drag.sign * rate * rate * coordinates_.relative(along.v, drag.joint);
     }
     return {0, change};
   }
@@ -57,16 +59,17 @@ class Drags : public Effect, public Switching {
     for (const Drag& drag : drags_) {
       double square = 0;
       for (int j = 0; j <= k; ++j) {
-        square += relative(known.omega(j), drag.joint) * relative(known.omega(k - j), drag.joint);
+        square += coordinates_.relative(known.omega(j), drag.joint) *
+                  coordinates_.relative(known.omega(k - j), drag.joint);
       }
-      addJointTorque(-drag.c * drag.sign * square, drag.joint, to.N);
+      coordinates_.addTorque(-drag.c * drag.sign * square, drag.joint, to.N);
     }
   }
 
   // The sign of q̇ is a switch.
   Switching* switching() override { return this; }
   void enterState(double /*t*/, const double* y) override {
-    for (Drag& drag : drags_) drag.sign = relative(y + n_, drag.joint) < 0 ? -1 : 1;
+    for (Drag& drag : drags_) drag.sign = coordinates_.relative(y + n_, drag.joint) < 0 ? -1 : 1;
   }
   void change(double /*t*/, double* y, const ode::Crossing& /*found*/) override {
     for (Drag& drag : drags_) {
@@ -85,9 +88,10 @@ class Drags : public Effect, public Switching {
     const Eigen::VectorXd &y = of.y, &next = of.next;
     double first = -1;
     for (const Drag& drag : drags_) {
-      const double v0 = relative(y.data() + n_, drag.joint) * h;
-      const double v1 = relative(next.data() + n_, drag.joint) * h;
-      const double dq = relative(next.data(), drag.joint) - relative(y.data(), drag.joint);
+      const double v0 = coordinates_.relative(y.data() + n_, drag.joint) * h;
+      const double v1 = coordinates_.relative(next.data() + n_, drag.joint) * h;
+      const double dq =
+          coordinates_.relative(next.data(), drag.joint) - coordinates_.relative(y.data(), drag.joint);
       const double b = 3 * dq - 2 * v0 - v1, c = v0 + v1 - 2 * dq;
       const double s = -b / (3 * c), turn = v0 + b * s;
       const bool isHidden =
@@ -102,8 +106,11 @@ class Drags : public Effect, public Switching {
     int joint;
     double c, sign;
   };
-  double dueOf(const Drag& drag, const double* y) const { return -drag.sign * relative(y + n_, drag.joint); }
+  double dueOf(const Drag& drag, const double* y) const {
+    return -drag.sign * coordinates_.relative(y + n_, drag.joint);
+  }
 
+  Coordinates coordinates_;
   int n_;
   std::vector<Drag> drags_;
 };
