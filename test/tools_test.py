@@ -408,7 +408,12 @@ class Tools(InFolder):
         self.assertEqual(at["A"][1][1], 0)
         self.assertAlmostEqual(at["B"][1][0], 1 / 0.35, 14)
         self.assertNotIn("A", self.equations(scene=rod))
-        self.assertIn("A   dx/dt = A x + B dtau", self.run_tool("equations", "--linearize").stdout)
+        plain = self.run_tool("equations", "--linearize")
+        self.assertIn("A   dx/dt = A x + B dtau", plain.stdout)
+        self.assertEqual(plain.stderr, "")
+        for key in ("command_delay: 0.01", "motor: {time_constant: 0.1}"):
+            told = self.run_tool("equations", "--linearize", scene=rod.replace("}}", ", joint: {" + key + "}}}"))
+            self.assertIn("A and B have no motors and no command delays", told.stderr)
 
     def test_the_state_is_the_scenes_unless_given(self):
         at = self.equations(scene=SCENE.replace("pin: [1, 0]}", "pin: [1, 0], initial: {angle: 0.2}}", 1))

@@ -108,6 +108,10 @@ bool isMoved(const Joint& joint) {
 
 }  // namespace
 
+bool changesCommands(const Joint& joint) {
+  return isMoved(joint) || joint.other("command_delay") > 0;
+}
+
 MotorCommands::MotorCommands(const Chain& chain, int capacity)
     : CommandEffect(chain, capacity), coordinates_(chain.coordinates()), n_(chain.size()) {
   for (int i = 0; i < n_; ++i) {

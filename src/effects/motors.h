@@ -31,6 +31,9 @@ namespace planar_chain {
 inline constexpr const char* noLoadSpeed = "motor/no_load_speed";
 inline constexpr const char* timeConstant = "motor/time_constant";
 
+/// True if the joint has a motor or a dead time: a linear model has neither.
+bool changesCommands(const Joint& joint);
+
 /// The motor of one joint.
 class Motor {
  public:

@@ -59,7 +59,11 @@ void AdaptiveSteps::restartAfter(Change change) {
   resume(change == Change::bend ? h_ : 0);
   if (change == Change::bend) lastLog_ = lastLog;
   jumps_ = 0;
-  if (change > Change::jump) stiffness_->forget();
+  if (change == Change::all) {
+    stiffness_->begin();
+  } else if (change > Change::jump) {
+    stiffness_->forget();
+  }
 }
 
 void AdaptiveSteps::setTolerance(const Tolerance& tolerance) {

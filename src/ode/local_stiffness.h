@@ -33,6 +33,11 @@ class LocalStiffness {
   }
   /// Makes the next maybeUpdate() the first one.
   void forget() { calls_ = 0; }
+  /// Also forgets the direction that power iteration has found.
+  void begin() {
+    forget();
+    direction_ = zigzag_;
+  }
   /// Measures both at the arranged state y, by six evaluations of f.
   void update(double t, const Vector& y) {
     f_.slope(t, y.data(), base_.data());

@@ -11,12 +11,24 @@ Sampler::Sampler(const Scene& scene, Dynamics& dynamics, const Turns& turns)
     : scene_(scene),
       dynamics_(dynamics),
       turns_(turns),
+      explicit_(makeIntegrator("dop853")),
+      stiff_(makeIntegrator("rodas5p")),
       start_(dynamics.arrangedSize()),
       at_(start_),
       y_(dynamics.size()),
       q_(scene.q.size()),
       qd_(scene.q.size()),
       motions_(scene.q.size()) {}
+
+std::unique_ptr<ode::Integrator> Sampler::makeIntegrator(const char* method) const {
+  return ode::makeMethod(method, dynamics_, scene_.integrator.step, toleranceOf(scene_, 0, dynamics_));
+}
+
+void Sampler::useTolerance() {
+  for (const auto* each : {&explicit_, &stiff_}) {
+    (*each)->setTolerance(toleranceOf(scene_, 0, dynamics_).arrangedBy(dynamics_));
+  }
+}
 
 ode::Outcome Sampler::integrate(ode::Integrator& integrator, ode::State& state, double end,
                                 double longestStep) {
@@ -54,11 +66,10 @@ void Sampler::measureWithin(const ode::State& from, const ode::State& to, const 
 
 /// Sets at_ to the state at t within a step. A straight line if the integrator fails.
 void Sampler::moveTo(double t, const ode::State& from, const ode::State& to, bool isStiff) {
-  const simd::PlainKernels plain(scene_.integrator.plainKernel);
-  const auto integrator = ode::makeMethod(isStiff ? "rodas5p" : "dop853", dynamics_, scene_.integrator.step,
-                                          toleranceOf(scene_, 0, dynamics_));
+  ode::Integrator& integrator = isStiff ? *stiff_ : *explicit_;
+  integrator.begin();
   at_ = from;
-  if (integrator->integrate(at_, t, t - from.t) == ode::Outcome::arrived) return;
+  if (integrator.integrate(at_, t, t - from.t) == ode::Outcome::arrived) return;
   at_ = to;
   at_.t = t;
   at_.y = from.y + (t - from.t) / (to.t - from.t) * (to.y - from.y);

@@ -68,6 +68,7 @@ struct Simulation::Parts {
     for (std::size_t k = 0; k < rungs; ++k) {
       if (ladder[k]) ladder[k]->setTolerance(toleranceOf(scene, k, dynamics).arrangedBy(dynamics));
     }
+    if (sampler) sampler->useTolerance();
     guard.use(scene.integrator);
   }
 

@@ -112,12 +112,15 @@ bool readBesideLinks(const XMLElement& robot, std::vector<Fault>& faults, Notes&
   bool isFixed = false;
   forAll(robot, "gazebo",
          [&](const XMLElement& gazebo) { isFixed = readGazebo(robot, gazebo, faults, notes) || isFixed; });
-  for (const char* kind :
-       {"loop_joint", "drake:joint", "drake:linear_bushing_rpy", "drake:ball_constraint"}) {
+  const auto refuse = [&](const char* kind, const char* expected) {
     forAll(robot, kind, [&](const XMLElement& tie) {
-      faults.push_back({pathOf("", tie), noLoop, quoted(kind), tie.GetLineNum()});
+      faults.push_back({pathOf("", tie), expected, quoted(kind), tie.GetLineNum()});
     });
+  };
+  for (const char* kind : {"loop_joint", "drake:linear_bushing_rpy", "drake:ball_constraint"}) {
+    refuse(kind, noLoop);
   }
+  refuse("drake:joint", "<joint> with a type of URDF (Drake alone has others, such as ball and screw)");
   for (const char* kind : {"force_element", "drake:linear_spring_damper"}) {
     forAll(robot, kind, [&](const XMLElement& force) {
       notes.add(pathOf("", force),

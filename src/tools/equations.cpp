@@ -11,6 +11,7 @@
 #include "dynamics/given_state.h"
 #include "dynamics/letters.h"
 #include "effects/effect_kind.h"
+#include "effects/motors.h"
 #include "tools/common.h"
 
 namespace planar_chain::tools {
@@ -247,7 +248,14 @@ int equations(const Arguments& given) {
   const ActiveForces active = activeForces(scene, t, q, qd);
   const Kane at = kane(scene.chain, q, qd, active);
   std::optional<LinearModel> near;
-  if (given.has("linearize")) near = linearModel(scene, t, q, qd);
+  if (given.has("linearize")) {
+    near = linearModel(scene, t, q, qd);
+    const auto& joints = scene.chain.joints();
+    if (std::any_of(joints.begin(), joints.end(), changesCommands)) {
+      std::fputs("note: A and B have no motors and no command delays; dtau is the torque that acts\n",
+                 stderr);
+    }
+  }
   if (given.has("json")) {
     printJson(t, active, at, near);
   } else {
