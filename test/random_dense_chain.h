@@ -9,8 +9,8 @@
 #include <string>
 
 #include "dense_chain.h"
-#include "recursion/force_tangent.h"
 #include "recursion/coupled_linearized.h"
+#include "recursion/force_tangent.h"
 
 namespace planar_chain::test {
 

@@ -163,11 +163,13 @@ std::optional<Expanded> readRobot(const Section& top, std::vector<Fault>& faults
 }
 
 /// Gives each stop without a stiffness k = J / τ², so that a joint goes at most q̇ τ into it. J of a slide is
-/// the mass from there outwards, otherwise the moment
-/// of inertia about the joint of all links from there outwards, stretched. With M = Σ m and S = Σ m ρ of the
-/// links outwards, at the distances ρ from their inner pin, a pin p further in:
+/// the mass from there outwards, otherwise the moment of inertia about the joint of all links from there
+/// outwards, stretched. With M = Σ m and S = Σ m ρ of the links outwards, at the distances ρ from their inner
+/// pin, a pin p further in:
 ///
 ///     J ← J + 2 |p| S + |p|² M        S ← S + |p| M
+///
+/// J may be 0 in a chain that is refused for it.
 void setDefaultStops(const std::vector<Link>& links, std::vector<Joint>& joints) {
   constexpr double tau = 0.005;  // s
   double M = 0, S = 0, J = 0;
@@ -178,8 +180,9 @@ void setDefaultStops(const std::vector<Link>& links, std::vector<Joint>& joints)
     S += p * M + link.mass * r;
     M += link.mass;
     Joint& joint = joints[i];
+    const double inertia = joint.slides ? M : J;
     if (joint.isLimited() && joint.stopStiffness == 0)
-      joint.stopStiffness = (joint.slides ? M : J) / (tau * tau);
+      joint.stopStiffness = inertia > 0 ? inertia / (tau * tau) : 1;
   }
 }
 

@@ -325,7 +325,10 @@ std::optional<PlanarRobot> findRobot(const std::string& text, std::vector<Fault>
   const std::optional<Vector3d> normal = normalOf(bodies);
   if (!normal) {
     faults.insert(faults.end(), branches.begin(), branches.end());
-    faults.push_back({"robot_description", "a joint that is revolute, continuous or planar", "none"});
+    faults.push_back(
+        {"robot_description",
+         "a joint that is revolute, continuous or planar (slides or a free body alone are not simulated)",
+         "none"});
     return std::nullopt;
   }
 
