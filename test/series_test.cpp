@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "lanes/motion_series.h"
 #include "ode/methods.h"
 #include "ode/taylor.h"
+#include "planar_chain/scene_reader.h"
 #include "random_scene.h"
 #include "report/benchmark/counted_system.h"
 #include "test_system.h"
@@ -155,6 +157,36 @@ TEST_P(SeriesOf, MachinesObeyThem) {
     for (const double share : {-0.5, 0.25, 0.5, 1.0}) {
       EXPECT_LT(around.violation(share * h), 1e-11) << n << " links, seed " << seed << ", h = " << share * h;
     }
+  }
+}
+
+TEST(Series, OfACartAndItsPoleObeysThem) {
+  const std::string bare = R"(
+chain: [cart, pole]
+links:
+  cart: {mass: 0.7, pin: [0.1, 0.2], initial: {position: 0.3, velocity: -0.8}, joint: {type: prismatic, axis: [3, -1]%S}}
+  pole: {mass: 0.4, inertia: 0.01, com: [0.3, 0.1], pin: [0.5, 0.0], initial: {angle: 0.9, velocity: 4.0}, joint: {damping: %D}}
+)";
+  const std::string loads = R"(
+loads:
+  on_cart: {link: cart, force: [3.0, 1.0], frequency: 2.0}
+  on_pole: {link: pole, force: [-1.0, 2.0], point: [0.4, 0.1], moment: 0.2, times: [0.0, 1.0], values: [1.0, 3.0]}
+  between: {joint: pole_joint, torque: 0.3, frequency: 3.0}
+)";
+  const auto with = [&](const std::string& slide, const std::string& damping) {
+    std::string text = bare;
+    text.replace(text.find("%S"), 2, slide);
+    text.replace(text.find("%D"), 2, damping);
+    return text;
+  };
+  for (const std::string& text :
+       {with("", "0"), with(", stiffness: 20, damping: 0.4, rest_angle: 0.1", "0.05, drag: 0.02"),
+        with("", "0.05") + loads}) {
+    Around around(readSceneText(text));
+    ASSERT_TRUE(around.dynamics.seriesAreWorthwhile()) << text;
+    const double h = around.reach();
+    ASSERT_GT(h, 1e-3) << text;
+    for (const double share : {-1.0, -0.5, 0.5, 1.0}) EXPECT_LT(around.violation(share * h), 1e-11) << text;
   }
 }
 

@@ -28,6 +28,7 @@
 #include "dynamics/mechanism.h"
 #include "dynamics/stored_energy.h"
 #include "effects/effects.h"
+#include "lanes/cart_series.h"
 #include "lanes/motion_series.h"
 #include "ode/system.h"
 #include "planar_chain/energy.h"
@@ -91,7 +92,9 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// The number of works behind angles and rates: 0 or 2.
   int works() const { return works_; }
   /// Evaluations of f; each order of a series counts as one.
-  long long evaluations() const { return coupled_ ? coupled_->evaluations() : evaluations_; }
+  long long evaluations() const {
+    return (coupled_ ? coupled_->evaluations() : evaluations_) + (cartSeries_ ? cartSeries_->found() : 0);
+  }
   Energy energy(double t, const double* y) const;
   /// Write n values each; see simulation.h.
   void accelerations(double t, const double* y, double* alpha);  ///< of the angles in y
@@ -135,7 +138,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void reserveSeries(int order) override;
   int driving() const override { return 2 * mechanism_.size(); }
   void series(double t, const double* y, const double* carry, int order, double* c) override;
-  bool hasIntegrands() const override { return coupled_ ? works_ > 0 : effects_.act(); }
+  bool hasIntegrands() const override { return coupled_ && !cartSeries_ ? works_ > 0 : effects_.act(); }
   void integrands(double t, const double* y, double* rates) override;
   double seriesCost(int order) const override;
 
@@ -187,6 +190,8 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void findOrder(int k, const double* theta, const double* omega) override;
   /// Writes order k > 0 of N and F. `known` has order k of θ and ω.
   void findOrder(int k, const Series& known, const Actions& to);
+  bool hasCartSeries() const;
+  void findCartSeries(double t, const double* y, const double* carry, int order, double* c);
   void findCoupledSeries(double t, const double* y, int order, double* c);
 
   Effects effects_;
@@ -208,6 +213,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   std::optional<EffectTangents> tangents_;
   std::optional<ExactSolve> solve_;
   std::optional<MotionSeries> series_;
+  std::optional<CartSeries> cartSeries_;
   std::optional<CoupledSeries> coupledSeries_;
   std::optional<Couplings> orders_;  ///< of the coupled series
   Series known_{};

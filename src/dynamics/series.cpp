@@ -6,19 +6,32 @@
 
 namespace planar_chain {
 
+/// A cart and its pole; what couples has no series beside a slide.
+bool Dynamics::hasCartSeries() const {
+  return CartSeries::isFor(mechanism_.chain()) && !holdsTip() && effects_.couplers().empty() &&
+         !effects_.anyForces(&Forces::dependOnMotion) && effects_.haveSeries();
+}
+
 bool Dynamics::seriesAreWorthwhile() const {
-  return !mechanism_.hasEnds() && MotionSeries::areWorthwhile(n_) && effects_.haveSeries();
+  return hasCartSeries() ||
+         (!mechanism_.hasEnds() && MotionSeries::areWorthwhile(n_) && effects_.haveSeries());
 }
 
 double Dynamics::seriesCost(int order) const {
-  constexpr double ofCoupledOrder = 4.5;  // by clock, 2 to 20 links
+  constexpr double ofCoupledOrder = 4.5, ofCartOrder = 0.2;  // by clock, 2 to 20 links
+  if (cartSeries_) return ofCartOrder * order;
   return coupled_ ? ofCoupledOrder * order : series_->cost(order);
 }
 
 void Dynamics::reserveSeries(int order) {
-  const int reserved = coupledSeries_ ? coupledSeries_->orders() : series_ ? series_->orders() : 0;
+  const int reserved = cartSeries_      ? cartSeries_->orders()
+                       : coupledSeries_ ? coupledSeries_->orders()
+                       : series_        ? series_->orders()
+                                        : 0;
   if (reserved >= order) return;
-  if (coupled_) {
+  if (hasCartSeries()) {
+    cartSeries_.emplace(mechanism_.chain(), order);
+  } else if (coupled_) {
     coupledSeries_.emplace(mechanism_.chain(), order);
     orders_.emplace(n_);
   } else {
@@ -30,6 +43,7 @@ void Dynamics::reserveSeries(int order) {
 
 void Dynamics::series(double t, const double* y, const double* carry, int order, double* c) {
   std::copy_n(y, 2 * n_, c);
+  if (cartSeries_) return findCartSeries(t, y, carry, order, c);
   if (coupled_) return findCoupledSeries(t, y, order, c);
   evaluations_ += order;
   if (!effects_.act())
@@ -38,6 +52,21 @@ void Dynamics::series(double t, const double* y, const double* carry, int order,
   apply(effects_.active(), t, y, y + n_);
   const Vec2d* F = effects_.reach() > 0 ? room_.F.data() : nullptr;
   series_->find(order, {nullptr, room_.N.data(), F, outside_.ground}, this, c, carry);
+}
+
+void Dynamics::findCartSeries(double t, const double* y, const double* carry, int order, double* c) {
+  Rotation<double>* e = room_.e.data() + 1;
+  mechanism_.rotate(y + 1, e, 1);
+  if (carry) *e = {e->c - carry[1] * e->s, e->s + carry[1] * e->c};
+  const Rotation<double> body = *e;
+  if (!effects_.act()) return cartSeries_->find(order, body, outside_.ground, nullptr, nullptr, nullptr, c);
+  const Evaluation& at = coupled_->at(t, y);
+  std::copy(at.N.begin(), at.N.end(), room_.N.begin());
+  const bool hasForces = effects_.acting() == LoadKind::forces;
+  if (hasForces) std::copy(at.F.begin(), at.F.end(), room_.F.begin());
+  known_ = {t, n_, c, cartSeries_->rotations(), n_};
+  cartSeries_->find(order, body, outside_.ground, room_.N.data(), hasForces ? room_.F.data() : nullptr, this,
+                    c);
 }
 
 void Dynamics::findCoupledSeries(double t, const double* y, int order, double* c) {
@@ -72,11 +101,12 @@ void Dynamics::findOrder(int k, const double* /*theta*/, const double* /*omega*/
 
 void Dynamics::findOrder(int k, const Series& known, const Actions& to) {
   std::fill_n(to.N, n_, 0.0);
+  const Coordinates coordinates = mechanism_.coordinates();
   const std::vector<double>&stiffness = tangents_->constantK, &damping = tangents_->constantD;
   for (int i = 0; i < n_; ++i) {
-    const double torque =
-        -stiffness[index(i)] * relative(known.theta(k), i) - damping[index(i)] * relative(known.omega(k), i);
-    addJointTorque(torque, i, to.N);
+    const double torque = -stiffness[index(i)] * coordinates.relative(known.theta(k), i) -
+                          damping[index(i)] * coordinates.relative(known.omega(k), i);
+    coordinates.addTorque(torque, i, to.N);
   }
   if (effects_.acting() == LoadKind::forces) std::fill_n(to.F, n_, Vec2d{});
   for (Effect* effect : effects_.active()) effect->addOrder(k, known, to);

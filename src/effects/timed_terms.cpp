@@ -174,8 +174,9 @@ void TimedTerms::addOrder(int k, const Series& known, const Actions& to) {
   }
   for (const BodyTerm& term : bodyTerms_) {
     const int j = term.body;
-    to.N[j] += coefficient(k, term.factor) * term.moment;
     if (j < reach_) to.F[j] += coefficient(k, term.factor) * term.force;
+    if (coordinates_.slides(j)) continue;
+    to.N[j] += coefficient(k, term.factor) * term.moment;
     for (int i = 0; i <= (term.factor == 0 ? 0 : k); ++i) {
       const Vec2d X = known.e[(k - i) * known.perOrder + j] * term.point;
       to.N[j] += coefficient(i, term.factor) * cross(X, term.force);

@@ -158,6 +158,11 @@ double AdaptiveSteps::propose(const State& state, double left, bool isBold) {
   return h_ = std::min({100 * h0, h1, left});
 }
 
+double AdaptiveSteps::foreseenStep(const State& state) {
+  if (!stepper_->foresees(state, h_)) return 0;
+  return h_ * foreseen(errorNorm(state.y, h_, stepper_->error()));
+}
+
 std::unique_ptr<Integrator> adaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
                                           std::shared_ptr<LocalStiffness> stiffness) {
   return std::make_unique<AdaptiveSteps>(std::move(stepper), std::move(tolerance), std::move(stiffness));

@@ -47,6 +47,9 @@ class AdaptiveSteps : public Integrator {
   /// explicit Euler method, h² |ÿ| about 1 % of the scale, then adapted to the order. It is at most 100
   /// times that of Euler's; a bold one of an explicit method is not, nor one from rest.
   double propose(const State& state, double left, bool isBold = false);
+  /// The step whose error would just be allowed, at most ten times the proposal; 0 unless the method foresees
+  /// it.
+  double foreseenStep(const State& state);
 
  private:
   /// The next step is this share of the one whose error would just be allowed, as in Hairer's codes. Nearer

@@ -133,6 +133,10 @@ class FastestSteps : public Integrator {
   /// A run starts with an explicit method if its first step is below this share of the longest steady one.
   /// First steps are short. So a larger share starts stiff scenes explicitly until the first trial.
   static constexpr double clearlyNotStiff = 0.1;
+  /// The share for a method that foresees its error, of few components: its first step is as long as the next
+  /// ones. Of longer chains that gains nothing.
+  static constexpr Eigen::Index few = 6;
+  static constexpr double foreseenNotStiff = 0.5;
   /// Stiff methods are tried only if the explicit incumbent's step exceeds this share of the steady one:
   /// below, accuracy bounds the step and not stiffness, and they would lose.
   static constexpr double farFromTheLimit = 0.2;
@@ -184,7 +188,11 @@ class FastestSteps : public Integrator {
     inUse_ = 0;
     while (!isExplicit(inUse_)) ++inUse_;
     AdaptiveSteps& first = methods_[inUse_];
-    if (first.propose(state, end - state.t) >= clearlyNotStiff * steadyStep(first)) inUse_ = 0;
+    const double step = first.propose(state, end - state.t);
+    const double foreseen = state.y.size() <= few ? first.foreseenStep(state) : 0;
+    const bool mayBeStiff = foreseen > 0 ? foreseen >= foreseenNotStiff * steadyStep(first)
+                                         : step >= clearlyNotStiff * steadyStep(first);
+    if (mayBeStiff) inUse_ = 0;
     methods_[inUse_].propose(state, end - state.t, true);
     challenger_ = inUse_;
     started_ = true;
