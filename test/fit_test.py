@@ -7,6 +7,7 @@ the scene's text. fit_tool_test.py: the tool, and bags.
 import math
 import sys
 import unittest
+import warnings
 
 try:
     import numpy as np
@@ -36,6 +37,13 @@ def motion(scene, start, times=TIMES):
 
 def noisy(recording, seed, noise=1e-3):
     return {**recording, "q": recording["q"] + np.random.default_rng(seed).normal(scale=noise, size=recording["q"].shape)}
+
+
+def gap(scene, q):
+    """From the outer pin of the last link to where it is held, m."""
+    values = scene.to_dict()
+    pins = [complex(*values["links"][link]["pin"]) for link in values["chain"]]
+    return np.dot(np.exp(1j * np.cumsum(q)), pins) - complex(*values["tip"]["pin"])
 
 
 def found(result):
@@ -102,6 +110,29 @@ class Numbers(unittest.TestCase):
         result = fit(DOUBLE, noisy(motion(DOUBLE, fit_statistics.STARTS[0]), 1), [COM], predict=[noisy(motion(DOUBLE, fit_statistics.STARTS[1]), 2)])
         self.assertAlmostEqual(result.predictions[0].from_fitted_start.mean(), 1e-3, delta=1e-4)
         self.assertLess(result.predictions[0].from_first_window.max(), 0.01)
+
+    def test_a_closed_chain(self):
+        four_bar = Scene.from_file("four_bar")  # its initial angles do not close it; those of a recording do so to its noise
+        values = {"links/rocker/mass": 0.4, "links/coupler/inertia": 0.0417}
+        data = noisy(motion(four_bar, four_bar.state), 8)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            result = fit(four_bar.with_values({path: 1.3 * value for path, value in values.items()}), data, list(values))
+        self.assertEqual((result.not_told, result.warnings), ([], []))
+        for path, value in values.items():
+            self.assertLess(abs(found(result)[path].value - value), 4 * found(result)[path].deviation)
+        self.assertLess(abs(gap(result.scene, result.states[0][:3])), 1e-9)
+
+    def test_a_chaotic_motion_is_fitted_as_far_as_it_is_followed(self):
+        data = [noisy(motion(DOUBLE, [start, 0.3, 0.0, 0.0], np.arange(0, 12, 0.01)), 9) for start in (1.2, 1.4)]
+        lacking = {"links/upper/joint/damping": 0.02}  # without its friction and the rest
+        result = fit(Scene({**DOUBLE.to_dict(), "gravity": [0.05, -9.8]}).with_values(lacking), data, [COM, MASS])
+        self.assertRegex(" ".join(result.warnings), r"so far: recording 1 \([\d.]+ of 12 s\).*--pieces")
+        self.assertLess(max(error.max() for _, error in result.errors), 0.1)  # rad; fitted to the ends, some are above 1
+        pieces = fit(DOUBLE, data, [f"{COM}=0.45", MASS], pieces=1.5)
+        self.assertEqual([recording.name for recording in pieces.recordings][7:9],
+                         ["recording 1, 10.5 to 11.99 s", "recording 2, 0 to 1.49 s"])
+        self.assertAlmostEqual(found(pieces)[COM].value, 0.5, delta=1e-3)
 
     def test_driven_joints_keep_their_laws(self):
         scene = {**DOUBLE.to_dict(), "links": {"upper": {**ROD, "joint": {"drive": {"amplitude": 0.5, "frequency": 0.7, "phase": 0.3}}},
@@ -188,6 +219,7 @@ class Bad(unittest.TestCase):
         self.refused("PATH=FIRST:LOW:HIGH", PENDULUM, self.good, ["links/rod/mass=1:2"])
         self.refused("the initial state of each recording is always fitted", PENDULUM, self.good, ["links/rod/initial/angle"])
         self.refused("at least one number", PENDULUM, self.good, [])
+        self.refused("--pieces: expected a time > 0 s", PENDULUM, self.good, ["links/rod/mass"], pieces=0)
         self.refused("--windows: expected increasing times", PENDULUM, self.good, ["links/rod/mass"], windows=[2, 1])
 
     def test_a_scene_that_cannot_run(self):

@@ -19,6 +19,7 @@ import json
 import math
 import os
 import sys
+import warnings
 
 try:
     from planar_chain import BadFit, Failed, Refused, Scene, fit
@@ -46,6 +47,7 @@ def arguments():
     parser.add_argument("--effort", action="store_true", help="of a bag, takes the effort as the torque that was applied")
     parser.add_argument("--node", help="node, such as /left/planar_chain, if a bag has several")
     parser.add_argument("--many-turns", action="store_true", help="angles above 50 rad are in rad, not in degrees")
+    parser.add_argument("--pieces", type=float, metavar="S", help="cuts each recording into equal pieces of about S seconds")
     parser.add_argument("--windows", metavar="A,B,…", default="0.3,0.6,1.2,2.4",
                         help="the growing windows, s, each from the start of a recording; then twice as long each, then the whole")
     return parser.parse_args()
@@ -56,6 +58,14 @@ def windows_of(text):
         return [float(part) for part in text.split(",")]
     except ValueError:
         raise BadFit(f"--windows: expected times in s, such as 0.3,0.6, got {text!r}") from None
+
+
+def scene_of(path):
+    with warnings.catch_warnings(record=True) as notes:
+        scene = Scene.from_file(path)
+    for note in notes:
+        say(f"note: {note.message}")
+    return scene
 
 
 def scene_text(path, is_needed):
@@ -105,9 +115,10 @@ def run(given):
     require_outputs(given)
     try:
         text = scene_text(given.scene, given.output is not None)
-        scene = Scene.from_file(given.scene)
+        scene = scene_of(given.scene)
         result = fit(scene, given.data, given.vary, predict=given.predict, offsets=given.offsets, delay=given.delay, effort=given.effort,
-                     node=given.node, many_turns=given.many_turns, windows=windows_of(given.windows), progress=show_progress)
+                     node=given.node, many_turns=given.many_turns, pieces=given.pieces, windows=windows_of(given.windows),
+                     progress=show_progress)
     except OSError as problem:
         raise BadFit(problem) from problem
     if sys.stderr.isatty():

@@ -86,14 +86,12 @@ class Deviations:
     def _find_directions(self, samples, doubt):
         """Singular directions of the numbers' relative changes, when the unknowns of each recording are free. doubt: an error of the
         Jacobian. A direction that lies within it is not seen: what the Jacobian has of it is taken out."""
-        problem, many = self.problem, len(self.numbers)
+        many = len(self.numbers)
         sizes = self.sizes / self.scales
-        edge, left = 0, []
-        for r, mask in enumerate(problem.measured(samples)):
-            rows = self._jacobian[edge:edge + mask.sum()]
-            edge += mask.sum()
-            basis = np.linalg.qr(rows[:, problem.own(r)])[0] if problem.per_recording else np.zeros((len(rows), 0))
-            seen = rows[:, :many] * sizes
+        self._find_own(samples, doubt)
+        left = []
+        for rows, _, basis, _ in self._own:
+            seen = self._jacobian[rows, :many] * sizes
             left.append(np.linalg.qr(seen - basis @ (basis.T @ seen), mode="r"))
         _, singular, directions = np.linalg.svd(np.vstack(left))
         self.singular = np.concatenate([singular, np.zeros(many - len(singular))])
@@ -101,20 +99,29 @@ class Deviations:
             self.relative = 1 / self.singular
         within = []
         for value, direction in zip(self.singular, directions):
-            change = self._whole(direction * sizes, samples)
+            change = self._whole(direction * sizes)
             within.append(value < DOUBT * np.linalg.norm(doubt @ change))
             if within[-1]:
                 self._jacobian = self._jacobian - np.outer(self._jacobian @ change, change) / (change @ change)
         self.lost = directions[(self.relative > NOT_TOLD) | within]  # each row: relative changes that leave the data as they are
 
-    def _whole(self, numbers, samples):
+    def _find_own(self, samples, doubt):
+        """For each recording: its rows, its own unknowns, the directions of residuals that these reach, and the inverse of their
+        columns. A direction within the doubt is left out: a state that does not close a chain is closed before it moves."""
+        self._own, edge = [], 0
+        for r, mask in enumerate(self.problem.measured(samples)):
+            rows, own = slice(edge, edge + mask.sum()), self.problem.own(r)
+            edge = rows.stop
+            basis, values, unknowns = np.linalg.svd(self._jacobian[rows, own], full_matrices=False)
+            seen = values > DOUBT * np.linalg.norm(doubt[rows, own] @ unknowns.T, axis=0)
+            self._own.append((rows, own, basis[:, seen], unknowns[seen].T / values[seen]))
+
+    def _whole(self, numbers):
         """The change of all unknowns: of these numbers, and what of each recording's own best undoes it."""
-        problem, many = self.problem, len(self.numbers)
-        change, edge = np.concatenate([numbers, np.zeros(problem.size - many)]), 0
-        for r, mask in enumerate(problem.measured(samples)):
-            rows = self._jacobian[edge:edge + mask.sum()]
-            edge += mask.sum()
-            change[problem.own(r)] = -np.linalg.lstsq(rows[:, problem.own(r)], rows[:, :many] @ numbers, rcond=None)[0]
+        many = len(self.numbers)
+        change = np.concatenate([numbers, np.zeros(self.problem.size - many)])
+        for rows, own, basis, inverse in self._own:
+            change[own] = -inverse @ (basis.T @ (self._jacobian[rows, :many] @ numbers))
         return change
 
 

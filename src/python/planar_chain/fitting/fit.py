@@ -2,6 +2,7 @@
 
 import math
 import os
+import warnings
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from .problem import EXACT, Problem, drive_of, joint_links
 from .recordings import BadFit, Recording, from_arrays, read_csv, require_angles, require_motion
 from .solve import LAST_PRIOR, WINDOWS, Solver, first_state, samples_of
 from .words import not_told
+
+LOST = 0.9  # of a recording: if less of it is followed, a warning says so
 
 
 class Found:
@@ -46,7 +49,7 @@ class Fit:
 
     def __init__(self, scene, problem, solution):
         self.joints = problem.joints
-        samples = samples_of(problem.recordings, np.inf)
+        samples = solution.samples
         self.converged, self.interrupted, self.reason = not solution.reason, solution.interrupted, solution.reason
         self.runs, self.evaluations = problem.runs, solution.calls
         exact = Problem(scene, problem.recordings, problem.numbers, problem.has_offsets, problem.has_delay, EXACT)
@@ -57,24 +60,34 @@ class Fit:
         self.covariance = deviations.covariance[:many, :many] * np.outer(deviations.scales, deviations.scales)
         self.correlation_time, self.noise, self.pair = deviations.tau, solution.noise, deviations.most_correlated()
         self.not_told = not_told(deviations, scene.to_dict())
-        self.recordings, self.angles = problem.recordings, problem.angles(solution.x, samples)
+        self.recordings, self.angles = problem.recordings, problem.angles(solution.x, samples_of(problem.recordings, np.inf))
         parts = [problem.parts(solution.x, r) for r in range(len(self.recordings))]
-        self.states, self.offsets, self.delays = ([part[k] for part in parts] for k in (1, 2, 3))
-        self.errors = [(recording.name, error_of(angles, recording)) for recording, angles in zip(self.recordings, self.angles)]
+        self.states = [problem.start(solution.x, r) for r in range(len(self.recordings))]
+        self.offsets, self.delays = ([part[k] for part in parts] for k in (2, 3))
+        self.errors = [(recording.name, error_of(angles[places], recording.q[places])) for recording, angles, places in
+                       zip(self.recordings, self.angles, samples)]
         self.warnings = [f"{found.path} ran to its bound {getattr(found, found.at_bound):g}" for found in self.numbers if found.at_bound]
         if not self.interrupted:
-            self.warnings += hints(problem, solution, deviations, samples)
+            self.warnings += hints(problem, solution) + lost(self.recordings, samples)
         self.predictions = []
 
 
-def error_of(angles, recording):
+def lost(recordings, samples):
+    """A sentence on recordings that could not be followed to their ends, or none."""
+    short = [(recording, recording.t[places[-1]]) for recording, places in zip(recordings, samples) if len(places) < LOST * len(recording)]
+    which = ", ".join(f"{recording.name} ({end:.3g} of {recording.duration:.3g} s)" for recording, end in short)
+    return [f"could only be followed, and fitted, so far: {which}; --pieces {0.7 * min(end for _, end in short):.2g} uses the rest too"
+            ] if short else []
+
+
+def error_of(angles, measured):
     """The root mean square error of each joint, rad. It is infinite where a run failed."""
-    error = np.where(np.isfinite(recording.q), np.nan_to_num(angles, nan=np.inf) - recording.q, np.nan)
+    error = np.where(np.isfinite(measured), np.nan_to_num(angles, nan=np.inf) - measured, np.nan)
     return np.sqrt(np.nanmean(error ** 2, axis=0))
 
 
-def recordings_of(data, scene, effort=False, node=None, many_turns=False):
-    """data: a path, a Recording, a dict of arrays, or a list of these."""
+def recordings_of(data, scene, effort=False, node=None, many_turns=False, pieces=None):
+    """data: a path, a Recording, a dict of arrays, or a list of these. pieces: s, about how long a piece is; None: all is one."""
     values, joints, recordings = scene.to_dict(), scene.joints, []
     for k, one in enumerate(data if isinstance(data, (list, tuple)) else [data]):
         if isinstance(one, Recording):
@@ -84,11 +97,18 @@ def recordings_of(data, scene, effort=False, node=None, many_turns=False):
         else:
             path = os.fspath(one)
             recordings += read_bag(path, values, joints, effort, node) if path.endswith(".bag") else [read_csv(path, joints)]
+    if pieces is not None:
+        recordings = [piece for recording in recordings for piece in recording.pieces(pieces)]
     for recording in recordings:
         require_angles(recording, joints, many_turns)
     if not recordings:
         raise BadFit("--data: expected at least one recording, got none")
     return recordings
+
+
+def require_pieces(seconds):
+    if seconds is not None and not 0 < seconds < math.inf:
+        raise BadFit(f"--pieces: expected a time > 0 s, got {seconds:g}")
 
 
 def require_windows(recordings, windows):
@@ -100,39 +120,52 @@ def require_windows(recordings, windows):
 
 
 def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effort=False, node=None, many_turns=False,
-        windows=WINDOWS, progress=None):
+        pieces=None, windows=WINDOWS, progress=None):
     """Fits numbers of a scene to recordings of its joints' angles, and returns a Fit.
 
     scene: a Scene, or what Scene.from_file takes. recordings: paths of CSVs and bags, dicts of arrays (t, q and, if known, qd, tau), or a
     list of these. vary: a list of PATH[=FIRST[:LOW:HIGH]], or a dict from paths to None, FIRST or (FIRST, LOW, HIGH). predict:
     recordings that the fit does not see. offsets: fit an offset of each encoder in each recording. delay: fit the time between torque
     and motion. effort: of a bag, take the effort as the torque that was applied. node: whose topics of a bag. many_turns: angles above
-    50 rad are in rad. windows: s, growing. progress: called with the end of the window (s), the error (rad) and the evaluations.
+    50 rad are in rad. pieces: s; cuts each recording into equal pieces, about so long. windows: s, growing. progress: called with the end
+    of the window (s), the error (rad) and the evaluations.
 
     The initial state of each recording is always fitted. Ctrl-C ends with the best so far (interrupted). Raises BadFit, a ValueError."""
     scene = scene if isinstance(scene, Scene) else Scene.from_file(os.fspath(scene))
-    numbers = numbers_of(scene, vary)
-    data = recordings_of(recordings, scene, effort, node, many_turns)
-    unseen = recordings_of(list(predict), scene, effort, node, many_turns) if predict else []
-    require_windows([*data, *unseen], windows)
-    values = scene.to_dict()
-    require_motion(data, scene.joints, [drive_of(values, link) for link in joint_links(values)])
-    problem = Problem(scene, data, numbers, offsets, delay)
-    known = sum(int(np.isfinite(recording.q).sum()) for recording in data)
-    if known <= problem.size:
-        raise BadFit(f"--data: expected more angles than the {problem.size} unknowns, got {known}")
-    result = Fit(scene, problem, Solver(problem, [first_state(one) for one in data], windows, progress).run())
-    result.predictions = [] if result.interrupted else [predicted(result.scene, one, offsets, windows[0]) for one in unseen]
-    return result
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # notes on the scene came when it was read
+        numbers = numbers_of(scene, vary)
+        require_pieces(pieces)
+        data = recordings_of(recordings, scene, effort, node, many_turns, pieces)
+        unseen = recordings_of(list(predict), scene, effort, node, many_turns, pieces) if predict else []
+        require_windows([*data, *unseen], windows)
+        values = scene.to_dict()
+        require_motion(data, scene.joints, [drive_of(values, link) for link in joint_links(values)])
+        problem = Problem(scene, data, numbers, offsets, delay)
+        known = sum(int(np.isfinite(recording.q).sum()) for recording in data)
+        if known <= problem.size:
+            raise BadFit(f"--data: expected more angles than the {problem.size} unknowns, got {known}")
+        solution = Solver(problem, [first_state(one) for one in data], windows, progress).run()
+        try:
+            result = Fit(scene, problem, solution)
+        except KeyboardInterrupt:
+            solution.interrupted, solution.reason = True, "interrupted"
+            result = Fit(scene, problem, solution)
+        try:
+            result.predictions = [] if result.interrupted else [predicted(result.scene, one, offsets, windows[0]) for one in unseen]
+        except KeyboardInterrupt:
+            result.interrupted = True
+        return result
 
 
 def predicted(scene, recording, offsets, window):
     """What the scene says of a recording. Where offsets are fitted, they are part of the start."""
     problem = Problem(scene, [recording], [], offsets)
     samples, state = samples_of([recording], np.inf), first_state(recording)
-    errors = [error_of(problem.angles(problem.first([state]), samples)[0], recording)]
+    errors = [error_of(problem.angles(problem.first([state]), samples)[0], recording.q)]
     for end in (window, np.inf):
-        solver = Solver(problem, [state], (window,))
-        solver.run(end)
-        errors.append(error_of(problem.angles(solver.solution.x, samples)[0], recording))
+        solution = Solver(problem, [state], (window,)).run(end)
+        if solution.interrupted:
+            raise KeyboardInterrupt
+        errors.append(error_of(problem.angles(solution.x, samples)[0], recording.q))
     return Prediction(recording.name, *errors)

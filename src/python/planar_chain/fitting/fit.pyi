@@ -50,5 +50,5 @@ class Fit:
     evaluations: int
 
 def fit(scene: Union[str, Scene], recordings: _Recordings, vary: _Vary, *, predict: Sequence[Any] = ..., offsets: bool = ...,
-        delay: bool = ..., effort: bool = ..., node: Optional[str] = ..., many_turns: bool = ..., windows: Sequence[float] = ...,
-        progress: Optional[Callable[[float, float, int], None]] = ...) -> Fit: ...
+        delay: bool = ..., effort: bool = ..., node: Optional[str] = ..., many_turns: bool = ..., pieces: Optional[float] = ...,
+        windows: Sequence[float] = ..., progress: Optional[Callable[[float, float, int], None]] = ...) -> Fit: ...

@@ -12,7 +12,6 @@ from planar_chain import Scene, simulate_many
 
 from .varied import AT_BOUND, value_at
 from .problem import TOLERANCE, joint_links
-from .solve import samples_of
 
 SHARE, SHARE_OF_TWO = 0.25, 0.5  # of the residuals' squares that a hint explains at least; that two shapes do
 OWN = 1e-3  # the part of a change that no unknown can do; less is an error of the differences
@@ -27,13 +26,12 @@ OF_THE_RUNS = 100  # residuals below so many tolerances of the runs are errors o
 MOST_RECORDINGS, MOST_JOINTS, MOST_TIMES = 4, 6, 400
 
 
-def hints(problem, solution, deviations, samples):
+def hints(problem, solution):
     """A list of sentences: the strongest of each joint, and what explains nearly as much."""
     longest = max(recording.duration for recording in problem.recordings)
     if max(solution.noise) < OF_THE_RUNS * TOLERANCE * longest:
         return []
-    few = [places if r < MOST_RECORDINGS else places[:0] for r, places in
-           enumerate(samples_of(problem.recordings, np.inf, MOST_TIMES))]
+    few = [places[::-(-len(places) // MOST_TIMES)] if r < MOST_RECORDINGS else places[:0] for r, places in enumerate(solution.samples)]
     used = [r for r, places in enumerate(few) if len(places)]
     low, high = problem.bounds()
     inside = (solution.x > low + AT_BOUND) & (solution.x < high - AT_BOUND)  # what ran to its bound cannot do more

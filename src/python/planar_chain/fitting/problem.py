@@ -120,6 +120,12 @@ class Problem:
             return times
         return np.linspace(0.0, times[-1], int(np.ceil(times[-1] / CLOSE)) + 1)
 
+    def start(self, x, r):
+        """The initial state of recording r: that from which the run goes, which closes a closed chain."""
+        values, state, _, delay = self.parts(x, r)
+        parameters = {number.path: [value] for number, value in zip(self.numbers, values)}
+        return simulate_many(self.scene_of(r, delay), [0.0], initial=[state], parameters=parameters).states[0, 0]
+
     def angles(self, x, samples):
         """The angles that encoders would have shown, for each recording."""
         parts = [self.parts(x, r) for r in range(len(self.recordings))]
@@ -132,11 +138,13 @@ class Problem:
         """Which angles were measured, for each recording: times × n."""
         return [np.isfinite(recording.q[places]) for recording, places in zip(self.recordings, samples)]
 
+    def errors(self, x, samples):
+        """rad, for each recording: times × n, NaN where nothing was measured."""
+        return [motion - recording.q[places] for motion, recording, places in zip(self.angles(x, samples), self.recordings, samples)]
+
     def residuals(self, x, samples):
-        """rad, of all that was measured, and the joint of each."""
-        angles = self.angles(x, samples)
-        return np.concatenate([(motion - recording.q[places])[mask] for motion, recording, places, mask in
-                               zip(angles, self.recordings, samples, self.measured(samples))])
+        """rad, of all that was measured."""
+        return np.concatenate([error[mask] for error, mask in zip(self.errors(x, samples), self.measured(samples))])
 
     def joints_of(self, samples):
         """The joint of each residual."""

@@ -34,6 +34,12 @@ class Recording:
     def duration(self):
         return self.t[-1]
 
+    def pieces(self, seconds):
+        """Equal ones, about so long."""
+        count = max(round(self.duration / seconds), 1)
+        edges = [*np.searchsorted(self.t, self.duration / count * np.arange(count)), len(self)]
+        return [self.part(first, last) for first, last in zip(edges, edges[1:])] if count > 1 else [self]
+
     def part(self, first, last):
         """The samples first … last - 1 as a recording of its own."""
         shift = self.t[first]

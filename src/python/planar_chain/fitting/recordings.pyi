@@ -1,4 +1,4 @@
-from typing import Any, Dict, Optional
+from typing import Any, Dict, List, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,3 +19,4 @@ class Recording:
     def __len__(self) -> int: ...
     @property
     def duration(self) -> float: ...
+    def pieces(self, seconds: float) -> List[Recording]: ...

@@ -12,16 +12,18 @@ LEAST_NOISE = 1e-9  # rad: no s_j is smaller
 EARLY_SAMPLES, EARLY_CALLS, LAST_CALLS = 150, 15, 100  # times of a recording in an early window; evaluations
 EARLY_PRECISION, PRECISION = 1e-3, 1e-9
 CALIBRATIONS = 6
+LOST, LOST_SAMPLES = 0.5, 20  # rad or m: a motion is lost where most errors of a twentieth of a window are larger
 SAME_NOISE = 0.02  # relative change of s_j at which it stays
 PRIOR, LAST_PRIOR = 1.0, 10.0  # deviation of a number from its first value, in scales, as it is taken to be before the data come:
 # in an early window; in the last. What the data cannot tell thus stays near its first value
 
 
 class Solution:
-    """x and the noise s_j of each joint. reason: why it did not converge, or empty."""
+    """x and the noise s_j of each joint. samples: the places of the times that were fitted, for each recording; they end where a
+    chaotic motion is lost. reason: why it did not converge, or empty."""
 
-    def __init__(self, x, noise):
-        self.x, self.noise, self.reason, self.interrupted, self.calls = x, noise, "", False, 0
+    def __init__(self, x, noise, samples):
+        self.x, self.noise, self.samples, self.reason, self.interrupted, self.calls = x, noise, samples, "", False, 0
 
 
 def first_state(recording, window=0.02):
@@ -50,14 +52,23 @@ def stages(recordings, windows):
     return [*ends, np.inf]
 
 
-def samples_of(recordings, end, most=None):
-    """The places of the times up to `end`, at most so many, evenly."""
+def samples_of(recordings, ends, most=None):
+    """The places of the times up to `ends`, of all or of each, at most so many, evenly."""
     chosen = []
-    for recording in recordings:
+    for recording, end in zip(recordings, np.broadcast_to(ends, len(recordings))):
         count = max(int(np.searchsorted(recording.t, end, side="right")), 2)
         step = 1 if most is None else max(1, -(-count // most))
         chosen.append(np.arange(0, count, step))
     return chosen
+
+
+def followed(t, errors):
+    """Until when the errors, times × n, stay those of the same motion, s; infinite if to the end."""
+    width = max(len(t) // LOST_SAMPLES, 3)
+    is_large = ~(abs(np.where(np.isnan(errors), 0, errors)) < LOST).all(axis=1)
+    count = np.convolve(is_large, np.ones(width))[width - 1:]
+    lost = np.flatnonzero(is_large & (count > width / 2))
+    return t[lost[0]] if len(lost) else np.inf
 
 
 def noise_of(residuals, joints, n):
@@ -72,7 +83,9 @@ class Solver:
 
     def __init__(self, problem, states, windows=WINDOWS, progress=None):
         self.problem, self.windows, self.progress = problem, windows, progress or (lambda *_: None)
-        self.solution = Solution(problem.first(states), np.full(len(problem.joints), 1e-3))
+        samples = samples_of(problem.recordings, np.inf)
+        self.solution = Solution(problem.first(states), np.full(len(problem.joints), 1e-3), samples)
+        self.reached = np.zeros(len(problem.recordings))  # s: until when each recording was followed
         self.calls = 0
 
     def run(self, until=np.inf):
@@ -81,24 +94,38 @@ class Solver:
         ends = [end for end in stages(problem.recordings, self.windows) if end < until]
         try:
             problem.require_runs(solution.x, samples_of(problem.recordings, (ends + [until])[0], EARLY_SAMPLES))
+            reach = np.inf
             for end in ends:
-                self.stage(end, samples_of(problem.recordings, end, EARLY_SAMPLES), EARLY_CALLS, EARLY_PRECISION, PRIOR)
-            self.whole(until)
+                samples = samples_of(problem.recordings, np.minimum(end, 2 * reach), EARLY_SAMPLES)
+                self.stage(end, samples, EARLY_CALLS, EARLY_PRECISION, PRIOR)
+                reach = self.followed(samples)
+            self.whole(until, 2 * reach)
         except KeyboardInterrupt:
             solution.interrupted, solution.reason = True, "interrupted"
         solution.calls = self.calls
         return solution
 
-    def whole(self, until):
-        everything = samples_of(self.problem.recordings, until)
-        few = samples_of(self.problem.recordings, until, 4 * EARLY_SAMPLES)
-        if sum(map(len, few)) < sum(map(len, everything)):
+    def whole(self, until, reach):
+        recordings, solution = self.problem.recordings, self.solution
+        few = samples_of(recordings, np.minimum(until, reach), 4 * EARLY_SAMPLES)
+        if sum(map(len, few)) < sum(map(len, samples_of(recordings, until))):
             self.stage(until, few, EARLY_CALLS, EARLY_PRECISION, LAST_PRIOR)
+            reach = np.minimum(reach, self.followed(few))
         for _ in range(CALIBRATIONS):
-            before = self.solution.noise
-            self.stage(until, everything, LAST_CALLS, PRECISION, LAST_PRIOR)
-            if (abs(self.solution.noise - before) < SAME_NOISE * before).all():
+            noise, before = solution.noise, reach
+            solution.samples = samples_of(recordings, np.minimum(until, reach))
+            self.stage(until, solution.samples, LAST_CALLS, PRECISION, LAST_PRIOR)
+            reach = np.minimum(reach, self.followed(solution.samples))
+            if (reach == before).all() and (abs(solution.noise - noise) < SAME_NOISE * noise).all():
                 break
+
+    def followed(self, samples):
+        """Until when each recording is followed, s; infinite if to the last sample. What was followed once can be."""
+        recordings, errors = self.problem.recordings, self.problem.errors(self.solution.x, samples)
+        times = [recording.t[places] for recording, places in zip(recordings, samples)]
+        now = np.array([followed(t, error) for t, error in zip(times, errors)])
+        self.reached = np.maximum(self.reached, np.minimum(now, [t[-1] for t in times]))
+        return np.maximum(now, self.reached)
 
     def stage(self, end, samples, most, precision, prior):
         """One least-squares fit. It keeps the best x and the noise of its residuals in the solution."""
