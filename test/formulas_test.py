@@ -257,6 +257,20 @@ class Values(InFolder):
             state.check(self, self.values_of(ctypes.CDLL(library), state), "C")
             self.assert_lean(text, library, state)
 
+    def test_sines_in_c(self):
+        """Of near and far angles; compilers that may reorder sums must not break the rounding."""
+        with open(self.path("it.c"), "w", encoding="utf-8") as file:
+            file.write(c_code(formulas(Scene.from_file("double_pendulum")).with_numbers(), "it", "rods", False))
+        rng = np.random.default_rng(1)
+        angles = [*rng.normal(size=1000), *(10 ** rng.uniform(0, 9, 1000)), *(np.pi / 2 * np.arange(-100, 100)), 1e6, -1e6, 0.0]
+        for option in ("-O0", "-O3", "-Ofast"):
+            library = self.path(f"it{option}.so")
+            subprocess.run(["gcc", "-std=c99", option, "-fPIC", "-shared", self.path("it.c"), "-o", library, "-lm"], check=True)
+            call, still, f = ctypes.CDLL(library).it_f, (ctypes.c_double * 2)(), (ctypes.c_double * 2)()
+            for angle in angles:
+                call(ctypes.c_double(0), (ctypes.c_double * 2)(0, angle), still, f)
+                self.assertLessEqual(abs(f[1] / -4.905 - math.cos(angle)), 4e-16, f"{angle} {option}")
+
     @staticmethod
     def values_of(library, state):
         values = {}

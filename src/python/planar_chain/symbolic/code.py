@@ -13,7 +13,7 @@ program_of = functools.lru_cache(maxsize=128)(Program)  # several languages may 
 
 MEANINGS = {
     "M": "mass matrix, kg m^2",
-    "f": "right-hand side of M qdd = f, N m",
+    "f": "right-hand side of M qdd = f, N m; torques of a controller are to be added to it",
     "qdd": "accelerations of the joints, rad/s^2",
     "J_c": "of the tip, which is held: M qdd = f + J_c' phi, J_c qdd = c",
     "c": "of the tip, m/s^2",

@@ -62,8 +62,33 @@ def as_text(words):
     return words
 
 
+FACTORS = ("m", "I", "J", "g", "p", "r")  # the first letters of a product; states and functions are its last
+
+
+def place(factor):
+    """Where a factor of a product stands, as textbooks write it: 2 m_2 p_1 r_2 ω_1² sin θ_2."""
+    base = factor.as_base_exp()[0]
+    if base.is_number:
+        return -1
+    if base.is_Symbol:
+        name = base.name.partition("_")[0]
+        return FACTORS.index(name) if name in FACTORS else len(FACTORS) + (2 if name in ("t", "q", "qd", "omega", "beta", "phi") else 0)
+    return len(FACTORS) + (1 if base.is_Add else 3)
+
+
 class Printer(LatexPrinter):
-    """Numbers with six digits."""
+    """Numbers with six digits. Products in the order of textbooks."""
+
+    def _print_Mul(self, expr):
+        if expr.could_extract_minus_sign() and (-expr).is_Mul:
+            return "- " + self._print_Mul(-expr)
+        if expr.could_extract_minus_sign() or sp.fraction(expr, exact=True)[1] != 1:
+            return super()._print_Mul(expr)
+        factors = sorted(expr.as_ordered_factors(), key=place)
+        last = len(factors) - 1
+        texts = [self._print(factor) for factor in factors]
+        return " ".join(rf"\left({text}\right)" if self._needs_mul_brackets(factor, first=k == 0, last=k == last) else text
+                        for k, (factor, text) in enumerate(zip(factors, texts)))
 
     def _print_Float(self, expr):
         text = f"{float(expr):.6g}"
