@@ -197,6 +197,15 @@ void printInverse(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
   print("tau", "torques that give these accelerations, beside all that acts, N m", tau.transpose());
 }
 
+/// A and B, with a note of what they do not have.
+LinearModel linearized(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd) {
+  const auto& joints = scene.chain.joints();
+  if (std::any_of(joints.begin(), joints.end(), changesCommands)) {
+    std::fputs("note: A and B have no motors and no command delays; dtau is the torque that acts\n", stderr);
+  }
+  return linearModel(scene, t, q, qd);
+}
+
 int equations(const Arguments& given) {
   // The scene and the state.
   std::vector<Fault> faults;
@@ -248,14 +257,7 @@ int equations(const Arguments& given) {
   const ActiveForces active = activeForces(scene, t, q, qd);
   const Kane at = kane(scene.chain, q, qd, active);
   std::optional<LinearModel> near;
-  if (given.has("linearize")) {
-    near = linearModel(scene, t, q, qd);
-    const auto& joints = scene.chain.joints();
-    if (std::any_of(joints.begin(), joints.end(), changesCommands)) {
-      std::fputs("note: A and B have no motors and no command delays; dtau is the torque that acts\n",
-                 stderr);
-    }
-  }
+  if (given.has("linearize")) near = linearized(scene, t, q, qd);
   if (given.has("json")) {
     printJson(t, active, at, near);
   } else {

@@ -4,8 +4,6 @@ import copy
 import functools
 import types
 
-import sympy as sp
-
 from .chain import ChainInLetters, read
 from .closed import closed, compact
 from .kane import kane
