@@ -489,7 +489,7 @@ class Tools(InFolder):
     def test_the_chain_has_its_tip(self):
         rods = "chain: [a]\nlinks: {a: {mass: 1, inertia: 1, com: [0, 0], pin: [1, 0], repeat: 3, initial: {angle: 0.5}}}\ntip: "
         told = json.loads(self.run_tool("equations", "--chain", scene=rods + "{pin: {x: {amplitude: 0.1, frequency: 2, offset: 1}, "
-                                        "y: 0.5}}\n").stdout)
+                                        "y: {offset: 0.5}}}\n").stdout)
         law = {"amplitude": 0, "frequency": 0, "phase": 0}
         self.assertEqual(told["tip"], {"pin": {"x": {"amplitude": 0.1, "frequency": 2, "phase": 0, "offset": 1},
                                                "y": {**law, "offset": 0.5}}})
