@@ -1,6 +1,6 @@
 /// The O(n) recursion against the notes' dense matrices: two independent roads to the same q̈.
 
-#include "recursion/articulated.h"
+#include "articulated.h"
 
 #include <gtest/gtest.h>
 

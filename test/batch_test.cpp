@@ -169,9 +169,8 @@ TEST(Batch, FailuresAreMarkedAndLeaveTheOthersAlone) {
 class Push : public Effect {
  public:
   LoadKind mostActing() const override { return LoadKind::moments; }
-  LoadKind acting() const override { return LoadKind::moments; }
   Powers apply(const ChainState& at, const Actions& to) override {
-    addJointTorque(1, 0, to.N);
+    to.N[0] += 1;
     return {at.omega[0], 0};
   }
   void addTorques(const ChainState& /*at*/, double* tau) override { tau[0] += 1; }

@@ -232,7 +232,7 @@ class EffectLaws {
 
   /// Dynamics has long chains in lanes; an evaluation has every chain in order.
   void expectLanes() {
-    if (!Segments::areWorthwhile(n_)) return;
+    if (n_ <= ShortChain::most) return;
     Entered entered(scene_, t_, q_, qd_);
     const Evaluation& at = entered.evaluation();
     const VectorXd f = slope(t_, y_), alpha = VectorXd::Map(at.slopes(), n_);

@@ -9,10 +9,10 @@
 #include <complex>
 #include <type_traits>
 
+#include "articulated.h"
 #include "dynamics/dynamics.h"
 #include "lanes/linearized_segments.h"
 #include "random_scene.h"
-#include "recursion/articulated.h"
 #include "recursion/dual.h"
 
 namespace planar_chain {

@@ -15,12 +15,12 @@
 #include <utility>
 #include <vector>
 
+#include "articulated.h"
 #include "lanes/kernel.h"
 #include "lanes/linearized_segments.h"
 #include "lanes/short_chain.h"
 #include "linearized.h"
 #include "random_scene.h"
-#include "recursion/articulated.h"
 
 namespace planar_chain {
 namespace {

@@ -8,10 +8,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <new>
-#include <set>
 #include <string>
 
-#include "lanes/segments.h"
+#include "lanes/kernel.h"
 #include "ode/methods.h"
 #include "planar_chain/kane.h"
 #include "random_scene.h"
@@ -116,16 +115,12 @@ TEST(Simulation, SaysWhichRecursionRuns) {
   EXPECT_EQ(recursionFor(2), "closed form for two");
   EXPECT_EQ(recursionFor(5), "link by link, written out for 5");
   EXPECT_EQ(recursionFor(12), "link by link, written out for 12");
-  // In segments where the CPU has lanes enough.
-  const std::set<std::string> ofLongOnes{"link by link", "in 4 segments side by side (avx2)",
-                                         "in 8 segments side by side (avx512)"};
-  EXPECT_EQ(ofLongOnes.count(recursionFor(100)), 1u) << recursionFor(100);
-  EXPECT_EQ(recursionFor(100) != "link by link", Segments::areWorthwhile(100)) << recursionFor(100);
+  const auto inSegments = [](const simd::Kernel& of) {
+    return "in " + std::to_string(of.lanes) + " segments side by side (" + of.name + ")";
+  };
+  EXPECT_EQ(recursionFor(100), inSegments(*simd::kernels().front()));
   // 8 pieces of a short one are not worth joining.
-  for (const int n : {13, 20}) {
-    EXPECT_EQ(recursionFor(n),
-              Segments::areWorthwhile(n) ? "in 4 segments side by side (avx2)" : "link by link");
-  }
+  for (const int n : {13, 20}) EXPECT_EQ(recursionFor(n), inSegments(simd::kernelFor(n)));
 }
 
 TEST(Simulation, PowerInEqualsEnergyRate) {

@@ -237,7 +237,8 @@ Scene busy(const std::string& drive = "") {
       "[0, 1], " +
       (drive.empty() ? "stiffness: 40, damping: 0.5}, initial: {position: -0.2}}" : drive + "}}") +
       "\n  pole: {mass: 0.5, inertia: 0.01, com: [0.4, 0.05], pin: [0.8, 0], joint: {rotor_inertia: 0.03, "
-      "friction: 0.05}, initial: {angle: -1.2, velocity: 0.4}}\n  lower: {mass: 0.3, inertia: 0.004, com: "
+      "friction: 0.05, drag: 0.2}, initial: {angle: -1.2, velocity: 0.4}}\n  lower: {mass: 0.3, inertia: "
+      "0.004, com: "
       "[0.2, -0.03], pin: [0.5, 0.1], joint: {stiffness: 2, damping: 0.1}, initial: {angle: 0.7}}\nloads:\n  "
       "wind: {link: lower, force: [1, 0.5], point: [0.1, 0.2], frequency: 0.8}\n  push: {link: x, force: [3, "
       "-1], frequency: 0.3}\n  lift: {link: y, force: [0.5, 5]}\n  motor: {joint: x_joint, torque: 2}\n  "

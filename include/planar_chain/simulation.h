@@ -76,7 +76,7 @@ class Simulation {
   const std::string& fault() const;       ///< empty: none
   std::string method() const;             ///< in use, such as "dopri5"
   double tolerance() const;               ///< in force; 0 for methods of fixed step
-  /// The recursion for q̈ that this chain uses on this CPU, such as "closed form for two", "link by link",
+  /// The recursion for q̈ that this chain uses on this CPU, such as "closed form for two",
   /// "link by link, written out for 5", "in 4 segments side by side (avx2)".
   std::string recursion() const;
   const Scene& scene() const;

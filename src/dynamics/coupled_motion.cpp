@@ -15,6 +15,7 @@ CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
       evaluator_(mechanism, effects),
       stepped_(evaluator_.none()),
       asked_(stepped_),
+      whole_(stepped_),
       held_(n_),
       scratch_(index(n_)) {
   const std::vector<Coupler*>& couplers = effects.couplers();
@@ -22,8 +23,8 @@ CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
   if (effects.holdTip()) closure_.emplace(mechanism);
   const auto onlyHolds = [](const Coupler* coupler) { return coupler->onlyHolds(); };
   if (!mechanism.hasEnds() && !couplers.empty() && std::all_of(couplers.begin(), couplers.end(), onlyHolds) &&
-      Segments::areWorthwhile(n_)) {
-    welded_.emplace(mechanism.chain(), index(n_));
+      n_ > ShortChain::most) {
+    welded_.emplace(mechanism.chain());
   }
 }
 
@@ -32,10 +33,10 @@ std::string CoupledMotion::recursion() const {
 }
 
 void CoupledMotion::forget(bool holds) {
-  stepped_.isKnown = asked_.isKnown = false;
+  stepped_.isKnown = asked_.isKnown = whole_.isKnown = false;
   if (holds) evaluator_.forgetCouplings();
   if (!welded_) return;
-  welded_->stepped.isKnown = welded_->asked.isKnown = welded_->hasConstantMoments = false;
+  welded_->hasConstantMoments = false;
   if (holds) welded_->isWelded = false;
 }
 
@@ -62,13 +63,18 @@ bool areEqual(const double* y, const double* other, int n) {
 }  // namespace
 
 void CoupledMotion::endedAt(ode::State& state) const {
-  const auto moveTo = [&](const auto& last) {
-    if (!last.isKnown || state.t != last.t || !areEqual(last.y.data(), state.y.data(), n_)) return;
-    const Eigen::Map<const Eigen::VectorXd> there(last.y.data(), 2 * n_);
-    state.carry.head(2 * n_) += state.y.head(2 * n_) - there;  // exact, as they are so near
-    state.y.head(2 * n_) = there;
-  };
-  isWelded() ? moveTo(welded_->stepped) : moveTo(stepped_);
+  if (!stepped_.isKnown || state.t != stepped_.t || !areEqual(stepped_.y.data(), state.y.data(), n_)) return;
+  const Eigen::Map<const Eigen::VectorXd> there(stepped_.y.data(), 2 * n_);
+  state.carry.head(2 * n_) += state.y.head(2 * n_) - there;  // exact, as they are so near
+  state.y.head(2 * n_) = there;
+}
+
+const Evaluation& CoupledMotion::at(double t, const double* y) {
+  if (!isWelded()) return at(t, y, asked_, stepped_);
+  if (whole_.isAt(t, y)) return whole_;
+  ++evaluations_;
+  evaluator_.evaluate(t, y, whole_);
+  return whole_;
 }
 
 Powers CoupledMotion::powers(double t, const double* y) {
@@ -78,14 +84,17 @@ Powers CoupledMotion::powers(double t, const double* y) {
 }
 
 JointAnswer CoupledMotion::answer(double t, const double* y) {
-  if (!isWelded()) {
-    const Evaluation& at = this->at(t, y);
-    return {at.moments.data(), at.slopes()};
+  const Evaluation& known = at(t, y, asked_, stepped_);
+  if (isWelded() && !known.hasMoments) {
+    Evaluation& own = &known == &asked_ ? asked_ : stepped_;
+    if (welded_->last != &own) {
+      ++evaluations_;
+      runWelded(t, y, own);
+    }
+    welded_->chain.moments(own.N.data(), own.moments.data());
+    own.hasMoments = true;
   }
-  Rigid& at = weldedAt(t, y, welded_->asked, welded_->stepped);
-  if (!at.hasMoments && welded_->last != &at) runWelded(t, y, at);
-  if (!std::exchange(at.hasMoments, true)) welded_->chain.moments(at.N.data(), at.moments.data());
-  return {at.moments.data(), at.alpha.data()};
+  return {known.moments.data(), known.slopes()};
 }
 
 void CoupledMotion::torques(double t, const double* y, double* tau) {
@@ -110,9 +119,8 @@ Powers CoupledMotion::weldedPowers(const ChainState& at, double* N) {
   return powers;
 }
 
-void CoupledMotion::runWelded(double t, const double* y, Rigid& to) {
+void CoupledMotion::runWelded(double t, const double* y, Evaluation& to) {
   Welded& welded = *welded_;
-  ++evaluations_;
   if (!welded.isWelded) {
     effects_.couple(t, 0, held_);
     welded.chain.weld(held_);
@@ -125,23 +133,10 @@ void CoupledMotion::runWelded(double t, const double* y, Rigid& to) {
   // Moments that are the same in every state are summed once.
   if (welded.hasConstantMoments && welded.last != &to) to.N = welded.last->N;
   double* N = welded.hasConstantMoments ? nullptr : to.N.data();
-  to.powers = weldedPowers(to.state(), N);
+  to.powers = weldedPowers({t, y, y + n_}, N);
   welded.chain.accelerations(to.y.data(), to.y.data() + n_, N, to.alpha.data());
   welded.hasConstantMoments = effects_.haveConstantMoments();
   welded.last = &to;
-}
-
-Powers CoupledMotion::weldedRates(double t, const double* y, double* slopes) {
-  const Rigid& at = weldedAt(t, y, welded_->stepped, welded_->asked);
-  std::copy_n(at.alpha.data(), n_, slopes);
-  return at.powers;
-}
-
-CoupledMotion::Rigid& CoupledMotion::weldedAt(double t, const double* y, Rigid& own, Rigid& other) {
-  if (own.isAt(t, y)) return own;
-  if (other.isAt(t, y)) return other;
-  runWelded(t, y, own);
-  return own;
 }
 
 // ---- Held joints ---------------------------------------------------------------------------------------

@@ -49,7 +49,6 @@ class CoupledMotion final : private Mechanics {
 
   /// Writes ψ̈, and returns the powers: for the steps of a method.
   Powers rates(double t, const double* y, double* slopes) {
-    if (isWelded()) return weldedRates(t, y, slopes);
     const Evaluation& at = this->at(t, y, stepped_, asked_);
     std::copy_n(at.slopes(), n_, slopes);
     return at.powers;
@@ -59,7 +58,7 @@ class CoupledMotion final : private Mechanics {
   /// The powers alone.
   Powers powers(double t, const double* y);
   /// Everything. Does not change what rates() will give.
-  const Evaluation& at(double t, const double* y) { return at(t, y, asked_, stepped_); }
+  const Evaluation& at(double t, const double* y);
   Evaluator& evaluator() { return evaluator_; }
   /// Writes the torques of drives, rotors left out, and of friction, n values.
   void torques(double t, const double* y, double* tau);
@@ -82,50 +81,36 @@ class CoupledMotion final : private Mechanics {
   double spread(double t, const double* y);
 
  private:
-  /// Results of the welded chain at one state.
-  struct Rigid {
-    explicit Rigid(std::size_t n) : y(2 * n), N(n), alpha(n), moments(n) {}
-    bool isAt(double time, const double* state) const {
-      return isKnown && time == t && std::equal(y.begin(), y.end(), state);
-    }
-    ChainState state() const { return {t, y.data(), y.data() + N.size()}; }
-
-    bool isKnown = false, hasMoments = false;
-    double t = 0;
-    std::vector<double> y, N, alpha, moments;
-    Powers powers;
-  };
   struct Welded {
-    Welded(const Chain& of, std::size_t n) : chain(of), stepped(n), asked(n) {}
+    explicit Welded(const Chain& of) : chain(of) {}
 
     WeldedChain chain;
     bool isWelded = false;  ///< chain has the joints that stick now
     bool hasConstantMoments = false;
-    Rigid stepped, asked;         ///< of rates(), and of other questions
-    const Rigid* last = nullptr;  ///< of these, the one that the chain computed last
+    const Evaluation* last = nullptr;  ///< what the chain computed last
   };
 
   /// The results at a state: known in one of these, or computed in `own`.
-  const Evaluation& at(double t, const double* y, Evaluation& own, const Evaluation& other) {
+  const Evaluation& at(double t, const double* y, Evaluation& own, Evaluation& other) {
     if (own.isAt(t, y)) return own;
     if (other.isAt(t, y)) return other;
     ++evaluations_;
-    evaluator_.evaluate(t, y, own);
+    isWelded() ? runWelded(t, y, own) : evaluator_.evaluate(t, y, own);
     return own;
   }
   JointAnswer answer(double t, const double* y) override;
   void forget(bool holds) override;
   bool isWelded() const { return welded_ && effects_.acting() != LoadKind::forces; }
-  Powers weldedRates(double t, const double* y, double* slopes);
-  Rigid& weldedAt(double t, const double* y, Rigid& own, Rigid& other);
-  void runWelded(double t, const double* y, Rigid& to);
+  void runWelded(double t, const double* y, Evaluation& to);
   Powers weldedPowers(const ChainState& at, double* N);
 
   Coordinates coordinates_;
   Effects& effects_;
   int n_;
   Evaluator evaluator_;
-  Evaluation stepped_, asked_;  ///< of rates(), and of other questions
+  // Of rates(), and of other questions: of the welded chain, if there is one, without what only at() has.
+  Evaluation stepped_, asked_;
+  Evaluation whole_;  ///< of at(), beside a welded chain
   std::optional<Welded> welded_;
   std::optional<Closure> closure_;  ///< if the tip is held
   Couplings held_;

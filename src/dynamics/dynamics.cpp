@@ -140,14 +140,8 @@ void Dynamics::restore(const double* arranged, double* y) const {
   const double* omega = y + places_;
   const double* N = acting == LoadKind::nothing ? nullptr : outside.N;
   const Vec2d* F = acting == LoadKind::forces ? outside.F : nullptr;
-  if (auto* segments = std::get_if<Segments>(&recursion_)) {
-    mechanism_.rotate(y, outside.e, places_);
-    segments->accelerations(outside.e, omega, N, F, outside.ground, rates);
-  } else {
-    if (acting != LoadKind::forces) mechanism_.rotate(y, outside.e, n_);
-    std::get_if<Articulated<double>>(&recursion_)
-        ->accelerations(outside.e, omega, N, F, outside.ground, rates);
-  }
+  mechanism_.rotate(y, outside.e, places_);
+  std::get_if<Segments>(&recursion_)->accelerations(outside.e, omega, N, F, outside.ground, rates);
 }
 
 inline void Dynamics::evaluateRates(double t, const double* y, double* out) {

@@ -12,7 +12,7 @@
 /// (lanes/arrangement.h): angles and rates in the order of the segments, then the works.
 ///
 /// It owns the mechanism, the effects, and a recursion for q̈. The constructor chooses the recursion, by the
-/// length of the chain and by what the effects say of themselves: written out, link by link or in segments
+/// length of the chain and by what the effects say of themselves: written out or in segments
 /// (Recursion); or with coupled joints, a moving base and welded bodies (CoupledMotion). If the base turns, θ
 /// and ω are measured from it, and states are in chain order. The loop of a chain without effects contains no
 /// test for them. Powers and works are summed here, for all recursions.

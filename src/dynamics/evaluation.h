@@ -43,6 +43,7 @@ struct Evaluation {
   const double* slopes() const { return slopesOnBase.empty() ? alpha.data() : slopesOnBase.data(); }
 
   bool isPlain, isKnown = false;
+  bool hasMoments = false;                    ///< of a welded chain: then `moments` are known
   double t = 0;                               ///< s
   std::vector<double> y;                      ///< [ψ ψ̇]
   BaseState base;                             ///< at t

@@ -14,15 +14,14 @@ Mechanism::Mechanism(const Chain& chain, bool inOrder, bool holdsTip)
       places_(n_),
       rotations_(simd::kernels().front()->rotations) {
   if (slides() > 0) bodies_.emplace(chain.withoutSlides());
-  if (inOrder || holdsTip || !Segments::areWorthwhile(n_)) return;
+  if (inOrder || holdsTip || n_ <= ShortChain::most) return;
   lanes_.emplace(n_);
   places_ = lanes_->places();
 }
 
 Recursion Mechanism::makeRecursion() const {
-  if (lanes_) return Segments(chain_);
   if (bodies().size() <= ShortChain::most) return ShortChain(bodies());
-  return Articulated<double>(bodies());
+  return Segments(bodies());
 }
 
 void Mechanism::toLanes(const double* inOrder, double* inLanes) const {

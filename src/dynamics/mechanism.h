@@ -12,12 +12,11 @@
 #include "lanes/segments.h"
 #include "lanes/short_chain.h"
 #include "planar_chain/chain.h"
-#include "recursion/articulated.h"
 
 namespace planar_chain {
 
 /// The recursion for q̈, with its room: written out for short chains, in segments for long ones.
-using Recursion = std::variant<ShortChain, Articulated<double>, Segments>;
+using Recursion = std::variant<ShortChain, Segments>;
 
 class Mechanism {
  public:

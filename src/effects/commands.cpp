@@ -166,8 +166,6 @@ class EffortKind : public EffectKind {
     }
   }
   std::unique_ptr<Effect> make(const Scene&) const override { return nullptr; }
-  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
-                const DenseActions&) const override {}
   void summarize(const Scene& scene, SceneWords& words) const override {
     int limits = 0;
     for (const Joint& joint : scene.chain.joints()) limits += joint.has("effort_limit");

@@ -13,43 +13,40 @@ class Drags : public Effect, public Switching {
   explicit Drags(const Chain& chain) : coordinates_(chain.coordinates()), n_(chain.size()) {
     for (int i = 0; i < n_; ++i) {
       const double c = chain.joints()[index(i)].other("drag");
-      if (c > 0) drags_.push_back({i, c, 1});
+      if (c > 0) drags_.push_back({{coordinates_, i}, c, 1});
     }
   }
   bool empty() const { return drags_.empty(); }
 
   LoadKind mostActing() const override { return LoadKind::moments; }
-  LoadKind acting() const override { return LoadKind::moments; }
 
   /// τ = −c s q̇²; takes c s q̇³.
   Powers apply(const ChainState& at, const Actions& to) override {
     Powers powers;
     for (const Drag& drag : drags_) {
-      const double rate = coordinates_.relative(at.omega, drag.joint),
-                   torque = -drag.c * drag.sign * rate * rate;
-      coordinates_.addTorque(torque, drag.joint, to.N);
+      const double rate = drag.q(at.omega), torque = -drag.c * drag.sign * rate * rate;
+      coordinates_.addTorque(torque, drag.q.joint, to.N);
       powers.dissipated -= torque * rate;
     }
     return powers;
   }
   void addTorques(const ChainState& at, double* tau) override {
     for (const Drag& drag : drags_) {
-      const double rate = coordinates_.relative(at.omega, drag.joint);
-      tau[drag.joint] -= drag.c * drag.sign * rate * rate;
+      const double rate = drag.q(at.omega);
+      tau[drag.q.joint] -= drag.c * drag.sign * rate * rate;
     }
   }
 
   // The exact derivative.
   bool isNonlinear() const override { return true; }
   void addTangents(const ChainState& at, double* /*k*/, double* d) const override {
-    for (const Drag& drag : drags_)
-      d[drag.joint] += 2 * drag.c * drag.sign * coordinates_.relative(at.omega, drag.joint);
+    for (const Drag& drag : drags_) d[drag.q.joint] += 2 * drag.c * drag.sign * drag.q(at.omega);
   }
   Powers powersAlong(const ChainState& at, const StateChange& along) override {
     double change = 0;
     for (const Drag& drag : drags_) {
-      const double rate = coordinates_.relative(at.omega, drag.joint);
-      change += 3 * drag.c * drag.sign * rate * rate * coordinates_.relative(along.v, drag.joint);
+      const double rate = drag.q(at.omega);
+      change += 3 * drag.c * drag.sign * rate * rate * drag.q(along.v);
     }
     return {0, change};
   }
@@ -59,17 +56,16 @@ class Drags : public Effect, public Switching {
     for (const Drag& drag : drags_) {
       double square = 0;
       for (int j = 0; j <= k; ++j) {
-        square += coordinates_.relative(known.omega(j), drag.joint) *
-                  coordinates_.relative(known.omega(k - j), drag.joint);
+        square += drag.q(known.omega(j)) * drag.q(known.omega(k - j));
       }
-      coordinates_.addTorque(-drag.c * drag.sign * square, drag.joint, to.N);
+      coordinates_.addTorque(-drag.c * drag.sign * square, drag.q.joint, to.N);
     }
   }
 
   // The sign of q̇ is a switch.
   Switching* switching() override { return this; }
   void enterState(double /*t*/, const double* y) override {
-    for (Drag& drag : drags_) drag.sign = coordinates_.relative(y + n_, drag.joint) < 0 ? -1 : 1;
+    for (Drag& drag : drags_) drag.sign = drag.q(y + n_) < 0 ? -1 : 1;
   }
   void change(double /*t*/, double* y, const ode::Crossing& /*found*/) override {
     for (Drag& drag : drags_) {
@@ -88,10 +84,9 @@ class Drags : public Effect, public Switching {
     const Eigen::VectorXd &y = of.y, &next = of.next;
     double first = -1;
     for (const Drag& drag : drags_) {
-      const double v0 = coordinates_.relative(y.data() + n_, drag.joint) * h;
-      const double v1 = coordinates_.relative(next.data() + n_, drag.joint) * h;
-      const double dq =
-          coordinates_.relative(next.data(), drag.joint) - coordinates_.relative(y.data(), drag.joint);
+      const double v0 = drag.q(y.data() + n_) * h;
+      const double v1 = drag.q(next.data() + n_) * h;
+      const double dq = drag.q(next.data()) - drag.q(y.data());
       const double b = 3 * dq - 2 * v0 - v1, c = v0 + v1 - 2 * dq;
       const double s = -b / (3 * c), turn = v0 + b * s;
       const bool isHidden =
@@ -103,12 +98,10 @@ class Drags : public Effect, public Switching {
 
  private:
   struct Drag {
-    int joint;
+    Coordinate q;
     double c, sign;
   };
-  double dueOf(const Drag& drag, const double* y) const {
-    return -drag.sign * coordinates_.relative(y + n_, drag.joint);
-  }
+  double dueOf(const Drag& drag, const double* y) const { return -drag.sign * drag.q(y + n_); }
 
   Coordinates coordinates_;
   int n_;

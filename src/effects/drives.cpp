@@ -12,7 +12,6 @@ namespace {
 class CouplingEffect : public Effect, public Coupler {
  public:
   LoadKind mostActing() const final { return LoadKind::nothing; }
-  LoadKind acting() const final { return LoadKind::nothing; }
   Powers apply(const ChainState& /*at*/, const Actions& /*to*/) final { return {}; }
   void addTorques(const ChainState& /*at*/, double* /*tau*/) final {}
   Coupler* coupler() final { return this; }
@@ -42,9 +41,6 @@ class RotorKind : public EffectKind {
   std::unique_ptr<Effect> make(const Scene& scene) const override {
     return count(scene) > 0 ? std::make_unique<Rotors>(scene.chain) : nullptr;
   }
-  /// Rotors are inertia: kane.h adds J to M_q.
-  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
-                const DenseActions&) const override {}
   double inertiaIn(const Joint& joint) const override { return joint.other("rotor_inertia"); }
   void summarize(const Scene& scene, SceneWords& words) const override {
     if (count(scene) > 0) words.count(count(scene), "rotor");
@@ -122,9 +118,6 @@ class DriveKind : public EffectKind {
   std::unique_ptr<Effect> make(const Scene& scene) const override {
     return scene.drives.empty() ? nullptr : std::make_unique<Drives>(scene.drives);
   }
-  /// A drive's torque is not a function of the state.
-  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
-                const DenseActions&) const override {}
   void summarize(const Scene& scene, SceneWords& words) const override {
     if (!scene.drives.empty()) words.count(static_cast<int>(scene.drives.size()), "driven joint");
   }
@@ -166,9 +159,6 @@ class BaseKind : public EffectKind {
     if (scene.chain.slides() > 0) throw std::invalid_argument("a base with prismatic links cannot move");
     return std::make_unique<Base>(*scene.base);
   }
-  /// The base's motion is inertia: kane.h takes it apart.
-  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
-                const DenseActions&) const override {}
   void summarize(const Scene& scene, SceneWords& words) const override {
     if (scene.base) words.runs.push_back("a moving base");
   }
@@ -217,9 +207,6 @@ class TipKind : public EffectKind {
     }
     return std::make_unique<HeldTip>(*scene.tip);
   }
-  /// The tip's force is not a function of the state.
-  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
-                const DenseActions&) const override {}
   void summarize(const Scene& scene, SceneWords& words) const override {
     if (scene.tip) words.runs.push_back(scene.tip->line ? "a tip on a line" : "a held tip");
   }

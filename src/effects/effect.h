@@ -107,12 +107,6 @@ class Switching : public ode::Switches {
   virtual void change(double t, double* y, const ode::Crossing& found) = 0;
 };
 
-/// +τ on body i, −τ on the body before.
-inline void addJointTorque(double tau, int i, double* N) {
-  N[i] += tau;
-  if (i > 0) N[i - 1] -= tau;
-}
-
 /// The forces of an effect on bodies.
 class Forces {
  public:
@@ -169,7 +163,7 @@ class Effect {
   // ---- What acts ------------------------------------------------------------------------------------
 
   /// The most that it adds at present. apply() is called only if this is not `nothing`.
-  virtual LoadKind acting() const = 0;
+  virtual LoadKind acting() const { return mostActing(); }
   /// True if its moments are the same in every state, until a switch or enter(), and it has no forces.
   /// apply() with N = nullptr then returns the powers alone.
   virtual bool hasConstantMoments() const { return false; }

@@ -93,10 +93,10 @@ class EffectKind {
   virtual std::unique_ptr<Effect> make(const Scene& scene) const = 0;
 
   /// Adds the same forces in the dense form of kane.h, for reading and for tests of the effect. q, qd:
-  /// relative angles and rates. Inertia, and torques that are not functions of the state, are not added: the
-  /// recursion gives them to kane.h.
-  virtual void addDense(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
-                        const DenseActions& to) const = 0;
+  /// relative angles and rates. Inertia, and torques that are not functions of the state, such as those of
+  /// friction and drives, are not added: the recursion gives them to kane.h.
+  virtual void addDense(const Scene& /*scene*/, double /*t*/, const Eigen::VectorXd& /*q*/,
+                        const Eigen::VectorXd& /*qd*/, const DenseActions& /*to*/) const {}
 
   /// Its part of the start-up line.
   virtual void summarize(const Scene& scene, SceneWords& words) const = 0;

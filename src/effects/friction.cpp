@@ -169,10 +169,6 @@ class FrictionKind : public EffectKind {
     return effect->empty() ? nullptr : std::move(effect);
   }
 
-  /// Friction at rest is not a function of the state: kane.h takes it from the recursion.
-  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
-                const DenseActions&) const override {}
-
   double dryFrictionIn(const Joint& joint) const override { return joint.other("friction"); }
   /// It has no energy.
   bool isInEquilibrium() const override { return false; }

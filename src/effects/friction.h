@@ -33,7 +33,6 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
 
   // Effect
   LoadKind mostActing() const override { return LoadKind::moments; }
-  LoadKind acting() const override { return LoadKind::moments; }
   Powers apply(const ChainState& at, const Actions& to) override;
   bool hasConstantMoments() const override { return true; }
   void addTorques(const ChainState& at, double* tau) override;

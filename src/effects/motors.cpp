@@ -267,8 +267,6 @@ class MotorKind : public EffectKind {
   }
   /// Without commands no motor acts.
   std::unique_ptr<Effect> make(const Scene&) const override { return nullptr; }
-  void addDense(const Scene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
-                const DenseActions&) const override {}
   void summarize(const Scene& scene, SceneWords& words) const override {
     int motors = 0, delays = 0;
     for (const Joint& joint : scene.chain.joints()) {

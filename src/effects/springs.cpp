@@ -137,7 +137,6 @@ class SpringEffect : public Effect, public InLanes {
   bool empty() const { return inOrder_.empty(); }
 
   LoadKind mostActing() const override { return LoadKind::moments; }
-  LoadKind acting() const override { return LoadKind::moments; }
   bool hasPower() const override { return inOrder_.dissipate(); }
   Powers apply(const ChainState& at, const Actions& to) override {
     return {0, inOrder_.apply(at.theta, at.omega, to.N)};
@@ -163,62 +162,54 @@ class SpringEffect : public Effect, public InLanes {
   Springs inOrder_, inLanes_;
 };
 
-/// Springs and dampers behind slides and on their rails. The links that turn are a chain of their own.
+/// Springs and dampers of a chain with slides, joint by joint.
 class SpringsBesideSlides : public Effect {
  public:
-  explicit SpringsBesideSlides(const Chain& chain)
-      : slides_(chain.slides()), springs_(chain.withoutSlides()) {
-    for (int i = 0; i < slides_; ++i) {
+  explicit SpringsBesideSlides(const Chain& chain) : coordinates_(chain.coordinates()) {
+    for (int i = 0; i < chain.size(); ++i) {
       const Joint& joint = chain.joints()[index(i)];
-      if (joint.stiffness > 0 || joint.damping > 0) {
-        rails_.push_back({i, joint.stiffness, joint.restAngle, joint.damping});
-      }
+      if (!(joint.stiffness > 0 || joint.damping > 0)) continue;
+      springs_.push_back({{coordinates_, i}, joint.stiffness, joint.restAngle, joint.damping});
     }
   }
-  bool empty() const { return rails_.empty() && springs_.empty(); }
+  bool empty() const { return springs_.empty(); }
 
   LoadKind mostActing() const override { return LoadKind::moments; }
-  LoadKind acting() const override { return LoadKind::moments; }
   bool hasPower() const override {
-    const auto dissipates = [](const Rail& rail) { return rail.d > 0; };
-    return springs_.dissipate() || std::any_of(rails_.begin(), rails_.end(), dissipates);
+    return std::any_of(springs_.begin(), springs_.end(), [](const Spring& spring) { return spring.d > 0; });
   }
   Powers apply(const ChainState& at, const Actions& to) override {
     Powers powers;
-    if (!springs_.empty()) {
-      powers.dissipated = springs_.apply(at.theta + slides_, at.omega + slides_, to.N + slides_);
-    }
-    for (const auto& [i, k, rest, d] : rails_) {
-      to.N[i] += -k * (at.theta[i] - rest) - d * at.omega[i];
-      powers.dissipated += d * at.omega[i] * at.omega[i];
+    for (const Spring& spring : springs_) {
+      coordinates_.addTorque(spring.torque(at), spring.q.joint, to.N);
+      powers.dissipated += spring.d * spring.q(at.omega) * spring.q(at.omega);
     }
     return powers;
   }
   void addTorques(const ChainState& at, double* tau) override {
-    springs_.addTorques(at.theta + slides_, at.omega + slides_, tau + slides_);
-    for (const auto& [i, k, rest, d] : rails_) tau[i] += -k * (at.theta[i] - rest) - d * at.omega[i];
+    for (const Spring& spring : springs_) tau[spring.q.joint] += spring.torque(at);
   }
   void addStiffness(double* k, double* d) const override {
-    springs_.addStiffness(k + slides_, d + slides_);
-    for (const Rail& rail : rails_) {
-      k[rail.joint] += rail.k;
-      d[rail.joint] += rail.d;
+    for (const Spring& spring : springs_) {
+      k[spring.q.joint] += spring.k;
+      d[spring.q.joint] += spring.d;
     }
   }
   Powers powersAlong(const ChainState& at, const StateChange& along) override {
-    double change = springs_.dissipationAlong(at.omega + slides_, along.v + slides_);
-    for (const auto& [i, k, rest, d] : rails_) change += 2 * d * at.omega[i] * along.v[i];
+    double change = 0;
+    for (const Spring& spring : springs_) change += 2 * spring.d * spring.q(at.omega) * spring.q(along.v);
     return {0, change};
   }
 
  private:
-  struct Rail {
-    int joint;
+  struct Spring {
+    Coordinate q;
     double k, rest, d;
+
+    double torque(const ChainState& at) const { return -k * (q(at.theta) - rest) - d * q(at.omega); }
   };
-  int slides_;
-  Springs springs_;
-  std::vector<Rail> rails_;
+  Coordinates coordinates_;
+  std::vector<Spring> springs_;
 };
 
 template <class Made>

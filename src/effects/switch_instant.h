@@ -3,14 +3,13 @@
 /// The search for the instant at which a joint with friction sticks, turns or breaks loose, in a stretch of a
 /// step (ode/switches.h).
 ///
-/// It is found as exactly as time and the rounding of rates and moments allow (ode/rise.h).
+/// It is found as exactly as time and the rounding of rates and moments allow.
 
 #include <array>
 #include <vector>
 
 #include "effects/effect.h"
 #include "effects/stick_slip.h"
-#include "ode/rise.h"
 
 namespace planar_chain {
 
@@ -38,9 +37,11 @@ class SwitchInstant {
   const Numbers& duesAt(double t, const double* y) const;
   /// The same of one joint at t within the stretch.
   double dueAt(int joint, double t, const ode::Stretch& of) const;
-  /// How due() of one joint runs through a stretch.
-  ode::Rise riseOf(int joint, const ode::Stretch& of) const;
-  /// A time up to `last`, and behind the first one at which it is due by no more than its `beyond`.
+  /// How far above 0 due() of a joint may be where a step ends, of which it has these values at the begin, in
+  /// the middle and at the end.
+  double mostBeyond(int joint, const ode::Stretch& of, double begin, double half, double end) const;
+  /// The first time up to `last` at which due() of a joint is above 0, by no more than that; or one so near
+  /// behind it that rounding hides which is first: then the joint is not told.
   ode::Crossing crossingOf(int joint, const ode::Stretch& of, double last) const;
 
   const StickSlip& joints_;

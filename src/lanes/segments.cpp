@@ -19,12 +19,6 @@ Rotation<double> plainRotation(double theta) {
   return e;
 }
 
-bool Segments::areWorthwhile(int n) {
-  constexpr int leastLinks = 13;
-  constexpr int leastLanes = 4;
-  return n >= leastLinks && simd::kernels().front()->lanes >= leastLanes;
-}
-
 CacheLines linksInLanes(const Chain& chain, int lanes, int steps, int apart, int next) {
   CacheLines links(index(steps * lanes * simd::SegmentArrays::linkQuantities));
   Link none;

@@ -70,9 +70,6 @@ class Segments {
   /// Uses the given kernel, or else the best of this CPU for so many links. Allocates.
   explicit Segments(const Chain& chain, const simd::Kernel* kernel = nullptr);
 
-  /// True if this is faster than the recursion link by link, for n links on this CPU.
-  static bool areWorthwhile(int n);
-
   /// A description such as "in 8 segments side by side (avx512)".
   std::string name() const;
 

@@ -25,10 +25,6 @@
 /// rotation at the pin, 2×2 matrices and one division per link remain. The number type is a template
 /// parameter: tests use long double.
 
-#include <string>
-#include <vector>
-
-#include "planar_chain/chain.h"
 #include "planar_chain/planar.h"
 
 namespace planar_chain {
@@ -107,44 +103,5 @@ template <class Real>
   a = mulAdd(alpha, perp(body.P), mulAdd(-body.ww, body.P, a));
   return alpha;
 }
-
-template <class Real = double>
-class Articulated {
- public:
-  explicit Articulated(const Chain& chain) : replies_(index(chain.size())) {
-    bodies_.reserve(index(chain.size()));
-    for (const Link& link : chain.links()) {
-      bodies_.push_back({Real(link.mass),
-                         Real(link.inertia),
-                         {Real(link.com.x), Real(link.com.y)},
-                         {Real(link.pin.x), Real(link.pin.y)}});
-    }
-  }
-
-  int size() const { return static_cast<int>(bodies_.size()); }
-  /// A description.
-  std::string name() const { return "link by link"; }
-
-  /// Writes the angular accelerations alpha, rad/s². e: exp(i θ_j). omega: ω_j, rad/s. N: moments, N m. F:
-  /// forces without gravity, N, ground components. N and F are nullptr if there are none. Each array has n
-  /// elements. ground: acceleration of the ground pin minus gravity, m/s². Allocates nothing.
-  void accelerations(const Rotation<Real>* e, const Real* omega, const Real* N, const Vec2<Real>* F,
-                     Vec2<Real> ground, Real* alpha) {
-    Sym2<Real> A;
-    Vec2<Real> b;
-    for (int j = size() - 1; j >= 0; --j) {
-      const Turned<Real> body = turned(bodies_[index(j)], e[j], omega[j]);
-      const Handle<Real> handle = inwards<false>(body, N ? N[j] : Real(0), A, b);
-      if (F) b -= F[j];
-      replies_[index(j)] = replyOf(handle, body);
-    }
-    Vec2<Real> a = ground;
-    for (int j = 0; j < size(); ++j) alpha[j] = outwards(replies_[index(j)], a);
-  }
-
- private:
-  std::vector<Body<Real>> bodies_;
-  std::vector<Reply<Real>> replies_;
-};
 
 }  // namespace planar_chain
