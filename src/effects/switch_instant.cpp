@@ -119,18 +119,20 @@ double SwitchInstant::dueAt(int joint, double t, const ode::Stretch& of) const {
                                : joints_.stickDue(joint, momentsAt(t, y.data()));
 }
 
-/// What rounding of t and of the rates asks for. Where |μ| reaches the torque of sliding, f bends and does
-/// not jump: a delay δ changes a rate by δ² alone, and 1e-5 of the step's change are enough.
+/// What rounding of t, rates and moments asks for. Where |μ| reaches the torque of sliding, f bends and does
+/// not jump: a delay δ changes a rate by δ² alone, and `late` of the step's change is enough. Its bounds are
+/// shares of the breakaway torque: far above rounding, far below the torque.
 double SwitchInstant::mostBeyond(int joint, const ode::Stretch& of, double begin, double half,
                                  double end) const {
   const double steepest = 2 * std::max(std::abs(half - begin), std::abs(end - half)) / of.h;
   const double ofTime = narrowest(of) * steepest, most = joints_.breakaway(joint);
+  constexpr double ofRates = 32 * epsilon, ofMoments = 1e-11, late = 1e-5, leastLate = 1e-8, mostLate = 1e-6;
   if (joints_.slides(joint)) {
     const double *omega = of.next.data() + n_, inner = joint > 0 ? std::abs(omega[joint - 1]) : 0;
-    return ofTime + 32 * epsilon * (std::abs(omega[joint]) + inner);
+    return ofTime + ofRates * (std::abs(omega[joint]) + inner);
   }
-  if (joints_.hasBreakaway()) return ofTime + 1e-11 * most;
-  return ofTime + std::max(std::clamp(1e-5 * (end - begin), 1e-8 * most, 1e-6 * most),
+  if (joints_.hasBreakaway()) return ofTime + ofMoments * most;
+  return ofTime + std::max(std::clamp(late * (end - begin), leastLate * most, mostLate * most),
                            (joints_.limit(joint) - most) / 2);
 }
 
