@@ -61,7 +61,7 @@ def ellipse(axes, result):
     axes.plot(0, 0, "+", color=COLOURS[0])
     correlation = covariance[0, 1] / (size[0] * size[1])
     axes.set_title(f"95 % region of the two that hang\ntogether most (correlation {correlation:+.4f})", fontsize="medium")
-    xlabel, ylabel = (f"({found.path} − {found.value:.5g}) / {unit:g}" for found, unit in zip((one, other), units))
+    xlabel, ylabel = (f"{found.path}\n(value − {found.value:.5g}) / {unit:g}" for found, unit in zip((one, other), units))
     axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.locator_params(nbins=4)
     axes.grid(alpha=0.3)
