@@ -134,6 +134,11 @@ class Numbers(unittest.TestCase):
                          ["recording 1, 10.5 to 11.99 s", "recording 2, 0 to 1.49 s"])
         self.assertAlmostEqual(found(pieces)[COM].value, 0.5, delta=1e-3)
 
+    def test_what_a_chaotic_motion_tells(self):
+        rods = Scene.from_file("double_pendulum")
+        result = fit(rods, motion(rods, rods.state, np.arange(0, 20, 0.01)), ["links/lower/mass=1.3", "links/lower/com/0=0.4"])
+        self.assertEqual(result.not_told, [])
+
     def test_driven_joints_keep_their_laws(self):
         scene = {**DOUBLE.to_dict(), "links": {"upper": {**ROD, "joint": {"drive": {"amplitude": 0.5, "frequency": 0.7, "phase": 0.3}}},
                                                "lower": {**ROD, "joint": {"damping": 0.02}}}}
