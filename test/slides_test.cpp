@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "known_motion.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
 #include "planar_chain/scene_reader.h"
@@ -67,31 +68,16 @@ Eigen::VectorXd vectorOf(const std::vector<double>& numbers) {
 
 // ---- Trajectories ----------------------------------------------------------------------------------
 
-struct Known {
-  const char* name;
-  std::string scene;
-  const std::vector<double>& end;
-};
-
 class Trajectory : public testing::TestWithParam<const char*> {};
 
 TEST_P(Trajectory, AgreesWithDenseEquations) {
-  for (const auto& [name, text, end] :
-       {Known{"level", cart(), reference::level}, Known{"tilted", tilted, reference::tilted},
-        Known{"plane", plane, reference::plane}, Known{"floating", floating, reference::floating},
-        Known{"massless", cart("axis: [1, 0]", "0"), reference::massless}}) {
-    Scene scene = readSceneText(text);
-    scene.integrator.method = GetParam();
-    scene.integrator.tolerance = 1e-10;
-    Simulation simulation(scene);
-    ASSERT_TRUE(simulation.advanceTo(3)) << name << ": " << simulation.fault();
-    const std::size_t n = scene.q.size();
-    for (std::size_t i = 0; i < n; ++i) {
-      EXPECT_NEAR(simulation.q()[i], end[i], 1e-8) << name << ", q of " << i;
-      EXPECT_NEAR(simulation.qd()[i], end[n + i], 1e-7) << name << ", rate of " << i;
-    }
-    EXPECT_EQ(simulation.statistics().rescues, 0) << name;
-    EXPECT_LT(std::abs(simulation.energyBalance().residual), 1e-7) << name;
+  for (const test::KnownMotion& known : std::initializer_list<test::KnownMotion>{
+           {"level", cart(), reference::level},
+           {"tilted", tilted, reference::tilted},
+           {"plane", plane, reference::plane},
+           {"floating", floating, reference::floating},
+           {"massless", cart("axis: [1, 0]", "0"), reference::massless}}) {
+    test::expectMotion(known, GetParam(), 1e-7);
   }
 }
 

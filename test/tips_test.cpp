@@ -11,6 +11,7 @@
 #include <cmath>
 #include <string>
 
+#include "known_motion.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
 #include "planar_chain/scene_reader.h"
@@ -62,35 +63,16 @@ const std::string heldCart =
 
 // ---- Trajectories ----------------------------------------------------------------------------------
 
-struct Known {
-  const char* name;
-  std::string scene;
-  const std::vector<double>& end;
-};
-
 class HeldTips : public testing::TestWithParam<const char*> {};
 
 TEST_P(HeldTips, MoveAsDenseEquationsSay) {
-  for (const auto& [name, text, end] :
-       {Known{"fourBar", fourBar(), reference::fourBar}, Known{"slung", slung, reference::slung},
-        Known{"stiffLoop", stiffLoop, reference::stiffLoop},
-        Known{"sliderCrank", sliderCrank, reference::sliderCrank},
-        Known{"heldCart", heldCart, reference::heldCart}}) {
-    Scene scene = readSceneText(text);
-    scene.integrator.method = GetParam();
-    scene.integrator.tolerance = 1e-10;
-    Simulation simulation(scene);
-    for (int k = 1; k <= 30; ++k) {
-      ASSERT_TRUE(simulation.advanceTo(0.1 * k)) << name << ": " << simulation.fault();
-      EXPECT_LT(simulation.closureError(), 1e-12 * scene.chain.reach()) << name;
-    }
-    const std::size_t n = scene.q.size();
-    for (std::size_t i = 0; i < n; ++i) {
-      EXPECT_NEAR(simulation.q()[i], end[i], 1e-8) << name << ", q of " << i;
-      EXPECT_NEAR(simulation.qd()[i], end[n + i], 1e-7) << name << ", rate of " << i;
-    }
-    EXPECT_EQ(simulation.statistics().rescues, 0) << name;
-    EXPECT_LT(std::abs(simulation.energyBalance().residual), 1e-8) << name;
+  for (const test::KnownMotion& known :
+       std::initializer_list<test::KnownMotion>{{"fourBar", fourBar(), reference::fourBar},
+                                                {"slung", slung, reference::slung},
+                                                {"stiffLoop", stiffLoop, reference::stiffLoop},
+                                                {"sliderCrank", sliderCrank, reference::sliderCrank},
+                                                {"heldCart", heldCart, reference::heldCart}}) {
+    test::expectMotion(known, GetParam(), 1e-8);
   }
 }
 
