@@ -9,13 +9,12 @@ do, N samples tell no more than N/τ: τ = 1 + 2 Σ ρ_k, ρ_k the correlation o
 
 import numpy as np
 
-from .solve import LOSS
+from .solve import LOSS, NARROW, STEEPEST, until_steep
 
 UNLIKELY = 4.0  # deviations: a correlation of neighbours within them counts as none
 NOT_TOLD = 0.5  # a direction whose relative deviation is above it
 WIDTH, STEEP = 3e-6, 500.0  # of the differences of a Jacobian whose largest entry is STEEP, rad. A steeper one, of a chaotic motion,
 # has narrower ones
-STEEPEST = 1e5  # rad: samples from a steeper one on, where differences fail, are not judged
 DOUBT = 3.0  # a singular value below so many errors of the Jacobian is none
 
 
@@ -45,7 +44,7 @@ class Deviations:
 
     def __init__(self, problem, solution, samples, prior):
         self.problem, self.numbers = problem, problem.numbers
-        rough = problem.jacobian(solution.x, samples, WIDTH / 100)
+        rough = problem.jacobian(solution.x, samples, NARROW)
         samples = until_steep(problem, rough, samples)
         steepest = max(min(abs(rough).max(), STEEPEST), STEEP)
         joints = problem.joints_of(samples)
@@ -126,17 +125,6 @@ class Deviations:
         for rows, own, basis, inverse in self._own:
             change[own] = -inverse @ (basis.T @ (self._jacobian[rows, :many] @ numbers))
         return change
-
-
-def until_steep(problem, jacobian, samples):
-    """The samples before the first whose row of the Jacobian is too steep, for each recording; ten at least."""
-    edge, kept = 0, []
-    for places, mask in zip(samples, problem.measured(samples)):
-        times = np.nonzero(mask)[0]
-        steep = times[abs(jacobian[edge:edge + len(times)]).max(axis=1) > STEEPEST]
-        edge += len(times)
-        kept.append(places[:max(steep[0], 10)] if len(steep) else places)
-    return kept
 
 
 def series_of(problem, residuals, samples):

@@ -12,6 +12,7 @@ LEAST_NOISE = 1e-9  # rad: no s_j is smaller
 EARLY_SAMPLES, EARLY_CALLS, LAST_CALLS = 150, 15, 100  # times of a recording in an early window; evaluations
 EARLY_PRECISION, PRECISION = 1e-3, 1e-9
 CALIBRATIONS = 6
+NARROW, STEEPEST = 3e-8, 1e5  # width of the differences of a Jacobian, relative; rad: samples from a steeper one on tell nothing
 LOST, LOST_SAMPLES = 0.5, 20  # rad or m: a motion is lost where most errors of a twentieth of a window are larger
 SAME_NOISE = 0.02  # relative change of s_j at which it stays
 PRIOR, LAST_PRIOR = 1.0, 10.0  # deviation of a number from its first value, in scales, as it is taken to be before the data come:
@@ -71,6 +72,17 @@ def followed(t, errors):
     return t[lost[0]] if len(lost) else np.inf
 
 
+def until_steep(problem, jacobian, samples):
+    """The samples before the first whose row of the Jacobian is too steep, for each recording; ten at least."""
+    edge, kept = 0, []
+    for places, mask in zip(samples, problem.measured(samples)):
+        times = np.nonzero(mask)[0]
+        steep = times[abs(jacobian[edge:edge + len(times)]).max(axis=1) > STEEPEST]
+        edge += len(times)
+        kept.append(places[:max(steep[0], 10)] if len(steep) else places)
+    return kept
+
+
 def noise_of(residuals, joints, n):
     """s_j, from the magnitudes of the residuals. A joint that was hardly measured has that of all."""
     every = 1.4826 * np.median(abs(residuals))
@@ -111,6 +123,11 @@ class Solver:
         if sum(map(len, few)) < sum(map(len, samples_of(recordings, until))):
             self.stage(until, few, EARLY_CALLS, EARLY_PRECISION, LAST_PRIOR)
             reach = np.minimum(reach, self.followed(few))
+        near = samples_of(recordings, np.minimum(until, reach))
+        gentle = until_steep(self.problem, self.problem.jacobian(solution.x, near, NARROW), near)
+        ends = np.array([np.inf if len(kept) == len(places) else recording.t[kept[-1]] for kept, places, recording in
+                         zip(gentle, near, recordings)])
+        reach = np.minimum(reach, ends)
         for _ in range(CALIBRATIONS):
             noise, before = solution.noise, reach
             solution.samples = samples_of(recordings, np.minimum(until, reach))
