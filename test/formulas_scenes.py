@@ -83,9 +83,11 @@ def on_rails(rng, links, slides):
 
 def hold_tip(rng, scene):
     """The tip is held about where the first angles have it, at a point that moves or on a line."""
-    for link in scene["links"].values():
+    for k, link in enumerate(scene["links"].values(), 2):
         joint = link["joint"]
         joint.pop("friction", None)  # not beside a tip
+        if k >= len(scene["links"]):
+            joint.pop("drive", None)  # two joints must be free
         if "upper" in joint:
             joint["stop_stiffness"] = 20.0  # stiff ones take digits of q̈ where the tip determines all angles
         if "drive" in joint:

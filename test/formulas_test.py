@@ -216,7 +216,7 @@ class Values(InFolder):
         lower[:, [2 * n + j for j in state.formulas.driven]] = 0
         for got, output in ((lower[:, :2 * n], "A"), (lower[:, 2 * n:], "B")):
             expected = state.expected[output][n:]
-            size = max(abs(state.expected[output]).max(), state.cancels.get(output, 0))
+            size = max(abs(state.expected[output]).max(), state.cancels.get(output, 0), np.finfo(float).tiny)
             self.assertLessEqual(abs(got - expected).max() / size, 10 * AGREE, f"{state.name}: by K and D")  # numpy's solve rounds too
 
     def check_matrices(self, state, at):
