@@ -66,8 +66,7 @@ int main() {
     kernel.derivative(LoadKind::nothing, outside, absolute[k].data(), known[k].data());
   };
 
-  std::array<double, rounds> c{}, own{},
-      ratio{};  // by turns, so that both have the same moods of the machine
+  std::array<double, rounds> c{}, own{}, ratio{};  // by turns, as CPU speed drifts
   for (int round = 0; round < rounds; ++round) {
     c[round] = nanoseconds(inC);
     own[round] = nanoseconds(inKernel);
