@@ -152,6 +152,14 @@ class Motions(InFolder):
         with self.assertRaises(RuntimeError):
             planar_chain.simulate(scene, [0, 1])
 
+    def test_a_tip_that_leaves_the_reach_is_told_from_a_straight_chain(self):
+        links = {"a": {**ROD, "initial": {"angle": 0.4}}, "b": {**ROD, "pin": [0.5, 0], "initial": {"angle": -0.8}}}
+        for x, words in (({"amplitude": 0.5, "frequency": 0.2, "offset": 1.3}, "the laws of the held tip leave the reach"),
+                         ({"amplitude": -0.5, "frequency": 0.2, "offset": 0.7}, "the laws of the held tip leave the reach")):
+            scene = Scene({"chain": ["a", "b"], "links": links, "tip": {"pin": {"x": x, "y": {"offset": 0}}}})
+            with self.assertRaisesRegex(planar_chain.Failed, "gave up at t = [0-9.]+ s: " + words):
+                planar_chain.simulate(scene, [3])
+
     def test_commands_give_their_impulse(self):
         for command, rate in ((lambda s: s.hold_torque("rod_joint", 2.0), 2), (lambda s: s.hold_torques([2.0]), 2),
                               (lambda s: s.hold_torque(0, 2.0, until=0.5), 1),

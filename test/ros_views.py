@@ -87,10 +87,10 @@ class Views(unittest.TestCase):
         energy, = self.see(rod(publish={'rate': 200.0, 'tf_rate': 50.0}, real_time_factor=1), 'energy', which=40)
         self.assertEqual(energy.text.splitlines()[0], 'time %8.2f s' % energy.header.stamp.to_sec())
         size, centre, half = 1.0, 0.0, show.FREE
-        # rviz centres the text on its widest line, 20 spaces of 0.65 sizes; lines are 1.2 sizes high.
+        # rviz centres the text on its widest line, 20 spaces of 0.65 sizes; lines are a size and 1 cm high.
         # All other lines are at most 9.5 sizes long.
         x, y, size_of_text = energy.pose.position.x, energy.pose.position.y, energy.scale.z
-        up, aside = 0.6 * size_of_text * len(energy.text.splitlines()), 6.5 * size_of_text
+        up, aside = (size_of_text + 0.01) / 2 * len(energy.text.splitlines()), 6.5 * size_of_text
         self.assertGreater(y - up, centre - half)
         self.assertGreater(x - aside, -show.ASPECT * half)
         self.assertGreater(math.hypot(min(0, x - aside + 9.5 * size_of_text), min(0, y + up)), size)
@@ -109,13 +109,16 @@ class Views(unittest.TestCase):
 
     def test_the_text_is_in_the_view_of_every_scene(self):
         chain.EQUATIONS = roslib.packages.find_node('planar_chain', 'equations')[0]
-        for name in ('crane', 'falling_chain', 'rope', 'shaken'):
+        for name in ('crane', 'falling_chain', 'finger', 'jump_rope', 'rope', 'shaken', 'thrown'):
             with open(os.path.join(PACKAGE, 'config', 'scenes', name + '.yaml'), encoding='utf-8') as file:
                 scene = yaml.safe_load(file)
             energy, = self.see(scene, 'energy')
             _, centre, half = show.view_of_scene(scene)
             self.assertAlmostEqual(energy.scale.z, 0.055 * half, delta=1e-9 * half, msg=name)
-            self.assertAlmostEqual(energy.pose.position.y, centre - 0.75 * half, delta=1e-9 * half, msg=name)
+            self.assertEqual(energy.header.frame_id, show.frame_of('/planar_chain', scene) or 'base_link', name)
+            lowest, highest = (energy.pose.position.y + sign * (7 * energy.scale.z + 0.06) / 2 for sign in (-1, 1))
+            self.assertAlmostEqual(lowest, centre - 0.97 * half, delta=1e-9 * half, msg=name)
+            self.assertLess(highest, centre + half, name)
 
     def test_arrows_end_in_the_view(self):
         # A rod that turns at 20 rad/s pulls its pin with 16 weights; a force pulls a stretched tip outwards.

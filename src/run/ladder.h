@@ -4,6 +4,7 @@
 /// steps; a stiff one.
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <memory>
@@ -66,19 +67,34 @@ class Pace {
   double time_ = 0;
 };
 
-/// Writes why the last rung failed at t. gap: of the energy balance, J. isStretched: as Dynamics'.
+/// Why the motion stops at t in a pose that is stretched between the ends.
+inline const char* whyStretched(const Scene& scene, double t) {
+  double reach = 0, longest = 0;
+  for (const Link& link : scene.chain.links()) {
+    reach += length(link.pin);
+    longest = std::max(longest, length(link.pin));
+  }
+  bool leaves = false;
+  for (const double soon : {1e-6, 1e-5, 1e-4, 1e-3, 1e-2}) {
+    const double distance = std::hypot(scene.tip->x.at(t + soon).value, scene.tip->y.at(t + soon).value);
+    leaves = leaves || distance > reach || distance < 2 * longest - reach;
+  }
+  return leaves && !scene.tip->line && scene.chain.slides() == 0
+             ? "the laws of the held tip leave the reach of the chain"
+             : "the chain to its held tip is straight or folded: its way on is not determined";
+}
+
+/// Writes why the last rung failed at t. gap: of the energy balance, J. pose: what the pose has to do with
+/// it, or nullptr.
 inline void describeFailure(std::string& to, const std::string& method, double t, ode::Outcome outcome,
-                            double gap, bool isStretched) {
+                            double gap, const char* pose) {
   char why[100] = "the motion leaves the finite numbers";
   if (outcome == ode::Outcome::stepTooSmall) {
     std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
   } else if (outcome != ode::Outcome::notFinite) {
     std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", gap);
   }
-  if (isStretched) {
-    std::snprintf(why, sizeof why,
-                  "the chain to its held tip is straight or folded: its way on is not determined");
-  }
+  if (pose) std::snprintf(why, sizeof why, "%s", pose);
   char text[300];
   std::snprintf(
       text, sizeof text,

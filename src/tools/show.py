@@ -55,10 +55,10 @@ def highest(chain):
     return max(0.0, *itertools.accumulate(rises))
 
 
-def view(chain, loads):
+def view(chain, scene):
     """The reach, the height of the view's centre above the ground pin, half the height of the view, m."""
     size = reach(chain['links']) + farthest(chain.get('base', {}))
-    falls = not loads and not any(chain['qd']) and chain['gravity'][0] == 0 > chain['gravity'][1]
+    falls = not scene.get('loads') and 'tip' not in scene and not any(chain['qd']) and chain['gravity'][0] == 0 > chain['gravity'][1]
     if len(chain['links']) <= LONG or not falls:
         return size, 0, FREE * size
     top, bottom = highest(chain) + (FREE - 1) * size, -FREE * size
@@ -68,9 +68,14 @@ def view(chain, loads):
 def view_of_scene(scene):
     """The view of a scene, a dict. The node reports what is wrong with a scene."""
     try:
-        return view(read_chain('/dev/stdin', yaml.safe_dump(scene)), scene.get('loads'))
+        return view(read_chain('/dev/stdin', yaml.safe_dump(scene)), scene)
     except (KeyError, NoChain, OSError, yaml.YAMLError):
         return DEFAULT, 0, FREE * DEFAULT
+
+
+def prefix_of(node, scene):
+    """Of the node's frames."""
+    return scene.get('publish', {}).get('frame_prefix', node[1:node.rfind('/') + 1])
 
 
 def frame_of(node, scene):
@@ -81,7 +86,7 @@ def frame_of(node, scene):
         return None
     if len(slides) < 2 or any(link['mass'] for link in slides):
         return None
-    return scene.get('publish', {}).get('frame_prefix', node[1:node.rfind('/') + 1]) + slides[1]['name']
+    return prefix_of(node, scene) + slides[1]['name']
 
 
 def cell(size):
@@ -134,7 +139,7 @@ def text_topic(k):
     return '/show/energy_%d' % k
 
 
-def relay_texts(nodes, centre, half):
+def relay_texts(nodes, scenes, centre, half):
     """Publishes the energies of several chains as texts one above the other, each with its node's name."""
     from visualization_msgs.msg import Marker
 
@@ -145,6 +150,7 @@ def relay_texts(nodes, centre, half):
             size = TEXT * half / max(1, len(nodes) - 1)
             marker.text = node + '\n' + marker.text
             marker.scale.z = size
+            marker.header.frame_id = prefix_of(node, scenes[k]) + scenes[k].get('publish', {}).get('base_frame', 'base_link')
             marker.pose.position.x = -ASPECT * half + 7 * size
             marker.pose.position.y = centre - half + (5.5 + 10.5 * k) * size
             out.publish(marker)
@@ -208,7 +214,7 @@ def show_nodes(nodes, options, scenes, title, meanwhile=lambda: None):
     for_nodes(config, nodes)
     if len(nodes) > 1:
         rospy.init_node('show', anonymous=True, disable_signals=True)
-        relay_texts(nodes, centre, half)
+        relay_texts(nodes, scenes, centre, half)
     return rviz(title, config, options, meanwhile)
 
 

@@ -284,7 +284,7 @@ FirstView::FirstView(const Scene& scene) : centre(0) {
   const double size = Drawing(scene).reach + (scene.base ? farthest(*scene.base) : 0);
   half = margin * size;
   const Vec2d gravity = scene.chain.gravity();
-  const bool falls = scene.loads.empty() && gravity.x == 0 && gravity.y < 0 &&
+  const bool falls = scene.loads.empty() && !scene.tip && gravity.x == 0 && gravity.y < 0 &&
                      std::all_of(scene.qd.begin(), scene.qd.end(), [](double rate) { return rate == 0; });
   if (scene.chain.size() <= longChain || !falls) return;
   const double top = highest(scene) + (margin - 1) * size, bottom = -margin * size;

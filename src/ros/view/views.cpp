@@ -50,10 +50,11 @@ Colour colourOf(int link) {
 // ---- The energy's text -------------------------------------------------------------------------
 
 // In units of half the height of the view; rviz centres the text on its widest line.
-constexpr double textSize = 0.055, textWidth = 13 * textSize, textHeight = 8 * textSize, textAside = 1.24,
+constexpr double textSize = 0.055, textWidth = 13 * textSize, textHeight = 7 * textSize, textAside = 1.24,
                  textUnder = 0.97;
-constexpr int widestLine = 20;  // spaces, which rviz draws as wide as an A
-constexpr int digits = 4;       // of an energy as large as the reference
+constexpr double textGaps = 0.06;  // m: what rviz puts between seven lines, whatever their size
+constexpr int widestLine = 20;     // spaces, which rviz draws as wide as an A
+constexpr int digits = 4;          // of an energy as large as the reference
 
 /// Text of a number with as many decimals as give `digits` for the reference. It is as long for all numbers
 /// up to ten times as large.
@@ -97,11 +98,13 @@ Views::Views(Simulation& simulation, const Frames& frames)
 
   // Place the text in the lower left corner of the view, beside the circle that the chain can reach.
   const FirstView view(simulation.scene());
-  energy_.header.frame_id = frames.base;
+  const int moving = simulation.scene().chain.slides() - 1;  // rviz follows a chain that nothing holds
+  energy_.header.frame_id = floats(chain_) && frames.has(moving) ? frames.links[index(moving)] : frames.base;
+  energy_.frame_locked = true;
   energy_.ns = "energy";
   energy_.type = visualization_msgs::Marker::TEXT_VIEW_FACING;
   energy_.pose.position.x = (textWidth / 2 - textAside) * view.half;
-  energy_.pose.position.y = view.centre + (textHeight / 2 - textUnder) * view.half;
+  energy_.pose.position.y = view.centre + (textHeight / 2 - textUnder) * view.half + textGaps / 2;
   energy_.pose.orientation.w = 1;
   energy_.scale.z = textSize * view.half;
   energy_.color = colour(0.85, 0.88, 0.92);
