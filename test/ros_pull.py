@@ -184,6 +184,9 @@ class Dragged(unittest.TestCase):
             lambda picture: max((point.y for marker in picture.markers for point in marker.points), default=0) > 0.4, seen)
         points = self.pictures.messages[farthest].markers[0].points
         self.assertLess(min(point.x for point in points), 0)  # the link itself, to beyond its inner pin
+        self.rviz.say(InteractiveMarkerFeedback.MOUSE_UP, rospy.Time())
+        gone = self.pictures.messages[self.pictures.wait_for(lambda picture: not picture.markers[0].points, farthest)]
+        self.assertEqual((gone.markers[0].action, gone.markers[0].header.stamp.to_nsec()), (Marker.DELETE, 0))
 
     def test_the_force_ends_with_the_mouse_button(self):
         self.start()

@@ -158,7 +158,7 @@ class MouseDrag {
     grip_->offset = offset;
     grip_->offsetAt = feedback.header.stamp;
     findTarget();
-    if ((ros::SteadyTime::now() - grip_->stateAt).toSec() > pausedAfter && pictures_.isDue()) {
+    if (isPaused() && pictures_.isDue()) {
       draw(grip_->point + offset, {}, ros::Time());
     }
   }
@@ -173,6 +173,9 @@ class MouseDrag {
         outer_.subscribe("joint_states", 1, &MouseDrag::onState, this, ros::TransportHints().tcpNoDelay());
   }
 
+  /// True if no states come. rviz then waits for the transforms of any stamp but 0.
+  bool isPaused() const { return (ros::SteadyTime::now() - grip_->stateAt).toSec() > pausedAfter; }
+
   void release() {
     // Stop the forces, move the marker back to its link, and erase the picture.
     statesIn_.shutdown();
@@ -180,9 +183,10 @@ class MouseDrag {
     home.orientation.w = 1;
     server_.setPose(linkAt(grip_->link).name, home);
     server_.applyChanges();
+    const ros::Time stamp = isPaused() ? ros::Time() : ros::Time::now();
     grip_.reset();
     sketch_.clear();
-    pictureOut_.publish(sketch_.message(ros::Time::now()));
+    pictureOut_.publish(sketch_.message(stamp));
   }
 
   /// Finds the mouse in the base frame, if the state at offsetAt is known.
