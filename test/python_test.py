@@ -470,6 +470,11 @@ class Threads(unittest.TestCase):
     def setUp(self):
         self.simulation = Simulation(Scene.from_file(shipped("double_pendulum")))
 
+    def test_sensors_of_a_chain_at_rest_do_not_keep_a_long_step(self):
+        scene = Scene({**PENDULUM, "sensors": {"angle": {"joints": "all", "rate": 10000}}})
+        with self.assertRaisesRegex(planar_chain.Failed, r"stopped at t = [0-9.]+ s of 1e.12 s after"):
+            Simulation(scene).advance_to(1e12, most_steps=3)
+
     def test_ctrl_c_ends_an_integration(self):
         threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
         with self.assertRaises(KeyboardInterrupt):

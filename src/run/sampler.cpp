@@ -32,8 +32,12 @@ void Sampler::useTolerance() {
 
 ode::Outcome Sampler::integrate(ode::Integrator& integrator, ode::State& state, double end,
                                 double longestStep) {
+  constexpr double mostAtOnce =
+      1e5;  // a chain at rest takes steps of years, in which nobody could interrupt it
+  const double soon = bank_.timeOf(mostAtOnce), latest = state.t + soon;
+  longestStep = std::min(longestStep, soon);
   ode::Outcome outcome = ode::Outcome::underway;
-  for (int k = 0; outcome == ode::Outcome::underway && k < EnergyCheck::period; ++k) {
+  for (int k = 0; outcome == ode::Outcome::underway && k < EnergyCheck::period && state.t < latest; ++k) {
     start_ = state;
     outcome = integrator.integrate(state, end, longestStep, 1);
     if (!ode::hasFailed(outcome)) measureWithin(start_, state, integrator.name());

@@ -50,6 +50,12 @@ double SensorBank::next() const {
   return t;
 }
 
+double SensorBank::timeOf(double measurements) const {
+  double t = std::numeric_limits<double>::infinity();
+  for (const Unit& unit : units_) t = std::min(t, measurements / unit.sensor->rate);
+  return t;
+}
+
 bool SensorBank::nextNeedsMotions() const {
   const double t = next();
   return std::any_of(units_.begin(), units_.end(), [t](const Unit& unit) {

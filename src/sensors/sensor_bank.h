@@ -22,6 +22,8 @@ class SensorBank {
 
   /// The time of the next measurement, s. Infinite without sensors.
   double next() const;
+  /// The shortest time in which some sensor measures so often, s. Infinite without sensors.
+  double timeOf(double measurements) const;
   /// True if the next measurement needs the motions of the links.
   bool nextNeedsMotions() const;
   /// Takes the values of all sensors that measure at next(). q: relative positions. motions: those of the
