@@ -324,6 +324,22 @@ class Bags(InFolder):
         self.assertGreaterEqual(len(states), 105)
         self.assertTrue(all(math.isfinite(x) for _, m in states for x in (*m.position, *m.velocity, *m.effort)))
 
+    def test_show_names_what_it_cannot_play(self):
+        self.bag("--duration", "0.1", name="one.bag")
+        for name, text in (("cut.bag", self.bytes_of("one.bag")[:9000]), ("broken.yaml", b"chain: [a\nlinks: {b: 1}\n"),
+                           ("wrong.yaml", b"a: 1\n")):
+            with open(self.path(name), "wb") as file:
+                file.write(text)
+        for given, words in ((["cut.bag"], "cut.bag: expected a bag, and a scene, that can be read: Unindexed bag"),
+                             (["none.bag"], "none.bag: expected a bag"), (["one.bag", "none.yaml"], "No such file or directory"),
+                             (["one.bag", "broken.yaml"], "broken.yaml is refused:\nline 2: "),
+                             (["one.bag", "wrong.yaml"], "wrong.yaml is refused:\nline 1: a: expected one of the keys chain")):
+            result = subprocess.run([os.path.join(BIN, "show"), *map(self.path, given)], stdout=subprocess.PIPE,
+                                    stderr=subprocess.PIPE, universal_newlines=True, timeout=60, check=False)
+            self.assertEqual((result.returncode, result.stdout), (1, ""), result.stderr)
+            self.assertRegex(result.stderr, "^show: ")
+            self.assertIn(words, result.stderr)
+
     # ---- Commands --------------------------------------------------------------------------------
 
     def write(self, name, *messages):

@@ -233,12 +233,12 @@ def show_bag(path, options):
     if without:
         sys.exit('show: %s has no scene of %s, as recordings of before 0.2.0. Give it: show %s SCENE.yaml'
                  % (path, ', '.join(without), path))
-    trees = {node: yaml.safe_load(scene) for node, scene in scenes.items()}
     try:
         urdfs = {node: urdf_of(str(EQUATIONS.parent / 'simulate'), scene, node, node + '/view/chain' in topics)
                  for node, scene in scenes.items()}
     except ValueError as refused:
-        sys.exit('show: %s: the scene of the recording is refused: %s' % (path, refused))
+        sys.exit('show: %s: the scene%s is refused:\n%s' % (path, ' in ' + given if given else '', refused))
+    trees = {node: yaml.safe_load(scene) for node, scene in scenes.items()}
     with Master() as master:
         rospy.set_param('/use_sim_time', True)
         for node, urdf in urdfs.items():
