@@ -84,22 +84,21 @@ inline const char* whyStretched(const Scene& scene, double t) {
              : "the chain to its held tip is straight or folded: its way on is not determined";
 }
 
-/// Writes why the last rung failed at t. gap: of the energy balance, J. pose: what the pose has to do with
-/// it, or nullptr.
-inline void describeFailure(std::string& to, const std::string& method, double t, ode::Outcome outcome,
-                            double gap, const char* pose) {
+/// Writes why the last rung failed at t. gap: of the energy balance, J. isStretched: as Dynamics'.
+inline void describeFailure(std::string& to, const Scene& scene, double t, ode::Outcome outcome, double gap,
+                            bool isStretched) {
   char why[100] = "the motion leaves the finite numbers";
   if (outcome == ode::Outcome::stepTooSmall) {
     std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
   } else if (outcome != ode::Outcome::notFinite) {
     std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", gap);
   }
-  if (pose) std::snprintf(why, sizeof why, "%s", pose);
+  if (isStretched) std::snprintf(why, sizeof why, "%s", whyStretched(scene, t));
   char text[300];
   std::snprintf(
       text, sizeof text,
       "%s gave up at t = %.9g s: %s; smaller steps and rodas5p fail too; the last good state is kept",
-      method.c_str(), t, why);
+      scene.integrator.method.c_str(), t, why);
   to = text;
 }
 

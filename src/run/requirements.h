@@ -38,7 +38,8 @@ inline void requireOf(const Command& command, const Scene& scene, double present
               std::isfinite(command.moment) && std::isfinite(command.start) &&
               (isTimed ? std::isfinite(command.stop) : !std::isnan(command.stop)),
           "a command must be finite");
-  require(command.stop > std::max(command.start, present), "a command must end after it starts, and after the present time");
+  require(command.stop > std::max(command.start, present),
+          "a command must end after it starts, and after the present time");
 }
 
 }  // namespace planar_chain

@@ -191,9 +191,8 @@ struct Simulation::Parts {
     if (sampler) sampler->bank().dropAfter(state.t);
     if (std::exchange(switchedSince, false)) dynamics.enterState(state.t, y.data());
     if (rung + 1 == rungs) {
-      return describeFailure(
-          fault, scene.integrator.method, state.t, outcome, guard.gap(),
-          dynamics.isStretched(state.t, y.data()) ? whyStretched(scene, state.t) : nullptr);
+      return describeFailure(fault, scene, state.t, outcome, guard.gap(),
+                             dynamics.isStretched(state.t, y.data()));
     }
     dynamics.reconsider(state.t, y.data());  // results for these times belong to other states
     rescueBy(rung + 1);
