@@ -183,10 +183,22 @@ class CoupledLinearized : public CoupledSolve<Scalar> {
     }
 
     const Scalar stiffness = body.k + s_ * (body.d + s_ * joint.rotor);
-    const Scalar over = joint.isHeld ? Scalar{} : 1.0 / (Dm + stiffness);
-    const Scalar kD = joint.isHeld ? Scalar(1) : stiffness * over;
+    handle.over = joint.isHeld ? Scalar{} : 1.0 / (Dm + stiffness);
+    handle.kD = joint.isHeld ? Scalar(1) : stiffness * handle.over;
+    handle.UR = UR;
+    handle.Eq = Eq;
+    handle.Mq = Mq;
+    handle.Dm = Dm;
+    pass(j, UL, handle, shown);
+  }
+
+  /// From the outer pin to the inner one.
+  [[gnu::always_inline]] void pass(std::size_t j, const PerMotion<Vec2<Scalar>, kinds>& UL, Handle& handle,
+                                   CoupledShown<Scalar, kinds>& shown) {
+    const BodyAt<double>& body = bodies_[j];
+    const Vec2<Scalar> UR = handle.UR;
     for (std::size_t k = 0; k < kinds; ++k) {
-      const Vec2<Scalar> ULD = handle.ULD[k] = over * UL[k];
+      const Vec2<Scalar> ULD = handle.ULD[k] = handle.over * UL[k];
       Matrix2<Scalar> B = shown.B[k];
       if (k == 0) {
         B.xx += body.m;
@@ -196,16 +208,10 @@ class CoupledLinearized : public CoupledSolve<Scalar> {
         B = {T.xx + B.xx, T.xy + B.xy, T.yx + B.yx, T.yy + B.yy};
       }
       shown.B[k] = {B.xx - UR.x * ULD.x, B.xy - UR.x * ULD.y, B.yx - UR.y * ULD.x, B.yy - UR.y * ULD.y};
-      shown.p[k] = handle.p[k] = kD * UL[k];
+      shown.p[k] = handle.p[k] = handle.kD * UL[k];
     }
-    handle.UR = UR;
-    handle.Eq = Eq;
-    handle.Mq = Mq;
-    handle.Dm = Dm;
-    handle.over = over;
-    handle.kD = kD;
-    shown.h = kD * UR;
-    shown.q = handle.q = kD * Dm;
+    shown.h = handle.kD * UR;
+    shown.q = handle.q = handle.kD * handle.Dm;
   }
 
   const PlaneTangent& tangent(std::size_t j, std::size_t k) const {
