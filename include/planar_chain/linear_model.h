@@ -10,8 +10,11 @@
 /// springs, dampers, stops that push in that state, and the loads at time t. A force keeps its direction when
 /// its link turns, so its moment changes.
 ///
-/// Method: complex steps. The recursion (recursion/articulated.h) runs in complex numbers once for each of
-/// the 3 n columns, O(n²) in all. The result is exact to rounding.
+/// If the tip is held, ∂q̈/∂τ takes the place of M_q⁻¹: q̈ = M_q⁻¹ (f + J_cᵀ φ), and the rank is that of the
+/// motions that are left. Small changes that the tip does not allow are not of this model.
+///
+/// Method: dual numbers. The recursion (recursion/ended.h) runs in them once for each of the 3 n columns,
+/// O(n²) in all. The result is exact to rounding.
 
 #include <Eigen/Core>
 

@@ -86,7 +86,7 @@ Closing closeState(const Scene& scene, double t, std::vector<double>& q, std::ve
   coordinates.toAbsolute(held.data(), start.data());
   coordinates.toAbsolute(qd.data(), start.data() + n);
 
-  closing = {false, outOfReach(scene.chain, at), {}};
+  closing = {false, outOfReach(scene.chain, at)};
   if (closing.gap > 0) return closing;
   closing.gap = std::numeric_limits<double>::infinity();
   std::vector<double> y;
@@ -106,8 +106,7 @@ Closing closeState(const Scene& scene, double t, std::vector<double>& q, std::ve
   std::vector<double> closedQ(n), closedQd(n);
   coordinates.toRelative(y.data(), closedQ.data());
   coordinates.toRelative(y.data() + n, closedQd.data());
-  closing.moved.resize(n);
-  for (std::size_t i = 0; i < n; ++i) closing.moved[i] = std::abs(closedQ[i] - q[i]);
+  closing.onlyTouches = closure.spread(at, y.data()) == 0 && at.tip.rows == 1;
   q = closedQ;
   qd = closedQd;
   for (std::size_t i = 0; i < n; ++i) {

@@ -10,8 +10,8 @@ namespace planar_chain {
 
 struct Closing {
   bool isClosed = true;
-  double gap = 0;             ///< what is left, m
-  std::vector<double> moved;  ///< how far each joint was moved, rad or m; empty: not at all
+  double gap = 0;            ///< what is left, m
+  bool onlyTouches = false;  ///< the tip touches its line, and no motion leads across
 };
 
 /// Moves relative angles and rates at time t (s) to where the tip is held, by the least motion in the metric

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dynamics/add_carried.h"
 #include "dynamics/inner_end.h"
 
 namespace planar_chain {
@@ -13,12 +14,6 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr double rounding = 4 * epsilon;  // of the size: a smaller gap is none
 constexpr double longestTurn = 0.5;       // rad in one iteration
-
-void add(double change, double& value, double* carry) {
-  const double whole = carry ? change + *carry : change, next = value + whole;
-  if (carry) *carry = whole - (next - value);
-  value = next;
-}
 
 }  // namespace
 
@@ -91,11 +86,11 @@ EndsMotion<double> Closure::impulse(const Couplings& at, Vec2d tip) {
 }
 
 double Closure::spread(const Couplings& at, const double* y) {
-  if (at.tip.rows < 2) return 1;
   couple(at);
   rotate(at, y);
   const EndsMotion<double> x = impulse(at, {1, 0}), other = impulse(at, {0, 1});
-  if (x.acting.rows < 2) return 0;
+  if (x.acting.rows < at.tip.rows) return 0;
+  if (at.tip.rows < 2) return 1;
   const Eigen2<double> answer =
       eigen(Sym2<double>{x.tipForce.x, (x.tipForce.y + other.tipForce.x) / 2, other.tipForce.y});
   return std::max(answer.value[1] / answer.value[0], 0.0);
@@ -109,7 +104,7 @@ void Closure::move(const Couplings& at, Vec2d tip, double most, double* values, 
   for (int j = 0; j < n_; ++j)
     largest = std::max(largest, std::abs(change_[index(j)]) / (j < slides ? reach_ : 1));
   const double share = largest > most ? most / largest : 1;
-  for (int j = 0; j < n_; ++j) add(share * change_[index(j)], values[j], carry ? carry + j : nullptr);
+  for (int j = 0; j < n_; ++j) addCarried(share * change_[index(j)], values[j], carry ? carry + j : nullptr);
 }
 
 /// An angle of many turns has a rounding of its own, which no change of it can take away.

@@ -36,7 +36,8 @@ class Closure {
   /// it came.
   bool project(const Couplings& at, double* y, double* carry);
   /// How near the chain is to a pose, stretched between its ends, in which a force on the tip does not move
-  /// it: the smaller eigenvalue of the tip's answer to forces over the larger one, or 1 of one row.
+  /// it: the smaller eigenvalue of the tip's answer to forces over the larger one. Of one row it is 1, or 0
+  /// if no motion of the chain moves the tip along it.
   double spread(const Couplings& at, const double* y);
   /// The length that gaps are compared with: the reach and the place of the tip, m.
   double sizeAt(const Couplings& at) const;

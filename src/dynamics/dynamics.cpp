@@ -26,6 +26,7 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
       recursion_(mechanism_.makeRecursion()) {
   effects_.arrange(mechanism_.lanes());
   if (areCoupled(scene, effects_)) coupled_.emplace(mechanism_, effects_);
+  if (isFree(scene)) momenta_.emplace(mechanism_, effects_);
   for (const Joint& joint : scene.chain.joints()) rotors_.push_back(inertiaIn(joint));
   if (std::all_of(rotors_.begin(), rotors_.end(), [](double J) { return J == 0; })) rotors_.clear();
   positions_ = !coupled_ && std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
@@ -136,7 +137,12 @@ void Dynamics::restore(const double* arranged, double* y) const {
 [[gnu::always_inline]] inline void Dynamics::run(LoadKind acting, const Outside& outside, const double* y,
                                                  double* rates) {
   if (auto* chain = std::get_if<ShortChain>(&recursion_)) return chain->derivative(acting, outside, y, rates);
+  runLong(acting, outside, y, rates);
+}
 
+/// Not inline: short chains would save registers for it.
+[[gnu::noinline]] void Dynamics::runLong(LoadKind acting, const Outside& outside, const double* y,
+                                         double* rates) {
   const double* omega = y + places_;
   const double* N = acting == LoadKind::nothing ? nullptr : outside.N;
   const Vec2d* F = acting == LoadKind::forces ? outside.F : nullptr;

@@ -26,6 +26,7 @@
 #include "dynamics/coupled_motion.h"
 #include "dynamics/exact_solve.h"
 #include "dynamics/mechanism.h"
+#include "dynamics/momenta.h"
 #include "dynamics/stored_energy.h"
 #include "effects/effects.h"
 #include "lanes/cart_series.h"
@@ -114,7 +115,10 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void endedAt(ode::State& state) override {
     if (coupled_) coupled_->endedAt(state);
   }
-  bool project(ode::State& state) override {
+  /// True if project() moves states.
+  bool keepsConditions() const { return holdsTip() || momenta_; }
+  bool project(ode::State& state, const ode::State& before) override {
+    if (momenta_) momenta_->keep(before.t, before.y.data(), state.t, state.y.data(), state.carry.data());
     return !holdsTip() || coupled_->project(state.t, state.y.data(), state.carry.data());
   }
 
@@ -171,6 +175,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
 
   /// Computes [ω α] under these moments and forces, without the first positions() rates. Lane order.
   void run(LoadKind acting, const Outside& outside, const double* y, double* rates);
+  void runLong(LoadKind acting, const Outside& outside, const double* y, double* rates);
   /// As rates(), at a state in lane order. evaluateEffects() does it when an effect acts.
   void evaluateRates(double t, const double* y, double* out);
   void evaluateEffects(double t, const double* y, double* out);
@@ -197,6 +202,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   Effects effects_;
   const Mechanism mechanism_;
   std::optional<CoupledMotion> coupled_;  ///< nothing: recursion_ runs
+  std::optional<Momenta> momenta_;        ///< of a free chain
   int n_, places_, works_;
   std::vector<const EffectKind*> storing_;  ///< kinds that store energy
   std::vector<double> rotors_;              ///< J of the joints, kg m²; empty: none

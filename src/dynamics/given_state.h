@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "planar_chain/fault.h"
@@ -31,6 +32,10 @@ void checkTime(double t, std::vector<Fault>& faults);
 /// where that is so. Adds the faults of what is given, at the paths "t", "q" and "qd".
 GivenState stateOf(const Scene& scene, double t, const std::optional<Eigen::VectorXd>& q,
                    const std::optional<Eigen::VectorXd>& qd, std::vector<Fault>& faults);
+
+/// Says how far a state was moved to where the tip is held; empty: by 1e-6 at most.
+/// from, to: relative angles, n each.
+std::string movedWords(const Chain& chain, const double* from, const double* to);
 
 /// @throws Refused if the scene has more than 1000 links: its matrices are dense
 void requireFewLinks(const Scene& scene);

@@ -38,7 +38,10 @@ void showAll(const ActiveForces& active, const Kane& at, const std::optional<Lin
   show("qdd", isClosed ? "M qdd = f + J_c' phi, rad/s^2" : "M qdd = f, rad/s^2", at.qdd);
   if (!near) return;
   show("A", "dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of this state", near->A);
-  show("B", "= [0; M^-1], where dtau is additional torque in the joints, N m", near->B);
+  show("B",
+       isClosed ? "= [0; dqdd/dtau] while the tip is held, where dtau is additional torque in the joints, N m"
+                : "= [0; M^-1], where dtau is additional torque in the joints, N m",
+       near->B);
 }
 
 }  // namespace planar_chain

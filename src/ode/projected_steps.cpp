@@ -16,15 +16,15 @@ class ProjectedSteps : public Integrator {
     before_ = state;
     const Outcome outcome = steps_->advance(state, end, longestStep);
     if (hasFailed(outcome)) return outcome;
-    const bool isClosed = f_.project(state);
+    const bool isClosed = f_.project(state, before_);
     steps_->forgetSlope();
     if (isClosed) return outcome;
     state = before_;
     return Outcome::notFinite;
   }
-  bool stepTo(State& state, double t) override { return steps_->stepTo(state, t) && f_.project(state); }
+  bool stepTo(State& state, double t) override { return steps_->stepTo(state, t) && f_.project(state, before_); }
   void endAt(State& state) override {
-    f_.project(state);
+    f_.project(state, before_);
     steps_->endAt(state);
   }
   int pieces() const override { return steps_->pieces(); }

@@ -65,8 +65,9 @@ class System {
   /// A step has ended at this state. If it differs from the last y of rates() by rounding alone, the system
   /// may move it there, and the difference to `carry`: then the next step, which begins there, is free.
   virtual void endedAt(State& /*state*/) {}
-  /// Moves a state onto the conditions that a solution keeps. Returns false if it cannot.
-  virtual bool project(State& /*state*/) { return true; }
+  /// Moves a state onto the conditions that a solution keeps, and which it met `before` the step that ends
+  /// here. Returns false if it cannot.
+  virtual bool project(State& /*state*/, const State& /*before*/) { return true; }
   /// All derivatives, arranged, at an arranged y.
   void slope(double t, const double* y, double* out) {
     const int count = positions();

@@ -131,7 +131,7 @@ inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t
   require(settings.method != "taylor" || hasSeries(scene, dynamics),
           "method taylor needs a Taylor series of all that acts");
   auto method = ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, rung, dynamics));
-  if (dynamics.holdsTip()) method = ode::projectedSteps(std::move(method), dynamics);
+  if (dynamics.keepsConditions()) method = ode::projectedSteps(std::move(method), dynamics);
   if (!dynamics.effects().haveSwitches()) return method;
   return ode::landingOnSwitches(std::move(method), dynamics.effects(), dynamics);
 }

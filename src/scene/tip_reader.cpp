@@ -6,6 +6,7 @@
 #include <string>
 
 #include "dynamics/closed_state.h"
+#include "dynamics/given_state.h"
 #include "effects/effect_kind.h"
 #include "scene/settings_reader.h"
 
@@ -83,6 +84,7 @@ std::optional<TipLaws> takeTip(const Section& top, const Chain& chain, const std
 
 bool closeStart(Scene& scene, const Section& top) {
   if (!scene.tip) return true;
+  const std::vector<double> given = scene.q;
   const Closing closing = closeState(scene, 0, scene.q, scene.qd);
   if (!closing.isClosed) {
     char gap[40];
@@ -90,17 +92,12 @@ bool closeStart(Scene& scene, const Section& top) {
     top.fault(keyOf(*scene.tip), "a place that the tip reaches", gap);
     return false;
   }
-  constexpr double worthSaying = 1e-6;
-  const Coordinates coordinates = scene.chain.coordinates();
-  double angle = 0, slid = 0;
-  for (int i = 0; i < coordinates.size(); ++i)
-    (coordinates.slides(i) ? slid : angle) =
-        std::max(coordinates.slides(i) ? slid : angle, closing.moved[index(i)]);
-  if (angle <= worthSaying && slid <= worthSaying) return true;
-  std::string moved =
-      "the initial angles are moved by up to " + toText(std::round(angle * 1e6) / 1e6) + " rad";
-  if (slid > worthSaying) moved += " and positions by " + toText(std::round(slid * 1e6) / 1e6) + " m";
-  scene.notes.push_back({keyOf(*scene.tip), moved + " to bring the tip there"});
+  if (closing.onlyTouches) {
+    top.fault(keyOf(*scene.tip), "a line that the tip crosses", "one that it touches and cannot leave");
+    return false;
+  }
+  const std::string moved = movedWords(scene.chain, given.data(), scene.q.data());
+  if (!moved.empty()) scene.notes.push_back({keyOf(*scene.tip), moved});
   return true;
 }
 
