@@ -407,6 +407,24 @@ class Motions(InFolder):
         with self.assertRaisesRegex(Refused, "q: expected 0.5 rad of the driven joint rod_joint at t = 0.25 s, got 0\nqd: expected"):
             simulation.set_state([0], [1])
 
+    def test_a_state_that_is_closed_says_how_far(self):
+        bar = Scene.from_file(shipped('four_bar'))
+        simulation, still = Simulation(bar), [0, 0, 0]
+        q = simulation.q
+        off = q + [0, 0.2, 0]
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter('always')
+            simulation.set_state(q, still)
+            planar_chain.equations(bar, q=q)
+            self.assertEqual(caught, [])
+            simulation.set_state(off, still)
+            planar_chain.equations(bar, q=off)
+        moved = simulation.q - off
+        most = np.argmax(abs(moved))
+        for warning in caught:
+            self.assertIn(f'the joint {bar.joints[most]} is moved by {abs(moved[most]):.6g} rad', str(warning.message))
+        self.assertEqual(len(caught), 2)
+
     def test_present_equations_have_the_commands_in_them(self):
         simulation = Simulation(Scene.from_file(shipped("driven")))
         simulation.hold_torque(0, 3.0)

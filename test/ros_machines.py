@@ -145,11 +145,15 @@ class Machines(Watching):
             self.ask('pause')
             wrenches.wait_for_publisher()
             links.wait_for_publisher()
-            stamps = [nanoseconds(state) for state in service('step', Step)(n=40).states]
+            answer = service('step', Step)(n=40)
+            stamps = [nanoseconds(state) for state in answer.states]
             wrenches.wait_for(lambda message: nanoseconds(message) == stamps[-1])
             links.wait_for(lambda message: nanoseconds(message) == stamps[-1])
         motions = {nanoseconds(message): message for message in links.messages}
         found = {nanoseconds(message): message for message in wrenches.messages}
+        self.assertEqual([(nanoseconds(wrench), wrench.wrench) for wrench in answer.tip_wrenches],
+                         [(stamp, found[stamp].wrench) for stamp in stamps])
+        self.assertEqual(answer.base_wrenches, [])
         for stamp in stamps:
             force, motion = found[stamp].wrench.force, motions[stamp]
             # Newton: both ends move the chain's mass against gravity.

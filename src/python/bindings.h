@@ -74,6 +74,9 @@ std::string textOf(const py::object& given, const char* name);
 std::string nameIn(const py::object& text);
 py::dict dictOf(const py::object& given, const char* name);
 
+/// Gives a warning of Python, unless there are no words.
+void warn(const std::string& words);
+
 /// The matrices of the equations, by letter.
 py::dict equationsAt(const Scene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qd);
 /// A and B.

@@ -25,6 +25,7 @@ auto atGiven(const TreeAndScene& of, const py::object& when, const Given& q, con
   const double t = numberOf(when, "t");
   const GivenState state = stateOf(of.scene, t, vectorIn(q, "q"), vectorIn(qd, "qd"), faults);
   if (!faults.empty()) throw Refused(std::move(faults));
+  if (!q.is_none()) warn(movedWords(of.scene.chain, vectorIn(q, "q")->data(), state.q.data()));
   return answer(of.scene, t, state.q, state.qd);
 }
 

@@ -186,12 +186,18 @@ py::array_t<double> stateOf(const TreeAndScene& of) {
   return state;
 }
 
+}  // namespace
+
+void warn(const std::string& words) {
+  if (!words.empty() && PyErr_WarnEx(PyExc_UserWarning, words.c_str(), 1) != 0) throw py::error_already_set();
+}
+
+namespace {
+
 /// A scene that the user gives, with one warning of Python for each of its notes.
 TreeAndScene read(Value tree) {
   TreeAndScene made(std::move(tree));
-  for (const Note& note : made.scene.notes) {
-    if (PyErr_WarnEx(PyExc_UserWarning, toString(note).c_str(), 1) != 0) throw py::error_already_set();
-  }
+  for (const Note& note : made.scene.notes) warn(toString(note));
   return made;
 }
 

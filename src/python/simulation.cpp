@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "dynamics/given_state.h"
 #include "planar_chain/batch.h"
 #include "python/running.h"
 
@@ -135,7 +136,10 @@ and at least a million. The state is then that of the last good step.)")
       .def(
           "set_state",
           [](Running& self, const py::object& angles, const py::object& rates) {
-            self.idle().setState(numbersOf(angles, "q", self.size()), numbersOf(rates, "qd", self.size()));
+            const std::vector<double> given = numbersOf(angles, "q", self.size());
+            Simulation& its = self.idle();
+            its.setState(given, numbersOf(rates, "qd", self.size()));
+            warn(movedWords(its.scene().chain, given.data(), its.q().data()));
           },
           q, qd,
           "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay, and "

@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "dynamics/given_state.h"
 #include "ros/messages/incoming.h"
 #include "ros/node/node.h"
 #include "ros/node/queries.h"
@@ -112,7 +113,11 @@ Answer Node::setState(const std::vector<double>& q, const std::vector<double>& q
   CommandTaken input = inputOf(CommandTaken::SET_STATE);
   input.q = q;
   input.qd = qd;
-  return take(input, "the state is set");
+  Answer answer = take(input, "the state is set");
+  if (!answer.success) return answer;
+  const std::string moved = movedWords(simulation_->scene().chain, q.data(), simulation_->q().data());
+  if (!moved.empty()) answer.message += "; " + moved;
+  return answer;
 }
 
 Answer Node::step(const StepRequest& request, StepResponse& response) {
@@ -144,6 +149,7 @@ Answer Node::step(const StepRequest& request, StepResponse& response) {
     const ros::Time stamp = clock_->stampOf(ticks_.next - 1);
     response.states.push_back(messages_->jointStates(stamp));
     if (simulation_->scene().base) response.base_wrenches.push_back(messages_->baseWrench(stamp));
+    if (simulation_->scene().tip) response.tip_wrenches.push_back(messages_->tipWrench(stamp));
   }
   return done;
 }
