@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "planar_chain/chain.h"
 #include "recursion/coupled.h"
 #include "recursion/linearized.h"
 
