@@ -215,7 +215,9 @@ class Bags(InFolder):
                     file.write("/joint_states", message, message.header.stamp)
             return self.path(name)
         good = [{"name": ["gripper", "rod_joint"], "position": [0.1, math.sin(k / 10)]} for k in range(60)]
-        self.assertTrue(fit(PENDULUM, bag("good.bag", good), ["links/rod/com/0"]).recordings[0].q[1, 0] == math.sin(0.1))
+        with rosbag.Bag(bag("good.bag", good), "a") as file:  # an encoder beside it
+            file.write("/planar_chain/enc", JointState(name=["rod_joint"], position=[9.0]), genpy.Time(1))
+        self.assertTrue(fit(PENDULUM, self.path("good.bag"), ["links/rod/com/0"]).recordings[0].q[1, 0] == math.sin(0.1))
         for messages, words in (([{**one, "name": ["gripper", "elbow"]} for one in good],
                                  "expected the joints rod_joint on /joint_states, got gripper, elbow"),
                                 (good[:30] + [{**good[30], "position": [0, math.nan]}] + good[31:],

@@ -93,6 +93,21 @@ class Plot(InFolder):
             self.assertEqual("elbow_pin" in text, "--joints" not in more)
             xml.etree.ElementTree.parse(picture)
 
+    def test_an_encoder_is_nobodys_joint_states(self):
+        scene, bag = self.path("sensed.yaml"), self.path("sensed.bag")
+        with open(os.path.join(SCENES, "cart_pole.yaml"), encoding="utf-8") as file:
+            text = file.read()
+        with open(scene, "w", encoding="utf-8") as file:
+            file.write(text + "\nsensors: {enc: {joints: all}, imu: {link: pole}}\n")
+        run = self.run_tool("simulate", scene, "--duration", "1", "--bag", bag)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        with rosbag.Bag(bag) as file:
+            self.assertGreater(file.get_message_count("/planar_chain/enc"), 10)
+            states = file.get_message_count("/joint_states")
+        for node in (None, "/planar_chain"):
+            motion = plot.read_bag(bag, node)
+            self.assertEqual((motion.joints, len(motion.t), motion.events), (["cart_joint", "pole_joint"], states, {}))
+
     # ---- What interrupts a motion ----
 
     def interrupted(self):
@@ -144,6 +159,15 @@ class Plot(InFolder):
                     for tick, scene_time in ((60, 0.6), (140, 1.4), (175, 0.25))]
         self.assertEqual(plot.events_of(states, statuses, []), {149: "reset"})
         self.assertEqual(plot.events_of(states, statuses[:2], []), {})
+
+    def test_a_settle_is_no_reset(self):
+        # It adds a tick, but no time of the scene.
+        states = 50 + 0.01 * np.arange(1, 201)
+        statuses = [SimStatus(tick=tick, tick_stamp=rospy.Time.from_sec(states[tick - 1]),
+                              scene_time=0.01 * (tick - 2 if tick >= 40 else tick - 1)) for tick in range(5, 200, 10)]
+        self.assertEqual(plot.events_of(states, statuses, [CommandTaken(tick=40, kind=CommandTaken.SETTLE)]), {39: "settle"})
+        for seen in (statuses, statuses[4:]):
+            self.assertEqual(plot.events_of(states, seen, []), {})
 
     def test_wrapped_angles_stay_within_a_turn(self):
         motion = plot.read_bag(self.interrupted(), None)

@@ -130,8 +130,9 @@ def topics_of(bag, path, node):
     node = node and "/" + node.strip("/")
     named = node and (node.rpartition("/")[0] + "/joint_states", node + "/status")
     states, statuses = (sorted(topic for topic, about in bag.get_type_and_topic_info().topics.items()
-                               if about.msg_type == kind and (not node or topic in named))
-                        for kind in ("sensor_msgs/JointState", "planar_chain/SimStatus"))
+                               if about.msg_type == kind and topic.endswith(name) and (not node or topic in named))
+                        for kind, name in (("sensor_msgs/JointState", "/joint_states"),  # an encoder publishes JointState too
+                                           ("planar_chain/SimStatus", "/status")))
     if len(states) != 1 or len(statuses) > 1:
         found = ", ".join(states + statuses) or "neither"
         which = "of " + node if node else "of one node (choose it with --node)"
@@ -144,7 +145,7 @@ def slides_of(chain):
 
 
 def events_of(stamps, statuses, taken):
-    """stamps: of the states, s. taken: the reset and set_state messages on commands_taken, if it was recorded."""
+    """stamps: of the states, s. taken: the messages on commands_taken, if it was recorded."""
     period = np.median(np.diff(stamps))
     events = {}
     for k in np.flatnonzero(np.diff(stamps) > 1.5 * period) + 1:
@@ -152,11 +153,12 @@ def events_of(stamps, statuses, taken):
         events[k] = ("fault" if any(status.fault for status in within) else
                      "pause" if any(status.paused for status in within) else "gap")
 
-    # The first tick of each reset and set_state. After a reset the scene's time begins at 0.
-    ticks = [(message.tick, "reset" if message.kind == message.RESET else "set_state") for message in taken]
-    if not ticks:
-        ticks = [(tick, "reset") for tick in sorted({status.tick - round(status.scene_time / period)
-                                                     for status in statuses if status.scene_time > 0})]
+    # The first tick of each. A reset begins the scene's time at 0: without commands_taken, that is seen if it lies after the status
+    # before. A settle shifts the time by one tick.
+    ticks = [(message.tick, name) for message in taken for name in ("RESET", "SET_STATE", "SETTLE") if message.kind == getattr(message, name)]
+    if not taken:
+        ticks = [(start, "RESET") for before, status in zip(statuses, statuses[1:]) if status.scene_time > 0
+                 for start in [status.tick - round(status.scene_time / period)] if start > before.tick]
     # Its state: a status says when its tick was.
     known = [(status.tick, k) for status in statuses for k in [np.argmin(abs(stamps - status.tick_stamp.to_sec()))]
              if abs(stamps[k] - status.tick_stamp.to_sec()) < period / 2]
@@ -164,7 +166,7 @@ def events_of(stamps, statuses, taken):
         nearest, k = min(known, key=lambda pair: abs(pair[0] - tick))  # pylint: disable=cell-var-from-loop
         k += tick - nearest
         if 0 < k < len(stamps):
-            events[k] = f"{events[k]}, {name}" if k in events else name
+            events[k] = f"{events[k]}, {name.lower()}" if k in events else name.lower()
     return events
 
 
@@ -195,8 +197,7 @@ def read_bag(path, node):
         return np.array([(message.header.stamp - states[0].header.stamp).to_sec() for message in messages])
 
     motion = Motion(names, since_start(states), *of(states, "position", "velocity", "effort"))
-    motion.events = events_of(np.array([state.header.stamp.to_sec() for state in states]), statuses,
-                              [message for message in taken if message.kind in (message.RESET, message.SET_STATE)])
+    motion.events = events_of(np.array([state.header.stamp.to_sec() for state in states]), statuses, taken)
     if scenes:
         motion.slides = slides_of(read_chain("/dev/stdin", scenes[0].data))
     if links:

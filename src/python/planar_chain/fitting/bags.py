@@ -47,6 +47,7 @@ def topics_of(bag, path, node):
     topics = bag.get_type_and_topic_info().topics
     node = node and "/" + node.strip("/")
     states = sorted(topic for topic, about in topics.items() if about.msg_type == "sensor_msgs/JointState"
+                    and topic.endswith("/joint_states")  # an encoder publishes JointState too
                     and (not node or topic == node.rpartition("/")[0] + "/joint_states"))
     nodes = sorted(topic[:-len("status")] for topic, about in topics.items() if about.msg_type == "planar_chain/SimStatus"
                    and (not node or topic == node + "/status"))
