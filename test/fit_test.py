@@ -61,6 +61,19 @@ class Numbers(unittest.TestCase):
         self.assertEqual((result.not_told, result.warnings), ([], []))
         self.assertLess(max(error.max() for _, error in result.errors), 1e-7)  # the tolerance of the runs, grown
 
+    def test_a_rest_before_the_first_motion_is_cut(self):
+        push = {"joint": "upper_joint", "torque": 12.0, "start": 2.4, "stop": 2.7}
+        rubbed = DOUBLE.with_values({"links/upper/joint/friction": 0.1, "links/lower/joint/friction": 0.04})
+        times = np.arange(0, 7, 0.01)
+        pushed = motion(Scene({**rubbed.to_dict(), "loads": {"push": push}}), [-math.pi / 2, 0, 0, 0], times)
+        data = Recording("run", times, pushed["q"], pushed["qd"], {"push": push})
+        true = {MASS: 1.0, "links/lower/inertia": 1 / 12, DAMPING: 0.02, "links/lower/joint/friction": 0.04,
+                "links/upper/joint/friction": 0.1}
+        result = fit(rubbed.with_values({path: 1.25 * value for path, value in true.items()}), data, list(true))
+        self.assertRegex(result.recordings[0].name, r"run, 2\.\d+ to 6.99 s")
+        for path, value in true.items():
+            self.assertAlmostEqual(found(result)[path].value / value, 1, delta=1e-5, msg=path)
+
     def test_deviations_hold(self):
         # Of 120 ratios 95.4 % should be within 2; less than 88 % or a spread off by a fifth has a chance below 1e-3.
         ratios = fit_statistics.ratios(30, 4)

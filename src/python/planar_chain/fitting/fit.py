@@ -97,6 +97,7 @@ def recordings_of(data, scene, effort=False, node=None, many_turns=False, pieces
         else:
             path = os.fspath(one)
             recordings += read_bag(path, values, joints, effort, node) if path.endswith(".bag") else [read_csv(path, joints)]
+    recordings = [recording.without_rest() for recording in recordings]
     if pieces is not None:
         recordings = [piece for recording in recordings for piece in recording.pieces(pieces)]
     for recording in recordings:

@@ -9,6 +9,8 @@ import numpy as np
 MOST_ANGLE = 50.0  # rad; above it an angle is rather in degrees
 LEAST_MOTION = 1e-6  # rad
 LEAST_SAMPLES = 10
+LONG_REST, KEPT_REST = 0.5, 0.1  # s: a longer rest before the first motion is cut; so much of it stays
+MOVED, MOST_MOVED = 0.02, 0.02  # a joint has moved by this part of its range, or by so much, rad
 RESOLUTION = 1e-9  # s, of stamps
 
 
@@ -39,6 +41,16 @@ class Recording:
         count = max(round(self.duration / seconds), 1)
         edges = [*np.searchsorted(self.t, self.duration / count * np.arange(count)), len(self)]
         return [self.part(first, last) for first, last in zip(edges, edges[1:])] if count > 1 else [self]
+
+    def without_rest(self):
+        """From shortly before the first motion, if a long rest comes before it: a fit of its first seconds would see nothing."""
+        known = self.q[:, np.isfinite(self.q).any(axis=0)]
+        first = np.array([column[np.isfinite(column)][0] for column in known.T])
+        away = abs(np.nan_to_num(known - first)) > np.minimum(MOVED * (np.nanmax(known, axis=0) - np.nanmin(known, axis=0)), MOST_MOVED)
+        moved = np.flatnonzero(away.any(axis=1))
+        if not len(moved) or self.t[moved[0]] < LONG_REST:
+            return self
+        return self.part(np.searchsorted(self.t, self.t[moved[0]] - KEPT_REST), len(self))
 
     def part(self, first, last):
         """The samples first … last - 1 as a recording of its own."""

@@ -6,17 +6,24 @@ joint j; s_j is 1.4826 times their median magnitude, computed again until it sta
 import numpy as np
 from scipy.optimize import least_squares
 
+from .problem import TOLERANCE
+
 WINDOWS = (0.3, 0.6, 1.2, 2.4)  # s
 LOSS = 3.0  # C
 LEAST_NOISE = 1e-9  # rad: no s_j is smaller
 EARLY_SAMPLES, EARLY_CALLS, LAST_CALLS = 150, 15, 100  # times of a recording in an early window; evaluations
 EARLY_PRECISION, PRECISION = 1e-3, 1e-9
+STALLED, GAIN = 15, 1e-3  # evaluations that together lower the loss by less than this part of it: the best so far is the minimum
 CALIBRATIONS = 6
 NARROW, STEEPEST = 3e-8, 1e5  # width of the differences of a Jacobian, relative; rad: samples from a steeper one on tell nothing
 LOST, LOST_SAMPLES = 0.5, 20  # rad or m: a motion is lost where most errors of a twentieth of a window are larger
 SAME_NOISE = 0.02  # relative change of s_j at which it stays
 PRIOR, LAST_PRIOR = 1.0, 10.0  # deviation of a number from its first value, in scales, as it is taken to be before the data come:
 # in an early window; in the last. What the data cannot tell thus stays near its first value
+
+
+class Stalled(Exception):
+    """The loss stays, though the steps of a search that doubts its Jacobian do not: where runs are no more precise than that."""
 
 
 class Solution:
@@ -128,12 +135,14 @@ class Solver:
         ends = np.array([np.inf if len(kept) == len(places) else recording.t[kept[-1]] for kept, places, recording in
                          zip(gentle, near, recordings)])
         reach = np.minimum(reach, ends)
+        errors_of_runs = TOLERANCE * max(recording.duration for recording in recordings)
         for _ in range(CALIBRATIONS):
             noise, before = solution.noise, reach
             solution.samples = samples_of(recordings, np.minimum(until, reach))
             self.stage(until, solution.samples, LAST_CALLS, PRECISION, LAST_PRIOR)
             reach = np.minimum(reach, self.followed(solution.samples))
-            if (reach == before).all() and (abs(solution.noise - noise) < SAME_NOISE * noise).all():
+            stays = (abs(solution.noise - noise) < SAME_NOISE * noise).all() or max(solution.noise) < errors_of_runs
+            if (reach == before).all() and stays:
                 break
 
     def followed(self, samples):
@@ -153,7 +162,7 @@ class Solver:
         weights = 1 / noise[joints]
         many = len(problem.numbers)
         first = np.array([number.first / number.scale for number in problem.numbers])
-        best = [np.inf]
+        best, bases = [np.inf], []
 
         def error(x):
             self.calls += 1
@@ -164,6 +173,9 @@ class Solver:
             if cost < best[0]:
                 best[0], solution.x = cost, x.copy()
                 self.progress(end, float(np.sqrt(np.nanmean(plain ** 2))), self.calls)
+            bases.append(best[0])
+            if len(bases) > STALLED and bases[-1 - STALLED] - best[0] < GAIN * best[0]:
+                raise Stalled
             return np.concatenate([values, (x[:many] - first) / prior])
 
         def slopes(x):
@@ -172,8 +184,10 @@ class Solver:
 
         low, high = problem.bounds()
         x = np.clip(solution.x, low, high)
-        result = least_squares(error, x, slopes, bounds=(low, high), loss="soft_l1", f_scale=LOSS, x_scale="jac",
-                               ftol=precision, xtol=precision, gtol=precision, max_nfev=most)
-        solution.reason = "" if result.status > 0 else f"{most} evaluations were not enough"
-        solution.x = result.x
-        solution.noise = noise_of(problem.residuals(result.x, samples), joints, len(problem.joints))
+        try:
+            result = least_squares(error, x, slopes, bounds=(low, high), loss="soft_l1", f_scale=LOSS, x_scale="jac",
+                                   ftol=precision, xtol=precision, gtol=precision, max_nfev=most)
+            solution.x, solution.reason = result.x, "" if result.status > 0 else f"{most} evaluations were not enough"
+        except Stalled:
+            solution.reason = ""
+        solution.noise = noise_of(problem.residuals(solution.x, samples), joints, len(problem.joints))
