@@ -70,6 +70,7 @@ class Numbers(unittest.TestCase):
         true = {MASS: 1.0, "links/lower/inertia": 1 / 12, DAMPING: 0.02, "links/lower/joint/friction": 0.04,
                 "links/upper/joint/friction": 0.1}
         result = fit(rubbed.with_values({path: 1.25 * value for path, value in true.items()}), data, list(true))
+        self.assertTrue(result.converged, result.reason)
         self.assertRegex(result.recordings[0].name, r"run, 2\.\d+ to 6.99 s")
         for path, value in true.items():
             self.assertAlmostEqual(found(result)[path].value / value, 1, delta=1e-5, msg=path)
@@ -186,6 +187,24 @@ class Words(unittest.TestCase):
             lacking = Scene({"chain": ["rod"], "links": {"rod": {**ROD, "joint": joint}}})
             result = fit(lacking.with_values({f"links/rod/joint/{key}": 0.0}), noisy(motion(lacking, [0.5, 0.0]), 6), ["links/rod/com/0"])
             self.assertTrue(any(words in line and f"--vary links/rod/joint/{key}" in line for line in result.warnings), (key, result.warnings))
+
+    def test_a_bad_fit_says_the_likely_mistake(self):
+        scene = DOUBLE.with_values({MASS: 1.2})
+        good = noisy(motion(DOUBLE, fit_statistics.STARTS[0], np.arange(0, 3, 0.01)), 5)
+        q = good["q"]
+        for mistake, words in (({"q": q + [math.pi / 2, 0]}, "the angle of upper_joint from hanging"),
+                               ({"q": np.cumsum(q, axis=1)}, "all angles from +x, not from the link before"),
+                               ({"t": 1000 * good["t"]}, "10 s apart: t has to be in s")):
+            result = fit(scene, {"t": good["t"], "q": q, **mistake}, [MASS, DAMPING])
+            self.assertRegex(result.bad, "of its motion|a tenth of the data")
+            self.assertIn(words, result.warnings[0])
+        self.assertEqual(fit(scene, good, [MASS, DAMPING]).bad, "")
+
+    def test_a_command_that_was_left_out(self):
+        push = {"joint": "upper_joint", "torque": 12.0, "start": 2.4, "stop": 4.4}
+        pushed = motion(Scene({**DOUBLE.to_dict(), "loads": {"push": push}}), [-math.pi / 2, 0, 0, 0], np.arange(0, 7, 0.01))
+        result = fit(DOUBLE.with_values({"links/upper/joint/friction": 0.01}), pushed, [MASS, DAMPING])
+        self.assertIn("has no command and no torque", result.warnings[0])
 
     def test_errors_of_integration_are_no_hint(self):
         rods = Scene.from_file("double_pendulum")

@@ -112,6 +112,19 @@ class Tool(InFolder):
         best = Scene.from_file(self.path("fitted.yaml")).to_dict()["links"]["arm"]
         self.assertAlmostEqual(best["inertia"], 4.5e-4, delta=5e-5)
 
+    def test_a_bad_fit_is_said_first(self):
+        with open(self.recording("single_0.csv"), encoding="utf-8") as file:
+            header, *rows = file.read().split()
+        upside_down = [f"{float(row.split(',')[0])},{float(row.split(',')[1]) + math.pi}" for row in rows]
+        data = self.write("turned.csv", "\n".join([",".join(header.split(",")[:2]), *upside_down]))
+        result = self.run_tool(self.recording("single.yaml"), "--data", data, "--vary", "links/arm/inertia", "--output",
+                               self.path("fitted.yaml"))
+        self.assertEqual(result.returncode, 1, result.stdout)
+        self.assertRegex(result.stdout.split("\n")[0], "^The fit is bad: .*the numbers are wrong")
+        with open(self.path("fitted.yaml"), encoding="utf-8") as file:
+            self.assertTrue(file.readline().startswith("# The fit is bad: "))
+        Scene.from_file(self.path("fitted.yaml"))
+
     def test_an_interruption_keeps_the_best(self):
         data = [self.recording(f"double_{k}.csv") for k in range(3)]
         command = [os.path.join(BIN, "fit"), self.recording("double.yaml"), "--data", *data, "--vary", "links/upper/inertia",

@@ -4,7 +4,7 @@
 FILE is a bag (joint_states, and the commands that planar_chain's node took) or a CSV with the columns t, q_<joint>, optional qd_<joint>
 and tau_<joint>; an empty field is a gap. The initial state of each recording is fitted too.
 
-Exit status: 0 done; 1 the fit did not converge, the best so far is kept; 2 bad arguments, scene or recordings; 130 interrupted, the best
+Exit status: 0 done; 1 the fit did not converge or is bad, the best so far is kept; 2 bad arguments, scene or recordings; 130 interrupted, the best
 so far is kept."""
 
 import signal
@@ -105,7 +105,8 @@ def write_all(given, result, text):
     """The files that were asked for."""
     if given.output is not None:
         with open(given.output, "w", encoding="utf-8") as file:
-            file.write(with_numbers(text, {found.path: found.value for found in result.numbers}))
+            file.write(f"# The fit is bad: {result.bad}.\n" * bool(result.bad)
+                       + with_numbers(text, {found.path: found.value for found in result.numbers}))
     if given.plot is not None:
         from planar_chain.fitting.pictures import draw  # pylint: disable=import-outside-toplevel  # matplotlib takes a second
         draw(result, f"{os.path.basename(given.scene)}: fit").savefig(given.plot, dpi=110)
@@ -130,6 +131,9 @@ def run(given):
         return 130
     if not result.converged:
         say(f"the fit did not converge: {result.reason}; this is the best so far")
+        return 1
+    if result.bad:
+        say(f"the fit is bad: {result.bad}")
         return 1
     return 0
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from planar_chain import Scene
 
+from .bad import TRIAL, badness, mistakes
 from .bags import read_bag
 from .deviations import Deviations
 from .hints import hints
@@ -45,7 +46,8 @@ class Fit:
     numbers: a list of Found. scene: the Scene with their values. covariance: of the numbers, in their units. correlation_time: how many
     samples of a residual count as one. noise: the deviation of the residuals of each joint, rad, robust. errors: for each recording its
     name and the root mean square residual of each joint, rad. states, offsets, delays: of each recording. not_told, warnings: sentences.
-    predictions: a list of Prediction. converged, interrupted, reason. pair: the two numbers that hang together most, or None."""
+    predictions: a list of Prediction. converged, interrupted, reason. pair: the two numbers that hang together most, or None. bad: why the
+    model does not follow the data, or empty."""
 
     def __init__(self, scene, problem, solution):
         self.joints = problem.joints
@@ -67,9 +69,16 @@ class Fit:
         self.errors = [(recording.name, error_of(angles[places], recording.q[places])) for recording, angles, places in
                        zip(self.recordings, self.angles, samples)]
         self.warnings = [f"{found.path} ran to its bound {getattr(found, found.at_bound):g}" for found in self.numbers if found.at_bound]
+        self.bad = badness(self.recordings, self.joints, problem.errors(solution.x, samples), samples)
         if not self.interrupted:
             self.warnings += hints(problem, solution) + lost(self.recordings, samples)
         self.predictions = []
+
+    def explain(self, scene, problem, states):
+        """Adds to a bad fit the likely mistakes."""
+        def error(problem, states):
+            return Solver(problem, states, (TRIAL,)).first_error()
+        self.warnings = mistakes(error, scene, problem, states) + self.warnings
 
 
 def lost(recordings, samples):
@@ -153,6 +162,8 @@ def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effo
             solution.interrupted, solution.reason = True, "interrupted"
             result = Fit(scene, problem, solution)
         try:
+            if result.bad and not result.interrupted:
+                result.explain(scene, problem, [first_state(one) for one in data])
             result.predictions = [] if result.interrupted else [predicted(result.scene, one, offsets, windows[0]) for one in unseen]
         except KeyboardInterrupt:
             result.interrupted = True

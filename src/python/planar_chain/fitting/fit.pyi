@@ -46,6 +46,7 @@ class Fit:
     converged: bool
     interrupted: bool
     reason: str
+    bad: str
     runs: int
     evaluations: int
 

@@ -22,7 +22,10 @@ class Recording:
     """One motion without a break.
 
     t: s, N, the first is 0, increasing. q: rad, N × n in the scene's order of joints, NaN where nothing was measured. qd: rad/s, N × n or
-    None. loads: what acted, as entries of a scene's `loads`, in this t. start: t of the scene's own laws at t = 0, s."""
+    None. loads: what acted, as entries of a scene's `loads`, in this t. start: t of the scene's own laws at t = 0, s. rested: s, the rest
+    that was cut before it."""
+
+    rested = 0.0
 
     def __init__(self, name, t, q, qd=None, loads=None, start=0.0):
         self.name, self.start, self.loads = name, float(start), dict(loads or {})
@@ -50,7 +53,10 @@ class Recording:
         moved = np.flatnonzero(away.any(axis=1))
         if not len(moved) or self.t[moved[0]] < LONG_REST:
             return self
-        return self.part(np.searchsorted(self.t, self.t[moved[0]] - KEPT_REST), len(self))
+        begin = self.t[moved[0]] - (KEPT_REST if self.loads else 0.0)  # what moves without a load was held
+        moving = self.part(np.searchsorted(self.t, begin), len(self))
+        moving.rested = begin
+        return moving
 
     def part(self, first, last):
         """The samples first … last - 1 as a recording of its own."""

@@ -21,7 +21,7 @@ def total(errors):
 def as_json(result):
     joints = result.joints
     return {
-        "converged": result.converged, "interrupted": result.interrupted, "reason": result.reason,
+        "converged": result.converged, "interrupted": result.interrupted, "reason": result.reason, "bad": result.bad,
         "numbers": [{"path": found.path, "value": found.value, "deviation": finite(found.deviation), "first": found.first,
                      "low": finite(found.low), "high": finite(found.high), "at_bound": found.at_bound} for found in result.numbers],
         "correlation_time": result.correlation_time, "noise": by_joint(joints, result.noise),
@@ -45,7 +45,7 @@ def table(rows):
 def as_text(result):
     rows = [["number", "value", "deviation", "first"]]
     rows += [[found.path, f"{found.value:.6g}", f"{found.deviation:.2g}", f"{found.first:g}"] for found in result.numbers]
-    lines = table(rows)
+    lines = [f"The fit is bad: {result.bad}.", ""] * bool(result.bad) + table(rows)
     if result.correlation_time > 1:
         lines.append(f"  Residuals correlate over {result.correlation_time:.0f} samples; the deviations count so many as one.")
     lines += section("Not determined by the data", result.not_told)

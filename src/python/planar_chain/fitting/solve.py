@@ -124,6 +124,13 @@ class Solver:
         solution.calls = self.calls
         return solution
 
+    def first_error(self):
+        """The root mean square error after a fit of the first window, rad; infinite if it does not run."""
+        samples = samples_of(self.problem.recordings, self.windows[0], EARLY_SAMPLES)
+        self.stage(self.windows[0], samples, EARLY_CALLS, EARLY_PRECISION, PRIOR)
+        error = np.sqrt(np.mean(self.problem.residuals(self.solution.x, samples) ** 2))
+        return error if np.isfinite(error) else np.inf
+
     def whole(self, until, reach):
         recordings, solution = self.problem.recordings, self.solution
         few = samples_of(recordings, np.minimum(until, reach), 4 * EARLY_SAMPLES)
@@ -141,6 +148,8 @@ class Solver:
             solution.samples = samples_of(recordings, np.minimum(until, reach))
             self.stage(until, solution.samples, LAST_CALLS, PRECISION, LAST_PRIOR)
             reach = np.minimum(reach, self.followed(solution.samples))
+            if max(solution.noise) < errors_of_runs:
+                solution.reason = ""  # no search comes closer
             stays = (abs(solution.noise - noise) < SAME_NOISE * noise).all() or max(solution.noise) < errors_of_runs
             if (reach == before).all() and stays:
                 break
