@@ -197,8 +197,9 @@ class CoupledLinearized : public CoupledSolve<Scalar> {
                                    CoupledShown<Scalar, kinds>& shown) {
     const BodyAt<double>& body = bodies_[j];
     const Vec2<Scalar> UR = handle.UR;
+    const Scalar over = handle.over, kD = handle.kD, Dm = handle.Dm;
     for (std::size_t k = 0; k < kinds; ++k) {
-      const Vec2<Scalar> ULD = handle.ULD[k] = handle.over * UL[k];
+      const Vec2<Scalar> ULD = handle.ULD[k] = over * UL[k];
       Matrix2<Scalar> B = shown.B[k];
       if (k == 0) {
         B.xx += body.m;
@@ -208,10 +209,10 @@ class CoupledLinearized : public CoupledSolve<Scalar> {
         B = {T.xx + B.xx, T.xy + B.xy, T.yx + B.yx, T.yy + B.yy};
       }
       shown.B[k] = {B.xx - UR.x * ULD.x, B.xy - UR.x * ULD.y, B.yx - UR.y * ULD.x, B.yy - UR.y * ULD.y};
-      shown.p[k] = handle.p[k] = handle.kD * UL[k];
+      shown.p[k] = handle.p[k] = kD * UL[k];
     }
-    shown.h = handle.kD * UR;
-    shown.q = handle.q = handle.kD * handle.Dm;
+    shown.h = kD * UR;
+    shown.q = handle.q = kD * Dm;
   }
 
   const PlaneTangent& tangent(std::size_t j, std::size_t k) const {
