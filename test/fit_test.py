@@ -188,6 +188,13 @@ class Words(unittest.TestCase):
             result = fit(lacking.with_values({f"links/rod/joint/{key}": 0.0}), noisy(motion(lacking, [0.5, 0.0]), 6), ["links/rod/com/0"])
             self.assertTrue(any(words in line and f"--vary links/rod/joint/{key}" in line for line in result.warnings), (key, result.warnings))
 
+    def test_no_hint_asks_for_what_is_varied(self):
+        data = noisy(motion(PENDULUM, [0.5, 0.0]), 6)
+        result = fit(PENDULUM, data, ["links/rod/com/0=0.45", "links/rod/joint/damping=0.02:0:0.03"])
+        self.assertIn("links/rod/joint/damping ran to its bound 0.03", result.warnings)
+        self.assertFalse(any("try --vary" in line and "damping" in line.partition("try --vary")[2] for line in result.warnings),
+                         result.warnings)
+
     def test_a_bad_fit_says_the_likely_mistake(self):
         scene = DOUBLE.with_values({MASS: 1.2})
         good = noisy(motion(DOUBLE, fit_statistics.STARTS[0], np.arange(0, 3, 0.01)), 5)

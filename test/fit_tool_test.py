@@ -91,7 +91,7 @@ class Tool(InFolder):
             result = self.run_tool(self.recording("single.yaml"), "--data", self.write("bad.csv", text), "--vary", "links/arm/inertia")
             self.assertEqual(result.returncode, 2, result.stdout)
             self.assertIn(words, result.stderr)
-        for arguments, words in ((("--data", self.path("none.csv")), "No such file"),
+        for arguments, words in ((("--data", self.path("none.csv")), "none.csv: No such file"),
                                  (("--data", self.recording("single_0.csv"), "--plot", "x.txt"), "--plot: expected a name"),
                                  (("--data", self.recording("single_0.csv"), "--windows", "x"), "--windows")):
             result = self.run_tool(self.recording("single.yaml"), "--vary", "links/arm/inertia", *arguments)
@@ -120,6 +120,8 @@ class Tool(InFolder):
         result = self.run_tool(self.recording("single.yaml"), "--data", data, "--vary", "links/arm/inertia", "--output",
                                self.path("fitted.yaml"))
         self.assertEqual(result.returncode, 1, result.stdout)
+        self.assertIn("that of arm_joint from −x (change all signs, or subtract π)", result.stdout)
+        self.assertRegex(result.stdout, r"turned.csv +[\d.]+ s ")
         self.assertRegex(result.stdout.split("\n")[0], "^The fit is bad: .*the numbers are wrong")
         with open(self.path("fitted.yaml"), encoding="utf-8") as file:
             self.assertTrue(file.readline().startswith("# The fit is bad: "))

@@ -121,7 +121,7 @@ def run(given):
                      node=given.node, many_turns=given.many_turns, pieces=given.pieces, windows=windows_of(given.windows),
                      progress=show_progress)
     except OSError as problem:
-        raise BadFit(problem) from problem
+        raise BadFit(f"{problem.filename}: {problem.strerror}" if problem.filename else problem) from problem
     if sys.stderr.isatty():
         sys.stderr.write("\r\033[K")
     print(json.dumps(as_json(result), indent=1) if given.json else as_text(result))

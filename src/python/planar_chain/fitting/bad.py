@@ -18,7 +18,7 @@ COUNTS = {  # how the angles of a file count: as they should have been
     "the angle of {first} from upright, not from +x (add π/2)": lambda q, turn: q + turn * np.eye(q.shape[1])[0],
     "all angles from +x, not from the link before (take differences)": lambda q, turn: np.diff(q, axis=1, prepend=0.0),
     "all angles from hanging (subtract π/2, and take differences)": lambda q, turn: np.diff(q - turn, axis=1, prepend=0.0),
-    "angles clockwise (change their signs)": lambda q, turn: -q,
+    "all angles clockwise, or that of {first} from −x (change all signs, or subtract π)": lambda q, turn: -q,
 }
 
 

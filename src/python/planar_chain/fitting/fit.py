@@ -45,7 +45,7 @@ class Fit:
 
     numbers: a list of Found. scene: the Scene with their values. covariance: of the numbers, in their units. correlation_time: how many
     samples of a residual count as one. noise: the deviation of the residuals of each joint, rad, robust. errors: for each recording its
-    name and the root mean square residual of each joint, rad. states, offsets, delays: of each recording. not_told, warnings: sentences.
+    name and the root mean square residual of each joint, rad, until this time, s (until). states, offsets, delays: of each recording. not_told, warnings: sentences.
     predictions: a list of Prediction. converged, interrupted, reason. pair: the two numbers that hang together most, or None. bad: why the
     model does not follow the data, or empty."""
 
@@ -68,6 +68,7 @@ class Fit:
         self.offsets, self.delays = ([part[k] for part in parts] for k in (2, 3))
         self.errors = [(recording.name, error_of(angles[places], recording.q[places])) for recording, angles, places in
                        zip(self.recordings, self.angles, samples)]
+        self.until = [float(recording.t[places[-1]]) for recording, places in zip(self.recordings, samples)]
         self.warnings = [f"{found.path} ran to its bound {getattr(found, found.at_bound):g}" for found in self.numbers if found.at_bound]
         self.bad = badness(self.recordings, self.joints, problem.errors(solution.x, samples), samples)
         if not self.interrupted:

@@ -37,6 +37,7 @@ class Fit:
     recordings: List[Recording]
     angles: List[_Array]
     errors: List[Tuple[str, _Array]]
+    until: List[float]
     states: List[_Array]
     offsets: List[_Array]
     delays: List[float]

@@ -50,7 +50,7 @@ def hints(problem, solution):
         factors = np.linalg.lstsq(rest, left, rcond=1e-4)[0]
         return 1 - np.sum((left - rest @ factors) ** 2) / (left @ left), -max(factors)
 
-    said, fitted = [], [number.path for number, is_inside in zip(problem.numbers, inside) if is_inside]
+    said, fitted = [], [number.path for number in problem.numbers]
     links = joint_links(problem.values)
     for j in problem.free[:MOST_JOINTS]:
         lacking = {shape: (f"links/{links[j]}/joint/{key}", what, probe(problem, solution, few, used, j, torque))

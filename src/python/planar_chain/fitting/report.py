@@ -26,9 +26,9 @@ def as_json(result):
                      "low": finite(found.low), "high": finite(found.high), "at_bound": found.at_bound} for found in result.numbers],
         "correlation_time": result.correlation_time, "noise": by_joint(joints, result.noise),
         "not_told": result.not_told, "warnings": result.warnings,
-        "data": [{"name": name, "error": by_joint(joints, error), "state": state.tolist(), "offsets": by_joint(joints, offsets),
-                  "delay": delay} for (name, error), state, offsets, delay in
-                 zip(result.errors, result.states, result.offsets, result.delays)],
+        "data": [{"name": name, "until": until, "error": by_joint(joints, error), "state": state.tolist(), "offsets": by_joint(joints, offsets),
+                  "delay": delay} for (name, error), until, state, offsets, delay in
+                 zip(result.errors, result.until, result.states, result.offsets, result.delays)],
         "predictions": [{"name": one.name, "from_first_sample": by_joint(joints, one.from_first_sample),
                          "from_first_window": by_joint(joints, one.from_first_window),
                          "from_fitted_start": by_joint(joints, one.from_fitted_start)} for one in result.predictions],
@@ -51,8 +51,9 @@ def as_text(result):
     lines += section("Not determined by the data", result.not_told)
     lines += section("Warnings", result.warnings)
     lines += ["", "Error on the data, root mean square, rad:"]
-    lines += table([["recording", *result.joints, "all"]]
-                   + [[name, *(f"{error:.3g}" for error in errors), f"{total(errors):.3g}"] for name, errors in result.errors])
+    lines += table([["recording", "until", *result.joints, "all"]]
+                   + [[name, f"{end:.4g} s", *(f"{error:.3g}" for error in errors), f"{total(errors):.3g}"]
+                      for (name, errors), end in zip(result.errors, result.until)])
     for k, offsets in enumerate(result.offsets):
         if np.any(offsets):
             lines.append(f"  {result.recordings[k].name}: offsets of the encoders {', '.join(f'{offset:+.5f}' for offset in offsets)} rad")
