@@ -75,6 +75,14 @@ class Numbers(unittest.TestCase):
         for path, value in true.items():
             self.assertAlmostEqual(found(result)[path].value / value, 1, delta=1e-5, msg=path)
 
+    def test_an_arm_that_is_held_and_then_let_go(self):
+        data, held = motion(PENDULUM, [-0.5, 0.0]), 100
+        q = np.concatenate([np.full((held, 1), -0.5), data["q"]])
+        result = fit(PENDULUM, {"t": 0.01 * np.arange(len(q)), "q": q}, ["links/rod/com/0=0.4", "links/rod/joint/damping=0.05"])
+        self.assertEqual(result.bad, "")
+        self.assertAlmostEqual(found(result)["links/rod/com/0"].value, 0.5, delta=1e-6)
+        self.assertAlmostEqual(found(result)["links/rod/joint/damping"].value, 0.1, delta=1e-6)
+
     def test_deviations_hold(self):
         # Of 120 ratios 95.4 % should be within 2; less than 88 % or a spread off by a fifth has a chance below 1e-3.
         ratios = fit_statistics.ratios(30, 4)

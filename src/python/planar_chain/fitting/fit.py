@@ -45,9 +45,9 @@ class Fit:
 
     numbers: a list of Found. scene: the Scene with their values. covariance: of the numbers, in their units. correlation_time: how many
     samples of a residual count as one. noise: the deviation of the residuals of each joint, rad, robust. errors: for each recording its
-    name and the root mean square residual of each joint, rad, until this time, s (until). states, offsets, delays: of each recording. not_told, warnings: sentences.
-    predictions: a list of Prediction. converged, interrupted, reason. pair: the two numbers that hang together most, or None. bad: why the
-    model does not follow the data, or empty."""
+    name and the root mean square residual of each joint, rad, until this time, s (until). states, offsets, delays: of each recording.
+    not_told, warnings: sentences. predictions: a list of Prediction. converged, interrupted, reason. pair: the two numbers that hang
+    together most, or None. bad: why the model does not follow the data, or empty."""
 
     def __init__(self, scene, problem, solution):
         self.joints = problem.joints
