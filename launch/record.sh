@@ -1,11 +1,18 @@
 #!/bin/bash
 # Runs a recorder on topics whose names may begin with @, the namespace: topics have their full names in a bag.
-# Adds those of the scene's sensors, whose names only the scene knows. Usage: record.sh RECORDER ARGUMENT …
+# Adds those of the scene's sensors, whose names only the scene knows. An earlier bag of the name is kept: the new one gets
+# a number. Usage: record.sh RECORDER -O BAG TOPIC …
 namespace=${ROS_NAMESPACE%/}
-recorder=$1
-shift
+recorder=$1 wanted=${3%.bag}
+shift 3
 set -- "${@/#@/$namespace/}"
 for sensor in $(PATH=/usr/bin:$PATH rosparam get "$namespace/planar_chain/sensors" 2>/dev/null | sed -n 's/^\([A-Za-z][A-Za-z0-9_]*\):.*/\1/p'); do
   set -- "$@" "$namespace/planar_chain/$sensor"
 done
-exec "$recorder" "$@"
+bag=$wanted
+for ((k = 2; ; k++)); do
+  [[ -e $bag.bag || -e $bag.bag.active ]] || break
+  bag=${wanted}_$k
+done
+[ "$bag" = "$wanted" ] || echo "record: $wanted.bag is there already; recording to $bag.bag"
+exec "$recorder" -O "$bag" "$@"

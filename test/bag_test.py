@@ -37,6 +37,22 @@ def time_of(nanoseconds):
     return genpy.Time(nanoseconds // 10**9, nanoseconds % 10**9)
 
 
+def running():
+    """{pid: (that of the parent, the command)} of all processes that have not ended."""
+    said = subprocess.run(["ps", "-eo", "pid,ppid,stat,args"], stdout=subprocess.PIPE, universal_newlines=True, check=True).stdout
+    rows = (line.split(None, 3) for line in said.splitlines()[1:])
+    return {int(pid): (int(parent), command) for pid, parent, state, command in rows if state[0] != "Z"}
+
+
+def below(pid):
+    """{pid: command} of what this process started, and what that started."""
+    everyone = running()
+    found = {one: command for one, (parent, command) in everyone.items() if parent == pid}
+    for one in list(found):
+        found.update(below(one))
+    return found
+
+
 class Bags(InFolder):
     def test_an_interrupted_run_leaves_a_whole_bag(self):
         bag = self.path("out.bag")
@@ -339,6 +355,43 @@ class Bags(InFolder):
             self.assertEqual((result.returncode, result.stdout), (1, ""), result.stderr)
             self.assertRegex(result.stderr, "^show: ")
             self.assertIn(words, result.stderr)
+
+    def shown(self, **more):
+        """show, without its end: it plays a bag in what takes the place of rviz."""
+        self.bag("--duration", "20", name="one.bag")
+        with open(self.path("rviz"), "w") as file:
+            file.write("#!/usr/bin/python3\nimport rospy\nfrom tf2_msgs.msg import TFMessage\nrospy.init_node('rviz')\n"
+                       "rospy.Subscriber('/tf', TFMessage, lambda message: None)\nrospy.spin()\n")
+        os.chmod(self.path("rviz"), 0o755)
+        environment = {name: value for name, value in os.environ.items() if "DISPLAY" not in name and name != "QT_QPA_PLATFORM"}
+        return subprocess.Popen([os.path.join(BIN, "show"), self.path("one.bag")], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                universal_newlines=True, start_new_session=True,
+                                env={**environment, "PATH": self.folder + ":" + os.environ["PATH"], "HOME": self.folder, **more})
+
+    def test_show_needs_a_display(self):
+        with self.shown() as show:
+            self.assertEqual(show.communicate(timeout=60),
+                             ("", "show: rviz needs a display, and DISPLAY is not set. Without one, plot draws a bag\n"))
+        self.assertEqual(show.returncode, 1)
+
+    def test_what_show_has_started_ends_with_it(self):
+        with self.shown(DISPLAY=":0") as show:
+            deadline = time.monotonic() + 60
+            started = {}
+            while not any("rosbag/play" in command for command in started.values()) and time.monotonic() < deadline:
+                time.sleep(0.1)
+                started = below(show.pid)
+            show.terminate()
+            self.assertNotIn("Traceback", show.communicate(timeout=60)[1])
+        self.assertEqual(show.returncode, 128 + signal.SIGTERM)
+        for program in ("roscore", "rosmaster", "rviz", "rosbag/play"):
+            self.assertTrue(any(program in command for command in started.values()), (program, started))
+        while any(pid in running() for pid in started) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        left = {pid: command for pid, command in started.items() if pid in running()}
+        for pid in left:
+            os.kill(pid, signal.SIGKILL)
+        self.assertEqual(left, {})
 
     # ---- Commands --------------------------------------------------------------------------------
 

@@ -94,7 +94,7 @@ class TwoChains(InFolder):
             program.write('#!/bin/sh\ncp "$2" "%s" && exec sleep 600\n' % self.path('opened'))
         os.chmod(self.path('rviz'), 0o755)
         show = roslib.packages.find_node('planar_chain', 'show')[0]
-        environment = dict(os.environ, PATH=self.folder + ':' + os.environ['PATH'], HOME=self.folder)
+        environment = dict(os.environ, PATH=self.folder + ':' + os.environ['PATH'], HOME=self.folder, DISPLAY=':0')
         texts = [self.listen('/show/energy_%d' % k, Marker) for k in (0, 1)]
         with Node(rod(), '/left'), Node(rod(gravity=[0.0, -9.81]), '/right'):
             wrong = subprocess.run([show, 'left', 'middle'], env=environment, stderr=subprocess.PIPE, universal_newlines=True,

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The scripts of the repository: launch/arguments, and that one build serves launch/sim and test/run.
+"""The scripts of the repository: launch/arguments, launch/record.sh, and that one build serves launch/sim and test/run.
 
     scripts_test.py [-DNAME=VALUE … for cmake] [unittest options]
 """
@@ -39,6 +39,25 @@ class Arguments(unittest.TestCase):
             status, said = self.run_script(*given)
             self.assertEqual(status, 2)
             self.assertIn(words, said)
+
+
+class Recorder(InFolder):
+    def record(self, bag):
+        run = subprocess.run(['bash', os.path.join(ROOT, 'launch/record.sh'), 'echo', '-O', bag, '@joint_states', '/tf', '__name:=record'],
+                             env={**os.environ, 'ROS_NAMESPACE': '/left/', 'ROS_MASTER_URI': 'http://localhost:1'},
+                             stdout=subprocess.PIPE, universal_newlines=True, check=True)
+        return run.stdout.splitlines()
+
+    def test_an_earlier_bag_is_kept(self):
+        topics = '/left/joint_states /tf __name:=record'
+        run = self.path('a run')
+        self.assertEqual(self.record(run), [f'-O {run} {topics}'])
+        for there, number in (('.bag', 2), ('_2.bag.active', 3)):  # active: it is being recorded, or its recorder was killed
+            with open(run + there, 'w', encoding='ascii'):
+                pass
+            for name in (run, run + '.bag'):
+                self.assertEqual(self.record(name), [f'record: {run}.bag is there already; recording to {run}_{number}.bag',
+                                                     f'-O {run}_{number} {topics}'])
 
 
 class OneBuild(InFolder):

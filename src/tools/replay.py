@@ -66,10 +66,14 @@ class Master:
         os.environ['ROS_MASTER_URI'] = 'http://localhost:%d' % port
         self._process = subprocess.Popen(['roscore', '-p', str(port)], stdout=subprocess.DEVNULL, start_new_session=True)
         end = time.monotonic() + PATIENCE
-        while not rosgraph.is_master_online():
-            if time.monotonic() > end or self._process.poll() is not None:
-                raise OSError('roscore does not start')
-            time.sleep(0.1)
+        try:
+            while not rosgraph.is_master_online():
+                if time.monotonic() > end or self._process.poll() is not None:
+                    raise OSError('roscore does not start')
+                time.sleep(0.1)
+        except BaseException:
+            self.__exit__()
+            raise
         return rosgraph.Master('/show')
 
     def __exit__(self, *_):

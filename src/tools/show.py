@@ -174,17 +174,28 @@ def kept(name, config):
     return str(path)
 
 
+def require_display():
+    if not any(os.environ.get(name) for name in ('DISPLAY', 'WAYLAND_DISPLAY', 'QT_QPA_PLATFORM')):
+        sys.exit('show: rviz needs a display, and DISPLAY is not set. Without one, plot draws a bag')
+
+
 def rviz(name, config, arguments, meanwhile=lambda: None):
     """Runs rviz until it ends. meanwhile is called every tenth of a second."""
+    require_display()
     process = subprocess.Popen(['rviz', '-d', kept(name, config), *arguments])
-    while True:
-        try:
-            while process.poll() is None:
-                meanwhile()
-                time.sleep(0.1)
-            return process.returncode
-        except KeyboardInterrupt:
-            pass  # rviz has been interrupted too
+    try:
+        while True:
+            try:
+                while process.poll() is None:
+                    meanwhile()
+                    time.sleep(0.1)
+                return process.returncode
+            except KeyboardInterrupt:
+                pass  # rviz has been interrupted too
+    finally:
+        if process.poll() is None:
+            process.terminate()
+            process.wait()
 
 
 def load(path):
@@ -239,6 +250,7 @@ def show_bag(path, options):
     except ValueError as refused:
         sys.exit('show: %s: the scene%s is refused:\n%s' % (path, ' in ' + given if given else '', refused))
     trees = {node: yaml.safe_load(scene) for node, scene in scenes.items()}
+    require_display()
     with Master() as master:
         rospy.set_param('/use_sim_time', True)
         for node, urdf in urdfs.items():
@@ -251,8 +263,15 @@ def show_bag(path, options):
             play.end()
 
 
+def end(*_):
+    """What was started ends too."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    sys.exit(128 + signal.SIGTERM)
+
+
 def main():
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, end)
     arguments = rospy.myargv()[1:]
     if not arguments or arguments[0] in ('-h', '--help'):
         sys.exit(__doc__)
