@@ -127,7 +127,7 @@ class DragKind : public EffectKind {
   void summarize(const Scene& scene, SceneWords& words) const override {
     int drags = 0;
     for (const Joint& joint : scene.chain.joints()) drags += joint.other("drag") > 0;
-    words.count(drags, "drag");
+    if (drags > 0) words.count(drags, "drag");
   }
 };
 

@@ -22,7 +22,9 @@ class ProjectedSteps : public Integrator {
     state = before_;
     return Outcome::notFinite;
   }
-  bool stepTo(State& state, double t) override { return steps_->stepTo(state, t) && f_.project(state, before_); }
+  bool stepTo(State& state, double t) override {
+    return steps_->stepTo(state, t) && f_.project(state, before_);
+  }
   void endAt(State& state) override {
     f_.project(state, before_);
     steps_->endAt(state);

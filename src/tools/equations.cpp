@@ -206,6 +206,14 @@ LinearModel linearized(const Scene& scene, double t, const Eigen::VectorXd& q, c
   return linearModel(scene, t, q, qd);
 }
 
+void moveToEquilibrium(const Scene& scene, double t, GivenState& state) {
+  auto& [q, qd] = state;
+  const std::vector<double> rest = equilibriumOf(scene, t, {q.data(), q.data() + q.size()});
+  q = Eigen::Map<const Eigen::VectorXd>(rest.data(), q.size());
+  qd.setZero();
+  for (const Drive& drive : scene.drives) qd[drive.joint] = drive.law.at(t).rate;
+}
+
 int equations(const Arguments& given) {
   // The scene and the state.
   std::vector<Fault> faults;
@@ -239,12 +247,7 @@ int equations(const Arguments& given) {
         {"--qd", "0 or none beside --equilibrium, which is at rest", quoted(*given.text("qd"))});
   }
   if (!stateFaults.empty()) throw Refused(std::move(stateFaults));
-  if (given.has("equilibrium")) {
-    const std::vector<double> rest = equilibriumOf(scene, t, {q.data(), q.data() + q.size()});
-    q = Eigen::Map<const Eigen::VectorXd>(rest.data(), q.size());
-    qd.setZero();
-    for (const Drive& drive : scene.drives) qd[drive.joint] = drive.law.at(t).rate;
-  }
+  if (given.has("equilibrium")) moveToEquilibrium(scene, t, state);
 
   // The output: the chain, torques, or the equations.
   if (onlyChain) {
