@@ -364,25 +364,28 @@ class Bags(InFolder):
                        "rospy.Subscriber('/tf', TFMessage, lambda message: None)\nrospy.spin()\n")
         os.chmod(self.path("rviz"), 0o755)
         environment = {name: value for name, value in os.environ.items() if "DISPLAY" not in name and name != "QT_QPA_PLATFORM"}
-        return subprocess.Popen([os.path.join(BIN, "show"), self.path("one.bag")], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        show = subprocess.Popen([os.path.join(BIN, "show"), self.path("one.bag")], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                 universal_newlines=True, start_new_session=True,
                                 env={**environment, "PATH": self.folder + ":" + os.environ["PATH"], "HOME": self.folder, **more})
+        self.addCleanup(show.wait, 60)
+        self.addCleanup(show.terminate)
+        return show
 
     def test_show_needs_a_display(self):
-        with self.shown() as show:
-            self.assertEqual(show.communicate(timeout=60),
-                             ("", "show: rviz needs a display, and DISPLAY is not set. Without one, plot draws a bag\n"))
+        show = self.shown()
+        self.assertEqual(show.communicate(timeout=60),
+                         ("", "show: rviz needs a display, and DISPLAY is not set. Without one, plot draws a bag\n"))
         self.assertEqual(show.returncode, 1)
 
     def test_what_show_has_started_ends_with_it(self):
-        with self.shown(DISPLAY=":0") as show:
-            deadline = time.monotonic() + 60
-            started = {}
-            while not any("rosbag/play" in command for command in started.values()) and time.monotonic() < deadline:
-                time.sleep(0.1)
-                started = below(show.pid)
-            show.terminate()
-            self.assertNotIn("Traceback", show.communicate(timeout=60)[1])
+        show = self.shown(DISPLAY=":0")
+        deadline = time.monotonic() + 60
+        started = {}
+        while not any("rosbag/play" in command for command in started.values()) and time.monotonic() < deadline:
+            time.sleep(0.1)
+            started = below(show.pid)
+        show.terminate()
+        self.assertNotIn("Traceback", show.communicate(timeout=60)[1])
         self.assertEqual(show.returncode, 128 + signal.SIGTERM)
         for program in ("roscore", "rosmaster", "rviz", "rosbag/play"):
             self.assertTrue(any(program in command for command in started.values()), (program, started))
