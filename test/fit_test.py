@@ -71,6 +71,8 @@ class Numbers(unittest.TestCase):
                 "links/upper/joint/friction": 0.1}
         result = fit(rubbed.with_values({path: 1.25 * value for path, value in true.items()}), data, list(true))
         self.assertTrue(result.converged, result.reason)
+        rough = Recording("rough", times, noisy(pushed, 4, 0.01)["q"], None, {"push": push})
+        self.assertRegex(rough.without_rest().name, r"rough, 2\.\d+ to")
         self.assertRegex(result.recordings[0].name, r"run, 2\.\d+ to 6.99 s")
         for path, value in true.items():
             self.assertAlmostEqual(found(result)[path].value / value, 1, delta=1e-5, msg=path)

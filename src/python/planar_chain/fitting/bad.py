@@ -5,7 +5,7 @@ A mistake in how the angles count is found by a trial: the first seconds are fit
 import numpy as np
 
 from .problem import Problem, has_laws
-from .recordings import LONG_REST, Recording
+from .recordings import LONG_REST, Recording, noise_of_samples
 
 PART, OF_NOISE = 0.05, 10.0  # errors above this part of a joint's motion, and so many times the noise of its samples, are bad
 MOST_MOTION = 1.0  # rad: larger motions, such as turns, do not excuse larger errors
@@ -20,12 +20,6 @@ COUNTS = {  # how the angles of a file count: as they should have been
     "all angles from hanging (subtract π/2, and take differences)": lambda q, turn: np.diff(q - turn, axis=1, prepend=0.0),
     "all angles clockwise, or that of {first} from −x (change all signs, or subtract π)": lambda q, turn: -q,
 }
-
-
-def noise_of_samples(values):
-    """Of one joint, from third differences, to which a smooth motion adds little."""
-    known = values[np.isfinite(values)]
-    return np.median(abs(np.diff(known, 3))) / (0.6745 * np.sqrt(20)) if len(known) > 3 else 0.0
 
 
 def size_of(errors):

@@ -10,7 +10,8 @@ MOST_ANGLE = 50.0  # rad; above it an angle is rather in degrees
 LEAST_MOTION = 1e-6  # rad
 LEAST_SAMPLES = 10
 LONG_REST, KEPT_REST = 0.5, 0.1  # s: a longer rest before the first motion is cut; so much of it stays
-MOVED, MOST_MOVED = 0.02, 0.02  # a joint has moved by this part of its range, or by so much, rad
+MOVED, MOST_MOVED = 0.02, 0.02  # a joint has moved by this part of its range, or by so much, rad,
+NOISY, MOST_NOISY = 8.0, 0.1  # or by so many times the noise of its samples if that is more; by so much, rad, in any case
 RESOLUTION = 1e-9  # s, of stamps
 
 
@@ -49,7 +50,9 @@ class Recording:
         """From shortly before the first motion, if a long rest comes before it: a fit of its first seconds would see nothing."""
         known = self.q[:, np.isfinite(self.q).any(axis=0)]
         first = np.array([column[np.isfinite(column)][0] for column in known.T])
-        away = abs(np.nan_to_num(known - first)) > np.minimum(MOVED * (np.nanmax(known, axis=0) - np.nanmin(known, axis=0)), MOST_MOVED)
+        least = np.minimum(MOVED * (np.nanmax(known, axis=0) - np.nanmin(known, axis=0)), MOST_MOVED)
+        noise = np.array([noise_of_samples(column) for column in known.T])
+        away = abs(np.nan_to_num(known - first)) > np.maximum(least, np.minimum(NOISY * noise, MOST_NOISY))
         moved = np.flatnonzero(away.any(axis=1))
         if not len(moved) or self.t[moved[0]] < LONG_REST:
             return self
@@ -65,6 +68,12 @@ class Recording:
         name = f"{self.name}, {shift:g} to {self.t[last - 1]:g} s"
         return Recording(name, self.t[first:last] - shift, self.q[first:last],
                          None if self.qd is None else self.qd[first:last], loads, self.start + shift)
+
+
+def noise_of_samples(values):
+    """Of one joint, from third differences, to which a smooth motion adds little."""
+    known = values[np.isfinite(values)]
+    return np.median(abs(np.diff(known, 3))) / (0.6745 * np.sqrt(20)) if len(known) > 3 else 0.0
 
 
 # ---- Checks ------------------------------------------------------------------------------------
