@@ -97,6 +97,10 @@ class Tool(InFolder):
             result = self.run_tool(self.recording("single.yaml"), "--vary", "links/arm/inertia", *arguments)
             self.assertEqual(result.returncode, 2)
             self.assertIn(words, result.stderr)
+        own = self.write("own.csv", self.CSV)
+        result = self.run_tool(self.recording("single.yaml"), "--data", own, "--vary", "links/arm/inertia", "--output", own)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("expected a file that is neither a recording nor another output", result.stderr)
 
     def test_a_fit_that_does_not_converge_keeps_the_best(self):
         # Two evaluations are allowed in the last window, which does not suffice.

@@ -341,6 +341,7 @@ class Tool(InFolder):
         with open(self.path("bad.yaml"), "w", encoding="utf-8") as file:
             file.write("chain: [a]\nlinks: {a: {mass: heavy}}\n")
         self.assertIn("links/a/mass: expected", self.tool("bad.yaml", "--format", "c", status=2))
+        self.assertIn("expected another file than the scene", self.tool("bad.yaml", "--format", "c", "--output", "./bad.yaml", status=2))
 
     def test_latex(self):
         self.tool("double_pendulum", "--format", "latex", "--output", "it.tex")

@@ -112,6 +112,15 @@ class Sweeps(InFolder):
             self.assertRegex(said, "^sweep: 2 runs written to .*; 2 failed, the first: links/lower/mass: expected a number > 0 kg, got -1$")
             self.assertEqual(len(self.text("runs.csv").splitlines()), 3)
 
+    def test_a_folder_of_somebody_else_is_left_alone(self):
+        os.mkdir(self.path("runs.csv.parts"))
+        notes = self.path("runs.csv.parts/notes.txt")
+        with open(notes, "w", encoding="utf-8"):
+            pass
+        said = self.sweep("--vary", MASS + "=1,2", "--duration", "1", status=2)
+        self.assertRegex(said, "^sweep: --output: expected .*runs.csv.parts to be a sweep's own folder, got notes.txt in it$")
+        self.assertTrue(os.path.exists(notes))
+
     def test_a_full_disk_loses_nothing(self):
         arguments = ("--vary", MASS + "=1:2:3000", "--duration", "1", "--instants", "10", "--chunk", "3000")
         command = shlex.join(self.command(*arguments))

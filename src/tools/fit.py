@@ -88,6 +88,11 @@ def require_outputs(given):
         folder = os.path.dirname(name or "") or "."
         if name is not None and (os.path.isdir(name) or not os.access(folder, os.W_OK)):
             raise BadFit(f"expected the name of a file that can be written, got {name}")
+    taken = {os.path.realpath(name) for name in (*given.data, *given.predict)}
+    for name in filter(None, (given.output, given.plot)):
+        if os.path.realpath(name) in taken:
+            raise BadFit(f"expected a file that is neither a recording nor another output, got {name}")
+        taken.add(os.path.realpath(name))
 
 
 def show_progress(window, error, calls):

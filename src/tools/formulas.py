@@ -83,6 +83,8 @@ def main():
     try:
         if given.format == "matlab" and given.output and name_from(pathlib.Path(given.output).stem) + ".m" != os.path.basename(given.output):
             raise NoFormula(f"--output: expected a function's name that ends in .m, as MATLAB does, got {given.output}")
+        if given.output and os.path.realpath(given.output) == os.path.realpath(given.scene):
+            raise NoFormula(f"--output: expected another file than the scene, got {given.output}")
         text = text_of(given)
     except (NoFormula, OSError, Refused, UnicodeDecodeError) as problem:
         print(f"formulas: {problem}", file=sys.stderr)
