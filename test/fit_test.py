@@ -192,7 +192,7 @@ class Words(unittest.TestCase):
         self.assertRegex(" ".join(result.not_told), r"open: links/rod/mass \+100 %, links/rod/inertia \+100 %, links/rod/joint/damping \+100 %")
 
     def test_what_the_model_lacks(self):
-        for key, words in (("friction", "sign q̇"), ("damping", "go with q̇ of"), ("drag", "q̇ |q̇|")):
+        for key, words in (("friction", "sign q̇"), ("damping", "correlate with q̇ of"), ("drag", "q̇ |q̇|")):
             joint = {"damping": 0.0, key: 0.3}
             lacking = Scene({"chain": ["rod"], "links": {"rod": {**ROD, "joint": joint}}})
             result = fit(lacking.with_values({f"links/rod/joint/{key}": 0.0}), noisy(motion(lacking, [0.5, 0.0]), 6), ["links/rod/com/0"])

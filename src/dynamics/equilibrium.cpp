@@ -108,7 +108,7 @@ class Search {
 
   void hold() {
     if (scene_.chain.slides() > 0)
-      throw std::domain_error("none is sought for a prismatic link in a chain whose tip is held");
+      throw std::domain_error("a prismatic link in a chain whose tip is held, where none is sought");
     held_.emplace(scene_.chain, n_);
     Effects all(scene_);
     all.enter(t_);

@@ -2,7 +2,7 @@
 """Measures error against run time, stability, scaling and more, and writes the pages DIR/index.html and DIR/README.md
 with their pictures, and the tables as CSV.
 
-A table that the same programs have measured is not measured again, so an interrupted report goes on where it was.
+The same command continues an interrupted report: a table that the same programs have measured is not measured again.
 src/report/README.md says what is measured and how.
 """
 import argparse

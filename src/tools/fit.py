@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Fits numbers of a scene to recordings of its motion, and says how sure they are.
+"""Fits numbers of a scene to recordings of its motion, and prints them with their deviations.
 
 FILE is a bag (joint_states, and the commands that planar_chain's node took) or a CSV with the columns t, q_<joint>, optional qd_<joint>
 and tau_<joint>; an empty field is a gap. The initial state of each recording is fitted too.
 
-Exit status: 0 done; 1 the fit did not converge or is bad, the best so far is kept; 2 bad arguments, scene or recordings; 130 interrupted, the best
-so far is kept."""
+Exit status: 0 done; 1 the fit did not converge or is bad; 2 bad arguments, scene or recordings; 130 interrupted. After 1 and 130 the best
+numbers are printed and written."""
 
 import signal
 
@@ -38,15 +38,15 @@ def arguments():
     parser.add_argument("--vary", nargs="+", action="extend", required=True, metavar="PATH[=FIRST[:LOW:HIGH]]",
                         help="a number to find, such as links/lower/mass, its first value (default: the scene's) and its bounds")
     parser.add_argument("--predict", nargs="+", action="extend", default=[], metavar="FILE",
-                        help="recordings that the fit does not see: prints the errors on them")
+                        help="prints the errors on recordings that the fit does not use")
     parser.add_argument("--output", metavar="FITTED.yaml", help="writes the scene with the fitted numbers; all else in its text stays")
     parser.add_argument("--plot", metavar="PICTURE", help="draws angles, residuals and an ellipse: .png, .svg or .pdf")
     parser.add_argument("--json", action="store_true", help="prints one JSON object")
     parser.add_argument("--offsets", action="store_true", help="also fits an offset of each encoder in each recording")
     parser.add_argument("--delay", action="store_true", help="also fits the delay between torque and motion in each recording")
-    parser.add_argument("--effort", action="store_true", help="of a bag, takes the effort as the torque that was applied")
+    parser.add_argument("--effort", action="store_true", help="applies the effort of a bag as torque")
     parser.add_argument("--node", help="node, such as /left/planar_chain, if a bag has several")
-    parser.add_argument("--many-turns", action="store_true", help="angles above 50 rad are in rad, not in degrees")
+    parser.add_argument("--many-turns", action="store_true", help="accepts angles above 50 rad, which look like degrees")
     parser.add_argument("--pieces", type=float, metavar="S", help="cuts each recording into equal pieces of about S seconds")
     parser.add_argument("--windows", metavar="A,B,…", default="0.3,0.6,1.2,2.4",
                         help="the growing windows, s, each from the start of a recording; then twice as long each, then the whole")

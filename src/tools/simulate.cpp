@@ -359,10 +359,10 @@ int main(int argc, char** argv) {
          "Ends the run with status 1 after so many steps (default: a million for each second so far, and at "
          "least a million; none for methods of fixed step)"},
         {"csv", "File to write: t, q and qd of every joint, energy"},
-        {"bag", "Bag to write: what the node publishes, stamped from 0 s on, and /clock"},
-        {"views", "Also writes to the bag what rviz shows: arrows, trail, long chains", false},
-        {"commands", "Bag whose recorded commands act again at their times"},
-        {"write-urdf", "File to write: the scene as URDF, the robot_description for the bag in rviz"},
+        {"bag", "Bag to write: the messages of the node, and /clock; the first tick is stamped 1/rate"},
+        {"views", "Also writes the markers of rviz and base_wrench to the bag", false},
+        {"commands", "Bag whose recorded commands are applied again"},
+        {"write-urdf", "File to write: the scene as URDF"},
         {"node", "Node whose topics the bags have (default: the only one in the bag, or /planar_chain)"}},
        simulate},
       argc, argv);

@@ -1,9 +1,8 @@
 #!/usr/bin/python3
 """Simulates a scene many times with varied values, on all cores or on the workers of a Dask scheduler.
 
-An interrupted sweep goes on where it was when the same command is given again. A run that fails is kept, with its
-reason. Exit status: 0 done, perhaps with runs that failed; 1 every run or the sweep failed; 2 bad arguments or scene;
-130 interrupted."""
+The same command continues an interrupted sweep. A run that fails is kept, with its reason. Exit status: 0 done;
+1 every run or the sweep failed; 2 bad arguments or scene; 3 some runs failed; 130 interrupted."""
 
 import signal
 

@@ -60,7 +60,7 @@ def hints(problem, solution):
     if not problem.has_delay and any(recording.loads for recording in problem.recordings):
         share, factor = judged(of_delay(problem, solution, few))
         if share > SHARE and factor > 0:
-            said.append(f"residuals go with a delay of {1e3 * factor:.1f} ms between torque and motion ({100 * share:.0f} % of their "
+            said.append(f"residuals correlate with a delay of {1e3 * factor:.1f} ms between torque and motion ({100 * share:.0f} % of their "
                         "squares): try --delay")
     return said
 
@@ -74,7 +74,7 @@ def of_joint(problem, joint, lacking, judged):
             share, factor = judged(*columns)
             if share > least and factor > 0:
                 vary = " ".join(path if value_at(problem.values, path) else path + "=0" for path in paths)
-                found.append((share, f"residuals go with {' and '.join(shapes)} of {joint}{', together' * (count - 1)} "
+                found.append((share, f"residuals correlate with {' and '.join(shapes)} of {joint}{', together' * (count - 1)} "
                                      f"({100 * share:.0f} % of their squares): the model lacks {' and '.join(whats)}; try --vary {vary}"))
         if found:
             return [words for share, words in sorted(found, reverse=True) if share > ALIKE * max(found)[0]]

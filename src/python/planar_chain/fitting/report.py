@@ -47,7 +47,7 @@ def as_text(result):
     rows += [[found.path, f"{found.value:.6g}", f"{found.deviation:.2g}", f"{found.first:g}"] for found in result.numbers]
     lines = [f"The fit is bad: {result.bad}.", ""] * bool(result.bad) + table(rows)
     if result.correlation_time > 1:
-        lines.append(f"  Residuals correlate over {result.correlation_time:.0f} samples; the deviations count so many as one.")
+        lines.append(f"  Residuals correlate over {result.correlation_time:.0f} samples; the deviations count each {result.correlation_time:.0f} as one.")
     lines += section("Not determined by the data", result.not_told)
     lines += section("Warnings", result.warnings)
     lines += ["", "Error on the data, root mean square, rad:"]
@@ -60,7 +60,7 @@ def as_text(result):
         if result.delays[k]:
             lines.append(f"  {result.recordings[k].name}: delay {1e3 * result.delays[k]:.2f} ms")
     if result.predictions:
-        lines += ["", "Error on what the fit has not seen, rad:"]
+        lines += ["", "Error on recordings that the fit does not use, rad:"]
         rows = [["recording", "start", *result.joints, "all"]]
         for one in result.predictions:
             for start, errors in (("first sample", one.from_first_sample), ("fitted to the first window", one.from_first_window),
