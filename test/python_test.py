@@ -286,6 +286,13 @@ class Motions(InFolder):
         measured.advance_to(0.05)
         self.assertEqual(repr(measured.measure()[0]), "Measurement(sensor='angle', time=0.0, values=array([0.]))")
 
+    def test_measurements_that_nobody_takes_are_lost_and_counted(self):
+        simulation = Simulation(Scene({**PENDULUM, "sensors": {"imu": {"link": "rod", "rate": 1e4}}}))
+        simulation.advance_to(20)
+        with self.assertWarnsRegex(UserWarning, "^33335 measurements are lost: call measure"):
+            taken = simulation.measure()
+        self.assertEqual([len(taken), taken[0].number, taken[-1].number], [166666, 33335, 200000])
+
     def test_what_is_built_is_not_built_again(self):
         scene = Scene(PENDULUM)
         simulation = Simulation(scene)

@@ -299,6 +299,34 @@ TEST(Sensors, BeginAgainAtAReset) {
   for (std::size_t k = 0; k < 51; ++k) EXPECT_EQ(before[k].values, again[k].values);
 }
 
+/// Those whose delay is not over are kept beside. What is kept is the same, errors and all.
+TEST(Sensors, KeepTheNewestAndCountTheLost) {
+  constexpr int kept = 1'000'000 / 6, inFlight = 300, older = 1000;
+  const Scene scene = readSceneText(
+      rod + "sensors: {imu: {link: rod, gyro_noise: 1, gyro_bias_walk: 1, rate: 1000, delay: 0.3}}");
+  SensorBank often(scene), once(scene);
+  std::vector<LinkMotion> still(1);
+  std::vector<Measurement> all;
+  for (int k = 0; k < older + kept + inFlight; ++k) {
+    for (SensorBank* bank : {&often, &once}) bank->take({0.0}, still.data());
+    if (k % 10'000 != 0) continue;
+    for (SensorBank* bank : {&often, &once}) bank->confirm();
+    all = often.deliver(k / 1000.);
+  }
+  for (SensorBank* bank : {&often, &once}) bank->confirm();
+  all = often.deliver(1e9);
+  EXPECT_EQ(often.lost(), 0);
+  EXPECT_EQ(once.lost(), older);
+  const std::vector<Measurement> newest = once.deliver(1e9);
+  ASSERT_EQ(newest.size(), static_cast<std::size_t>(kept + inFlight));
+  EXPECT_EQ(newest.front().number, older);
+  ASSERT_FALSE(all.empty());
+  for (std::size_t k = 1; k <= all.size(); ++k) {
+    EXPECT_EQ(newest[newest.size() - k].number, all[all.size() - k].number);
+    EXPECT_EQ(newest[newest.size() - k].values, all[all.size() - k].values);
+  }
+}
+
 TEST(Sensors, OfASimulationThatDoesNotMeasureGiveNothing) {
   Simulation simulation(readSceneText(rod + "sensors: {imu: {link: rod}}"));
   simulation.advanceTo(1);

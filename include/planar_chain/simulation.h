@@ -106,10 +106,12 @@ class Simulation {
   double closureError();
 
   /// Returns the measurements that the sensors (sensors.h) delivered up to time(), each once: in the order of
-  /// delivery, then of the sensors. They are kept until this call. A measurement at the time of a command, or
-  /// of setState(), is of the motion before. reset() discards them and begins again. Empty unless this
-  /// simulation measures. Allocates.
+  /// delivery, then of the sensors. Until this call the newest million values of each sensor, 8 MB, are
+  /// kept. A measurement at the time of a command, or of setState(), is of the motion before. reset()
+  /// discards them and begins again. Empty unless this simulation measures. Allocates.
   std::vector<Measurement> measure();
+  /// How many measurements were lost since the start or reset(), because nobody took them in time.
+  long long lostMeasurements() const;
 
   // Commands. A command acts from `start` (s of time()), where a step ends, or from time() if that is later.
   // In a joint with a command_delay it acts, and ends, that much later. A held command lasts until the next

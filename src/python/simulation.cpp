@@ -91,6 +91,10 @@ std::vector<Reading> measure(Running& self) {
     const std::string& name = self.idle().scene().sensors[static_cast<std::size_t>(one.sensor)].name;
     readings.push_back({name, std::move(one)});
   }
+  if (const long long lost = self.idle().lostMeasurements(); lost > 0) {
+    warn(std::to_string(lost) +
+         " measurements are lost: call measure() more often. See help(Simulation.measure)");
+  }
   return readings;
 }
 
@@ -100,7 +104,11 @@ void bindReading(py::module& module) {
           .def_property_readonly(
               "sensor", [](const Reading& self) { return self.sensor; }, "The sensor's name.")
           .def_property_readonly(
-              "time", [](const Reading& self) { return self.measurement.time; }, "When it was taken, s.")
+              "number", [](const Reading& self) { return self.measurement.number; },
+              "k = 0, 1, 2, … of this sensor.")
+          .def_property_readonly(
+              "time", [](const Reading& self) { return self.measurement.time; },
+              "When it was taken: k/rate, s.")
           .def_property_readonly(
               "delivered", [](const Reading& self) { return self.measurement.delivered; }, "time + delay, s")
           .def_property_readonly(
@@ -167,7 +175,9 @@ void bindQuantities(py::class_<Running>& simulation) {
       .def("measure", &measure,
            "Returns the measurements of the scene's sensors delivered up to `time`, each once, in the order "
            "of\n"
-           "delivery. They are kept until this call.")
+           "delivery. Until this call the newest million values of each sensor are kept, 8 MB; a "
+           "warning\n"
+           "says how many measurements are lost.")
       .def(
           "accelerations", [](Running& self) { return written(self, &Simulation::accelerations); },
           "Returns q̈: n, rad/s².")

@@ -319,6 +319,10 @@ std::vector<Measurement> Simulation::measure() {
   return parts_->sampler ? parts_->sampler->measure(parts_->state) : std::vector<Measurement>();
 }
 
+long long Simulation::lostMeasurements() const {
+  return parts_->sampler ? parts_->sampler->bank().lost() : 0;
+}
+
 bool Simulation::holdTorque(int joint, double torque, double until, double start) {
   return parts_->give({Load::none, {}, {}, 0, joint, torque}, start, until, false);
 }

@@ -3,7 +3,8 @@
 /// The sensors of a scene: when they measure, with which errors, and what they have delivered.
 ///
 /// Values are taken along the way, and may be dropped if the simulation returns to an earlier state.
-/// confirm() adds the errors, in the order of k.
+/// confirm() adds the errors, in the order of k. Of each sensor, the newest mostKept measurements stay,
+/// beside those whose delay is not over.
 
 #include <deque>
 #include <limits>
@@ -17,6 +18,8 @@ namespace planar_chain {
 
 class SensorBank {
  public:
+  static constexpr double mostValues = 1e6;
+
   /// The scene must outlive this object.
   explicit SensorBank(const Scene& scene);
 
@@ -36,22 +39,29 @@ class SensorBank {
   /// Returns the measurements delivered up to t, in the order of delivery, then of the sensors. Each is
   /// returned once. A nanosecond after t counts as t.
   std::vector<Measurement> deliver(double t);
+  /// How many measurements newer ones have replaced before they were delivered.
+  long long lost() const { return lost_; }
 
  private:
   struct Unit {
     const Sensor* sensor;
     RandomKey key;
-    long long next = 0;                       ///< k of the next measurement
-    std::vector<double> wander{};             ///< w
-    std::deque<Measurement> taken{}, made{};  ///< without and with errors
+    std::size_t width;                         ///< values of a measurement
+    long long oldest = 0, made = 0, next = 0;  ///< k: the first that is stored, without errors, not taken
+    std::deque<double> values{};               ///< from `oldest` to before `next`
+    std::vector<double> wander{};              ///< w
 
-    double nextTime() const { return static_cast<double>(next) / sensor->rate; }
+    double timeOf(long long k) const { return static_cast<double>(k) / sensor->rate; }
+    std::size_t placeOf(long long k) const { return static_cast<std::size_t>(k - oldest) * width; }
+    void dropOldest();
   };
 
-  static void addErrors(Unit& unit, Measurement& to);
+  /// To the values of measurement unit.made.
+  static void addErrors(Unit& unit);
 
   const Chain& chain_;
   std::vector<Unit> units_;
+  long long lost_ = 0;
   void (*rotations_)(const double* theta, double* e, int n);
 };
 
