@@ -66,29 +66,34 @@ struct Running {
   GivenMotion order(int k, double t) const { return k == 0 ? law.at(t, piece) : law.order(k, t, piece); }
 };
 
-template <class Laws>
-double earliestEnd(const Laws& laws) {
-  double end = std::numeric_limits<double>::infinity();
-  for (const auto& running : laws) end = std::min(end, running.until());
-  return end;
-}
+/// An effect that follows laws of time.
+class LawEffect : public CouplingEffect {
+ public:
+  void enter(double t) final {
+    for (Running& running : laws_) running.enter(t);
+  }
+  double until() const final {
+    double end = std::numeric_limits<double>::infinity();
+    for (const Running& running : laws_) end = std::min(end, running.until());
+    return end;
+  }
+  double longestStep() const final {
+    double longest = std::numeric_limits<double>::infinity();
+    for (const Running& running : laws_) longest = std::min(longest, running.law.longestStep());
+    return longest;
+  }
 
-class Drives : public CouplingEffect {
+ protected:
+  std::vector<Running> laws_;
+};
+
+class Drives : public LawEffect {
  public:
   explicit Drives(const std::vector<Drive>& drives) {
     for (const Drive& drive : drives) {
       joints_.push_back(drive.joint);
       laws_.push_back({drive.law});
     }
-  }
-  void enter(double t) override {
-    for (Running& running : laws_) running.enter(t);
-  }
-  double until() const override { return earliestEnd(laws_); }
-  double longestStep() const override {
-    double longest = std::numeric_limits<double>::infinity();
-    for (const Running& running : laws_) longest = std::min(longest, running.law.longestStep());
-    return longest;
   }
   bool variesWithTime() const override {
     return std::any_of(laws_.begin(), laws_.end(),
@@ -110,7 +115,6 @@ class Drives : public CouplingEffect {
 
  private:
   std::vector<int> joints_;
-  std::vector<Running> laws_;
 };
 
 class DriveKind : public EffectKind {
@@ -125,20 +129,13 @@ class DriveKind : public EffectKind {
 
 // ---- The base ------------------------------------------------------------------------------------
 
-class Base : public CouplingEffect {
+class Base : public LawEffect {
  public:
   explicit Base(const BaseLaws& laws) { followBase(laws); }
   const BaseLaws* base() const override { return &base_; }
   void followBase(const BaseLaws& laws) final {
     base_ = laws;
-    laws_ = {{{laws.x}, {laws.y}, {laws.angle}}};
-  }
-  void enter(double t) override {
-    for (Running& running : laws_) running.enter(t);
-  }
-  double until() const override { return earliestEnd(laws_); }
-  double longestStep() const override {
-    return std::min({laws_[0].law.longestStep(), laws_[1].law.longestStep(), laws_[2].law.longestStep()});
+    laws_ = {{laws.x}, {laws.y}, {laws.angle}};
   }
   bool variesWithTime() const override { return true; }
   void couple(double t, int k, Couplings& to) const override {
@@ -149,7 +146,6 @@ class Base : public CouplingEffect {
 
  private:
   BaseLaws base_;
-  std::array<Running, 3> laws_;
 };
 
 class BaseKind : public EffectKind {
@@ -166,22 +162,15 @@ class BaseKind : public EffectKind {
 
 // ---- The tip -------------------------------------------------------------------------------------
 
-class HeldTip : public CouplingEffect {
+class HeldTip : public LawEffect {
  public:
-  explicit HeldTip(const TipLaws& laws) : laws_{{{laws.x}, {laws.y}}}, moves_(laws.moves()) {
-    tip_ = pinnedTip(Vec2d{});
+  explicit HeldTip(const TipLaws& laws) : moves_(laws.moves()), tip_(pinnedTip(Vec2d{})) {
+    laws_ = {{laws.x}, {laws.y}};
     if (laws.line) tip_ = {1, {perp(*laws.line)}, {}};
   }
   bool hasPower() const override { return moves_; }
   bool holdsTip() const override { return true; }
   bool hasSeries() const override { return false; }
-  void enter(double t) override {
-    for (Running& running : laws_) running.enter(t);
-  }
-  double until() const override { return earliestEnd(laws_); }
-  double longestStep() const override {
-    return std::min(laws_[0].law.longestStep(), laws_[1].law.longestStep());
-  }
   bool variesWithTime() const override { return moves_; }
   void couple(double t, int k, Couplings& to) const override {
     const GivenMotion x = laws_[0].order(k, t), y = laws_[1].order(k, t);
@@ -192,7 +181,6 @@ class HeldTip : public CouplingEffect {
   }
 
  private:
-  std::array<Running, 2> laws_;
   bool moves_;
   Tip<double> tip_;
 };
