@@ -8,63 +8,102 @@
 
 namespace planar_chain {
 
+namespace {
+
 // ---- One motor -------------------------------------------------------------------------------------
 
-Motor::Motor(const Coordinates& coordinates, int joint, const Joint& values)
-    : q(coordinates, joint),
-      limit_(values.other("effort_limit")),
-      slope_(values.has(noLoadSpeed) ? limit_ / values.other(noLoadSpeed) : 0),
-      lag_(values.other(timeConstant)) {}
+class Motor {
+ public:
+  Motor(const Coordinates& coordinates, int joint, const Joint& values)
+      : q(coordinates, joint),
+        limit_(values.other("effort_limit")),
+        slope_(values.has(noLoadSpeed) ? limit_ / values.other(noLoadSpeed) : 0),
+        lag_(values.other(timeConstant)) {}
 
-void Motor::command(double t, double u) {
-  if (u == u_) return;
-  x0_ = lagged(t);
-  t0_ = t;
-  u_ = u;
-  isNew_ = true;
-}
+  Coordinate q;  ///< of the joint
 
-double Motor::lagged(double t) const {
-  return lag_ > 0 ? u_ + (x0_ - u_) * simd::exp(-(t - t0_) / lag_) : u_;
-}
-
-/// x_k = (x − u) (−1/T)^k / k!
-double Motor::order(int k, double t) {
-  if (k == 1) coefficient_ = lag_ > 0 ? lagged(t) - u_ : 0;
-  if (lag_ > 0) coefficient_ /= -lag_ * k;
-  return coefficient_;
-}
-
-double Motor::torqueOf(double x, double rate) const {
-  if (!hasLine()) return x;
-  const double side = signOf(x);
-  return side * std::min(side * x, std::max(0.0, limitAt(side, rate)));
-}
-
-double Motor::torque(double t, const double* omega) const {
-  if (place_ == Place::free) return lagged(t);
-  return place_ == Place::line ? side_ * limitAt(side_, q(omega)) : 0;
-}
-
-void Motor::choose(double t, const double* omega) {
-  isNew_ = false;
-  if (!hasLine()) return;
-  const double x = lagged(t);
-  side_ = signOf(x);
-  const double limit = limitAt(side_, q(omega));
-  const bool isWithin = side_ * x < limit || (x == 0 && u_ == 0);
-  place_ = isWithin ? Place::free : limit > 0 ? Place::line : Place::idle;
-}
-
-double Motor::gap(int which, double x, double rate) const {
-  if (place_ == Place::free) {
-    const double side = which == 0 ? 1 : -1;
-    return side * x - limitAt(side, rate);
+  /// u from t on.
+  void command(double t, double u) {
+    if (u == u_) return;
+    x0_ = lagged(t);
+    t0_ = t;
+    u_ = u;
+    isNew_ = true;
   }
-  const double limit = limitAt(side_, rate);
-  if (place_ == Place::line) return which == 0 ? limit - side_ * x : -limit;
-  return which == 0 ? limit : -side_ * x;
-}
+  void finish() {
+    x0_ = u_;
+    isNew_ = true;
+  }
+  /// x at t, N m.
+  double lagged(double t) const { return lag_ > 0 ? u_ + (x0_ - u_) * simd::exp(-(t - t0_) / lag_) : u_; }
+  double rate(double t) const { return lag_ > 0 ? (u_ - lagged(t)) / lag_ : 0; }
+  /// True if x changes from t on.
+  bool isLagging(double t) const { return lag_ > 0 && lagged(t) != u_; }
+  bool hasLag() const { return lag_ > 0; }
+  /// Returns the coefficient k > 0 of the Taylor series of x around t, x_k = (x − u) (−1/T)^k / k!. Call it
+  /// for 1, 2, … in turn.
+  double order(int k, double t) {
+    if (k == 1) coefficient_ = lag_ > 0 ? lagged(t) - u_ : 0;
+    if (lag_ > 0) coefficient_ /= -lag_ * k;
+    return coefficient_;
+  }
+
+  bool hasLine() const { return slope_ > 0; }
+  /// The torque for x at the rate q̇, whatever the place.
+  double torqueOf(double x, double rate) const {
+    if (!hasLine()) return x;
+    const double side = signOf(x);
+    return side * std::min(side * x, std::max(0.0, limitAt(side, rate)));
+  }
+  /// The torque in the present place.
+  double torque(double t, const double* omega) const {
+    if (place_ == Place::free) return lagged(t);
+    return place_ == Place::line ? side_ * limitAt(side_, q(omega)) : 0;
+  }
+  /// −∂τ/∂q̇ in the present place.
+  double damping() const { return place_ == Place::line ? slope_ : 0; }
+  bool isFree() const { return place_ == Place::free; }
+
+  /// Chooses the place. At its edge, the line acts.
+  void choose(double t, const double* omega) {
+    isNew_ = false;
+    if (!hasLine()) return;
+    const double x = lagged(t);
+    side_ = signOf(x);
+    const double limit = limitAt(side_, q(omega));
+    const bool isWithin = side_ * x < limit || (x == 0 && u_ == 0);
+    place_ = isWithin ? Place::free : limit > 0 ? Place::line : Place::idle;
+  }
+  /// How far another place is due, N m; ≤ 0: it is not.
+  double due(double t, const double* omega) const;
+  bool isDue(double t, const double* omega) const { return isNew_ || due(t, omega) > 0; }
+  /// The time within a stretch at which a change may hide, or −1. n: of joints.
+  double hidden(const ode::Stretch& of, int n) const;
+
+ private:
+  enum class Place { free, line, idle };
+
+  /// l
+  double limitAt(double side, double rate) const { return limit_ - side * slope_ * rate; }
+  double signOf(double x) const { return x < 0 || (x == 0 && u_ < 0) ? -1 : 1; }
+  /// Two functions of x and q̇, N m. A change is due where one is positive; from `free` only if s x is, too.
+  double gap(int which, double x, double rate) const {
+    if (place_ == Place::free) {
+      const double side = which == 0 ? 1 : -1;
+      return side * x - limitAt(side, rate);
+    }
+    const double limit = limitAt(side_, rate);
+    if (place_ == Place::line) return which == 0 ? limit - side_ * x : -limit;
+    return which == 0 ? limit : -side_ * x;
+  }
+
+  double limit_, slope_, lag_;  ///< L, N m; L/ω_0, N m s/rad, 0: no line; T, s, 0: no lag
+  double u_ = 0, x0_ = 0, t0_ = 0;
+  double coefficient_ = 0;  ///< of the last order
+  Place place_ = Place::free;
+  double side_ = 1;     ///< s, unless it is free
+  bool isNew_ = false;  ///< u has changed since choose()
+};
 
 double Motor::due(double t, const double* omega) const {
   const double x = lagged(t), rate = q(omega);
@@ -98,137 +137,136 @@ double Motor::hidden(const ode::Stretch& of, int n) const {
   return first;
 }
 
-// ---- All of a chain ---------------------------------------------------------------------------------
-
-namespace {
-
 bool isMoved(const Joint& joint) {
   return joint.has(noLoadSpeed) || joint.other(timeConstant) > 0;
 }
+
+// ---- All of a chain ---------------------------------------------------------------------------------
+
+/// Commands in a chain with motors.
+class MotorCommands final : public CommandEffect, public Switching {
+ public:
+  MotorCommands(const Chain& chain, int capacity)
+      : CommandEffect(chain, capacity), coordinates_(chain.coordinates()), n_(chain.size()) {
+    for (int i = 0; i < n_; ++i) {
+      const Joint& joint = chain.joints()[index(i)];
+      has_.push_back(isMoved(joint));
+      if (has_.back()) motors_.emplace_back(coordinates_, i, joint);
+    }
+    hasLines_ =
+        std::any_of(motors_.begin(), motors_.end(), [](const Motor& motor) { return motor.hasLine(); });
+  }
+
+  std::vector<Load> inForce(double t, const double* omega) const override {
+    std::vector<Load> loads = CommandEffect::inForce(t, omega);
+    for (const Motor& motor : motors_) {
+      const double commanded = torqueAt(t, index(motor.q.joint));
+      const double x = omega && motor.hasLag() ? motor.lagged(t) : commanded;
+      const double torque = omega ? motor.torqueOf(x, motor.q(omega)) : x;
+      if (torque != 0) loads.push_back({"motor", Load::none, {}, {}, 0, motor.q.joint, torque});
+    }
+    return loads;
+  }
+  void finish(double t) override {
+    for (Motor& motor : motors_) {
+      motor.command(t, torqueAt(t, index(motor.q.joint)));
+      motor.finish();
+    }
+  }
+
+  LoadKind acting() const override {
+    return std::max(CommandEffect::acting(), act_ ? LoadKind::moments : LoadKind::nothing);
+  }
+  bool variesWithTime() const override { return isLagging_ || CommandEffect::variesWithTime(); }
+  Powers apply(const ChainState& at, const Actions& to) override {
+    Powers powers = CommandEffect::apply(at, to);
+    for (const Motor& motor : motors_) {
+      const double torque = motor.torque(at.t, at.omega);
+      coordinates_.addTorque(torque, motor.q.joint, to.N);
+      powers.supplied += torque * motor.q(at.omega);
+    }
+    return powers;
+  }
+  void addTorques(const ChainState& at, double* tau) override {
+    CommandEffect::addTorques(at, tau);
+    for (const Motor& motor : motors_) tau[motor.q.joint] += motor.torque(at.t, at.omega);
+  }
+  void addStiffness(double* /*k*/, double* d) const override {
+    for (const Motor& motor : motors_) d[motor.q.joint] += motor.damping();
+  }
+  Powers powersAlong(const ChainState& at, const StateChange& along) override {
+    Powers change = CommandEffect::powersAlong(at, along);
+    for (const Motor& motor : motors_) {
+      const double byRate = motor.torque(at.t, at.omega) - motor.damping() * motor.q(at.omega);
+      change.supplied += byRate * motor.q(along.v);
+    }
+    return change;
+  }
+  Powers applyRates(const ChainState& at, const Actions& to) override {
+    Powers rates = CommandEffect::applyRates(at, to);
+    for (const Motor& motor : motors_) {
+      if (!motor.isFree()) continue;
+      const double rate = motor.rate(at.t);
+      coordinates_.addTorque(rate, motor.q.joint, to.N);
+      rates.supplied += rate * motor.q(at.omega);
+    }
+    return rates;
+  }
+  void addOrder(int k, const Series& known, const Actions& to) override {
+    CommandEffect::addOrder(k, known, to);
+    for (Motor& motor : motors_) {
+      if (motor.isFree()) coordinates_.addTorque(motor.order(k, known.t), motor.q.joint, to.N);
+    }
+  }
+
+  Switching* switching() override { return hasLines_ ? this : nullptr; }
+  void enterState(double t, const double* y) override {
+    for (Motor& motor : motors_) motor.choose(t, y + n_);
+  }
+  void change(double t, double* y, const ode::Crossing& /*found*/) override {
+    for (Motor& motor : motors_) {
+      if (motor.isDue(t, y + n_)) motor.choose(t, y + n_);
+    }
+  }
+  double due(double t, const Eigen::VectorXd& y) const override {
+    double most = -std::numeric_limits<double>::infinity();
+    for (const Motor& motor : motors_) {
+      if (motor.hasLine()) most = std::max(most, motor.due(t, y.data() + n_));
+    }
+    return most;
+  }
+  double nearest(const ode::Stretch& of) const override {
+    double first = -1;
+    for (const Motor& motor : motors_) {
+      const double own = motor.hasLine() ? motor.hidden(of, n_) : -1;
+      if (own > 0 && (first < 0 || own < first)) first = own;
+    }
+    return first;
+  }
+
+ private:
+  void list(double t) override {
+    CommandEffect::list(t);
+    isLagging_ = act_ = false;
+    for (Motor& motor : motors_) {
+      motor.command(t, torqueAt(t, index(motor.q.joint)));
+      isLagging_ = isLagging_ || motor.isLagging(t);
+      act_ = act_ || motor.isLagging(t) || motor.lagged(t) != 0;
+    }
+  }
+  bool hasMotor(int joint) const override { return joint != Load::none && has_[index(joint)]; }
+
+  Coordinates coordinates_;
+  int n_;
+  std::vector<Motor> motors_;
+  std::vector<bool> has_;  ///< of each joint: a motor
+  bool hasLines_ = false, isLagging_ = false, act_ = false;
+};
 
 }  // namespace
 
 bool changesCommands(const Joint& joint) {
   return isMoved(joint) || joint.other("command_delay") > 0;
-}
-
-MotorCommands::MotorCommands(const Chain& chain, int capacity)
-    : CommandEffect(chain, capacity), coordinates_(chain.coordinates()), n_(chain.size()) {
-  for (int i = 0; i < n_; ++i) {
-    const Joint& joint = chain.joints()[index(i)];
-    has_.push_back(isMoved(joint));
-    if (has_.back()) motors_.emplace_back(coordinates_, i, joint);
-  }
-  hasLines_ = std::any_of(motors_.begin(), motors_.end(), [](const Motor& motor) { return motor.hasLine(); });
-}
-
-void MotorCommands::list(double t) {
-  CommandEffect::list(t);
-  isLagging_ = act_ = false;
-  for (Motor& motor : motors_) {
-    motor.command(t, torqueAt(t, index(motor.q.joint)));
-    isLagging_ = isLagging_ || motor.isLagging(t);
-    act_ = act_ || motor.isLagging(t) || motor.lagged(t) != 0;
-  }
-}
-
-std::vector<Load> MotorCommands::inForce(double t, const double* omega) const {
-  std::vector<Load> loads = CommandEffect::inForce(t, omega);
-  for (const Motor& motor : motors_) {
-    const double commanded = torqueAt(t, index(motor.q.joint));
-    const double x = omega && motor.hasLag() ? motor.lagged(t) : commanded;
-    const double torque = omega ? motor.torqueOf(x, motor.q(omega)) : x;
-    if (torque != 0) loads.push_back({"motor", Load::none, {}, {}, 0, motor.q.joint, torque});
-  }
-  return loads;
-}
-
-void MotorCommands::finish(double t) {
-  for (Motor& motor : motors_) {
-    motor.command(t, torqueAt(t, index(motor.q.joint)));
-    motor.finish();
-  }
-}
-
-// ---- What acts --------------------------------------------------------------------------------------
-
-LoadKind MotorCommands::acting() const {
-  return std::max(CommandEffect::acting(), act_ ? LoadKind::moments : LoadKind::nothing);
-}
-
-Powers MotorCommands::apply(const ChainState& at, const Actions& to) {
-  Powers powers = CommandEffect::apply(at, to);
-  for (const Motor& motor : motors_) {
-    const double torque = motor.torque(at.t, at.omega);
-    coordinates_.addTorque(torque, motor.q.joint, to.N);
-    powers.supplied += torque * motor.q(at.omega);
-  }
-  return powers;
-}
-
-void MotorCommands::addTorques(const ChainState& at, double* tau) {
-  CommandEffect::addTorques(at, tau);
-  for (const Motor& motor : motors_) tau[motor.q.joint] += motor.torque(at.t, at.omega);
-}
-
-void MotorCommands::addStiffness(double* /*k*/, double* d) const {
-  for (const Motor& motor : motors_) d[motor.q.joint] += motor.damping();
-}
-
-Powers MotorCommands::powersAlong(const ChainState& at, const StateChange& along) {
-  Powers change = CommandEffect::powersAlong(at, along);
-  for (const Motor& motor : motors_) {
-    const double byRate = motor.torque(at.t, at.omega) - motor.damping() * motor.q(at.omega);
-    change.supplied += byRate * motor.q(along.v);
-  }
-  return change;
-}
-
-Powers MotorCommands::applyRates(const ChainState& at, const Actions& to) {
-  Powers rates = CommandEffect::applyRates(at, to);
-  for (const Motor& motor : motors_) {
-    if (!motor.isFree()) continue;
-    const double rate = motor.rate(at.t);
-    coordinates_.addTorque(rate, motor.q.joint, to.N);
-    rates.supplied += rate * motor.q(at.omega);
-  }
-  return rates;
-}
-
-void MotorCommands::addOrder(int k, const Series& known, const Actions& to) {
-  CommandEffect::addOrder(k, known, to);
-  for (Motor& motor : motors_) {
-    if (motor.isFree()) coordinates_.addTorque(motor.order(k, known.t), motor.q.joint, to.N);
-  }
-}
-
-// ---- Switches ----------------------------------------------------------------------------------------
-
-void MotorCommands::enterState(double t, const double* y) {
-  for (Motor& motor : motors_) motor.choose(t, y + n_);
-}
-
-void MotorCommands::change(double t, double* y, const ode::Crossing& /*found*/) {
-  for (Motor& motor : motors_) {
-    if (motor.isDue(t, y + n_)) motor.choose(t, y + n_);
-  }
-}
-
-double MotorCommands::due(double t, const Eigen::VectorXd& y) const {
-  double most = -std::numeric_limits<double>::infinity();
-  for (const Motor& motor : motors_) {
-    if (motor.hasLine()) most = std::max(most, motor.due(t, y.data() + n_));
-  }
-  return most;
-}
-
-double MotorCommands::nearest(const ode::Stretch& of) const {
-  double first = -1;
-  for (const Motor& motor : motors_) {
-    const double own = motor.hasLine() ? motor.hidden(of, n_) : -1;
-    if (own > 0 && (first < 0 || own < first)) first = own;
-  }
-  return first;
 }
 
 std::unique_ptr<CommandEffect> makeCommands(const Chain& chain, int capacity) {
