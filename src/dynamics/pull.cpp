@@ -12,13 +12,8 @@ Pull::Pull(const Chain& chain)
     : chain_(chain), recursion_(chain.withoutSlides()), joints_(index(chain.size())) {
   recursion_.couple(joints_.data());
   const auto n = index(chain.size());
-  theta_.resize(n);
-  omega_.resize(n);
+  for (auto* numbers : {&theta_, &omega_, &still_, &N_, &alpha_, &moments_}) numbers->resize(n);
   e_.resize(index(ShortChain::roomFor(chain.size())));
-  still_.resize(n);
-  N_.resize(n);
-  alpha_.resize(n);
-  moments_.resize(n);
   F_.resize(n);
   for (const Link& link : chain.links()) mass_ += link.mass;
 }
@@ -68,13 +63,12 @@ Vec2d Pull::answer(int link, Vec2d force) {
 
 Vec2d Pull::force(const PointMotion& point, Vec2d target, double pulsation) const {
   const Vec2d wanted = pulsation * pulsation * (target - point.position) - 2 * pulsation * point.velocity;
-  // The axes of Λ⁻¹, and 1/m along each.
-  const auto [xx, xy, yy] = point.mobility;
-  const double middle = (xx + yy) / 2, half = std::hypot((xx - yy) / 2, xy);
-  const Rotation<double> axes = Rotation<double>::of(std::atan2(2 * xy, xx - yy) / 2);
-  const auto massAt = [this](double inverse) { return 1 / std::fmax(inverse, 1 / mass_); };
-  const Vec2d u = axes * Vec2d{1, 0}, w = axes * Vec2d{0, 1};
-  return massAt(middle + half) * dot(u, wanted) * u + massAt(middle - half) * dot(w, wanted) * w;
+  const auto [inverse, axis] = eigen(point.mobility);  // 1/m along each axis of Λ⁻¹
+  Vec2d force;
+  for (const std::size_t i : {0, 1}) {
+    force += (dot(axis[i], wanted) / std::fmax(inverse[i], 1 / mass_)) * axis[i];
+  }
+  return force;
 }
 
 }  // namespace planar_chain
