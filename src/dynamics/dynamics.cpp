@@ -2,9 +2,6 @@
 
 #include <algorithm>
 
-#include "dynamics/stored_energy.h"
-#include "simd/vectors.h"
-
 namespace planar_chain {
 
 namespace {
@@ -22,13 +19,11 @@ Dynamics::Dynamics(const Scene& scene, std::unique_ptr<Effect> more)
       n_(mechanism_.size()),
       places_(mechanism_.places()),
       works_(effects_.any(&Effect::hasPower) ? 2 : 0),
-      storing_(storingKinds(scene.chain)),
+      stores_(scene.chain),
       recursion_(mechanism_.makeRecursion()) {
   effects_.arrange(mechanism_.lanes());
   if (areCoupled(scene, effects_)) coupled_.emplace(mechanism_, effects_);
   if (isFree(scene)) momenta_.emplace(mechanism_, effects_);
-  for (const Joint& joint : scene.chain.joints()) rotors_.push_back(inertiaIn(joint));
-  if (std::all_of(rotors_.begin(), rotors_.end(), [](double J) { return J == 0; })) rotors_.clear();
   positions_ = !coupled_ && std::holds_alternative<ShortChain>(recursion_) ? 0 : places_;
 
   const auto n = index(n_);
@@ -270,12 +265,7 @@ Energy Dynamics::energy(double t, const double* y) const {
     const GivenMotion x = laws->x.at(t), yBase = laws->y.at(t), angle = laws->angle.at(t);
     base = {{x.value, yBase.value}, {x.rate, yBase.rate}, angle.value, angle.rate};
   }
-  Energy energy = energyOf(mechanism_.chain(), storing_, y, y + n_, base);
-  for (std::size_t i = 0; i < rotors_.size(); ++i) {
-    const double rate = mechanism_.coordinates().relative(y + n_, static_cast<int>(i));
-    energy.kinetic += 0.5 * rotors_[i] * rate * rate;
-  }
-  return energy;
+  return energyOf(mechanism_.chain(), stores_, y, y + n_, base);
 }
 
 void Dynamics::accelerations(double t, const double* y, double* alpha) {

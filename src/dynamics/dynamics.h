@@ -204,8 +204,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   std::optional<CoupledMotion> coupled_;  ///< nothing: recursion_ runs
   std::optional<Momenta> momenta_;        ///< of a free chain
   int n_, places_, works_;
-  std::vector<const EffectKind*> storing_;  ///< kinds that store energy
-  std::vector<double> rotors_;              ///< J of the joints, kg m²; empty: none
+  const Stores stores_;
   long long evaluations_ = 0;
 
   int positions_;

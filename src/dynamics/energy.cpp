@@ -7,16 +7,16 @@
 
 namespace planar_chain {
 
-std::vector<const EffectKind*> storingKinds(const Chain& chain) {
-  std::vector<const EffectKind*> storing;
+Stores::Stores(const Chain& chain) {
   for (const EffectKind* kind : effectKinds()) {
     const auto storesIn = [kind](const auto& part) { return kind->stiffnessOf(part) > 0; };
     if (std::any_of(chain.joints().begin(), chain.joints().end(), storesIn) ||
         std::any_of(chain.links().begin(), chain.links().end(), storesIn)) {
-      storing.push_back(kind);
+      kinds.push_back(kind);
     }
   }
-  return storing;
+  for (const Joint& joint : chain.joints()) rotors.push_back(inertiaIn(joint));
+  if (std::all_of(rotors.begin(), rotors.end(), [](double J) { return J == 0; })) rotors.clear();
 }
 
 namespace {
@@ -56,23 +56,17 @@ void forCentres(const Chain& chain, const double* theta, const double* omega, co
 }  // namespace
 
 Energy energyOf(const Chain& chain, const double* theta, const double* omega) {
-  Energy energy = energyOf(chain, storingKinds(chain), theta, omega);
-  const Coordinates coordinates = chain.coordinates();
-  for (int j = 0; j < chain.size(); ++j) {
-    const double rate = coordinates.relative(omega, j);
-    energy.kinetic += 0.5 * inertiaIn(chain.joints()[index(j)]) * rate * rate;
-  }
-  return energy;
+  return energyOf(chain, Stores(chain), theta, omega);
 }
 
-Energy energyOf(const Chain& chain, const std::vector<const EffectKind*>& kinds, const double* theta,
-                const double* omega, const BaseState& base) {
+Energy energyOf(const Chain& chain, const Stores& stores, const double* theta, const double* omega,
+                const BaseState& base) {
   Energy energy;
   const Coordinates coordinates = chain.coordinates();
   forCentres(chain, theta, omega, base, [&](int j, const PlacedBody& body, Vec2d x, Vec2d v, double rate) {
     const Link& link = chain.links()[index(j)];
     double stored = 0;
-    for (const EffectKind* kind : kinds) {
+    for (const EffectKind* kind : stores.kinds) {
       stored += kind->energyIn(chain.joints()[index(j)], coordinates.relative(theta, j)) +
                 kind->energyOf(link, body);
     }
@@ -81,6 +75,10 @@ Energy energyOf(const Chain& chain, const std::vector<const EffectKind*>& kinds,
     energy.potential -= link.mass * dot(chain.gravity(), x);
   });
   energy.potential += energy.elastic;
+  for (std::size_t i = 0; i < stores.rotors.size(); ++i) {
+    const double rate = coordinates.relative(omega, static_cast<int>(i));
+    energy.kinetic += 0.5 * stores.rotors[i] * rate * rate;
+  }
   return energy;
 }
 

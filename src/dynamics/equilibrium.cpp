@@ -32,7 +32,7 @@ class Search {
         coordinates_(scene.chain.coordinates()),
         n_(scene.chain.size()),
         effects_(scene, nullptr, &EffectKind::isInEquilibrium),
-        storing_(storingKinds(scene.chain)) {
+        stores_(scene.chain) {
     effects_.enter(t);
     if (scene.base) baseAngle_ = scene.base->angle.at(t).value;
     // Bodies behind driven joints turn with the body before: one group. Group −1 is the ground.
@@ -227,7 +227,7 @@ class Search {
   /// V of weights, springs, stops and loads, J.
   double energyAt(const Eigen::VectorXd& theta) const {
     const BaseState base{{}, {}, baseAngle_, 0};
-    double energy = energyOf(scene_.chain, storing_, theta.data(), still_.data(), base).potential;
+    double energy = energyOf(scene_.chain, stores_, theta.data(), still_.data(), base).potential;
     for (const auto& [load, factor] : loads_) {
       if (load->joint != Load::none)
         energy -= factor * load->torque * coordinates_.relative(theta.data(), load->joint);
@@ -341,7 +341,7 @@ class Search {
   std::vector<bool> isDriven_;
   int n_, pushes_ = 0;
   Effects effects_;
-  std::vector<const EffectKind*> storing_;
+  const Stores stores_;
   double baseAngle_ = 0, scale_ = 0;
   std::optional<Held> held_;
   std::vector<int> groups_, firsts_;  ///< the group of each body; the first body of each group

@@ -1,7 +1,6 @@
 #pragma once
 
-/// energyOf() of energy.h for those who ask often: which kinds of effect store energy in a chain is found
-/// once.
+/// energyOf() of energy.h for those who ask often: what stores energy in a chain is found once.
 
 #include <vector>
 
@@ -10,11 +9,16 @@
 
 namespace planar_chain {
 
-/// The kinds that store energy in one of the chain's joints or bodies. Allocates.
-std::vector<const EffectKind*> storingKinds(const Chain& chain);
+struct Stores {
+  /// Allocates.
+  explicit Stores(const Chain& chain);
 
-/// As energyOf(), of the chain that `kinds` were found for, without rotors. Allocates nothing.
-Energy energyOf(const Chain& chain, const std::vector<const EffectKind*>& kinds, const double* theta,
-                const double* omega, const BaseState& base = {});
+  std::vector<const EffectKind*> kinds;  ///< that store energy in one of the joints or bodies
+  std::vector<double> rotors;            ///< J of the joints, kg m²; empty: none
+};
+
+/// As energyOf(), of the chain that `stores` was made for. Allocates nothing.
+Energy energyOf(const Chain& chain, const Stores& stores, const double* theta, const double* omega,
+                const BaseState& base = {});
 
 }  // namespace planar_chain
