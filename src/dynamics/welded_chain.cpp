@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "lanes/arrangement.h"
 #include "lanes/kernel.h"
 
 namespace planar_chain {
@@ -109,11 +110,7 @@ void WeldedChain::arrange() {
         placeOf_[body] = static_cast<int>(step * lanes + lane);
         for (std::size_t j = first_[body]; j < first_[body + 1]; ++j) placeOfLink_[j] = placeOf_[body];
       }
-      double* to = links_.data() + step * lanes * simd::SegmentArrays::linkQuantities + lane;
-      for (const double number : {m, I, r.x, r.y, p.x, p.y}) {
-        *to = number;
-        to += lanes;
-      }
+      putInLane(links_.data(), step * lanes + lane, lanes, {m, I, r.x, r.y, p.x, p.y});
     }
   }
   for (auto* numbers : {&theta_, &omega_, &N_}) std::fill(numbers->begin(), numbers->end(), 0.0);
