@@ -13,7 +13,7 @@ CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
       effects_(effects),
       n_(mechanism.size()),
       evaluator_(mechanism, effects),
-      stepped_(evaluator_.none()),
+      stepped_(mechanism, effects),
       asked_(stepped_),
       whole_(stepped_),
       held_(n_),

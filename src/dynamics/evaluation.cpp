@@ -7,14 +7,16 @@
 
 namespace planar_chain {
 
-Evaluation::Evaluation(int n, bool plain, bool baseMoves, bool hasPlaces) : isPlain(plain) {
-  y.resize(2 * index(n));
-  e.resize(index(ShortChain::roomFor(n)));
-  for (auto* numbers : {&N, &alpha, &moments}) numbers->resize(index(n));
-  for (auto* vectors : {&F, &pinVelocity}) vectors->resize(index(n));
-  if (hasPlaces) pin.resize(index(n));
-  if (!baseMoves) return;
-  for (auto* numbers : {&turning, &slopesOnBase}) numbers->resize(index(n));
+Evaluation::Evaluation(const Mechanism& mechanism, const Effects& effects)
+    : isPlain(!effects.base() && !mechanism.hasEnds()), ground(-1.0 * mechanism.chain().gravity()) {
+  const auto n = index(mechanism.size());
+  y.resize(2 * n);
+  e.resize(index(ShortChain::roomFor(mechanism.size())));
+  for (auto* numbers : {&N, &alpha, &moments}) numbers->resize(n);
+  for (auto* vectors : {&F, &pinVelocity}) vectors->resize(n);
+  if (effects.anyForces(&Forces::dependOnPlace)) pin.resize(n);
+  if (!effects.base()) return;
+  for (auto* numbers : {&turning, &slopesOnBase}) numbers->resize(n);
 }
 
 Evaluator::Evaluator(const Mechanism& mechanism, Effects& effects)
@@ -24,12 +26,6 @@ Evaluator::Evaluator(const Mechanism& mechanism, Effects& effects)
       recursion_(mechanism.bodies()),
       couplings_(n_),
       torques_(index(n_)) {}
-
-Evaluation Evaluator::none() const {
-  Evaluation none(n_, isPlain(), effects_.base() != nullptr, effects_.anyForces(&Forces::dependOnPlace));
-  none.ground = -1.0 * mechanism_.chain().gravity();
-  return none;
-}
 
 // ---- A state -----------------------------------------------------------------------------------------
 
@@ -89,19 +85,11 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
 void Evaluator::placePins(Evaluation& to) const {
   std::fill(to.F.begin(), to.F.end(), Vec2d{});
   const Chain& chain = mechanism_.chain();
-  const int slides = mechanism_.slides(), reach = effects_.reach();
-  Vec2d x = to.base.pin, v;
-  for (int i = 0; i < slides; ++i) {
-    const Vec2d axis = chain.joints()[index(i)].axis;
-    x += to.y[index(i)] * axis;
-    v += to.y[index(n_ + i)] * axis;
-    to.pinVelocity[index(i)] = v;
-    if (!to.pin.empty()) to.pin[index(i)] = x;
-    x += chain.links()[index(i)].pin;
-  }
-  mechanism_.findPinVelocities(to.e.data(), to.omega(), reach, to.pinVelocity.data(), slides, v);
-  for (int j = 0; j < reach; ++j) to.pinVelocity[index(j)] += to.base.velocity;
-  for (std::size_t j = index(slides); j < to.pin.size(); ++j) {
+  mechanism_.findPinVelocities(to.e.data(), to.omega(), effects_.reach(), to.pinVelocity.data(),
+                               to.base.velocity);
+  Vec2d x = to.base.pin;
+  for (std::size_t j = 0; j < to.pin.size(); ++j) {
+    if (j < index(mechanism_.slides())) x += to.y[j] * chain.joints()[j].axis;
     to.pin[j] = x;
     x += to.e[j] * chain.links()[j].pin;
   }

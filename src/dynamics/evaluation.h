@@ -27,8 +27,8 @@ namespace planar_chain {
 
 /// Results at one state: a value. Vectors have ground components.
 struct Evaluation {
-  /// Of no state yet. isPlain: the base stands still, and the chain has no ends. Allocates.
-  Evaluation(int n, bool isPlain, bool baseMoves, bool hasPlaces);
+  /// Of no state yet, with room for this chain. Allocates.
+  Evaluation(const Mechanism& mechanism, const Effects& effects);
 
   /// True if it has the results of this state.
   bool isAt(double time, const double* state) const {
@@ -42,7 +42,8 @@ struct Evaluation {
   /// ψ̈, rad/s².
   const double* slopes() const { return slopesOnBase.empty() ? alpha.data() : slopesOnBase.data(); }
 
-  bool isPlain, isKnown = false;
+  bool isPlain;  ///< the base stands still, and the chain has no ends
+  bool isKnown = false;
   bool hasMoments = false;                    ///< of a welded chain: then `moments` are known
   double t = 0;                               ///< s
   std::vector<double> y;                      ///< [ψ ψ̇]
@@ -67,8 +68,6 @@ class Evaluator {
   /// The mechanism and the effects must outlive this object.
   Evaluator(const Mechanism& mechanism, Effects& effects);
 
-  /// An evaluation of no state, with room for this chain.
-  Evaluation none() const;
   /// Writes all results at the state y = [ψ ψ̇] at time t.
   void evaluate(double t, const double* y, Evaluation& to);
   /// The torques that give the bodies these q̈ under the forces and moments of an evaluation without those
@@ -81,8 +80,6 @@ class Evaluator {
   std::string recursion() const { return recursion_.name() + (mechanism_.hasEnds() ? " and ends" : ""); }
 
  private:
-  /// True if the base stands still, and the chain has no ends.
-  bool isPlain() const { return !effects_.base() && !mechanism_.hasEnds(); }
   void takeCouplings(double t);
   void coupleRecursion();
   void evaluateMoving(Evaluation& to);

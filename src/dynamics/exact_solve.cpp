@@ -196,25 +196,12 @@ double ExactSolve::firstTorqueRate() {
 // ---- Powers along a solution -----------------------------------------------------------------------
 
 Powers ExactSolve::powersAlongInOrder(const double* uv) {
-  // How the pins move: δx += δθ iP and δ(ω iP) = δω iP − ω δθ P.
   const double* u = mechanism_.stateInOrder(uv, inOrder_.data());
   const double* v = u + n_;
   const double* omega = coupled_ ? coupled_->at.omega() : at_.omega;
-  const int last = pin_.empty() ? effects_.reach() : n_, slides = mechanism_.slides();
-  Vec2d change, place;
-  for (int i = 0; i < std::min(slides, last); ++i) {
-    const Vec2d axis = mechanism_.chain().joints()[index(i)].axis;
-    pinVelocity_[index(i)] = change += v[i] * axis;
-    place += u[i] * axis;
-    if (!pin_.empty()) pin_[index(i)] = place;
-  }
-  for (int j = slides; j < last; ++j) {
-    pinVelocity_[index(j)] = change;
-    if (!pin_.empty()) pin_[index(j)] = place;
-    const Vec2d P = at_.e[j] * mechanism_.chain().links()[index(j)].pin;
-    change += v[j] * perp(P) - (omega[j] * u[j]) * P;
-    place += u[j] * perp(P);
-  }
+  const int count = pin_.empty() ? effects_.reach() : n_;
+  mechanism_.findPinChanges(at_.e, omega, u, v, count, pin_.empty() ? nullptr : pin_.data(),
+                            pinVelocity_.data());
   Powers powers;
   for (Effect* effect : effects_.activeInOrder()) {
     powers += effect->powersAlong(at_, {u, v, pinVelocity_.data(), pin_.data()});

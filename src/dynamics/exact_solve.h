@@ -87,11 +87,10 @@ class ExactSolve {
   struct Coupled {
     Coupled(const Mechanism& mechanism, const Effects& effects)
         : bodies(mechanism.bodies()),
-          at(mechanism.size(), !effects.base() && !mechanism.hasEnds(), effects.base() != nullptr,
-             effects.anyForces(&Forces::dependOnPlace)),
+          at(mechanism, effects),
           couplings(mechanism.size()),
           rates(mechanism.size()),
-          change(mechanism.chain()) {}
+          change(mechanism) {}
 
     CoupledBodies bodies;
     EndsTangent ends;

@@ -23,7 +23,7 @@ LinearModel linearModel(const Scene& scene, double t, const Eigen::VectorXd& q, 
 
   // δq̈ while joint j, with all that turns with it, turns or slides by `turn`, speeds up by `speed`, and has
   // `torque` more.
-  MotionChange change(scene.chain);
+  MotionChange change(entered.mechanism);
   const Coordinates coordinates = scene.chain.coordinates();
   const auto along = [&](int j, double turn, double speed, double torque) {
     for (int i = 0; i < n; ++i) {

@@ -49,9 +49,16 @@ class Mechanism {
   const double* stateInOrder(const double* y, double* room) const;
 
   /// Writes the velocities of the first `count` inner pins, m/s, from e = exp(i θ_j) and the rates ω_j in
-  /// chain order. first: the body on the first pin, whose velocity is v. Allocates nothing.
+  /// chain order, those of slides too. v: of the base. Allocates nothing.
   void findPinVelocities(const Rotation<double>* e, const double* omega, int count, Vec2d* velocities,
-                         int first = 0, Vec2d v = {}) const;
+                         Vec2d v = {}) const;
+  /// Writes how the places and velocities of these pins change if each θ_j changes by u_j and ω_j by v_j:
+  ///
+  ///     δx_next = δx + u iP      δẋ_next = δẋ + v iP − ω u P
+  ///
+  /// dx, dv: of the base. Places may be nullptr. Allocates nothing.
+  void findPinChanges(const Rotation<double>* e, const double* omega, const double* u, const double* v,
+                      int count, Vec2d* places, Vec2d* velocities, Vec2d dx = {}, Vec2d dv = {}) const;
 
  private:
   const Chain& chain_;

@@ -17,8 +17,9 @@ Vec2d changeOf(Vec2<Dual> vector) {
 
 }  // namespace
 
-MotionChange::MotionChange(const Chain& chain) : chain_(chain), recursion_(chain.withoutSlides()) {
-  const auto n = index(chain.size());
+MotionChange::MotionChange(const Mechanism& mechanism)
+    : mechanism_(mechanism), recursion_(mechanism.bodies()) {
+  const auto n = index(mechanism.size());
   for (auto* numbers : {&turn, &speed, &N, &held, &alpha, &moments}) numbers->resize(n);
   for (auto* vectors : {&F, &pins, &pinVelocities}) vectors->resize(n);
   e_.resize(n);
@@ -29,32 +30,22 @@ MotionChange::MotionChange(const Chain& chain) : chain_(chain), recursion_(chain
 
 /// The forces and moments, and the motion of the pins on which they depend.
 void MotionChange::nudgeLoads(const Evaluation& at, bool hasForces, const EffectTangents& tangents) {
-  const std::size_t slides = index(chain_.slides());
-  Vec2d dx = pin, dv = velocity;
+  mechanism_.findPinChanges(at.e.data(), at.omega(), turn.data(), speed.data(), mechanism_.size(),
+                            pins.data(), pinVelocities.data(), pin, velocity);
   for (std::size_t j = 0; j < e_.size(); ++j) {
-    const bool slidesHere = j < slides;
-    if (slidesHere) {
-      dx += turn[j] * chain_.joints()[j].axis;
-      dv += speed[j] * chain_.joints()[j].axis;
-    }
-    pins[j] = dx;
-    pinVelocities[j] = dv;
+    const bool slides = j < index(mechanism_.slides());
     Vec2d dF = F[j];
     double dN = N[j];
-    if (!tangents.XF.empty() && !slidesHere) dN -= tangents.XF[j] * turn[j];
-    if (!tangents.bodies.empty() && !slidesHere) {
+    if (!tangents.XF.empty() && !slides) dN -= tangents.XF[j] * turn[j];
+    if (!tangents.bodies.empty() && !slides) {
       const auto& [K, D] = tangents.bodies[j];
+      const Vec2d dx = pins[j], dv = pinVelocities[j];
       dF -= K.forcePlace * dx + turn[j] * K.forceTurn + D.forcePlace * dv + speed[j] * D.forceTurn;
       dN -=
           dot(K.momentPlace, dx) + K.momentTurn * turn[j] + dot(D.momentPlace, dv) + D.momentTurn * speed[j];
     }
     N_[j] = {at.N[j], dN};
     F_[j] = nudged(hasForces ? at.F[j] : Vec2d{}, dF);
-    if (slidesHere) continue;
-
-    const Vec2d P = at.e[j] * chain_.links()[j].pin;
-    dx += turn[j] * perp(P);
-    dv += speed[j] * perp(P) - (at.omega()[j] * turn[j]) * P;
   }
 }
 
@@ -79,8 +70,8 @@ Tip<Dual> MotionChange::nudgedTip(const Evaluation& at) const {
 void MotionChange::find(const Evaluation& at, bool hasForces, const Couplings& couplings,
                         const EffectTangents& tangents) {
   nudge(at, hasForces, couplings, tangents);
-  const int slides = chain_.slides();
-  InnerEnd<Dual> inner = innerEndOf(chain_, joints_.data());
+  const int slides = mechanism_.slides();
+  InnerEnd<Dual> inner = innerEndOf(mechanism_.chain(), joints_.data());
   setForces(N_.data(), F_.data(), inner);
   const EndsMotion<Dual> motion =
       recursion_.accelerations(e_.data() + slides, omega_.data() + slides,

@@ -5,7 +5,6 @@
 ///
 /// The recursion of ended.h runs once on dual numbers (recursion/dual.h).
 ///
-///     δx_next = δx + δθ iP      δv_next = δv + δω iP − ω δθ P
 ///     δ(F, N) = −K δ(x, θ) − D δ(v, ω) − (0, X·F) δθ + what is given
 
 #include <vector>
@@ -20,8 +19,8 @@ namespace planar_chain {
 /// Only the constructor allocates.
 class MotionChange {
  public:
-  /// No change yet. The chain must outlive this object.
-  explicit MotionChange(const Chain& chain);
+  /// No change yet. The mechanism must outlive this object.
+  explicit MotionChange(const Mechanism& mechanism);
 
   // ---- What changes; set all that does ----------------------------------------------------------------
 
@@ -49,7 +48,7 @@ class MotionChange {
   void nudgeLoads(const Evaluation& at, bool hasForces, const EffectTangents& tangents);
   Tip<Dual> nudgedTip(const Evaluation& at) const;
 
-  const Chain& chain_;
+  const Mechanism& mechanism_;
   Ended<Dual> recursion_;
   std::vector<Rotation<Dual>> e_;
   std::vector<Dual> omega_, N_, alpha_, moments_;
