@@ -346,7 +346,7 @@ class Bags(InFolder):
                            ("wrong.yaml", b"a: 1\n")):
             with open(self.path(name), "wb") as file:
                 file.write(text)
-        for given, words in ((["cut.bag"], "cut.bag: expected a bag, and a scene, that can be read: Unindexed bag"),
+        for given, words in ((["cut.bag"], "cut.bag: expected a bag that can be read, got one without an index;"),
                              (["none.bag"], "none.bag: expected a bag"), (["one.bag", "none.yaml"], "No such file or directory"),
                              (["one.bag", "broken.yaml"], "broken.yaml is refused:\nline 2: "),
                              (["one.bag", "wrong.yaml"], "wrong.yaml is refused:\nline 1: a: expected one of the keys chain")):
@@ -511,11 +511,11 @@ loads:
     def test_bags_that_tell_nothing_are_refused(self):
         self.bag("--duration", "0.1", name="bare.bag")
         self.assert_replay_refused("bare.bag", "expected a bag with commands")
-        self.assert_replay_refused("scene.yaml", "expected a bag that can be read")
-        self.assert_replay_refused("none.bag", "expected a bag that can be read")
+        self.assert_replay_refused("scene.yaml", "expected a bag that can be read, got a file that is no bag")
+        self.assert_replay_refused("none.bag", "expected a bag that can be read, got nothing: No such file")
         with open(self.path("cut.bag"), "wb") as file:
             file.write(self.bytes_of("bare.bag")[:9000])
-        self.assert_replay_refused("cut.bag", "expected a bag that can be read")
+        self.assert_replay_refused("cut.bag", "got one without an index;", "rosbag reindex " + self.path("cut.bag"))
         for wrong in (CommandTaken(number=1, kind=255), CommandTaken(number=1, kind=CommandTaken.LINK_FORCE),
                       CommandTaken(number=1, kind=CommandTaken.JOINT_TRAJECTORY),
                       CommandTaken(number=1, scene_time=math.nan), CommandTaken(number=1, scene_time=math.inf)):

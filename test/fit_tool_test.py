@@ -248,7 +248,7 @@ class Bags(InFolder):
             self.assertIn(words, str(caught.exception))
         with open(self.path("no.bag"), "wb") as file:
             file.write(b"#ROSBAG V2.0\n")
-        with self.assertRaisesRegex(BadFit, "a bag that can be read"):
+        with self.assertRaisesRegex(BadFit, "a bag that can be read, got one without an index; .*rosbag reindex .*no.bag"):
             fit(PENDULUM, self.path("no.bag"), ["links/rod/com/0"])
         with self.assertRaisesRegex(BadFit, "expected an effort"):
             fit(PENDULUM, self.path("good.bag"), ["links/rod/com/0"], effort=True)

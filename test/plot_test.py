@@ -6,6 +6,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import unittest
@@ -371,7 +372,7 @@ class Plot(InFolder):
                       self.refused(table, "--joints", "knee"))
         self.assertIn("ends in .png, .svg or .pdf, got a.gif", self.refused(table, "--output", "a.gif"))
         none = self.path("none.csv")
-        self.assertEqual(self.refused(none), f"plot: {none}: expected a .csv or .bag that can be read, got No such file or directory\n")
+        self.assertEqual(self.refused(none), f"plot: {none}: expected a .csv or .bag that can be read, got nothing: No such file or directory\n")
         self.assertIn("--output: expected a file that can be written, got /none/a.png: No such", self.refused(table, "--output", "/none/a.png"))
         self.assertIn("got elbow (did you mean elbow_pin?)", self.refused(table, "--joints", "elbow"))
         other = self.path("other.csv")
@@ -400,6 +401,21 @@ class Plot(InFolder):
         with open(bag, "w", encoding="utf-8") as file:
             file.write("no bag")
         self.assertIn("expected a bag that can be read", self.refused(bag))
+
+    def test_a_bag_whose_recorder_was_killed(self):
+        self.simulate("--bag", self.path("whole.bag"))
+        cut, empty = self.path("cut.bag.active"), self.path("empty.bag")
+        with rosbag.Bag(self.path("whole.bag")) as whole, rosbag.Bag(self.path("open.bag"), "w", chunk_threshold=10000) as recorder:
+            for topic, message, received in whole.read_messages():
+                recorder.write(topic, message, received)
+            shutil.copy(recorder.filename, cut)
+        self.assertEqual(self.refused(cut), f"plot: {cut}: expected a bag that can be read, got one without an index; its recorder still "
+                         f"runs or was killed (to mend it: rosbag reindex {cut})\n")
+        subprocess.run(["rosbag", "reindex", "--quiet", cut], check=True, timeout=60)
+        self.assertEqual(self.run_tool("plot", cut).returncode, 0)
+        with rosbag.Bag(empty, "w"):
+            pass
+        self.assertIn("got a bag without messages", self.refused(empty))
 
 
 if __name__ == "__main__":

@@ -99,7 +99,7 @@ std::string loadText(const std::string& path) {
     throw Refused({{path, "at most " + std::to_string(longestYaml) + " bytes", "more"}});
   }
   if (!file.eof()) {
-    throw Refused({{path, "a file that can be read", std::strerror(errno)}});
+    throw Refused({{path, "a file that can be read", std::string("nothing: ") + std::strerror(errno)}});
   }
   return text;
 }

@@ -17,6 +17,7 @@ import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
+from bags import ENDINGS, why_unread
 from chain import NoChain, read_chain  # noqa: E402
 from plot_panels import STILL, panels, units  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
@@ -70,7 +71,7 @@ def require_file(path):
         with open(path, "rb"):
             pass
     except OSError as problem:
-        raise Refused(f"{path}: expected a .csv or .bag that can be read, got {problem.strerror}") from problem
+        raise Refused(f"{path}: expected a .csv or .bag that can be read, got nothing: {problem.strerror}") from problem
 
 
 def require_two(path, states):
@@ -134,7 +135,7 @@ def topics_of(bag, path, node):
                         for kind, name in (("sensor_msgs/JointState", "/joint_states"),  # an encoder publishes JointState too
                                            ("planar_chain/SimStatus", "/status")))
     if len(states) != 1 or len(statuses) > 1:
-        found = ", ".join(states + statuses) or "neither"
+        found = ", ".join(states + statuses) or ("neither" if bag.get_message_count() else "a bag without messages")
         which = "of " + node if node else "of one node (choose it with --node)"
         raise Refused(f"{path}: expected joint_states and ~status {which}, got {found}")
     return states[0], statuses[0] if statuses else None
@@ -180,7 +181,7 @@ def read_bag(path, node):
                 [message for _, message, _ in bag.read_messages(topic)] if topic else [] for topic in
                 (states_topic, status_topic, *(below and below + name for name in ("commands_taken", "link_states", "scene"))))
     except rosbag.ROSBagException as problem:
-        raise Refused(f"{path}: expected a bag that can be read, got {problem}") from problem
+        raise Refused(f"{path}: expected a bag that can be read, got {why_unread(path, problem)}") from problem
     require_two(path, states)
 
     names = list(states[0].name)
@@ -343,7 +344,7 @@ def main():
         if os.path.splitext(output)[1] not in (".png", ".svg", ".pdf"):
             raise Refused(f"--output: expected a name that ends in .png, .svg or .pdf, got {output}")
         require_file(given.file)
-        motion = read_bag(given.file, given.node) if given.file.endswith(".bag") else read_csv(given.file)
+        motion = read_bag(given.file, given.node) if given.file.endswith(ENDINGS) else read_csv(given.file)
         columns = chosen(motion, given.joints)
         if given.scene:
             motion.slides = slides_of(read_chain(given.scene))

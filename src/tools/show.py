@@ -23,6 +23,7 @@ import rosgraph  # noqa: E402
 import roslib.packages  # noqa: E402
 import rospy  # noqa: E402
 import yaml  # noqa: E402
+from bags import ENDINGS, why_unread  # noqa: E402
 from chain import EQUATIONS, NoChain, read_chain  # noqa: E402
 from replay import Master, Play, scenes_of, urdf_of  # noqa: E402
 
@@ -233,11 +234,14 @@ def show_bag(path, options):
     given = options.pop(0) if options and not options[0].startswith('-') else None
     try:
         scenes, topics = scenes_of(path)
+    except (OSError, rosbag.ROSBagException) as problem:
+        sys.exit('show: %s: expected a bag that can be read, got %s' % (path, why_unread(path, problem)))
+    try:
         if given:
             with open(given, encoding='utf-8') as file:
                 scenes = dict.fromkeys(scenes, file.read())
-    except (OSError, rosbag.ROSBagException) as problem:
-        sys.exit('show: %s: expected a bag, and a scene, that can be read: %s' % (path, problem))
+    except OSError as problem:
+        sys.exit('show: %s: expected a scene that can be read, got nothing: %s' % (given, problem.strerror))
     if not scenes or '/tf' not in topics:
         sys.exit('show: %s: expected the topics of a planar_chain node and /tf, got %s' % (path, ', '.join(sorted(topics)) or 'none'))
     without = [node for node, scene in scenes.items() if not scene]
@@ -275,7 +279,7 @@ def main():
     arguments = rospy.myargv()[1:]
     if not arguments or arguments[0] in ('-h', '--help'):
         sys.exit(__doc__)
-    if arguments[0].endswith('.bag'):
+    if arguments[0].endswith(ENDINGS):
         return show_bag(arguments[0], arguments[1:])
     names = [argument for argument in sys.argv[1:] if argument not in arguments]  # such as __name:=rviz
     if os.path.isfile(arguments[0]):

@@ -9,9 +9,13 @@
 
 #include <algorithm>
 #include <boost/algorithm/string/predicate.hpp>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <fstream>
 #include <set>
+#include <string_view>
 
 #include "planar_chain/fault.h"
 #include "planar_chain/value.h"
@@ -26,6 +30,24 @@ const std::string commandsTaken = "/commands_taken";  // below a node's name
 
 [[noreturn]] void refuse(const std::string& path, const std::string& expected, const std::string& found) {
   throw Refused({{"--commands " + path, expected, found}});
+}
+
+/// Returns why a file cannot be read as a bag, and the remedy, in the words of src/tools/bags.py.
+std::string whyUnread(const std::string& path, const rosbag::BagException& problem) {
+  constexpr std::string_view beginning = "#ROSBAG";
+  std::ifstream file(path);
+  if (!file) return std::string("nothing: ") + std::strerror(errno);
+  std::string begins(beginning.size(), ' ');
+  file.read(begins.data(), static_cast<std::streamsize>(begins.size()));
+  if (file.gcount() == 0) return "an empty file";
+  if (begins != beginning) return "a file that is no bag";
+  // A bag that was cut off has no index where its header says.
+  if (dynamic_cast<const rosbag::BagUnindexedException*>(&problem) ||
+      dynamic_cast<const rosbag::BagIOException*>(&problem)) {
+    return "one without an index; its recorder still runs or was killed (to mend it: rosbag reindex " + path +
+           ")";
+  }
+  return problem.what();
 }
 
 /// Returns the only node with ~commands_taken.
@@ -131,7 +153,7 @@ RecordedCommands readCommands(const std::string& path, const std::optional<std::
     if (alsoEnd) recorded.lastTick = lastTick(bag, recorded.node, path);
     return recorded;
   } catch (const rosbag::BagException& problem) {
-    refuse(path, "a bag that can be read", problem.what());
+    refuse(path, "a bag that can be read", whyUnread(path, problem));
   }
 }
 

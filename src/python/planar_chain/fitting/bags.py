@@ -7,6 +7,7 @@ import numpy as np
 from .commands import commanded
 from .recordings import BadFit, Recording, require_stamps, sampled_torque
 
+ENDINGS = ".bag", ".bag.active"
 JUMPS = ("RESET", "SET_STATE", "SETTLE")  # of the state
 
 
@@ -22,8 +23,8 @@ def read_bag(path, scene, joints, effort=False, node=None):
             topic, below = topics_of(bag, path, node)
             states, statuses, taken = ([message for _, message, _ in bag.read_messages(name)] if name else [] for name in
                                        (topic, below and below + "status", below and below + "commands_taken"))
-    except rosbag.ROSBagException as problem:
-        raise BadFit(f"{path}: expected a bag that can be read, got {problem}") from None
+    except (OSError, rosbag.ROSBagException) as problem:
+        raise BadFit(f"{path}: expected a bag that can be read, got {why_unread(path, problem)}") from None
     stamps = np.array([state.header.stamp.to_nsec() for state in states], dtype=np.int64)
     require_stamps(path, stamps * 1e-9, lambda k: f"message {k + 1} of {topic}")
     columns = {field: column_of(path, topic, states, joints, field) for field in ("position", "velocity", "effort")}
@@ -42,6 +43,14 @@ def read_bag(path, scene, joints, effort=False, node=None):
     return recordings
 
 
+def why_unread(path, problem):
+    """As in src/tools/bags.py."""
+    from rosbag import ROSBagUnindexedException  # pylint: disable=import-outside-toplevel
+    if isinstance(problem, ROSBagUnindexedException):
+        return f"one without an index; its recorder still runs or was killed (to mend it: rosbag reindex {path})"
+    return f"nothing: {problem.strerror}" if isinstance(problem, OSError) else str(problem)
+
+
 def topics_of(bag, path, node):
     """joint_states, and what begins the topics of the node, if it is in the bag."""
     topics = bag.get_type_and_topic_info().topics
@@ -53,7 +62,7 @@ def topics_of(bag, path, node):
                    and (not node or topic == node + "/status"))
     if len(states) != 1 or len(nodes) > 1:
         raise BadFit(f"{path}: expected joint_states {'of ' + node if node else 'of one node (choose it with --node)'}, "
-                     f"got {', '.join(states + nodes) or 'neither'}")
+                     f"got {', '.join(states + nodes) or ('neither' if topics else 'a bag without messages')}")
     return states[0], nodes[0] if nodes else None
 
 

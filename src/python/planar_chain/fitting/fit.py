@@ -9,7 +9,7 @@ import numpy as np
 from planar_chain import Scene
 
 from .bad import TRIAL, badness, mistakes
-from .bags import read_bag
+from .bags import ENDINGS, read_bag
 from .deviations import Deviations
 from .hints import hints
 from .varied import AT_BOUND, numbers_of, scene_with
@@ -106,7 +106,7 @@ def recordings_of(data, scene, effort=False, node=None, many_turns=False, pieces
             recordings.append(from_arrays(one, joints, f"recording {k + 1}"))
         else:
             path = os.fspath(one)
-            recordings += read_bag(path, values, joints, effort, node) if path.endswith(".bag") else [read_csv(path, joints)]
+            recordings += read_bag(path, values, joints, effort, node) if path.endswith(ENDINGS) else [read_csv(path, joints)]
     recordings = [recording.without_rest() for recording in recordings]
     if pieces is not None:
         recordings = [piece for recording in recordings for piece in recording.pieces(pieces)]
