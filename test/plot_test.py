@@ -261,7 +261,7 @@ class Plot(InFolder):
     def test_a_strobe_of_what_stands_still_or_is_wide_is_legible(self):
         motion = plot.Motion(["a"], np.linspace(0, 1, 5), np.zeros((5, 1)), np.zeros((5, 1)))
         links = plot_strobe.Links.__new__(plot_strobe.Links)
-        links.moves, links.joints, links.pin, links.com = False, ["a"], np.array([-2j]), np.array([-1j])
+        links.moves, links.pinned, links.joints, links.pin, links.com = False, False, ["a"], np.array([-2j]), np.array([-1j])
         links.rail = np.zeros(1)
         for apart in (0.0, 5.0):
             figure = plot_strobe.draw_strobe(motion, links, np.linspace(0, 1, 5), apart, "a title that is as long as many are.yaml")
@@ -277,6 +277,14 @@ class Plot(InFolder):
             self.assertTrue(title.y1 < figure.bbox.y1 and legend.y0 > 0 and axes.yaxis.label.get_window_extent().x0 > 0)
             self.assertLess(abs(bar.get_window_extent().height - box.height), 1)
             self.assertEqual(axes.xaxis.get_offset_text().get_text(), "")
+
+    def test_a_strobe_of_a_held_tip_marks_its_pin(self):
+        for name, labels in (("four_bar", ["ground pin", "pin of the tip"]), ("slider_crank", ["path of the tip", "ground pin"]),
+                             ("jump_rope", ["path of the tip", "ground pin", "pin of the tip"])):
+            table = self.path(name + ".csv")
+            self.assertEqual(self.run_tool("simulate", name, "--duration", "0.5", "--csv", table).returncode, 0)
+            figure = plot.strobe(plot.read_csv(table), os.path.join(SCENES, name + ".yaml"), [], 0.0)
+            self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()], labels)
 
     @staticmethod
     def turning(torque=0.0):
@@ -301,6 +309,13 @@ class Plot(InFolder):
         low, high = panels["energy imbalance (1e-12 J)"].get_ylim()
         self.assertGreater(high - low, 1e-12)
         self.assertGreater(panels["error estimate (tolerances)"].get_ylim()[0], 1e-4)
+        motion = self.turning()
+        motion.error, motion.rounding = (motion.t, np.where(motion.t < 4, 1e-49, 1e-4)), 1e-7
+        low, high = next(axes for axes in plot.draw(motion, [0], "", False).axes if axes.get_ylabel().startswith("error")).get_ylim()
+        self.assertTrue(1e-8 < low < 1e-7 and 1e-4 < high < 1e-3, (low, high))
+        # Numbers have the sign of minus that matplotlib gives to others.
+        ticks = [label.get_text() for axes in panels.values() for label in axes.get_yticklabels()]
+        self.assertTrue(any("\N{MINUS SIGN}" in tick for tick in ticks) and not any("-" in tick for tick in ticks if "mathdefault" not in tick), ticks)
         # Rows have equal gaps.
         edges = [axes.get_position() for axes in figure.axes if axes.get_ylabel() and axes.get_position().x0 < 0.3]
         self.assertEqual(len(edges), 5)

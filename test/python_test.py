@@ -429,7 +429,8 @@ class Motions(InFolder):
         moved = simulation.q - off
         most = np.argmax(abs(moved))
         for warning in caught:
-            self.assertIn(f'the joint {bar.joints[most]} is moved by {abs(moved[most]):.6g} rad', str(warning.message))
+            self.assertEqual(str(warning.message), f'q: the joint {bar.joints[most]} is moved by {abs(moved[most]):.6g} rad, and no other by '
+                                                   'more, to bring the tip to its place')
         self.assertEqual(len(caught), 2)
 
     def test_present_equations_have_the_commands_in_them(self):

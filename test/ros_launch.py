@@ -102,15 +102,26 @@ class Launch(unittest.TestCase):
             self.assertGreater(topics['/planar_chain/' + name].message_count, 10)
 
     def test_a_refused_scene_is_printed_once_and_ends_the_launch(self):
-        with tempfile.NamedTemporaryFile('w', suffix='.yaml') as scene:
-            scene.write('chain: [rod]\nlinks: {rod: {mass: -1, inertia: 1, com: [0, 0], pin: [1, 0]}}\n')
-            scene.flush()
-            launch = subprocess.run(
-                ['roslaunch', 'planar_chain', 'sim.launch', 'rviz:=false', 'pull:=true', 'scene_file:=' + scene.name],
-                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=LIMIT)
+        def launch(text, *arguments):
+            with tempfile.NamedTemporaryFile('w', suffix='.yaml') as scene, tempfile.NamedTemporaryFile('w', suffix='.launch') as around:
+                scene.write(text)
+                scene.flush()
+                around.write('<launch><include file="$(find planar_chain)/launch/sim.launch">'
+                             '<arg name="scene_file" value="%s"/><arg name="rviz" value="false"/></include></launch>' % scene.name)
+                around.flush()
+                run = subprocess.run(['roslaunch', *(arguments and (*arguments, 'scene_file:=' + scene.name) or [around.name])],
+                                     stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, timeout=LIMIT, check=False)
+            return run.returncode, run.stdout, scene.name
+
+        heavy = 'chain: [rod]\nlinks: {rod: {mass: -1, inertia: 1, com: [0, 0], pin: [1, 0]}}\n'
+        sim = 'planar_chain', 'sim.launch', 'rviz:=false', 'pull:=true'
+        for text, words in ((heavy, ':2: links/rod/mass: expected a number > 0 kg, got -1'), ('chain: [a\nlinks: {b: 1}\n', ':2: ')):
+            status, said, name = launch(text, *sim)
+            self.assertTrue(said.splitlines()[-1].startswith(name + words), said)
+            self.assertEqual((status, said.count(words)), (1, 1))
+        status, said, name = launch(heavy)  # the node refuses it, as the launch file that includes ours has arguments of its own
+        self.assertEqual((status, said.count('links/rod/mass: expected')), (0, 1), said)
         rospy.delete_param('/planar_chain')
-        self.assertEqual(launch.stdout.count('links/rod/mass: expected'), 1, launch.stdout)
-        self.assertEqual(launch.returncode, 0)  # as launch/README.md warns
 
     def test_a_misspelt_argument_ends_the_launch(self):
         def run(*arguments):

@@ -3,8 +3,11 @@
 
 import math
 import os
+import pathlib
 import sys
+import tempfile
 import unittest
+import unittest.mock
 from xml.etree import ElementTree
 
 import roslib.packages
@@ -180,6 +183,19 @@ class Views(unittest.TestCase):
         shown = {display.get('Marker Topic') for display in manager['Displays']}
         self.assertLessEqual({'planar_chain/view/' + name for name in (
             'chain', 'loads', 'pin_forces', 'springs', 'friction', 'drives', 'trail', 'centres', 'energy')}, shown)
+
+    def test_what_a_user_saves_of_rviz_is_kept(self):
+        with tempfile.TemporaryDirectory() as home, unittest.mock.patch.dict(os.environ, HOME=home):
+            path = pathlib.Path(show.kept('one', {'of': 1}))
+            self.assertEqual(yaml.safe_load(path.read_text()), {'of': 1})
+            os.utime(path, (1, 1))
+            self.assertEqual((show.kept('one', {'of': 1}), path.stat().st_mtime), (str(path), 1))  # it is not written again
+            show.kept('one', {'of': 2})  # the chain has become longer
+            self.assertEqual(yaml.safe_load(path.read_text()), {'of': 2})
+            for own in (path.read_text() + 'more: 3\n', 'of: saved by rviz\n', '\u00fc: 1\n'):
+                path.write_text(own, encoding='latin-1')
+                show.kept('one', {'of': 4})
+                self.assertEqual(path.read_text(encoding='latin-1'), own)
 
     def test_a_long_chain_is_one_line_with_few_frames(self):
         scene = rod(gravity=[0.0, -9.81])

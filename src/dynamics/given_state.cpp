@@ -101,14 +101,16 @@ GivenState stateOf(const Scene& scene, double t, const std::optional<Eigen::Vect
   return state;
 }
 
-std::string movedWords(const Chain& chain, const double* from, const double* to) {
+std::string movedWords(const char* before, const Chain& chain, const double* from, const double* to,
+                       const char* after) {
   using Angles = Eigen::Map<const Eigen::VectorXd>;
   Eigen::Index most = 0;
   const double moved = (Angles(to, chain.size()) - Angles(from, chain.size())).cwiseAbs().maxCoeff(&most);
   if (!(moved > givenTo)) return {};
   const Joint& joint = chain.joints()[static_cast<std::size_t>(most)];
-  return "the joint " + joint.name + " is moved by " + toText(std::round(moved * 1e6) / 1e6) +
-         (joint.slides ? " m" : " rad") + ", and no other by more, to bring the tip to its place";
+  return std::string(before) + "the joint " + joint.name + " is moved by " +
+         toText(std::round(moved * 1e6) / 1e6) + (joint.slides ? " m" : " rad") +
+         ", and no other by more, to bring the tip to its place" + after;
 }
 
 void requireFewLinks(const Scene& scene) {

@@ -33,9 +33,10 @@ void checkTime(double t, std::vector<Fault>& faults);
 GivenState stateOf(const Scene& scene, double t, const std::optional<Eigen::VectorXd>& q,
                    const std::optional<Eigen::VectorXd>& qd, std::vector<Fault>& faults);
 
-/// Says how far a state was moved to where the tip is held; empty: by 1e-6 at most.
-/// from, to: relative angles, n each.
-std::string movedWords(const Chain& chain, const double* from, const double* to);
+/// Says how far a state was moved to where the tip is held, between `before` and `after`; empty: by 1e-6 at
+/// most. from, to: relative angles, n each.
+std::string movedWords(const char* before, const Chain& chain, const double* from, const double* to,
+                       const char* after = "");
 
 /// @throws Refused if the scene has more than 1000 links: its matrices are dense
 void requireFewLinks(const Scene& scene);

@@ -25,7 +25,7 @@ auto atGiven(const TreeAndScene& of, const py::object& when, const Given& q, con
   const double t = numberOf(when, "t");
   const GivenState state = stateOf(of.scene, t, vectorIn(q, "q"), vectorIn(qd, "qd"), faults);
   if (!faults.empty()) throw Refused(std::move(faults));
-  if (!q.is_none()) warn(movedWords(of.scene.chain, vectorIn(q, "q")->data(), state.q.data()));
+  if (!q.is_none()) warn(movedWords("q: ", of.scene.chain, vectorIn(q, "q")->data(), state.q.data()));
   return answer(of.scene, t, state.q, state.qd);
 }
 
@@ -105,7 +105,9 @@ theory explains them:
       scene, q, qd, t, R"(Returns A (2n×2n) and B (2n×n) of ẋ = A x + B δτ near a state.
 
 x = (δq, δq̇) is a small change of the state, in rad and rad/s; δτ is additional torque in the joints, N m.
-A is the Jacobian of the motion, exact to rounding. The default state, and what is refused, are those of equations().)");
+A is the Jacobian of the motion, exact to rounding. The default state, and what is refused, are those of equations().
+Of a closed chain, whose tip is held, A and B are as large, and hold for changes with J_c δq = 0 (J_c: see equations());
+B has the rank n − 2, or n − 1 for a tip on a line.)");
   module.def(
       "inverse_dynamics", &inverseAt, scene, py::arg("qdd"), q, qd, t,
       R"(Returns the joint torques, n, N m, that give the accelerations qdd (n, rad/s²) beside all that acts.

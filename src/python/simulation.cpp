@@ -147,7 +147,7 @@ and at least a million. The state is then that of the last good step.)")
             const std::vector<double> given = numbersOf(angles, "q", self.size());
             Simulation& its = self.idle();
             its.setState(given, numbersOf(rates, "qd", self.size()));
-            warn(movedWords(its.scene().chain, given.data(), its.q().data()));
+            warn(movedWords("q: ", its.scene().chain, given.data(), its.q().data()));
           },
           q, qd,
           "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay, and "

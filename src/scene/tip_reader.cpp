@@ -96,7 +96,7 @@ bool closeStart(Scene& scene, const Section& top) {
     top.fault(keyOf(*scene.tip), "a line that the tip crosses", "one that it touches and cannot leave");
     return false;
   }
-  const std::string moved = movedWords(scene.chain, given.data(), scene.q.data());
+  const std::string moved = movedWords("", scene.chain, given.data(), scene.q.data());
   if (!moved.empty()) scene.notes.push_back({keyOf(*scene.tip), moved});
   return true;
 }

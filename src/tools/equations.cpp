@@ -236,10 +236,8 @@ int equations(const Arguments& given) {
     if (fault.path[0] != '-') fault.path.insert(0, "--");
   }
   auto& [q, qd] = state;
-  if (stateFaults.empty() && givenQ) {
-    const std::string moved = movedWords(scene.chain, givenQ->data(), q.data());
-    if (!moved.empty()) std::cerr << "note: --q: " << moved << '\n';
-  }
+  if (stateFaults.empty() && givenQ)
+    std::cerr << movedWords("note: --q: ", scene.chain, givenQ->data(), q.data(), "\n");
   const std::optional<Eigen::VectorXd> givenQdd = vectorArgument("qdd", given, n, stateFaults);
   if (givenQdd && !given.has("inverse")) stateFaults.push_back({"--qdd", "--inverse beside it", "nothing"});
   if (givenQd && !givenQd->isZero(0) && given.has("equilibrium")) {

@@ -40,13 +40,14 @@ class Motion:
     """t: time of each state; q, qd, effort: one column for each joint. events: {k: name} where the motion is not
     continuous between the states k - 1 and k. energy: times and curves by name. balance, error: times and values.
     slides: names of the joints whose q is in m; None if that is not known.
+    rounding: the error estimate that the rounding of an angle makes.
     first: x, y, angle of the first link's centre of mass, m, rad, one row for each state. effort, energy, balance, error
     and first may be None."""
 
     def __init__(self, joints, t, q, qd, effort=None):
         self.joints, self.t, self.q, self.qd, self.effort = joints, t, q, qd, effort
         self.energy = self.balance = self.error = self.first = self.slides = None
-        self.events = {}
+        self.events, self.rounding = {}, 0.0
 
     def curves(self, j, wrap=False):
         """t, q, q̇, τ of a joint, with NaN where lines must not join them. wrap: q in (−π, π]."""
@@ -210,6 +211,8 @@ def read_bag(path, node):
         parts = of(running, "kinetic", "potential", "work_supplied", "dissipated", "energy_balance", "error_estimate")
         motion.energy = t, dict(zip(("T", "V", "supplied", "dissipated"), parts))
         motion.balance, motion.error = (t, parts[4]), (t, parts[5])
+        loosest = max(status.tolerance for status in running)  # 0: a fixed step has no error estimate
+        motion.rounding = np.finfo(float).eps * max(1.0, abs(motion.q).max()) / loosest if loosest else 0.0
     return motion
 
 
@@ -242,7 +245,7 @@ def label_axis(axis, label, unit):
     largest = max(abs(low), abs(high))
     power = int(np.floor(np.log10(largest))) if largest > 0 else 0
     if axis.get_scale() == "linear" and not -3 <= power <= 4:
-        axis.set_major_formatter(lambda value, _: f"{value / 10.0 ** power:.4g}")
+        axis.set_major_formatter(lambda value, _: f"{value / 10.0 ** power:.4g}".replace("-", "\N{MINUS SIGN}"))
         unit = f"1e{power} {unit}"
     axis.set_label_text(f"{label} ({unit})" if not label.endswith("\n") else f"{label}({unit})")
 

@@ -42,7 +42,7 @@ def panels(motion, columns, wrap):
     if motion.error and (motion.error[1] > 0).any():
         t, error = motion.broken(*motion.error)
         sizes = np.sort(error[error > 0])
-        least = sizes[len(sizes) // FEW] / 3  # a few that are far less do not stretch the axis
+        least = max(sizes[len(sizes) // FEW] / 3, motion.rounding)  # what is far less does not stretch the axis
         yield "error estimate\n", "tolerances", [("", t, np.maximum(error, least))], 0
 
 

@@ -10,16 +10,17 @@ ASIDE = 0.02            # in units of the reach; a centre of mass further from i
 WIDEST, HIGHEST = 7.0, 5.5     # inch, size of the drawing at most
 LEAST = 2.4, 1.5               # inch, width and height at least
 LEFT, RIGHT, BELOW, ABOVE = 0.85, 1.35, 1.05, 0.45  # inch, around it
+STAYS = 1e-6                   # of the reach: a pinned tip that moves less has no path
 FREE = 0.06                    # of the drawing's size, on each side of what is drawn
 
 
 class Links:
     """pin, com: of each link in chain order, complex, m. joints: names. moves: the base does. rail: the direction in
-    which a link slides, complex, or 0."""
+    which a link slides, complex, or 0. pinned: the tip is."""
 
     def __init__(self, scene):
         chain = read_chain(scene)
-        self.moves = "base" in chain
+        self.moves, self.pinned = "base" in chain, "pin" in chain.get("tip", ())
         links = chain["links"]
         self.joints = [link["joint"]["name"] for link in links]
         self.rail = np.array([complex(*link["joint"].get("axis", (0, 0))) for link in links])
@@ -95,7 +96,9 @@ def draw_strobe(motion, links, times, apart, title):
     # Light is early, dark is late; neither end fades into a white or a black page.
     colour = ListedColormap(pyplot.get_cmap("viridis_r")(np.linspace(0.2, 0.85, 256)))
     span = Normalize(times[0], times[-1])
-    axes.plot(trail.real, trail.imag, color="#D55E00", linewidth=0.8, label="path of the tip")
+    stays = links.pinned and np.ptp(tip[seen].real) + np.ptp(tip[seen].imag) < STAYS * np.sum(abs(links.pin))
+    if not stays:
+        axes.plot(trail.real, trail.imag, color="#D55E00", linewidth=0.8, label="path of the tip")
     for t, chain, masses in zip(times, points, coms):
         mark = "o" if len(links.pin) <= FEW_LINKS else ""
         axes.plot(chain.real, chain.imag, "-", marker=mark, markersize=3, linewidth=1.6, color=colour(span(t)))
@@ -104,9 +107,11 @@ def draw_strobe(motion, links, times, apart, title):
             axes.plot(mass.real, mass.imag, "s", markersize=6, color=colour(span(t)))
     ground = points[:, 0] if apart or links.moves or links.rail.any() else points[:1, 0]
     axes.plot(ground.real, ground.imag, "^", markersize=9, color="#7F7F7F", label="ground pin", zorder=0)
+    if links.pinned:
+        axes.plot(points[:, -1].real, points[:, -1].imag, "s", markersize=8, color="#7F7F7F", label="pin of the tip", zorder=0)
     figure.suptitle(title, y=1 - 0.1 / figure.get_figheight(), va="top")
     axes.set(xlabel="x (m)", ylabel="y (m)")
-    figure.legend(*axes.get_legend_handles_labels(), fontsize="small", loc="lower center", ncol=2, frameon=False)
+    figure.legend(*axes.get_legend_handles_labels(), fontsize="small", loc="lower center", ncol=3, frameon=False)
     figure.colorbar(pyplot.cm.ScalarMappable(span, colour), cax=bar, label="time (s)")
     bar.hlines(times, 0, 1, color="white", linewidth=0.8)
     return figure

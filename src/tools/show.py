@@ -7,6 +7,7 @@
 """
 
 import copy
+import hashlib
 import itertools
 import math
 import os
@@ -27,7 +28,8 @@ from bags import ENDINGS, why_unread  # noqa: E402
 from chain import EQUATIONS, NoChain, read_chain  # noqa: E402
 from replay import Master, Play, scenes_of, urdf_of  # noqa: E402
 
-WRITTEN = '# Written by show, again at each start. Save in rviz keeps your own.\n'
+WRITTEN = '# Written by show (%s). What you save or change is kept.\n'
+BEFORE = '# Written by show, again at each start. Save in rviz keeps your own.'  # of earlier versions
 FREE = 1.25    # half the height of the view, in units of the reach
 ASPECT = 1.27  # of the view in the window of config/planar_chain.rviz
 LONG = 16      # links; a longer chain that falls from rest stays in the lower half of its reach
@@ -163,15 +165,23 @@ def relay_texts(nodes, scenes, centre, half):
 
 
 def kept(name, config):
-    """The file that rviz opens and saves to. rviz shows its name in the window's title. What a user has saved there is kept."""
+    """The file that rviz opens and saves to. rviz shows its name in the window's title. What a user has saved or changed there is
+    kept. Else it is written if there is none, or one for another view."""
+    def signed(text):
+        return WRITTEN % hashlib.sha256(text.encode(errors='replace')).hexdigest()[:16] + text
+
     path = pathlib.Path.home() / '.rviz' / 'planar_chain' / (name + '.rviz')
+    text = signed(yaml.safe_dump(config))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        if path.exists() and not path.read_text(encoding='utf-8').startswith(WRITTEN):
+        there = path.read_text(encoding='utf-8', errors='replace') if path.exists() else ''
+        first, _, rest = there.partition('\n')
+        if there == text or there and first != BEFORE and there != signed(rest):
             return str(path)
+        path.write_text(text, encoding='utf-8')
     except OSError:
         path = pathlib.Path(tempfile.mkdtemp()) / path.name
-    path.write_text(WRITTEN + yaml.safe_dump(config), encoding='utf-8')
+        path.write_text(text, encoding='utf-8')
     return str(path)
 
 

@@ -115,8 +115,7 @@ Answer Node::setState(const std::vector<double>& q, const std::vector<double>& q
   input.qd = qd;
   Answer answer = take(input, "the state is set");
   if (!answer.success) return answer;
-  const std::string moved = movedWords(simulation_->scene().chain, q.data(), simulation_->q().data());
-  if (!moved.empty()) answer.message += "; " + moved;
+  answer.message += movedWords("; ", simulation_->scene().chain, q.data(), simulation_->q().data());
   return answer;
 }
 
