@@ -190,6 +190,66 @@ loads:
   }
 }
 
+TEST(Series, OfACartAndItsPoleIsThatOfTheDenseEquations) {
+  // M x + h α = −M d·g − d·Σ′ and h x + J α = −S×g for each order, in long double; Σ′: S̈ as if α were 0.
+  const Scene scene = readSceneText(R"(
+chain: [cart, pole]
+links:
+  cart: {mass: 0.7, joint: {type: prismatic, axis: [3, -1]}}
+  pole: {mass: 0.4, inertia: 0.01, com: [0.3, 0.1], pin: [0.5, 0.0]}
+)");
+  using Real = long double;
+  const std::size_t most = 36;
+  const Link& pole = scene.chain.links()[1];
+  const Real dx = scene.chain.joints()[0].axis.x, dy = scene.chain.joints()[0].axis.y, g = 9.81L;
+  const Real mx = Real(pole.mass) * Real(pole.com.x), my = Real(pole.mass) * Real(pole.com.y);
+  const Real M = 0.7L + 0.4L, J = 0.01L + mx * Real(pole.com.x) + my * Real(pole.com.y);
+  std::vector<Real> s{0.3L}, theta{0.9L}, v{-0.8L}, omega{4}, x, c{std::cos(theta[0])},
+      sine{std::sin(theta[0])};
+  const auto h = [&](Real cosine, Real sineOf) {
+    return (mx * cosine - my * sineOf) * dy - (mx * sineOf + my * cosine) * dx;
+  };
+  for (std::size_t k = 0; k < most; ++k) {
+    const Real next = static_cast<Real>(k) + 1;
+    const auto product = [&](std::size_t last, const std::vector<Real>& a, const std::vector<Real>& b) {
+      Real sum = 0;
+      for (std::size_t j = 0; j <= k; ++j) sum += a[j] * b[last - j];
+      return sum;
+    };
+    c.push_back(-product(k, omega, sine) / next);
+    sine.push_back(product(k, omega, c) / next);
+    Real along = -next * h(product(k + 1, omega, c), product(k + 1, omega, sine));
+    Real turning = -g * (mx * c[k] - my * sine[k]);
+    for (std::size_t j = 0; j < k; ++j) turning -= x[j] * h(c[k - j], sine[k - j]);
+    if (k == 0) along -= M * g * dy;
+    const Real h0 = h(c[0], sine[0]), determinant = M * J - h0 * h0;
+    x.push_back((J * along - h0 * turning) / determinant);
+    s.push_back(v[k] / next);
+    theta.push_back(omega[k] / next);
+    v.push_back(x[k] / next);
+    omega.push_back((M * turning - h0 * along) / determinant / next);
+  }
+
+  for (const simd::Kernel* kernel : simd::kernels()) {
+    for (std::size_t last = 1; last < most; ++last) {
+      constexpr double untouched = 7;
+      MotionSeries series(scene.chain, static_cast<int>(last), kernel);
+      std::vector<double> found(4 * last + 8, untouched);
+      std::copy_n(std::vector<double>{0.3, 0.9, -0.8, 4}.begin(), 4, found.begin());
+      series.find(static_cast<int>(last), {nullptr, nullptr, nullptr, {0, 9.81}}, nullptr, found.data());
+      for (std::size_t k = 1; k <= last; ++k) {
+        const Real expected[] = {s[k], theta[k], v[k], omega[k]};
+        const Real size = std::max(std::abs(v[k]), std::abs(omega[k]));
+        for (std::size_t i = 0; i < 4; ++i) {
+          EXPECT_NEAR(found[4 * k + i], static_cast<double>(expected[i]), 1e-13 * static_cast<double>(size))
+              << kernel->name << ", number " << i << ", order " << k << " of " << last;
+        }
+      }
+      EXPECT_EQ(found[4 * last + 4], untouched);
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Links, SeriesOf, testing::Values(1, 2, 3, 4, 5, 9, 16, 40));
 
 TEST(Series, AreTheSameByEveryKernel) {

@@ -29,7 +29,6 @@
 #include "dynamics/momenta.h"
 #include "dynamics/stored_energy.h"
 #include "effects/effects.h"
-#include "lanes/cart_series.h"
 #include "lanes/motion_series.h"
 #include "ode/system.h"
 #include "planar_chain/energy.h"
@@ -93,9 +92,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// The number of works behind angles and rates: 0 or 2.
   int works() const { return works_; }
   /// Evaluations of f; each order of a series counts as one.
-  long long evaluations() const {
-    return (coupled_ ? coupled_->evaluations() : evaluations_) + (cartSeries_ ? cartSeries_->found() : 0);
-  }
+  long long evaluations() const { return (coupled_ ? coupled_->evaluations() : evaluations_) + cartOrders_; }
   Energy energy(double t, const double* y) const;
   /// Write n values each; see simulation.h.
   void accelerations(double t, const double* y, double* alpha);  ///< of the angles in y
@@ -138,11 +135,13 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   // ---- ode::SeriesSystem ---------------------------------------------------------------------------
 
   bool jumpsOften() const override { return coupled_ && coupled_->isWeldable(); }
-  bool seriesAreWorthwhile() const override;
+  /// True if the motion has a Taylor series.
+  bool hasSeries() const;
+  bool seriesAreWorthwhile() const override { return hasSeries() && MotionSeries::areWorthwhile(n_); }
   void reserveSeries(int order) override;
   int driving() const override { return 2 * mechanism_.size(); }
   void series(double t, const double* y, const double* carry, int order, double* c) override;
-  bool hasIntegrands() const override { return coupled_ && !cartSeries_ ? works_ > 0 : effects_.act(); }
+  bool hasIntegrands() const override { return coupled_ && !series_ ? works_ > 0 : effects_.act(); }
   void integrands(double t, const double* y, double* rates) override;
   double seriesCost(int order) const override;
 
@@ -195,8 +194,6 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void findOrder(int k, const double* theta, const double* omega) override;
   /// Writes order k > 0 of N and F. `known` has order k of θ and ω.
   void findOrder(int k, const Series& known, const Actions& to);
-  bool hasCartSeries() const;
-  void findCartSeries(double t, const double* y, const double* carry, int order, double* c);
   void findCoupledSeries(double t, const double* y, int order, double* c);
 
   Effects effects_;
@@ -205,7 +202,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   std::optional<Momenta> momenta_;        ///< of a free chain
   int n_, places_, works_;
   const Stores stores_;
-  long long evaluations_ = 0;
+  long long evaluations_ = 0, cartOrders_ = 0;
 
   int positions_;
   bool isBare_ = true;  ///< nothing acts but pins, gravity and inertia
@@ -218,7 +215,6 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   std::optional<EffectTangents> tangents_;
   std::optional<ExactSolve> solve_;
   std::optional<MotionSeries> series_;
-  std::optional<CartSeries> cartSeries_;
   std::optional<CoupledSeries> coupledSeries_;
   std::optional<Couplings> orders_;  ///< of the coupled series
   Series known_{};

@@ -6,32 +6,22 @@
 
 namespace planar_chain {
 
-/// A cart and its pole; what couples has no series beside a slide.
-bool Dynamics::hasCartSeries() const {
-  return CartSeries::isFor(mechanism_.chain()) && !holdsTip() && effects_.couplers().empty() &&
-         !effects_.anyForces(&Forces::dependOnMotion) && effects_.haveSeries();
-}
-
-bool Dynamics::seriesAreWorthwhile() const {
-  return hasCartSeries() ||
-         (!mechanism_.hasEnds() && MotionSeries::areWorthwhile(n_) && effects_.haveSeries());
+/// What couples has no series beside a slide.
+bool Dynamics::hasSeries() const {
+  const bool couples = !effects_.couplers().empty() || effects_.anyForces(&Forces::dependOnMotion);
+  return MotionSeries::areFor(mechanism_.chain()) && effects_.haveSeries() &&
+         !(mechanism_.slides() > 0 && couples);
 }
 
 double Dynamics::seriesCost(int order) const {
-  constexpr double ofCoupledOrder = 4.5, ofCartOrder = 0.2;  // by clock, 2 to 20 links
-  if (cartSeries_) return ofCartOrder * order;
-  return coupled_ ? ofCoupledOrder * order : series_->cost(order);
+  constexpr double ofCoupledOrder = 4.5;  // by clock, 2 to 20 links
+  return series_ ? series_->cost(order) : ofCoupledOrder * order;
 }
 
 void Dynamics::reserveSeries(int order) {
-  const int reserved = cartSeries_      ? cartSeries_->orders()
-                       : coupledSeries_ ? coupledSeries_->orders()
-                       : series_        ? series_->orders()
-                                        : 0;
+  const int reserved = series_ ? series_->orders() : coupledSeries_ ? coupledSeries_->orders() : 0;
   if (reserved >= order) return;
-  if (hasCartSeries()) {
-    cartSeries_.emplace(mechanism_.chain(), order);
-  } else if (coupled_) {
+  if (coupled_ && mechanism_.slides() == 0) {
     coupledSeries_.emplace(mechanism_.chain(), order);
     orders_.emplace(n_);
   } else {
@@ -43,30 +33,21 @@ void Dynamics::reserveSeries(int order) {
 
 void Dynamics::series(double t, const double* y, const double* carry, int order, double* c) {
   std::copy_n(y, 2 * n_, c);
-  if (cartSeries_) return findCartSeries(t, y, carry, order, c);
-  if (coupled_) return findCoupledSeries(t, y, order, c);
-  evaluations_ += order;
+  if (!series_) return findCoupledSeries(t, y, order, c);
+  (coupled_ ? cartOrders_ : evaluations_) += order;
   if (!effects_.act())
     return series_->find(order, {nullptr, nullptr, nullptr, outside_.ground}, nullptr, c, carry);
   known_ = {t, n_, c, series_->rotations(), series_->rotationsPerOrder()};
-  apply(effects_.active(), t, y, y + n_);
-  const Vec2d* F = effects_.reach() > 0 ? room_.F.data() : nullptr;
-  series_->find(order, {nullptr, room_.N.data(), F, outside_.ground}, this, c, carry);
-}
-
-void Dynamics::findCartSeries(double t, const double* y, const double* carry, int order, double* c) {
-  Rotation<double>* e = room_.e.data() + 1;
-  mechanism_.rotate(y + 1, e, 1);
-  if (carry) *e = {e->c - carry[1] * e->s, e->s + carry[1] * e->c};
-  const Rotation<double> body = *e;
-  if (!effects_.act()) return cartSeries_->find(order, body, outside_.ground, nullptr, nullptr, nullptr, c);
-  const Evaluation& at = coupled_->at(t, y);
-  std::copy(at.N.begin(), at.N.end(), room_.N.begin());
   const bool hasForces = effects_.acting() == LoadKind::forces;
-  if (hasForces) std::copy(at.F.begin(), at.F.end(), room_.F.begin());
-  known_ = {t, n_, c, cartSeries_->rotations(), n_};
-  cartSeries_->find(order, body, outside_.ground, room_.N.data(), hasForces ? room_.F.data() : nullptr, this,
-                    c);
+  if (coupled_) {
+    const Evaluation& at = coupled_->at(t, y);
+    std::copy(at.N.begin(), at.N.end(), room_.N.begin());
+    if (hasForces) std::copy(at.F.begin(), at.F.end(), room_.F.begin());
+  } else {
+    apply(effects_.active(), t, y, y + n_);
+  }
+  const Vec2d* F = hasForces ? room_.F.data() : nullptr;
+  series_->find(order, {nullptr, room_.N.data(), F, outside_.ground}, this, c, carry);
 }
 
 void Dynamics::findCoupledSeries(double t, const double* y, int order, double* c) {

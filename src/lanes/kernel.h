@@ -139,6 +139,15 @@ struct SeriesLink {
   Vec2<Real> mr, p;
 };
 
+/// The same for a slide and one body on it; see series_cart.h.
+struct SeriesCart {
+  double mass, perMass;   ///< of both, and 1 over it
+  double moment;          ///< σ
+  double least;           ///< Δ − σ² c_0²
+  Rotation<double> turn;  ///< e times it is c + i s
+  Vec2d rail;
+};
+
 /// Storage of a series. `rows` has, for each order, `width` first factors of the products and as many second
 /// ones. `known` has the part of the products that follows from lower orders. e is exp(i θ_j), n pairs an
 /// order. links: SeriesLinks. With a chain in each lane, every number stands there once a lane.
@@ -212,7 +221,7 @@ struct Kernel {
                 Vec2d ground, double* pins);
   CoupledKernel coupledLinks, coupledSegments;
   LinearKernels inSegments, linkByLink;
-  SeriesRun series[3];         ///< for one body, for two, and for any number
+  SeriesRun series[4];         ///< for one body, for two, for any number; for one on a slide
   EnsembleKernel ensemble[3];  ///< likewise
 };
 

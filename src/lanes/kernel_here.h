@@ -5,6 +5,7 @@
 #include "lanes/coupled_kernel.h"
 #include "lanes/ensemble_kernel.h"
 #include "lanes/linear_kernel.h"
+#include "lanes/series_cart.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -20,7 +21,7 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           {coupledSegments<false>, coupledSegments<true>, coupledSegments<true>},
           linearKernels<Pack>,
           linearKernels<Lane>,
-          {seriesOfOne, seriesOf<Two>, seriesOf<Links<Lane>>},
+          {seriesOfOne, seriesOf<Two>, seriesOf<Links<Lane>>, seriesOfCart},
           {ensembleOf<OneInEachLane>, ensembleOf<TwoInEachLane>, ensembleOf<Links<Pack>>}};
 }
 

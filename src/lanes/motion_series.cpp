@@ -30,7 +30,7 @@ SeriesStorage::SeriesStorage(int n, int order, int lanes)
   make(bodies_, SeriesArrays::bodyNumbers * n);
   make(links_, linkNumbers * n);
   e_.resize(index(n * (order + 2)) * lanes_);
-  if (n > 1 || lanes > 1) return;
+  if (n > 2 || lanes > 1) return;
   make(inverses_, 4 * (order + 2));
   for (int k = 1; k < order + 2; ++k) {
     const double whole = 1.0 / k, rest = std::fma(-k, whole, 1) * whole;
@@ -46,19 +46,38 @@ void SeriesStorage::put(int j, std::size_t lane, const Link& link) {
             {link.mass, link.inertia, J, mr.x, mr.y, link.pin.x, link.pin.y});
 }
 
+void SeriesStorage::putCart(const Chain& chain) {
+  const Link &cart = chain.links()[0], &pole = chain.links()[1];
+  const Vec2d rail = chain.joints()[0].axis;
+  const double mass = cart.mass + pole.mass, r = length(pole.com);
+  const Vec2d com = r > 0 ? 1 / r * pole.com : rail;
+  new (links_.data()) simd::SeriesCart{mass,
+                                       1 / mass,
+                                       pole.mass * r,
+                                       mass * pole.inertia + cart.mass * pole.mass * r * r,
+                                       {dot(rail, com), cross(rail, com)},
+                                       rail};
+}
+
 MotionSeries::MotionSeries(const Chain& chain, int order, const simd::Kernel* kernel)
     : n_(chain.size()),
+      slides_(chain.slides()),
       orders_(order),
       kernel_(kernel ? *kernel : simd::kernelFor(n_)),
-      run_(kernel_.series[std::min(n_, 3) - 1]),
+      run_(kernel_.series[slides_ > 0 ? 3 : std::min(n_, 3) - 1]),
       storage_(n_, order, 1) {
-  for (int j = 0; j < n_; ++j) storage_.put(j, 0, chain.links()[index(j)]);
+  if (slides_ > 0) storage_.putCart(chain);
+  for (int j = 0; j < n_ && slides_ == 0; ++j) storage_.put(j, 0, chain.links()[index(j)]);
+}
+
+bool MotionSeries::areFor(const Chain& chain) {
+  return chain.slides() == 0 || (chain.slides() == 1 && chain.size() == 2);
 }
 
 void MotionSeries::find(int order, const Outside& outside, SeriesLoads* loads, double* c,
                         const double* carry) {
-  kernel_.rotations(c, &storage_.e()->c, n_);
-  for (int j = 0; carry && j < n_; ++j) {
+  kernel_.rotations(c + slides_, &storage_.e()[slides_].c, n_ - slides_);
+  for (int j = slides_; carry && j < n_; ++j) {
     Rotation<double>& e = storage_.e()[j];
     e = {e.c - carry[j] * e.s, e.s + carry[j] * e.c};
   }
@@ -70,8 +89,14 @@ bool MotionSeries::areWorthwhile(int n) {
 }
 
 double MotionSeries::cost(int order) const {
-  // By clock, for one link, two, and others, whose evaluations are faster the longer the chain.
-  const double perOrder = n_ == 1 ? 0.42 : n_ == 2 ? 0.6 : n_ <= 16 ? 1.4 : n_ <= 50 ? 2 : 3.6;
+  // By clock, for a cart and its pole, one link, two, and others, whose evaluations are faster the longer the
+  // chain.
+  const double perOrder = slides_ > 0 ? 0.2
+                          : n_ == 1   ? 0.42
+                          : n_ == 2   ? 0.6
+                          : n_ <= 16  ? 1.4
+                          : n_ <= 50  ? 2
+                                      : 3.6;
   return perOrder * order;
 }
 

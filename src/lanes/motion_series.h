@@ -38,6 +38,8 @@ class SeriesStorage {
   SeriesStorage(int n, int order, int lanes);
   /// Link j of the chain in a lane.
   void put(int j, std::size_t lane, const Link& link);
+  /// A slide and one body on it.
+  void putCart(const Chain& chain);
 
   simd::SeriesArrays arrays() {
     return {n_,
@@ -65,6 +67,8 @@ class MotionSeries {
   /// For orders 0 … orders − 1 of α. Uses the given kernel, or else the best of this CPU. Allocates.
   MotionSeries(const Chain& chain, int orders, const simd::Kernel* kernel = nullptr);
 
+  /// True if there are series of such a chain: one without slides, or one slide and one body on it.
+  static bool areFor(const Chain& chain);
   /// True if n links are so few that a series may be faster than other methods.
   static bool areWorthwhile(int n);
 
@@ -82,7 +86,7 @@ class MotionSeries {
   void find(int order, const Outside& outside, SeriesLoads* loads, double* c, const double* carry = nullptr);
 
  private:
-  int n_, orders_;
+  int n_, slides_, orders_;
   const simd::Kernel& kernel_;
   simd::SeriesRun run_;
   SeriesStorage storage_;

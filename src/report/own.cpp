@@ -107,7 +107,7 @@ std::vector<Contestant> ownContestants(bool withEqualSteps) {
     };
     contestants.push_back(
         {"planar_chain", method, withEqualSteps || ode::hasFixedStep(method),
-         [=](const Scene& scene) { return method != "taylor" || hasSeries(scene, Dynamics(scene)); }, make});
+         [=](const Scene& scene) { return method != "taylor" || Dynamics(scene).hasSeries(); }, make});
   }
   return contestants;
 }

@@ -120,15 +120,11 @@ inline ode::Tolerance toleranceOf(const Scene& scene, std::size_t rung, const Dy
   return tolerance;
 }
 
-inline bool hasSeries(const Scene& scene, const Dynamics& dynamics) {
-  return scene.chain.slides() == 0 && dynamics.effects().haveSeries();
-}
-
 /// The dynamics must outlive the method.
 inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t rung, Dynamics& dynamics) {
   const simd::PlainKernels plain(scene.integrator.plainKernel);
   const IntegratorSettings settings = settingsOf(scene.integrator, rung);
-  require(settings.method != "taylor" || hasSeries(scene, dynamics),
+  require(settings.method != "taylor" || dynamics.hasSeries(),
           "method taylor needs a Taylor series of all that acts");
   auto method = ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, rung, dynamics));
   if (dynamics.keepsConditions()) method = ode::projectedSteps(std::move(method), dynamics);

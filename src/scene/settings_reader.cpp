@@ -7,6 +7,7 @@
 
 #include "dynamics/equilibrium.h"
 #include "effects/effects.h"
+#include "lanes/motion_series.h"
 #include "ode/methods.h"
 
 namespace planar_chain {
@@ -82,15 +83,20 @@ bool readStart(const Section& top) {
 
 void requireSeries(const Scene& scene, const Section& top) {
   if (scene.integrator.method != "taylor") return;
+  const auto refuse = [&](const std::string& of) {
+    top.section("integrator")
+        .fault("method", "another method than taylor, as there is no Taylor series " + of, quoted("taylor"));
+  };
+  if (!MotionSeries::areFor(scene.chain)) refuse("of a prismatic link but with one revolute link alone");
   for (const EffectKind* kind : effectKinds()) {
     const std::unique_ptr<Effect> effect = kind->make(scene);
-    if (!effect || effect->hasSeries()) continue;
+    if (!effect) continue;
+    const bool couples = effect->coupler() || (effect->forces() && effect->forces()->dependOnMotion());
+    if (effect->hasSeries() && !(couples && scene.chain.slides() > 0)) continue;
     SceneWords words;
     kind->summarize(scene, words);
     const std::string name = words.runs.empty() ? "what acts" : words.runs.back();
-    top.section("integrator")
-        .fault("method", "another method than taylor, as there is no Taylor series with " + name,
-               quoted("taylor"));
+    refuse("with " + name + (effect->hasSeries() ? " beside a prismatic link" : ""));
   }
 }
 

@@ -26,13 +26,9 @@ FreeSlide freeSlide(const std::string& link, const std::string& joint, int axis)
   return slide;
 }
 
-void refuseBesideSlides(const Section& top, const Chain& chain, const IntegratorSettings& integrator,
-                        const std::vector<Load>& loads) {
+void refuseBesideSlides(const Section& top, const Chain& chain, const std::vector<Load>& loads) {
   if (top.has("base")) {
     top.fault("base", "no base that moves beside a prismatic link (drive its joint)", "both");
-  }
-  if (integrator.method == "taylor") {
-    top.fault("integrator/method", "another method than taylor, as a link is prismatic", "\"taylor\"");
   }
   for (const Load& load : loads) {
     if (load.link == Load::none || load.link >= chain.slides() || load.moment == 0) continue;

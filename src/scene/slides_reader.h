@@ -24,7 +24,6 @@ struct FreeSlide {
 FreeSlide freeSlide(const std::string& link, const std::string& joint, int axis);
 
 /// Records a fault for each part that a chain with prismatic links may not have.
-void refuseBesideSlides(const Section& top, const Chain& chain, const IntegratorSettings& integrator,
-                        const std::vector<Load>& loads);
+void refuseBesideSlides(const Section& top, const Chain& chain, const std::vector<Load>& loads);
 
 }  // namespace planar_chain
