@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -171,7 +172,9 @@ double nearestOf(const std::vector<Cubic>& motions, double h, double k, double d
     joints.back().stopStiffness = k;
     joints.back().stopDamping = d;
   }
-  Stops stops(Chain(links, joints, {}));
+  const Scene scene{Chain(links, joints, {}), {}, {}, {}, {}, {}, 0};
+  const std::unique_ptr<Effect> effect = stopKind().make(scene);
+  Switching& stops = *effect->switching();
   const auto n = static_cast<Eigen::Index>(motions.size());
   const auto at = [&](double t) {
     Eigen::VectorXd y = Eigen::VectorXd::Zero(2 * n);

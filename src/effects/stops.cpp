@@ -7,24 +7,6 @@
 
 namespace planar_chain {
 
-Stops::Stops(const Chain& chain) : coordinates_(chain.coordinates()), n_(chain.size()) {
-  for (int i = 0; i < n_; ++i) {
-    const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
-    for (const double sign : {-1.0, 1.0}) {
-      const double limit = sign > 0 ? joint.upper : joint.lower;
-      if (std::isfinite(limit))
-        stops_.push_back({{coordinates_, i}, limit, sign, joint.stopStiffness, joint.stopDamping});
-    }
-  }
-  active_.reserve(stops_.size());
-}
-
-bool Stops::hasPower() const {
-  return std::any_of(stops_.begin(), stops_.end(), [](const Stop& stop) { return stop.d > 0; });
-}
-
-// ---- Places ----------------------------------------------------------------------------------
-
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
@@ -34,54 +16,36 @@ double sumOfSizes(const double* x, const Coordinate& q) {
   return std::abs(x[q.joint]) + (q.isDifference ? std::abs(x[q.joint - 1]) : 0);
 }
 
-}  // namespace
+enum class Place { free, pushing, parted };
 
-double Stops::Stop::rounding(const double* theta) const {
-  return 4 * epsilon * (sumOfSizes(theta, q) + std::abs(limit));
-}
+struct Stop {
+  Coordinate q;  ///< of the joint
+  double limit;
+  double sign;  ///< + upper, − lower
+  double k, d;
+  Place place = Place::free;
 
-double Stops::Stop::due(const double* theta, const double* omega) const {
-  const double x = depth(theta);
-  if (place == Place::free) return x;
-  const double lag = d / k;
-  const double push = x + lag * speed(omega);
-  const double noise = rounding(theta) + lag * 4 * epsilon * sumOfSizes(omega, q);
-  return place == Place::pushing ? -push - noise : std::max(-x, push - noise);
-}
-
-Stops::Place Stops::Stop::next(double x, double xd) const {
-  if (!(x > 0)) return Place::free;
-  return k * x + d * xd > 0 ? Place::pushing : Place::parted;
-}
-
-void Stops::enterState(double /*t*/, const double* y) {
-  for (Stop& stop : stops_) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
-  listActive();
-}
-
-void Stops::change(double /*t*/, double* y, const ode::Crossing& /*found*/) {
-  for (Stop& stop : stops_) {
-    if (stop.due(y, y + n_) > 0) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
+  double depth(const double* theta) const { return sign * (q(theta) - limit); }
+  double speed(const double* omega) const { return sign * q(omega); }
+  /// Bounds the rounding error of depth(), rad.
+  double rounding(const double* theta) const {
+    return 4 * epsilon * (sumOfSizes(theta, q) + std::abs(limit));
   }
-  listActive();
-}
-
-void Stops::listActive() {
-  active_.clear();
-  for (const Stop& stop : stops_) {
-    if (stop.place != Place::free) active_.push_back(&stop);
+  /// How far the change to another place is due, rad; ≤ 0: it is not. A push must be wrong by more than
+  /// rounding: in an overdamped stop k x and d ẋ cancel, and s is below the rounding of either.
+  double due(const double* theta, const double* omega) const {
+    const double x = depth(theta);
+    if (place == Place::free) return x;
+    const double lag = d / k;
+    const double push = x + lag * speed(omega);
+    const double noise = rounding(theta) + lag * 4 * epsilon * sumOfSizes(omega, q);
+    return place == Place::pushing ? -push - noise : std::max(-x, push - noise);
   }
-}
-
-double Stops::due(double /*t*/, const Eigen::VectorXd& y) const {
-  double most = -std::numeric_limits<double>::infinity();
-  for (const Stop& stop : stops_) {
-    most = std::max(most, stop.due(y.data(), y.data() + n_));
+  Place next(double x, double xd) const {
+    if (!(x > 0)) return Place::free;
+    return k * x + d * xd > 0 ? Place::pushing : Place::parted;
   }
-  return most;
-}
-
-namespace {
+};
 
 /// Of a curve that a cubic stands for, not above 0 at both ends: whether it may be between them. It may rise
 /// above the ends by more than the cubic does, but not by twice as much. Less than `noise` is rounding.
@@ -105,82 +69,126 @@ std::array<double, 4> operator-(const std::array<double, 4>& g) {
   return {-g[0], -g[1], -g[2], -g[3]};
 }
 
-}  // namespace
-
-double Stops::nearest(const ode::Stretch& of) const {
-  const Eigen::VectorXd &y = of.y, &next = of.next;
-  const double h = of.h;
-  double first = 1;
-  for (const Stop& stop : stops_) {
-    const double x0 = stop.depth(y.data()), x1 = stop.depth(next.data());
-    const double v0 = stop.speed(y.data() + n_) * h, v1 = stop.speed(next.data() + n_) * h;
-    // A cubic stays below its Bézier points, and most joints are far from their stops.
-    const bool isNear = mayPass(std::max(x0, x1), std::max(x0 + v0 / 3, x1 - v1 / 3), 0);
-    if (stop.place == Place::free && !isNear) continue;
-    // through both ends: x = x0 + v0 s + b s² + c s³, and x + lag ẋ
-    const double b = 3 * (x1 - x0) - 2 * v0 - v1, c = v0 + v1 - 2 * (x1 - x0);
-    const double lag = stop.d / (stop.k * h);
-    const std::array<double, 4> depth{x0, v0, b, c};
-    const std::array<double, 4> push{x0 + lag * v0, v0 + 2 * lag * b, b + 3 * lag * c, c};
-    const double noise = stop.rounding(y.data());
-    const double pushNoise = noise * (1 + 5 * lag);
-    if (stop.place == Place::free) first = std::min(first, passing(depth, noise));
-    if (stop.place == Place::pushing) first = std::min(first, passing(-push, pushNoise));
-    if (stop.place == Place::parted)
-      first = std::min({first, passing(-depth, noise), passing(push, pushNoise)});
+class Stops : public Effect, public Switching {
+ public:
+  explicit Stops(const Chain& chain) : coordinates_(chain.coordinates()), n_(chain.size()) {
+    for (int i = 0; i < n_; ++i) {
+      const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
+      for (const double sign : {-1.0, 1.0}) {
+        const double limit = sign > 0 ? joint.upper : joint.lower;
+        if (std::isfinite(limit))
+          stops_.push_back({{coordinates_, i}, limit, sign, joint.stopStiffness, joint.stopDamping});
+      }
+    }
+    active_.reserve(stops_.size());
   }
-  return first < 1 ? first * h : -1;
-}
+  bool empty() const { return stops_.empty(); }
 
-// ---- What they do ----------------------------------------------------------------------------
-
-template <class Add>
-double Stops::addUp(const double* theta, const double* omega, Add&& add) const {
-  double dissipated = 0;
-  for (const Stop* stop : active_) {
-    const double x = stop->depth(theta);
-    const double xd = stop->speed(omega);
-    if (stop->place == Place::pushing) {
-      add(stop->q.joint, -stop->sign * (stop->k * x + stop->d * xd));
-      dissipated += stop->d * xd * xd;
-    } else {
-      dissipated -= stop->k * x * xd;
+  LoadKind mostActing() const override { return LoadKind::moments; }
+  LoadKind acting() const override { return active_.empty() ? LoadKind::nothing : LoadKind::moments; }
+  bool hasPower() const override {
+    return std::any_of(stops_.begin(), stops_.end(), [](const Stop& stop) { return stop.d > 0; });
+  }
+  Powers apply(const ChainState& at, const Actions& to) override {
+    return {0, addUp(at.theta, at.omega,
+                     [&](int joint, double torque) { coordinates_.addTorque(torque, joint, to.N); })};
+  }
+  void addTorques(const ChainState& at, double* tau) override {
+    addUp(at.theta, at.omega, [&](int joint, double torque) { tau[joint] += torque; });
+  }
+  void addStiffness(double* k, double* d) const override {
+    for (const Stop* stop : active_) {
+      if (stop->place != Place::pushing) continue;
+      k[stop->q.joint] += stop->k;
+      d[stop->q.joint] += stop->d;
     }
   }
-  return dissipated;
-}
-
-Powers Stops::apply(const ChainState& at, const Actions& to) {
-  return {0, addUp(at.theta, at.omega,
-                   [&](int joint, double torque) { coordinates_.addTorque(torque, joint, to.N); })};
-}
-
-void Stops::addTorques(const ChainState& at, double* tau) {
-  addUp(at.theta, at.omega, [&](int joint, double torque) { tau[joint] += torque; });
-}
-
-void Stops::addStiffness(double* k, double* d) const {
-  for (const Stop* stop : active_) {
-    if (stop->place != Place::pushing) continue;
-    k[stop->q.joint] += stop->k;
-    d[stop->q.joint] += stop->d;
+  Powers powersAlong(const ChainState& at, const StateChange& along) override {
+    double change = 0;
+    for (const Stop* stop : active_) {
+      const double x = stop->depth(at.theta), xd = stop->speed(at.omega);
+      const double du = stop->sign * stop->q(along.u);
+      const double dv = stop->sign * stop->q(along.v);
+      change += stop->place == Place::pushing ? 2 * stop->d * xd * dv : -stop->k * (x * dv + xd * du);
+    }
+    return {0, change};
   }
-}
 
-Powers Stops::powersAlong(const ChainState& at, const StateChange& along) {
-  double change = 0;
-  for (const Stop* stop : active_) {
-    const double x = stop->depth(at.theta), xd = stop->speed(at.omega);
-    const double du = stop->sign * stop->q(along.u);
-    const double dv = stop->sign * stop->q(along.v);
-    change += stop->place == Place::pushing ? 2 * stop->d * xd * dv : -stop->k * (x * dv + xd * du);
+  Switching* switching() override { return this; }
+  void enterState(double /*t*/, const double* y) override {
+    for (Stop& stop : stops_) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
+    listActive();
   }
-  return {0, change};
-}
+  void change(double /*t*/, double* y, const ode::Crossing& /*found*/) override {
+    for (Stop& stop : stops_) {
+      if (stop.due(y, y + n_) > 0) stop.place = stop.next(stop.depth(y), stop.speed(y + n_));
+    }
+    listActive();
+  }
+  double due(double /*t*/, const Eigen::VectorXd& y) const override {
+    double most = -std::numeric_limits<double>::infinity();
+    for (const Stop& stop : stops_) {
+      most = std::max(most, stop.due(y.data(), y.data() + n_));
+    }
+    return most;
+  }
+  double nearest(const ode::Stretch& of) const override {
+    const Eigen::VectorXd &y = of.y, &next = of.next;
+    const double h = of.h;
+    double first = 1;
+    for (const Stop& stop : stops_) {
+      const double x0 = stop.depth(y.data()), x1 = stop.depth(next.data());
+      const double v0 = stop.speed(y.data() + n_) * h, v1 = stop.speed(next.data() + n_) * h;
+      // A cubic stays below its Bézier points, and most joints are far from their stops.
+      const bool isNear = mayPass(std::max(x0, x1), std::max(x0 + v0 / 3, x1 - v1 / 3), 0);
+      if (stop.place == Place::free && !isNear) continue;
+      // through both ends: x = x0 + v0 s + b s² + c s³, and x + lag ẋ
+      const double b = 3 * (x1 - x0) - 2 * v0 - v1, c = v0 + v1 - 2 * (x1 - x0);
+      const double lag = stop.d / (stop.k * h);
+      const std::array<double, 4> depth{x0, v0, b, c};
+      const std::array<double, 4> push{x0 + lag * v0, v0 + 2 * lag * b, b + 3 * lag * c, c};
+      const double noise = stop.rounding(y.data());
+      const double pushNoise = noise * (1 + 5 * lag);
+      if (stop.place == Place::free) first = std::min(first, passing(depth, noise));
+      if (stop.place == Place::pushing) first = std::min(first, passing(-push, pushNoise));
+      if (stop.place == Place::parted)
+        first = std::min({first, passing(-depth, noise), passing(push, pushNoise)});
+    }
+    return first < 1 ? first * h : -1;
+  }
+
+ private:
+  /// Lists those that do something now.
+  void listActive() {
+    active_.clear();
+    for (const Stop& stop : stops_) {
+      if (stop.place != Place::free) active_.push_back(&stop);
+    }
+  }
+  /// Calls add(joint, torque) for each that pushes, + on the joint's own link. Returns P_d, W.
+  template <class Add>
+  double addUp(const double* theta, const double* omega, Add&& add) const {
+    double dissipated = 0;
+    for (const Stop* stop : active_) {
+      const double x = stop->depth(theta);
+      const double xd = stop->speed(omega);
+      if (stop->place == Place::pushing) {
+        add(stop->q.joint, -stop->sign * (stop->k * x + stop->d * xd));
+        dissipated += stop->d * xd * xd;
+      } else {
+        dissipated -= stop->k * x * xd;
+      }
+    }
+    return dissipated;
+  }
+
+  Coordinates coordinates_;
+  int n_;
+  std::vector<Stop> stops_;
+  std::vector<const Stop*> active_;
+};
 
 // ---- Their kind --------------------------------------------------------------------------------
-
-namespace {
 
 constexpr double none = std::numeric_limits<double>::infinity();
 
