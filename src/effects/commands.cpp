@@ -160,11 +160,6 @@ class EffortKind : public EffectKind {
     return {{"effort_limit", nullptr, NumberRule::above(0, "N m"), false, true},
             {"velocity_limit", nullptr, NumberRule::above(0, "rad/s"), false, true}};
   }
-  void judge(const Joint& joint, std::vector<Fault>& faults) const override {
-    for (const JointKey& key : jointKeys()) {
-      if (joint.has(key.name)) key.range.check(faults, std::string("joint/") + key.name, key.of(joint));
-    }
-  }
   std::unique_ptr<Effect> make(const Scene&) const override { return nullptr; }
   void summarize(const Scene& scene, SceneWords& words) const override {
     int limits = 0;

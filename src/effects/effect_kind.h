@@ -74,7 +74,7 @@ class EffectKind {
 
   virtual std::vector<JointKey> jointKeys() const { return {}; }
   /// Adds what is wrong with a joint's values; paths are such as "joint/damping". By default: the numbers
-  /// that are out of range.
+  /// that are out of range, as far as the joint has them.
   virtual void judge(const Joint& joint, std::vector<Fault>& faults) const;
   virtual std::vector<NumberKey> linkKeys() const { return {}; }
   virtual std::vector<NumberKey> sceneKeys() const { return {}; }

@@ -70,7 +70,8 @@ void SceneWords::count(int number, const std::string& one) {
 
 void EffectKind::judge(const Joint& joint, std::vector<Fault>& faults) const {
   for (const JointKey& key : jointKeys()) {
-    key.range.check(faults, std::string("joint/") + key.name, key.of(joint));
+    if (key.member || joint.has(key.name))
+      key.range.check(faults, std::string("joint/") + key.name, key.of(joint));
   }
 }
 
