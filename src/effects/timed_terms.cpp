@@ -72,8 +72,8 @@ void TimedTerms::evaluate(double t, bool rates) {
   for (const auto& [line, factor] : lines_) factors_[index(factor)] = rates ? line.slope : line.at(t);
 }
 
-/// Returns the power, W.
-double TimedTerms::applyFactors(const ChainState& at, const Actions& to) const {
+Powers TimedTerms::applyFactors(const ChainState& at, const Actions& to, bool rates) {
+  evaluate(at.t, rates);
   double power = 0;
   for (const JointTerm& term : jointTerms_) {
     const double tau = times(term.factor, term.torque);
@@ -95,17 +95,7 @@ double TimedTerms::applyFactors(const ChainState& at, const Actions& to) const {
       power += dot(force, at.pinVelocity[j]);
     }
   }
-  return power;
-}
-
-Powers TimedTerms::apply(const ChainState& at, const Actions& to) {
-  evaluate(at.t);
-  return {applyFactors(at, to), 0};
-}
-
-Powers TimedTerms::applyRates(const ChainState& at, const Actions& to) {
-  evaluate(at.t, true);
-  return {applyFactors(at, to), 0};
+  return {power, 0};
 }
 
 void TimedTerms::addTorques(const ChainState& at, double* tau) {

@@ -44,8 +44,8 @@ class TimedTerms : public Effect, public Forces {
   }
   Forces* forces() final { return this; }
   int reach() const final { return reach_; }
-  Powers apply(const ChainState& at, const Actions& to) override;
-  Powers applyRates(const ChainState& at, const Actions& to) override;
+  Powers apply(const ChainState& at, const Actions& to) override { return applyFactors(at, to, false); }
+  Powers applyRates(const ChainState& at, const Actions& to) override { return applyFactors(at, to, true); }
   void addTorques(const ChainState& at, double* tau) override;
   void addForceStiffness(const ChainState& at, double* XF) final;
   Powers powersAlong(const ChainState& at, const StateChange& along) override;
@@ -99,7 +99,8 @@ class TimedTerms : public Effect, public Forces {
   int factorOf(const TimeLaw& law, double t);
   /// Sets the factors at t, or their rates.
   void evaluate(double t, bool rates = false);
-  double applyFactors(const ChainState& at, const Actions& to) const;
+  /// Applies the terms with the factors, or with their rates.
+  Powers applyFactors(const ChainState& at, const Actions& to, bool rates);
   double times(int factor, double value) const { return factors_[static_cast<std::size_t>(factor)] * value; }
 
   Coordinates coordinates_;
