@@ -160,10 +160,6 @@ struct CoupledSegment {
   ShowsOfSide<Pack> constant;
 };
 
-inline double* handleAt(const CoupledArrays& arrays, int i) {
-  return arrays.handles + static_cast<std::ptrdiff_t>(i) * CoupledArrays::handleQuantities * laneCount;
-}
-
 template <bool hasForces>
 [[gnu::always_inline]] inline CoupledSegment coupledInwards(const CoupledArrays& arrays,
                                                             const Outside& outside, const double* omega) {
@@ -197,8 +193,8 @@ template <bool hasForces>
       Gy = mapped(Gy, flush);
       Gm = mapped(Gm, flush);
     }
-    Writer{handleAt(arrays, i)}(handle.U, handle.epsilon, handle.inverseD, handle.kappa, handle.D0, P,
-                                body.ww, g);
+    Writer{stepAt<CoupledArrays::handleQuantities>(arrays.handles, i)}(
+        handle.U, handle.epsilon, handle.inverseD, handle.kappa, handle.D0, P, body.ww, g);
   }
   C.y.x = C.x.y;
   C.z.x = C.x.z;
@@ -263,11 +259,12 @@ PLANAR_CHAIN_IN_ONE_PIECE void runCoupledSegments(const CoupledArrays& arrays, c
     Vec2p P;
     Pack ww;
     Triple<Pack> g;
-    Reader{handleAt(arrays, i)}(handle.U, handle.epsilon, handle.inverseD, handle.kappa, handle.D0, P, ww, g);
+    Reader{stepAt<CoupledArrays::handleQuantities>(arrays.handles, i)}(
+        handle.U, handle.epsilon, handle.inverseD, handle.kappa, handle.D0, P, ww, g);
     handle.epsilon -= dot(g, Y);
     const Pack moment = outwards(handle, jointAt<Pack>(arrays.joints, i), P, ww, a, alpha);
-    alpha.store(to.alpha + static_cast<std::ptrdiff_t>(i) * laneCount);
-    moment.store(to.moments + static_cast<std::ptrdiff_t>(i) * laneCount);
+    alpha.store(stepAt<1>(to.alpha, i));
+    moment.store(stepAt<1>(to.moments, i));
   }
 }
 

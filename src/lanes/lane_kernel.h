@@ -59,8 +59,10 @@ Vec2p outerFrames(const double* links, const double* e, int steps) {
   return unit(readRotation(e, steps - 1) * linkAt(links, steps - 1).p);
 }
 
-inline double* handlesAt(const SegmentArrays& arrays, int i) {
-  return arrays.handles + static_cast<std::ptrdiff_t>(i) * SegmentArrays::handleQuantities * laneCount;
+/// So many quantities of step i.
+template <int quantities>
+inline double* stepAt(double* first, int i) {
+  return first + static_cast<std::ptrdiff_t>(i) * quantities * laneCount;
 }
 
 template <bool hasMoments, bool hasForces>
@@ -93,7 +95,7 @@ inline Handles inwardsOver(const SegmentArrays& arrays, const double* e, const d
     }
 
     const Reply<Pack> reply = replyOf(handle, body);
-    Writer{handlesAt(arrays, i)}(reply.UD, reply.uD, reply.ww, P, gD);
+    Writer{stepAt<SegmentArrays::handleQuantities>(arrays.handles, i)}(reply.UD, reply.uD, reply.ww, P, gD);
   }
   return {d, A, C, b, c, {Gx, Gy}};
 }
@@ -102,9 +104,10 @@ inline void outwardsOver(const SegmentArrays& arrays, Vec2p a, Vec2p force, doub
   for (int i = 0; i < arrays.steps; ++i) {
     Reply<Pack> reply;
     Vec2p gD;
-    Reader{handlesAt(arrays, i)}(reply.UD, reply.uD, reply.ww, reply.P, gD);
+    Reader{stepAt<SegmentArrays::handleQuantities>(arrays.handles, i)}(reply.UD, reply.uD, reply.ww, reply.P,
+                                                                       gD);
     reply.uD -= dot(gD, force);
-    outwards(reply, a).store(alpha + static_cast<std::ptrdiff_t>(i) * laneCount);
+    outwards(reply, a).store(stepAt<1>(alpha, i));
   }
 }
 
@@ -148,9 +151,7 @@ PLANAR_CHAIN_IN_ONE_PIECE Vec2d pinsOfSegments(const SegmentArrays& arrays, cons
     const Pack rate = read(omega, i), ww = rate * rate, slope = read(alpha, i);
     return Rotation<Pack>{-(ww * turn.c) - slope * turn.s, slope * turn.c - ww * turn.s};
   };
-  const auto pinsAt = [&](int i) {
-    return pins + static_cast<std::ptrdiff_t>(i) * SegmentArrays::pinQuantities * laneCount;
-  };
+  const auto pinsAt = [pins](int i) { return stepAt<SegmentArrays::pinQuantities>(pins, i); };
   Vec2p a, force;
   for (int i = 0; i < arrays.steps; ++i) {
     Writer{pinsAt(i)}(a);
