@@ -33,10 +33,10 @@ namespace planar_chain::ode {
 struct RadauTable {
   static constexpr int stages = 7;
   static constexpr int pairs = 3;
-  using Vector = Eigen::Matrix<double, stages, 1>;
+  using PerStage = Eigen::Matrix<double, stages, 1>;
   using Square = Eigen::Matrix<double, stages, stages>;
 
-  Vector c;
+  PerStage c;
   Square A;  ///< a_ij = ∫₀^{c_i} l_j, l_j of Lagrange; the last row is b
   Square W;  ///< A⁻¹
   /// W = T Λ T⁻¹ in real numbers: Λ has lambda, then a block [α −β; β α] for each mu = α + iβ.
@@ -44,9 +44,9 @@ struct RadauTable {
   double lambda;
   std::complex<double> mu[pairs];
   /// The error λ h⁻¹-filtered: f(t, y)/λ h + Σ e_i Z_i vanishes for polynomials up to degree 7.
-  Vector e;
+  PerStage e;
   /// The polynomial through 0 at 0 and Z_j at c_j is Σ_j x Π_{m≠j} (x − c_m) p_j Z_j.
-  Vector p;
+  PerStage p;
 };
 
 const RadauTable& radau13();

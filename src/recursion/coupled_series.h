@@ -72,8 +72,8 @@ class CoupledSeries {
   }
 
  private:
-  template <class Number>
-  Number* row(std::vector<Number>& of, int k) {
+  template <class Value>
+  Value* row(std::vector<Value>& of, int k) {
     return of.data() + index(k) * n_;
   }
 
