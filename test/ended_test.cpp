@@ -43,6 +43,14 @@ ComplexVector wide(const PerEnd<double>& a, Eigen::Index n) {
   return wide(std::vector<double>(a.begin(), a.begin() + n));
 }
 
+/// Two slides without mass.
+InnerEnd<double> freeInnerEnd() {
+  InnerEnd<double> end;
+  end.slides = 2;
+  end.slide[1].d = {0, 1};
+  return end;
+}
+
 TEST(Ended, MovesAsNewtonAndEulerSay) {
   // Rounding: 1e-13 at most, but where the rows hold all that can move, or nearly so.
   forAllEnds(1, [](const RandomChain& chain, unsigned) {
@@ -152,7 +160,7 @@ TEST(Ended, AFreeChainKeepsItsMomenta) {
     }
     Vec2d a = Ended<double>(at.chain)
                   .accelerations(at.e.data(), at.omega, {N.data(), nullptr, random.joints.data(), {}, 0},
-                                 freeInnerEnd<double>(), {}, alpha.data(), moments.data())
+                                 freeInnerEnd(), {}, alpha.data(), moments.data())
                   .pinAcceleration;
     Vec2d force, x;
     double moment = 0, size = 0;
@@ -205,7 +213,7 @@ TEST(Ended, AnInnerEndNeedsInertia) {
     for (std::size_t j = 0; j < links.size(); ++j) links[j].name = "l" + std::to_string(j);
     return Chain(links, Rods::joints(static_cast<int>(links.size())), {});
   };
-  const InnerEnd<double> end = freeInnerEnd<double>();
+  const InnerEnd<double> end = freeInnerEnd();
   const Link rod{"", 1, 0.1, {0.5, 0}, {1, 0}}, bob{"", 1, 0, {1, 0}, {1, 0}},
       beyond{"", 1, 0, {1, 0}, {2, 0}};
   EXPECT_FALSE(canMoveWithoutEnergy(chainOf({rod}), end));
@@ -219,7 +227,7 @@ TEST(Ended, AnInnerEndNeedsInertia) {
   EXPECT_TRUE(canMoveWithoutEnergy(chainOf({bob}), cart));
   cart.slide[0].mass = 1;
   EXPECT_FALSE(canMoveWithoutEnergy(chainOf({bob}), cart));
-  InnerEnd<double> table = freeInnerEnd<double>();
+  InnerEnd<double> table = freeInnerEnd();
   table.slide[0].mass = 1;
   EXPECT_TRUE(canMoveWithoutEnergy(chainOf({bob}), table));
   table.slide[1].isHeld = true;

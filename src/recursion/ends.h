@@ -46,15 +46,6 @@ struct InnerEnd {
   PerEnd<Slide<Real>> slide{};
 };
 
-/// A free inner end: two slides without mass.
-template <class Real>
-InnerEnd<Real> freeInnerEnd() {
-  InnerEnd<Real> end;
-  end.slides = 2;
-  end.slide[1].d = {Real(0), Real(1)};
-  return end;
-}
-
 template <class Real>
 struct Tip {
   int rows = 0;
