@@ -122,8 +122,7 @@ Powers CoupledMotion::weldedPowers(const ChainState& at, double* N) {
 void CoupledMotion::runWelded(double t, const double* y, Evaluation& to) {
   Welded& welded = *welded_;
   if (!welded.isWelded) {
-    effects_.couple(t, 0, held_);
-    welded.chain.weld(held_);
+    welded.chain.weld(given(t));
     welded.isWelded = true;
   }
   to.isKnown = true;
@@ -141,13 +140,18 @@ void CoupledMotion::runWelded(double t, const double* y, Evaluation& to) {
 
 // ---- Held joints ---------------------------------------------------------------------------------------
 
-bool CoupledMotion::hold(double t, double* y) {
+const Couplings& CoupledMotion::given(double t) {
   effects_.couple(t, 0, held_);
+  return held_;
+}
+
+bool CoupledMotion::hold(double t, double* y) {
+  const Couplings& given = this->given(t);
   bool any = false;
   for (int i = 0; i < n_; ++i) {
-    if (!held_.joints[index(i)].isHeld) continue;
+    if (!given.joints[index(i)].isHeld) continue;
     any = true;
-    const GivenMotion& motion = held_.held[index(i)];
+    const GivenMotion& motion = given.held[index(i)];
     const bool isDifference = coordinates_.isDifference(i);
     y[i] = (isDifference ? y[i - 1] : 0) + motion.value;
     y[n_ + i] = (isDifference ? y[n_ + i - 1] : 0) + motion.rate;
@@ -155,30 +159,18 @@ bool CoupledMotion::hold(double t, double* y) {
   return any;
 }
 
+void CoupledMotion::hold(double t, double* q, double* qd) {
+  const Couplings& given = this->given(t);
+  for (int i = 0; i < n_; ++i) {
+    if (!given.joints[index(i)].isHeld) continue;
+    q[i] = given.held[index(i)].value;
+    qd[i] = given.held[index(i)].rate;
+  }
+}
+
 bool CoupledMotion::project(double t, double* y, double* carry) {
   hold(t, y);
   return !closure_ || closure_->project(held_, y, carry);
-}
-
-double CoupledMotion::closureError(double t, const double* y) {
-  if (!closure_) return 0;
-  effects_.couple(t, 0, held_);
-  return length(closure_->gap(held_, y));
-}
-
-double CoupledMotion::spread(double t, const double* y) {
-  if (!closure_) return 1;
-  effects_.couple(t, 0, held_);
-  return closure_->spread(held_, y);
-}
-
-void CoupledMotion::hold(double t, double* q, double* qd) {
-  effects_.couple(t, 0, held_);
-  for (int i = 0; i < n_; ++i) {
-    if (!held_.joints[index(i)].isHeld) continue;
-    q[i] = held_.held[index(i)].value;
-    qd[i] = held_.held[index(i)].rate;
-  }
 }
 
 }  // namespace planar_chain

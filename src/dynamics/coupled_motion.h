@@ -76,9 +76,9 @@ class CoupledMotion final : private Mechanics {
   /// nullptr. Returns false if it cannot.
   bool project(double t, double* y, double* carry);
   /// The distance of the tip from where it is held, m; 0 if it is free.
-  double closureError(double t, const double* y);
+  double closureError(double t, const double* y) { return closure_ ? length(closure_->gap(given(t), y)) : 0; }
   /// See Closure::spread(); 1 if the tip is free.
-  double spread(double t, const double* y);
+  double spread(double t, const double* y) { return closure_ ? closure_->spread(given(t), y) : 1; }
 
  private:
   struct Welded {
@@ -98,6 +98,8 @@ class CoupledMotion final : private Mechanics {
     isWelded() ? runWelded(t, y, own) : evaluator_.evaluate(t, y, own);
     return own;
   }
+  /// What couples at t.
+  const Couplings& given(double t);
   JointAnswer answer(double t, const double* y) override;
   void forget(bool holds) override;
   bool isWelded() const { return welded_ && effects_.acting() != LoadKind::forces; }

@@ -6,6 +6,18 @@
 
 namespace planar_chain {
 
+namespace {
+
+/// kinds: see coupled_linearized.h. ends: nullptr if the chain has none.
+template <class Scalar, std::size_t kinds>
+std::unique_ptr<CoupledSolve<Scalar>> coupledSolve(const CoupledBodies& bodies, const EndsTangent* ends,
+                                                   const std::vector<ForceTangent>& tangents) {
+  if (ends) return std::make_unique<EndedLinearized<Scalar, kinds>>(bodies, tangents, *ends);
+  return std::make_unique<CoupledLinearized<Scalar, kinds>>(bodies, tangents);
+}
+
+}  // namespace
+
 template <class Scalar>
 ExactSolve::Solver<Scalar> ExactSolve::makeSolver() const {
   Solver<Scalar> solver;
@@ -15,13 +27,12 @@ ExactSolve::Solver<Scalar> ExactSolve::makeSolver() const {
     } else {
       solver.plain.emplace(*solver_.plain);
     }
-  } else if (mechanism_.hasEnds()) {
-    using Ended = EndedLinearized<Scalar, 1>;
-    solver.coupled = std::make_unique<Ended>(coupled_->bodies, tangents_.bodies, coupled_->ends);
-  } else if (tangents_.bodies.empty()) {
-    solver.coupled = std::make_unique<CoupledLinearized<Scalar, 1>>(coupled_->bodies, tangents_.bodies);
   } else {
-    solver.coupled = std::make_unique<CoupledLinearized<Scalar, 3>>(coupled_->bodies, tangents_.bodies);
+    // Behind slides the bodies are counted otherwise than in tangents_: there J lacks these forces.
+    const bool takesForces = !tangents_.bodies.empty() && mechanism_.slides() == 0;
+    const auto make = takesForces ? coupledSolve<Scalar, 3> : coupledSolve<Scalar, 1>;
+    solver.coupled =
+        make(coupled_->bodies, mechanism_.hasEnds() ? &coupled_->ends : nullptr, tangents_.bodies);
   }
   return solver;
 }
@@ -118,10 +129,7 @@ void ExactSolve::linearize(const Evaluation& at, const Couplings& couplings) {
                          tangents_.k.data() + slides, tangents_.d.data() + slides,
                          coupled_->couplings.joints.data() + slides,
                          mechanism_.hasEnds() ? kept.ends.pinAcceleration : kept.ground, kept.ends.tipForce});
-  if (mechanism_.hasEnds()) takeEnds();
-}
-
-void ExactSolve::takeEnds() {
+  if (!mechanism_.hasEnds()) return;
   EndsTangent& ends = coupled_->ends;
   ends.inner = innerEndOf(mechanism_.chain(), coupled_->couplings.joints.data());
   std::copy_n(tangents_.k.begin(), mechanism_.slides(), ends.stiffness.begin());

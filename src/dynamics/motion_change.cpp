@@ -28,8 +28,9 @@ MotionChange::MotionChange(const Mechanism& mechanism)
   joints_.resize(n);
 }
 
-/// The forces and moments, and the motion of the pins on which they depend.
-void MotionChange::nudgeLoads(const Evaluation& at, bool hasForces, const EffectTangents& tangents) {
+/// The bodies, and the forces and moments, which depend on the motion of the pins.
+void MotionChange::nudge(const Evaluation& at, bool hasForces, const Couplings& couplings,
+                         const EffectTangents& tangents) {
   mechanism_.findPinChanges(at.e.data(), at.omega(), turn.data(), speed.data(), mechanism_.size(),
                             pins.data(), pinVelocities.data(), pin, velocity);
   for (std::size_t j = 0; j < e_.size(); ++j) {
@@ -46,13 +47,6 @@ void MotionChange::nudgeLoads(const Evaluation& at, bool hasForces, const Effect
     }
     N_[j] = {at.N[j], dN};
     F_[j] = nudged(hasForces ? at.F[j] : Vec2d{}, dF);
-  }
-}
-
-void MotionChange::nudge(const Evaluation& at, bool hasForces, const Couplings& couplings,
-                         const EffectTangents& tangents) {
-  nudgeLoads(at, hasForces, tangents);
-  for (std::size_t j = 0; j < e_.size(); ++j) {
     e_[j] = planar_chain::turning(at.e[j], turn[j]);
     omega_[j] = {at.omega()[j], speed[j]};
     const Coupling<double>& joint = couplings.joints[j];

@@ -45,7 +45,6 @@ class MotionChange {
  private:
   void nudge(const Evaluation& at, bool hasForces, const Couplings& couplings,
              const EffectTangents& tangents);
-  void nudgeLoads(const Evaluation& at, bool hasForces, const EffectTangents& tangents);
   Tip<Dual> nudgedTip(const Evaluation& at) const;
 
   const Mechanism& mechanism_;
