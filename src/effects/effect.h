@@ -61,7 +61,8 @@ class Mechanics {
  public:
   /// Valid until the next one. The next evaluation of f at the same state is free.
   virtual JointAnswer answer(double t, const double* y) = 0;
-  /// Call it when a joint slides otherwise from now on. holds: or when joints stick or break loose.
+  /// Call it after a joint changes the direction in which it slides; with `holds` after joints stick or break
+  /// loose.
   virtual void forget(bool holds) = 0;
   /// Puts held joints where they are at t, exactly.
   virtual bool hold(double t, double* y) = 0;
