@@ -33,6 +33,8 @@ class Search {
         n_(scene.chain.size()),
         effects_(scene, nullptr, &EffectKind::isInEquilibrium),
         stores_(scene.chain) {
+    if (effects_.anyForces(&Forces::dependOnPlace))
+      throw std::domain_error("forces that depend on place, beside which none is sought");
     effects_.enter(t);
     if (scene.base) baseAngle_ = scene.base->angle.at(t).value;
     // Bodies behind driven joints turn with the body before: one group. Group −1 is the ground.
