@@ -1,4 +1,4 @@
-"""A picture of a fit: measured and fitted angles, residuals, and the ellipse of the two numbers that hang together most."""
+"""A picture of a fit: measured and fitted angles, residuals, and the ellipse of the two numbers with the largest correlation."""
 
 import matplotlib
 matplotlib.use("Agg")
@@ -12,10 +12,10 @@ MOST_RECORDINGS, MOST_JOINTS, MOST_POINTS = 3, 8, 150
 def draw(result, title):
     """A figure. Of many recordings the first few are drawn."""
     columns = min(len(result.recordings), MOST_RECORDINGS)
-    figure = pyplot.figure(figsize=(5.2 * columns + 3.6, 6.0), constrained_layout=True)
+    figure = pyplot.figure(figsize=(2.6 * columns + 2.8, 5.0), constrained_layout=True)
     shown = f", the first {columns} of {len(result.recordings)} recordings" if columns < len(result.recordings) else ""
     figure.suptitle(title + shown)
-    grid = figure.add_gridspec(2, columns + 1, width_ratios=[1.5] * columns + [1], height_ratios=[2, 1])
+    grid = figure.add_gridspec(2, columns + 1, width_ratios=[1] * (columns + 1), height_ratios=[2, 1])
     upper = lower = None
     for k in range(columns):
         recording, angles = result.recordings[k], result.angles[k]
@@ -60,7 +60,7 @@ def ellipse(axes, result):
     axes.plot((x - one.value) / units[0], (y - other.value) / units[1], color=COLOURS[0])
     axes.plot(0, 0, "+", color=COLOURS[0])
     correlation = covariance[0, 1] / (size[0] * size[1])
-    axes.set_title(f"95 % region of the two that hang\ntogether most (correlation {correlation:+.4f})", fontsize="medium")
+    axes.set_title(f"95 % region of the two with the\nlargest correlation ({correlation:+.4f})", fontsize="medium")
     xlabel, ylabel = (f"{found.path}\n(value − {found.value:.5g}) / {unit:g}" for found, unit in zip((one, other), units))
     axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.locator_params(nbins=4)
