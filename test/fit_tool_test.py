@@ -89,7 +89,7 @@ class Tool(InFolder):
                             ("", "expected the columns t, q_arm_joint, got none"),
                             ("t,q_arm_joint\n0,1\n", "expected at least 10 samples, got 1")):
             result = self.run_tool(self.recording("single.yaml"), "--data", self.write("bad.csv", text), "--vary", "links/arm/inertia")
-            self.assertEqual(result.returncode, 2, result.stdout)
+            self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
             self.assertIn(words, result.stderr)
         for arguments, words in ((("--data", self.path("none.csv")), "none.csv: No such file"),
                                  (("--data", self.recording("single_0.csv"), "--plot", "x.txt"), "--plot: expected a name"),
@@ -98,9 +98,15 @@ class Tool(InFolder):
             self.assertEqual(result.returncode, 2)
             self.assertIn(words, result.stderr)
         own = self.write("own.csv", self.CSV)
-        result = self.run_tool(self.recording("single.yaml"), "--data", own, "--vary", "links/arm/inertia", "--output", own)
-        self.assertEqual(result.returncode, 2)
-        self.assertIn("expected a file that is neither a recording nor another output", result.stderr)
+        with open(self.recording("single.yaml"), encoding="utf-8") as file:
+            scene = self.write("own.yaml", file.read())
+        for outputs in (("--output", own), ("--output", scene), ("--output", self.path("x.svg"), "--plot", self.path("./x.svg")),
+                        ("--plot", self.path("x.svg"))):
+            if len(outputs) == 2 and "--plot" in outputs:
+                os.symlink(own, self.path("x.svg"))
+            result = self.run_tool(scene, "--data", own, "--vary", "links/arm/inertia", *outputs)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(f"fit: {outputs[-2]}: expected a file that is not another of the run's, got {outputs[-1]}", result.stderr)
 
     def test_a_fit_that_does_not_converge_keeps_the_best(self):
         # Two evaluations are allowed in the last window, which does not suffice.

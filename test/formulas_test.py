@@ -337,11 +337,11 @@ class Tool(InFolder):
         self.assertIn("expected at most 10 links, got 100", self.tool("rope", "--format", "c", status=2))
         self.assertIn("no_such_scene", self.tool("no_such_scene", "--format", "c", status=2))
         self.assertIn("ends in .m", self.tool("pendulum", "--format", "matlab", "--output", "it.txt", status=2))
-        self.assertIn("No such file", self.tool("pendulum", "--format", "c", "--output", "none/it.c", status=1))
+        self.assertIn("No such file", self.tool("pendulum", "--format", "c", "--output", "none/it.c", status=2))
         with open(self.path("bad.yaml"), "w", encoding="utf-8") as file:
             file.write("chain: [a]\nlinks: {a: {mass: heavy}}\n")
         self.assertIn("links/a/mass: expected", self.tool("bad.yaml", "--format", "c", status=2))
-        self.assertIn("expected another file than the scene", self.tool("bad.yaml", "--format", "c", "--output", "./bad.yaml", status=2))
+        self.assertIn("expected a file that is not another of the run's", self.tool("bad.yaml", "--format", "c", "--output", "./bad.yaml", status=2))
 
     def test_latex(self):
         self.tool("double_pendulum", "--format", "latex", "--output", "it.tex")

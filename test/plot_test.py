@@ -390,6 +390,12 @@ class Plot(InFolder):
         self.assertEqual(self.refused(none), f"plot: {none}: expected a .csv or .bag that can be read, got nothing: No such file or directory\n")
         self.assertIn("--output: expected a file that can be written, got /none/a.png: No such", self.refused(table, "--output", "/none/a.png"))
         self.assertIn("got elbow (did you mean elbow_pin?)", self.refused(table, "--joints", "elbow"))
+        for name in (table, SCENE):
+            picture = self.path(os.path.basename(name) + ".png")
+            os.symlink(name, picture)
+            for strobe in (SCENE, "triple"):
+                self.assertIn("--output: expected a file that is not another of the run's",
+                              self.refused(table, "--strobe", strobe, "--output", picture))
         other = self.path("other.csv")
         for text, fault in (("", "got nothing"), ("a,b\n1,2\n", "got a, b"), ("t,q_a,qd_a,energy\n0,0,0,0\n", "got 1"),
                             ("t,q_a,qd_a,energy\n0,0,x,0\n", "expected 4 numbers, got could not convert string to float: 'x'"),

@@ -120,6 +120,10 @@ class Sweeps(InFolder):
         said = self.sweep("--vary", MASS + "=1,2", "--duration", "1", status=2)
         self.assertRegex(said, "^sweep: --output: expected .*runs.csv.parts to be a sweep's own folder, got notes.txt in it$")
         self.assertTrue(os.path.exists(notes))
+        with open(self.path("other.csv.parts"), "w", encoding="utf-8"):
+            pass
+        said = self.sweep("--vary", MASS + "=1,2", "--duration", "1", status=2, output=("other.csv",))
+        self.assertRegex(said, "^sweep: --output: expected .*other.csv.parts to be a sweep's own folder, got a file$")
 
     def test_a_full_disk_loses_nothing(self):
         arguments = ("--vary", MASS + "=1:2:3000", "--duration", "1", "--instants", "10", "--chunk", "3000")
@@ -137,7 +141,18 @@ class Sweeps(InFolder):
         self.assertRegex(self.sweep(*arguments, output=("runs.csv", "runs.npz")), "first.npz and .*runs.csv and .*runs.npz")
         self.assertEqual(sorted(os.listdir(self.folder)), ["first.npz", "runs.csv", "runs.npz"])
         twice = self.sweep(*arguments, output=("runs.csv", "./first.npz"), status=2)
-        self.assertRegex(twice, "--output: expected each file once, got .*/./first.npz again")
+        self.assertRegex(twice, "--output: expected a file that is not another of the run's, got .*/./first.npz")
+        own = self.path("own.csv")
+        shutil.copy(SCENE, own)
+        for name in ("own.csv", "link.csv"):
+            run = subprocess.run([os.path.join(BIN, "sweep"), own, *arguments[:4], "--overwrite", "--output", self.path(name)],
+                                 stderr=subprocess.PIPE, universal_newlines=True, timeout=LIMIT, check=False)
+            self.assertEqual(run.returncode, 2)
+            self.assertIn("expected a file that is not another of the run's", run.stderr)
+            if name == "own.csv":
+                os.symlink("own.csv", self.path("link.csv"))
+        with open(SCENE, encoding="utf-8") as file:
+            self.assertEqual(self.text("own.csv"), file.read())
 
     def test_damaged_chunks_are_all_named_before_any_run(self):
         arguments = ("--vary", MASS + "=1:2:100", "--duration", "1", "--chunk", "20")
@@ -182,6 +197,7 @@ class Sweeps(InFolder):
                                  (("--vary", MASS + "=1", "--instants", "1000000000"), "--instants, --chunk: expected at most"),
                                  (("--vary", MASS + "=1", "--scheduler", "here"), "--scheduler: expected an address"),
                                  (("--vary", "links/lowr/mass=1"), 'links/lowr/mass: expected a link listed in chain, got "lowr"'),
+                                 (("--vary", "loads/push/force/1=1"), "loads/push/force/1: expected a number of a list that the scene has, got nothing at \"loads/push/force\""),
                                  (("--vary", MASS), "--vary: expected PATH=VALUES"), ((), "--vary: expected at least one"),
                                  (("--vary", MASS + "=1", "--runs", "0"), "--runs: expected a number from 1"),
                                  (("--vary", MASS + "=1", "--duration", "nan"), "--duration: expected")):

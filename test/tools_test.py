@@ -96,7 +96,7 @@ class Tools(InFolder):
     def test_a_scene_says_the_rest(self):
         beside = "links: {rod: {initial: {angle: 0.5}}}\ngravity: [0, 0]\n"
         result = self.simulate("--duration", "1", "--urdf", self.path("robot.urdf"), scene=beside)
-        self.assert_refused(result, self.path("robot.urdf") + ": expected a file that can be read")
+        self.assert_refused(result, self.path("robot.urdf") + ": expected a file that can be read, got nothing: No such file or directory\n")
         with open(self.path("robot.urdf"), "w") as file:
             file.write(ROBOT)
         result = self.simulate("--duration", "1", "--urdf", self.path("robot.urdf"), scene=beside)
@@ -257,6 +257,29 @@ class Tools(InFolder):
         with open(self.path("scene.yaml")) as file:
             self.assertEqual(file.read(), SCENE)
 
+    def test_one_file_is_not_written_twice(self):
+        os.symlink(self.folder, self.path("folder"))
+        os.symlink("x", self.path("link"))  # leads to a file that does not exist yet
+        os.mkdir(self.path("sub"))
+        self.run_tool("equations")  # writes the scene
+        os.link(self.path("scene.yaml"), self.path("twin.yaml"))
+        names = ("x", "./x", self.path("x"), "folder/x", "sub/../x", "link")
+        for one, other in ((one, other) for one in names for other in names):
+            for options in (("--csv", one, "--bag", other), ("--bag", one, "--write-urdf", other)):
+                self.assert_refused(self.run_scene("scene.yaml", "--duration", "1", *options),
+                                    f'{options[2]}: expected a file that is not another of the run\'s, got "{other}"')
+        self.assert_refused(self.run_scene("scene.yaml", "--duration", "1", "--csv", "twin.yaml"), "--csv: expected a file that is not")
+        self.assert_refused(self.run_scene("scene.yaml", "--duration", "1", "--commands", "x", "--bag", "link"), "--bag: expected a file that is not")
+        self.assertEqual(sorted(os.listdir(self.folder)), ["folder", "link", "scene.yaml", "sub", "twin.yaml"])
+        self.assertEqual(self.run_scene("scene.yaml", "--duration", "1", "--csv", "/dev/null", "--write-urdf", "/dev/null").returncode, 0)
+
+    def test_a_limit_of_file_size_ends_the_run_in_words(self):
+        self.run_tool("equations")  # writes the scene
+        for option, out in (("--csv", "out.csv"), ("--bag", "out.bag")):
+            run = subprocess.run(["bash", "-c", f"ulimit -f 8; exec {BIN}/simulate scene.yaml --duration 100 {option} {out}"],
+                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=60, cwd=self.folder)
+            self.assertEqual((run.returncode, run.stderr), (1, f"simulate: cannot write {out}: File too large\n"))
+
     @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
     def test_a_full_disk_fails_the_run(self):
         result = self.run_tool("simulate", "--duration", "0.1", "--csv", "/dev/full")
@@ -414,6 +437,18 @@ class Tools(InFolder):
         for key in ("command_delay: 0.01", "motor: {time_constant: 0.1}"):
             told = self.run_tool("equations", "--linearize", scene=rod.replace("}}", ", joint: {" + key + "}}}"))
             self.assertIn("A and B have no motors and no command delays", told.stderr)
+
+    def test_what_is_not_finite_is_not_printed(self):
+        rod = f"chain: [l]\nlinks: {{l: {ROD}}}\n"
+        bent = ("--q", "0.3,0.4")
+        for scene, arguments, what in ((rod, ("--qd", "1e160", "--linearize"), "numbers of A"),
+                                       (rod, ("--qd", "1e160", "--linearize", "--json"), "numbers of A"),
+                                       (SCENE, (*bent, "--qd", "1e160,1", "--json"), "numbers of f"),
+                                       (SCENE, (*bent, "--qd", "1e308,1e308"), "numbers of A_1"),
+                                       (SCENE, (*bent, "--inverse", "--qdd", "1e308,1e308", "--json"), "torques")):
+            result = self.run_tool("equations", *arguments, scene=scene)
+            self.assertEqual((result.returncode, result.stdout, result.stderr),
+                             (1, "", f"equations: the {what} are not finite: the numbers are too large\n"))
 
     def test_the_state_is_the_scenes_unless_given(self):
         at = self.equations(scene=SCENE.replace("pin: [1, 0]}", "pin: [1, 0], initial: {angle: 0.2}}", 1))

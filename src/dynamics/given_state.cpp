@@ -119,9 +119,9 @@ void requireFewLinks(const Scene& scene) {
       {{"chain", "at most 1000 links, for the matrices are dense", std::to_string(scene.chain.size())}});
 }
 
-void requireFinite(const char* what, const Eigen::MatrixXd& numbers) {
+void requireFinite(const std::string& what, const Eigen::MatrixXd& numbers) {
   if (numbers.allFinite()) return;
-  throw std::overflow_error(std::string("the ") + what + " are not finite: the numbers are too large");
+  throw std::overflow_error("the " + what + " are not finite: the numbers are too large");
 }
 
 }  // namespace planar_chain

@@ -42,6 +42,6 @@ std::string movedWords(const char* before, const Chain& chain, const double* fro
 void requireFewLinks(const Scene& scene);
 
 /// @throws std::overflow_error unless all numbers are finite. what: such as "accelerations"
-void requireFinite(const char* what, const Eigen::MatrixXd& numbers);
+void requireFinite(const std::string& what, const Eigen::MatrixXd& numbers);
 
 }  // namespace planar_chain

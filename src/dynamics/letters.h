@@ -3,7 +3,11 @@
 /// The matrices of the equations at one state, with the letters of the notes: names that tools print.
 
 #include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
 
+#include "dynamics/given_state.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
 
@@ -42,6 +46,18 @@ void showAll(const ActiveForces& active, const Kane& at, const std::optional<Lin
        isClosed ? "= [0; dqdd/dtau] while the tip is held, where dtau is additional torque in the joints, N m"
                 : "= [0; M^-1], where dtau is additional torque in the joints, N m",
        near->B);
+}
+
+/// @throws std::overflow_error naming the first letter of showAll() that has a number which is not finite
+inline void requireFinite(const ActiveForces& active, const Kane& at,
+                          const std::optional<LinearModel>& near) {
+  showAll(active, at, near, [](const std::string& letter, const char*, const auto& value) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::vector<Eigen::Matrix2d>>) {
+      for (const Eigen::Matrix2d& each : value) requireFinite("numbers of " + letter, each);
+    } else {
+      requireFinite("numbers of " + letter, value);
+    }
+  });
 }
 
 }  // namespace planar_chain

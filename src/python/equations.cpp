@@ -50,7 +50,7 @@ py::dict equationsAt(const Scene& scene, double t, const Eigen::VectorXd& q, con
     Kane found = kane(scene.chain, q, qd, forces);
     return std::pair(std::move(forces), std::move(found));
   });
-  requireFinite("accelerations", equations.qdd);
+  requireFinite(active, equations, std::nullopt);
   py::dict all;
   showAll(active, equations, std::nullopt,
           [&](const char* letter, const char*, const auto& value) { all[letter] = toArray(value); });
@@ -91,8 +91,8 @@ void bindEquations(py::module& module) {
       scene, q, qd, t, R"(Returns the matrices of M q̈ = f at the angles q (rad), rates qd (rad/s), time t (s).
 
 By default at the first state of the scene, with driven joints where their laws have them at t. Raises Refused
-for other states of driven joints and for numbers that are not finite, OverflowError if q̈ is not. The dict has the letters that `equations --json` prints; the
-theory explains them:
+for other states of driven joints and for numbers that are not finite, OverflowError if
+one of the results is not. The dict has the letters that `equations --json` prints; the theory explains them:
 
     q, qd, qdd, tau, M_ext, f_ext, f    n        F            2n
     S                                   n×2×2    V_pd, A_1, A_2   n×2n

@@ -196,7 +196,7 @@ int stability(const Arguments& given) {
   const bool quick = given.has("quick");
   if (const auto path = given.text("csv")) {
     std::vector<Fault> faults;
-    checkOutput("--csv", *path, {}, faults);
+    checkOutputs(given, {"csv"}, {}, faults);
     if (!faults.empty() || !std::freopen(path->c_str(), "w", stdout)) throw Refused(faults);
   }
   std::cout << "family,value,links,method,largest_stable_s,unstable_s,how,predicted_s,largest_eigenvalue,"

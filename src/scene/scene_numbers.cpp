@@ -16,6 +16,10 @@ void changeAt(Value& at, const std::string& path, const Change& change, std::siz
   if (from > path.size()) return change(at);
   const std::string key = path.substr(from, path.find('/', from) - from);
   const auto below = [&](Value& value) { changeAt(value, path, change, from + key.size() + 1); };
+  if (at.isNull() && numberIn(key)) {
+    const std::string list = path.substr(0, from - 1);
+    throw Refused({{path, "a number of a list that the scene has", "nothing at " + quoted(list)}});
+  }
   if (at.isNull()) at = Value::Map{};
   if (Value::Map* map = at.map()) return below((*map)[key]);
   Value::List* list = at.list();

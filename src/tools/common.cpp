@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <stdexcept>
@@ -47,6 +48,7 @@ constexpr const char* urdfMeaning =
 }  // namespace
 
 int run(const Tool& tool, int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file at the limit of its size is an error in words
   try {
     constexpr unsigned width = 110;
     po::options_description options(std::string(tool.about) + "\nUsage: " + tool.name + " [OPTIONS] " +
@@ -104,25 +106,36 @@ std::string loadText(const std::string& path) {
   return text;
 }
 
-void checkOutput(const std::string& option, const std::string& path,
-                 const std::vector<std::optional<std::string>>& others, std::vector<Fault>& faults) {
+std::string scenePath(const Arguments& given) {
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
+  const auto scene = given.text("SCENE");
+  return scene ? findScene(*scene, program.parent_path() / "../../share") : "";
+}
+
+void checkOutputs(const Arguments& given, const std::vector<std::string>& options,
+                  const std::vector<std::string>& inputs, std::vector<Fault>& faults) {
   namespace fs = std::filesystem;
   std::error_code none;
-  const auto isSame = [&](const std::optional<std::string>& other) {
-    return other && (fs::equivalent(path, *other, none) ||
-                     fs::weakly_canonical(path, none) == fs::weakly_canonical(*other, none));
-  };
-  if (std::any_of(others.begin(), others.end(), isSame)) {
-    faults.push_back({option, "a file that is not another of the run's", quoted(path)});
-    return;
+  std::vector<fs::path> taken(inputs.begin(), inputs.end()), made;
+  for (const std::string& option : options) {
+    const std::optional<std::string> path = given.text(option);
+    if (!path) continue;
+    const bool isNew = !fs::exists(*path, none);
+    if (!std::ofstream(*path, std::ios::app)) {
+      const std::string why = std::strerror(errno);
+      faults.push_back({"--" + option, "a file that can be written", quoted(*path) + ": " + why});
+      continue;
+    }
+    // It exists now, so that one file is found under two names.
+    const fs::path file = fs::canonical(*path, none);
+    const auto isSame = [&](const fs::path& other) { return fs::equivalent(file, other, none); };
+    if (fs::is_regular_file(file, none) && std::any_of(taken.begin(), taken.end(), isSame)) {
+      faults.push_back({"--" + option, "a file that is not another of the run's", quoted(*path)});
+    }
+    taken.push_back(file);
+    if (isNew) made.push_back(file);
   }
-  const bool isNew = !fs::exists(path, none);
-  if (!std::ofstream(path, std::ios::app)) {
-    const std::string why = std::strerror(errno);
-    faults.push_back({option, "a file that can be written", quoted(path) + ": " + why});
-  } else if (isNew) {
-    fs::remove(path, none);
-  }
+  for (const fs::path& file : made) fs::remove(file, none);
 }
 
 namespace {
@@ -155,8 +168,7 @@ Scene readScene(const Arguments& given, const std::function<void(Value&)>& amend
   const auto file = given.text("SCENE"), urdf = given.text("urdf");
   try {
     if (!file && !urdf) throw Refused({{"SCENE", "a scene file, or --urdf with a robot", "neither"}});
-    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
-    const std::string path = file ? findScene(*file, program.parent_path() / "../../share") : "";
+    const std::string path = scenePath(given);
     const std::string text = file ? loadText(path) : "{}";
     const std::string robot = urdf ? loadText(*urdf) : "";
     requireScene(path, text);

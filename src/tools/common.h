@@ -61,9 +61,14 @@ int run(const Tool& tool, int argc, char** argv);
 /// @throws Refused if the file cannot be read
 std::string loadText(const std::string& path);
 
-/// Records a fault if the file `path` cannot be written or is one of `others`. Changes no file.
-void checkOutput(const std::string& option, const std::string& path,
-                 const std::vector<std::optional<std::string>>& others, std::vector<Fault>& faults);
+/// The file of SCENE: a path, or the name of a scene that ships. Empty without SCENE.
+/// @throws Refused if there is none
+std::string scenePath(const Arguments& given);
+
+/// Records a fault for each of these options whose file cannot be written, or is by any name one of `inputs`
+/// or of another option. Devices and pipes may be given twice. Changes no file.
+void checkOutputs(const Arguments& given, const std::vector<std::string>& options,
+                  const std::vector<std::string>& inputs, std::vector<Fault>& faults);
 
 /// Reads the scene, with --urdf as robot_description. `faults` are those of the arguments; they are reported
 /// together with the scene's. `amend` may change the tree before it is read. Prints the scene's notes to

@@ -255,20 +255,20 @@ int equations(const Arguments& given) {
   if (given.has("inverse")) {
     const Eigen::VectorXd qdd = givenQdd.value_or(Eigen::VectorXd::Zero(q.size()));
     const Eigen::VectorXd tau = inverseDynamics(scene, t, q, qd, qdd);
-    printInverse(t, q, qd, qdd, tau, given.has("json"));
     requireFinite("torques", tau);
+    printInverse(t, q, qd, qdd, tau, given.has("json"));
     return done;
   }
   const ActiveForces active = activeForces(scene, t, q, qd);
   const Kane at = kane(scene.chain, q, qd, active);
   std::optional<LinearModel> near;
   if (given.has("linearize")) near = linearized(scene, t, q, qd);
+  requireFinite(active, at, near);
   if (given.has("json")) {
     printJson(t, active, at, near);
   } else {
     printText(scene.chain, t, active, at, near);
   }
-  requireFinite("accelerations", at.qdd);
   return done;
 }
 

@@ -21,6 +21,7 @@ import os
 import sys
 import warnings
 
+from files import BadOutput, require_outputs, scene_file, words_of
 try:
     from planar_chain import BadFit, Failed, Refused, Scene, fit
     from planar_chain.fitting.report import as_json, as_text
@@ -72,27 +73,14 @@ def scene_text(path, is_needed):
     """The text of the scene's file, for --output."""
     if not is_needed:
         return None
-    share = os.path.join(os.path.dirname(os.path.abspath(sys.modules["planar_chain"].__file__)), "../../../../share/planar_chain")
-    shipped = [os.path.join(folder, f"{path}.yaml") for folder in (os.path.join(share, "config/scenes"),)]
-    for name in [path, *shipped]:
-        if os.path.isfile(name):
-            with open(name, encoding="utf-8") as file:
-                return file.read()
-    raise BadFit(f"--output: expected the file of a scene, got {path}")
+    with open(scene_file(path), encoding="utf-8") as file:
+        return file.read()
 
 
-def require_outputs(given):
+def check_outputs(given):
     if given.plot is not None and os.path.splitext(given.plot)[1] not in PICTURES:
         raise BadFit(f"--plot: expected a name that ends in {', '.join(PICTURES)}, got {given.plot}")
-    for name in (given.output, given.plot):
-        folder = os.path.dirname(name or "") or "."
-        if name is not None and (os.path.isdir(name) or not os.access(folder, os.W_OK)):
-            raise BadFit(f"expected the name of a file that can be written, got {name}")
-    taken = {os.path.realpath(name) for name in (*given.data, *given.predict)}
-    for name in filter(None, (given.output, given.plot)):
-        if os.path.realpath(name) in taken:
-            raise BadFit(f"expected a file that is neither a recording nor another output, got {name}")
-        taken.add(os.path.realpath(name))
+    require_outputs([("--output", given.output), ("--plot", given.plot)], [scene_file(given.scene), *given.data, *given.predict])
 
 
 def show_progress(window, error, calls):
@@ -118,7 +106,7 @@ def write_all(given, result, text):
 
 
 def run(given):
-    require_outputs(given)
+    check_outputs(given)
     try:
         text = scene_text(given.scene, given.output is not None)
         scene = scene_of(given.scene)
@@ -126,7 +114,7 @@ def run(given):
                      node=given.node, many_turns=given.many_turns, pieces=given.pieces, windows=windows_of(given.windows),
                      progress=show_progress)
     except OSError as problem:
-        raise BadFit(f"{problem.filename}: {problem.strerror}" if problem.filename else problem) from problem
+        raise BadFit(words_of(problem)) from problem
     if sys.stderr.isatty():
         sys.stderr.write("\r\033[K")
     print(json.dumps(as_json(result), indent=1) if given.json else as_text(result))
@@ -149,14 +137,14 @@ def main():
     given = arguments()
     try:
         return run(given)
-    except (BadFit, Refused) as problem:
+    except (BadFit, BadOutput, Refused) as problem:
         say(problem)
         return 2
     except KeyboardInterrupt:
         say("interrupted before the first result")
         return 130
     except (Failed, OSError, MemoryError) as problem:
-        say(problem)
+        say(words_of(problem))
         return 1
 
 

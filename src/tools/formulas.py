@@ -16,6 +16,7 @@ HERE = pathlib.Path(sys.argv[0]).absolute().parent
 sys.path.append(str(HERE.parent / "python3" / "dist-packages"))  # where the module is, without an environment of ROS too
 
 # pylint: disable=wrong-import-position
+from files import BadOutput, require_outputs, scene_file, words_of
 try:
     from planar_chain import NoFormula, Refused, Scene, formulas
     from planar_chain.symbolic.code import name_from
@@ -83,11 +84,10 @@ def main():
     try:
         if given.format == "matlab" and given.output and name_from(pathlib.Path(given.output).stem) + ".m" != os.path.basename(given.output):
             raise NoFormula(f"--output: expected a function's name that ends in .m, as MATLAB does, got {given.output}")
-        if given.output and os.path.realpath(given.output) == os.path.realpath(given.scene):
-            raise NoFormula(f"--output: expected another file than the scene, got {given.output}")
+        require_outputs([("--output", given.output)], [scene_file(given.scene)])
         text = text_of(given)
-    except (NoFormula, OSError, Refused, UnicodeDecodeError) as problem:
-        print(f"formulas: {problem}", file=sys.stderr)
+    except (BadOutput, NoFormula, OSError, Refused, UnicodeDecodeError) as problem:
+        print(f"formulas: {words_of(problem)}", file=sys.stderr)
         return 2
     try:
         if given.output:
@@ -97,7 +97,7 @@ def main():
         sys.stdout.write(text)
         sys.stdout.flush()
     except OSError as problem:
-        print(f"formulas: {problem}", file=sys.stderr)
+        print(f"formulas: {words_of(problem)}", file=sys.stderr)
         return 1
     return 0
 

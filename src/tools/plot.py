@@ -19,6 +19,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
 from bags import ENDINGS, why_unread
 from chain import NoChain, read_chain  # noqa: E402
+from files import BadOutput, require_outputs, scene_file, words_of  # noqa: E402
 from plot_panels import STILL, panels, units  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
 from plot_strobe import Links, draw_strobe  # noqa: E402
@@ -347,6 +348,7 @@ def main():
         if os.path.splitext(output)[1] not in (".png", ".svg", ".pdf"):
             raise Refused(f"--output: expected a name that ends in .png, .svg or .pdf, got {output}")
         require_file(given.file)
+        require_outputs([("--output", output)], [given.file, *map(scene_file, filter(None, (given.scene, given.strobe)))])
         motion = read_bag(given.file, given.node) if given.file.endswith(ENDINGS) else read_csv(given.file)
         columns = chosen(motion, given.joints)
         if given.scene:
@@ -364,12 +366,9 @@ def main():
         figure = (draw_runs(motion, columns, title, given.wrap, COLOURS[0]) if is_sweep
                   else strobe(motion, given.strobe, given.at, given.apart) if given.strobe
                   else draw(motion, columns, title, given.wrap))
-        try:
-            figure.savefig(output, dpi=130)
-        except OSError as problem:
-            raise Refused(f"--output: expected a file that can be written, got {output}: {problem.strerror}") from problem
-    except (NoChain, Refused, OSError, UnicodeDecodeError) as problem:
-        print(f"plot: {problem}", file=sys.stderr)
+        figure.savefig(output, dpi=130)
+    except (BadOutput, NoChain, Refused, OSError, UnicodeDecodeError) as problem:
+        print(f"plot: {words_of(problem)}", file=sys.stderr)
         return 2
     try:
         os.write(sys.stdout.fileno(), f"written to {output}\n".encode())

@@ -149,13 +149,13 @@ void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
   if (given.has("views") && !given.has("bag")) {
     faults.push_back({"--views", "--bag, which they are written to", "none"});
   }
-  std::vector<std::optional<std::string>> others{given.text("SCENE"), given.text("urdf"),
-                                                 given.text("commands")};
-  for (const char* option : {"csv", "bag", "write-urdf"}) {
-    const std::optional<std::string> path = given.text(option);
-    if (path) checkOutput(std::string("--") + option, *path, others, faults);
-    others.push_back(path);
+  std::vector<std::string> inputs;
+  for (const char* option : {"urdf", "commands"}) inputs.push_back(given.text(option).value_or(""));
+  try {
+    inputs.push_back(scenePath(given));
+  } catch (const Refused&) {  // readScene() says so
   }
+  checkOutputs(given, {"csv", "bag", "write-urdf"}, inputs, faults);
 }
 
 // ---- Signals ---------------------------------------------------------------------------------
@@ -357,7 +357,7 @@ int main(int argc, char** argv) {
         {"step", "Step of fixed-step methods, s, in place of the scene's"},
         {"most-steps",
          "Ends the run with status 1 after so many steps (default: a million for each second so far, and at "
-         "least a million; none for methods of fixed step)"},
+         "least a million; for methods of fixed step, besides those that --step asks for)"},
         {"csv", "File to write: t, q and qd of every joint, energy"},
         {"bag", "Bag to write: the messages of the node, and /clock; the first tick is stamped 1/rate"},
         {"views", "Also writes the markers of rviz and base_wrench to the bag", false},

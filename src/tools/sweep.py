@@ -19,6 +19,7 @@ import os
 import re
 import sys
 
+from files import BadOutput, require_apart, scene_file, words_of
 try:
     import numpy as np
 
@@ -100,10 +101,7 @@ def sweep_from(given):
     for path in given.output:
         if os.path.splitext(path)[1] not in WRITERS or os.path.isdir(path):
             raise BadSweep(f"--output: expected names of files that end in .csv or .npz, got {path}")
-    files = [os.path.realpath(path) for path in given.output]
-    for k, path in enumerate(given.output):
-        if files[k] in files[:k]:
-            raise BadSweep(f"--output: expected each file once, got {path} again")
+    require_apart([("--output", path) for path in given.output], [scene_file(given.scene)])
     if given.scheduler is not None and not re.fullmatch(r"([a-z]+://)?[^\s/]+:\d+", given.scheduler):
         raise BadSweep(f"--scheduler: expected an address such as tcp://host:8786, got {given.scheduler!r}")
     for name, fits, expected in (("seed", given.seed >= 0, "a number >= 0"),
@@ -117,7 +115,7 @@ def sweep_from(given):
     try:
         scene = Scene.from_file(given.scene)
     except OSError as problem:
-        raise BadSweep(problem) from problem
+        raise BadSweep(words_of(problem)) from problem
     paths, values = table_of([varied_from(text) for text in given.vary], given.runs, given.seed)
     kept = given.instants * min(given.chunk, len(values)) * 2 * len(scene)
     if kept > MOST_NUMBERS:
@@ -153,14 +151,14 @@ def main():
     logging.disable(logging.CRITICAL)  # of Dask: say() tells why a sweep ends
     try:
         return run(given, progress)
-    except (BadSweep, Refused) as problem:
+    except (BadOutput, BadSweep, Refused) as problem:
         say(problem)
         return 2
     except KeyboardInterrupt:
         say("interrupted" + so_far(progress))
         return 130
     except (SweepFailed, OSError, MemoryError) as problem:
-        say(f"{problem}{so_far(progress)}")
+        say(f"{words_of(problem)}{so_far(progress)}")
         return 1
 
 

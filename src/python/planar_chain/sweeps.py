@@ -150,7 +150,10 @@ class Sweep:
         for name in os.listdir(self.folder) if os.path.isdir(self.folder) else []:
             if not re.fullmatch(r"lock|(sweep\.json|\d{9}\.npz)(\.partial)?", name):
                 raise BadSweep(f"--output: expected {self.folder} to be a sweep's own folder, got {name} in it")
-        os.makedirs(self.folder, exist_ok=True)
+        try:
+            os.makedirs(self.folder, exist_ok=True)
+        except FileExistsError:
+            raise BadSweep(f"--output: expected {self.folder} to be a sweep's own folder, got a file") from None
         name = os.path.join(self.folder, "lock")
         lock = open(name, "a", encoding="utf-8")  # pylint: disable=consider-using-with
         try:

@@ -1,0 +1,55 @@
+"""The files of a tool: which it reads and writes, and why it cannot."""
+
+import os
+import pathlib
+import sys
+
+SHIPPED = pathlib.Path(sys.argv[0]).absolute().parent / "../../share/planar_chain/config/scenes"
+
+
+class BadOutput(ValueError):
+    """Which option, what was expected, what was found."""
+
+
+def words_of(problem):
+    """An error of the system without its number."""
+    is_of_file = isinstance(problem, OSError) and problem.filename is not None
+    return f"{os.fsdecode(problem.filename)}: {problem.strerror}" if is_of_file else str(problem)
+
+
+def scene_file(scene):
+    """The file of a scene that is given by its path, or by the name of one that ships."""
+    shipped = SHIPPED / f"{scene}.yaml"
+    return str(shipped) if not os.path.exists(scene) and shipped.exists() else scene
+
+
+def is_same(path, other):
+    """Devices and pipes may be given twice."""
+    try:
+        return os.path.samefile(path, other) and os.path.isfile(path)
+    except OSError:  # one of them does not exist yet
+        return os.path.realpath(path) == os.path.realpath(other)
+
+
+def require_apart(outputs, inputs):
+    """outputs: (option, path or None) of each. Raises BadOutput if one is, by any name, an input or another output."""
+    taken = [path for path in inputs if path]
+    for option, path in outputs:
+        if path and any(is_same(path, other) for other in taken):
+            raise BadOutput(f"{option}: expected a file that is not another of the run's, got {path}")
+        taken += [path] if path else []
+
+
+def require_outputs(outputs, inputs):
+    """As require_apart(). Also raises BadOutput if one cannot be written. Changes no file."""
+    require_apart(outputs, inputs)
+    for option, path in outputs:
+        is_new = path and not os.path.exists(path)
+        try:
+            if path:
+                with open(path, "ab"):
+                    pass
+        except OSError as problem:
+            raise BadOutput(f"{option}: expected a file that can be written, got {path}: {problem.strerror}") from problem
+        if is_new:
+            os.remove(os.path.realpath(path))
