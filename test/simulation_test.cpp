@@ -13,7 +13,9 @@
 #include "lanes/kernel.h"
 #include "ode/methods.h"
 #include "planar_chain/kane.h"
+#include "planar_chain/scene_reader.h"
 #include "random_scene.h"
+#include "run/step_budget.h"
 
 // Every allocation of this program, by new or by Eigen's malloc, is counted; but for a sanitized build, where
 // malloc belongs to the sanitizer.
@@ -250,6 +252,30 @@ TEST(Auto, LosesLittleByTrials) {
     EXPECT_LT(static_cast<double>(chosen.evaluations), 1.06 * static_cast<double>(best.evaluations));
     EXPECT_LT(static_cast<double>(chosen.steps), 1.06 * static_cast<double>(best.steps));
   }
+}
+
+// A step of 1e-4 s far beyond stiff stops errs wildly. Interpolation for the first switch within it shortened
+// the bracket by roundings, 1e13 times.
+TEST(StepBudget, IsAskedSoonWhateverAStepErrs) {
+  const Scene scene = readSceneText(
+      "chain: [a, b]\n"
+      "links:\n"
+      "  a: &rod {mass: 1e-3, inertia: 1e-12, com: [0.001, 0], pin: [0.002, 0], initial: {angle: 1e4},\n"
+      "           joint: {upper: 0.1, stop_stiffness: 1e6, friction: 1e-3}}\n"
+      "  b: *rod\n"
+      "integrator: {method: ros34pw2_fixed, step: 1e-4}\n");
+  Simulation simulation(scene);
+  constexpr long long enough = 20000, withinOneCall = 32 * 100;
+  const auto made = [&] { return simulation.statistics().steps + simulation.statistics().rejected; };
+  simulation.advanceTo(1, [&] { return made() < enough; });
+  EXPECT_GE(made(), enough);
+  EXPECT_LT(made(), enough + 2 * withinOneCall);
+}
+
+TEST(StepBudget, LeavesOutTheStepsThatTheUserHasChosen) {
+  EXPECT_EQ(StepBudget::usual({"auto", 1e-6, 1e-3}, 0.1), 1'000'000);
+  EXPECT_EQ(StepBudget::usual({"dopri5", 1e-6, 1e-3}, 3), 3'000'000);
+  EXPECT_EQ(StepBudget::usual({"rk4", 1e-6, 0x1p-20}, 4), 4'000'000 + (1 << 22));
 }
 
 TEST(Simulation, RoundingOfAStiffSpringDoesNotStarveTheStep) {

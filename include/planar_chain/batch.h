@@ -22,8 +22,8 @@ struct BatchOptions {
   int threads = 0;  ///< 0: one per core
   /// Runs at a time in a thread, at most. 0: as many as the CPU can; 1: every run is a Simulation of its own.
   int lanes = 0;
-  /// Steps of one run, at most; more fail. Absent: a million for each second, and at least a million, but
-  /// without limit for a method of fixed step.
+  /// Steps of one run, at most; more fail. Absent: a million for each second, and at least a million, for
+  /// a method of fixed step besides the chosen ones.
   std::optional<long long> mostSteps{};
   /// If given, it is called about ten times a second from the calling thread, with the number of runs that
   /// have ended. Cancels the batch by returning false.

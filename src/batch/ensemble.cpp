@@ -59,7 +59,7 @@ const simd::Kernel* Ensemble::kernelFor(const Scene& scene, int mostLanes) {
 Ensemble::Ensemble(const Scene& like, Runs& runs, const simd::Kernel& kernel)
     : runs_(runs),
       settings_(like.integrator),
-      mostSteps_(runs.mostSteps ? runs.mostSteps : StepBudget::usual(settings_, runs.duration())),
+      mostSteps_(runs.mostSteps ? *runs.mostSteps : StepBudget::usual(settings_, runs.duration())),
       kernel_(kernel),
       run_(kernel_.ensemble[std::min(n_, 3) - 1]),
       order_(ode::Taylor::orderFor(settings_.tolerance)),
@@ -236,7 +236,7 @@ bool Ensemble::isHopeless(std::size_t lane) {
   constexpr double leastTurned = 0.01;  // rad a step
   Lane& of = lanes_[lane];
   const double h = h_[lane];
-  if (mostSteps_ && of.steps >= *mostSteps_) return true;
+  if (of.steps >= mostSteps_) return true;
   if (!(h > 4 * std::numeric_limits<double>::epsilon() * std::max(1.0, of.t))) return true;
 
   double rate = 0, acceleration = 0, theta = 0;

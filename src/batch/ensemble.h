@@ -65,7 +65,7 @@ class Ensemble {
 
   Runs& runs_;
   const IntegratorSettings settings_;
-  const std::optional<long long> mostSteps_;  ///< of a run
+  const long long mostSteps_;  ///< of a run
   const int n_ = runs_.n;
   const simd::Kernel& kernel_;
   const simd::EnsembleKernel& run_;

@@ -286,10 +286,14 @@ class LandingOnSwitches : public Integrator {
     const double narrow = this->narrow(state);
     constexpr double leastShare = 1. / 64;
     bool isSecant = false;
+    constexpr int most = 40;  // where steps err wildly, other points may shorten the bracket by roundings
+    int tried = 0;
     for (double width; (width = std::abs(last.t - opposite.t)) > narrow;) {
       // Choose the next point, but not too near the ends. Secants alone would shorten one side only.
       double margin = narrow / 2 / width, share = 0.5;
-      if (const std::optional<double> found = shareToZero(last, opposite, before)) {
+      if (++tried > most) {
+        margin = 0.5;
+      } else if (const std::optional<double> found = shareToZero(last, opposite, before)) {
         share = *found;
       } else if ((isSecant = !isSecant)) {
         share = last.due / (last.due - opposite.due);

@@ -24,10 +24,10 @@ std::size_t largest(const std::vector<double>& values) {
 
 }  // namespace
 
-std::optional<long long> StepBudget::usual(const IntegratorSettings& settings, double span) {
+long long StepBudget::usual(const IntegratorSettings& settings, double span) {
   constexpr double perSecond = 1e6, most = 1e18;
-  if (ode::hasFixedStep(settings.method)) return std::nullopt;
-  return static_cast<long long>(std::min(perSecond * std::max(span, 1.0), most));
+  const double chosen = ode::hasFixedStep(settings.method) ? span / settings.step : 0;
+  return static_cast<long long>(std::min(chosen + perSecond * std::max(span, 1.0), most));
 }
 
 StepBudget::StepBudget(Simulation& simulation, double end, std::optional<long long> most)
@@ -41,8 +41,8 @@ long long StepBudget::made() const {
   return stepsOf(simulation_) - before_;
 }
 
-std::optional<long long> StepBudget::most() const {
-  return most_ ? most_ : usual(simulation_.scene().integrator, simulation_.time() - begin_);
+long long StepBudget::most() const {
+  return most_ ? *most_ : usual(simulation_.scene().integrator, simulation_.time() - begin_);
 }
 
 std::string StepBudget::reason() const {
@@ -57,8 +57,7 @@ std::string StepBudget::reason() const {
   std::string why = text + joints[fastest].name;
   std::snprintf(text, sizeof text, " is %.3g rad/s, the torque in ", qd[fastest]);
   why += text + joints[strongest].name;
-  std::snprintf(text, sizeof text, " %.3g N m; expected at most %lld steps", tau[strongest],
-                most().value_or(0));
+  std::snprintf(text, sizeof text, " %.3g N m; expected at most %lld steps", tau[strongest], most());
   return why + text;
 }
 

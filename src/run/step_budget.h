@@ -13,9 +13,9 @@ namespace planar_chain {
 
 class StepBudget {
  public:
-  /// The usual limit for `span` s of simulated time: a million steps for each second, and at least a million.
-  /// There is none for a method of fixed step, whose steps the user has chosen.
-  static std::optional<long long> usual(const IntegratorSettings& settings, double span);
+  /// The usual limit for `span` s of simulated time: a million steps for each second, and at least a million;
+  /// for a method of fixed step, besides the steps that its user has chosen.
+  static long long usual(const IntegratorSettings& settings, double span);
 
   /// Counts the steps of the simulation, accepted and rejected, from now on. It must outlive this object.
   /// most: > 0; absent: the usual limit for the time that has passed since now. So a run that needs more ends
@@ -23,10 +23,7 @@ class StepBudget {
   StepBudget(Simulation& simulation, double end, std::optional<long long> most);
 
   /// True while Simulation::advanceTo() may continue.
-  bool isLeft() const {
-    const std::optional<long long> most = this->most();
-    return !most || made() < *most;
-  }
+  bool isLeft() const { return made() < most(); }
 
   /// Returns why the run stops: the steps, the time, the fastest joint and the largest torque in a joint.
   /// It evaluates the dynamics. Allocates.
@@ -34,7 +31,7 @@ class StepBudget {
 
  private:
   long long made() const;
-  std::optional<long long> most() const;
+  long long most() const;
 
   Simulation& simulation_;
   double begin_, end_;
