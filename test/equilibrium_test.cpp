@@ -34,6 +34,19 @@ TEST(Equilibrium, OfASearchThatGaveUpThereMayBeOne) {
   EXPECT_NEAR(found[1], 0, 1e-12);
 }
 
+TEST(Equilibrium, IsFoundFromFarBeyondALimit) {
+  for (const char* const holds : {"lower: -0.1, upper: 0.1", "stiffness: 100, rest_angle: 0.1"}) {
+    const std::string rod =
+        ": {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0], joint: {" + std::string(holds) + "}}\n";
+    const Scene scene = readSceneText("chain: [a, b]\nlinks:\n  a" + rod + "  b" + rod);
+    const std::vector<double> near = equilibriumOf(scene, 0, {0, 0});
+    for (const double far : {1e6, -1e6, 30.}) {
+      const std::vector<double> found = equilibriumOf(scene, 0, {far, -far});
+      for (const std::size_t j : {0, 1}) EXPECT_NEAR(found[j], near[j], 1e-9) << holds << " from " << far;
+    }
+  }
+}
+
 TEST(Equilibrium, OfAnEnergyWithoutAMinimumThereIsNone) {
   const Scene scene = rods("gravity: [0, 0]\nloads: {motor: {joint: b_joint, torque: 1}}\n");
   try {

@@ -259,6 +259,12 @@ class Bad(unittest.TestCase):
         self.refused("sample 5: expected a finite time", PENDULUM, self.changed(t=np.where(t == t[5], np.nan, t)), com)
         self.refused(["sample 7: expected a time after", "repeated"], PENDULUM, self.changed(t=np.where(t == t[7], t[6], t)), com)
         self.refused(["sample 7", "unsorted"], PENDULUM, self.changed(t=np.where(t == t[7], t[4], t)), com)
+        masked = np.ma.array(q, mask=t[:, None] == t[5])
+        for given in (masked, list(masked)):
+            self.refused("expected an array of numbers as q, got a masked array (filled(numpy.nan)", PENDULUM, self.changed(q=given), com)
+        self.refused("expected an array of numbers as t, got a masked array", PENDULUM, self.changed(t=np.ma.array(t)), com)
+        self.refused("expected an array of numbers as q, got complex ones", PENDULUM, self.changed(q=q + 1j), com)
+        self.refused("expected an array of numbers as q, got could not convert", PENDULUM, self.changed(q=[["a"]] * len(q)), com)
         self.refused("201 x 1 numbers, got 201 x 2", PENDULUM, self.changed(q=np.hstack([q, q])), com)
         self.refused("expected a path, a Recording or a dict", PENDULUM, {"t": t}, com)
         self.refused("at least one recording", PENDULUM, [], com)

@@ -149,8 +149,26 @@ class Motions(InFolder):
         with self.assertRaisesRegex(planar_chain.Failed, "last good state is kept"):
             simulation.advance_to(1)
         self.assertEqual((simulation.time, simulation.state.tolist()), (0.3, [0, 0]))
-        with self.assertRaises(RuntimeError):
+        with self.assertRaises(RuntimeError) as failed:
             planar_chain.simulate(scene, [0, 1])
+        self.assertNotIn("clear_commands", str(failed.exception))  # there is nothing to go on with
+
+    def test_a_failure_names_its_cure(self):
+        cure = r"; set_state\(\), settle\(\), reset\(\) or clear_commands\(\) lets it go on$"
+        simulation = Simulation(Scene(PENDULUM))
+        simulation.advance_to(0.1)
+        for k, mend in enumerate((lambda: simulation.clear_commands(), lambda: simulation.set_state([0.1], [0.2]),
+                                  lambda: (simulation.hold_torque(0, 0), simulation.settle()), lambda: simulation.reset())):
+            simulation.hold_torque(0, 1e200)
+            time_then, state = simulation.time, simulation.state.tolist()
+            for _ in range(2):
+                with self.assertRaisesRegex(planar_chain.Failed, cure):
+                    simulation.advance_to(time_then + 1)
+            self.assertEqual((simulation.time, simulation.state.tolist()), (time_then, state))
+            mend()
+            if k > 0:
+                simulation.clear_commands()
+            simulation.advance_to(simulation.time + 0.1)
 
     def test_a_tip_that_leaves_the_reach_is_told_from_a_straight_chain(self):
         links = {"a": {**ROD, "initial": {"angle": 0.4}}, "b": {**ROD, "pin": [0.5, 0], "initial": {"angle": -0.8}}}
@@ -218,6 +236,10 @@ class Motions(InFolder):
         with self.assertRaisesRegex(planar_chain.Failed, r"the rate of \w_joint is \S+e.0[89] rad/s"):
             planar_chain.simulate(fast, [0.0, 0.5], most_steps=1000)
         self.assertEqual(planar_chain.simulate(rods, [1], most_steps=10000).shape, (1, 4))
+        # The energy guard repeats a fixed step in many small ones.
+        coarse = Scene({**rods.to_dict(), "integrator": {"method": "rk4", "step": 1e-4}, "loads": {"blast": {"joint": "b_joint", "torque": 1e12}}})
+        self.assertRegex(planar_chain.simulate_many(coarse, [1], parameters={"links/a/mass": [1]}).reasons[0],
+                         r"after 10000\d\d steps: .* expected at most 1000000 steps")
         # Steps that the user has chosen are not counted, unless asked for.
         small = Scene({**rods.to_dict(), "integrator": {"method": "rk4", "step": 5e-7}})
         planar_chain.simulate(small, [1])
@@ -228,6 +250,7 @@ class Motions(InFolder):
         scene = Scene(PENDULUM)
         simulation = Simulation(scene)
         rope = Simulation(Scene({"chain": ["r"], "links": {"r": {**ROD, "repeat": 12}}}))
+        masked = np.ma.array([0.5], mask=[True])
         for call, words in (
                 (lambda: rope.hold_force("x", [1, 0]), "link: .* " + re.escape(f"({', '.join(f'r_{k}' for k in range(1, 13))})")),
                 (lambda: Simulation("pendulum"), r"scene: expected a planar_chain.Scene \(Scene.from_file\(.*\) reads one\), got 'pendulum'"),
@@ -244,6 +267,22 @@ class Motions(InFolder):
                 (lambda: simulation.hold_force(0, [1, np.inf]), r"force: expected two finite numbers, got \[1, inf\]"),
                 (lambda: simulation.hold_force(0, 3), "force: expected an array of 2 numbers, got one number"),
                 (lambda: simulation.set_state(None, [0]), "q: expected an array of numbers, got None"),
+                (lambda: Scene.from_yaml("\ud800"), r"text: expected text, got '\\ud800'"),
+                (lambda: Scene({"\ud800": 1}), "scene: expected a dict whose keys are text, got"),
+                (lambda: scene.with_values({"\ud800": 1}), r"numbers: expected text, got '\\ud800'"),
+                (lambda: simulation.hold_torque("\ud800", 1), r"joint: expected .*, got '\\ud800'"),
+                (lambda: simulation.hold_torque(True, 1.), "joint: expected the name of a joint, or a number from 0 to 0, got True"),
+                (lambda: simulation.hold_force(np.False_, [1, 0]), "link: expected the name of a link, or a number from 0 to 0, got "),
+                (lambda: simulation.advance_to(1, most_steps=True), "most_steps: expected a whole number >= 1, got True"),
+                (lambda: simulation.set_state(masked, [0]), r"q: expected an array without a mask \(filled\(numpy.nan\) makes gaps\), got a masked"),
+                (lambda: planar_chain.simulate(scene, masked), "times: expected an array without a mask"),
+                (lambda: planar_chain.simulate_many(scene, [1], initial=[masked]), "initial: expected an array without a mask"),
+                (lambda: scene.with_values({"links/rod/mass": np.ma.masked}), "links/rod/mass: expected a number, got masked"),
+                (lambda: Scene({**PENDULUM, "gravity": np.ma.array([0, 1], mask=[0, 1])}), "gravity: expected an array without a mask"),
+                (lambda: simulation.hold_torque(0, 1, until=np.nan), "the end of a command must be a time"),
+                (lambda: simulation.hold_torque(0, 1, start=np.nan), "the start of a command must be finite"),
+                (lambda: simulation.hold_torque(0, 1, until=-1, start=-2), "a command must end after the present time"),
+                (lambda: simulation.hold_torque(0, 1, until=1, start=2), "a command must end after it starts"),
                 (lambda: simulation.advance_to("1"), "t: expected a number, got '1'"),
                 (lambda: simulation.advance_to(1, most_steps=0), "most_steps: expected a whole number >= 1"),
                 (lambda: Simulation(scene, commands="a"), "commands: expected a whole number >= 0")):

@@ -53,6 +53,7 @@ class Search {
       scale_ +=
           std::abs(factor) * (length(load->force) * reach + std::abs(load->moment) + std::abs(load->torque));
     }
+    acting_ = scale_;
     for (const Joint& joint : scene.chain.joints()) {
       scale_ += momentOf(joint);
     }
@@ -68,6 +69,7 @@ class Search {
   }
 
   std::vector<double> from(std::vector<double> q, int mostSteps) {
+    for (int j = coordinates_.slides(); j < n_ && !held_; ++j) q[index(j)] = nearer(j, q[index(j)]);
     for (const Drive& drive : scene_.drives) q[index(drive.joint)] = drive.law.at(t_).value;
     Eigen::VectorXd theta(n_);
     coordinates_.toAbsolute(q.data(), theta.data());
@@ -97,6 +99,26 @@ class Search {
   }
 
  private:
+  /// The angle q of a joint; or, if all that acts is too weak to hold it more than a turn of a step away,
+  /// where its springs and stops alone have least energy. The search would go there by a step for each rad.
+  double nearer(int j, double q) const {
+    const Joint& joint = scene_.chain.joints()[index(j)];
+    const auto V = [&](double at) {
+      double sum = 0;
+      for (const EffectKind* kind : stores_.kinds) sum += kind->energyIn(joint, at);
+      return sum;
+    };
+    constexpr int most = 10;  // Newton's method: V is quadratic in pieces
+    double least = q;
+    for (int k = 0; k < most; ++k) {
+      const double slope = (V(least + 1) - V(least - 1)) / 2;
+      const double curvature = V(least + 1) - 2 * V(least) + V(least - 1);
+      if (!(std::abs(slope) > acting_ && curvature > 0)) break;
+      least -= slope / curvature;
+    }
+    return std::abs(least - q) > longestTurn ? least : q;
+  }
+
   /// A tip that is held: what closes the chain.
   struct Held {
     Held(const Chain& chain, int n) : mechanism(chain, true, true), closure(mechanism), at(n), y(2 * n) {}
@@ -344,7 +366,7 @@ class Search {
   int n_, pushes_ = 0;
   Effects effects_;
   const Stores stores_;
-  double baseAngle_ = 0, scale_ = 0;
+  double baseAngle_ = 0, scale_ = 0, acting_ = 0;  ///< acting_: of weights and loads alone
   std::optional<Held> held_;
   std::vector<int> groups_, firsts_;  ///< the group of each body; the first body of each group
   std::vector<Acting> loads_;

@@ -13,15 +13,42 @@ namespace {
   throw Refused({{name, expected, shown(given)}});
 }
 
+/// A masked array, or one in a list: numpy forgets the masks of these.
+void requireNoMask(const py::handle& given, const char* name) {
+  const auto refuseMask = [name] {
+    throw Refused({{name, "an array without a mask (filled(numpy.nan) makes gaps)", "a masked array"}});
+  };
+  if (isMasked(given)) refuseMask();
+  if (!py::isinstance<py::list>(given) && !py::isinstance<py::tuple>(given)) return;
+  for (const py::handle& item : given) {
+    if (isMasked(item)) refuseMask();
+  }
+}
+
 }  // namespace
 
 double numberOf(const py::object& given, const char* name) {
-  if (PyNumber_Check(given.ptr()) != 0) {
+  if (PyNumber_Check(given.ptr()) != 0 && !isMasked(given)) {
     const double number = PyFloat_AsDouble(given.ptr());
     if (!PyErr_Occurred()) return number;
     PyErr_Clear();
   }
   refuse(name, "a number", given);
+}
+
+bool isMasked(const py::handle& given) {
+  static const py::handle type = py::object(py::module::import("numpy.ma").attr("MaskedArray")).release();
+  return py::isinstance(given, type);
+}
+
+std::optional<py::ssize_t> indexIn(const py::object& given) {
+  static const py::handle numpysBool = py::object(py::module::import("numpy").attr("bool_")).release();
+  if (py::isinstance<py::bool_>(given) || py::isinstance(given, numpysBool)) return std::nullopt;
+  if (PyIndex_Check(given.ptr()) == 0) return std::nullopt;
+  const py::ssize_t index = PyNumber_AsSsize_t(given.ptr(), nullptr);
+  if (!PyErr_Occurred()) return index;
+  PyErr_Clear();
+  return std::nullopt;
 }
 
 double finiteOf(const py::object& given, const char* name) {
@@ -31,10 +58,8 @@ double finiteOf(const py::object& given, const char* name) {
 }
 
 long long countOf(const py::object& given, const char* name, long long least, long long most) {
-  if (PyIndex_Check(given.ptr()) != 0) {
-    const py::ssize_t count = PyNumber_AsSsize_t(given.ptr(), nullptr);  // of larger numbers, the largest
-    if (count >= least && count <= most) return count;
-  }
+  const std::optional<py::ssize_t> count = indexIn(given);
+  if (count && *count >= least && *count <= most) return *count;
   refuse(name, "a whole number >= " + std::to_string(least), given);
 }
 
@@ -46,6 +71,7 @@ std::optional<long long> stepsOf(const py::object& given) {
 Numbers arrayOf(const py::object& given, const char* name) {
   const bool isText = py::isinstance<py::str>(given) || py::isinstance<py::bytes>(given);
   if (given.is_none() || isText) refuse(name, "an array of numbers", given);
+  requireNoMask(given, name);
   const py::array any = py::array::ensure(given);
   if (!any) refuse(name, "an array of numbers", given);
   if (std::string("biufO").find(any.dtype().kind()) == std::string::npos) {  // text, complex, times, records
@@ -67,15 +93,18 @@ std::vector<double> numbersOf(const py::object& given, const char* name, std::op
 }
 
 std::string textOf(const py::object& given, const char* name) {
-  if (!py::isinstance<py::str>(given)) refuse(name, "text", given);
-  return given.cast<std::string>();
+  const std::optional<std::string> text =
+      py::isinstance<py::str>(given) ? textIn(given) : std::optional<std::string>();
+  if (!text) refuse(name, "text", given);
+  return *text;
 }
 
-std::string nameIn(const py::object& text) {
+std::optional<std::string> textIn(const py::handle& given) {
   py::ssize_t size = 0;
-  const char* const name = PyUnicode_AsUTF8AndSize(text.ptr(), &size);
-  if (!name) PyErr_Clear();
-  return name ? name : "";
+  if (const char* const text = PyUnicode_AsUTF8AndSize(given.ptr(), &size))
+    return std::string(text, static_cast<std::size_t>(size));
+  PyErr_Clear();  // half of a character
+  return std::nullopt;
 }
 
 py::dict dictOf(const py::object& given, const char* name) {

@@ -65,13 +65,17 @@ double finiteOf(const py::object& given, const char* name);
 long long countOf(const py::object& given, const char* name, long long least, long long most);
 /// most_steps: None or a number > 0
 std::optional<long long> stepsOf(const py::object& given);
+/// True for a masked array of numpy, and for numpy.ma.masked.
+bool isMasked(const py::handle& given);
+/// The number of an element; of a larger number, the largest. Nothing for a bool and what is no whole number.
+std::optional<py::ssize_t> indexIn(const py::object& given);
 Numbers arrayOf(const py::object& given, const char* name);
 /// The numbers of an array of one dimension and, if given, this size.
 std::vector<double> numbersOf(const py::object& given, const char* name,
                               std::optional<std::size_t> size = std::nullopt);
 std::string textOf(const py::object& given, const char* name);
-/// The text, or nothing if it is not valid.
-std::string nameIn(const py::object& text);
+/// The text, or nothing if it is not valid. Requires a str.
+std::optional<std::string> textIn(const py::handle& given);
 py::dict dictOf(const py::object& given, const char* name);
 
 /// Gives a warning of Python, unless there are no words.

@@ -56,7 +56,7 @@ std::string faultOf(const std::vector<Parameter>& parameters, const py::tuple& a
                                     parameters.begin());
   };
   for (const auto& [key, value] : named) {
-    const std::size_t place = at(nameIn(py::reinterpret_borrow<py::object>(key)));
+    const std::size_t place = at(textIn(key).value_or(""));
     if (place == parameters.size()) return "unexpected argument " + shown(key);
     if (place < args.size()) return "argument " + shown(key) + " given twice";
   }

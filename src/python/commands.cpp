@@ -225,7 +225,8 @@ mass, as a load of a scene does. Both last until the next such call for this lin
           link, force, point, py::arg("duration") = py::none(), moment, start,
           "Adds a force and a moment, as hold_force(), for exactly this duration (s).")
       .def(
-          "clear_commands", [](Running& self) { self.idle().clearCommands(); }, "Ends all commands.");
+          "clear_commands", [](Running& self) { self.clearCommands(); },
+          "Ends all commands. After a failure, advance_to() then goes on from the last good state.");
 }
 
 }  // namespace planar_chain::python

@@ -40,11 +40,11 @@ int numberOf(const py::object& given, const Things& things, const std::string& w
                          [&](const auto& thing) { return given.equal(py::str(thing.name)); });
     if (found == things.end()) {
       const Indices otherwise = indicesOf(others);
-      throw Refused({{what, oneOf(what, nameIn(given), indicesOf(things), &otherwise), shown(given)}});
+      throw Refused(
+          {{what, oneOf(what, textIn(given).value_or(""), indicesOf(things), &otherwise), shown(given)}});
     }
-  } else if (PyIndex_Check(given.ptr())) {
-    const py::ssize_t place = PyNumber_AsSsize_t(given.ptr(), nullptr);  // of larger numbers, the largest
-    if (place >= 0 && place < static_cast<py::ssize_t>(things.size())) found = things.begin() + place;
+  } else if (const std::optional<py::ssize_t> place = indexIn(given)) {
+    if (*place >= 0 && *place < static_cast<py::ssize_t>(things.size())) found = things.begin() + *place;
   }
   if (found != things.end()) return static_cast<int>(found - things.begin());
   throw Refused(
@@ -82,14 +82,22 @@ class Running {
   /// The steps of a run that ends at `end`, s.
   StepBudget budget(double end, std::optional<long long> mostSteps) { return {idle(), end, mostSteps}; }
 
-  void advanceTo(double t, const StepBudget& budget) {
+  /// cure: words after the reason of a failure
+  void advanceTo(double t, const StepBudget& budget, const char* cure = "") {
     const bool arrives = alone([&](Simulation& simulation) {
       Uninterrupted isUninterrupted;
       return simulation.advanceTo(t, [&] { return isUninterrupted() && budget.isLeft(); });
     });
     if (arrives) return;
     if (PyErr_Occurred()) throw py::error_already_set();
-    throw Failed(simulation_.fault().empty() ? budget.reason() : simulation_.fault());
+    throw Failed(simulation_.fault().empty() ? budget.reason() : simulation_.fault() + cure);
+  }
+
+  /// A failure may be the commands' fault: the simulation goes on from its last good state.
+  void clearCommands() {
+    Simulation& simulation = idle();
+    simulation.clearCommands();
+    if (!simulation.fault().empty()) simulation.setState(simulation.q(), simulation.qd());
   }
 
   int link(const py::object& given) { return numberOf(given, chain().links(), "link", chain().joints()); }

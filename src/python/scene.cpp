@@ -15,7 +15,7 @@ constexpr int mostLevels = 16;  // as in a YAML text; a list may hold itself
 
 Value valueAt(const py::handle& object, const std::string& path, int level) {
   const auto refuse = [&](const char* expected) -> Value {
-    throw Refused({{path, expected, shown(object)}});
+    throw Refused({{path.empty() ? "scene" : path, expected, shown(object)}});
   };
   if (level > mostLevels) return refuse("at most 16 levels");
   const auto below = [&](const py::handle& item, const std::string& key) {
@@ -24,21 +24,20 @@ Value valueAt(const py::handle& object, const std::string& path, int level) {
   if (object.is_none()) return {};
   if (py::isinstance<py::bool_>(object)) return object.cast<bool>();
   if (py::isinstance<py::str>(object)) {
-    py::ssize_t size = 0;
-    if (const char* text = PyUnicode_AsUTF8AndSize(object.ptr(), &size))
-      return std::string(text, static_cast<std::size_t>(size));
-    PyErr_Clear();  // half of a character
-    return refuse("text");
+    const std::optional<std::string> text = textIn(object);
+    return text ? Value(*text) : refuse("text");
   }
   if (py::isinstance<py::dict>(object)) {
     Value::Map map;
     for (const auto& [key, item] : py::reinterpret_borrow<py::dict>(object)) {
-      if (!py::isinstance<py::str>(key)) return refuse("a dict whose keys are text");
-      const auto name = key.cast<std::string>();
-      map.emplace(name, below(item, name));
+      const std::optional<std::string> name =
+          py::isinstance<py::str>(key) ? textIn(key) : std::optional<std::string>();
+      if (!name) return refuse("a dict whose keys are text");
+      map.emplace(*name, below(item, *name));
     }
     return map;
   }
+  if (isMasked(object)) return refuse("an array without a mask");
   if (PyNumber_Check(object.ptr()) && !PySequence_Check(object.ptr())) {
     const double number = PyFloat_AsDouble(object.ptr());
     if (!PyErr_Occurred()) return number;

@@ -126,7 +126,8 @@ void bindState(py::class_<Running>& simulation) {
           "advance_to",
           [](Running& self, const py::object& t, const py::object& mostSteps) {
             const double end = numberOf(t, "t");
-            self.advanceTo(end, self.budget(end, stepsOf(mostSteps)));
+            self.advanceTo(end, self.budget(end, stepsOf(mostSteps)),
+                           "; set_state(), settle(), reset() or clear_commands() lets it go on");
           },
           py::arg("t"), py::arg("most_steps") = py::none(),
           R"(Integrates to time t (s, not before `time`). Other threads run meanwhile; Ctrl-C interrupts.

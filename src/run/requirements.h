@@ -35,11 +35,13 @@ inline void requireOf(const Command& command, const Scene& scene, double present
     require(drive.joint != command.joint, "no torque can be commanded in a driven joint: its angle is given");
   }
   require(std::isfinite(command.torque) && isFinite(command.point) && isFinite(command.force) &&
-              std::isfinite(command.moment) && std::isfinite(command.start) &&
-              (isTimed ? std::isfinite(command.stop) : !std::isnan(command.stop)),
-          "a command must be finite");
-  require(command.stop > std::max(command.start, present),
-          "a command must end after it starts, and after the present time");
+              std::isfinite(command.moment),
+          "the torque, force, point and moment of a command must be finite");
+  require(std::isfinite(command.start), "the start of a command must be finite");
+  require(isTimed ? std::isfinite(command.stop) : !std::isnan(command.stop),
+          isTimed ? "the duration of a command must be finite" : "the end of a command must be a time");
+  require(command.stop > command.start, "a command must end after it starts");
+  require(command.stop > present, "a command must end after the present time");
 }
 
 }  // namespace planar_chain

@@ -108,7 +108,7 @@ class Environment(Env):
 
     def step(self, action):
         """Returns observation, reward, terminated, truncated, info."""
-        action = np.atleast_1d(np.asarray(action, dtype=float))
+        action = np.atleast_1d(np.ma.filled(np.asanyarray(action, dtype=float), np.nan))
         if action.shape != self.action_space.shape or not np.isfinite(action).all():
             raise ValueError(f"action: expected {self.action_space.shape[0]} finite numbers from -1 to 1, got {action}")
         action = np.clip(action, -1, 1)

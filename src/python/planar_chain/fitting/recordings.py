@@ -19,6 +19,18 @@ class BadFit(ValueError):
     """Where a fault of the input is, what was expected, what was found."""
 
 
+def array_of(name, what, values):
+    """Numbers, NaN for a gap. numpy would forget masks and imaginary parts."""
+    masked = any(map(np.ma.isMaskedArray, [values, *(values if isinstance(values, (list, tuple)) else ())]))
+    try:
+        array = np.asarray(values)
+        if masked or np.iscomplexobj(array):
+            raise TypeError("a masked array (filled(numpy.nan) makes gaps)" if masked else "complex ones")
+        return array.astype(float)
+    except (TypeError, ValueError) as problem:
+        raise BadFit(f"{name}: expected an array of numbers as {what}, got {problem}") from None
+
+
 class Recording:
     """One motion without a break.
 
@@ -30,8 +42,8 @@ class Recording:
 
     def __init__(self, name, t, q, qd=None, loads=None, start=0.0):
         self.name, self.start, self.loads = name, float(start), dict(loads or {})
-        self.t, self.q = np.asarray(t, float), np.asarray(q, float)
-        self.qd = None if qd is None else np.asarray(qd, float)
+        self.t, self.q = array_of(name, "t", t), array_of(name, "q", q)
+        self.qd = None if qd is None else array_of(name, "qd", qd)
 
     def __len__(self):
         return len(self.t)
@@ -192,8 +204,8 @@ def from_arrays(values, joints, name):
     if unknown or not {"t", "q"} <= set(values):
         raise BadFit(f"{name}: expected a path, a Recording or a dict of t, q and, if known, qd, tau, name, got {', '.join(map(str, values))}")
     name = values.get("name", name)
-    t = np.asarray(values["t"], float)
-    arrays = {key: np.asarray(values[key], float) for key in ("q", "qd", "tau") if values.get(key) is not None}
+    t = array_of(name, "t", values["t"])
+    arrays = {key: array_of(name, key, values[key]) for key in ("q", "qd", "tau") if values.get(key) is not None}
     for key, array in arrays.items():
         if t.ndim != 1 or array.shape != (len(t), len(joints)):
             raise BadFit(f"{name}: expected {key} of {t.size} x {len(joints)} numbers, got {' x '.join(map(str, array.shape))}")
