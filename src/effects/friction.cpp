@@ -2,149 +2,182 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "effects/complementarity.h"
+#include "effects/stick_slip.h"
+#include "effects/switch_instant.h"
 #include "ode/methods.h"
 
 namespace planar_chain {
 
-Friction::Friction(const Chain& chain, double tolerance)
-    : coordinates_(chain.coordinates()), n_(chain.size()), joints_(chain, tolerance), instant_(joints_, n_) {
-  yield_.setZero(n_);
-  atRest_.reserve(joints_.joints().size());
-}
+namespace {
 
-// ---- What it does --------------------------------------------------------------------------------
-
-Powers Friction::apply(const ChainState& at, const Actions& to) {
-  const Eigen::VectorXd& moments = joints_.moments();
-  if (to.N) Eigen::Map<Eigen::VectorXd>(to.N, n_) += moments;
-  return {0, -moments.dot(Eigen::Map<const Eigen::VectorXd>(at.omega, n_))};
-}
-
-void Friction::addTorques(const ChainState& /*at*/, double* tau) {
-  Eigen::Map<Eigen::ArrayXd>(tau, n_) += joints_.torques();
-}
-
-Powers Friction::powersAlong(const ChainState& /*at*/, const StateChange& along) {
-  double change = 0;
-  for (const int i : joints_.joints()) {
-    change += joints_.direction(i) * joints_.friction(i) * coordinates_.relative(along.v, i);
+class Friction : public Effect, public Coupler, public Switching, private RestingChain {
+ public:
+  /// tolerance: of rates, per second; 0 without error control.
+  Friction(const Chain& chain, double tolerance)
+      : coordinates_(chain.coordinates()),
+        n_(chain.size()),
+        joints_(chain, tolerance),
+        instant_(joints_, n_) {
+    yield_.setZero(n_);
+    atRest_.reserve(joints_.joints().size());
   }
-  return {0, change};
-}
+  bool empty() const { return joints_.joints().empty(); }
 
-void Friction::attach(Mechanics& mechanics) {
-  mechanics_ = &mechanics;
-  instant_.attach(mechanics);
-}
-
-void Friction::couple(double /*t*/, int k, Couplings& to) const {
-  for (const int i : joints_.stuck()) {
-    to.joints[index(i)].isHeld = true;
-    to.held[index(i)] = {k == 0 ? joints_.angle(i) : 0, 0, 0};
+  LoadKind mostActing() const override { return LoadKind::moments; }
+  Powers apply(const ChainState& at, const Actions& to) override {
+    const Eigen::VectorXd& moments = joints_.moments();
+    if (to.N) Eigen::Map<Eigen::VectorXd>(to.N, n_) += moments;
+    return {0, -moments.dot(Eigen::Map<const Eigen::VectorXd>(at.omega, n_))};
   }
-}
-
-// ---- Switches ------------------------------------------------------------------------------------
-
-void Friction::enterState(double t, const double* y) {
-  yield_.setZero();
-  arrival_ = {};
-  atRest_.clear();
-  for (const int i : joints_.joints()) {
-    joints_.enter(i, y);
-    if (!joints_.slides(i)) atRest_.push_back({i});
+  bool hasConstantMoments() const override { return true; }
+  void addTorques(const ChainState& /*at*/, double* tau) override {
+    Eigen::Map<Eigen::ArrayXd>(tau, n_) += joints_.torques();
   }
-  take();
-  decide(t, y);
-}
+  Powers powersAlong(const ChainState& /*at*/, const StateChange& along) override {
+    double change = 0;
+    for (const int i : joints_.joints()) {
+      change += joints_.direction(i) * joints_.friction(i) * coordinates_.relative(along.v, i);
+    }
+    return {0, change};
+  }
+  void enter(double /*t*/) override { instant_.forget(); }
+  Coupler* coupler() override { return this; }
+  void couple(double /*t*/, int k, Couplings& to) const override {
+    for (const int i : joints_.stuck()) {
+      to.joints[index(i)].isHeld = true;
+      to.held[index(i)] = {k == 0 ? joints_.angle(i) : 0, 0, 0};
+    }
+  }
+  bool onlyHolds() const override { return true; }
+  void attach(Mechanics& mechanics) override {
+    mechanics_ = &mechanics;
+    instant_.attach(mechanics);
+  }
 
-void Friction::change(double t, double* y, const ode::Crossing& found) {
-  atRest_.clear();
-  arrival_ = {};
-  bool anyChanges = false;
-  for (const int i : joints_.joints()) {
-    if (joints_.slides(i)) {
-      if (joints_.slideDue(i, y + n_) <= 0) continue;
+  Switching* switching() override { return this; }
+
+  void enterState(double t, const double* y) override {
+    yield_.setZero();
+    arrival_ = {};
+    atRest_.clear();
+    for (const int i : joints_.joints()) {
+      joints_.enter(i, y);
+      if (!joints_.slides(i)) atRest_.push_back({i});
+    }
+    take();
+    decide(t, y);
+  }
+  void change(double t, double* y, const ode::Crossing& found) override {
+    atRest_.clear();
+    arrival_ = {};
+    bool anyChanges = false;
+    for (const int i : joints_.joints()) {
+      if (joints_.slides(i)) {
+        if (joints_.slideDue(i, y + n_) <= 0) continue;
+        anyChanges = true;
+        if (i == found.which) arrival_ = {i, joints_.direction(i), found.slope};
+        joints_.rest(i, y, mayPass(found, i));
+      }
+      atRest_.push_back({i, joints_.direction(i)});
+    }
+    if (anyChanges) take();
+    mechanics_->hold(t, y);
+    decide(t, y);
+  }
+  double due(double t, const Eigen::VectorXd& y) const override { return instant_.due(t, y.data()); }
+  double nearest(const ode::Stretch& of) const override { return instant_.nearest(of); }
+  bool mayHide() const override { return true; }
+  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
+    return instant_.crossing(of);
+  }
+
+ private:
+  /// Call it when joints stick or slide otherwise.
+  void take() {
+    instant_.forget();
+    mechanics_->forget(joints_.take());
+  }
+  /// True if the joint found, which comes to rest, is likely to go on the other way at once.
+  bool mayPass(const ode::Crossing& found, int joint) const {
+    return joint == found.which && !joints_.hasBreakaway() && yield_[joint] > 0 &&
+           found.slope > 2 * joints_.friction(joint) * yield_[joint];
+  }
+  /// Computes Y of the joint that has come to rest.
+  void learn(const JointAnswer& answer) {
+    const auto [joint, direction, slope] = arrival_;
+    if (joint < 0) return;
+    const double friction = joints_.friction(joint);
+    const double more = direction * answer.moments[joint] + friction;
+    const double after = direction * coordinates_.relative(answer.accelerations, joint);
+    yield_[joint] = joints_.slides(joint) ? (slope + after) / (2 * friction) : slope / more;
+    arrival_.joint = -1;
+  }
+  /// Decides for all joints at rest.
+  void decide(double t, const double* y) {
+    instant_.forget();
+    t_ = t;
+    y_ = y;
+    if (!atRest_.empty()) findWhatSticks(*this, atRest_, joints_.hasBreakaway());
+    if (joints_.stuck().empty()) return;
+    const double* moments = instant_.momentsAt(t, y);
+    for (const RestingJoint& one : atRest_) {
+      if (one.direction == 0 && one.excess > 0) joints_.holdAt(one.joint, moments[one.joint], one.widening);
+    }
+  }
+  void solve(std::vector<RestingJoint>& joints) override {
+    // Take the guess.
+    bool anyChanges = false;
+    for (const RestingJoint& one : joints) {
+      if (one.direction == joints_.direction(one.joint)) continue;
+      joints_.start(one.joint, one.direction);
       anyChanges = true;
-      if (i == found.which) arrival_ = {i, joints_.direction(i), found.slope};
-      joints_.rest(i, y, mayPass(found, i));
     }
-    atRest_.push_back({i, joints_.direction(i)});
-  }
-  if (anyChanges) take();
-  mechanics_->hold(t, y);
-  decide(t, y);
-}
+    if (anyChanges) take();
+    const JointAnswer answer = mechanics_->answer(t_, y_);
+    learn(answer);
 
-bool Friction::mayPass(const ode::Crossing& found, int joint) const {
-  return joint == found.which && !joints_.hasBreakaway() && yield_[joint] > 0 &&
-         found.slope > 2 * joints_.friction(joint) * yield_[joint];
-}
-
-void Friction::learn(const JointAnswer& answer) {
-  const auto [joint, direction, slope] = arrival_;
-  if (joint < 0) return;
-  const double friction = joints_.friction(joint);
-  const double more = direction * answer.moments[joint] + friction;
-  const double after = direction * coordinates_.relative(answer.accelerations, joint);
-  yield_[joint] = joints_.slides(joint) ? (slope + after) / (2 * friction) : slope / more;
-  arrival_.joint = -1;
-}
-
-void Friction::take() {
-  instant_.forget();
-  mechanics_->forget(joints_.take());
-}
-
-void Friction::decide(double t, const double* y) {
-  instant_.forget();
-  t_ = t;
-  y_ = y;
-  if (!atRest_.empty()) findWhatSticks(*this, atRest_, joints_.hasBreakaway());
-  if (joints_.stuck().empty()) return;
-  const double* moments = instant_.momentsAt(t, y);
-  for (const RestingJoint& one : atRest_) {
-    if (one.direction == 0 && one.excess > 0) joints_.holdAt(one.joint, moments[one.joint], one.widening);
-  }
-}
-
-void Friction::solve(std::vector<RestingJoint>& joints) {
-  // Take the guess.
-  bool anyChanges = false;
-  for (const RestingJoint& one : joints) {
-    if (one.direction == joints_.direction(one.joint)) continue;
-    joints_.start(one.joint, one.direction);
-    anyChanges = true;
-  }
-  if (anyChanges) take();
-  const JointAnswer answer = mechanics_->answer(t_, y_);
-  learn(answer);
-
-  // What is wrong with it? An acceleration below 1e-12 of the largest one is rounding.
-  constexpr double rounding = 1e-12;
-  const Eigen::Index others = n_ - 1;
-  const Eigen::Map<const Eigen::ArrayXd> alpha(answer.accelerations, n_);
-  const double ofOthers = others > 0 ? (alpha.tail(others) - alpha.head(others)).abs().maxCoeff() : 0;
-  const double ofFirst = alpha.head(coordinates_.slides() + 1).abs().maxCoeff();
-  const double least = rounding * std::max(ofFirst, ofOthers);
-  for (RestingJoint& one : joints) {
-    if (one.direction == 0) {
-      const double moment = answer.moments[one.joint];
-      one.excess = joints_.stickDue(one.joint, answer.moments);
-      one.load = std::abs(moment) / joints_.breakaway(one.joint);
-      one.release = moment > 0 ? -1 : 1;
-    } else {
-      const double start = one.direction * coordinates_.relative(answer.accelerations, one.joint);
-      one.wrong = -start - least;
-      one.start = start / joints_.leastStart(one.joint);
+    // What is wrong with it? An acceleration below 1e-12 of the largest one is rounding.
+    constexpr double rounding = 1e-12;
+    const Eigen::Index others = n_ - 1;
+    const Eigen::Map<const Eigen::ArrayXd> alpha(answer.accelerations, n_);
+    const double ofOthers = others > 0 ? (alpha.tail(others) - alpha.head(others)).abs().maxCoeff() : 0;
+    const double ofFirst = alpha.head(coordinates_.slides() + 1).abs().maxCoeff();
+    const double least = rounding * std::max(ofFirst, ofOthers);
+    for (RestingJoint& one : joints) {
+      if (one.direction == 0) {
+        const double moment = answer.moments[one.joint];
+        one.excess = joints_.stickDue(one.joint, answer.moments);
+        one.load = std::abs(moment) / joints_.breakaway(one.joint);
+        one.release = moment > 0 ? -1 : 1;
+      } else {
+        const double start = one.direction * coordinates_.relative(answer.accelerations, one.joint);
+        one.wrong = -start - least;
+        one.start = start / joints_.leastStart(one.joint);
+      }
     }
   }
-}
+
+  Coordinates coordinates_;
+  int n_;
+  StickSlip joints_;
+  SwitchInstant instant_;
+  Mechanics* mechanics_ = nullptr;
+  Eigen::ArrayXd yield_;  ///< Y of each joint when it last came to rest, 1/(kg m²); 0: unknown
+
+  // Of the present change:
+  double t_ = 0;
+  const double* y_ = nullptr;
+  std::vector<RestingJoint> atRest_;
+  struct Arrival {
+    int joint = -1;
+    double direction = 0, slope = 0;  ///< until then: the sign of q̇, and |q̈|
+  } arrival_;
+};
 
 // ---- The kind --------------------------------------------------------------------------------------
-
-namespace {
 
 class FrictionKind : public EffectKind {
  public:
