@@ -283,7 +283,7 @@ void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
   moveLinks({{}, {}, {}, 0, y, room_.e.data(), y + n_, room_.derivative.data() + n_, F}, motions);
 }
 
-void Dynamics::moveLinks(const Moving& from, LinkMotion* motions) const {
+void Dynamics::moveLinks(const ChainMotion& from, LinkMotion* motions) const {
   const Chain& chain = mechanism_.chain();
 
   // Outwards: positions, velocities, accelerations of the pins and of the centres of mass.

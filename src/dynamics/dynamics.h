@@ -148,7 +148,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
  private:
   /// A motion of the chain: of the ground pin, the base's angle, and of each link. F: nullptr if no force
   /// acts.
-  struct Moving {
+  struct ChainMotion {
     Vec2d pin, velocity, acceleration;
     double angle;
     const double* angles;  ///< from the base's angle
@@ -170,7 +170,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void switched();
   /// What acts has changed.
   void takeStiffness();
-  void moveLinks(const Moving& from, LinkMotion* motions) const;
+  void moveLinks(const ChainMotion& from, LinkMotion* motions) const;
 
   /// Computes [ω α] under these moments and forces, without the first positions() rates. Lane order.
   void run(LoadKind acting, const Outside& outside, const double* y, double* rates);
