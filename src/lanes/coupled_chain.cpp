@@ -46,7 +46,7 @@ void CoupledChain::couple(const Coupling<double>* joints) {
 
 inline void CoupledChain::run(simd::CoupledRun simd::CoupledKernel::*kind, const Outside& outside,
                               const double* theta, const double* omega, double turning,
-                              const simd::CoupledMotion& to) {
+                              const simd::CoupledResults& to) {
   const simd::CoupledArrays arrays{arrangement_.bodies(), arrangement_.steps(), links_.data(), joints_.data(),
                                    couples_.data(),       handles_.data(),      pairs_.data()};
   if (!isCut()) return (kernel_.coupledLinks.*kind)(arrays, outside, theta, omega, turning, to);
@@ -69,32 +69,24 @@ Vec2d CoupledChain::accelerations(const Outside& outside, const double* theta, c
   return pinForce;
 }
 
-namespace {
-
-struct Ends final : simd::ChainEnds {
-  Ends(const InnerEnd<double>& inner, const Tip<double>& tip, Vec2d base, double turning,
-       EndsMotion<double>& motion)
-      : inner_(inner), tip_(tip), base_(base), turning_(turning), motion_(motion) {}
-  void meet(const EndedPin<double>& shown, Vec2d& a, Vec2d& tipForce) override {
-    EndsEquations<double>(shown, inner_, base_, turning_).solve(tip_, motion_);
-    a = motion_.pinAcceleration;
-    tipForce = motion_.tipForce;
-  }
-
- private:
-  const InnerEnd<double>& inner_;
-  const Tip<double>& tip_;
-  Vec2d base_;
-  double turning_;
-  EndsMotion<double>& motion_;
+struct simd::ChainEnds {
+  const InnerEnd<double>& inner;
+  const Tip<double>& tip;
+  Vec2d base;
+  double turning;
+  EndsMotion<double>& motion;
 };
 
-}  // namespace
+void simd::meet(const EndedPin<double>& shown, const ChainEnds& ends, Vec2d& a, Vec2d& tipForce) {
+  EndsEquations<double>(shown, ends.inner, ends.base, ends.turning).solve(ends.tip, ends.motion);
+  a = ends.motion.pinAcceleration;
+  tipForce = ends.motion.tipForce;
+}
 
 void CoupledChain::accelerations(const Outside& outside, const double* theta, const double* omega,
                                  double turning, const InnerEnd<double>& inner, const Tip<double>& tip,
                                  double* alpha, double* moments, EndsMotion<double>& motion) {
-  Ends ends(inner, tip, outside.ground, turning, motion);
+  const simd::ChainEnds ends{inner, tip, outside.ground, turning, motion};
   const auto kind = tip.rows > 0 ? &simd::CoupledKernel::holdingTip : &simd::CoupledKernel::onSlides;
   run(kind, outside, theta, omega, turning, {alpha, moments, nullptr, &ends});
 }

@@ -54,7 +54,7 @@ class CoupledChain {
 
  private:
   void run(simd::CoupledRun simd::CoupledKernel::*kind, const Outside& outside, const double* theta,
-           const double* omega, double turning, const simd::CoupledMotion& to);
+           const double* omega, double turning, const simd::CoupledResults& to);
   bool isCut() const { return arrangement_.lanes() > 1; }
 
   const simd::Kernel& kernel_;

@@ -114,7 +114,7 @@ template <EndKind ends>
 template <EndKind ends>
 PLANAR_CHAIN_IN_ONE_PIECE void coupledLinks(const CoupledArrays& given, const Outside& acting,
                                             const double* theta, const double* omega, double turning,
-                                            CoupledMotion to) {
+                                            CoupledResults to) {
   const CoupledArrays arrays = given;  // what they point to is no part of them
   const Outside outside = acting;
   const CoupledRows rows(arrays.handles);
@@ -140,7 +140,7 @@ PLANAR_CHAIN_IN_ONE_PIECE void coupledLinks(const CoupledArrays& given, const Ou
     *to.pinForce = {force.x.v, force.y.v};
   } else {
     Vec2d ofPin, ofTip;
-    to.ends->meet(numbersOf(shown), ofPin, ofTip);
+    meet(numbersOf(shown), *to.ends, ofPin, ofTip);
     a = vectorOf(ofPin);
     tipForce = vectorOf(ofTip);
   }
@@ -233,19 +233,19 @@ template <bool hasForces>
 
 template <bool hasEnds, bool hasForces>
 PLANAR_CHAIN_IN_ONE_PIECE void runCoupledSegments(const CoupledArrays& arrays, const Outside& outside,
-                                                  const double* omega, double turning, CoupledMotion to) {
+                                                  const double* omega, double turning, CoupledResults to) {
   const CoupledSegment segment = coupledInwards<hasForces>(arrays, outside, omega);
   Triple<Pack> X{Pack(outside.ground.x), Pack(outside.ground.y), Pack(turning)}, Y{};
   const Shows<Pack> all = LinearPairs<Pack, 1>::factor(segment.shows, arrays.pairs);
-  const auto meet = [&](const ShowsOfSide<Pack>& sides) {
+  const auto meetEnds = [&](const ShowsOfSide<Pack>& sides) {
     Vec2d a, tipForce;
-    to.ends->meet(shownBy(all, sides), a, tipForce);
+    meet(shownBy(all, sides), *to.ends, a, tipForce);
     X.x = Pack(a.x);
     X.y = Pack(a.y);
     Y = Axes{all.d}.fromGround(Triple<Pack>{Pack(-tipForce.x), Pack(-tipForce.y), Pack()});
   };
   if constexpr (hasEnds) {
-    LinearPairs<Pack, 1>::solve(segment.constant, arrays.pairs, X, Y, meet);
+    LinearPairs<Pack, 1>::solve(segment.constant, arrays.pairs, X, Y, meetEnds);
   } else {
     LinearPairs<Pack, 1>::solve(segment.constant, arrays.pairs, X, Y);
     const Triple<Pack> force = segment.constant.y + (segment.shows.K * X + segment.shows.G * Y);
@@ -270,7 +270,7 @@ PLANAR_CHAIN_IN_ONE_PIECE void runCoupledSegments(const CoupledArrays& arrays, c
 
 template <bool hasEnds>
 void coupledSegments(const CoupledArrays& arrays, const Outside& outside, const double* /*theta*/,
-                     const double* omega, double turning, CoupledMotion to) {
+                     const double* omega, double turning, CoupledResults to) {
   const auto run = outside.F ? runCoupledSegments<hasEnds, true> : runCoupledSegments<hasEnds, false>;
   run(arrays, outside, omega, turning, to);
 }

@@ -5,7 +5,6 @@
 /// the mathematics.
 
 #include <array>
-#include <cstddef>
 #include <vector>
 
 #include "planar_chain/planar.h"
@@ -66,23 +65,20 @@ struct CoupledArrays {
 };
 
 /// The ends of a chain. They move when its bodies are known, and before these do.
-class ChainEnds {
- public:
-  virtual ~ChainEnds() = default;
-  /// Writes the acceleration of the first pin less gravity, and the force on the tip.
-  virtual void meet(const EndedPin<double>& shown, Vec2d& a, Vec2d& tipForce) = 0;
-};
+struct ChainEnds;
+/// Writes the acceleration of the first pin less gravity, and the force on the tip.
+void meet(const EndedPin<double>& shown, const ChainEnds& ends, Vec2d& a, Vec2d& tipForce);
 
 /// Results, and the ends that the chain has.
-struct CoupledMotion {
+struct CoupledResults {
   double *alpha, *moments;
   Vec2d* pinForce;  ///< of a chain without ends
-  ChainEnds* ends;
+  const ChainEnds* ends;
 };
 
 /// theta: nullptr if e is given, as it is in segments.
 using CoupledRun = void (*)(const CoupledArrays& arrays, const Outside& outside, const double* theta,
-                            const double* omega, double turning, CoupledMotion to);
+                            const double* omega, double turning, CoupledResults to);
 
 /// For chains without ends, on slides, and with a held tip, which alone pays for it.
 struct CoupledKernel {
