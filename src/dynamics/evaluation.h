@@ -19,7 +19,6 @@
 #include <vector>
 
 #include "dynamics/mechanism.h"
-#include "dynamics/stored_energy.h"
 #include "effects/effects.h"
 #include "lanes/coupled_chain.h"
 

@@ -1,7 +1,6 @@
 #include "effects/drives.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 namespace planar_chain {

@@ -19,7 +19,6 @@
 
 #include <cstddef>
 #include <limits>
-#include <vector>
 
 #include "effects/coupler.h"
 #include "lanes/arrangement.h"

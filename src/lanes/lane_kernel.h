@@ -3,8 +3,6 @@
 /// The recursion in segments, for `laneCount` lanes. The compiler options of the including
 /// file choose the CPU. See segments.h for the equations.
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 #include "lanes/join_kernel.h"

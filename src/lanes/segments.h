@@ -35,10 +35,7 @@
 /// The result is as exact as that of the recursion. The kernel is chosen once, by the CPU and the length of
 /// the chain.
 
-#include <array>
-#include <memory>
 #include <string>
-#include <vector>
 
 #include "lanes/arrangement.h"
 #include "planar_chain/chain.h"
