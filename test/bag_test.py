@@ -188,6 +188,9 @@ class Bags(InFolder):
         self.assertGreater(max(y for _, _, _, y, *_ in found), 1)  # N: it carries
         told = [message.closure_error for _, message in topics["/planar_chain/status"]]
         self.assertEqual(told, [gaps[stamp] for stamp, _ in topics["/planar_chain/status"]])
+        margins = [message.closure_margin for _, message in topics["/planar_chain/status"]]
+        self.assertEqual(margins[-1], simulation.closure_margin())
+        self.assertTrue(all(0 < margin < 1 for margin in margins), margins)
         self.assertGreater(max(told), 0)
         self.assertLess(max(told), 1e-12 * 2)  # m, of the reach
 

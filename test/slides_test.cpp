@@ -242,8 +242,11 @@ TEST(FreeChain, SpinsWithTheFrequenciesOfAlgorithms) {
 
 // ---- Everything with slides ------------------------------------------------------------------------
 
+constexpr const char* shaken =
+    "base: {x: {amplitude: 0.03, frequency: 1.7}, y: {times: [0, 0.7, 1.1], values: [0, 0.1, -0.05]}}\n";
+
 /// A plane with all that acts on its rails and behind them.
-Scene busy(const std::string& drive = "") {
+Scene busy(const std::string& drive = "", const std::string& base = "") {
   return readSceneText(
       "chain: [x, y, pole, lower]\nlinks:\n  x: {mass: 2.0, com: [0.1, 0], pin: [0.0, 0.1], joint: {type: "
       "prismatic, axis: [1, 0.2], friction: 1.5, upper: 0.3, stop_stiffness: 400, stop_damping: 3}, initial: "
@@ -256,13 +259,18 @@ Scene busy(const std::string& drive = "") {
       "[0.2, -0.03], pin: [0.5, 0.1], joint: {stiffness: 2, damping: 0.1}, initial: {angle: 0.7}}\nloads:\n  "
       "wind: {link: lower, force: [1, 0.5], point: [0.1, 0.2], frequency: 0.8}\n  push: {link: x, force: [3, "
       "-1], frequency: 0.3}\n  lift: {link: y, force: [0.5, 5]}\n  motor: {joint: x_joint, torque: 2}\n  "
-      "bend: {joint: pole_joint, torque: 0.3, frequency: 1.1}\n");
+      "bend: {joint: pole_joint, torque: 0.3, frequency: 1.1}\n" +
+      base);
 }
 
-class Everything : public testing::TestWithParam<const char*> {};
+class Everything : public testing::TestWithParam<std::pair<const char*, const char*>> {
+ protected:
+  /// Of a drive of y and the laws of the base.
+  static Scene scene() { return busy(GetParam().first, GetParam().second); }
+};
 
 TEST_P(Everything, HasTheAccelerationsOfKane) {
-  const Scene scene = busy(GetParam());
+  const Scene scene = Everything::scene();
   Simulation simulation(scene);
   for (const double t : {0.05, 0.4, 1.0}) {
     ASSERT_TRUE(simulation.advanceTo(t)) << simulation.fault();
@@ -274,7 +282,10 @@ TEST_P(Everything, HasTheAccelerationsOfKane) {
     EXPECT_LT((dense.qdd - vectorOf(qdd)).norm(), 1e-9 * (1 + dense.qdd.norm())) << "t = " << t;
     EXPECT_LT((dense.M_q - dense.M_q.transpose()).norm(), 1e-12);
     // T = ½ q̇ᵀ M q̇
-    EXPECT_NEAR(0.5 * qd.dot(dense.M_q * qd), simulation.energy().kinetic, 1e-12 * (1 + qd.squaredNorm()));
+    const double kinetic = simulation.energy().kinetic;
+    if (!scene.base) {
+      EXPECT_NEAR(0.5 * qd.dot(dense.M_q * qd), kinetic, 1e-12 * (1 + qd.squaredNorm()));
+    }
     const Eigen::VectorXd torques = inverseDynamics(scene, t, q, qd, dense.qdd);
     std::vector<double> found(4);
     simulation.jointTorques(found.data());
@@ -283,7 +294,7 @@ TEST_P(Everything, HasTheAccelerationsOfKane) {
 }
 
 TEST_P(Everything, LinearizesAsKaneDiffers) {
-  const Scene scene = busy(GetParam());
+  const Scene scene = Everything::scene();
   const double t = 0.3, h = 1e-6;
   Eigen::VectorXd q = vectorOf(scene.q), qd = vectorOf(scene.qd);
   for (const Drive& drive : scene.drives) {
@@ -308,7 +319,7 @@ TEST_P(Everything, LinearizesAsKaneDiffers) {
 TEST_P(Everything, ClosesTheEnergyBalanceByEachMethod) {
   std::vector<double> first;
   for (const char* method : {"auto", "dop853", "dopri5", "rodas5p", "radau13"}) {
-    Scene scene = busy(GetParam());
+    Scene scene = Everything::scene();
     scene.integrator.method = method;
     scene.integrator.tolerance = 1e-10;
     Simulation simulation(scene);
@@ -321,7 +332,54 @@ TEST_P(Everything, ClosesTheEnergyBalanceByEachMethod) {
 }
 
 INSTANTIATE_TEST_SUITE_P(With, Everything,
-                         testing::Values("", "drive: {amplitude: 0.2, frequency: 0.7}", "drive: hold"));
+                         testing::Values(std::pair{"", ""},
+                                         std::pair{"drive: {amplitude: 0.2, frequency: 0.7}", ""},
+                                         std::pair{"drive: hold", ""}, std::pair{"", shaken},
+                                         std::pair{"drive: {amplitude: 0.2, frequency: 0.7}", shaken}));
+
+/// On a base of acceleration a each body has the force −m a, against the base.
+TEST(Slides, OnAShakenBaseFeelInertialForces) {
+  const double f = 1.3, w = 2 * pi * f;
+  const Vec2d amplitude{0.02, -0.05};
+  const std::string sine = ", frequency: 1.3}";
+  Scene still = readSceneText(plane);
+  for (std::size_t j = 0; j < still.chain.links().size(); ++j) {
+    const Link& link = still.chain.links()[j];
+    Load load;
+    load.name = link.name;
+    load.link = static_cast<int>(j);
+    load.force = (link.mass * w * w) * amplitude;
+    load.law = Sine{f, 0};
+    load.point = link.com;
+    still.loads.push_back(load);
+  }
+  const Scene moving =
+      readSceneText(plane + "base: {x: {amplitude: 0.02" + sine + ", y: {amplitude: -0.05" + sine + "}\n");
+  for (const char* method : {"auto", "rodas5p"}) {
+    struct End {
+      std::vector<double> q, qd;
+      BaseWrench wrench;
+    };
+    std::vector<End> ends;
+    for (Scene scene : {still, moving}) {
+      scene.integrator.method = method;
+      scene.integrator.tolerance = 1e-11;
+      Simulation simulation(scene);
+      ASSERT_TRUE(simulation.advanceTo(2.1)) << simulation.fault();
+      ends.push_back({simulation.q(), simulation.qd(), simulation.baseWrench()});
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+      EXPECT_NEAR(ends[0].q[i], ends[1].q[i], 1e-9);
+      EXPECT_NEAR(ends[0].qd[i], ends[1].qd[i], 1e-8);
+    }
+    const BaseWrench &one = ends[0].wrench, &other = ends[1].wrench;
+    EXPECT_LT(length(one.force - other.force), 1e-6);
+    EXPECT_NEAR(one.torque, other.torque, 1e-6);
+  }
+  Simulation simulation(moving);
+  EXPECT_THROW(simulation.followBase({moving.base->x, moving.base->y, MotionLaw::sine(0.1, 1, 0, 0)}),
+               std::invalid_argument);
+}
 
 TEST(Slides, AStiffRailTakesFewSteps) {
   // A Jacobian without the rail's spring and damper would make rodas5p follow them.

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <string>
 
@@ -110,6 +111,72 @@ TEST(HeldTip, MovesAsKanesEquationsSay) {
       EXPECT_LT((model.A.col(i).tail(n) - slope).norm(), 1e-6 * (1 + model.A.norm())) << text << i;
     }
   }
+}
+
+// ---- Projection ------------------------------------------------------------------------------------
+
+/// A state that is set moves by −M⁻¹ Jᵀ (J M⁻¹ Jᵀ)⁻¹ times what it misses: the least in the metric of M.
+TEST(HeldTip, IsReachedByTheLeastMotion) {
+  const auto least = [](const Kane& at, const Eigen::VectorXd& missing) -> Eigen::VectorXd {
+    const Eigen::MatrixXd W = at.M_q.inverse() * at.J_c.transpose();
+    return W * (at.J_c * W).inverse() * missing;
+  };
+  for (const std::string& text : {fourBar(), slung, stiffLoop, sliderCrank, heldCart}) {
+    const Scene scene = readSceneText(text);
+    Simulation simulation(scene);
+    const Eigen::Index n = scene.chain.size();
+    const auto kaneAt = [&](const std::vector<double>& q) {
+      const Eigen::VectorXd at = Eigen::VectorXd::Map(q.data(), n), still = Eigen::VectorXd::Zero(n);
+      return kane(scene.chain, at, still, activeForces(scene, 0, at, still));
+    };
+    const std::vector<double> closed = simulation.q();
+    Eigen::VectorXd away = Eigen::VectorXd::Map(closed.data(), n), rates(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      away[i] += 1e-6 * std::sin(1.0 + 3.0 * static_cast<double>(i));
+      rates[i] = std::cos(2.0 * static_cast<double>(i));
+    }
+    const auto list = [n](const Eigen::VectorXd& x) { return std::vector<double>(x.data(), x.data() + n); };
+    simulation.setState(list(away), list(rates));
+    const Eigen::VectorXd q = Eigen::VectorXd::Map(simulation.q().data(), n),
+                          qd = Eigen::VectorXd::Map(simulation.qd().data(), n);
+
+    const Kane before = kaneAt(closed), after = kaneAt(simulation.q());
+    const Eigen::VectorXd gap = before.J_c * (Eigen::VectorXd::Map(closed.data(), n) - away);
+    EXPECT_GT(gap.norm(), 1e-8) << text;
+    EXPECT_LT((q - away - least(before, gap)).norm(), 2e-11) << text;  // of second order
+    const Eigen::Vector2d given(scene.tip->x.at(0).rate, scene.tip->y.at(0).rate);
+    const Eigen::VectorXd tip = activeForces(scene, 0, q, qd).tipRows * given;
+    EXPECT_LT((qd - rates - least(after, tip - after.J_c * rates)).norm(), 1e-12) << text;
+  }
+}
+
+TEST(HeldTip, TellsHowNearItsChainIsToBeingStretched) {
+  // Two rods of length 1 to a tip at this distance: the larger the angle between them, the larger the margin.
+  const auto marginAt = [](double distance) {
+    Simulation simulation(
+        readSceneText("chain: [a, b]\ntip: {pin: [" + toText(distance) +
+                      ", 0]}\nlinks:\n  a: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0], "
+                      "initial: {angle: 0.5}}\n  b: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: "
+                      "[1, 0], initial: {angle: -1}}\n"));
+    return simulation.closureMargin();
+  };
+  EXPECT_GT(marginAt(1.5), 0.01);
+  EXPECT_LT(marginAt(1.999), marginAt(1.9));
+  EXPECT_LT(marginAt(2), 1e-9);
+  // On a line, a rod that is driven away from it comes to stand across it, where it moves the tip no further.
+  Simulation turned(
+      readSceneText("chain: [crank, rod]\ntip: {line: {point: [0, 0.3], direction: [1, 0]}}\nlinks:\n  "
+                    "crank: {mass: 1, inertia: "
+                    "0.05, com: [0.5, 0], pin: [1, 0], joint: {drive: {amplitude: 3, frequency: 1, offset: "
+                    "0.5}}}\n  rod: {mass: 1, "
+                    "inertia: 0.05, com: [0.5, 0], pin: [1, 0]}\n"));
+  const double atStart = turned.closureMargin();
+  EXPECT_FALSE(turned.advanceTo(2));
+  EXPECT_LT(turned.closureMargin(), 1e-9 * atStart);
+  EXPECT_NE(turned.fault().find("straight or folded"), std::string::npos) << turned.fault();
+  EXPECT_EQ(Simulation(readSceneText("chain: [a]\nlinks: {a: {mass: 1, inertia: 0, com: [1, 0], pin: [1, 0]}}\n"))
+                .closureMargin(),
+            1);
 }
 
 // ---- Known answers ---------------------------------------------------------------------------------

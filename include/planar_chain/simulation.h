@@ -104,6 +104,10 @@ class Simulation {
   Vec2d tipForce();
   /// Returns the distance of a held tip from its place, m; 0 if the tip is free.
   double closureError();
+  /// Returns how far the chain is from a pose that is stretched or folded between its ends: the smallest over
+  /// the largest acceleration that a force on the tip gives it, 1 if the tip is free. On a line it is the
+  /// acceleration across the line over the largest. Below 1e-9 the motion may stop with a fault.
+  double closureMargin();
 
   /// Returns the measurements that the sensors (sensors.h) delivered up to time(), each once: in the order of
   /// delivery, then of the sensors. Until this call the newest million values of each sensor, 8 MB, are

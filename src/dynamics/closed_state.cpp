@@ -106,7 +106,7 @@ Closing closeState(const Scene& scene, double t, std::vector<double>& q, std::ve
   std::vector<double> closedQ(n), closedQd(n);
   coordinates.toRelative(y.data(), closedQ.data());
   coordinates.toRelative(y.data() + n, closedQd.data());
-  closing.onlyTouches = closure.spread(at, y.data()) == 0 && at.tip.rows == 1;
+  closing.onlyTouches = at.tip.rows == 1 && closure.spread(at, y.data()) < singularTip;
   q = closedQ;
   qd = closedQd;
   for (std::size_t i = 0; i < n; ++i) {

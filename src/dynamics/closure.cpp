@@ -76,11 +76,11 @@ void Closure::couple(const Couplings& at) {
 }
 
 /// The impulse on the chain at rest that moves the tip by so much, and change_, of which it is the cause.
-EndsMotion<double> Closure::impulse(const Couplings& at, Vec2d tip) {
+EndsMotion<double> Closure::impulse(Tip<double> tip) {
   const int slides = mechanism_.slides();
   EndsMotion<double> motion;
   recursion_.accelerations({e_.data() + slides, none_.data(), nullptr, {}}, nullptr, none_.data(), 0, inner_,
-                           {at.tip.rows, at.tip.row, tip}, change_.data() + slides, moments_.data(), motion);
+                           tip, change_.data() + slides, moments_.data(), motion);
   std::copy_n(motion.acceleration.begin(), slides, change_.begin());
   return motion;
 }
@@ -88,18 +88,22 @@ EndsMotion<double> Closure::impulse(const Couplings& at, Vec2d tip) {
 double Closure::spread(const Couplings& at, const double* y) {
   couple(at);
   rotate(at, y);
-  const EndsMotion<double> x = impulse(at, {1, 0}), other = impulse(at, {0, 1});
-  if (x.acting.rows < at.tip.rows) return 0;
-  if (at.tip.rows < 2) return 1;
-  const Eigen2<double> answer =
-      eigen(Sym2<double>{x.tipForce.x, (x.tipForce.y + other.tipForce.x) / 2, other.tipForce.y});
-  return std::max(answer.value[1] / answer.value[0], 0.0);
+  const EndsMotion<double> one = impulse(pinnedTip(Vec2d{1, 0})), other = impulse(pinnedTip(Vec2d{0, 1}));
+  const Vec2d row = at.tip.row[0];
+  const auto square = [](double a) { return a * a; };
+  if (one.acting.rows < 2) return one.acting.rows == at.tip.rows ? square(dot(row, one.acting.row[0])) : 0;
+  // Of the inverse of the answer, in whose eigenvectors the answer to `row` is a sum of two.
+  const Sym2<double> inverse{one.tipForce.x, (one.tipForce.y + other.tipForce.x) / 2, other.tipForce.y};
+  const auto [value, vector] = eigen(inverse);
+  const double share = std::max(value[1] / value[0], 0.0);
+  if (at.tip.rows == 2) return share;
+  return square(dot(row, vector[1])) + share * square(dot(row, vector[0]));
 }
 
 /// Moves the tip by so much, as far as no angle turns by more than `most`.
 void Closure::move(const Couplings& at, Vec2d tip, double most, double* values, double* carry) {
   const int slides = mechanism_.slides();
-  impulse(at, tip);
+  impulse({at.tip.rows, at.tip.row, tip});
   double largest = 0;
   for (int j = 0; j < n_; ++j)
     largest = std::max(largest, std::abs(change_[index(j)]) / (j < slides ? reach_ : 1));

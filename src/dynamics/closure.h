@@ -36,8 +36,8 @@ class Closure {
   /// it came.
   bool project(const Couplings& at, double* y, double* carry);
   /// How near the chain is to a pose, stretched between its ends, in which a force on the tip does not move
-  /// it: the smaller eigenvalue of the tip's answer to forces over the larger one. Of one row it is 1, or 0
-  /// if no motion of the chain moves the tip along it.
+  /// it: the smaller eigenvalue of the tip's answer to forces over the larger one. Of one row it is the
+  /// answer along it over the larger eigenvalue.
   double spread(const Couplings& at, const double* y);
   /// The length that gaps are compared with: the reach and the place of the tip, m.
   double sizeAt(const Couplings& at) const;
@@ -47,7 +47,7 @@ class Closure {
   void rotate(const Couplings& at, const double* y);
   Vec2d alongRows(const Couplings& at, Vec2d a) const;
   void move(const Couplings& at, Vec2d tip, double most, double* values, double* carry);
-  EndsMotion<double> impulse(const Couplings& at, Vec2d tip);
+  EndsMotion<double> impulse(Tip<double> tip);
   double leastGap(const double* y) const;
   bool close(const Couplings& at, double* y, double* carry);
 

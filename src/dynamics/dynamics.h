@@ -75,10 +75,12 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   bool holdsTip() const { return effects_.holdTip(); }
   /// The distance of the tip from where it is held, m; 0 if it is free.
   double closureError(double t, const double* y) { return coupled_ ? coupled_->closureError(t, y) : 0; }
+  /// See Closure::spread(); 1 if the tip is free.
+  double closureMargin(double t, const double* y) { return coupled_ ? coupled_->spread(t, y) : 1; }
   /// True if the chain is so stretched between its ends that rounding decides how the motion goes on.
   bool isStretched(double t, const double* y) {
     constexpr double undecided = 1e-9;
-    return coupled_ && coupled_->spread(t, y) < undecided;
+    return closureMargin(t, y) < undecided;
   }
   /// The force on the tip, N.
   Vec2d tipForce(double t, const double* y) {

@@ -49,7 +49,7 @@ struct Evaluation {
   BaseState base;                             ///< at t
   Vec2d ground;                               ///< acceleration of the ground pin less gravity, m/s²
   double groundTurning = 0;                   ///< angular acceleration of the base, rad/s²
-  Vec2d pinForce;                             ///< of the base on the first body, N
+  Vec2d pinForce;                             ///< of the base on the chain, N
   std::vector<Rotation<double>> e;            ///< exp(i θ_j)
   std::vector<double> N;                      ///< moments of the effects about the inner pins, N m
   std::vector<double> alpha;                  ///< against the ground, rad/s²

@@ -46,4 +46,17 @@ void writeHolding(const InnerEnd<Real>& end, const EndsMotion<Real>& motion, Rea
   }
 }
 
+/// The force of the base on the chain. base: its acceleration less gravity. F: as of setForces().
+template <class Real>
+Vec2<Real> forceOfBase(const InnerEnd<Real>& end, const EndsMotion<Real>& motion, Vec2<Real> base,
+                       const Vec2<Real>* F) {
+  Vec2<Real> force = motion.pinForce, a = base;
+  for (std::size_t i = 0; i < index(end.slides); ++i) {
+    a += motion.acceleration[i] * end.slide[i].d;
+    force += end.slide[i].mass * a;
+    if (F) force -= F[i];
+  }
+  return force;
+}
+
 }  // namespace planar_chain

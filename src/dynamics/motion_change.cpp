@@ -82,7 +82,7 @@ void MotionChange::find(const Evaluation& at, bool hasForces, const Couplings& c
     moments[j] = moments_[j].slope;
   }
   tipForce = changeOf(motion.tipForce);
-  pinForce = changeOf(motion.pinForce);
+  pinForce = changeOf(forceOfBase(inner, motion, nudged(at.ground, acceleration), F_.data()));
 }
 
 }  // namespace planar_chain

@@ -38,7 +38,7 @@ class MotionChange {
   // ---- The results ------------------------------------------------------------------------------------
 
   std::vector<double> alpha, moments;      ///< of the bodies and joints; s̈ of slides
-  Vec2d pinForce;                          ///< of the base on the first body
+  Vec2d pinForce;                          ///< of the base on the chain
   Vec2d tipForce;                          ///< on the tip
   std::vector<Vec2d> pins, pinVelocities;  ///< of the inner pins
 

@@ -151,7 +151,8 @@ class BaseKind : public EffectKind {
  public:
   std::unique_ptr<Effect> make(const Scene& scene) const override {
     if (!scene.base) return nullptr;
-    if (scene.chain.slides() > 0) throw std::invalid_argument("a base with prismatic links cannot move");
+    if (scene.chain.slides() > 0 && !scene.base->angle.isZero())
+      throw std::invalid_argument("a base with prismatic links cannot turn");
     return std::make_unique<Base>(*scene.base);
   }
   void summarize(const Scene& scene, SceneWords& words) const override {

@@ -205,6 +205,10 @@ Fields, with base-frame components: inner_pin, com (n×2, m), angle (n, rad), ve
           },
           "Returns [F_x, F_y], N, on the tip that is held; 0 if it is free.")
       .def(
+          "closure_margin", [](Running& self) { return self.idle().closureMargin(); },
+          "Returns how far the chain is from a pose stretched or folded between its ends, from 1 to 0; see "
+          "SimStatus.msg.")
+      .def(
           "closure_error", [](Running& self) { return self.idle().closureError(); },
           "Returns how far the tip is from where it is held, m; 0 if it is free.")
       .def(

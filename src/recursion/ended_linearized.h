@@ -89,6 +89,7 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
       slideForces_[i] = slide(i).isHeld ? effort(i, y, this->pinForce_, s_() * s_() * turn[0] + drift[0])
                                         : -k[i] * sigma[i] - (k[i] + s_() * d[i]) * turn[i];
     }
+    if (slides() > 0) this->pinForce_ += forceOnSlides(y, s_() * s_() * turn[0] + drift[0]);
     Open::carryOutwards(rhoQ, rhoV, y, u + slides(), v + slides());
     for (std::size_t i = 0; i < slides(); ++i) {
       u[i] = sigma[i] + turn[i];
@@ -213,9 +214,14 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
   /// The change of the force along rail i. pin: of the force on the first body. inner: of the acceleration of
   /// the first slide along its rail.
   Scalar effort(std::size_t i, const Motion& y, Vec2<Scalar> pin, Scalar inner) const {
-    Vec2<Scalar> change = mulAdd(slide(slides() - 1).mass, y[0], pin);
-    if (i == 0 && slides() == 2) change += (slide(0).mass * inner) * wide(slide(0).d);
-    return dotMixed(slide(i).d, change);
+    const Vec2<Scalar> ofLast = slide(slides() - 1).mass * y[0];
+    return dotMixed(slide(i).d, pin + (i == 0 ? forceOnSlides(y, inner) : ofLast));
+  }
+  /// The change of what moves the masses of the slides.
+  Vec2<Scalar> forceOnSlides(const Motion& y, Scalar inner) const {
+    Vec2<Scalar> change = slide(slides() - 1).mass * y[0];
+    if (slides() == 2) change += (slide(0).mass * inner) * wide(slide(0).d);
+    return change;
   }
 
   static Vec2<Scalar> wide(Vec2d a) { return {Scalar(a.x), Scalar(a.y)}; }

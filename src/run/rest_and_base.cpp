@@ -46,10 +46,11 @@ BaseWrench Simulation::baseWrench() {
   const double rotor = inertiaIn(scene_.chain.joints()[slides]);
   if (rotor > 0) accelerations(qdd.data());
   double torque = rotor * qdd[slides] - tau[slides];
-  Vec2d place = slides > 0 ? motions[slides].innerPin : Vec2d{}, force = motions[slides].pinForce;
-  torque -= cross(place, force);
+  Vec2d ground = motions[0].innerPin, force = motions[slides].pinForce;
+  if (slides > 0) ground -= q().front() * scene_.chain.joints().front().axis;
+  torque -= cross(motions[slides].innerPin - ground, force);
   for (std::size_t i = slides; i-- > 0;) {
-    torque -= cross(motions[i].com, motions[i].pinForce - force);
+    torque -= cross(motions[i].com - ground, motions[i].pinForce - force);
     force = motions[i].pinForce;
   }
   return {-1.0 * force, torque};

@@ -301,6 +301,10 @@ double Simulation::closureError() {
   return parts_->dynamics.closureError(parts_->state.t, parts_->y.data());
 }
 
+double Simulation::closureMargin() {
+  return parts_->dynamics.closureMargin(parts_->state.t, parts_->y.data());
+}
+
 void Simulation::accelerations(double* qdd) {
   parts_->settled().accelerations(parts_->state.t, parts_->y.data(), qdd);
   parts_->coordinates.toRelative(qdd, qdd);
@@ -369,6 +373,7 @@ void Simulation::follow(int joint, MotionLaw law) {
 
 void Simulation::followBase(BaseLaws laws) {
   require(scene_.base.has_value(), "only a base that moves can follow laws");
+  require(scene_.chain.slides() == 0 || laws.angle.isZero(), "a base with prismatic links cannot turn");
   for (MotionLaw BaseLaws::*law : {&BaseLaws::x, &BaseLaws::y, &BaseLaws::angle}) {
     const GivenMotion present = (*scene_.base.*law).at(time());
     requireContinuation(laws.*law, time(), present.value, present.rate);

@@ -35,10 +35,12 @@ struct Expanded {
   Vec2d gravity{0, -9.81};                     ///< m/s², unless the scene sets it
   Appearance appearance;
   std::vector<Note> notes;
+  bool isFloating = false;
 };
 
 /// Adds the two slides below a floating link, which have no names for others.
 void appendFreeSlides(const Entry& entry, Expanded& to) {
+  to.isFloating = true;
   for (int axis = 0; axis < 2; ++axis) {
     FreeSlide slide = freeSlide(entry.link.name, entry.joint.name, axis);
     to.names.joints.emplace(slide.joint.name, axis);
@@ -301,7 +303,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   const long long seed = readSeed(top);
   const bool startsAtRest = readStart(top);
   std::optional<BaseLaws> base = takeBase(top, names);
-  if (chain && chain->slides() > 0) refuseBesideSlides(top, *chain, loads);
+  if (chain && chain->slides() > 0) refuseBesideSlides(top, *chain, expanded->isFloating, loads);
   std::optional<TipLaws> tip = chain ? takeTip(top, *chain, expanded->drives) : takeTip(top);
   double commandTimeout = 0;
   top.take("command_timeout", NumberRule::from(0, "s"), commandTimeout);

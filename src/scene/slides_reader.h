@@ -23,7 +23,8 @@ struct FreeSlide {
 };
 FreeSlide freeSlide(const std::string& link, const std::string& joint, int axis);
 
-/// Records a fault for each part that a chain with prismatic links may not have.
-void refuseBesideSlides(const Section& top, const Chain& chain, const std::vector<Load>& loads);
+/// Records a fault for each part that a chain with prismatic links, or a floating one, may not have.
+void refuseBesideSlides(const Section& top, const Chain& chain, bool isFloating,
+                        const std::vector<Load>& loads);
 
 }  // namespace planar_chain

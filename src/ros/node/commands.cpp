@@ -311,6 +311,7 @@ Faults Commands::faultsOf(const CommandTaken& step, bool isRecorded) const {
   if (!(x.isModerate() && y.isModerate() && angle.isModerate())) {
     faults.push_back({"base_pose", MotionLaw::moderate("m or rad"), "a faster motion"});
   }
+  requireNoTurn("base_pose", angle, *simulation_, faults);
   return faults;
 }
 

@@ -98,13 +98,15 @@ tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
     transform->transform.rotation.w = std::cos(angle / 2);
     ++transform;
   };
+  const int slides = simulation_.scene().chain.slides();
   // The base's frame does not move. That of its pin does.
   if (simulation_.scene().base) {
     simulation_.linkMotions(motions_.data());
-    set(motions_.front().innerPin, motions_.front().angle - simulation_.q().front());
+    const double q = simulation_.q().front();
+    const Vec2d slid = slides > 0 ? q * simulation_.scene().chain.joints().front().axis : Vec2d{};
+    set(motions_.front().innerPin - slid, motions_.front().angle - (slides > 0 ? 0 : q));
   }
   int i = 0;
-  const int slides = simulation_.scene().chain.slides();
   for (const int framed : framed_) {
     // Go from the frame before to this one, link by link.
     Vec2d place;
@@ -160,6 +162,7 @@ void describe(Simulation& simulation, SimStatus& status) {
   status.dissipated = balance.dissipated;
   status.energy_balance = balance.residual;
   status.closure_error = simulation.closureError();
+  status.closure_margin = simulation.closureMargin();
   status.fault = simulation.fault();
   const auto sum = [&](const std::vector<long long>& counts, std::uint64_t& all,
                        std::vector<std::string>& joints) {

@@ -161,8 +161,6 @@ class ChainInLetters:
     def _base(self, base):
         """p̈ of the ground pin; φ, φ̇ and φ̈ of the base."""
         laws_of = base or {}
-        if laws_of and self.slides:
-            raise NoFormula("base: expected a base that stands still, as the chain slides, got one that moves")
         require_known("base/", laws_of, "base")
         moved = {axis: laws.motion(self.letters, f"base/{axis}", law, f"base_{axis}",
                                    roman("base", LATEX["phi_0"] if axis == "angle" else axis), "rad" if axis == "angle" else "m")
