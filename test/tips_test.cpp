@@ -174,9 +174,70 @@ TEST(HeldTip, TellsHowNearItsChainIsToBeingStretched) {
   EXPECT_FALSE(turned.advanceTo(2));
   EXPECT_LT(turned.closureMargin(), 1e-9 * atStart);
   EXPECT_NE(turned.fault().find("straight or folded"), std::string::npos) << turned.fault();
-  EXPECT_EQ(Simulation(readSceneText("chain: [a]\nlinks: {a: {mass: 1, inertia: 0, com: [1, 0], pin: [1, 0]}}\n"))
-                .closureMargin(),
-            1);
+  EXPECT_EQ(
+      Simulation(readSceneText("chain: [a]\nlinks: {a: {mass: 1, inertia: 0, com: [1, 0], pin: [1, 0]}}\n"))
+          .closureMargin(),
+      1);
+}
+
+/// While the crank turns one way, its friction is a constant torque. At rest it may hold the four-bar.
+TEST(FourBar, RubsInItsCrank) {
+  std::string rubbing = fourBar("0.02, friction: 1.5"),
+              loaded = fourBar() + "loads: {rub: {joint: crank_joint, torque: -1.5}}\n";
+  for (const char* method : {"auto", "dop853", "rodas5p", "radau13"}) {
+    Scene scene = readSceneText(rubbing), other = readSceneText(loaded);
+    for (Scene* one : {&scene, &other}) {
+      one->integrator.method = method;
+      one->integrator.tolerance = 1e-10;
+    }
+    Simulation simulation(scene), reference(other);
+    double t = 0;
+    while (simulation.qd()[0] > 0) {
+      t += 0.01;
+      ASSERT_LT(t, 2) << method;
+      ASSERT_TRUE(simulation.advanceTo(t) && reference.advanceTo(t)) << simulation.fault();
+      for (std::size_t i = 0; i < 3 && simulation.qd()[0] > 0; ++i)
+        EXPECT_NEAR(simulation.q()[i], reference.q()[i], 1e-8) << method << " at " << t;
+    }
+    EXPECT_GT(t, 0.05);
+    ASSERT_TRUE(simulation.advanceTo(20)) << simulation.fault();
+    for (const double rate : simulation.qd()) EXPECT_NEAR(rate, 0, 1e-12) << method;
+    EXPECT_LT(std::abs(simulation.energyBalance().residual), 1e-7) << method;
+    EXPECT_LT(simulation.closureError(), 1e-13);
+    // What holds it is no more than the breakaway torque.
+    std::vector<double> tau(3);
+    simulation.jointTorques(tau.data());
+    EXPECT_LE(std::abs(tau[0]), 1.5 + 1e-6);
+    EXPECT_GT(std::abs(tau[0]), 0);
+  }
+}
+
+/// At its change point a parallelogram may go on as an antiparallelogram. It keeps its branch, or stops.
+TEST(ClosedChain, KeepsItsBranchAtAChangePointOrStops) {
+  int passed = 0, stopped = 0;
+  for (const char* method : {"auto", "dopri5", "rodas5p", "radau13"}) {
+    for (const double tolerance : {1e-3, 1e-5, 1e-7, 1e-9, 1e-11}) {
+      Scene scene = readSceneText(
+          "chain: [a, b, c]\ntip: {pin: [1, 0]}\nlinks:\n  a: {mass: 1, inertia: 0.05, com: [0.25, 0], pin: "
+          "[0.5, 0], "
+          "initial: {angle: 1, velocity: 6}}\n  b: {mass: 1, inertia: 0.05, com: [0.5, 0], pin: [1, 0], "
+          "initial: {angle: "
+          "-1, velocity: -6}}\n  c: {mass: 1, inertia: 0.05, com: [0.25, 0], pin: [0.5, 0], initial: {angle: "
+          "-2.1415926}}\n");
+      scene.integrator.method = method;
+      scene.integrator.tolerance = tolerance;
+      Simulation simulation(scene);
+      if (simulation.advanceTo(2)) {
+        ++passed;
+      } else {
+        ++stopped;
+        EXPECT_NE(simulation.fault().find("straight or folded"), std::string::npos) << simulation.fault();
+      }
+      EXPECT_NEAR(simulation.q()[0] + simulation.q()[1], 0, 1e-4) << method << " at " << tolerance;
+    }
+  }
+  EXPECT_GT(passed, 0);
+  EXPECT_GT(stopped, 0);
 }
 
 // ---- Known answers ---------------------------------------------------------------------------------

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "effects/stick_slip.h"
+
 namespace planar_chain {
 
 namespace {
@@ -189,10 +191,11 @@ class TipKind : public EffectKind {
  public:
   std::unique_ptr<Effect> make(const Scene& scene) const override {
     if (!scene.tip) return nullptr;
-    for (const Joint& joint : scene.chain.joints()) {
-      if (dryFrictionIn(joint) > 0)
-        throw std::invalid_argument("a chain whose tip is held cannot have friction");
-    }
+    const auto& joints = scene.chain.joints();
+    const auto held =
+        std::count_if(joints.begin(), joints.end(), mayStick) + std::ptrdiff_t(scene.drives.size());
+    if (std::ptrdiff_t(joints.size()) - held < scene.tip->rows())
+      throw std::invalid_argument("drives and friction leave too few joints to hold the tip");
     return std::make_unique<HeldTip>(*scene.tip);
   }
   void summarize(const Scene& scene, SceneWords& words) const override {

@@ -7,7 +7,7 @@
 
 #include "dynamics/closed_state.h"
 #include "dynamics/given_state.h"
-#include "effects/effect_kind.h"
+#include "effects/stick_slip.h"
 #include "scene/settings_reader.h"
 
 namespace planar_chain {
@@ -65,19 +65,23 @@ std::optional<TipLaws> takeTip(const Section& top) {
 std::optional<TipLaws> takeTip(const Section& top, const Chain& chain, const std::vector<Drive>& drives) {
   std::optional<TipLaws> tip = takeTip(top);
   if (!tip) return tip;
-  const int moving = chain.size() - static_cast<int>(drives.size());
-  if (moving < tip->rows()) {
-    std::string driven;
-    for (const Drive& drive : drives)
-      driven += (driven.empty() ? ", as a drive gives " : ", ") + chain.joints()[index(drive.joint)].name;
-    top.fault(keyOf(*tip),
-              tip->rows() == 2 ? "at least 2 joints that are not driven" : "a joint that is not driven",
-              std::to_string(moving) + driven);
-  }
+  // Joints that are held, or may stick, leave too few to close the chain.
+  int moving = chain.size() - static_cast<int>(drives.size());
+  std::string held;
+  const auto take = [&held](const char* how, const Joint& joint) {
+    held += (held.empty() ? ", as " : ", ") + (how + joint.name);
+  };
+  for (const Drive& drive : drives) take("a drive gives ", chain.joints()[index(drive.joint)]);
   for (const Joint& joint : chain.joints()) {
-    if (!(dryFrictionIn(joint) > 0)) continue;
-    top.fault(keyOf(*tip), "no friction in a chain whose tip is held (use damping)",
-              toText(dryFrictionIn(joint)) + " in the joint " + joint.name);
+    if (!mayStick(joint)) continue;
+    --moving;
+    take("friction may hold ", joint);
+  }
+  if (moving < tip->rows()) {
+    top.fault(keyOf(*tip),
+              tip->rows() == 2 ? "at least 2 joints without drive and friction"
+                               : "a joint without drive and friction",
+              std::to_string(moving) + held);
   }
   return tip;
 }
