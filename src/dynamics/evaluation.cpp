@@ -141,7 +141,7 @@ void Evaluator::runBetweenEnds(Evaluation& to, const double* theta) {
                            to.alpha.data() + slides, to.moments.data() + slides, to.ends);
   std::copy_n(to.ends.acceleration.begin(), slides, to.alpha.begin());
   writeHolding(inner_, to.ends, to.moments.data());
-  to.pinForce = forceOfBase(inner_, to.ends, to.ground, F);
+  if (effects_.base()) to.pinForce = forceOfBase(inner_, to.ends, to.ground, F);
 }
 
 /// The power of drives and base, W.
