@@ -85,7 +85,7 @@ def hold_tip(rng, scene):
     """The tip is held about where the first angles have it, at a point that moves or on a line."""
     for k, link in enumerate(scene["links"].values(), 2):
         joint = link["joint"]
-        joint.pop("friction", None)  # not beside a tip
+        joint.pop("friction", None)  # the tip needs two joints without it
         if k >= len(scene["links"]):
             joint.pop("drive", None)  # two joints must be free
         if "upper" in joint:
@@ -95,7 +95,8 @@ def hold_tip(rng, scene):
         elif joint.get("type") is None:
             link["initial"] = {"angle": rng.normal()}
     if "base" in scene:
-        scene["base"] = {"y": {"amplitude": 0.05, "frequency": 0.7}, "angle": {"amplitude": 0.1, "frequency": 0.5, "phase": 1}}
+        other = "angle" if "angle" in scene["base"] else "x"
+        scene["base"] = {"y": {"amplitude": 0.05, "frequency": 0.7}, other: {"amplitude": 0.1, "frequency": 0.5, "phase": 1}}
     chain, at = list(scene["links"].values()), equations(Scene(json.loads(json.dumps(scene))))
     place = sum(np.array(link["pin"]) @ S for link, S in zip(chain, at["S"][-len(chain):])).tolist()
     if rng.random() < 0.3:
@@ -121,6 +122,8 @@ def random_scene(seed):
         links["link_0"]["joint"] = {"type": "floating"}
     elif slides:
         on_rails(rng, links, slides)
+        if rng.random() < 0.5:  # it cannot turn
+            scene["base"] = {axis: random_law(rng) for axis in ("x", "y")}
     elif rng.random() < 0.4:
         scene["base"] = {axis: random_law(rng) for axis in ("x", "y", "angle") if axis == "y" or rng.random() < 0.6}
     if rng.random() < 0.6:

@@ -149,6 +149,7 @@ class Values(InFolder):
         counts.update({key: sum(key in load for load in loads) for key in ("frequency", "times", "start", "torque", "force", "moment")})
         counts.update({"cart": slides.count(1), "plane": slides.count(2), "floating": sum(floating)})
         counts.update({key: sum(key in scene for scene in scenes) for key in ("base", "tip", "gravity")})
+        counts["cart on a base that moves"] = sum("base" in scene and s > 0 for scene, s in zip(scenes, slides))
         counts["tip that slides or floats"] = sum("tip" in scene and (s > 0 or f) for scene, s, f in zip(scenes, slides, floating))
         self.assertGreaterEqual(min(counts.values()), 2, counts)
 
