@@ -287,10 +287,9 @@ int main(int argc, char** argv) {
         {"t", "Time, s, for loads that depend on it (default 0)"},
         {"linearize",
          "Also A and B of dx/dt = A x + B dtau, where x = (dq, dqd) is a small change of the state and dtau "
-         "of "
-         "the torques that act: lags, torque-speed lines of motors and command delays are left out. Of a "
-         "closed "
-         "chain they are for all n coordinates: reduce them to what the tip allows before a control design",
+         "of the torques that act: lags, torque-speed lines of motors and command delays are left out. Of a "
+         "closed chain they are for all n coordinates: reduce them to what the tip allows before a control "
+         "design",
          false},
         {"equilibrium", "At rest in the static equilibrium, searched from --q", false},
         {"inverse", "Only the torques tau that give the accelerations --qdd, beside all that acts but drives",
