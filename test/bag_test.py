@@ -216,13 +216,12 @@ class Bags(InFolder):
 
     def test_views_are_those_that_rviz_shows(self):
         views = {topic: messages for topic, messages in self.bag("--duration", "2", "--views").items() if "/view/" in topic}
-        self.assertEqual({topic: (messages[0][1]._type, len(messages)) for topic, messages in views.items()}, dict({
+        self.assertEqual({topic: (messages[0][1]._type, len(messages)) for topic, messages in views.items()}, {
             "/planar_chain/view/" + name: ("visualization_msgs/MarkerArray", 140)
-            for name in ("loads", "pin_forces", "springs", "drives", "friction", "trail", "centres")},
-            **{"/planar_chain/view/energy": ("visualization_msgs/Marker", 140)}))
+            for name in ("loads", "pin_forces", "springs", "drives", "friction", "trail", "centres", "energy")})
         stamp, energy = views["/planar_chain/view/energy"][-1]
-        self.assertEqual((stamp, energy.header.stamp.to_nsec()), (2 * 10**9, 2 * 10**9))
-        self.assertIn("time     2.00 s\n", energy.text)
+        self.assertEqual({stamp, *(marker.header.stamp.to_nsec() for marker in energy.markers)}, {2 * 10**9})
+        self.assertEqual([marker.text for marker in energy.markers[:2]], ["time", "2.00 s"])
         trail = views["/planar_chain/view/trail"][-1][1].markers[0]
         self.assertEqual(len(trail.points), 140)
         self.assert_refused(self.run_tool("--duration", "1", "--views"), "--views: expected --bag")

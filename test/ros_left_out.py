@@ -31,7 +31,7 @@ VIEWS = {
     '/planar_chain/view/drives': (MarkerArray, 'planar_chain::Views::drawDrives('),
     '/planar_chain/view/trail': (MarkerArray, 'planar_chain::Views::drawTrail('),
     '/planar_chain/view/centres': (MarkerArray, 'planar_chain::Views::drawCentres('),
-    '/planar_chain/view/energy': (Marker, 'planar_chain::Views::writeEnergy('),
+    '/planar_chain/view/energy': (MarkerArray, 'planar_chain::EnergyText::write('),
 }
 ALL = {**MESSAGES, **VIEWS}
 

@@ -14,7 +14,7 @@ import yaml
 from rosgraph_msgs.msg import Clock, Log
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import Marker
+from visualization_msgs.msg import MarkerArray
 
 from in_folder import InFolder
 from ros_node import LIMIT, Listener, Node, Running, nanoseconds, rod
@@ -95,7 +95,7 @@ class TwoChains(InFolder):
         os.chmod(self.path('rviz'), 0o755)
         show = roslib.packages.find_node('planar_chain', 'show')[0]
         environment = dict(os.environ, PATH=self.folder + ':' + os.environ['PATH'], HOME=self.folder, DISPLAY=':0')
-        texts = [self.listen('/show/energy_%d' % k, Marker) for k in (0, 1)]
+        texts = [self.listen('/show/energy_%d' % k, MarkerArray) for k in (0, 1)]
         with Node(rod(), '/left'), Node(rod(gravity=[0.0, -9.81]), '/right'):
             wrong = subprocess.run([show, 'left', 'middle'], env=environment, stderr=subprocess.PIPE, universal_newlines=True,
                                    timeout=LIMIT, check=False)
@@ -107,13 +107,13 @@ class TwoChains(InFolder):
             finally:
                 os.killpg(process.pid, signal.SIGINT)
                 process.wait(LIMIT)
-        markers = [text.messages[-1] for text in texts]
-        for marker, node in zip(markers, ('/left/planar_chain', '/right/planar_chain')):
-            lines = marker.text.splitlines()
-            self.assertEqual((lines[0], [line.split()[0] for line in lines[1:] if line.strip()]),
-                             (node, ['time', 'kinetic', 'potential', 'supplied', 'dissipated', 'balance']))
-        height = 7 * markers[0].scale.z  # of seven lines
-        self.assertGreater(abs(markers[0].pose.position.y - markers[1].pose.position.y), height)
+        blocks = [text.messages[-1].markers for text in texts]
+        for block, node in zip(blocks, ('/left/planar_chain', '/right/planar_chain')):
+            self.assertEqual([marker.text for marker in block[::2]],
+                             ['time', 'kinetic', 'potential', 'supplied', 'dissipated', 'balance', node])
+        (low, high), (above, _) = ([edge(marker.pose.position.y for marker in block) for edge in (min, max)] for block in blocks)
+        self.assertGreater(above - high, blocks[0][0].scale.z)
+        self.assertGreater(high - low, 6 * blocks[0][0].scale.z)
 
         with open(self.path('opened'), encoding='utf-8') as file:
             manager = yaml.safe_load(file)['Visualization Manager']

@@ -10,6 +10,7 @@ import unittest
 import unittest.mock
 from xml.etree import ElementTree
 
+import PIL.ImageFont
 import roslib.packages
 import rospy
 import rostest
@@ -39,11 +40,21 @@ def corners(marker):
     return [(point.x, point.y) for point in marker.points]
 
 
+FONT = PIL.ImageFont.truetype('/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf', 24)  # of rviz, as it draws it
+FONT_HEIGHT = 28  # px: rviz makes this as high as the text's size
+
+
+def box(marker):
+    """Left, right, low and high edge of a text in rviz, m. A space is as wide as an A."""
+    width = sum(round(FONT.getlength(letter.replace(' ', 'A'))) for letter in marker.text) / FONT_HEIGHT * marker.scale.z
+    x, y = marker.pose.position.x, marker.pose.position.y
+    return x - width / 2, x + width / 2, y - marker.scale.z / 2, y + marker.scale.z / 2
+
+
 class Views(unittest.TestCase):
     def see(self, scene, *names, which=0):
         """A message of each view, the first if not said."""
-        topics = {name: Listener('/planar_chain/view/' + name, Marker if name == 'energy' else MarkerArray)
-                  for name in names}
+        topics = {name: Listener('/planar_chain/view/' + name, MarkerArray) for name in names}
         with Node(scene):
             for listener in topics.values():
                 listener.wait_for_count(max(3, which + 1))
@@ -52,8 +63,9 @@ class Views(unittest.TestCase):
         return [topics[name].messages[which] for name in names]
 
     @staticmethod
-    def energies(marker):
-        return {words[0]: float(words[1]) for words in map(str.split, marker.text.splitlines()) if words}
+    def energies(array):
+        texts = [marker.text for marker in array.markers]
+        return {label: float(number.split()[0]) for label, number in zip(texts[::2], texts[1::2])}
 
     def only(self, array, frame):
         """The one marker, in this frame and moving with it."""
@@ -88,40 +100,46 @@ class Views(unittest.TestCase):
 
     def test_the_text_shows_the_time_and_stands_beside_the_reach(self):
         energy, = self.see(rod(publish={'rate': 200.0, 'tf_rate': 50.0}, real_time_factor=1), 'energy', which=40)
-        self.assertEqual(energy.text.splitlines()[0], 'time %8.2f s' % energy.header.stamp.to_sec())
-        size, centre, half = 1.0, 0.0, show.FREE
-        # rviz centres the text on its widest line, 20 spaces of 0.65 sizes; lines are a size and 1 cm high.
-        # All other lines are at most 9.5 sizes long.
-        x, y, size_of_text = energy.pose.position.x, energy.pose.position.y, energy.scale.z
-        up, aside = (size_of_text + 0.01) / 2 * len(energy.text.splitlines()), 6.5 * size_of_text
-        self.assertGreater(y - up, centre - half)
-        self.assertGreater(x - aside, -show.ASPECT * half)
-        self.assertGreater(math.hypot(min(0, x - aside + 9.5 * size_of_text), min(0, y + up)), size)
+        self.assertEqual([marker.text for marker in energy.markers[:2]], ['time', '%.2f s' % energy.markers[0].header.stamp.to_sec()])
+        boxes = list(map(box, energy.markers))
+        for left, right, low, high in boxes:
+            self.assertTrue(-show.ASPECT * show.FREE < left < right and -show.FREE < low < high)
+            self.assertGreater(math.hypot(min(0, right), min(0, high)), 1.0)  # the reach
 
-    def test_digits_of_the_text_stay_in_their_columns(self):
-        texts = Listener('/planar_chain/view/energy', Marker)
-        scene = hanging()
+    def test_lines_of_the_text_begin_and_end_below_each_other(self):
+        """Whatever they say: rviz centres each text on its place, and its font has letters of different widths."""
+        texts = Listener('/planar_chain/view/energy', MarkerArray)
+        scene = hanging(damping=0.1)
         scene['links']['rod']['initial']['velocity'] = 3.0
         with Node(scene):
             texts.wait_for_count(60)
         texts.close()
-        for lines in zip(*(marker.text.split('\n') for marker in texts.messages)):
-            self.assertEqual(len(set(map(len, lines))), 1, lines)
-        self.assertGreater(len({marker.text for marker in texts.messages}), 30)
-        self.assertEqual({marker.text.split('\n')[-1] for marker in texts.messages}, {20 * ' '})
+        self.assertGreater(len({marker.text for array in texts.messages for marker in array.markers}), 60)
+        size = texts.messages[0].markers[0].scale.z
+        lefts = [box(label)[0] for array in texts.messages for label in array.markers[::2]]
+        rights = [box(number)[1] for array in texts.messages for number in array.markers[1::2]]
+        for edges in (lefts, rights):
+            self.assertLess(max(edges) - min(edges), 0.05 * size)
 
     def test_the_text_is_in_the_view_of_every_scene(self):
         chain.EQUATIONS = roslib.packages.find_node('planar_chain', 'equations')[0]
+        scenes = {}
         for name in ('crane', 'falling_chain', 'finger', 'jump_rope', 'rope', 'shaken', 'thrown'):
             with open(os.path.join(PACKAGE, 'config', 'scenes', name + '.yaml'), encoding='utf-8') as file:
-                scene = yaml.safe_load(file)
+                scenes[name] = yaml.safe_load(file)
+        scenes['tiny'] = rod()
+        scenes['tiny']['links']['rod'].update(inertia='1e-9', com=[5e-4, 0], pin=[1e-3, 0])
+        for name, scene in scenes.items():
             energy, = self.see(scene, 'energy')
             _, centre, half = show.view_of_scene(scene)
-            self.assertAlmostEqual(energy.scale.z, 0.055 * half, delta=1e-9 * half, msg=name)
-            self.assertEqual(energy.header.frame_id, show.frame_of('/planar_chain', scene) or 'base_link', name)
-            lowest, highest = (energy.pose.position.y + sign * (7 * energy.scale.z + 0.06) / 2 for sign in (-1, 1))
-            self.assertAlmostEqual(lowest, centre - 0.97 * half, delta=1e-9 * half, msg=name)
-            self.assertLess(highest, centre + half, name)
+            self.assertEqual({marker.header.frame_id for marker in energy.markers},
+                             {show.frame_of('/planar_chain', scene) or 'base_link'}, name)
+            boxes = list(map(box, energy.markers))
+            for (left, right, low, high), marker in zip(boxes, energy.markers):
+                self.assertAlmostEqual(marker.scale.z, 0.055 * half, delta=1e-9 * half, msg=name)
+                self.assertTrue(-show.ASPECT * half < left < right < 0 and centre - half < low < high < centre + half, name)
+            for label, number in zip(boxes[::2], boxes[1::2]):
+                self.assertLess(label[1], number[0])
 
     def test_arrows_end_in_the_view(self):
         # A rod that turns at 20 rad/s pulls its pin with 16 weights; a force pulls a stretched tip outwards.
@@ -154,6 +172,17 @@ class Views(unittest.TestCase):
         self.assertGreater(tense.r, 3 * tense.b)
         # Of one place nothing is drawn: the first message takes away what there may be.
         self.assertEqual([marker.action for marker in trail.markers], [])
+        # Its newest part moves with the link, so that it ends at the tip even if rviz draws it late.
+        moving = hanging()
+        moving['links']['rod']['initial']['velocity'] = 3.0
+        trail, = self.see(moving, 'trail', which=20)
+        whole, end = trail.markers
+        self.assertEqual((whole.header.frame_id, end.header.frame_id, len(end.points)), ('base_link', 'rod', 4))
+        x, y = corners(end)[0]
+        self.assertAlmostEqual(math.hypot(x - 1, y), 0, delta=1e-12)
+        distances = [math.dist(*ends) for ends in zip(corners(end), corners(end)[1:])]
+        for length, ends in zip(distances, zip(corners(whole)[::-1], corners(whole)[-2::-1])):
+            self.assertAlmostEqual(length, math.dist(*ends), delta=1e-9)
 
     def test_rviz_looks_from_as_far_as_the_chain_is_long(self):
         with open(os.path.join(PACKAGE, 'config', 'planar_chain.rviz'), encoding='utf-8') as file:

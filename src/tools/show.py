@@ -144,21 +144,29 @@ def text_topic(k):
 
 def relay_texts(nodes, scenes, centre, half):
     """Publishes the energies of several chains as texts one above the other, each with its node's name."""
-    from visualization_msgs.msg import Marker
+    from visualization_msgs.msg import MarkerArray
+    size = TEXT * half / max(1, len(nodes) - 1)
 
     def relay(k, node):
-        out = rospy.Publisher(text_topic(k), Marker, queue_size=2)
+        out = rospy.Publisher(text_topic(k), MarkerArray, queue_size=2)
+        frame = prefix_of(node, scenes[k]) + scenes[k].get('publish', {}).get('base_frame', 'base_link')
 
-        def take(marker):
-            size = TEXT * half / max(1, len(nodes) - 1)
-            marker.text = node + '\n' + marker.text
-            marker.scale.z = size
-            marker.header.frame_id = prefix_of(node, scenes[k]) + scenes[k].get('publish', {}).get('base_frame', 'base_link')
-            marker.pose.position.x = -ASPECT * half + 7 * size
-            marker.pose.position.y = centre - half + (5.5 + 10.5 * k) * size
-            out.publish(marker)
+        def take(array):
+            places = [marker.pose.position for marker in array.markers]
+            left, lowest = min(place.x for place in places), min(place.y for place in places)
+            name = copy.deepcopy(array.markers[0])
+            name.id, name.text = len(places), node
+            for marker, place in zip(array.markers, places):
+                place.x = -ASPECT * half + 2 * size + (place.x - left) * size / marker.scale.z
+                place.y = centre - half + (1 + 8 * k + (place.y - lowest) / marker.scale.z) * size
+            name.pose.position.x = max(place.x for place in places) / 2 + min(place.x for place in places) / 2
+            name.pose.position.y = max(place.y for place in places) + 1.1 * size
+            array.markers.append(name)
+            for marker in array.markers:
+                marker.scale.z, marker.header.frame_id = size, frame
+            out.publish(array)
 
-        rospy.Subscriber(node + '/view/energy', Marker, take, queue_size=2)
+        rospy.Subscriber(node + '/view/energy', MarkerArray, take, queue_size=2)
 
     for k, node in enumerate(nodes):
         relay(k, node)

@@ -32,7 +32,7 @@ constexpr double fullTurn = 5;           // rad, of the arrow of Drawing::torque
 constexpr double leastDrawn = 0.005;     // share of Drawing's force or torque
 constexpr double trailTime = 2;          // s
 constexpr double trailRate = 100;        // Hz, at most
-constexpr double negligible = 1e-12;     // share of Drawing's torque: less energy (J) reads 0
+constexpr int newest = 4;                // places of the trail that move with the last link
 constexpr int mostPins = 4096;           // of a drawn chain; rviz ends lines after 16384
 constexpr double leastRemaining = 1e-9;  // s: a command that lasts no longer is not drawn
 
@@ -47,29 +47,10 @@ Colour colourOf(int link) {
   return colour(paint.red, paint.green, paint.blue);
 }
 
-// ---- The energy's text -------------------------------------------------------------------------
-
-// In units of half the height of the view; rviz centres the text on its widest line.
-constexpr double textSize = 0.055, textWidth = 13 * textSize, textHeight = 7 * textSize, textAside = 1.24,
-                 textUnder = 0.97;
-constexpr double textGaps = 0.06;  // m: what rviz puts between seven lines, whatever their size
-constexpr int widestLine = 20;     // spaces, which rviz draws as wide as an A
-constexpr int digits = 4;          // of an energy as large as the reference
-
-/// Text of a number with as many decimals as give `digits` for the reference. It is as long for all numbers
-/// up to ten times as large.
-std::string aligned(double number, double reference) {
-  const int power = reference > 0 ? static_cast<int>(std::floor(std::log10(reference))) : 0;
-  std::array<char, 64> text{};
-  if (power < -digits || power > 2 * digits) {
-    std::snprintf(text.data(), text.size(), "% .*e", digits - 1, number);
-  } else {
-    const int decimals = std::max(0, digits - 1 - power);
-    const int whole = std::max(power, 0) + 3;  // with a sign
-    std::snprintf(text.data(), text.size(), "%*.*f", whole + (decimals > 0 ? decimals + 1 : 0), decimals,
-                  number);
-  }
-  return text.data();
+/// rviz follows a chain that nothing holds (src/tools/show.py).
+std::string frameOfView(const Scene& scene, const Frames& frames) {
+  const int moving = scene.chain.slides() - 1;
+  return floats(scene.chain) && frames.has(moving) ? frames.links[index(moving)] : frames.base;
 }
 
 }  // namespace
@@ -81,7 +62,8 @@ Views::Views(Simulation& simulation, const Frames& frames)
       drawing_(simulation.scene()),
       stride_((chain_.size() + most - 1) / most),
       motions_(chain_.links().size()),
-      torques_(chain_.links().size()) {
+      torques_(chain_.links().size()),
+      energy_(FirstView(simulation.scene()), frameOfView(simulation.scene(), frames), drawing_.torque) {
   // Name the figures.
   const double bar = drawing_.bar;
   const auto add = [&](const char* name, double height, auto drawn, double lineWidth = 0) {
@@ -95,19 +77,6 @@ Views::Views(Simulation& simulation, const Frames& frames)
   add("drives", onTop, &Views::drawDrives);
   add("trail", behind, &Views::drawTrail, trailWidth);
   add("centres", overCoils, &Views::drawCentres);
-
-  // Place the text in the lower left corner of the view, beside the circle that the chain can reach.
-  const FirstView view(simulation.scene());
-  const int moving = simulation.scene().chain.slides() - 1;  // rviz follows a chain that nothing holds
-  energy_.header.frame_id = floats(chain_) && frames.has(moving) ? frames.links[index(moving)] : frames.base;
-  energy_.frame_locked = true;
-  energy_.ns = "energy";
-  energy_.type = visualization_msgs::Marker::TEXT_VIEW_FACING;
-  energy_.pose.position.x = (textWidth / 2 - textAside) * view.half;
-  energy_.pose.position.y = view.centre + (textHeight / 2 - textUnder) * view.half + textGaps / 2;
-  energy_.pose.orientation.w = 1;
-  energy_.scale.z = textSize * view.half;
-  energy_.color = colour(0.85, 0.88, 0.92);
 }
 
 visualization_msgs::MarkerArray& Views::draw(View& view, ros::Time stamp) {
@@ -218,16 +187,30 @@ void Views::drawSprings(Sketch& sketch) {
 }
 
 void Views::drawTrail(Sketch& sketch) {
-  // Add the tip, and remove what is too old. Time goes back at a reset.
+  // Add the tip, and remove what is too old or too close. Time goes back at a reset.
   const double now = simulation_.time();
   if (!trail_.empty() && now < trail_.rbegin()->first) trail_.clear();
-  if (trail_.empty() || now - trail_.rbegin()->first >= 1 / trailRate) trail_[now] = tip();
+  if (trail_.size() > 1 && trail_.rbegin()->first - std::next(trail_.rbegin())->first < 1 / trailRate)
+    trail_.erase(std::prev(trail_.end()));
+  trail_[now] = tip();
   while (now - trail_.begin()->first > trailTime) trail_.erase(trail_.begin());
 
   // Draw a line that fades with age.
   if (trail_.size() < 2) return;
+  sketch.on(Sketch::base);
   for (const auto& [time, place] : trail_) {
-    sketch.on(Sketch::base).corner(place, colour(0.55, 0.8, 1, 0.8 * (1 - (now - time) / trailTime)));
+    sketch.corner(place, colour(0.55, 0.8, 1, 0.8 * (1 - (now - time) / trailTime)));
+  }
+
+  // rviz shows a marker a frame later than the links. The newest part moves with the last link, up to the
+  // tip.
+  const int last = chain_.size() - 1;
+  const Pose pose = poseOf(last);
+  const Rotation<double> back{pose.turn.c, -pose.turn.s};
+  sketch.on(last);
+  int count = 0;
+  for (auto place = trail_.rbegin(); place != trail_.rend() && count < newest; ++place, ++count) {
+    sketch.corner(back * (place->second - pose.origin), colour(0.55, 0.8, 1, 0.8));
   }
 }
 
@@ -263,27 +246,6 @@ void Views::drawChain(Sketch& sketch) {
     sketch.on(Sketch::base).corner(motions_[index(i)].innerPin, colourOf(i / stride_));
   }
   sketch.corner(tip(), colourOf((chain_.size() - 1) / stride_));
-}
-
-visualization_msgs::Marker& Views::writeEnergy(ros::Time stamp) {
-  const EnergyBalance balance = simulation_.energyBalance();
-  const auto shown = [this](double joules) {
-    return std::fabs(joules) < negligible * drawing_.torque ? 0 : joules;
-  };
-  std::array<char, 64> time{}, residual{};
-  std::snprintf(time.data(), time.size(), "%8.2f", simulation_.time());
-  std::snprintf(residual.data(), residual.size(), "% .1e", shown(balance.residual));
-  energy_.text = std::string("time ") + time.data() + " s\n";
-  for (const auto& [name, joules] : {std::pair{"kinetic ", balance.now.kinetic},
-                                     {"potential ", balance.now.potential},
-                                     {"supplied ", balance.supplied},
-                                     {"dissipated ", balance.dissipated}}) {
-    energy_.text += name + aligned(shown(joules), drawing_.torque) + " J\n";
-  }
-  // The widest line never changes, so that rviz does not move the others.
-  energy_.text += std::string("balance ") + residual.data() + " J\n" + std::string(widestLine, ' ');
-  energy_.header.stamp = stamp;
-  return energy_;
 }
 
 }  // namespace planar_chain

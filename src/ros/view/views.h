@@ -2,8 +2,6 @@
 
 /// Forces, torques and motion of the chain, and a long chain itself, as rviz markers: one view per kind.
 
-#include <visualization_msgs/Marker.h>
-
 #include <map>
 #include <string>
 #include <vector>
@@ -11,6 +9,7 @@
 #include "planar_chain/simulation.h"
 #include "ros/messages/frames.h"
 #include "ros/view/drawing.h"
+#include "ros/view/energy_text.h"
 #include "ros/view/sketch.h"
 
 namespace planar_chain {
@@ -31,7 +30,9 @@ class Views {
     for (View& view : views_) {
       visit(view.name, [&](ros::Time stamp) { return &draw(view, stamp); });
     }
-    visit("energy", [this](ros::Time stamp) { return &writeEnergy(stamp); });
+    visit("energy", [this](ros::Time stamp) {
+      return &energy_.write(simulation_.time(), simulation_.energyBalance(), stamp);
+    });
   }
 
  private:
@@ -56,7 +57,6 @@ class Views {
   /// Calls act(load, factor) for the loads of the scene and the commands in force.
   template <class Act>
   void forLoads(Act act) const;
-  visualization_msgs::Marker& writeEnergy(ros::Time stamp);
   Sketch& on(Sketch& sketch, int link) const;
   Pose poseOf(int link) const;
   Vec2d tip() const;
@@ -71,7 +71,7 @@ class Views {
   std::vector<double> torques_;
   std::map<double, Vec2d> trail_;  ///< the tip (m, base frame) by time (s)
   std::vector<View> views_;
-  visualization_msgs::Marker energy_;
+  EnergyText energy_;
 };
 
 }  // namespace planar_chain

@@ -1,0 +1,29 @@
+#pragma once
+
+/// The time and the energies, as texts of rviz in a corner of the view.
+
+#include <visualization_msgs/MarkerArray.h>
+
+#include <string>
+
+#include "planar_chain/simulation.h"
+#include "ros/view/drawing.h"
+
+namespace planar_chain {
+
+class EnergyText {
+ public:
+  /// frame: of the base, or what the view follows. reference: an energy, J, that is shown with four digits.
+  EnergyText(const FirstView& view, const std::string& frame, double reference);
+
+  /// time: s. Returns a message that is valid until the next call: for each line a label, then its number.
+  visualization_msgs::MarkerArray& write(double time, const EnergyBalance& balance, ros::Time stamp);
+
+ private:
+  void put(std::size_t line, const std::string& number);
+
+  double reference_, size_, right_;
+  visualization_msgs::MarkerArray message_;
+};
+
+}  // namespace planar_chain
