@@ -97,20 +97,18 @@ def written(text, facts, race):
         by_hand = f"{number(closed)} (closed form)" if closed else number(times["dense"].get(n))
         rows.append([f"{n:,}" if n >= 10000 else str(n), number(times["planar_chain"][n]), by_hand,
                      number(times["Bullet"].get(n)), number(times["MuJoCo"].get(n))])
-    scenes = {row["scene"] for row in race}
     others = {row["engine"] for row in race} - {"planar_chain", "by hand"}
     for pattern, figures in (
             (r"(?<=on one core of ).*", f"{speed_['cpu']}; {speed_['compiler']}, commit {speed_['commit']}."),
             (r"(?<=\n\|--:\|--:\|--:\|--:\|--:\|\n)(\|.*\n)+", table(rows[0], rows[1:]) + "\n"),
             (r"(?<=\n\|---\|---\|---\|--:\|\n)(\|.*\n)+", table(
-                [f"{exact['trajectories']} scenes of 1 to 100 links", "`dopri5`, 1e-12", "quadruple precision",
-                 f"{exact['roundings']:.2g} roundings"],
+                [f"{exact['trajectories']} motions of 1 to 100 links", "`dopri5`, 1e-12", "quadruple precision",
+                 f"{exact['roundings']:.2g} times that of rounding the scene's numbers"],
                 [["`beam`: 40 stiff links, 5 s", "`auto`, 1e-8", "the published solution",
                   f"{exact['beam']['error']:.2g} rad"],
                  ["`cable`: 10,000 stiff links, 10 s", "`rodas5p`, 0.15", "`radau13`, 1e-6",
                   f"{exact['cable']['error']:.2g} rad; angles reach {exact['cable']['reach']:.2g} rad"]]) + "\n"),
-            (r"(?<=rounded to double\. Commit )\w+(-dirty)?", exact["commit"]),
-            (r"(?<=run time on )\w+(?= scenes)", WORDS[len(scenes)]),
+            (r"(?<=Measured at commit )\w+(-dirty)?", exact["commit"]),
             (r"(?<=for every method and )\w+(?=\s+other)", WORDS[len(others)])):
         text, count = re.subn(pattern, lambda _: figures, text)  # pylint: disable=cell-var-from-loop
         if count != 1:
