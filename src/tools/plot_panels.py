@@ -2,7 +2,7 @@
 
 import numpy as np
 
-ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work of loads, drives, base"}
+ENERGIES = {"T": "T, kinetic", "V": "V, potential", "supplied": "work supplied"}
 STILL = 1e-6      # rad, rad/s, N m, or shares of an energy: no axis shows less
 ROUNDING = 1e-12  # the same of an imbalance, in shares of the energy
 FEW = 20          # one error of so many may be less than the axis shows
