@@ -342,6 +342,7 @@ class Tool(InFolder):
         with open(self.path("bad.yaml"), "w", encoding="utf-8") as file:
             file.write("chain: [a]\nlinks: {a: {mass: heavy}}\n")
         self.assertIn("links/a/mass: expected", self.tool("bad.yaml", "--format", "c", status=2))
+        self.assertIn("expected a file that can be written, got : No such", self.tool("pendulum", "--format", "c", "--output", "", status=2))
         self.assertIn("expected a file that is not another of the run's", self.tool("bad.yaml", "--format", "c", "--output", "./bad.yaml", status=2))
 
     def test_latex(self):

@@ -123,6 +123,8 @@ class Sweeps(InFolder):
         with open(self.path("other.csv.parts"), "w", encoding="utf-8"):
             pass
         said = self.sweep("--vary", MASS + "=1,2", "--duration", "1", status=2, output=("other.csv",))
+        inside = self.sweep("--vary", MASS + "=1,2", "--duration", "1", status=2, output=("new.csv", "new.csv.parts/x.npz"))
+        self.assertRegex(inside, "^sweep: --output: expected a file outside of .*new.csv.parts, which is removed at the end, got .*x.npz$")
         self.assertRegex(said, "^sweep: --output: expected .*other.csv.parts to be a sweep's own folder, got a file$")
 
     def test_a_full_disk_loses_nothing(self):

@@ -441,8 +441,10 @@ class Tools(InFolder):
     def test_what_is_not_finite_is_not_printed(self):
         rod = f"chain: [l]\nlinks: {{l: {ROD}}}\n"
         bent = ("--q", "0.3,0.4")
+        driven = rod.replace("}}", ", joint: {drive: {amplitude: 1, frequency: 1000}}}}")
         for scene, arguments, what in ((rod, ("--qd", "1e160", "--linearize"), "numbers of A"),
                                        (rod, ("--qd", "1e160", "--linearize", "--json"), "numbers of A"),
+                                       (driven, ("--t", "1e308", "--chain"), "angles"),
                                        (SCENE, (*bent, "--qd", "1e160,1", "--json"), "numbers of f"),
                                        (SCENE, (*bent, "--qd", "1e308,1e308"), "numbers of A_1"),
                                        (SCENE, (*bent, "--inverse", "--qdd", "1e308,1e308", "--json"), "torques")):

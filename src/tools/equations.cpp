@@ -248,6 +248,8 @@ int equations(const Arguments& given) {
   if (given.has("equilibrium")) moveToEquilibrium(scene, t, state);
 
   // The output: the chain, torques, or the equations.
+  requireFinite("angles", q);
+  requireFinite("rates", qd);
   if (onlyChain) {
     printChain(scene, q, qd);
     return done;

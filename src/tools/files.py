@@ -33,22 +33,25 @@ def is_same(path, other):
 
 def require_apart(outputs, inputs):
     """outputs: (option, path or None) of each. Raises BadOutput if one is, by any name, an input or another output."""
-    taken = [path for path in inputs if path]
+    taken = list(inputs)
     for option, path in outputs:
-        if path and any(is_same(path, other) for other in taken):
+        if path is None:
+            continue
+        if any(is_same(path, other) for other in taken):
             raise BadOutput(f"{option}: expected a file that is not another of the run's, got {path}")
-        taken += [path] if path else []
+        taken.append(path)
 
 
 def require_outputs(outputs, inputs):
     """As require_apart(). Also raises BadOutput if one cannot be written. Changes no file."""
     require_apart(outputs, inputs)
     for option, path in outputs:
-        is_new = path and not os.path.exists(path)
+        if path is None:
+            continue
+        is_new = not os.path.exists(path)
         try:
-            if path:
-                with open(path, "ab"):
-                    pass
+            with open(path, "ab"):
+                pass
         except OSError as problem:
             raise BadOutput(f"{option}: expected a file that can be written, got {path}: {problem.strerror}") from problem
         if is_new:

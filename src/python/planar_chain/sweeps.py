@@ -147,6 +147,9 @@ class Sweep:
 
     def _locked(self):
         """The lock of the folder. It ends with the process."""
+        for path in self.outputs:
+            if os.path.realpath(path).startswith(os.path.realpath(self.folder) + os.sep):
+                raise BadSweep(f"--output: expected a file outside of {self.folder}, which is removed at the end, got {path}")
         for name in os.listdir(self.folder) if os.path.isdir(self.folder) else []:
             if not re.fullmatch(r"lock|(sweep\.json|\d{9}\.npz)(\.partial)?", name):
                 raise BadSweep(f"--output: expected {self.folder} to be a sweep's own folder, got {name} in it")
