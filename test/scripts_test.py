@@ -25,7 +25,8 @@ class Arguments(unittest.TestCase):
 
     def test_arguments_of_sim_launch_and_options_of_roslaunch_pass(self):
         for given in ((), ('scene:=rope', 'rviz:=false'), ('-p', '11411'), ('--port=11411', 'scene:=whip'),
-                      ('--screen', '__name:=sim', 'record:=run'), ('scene_file:=' + __file__, 'urdf:=none')):
+                      ('--screen', '__name:=sim', 'record:=run'),
+                      ('scene_file:=' + os.path.join(ROOT, 'config/scenes/rope.yaml'), 'urdf:=none')):
             self.assertEqual(self.run_script(*given), (0, ''))
 
     def test_others_are_refused(self):
