@@ -296,11 +296,9 @@ EnergyBalance Simulation::energyBalance() const {
 Vec2d Simulation::tipForce() {
   return parts_->settled().tipForce(parts_->state.t, parts_->y.data());
 }
-
 double Simulation::closureError() {
   return parts_->dynamics.closureError(parts_->state.t, parts_->y.data());
 }
-
 double Simulation::closureMargin() {
   return parts_->dynamics.closureMargin(parts_->state.t, parts_->y.data());
 }
@@ -309,11 +307,9 @@ void Simulation::accelerations(double* qdd) {
   parts_->settled().accelerations(parts_->state.t, parts_->y.data(), qdd);
   parts_->coordinates.toRelative(qdd, qdd);
 }
-
 void Simulation::jointTorques(double* tau) {
   parts_->settled().jointTorques(parts_->state.t, parts_->y.data(), tau);
 }
-
 void Simulation::linkMotions(LinkMotion* motions) {
   parts_->settled().linkMotions(parts_->state.t, parts_->y.data(), motions);
   parts_->turns.addTo(motions);
@@ -322,7 +318,6 @@ void Simulation::linkMotions(LinkMotion* motions) {
 std::vector<Measurement> Simulation::measure() {
   return parts_->sampler ? parts_->sampler->measure(parts_->state) : std::vector<Measurement>();
 }
-
 long long Simulation::lostMeasurements() const {
   return parts_->sampler ? parts_->sampler->bank().lost() : 0;
 }
@@ -330,15 +325,12 @@ long long Simulation::lostMeasurements() const {
 bool Simulation::holdTorque(int joint, double torque, double until, double start) {
   return parts_->give({Load::none, {}, {}, 0, joint, torque}, start, until, false);
 }
-
 bool Simulation::holdForce(int link, Vec2d point, Vec2d force, double moment, double until, double start) {
   return parts_->give({link, force, point, moment}, start, until, false);
 }
-
 bool Simulation::addTorque(int joint, double torque, double duration, double start) {
   return parts_->give({Load::none, {}, {}, 0, joint, torque}, start, duration, true);
 }
-
 bool Simulation::addForce(int link, Vec2d point, Vec2d force, double moment, double duration, double start) {
   return parts_->give({link, force, point, moment}, start, duration, true);
 }
@@ -348,7 +340,6 @@ void Simulation::clearCommands() {
   parts_->commands->clear();
   parts_->actsOtherwise = true;
 }
-
 CommandEffect* Simulation::commandEffect() const {
   return parts_->commands;
 }
