@@ -380,15 +380,21 @@ class Bags(InFolder):
         self.assertEqual(show.returncode, 1)
 
     def test_what_show_has_started_ends_with_it(self):
+        self.assert_all_end(signal.SIGTERM, 128 + signal.SIGTERM)
+
+    def test_what_show_has_started_ends_with_an_interrupt_of_show_alone(self):
+        self.assert_all_end(signal.SIGINT, 0)
+
+    def assert_all_end(self, by, status):
         show = self.shown(DISPLAY=":0")
         deadline = time.monotonic() + 60
         started = {}
         while not any("rosbag/play" in command for command in started.values()) and time.monotonic() < deadline:
             time.sleep(0.1)
             started = below(show.pid)
-        show.terminate()
+        show.send_signal(by)
         self.assertNotIn("Traceback", show.communicate(timeout=60)[1])
-        self.assertEqual(show.returncode, 128 + signal.SIGTERM)
+        self.assertEqual(show.returncode, status)
         for program in ("roscore", "rosmaster", "rviz", "rosbag/play"):
             self.assertTrue(any(program in command for command in started.values()), (program, started))
         while any(pid in running() for pid in started) and time.monotonic() < deadline:

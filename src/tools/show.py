@@ -210,7 +210,7 @@ def rviz(name, config, arguments, meanwhile=lambda: None):
                     time.sleep(0.1)
                 return process.returncode
             except KeyboardInterrupt:
-                pass  # rviz has been interrupted too
+                process.send_signal(signal.SIGINT)  # a terminal interrupts rviz too, `kill -INT` does not
     finally:
         if process.poll() is None:
             process.terminate()
