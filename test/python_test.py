@@ -206,6 +206,11 @@ class Motions(InFolder):
         simulation.add_torque(0, 1, 1)
         with self.assertRaisesRegex(RuntimeError, "commands"):
             simulation.add_torque(0, 1, 1)
+        huge = Simulation(Scene({"chain": ["a", "b"], "links": {"a": ROD, "b": ROD}}))
+        huge.hold_torques([1e308, 1e308])
+        for call in (huge.accelerations, huge.base_wrench, huge.link_motions, huge.equations, huge.linearize):
+            with self.assertRaisesRegex(OverflowError, "are not finite: the numbers are too large"):
+                call()
 
     def test_a_force_acts_at_the_centre_of_mass_by_default(self):
         rod = {"mass": 1, "inertia": 1, "com": [0.5, 0], "pin": [1, 0]}  # about the pin 1.25 kg m²

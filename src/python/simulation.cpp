@@ -46,6 +46,8 @@ py::array linkMotions(Running& self) {
   const std::vector<std::size_t> shape{self.size()};
   py::array motions(py::dtype::from_args(fields), shape);
   self.idle().linkMotions(static_cast<LinkMotion*>(motions.mutable_data()));
+  requireFinite("motions", Eigen::VectorXd::Map(static_cast<const double*>(motions.data()),
+                                                static_cast<Eigen::Index>(13 * self.size())));
   return motions;
 }
 
@@ -164,10 +166,11 @@ and at least a million. The state is then that of the last good step.)")
       .def("__repr__", [](const Running& self) { return "<Simulation, " + self.words() + ">"; });
 }
 
-/// The n numbers that a member writes.
-Numbers written(Running& self, void (Simulation::*write)(double*)) {
+/// The n numbers that a member writes. what: such as "accelerations"
+Numbers written(Running& self, void (Simulation::*write)(double*), const char* what) {
   Numbers numbers = emptyOf(self.size());
   (self.idle().*write)(numbers.mutable_data());
+  requireFinite(what, Eigen::VectorXd::Map(numbers.data(), numbers.size()));
   return numbers;
 }
 
@@ -180,10 +183,11 @@ void bindQuantities(py::class_<Running>& simulation) {
            "warning\n"
            "says how many measurements are lost.")
       .def(
-          "accelerations", [](Running& self) { return written(self, &Simulation::accelerations); },
+          "accelerations",
+          [](Running& self) { return written(self, &Simulation::accelerations, "accelerations"); },
           "Returns q̈: n, rad/s².")
       .def(
-          "joint_torques", [](Running& self) { return written(self, &Simulation::jointTorques); },
+          "joint_torques", [](Running& self) { return written(self, &Simulation::jointTorques, "torques"); },
           "Returns the whole torque in each joint, of springs, dampers, stops, friction, drives, loads and\n"
           "commands: n, N m.")
       .def("link_motions", &linkMotions, R"(Returns the motion of each link: n records.
@@ -194,6 +198,7 @@ Fields, with base-frame components: inner_pin, com (n×2, m), angle (n, rad), ve
           "base_wrench",
           [](Running& self) {
             const BaseWrench wrench = self.idle().baseWrench();
+            requireFinite("forces", Eigen::Vector3d(wrench.force.x, wrench.force.y, wrench.torque));
             return std::array<double, 3>{wrench.force.x, wrench.force.y, wrench.torque};
           },
           "Returns [F_x, F_y, torque] of the chain on its base at the ground pin, in N, N, N m.")
