@@ -250,6 +250,33 @@ links:
   }
 }
 
+TEST(Series, OfAChainWithAHeldTipObeysThem) {
+  const std::string bare = R"(
+chain: [crank, coupler, rocker]
+tip: {pin: [1.2, 0.0]}
+links:
+  crank: {mass: 2.0, inertia: 0.05, com: [0.1, 0.0], pin: [0.3, 0.0], initial: {angle: 1.0, velocity: 10.0}%S}
+  coupler: {mass: 0.5, inertia: 0.04, com: [0.5, 0.1], pin: [1, 0], initial: {angle: -0.45, velocity: -12.3}%S}
+  rocker: {mass: 0.4, inertia: 0.02, com: [0.4, 0.0], pin: [0.8, 0.0], initial: {angle: -1.89, velocity: 4}}
+)";
+  const std::string loads = R"(
+loads:
+  push: {link: coupler, force: [3.0, 1.0], point: [0.4, 0.1], frequency: 2.0}
+  turn: {joint: crank_joint, torque: 0.3, frequency: 3.0}
+)";
+  for (const std::string springs : {"", ", joint: {stiffness: 5, damping: 0.1, rest_angle: 0.2}"}) {
+    for (const std::string& more : {std::string(), loads}) {
+      std::string text = bare + more;
+      for (std::size_t at; (at = text.find("%S")) != std::string::npos;) text.replace(at, 2, springs);
+      Around around(readSceneText(text));
+      ASSERT_TRUE(around.dynamics.seriesAreWorthwhile()) << text;
+      const double h = around.reach();
+      ASSERT_GT(h, 1e-3) << text;
+      for (const double share : {-1.0, -0.5, 0.5, 1.0}) EXPECT_LT(around.violation(share * h), 1e-11) << text;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Links, SeriesOf, testing::Values(1, 2, 3, 4, 5, 9, 16, 40));
 
 TEST(Series, AreTheSameByEveryKernel) {

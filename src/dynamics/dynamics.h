@@ -94,7 +94,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// The number of works behind angles and rates: 0 or 2.
   int works() const { return works_; }
   /// Evaluations of f; each order of a series counts as one.
-  long long evaluations() const { return (coupled_ ? coupled_->evaluations() : evaluations_) + cartOrders_; }
+  long long evaluations() const { return (coupled_ ? coupled_->evaluations() : evaluations_) + endedOrders_; }
   Energy energy(double t, const double* y) const;
   /// Write n values each; see simulation.h.
   void accelerations(double t, const double* y, double* alpha);  ///< of the angles in y
@@ -104,6 +104,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   // ---- ode::System ---------------------------------------------------------------------------------
 
   int size() const override { return 2 * mechanism_.size() + works_; }
+  int freedoms() const override { return size() - (holdsTip() ? 4 : 0); }
   void derivative(double t, const double* y, double* dydt) override;
   int arrangedSize() const override { return 2 * places_ + works_; }
   void arrange(const double* y, double* arranged) const override;
@@ -204,7 +205,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   std::optional<Momenta> momenta_;        ///< of a free chain
   int n_, places_, works_;
   const Stores stores_;
-  long long evaluations_ = 0, cartOrders_ = 0;
+  long long evaluations_ = 0, endedOrders_ = 0;
 
   int positions_;
   bool isBare_ = true;  ///< nothing acts but pins, gravity and inertia

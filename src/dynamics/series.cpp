@@ -6,11 +6,12 @@
 
 namespace planar_chain {
 
-/// What couples has no series beside a slide.
+/// What else couples has no series beside a slide or a held tip.
 bool Dynamics::hasSeries() const {
-  const bool couples = !effects_.couplers().empty() || effects_.anyForces(&Forces::dependOnMotion);
+  const std::size_t tips = mechanism_.slides() == 0 && holdsTip() ? 1 : 0;
+  const bool couples = effects_.couplers().size() > tips || effects_.anyForces(&Forces::dependOnMotion);
   return MotionSeries::areFor(mechanism_.chain()) && effects_.haveSeries() &&
-         !(mechanism_.slides() > 0 && couples);
+         !(mechanism_.hasEnds() && couples);
 }
 
 double Dynamics::seriesCost(int order) const {
@@ -21,11 +22,11 @@ double Dynamics::seriesCost(int order) const {
 void Dynamics::reserveSeries(int order) {
   const int reserved = series_ ? series_->orders() : coupledSeries_ ? coupledSeries_->orders() : 0;
   if (reserved >= order) return;
-  if (coupled_ && mechanism_.slides() == 0) {
+  if (coupled_ && !mechanism_.hasEnds()) {
     coupledSeries_.emplace(mechanism_.chain(), order);
     orders_.emplace(n_);
   } else {
-    series_.emplace(mechanism_.chain(), order);
+    series_.emplace(mechanism_.chain(), order, nullptr, holdsTip());
   }
   for (const auto& effect : effects_.all()) effect->reserveSeries(order);
   takeStiffness();
@@ -34,7 +35,7 @@ void Dynamics::reserveSeries(int order) {
 void Dynamics::series(double t, const double* y, const double* carry, int order, double* c) {
   std::copy_n(y, 2 * n_, c);
   if (!series_) return findCoupledSeries(t, y, order, c);
-  (coupled_ ? cartOrders_ : evaluations_) += order;
+  (coupled_ ? endedOrders_ : evaluations_) += order;
   if (!effects_.act())
     return series_->find(order, {nullptr, nullptr, nullptr, outside_.ground}, nullptr, c, carry);
   known_ = {t, n_, c, series_->rotations(), series_->rotationsPerOrder()};

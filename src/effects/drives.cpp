@@ -172,7 +172,7 @@ class HeldTip : public LawEffect {
   }
   bool hasPower() const override { return moves_; }
   bool holdsTip() const override { return true; }
-  bool hasSeries() const override { return false; }
+  bool hasSeries() const override { return !moves_ && tip_.rows == 2; }
   bool variesWithTime() const override { return moves_; }
   void couple(double t, int k, Couplings& to) const override {
     const GivenMotion x = laws_[0].order(k, t), y = laws_[1].order(k, t);

@@ -151,10 +151,10 @@ struct SeriesCart {
 struct SeriesArrays {
   static constexpr int columns = 6;  ///< products a link
   static constexpr int chunk = 8;    ///< the width of one link and of two, and a divisor of all others
-  static constexpr int bodyNumbers = 15;
+  static constexpr int bodyNumbers = 15, tipNumbers = 6;
   static constexpr int knownOrders = 4;  ///< found at a time, of chains in lanes
   int n, width;
-  double *rows, *known, *bodies, *e;
+  double *rows, *known, *bodies, *tip, *e;
   const double* links;
   const double* inverses = nullptr;  ///< of one body: for k = 0, 1 … 1/k in two parts, each of them twice
 };
@@ -217,8 +217,8 @@ struct Kernel {
                 Vec2d ground, double* pins);
   CoupledKernel coupledLinks, coupledSegments;
   LinearKernels inSegments, linkByLink;
-  SeriesRun series[4];         ///< for one body, for two, for any number; for one on a slide
-  EnsembleKernel ensemble[3];  ///< likewise
+  SeriesRun series[5];         ///< for one body, for two, for any number; with a held tip; for one on a slide
+  EnsembleKernel ensemble[3];  ///< for one body, for two, for any number
 };
 
 extern const Kernel kernelBaseline, kernelAvx2, kernelAvx512;

@@ -21,7 +21,7 @@ constexpr Kernel kernelHere(const char* name, const ShortChains* shortChains) {
           {coupledSegments<false>, coupledSegments<true>, coupledSegments<true>},
           linearKernels<Pack>,
           linearKernels<Lane>,
-          {seriesOfOne, seriesOf<Two>, seriesOf<Links<Lane>>, seriesOfCart},
+          {seriesOfOne, seriesOf<Two>, seriesOf<Links<Lane>>, seriesOf<Links<Lane, true>>, seriesOfCart},
           {ensembleOf<OneInEachLane>, ensembleOf<TwoInEachLane>, ensembleOf<Links<Pack>>}};
 }
 

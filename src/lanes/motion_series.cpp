@@ -12,8 +12,8 @@ namespace {
 using simd::SeriesArrays;
 
 /// The products of a chain. One chain takes them chunk by chunk, in lanes.
-int widthOf(int n, int lanes) {
-  if (n == 2) return SeriesArrays::chunk;
+int widthOf(int n, int lanes, bool holdsTip) {
+  if (n == 2 && !holdsTip) return SeriesArrays::chunk;
   if (lanes > 1) return n == 1 ? 2 : SeriesArrays::columns * n;
   const int chunks = (SeriesArrays::columns * n + SeriesArrays::chunk - 1) / SeriesArrays::chunk;
   return chunks * SeriesArrays::chunk;
@@ -21,13 +21,14 @@ int widthOf(int n, int lanes) {
 
 }  // namespace
 
-SeriesStorage::SeriesStorage(int n, int order, int lanes)
-    : n_(n), width_(widthOf(n, lanes)), lanes_(index(lanes)) {
+SeriesStorage::SeriesStorage(int n, int order, int lanes, bool holdsTip)
+    : n_(n), width_(widthOf(n, lanes, holdsTip)), lanes_(index(lanes)) {
   constexpr int linkNumbers = sizeof(simd::SeriesLink<double>) / sizeof(double);
   const auto make = [this](CacheLines& array, int numbers) { array.resize(index(numbers) * lanes_); };
   make(rows_, 2 * width_ * (order + 2));
   make(known_, (lanes > 1 ? SeriesArrays::knownOrders : 1) * width_);
   make(bodies_, SeriesArrays::bodyNumbers * n);
+  make(tip_, holdsTip ? SeriesArrays::tipNumbers * n : 0);
   make(links_, linkNumbers * n);
   e_.resize(index(n * (order + 2)) * lanes_);
   if (n > 2 || lanes > 1) return;
@@ -59,13 +60,16 @@ void SeriesStorage::putCart(const Chain& chain) {
                                        rail};
 }
 
-MotionSeries::MotionSeries(const Chain& chain, int order, const simd::Kernel* kernel)
+MotionSeries::MotionSeries(const Chain& chain, int order, const simd::Kernel* kernel, bool holdsTip)
     : n_(chain.size()),
       slides_(chain.slides()),
       orders_(order),
+      holdsTip_(holdsTip),
       kernel_(kernel ? *kernel : simd::kernelFor(n_)),
-      run_(kernel_.series[slides_ > 0 ? 3 : std::min(n_, 3) - 1]),
-      storage_(n_, order, 1) {
+      run_(kernel_.series[slides_ > 0 ? 4
+                          : holdsTip  ? 3
+                                      : std::min(n_, 3) - 1]),
+      storage_(n_, order, 1, holdsTip) {
   if (slides_ > 0) storage_.putCart(chain);
   for (int j = 0; j < n_ && slides_ == 0; ++j) storage_.put(j, 0, chain.links()[index(j)]);
 }
@@ -91,13 +95,13 @@ bool MotionSeries::areWorthwhile(int n) {
 double MotionSeries::cost(int order) const {
   // By clock, for a cart and its pole, one link, two, and others, whose evaluations are faster the longer the
   // chain.
-  const double perOrder = slides_ > 0 ? 0.2
+  const double perOrder = slides_ > 0 ? 0.12
                           : n_ == 1   ? 0.42
                           : n_ == 2   ? 0.6
                           : n_ <= 16  ? 1.4
                           : n_ <= 50  ? 2
                                       : 3.6;
-  return perOrder * order;
+  return (holdsTip_ ? 0.5 : 1) * perOrder * order;
 }
 
 }  // namespace planar_chain

@@ -20,6 +20,8 @@
 /// and a closed form: without them auto takes 1.6 and 2.6 times as long at a tolerance of 1e-8. The lanes
 /// of one link take orders of a sum: series_one.h says what that saves.
 ///
+/// Slides and held tips: see series_cart.h and series_links.h.
+///
 /// Source: the rules for products, quotients and exponentials of series, E. Hairer, S. P. Nørsett, G. Wanner,
 /// Solving Ordinary Differential Equations I (1993), section I.8; À. Jorba, M. Zou, A software package for
 /// the numerical integration of ODEs by means of high-order Taylor methods, Exp. Math. 14 (2005).
@@ -35,21 +37,15 @@ namespace planar_chain {
 class SeriesStorage {
  public:
   /// Of n links each, for a series up to `order`. Allocates; the other functions do not.
-  SeriesStorage(int n, int order, int lanes);
+  SeriesStorage(int n, int order, int lanes, bool holdsTip = false);
   /// Link j of the chain in a lane.
   void put(int j, std::size_t lane, const Link& link);
   /// A slide and one body on it.
   void putCart(const Chain& chain);
 
   simd::SeriesArrays arrays() {
-    return {n_,
-            width_,
-            rows_.data(),
-            known_.data(),
-            bodies_.data(),
-            &e_.data()->c,
-            links_.data(),
-            inverses_.data()};
+    return {n_,          width_,        rows_.data(),  known_.data(),   bodies_.data(),
+            tip_.data(), &e_.data()->c, links_.data(), inverses_.data()};
   }
   /// Order k of exp(i θ_j) of one chain is number k n + j.
   const Rotation<double>* e() const { return e_.data(); }
@@ -58,14 +54,15 @@ class SeriesStorage {
  private:
   int n_, width_;
   std::size_t lanes_;
-  CacheLines rows_, known_, bodies_, links_, inverses_;
+  CacheLines rows_, known_, bodies_, tip_, links_, inverses_;
   AlignedArray<Rotation<double>> e_;
 };
 
 class MotionSeries {
  public:
-  /// For orders 0 … orders − 1 of α. Uses the given kernel, or else the best of this CPU. Allocates.
-  MotionSeries(const Chain& chain, int orders, const simd::Kernel* kernel = nullptr);
+  /// For orders 0 … orders − 1 of α. Uses the given kernel, or else the best of this CPU. holdsTip: at a
+  /// point that rests. Allocates.
+  MotionSeries(const Chain& chain, int orders, const simd::Kernel* kernel = nullptr, bool holdsTip = false);
 
   /// True if there are series of such a chain: one without slides, or one slide and one body on it.
   static bool areFor(const Chain& chain);
@@ -87,6 +84,7 @@ class MotionSeries {
 
  private:
   int n_, slides_, orders_;
+  bool holdsTip_;
   const simd::Kernel& kernel_;
   simd::SeriesRun run_;
   SeriesStorage storage_;

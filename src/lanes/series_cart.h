@@ -83,24 +83,18 @@ class CartAndPole {
     loads->findOrder(k, c_ + 4 * k, c_ + 4 * k + 2);
   }
 
-  /// The products of rows i = 2 … k − 2 and k + 1 − i, from the middle on.
+  /// The products of rows i = 2 … k − 2 and k + 1 − i
   [[gnu::always_inline]] Four sumFromMemory(int k) const {
     Four sums[2];
-    const auto add = [](const double* x, const double* y, Four& sum) {
-      sum = mulAdd(Four::load(x), Four::load(y + 4), sum);
+    const double *x = rows_ + 2 * row, *y = rows_ + row * (k - 1) + 4;
+    const auto add = [&](int i) {
+      sums[i] = mulAdd(Four::load(x + row * i), Four::load(y - row * i), sums[i]);
     };
-    if (k < 3) return {};
-    const double *low = rows_ + (k + 1) / 2 * row, *high = rows_ + (k + 2) / 2 * row;
-    if (low == high && k > 3) {
-      add(low, high, sums[0]);
-      low -= row;
-      high += row;
+    for (; y > rows_ + 4 * row; x += 2 * row, y -= 2 * row) {
+      add(0);
+      add(1);
     }
-    for (; low > rows_ + 2 * row; low -= row, high += row) {
-      add(low, high, sums[0]);
-      add(high, low, sums[1]);
-    }
-    if (k > 3) add(rows_ + 2 * row, rows_ + (k - 1) * row, sums[1]);
+    if (y > rows_ + 3 * row) add(0);
     return sums[0] + sums[1];
   }
 
@@ -108,7 +102,7 @@ class CartAndPole {
   [[gnu::always_inline]] void findOrder(int k, Acting acting) {
     const auto over = [&](int divisor, Pair a) {
       const double* inverse = inverses_ + 4 * divisor;
-      return mulAdd(a, Pair::load(inverse), a * Pair::load(inverse + 2));
+      return quotient(a, divisor, Pair::load(inverse), Pair::load(inverse + 2));
     };
     const Pair signs = {Pair::Register{-1, 1}};
     Pair parts = mulAdd(turning_, ofTurning_, place_ * ofPlace_);
@@ -150,14 +144,14 @@ class CartAndPole {
     const Pair place = swapped(place_);
     joined(place, place).store(rows_ + row * (k + 1) + 4);
     turning_ = mulAdd(omega0_, place, turns);
-    orders_ += Lane(1);
+    orders_ += Pair(1);
 
-    Lane X = ofX_ * mulAdd(s0_, Lane(alpha_.v[1]), -(orders_ * Lane(turning_.v[0])));
+    Lane X = ofX_ * mulAdd(s0_, Lane(alpha_.v[1]), -(Lane(orders_.v[0]) * Lane(turning_.v[0])));
     if constexpr (acts) X = mulAdd(Lane(cart_.perMass), lastF_ = acting.f, X);
     X_ = Pair(X.v);
     if (isFirst) X -= Lane(along_);
-    (rates_ / Pair(orders_.v)).store(c_ + 4 * k + 4);
-    rates_ = Pair(Pair::Register{X.v, alpha_.v[1]}) / Pair(orders_.v);
+    (rates_ / orders_).store(c_ + 4 * k + 4);
+    rates_ = Pair(Pair::Register{X.v, alpha_.v[1]}) / orders_;
     rates_.store(c_ + 4 * k + 6);
   }
 
@@ -170,7 +164,7 @@ class CartAndPole {
   Pair ofSum_, ofU_, sumOfU_, ofPlace_, moreOfPlace_, ofTurning_, moreOfTurning_, late_, omega0_, omega1_,
       start_;
   Four last_;
-  Lane orders_;
+  Pair orders_;
   Pair place_;          ///< c, s
   Pair turning_;        ///< −w, v without ω_k
   Pair omega_, alpha_;  ///< of opposite signs

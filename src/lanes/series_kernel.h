@@ -68,16 +68,28 @@ template <class Real>
   return link;
 }
 
-/// 1/k in two parts. The rounding of 1/3, the same in every step, would make each add energy.
+/// a/k, where 1/k has two parts. The rounding of 1/3, the same in every step, would make each add energy.
+/// Only a fused multiplication sees the second part.
+template <class Real>
+[[gnu::always_inline]] inline Real quotient(Real a, [[maybe_unused]] int k, [[maybe_unused]] Real whole,
+                                            [[maybe_unused]] Real rest) {
+#ifdef PLANAR_CHAIN_FUSES
+  return mulAdd(a, whole, a * rest);
+#else
+  return a / Real(k);
+#endif
+}
+
 struct Inverse {
-  explicit Inverse(int k) : whole(1.0 / k), rest(mulAdd(Lane(-k), whole, Lane(1)) * whole) {}
+  explicit Inverse(int k_) : k(k_), whole(1.0 / k), rest(mulAdd(Lane(-k), whole, Lane(1)) * whole) {}
+  int k;
   Lane whole, rest;
 };
 /// a/k
 template <int count>
 [[gnu::always_inline]] inline PackOf<count> operator*(PackOf<count> a, Inverse perK) {
   using Real = PackOf<count>;
-  return mulAdd(a, Real(perK.whole.v), a * Real(perK.rest.v));
+  return quotient(a, perK.k, Real(perK.whole.v), Real(perK.rest.v));
 }
 
 /// Input of order k, and the places of order k + 1.

@@ -25,7 +25,11 @@ struct BodyInSeries {
 static_assert(sizeof(BodyInSeries<Lane>) == SeriesArrays::bodyNumbers * sizeof(double));
 
 /// Link by link. Columns of each: how it turns, m R×a, P×f, with a of the inner pin and f on the next link.
-template <class Real>
+///
+/// A tip that is held takes the force φ_k that keeps its acceleration at zero, the last part of f. With c_j =
+/// u_j for φ_0 = 1 along each axis, the tip accelerates by −Σ c_j u_j/D_j, so φ_k = G⁻¹ (a° − Σ c_j u_j/D_j),
+/// where G = Σ c_j c_jᵀ/D_j and a° is its acceleration as if α_k were 0.
+template <class Real, bool holdsTip = false>
 class Links {
  public:
   using RealType = Real;
@@ -33,7 +37,9 @@ class Links {
   Links(const SeriesArrays& of, Vec2<Real> ground, const double* omega)
       : n_(of.n), width_(of.width), sums_(of.known), known_(of.known), links_(of.links), ground_(ground) {
     bodies_ = reinterpret_cast<BodyInSeries<Real>*>(of.bodies);
-    Sym2<Real> A;
+    tip_ = reinterpret_cast<UnderTip*>(of.tip);
+    Sym2<Real> A, G;
+    Vec2<Real> bx, by;
     for (int j = n_ - 1; j >= 0; --j) {
       beginTurning(of, width_, j, columns * j, read<Real>(omega, j));
       const SeriesLink<Real> link = seriesLinkAt<Real>(links_, j);
@@ -45,7 +51,20 @@ class Links {
       bodies_[j].A = A;
       bodies_[j].W = W;
       bodies_[j].inverseD = inverse;
+      if constexpr (holdsTip) {
+        const Vec2<Real> u{-cross(P, Vec2<Real>{Real(1), Real(0)} + bx),
+                           -cross(P, Vec2<Real>{Real(0), Real(1)} + by)};
+        tip_[j] = {u, bx, by};
+        bx = mulAdd(u.x, W, bx);
+        by = mulAdd(u.y, W, by);
+        const Vec2<Real> perD = inverse * u;
+        G = {mulAdd(perD.x, u.x, G.xx), mulAdd(perD.x, u.y, G.xy), mulAdd(perD.y, u.y, G.yy)};
+      }
       A = {m + A.xx - U.x * W.x, A.xy - U.x * W.y, m + A.yy - U.y * W.y};
+    }
+    if constexpr (holdsTip) {
+      const Real inverse = Real(1) / (G.xx * G.yy - G.xy * G.xy);
+      inverseG_ = {inverse * G.yy, -inverse * G.xy, inverse * G.xx};
     }
   }
   int bodies() const { return n_; }
@@ -82,6 +101,8 @@ class Links {
       a += second(order, body.z, link.p);
     }
 
+    if (isFirst) a -= ground_;
+
     // Forces, inwards, and what moment is left over; b of all that it makes move.
     Vec2<Real> f, b;
     for (int j = n_ - 1; j >= 0; --j) {
@@ -92,6 +113,7 @@ class Links {
       const Real u = left - cross(product.firstX(Pf), b);
       const Vec2<Real> inertial = body.f;
       body.v = body.inverseD * u;
+      if constexpr (holdsTip) a -= body.v * tip_[j].u;
       body.f = f;
       body.b = b;
       f += inertial;
@@ -100,9 +122,15 @@ class Links {
     }
 
     // α_k, outwards, and what it does.
+    const Vec2<Real> held = holdsTip ? inverseG_ * a : Vec2<Real>{};
     Vec2<Real> da;
     for (int j = 0; j < n_; ++j) {
-      const BodyInSeries<Real>& body = bodies_[j];
+      BodyInSeries<Real>& body = bodies_[j];
+      if constexpr (holdsTip) {
+        body.v = mulAdd(body.inverseD, dot(tip_[j].u, held), body.v);
+        body.f += held;
+        body.b += held.x * tip_[j].bx + held.y * tip_[j].by;
+      }
       const auto product = productsOf(j);
       const Real alpha = body.v - dot(body.W, da);
       product.setCrossY(mRa, body.a + da);
@@ -115,10 +143,17 @@ class Links {
  private:
   static constexpr int columns = SeriesArrays::columns;
   enum { mRa = 2, Pf = 4 };
+  /// u and b for φ = 1 along each axis
+  struct UnderTip {
+    Vec2<Real> u, bx, by;
+  };
+  static_assert(sizeof(UnderTip) == SeriesArrays::tipNumbers * sizeof(Real));
   int n_, width_;
   double *sums_, *known_;
   const double* links_;
   BodyInSeries<Real>* bodies_;
+  UnderTip* tip_;  ///< of a held one
+  Sym2<Real> inverseG_;
   Vec2<Real> ground_;
 };
 

@@ -133,7 +133,7 @@ class One {
   [[gnu::always_inline]] void findOrder(int k, Pair iz, double own) {
     const auto over = [&](int divisor, Pair a) {
       const double* inverse = inverses_ + 4 * divisor;
-      return mulAdd(a, Pair::load(inverse), a * Pair::load(inverse + 2));
+      return quotient(a, divisor, Pair::load(inverse), Pair::load(inverse + 2));
     };
     const Pair parts = mulAdd(pull_, turned_, Pair(Pair::Register{own, 0}));
     const Pair alpha = parts + swapped(parts);

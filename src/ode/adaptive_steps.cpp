@@ -95,9 +95,9 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
   const double h = next - state.t;
 
   // Attempt it.
-  stepper_->step(state.t, h, state.y);
   const double most = aimed_ * std::max(lengthened, 1 / lengthened);
   const bool isAsForeseen = isForeseen && most <= 1 && h > nearlyWhole * h_;
+  isAsForeseen ? stepper_->stepAsForeseen(state.t, h, state.y) : stepper_->step(state.t, h, state.y);
   const double error = isAsForeseen ? most : errorNorm(state.y, h, stepper_->error());
   const bool mayPass = error <= 1 || isJump;
   const bool taken = mayPass && std::isfinite(error) && stepper_->take(state, next);

@@ -56,7 +56,7 @@ std::unique_ptr<Integrator> makeMethod(const std::string& name, SeriesSystem& f,
   constexpr int twoLinks = 4;     // components
   constexpr int shortChain = 20;  // positions
   constexpr double veryFine = 1e-6;
-  const bool isTiny = f.size() <= twoLinks;
+  const bool isTiny = f.freedoms() <= twoLinks;
   const bool beginsWithSeries = isTiny || (tolerance.value <= veryFine && f.positions() <= shortChain);
   std::vector<const char*> names{"rodas5p", "radau13", "dop853"};
   if (f.seriesAreWorthwhile() && (isTiny || tolerance.isFine())) {

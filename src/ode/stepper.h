@@ -54,6 +54,8 @@ class Stepper {
   virtual bool foresees(const State& /*from*/, double /*h*/) { return false; }
   /// Attempts a step from (t, y). Sets increment() ≈ y(t + h) − y and, with an estimate, error().
   virtual void step(double t, double h, const Vector& y) = 0;
+  /// The same after foresees() with nearly this h, where error() is not needed.
+  virtual void stepAsForeseen(double t, double h, const Vector& y) { step(t, h, y); }
   /// As step(), but again from the start of the last accepted step. Discards the f known at its end.
   virtual void stepAgain(double t, double h, const Vector& y) {
     forget();

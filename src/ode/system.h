@@ -52,6 +52,9 @@ class System {
   /// dydt = f(t, y), both of length size(). May write numbers that are not finite.
   virtual void derivative(double t, const double* y, double* dydt) = 0;
 
+  /// The number of components that its conditions, see project(), leave free.
+  virtual int freedoms() const { return size(); }
+
   virtual int arrangedSize() const { return size(); }
   /// arrange() copies y to the arranged order, restore() copies it back. The arrays must be different ones.
   virtual void arrange(const double* y, double* arranged) const { std::copy_n(y, size(), arranged); }

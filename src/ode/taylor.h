@@ -47,6 +47,7 @@ class Taylor : public Stepper {
     findError(h);
     findIncrement(t, h);
   }
+  void stepAsForeseen(double t, double h, const Vector& /*y*/) override { findIncrement(t, h); }
   /// By the same series.
   void stepAgain(double t, double h, const Vector& /*y*/) override {
     cost_ = 0;

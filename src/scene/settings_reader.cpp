@@ -87,16 +87,19 @@ void requireSeries(const Scene& scene, const Section& top) {
     top.section("integrator")
         .fault("method", "another method than taylor, as there is no Taylor series " + of, quoted("taylor"));
   };
+  const bool slides = scene.chain.slides() > 0;
   if (!MotionSeries::areFor(scene.chain)) refuse("of a prismatic link but with one revolute link alone");
   for (const EffectKind* kind : effectKinds()) {
     const std::unique_ptr<Effect> effect = kind->make(scene);
     if (!effect) continue;
-    const bool couples = effect->coupler() || (effect->forces() && effect->forces()->dependOnMotion());
-    if (effect->hasSeries() && !(couples && scene.chain.slides() > 0)) continue;
+    const bool couples = effect->coupler() ? slides || !effect->coupler()->holdsTip()
+                                           : effect->forces() && effect->forces()->dependOnMotion();
+    if (effect->hasSeries() && !(couples && (slides || scene.tip))) continue;
     SceneWords words;
     kind->summarize(scene, words);
     const std::string name = words.runs.empty() ? "what acts" : words.runs.back();
-    refuse("with " + name + (effect->hasSeries() ? " beside a prismatic link" : ""));
+    const char* beside = slides ? " beside a prismatic link" : " beside a held tip";
+    refuse("with " + name + (effect->hasSeries() ? beside : ""));
   }
 }
 
