@@ -129,7 +129,10 @@ void ExactSolve::linearize(const Evaluation& at, const Couplings& couplings) {
                          tangents_.k.data() + slides, tangents_.d.data() + slides,
                          coupled_->couplings.joints.data() + slides,
                          mechanism_.hasEnds() ? kept.ends.pinAcceleration : kept.ground, kept.ends.tipForce});
-  if (!mechanism_.hasEnds()) return;
+  if (mechanism_.hasEnds()) takeEnds();
+}
+
+void ExactSolve::takeEnds() {
   EndsTangent& ends = coupled_->ends;
   ends.inner = innerEndOf(mechanism_.chain(), coupled_->couplings.joints.data());
   std::copy_n(tangents_.k.begin(), mechanism_.slides(), ends.stiffness.begin());

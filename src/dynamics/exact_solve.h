@@ -115,6 +115,7 @@ class ExactSolve {
     return change;
   }
   Powers powersAlongInOrder(const double* uv);
+  void takeEnds();
   /// That of held joints and the base, along the last solution.
   template <class Scalar>
   Scalar couplingPowerAlong(const Solver<Scalar>& solver) const;
