@@ -17,11 +17,27 @@ namespace planar_chain {
 
 namespace {
 
-constexpr double farthest = 1e3;     // rad: an energy that still falls there has no minimum
-constexpr double longestTurn = 1;    // rad in one step
-constexpr double leastShare = 1e-6;  // of the weight's moments, in place of a smaller κ'
-constexpr double exact = 1e-14;      // of the weight's moments
-constexpr double push = 1e-3;        // rad, off a stationary point
+/// rad from the start: an energy that still falls there has no minimum. Smaller, a chain that winds up under
+/// a torque is refused though its springs hold it; larger, one that has no equilibrium is refused later.
+constexpr double farthest = 1e3;
+/// rad in one step. Longer, a step passes the nearest minimum and ends in another one.
+constexpr double longestTurn = 1;
+/// Of the weight's moments, in place of a smaller κ'. At 0 links that carry nothing have a singular matrix;
+/// much larger, steps of soft chains are far too short.
+constexpr double leastShare = 1e-6;
+/// Of the weight's moments: some fifty roundings. Below rounding, no pose is balanced.
+constexpr double exact = 1e-14;
+/// rad, off a stationary point. The energy falls by its square, 1e-6 of the curvature: far above rounding.
+/// Much larger, the push leads over the next ridge.
+constexpr double push = 1e-3;
+/// A step must lower the energy by this share of what its slope promises (Armijo's rule). Near 1, good steps
+/// are refused; at 0, steps may shrink to nothing on the way.
+constexpr double promised = 1e-4;
+/// A step is halved down to this share. Below, the energies of both ends differ by rounding alone.
+constexpr double shortestStep = 1e-10;
+/// Of the weight's moments: a pivot that is not above this has no sign, for rounding. Larger, the search
+/// leaves minima of soft chains; smaller, it stays on saddles.
+constexpr double unsure = 1e-12;
 
 class Search {
  public:
@@ -311,9 +327,9 @@ class Search {
     turn *= std::min(1.0, longestTurn / turn.cwiseAbs().maxCoeff());
     const double slope = moment_.dot(turn), energy = energyAt(theta);
     const double largest = moment_.cwiseAbs().maxCoeff();
-    for (double share = 1; share > 1e-10; share /= 2) {
+    for (double share = 1; share > shortestStep; share /= 2) {
       const Eigen::VectorXd next = moved(theta, turn, share);
-      if (energyAt(next) < energy - 1e-4 * share * slope) {
+      if (energyAt(next) < energy - promised * share * slope) {
         theta = next;
         return true;
       }
@@ -333,7 +349,7 @@ class Search {
     constexpr int mostPushes = 1000;
     constexpr double epsilon = std::numeric_limits<double>::epsilon();
     find(theta);
-    const Eigen::Index groups = kappa_.size(), bad = factor(0, 1e-12 * scale_);
+    const Eigen::Index groups = kappa_.size(), bad = factor(0, unsure * scale_);
     if (groups == 0 || ++pushes_ > mostPushes) return false;
     // The softest direction x: xᵀ H x is that pivot; or by inverse iteration.
     Eigen::VectorXd x = Eigen::VectorXd::Zero(groups);
@@ -347,7 +363,7 @@ class Search {
     x *= push / x.cwiseAbs().maxCoeff();
     const Eigen::VectorXd one = moved(theta, x, 1), other = moved(theta, x, -1);
     const double energy = energyAt(theta), oneEnergy = energyAt(one), otherEnergy = energyAt(other);
-    const double rounding = bad < groups && pivot_[bad] < -1e-12 * scale_ ? 0 : (16 + n_) * epsilon * scale_;
+    const double rounding = bad < groups && pivot_[bad] < -unsure * scale_ ? 0 : (16 + n_) * epsilon * scale_;
     if (!(std::min(oneEnergy, otherEnergy) < energy - rounding)) return false;
     theta = oneEnergy < otherEnergy ? one : other;
     return true;

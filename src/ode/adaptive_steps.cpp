@@ -10,15 +10,41 @@
 
 namespace planar_chain::ode {
 
+namespace {
+
+/// A step that is at least this share of the rest ends with it. At 1, the rounding of h leaves last steps of
+/// no length; far below, the error control's choice is exceeded.
+constexpr double almostAll = 1 - 1e-9;
+/// The present error acts with the exponent 1/order less this share of β, as in Hairer's codes. A larger
+/// share answers growing errors too weakly, and more steps are rejected.
+constexpr double takenBack = 0.75;
+/// An error of 0 counts as this: its logarithm is finite, and the step grows by the largest factor anyway.
+constexpr double tiny = 1e-30;
+/// After a rejection the next attempt is at most this share of the last: an error just above 1 must fall.
+constexpr double shorter = 0.9;
+/// The same after a result that is not finite, which says nothing of the error.
+constexpr double farShorter = 0.1;
+
+// The first step: numbers of Hairer, Nørsett, Wanner. A wrong one costs a run a few steps, or one rejection.
+constexpr double fromRest = 1e-5;    ///< of the scale: sizes and slopes below give no time scale
+constexpr double blind = 1e-6;       ///< s: Euler's step then
+constexpr double ofScale = 0.01;     ///< the error of the first step, and the way of Euler's
+constexpr double straight = 1e-15;   ///< slopes below say nothing of the error
+constexpr double slowGrowth = 1e-3;  ///< of Euler's step, then
+constexpr double mostOfEuler = 100;  ///< times Euler's step
+constexpr double boldly = 1. / 4;    ///< of the proposal: a bold step of an explicit method
+
+}  // namespace
+
 // Inline: as calls they make a step of dopri5 with one link 1 % longer (test/instructions.py).
 inline double AdaptiveSteps::landing(double t, double end, double h) {
   const double left = end - t;
-  if (h >= left * (1 - 1e-9)) return end;
+  if (h >= left * almostAll) return end;
   return h > left / 2 ? t + left / 2 : t + h;
 }
 
 inline double AdaptiveSteps::growth(double log) const {
-  return safety * simd::exp2(beta_ * lastLog_ - (exponent_ - 0.75 * beta_) * log);
+  return safety * simd::exp2(beta_ * lastLog_ - (exponent_ - takenBack * beta_) * log);
 }
 
 inline double AdaptiveSteps::foreseen(double error) const {
@@ -107,7 +133,7 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
     // cut short does not predict far longer ones.
     stepper_->accept();
     if (!isForeseen) {
-      const double log = simd::log2(std::max(error, 1e-30));
+      const double log = simd::log2(std::max(error, tiny));
       const double wanted = h * std::max(growth(log), isJump ? 1 : smallestFactor);
       h_ = std::min(wanted, justRejected_ ? h : largestFactor * h_);
       lastLog_ = std::max(log, smallestLog);
@@ -119,8 +145,8 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
   }
 
   // Reject it and shorten the next one.
-  const double factor = finite_ ? safety * simd::power(error, -exponent_) : 0.1;
-  h_ = h * std::min(std::max(factor, finite_ ? smallestFactor : 0.0), 0.9);
+  const double factor = finite_ ? safety * simd::power(error, -exponent_) : farShorter;
+  h_ = h * std::min(std::max(factor, finite_ ? smallestFactor : 0.0), shorter);
   justRejected_ = true;
   ++count_.rejected;
   return std::nullopt;
@@ -146,16 +172,17 @@ double AdaptiveSteps::propose(const State& state, double left, bool isBold) {
   };
   const double d0 = norm([&](Eigen::Index i) { return tolerance_.size(state.y, i) - 1; });
   const double d1 = norm([&](Eigen::Index i) { return slope[i]; });
-  const bool isFromRest = d0 <= 1e-5 || d1 <= 1e-5;
-  const double h0 = std::min(left, isFromRest ? 1e-6 : 0.01 * d0 / d1);
+  const bool isFromRest = d0 <= fromRest || d1 <= fromRest;
+  const double h0 = std::min(left, isFromRest ? blind : ofScale * d0 / d1);
   trial_ = state.y + h0 * slope;
   stepper_->system().slope(state.t + h0, trial_.data(), trialDerivative_.data());
   const double d2 = norm([&](Eigen::Index i) { return (trialDerivative_[i] - slope[i]) / h0; });
   const double most = std::max(d1, d2);
-  const double h1 = most > 1e-15 ? simd::power(0.01 / most, exponent_) : std::max(1e-6, 1e-3 * h0);
+  const double h1 =
+      most > straight ? simd::power(ofScale / most, exponent_) : std::max(blind, slowGrowth * h0);
   if (!std::isfinite(h1)) return h_ = h0;
-  if (isBold && (isExplicit() || isFromRest)) return h_ = std::min(isExplicit() ? h1 / 4 : h1, left);
-  return h_ = std::min({100 * h0, h1, left});
+  if (isBold && (isExplicit() || isFromRest)) return h_ = std::min(isExplicit() ? boldly * h1 : h1, left);
+  return h_ = std::min({mostOfEuler * h0, h1, left});
 }
 
 double AdaptiveSteps::foreseenStep(const State& state) {
