@@ -30,7 +30,7 @@ std::unique_ptr<Radau> radauFor(LinearizedSystem& f, double tolerance) {
 }
 
 /// c^k, component by component.
-RadauTable::Vector power(int k) {
+RadauTable::PerStage power(int k) {
   return radau13().c.array().pow(k).matrix();
 }
 
@@ -38,7 +38,7 @@ RadauTable::Vector power(int k) {
 // 13 ≤ 2·7 + 2 (Hairer, Nørsett, Wanner I, theorem II.7.4).
 TEST(RadauTable, MeetsTheConditionsOfOrder13AndNotOf14) {
   const RadauTable& table = radau13();
-  const RadauTable::Vector b = table.A.row(s - 1);
+  const RadauTable::PerStage b = table.A.row(s - 1);
   EXPECT_EQ(table.c[s - 1], 1);
   for (int k = 1; k <= 13; ++k) EXPECT_NEAR(b.dot(power(k - 1)), 1. / k, 1e-15) << "B " << k;
   EXPECT_GT(std::abs(b.dot(power(13)) - 1. / 14), 1e-9);
@@ -46,8 +46,8 @@ TEST(RadauTable, MeetsTheConditionsOfOrder13AndNotOf14) {
     EXPECT_LT((table.A * power(k - 1) - power(k) / k).cwiseAbs().maxCoeff(), 1e-15) << "C " << k;
   }
   for (int k = 1; k <= 6; ++k) {
-    const RadauTable::Vector left = table.A.transpose() * b.cwiseProduct(power(k - 1));
-    const RadauTable::Vector right = b.cwiseProduct(RadauTable::Vector::Ones() - power(k)) / k;
+    const RadauTable::PerStage left = table.A.transpose() * b.cwiseProduct(power(k - 1));
+    const RadauTable::PerStage right = b.cwiseProduct(RadauTable::PerStage::Ones() - power(k)) / k;
     EXPECT_LT((left - right).cwiseAbs().maxCoeff(), 1e-15) << "D " << k;
   }
 }
@@ -145,9 +145,9 @@ TEST(Radau, EstimatesTheErrorByItsFormula) {
     const Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 2);
     radau->step(t, h, y);
 
-    const RadauTable::Vector slopes = -1000 * (y[0] - (t + h * table.c.array()).cos());
+    const RadauTable::PerStage slopes = -1000 * (y[0] - (t + h * table.c.array()).cos());
     const RadauTable::Square system = RadauTable::Square::Identity() + 1000 * h * table.A;
-    const RadauTable::Vector Z = system.partialPivLu().solve(h * table.A * slopes);
+    const RadauTable::PerStage Z = system.partialPivLu().solve(h * table.A * slopes);
     double side = 0;
     f.derivative(t, y.data(), &side);
     side += table.lambda / h * table.e.dot(Z);
