@@ -110,8 +110,8 @@ class Tool(InFolder):
 
     def test_a_fit_that_does_not_converge_keeps_the_best(self):
         # Two evaluations are allowed in the last window, which does not suffice.
-        short = ("import runpy, sys; from planar_chain.fitting import solve; solve.LAST_CALLS = 2; sys.argv.pop(0); "
-                 "runpy.run_path(sys.argv[0], run_name='__main__')")
+        short = ("import os, runpy, sys; from planar_chain.fitting import solve; solve.LAST_CALLS = 2; sys.argv.pop(0); "
+                 "sys.path[0] = os.path.dirname(os.path.realpath(sys.argv[0])); runpy.run_path(sys.argv[0], run_name='__main__')")
         run = subprocess.run([sys.executable, "-c", short, os.path.join(BIN, "fit"), self.recording("single.yaml"), "--data",
                               self.recording("single_0.csv"), "--vary", "links/arm/inertia", "links/arm/joint/damping", "--output",
                               self.path("fitted.yaml")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,

@@ -2,6 +2,8 @@
 
 /// The Taylor series of any number of bodies; see motion_series.h for the equations.
 
+#include <cmath>
+
 #include "lanes/series_kernel.h"
 #include "lanes/series_known.h"
 #include "lanes/series_one.h"
@@ -28,7 +30,8 @@ static_assert(sizeof(BodyInSeries<Lane>) == SeriesArrays::bodyNumbers * sizeof(d
 ///
 /// A tip that is held takes the force φ_k that keeps its acceleration at zero, the last part of f. With c_j =
 /// u_j for φ_0 = 1 along each axis, the tip accelerates by −Σ c_j u_j/D_j, so φ_k = G⁻¹ (a° − Σ c_j u_j/D_j),
-/// where G = Σ c_j c_jᵀ/D_j and a° is its acceleration as if α_k were 0.
+/// where G = Σ c_j c_jᵀ/D_j and a° is its acceleration as if α_k were 0. Near a stretched pose, the rounding
+/// of the state decides the coefficients, which do not show it: there is no series.
 template <class Real, bool holdsTip = false>
 class Links {
  public:
@@ -63,7 +66,8 @@ class Links {
       A = {m + A.xx - U.x * W.x, A.xy - U.x * W.y, m + A.yy - U.y * W.y};
     }
     if constexpr (holdsTip) {
-      const Real inverse = Real(1) / (G.xx * G.yy - G.xy * G.xy);
+      const double det = (G.xx * G.yy - G.xy * G.xy).v, sum = (G.xx + G.yy).v;
+      const Real inverse = det > leastMargin * sum * sum ? 1 / det : NAN;
       inverseG_ = {inverse * G.yy, -inverse * G.xy, inverse * G.xx};
     }
   }
@@ -141,6 +145,8 @@ class Links {
   }
 
  private:
+  /// Of the eigenvalues of G: with 1e-10, a parallelogram left its branch at a change point.
+  static constexpr double leastMargin = 1e-6;
   static constexpr int columns = SeriesArrays::columns;
   enum { mRa = 2, Pf = 4 };
   /// u and b for φ = 1 along each axis

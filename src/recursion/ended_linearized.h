@@ -86,10 +86,11 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
     this->pinForce_ += force(y) - times(G_, tipForce_);
     for (std::size_t i = 0; i < slides(); ++i) {
       const PerEnd<double>&k = ends_.stiffness, &d = ends_.damping;
-      slideForces_[i] = slide(i).isHeld ? effort(i, y, this->pinForce_, s_() * s_() * turn[0] + drift[0])
+      slideForces_[i] = slide(i).isHeld ? effort(i, y[0], this->pinForce_, s_() * s_() * turn[0] + drift[0])
                                         : -k[i] * sigma[i] - (k[i] + s_() * d[i]) * turn[i];
     }
-    if (slides() > 0) this->pinForce_ += forceOnSlides(y, s_() * s_() * turn[0] + drift[0]);
+    ofLast_ = y[0];
+    ofInner_ = s_() * s_() * turn[0] + drift[0];
     Open::carryOutwards(rhoQ, rhoV, y, u + slides(), v + slides());
     for (std::size_t i = 0; i < slides(); ++i) {
       u[i] = sigma[i] + turn[i];
@@ -101,6 +102,11 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
   Scalar moment(int i) const override {
     const int slides = ends_.inner.slides;
     return i < slides ? slideForces_[index(i)] : Open::moment(i - slides);
+  }
+  /// With slides: on the base, which moves their masses too.
+  Vec2<Scalar> pinForce() const override {
+    const Vec2<Scalar> pin = Open::pinForce();
+    return slides() > 0 ? onSlides(ofLast_, pin, ofInner_, true) : pin;
   }
   Vec2<Scalar> tipForce() const override { return tipForce_; }
 
@@ -150,7 +156,7 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
       for (std::size_t to = 0; to < slides(); ++to) {
         if (slide(to).isHeld) continue;
         const Scalar inner = i == 0 ? s_() * s_() : Scalar(0);
-        E(Eigen::Index(to), Eigen::Index(i)) = effort(to, y, pin, inner);
+        E(Eigen::Index(to), Eigen::Index(i)) = effort(to, y[0], pin, inner);
       }
       if (!slide(i).isHeld)
         E(Eigen::Index(i), Eigen::Index(i)) += ends_.stiffness[i] + s_() * ends_.damping[i];
@@ -173,8 +179,9 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
     Numbers rest = Numbers::Zero();
     const Vec2<Scalar> pin = force(y) + this->pinForce_, moved = tipBy(y) + tip;
     for (std::size_t i = 0; i < slides(); ++i) {
-      rest[Eigen::Index(i)] = slide(i).isHeld ? -drift[i] / (s_() * s_())
-                                              : -effort(i, y, pin, drift[0]) - ends_.stiffness[i] * sigma[i];
+      rest[Eigen::Index(i)] = slide(i).isHeld
+                                  ? -drift[i] / (s_() * s_())
+                                  : -effort(i, y[0], pin, drift[0]) - ends_.stiffness[i] * sigma[i];
     }
     for (int j = 0; j < ends_.tip.rows; ++j) rest[2 + j] = -dotMixed(ends_.tip.row[index(j)], moved);
     return rest;
@@ -211,16 +218,16 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
     for (std::size_t k = 0; k < kinds; ++k) total += times(M[k], y[k]);
     return total;
   }
-  /// The change of the force along rail i. pin: of the force on the first body. inner: of the acceleration of
-  /// the first slide along its rail.
-  Scalar effort(std::size_t i, const Motion& y, Vec2<Scalar> pin, Scalar inner) const {
-    const Vec2<Scalar> ofLast = slide(slides() - 1).mass * y[0];
-    return dotMixed(slide(i).d, pin + (i == 0 ? forceOnSlides(y, inner) : ofLast));
+  /// The change of the force along rail i; the others as in onSlides().
+  Scalar effort(std::size_t i, Vec2<Scalar> last, Vec2<Scalar> pin, Scalar inner) const {
+    return dotMixed(slide(i).d, onSlides(last, pin, inner, i == 0));
   }
-  /// The change of what moves the masses of the slides.
-  Vec2<Scalar> forceOnSlides(const Motion& y, Scalar inner) const {
-    Vec2<Scalar> change = slide(slides() - 1).mass * y[0];
-    if (slides() == 2) change += (slide(0).mass * inner) * wide(slide(0).d);
+  /// The change of what moves the last slide, or all, and the bodies. last: of the acceleration of the last
+  /// slide. pin: of the force on the first body. inner: of the acceleration of the first slide along its
+  /// rail.
+  Vec2<Scalar> onSlides(Vec2<Scalar> last, Vec2<Scalar> pin, Scalar inner, bool all) const {
+    Vec2<Scalar> change = mulAdd(slide(slides() - 1).mass, last, pin);
+    if (all && slides() == 2) change += (slide(0).mass * inner) * wide(slide(0).d);
     return change;
   }
 
@@ -237,7 +244,8 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
   PerMotion<Matrix2<Scalar>, kinds> Gamma_;
   Eigen::PartialPivLU<Matrix> matrix_{Matrix(Matrix::Identity())};
   PerEnd<Scalar> slideForces_{};
-  Vec2<Scalar> tipForce_;
+  Vec2<Scalar> tipForce_, ofLast_;  ///< and the change of the acceleration of the last slide
+  Scalar ofInner_{};                ///< the same of the first slide along its rail
 };
 
 }  // namespace planar_chain
