@@ -486,20 +486,5 @@ TEST(Stop, FromBeyondItOnKernelAndOutputRateMatterAsRoundingAndToleranceDo) {
   EXPECT_GT(compared, 60);
 }
 
-// A contact is found on the course of a step: bracketed by whole steps, contacts cost two for each step.
-TEST(Stop, BesideFrictionIsLandedOnWithFewSteps) {
-  Joint joint;
-  joint.others.emplace_back("friction", 0.001);
-  joint.lower = -0.1;
-  joint.upper = 0.1;
-  joint.stopStiffness = 1e5;
-  Scene scene = test::uniformChain(100, {"", 0.1, 2e-5, {0.025, 0}, {0.05, 0}}, joint, joint, {0, -9.81});
-  scene.integrator.tolerance = 1e-6;
-  Simulation simulation(scene);
-  ASSERT_TRUE(simulation.advanceTo(0.1)) << simulation.fault();
-  EXPECT_GT(simulation.statistics().steps, 500);
-  EXPECT_LT(simulation.statistics().rejected, simulation.statistics().steps / 3);
-}
-
 }  // namespace
 }  // namespace planar_chain

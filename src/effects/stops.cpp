@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "ode/rise.h"
-
 namespace planar_chain {
 
 namespace {
@@ -157,28 +155,6 @@ class Stops : public Effect, public Switching {
         first = std::min({first, passing(-depth, noise), passing(push, pushNoise)});
     }
     return first < 1 ? first * h : -1;
-  }
-  /// Not of damped stops: within an overdamped one ẋ is far less exact on the course than by a step, and the
-  /// stop would push and part by turns.
-  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
-    if (!of.course) return {};
-    ode::Crossing first;
-    first.t = of.t + of.h;
-    for (const Stop& stop : stops_) {
-      const auto due = [&](double t) {
-        const double* y = t == of.t          ? of.y.data()
-                          : t == of.t + of.h ? of.next.data()
-                                             : of.course->at(t).data();
-        return stop.due(y, y + n_);
-      };
-      if (due(first.t) <= 0) continue;
-      if (stop.d > 0) return {};
-      ode::Rise rise{-1, due(of.t), due(of.t + of.h / 2), due(of.t + of.h)};
-      rise.beyond = stop.rounding(of.y.data()) + rise.ofTime(of);
-      first = ode::crossingOf(rise, of, first.t, due);
-    }
-    first.isBend = false;
-    return first;
   }
 
  private:

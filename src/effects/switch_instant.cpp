@@ -1,6 +1,7 @@
 #include "effects/switch_instant.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -10,6 +11,49 @@ namespace planar_chain {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+/// The times that differ by more than rounding within a stretch.
+double narrowest(const ode::Stretch& of) {
+  return 8 * epsilon * std::max(std::abs(of.t), of.h);
+}
+
+/// The polynomial through some points (x, g), by Newton's divided differences.
+class Interpolation {
+ public:
+  static constexpr std::size_t most = 10;
+
+  bool isFull() const { return size_ == most; }
+  void add(double x, double g) {
+    for (std::size_t k = 0; k < size_; ++k) g = (g - c_[k]) / (x - x_[k]);
+    x_[size_] = x;
+    c_[size_++] = g;
+  }
+  double value(double x, double& slope) const {
+    double value = slope = 0;
+    for (std::size_t j = size_; j-- > 0;) {
+      slope = value + slope * (x - x_[j]);
+      value = c_[j] + value * (x - x_[j]);
+    }
+    return value;
+  }
+  /// A zero in (low, high), where the polynomial rises from below 0 to above, by Newton's method.
+  double zero(double low, double high) const {
+    double x = (low + high) / 2;
+    for (int k = 0; k < 50; ++k) {
+      double slope;
+      const double g = value(x, slope), before = x;
+      (g > 0 ? high : low) = x;
+      x -= g / slope;
+      if (!(x > low && x < high)) x = (low + high) / 2;
+      if (std::abs(x - before) < 1e-15) break;
+    }
+    return x;
+  }
+
+ private:
+  std::array<double, most> x_, c_;
+  std::size_t size_ = 0;
+};
 
 /// Where the parabola through g0, gm, g1 at 0, ½, 1 has a top above 0 while its ends are not, 0 < s < 1; 1:
 /// nowhere. A curve may rise twice as far above its ends as the parabola.
@@ -78,16 +122,17 @@ double SwitchInstant::dueAt(int joint, double t, const ode::Stretch& of) const {
 /// What rounding of t, rates and moments asks for. Where |μ| reaches the torque of sliding, f bends and does
 /// not jump: a delay δ changes a rate by δ² alone, and `late` of the step's change is enough. Its bounds are
 /// shares of the breakaway torque: far above rounding, far below the torque.
-double SwitchInstant::mostBeyond(const ode::Stretch& of, const ode::Rise& rise) const {
-  const int joint = rise.which;
-  const double ofTime = rise.ofTime(of), most = joints_.breakaway(joint);
+double SwitchInstant::mostBeyond(int joint, const ode::Stretch& of, double begin, double half,
+                                 double end) const {
+  const double steepest = 2 * std::max(std::abs(half - begin), std::abs(end - half)) / of.h;
+  const double ofTime = narrowest(of) * steepest, most = joints_.breakaway(joint);
   constexpr double ofRates = 32 * epsilon, ofMoments = 1e-11, late = 1e-5, leastLate = 1e-8, mostLate = 1e-6;
   if (joints_.slides(joint)) {
     const double *omega = of.next.data() + n_, inner = joint > 0 ? std::abs(omega[joint - 1]) : 0;
     return ofTime + ofRates * (std::abs(omega[joint]) + inner);
   }
   if (joints_.hasBreakaway()) return ofTime + ofMoments * most;
-  return ofTime + std::max(std::clamp(late * (rise.end - rise.begin), leastLate * most, mostLate * most),
+  return ofTime + std::max(std::clamp(late * (end - begin), leastLate * most, mostLate * most),
                            (joints_.limit(joint) - most) / 2);
 }
 
@@ -140,11 +185,34 @@ ode::Crossing SwitchInstant::crossing(const ode::Stretch& of) const {
   return first;
 }
 
+/// A polynomial through what is due at known times is refined by Newton's method.
 ode::Crossing SwitchInstant::crossingOf(int joint, const ode::Stretch& of, double last) const {
   const auto due = [&](double t) { return dueAt(joint, t, of); };
-  ode::Rise rise{joint, due(of.t), due(of.t + of.h / 2), due(of.t + of.h)};
-  rise.beyond = mostBeyond(of, rise);
-  return ode::crossingOf(rise, of, last, due);
+  const double begin = due(of.t), half = due(of.t + of.h / 2), end = due(of.t + of.h);
+  const double beyond = mostBeyond(joint, of, begin, half, end);
+  Interpolation curve;
+  curve.add(0, begin - beyond / 2);
+  curve.add(0.5, half - beyond / 2);
+  curve.add(1, end - beyond / 2);
+  ode::Crossing found;
+  double low = of.t, high = last;
+  while (high - low > narrowest(of)) {
+    // Where rounding leaves the polynomial no zero, by halves.
+    double t = of.t + of.h * curve.zero((low - of.t) / of.h, (high - of.t) / of.h);
+    const bool isOfUse = !curve.isFull() && t > low && t < high;
+    if (!isOfUse) t = low + (high - low) / 2;
+    const double value = due(t), s = (t - of.t) / of.h;
+    if (isOfUse) curve.add(s, value - beyond / 2);
+    if (value > 0 && value <= beyond) {
+      found = {t, nullptr, joint, 0};
+      curve.value(s, found.slope);
+      found.slope /= of.h;
+      return found;
+    }
+    (value > 0 ? high : low) = t;
+  }
+  found.t = high;
+  return found;
 }
 
 }  // namespace planar_chain

@@ -10,7 +10,6 @@
 
 #include "effects/effect.h"
 #include "effects/stick_slip.h"
-#include "ode/rise.h"
 
 namespace planar_chain {
 
@@ -38,8 +37,11 @@ class SwitchInstant {
   const Numbers& duesAt(double t, const double* y) const;
   /// The same of one joint at t within the stretch.
   double dueAt(int joint, double t, const ode::Stretch& of) const;
-  /// ode::Rise::beyond of a joint.
-  double mostBeyond(const ode::Stretch& of, const ode::Rise& rise) const;
+  /// How far above 0 due() of a joint may be where a step ends, of which it has these values at the begin, in
+  /// the middle and at the end.
+  double mostBeyond(int joint, const ode::Stretch& of, double begin, double half, double end) const;
+  /// The first time up to `last` at which due() of a joint is above 0, by no more than that; or one so near
+  /// behind it that rounding hides which is first: then the joint is not told.
   ode::Crossing crossingOf(int joint, const ode::Stretch& of, double last) const;
 
   const StickSlip& joints_;

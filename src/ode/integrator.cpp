@@ -99,8 +99,7 @@ class LandingOnSwitches : public Integrator {
       switchedAt_ = -infinity;
     }
     course_.forget();
-    steps_->restartAfter(change == Change::stiffness && crossing_.by && crossing_.isBend ? Change::bend
-                                                                                         : change);
+    steps_->restartAfter(change == Change::stiffness && crossing_.by ? Change::bend : change);
   }
   void forgetSlope() override { steps_->forgetSlope(); }
   /// The steps made to land count as rejected.
@@ -255,7 +254,7 @@ class LandingOnSwitches : public Integrator {
       if (isExactAt(t)) {
         course_.land(t, state);
         steps_->endAt(state);
-        if (crossing_.isBend) countBend(state.t);
+        countBend(state.t);
         return true;
       }
       // The course is exact near the end of a step. Make one that ends just behind the switch.

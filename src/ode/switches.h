@@ -48,7 +48,6 @@ struct Crossing {
   const Switches* by = nullptr;  ///< the object that found it
   int which = -1;                ///< its component, counted by that object; −1: unknown
   double slope = 0;              ///< the derivative of its due()
-  bool isBend = true;            ///< the step size still suits
 };
 
 /// The states are not arranged.
@@ -61,7 +60,8 @@ class Switches {
   virtual double nearest(const Stretch& of) const = 0;
   /// True if due() may rise above 0 and fall again within a long step, so that nearest() does not see it.
   virtual bool mayHide() const { return false; }
-  /// The first time at which a switch is due, for a stretch at whose end one is. Nothing: unknown.
+  /// The first time at which a switch is due, for a stretch at whose end one is. Nothing: unknown, or f
+  /// changes so much there that the step size no longer suits.
   virtual std::optional<Crossing> crossing(const Stretch& /*of*/) const { return {}; }
 };
 
