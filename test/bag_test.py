@@ -553,6 +553,13 @@ loads:
         self.assertIn("0 taken, 1 refused", result.stdout)
         self.assertIn("expected 2 torques", result.stdout + result.stderr)
 
+    def test_the_way_to_a_state_far_ahead_has_the_budget_of_the_run(self):
+        self.write_commands("in.bag", [CommandTaken(number=1, tick=1, kind=CommandTaken.RESET), CommandTaken(
+            number=2, tick=2, scene_time=1e9, kind=CommandTaken.SET_STATE, q=[0, 0], qd=[0, 0])])
+        result = self.run_tool("--duration", "0.1", "--commands", self.path("in.bag"), "--most-steps", "20000")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("expected at most 20000 steps", result.stderr)
+
     def test_the_bag_of_commands_is_not_written_over(self):
         self.write_commands("in.bag", self.COMMANDS)
         before = self.bytes_of("in.bag")

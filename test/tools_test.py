@@ -174,7 +174,7 @@ class Tools(InFolder):
     def test_overrides_are_judged_as_the_scene_is(self):
         result = self.simulate("--duration", "1", "--method", "magic", "--tolerance", "0", "--step", "x")
         self.assert_refused(result, "integrator/method: expected one of auto, rk4",
-                            "integrator/tolerance", 'integrator/step: expected a number > 0 s, got "x"')
+                            "integrator/tolerance", 'integrator/step: expected a number >= 1e-12 s, got "x"')
 
     def test_the_duration_is_required_positive_and_finite(self):
         self.assert_refused(self.simulate(), "--duration: expected a finite number > 0 s, or --commands")

@@ -25,8 +25,8 @@ void requireFinite(std::vector<Fault>& faults, const char* path, Vec2d given, co
 /// Records a fault if the moment of inertia for this offset overflows.
 void requireMoment(std::vector<Fault>& faults, const char* path, const Link& link, Vec2d offset) {
   const double moment = link.mass * dot(offset, offset) + link.inertia;
-  if (std::isfinite(moment)) return;
-  faults.push_back({path, "an offset in m whose moment of inertia is finite", toText(offset)});
+  if (moment <= 1e150) return;  // products of two are finite
+  faults.push_back({path, "an offset in m whose moment of inertia is at most 1e150 kg m²", toText(offset)});
 }
 
 // ---- Singular mass matrices ------------------------------------------------------------------

@@ -141,7 +141,8 @@ IntegratorSettings readIntegrator(const Section& in) {
             {" from the tolerance, " + toText(settings.tolerance) + ", to 1", settings.tolerance, 1, true},
             settings.loosestTolerance.emplace(1));
   }
-  in.take("step", NumberRule::above(0, "s"), settings.step);
+  // Shorter ones are lost in the rounding of the time.
+  in.take("step", NumberRule::from(1e-12, "s"), settings.step);
   in.take("plain_kernel", settings.plainKernel);
   return settings;
 }

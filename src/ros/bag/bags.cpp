@@ -212,7 +212,7 @@ class OfflineNode : public Bags {
       const bool isBetween =
           (command.kind == CommandTaken::SET_STATE || command.kind == CommandTaken::SETTLE) &&
           command.scene_time > simulation_.time();
-      if (isBetween) simulation_.advanceTo(command.scene_time);
+      if (isBetween && !simulation_.advanceTo(command.scene_time, keepGoing) && !keepGoing()) return false;
       if (!commands_.takeOrWarn(command)) {
         ++refused_;
       } else if (writer_) {
