@@ -127,6 +127,40 @@ class Sweeps(InFolder):
         self.assertRegex(inside, "^sweep: --output: expected a file outside of .*new.csv.parts, which is removed at the end, got .*x.npz$")
         self.assertRegex(said, "^sweep: --output: expected .*other.csv.parts to be a sweep's own folder, got a file$")
 
+    def test_a_partial_file_of_somebody_else_is_left_alone(self):
+        with open(self.path("runs.csv.partial"), "w", encoding="utf-8") as file:
+            file.write("mine")
+        for more in ((), ("--overwrite",)):
+            said = self.sweep("--vary", MASS + "=1,2", "--duration", "1", *more, status=2)
+            self.assertRegex(said, r"^sweep: --output: expected no file .*runs.csv.partial, which a sweep writes before .*runs.csv, got one$")
+        self.assertEqual((self.text("runs.csv.partial"), os.listdir(self.folder)), ("mine", ["runs.csv.partial"]))
+
+    def test_it_continues_over_a_partial_file_of_its_own(self):
+        self.sweep("--vary", MASS + "=1,2", "--duration", "1", output=("runs.csv", "missing/runs.npz"), status=1)
+        os.rename(self.path("runs.csv"), self.path("runs.csv.partial"))  # as if killed while it wrote
+        self.sweep("--vary", MASS + "=1,2", "--duration", "1")
+        self.assertEqual(os.listdir(self.folder), ["runs.csv"])
+
+    def test_a_link_stays_a_link(self):
+        os.mkdir(self.path("there"))
+        os.symlink("there/true.csv", self.path("runs.csv"))
+        for values in ("1,2", "3,4"):  # to no file, to a file
+            self.sweep("--vary", f"{MASS}={values}", "--duration", "1", "--overwrite")
+            self.assertTrue(os.path.islink(self.path("runs.csv")))
+            self.assertEqual(os.listdir(self.path("there")), ["true.csv"])
+            self.assertIn(f"\n0,{values[0]},1,", self.text("there/true.csv"))
+
+    def test_notes_on_a_scene_come_once_and_in_words(self):
+        command = [os.path.join(BIN, "sweep"), "four_bar", "--vary", "links/rocker/mass=1,2", "--duration", "0.1", "--output", self.path("bar.csv")]
+        run = subprocess.run(command, stderr=subprocess.PIPE, universal_newlines=True, timeout=LIMIT, check=True)
+        self.assertRegex(run.stderr, r"\Asweep: note: .*\n\Z")
+
+    def test_instants_of_the_longest_duration_are_finite(self):
+        said = self.sweep("--vary", MASS + "=-1,-2", "--duration", "1e308", "--instants", "3", status=1)
+        self.assertRegex(said, r"\Asweep: 2 runs written to .*\n\Z")
+        self.assertEqual({row[2] for row in list(csv.reader(self.text("runs.csv").splitlines()))[1:]},
+                         {f"{1e308 * (k / 3):.17g}" for k in (1, 2, 3)})
+
     def test_a_full_disk_loses_nothing(self):
         arguments = ("--vary", MASS + "=1:2:3000", "--duration", "1", "--instants", "10", "--chunk", "3000")
         command = shlex.join(self.command(*arguments))

@@ -1,8 +1,10 @@
 """The files of a tool: which it reads and writes, and why it cannot."""
 
+import contextlib
 import os
 import pathlib
 import sys
+import warnings
 
 SHIPPED = pathlib.Path(sys.argv[0]).absolute().parent / "../../share/planar_chain/config/scenes"
 
@@ -15,6 +17,15 @@ def words_of(problem):
     """An error of the system without its number."""
     is_of_file = isinstance(problem, OSError) and problem.filename is not None
     return f"{os.fsdecode(problem.filename)}: {problem.strerror}" if is_of_file else str(problem)
+
+
+@contextlib.contextmanager
+def notes_by(say):
+    """Says each warning, such as a note on a scene that is read, in a line without the place in the program."""
+    with warnings.catch_warnings(record=True) as notes:
+        yield
+    for note in notes:
+        say(f"note: {note.message}")
 
 
 def scene_file(scene):

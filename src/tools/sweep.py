@@ -19,7 +19,7 @@ import os
 import re
 import sys
 
-from files import BadOutput, require_apart, scene_file, words_of
+from files import BadOutput, notes_by, require_apart, scene_file, words_of
 try:
     import numpy as np
 
@@ -113,14 +113,15 @@ def sweep_from(given):
     if not given.vary:
         raise BadSweep("--vary: expected at least one, got none")
     try:
-        scene = Scene.from_file(given.scene)
+        with notes_by(say):
+            scene = Scene.from_file(given.scene)
     except OSError as problem:
         raise BadSweep(words_of(problem)) from problem
     paths, values = table_of([varied_from(text) for text in given.vary], given.runs, given.seed)
     kept = given.instants * min(given.chunk, len(values)) * 2 * len(scene)
     if kept > MOST_NUMBERS:
         raise BadSweep(f"--instants, --chunk: expected at most {MOST_NUMBERS} numbers in the states of a chunk, got {kept}")
-    times = given.duration * np.arange(1, given.instants + 1) / given.instants
+    times = given.duration * (np.arange(1, given.instants + 1) / given.instants)  # in this order none is infinite
     return Sweep(scene, paths, values, times.tolist(), given.output, given.chunk, given.overwrite)
 
 

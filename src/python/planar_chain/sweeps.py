@@ -14,6 +14,7 @@ import shutil
 import struct
 import sys
 import time
+import warnings
 import zipfile
 
 import numpy as np
@@ -102,14 +103,19 @@ def table_of(varied, runs, seed):
 # ---- Files -------------------------------------------------------------------------------------
 
 
+def partial_of(path):
+    """Beside the file that a link leads to."""
+    return os.path.realpath(path) + ".partial"
+
+
 @contextlib.contextmanager
 def whole(path):
     """A binary file that is there when it is complete, and not before."""
-    partial = path + ".partial"
+    partial = partial_of(path)
     try:
         with open(partial, "wb") as file:
             yield file
-        os.replace(partial, path)
+        os.replace(partial, os.path.realpath(path))
     except BaseException:
         with contextlib.suppress(OSError):
             os.remove(partial)
@@ -128,7 +134,10 @@ def save_npz(path, **arrays):
 
 def run_chunk(scene, paths, values, times, threads=1):
     """Returns states, done and reasons. scene: a dict. It runs where the work is done, perhaps on another machine."""
-    runs = simulate_many(Scene(scene), times, parameters=dict(zip(paths, np.transpose(values))), threads=threads)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # notes on the scene came when it was read
+        scene = Scene(scene)
+    runs = simulate_many(scene, times, parameters=dict(zip(paths, np.transpose(values))), threads=threads)
     return np.array(runs.states), runs.done, runs.reasons
 
 
@@ -185,6 +194,9 @@ class Sweep:
                                f"{', '.join(others)} differ. Remove that folder, or give its command again")
             return
         for path in self.outputs:
+            if os.path.lexists(partial_of(path)):
+                self.forget()
+                raise BadSweep(f"--output: expected no file {partial_of(path)}, which a sweep writes before {path}, got one")
             if os.path.exists(path) and not overwrite:
                 self.forget()
                 raise BadSweep(f"--output: expected a new file, got {path}, which is complete (--overwrite replaces it)")
