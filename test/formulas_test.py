@@ -354,6 +354,20 @@ class Tool(InFolder):
         self.assertIn(r"M_{11} &= I_{1} + I_{2} + m_{1} r_{1}^{2} + 2 m_{2} p_{1} r_{2} \cos {q_{2}} + "
                       r"m_{2} \left(p_{1}^{2} + r_{2}^{2}\right)", text)
 
+    def test_a_picture_of_something_else_is_left_alone(self):
+        for page in (None, "of something else"):
+            for name, text in (("it_chain.pdf", "mine"), ("it.tex", page)):
+                if text is not None:
+                    with open(self.path(name), "w", encoding="utf-8") as file:
+                        file.write(text)
+            self.assertIn("--output: expected no file it_chain.pdf, which would be the picture of it.tex, got one",
+                          self.tool("pendulum", "--format", "latex", "--output", "it.tex", status=2))
+            with open(self.path("it_chain.pdf"), encoding="utf-8") as file:
+                self.assertEqual(file.read(), "mine")
+            self.assertEqual(os.path.exists(self.path("it.tex")), page is not None)
+        for _ in range(2):  # its own is replaced
+            self.tool("pendulum", "--format", "latex", "--output", "other.tex")
+
     @unittest.skipUnless(shutil.which("pdflatex"), "pdflatex not found: LaTeX is not compiled")
     def test_latex_compiles(self):
         for name, scene in shipped().items():

@@ -38,7 +38,8 @@ def arguments():
     parser.add_argument("--numbers", action="store_true", help="the scene's numbers in place of letters")
     parser.add_argument("--linearize", action="store_true", help="also A and B")
     parser.add_argument("--output", metavar="FILE", help="where it is written; functions are named after it (default: standard "
-                                                         "output, named after the scene)")
+                                                         "output, named after the scene). A page in latex has the picture "
+                                                         "FILE_chain.pdf beside it, FILE without its ending")
     return parser.parse_args()
 
 
@@ -49,6 +50,19 @@ def scene_from(path):
             with open(path, encoding="utf-8") as file:
                 return Scene.from_urdf(file.read())
         return Scene.from_file(path)
+
+
+def picture_of(page):
+    """The file of the picture beside a page."""
+    return page.with_name(page.stem + "_chain.pdf")
+
+
+def require_own_picture(page):
+    """Raises BadOutput if a file has the picture's name that is not the picture of the page that is there."""
+    picture = picture_of(page)
+    is_own = page.exists() and f"{{{picture.name}}}" in page.read_text(encoding="utf-8", errors="replace")
+    if picture.exists() and not is_own:
+        raise BadOutput(f"--output: expected no file {picture}, which would be the picture of {page}, got one")
 
 
 def draw(scene, moves, picture):
@@ -74,9 +88,9 @@ def text_of(given):
     output = pathlib.Path(given.output or pathlib.Path(given.scene).name)
     if given.format != "latex":
         return CODES[given.format](of, name_from(output.stem), source, given.linearize)
-    picture = output.stem + "_chain.pdf"
-    has_picture = given.output and draw(given.scene, "base" in scene.to_dict(), str(output.with_name(picture)))
-    return Document(of, source, picture if has_picture else None, given.linearize).text()
+    picture = picture_of(output)
+    has_picture = given.output and draw(given.scene, "base" in scene.to_dict(), str(picture))
+    return Document(of, source, picture.name if has_picture else None, given.linearize).text()
 
 
 def main():
@@ -85,6 +99,8 @@ def main():
         if given.format == "matlab" and given.output and name_from(pathlib.Path(given.output).stem) + ".m" != os.path.basename(given.output):
             raise NoFormula(f"--output: expected a function's name that ends in .m, as MATLAB does, got {given.output}")
         require_outputs([("--output", given.output)], [scene_file(given.scene)])
+        if given.format == "latex" and given.output:
+            require_own_picture(pathlib.Path(given.output))
         text = text_of(given)
     except (BadOutput, NoFormula, OSError, Refused, UnicodeDecodeError) as problem:
         print(f"formulas: {words_of(problem)}", file=sys.stderr)
