@@ -262,6 +262,7 @@ class Plot(InFolder):
         motion = plot.Motion(["a"], np.linspace(0, 1, 5), np.zeros((5, 1)), np.zeros((5, 1)))
         links = plot_strobe.Links.__new__(plot_strobe.Links)
         links.moves, links.pinned, links.joints, links.pin, links.com = False, False, ["a"], np.array([-2j]), np.array([-1j])
+        links.first = "ground pin"
         links.rail = np.zeros(1)
         for apart in (0.0, 5.0):
             figure = plot_strobe.draw_strobe(motion, links, np.linspace(0, 1, 5), apart, "a title that is as long as many are.yaml")
@@ -280,6 +281,7 @@ class Plot(InFolder):
 
     def test_a_strobe_of_a_held_tip_marks_its_pin(self):
         for name, labels in (("four_bar", ["ground pin", "pin of the tip"]), ("slider_crank", ["path of the tip", "ground pin"]),
+                             ("cart_pole", ["path of the tip", "cart"]), ("thrown", ["path of the tip", "inner pin"]),
                              ("jump_rope", ["path of the tip", "ground pin", "pin of the tip"])):
             table = self.path(name + ".csv")
             self.assertEqual(self.run_tool("simulate", name, "--duration", "0.5", "--csv", table).returncode, 0)
@@ -336,6 +338,9 @@ class Plot(InFolder):
             with open(picture, encoding="utf-8") as file:
                 found = re.findall("<!-- (.*) -->", file.read())
             self.assertEqual([label in found for label in labels + others], [True] * len(labels) + [False] * len(others), arguments)
+        few, many = (plot.draw(plot.Motion(list("abc"), np.arange(2.0), np.ones((2, 3)), np.ones((2, 3))), columns, "", False)
+                     for columns in ([1, 2], [2]))
+        self.assertEqual([figure.axes[0].get_ylabel() for figure in (few, many)], ["q (rad; slides: m)", "angle q (rad)"])
         # A position is no angle: it is not wrapped.
         motion = plot.read_bag(bag, None)
         motion.q[:, 0] += 10

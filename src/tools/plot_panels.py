@@ -10,12 +10,13 @@ FEW = 20          # one error of so many may be less than the axis shows
 TURNS = ("angle q", "rad"), ("rate q̇", "rad/s"), ("torque τ", "N m")
 SLIDES = ("position q", "m"), ("speed q̇", "m/s"), ("force τ", "N")
 UNKNOWN = ("q", "rad; slides: m"), ("rate q̇", "rad/s; slides: m/s"), ("torque τ", "N m; slides: N")
+SLIDING = 2  # only so many first joints may slide
 
 
 def units(motion, columns):
     """Of the joints that turn, and of those that slide; or of joints that may do either."""
     if motion.slides is None:
-        return [UNKNOWN]
+        return [UNKNOWN if min(columns) < SLIDING else TURNS]
     slide = [motion.joints[j] in motion.slides for j in columns]
     return [SLIDES] * any(slide) + [TURNS] * (not all(slide))
 

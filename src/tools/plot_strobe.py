@@ -16,7 +16,7 @@ FREE = 0.06                    # of the drawing's size, on each side of what is 
 
 class Links:
     """pin, com: of each link in chain order, complex, m. joints: names. moves: the base does. rail: the direction in
-    which a link slides, complex, or 0. pinned: the tip is."""
+    which a link slides, complex, or 0. pinned: the tip is. first: what its mark is called."""
 
     def __init__(self, scene):
         chain = read_chain(scene)
@@ -24,6 +24,9 @@ class Links:
         links = chain["links"]
         self.joints = [link["joint"]["name"] for link in links]
         self.rail = np.array([complex(*link["joint"].get("axis", (0, 0))) for link in links])
+        names = [link["name"] for link in links]
+        is_free = names[:2] == [name + axis for name in names[2:3] for axis in ("_x", "_y")]
+        self.first = "inner pin" if is_free else "cart" if self.rail.any() else "ground pin"
         self.pin, self.com = (np.array([complex(*link[key]) for link in links]) for key in ("pin", "com"))
 
 
@@ -106,7 +109,7 @@ def draw_strobe(motion, links, times, apart, title):
             axes.plot([start.real, mass.real], [start.imag, mass.imag], ":", color=colour(span(t)))
             axes.plot(mass.real, mass.imag, "s", markersize=6, color=colour(span(t)))
     ground = points[:, 0] if apart or links.moves or links.rail.any() else points[:1, 0]
-    axes.plot(ground.real, ground.imag, "^", markersize=9, color="#7F7F7F", label="ground pin", zorder=0)
+    axes.plot(ground.real, ground.imag, "^", markersize=9, color="#7F7F7F", label=links.first, zorder=0)
     if links.pinned:
         axes.plot(points[:, -1].real, points[:, -1].imag, "s", markersize=8, color="#7F7F7F", label="pin of the tip", zorder=0)
     figure.suptitle(title, y=1 - 0.1 / figure.get_figheight(), va="top")
