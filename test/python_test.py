@@ -536,6 +536,18 @@ class Arrays(unittest.TestCase):
         self.assertEqual(simulation.state.tolist(), [0, 2, 1, 2])
 
 
+    def test_numbers_of_a_scene_are_real_and_no_bytes(self):
+        for key, bad, fault in (("com", b"\x01\x02", r"a dict, a list, a number, a bool or text, got b'\\x01\\x02'"),
+                                ("com", bytearray(2), "a dict, a list, a number, a bool or text, got bytearray"),
+                                ("mass", np.bool_(True), "a number > 0 kg, got true"),
+                                ("mass", np.complex128(1 + 2j), r"a real number, got \(1\+2j\)"),
+                                ("mass", np.complex64(1), "a real number, got"), ("mass", 1j, "a real number, got 1j")):
+            with self.assertRaisesRegex(Refused, f"^links/rod/{key}: expected {fault}"):
+                Scene({**PENDULUM, "links": {"rod": {**ROD, key: bad}}})
+        with self.assertRaisesRegex(Refused, "^links/rod/mass: expected a number, got"):
+            Scene(PENDULUM).with_values({"links/rod/mass": np.complex128(1)})
+
+
 class Threads(unittest.TestCase):
     def setUp(self):
         self.simulation = Simulation(Scene.from_file(shipped("double_pendulum")))

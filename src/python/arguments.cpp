@@ -28,7 +28,7 @@ void requireNoMask(const py::handle& given, const char* name) {
 }  // namespace
 
 double numberOf(const py::object& given, const char* name) {
-  if (PyNumber_Check(given.ptr()) != 0 && !isMasked(given)) {
+  if (PyNumber_Check(given.ptr()) != 0 && !isMasked(given) && !isComplex(given)) {
     const double number = PyFloat_AsDouble(given.ptr());
     if (!PyErr_Occurred()) return number;
     PyErr_Clear();
@@ -41,10 +41,18 @@ bool isMasked(const py::handle& given) {
   return py::isinstance(given, type);
 }
 
+bool isBool(const py::handle& given) {
+  static const py::handle type = py::object(py::module::import("numpy").attr("bool_")).release();
+  return py::isinstance<py::bool_>(given) || py::isinstance(given, type);
+}
+
+bool isComplex(const py::handle& given) {
+  static const py::handle type = py::object(py::module::import("numpy").attr("complexfloating")).release();
+  return PyComplex_Check(given.ptr()) || py::isinstance(given, type);
+}
+
 std::optional<py::ssize_t> indexIn(const py::object& given) {
-  static const py::handle numpysBool = py::object(py::module::import("numpy").attr("bool_")).release();
-  if (py::isinstance<py::bool_>(given) || py::isinstance(given, numpysBool)) return std::nullopt;
-  if (PyIndex_Check(given.ptr()) == 0) return std::nullopt;
+  if (isBool(given) || PyIndex_Check(given.ptr()) == 0) return std::nullopt;
   const py::ssize_t index = PyNumber_AsSsize_t(given.ptr(), nullptr);
   if (!PyErr_Occurred()) return index;
   PyErr_Clear();

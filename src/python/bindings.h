@@ -67,6 +67,10 @@ long long countOf(const py::object& given, const char* name, long long least, lo
 std::optional<long long> stepsOf(const py::object& given);
 /// True for a masked array of numpy, and for numpy.ma.masked.
 bool isMasked(const py::handle& given);
+/// True for a bool of Python or numpy.
+bool isBool(const py::handle& given);
+/// True for a complex number of Python or numpy, which numpy would cut to its real part.
+bool isComplex(const py::handle& given);
 /// The number of an element; of a larger number, the largest. Nothing for a bool and what is no whole number.
 std::optional<py::ssize_t> indexIn(const py::object& given);
 Numbers arrayOf(const py::object& given, const char* name);

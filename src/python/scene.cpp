@@ -22,7 +22,7 @@ Value valueAt(const py::handle& object, const std::string& path, int level) {
     return valueAt(item, path.empty() ? key : path + "/" + key, level + 1);
   };
   if (object.is_none()) return {};
-  if (py::isinstance<py::bool_>(object)) return object.cast<bool>();
+  if (isBool(object)) return PyObject_IsTrue(object.ptr()) == 1;
   if (py::isinstance<py::str>(object)) {
     const std::optional<std::string> text = textIn(object);
     return text ? Value(*text) : refuse("text");
@@ -38,6 +38,7 @@ Value valueAt(const py::handle& object, const std::string& path, int level) {
     return map;
   }
   if (isMasked(object)) return refuse("an array without a mask");
+  if (isComplex(object)) return refuse("a real number");
   if (PyNumber_Check(object.ptr()) && !PySequence_Check(object.ptr())) {
     const double number = PyFloat_AsDouble(object.ptr());
     if (!PyErr_Occurred()) return number;
@@ -45,7 +46,9 @@ Value valueAt(const py::handle& object, const std::string& path, int level) {
     return refuse("a number that fits into a double");
   }
   if (py::hasattr(object, "tolist")) return valueAt(object.attr("tolist")(), path, level + 1);
-  if (!py::isinstance<py::sequence>(object)) return refuse("a dict, a list, a number, a bool or text");
+  const bool isBytes = PyBytes_Check(object.ptr()) || PyByteArray_Check(object.ptr());  // lists, to Python
+  if (isBytes || !py::isinstance<py::sequence>(object))
+    return refuse("a dict, a list, a number, a bool or text");
   Value::List list;
   for (const py::handle& item : object) list.push_back(below(item, std::to_string(list.size())));
   return list;
