@@ -131,7 +131,8 @@ class Numbers(unittest.TestCase):
         self.assertEqual(fit(PENDULUM, noisy(motion(PENDULUM, [-0.5, 0.0]), 2), ["links/rod/com/0"]).correlation_time, 1)
 
     def test_predictions_of_what_was_not_seen(self):
-        result = fit(DOUBLE, noisy(motion(DOUBLE, fit_statistics.STARTS[0]), 1), [COM], predict=[noisy(motion(DOUBLE, fit_statistics.STARTS[1]), 2)])
+        unseen = noisy(motion(DOUBLE, fit_statistics.STARTS[1]), 2)
+        result = fit(DOUBLE, noisy(motion(DOUBLE, fit_statistics.STARTS[0]), 1), [COM], predict=unseen)
         self.assertAlmostEqual(result.predictions[0].from_fitted_start.mean(), 1e-3, delta=1e-4)
         self.assertLess(result.predictions[0].from_first_window.max(), 0.01)
 
@@ -267,6 +268,15 @@ class Bad(unittest.TestCase):
         self.refused("expected an array of numbers as q, got could not convert", PENDULUM, self.changed(q=[["a"]] * len(q)), com)
         self.refused("201 x 1 numbers, got 201 x 2", PENDULUM, self.changed(q=np.hstack([q, q])), com)
         self.refused("expected a path, a Recording or a dict", PENDULUM, {"t": t}, com)
+        self.refused("recording 1: expected a path, a Recording or a dict of arrays, got 3", PENDULUM, [3], com)
+        self.refused("recording 1: expected a path, a Recording or a dict of arrays, got 3", PENDULUM, self.good, com, predict=[3])
+        self.refused("expected a path, a Recording or a dict", PENDULUM, {"t": t, "q": None}, com)
+        self.refused("expected an array of numbers as t, got int too large", PENDULUM, self.changed(t=[*t[:-1], 10 ** 400]), com)
+        self.refused("as t, got one of timedelta64[ms]", PENDULUM, self.changed(t=(1e3 * t).astype("timedelta64[ms]")), com)
+        self.refused("sample 1: expected a time after 2 s", PENDULUM, Recording("back", t[::-1], q), com)
+        self.refused("201 x 1 numbers, got 201 x 2", PENDULUM, Recording("wide", t, np.hstack([q, q])), com)
+        self.refused("expected a finite torque of rod_joint, or nan for a gap, got inf at t = 0.05 s", PENDULUM,
+                     self.changed(tau=np.where(t[:, None] == t[5], np.inf, 1.0)), com)
         self.refused("at least one recording", PENDULUM, [], com)
         self.assertTrue(fit(PENDULUM, self.changed(q=q + 20 * math.pi), com, many_turns=True).converged)
 
@@ -280,7 +290,12 @@ class Bad(unittest.TestCase):
         self.refused("PATH=FIRST:LOW:HIGH", PENDULUM, self.good, ["links/rod/mass=1:2"])
         self.refused("the initial state of each recording is always fitted", PENDULUM, self.good, ["links/rod/initial/angle"])
         self.refused("at least one number", PENDULUM, self.good, [])
+        self.refused("--vary: expected PATH[=FIRST[:LOW:HIGH]], got 1", PENDULUM, self.good, [1])
+        self.refused("--vary: expected a list of PATH[=FIRST[:LOW:HIGH]] or a dict, got 1", PENDULUM, self.good, 1)
         self.refused("--pieces: expected a time > 0 s", PENDULUM, self.good, ["links/rod/mass"], pieces=0)
+        for seconds in (1e-320, 1e-9, 0.09):
+            self.refused(["at least 10 samples in a piece (--pieces)", "201 samples in 2 s"], PENDULUM, self.good, ["links/rod/mass"],
+                         pieces=seconds)
         self.refused("--windows: expected increasing times", PENDULUM, self.good, ["links/rod/mass"], windows=[2, 1])
 
     def test_a_scene_that_cannot_run(self):

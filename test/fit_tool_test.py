@@ -19,6 +19,8 @@ import yaml
 
 from in_folder import InFolder
 from planar_chain import BadFit, Scene, fit
+from planar_chain.fitting.recordings import read_csv
+from planar_chain.fitting.solve import first_state
 
 BIN = ""
 LIMIT = 120  # s
@@ -77,6 +79,14 @@ class Tool(InFolder):
         self.assertRegex(said["not_told"][0], "[23] combinations")  # two exactly; a damper, hardly seen, is the third
 
     CSV = "t,q_arm_joint\n" + "".join(f"{k / 100},{math.sin(k / 10)}\n" for k in range(100))
+
+    def test_rates_of_some_joints(self):
+        rows = [f"{k / 100},{math.sin(k / 100)},{math.cos(k / 100)},{1 + 100 * (k == 0)}" for k in range(100)]
+        data = self.write("some.csv", "\n".join(["t,q_upper_joint,q_lower_joint,qd_lower_joint", *rows]))
+        recording = read_csv(data, ["upper_joint", "lower_joint"])
+        self.assertEqual(recording.qd[0, 1], 101)
+        self.assertAlmostEqual(first_state(recording)[2], 1, delta=0.01)  # by the angles
+        self.assertEqual(first_state(recording)[3], 101)  # as measured
 
     def test_bad_csvs_name_the_line(self):
         for text, words in ((self.CSV.replace("0.05,", "0.04,"), "line 7: expected a time after 0.04 s, got 0.04 s, a repeated stamp"),
@@ -243,6 +253,8 @@ class Bags(InFolder):
         with rosbag.Bag(bag("good.bag", good), "a") as file:  # an encoder beside it
             file.write("/planar_chain/enc", JointState(name=["rod_joint"], position=[9.0]), genpy.Time(1))
         self.assertTrue(fit(PENDULUM, self.path("good.bag"), ["links/rod/com/0"]).recordings[0].q[1, 0] == math.sin(0.1))
+        turned = [{**one, "position": [0.1, one["position"][1] + 20 * math.pi]} for one in good]  # rad, though above 50
+        self.assertTrue(fit(PENDULUM, bag("turned.bag", turned), ["links/rod/com/0"]).recordings[0].q[1, 0] > 50)
         for messages, words in (([{**one, "name": ["gripper", "elbow"]} for one in good],
                                  "expected the joints rod_joint on /joint_states, got gripper, elbow"),
                                 (good[:30] + [{**good[30], "position": [0, math.nan]}] + good[31:],

@@ -47,7 +47,7 @@ def arguments():
     parser.add_argument("--delay", action="store_true", help="also fits the delay between torque and motion in each recording")
     parser.add_argument("--effort", action="store_true", help="applies the effort of a bag as torque")
     parser.add_argument("--node", help="node, such as /left/planar_chain, if a bag has several")
-    parser.add_argument("--many-turns", action="store_true", help="accepts angles above 50 rad, which look like degrees")
+    parser.add_argument("--many-turns", action="store_true", help="accepts angles above 50 rad in a CSV, which look like degrees")
     parser.add_argument("--pieces", type=float, metavar="S", help="cuts each recording into equal pieces of about S seconds")
     parser.add_argument("--windows", metavar="A,B,…", default="0.3,0.6,1.2,2.4",
                         help="the growing windows, s, each from the start of a recording; then twice as long each, then the whole")

@@ -14,7 +14,7 @@ from .deviations import Deviations
 from .hints import hints
 from .varied import AT_BOUND, numbers_of, scene_with
 from .problem import EXACT, Problem, drive_of, joint_links
-from .recordings import BadFit, Recording, from_arrays, read_csv, require_angles, require_motion
+from .recordings import BadFit, Recording, from_arrays, read_csv, require_angles, require_motion, require_radians, require_samples
 from .solve import LAST_PRIOR, WINDOWS, Solver, first_state, samples_of
 from .words import not_told
 
@@ -96,22 +96,34 @@ def error_of(angles, measured):
     return np.sqrt(np.nanmean(error ** 2, axis=0))
 
 
+def is_bag(one):
+    return isinstance(one, (str, os.PathLike)) and os.fspath(one).endswith(ENDINGS)
+
+
 def recordings_of(data, scene, effort=False, node=None, many_turns=False, pieces=None):
     """data: a path, a Recording, a dict of arrays, or a list of these. pieces: s, about how long a piece is; None: all is one."""
     values, joints, recordings = scene.to_dict(), scene.joints, []
     for k, one in enumerate(data if isinstance(data, (list, tuple)) else [data]):
         if isinstance(one, Recording):
-            recordings.append(one)
+            require_samples(one.name, one.t, {"q": one.q} if one.qd is None else {"q": one.q, "qd": one.qd}, joints)
+            read = [one]
         elif isinstance(one, dict):
-            recordings.append(from_arrays(one, joints, f"recording {k + 1}"))
+            read = [from_arrays(one, joints, f"recording {k + 1}")]
+        elif not isinstance(one, (str, os.PathLike)):
+            raise BadFit(f"recording {k + 1}: expected a path, a Recording or a dict of arrays, got {one!r}")
+        elif is_bag(one):
+            read = read_bag(os.fspath(one), values, joints, effort, node)
         else:
-            path = os.fspath(one)
-            recordings += read_bag(path, values, joints, effort, node) if path.endswith(ENDINGS) else [read_csv(path, joints)]
+            read = [read_csv(os.fspath(one), joints)]
+        if not many_turns and not is_bag(one):  # joint_states are in rad
+            for recording in read:
+                require_radians(recording, joints)
+        recordings += read
     recordings = [recording.without_rest() for recording in recordings]
     if pieces is not None:
         recordings = [piece for recording in recordings for piece in recording.pieces(pieces)]
     for recording in recordings:
-        require_angles(recording, joints, many_turns)
+        require_angles(recording, joints)
     if not recordings:
         raise BadFit("--data: expected at least one recording, got none")
     return recordings
@@ -145,10 +157,11 @@ def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effo
     scene = scene if isinstance(scene, Scene) else Scene.from_file(os.fspath(scene))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # notes on the scene came when it was read
+        warnings.simplefilter("ignore", RuntimeWarning)  # what numpy says of overflows: the result says that it is bad
         numbers = numbers_of(scene, vary)
         require_pieces(pieces)
         data = recordings_of(recordings, scene, effort, node, many_turns, pieces)
-        unseen = recordings_of(list(predict), scene, effort, node, many_turns, pieces) if predict else []
+        unseen = recordings_of(predict, scene, effort, node, many_turns, pieces) if predict else []
         require_windows([*data, *unseen], windows)
         values = scene.to_dict()
         require_motion(data, scene.joints, [drive_of(values, link) for link in joint_links(values)])

@@ -51,6 +51,6 @@ class Fit:
     runs: int
     evaluations: int
 
-def fit(scene: Union[str, Scene], recordings: _Recordings, vary: _Vary, *, predict: Sequence[Any] = ..., offsets: bool = ...,
+def fit(scene: Union[str, Scene], recordings: _Recordings, vary: _Vary, *, predict: _Recordings = ..., offsets: bool = ...,
         delay: bool = ..., effort: bool = ..., node: Optional[str] = ..., many_turns: bool = ..., pieces: Optional[float] = ...,
         windows: Sequence[float] = ..., progress: Optional[Callable[[float, float, int], None]] = ...) -> Fit: ...

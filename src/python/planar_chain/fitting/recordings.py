@@ -26,8 +26,10 @@ def array_of(name, what, values):
         array = np.asarray(values)
         if masked or np.iscomplexobj(array):
             raise TypeError("a masked array (filled(numpy.nan) makes gaps)" if masked else "complex ones")
+        if array.dtype.kind in "mM":  # numpy would drop their unit
+            raise TypeError(f"one of {array.dtype}")
         return array.astype(float)
-    except (TypeError, ValueError) as problem:
+    except (OverflowError, TypeError, ValueError) as problem:
         raise BadFit(f"{name}: expected an array of numbers as {what}, got {problem}") from None
 
 
@@ -54,6 +56,9 @@ class Recording:
 
     def pieces(self, seconds):
         """Equal ones, about so long."""
+        if max(self.duration / seconds, 1) * LEAST_SAMPLES > len(self):
+            raise BadFit(f"{self.name}: expected at least {LEAST_SAMPLES} samples in a piece (--pieces), got pieces of {seconds:g} s of "
+                         f"{len(self)} samples in {self.duration:g} s")
         count = max(round(self.duration / seconds), 1)
         edges = [*np.searchsorted(self.t, self.duration / count * np.arange(count)), len(self)]
         return [self.part(first, last) for first, last in zip(edges, edges[1:])] if count > 1 else [self]
@@ -100,7 +105,25 @@ def require_stamps(path, t, places):
                      + (", a repeated stamp" if t[k] == t[k - 1] else ", an unsorted stamp"))
 
 
-def require_angles(recording, joints, many_turns):
+def require_samples(name, t, arrays, joints):
+    """arrays: by name, times × n."""
+    for key, array in arrays.items():
+        if t.ndim != 1 or array.shape != (len(t), len(joints)):
+            raise BadFit(f"{name}: expected {key} of {t.size} x {len(joints)} numbers, got {' x '.join(map(str, array.shape))}")
+    require_stamps(name, t, lambda k: f"sample {k}")
+    if len(t) < LEAST_SAMPLES:
+        raise BadFit(f"{name}: expected at least {LEAST_SAMPLES} samples, got {len(t)}")
+
+
+def require_radians(recording, joints):
+    for joint, values in zip(joints, recording.q.T):
+        most = abs(values[np.isfinite(values)]).max(initial=0.0)
+        if most > MOST_ANGLE:
+            raise BadFit(f"{recording.name}: expected angles in rad, got {most:g} in {joint}, which looks like degrees "
+                         "(--many-turns takes it as rad)")
+
+
+def require_angles(recording, joints):
     name = recording.name
     if len(recording) < LEAST_SAMPLES:
         raise BadFit(f"{name}: expected at least {LEAST_SAMPLES} samples, got {len(recording)}")
@@ -108,13 +131,8 @@ def require_angles(recording, joints, many_turns):
         for k, j in np.argwhere(np.isinf(values))[:1] if values is not None else ():
             raise BadFit(f"{name}: expected a finite {what} of {joints[j]}, got {values[k, j]:g} at t = {recording.t[k]:g} s")
     for j, joint in enumerate(joints):
-        measured = recording.q[np.isfinite(recording.q[:, j]), j]
-        if not len(measured):
+        if not np.isfinite(recording.q[:, j]).any():
             raise BadFit(f"{name}: expected angles of the joint {joint}, got none")
-        most = abs(measured).max()
-        if most > MOST_ANGLE and not many_turns:
-            raise BadFit(f"{name}: expected angles in rad, got {most:g} in {joint}, which looks like degrees "
-                         "(--many-turns takes it as rad)")
 
 
 def require_motion(recordings, joints, given):
@@ -129,7 +147,7 @@ def require_motion(recordings, joints, given):
 
 
 def columns_of(path, header, joints):
-    """The places of t, q, q̇ and τ. q̇: all of them or none. τ: those that are there, by joint."""
+    """The places of t, q, q̇ and τ. q̇, τ: those that are there, by joint."""
     known = {"t", "energy", *(kind + joint for kind in ("q_", "qd_", "tau_") for joint in joints)}
     for name in header:
         if name not in known or header.count(name) > 1:
@@ -138,10 +156,8 @@ def columns_of(path, header, joints):
     missing = [name for name in ["t", *("q_" + joint for joint in joints)] if name not in header]
     if missing:
         raise BadFit(f"{path}: line 1: expected the columns {', '.join(missing)}, got {', '.join(header)[:200] or 'none'}")
-    rates = ["qd_" + joint for joint in joints]
     return (header.index("t"), [header.index("q_" + joint) for joint in joints],
-            [header.index(name) for name in rates] if set(rates) <= set(header) else None,
-            {joint: header.index("tau_" + joint) for joint in joints if "tau_" + joint in header})
+            *({joint: header.index(kind + joint) for joint in joints if kind + joint in header} for kind in ("qd_", "tau_")))
 
 
 def number_in(path, line, name, field):
@@ -184,12 +200,15 @@ def read_csv(path, joints):
              for load in [sampled_torque(path, joint, t - t[kept][0], table[:, k])] if load} if len(t[kept]) else {}
     table = table[kept]
     start = table[0, time] if len(table) else 0.0
-    return Recording(os.path.basename(path), table[:, time] - start, table[:, angles], None if rates is None else table[:, rates],
-                     loads, start)
+    unknown = np.full(len(table), np.nan)
+    qd = np.column_stack([table[:, rates[joint]] if joint in rates else unknown for joint in joints])
+    return Recording(os.path.basename(path), table[:, time] - start, table[:, angles], qd, loads, start)
 
 
 def sampled_torque(path, joint, t, torque):
     """A load whose torque is linear between the samples. None if there is no torque."""
+    for k in np.flatnonzero(np.isinf(torque))[:1]:
+        raise BadFit(f"{path}: expected a finite torque of {joint}, or nan for a gap, got {torque[k]:g} at t = {t[k]:g} s")
     measured = np.isfinite(torque)
     if measured.sum() < 2:
         raise BadFit(f"{path}: expected torques of the joint {joint} in tau_{joint}, got {measured.sum()}")
@@ -201,17 +220,12 @@ def sampled_torque(path, joint, t, torque):
 def from_arrays(values, joints, name):
     """values: a dict with t, q (N × n), optional qd (N × n), tau (N × n) and name."""
     unknown = set(values) - {"t", "q", "qd", "tau", "name"}
-    if unknown or not {"t", "q"} <= set(values):
+    if unknown or values.get("t") is None or values.get("q") is None:
         raise BadFit(f"{name}: expected a path, a Recording or a dict of t, q and, if known, qd, tau, name, got {', '.join(map(str, values))}")
     name = values.get("name", name)
     t = array_of(name, "t", values["t"])
     arrays = {key: array_of(name, key, values[key]) for key in ("q", "qd", "tau") if values.get(key) is not None}
-    for key, array in arrays.items():
-        if t.ndim != 1 or array.shape != (len(t), len(joints)):
-            raise BadFit(f"{name}: expected {key} of {t.size} x {len(joints)} numbers, got {' x '.join(map(str, array.shape))}")
-    require_stamps(name, t, lambda k: f"sample {k}")
-    if len(t) < LEAST_SAMPLES:
-        raise BadFit(f"{name}: expected at least {LEAST_SAMPLES} samples, got {len(t)}")
+    require_samples(name, t, arrays, joints)
     columns = zip(joints, arrays["tau"].T) if "tau" in arrays else ()
     loads = {f"tau_{joint}": load for joint, column in columns for load in [sampled_torque(name, joint, t - t[0], column)] if load}
     return Recording(name, t - t[0], arrays["q"], arrays.get("qd"), loads, t[0])

@@ -3,6 +3,8 @@
 import math
 import re
 
+import numpy as np
+
 from planar_chain import Scene, simulate_many
 
 from .recordings import BadFit
@@ -40,6 +42,8 @@ def value_at(values, path):
 
 def parsed(text):
     """(path, [first, low, high]) of PATH[=FIRST[:LOW:HIGH]]. What is not given is None."""
+    if not isinstance(text, str):
+        raise BadFit(f"--vary: expected PATH[=FIRST[:LOW:HIGH]], got {text!r}")
     path, equals, rest = text.partition("=")
     if not equals:
         return path, (None, None, None)
@@ -84,8 +88,10 @@ def numbers_of(scene, vary):
     if isinstance(vary, dict):
         given = [(path, (None,) * 3 if value is None else (value, None, None) if not isinstance(value, (tuple, list)) else tuple(value))
                  for path, value in vary.items()]
-    else:
+    elif np.iterable(vary):
         given = [parsed(text) for text in vary]
+    else:
+        raise BadFit(f"--vary: expected a list of PATH[=FIRST[:LOW:HIGH]] or a dict, got {vary!r}")
     if not given:
         raise BadFit("--vary: expected at least one number, got none")
     numbers = [number_of(scene, path, *values) for path, values in given]
