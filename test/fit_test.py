@@ -302,6 +302,14 @@ class Bad(unittest.TestCase):
         self.refused(["expected a scene that moves from the first values", "links/rod/inertia"], PENDULUM, self.good,
                      ["links/rod/inertia=-1:-2:1"])
 
+    def test_runs_that_fail_on_the_way(self):
+        # Behind the light rod, exact runs of so heavy a one give up.
+        two = Scene({"chain": ["light", "heavy"], "links": {"light": ROD, "heavy": ROD}})
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            result = fit(two, motion(two, [-0.5, 0.2, 0.0, 0.0], TIMES[::2]), ["links/heavy/mass=1e12"])
+        self.assertTrue(result.bad)
+
 
 class Text(unittest.TestCase):
     TEXT = """# mine

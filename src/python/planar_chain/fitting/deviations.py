@@ -9,7 +9,7 @@ do, N samples tell no more than N/τ: τ = 1 + 2 Σ ρ_k, ρ_k the correlation o
 
 import numpy as np
 
-from .solve import LOSS, NARROW, STEEPEST, until_steep
+from .solve import FAILED, LOSS, NARROW, STEEPEST, until_steep
 
 UNLIKELY = 4.0  # deviations: a correlation of neighbours within them counts as none
 NOT_TOLD = 0.5  # a direction whose relative deviation is above it
@@ -49,7 +49,7 @@ class Deviations:
         steepest = max(min(abs(rough).max(), STEEPEST), STEEP)
         joints = problem.joints_of(samples)
         weights = 1 / solution.noise[joints]
-        residuals = problem.residuals(solution.x, samples) * weights
+        residuals = np.nan_to_num(problem.residuals(solution.x, samples), nan=FAILED) * weights
         width = WIDTH * STEEP / steepest
         jacobian, other = (problem.jacobian(solution.x, samples, step) * weights[:, None] for step in (width, 2 * width))
         z = (residuals / LOSS) ** 2

@@ -11,6 +11,7 @@ from .problem import TOLERANCE
 WINDOWS = (0.3, 0.6, 1.2, 2.4)  # s
 LOSS = 3.0  # C
 LEAST_NOISE = 1e-9  # rad: no s_j is smaller
+FAILED = 100.0  # rad: a residual of a run that failed; no residual counts more
 EARLY_SAMPLES, EARLY_CALLS, LAST_CALLS = 150, 15, 100  # times of a recording in an early window; evaluations
 EARLY_PRECISION, PRECISION = 1e-3, 1e-9
 STALLED, GAIN = 25, 1e-3  # evaluations that together lower the loss by less than this part of it: the best so far is the minimum
@@ -92,6 +93,7 @@ def until_steep(problem, jacobian, samples):
 
 def noise_of(residuals, joints, n):
     """s_j, from the magnitudes of the residuals. A joint that was hardly measured has that of all."""
+    residuals = np.nan_to_num(residuals, nan=FAILED)
     every = 1.4826 * np.median(abs(residuals))
     own = [1.4826 * np.median(abs(residuals[joints == j])) if (joints == j).sum() > 5 else every for j in range(n)]
     return np.maximum(own, max(LEAST_NOISE, 1e-3 * every))
@@ -167,7 +169,7 @@ class Solver:
         problem, solution = self.problem, self.solution
         joints = problem.joints_of(samples)
         residuals = problem.residuals(solution.x, samples)
-        noise = solution.noise = noise_of(np.nan_to_num(residuals, nan=100.0), joints, len(problem.joints))
+        noise = solution.noise = noise_of(residuals, joints, len(problem.joints))
         weights = 1 / noise[joints]
         many = len(problem.numbers)
         first = np.array([number.first / number.scale for number in problem.numbers])
@@ -176,7 +178,7 @@ class Solver:
         def error(x):
             self.calls += 1
             plain = problem.residuals(x, samples)
-            values = np.clip(np.nan_to_num(plain, nan=100.0), -100, 100) * weights
+            values = np.clip(np.nan_to_num(plain, nan=FAILED), -FAILED, FAILED) * weights
             z = (values / LOSS) ** 2
             cost = np.sum(np.sqrt(1 + z) - 1)
             if cost < best[0]:
