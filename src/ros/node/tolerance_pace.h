@@ -55,21 +55,21 @@ class TolerancePace {
   double sinceTaken_ = longest;  ///< s since the tolerance was last taken back
 };
 
-/// What would keep ticks of `period` s of wall time in time whose load is above 1. steps: of a tick;
+/// What would keep ticks of `period` s of wall time in time, if their load is above 1. steps: of a tick;
 /// tolerance: the one in force.
 inline std::string adviceFor(const IntegratorSettings& settings, double tolerance, double load, double steps,
                              double period, double rate) {
   constexpr double single = 1.5, order = 5;
   char took[100], help[200];
-  std::snprintf(took, sizeof took, "a tick of %.3g ms takes %.3g ms, with %.3g steps: ", 1e3 * period,
-                1e3 * period * load, steps);
+  std::snprintf(took, sizeof took, "a tick of %.3g ms takes %.3g ms, with %.3g step%s: ", 1e3 * period,
+                1e3 * period * load, steps, steps == 1 ? "" : "s");
   const double needed = tolerance * std::pow(load, order);
-  if (steps < single) {
+  if (load < 1) {
+    std::snprintf(help, sizeof help, "it catches up");
+  } else if (steps < single) {
     std::snprintf(help, sizeof help, "publish/rate of at most %.3g Hz would help", rate / load);
   } else if (ode::hasFixedStep(settings.method)) {
     std::snprintf(help, sizeof help, "integrator/step of at least %.2g s would help", settings.step * load);
-  } else if (load < 1) {
-    std::snprintf(help, sizeof help, "it catches up");
   } else if (needed > 1) {
     std::snprintf(help, sizeof help,
                   "no tolerance is loose enough; real_time_factor of at most %.2g would help", 1 / load);
