@@ -100,10 +100,6 @@ class CartAndPole {
 
   template <bool acts, bool isFirst>
   [[gnu::always_inline]] void findOrder(int k, Acting acting) {
-    const auto over = [&](int divisor, Pair a) {
-      const double* inverse = inverses_ + 4 * divisor;
-      return quotient(a, divisor, Pair::load(inverse), Pair::load(inverse + 2));
-    };
     const Pair signs = {Pair::Register{-1, 1}};
     Pair parts = mulAdd(turning_, ofTurning_, place_ * ofPlace_);
     Four sum;
@@ -119,7 +115,7 @@ class CartAndPole {
       early = mulAdd(signs, Pair(given.v), early);
     }
     if constexpr (!isFirst) {
-      omega_ = over(k, alpha_);
+      omega_ = over(inverses_, k, alpha_);
       alpha_ = mulAdd(signs, parts + swapped(parts), early) + mulAdd(late_, omega_, late_ * alpha_);
       const Four last = joined(omega_, X_);
       last.store(rows_ + row * k);
@@ -140,7 +136,7 @@ class CartAndPole {
     ofTurning_ += moreOfTurning_;
 
     // Order k + 1
-    place_ = over(k + 1, turning_);
+    place_ = over(inverses_, k + 1, turning_);
     const Pair place = swapped(place_);
     joined(place, place).store(rows_ + row * (k + 1) + 4);
     turning_ = mulAdd(omega0_, place, turns);

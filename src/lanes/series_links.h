@@ -145,7 +145,7 @@ class Links {
   }
 
  private:
-  /// Of the eigenvalues of G: with 1e-10, a parallelogram left its branch at a change point.
+  /// The least ratio of the eigenvalues of G. At 0, a parallelogram leaves its branch at a change point.
   static constexpr double leastMargin = 1e-6;
   static constexpr int columns = SeriesArrays::columns;
   enum { mRa = 2, Pf = 4 };

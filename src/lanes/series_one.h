@@ -26,6 +26,11 @@ Pair second(Four a) {
 Four joined(Pair a, Pair b) {
   return {Four::Register{a.v[0], a.v[1], b.v[0], b.v[1]}};
 }
+/// a/k, by SeriesArrays::inverses
+[[gnu::always_inline]] inline Pair over(const double* inverses, int k, Pair a) {
+  const double* inverse = inverses + 4 * k;
+  return quotient(a, k, Pair::load(inverse), Pair::load(inverse + 2));
+}
 
 /// With S = m R, whose cross product with a is a product of e with two numbers,
 ///
@@ -131,20 +136,16 @@ class One {
 
   /// Order k of α, and what follows from it.
   [[gnu::always_inline]] void findOrder(int k, Pair iz, double own) {
-    const auto over = [&](int divisor, Pair a) {
-      const double* inverse = inverses_ + 4 * divisor;
-      return quotient(a, divisor, Pair::load(inverse), Pair::load(inverse + 2));
-    };
     const Pair parts = mulAdd(pull_, turned_, Pair(Pair::Register{own, 0}));
     const Pair alpha = parts + swapped(parts);
-    const Pair theta = over(k + 1, omega_), omega = over(k + 1, alpha);
+    const Pair theta = over(inverses_, k + 1, omega_), omega = over(inverses_, k + 1, alpha);
     Pair(Pair::Register{theta.v[0], omega.v[1]}).store(c_ + 2 * (k + 1));
 
-    Pair e = over(k + 2, iz);
-    e = mulAdd(omega_, over(k + 2, turned1_), e);
-    e = mulAdd(turned_, over(k + 2, omega1_), e);
-    e = mulAdd(omega, over(k + 2, turned0_), e);
-    e = mulAdd(nextTurned_, over(k + 2, omega0_), e);
+    Pair e = over(inverses_, k + 2, iz);
+    e = mulAdd(omega_, over(inverses_, k + 2, turned1_), e);
+    e = mulAdd(turned_, over(inverses_, k + 2, omega1_), e);
+    e = mulAdd(omega, over(inverses_, k + 2, turned0_), e);
+    e = mulAdd(nextTurned_, over(inverses_, k + 2, omega0_), e);
     e.store(e_ + 2 * (k + 2));
 
     lastOmega_ = omega_;

@@ -22,10 +22,10 @@ void requireFinite(std::vector<Fault>& faults, const char* path, Vec2d given, co
   faults.push_back({path, std::string("two finite numbers [x, y], in ") + unit, toText(given)});
 }
 
-/// Records a fault if the moment of inertia for this offset overflows.
+/// Records a fault if the product of two moments of inertia such as that for this offset may overflow.
 void requireMoment(std::vector<Fault>& faults, const char* path, const Link& link, Vec2d offset) {
   const double moment = link.mass * dot(offset, offset) + link.inertia;
-  if (moment <= 1e150) return;  // products of two are finite
+  if (moment <= 1e150) return;
   faults.push_back({path, "an offset in m whose moment of inertia is at most 1e150 kg m²", toText(offset)});
 }
 

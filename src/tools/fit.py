@@ -19,9 +19,8 @@ import json
 import math
 import os
 import sys
-import warnings
 
-from files import BadOutput, require_outputs, scene_file, words_of
+from files import BadOutput, notes_by, require_outputs, scene_file, words_of
 try:
     from planar_chain import BadFit, Failed, Refused, Scene, fit
     from planar_chain.fitting.report import as_json, as_text
@@ -62,11 +61,8 @@ def windows_of(text):
 
 
 def scene_of(path):
-    with warnings.catch_warnings(record=True) as notes:
-        scene = Scene.from_file(path)
-    for note in notes:
-        say(f"note: {note.message}")
-    return scene
+    with notes_by(say):
+        return Scene.from_file(path)
 
 
 def scene_text(path, is_needed):
