@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
 #include <string>
@@ -147,6 +148,25 @@ TEST(HeldTip, IsReachedByTheLeastMotion) {
     const Eigen::Vector2d given(scene.tip->x.at(0).rate, scene.tip->y.at(0).rate);
     const Eigen::VectorXd tip = activeForces(scene, 0, q, qd).tipRows * given;
     EXPECT_LT((qd - rates - least(after, tip - after.J_c * rates)).norm(), 1e-12) << text;
+  }
+}
+
+/// The answer of the tip to forces is J M⁻¹ Jᵀ, with J of both directions.
+TEST(HeldTip, HasTheMarginOfTheDenseEquations) {
+  for (const std::string& text : {fourBar(), slung, stiffLoop, sliderCrank}) {
+    const Scene scene = readSceneText(text);
+    Simulation simulation(scene);
+    const Eigen::Index n = scene.chain.size();
+    const Eigen::VectorXd q = Eigen::VectorXd::Map(simulation.q().data(), n),
+                          still = Eigen::VectorXd::Zero(n);
+    ActiveForces active = activeForces(scene, 0, q, still);
+    const Eigen::MatrixXd rows = active.tipRows;
+    active.tipRows = Eigen::Matrix2d::Identity();
+    const Kane at = kane(scene.chain, q, still, active);
+    const Eigen::Matrix2d answer = at.J_c * at.M_q.inverse() * at.J_c.transpose();
+    const Eigen::Vector2d sizes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(answer).eigenvalues();
+    const double least = rows.rows() == 2 ? sizes[0] : (rows * answer * rows.transpose())(0, 0);
+    EXPECT_NEAR(simulation.closureMargin(), least / sizes[1], 1e-12) << text;
   }
 }
 
