@@ -32,6 +32,10 @@ ROBOT = """<robot name="r">
 """
 
 
+def has_ros():
+    return os.path.exists(os.path.join(BIN, "..", "libplanar_chain_bags.so"))
+
+
 class Tools(InFolder):
     def run_tool(self, tool, *arguments, scene=SCENE):
         with open(self.path("scene.yaml"), "w") as file:
@@ -258,6 +262,8 @@ class Tools(InFolder):
             self.assertEqual(file.read(), SCENE)
 
     def test_one_file_is_not_written_twice(self):
+        if not has_ros():
+            self.skipTest("without ROS there is one output")
         os.symlink(self.folder, self.path("folder"))
         os.symlink("x", self.path("link"))  # leads to a file that does not exist yet
         os.mkdir(self.path("sub"))
@@ -275,7 +281,7 @@ class Tools(InFolder):
 
     def test_a_limit_of_file_size_ends_the_run_in_words(self):
         self.run_tool("equations")  # writes the scene
-        for option, out in (("--csv", "out.csv"), ("--bag", "out.bag")):
+        for option, out in (("--csv", "out.csv"), ("--bag", "out.bag"))[:2 if has_ros() else 1]:
             run = subprocess.run(["bash", "-c", f"ulimit -f 8; exec {BIN}/simulate scene.yaml --duration 100 {option} {out}"],
                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=60, cwd=self.folder)
             self.assertEqual((run.returncode, run.stderr), (1, f"simulate: cannot write {out}: File too large\n"))
@@ -363,7 +369,7 @@ class Tools(InFolder):
         self.assertTrue(all(math.isfinite(x) for row in self.rows()[1] for x in row))
 
     def test_a_build_without_ros_has_no_bags(self):
-        if os.path.exists(os.path.join(BIN, "..", "libplanar_chain_bags.so")):
+        if has_ros():
             self.skipTest("this one has ROS: see bag_test.py")
         for option in ("--bag", "--commands"):
             result = self.run_tool("simulate", "--duration", "1", option, self.path("out.bag"))
