@@ -1,4 +1,5 @@
-/// Every file of bad_scenes is refused with exactly the faults that its first lines name:
+/// Every file of bad_scenes is refused with exactly the faults that its first lines name, in the order of the
+/// lines that have them:
 ///
 ///     # expect: links/upper/mass: expected a number > 0 kg, got -1
 ///
@@ -47,6 +48,11 @@ std::vector<std::string> faultsIn(const std::string& text) {
     readSceneText(text);
   } catch (const Refused& refused) {
     for (const Fault& fault : refused.faults()) found.push_back(toString(fault));
+    const auto isBefore = [](const Fault& a, const Fault& b) {
+      const auto isInUrdf = [](const Fault& fault) { return fault.path.rfind("robot_description", 0) == 0; };
+      return isInUrdf(a) == isInUrdf(b) ? a.line < b.line : isInUrdf(a);
+    };
+    EXPECT_TRUE(std::is_sorted(refused.faults().begin(), refused.faults().end(), isBefore)) << refused.what();
   }
   std::sort(found.begin(), found.end());
   return found;

@@ -328,7 +328,7 @@ class Plot(InFolder):
         scene, bag, table, picture = os.path.join(SCENES, "cart_pole.yaml"), self.path("run.bag"), self.path("run.csv"), self.path("run.svg")
         run = self.run_tool("simulate", scene, "--duration", "2", "--bag", bag, "--csv", table)
         self.assertEqual(run.returncode, 0, run.stderr)
-        slide, turn, either = ("position q (m)", "speed q̇ (m/s)"), ("angle q (rad)", "rate q̇ (rad/s)"), ("q (rad; slides: m)",)
+        slide, turn, either = ("position q (m)", "speed q̇ (m/s)"), ("angle q (rad)", "rate q̇ (rad/s)"), ("q (rad or m)", "rate q̇ (rad/s or m/s)")
         for arguments, labels, others in (([bag], slide + turn, either), ([table], either, slide + turn),
                                           ([table, "--scene", scene], slide + turn, either),
                                           ([bag, "--joints", "cart_joint"], slide, turn + either),
@@ -340,7 +340,7 @@ class Plot(InFolder):
             self.assertEqual([label in found for label in labels + others], [True] * len(labels) + [False] * len(others), arguments)
         few, many = (plot.draw(plot.Motion(list("abc"), np.arange(2.0), np.ones((2, 3)), np.ones((2, 3))), columns, "", False)
                      for columns in ([1, 2], [2]))
-        self.assertEqual([figure.axes[0].get_ylabel() for figure in (few, many)], ["q (rad; slides: m)", "angle q (rad)"])
+        self.assertEqual([figure.axes[0].get_ylabel() for figure in (few, many)], ["q (rad or m)", "angle q (rad)"])
         # A position is no angle: it is not wrapped.
         motion = plot.read_bag(bag, None)
         motion.q[:, 0] += 10

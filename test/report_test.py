@@ -252,10 +252,14 @@ class Pictures(unittest.TestCase):
         self.assertEqual((left.get_xlim(), left.get_ylim()), (right.get_xlim(), right.get_ylim()))
 
     def test_no_two_curves_have_one_colour(self):
-        colours = [matplotlib.colors.to_rgb(colour) for colour in figures.COLOURS.values()]
-        for k, colour in enumerate(colours):
-            for other in colours[:k]:
-                self.assertGreater(max(abs(a - b) for a, b in zip(colour, other)), 0.1)
+        rows = [{"engine": "planar_chain", "method": "auto", "setting": "1e-5", "error_theta": "1e-6", "error_omega": "1e-6",
+                 "outcome": "ok"}]
+        axes = figures.asked_and_got({f"scene{k}": {"rows": rows} for k in range(17)}).axes[0]
+        for colours in (figures.COLOURS.values(), [line.get_color() for line in axes.lines]):
+            colours = [matplotlib.colors.to_rgb(colour) for colour in colours]
+            for k, colour in enumerate(colours):
+                for other in colours[:k]:
+                    self.assertGreater(max(abs(a - b) for a, b in zip(colour, other)), 0.1)
 
 
 class Arguments(unittest.TestCase):

@@ -123,7 +123,8 @@ def asked_and_got(scenes):
     for each, column, heading in zip(axes, ("error_theta", "error_omega"), ("angles, rad", "rates, rad/s")):
         for k, (name, scene_) in enumerate(scenes.items()):
             points = [(asked, got / asked) for asked, got in columns_of(by_contestant(scene_["rows"])[AUTO], "setting", column)]
-            plot(each, points, color=f"C{k % 10}", linestyle="-" if k < 10 else "--", marker="o", markersize=3, label=name)
+            plot(each, points, color=list(COLOURS.values())[k % len(COLOURS)], linestyle=("-", "--")[k % 2],
+                 marker="os^"[k % 3], markersize=3, label=name)
         each.axhspan(1e-3, 1, color="green", alpha=0.15, linewidth=0)
         logarithmic(each, "tolerance", heading)
     axes[0].set(ylabel="error at the end over the tolerance", ylim=(1e-8, 1e8))

@@ -9,6 +9,7 @@
 #include "ode/methods.h"
 #include "planar_chain/energy.h"
 #include "planar_chain/urdf_reader.h"
+#include "reading/names.h"
 #include "reading/section.h"
 #include "scene/link_reader.h"
 #include "scene/scene_numbers.h"
@@ -36,6 +37,7 @@ struct Expanded {
   Appearance appearance;
   std::vector<Note> notes;
   bool isFloating = false;
+  bool isOrdered = true;  ///< else there are faults in `chain`, and the links are in any order
 };
 
 /// Adds the two slides below a floating link, which have no names for others.
@@ -43,7 +45,7 @@ void appendFreeSlides(const Entry& entry, Expanded& to) {
   to.isFloating = true;
   for (int axis = 0; axis < 2; ++axis) {
     FreeSlide slide = freeSlide(entry.link.name, entry.joint.name, axis);
-    to.names.joints.emplace(slide.joint.name, axis);
+    to.names.joints.emplace(slide.joint.name, static_cast<int>(to.links.size()));
     to.names.com.push_back({});
     to.entryOf.emplace(slide.link.name, entry.link.name);
     to.links.push_back(std::move(slide.link));
@@ -76,7 +78,7 @@ void append(const Entry& entry, Expanded& to) {
 }
 
 /// The links from `chain` and `links`.
-/// @returns nothing if there is a fault in the order or in the names
+/// @returns nothing if their names are not known
 std::optional<Expanded> readLinks(const Section& top) {
   // All entries, whether listed in `chain` or not.
   const Section links = top.section("links");
@@ -84,47 +86,53 @@ std::optional<Expanded> readLinks(const Section& top) {
     top.fault("links", "a map with at least one link");
   }
   std::map<std::string, Entry> entries;
-  bool isCertain = true;
+  std::vector<std::string> names;
+  bool areSound = true;
   for (const auto& [name, value] : links.entries()) {
-    isCertain &= entries.emplace(name, readEntry(links, name)).first->second.namesAreSound;
+    areSound &= entries.emplace(name, readEntry(links, name)).first->second.namesAreSound;
+    names.push_back(name);
   }
 
   // The order: each name of `chain` once, and every entry.
-  const Value* chain = top.find("chain");
-  const Value::List* order = chain ? chain->list() : nullptr;
-  if (!order || order->empty()) {
-    top.fault("chain", "a list of link names, from the ground pin outwards");
-    return std::nullopt;
-  }
   Expanded expanded;
+  const Value* chain = top.find("chain");
+  const Value::List order = chain && chain->list() ? *chain->list() : Value::List();
+  expanded.isOrdered = !order.empty();
+  if (order.empty()) top.fault("chain", "a list of link names, from the ground pin outwards");
   std::set<std::string> listed;
   long long total = 0;
-  for (std::size_t i = 0; i < order->size(); ++i) {
-    const Value& name = (*order)[i];
-    const auto entry = name.text() ? entries.find(*name.text()) : entries.end();
-    const char* fault = entry == entries.end()                ? "the name of an entry in links"
-                        : !listed.insert(entry->first).second ? "each link only once"
-                                                              : nullptr;
-    if (fault) {
-      top.fault("chain/" + std::to_string(i), fault, describe(name));
-      isCertain = false;
-    } else {
-      total += entry->second.repeat;
-      if (entry->second.floats && i > 0) {
-        links.fault(entry->first + "/joint/type", "floating of the first link only", "\"floating\"");
-        entry->second.floats = false;
-      }
-      if (total <= mostLinks) append(entry->second, expanded);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::string* name = order[i].text();
+    const auto entry = name ? entries.find(*name) : entries.end();
+    if (entry == entries.end() || !listed.insert(*name).second) {
+      const std::string meant = name ? closest(*name, names) : "";
+      top.fault("chain/" + std::to_string(i),
+                entry != entries.end() ? "each link only once"
+                : meant.empty()        ? "the name of an entry in links"
+                                       : "the name of an entry in links (did you mean " + meant + "?)",
+                describe(order[i]));
+      expanded.isOrdered = false;
+      continue;
     }
-  }
-  for (const auto& [name, entry] : entries) {
-    if (listed.count(name) == 0) links.fault(name, "a link listed in chain", quoted(name));
+    total += entry->second.repeat;
+    if (entry->second.floats && i > 0) {
+      links.fault(entry->first + "/joint/type", "floating of the first link only", "\"floating\"");
+      entry->second.floats = false;
+    }
+    if (total <= mostLinks) append(entry->second, expanded);
   }
   if (total > mostLinks) {
     top.fault("chain", "at most " + std::to_string(mostLinks) + " links, with repeated ones counted",
               std::to_string(total));
   }
-  return isCertain && total <= mostLinks ? std::optional(std::move(expanded)) : std::nullopt;
+  for (const auto& [name, entry] : entries) {
+    if (listed.count(name) != 0) continue;
+    if (!order.empty()) links.fault(name, "a link listed in chain", quoted(name));
+    expanded.isOrdered = false;
+    total += entry.repeat;
+    if (total <= mostLinks) append(entry, expanded);  // others may name it
+  }
+  return areSound && total <= mostLinks ? std::optional(std::move(expanded)) : std::nullopt;
 }
 
 /// The links of the URDF in `robot_description`. `links` adds what URDF cannot express.
@@ -269,11 +277,17 @@ void refuseLoadsInDrives(const Section& top, const Expanded& chain, const std::v
 
 // ---- The scene -------------------------------------------------------------------------------
 
-/// @throws Refused with all faults and their lines, if there are any
+/// @throws Refused with all faults in the order of their lines, if there are any; those of a URDF, which may
+/// be a file of its own, come first
 static void throwAny(std::vector<Fault>& faults, const Value& value) {
   for (Fault& fault : faults) {
     if (fault.line == 0) fault.line = lineAt(value, fault.path);
   }
+  const auto place = [](const Fault& fault) {
+    return std::pair(fault.path.rfind("robot_description", 0) != 0, fault.line);
+  };
+  std::stable_sort(faults.begin(), faults.end(),
+                   [&](const Fault& a, const Fault& b) { return place(a) < place(b); });
   if (!faults.empty()) throw Refused(std::move(faults));
 }
 
@@ -290,7 +304,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   std::optional<Chain> chain;
   Vec2d unused;
   top.take("gravity", "m/s²", expanded ? expanded->gravity : unused);
-  if (expanded) chain = makeChain(*expanded, faults);
+  if (expanded && expanded->isOrdered) chain = makeChain(*expanded, faults);
   // All other keys.
   std::vector<Load> loads;
   for (const EffectKind* kind : effectKinds()) kind->takeScene(top, names, loads);

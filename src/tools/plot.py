@@ -20,7 +20,7 @@ from matplotlib import pyplot  # noqa: E402  the backend comes first
 from bags import ENDINGS, why_unread
 from chain import NoChain, read_chain  # noqa: E402
 from files import BadOutput, require_outputs, scene_file, words_of  # noqa: E402
-from plot_panels import STILL, panels, units  # noqa: E402
+from plot_panels import STILL, UNKNOWN, panels, units  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
 from plot_strobe import Links, draw_strobe  # noqa: E402
 
@@ -307,7 +307,7 @@ def draw(motion, columns, title, wrap):
 
     phase = figure.add_subplot(right[0])
     draw_phase(phase, motion, columns)
-    legend(1, phase, "joint")
+    legend(1, phase, "joint (m if it slides: give --scene)" if units(motion, columns) == [UNKNOWN] else "joint")
     return figure
 
 

@@ -9,7 +9,7 @@ FEW = 20          # one error of so many may be less than the axis shows
 # Label and unit of q, its rate, and what acts along it.
 TURNS = ("angle q", "rad"), ("rate q̇", "rad/s"), ("torque τ", "N m")
 SLIDES = ("position q", "m"), ("speed q̇", "m/s"), ("force τ", "N")
-UNKNOWN = ("q", "rad; slides: m"), ("rate q̇", "rad/s; slides: m/s"), ("torque τ", "N m; slides: N")
+UNKNOWN = ("q", "rad or m"), ("rate q̇", "rad/s or m/s"), ("torque τ", "N m or N")
 SLIDING = 2  # only so many first joints may slide
 
 
