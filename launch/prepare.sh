@@ -49,11 +49,21 @@ install_missing() {
   rm "$log"
 }
 
-# Builds into build/, with more options for cmake; shows the compiler's output only if it fails.
-build() {
-  local log=build/build.log
-  mkdir -p build
-  echo "Building ($log); the first time takes some minutes"
-  { cmake -S . -B build -DPYTHON_EXECUTABLE=/usr/bin/python3 "$@" &&
-    cmake --build build --parallel "$(nproc)"; } >"$log" 2>&1 || { cat "$log" >&2; return 1; }
+# Builds a target in a folder, with options for cmake: build_in FOLDER TARGET OPTION…. Shows the percentage, and what the compiler says
+# only if it fails.
+build_in() {
+  local log=$1/build.log next=0
+  mkdir -p "$1"
+  printf 'Building (%s)' "$log"
+  { cmake -S . -B "$1" "${@:3}" && cmake --build "$1" --target "$2" --parallel "$(nproc)"; } 2>&1 | tee "$log" |
+    while read -r line; do
+      if [[ $line =~ ^\[\ *([0-9]+)%\] ]] && ((BASH_REMATCH[1] >= next)); then
+        printf ' %d%%' "${BASH_REMATCH[1]}"
+        next=$((BASH_REMATCH[1] + 10))
+      fi
+    done || { echo; cat "$log" >&2; return 1; }
+  echo
 }
+
+# Builds all into build/, which takes some minutes the first time.
+build() { build_in build all -DPYTHON_EXECUTABLE=/usr/bin/python3 "$@"; }

@@ -74,6 +74,22 @@ class OneBuild(InFolder):
     def test_both_scripts_compile_alike(self):
         self.assertEqual(self.flags('launch/sim'), self.flags('test/run'))
 
+    def build(self, cmake):
+        """Status, output and errors of a build by this shell function in the place of cmake."""
+        script = 'set -euo pipefail; source launch/prepare.sh; cmake() { %s; }; build_in "$1" all -DA=1' % cmake
+        run = subprocess.run(['bash', '-c', script, 'bash', self.path('build')], cwd=ROOT, stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE, universal_newlines=True, check=False)
+        return run.returncode, run.stdout, run.stderr
+
+    def test_a_build_shows_how_far_it_is_and_errors_alone(self):
+        steps = 'for k in $(seq -f "%3.0f" 0 3 99); do echo "[$k%] Building [ 50%]"; done'
+        begin, log = 'Building (%s/build.log)' % self.path('build'), self.path('build/build.log')
+        self.assertEqual(self.build(steps), (0, begin + ' 0% 12% 24% 36% 48% 60% 72% 84% 96%\n', ''))
+        with open(log, encoding='ascii') as file:
+            self.assertEqual(len(file.readlines()), 68)
+        self.assertEqual(self.build('echo "error: $*" >&2; return 1'),
+                         (1, begin + '\n', 'error: -S . -B %s -DA=1\n' % self.path('build')))
+
 
 if __name__ == '__main__':
     unittest.main(argv=[argument for argument in sys.argv if argument not in CONFIGURATION])

@@ -65,5 +65,30 @@ TEST(Urdf, OfRandomScenesIsTheSameChainAgain) {
   for (unsigned seed = 1; seed <= 20; ++seed) expectTheSameAgain(test::randomScene(5, seed));
 }
 
+/// A bearing has eight parts, as the one of the base; a line is a rail.
+TEST(Urdf, ShowsWhatHoldsTheTip) {
+  const std::string chain =
+      "chain: [a, b]\nlinks: {a: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]},"
+      " b: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0], initial: {angle: 1}}}\n";
+  const auto parts = [&](const std::string& more, const std::string& part) {
+    const Scene scene = readSceneText(chain + more);
+    const std::string urdf = urdfOf(scene, framesOf(scene, "/"));
+    int count = 0;
+    for (std::size_t at = 0; (at = urdf.find(part, at)) != std::string::npos; ++at) ++count;
+    return count;
+  };
+  const std::string ground = "<material name=\"ground\"/>", pin = "<material name=\"pin\"/>";
+  const std::string bar = "<origin xyz=\"1.5 " + toText(1.7 * 0.09) + " 0\"";
+  EXPECT_EQ(parts("", ground), 8);
+  EXPECT_EQ(parts("", pin), 2);
+  EXPECT_EQ(parts("tip: {pin: [1.5, 0]}", ground), 16);
+  EXPECT_EQ(parts("tip: {pin: [1.5, 0]}", pin), 3);
+  EXPECT_EQ(parts("tip: {pin: [1.5, 0]}", bar), 1);
+  EXPECT_EQ(parts("tip: {pin: [1.5, 0]}\nbase: {x: {amplitude: 0.1, frequency: 1}}", ground), 16);
+  EXPECT_EQ(parts("tip: {pin: {x: {offset: 1.5}, y: {amplitude: 0.1, frequency: 1}}}", ground), 8);
+  EXPECT_EQ(parts("tip: {line: {point: [0, 0.5]}}", ground), 9);
+  EXPECT_EQ(parts("tip: {line: {point: [0, 0.5]}}", "<origin xyz=\"0 0.5 0\" rpy=\"0 0 0\""), 1);
+}
+
 }  // namespace
 }  // namespace planar_chain

@@ -157,7 +157,7 @@ def relay_texts(nodes, scenes, centre, half):
             name = copy.deepcopy(array.markers[0])
             name.id, name.text = len(places), node
             for marker, place in zip(array.markers, places):
-                place.x = -ASPECT * half + 2 * size + (place.x - left) * size / marker.scale.z
+                place.x = -ASPECT * half + 5 * size + (place.x - left) * size / marker.scale.z
                 place.y = centre - half + (1 + 8 * k + (place.y - lowest) / marker.scale.z) * size
             name.pose.position.x = max(place.x for place in places) / 2 + min(place.x for place in places) / 2
             name.pose.position.y = max(place.y for place in places) + 1.1 * size

@@ -49,7 +49,8 @@ class Writer {
     if (scene_.base) pin();
     line("<link name='", frames_.pin, "'>");
     if (!hasOwnShapes()) line(scene_.appearance.visuals[0]);
-    if (hasOwnShapes() && !floats(chain_)) chain_.slides() > 0 ? rail() : ground();
+    if (hasOwnShapes() && !floats(chain_)) chain_.slides() > 0 ? rail() : ground({});
+    if (!scene_.base) tip();
     line("</link>");
     for (int i = 0; i < links; ++i) {
       link(i);
@@ -76,30 +77,46 @@ class Writer {
   /// The moving base, where it starts. /tf moves it.
   void pin() {
     const BaseLaws& base = *scene_.base;
-    line("<link name='", frames_.base, "'/>");
+    line("<link name='", frames_.base, "'>");
+    tip();
+    line("</link>");
     line("<joint name='", frames_.base, "-", frames_.pin, "' type='fixed'><parent link='", frames_.base,
          "'/><child link='", frames_.pin, "'/><origin xyz='", Vec2d{base.x.at(0).value, base.y.at(0).value},
          "' rpy='0 0 ", base.angle.at(0).value, "'/></joint>");
   }
 
+  /// What holds the tip, if it stands still.
+  void tip() {
+    if (!scene_.tip || scene_.tip->moves() || !hasOwnShapes()) return;
+    const Vec2d at{scene_.tip->x.at(0).value, scene_.tip->y.at(0).value};
+    if (!scene_.tip->line) return ground(at);
+    const Vec2d axis = *scene_.tip->line;
+    rail(at - dot(at, axis) * axis, axis, -2 * drawing_.reach, 2 * drawing_.reach);
+  }
+
   /// The first rail: as long as its limits, or as the chain on both sides.
   void rail() {
     const Joint& joint = chain_.joints().front();
-    const double w = drawing_.bar, angle = std::atan2(joint.axis.y, joint.axis.x);
-    const double from = std::fmax(joint.lower, -2 * drawing_.reach);
-    const double to = std::fmin(joint.upper, 2 * drawing_.reach);
-    box(0.5 * (from + to) * joint.axis, angle, to - from + 3 * w, 0.5 * w, 0.5 * w, "ground");
+    rail({}, joint.axis, std::fmax(joint.lower, -2 * drawing_.reach),
+         std::fmin(joint.upper, 2 * drawing_.reach));
+  }
+
+  void rail(Vec2d at, Vec2d axis, double from, double to) {
+    const double w = drawing_.bar;
+    box(at + 0.5 * (from + to) * axis, std::atan2(axis.y, axis.x), to - from + 3 * w, 0.5 * w, 0.5 * w,
+        "ground");
   }
 
   /// A bearing as in engineering drawings: two struts from the pin to a bar, and hatching for the ground.
-  void ground() {
+  void ground(Vec2d at) {
     const double w = drawing_.bar;
     for (const double side : {-1.0, 1.0}) {
-      box({side * 0.45 * w, 0.8 * w}, std::atan2(1.6, side * 0.9), 1.85 * w, 0.25 * w, 0.4 * w, "ground");
+      box(at + Vec2d{side * 0.45 * w, 0.8 * w}, std::atan2(1.6, side * 0.9), 1.85 * w, 0.25 * w, 0.4 * w,
+          "ground");
     }
-    box({0, 1.7 * w}, 0, 4.4 * w, 0.25 * w, 0.6 * w, "ground");
+    box(at + Vec2d{0, 1.7 * w}, 0, 4.4 * w, 0.25 * w, 0.6 * w, "ground");
     for (int k = 0; k < hatches; ++k) {
-      box({(k - 1.7) * 0.85 * w, 2.15 * w}, 0.8, 1.1 * w, 0.12 * w, 0.3 * w, "ground");
+      box(at + Vec2d{(k - 1.7) * 0.85 * w, 2.15 * w}, 0.8, 1.1 * w, 0.12 * w, 0.3 * w, "ground");
     }
   }
 
@@ -131,11 +148,12 @@ class Writer {
           bar.share * depth, paint);
     }
 
-    // Draw the bob, the rounded tip and the inner pin.
+    // Draw the bob, the rounded tip and the pins.
     if (figure.hasBob) visual(body.com, 0, paint, "<sphere radius='", bobRadius * w, "'/>");
     if (i == chain_.size() - 1 && length(body.pin) > 0 && !figure.hasBob)
       cylinder(body.pin, w / 2, depth, paint);
     if (i == 0 || figure.hasPin) cylinder({0, 0}, pinRadius * w, 1.3 * w, "pin");
+    if (i == chain_.size() - 1 && scene_.tip) cylinder(body.pin, pinRadius * w, 1.3 * w, "pin");
   }
 
   /// A box on its rail, with the pin on it that carries the next link.

@@ -13,9 +13,9 @@ using visualization_msgs::Marker;
 
 // In units of half the height of the view.
 constexpr double textSize = 0.055, textAside = 1.24, textUnder = 0.97;
-constexpr double columns = 10;  // from the left of the labels to the right of the numbers, sizes of the text
-constexpr double negligible = 1e-12;  // share of the reference: less energy (J) reads 0
-constexpr int digits = 4;             // of an energy as large as the reference
+constexpr double longestNumber = 5.3;  // width of a number with its unit, sizes of the text
+constexpr double negligible = 1e-12;   // share of the reference: less energy (J) reads 0
+constexpr int digits = 4;              // of an energy as large as the reference
 
 /// A label and its width in rviz's font, Liberation Sans, in units of 1/28 of the text's size.
 struct Label {
@@ -23,6 +23,7 @@ struct Label {
   int width;
 };
 constexpr double widthUnits = 28;
+constexpr int spaceWidth = 16;
 constexpr std::array<Label, 6> labels{{{"time", 45},
                                        {"kinetic", 67},
                                        {"potential", 89},
@@ -45,7 +46,7 @@ int widthOf(const std::string& number) {
         width += 14;
         break;
       case ' ':
-        width += 16;
+        width += spaceWidth;
         break;
       case 'J':
       case 's':
@@ -74,33 +75,30 @@ std::string withDecimalsOf(double reference, double number) {
 
 EnergyText::EnergyText(const FirstView& view, const std::string& frame, double reference)
     : reference_(reference), size_(textSize * view.half) {
-  // rviz centres each text on its position.
   const double left = -textAside * view.half;
-  right_ = left + columns * size_;
+  middle_ = left + longestNumber * size_;
   for (std::size_t line = 0; line < labels.size(); ++line) {
     Marker marker;
     marker.header.frame_id = frame;
     marker.frame_locked = true;
     marker.ns = "energy";
     marker.type = Marker::TEXT_VIEW_FACING;
-    marker.id = static_cast<int>(2 * line);
-    marker.text = labels[line].text;
-    marker.pose.position.x = left + labels[line].width / widthUnits / 2 * size_;
+    marker.id = static_cast<int>(line);
     marker.pose.position.y =
         view.centre - textUnder * view.half + (static_cast<double>(labels.size() - line) - 0.5) * size_;
     marker.pose.orientation.w = 1;
     marker.scale.z = size_;
     marker.color.r = 0.85F, marker.color.g = 0.88F, marker.color.b = 0.92F, marker.color.a = 1;
     message_.markers.push_back(marker);
-    ++marker.id;
-    message_.markers.push_back(marker);
   }
 }
 
+/// Numbers end, and labels begin, below each other. rviz centres each text on its position.
 void EnergyText::put(std::size_t line, const std::string& number) {
-  Marker& marker = message_.markers[2 * line + 1];
-  marker.text = number;
-  marker.pose.position.x = right_ - widthOf(number) / widthUnits / 2 * size_;
+  Marker& marker = message_.markers[line];
+  const int before = widthOf(number), behind = spaceWidth + labels[line].width;
+  marker.text = number + " " + labels[line].text;
+  marker.pose.position.x = middle_ + (behind - before) / widthUnits / 2 * size_;
 }
 
 visualization_msgs::MarkerArray& EnergyText::write(double time, const EnergyBalance& balance,

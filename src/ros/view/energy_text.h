@@ -16,13 +16,14 @@ class EnergyText {
   /// frame: of the base, or what the view follows. reference: an energy, J, that is shown with four digits.
   EnergyText(const FirstView& view, const std::string& frame, double reference);
 
-  /// time: s. Returns a message that is valid until the next call: for each line a label, then its number.
+  /// time: s. Returns a message that is valid until the next call: a text for each line, as two would part in
+  /// a view that is turned.
   visualization_msgs::MarkerArray& write(double time, const EnergyBalance& balance, ros::Time stamp);
 
  private:
   void put(std::size_t line, const std::string& number);
 
-  double reference_, size_, right_;
+  double reference_, size_, middle_;
   visualization_msgs::MarkerArray message_;
 };
 
