@@ -14,6 +14,7 @@
 #include "known_chains.h"
 #include "ode/methods.h"
 #include "ode/switches.h"
+#include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
 
@@ -288,6 +289,52 @@ TEST(Queries, OfSwitchesAtOtherStatesAndTimesChangeNoBit) {
     switches += plain.switches;
   }
   EXPECT_GT(switches, 100);
+}
+
+// ---- Bodies without inertia of their own, and joints at rest with other switches -----------------------
+
+/// Comes loose at rest against its friction: ½ m q̇² r² + m g r sin q + c |q| = 0.
+TEST(PointMasses, FallAgainstFriction) {
+  for (const double inertia : {0., 1e-16, 1e-9}) {
+    Simulation simulation(
+        readSceneText("chain: [a]\nlinks: {a: {mass: 2, inertia: " + std::to_string(inertia * 1e10) +
+                      "e-10, com: [0.5, 0], pin: [1, 0], joint: {friction: 0.3}}}\n"));
+    ASSERT_TRUE(simulation.advanceTo(0.3)) << simulation.fault();
+    const double q = simulation.q()[0], rate = simulation.qd()[0];
+    EXPECT_LT(q, -0.5);
+    EXPECT_NEAR(0.25 * rate * rate + 9.81 * std::sin(q) - 0.3 * q, 0, 1e-6) << "I = " << inertia;
+  }
+}
+
+/// (m + M) s̈ = F − c at once, as nothing turns: a cart without mass carries a body that hangs at rest.
+TEST(PointMasses, CartWithoutMassSlidesAgainstFriction) {
+  Scene scene = readSceneText(
+      "chain: [cart, bob]\nlinks:\n"
+      "  cart: {mass: 0, joint: {type: prismatic, friction: 0.5}}\n"
+      "  bob: {mass: 2, inertia: 0.1, com: [0, 0], pin: [1, 0]}\n"
+      "loads: {f: {joint: cart_joint, torque: 3}}\n");
+  Simulation simulation(scene);
+  ASSERT_TRUE(simulation.advanceTo(1)) << simulation.fault();
+  EXPECT_NEAR(simulation.q()[0], (3 - 0.5) / 2 / 2, 1e-6);
+}
+
+/// The rate of a stuck joint is that of rounding: it is no switch of the joint's drag.
+TEST(StuckJoints, DoNotSwitchTheirDrag) {
+  const auto evaluations = [](const std::string& drag) {
+    const std::string rod = "mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]";
+    Simulation simulation(readSceneText("chain: [a, b, c]\nlinks:\n  a: {" + rod +
+                                        "}\n"
+                                        "  b: {" +
+                                        rod + ", joint: {friction: 300" + drag +
+                                        "}, initial: {angle: 0.3}}\n"
+                                        "  c: {" +
+                                        rod + ", joint: {friction: 300" + drag +
+                                        "}, initial: {angle: -0.1}}\n"
+                                        "loads: {l: {joint: a_joint, torque: 3, frequency: 2}}\n"));
+    EXPECT_TRUE(simulation.advanceTo(5)) << simulation.fault();
+    return simulation.statistics().evaluations;
+  };
+  EXPECT_LT(evaluations(", drag: 0.1"), 2 * evaluations(""));
 }
 
 // ---- Long chains -------------------------------------------------------------------------------------

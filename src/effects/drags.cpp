@@ -8,6 +8,10 @@ namespace planar_chain {
 
 namespace {
 
+/// A drag keeps its sign until q̇ is wrong by this much, rad/s or m/s: c q̇² is below the rounding of other
+/// torques there. At 0, rounding of q̇ would switch the drag of a joint at rest or stuck in each step.
+constexpr double leastRate = 1e-9;
+
 class Drags : public Effect, public Switching {
  public:
   explicit Drags(const Chain& chain) : coordinates_(chain.coordinates()), n_(chain.size()) {
@@ -80,7 +84,7 @@ class Drags : public Effect, public Switching {
   /// Between two ends, q̇ is taken for the parabola of the cubic through both: v0 + 2 b s + 3 c s², 0 < s < 1.
   /// Its turning point is where a change of sign may hide.
   double nearest(const ode::Stretch& of) const override {
-    const double h = of.h;
+    const double h = of.h, least = leastRate * h;
     const Eigen::VectorXd &y = of.y, &next = of.next;
     double first = -1;
     for (const Drag& drag : drags_) {
@@ -90,7 +94,7 @@ class Drags : public Effect, public Switching {
       const double b = 3 * dq - 2 * v0 - v1, c = v0 + v1 - 2 * dq;
       const double s = -b / (3 * c), turn = v0 + b * s;
       const bool isHidden =
-          s > 0 && s < 1 && drag.sign * v0 >= 0 && drag.sign * v1 >= 0 && drag.sign * turn < 0;
+          s > 0 && s < 1 && drag.sign * v0 >= -least && drag.sign * v1 >= -least && drag.sign * turn < -least;
       if (isHidden && (first < 0 || s * h < first)) first = s * h;
     }
     return first;
@@ -101,7 +105,7 @@ class Drags : public Effect, public Switching {
     Coordinate q;
     double c, sign;
   };
-  double dueOf(const Drag& drag, const double* y) const { return -drag.sign * drag.q(y + n_); }
+  double dueOf(const Drag& drag, const double* y) const { return -drag.sign * drag.q(y + n_) - leastRate; }
 
   Coordinates coordinates_;
   int n_;

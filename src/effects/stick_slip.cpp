@@ -1,6 +1,9 @@
 #include "effects/stick_slip.h"
 
+#include <algorithm>
 #include <limits>
+
+#include "effects/effect_kind.h"
 
 namespace planar_chain {
 
@@ -19,6 +22,28 @@ constexpr double accuracyOfWeak = 0.1, weak = 1e4;
 constexpr double negligible = 0.1;
 /// Of the breakaway torque: a few thousand roundings, as |μ| is a sum over the bodies.
 constexpr double rounding = 1e-12;
+/// Of the inertia that a body has about its pin, with what it carries there. A point mass and a slide without
+/// mass have none of their own: they would yield without bound, and no start, however fast, would count.
+/// Larger: bands may miss more than the tolerance. Smaller: a start below this share of what friction gives
+/// at most counts as rounding.
+constexpr double leastOwn = 1e-6;
+
+/// The yield of each body to a moment, or of a slide to a force, as if no pin held it.
+std::vector<double> yieldsOf(const Chain& chain) {
+  std::vector<double> yields(index(chain.size()));
+  double carried = 0;  // kg, at the outer pin
+  for (int i = chain.size(); i-- > 0;) {
+    const Link& link = chain.links()[index(i)];
+    const Joint& joint = chain.joints()[index(i)];
+    const double own = joint.slides ? link.mass : link.inertia;
+    const double aboutPin = joint.slides ? link.mass + carried
+                                         : link.inertia + link.mass * dot(link.com, link.com) +
+                                               carried * dot(link.pin, link.pin) + inertiaIn(joint);
+    yields[index(i)] = 1 / std::max(own, leastOwn * aboutPin);
+    carried += link.mass;
+  }
+  return yields;
+}
 
 }  // namespace
 
@@ -27,16 +52,13 @@ StickSlip::StickSlip(const Chain& chain, double tolerance)
   for (Numbers* numbers : {&sliding_, &breakaway_, &mostYield_, &band_, &direction_, &angle_}) {
     numbers->setZero(n_);
   }
+  const std::vector<double> yields = yieldsOf(chain);
   never_.setConstant(n_, never);
   moments_.setZero(n_);
   for (int i = 0; i < n_; ++i) {
-    const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
+    const Joint& joint = chain.joints()[index(i)];
     if (!mayStick(joint)) continue;
-    const auto yield = [&](int body) {
-      const Link& link = chain.links()[static_cast<std::size_t>(body)];
-      return 1 / (coordinates_.slides(body) ? link.mass : link.inertia);
-    };
-    mostYield_[i] = yield(i) + (coordinates_.isDifference(i) ? yield(i - 1) : 0);
+    mostYield_[i] = yields[index(i)] + (coordinates_.isDifference(i) ? yields[index(i - 1)] : 0);
     breakaway_[i] = std::max(joint.other("breakaway"), joint.other("friction"));
     if (breakaway_[i] * mostYield_[i] < negligible * tolerance) continue;
     joints_.push_back(i);

@@ -13,7 +13,7 @@
 ///     a / Y                              a torque that would start the joint with less than a
 ///
 /// where a = accuracy × tolerance/s, rad/s², ten times that for weak friction, and Y = 1/I_i + 1/I_{i−1} is
-/// an upper bound of ∂q̈/∂μ: pins and rotors only make it smaller. So a joint that the band holds misses less
+/// an upper bound of ∂q̈/∂μ: pins and rotors only make it smaller. (I of a point mass: stick_slip.cpp.) So a joint that the band holds misses less
 /// than the error that the tolerance allows. Between long stretches that stick, ∂q̈/∂μ may be 1e8 times
 /// smaller: a joint that breaks loose there and starts with far less than a is held by a wider band. If a
 /// joint breaks loose and comes to rest again without its angle moving by more than rounding, its torque was
