@@ -217,7 +217,8 @@ class Plot(InFolder):
             scene = yaml.safe_load(file)
         q = np.array([[0.3, -0.7, 1.9], [0.0, 0.0, 0.0]])
         base = np.array([[0.0, 0.0, 0.0], [3.0, -1.0, 0.4]])
-        for at, row, points, coms in zip(base, q, *plot_strobe.pins(links, base, q)):
+        for at, row, points, coms, starts in zip(base, q, *plot_strobe.pins(links, base, q)):
+            np.testing.assert_array_equal(starts, points[:-1])
             pin, theta = at[:2], at[2]
             for k, name in enumerate(scene["chain"]):
                 theta += row[k]
@@ -227,6 +228,16 @@ class Plot(InFolder):
                 np.testing.assert_allclose([coms[k].real, coms[k].imag], com, atol=1e-15)
                 pin = pin + turn @ scene["links"][name]["pin"]
             np.testing.assert_allclose([points[-1].real, points[-1].imag], pin, atol=1e-15)
+
+    def test_strobe_begins_where_the_chain_turns(self):
+        base, q = np.zeros((1, 3)), np.array([[3.0, 0.5]])
+        points, _, starts = plot_strobe.pins(plot_strobe.Links(os.path.join(SCENES, "cart_pole.yaml")), base, q)
+        np.testing.assert_allclose(points[0], [3 + 0.1j, 3 + 0.1j + 0.5 * np.exp(0.5j)], atol=1e-15)
+        self.assertEqual(list(starts[0]), [3, points[0, 0]])
+        free = plot_strobe.Links(os.path.join(SCENES, "thrown.yaml"))
+        points = plot_strobe.pins(free, base, np.array([[3.0, 4.0, 0.1, 0, 0, 0]]))[0]
+        np.testing.assert_allclose(points[0], 3 + 4j + 0.6 * np.arange(5) * np.exp(0.1j), atol=1e-14)
+        self.assertEqual((free.slides, free.carts), (2, 0))
 
     def test_strobe_reads_a_urdf(self):
         urdf = self.path("scene.urdf")
@@ -262,8 +273,7 @@ class Plot(InFolder):
         motion = plot.Motion(["a"], np.linspace(0, 1, 5), np.zeros((5, 1)), np.zeros((5, 1)))
         links = plot_strobe.Links.__new__(plot_strobe.Links)
         links.moves, links.pinned, links.joints, links.pin, links.com = False, False, ["a"], np.array([-2j]), np.array([-1j])
-        links.first = "ground pin"
-        links.rail = np.zeros(1)
+        links.rail, links.slides, links.carts = np.zeros(1), 0, 0
         for apart in (0.0, 5.0):
             figure = plot_strobe.draw_strobe(motion, links, np.linspace(0, 1, 5), apart, "a title that is as long as many are.yaml")
             axes, bar = figure.axes
@@ -281,7 +291,8 @@ class Plot(InFolder):
 
     def test_a_strobe_of_a_held_tip_marks_its_pin(self):
         for name, labels in (("four_bar", ["ground pin", "pin of the tip"]), ("slider_crank", ["path of the tip", "ground pin"]),
-                             ("cart_pole", ["path of the tip", "cart"]), ("thrown", ["path of the tip", "inner pin"]),
+                             ("cart_pole", ["path of the tip", "cart"]), ("thrown", ["path of the tip"]),
+                             ("throw", ["path of the tip", "ground pin", "centre of mass"]),
                              ("jump_rope", ["path of the tip", "ground pin", "pin of the tip"])):
             table = self.path(name + ".csv")
             self.assertEqual(self.run_tool("simulate", name, "--duration", "0.5", "--csv", table).returncode, 0)

@@ -12,11 +12,15 @@ LEAST = 2.4, 1.5               # inch, width and height at least
 LEFT, RIGHT, BELOW, ABOVE = 0.85, 1.35, 1.05, 0.45  # inch, around it
 STAYS = 1e-6                   # of the reach: a pinned tip that moves less has no path
 FREE = 0.06                    # of the drawing's size, on each side of what is drawn
+GREY = "#7F7F7F"
+CART = {"linestyle": "", "marker": [(-1.6, -1), (1.6, -1), (1.6, 1), (-1.6, 1), (-1.6, -1)], "markersize": 16, "markerfacecolor": "none"}
+MASS = {"linestyle": ":", "marker": "s", "markersize": 6, "markevery": [-1]}  # and its lever
 
 
 class Links:
     """pin, com: of each link in chain order, complex, m. joints: names. moves: the base does. rail: the direction in
-    which a link slides, complex, or 0. pinned: the tip is. first: what its mark is called."""
+    which a link slides, complex, or 0. slides: how many do, the first ones. carts: the same, or 0 for
+    a free chain. pinned: the tip is."""
 
     def __init__(self, scene):
         chain = read_chain(scene)
@@ -25,8 +29,9 @@ class Links:
         self.joints = [link["joint"]["name"] for link in links]
         self.rail = np.array([complex(*link["joint"].get("axis", (0, 0))) for link in links])
         names = [link["name"] for link in links]
+        self.slides = np.count_nonzero(self.rail)
         is_free = names[:2] == [name + axis for name in names[2:3] for axis in ("_x", "_y")]
-        self.first = "inner pin" if is_free else "cart" if self.rail.any() else "ground pin"
+        self.carts = 0 if is_free else self.slides
         self.pin, self.com = (np.array([complex(*link[key]) for link in links]) for key in ("pin", "com"))
 
 
@@ -40,14 +45,13 @@ def base_of(links, motion):
 
 
 def pins(links, base, q):
-    """Two arrays, complex, m: the ground pin and all outer pins; the centres of mass. A link that slides has its own
-    point in place of the ground pin. base, q: one row for each instant."""
+    """Arrays, complex, m: the inner pin of the first link that turns and all outer pins from there on; the centres of mass;
+    the inner pins, of links that slide their own points. base, q: one row for each instant."""
     ground = (base[:, 0] + 1j * base[:, 1])[:, np.newaxis]
     rotation = np.exp(1j * (base[:, 2:] + np.cumsum(np.where(links.rail == 0, q, 0), axis=1)))
-    slid = np.cumsum(q * links.rail, axis=1)
-    outer = ground + slid + np.cumsum(rotation * links.pin, axis=1)
-    points = np.concatenate([ground + slid[:, -1:], outer], axis=1)
-    return points, np.concatenate([ground, outer[:, :-1]], axis=1) + q * links.rail + rotation * links.com
+    outer = np.concatenate([ground, ground + np.cumsum(q * links.rail + rotation * links.pin, axis=1)], axis=1)
+    own = outer[:, :-1] + q * links.rail
+    return outer[:, links.slides:], own + rotation * links.com, own
 
 
 def is_aside(links, reach):
@@ -81,19 +85,29 @@ def frame(drawn, reach):
     return figure, axes, figure.add_axes([(LEFT + width + 0.25) / w, BELOW / h, 0.2 / w, height / h])
 
 
+def draw_instant(axes, links, aside, chain, coms, starts, **paint):
+    """chain, coms, starts: rows of pins(). aside: the links that have a line to their centre of mass."""
+    axes.plot(chain.real, chain.imag, "-", marker="o" * (len(links.pin) <= FEW_LINKS), markersize=3, linewidth=1.6, **paint)
+    for lever in zip(starts[aside], coms[aside]):
+        axes.plot(np.real(lever), np.imag(lever), **MASS, **paint)
+    if links.carts:
+        carts = starts[:links.carts]
+        axes.plot(carts.real, carts.imag, **CART, **paint)
+        axes.plot([carts[-1].real, chain[0].real], [carts[-1].imag, chain[0].imag], linewidth=0.6, color=GREY, zorder=0)
+
+
 def draw_strobe(motion, links, times, apart, title):
     """apart: distance by which each instant is moved to the right of the previous one, m."""
     # The chain at each instant, and the path of its tip, broken at events.
     base = base_of(links, motion)
-    points, coms = pins(links, at(motion, base, times), at(motion, motion.q, times))
     shift = apart * np.arange(len(times))[:, np.newaxis]
-    points, coms = points + shift, coms + shift
+    points, coms, starts = (each + shift for each in pins(links, at(motion, base, times), at(motion, motion.q, times)))
     seen = (motion.t >= times[0]) & (motion.t <= times[-1])
     tip = np.where(seen, pins(links, base, motion.q)[0][:, -1] + np.interp(motion.t, times, shift[:, 0]), np.nan)
     trail = np.insert(tip, sorted(motion.events), np.nan)
-    aside = is_aside(links, np.sum(abs(links.pin)))
+    aside = np.flatnonzero(is_aside(links, np.sum(abs(links.pin))))
 
-    figure, axes, bar = frame(np.concatenate([points.ravel(), tip[seen], coms[:, aside].ravel()]),
+    figure, axes, bar = frame(np.concatenate([points.ravel(), tip[seen], coms[:, aside].ravel(), starts[:, :links.carts].ravel()]),
                               np.sum(abs(links.pin)) or 1.0)
 
     # Light is early, dark is late; neither end fades into a white or a black page.
@@ -102,16 +116,17 @@ def draw_strobe(motion, links, times, apart, title):
     stays = links.pinned and np.ptp(tip[seen].real) + np.ptp(tip[seen].imag) < STAYS * np.sum(abs(links.pin))
     if not stays:
         axes.plot(trail.real, trail.imag, color="#D55E00", linewidth=0.8, label="path of the tip")
-    for t, chain, masses in zip(times, points, coms):
-        mark = "o" if len(links.pin) <= FEW_LINKS else ""
-        axes.plot(chain.real, chain.imag, "-", marker=mark, markersize=3, linewidth=1.6, color=colour(span(t)))
-        for start, mass in zip(chain[:-1][aside], masses[aside]):
-            axes.plot([start.real, mass.real], [start.imag, mass.imag], ":", color=colour(span(t)))
-            axes.plot(mass.real, mass.imag, "s", markersize=6, color=colour(span(t)))
-    ground = points[:, 0] if apart or links.moves or links.rail.any() else points[:1, 0]
-    axes.plot(ground.real, ground.imag, "^", markersize=9, color="#7F7F7F", label=links.first, zorder=0)
+    for t, *instant in zip(times, points, coms, starts):
+        draw_instant(axes, links, aside, *instant, color=colour(span(t)))
+    if links.carts:
+        axes.plot([], [], color=GREY, label="cart", **CART)
+    elif not links.slides:
+        ground = points[:, 0] if apart or links.moves else points[:1, 0]
+        axes.plot(ground.real, ground.imag, "^", markersize=9, color=GREY, label="ground pin", zorder=0)
+    if len(aside):
+        axes.plot([], [], color=GREY, label="centre of mass", **MASS)
     if links.pinned:
-        axes.plot(points[:, -1].real, points[:, -1].imag, "s", markersize=8, color="#7F7F7F", label="pin of the tip", zorder=0)
+        axes.plot(points[:, -1].real, points[:, -1].imag, "s", markersize=8, color=GREY, label="pin of the tip", zorder=0)
     figure.suptitle(title, y=1 - 0.1 / figure.get_figheight(), va="top")
     axes.set(xlabel="x (m)", ylabel="y (m)")
     figure.legend(*axes.get_legend_handles_labels(), fontsize="small", loc="lower center", ncol=3, frameon=False)
