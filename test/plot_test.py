@@ -35,6 +35,9 @@ JOINTS = ["shoulder_pin", "elbow_pin", "hand_pin"]
 
 
 class Plot(InFolder):
+    def tearDown(self):
+        plot.pyplot.close("all")
+
     def run_tool(self, name, *arguments):
         return subprocess.run([os.path.join(BIN, name), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                               universal_newlines=True, check=False)
@@ -362,6 +365,31 @@ class Plot(InFolder):
         q = phase.lines[0].get_xdata()
         self.assertTrue(np.nanmax(abs(q)) <= np.pi and np.isnan(q).sum() == 2)
         np.testing.assert_allclose(np.sin(q[~np.isnan(q)]), np.sin(2 * np.linspace(0, 5, 101)), atol=1e-12)
+
+    def test_a_phase_portrait_of_few_states_is_dots(self):
+        t, motion = np.linspace(0, 5, 101), self.turning()
+        for rate, is_line in ((2.0, True), (20.0, False)):
+            motion.q = rate * t[:, np.newaxis]
+            motion.qd = rate * (1 + 0.3 * np.sin(motion.q))
+            phase = next(axes for axes in plot.draw(motion, [0], "", False).axes if axes.get_title())
+            self.assertEqual(phase.lines[0].get_linestyle() == "-", is_line)
+            self.assertEqual("dots: too few" in phase.get_title(), not is_line)
+        # A joint at rest, up to noise, is a line.
+        noise = 1e-17 * np.random.default_rng(1).normal(size=(2, 101))
+        self.assertFalse(plot.is_coarse(*noise) or plot.is_coarse(1.0 + noise[0], noise[1]))
+
+    def test_slides_have_a_portrait_of_their_own_and_energies_colours(self):
+        motion = plot.Motion(["a", "b"], np.linspace(0, 5, 101), np.tile(np.linspace(0, 5, 101), (2, 1)).T, np.ones((101, 2)))
+        motion.energy = motion.t, {"T": np.ones(101), "V": np.ones(101)}
+        for slides, labels in ((["a"], ["position q (m)", "angle q (rad)"]), ([], ["angle q (rad)"]), (None, ["q (rad or m)"])):
+            motion.slides = slides
+            figure = plot.draw(motion, [0, 1], "", False)
+            phases = [axes for axes in figure.axes if axes.get_title()]
+            self.assertEqual([axes.get_xlabel() for axes in phases], labels)
+            joints = [line.get_color() for axes in phases for line in axes.lines if line.get_label() in "ab"]
+            energy = next(axes for axes in figure.axes if axes.get_ylabel() == "energy (J)")
+            self.assertEqual(len({*joints, *(line.get_color() for line in energy.lines)}), 4)
+            self.assertEqual([text.get_text() for text in energy.get_legend().get_texts()], ["T, kinetic", "V, potential"])
 
     def test_many_runs_show_where_they_are_dense(self):
         def runs(count):

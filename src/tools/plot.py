@@ -20,7 +20,7 @@ from matplotlib import pyplot  # noqa: E402  the backend comes first
 from bags import ENDINGS, why_unread
 from chain import NoChain, read_chain  # noqa: E402
 from files import BadOutput, require_outputs, scene_file, words_of  # noqa: E402
-from plot_panels import STILL, UNKNOWN, panels, units  # noqa: E402
+from plot_panels import STILL, UNKNOWN, kinds, panels  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
 from plot_strobe import Links, draw_strobe  # noqa: E402
 
@@ -30,6 +30,7 @@ DASHES = ["-", "--", "-.", ":"]
 MOST_JOINTS = len(COLOURS)
 ROW_HEIGHT, WIDTH = 1.9, 11.0  # inch
 INSTANTS = 9  # of --strobe
+COARSE = 0.5  # rad: where a portrait's line has sharper corners, it shows chords and no curve
 LARGEST = 1e300  # of larger numbers, matplotlib cannot find the height of an axis
 
 
@@ -236,8 +237,8 @@ def chosen(motion, names):
     return [motion.joints.index(name) for name in names] or some
 
 
-def style(k):
-    return {"color": COLOURS[k % len(COLOURS)], "linestyle": DASHES[k // 2 % len(DASHES)]}
+def style(k, colours=tuple(COLOURS)):
+    return {"color": colours[k % len(colours)], "linestyle": DASHES[k // 2 % len(DASHES)]}
 
 
 def label_axis(axis, label, unit):
@@ -257,40 +258,51 @@ def give_height(axes, least):
         axes.set_ylim((low + high - least) / 2, (low + high + least) / 2)
 
 
-def draw_phase(axes, motion, columns):
-    """Angles that leave (-pi, pi] come back on its other side."""
-    for k, j in enumerate(columns):
+def is_coarse(q, qd):
+    """True if one corner in ten of the line through these states is sharp."""
+    steps = np.diff(q) / max(np.nanmax(abs(q)), STILL) + 1j * np.diff(qd) / max(np.nanmax(abs(qd)), STILL)
+    steps = steps[abs(steps) > 1e-3]  # without gaps, and the noise of what stands still
+    corners = abs(np.angle(steps[1:] * steps[:-1].conj()))
+    return len(corners) > 0 and np.quantile(corners, 0.9) > COARSE
+
+
+def draw_phase(axes, motion, kind, places):
+    """places: {column: k}. Angles that leave (-pi, pi] come back on its other side."""
+    notes = {"● the start"}
+    for j, k in places.items():
         _, q, qd, _ = motion.curves(j, wrap=np.nanmax(abs(motion.q[:, j])) > np.pi)
-        axes.plot(q, qd, label=motion.joints[j], linewidth=0.9, **style(k))
-        axes.plot(q[0], qd[0], "o", markersize=4, color=style(k)["color"])
+        how = {**style(k), "marker": "", "linewidth": 0.9}
+        if is_coarse(q, qd):
+            how.update(linestyle="", marker=".", markersize=2)
+            notes.add("\ndots: too few states for a line")
+        axes.plot(q, qd, label=motion.joints[j], **how)
+        axes.plot(q[0], qd[0], "o", markersize=4, color=how["color"])
     give_height(axes, STILL)
-    axes.set(title="phase portrait, ● the start")
+    axes.set(title="phase portrait, " + "".join(sorted(notes, reverse=True)))
     axes.locator_params(axis="x", nbins=5)
-    (x, y, _), *others = units(motion, columns)
-    label_axis(axes.xaxis, *(x if not others else ("q", "rad, m")))
-    label_axis(axes.yaxis, *(y if not others else ("q̇", "rad/s, m/s")))
+    label_axis(axes.xaxis, *kind[0])
+    label_axis(axes.yaxis, *kind[1])
 
 
 def draw(motion, columns, title, wrap):
-    rows = list(panels(motion, columns, wrap))
-    places = {motion.joints[j]: k for k, j in enumerate(columns)}  # of the joints in the legend
-    height = max(len(rows), 3)
-    figure = pyplot.figure(figsize=(WIDTH, 0.6 + ROW_HEIGHT * height), constrained_layout=True)
+    rows, each_kind = list(panels(motion, columns, wrap)), kinds(motion, columns)
+    places = {j: k for k, j in enumerate(columns)}
+    names = {motion.joints[j]: k for j, k in places.items()}
+    beside = 2 * len(each_kind) + 1
+    height = max(len(rows), beside)
+    figure = pyplot.figure(figsize=(WIDTH, 0.6 + ROW_HEIGHT * height), constrained_layout={"h_pad": 0.09})
     figure.suptitle(title)
     # Two grids side by side: what stands on the right does not push the rows on the left apart.
     left, right = figure.add_gridspec(1, 2, width_ratios=[2, 1])
-    left, right = left.subgridspec(len(rows), 1), right.subgridspec(3, 1, height_ratios=[2, 1, max(height - 3, 0.01)])
+    left = left.subgridspec(len(rows), 1)
+    right = right.subgridspec(len(each_kind) + 2, 1, height_ratios=[*[2] * len(each_kind), 1, max(height - beside, 0.01)])
     first = None
-
-    def legend(row, axes, title):
-        figure.add_subplot(right[row], frame_on=False, xticks=[], yticks=[]).legend(
-            *axes.get_legend_handles_labels(), loc="upper left", title=title, frameon=False)
 
     for row, (label, unit, curves, least) in enumerate(rows):
         axes = figure.add_subplot(left[row], sharex=first)
         first = first or axes
         for k, (name, t, values) in enumerate(curves):
-            axes.plot(t, values, label=name, **style(places.get(name, k)))
+            axes.plot(t, values, label=name, **(style(names[name]) if name in names else style(k, COLOURS[::-1])))
         for k in motion.events:
             axes.axvspan(motion.t[k - 1], motion.t[k], color="#7F7F7F", alpha=0.3, linewidth=0.8)
         axes.set_yscale("log" if label.startswith("error") else "linear")
@@ -298,16 +310,19 @@ def draw(motion, columns, title, wrap):
         label_axis(axes.yaxis, label, unit)
         axes.ticklabel_format(axis="x", useOffset=False)
         axes.label_outer()
-        if label == "energy":
-            legend(2, axes, "energy")
+        if label == "energy":  # its names stand above it
+            axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncol=4, borderaxespad=0.1, borderpad=0.1, fontsize="small",
+                        frameon=False).set_in_layout(False)
     axes.tick_params(labelbottom=True)
     axes.set_xlabel("time (s)")
     for k, name in motion.events.items():
         first.annotate(name, (motion.t[k - 1], 1.02), xycoords=("data", "axes fraction"), fontsize="small")
 
-    phase = figure.add_subplot(right[0])
-    draw_phase(phase, motion, columns)
-    legend(1, phase, "joint (m if it slides: give --scene)" if units(motion, columns) == [UNKNOWN] else "joint")
+    for row, (kind, ours) in enumerate(each_kind):
+        draw_phase(figure.add_subplot(right[row]), motion, kind, {j: places[j] for j in ours})
+    figure.add_subplot(right[len(each_kind)], frame_on=False, xticks=[], yticks=[]).legend(
+        handles=[pyplot.Line2D([], [], label=name, **style(k)) for name, k in names.items()], loc="upper left", frameon=False,
+        title="joint (m if it slides: give --scene)" if each_kind[0][0] is UNKNOWN else "joint")
     return figure
 
 

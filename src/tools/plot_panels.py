@@ -13,18 +13,17 @@ UNKNOWN = ("q", "rad or m"), ("rate q̇", "rad/s or m/s"), ("torque τ", "N m or
 SLIDING = 2  # only so many first joints may slide
 
 
-def units(motion, columns):
-    """Of the joints that turn, and of those that slide; or of joints that may do either."""
+def kinds(motion, columns):
+    """Pairs (units, columns): of the joints that slide, and of those that turn; or of all, which may do either."""
     if motion.slides is None:
-        return [UNKNOWN if min(columns) < SLIDING else TURNS]
-    slide = [motion.joints[j] in motion.slides for j in columns]
-    return [SLIDES] * any(slide) + [TURNS] * (not all(slide))
+        return [(UNKNOWN if min(columns) < SLIDING else TURNS, columns)]
+    slide = [j for j in columns if motion.joints[j] in motion.slides]
+    return [pair for pair in ((SLIDES, slide), (TURNS, [j for j in columns if j not in slide])) if pair[1]]
 
 
 def panels(motion, columns, wrap):
     """For each panel with data: label and unit of the axis, curves (name, t, values), the least height of the axis."""
-    for kind in units(motion, columns):
-        ours = [j for j in columns if not motion.slides or (motion.joints[j] in motion.slides) == (kind is SLIDES)]
+    for kind, ours in kinds(motion, columns):
         joints = [(motion.joints[j], motion.curves(j, wrap)) for j in ours]
         for k, (label, unit) in enumerate(kind, 1):
             curves = [(name, curves[0], curves[k]) for name, curves in joints]

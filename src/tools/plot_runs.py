@@ -2,7 +2,7 @@
 
 import numpy as np
 from matplotlib import pyplot
-from plot_panels import units
+from plot_panels import kinds
 
 PANEL = 2.6  # inch
 MOST_PATHS = 4
@@ -76,7 +76,7 @@ def draw_runs(runs, columns, title, wrap, colour):
             for low, high in ((0, 4), (1, 3)):
                 row[-1].fill_between(times, spread[:, low], spread[:, high], color=colour, alpha=0.25, linewidth=0)
             row[-1].plot(times, spread[:, 2], color=colour)
-        row[0].set_ylabel(f"q of {runs.joints[j]} ({units(runs, [j])[0][0][1]})")
+        row[0].set_ylabel(f"q of {runs.joints[j]} ({kinds(runs, [j])[0][0][0][1]})")
     for panel, path in zip(axes[-1], paths):
         panel.set_xlabel(with_unit(path))
     if len(times) > 1:

@@ -12,7 +12,7 @@ MOST_RECORDINGS, MOST_JOINTS, MOST_POINTS = 3, 8, 150
 def draw(result, title):
     """A figure. Of many recordings the first few are drawn."""
     columns = min(len(result.recordings), MOST_RECORDINGS)
-    figure = pyplot.figure(figsize=(2.6 * columns + 2.8, 5.0), constrained_layout=True)
+    figure = pyplot.figure(figsize=(2.6 * columns + 3.2, 5.0), constrained_layout={"w_pad": 0.12})
     shown = f", the first {columns} of {len(result.recordings)} recordings" if columns < len(result.recordings) else ""
     figure.suptitle(title + shown)
     grid = figure.add_gridspec(2, columns + 1, width_ratios=[1] * (columns + 1), height_ratios=[2, 1])
@@ -24,8 +24,8 @@ def draw(result, title):
         every = max(1, len(recording) // MOST_POINTS)
         for j, joint in list(enumerate(result.joints))[:MOST_JOINTS]:
             colour = COLOURS[j]
-            upper.plot(recording.t[::every], recording.q[::every, j], "o", markersize=3, markerfacecolor="none", color=colour,
-                       label=f"{joint}, measured")
+            upper.plot(recording.t[::every], recording.q[::every, j], "o", markersize=3, markeredgewidth=0.6,
+                       markerfacecolor="none", color="#7F7F7F", label="_" * (j > 0) + "measured")
             upper.plot(recording.t, angles[:, j], color=colour, linewidth=1.1, label=f"{joint}, fitted")
             lower.plot(recording.t, 1e3 * (angles[:, j] - recording.q[:, j]), color=colour, linewidth=0.8)
         upper.set_title(recording.name, fontsize="medium")
@@ -36,7 +36,7 @@ def draw(result, title):
             axes.grid(alpha=0.3)
         if k == 0:
             upper.set_ylabel("angle q (rad)")
-            lower.set_ylabel("fitted − measured (mrad)")
+            lower.set_ylabel("residual (mrad)")
             handles = upper.get_legend_handles_labels()
     beside = figure.add_subplot(grid[0, columns])
     if result.pair is None:
