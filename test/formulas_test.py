@@ -19,6 +19,7 @@ import unittest
 try:
     import numpy as np
     import sympy as sp
+    from matplotlib import pyplot
 except ImportError as missing:
     print(f"{missing}: skipped")
     sys.exit(77)
@@ -31,6 +32,8 @@ from planar_chain.symbolic.code_c import c_code
 from planar_chain.symbolic.code_matlab import matlab_code
 from planar_chain.symbolic.code_python import python_code
 from planar_chain.symbolic.linear import linear
+from planar_chain.symbolic.chain import read
+from planar_chain.symbolic.sketch import FEW, draw
 
 BIN = ""
 PAGES = {"double_pendulum", "cart_pole", "driven", "thrown", "four_bar"}  # compiled, but for FORMULAS_PAGES
@@ -349,10 +352,23 @@ class Tool(InFolder):
         self.tool("double_pendulum", "--format", "latex", "--output", "it.tex")
         with open(self.path("it.tex"), encoding="utf-8") as file:
             text = file.read()
-        self.assertIn(r"\includegraphics[height=75mm]{it_chain.pdf}", text)
+        self.assertIn(r"\includegraphics[width=\textwidth,height=75mm,keepaspectratio]{it_chain.pdf}", text)
         self.assertTrue(os.path.getsize(self.path("it_chain.pdf")) > 1000)
+        self.assertIn(r"$\theta_i = q_{1} + \dots + q_i$ is the absolute angle", text)
         self.assertIn(r"M_{11} &= I_{1} + I_{2} + m_{1} r_{1}^{2} + 2 m_{2} p_{1} r_{2} \cos {q_{2}} + "
                       r"m_{2} \left(p_{1}^{2} + r_{2}^{2}\right)", text)
+
+    def test_the_sketch_has_every_letter_of_the_bodies(self):
+        for name, scene in shipped().items():
+            if len(scene) > FEW:
+                continue
+            drawn = {text.get_text() for text in draw(read(scene)).axes[0].texts}
+            letters = {letter for words in drawn for letter in re.findall(r"([a-zA-Z]+)_\{(\d)\}", words)}
+            needed = {tuple(re.match(r"(\w)_(\d)[xy]?$", str(symbol)).groups()) for symbol in formulas(scene).used_letters()
+                      if re.match(r"[mIpr]_\d[xy]?$", str(symbol))}
+            needed |= {("q", str(i)) for i in range(1, len(scene) + 1)}
+            self.assertLessEqual(needed, letters, name)
+            pyplot.close("all")
 
     def test_a_picture_of_something_else_is_left_alone(self):
         for page in (None, "of something else"):

@@ -7,9 +7,7 @@ cannot be written to the file; 2 bad arguments, a scene with faults, or one that
 import argparse
 import os
 import pathlib
-import subprocess
 import sys
-import tempfile
 import warnings
 
 HERE = pathlib.Path(sys.argv[0]).absolute().parent
@@ -19,6 +17,7 @@ sys.path.append(str(HERE.parent / "python3" / "dist-packages"))  # where the mod
 from files import BadOutput, require_outputs, scene_file, words_of
 try:
     from planar_chain import NoFormula, Refused, Scene, formulas
+    from planar_chain.symbolic.chain import read
     from planar_chain.symbolic.code import name_from
     from planar_chain.symbolic.code_c import c_code
     from planar_chain.symbolic.code_matlab import matlab_code
@@ -28,7 +27,6 @@ except ImportError as missing:
     sys.exit(f"formulas: {missing}")
 
 CODES = {"c": c_code, "matlab": matlab_code, "python": python_code}
-INSTANTS = ["0", "0.1", "0.2", "0.3", "0.4"]  # s, in the picture
 
 
 def arguments():
@@ -65,20 +63,6 @@ def require_own_picture(page):
         raise BadOutput(f"--output: expected no file {picture}, which would be the picture of {page}, got one")
 
 
-def draw(scene, moves, picture):
-    """Draws the chain at the first instants by `simulate` and `plot`. moves: whether its base does. Returns whether it could."""
-    with tempfile.TemporaryDirectory() as folder:
-        motion = os.path.join(folder, "motion" + (".bag" if moves else ".csv"))
-        given = ["--urdf", scene] if scene.endswith(".urdf") else [scene]
-        for command in ([HERE / "simulate", *given, "--duration", INSTANTS[-1], "--" + motion[-3:], motion],
-                        [HERE / "plot", motion, "--strobe", scene, "--at", *INSTANTS, "--output", picture]):
-            run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, check=False)
-            if run.returncode != 0:
-                print(f"formulas: without the chain's picture: {run.stderr.strip()}", file=sys.stderr)
-                return False
-    return True
-
-
 def text_of(given):
     """What is to be written."""
     scene = scene_from(given.scene)
@@ -89,8 +73,10 @@ def text_of(given):
     if given.format != "latex":
         return CODES[given.format](of, name_from(output.stem), source, given.linearize)
     picture = picture_of(output)
-    has_picture = given.output and draw(given.scene, "base" in scene.to_dict(), str(picture))
-    return Document(of, source, picture.name if has_picture else None, given.linearize).text()
+    if given.output:
+        from planar_chain.symbolic.sketch import draw  # pylint: disable=import-outside-toplevel  # matplotlib takes a second
+        draw(read(scene)).savefig(picture, bbox_inches="tight", pad_inches=0.02)
+    return Document(of, source, given.output and picture.name, given.linearize).text()
 
 
 def main():

@@ -160,7 +160,7 @@ class Document:
     def _title(self):
         picture = ""
         if self.picture:
-            picture = f"\\begin{{center}}\\includegraphics[height=75mm]{{{self.picture}}}\\end{{center}}\n"
+            picture = f"\\begin{{center}}\\includegraphics[width=\\textwidth,height=75mm,keepaspectratio]{{{self.picture}}}\\end{{center}}\n"
         joints = ", ".join(f"{i} {as_text(joint)}" for i, joint in enumerate(self.of.joints, 1))
         return (f"\\section*{{Equations of motion of {as_text(self.source)}}}\n"
                 "Kane's method for pin-connected rigid bodies in the plane, in the letters of planar\\_chain's page of theory. "
@@ -222,7 +222,9 @@ class Document:
         M = [self.equation(f"M_{{{i + 1}{',' * (n > 9)}{j + 1}}}", of.closed.M[i, j].xreplace(in_q)) for i in range(n)
              for j in range(i, n) if of.closed.M[i, j] != 0]
         f = [self.equation(f"f_{{{i + 1}}}", self._torque(i) + sp.Add(*(of.closed.loads_theta[k] for k in outwards(of.chain, i)))) for i in range(n)]
-        return "\\subsection*{$M \\ddot{q} = f$ in relative angles}\n" + self.block(M) + self.block(f) + self._tip()
+        sums = (rf"$\theta_i = {'' if of.chain.phi == 0 else self.tex(of.chain.phi) + ' + '}q_{{{slides + 1}}} + \dots + q_i$ is the absolute "
+                "angle of body $i$, $\\omega_i$ its rate.\n" if slides < n else "")
+        return "\\subsection*{$M \\ddot{q} = f$, a row for each joint}\n" + sums + self.block(M) + self.block(f) + self._tip()
 
     def _tip(self):
         """J_c and c of a tip that is held."""
