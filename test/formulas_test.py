@@ -298,6 +298,10 @@ class Letters(unittest.TestCase):
                         factors = [x for x in product.args if isinstance(x, (sp.sin, sp.cos))]
                         self.assertLessEqual(len(factors), 1, term)
 
+    def test_a_path_is_no_scene(self):
+        with self.assertRaisesRegex(TypeError, "scene: expected a planar_chain.Scene .*, got 'pendulum'"):
+            formulas("pendulum")
+
     def test_what_a_scene_does_not_have_is_not_in_its_formulas(self):
         of = formulas(Scene.from_file("double_pendulum"))
         self.assertEqual({symbol.name for symbol in of.used_letters()}, set("m_1 m_2 I_1 I_2 r_1 r_2 p_1 g".split()))

@@ -25,7 +25,7 @@ class Arguments(unittest.TestCase):
 
     def test_arguments_of_sim_launch_and_options_of_roslaunch_pass(self):
         for given in ((), ('scene:=rope', 'rviz:=false'), ('-p', '11411'), ('--port=11411', 'scene:=whip'),
-                      ('--screen', '__name:=sim', 'record:=run'),
+                      ('--screen', '__name:=sim', 'record:=run'), ('real_time_factor:=.5', 'rviz:=False'), ('real_time_factor:=1e2', 'record:=false'),
                       ('scene_file:=' + os.path.join(ROOT, 'config/scenes/rope.yaml'), 'urdf:=none')):
             self.assertEqual(self.run_script(*given), (0, ''))
 
@@ -35,6 +35,13 @@ class Arguments(unittest.TestCase):
                              (('owns_clock:=true',), 'sim.launch has no argument owns_clock.'),
                              (('scene_file:=/none.yaml',), 'scene_file: expected a file that can be read, got /none.yaml'),
                              (('urdf:=/',), 'urdf: expected a file that can be read, got /\n'),
+                             (('rviz:=no',), 'rviz: expected true or false, got no'),
+                             (('respawn:=yes',), 'respawn: expected true or false, got yes'),
+                             (('real_time_factor:=abc',), 'real_time_factor: expected a number from 0 to 1000, got abc'),
+                             (('real_time_factor:=-1',), 'real_time_factor: expected a number from 0 to 1000, got -1'),
+                             (('real_time_factor:=1001',), 'real_time_factor: expected a number from 0 to 1000, got 1001'),
+                             (('record:=/none/run',), 'record: expected a path in a folder that can be written, got /none/run'),
+                             (('--scene', 'rope'), 'Expected scene:=VALUE, got --scene'),
                              (('scene:=rop',), 'No scene is called rop. There are: acrobot '),
                              (('rope',), 'Expected NAME:=VALUE, got rope')):
             status, said = self.run_script(*given)

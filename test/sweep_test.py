@@ -97,6 +97,11 @@ class Sweeps(InFolder):
                          [[run, *values[run], t, *states[run, k]] for run in range(50) for k, t in enumerate((0.5, 1))])
         self.assertEqual(sorted(os.listdir(self.folder)), ["runs.csv", "runs.npz"])
 
+    def test_it_finds_the_module_of_its_build_alone(self):
+        bare = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        run = subprocess.run(self.command("--vary", MASS + "=1,2", "--duration", "0.1"), env=bare, stdout=subprocess.DEVNULL, check=False)
+        self.assertEqual(run.returncode, 0)
+
     def test_what_fails_is_kept_with_its_reason_and_drawn(self):
         said = self.sweep("--vary", MASS + "=-1:2:4", "--duration", "1", status=3)
         self.assertRegex(said, "^sweep: 4 runs written to .*; 2 failed, the first: links/lower/mass: expected a number > 0 kg, got -1$")

@@ -60,6 +60,15 @@ class Tools(InFolder):
         self.assertEqual(result.stdout, "")
         self.assertFalse(os.path.exists(self.path("out.csv")))
 
+    # ---- Arguments ---------------------------------------------------------------------------------
+
+    def test_a_misspelt_option_or_scene_is_told_the_nearest(self):
+        for given in ("--durtion", "-duration"):
+            self.assert_refused(self.simulate(given, "1"), f"{given}: expected an option of simulate (did you mean --duration?), got none")
+        self.assert_refused(self.simulate("more", "--duration", "1"), "SCENE: expected one, got more arguments without --")
+        run = subprocess.run([os.path.join(BIN, "simulate"), "pendulm", "--check"], stderr=subprocess.PIPE, universal_newlines=True)
+        self.assertIn("whip (did you mean pendulum?), got neither", run.stderr)
+
     # ---- A budget of steps -------------------------------------------------------------------------
 
     def test_a_run_without_end_stops_with_a_reason(self):

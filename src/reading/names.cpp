@@ -43,6 +43,12 @@ std::string closest(const std::string& text, const std::vector<std::string>& nam
   return best;
 }
 
+std::string orClosest(const std::string& expected, const std::string& text,
+                      const std::vector<std::string>& names) {
+  const std::string meant = closest(text, names);
+  return meant.empty() ? expected : expected + " (did you mean " + meant + "?)";
+}
+
 std::string inOrder(const Indices& names, std::size_t most) {
   std::vector<std::pair<int, const std::string*>> sorted;
   for (const auto& [name, number] : names) sorted.emplace_back(number, &name);

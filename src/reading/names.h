@@ -15,6 +15,10 @@ using Indices = std::map<std::string, int>;
 /// are missing, added, replaced or swapped with the next one. Empty if there is none.
 std::string closest(const std::string& text, const std::vector<std::string>& names);
 
+/// `expected`, with " (did you mean upper?)" if `text` is most likely a misspelling of one of `names`.
+std::string orClosest(const std::string& expected, const std::string& text,
+                      const std::vector<std::string>& names);
+
 /// The names in the order of their numbers: "rope_2, rope_10". Cut, with "…", after about `most` letters.
 std::string inOrder(const Indices& names, std::size_t most);
 

@@ -67,7 +67,7 @@ class Pace {
   double time_ = 0;
 };
 
-/// Why the motion stops at t in a pose that is stretched between the ends.
+/// Why the motion stops at t in a pose that is stretched between the ends, and the cure.
 inline const char* whyStretched(const Scene& scene, double t) {
   double reach = 0, longest = 0;
   for (const Link& link : scene.chain.links()) {
@@ -80,14 +80,16 @@ inline const char* whyStretched(const Scene& scene, double t) {
     leaves = leaves || distance > reach || distance < 2 * longest - reach;
   }
   return leaves && !scene.tip->line && scene.chain.slides() == 0
-             ? "the laws of the held tip leave the reach of the chain"
-             : "the chain to its held tip is straight or folded: its way on is not determined";
+             ? "the laws of the held tip leave the reach of the chain (longer links, or laws that move the "
+               "tip less, keep it within)"
+             : "the chain to its held tip is straight or folded: its way on is not determined "
+               "(other lengths, or another place of the tip, avoid this pose)";
 }
 
 /// Writes why the last rung failed at t. gap: of the energy balance, J. isStretched: as Dynamics'.
 inline void describeFailure(std::string& to, const Scene& scene, double t, ode::Outcome outcome, double gap,
                             bool isStretched) {
-  char why[100] = "the motion leaves the finite numbers";
+  char why[200] = "the motion leaves the finite numbers";
   if (outcome == ode::Outcome::stepTooSmall) {
     std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
   } else if (outcome != ode::Outcome::notFinite) {

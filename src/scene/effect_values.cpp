@@ -141,6 +141,7 @@ Hints hintsIn(const std::string& link) {
   for (const auto& hint : hintsAtMaps(link + "/joint")) hints.insert(hint);
   hints["drive"] = belongsTo(link + "/joint/drive");
   for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(link + "/initial/" + key);
+  hints["length"] = "no such key: pin, such as [1.0, 0.0] m, is where the next link is pinned";
   for (const char* key : {"parent", "children", "branch", "branches"}) {
     hints[key] = "no such key: branches are not supported (chain gives the order of the links)";
   }

@@ -40,6 +40,7 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   if (isInUrdf) keys.push_back("limits");
   Hints hints = hintsAtMaps(in.pathOf("joint"));
   for (const char* key : {"angle", "velocity"}) hints[key] = belongsTo(in.pathOf("initial/") + key);
+  for (const char* key : {"limit", "limits"}) hints[key] = "no such key: lower and upper are the limits";
   if (!isInUrdf) {
     for (const char* key : {"mass", "inertia", "com", "pin", "repeat"})
       hints[key] = belongsTo(in.pathOf(key));

@@ -105,11 +105,9 @@ std::optional<Expanded> readLinks(const Section& top) {
     const std::string* name = order[i].text();
     const auto entry = name ? entries.find(*name) : entries.end();
     if (entry == entries.end() || !listed.insert(*name).second) {
-      const std::string meant = name ? closest(*name, names) : "";
       top.fault("chain/" + std::to_string(i),
                 entry != entries.end() ? "each link only once"
-                : meant.empty()        ? "the name of an entry in links"
-                                       : "the name of an entry in links (did you mean " + meant + "?)",
+                                       : orClosest("the name of an entry in links", name ? *name : "", names),
                 describe(order[i]));
       expanded.isOrdered = false;
       continue;
@@ -127,12 +125,16 @@ std::optional<Expanded> readLinks(const Section& top) {
   }
   for (const auto& [name, entry] : entries) {
     if (listed.count(name) != 0) continue;
-    if (!order.empty()) links.fault(name, "a link listed in chain", quoted(name));
+    if (!order.empty()) {
+      links.fault(name, orClosest("a link listed in chain", name, {listed.begin(), listed.end()}),
+                  quoted(name));
+    }
     expanded.isOrdered = false;
     total += entry.repeat;
     if (total <= mostLinks) append(entry, expanded);  // others may name it
   }
-  return areSound && total <= mostLinks ? std::optional(std::move(expanded)) : std::nullopt;
+  return areSound && total <= mostLinks && !entries.empty() ? std::optional(std::move(expanded))
+                                                            : std::nullopt;
 }
 
 /// The links of the URDF in `robot_description`. `links` adds what URDF cannot express.

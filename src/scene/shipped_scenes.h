@@ -2,10 +2,12 @@
 
 /// Scenes by their names.
 
+#include <algorithm>
 #include <filesystem>
-#include <set>
 #include <string>
+#include <vector>
 
+#include "reading/names.h"
 #include "reading/section.h"
 
 namespace planar_chain {
@@ -18,12 +20,15 @@ inline std::string findScene(const std::string& given, const std::filesystem::pa
   std::error_code none;
   const bool isName = given.find_first_of("./") == std::string::npos;
   if (!isName || fs::exists(given, none)) return given;
-  std::set<std::string> names;
+  std::vector<std::string> names;
   for (const auto& file : fs::directory_iterator(share / "planar_chain/config/scenes", none)) {
     if (file.path().stem() == given) return file.path().string();
-    names.insert(file.path().stem().string());
+    names.push_back(file.path().stem().string());
   }
-  throw Refused({{given, "a file, or one of the scenes that ship: " + inCommas(names), "neither"}});
+  std::sort(names.begin(), names.end());
+  throw Refused(
+      {{given, orClosest("a file, or one of the scenes that ship: " + inCommas(names), given, names),
+        "neither"}});
 }
 
 }  // namespace planar_chain

@@ -259,7 +259,9 @@ UrdfDocument parseUrdf(const std::string& text, const std::set<std::string>& lim
   requireBounds(text);
   tinyxml2::XMLDocument xml;
   if (xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-    refuse("XML", "line " + std::to_string(xml.ErrorLineNum()) + ": " + xml.ErrorName());
+    refuse("XML", !text.empty() && text.find('<') == std::string::npos
+                      ? "a text without < (is it a scene?)"
+                      : "line " + std::to_string(xml.ErrorLineNum()) + ": " + xml.ErrorName());
   }
   const tinyxml2::XMLElement* robot = xml.RootElement();
   if (!robot || std::strcmp(robot->Name(), "robot") != 0) {

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "reading/names.h"
 #include "reading/section.h"
 #include "scene/shipped_scenes.h"
 
@@ -45,6 +46,14 @@ constexpr const char* sceneInUsage =
 constexpr const char* urdfMeaning =
     "A URDF that is a planar chain, in place of the scene's chain and links; SCENE may add the rest";
 
+Fault unknownOption(const std::string& given, const Tool& tool) {
+  std::vector<std::string> names{"--help"};
+  if (tool.hasScene) names.emplace_back("--urdf");
+  for (const Option& option : tool.options) names.push_back(std::string("--") + option.name);
+  return {onOneLine(given), orClosest(std::string("an option of ") + tool.name, given, names),
+          "none of those that --help lists"};
+}
+
 }  // namespace
 
 int run(const Tool& tool, int argc, char** argv) {
@@ -76,6 +85,12 @@ int run(const Tool& tool, int argc, char** argv) {
     const int status = given.has("help") ? done : tool.body(given);
     finishOutput();
     return status;
+  } catch (const po::unknown_option& error) {
+    std::cerr << toString(unknownOption(error.get_option_name(), tool)) << '\n';
+    return badInput;
+  } catch (const po::too_many_positional_options_error&) {
+    std::cerr << "SCENE: expected one, got more arguments without --\n";
+    return badInput;
   } catch (const po::error& error) {
     std::cerr << error.what() << "\nRun with --help for more information.\n";
     return badInput;

@@ -6,6 +6,7 @@ import pathlib
 import sys
 import warnings
 
+sys.path.append(str(pathlib.Path(sys.argv[0]).absolute().parent.parent / "python3/dist-packages"))  # where setup.bash is not sourced
 SHIPPED = pathlib.Path(sys.argv[0]).absolute().parent / "../../share/planar_chain/config/scenes"
 
 

@@ -38,9 +38,10 @@ def require_few_links(n):
 
 def read(scene):
     """The chain of a Scene with all defaults written out, as `equations --chain` prints it."""
+    values = planar_chain.Scene.to_dict(scene)
     require_few_links(len(scene))
     tool = pathlib.Path(planar_chain.__file__).absolute().parents[3] / "planar_chain" / "equations"
-    run = subprocess.run([str(tool), "/dev/stdin", "--chain"], input=json.dumps(scene.to_dict()), stdout=subprocess.PIPE,
+    run = subprocess.run([str(tool), "/dev/stdin", "--chain"], input=json.dumps(values), stdout=subprocess.PIPE,
                          stderr=subprocess.PIPE, universal_newlines=True, check=False)
     if run.returncode != 0:
         raise NoFormula(run.stderr.strip())
