@@ -385,5 +385,19 @@ TEST(HeldTip, IsReachedFromAnyAngles) {
       Refused);
 }
 
+/// From a pose so far off that the chain is laid along an arc: the driven joint stays.
+TEST(HeldTip, IsReachedBesideAHeldJoint) {
+  Simulation simulation(readSceneText(
+      "chain: [a, b, c, d, e]\ntip: {line: {point: [1.38, -1.4], direction: [-0.25, 0.95]}}\nlinks:\n"
+      "  a: {mass: 0.05, inertia: 0.19, com: [0.17, 0], pin: [0.34, 0], initial: {angle: -0.5}}\n"
+      "  b: {mass: 0.57, inertia: 0, com: [0.37, 0], pin: [0.85, 0], joint: {drive: hold}}\n"
+      "  c: {mass: 0.47, inertia: 0.03, com: [0.21, 0], pin: [0.55, 0], initial: {angle: 0.1}}\n"
+      "  d: {mass: 0.09, inertia: 0, com: [0.67, 0], pin: [1.11, 0], initial: {angle: 0.2}}\n"
+      "  e: {mass: 1.45, inertia: 0, com: [0.13, 0.04], pin: [0.36, 0], initial: {angle: 0.6}}\n"));
+  EXPECT_EQ(simulation.q()[1], 0);
+  EXPECT_LT(simulation.closureError(), 1e-14);
+  EXPECT_TRUE(simulation.advanceTo(0.1)) << simulation.fault();
+}
+
 }  // namespace
 }  // namespace planar_chain

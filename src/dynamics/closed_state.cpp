@@ -17,7 +17,8 @@ double guessedAngle(Vec2d v) {
   return std::round(std::atan2(v.y, v.x) * 0x1p20) * 0x1p-20;
 }
 
-/// Lays the chain along an arc from its pin to the tip's place, which hangs down. Slides stay.
+/// Lays the chain along an arc from its pin to the tip's place, which hangs down. Slides and held joints
+/// stay.
 void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
   const int slides = chain.slides(), n = chain.size();
   Vec2d to = at.tipPlace - at.base().pin;
@@ -30,7 +31,9 @@ void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
     chord = {};
     for (int j = slides; j < n; ++j) {
       const Vec2d pin = chain.links()[index(j)].pin;
-      y[index(j)] = arc * (j - slides) / (n - slides) - guessedAngle(pin);
+      const double alongArc = arc * (j - slides) / (n - slides) - guessedAngle(pin);
+      const double inner = j > slides ? y[index(j - 1)] : 0;
+      y[index(j)] = at.joints[index(j)].isHeld ? inner + at.held[index(j)].value : alongArc;
       chord += plainRotation(y[index(j)]) * pin;
     }
     return length(chord);
@@ -38,7 +41,11 @@ void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
   double low = 0, high = 2 * pi;
   for (int k = 0; k < 60; ++k) (turnBy((low + high) / 2) > length(to) ? low : high) = (low + high) / 2;
   const double turn = guessedAngle(to) - guessedAngle(chord) - at.angle.value;
-  for (int j = slides; j < n; ++j) y[index(j)] += turn;
+  bool turns = false;
+  for (int j = slides; j < n; ++j) {
+    turns = turns || !at.joints[index(j)].isHeld;
+    if (turns) y[index(j)] += turn;
+  }
 }
 
 /// Bends the chain to an arc that spans this angle, rad, less where its joints are far in or out.
