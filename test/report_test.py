@@ -244,6 +244,16 @@ class Pictures(unittest.TestCase):
         self.assertEqual([len(each) for each in series], [9, 9])
 
 
+    def test_a_scene_marks_the_slowest_failure_of_each_and_names_what_it_shows(self):
+        rows = [{"engine": "planar_chain", "method": method, "cpu_seconds": seconds, "error_theta": "1e-5", "outcome": outcome}
+                for method in ("auto", "rk4") for seconds, outcome in (("1e-5", "diverged"), ("1e-4", "diverged"), ("1e-3", "ok"))]
+        left = figures.scene("title", rows, 1e-12).axes[0]
+        marks = [line for line in left.lines if line.get_marker() == "x"]
+        self.assertEqual([list(line.get_xdata()) for line in marks], [[1e-4], [1e-4]])
+        self.assertEqual([text.get_text() for text in left.get_legend().get_texts()], ["auto", "rk4", "rounding", "diverged"])
+        orders = {line.get_label(): line.get_zorder() for line in left.lines}
+        self.assertLess(orders["auto"], orders["rk4"])
+
     def test_both_panels_of_a_scene_share_the_scale(self):
         rows = [{"engine": engine, "method": method, "cpu_seconds": seconds, "error_theta": "1e-5", "outcome": "ok"}
                 for engine, method, seconds in (("planar_chain", "auto", "1e-3"), ("planar_chain", "rk4", "1e-5"),

@@ -26,6 +26,7 @@ MARKS = {"by hand": "D", "odeint": "s", "SUNDIALS": "^", "MuJoCo": "v", "Bullet"
          "ODE": ">"}
 LINES = {"RK4": ":", "implicit": "-."}
 FAILURES = {"diverged": "x", "refused": "1", "timed out": r"$\rightarrow$"}
+GREY_ZONE = dict(color="grey", alpha=0.18, linewidth=0)
 RED = "#b2182b"
 # Of each family of chains: its title, and what varies.
 FAMILIES = {"stiff": ("Stiff joints", "spring k, N m/rad"),
@@ -41,8 +42,8 @@ def style_of(who):
         return dict(color=COLOURS.get(engine, "grey"), marker=MARKS.get(engine, "*"),
                     linestyle=LINES.get(method, "--"), linewidth=1.1, markersize=4)
     bold = who == AUTO
-    return dict(color=COLOURS.get(method, "grey"), marker="o", linewidth=2.2 if bold else 1.2,
-                markersize=4 if bold else 3, zorder=5 if bold else 3)
+    return dict(color=COLOURS.get(method, "grey"), marker="o", linewidth=3.4 if bold else 1.2,
+                markersize=5 if bold else 3, zorder=2.5 if bold else 3)  # a curve that equals auto's lies on it
 
 
 def plot(axes, points, **style):
@@ -91,27 +92,32 @@ def legend(axes, columns, more=(), of=None, side="center"):
 # ---- Error against run time ----------------------------------------------------------------------
 
 def scene(title, rows, floor):
-    """This program's methods by time; beside them auto and the best method of each other program."""
+    """This program's methods by time; beside them auto and the best method of each other program. Of each one's runs that
+    failed in one way, only the slowest is marked."""
     groups = grouped(rows, "engine", "method")
     arrived = by_contestant(rows)
     figure, axes = panels(2, 4.6, sharex=True, sharey=True)
     shown = {"methods of planar_chain": [who for who in groups if who[0] == OWN],
              "auto and each other program's best method": [AUTO, *best_of_engines(rows)]}
+    seen = set()
     for each, (heading, names) in zip(axes, shown.items()):
         for who in (who for who in names if who in groups):
             plot(each, columns_of(arrived[who], "cpu_seconds", "error_theta"), **style_of(who), label=name_of(who))
             for outcome, mark in FAILURES.items():
-                mark_at_edge(each, [number(row["cpu_seconds"]) for row in groups[who] if row["outcome"] == outcome],
-                             mark, style_of(who)["color"])
+                times = [number(row["cpu_seconds"]) for row in groups[who] if row["outcome"] == outcome]
+                if times:
+                    mark_at_edge(each, [max(times)], mark, style_of(who)["color"])
+                    seen.add(outcome)
         logarithmic(each, "time on the processor, s", heading)
         if floor:
-            each.axhspan(1e-18, floor, color="grey", alpha=0.18, linewidth=0)
+            each.axhspan(1e-18, floor, **GREY_ZONE)
     errors = [number(row["error_theta"]) for row in rows if row["outcome"] == "ok"]
     axes[0].set_ylim(max(min(errors, default=1) / 5, 3e-18), max(10 * max(errors, default=1), 10))
     axes[0].set_ylabel("error of the angles at the end, rad")
     legend(axes[1], 2, side="right")
-    legend(axes[0], 3, [plt.Line2D([], [], marker=mark, linestyle="", color="grey", label=word)
-                              for word, mark in FAILURES.items()], side="left")
+    zone = [plt.Rectangle((0, 0), 1, 1, label="rounding", **GREY_ZONE)] * bool(floor)
+    legend(axes[0], 3, zone + [plt.Line2D([], [], marker=mark, linestyle="", color="grey", label=word)
+                               for word, mark in FAILURES.items() if word in seen], side="left")
     figure.suptitle(title, fontsize=9)
     return figure
 
