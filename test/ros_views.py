@@ -128,20 +128,20 @@ class Views(unittest.TestCase):
     def test_the_text_is_in_the_view_of_every_scene(self):
         chain.EQUATIONS = roslib.packages.find_node('planar_chain', 'equations')[0]
         scenes = {}
-        for name in ('crane', 'falling_chain', 'finger', 'jump_rope', 'rope', 'shaken', 'thrown'):
+        for name in ('bridge', 'crane', 'falling_chain', 'finger', 'jump_rope', 'rope', 'shaken', 'thrown'):
             with open(os.path.join(PACKAGE, 'config', 'scenes', name + '.yaml'), encoding='utf-8') as file:
                 scenes[name] = yaml.safe_load(file)
         scenes['tiny'] = rod()
         scenes['tiny']['links']['rod'].update(inertia='1e-9', com=[5e-4, 0], pin=[1e-3, 0])
         for name, scene in scenes.items():
             energy, = self.see(scene, 'energy')
-            _, centre, half = show.view_of_scene(scene)
+            _, (x, y), half = show.view_of_scene(scene)
             self.assertEqual({marker.header.frame_id for marker in energy.markers},
                              {show.frame_of('/planar_chain', scene) or 'base_link'}, name)
             boxes = list(map(box, energy.markers))
             for (left, right, low, high), marker in zip(boxes, energy.markers):
                 self.assertAlmostEqual(marker.scale.z, 0.055 * half, delta=1e-9 * half, msg=name)
-                self.assertTrue(-show.ASPECT * half < left < right < 0 and centre - half < low < high < centre + half, name)
+                self.assertTrue(-show.ASPECT * half < left - x < right - x < 0 and -half < low - y < high - y < half, name)
 
     def test_arrows_end_in_the_view(self):
         # A rod that turns at 20 rad/s pulls its pin with 16 weights; a force pulls a stretched tip outwards.
@@ -194,22 +194,28 @@ class Views(unittest.TestCase):
         scene['links']['rod'].update(repeat=100, com=['1e-2', 0.0], pin=[0.03, 0.04])
         size, centre, half = show.view_of_scene(scene)
         self.assertAlmostEqual(size, 5, delta=1e-12)
-        self.assertEqual((centre, half), (0, show.FREE * size))  # without gravity
+        self.assertEqual((centre, half), ((0, 0), show.FREE * size))  # without gravity
         # From rest under gravity it stays in the lower half, below its highest point at first.
         scene['gravity'] = [0.0, -9.81]
         scene['links']['rod']['pin'] = [0.05, 0.0]
-        size, centre, half = show.view_of_scene(scene)
+        size, (_, centre), half = show.view_of_scene(scene)
         self.assertLess(half, 0.8 * show.FREE * size)
         self.assertLess(centre - half, -show.FREE * size)
         self.assertGreater(centre + half, 0.3 * size)
         for refused in ({}, {'chain': []}):
-            self.assertEqual(show.view_of_scene(refused), (show.DEFAULT, 0, show.FREE * show.DEFAULT))
+            self.assertEqual(show.view_of_scene(refused), (show.DEFAULT, (0, 0), show.FREE * show.DEFAULT))
+        # A chain between two pins stays within half its length of their middle.
+        with open(os.path.join(PACKAGE, 'config', 'scenes', 'four_bar.yaml'), encoding='utf-8') as file:
+            four_bar = show.view_of_scene(yaml.safe_load(file))
+        for _, centre, half in (four_bar, show.together([four_bar, four_bar])):
+            for got, expected in zip((*centre, half), (0.6, 0, show.FREE * 1.05)):
+                self.assertAlmostEqual(got, expected, delta=1e-12)
         self.assertEqual([show.cell(size) for size in (0.7, 1.7, 45.0)], [0.5, 1, 20])
-        show.fit(config, 5.0, -3.0, 6.25)
+        show.fit(config, 5.0, (2.0, -3.0), 6.25)
         manager = config['Visualization Manager']
         view = manager['Views']['Current']
         self.assertAlmostEqual(view['Distance'] * math.tan(view['Field of View'] / 2), 1.25 * 5, delta=1e-9)
-        self.assertEqual(view['Focal Point']['Z'], -3)
+        self.assertEqual(view['Focal Point'], {'X': 2, 'Y': 0, 'Z': -3})
         self.assertEqual(manager['Displays'][0]['Cell Size'], 1)
         shown = {display.get('Marker Topic') for display in manager['Displays']}
         self.assertLessEqual({'planar_chain/view/' + name for name in (

@@ -38,7 +38,8 @@ class Screen:
 
     def pixel(self, x, y):
         left, top, width, height = VIEW
-        return round(left + width / 2 + self._scale * x), round(top + height / 2 - self._scale * (y - self._centre))
+        return (round(left + width / 2 + self._scale * (x - self._centre[0])),
+                round(top + height / 2 - self._scale * (y - self._centre[1])))
 
     @staticmethod
     def mouse(*command):

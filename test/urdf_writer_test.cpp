@@ -90,5 +90,24 @@ TEST(Urdf, ShowsWhatHoldsTheTip) {
   EXPECT_EQ(parts("tip: {line: {point: [0, 0.5]}}", "<origin xyz=\"0 0.5 0\" rpy=\"0 0 0\""), 1);
 }
 
+/// Symbols leave room for the shortest link; a pinned tip halves what is in view, and arrows end in it.
+TEST(Urdf, IsDrawnToTheSizeOfShortLinksAndClosedChains) {
+  const auto of = [](const std::string& more) {
+    return readSceneText(
+        "chain: [a, b]\nlinks: {a: {mass: 1, inertia: 0.1, com: [0.2, 0], pin: [0.4, 0]},"
+        " b: {mass: 1, inertia: 0.1, com: [0.8, 0], pin: [1.6, 0], initial: {angle: 1}}}\n" +
+        more);
+  };
+  const Drawing open(of("")), closed(of("tip: {pin: [1.5, 0]}"));
+  EXPECT_DOUBLE_EQ(open.bar, 0.09 * 0.4);
+  EXPECT_DOUBLE_EQ(open.span, 2);
+  EXPECT_DOUBLE_EQ(closed.span, 1);
+  EXPECT_DOUBLE_EQ(closed.middle.x, 0.75);
+  const Vec2d start{1.5, 0};
+  EXPECT_DOUBLE_EQ((start + closed.arrow({1e6, 0}, start)).x, 0.75 + 1.2);
+  EXPECT_DOUBLE_EQ(FirstView(of("tip: {pin: [1.5, 0]}")).half, 1.25);
+  EXPECT_DOUBLE_EQ(FirstView(of("tip: {line: {point: [0, 0.5]}}")).half, 2.5);
+}
+
 }  // namespace
 }  // namespace planar_chain

@@ -59,13 +59,18 @@ def highest(chain):
 
 
 def view(chain, scene):
-    """The reach, the height of the view's centre above the ground pin, half the height of the view, m."""
+    """The size of the chain, the view's centre (x, y), half the height of the view, m. The centre is the ground pin, or halfway to a
+    pinned tip."""
     size = reach(chain['links']) + farthest(chain.get('base', {}))
+    tip = chain.get('tip', {}).get('pin', {})
+    if tip and all(law.get('amplitude') == 0 for law in tip.values()) and 'base' not in chain and not any(
+            'type' in link['joint'] for link in chain['links'][:2]):
+        return size / 2, (tip['x']['offset'] / 2, tip['y']['offset'] / 2), FREE * size / 2
     falls = not scene.get('loads') and 'tip' not in scene and not any(chain['qd']) and chain['gravity'][0] == 0 > chain['gravity'][1]
     if len(chain['links']) <= LONG or not falls:
-        return size, 0, FREE * size
+        return size, (0, 0), FREE * size
     top, bottom = highest(chain) + (FREE - 1) * size, -FREE * size
-    return size, (top + bottom) / 2, max((top - bottom) / 2, FREE * size / ASPECT)
+    return size, (0, (top + bottom) / 2), max((top - bottom) / 2, FREE * size / ASPECT)
 
 
 def view_of_scene(scene):
@@ -73,7 +78,7 @@ def view_of_scene(scene):
     try:
         return view(read_chain('/dev/stdin', yaml.safe_dump(scene)), scene)
     except (KeyError, NoChain, OSError, yaml.YAMLError):
-        return DEFAULT, 0, FREE * DEFAULT
+        return DEFAULT, (0, 0), FREE * DEFAULT
 
 
 def prefix_of(node, scene):
@@ -102,7 +107,7 @@ def fit(config, size, centre, half, frame=None):
     manager = config['Visualization Manager']
     for view in (manager['Views']['Current'], *(manager['Views'].get('Saved') or ())):
         view['Distance'] = half / math.tan(view['Field of View'] / 2)
-        view['Focal Point']['Z'] = centre
+        view['Focal Point'].update(X=centre[0], Z=centre[1])
         if frame:
             view['Target Frame'] = frame
     for display in manager['Displays']:
@@ -113,10 +118,9 @@ def fit(config, size, centre, half, frame=None):
 
 def together(views):
     """The view of several chains: (size, centre, half) of each."""
-    sizes, centres, halves = zip(*views)
-    top = max(map(sum, zip(centres, halves)))
-    bottom = min(centre - half for centre, half in zip(centres, halves))
-    return max(sizes), (top + bottom) / 2, (top - bottom) / 2
+    corners = [(x + sign * ASPECT * half, y + sign * half) for _, (x, y), half in views for sign in (-1, 1)]
+    (left, right), (bottom, top) = ((min(values), max(values)) for values in zip(*corners))
+    return max(size for size, _, _ in views), ((left + right) / 2, (top + bottom) / 2), max(top - bottom, (right - left) / ASPECT) / 2
 
 
 def for_nodes(config, nodes):
@@ -157,8 +161,8 @@ def relay_texts(nodes, scenes, centre, half):
             name = copy.deepcopy(array.markers[0])
             name.id, name.text = len(places), node
             for marker, place in zip(array.markers, places):
-                place.x = -ASPECT * half + 5 * size + (place.x - left) * size / marker.scale.z
-                place.y = centre - half + (1 + 8 * k + (place.y - lowest) / marker.scale.z) * size
+                place.x = centre[0] - ASPECT * half + 5 * size + (place.x - left) * size / marker.scale.z
+                place.y = centre[1] - half + (1 + 8 * k + (place.y - lowest) / marker.scale.z) * size
             name.pose.position.x = max(place.x for place in places) / 2 + min(place.x for place in places) / 2
             name.pose.position.y = max(place.y for place in places) + 1.1 * size
             array.markers.append(name)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "effects/effect_kind.h"
@@ -18,17 +19,18 @@ constexpr double thin = 0.4;        // share of the width
 constexpr int fewLinks = 8;         // a longer chain has units of an eighth of its reach
 constexpr double fewWidths = 2;     // links shorter than this are short
 constexpr double longest = 1.5;     // units, of an arrow
-constexpr double beyond = 0.2;      // reaches, from the farthest points of the chain to the rim of the view
+constexpr double beyond = 0.2;      // spans, from the farthest points of the chain to the rim of the view
 
 // In the URDF, in widths of a link:
 constexpr double pinRadius = 0.72, bobRadius = 1.1;
+constexpr double carriageLength = 6, carriageHeight = 3.8;  // more than the rings of its spring
 constexpr int hatches = 5;
 
 constexpr std::array<Paint, 3> paints{
     {{"blue", 0.2, 0.55, 0.85}, {"orange", 0.98, 0.65, 0.15}, {"teal", 0.2, 0.68, 0.6}}};
 
 // Of the view, as in show.py:
-constexpr double margin = 1.25;  // half its height, in units of the reach
+constexpr double margin = 1.25;  // half its height, in units of the span
 constexpr double aspect = 1.27;  // its least width, in units of its height
 constexpr int longChain = 16;    // links
 
@@ -103,8 +105,8 @@ class Writer {
 
   void rail(Vec2d at, Vec2d axis, double from, double to) {
     const double w = drawing_.bar;
-    box(at + 0.5 * (from + to) * axis, std::atan2(axis.y, axis.x), to - from + 3 * w, 0.5 * w, 0.5 * w,
-        "ground");
+    box(at + 0.5 * (from + to) * axis, std::atan2(axis.y, axis.x), to - from + carriageLength * w, 0.5 * w,
+        0.5 * w, "ground");
   }
 
   /// A bearing as in engineering drawings: two struts from the pin to a bar, and hatching for the ground.
@@ -160,7 +162,7 @@ class Writer {
   void carriage(int i) {
     const Vec2d axis = chain_.joints()[index(i)].axis, pin = chain_.links()[index(i)].pin;
     const double w = drawing_.bar, angle = std::atan2(axis.y, axis.x);
-    box({}, angle, 3 * w, 1.8 * w, 1.2 * w, paintOf(i).name);
+    box({}, angle, carriageLength * w, carriageHeight * w, 1.2 * w, paintOf(i).name);
     if (length(pin) > 0)
       box(0.5 * pin, std::atan2(pin.y, pin.x), length(pin), 0.6 * w, 0.6 * w, paintOf(i + 1).name);
     cylinder(pin, pinRadius * w, 1.4 * w, "pin");
@@ -235,14 +237,22 @@ class Writer {
 }  // namespace
 
 Drawing::Drawing(const Scene& scene) : reach(0) {
-  double mass = 0;
-  for (const Link& link : scene.chain.links()) {
-    reach += std::fmax(length(link.pin), length(link.com));
+  double mass = 0, shortest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < scene.chain.size(); ++i) {
+    const Link& link = scene.chain.links()[index(i)];
+    const double size = std::fmax(length(link.pin), length(link.com));
+    if (i >= scene.chain.slides() && size > 0) shortest = std::fmin(shortest, size);
+    reach += size;
     mass += link.mass;
   }
   if (reach == 0) reach = 1;
+  // The way from the ground pin over any pin to the tip is at most as long as the chain.
+  const bool isPinned =
+      scene.tip && !scene.tip->line && !scene.tip->moves() && !scene.base && scene.chain.slides() == 0;
+  if (isPinned) middle = 0.5 * Vec2d{scene.tip->x.at(0).value, scene.tip->y.at(0).value};
+  span = isPinned ? reach / 2 : reach;
   unit = reach / std::min(scene.chain.size(), fewLinks);
-  bar = std::fmax(barWidth * unit, leastBar * reach);
+  bar = std::fmax(barWidth * std::fmin(unit, shortest), leastBar * reach);
   force = mass * length(scene.chain.gravity());
   if (force == 0) {
     for (const Load& load : scene.loads) {
@@ -258,9 +268,10 @@ Vec2d Drawing::arrow(Vec2d f, Vec2d from) const {
   const double size = length(f);
   if (size == 0) return {};
   // Solve |from + room·f/|f|| = rim for the room, which is at least that of a stretched chain.
-  const double along = dot(from, f) / size, rim = (1 + beyond) * reach;
+  from = from - middle;
+  const double along = dot(from, f) / size, rim = (1 + beyond) * span;
   const double root = std::sqrt(std::fmax(0, along * along + rim * rim - dot(from, from)));
-  const double room = std::fmax(beyond * reach, root - along);
+  const double room = std::fmax(beyond * span, root - along);
   return std::fmin(unit / 2 * size / force, std::fmin(longest * unit, room)) / size * f;
 }
 
@@ -298,15 +309,17 @@ double highest(const Scene& scene) {
 
 }  // namespace
 
-FirstView::FirstView(const Scene& scene) : centre(0) {
-  const double size = Drawing(scene).reach + (scene.base ? farthest(*scene.base) : 0);
+FirstView::FirstView(const Scene& scene) {
+  const Drawing drawing(scene);
+  const double size = drawing.span + (scene.base ? farthest(*scene.base) : 0);
+  centre = drawing.middle;
   half = margin * size;
   const Vec2d gravity = scene.chain.gravity();
   const bool falls = scene.loads.empty() && !scene.tip && gravity.x == 0 && gravity.y < 0 &&
                      std::all_of(scene.qd.begin(), scene.qd.end(), [](double rate) { return rate == 0; });
   if (scene.chain.size() <= longChain || !falls) return;
   const double top = highest(scene) + (margin - 1) * size, bottom = -margin * size;
-  centre = (top + bottom) / 2;
+  centre = {0, (top + bottom) / 2};
   half = std::fmax((top - bottom) / 2, margin * size / aspect);
 }
 

@@ -13,14 +13,16 @@ namespace planar_chain {
 struct Drawing {
   explicit Drawing(const Scene& scene);
 
-  double reach;   ///< m: the largest possible distance from the ground pin
-  double unit;    ///< m: the mean length of a link, at least an eighth of the reach
-  double bar;     ///< m: the width of a link
-  double force;   ///< N: drawn half a unit long. The chain's weight; without gravity, the largest load
+  double reach;  ///< m: the largest possible distance from the ground pin
+  Vec2d middle;  ///< m: no pin can be further than `span` from it. The ground pin, or halfway to a pinned tip
+  double span;   ///< m: the reach, or half of it
+  double unit;   ///< m: the mean length of a link, at least an eighth of the reach
+  double bar;    ///< m: the width of a link, narrow beside the shortest one that turns
+  double force;  ///< N: drawn half a unit long. The chain's weight; without gravity, the largest load
   double torque;  ///< N m: `force` at half the reach
 
   /// Returns the arrow of a force f (N), in m: proportional to it, but at most 1.5 units long. An arrow that
-  /// starts within reach, at `from` in the base frame, ends at most 1.2 reaches from the ground pin: in view.
+  /// starts within the span, at `from` in the base frame, ends at most 1.2 spans from the middle: in view.
   Vec2d arrow(Vec2d f, Vec2d from) const;
 };
 
@@ -37,8 +39,8 @@ const Paint& paintOf(int link);
 struct FirstView {
   explicit FirstView(const Scene& scene);
 
-  double centre;  ///< y, m
-  double half;    ///< m
+  Vec2d centre;  ///< m
+  double half;   ///< m
 };
 
 /// A straight part of a body, in the link frame, m.

@@ -75,7 +75,7 @@ std::string withDecimalsOf(double reference, double number) {
 
 EnergyText::EnergyText(const FirstView& view, const std::string& frame, double reference)
     : reference_(reference), size_(textSize * view.half) {
-  const double left = -textAside * view.half;
+  const double left = view.centre.x - textAside * view.half;
   middle_ = left + longestNumber * size_;
   for (std::size_t line = 0; line < labels.size(); ++line) {
     Marker marker;
@@ -85,7 +85,7 @@ EnergyText::EnergyText(const FirstView& view, const std::string& frame, double r
     marker.type = Marker::TEXT_VIEW_FACING;
     marker.id = static_cast<int>(line);
     marker.pose.position.y =
-        view.centre - textUnder * view.half + (static_cast<double>(labels.size() - line) - 0.5) * size_;
+        view.centre.y - textUnder * view.half + (static_cast<double>(labels.size() - line) - 0.5) * size_;
     marker.pose.orientation.w = 1;
     marker.scale.z = size_;
     marker.color.r = 0.85F, marker.color.g = 0.88F, marker.color.b = 0.92F, marker.color.a = 1;
