@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Drags the tip of a scene's chain with the mouse, in rviz on a display of its own (Xvfb), and sees joint_states follow:
 rviz_drag.py [--scene NAME] [--to X Y] [--picture OUT.png] [--seconds S]. By hand; in a sourced shell,
-with xdotool, xvfb and imagemagick installed. Without --to nothing is dragged: only the picture."""
+with xdotool, xvfb and imagemagick installed. The chain is at rest before. Without --to nothing is dragged: only the picture."""
 
 import argparse
 import json
@@ -23,6 +23,7 @@ SIZE = (1280, 800)
 VIEW = (364, 62, 900, 709)  # px: left, top, width, height of rviz's view in that
 LOADED = 12                 # s that rviz takes, drawn by the processor
 SPEED = 30                  # px a step of the mouse
+POINTER = ((0, 0), (0, 17), (4, 13), (7, 19), (10, 18), (7, 12), (12, 12))  # its outline, px: no picture of the display has it
 
 
 class Screen:
@@ -61,8 +62,12 @@ class Screen:
     @staticmethod
     def shoot(path):
         left, top, width, height = VIEW
-        subprocess.run(['import', '-window', 'root', '-crop', '%dx%d+%d+%d' % (width, height, left, top),
-                        '+repage', '-colors', '64', path], check=True)
+        where = subprocess.run(['xdotool', 'getmouselocation'], stdout=subprocess.PIPE, universal_newlines=True, check=True).stdout
+        x, y = (int(part.split(':')[1]) for part in where.split()[:2])
+        pointer = 'polygon ' + ' '.join('%d,%d' % (x + dx, y + dy) for dx, dy in POINTER)
+        subprocess.run(['import', '-window', 'root', path], check=True)
+        subprocess.run(['convert', path, '-fill', 'white', '-stroke', 'black', '-draw', pointer, '-crop',
+                        '%dx%d+%d+%d' % (width, height, left, top), '+repage', '-colors', '64', path], check=True)
 
     def close(self):
         self._server.terminate()
@@ -104,6 +109,7 @@ def main():
         feedback.wait_for_publisher()
         time.sleep(LOADED + arguments.seconds)
         if arguments.to:
+            service('settle', Trigger)()
             service('pause', Trigger)()  # or the mouse would come too late
             time.sleep(0.5)
             begin = tip_of(states.messages[-1], links)
