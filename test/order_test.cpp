@@ -20,6 +20,7 @@ namespace {
 class Reordered : public test::TestSystem {
  public:
   int arrangedSize() const override { return 2 * size() - 1; }
+  bool isArranged() const override { return false; }
   void arrange(const double* y, double* arranged) const override { arrangeAll(y, arranged); }
   void restore(const double* arranged, double* y) const override { restoreAll(arranged, y); }
 

@@ -5,8 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "random_scene.h"
@@ -93,16 +96,19 @@ TEST_P(Vectors, AreCombined) {
 }
 
 TEST_P(Vectors, FindTheLargestRatio) {
-  constexpr double share = 1e-6, rounding = 1e3, nan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double share = 1e-6, ofRates = 3e-6, rounding = 1e3,
+                   nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<double> y = vector(n), noise = vector(n);
   std::vector<double> ceiling(y.size(), std::numeric_limits<double>::infinity()), error = vector(n);
   ceiling[0] = 0.5;
+  const std::size_t angles = y.size() / 2;
   const auto allowed = [&](std::size_t i) {
     const double size = 1 + std::min(std::abs(y[i]), ceiling[i]);
-    return std::max(share * size, rounding * noise[i]);
+    return std::max((i < angles ? share : ofRates) * size, rounding * noise[i]);
   };
   const auto found = [&](const VectorKernel& kernel) {
-    return kernel.largestRatio({error.data(), y.data(), ceiling.data(), noise.data()}, share, rounding, n);
+    return kernel.largestRatio({error.data(), y.data(), ceiling.data(), noise.data()},
+                               {share, ofRates, static_cast<std::ptrdiff_t>(angles), rounding}, n);
   };
   forKernels([&](const VectorKernel& kernel) {
     // Each component in its turn; up to where products of two such numbers are not finite.
@@ -117,6 +123,45 @@ TEST_P(Vectors, FindTheLargestRatio) {
         EXPECT_TRUE(std::isnan(found(kernel)));
         error[worst] = 0;
       }
+    }
+  });
+}
+
+TEST_P(Vectors, SumAPolynomial) {
+  constexpr double h = 0.7;
+  for (const int order : {2, 3, 4, 21, 22}) {
+    const std::vector<double> c = vector(n * (order + 1));
+    std::vector<double> sum = vector(n), expected = sum;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) {
+      expected[i] = 0;
+      for (int k = order; k > 0; --k)
+        expected[i] = h * (c[static_cast<std::size_t>(k * n) + i] + expected[i]);
+    }
+    forKernels([&](const VectorKernel& kernel) {
+      kernel.polynomial(h, c.data(), order, sum.data(), n);
+      expectNear(sum, expected);
+    });
+  }
+}
+
+TEST_P(Vectors, FindTheTailOfASeries) {
+  const auto count = static_cast<std::size_t>(n);
+  const std::array<double, VectorKernel::tailOrders> weights{1, 2, 3, 4, 5, 6};
+  std::vector<double> c = vector(n * VectorKernel::tailOrders), error = vector(n);
+  const auto size = [&](std::size_t k, std::size_t i) { return weights.at(k) * std::abs(c[k * count + i]); };
+  forKernels([&](const VectorKernel& kernel) {
+    std::vector<double> expected = error;
+    for (std::size_t i = 0; i < count; ++i) {
+      expected[i] = size(4, i) + size(5, i);
+      for (std::size_t k = 0; k < 4; ++k) expected[i] = std::max(expected[i], size(k, i));
+    }
+    kernel.tail(weights, c.data(), error.data(), n);
+    expectNear(error, expected);
+    for (const std::size_t k : {4, 5}) {
+      const double good = std::exchange(c[k * count], std::numeric_limits<double>::quiet_NaN());
+      kernel.tail(weights, c.data(), error.data(), n);
+      EXPECT_TRUE(std::isnan(error.front()));
+      c[k * count] = good;
     }
   });
 }

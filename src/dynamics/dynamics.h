@@ -107,6 +107,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   int freedoms() const override { return size() - (holdsTip() ? 4 : 0); }
   void derivative(double t, const double* y, double* dydt) override;
   int arrangedSize() const override { return 2 * places_ + works_; }
+  bool isArranged() const override { return !mechanism_.lanes(); }
   void arrange(const double* y, double* arranged) const override;
   void restore(const double* arranged, double* y) const override;
   /// 0 for short chains, which compute all derivatives together.

@@ -55,15 +55,10 @@ inline double AdaptiveSteps::foreseen(double error) const {
 
 inline double AdaptiveSteps::errorNorm(const Vector& y, double h, const Vector& error) const {
   const Allowance allowance(tolerance_, *stiffness_, h);
-  const Eigen::Index all = tolerance_.ceiling.size(), angles = std::min(tolerance_.firstRate, all);
-  const auto largest = [&](double most, Eigen::Index from, Eigen::Index to) {
-    return vectors_.largestRatio({error.data() + from, y.data() + from, tolerance_.ceiling.data() + from,
-                                  stiffness_->noise().data() + from},
-                                 most, allowance.perNoise, to - from);
-  };
-  const double ofAngles = largest(allowance.most, 0, angles);
-  const double ofRates = largest(allowance.mostOfRates, angles, all);
-  return ofAngles > ofRates || std::isnan(ofAngles) ? ofAngles : ofRates;
+  return vectors_.largestRatio(
+      {error.data(), y.data(), tolerance_.ceiling.data(), stiffness_->noise().data()},
+      {allowance.most, allowance.mostOfRates, tolerance_.firstRate, allowance.perNoise},
+      tolerance_.ceiling.size());
 }
 
 AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,

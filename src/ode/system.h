@@ -56,6 +56,8 @@ class System {
   virtual int freedoms() const { return size(); }
 
   virtual int arrangedSize() const { return size(); }
+  /// True if both orders are the same.
+  virtual bool isArranged() const { return true; }
   /// arrange() copies y to the arranged order, restore() copies it back. The arrays must be different ones.
   virtual void arrange(const double* y, double* arranged) const { std::copy_n(y, size(), arranged); }
   virtual void restore(const double* arranged, double* y) const { std::copy_n(arranged, size(), y); }

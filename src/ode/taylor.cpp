@@ -2,12 +2,10 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 
 #include "simd/elementary.h"
-#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -72,41 +70,33 @@ const Vector& Taylor::derivative(double t, const Vector& y) {
   findSeries(t, y);
   const auto driving = f_.driving();
   std::copy_n(c_.data() + driving, driving, sum_.data());
-  if (integrandRates_.size() > 0) f_.integrands(t, y_.data(), sum_.data() + driving);
+  if (integrandRates_.size() > 0) f_.integrands(t, inOrder(y, y_), sum_.data() + driving);
   f_.arrange(sum_.data(), derivative_.data());
   return derivative_;
 }
 
-void Taylor::findError(double h) {
-  constexpr auto lookedBack = static_cast<int>(shares.size());
-  std::array<double, shares.size()> weights;
+Taylor::Shares Taylor::weightsAt(double h) const {
+  Shares weights;
   double weight = caution * power(h, order_ + 1 - lookedBack);
-  for (std::size_t k = 0; k < shares.size(); ++k, weight *= h) weights[k] = shares[k] * weight;
-  const int driving = f_.driving();
-  const double* c = c_.data() + (order_ + 1 - lookedBack) * driving;
-  for (int i = 0; i < driving; ++i) {
-    const auto term = [&](int k) {
-      return weights[static_cast<std::size_t>(k)] * std::abs(c[k * driving + i]);
-    };
-    double error = 0;
-    for (int k = 0; k < lookedBack - 2; ++k) error = std::max(error, term(k));
-    // A last coefficient that is not finite stays so: max() might drop it.
-    const double last = term(lookedBack - 2) + term(lookedBack - 1);
-    sum_[i] = error > last ? error : last;
-  }
-  sum_.tail(integrandRates_.size()).setZero();
-  f_.arrange(sum_.data(), error_.data());
+  for (std::size_t k = 0; k < weights.size(); ++k, weight *= h) weights[k] = shares[k] * weight;
+  return weights;
 }
 
-void Taylor::findIncrement(double t, double h) {
+void Taylor::findError(const Shares& weights) {
+  const auto driving = f_.driving();
+  vectors_.tail(weights, c_.data() + (order_ + 1 - lookedBack) * driving, sumFor(error_).data(), driving);
+  arrangeSum(error_);
+}
+
+void Taylor::findIncrement(double t, double h, const Vector& y) {
   const auto driving = static_cast<Eigen::Index>(f_.driving());
-  vectors_.polynomial(h, c_.data(), order_, sum_.data(), driving);
-  sum_.tail(integrandRates_.size()).setZero();
-  f_.arrange(sum_.data(), increment_.data());
-  if (!f_.hasIntegrands()) return;
+  vectors_.polynomial(h, c_.data(), order_, sumFor(increment_).data(), driving);
+  arrangeSum(increment_);
+  if (integrandRates_.size() == 0 || !f_.hasIntegrands()) return;
+  const double* start = inOrder(y, y_);
   for (Eigen::Index k = 0; k < rule_.rows(); ++k) {
     vectors_.polynomial(rule_(k, 0) * h, c_.data(), order_, sum_.data(), driving);
-    sum_.head(driving) += y_.head(driving);
+    for (Eigen::Index i = 0; i < driving; ++i) sum_[i] += start[i];
     f_.integrands(t + rule_(k, 0) * h, sum_.data(), integrandRates_.data());
     increment_.tail(integrandRates_.size()) += h * rule_(k, 1) * integrandRates_;
   }

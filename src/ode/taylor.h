@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "ode/stepper.h"
+#include "simd/vectors.h"
 
 namespace planar_chain::ode {
 
@@ -26,7 +27,9 @@ class Taylor : public Stepper {
  public:
   static constexpr double caution = 20;  ///< by which the error is multiplied
   /// 4^−j, j = 5 … 0: the shares of the last coefficients in the error, as above. The last two are added.
-  static constexpr std::array<double, 6> shares{1. / 1024, 1. / 256, 1. / 64, 1. / 16, 1. / 4, 1};
+  static constexpr int lookedBack = simd::VectorKernel::tailOrders;
+  using Shares = std::array<double, lookedBack>;
+  static constexpr Shares shares{1. / 1024, 1. / 256, 1. / 64, 1. / 16, 1. / 4, 1};
   static int orderFor(double tolerance);
   /// The nodes and weights of Gauss's rule on [0, 1], columns. Allocates.
   static Eigen::MatrixX2d gaussRule(int count);
@@ -38,20 +41,21 @@ class Taylor : public Stepper {
   const Vector& derivative(double t, const Vector& y) override;
   bool foresees(const State& from, double h) override {
     cost_ = isKnown_ ? 0 : f_.seriesCost(order_);
+    const Shares weights = weightsAt(h);  // ready when the series is
     findSeries(from.t, from.y, &from.carry);
-    findError(h);
+    findError(weights);
     return true;
   }
   void step(double t, double h, const Vector& y) override {
     findSeries(t, y);
-    findError(h);
-    findIncrement(t, h);
+    findError(weightsAt(h));
+    findIncrement(t, h, y);
   }
-  void stepAsForeseen(double t, double h, const Vector& /*y*/) override { findIncrement(t, h); }
+  void stepAsForeseen(double t, double h, const Vector& y) override { findIncrement(t, h, y); }
   /// By the same series.
-  void stepAgain(double t, double h, const Vector& /*y*/) override {
+  void stepAgain(double t, double h, const Vector& y) override {
     cost_ = 0;
-    findIncrement(t, h);
+    findIncrement(t, h, y);
   }
   void accept() override { forget(); }
   void forget() override { isKnown_ = false; }
@@ -59,15 +63,27 @@ class Taylor : public Stepper {
  private:
   void findSeries(double t, const Vector& y, const Vector* carry = nullptr) {
     if (isKnown_) return;
-    f_.restore(y.data(), y_.data());
-    if (carry) f_.restore(carry->data(), carry_.data());
-    f_.series(t, y_.data(), carry ? carry_.data() : nullptr, order_, c_.data());
+    f_.series(t, inOrder(y, y_), carry ? inOrder(*carry, carry_) : nullptr, order_, c_.data());
     isKnown_ = true;
   }
-  void findError(double h);
-  void findIncrement(double t, double h);
+  /// y in the order of the series: as it is, or in `room`.
+  const double* inOrder(const Vector& y, Vector& room) const {
+    if (isArranged_) return y.data();
+    f_.restore(y.data(), room.data());
+    return room.data();
+  }
+  /// Where to sum what arrangeSum() takes to `result`, with 0 for the integrals.
+  Vector& sumFor(Vector& result) { return isArranged_ ? result : sum_; }
+  void arrangeSum(Vector& result) {
+    sumFor(result).tail(integrandRates_.size()).setZero();
+    if (!isArranged_) f_.arrange(sum_.data(), result.data());
+  }
+  Shares weightsAt(double h) const;
+  void findError(const Shares& weights);
+  void findIncrement(double t, double h, const Vector& y);
 
   SeriesSystem& f_;
+  const bool isArranged_ = f_.isArranged();
   int order_ = facts().order;
   double cost_;
   Eigen::MatrixX2d rule_;

@@ -116,11 +116,32 @@ PLANAR_CHAIN_IN_ONE_PIECE bool addCarried(double* y, double* carry, const double
 
 PLANAR_CHAIN_IN_ONE_PIECE void polynomial(double h, const double* c, int order, double* sum,
                                           std::ptrdiff_t n) {
-  const Pack step(h);
+  const Pack step(h), square(h * h);
   forRegisters(n, [&](std::ptrdiff_t i, int size) {
-    Pack total = loadSome(c + order * n + i, size);
-    for (int k = order - 1; k > 0; --k) total = mulAdd(step, total, loadSome(c + k * n + i, size));
-    storeSome(sum + i, step * total, size);
+    const auto at = [&](int k) { return loadSome(c + k * n + i, size); };
+    // Horner's rule for even and for odd orders: each waits for half as many.
+    int k = order - order % 2;
+    Pack even = at(k), odd = at(k - 1);
+    if (k < order) odd = mulAdd(square, at(order), odd);
+    while ((k -= 2) > 0) {
+      even = mulAdd(square, even, at(k));
+      odd = mulAdd(square, odd, at(k - 1));
+    }
+    storeSome(sum + i, step * mulAdd(step, even, odd), size);
+  });
+}
+
+PLANAR_CHAIN_IN_ONE_PIECE void tail(const std::array<double, VectorKernel::tailOrders>& weights,
+                                    const double* c, double* error, std::ptrdiff_t n) {
+  forRegisters(n, [&](std::ptrdiff_t i, int size) {
+    const auto term = [&](int k) {
+      return Pack(weights[static_cast<std::size_t>(k)]) * absolute(loadSome(c + k * n + i, size));
+    };
+    constexpr int last = VectorKernel::tailOrders - 1;
+    Pack largest;
+    PLANAR_CHAIN_WRITTEN_OUT
+    for (int k = 0; k < last - 1; ++k) largest = larger(term(k), largest);
+    storeSome(error + i, larger(largest, term(last - 1) + term(last)), size);
   });
 }
 
@@ -131,14 +152,19 @@ template <int size = 1>
   return a.v[0];
 }
 
-PLANAR_CHAIN_IN_ONE_PIECE double largestRatio(const ErrorVectors& of, double most, double rounding,
+PLANAR_CHAIN_IN_ONE_PIECE double largestRatio(const ErrorVectors& of, const AllowedErrors& allowances,
                                               std::ptrdiff_t n) {
   Pack largest, zero;  // zero: NaN, if one ratio is not finite
+  Integers lanes{};
+  PLANAR_CHAIN_WRITTEN_OUT
+  for (int s = 0; s < laneCount; ++s) lanes[s] = s;
   forRegisters(n, [&](std::ptrdiff_t i, int count) {
     const Pack y = absolute(loadSome(of.y + i, count));
     const Pack counted = smaller(y, loadSome(of.ceiling + i, count));
+    const Pack most =
+        lanes < allowances.angles - i ? Pack(allowances.most).v : Pack(allowances.mostOfRates).v;
     const Pack allowed =
-        larger(mulAdd(Pack(most), counted, Pack(most)), Pack(rounding) * loadSome(of.noise + i, count));
+        larger(mulAdd(most, counted, most), Pack(allowances.perNoise) * loadSome(of.noise + i, count));
     const Pack ratio = absolute(loadSome(of.error + i, count)) / allowed;
     largest = larger(ratio, largest);
     zero = mulAdd(Pack(0), ratio, zero);
@@ -159,6 +185,7 @@ constexpr VectorKernel vectorKernel{tableOf([](auto count) { return combineOf<co
                                     damp,
                                     addCarried,
                                     polynomial,
+                                    tail,
                                     largestRatio};
 
 }  // namespace

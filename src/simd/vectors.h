@@ -16,6 +16,13 @@ struct ErrorVectors {
   const double *error, *y, *ceiling, *noise;
 };
 
+/// The error that is allowed of the first `angles` components, and of those behind.
+struct AllowedErrors {
+  double most, mostOfRates;
+  std::ptrdiff_t angles;
+  double perNoise;
+};
+
 /// A row of ode/combination.h in Nyström's form. `sum` gets the sums, `out` those added to `base`; one of
 /// the two may be nullptr.
 struct NystromSums {
@@ -43,10 +50,15 @@ struct VectorKernel {
   /// Adds `increment` to y, and the rounding error of that to `carry`. Returns false, and changes nothing, if
   /// y would not be finite.
   bool (*addCarried)(double* y, double* carry, const double* increment, std::ptrdiff_t n);
-  /// sum = Σ_{0<k≤order} c_k h^k. c_k is row k of n numbers.
+  /// sum = Σ_{0<k≤order} c_k h^k, order > 1. c_k is row k of n numbers.
   void (*polynomial)(double h, const double* c, int order, double* sum, std::ptrdiff_t n);
-  /// max |error| / max(most (1 + min(|y|, ceiling)), rounding noise). NaN if one of them is not finite.
-  double (*largestRatio)(const ErrorVectors& of, double most, double rounding, std::ptrdiff_t n);
+  /// error = max of weights_k |c_k|, the last two of which are added. If these are not finite, neither is the
+  /// error. c_k is row k of n numbers.
+  static constexpr int tailOrders = 6;
+  void (*tail)(const std::array<double, tailOrders>& weights, const double* c, double* error,
+               std::ptrdiff_t n);
+  /// max |error| / max(most (1 + min(|y|, ceiling)), perNoise noise). NaN if one of them is not finite.
+  double (*largestRatio)(const ErrorVectors& of, const AllowedErrors& allowed, std::ptrdiff_t n);
 };
 
 extern const VectorKernel vectorsAvx2, vectorsBaseline;

@@ -17,6 +17,7 @@ class CountedSystem : public ode::SeriesSystem {
     f_.derivative(t, y, dydt);
   }
   int arrangedSize() const override { return f_.arrangedSize(); }
+  bool isArranged() const override { return f_.isArranged(); }
   void arrange(const double* y, double* arranged) const override { f_.arrange(y, arranged); }
   void restore(const double* arranged, double* y) const override { f_.restore(arranged, y); }
   int positions() const override { return f_.positions(); }
