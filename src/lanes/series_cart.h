@@ -15,7 +15,8 @@
 ///     Δ α_k = M (N_k − σ g_⊥ c_k + σ Σ_{0<j≤k} s_j X_{k−j}) + σ s_0 (f_k + σ (k+1) W)      Δ = M J − σ² s_0²
 ///
 /// Each order waits for the one before. So α_k is found without what ω_k = α_{k−1}/k adds to it, which is
-/// κ (α_{k−1} + ω_k) with κ = 2 σ² s_0 c_0 ω_0/Δ. That comes last.
+/// κ (α_{k−1} + ω_k) with κ = 2 σ² s_0 c_0 ω_0/Δ. That comes last. So does what ω_k adds to c_{k+1} and
+/// s_{k+1}: its factor is divided by k + 1 before. Sums are taken for two orders at once.
 
 #include "lanes/series_one.h"
 
@@ -36,14 +37,15 @@ class CartAndPole {
     const double inverse = 1 / (cart_.least + sigma * sigma * e.c * e.c), kappa = sigma * sigma * inverse;
     s0_ = Lane(e.s);
     ofX_ = Lane(cart_.perMass * sigma);
+    s0X_ = s0_ * ofX_;
     ofN_ = Lane(cart_.mass * inverse);
     const double ofSum = sigma * ofN_.v, ofU = -kappa * e.s;
     ofSum_ = {Pair::Register{-ofSum, ofSum}};
     ofU_ = sumOfU_ = {Pair::Register{-ofU, ofU}};
     ofF_ = Lane(sigma * inverse);
-    ofPlace_ = {Pair::Register{-cross(cart_.rail, ground) * ofSum, 0}};
+    ofPlace_ = {Pair::Register{cross(cart_.rail, ground) * ofSum, 0}};
     ofTurning_ = {Pair::Register{0, -omega * ofU}};
-    moreOfTurning_ = {Pair::Register{-kappa * omega * e.c, 0}};
+    moreOfTurning_ = {Pair::Register{kappa * omega * e.c, 0}};
     late_ = Pair(2 * e.c * ofTurning_.v[1]);
     place_ = {Pair::Register{e.c, e.s}};
     start_ = swapped(place_);
@@ -55,17 +57,27 @@ class CartAndPole {
   /// N, F: of order 0 at first; `loads` may be nullptr.
   template <bool acts>
   [[gnu::always_inline]] void findAll(int order, const Outside& outside, SeriesLoads* loads) {
-    const auto find = [&](int k, auto isFirst) {
+    const auto find = [&](int k, auto isFirst, Four sum) {
       Acting acting;
       if constexpr (acts) {
         if (loads && !isFirst) findLoads(k, loads);
         acting = {Lane(outside.N[1]), Lane(outside.N[0])};
         if (outside.F) acting.f += Lane(dot(cart_.rail, outside.F[0] + outside.F[1]));
       }
-      findOrder<acts, isFirst>(k, acting);
+      findOrder<acts, isFirst>(k, acting, sum);
     };
-    find(0, std::true_type());
-    for (int k = 1; k < order; ++k) find(k, std::false_type());
+    find(0, std::true_type(), {});
+    const Pair X0 = X_;
+    for (int k = 1; k < std::min(order, 3); ++k) {
+      find(k, std::false_type(), {});
+      if (k == 1) takeFirst(X0);
+    }
+    for (int k = 3; k < order; ++k) {
+      Four sum, nextSum;
+      sumFromMemory(k, sum, nextSum);
+      find(k, std::false_type(), sum);
+      if (++k < order) find(k, std::false_type(), mulAdd(last_, placeAt(2), nextSum));
+    }
   }
 
  private:
@@ -83,66 +95,69 @@ class CartAndPole {
     loads->findOrder(k, c_ + 4 * k, c_ + 4 * k + 2);
   }
 
-  /// The products of rows i = 2 … k − 2 and k + 1 − i
-  [[gnu::always_inline]] Four sumFromMemory(int k) const {
-    Four sums[2];
-    const double *x = rows_ + 2 * row, *y = rows_ + row * (k - 1) + 4;
-    const auto add = [&](int i) {
-      sums[i] = mulAdd(Four::load(x + row * i), Four::load(y - row * i), sums[i]);
-    };
-    for (; y > rows_ + 4 * row; x += 2 * row, y -= 2 * row) {
-      add(0);
-      add(1);
+  /// s_k, c_k, s_k, c_k
+  Four placeAt(int k) const { return Four::load(rows_ + row * k + 4); }
+
+  /// What ω_1 and X_0 add to each further order.
+  void takeFirst(Pair X0) {
+    omega1_ = omega_;
+    moreOfPlace_ = {Pair::Register{0, -ofU_.v[1] * omega_.v[1]}};
+    ofPlace_ += {Pair::Register{0, ofSum_.v[1] * X0.v[0] + 3 * moreOfPlace_.v[1]}};
+  }
+
+  /// For an odd k, the products of rows i = 2 … k − 1 and k + 1 − i; and of rows i and k + 2 − i. It begins
+  /// in the middle, as in series_kernel.h.
+  [[gnu::always_inline]] void sumFromMemory(int k, Four& sum, Four& nextSum) const {
+    Four sums[2], nextSums[2];
+    const double *low = rows_ + row * (k - 1) / 2, *high = low + row;
+    for (; low > rows_ + row; low -= row, high += row) {
+      const Four first = Four::load(low), second = Four::load(high);
+      sums[0] = mulAdd(first, Four::load(high + row + 4), sums[0]);
+      nextSums[0] = mulAdd(first, Four::load(high + 2 * row + 4), nextSums[0]);
+      sums[1] = mulAdd(second, Four::load(low + row + 4), sums[1]);
+      nextSums[1] = mulAdd(second, Four::load(low + 2 * row + 4), nextSums[1]);
     }
-    if (y > rows_ + 3 * row) add(0);
-    return sums[0] + sums[1];
+    sum = mulAdd(last_, placeAt(2), sums[0] + sums[1]);
+    nextSum = mulAdd(last_, placeAt(3), nextSums[0] + nextSums[1]);
   }
 
   template <bool acts, bool isFirst>
-  [[gnu::always_inline]] void findOrder(int k, Acting acting) {
-    const Pair signs = {Pair::Register{-1, 1}};
-    Pair parts = mulAdd(turning_, ofTurning_, place_ * ofPlace_);
-    Four sum;
+  [[gnu::always_inline]] void findOrder(int k, Acting acting, [[maybe_unused]] Four sum) {
+    const Pair half = mulAdd(turning_, ofTurning_, place_ * ofPlace_);
+    const Pair parts = half - swapped(half);
     Pair early, turns;
     if constexpr (!isFirst) {
-      sum = mulAdd(last_, Four::load(rows_ + 2 * row + 4), sumFromMemory(k));
       sumOfU_ += ofU_;
       early = mulAdd(ofSum_, Pair(sum.v[2]), sumOfU_ * Pair(sum.v[0]));
     }
     if constexpr (acts) {
       Lane given = mulAdd(ofN_, acting.N, ofF_ * s0_ * acting.f);
       if constexpr (!isFirst) given = mulAdd(ofF_ * Lane(rows_[row + 4]), lastF_, given);
-      early = mulAdd(signs, Pair(given.v), early);
+      early += Pair(Pair::Register{-given.v, given.v});
     }
     if constexpr (!isFirst) {
       omega_ = over(inverses_, k, alpha_);
-      alpha_ = mulAdd(signs, parts + swapped(parts), early) + mulAdd(late_, omega_, late_ * alpha_);
-      const Four last = joined(omega_, X_);
-      last.store(rows_ + row * k);
+      alpha_ = parts + mulAdd(late_, omega_, mulAdd(late_, alpha_, early));
+      last_ = joined(omega_, X_);
+      last_.store(rows_ + row * k);
       turns = mulAdd(omega1_, swapped(place_), first(sum));
       turns = mulAdd(omega_, Pair::load(rows_ + row + 4), turns);
-      turning_ = mulAdd(omega_, start_, turning_);
-      if (k == 1) {
-        omega1_ = omega_;
-        moreOfPlace_ = {Pair::Register{0, -ofU_.v[1] * omega_.v[1]}};
-        ofPlace_ += {Pair::Register{0, ofSum_.v[1] * X_.v[0] + 2 * moreOfPlace_.v[1]}};
-      } else {
-        last_ = last;
-      }
     } else {
-      alpha_ = mulAdd(signs, parts + swapped(parts), early);
+      alpha_ = parts + early;
     }
     ofPlace_ += moreOfPlace_;
     ofTurning_ += moreOfTurning_;
 
     // Order k + 1
     place_ = over(inverses_, k + 1, turning_);
+    if constexpr (!isFirst) place_ = mulAdd(omega_, over(inverses_, k + 1, start_), place_);
     const Pair place = swapped(place_);
     joined(place, place).store(rows_ + row * (k + 1) + 4);
     turning_ = mulAdd(omega0_, place, turns);
     orders_ += Pair(1);
 
-    Lane X = ofX_ * mulAdd(s0_, Lane(alpha_.v[1]), -(Lane(orders_.v[0]) * Lane(turning_.v[0])));
+    sumOfX_ += ofX_;
+    Lane X = mulAdd(s0X_, Lane(alpha_.v[1]), -(sumOfX_ * Lane(turning_.v[0])));
     if constexpr (acts) X = mulAdd(Lane(cart_.perMass), lastF_ = acting.f, X);
     X_ = Pair(X.v);
     if (isFirst) X -= Lane(along_);
@@ -156,7 +171,7 @@ class CartAndPole {
   const double* inverses_;
   double* c_;
   double along_;
-  Lane s0_, ofN_, ofF_, ofX_;
+  Lane s0_, ofN_, ofF_, ofX_, sumOfX_, s0X_;
   Pair ofSum_, ofU_, sumOfU_, ofPlace_, moreOfPlace_, ofTurning_, moreOfTurning_, late_, omega0_, omega1_,
       start_;
   Four last_;
