@@ -47,6 +47,7 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTange
       isNonlinear_(effects.any(&Effect::isNonlinear)),
       hasForces_(effects.mostActing() == LoadKind::forces),
       keepsState_(hasPower_ || isNonlinear_ || hasForces_),
+      isPlain_(!isCoupled && !hasPower_),
       coupled_(isCoupled ? std::make_optional<Coupled>(mechanism, effects) : std::nullopt),
       solver_(makeSolver<double>()),
       room_(index(2 * places_)) {
@@ -248,6 +249,7 @@ void ExactSolve::solveCoupledWorks(const double* rhs, double* x) {
 
 void ExactSolve::solveComplex(int k, const Complex* rhs, Complex* x) {
   Solver<Complex>& solver = complexSolvers_[index(k)];
+  if (isPlain_) return solver.plain->solve(rhs, rhs + places_, x, x + places_);
   solver.solve(rhs, x, places_);
   if (!hasPower_) return;
 

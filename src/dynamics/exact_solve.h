@@ -131,6 +131,7 @@ class ExactSolve {
   EffectTangents& tangents_;
   int n_, places_;
   bool hasPower_, isNonlinear_, hasForces_, keepsState_;
+  bool isPlain_;  ///< one solver does it all
   std::optional<Coupled> coupled_;
   Solver<double> solver_;
   std::vector<Solver<Complex>> complexSolvers_;
@@ -155,6 +156,7 @@ inline void ExactSolve::linearize(double t, const double* y, const double* dydt,
 }
 
 inline void ExactSolve::solve(const double* rhs, double* x) {
+  if (isPlain_) return solver_.plain->solve(rhs, rhs + places_, x, x + places_);
   solver_.solve(rhs, x, places_);
   if (!hasPower_) return;
   if (coupled_) return solveCoupledWorks(rhs, x);
