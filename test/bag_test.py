@@ -354,7 +354,7 @@ class Bags(InFolder):
                              (["one.bag", "wrong.yaml"], "wrong.yaml is refused:\nline 1: a: expected one of the keys chain")):
             result = subprocess.run([os.path.join(BIN, "show"), *map(self.path, given)], stdout=subprocess.PIPE,
                                     stderr=subprocess.PIPE, universal_newlines=True, timeout=60, check=False)
-            self.assertEqual((result.returncode, result.stdout), (1, ""), result.stderr)
+            self.assertEqual((result.returncode, result.stdout), (2, ""), result.stderr)
             self.assertRegex(result.stderr, "^show: ")
             self.assertIn(words, result.stderr)
 

@@ -52,6 +52,20 @@ class Spin(planar_chain.Environment):
 
 
 class Environments(unittest.TestCase):
+    def test_the_position_of_a_cart_is_no_angle(self):
+        class Cart(planar_chain.Environment):
+            def reward(self, q, qd, action):
+                return 0
+
+        env = Cart(Scene.from_file(os.path.join(SCENES, "cart_pole.yaml")), {"cart_joint": 5})
+        env.reset()
+        observation, _, _, _, info = env.step([1])
+        (x, angle), qd = info["q"], info["qd"]
+        self.assertGreater(x, 0)
+        self.assertEqual(observation.tolist(), [x, np.sin(angle), np.cos(angle), *qd])
+        self.assertTrue(env.observation_space.contains(observation))
+        self.assertEqual(env.observation_space.high.tolist(), [np.inf, 1, 1, np.inf, np.inf])
+
     def episode(self, seed):
         env = Rest()
         env.action_space.seed(seed)

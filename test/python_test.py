@@ -170,6 +170,10 @@ class Motions(InFolder):
                 simulation.clear_commands()
             simulation.advance_to(simulation.time + 0.1)
 
+    def test_a_duration_in_the_place_of_a_point_is_told(self):
+        with self.assertRaisesRegex(planar_chain.Refused, "point: expected an array of 2 numbers, got one number"):
+            Simulation(Scene(PENDULUM)).add_force("rod", [1, 0], 0.1)
+
     def test_a_tip_that_leaves_the_reach_is_told_from_a_straight_chain(self):
         links = {"a": {**ROD, "initial": {"angle": 0.4}}, "b": {**ROD, "pin": [0.5, 0], "initial": {"angle": -0.8}}}
         for x, words in (({"amplitude": 0.5, "frequency": 0.2, "offset": 1.3}, "the laws of the held tip leave the reach"),

@@ -224,6 +224,21 @@ TEST(SceneReader, JudgesLoadsByNamesOnlyWhereNamesAreCertain) {
 
 // ---- publish ---------------------------------------------------------------------------------
 
+TEST(SceneReader, NotesAnglesThatMayBeDegrees) {
+  const auto notesOf = [](const std::string& angle, const std::string& limits) {
+    std::string notes;
+    const Scene scene = readSceneText(
+        "chain: [a]\nlinks: {a: {mass: 1, inertia: 1, com: [1, 0], pin: [1, 0], initial: {angle: " + angle +
+        "}, joint: " + limits + "}}");
+    for (const Note& note : scene.notes) notes += toString(note) + "\n";
+    return notes;
+  };
+  EXPECT_EQ(notesOf("12.5", "{lower: -12.5, stiffness: 1, rest_angle: 12.5}"), "");
+  EXPECT_EQ(notesOf("90", "{upper: 1e3}"),
+            "links/a/initial/angle: 90 rad are 14.3 turns (angles are in rad, not in degrees)\n"
+            "links/a/joint/upper: 1000 rad are 159 turns (angles are in rad, not in degrees)\n");
+}
+
 TEST(SceneReader, DefaultRatesKeepBelowTheRate) {
   const Scene scene = readSceneText(two("publish: {rate: 5}\n"));
   EXPECT_EQ(scene.publish.tfRate, 5);

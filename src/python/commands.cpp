@@ -218,9 +218,9 @@ mass, as a load of a scene does. Both last until the next such call for this lin
           "add_force",
           [](Running& self, Given where, Given F, Given X, Given length, Given M, Given begin) {
             const int body = self.link(where);
-            requireTaken(self.idle().addForce(body, pointOf(X, self.linkAt(body)), pairOf(F, "force"),
-                                              finiteOf(M, "moment"), finiteOf(length, "duration"),
-                                              numberOf(begin, "start")));
+            const Vec2d pull = pairOf(F, "force"), at = pointOf(X, self.linkAt(body));
+            requireTaken(self.idle().addForce(body, at, pull, finiteOf(M, "moment"),
+                                              finiteOf(length, "duration"), numberOf(begin, "start")));
           },
           link, force, point, py::arg("duration") = py::none(), moment, start,
           "Adds a force and a moment, as hold_force(), for exactly this duration (s).")

@@ -210,6 +210,16 @@ TreeAndScene fromValues(const py::object& values) {
   return read(valueOf(values));
 }
 
+py::array_t<double> pinsOf(const TreeAndScene& self) {
+  py::array_t<double> pins({self.scene.chain.size(), 2});
+  for (int i = 0; i < self.scene.chain.size(); ++i) {
+    const Vec2d pin = self.scene.chain.links()[static_cast<std::size_t>(i)].pin;
+    pins.mutable_at(i, 0) = pin.x;
+    pins.mutable_at(i, 1) = pin.y;
+  }
+  return pins;
+}
+
 }  // namespace
 
 void bindScene(py::module& module) {
@@ -255,17 +265,10 @@ Raises OSError if the file cannot be read.)")
           "joints", [](const TreeAndScene& self) { return namesOf(self.scene.chain.joints()); },
           "Names of the n joints. Joint i is at the inner pin of link i.")
       .def_property_readonly(
-          "pins",
-          [](const TreeAndScene& self) {
-            py::array_t<double> pins({self.scene.chain.size(), 2});
-            for (int i = 0; i < self.scene.chain.size(); ++i) {
-              const Vec2d pin = self.scene.chain.links()[static_cast<std::size_t>(i)].pin;
-              pins.mutable_at(i, 0) = pin.x;
-              pins.mutable_at(i, 1) = pin.y;
-            }
-            return pins;
-          },
-          "Outer pins in the link frames, n × 2, m. The last one is the tip.")
+          "slides", [](const TreeAndScene& self) { return self.scene.chain.slides(); },
+          "The number of joints, from the first on, that slide: their q is in m.")
+      .def_property_readonly("pins", &pinsOf,
+                             "Outer pins in the link frames, n × 2, m. The last one is the tip.")
       .def_property_readonly("state", &stateOf,
                              "The first state, 2n: relative angles q (rad), then rates q̇ (rad/s).")
       .def("__repr__", [](const TreeAndScene& self) {

@@ -64,6 +64,7 @@ std::string inOrder(const Indices& names, std::size_t most) {
 std::string oneOf(const std::string& what, const std::string& text, const Indices& names,
                   const Indices* others) {
   constexpr std::size_t most = 80;  // letters of the list
+  if (names.empty()) return "a " + what + " of the chain, which has none";
   std::string meant;
   const auto other = others ? others->find(text) : Indices::const_iterator();
   if (others && other != others->end()) {

@@ -386,8 +386,9 @@ Value parseYaml(const std::string& text) {
   } catch (const YAML::Exception& error) {
     const int line = lineOf(error.mark);
     const std::string why =
-        hasTab(text, line)                        ? "a tab, where YAML is indented with spaces"
-        : error.msg == YAML::ErrorMsg::END_OF_MAP ? "a line that does not begin below the keys before it"
+        hasTab(text, line)                             ? "a tab, where YAML is indented with spaces"
+        : error.msg == YAML::ErrorMsg::END_OF_MAP      ? "a line that does not begin below the keys before it"
+        : error.msg == YAML::ErrorMsg::END_OF_MAP_FLOW ? "a { without its }"
         : error.msg == YAML::ErrorMsg::MAP_VALUE
             ? "a key within the value of another (a line too far in, or no space behind a colon?)"
             : onOneLine(error.msg);

@@ -9,12 +9,19 @@ namespace planar_chain {
 
 namespace {
 
+/// A name with a fault is kept: loads may give it.
+void takeName(const Section& joint, Entry& entry) {
+  if (!joint.has("name")) return;
+  entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
+  if (const std::string* text = joint.find("name")->text()) entry.joint.name = *text;
+}
+
 /// Reads `joint` and `initial` of a floating link.
 void takeFreeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   const Section joint =
       in.section("joint", isInUrdf ? std::vector<const char*>{} : std::vector<const char*>{"name", "type"});
   if (!isInUrdf) entry.joint.name = entry.link.name;
-  if (joint.has("name")) entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
+  takeName(joint, entry);
   const Section initial = in.section("initial", {"position", "linear_velocity", "angle", "velocity"});
   initial.take("position", "m", entry.place);
   initial.take("linear_velocity", "m/s", entry.placeRate);
@@ -47,9 +54,7 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   }
   const Section joint = in.section("joint", keys, hints);
   if (isInUrdf && joint.has("limits")) takeNoLimits(joint, entry.joint);
-  if (joint.has("name") && !isInUrdf) {
-    entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
-  }
+  if (!isInUrdf) takeName(joint, entry);
   if (slides) joint.take("axis", "no unit: a direction", entry.joint.axis);
   takeEffects(joint, entry.joint);
 
@@ -118,7 +123,7 @@ Entry readEntry(const Section& links, const std::string& name) {
   takeOwnNumbers(in, own, slides, entry);
 
   // The number of links, and how they move.
-  entry.namesAreSound &= takeCount(in, "repeat", entry.repeat);
+  entry.isCounted = takeCount(in, "repeat", entry.repeat);
   if (slides && entry.repeat > 1) {
     in.fault("repeat", "no repeat of a prismatic link");
     entry.repeat = 1;

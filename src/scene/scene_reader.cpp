@@ -1,7 +1,9 @@
 #include "planar_chain/scene_reader.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <set>
 #include <utility>
@@ -37,7 +39,7 @@ struct Expanded {
   Appearance appearance;
   std::vector<Note> notes;
   bool isFloating = false;
-  bool isOrdered = true;  ///< else there are faults in `chain`, and the links are in any order
+  bool isOrdered = true;  ///< else there are faults in `chain` or in names, and the links are in any order
 };
 
 /// Adds the two slides below a floating link, which have no names for others.
@@ -77,6 +79,24 @@ void append(const Entry& entry, Expanded& to) {
   }
 }
 
+/// Notes angles of many turns, which may be degrees.
+void noteDegrees(const Section& links, const Entry& entry, std::vector<Note>& notes) {
+  constexpr double most = 2;  // turns
+  const Joint& joint = entry.joint;
+  const double initial = entry.drive ? 0 : entry.q;
+  for (const auto& [key, angle] : {std::pair("/initial/angle", initial),
+                                   {"/joint/rest_angle", joint.restAngle},
+                                   {"/joint/lower", joint.lower},
+                                   {"/joint/upper", joint.upper}}) {
+    const double turns = std::abs(angle) / (2 * pi);
+    if (joint.slides || !(turns > most && std::isfinite(turns))) continue;
+    std::array<char, 80> text{};
+    std::snprintf(text.data(), text.size(), "%g rad are %.3g turns (angles are in rad, not in degrees)",
+                  angle, turns);
+    notes.push_back({links.pathOf(entry.link.name) + key, text.data()});
+  }
+}
+
 /// The links from `chain` and `links`.
 /// @returns nothing if their names are not known
 std::optional<Expanded> readLinks(const Section& top) {
@@ -87,9 +107,11 @@ std::optional<Expanded> readLinks(const Section& top) {
   }
   std::map<std::string, Entry> entries;
   std::vector<std::string> names;
-  bool areSound = true;
+  bool areSound = true, areCounted = !links.entries().empty();
   for (const auto& [name, value] : links.entries()) {
-    areSound &= entries.emplace(name, readEntry(links, name)).first->second.namesAreSound;
+    const Entry& entry = entries.emplace(name, readEntry(links, name)).first->second;
+    areSound &= entry.namesAreSound;
+    areCounted &= entry.isCounted;
     names.push_back(name);
   }
 
@@ -97,7 +119,7 @@ std::optional<Expanded> readLinks(const Section& top) {
   Expanded expanded;
   const Value* chain = top.find("chain");
   const Value::List order = chain && chain->list() ? *chain->list() : Value::List();
-  expanded.isOrdered = !order.empty();
+  expanded.isOrdered = areSound && !order.empty();
   if (order.empty()) top.fault("chain", "a list of link names, from the ground pin outwards");
   std::set<std::string> listed;
   long long total = 0;
@@ -117,6 +139,7 @@ std::optional<Expanded> readLinks(const Section& top) {
       links.fault(entry->first + "/joint/type", "floating of the first link only", "\"floating\"");
       entry->second.floats = false;
     }
+    noteDegrees(links, entry->second, expanded.notes);
     if (total <= mostLinks) append(entry->second, expanded);
   }
   if (total > mostLinks) {
@@ -133,8 +156,7 @@ std::optional<Expanded> readLinks(const Section& top) {
     total += entry.repeat;
     if (total <= mostLinks) append(entry, expanded);  // others may name it
   }
-  return areSound && total <= mostLinks && !entries.empty() ? std::optional(std::move(expanded))
-                                                            : std::nullopt;
+  return areCounted && total <= mostLinks ? std::optional(std::move(expanded)) : std::nullopt;
 }
 
 /// The links of the URDF in `robot_description`. `links` adds what URDF cannot express.

@@ -197,9 +197,14 @@ def kept(name, config):
     return str(path)
 
 
+def refuse(reason):
+    print(reason, file=sys.stderr)
+    sys.exit(2)
+
+
 def require_display():
     if not any(os.environ.get(name) for name in ('DISPLAY', 'WAYLAND_DISPLAY', 'QT_QPA_PLATFORM')):
-        sys.exit('show: rviz needs a display, and DISPLAY is not set. Without one, plot draws a bag')
+        refuse('show: rviz needs a display, and DISPLAY is not set. Without one, plot draws a bag')
 
 
 def rviz(name, config, arguments, meanwhile=lambda: None):
@@ -257,24 +262,24 @@ def show_bag(path, options):
     try:
         scenes, topics = scenes_of(path)
     except (OSError, rosbag.ROSBagException) as problem:
-        sys.exit('show: %s: expected a bag that can be read, got %s' % (path, why_unread(path, problem)))
+        refuse('show: %s: expected a bag that can be read, got %s' % (path, why_unread(path, problem)))
     try:
         if given:
             with open(given, encoding='utf-8') as file:
                 scenes = dict.fromkeys(scenes, file.read())
     except OSError as problem:
-        sys.exit('show: %s: expected a scene that can be read, got nothing: %s' % (given, problem.strerror))
+        refuse('show: %s: expected a scene that can be read, got nothing: %s' % (given, problem.strerror))
     if not scenes or '/tf' not in topics:
-        sys.exit('show: %s: expected the topics of a planar_chain node and /tf, got %s' % (path, ', '.join(sorted(topics)) or 'none'))
+        refuse('show: %s: expected the topics of a planar_chain node and /tf, got %s' % (path, ', '.join(sorted(topics)) or 'none'))
     without = [node for node, scene in scenes.items() if not scene]
     if without:
-        sys.exit('show: %s has no scene of %s, as recordings of before 0.2.0. Give it: show %s SCENE.yaml'
+        refuse('show: %s has no scene of %s, as recordings of before 0.2.0. Give it: show %s SCENE.yaml'
                  % (path, ', '.join(without), path))
     try:
         urdfs = {node: urdf_of(str(EQUATIONS.parent / 'simulate'), scene, node, node + '/view/chain' in topics)
                  for node, scene in scenes.items()}
     except ValueError as refused:
-        sys.exit('show: %s: the scene%s is refused:\n%s' % (path, ' in ' + given if given else '', refused))
+        refuse('show: %s: the scene%s is refused:\n%s' % (path, ' in ' + given if given else '', refused))
     trees = {node: yaml.safe_load(scene) for node, scene in scenes.items()}
     require_display()
     with Master() as master:
@@ -299,8 +304,11 @@ def main():
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, end)
     arguments = rospy.myargv()[1:]
-    if not arguments or arguments[0] in ('-h', '--help'):
-        sys.exit(__doc__)
+    if not arguments:
+        refuse(__doc__)
+    if arguments[0] in ('-h', '--help'):
+        print(__doc__)
+        return 0
     if arguments[0].endswith(ENDINGS):
         return show_bag(arguments[0], arguments[1:])
     names = [argument for argument in sys.argv[1:] if argument not in arguments]  # such as __name:=rviz
@@ -311,9 +319,9 @@ def main():
     try:
         missing = [node for node in nodes if not rospy.has_param(node)]
     except OSError:
-        sys.exit('show: no roscore runs; start a scene first, or give a recording')
+        refuse('show: no roscore runs; start a scene first, or give a recording')
     if missing:
-        sys.exit('show: %s: expected a running scene, a file of rviz or a bag, got nothing of this name' % ', '.join(missing))
+        refuse('show: %s: expected a running scene, a file of rviz or a bag, got nothing of this name' % ', '.join(missing))
     return show_nodes(nodes, arguments[len(given):], [rospy.get_param(node) for node in nodes], '_'.join(given))
 
 

@@ -50,8 +50,8 @@ class Box(_Box):
 
 class Environment(Env):
     """motors: joints by name, with the largest torque of each, N m. An action is one number from -1 to 1 for each
-    motor: its share of that torque, held for `period` (s). An observation is the sine and cosine of each relative
-    angle and then the rates (rad/s): 3n numbers. render_mode "rgb_array": render() returns a picture of the chain.
+    motor: its share of that torque, held for `period` (s). An observation is the positions of slides (m), the sines
+    and cosines of the relative angles, and the rates (m/s, rad/s). render_mode "rgb_array": render() returns a picture of the chain.
 
     Derive from it: `reward(q, qd, action)` is due after each step; `is_over(q, qd)` ends an episode;
     `first_state(random)` begins one, by default in the first state of the scene."""
@@ -76,9 +76,10 @@ class Environment(Env):
         self.metadata = {**self.metadata, "render_fps": 1 / period}
         self._places = [self.scene.joints.index(joint) for joint in motors]
         self._most = np.array(list(motors.values()), dtype=float)
-        n = len(self.scene)
+        n, slides = len(self.scene), self.scene.slides
         self.action_space = Box([-1.0] * len(motors), [1.0] * len(motors))
-        self.observation_space = Box([-1.0] * 2 * n + [-np.inf] * n, [1.0] * 2 * n + [np.inf] * n)
+        largest = np.array([np.inf] * slides + [1.0] * 2 * (n - slides) + [np.inf] * n)
+        self.observation_space = Box(-largest, largest)
         self._steps = 0
 
     def __repr__(self):
@@ -95,9 +96,9 @@ class Environment(Env):
     def is_over(self, q, qd):  # pylint: disable=unused-argument
         return False
 
-    @staticmethod
-    def observation(q, qd):
-        return np.concatenate([np.sin(q), np.cos(q), qd])
+    def observation(self, q, qd):
+        slides = self.scene.slides
+        return np.concatenate([q[:slides], np.sin(q[slides:]), np.cos(q[slides:]), qd])
 
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed, options=options)
