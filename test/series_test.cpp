@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -246,6 +247,33 @@ links:
         }
       }
       EXPECT_EQ(found[4 * last + 4], untouched);
+    }
+  }
+}
+
+TEST(Series, ThatIsNotFiniteLeavesNoTraceInTheNext) {
+  for (const char* slide : {"", ", joint: {type: prismatic}"}) {
+    for (const int n : {1, 2, 3, 9}) {
+      if (*slide != '\0' && n != 2) continue;
+      std::string names, links;
+      for (int j = 0; j < n; ++j) {
+        const std::string name = "l" + std::to_string(j);
+        names += (j > 0 ? ", " : "") + name;
+        links += "  " + name + ": {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0]" + (j > 0 ? "" : slide) +
+                 "}\n";
+      }
+      const Scene scene = readSceneText("chain: [" + names + "]\nlinks:\n" + links);
+      for (const simd::Kernel* kernel : simd::kernels()) {
+        const auto find = [&](MotionSeries& series, double rate) {
+          std::vector<double> c(static_cast<std::size_t>(2 * n * (order + 1)), 0.3);
+          c[static_cast<std::size_t>(2 * n - 1)] = rate;
+          series.find(order, {nullptr, nullptr, nullptr, {0, 9.81}}, nullptr, c.data());
+          return c;
+        };
+        MotionSeries used(scene.chain, order, kernel), fresh(scene.chain, order, kernel);
+        EXPECT_FALSE(std::isfinite(find(used, std::numeric_limits<double>::quiet_NaN()).back()));
+        EXPECT_EQ(find(used, 2), find(fresh, 2)) << slide << n << kernel->name;
+      }
     }
   }
 }
