@@ -14,11 +14,13 @@ THIN = {"color": "0.45", "linewidth": 0.6, "zorder": 0}
 
 
 def pose(chain):
-    """q of the sketch: bent joints and slides away from the origin; a chain whose tip is held stays as it begins."""
+    """q of the sketch: bent joints and slides away from the origin. A chain whose tip is held stays as it begins, unless it is
+    stretched."""
     slides = [link["joint"].get("type") == "prismatic" for link in chain["links"]]
-    if "tip" in chain:
-        return slides, chain["q"]
     bend = min(BEND, 2.0 / len(slides))
+    if "tip" in chain:
+        is_bent = any(abs(np.sin(chain["q"][1:])) > 0.2)
+        return slides, chain["q"] if is_bent else [bend, *[-1.3 * bend] * (len(slides) - 1)]
     return slides, [0.7 * size_of(chain) / len(slides) if slide else bend for slide in slides]
 
 
@@ -45,7 +47,8 @@ class Sketch:
         for end in (a, b):
             self.line(end, end + (offset + 0.3) * across, **THIN)
         a, b = a + offset * across, b + offset * across
-        self.axes.annotate("", (b.real, b.imag), (a.real, a.imag), arrowprops={"arrowstyle": "->", "linewidth": 0.6, "shrinkA": 0, "shrinkB": 0})
+        self.axes.annotate("", (b.real, b.imag), (a.real, a.imag),
+                           arrowprops={"arrowstyle": "->", "linewidth": 0.6, "shrinkA": 0, "shrinkB": 0})
         self.text((a + b) / 2 + 0.6 * across, letter)
 
     def angle(self, at, first, last, radius, letter):
@@ -91,7 +94,7 @@ class Sketch:
             self.measure(at, at + com, f"$r_{{{i}}}$", 1)
         if pin and not is_last:
             self.measure(at, at + pin, f"$p_{{{i}}}$", 2.6)
-        self.mass(at + com, link, i, 0.9 * along * (1 - 1j))
+        self.mass(at + com, link, i, 0.9 * along * (1 - 1j) if abs(com) > 0.4 * reach else -1.4j)  # there the angles have letters
         return at + pin
 
 
