@@ -17,12 +17,12 @@ import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
-from bags import ENDINGS, why_unread
 from chain import NoChain, read_chain  # noqa: E402
 from files import BadOutput, require_outputs, scene_file, words_of  # noqa: E402
 from plot_panels import STILL, UNKNOWN, kinds, panels  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
 from plot_strobe import Links, draw_strobe  # noqa: E402
+from unread import ENDINGS, why_unread  # noqa: E402
 
 # The colours of Okabe and Ito, which the colour-blind can distinguish. The dashes help in black and white.
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6D31", "#7F7F7F"]

@@ -24,9 +24,9 @@ import rosgraph  # noqa: E402
 import roslib.packages  # noqa: E402
 import rospy  # noqa: E402
 import yaml  # noqa: E402
-from bags import ENDINGS, why_unread  # noqa: E402
 from chain import EQUATIONS, NoChain, read_chain  # noqa: E402
 from replay import Master, Play, scenes_of, urdf_of  # noqa: E402
+from unread import ENDINGS, why_unread  # noqa: E402
 
 WRITTEN = '# Written by show (%s). What you save or change is kept.\n'
 BEFORE = '# Written by show, again at each start. Save in rviz keeps your own.'  # of earlier versions

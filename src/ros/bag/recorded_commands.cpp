@@ -32,7 +32,7 @@ const std::string commandsTaken = "/commands_taken";  // below a node's name
   throw Refused({{"--commands " + path, expected, found}});
 }
 
-/// Returns why a file cannot be read as a bag, and the remedy, in the words of src/tools/bags.py.
+/// Returns why a file cannot be read as a bag, and the remedy, in the words of fitting/unread.py.
 std::string whyUnread(const std::string& path, const rosbag::BagException& problem) {
   constexpr std::string_view beginning = "#ROSBAG";
   std::ifstream file(path);

@@ -6,8 +6,8 @@ import numpy as np
 
 from .commands import commanded
 from .recordings import BadFit, Recording, require_stamps, sampled_torque
+from .unread import why_unread
 
-ENDINGS = ".bag", ".bag.active"
 JUMPS = ("RESET", "SET_STATE", "SETTLE")  # of the state
 
 
@@ -41,14 +41,6 @@ def read_bag(path, scene, joints, effort=False, node=None):
             f"tau_{joint}": load for joint, column in zip(joints, torque.T) for load in [sampled_torque(name, joint, t - t[0], column)] if load}
         recordings.append(Recording(name, t - t[0], q, qd, loads, t[0]))
     return recordings
-
-
-def why_unread(path, problem):
-    """As in src/tools/bags.py."""
-    from rosbag import ROSBagUnindexedException  # pylint: disable=import-outside-toplevel
-    if isinstance(problem, ROSBagUnindexedException):
-        return f"one without an index; its recorder still runs or was killed (to mend it: rosbag reindex {path})"
-    return f"nothing: {problem.strerror}" if isinstance(problem, OSError) else str(problem)
 
 
 def topics_of(bag, path, node):

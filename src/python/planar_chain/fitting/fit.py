@@ -9,13 +9,14 @@ import numpy as np
 from planar_chain import Scene
 
 from .bad import TRIAL, badness, mistakes
-from .bags import ENDINGS, read_bag
+from .bags import read_bag
 from .deviations import Deviations
 from .hints import hints
 from .varied import AT_BOUND, numbers_of, scene_with
 from .problem import EXACT, Problem, drive_of, joint_links
 from .recordings import BadFit, Recording, from_arrays, read_csv, require_angles, require_motion, require_radians, require_samples
 from .solve import LAST_PRIOR, WINDOWS, Solver, first_state, samples_of
+from .unread import ENDINGS
 from .words import not_told
 
 LOST = 0.9  # of a recording: if less of it is followed, a warning says so
