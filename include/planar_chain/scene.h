@@ -57,7 +57,9 @@ struct Drive {
 };
 
 struct IntegratorSettings {
-  std::string method = "auto";               ///< one of methodNames()
+  std::string method = "auto";  ///< one of methodNames()
+  /// A finer tolerance is a few roundings of the state: they decide every error estimate.
+  static constexpr double finest = 1e-15, coarsest = 1;
   double tolerance = 1e-8;                   ///< relative and absolute, for adaptive methods
   double step = 1e-3;                        ///< s, for methods of fixed step
   bool plainKernel = false;                  ///< the same digits on every x86-64 CPU, at the cost of speed

@@ -84,8 +84,8 @@ bool Ensemble::takes(const Scene& scene) const {
   return n_ <= simd::ShortChains::most && (settings.method == "auto" || settings.method == "taylor") &&
          settings.tolerance == settings_.tolerance && settings.rateTolerance == settings_.rateTolerance &&
          settings.plainKernel == settings_.plainKernel && scene.q.size() == index(n_) &&
-         scene.qd.size() == index(n_) && areSmall(scene.q, Turns::mostAngle) && areSmall(scene.qd, 1e100) &&
-         allRunInLanes(scene);
+         scene.qd.size() == index(n_) && areSmall(scene.q, Turns::mostAngle) &&
+         areSmall(scene.qd, mostRate) && allRunInLanes(scene);
 }
 
 void Ensemble::begin(std::size_t run, Scene scene) {

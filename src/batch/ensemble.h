@@ -53,6 +53,8 @@ class Ensemble {
     long long unchecked = 0;  ///< steps since the balance was checked
   };
 
+  static constexpr double mostRate = 1e100;  ///< rad/s: the square is finite
+
   simd::EnsembleArrays arrays();
   std::size_t place(int i, std::size_t lane) const { return index(i) * lanes_.size() + lane; }
   void findTurningTimes(const simd::EnsembleArrays& all);

@@ -22,10 +22,13 @@ void requireFinite(std::vector<Fault>& faults, const char* path, Vec2d given, co
   faults.push_back({path, std::string("two finite numbers [x, y], in ") + unit, toText(given)});
 }
 
+/// kg m². The determinant of two bodies is a product of two: larger ones overflow.
+constexpr double largestMoment = 1e150;
+
 /// Records a fault if the product of two moments of inertia such as that for this offset may overflow.
 void requireMoment(std::vector<Fault>& faults, const char* path, const Link& link, Vec2d offset) {
   const double moment = link.mass * dot(offset, offset) + link.inertia;
-  if (moment <= 1e150) return;
+  if (moment <= largestMoment) return;
   faults.push_back({path, "an offset in m whose moment of inertia is at most 1e150 kg m²", toText(offset)});
 }
 

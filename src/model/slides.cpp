@@ -17,7 +17,9 @@ std::string inUnitsOfSlide(std::string words) {
 
 namespace {
 
-constexpr double shortestAxis = 1e-100;  // products of two are numbers of full precision
+/// rad between two rails. Nearer to 0, the equations of both slides are singular to more than half their
+/// digits.
+constexpr double leastAngle = 1e-6;
 
 /// True if in some configuration a motion of the slides has no kinetic energy. Only the outermost slide
 /// counts: if it moves, the other one may be at rest. Without mass, the chain alone could give it inertia. In
@@ -47,9 +49,9 @@ void requireSlides(const std::vector<Link>& links, const std::vector<Joint>& joi
                         "prismatic only of the first link, or of the first two (begin the chain with it, if "
                         "its other end is free)",
                         "prismatic"});
-    } else if (!(length(axis) >= shortestAxis && length(axis) <= 1 / shortestAxis)) {
-      faults.push_back({pathOf(i) + "/joint/axis", "a direction [x, y] of a length from 1e-100 to 1e100",
-                        "[" + toText(axis.x) + ", " + toText(axis.y) + "]"});
+    } else if (!isDirection(axis)) {
+      faults.push_back(
+          {pathOf(i) + "/joint/axis", directionInWords, "[" + toText(axis.x) + ", " + toText(axis.y) + "]"});
     } else if (i >= mostSlides) {
       faults.push_back({pathOf(i) + "/joint/type", "at most two prismatic links", "prismatic"});
     }
@@ -61,8 +63,7 @@ void requireSlides(const std::vector<Link>& links, const std::vector<Joint>& joi
   }
   if (slides == 2) {
     const Vec2d a = joints[0].axis, b = joints[1].axis;
-    constexpr double least = 1e-6;
-    if (std::abs(cross(a, b)) < least * length(a) * length(b)) {
+    if (std::abs(cross(a, b)) < leastAngle * length(a) * length(b)) {
       faults.push_back({pathOf(1) + "/joint/axis", "a direction that is not parallel to the first rail",
                         "[" + toText(b.x) + ", " + toText(b.y) + "]"});
     }

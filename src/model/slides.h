@@ -11,6 +11,14 @@ namespace planar_chain {
 
 constexpr int mostSlides = 2;
 
+/// True if a vector has a direction: products of two such are numbers of full precision, neither 0 nor
+/// infinite.
+inline bool isDirection(Vec2d a) {
+  constexpr double shortest = 1e-100;
+  return length(a) >= shortest && length(a) <= 1 / shortest;
+}
+constexpr const char* directionInWords = "a direction [x, y] of a length from 1e-100 to 1e100";
+
 /// The words of a fault for a joint that slides: its units in place of those of an angle.
 std::string inUnitsOfSlide(std::string words);
 

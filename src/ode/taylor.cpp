@@ -12,13 +12,13 @@ namespace planar_chain::ode {
 namespace {
 
 /// The longest stretch |z| of the imaginary axis on which the truncated exponential Σ z^k/k! does not grow,
-/// by more than one part in 1e6.
+/// by more than `unnoticed`.
 double stabilityLimitOf(int order) {
-  constexpr double fine = 0.1;
+  constexpr double fine = 0.1, unnoticed = 1e-6;  // growth by e in a million steps
   for (double size = fine;; size += fine) {
     std::complex<double> sum = 1, term = 1;
     for (int k = 1; k <= order; ++k) sum += term *= std::complex<double>(0, size) / static_cast<double>(k);
-    if (std::abs(sum) > 1 + 1e-6) return size - fine;
+    if (std::abs(sum) > 1 + unnoticed) return size - fine;
   }
 }
 

@@ -26,7 +26,9 @@ namespace planar_chain {
 constexpr std::size_t rungs = 3;
 inline IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung) {
   if (rung > 0) {
-    const auto finer = [](double tolerance) { return std::max(tolerance / 100, std::min(tolerance, 1e-13)); };
+    static constexpr double exact =
+        1e-13;  // finer tolerances do not stop a failing method sooner, but cost steps
+    const auto finer = [](double tolerance) { return std::max(tolerance / 100, std::min(tolerance, exact)); };
     scene.step /= 8;
     scene.rateTolerance = finer(scene.rateTolerance.value_or(scene.tolerance));
     scene.tolerance = finer(scene.tolerance);
@@ -39,8 +41,11 @@ inline IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung)
 inline double leastPaceOf(const IntegratorSettings& settings) {
   const std::string& method = settings.method;
   if (method == "auto" || method == "rodas5p" || method == "radau13") return 0;
-  if (method == "ros34pw2") return 1e-10;  // its order is low: it takes steps of 1e-9 s for its accuracy
-  return ode::hasFixedStep(method) ? std::min(1e-8, settings.step / 100) : 1e-8;
+  // A second at this pace takes minutes; a motion that needs it is stiff, and rodas5p is faster.
+  constexpr double crawling = 1e-8;
+  if (method == "ros34pw2")
+    return crawling / 100;  // its order is low: it takes steps of 1e-9 s for its accuracy
+  return ode::hasFixedStep(method) ? std::min(crawling, settings.step / 100) : crawling;
 }
 
 /// Measures the time that a step makes, over EnergyCheck::period of them at least.
@@ -75,7 +80,7 @@ inline const char* whyStretched(const Scene& scene, double t) {
     longest = std::max(longest, length(link.pin));
   }
   bool leaves = false;
-  for (const double soon : {1e-6, 1e-5, 1e-4, 1e-3, 1e-2}) {
+  for (const double soon : {1e-6, 1e-5, 1e-4, 1e-3, 1e-2}) {  // s: laws may leave it for a moment alone
     const double distance = std::hypot(scene.tip->x.at(t + soon).value, scene.tip->y.at(t + soon).value);
     leaves = leaves || distance > reach || distance < 2 * longest - reach;
   }

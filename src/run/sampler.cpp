@@ -32,8 +32,8 @@ void Sampler::useTolerance() {
 
 ode::Outcome Sampler::integrate(ode::Integrator& integrator, ode::State& state, double end,
                                 double longestStep) {
-  constexpr double mostAtOnce =
-      1e5;  // a chain at rest takes steps of years, in which nobody could interrupt it
+  // Samples. A chain at rest takes steps of years, in which nobody could interrupt it.
+  constexpr double mostAtOnce = 1e5;
   const double soon = bank_.timeOf(mostAtOnce), latest = state.t + soon;
   longestStep = std::min(longestStep, soon);
   ode::Outcome outcome = ode::Outcome::underway;

@@ -179,7 +179,8 @@ void Simulation::followBase(BaseLaws laws) {
 }
 
 void Simulation::setTolerance(double tolerance) {
-  require(tolerance >= 1e-15 && tolerance <= 1, "a tolerance must be from 1e-15 to 1");
+  require(tolerance >= IntegratorSettings::finest && tolerance <= IntegratorSettings::coarsest,
+          "a tolerance must be from 1e-15 to 1");
   scene_.integrator.tolerance = tolerance;
   if (integrator_.rateTolerance) {
     scene_.integrator.rateTolerance = *integrator_.rateTolerance * (tolerance / integrator_.tolerance);

@@ -27,7 +27,7 @@ void takeFreeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   initial.take("linear_velocity", "m/s", entry.placeRate);
   if (initial.take("angle", NumberRule::any("rad"), entry.q) &&
       std::abs(entry.q) > largestAngle(entry.joint)) {
-    initial.fault("angle", "a number from -5e16 to 5e16 rad (2^53 turns)");
+    initial.fault("angle", anglesInWords(entry.joint));
   }
   initial.take("velocity", NumberRule::any("rad/s"), entry.qd);
   if (entry.repeat > 1) {
@@ -63,10 +63,7 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   const Joint complete = withStop(entry.joint);
   if (initial.take(place, NumberRule::any(slides ? "m" : "rad"), entry.q) &&
       std::abs(entry.q) > largestAngle(complete)) {
-    initial.fault(place, slides ? "a number from -1e6 to 1e6 m"
-                         : storesEnergy(complete)
-                             ? "a number from -1e6 to 1e6 rad (the joint has a spring or a limit)"
-                             : "a number from -5e16 to 5e16 rad (2^53 turns)");
+    initial.fault(place, anglesInWords(complete));
   }
   initial.take("velocity", NumberRule::any(slides ? "m/s" : "rad/s"), entry.qd);
   if (!joint.has("drive")) return;

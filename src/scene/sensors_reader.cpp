@@ -39,11 +39,13 @@ const std::set<std::string> namesOfTheNode{"base_trajectory",
                                            "tip_wrench",
                                            "view"};
 
-/// Errors that can be squared and added up.
+/// Of errors and places: squares of larger ones, as sums of sensors have them, might overflow.
+constexpr double largestSize = 1e100;
+
 NumberRule sized(NumberRule rule) {
   rule.which += ", of size up to 1e100";
-  rule.low = std::max(rule.low, -1e100);
-  rule.high = 1e100;
+  rule.low = std::max(rule.low, -largestSize);
+  rule.high = largestSize;
   return rule;
 }
 
@@ -109,7 +111,7 @@ Imu readImu(const Section& in, const ChainNames* names) {
   } else if (names) {
     imu.link = found->second;
   }
-  if (in.take("point", "m", imu.point); !(std::hypot(imu.point.x, imu.point.y) <= 1e100)) {
+  if (in.take("point", "m", imu.point); !(std::hypot(imu.point.x, imu.point.y) <= largestSize)) {
     in.fault("point", "a place within 1e100 m of the inner pin");
   }
   in.take("angle", NumberRule::any("rad"), imu.angle);

@@ -131,18 +131,21 @@ IntegratorSettings readIntegrator(const Section& in) {
   const std::vector<std::string>& all = ode::methodNames();
   const auto isMethod = [&](const auto& name) { return std::count(all.begin(), all.end(), name) > 0; };
   in.takeText("method", isMethod, "one of " + inCommas(all), settings.method);
-  in.take("tolerance", {" from 1e-15 to 1", 1e-15, 1, true}, settings.tolerance);
+  constexpr double finest = IntegratorSettings::finest, coarsest = IntegratorSettings::coarsest;
+  constexpr double coarsestOfRates = 1e6;  // rad/s: as good as none
+  constexpr double shortestStep = 1e-12;   // s: shorter ones are lost in the rounding of the time
+  in.take("tolerance", {" from 1e-15 to 1", finest, coarsest, true}, settings.tolerance);
   if (in.has("rate_tolerance")) {
-    in.take("rate_tolerance", {" from 1e-15 to 1000000 rad/s", 1e-15, 1e6, true},
+    in.take("rate_tolerance", {" from 1e-15 to 1000000 rad/s", finest, coarsestOfRates, true},
             settings.rateTolerance.emplace(1));
   }
   if (in.has("loosest_tolerance")) {
-    in.take("loosest_tolerance",
-            {" from the tolerance, " + toText(settings.tolerance) + ", to 1", settings.tolerance, 1, true},
-            settings.loosestTolerance.emplace(1));
+    in.take(
+        "loosest_tolerance",
+        {" from the tolerance, " + toText(settings.tolerance) + ", to 1", settings.tolerance, coarsest, true},
+        settings.loosestTolerance.emplace(1));
   }
-  // Shorter ones are lost in the rounding of the time.
-  in.take("step", NumberRule::from(1e-12, "s"), settings.step);
+  in.take("step", NumberRule::from(shortestStep, "s"), settings.step);
   in.take("plain_kernel", settings.plainKernel);
   return settings;
 }

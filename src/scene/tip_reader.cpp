@@ -8,6 +8,7 @@
 #include "dynamics/closed_state.h"
 #include "dynamics/given_state.h"
 #include "effects/stick_slip.h"
+#include "model/slides.h"
 #include "scene/settings_reader.h"
 
 namespace planar_chain {
@@ -35,10 +36,8 @@ void takeLine(const Section& tip, TipLaws& laws) {
   Vec2d point, along{1, 0};
   line.take("point", "m", point);
   line.take("direction", "no unit: a direction", along);
-  const double size = std::hypot(along.x, along.y);
-  const bool isDirection = size >= 1e-100 && size <= 1e100;
-  if (!isDirection) line.fault("direction", "a direction [x, y] of a length from 1e-100 to 1e100");
-  laws.line = (isDirection ? 1 / size : 1) * along;
+  if (!isDirection(along)) line.fault("direction", directionInWords);
+  laws.line = (isDirection(along) ? 1 / length(along) : 1) * along;
   laws.x = MotionLaw::sine(0, 0, 0, point.x);
   laws.y = MotionLaw::sine(0, 0, 0, point.y);
 }

@@ -120,10 +120,8 @@ void readRange(const Element& element, const Element& limit, const std::string& 
   joint.lower = limit.number("lower", any, 0);
   const bool hasLower = std::isfinite(joint.lower);
   joint.upper = limit.number("upper", hasLower ? NumberRule::above(joint.lower, wayOut) : any, 0);
-  // URDF has no element for a slide without limits. Authors write very large limits instead.
-  constexpr double never = 1e9;
-  if (joint.lower <= -never) joint.lower = Joint().lower;
-  if (joint.upper >= never) joint.upper = Joint().upper;
+  if (joint.lower <= -noLimit) joint.lower = Joint().lower;
+  if (joint.upper >= noLimit) joint.upper = Joint().upper;
 }
 
 /// Reads damping and limits of a joint that turns or slides, its range only if it isLimited. After a fault

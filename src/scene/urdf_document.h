@@ -16,6 +16,9 @@ namespace planar_chain {
 /// The pose of one frame in another.
 using Pose = Eigen::Isometry3d;
 
+/// rad or m, N m, rad/s. A limit that is not smaller is none: URDF has no other word for it.
+constexpr double noLimit = 1e9;
+
 /// A visual element: where it is, and its geometry and material as they are written.
 struct UrdfVisual {
   Pose origin;  ///< in the link

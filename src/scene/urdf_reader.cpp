@@ -161,7 +161,8 @@ std::string visualsOf(const Body& body, const Plane& plane, const Vector3d& from
       const Pose pose = toPlane * Eigen::Translation3d(-from) * part.pose * visual.origin;
       const auto R = pose.linear();
       const double level = std::hypot(R(0, 0), R(1, 0));  // 0: pitch is ±π/2, and roll is counted in yaw
-      const bool isUpright = level < 1e-9;
+      constexpr double rounding = 1e-9;                   // of products of rotations with ten digits
+      const bool isUpright = level < rounding;
       const double rpy[] = {isUpright ? 0 : std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), level),
                             isUpright ? std::atan2(-R(0, 1), R(1, 1)) : std::atan2(R(1, 0), R(0, 0))};
       const Vector3d xyz = pose.translation() + depth * Vector3d::UnitZ();

@@ -233,8 +233,9 @@ inline Pack absolute(Pack a) {
 /// Sets small numbers to zero: G shrinks exponentially along a segment, and denormal numbers are slow. Every
 /// few steps are enough, as numbers do not become denormal between.
 constexpr int stepsPerFlush = 8;
+constexpr double leastKept = 1e-140;  ///< products of two are normal numbers, above 1e-308
 [[gnu::always_inline]] inline Pack flushed(Pack a) {
-  const Integers large = (a.v > Pack(1e-140).v) | (a.v < Pack(-1e-140).v);
+  const Integers large = (a.v > Pack(leastKept).v) | (a.v < Pack(-leastKept).v);
   return Pack(reinterpret_cast<Pack::Register>(reinterpret_cast<Integers>(a.v) & large));
 }
 

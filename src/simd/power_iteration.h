@@ -61,10 +61,13 @@ Real largestEigenvalue(const JacobianAt& of, FindSlope findSlope) {
     }
     return root(square);
   };
+  // Of the difference that stands for J d: further, f bends; nearer, rounding of f is left. λ needs one
+  // digit.
+  constexpr double reach = 1e-6;
   const auto applyJacobian = [&] {
     Real most(0);
     for (std::ptrdiff_t i = 0; i < of.n; ++i) most = larger(absolute(load(of.direction, i)), most);
-    const Real size = Real(1e-6) / most;
+    const Real size = Real(reach) / most;
     for (std::ptrdiff_t i = 0; i < of.n; ++i)
       store(of.moved, i, mulAdd(size, load(of.direction, i), load(of.y, i)));
     findSlope();

@@ -29,9 +29,10 @@ bool wantsBags(const Arguments& given) {
 struct Rows {
   Rows(double givenDuration, double givenRate) : duration(givenDuration), rate(givenRate) {
     // If the duration is a multiple of 1/rate, up to rounding, there is no extra row just before its end.
+    constexpr double rounding = 4e-15;  // some twenty roundings: of both numbers and their product
     const double product = duration * rate;
     const double nearest = std::round(product);
-    endsOnATick = nearest > 0 && std::abs(product - nearest) <= 1e-15 * 4 * product;
+    endsOnATick = nearest > 0 && std::abs(product - nearest) <= rounding * product;
     last = endsOnATick ? nearest : std::ceil(product);
   }
   /// True if row k lies at k/rate, as the ticks of a node do.
@@ -185,9 +186,10 @@ void override(Value& scene, const char* section, const char* key, const std::opt
 /// The number of --most-steps.
 std::optional<long long> stepsOf(const Arguments& given, std::vector<Fault>& faults) {
   if (!given.has("most-steps")) return std::nullopt;
+  constexpr double most = 1e15;  // whole numbers up to it are exact, and take centuries
   const double steps = given.number("most-steps", "a number > 0", 0, 1, faults);
-  if (steps > 1e15) faults.push_back({"--most-steps", "at most 1e15", toText(steps)});
-  return static_cast<long long>(std::ceil(std::min(steps, 1e15)));
+  if (steps > most) faults.push_back({"--most-steps", "at most 1e15", toText(steps)});
+  return static_cast<long long>(std::ceil(std::min(steps, most)));
 }
 
 /// Reads the scene. All faults of the arguments and the scene are reported together.

@@ -27,9 +27,9 @@ struct Ticks {
   /// True if an action at `frequency` (Hz, at most rate) is due at this tick. Tick 0 and the tick of a
   /// state that was set are always due.
   bool isDue(long long tick, double frequency) const {
-    // The millionth of a period covers the rounding of the quotient.
+    constexpr double rounding = 1e-6;  // of a period: covers that of the quotient up to 1e9 periods
     const auto happened = [&](long long k) {
-      return std::floor(static_cast<double>(k) * frequency / rate + 1e-6);
+      return std::floor(static_cast<double>(k) * frequency / rate + rounding);
     };
     return tick == set || tick == 0 || frequency == rate || happened(tick) > happened(tick - 1);
   }

@@ -148,7 +148,8 @@ Point planar(const BasePoint& point, const std::string& path, double& angle, Fau
 
   for (const geometry_msgs::Transform& at : point.transforms) {
     const double x = at.rotation.x, y = at.rotation.y, z = at.rotation.z, w = at.rotation.w;
-    if (!(x == 0 && y == 0 && std::abs(z * z + w * w - 1) < 1e-3)) {
+    constexpr double rounded = 1e-3;  // of a quaternion with three digits
+    if (!(x == 0 && y == 0 && std::abs(z * z + w * w - 1) < rounded)) {
       faults.push_back({path + "/transforms[0]/rotation", "a unit quaternion about z",
                         "(" + toText(x) + ", " + toText(y) + ", " + toText(z) + ", " + toText(w) + ")"});
     }

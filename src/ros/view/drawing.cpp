@@ -8,6 +8,7 @@
 
 #include "effects/effect_kind.h"
 #include "planar_chain/fault.h"
+#include "scene/urdf_document.h"
 
 namespace planar_chain {
 
@@ -196,9 +197,8 @@ class Writer {
     line("'/>", dynamicsOf(own));
     if (own.slides || own.isLimited() || own.has("effort_limit") || own.has("velocity_limit")) {
       // URDF requires all four limits. Those that the scene does not set are never reached.
-      constexpr double never = 1e9;
-      const auto limit = [&](const char* key) { return own.has(key) ? own.other(key) : never; };
-      line("<limit lower='", std::fmax(own.lower, -never), "' upper='", std::fmin(own.upper, never),
+      const auto limit = [&](const char* key) { return own.has(key) ? own.other(key) : noLimit; };
+      line("<limit lower='", std::fmax(own.lower, -noLimit), "' upper='", std::fmin(own.upper, noLimit),
            "' effort='", limit("effort_limit"), "' velocity='", limit("velocity_limit"), "'/>");
     }
     line("</joint>");
