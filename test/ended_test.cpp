@@ -208,33 +208,5 @@ TEST(Ended, KeepsItsDigitsOnALongSlackChain) {
   EXPECT_NEAR(is.tipForce.y, static_cast<double>(exact.tipForce.y), 1e-11 * length(is.tipForce));
 }
 
-TEST(Ended, AnInnerEndNeedsInertia) {
-  const auto chainOf = [](std::vector<Link> links) {
-    for (std::size_t j = 0; j < links.size(); ++j) links[j].name = "l" + std::to_string(j);
-    return Chain(links, Rods::joints(static_cast<int>(links.size())), {});
-  };
-  const InnerEnd<double> end = freeInnerEnd();
-  const Link rod{"", 1, 0.1, {0.5, 0}, {1, 0}}, bob{"", 1, 0, {1, 0}, {1, 0}},
-      beyond{"", 1, 0, {1, 0}, {2, 0}};
-  EXPECT_FALSE(canMoveWithoutEnergy(chainOf({rod}), end));
-  EXPECT_TRUE(canMoveWithoutEnergy(chainOf({bob}), end));
-  EXPECT_TRUE(canMoveWithoutEnergy(chainOf({bob, rod}), end));
-  EXPECT_FALSE(canMoveWithoutEnergy(chainOf({beyond, rod}), end));
-  EXPECT_TRUE(canMoveWithoutEnergy(chainOf({beyond, bob}), end));
-  EXPECT_FALSE(canMoveWithoutEnergy(chainOf({bob}), {}));
-  InnerEnd<double> cart;
-  cart.slides = 1;
-  EXPECT_TRUE(canMoveWithoutEnergy(chainOf({bob}), cart));
-  cart.slide[0].mass = 1;
-  EXPECT_FALSE(canMoveWithoutEnergy(chainOf({bob}), cart));
-  InnerEnd<double> table = freeInnerEnd();
-  table.slide[0].mass = 1;
-  EXPECT_TRUE(canMoveWithoutEnergy(chainOf({bob}), table));
-  table.slide[1].isHeld = true;
-  EXPECT_FALSE(canMoveWithoutEnergy(chainOf({bob}), table));
-  std::swap(table.slide[0].mass, table.slide[1].mass);
-  EXPECT_FALSE(canMoveWithoutEnergy(chainOf({bob}), table));
-}
-
 }  // namespace
 }  // namespace planar_chain

@@ -57,9 +57,7 @@ class GroundSprings : public Effect, public Forces {
   /// x_k = Σ p e_k + r e_k, N_k = Σ_j r e_j × F_{k−j}. Order 0 of F is computed anew.
   void addOrder(int k, const Series& known, const Actions& to) override {
     ASSERT_LT(k, mostOrders);
-    const auto e = [&](int j, std::size_t i) {
-      return known.e[known.perOrder * j + static_cast<std::ptrdiff_t>(i)];
-    };
+    const auto e = [&](int j, std::size_t i) { return known.rotation(j)[i]; };
     for (int j : {0, k}) {
       Vec2d pin;
       for (std::size_t i = 0; i < links_.size(); ++i) {

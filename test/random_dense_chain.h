@@ -41,6 +41,23 @@ struct Attached {
   double k, c, length, along, across;
 };
 
+/// e M e⁻¹
+inline Matrix2d turned(Rotation<double> e, const Matrix2d& M) {
+  const Vec2d x = e * (M * Vec2d{e.c, -e.s}), y = e * (M * Vec2d{e.s, e.c});
+  return {x.x, y.x, x.y, y.y};
+}
+
+/// A force that is Φ(V) in the axes of the body: F = e Φ(V) with V = e⁻¹ v_X, so
+///
+///     F_v = e (∂Φ/∂V) e⁻¹          F_θ = iF − F_v i v_X
+///
+/// X, v: the point from the inner pin, and its velocity, base axes. slope: ∂Φ/∂V, N s/m.
+inline ForceAt forceInBodyAxes(Rotation<double> e, Vec2d X, Vec2d v, Vec2d Phi, const Matrix2d& slope) {
+  ForceAt force{X, e * Phi, {}, turned(e, slope), {}};
+  force.turn = perp(force.F) - force.velocity * perp(v);
+  return force;
+}
+
 class RandomChain : public DenseChain {
  public:
   RandomChain(int n, unsigned seed, const Kind& kind) : general_(index(n)), attached_(index(n)) {

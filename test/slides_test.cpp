@@ -381,6 +381,38 @@ TEST(Slides, OnAShakenBaseFeelInertialForces) {
                std::invalid_argument);
 }
 
+TEST(Slides, NeedInertiaInEveryPose) {
+  const Link rod{"", 1, 0.1, {0.5, 0}, {1, 0}}, bob{"", 1, 0, {1, 0}, {1, 0}},
+      beyond{"", 1, 0, {1, 0}, {2, 0}};
+  const auto isSound = [](const std::vector<double>& masses, const std::vector<Link>& bodies) {
+    std::vector<Link> links;
+    for (const double mass : masses) links.push_back({"", mass, 0, {}, {}});
+    links.insert(links.end(), bodies.begin(), bodies.end());
+    std::vector<Joint> joints(links.size());
+    for (std::size_t i = 0; i < links.size(); ++i) {
+      links[i].name = joints[i].name = std::to_string(i);
+      joints[i].slides = i < masses.size();
+      if (i == 1) joints[i].axis = {0, 1};
+    }
+    try {
+      Chain(links, joints, {});
+      return true;
+    } catch (const Refused&) {
+      return false;
+    }
+  };
+  EXPECT_TRUE(isSound({0, 0}, {rod}));
+  EXPECT_FALSE(isSound({0, 0}, {bob}));
+  EXPECT_FALSE(isSound({0, 0}, {bob, rod}));
+  EXPECT_TRUE(isSound({0, 0}, {beyond, rod}));
+  EXPECT_FALSE(isSound({0, 0}, {beyond, bob}));
+  EXPECT_TRUE(isSound({}, {bob}));
+  EXPECT_FALSE(isSound({0}, {bob}));
+  EXPECT_TRUE(isSound({1}, {bob}));
+  EXPECT_FALSE(isSound({1, 0}, {bob}));
+  EXPECT_TRUE(isSound({0, 1}, {bob}));
+}
+
 TEST(Slides, AStiffRailTakesFewSteps) {
   // A Jacobian without the rail's spring and damper would make rodas5p follow them.
   Scene scene = readSceneText(cart("axis: [1, 0], stiffness: 4e8, damping: 2e5"));

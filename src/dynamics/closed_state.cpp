@@ -86,12 +86,10 @@ Closing closeState(const Scene& scene, double t, std::vector<double>& q, std::ve
 
   const Coordinates& coordinates = mechanism.coordinates();
   const std::size_t n = q.size();
-  std::vector<double> held = q, start(2 * n);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (at.joints[i].isHeld) held[i] = at.held[i].value;
-  }
+  std::vector<double> held = q, rates = qd, start(2 * n);
+  at.hold(held.data(), rates.data());
   coordinates.toAbsolute(held.data(), start.data());
-  coordinates.toAbsolute(qd.data(), start.data() + n);
+  coordinates.toAbsolute(rates.data(), start.data() + n);
 
   closing = {false, outOfReach(scene.chain, at)};
   if (closing.gap > 0) return closing;
@@ -110,17 +108,10 @@ Closing closeState(const Scene& scene, double t, std::vector<double>& q, std::ve
   }
   if (!closing.isClosed) return closing;
 
-  std::vector<double> closedQ(n), closedQd(n);
-  coordinates.toRelative(y.data(), closedQ.data());
-  coordinates.toRelative(y.data() + n, closedQd.data());
   closing.onlyTouches = at.tip.rows == 1 && closure.spread(at, y.data()) < singularTip;
-  q = closedQ;
-  qd = closedQd;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!at.joints[i].isHeld) continue;
-    q[i] = at.held[i].value;
-    qd[i] = at.held[i].rate;
-  }
+  coordinates.toRelative(y.data(), q.data());
+  coordinates.toRelative(y.data() + n, qd.data());
+  at.hold(q.data(), qd.data());
   return closing;
 }
 

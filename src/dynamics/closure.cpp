@@ -32,21 +32,13 @@ double Closure::sizeAt(const Couplings& at) const {
   return reach_ + length(at.tipPlace);
 }
 
-void Closure::rotate(const Couplings& at, const double* y) {
-  const int slides = mechanism_.slides();
-  mechanism_.rotate(y + slides, e_.data() + slides, n_ - slides);
-  if (at.angle.value == 0) return;
-  const Rotation<double> turn = plainRotation(at.angle.value);
-  for (int j = slides; j < n_; ++j) e_[index(j)] = turn * e_[index(j)];
-}
-
 Vec2d Closure::alongRows(const Couplings& at, Vec2d a) const {
   if (at.tip.rows == 2) return a;
   return at.tip.rows == 1 ? dot(at.tip.row[0], a) * at.tip.row[0] : Vec2d{};
 }
 
 Vec2d Closure::gap(const Couplings& at, const double* y) {
-  rotate(at, y);
+  mechanism_.rotate(y, at.angle.value, e_.data());
   const Chain& chain = mechanism_.chain();
   Vec2d x = at.base().pin;
   for (int j = 0; j < n_; ++j) {
@@ -57,7 +49,7 @@ Vec2d Closure::gap(const Couplings& at, const double* y) {
 }
 
 Vec2d Closure::rateGap(const Couplings& at, const double* y) {
-  rotate(at, y);
+  mechanism_.rotate(y, at.angle.value, e_.data());
   const Chain& chain = mechanism_.chain();
   const BaseState base = at.base();
   Vec2d v = base.velocity;
@@ -87,7 +79,7 @@ EndsMotion<double> Closure::impulse(Tip<double> tip) {
 
 double Closure::spread(const Couplings& at, const double* y) {
   couple(at);
-  rotate(at, y);
+  mechanism_.rotate(y, at.angle.value, e_.data());
   const EndsMotion<double> one = impulse(pinnedTip(Vec2d{1, 0})), other = impulse(pinnedTip(Vec2d{0, 1}));
   const Vec2d row = at.tip.row[0];
   const auto square = [](double a) { return a * a; };

@@ -44,7 +44,6 @@ class Closure {
 
  private:
   void couple(const Couplings& at);
-  void rotate(const Couplings& at, const double* y);
   Vec2d alongRows(const Couplings& at, Vec2d a) const;
   void move(const Couplings& at, Vec2d tip, double most, double* values, double* carry);
   EndsMotion<double> impulse(Tip<double> tip);

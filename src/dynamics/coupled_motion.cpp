@@ -158,15 +158,6 @@ bool CoupledMotion::hold(double t, double* y) {
   return any;
 }
 
-void CoupledMotion::hold(double t, double* q, double* qd) {
-  const Couplings& given = this->given(t);
-  for (int i = 0; i < n_; ++i) {
-    if (!given.joints[index(i)].isHeld) continue;
-    q[i] = given.held[index(i)].value;
-    qd[i] = given.held[index(i)].rate;
-  }
-}
-
 bool CoupledMotion::project(double t, double* y, double* carry) {
   hold(t, y);
   return !closure_ || closure_->project(held_, y, carry);

@@ -68,7 +68,7 @@ class CoupledMotion final : private Mechanics {
   /// Puts held joints where they are at t, exactly. Returns true if there are any.
   bool hold(double t, double* y) override;
   /// The same for relative angles and rates.
-  void hold(double t, double* q, double* qd);
+  void hold(double t, double* q, double* qd) { given(t).hold(q, qd); }
 
   // ---- A held tip ----------------------------------------------------------------------------------------
 

@@ -79,6 +79,8 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   double closureMargin(double t, const double* y) { return coupled_ ? coupled_->spread(t, y) : 1; }
   /// True if the chain is so stretched between its ends that rounding decides how the motion goes on.
   bool isStretched(double t, const double* y) {
+    // Rounding, 1e-16, grows by one over the margin in the force on the tip: beyond this to 1e-7 of it.
+    // Larger, motions that only come near such a pose are stopped; smaller, rounding chooses their way.
     constexpr double undecided = 1e-9;
     return closureMargin(t, y) < undecided;
   }
@@ -195,9 +197,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   void linearizeCoupled(double t, const double* y, double* dydt);
   Powers timeDerivativeOfLoads(double* slopes);
 
-  void findOrder(int k, const double* theta, const double* omega) override;
-  /// Writes order k > 0 of N and F. `known` has order k of θ and ω.
-  void findOrder(int k, const Series& known, const Actions& to);
+  void findOrder(int k) override;
   void findCoupledSeries(double t, const double* y, int order, double* c);
 
   Effects effects_;
@@ -221,7 +221,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   std::optional<MotionSeries> series_;
   std::optional<CoupledSeries> coupledSeries_;
   std::optional<Couplings> orders_;  ///< of the coupled series
-  Series known_{};
+  Series known_{};                   ///< of the series in hand
 };
 
 }  // namespace planar_chain

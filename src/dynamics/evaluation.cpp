@@ -76,8 +76,7 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
     placePins(to);
   }
   applyEffects(to);
-  to.pinForce = recursion_.accelerations({to.e.data(), to.N.data(), forces(to), to.ground}, theta, to.omega(),
-                                         to.groundTurning, to.alpha.data(), to.moments.data());
+  run(to, theta);
   if (anyIsGiven_) to.powers.supplied += couplingPower(to);
 }
 
@@ -98,15 +97,11 @@ void Evaluator::placePins(Evaluation& to) const {
 /// Rates and rotations against the ground. Returns the angles if the recursion may turn by them itself.
 const double* Evaluator::turn(Evaluation& to) const {
   const int slides = mechanism_.slides();
-  const double* theta = to.y.data() + slides;
   for (std::size_t j = 0; j < to.turning.size(); ++j) {
     to.turning[j] = to.y[index(n_) + j] + (j < index(slides) ? 0 : to.base.rate);
   }
-  if (to.base.angle == 0 && effects_.acting() != LoadKind::forces) return theta;
-  mechanism_.rotate(theta, to.e.data() + slides, n_ - slides);
-  if (to.base.angle == 0) return nullptr;
-  const Rotation<double> turn = plainRotation(to.base.angle);
-  for (int j = slides; j < n_; ++j) to.e[index(j)] = turn * to.e[index(j)];
+  if (to.base.angle == 0 && effects_.acting() != LoadKind::forces) return to.y.data() + slides;
+  mechanism_.rotate(to.y.data(), to.base.angle, to.e.data());
   return nullptr;
 }
 
@@ -119,12 +114,7 @@ const double* Evaluator::turn(Evaluation& to) const {
   const double* theta = turn(to);
   if (effects_.acting() == LoadKind::forces) placePins(to);
   applyEffects(to);
-  if (mechanism_.hasEnds()) {
-    runBetweenEnds(to, theta);
-  } else {
-    to.pinForce = recursion_.accelerations({to.e.data(), to.N.data(), forces(to), to.ground}, theta,
-                                           to.omega(), to.groundTurning, to.alpha.data(), to.moments.data());
-  }
+  run(to, theta);
   for (std::size_t i = 0; i < to.slopesOnBase.size(); ++i) {
     to.slopesOnBase[i] = to.alpha[i] - (i < index(mechanism_.slides()) ? 0 : to.groundTurning);
   }
@@ -132,6 +122,12 @@ const double* Evaluator::turn(Evaluation& to) const {
 }
 
 /// theta: of the bodies, or nullptr if they are turned.
+inline void Evaluator::run(Evaluation& to, const double* theta) {
+  if (mechanism_.hasEnds()) return runBetweenEnds(to, theta);
+  to.pinForce = recursion_.accelerations({to.e.data(), to.N.data(), forces(to), to.ground}, theta, to.omega(),
+                                         to.groundTurning, to.alpha.data(), to.moments.data());
+}
+
 void Evaluator::runBetweenEnds(Evaluation& to, const double* theta) {
   const int slides = mechanism_.slides();
   const Vec2d* F = forces(to);
@@ -169,13 +165,8 @@ void Evaluator::invert(const Evaluation& at, const double* less, const double* q
     couplings_.joints[index(i)] = {0, true, qdd[i]};
   }
   coupleRecursion();
-  if (mechanism_.hasEnds()) {
-    runBetweenEnds(asked, nullptr);
-    std::copy(asked.moments.begin(), asked.moments.end(), moments);
-  } else {
-    recursion_.accelerations({asked.e.data(), asked.N.data(), forces(asked), asked.ground}, nullptr,
-                             asked.omega(), asked.groundTurning, asked.alpha.data(), moments);
-  }
+  run(asked, nullptr);
+  std::copy(asked.moments.begin(), asked.moments.end(), moments);
   forgetCouplings();
 }
 

@@ -84,6 +84,7 @@ class Evaluator {
   void evaluateMoving(Evaluation& to);
   const double* turn(Evaluation& to) const;
   void placePins(Evaluation& to) const;
+  void run(Evaluation& to, const double* theta);
   void runBetweenEnds(Evaluation& to, const double* theta);
   void applyEffects(Evaluation& to);
   double couplingPower(const Evaluation& at);

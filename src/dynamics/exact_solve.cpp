@@ -199,7 +199,9 @@ double ExactSolve::firstTorque(double t) {
 
 /// By a difference: it counts in the work of a turning base alone, not in the motion.
 double ExactSolve::firstTorqueRate() {
-  const double h = std::min(1e-3 * effects_.longestStep(), 1e-4);
+  // s: the error of the formula, (ωh)⁴, and that of rounding, which grows with 1/h, are near 1e-11 then.
+  constexpr double longest = 1e-4, share = 1e-3;
+  const double h = std::min(share * effects_.longestStep(), longest);
   return (8 * (firstTorque(at_.t + h) - firstTorque(at_.t - h)) -
           (firstTorque(at_.t + 2 * h) - firstTorque(at_.t - 2 * h))) /
          (12 * h);
@@ -242,10 +244,7 @@ void ExactSolve::reserve(int complexCount) {
   part_.resize(complexSolvers_.empty() ? 0 : index(2 * places_));
 }
 
-void ExactSolve::solveCoupledWorks(const double* rhs, double* x) {
-  const Powers change = powersAlong(x);
-  solver_.solveWorks(rhs, change.supplied + couplingPowerAlong(solver_), change.dissipated, x, places_);
-}
+template double ExactSolve::couplingPowerAlong(const Solver<double>&) const;
 
 void ExactSolve::solveComplex(int k, const Complex* rhs, Complex* x) {
   Solver<Complex>& solver = complexSolvers_[index(k)];

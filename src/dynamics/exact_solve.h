@@ -119,7 +119,6 @@ class ExactSolve {
   /// That of held joints and the base, along the last solution.
   template <class Scalar>
   Scalar couplingPowerAlong(const Solver<Scalar>& solver) const;
-  void solveCoupledWorks(const double* rhs, double* x);
   const Vec2d* forces() const {
     return effects_.acting() == LoadKind::forces ? coupled_->at.F.data() : nullptr;
   }
@@ -159,8 +158,8 @@ inline void ExactSolve::solve(const double* rhs, double* x) {
   if (isPlain_) return solver_.plain->solve(rhs, rhs + places_, x, x + places_);
   solver_.solve(rhs, x, places_);
   if (!hasPower_) return;
-  if (coupled_) return solveCoupledWorks(rhs, x);
-  const Powers change = powersAlong(x);
+  Powers change = powersAlong(x);
+  if (coupled_) change.supplied += couplingPowerAlong(solver_);
   solver_.solveWorks(rhs, change.supplied, change.dissipated, x, places_);
 }
 

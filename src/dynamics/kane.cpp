@@ -206,7 +206,7 @@ namespace {
 /// Takes from the torques what the force on the tip can do: the smallest are left.
 void leaveToTip(const Scene& scene, double t, const VectorXd& q, const VectorXd& qd, const VectorXd& qdd,
                 VectorXd& tau) {
-  constexpr double exact = 1e-6;
+  constexpr double exact = 1e-6;  // of the accelerations: as a user writes them
   const Kane k = kane(scene.chain, q, qd, activeForces(scene, t, q, qd));
   const double missing = (k.J_c * qdd - k.c).norm(), size = 1 + k.c.norm() + (k.J_c * qdd).norm();
   if (!(missing <= exact * size)) {

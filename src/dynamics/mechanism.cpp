@@ -24,6 +24,13 @@ Recursion Mechanism::makeRecursion() const {
   return Segments(bodies());
 }
 
+void Mechanism::rotate(const double* theta, double angle, Rotation<double>* e) const {
+  rotate(theta + slides(), e + slides(), n_ - slides());
+  if (angle == 0) return;
+  const Rotation<double> turn = plainRotation(angle);
+  for (int j = slides(); j < n_; ++j) e[j] = turn * e[j];
+}
+
 void Mechanism::toLanes(const double* inOrder, double* inLanes) const {
   if (!lanes_) {
     std::copy_n(inOrder, 2 * n_, inLanes);

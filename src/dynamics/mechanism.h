@@ -39,6 +39,8 @@ class Mechanism {
   Recursion makeRecursion() const;
   /// As rotations() of lanes/segments.h.
   void rotate(const double* theta, Rotation<double>* e, int n) const { rotations_(theta, &e->c, n); }
+  /// The same of the bodies that turn, of all n in chain order, on a base that is turned by `angle`.
+  void rotate(const double* theta, double angle, Rotation<double>* e) const;
 
   /// [θ ω] from chain order to lane order and back; not in place. Allocate nothing.
   void toLanes(const double* inOrder, double* inLanes) const;

@@ -32,7 +32,7 @@ Momenta::Momenta(const Mechanism& mechanism, Effects& effects)
 }
 
 Momenta::Values Momenta::of(const double* y) {
-  mechanism_.rotate(y + slides, e_.data() + slides, n_ - slides);
+  mechanism_.rotate(y, 0, e_.data());
   const std::vector<Link>& links = mechanism_.chain().links();
   Vec2d x, v, first, momentum;
   double L = 0, J = 0;

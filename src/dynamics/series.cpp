@@ -38,7 +38,7 @@ void Dynamics::series(double t, const double* y, const double* carry, int order,
   (coupled_ ? endedOrders_ : evaluations_) += order;
   if (!effects_.act())
     return series_->find(order, {nullptr, nullptr, nullptr, outside_.ground}, nullptr, c, carry);
-  known_ = {t, n_, c, series_->rotations(), series_->rotationsPerOrder()};
+  known_ = {t, n_, c, series_->rotations()};
   const bool hasForces = effects_.acting() == LoadKind::forces;
   if (coupled_) {
     const Evaluation& at = coupled_->at(t, y);
@@ -55,7 +55,7 @@ void Dynamics::findCoupledSeries(double t, const double* y, int order, double* c
   const Evaluation& at = coupled_->at(t, y);
   const Vec2d* F = effects_.acting() == LoadKind::forces ? room_.F.data() : nullptr;
   coupledSeries_->begin(at.e.data(), at.omega(), at.alpha.data(), at.ground, F ? at.F.data() : nullptr);
-  known_ = {t, n_, c, coupledSeries_->rotations(), n_};
+  known_ = {t, n_, c, coupledSeries_->rotations()};
   double* alpha = room_.derivative.data();
   double* omega = alpha + n_;
   std::copy_n(at.alpha.data(), n_, alpha);
@@ -66,7 +66,7 @@ void Dynamics::findCoupledSeries(double t, const double* y, int order, double* c
     if (k > 0) {
       effects_.couple(t, k, orders);
       for (int i = 0; i < n_; ++i) omega[i] = row[n_ + i] + orders.angle.rate;
-      findOrder(k, known_, {room_.N.data(), room_.F.data()});
+      findOrder(k);
       coupledSeries_->find(k, omega, room_.N.data(), F, orders.joints.data(), orders.pinAcceleration(),
                            orders.angle.acceleration, alpha);
     }
@@ -77,21 +77,18 @@ void Dynamics::findCoupledSeries(double t, const double* y, int order, double* c
   }
 }
 
-void Dynamics::findOrder(int k, const double* /*theta*/, const double* /*omega*/) {
-  findOrder(k, known_, {room_.N.data(), room_.F.data()});
-}
-
-void Dynamics::findOrder(int k, const Series& known, const Actions& to) {
+void Dynamics::findOrder(int k) {
+  const Actions to{room_.N.data(), room_.F.data()};
   std::fill_n(to.N, n_, 0.0);
   const Coordinates coordinates = mechanism_.coordinates();
   const std::vector<double>&stiffness = tangents_->constantK, &damping = tangents_->constantD;
   for (int i = 0; i < n_; ++i) {
-    const double torque = -stiffness[index(i)] * coordinates.relative(known.theta(k), i) -
-                          damping[index(i)] * coordinates.relative(known.omega(k), i);
+    const double torque = -stiffness[index(i)] * coordinates.relative(known_.theta(k), i) -
+                          damping[index(i)] * coordinates.relative(known_.omega(k), i);
     coordinates.addTorque(torque, i, to.N);
   }
   if (effects_.acting() == LoadKind::forces) std::fill_n(to.F, n_, Vec2d{});
-  for (Effect* effect : effects_.active()) effect->addOrder(k, known, to);
+  for (Effect* effect : effects_.active()) effect->addOrder(k, known_, to);
 }
 
 void Dynamics::integrands(double t, const double* y, double* rates) {

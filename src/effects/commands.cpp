@@ -162,9 +162,8 @@ class EffortKind : public EffectKind {
   }
   std::unique_ptr<Effect> make(const Scene&) const override { return nullptr; }
   void summarize(const Scene& scene, SceneWords& words) const override {
-    int limits = 0;
-    for (const Joint& joint : scene.chain.joints()) limits += joint.has("effort_limit");
-    if (limits > 0) words.count(limits, "effort limit");
+    words.countJoints(
+        scene.chain, [](const Joint& joint) { return joint.has("effort_limit"); }, "effort limit");
   }
 };
 

@@ -27,6 +27,14 @@ struct Couplings {
 
   BaseState base() const { return {{x.value, y.value}, {x.rate, y.rate}, angle.value, angle.rate}; }
   Vec2d pinAcceleration() const { return {x.acceleration, y.acceleration}; }
+  /// Puts held joints where they are: relative angles and rates, n each.
+  void hold(double* q, double* qd) const {
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      if (!joints[i].isHeld) continue;
+      q[i] = held[i].value;
+      qd[i] = held[i].rate;
+    }
+  }
 
   std::vector<Coupling<double>> joints;
   std::vector<GivenMotion> held;  ///< the motion of each held joint

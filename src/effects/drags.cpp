@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "effects/passing.h"
+
 namespace planar_chain {
 
 namespace {
@@ -81,23 +83,17 @@ class Drags : public Effect, public Switching {
     for (const Drag& drag : drags_) most = std::max(most, dueOf(drag, y.data()));
     return most;
   }
-  /// Between two ends, q̇ is taken for the parabola of the cubic through both: v0 + 2 b s + 3 c s², 0 < s < 1.
-  /// Its turning point is where a change of sign may hide.
+  /// Between two ends, q̇ is taken for that of the cubic through both. Its turning point is where a change of
+  /// sign may hide.
   double nearest(const ode::Stretch& of) const override {
-    const double h = of.h, least = leastRate * h;
-    const Eigen::VectorXd &y = of.y, &next = of.next;
-    double first = -1;
+    const double *y = of.y.data(), *next = of.next.data();
+    double first = 1;
     for (const Drag& drag : drags_) {
-      const double v0 = drag.q(y.data() + n_) * h;
-      const double v1 = drag.q(next.data() + n_) * h;
-      const double dq = drag.q(next.data()) - drag.q(y.data());
-      const double b = 3 * dq - 2 * v0 - v1, c = v0 + v1 - 2 * dq;
-      const double s = -b / (3 * c), turn = v0 + b * s;
-      const bool isHidden =
-          s > 0 && s < 1 && drag.sign * v0 >= -least && drag.sign * v1 >= -least && drag.sign * turn < -least;
-      if (isHidden && (first < 0 || s * h < first)) first = s * h;
+      const double v0 = drag.q(y + n_), v1 = drag.q(next + n_);
+      const double middle = 1.5 * (drag.q(next) - drag.q(y)) / of.h - (v0 + v1) / 4;
+      first = std::min(first, passing(dueAt(drag, v0), dueAt(drag, middle), dueAt(drag, v1)));
     }
-    return first;
+    return first < 1 ? first * of.h : -1;
   }
 
  private:
@@ -105,7 +101,8 @@ class Drags : public Effect, public Switching {
     Coordinate q;
     double c, sign;
   };
-  double dueOf(const Drag& drag, const double* y) const { return -drag.sign * drag.q(y + n_) - leastRate; }
+  static double dueAt(const Drag& drag, double rate) { return -drag.sign * rate - leastRate; }
+  double dueOf(const Drag& drag, const double* y) const { return dueAt(drag, drag.q(y + n_)); }
 
   Coordinates coordinates_;
   int n_;
@@ -119,8 +116,7 @@ class DragKind : public EffectKind {
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {
-    auto effect = std::make_unique<Drags>(scene.chain);
-    return effect->empty() ? nullptr : std::move(effect);
+    return makeUnlessEmpty<Drags>(scene.chain);
   }
   void addDense(const Scene& scene, double /*t*/, const Eigen::VectorXd& /*q*/, const Eigen::VectorXd& qd,
                 const DenseActions& to) const override {
@@ -129,9 +125,8 @@ class DragKind : public EffectKind {
     }
   }
   void summarize(const Scene& scene, SceneWords& words) const override {
-    int drags = 0;
-    for (const Joint& joint : scene.chain.joints()) drags += joint.other("drag") > 0;
-    if (drags > 0) words.count(drags, "drag");
+    words.countJoints(
+        scene.chain, [](const Joint& joint) { return joint.other("drag") > 0; }, "drag");
   }
 };
 

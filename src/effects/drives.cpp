@@ -20,10 +20,15 @@ class CouplingEffect : public Effect, public Coupler {
 
 // ---- Rotors --------------------------------------------------------------------------------------
 
+constexpr const char* rotorInertia = "rotor_inertia";
+
 class Rotors : public CouplingEffect {
  public:
   explicit Rotors(const Chain& chain) {
-    for (const Joint& joint : chain.joints()) inertia_.push_back(joint.other("rotor_inertia"));
+    for (const Joint& joint : chain.joints()) inertia_.push_back(joint.other(rotorInertia));
+  }
+  bool empty() const {
+    return std::all_of(inertia_.begin(), inertia_.end(), [](double J) { return J == 0; });
   }
   bool hasPower() const override { return false; }
   void couple(double /*t*/, int /*k*/, Couplings& to) const override {
@@ -37,21 +42,15 @@ class Rotors : public CouplingEffect {
 class RotorKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
-    return {{"rotor_inertia", nullptr, NumberRule::from(0, "kg m²"), false, true}};
+    return {{rotorInertia, nullptr, NumberRule::from(0, "kg m²"), false, true}};
   }
   std::unique_ptr<Effect> make(const Scene& scene) const override {
-    return count(scene) > 0 ? std::make_unique<Rotors>(scene.chain) : nullptr;
+    return makeUnlessEmpty<Rotors>(scene.chain);
   }
-  double inertiaIn(const Joint& joint) const override { return joint.other("rotor_inertia"); }
+  double inertiaIn(const Joint& joint) const override { return joint.other(rotorInertia); }
   void summarize(const Scene& scene, SceneWords& words) const override {
-    if (count(scene) > 0) words.count(count(scene), "rotor");
-  }
-
- private:
-  static int count(const Scene& scene) {
-    const auto& joints = scene.chain.joints();
-    return static_cast<int>(std::count_if(
-        joints.begin(), joints.end(), [](const Joint& joint) { return joint.other("rotor_inertia") > 0; }));
+    words.countJoints(
+        scene.chain, [](const Joint& joint) { return joint.other(rotorInertia) > 0; }, "rotor");
   }
 };
 

@@ -90,11 +90,11 @@ struct Series {
   double t;
   int n;
   const double* c;            ///< row j of 2n numbers: order j of θ, then of ω
-  const Rotation<double>* e;  ///< row j of `perOrder`: order j of exp(i θ)
-  std::ptrdiff_t perOrder;
+  const Rotation<double>* e;  ///< row j of n: order j of exp(i θ)
 
   const double* theta(int j) const { return c + std::ptrdiff_t{2} * n * j; }
   const double* omega(int j) const { return theta(j) + n; }
+  const Rotation<double>* rotation(int j) const { return e + std::ptrdiff_t{n} * j; }
 };
 
 /// The switches of an effect: at which states they are due, and how they are made.

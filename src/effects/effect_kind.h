@@ -58,6 +58,8 @@ struct SceneWords {
 
   /// Adds "3 springs" to `runs`; or, if there are none, "springs" to `leftOut`.
   void count(int number, const std::string& one);
+  /// Adds "3 rotors", if the chain has such joints.
+  void countJoints(const Chain& chain, bool (*are)(const Joint&), const std::string& one);
 };
 
 /// The sums of kane.h: forces F (2n) at the centres of mass, moments M (n) on the bodies, torques τ (n) in
@@ -130,6 +132,13 @@ class EffectKind {
   virtual bool isInEquilibrium() const { return true; }
 };
 
+/// Makes an effect, or returns nullptr if it is empty().
+template <class Made, class... Of>
+std::unique_ptr<Effect> makeUnlessEmpty(const Of&... of) {
+  auto effect = std::make_unique<Made>(of...);
+  return effect->empty() ? nullptr : std::move(effect);
+}
+
 /// The list of all kinds. Keys are read in this order. Effects act in the reverse order, which fixes how sums
 /// are rounded. A program may add kinds of its own before it reads a scene.
 std::vector<const EffectKind*>& effectKinds();
@@ -149,5 +158,7 @@ bool storesEnergy(const Joint& joint);
 /// The largest |q| of a joint, rad or m: the number of turns is exact, or, if the joint stores energy or
 /// slides, q is to 1e-10.
 double largestAngle(const Joint& joint);
+/// The same for a fault: "a number from … to …".
+const char* anglesInWords(const Joint& joint);
 
 }  // namespace planar_chain

@@ -56,8 +56,14 @@ bool storesEnergy(const Joint& joint) {
 }
 
 double largestAngle(const Joint& joint) {
-  constexpr double mostTurns = 9007199254740992;  // 2^53
-  return joint.slides || storesEnergy(joint) ? 1e6 : 2 * pi * mostTurns;
+  constexpr double mostTurns = 9007199254740992;  // 2^53: of more, doubles do not count each one
+  constexpr double farthest = 1e6;                // rad or m: the rounding of q is 1e-10 there
+  return joint.slides || storesEnergy(joint) ? farthest : 2 * pi * mostTurns;
+}
+const char* anglesInWords(const Joint& joint) {
+  if (joint.slides) return "a number from -1e6 to 1e6 m";
+  return storesEnergy(joint) ? "a number from -1e6 to 1e6 rad (the joint has a spring or a limit)"
+                             : "a number from -5e16 to 5e16 rad (2^53 turns)";
 }
 
 void SceneWords::count(int number, const std::string& one) {
@@ -66,6 +72,11 @@ void SceneWords::count(int number, const std::string& one) {
   } else {
     leftOut.push_back(one + "s");
   }
+}
+
+void SceneWords::countJoints(const Chain& chain, bool (*are)(const Joint&), const std::string& one) {
+  const auto number = std::count_if(chain.joints().begin(), chain.joints().end(), are);
+  if (number > 0) count(static_cast<int>(number), one);
 }
 
 void EffectKind::judge(const Joint& joint, std::vector<Fault>& faults) const {

@@ -139,13 +139,12 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     const JointAnswer answer = mechanics_->answer(t_, y_);
     learn(answer);
 
-    // What is wrong with it? An acceleration below 1e-12 of the largest one is rounding.
-    constexpr double rounding = 1e-12;
+    // What is wrong with it?
     const Eigen::Index others = n_ - 1;
     const Eigen::Map<const Eigen::ArrayXd> alpha(answer.accelerations, n_);
     const double ofOthers = others > 0 ? (alpha.tail(others) - alpha.head(others)).abs().maxCoeff() : 0;
     const double ofFirst = alpha.head(coordinates_.slides() + 1).abs().maxCoeff();
-    const double least = rounding * std::max(ofFirst, ofOthers);
+    const double least = StickSlip::rounding * std::max(ofFirst, ofOthers);
     for (RestingJoint& one : joints) {
       if (one.direction == 0) {
         const double moment = answer.moments[one.joint];
@@ -198,8 +197,7 @@ class FrictionKind : public EffectKind {
     const IntegratorSettings& settings = scene.integrator;
     const double tolerance =
         ode::hasFixedStep(settings.method) ? 0 : settings.rateTolerance.value_or(settings.tolerance);
-    auto effect = std::make_unique<Friction>(scene.chain, tolerance);
-    return effect->empty() ? nullptr : std::move(effect);
+    return makeUnlessEmpty<Friction>(scene.chain, tolerance);
   }
 
   double dryFrictionIn(const Joint& joint) const override { return joint.other("friction"); }
@@ -209,9 +207,7 @@ class FrictionKind : public EffectKind {
     return mayStick(joint) ? Symbol::brake : Symbol::none;
   }
   void summarize(const Scene& scene, SceneWords& words) const override {
-    int rubs = 0;
-    for (const Joint& joint : scene.chain.joints()) rubs += mayStick(joint);
-    if (rubs > 0) words.count(rubs, "rubbing joint");
+    words.countJoints(scene.chain, mayStick, "rubbing joint");
   }
 };
 

@@ -180,7 +180,9 @@ double MotionLaw::longestStep() const {
 }
 
 bool MotionLaw::isModerate() const {
-  constexpr double farthest = 1e9, fastest = 1e15;  // m, rad; per s, per s²
+  // m, rad: the rounding of larger places is above 1e-7. Per s, per s²: squares and their sums stay far below
+  // overflow. moderate() has the words.
+  constexpr double farthest = 1e9, fastest = 1e15;
   const auto holds = [&](double value, double rate, double acceleration) {
     return std::abs(value) <= farthest && std::abs(rate) <= fastest && std::abs(acceleration) <= fastest;
   };

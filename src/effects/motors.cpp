@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "effects/passing.h"
 #include "simd/elementary.h"
 
 namespace planar_chain {
@@ -77,7 +78,7 @@ class Motor {
   /// How far another place is due, N m; ≤ 0: it is not.
   double due(double t, const double* omega) const;
   bool isDue(double t, const double* omega) const { return isNew_ || due(t, omega) > 0; }
-  /// The time within a stretch at which a change may hide, or −1. n: of joints.
+  /// The share of a stretch after which a change may hide; 1: none can. n: of joints.
   double hidden(const ode::Stretch& of, int n) const;
 
  private:
@@ -124,21 +125,21 @@ double Motor::hidden(const ode::Stretch& of, int n) const {
   const double r0 = q(y + n), r1 = q(next + n);
   const double middle = 1.5 * (q(next) - q(y)) / of.h - (r0 + r1) / 4;
   const double x0 = lagged(of.t), x1 = lagged(of.t + of.h), xMiddle = lagged(of.t + of.h / 2);
-  double first = -1;
+  double first = 1;
   for (const int which : {0, 1}) {
     const double side = which == 0 ? 1 : -1;
     if (place_ == Place::free && side * x0 <= 0 && side * x1 <= 0) continue;
-    const double g0 = gap(which, x0, r0), g1 = gap(which, x1, r1), top = gap(which, xMiddle, middle);
-    const double slope = 4 * top - 3 * g0 - g1, bend = 2 * (g0 + g1 - 2 * top);
-    const double s = -slope / (2 * bend);
-    const bool isHidden = bend < 0 && s > 0 && s < 1 && g0 <= 0 && g1 <= 0 && g0 + s * slope / 2 > 0;
-    if (isHidden && (first < 0 || s * of.h < first)) first = s * of.h;
+    first = std::min(first, passing(gap(which, x0, r0), gap(which, xMiddle, middle), gap(which, x1, r1)));
   }
   return first;
 }
 
 bool isMoved(const Joint& joint) {
   return joint.has(noLoadSpeed) || joint.other(timeConstant) > 0;
+}
+
+bool isDelayed(const Joint& joint) {
+  return joint.other("command_delay") > 0;
 }
 
 // ---- All of a chain ---------------------------------------------------------------------------------
@@ -236,12 +237,11 @@ class MotorCommands final : public CommandEffect, public Switching {
     return most;
   }
   double nearest(const ode::Stretch& of) const override {
-    double first = -1;
+    double first = 1;
     for (const Motor& motor : motors_) {
-      const double own = motor.hasLine() ? motor.hidden(of, n_) : -1;
-      if (own > 0 && (first < 0 || own < first)) first = own;
+      if (motor.hasLine()) first = std::min(first, motor.hidden(of, n_));
     }
-    return first;
+    return first < 1 ? first * of.h : -1;
   }
 
  private:
@@ -266,7 +266,7 @@ class MotorCommands final : public CommandEffect, public Switching {
 }  // namespace
 
 bool changesCommands(const Joint& joint) {
-  return isMoved(joint) || joint.other("command_delay") > 0;
+  return isMoved(joint) || isDelayed(joint);
 }
 
 std::unique_ptr<CommandEffect> makeCommands(const Chain& chain, int capacity) {
@@ -306,13 +306,8 @@ class MotorKind : public EffectKind {
   /// Without commands no motor acts.
   std::unique_ptr<Effect> make(const Scene&) const override { return nullptr; }
   void summarize(const Scene& scene, SceneWords& words) const override {
-    int motors = 0, delays = 0;
-    for (const Joint& joint : scene.chain.joints()) {
-      motors += isMoved(joint);
-      delays += joint.other("command_delay") > 0;
-    }
-    if (motors > 0) words.count(motors, "motor");
-    if (delays > 0) words.count(delays, "command delay");
+    words.countJoints(scene.chain, isMoved, "motor");
+    words.countJoints(scene.chain, isDelayed, "command delay");
   }
 };
 

@@ -10,7 +10,7 @@ namespace planar_chain {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-constexpr double never = -1e300;
+constexpr double never = -1e300;  // rad/s: no rate exceeds it
 
 /// The share of the tolerance that a joint held by its band may miss. With 1, a chain of many joints would
 /// miss the tolerance together; with 1e-4, rounding decides in chains of a hundred links at 1e-6.
@@ -20,8 +20,6 @@ constexpr double accuracyOfWeak = 0.1, weak = 1e4;
 /// Friction that changes no rate by more than this share of the tolerance in a second is left out. Rounding
 /// of the joint's moment would decide whether it sticks.
 constexpr double negligible = 0.1;
-/// Of the breakaway torque: a few thousand roundings, as |μ| is a sum over the bodies.
-constexpr double rounding = 1e-12;
 /// Of the inertia that a body has about its pin, with what it carries there. A point mass and a slide without
 /// mass have none of their own: they would yield without bound, and no start, however fast, would count.
 /// Larger: bands may miss more than the tolerance. Smaller: a start below this share of what friction gives

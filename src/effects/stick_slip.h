@@ -9,7 +9,7 @@
 ///
 /// The band keeps rounding from deciding. It is the largest of
 ///
-///     1e-12 of the breakaway torque      rounding of |μ| alone
+///     `rounding` × breakaway torque      rounding of |μ| alone
 ///     a / Y                              a torque that would start the joint with less than a
 ///
 /// where a = accuracy × tolerance/s, rad/s², ten times that for weak friction, and Y = 1/I_i + 1/I_{i−1} is
@@ -42,6 +42,9 @@ inline bool mayStick(const Joint& joint) {
 class StickSlip {
  public:
   using Numbers = Eigen::ArrayXd;
+  /// Of the breakaway torque, or of the largest acceleration: a few thousand roundings, as both are sums over
+  /// the bodies. Smaller, rounding decides what sticks in long chains; larger, weak starts are not seen.
+  static constexpr double rounding = 1e-12;
 
   /// tolerance: of rates, per second; 0 without error control.
   StickSlip(const Chain& chain, double tolerance);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "effects/passing.h"
+
 namespace planar_chain {
 
 namespace {
@@ -46,24 +48,6 @@ struct Stop {
     return k * x + d * xd > 0 ? Place::pushing : Place::parted;
   }
 };
-
-/// Of a curve that a cubic stands for, not above 0 at both ends: whether it may be between them. It may rise
-/// above the ends by more than the cubic does, but not by twice as much. Less than `noise` is rounding.
-bool mayPass(double end, double top, double noise) {
-  constexpr double most = 2;
-  return end <= 0 && end + most * (top - end) > noise;
-}
-
-/// Where g_0 + g_1 s + g_2 s² + g_3 s³ has a top at which it may pass, 0 < s < 1; 1: nowhere.
-double passing(const std::array<double, 4>& g, double noise) {
-  // the root of the derivative where the second one is −2 root
-  const double square = g[2] * g[2] - 3 * g[1] * g[3];
-  const double s = g[1] / (std::sqrt(std::max(0.0, square)) - g[2]);
-  if (!(square >= 0 && s > 0 && s < 1)) return 1;
-  const double end = std::max(g[0], g[0] + g[1] + g[2] + g[3]);
-  const double top = g[0] + s * (g[1] + s * (g[2] + s * g[3]));
-  return mayPass(end, top, noise) ? s : 1;
-}
 
 std::array<double, 4> operator-(const std::array<double, 4>& g) {
   return {-g[0], -g[1], -g[2], -g[3]};
@@ -213,8 +197,7 @@ class StopKind : public EffectKind {
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {
-    auto effect = std::make_unique<Stops>(scene.chain);
-    return effect->empty() ? nullptr : std::move(effect);
+    return makeUnlessEmpty<Stops>(scene.chain);
   }
 
   /// τ_i = s_lower − s_upper; s = k x + d ẋ where x > 0 and s > 0

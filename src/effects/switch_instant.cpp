@@ -6,6 +6,8 @@
 #include <cstring>
 #include <limits>
 
+#include "effects/passing.h"
+
 namespace planar_chain {
 
 namespace {
@@ -38,6 +40,7 @@ class Interpolation {
   }
   /// A zero in (low, high), where the polynomial rises from below 0 to above, by Newton's method.
   double zero(double low, double high) const {
+    constexpr double exact = 1e-15;  // of the stretch: a few roundings; none is left to gain
     double x = (low + high) / 2;
     for (int k = 0; k < 50; ++k) {
       double slope;
@@ -45,7 +48,7 @@ class Interpolation {
       (g > 0 ? high : low) = x;
       x -= g / slope;
       if (!(x > low && x < high)) x = (low + high) / 2;
-      if (std::abs(x - before) < 1e-15) break;
+      if (std::abs(x - before) < exact) break;
     }
     return x;
   }
@@ -54,18 +57,6 @@ class Interpolation {
   std::array<double, most> x_, c_;
   std::size_t size_ = 0;
 };
-
-/// Where the parabola through g0, gm, g1 at 0, ½, 1 has a top above 0 while its ends are not, 0 < s < 1; 1:
-/// nowhere. A curve may rise twice as far above its ends as the parabola.
-double passing(double g0, double gm, double g1) {
-  const double end = std::max(g0, g1);
-  const bool risesAndFalls = 4 * gm > 3 * g0 + g1 && 4 * gm > g0 + 3 * g1;
-  if (!risesAndFalls || end > 0) return 1;
-  const double bend = 2 * (g0 - 2 * gm + g1), slope = 4 * gm - 3 * g0 - g1;
-  const double s = -slope / (2 * bend);
-  const double top = g0 + s * (slope + s * bend);
-  return end + 2 * (top - end) > 0 ? s : 1;
-}
 
 }  // namespace
 

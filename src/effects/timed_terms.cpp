@@ -168,7 +168,7 @@ void TimedTerms::addOrder(int k, const Series& known, const Actions& to) {
     if (coordinates_.slides(j)) continue;
     to.N[j] += coefficient(k, term.factor) * term.moment;
     for (int i = 0; i <= (term.factor == 0 ? 0 : k); ++i) {
-      const Vec2d X = known.e[(k - i) * known.perOrder + j] * term.point;
+      const Vec2d X = known.rotation(k - i)[j] * term.point;
       to.N[j] += coefficient(i, term.factor) * cross(X, term.force);
     }
   }

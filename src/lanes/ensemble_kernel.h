@@ -216,7 +216,8 @@ inline Pack roughPower(Pack x, double y) {
   typedef unsigned long long Bits __attribute__((vector_size(sizeof(Pack))));
   const double scale = 1099511627776, shift = 4503599627370496;  // 2⁴⁰, 2⁵²
   const Bits shiftBits = reinterpret_cast<Bits>(Pack(shift).v);
-  const Pack inRange = smaller(larger(x, Pack(1e-300)), Pack(1e300));
+  constexpr double finite = 1e300;  // beyond, and below 1/finite, the bits are no logarithm
+  const Pack inRange = smaller(larger(x, Pack(1 / finite)), Pack(finite));
   const auto read = reinterpret_cast<Pack::Register>((reinterpret_cast<Bits>(inRange.v) >> 12) | shiftBits);
   const Pack log = Pack(1 / scale) * (Pack(read) - Pack(shift)) - Pack(1023);
   const Pack power = smaller(larger(Pack(y) * log, Pack(-1000)), Pack(1000)) + Pack(1023);

@@ -18,8 +18,8 @@ namespace planar_chain {
 class SeriesLoads {
  public:
   virtual ~SeriesLoads() = default;
-  /// Writes order k > 0 of N and F in place of order k − 1, from order k of θ and ω.
-  virtual void findOrder(int k, const double* theta, const double* omega) = 0;
+  /// Writes order k > 0 of N and F in place of order k − 1. Order k of θ, ω and e is written.
+  virtual void findOrder(int k) = 0;
 };
 
 namespace simd {

@@ -70,9 +70,8 @@ class MotionSeries {
   static bool areWorthwhile(int n);
 
   int orders() const { return orders_; }
-  /// Order k of exp(i θ_j), j = 0 … n − 1, is at rotations() + k × rotationsPerOrder().
+  /// Row k of n: order k of exp(i θ_j).
   const Rotation<double>* rotations() const { return storage_.e(); }
-  std::ptrdiff_t rotationsPerOrder() const { return n_; }
   /// The cost of a series of this order, in evaluations of α.
   double cost(int order) const;
 

@@ -92,7 +92,7 @@ class CartAndPole {
         Rotation<double>{place_.v[0], place_.v[1]} * Rotation<double>{cart_.turn.c, -cart_.turn.s};
     e_[4 * k + 2] = e.c;
     e_[4 * k + 3] = e.s;
-    loads->findOrder(k, c_ + 4 * k, c_ + 4 * k + 2);
+    loads->findOrder(k);
   }
 
   /// s_k, c_k, s_k, c_k

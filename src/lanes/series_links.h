@@ -216,8 +216,8 @@ template <class Shape, class Loads>
 template <class Shape>
 void seriesOf(const SeriesArrays& of, int order, const Outside& outside, SeriesLoads* loads, double* c) {
   const ActingInSeries acting{outside.N, outside.F ? &outside.F->x : nullptr, &outside.ground.x};
-  const auto findLoads = [loads](int k, const double* theta, const double* omega) {
-    if (loads) loads->findOrder(k, theta, omega);
+  const auto findLoads = [loads](int k, const double* /*theta*/, const double* /*omega*/) {
+    if (loads) loads->findOrder(k);
   };
   allOrders<Shape>(of, order, acting, findLoads, c);
 }

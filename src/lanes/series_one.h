@@ -65,7 +65,7 @@ class One {
   [[gnu::always_inline]] void findAll(int order, const double* N, SeriesLoads* loads) {
     const auto find = [&](int k, Pair iz) {
       if (k >= order) return;
-      if (acts && loads && k > 0) loads->findOrder(k, c_ + 2 * k, c_ + 2 * k + 1);
+      if (acts && loads && k > 0) loads->findOrder(k);
       findOrder(k, iz, acts ? inverseJ_ * *N : 0);
     };
     find(0, {});

@@ -47,9 +47,10 @@ class FixedSteps : public Integrator {
   FixedSteps(std::unique_ptr<Stepper> stepper, double h) : stepper_(std::move(stepper)), h_(h) {}
 
   Outcome advance(State& state, double end, double /*longestStep*/) override {
-    // The rest is a whole number of steps, if it is one up to rounding.
+    // The rest is a whole number of steps, if it is one up to the rounding of a quotient of some 1e9.
+    constexpr double rounding = 1e-6;
     const double left = end - state.t;
-    const double steps = std::max(1.0, std::ceil(left / h_ - 1e-6));
+    const double steps = std::max(1.0, std::ceil(left / h_ - rounding));
     const double next = steps > 1 ? state.t + left / steps : end;
     if (next <= state.t) return Outcome::stepTooSmall;
     stepper_->step(state.t, next - state.t, state.y);
@@ -62,7 +63,8 @@ class FixedSteps : public Integrator {
   bool stepTo(State& state, double t) override { return stepper_->takeAgain(state, t); }
   /// Nothing is known of the method's error, which this hardly changes.
   double errorNorm(const Vector& y, double /*h*/, const Vector& error) const override {
-    return (error.cwiseAbs().array() / (1e-12 * (1 + y.cwiseAbs().array()))).maxCoeff();
+    constexpr double unseen = 1e-12;  // beside the error of equal steps
+    return (error.cwiseAbs().array() / (unseen * (1 + y.cwiseAbs().array()))).maxCoeff();
   }
 
   const char* name() const override { return stepper_->facts().name; }
@@ -78,10 +80,10 @@ class FixedSteps : public Integrator {
 
 // ---- Steps that end behind switches ----------------------------------------------------------
 
-class LandingOnSwitches : public Integrator {
+class LandingOnSwitches : public StepsOf {
  public:
   LandingOnSwitches(std::unique_ptr<Integrator> steps, const Switches& switches, SeriesSystem& f)
-      : steps_(std::move(steps)),
+      : StepsOf(std::move(steps)),
         switches_(switches),
         f_(f),
         course_(f),
@@ -92,7 +94,6 @@ class LandingOnSwitches : public Integrator {
     ahead_.fill(from_);
   }
 
-  const char* name() const override { return steps_->name(); }
   void restartAfter(Change change) override {
     if (change == Change::all) {
       usual_ = infinity;
@@ -101,17 +102,11 @@ class LandingOnSwitches : public Integrator {
     course_.forget();
     steps_->restartAfter(change == Change::stiffness && crossing_.by ? Change::bend : change);
   }
-  void forgetSlope() override { steps_->forgetSlope(); }
   /// The steps made to land count as rejected.
   StepCount count() const override {
     StepCount count = steps_->count();
     count.rejected += landing_;
     return count;
-  }
-  void setTolerance(const Tolerance& tolerance) override { steps_->setTolerance(tolerance); }
-  bool stepTo(State& state, double t) override { return steps_->stepTo(state, t); }
-  double errorNorm(const Vector& y, double h, const Vector& error) const override {
-    return steps_->errorNorm(y, h, error);
   }
   const Crossing& crossing() const override { return crossing_; }
 
@@ -245,7 +240,10 @@ class LandingOnSwitches : public Integrator {
   /// false, and changes nothing, if that is unknown.
   bool landWithin(State& state) {
     constexpr int mostSteps = 4;
-    double beyond = 1e-3 * (found_.t - before_.t);
+    // Shares of a step, and of the last: shorter steps end before the switch, whose time is not exact yet;
+    // after longer ones the course is less exact there. A wrong share costs steps.
+    constexpr double behind = 1e-3, nearer = 1e-4, farther = 10;
+    double beyond = behind * (found_.t - before_.t);
     for (int steps = 0;; ++steps) {
       const std::optional<Crossing> crossing = switches_.crossing(stretch(found_));
       if (!crossing) return false;
@@ -261,11 +259,11 @@ class LandingOnSwitches : public Integrator {
       do {
         const double end = t + beyond;
         if (steps == mostSteps || !(end < found_.t) || !evaluateAt(end, ahead_.front())) return false;
-        beyond *= 10;
+        beyond *= farther;
       } while (ahead_.front().due <= 0 && ++steps);
       std::swap(found_, ahead_.front());
       course_.take(before_, trial_);
-      beyond *= 1e-4;
+      beyond *= nearer;
     }
   }
 
@@ -314,7 +312,6 @@ class LandingOnSwitches : public Integrator {
     return Outcome::switched;
   }
 
-  std::unique_ptr<Integrator> steps_;
   const Switches& switches_;
   SeriesSystem& f_;
   Course course_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "ode/stepper.h"
@@ -108,6 +109,26 @@ class Integrator {
   /// From the next step on. An integrator without error control ignores it.
   virtual void setTolerance(const Tolerance& /*tolerance*/) {}
   virtual StepCount count() const = 0;
+};
+
+/// Steps of another integrator, with something more: what is not said otherwise is that one's.
+class StepsOf : public Integrator {
+ public:
+  explicit StepsOf(std::unique_ptr<Integrator> steps) : steps_(std::move(steps)) {}
+
+  const char* name() const override { return steps_->name(); }
+  bool stepTo(State& state, double t) override { return steps_->stepTo(state, t); }
+  int pieces() const override { return steps_->pieces(); }
+  double errorNorm(const Vector& y, double h, const Vector& error) const override {
+    return steps_->errorNorm(y, h, error);
+  }
+  void restartAfter(Change change) override { steps_->restartAfter(change); }
+  void forgetSlope() override { steps_->forgetSlope(); }
+  void setTolerance(const Tolerance& tolerance) override { steps_->setTolerance(tolerance); }
+  StepCount count() const override { return steps_->count(); }
+
+ protected:
+  std::unique_ptr<Integrator> steps_;
 };
 
 /// Makes equal steps of at most h to the end of each advance(). Allocates.

@@ -135,9 +135,11 @@ class EndsEquations {
     return {C.xx + dot(Gx, x), C.xy + dot(Gx, y), C.yy + dot(Gy, y)};
   }
   static Tip<Real> actingPart(const Tip<Real>& tip, const Sym2<Real>& L) {
-    // The determinant shows at once that both directions act, unless they nearly do not.
+    // The determinant shows at once that both directions act, unless they nearly do not. Any share far above
+    // singularTip will do: below it, eigenvalues decide.
+    constexpr double surely = 1e-6;
     const Real trace = L.xx + L.yy, determinant = L.xx * L.yy - L.xy * L.xy;
-    if (tip.rows == 2 && determinant > Real(1e-6) * (trace * trace)) return tip;
+    if (tip.rows == 2 && determinant > Real(surely) * (trace * trace)) return tip;
     const auto [value, vector] = eigen(L);
     const Real least = Real(singularTip) * value[0];
     if (tip.rows == 2 && value[1] > least) return tip;
@@ -226,9 +228,10 @@ class Ended {
     const auto& [U, epsilon, inverseD, kappa, D0] = body.handle;
     body.g = shown.pass(body.at, U, inverseD, mulAdd(epsilon, inverseD, body.joint.acceleration));
     shown.eta = kappa * body.g;
-    // Along a long crooked chain G shrinks exponentially. Denormal numbers would be slow.
+    // Along a long crooked chain G shrinks exponentially. Denormal numbers, below 1e-308, would be slow.
+    constexpr double small = 1e-280;
     for (Vec2<Real>* column : {&shown.Gx, &shown.Gy}) {
-      if (dot(*column, *column) < Real(1e-280)) *column = {};
+      if (dot(*column, *column) < Real(small)) *column = {};
     }
   }
 

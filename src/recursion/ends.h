@@ -59,32 +59,6 @@ Tip<Real> pinnedTip(Vec2<Real> acceleration) {
   return {2, {Vec2<Real>{Real(1), Real(0)}, Vec2<Real>{Real(0), Real(1)}}, acceleration};
 }
 
-/// The mass of the slides that move where only the outermost slide that is not held moves, kg. Negative if
-/// every slide is held.
-inline double outermostMass(const InnerEnd<double>& end) {
-  double mass = 0;
-  for (int i = end.slides - 1; i >= 0; --i) {
-    mass += end.slide[index(i)].mass;
-    if (!end.slide[index(i)].isHeld) return mass;
-  }
-  return -1;
-}
-
-/// True if in some configuration a motion of the inner end has no kinetic energy: accelerations do not exist
-/// there. Exact, as Chain's own test.
-///
-/// No slide moves with such an end, so the chain alone could give it inertia. In the motion the first body
-/// turns about its centre of mass, and has I = 0. So does each next one whose pin this moves, up to the tip
-/// or to a pin at a centre of mass, which stays.
-inline bool canMoveWithoutEnergy(const Chain& chain, const InnerEnd<double>& end) {
-  if (outermostMass(end) != 0) return false;
-  for (const Link& link : chain.links()) {
-    if (link.inertia > 0 || link.com == Vec2d{}) return false;
-    if (link.com == link.pin) return true;
-  }
-  return true;
-}
-
 /// Eigenvalues of the tip's answer to forces below this share of the largest one are rounding: along such a
 /// direction no force can be told from the motion, and none acts.
 constexpr double singularTip = 1e-13;

@@ -18,10 +18,6 @@
 ///
 ///     δF = F_x δx + F_v δv + (F_x iX − ω F_v X + F_θ) δθ + F_v iX δω
 ///     δN = iX·δF − X·F δθ                                          N = X×F = iX·F
-///
-/// If the body's axes carry the law, F = e Φ(V) with V = e⁻¹ v_X, then
-///
-///     F_v = e (∂Φ/∂V) e⁻¹          F_θ = iF − F_v i v_X
 
 #include "planar_chain/planar.h"
 #include "recursion/linearized.h"
@@ -67,12 +63,6 @@ inline Matrix2d& operator-=(Matrix2d& M, const Matrix2d& other) {
   return M;
 }
 
-/// e M e⁻¹
-inline Matrix2d turned(Rotation<double> e, const Matrix2d& M) {
-  const Vec2d x = e * (M * Vec2d{e.c, -e.s}), y = e * (M * Vec2d{e.s, e.c});
-  return {x.x, y.x, x.y, y.y};
-}
-
 /// Adds a force to the K and D of its body, which turns at ω. K then has the force's X·F, too: it must not be
 /// in CoupledState::XF again.
 inline void addForce(const ForceAt& force, double omega, ForceTangent& to) {
@@ -87,14 +77,6 @@ inline void addForce(const ForceAt& force, double omega, ForceTangent& to) {
   to.D.forceTurn -= byRate;
   to.D.momentPlace -= transposedTimes(velocity, iX);
   to.D.momentTurn -= dot(iX, byRate);
-}
-
-/// A force that is Φ(V) in the axes of the body. X, v: the point from the inner pin, and its velocity, base
-/// axes. slope: ∂Φ/∂V, N s/m. A force that turns with the body and is constant in its axes has slope 0.
-inline ForceAt forceInBodyAxes(Rotation<double> e, Vec2d X, Vec2d v, Vec2d Phi, const Matrix2d& slope) {
-  ForceAt force{X, e * Phi, {}, turned(e, slope), {}};
-  force.turn = perp(force.F) - force.velocity * perp(v);
-  return force;
 }
 
 }  // namespace planar_chain
