@@ -5,44 +5,206 @@
 ///
 /// It is found as exactly as time and the rounding of rates and moments allow.
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
 #include <vector>
 
 #include "effects/effect.h"
+#include "effects/passing.h"
 #include "effects/stick_slip.h"
 
 namespace planar_chain {
 
+/// The times that differ by more than rounding within a stretch.
+inline double narrowest(const ode::Stretch& of) {
+  return 8 * std::numeric_limits<double>::epsilon() * std::max(std::abs(of.t), of.h);
+}
+
+/// The polynomial through some points (x, g), by Newton's divided differences.
+class Interpolation {
+ public:
+  static constexpr std::size_t most = 10;
+
+  bool isFull() const { return size_ == most; }
+  void add(double x, double g) {
+    for (std::size_t k = 0; k < size_; ++k) g = (g - c_[k]) / (x - x_[k]);
+    x_[size_] = x;
+    c_[size_++] = g;
+  }
+  double value(double x, double& slope) const {
+    double value = slope = 0;
+    for (std::size_t j = size_; j-- > 0;) {
+      slope = value + slope * (x - x_[j]);
+      value = c_[j] + value * (x - x_[j]);
+    }
+    return value;
+  }
+  /// A zero in (low, high), where the polynomial rises from below 0 to above, by Newton's method.
+  double zero(double low, double high) const {
+    constexpr double exact = 1e-15;  // of the stretch: a few roundings; none is left to gain
+    double x = (low + high) / 2;
+    for (int k = 0; k < 50; ++k) {
+      double slope;
+      const double g = value(x, slope), before = x;
+      (g > 0 ? high : low) = x;
+      x -= g / slope;
+      if (!(x > low && x < high)) x = (low + high) / 2;
+      if (std::abs(x - before) < exact) break;
+    }
+    return x;
+  }
+
+ private:
+  std::array<double, most> x_, c_;
+  std::size_t size_ = 0;
+};
+
 /// Only the constructor allocates.
 class SwitchInstant {
  public:
-  explicit SwitchInstant(const StickSlip& joints, int n);
+  explicit SwitchInstant(const StickSlip& joints, int n) : joints_(joints), n_(n) {
+    for (Seen& seen : seen_) {
+      seen.y = Numbers(2 * n);
+      seen.moments = seen.dues = Numbers(n);
+    }
+    due_.reserve(joints.joints().size());
+    forget();
+  }
   void attach(Mechanics& mechanics) { mechanics_ = &mechanics; }
   /// Call it when the joints or what acts on them has changed: forgets what is known of states.
-  void forget();
+  void forget() {
+    for (Seen& seen : seen_) seen.t = std::numeric_limits<double>::quiet_NaN();
+  }
 
   // As ode::Switches.
   double due(double t, const double* y) const { return duesAt(t, y).maxCoeff(); }
-  double nearest(const ode::Stretch& of) const;
+  double nearest(const ode::Stretch& of) const {
+    const double middle = of.t + of.h / 2;
+    const Eigen::VectorXd& between = of.course->at(middle);
+    double first = 1;
+    // A parabola's top is at most so far above its ends that 2 g_m > min(g_0, g_1) where passing() finds one.
+    const Numbers &atBegin = duesAt(of.t, of.y.data()), &atHalf = duesAt(middle, between.data()),
+                  &atEnd = duesAt(of.t + of.h, of.next.data());
+    if ((2 * atHalf - atBegin.min(atEnd)).maxCoeff() > 0) {
+      for (const int i : joints_.joints()) {
+        if (joints_.slides(i)) first = std::min(first, passing(atBegin[i], atHalf[i], atEnd[i]));
+      }
+    }
+
+    if (!joints_.stuck().empty()) {
+      const double *begin = momentsAt(of.t, of.y.data()), *half = momentsAt(middle, between.data()),
+                   *end = momentsAt(of.t + of.h, of.next.data());
+      for (const int i : joints_.stuck()) {
+        for (const double sign : {-1.0, 1.0}) {
+          const auto over = [&](const double* mu) { return sign * mu[i] - joints_.limit(i); };
+          first = std::min(first, passing(over(begin), over(half), over(end)));
+        }
+      }
+    }
+    return first < 1 ? first * of.h : -1;
+  }
   /// The joint is its `which`.
-  ode::Crossing crossing(const ode::Stretch& of) const;
+  ode::Crossing crossing(const ode::Stretch& of) const {
+    // The joint that changes first along the chord, then those that change before.
+    const double last = of.t + of.h;
+    const Numbers &atBegin = duesAt(of.t, of.y.data()), &atEnd = duesAt(last, of.next.data());
+    int likely = 0;
+    double least = std::numeric_limits<double>::infinity();
+    due_.clear();
+    for (const int i : joints_.joints()) {
+      if (atEnd[i] <= 0) continue;
+      due_.push_back(i);
+      const double ratio = -atBegin[i] / atEnd[i];
+      if (ratio < least) likely = i;
+      least = std::min(least, ratio);
+    }
+    ode::Crossing first = crossingOf(likely, of, last);
+    for (const int i : due_) {
+      if (i != likely && dueAt(i, first.t, of) > 0) first = crossingOf(i, of, first.t);
+    }
+    return first;
+  }
 
   /// The moments in the joints at a state. Valid until forget(), or for some more states.
-  const double* momentsAt(double t, const double* y) const;
+  const double* momentsAt(double t, const double* y) const {
+    Seen& seen = this->seen(t, y);
+    if (!seen.hasMoments) std::copy_n(mechanics_->answer(t, y).moments, n_, seen.moments.data());
+    seen.hasMoments = true;
+    return seen.moments.data();
+  }
 
  private:
   using Numbers = Eigen::ArrayXd;
+  static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
   /// How much the change of each joint is due at a state. Valid as momentsAt().
-  const Numbers& duesAt(double t, const double* y) const;
+  const Numbers& duesAt(double t, const double* y) const {
+    Seen& seen = this->seen(t, y);
+    if (seen.hasDues) return seen.dues;
+    joints_.findSlidesDue(y + n_, seen.dues);
+    const double* moments = joints_.stuck().empty() ? nullptr : momentsAt(t, y);
+    for (const int i : joints_.stuck()) seen.dues[i] = joints_.stickDue(i, moments);
+    seen.hasDues = true;
+    return seen.dues;
+  }
   /// The same of one joint at t within the stretch.
-  double dueAt(int joint, double t, const ode::Stretch& of) const;
+  double dueAt(int joint, double t, const ode::Stretch& of) const {
+    const Eigen::VectorXd& y = t == of.t ? of.y : t == of.t + of.h ? of.next : of.course->at(t);
+    return joints_.slides(joint) ? joints_.slideDue(joint, y.data() + n_)
+                                 : joints_.stickDue(joint, momentsAt(t, y.data()));
+  }
   /// How far above 0 due() of a joint may be where a step ends, of which it has these values at the begin, in
   /// the middle and at the end.
-  double mostBeyond(int joint, const ode::Stretch& of, double begin, double half, double end) const;
+  /// What rounding of t, rates and moments asks for. Where |μ| reaches the torque of sliding, f bends and
+  /// does not jump: a delay δ changes a rate by δ² alone, and `late` of the step's change is enough. Its
+  /// bounds are shares of the breakaway torque: far above rounding, far below the torque.
+  double mostBeyond(int joint, const ode::Stretch& of, double begin, double half, double end) const {
+    const double steepest = 2 * std::max(std::abs(half - begin), std::abs(end - half)) / of.h;
+    const double ofTime = narrowest(of) * steepest, most = joints_.breakaway(joint);
+    constexpr double ofRates = 32 * epsilon, ofMoments = 1e-11, late = 1e-5, leastLate = 1e-8,
+                     mostLate = 1e-6;
+    if (joints_.slides(joint)) {
+      const double *omega = of.next.data() + n_, inner = joint > 0 ? std::abs(omega[joint - 1]) : 0;
+      return ofTime + ofRates * (std::abs(omega[joint]) + inner);
+    }
+    if (joints_.hasBreakaway()) return ofTime + ofMoments * most;
+    return ofTime + std::max(std::clamp(late * (end - begin), leastLate * most, mostLate * most),
+                             (joints_.limit(joint) - most) / 2);
+  }
   /// The first time up to `last` at which due() of a joint is above 0, by no more than that; or one so near
   /// behind it that rounding hides which is first: then the joint is not told.
-  ode::Crossing crossingOf(int joint, const ode::Stretch& of, double last) const;
+  /// A polynomial through what is due at known times is refined by Newton's method.
+  ode::Crossing crossingOf(int joint, const ode::Stretch& of, double last) const {
+    const auto due = [&](double t) { return dueAt(joint, t, of); };
+    const double begin = due(of.t), half = due(of.t + of.h / 2), end = due(of.t + of.h);
+    const double beyond = mostBeyond(joint, of, begin, half, end);
+    Interpolation curve;
+    curve.add(0, begin - beyond / 2);
+    curve.add(0.5, half - beyond / 2);
+    curve.add(1, end - beyond / 2);
+    ode::Crossing found;
+    double low = of.t, high = last;
+    while (high - low > narrowest(of)) {
+      // Where rounding leaves the polynomial no zero, by halves.
+      double t = of.t + of.h * curve.zero((low - of.t) / of.h, (high - of.t) / of.h);
+      const bool isOfUse = !curve.isFull() && t > low && t < high;
+      if (!isOfUse) t = low + (high - low) / 2;
+      const double value = due(t), s = (t - of.t) / of.h;
+      if (isOfUse) curve.add(s, value - beyond / 2);
+      if (value > 0 && value <= beyond) {
+        found = {t, nullptr, joint, 0};
+        curve.value(s, found.slope);
+        found.slope /= of.h;
+        return found;
+      }
+      (value > 0 ? high : low) = t;
+    }
+    found.t = high;
+    return found;
+  }
 
   const StickSlip& joints_;
   int n_;
@@ -55,7 +217,17 @@ class SwitchInstant {
     Numbers y, moments, dues;
     bool hasMoments, hasDues;
   };
-  Seen& seen(double t, const double* y) const;
+  Seen& seen(double t, const double* y) const {
+    for (Seen& seen : seen_) {
+      if (seen.t == t && std::memcmp(seen.y.data(), y, sizeof(double) * index(2 * n_)) == 0) return seen;
+    }
+    Seen& seen = seen_[oldest_];
+    oldest_ = (oldest_ + 1) % seen_.size();
+    seen.t = t;
+    std::copy_n(y, 2 * n_, seen.y.data());
+    seen.hasMoments = seen.hasDues = false;
+    return seen;
+  }
   mutable std::array<Seen, 8> seen_;
   mutable std::size_t oldest_ = 0;
   mutable std::vector<int> due_;  ///< scratch of crossing()
