@@ -10,7 +10,9 @@ do, N samples tell no more than N/τ: τ = 1 + 2 Σ ρ_k, ρ_k the correlation o
 import numpy as np
 
 from .solve import FAILED, LOSS, NARROW, STEEPEST, until_steep
+from .varied import NOT_ZERO
 
+TINY = 1e-3  # of its scale: relative deviations of smaller numbers are in scales
 UNLIKELY = 4.0  # deviations: a correlation of neighbours within them counts as none
 NOT_TOLD = 0.5  # a direction whose relative deviation is above it
 WIDTH, STEEP = 3e-6, 500.0  # of the differences of a Jacobian whose largest entry is STEEP, rad. A steeper one, of a chaotic motion,
@@ -60,12 +62,12 @@ class Deviations:
         self.scales = np.array([number.scale for number in self.numbers])
         many = len(self.numbers)
         self.values = solution.x[:many] * self.scales
-        self.sizes = np.where(abs(self.values) > 1e-3 * self.scales, abs(self.values), self.scales)
+        self.sizes = np.where(abs(self.values) > TINY * self.scales, abs(self.values), self.scales)
         self._jacobian = jacobian / self.spread
         self._find_directions(samples, (jacobian - other) / self.spread)
         information = self._jacobian.T @ self._jacobian
         information[range(many), range(many)] += 1 / prior ** 2
-        size = 1 / np.sqrt(np.maximum(np.diag(information), 1e-300))  # the inverse of a matrix with a diagonal of 1
+        size = 1 / np.sqrt(np.maximum(np.diag(information), NOT_ZERO))  # the inverse of a matrix with a diagonal of 1
         self.covariance = np.linalg.pinv(information * np.outer(size, size), hermitian=True) * np.outer(size, size)
 
     @property
@@ -77,7 +79,7 @@ class Deviations:
     def correlations(self):
         many = len(self.numbers)
         covariance = self.covariance[:many, :many]
-        size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        size = np.sqrt(np.maximum(np.diag(covariance), NOT_ZERO))
         return covariance / np.outer(size, size)
 
     def most_correlated(self):

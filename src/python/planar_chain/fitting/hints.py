@@ -10,13 +10,16 @@ import numpy as np
 
 from planar_chain import Scene, simulate_many
 
-from .varied import AT_BOUND, value_at
+from .varied import AT_BOUND, NOT_ZERO, value_at
 from .problem import TOLERANCE, joint_links
 
 SHARE, SHARE_OF_TWO = 0.25, 0.5  # of the residuals' squares that a hint explains at least; that two shapes do
 OWN = 1e-3  # the part of a change that no unknown can do; less is an error of the differences
 ALIKE = 0.9  # of the best share of a joint: others above it are named too
 PROBE = 1e-3  # of the torque of a probe, in the chain's typical torque
+DEPENDENT = 1e-9  # of the largest singular value: unknowns that do less do nothing beside the errors of differences
+SAME = 1e-4  # the same of shapes: two that differ by less are one
+DELAY = 1e-3  # s: the difference for a delay
 SHAPES = {  # the torque along a motion; the key of a joint that gives it, and what it is
     "sign q̇": (lambda q, qd: -np.sign(qd), "friction", "dry friction"),
     "q̇ |q̇|": (lambda q, qd: -qd * abs(qd), "drag", "drag"),
@@ -38,7 +41,7 @@ def hints(problem, solution):
     unknowns = problem.jacobian(solution.x, few)[:, inside] / solution.noise[problem.joints_of(few)][:, None]
     residuals = problem.residuals(solution.x, few) / solution.noise[problem.joints_of(few)]
     basis, values, _ = np.linalg.svd(unknowns, full_matrices=False)
-    basis = basis[:, values > 1e-9 * values.max(initial=1e-300)]
+    basis = basis[:, values > DEPENDENT * values.max(initial=NOT_ZERO)]
     left = residuals - basis @ (basis.T @ residuals)
 
     def judged(*columns):
@@ -47,7 +50,7 @@ def hints(problem, solution):
         rest = columns - basis @ (basis.T @ columns)
         if not np.isfinite(rest).all() or (np.sum(rest ** 2, axis=0) <= OWN ** 2 * np.sum(columns ** 2, axis=0)).any():
             return 0.0, 0.0
-        factors = np.linalg.lstsq(rest, left, rcond=1e-4)[0]
+        factors = np.linalg.lstsq(rest, left, rcond=SAME)[0]
         return 1 - np.sum((left - rest @ factors) ** 2) / (left @ left), -max(factors)
 
     said, fitted = [], [number.path for number in problem.numbers]
@@ -91,7 +94,7 @@ def probe(problem, solution, samples, used, j, torque):
         t = np.round(recording.t[samples[r]], 12)
         motion = simulate_many(scene, t, initial=[state] * 2, parameters=paths).states[0]
         shape = np.nan_to_num(torque(motion[:, :n], motion[:, n:])[:, j])
-        size = PROBE * max(number.scale for number in problem.numbers) / max(abs(shape).max(), 1e-300)
+        size = PROBE * max(number.scale for number in problem.numbers) / max(abs(shape).max(), NOT_ZERO)
         tree = scene.to_dict()
         loads = {**(tree.get("loads") or {}), "fit_probe": {"joint": problem.joints[j], "torque": 0.0, "times": t.tolist(),
                                                             "values": shape.tolist()}}
@@ -102,8 +105,7 @@ def probe(problem, solution, samples, used, j, torque):
 
 
 def of_delay(problem, solution, samples):
-    step = 1e-3  # s
-    rows = [(r, *problem.parts(solution.x, r)[:2], delay) for r in range(len(problem.recordings)) for delay in (0.0, step)]
+    rows = [(r, *problem.parts(solution.x, r)[:2], delay) for r in range(len(problem.recordings)) for delay in (0.0, DELAY)]
     motions = problem.motions(rows, samples)
-    changes = [np.nan_to_num((late - prompt) / step) for prompt, late in zip(motions[::2], motions[1::2])]
+    changes = [np.nan_to_num((late - prompt) / DELAY) for prompt, late in zip(motions[::2], motions[1::2])]
     return np.concatenate([change[mask] for change, mask in zip(changes, problem.measured(samples))])

@@ -5,8 +5,11 @@ matplotlib.use("Agg")
 import numpy as np  # noqa: E402  pylint: disable=wrong-import-position
 from matplotlib import pyplot  # noqa: E402  pylint: disable=wrong-import-position
 
+from .varied import NOT_ZERO  # noqa: E402  pylint: disable=wrong-import-position
+
 COLOURS = ("#1F77B4", "#D62728", "#2CA02C", "#9467BD", "#FF7F0E", "#17BECF", "#8C564B", "#E377C2")
 MOST_RECORDINGS, MOST_JOINTS, MOST_POINTS = 3, 8, 150
+ROUNDING = 1e-12  # of a correlation: two numbers that hang together fully have a region of no width
 
 
 def draw(result, title):
@@ -53,10 +56,10 @@ def ellipse(axes, result):
     covariance = result.covariance[np.ix_([a, b], [a, b])]
     one, other = result.numbers[a], result.numbers[b]
     turn = np.linspace(0, 2 * np.pi, 200)
-    size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    root = np.linalg.cholesky(covariance / np.outer(size, size) + 1e-12 * np.eye(2)) * size[:, None]
+    size = np.sqrt(np.maximum(np.diag(covariance), NOT_ZERO))
+    root = np.linalg.cholesky(covariance / np.outer(size, size) + ROUNDING * np.eye(2)) * size[:, None]
     x, y = np.array([[one.value], [other.value]]) + np.sqrt(-2 * np.log(0.05)) * root @ [np.cos(turn), np.sin(turn)]
-    units = [10.0 ** np.floor(np.log10(max(abs(values).max(), 1e-300))) for values in (x - one.value, y - other.value)]
+    units = [10.0 ** np.floor(np.log10(max(abs(values).max(), NOT_ZERO))) for values in (x - one.value, y - other.value)]
     axes.plot((x - one.value) / units[0], (y - other.value) / units[1], color=COLOURS[0])
     axes.plot(0, 0, "+", color=COLOURS[0])
     correlation = covariance[0, 1] / (size[0] * size[1])

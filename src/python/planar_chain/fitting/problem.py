@@ -11,7 +11,7 @@ from planar_chain import Scene, simulate_many
 from .recordings import BadFit, moved_load, moved_scene
 
 TOLERANCE, EXACT = 1e-9, 1e-13  # of the runs, rad per second: of a fit; where small singular values of a Jacobian count
-DIFFERENCE = 1e-5  # of an unknown for its column, relative
+DIFFERENCE, DELAY_DIFFERENCE = 1e-5, 1e-4  # of an unknown for its column, relative; of a delay, s
 FEW = 8  # runs side by side that take less time than to start threads
 CLOSE = 8e-3  # s: between such times angles are interpolated, where a step would have to end at each time
 
@@ -72,7 +72,7 @@ class Problem:
     def steps(self, x):
         steps = DIFFERENCE * np.maximum(np.abs(x), 1.0)
         if self.has_delay:
-            steps[[self.own(r).stop - 1 for r in range(len(self.recordings))]] = 1e-4  # s
+            steps[[self.own(r).stop - 1 for r in range(len(self.recordings))]] = DELAY_DIFFERENCE
         high = self.bounds()[1]
         return np.where(x + steps > high, -steps, steps)
 

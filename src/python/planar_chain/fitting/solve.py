@@ -10,7 +10,8 @@ from .problem import TOLERANCE
 
 WINDOWS = (0.3, 0.6, 1.2, 2.4)  # s
 LOSS = 3.0  # C
-LEAST_NOISE = 1e-9  # rad: no s_j is smaller
+LEAST_NOISE, LEAST_SHARE = 1e-9, 1e-3  # rad, and of the noise of all joints: no s_j is smaller, or one joint would count alone
+FIRST_NOISE = 1e-3  # rad: s_j before the first residuals
 FAILED = 100.0  # rad: a residual of a run that failed; no residual counts more
 EARLY_SAMPLES, EARLY_CALLS, LAST_CALLS = 150, 15, 100  # times of a recording in an early window; evaluations
 EARLY_PRECISION, PRECISION = 1e-3, 1e-9
@@ -96,7 +97,7 @@ def noise_of(residuals, joints, n):
     residuals = np.nan_to_num(residuals, nan=FAILED)
     every = 1.4826 * np.median(abs(residuals))
     own = [1.4826 * np.median(abs(residuals[joints == j])) if (joints == j).sum() > 5 else every for j in range(n)]
-    return np.maximum(own, max(LEAST_NOISE, 1e-3 * every))
+    return np.maximum(own, max(LEAST_NOISE, LEAST_SHARE * every))
 
 
 class Solver:
@@ -105,7 +106,7 @@ class Solver:
     def __init__(self, problem, states, windows=WINDOWS, progress=None):
         self.problem, self.windows, self.progress = problem, windows, progress or (lambda *_: None)
         samples = samples_of(problem.recordings, np.inf)
-        self.solution = Solution(problem.first(states), np.full(len(problem.joints), 1e-3), samples)
+        self.solution = Solution(problem.first(states), np.full(len(problem.joints), FIRST_NOISE), samples)
         self.reached = np.zeros(len(problem.recordings))  # s: until when each recording was followed
         self.calls = 0
 

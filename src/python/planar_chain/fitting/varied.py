@@ -12,6 +12,8 @@ from .recordings import BadFit
 NOT_NEGATIVE = {"mass", "inertia", "damping", "drag", "stiffness", "friction", "breakaway", "rotor_inertia", "stop_stiffness",
                 "stop_damping"}
 AT_BOUND = 1e-3  # of a scale
+LEAST_MASS = 1e-3  # of its scale: 0 is no mass, and a far smaller one makes the equations singular
+NOT_ZERO = 1e-300  # a divisor in place of 0
 
 
 class Number:
@@ -114,7 +116,7 @@ def number_of(scene, path, first, low, high):
         raise BadFit(f"--vary: expected LOW <= FIRST <= HIGH, LOW < HIGH, of {path}, got {first:g}, {low:g}, {high:g}")
     number = Number(path, first, low, high, max(abs(first), 0.01 * typical(path, scene)) if first else typical(path, scene))
     if key == "mass" and low == 0:
-        number.low = 1e-3 * number.scale  # 0 is no mass
+        number.low = LEAST_MASS * number.scale
     return number
 
 

@@ -7,6 +7,7 @@ from .varied import value_at
 SMALL = 0.1  # a part of a direction that is left out
 ALONE = 0.9999  # the part of a number in the lost directions from which on it is lost by itself
 ORTHOGONAL = 0.03
+DIFFERENCE = 1e-6  # of a number, relative: half the digits are left for the slope
 
 
 def combinations(scene_values, numbers):
@@ -58,8 +59,8 @@ def gradient(function, values, sizes):
     base, slopes = function(values), []
     for k, size in enumerate(sizes):
         moved = np.array(values)
-        moved[k] += 1e-6 * size
-        slopes.append((function(moved) - base) / 1e-6)
+        moved[k] += DIFFERENCE * size
+        slopes.append((function(moved) - base) / DIFFERENCE)
     length = np.linalg.norm(slopes)
     return np.array(slopes) / length if length > 0 else None
 
