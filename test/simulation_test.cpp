@@ -12,6 +12,7 @@
 
 #include "lanes/kernel.h"
 #include "ode/methods.h"
+#include "ode/taylor.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/scene_reader.h"
 #include "random_scene.h"
@@ -252,6 +253,22 @@ TEST(Auto, LosesLittleByTrials) {
     EXPECT_LT(static_cast<double>(chosen.evaluations), 1.06 * static_cast<double>(best.evaluations));
     EXPECT_LT(static_cast<double>(chosen.steps), 1.06 * static_cast<double>(best.steps));
   }
+}
+
+TEST(Auto, TriesNoLowerOrderBesideASeriesThatCostsLittle) {
+  Scene scene = readSceneText(
+      "{chain: [cart, pole], links: {cart: {mass: 1, joint: {type: prismatic}},\n"
+      "  pole: {mass: 0.4, inertia: 0.01, com: [0.25, 0], pin: [0.5, 0], initial: {angle: 1}}}}");
+  scene.integrator.tolerance = 1e-6;
+  const auto besideSeries = [&](const char* method) {
+    scene.integrator.method = method;
+    Simulation simulation(scene);
+    EXPECT_TRUE(simulation.advanceTo(10)) << simulation.fault();
+    const Statistics made = simulation.statistics();
+    return made.evaluations - ode::Taylor::orderFor(1e-6) * made.steps;
+  };
+  // Each trial has an evaluation at least for each of its stages: six.
+  EXPECT_NEAR(static_cast<double>(besideSeries("auto")), static_cast<double>(besideSeries("taylor")), 5);
 }
 
 // A step of 1e-4 s far beyond stiff stops errs wildly. Interpolation for the first switch within it shortened

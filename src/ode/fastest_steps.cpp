@@ -159,6 +159,10 @@ class FastestSteps : public Integrator {
   /// An explicit challenger without a step of its own starts with this share of the incumbent's. A whole one
   /// is often rejected.
   static constexpr double cautious = 0.5;
+  /// An explicit method of lower order than an explicit incumbent is taken to make steps of at most so many
+  /// times its step. Below 1: methods whose constant of the error is small are not tried. Large: beside a
+  /// series that costs less than an evaluation an order, trials are lost.
+  static constexpr double farthestOfLowerOrder = 2;
   /// Steps of a trial before each decision: where switches end steps at random, a few do not suffice.
   static constexpr int judgedSteps = 3, judgedAmongSwitches = 12;
 
@@ -216,7 +220,11 @@ class FastestSteps : public Integrator {
   bool isWorthATrial(std::size_t k) const {
     const AdaptiveSteps& method = methods_[k];
     if (isExplicit(k)) {
-      return k != inUse_ && steadyStep(method) > clearly * incumbentSpeed_ * method.cost();
+      double longest = steadyStep(method);
+      if (isExplicit(inUse_) && method.facts().order < methods_[inUse_].facts().order) {
+        longest = std::min(longest, farthestOfLowerOrder * incumbentStep_);
+      }
+      return k != inUse_ && longest > clearly * incumbentSpeed_ * method.cost();
     }
     if (k == inUse_ && !method.facts().errorSeesStiffModes) return false;
     // An explicit incumbent far from its limit is hardly limited by stiffness.
