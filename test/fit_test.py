@@ -284,7 +284,7 @@ class Bad(unittest.TestCase):
         same = "the same number"
         self.refused(same, PENDULUM, self.good, ["links/rod/mass", "links/rod/mass=2"])
         self.refused(same, PENDULUM, self.good, ["links/rod/com/0", "links/rod/mass", "links/rod/com/0=0.4"])
-        self.refused('a link listed in chain, got "rood"', PENDULUM, self.good, ["links/rood/mass=1"])
+        self.refused('a link listed in chain (did you mean rod?), got "rood"', PENDULUM, self.good, ["links/rood/mass=1"])
         self.refused("expected a first value for links/rod/joint/friction", PENDULUM, self.good, ["links/rod/joint/friction"])
         self.refused("LOW <= FIRST <= HIGH", PENDULUM, self.good, ["links/rod/mass=1:2:3"])
         self.refused("PATH=FIRST:LOW:HIGH", PENDULUM, self.good, ["links/rod/mass=1:2"])

@@ -237,7 +237,7 @@ class Sweeps(InFolder):
                                  (("--vary", MASS + "=1", "--chunk", "0"), "--chunk: expected a number > 0, got 0"),
                                  (("--vary", MASS + "=1", "--instants", "1000000000"), "--instants, --chunk: expected at most"),
                                  (("--vary", MASS + "=1", "--scheduler", "here"), "--scheduler: expected an address"),
-                                 (("--vary", "links/lowr/mass=1"), 'links/lowr/mass: expected a link listed in chain, got "lowr"'),
+                                 (("--vary", "links/lowr/mass=1"), 'links/lowr/mass: expected a link listed in chain (did you mean lower?), got "lowr"'),
                                  (("--vary", "loads/push/force/1=1"), "loads/push/force/1: expected a number of a list that the scene has, got nothing at \"loads/push/force\""),
                                  (("--vary", MASS), "--vary: expected PATH=VALUES"), ((), "--vary: expected at least one"),
                                  (("--vary", MASS + "=1", "--runs", "0"), "--runs: expected a number from 1"),

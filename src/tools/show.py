@@ -204,7 +204,7 @@ def refuse(reason):
 
 def require_display():
     if not any(os.environ.get(name) for name in ('DISPLAY', 'WAYLAND_DISPLAY', 'QT_QPA_PLATFORM')):
-        refuse('show: rviz needs a display, and DISPLAY is not set. Without one, plot draws a bag')
+        sys.exit('show: rviz needs a display, and DISPLAY is not set. Without one, plot draws a bag')
 
 
 def rviz(name, config, arguments, meanwhile=lambda: None):
