@@ -265,7 +265,9 @@ class Pictures(unittest.TestCase):
         rows = [{"engine": "planar_chain", "method": "auto", "setting": "1e-5", "error_theta": "1e-6", "error_omega": "1e-6",
                  "outcome": "ok"}]
         axes = figures.asked_and_got({f"scene{k}": {"rows": rows} for k in range(17)}).axes[0]
-        for colours in (figures.COLOURS.values(), [line.get_color() for line in axes.lines]):
+        costs = figures.effects([{"scene": "a", "without": name, "seconds": "1"} for name in ("nothing", *"abcdefghijklm")]).axes[0]
+        for colours in (figures.COLOURS.values(), [line.get_color() for line in axes.lines],
+                        [line.get_color() for line in costs.lines[:-1]]):  # the last one is at 1
             colours = [matplotlib.colors.to_rgb(colour) for colour in colours]
             for k, colour in enumerate(colours):
                 for other in colours[:k]:

@@ -218,7 +218,8 @@ def effects(rows):
     for k, effect in enumerate(dict.fromkeys(row["without"] for row in rows if row["without"] != "nothing")):
         points = [(i, number(row["seconds"]) / number(group[0]["seconds"])) for i, group in enumerate(scenes.values())
                   for row in group if row["without"] == effect]
-        plot(axes, points, linestyle="", marker="osD^v"[k % 5], markersize=6, color=f"C{k}", label=f"without {effect}")
+        plot(axes, points, linestyle="", marker="osD^v"[k % 5], markersize=6,
+             color=list(COLOURS.values())[k % len(COLOURS)], label=f"without {effect}")
     axes.axhline(1, color="grey", linewidth=1)
     axes.set(xticks=range(len(scenes)), ylabel="part of the time that is left")
     axes.set_xticklabels(scenes, rotation=40, ha="right")
