@@ -116,18 +116,20 @@ PLANAR_CHAIN_IN_ONE_PIECE bool addCarried(double* y, double* carry, const double
 
 PLANAR_CHAIN_IN_ONE_PIECE void polynomial(double h, const double* c, int order, double* sum,
                                           std::ptrdiff_t n) {
-  const Pack step(h), square(h * h);
+  const Pack step(h), square(h * h), fourth = square * square;
+  const int last = order - 1 + order % 2;
   forRegisters(n, [&](std::ptrdiff_t i, int size) {
     const auto at = [&](int k) { return loadSome(c + k * n + i, size); };
-    // Horner's rule for even and for odd orders: each waits for half as many.
-    int k = order - order % 2;
-    Pack even = at(k), odd = at(k - 1);
-    if (k < order) odd = mulAdd(square, at(order), odd);
-    while ((k -= 2) > 0) {
-      even = mulAdd(square, even, at(k));
-      odd = mulAdd(square, odd, at(k - 1));
+    const auto pair = [&](int k) { return mulAdd(step, at(k + 1), at(k)); };
+    // Horner's rule for every other pair of orders: each sum waits for a quarter as many.
+    Pack high = last < order ? pair(last) : at(last), low = pair(last - 2);
+    int k = last - 4;
+    for (; k > 1; k -= 4) {
+      high = mulAdd(fourth, high, pair(k));
+      low = mulAdd(fourth, low, pair(k - 2));
     }
-    storeSome(sum + i, step * mulAdd(step, even, odd), size);
+    if (k == 1) low = mulAdd(fourth, std::exchange(high, low), pair(1));
+    storeSome(sum + i, step * mulAdd(square, high, low), size);
   });
 }
 

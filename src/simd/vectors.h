@@ -50,7 +50,7 @@ struct VectorKernel {
   /// Adds `increment` to y, and the rounding error of that to `carry`. Returns false, and changes nothing, if
   /// y would not be finite.
   bool (*addCarried)(double* y, double* carry, const double* increment, std::ptrdiff_t n);
-  /// sum = Σ_{0<k≤order} c_k h^k, order > 1. c_k is row k of n numbers.
+  /// sum = Σ_{0<k≤order} c_k h^k, order > 2. c_k is row k of n numbers.
   void (*polynomial)(double h, const double* c, int order, double* sum, std::ptrdiff_t n);
   /// error = max of weights_k |c_k|, the last two of which are added. If these are not finite, neither is the
   /// error. c_k is row k of n numbers.
