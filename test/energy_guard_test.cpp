@@ -214,6 +214,19 @@ TEST(EnergyGuard, RefusesToGoOnWhereNothingHelps) {
   }
 }
 
+TEST(Blast, ThatTimeCannotResolveIsTheReason) {
+  for (const double friction : {1e25, 1e100}) {
+    Scene scene = randomScene(2, 1);
+    std::vector<Joint> joints = scene.chain.joints();
+    for (Joint& joint : joints) joint.others.emplace_back("friction", friction);
+    scene.chain = Chain(scene.chain.links(), joints, scene.chain.gravity());
+    scene.qd = {1, 1};
+    Simulation simulation(scene);
+    EXPECT_FALSE(simulation.advanceTo(1));
+    EXPECT_NE(simulation.fault().find("time cannot resolve"), std::string::npos) << simulation.fault();
+  }
+}
+
 // The series of a torque of 1e200 has coefficients that are infinite and NaN.
 TEST(Blast, BeyondAllNumbersEndsEveryMethodAtTheLastGoodState) {
   for (const std::string& method : ode::methodNames()) {

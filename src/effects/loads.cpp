@@ -78,7 +78,7 @@ void takeAction(const Section& in, const ChainNames* names, Load& load) {
 TimeLaw takeSine(const Section& in) {
   Sine sine;
   in.take("frequency", NumberRule::any("Hz"), sine.frequency);
-  in.take("phase", NumberRule::any("rad"), sine.phase);
+  in.take("phase", phaseRule(), sine.phase);
   return sine;
 }
 

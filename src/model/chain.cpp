@@ -92,6 +92,12 @@ std::vector<Fault> faultsOf(const Link& link, bool slides) {
   if (!faults.empty()) return faults;
   requireMoment(faults, "com", link, link.com);
   requireMoment(faults, "pin", link, link.pin);
+  const double moment = link.mass * dot(link.com, link.com) + link.inertia;
+  if (moment > 0 && moment < 1e-150) {  // the product of two may underflow
+    faults.push_back({"mass",
+                      "a mass in kg whose moment of inertia about the inner pin is at least 1e-150 kg m²",
+                      toText(link.mass)});
+  }
   return faults;
 }
 

@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "dynamics/dynamics.h"
 #include "ode/integrator.h"
@@ -91,16 +92,28 @@ inline const char* whyStretched(const Scene& scene, double t) {
                "(other lengths, or another place of the tip, avoid this pose)";
 }
 
-/// Writes why the last rung failed at t. gap: of the energy balance, J. isStretched: as Dynamics'.
-inline void describeFailure(std::string& to, const Scene& scene, double t, ode::Outcome outcome, double gap,
-                            bool isStretched) {
+/// Writes why the last rung failed at t, y. gap: of the energy balance, J.
+inline void describeFailure(std::string& to, const Scene& scene, double t, const double* y,
+                            ode::Outcome outcome, double gap, Dynamics& dynamics,
+                            const Coordinates& coordinates) {
+  constexpr double fastest = 1e20;  // rad/s², m/s²: 2e4 rad/s within the rounding of t at 1 s
+  std::vector<double> qdd(scene.q.size());
+  dynamics.accelerations(t, y, qdd.data());
+  coordinates.toRelative(qdd.data(), qdd.data());
+  const auto isLess = [](double a, double b) { return std::abs(a) < std::abs(b); };
+  const auto most = std::max_element(qdd.begin(), qdd.end(), isLess);
+  const Joint& joint = scene.chain.joints()[static_cast<std::size_t>(most - qdd.begin())];
   char why[200] = "the motion leaves the finite numbers";
   if (outcome == ode::Outcome::stepTooSmall) {
     std::snprintf(why, sizeof why, "the tolerance asks for steps below the resolution of time");
   } else if (outcome != ode::Outcome::notFinite) {
     std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", gap);
   }
-  if (isStretched) std::snprintf(why, sizeof why, "%s", whyStretched(scene, t));
+  if (dynamics.isStretched(t, y)) std::snprintf(why, sizeof why, "%s", whyStretched(scene, t));
+  if (std::abs(*most) > fastest) {
+    std::snprintf(why, sizeof why, "time cannot resolve %.3g %s in %.50s", *most,
+                  joint.slides ? "m/s²" : "rad/s²", joint.name.c_str());
+  }
   char text[300];
   std::snprintf(
       text, sizeof text,

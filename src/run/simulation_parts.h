@@ -202,8 +202,7 @@ struct Simulation::Parts {
     if (sampler) sampler->bank().dropAfter(state.t);
     if (std::exchange(switchedSince, false)) dynamics.enterState(state.t, y.data());
     if (rung + 1 == rungs) {
-      return describeFailure(fault, scene, state.t, outcome, guard.gap(),
-                             dynamics.isStretched(state.t, y.data()));
+      return describeFailure(fault, scene, state.t, y.data(), outcome, guard.gap(), dynamics, coordinates);
     }
     dynamics.reconsider(state.t, y.data());  // results for these times belong to other states
     rescueBy(rung + 1);

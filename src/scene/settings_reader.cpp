@@ -7,6 +7,7 @@
 
 #include "dynamics/equilibrium.h"
 #include "effects/effects.h"
+#include "effects/loads.h"
 #include "lanes/motion_series.h"
 #include "ode/methods.h"
 
@@ -46,7 +47,7 @@ MotionLaw readLaw(const Section& in, const char* key, const char* unit, bool may
   }
   law.take("amplitude", NumberRule::any(unit), amplitude);
   law.take("frequency", NumberRule::any("Hz"), frequency);
-  law.take("phase", NumberRule::any("rad"), phase);
+  law.take("phase", phaseRule(), phase);
   law.take("offset", NumberRule::any(unit), offset);
   return checked(MotionLaw::sine(amplitude, frequency, phase, offset));
 }
