@@ -550,8 +550,8 @@ loads:
     def test_a_command_that_is_wrong_here_is_refused_and_said(self):
         self.write_commands("in.bag", [CommandTaken(number=1, tick=31, scene_time=0.1, joint_torques=[1, 1, 1])])
         result = self.run_tool("--duration", "1", "--commands", self.path("in.bag"))
-        self.assertIn("0 taken, 1 refused", result.stdout)
-        self.assertIn("expected 2 torques", result.stdout + result.stderr)
+        self.assertRegex(result.stdout, "0 taken, 1 refused; the first refusal: joint_torques/data: expected 2 torques")
+        self.assertEqual(result.returncode, 3, result.stderr)
 
     def test_the_way_to_a_state_far_ahead_has_the_budget_of_the_run(self):
         self.write_commands("in.bag", [CommandTaken(number=1, tick=1, kind=CommandTaken.RESET), CommandTaken(

@@ -157,6 +157,7 @@ class Queries(unittest.TestCase):
                              'q[1]: expected a finite number, rad, got nan',
                              'q[2]: expected a finite number, rad, got -inf',
                              'qd[0]: expected a finite number, rad/s, got inf')
+                self.refused(query, ([0, 0, 1e17], QD), 'q: expected numbers up to 5.659390201622752e+16 rad in the joint c_joint, got 1e+17')
                 self.refused(query, (Q, [1e200, 0, 0]),
                              'state: expected finite equations of motion, got numbers too large')
                 self.answer(query, Q, QD)

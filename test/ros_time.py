@@ -310,6 +310,18 @@ class Time(unittest.TestCase):
         for k, state in enumerate(self.states.messages):
             self.assertAlmostEqual(state.position[0], k * 0.005, delta=1e-12)
 
+    def test_a_clock_near_the_end_of_time_is_no_end_of_the_node(self):
+        with sim_time(), Node(rod(links=spinning())):
+            conductor = self.conductor()
+            for ns in (2 ** 32 - 1) * 10 ** 9, 2 ** 32 * 10 ** 9 - 1:
+                conductor.set(ns)
+                self.statuses.wait_for(lambda status: status.standstill == '/clock is within a day of 2^32 s, where the stamps of ROS end')
+                time.sleep(1.5)  # diagnostics are sent each second
+                self.assertTrue(service('step', Step)(n=1).success)
+            self.assertTrue(service('resume', Trigger)().success)
+            conductor.set(10 ** 9)
+            self.wait_for_stamp(10 ** 9)
+
     def test_a_clock_that_stops(self):
         with sim_time(), Node(rod(links=spinning())):
             conductor = self.conductor()

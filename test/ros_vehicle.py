@@ -137,6 +137,7 @@ class Vehicle(Watching):
             (nan, 'base_pose[0]: expected a finite number'),
             (high, 'base_twist[0]: expected 0'),
             (motion((1e308, 0), still, still), 'base_pose: expected values up to 1e9 m or rad'),
+            (motion(still, still, (1e300, 0)), 'base_pose: expected values up to 1e9 m or rad'),
             (motion((0.0, 1e14), still, still), 'base_pose: expected values up to 1e9 m or rad'),  # 4e16 m/s²
             (dict(motion((1, 0), still, still), torques=[1.0, 2.0]), 'torques: expected 1 torques'),
         ]

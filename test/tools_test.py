@@ -81,7 +81,7 @@ class Tools(InFolder):
         _, rows = self.rows()
         self.assertGreater(len(rows), 10)
         self.assertTrue(all(math.isfinite(entry) for row in rows for entry in row))
-        self.assertEqual(self.simulate("--duration", "1", "--most-steps", "20").returncode, 1)
+        self.assertRegex(self.simulate("--duration", "10", "--rate", "0.1", "--most-steps", "20").stderr, " after 3[2-9] steps")
         self.assertEqual(self.simulate("--duration", "1", "--most-steps", "10000").returncode, 0)
         os.remove(self.path("out.csv"))
         self.assert_refused(self.simulate("--duration", "1", "--most-steps", "0"), "--most-steps: expected a number > 0")
@@ -129,6 +129,18 @@ class Tools(InFolder):
         self.assert_refused(
             self.run_robot("simulate", "--duration", "-1", robot=ROBOT.replace("continuous", "screw")),
             "--duration", 'robot_description/joint[pin]/type: expected ', 'got "screw"')
+
+    def test_a_scene_without_a_name(self):
+        result = subprocess.run([os.path.join(BIN, "simulate"), ""], stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
+        self.assert_refused(result, '"": expected a file, or one of the scenes that ship')
+
+    def test_memory_that_ends_is_said(self):
+        self.run_tool("equations")  # writes the scene
+        command = f"ulimit -v 60000; exec {os.path.join(BIN, 'equations')} {self.path('long.yaml')}"
+        with open(self.path("long.yaml"), "w") as file:
+            file.write(f"chain: [rod]\nlinks: {{rod: {ROD[:-1]}, repeat: 900}}}}\n")
+        result = subprocess.run(["bash", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
+        self.assertEqual((result.returncode, result.stderr), (1, "equations: there is not enough memory\n"))
 
     def test_neither_scene_nor_robot(self):
         for tool, *arguments in (("simulate", "--duration", "1"), ("equations",)):
@@ -313,6 +325,22 @@ class Tools(InFolder):
                                         universal_newlines=True, timeout=60)
             self.assertEqual((result.returncode, result.stderr),
                              (1, f"{tool}: cannot write standard output: No space left on device\n"), arguments)
+
+    def test_a_pipe_is_an_output_like_others(self):
+        self.run_tool("equations")  # writes the scene
+        os.mkfifo(self.path("pipe"))
+        command = [os.path.join(BIN, "simulate"), self.path("scene.yaml"), "--duration", "0.1", "--csv"]
+        subprocess.run([*command, self.path("out.csv")], stdout=subprocess.PIPE, check=True, timeout=60)
+        # A check that opened the pipe would wait for its reader, and end it.
+        bad = subprocess.run([*command, self.path("pipe"), "--rate", "0"], stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
+        self.assertEqual((bad.returncode, bad.stderr.count("\n")), (2, 1), bad.stderr)
+        with subprocess.Popen(["cat", self.path("pipe")], stdout=subprocess.PIPE) as reader:
+            try:
+                subprocess.run([*command, self.path("pipe")], stdout=subprocess.PIPE, check=True, timeout=60)
+                with open(self.path("out.csv"), "rb") as file:
+                    self.assertEqual(reader.stdout.read(), file.read())
+            finally:
+                reader.kill()
 
     # ---- simulate: interrupted ---------------------------------------------------------------------
 
@@ -556,8 +584,9 @@ class Tools(InFolder):
         self.assertAlmostEqual(link["inertia"], 0.25, delta=1e-15)
 
     def test_the_chain_comes_alone(self):
-        for other in ("--json", "--linearize"):
+        for other in ("--json", "--linearize", "--inverse"):
             self.assert_refused(self.run_tool("equations", "--chain", other), "--chain", other)
+        self.assert_refused(self.run_tool("equations", "--inverse", "--linearize"), "--inverse: expected no --linearize beside it")
 
     def test_dense_matrices_have_a_limit(self):
         long = f"chain: [l]\nlinks: {{l: {ROD[:-1]}, repeat: 100000}}}}\n"

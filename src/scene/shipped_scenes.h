@@ -27,8 +27,8 @@ inline std::string findScene(const std::string& given, const std::filesystem::pa
   }
   std::sort(names.begin(), names.end());
   throw Refused(
-      {{given, orClosest("a file, or one of the scenes that ship: " + inCommas(names), given, names),
-        "neither"}});
+      {{given.empty() ? quoted(given) : onOneLine(given),
+        orClosest("a file, or one of the scenes that ship: " + inCommas(names), given, names), "neither"}});
 }
 
 }  // namespace planar_chain

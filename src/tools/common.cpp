@@ -1,5 +1,7 @@
 #include "tools/common.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <csignal>
@@ -30,6 +32,14 @@ double Arguments::number(const std::string& name, const char* expected, double l
   if (number && std::isfinite(*number) && *number > low) return *number;
   faults.push_back({"--" + name, expected, quoted(*given) + unitNote(*given)});
   return absent;
+}
+
+void checkAlone(const Arguments& given, const char* option, std::initializer_list<const char*> others,
+                std::vector<Fault>& faults) {
+  for (const char* other : others) {
+    if (!given.has(option) || !given.has(other)) continue;
+    faults.push_back({std::string("--") + option, std::string("no --") + other + " beside it", "both"});
+  }
 }
 
 void finishOutput() {
@@ -97,6 +107,9 @@ int run(const Tool& tool, int argc, char** argv) {
   } catch (const Refused& refused) {
     std::cerr << refused.what() << '\n';
     return badInput;
+  } catch (const std::bad_alloc&) {
+    std::cerr << tool.name << ": there is not enough memory\n";
+    return runFailed;
   } catch (const std::exception& error) {
     std::cerr << tool.name << ": " << error.what() << '\n';
     return runFailed;
@@ -136,7 +149,9 @@ void checkOutputs(const Arguments& given, const std::vector<std::string>& option
     const std::optional<std::string> path = given.text(option);
     if (!path) continue;
     const bool isNew = !fs::exists(*path, none);
-    if (!std::ofstream(*path, std::ios::app)) {
+    // To open a pipe waits for its reader, and to close it ends what the reader gets.
+    const bool isPipe = fs::is_fifo(*path, none);
+    if (isPipe ? access(path->c_str(), W_OK) != 0 : !std::ofstream(*path, std::ios::app)) {
       const std::string why = std::strerror(errno);
       faults.push_back({"--" + option, "a file that can be written", quoted(*path) + ": " + why});
       continue;

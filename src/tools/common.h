@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <functional>
+#include <initializer_list>
 #include <iostream>
 #include <limits>
 #include <optional>
@@ -21,7 +22,7 @@
 
 namespace planar_chain::tools {
 
-enum ExitStatus : int { done = 0, runFailed = 1, badInput = 2 };
+enum ExitStatus : int { done = 0, runFailed = 1, badInput = 2, doneInPart = 3 };
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -37,6 +38,10 @@ class Arguments : public boost::program_options::variables_map {
   double number(const std::string& name, const char* expected, double low, double absent,
                 std::vector<Fault>& faults) const;
 };
+
+/// Adds a fault for each of the others that is given beside `option`.
+void checkAlone(const Arguments& given, const char* option, std::initializer_list<const char*> others,
+                std::vector<Fault>& faults);
 
 /// Flushes standard output.
 /// @throws std::runtime_error if output was lost, for example on a full disk

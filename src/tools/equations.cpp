@@ -219,9 +219,8 @@ int equations(const Arguments& given) {
   std::vector<Fault> faults;
   const double t = given.number("t", "a finite number, in s", -infinity, 0, faults);
   const bool onlyChain = given.has("chain");
-  if (onlyChain && (given.has("json") || given.has("linearize"))) {
-    faults.push_back({"--chain", "neither --json nor --linearize beside it", "one of them"});
-  }
+  checkAlone(given, "chain", {"json", "linearize", "inverse"}, faults);
+  checkAlone(given, "inverse", {"linearize"}, faults);
   const Scene scene = readScene(
       given, [](Value&) {}, std::move(faults));
   if (!onlyChain) requireFewLinks(scene);
@@ -301,7 +300,7 @@ int main(int argc, char** argv) {
         {"chain",
          "Only the chain, as one JSON object: gravity, q, qd, every link with its joint, loads and base, "
          "with "
-         "repeated links, a URDF and defaults written out; not with --linearize or --json",
+         "repeated links, a URDF and defaults written out; not with --linearize, --inverse or --json",
          false}},
        equations},
       argc, argv);

@@ -204,13 +204,9 @@ Scene sceneOf(const Arguments& given, bool hasBags) {
         {"--duration", "a finite number > 0 s, or --commands with a bag that has the states", "neither"});
   }
   checkFiles(given, faults);
-  if (given.has("check")) {
-    for (const char* other :
-         {"duration", "rate", "csv", "bag", "views", "commands", "write-urdf", "node", "most-steps"}) {
-      if (!given.has(other)) continue;
-      faults.push_back({"--check", "no --" + std::string(other) + " beside it, as nothing runs", "both"});
-    }
-  }
+  checkAlone(given, "check",
+             {"duration", "rate", "csv", "bag", "views", "commands", "write-urdf", "node", "most-steps"},
+             faults);
   const auto amend = [&](Value& value) {
     for (const char* key : {"method", "tolerance", "step"})
       override(value, "integrator", key, given.text(key));
@@ -227,6 +223,9 @@ Rows rowsOf(const Arguments& given, const Scene& scene, bool hasBags) {
   const double duration = given.number("duration", "a finite number > 0 s", 0, 1, faults);
   const double rate = given.number("rate", "a finite number > 0 rows a second", 0, 100, faults);
   const Rows rows = rowsOf(duration, hasBags ? scene.publish.rate : rate, faults);
+  if (hasBags && duration > longestRun) {
+    faults.push_back({"--duration", "at most 4294967295 s with a bag", toText(duration)});
+  }
   if (!faults.empty()) throw Refused(std::move(faults));
   return rows;
 }
@@ -335,7 +334,7 @@ int simulate(const Arguments& given) {
   }
   writeSummary(simulation, rows.duration);
   if (bags) std::fputs(bags->summary().c_str(), stdout);
-  return done;
+  return bags && bags->hasRefused() ? doneInPart : done;
 }
 
 }  // namespace
@@ -346,7 +345,8 @@ int main(int argc, char** argv) {
   return run(
       {"simulate",
        "Simulates a scene as fast as possible and writes its motion.",
-       "0 done; 1 the run failed; 2 bad arguments or scene; 130 interrupted by Ctrl-C.",
+       "0 done; 1 the run failed; 2 bad arguments or scene; 3 a command of --commands was refused; 130 "
+       "interrupted by Ctrl-C.",
        true,
        {{"duration",
          "Simulated time, s (default with --commands: to the last state in their bag, on joint_states or "
@@ -358,7 +358,8 @@ int main(int argc, char** argv) {
         {"tolerance", "Tolerance of adaptive methods, in place of the scene's"},
         {"step", "Step of fixed-step methods, s, in place of the scene's"},
         {"most-steps",
-         "Ends the run with status 1 after so many steps (default: a million for each second so far, and at "
+         "Ends the run with status 1 after so many steps, counted every 32 (default: a million for each "
+         "second so far, and at "
          "least a million; for methods of fixed step, besides those that --step asks for)"},
         {"csv", "File to write: t, q and qd of every joint, energy"},
         {"bag", "Bag to write: the messages of the node, and /clock; the first tick is stamped 1/rate"},

@@ -86,7 +86,7 @@ class BagWriter {
   /// Writes every message of tick k ≥ 1; after a fault only the status.
   /// @throws std::runtime_error when the disk is full, for example
   void tick(long long k) {
-    const ros::Time stamp = ros::Time().fromNSec(static_cast<std::uint64_t>(ticks_.nanosecondsOf(k)));
+    const ros::Time stamp = timeOf(ticks_.nanosecondsOf(k));
     rosgraph_msgs::Clock clock;
     clock.clock = stamp;
     write("/clock", stamp, clock);
@@ -213,8 +213,8 @@ class OfflineNode : public Bags {
           (command.kind == CommandTaken::SET_STATE || command.kind == CommandTaken::SETTLE) &&
           command.scene_time > simulation_.time();
       if (isBetween && !simulation_.advanceTo(command.scene_time, keepGoing) && !keepGoing()) return false;
-      if (!commands_.takeOrWarn(command)) {
-        ++refused_;
+      if (const std::string refusal = commands_.takeOrWarn(command); !refusal.empty()) {
+        if (refused_++ == 0) firstRefusal_ = refusal;
       } else if (writer_) {
         writer_->command(command);
       }
@@ -227,6 +227,8 @@ class OfflineNode : public Bags {
     if (writer_ && k > 0) writer_->tick(k);
   }
 
+  bool hasRefused() const override { return refused_ > 0; }
+
   void close() override {
     if (writer_) writer_->close();
   }
@@ -238,6 +240,7 @@ class OfflineNode : public Bags {
     if (refused_ > 0) text << ", " << refused_ << " refused";
     const std::size_t late = recorded_.commands.size() - next_;
     if (late > 0) text << ", " << late << " after the end";
+    if (refused_ > 0) text << "; the first refusal: " << firstRefusal_;
     text << '\n';
     return text.str();
   }
@@ -249,6 +252,7 @@ class OfflineNode : public Bags {
   RecordedCommands recorded_;
   std::size_t next_ = 0;  ///< index of the next command to take
   std::size_t refused_ = 0;
+  std::string firstRefusal_;
   std::optional<BagWriter> writer_;
 };
 

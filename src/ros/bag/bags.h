@@ -15,6 +15,8 @@ namespace planar_chain {
 
 /// The largest number of ticks in a run.
 inline constexpr double mostRows = 1e8;
+/// The longest run with bags, s: the stamps of ROS end at 2^32 s.
+inline constexpr double longestRun = 4294967295;
 
 struct BagArguments {
   std::optional<std::string> out;       ///< path of the bag to write
@@ -47,8 +49,10 @@ class Bags {
   /// @throws std::runtime_error as tick()
   virtual void close() = 0;
 
-  /// Returns lines that count the commands taken and refused; empty without a bag of commands.
+  /// Returns a line that counts the commands taken and refused, with the reason of the first refusal; empty
+  /// without a bag of commands.
   virtual std::string summary() const = 0;
+  virtual bool hasRefused() const = 0;  ///< a command
 };
 
 /// The library's only function, exported as `openBags`: a run of the scene, whose publish settings give the

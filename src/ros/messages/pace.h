@@ -1,12 +1,25 @@
 #pragma once
 
-/// Tick times and periodic actions.
+/// Stamps, tick times and periodic actions.
 
+#include <ros/time.h>
+
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <stdexcept>
 
 namespace planar_chain {
+
+/// The end of ros::Time, ns.
+inline constexpr std::int64_t endOfTime = (std::int64_t{1} << 32) * 1'000'000'000;
+
+/// @throws std::range_error beyond the end of ros::Time
+inline ros::Time timeOf(std::int64_t ns) {
+  if (ns >= endOfTime) throw std::range_error("time has passed 2^32 s, where the stamps of ROS end");
+  return ros::Time().fromNSec(static_cast<std::uint64_t>(ns));
+}
 
 /// The ticks of a node, counted from its start. Times are computed from the index: tick k is at k/rate.
 struct Ticks {
@@ -19,7 +32,8 @@ struct Ticks {
   double timeOf(long long tick) const { return static_cast<double>(tick) / rate; }  ///< s
   /// Rounded.
   std::int64_t nanosecondsOf(long long tick) const {
-    return std::llround(static_cast<long double>(tick) * 1e9L / static_cast<long double>(rate));
+    return std::llround(
+        std::min(static_cast<long double>(tick) * 1e9L / static_cast<long double>(rate), 9e18L));
   }
   double sceneTime(long long tick) const { return timeOf(tick - origin); }       ///< s
   double simTime(double sceneTime) const { return timeOf(origin) + sceneTime; }  ///< since the start, s

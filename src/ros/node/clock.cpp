@@ -29,10 +29,6 @@ std::int64_t wallTime() {
   return static_cast<std::int64_t>(ros::WallTime::now().toNSec());
 }
 
-ros::Time timeOf(std::int64_t ns) {
-  return ros::Time().fromNSec(static_cast<std::uint64_t>(ns));
-}
-
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) / 1e9;
 }
@@ -106,6 +102,7 @@ class ExternalClock : public FollowedClock {
 
   std::string haltedBy() const override {
     if (!hasBegun()) return "/clock has not begun";
+    if (reading_ == latest) return "/clock is within a day of 2^32 s, where the stamps of ROS end";
     return steadyTime() - changed_ < haltsAfter ? "" : "/clock stands still";
   }
 
@@ -127,7 +124,7 @@ class ExternalClock : public FollowedClock {
   void onClock(const rosgraph_msgs::Clock& message) { take(message.clock); }
 
   void take(ros::Time time) {
-    const auto reading = static_cast<std::int64_t>(time.toNSec());
+    const auto reading = std::min(static_cast<std::int64_t>(time.toNSec()), latest);
     if (reading == reading_) return;
     jumped_ = jumped_ || reading < reading_ || reading_ == 0;
     if (reading < reading_ && messages_.isDue()) {
@@ -141,6 +138,7 @@ class ExternalClock : public FollowedClock {
   std::int64_t read() const override { return reading_; }
   void drop(long long next, std::int64_t /*behind*/) override { restart(next); }
 
+  static constexpr std::int64_t latest = endOfTime - 86'400'000'000'000;  // stamps may be ahead of it
   std::int64_t reading_ = 0;
   bool jumped_ = false;
   double start_ = steadyTime(), changed_ = start_;  ///< s

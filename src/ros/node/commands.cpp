@@ -102,11 +102,11 @@ double Commands::sceneTimeOf(ros::Time start) const {
   return start.isZero() ? simulation_->time() : sceneTime_(start);
 }
 
-bool Commands::takeOrWarn(const CommandTaken& input) {
+std::string Commands::takeOrWarn(const CommandTaken& input) {
   const std::string& fault = simulation_->fault();
-  const std::string refusal = fault.empty() ? take(input) : fault + "; call ~reset or ~set_state";
+  std::string refusal = fault.empty() ? take(input) : fault + "; call ~reset or ~set_state";
   if (!refusal.empty()) refuse(refusal);
-  return refusal.empty();
+  return refusal;
 }
 
 void Commands::refuse(const std::string& reason) {
@@ -308,7 +308,7 @@ Faults Commands::faultsOf(const CommandTaken& step, bool isRecorded) const {
   checkBase(step.base_pose, step.base_twist, *simulation_, faults);
   if (!faults.empty() || step.base_pose.empty()) return faults;
   const auto [x, y, angle] = baseLawsOf(step);
-  if (!(x.isModerate() && y.isModerate() && angle.isModerate())) {
+  if (!(x.isModerate() && y.isModerate() && angle.isModerate()) || std::abs(step.base_pose[0].theta) > 1e9) {
     faults.push_back({"base_pose", MotionLaw::moderate("m or rad"), "a faster motion"});
   }
   requireNoTurn("base_pose", angle, *simulation_, faults);

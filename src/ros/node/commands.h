@@ -66,8 +66,7 @@ class Commands {
   /// @returns why it is refused; empty: it is accepted
   std::string take(CommandTaken input);
   /// The same. A refusal is counted in the status, and a throttled warning gives the reason.
-  /// @returns false if the input is refused
-  bool takeOrWarn(const CommandTaken& input);
+  std::string takeOrWarn(const CommandTaken& input);
   /// Counts a refusal and gives its reason, as takeOrWarn().
   void refuse(const std::string& reason);
   /// Returns the faults of a STEP. isRecorded: it may lack n.

@@ -337,8 +337,9 @@ void Node::publishDiagnostics() {
   updateStatus();
   severalClocks_ = hasSeveralClocks();
   if (severalClocks_ && clockWarnings_.isDue()) ROS_WARN("%s", severalClocksFault);
-  // The updater's own period is simulation time, so force it. A message must not have the stamp 0.
-  if (!ros::Time::now().isZero()) diagnostics_.force_update();
+  // The updater's own period is simulation time, so force it. Stamps must not be 0, and it adds to them.
+  const double now = ros::Time::now().toSec();
+  if (now > 0 && now < 4294967000) diagnostics_.force_update();
 }
 
 void Node::diagnose(diagnostic_updater::DiagnosticStatusWrapper& out) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "dynamics/given_state.h"
 #include "planar_chain/fault.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
@@ -45,15 +46,16 @@ Answer answerBy(Fill fill, const Simulation& simulation, const std::vector<doubl
       faults.push_back({"chain", "at most " + most + " links (the matrices are dense)", std::to_string(n)});
     }
     const bool isPresent = q.empty() && qd.empty();
+    GivenState state{vectorOf(isPresent ? simulation.q() : q), vectorOf(isPresent ? simulation.qd() : qd)};
     if (!isPresent) {
       checkValues(faults, "q", "angles", "rad", q, simulation.q().size());
       checkValues(faults, "qd", "rates", "rad/s", qd, simulation.qd().size());
+      if (faults.empty()) state = stateOf(scene, simulation.time(), state.q, state.qd, faults);
     }
     if (!faults.empty()) throw Refused(std::move(faults));
 
     for (const Load& command : simulation.commands()) scene.loads.push_back(command);
-    fill(scene, simulation.time(), vectorOf(isPresent ? simulation.q() : q),
-         vectorOf(isPresent ? simulation.qd() : qd));
+    fill(scene, simulation.time(), state.q, state.qd);
     return {true, ""};
   } catch (const Refused& refused) {
     response = {};

@@ -49,7 +49,7 @@ Measurements::Measurements(Simulation& simulation, const std::string& node, cons
 
 ros::Time Measurements::stampOf(double measured, double now, ros::Time stamp) {
   const auto ns = static_cast<std::int64_t>(stamp.toNSec()) - std::llround((now - measured) * 1e9);
-  return ros::Time().fromNSec(static_cast<std::uint64_t>(std::max<std::int64_t>(ns, 0)));
+  return timeOf(std::max<std::int64_t>(ns, 0));
 }
 
 void Measurements::write(const Measurement& measurement, ros::Time stamp, Message& to) {
