@@ -352,6 +352,17 @@ class Tool(InFolder):
         self.assertIn("expected a file that can be written, got : No such", self.tool("pendulum", "--format", "c", "--output", "", status=2))
         self.assertIn("expected a file that is not another of the run's", self.tool("bad.yaml", "--format", "c", "--output", "./bad.yaml", status=2))
 
+    def test_outputs_that_are_full_or_pipes(self):
+        self.assertEqual(self.tool("pendulum", "--format", "c", "--output", "/dev/full", status=1),
+                         "formulas: cannot write /dev/full: No space left on device\n")
+        os.mkfifo(self.path("pipe"))
+        with subprocess.Popen(["cat", self.path("pipe")], stdout=subprocess.PIPE, universal_newlines=True) as reader:
+            try:
+                self.tool("pendulum", "--format", "latex", "--output", self.path("pipe"))
+                self.assertIn("{pipe_chain.pdf}", reader.stdout.read())
+            finally:
+                reader.kill()
+
     def test_latex(self):
         self.tool("double_pendulum", "--format", "latex", "--output", "it.tex")
         with open(self.path("it.tex"), encoding="utf-8") as file:

@@ -60,6 +60,9 @@ class Plot(InFolder):
                                  universal_newlines=True, check=False)
         self.assertEqual((run.returncode, run.stderr),
                          (1, "plot: cannot write standard output: No space left on device\n"))
+        os.symlink("/dev/full", self.path("full.svg"))
+        run = self.run_tool("plot", self.path("run.csv"), "--output", self.path("full.svg"))
+        self.assertEqual((run.returncode, run.stderr), (1, f"plot: cannot write {self.path('full.svg')}: No space left on device\n"))
 
     def test_csv_and_bag_are_read_as_they_were_written(self):
         table, bag = self.path("run.csv"), self.path("run.bag")

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import pathlib
+import stat
 import sys
 import warnings
 
@@ -18,6 +19,15 @@ def words_of(problem):
     """An error of the system without its number."""
     is_of_file = isinstance(problem, OSError) and problem.filename is not None
     return f"{os.fsdecode(problem.filename)}: {problem.strerror}" if is_of_file else str(problem)
+
+
+@contextlib.contextmanager
+def writing(name):
+    """An error within names the file."""
+    try:
+        yield
+    except OSError as problem:
+        raise OSError(f"cannot write {name}: {problem.strerror}") from problem
 
 
 @contextlib.contextmanager
@@ -61,6 +71,8 @@ def require_outputs(outputs, inputs):
         if path is None:
             continue
         is_new = not os.path.exists(path)
+        if os.access(path, os.W_OK) and stat.S_ISFIFO(os.stat(path).st_mode):
+            continue  # to open it waits for its reader, and to close it ends what the reader gets
         try:
             with open(path, "ab"):
                 pass

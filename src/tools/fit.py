@@ -20,7 +20,7 @@ import math
 import os
 import sys
 
-from files import BadOutput, notes_by, require_outputs, scene_file, words_of
+from files import BadOutput, notes_by, require_outputs, scene_file, words_of, writing
 try:
     from planar_chain import BadFit, Failed, Refused, Scene, fit
     from planar_chain.fitting.report import as_json, as_text
@@ -93,12 +93,13 @@ def say(text):
 def write_all(given, result, text):
     """The files that were asked for."""
     if given.output is not None:
-        with open(given.output, "w", encoding="utf-8") as file:
+        with writing(given.output), open(given.output, "w", encoding="utf-8") as file:
             file.write(f"# The fit is bad: {result.bad}.\n" * bool(result.bad)
                        + with_numbers(text, {found.path: found.value for found in result.numbers}))
     if given.plot is not None:
         from planar_chain.fitting.pictures import draw  # pylint: disable=import-outside-toplevel  # matplotlib takes a second
-        draw(result, f"{os.path.basename(given.scene)}: fit").savefig(given.plot, dpi=110)
+        with writing(given.plot):
+            draw(result, f"{os.path.basename(given.scene)}: fit").savefig(given.plot, dpi=110)
 
 
 def run(given):
@@ -113,7 +114,8 @@ def run(given):
         raise BadFit(words_of(problem)) from problem
     if sys.stderr.isatty():
         sys.stderr.write("\r\033[K")
-    print(json.dumps(as_json(result), indent=1) if given.json else as_text(result))
+    with writing("standard output"):
+        print(json.dumps(as_json(result), indent=1) if given.json else as_text(result), flush=True)
     write_all(given, result, text)
     if result.interrupted:
         say("interrupted; this is the best so far")

@@ -14,7 +14,7 @@ HERE = pathlib.Path(sys.argv[0]).absolute().parent
 sys.path.append(str(HERE.parent / "python3" / "dist-packages"))  # where the module is, without an environment of ROS too
 
 # pylint: disable=wrong-import-position
-from files import BadOutput, require_outputs, scene_file, words_of
+from files import BadOutput, require_outputs, scene_file, words_of, writing
 try:
     from planar_chain import NoFormula, Refused, Scene, formulas
     from planar_chain.symbolic.chain import read
@@ -58,7 +58,7 @@ def picture_of(page):
 def require_own_picture(page):
     """Raises BadOutput if a file has the picture's name that is not the picture of the page that is there."""
     picture = picture_of(page)
-    is_own = page.exists() and f"{{{picture.name}}}" in page.read_text(encoding="utf-8", errors="replace")
+    is_own = page.is_file() and f"{{{picture.name}}}" in page.read_text(encoding="utf-8", errors="replace")
     if picture.exists() and not is_own:
         raise BadOutput(f"--output: expected no file {picture}, which would be the picture of {page}, got one")
 
@@ -93,11 +93,12 @@ def main():
         return 2
     try:
         if given.output:
-            with open(given.output, "w", encoding="utf-8") as file:
+            with writing(given.output), open(given.output, "w", encoding="utf-8") as file:
                 file.write(text)
             text = f"written to {given.output}\n"
-        sys.stdout.write(text)
-        sys.stdout.flush()
+        with writing("standard output"):
+            sys.stdout.write(text)
+            sys.stdout.flush()
     except OSError as problem:
         print(f"formulas: {words_of(problem)}", file=sys.stderr)
         return 1

@@ -18,7 +18,7 @@ import numpy as np
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
 from chain import NoChain, read_chain  # noqa: E402
-from files import BadOutput, require_outputs, scene_file, words_of  # noqa: E402
+from files import BadOutput, require_outputs, scene_file, words_of, writing  # noqa: E402
 from plot_panels import STILL, UNKNOWN, kinds, panels  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
 from plot_strobe import Links, draw_strobe  # noqa: E402
@@ -381,14 +381,16 @@ def main():
         figure = (draw_runs(motion, columns, title, given.wrap, COLOURS[0]) if is_sweep
                   else strobe(motion, given.strobe, given.at, given.apart) if given.strobe
                   else draw(motion, columns, title, given.wrap))
-        figure.savefig(output, dpi=130)
     except (BadOutput, NoChain, Refused, OSError, UnicodeDecodeError) as problem:
         print(f"plot: {words_of(problem)}", file=sys.stderr)
         return 2
     try:
-        os.write(sys.stdout.fileno(), f"written to {output}\n".encode())
+        with writing(output):
+            figure.savefig(output, dpi=130)
+        with writing("standard output"):
+            os.write(sys.stdout.fileno(), f"written to {output}\n".encode())
     except OSError as problem:
-        print(f"plot: cannot write standard output: {problem.strerror}", file=sys.stderr)
+        print(f"plot: {words_of(problem)}", file=sys.stderr)
         return 1
     return 0
 

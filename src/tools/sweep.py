@@ -19,7 +19,7 @@ import os
 import re
 import sys
 
-from files import BadOutput, notes_by, require_apart, scene_file, words_of
+from files import BadOutput, notes_by, require_apart, scene_file, words_of, writing
 try:
     import numpy as np
 
@@ -99,7 +99,7 @@ def arguments():
 
 def sweep_from(given):
     for path in given.output:
-        if os.path.splitext(path)[1] not in WRITERS or os.path.isdir(path):
+        if os.path.splitext(path)[1] not in WRITERS or os.path.exists(path) and not os.path.isfile(path):
             raise BadSweep(f"--output: expected names of files that end in .csv or .npz, got {path}")
     require_apart([("--output", path) for path in given.output], [scene_file(given.scene)])
     if given.scheduler is not None and not re.fullmatch(r"([a-z]+://)?[^\s/]+:\d+", given.scheduler):
@@ -107,7 +107,7 @@ def sweep_from(given):
     for name, fits, expected in (("seed", given.seed >= 0, "a number >= 0"),
                                  ("instants", given.instants > 0, "a number > 0"),
                                  ("chunk", given.chunk > 0, "a number > 0"),
-                                 ("duration", 0 < given.duration < float("inf"), "a number > 0, in s")):
+                                 ("duration", 0 < given.duration <= 1e6, "a number > 0, at most 1e6, in s")):
         if not fits:
             raise BadSweep(f"--{name}: expected {expected}, got {getattr(given, name)}")
     if not given.vary:
@@ -121,7 +121,7 @@ def sweep_from(given):
     kept = given.instants * min(given.chunk, len(values)) * 2 * len(scene)
     if kept > MOST_NUMBERS:
         raise BadSweep(f"--instants, --chunk: expected at most {MOST_NUMBERS} numbers in the states of a chunk, got {kept}")
-    times = given.duration * (np.arange(1, given.instants + 1) / given.instants)  # in this order none is infinite
+    times = given.duration * (np.arange(1, given.instants + 1) / given.instants)
     return Sweep(scene, paths, values, times.tolist(), given.output, given.chunk, given.overwrite)
 
 
@@ -140,7 +140,8 @@ def run(given, progress):
     if failed:
         say(f"{told}; {len(failed)} failed, the first: {failed[0]}")
         return 1 if len(failed) == progress[1] else 3
-    print(told)
+    with writing("standard output"):
+        print(told, flush=True)
     return 0
 
 

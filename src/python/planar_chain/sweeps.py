@@ -50,7 +50,8 @@ KINDS = {  # how a value is written; what it means
 
 
 IS_SOUND = {  # whether finite numbers of a kind have a meaning
-    "grid": lambda first, last, count: 1 <= count <= MOST_RUNS and count == int(count) and math.isfinite(last - first),
+    "grid": lambda first, last, count: (1 if first == last else 2) <= count <= MOST_RUNS and count == int(count)
+            and math.isfinite(last - first),
     "normal": lambda mean, deviation: deviation >= 0,
     "uniform": lambda low, high: low <= high and math.isfinite(high - low),
     "list": lambda *numbers: True,
@@ -73,7 +74,7 @@ def column_of(text):
             return "list", np.linspace(numbers[0], numbers[1], int(numbers[2])).tolist()
         return kind, numbers
     raise BadSweep("--vary: expected FIRST:LAST:COUNT, A,B,…, normal(MEAN,DEVIATION) or uniform(LOW,HIGH) of finite numbers, "
-                   f"COUNT >= 1, DEVIATION >= 0, LOW <= HIGH, got {text!r}")
+                   f"COUNT >= 2, DEVIATION >= 0, LOW <= HIGH, got {text!r}")
 
 
 def table_of(varied, runs, seed):
@@ -88,8 +89,8 @@ def table_of(varied, runs, seed):
     columns = [column_of(text) for _, text in varied]
     points = math.prod(len(numbers) for kind, numbers in columns if kind == "list")
     runs = points if runs is None else runs
-    if not 1 <= runs <= MOST_RUNS:
-        raise BadSweep(f"--runs: expected a number from 1 to {MOST_RUNS}, got {runs}")
+    if not points <= runs <= MOST_RUNS:
+        raise BadSweep(f"--runs: expected a number from {points}, the points of the grid, to {MOST_RUNS}, got {runs}")
     values, inner = np.empty((runs, len(columns))), points
     for k, (kind, numbers) in enumerate(columns):
         if kind == "list":
@@ -146,7 +147,7 @@ class Sweep:
 
     def __init__(self, scene, paths, values, times, outputs, chunk=500, overwrite=False):
         self.scene, self.paths, self.values, self.times, self.outputs = scene, paths, values, times, outputs
-        self.folder = outputs[0] + ".parts"
+        self.folder = os.path.realpath(outputs[0]) + ".parts"  # one, by whatever name the output is given
         self.chunk = chunk  # runs
         self.starts = range(0, len(values), chunk)
         simulate_many(scene, [], parameters=dict(zip(paths, values[:1].T)))  # refuses paths that lead nowhere
@@ -157,7 +158,7 @@ class Sweep:
     def _locked(self):
         """The lock of the folder. It ends with the process."""
         for path in self.outputs:
-            if os.path.realpath(path).startswith(os.path.realpath(self.folder) + os.sep):
+            if os.path.realpath(path).startswith(self.folder + os.sep):
                 raise BadSweep(f"--output: expected a file outside of {self.folder}, which is removed at the end, got {path}")
         for name in os.listdir(self.folder) if os.path.isdir(self.folder) else []:
             if not re.fullmatch(r"lock|(sweep\.json|\d{9}\.npz)(\.partial)?", name):
@@ -182,26 +183,36 @@ class Sweep:
         about = {"scene": self.scene.to_dict(), "paths": self.paths, "times": list(self.times), "chunk": self.chunk,
                  "runs": len(self.values), "values": hashlib.sha256(self.values.tobytes()).hexdigest()}
         name = os.path.join(self.folder, "sweep.json")
-        if os.path.exists(name):
+        known, is_new = set(), not os.path.exists(name)
+        if not is_new:
             try:
                 with open(name, encoding="utf-8") as file:
                     kept = json.load(file)
                 others = [key for key in about if kept.get(key) != about[key]]
-            except (ValueError, AttributeError):
+                known.update(kept.get("outputs", ()))
+            except (ValueError, AttributeError, TypeError):
                 raise BadSweep(f"{name}: expected the description of a sweep, got a damaged file; remove the folder") from None
             if others:
                 raise BadSweep(f"{self.folder}: expected the chunks of this sweep, got those of another: its "
                                f"{', '.join(others)} differ. Remove that folder, or give its command again")
-            return
-        for path in self.outputs:
-            if os.path.lexists(partial_of(path)):
+        try:
+            self._require_new([path for path in self.outputs if os.path.realpath(path) not in known], overwrite)
+        except BadSweep:
+            if is_new:
                 self.forget()
+            raise
+        about["outputs"] = sorted(known.union(map(os.path.realpath, self.outputs)))
+        if is_new or len(about["outputs"]) > len(known):
+            with whole(name) as file:
+                file.write(json.dumps(about).encode())
+
+    @staticmethod
+    def _require_new(outputs, overwrite):
+        for path in outputs:
+            if os.path.lexists(partial_of(path)):
                 raise BadSweep(f"--output: expected no file {partial_of(path)}, which a sweep writes before {path}, got one")
             if os.path.exists(path) and not overwrite:
-                self.forget()
                 raise BadSweep(f"--output: expected a new file, got {path}, which is complete (--overwrite replaces it)")
-        with whole(name) as file:
-            file.write(json.dumps(about).encode())
 
     def _path(self, start):
         return os.path.join(self.folder, f"{start:09d}.npz")
