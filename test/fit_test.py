@@ -292,11 +292,18 @@ class Bad(unittest.TestCase):
         self.refused("at least one number", PENDULUM, self.good, [])
         self.refused("--vary: expected PATH[=FIRST[:LOW:HIGH]], got 1", PENDULUM, self.good, [1])
         self.refused("--vary: expected a list of PATH[=FIRST[:LOW:HIGH]] or a dict, got 1", PENDULUM, self.good, 1)
-        self.refused("--pieces: expected a time > 0 s", PENDULUM, self.good, ["links/rod/mass"], pieces=0)
+        mass = "links/rod/mass"
+        for vary in ({mass: "1"}, {mass: True}, {mass: 1j}, {mass: [1]}, {mass: (1, 2)}, {mass: (1, "0", 2)}, {mass: np.array([1, 2])},
+                     {mass: np.timedelta64(1)}, {mass: 10 ** 400}, {3: 1}):
+            self.refused("--vary: expected None, FIRST or (FIRST, LOW, HIGH) of numbers for a path, got", PENDULUM, self.good, vary)
+        for bad in (0, "1", True, [1], 1j, np.nan, 10 ** 400, np.ones(2)):
+            self.refused("--pieces: expected a time > 0 s", PENDULUM, self.good, [mass], pieces=bad)
         for seconds in (1e-320, 1e-9, 0.09):
             self.refused(["at least 10 samples in a piece (--pieces)", "201 samples in 2 s"], PENDULUM, self.good, ["links/rod/mass"],
                          pieces=seconds)
-        self.refused("--windows: expected increasing times", PENDULUM, self.good, ["links/rod/mass"], windows=[2, 1])
+        for bad in ([2, 1], "12", 3, None, [1j], [[1]], [True, 2], [np.nan], {}):
+            self.refused("--windows: expected increasing times", PENDULUM, self.good, [mass], windows=bad)
+        self.assertTrue(fit(PENDULUM, self.good, [mass], windows=np.array([0.3, 0.6])).numbers)
 
     def test_a_scene_that_cannot_run(self):
         self.refused(["expected a scene that moves from the first values", "links/rod/inertia"], PENDULUM, self.good,

@@ -44,8 +44,8 @@ class Rest(planar_chain.Environment):
 class Spin(planar_chain.Environment):
     """A rod without gravity."""
 
-    def __init__(self, motors, **more):
-        super().__init__(PENDULUM, motors, **more)
+    def __init__(self, motors, scene=PENDULUM, **more):  # pylint: disable=dangerous-default-value
+        super().__init__(scene, motors, **more)
 
     def reward(self, q, qd, action):
         return float(qd[0])
@@ -98,8 +98,21 @@ class Environments(unittest.TestCase):
             env.step([np.nan])
 
     def test_an_unknown_motor_is_refused(self):
-        with self.assertRaises(ValueError):
-            Spin({"elbow": 1.0})
+        for motors in ({"elbow": 1.0}, {}, "rod_joint", ["rod_joint"], None, {"rod_joint": "1"}, {"rod_joint": True}, {"rod_joint": np.ones(2)}):
+            with self.assertRaisesRegex(ValueError, "motors: expected joints of"):
+                Spin(motors)
+        for more in ({"period": "1"}, {"period": 1j}, {"longest": None}, {"longest": np.nan}):
+            with self.assertRaisesRegex(ValueError, "expected period > 0 s and longest >= 1 step"):
+                Spin({"rod_joint": 1.0}, **more)
+
+    def test_a_step_needs_a_reset(self):
+        with self.assertRaisesRegex(ValueError, "step: expected a reset"):
+            Rest().step([0])
+
+    def test_a_driven_joint_has_no_motor(self):
+        driven = {**PENDULUM, "links": {"rod": {**PENDULUM["links"]["rod"], "joint": {"drive": {"offset": 0.0}}}}}
+        with self.assertRaisesRegex(ValueError, r"torques/0: expected 0 N m in a driven joint"):
+            Spin({"rod_joint": 1.0}, driven)
 
     def test_a_reward_is_asked_for_in_words(self):
         with self.assertRaisesRegex(TypeError, r"Environment: expected a class derived from .* that defines reward\(self"):

@@ -269,6 +269,11 @@ class Motions(InFolder):
                 (lambda: Scene("a.yaml"), r"scene: expected a dict \(Scene.from_file reads a file, from_yaml text\), got 'a.yaml'"),
                 (lambda: Scene.from_yaml(3), "text: expected text, got 3"),
                 (lambda: scene.with_values({"links/rod/mass": "heavy"}), "links/rod/mass: expected a number, got 'heavy'"),
+                (lambda: scene.with_values({"links/rod/mass": True}), "links/rod/mass: expected a number, got True"),
+                (lambda: simulation.set_state(np.array([np.timedelta64(1, "s")], dtype=object), [0]), "q: expected a number, got .*timedelta64"),
+                (lambda: simulation.set_state(np.array(["1"], dtype=object), [0]), "q: expected a number, got '1'"),
+                (lambda: Scene.from_file("a\0b"), "a b: expected a file, or one of the scenes that ship"),
+                (lambda: Scene.from_file(""), '"": expected a file, or one of the scenes that ship'),
                 (lambda: Scene.from_file(None), "path: expected a path, or the name of a scene that ships, got None"),
                 (lambda: simulation.hold_torque(0, "a"), "torque: expected a number, got 'a'"),
                 (lambda: simulation.hold_torque(0, np.nan), "torque: expected a finite number, got nan"),
@@ -568,6 +573,18 @@ class Threads(unittest.TestCase):
         self.assertGreater(self.simulation.time, 0)
         time_then = self.simulation.time
         self.simulation.advance_to(time_then + 1)
+
+    def test_ctrl_c_ends_a_search_for_an_equilibrium(self):
+        cable = Scene.from_file(shipped("cable"))
+        angles = np.random.default_rng(1).normal(size=len(cable))  # the search takes many seconds
+        simulation = Simulation(cable)
+        simulation.set_state(angles, np.zeros(len(cable)))
+        for search in (lambda: planar_chain.equilibrium(cable, angles), simulation.settle):
+            began = time.monotonic()
+            threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+            with self.assertRaises(KeyboardInterrupt):
+                search()
+            self.assertLess(time.monotonic() - began, 5)
 
     def test_others_run_while_long_chains_are_computed(self):
         turns, over = [], threading.Event()

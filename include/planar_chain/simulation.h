@@ -153,9 +153,10 @@ class Simulation {
   void setState(const std::vector<double>& q, const std::vector<double>& qd);
   /// Puts the chain at rest in the static equilibrium that is reached from the present angles by always
   /// lowering the energy, with the loads and commands of the present time. Friction is ignored. Driven joints
-  /// continue their motion. Motors give the commanded torques. Allocates.
-  /// @throws std::domain_error, with the reason and the state unchanged, if there is none
-  void settle();
+  /// continue their motion. Motors give the commanded torques. keepGoing as in advanceTo(). Allocates.
+  /// @throws std::domain_error, with the reason and the state unchanged, if there is none or keepGoing()
+  /// returns false
+  void settle(const std::function<bool()>& keepGoing = nullptr);
   /// Restores the state after construction, time 0 included: the same calls give the same bits again.
   /// Invalidates the references returned before, except that of scene().
   void reset();

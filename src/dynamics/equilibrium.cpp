@@ -69,9 +69,7 @@ class Search {
           std::abs(factor) * (length(load->force) * reach + std::abs(load->moment) + std::abs(load->torque));
     }
     acting_ = scale_;
-    for (const Joint& joint : scene.chain.joints()) {
-      scale_ += momentOf(joint);
-    }
+    for (const Joint& joint : scene.chain.joints()) scale_ += momentOf(joint);
     if (scene.tip) hold();
     N_.resize(n_);
     k_.resize(n_);
@@ -83,7 +81,7 @@ class Search {
     pinVelocity_.resize(index(n_));
   }
 
-  std::vector<double> from(std::vector<double> q, int mostSteps) {
+  std::vector<double> from(std::vector<double> q, int mostSteps, const std::function<bool()>& keepGoing) {
     for (int j = coordinates_.slides(); j < n_ && !held_; ++j) q[index(j)] = nearer(j, q[index(j)]);
     for (const Drive& drive : scene_.drives) q[index(drive.joint)] = drive.law.at(t_).value;
     Eigen::VectorXd theta(n_);
@@ -93,7 +91,8 @@ class Search {
     }
     const Eigen::VectorXd start = theta;
     const auto groups = static_cast<Eigen::Index>(firsts_.size());
-    for (int step = 0; step < mostSteps; ++step) {
+    int step = 0;
+    for (; step < mostSteps && (!keepGoing || keepGoing()); ++step) {
       find(theta);
       const bool isBalanced = groups == 0 || moment_.cwiseAbs().maxCoeff() <= exact * scale_;
       if (isBalanced && leaveSaddle(theta)) continue;
@@ -109,7 +108,7 @@ class Search {
         throw std::domain_error("the energy falls without end, as under a constant torque without a spring");
       }
     }
-    throw SearchGaveUp("the search for an equilibrium gave up after " + std::to_string(mostSteps) +
+    throw SearchGaveUp("the search for an equilibrium gave up after " + std::to_string(step) +
                        " steps: there may be one");
   }
 
@@ -392,8 +391,9 @@ class Search {
 
 }  // namespace
 
-std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q, int mostSteps) {
-  return Search(scene, t).from(q, mostSteps);
+std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q, int mostSteps,
+                                  const std::function<bool()>& keepGoing) {
+  return Search(scene, t).from(q, mostSteps, keepGoing);
 }
 
 }  // namespace planar_chain

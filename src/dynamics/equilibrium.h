@@ -20,6 +20,7 @@
 ///
 /// A slide that nothing pushes along a rail without spring stays.
 
+#include <functional>
 #include <stdexcept>
 #include <vector>
 
@@ -35,8 +36,9 @@ struct SearchGaveUp : std::domain_error {
 /// Returns the relative angles, and the positions, of the equilibrium at time t, rad and m. Friction is
 /// ignored; the base stands still where it is at t. q: where the search starts.
 /// @throws std::domain_error, with the reason, when the energy has no minimum downhill of q
-/// @throws SearchGaveUp when none was found in mostSteps steps
+/// keepGoing, if given, is called before each step.
+/// @throws SearchGaveUp when none was found in mostSteps steps, or when keepGoing() returns false
 std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q,
-                                  int mostSteps = 5000);
+                                  int mostSteps = 5000, const std::function<bool()>& keepGoing = nullptr);
 
 }  // namespace planar_chain

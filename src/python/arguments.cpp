@@ -28,7 +28,7 @@ void requireNoMask(const py::handle& given, const char* name) {
 }  // namespace
 
 double numberOf(const py::object& given, const char* name) {
-  if (PyNumber_Check(given.ptr()) != 0 && !isMasked(given) && !isComplex(given)) {
+  if (PyNumber_Check(given.ptr()) != 0 && !isMasked(given) && !isBool(given) && !isNotReal(given)) {
     const double number = PyFloat_AsDouble(given.ptr());
     if (!PyErr_Occurred()) return number;
     PyErr_Clear();
@@ -46,9 +46,13 @@ bool isBool(const py::handle& given) {
   return py::isinstance<py::bool_>(given) || py::isinstance(given, type);
 }
 
-bool isComplex(const py::handle& given) {
-  static const py::handle type = py::object(py::module::import("numpy").attr("complexfloating")).release();
-  return PyComplex_Check(given.ptr()) || py::isinstance(given, type);
+bool isNotReal(const py::handle& given) {
+  static const py::handle types = [] {
+    const py::module numpy = py::module::import("numpy");
+    return py::make_tuple(numpy.attr("complexfloating"), numpy.attr("timedelta64"), numpy.attr("datetime64"))
+        .release();
+  }();
+  return PyComplex_Check(given.ptr()) || py::isinstance(given, types);
 }
 
 std::optional<py::ssize_t> indexIn(const py::object& given) {
@@ -84,6 +88,10 @@ Numbers arrayOf(const py::object& given, const char* name) {
   if (!any) refuse(name, "an array of numbers", given);
   if (std::string("biufO").find(any.dtype().kind()) == std::string::npos) {  // text, complex, times, records
     throw Refused({{name, "an array of real numbers", "one of " + shown(any.dtype())}});
+  }
+  if (any.dtype().kind() == 'O') {
+    for (const py::handle& item : any.attr("ravel")())
+      numberOf(py::reinterpret_borrow<py::object>(item), name);
   }
   Numbers numbers = Numbers::ensure(any);
   if (!numbers) refuse(name, "an array of numbers", given);

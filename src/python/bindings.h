@@ -40,11 +40,17 @@ struct TreeAndScene {
 Value valueOf(const py::handle& object);
 py::object objectOf(const Value& value);
 
-/// Returns f() while other threads of Python run.
+/// Returns f() while other threads of Python run. An exception of Python, such as of Ctrl-C, counts before
+/// one of f.
 template <class F>
 auto released(const F& f) {
-  const py::gil_scoped_release others;
-  return f();
+  try {
+    const py::gil_scoped_release others;
+    return f();
+  } catch (...) {
+    if (PyErr_Occurred()) throw py::error_already_set();
+    throw;
+  }
 }
 
 /// The text that Python prints for it, on one line and in ASCII.
@@ -69,8 +75,9 @@ std::optional<long long> stepsOf(const py::object& given);
 bool isMasked(const py::handle& given);
 /// True for a bool of Python or numpy.
 bool isBool(const py::handle& given);
-/// True for a complex number of Python or numpy, which numpy would cut to its real part.
-bool isComplex(const py::handle& given);
+/// True for a complex number of Python or numpy, which numpy would cut to its real part, and for a time of
+/// numpy, whose unit would be lost.
+bool isNotReal(const py::handle& given);
 /// The number of an element; of a larger number, the largest. Nothing for a bool and what is no whole number.
 std::optional<py::ssize_t> indexIn(const py::object& given);
 Numbers arrayOf(const py::object& given, const char* name);

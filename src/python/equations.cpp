@@ -118,7 +118,9 @@ The default state, and what is refused, are those of equations().)");
       [](const TreeAndScene& of, const Given& at, const py::object& time) {
         const auto downhill = [](const Scene& its, double when, const auto& angles, const auto& /*rates*/) {
           return released([&] {
-            return equilibriumOf(its, when, {angles.data(), angles.data() + angles.size()});
+            Uninterrupted isUninterrupted;
+            return equilibriumOf(its, when, {angles.data(), angles.data() + angles.size()}, 5000,
+                                 [&] { return isUninterrupted(); });
           });
         };
         const std::vector<double> rest = atGiven(of, time, at, py::none(), downhill);

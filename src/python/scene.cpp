@@ -38,7 +38,7 @@ Value valueAt(const py::handle& object, const std::string& path, int level) {
     return map;
   }
   if (isMasked(object)) return refuse("an array without a mask");
-  if (isComplex(object)) return refuse("a real number");
+  if (isNotReal(object)) return refuse("a real number");
   if (PyNumber_Check(object.ptr()) && !PySequence_Check(object.ptr())) {
     const double number = PyFloat_AsDouble(object.ptr());
     if (!PyErr_Occurred()) return number;
@@ -162,6 +162,8 @@ void bindFaults(py::module& module) {
       const py::object error = refused(fault.what());
       error.attr("faults") = fault.faults();
       PyErr_SetObject(refused.ptr(), error.ptr());
+    } catch (const std::bad_alloc&) {
+      PyErr_SetString(PyExc_MemoryError, "there is not enough memory");
     }
   });
 }

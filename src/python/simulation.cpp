@@ -156,7 +156,13 @@ and at least a million. The state is then that of the last good step.)")
           "Sets the angles q (n, rad) and rates qd (n, rad/s) at the present time. Commands stay, and "
           "the torques in the lags of motors.")
       .def(
-          "settle", [](Running& self) { self.alone([](Simulation& its) { its.settle(); }); },
+          "settle",
+          [](Running& self) {
+            self.alone([](Simulation& its) {
+              Uninterrupted isUninterrupted;
+              its.settle([&] { return isUninterrupted(); });
+            });
+          },
           "Puts the chain at rest in the static equilibrium, searched from the present state. Raises "
           "ValueError if "
           "there is none.")

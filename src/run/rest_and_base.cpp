@@ -22,13 +22,13 @@ double Simulation::tolerance() const {
   return ode::hasFixedStep(scene_.integrator.method) ? 0 : scene_.integrator.tolerance;
 }
 
-void Simulation::settle() {
+void Simulation::settle(const std::function<bool()>& keepGoing) {
   Scene present = scene_;
   CommandEffect* commands = commandEffect();
   if (commands) {
     for (Load& command : commands->inForce(time(), nullptr)) present.loads.push_back(std::move(command));
   }
-  const std::vector<double> rest = equilibriumOf(present, time(), q());
+  const std::vector<double> rest = equilibriumOf(present, time(), q(), 5000, keepGoing);
   std::vector<double> still(rest.size(), 0.0);
   for (const Drive& drive : scene_.drives) still[index(drive.joint)] = qd()[index(drive.joint)];
   if (commands) commands->finish(time());

@@ -4,6 +4,7 @@ is a gymnasium.Env and its spaces are gymnasium.spaces.Box. Else the few lines h
 import numpy as np
 
 from planar_chain import Scene, Simulation
+from planar_chain.fitting.recordings import is_number
 
 try:
     from gymnasium import Env
@@ -65,25 +66,31 @@ class Environment(Env):
         self.scene = scene if isinstance(scene, Scene) else Scene(scene)
         self.period, self.longest = period, longest
         self._simulation = Simulation(self.scene)
-        strangers = set(motors) - set(self.scene.joints)
-        if strangers or not motors or not all(0 < most < np.inf for most in motors.values()):
+        if not (isinstance(motors, dict) and motors and set(motors) <= set(self.scene.joints)
+                and all(is_number(most) and 0 < most < np.inf for most in motors.values())):
             raise ValueError(f"motors: expected joints of {list(self.scene.joints)} with torques > 0 N m, got {motors}")
-        if not (0 < period < np.inf and longest >= 1):
-            raise ValueError(f"expected period > 0 s and longest >= 1 step, got {period} and {longest}")
+        if not (is_number(period) and 0 < period < np.inf and is_number(longest) and longest >= 1):
+            raise ValueError(f"expected period > 0 s and longest >= 1 step, got {period!r} and {longest!r}")
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f"render_mode: expected None or rgb_array, got {render_mode!r}")
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": 1 / period}
         self._places = [self.scene.joints.index(joint) for joint in motors]
         self._most = np.array(list(motors.values()), dtype=float)
+        self._hold(self._most)  # refuses driven joints
         n, slides = len(self.scene), self.scene.slides
         self.action_space = Box([-1.0] * len(motors), [1.0] * len(motors))
         largest = np.array([np.inf] * slides + [1.0] * 2 * (n - slides) + [np.inf] * n)
         self.observation_space = Box(-largest, largest)
-        self._steps = 0
+        self._steps = None  # before the first reset()
 
     def __repr__(self):
         return f"<{type(self).__name__}, n = {len(self.scene)}, motors: {', '.join(self.scene.joints[k] for k in self._places)}>"
+
+    def _hold(self, torques):
+        all_torques = np.zeros(len(self.scene))
+        all_torques[self._places] = torques
+        self._simulation.hold_torques(all_torques)
 
     def first_state(self, random):  # pylint: disable=unused-argument
         """Returns q and q̇. random: a numpy.random.Generator."""
@@ -109,13 +116,13 @@ class Environment(Env):
 
     def step(self, action):
         """Returns observation, reward, terminated, truncated, info."""
+        if self._steps is None:
+            raise ValueError("step: expected a reset() before the first one, got none")
         action = np.atleast_1d(np.ma.filled(np.asanyarray(action, dtype=float), np.nan))
         if action.shape != self.action_space.shape or not np.isfinite(action).all():
             raise ValueError(f"action: expected {self.action_space.shape[0]} finite numbers from -1 to 1, got {action}")
         action = np.clip(action, -1, 1)
-        torques = np.zeros(len(self.scene))
-        torques[self._places] = action * self._most
-        self._simulation.hold_torques(torques)
+        self._hold(action * self._most)
         self._steps += 1
         self._simulation.advance_to(self._steps * self.period)
         q, qd = self._simulation.q, self._simulation.qd

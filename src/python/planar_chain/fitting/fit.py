@@ -14,7 +14,7 @@ from .deviations import Deviations
 from .hints import hints
 from .varied import AT_BOUND, numbers_of, scene_with
 from .problem import EXACT, Problem, drive_of, joint_links
-from .recordings import BadFit, Recording, from_arrays, read_csv, require_angles, require_motion, require_radians, require_samples
+from .recordings import BadFit, Recording, from_arrays, is_number, read_csv, require_angles, require_motion, require_radians, require_samples
 from .solve import LAST_PRIOR, WINDOWS, Solver, first_state, samples_of
 from .unread import ENDINGS
 from .words import not_told
@@ -131,16 +131,19 @@ def recordings_of(data, scene, effort=False, node=None, many_turns=False, pieces
 
 
 def require_pieces(seconds):
-    if seconds is not None and not 0 < seconds < math.inf:
-        raise BadFit(f"--pieces: expected a time > 0 s, got {seconds:g}")
+    if seconds is not None and not (is_number(seconds) and 0 < seconds < math.inf):
+        raise BadFit(f"--pieces: expected a time > 0 s, got {seconds!r}")
 
 
-def require_windows(recordings, windows):
-    if not windows or not all(0 < end < math.inf for end in windows) or list(windows) != sorted(set(windows)):
-        raise BadFit(f"--windows: expected increasing times > 0, in s, got {', '.join(f'{end:g}' for end in windows) or 'none'}")
+def windows_of(recordings, windows):
+    """windows as a list that suits the recordings."""
+    ends = list(windows) if np.iterable(windows) else []
+    if not ends or not all(is_number(end) and 0 < end < math.inf for end in ends) or ends != sorted(set(ends)):
+        raise BadFit(f"--windows: expected increasing times > 0, in s, got {windows!r}")
     for recording in recordings:
-        if recording.duration < windows[0]:
-            raise BadFit(f"{recording.name}: expected at least {windows[0]:g} s, the first window (--windows), got {recording.duration:g} s")
+        if recording.duration < ends[0]:
+            raise BadFit(f"{recording.name}: expected at least {ends[0]:g} s, the first window (--windows), got {recording.duration:g} s")
+    return ends
 
 
 def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effort=False, node=None, many_turns=False,
@@ -163,7 +166,7 @@ def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effo
         require_pieces(pieces)
         data = recordings_of(recordings, scene, effort, node, many_turns, pieces)
         unseen = recordings_of(predict, scene, effort, node, many_turns, pieces) if predict else []
-        require_windows([*data, *unseen], windows)
+        windows = windows_of([*data, *unseen], windows)
         values = scene.to_dict()
         require_motion(data, scene.joints, [drive_of(values, link) for link in joint_links(values)])
         problem = Problem(scene, data, numbers, offsets, delay)

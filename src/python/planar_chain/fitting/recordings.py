@@ -2,6 +2,7 @@
 
 import csv
 import math
+import numbers
 import os
 
 import numpy as np
@@ -17,6 +18,17 @@ RESOLUTION = 1e-9  # s, of stamps
 
 class BadFit(ValueError):
     """Where a fault of the input is, what was expected, what was found."""
+
+
+def is_number(value):
+    """True for a real number that a double holds, but not for a bool, nor for a time of numpy, whose unit would be lost."""
+    if not isinstance(value, numbers.Real) or isinstance(value, (bool, np.timedelta64)):
+        return False
+    try:
+        float(value)
+    except OverflowError:
+        return False
+    return True
 
 
 def array_of(name, what, values):

@@ -7,7 +7,7 @@ import numpy as np
 
 from planar_chain import Scene, simulate_many
 
-from .recordings import BadFit
+from .recordings import BadFit, is_number
 
 NOT_NEGATIVE = {"mass", "inertia", "damping", "drag", "stiffness", "friction", "breakaway", "rotor_inertia", "stop_stiffness",
                 "stop_damping"}
@@ -59,6 +59,14 @@ def parsed(text):
     return path, (*values, None, None)[:3]
 
 
+def values_of(path, value):
+    """[first, low, high] of an entry of a dict. What is not given is None."""
+    values = tuple(value) if isinstance(value, (tuple, list)) else (value, None, None)
+    if not isinstance(path, str) or len(values) != 3 or not all(one is None or is_number(one) for one in values):
+        raise BadFit(f"--vary: expected None, FIRST or (FIRST, LOW, HIGH) of numbers for a path, got {value!r} for {path!r}")
+    return values
+
+
 def sizes(scene):
     """Mass, length and the rate of a swing, of the whole chain, by which a number that is 0 at first is measured."""
     values = scene.to_dict()
@@ -88,8 +96,7 @@ def numbers_of(scene, vary):
     if isinstance(vary, str):
         vary = [vary]
     if isinstance(vary, dict):
-        given = [(path, (None,) * 3 if value is None else (value, None, None) if not isinstance(value, (tuple, list)) else tuple(value))
-                 for path, value in vary.items()]
+        given = [(path, values_of(path, value)) for path, value in vary.items()]
     elif np.iterable(vary):
         given = [parsed(text) for text in vary]
     else:
