@@ -18,8 +18,6 @@ To bitsOf(From from) {
 
 }  // namespace
 
-/// Sums of pairs, as each step waits for both.
-///
 /// x = 2^k m, √½ ≤ m < √2; ln m = 2 artanh s, s = (m − 1)/(m + 1).
 double log2(double x) {
   constexpr std::int64_t rootOfHalf = 0x3fe6'a09e'667f'3bcd;
@@ -27,7 +25,7 @@ double log2(double x) {
   const std::int64_t k = (bits - rootOfHalf) >> 52;
   const auto m = bitsOf<double>(bits - k * (std::int64_t{1} << 52));
   const double s = (m - 1) / (m + 1), z = s * s;
-  const double series = (1 + z * (1. / 3)) + (z * z) * ((1. / 5 + z * (1. / 7)) + z * z * (1. / 9));
+  const double series = 1 + z * (1. / 3 + z * (1. / 5 + z * (1. / 7 + z * (1. / 9))));
   return static_cast<double>(k) + 2.8853900817779268 * s * series;
 }
 
@@ -37,9 +35,8 @@ double exp2(double x) {
   if (!(x > -1000)) return 0;
   constexpr double shift = 6755399441055744;  // 1.5·2⁵²: a sum with it is whole, and ends in k's bits
   const double shifted = x + shift, f = 0.69314718055994531 * (x - (shifted - shift));
-  const double ff = f * f, low = (1 + f) + ff * (1. / 2 + f * (1. / 6));
-  const double high = (1. / 24 + f * (1. / 120)) + ff * (1. / 720 + f * (1. / 5040));
-  const double power = low + ff * ff * high;
+  const double high = 1. / 24 + f * (1. / 120 + f * (1. / 720 + f * (1. / 5040)));
+  const double power = 1 + f * (1 + f * (1. / 2 + f * (1. / 6 + f * high)));
   return bitsOf<double>(bitsOf<std::uint64_t>(power) + (bitsOf<std::uint64_t>(shifted) << 52));
 }
 

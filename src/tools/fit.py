@@ -121,7 +121,8 @@ def run(given):
         say("interrupted; this is the best so far")
         return 130
     if not result.converged:
-        say(f"the fit did not converge: {result.reason}; this is the best so far")
+        seen = "; the warnings say more" if result.warnings else ""
+        say(f"the fit did not converge: {result.reason}; this is the best so far{seen}")
         return 1
     if result.bad:
         say(f"the fit is bad: {result.bad}")

@@ -30,7 +30,10 @@ std::vector<Drive> drivesOf(const std::vector<std::string>& names, const std::ve
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string path = entry("joint_trajectory/joint_names", i);
     if (joints.count(names[i]) != 0 && driven.count(names[i]) == 0) {
-      faults.push_back({path, "a driven joint of the chain (" + inOrder(driven, 80) + ")", quoted(names[i])});
+      const std::string expected = driven.empty()
+                                       ? "a joint with a drive, such as drive: hold; no joint has one"
+                                       : "a driven joint of the chain (" + inOrder(driven, 80) + ")";
+      faults.push_back({path, expected, quoted(names[i])});
       continue;
     }
     const int joint = find(faults, path, "driven joint", names[i], driven);
