@@ -269,6 +269,26 @@ class Bags(InFolder):
             for turn, angle in zip((t.transform.rotation for t in message.transforms), by_stamp[stamp][1:3]):
                 self.assertAlmostEqual(turn.z, math.sin(angle / 2), delta=1e-15)
 
+    def test_a_rail_turns_with_its_base(self):
+        scene = ("chain: [cart, pole]\nlinks:\n  cart: {mass: 1, com: [0.2, 0.1], pin: [0.1, 0.3], joint: {type: prismatic, axis: [1, 0.5]}, "
+                 "initial: {position: 0.3}}\n  pole: {mass: 1, inertia: 0.1, com: [0.5, 0], pin: [1, 0], initial: {angle: 0.4}}\n"
+                 "base: {x: {offset: 0.7}, angle: {offset: 0.5, amplitude: 0.4, frequency: 1.0}}\n"
+                 "publish: {rate: 100, tf_rate: 100, frame_every: 1}\n")
+        topics = self.bag("--duration", "0.5", scene=scene)
+        links = dict(topics["/planar_chain/link_states"])
+        for stamp, message in topics["/tf"]:
+            place, turn = 0, 1
+            poses = []
+            for transform in message.transforms:
+                moved, turned = transform.transform.translation, transform.transform.rotation
+                place += turn * complex(moved.x, moved.y)
+                turn *= complex(turned.w, turned.z) ** 2
+                poses.append((place, turn))
+            self.assertEqual(len(poses), 3)  # the pin of the base, cart, pole
+            for (place, turn), com, pose in zip(poses[1:], (0.2 + 0.1j, 0.5), links[stamp].pose):
+                self.assertLess(abs(place + turn * com - complex(pose.x, pose.y)), 1e-12)
+                self.assertLess(abs(turn - complex(math.cos(pose.theta), math.sin(pose.theta))), 1e-12)
+
     def test_a_bag_does_not_change_the_motion(self):
         self.bag("--duration", "1", "--csv", self.path("out.csv"))
         with_bag = self.rows()

@@ -50,10 +50,18 @@ struct Acting {
   WideComplex N = 0;
 };
 
-/// A slide of the inner end with a spring and a damper along its rail.
+/// A slide of the inner end with a spring and a damper along its rail. The next slide or the first body is at
+/// `pin`. Forces −K x − D v act at its own point.
 struct DenseSlide {
   Slide<double> of;
   double stiffness = 0, damping = 0;
+  Vec2d pin{};
+  Eigen::Matrix2d K = Eigen::Matrix2d::Zero(), D = K;
+};
+
+/// Of a point on the base or on slides: where it is, how fast, and its acceleration if no slide speeds up.
+struct Carried {
+  Vector2 x, v, a;
 };
 
 /// A chain with ends, on a base whose motion is given. A state is θ_1 … θ_n, s of the slides, and their
@@ -65,7 +73,7 @@ struct DenseChain {
   std::vector<DenseSlide> slides;
   Tip<double> tip;  ///< its acceleration is that in the base frame, not less gravity
   Vec2d gravity, base, baseVelocity, baseAcceleration;
-  double baseTurning = 0;  ///< angular acceleration of the base
+  double baseTurning = 0, baseRate = 0;  ///< angular acceleration and rate of the base; its angle is 0
 
   int size() const { return static_cast<int>(links.size()); }
   int places() const { return size() + static_cast<int>(slides.size()); }
@@ -103,19 +111,30 @@ struct DenseChain {
       aside[i] += WideComplex(0, h);
       const Equations there(*this, aside);
       const WideVector change = M.solve(WideVector((there.rhs() - there.matrix() * x).imag()));
-      slope.col(i) = at.answer(x + WideComplex(0, 1) * change).all().imag() / h;
+      slope.col(i) = there.answer(x + WideComplex(0, 1) * change).all().imag() / h;
     }
     return slope;
   }
 
   /// The first pin, and the body there without its rates.
   Placed start(const ComplexVector& y) const {
-    Placed at{wide(base), wide(baseVelocity), 0, 0};
-    for (int i = 0; i < places() - size(); ++i) {
-      at.x += y[size() + i] * wide(slides[index(i)].of.d);
-      at.v += y[places() + size() + i] * wide(slides[index(i)].of.d);
+    const Carried pin = carried(y, places() - size(), {});
+    return {pin.x, pin.v, 0, 0};
+  }
+
+  /// The own point of slide i, or the first pin for i = the number of slides, moved by X.
+  Carried carried(const ComplexVector& y, int i, Vec2d X) const {
+    Vector2 arm = wide(X), w = Vector2::Zero();
+    for (int j = 0; j <= i && j < places() - size(); ++j) {
+      const DenseSlide& slide = slides[index(j)];
+      arm += y[size() + j] * wide(slide.of.d);
+      if (j < i) arm += wide(slide.pin);
+      w += y[places() + size() + j] * wide(slide.of.d);
     }
-    return at;
+    const Wide rate = baseRate;
+    return {wide(base) + arm, wide(baseVelocity) + w + rate * quarter(arm),
+            wide(baseAcceleration) + Wide(baseTurning) * quarter(arm) - rate * rate * arm +
+                2 * rate * quarter(w)};
   }
 
   static Vector2 wide(Vec2d a) { return {Wide(a.x), Wide(a.y)}; }
@@ -149,9 +168,10 @@ struct DenseChain {
         answer.moments[j] = x[6 * j + 5];
         answer.forces.segment<2>(2 * j) = x.segment<2>(pin(j));
       }
-      Vector2 inner = wide(chain_.baseAcceleration);
+      Vector2 inner = Vector2::Zero();
       for (int i = 0; i < slides_; ++i) {
-        const Vector2 d = wide(chain_.slides[index(i)].of.d), a = x.segment<2>(slideAt(i));
+        const Vector2 d = wide(chain_.slides[index(i)].of.d),
+                      a = x.segment<2>(slideAt(i)) - chain_.carried(y_, i, {}).a;
         answer.slides[i] = d.cwiseProduct(a - inner).sum();
         answer.slideForces[i] = d.cwiseProduct(x.segment<2>(slideAt(i) + 2)).sum();
         inner = a;
@@ -204,12 +224,15 @@ struct DenseChain {
       M_.block<2, 2>(row, a) = one(slide.of.mass);
       M_.block<2, 2>(row, f) = one(-1);
       M_.block<2, 2>(row, i + 1 < slides_ ? slideAt(i + 1) + 2 : pin(0)) = one(1);
-      rhs_.segment<2>(row) = Wide(slide.of.mass) * wide(chain_.gravity);
+      const Carried own = chain_.carried(y_, i, {});
+      rhs_.segment<2>(row) = Wide(slide.of.mass) * wide(chain_.gravity) -
+                             slide.K.cast<WideComplex>() * own.x - slide.D.cast<WideComplex>() * own.v;
       // Across the rail it moves with what is further in.
       const auto relative = [&](int to, const Vector2& along) {
         M_.block<1, 2>(to, a) = along.transpose();
         if (i > 0) M_.block<1, 2>(to, slideAt(i - 1)) = -along.transpose();
-        if (i == 0) rhs_[to] += along.cwiseProduct(wide(chain_.baseAcceleration)).sum();
+        const Vector2 inner = i > 0 ? chain_.carried(y_, i - 1, {}).a : Vector2(Vector2::Zero());
+        rhs_[to] += along.cwiseProduct(own.a - inner).sum();
       };
       relative(row + 2, across);
       if (slide.of.isHeld) {
@@ -256,7 +279,8 @@ struct DenseChain {
     /// Adds sign × the acceleration of slide i, or of the base for i = −1, to two rows.
     void addBase(int row, int i, Wide sign) {
       if (i >= 0) M_.block<2, 2>(row, slideAt(i)) += one(sign);
-      if (i < 0) rhs_.segment<2>(row) -= sign * wide(chain_.baseAcceleration);
+      const Vector2 inner = i >= 0 ? chain_.carried(y_, i, {}).a : Vector2(Vector2::Zero());
+      rhs_.segment<2>(row) -= sign * (chain_.carried(y_, slides_, {}).a - inner);
     }
     void addJoint(int j, WideComplex q, WideComplex rate) {
       const Coupling<double>& joint = chain_.joints[index(j)];

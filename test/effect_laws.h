@@ -36,17 +36,22 @@ namespace planar_chain::test {
 class EffectLaws {
  public:
   EffectLaws(const Scene& scene, double t)
-      : scene_(scene), t_(t), n_(scene.chain.size()), dynamics_(scene), y_(dynamics_.size()) {
+      : scene_(scene),
+        t_(t),
+        n_(scene.chain.size()),
+        coordinates_(scene.chain.coordinates()),
+        dynamics_(scene),
+        y_(dynamics_.size()) {
     y_.setZero();
-    toAbsolute(scene.q.data(), n_, y_.data());
-    toAbsolute(scene.qd.data(), n_, y_.data() + n_);
+    coordinates_.toAbsolute(scene.q.data(), y_.data());
+    coordinates_.toAbsolute(scene.qd.data(), y_.data() + n_);
     dynamics_.enter(t);
     dynamics_.enterState(t, y_.data());
     dynamics_.hold(t, y_.data());
     q_.resize(n_);
     qd_.resize(n_);
-    toRelative(y_.data(), n_, q_.data());
-    toRelative(y_.data() + n_, n_, qd_.data());
+    coordinates_.toRelative(y_.data(), q_.data());
+    coordinates_.toRelative(y_.data() + n_, qd_.data());
   }
 
   void expectAll() {
@@ -88,7 +93,7 @@ class EffectLaws {
   void expectDense() {
     const VectorXd f = slope(t_, y_);
     VectorXd qdd(n_);
-    toRelative(f.data() + n_, n_, qdd.data());
+    coordinates_.toRelative(f.data() + n_, qdd.data());
     const VectorXd dense = denseAccelerations(q_, qd_);
     EXPECT_LT((qdd - dense).norm(), 1e-9 * (1 + dense.norm())) << "q̈: apply, addDense";
   }
@@ -104,7 +109,7 @@ class EffectLaws {
       VectorXd rhs = VectorXd::LinSpaced(y_.size(), 1, 2);
       for (int j = 0; j < n_; ++j) {
         if (!isHeld(j)) continue;
-        for (const int row : {j, n_ + j}) rhs[row] = j > 0 ? rhs[row - 1] : 0;
+        for (const int row : {j, n_ + j}) rhs[row] = coordinates_.isDifference(j) ? rhs[row - 1] : 0;
       }
       VectorXd rhsArranged(arranged.size()), xArranged(arranged.size()), x(y_.size());
       dynamics_.arrange(rhs.data(), rhsArranged.data());
@@ -148,9 +153,7 @@ class EffectLaws {
 
   void expectSeries() {
     constexpr double h = 5e-3;
-    for (const auto& effect : dynamics_.effects().all()) {
-      if (!effect->hasSeries()) return;
-    }
+    if (!dynamics_.hasSeries()) return;
     constexpr int order = 12;
     dynamics_.reserveSeries(order);
     std::vector<double> c(static_cast<std::size_t>(2 * n_ * (order + 1)));
@@ -193,7 +196,7 @@ class EffectLaws {
     if (dynamics_.effects().mostActing() == LoadKind::forces) return;
     const VectorXd f = slope(t_, y_);
     VectorXd qdd(n_), effort(n_);
-    toRelative(f.data() + n_, n_, qdd.data());
+    coordinates_.toRelative(f.data() + n_, qdd.data());
     dynamics_.jointTorques(t_, y_.data(), effort.data());
     // A chain with these torques alone as steady loads.
     Scene bare = scene_;
@@ -209,7 +212,11 @@ class EffectLaws {
   }
   Chain bareChain() const {
     std::vector<Joint> joints;
-    for (const Joint& joint : scene_.chain.joints()) joints.push_back({joint.name});
+    for (const Joint& joint : scene_.chain.joints()) {
+      joints.push_back({joint.name});
+      joints.back().slides = joint.slides;
+      joints.back().axis = joint.axis;
+    }
     return Chain(scene_.chain.links(), joints, scene_.chain.gravity());
   }
 
@@ -245,6 +252,7 @@ class EffectLaws {
   const Scene scene_;
   double t_;
   int n_;
+  Coordinates coordinates_;
   Dynamics dynamics_;
   VectorXd y_, q_, qd_;
 };

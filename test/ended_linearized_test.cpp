@@ -17,6 +17,7 @@ using test::ComplexVector;
 using test::errorOf;
 using test::Random;
 using test::RandomChain;
+using test::Vector2;
 using test::WideComplex;
 
 template <class Scalar>
@@ -45,17 +46,69 @@ test::ComplexMatrix jacobian(const RandomChain& chain, const test::WideMatrix& s
   return J;
 }
 
-/// The change of the force on the base: of that on the first body, and of what moves the slides.
-ComplexVector onBase(const RandomChain& chain, const ComplexVector& change) {
+/// The change of the force on the base, and of its moment about the ground pin: of that on the first body,
+/// and of what moves the slides.
+struct OnBase {
+  Vector2 force;
+  WideComplex moment;
+};
+OnBase onBase(const RandomChain& chain, const test::DenseChain::Answer& answer, const ComplexVector& along,
+              const ComplexVector& change) {
   const Eigen::Index n = chain.size(), slides = chain.places() - n;
-  const InnerEnd<double> inner = chain.innerEnd();
-  ComplexVector force = change.segment(2 * n, 2), acceleration = ComplexVector::Zero(2);
-  for (Eigen::Index i = 0; i < slides; ++i) {
-    const Slide<double>& slide = inner.slide[index(static_cast<int>(i))];
-    acceleration += change[4 * n + i] * Eigen::Vector2d(slide.d.x, slide.d.y).cast<WideComplex>();
-    force += WideComplex(slide.mass) * acceleration;
+  const ComplexVector at = chain.state().cast<WideComplex>();
+  const Vector2 base = test::DenseChain::wide(chain.base);
+  Vector2 slid = Vector2::Zero(), pushed = Vector2::Zero();
+  OnBase sum{};
+  // What is carried is linear in the state.
+  const ComplexVector more = at + along;
+  const auto slope = [&](auto of) { return Vector2(of(more) - of(at)); };
+  for (Eigen::Index i = 0; i <= slides; ++i) {
+    const int k = static_cast<int>(i);
+    const auto carried = [&](const ComplexVector& y) { return chain.carried(y, k, {}); };
+    const Vector2 X = carried(at).x - base, dX = slope([&](const ComplexVector&y) { return carried(y).x; });
+    Vector2 f, df;
+    if (i == slides) {
+      f = answer.forces.head<2>();
+      df = change.segment<2>(2 * n);
+    } else {
+      const test::DenseSlide& slide = chain.slides[index(k)];
+      const Vector2 d = test::DenseChain::wide(slide.of.d), v = carried(at).v;
+      slid += answer.slides[i] * d;
+      pushed += change[4 * n + i] * d;
+      const auto Kd = slide.K.cast<WideComplex>(), Dd = slide.D.cast<WideComplex>();
+      const WideComplex m(slide.of.mass);
+      f = m * (carried(at).a + slid - test::DenseChain::wide(chain.gravity)) + Kd * carried(at).x + Dd * v;
+      df = m * (slope([&](const ComplexVector& y) { return carried(y).a; }) + pushed) + Kd * dX +
+           Dd * slope([&](const ComplexVector& y) { return carried(y).v; });
+    }
+    sum.force += df;
+    sum.moment += test::crossed(X, df) + test::crossed(dX, f);
   }
-  return force;
+  return sum;
+}
+
+/// On a base that turns.
+void turn(const RandomChain& chain, const AtState& at, EndsTangent& ends) {
+  const ComplexVector state = chain.state().cast<WideComplex>();
+  ends.turns = true;
+  ends.rate = chain.baseRate;
+  ends.turning = chain.baseTurning;
+  Vec2d a;
+  for (std::size_t i = 0; i <= chain.slides.size(); ++i) {
+    const test::Carried own = chain.carried(state, static_cast<int>(i), {});
+    const Vec2d X = RandomChain::narrow(own.x) - chain.base;
+    if (i == chain.slides.size()) {
+      ends.firstPin = X;
+      continue;
+    }
+    const test::DenseSlide& slide = chain.slides[i];
+    a += RandomChain::real(at.answer.slides[static_cast<Eigen::Index>(i)]) * slide.of.d;
+    ends.place[i] = X;
+    ends.force[i] =
+        slide.of.mass * (RandomChain::narrow(own.a) + a - chain.gravity) +
+        RandomChain::narrow(slide.K.cast<WideComplex>() * own.x + slide.D.cast<WideComplex>() * own.v);
+  }
+  ends.pinForce = RandomChain::narrow(at.answer.forces.head<2>());
 }
 
 template <std::size_t kinds, class Scalar>
@@ -71,12 +124,18 @@ void compare(const RandomChain& chain, const AtState& at, const test::WideMatrix
   }
   CoupledBodies bodies(at.chain);
   bodies.take(at.state);
-  EndsTangent ends{chain.innerEnd(), {}, {}, chain.heldTip()};
+  EndsTangent ends;
+  ends.inner = chain.innerEnd();
+  ends.tip = chain.heldTip();
   for (std::size_t i = 0; i < chain.slides.size(); ++i) {
     ends.stiffness[i] = chain.slides[i].stiffness;
     ends.damping[i] = chain.slides[i].damping;
+    const auto matrix = [](const Eigen::Matrix2d& M) { return Matrix2d{M(0, 0), M(0, 1), M(1, 0), M(1, 1)}; };
+    ends.ofPlace[i] = matrix(chain.slides[i].K);
+    ends.ofVelocity[i] = matrix(chain.slides[i].D);
   }
-  EndedLinearized<Scalar, kinds> linearized(bodies, at.tangents, ends);
+  turn(chain, at, ends);
+  EndedLinearized<Scalar, kinds> linearized(bodies, at.tangents.data(), ends);
   linearized.factor(s);
   linearized.solve(rhs.data(), rhs.data() + places, x.data(), x.data() + places);
 
@@ -96,7 +155,13 @@ void compare(const RandomChain& chain, const AtState& at, const test::WideMatrix
   for (int i = 0; i < size; ++i) (i < slides ? slideForces : moments).push_back(linearized.moment(i));
   const Vec2<Scalar> pin = linearized.pinForce(), tip = linearized.tipForce();
   EXPECT_LT(errorOf(wide(moments), change.segment(count, count), all), tolerance) << "s = " << s;
-  EXPECT_LT(errorOf(wide(std::vector{pin.x, pin.y}), onBase(chain, change), all), tolerance) << "s = " << s;
+  const OnBase base = onBase(chain, at.answer, exact, change);
+  EXPECT_LT(errorOf(wide(std::vector{pin.x, pin.y}), base.force, all), tolerance) << "s = " << s;
+  if (slides > 0) {
+    ComplexVector moment(1);
+    moment << base.moment;
+    EXPECT_LT(errorOf(wide(std::vector{linearized.baseMoment()}), moment, all), tolerance) << "s = " << s;
+  }
   EXPECT_LT(errorOf(wide(std::vector{tip.x, tip.y}), change.tail(2), all), tolerance) << "s = " << s;
   if (slides > 0) {
     EXPECT_LT(errorOf(wide(slideForces), change.segment(4 * count + slides, slides), all), tolerance)
@@ -108,14 +173,17 @@ void compare(const RandomChain& chain, const AtState& at, const test::WideMatrix
 
 template <std::size_t kinds>
 void compareAll(double forces) {
-  test::forAllEnds(forces, [](const RandomChain& chain, unsigned seed) {
-    const AtState at(chain);
-    const test::WideMatrix slopes = chain.slopes(chain.state());
-    for (const double s : {2.3, 40.0, 1e3}) {
-      compare<kinds>(chain, at, slopes, s, seed);
-      compare<kinds>(chain, at, slopes, std::complex<double>(s, 2 * s), seed);
-    }
-  });
+  test::forAllEnds(
+      forces,
+      [](const RandomChain& chain, unsigned seed) {
+        const AtState at(chain);
+        const test::WideMatrix slopes = chain.slopes(chain.state());
+        for (const double s : {2.3, 40.0, 1e3}) {
+          compare<kinds>(chain, at, slopes, s, seed);
+          compare<kinds>(chain, at, slopes, std::complex<double>(s, 2 * s), seed);
+        }
+      },
+      1);
 }
 
 TEST(EndedLinearized, InvertsTheJacobianWhereForcesDependOnPlaceAndVelocity) {

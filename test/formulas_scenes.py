@@ -122,8 +122,8 @@ def random_scene(seed):
         links["link_0"]["joint"] = {"type": "floating"}
     elif slides:
         on_rails(rng, links, slides)
-        if rng.random() < 0.5:  # it cannot turn
-            scene["base"] = {axis: random_law(rng) for axis in ("x", "y")}
+        if rng.random() < 0.5:
+            scene["base"] = {axis: random_law(rng) for axis in ("x", "y", "angle") if axis != "angle" or rng.random() < 0.7}
     elif rng.random() < 0.4:
         scene["base"] = {axis: random_law(rng) for axis in ("x", "y", "angle") if axis == "y" or rng.random() < 0.6}
     if rng.random() < 0.6:

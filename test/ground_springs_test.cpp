@@ -28,6 +28,7 @@ class GroundSprings : public Effect, public Forces {
  public:
   explicit GroundSprings(const Scene& scene)
       : links_(scene.chain.links()),
+        slides_(index(scene.chain.slides())),
         hasSeries_(!scene.base),
         F_(links_.size(), std::vector<Vec2d>(mostOrders)) {}
 
@@ -42,7 +43,7 @@ class GroundSprings : public Effect, public Forces {
     for (std::size_t i = 0; i < links_.size(); ++i) {
       const ForceAt force = forceOn(i, at);
       to.F[i] += force.F;
-      to.N[i] += cross(force.X, force.F);
+      if (i >= slides_) to.N[i] += cross(force.X, force.F);
     }
     return {};
   }
@@ -81,6 +82,7 @@ class GroundSprings : public Effect, public Forces {
   }
 
   const std::vector<Link>& links_;
+  std::size_t slides_;
   bool hasSeries_;
   std::vector<std::vector<Vec2d>> F_;  ///< of each link, its orders
 };
@@ -108,7 +110,9 @@ class GroundSpringKind : public EffectKind {
     }
     for (int i = 0; i < scene.chain.size(); ++i) {
       const Link& link = scene.chain.links()[index(i)];
-      const Rotation<double> e = Rotation<double>::of(theta += q(i));
+      const Joint& joint = scene.chain.joints()[index(i)];
+      if (joint.slides) pin += q(i) * (Rotation<double>::of(theta) * joint.axis);
+      const Rotation<double> e = Rotation<double>::of(joint.slides ? theta : theta += q(i));
       const Vec2d F = -stiffnessIn(link) * stretch(link, pin, e);
       to.F(2 * i) += F.x;
       to.F(2 * i + 1) += F.y;
@@ -152,6 +156,42 @@ TEST_F(ForcesOfPlace, ObeyThemOnAMovingBase) {
   const char* base =
       "base: {x: {amplitude: 0.2, frequency: 1.1, phase: 0.4}, angle: {amplitude: 0.3, frequency: 0.8}}\n";
   test::EffectLaws(readSceneText(chainOf(5, base)), 0.1).expectAll();
+}
+
+/// On carts, and beside them.
+TEST_F(ForcesOfPlace, ObeyThemWithSlides) {
+  const std::string rails =
+      "chain: [x, a, b]\nlinks:\n"
+      "  x: {mass: 2, pin: [0.2, -0.1], inertia: 0.4, ground_stiffness: 40, ground_x: 0.3,\n"
+      "      joint: {type: prismatic, axis: [1, 0.5], damping: 0.3}, initial: {position: 0.2, velocity: "
+      "1}}\n";
+  const std::string plane =
+      "chain: [x, y, a, b]\nlinks:\n"
+      "  x: {mass: 2, pin: [0.2, -0.1], ground_stiffness: 40, ground_x: 0.3,\n"
+      "      joint: {type: prismatic, stiffness: 20}, initial: {position: 0.2, velocity: 1}}\n"
+      "  y: {mass: 0.7, pin: [0, 0.3], ground_stiffness: 25, ground_y: 0.2,\n"
+      "      joint: {type: prismatic, axis: [0.2, 1], damping: 2}, initial: {position: -0.1, velocity: "
+      "-2}}\n";
+  const std::string driven =
+      "chain: [x, y, a, b]\nlinks:\n"
+      "  x: {mass: 2, pin: [0.2, -0.1], ground_stiffness: 40, ground_x: 0.3,\n"
+      "      joint: {type: prismatic, drive: {amplitude: 0.2, frequency: 1.3}}}\n"
+      "  y: {mass: 0.7, pin: [0, 0.3], ground_stiffness: 25, ground_y: 0.2,\n"
+      "      joint: {type: prismatic, axis: [0.2, 1], damping: 2}, initial: {position: -0.1, velocity: "
+      "-2}}\n";
+  const std::string loads =
+      "loads: {push: {link: x, force: [3, -1], frequency: 0.3}, wind: {link: b, force: [1, 2], point: [0.1, "
+      "0.2], frequency: 0.8}}\n";
+  const std::string moves =
+      "base: {x: {amplitude: 0.2, frequency: 1.1, phase: 0.4}, angle: {amplitude: 0.6, frequency: 0.8, "
+      "offset: 0.3}}\n";
+  for (const std::string& slides : {rails, plane, driven}) {
+    for (const std::string& base : {std::string(), moves}) {
+      SCOPED_TRACE(slides + base);
+      const std::string bodies = chainOf(2, loads + base);
+      test::EffectLaws(readSceneText(slides + bodies.substr(bodies.find("  a:"))), 0.1).expectAll();
+    }
+  }
 }
 
 TEST_F(ForcesOfPlace, LetNoEquilibriumBeSought) {

@@ -20,6 +20,7 @@ struct Kind {
   double forces = 1;         ///< 0: none that depends on place or velocity
   int slides = 0, rows = 0;  ///< of the ends
   bool isFree = false;       ///< the two slides are a free end
+  double turning = 0;        ///< 0: the base does not turn
 };
 
 /// A law of all six numbers of a place: (F, N) = −A sin(B (x, θ, v, ω)).
@@ -96,6 +97,7 @@ class RandomChain : public DenseChain {
     baseVelocity = random.vector(1);
     baseAcceleration = random.vector(5);
     baseTurning = random.between(-2, 2);
+    baseRate = kind.turning * random.between(-2, 2);
   }
 
   std::vector<double> y;  ///< θ and s, ω and ṡ
@@ -125,12 +127,28 @@ class RandomChain : public DenseChain {
     }
     return Chain(named, plain, gravity);
   }
+  /// The acceleration of the first pin if no slide speeds up, less gravity.
+  Vec2d pinAcceleration() const {
+    return narrow(carried(state().cast<WideComplex>(), places() - size(), {}).a) - gravity;
+  }
+  /// What pushes slide i along its rail besides what acts in it: forces on slides, and how rails turn.
+  double pushOn(int i) const {
+    Vec2d sum;
+    for (int j = i; j < places() - size(); ++j) {
+      const DenseSlide& slide = slides[index(j)];
+      const Carried own = carried(state().cast<WideComplex>(), j, {});
+      sum -= narrow(slide.K.cast<WideComplex>() * own.x + slide.D.cast<WideComplex>() * own.v);
+      sum -= slide.of.mass * (narrow(own.a) - gravity - pinAcceleration());
+    }
+    return dot(slides[index(i)].of.d, sum);
+  }
   InnerEnd<double> innerEnd() const {
     InnerEnd<double> end;
     for (const DenseSlide& slide : slides) {
       Slide<double> with = slide.of;
       const std::size_t i = index(end.slides++);
-      with.force -= slide.stiffness * y[index(size()) + i] + slide.damping * y[index(places() + size()) + i];
+      with.force += pushOn(static_cast<int>(i)) - slide.stiffness * y[index(size()) + i] -
+                    slide.damping * y[index(places() + size()) + i];
       end.slide[i] = with;
     }
     return end;
@@ -228,6 +246,10 @@ class RandomChain : public DenseChain {
       if (slide.of.isHeld) slide.of.acceleration = random.between(-3, 3);
       slide.stiffness = kind.springs * random.between(0, 30);
       slide.damping = kind.springs * random.between(0, 2);
+      slide.pin = random.vector(0.5);
+      for (double* number : {slide.K.data(), slide.D.data()}) {
+        for (int at = 0; at < 4; ++at) number[at] = kind.forces * random.between(-5, 5);
+      }
       if (kind.isFree) slide = {};
       if (kind.isFree && i == 1) slide.of.d = {0, 1};
       slides.push_back(slide);
@@ -266,7 +288,7 @@ struct AtState {
       alpha.push_back(RandomChain::real(answer.alpha[j]));
     }
     omega = of.y.data() + of.places();
-    Vec2d pin = of.baseAcceleration - of.gravity;
+    Vec2d pin = of.pinAcceleration();
     for (int i = 0; i < of.places() - n; ++i) {
       pin += RandomChain::real(answer.slides[i]) * of.slides[index(i)].of.d;
     }
@@ -295,7 +317,7 @@ inline int freedoms(const RandomChain& chain) {
 /// Calls check(chain, seed) with random chains of every kind and length. forces: 0, none that depends on
 /// place or velocity.
 template <class Check>
-void forAllEnds(double forces, const Check& check) {
+void forAllEnds(double forces, const Check& check, double turning = 0) {
   unsigned seed = 0;
   for (const Kind& of : {Kind{0, 0, 0}, Kind{0, 0, 1}, Kind{0.5, 0, 1}, Kind{0.5, 0.3, 1}}) {
     for (const int slides : {0, 1, 2, 3}) {
@@ -303,6 +325,7 @@ void forAllEnds(double forces, const Check& check) {
         for (int n = 1; n <= 12; ++n) {
           Kind kind = of;
           kind.forces = forces;
+          kind.turning = slides > 0 ? turning : 0;
           kind.isFree = slides == 3;
           kind.slides = std::min(slides, 2);
           kind.rows = rows;

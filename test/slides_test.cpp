@@ -56,6 +56,20 @@ const std::string plane =
     "velocity: 0.5}}" +
     poles();
 
+const std::string turned =
+    "chain: [cart, pole, lower]\nlinks:\n  cart: {mass: 2.0, com: [0.2, -0.1], inertia: 0.3, pin: [0.0, "
+    "0.1], initial: "
+    "{position: 0.1, velocity: 0.2}, joint: {type: prismatic, stiffness: 20}}" +
+    poles(0.05) +
+    "base: {x: {amplitude: 0.03, frequency: 1.7}, angle: {amplitude: 0.5, frequency: 0.4, offset: 0.3}}\n";
+const std::string turnedPlane =
+    "chain: [x, y, pole, lower]\nlinks:\n  x: {mass: 2.0, com: [0.1, 0.2], pin: [0.0, 0.1], joint: {type: "
+    "prismatic, "
+    "stiffness: 30}, initial: {position: 0.1, velocity: 0.2}}\n  y: {mass: 0.4, pin: [0.05, 0], com: [0.1, "
+    "0.1], joint: {type: prismatic, axis: [0.3, 1], stiffness: 40, damping: 0.3}, initial: {position: -0.2, "
+    "velocity: 0.5}}" +
+    poles() + "base: {y: {amplitude: 0.02, frequency: 1.1}, angle: {amplitude: 0.4, frequency: 0.7}}\n";
+
 const std::string floating =
     "chain: [pole, lower]\nlinks:\n  pole: {mass: 0.5, inertia: 0.01, com: [0.4, 0.05], pin: [0.8, 0], "
     "joint: {type: floating}, initial: {position: [0.5, 1], linear_velocity: [1, 4], angle: -1.2, velocity: "
@@ -71,12 +85,14 @@ Eigen::VectorXd vectorOf(const std::vector<double>& numbers) {
 class Trajectory : public testing::TestWithParam<const char*> {};
 
 TEST_P(Trajectory, AgreesWithDenseEquations) {
-  for (const test::KnownMotion& known : std::initializer_list<test::KnownMotion>{
-           {"level", cart(), reference::level},
-           {"tilted", tilted, reference::tilted},
-           {"plane", plane, reference::plane},
-           {"floating", floating, reference::floating},
-           {"massless", cart("axis: [1, 0]", "0"), reference::massless}}) {
+  for (const test::KnownMotion& known :
+       std::initializer_list<test::KnownMotion>{{"level", cart(), reference::level},
+                                                {"tilted", tilted, reference::tilted},
+                                                {"plane", plane, reference::plane},
+                                                {"floating", floating, reference::floating},
+                                                {"massless", cart("axis: [1, 0]", "0"), reference::massless},
+                                                {"turned", turned, reference::turned},
+                                                {"turnedPlane", turnedPlane, reference::turnedPlane}}) {
     test::expectMotion(known, GetParam(), 1e-7);
   }
 }
@@ -245,6 +261,9 @@ TEST(FreeChain, SpinsWithTheFrequenciesOfAlgorithms) {
 constexpr const char* shaken =
     "base: {x: {amplitude: 0.03, frequency: 1.7}, y: {times: [0, 0.7, 1.1], values: [0, 0.1, -0.05]}}\n";
 
+constexpr const char* turning =
+    "base: {x: {amplitude: 0.03, frequency: 1.7}, angle: {amplitude: 0.4, frequency: 0.6, offset: 0.2}}\n";
+
 /// A plane with all that acts on its rails and behind them.
 Scene busy(const std::string& drive = "", const std::string& base = "") {
   return readSceneText(
@@ -335,6 +354,8 @@ INSTANTIATE_TEST_SUITE_P(With, Everything,
                          testing::Values(std::pair{"", ""},
                                          std::pair{"drive: {amplitude: 0.2, frequency: 0.7}", ""},
                                          std::pair{"drive: hold", ""}, std::pair{"", shaken},
+                                         std::pair{"", turning},
+                                         std::pair{"drive: {amplitude: 0.2, frequency: 0.7}", turning},
                                          std::pair{"drive: {amplitude: 0.2, frequency: 0.7}", shaken}));
 
 /// On a base of acceleration a each body has the force −m a, against the base.
@@ -376,9 +397,52 @@ TEST(Slides, OnAShakenBaseFeelInertialForces) {
     EXPECT_LT(length(one.force - other.force), 1e-6);
     EXPECT_NEAR(one.torque, other.torque, 1e-6);
   }
-  Simulation simulation(moving);
-  EXPECT_THROW(simulation.followBase({moving.base->x, moving.base->y, MotionLaw::sine(0.1, 1, 0, 0)}),
-               std::invalid_argument);
+}
+
+/// Places, velocities and accelerations of all links are derivatives of each other, and what moves the links
+/// is the base's wrench.
+TEST(Slides, OnATurningBaseMoveAsTheirPlaces) {
+  for (const std::string& text : {turned, turnedPlane}) {
+    Scene scene = readSceneText(text);
+    scene.integrator.tolerance = 1e-13;
+    Simulation simulation(scene);
+    const std::size_t n = scene.q.size();
+    const double h = 2e-5, t = 0.8;
+    std::vector<LinkMotion> before(n), now(n), after(n);
+    for (auto* motions : {&before, &now, &after}) {
+      ASSERT_TRUE(simulation.advanceTo(t + (motions == &before ? -h : motions == &after ? h : 0)));
+      simulation.linkMotions(motions->data());
+      if (motions != &now) continue;
+      Vec2d force, ground{scene.base->x.at(t).value, scene.base->y.at(t).value};
+      double moment = 0;
+      for (std::size_t j = 0; j < n; ++j) {
+        const Link& link = scene.chain.links()[j];
+        const Vec2d F = link.mass * (now[j].acceleration - scene.chain.gravity());
+        force += F;
+        moment += cross(now[j].com - ground, F) + link.inertia * now[j].alpha;
+      }
+      EXPECT_LT(length(simulation.baseWrench().force + force), 1e-11);
+      EXPECT_NEAR(simulation.baseWrench().torque, -moment, 1e-11);
+    }
+    for (std::size_t j = 0; j < n; ++j) {
+      const auto slope = [&](auto of) { return 1 / (2 * h) * (of(after[j]) - of(before[j])); };
+      EXPECT_LT(length(slope([](const LinkMotion& at) { return at.com; }) - now[j].velocity), 1e-6) << j;
+      EXPECT_LT(length(slope([](const LinkMotion& at) { return at.velocity; }) - now[j].acceleration), 1e-5)
+          << j;
+      EXPECT_NEAR(slope([](const LinkMotion& at) { return at.angle; }), now[j].omega, 1e-6) << j;
+      EXPECT_NEAR(slope([](const LinkMotion& at) { return at.omega; }), now[j].alpha, 1e-5) << j;
+    }
+  }
+}
+
+TEST(Slides, FollowABaseThatBeginsToTurn) {
+  const std::string given = cart() + "integrator: {tolerance: 1e-11}\nbase: {angle: ";
+  Simulation known(readSceneText(given + "{times: [0, 1], values: [0, 0.5]}}\n"));
+  Simulation follows(readSceneText(given + "{offset: 0}}\n"));
+  const BaseLaws& laws = *follows.scene().base;
+  follows.followBase({laws.x, laws.y, laws.angle.to(0, 1, 0.5, 0)});
+  for (Simulation* simulation : {&known, &follows}) ASSERT_TRUE(simulation->advanceTo(1.5));
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(known.q()[i], follows.q()[i], 1e-8);
 }
 
 TEST(Slides, NeedInertiaInEveryPose) {

@@ -27,7 +27,7 @@ void compare(const AtState& at, const test::WideMatrix& slopes, Scalar s, Random
   }
   CoupledBodies bodies(at.chain);
   bodies.take(at.state);
-  CoupledLinearized<Scalar, 3> linearized(bodies, at.tangents);
+  CoupledLinearized<Scalar, 3> linearized(bodies, at.tangents.data());
   linearized.factor(s);
   linearized.solve(rhs.data(), rhs.data() + n, x.data(), x.data() + n);
 
@@ -80,8 +80,8 @@ TEST(CoupledLinearized, TakesOneKindOfMotionWithoutSuchForces) {
     const AtState at(chain);
     CoupledBodies bodies(at.chain);
     bodies.take(at.state);
-    CoupledLinearized<double, 1> coupled(bodies, at.tangents);
-    CoupledLinearized<double, 3> tangent(bodies, at.tangents);
+    CoupledLinearized<double, 1> coupled(bodies, at.tangents.data());
+    CoupledLinearized<double, 3> tangent(bodies, at.tangents.data());
     Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(2 * n, -1, 2), other = x;
     coupled.factor(30);
     tangent.factor(30);

@@ -73,8 +73,6 @@ class MotionLaw {
   /// Returns the longest step that resolves the motion, s: a quarter of the period of a sine.
   double longestStep() const;
   bool moves() const;
-  /// True if x = 0 for ever.
-  bool isZero() const;
   /// True if the energies and forces of the motion are far from overflow. moderate() returns the condition in
   /// words.
   bool isModerate() const;

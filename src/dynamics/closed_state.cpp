@@ -22,8 +22,7 @@ double guessedAngle(Vec2d v) {
 void layArc(const Chain& chain, const Couplings& at, std::vector<double>& y) {
   const int slides = chain.slides(), n = chain.size();
   Vec2d to = at.tipPlace - at.base().pin;
-  for (int i = 0; i < slides; ++i)
-    to -= y[index(i)] * chain.joints()[index(i)].axis + chain.links()[index(i)].pin;
+  to -= railsOf<double>(chain, {plainRotation(at.angle.value)}, y.data(), y.data() + n).first.place;
   if (at.tip.rows == 1) to = dot(at.tip.row[0], to) * at.tip.row[0];
   // The chord shrinks while the angle of the arc grows to a whole turn.
   Vec2d chord;

@@ -39,25 +39,17 @@ Vec2d Closure::alongRows(const Couplings& at, Vec2d a) const {
 
 Vec2d Closure::gap(const Couplings& at, const double* y) {
   mechanism_.rotate(y, at.angle.value, e_.data());
-  const Chain& chain = mechanism_.chain();
-  Vec2d x = at.base().pin;
-  for (int j = 0; j < n_; ++j) {
-    const Vec2d pin = chain.links()[index(j)].pin;
-    x += j < mechanism_.slides() ? y[j] * chain.joints()[index(j)].axis + pin : e_[index(j)] * pin;
-  }
+  Vec2d x = at.base().pin + firstPin(at, y).place;
+  for (int j = mechanism_.slides(); j < n_; ++j) x += e_[index(j)] * mechanism_.chain().links()[index(j)].pin;
   return alongRows(at, at.tipPlace - x);
 }
 
 Vec2d Closure::rateGap(const Couplings& at, const double* y) {
   mechanism_.rotate(y, at.angle.value, e_.data());
-  const Chain& chain = mechanism_.chain();
   const BaseState base = at.base();
-  Vec2d v = base.velocity;
-  for (int j = 0; j < n_; ++j) {
-    const double rate = y[n_ + j];
-    v += j < mechanism_.slides() ? rate * chain.joints()[index(j)].axis
-                                 : (rate + base.rate) * perp(e_[index(j)] * chain.links()[index(j)].pin);
-  }
+  Vec2d v = base.velocity + firstPin(at, y).velocity;
+  for (int j = mechanism_.slides(); j < n_; ++j)
+    v += (y[n_ + j] + base.rate) * perp(e_[index(j)] * mechanism_.chain().links()[index(j)].pin);
   return alongRows(at, at.tipVelocity - v);
 }
 
@@ -65,6 +57,16 @@ void Closure::couple(const Couplings& at) {
   for (std::size_t j = 0; j < joints_.size(); ++j) joints_[j] = {at.joints[j].rotor, at.joints[j].isHeld, 0};
   recursion_.couple(joints_.data() + mechanism_.slides());
   inner_ = innerEndOf(mechanism_.chain(), joints_.data());
+  if (at.angle.value == 0) return;
+  const Rotation<double> turn = plainRotation(at.angle.value);
+  for (Slide<double>& slide : inner_.slide) slide.d = turn * slide.d;
+}
+
+/// The first pin of a link that turns, from the ground pin.
+RailPoint<double> Closure::firstPin(const Couplings& at, const double* y) const {
+  if (mechanism_.slides() == 0) return {};
+  const BaseTurn<double> base{plainRotation(at.angle.value), at.angle.rate, 0};
+  return railsOf(mechanism_.chain(), base, y, y + n_).first;
 }
 
 /// The impulse on the chain at rest that moves the tip by so much, and change_, of which it is the cause.

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "dynamics/mechanism.h"
+#include "dynamics/rails.h"
 #include "effects/coupler.h"
 #include "lanes/coupled_chain.h"
 
@@ -44,6 +45,7 @@ class Closure {
 
  private:
   void couple(const Couplings& at);
+  RailPoint<double> firstPin(const Couplings& at, const double* y) const;
   Vec2d alongRows(const Couplings& at, Vec2d a) const;
   void move(const Couplings& at, Vec2d tip, double most, double* values, double* carry);
   EndsMotion<double> impulse(Tip<double> tip);

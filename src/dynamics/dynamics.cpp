@@ -278,14 +278,14 @@ void Dynamics::linkMotions(double t, const double* y, LinkMotion* motions) {
     const Evaluation& at = coupled_->at(t, y);
     const Vec2d acceleration = at.ground + mechanism_.chain().gravity();
     const Vec2d* F = effects_.acting() == LoadKind::forces ? at.F.data() : nullptr;
-    return moveLinks({at.base.pin, at.base.velocity, acceleration, at.base.angle, y, at.e.data(), at.omega(),
-                      at.alpha.data(), F, at.ends.tipForce},
+    return moveLinks({at.base.pin, at.base.velocity, acceleration, at.base.angle, at.turn(), y, at.e.data(),
+                      at.omega(), at.alpha.data(), F, at.ends.tipForce},
                      motions);
   }
   evaluateInOrder(t, y, room_.derivative.data());
   mechanism_.rotate(y, room_.e.data(), n_);
   const Vec2d* F = effects_.reach() > 0 ? room_.F.data() : nullptr;
-  moveLinks({{}, {}, {}, 0, y, room_.e.data(), y + n_, room_.derivative.data() + n_, F}, motions);
+  moveLinks({{}, {}, {}, 0, {}, y, room_.e.data(), y + n_, room_.derivative.data() + n_, F}, motions);
 }
 
 void Dynamics::moveLinks(const ChainMotion& from, LinkMotion* motions) const {
@@ -294,14 +294,16 @@ void Dynamics::moveLinks(const ChainMotion& from, LinkMotion* motions) const {
   // Outwards: positions, velocities, accelerations of the pins and of the centres of mass.
   Vec2d x = from.pin, v = from.velocity, a = from.acceleration;
   const int slides = mechanism_.slides();
+  const Rails<double> rails = railsOf(chain, from.turn, from.angles, from.omega);
   for (int i = 0; i < slides; ++i) {
-    const Vec2d axis = chain.joints()[index(i)].axis;
-    x += from.angles[i] * axis;
-    v += from.omega[i] * axis;
-    a += from.alpha[i] * axis;
-    motions[i] = {x, from.angle, x + chain.links()[index(i)].com, v, 0, a, 0, {}};
-    x += chain.links()[index(i)].pin;
+    const RailPoint<double>&own = rails.own[index(i)], &com = rails.com[index(i)];
+    a += from.alpha[i] * rails.d[index(i)];
+    motions[i] = {x + own.place,  from.angle,    x + com.place,          v + com.velocity,
+                  from.turn.rate, a + com.drift, from.turn.acceleration, {}};
   }
+  x += rails.first.place;
+  v += rails.first.velocity;
+  a += rails.first.drift;
   for (int j = slides; j < n_; ++j) {
     const Link& link = chain.links()[index(j)];
     const double w = from.omega[j], alpha = from.alpha[j];

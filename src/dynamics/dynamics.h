@@ -157,7 +157,8 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   struct ChainMotion {
     Vec2d pin, velocity, acceleration;
     double angle;
-    const double* angles;  ///< from the base's angle
+    BaseTurn<double> turn;  ///< of the base
+    const double* angles;   ///< from the base's angle
     const Rotation<double>* e;
     const double *omega, *alpha;
     const Vec2d* F;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "dynamics/rails.h"
 #include "dynamics/stored_energy.h"
 #include "lanes/segments.h"
 
@@ -30,12 +31,16 @@ void forCentres(const Chain& chain, const double* theta, const double* omega, co
   Rotation<double> e[atOnce];
   Vec2d pin = base.pin, pinVelocity = base.velocity;
   const int slides = chain.slides();
-  for (int i = 0; i < slides; ++i) {
-    const Link& link = chain.links()[index(i)];
-    pin += theta[i] * chain.joints()[index(i)].axis;
-    pinVelocity += omega[i] * chain.joints()[index(i)].axis;
-    f(i, PlacedBody{pin, {}}, pin + link.com, pinVelocity, 0.0);
-    pin += link.pin;
+  if (slides > 0) {
+    const BaseTurn<double> turn{plainRotation(base.angle), base.rate, 0};
+    const Rails<double> rails = railsOf(chain, turn, theta, omega);
+    for (int i = 0; i < slides; ++i) {
+      const RailPoint<double>& com = rails.com[index(i)];
+      f(i, PlacedBody{pin + rails.own[index(i)].place, turn.e}, pin + com.place, pinVelocity + com.velocity,
+        base.rate);
+    }
+    pin += rails.first.place;
+    pinVelocity += rails.first.velocity;
   }
   for (int j = slides; j < chain.size(); ++j) {
     const int place = (j - slides) % atOnce;

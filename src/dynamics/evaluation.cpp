@@ -83,14 +83,21 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
 /// The places and velocities of the pins, where forces act.
 void Evaluator::placePins(Evaluation& to) const {
   std::fill(to.F.begin(), to.F.end(), Vec2d{});
-  const Chain& chain = mechanism_.chain();
-  mechanism_.findPinVelocities(to.e.data(), to.omega(), effects_.reach(), to.pinVelocity.data(),
-                               to.base.velocity);
-  Vec2d x = to.base.pin;
-  for (std::size_t j = 0; j < to.pin.size(); ++j) {
-    if (j < index(mechanism_.slides())) x += to.y[j] * chain.joints()[j].axis;
+  Vec2d x = to.base.pin, v = to.base.velocity;
+  const auto slides = index(mechanism_.slides());
+  if (slides > 0) {
+    const Rails<double> rails = railsOf(mechanism_.chain(), to.turn(), to.y.data(), to.y.data() + n_);
+    for (std::size_t i = 0; i < slides; ++i) {
+      to.pinVelocity[i] = v + rails.own[i].velocity;
+      if (!to.pin.empty()) to.pin[i] = x + rails.own[i].place;
+    }
+    x += rails.first.place;
+    v += rails.first.velocity;
+  }
+  mechanism_.findPinVelocities(to.e.data(), to.omega(), effects_.reach(), to.pinVelocity.data(), v);
+  for (std::size_t j = slides; j < to.pin.size(); ++j) {
     to.pin[j] = x;
-    x += to.e[j] * chain.links()[j].pin;
+    x += to.e[j] * mechanism_.chain().links()[j].pin;
   }
 }
 
@@ -100,6 +107,7 @@ const double* Evaluator::turn(Evaluation& to) const {
   for (std::size_t j = 0; j < to.turning.size(); ++j) {
     to.turning[j] = to.y[index(n_) + j] + (j < index(slides) ? 0 : to.base.rate);
   }
+  if (!to.turning.empty() && slides > 0) std::fill_n(to.e.begin(), slides, plainRotation(to.base.angle));
   if (to.base.angle == 0 && effects_.acting() != LoadKind::forces) return to.y.data() + slides;
   mechanism_.rotate(to.y.data(), to.base.angle, to.e.data());
   return nullptr;
@@ -129,15 +137,34 @@ inline void Evaluator::run(Evaluation& to, const double* theta) {
 }
 
 void Evaluator::runBetweenEnds(Evaluation& to, const double* theta) {
+  const bool onBase = !to.turning.empty();
+  if (onBase && mechanism_.slides() > 0) return runOnRails(to, theta);
+  setForces(to.N.data(), forces(to), inner_);
+  sweepBetweenEnds(to, theta, to.ground);
+  if (onBase) to.pinForce = to.ends.pinForce;
+}
+
+/// The base moves slides.
+[[gnu::noinline]] void Evaluator::runOnRails(Evaluation& to, const double* theta) {
+  const Chain& chain = mechanism_.chain();
+  const Rails<double> rails = railsOf(chain, to.turn(), to.y.data(), to.y.data() + n_);
+  setForces(to.N.data(), forces(to), inner_, to.turnsRails() ? &rails : nullptr);
+  sweepBetweenEnds(to, theta, to.ground + rails.first.drift);
+  const OfBase<double> by = ofBase(inner_, to.ends, to.ground, forces(to), rails);
+  to.pinForce = by.force;
+  to.slidesMoment = by.moment;
+  for (int i = 0; i < chain.slides(); ++i)
+    to.slidesMoment += chain.links()[index(i)].inertia * to.groundTurning;
+}
+
+inline void Evaluator::sweepBetweenEnds(Evaluation& to, const double* theta, Vec2d ground) {
   const int slides = mechanism_.slides();
   const Vec2d* F = forces(to);
-  setForces(to.N.data(), F, inner_);
-  recursion_.accelerations({to.e.data() + slides, to.N.data() + slides, F ? F + slides : nullptr, to.ground},
+  recursion_.accelerations({to.e.data() + slides, to.N.data() + slides, F ? F + slides : nullptr, ground},
                            theta, to.omega() + slides, to.groundTurning, inner_, tip_,
                            to.alpha.data() + slides, to.moments.data() + slides, to.ends);
   std::copy_n(to.ends.acceleration.begin(), slides, to.alpha.begin());
   writeHolding(inner_, to.ends, to.moments.data());
-  if (effects_.base()) to.pinForce = forceOfBase(inner_, to.ends, to.ground, F);
 }
 
 /// The power of drives and base, W.
@@ -153,7 +180,8 @@ double Evaluator::couplingPower(const Evaluation& at) {
   if (at.base.rate != 0) {
     std::fill(torques_.begin(), torques_.end(), 0.0);
     for (Effect* effect : effects_.active()) effect->addTorques(at.state(), torques_.data());
-    power += (at.moments[0] + torques_[0]) * at.base.rate;
+    const std::size_t first = index(mechanism_.slides());
+    power += (at.moments[first] + torques_[first] + at.slidesMoment) * at.base.rate;
   }
   return power + dot(at.pinForce, at.base.velocity);
 }

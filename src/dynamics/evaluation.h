@@ -9,8 +9,9 @@
 ///     P_supplied = that of the effects + Σ (μ_i + J_i q̈_i) q̇_i of held joints + F_pin·v_base + (μ_1 + τ_1) φ̇
 ///     + λ·v_tip
 ///
-/// Behind slides the base does not move. In the arrays the slides come first: their positions, their rates in
-/// ω, s̈ in α, forces along the rails in N and μ; e = 1; and as pins their own points.
+/// In the arrays the slides come first: their positions, their rates in ω, s̈ in α, forces along the rails in
+/// N and μ; e of the base; and as pins their own points. Joint 1 is then the first one behind them, and the
+/// moment of the base on what slides counts too (inner_end.h).
 ///
 /// States are in chain order, whatever the length.
 
@@ -19,6 +20,7 @@
 #include <vector>
 
 #include "dynamics/mechanism.h"
+#include "dynamics/rails.h"
 #include "effects/effects.h"
 #include "lanes/coupled_chain.h"
 
@@ -38,6 +40,9 @@ struct Evaluation {
   }
   /// The rates of the bodies against the ground, rad/s.
   const double* omega() const { return turning.empty() ? y.data() + N.size() : turning.data(); }
+  /// How the base turns the slides.
+  BaseTurn<double> turn() const { return {e.front(), base.rate, groundTurning}; }
+  bool turnsRails() const { return base.angle != 0 || base.rate != 0 || groundTurning != 0; }
   /// ψ̈, rad/s².
   const double* slopes() const { return slopesOnBase.empty() ? alpha.data() : slopesOnBase.data(); }
 
@@ -50,6 +55,7 @@ struct Evaluation {
   Vec2d ground;                               ///< acceleration of the ground pin less gravity, m/s²
   double groundTurning = 0;                   ///< angular acceleration of the base, rad/s²
   Vec2d pinForce;                             ///< of the base on the chain, N
+  double slidesMoment = 0;                    ///< of the base on slides, about the ground pin, N m
   std::vector<Rotation<double>> e;            ///< exp(i θ_j)
   std::vector<double> N;                      ///< moments of the effects about the inner pins, N m
   std::vector<double> alpha;                  ///< against the ground, rad/s²
@@ -86,6 +92,8 @@ class Evaluator {
   void placePins(Evaluation& to) const;
   void run(Evaluation& to, const double* theta);
   void runBetweenEnds(Evaluation& to, const double* theta);
+  void runOnRails(Evaluation& to, const double* theta);
+  void sweepBetweenEnds(Evaluation& to, const double* theta, Vec2d ground);
   void applyEffects(Evaluation& to);
   double couplingPower(const Evaluation& at);
   const Vec2d* forces(const Evaluation& at) const {

@@ -11,7 +11,7 @@ namespace {
 /// kinds: see coupled_linearized.h. ends: nullptr if the chain has none.
 template <class Scalar, std::size_t kinds>
 std::unique_ptr<CoupledSolve<Scalar>> coupledSolve(const CoupledBodies& bodies, const EndsTangent* ends,
-                                                   const std::vector<ForceTangent>& tangents) {
+                                                   const ForceTangent* tangents) {
   if (ends) return std::make_unique<EndedLinearized<Scalar, kinds>>(bodies, tangents, *ends);
   return std::make_unique<CoupledLinearized<Scalar, kinds>>(bodies, tangents);
 }
@@ -28,11 +28,10 @@ ExactSolve::Solver<Scalar> ExactSolve::makeSolver() const {
       solver.plain.emplace(*solver_.plain);
     }
   } else {
-    // Behind slides the bodies are counted otherwise than in tangents_: there J lacks these forces.
-    const bool takesForces = !tangents_.bodies.empty() && mechanism_.slides() == 0;
+    const bool takesForces = !tangents_.bodies.empty();
     const auto make = takesForces ? coupledSolve<Scalar, 3> : coupledSolve<Scalar, 1>;
-    solver.coupled =
-        make(coupled_->bodies, mechanism_.hasEnds() ? &coupled_->ends : nullptr, tangents_.bodies);
+    solver.coupled = make(coupled_->bodies, mechanism_.hasEnds() ? &coupled_->ends : nullptr,
+                          takesForces ? tangents_.bodies.data() + mechanism_.slides() : nullptr);
   }
   return solver;
 }
@@ -139,6 +138,29 @@ void ExactSolve::takeEnds() {
   std::copy_n(tangents_.k.begin(), mechanism_.slides(), ends.stiffness.begin());
   std::copy_n(tangents_.d.begin(), mechanism_.slides(), ends.damping.begin());
   ends.tip = coupled_->at.ends.acting;
+  const Evaluation& at = coupled_->at;
+  for (std::size_t i = 0; i < index(mechanism_.slides()) && !tangents_.bodies.empty(); ++i) {
+    ends.ofPlace[i] = tangents_.bodies[i].K.forcePlace;
+    ends.ofVelocity[i] = tangents_.bodies[i].D.forcePlace;
+  }
+  ends.turns = mechanism_.slides() > 0 && at.turnsRails();
+  if (ends.turns) turnEnds();
+}
+
+void ExactSolve::turnEnds() {
+  EndsTangent& ends = coupled_->ends;
+  const Evaluation& at = coupled_->at;
+  const Rails<double> rails = railsOf(mechanism_.chain(), at.turn(), at.y.data(), at.omega());
+  for (std::size_t i = 0; i < index(mechanism_.slides()); ++i) {
+    ends.inner.slide[i].d = rails.d[i];
+    ends.place[i] = rails.own[i].place;
+    ends.com[i] = rails.com[i].place - rails.own[i].place;
+  }
+  ends.rate = at.base.rate;
+  ends.turning = at.groundTurning;
+  ends.force = ofBase(ends.inner, at.ends, at.ground, forces(), rails).slides;
+  ends.firstPin = rails.first.place;
+  ends.pinForce = at.ends.pinForce;
 }
 
 /// The chain's own motion stays. The base moves on, laws of held joints and loads change.
@@ -150,8 +172,11 @@ Powers ExactSolve::timeDerivative(double* slopes) {
   Couplings& next = coupled_->rates;
   MotionChange& change = coupled_->change;
   effects_.couple(at.t, 1, next);  // coefficient 1 of x, ẋ, ẍ: their rates
-  std::fill(change.turn.begin(), change.turn.end(), now.angle.rate);
-  std::fill(change.speed.begin(), change.speed.end(), now.angle.acceleration);
+  const int first = mechanism_.slides();
+  change.angle = now.angle.rate;
+  change.rate = now.angle.acceleration;
+  std::fill(change.turn.begin() + first, change.turn.end(), change.angle);
+  std::fill(change.speed.begin() + first, change.speed.end(), change.rate);
   change.pin = at.base.velocity;
   change.velocity = now.pinAcceleration();
   change.acceleration = next.pinAcceleration();
@@ -165,7 +190,7 @@ Powers ExactSolve::timeDerivative(double* slopes) {
     if (effect->variesWithTime()) power += effect->applyRates(at_, {change.N.data(), change.F.data()});
   }
   change.find(at, forces() != nullptr, now, tangents_);
-  for (int j = 0; j < n_; ++j) slopes[j] = change.alpha[index(j)] - change.turning;
+  for (int j = 0; j < n_; ++j) slopes[j] = change.alpha[index(j)] - (j < first ? 0 : change.turning);
   if (!hasPower_) return power;
 
   // The powers of the effects as the base moves on, and those of drives and base.
@@ -182,9 +207,10 @@ Powers ExactSolve::timeDerivative(double* slopes) {
   }
   if (at.isPlain) return power;
   power.supplied += dot(change.tipForce, now.tipVelocity) + dot(at.ends.tipForce, now.tip.acceleration);
-  power.supplied += dot(change.pinForce, at.base.velocity) + dot(at.pinForce, now.pinAcceleration()) +
-                    (change.moments[0] + firstTorqueRate()) * now.angle.rate +
-                    (at.moments[0] + firstTorque(at.t)) * now.angle.acceleration;
+  power.supplied +=
+      dot(change.pinForce, at.base.velocity) + dot(at.pinForce, now.pinAcceleration()) +
+      (change.moments[index(first)] + firstTorqueRate() + change.slidesMoment) * now.angle.rate +
+      (at.moments[index(first)] + firstTorque(at.t) + at.slidesMoment) * now.angle.acceleration;
   return power;
 }
 
@@ -194,7 +220,7 @@ double ExactSolve::firstTorque(double t) {
   at.t = t;
   std::fill_n(inOrder_.begin(), n_, 0.0);
   for (Effect* effect : effects_.active()) effect->addTorques(at, inOrder_.data());
-  return inOrder_.front();
+  return inOrder_[index(mechanism_.slides())];
 }
 
 /// By a difference: it counts in the work of a turning base alone, not in the motion.
@@ -214,13 +240,29 @@ Powers ExactSolve::powersAlongInOrder(const double* uv) {
   const double* v = u + n_;
   const double* omega = coupled_ ? coupled_->at.omega() : at_.omega;
   const int count = pin_.empty() ? effects_.reach() : n_;
+  Vec2d dx, dv;
+  if (mechanism_.slides() > 0) moveSlides(u, v, dx, dv);
   mechanism_.findPinChanges(at_.e, omega, u, v, count, pin_.empty() ? nullptr : pin_.data(),
-                            pinVelocity_.data());
+                            pinVelocity_.data(), dx, dv);
   Powers powers;
   for (Effect* effect : effects_.activeInOrder()) {
     powers += effect->powersAlong(at_, {u, v, pinVelocity_.data(), pin_.data()});
   }
   return powers;
+}
+
+/// Writes the changes of the pins of slides, and of the first one behind them.
+void ExactSolve::moveSlides(const double* u, const double* v, Vec2d& dx, Vec2d& dv) {
+  const Evaluation& at = coupled_->at;
+  const auto [e, rate, turning] = at.turn();
+  const Rails<Dual> rails = changingRails(mechanism_.chain(), {planar_chain::turning(e, 0), rate, turning},
+                                          at.y.data(), at.omega(), u, v);
+  for (std::size_t i = 0; i < index(mechanism_.slides()); ++i) {
+    if (!pin_.empty()) pin_[i] = changeOf(rails.own[i].place);
+    if (!pinVelocity_.empty()) pinVelocity_[i] = changeOf(rails.own[i].velocity);
+  }
+  dx = changeOf(rails.first.place);
+  dv = changeOf(rails.first.velocity);
 }
 
 template <class Scalar>
@@ -234,7 +276,8 @@ Scalar ExactSolve::couplingPowerAlong(const Solver<Scalar>& solver) const {
   if (coupled_->at.isPlain) return supplied;
   const BaseState& base = coupled_->at.base;
   return supplied + dotMixed(coupled_->couplings.tipVelocity, along.tipForce()) +
-         base.rate * along.moment(0) + dotMixed(base.velocity, along.pinForce());
+         base.rate * (along.moment(mechanism_.slides()) + along.baseMoment()) +
+         dotMixed(base.velocity, along.pinForce());
 }
 
 // ---- Real and complex solves -----------------------------------------------------------------------

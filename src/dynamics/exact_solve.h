@@ -115,7 +115,9 @@ class ExactSolve {
     return change;
   }
   Powers powersAlongInOrder(const double* uv);
+  void moveSlides(const double* u, const double* v, Vec2d& dx, Vec2d& dv);
   void takeEnds();
+  void turnEnds();
   /// That of held joints and the base, along the last solution.
   template <class Scalar>
   Scalar couplingPowerAlong(const Solver<Scalar>& solver) const;

@@ -4,20 +4,28 @@
 ///
 ///     f_i = N_i + d_i·Σ F_j,  j = i … of the slides          N_i: of springs, friction, motors along the
 ///     rail
+///
+/// Where the base turns the rails (rails.h), D of the first pin is a part of the acceleration of the base. A
+/// slide of mass m_j has another D: F_j is less by m_j (D_j − D).
 
+#include "dynamics/rails.h"
 #include "planar_chain/chain.h"
 #include "recursion/coupled.h"
 #include "recursion/ended.h"
 
 namespace planar_chain {
 
-/// Sets f_i. N, F: of all n joints and links; F may be nullptr.
+/// Sets f_i. N, F: of all n joints and links; F may be nullptr. rails: of a base that turns.
 template <class Real>
-void setForces(const Real* N, const Vec2<Real>* F, InnerEnd<Real>& end) {
+void setForces(const Real* N, const Vec2<Real>* F, InnerEnd<Real>& end, const Rails<Real>* rails = nullptr) {
   Vec2<Real> sum;
   for (int i = end.slides; i-- > 0;) {
     Slide<Real>& slide = end.slide[index(i)];
     if (F) sum += F[i];
+    if (rails) {
+      slide.d = rails->d[index(i)];
+      sum -= slide.mass * (rails->com[index(i)].drift - rails->first.drift);
+    }
     slide.force = N[i] + dot(slide.d, sum);
   }
 }
@@ -46,17 +54,29 @@ void writeHolding(const InnerEnd<Real>& end, const EndsMotion<Real>& motion, Rea
   }
 }
 
-/// The force of the base on the chain. base: its acceleration less gravity. F: as of setForces().
+/// What the base gives a chain with slides.
 template <class Real>
-Vec2<Real> forceOfBase(const InnerEnd<Real>& end, const EndsMotion<Real>& motion, Vec2<Real> base,
-                       const Vec2<Real>* F) {
-  Vec2<Real> force = motion.pinForce, a = base;
+struct OfBase {
+  Vec2<Real> force;           ///< N
+  Real moment{};              ///< about the ground pin, beside that in the first joint that turns, N m
+  PerEnd<Vec2<Real>> slides;  ///< the forces that move the slides alone, N
+};
+
+/// base: its acceleration less gravity. F: as of setForces().
+template <class Real>
+OfBase<Real> ofBase(const InnerEnd<Real>& end, const EndsMotion<Real>& motion, Vec2<Real> base,
+                    const Vec2<Real>* F, const Rails<Real>& rails) {
+  OfBase<Real> to{motion.pinForce, cross(rails.first.place, motion.pinForce), {}};
   for (std::size_t i = 0; i < index(end.slides); ++i) {
-    a += motion.acceleration[i] * end.slide[i].d;
-    force += end.slide[i].mass * a;
-    if (F) force -= F[i];
+    base += motion.acceleration[i] * end.slide[i].d;
+    const RailPoint<Real>&own = rails.own[i], &com = rails.com[i];
+    const Vec2<Real> inertia = end.slide[i].mass * (base + com.drift);
+    to.slides[i] = inertia;
+    if (F) to.slides[i] -= F[i];
+    to.force += to.slides[i];
+    to.moment += cross(own.place, to.slides[i]) + cross(com.place - own.place, inertia);
   }
-  return force;
+  return to;
 }
 
 }  // namespace planar_chain

@@ -93,7 +93,7 @@ struct Blocks {
 
   Blocks(const Chain& chain, const Kane& k)
       : B(MatrixXd::Zero(chain.size(), 2 * chain.size())), C(MatrixXd::Zero(B.rows(), B.cols())) {
-    for (int i = chain.slides(); i < chain.size(); ++i) {
+    for (int i = 0; i < chain.size(); ++i) {
       const RowVector2d S_r = crossRow(chain.links()[i].com);
       const RowVector2d S_p = crossRow(chain.links()[i].pin);
       B.block<1, 2>(i, 2 * i) = S_r * k.S[i];
@@ -106,11 +106,28 @@ struct Blocks {
   }
 };
 
+/// d_i of a slide, in ground components.
+Eigen::Vector2d railOf(const Chain& chain, const Kane& k, int i) {
+  const Vec2d d = chain.joints()[index(i)].axis;
+  return (RowVector2d(d.x, d.y) * k.S[index(i)]).transpose();
+}
+
+/// What rail i, which turns, adds to accelerations: φ̈ k̂×(s d) − φ̇² s d + 2 φ̇ ṡ k̂×d.
+Eigen::Vector2d ofRail(const Chain& chain, const Kane& k, const ActiveForces& active, int i) {
+  const Eigen::Vector2d d = railOf(chain, k, i), across(-d.y(), d.x());
+  return (active.turning * k.q[i] + 2 * active.rate * k.qd[i]) * across -
+         active.rate * active.rate * k.q[i] * d;
+}
+
 /// The accelerations with q̈ = 0 of a base that moves, but for those of A_1.
-VectorXd ofBase(const ActiveForces& active, const MatrixXd& B, const MatrixXd& C) {
+VectorXd ofBase(const Chain& chain, const Kane& k, const ActiveForces& active, const MatrixXd& B,
+                const MatrixXd& C) {
   VectorXd a = active.rate * C.colwise().sum() + active.turning * B.colwise().sum();
-  for (Eigen::Index i = 0; i < a.size() / 2; ++i)
-    a.segment<2>(2 * i) += Eigen::Vector2d(active.acceleration.x, active.acceleration.y);
+  Eigen::Vector2d ofAll(active.acceleration.x, active.acceleration.y);
+  for (int i = 0; i < chain.size(); ++i) {
+    if (i < chain.slides()) ofAll += ofRail(chain, k, active, i);
+    a.segment<2>(2 * i) += ofAll;
+  }
   return a;
 }
 
@@ -122,16 +139,16 @@ void takeTip(const Chain& chain, const ActiveForces& active, const RowVectorXd& 
   Eigen::Vector2d rest(active.acceleration.x, active.acceleration.y);
   for (int j = n - 1; j >= 0; --j) {
     const Link& link = chain.links()[index(j)];
-    if (j < slides) {
-      const Vec2d d = chain.joints()[index(j)].axis;
-      J.col(j) = Eigen::Vector2d(d.x, d.y);
-      continue;
-    }
-    if (j + 1 < n) J.col(j) = J.col(j + 1);
     const Eigen::Vector2d arm = (RowVector2d(link.pin.x, link.pin.y) * k.S[index(j)]).transpose();
     const Eigen::Vector2d turned(-arm.y(), arm.x());
-    J.col(j) += turned;
     rest += active.turning * turned - omega(j) * omega(j) * arm;
+    if (j < slides) {
+      J.col(j) = railOf(chain, k, j);
+      rest += ofRail(chain, k, active, j);
+    } else {
+      J.col(j) = turned;
+      if (j + 1 < n) J.col(j) += J.col(j + 1);
+    }
   }
   k.J_c = active.tipRows * J;
   k.c = active.tipRows * (Eigen::Vector2d(active.tipAcceleration.x, active.tipAcceleration.y) - rest);
@@ -172,8 +189,7 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
   const auto [B, C] = Blocks(chain, k);
   k.V_pd = k.T * B;
   for (int i = 0; i < slides; ++i) {
-    const Vec2d d = chain.joints()[index(i)].axis;
-    for (int j = i; j < n; ++j) k.V_pd.block<1, 2>(i, 2 * j) += RowVector2d(d.x, d.y);
+    for (int j = i; j < n; ++j) k.V_pd.block<1, 2>(i, 2 * j) = railOf(chain, k, i).transpose();
   }
   k.W_pd = k.T;
 
@@ -194,7 +210,7 @@ Kane kane(const Chain& chain, const VectorXd& q, const VectorXd& qd, const Activ
   k.M_q = k.V_pd * k.A_2.transpose() + k.W_pd * k.A_3.transpose();
   if (active.rotors.size() > 0) k.M_q.diagonal() += active.rotors;
 
-  k.f -= k.V_pd * m.cwiseProduct(ofBase(active, B, C)) + active.turning * (k.W_pd * I);
+  k.f -= k.V_pd * m.cwiseProduct(ofBase(chain, k, active, B, C)) + active.turning * (k.W_pd * I);
   const auto inverse = k.M_q.ldlt();
   k.qdd = inverse.solve(k.f);
   if (active.tipRows.rows() > 0) takeTip(chain, active, omega, inverse.solve(MatrixXd::Identity(n, n)), k);

@@ -63,27 +63,18 @@ const double* Mechanism::stateInOrder(const double* y, double* room) const {
 
 void Mechanism::findPinVelocities(const Rotation<double>* e, const double* omega, int count,
                                   Vec2d* velocities, Vec2d v) const {
-  for (int j = 0; j < count; ++j) {
-    if (coordinates_.slides(j)) {
-      velocities[j] = v += omega[j] * chain_.joints()[index(j)].axis;
-    } else {
-      velocities[j] = v;
-      v += omega[j] * perp(e[j] * chain_.links()[index(j)].pin);
-    }
+  for (int j = slides(); j < count; ++j) {
+    velocities[j] = v;
+    v += omega[j] * perp(e[j] * chain_.links()[index(j)].pin);
   }
 }
 
 void Mechanism::findPinChanges(const Rotation<double>* e, const double* omega, const double* u,
                                const double* v, int count, Vec2d* places, Vec2d* velocities, Vec2d dx,
                                Vec2d dv) const {
-  for (int j = 0; j < count; ++j) {
-    const bool slides = coordinates_.slides(j);
-    const Vec2d axis = chain_.joints()[index(j)].axis;
-    if (slides) dx += u[j] * axis;
-    if (slides) dv += v[j] * axis;
+  for (int j = slides(); j < count; ++j) {
     if (places) places[j] = dx;
     velocities[j] = dv;
-    if (slides) continue;
     const Vec2d P = e[j] * chain_.links()[index(j)].pin;
     dx += u[j] * perp(P);
     dv += v[j] * perp(P) - (omega[j] * u[j]) * P;

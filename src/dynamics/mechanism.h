@@ -51,14 +51,14 @@ class Mechanism {
   const double* stateInOrder(const double* y, double* room) const;
 
   /// Writes the velocities of the first `count` inner pins, m/s, from e = exp(i θ_j) and the rates ω_j in
-  /// chain order, those of slides too. v: of the base. Allocates nothing.
+  /// chain order. Those of slides (rails.h) are left out. v: of the first other one. Allocates nothing.
   void findPinVelocities(const Rotation<double>* e, const double* omega, int count, Vec2d* velocities,
                          Vec2d v = {}) const;
   /// Writes how the places and velocities of these pins change if each θ_j changes by u_j and ω_j by v_j:
   ///
   ///     δx_next = δx + u iP      δẋ_next = δẋ + v iP − ω u P
   ///
-  /// dx, dv: of the base. Places may be nullptr. Allocates nothing.
+  /// dx, dv: of the first one that is no slide's. Places may be nullptr. Allocates nothing.
   void findPinChanges(const Rotation<double>* e, const double* omega, const double* u, const double* v,
                       int count, Vec2d* places, Vec2d* velocities, Vec2d dx = {}, Vec2d dv = {}) const;
 

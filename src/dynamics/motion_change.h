@@ -35,6 +35,7 @@ class MotionChange {
   // ---- What changes; set all that does ----------------------------------------------------------------
 
   Vec2d pin, velocity, acceleration;  ///< of the ground pin
+  double angle = 0, rate = 0;         ///< of the base's angle and rate, as far as they move slides
   double turning = 0;                 ///< of the base's angular acceleration
   Vec2d tip;                          ///< of the acceleration at which the tip is held
   std::vector<double> turn, speed;    ///< of each body, θ and ω; of slides, s and ṡ
@@ -48,13 +49,14 @@ class MotionChange {
     nudge(at, hasForces, couplings, tangents);
     const int slides = mechanism_.slides();
     InnerEnd<Dual> inner = innerEndOf(mechanism_.chain(), joints_.data());
-    setForces(N_.data(), F_.data(), inner);
+    setForces(N_.data(), F_.data(), inner, at.turnsRails() ? &rails_ : nullptr);
+    const Vec2<Dual> base = nudged(at.ground, acceleration);
     const EndsMotion<Dual> motion =
         recursion_.accelerations(e_.data() + slides, omega_.data() + slides,
                                  {N_.data() + slides,
                                   F_.data() + slides,
                                   joints_.data() + slides,
-                                  nudged(at.ground, acceleration),
+                                  base + rails_.first.drift,
                                   {at.groundTurning, turning}},
                                  inner, nudgedTip(at), alpha_.data() + slides, moments_.data() + slides);
     std::copy_n(motion.acceleration.begin(), slides, alpha_.begin());
@@ -64,37 +66,59 @@ class MotionChange {
       moments[j] = moments_[j].slope;
     }
     tipForce = changeOf(motion.tipForce);
-    pinForce = changeOf(forceOfBase(inner, motion, nudged(at.ground, acceleration), F_.data()));
+    const OfBase<Dual> by = ofBase(inner, motion, base, F_.data(), rails_);
+    pinForce = changeOf(by.force);
+    slidesMoment = by.moment.slope;
+    for (int i = 0; i < slides; ++i) slidesMoment += mechanism_.chain().links()[index(i)].inertia * turning;
   }
 
   // ---- The results ------------------------------------------------------------------------------------
 
   std::vector<double> alpha, moments;      ///< of the bodies and joints; s̈ of slides
   Vec2d pinForce;                          ///< of the base on the chain
+  double slidesMoment = 0;                 ///< see Evaluation
   Vec2d tipForce;                          ///< on the tip
   std::vector<Vec2d> pins, pinVelocities;  ///< of the inner pins
 
  private:
+  /// The rails on the base, and the places and velocities of all pins.
+  void movePins(const Evaluation& at) {
+    const auto slides = index(mechanism_.slides());
+    Vec2d x = pin, v = velocity;
+    if (slides > 0) {
+      base_ = {planar_chain::turning(at.turn().e, angle), {at.base.rate, rate}, {at.groundTurning, turning}};
+      rails_ = changingRails(mechanism_.chain(), base_, at.y.data(), at.omega(), turn.data(), speed.data());
+      for (std::size_t i = 0; i < slides; ++i) {
+        pins[i] = x + changeOf(rails_.own[i].place);
+        pinVelocities[i] = v + changeOf(rails_.own[i].velocity);
+      }
+      x += changeOf(rails_.first.place);
+      v += changeOf(rails_.first.velocity);
+    }
+    mechanism_.findPinChanges(at.e.data(), at.omega(), turn.data(), speed.data(), mechanism_.size(),
+                              pins.data(), pinVelocities.data(), x, v);
+  }
   /// The bodies, and the forces and moments, which depend on the motion of the pins.
   void nudge(const Evaluation& at, bool hasForces, const Couplings& couplings,
              const EffectTangents& tangents) {
-    mechanism_.findPinChanges(at.e.data(), at.omega(), turn.data(), speed.data(), mechanism_.size(),
-                              pins.data(), pinVelocities.data(), pin, velocity);
+    movePins(at);
     for (std::size_t j = 0; j < e_.size(); ++j) {
-      const bool slides = j < index(mechanism_.slides());
+      // Slides do not turn against the base, and forces on them have no moment.
+      const bool turns = j >= index(mechanism_.slides());
+      const double turned = turns ? turn[j] : angle, sped = turns ? speed[j] : rate;
       Vec2d dF = F[j];
       double dN = N[j];
-      if (!tangents.XF.empty() && !slides) dN -= tangents.XF[j] * turn[j];
-      if (!tangents.bodies.empty() && !slides) {
+      if (!tangents.XF.empty() && turns) dN -= tangents.XF[j] * turned;
+      if (!tangents.bodies.empty()) {
         const auto& [K, D] = tangents.bodies[j];
         const Vec2d dx = pins[j], dv = pinVelocities[j];
-        dF -= K.forcePlace * dx + turn[j] * K.forceTurn + D.forcePlace * dv + speed[j] * D.forceTurn;
-        dN -= dot(K.momentPlace, dx) + K.momentTurn * turn[j] + dot(D.momentPlace, dv) +
-              D.momentTurn * speed[j];
+        dF -= K.forcePlace * dx + turned * K.forceTurn + D.forcePlace * dv + sped * D.forceTurn;
+        if (turns)
+          dN -= dot(K.momentPlace, dx) + K.momentTurn * turned + dot(D.momentPlace, dv) + D.momentTurn * sped;
       }
       N_[j] = {at.N[j], dN};
       F_[j] = nudged(hasForces ? at.F[j] : Vec2d{}, dF);
-      e_[j] = planar_chain::turning(at.e[j], turn[j]);
+      e_[j] = planar_chain::turning(at.e[j], turned);
       omega_[j] = {at.omega()[j], speed[j]};
       const Coupling<double>& joint = couplings.joints[j];
       joints_[j] = {joint.rotor, joint.isHeld, {joint.acceleration, held[j]}};
@@ -109,9 +133,10 @@ class MotionChange {
   }
 
   static Vec2<Dual> nudged(Vec2d value, Vec2d change) { return {{value.x, change.x}, {value.y, change.y}}; }
-  static Vec2d changeOf(Vec2<Dual> vector) { return {vector.x.slope, vector.y.slope}; }
 
   const Mechanism& mechanism_;
+  BaseTurn<Dual> base_;
+  Rails<Dual> rails_;
   Ended<Dual> recursion_;
   std::vector<Rotation<Dual>> e_;
   std::vector<Dual> omega_, N_, alpha_, moments_;

@@ -151,10 +151,7 @@ class Base : public LawEffect {
 class BaseKind : public EffectKind {
  public:
   std::unique_ptr<Effect> make(const Scene& scene) const override {
-    if (!scene.base) return nullptr;
-    if (scene.chain.slides() > 0 && !scene.base->angle.isZero())
-      throw std::invalid_argument("a base with prismatic links cannot turn");
-    return std::make_unique<Base>(*scene.base);
+    return scene.base ? std::make_unique<Base>(*scene.base) : nullptr;
   }
   void summarize(const Scene& scene, SceneWords& words) const override {
     if (scene.base) words.runs.push_back("a moving base");

@@ -72,8 +72,8 @@ class Mechanics {
 
 /// The sums to which an effect adds its moments and forces, n each.
 struct Actions {
-  double* N = nullptr;  ///< moments about the inner pins, N m
-  Vec2d* F = nullptr;   ///< forces, N; nullptr if no effect has any
+  double* N = nullptr;  ///< moments about the inner pins, N m; of slides forces along the rail alone, N
+  Vec2d* F = nullptr;   ///< forces, N, those on slides at their own points; nullptr if no effect has any
 };
 
 /// A change of a state: of the angles and rates, the velocities of the first reach() pins, and the base's

@@ -204,13 +204,6 @@ std::string MotionLaw::moderate(const std::string& unit) {
          "/s²";
 }
 
-bool MotionLaw::isZero() const {
-  const auto isNone = [](double c) { return c == 0; };
-  return amplitude_ == 0 && std::all_of(pieces_.begin(), pieces_.end(), [&](const Piece& piece) {
-           return std::all_of(piece.c.begin(), piece.c.end(), isNone);
-         });
-}
-
 bool MotionLaw::moves() const {
   const auto stands = [](const Piece& piece) {
     return std::all_of(piece.c.begin() + 1, piece.c.end(), [](double c) { return c == 0; });

@@ -96,6 +96,8 @@ class CoupledSolve {
   virtual Scalar moment(int i) const = 0;
   virtual Vec2<Scalar> pinForce() const = 0;
   virtual Vec2<Scalar> tipForce() const { return {}; }
+  /// Of the moment of the base about the ground pin, beside that in the first joint that turns.
+  virtual Scalar baseMoment() const { return {}; }
 };
 
 /// kinds: 3, or 1 if no force depends on place or velocity.
@@ -104,7 +106,7 @@ class CoupledLinearized : public CoupledSolve<Scalar> {
  public:
   /// tangents: K and D of each body, not read if kinds = 1. Both must outlive this object; factor() reads
   /// them.
-  CoupledLinearized(const CoupledBodies& bodies, const std::vector<ForceTangent>& tangents)
+  CoupledLinearized(const CoupledBodies& bodies, const ForceTangent* tangents)
       : bodies_(bodies), tangents_(tangents), handles_(bodies.size()), moments_(bodies.size()) {}
 
   void factor(Scalar s) override {
@@ -135,7 +137,7 @@ class CoupledLinearized : public CoupledSolve<Scalar> {
                      Scalar* v);
 
   const CoupledBodies& bodies_;
-  const std::vector<ForceTangent>& tangents_;
+  const ForceTangent* tangents_;
   Scalar s_{};
   CoupledShown<Scalar, kinds> shown_;  ///< by the first pin
   std::vector<Handle> handles_;

@@ -4,8 +4,9 @@
 /// bodies.
 ///
 /// The places are s_i of the slides, then θ_1 … θ_n; u = σ + u' and v = s u' for both. A slide's force has
-/// the tangent −k δs − d δṡ. A change δλ of the tip's force is linear in all that a body shows its inner pin,
-/// and so is the acceleration of the tip; beside the terms without δλ,
+/// the tangent −k δs − d δṡ, and forces on its body have K and D of force_tangent.h. A change δλ of the tip's
+/// force is linear in all that a body shows its inner pin, and so is the acceleration of the tip; beside the
+/// terms without δλ,
 ///
 ///     δF_pin = … − G δλ          δμ = … − η·δλ          δa_tip = Σ Γ_k y_k + γ u'_parent + C δλ + c_t
 ///
@@ -15,12 +16,20 @@
 ///     C ← C + g eᵀ/D                c_t ← c_t + Σ Γ_k w_k P + g (ε/D, or w of a held joint)
 ///     G ← G − U_R eᵀ/D              Γ_k ← Γ_k − g U_L,kᵀ/D            η ← k̂ e/D     γ ← k̂ g/D
 ///
-/// The first pin moves by y = Σ d_i (s², s, 1) u'_i + d_i (−ρ_v, 0, σ)_i. With m_1, m_2 and λ = Σ φ_j c_j of
-/// ended.h, four equations are left:
+/// Slide j moves by Y_j, the sum over its own rail and those further in, and the first pin by y, that of the
+/// last slide. The rails turn with the base at φ̇ and φ̈, and w = iφ̈ − φ̇²:
 ///
-///     slide    d_i·(Σ B_k y_k + m_2 y_a + b − G δλ) + m_1 (s² u'_i − ρ_v,i), for i = 1 of two,
-///              + k_i σ_i + (k_i + s d_i) u'_i = 0                 or of a held slide u'_i = ρ_v,i/s²
+///     Y_a = Σ (s² + 2 φ̇ s i + w) d_i u'_i + (w σ_i − ρ_v,i) d_i
+///     Y_v = Σ (s + i φ̇) d_i u'_i + i φ̇ d_i σ_i                     Y_x = Σ d_i (u'_i + σ_i)
+///
+/// With λ = Σ φ_j c_j of ended.h, four equations are left:
+///
+///     slide    d_i·(Σ B_k y_k + b − G δλ + Σ_{j ≥ i} δf_j) + k_i σ_i + (k_i + s d_i) u'_i = 0,
+///              δf_j = m_j Y_a + D Y_v + K Y_x                     or of a held slide u'_i = ρ_v,i/s²
 ///     row      c_j·δa_tip = 0
+///
+/// With X_j, c_j and f_j of rails.h, the moment of the base about the ground pin, beside that in joint 1,
+/// changes by Σ (δX_j×f_j + X_j×δf_j + c_j×m_j Y_a) + δX×F_pin + X×δF_pin, X of the first pin.
 ///
 /// The rows do not change with the state: where a direction of the tip does not act (ended.h), it is left
 /// out.
@@ -36,9 +45,14 @@ namespace planar_chain {
 
 /// The ends at the state of the solve.
 struct EndsTangent {
-  InnerEnd<double> inner;                 ///< forces and accelerations are not read
-  PerEnd<double> stiffness{}, damping{};  ///< k, d of the slides: N/m, N s/m
-  Tip<double> tip;                        ///< EndsMotion::acting; its acceleration is not read
+  InnerEnd<double> inner;                    ///< forces and accelerations are not read
+  PerEnd<double> stiffness{}, damping{};     ///< k, d of the slides: N/m, N s/m
+  Tip<double> tip;                           ///< EndsMotion::acting; its acceleration is not read
+  PerEnd<Matrix2d> ofPlace{}, ofVelocity{};  ///< K, D of the forces on slides: N/m, N s/m
+  bool turns = false;                        ///< the base turns: what follows is read
+  double rate = 0, turning = 0;              ///< φ̇, φ̈
+  PerEnd<Vec2d> place{}, com{}, force{};     ///< X_j, c_j and f_j
+  Vec2d firstPin, pinForce;                  ///< X and F_pin
 };
 
 /// CoupledState has ground = EndsMotion::pinAcceleration and tip = EndsMotion::tipForce. kinds: 3, or 1 if no
@@ -49,8 +63,7 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
 
  public:
   /// All must outlive this object; factor() reads them.
-  EndedLinearized(const CoupledBodies& bodies, const std::vector<ForceTangent>& tangents,
-                  const EndsTangent& ends)
+  EndedLinearized(const CoupledBodies& bodies, const ForceTangent* tangents, const EndsTangent& ends)
       : Open(bodies, tangents), ends_(ends), tips_(bodies.size()) {}
 
   void factor(Scalar s) override {
@@ -72,7 +85,7 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
       const AtTip& at = tips_[j];
       tip = mulAdd(this->handles_[j].turn, at.g, mulAdd(rhoQ[j] / s_(), at.Eq, mulAdd(-rhoV[j], at.Ev, tip)));
     }
-    Motion y = drifts(sigma, drift);
+    Moved y = drifts(sigma, drift);
     const Numbers x = matrix_.solve(rest(y, tip, sigma, drift));
 
     tipForce_ = {};
@@ -82,19 +95,22 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
       this->moments_[j] -= dot(tips_[j].eta, tipForce_);
     }
     const PerEnd<Scalar> turn{x[0], x[1]};
-    for (std::size_t i = 0; i < slides(); ++i) add(turns(i), turn[i], y);
-    this->pinForce_ += force(y) - times(G_, tipForce_);
+    for (std::size_t i = 0; i < slides(); ++i) {
+      add(turns_[i], turn[i], y.last);
+      if (i == 0 && slides() == 2) add(turns_[0], turn[0], y.inner);
+    }
+    this->pinForce_ += force(y.last) - times(G_, tipForce_);
     for (std::size_t i = 0; i < slides(); ++i) {
       const PerEnd<double>&k = ends_.stiffness, &d = ends_.damping;
-      slideForces_[i] = slide(i).isHeld ? effort(i, y[0], this->pinForce_, s_() * s_() * turn[0] + drift[0])
-                                        : -k[i] * sigma[i] - (k[i] + s_() * d[i]) * turn[i];
+      slideForces_[i] =
+          slide(i).isHeld ? effort(i, y, this->pinForce_) : -k[i] * sigma[i] - (k[i] + s_() * d[i]) * turn[i];
     }
-    ofLast_ = y[0];
-    ofInner_ = s_() * s_() * turn[0] + drift[0];
-    Open::carryOutwards(rhoQ, rhoV, y, u + slides(), v + slides());
+    moved_ = y;
+    Open::carryOutwards(rhoQ, rhoV, y.last, u + slides(), v + slides());
     for (std::size_t i = 0; i < slides(); ++i) {
       u[i] = sigma[i] + turn[i];
       v[i] = s_() * turn[i];
+      along_[i] = u[i];
     }
   }
 
@@ -106,12 +122,27 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
   /// With slides: on the base, which moves their masses too.
   Vec2<Scalar> pinForce() const override {
     const Vec2<Scalar> pin = Open::pinForce();
-    return slides() > 0 ? onSlides(ofLast_, pin, ofInner_, true) : pin;
+    return slides() > 0 ? onSlides(moved_, pin, true) : pin;
   }
   Vec2<Scalar> tipForce() const override { return tipForce_; }
+  Scalar baseMoment() const override {
+    const PerEnd<Vec2d>&X = ends_.place, &c = ends_.com, &f = ends_.force;
+    Vec2<Scalar> slid;
+    Scalar moment{};
+    for (std::size_t i = 0; i < slides(); ++i) {
+      const Motion& own = i + 1 < slides() ? moved_.inner : moved_.last;
+      slid += along_[i] * wide(slide(i).d);
+      moment += cross(X[i], onSlide(i, own)) + slide(i).mass * cross(c[i], own[0]) - cross(f[i], slid);
+    }
+    return moment + cross(ends_.firstPin, Open::pinForce()) - cross(ends_.pinForce, slid);
+  }
 
  private:
   using Motion = PerMotion<Vec2<Scalar>, kinds>;
+  /// Of the last slide, and of the first of two.
+  struct Moved {
+    Motion last{}, inner{};
+  };
   using Matrix = Eigen::Matrix<Scalar, 4, 4>;
   using Numbers = Eigen::Matrix<Scalar, 4, 1>;
   /// eD: e/D. Ev, Eq: how c_t changes with −ρ_v and σ of a body.
@@ -151,12 +182,11 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
   void findMatrix() {
     Matrix E = Matrix::Identity();
     for (std::size_t i = 0; i < slides(); ++i) {
-      const Motion y = turns(i);
+      const Motion& y = turns_[i] = turns(i);
       const Vec2<Scalar> pin = force(y), tip = tipBy(y);
       for (std::size_t to = 0; to < slides(); ++to) {
         if (slide(to).isHeld) continue;
-        const Scalar inner = i == 0 ? s_() * s_() : Scalar(0);
-        E(Eigen::Index(to), Eigen::Index(i)) = effort(to, y[0], pin, inner);
+        E(Eigen::Index(to), Eigen::Index(i)) = effort(to, {y, i == 0 ? y : Motion{}}, pin);
       }
       if (!slide(i).isHeld)
         E(Eigen::Index(i), Eigen::Index(i)) += ends_.stiffness[i] + s_() * ends_.damping[i];
@@ -174,14 +204,13 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
   }
 
   /// The right-hand side of the four equations.
-  Numbers rest(const Motion& y, Vec2<Scalar> tip, const PerEnd<Scalar>& sigma,
+  Numbers rest(const Moved& y, Vec2<Scalar> tip, const PerEnd<Scalar>& sigma,
                const PerEnd<Scalar>& drift) const {
     Numbers rest = Numbers::Zero();
-    const Vec2<Scalar> pin = force(y) + this->pinForce_, moved = tipBy(y) + tip;
+    const Vec2<Scalar> pin = force(y.last) + this->pinForce_, moved = tipBy(y.last) + tip;
     for (std::size_t i = 0; i < slides(); ++i) {
-      rest[Eigen::Index(i)] = slide(i).isHeld
-                                  ? -drift[i] / (s_() * s_())
-                                  : -effort(i, y[0], pin, drift[0]) - ends_.stiffness[i] * sigma[i];
+      rest[Eigen::Index(i)] =
+          slide(i).isHeld ? -drift[i] / (s_() * s_()) : -effort(i, y, pin) - ends_.stiffness[i] * sigma[i];
     }
     for (int j = 0; j < ends_.tip.rows; ++j) rest[2 + j] = -dotMixed(ends_.tip.row[index(j)], moved);
     return rest;
@@ -191,20 +220,32 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
   std::size_t slides() const { return index(ends_.inner.slides); }
   const Slide<double>& slide(std::size_t i) const { return ends_.inner.slide[i]; }
 
-  /// y if u'_i = 1.
+  /// Y if u'_i = 1.
   Motion turns(std::size_t i) const {
-    const Vec2<Scalar> d = wide(slide(i).d);
+    const Vec2d d = slide(i).d, across = ends_.turns ? ends_.rate * perp(d) : Vec2d{};
+    const Vec2<Scalar> a = mulAdd(s_() * s_(), d, mulAdd(s_() + s_(), across, wide(drifting(i))));
     if constexpr (kinds == 1)
-      return {s_() * s_() * d};
+      return {a};
     else
-      return {s_() * s_() * d, s_() * d, d};
+      return {a, mulAdd(s_(), d, wide(across)), wide(d)};
   }
-  /// y if all u' = 0.
-  Motion drifts(const PerEnd<Scalar>& sigma, const PerEnd<Scalar>& drift) const {
-    Motion y{};
+  /// Y_a if σ_i = 1.
+  Vec2d drifting(std::size_t i) const {
+    const Vec2d d = slide(i).d;
+    return ends_.turns ? ends_.turning * perp(d) - (ends_.rate * ends_.rate) * d : Vec2d{};
+  }
+  /// Y if all u' = 0.
+  Moved drifts(const PerEnd<Scalar>& sigma, const PerEnd<Scalar>& drift) const {
+    Moved y;
     for (std::size_t i = 0; i < slides(); ++i) {
-      y[0] += drift[i] * wide(slide(i).d);
-      if constexpr (kinds == 3) y[2] += sigma[i] * wide(slide(i).d);
+      const Vec2d d = slide(i).d;
+      y.last[0] += drift[i] * wide(d);
+      if constexpr (kinds == 3) y.last[2] += sigma[i] * wide(d);
+      if (ends_.turns) {
+        y.last[0] += sigma[i] * wide(drifting(i));
+        if constexpr (kinds == 3) y.last[1] += (ends_.rate * sigma[i]) * wide(perp(d));
+      }
+      if (i == 0 && slides() == 2) y.inner = y.last;
     }
     return y;
   }
@@ -218,19 +259,29 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
     for (std::size_t k = 0; k < kinds; ++k) total += times(M[k], y[k]);
     return total;
   }
-  /// The change of the force along rail i; the others as in onSlides().
-  Scalar effort(std::size_t i, Vec2<Scalar> last, Vec2<Scalar> pin, Scalar inner) const {
-    return dotMixed(slide(i).d, onSlides(last, pin, inner, i == 0));
+  /// δf_i of slide i, which moves by y.
+  Vec2<Scalar> onSlide(std::size_t i, const Motion& y) const {
+    Vec2<Scalar> change = slide(i).mass * y[0];
+    if constexpr (kinds == 3)
+      change += timesMixed(ends_.ofPlace[i], y[2]) + timesMixed(ends_.ofVelocity[i], y[1]);
+    return change;
   }
-  /// The change of what moves the last slide, or all, and the bodies. last: of the acceleration of the last
-  /// slide. pin: of the force on the first body. inner: of the acceleration of the first slide along its
-  /// rail.
-  Vec2<Scalar> onSlides(Vec2<Scalar> last, Vec2<Scalar> pin, Scalar inner, bool all) const {
-    Vec2<Scalar> change = mulAdd(slide(slides() - 1).mass, last, pin);
-    if (all && slides() == 2) change += (slide(0).mass * inner) * wide(slide(0).d);
+  /// The change of the force along rail i; pin: of the force on the first body.
+  Scalar effort(std::size_t i, const Moved& y, Vec2<Scalar> pin) const {
+    return dotMixed(slide(i).d, onSlides(y, pin, i == 0));
+  }
+  /// The change of what moves the last slide, or all, and the bodies.
+  Vec2<Scalar> onSlides(const Moved& y, Vec2<Scalar> pin, bool all) const {
+    Vec2<Scalar> change = pin + onSlide(slides() - 1, y.last);
+    if (all && slides() == 2) change += onSlide(0, y.inner);
     return change;
   }
 
+  /// a×b
+  static Scalar cross(Vec2d a, Vec2<Scalar> b) { return dotMixed(perp(a), b); }
+  static Vec2<Scalar> timesMixed(const Matrix2d& M, Vec2<Scalar> a) {
+    return {M.xx * a.x + M.xy * a.y, M.yx * a.x + M.yy * a.y};
+  }
   static Vec2<Scalar> wide(Vec2d a) { return {Scalar(a.x), Scalar(a.y)}; }
   static Vec2<Scalar> times(const Matrix2<Scalar>& M, Vec2<Scalar> a) { return M.times(a, Vec2<Scalar>{}); }
   /// Subtracts a bᵀ.
@@ -243,9 +294,11 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
   Matrix2<Scalar> G_, C_;
   PerMotion<Matrix2<Scalar>, kinds> Gamma_;
   Eigen::PartialPivLU<Matrix> matrix_{Matrix(Matrix::Identity())};
-  PerEnd<Scalar> slideForces_{};
-  Vec2<Scalar> tipForce_, ofLast_;  ///< and the change of the acceleration of the last slide
-  Scalar ofInner_{};                ///< the same of the first slide along its rail
+  PerEnd<Motion> turns_{};
+  // Along the last solution:
+  PerEnd<Scalar> slideForces_{}, along_{};  ///< along_: δs
+  Vec2<Scalar> tipForce_;
+  Moved moved_;
 };
 
 }  // namespace planar_chain

@@ -47,10 +47,12 @@ BaseWrench Simulation::baseWrench() {
   if (rotor > 0) accelerations(qdd.data());
   double torque = rotor * qdd[slides] - tau[slides];
   Vec2d ground = motions[0].innerPin, force = motions[slides].pinForce;
-  if (slides > 0) ground -= q().front() * scene_.chain.joints().front().axis;
+  if (slides > 0)
+    ground -= q().front() * (Rotation<double>::of(motions[0].angle) * scene_.chain.joints().front().axis);
   torque -= cross(motions[slides].innerPin - ground, force);
   for (std::size_t i = slides; i-- > 0;) {
-    torque -= cross(motions[i].com - ground, motions[i].pinForce - force);
+    torque -= cross(motions[i].com - ground, motions[i].pinForce - force) +
+              scene_.chain.links()[i].inertia * motions[i].alpha;
     force = motions[i].pinForce;
   }
   return {-1.0 * force, torque};

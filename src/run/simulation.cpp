@@ -168,7 +168,6 @@ void Simulation::follow(int joint, MotionLaw law) {
 
 void Simulation::followBase(BaseLaws laws) {
   require(scene_.base.has_value(), "only a base that moves can follow laws");
-  require(scene_.chain.slides() == 0 || laws.angle.isZero(), "a base with prismatic links cannot turn");
   for (MotionLaw BaseLaws::*law : {&BaseLaws::x, &BaseLaws::y, &BaseLaws::angle}) {
     const GivenMotion present = (*scene_.base.*law).at(time());
     requireContinuation(laws.*law, time(), present.value, present.rate);

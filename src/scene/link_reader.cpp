@@ -73,15 +73,6 @@ void takeMotion(const Section& in, bool isInUrdf, Entry& entry) {
   entry.drive = readDrive(in, joint, slides ? "m" : "rad", entry.q, entry.qd);
 }
 
-/// Reads the numbers of effects of a link. A slide has none.
-void takeOwnNumbers(const Section& in, const std::vector<NumberKey>& own, bool slides, Entry& entry) {
-  if (!slides) takeNumbers(in, own, entry.link.others);
-  for (const NumberKey& key : own) {
-    if (slides && in.has(key.name))
-      in.fault(key.name, std::string("no ") + key.name + " of a prismatic link");
-  }
-}
-
 }  // namespace
 
 void takeBeside(const Section& links, Entry& entry) {
@@ -89,7 +80,7 @@ void takeBeside(const Section& links, Entry& entry) {
   const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
   for (const NumberKey& key : own) keys.push_back(key.name);
   const Section in = links.section(entry.link.name, keys);
-  takeOwnNumbers(in, own, entry.joint.slides, entry);
+  takeNumbers(in, own, entry.link.others);
   takeMotion(in, true, entry);
 }
 
@@ -117,7 +108,7 @@ Entry readEntry(const Section& links, const std::string& name) {
   const std::vector<Fault> ofLink = faultsOf(link, slides);
   for (const Fault& fault : ofLink) in.fault(fault.path, fault.expected);
   if (ofLink.empty()) entry.link = link;
-  takeOwnNumbers(in, own, slides, entry);
+  takeNumbers(in, own, entry.link.others);
 
   // The number of links, and how they move.
   entry.isCounted = takeCount(in, "repeat", entry.repeat);

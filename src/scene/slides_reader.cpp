@@ -28,11 +28,8 @@ FreeSlide freeSlide(const std::string& link, const std::string& joint, int axis)
 
 void refuseBesideSlides(const Section& top, const Chain& chain, bool isFloating,
                         const std::vector<Load>& loads) {
-  const Value* base = top.find("base");
-  if (base && isFloating) {
+  if (top.find("base") && isFloating) {
     top.fault("base", "no base that moves beside a floating link, which it does not hold", "both");
-  } else if (base && base->map() && base->map()->count("angle") > 0) {
-    top.fault("base/angle", "no law beside a prismatic link, as rails keep their direction", "one");
   }
   for (const Load& load : loads) {
     if (load.link == Load::none || load.link >= chain.slides() || load.moment == 0) continue;

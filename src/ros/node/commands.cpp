@@ -311,7 +311,6 @@ Faults Commands::faultsOf(const CommandTaken& step, bool isRecorded) const {
   if (!(x.isModerate() && y.isModerate() && angle.isModerate()) || std::abs(step.base_pose[0].theta) > 1e9) {
     faults.push_back({"base_pose", MotionLaw::moderate("m or rad"), "a faster motion"});
   }
-  requireNoTurn("base_pose", angle, *simulation_, faults);
   return faults;
 }
 

@@ -172,12 +172,6 @@ Point planar(const BasePoint& point, const std::string& path, double& angle, Fau
 
 }  // namespace
 
-void requireNoTurn(const char* path, const MotionLaw& angle, const Simulation& simulation,
-                   std::vector<Fault>& faults) {
-  if (simulation.scene().chain.slides() == 0 || angle.isZero()) return;
-  faults.push_back({path, "no turn of a base with prismatic links", "one"});
-}
-
 std::vector<Drive> lawsOf(const trajectory_msgs::JointTrajectory& message, double start,
                           const Simulation& simulation, const std::map<std::string, int>& joints,
                           std::vector<Fault>& faults) {
@@ -218,7 +212,6 @@ BaseLaws lawsOf(const trajectory_msgs::MultiDOFJointTrajectory& message, double 
   for (MotionLaw* law : {&laws.x, &laws.y, &laws.angle}) {
     if (faults.empty()) course.lead(*law, i++, law == &laws.angle ? "rad" : "m");
   }
-  requireNoTurn("base_trajectory", laws.angle, simulation, faults);
   return laws;
 }
 

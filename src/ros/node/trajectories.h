@@ -30,10 +30,6 @@ std::vector<Drive> lawsOf(const trajectory_msgs::JointTrajectory& message, doubl
 BaseLaws lawsOf(const trajectory_msgs::MultiDOFJointTrajectory& message, double start,
                 const Simulation& simulation, std::vector<Fault>& faults);
 
-/// Adds a fault if such a law turns the base of a chain with prismatic links.
-void requireNoTurn(const char* path, const MotionLaw& angle, const Simulation& simulation,
-                   std::vector<Fault>& faults);
-
 /// Adds the faults of the base's pose and twist in a ~step: one of each, or neither.
 void checkBase(const std::vector<geometry_msgs::Pose2D>& pose, const std::vector<geometry_msgs::Twist>& twist,
                const Simulation& simulation, std::vector<Fault>& faults);

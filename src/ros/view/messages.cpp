@@ -102,9 +102,12 @@ tf2_msgs::TFMessage& Messages::transforms(ros::Time stamp) {
   // The base's frame does not move. That of its pin does.
   if (simulation_.scene().base) {
     simulation_.linkMotions(motions_.data());
+    const LinkMotion& first = motions_.front();
     const double q = simulation_.q().front();
-    const Vec2d slid = slides > 0 ? q * simulation_.scene().chain.joints().front().axis : Vec2d{};
-    set(motions_.front().innerPin - slid, motions_.front().angle - (slides > 0 ? 0 : q));
+    Vec2d slid;
+    if (slides > 0)
+      slid = q * (Rotation<double>::of(first.angle) * simulation_.scene().chain.joints().front().axis);
+    set(first.innerPin - slid, first.angle - (slides > 0 ? 0 : q));
   }
   int i = 0;
   for (const int framed : framed_) {

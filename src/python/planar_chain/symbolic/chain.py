@@ -51,7 +51,7 @@ def read(scene):
 class ChainInLetters:
     """m, I, J: lists. r, p: 2-vectors. F: 2n, of which `weights`; M, tau: n; as functions of theta, q, qd and `given`.
 
-    The first `slides` links slide: rails has their directions, and their theta and omega are 0.
+    The first `slides` links slide: rails has their directions, and their theta and omega are those of the base.
     rows: 2-vectors c_j along which the tip is held, with the acceleration tip_acceleration; none where it is free.
 
     given: {symbol: expression in t} of the base, the tip, driven joints and factors of loads. driven: numbers of joints, from 0 on.
@@ -66,14 +66,17 @@ class ChainInLetters:
         self.letters, self.given, self.driven = Letters(), {}, []
         self.q, self.qd, self.qdd, self.theta, self.omega = (
             state_symbols(name, self.n) for name in ("q", "qd", "qdd", "theta", "omega"))
-        for i in range(self.slides):
-            self.theta[i] = self.omega[i] = sp.Integer(0)
-        self.S = [sp.Matrix([[sp.cos(angle), sp.sin(angle)], [-sp.sin(angle), sp.cos(angle)]]) for angle in self.theta]
         self._bodies(chain["links"], "tip" in chain)
         self._rails(chain["links"][:self.slides])
         self._gravity(chain["gravity"])
         self._joints(chain["links"])
         self._base(chain.get("base"))
+        for i in range(self.slides):
+            self.theta[i], self.omega[i] = self.phi, self.phid
+        self.S = [sp.Matrix([[sp.cos(angle), sp.sin(angle)], [-sp.sin(angle), sp.cos(angle)]]) for angle in self.theta]
+        self.turned_rails = [S.T * rail for S, rail in zip(self.S, self.rails)]
+        self.x, self.xd = (sp.Matrix([*of_slides[:self.slides], *of_bodies[self.slides:]])
+                           for of_slides, of_bodies in ((self.q, self.theta), (self.qd, self.omega)))
         self._tip(chain.get("tip", {}))
         self.M = sp.zeros(self.n, 1)
         for name, load in chain.get("loads", {}).items():
@@ -170,6 +173,15 @@ class ChainInLetters:
         self.pdd = sp.Matrix([self.define(f"pdd_{axis}", moved.get(axis, still)[2]) for axis in "xy"])
         self.phi, self.phid, self.phidd = (self.define(name, value) for name, value in
                                            zip(("phi_0", "phid_0", "phidd_0"), moved.get("angle", still)))
+
+    def slid(self):
+        """What turning rails add to accelerations: pairs (along d, along k̂×d) for each slide."""
+        return [(-self.phid ** 2 * q, self.phidd * q + 2 * self.phid * qd) for q, qd in zip(self.q[:self.slides], self.qd)]
+
+    def carried(self, arm, i):
+        """The acceleration of the outer end of an arm of slide i from its inner end, by the turning of the base."""
+        x, y = self.S[i].T * arm
+        return sp.Matrix([-self.phidd * y - self.phid ** 2 * x, self.phidd * x - self.phid ** 2 * y])
 
     def _tip(self, tip):
         """c_j and ẍ_T."""

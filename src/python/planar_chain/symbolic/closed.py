@@ -8,7 +8,8 @@ Rows for θ instead of q need no T: with V_pd = T B, the notes' M_q and f are
 Row i of B is linear in cos θ_i and sin θ_i, so an entry of B diag(m) Bᵀ is bilinear in those of θ_i and θ_j. As turning the
 whole chain changes no inertia, it is a cos(θ_j − θ_i) + b sin(θ_j − θ_i). Two places give a and b: θ_i = 0, and θ_j = 0 or π/2.
 
-The row of a slide in B is its rail's direction, for its own and all outer bodies. Its θ_i is 0, and T leaves its row as it is.
+The row of a slide in B is its rail's direction, for its own and all outer bodies. Its θ_i is that of the base, and T leaves its row
+as it is. Where the base turns, f_θ has the accelerations of Kane's ofRail() too, and those of the slides' arms.
 
 The tip moves as all that hangs on the last pin would: with the outer columns B_i and C_i of all bodies,
 
@@ -60,12 +61,11 @@ class Rows:
     def at(self, i, place, spin=None):
         """The two where (cos θ_i, sin θ_i) is `place`; with `spin` = [ω^i] those of C."""
         key = i, place, spin is None
-        if key not in self._known and i < self.chain.slides:
-            self._known[key] = [self.chain.rails[i].T if spin is None else sp.zeros(1, 2)] * 2
         if key not in self._known:
             c, s = place
             S = sp.Matrix([[c, s], [-s, c]])
-            self._known[key] = [cross_row(x[i]) * (S if spin is None else spin * S) for x in (self.chain.r, self.chain.p)]
+            both = [self.chain.rails[i].T] * 2 if i < self.chain.slides else [cross_row(x[i]) for x in (self.chain.r, self.chain.p)]
+            self._known[key] = [row * (S if spin is None else spin * S) for row in both]
         return self._known[key]
 
     def inertia(self, i, j, spin=None):
@@ -88,23 +88,25 @@ class Rows:
             return self.coefficient(self.chain.I[i] + times(self.chain.m[i], dot(own, own)) +
                                     times(self.outer_mass[i], dot(outer, outer)))
         between = self.chain.theta[last] - self.chain.theta[first]
+        if between == 0:
+            return at(ALONG)
         return times(at(ALONG), sp.cos(between)) + times(at(ACROSS), sp.sin(between))
 
     def along(self, direction, i, spin=None):
         """What body i moves the tip along `direction` where its rate is 1; or with `spin` = [ω^i] the row of C."""
-        if i < self.chain.slides:
-            return dot(direction, self.at(i, ALONG, spin)[1])
         angle = self.chain.theta[i]
+        if angle == 0:
+            return dot(direction, self.at(i, ALONG, spin)[1])
         along, across = (self.coefficient(dot(direction, self.at(i, place, spin)[1])) for place in (ALONG, ACROSS))
         return times(along, sp.cos(angle)) + times(across, sp.sin(angle))
 
     def force(self, i, forces, moment=sp.Integer(0)):
         """B_i F + M_i, where F has the components x_1 y_1 …, and M_i is linear in cos θ_i, sin θ_i."""
         further = [sp.Add(*forces[2 * i + 2 + axis::2]) for axis in (0, 1)]
-        if i < self.chain.slides:
+        angle = self.chain.theta[i]
+        if angle == 0:
             rail = self.chain.rails[i]
             return self.coefficient(dot(rail, forces[2 * i:2 * i + 2]) + dot(rail, further))
-        angle = self.chain.theta[i]
         c, s = sp.cos(angle), sp.sin(angle)
         constant = moment.xreplace({c: 0, s: 0})
         total = constant
@@ -123,17 +125,25 @@ def compact(chain):
     for i in range(n):
         for j in range(i, n):
             bodies[i, j] = bodies[j, i] = rows.inertia(i, j)
-    of_base = [-m * component for m in chain.m for component in chain.pdd]
+    of_base, first = [], chain.pdd
+    for j, m in enumerate(chain.m):
+        of_base.extend(-m * (first + chain.carried(chain.r[j], j) if j < chain.slides else first))
+        first += chain.carried(chain.p[j], j) if j < chain.slides else sp.zeros(2, 1)
     for i in range(n):
-        # weights with the base's acceleration, which equals a tilted gravity; loads; what ω and φ̈ add
+        # weights with the base's acceleration, which equals a tilted gravity; loads; what ω, φ̈ and turning rails add
         loads[i] = rows.force(i, [a + b for a, b in zip(chain.weights, of_base)])
         loads[i] += rows.force(i, list(chain.F - chain.weights), chain.M[i])
-        for j in range(n):
+        for j, (along, across) in enumerate(chain.slid()):
+            loads[i] -= each_times(bodies[i, j], along)
+            loads[i] -= each_times(rows.inertia(i, j, turning(1)), across) if j != i else 0
+        for j in range(chain.slides, n):
             if j != i:
                 loads[i] += each_times(rows.inertia(i, j, turning(-1)), chain.omega[j] ** 2)
             loads[i] -= each_times(bodies[i, j], chain.phidd)
     tip = sp.Matrix(len(chain.rows), n, lambda j, i: rows.along(chain.rows[j], i))
-    tip_rest = sp.Matrix([dot(row, chain.tip_acceleration - chain.pdd) + sp.Add(
+    tip_rest = sp.Matrix([dot(row, chain.tip_acceleration - first) - sp.Add(
+        *(each_times(tip[j, i], along) + each_times(rows.along(row, i, turning(1)), across)
+          for i, (along, across) in enumerate(chain.slid()))) + sp.Add(
         *(each_times(rows.along(row, i, turning(-1)), chain.omega[i] ** 2) - each_times(tip[j, i], chain.phidd)
           for i in range(chain.slides, n))) for j, row in enumerate(chain.rows)])
     return types.SimpleNamespace(bodies=bodies, loads=loads, tip=tip, tip_rest=tip_rest, coefficients=rows.coefficients())

@@ -195,13 +195,17 @@ class Document:
     def _remarks(self):
         remarks = []
         if self.of.chain.slides:
-            remarks.append(r"A slide $i$ has the rows $B_{ij} = C_{ij} = 0$ and $T_{ij} = 0$. Instead, $V_{pd}$ has the direction of its rail "
+            remarks.append(r"A slide $i$ has the row $T_{ij} = 0$. Instead, $V_{pd}$ has the direction of its rail "
                            r"in row $i$ at all bodies $j \ge i$, and $A_2 = V_{pd}\,\mathrm{diag}(m_1, m_1, \ldots)$.")
         if any(J != 0 for J in self.of.chain.J):
             remarks.append(r"The rotors' inertias $J_i$ are added to the diagonal of $M$.")
         if self.of.chain.phidd != 0 or any(x != 0 for x in self.of.chain.pdd):
             remarks.append(r"As the base moves, $f = f_{ext} - V_{pd}\, \mathrm{diag}(m) (C^T \omega + B^T 1 \ddot{\varphi} + "
                            r"\ddot{p}) - W_{pd} I \ddot{\varphi}$.")
+        if self.of.chain.slides and self.of.chain.phi != 0:
+            remarks.append(r"As rails turn with it, $S_{i0}$ of a slide is that of the base, and slide $i$ on its rail $d_i$ adds "
+                           r"$(\ddot{\varphi} q_i + 2 \dot{\varphi} \dot{q}_i)\, \hat{k} \times d_i - \dot{\varphi}^2 q_i d_i$ to $\ddot{p}$ "
+                           "of the bodies $j \\ge i$.")
         if self.of.driven:
             remarks.append(r"$\tau_j$ of a driven joint is the torque of its drive. It follows from row $j$ of $M \ddot{q} = f$.")
         if self.of.tau.has(sp.sign):

@@ -11,11 +11,10 @@ def cross_row(r):
 
 
 def rows(chain, body_matrix):
-    """n×2n: S_r^i X_i at i = j, S_p^i X_i at i < j, with the 2×2 matrix X_i of body i. B has X = S_i0, C has [ω^i] S_i0. Rows of
-    slides are 0."""
+    """n×2n: S_r^i X_i at i = j, S_p^i X_i at i < j, with the 2×2 matrix X_i of body i. B has X = S_i0, C has [ω^i] S_i0."""
     n = chain.n
     matrix = sp.zeros(n, 2 * n)
-    for i in range(chain.slides, n):
+    for i in range(n):
         X = body_matrix(i)
         for j in range(i, n):
             matrix[i, 2 * j:2 * j + 2] = cross_row(chain.r[i] if i == j else chain.p[i]) * X
@@ -38,14 +37,14 @@ def kane(chain):
     # Partial velocities, and inertia
     m = sp.diag(*(mass for mass in chain.m for _ in "xy"))
     inertia = sp.diag(*chain.I)
-    along_rails = sp.Matrix(n, 2 * n, lambda i, j: chain.rails[i][j % 2] if i < chain.slides and i <= j // 2 else 0)
+    along_rails = sp.Matrix(n, 2 * n, lambda i, j: chain.turned_rails[i][j % 2] if i < chain.slides and i <= j // 2 else 0)
     of.V_pd, of.W_pd = of.T * of.B + along_rails, of.T
     of.A_1, of.A_2, of.A_3 = of.T * of.C * m, of.V_pd * m, of.T * inertia
 
     # Kane: V_pd (F + F_in) + W_pd (M + M_in) + τ = 0, on a base with p̈ and φ̈
     of.F, of.M_ext, of.tau = chain.F, chain.M, chain.tau
     of.f_ext = of.V_pd * of.F + of.W_pd * of.M_ext + of.tau
-    base = sp.Matrix([component for _ in range(n) for component in chain.pdd])
+    base = sp.Matrix([component for j in range(n) for component in chain.pdd + on_rails(chain, j + 1)])
     ones = sp.ones(n, 1)
     acceleration = of.C.T * chain.omega + of.B.T * ones * chain.phidd + base  # of the centres of mass where q̈ = 0
     of.f = of.f_ext - of.V_pd * m * acceleration - of.W_pd * inertia * ones * chain.phidd
@@ -54,14 +53,22 @@ def kane(chain):
     return of
 
 
+def on_rails(chain, count):
+    """φ̈ k̂×(s d) − φ̇² s d + 2 φ̇ ṡ k̂×d of the first `count` slides."""
+    total = sp.zeros(2, 1)
+    for (along, across), d in list(zip(chain.slid(), chain.turned_rails))[:count]:
+        total += along * d + across * sp.Matrix([-d[1], d[0]])
+    return total
+
+
 def take_tip(chain, of, ones):
     """J_c q̈ = c: along the rows c_j the tip has the acceleration ẍ_T. V_tip: partial velocities of the tip, n×2."""
     def outer(body_matrix):
-        return sp.Matrix([sp.zeros(1, 2) if i < chain.slides else cross_row(chain.p[i]) * body_matrix(i) for i in range(chain.n)])
+        return sp.Matrix([cross_row(chain.p[i]) * body_matrix(i) for i in range(chain.n)])
 
     B, C = outer(lambda i: chain.S[i]), outer(lambda i: turning(chain.omega[i]) * chain.S[i])
-    along_rails = sp.Matrix([chain.rails[i].T if i < chain.slides else sp.zeros(1, 2) for i in range(chain.n)])
+    along_rails = sp.Matrix([chain.turned_rails[i].T if i < chain.slides else sp.zeros(1, 2) for i in range(chain.n)])
     of.V_tip = of.T * B + along_rails
     c_rows = sp.Matrix(len(chain.rows), 2, lambda j, axis: chain.rows[j][axis])
     of.J_c = c_rows * of.V_tip.T
-    of.c = c_rows * (chain.tip_acceleration - chain.pdd - C.T * chain.omega - B.T * ones * chain.phidd)
+    of.c = c_rows * (chain.tip_acceleration - chain.pdd - on_rails(chain, chain.slides) - C.T * chain.omega - B.T * ones * chain.phidd)

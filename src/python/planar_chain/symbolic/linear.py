@@ -9,9 +9,9 @@ from .letters import state_symbols
 
 def slope(expression, by):
     """The derivative; that of sign() is 0, as a joint that slides continues to slide."""
-    if isinstance(expression, sp.Add) and by.is_Symbol:
+    if isinstance(expression, sp.Add):
         return sp.Add(*(slope(term, by) for term in expression.args))
-    if not by.is_Symbol or not expression.has(by):  # the angle of a slide is 0
+    if not expression.has(by):
         return sp.Integer(0)
     if isinstance(expression, sp.Mul):  # SymPy takes long over products with constants
         constants = [part for part in expression.args if not part.has(by)]
@@ -28,19 +28,19 @@ def linear(of):
     and of a tip that is held K_c and D_c, with which J_c δq̈ = K_c Tᵀ δq + D_c Tᵀ δq̇.
     beta: θ̈ of the state, relative to the base. K_τ and D_τ are diagonal, and 0 at driven joints."""
     n, loads, inertia, tip, c = len(of.q), of.closed.loads_theta, of.closed.M_theta, of.closed.J_theta, of.closed.c
-    beta = state_symbols("beta", n)
+    beta, x, xd = state_symbols("beta", n), of.chain.x, of.chain.xd
 
     def by_angle(i, j):
-        return slope(loads[i], of.theta[j]) - sp.Add(*(slope(inertia[i, k], of.theta[j]) * beta[k] for k in range(n))) + sp.Add(
-            *(slope(tip[k, i], of.theta[j]) * of.phi[k] for k in range(tip.rows)))
+        return slope(loads[i], x[j]) - sp.Add(*(slope(inertia[i, k], x[j]) * beta[k] for k in range(n))) + sp.Add(
+            *(slope(tip[k, i], x[j]) * of.phi[k] for k in range(tip.rows)))
 
     def of_tip(k, j):
-        return slope(c[k], of.theta[j]) - slope(tip[k, j], of.theta[j]) * beta[j]
+        return slope(c[k], x[j]) - slope(tip[k, j], x[j]) * beta[j]
 
-    def of_torques(x):
-        return sp.diag(*(0 if j in of.driven else slope(of.tau[j], x[j]) for j in range(n)))
+    def of_torques(by):
+        return sp.diag(*(0 if j in of.driven else slope(of.tau[j], by[j]) for j in range(n)))
 
     return types.SimpleNamespace(
-        beta=beta, K_theta=sp.Matrix(n, n, by_angle), D_theta=sp.Matrix(n, n, lambda i, j: slope(loads[i], of.omega[j])),
-        K_c=sp.Matrix(tip.rows, n, of_tip), D_c=sp.Matrix(tip.rows, n, lambda k, j: slope(c[k], of.omega[j])),
+        beta=beta, K_theta=sp.Matrix(n, n, by_angle), D_theta=sp.Matrix(n, n, lambda i, j: slope(loads[i], xd[j])),
+        K_c=sp.Matrix(tip.rows, n, of_tip), D_c=sp.Matrix(tip.rows, n, lambda k, j: slope(c[k], xd[j])),
         K_tau=of_torques(of.q), D_tau=of_torques(of.qd))

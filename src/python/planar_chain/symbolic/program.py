@@ -71,9 +71,12 @@ class Program:
         self.angles = [self.swap[of.theta[i]] for i in turning]
         c, s = ({i: self.put(function(self.swap[of.theta[i]]), f"{name}_{i + 1}") for i in turning}
                 for function, name in ((sp.cos, "cos"), (sp.sin, "sin")))
-        for i in turning:
+        turned = self.slides - 1 if self.slides and chain.phi != 0 else self.slides  # slides turn alike
+        if turned < self.slides:
+            c[turned], s[turned] = self.put(sp.cos(chain.phi)), self.put(sp.sin(chain.phi))
+        for i in range(turned, self.n):
             self.swap[sp.cos(of.theta[i])], self.swap[sp.sin(of.theta[i])] = c[i], s[i]
-            for j in range(self.slides, i):
+            for j in range(turned, i):
                 between = of.theta[j] - of.theta[i]
                 self.swap[sp.cos(between)] = self.put(c[i] * c[j] + s[i] * s[j], f"cos_{j + 1}_{i + 1}")
                 sine = self.put(s[j] * c[i] - c[j] * s[i], f"sin_{j + 1}_{i + 1}")
@@ -195,7 +198,7 @@ class Program:
         of, n = self.formulas, self.n
         by_angle = self._outwards(self._slopes_at_rest())
         by_rate = self._outwards(self._swapped([slope(load, omega) for load in [*of.compact.loads, *of.compact.tip_rest]
-                                                for omega in of.omega]))
+                                                for omega in of.chain.xd]))
         own = [[self.put(slope(of.tau[j], x[j]).xreplace(self.swap)) if j in self.free else 0 for j in range(n)]
                for x in (of.q, of.qd)]
         A, B = sp.zeros(2 * n, 2 * n), sp.zeros(2 * n, n)
@@ -210,10 +213,10 @@ class Program:
 
     def _slopes_at_rest(self):
         """∂(f_θ − M_θ β + J_θᵀ φ)_i/∂θ_j at the same β, φ and rates, row by row, and then ∂(c − J_θ β)_i/∂θ_j."""
-        of, n = self.formulas, self.n
-        slopes = self._swapped([slope(load, theta) for load in [*of.compact.loads, *of.compact.tip_rest] for theta in of.theta])
-        of_tip = self._swapped([slope(of.compact.tip[j, i], of.theta[i]) for j in range(self.conditions) for i in range(n)])
-        inertias = self._swapped([slope(of.compact.bodies[i, j], of.theta[j]) for i in range(n) for j in range(n)])
+        of, n, x = self.formulas, self.n, self.formulas.chain.x
+        slopes = self._swapped([slope(load, theta) for load in [*of.compact.loads, *of.compact.tip_rest] for theta in x])
+        of_tip = self._swapped([slope(of.compact.tip[j, i], x[i]) for j in range(self.conditions) for i in range(n)])
+        inertias = self._swapped([slope(of.compact.bodies[i, j], x[j]) for i in range(n) for j in range(n)])
         for i in range(n):
             for j in range(n):
                 if i != j and max(i, j) >= self.slides:  # an entry of M_θ depends on θ_j − θ_i alone
