@@ -11,6 +11,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
+#include <iomanip>
+#include <sstream>
 #include <string>
 
 #include "known_motion.h"
@@ -62,18 +64,30 @@ const std::string heldCart =
     "damping: 0.3}, initial: {position: 0.1, velocity: 0.2}}\n  pole: {mass: 0.5, inertia: 0.01, com: [0.4, "
     "0.05], pin: [0.8, 0], initial: {angle: -1.2, velocity: 0.4}}\n  lower: " +
     bent + "initial: {angle: 1.7}}\n";
+const std::string turnedHeldCart =
+    "chain: [cart, pole, lower]\nbase: {x: {amplitude: 0.03, frequency: 1.1}, angle: {amplitude: 0.2, "
+    "frequency: 0.6, "
+    "offset: 0.1}}\ntip: {pin: " +
+    pair(reference::turnedHeldCartTip) +
+    "}\nlinks:\n  cart: {mass: 2.0, pin: [0.0, 0.1], joint: {type: prismatic, stiffness: 20, damping: 0.3}, "
+    "initial: "
+    "{position: 0.1, velocity: 0.2}}\n  pole: {mass: 0.5, inertia: 0.01, com: [0.4, 0.05], pin: [0.8, 0], "
+    "initial: "
+    "{angle: -1.2, velocity: 0.4}}\n  lower: " +
+    bent + "initial: {angle: 1.7}}\n";
 
 // ---- Trajectories ----------------------------------------------------------------------------------
 
 class HeldTips : public testing::TestWithParam<const char*> {};
 
 TEST_P(HeldTips, MoveAsDenseEquationsSay) {
-  for (const test::KnownMotion& known :
-       std::initializer_list<test::KnownMotion>{{"fourBar", fourBar(), reference::fourBar},
-                                                {"slung", slung, reference::slung},
-                                                {"stiffLoop", stiffLoop, reference::stiffLoop},
-                                                {"sliderCrank", sliderCrank, reference::sliderCrank},
-                                                {"heldCart", heldCart, reference::heldCart}}) {
+  for (const test::KnownMotion& known : std::initializer_list<test::KnownMotion>{
+           {"fourBar", fourBar(), reference::fourBar},
+           {"slung", slung, reference::slung},
+           {"stiffLoop", stiffLoop, reference::stiffLoop},
+           {"sliderCrank", sliderCrank, reference::sliderCrank},
+           {"heldCart", heldCart, reference::heldCart},
+           {"turnedHeldCart", turnedHeldCart, reference::turnedHeldCart}}) {
     test::expectMotion(known, GetParam(), 1e-8);
   }
 }
@@ -83,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(By, HeldTips, testing::Values("auto", "dop853", "rodas5
 // ---- Matrices --------------------------------------------------------------------------------------
 
 TEST(HeldTip, MovesAsKanesEquationsSay) {
-  for (const std::string& text : {fourBar(), slung, stiffLoop, sliderCrank, heldCart}) {
+  for (const std::string& text : {fourBar(), slung, stiffLoop, sliderCrank, heldCart, turnedHeldCart}) {
     const Scene scene = readSceneText(text);
     Simulation simulation(scene);
     ASSERT_TRUE(simulation.advanceTo(0.7));
@@ -302,6 +316,73 @@ TEST(HangingChain, IsTheCatenaryOfItsLinks) {
   for (const double rate : simulation.qd()) EXPECT_NEAR(rate, 0, 1e-6);
 }
 
+// ---- Slides and a held tip at rest ------------------------------------------------------------------
+
+/// At rest at these places (rad, m), under this force on the tip.
+void expectRest(const std::string& text, const std::vector<double>& q, Vec2d tipForce) {
+  const Scene scene = readSceneText(text + "start: rest\n");
+  for (std::size_t i = 0; i < q.size(); ++i) EXPECT_NEAR(scene.q[i], q[i], 1e-9) << text << i;
+  Simulation simulation(scene);
+  EXPECT_LT(length(simulation.tipForce() - tipForce), 1e-6) << text;
+  std::vector<double> qdd(q.size());
+  simulation.accelerations(qdd.data());
+  for (const double each : qdd) EXPECT_NEAR(each, 0, 1e-9);
+  simulation.setState(scene.q, std::vector<double>(q.size()));
+  simulation.settle();
+  for (std::size_t i = 0; i < q.size(); ++i) EXPECT_NEAR(simulation.q()[i], q[i], 1e-9) << text << i;
+}
+
+TEST(RestOfHeldCarts, OnALevelRailHasOneRodUpright) {
+  // Without a force along the rail none acts across the rods: the shorter one hangs, the other one meets it.
+  expectRest(
+      "chain: [cart, a, b]\ntip: {pin: [0.3, 0]}\nlinks:\n  cart: {mass: 1, joint: {type: prismatic}, "
+      "initial: {position: "
+      "-0.4}}\n  a: {mass: 0.5, inertia: 0.0416, com: [0.5, 0], pin: [1, 0], initial: {angle: -0.7}}\n  b: "
+      "{mass: "
+      "0.3, inertia: 0.009, com: [0.3, 0], pin: [0.6, 0], initial: {angle: 1.9}}\n",
+      {0.3 - 0.8, -std::asin(0.6), pi / 2 + std::asin(0.6)}, {0, 0.5 * 9.81 / 2 + 0.3 * 9.81});
+}
+
+/// By scipy: the least energy under the condition, and Newton's method on its derivatives.
+TEST(RestOfHeldCarts, IsTheLeastEnergy) {
+  const std::string bodies =
+      "  a: {mass: 0.5, inertia: 0.01, com: [0.4, 0.05], pin: [0.8, 0], initial: {angle: -1.0}}\n  b: {mass: "
+      "0.3, "
+      "inertia: 0.004, com: [0.2, -0.03], ";
+  const std::string tilted =
+      "links:\n  cart: {mass: 2, pin: [0.1, 0.05], joint: {type: prismatic, axis: [3, -1], stiffness: 30, "
+      "rest_angle: "
+      "0.2}, initial: {position: 0.1}}\n" +
+      bodies + "pin: [0.7, 0.1], joint: {stiffness: 2, rest_angle: 0.3}, initial: {angle: 1.2}}\n";
+  const std::vector<double> rest{0.328524801795, -1.29964354181, 1.99376496434};
+  const Vec2d force{-3.7267998, 4.09466732};
+  expectRest("chain: [cart, a, b]\ntip: {pin: [1.1, -0.3]}\n" + tilted, rest, force);
+  // The same, turned as a whole with gravity.
+  const auto turn = Rotation<double>::of(0.4);
+  const auto inYaml = [&](Vec2d a) {
+    std::ostringstream text;
+    text << std::setprecision(17) << "[" << (turn * a).x << ", " << (turn * a).y << "]";
+    return text.str();
+  };
+  expectRest("chain: [cart, a, b]\nbase: {angle: {offset: 0.4}}\ngravity: " + inYaml({0, -9.81}) +
+                 "\ntip: {pin: " + inYaml({1.1, -0.3}) + "}\n" + tilted,
+             rest, turn * force);
+  expectRest(
+      "chain: [x, y, a, b]\ntip: {line: {point: [0.9, -0.9], direction: [0.8, 0.6]}}\nlinks:\n  x: {mass: 2, "
+      "pin: [0, 0.1], "
+      "joint: {type: prismatic, stiffness: 15}, initial: {position: 0.1}}\n  y: {mass: 0.4, pin: [0.05, 0], "
+      "joint: "
+      "{type: prismatic, axis: [0.3, 1], stiffness: 40, rest_angle: 0.1}, initial: {position: -0.2}}\n" +
+          bodies + "pin: [0.5, 0.1], initial: {angle: 0.7}}\n",
+      {0.0419256614516, -0.197449307209, -1.51913848623, 0.23779074755}, -1.04814154 * Vec2d{-0.6, 0.8});
+  expectRest(
+      "chain: [cart, a, b]\ntip: {pin: [1.0, -0.5]}\nlinks:\n  cart: {mass: 2, pin: [0, 0.1], joint: {type: "
+      "prismatic, axis: [0, "
+      "1], lower: -0.4, stop_stiffness: 1000}, initial: {position: -0.3}}\n" +
+          bodies + "pin: [0.7, 0.1], initial: {angle: 1.2}}\n",
+      {-0.424555926264, -0.939618461781, 1.52558705248}, {2.12174919, 2.91207374});
+}
+
 TEST(FourBar, SwingsThereAndBack) {
   Scene scene = readSceneText(fourBar("0", "stiffness: 2"));
   scene.integrator.tolerance = 1e-12;
@@ -327,7 +408,7 @@ TEST(ClosedChain, KeepsItsEnergy) {
 }
 
 TEST_P(HeldTips, StayClosedAtACoarseTolerance) {
-  for (const std::string& text : {fourBar(), slung, sliderCrank, heldCart}) {
+  for (const std::string& text : {fourBar(), slung, sliderCrank, heldCart, turnedHeldCart}) {
     Scene scene = readSceneText(text);
     scene.integrator.method = GetParam();
     scene.integrator.tolerance = 1e-5;

@@ -7,8 +7,11 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "dynamics/closure.h"
+#include "dynamics/group_matrix.h"
+#include "dynamics/rails.h"
 #include "dynamics/stored_energy.h"
 #include "effects/effects.h"
 #include "lanes/segments.h"
@@ -22,9 +25,6 @@ namespace {
 constexpr double farthest = 1e3;
 /// rad in one step. Longer, a step passes the nearest minimum and ends in another one.
 constexpr double longestTurn = 1;
-/// Of the weight's moments, in place of a smaller κ'. At 0 links that carry nothing have a singular matrix;
-/// much larger, steps of soft chains are far too short.
-constexpr double leastShare = 1e-6;
 /// Of the weight's moments: some fifty roundings. Below rounding, no pose is balanced.
 constexpr double exact = 1e-14;
 /// rad, off a stationary point. The energy falls by its square, 1e-6 of the curvature: far above rounding.
@@ -47,18 +47,13 @@ class Search {
         coordinates_(scene.chain.coordinates()),
         n_(scene.chain.size()),
         effects_(scene, nullptr, &EffectKind::isInEquilibrium),
-        stores_(scene.chain) {
+        stores_(scene.chain),
+        reach_(scene.chain.reach()) {
     if (effects_.anyForces(&Forces::dependOnPlace))
       throw std::domain_error("forces that depend on place, beside which none is sought");
     effects_.enter(t);
     if (scene.base) baseAngle_ = scene.base->angle.at(t).value;
-    // Bodies behind driven joints turn with the body before: one group. Group −1 is the ground.
-    isDriven_.resize(index(n_), false);
-    for (const Drive& drive : scene.drives) isDriven_[index(drive.joint)] = true;
-    for (int j = 0; j < n_; ++j) {
-      if (!isDriven_[index(j)] && j >= scene.chain.slides()) firsts_.push_back(j);
-      groups_.push_back(static_cast<int>(firsts_.size()) - 1);
-    }
+    group();
     for (const Load& load : scene.loads) loads_.push_back({&load, factorAt(load, t)});
     // The moments that weights and forces can have: what residuals are compared with.
     double reach = 0;
@@ -69,7 +64,8 @@ class Search {
           std::abs(factor) * (length(load->force) * reach + std::abs(load->moment) + std::abs(load->torque));
     }
     acting_ = scale_;
-    for (const Joint& joint : scene.chain.joints()) scale_ += momentOf(joint);
+    for (const Joint& joint : scene.chain.joints()) scale_ += (joint.slides ? reach_ : 1) * momentOf(joint);
+    matrix_.floor *= scale_;
     if (scene.tip) hold();
     N_.resize(n_);
     k_.resize(n_);
@@ -86,7 +82,7 @@ class Search {
     for (const Drive& drive : scene_.drives) q[index(drive.joint)] = drive.law.at(t_).value;
     Eigen::VectorXd theta(n_);
     coordinates_.toAbsolute(q.data(), theta.data());
-    for (int i = 0; i < coordinates_.slides(); ++i) {
+    for (int i = 0; i < coordinates_.slides() && !held_; ++i) {
       if (!isDriven_[index(i)]) settleSlide(i, theta);
     }
     const Eigen::VectorXd start = theta;
@@ -104,8 +100,8 @@ class Search {
         for (const Drive& drive : scene_.drives) found[index(drive.joint)] = q[index(drive.joint)];
         return found;
       }
-      if ((theta - start).cwiseAbs().maxCoeff() > farthest) {
-        throw std::domain_error("the energy falls without end, as under a constant torque without a spring");
+      for (int j = 0; j < n_; ++j) {
+        if (std::abs(theta[j] - start[j]) > farthest * unitOf(j)) throw std::domain_error(endless(j));
       }
     }
     throw SearchGaveUp("the search for an equilibrium gave up after " + std::to_string(step) +
@@ -133,6 +129,28 @@ class Search {
     return std::abs(least - q) > longestTurn ? least : q;
   }
 
+  /// Bodies behind driven joints turn with the body before: one group. Group −1 is the ground. Beside a held
+  /// tip, slides are groups too, the first ones; without it they do not depend on angles.
+  void group() {
+    isDriven_.resize(index(n_), false);
+    for (const Drive& drive : scene_.drives) isDriven_[index(drive.joint)] = true;
+    for (int j = 0; j < n_; ++j) {
+      const bool slides = coordinates_.slides(j), isFirst = !isDriven_[index(j)] && (!slides || scene_.tip);
+      if (isFirst) firsts_.push_back(j);
+      if (slides) matrix_.apart = static_cast<int>(firsts_.size());
+      const int last = static_cast<int>(firsts_.size()) - 1;
+      groups_.push_back((slides ? isFirst : last >= matrix_.apart) ? last : -1);
+    }
+  }
+  /// What a slide moves by where an angle turns by 1 rad, m. So forces along rails are compared with moments.
+  double unitOf(int j) const { return coordinates_.slides(j) ? reach_ : 1; }
+  std::string endless(int j) const {
+    const std::string& name = scene_.chain.joints()[index(j)].name;
+    return coordinates_.slides(j)
+               ? "the joint " + name + " slides without end: it needs a spring or a limit"
+               : "the energy falls without end, as under a constant torque without a spring";
+  }
+
   /// A tip that is held: what closes the chain.
   struct Held {
     Held(const Chain& chain, int n) : mechanism(chain, true, true), closure(mechanism), at(n), y(2 * n) {}
@@ -145,8 +163,6 @@ class Search {
   };
 
   void hold() {
-    if (scene_.chain.slides() > 0)
-      throw std::domain_error("a prismatic link in a chain whose tip is held, where none is sought");
     held_.emplace(scene_.chain, n_);
     Effects all(scene_);
     all.enter(t_);
@@ -158,11 +174,11 @@ class Search {
   Eigen::VectorXd closedTurn() {
     Held& held = *held_;
     const int rows = held.at.tip.rows;
-    Eigen::VectorXd turn = solved(moment_), by[2];
+    Eigen::VectorXd turn = matrix_.solved(moment_), by[2];
     Eigen::Matrix2d S = Eigen::Matrix2d::Identity();
     Eigen::Vector2d rest = Eigen::Vector2d::Zero();
     for (int r = 0; r < rows; ++r) {
-      by[r] = solved(held.x[r]);
+      by[r] = matrix_.solved(held.x[r]);
       rest[r] = -held.x[r].dot(turn);
     }
     for (int r = 0; r < rows; ++r) {
@@ -179,12 +195,12 @@ class Search {
   Eigen::VectorXd turnFrom(const Eigen::VectorXd& theta, const std::vector<double>& shares) {
     const auto takeFactors = [&] {
       for (const double share : shares) {
-        if (factor(share, 0) == kappa_.size()) return true;
+        if (matrix_.factor(share, 0) == matrix_.kappa.size()) return true;
       }
       return false;
     };
     if (!takeFactors()) return {};
-    if (!held_) return solved(moment_);
+    if (!held_) return matrix_.solved(moment_);
     closedTurn();
     find(theta);
     return takeFactors() ? closedTurn() : Eigen::VectorXd();
@@ -199,7 +215,7 @@ class Search {
       double force = N_[i];
       for (int j = i; j < n_; ++j) {
         const Link& link = scene_.chain.links()[index(j)];
-        force += dot(joint.axis, link.mass * scene_.chain.gravity() + F_[index(j)]);
+        force += dot(railOf(i), link.mass * scene_.chain.gravity() + F_[index(j)]);
       }
       if (std::abs(force) <= exact * scale_) return;
       const double stop = force > 0 ? joint.upper : joint.lower;
@@ -235,8 +251,8 @@ class Search {
     for (Forces* forces : effects_.activeForces()) forces->addForceStiffness(at, XF_.data());
     const auto groups = static_cast<Eigen::Index>(firsts_.size());
     moment_.setZero(groups);
-    kappa_.setZero(groups);
-    spring_.setZero(groups);
+    matrix_.kappa.setZero(groups);
+    matrix_.spring.setZero(groups);
     Vec2d outer;
     if (held_) {
       outer = held_->force;
@@ -247,16 +263,25 @@ class Search {
       const Vec2d weight = link.mass * scene_.chain.gravity();
       const Vec2d R = e_[index(j)] * link.com, P = e_[index(j)] * link.pin;
       const int group = groups_[index(j)];
-      if (group >= 0) {
+      if (group >= 0 && coordinates_.slides(j)) {
+        const Vec2d d = reach_ * railOf(j);
+        moment_[group] += reach_ * N_[j] + dot(d, outer + weight + F_[index(j)]);
+        for (int r = 0; r < held_->at.tip.rows; ++r)
+          held_->x[r][group] += dot(held_->at.tip.row[index(r)], d);
+      } else if (group >= 0) {
         moment_[group] += N_[j] + cross(R, weight) + cross(P, outer);
-        kappa_[group] += dot(R, weight) + dot(P, outer) + XF_[j];
+        matrix_.kappa[group] += dot(R, weight) + dot(P, outer) + XF_[j];
         for (int r = 0; held_ && r < held_->at.tip.rows; ++r)
           held_->x[r][group] += dot(held_->at.tip.row[index(r)], perp(P));
       }
       outer += weight + F_[index(j)];
     }
-    for (Eigen::Index g = 0; g < groups; ++g) spring_[g] = k_[firsts_[static_cast<std::size_t>(g)]];
+    for (Eigen::Index g = 0; g < groups; ++g) {
+      const int first = firsts_[static_cast<std::size_t>(g)];
+      matrix_.spring[g] = unitOf(first) * unitOf(first) * k_[first];
+    }
   }
+  Vec2d railOf(int i) const { return plainRotation(baseAngle_) * scene_.chain.joints()[index(i)].axis; }
 
   Eigen::VectorXd stateOf(const Eigen::VectorXd& theta) const {
     return (Eigen::VectorXd(2 * n_) << theta, still_).finished();
@@ -270,8 +295,13 @@ class Search {
       if (load->joint != Load::none)
         energy -= factor * load->torque * coordinates_.relative(theta.data(), load->joint);
       if (load->link == Load::none) continue;
-      Vec2d place;
-      if (coordinates_.slides(load->link)) continue;  // constant while angles change
+      const auto rails =
+          railsOf<double>(scene_.chain, {plainRotation(baseAngle_)}, theta.data(), still_.data());
+      if (coordinates_.slides(load->link)) {
+        energy -= factor * dot(load->force, rails.own[index(load->link)].place);
+        continue;
+      }
+      Vec2d place = rails.first.place;
       for (int j = coordinates_.slides(); j <= load->link; ++j) {
         const Vec2d arm = j < load->link ? scene_.chain.links()[index(j)].pin : load->point;
         place += plainRotation(theta[j] + baseAngle_) * arm;
@@ -281,36 +311,11 @@ class Search {
     return energy;
   }
 
-  /// Factors diag(κ') + springs, κ' = κ + share (|κ| − κ), by Thomas' algorithm. Returns the number of
-  /// groups, or the first one whose pivot is not above `least`.
-  Eigen::Index factor(double share, double least) {
-    const Eigen::Index groups = kappa_.size();
-    pivot_.resize(groups);
-    for (Eigen::Index g = 0; g < groups; ++g) {
-      const double kappa = kappa_[g] + share * (std::abs(kappa_[g]) - kappa_[g]);
-      pivot_[g] = (share > 0 ? std::max(kappa, leastShare * scale_) : kappa) + spring_[g] +
-                  (g + 1 < groups ? spring_[g + 1] : 0);
-      if (g > 0) pivot_[g] -= spring_[g] * spring_[g] / pivot_[g - 1];
-      if (!(pivot_[g] > least)) return g;
-    }
-    return groups;
-  }
-
-  /// Solves with the factors.
-  Eigen::VectorXd solved(Eigen::VectorXd x) const {
-    for (Eigen::Index g = 1; g < x.size(); ++g) x[g] += spring_[g] / pivot_[g - 1] * x[g - 1];
-    for (Eigen::Index g = x.size(); g-- > 0;) {
-      if (g + 1 < x.size()) x[g] += spring_[g + 1] * x[g + 1];
-      x[g] /= pivot_[g];
-    }
-    return x;
-  }
-
   /// theta turned, with the tip where it is held.
   Eigen::VectorXd moved(const Eigen::VectorXd& theta, const Eigen::VectorXd& turn, double share) {
     Eigen::VectorXd next = theta;
     for (int j = 0; j < n_; ++j) {
-      if (groups_[index(j)] >= 0) next[j] += share * turn[groups_[index(j)]];
+      if (groups_[index(j)] >= 0) next[j] += share * unitOf(j) * turn[groups_[index(j)]];
     }
     if (!held_) return next;
     held_->y << next, still_;
@@ -348,43 +353,41 @@ class Search {
     constexpr int mostPushes = 1000;
     constexpr double epsilon = std::numeric_limits<double>::epsilon();
     find(theta);
-    const Eigen::Index groups = kappa_.size(), bad = factor(0, unsure * scale_);
+    const Eigen::Index groups = matrix_.kappa.size(), bad = matrix_.factor(0, unsure * scale_);
     if (groups == 0 || ++pushes_ > mostPushes) return false;
     // The softest direction x: xᵀ H x is that pivot; or by inverse iteration.
     Eigen::VectorXd x = Eigen::VectorXd::Zero(groups);
     if (bad < groups) {
       x[bad] = 1;
-      for (Eigen::Index g = bad; g-- > 0;) x[g] = spring_[g + 1] * x[g + 1] / pivot_[g];
+      for (Eigen::Index g = bad; g-- > 0;) x[g] = matrix_.between(g + 1) * x[g + 1] / matrix_.pivot[g];
     } else {
       for (Eigen::Index g = 0; g < groups; ++g) x[g] = 1 + 0.5 * plainRotation(static_cast<double>(g)).s;
-      for (int k = 0; k < 4; ++k) x = solved(x).normalized();
+      for (int k = 0; k < 4; ++k) x = matrix_.solved(x).normalized();
     }
     x *= push / x.cwiseAbs().maxCoeff();
     const Eigen::VectorXd one = moved(theta, x, 1), other = moved(theta, x, -1);
     const double energy = energyAt(theta), oneEnergy = energyAt(one), otherEnergy = energyAt(other);
-    const double rounding = bad < groups && pivot_[bad] < -unsure * scale_ ? 0 : (16 + n_) * epsilon * scale_;
+    const double rounding =
+        bad < groups && matrix_.pivot[bad] < -unsure * scale_ ? 0 : (16 + n_) * epsilon * scale_;
     if (!(std::min(oneEnergy, otherEnergy) < energy - rounding)) return false;
     theta = oneEnergy < otherEnergy ? one : other;
     return true;
   }
-
-  struct Acting {
-    const Load* load;
-    double factor;
-  };
 
   const Scene& scene_;
   double t_;
   const Coordinates coordinates_;
   std::vector<bool> isDriven_;
   int n_, pushes_ = 0;
+  GroupMatrix matrix_;
   Effects effects_;
   const Stores stores_;
+  const double reach_;
   double baseAngle_ = 0, scale_ = 0, acting_ = 0;  ///< acting_: of weights and loads alone
   std::optional<Held> held_;
   std::vector<int> groups_, firsts_;  ///< the group of each body; the first body of each group
-  std::vector<Acting> loads_;
-  Eigen::VectorXd N_, k_, d_, XF_, still_, moment_, kappa_, spring_, pivot_;
+  std::vector<std::pair<const Load*, double>> loads_;  ///< and their factors
+  Eigen::VectorXd N_, k_, d_, XF_, still_, moment_;
   std::vector<Vec2d> F_, pinVelocity_;
   std::vector<Rotation<double>> e_;
 };

@@ -18,7 +18,8 @@
 ///
 ///     k_s δs = N_s + d·Σ (m_j g + F_j)
 ///
-/// A slide that nothing pushes along a rail without spring stays.
+/// A slide that nothing pushes along a rail without spring stays. Where the tip is held, its force moves
+/// slides too: then s over the chain's reach is one more angle, with κ = 0 and no spring to its neighbours.
 
 #include <functional>
 #include <stdexcept>

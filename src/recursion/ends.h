@@ -10,7 +10,7 @@
 ///     two           a table that moves in x and y; with masses of 0: a free end
 ///
 /// f_i is the force along rail i on its slide: of a motor, friction, spring. A slide is held if its
-/// acceleration s̈_i is given: driven, or stuck by friction; then f_i comes out. Rails do not turn.
+/// acceleration s̈_i is given: driven, or stuck by friction; then f_i comes out. Rails turn with the base.
 ///
 /// Tip. The outer pin of the last body is free, on a line (one row c_1) or pinned (two rows). The rows are
 /// unit vectors at right angles. The force on the tip is λ = Σ φ_i c_i, such that c_i·a_tip has a given
