@@ -109,11 +109,11 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
   } else if (outcome != ode::Outcome::notFinite) {
     std::snprintf(why, sizeof why, "the energy balance does not close, by %.3g J", gap);
   }
-  if (dynamics.isStretched(t, y)) std::snprintf(why, sizeof why, "%s", whyStretched(scene, t));
   if (std::abs(*most) > fastest) {
     std::snprintf(why, sizeof why, "time cannot resolve %.3g %s in %.50s", *most,
                   joint.slides ? "m/s²" : "rad/s²", joint.name.c_str());
   }
+  if (dynamics.isStretched(t, y)) std::snprintf(why, sizeof why, "%s", whyStretched(scene, t));
   char text[300];
   std::snprintf(
       text, sizeof text,
