@@ -145,9 +145,9 @@ class Search {
   /// What a slide moves by where an angle turns by 1 rad, m. So forces along rails are compared with moments.
   double unitOf(int j) const { return coordinates_.slides(j) ? reach_ : 1; }
   std::string endless(int j) const {
-    const std::string& name = scene_.chain.joints()[index(j)].name;
     return coordinates_.slides(j)
-               ? "the joint " + name + " slides without end: it needs a spring or a limit"
+               ? "the joint " + scene_.chain.joints()[index(j)].name +
+                     " slides without end: it needs a spring or a limit"
                : "the energy falls without end, as under a constant torque without a spring";
   }
 
@@ -233,9 +233,7 @@ class Search {
 
   /// Γ and the tridiagonal matrix of the groups.
   void find(const Eigen::VectorXd& theta) {
-    for (int j = coordinates_.slides(); j < n_; ++j) {
-      e_[index(j)] = plainRotation(theta[j] + baseAngle_);
-    }
+    for (int j = coordinates_.slides(); j < n_; ++j) e_[index(j)] = plainRotation(theta[j] + baseAngle_);
     N_.setZero();
     k_.setZero();
     d_.setZero();
