@@ -235,12 +235,21 @@ class Words(unittest.TestCase):
         self.assertIn("links/rod/com/0 ran to its bound 0.45", result.warnings)
 
 
+ROBOT = """<robot name="r"><link name="ground"/><link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+  <inertia ixx="0.2" ixy="0" ixz="0" iyy="0.25" iyz="0" izz="0.1"/></inertial></link>
+  <joint name="pin" type="continuous"><parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/></joint></robot>"""
+
+
 class Bad(unittest.TestCase):
     def refused(self, words, *arguments, **named):
         with self.assertRaises(ValueError) as caught:
             fit(*arguments, **named)
         for word in (words,) if isinstance(words, str) else words:
             self.assertIn(word, str(caught.exception))
+
+    def test_a_urdf_is_refused(self):
+        robot = Scene({"robot_description": ROBOT})
+        self.refused("write the robot's links as a scene", robot, self.good, ["links/rod/joint/damping"])
 
     def setUp(self):
         self.good = motion(PENDULUM, [-0.5, 0.0])

@@ -105,6 +105,13 @@ class Environments(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "expected period > 0 s and longest >= 1 step"):
                 Spin({"rod_joint": 1.0}, **more)
 
+    def test_a_first_state_is_two_arrays(self):
+        env = Rest()
+        for wrong in (np.zeros(4), [0, 1.5], ([0.0], [0.0, 1.0])):
+            env.first_state = lambda random, wrong=wrong: wrong
+            with self.assertRaisesRegex(ValueError, "first_state: expected two arrays, q and qd"):
+                env.reset()
+
     def test_a_step_needs_a_reset(self):
         with self.assertRaisesRegex(ValueError, "step: expected a reset"):
             Rest().step([0])

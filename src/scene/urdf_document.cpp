@@ -258,7 +258,7 @@ UrdfDocument parseUrdf(const std::string& text, const std::set<std::string>& lim
   tinyxml2::XMLDocument xml;
   if (xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
     refuse("XML", !text.empty() && text.find('<') == std::string::npos
-                      ? "a text without < (is it a scene?)"
+                      ? "a text without < (is it a scene, or a path?)"
                       : "line " + std::to_string(xml.ErrorLineNum()) + ": " + xml.ErrorName());
   }
   const tinyxml2::XMLElement* robot = xml.RootElement();

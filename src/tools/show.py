@@ -313,6 +313,8 @@ def main():
         return show_bag(arguments[0], arguments[1:])
     names = [argument for argument in sys.argv[1:] if argument not in arguments]  # such as __name:=rviz
     if os.path.isfile(arguments[0]):
+        if not arguments[0].endswith('.rviz'):
+            refuse('show: %s: expected a bag, or a file of rviz, whose name ends in .rviz' % arguments[0])
         return show_config(arguments[0], arguments[1:], names)
     given = list(itertools.takewhile(lambda argument: not argument.startswith('-'), arguments))
     nodes = [rosgraph.names.make_global_ns(name).rstrip('/') + '/planar_chain' for name in given]

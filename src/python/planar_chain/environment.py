@@ -111,7 +111,10 @@ class Environment(Env):
         super().reset(seed=seed, options=options)
         self._steps = 0
         self._simulation.reset()
-        self._simulation.set_state(*self.first_state(self.np_random))
+        first = self.first_state(self.np_random)
+        if not isinstance(first, (tuple, list)) or len(first) != 2 or np.shape(first[0]) != np.shape(first[1]) or np.ndim(first[0]) != 1:
+            raise ValueError(f"first_state: expected two arrays, q and qd, got {first!r}")
+        self._simulation.set_state(*first)
         return self.observation(self._simulation.q, self._simulation.qd), {}
 
     def step(self, action):

@@ -159,6 +159,8 @@ def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effo
 
     The initial state of each recording is always fitted. Ctrl-C ends with the best so far (interrupted). Raises BadFit, a ValueError."""
     scene = scene if isinstance(scene, Scene) else Scene.from_file(os.fspath(scene))
+    if "chain" not in scene.to_dict():
+        raise BadFit("the scene: expected chain and links, got a robot_description: write the robot's links as a scene to fit it")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # notes on the scene came when it was read
         warnings.simplefilter("ignore", RuntimeWarning)  # what numpy says of overflows: the result says that it is bad
