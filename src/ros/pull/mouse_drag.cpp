@@ -54,7 +54,7 @@ Vec2d inPlane(const geometry_msgs::Point& point) {
 }
 
 /// The area that reacts to the mouse. It is almost transparent, as the link is visible; rviz highlights it.
-visualization_msgs::Marker boxAround(const Bar& bar, double width) {
+visualization_msgs::Marker boxAround(const Bar& bar, double unit) {
   const Vec2d along = bar.to - bar.from;
   const double angle = std::atan2(along.y, along.x);
   visualization_msgs::Marker box;
@@ -62,8 +62,10 @@ visualization_msgs::Marker boxAround(const Bar& bar, double width) {
   copy(0.5 * (bar.from + bar.to), box.pose.position);
   box.pose.orientation.z = std::sin(angle / 2);
   box.pose.orientation.w = std::cos(angle / 2);
-  box.scale.x = length(along) + width;
-  box.scale.y = box.scale.z = width;
+  box.scale.y = markerWidth * unit;
+  box.scale.x = length(along) + box.scale.y;
+  box.scale.z =
+      2 * heightOverBodies * unit;  // symbols and arrows before the link do not take the mouse from it
   box.color = colour(1, 1, 1, 0.002);
   return box;
 }
@@ -122,7 +124,7 @@ class MouseDrag {
     control.orientation.w = std::sqrt(0.5);
     control.always_visible = true;
     for (const Bar& bar : figureOf(linkAt(link), drawing_).bars) {
-      control.markers.push_back(boxAround(bar, markerWidth * drawing_.bar));
+      control.markers.push_back(boxAround(bar, drawing_.bar));
     }
 
     visualization_msgs::InteractiveMarker marker;
