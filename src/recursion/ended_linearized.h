@@ -102,10 +102,10 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
     this->pinForce_ += force(y.last) - times(G_, tipForce_);
     for (std::size_t i = 0; i < slides(); ++i) {
       const PerEnd<double>&k = ends_.stiffness, &d = ends_.damping;
+      moved_ = y;
       slideForces_[i] =
           slide(i).isHeld ? effort(i, y, this->pinForce_) : -k[i] * sigma[i] - (k[i] + s_() * d[i]) * turn[i];
     }
-    moved_ = y;
     Open::carryOutwards(rhoQ, rhoV, y.last, u + slides(), v + slides());
     for (std::size_t i = 0; i < slides(); ++i) {
       u[i] = sigma[i] + turn[i];

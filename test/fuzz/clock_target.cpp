@@ -42,7 +42,7 @@ Clock& follower() {
   return *one;
 }
 
-/// A little further than before, or any time at all.
+/// A little further than before, or any time at all. Returns what its follower takes it for.
 ros::Time told(Bytes& bytes, ros::Time before) {
   rosgraph_msgs::Clock message;
   const auto much = bytes.take<std::uint8_t>();
@@ -56,7 +56,7 @@ ros::Time told(Bytes& bytes, ros::Time before) {
   // By pointer: it is handed over at once.
   foreigner().publish(boost::make_shared<rosgraph_msgs::Clock>(message));
   ros::getGlobalCallbackQueue()->callAvailable();
-  return message.clock;
+  return message.clock.isZero() ? message.clock : std::min(message.clock, follower().now());
 }
 
 }  // namespace
