@@ -202,10 +202,10 @@ class Values(InFolder):
         """A and B by M δq̈ = K δq + D δq̇ + δτ, as the document prints it."""
         of, n, T = linear(state.formulas), len(state.q), state.sums
         absolute, omega, beta = (x @ T for x in (state.q, state.qd, state.expected["qdd"]))
-        turns = np.arange(n) >= state.formulas.chain.slides  # with the base; a slide's place is its own
+        turns = np.arange(n) >= state.formulas.chain.slides  # a slide has the angle and rate of the base
         base = [float(sp.sympify(x).xreplace(at)) for x in (state.formulas.chain.phi, state.formulas.chain.phid)]
         at = {**at, **{symbol: sp.Float(float(value)) for symbols, values in (
-            (state.formulas.theta, absolute + turns * base[0]), (state.formulas.omega, omega + turns * base[1]), (of.beta, beta),
+            (state.formulas.theta, turns * absolute + base[0]), (state.formulas.omega, turns * omega + base[1]), (of.beta, beta),
             (state.formulas.phi, state.expected.get("phi", ())))
                        for symbol, value in zip(symbols, values) if symbol.is_Symbol}}
 
