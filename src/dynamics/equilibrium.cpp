@@ -289,12 +289,12 @@ class Search {
   double energyAt(const Eigen::VectorXd& theta) const {
     const BaseState base{{}, {}, baseAngle_, 0};
     double energy = energyOf(scene_.chain, stores_, theta.data(), still_.data(), base).potential;
+    const auto rails =
+        railsOf<double>(scene_.chain, {plainRotation(baseAngle_)}, theta.data(), still_.data());
     for (const auto& [load, factor] : loads_) {
       if (load->joint != Load::none)
         energy -= factor * load->torque * coordinates_.relative(theta.data(), load->joint);
       if (load->link == Load::none) continue;
-      const auto rails =
-          railsOf<double>(scene_.chain, {plainRotation(baseAngle_)}, theta.data(), still_.data());
       if (coordinates_.slides(load->link)) {
         energy -= factor * dot(load->force, rails.own[index(load->link)].place);
         continue;

@@ -34,12 +34,16 @@ struct SearchGaveUp : std::domain_error {
   using std::domain_error::domain_error;
 };
 
+/// Of a search, unless it is told otherwise.
+inline constexpr int mostSearchSteps = 5000;
+
 /// Returns the relative angles, and the positions, of the equilibrium at time t, rad and m. Friction is
-/// ignored; the base stands still where it is at t. q: where the search starts.
+/// ignored; the base stands still where it is at t. q: where the search starts. keepGoing, if given, is
+/// called before each step.
 /// @throws std::domain_error, with the reason, when the energy has no minimum downhill of q
-/// keepGoing, if given, is called before each step.
 /// @throws SearchGaveUp when none was found in mostSteps steps, or when keepGoing() returns false
 std::vector<double> equilibriumOf(const Scene& scene, double t, const std::vector<double>& q,
-                                  int mostSteps = 5000, const std::function<bool()>& keepGoing = nullptr);
+                                  int mostSteps = mostSearchSteps,
+                                  const std::function<bool()>& keepGoing = nullptr);
 
 }  // namespace planar_chain

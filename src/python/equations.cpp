@@ -119,7 +119,7 @@ The default state, and what is refused, are those of equations().)");
         const auto downhill = [](const Scene& its, double when, const auto& angles, const auto& /*rates*/) {
           return released([&] {
             Uninterrupted isUninterrupted;
-            return equilibriumOf(its, when, {angles.data(), angles.data() + angles.size()}, 5000,
+            return equilibriumOf(its, when, {angles.data(), angles.data() + angles.size()}, mostSearchSteps,
                                  [&] { return isUninterrupted(); });
           });
         };

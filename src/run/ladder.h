@@ -27,8 +27,8 @@ namespace planar_chain {
 constexpr std::size_t rungs = 3;
 inline IntegratorSettings settingsOf(IntegratorSettings scene, std::size_t rung) {
   if (rung > 0) {
-    static constexpr double exact =
-        1e-13;  // finer tolerances do not stop a failing method sooner, but cost steps
+    // Finer tolerances do not stop a failing method sooner, but cost steps.
+    static constexpr double exact = 1e-13;
     const auto finer = [](double tolerance) { return std::max(tolerance / 100, std::min(tolerance, exact)); };
     scene.step /= 8;
     scene.rateTolerance = finer(scene.rateTolerance.value_or(scene.tolerance));

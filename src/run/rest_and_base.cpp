@@ -28,7 +28,7 @@ void Simulation::settle(const std::function<bool()>& keepGoing) {
   if (commands) {
     for (Load& command : commands->inForce(time(), nullptr)) present.loads.push_back(std::move(command));
   }
-  const std::vector<double> rest = equilibriumOf(present, time(), q(), 5000, keepGoing);
+  const std::vector<double> rest = equilibriumOf(present, time(), q(), mostSearchSteps, keepGoing);
   std::vector<double> still(rest.size(), 0.0);
   for (const Drive& drive : scene_.drives) still[index(drive.joint)] = qd()[index(drive.joint)];
   if (commands) commands->finish(time());

@@ -308,7 +308,9 @@ Faults Commands::faultsOf(const CommandTaken& step, bool isRecorded) const {
   checkBase(step.base_pose, step.base_twist, *simulation_, faults);
   if (!faults.empty() || step.base_pose.empty()) return faults;
   const auto [x, y, angle] = baseLawsOf(step);
-  if (!(x.isModerate() && y.isModerate() && angle.isModerate()) || std::abs(step.base_pose[0].theta) > 1e9) {
+  constexpr double farthest = 1e9;  // rad, as MotionLaw::moderate() says
+  const bool isModerate = x.isModerate() && y.isModerate() && angle.isModerate();
+  if (!isModerate || std::abs(step.base_pose[0].theta) > farthest) {
     faults.push_back({"base_pose", MotionLaw::moderate("m or rad"), "a faster motion"});
   }
   return faults;

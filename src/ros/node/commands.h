@@ -65,7 +65,8 @@ class Commands {
   /// Takes an input before the next tick. Its number, tick and scene time are set here.
   /// @returns why it is refused; empty: it is accepted
   std::string take(CommandTaken input);
-  /// The same. A refusal is counted in the status, and a throttled warning gives the reason.
+  /// The same, and returns the same. A refusal is counted in the status, and a throttled warning gives the
+  /// reason.
   std::string takeOrWarn(const CommandTaken& input);
   /// Counts a refusal and gives its reason, as takeOrWarn().
   void refuse(const std::string& reason);

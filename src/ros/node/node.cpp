@@ -338,8 +338,8 @@ void Node::publishDiagnostics() {
   severalClocks_ = hasSeveralClocks();
   if (severalClocks_ && clockWarnings_.isDue()) ROS_WARN("%s", severalClocksFault);
   // The updater's own period is simulation time, so force it. Stamps must not be 0, and it adds to them.
-  const double now = ros::Time::now().toSec();
-  if (now > 0 && now < 4294967000) diagnostics_.force_update();
+  constexpr double latest = 4294967000;  // s: five minutes before ros::Time ends
+  if (const double now = ros::Time::now().toSec(); now > 0 && now < latest) diagnostics_.force_update();
 }
 
 void Node::diagnose(diagnostic_updater::DiagnosticStatusWrapper& out) {

@@ -54,6 +54,7 @@ Vec2d inPlane(const geometry_msgs::Point& point) {
 }
 
 /// The area that reacts to the mouse. It is almost transparent, as the link is visible; rviz highlights it.
+/// It reaches before the symbols and arrows on the link, which would take the mouse.
 visualization_msgs::Marker boxAround(const Bar& bar, double unit) {
   const Vec2d along = bar.to - bar.from;
   const double angle = std::atan2(along.y, along.x);
@@ -64,8 +65,7 @@ visualization_msgs::Marker boxAround(const Bar& bar, double unit) {
   box.pose.orientation.w = std::cos(angle / 2);
   box.scale.y = markerWidth * unit;
   box.scale.x = length(along) + box.scale.y;
-  box.scale.z =
-      2 * heightOverBodies * unit;  // symbols and arrows before the link do not take the mouse from it
+  box.scale.z = 2 * heightOverBodies * unit;
   box.color = colour(1, 1, 1, 0.002);
   return box;
 }
