@@ -237,7 +237,8 @@ TEST(Links, OnTheGroundAndWithoutMassDoNotCount) {
   const Chain without = sceneOf(robot).chain;
   robot.insert(
       robot.find("</robot>"),
-      "<link name='tool'/><joint name='t' type='fixed'><parent link='lower'/><child link='tool'/></joint>"
+      "<link name='tool'/><joint name='t' type='fixed'><parent link='lower'/><child link='tool'/>"
+      "<origin xyz='0.3 2 -0.9'/></joint>"
       "<link name='table'><inertial><mass value='9'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' "
       "izz='1'/></inertial></link><joint name='u' type='fixed'><parent link='ground'/>"
       "<child link='table'/></joint><gazebo/><transmission name='any'/>");
@@ -247,6 +248,8 @@ TEST(Links, OnTheGroundAndWithoutMassDoNotCount) {
     EXPECT_EQ(with.links()[i].inertia, without.links()[i].inertia);
     EXPECT_EQ(with.links()[i].com, without.links()[i].com);
   }
+  EXPECT_EQ(with.links()[0].pin, without.links()[0].pin);
+  EXPECT_EQ(with.links()[1].pin, (Vec2d{-0.3, -0.9}));  // the tool's
 }
 
 // ---- Carts -----------------------------------------------------------------------------------

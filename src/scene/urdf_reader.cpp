@@ -210,7 +210,11 @@ Link linkOf(const Body& body, bool slides, const Plane& plane, bool hasPoses, st
     link.inertia += axis.dot(part.link->inertia * axis) + part.link->mass * dot(off, off);
   }
 
-  // The outer pin.
+  // The outer pin. That of the last body is its farthest frame.
+  for (const Part& part : body.parts) {
+    const Vec2d frame = plane(part.pose.translation());
+    if (length(frame) > length(link.pin)) link.pin = frame;
+  }
   if (body.next) link.pin = plane(body.nextPose.translation());
   const std::vector<Fault> own = faultsOf(link, slides);
   for (const Fault& fault : own) {
