@@ -99,7 +99,7 @@ class Environments(unittest.TestCase):
 
     def test_an_unknown_motor_is_refused(self):
         for motors in ({"elbow": 1.0}, {}, "rod_joint", ["rod_joint"], None, {"rod_joint": "1"}, {"rod_joint": True}, {"rod_joint": np.ones(2)}):
-            with self.assertRaisesRegex(ValueError, "motors: expected joints of"):
+            with self.assertRaisesRegex(ValueError, r"motors: expected joints of \['rod_joint'\] with .*, such as {'rod_joint': 5.0}, got"):
                 Spin(motors)
         for more in ({"period": "1"}, {"period": 1j}, {"longest": None}, {"longest": np.nan}):
             with self.assertRaisesRegex(ValueError, "expected period > 0 s and longest >= 1 step"):
@@ -107,10 +107,23 @@ class Environments(unittest.TestCase):
 
     def test_a_first_state_is_two_arrays(self):
         env = Rest()
-        for wrong in (np.zeros(4), [0, 1.5], ([0.0], [0.0, 1.0])):
+        for wrong in (np.zeros(4), np.zeros(2), [0, 1.5], ([0.0], [0.0, 1.0]), ([0.0], [0.0]), None, 3.0, "ab", ([0.0, np.nan], [0.0, 0.0])):
             env.first_state = lambda random, wrong=wrong: wrong
-            with self.assertRaisesRegex(ValueError, "first_state: expected two arrays, q and qd"):
+            with self.assertRaisesRegex(ValueError, r"^first_state: expected two arrays, q and qd, of 2 numbers, got .* \(.*\)$"):
                 env.reset()
+
+    def test_a_reward_is_a_finite_number(self):
+        env = Spin({"rod_joint": 1.0})
+        for wrong in (np.nan, -np.inf, None, "high", np.ones(2), 1j):
+            env.reset()
+            env.reward = lambda q, qd, action, wrong=wrong: wrong
+            with self.assertRaisesRegex(ValueError, "^reward: expected a finite number, got "):
+                env.step([0])
+        for name, right, wrong in (("reward", "q, qd, action", "q, qd"), ("is_over", "q, qd", "q, qd, action"), ("first_state", "random", "")):
+            scope = {}
+            exec(f"def {name}(self, {wrong}): pass", scope)  # pylint: disable=exec-used
+            with self.assertRaisesRegex(TypeError, rf"^{name}: expected a function of {right}, got one of \({wrong}\)$"):
+                type("Wrong", (Spin,), {name: scope[name]})({"rod_joint": 1.0})
 
     def test_a_step_needs_a_reset(self):
         with self.assertRaisesRegex(ValueError, "step: expected a reset"):
@@ -196,6 +209,33 @@ class Gymnasium(InFolder):
         here = os.path.dirname(os.path.abspath(__file__))
         folders = os.pathsep.join([self.path(""), here, os.environ.get("PYTHONPATH", "")])
         subprocess.run([sys.executable, "-c", OF_GYMNASIUM], check=True, env={**os.environ, "PYTHONPATH": folders})
+
+
+class ClosedChains(unittest.TestCase):
+    def test_the_gain_of_its_page_balances_one(self):
+        rod = {"mass": 1, "inertia": 1 / 12, "com": [0.5, 0], "pin": [1, 0]}
+        q = np.array([np.pi / 2, -np.pi / 2, -np.pi / 2])  # on top of its circle
+        links = {name: {**rod, "initial": {"angle": angle}} for name, angle in zip(("crank", "coupler", "rocker"), q)}
+        bar = Scene({"chain": list(links), "links": links, "tip": {"pin": [1, 0]}})
+        with open(os.path.join(SCENES, "../../src/python/README.md"), encoding="utf-8") as file:
+            lines = re.search(r"^A, B = linearize\(bar.*?^```", file.read(), re.MULTILINE | re.DOTALL).group()[:-3]
+        scope = {"bar": bar, "q": q, "np": np, **{name: getattr(planar_chain, name) for name in ("equations", "linearize")}}
+        exec(lines, scope)  # pylint: disable=exec-used
+        A, B, T = scope["A"], scope["B"][:, :1], scope["T"]
+        self.assertEqual(A.shape, (2, 2))
+        np.testing.assert_allclose(planar_chain.linearize(bar, q, np.zeros(3))[0] @ T, T @ A, atol=1e-12)  # exact: no motion is lost
+        self.assertGreater(max(np.linalg.eigvals(A).real), 3)
+        # LQR for Q = 1, R = 1: P from the stable half of the Hamiltonian matrix.
+        values, vectors = np.linalg.eig(np.block([[A, -B @ B.T], [-np.eye(2), -A.T]]))
+        stable = vectors[:, values.real < 0]
+        gain = B.T @ np.real(stable[2:] @ np.linalg.inv(stable[:2])) @ T.T
+        for factor, ticks, low, high in ((1, 500, 0, 1e-3), (0, 50, 0.2, 0.4)):
+            simulation = Simulation(bar)
+            simulation.set_state(q + [0.1, -0.1, 0.1], [0, 0, 0])
+            for k in range(1, ticks + 1):
+                simulation.hold_torque("crank_joint", -factor * (gain @ (simulation.state - [*q, 0, 0, 0])).item())
+                simulation.advance_to(0.01 * k)
+            self.assertTrue(low <= abs(simulation.q - q).max() < high, simulation.q)
 
 
 class Examples(unittest.TestCase):

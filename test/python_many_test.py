@@ -168,7 +168,7 @@ class Many(unittest.TestCase):
                  "links/lower/mass: expected an array of 2 numbers, got 1 number"),
                 ([1.0, 0.5, -1, np.nan], starts, {}, r"times/1: expected a finite number >= 1 s .*, got 0.5\n"
                  r"times/2: expected a finite number >= 0.5 s .*, got -1\ntimes/3: expected a finite number >= 0 s .*, got nan"),
-                (1.0, starts, {}, "times: expected an array of one dimension, got one number")):
+                (1.0, starts, {}, "times: expected an array of one dimension, such as .*, got 1.0")):
             with self.assertRaisesRegex(Refused, words):
                 simulate_many(DOUBLE, times, initial, **options)
         with self.assertRaisesRegex(Refused, "times/1: expected a finite number >= 2 s .*, got 1"):

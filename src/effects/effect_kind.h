@@ -143,6 +143,9 @@ std::unique_ptr<Effect> makeUnlessEmpty(const Of&... of) {
 /// are rounded. A program may add kinds of its own before it reads a scene.
 std::vector<const EffectKind*>& effectKinds();
 
+/// The words of all kinds, after those of gravity.
+SceneWords wordsOf(const Scene& scene);
+
 // Sums over all kinds.
 double inertiaIn(const Joint& joint);      ///< kg m²
 double dryFrictionIn(const Joint& joint);  ///< N m

@@ -79,6 +79,13 @@ void SceneWords::countJoints(const Chain& chain, bool (*are)(const Joint&), cons
   if (number > 0) count(static_cast<int>(number), one);
 }
 
+SceneWords wordsOf(const Scene& scene) {
+  SceneWords words;
+  (scene.chain.gravity() == Vec2d{} ? words.leftOut : words.runs).push_back("gravity");
+  for (const EffectKind* kind : effectKinds()) kind->summarize(scene, words);
+  return words;
+}
+
 void EffectKind::judge(const Joint& joint, std::vector<Fault>& faults) const {
   for (const JointKey& key : jointKeys()) {
     if (key.member || joint.has(key.name))

@@ -108,6 +108,12 @@ std::vector<double> numbersOf(const py::object& given, const char* name, std::op
   return {numbers.data(), numbers.data() + numbers.size()};
 }
 
+std::vector<double> timesOf(const py::object& given) {
+  if (arrayOf(given, "times").ndim() != 1)
+    refuse("times", "an array of one dimension, such as numpy.linspace(0, 10, 1001)", given);
+  return numbersOf(given, "times");
+}
+
 std::string textOf(const py::object& given, const char* name) {
   const std::optional<std::string> text =
       py::isinstance<py::str>(given) ? textIn(given) : std::optional<std::string>();

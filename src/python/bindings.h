@@ -84,6 +84,8 @@ Numbers arrayOf(const py::object& given, const char* name);
 /// The numbers of an array of one dimension and, if given, this size.
 std::vector<double> numbersOf(const py::object& given, const char* name,
                               std::optional<std::size_t> size = std::nullopt);
+/// "times", of one dimension
+std::vector<double> timesOf(const py::object& given);
 std::string textOf(const py::object& given, const char* name);
 /// The text, or nothing if it is not valid. Requires a str.
 std::optional<std::string> textIn(const py::handle& given);

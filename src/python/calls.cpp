@@ -56,8 +56,14 @@ std::string faultOf(const std::vector<Parameter>& parameters, const py::tuple& a
                                     parameters.begin());
   };
   for (const auto& [key, value] : named) {
-    const std::size_t place = at(textIn(key).value_or(""));
-    if (place == parameters.size()) return "unexpected argument " + shown(key);
+    const std::string name = textIn(key).value_or("");
+    const std::size_t place = at(name);
+    if (place == parameters.size()) {
+      const bool isOfScene = name == "method" || name == "step" || name == "tolerance";
+      const std::string cure = " (give it to the scene: Scene({**scene.to_dict(), \"integrator\": {" +
+                               shown(key) + ": " + shown(value) + "}}))";
+      return "unexpected argument " + shown(key) + (isOfScene ? cure : "");
+    }
     if (place < args.size()) return "argument " + shown(key) + " given twice";
   }
   if (args.size() > parameters.size()) {

@@ -49,7 +49,7 @@ std::pair<Varied, std::size_t> variedBy(const TreeAndScene& scene, const py::obj
 Runs simulateMany(const TreeAndScene& scene, const py::object& times, const py::object& initial,
                   const py::object& parameters, const py::object& threads, const py::object& progress,
                   const py::object& mostSteps) {
-  const std::vector<double> instants = numbersOf(times, "times");
+  const std::vector<double> instants = timesOf(times);
   const auto [varied, runs] = variedBy(scene, initial, parameters);
   if (!progress.is_none() && PyCallable_Check(progress.ptr()) == 0) {
     throw Refused({{"progress", "a function of the number of runs that have ended", shown(progress)}});

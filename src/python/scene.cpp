@@ -1,8 +1,10 @@
 #include <map>
 #include <utility>
 
+#include "effects/effect_kind.h"
 #include "planar_chain/scene_reader.h"
 #include "python/bindings.h"
+#include "reading/section.h"
 #include "scene/shipped_scenes.h"
 
 namespace planar_chain::python {
@@ -205,6 +207,19 @@ TreeAndScene read(Value tree) {
   return made;
 }
 
+/// name: of the argument that the text comes from
+TreeAndScene fromText(const char* name, const std::string& text) {
+  if (text.rfind('<', 0) == 0)
+    throw Refused({{name, "YAML (Scene.from_urdf(open(path).read()) reads a URDF)", "XML"}});
+  return read(parseYaml(text));
+}
+
+TreeAndScene fromUrdf(const py::object& text, const py::object& rest) {
+  if (!py::isinstance<py::str>(text) || textOf(text, "text").find('<') == std::string::npos)
+    throw Refused({{"text", "the text of a URDF, as of open(path).read()", shown(text)}});
+  return read(valueOf(py::dict(**dictOf(rest, "rest"), py::arg("robot_description") = text)));
+}
+
 TreeAndScene fromValues(const py::object& values) {
   if (!py::isinstance<py::dict>(values)) {
     throw Refused({{"scene", "a dict (Scene.from_file reads a file, from_yaml text)", shown(values)}});
@@ -222,6 +237,27 @@ py::array_t<double> pinsOf(const TreeAndScene& self) {
   return pins;
 }
 
+/// The first names, and how many there are if that is not all.
+template <class Things>
+std::string listed(const Things& things) {
+  constexpr std::size_t most = 8;
+  std::vector<std::string> names = namesOf(things);
+  if (names.size() > most) {
+    names.resize(most);
+    names.push_back("... (" + std::to_string(things.size()) + ")");
+  }
+  return inCommas(names);
+}
+
+std::string summaryOf(const TreeAndScene& self) {
+  const Chain& chain = self.scene.chain;
+  SceneWords words = wordsOf(self.scene);
+  words.count(static_cast<int>(self.scene.sensors.size()), "sensor");
+  const std::string has = words.runs.empty() ? "" : "\n " + inCommas(words.runs);
+  return "<Scene, n = " + std::to_string(chain.size()) + ", links: " + listed(chain.links()) +
+         "; joints: " + listed(chain.joints()) + has + ">";
+}
+
 }  // namespace
 
 void bindScene(py::module& module) {
@@ -233,22 +269,16 @@ config/README.md explains every key. Raises Refused, with all faults, for a scen
       .def(py::init(&fromValues), py::arg("values"),
            "From a dict with the keys of a YAML scene. The text of a URDF may be its 'robot_description'.")
       .def_static(
-          "from_yaml", [](const py::object& text) { return read(parseYaml(textOf(text, "text"))); },
+          "from_yaml", [](const py::object& text) { return fromText("text", textOf(text, "text")); },
           py::arg("text"), "From the text of a YAML scene.")
       .def_static(
-          "from_file", [](const py::object& path) { return read(parseYaml(readAll(found(path)))); },
+          "from_file", [](const py::object& path) { return fromText("path", readAll(found(path))); },
           py::arg("path"),
           R"(From a YAML file, or by the name of a scene that ships, such as 'double_pendulum'.
 
 Raises OSError if the file cannot be read.)")
       .def_static(
-          "from_urdf",
-          [](const py::object& text, const py::object& rest) {
-            const py::dict values(**dictOf(rest, "rest"),
-                                  py::arg("robot_description") = textOf(text, "text"));
-            return read(valueOf(values));
-          },
-          py::arg("text"), py::arg("rest") = py::dict(),
+          "from_urdf", &fromUrdf, py::arg("text"), py::arg("rest") = py::dict(),
           "From the text of a URDF that is a planar chain. rest: what else a scene may have, such as loads.")
       .def(
           "to_dict", [](const TreeAndScene& self) { return objectOf(self.tree); },
@@ -273,9 +303,7 @@ Raises OSError if the file cannot be read.)")
                              "Outer pins in the link frames, n × 2, m. The last one is the tip.")
       .def_property_readonly("state", &stateOf,
                              "The first state, 2n: relative angles q (rad), then rates q̇ (rad/s).")
-      .def("__repr__", [](const TreeAndScene& self) {
-        return "<Scene, n = " + std::to_string(self.scene.chain.size()) + ">";
-      });
+      .def("__repr__", &summaryOf);
 }
 
 }  // namespace planar_chain::python

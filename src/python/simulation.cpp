@@ -262,7 +262,7 @@ Deterministic: the same calls give the same bits. commands: how many timed comma
   module.def(
       "simulate",
       [](const TreeAndScene& scene, const py::object& times, const py::object& mostSteps) {
-        const std::vector<double> instants = numbersOf(times, "times");
+        const std::vector<double> instants = timesOf(times);
         requireTimes(instants);
         Running running(scene, 0);
         const StepBudget budget = running.budget(instants.empty() ? 0 : instants.back(), stepsOf(mostSteps));

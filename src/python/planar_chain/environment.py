@@ -1,6 +1,8 @@
 """A scene to learn on: reset, step, render and spaces as Gymnasium has them. Where Gymnasium is installed, an Environment
 is a gymnasium.Env and its spaces are gymnasium.spaces.Box. Else the few lines here take their place."""
 
+import inspect
+
 import numpy as np
 
 from planar_chain import Scene, Simulation
@@ -63,12 +65,19 @@ class Environment(Env):
         if type(self).reward is Environment.reward:
             raise TypeError(f"{type(self).__name__}: expected a class derived from Environment that defines "
                             "reward(self, q, qd, action), got none")
+        for name, arguments in (("reward", "q, qd, action"), ("is_over", "q, qd"), ("first_state", "random")):
+            signature = inspect.signature(getattr(self, name))
+            try:
+                signature.bind(*arguments.split(", "))
+            except TypeError:
+                raise TypeError(f"{name}: expected a function of {arguments}, got one of {signature}") from None
         self.scene = scene if isinstance(scene, Scene) else Scene(scene)
         self.period, self.longest = period, longest
         self._simulation = Simulation(self.scene)
         if not (isinstance(motors, dict) and motors and set(motors) <= set(self.scene.joints)
                 and all(is_number(most) and 0 < most < np.inf for most in motors.values())):
-            raise ValueError(f"motors: expected joints of {list(self.scene.joints)} with torques > 0 N m, got {motors}")
+            raise ValueError(f"motors: expected joints of {self.scene.joints} with torques > 0 N m, such as "
+                             f"{{{self.scene.joints[-1]!r}: 5.0}}, got {motors!r}")
         if not (is_number(period) and 0 < period < np.inf and is_number(longest) and longest >= 1):
             raise ValueError(f"expected period > 0 s and longest >= 1 step, got {period!r} and {longest!r}")
         if render_mode not in (None, *self.metadata["render_modes"]):
@@ -112,9 +121,12 @@ class Environment(Env):
         self._steps = 0
         self._simulation.reset()
         first = self.first_state(self.np_random)
-        if not isinstance(first, (tuple, list)) or len(first) != 2 or np.shape(first[0]) != np.shape(first[1]) or np.ndim(first[0]) != 1:
-            raise ValueError(f"first_state: expected two arrays, q and qd, got {first!r}")
-        self._simulation.set_state(*first)
+        try:
+            q, qd = first
+            self._simulation.set_state(q, qd)
+        except (TypeError, ValueError) as problem:
+            raise ValueError(f"first_state: expected two arrays, q and qd, of {len(self.scene)} numbers, got {first!r} "
+                             f"({problem})") from None
         return self.observation(self._simulation.q, self._simulation.qd), {}
 
     def step(self, action):
@@ -129,7 +141,7 @@ class Environment(Env):
         self._steps += 1
         self._simulation.advance_to(self._steps * self.period)
         q, qd = self._simulation.q, self._simulation.qd
-        return (self.observation(q, qd), float(self.reward(q, qd, action)), bool(self.is_over(q, qd)),
+        return (self.observation(q, qd), _finite(self.reward(q, qd, action)), bool(self.is_over(q, qd)),
                 self._steps >= self.longest, {"q": q, "qd": qd})
 
     def render(self, size=400):  # pylint: disable=arguments-differ
@@ -147,6 +159,16 @@ class Environment(Env):
 
     def close(self):
         pass
+
+
+def _finite(reward):
+    try:
+        number = float(reward)
+    except (OverflowError, TypeError, ValueError):
+        number = np.nan
+    if not np.isfinite(number):
+        raise ValueError(f"reward: expected a finite number, got {reward!r}")
+    return number
 
 
 def _drawn(points, size):

@@ -54,9 +54,7 @@ std::string listed(const std::vector<std::string>& items) {
 /// The parts that the scene uses, and those that it leaves out.
 std::string whatRuns(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
-  SceneWords words;
-  (scene.chain.gravity() == Vec2d{} ? words.leftOut : words.runs).push_back("gravity");
-  for (const EffectKind* kind : effectKinds()) kind->summarize(scene, words);
+  SceneWords words = wordsOf(scene);
   words.runs.push_back("energy guard");
   words.runs.push_back(scene.commandTimeout > 0
                            ? "commands that lapse after " + toText(scene.commandTimeout) + " s"

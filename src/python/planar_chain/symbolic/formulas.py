@@ -50,6 +50,9 @@ class Formulas:
         self.J = chain.J
         self._put = None  # applied to all matrices
 
+    def __repr__(self):
+        return f"<Formulas of {', '.join(self.links)} in {', '.join(map(str, self.letters))}>"
+
     @functools.cached_property
     def notes(self):
         """The matrices of the notes."""
