@@ -5,6 +5,7 @@ the scene's text. fit_tool_test.py: the tool, and bags.
     fit_test.py BIN [unittest options]        BIN: the folder that holds the tools; PYTHONPATH finds planar_chain
 """
 import math
+import re
 import sys
 import unittest
 import warnings
@@ -246,6 +247,25 @@ class Bad(unittest.TestCase):
             fit(*arguments, **named)
         for word in (words,) if isinstance(words, str) else words:
             self.assertIn(word, str(caught.exception))
+
+    def test_a_slide_is_in_m(self):
+        slide = {"mass": 2.0, "pin": [0.0, 0.0], "joint": {"type": "prismatic", "axis": [1, 0]}}
+        cart = Scene({"chain": ["cart", "rod"], "links": {"cart": slide, "rod": ROD}})
+        data = noisy(motion(cart, [60.0, 1.0, 0.0, 0.0]), 1)  # 60 m are no degrees
+        text = str(fit(cart, data, {"links/rod/mass": None}, predict=data, offsets=True))
+        heads = re.findall(r"^(.*):\n  recording +(?:until|start) +(.*)$", text, re.MULTILINE)
+        self.assertEqual(heads, [(title, "cart_joint (m)  rod_joint (rad)") for title in (
+            "Error on the data, root mean square", "Error on recordings that the fit does not use")])
+        self.assertRegex(text, r"offsets of the encoders \S+ m, \S+ rad\n")
+
+    def test_results_print_what_they_say(self):
+        data = noisy(motion(PENDULUM, [0.5, 0.0]), 6)
+        result = fit(PENDULUM, data, {"links/rod/com/0": None}, predict=data)
+        self.assertEqual(repr(result), str(result))
+        self.assertRegex(str(result), r"^  number +value .*\n  links/rod/com/0 +0\.\d+[\s\S]*, rad:\n  recording +until  rod_joint +all\n")
+        self.assertRegex(str(result.numbers), r"^\[<links/rod/com/0: 0\.\d+ ± \S+>\]$")
+        self.assertRegex(str(result.predictions), r"^\[<recording 1: errors from the first sample \[\S+\], from the first window .*>\]$")
+        self.assertEqual(str(result.recordings), "[<Recording recording 1: 201 samples>]")
 
     def test_a_urdf_is_refused(self):
         robot = Scene({"robot_description": ROBOT})

@@ -82,7 +82,7 @@ def check_outputs(given):
 def show_progress(window, error, calls):
     if sys.stderr.isatty():
         where = "whole recordings" if math.isinf(window) else f"first {window:g} s"
-        sys.stderr.write(f"\rfit: {where}: error {error:.3g} rad after {calls} evaluations (Ctrl-C keeps the best)\033[K")
+        sys.stderr.write(f"\rfit: {where}: error {error:.3g} after {calls} evaluations (Ctrl-C keeps the best)\033[K")
         sys.stderr.flush()
 
 

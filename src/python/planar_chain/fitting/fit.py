@@ -15,6 +15,7 @@ from .hints import hints
 from .varied import AT_BOUND, numbers_of, scene_with
 from .problem import EXACT, Problem, drive_of, joint_links
 from .recordings import BadFit, Recording, from_arrays, is_number, read_csv, require_angles, require_motion, require_radians, require_samples
+from .report import as_text
 from .solve import LAST_PRIOR, WINDOWS, Solver, first_state, samples_of
 from .unread import ENDINGS
 from .words import not_told
@@ -31,27 +32,35 @@ class Found:
         near = [name for name in ("low", "high") if abs(value - getattr(number, name)) <= AT_BOUND * number.scale]
         self.at_bound = near[0] if near else ""
 
+    def __repr__(self):
+        return f"<{self.path}: {self.value:.6g} ± {self.deviation:.2g}{', at its bound' if self.at_bound else ''}>"
+
 
 class Prediction:
-    """Of a recording: root mean square errors of each joint, rad, from the first sample; with the initial state fitted on the first
+    """Of a recording: root mean square errors of each joint, rad or m, from the first sample; with the initial state fitted on the first
     window; and with the initial state fitted on all of it. The numbers are the fit's."""
 
     def __init__(self, name, from_first_sample, from_first_window, from_fitted_start):
         self.name, self.from_first_sample = name, from_first_sample
         self.from_first_window, self.from_fitted_start = from_first_window, from_fitted_start
 
+    def __repr__(self):
+        return (f"<{self.name}: errors from the first sample {self.from_first_sample}, from the first window {self.from_first_window}, "
+                f"from a fitted start {self.from_fitted_start}>")
+
 
 class Fit:
     """What fit() returns.
 
     numbers: a list of Found. scene: the Scene with their values. covariance: of the numbers, in their units. correlation_time: how many
-    samples of a residual count as one. noise: the deviation of the residuals of each joint, rad, robust. errors: for each recording its
-    name and the root mean square residual of each joint, rad, until this time, s (until). states, offsets, delays: of each recording.
-    not_told, warnings: sentences. predictions: a list of Prediction. converged, interrupted, reason. pair: the two numbers that hang
-    together most, or None. bad: why the model does not follow the data, or empty."""
+    samples of a residual count as one. units: of each joint, rad or m. noise: the deviation of the residuals of each joint, robust.
+    errors: for each recording its name and the root mean square residual of each joint until this time, s (until). states, offsets,
+    delays: of each recording. not_told, warnings: sentences. predictions: a list of Prediction. converged, interrupted, reason. pair:
+    the two numbers that hang together most, or None. bad: why the model does not follow the data, or empty."""
 
     def __init__(self, scene, problem, solution):
         self.joints = problem.joints
+        self.units = ["m"] * scene.slides + ["rad"] * (len(self.joints) - scene.slides)
         samples = solution.samples
         self.converged, self.interrupted, self.reason = not solution.reason, solution.interrupted, solution.reason
         self.runs, self.evaluations = problem.runs, solution.calls
@@ -76,6 +85,9 @@ class Fit:
             self.warnings += hints(problem, solution) + lost(self.recordings, samples)
         self.predictions = []
 
+    def __repr__(self):
+        return as_text(self)
+
     def explain(self, scene, problem, states):
         """Adds to a bad fit the likely mistakes."""
         def error(problem, states):
@@ -92,7 +104,7 @@ def lost(recordings, samples):
 
 
 def error_of(angles, measured):
-    """The root mean square error of each joint, rad. It is infinite where a run failed."""
+    """The root mean square error of each joint. It is infinite where a run failed."""
     error = np.where(np.isfinite(measured), np.nan_to_num(angles, nan=np.inf) - measured, np.nan)
     return np.sqrt(np.nanmean(error ** 2, axis=0))
 
@@ -118,7 +130,7 @@ def recordings_of(data, scene, effort=False, node=None, many_turns=False, pieces
             read = [read_csv(os.fspath(one), joints)]
         if not many_turns and not is_bag(one):  # joint_states are in rad
             for recording in read:
-                require_radians(recording, joints)
+                require_radians(recording, joints, scene.slides)
         recordings += read
     recordings = [recording.without_rest() for recording in recordings]
     if pieces is not None:
@@ -155,7 +167,7 @@ def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effo
     recordings that the fit does not see. offsets: fit an offset of each encoder in each recording. delay: fit the time between torque
     and motion. effort: of a bag, take the effort as the torque that was applied. node: whose topics of a bag. many_turns: angles above
     50 rad are in rad. pieces: s; cuts each recording into equal pieces, about so long. windows: s, growing. progress: called with the end
-    of the window (s), the error (rad) and the evaluations.
+    of the window (s), the error (rad, m) and the evaluations.
 
     The initial state of each recording is always fitted. Ctrl-C ends with the best so far (interrupted). Raises BadFit, a ValueError."""
     scene = scene if isinstance(scene, Scene) else Scene.from_file(os.fspath(scene))

@@ -28,6 +28,7 @@ class Prediction:
 
 class Fit:
     joints: List[str]
+    units: List[str]
     numbers: List[Found]
     scene: Scene
     covariance: _Array

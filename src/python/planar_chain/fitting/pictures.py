@@ -38,8 +38,8 @@ def draw(result, title):
         for axes in (upper, lower):
             axes.grid(alpha=0.3)
         if k == 0:
-            upper.set_ylabel("angle q (rad)")
-            lower.set_ylabel("residual (mrad)")
+            upper.set_ylabel("q (rad or m)" if "m" in result.units else "angle q (rad)")
+            lower.set_ylabel("residual (mrad or mm)" if "m" in result.units else "residual (mrad)")
             handles = upper.get_legend_handles_labels()
     beside = figure.add_subplot(grid[0, columns])
     if result.pair is None:

@@ -62,6 +62,9 @@ class Recording:
     def __len__(self):
         return len(self.t)
 
+    def __repr__(self):
+        return f"<Recording {self.name}: {len(self)} samples>"
+
     @property
     def duration(self):
         return self.t[-1]
@@ -127,8 +130,8 @@ def require_samples(name, t, arrays, joints):
         raise BadFit(f"{name}: expected at least {LEAST_SAMPLES} samples, got {len(t)}")
 
 
-def require_radians(recording, joints):
-    for joint, values in zip(joints, recording.q.T):
+def require_radians(recording, joints, slides):
+    for joint, values in list(zip(joints, recording.q.T))[slides:]:
         most = abs(values[np.isfinite(values)]).max(initial=0.0)
         if most > MOST_ANGLE:
             raise BadFit(f"{recording.name}: expected angles in rad, got {most:g} in {joint}, which looks like degrees "

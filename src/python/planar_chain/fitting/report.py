@@ -18,6 +18,16 @@ def total(errors):
     return float(np.sqrt(np.mean(np.square(errors))))
 
 
+def table_of_errors(result, title, heads, rows):
+    """rows: the cells below the heads, and the error of each joint. The table has their total if they have one unit."""
+    if len(set(result.units)) == 1:
+        title, joints = f"{title}, {result.units[0]}", [*result.joints, "all"]
+        rows = [(cells, [*errors, total(errors)]) for cells, errors in rows]
+    else:
+        joints = [f"{joint} ({unit})" for joint, unit in zip(result.joints, result.units)]
+    return ["", title + ":", *table([[*heads, *joints]] + [[*cells, *(f"{error:.3g}" for error in errors)] for cells, errors in rows])]
+
+
 def as_json(result):
     joints = result.joints
     return {
@@ -50,23 +60,19 @@ def as_text(result):
         lines.append(f"  Residuals correlate over {result.correlation_time:.0f} samples; the deviations count each {result.correlation_time:.0f} as one.")
     lines += section("Not determined by the data", result.not_told)
     lines += section("Warnings", result.warnings)
-    lines += ["", "Error on the data, root mean square, rad:"]
-    lines += table([["recording", "until", *result.joints, "all"]]
-                   + [[name, f"{end:.4g} s", *(f"{error:.3g}" for error in errors), f"{total(errors):.3g}"]
-                      for (name, errors), end in zip(result.errors, result.until)])
+    lines += table_of_errors(result, "Error on the data, root mean square", ["recording", "until"],
+                             [([name, f"{end:.4g} s"], errors) for (name, errors), end in zip(result.errors, result.until)])
     for k, offsets in enumerate(result.offsets):
         if np.any(offsets):
-            lines.append(f"  {result.recordings[k].name}: offsets of the encoders {', '.join(f'{offset:+.5f}' for offset in offsets)} rad")
+            words = ", ".join(f"{offset:+.5f} {unit}" for offset, unit in zip(offsets, result.units))
+            lines.append(f"  {result.recordings[k].name}: offsets of the encoders {words}")
         if result.delays[k]:
             lines.append(f"  {result.recordings[k].name}: delay {1e3 * result.delays[k]:.2f} ms")
     if result.predictions:
-        lines += ["", "Error on recordings that the fit does not use, rad:"]
-        rows = [["recording", "start", *result.joints, "all"]]
-        for one in result.predictions:
-            for start, errors in (("first sample", one.from_first_sample), ("fitted to the first window", one.from_first_window),
-                                  ("fitted to all", one.from_fitted_start)):
-                rows.append([one.name, start, *(f"{error:.3g}" for error in errors), f"{total(errors):.3g}"])
-        lines += table(rows)
+        lines += table_of_errors(result, "Error on recordings that the fit does not use", ["recording", "start"], [
+            ([one.name, start], errors) for one in result.predictions for start, errors in (
+                ("first sample", one.from_first_sample), ("fitted to the first window", one.from_first_window),
+                ("fitted to all", one.from_fitted_start))])
     return "\n".join(lines)
 
 
