@@ -139,7 +139,7 @@ class Sweeps(InFolder):
             file.write("mine")
         for more in ((), ("--overwrite",)):
             said = self.sweep("--vary", MASS + "=1,2", "--duration", "1", *more, status=2)
-            self.assertRegex(said, r"^sweep: --output: expected no file .*runs.csv.partial, which a sweep writes before .*runs.csv, got one$")
+            self.assertRegex(said, r"^sweep: --output: expected no file .*runs.csv.partial, which a sweep of .*runs.csv has while it runs, got one$")
         self.assertEqual((self.text("runs.csv.partial"), os.listdir(self.folder)), ("mine", ["runs.csv.partial"]))
 
     def test_an_output_that_comes_later_replaces_nothing(self):
@@ -305,6 +305,23 @@ class Sweeps(InFolder):
         self.assertRegex(self.sweep(*arguments, status=2), "^sweep: --output: expected a file that no other sweep writes, got .*runs.csv$")
         self.assertEqual(process.wait(LIMIT), 0)
         self.assertEqual(os.listdir(self.folder), ["runs.csv"])
+
+    def test_two_sweeps_of_which_only_one_file_is_the_same_do_not_meet(self):
+        long, short = (*VARIED, "--runs", "2000", "--duration", "30", "--chunk", "20"), ("--vary", MASS + "=1,2", "--duration", "1")
+        interrupted = "kept.csv", "runs.csv", "missing/runs.npz"
+        self.sweep(*short, output=interrupted, status=1)
+        kept = os.listdir(self.folder)
+        for first, second in ((("runs.csv", "both.npz"), ("both.npz",)), (("runs.csv",), ("other.csv", "runs.csv")),
+                              (("runs.csv", "both.npz"), ("other.csv", "both.npz")), (("runs.csv",), interrupted)):
+            process = subprocess.Popen(self.command(*long, "--overwrite", output=first), stderr=subprocess.DEVNULL)
+            os.makedirs(self.path("runs.csv.parts"), exist_ok=True)
+            self.wait_for_chunks(1, process)
+            self.assertRegex(self.sweep(*short, "--overwrite", status=2, output=second),
+                             r"^sweep: --output: expected no file .*\.partial, which a sweep of .* has while it runs, got one$")
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.wait(LIMIT), 130)
+            shutil.rmtree(self.path("runs.csv.parts"))
+            self.assertEqual(os.listdir(self.folder), kept)
 
     @unittest.skipUnless(importlib.util.find_spec("distributed"), "no Dask")
     def test_a_killed_scheduler_loses_nothing(self):

@@ -1,6 +1,7 @@
 """Many runs of a scene with varied values, in chunks that are kept on disk as they end. The tool `sweep` is its face."""
 
 import asyncio
+import atexit
 import concurrent.futures
 import contextlib
 import fcntl
@@ -152,6 +153,8 @@ class Sweep:
         self.starts = range(0, len(values), chunk)
         simulate_many(scene, [], parameters=dict(zip(paths, values[:1].T)))  # refuses paths that lead nowhere
         self._lock = self._locked()
+        self._taken = []  # files
+        atexit.register(self._release)
         self._enter(overwrite)
         self._require_sound_chunks()
 
@@ -196,7 +199,8 @@ class Sweep:
                 raise BadSweep(f"{self.folder}: expected the chunks of this sweep, got those of another: its "
                                f"{', '.join(others)} differ. Remove that folder, or give its command again")
         try:
-            self._require_new([path for path in self.outputs if os.path.realpath(path) not in known], overwrite)
+            for path in self.outputs:
+                self._take(path, os.path.realpath(path) in known, overwrite)
         except BadSweep:
             if is_new:
                 self.forget()
@@ -206,13 +210,23 @@ class Sweep:
             with whole(name) as file:
                 file.write(json.dumps(about).encode())
 
-    @staticmethod
-    def _require_new(outputs, overwrite):
-        for path in outputs:
-            if os.path.lexists(partial_of(path)):
-                raise BadSweep(f"--output: expected no file {partial_of(path)}, which a sweep writes before {path}, got one")
-            if os.path.exists(path) and not overwrite:
-                raise BadSweep(f"--output: expected a new file, got {path}, which is complete (--overwrite replaces it)")
+    def _take(self, path, is_own, overwrite):
+        """By its partial file, which keeps other sweeps off until this one ends."""
+        try:
+            taken = open(partial_of(path), "ab" if is_own else "xb")  # pylint: disable=consider-using-with
+            fcntl.flock(taken, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self._taken.append(taken)
+        except (BlockingIOError, FileExistsError):
+            raise BadSweep(f"--output: expected no file {partial_of(path)}, which a sweep of {path} has while it runs, got one") from None
+        except FileNotFoundError:
+            pass  # no folder: the end says so
+        if os.path.exists(path) and not is_own and not overwrite:
+            raise BadSweep(f"--output: expected a new file, got {path}, which is complete (--overwrite replaces it)")
+
+    def _release(self):
+        for file in self._taken:
+            with contextlib.suppress(FileNotFoundError):  # it has become the output
+                os.remove(file.name)
 
     def _path(self, start):
         return os.path.join(self.folder, f"{start:09d}.npz")
