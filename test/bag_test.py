@@ -365,15 +365,18 @@ class Bags(InFolder):
     def test_show_names_what_it_cannot_play(self):
         self.bag("--duration", "0.1", name="one.bag")
         for name, text in (("cut.bag", self.bytes_of("one.bag")[:9000]), ("broken.yaml", b"chain: [a\nlinks: {b: 1}\n"),
-                           ("wrong.yaml", b"a: 1\n")):
+                           ("wrong.yaml", b"a: 1\n"), ("view.rviz", b""), ("run.csv", b"")):
             with open(self.path(name), "wb") as file:
                 file.write(text)
         for given, words in ((["cut.bag"], "cut.bag: expected a bag that can be read, got one without an index;"),
                              (["none.bag"], "none.bag: expected a bag"), (["one.bag", "none.yaml"], "No such file or directory"),
                              (["one.bag", "broken.yaml"], "broken.yaml is refused:\nline 2: "),
+                             (["run.csv"], "run.csv: expected a bag (plot draws a CSV), or a file of rviz"),
+                             (["none.rviz"], "none.rviz: expected a bag"), (["view.rviz"], "show: no roscore runs; start a scene first"),
                              (["one.bag", "wrong.yaml"], "wrong.yaml is refused:\nline 1: a: expected one of the keys chain")):
-            result = subprocess.run([os.path.join(BIN, "show"), *map(self.path, given)], stdout=subprocess.PIPE,
-                                    stderr=subprocess.PIPE, universal_newlines=True, timeout=60, check=False)
+            result = subprocess.run([os.path.join(BIN, "show"), *map(self.path, given)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                    env={**os.environ, "ROS_MASTER_URI": "http://localhost:1"}, universal_newlines=True, timeout=60,
+                                    check=False)
             self.assertEqual((result.returncode, result.stdout), (2, ""), result.stderr)
             self.assertRegex(result.stderr, "^show: ")
             self.assertIn(words, result.stderr)

@@ -326,7 +326,7 @@ def draw(motion, columns, title, wrap):
     return figure
 
 
-def strobe(motion, scene, given, apart):
+def strobe(motion, scene, given, apart, title):
     links = Links(scene)
     if links.joints != motion.joints:
         raise Refused(f"--strobe: expected the scene of {listed(motion.joints)}, got that of {listed(links.joints)}")
@@ -339,7 +339,7 @@ def strobe(motion, scene, given, apart):
     if len(set(times)) < 2 or not first <= times[0] <= times[-1] <= last:
         raise Refused(f"--at: expected two times or more from {first:g} to {last:g} s, got "
                       f"{listed([f'{t:g}' for t in given])}")
-    return draw_strobe(motion, links, times, apart, os.path.basename(scene))
+    return draw_strobe(motion, links, times, apart, f"{title}: {os.path.basename(scene)}")
 
 
 def main():
@@ -371,7 +371,7 @@ def main():
         title = os.path.basename(given.file)
         if (given.at or given.apart) and not given.strobe:
             raise Refused("--at and --apart: expected --strobe SCENE beside them, got nothing")
-        if not given.joints and len(columns) < len(motion.joints):
+        if not given.joints and not given.strobe and len(columns) < len(motion.joints):
             title += f": {len(columns)} of {len(motion.joints)} joints"
         pyplot.style.use(["default", "dark_background"] if given.dark else "default")
         pyplot.rcParams.update({"axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.3})
@@ -379,7 +379,7 @@ def main():
         if is_sweep and given.strobe:
             raise Refused("--strobe: expected one motion, got many runs")
         figure = (draw_runs(motion, columns, title, given.wrap, COLOURS[0]) if is_sweep
-                  else strobe(motion, given.strobe, given.at, given.apart) if given.strobe
+                  else strobe(motion, given.strobe, given.at, given.apart, title) if given.strobe
                   else draw(motion, columns, title, given.wrap))
     except (BadOutput, NoChain, Refused, OSError, UnicodeDecodeError) as problem:
         print(f"plot: {words_of(problem)}", file=sys.stderr)

@@ -202,6 +202,13 @@ def refuse(reason):
     sys.exit(2)
 
 
+def require_master():
+    try:
+        rospy.has_param('/')
+    except OSError:
+        refuse('show: no roscore runs; start a scene first, or give a recording')
+
+
 def require_display():
     if not any(os.environ.get(name) for name in ('DISPLAY', 'WAYLAND_DISPLAY', 'QT_QPA_PLATFORM')):
         sys.exit('show: rviz needs a display, and DISPLAY is not set. Without one, plot draws a bag')
@@ -312,16 +319,15 @@ def main():
     if arguments[0].endswith(ENDINGS):
         return show_bag(arguments[0], arguments[1:])
     names = [argument for argument in sys.argv[1:] if argument not in arguments]  # such as __name:=rviz
-    if os.path.isfile(arguments[0]):
-        if not arguments[0].endswith('.rviz'):
-            refuse('show: %s: expected a bag, or a file of rviz, whose name ends in .rviz' % arguments[0])
+    if os.path.isfile(arguments[0]) or '.' in arguments[0]:  # which no name of ROS has
+        if not arguments[0].endswith('.rviz') or not os.path.isfile(arguments[0]):
+            refuse('show: %s: expected a bag (plot draws a CSV), or a file of rviz, whose name ends in .rviz' % arguments[0])
+        require_master()
         return show_config(arguments[0], arguments[1:], names)
     given = list(itertools.takewhile(lambda argument: not argument.startswith('-'), arguments))
     nodes = [rosgraph.names.make_global_ns(name).rstrip('/') + '/planar_chain' for name in given]
-    try:
-        missing = [node for node in nodes if not rospy.has_param(node)]
-    except OSError:
-        refuse('show: no roscore runs; start a scene first, or give a recording')
+    require_master()
+    missing = [node for node in nodes if not rospy.has_param(node)]
     if missing:
         refuse('show: %s: expected a running scene, a file of rviz or a bag, got nothing of this name' % ', '.join(missing))
     return show_nodes(nodes, arguments[len(given):], [rospy.get_param(node) for node in nodes], '_'.join(given))

@@ -1,0 +1,134 @@
+#!/usr/bin/python3
+"""plot --strobe: where it draws the chain, its marks and its words, what it refuses.
+
+    plot_strobe_test.py BIN [unittest options]        BIN: the folder that holds simulate, equations and plot
+"""
+import os
+import unittest
+
+import numpy as np
+import yaml
+
+from plot_tool import JOINTS, SCENE, SCENES, PlotTool, plot, plot_strobe, read_chain
+
+
+class Strobe(PlotTool):
+    def test_strobe_puts_pins_where_the_links_end(self):
+        links = plot_strobe.Links(SCENE)
+        self.assertEqual(links.joints, JOINTS)
+        with open(SCENE, encoding="utf-8") as file:
+            scene = yaml.safe_load(file)
+        q = np.array([[0.3, -0.7, 1.9], [0.0, 0.0, 0.0]])
+        base = np.array([[0.0, 0.0, 0.0], [3.0, -1.0, 0.4]])
+        for at, row, points, coms, starts in zip(base, q, *plot_strobe.pins(links, base, q)):
+            np.testing.assert_array_equal(starts, points[:-1])
+            pin, theta = at[:2], at[2]
+            for k, name in enumerate(scene["chain"]):
+                theta += row[k]
+                turn = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
+                np.testing.assert_allclose([points[k].real, points[k].imag], pin, atol=1e-15)
+                com = pin + turn @ scene["links"][name]["com"]
+                np.testing.assert_allclose([coms[k].real, coms[k].imag], com, atol=1e-15)
+                pin = pin + turn @ scene["links"][name]["pin"]
+            np.testing.assert_allclose([points[-1].real, points[-1].imag], pin, atol=1e-15)
+
+    def test_strobe_begins_where_the_chain_turns(self):
+        base, q = np.zeros((1, 3)), np.array([[3.0, 0.5]])
+        points, _, starts = plot_strobe.pins(plot_strobe.Links(os.path.join(SCENES, "cart_pole.yaml")), base, q)
+        np.testing.assert_allclose(points[0], [3 + 0.1j, 3 + 0.1j + 0.5 * np.exp(0.5j)], atol=1e-15)
+        self.assertEqual(list(starts[0]), [3, points[0, 0]])
+        free = plot_strobe.Links(os.path.join(SCENES, "thrown.yaml"))
+        points = plot_strobe.pins(free, base, np.array([[3.0, 4.0, 0.1, 0, 0, 0]]))[0]
+        np.testing.assert_allclose(points[0], 3 + 4j + 0.6 * np.arange(5) * np.exp(0.1j), atol=1e-14)
+        self.assertEqual((free.slides, free.carts), (2, 0))
+
+    def test_strobe_reads_a_urdf(self):
+        urdf = self.path("scene.urdf")
+        run = self.run_tool("simulate", SCENE, "--duration", "0.1", "--write-urdf", urdf)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        scene, robot = plot_strobe.Links(SCENE), plot_strobe.Links(urdf)
+        self.assertEqual(robot.joints, scene.joints)
+        np.testing.assert_allclose(robot.com, scene.com, atol=1e-15)
+        with open(urdf, encoding="utf-8") as file:
+            text = file.read()
+        hand = '<parent link="hand"/><child link="tool"/><origin xyz="0.25 0 0"/>'
+        with open(urdf, "w", encoding="utf-8") as file:
+            file.write(text.replace("</robot>", f'<link name="tool"/><joint name="hold" type="fixed">{hand}</joint></robot>'))
+        self.assertEqual((robot.pin[-1], plot_strobe.Links(urdf).pin[-1]), (0, 0.25))
+
+    def test_strobe_moves_the_base_as_a_bag_does(self):
+        crane, bag, table = os.path.join(SCENES, "crane.yaml"), self.path("crane.bag"), self.path("crane.csv")
+        run = self.run_tool("simulate", crane, "--duration", "3", "--bag", bag, "--csv", table)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        motion, links = plot.read_bag(bag, None), plot_strobe.Links(crane)
+        chain = read_chain(crane)
+        law = chain["base"]["x"]
+        pins = plot_strobe.pins(links, plot_strobe.base_of(links, motion), motion.q)[0][:, 0]
+        # The law is met at its knots, up to half a tick.
+        for time, value in zip(law["times"], law["values"]):
+            if time < 3:
+                self.assertAlmostEqual(pins[np.argmin(abs(motion.t + 0.005 - time))].real, value, delta=0.01)
+        self.assertGreater(np.ptp(pins.real), 0.5)
+        self.assertEqual(self.run_tool("plot", bag, "--strobe", crane, "--output", self.path("crane.png")).returncode, 0)
+        self.assertIn("--strobe: expected a bag with ~link_states", self.refused(table, "--strobe", crane))
+
+    def test_strobe_knows_repeated_links_and_masses_beside_their_link(self):
+        links = plot_strobe.Links(os.path.join(SCENES, "throw.yaml"))
+        self.assertEqual((links.joints[1], links.joints[9], links.joints[-1]),
+                         ("sling_1_joint", "sling_9_joint", "pouch_joint"))
+        self.assertEqual(list(np.flatnonzero(plot_strobe.is_aside(links, 3.65))), [0])
+
+    def test_a_strobe_of_what_stands_still_or_is_wide_is_legible(self):
+        motion = plot.Motion(["a"], np.linspace(0, 1, 5), np.zeros((5, 1)), np.zeros((5, 1)))
+        links = plot_strobe.Links.__new__(plot_strobe.Links)
+        links.moves, links.pinned, links.joints, links.pin, links.com = False, False, ["a"], np.array([-2j]), np.array([-1j])
+        links.rail, links.slides, links.carts = np.zeros(1), 0, 0
+        for apart in (0.0, 5.0):
+            figure = plot_strobe.draw_strobe(motion, links, np.linspace(0, 1, 5), apart, "a title that is as long as many are.yaml")
+            axes, bar = figure.axes
+            (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+            self.assertTrue(right - left >= 1 and low < -2 < 0 < high, (left, right, low, high))
+            # A metre is as long in x as in y; the title, the axes and the legend lie apart, and on the page.
+            figure.canvas.draw()
+            box = axes.get_window_extent()
+            self.assertAlmostEqual(box.width / (right - left), box.height / (high - low), delta=1e-6 * box.width)
+            title, legend = figure._suptitle.get_window_extent(), figure.legends[0].get_window_extent()
+            self.assertTrue(title.y0 > box.y1 and legend.y1 < axes.xaxis.label.get_window_extent().y0)
+            self.assertTrue(title.y1 < figure.bbox.y1 and legend.y0 > 0 and axes.yaxis.label.get_window_extent().x0 > 0)
+            self.assertLess(abs(bar.get_window_extent().height - box.height), 1)
+            self.assertEqual(axes.xaxis.get_offset_text().get_text(), "")
+
+    def test_a_strobe_of_a_held_tip_marks_its_pin(self):
+        for name, labels in (("four_bar", ["ground pin", "pin of the tip"]), ("slider_crank", ["path of the tip", "ground pin"]),
+                             ("cart_pole", ["path of the tip", "cart"]), ("thrown", ["path of the tip"]),
+                             ("throw", ["path of the tip", "ground pin", "centre of mass"]),
+                             ("jump_rope", ["path of the tip", "ground pin", "pin of the tip"])):
+            table = self.path(name + ".csv")
+            self.assertEqual(self.run_tool("simulate", name, "--duration", "0.5", "--csv", table).returncode, 0)
+            figure = plot.strobe(plot.read_csv(table), os.path.join(SCENES, name + ".yaml"), [], 0.0, "")
+            self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()], labels)
+
+    def test_strobe_is_drawn_and_refuses_what_does_not_fit(self):
+        table, picture = self.path("run.csv"), self.path("run.svg")
+        self.simulate("--csv", table)
+        run = self.run_tool("plot", table, "--strobe", SCENE, "--at", "0", "0.5", "2", "--apart", "1", "--output", picture)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        with open(picture, encoding="utf-8") as file:
+            text = file.read()
+        for label in ("x (m)", "y (m)", "time (s)", "path of the tip", "run.csv: triple.yaml"):
+            self.assertIn(label, text)
+        self.assertIn("expected --strobe SCENE", self.refused(table, "--at", "0", "1"))
+        self.assertIn("scene: expected a map", self.refused(table, "--strobe", table))
+        motion = plot.read_csv(table)
+        for scene, times, apart, fault in (
+                (os.path.join(SCENES, "whip.yaml"), [], 0, "--strobe: expected the scene of shoulder_pin"),
+                (SCENE, [1.0], 0, "--at: expected two times or more from 0 to 2 s, got 1"),
+                (SCENE, [0.0, 2.1], 0, "got 0, 2.1"), (SCENE, [np.nan, 1.0], 0, "got nan, 1"),
+                (SCENE, [1.0, 1.0], 0, "got 1, 1"), (SCENE, [], np.inf, "--apart: expected a finite number, got inf")):
+            with self.assertRaises(plot.Refused) as refusal:
+                plot.strobe(motion, scene, times, apart, "")
+            self.assertIn(fault, str(refusal.exception))
+
+
+if __name__ == "__main__":
+    unittest.main()
