@@ -43,8 +43,8 @@ class Strobe(PlotTool):
         self.assertEqual((free.slides, free.carts), (2, 0))
 
     def test_strobe_reads_a_urdf(self):
-        urdf = self.path("scene.urdf")
-        run = self.run_tool("simulate", SCENE, "--duration", "0.1", "--write-urdf", urdf)
+        urdf, table = self.path("scene.urdf"), self.path("run.csv")
+        run = self.run_tool("simulate", SCENE, "--duration", "0.1", "--write-urdf", urdf, "--csv", table)
         self.assertEqual(run.returncode, 0, run.stderr)
         scene, robot = plot_strobe.Links(SCENE), plot_strobe.Links(urdf)
         self.assertEqual(robot.joints, scene.joints)
@@ -54,7 +54,9 @@ class Strobe(PlotTool):
         hand = '<parent link="hand"/><child link="tool"/><origin xyz="0.25 0 0"/>'
         with open(urdf, "w", encoding="utf-8") as file:
             file.write(text.replace("</robot>", f'<link name="tool"/><joint name="hold" type="fixed">{hand}</joint></robot>'))
-        self.assertEqual((robot.pin[-1], plot_strobe.Links(urdf).pin[-1]), (0, 0.25))
+        for links, pin, label in ((robot, 0, "path of the last joint"), (plot_strobe.Links(urdf), 0.25, "path of the tip")):
+            figure = plot_strobe.draw_strobe(plot.read_csv(table), links, [0.0, 0.1], 0.0, "")
+            self.assertEqual((links.pin[-1], figure.legends[0].get_texts()[0].get_text()), (pin, label))
 
     def test_strobe_moves_the_base_as_a_bag_does(self):
         crane, bag, table = os.path.join(SCENES, "crane.yaml"), self.path("crane.bag"), self.path("crane.csv")

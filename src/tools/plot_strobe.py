@@ -115,7 +115,8 @@ def draw_strobe(motion, links, times, apart, title):
     span = Normalize(times[0], times[-1])
     stays = links.pinned and np.ptp(tip[seen].real) + np.ptp(tip[seen].imag) < STAYS * np.sum(abs(links.pin))
     if not stays:
-        axes.plot(trail.real, trail.imag, color="#D55E00", linewidth=0.8, label="path of the tip")
+        name = "tip" if links.pin[-1] else "last joint"  # of a URDF without a frame beyond
+        axes.plot(trail.real, trail.imag, color="#D55E00", linewidth=0.8, label="path of the " + name)
     for t, *instant in zip(times, points, coms, starts):
         draw_instant(axes, links, aside, *instant, color=colour(span(t)))
     if links.carts:
