@@ -62,11 +62,13 @@ class Scenes(InFolder):
         scene = Scene.from_urdf(robot, {"links": {"rod": {"initial": {"angle": 0.5}}}})
         self.assertEqual((scene.joints, scene.state.tolist()), (["pin"], [0.5, 0]))
         self.assertEqual(planar_chain.equations(scene)["M"], 0.75)
-        with open(self.path("robot.urdf"), "w", encoding="utf-8") as file:
-            file.write(robot)
-        for call, name in ((lambda: Scene.from_file(self.path("robot.urdf")), "path"), (lambda: Scene.from_yaml(robot), "text")):
-            with self.assertRaisesRegex(Refused, name + r": expected YAML \(Scene.from_urdf\(open\(path\).read\(\)\) reads a URDF\), got XML$"):
-                call()
+        for text, found in ((robot, "XML"), ("#ROSBAG V2.0\n", "a bag")):
+            with open(self.path("file"), "w", encoding="utf-8") as file:
+                file.write(text)
+            for call, name in ((lambda: Scene.from_file(self.path("file")), "path"), (lambda text=text: Scene.from_yaml(text), "text")):
+                with self.assertRaisesRegex(Refused, name + r": expected YAML \(Scene.from_urdf\(open\(path\).read\(\)\) reads a URDF\), got "
+                                            + found):
+                    call()
 
     def test_each_note_is_a_warning_of_python(self):
         robot = ('<robot name="r"><link name="ground"/><link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>'

@@ -209,8 +209,10 @@ TreeAndScene read(Value tree) {
 
 /// name: of the argument that the text comes from
 TreeAndScene fromText(const char* name, const std::string& text) {
-  if (text.rfind('<', 0) == 0)
-    throw Refused({{name, "YAML (Scene.from_urdf(open(path).read()) reads a URDF)", "XML"}});
+  const char* const found = text.rfind('<', 0) == 0         ? "XML"
+                            : text.rfind("#ROSBAG", 0) == 0 ? "a bag"
+                                                            : nullptr;
+  if (found) throw Refused({{name, "YAML (Scene.from_urdf(open(path).read()) reads a URDF)", found}});
   return read(parseYaml(text));
 }
 
