@@ -74,7 +74,8 @@ class Many(unittest.TestCase):
                   "links/lower/com/2": 'expected a number of the scene, got [0.5, 0] above "2"',
                   "links/lower/com/1e0": 'expected a number of the scene, got "links/lower/com/1e0"',
                   "links/lower/mass/x": 'expected a number of the scene, got 1 above "x"',
-                  "links/lower/mass/": 'expected a number of the scene, got 1 above ""',
+                  "links//lower/mass/": "expected no empty name in the path (did you mean links/lower/mass?), got one",
+                  "/": "expected no empty name in the path, got one",
                   "start": "expected the path of a number, got that of initial or rest",
                   "publish/tf": "expected the path of a number, got that of true or false",
                   "robot": "expected one of the keys chain", "": "expected one of the keys chain"}

@@ -112,7 +112,7 @@ class Drags : public Effect, public Switching {
 class DragKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
-    return {{"drag", nullptr, NumberRule::from(0, "N m s²/rad²")}};
+    return {{"drag", nullptr, NumberRule::coefficient("N m s²/rad²")}};
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {

@@ -201,8 +201,8 @@ class SpringKind : public EffectKind {
  public:
   std::vector<JointKey> jointKeys() const override {
     constexpr double all = std::numeric_limits<double>::infinity();
-    return {{"damping", &Joint::damping, NumberRule::from(0, "N m s/rad"), true, false, "damping"},
-            {"stiffness", &Joint::stiffness, NumberRule::from(0, "N m/rad")},
+    return {{"damping", &Joint::damping, NumberRule::coefficient("N m s/rad"), true, false, "damping"},
+            {"stiffness", &Joint::stiffness, NumberRule::coefficient("N m/rad")},
             {"rest_angle", &Joint::restAngle, {", in rad", -all, all, false}}};
   }
 

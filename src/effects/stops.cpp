@@ -233,8 +233,8 @@ class StopKind : public EffectKind {
 
  private:
   const NumberRule angle_ = NumberRule::any("rad");
-  const NumberRule stiffness_{" > 0 N m/rad, beside lower or upper", 0, none, false};
-  const NumberRule damping_ = NumberRule::from(0, "N m s/rad");
+  const NumberRule stiffness_{" > 0 N m/rad, beside lower or upper", 0, 1e100, false, ", at most 1e100"};
+  const NumberRule damping_ = NumberRule::coefficient("N m s/rad");
 };
 
 }  // namespace

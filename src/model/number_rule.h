@@ -16,6 +16,7 @@ struct NumberRule {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   bool isLowIn = false;
+  std::string most = {};  ///< follows `which` for numbers above `high`
 
   static NumberRule any(const std::string& unit) { return {" in " + unit}; }
   static NumberRule above(double low, const std::string& unit) {
@@ -26,10 +27,19 @@ struct NumberRule {
     rule.isLowIn = true;
     return rule;
   }
+  /// From 0 to 1e100: products of larger ones may overflow.
+  static NumberRule coefficient(const std::string& unit) {
+    NumberRule rule = from(0, unit);
+    rule.high = 1e100;
+    rule.most = ", at most 1e100";
+    return rule;
+  }
 
   bool holds(double x) const { return std::isfinite(x) && (x > low || (isLowIn && x == low)) && x <= high; }
   /// "a number > 0 s"; for an infinite x "a finite number > 0 s"
-  std::string inWords(double x) const { return (std::isinf(x) ? "a finite number" : "a number") + which; }
+  std::string inWords(double x) const {
+    return (std::isinf(x) ? "a finite number" : "a number") + which + (x > high ? most : "");
+  }
   /// Adds a fault unless x holds.
   void check(std::vector<Fault>& faults, const std::string& path, double x) const {
     if (!holds(x)) faults.push_back({path, inWords(x), toText(x)});

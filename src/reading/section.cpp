@@ -30,7 +30,7 @@ std::string found(const Value* value) {
 }
 
 std::string noteOn(const Value* value) {
-  if (value && value->text()) return unitNote(*value->text());
+  if (value && value->text()) return numberNote(*value->text());
   std::string note;
   for (const Value& entry : value && value->list() ? *value->list() : Value::List()) {
     if (note.empty()) note = noteOn(&entry);
@@ -55,7 +55,10 @@ bool isName(const std::string& text) {
          std::all_of(text.begin(), text.end(), isWordCharacter);
 }
 
-std::string unitNote(const std::string& text) {
+std::string numberNote(const std::string& text) {
+  const std::size_t comma = text.find(',');
+  if (comma != std::string::npos && numberIn(std::string(text).replace(comma, 1, ".")))
+    return " (a decimal point, not a comma?)";
   const std::size_t end = std::min(text.find_first_not_of("+-.0123456789"), text.size());
   const std::string unit = text.substr(std::min(text.find_first_not_of(' ', end), text.size()));
   const bool isLetters = !unit.empty() && (isLetter(unit[0]) || static_cast<unsigned char>(unit[0]) >= 0x80);

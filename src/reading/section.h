@@ -39,9 +39,9 @@ inline std::string belongsTo(const std::string& path) {
   return "a known key (did you mean " + path + "?)";
 }
 
-/// " (…)": what to do if a text that should be a number is one with a unit, such as "1.0 kg"; otherwise
-/// empty.
-std::string unitNote(const std::string& text);
+/// " (…)": what to do if a text that should be a number is one with a unit, such as "1.0 kg", or with a
+/// decimal comma; otherwise empty.
+std::string numberNote(const std::string& text);
 
 class Section {
  public:

@@ -58,73 +58,6 @@ std::optional<double> numberIn(const Value& value) {
   return std::nullopt;
 }
 
-// ---- Values as they are shown -----------------------------------------------------------------
-
-namespace {
-
-template <class Entries, class AppendOne>
-void appendAll(std::string& line, const char* brackets, const Entries& entries, const AppendOne& appendOne) {
-  line += brackets[0];
-  for (const auto& entry : entries) {
-    if (line.back() != brackets[0]) line += ", ";
-    if (line.size() > longestShown) break;
-    appendOne(entry);
-  }
-  line += brackets[1];
-}
-
-/// Appends a value. Stops soon after longestShown.
-void append(std::string& line, const Value& value) {
-  if (value.flag()) {
-    line += *value.flag() ? "true" : "false";
-  } else if (value.number()) {
-    line += toText(*value.number());
-  } else if (value.text()) {
-    line += quoted(*value.text());
-  } else if (value.oddNumber()) {
-    line +=
-        cutToShow(value.oddNumber()->text) + " (YAML readers disagree on this number: write it in decimal)";
-  } else if (value.list()) {
-    appendAll(line, "[]", *value.list(), [&line](const Value& entry) { append(line, entry); });
-  } else if (value.map()) {
-    appendAll(line, "{}", *value.map(), [&line](const Value::Map::value_type& entry) {
-      line += onOneLine(entry.first) + ": ";
-      append(line, entry.second);
-    });
-  } else {
-    line += "nothing";
-  }
-}
-
-}  // namespace
-
-std::string describe(const Value& value) {
-  std::string line;
-  append(line, value);
-  return value.list() || value.map() ? cutToShow(std::move(line)) : line;
-}
-
-std::string describe(const Value* value) {
-  return value ? describe(*value) : "nothing";
-}
-
-int lineAt(const Value& root, const std::string& path) {
-  const Value* at = &root;
-  std::istringstream steps(path);
-  for (std::string step; std::getline(steps, step, '/');) {
-    const Value* next = nullptr;
-    if (at->map() && at->map()->count(step) != 0) next = &at->map()->at(step);
-    if (at->list() && !step.empty() && step.find_first_not_of("0123456789") == std::string::npos &&
-        step.size() < 8) {
-      const std::size_t i = std::stoul(step);
-      if (i < at->list()->size()) next = &(*at->list())[i];
-    }
-    if (!next) break;
-    at = next;
-  }
-  return at->line;
-}
-
 // ---- YAML ------------------------------------------------------------------------------------
 
 namespace {
@@ -271,8 +204,10 @@ class Builder : public YAML::EventHandler {
     YAML::anchor_t anchor = 0;
     std::optional<std::string> key = {};
     int keyLine = 0;
-    bool merges = false;     ///< the key is a plain <<
-    Value::Map merged = {};  ///< the keys from <<; the map's own keys take precedence
+    std::string digits = {};  ///< the key, if it is a number
+    std::string before = {};  ///< the last key that has its value
+    bool merges = false;      ///< the key is a plain <<
+    Value::Map merged = {};   ///< the keys from <<; the map's own keys take precedence
   };
 
   std::string path() const {
@@ -338,8 +273,9 @@ class Builder : public YAML::EventHandler {
     tree.value.line = level.keyLine;
     if (level.merges) {
       merge(mark, level, tree.value);
-    } else {
+    } else if (!tree.value.isNull() || !joinDecimals(level)) {
       level.tree.value.map()->emplace(*level.key, std::move(tree.value));
+      level.before = *level.key;
     }
     level.key.reset();
   }
@@ -347,9 +283,23 @@ class Builder : public YAML::EventHandler {
   void takeKey(const YAML::Mark& mark, Open& level, const Value& key, bool isPlain) {
     if (!key.text()) refuseHere("text as a key", describe(key), mark);
     level.keyLine = lineOf(mark);
+    level.digits = key.oddNumber() ? key.oddNumber()->text : key.number() ? toText(*key.number()) : "";
     level.key = key.text() ? *key.text() : describe(key);
     level.merges = isPlain && *level.key == "<<";
     if (level.tree.value.map()->count(*level.key) != 0) refuseHere("each key once", "it again", mark);
+  }
+
+  /// Between braces, YAML reads "mass: 0,3" as mass: 0 and a key 3 without a value. Makes that the text 0,3
+  /// again, which is no number: the fault is at its place, and not at the key.
+  bool joinDecimals(Open& level) {
+    const auto whole = level.tree.value.map()->find(level.before);
+    if (level.digits.empty() || whole == level.tree.value.map()->end() || !whole->second.number())
+      return false;
+    Value text(describe(whole->second) + "," + level.digits);
+    text.line = whole->second.line;
+    whole->second = std::move(text);
+    faults.pop_back();
+    return true;
   }
 
   /// << takes a map or a list of maps. The first map with a key sets its value.

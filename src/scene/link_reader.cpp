@@ -12,7 +12,7 @@ namespace {
 /// A name with a fault is kept: loads may give it.
 void takeName(const Section& joint, Entry& entry) {
   if (!joint.has("name")) return;
-  entry.namesAreSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
+  entry.isSound &= joint.takeText("name", isName, nameInWords, entry.joint.name);
   if (const std::string* text = joint.find("name")->text()) entry.joint.name = *text;
 }
 
@@ -91,12 +91,20 @@ Entry readEntry(const Section& links, const std::string& name) {
   const std::vector<NumberKey> own = numberKeys(&EffectKind::linkKeys);
   for (const NumberKey& key : own) keys.push_back(key.name);
   const Section in = links.section(name, keys, hintsIn(links.pathOf(name)));
-  entry.namesAreSound = isName(name);
-  if (!entry.namesAreSound) links.fault(name, nameInWords, quoted(name));
+  entry.isSound = isName(name);
+  if (!entry.isSound) links.fault(name, nameInWords, quoted(name));
   if (!links.find(name)->map()) return entry;
 
+  // The number of links. Which other values they need depends on the joint's type.
+  entry.isCounted = takeCount(in, "repeat", entry.repeat);
+  const std::optional<JointType> type = takeType(in);
+  if (!type) {
+    takeName(in.section("joint"), entry);
+    entry.isSound = false;
+    return entry;
+  }
+
   // The body. That of a slide is its mass.
-  const JointType type = takeType(in);
   const bool slides = entry.joint.slides = type == JointType::prismatic;
   entry.floats = type == JointType::floating;
   const auto pairOf = [&](const char* key) {
@@ -110,8 +118,7 @@ Entry readEntry(const Section& links, const std::string& name) {
   if (ofLink.empty()) entry.link = link;
   takeNumbers(in, own, entry.link.others);
 
-  // The number of links, and how they move.
-  entry.isCounted = takeCount(in, "repeat", entry.repeat);
+  // How they move.
   if (slides && entry.repeat > 1) {
     in.fault("repeat", "no repeat of a prismatic link");
     entry.repeat = 1;

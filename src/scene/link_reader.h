@@ -19,7 +19,8 @@ struct Entry {
   double qd = 0;
   std::optional<MotionLaw> drive{};
   int repeat = 1;
-  bool namesAreSound = true, isCounted = true;  ///< else there are faults in the names, or in `repeat`
+  bool isSound = true;    ///< else there are faults in the names or the joint's type
+  bool isCounted = true;  ///< else there is a fault in `repeat`
   bool floats = false;  ///< nothing holds the inner pin, which is at `place` and has the velocity `placeRate`
   Vec2d place{}, placeRate{};
 };

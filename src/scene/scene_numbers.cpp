@@ -1,6 +1,7 @@
 #include "scene/scene_numbers.h"
 
 #include <algorithm>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -30,6 +31,16 @@ void changeAt(Value& at, const std::string& path, const Change& change, std::siz
   below((*list)[static_cast<std::size_t>(place)]);
 }
 
+/// The path without the empty names between slashes.
+std::string withoutEmptyNames(const std::string& path) {
+  std::string names;
+  std::istringstream in(path);
+  for (std::string name; std::getline(in, name, '/');) {
+    if (!name.empty()) names += (names.empty() ? "" : "/") + name;
+  }
+  return names;
+}
+
 /// True if `path` is `above` or lies below it.
 bool isWithin(const std::string& path, const std::string& above) {
   return path.compare(0, above.size(), above) == 0 &&
@@ -50,6 +61,12 @@ void requireNumbers(const Value& scene, const std::vector<std::string>& paths) {
   std::vector<Fault> refused;
   std::vector<std::string> places;
   for (const std::string& path : paths) {
+    const std::string names = withoutEmptyNames(path);
+    if (names != path) {
+      const std::string meant = names.empty() ? "" : " (did you mean " + names + "?)";
+      refused.push_back({path, "no empty name in the path" + meant, "one"});
+      continue;
+    }
     try {
       changeAt(complete, path, [&path](Value& value) {
         if (value.map() || value.list()) {

@@ -110,7 +110,7 @@ std::optional<Expanded> readLinks(const Section& top) {
   bool areSound = true, areCounted = !links.entries().empty();
   for (const auto& [name, value] : links.entries()) {
     const Entry& entry = entries.emplace(name, readEntry(links, name)).first->second;
-    areSound &= entry.namesAreSound;
+    areSound &= entry.isSound;
     areCounted &= entry.isCounted;
     names.push_back(name);
   }

@@ -4,14 +4,15 @@
 
 namespace planar_chain {
 
-JointType takeType(const Section& link) {
+std::optional<JointType> takeType(const Section& link) {
   const Value* joint = link.find("joint");
   if (!joint || !joint->map() || joint->map()->count("type") == 0) return JointType::revolute;
   std::string type;
   const auto isType = [](const std::string& text) {
     return text == "revolute" || text == "prismatic" || text == "floating";
   };
-  link.section("joint").takeText("type", isType, "revolute, prismatic or floating", type);
+  if (!link.section("joint").takeText("type", isType, "revolute, prismatic or floating", type))
+    return std::nullopt;
   if (type == "floating") return JointType::floating;
   return type == "prismatic" ? JointType::prismatic : JointType::revolute;
 }

@@ -3,6 +3,7 @@
 /// Reads what a scene has of prismatic links, and of a floating one: two prismatic links without mass, and
 /// the link itself.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,8 @@ namespace planar_chain {
 
 enum class JointType { revolute, prismatic, floating };
 
-/// Key `joint/type` of a link. Other values are faults.
-JointType takeType(const Section& link);
+/// Key `joint/type` of a link. Any other value is a fault, and gives nothing.
+std::optional<JointType> takeType(const Section& link);
 
 /// What is below the inner pin of a floating link: a slide along x (axis 0) or y (axis 1).
 struct FreeSlide {

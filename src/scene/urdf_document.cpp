@@ -130,7 +130,7 @@ void readMotion(const Element& element, bool isLimited, const std::string& child
   const std::size_t before = element.faults();
   const auto unit = [&](const char* ofAngle) { return joint.slides ? inUnitsOfSlide(ofAngle) : ofAngle; };
   const Element dynamics = element.only("dynamics").of({}, {"damping", "friction"});
-  joint.damping = dynamics.number("damping", NumberRule::from(0, unit("N m s/rad")), 0);
+  joint.damping = dynamics.number("damping", NumberRule::coefficient(unit("N m s/rad")), 0);
   const Element limit = element.only("limit").of({}, {"lower", "upper", "effort", "velocity"});
   // Many a file has 0 or -1 where there is no limit.
   const auto keep = [&](const char* key, double value) {

@@ -89,7 +89,9 @@ class Element {
     if (!attribute(key) && rule.holds(absent)) return absent;
     const std::vector<double> numbers = finiteNumbers(key);
     if (numbers.size() == 1 && rule.holds(numbers[0])) return numbers[0];
-    fault(key, "a finite number" + rule.which, found(key) + unitNote(attribute(key) ? attribute(key) : ""));
+    const bool isTooLarge = numbers.size() == 1 && numbers[0] > rule.high;
+    fault(key, "a finite number" + rule.which + (isTooLarge ? rule.most : ""),
+          found(key) + numberNote(attribute(key) ? attribute(key) : ""));
     return missing();
   }
 

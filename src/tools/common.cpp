@@ -30,7 +30,7 @@ double Arguments::number(const std::string& name, const char* expected, double l
   if (!given) return absent;
   const std::optional<double> number = numberIn(*given);
   if (number && std::isfinite(*number) && *number > low) return *number;
-  faults.push_back({"--" + name, expected, quoted(*given) + unitNote(*given)});
+  faults.push_back({"--" + name, expected, quoted(*given) + numberNote(*given)});
   return absent;
 }
 
