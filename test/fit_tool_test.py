@@ -15,10 +15,11 @@ import sys
 import unittest
 
 from fit_test import COM, MASS, PENDULUM, found  # skips without scipy  # pylint: disable=wrong-import-order
+import numpy as np
 import yaml
 
 from in_folder import InFolder
-from planar_chain import BadFit, Scene, fit
+from planar_chain import BadFit, Scene, fit, simulate
 from planar_chain.fitting.recordings import read_csv
 from planar_chain.fitting.solve import first_state
 
@@ -117,6 +118,17 @@ class Tool(InFolder):
             result = self.run_tool(scene, "--data", own, "--vary", "links/arm/inertia", *outputs)
             self.assertEqual(result.returncode, 2)
             self.assertIn(f"fit: {outputs[-2]}: expected a file that is not another of the run's, got {outputs[-1]}", result.stderr)
+
+    def test_a_urdf_is_written_out_as_links(self):
+        rod = Scene.from_file(self.robot())
+        data = {"t": 0.02 * np.arange(100)}
+        data["q_pin"] = simulate(rod.with_values({"links/rod/initial/angle": 0.5}), data["t"])[:, 0]
+        csv = self.write("swing.csv", "\n".join([",".join(data), *(f"{t},{q}" for t, q in zip(*data.values()))]))
+        result = self.run_tool(self.path("robot.urdf"), "--data", csv, "--vary", "links/rod/inertia=0.2", "--output", self.path("fitted.yaml"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        fitted = Scene.from_file(self.path("fitted.yaml"))
+        self.assertEqual(fitted.joints, ["pin"])
+        self.assertAlmostEqual(fitted.to_dict()["links"]["rod"]["inertia"], 0.25, delta=1e-6)
 
     def test_a_fit_that_does_not_converge_keeps_the_best(self):
         # Two evaluations are allowed in the last window, which does not suffice.

@@ -342,6 +342,9 @@ class Tool(InFolder):
         self.assertIn("function [M, f, qdd] = double_pendulum(t, q, qd, p)", self.tool("double_pendulum", "--format", "matlab"))
         self.assertIn("def qdd(xp, t, q, qd):", self.tool("double_pendulum", "--format", "python", "--numbers"))
 
+    def test_a_urdf_is_a_scene(self):
+        self.assertIn("of the scene robot.urdf.", self.tool(self.robot(), "--format", "c"))
+
     def test_bad_arguments(self):
         self.assertIn("expected at most 10 links, got 100", self.tool("rope", "--format", "c", status=2))
         self.assertIn("no_such_scene", self.tool("no_such_scene", "--format", "c", status=2))

@@ -22,7 +22,7 @@ except ImportError:
 
 import planar_chain
 import yaml
-from in_folder import InFolder
+from in_folder import URDF, InFolder
 from planar_chain import Refused, Scene, Simulation
 
 BIN = ""
@@ -56,19 +56,13 @@ class Scenes(InFolder):
         self.assertEqual(planar_chain.equations(scene)["M"], 0.75)
 
     def test_a_urdf_is_a_scene(self):
-        inertia = '<inertial><origin xyz="0 0 -0.5"/><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="0.25" iyz="0" izz="1"/></inertial>'
-        robot = (f'<robot name="r"><link name="ground"/><link name="rod">{inertia}</link><joint name="pin" '
-                 'type="continuous"><parent link="ground"/><child link="rod"/><axis xyz="0 1 0"/></joint></robot>')
-        scene = Scene.from_urdf(robot, {"links": {"rod": {"initial": {"angle": 0.5}}}})
+        scene = Scene.from_urdf(URDF, {"links": {"rod": {"initial": {"angle": 0.5}}}})
         self.assertEqual((scene.joints, scene.state.tolist()), (["pin"], [0.5, 0]))
         self.assertEqual(planar_chain.equations(scene)["M"], 0.75)
-        for text, found in ((robot, "XML"), ("#ROSBAG V2.0\n", "a bag")):
-            with open(self.path("file"), "w", encoding="utf-8") as file:
-                file.write(text)
-            for call, name in ((lambda: Scene.from_file(self.path("file")), "path"), (lambda text=text: Scene.from_yaml(text), "text")):
-                with self.assertRaisesRegex(Refused, name + r": expected YAML \(Scene.from_urdf\(open\(path\).read\(\)\) reads a URDF\), got "
-                                            + found):
-                    call()
+        for same in (Scene.from_file(self.robot()), Scene.from_yaml(URDF)):
+            self.assertEqual(same.to_dict(), Scene.from_urdf(URDF).to_dict())
+        with self.assertRaisesRegex(Refused, "scene: expected YAML or a URDF, got a bag"):
+            Scene.from_yaml("#ROSBAG V2.0\n")
 
     def test_each_note_is_a_warning_of_python(self):
         robot = ('<robot name="r"><link name="ground"/><link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>'

@@ -264,6 +264,17 @@ TEST(SceneReader, AnEmptyPrefixIsNoDefault) {
   EXPECT_EQ(readSceneText(two("publish: {frame_prefix: ''}\n")).publish.framePrefix, "");
 }
 
+TEST(SceneReader, TakesTheTextOfAUrdf) {
+  const std::string robot =
+      "<robot name='r'><link name='ground'/><link name='rod'><inertial><mass value='2'/><inertia ixx='1' "
+      "iyy='1' izz='1'/></inertial></link><joint name='pin' type='continuous'><parent link='ground'/>"
+      "<child link='rod'/></joint></robot>";
+  for (const char* before : {"", "\n  ", "\xEF\xBB\xBF<?xml version='1.0'?>\n"}) {
+    EXPECT_EQ(readSceneText(before + robot).chain.joints().at(0).name, "pin");
+  }
+  EXPECT_EQ(readSceneText("<<: {gravity: [0, 0]}\n" + two()).chain.gravity(), Vec2d());
+}
+
 // ---- Scenes that ship ------------------------------------------------------------------------
 
 TEST(SceneReader, ReadsEverySceneThatShips) {

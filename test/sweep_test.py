@@ -179,6 +179,16 @@ class Sweeps(InFolder):
             self.assertEqual(os.listdir(self.path("there")), ["true.csv"])
             self.assertIn(f"\n0,{values[0]},1,", self.text("there/true.csv"))
 
+    def test_a_urdf_is_a_scene(self):
+        command = [os.path.join(BIN, "sweep"), self.robot(), "--vary", "links/rod/initial/angle=1,2", "--vary", "links/rod/mass=2",
+                   "--duration", "0.1", "--output", self.path("robot.csv")]
+        subprocess.run(command, timeout=LIMIT, check=True)
+        header, *rows = csv.reader(self.text("robot.csv").splitlines())
+        self.assertEqual(header[:5], ["run", "links/rod/initial/angle", "links/rod/mass", "t", "q_pin"])
+        self.assertEqual([row[1:3] for row in rows], [["1", "2"], ["2", "2"]])
+        many = simulate_many(Scene.from_file(self.robot()), [0.1], parameters={"links/rod/initial/angle": np.array([1.0, 2.0])})
+        np.testing.assert_allclose([[float(x) for x in row[4:6]] for row in rows], many.states[:, 0], rtol=1e-12)
+
     def test_notes_on_a_scene_come_once_and_in_words(self):
         command = [os.path.join(BIN, "sweep"), "four_bar", "--vary", "links/rocker/mass=1,2", "--duration", "0.1", "--output", self.path("bar.csv")]
         run = subprocess.run(command, stderr=subprocess.PIPE, universal_newlines=True, timeout=LIMIT, check=True)

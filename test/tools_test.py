@@ -65,7 +65,9 @@ class Tools(InFolder):
     def test_a_misspelt_option_or_scene_is_told_the_nearest(self):
         for given in ("--durtion", "-duration"):
             self.assert_refused(self.simulate(given, "1"), f"{given}: expected an option of simulate (did you mean --duration?), got none")
-        self.assert_refused(self.simulate("more", "--duration", "1"), "SCENE: expected one, got more arguments without --")
+        self.assert_refused(self.simulate("more", "--duration", "1"), "SCENE: expected one, got more arguments without --\n")
+        self.assert_refused(self.run_tool("equations", "--q", "0.1,", "0.2"),
+                            "SCENE: expected one, got more arguments without -- (no blank behind a comma: 0.1,0.2)\n")
         run = subprocess.run([os.path.join(BIN, "simulate"), "pendulm", "--check"], stderr=subprocess.PIPE, universal_newlines=True)
         self.assertIn("whip (did you mean pendulum?), got neither", run.stderr)
 
@@ -88,10 +90,10 @@ class Tools(InFolder):
 
     # ---- A robot's URDF ----------------------------------------------------------------------------
 
-    def run_robot(self, tool, *arguments, robot=ROBOT):
+    def run_robot(self, tool, *arguments, robot=ROBOT, how=("--urdf",)):
         with open(self.path("robot.urdf"), "w") as file:
             file.write(robot)
-        command = [os.path.join(BIN, tool), "--urdf", self.path("robot.urdf"), *arguments]
+        command = [os.path.join(BIN, tool), *how, self.path("robot.urdf"), *arguments]
         return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                               universal_newlines=True, timeout=60)
 
@@ -102,9 +104,11 @@ class Tools(InFolder):
         told = json.loads(result.stdout)
         self.assertAlmostEqual(told["M"][0][0], 0.25 + 2 * 0.25, delta=1e-14)
         self.assertAlmostEqual(told["f"][0], -2 * 9.81 * 0.5, delta=1e-13)
-        result = self.run_robot("simulate", "--duration", "1", "--csv", self.path("out.csv"))
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertEqual(self.rows()[0], ["t", "q_pin", "qd_pin", "energy"])
+        for how in (("--urdf",), ()):
+            result = self.run_robot("simulate", "--duration", "1", "--csv", self.path("out.csv"), how=how)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual(self.rows()[0], ["t", "q_pin", "qd_pin", "energy"])
+            os.remove(self.path("out.csv"))
 
     def test_a_scene_says_the_rest(self):
         beside = "links: {rod: {initial: {angle: 0.5}}}\ngravity: [0, 0]\n"
@@ -118,12 +122,13 @@ class Tools(InFolder):
         os.remove(self.path("out.csv"))
         self.assert_refused(self.simulate("--duration", "1", "--urdf", self.path("robot.urdf")),
                             "chain: expected no chain beside robot_description")
-        self.assert_refused(self.simulate("--duration", "1", "--urdf", self.path("robot.urdf"),
-                                          scene="robot_description: x"), "nothing beside --urdf")
+        for scene in ("robot_description: x", ROBOT):
+            self.assert_refused(self.simulate("--duration", "1", "--urdf", self.path("robot.urdf"), scene=scene), "nothing beside --urdf")
 
     def test_a_robot_is_not_written_over(self):
-        self.assert_refused(self.run_robot("simulate", "--duration", "1", "--csv", self.path("robot.urdf")),
-                            "--csv: expected a file that is not another of the run's")
+        for how in (("--urdf",), ()):
+            self.assert_refused(self.run_robot("simulate", "--duration", "1", "--csv", self.path("robot.urdf"), how=how),
+                                "--csv: expected a file that is not another of the run's")
 
     def test_a_robot_that_is_no_chain_is_refused_with_all_other_faults(self):
         self.assert_refused(
@@ -211,6 +216,7 @@ class Tools(InFolder):
 
     def test_units_are_not_written(self):
         self.assert_refused(self.simulate("--duration", "10s"), 'got "10s" (write the number alone')
+        self.assert_refused(self.simulate("--duration", "0,5"), 'got "0,5" (a decimal point, not a comma?)')
 
     def test_unknown_options_are_refused(self):
         self.assert_refused(self.simulate("--duration", "1", "--frobnicate"), "--frobnicate")
@@ -251,10 +257,11 @@ class Tools(InFolder):
         self.assertIn('got [0, "0.5 m"]' + note, result.stderr)
 
     def test_faults_of_a_urdf_name_its_file_and_line(self):
-        result = self.run_robot("simulate", "--check", robot=ROBOT.replace('value="2"', 'value="2 kg"'))
-        self.assert_refused(result)
-        self.assertEqual(result.stderr, self.path("robot.urdf") + ":3: robot_description/link[rod]/inertial/mass/value: "
-                         'expected a finite number >= 0 kg, got "2 kg" (write the number alone: units are not written)\n')
+        for how in (("--urdf",), ()):
+            result = self.run_robot("simulate", "--check", robot=ROBOT.replace('value="2"', 'value="2 kg"'), how=how)
+            self.assert_refused(result)
+            self.assertEqual(result.stderr, self.path("robot.urdf") + ":3: robot_description/link[rod]/inertial/mass/value: "
+                             'expected a finite number >= 0 kg, got "2 kg" (write the number alone: units are not written)\n')
 
     def run_scene(self, *arguments):
         return subprocess.run([os.path.join(BIN, "simulate"), *arguments], stdout=subprocess.PIPE,
@@ -270,9 +277,9 @@ class Tools(InFolder):
                             "roqe: expected a file, or one of the scenes that ship: acrobot, ", "rope", "got neither")
 
     def test_files_of_other_programs_are_named(self):
-        for start, words in (("#ROSBAG V2.0\n", "expected a scene, in YAML, got a bag"),
-                             ("<?xml version='1.0'?>", "got XML (a URDF is given with --urdf)")):
-            self.assert_refused(self.simulate("--duration", "1", scene=start), words)
+        for start, words in (("#ROSBAG V2.0\n", ":1: scene: expected YAML or a URDF, got a bag"),
+                             ("<?xml version='1.0'?>", ": robot_description: expected one element robot, got nothing")):
+            self.assert_refused(self.simulate("--duration", "1", scene=start), self.path("scene.yaml") + words)
 
     def test_an_unwritable_csv_ends_it_before_the_run(self):
         result = self.run_tool("simulate", "--duration", "1e6", "--csv", self.path("no/such/out.csv"))

@@ -15,8 +15,12 @@ namespace planar_chain {
 ///   links/lower/mass: expected a number > 0 kg, got "heavy"
 Scene readScene(const Value& value);
 
+/// The tree of a scene's text: YAML, or a URDF, which begins with <, as its robot_description.
+/// @throws Refused as parseYaml
+Value parseScene(const std::string& text);
+
 /// @throws Refused as parseYaml and readScene
-Scene readSceneText(const std::string& yaml);
+Scene readSceneText(const std::string& text);
 
 // ---- Its numbers, by path --------------------------------------------------------------------------
 

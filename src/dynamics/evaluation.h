@@ -82,7 +82,9 @@ class Evaluator {
   const Couplings& couplings() const { return couplings_; }
   /// Call it if something couples otherwise than before, apart from what varies with time.
   void forgetCouplings() { hasCouplings_ = false; }
-  std::string recursion() const { return recursion_.name() + (mechanism_.hasEnds() ? " and ends" : ""); }
+  std::string recursion() const {
+    return recursion_.name() + (mechanism_.hasEnds() ? ", slides and held tips" : "");
+  }
 
  private:
   void takeCouplings(double t);

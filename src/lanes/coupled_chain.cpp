@@ -28,9 +28,9 @@ CoupledChain::CoupledChain(const Chain& chain, const simd::Kernel& kernel, bool 
 }
 
 std::string CoupledChain::name() const {
-  if (!isCut()) return "link by link, with coupled joints";
+  if (!isCut()) return "link by link, for rotors and given motions";
   return "in " + std::to_string(kernel_.lanes) + " segments side by side (" + kernel_.name +
-         "), with coupled joints";
+         "), for rotors and given motions";
 }
 
 void CoupledChain::couple(const Coupling<double>* joints) {

@@ -117,7 +117,7 @@ namespace {
 
 std::string readAll(const py::object& path) {
   const py::object file = py::module::import("io").attr("open")(path, "rb");
-  const py::object text = file.attr("read")(longestYaml + 1);  // parseYaml() refuses more
+  const py::object text = file.attr("read")(longestYaml + 1);  // the reader refuses more
   file.attr("close")();
   return text.cast<std::string>();
 }
@@ -207,15 +207,6 @@ TreeAndScene read(Value tree) {
   return made;
 }
 
-/// name: of the argument that the text comes from
-TreeAndScene fromText(const char* name, const std::string& text) {
-  const char* const found = text.rfind('<', 0) == 0         ? "XML"
-                            : text.rfind("#ROSBAG", 0) == 0 ? "a bag"
-                                                            : nullptr;
-  if (found) throw Refused({{name, "YAML (Scene.from_urdf(open(path).read()) reads a URDF)", found}});
-  return read(parseYaml(text));
-}
-
 TreeAndScene fromUrdf(const py::object& text, const py::object& rest) {
   if (!py::isinstance<py::str>(text) || textOf(text, "text").find('<') == std::string::npos)
     throw Refused({{"text", "the text of a URDF, as of open(path).read()", shown(text)}});
@@ -271,12 +262,12 @@ config/README.md explains every key. Raises Refused, with all faults, for a scen
       .def(py::init(&fromValues), py::arg("values"),
            "From a dict with the keys of a YAML scene. The text of a URDF may be its 'robot_description'.")
       .def_static(
-          "from_yaml", [](const py::object& text) { return fromText("text", textOf(text, "text")); },
-          py::arg("text"), "From the text of a YAML scene.")
+          "from_yaml", [](const py::object& text) { return read(parseScene(textOf(text, "text"))); },
+          py::arg("text"), "From the text of a YAML scene, or of a URDF.")
       .def_static(
-          "from_file", [](const py::object& path) { return fromText("path", readAll(found(path))); },
+          "from_file", [](const py::object& path) { return read(parseScene(readAll(found(path)))); },
           py::arg("path"),
-          R"(From a YAML file, or by the name of a scene that ships, such as 'double_pendulum'.
+          R"(From a YAML file or a URDF, or by the name of a scene that ships, such as 'double_pendulum'.
 
 Raises OSError if the file cannot be read.)")
       .def_static(

@@ -375,8 +375,18 @@ Scene readScene(const Value& value) {
   return readSceneAndNote(value, nullptr);
 }
 
-Scene readSceneText(const std::string& yaml) {
-  return readScene(parseYaml(yaml));
+Value parseScene(const std::string& text) {
+  const std::size_t first = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");  // a byte order mark, blanks
+  if (text.compare(0, 7, "#ROSBAG") == 0) {
+    const char* bag = "a bag (plot draws it, simulate --commands takes its commands)";
+    throw Refused({{"scene", "YAML or a URDF", bag, 1}});
+  }
+  const bool isXml = first != std::string::npos && text[first] == '<' && text.compare(first, 2, "<<") != 0;
+  return isXml ? Value::Map{{"robot_description", text}} : parseYaml(text);
+}
+
+Scene readSceneText(const std::string& text) {
+  return readScene(parseScene(text));
 }
 
 }  // namespace planar_chain

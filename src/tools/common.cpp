@@ -52,7 +52,7 @@ void finishOutput() {
 namespace {
 
 constexpr const char* sceneInUsage =
-    "[SCENE]\nSCENE: a YAML file (config/README.md explains it), or the name of a scene that ships";
+    "[SCENE]\nSCENE: a YAML file (config/README.md explains it), a URDF, or the name of a scene that ships";
 constexpr const char* urdfMeaning =
     "A URDF that is a planar chain, in place of the scene's chain and links; SCENE may add the rest";
 
@@ -99,7 +99,10 @@ int run(const Tool& tool, int argc, char** argv) {
     std::cerr << toString(unknownOption(error.get_option_name(), tool)) << '\n';
     return badInput;
   } catch (const po::too_many_positional_options_error&) {
-    std::cerr << "SCENE: expected one, got more arguments without --\n";
+    const auto endsInComma = [](const std::string& each) { return !each.empty() && each.back() == ','; };
+    std::cerr << "SCENE: expected one, got more arguments without --"
+              << (std::any_of(argv, argv + argc, endsInComma) ? " (no blank behind a comma: 0.1,0.2)\n"
+                                                              : "\n");
     return badInput;
   } catch (const po::error& error) {
     std::cerr << error.what() << "\nRun with --help for more information.\n";
@@ -170,25 +173,15 @@ void checkOutputs(const Arguments& given, const std::vector<std::string>& option
 
 namespace {
 
-/// @throws Refused for files of other programs, which are no YAML
-void requireScene(const std::string& path, const std::string& text) {
-  const char* const found = text.rfind("#ROSBAG", 0) == 0
-                                ? "a bag (plot draws it, --commands takes its commands)"
-                            : text.rfind('<', 0) == 0 ? "XML (a URDF is given with --urdf)"
-                                                      : nullptr;
-  if (found) throw Refused({{path, "a scene, in YAML", found}});
-}
-
 /// Puts the file and the line before the path of each fault, or note, that has them:
 /// "scene.yaml:4: links/upper/mass".
 template <class Finding>
-void addFiles(std::vector<Finding>& findings, const std::string& scene,
-              const std::optional<std::string>& urdf) {
+void addFiles(std::vector<Finding>& findings, const std::string& scene, const std::string& urdf) {
   for (Finding& finding : findings) {
-    const bool isInUrdf = urdf && finding.path.compare(0, 17, "robot_description") == 0;
+    const bool isInUrdf = finding.path.compare(0, 17, "robot_description") == 0;
     if (finding.line == 0 && !isInUrdf) continue;
     const std::string line = finding.line > 0 ? ":" + std::to_string(finding.line) : "";
-    finding.path = (isInUrdf ? *urdf : scene) + line + ": " + finding.path;
+    finding.path = (isInUrdf ? urdf : scene) + line + ": " + finding.path;
   }
 }
 
@@ -198,12 +191,11 @@ Scene readScene(const Arguments& given, const std::function<void(Value&)>& amend
   const auto file = given.text("SCENE"), urdf = given.text("urdf");
   try {
     if (!file && !urdf) throw Refused({{"SCENE", "a scene file, or --urdf with a robot", "neither"}});
-    const std::string path = scenePath(given);
+    const std::string path = scenePath(given), pathOfUrdf = urdf.value_or(path);
     const std::string text = file ? loadText(path) : "{}";
     const std::string robot = urdf ? loadText(*urdf) : "";
-    requireScene(path, text);
     try {
-      Value value = parseYaml(text);
+      Value value = parseScene(text);
       if (urdf && value.map() && !value.map()->emplace("robot_description", robot).second) {
         throw Refused({{"robot_description", "nothing beside --urdf", "one in the scene"}});
       }
@@ -212,13 +204,13 @@ Scene readScene(const Arguments& given, const std::function<void(Value&)>& amend
       scene.text = toYaml(value);
       if (faults.empty()) {
         std::vector<Note> notes = scene.notes;
-        addFiles(notes, path, urdf);
+        addFiles(notes, path, pathOfUrdf);
         for (const Note& note : notes) std::cerr << "note: " << toString(note) << '\n';
         return scene;
       }
     } catch (const Refused& refused) {
       std::vector<Fault> own = refused.faults();
-      addFiles(own, path, urdf);
+      addFiles(own, path, pathOfUrdf);
       throw Refused(std::move(own));
     }
   } catch (const Refused& refused) {

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import pathlib
+import re
 import stat
 import sys
 import warnings
@@ -43,6 +44,12 @@ def scene_file(scene):
     """The file of a scene that is given by its path, or by the name of one that ships."""
     shipped = SHIPPED / f"{scene}.yaml"
     return str(shipped) if not os.path.exists(scene) and shipped.exists() else scene
+
+
+def tree_of(text):
+    """The values of a scene's text: of YAML, or a URDF, as scene_reader.cpp takes them."""
+    import yaml  # pylint: disable=import-outside-toplevel  # most tools do not need it
+    return {"robot_description": text} if re.match("\ufeff?\\s*<[^<]", text) else yaml.safe_load(text)
 
 
 def is_same(path, other):

@@ -20,9 +20,12 @@ import math
 import os
 import sys
 
-from files import BadOutput, notes_by, require_outputs, scene_file, words_of, writing
+from chain import scene_from
+from files import BadOutput, require_outputs, scene_file, tree_of, words_of, writing
 try:
-    from planar_chain import BadFit, Failed, Refused, Scene, fit
+    import yaml
+
+    from planar_chain import BadFit, Failed, Refused, fit
     from planar_chain.fitting.report import as_json, as_text
     from planar_chain.fitting.yaml_edit import with_numbers
 except ImportError as missing:
@@ -33,7 +36,7 @@ PICTURES = (".png", ".svg", ".pdf")
 
 def arguments():
     parser = argparse.ArgumentParser(prog="fit", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scene", metavar="SCENE", help="a YAML file, or the name of a scene that ships")
+    parser.add_argument("scene", metavar="SCENE", help="a YAML file, a URDF, or the name of a scene that ships")
     parser.add_argument("--data", nargs="+", action="extend", required=True, metavar="FILE", help="recordings to fit: .bag or .csv")
     parser.add_argument("--vary", nargs="+", action="extend", required=True, metavar="PATH[=FIRST[:LOW:HIGH]]",
                         help="a number to find, such as links/lower/mass, its first value (default: the scene's) and its bounds")
@@ -60,17 +63,11 @@ def windows_of(text):
         raise BadFit(f"--windows: expected times in s, such as 0.3,0.6, got {text!r}") from None
 
 
-def scene_of(path):
-    with notes_by(say):
-        return Scene.from_file(path)
-
-
-def scene_text(path, is_needed):
-    """The text of the scene's file, for --output."""
-    if not is_needed:
-        return None
+def scene_text(path, scene):
+    """The text of the scene's file; of one with a URDF, which has no such numbers, that of the links that were written out."""
     with open(scene_file(path), encoding="utf-8") as file:
-        return file.read()
+        text = file.read()
+    return yaml.safe_dump(scene.to_dict(), sort_keys=False) if "robot_description" in tree_of(text) else text
 
 
 def check_outputs(given):
@@ -105,8 +102,8 @@ def write_all(given, result, text):
 def run(given):
     check_outputs(given)
     try:
-        text = scene_text(given.scene, given.output is not None)
-        scene = scene_of(given.scene)
+        scene = scene_from(given.scene, say)
+        text = given.output and scene_text(given.scene, scene)
         result = fit(scene, given.data, given.vary, predict=given.predict, offsets=given.offsets, delay=given.delay, effort=given.effort,
                      node=given.node, many_turns=given.many_turns, pieces=given.pieces, windows=windows_of(given.windows),
                      progress=show_progress)

@@ -31,7 +31,7 @@ CODES = {"c": c_code, "matlab": matlab_code, "python": python_code}
 
 def arguments():
     parser = argparse.ArgumentParser(prog="formulas", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scene", metavar="SCENE", help="a YAML file, a .urdf, or the name of a scene that ships")
+    parser.add_argument("scene", metavar="SCENE", help="a YAML file, a URDF, or the name of a scene that ships")
     parser.add_argument("--format", required=True, choices=["latex", *CODES], help="what is written")
     parser.add_argument("--numbers", action="store_true", help="the scene's numbers in place of letters")
     parser.add_argument("--linearize", action="store_true", help="also A and B")
@@ -44,9 +44,6 @@ def arguments():
 def scene_from(path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # initial angles that are moved to close a chain
-        if path.endswith(".urdf"):
-            with open(path, encoding="utf-8") as file:
-                return Scene.from_urdf(file.read())
         return Scene.from_file(path)
 
 

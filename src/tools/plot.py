@@ -351,7 +351,7 @@ def main():
     parser.add_argument("--scene", help="scene of a CSV, or of a bag without planar_chain/scene: tells which joints slide, for the units")
     parser.add_argument("--output", metavar="OUT", help="a .png, .svg or .pdf (default: FILE.png)")
     parser.add_argument("--wrap", action="store_true", help="draws angles in (-pi, pi]")
-    parser.add_argument("--strobe", metavar="SCENE", help="draws the chain in the plane; SCENE is its YAML file or URDF")
+    parser.add_argument("--strobe", metavar="SCENE", help="draws the chain in the plane")
     parser.add_argument("--at", nargs="+", type=float, default=[], metavar="T",
                         help=f"instants of --strobe, s since the first state (default: {INSTANTS} in equal steps)")
     parser.add_argument("--apart", type=float, default=0.0, metavar="D",

@@ -25,6 +25,7 @@ import roslib.packages  # noqa: E402
 import rospy  # noqa: E402
 import yaml  # noqa: E402
 from chain import EQUATIONS, NoChain, read_chain  # noqa: E402
+from files import scene_file, tree_of  # noqa: E402
 from replay import Master, Play, scenes_of, urdf_of  # noqa: E402
 from unread import ENDINGS, why_unread  # noqa: E402
 
@@ -272,7 +273,7 @@ def show_bag(path, options):
         refuse('show: %s: expected a bag that can be read, got %s' % (path, why_unread(path, problem)))
     try:
         if given:
-            with open(given, encoding='utf-8') as file:
+            with open(scene_file(given), encoding='utf-8') as file:
                 scenes = dict.fromkeys(scenes, file.read())
     except OSError as problem:
         refuse('show: %s: expected a scene that can be read, got nothing: %s' % (given, problem.strerror))
@@ -287,7 +288,7 @@ def show_bag(path, options):
                  for node, scene in scenes.items()}
     except ValueError as refused:
         refuse('show: %s: the scene%s is refused:\n%s' % (path, ' in ' + given if given else '', refused))
-    trees = {node: yaml.safe_load(scene) for node, scene in scenes.items()}
+    trees = {node: tree_of(scene) for node, scene in scenes.items()}
     require_display()
     with Master() as master:
         rospy.set_param('/use_sim_time', True)

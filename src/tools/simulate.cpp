@@ -108,10 +108,10 @@ void writeSummary(const Simulation& simulation, double end) {
   const Statistics statistics = simulation.statistics();
   const Energy energy = simulation.energy();
   const bool chose = simulation.scene().integrator.method == "auto";
-  std::printf("t = %g s%s by %s%s: %lld steps, %lld rejected, %lld evaluations (%s)\n", simulation.time(),
-              simulation.time() < end ? " of scene time" : "", chose ? "auto, at last " : "",
-              simulation.method().c_str(), statistics.steps, statistics.rejected, statistics.evaluations,
-              simulation.recursion().c_str());
+  std::printf("t = %g s%s by %s%s%s: %lld steps, %lld rejected, %lld evaluations (%s)\n", simulation.time(),
+              simulation.time() < end ? " of scene time" : "", chose ? "auto (" : "",
+              simulation.method().c_str(), chose ? " at the end)" : "", statistics.steps, statistics.rejected,
+              statistics.evaluations, simulation.recursion().c_str());
   if (statistics.rescues > 0) {
     std::printf(
         "  the energy guard repeated steps %lld time%s, smaller or by rodas5p, because the energy balance "
@@ -292,8 +292,10 @@ int simulate(const Arguments& given) {
   const bool hasBags = wantsBags(given);
   const Scene scene = sceneOf(given, hasBags);
   if (given.has("check")) {
-    std::printf("no faults: %d links, %zu loads, method %s\n", scene.chain.size(), scene.loads.size(),
-                scene.integrator.method.c_str());
+    const int links = scene.chain.size();
+    const std::size_t loads = scene.loads.size();
+    std::printf("no faults: %d link%s, %zu load%s, method %s\n", links, links == 1 ? "" : "s", loads,
+                loads == 1 ? "" : "s", scene.integrator.method.c_str());
     return done;
   }
   Rows rows = rowsOf(given, scene, hasBags);

@@ -19,11 +19,12 @@ import os
 import re
 import sys
 
-from files import BadOutput, notes_by, require_apart, scene_file, words_of, writing
+from chain import scene_from
+from files import BadOutput, require_apart, scene_file, words_of, writing
 try:
     import numpy as np
 
-    from planar_chain import Refused, Scene
+    from planar_chain import Refused
     from planar_chain.sweeps import BadSweep, Sweep, SweepFailed, run_here, run_there, save_npz, table_of, whole
 except ImportError as missing:
     sys.exit(f"sweep: {missing}")
@@ -79,7 +80,7 @@ def show_progress(ended, runs):
 
 def arguments():
     parser = argparse.ArgumentParser(prog="sweep", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scene", metavar="SCENE", help="a YAML file, or the name of a scene that ships")
+    parser.add_argument("scene", metavar="SCENE", help="a YAML file, a URDF, or the name of a scene that ships")
     parser.add_argument("--vary", action="append", default=[], metavar="PATH=VALUES",
                         help="a number of the scene, such as links/lower/mass, and its values: FIRST:LAST:COUNT; A,B,…; "
                              "normal(MEAN,DEVIATION); uniform(LOW,HIGH)")
@@ -113,8 +114,7 @@ def sweep_from(given):
     if not given.vary:
         raise BadSweep("--vary: expected at least one, got none")
     try:
-        with notes_by(say):
-            scene = Scene.from_file(given.scene)
+        scene = scene_from(given.scene, say)
     except OSError as problem:
         raise BadSweep(words_of(problem)) from problem
     paths, values = table_of([varied_from(text) for text in given.vary], given.runs, given.seed)
