@@ -50,19 +50,22 @@ install_missing() {
 }
 
 # Builds a target in a folder, with options for cmake: build_in FOLDER TARGET OPTION…. Shows the percentage, and what the compiler says
-# only if it fails.
+# only if it fails. Says nothing where all is built.
 build_in() {
-  local log=$1/build.log next=0
+  local log=$1/build.log next=0 begin="Building ($1/build.log)"
+  [ -e "$1/CMakeCache.txt" ] || { printf '%s' "$begin"; begin=; }  # the first time, cmake alone takes seconds
   mkdir -p "$1"
-  printf 'Building (%s)' "$log"
-  { cmake -S . -B "$1" "${@:3}" && cmake --build "$1" --target "$2" --parallel "$(nproc)"; } 2>&1 | tee "$log" |
+  { cmake -S . -B "$1" "${@:3}" && cmake --build "$1" --target "$2" --parallel "$(nproc)"; } 2>&1 | tee "$log" | {
     while read -r line; do
-      if [[ $line =~ ^\[\ *([0-9]+)%\] ]] && ((BASH_REMATCH[1] >= next)); then
-        printf ' %d%%' "${BASH_REMATCH[1]}"
-        next=$((BASH_REMATCH[1] + 10))
-      fi
-    done || { echo; cat "$log" >&2; return 1; }
-  echo
+      [[ $line =~ ^\[\ *([0-9]+)%\]\ ([A-Za-z]+) && ( -z $begin || ${BASH_REMATCH[2]} != Built ) ]] || continue
+      printf '%s' "$begin"
+      begin=
+      ((BASH_REMATCH[1] >= next)) || continue
+      printf ' %d%%' "${BASH_REMATCH[1]}"
+      next=$((BASH_REMATCH[1] + 10))
+    done
+    [ -n "$begin" ] || echo
+  } || { cat "$log" >&2; return 1; }
 }
 
 # Builds all into build/, which takes some minutes the first time.

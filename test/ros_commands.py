@@ -2,12 +2,14 @@
 """Commands: what the real rostopic publishes acts as M q̈ = f says, exactly as long as it should; what is
 wrong with a command changes nothing and is counted."""
 
+import re
 
 import rospy
 import rostest
 from geometry_msgs.msg import Point, Vector3
 from planar_chain.msg import CommandTaken, JointTorque, LinkForce
 from planar_chain.srv import SetState, Step
+from rosgraph_msgs.msg import Log
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
@@ -128,6 +130,22 @@ class Commands(Watching):
             last = len(self.states.messages) - 1
             self.assert_constant_torque(first - 1, last, 0.31)
             self.assertEqual({state.effort[0] for state in self.states.messages[first:last]}, {0.31})
+
+    def test_the_log_counts_every_refusal(self):
+        log = Listener('/rosout', Log)
+        self.addCleanup(log.close)
+
+        def told():
+            said = [line.msg for line in log.messages if line.msg.startswith('command refused: ')]
+            self.assertTrue(all('joint_torque/joint: expected a joint of the chain (rod_joint), got "elbow_' in line for line in said))
+            return sum(1 + int((re.findall(r' \(and (\d+) more\)$', line) or [0])[0]) for line in said), len(said)
+
+        with Node(rod()):
+            torque = publisher('/planar_chain/joint_torque', JointTorque)
+            for k in range(7):
+                torque.publish(joint='elbow_%d' % k, torque=1)
+            log.wait_for(lambda line: told()[0] == 7)
+        self.assertLess(told()[1], 7)
 
     def test_what_cannot_be_read_is_refused_and_counted_too(self):
         class Torn(Float64MultiArray):

@@ -18,6 +18,7 @@ from sensor_msgs.msg import JointState
 
 from ros_node import LIMIT, Listener, Node, Running
 
+ROOT = os.path.join(os.path.dirname(os.path.realpath(__file__)), '..')
 ROBOT = """<robot name="r"><link name="ground"/>
 <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
 <inertia ixx="0.2" ixy="0" ixz="0" iyy="0.25" iyz="0" izz="0.1"/></inertial></link>
@@ -74,6 +75,22 @@ class Launch(unittest.TestCase):
         finally:
             rospy.delete_param('/use_sim_time')
             rospy.delete_param('/planar_chain')
+
+    def test_a_second_launch_leaves_the_first_alone(self):
+        with self.launch('scene:=pendulum'):
+            self.states.wait_for_count(50)
+            run = subprocess.run(['roslaunch', 'planar_chain', 'sim.launch', 'rviz:=false'], stdout=subprocess.PIPE,
+                                 stderr=subprocess.STDOUT, universal_newlines=True, timeout=LIMIT, check=False)
+            self.assertEqual(run.returncode, 1)
+            self.assertTrue(run.stdout.splitlines()[-1].startswith('/planar_chain runs already. '), run.stdout)
+            run = subprocess.run([os.path.join(ROOT, 'launch/arguments'), '--'], stderr=subprocess.PIPE, universal_newlines=True, check=False)
+            self.assertEqual((run.returncode, run.stderr.count('/planar_chain runs already. ')), (2, 1), run.stderr)
+            second = Listener('/second/joint_states', JointState)
+            with Running('env', 'ROS_NAMESPACE=second', 'roslaunch', 'planar_chain', 'sim.launch', 'rviz:=false'):
+                second.wait_for_count(50)
+            second.close()
+            self.states.wait_for_count(len(self.states.messages) + 50)
+        rospy.delete_param('/second/planar_chain')
 
     def test_a_recorder_gets_the_first_state(self):
         with tempfile.TemporaryDirectory() as folder:

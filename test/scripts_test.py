@@ -16,10 +16,10 @@ CONFIGURATION = [argument for argument in sys.argv if argument.startswith('-D')]
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..')
 
 
-class Arguments(unittest.TestCase):
+class Arguments(InFolder):
     def run_script(self, *arguments):
-        run = subprocess.run([os.path.join(ROOT, 'launch/arguments'), *arguments], stdout=subprocess.PIPE,
-                             stderr=subprocess.PIPE, universal_newlines=True, check=False)
+        run = subprocess.run([os.path.join(ROOT, 'launch/arguments'), '--', *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                             env={**os.environ, 'ROS_MASTER_URI': 'http://localhost:1', 'CMAKE_PREFIX_PATH': ''}, universal_newlines=True, check=False)
         self.assertEqual(run.stdout, '')
         return run.returncode, run.stderr
 
@@ -47,6 +47,13 @@ class Arguments(unittest.TestCase):
             status, said = self.run_script(*given)
             self.assertEqual(status, 2)
             self.assertIn(words, said)
+
+    def test_a_urdf_is_no_scene_file(self):
+        for text, refused in (('\n<robot name="r"/>\n', True), ('<<: {gravity: [0, 0]}\n', False)):
+            with open(self.path('robot'), 'w', encoding='ascii') as file:
+                file.write(text)
+            said = f'scene_file: expected a scene in YAML, got a URDF (give it with urdf:={self.path("robot")})\n'
+            self.assertEqual(self.run_script('scene_file:=' + self.path('robot')), (2, said) if refused else (0, ''))
 
 
 class Recorder(InFolder):
@@ -94,8 +101,15 @@ class OneBuild(InFolder):
         self.assertEqual(self.build(steps), (0, begin + ' 0% 12% 24% 36% 48% 60% 72% 84% 96%\n', ''))
         with open(log, encoding='ascii') as file:
             self.assertEqual(len(file.readlines()), 68)
-        self.assertEqual(self.build('echo "error: $*" >&2; return 1'),
-                         (1, begin + '\n', 'error: -S . -B %s -DA=1\n' % self.path('build')))
+        fails = 'echo "error: $*" >&2; return 1'
+        error = 'error: -S . -B %s -DA=1\n' % self.path('build')
+        self.assertEqual(self.build(fails), (1, begin + '\n', error))
+        with open(self.path('build/CMakeCache.txt'), 'w', encoding='ascii'):
+            pass
+        self.assertEqual(self.build('echo "[ 50%] Built target a"; echo "[100%] Built target b"'), (0, '', ''))
+        self.assertEqual(self.build('echo "[ 50%] Built target a"; echo "[ 60%] Linking b"; echo "[100%] Built target b"'),
+                         (0, begin + ' 60% 100%\n', ''))
+        self.assertEqual(self.build(fails), (1, '', error))
 
 
 if __name__ == '__main__':

@@ -71,6 +71,14 @@ class Tools(InFolder):
         run = subprocess.run([os.path.join(BIN, "simulate"), "pendulm", "--check"], stderr=subprocess.PIPE, universal_newlines=True)
         self.assertIn("whip (did you mean pendulum?), got neither", run.stderr)
 
+    def test_the_node_says_its_usage_without_a_master(self):
+        if not has_ros():
+            self.skipTest("built without ROS")
+        for given, status in (("--help", 0), ("scene.yaml", 2)):
+            run = subprocess.run([os.path.join(BIN, "planar_chain_node"), given], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                 universal_newlines=True, timeout=60)
+            self.assertEqual((run.returncode, run.stdout[:39]), (status, "planar_chain_node [--wait-for-recorder]"))
+
     # ---- A budget of steps -------------------------------------------------------------------------
 
     def test_a_run_without_end_stops_with_a_reason(self):

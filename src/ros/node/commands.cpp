@@ -112,8 +112,15 @@ std::string Commands::takeOrWarn(const CommandTaken& input) {
 void Commands::refuse(const std::string& reason) {
   ++rejected_;
   lastRejection_ = reason;
+  warnOfRefusals();
+}
+
+void Commands::warnOfRefusals() {
   // Throttle by wall time, as simulation time may be halted.
-  if (warnings_.isDue()) ROS_WARN("command refused: %s", reason.c_str());
+  if (rejected_ == warned_ || !warnings_.isDue()) return;
+  const auto others = rejected_ - std::exchange(warned_, rejected_) - 1;
+  const std::string more = others > 0 ? " (and " + std::to_string(others) + " more)" : "";
+  ROS_WARN("command refused: %s%s", lastRejection_.c_str(), more.c_str());
 }
 
 // ---- Accepting ---------------------------------------------------------------------------------

@@ -70,6 +70,9 @@ class Commands {
   std::string takeOrWarn(const CommandTaken& input);
   /// Counts a refusal and gives its reason, as takeOrWarn().
   void refuse(const std::string& reason);
+  /// Call this about once a second. Logs the last refusal with the number of those since the line before, if
+  /// there are any.
+  void warnOfRefusals();
   /// Returns the faults of a STEP. isRecorded: it may lack n.
   std::vector<Fault> faultsOf(const CommandTaken& step, bool isRecorded = false) const;
 
@@ -102,6 +105,7 @@ class Commands {
   Every warnings_{1.0};
   std::map<std::uint8_t, double> taken_;  ///< scene time of the last of each kind, s
   std::uint64_t accepted_ = 0, rejected_ = 0;
+  std::uint64_t warned_ = 0;  ///< of those rejected
   std::string lastRejection_;
   ros::Publisher log_;
   std::vector<ros::Subscriber> subscribers_;

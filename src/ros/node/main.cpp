@@ -6,12 +6,20 @@
 
 #include <clocale>
 #include <csignal>
+#include <iostream>
 #include <string>
+#include <vector>
 
 #include "ros/node/node.h"
 #include "ros/node/parameters.h"
 
 namespace {
+
+constexpr const char* usage =
+    "planar_chain_node [--wait-for-recorder] [NAME:=VALUE …]\n"
+    "Simulates the scene in its private parameters. roslaunch planar_chain sim.launch loads one and starts "
+    "it.\n"
+    "  --wait-for-recorder  starts when a recorder has subscribed to every topic, or after 15 s\n";
 
 volatile std::sig_atomic_t isEnding = 0;
 
@@ -28,8 +36,15 @@ bool keepGoing() {
 int main(int argc, char** argv) {
   // Let the log write signs such as ²; LC_NUMERIC stays, with its decimal point.
   std::setlocale(LC_CTYPE, "C.UTF-8");
+  std::vector<std::string> given;
+  ros::removeROSArgs(argc, argv, given);
+  const bool waits = given.size() == 2 && given[1] == "--wait-for-recorder";
+  if (given.size() > 1 && !waits) {
+    const bool asks = given[1] == "--help" || given[1] == "-h";
+    (asks ? std::cout : std::cerr) << usage;
+    return asks ? 0 : 2;
+  }
   ros::init(argc, argv, "planar_chain");
-  const bool waits = argc > 1 && argv[1] == std::string("--wait-for-recorder");
   const ros::NodeHandle keepsLoggingAlive;
   planar_chain::SceneParameters parameters(ros::this_node::getName());
   return parameters.run([&](const planar_chain::Scene& scene) {

@@ -46,11 +46,6 @@ bool hasSeveralClocks() {
 
 // ---- The log at the start ----------------------------------------------------------------------
 
-/// "nothing" without items.
-std::string listed(const std::vector<std::string>& items) {
-  return items.empty() ? "nothing" : inCommas(items);
-}
-
 /// The parts that the scene uses, and those that it leaves out.
 std::string whatRuns(const Simulation& simulation) {
   const Scene& scene = simulation.scene();
@@ -70,7 +65,8 @@ std::string whatRuns(const Simulation& simulation) {
   if (integrator.loosestTolerance && !hasFixedStep) {
     line << ", yields to " << *integrator.loosestTolerance << " when late";
   }
-  line << "; runs: " << listed(words.runs) << "; left out: " << listed(words.leftOut);
+  line << "; runs: " << inCommas(words.runs);
+  if (!words.leftOut.empty()) line << "; not in this scene, at no cost: " << inCommas(words.leftOut);
   return line.str();
 }
 
@@ -333,6 +329,7 @@ void Node::publishStatus() {
 
 void Node::publishDiagnostics() {
   updateStatus();
+  commands_.warnOfRefusals();
   severalClocks_ = hasSeveralClocks();
   if (severalClocks_ && clockWarnings_.isDue()) ROS_WARN("%s", severalClocksFault);
   // The updater's own period is simulation time, so force it. Stamps must not be 0, and it adds to them.
