@@ -49,6 +49,7 @@ class Tool(InFolder):
                                self.recording("single_4.csv"), "--output", fitted, "--plot", self.path("fit.png"), "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         said = json.loads(result.stdout)
+        self.assertEqual(said["units"], {"arm_joint": "rad"})
         self.assertLess(max(one["error"]["arm_joint"] for one in said["data"]), 0.03)
         self.assertLess(max(one["from_fitted_start"]["arm_joint"] for one in said["predictions"]), 0.03)
         self.assertGreater(os.path.getsize(self.path("fit.png")), 10000)
@@ -97,6 +98,7 @@ class Tool(InFolder):
                              "line 7: expected a finite number of q_arm_joint, or an empty field for a gap, got 'nan'"),
                             (self.CSV.replace("q_arm_joint", "q_arn_joint"), "got 'q_arn_joint'"),
                             (self.CSV.replace("0.05,", "0.05,1,"), "line 7: expected 2 fields, got 3"),
+                            ("t,q_arm_joint\n" + "".join(f"{k},\n" for k in range(20)), "bad.csv: expected angles of the joint arm_joint, got none"),
                             ("", "expected the columns t, q_arm_joint, got none"),
                             ("t,q_arm_joint\n0,1\n", "expected at least 10 samples, got 1")):
             result = self.run_tool(self.recording("single.yaml"), "--data", self.write("bad.csv", text), "--vary", "links/arm/inertia")

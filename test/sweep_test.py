@@ -1,17 +1,15 @@
 #!/usr/bin/python3
-"""sweep: its values, its files, its interruptions; two Dask workers of which one is killed.
+"""sweep: its values, its files, its interruptions.
 
     sweep_test.py BIN [unittest options]        BIN: the folder that holds the tools; PYTHONPATH finds planar_chain
 """
 import csv
-import importlib.util
 import os
 import shlex
 import shutil
 import signal
 import subprocess
 import sys
-import time
 import unittest
 
 try:
@@ -20,15 +18,9 @@ except ImportError:
     print("numpy not found: skipped")
     sys.exit(77)
 
-from in_folder import InFolder
 from planar_chain import Scene, simulate_many
 from planar_chain.sweeps import BadSweep, table_of
-
-BIN = ""
-SCENE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../config/scenes/double_pendulum.yaml")
-MASS, ANGLE = "links/lower/mass", "links/upper/initial/angle"
-VARIED = ("--vary", MASS + "=0.5:2:20", "--vary", ANGLE + "=normal(0.3,0.01)", "--seed", "7")
-LIMIT = 120  # s
+from sweep_tool import ANGLE, BIN, LIMIT, MASS, SCENE, VARIED, SweepTool
 
 
 class Tables(unittest.TestCase):
@@ -62,27 +54,7 @@ class Tables(unittest.TestCase):
             table_of([("a", "0:1:100000"), ("b", "0:1:100000")], None, 0)
 
 
-class Sweeps(InFolder):
-    def command(self, *arguments, output=("runs.csv",)):
-        return [sys.executable, os.path.join(BIN, "sweep"), SCENE, *arguments, "--output", *map(self.path, output)]
-
-    def sweep(self, *arguments, status=0, output=("runs.csv",)):
-        run = subprocess.run(self.command(*arguments, output=output), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                             universal_newlines=True, timeout=LIMIT, check=False)
-        self.assertEqual(run.returncode, status, run.stderr)
-        return run.stdout + run.stderr
-
-    def text(self, name):
-        with open(self.path(name), encoding="utf-8") as file:
-            return file.read()
-
-    def wait_for_chunks(self, count, process):
-        folder, end = self.path("runs.csv.parts"), time.monotonic() + LIMIT
-        while sum(name.endswith(".npz") for name in os.listdir(folder) if os.path.isdir(folder)) < count:
-            self.assertIsNone(process.poll())
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.01)
-
+class Sweeps(SweepTool):
     def test_its_files_hold_what_simulate_many_gives(self):
         self.sweep(*VARIED, "--runs", "50", "--duration", "1", "--instants", "2", "--chunk", "7",
                    output=("runs.csv", "runs.npz"))
@@ -130,6 +102,7 @@ class Sweeps(InFolder):
         with open(self.path("other.csv.parts"), "w", encoding="utf-8"):
             pass
         said = self.sweep("--vary", MASS + "=1,2", "--duration", "1", status=2, output=("other.csv",))
+        os.mkdir(self.path("new.csv.parts"))
         inside = self.sweep("--vary", MASS + "=1,2", "--duration", "1", status=2, output=("new.csv", "new.csv.parts/x.npz"))
         self.assertRegex(inside, "^sweep: --output: expected a file outside of .*new.csv.parts, which is removed at the end, got .*x.npz$")
         self.assertRegex(said, "^sweep: --output: expected .*other.csv.parts to be a sweep's own folder, got a file$")
@@ -144,7 +117,7 @@ class Sweeps(InFolder):
 
     def test_an_output_that_comes_later_replaces_nothing(self):
         arguments = ("--vary", MASS + "=1,2", "--duration", "1")
-        self.sweep(*arguments, output=("runs.csv", "missing/runs.npz"), status=1)
+        self.killed(*arguments)
         for name, words in (("new.npz.partial", "expected no file .*new.npz.partial"), ("new.npz", "expected a new file, got .*new.npz")):
             with open(self.path(name), "w", encoding="utf-8") as file:
                 file.write("mine")
@@ -152,7 +125,7 @@ class Sweeps(InFolder):
             self.assertEqual(self.text(name), "mine")
             os.remove(self.path(name))
         self.sweep(*arguments, output=("runs.csv", "new.npz"))
-        self.assertEqual(sorted(os.listdir(self.folder)), ["new.npz", "runs.csv"])
+        self.assertEqual(sorted(os.listdir(self.folder)), ["new.npz", "runs.csv", "runs.npz.partial"])
 
     def test_two_names_of_one_output_have_one_lock(self):
         os.symlink(self.path("runs.csv"), self.path("link.csv"))
@@ -165,10 +138,24 @@ class Sweeps(InFolder):
             process.communicate()
 
     def test_it_continues_over_a_partial_file_of_its_own(self):
-        self.sweep("--vary", MASS + "=1,2", "--duration", "1", output=("runs.csv", "missing/runs.npz"), status=1)
+        arguments = ("--vary", MASS + "=1,2", "--duration", "1")
+        self.killed(*arguments)
         os.rename(self.path("runs.csv"), self.path("runs.csv.partial"))  # as if killed while it wrote
-        self.sweep("--vary", MASS + "=1,2", "--duration", "1")
-        self.assertEqual(os.listdir(self.folder), ["runs.csv"])
+        self.sweep(*arguments, output=("runs.csv", "runs.npz"))
+        self.assertEqual(sorted(os.listdir(self.folder)), ["runs.csv", "runs.npz"])
+        with open(self.path("early.csv.partial"), "w", encoding="utf-8"):
+            pass  # as of one that was killed before it described itself
+        self.sweep(*arguments, output=("early.csv",))
+        self.assertEqual(sorted(os.listdir(self.folder)), ["early.csv", "runs.csv", "runs.npz"])
+
+    def test_no_run_begins_if_an_output_cannot_be_written(self):
+        os.mkdir(self.path("folder.csv"))
+        for output, words in ((("runs.csv", "missing/runs.npz"), "missing/runs.npz: No such file or directory"),
+                              (("missing/runs.csv",), "missing/runs.csv: No such file or directory"),
+                              (("folder.csv",), "folder.csv: Is a directory")):
+            said = self.sweep("--vary", MASS + "=1,2", "--duration", "1", "--overwrite", output=output, status=2)
+            self.assertRegex(said, f"^sweep: --output: expected a file that can be written, got .*{words}$")
+        self.assertEqual(os.listdir(self.folder), ["folder.csv"])
 
     def test_a_link_stays_a_link(self):
         os.mkdir(self.path("there"))
@@ -200,7 +187,7 @@ class Sweeps(InFolder):
         run = subprocess.run(["bash", "-c", f"ulimit -f 8; exec {command}"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                              universal_newlines=True, timeout=LIMIT, check=False)
         self.assertEqual(run.returncode, 1)
-        self.assertRegex(run.stderr, r"^sweep: .*File too large.* \(after 0 of 3000 runs; the same command goes on from there\)$")
+        self.assertRegex(run.stderr, r"^sweep: cannot write .*runs.csv.parts/000000000.npz: File too large \(after 0 of 3000 runs; the same command goes on from there\)$")
         self.assertEqual(sorted(os.listdir(self.path("runs.csv.parts"))), ["lock", "sweep.json"])
         self.sweep(*arguments)
         self.assertEqual(len(self.text("runs.csv").splitlines()), 30001)
@@ -225,7 +212,7 @@ class Sweeps(InFolder):
 
     def test_damaged_chunks_are_all_named_before_any_run(self):
         arguments = ("--vary", MASS + "=1:2:100", "--duration", "1", "--chunk", "20")
-        self.sweep(*arguments, output=("runs.csv", "missing/runs.npz"), status=1)
+        self.killed(*arguments)
         parts = self.path("runs.csv.parts")
         os.remove(os.path.join(parts, "000000040.npz"))  # is missing still when the others are refused
         with open(os.path.join(parts, "000000020.npz"), "r+b") as file:
@@ -248,7 +235,7 @@ class Sweeps(InFolder):
     def test_a_damaged_description_is_named(self):
         arguments = ("--vary", MASS + "=1:2:40", "--duration", "1", "--chunk", "20")
         for text in ("", "[1]", "{\x00", '{"scene": '):
-            self.sweep(*arguments, output=("runs.csv", "missing/runs.npz"), status=1)
+            self.killed(*arguments)
             with open(self.path("runs.csv.parts/sweep.json"), "w", encoding="utf-8") as file:
                 file.write(text)
             self.assertRegex(self.sweep(*arguments, status=2), r"^sweep: .*runs.csv.parts/sweep.json: expected the description of a sweep, "
@@ -318,8 +305,8 @@ class Sweeps(InFolder):
 
     def test_two_sweeps_of_which_only_one_file_is_the_same_do_not_meet(self):
         long, short = (*VARIED, "--runs", "2000", "--duration", "30", "--chunk", "20"), ("--vary", MASS + "=1,2", "--duration", "1")
-        interrupted = "kept.csv", "runs.csv", "missing/runs.npz"
-        self.sweep(*short, output=interrupted, status=1)
+        interrupted = "kept.csv", "runs.csv", "runs.npz"
+        self.killed(*short, output=interrupted)
         kept = os.listdir(self.folder)
         for first, second in ((("runs.csv", "both.npz"), ("both.npz",)), (("runs.csv",), ("other.csv", "runs.csv")),
                               (("runs.csv", "both.npz"), ("other.csv", "both.npz")), (("runs.csv",), interrupted)):
@@ -333,58 +320,6 @@ class Sweeps(InFolder):
             shutil.rmtree(self.path("runs.csv.parts"))
             self.assertEqual(os.listdir(self.folder), kept)
 
-    @unittest.skipUnless(importlib.util.find_spec("distributed"), "no Dask")
-    def test_a_killed_scheduler_loses_nothing(self):
-        arguments = (*VARIED, "--runs", "20000", "--duration", "30", "--chunk", "20")
-        script = ("import sys\nfrom distributed import LocalCluster\nif __name__ == '__main__':\n"
-                  " with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:\n"
-                  "  print(cluster.scheduler_address, flush=True)\n  sys.stdin.read()\n")
-        with open(self.path("cluster.py"), "w", encoding="utf-8") as file:
-            file.write(script)
-        with subprocess.Popen([sys.executable, self.path("cluster.py")], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                              stderr=subprocess.DEVNULL, universal_newlines=True, start_new_session=True) as cluster:
-            address = cluster.stdout.readline().strip()
-            process = subprocess.Popen(self.command(*arguments, "--scheduler", address), stderr=subprocess.PIPE, universal_newlines=True)
-            os.makedirs(self.path("runs.csv.parts"), exist_ok=True)
-            self.wait_for_chunks(3, process)
-            os.killpg(cluster.pid, signal.SIGKILL)
-            said = process.communicate(timeout=LIMIT)[1]
-        self.assertEqual(process.returncode, 1, said)
-        self.assertRegex(said, rf"^sweep: the scheduler {address} does not answer "
-                               r"\(after \d+ of 20000 runs; the same command goes on from there\)$")
-        self.assertGreaterEqual(int(said.split("after ")[1].split()[0]), 60)
-        self.assertEqual([name for name in os.listdir(self.path("runs.csv.parts")) if name.endswith(".partial")], [])
-        self.sweep(*arguments)
-        self.sweep(*arguments, output=("whole.csv",))
-        self.assertEqual(self.text("runs.csv"), self.text("whole.csv"))
-
-    @unittest.skipUnless(importlib.util.find_spec("distributed"), "no Dask")
-    def test_a_scheduler_without_workers_says_so(self):
-        from distributed import LocalCluster
-        with LocalCluster(n_workers=0, dashboard_address=None) as cluster:
-            address, begin = cluster.scheduler_address, time.monotonic()
-            said = self.sweep("--vary", MASS + "=1:2:4", "--duration", "1", "--scheduler", address, status=1)
-        self.assertRegex(said, rf"^sweep: the scheduler {address} has no workers; waiting 20 s for one\n"
-                               rf"sweep: the scheduler {address} has had no workers for 20 s; start one with: dask-worker {address} ")
-        self.assertGreaterEqual(time.monotonic() - begin, 20)
-
-    @unittest.skipUnless(importlib.util.find_spec("distributed"), "no Dask")
-    def test_a_killed_worker_loses_nothing(self):
-        from distributed import Client, LocalCluster
-        arguments = (*VARIED, "--runs", "600", "--duration", "100", "--chunk", "20")
-        self.sweep(*arguments, output=("whole.csv",))
-        with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
-            workers = client.run(os.getpid)
-            self.assertEqual(len(workers), 2)
-            process = subprocess.Popen(self.command(*arguments, "--scheduler", cluster.scheduler_address))
-            os.makedirs(self.path("runs.csv.parts"), exist_ok=True)
-            self.wait_for_chunks(3, process)
-            os.kill(next(iter(workers.values())), signal.SIGKILL)
-            self.assertLess(len(os.listdir(self.path("runs.csv.parts"))), 25)
-            self.assertEqual(process.wait(LIMIT), 0)
-        self.assertEqual(self.text("runs.csv"), self.text("whole.csv"))
-
 
 if __name__ == "__main__":
-    BIN = sys.argv.pop(1)
     unittest.main()

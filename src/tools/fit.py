@@ -7,13 +7,8 @@ and tau_<joint>; an empty field is a gap. The initial state of each recording is
 Exit status: 0 done; 1 the fit did not converge or is bad; 2 bad arguments, scene or recordings; 130 interrupted. After 1 and 130 the best
 numbers are printed and written."""
 
-import signal
+from program import Parser, put, run, say  # isort: skip
 
-INTERRUPTIBLE = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-if INTERRUPTIBLE:
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules load: main() can end in words
-
-# pylint: disable=wrong-import-position
 import argparse
 import json
 import math
@@ -35,7 +30,7 @@ PICTURES = (".png", ".svg", ".pdf")
 
 
 def arguments():
-    parser = argparse.ArgumentParser(prog="fit", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(prog="fit", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", metavar="SCENE", help="a YAML file, a URDF, or the name of a scene that ships")
     parser.add_argument("--data", nargs="+", action="extend", required=True, metavar="FILE", help="recordings to fit: .bag or .csv")
     parser.add_argument("--vary", nargs="+", action="extend", required=True, metavar="PATH[=FIRST[:LOW:HIGH]]",
@@ -83,10 +78,6 @@ def show_progress(window, error, calls):
         sys.stderr.flush()
 
 
-def say(text):
-    print(("\r\033[K" if sys.stderr.isatty() else "") + f"fit: {text}", file=sys.stderr)
-
-
 def write_all(given, result, text):
     """The files that were asked for."""
     if given.output is not None:
@@ -99,7 +90,8 @@ def write_all(given, result, text):
             draw(result, f"{os.path.basename(given.scene)}: fit").savefig(given.plot, dpi=110)
 
 
-def run(given):
+def main():
+    given = arguments()
     check_outputs(given)
     try:
         scene = scene_from(given.scene, say)
@@ -111,8 +103,7 @@ def run(given):
         raise BadFit(words_of(problem)) from problem
     if sys.stderr.isatty():
         sys.stderr.write("\r\033[K")
-    with writing("standard output"):
-        print(json.dumps(as_json(result), indent=1) if given.json else as_text(result), flush=True)
+    put((json.dumps(as_json(result), indent=1) if given.json else as_text(result)) + "\n")
     write_all(given, result, text)
     if result.interrupted:
         say("interrupted; this is the best so far")
@@ -127,22 +118,5 @@ def run(given):
     return 0
 
 
-def main():
-    if INTERRUPTIBLE:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    given = arguments()
-    try:
-        return run(given)
-    except (BadFit, BadOutput, Refused) as problem:
-        say(problem)
-        return 2
-    except KeyboardInterrupt:
-        say("interrupted before the first result")
-        return 130
-    except (Failed, OSError, MemoryError) as problem:
-        say(words_of(problem))
-        return 1
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(main, (BadFit, BadOutput, Refused), (Failed,)))

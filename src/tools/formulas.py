@@ -4,16 +4,14 @@
 The functions give M, f and q'' of a state, and with --linearize A and B of dx/dt = A x + B dtau. Exit status: 0 done; 1 it
 cannot be written to the file; 2 bad arguments, a scene with faults, or one that no formula describes."""
 
+from program import Parser, put, run  # isort: skip
+
 import argparse
 import os
 import pathlib
 import sys
 import warnings
 
-HERE = pathlib.Path(sys.argv[0]).absolute().parent
-sys.path.append(str(HERE.parent / "python3" / "dist-packages"))  # where the module is, without an environment of ROS too
-
-# pylint: disable=wrong-import-position
 from files import BadOutput, require_outputs, scene_file, words_of, writing
 try:
     from planar_chain import NoFormula, Refused, Scene, formulas
@@ -30,7 +28,7 @@ CODES = {"c": c_code, "matlab": matlab_code, "python": python_code}
 
 
 def arguments():
-    parser = argparse.ArgumentParser(prog="formulas", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(prog="formulas", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", metavar="SCENE", help="a YAML file, a URDF, or the name of a scene that ships")
     parser.add_argument("--format", required=True, choices=["latex", *CODES], help="what is written")
     parser.add_argument("--numbers", action="store_true", help="the scene's numbers in place of letters")
@@ -85,22 +83,15 @@ def main():
         if given.format == "latex" and given.output:
             require_own_picture(pathlib.Path(given.output))
         text = text_of(given)
-    except (BadOutput, NoFormula, OSError, Refused, UnicodeDecodeError) as problem:
-        print(f"formulas: {words_of(problem)}", file=sys.stderr)
-        return 2
-    try:
-        if given.output:
-            with writing(given.output), open(given.output, "w", encoding="utf-8") as file:
-                file.write(text)
-            text = f"written to {given.output}\n"
-        with writing("standard output"):
-            sys.stdout.write(text)
-            sys.stdout.flush()
-    except OSError as problem:
-        print(f"formulas: {words_of(problem)}", file=sys.stderr)
-        return 1
+    except (OSError, UnicodeDecodeError) as problem:
+        raise NoFormula(words_of(problem)) from problem
+    if given.output:
+        with writing(given.output), open(given.output, "w", encoding="utf-8") as file:
+            file.write(text)
+        text = f"written to {given.output}\n"
+    put(text)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(main, (BadOutput, NoFormula, Refused)))

@@ -5,7 +5,8 @@ it draws the chain itself at several instants. Of many runs it draws the angles 
 FILE is a CSV of `simulate --csv` or of `sweep`, or a bag of `simulate --bag` or rosbag record. A bag needs joint_states; energy and
 error come from the node's ~status. Panels without data are left out."""
 
-import argparse
+from program import Parser, put, run  # isort: skip
+
 import csv
 import difflib
 import math
@@ -22,7 +23,7 @@ from files import BadOutput, require_outputs, scene_file, words_of, writing  # n
 from plot_panels import STILL, UNKNOWN, kinds, panels  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
 from plot_strobe import Links, draw_strobe  # noqa: E402
-from unread import ENDINGS, why_unread  # noqa: E402
+from unread import ENDINGS, opened  # noqa: E402
 
 # The colours of Okabe and Ito, which the colour-blind can distinguish. The dashes help in black and white.
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6D31", "#7F7F7F"]
@@ -175,16 +176,12 @@ def events_of(stamps, statuses, taken):
 
 
 def read_bag(path, node):
-    import rosbag  # a CSV needs no ROS
-    try:
-        with rosbag.Bag(path) as bag:
-            states_topic, status_topic = topics_of(bag, path, node)
-            below = status_topic and status_topic[:-len("status")]
-            states, statuses, taken, links, scenes = (
-                [message for _, message, _ in bag.read_messages(topic)] if topic else [] for topic in
-                (states_topic, status_topic, *(below and below + name for name in ("commands_taken", "link_states", "scene"))))
-    except rosbag.ROSBagException as problem:
-        raise Refused(f"{path}: expected a bag that can be read, got {why_unread(path, problem)}") from problem
+    with opened(path, Refused) as (bag, messages_of):
+        states_topic, status_topic = topics_of(bag, path, node)
+        below = status_topic and status_topic[:-len("status")]
+        states, statuses = messages_of(states_topic, "sensor_msgs/JointState"), messages_of(status_topic, "planar_chain/SimStatus")
+        taken, links, scenes = (messages_of(below and below + name, kind) for name, kind in (
+            ("commands_taken", "planar_chain/CommandTaken"), ("link_states", "planar_chain/LinkStates"), ("scene", "std_msgs/String")))
     require_two(path, states)
 
     names = list(states[0].name)
@@ -342,8 +339,8 @@ def strobe(motion, scene, given, apart, title):
     return draw_strobe(motion, links, times, apart, f"{title}: {os.path.basename(scene)}")
 
 
-def main():
-    parser = argparse.ArgumentParser(prog="plot", description=__doc__.replace("\n\n", " ").replace("\n", " "))
+def arguments():
+    parser = Parser(prog="plot", description=__doc__.replace("\n\n", " ").replace("\n", " "))
     parser.add_argument("file", metavar="FILE", help="a .csv or a .bag")
     parser.add_argument("--joints", nargs="+", default=[], metavar="JOINT",
                         help=f"joints to draw (default: all, or {MOST_JOINTS} of them, evenly along the chain)")
@@ -357,7 +354,11 @@ def main():
     parser.add_argument("--apart", type=float, default=0.0, metavar="D",
                         help="distance by which --strobe moves each instant to the right of the previous one, m")
     parser.add_argument("--dark", action="store_true", help="for a dark screen")
-    given = parser.parse_args()
+    return parser.parse_args()
+
+
+def main():
+    given = arguments()
     output = given.output or given.file + ".png"
     try:
         if os.path.splitext(output)[1] not in (".png", ".svg", ".pdf"):
@@ -381,19 +382,13 @@ def main():
         figure = (draw_runs(motion, columns, title, given.wrap, COLOURS[0]) if is_sweep
                   else strobe(motion, given.strobe, given.at, given.apart, title) if given.strobe
                   else draw(motion, columns, title, given.wrap))
-    except (BadOutput, NoChain, Refused, OSError, UnicodeDecodeError) as problem:
-        print(f"plot: {words_of(problem)}", file=sys.stderr)
-        return 2
-    try:
-        with writing(output):
-            figure.savefig(output, dpi=130)
-        with writing("standard output"):
-            os.write(sys.stdout.fileno(), f"written to {output}\n".encode())
-    except OSError as problem:
-        print(f"plot: {words_of(problem)}", file=sys.stderr)
-        return 1
+    except (OSError, UnicodeDecodeError) as problem:
+        raise Refused(words_of(problem)) from problem
+    with writing(output):
+        figure.savefig(output, dpi=130)
+    put(f"written to {output}\n")
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(main, (BadOutput, NoChain, Refused)))

@@ -8,21 +8,20 @@ import tempfile
 import time
 from xml.etree import ElementTree
 
-import rosbag
 import rosgraph
+from unread import opened
 
 PATIENCE = 30  # s that roscore may take to start
 
 
 def scenes_of(path):
-    """({node: text of its scene or None}, topics) of a bag."""
-    with rosbag.Bag(path) as bag:
+    """({node: text of its scene or None}, topics) of a bag. Raises ValueError with the reason if it cannot be read."""
+    with opened(path, ValueError) as (bag, messages_of):
         topics = set(bag.get_type_and_topic_info().topics)
         nodes = {topic.rsplit('/', 1)[0] for topic in topics if topic.endswith(('/scene', '/link_states', '/status'))}
         scenes = dict.fromkeys(sorted(nodes))
-        for topic, message, _ in bag.read_messages([node + '/scene' for node in nodes]):
-            node = topic.rsplit('/', 1)[0]
-            scenes[node] = scenes[node] or message.data
+        for node in scenes:
+            scenes[node] = next((message.data for message in messages_of(node + '/scene', 'std_msgs/String') if message.data), None)
     return scenes, topics
 
 

@@ -6,6 +6,8 @@
     show BAG [SCENE] [options of rosbag play]   plays a recording; SCENE is needed if the bag lacks it
 """
 
+from program import put, run  # isort: skip
+
 import copy
 import hashlib
 import itertools
@@ -18,8 +20,6 @@ import sys
 import tempfile
 import time
 
-signal.signal(signal.SIGINT, signal.SIG_DFL)  # the launch may end during the imports
-import rosbag  # noqa: E402
 import rosgraph  # noqa: E402
 import roslib.packages  # noqa: E402
 import rospy  # noqa: E402
@@ -27,7 +27,7 @@ import yaml  # noqa: E402
 from chain import EQUATIONS, NoChain, read_chain  # noqa: E402
 from files import scene_file, tree_of  # noqa: E402
 from replay import Master, Play, scenes_of, urdf_of  # noqa: E402
-from unread import ENDINGS, why_unread  # noqa: E402
+from unread import ENDINGS  # noqa: E402
 
 WRITTEN = '# Written by show (%s). What you save or change is kept.\n'
 BEFORE = '# Written by show, again at each start. Save in rviz keeps your own.'  # of earlier versions
@@ -269,8 +269,8 @@ def show_bag(path, options):
     given = options.pop(0) if options and not options[0].startswith('-') else None
     try:
         scenes, topics = scenes_of(path)
-    except (OSError, rosbag.ROSBagException) as problem:
-        refuse('show: %s: expected a bag that can be read, got %s' % (path, why_unread(path, problem)))
+    except ValueError as refused:
+        refuse('show: %s' % refused)
     try:
         if given:
             with open(scene_file(given), encoding='utf-8') as file:
@@ -315,7 +315,7 @@ def main():
     if not arguments:
         refuse(__doc__)
     if arguments[0] in ('-h', '--help'):
-        print(__doc__)
+        put(__doc__ + '\n')
         return 0
     if arguments[0].endswith(ENDINGS):
         return show_bag(arguments[0], arguments[1:])
@@ -335,4 +335,4 @@ def main():
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run(main, ()))

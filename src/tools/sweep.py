@@ -4,13 +4,8 @@
 The same command continues an interrupted sweep. A run that fails is kept, with its reason. Exit status: 0 done;
 1 every run or the sweep failed; 2 bad arguments or scene; 3 some runs failed; 130 interrupted."""
 
-import signal
+from program import Parser, put, run, say  # isort: skip
 
-INTERRUPTIBLE = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-if INTERRUPTIBLE:
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules load: main() can end in words
-
-# pylint: disable=wrong-import-position
 import argparse
 import csv
 import io
@@ -20,7 +15,7 @@ import re
 import sys
 
 from chain import scene_from
-from files import BadOutput, require_apart, scene_file, words_of, writing
+from files import BadOutput, require_outputs, scene_file, words_of
 try:
     import numpy as np
 
@@ -62,13 +57,11 @@ MOST_NUMBERS = 10 ** 8  # in memory at once
 WRITERS = {".csv": write_csv, ".npz": write_npz}
 
 
-def say(text):
-    """One line, in place of the progress."""
-    print(("\r\033[K" if sys.stderr.isatty() else "") + f"sweep: {text}", file=sys.stderr)
+PROGRESS = []  # the runs that have ended and all
 
 
-def so_far(progress):
-    return f" (after {progress[0]} of {progress[1]} runs; the same command goes on from there)" if progress else ""
+def so_far():
+    return f" (after {PROGRESS[0]} of {PROGRESS[1]} runs; the same command goes on from there)" if PROGRESS else ""
 
 
 def show_progress(ended, runs):
@@ -79,7 +72,7 @@ def show_progress(ended, runs):
 
 
 def arguments():
-    parser = argparse.ArgumentParser(prog="sweep", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(prog="sweep", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", metavar="SCENE", help="a YAML file, a URDF, or the name of a scene that ships")
     parser.add_argument("--vary", action="append", default=[], metavar="PATH=VALUES",
                         help="a number of the scene, such as links/lower/mass, and its values: FIRST:LAST:COUNT; A,B,…; "
@@ -100,9 +93,9 @@ def arguments():
 
 def sweep_from(given):
     for path in given.output:
-        if os.path.splitext(path)[1] not in WRITERS or os.path.exists(path) and not os.path.isfile(path):
+        if os.path.splitext(path)[1] not in WRITERS or os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path):
             raise BadSweep(f"--output: expected names of files that end in .csv or .npz, got {path}")
-    require_apart([("--output", path) for path in given.output], [scene_file(given.scene)])
+    require_outputs([("--output", path) for path in given.output], [scene_file(given.scene)])
     if given.scheduler is not None and not re.fullmatch(r"([a-z]+://)?[^\s/]+:\d+", given.scheduler):
         raise BadSweep(f"--scheduler: expected an address such as tcp://host:8786, got {given.scheduler!r}")
     for name, fits, expected in (("seed", given.seed >= 0, "a number >= 0"),
@@ -125,44 +118,27 @@ def sweep_from(given):
     return Sweep(scene, paths, values, times.tolist(), given.output, given.chunk, given.overwrite)
 
 
-def run(given, progress):
-    """Returns the exit status. progress: a list of the runs that have ended and of all."""
+def main():
+    given = arguments()
+    logging.disable(logging.CRITICAL)  # of Dask: say() tells why a sweep ends
     sweep = sweep_from(given)
-    progress[:] = len(sweep.values) - sum(len(sweep.arguments(start)[2]) for start in sweep.missing()), len(sweep.values)
+    runs = len(sweep.values)
+    PROGRESS[:] = len(sweep.values) - sum(len(sweep.arguments(start)[2]) for start in sweep.missing()), runs
     for more in run_there(sweep, given.scheduler) if given.scheduler else run_here(sweep):
-        progress[0] += more
-        show_progress(*progress)
+        PROGRESS[0] += more
+        show_progress(*PROGRESS)
     for path in given.output:
         WRITERS[os.path.splitext(path)[1]](sweep, path)
     failed = [text for *_, reasons in sweep.chunks() for text in reasons.values()]
     sweep.forget()
-    told = f"{progress[1]} runs written to {' and '.join(given.output)}"
+    PROGRESS.clear()
+    told = f"{runs} runs written to {' and '.join(given.output)}"
     if failed:
         say(f"{told}; {len(failed)} failed, the first: {failed[0]}")
-        return 1 if len(failed) == progress[1] else 3
-    with writing("standard output"):
-        print(told, flush=True)
+        return 1 if len(failed) == runs else 3
+    put(told + "\n")
     return 0
 
 
-def main():
-    progress = []
-    if INTERRUPTIBLE:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    given = arguments()
-    logging.disable(logging.CRITICAL)  # of Dask: say() tells why a sweep ends
-    try:
-        return run(given, progress)
-    except (BadOutput, BadSweep, Refused) as problem:
-        say(problem)
-        return 2
-    except KeyboardInterrupt:
-        say("interrupted" + so_far(progress))
-        return 130
-    except (SweepFailed, OSError, MemoryError) as problem:
-        say(f"{words_of(problem)}{so_far(progress)}")
-        return 1
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(main, (BadOutput, BadSweep, Refused), (SweepFailed,), so_far))

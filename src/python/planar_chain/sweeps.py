@@ -14,6 +14,7 @@ import re
 import shutil
 import struct
 import sys
+import threading
 import time
 import warnings
 import zipfile
@@ -23,7 +24,7 @@ import numpy as np
 from planar_chain import Scene, simulate_many
 
 
-LONGEST_WAIT = 20  # s, for the first worker of a scheduler
+LONGEST_WAIT = 20  # s, for a scheduler, and for its first worker
 
 
 class BadSweep(ValueError):
@@ -118,9 +119,11 @@ def whole(path):
         with open(partial, "wb") as file:
             yield file
         os.replace(partial, os.path.realpath(path))
-    except BaseException:
+    except BaseException as problem:
         with contextlib.suppress(OSError):
             os.remove(partial)
+        if isinstance(problem, OSError):
+            raise SweepFailed(f"cannot write {path}: {problem.strerror}") from problem
         raise
 
 
@@ -213,13 +216,13 @@ class Sweep:
     def _take(self, path, is_own, overwrite):
         """By its partial file, which keeps other sweeps off until this one ends."""
         try:
-            taken = open(partial_of(path), "ab" if is_own else "xb")  # pylint: disable=consider-using-with
+            taken = open(partial_of(path), "ab")  # pylint: disable=consider-using-with
             fcntl.flock(taken, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if taken.tell() > 0 and not is_own:  # an empty one is what a killed sweep left
+                raise FileExistsError
             self._taken.append(taken)
         except (BlockingIOError, FileExistsError):
             raise BadSweep(f"--output: expected no file {partial_of(path)}, which a sweep of {path} has while it runs, got one") from None
-        except FileNotFoundError:
-            pass  # no folder: the end says so
         if os.path.exists(path) and not is_own and not overwrite:
             raise BadSweep(f"--output: expected a new file, got {path}, which is complete (--overwrite replaces it)")
 
@@ -310,8 +313,12 @@ def results_there(sweep, address):
         from distributed import Client, as_completed  # pylint: disable=import-outside-toplevel
     except ImportError as missing:
         raise SweepFailed(f"--scheduler needs Dask (Debian: python3-distributed): {missing}") from missing
+    note = threading.Timer(1, print, [f"sweep: the scheduler {address} does not answer; waiting {LONGEST_WAIT} s for it"], {"file": sys.stderr})
+    note.daemon = True
+    note.start()
     try:
-        with Client(address) as client:
+        with Client(address, timeout=LONGEST_WAIT) as client:
+            note.cancel()
             wait_for_workers(client, address)
             starts = {client.submit(run_chunk, *sweep.arguments(start), retries=3): start for start in sweep.missing()}
             for future in as_completed(list(starts)):
@@ -324,3 +331,5 @@ def results_there(sweep, address):
         raise SweepFailed(f"the scheduler {address} does not answer") from problem
     except Exception as problem:  # pylint: disable=broad-except
         raise SweepFailed(" ".join(f"scheduler {address}: {type(problem).__name__}: {problem}".split())) from problem
+    finally:
+        note.cancel()

@@ -33,7 +33,7 @@ const std::string commandsTaken = "/commands_taken";  // below a node's name
 }
 
 /// Returns why a file cannot be read as a bag, and the remedy, in the words of fitting/unread.py.
-std::string whyUnread(const std::string& path, const rosbag::BagException& problem) {
+std::string whyUnread(const std::string& path, const std::exception& problem) {
   constexpr std::string_view beginning = "#ROSBAG";
   std::ifstream file(path);
   if (!file) return std::string("nothing: ") + std::strerror(errno);
@@ -47,7 +47,7 @@ std::string whyUnread(const std::string& path, const rosbag::BagException& probl
     return "one without an index; its recorder still runs or was killed (to mend it: rosbag reindex " + path +
            ")";
   }
-  return problem.what();
+  return std::string("a damaged one (") + problem.what() + ")";
 }
 
 /// Returns the only node with ~commands_taken.
@@ -152,7 +152,9 @@ RecordedCommands readCommands(const std::string& path, const std::optional<std::
     }
     if (alsoEnd) recorded.lastTick = lastTick(bag, recorded.node, path);
     return recorded;
-  } catch (const rosbag::BagException& problem) {
+  } catch (const Refused&) {
+    throw;
+  } catch (const std::exception& problem) {  // of rosbag; of ros::serialization, if a message is damaged
     refuse(path, "a bag that can be read", whyUnread(path, problem));
   }
 }

@@ -6,7 +6,7 @@ import numpy as np
 
 from .commands import commanded
 from .recordings import BadFit, Recording, require_stamps, sampled_torque
-from .unread import why_unread
+from .unread import opened
 
 JUMPS = ("RESET", "SET_STATE", "SETTLE")  # of the state
 
@@ -14,17 +14,11 @@ JUMPS = ("RESET", "SET_STATE", "SETTLE")  # of the state
 def read_bag(path, scene, joints, effort=False, node=None):
     """A list of recordings, without a jump of the state in any. scene: the values. effort: it is the torque that was applied, in
     place of commands."""
-    try:
-        import rosbag  # pylint: disable=import-outside-toplevel  # a CSV needs no ROS
-    except ImportError as missing:
-        raise BadFit(f"{path}: a bag needs ROS's rosbag for Python: {missing}") from None
-    try:
-        with rosbag.Bag(path) as bag:
-            topic, below = topics_of(bag, path, node)
-            states, statuses, taken = ([message for _, message, _ in bag.read_messages(name)] if name else [] for name in
-                                       (topic, below and below + "status", below and below + "commands_taken"))
-    except (OSError, rosbag.ROSBagException) as problem:
-        raise BadFit(f"{path}: expected a bag that can be read, got {why_unread(path, problem)}") from None
+    with opened(path, BadFit) as (bag, messages_of):
+        topic, below = topics_of(bag, path, node)
+        states, statuses, taken = (messages_of(name, kind) for name, kind in (
+            (topic, "sensor_msgs/JointState"), (below and below + "status", "planar_chain/SimStatus"),
+            (below and below + "commands_taken", "planar_chain/CommandTaken")))
     stamps = np.array([state.header.stamp.to_nsec() for state in states], dtype=np.int64)
     require_stamps(path, stamps * 1e-9, lambda k: f"message {k + 1} of {topic}")
     columns = {field: column_of(path, topic, states, joints, field) for field in ("position", "velocity", "effort")}

@@ -81,6 +81,8 @@ class Recording:
     def without_rest(self):
         """From shortly before the first motion, if a long rest comes before it: a fit of its first seconds would see nothing."""
         known = self.q[:, np.isfinite(self.q).any(axis=0)]
+        if not known.size:
+            return self
         first = np.array([column[np.isfinite(column)][0] for column in known.T])
         least = np.minimum(MOVED * (np.nanmax(known, axis=0) - np.nanmin(known, axis=0)), MOST_MOVED)
         noise = np.array([noise_of_samples(column) for column in known.T])
@@ -209,12 +211,12 @@ def read_csv(path, joints):
     require_stamps(path, t, lambda k: f"line {lines[k]}")
     if len(t) < LEAST_SAMPLES:
         raise BadFit(f"{path}: expected at least {LEAST_SAMPLES} samples, got {len(t)}")
-    kept = slice(*np.flatnonzero(np.isfinite(table[:, angles]).any(axis=1))[[0, -1]] + [0, 1]) if np.isfinite(
-        table[:, angles]).any() else slice(0)
+    measured = np.flatnonzero(np.isfinite(table[:, angles]).any(axis=1))
+    kept = slice(measured[0], measured[-1] + 1) if len(measured) else slice(None)
     loads = {f"tau_{joint}": load for joint, k in torques.items()
-             for load in [sampled_torque(path, joint, t - t[kept][0], table[:, k])] if load} if len(t[kept]) else {}
+             for load in [sampled_torque(path, joint, t - t[kept][0], table[:, k])] if load}
     table = table[kept]
-    start = table[0, time] if len(table) else 0.0
+    start = table[0, time]
     unknown = np.full(len(table), np.nan)
     qd = np.column_stack([table[:, rates[joint]] if joint in rates else unknown for joint in joints])
     return Recording(os.path.basename(path), table[:, time] - start, table[:, angles], qd, loads, start)

@@ -1,6 +1,32 @@
-"""Bags that cannot be read: for fits, and by a link for the tools plot and show."""
+"""Bags that are read, or why they cannot be: for fits, and by a link for the tools plot and show."""
+
+import contextlib
 
 ENDINGS = ".bag", ".bag.active"  # active: it is being recorded, or its recorder was killed
+
+
+@contextlib.contextmanager
+def opened(path, refused):
+    """Within it, gives a rosbag.Bag and messages_of(topic or None, type), a list. Raises `refused` with the reason if the bag cannot be
+    read, or has another type."""
+    try:
+        import rosbag  # pylint: disable=import-outside-toplevel  # a CSV needs no ROS
+    except ImportError as missing:
+        raise refused(f"{path}: a bag needs ROS's rosbag for Python: {missing}") from None
+
+    def messages_of(topic, kind):
+        messages = [message for _, message, _ in bag.read_messages(topic)] if topic else []
+        for other in (message._type for message in messages if message._type != kind):
+            raise refused(f"{path}: expected {topic} of type {kind}, got {other}")
+        return messages
+
+    try:
+        with rosbag.Bag(path) as bag:
+            yield bag, messages_of
+    except refused:
+        raise
+    except Exception as problem:  # pylint: disable=broad-except  # a damaged bag raises any
+        raise refused(f"{path}: expected a bag that can be read, got {why_unread(path, problem)}") from problem
 
 
 def why_unread(path, problem):
@@ -8,4 +34,10 @@ def why_unread(path, problem):
     from rosbag import ROSBagUnindexedException  # pylint: disable=import-outside-toplevel
     if isinstance(problem, ROSBagUnindexedException):
         return f"one without an index; its recorder still runs or was killed (to mend it: rosbag reindex {path})"
-    return f"nothing: {problem.strerror}" if isinstance(problem, OSError) else str(problem)
+    if isinstance(problem, OSError) and problem.strerror:
+        return f"nothing: {problem.strerror}"
+    with open(path, "rb") as file:
+        beginning = file.read(7)
+    if beginning != b"#ROSBAG":
+        return "a file that is no bag" if beginning else "an empty file"
+    return f"a damaged one ({' '.join(str(problem).split()) or type(problem).__name__})"
