@@ -7,7 +7,7 @@ import time
 
 from in_folder import InFolder
 
-BIN = sys.argv.pop(1)
+BIN = sys.argv.pop(1) if len(sys.argv) > 1 else ""  # a worker of Dask imports the test again
 TOOLS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../src/tools")
 SCENE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../config/scenes/double_pendulum.yaml")
 MASS, ANGLE = "links/lower/mass", "links/upper/initial/angle"
