@@ -148,6 +148,10 @@ class Sweeps(SweepTool):
         self.sweep(*arguments, output=("early.csv",))
         self.assertEqual(sorted(os.listdir(self.folder)), ["early.csv", "runs.csv", "runs.npz"])
 
+    def test_one_that_is_killed_at_its_end_leaves_no_chunk_to_another(self):
+        self.killed("--vary", MASS + "=1,2", "--duration", "1", at="shutil.rmtree")
+        self.assertEqual(sorted(os.listdir(self.path("runs.csv.parts"))), ["lock", "sweep.json"])
+
     def test_no_run_begins_if_an_output_cannot_be_written(self):
         os.mkdir(self.path("folder.csv"))
         for output, words in ((("runs.csv", "missing/runs.npz"), "missing/runs.npz: No such file or directory"),

@@ -36,9 +36,9 @@ class SweepTool(InFolder):
             self.assertLess(time.monotonic(), end)
             time.sleep(0.01)
 
-    def killed(self, *arguments, output=("runs.csv", "runs.npz")):
-        """A sweep that is killed, by kill -9, before it writes an .npz."""
-        script = "import os, sweep\nsweep.WRITERS['.npz'] = lambda *_: os.kill(os.getpid(), 9)\nsweep.main()"
+    def killed(self, *arguments, output=("runs.csv", "runs.npz"), at="sweep.WRITERS['.npz']"):
+        """A sweep that is killed, by kill -9, where it would call `at`: before it writes an .npz."""
+        script = f"import os, shutil, sweep\n{at} = lambda *_: os.kill(os.getpid(), 9)\nsweep.main()"
         run = subprocess.run([sys.executable, "-c", script, *self.command(*arguments, output=output)[2:]], timeout=LIMIT, check=False,
                              env={**os.environ, "PYTHONPATH": f"{TOOLS}:{os.environ['PYTHONPATH']}"})
         self.assertEqual(run.returncode, -signal.SIGKILL)

@@ -26,10 +26,11 @@ def there(*tools):
 
 
 class Faults(PlotTool):
-    def bag(self, name, topic, message, joint="pin"):
-        state = JointState(name=[joint], position=[0.0], velocity=[0.0])
+    def bag(self, name, *entries, joint="pin"):
+        states = [JointState(name=[joint], position=[0.0], velocity=[0.0]) for _ in range(2)]
+        states[1].header.stamp = genpy.Time(1)
         with rosbag.Bag(self.path(name), "w") as file:
-            for k, (each, what) in enumerate((("/joint_states", state), ("/planar_chain/status", SimStatus()), (topic, message))):
+            for k, (each, what) in enumerate((*(("/joint_states", state) for state in states), ("/planar_chain/status", SimStatus()), *entries)):
                 file.write(each, what, genpy.Time(1, k))
         return self.path(name)
 
@@ -51,16 +52,44 @@ class Faults(PlotTool):
             self.assertRegex(run.stderr, f"^[^\n]*{bag}: {words}\n$")
 
     def test_another_type_is_named(self):
-        self.assert_all_refuse(self.bag("taken.bag", "/planar_chain/commands_taken", String()), (("plot",), FIT, REPLAY),
+        self.assert_all_refuse(self.bag("taken.bag", ("/planar_chain/commands_taken", String())), (("plot",), FIT, REPLAY),
                                "expected /planar_chain/commands_taken of type planar_chain/CommandTaken.*, got std_msgs/String")
-        self.assert_all_refuse(self.bag("scene.bag", "/planar_chain/scene", SimStatus()), (("plot",), ("show",)),
+        self.assert_all_refuse(self.bag("scene.bag", ("/planar_chain/scene", SimStatus())), (("plot",), ("show",)),
                                "expected /planar_chain/scene of type std_msgs/String, got planar_chain/SimStatus")
 
     def test_a_damaged_message_is_said(self):
         command = CommandTaken(number=1, kind=CommandTaken.JOINT_TORQUE, joint_torque=[JointTorque(joint=MARK)])
-        for bag, tools in ((self.damaged("state.bag", "/tf", String(), joint=MARK), (("plot",), FIT)),
-                           (self.damaged("command.bag", "/planar_chain/commands_taken", command), (("plot",), FIT, REPLAY))):
+        for bag, tools in ((self.damaged("state.bag", joint=MARK), (("plot",), FIT)),
+                           (self.damaged("command.bag", ("/planar_chain/commands_taken", command)), (("plot",), FIT, REPLAY))):
             self.assert_all_refuse(bag, tools, r"expected a bag that can be read, got a damaged one \(.*\)")
+
+    def test_a_damaged_scene_is_said(self):
+        bag = self.bag("scene.bag", ("/planar_chain/scene", String("chain: [a")),
+                       ("/planar_chain/commands_taken", CommandTaken(number=1, tick=1, joint_torques=[0, 0, 0])))
+        self.assert_all_refuse(bag, (("plot",),), "the scene is refused:\nline 1: scene: expected YAML, got .*")
+        self.assert_all_refuse(bag, (REPLAY,), "expected /planar_chain/scene in YAML, got .*")
+
+    def test_other_files_and_folders_are_named(self):
+        with open(self.path("other.bag"), "wb") as file:
+            file.write(b"\x80" * 5000)
+        os.mkdir(self.path("folder.bag"))
+        for name, words in (("other", "a file that is no bag"), ("folder", "nothing: Is a directory")):
+            self.assert_all_refuse(self.path(name + ".bag"), (FIT, REPLAY, ("show",)), "expected a bag that can be read, got " + words)
+        whole = self.bag("whole.bag")
+        self.assert_all_refuse(self.path("other.bag"), (("show", whole),), "expected a scene that can be read, got other bytes")
+
+    @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
+    def test_pictures_that_cannot_be_written_fail(self):
+        self.simulate("--csv", self.path("run.csv"))
+        for name in ("full.pdf", "page_chain.pdf"):
+            os.symlink("/dev/full", self.path(name))
+        page = self.path("page.tex")
+        with open(page, "w", encoding="ascii") as file:
+            file.write("{page_chain.pdf}")  # it is the page's own
+        for tool, picture, *arguments in there(("plot", "full.pdf", self.path("run.csv"), "--output", self.path("full.pdf")),
+                                               ("formulas", "page_chain.pdf", SCENE, "--format", "latex", "--output", page)):
+            run = self.run_tool(tool, *arguments)
+            self.assertEqual((run.returncode, run.stderr), (1, f"{tool}: cannot write {self.path(picture)}: No space left on device\n"))
 
     @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
     def test_help_that_cannot_be_written_fails(self):

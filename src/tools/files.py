@@ -1,6 +1,7 @@
 """The files of a tool: which it reads and writes, and why it cannot."""
 
 import contextlib
+import io
 import os
 import pathlib
 import re
@@ -29,6 +30,14 @@ def writing(name):
         yield
     except OSError as problem:
         raise OSError(f"cannot write {name}: {problem.strerror}") from problem
+
+
+def save_picture(figure, path, **how):
+    """As figure.savefig(), which on a full disk fails in words of zlib."""
+    picture = io.BytesIO()
+    figure.savefig(picture, format=os.path.splitext(path)[1][1:], **how)
+    with writing(path), open(path, "wb") as file:
+        file.write(picture.getbuffer())
 
 
 @contextlib.contextmanager

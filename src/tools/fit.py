@@ -16,7 +16,7 @@ import os
 import sys
 
 from chain import scene_from
-from files import BadOutput, require_outputs, scene_file, tree_of, words_of, writing
+from files import BadOutput, require_outputs, save_picture, scene_file, tree_of, words_of, writing
 try:
     import yaml
 
@@ -86,8 +86,7 @@ def write_all(given, result, text):
                        + with_numbers(text, {found.path: found.value for found in result.numbers}))
     if given.plot is not None:
         from planar_chain.fitting.pictures import draw  # pylint: disable=import-outside-toplevel  # matplotlib takes a second
-        with writing(given.plot):
-            draw(result, f"{os.path.basename(given.scene)}: fit").savefig(given.plot, dpi=110)
+        save_picture(draw(result, f"{os.path.basename(given.scene)}: fit"), given.plot, dpi=110)
 
 
 def main():

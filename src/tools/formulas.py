@@ -12,7 +12,7 @@ import pathlib
 import sys
 import warnings
 
-from files import BadOutput, require_outputs, scene_file, words_of, writing
+from files import BadOutput, require_outputs, save_picture, scene_file, words_of, writing
 try:
     from planar_chain import NoFormula, Refused, Scene, formulas
     from planar_chain.symbolic.chain import read
@@ -58,20 +58,20 @@ def require_own_picture(page):
         raise BadOutput(f"--output: expected no file {picture}, which would be the picture of {page}, got one")
 
 
-def text_of(given):
-    """What is to be written."""
+def results_of(given):
+    """The text to be written, and the picture beside it or None."""
     scene = scene_from(given.scene)
     of = formulas(scene)
     of = of.with_numbers() if given.numbers else of
     source = os.path.basename(given.scene)
     output = pathlib.Path(given.output or pathlib.Path(given.scene).name)
     if given.format != "latex":
-        return CODES[given.format](of, name_from(output.stem), source, given.linearize)
-    picture = picture_of(output)
+        return CODES[given.format](of, name_from(output.stem), source, given.linearize), None
+    picture = None
     if given.output:
         from planar_chain.symbolic.sketch import draw  # pylint: disable=import-outside-toplevel  # matplotlib takes a second
-        draw(read(scene)).savefig(picture, bbox_inches="tight", pad_inches=0.02)
-    return Document(of, source, given.output and picture.name, given.linearize).text()
+        picture = draw(read(scene))
+    return Document(of, source, given.output and picture_of(output).name, given.linearize).text(), picture
 
 
 def main():
@@ -82,9 +82,11 @@ def main():
         require_outputs([("--output", given.output)], [scene_file(given.scene)])
         if given.format == "latex" and given.output:
             require_own_picture(pathlib.Path(given.output))
-        text = text_of(given)
+        text, picture = results_of(given)
     except (OSError, UnicodeDecodeError) as problem:
         raise NoFormula(words_of(problem)) from problem
+    if picture:
+        save_picture(picture, str(picture_of(pathlib.Path(given.output))), bbox_inches="tight", pad_inches=0.02)
     if given.output:
         with writing(given.output), open(given.output, "w", encoding="utf-8") as file:
             file.write(text)

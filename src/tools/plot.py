@@ -19,7 +19,7 @@ import numpy as np
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
 from chain import NoChain, read_chain  # noqa: E402
-from files import BadOutput, require_outputs, scene_file, words_of, writing  # noqa: E402
+from files import BadOutput, require_outputs, save_picture, scene_file, words_of  # noqa: E402
 from plot_panels import STILL, UNKNOWN, kinds, panels  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
 from plot_strobe import Links, draw_strobe  # noqa: E402
@@ -200,7 +200,10 @@ def read_bag(path, node):
     motion = Motion(names, since_start(states), *of(states, "position", "velocity", "effort"))
     motion.events = events_of(np.array([state.header.stamp.to_sec() for state in states]), statuses, taken)
     if scenes:
-        motion.slides = slides_of(read_chain("/dev/stdin", scenes[0].data))
+        try:
+            motion.slides = slides_of(read_chain("/dev/stdin", scenes[0].data))
+        except NoChain as problem:
+            raise Refused(f"{path}: the scene is refused:\n" + str(problem).replace("/dev/stdin:", "line ")) from problem
     if links:
         poses = np.array([(pose.x, pose.y, pose.theta) for pose in (message.pose[0] for message in links)])
         motion.first = np.column_stack([np.interp(motion.t, since_start(links), column) for column in poses.T])
@@ -384,8 +387,7 @@ def main():
                   else draw(motion, columns, title, given.wrap))
     except (OSError, UnicodeDecodeError) as problem:
         raise Refused(words_of(problem)) from problem
-    with writing(output):
-        figure.savefig(output, dpi=130)
+    save_picture(figure, output, dpi=130)
     put(f"written to {output}\n")
     return 0
 

@@ -15,8 +15,8 @@ PATIENCE = 30  # s that roscore may take to start
 
 
 def scenes_of(path):
-    """({node: text of its scene or None}, topics) of a bag. Raises ValueError with the reason if it cannot be read."""
-    with opened(path, ValueError) as (bag, messages_of):
+    """({node: text of its scene or None}, topics) of a bag. Raises NoBag."""
+    with opened(path, NoBag) as (bag, messages_of):
         topics = set(bag.get_type_and_topic_info().topics)
         nodes = {topic.rsplit('/', 1)[0] for topic in topics if topic.endswith(('/scene', '/link_states', '/status'))}
         scenes = dict.fromkeys(sorted(nodes))
@@ -50,6 +50,10 @@ def urdf_of(simulate, scene, node, is_long):
             raise ValueError(run.stderr.strip().replace(file + ':', 'line '))
         with open(urdf, encoding='utf-8') as text:
             return ground_of(text.read()) if is_long else text.read()
+
+
+class NoBag(Exception):
+    """Why a bag cannot be read."""
 
 
 class Master:

@@ -26,7 +26,7 @@ import rospy  # noqa: E402
 import yaml  # noqa: E402
 from chain import EQUATIONS, NoChain, read_chain  # noqa: E402
 from files import scene_file, tree_of  # noqa: E402
-from replay import Master, Play, scenes_of, urdf_of  # noqa: E402
+from replay import Master, NoBag, Play, scenes_of, urdf_of  # noqa: E402
 from unread import ENDINGS  # noqa: E402
 
 WRITTEN = '# Written by show (%s). What you save or change is kept.\n'
@@ -269,14 +269,15 @@ def show_bag(path, options):
     given = options.pop(0) if options and not options[0].startswith('-') else None
     try:
         scenes, topics = scenes_of(path)
-    except ValueError as refused:
+    except NoBag as refused:
         refuse('show: %s' % refused)
     try:
         if given:
             with open(scene_file(given), encoding='utf-8') as file:
                 scenes = dict.fromkeys(scenes, file.read())
-    except OSError as problem:
-        refuse('show: %s: expected a scene that can be read, got nothing: %s' % (given, problem.strerror))
+    except (OSError, UnicodeDecodeError) as problem:
+        why = 'nothing: ' + problem.strerror if isinstance(problem, OSError) else 'other bytes'
+        refuse('show: %s: expected a scene that can be read, got %s' % (given, why))
     if not scenes or '/tf' not in topics:
         refuse('show: %s: expected the topics of a planar_chain node and /tf, got %s' % (path, ', '.join(sorted(topics)) or 'none'))
     without = [node for node, scene in scenes.items() if not scene]

@@ -279,6 +279,8 @@ class Sweep:
         return map(self._chunk, self.starts)
 
     def forget(self):
+        for start in set(self.starts).difference(self.missing()):
+            os.remove(self._path(start))  # before its description: else, if this is killed, another sweep would take it
         shutil.rmtree(self.folder)
 
 

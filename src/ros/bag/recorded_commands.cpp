@@ -39,6 +39,7 @@ std::string whyUnread(const std::string& path, const std::exception& problem) {
   if (!file) return std::string("nothing: ") + std::strerror(errno);
   std::string begins(beginning.size(), ' ');
   file.read(begins.data(), static_cast<std::streamsize>(begins.size()));
+  if (file.bad()) return std::string("nothing: ") + std::strerror(errno);
   if (file.gcount() == 0) return "an empty file";
   if (begins != beginning) return "a file that is no bag";
   // A bag that was cut off has no index where its header says.
@@ -149,6 +150,11 @@ RecordedCommands readCommands(const std::string& path, const std::optional<std::
     for (const rosbag::MessageInstance& entry :
          rosbag::View(bag, rosbag::TopicQuery(recorded.node + "/scene"))) {
       recorded.scene = messageOf<std_msgs::String>(entry, path)->data;
+    }
+    try {
+      parseYaml(recorded.scene);
+    } catch (const Refused& problem) {
+      refuse(path, recorded.node + "/scene in YAML", problem.what());
     }
     if (alsoEnd) recorded.lastTick = lastTick(bag, recorded.node, path);
     return recorded;
