@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "random_scene.h"
+#include "simd/elementary.h"
 
 namespace planar_chain::simd {
 namespace {
@@ -182,6 +183,17 @@ TEST_P(Vectors, DampErrorsByCoarserOnes) {
     kernel.damp(damped.data(), coarse.data(), n);
     EXPECT_FALSE(std::isfinite(damped[static_cast<std::size_t>(n) - 1]));
   });
+}
+
+/// Errors of a step are next to 1, of a first step anywhere.
+TEST(Elementary, RoughPowersAreAsExactAsTheySay) {
+  for (double log = -300; log < 300; log += 0.0137) {
+    const double x = std::exp2(log);
+    for (double y : {-1. / 2, -1. / 14, -1. / 34, 1. / 14, 1. / 2}) {
+      EXPECT_NEAR(roughPower(x, y) / std::pow(x, y), 1, 0.06 * std::abs(y) + 0.0002) << x << " ^ " << y;
+    }
+  }
+  EXPECT_GT(roughPower(0, -1. / 14), 1e20);
 }
 
 INSTANTIATE_TEST_SUITE_P(OfEveryLength, Vectors, testing::Range<std::ptrdiff_t>(1, most));

@@ -65,7 +65,9 @@ MotionSeries::MotionSeries(const Chain& chain, int order, const simd::Kernel* ke
       slides_(chain.slides()),
       orders_(order),
       holdsTip_(holdsTip),
-      kernel_(kernel ? *kernel : simd::kernelFor(n_)),
+      kernel_(kernel        ? *kernel
+              : slides_ > 0 ? *simd::kernels().front()
+                            : simd::kernelFor(n_)),
       run_(kernel_.series[slides_ > 0 ? 4
                           : holdsTip  ? 3
                                       : std::min(n_, 3) - 1]),

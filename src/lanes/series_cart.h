@@ -154,16 +154,15 @@ class CartAndPole {
     const Pair place = swapped(place_);
     joined(place, place).store(rows_ + row * (k + 1) + 4);
     turning_ = mulAdd(omega0_, place, turns);
-    orders_ += Pair(1);
 
     sumOfX_ += ofX_;
     Lane X = mulAdd(s0X_, Lane(alpha_.v[1]), -(sumOfX_ * Lane(turning_.v[0])));
     if constexpr (acts) X = mulAdd(Lane(cart_.perMass), lastF_ = acting.f, X);
     X_ = Pair(X.v);
     if (isFirst) X -= Lane(along_);
-    (rates_ / orders_).store(c_ + 4 * k + 4);
-    rates_ = Pair(Pair::Register{X.v, alpha_.v[1]}) / orders_;
-    rates_.store(c_ + 4 * k + 6);
+    const Pair places = over(inverses_, k + 1, rates_);
+    rates_ = over(inverses_, k + 1, Pair(Pair::Register{X.v, alpha_.v[1]}));
+    joined(places, rates_).store(c_ + 4 * k + 4);
   }
 
   const SeriesCart& cart_;
@@ -175,7 +174,6 @@ class CartAndPole {
   Pair ofSum_, ofU_, sumOfU_, ofPlace_, moreOfPlace_, ofTurning_, moreOfTurning_, late_, omega0_, omega1_,
       start_;
   Four last_;
-  Pair orders_;
   Pair place_;          ///< c, s
   Pair turning_;        ///< −w, v without ω_k
   Pair omega_, alpha_;  ///< of opposite signs

@@ -49,7 +49,7 @@ inline double AdaptiveSteps::growth(double log) const {
 
 inline double AdaptiveSteps::foreseen(double error) const {
   if (!std::isfinite(error)) return smallestFactor;
-  const double factor = sure * simd::power(error, -exponent_);
+  const double factor = sure * simd::roughPower(error, -exponent_);
   return std::min(std::max(factor, smallestFactor), largestFactor);
 }
 
