@@ -279,6 +279,12 @@ class Time(unittest.TestCase):
             conductor.set(3 * 10 ** 9 + 1)
             self.states.wait_for_count(1)
             self.statuses.wait_for(lambda status: nanoseconds(status) == 3 * 10 ** 9 + 1)
+            # Back to 0, as a simulator that is reset while it is paused
+            begun = len(self.statuses.messages)
+            conductor.set(0)
+            self.statuses.wait_for(lambda status: status.standstill == '/clock has not begun', begun)
+            conductor.set(4 * 10 ** 9)
+            self.wait_for_stamp(4 * 10 ** 9)
         self.assertEqual(self.stamps()[0], 3 * 10 ** 9 + 1)
         self.assertEqual(self.states.messages[0].position[0], 0.0)
         self.assertEqual(node.wait()[1].count('no time has come on /clock'), 1)

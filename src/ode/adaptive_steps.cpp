@@ -55,10 +55,17 @@ inline double AdaptiveSteps::foreseen(double error) const {
 
 inline double AdaptiveSteps::errorNorm(const Vector& y, double h, const Vector& error) const {
   const Allowance allowance(tolerance_, *stiffness_, h);
-  return vectors_.largestRatio(
-      {error.data(), y.data(), tolerance_.ceiling.data(), stiffness_->noise().data()},
-      {allowance.most, allowance.mostOfRates, tolerance_.firstRate, allowance.perNoise},
-      tolerance_.ceiling.size());
+  double norm =
+      vectors_.largestRatio({error.data(), y.data(), tolerance_.ceiling.data(), stiffness_->noise().data()},
+                            {allowance.most, allowance.mostOfRates, tolerance_.firstRate, allowance.perNoise},
+                            tolerance_.coordinates());
+  for (Eigen::Index i = tolerance_.coordinates(); i < tolerance_.ceiling.size(); ++i) {
+    const double allowed =
+        std::max(allowance.mostOfRates * tolerance_.size(y, i), allowance.perNoise * stiffness_->noise()[i]);
+    const double ratio = std::abs(error[i]) / allowed;
+    if (std::isfinite(norm) && !(ratio <= norm)) norm = ratio;
+  }
+  return norm;
 }
 
 AdaptiveSteps::AdaptiveSteps(std::unique_ptr<Stepper> stepper, Tolerance tolerance,
@@ -165,7 +172,7 @@ double AdaptiveSteps::propose(const State& state, double left, bool isBold) {
     }
     return worst;
   };
-  const double d0 = norm([&](Eigen::Index i) { return tolerance_.size(state.y, i) - 1; });
+  const double d0 = norm([&](Eigen::Index i) { return tolerance_.size(state.y, i) - tolerance_.unit(i); });
   const double d1 = norm([&](Eigen::Index i) { return slope[i]; });
   const bool isFromRest = d0 <= fromRest || d1 <= fromRest;
   const double h0 = std::min(left, isFromRest ? blind : ofScale * d0 / d1);

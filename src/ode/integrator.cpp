@@ -14,7 +14,7 @@ Tolerance Tolerance::arrangedBy(const System& f) const {
   Vector all(f.size()), arranged(f.arrangedSize());
   all.head(ceiling.size()) = ceiling;
   f.arrange(all.data(), arranged.data());
-  Tolerance result{value, arranged.head(arranged.size() - others), firstRate, ofRates};
+  Tolerance result{value, arranged.head(arranged.size() - others), firstRate, ofRates, works, unitOfWork};
   if (firstRate >= f.size()) return result;
 
   // Rates are arranged behind the angles.

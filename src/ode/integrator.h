@@ -59,14 +59,21 @@ struct Tolerance {
   Eigen::ArrayXd ceiling;
   Eigen::Index firstRate = std::numeric_limits<Eigen::Index>::max();  ///< components before it are angles
   std::optional<double> ofRates{};
+  Eigen::Index works = 0;  ///< components at the end of `ceiling` whose size is unitOfWork + |W_i|
+  double unitOfWork = 1;   ///< J
 
   /// True if auto expects taylor, and radau13 among the stiff methods, to be the fastest.
   bool isFine() const { return value <= 1e-5; }
   /// The same for arranged components of f. Allocates.
   Tolerance arrangedBy(const System& f) const;
 
-  /// 1 + min(|y_i|, ceiling_i)
-  double size(const Vector& y, Eigen::Index i) const { return 1 + std::min(std::abs(y[i]), ceiling[i]); }
+  /// Components before the works.
+  Eigen::Index coordinates() const { return ceiling.size() - works; }
+  double unit(Eigen::Index i) const { return i < coordinates() ? 1 : unitOfWork; }
+  /// 1 + min(|y_i|, ceiling_i), or that of a work.
+  double size(const Vector& y, Eigen::Index i) const {
+    return unit(i) + std::min(std::abs(y[i]), ceiling[i]);
+  }
 };
 
 struct Crossing;

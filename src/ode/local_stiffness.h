@@ -13,8 +13,9 @@ namespace planar_chain::ode {
 
 class LocalStiffness {
  public:
-  /// f must outlive this object. Allocates; the other functions do not.
-  explicit LocalStiffness(System& f) : f_(f) {
+  /// f must outlive this object. The last `works` components move no other one, and depend on the unit of
+  /// mass: they count as no stiffness. Allocates; the other functions do not.
+  explicit LocalStiffness(System& f, Eigen::Index works = 0) : f_(f), works_(works) {
     Vector pattern(f.size());
     pattern.setOnes();
     for (Eigen::Index i = 1; i < pattern.size(); i += 2) pattern[i] = -1;
@@ -41,9 +42,9 @@ class LocalStiffness {
   /// Measures both at the arranged state y, by six evaluations of f.
   void update(double t, const Vector& y) {
     f_.slope(t, y.data(), base_.data());
-
+    moved_.tail(works_) = y.tail(works_);
     eigenvalue_ = simd::largestEigenvalue<double>(
-        {y.size(), y.data(), base_.data(), moved_.data(), slope_.data(), direction_.data()},
+        {y.size() - works_, y.data(), base_.data(), moved_.data(), slope_.data(), direction_.data()},
         [&] { f_.slope(t, moved_.data(), slope_.data()); });
     if (!simd::isMeasured(eigenvalue_)) {
       direction_ = zigzag_.cwiseAbs();
@@ -79,6 +80,7 @@ class LocalStiffness {
 
  private:
   System& f_;
+  const Eigen::Index works_;
   int calls_ = 0;  ///< since the last update that maybeUpdate() made
   double eigenvalue_ = 0;
   Vector noise_{f_.arrangedSize()}, base_ = noise_, moved_ = noise_, slope_ = noise_, direction_ = noise_;

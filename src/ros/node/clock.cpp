@@ -239,7 +239,7 @@ std::int64_t Clock::ns(long long tick) const {
 }
 
 ros::Time Clock::stampOf(long long tick) const {
-  return timeOf(ns(tick));
+  return timeOf(std::max<std::int64_t>(ns(tick), 0));  // a /clock that went back to 0 has no earlier stamp
 }
 
 std::unique_ptr<Clock> makeClock(const Scene& scene) {
