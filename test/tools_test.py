@@ -92,6 +92,8 @@ class Tools(InFolder):
         self.assertGreater(len(rows), 10)
         self.assertTrue(all(math.isfinite(entry) for row in rows for entry in row))
         self.assertRegex(self.simulate("--duration", "10", "--rate", "0.1", "--most-steps", "20").stderr, " after 3[2-9] steps")
+        fine = self.simulate("--duration", "10", "--tolerance", "1e-12", "--most-steps", "20").stderr
+        self.assertIn("; the tolerance is 1e-12, and below 1e-10 rounding may exceed it; expected at most 20 steps", fine)
         self.assertEqual(self.simulate("--duration", "1", "--most-steps", "10000").returncode, 0)
         os.remove(self.path("out.csv"))
         self.assert_refused(self.simulate("--duration", "1", "--most-steps", "0"), "--most-steps: expected a number > 0")

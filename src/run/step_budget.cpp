@@ -57,8 +57,15 @@ std::string StepBudget::reason() const {
   std::string why = text + joints[fastest].name;
   std::snprintf(text, sizeof text, " is %.3g rad/s, the torque in ", qd[fastest]);
   why += text + joints[strongest].name;
-  std::snprintf(text, sizeof text, " %.3g N m; expected at most %lld steps", tau[strongest], most());
-  return why + text;
+  std::snprintf(text, sizeof text, " %.3g N m; ", tau[strongest]);
+  why += text;
+  constexpr double fine = 1e-10;
+  if (simulation_.tolerance() > 0 && simulation_.tolerance() < fine) {
+    std::snprintf(text, sizeof text, "the tolerance is %.3g, and below 1e-10 rounding may exceed it; ",
+                  simulation_.tolerance());
+    why += text;
+  }
+  return why + "expected at most " + std::to_string(most()) + " steps";
 }
 
 }  // namespace planar_chain
