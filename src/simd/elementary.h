@@ -11,7 +11,7 @@ double log2(double x);
 /// e^x to 1 part in 1e15; ∞ and 0 beyond ±708.
 double exp(double x);
 double exp2(double x);
-/// x^y, 0 ≤ x < ∞, |y| ≤ ½, with a relative error of at most 0.06 |y| + 0.0002, in half the time of power().
+/// x^y, 0 ≤ x < ∞, |y| ≤ ½, with a relative error of at most 0.061 |y| + 0.0002, in half the time of power().
 double roughPower(double x, double y);
 /// x^y, x > 0.
 inline double power(double x, double y) {
