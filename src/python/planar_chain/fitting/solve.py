@@ -146,10 +146,13 @@ class Solver:
                          zip(gentle, near, recordings)])
         reach = np.minimum(reach, ends)
         errors_of_runs = TOLERANCE * max(recording.duration for recording in recordings)
+        width = None
         for _ in range(CALIBRATIONS):
             noise, before = solution.noise, reach
             solution.samples = samples_of(recordings, np.minimum(until, reach))
-            self.stage(until, solution.samples, LAST_CALLS, PRECISION, LAST_PRIOR)
+            self.stage(until, solution.samples, LAST_CALLS, PRECISION, LAST_PRIOR, width)
+            if solution.reason:
+                width = NARROW  # wider differences make a search along a steep motion creep
             reach = np.minimum(reach, self.followed(solution.samples))
             if max(solution.noise) < errors_of_runs:
                 solution.reason = ""  # no search comes closer
@@ -165,7 +168,7 @@ class Solver:
         self.reached = np.maximum(self.reached, np.minimum(now, [t[-1] for t in times]))
         return np.maximum(now, self.reached)
 
-    def stage(self, end, samples, most, precision, prior):
+    def stage(self, end, samples, most, precision, prior, width=None):
         """One least-squares fit. It keeps the best x and the noise of its residuals in the solution."""
         problem, solution = self.problem, self.solution
         joints = problem.joints_of(samples)
@@ -191,7 +194,7 @@ class Solver:
             return np.concatenate([values, (x[:many] - first) / prior])
 
         def slopes(x):
-            jacobian = problem.jacobian(x, samples) * weights[:, None]
+            jacobian = problem.jacobian(x, samples, width) * weights[:, None]
             return np.vstack([jacobian, np.eye(many, problem.size) / prior])
 
         low, high = problem.bounds()
