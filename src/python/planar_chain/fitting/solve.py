@@ -138,7 +138,10 @@ class Solver:
         recordings, solution = self.problem.recordings, self.solution
         few = samples_of(recordings, np.minimum(until, reach), 4 * EARLY_SAMPLES)
         if sum(map(len, few)) < sum(map(len, samples_of(recordings, until))):
+            before, noise, known = solution.x, solution.noise, self.reached
             self.stage(until, few, EARLY_CALLS, EARLY_PRECISION, LAST_PRIOR)
+            if (self.followed_now(few) < known).any():  # what was followed is lost: beyond, chaos leads astray
+                solution.x, solution.noise = before, noise
             reach = np.minimum(reach, self.followed(few))
         near = samples_of(recordings, np.minimum(until, reach))
         gentle = until_steep(self.problem, self.problem.jacobian(solution.x, near, NARROW), near)
@@ -162,11 +165,16 @@ class Solver:
 
     def followed(self, samples):
         """Until when each recording is followed, s; infinite if to the last sample. What was followed once can be."""
-        recordings, errors = self.problem.recordings, self.problem.errors(self.solution.x, samples)
-        times = [recording.t[places] for recording, places in zip(recordings, samples)]
-        now = np.array([followed(t, error) for t, error in zip(times, errors)])
-        self.reached = np.maximum(self.reached, np.minimum(now, [t[-1] for t in times]))
+        now = self.followed_now(samples)
+        ends = [recording.t[places[-1]] for recording, places in zip(self.problem.recordings, samples)]
+        self.reached = np.maximum(self.reached, np.minimum(now, ends))
         return np.maximum(now, self.reached)
+
+    def followed_now(self, samples):
+        """The same by the present x alone."""
+        errors = self.problem.errors(self.solution.x, samples)
+        return np.array([followed(recording.t[places], error)
+                         for recording, places, error in zip(self.problem.recordings, samples, errors)])
 
     def stage(self, end, samples, most, precision, prior, width=None):
         """One least-squares fit. It keeps the best x and the noise of its residuals in the solution."""
