@@ -126,7 +126,11 @@ class Tool(InFolder):
         data = {"t": 0.02 * np.arange(100)}
         data["q_pin"] = simulate(rod.with_values({"links/rod/initial/angle": 0.5}), data["t"])[:, 0]
         csv = self.write("swing.csv", "\n".join([",".join(data), *(f"{t},{q}" for t, q in zip(*data.values()))]))
-        result = self.run_tool(self.path("robot.urdf"), "--data", csv, "--vary", "links/rod/inertia=0.2", "--output", self.path("fitted.yaml"))
+        with self.assertRaisesRegex(ValueError, r"inertia: expected .* \(the tools sweep and fit write a URDF out as links"):
+            rod.with_values({"links/rod/inertia": 0.2})
+        vary = [self.path("robot.urdf"), "--data", csv, "--vary", "links/rod/inertia=0.2", "--output"]
+        self.assertIn("--output: expected the name of a YAML scene", self.run_tool(*vary, self.path("fitted.urdf")).stderr)
+        result = self.run_tool(*vary, self.path("fitted.yaml"))
         self.assertEqual(result.returncode, 0, result.stderr)
         fitted = Scene.from_file(self.path("fitted.yaml"))
         self.assertEqual(fitted.joints, ["pin"])

@@ -280,6 +280,9 @@ class Tools(InFolder):
     def test_scenes_that_ship_are_found_by_name(self):
         result = self.run_scene("rope", "--check")
         self.assertEqual((result.returncode, result.stdout), (0, "no faults: 100 links, 0 loads, method auto\n"))
+        os.mkdir(self.path("rope"))  # is no scene
+        self.assertEqual(self.run_scene("rope", "--check").stdout, result.stdout)
+        os.rmdir(self.path("rope"))
         with open(self.path("rope"), "w") as file:
             file.write(SCENE)
         self.assertIn("2 links", self.run_scene("rope", "--check").stdout)  # a file of that name comes first

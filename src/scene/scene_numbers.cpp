@@ -96,7 +96,11 @@ void requireNumbers(const Value& scene, const std::vector<std::string>& paths) {
     if (why != faults.end() && why->path == path && why->found == describe(Value(1))) {
       refused.push_back({path, "the path of a number", "that of " + why->expected});
     } else if (why != faults.end()) {
-      refused.push_back({path, why->expected, why->found});
+      const bool isOfUrdf =
+          scene.map() && scene.map()->count("robot_description") > 0 && isWithin(path, "links");
+      const char* remedy =
+          isOfUrdf ? " (the tools sweep and fit write a URDF out as links, whose numbers vary)" : "";
+      refused.push_back({path, why->expected + remedy, why->found});
     } else if (!isNumber) {
       refused.push_back({path, "a number of the scene", quoted(path)});
     }

@@ -19,7 +19,7 @@ inline std::string findScene(const std::string& given, const std::filesystem::pa
   namespace fs = std::filesystem;
   std::error_code none;
   const bool isName = given.find_first_of("./") == std::string::npos;
-  if (!isName || fs::exists(given, none)) return given;
+  if (!isName || (fs::exists(given, none) && !fs::is_directory(given, none))) return given;
   std::vector<std::string> names;
   for (const auto& file : fs::directory_iterator(share / "planar_chain/config/scenes", none)) {
     if (file.path().stem() == given) return file.path().string();

@@ -52,7 +52,7 @@ def notes_by(say):
 def scene_file(scene):
     """The file of a scene that is given by its path, or by the name of one that ships."""
     shipped = SHIPPED / f"{scene}.yaml"
-    return str(shipped) if not os.path.exists(scene) and shipped.exists() else scene
+    return str(shipped) if (not os.path.exists(scene) or os.path.isdir(scene)) and shipped.exists() else scene
 
 
 def tree_of(text):

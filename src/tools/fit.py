@@ -68,6 +68,8 @@ def scene_text(path, scene):
 def check_outputs(given):
     if given.plot is not None and os.path.splitext(given.plot)[1] not in PICTURES:
         raise BadFit(f"--plot: expected a name that ends in {', '.join(PICTURES)}, got {given.plot}")
+    if given.output is not None and given.output.endswith(".urdf"):
+        raise BadFit(f"--output: expected the name of a YAML scene, got {given.output}")
     require_outputs([("--output", given.output), ("--plot", given.plot)], [scene_file(given.scene), *given.data, *given.predict])
 
 
