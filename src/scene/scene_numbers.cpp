@@ -47,6 +47,14 @@ bool isWithin(const std::string& path, const std::string& above) {
          (path.size() == above.size() || path[above.size()] == '/');
 }
 
+/// What to do where the scene has no such number: a URDF has links of its own.
+std::string remedyFor(const Value& scene, const std::string& path) {
+  const bool isUrdf = scene.map() && scene.map()->count("robot_description") > 0;
+  return isUrdf && isWithin(path, "links")
+             ? " (the tools sweep and fit write a URDF out as links, whose numbers vary)"
+             : "";
+}
+
 }  // namespace
 
 void setNumber(Value& scene, const std::string& path, double number) {
@@ -96,11 +104,7 @@ void requireNumbers(const Value& scene, const std::vector<std::string>& paths) {
     if (why != faults.end() && why->path == path && why->found == describe(Value(1))) {
       refused.push_back({path, "the path of a number", "that of " + why->expected});
     } else if (why != faults.end()) {
-      const bool isOfUrdf =
-          scene.map() && scene.map()->count("robot_description") > 0 && isWithin(path, "links");
-      const char* remedy =
-          isOfUrdf ? " (the tools sweep and fit write a URDF out as links, whose numbers vary)" : "";
-      refused.push_back({path, why->expected + remedy, why->found});
+      refused.push_back({path, why->expected + remedyFor(scene, path), why->found});
     } else if (!isNumber) {
       refused.push_back({path, "a number of the scene", quoted(path)});
     }

@@ -198,7 +198,8 @@ Faults Commands::start(Faults faults, const std::string& topic, const CommandTak
         {topic + "/start", "0 for now, or the node's time, at most a day ahead",
          std::isfinite(start) ? toText(start - now) + " s ahead" : "a time before /clock has begun"});
   } else if (!(std::isfinite(duration) && duration >= 0 && (duration == 0 || end > start))) {
-    faults.push_back({topic + "/duration", "0, or a finite number of s that its start resolves", toText(duration)});
+    faults.push_back(
+        {topic + "/duration", "0, or a finite number of s that its start resolves", toText(duration)});
   } else if (!(end > std::max(start, now)) || (start < now && end - now < stampResolution)) {
     faults.push_back({topic + "/start", "a command that has not expired",
                       toText(now - start) + " s ago, for " + toText(end - start) + " s"});
