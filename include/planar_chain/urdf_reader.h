@@ -13,8 +13,7 @@
 namespace planar_chain {
 
 struct PlanarRobot {
-  std::vector<Link>
-      links;  ///< moving links from the ground outwards; the last one's pin is its farthest frame
+  std::vector<Link> links;    ///< moving links, outwards; the pin of the last is its farthest frame
   std::vector<Joint> joints;  ///< name, damping, limits, friction, effort_limit, velocity_limit, rail
   bool floats = false;        ///< the first two are slides without mass, for a planar or floating joint
   Vec2d gravity;              ///< m/s²: 9.81 along −z of the root link, projected into the plane

@@ -59,6 +59,7 @@ inline double AdaptiveSteps::errorNorm(const Vector& y, double h, const Vector& 
       vectors_.largestRatio({error.data(), y.data(), tolerance_.ceiling.data(), stiffness_->noise().data()},
                             {allowance.most, allowance.mostOfRates, tolerance_.firstRate, allowance.perNoise},
                             tolerance_.coordinates());
+  // Works have a unit of their own. A norm that is NaN stays.
   for (Eigen::Index i = tolerance_.coordinates(); i < tolerance_.ceiling.size(); ++i) {
     const double allowed =
         std::max(allowance.mostOfRates * tolerance_.size(y, i), allowance.perNoise * stiffness_->noise()[i]);

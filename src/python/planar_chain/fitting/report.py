@@ -31,7 +31,8 @@ def table_of_errors(result, title, heads, rows):
 def as_json(result):
     joints = result.joints
     return {
-        "units": dict(zip(joints, result.units)), "converged": result.converged, "interrupted": result.interrupted, "reason": result.reason, "bad": result.bad,
+        "units": dict(zip(joints, result.units)),
+        "converged": result.converged, "interrupted": result.interrupted, "reason": result.reason, "bad": result.bad,
         "numbers": [{"path": found.path, "value": found.value, "deviation": finite(found.deviation), "first": found.first,
                      "low": finite(found.low), "high": finite(found.high), "at_bound": found.at_bound} for found in result.numbers],
         "correlation_time": result.correlation_time, "noise": by_joint(joints, result.noise),
