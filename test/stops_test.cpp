@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -459,6 +460,32 @@ double apart(const std::vector<double>& one, const std::vector<double>& other) {
     most = std::max(most, std::abs(one[i] - other[i]) / (1 + std::abs(one[i])));
   }
   return most;
+}
+
+/// The course of a step tells when a stop is touched: steps are not repeated to find out. With
+/// friction, and in lanes.
+TEST(Stop, OfALongChainIsLandedOnWithinTheStep) {
+  for (const auto& [n, k, friction] : {std::tuple(12, 2e3, 0.5), {43, 6e4, 0.0}}) {
+    Joint joint;
+    joint.lower = -0.3;
+    joint.upper = 0.3;
+    joint.stopStiffness = k;
+    joint.stopDamping = 3;
+    if (friction > 0) joint.others.emplace_back("friction", friction);
+    Scene scene = test::uniformChain(n, {"", 1, 0.1, {0.5, 0}, {1, 0}}, joint, joint, {0, -9.81});
+    const auto after = [&, n = n](const char* method, double tolerance) {
+      scene.integrator = {method, tolerance, 1e-3};
+      Simulation simulation(scene);
+      EXPECT_TRUE(simulation.advanceTo(0.5)) << simulation.fault();
+      const auto counts = simulation.statistics();
+      EXPECT_LT(counts.rejected, counts.steps) << n << " links by " << method;
+      return simulation.q();
+    };
+    const std::vector<double> exact = after("dop853", 1e-12);
+    for (const char* method : {"dop853", "dopri5", "rodas5p"}) {
+      EXPECT_LT(apart(after(method, 1e-4), exact), 1e-5) << method;
+    }
+  }
 }
 
 // Such machines are chaotic: they part by order one from others of the last bit. Before that, another kernel

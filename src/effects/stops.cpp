@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "effects/first_due.h"
 #include "effects/passing.h"
 
 namespace planar_chain {
@@ -38,10 +39,13 @@ struct Stop {
   double due(const double* theta, const double* omega) const {
     const double x = depth(theta);
     if (place == Place::free) return x;
-    const double lag = d / k;
-    const double push = x + lag * speed(omega);
-    const double noise = rounding(theta) + lag * 4 * epsilon * sumOfSizes(omega, q);
+    const double push = x + d / k * speed(omega);
+    const double noise = this->noise(theta, omega);
     return place == Place::pushing ? -push - noise : std::max(-x, push - noise);
+  }
+  /// Bounds the rounding error of x + (d/k) ẋ, rad.
+  double noise(const double* theta, const double* omega) const {
+    return rounding(theta) + d / k * 4 * epsilon * sumOfSizes(omega, q);
   }
   Place next(double x, double xd) const {
     if (!(x > 0)) return Place::free;
@@ -139,6 +143,26 @@ class Stops : public Effect, public Switching {
         first = std::min({first, passing(-depth, noise), passing(push, pushNoise)});
     }
     return first < 1 ? first * h : -1;
+  }
+  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
+    if (!of.course) return {};
+    const double last = of.t + of.h;
+    ode::Crossing first;
+    first.t = last;
+    for (const Stop& stop : stops_) {
+      const auto due = [&](double t) {
+        const double* y = (t == of.t ? of.y : t == last ? of.next : of.course->at(t)).data();
+        return stop.due(y, y + n_);
+      };
+      if (due(first.t) > 0) {
+        first = firstDue(of, first.t, -1, due, [&](double begin, double half, double end) {
+          const double steepest = 2 * std::max(std::abs(half - begin), std::abs(end - half)) / of.h;
+          return narrowest(of) * steepest + 2 * stop.noise(of.next.data(), of.next.data() + n_);
+        });
+      }
+    }
+    first.changesStiffness = true;
+    return first;
   }
 
  private:

@@ -13,54 +13,11 @@
 #include <vector>
 
 #include "effects/effect.h"
+#include "effects/first_due.h"
 #include "effects/passing.h"
 #include "effects/stick_slip.h"
 
 namespace planar_chain {
-
-/// The times that differ by more than rounding within a stretch.
-inline double narrowest(const ode::Stretch& of) {
-  return 8 * std::numeric_limits<double>::epsilon() * std::max(std::abs(of.t), of.h);
-}
-
-/// The polynomial through some points (x, g), by Newton's divided differences.
-class Interpolation {
- public:
-  static constexpr std::size_t most = 10;
-
-  bool isFull() const { return size_ == most; }
-  void add(double x, double g) {
-    for (std::size_t k = 0; k < size_; ++k) g = (g - c_[k]) / (x - x_[k]);
-    x_[size_] = x;
-    c_[size_++] = g;
-  }
-  double value(double x, double& slope) const {
-    double value = slope = 0;
-    for (std::size_t j = size_; j-- > 0;) {
-      slope = value + slope * (x - x_[j]);
-      value = c_[j] + value * (x - x_[j]);
-    }
-    return value;
-  }
-  /// A zero in (low, high), where the polynomial rises from below 0 to above, by Newton's method.
-  double zero(double low, double high) const {
-    constexpr double exact = 1e-15;  // of the stretch: a few roundings; none is left to gain
-    double x = (low + high) / 2;
-    for (int k = 0; k < 50; ++k) {
-      double slope;
-      const double g = value(x, slope), before = x;
-      (g > 0 ? high : low) = x;
-      x -= g / slope;
-      if (!(x > low && x < high)) x = (low + high) / 2;
-      if (std::abs(x - before) < exact) break;
-    }
-    return x;
-  }
-
- private:
-  std::array<double, most> x_, c_;
-  std::size_t size_ = 0;
-};
 
 /// Only the constructor allocates.
 class SwitchInstant {
@@ -174,36 +131,11 @@ class SwitchInstant {
     return ofTime + std::max(std::clamp(late * (end - begin), leastLate * most, mostLate * most),
                              (joints_.limit(joint) - most) / 2);
   }
-  /// The first time up to `last` at which due() of a joint is above 0, by no more than that; or one so near
-  /// behind it that rounding hides which is first: then the joint is not told.
-  /// A polynomial through what is due at known times is refined by Newton's method.
+  /// firstDue() of a joint.
   ode::Crossing crossingOf(int joint, const ode::Stretch& of, double last) const {
-    const auto due = [&](double t) { return dueAt(joint, t, of); };
-    const double begin = due(of.t), half = due(of.t + of.h / 2), end = due(of.t + of.h);
-    const double beyond = mostBeyond(joint, of, begin, half, end);
-    Interpolation curve;
-    curve.add(0, begin - beyond / 2);
-    curve.add(0.5, half - beyond / 2);
-    curve.add(1, end - beyond / 2);
-    ode::Crossing found;
-    double low = of.t, high = last;
-    while (high - low > narrowest(of)) {
-      // Where rounding leaves the polynomial no zero, by halves.
-      double t = of.t + of.h * curve.zero((low - of.t) / of.h, (high - of.t) / of.h);
-      const bool isOfUse = !curve.isFull() && t > low && t < high;
-      if (!isOfUse) t = low + (high - low) / 2;
-      const double value = due(t), s = (t - of.t) / of.h;
-      if (isOfUse) curve.add(s, value - beyond / 2);
-      if (value > 0 && value <= beyond) {
-        found = {t, nullptr, joint, 0};
-        curve.value(s, found.slope);
-        found.slope /= of.h;
-        return found;
-      }
-      (value > 0 ? high : low) = t;
-    }
-    found.t = high;
-    return found;
+    return firstDue(
+        of, last, joint, [&](double t) { return dueAt(joint, t, of); },
+        [&](double begin, double half, double end) { return mostBeyond(joint, of, begin, half, end); });
   }
 
   const StickSlip& joints_;

@@ -85,12 +85,13 @@ Outcome AdaptiveSteps::advance(State& state, double end, double longestStep) {
 
 void AdaptiveSteps::restartAfter(Change change) {
   const double lastLog = lastLog_;
-  resume(change == Change::bend ? h_ : 0);
-  if (change == Change::bend) lastLog_ = lastLog;
+  const bool suits = change < Change::jump;
+  resume(suits ? h_ : 0);
+  if (suits) lastLog_ = lastLog;
   jumps_ = 0;
   if (change == Change::all) {
     stiffness_->begin();
-  } else if (change > Change::jump) {
+  } else if (change == Change::stiffBend || change == Change::stiffness) {
     stiffness_->forget();
   }
 }

@@ -8,15 +8,16 @@ namespace planar_chain::ode {
 
 Course::Course(SeriesSystem& f)
     : f_(f),
-      n_(f.arrangedSize() == f.size() ? f.positions() : 0),
+      n_(f.positions()),
       turn_(n_),
       bend_(n_),
       increment_(2 * n_),
-      at_(f.size()),
-      rates_(f.size() - n_),
-      error_(f.size()) {
+      restored_(f.size()),
+      at_(f.arrangedSize()),
+      rates_(f.arrangedSize() - n_),
+      error_(at_) {
   for (End* end : {&start_, &end_}) {
-    end->state = State(f.size());
+    end->state = State(f.arrangedSize());
     end->rates = rates_;
   }
 }
@@ -37,7 +38,7 @@ void Course::take(const State& from, const State& to) {
   end_.isKnown = isBent_ = false;
   h_ = to.t - from.t;
   turn_ = (to.y.head(n_) - from.y.head(n_)) + (to.carry.head(n_) - from.carry.head(n_));
-  time_ = std::numeric_limits<double>::quiet_NaN();
+  time_ = timeRestored_ = std::numeric_limits<double>::quiet_NaN();
 }
 
 void Course::evaluate(End& end) const {
@@ -53,7 +54,7 @@ void Course::findRates() const {
 
 void Course::findBend() const {
   if (isBent_) return;
-  f_.rates(middle(), at(middle()).data(), rates_.data());
+  f_.rates(middle(), arrangedAt(middle()).data(), rates_.data());
   const auto v0 = start_.state.y.segment(n_, n_), v1 = end_.state.y.segment(n_, n_);
   const auto a0 = start_.rates.head(n_), a1 = end_.rates.head(n_);
   bend_ = 8. / 3 * h_ * (1.5 * (v1 - v0) - h_ * ((a0 + a1) / 4 + rates_.head(n_)));
@@ -61,6 +62,12 @@ void Course::findBend() const {
 }
 
 const Eigen::VectorXd& Course::at(double t) const {
+  if (t != timeRestored_) f_.restore(arrangedAt(t).data(), restored_.data());
+  timeRestored_ = t;
+  return restored_;
+}
+
+const Vector& Course::arrangedAt(double t) const {
   const State &from = start_.state, &to = end_.state;
   if (t == time_) return at_;
   if (t == to.t) {
@@ -112,7 +119,7 @@ void Course::land(double t, State& state) const {
   const bool isNearEnd = t > middle();
   state = isNearEnd ? end_.state : start_.state;
   const double way = t - state.t;
-  const auto next = at(t).head(2 * n_);
+  const auto next = arrangedAt(t).head(2 * n_);
   state.carry.head(2 * n_) = (start_.state.y.head(2 * n_) - next) + increment_;
   state.y.head(2 * n_) = next;
   if (const Eigen::Index works = at_.size() - 2 * n_; works > 0 && f_.hasIntegrands()) {

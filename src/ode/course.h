@@ -19,7 +19,7 @@ class Course {
  public:
   /// f must outlive this object.
   explicit Course(SeriesSystem& f);
-  /// True if f has positions and its states are not arranged. Otherwise nothing else may be called.
+  /// True if f has positions. Otherwise nothing else may be called.
   bool isPossible() const { return n_ > 0; }
 
   /// Evaluates f where the next step starts, unless the last one ended there.
@@ -32,10 +32,10 @@ class Course {
   /// True if f is known at both ends.
   bool isKnown() const { return start_.isKnown && end_.isKnown; }
 
-  /// [θ ω] at t within the step, and the works at its start. Valid until the next call. In the middle d g is
-  /// left out.
+  /// [θ ω] at t within the step, and the works at its start, not arranged. Valid until the next call. In the
+  /// middle d g is left out.
   const Eigen::VectorXd& at(double t) const;
-  /// A bound of the error there: d g and d g'.
+  /// A bound of the error there, arranged: d g and d g'.
   const Vector& errorAt(double t) const;
   /// Sets `state` to that at t.
   void land(double t, State& state) const;
@@ -46,20 +46,22 @@ class Course {
     Vector rates;
     bool isKnown = false;  ///< rates
   };
+  const Vector& arrangedAt(double t) const;
   void evaluate(End& end) const;
   void findRates() const;
   void findBend() const;
   double middle() const { return start_.state.t + h_ / 2; }
 
   SeriesSystem& f_;
-  const Eigen::Index n_;  ///< positions
+  const Eigen::Index n_;  ///< positions, arranged
   double h_ = 0;
   Eigen::VectorXd turn_;  ///< of θ, from end to end
   mutable End start_, end_;
   mutable bool isBent_ = false;  ///< bend_ is known
-  mutable Eigen::VectorXd bend_, increment_, at_;
+  mutable Eigen::VectorXd bend_, increment_, restored_;
   mutable double time_ = std::numeric_limits<double>::quiet_NaN();  ///< of at_
-  mutable Vector rates_, error_;
+  mutable double timeRestored_ = time_;                             ///< of restored_
+  mutable Vector at_, rates_, error_;
 };
 
 }  // namespace planar_chain::ode

@@ -100,7 +100,9 @@ class LandingOnSwitches : public StepsOf {
       switchedAt_ = -infinity;
     }
     course_.forget();
-    steps_->restartAfter(change == Change::stiffness && crossing_.by ? Change::bend : change);
+    const bool isBend = change == Change::stiffness && crossing_.by;
+    const Change bend = crossing_.changesStiffness ? Change::stiffBend : Change::bend;
+    steps_->restartAfter(isBend ? bend : change);
   }
   /// The steps made to land count as rejected.
   StepCount count() const override {

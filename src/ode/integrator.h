@@ -107,11 +107,12 @@ class Integrator {
   /// Call this when the state was moved within its error.
   virtual void forgetSlope() = 0;
   /// Call one of these when f has jumped; when its stiffness may have changed, too; when the state was set,
-  /// or f was replaced. A bend is a jump after which the step size still suits.
+  /// or f was replaced. A bend is a jump after which the step size still suits; at a stiff one the stiffness
+  /// may have changed, too.
   void restart() { restartAfter(Change::jump); }
   void passSwitch() { restartAfter(Change::stiffness); }
   void begin() { restartAfter(Change::all); }
-  enum class Change { bend, jump, stiffness, all };
+  enum class Change { bend, stiffBend, jump, stiffness, all };
   virtual void restartAfter(Change change) = 0;
   /// From the next step on. An integrator without error control ignores it.
   virtual void setTolerance(const Tolerance& /*tolerance*/) {}

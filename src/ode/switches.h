@@ -48,6 +48,7 @@ struct Crossing {
   const Switches* by = nullptr;  ///< the object that found it
   int which = -1;                ///< its component, counted by that object; −1: unknown
   double slope = 0;              ///< the derivative of its due()
+  bool changesStiffness = false;
 };
 
 /// The states are not arranged.
