@@ -514,6 +514,26 @@ loads:
             self.bag("--commands", self.path("busy.bag"), name="two.bag")
             self.assertTrue(self.bytes_of("one.bag") == self.bytes_of("two.bag"), more)
 
+        # Times that run backwards, those of the messages too: of a tick that is stamped, the order is that of the ticks.
+        for has_stamps in (False, True):
+            back = []
+            for topic, messages in self.read("one.bag").items():
+                for received, message in messages:
+                    if has_stamps and hasattr(message, "tick_stamp"):
+                        message.tick_stamp = time_of(2 * 10**9 - message.tick_stamp.to_nsec())
+                    if has_stamps and hasattr(message, "header"):
+                        message.header.stamp = time_of(2 * 10**9 - message.header.stamp.to_nsec())
+                    back.append((topic, message, 2 * 10**9 - received))
+            self.write("order.bag", *back)
+            said = self.simulate("--commands", self.path("order.bag"), "--csv", self.path("out.csv"))
+            self.assertIn("4 taken\n", said)
+            self.assertGreater(self.rows()[-1][0], 1.13)  # at least to the last status
+
+        # The last command lies behind the last state.
+        self.write("short.bag", *((topic, message, received) for topic, messages in self.read("one.bag").items()
+                                  for received, message in messages if received < 0.25e9 or topic.endswith("commands_taken")))
+        self.assertIn("4 taken\n", self.simulate("--commands", self.path("short.bag")))
+
         result = self.run_tool("--commands", self.path("in.bag"), "--bag", self.path("new.bag"))
         self.assert_refused(result, "--duration: expected a time, for the bag has no states of /planar_chain")
         for tick in (10**8 + 1, 2**64 - 1):

@@ -22,8 +22,8 @@ struct BagArguments {
   std::optional<std::string> out;       ///< path of the bag to write
   bool views = false;                   ///< it also has what rviz shows
   std::optional<std::string> commands;  ///< path of the bag with recorded commands
-  bool endsAsRecorded = false;          ///< the run ends with the last state in the bag of commands
-  std::optional<std::string> urdf;      ///< path of the URDF to write, which is robot_description
+  bool endsAsRecorded = false;      ///< the run ends with the last state or command in the bag of commands
+  std::optional<std::string> urdf;  ///< path of the URDF to write, which is robot_description
   std::optional<std::string>
       node;  ///< the node that publishes; default: that of the commands, or /planar_chain
 };
@@ -34,7 +34,7 @@ class Bags {
 
   virtual Simulation& simulation() = 0;
 
-  /// Returns the time of the last state in the bag of commands, s. Requires endsAsRecorded.
+  /// Returns the time of the last state or command in the bag of commands, s. Requires endsAsRecorded.
   virtual double recordedEnd() const = 0;
 
   /// Takes the commands recorded up to tick k, then calls Simulation::advanceTo for the time t of row k.

@@ -106,28 +106,33 @@ void check(const std::vector<CommandTaken>& commands, double rate, const std::st
   }
 }
 
-/// Returns the last tick in the bag. A status gives a tick and its stamp. Each joint_states with a later
-/// stamp is one tick more. Stamps alone do not give the tick, because they jump over pauses.
-long long lastTick(const rosbag::Bag& bag, const std::string& node, const std::string& path) {
-  const std::string states = ros::names::append(ros::names::parentNamespace(node), "joint_states");
+void requireTick(std::uint64_t tick, const std::string& path) {
+  if (tick <= static_cast<std::uint64_t>(mostRows)) return;
+  refuse(path, "ticks up to number 100000000", std::to_string(tick));
+}
+
+/// Returns the last tick of the states in the bag, in whatever order it has them. A status gives a tick and
+/// its stamp. Each joint_states with a later stamp is one tick more, unless stamps went back with the clock.
+/// Stamps alone do not give the tick, because they jump over pauses.
+std::uint64_t lastTick(const rosbag::Bag& bag, const std::string& node, const std::string& path) {
   std::uint64_t tick = 0;
-  ros::Time stamp;
-  std::set<ros::Time> later;
-  rosbag::View view(bag, rosbag::TopicQuery(std::vector{states, node + "/status"}));
-  for (const rosbag::MessageInstance& entry : view) {
-    if (entry.getTopic() == states) {
-      later.insert(messageOf<sensor_msgs::JointState>(entry, path)->header.stamp);
-    } else {
-      const auto status = messageOf<SimStatus>(entry, path);
-      if (status->tick > static_cast<std::uint64_t>(mostRows)) {
-        refuse(path, "ticks up to number 100000000", std::to_string(status->tick));
-      }
-      tick = status->tick;
-      stamp = status->tick_stamp;
-    }
-    later.erase(later.begin(), later.upper_bound(stamp));
+  ros::Time stamp, latest;
+  for (const rosbag::MessageInstance& entry : rosbag::View(bag, rosbag::TopicQuery(node + "/status"))) {
+    const auto status = messageOf<SimStatus>(entry, path);
+    requireTick(status->tick, path);
+    latest = std::max(latest, status->tick_stamp);
+    if (status->tick < tick) continue;
+    tick = status->tick;
+    stamp = status->tick_stamp;
   }
-  return static_cast<long long>(tick + later.size());
+  if (stamp < latest) return tick;
+  const std::string states = ros::names::append(ros::names::parentNamespace(node), "joint_states");
+  std::set<ros::Time> later;
+  for (const rosbag::MessageInstance& entry : rosbag::View(bag, rosbag::TopicQuery(states))) {
+    const ros::Time its = messageOf<sensor_msgs::JointState>(entry, path)->header.stamp;
+    if (its > stamp) later.insert(its);
+  }
+  return tick + later.size();
 }
 
 }  // namespace
@@ -156,7 +161,10 @@ RecordedCommands readCommands(const std::string& path, const std::optional<std::
     } catch (const Refused& problem) {
       refuse(path, recorded.node + "/scene in YAML", problem.what());
     }
-    if (alsoEnd) recorded.lastTick = lastTick(bag, recorded.node, path);
+    if (const std::uint64_t last = alsoEnd ? lastTick(bag, recorded.node, path) : 0; last > 0) {
+      requireTick(commands.back().tick, path);
+      recorded.lastTick = static_cast<long long>(std::max(last, commands.back().tick));
+    }
     return recorded;
   } catch (const Refused&) {
     throw;

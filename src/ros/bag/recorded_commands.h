@@ -13,7 +13,7 @@ namespace planar_chain {
 struct RecordedCommands {
   std::string node;                    ///< the node that took them, such as /left/planar_chain
   std::vector<CommandTaken> commands;  ///< in the order in which they were taken
-  long long lastTick = 0;              ///< of the states in the bag, within one tick; 0 if it has none
+  long long lastTick = 0;              ///< of the states and commands; 0 without states
   std::string scene;                   ///< its text; empty if the bag has none
 };
 
