@@ -90,12 +90,21 @@ class Environments(unittest.TestCase):
         env, simulation = Rest(), Simulation(double_pendulum())
         env.reset(seed=3)
         simulation.set_state(np.random.default_rng(3).normal(size=2), [0, 0])
-        for k, action in enumerate((0.5, -3), 1):
-            simulation.hold_torques([0, 2 * max(action, -1)])
+        for k, action in enumerate((0.5, -1), 1):
+            simulation.hold_torques([0, 2 * action])
             simulation.advance_to(0.1 * k)
             self.assertEqual(env.step([action])[4]["q"].tolist(), simulation.q.tolist())
-        with self.assertRaises(ValueError):
-            env.step([np.nan])
+
+    def test_an_action_outside_of_its_space_is_refused(self):
+        env = Rest({"upper_joint": 1.0, "lower_joint": 2.0})
+        env.reset(seed=3)
+        for wrong, got in ((-1.5, "-1.5"), (np.nextafter(1, 2), "1.0000000000000002"), (np.nan, "nan"), (np.inf, "inf"),
+                           (np.ma.masked_array(0.5, True), "nan")):
+            with self.assertRaisesRegex(ValueError, rf"^action\[1\], of lower_joint: expected a number from -1 to 1, got {got}$"):
+                env.step(np.ma.stack([0.0, wrong]))
+        with self.assertRaisesRegex(ValueError, "^action: expected 2 numbers from -1 to 1, got"):
+            env.step([0.5])
+        self.assertEqual(env.step([0, 1])[4]["q"].shape, (2,))  # nothing was counted
 
     def test_an_unknown_motor_is_refused(self):
         for motors in ({"elbow": 1.0}, {}, "rod_joint", ["rod_joint"], None, {"rod_joint": "1"}, {"rod_joint": True}, {"rod_joint": np.ones(2)}):

@@ -28,7 +28,7 @@ def upright_gain(scene):
 def policy(observation, gain):
     s, c, rate = observation
     if s > 0.95 and abs(rate) < 2:
-        return -gain @ [np.arctan2(-c, s), rate] / MOST      # hold it
+        return np.clip(-gain @ [np.arctan2(-c, s), rate] / MOST, -1, 1)      # hold it
     energy = INERTIA * rate ** 2 / 2 + WEIGHT * (s - 1)      # 0: just enough to get up
     return -np.sign(energy * rate + 1e-9)                    # pump
 

@@ -53,8 +53,9 @@ class Box(_Box):
 
 class Environment(Env):
     """motors: joints by name, with the largest torque of each, N m. An action is one number from -1 to 1 for each
-    motor: its share of that torque, held for `period` (s). An observation is the positions of slides (m), the sines
-    and cosines of the relative angles, and the rates (m/s, rad/s). render_mode "rgb_array": render() returns a picture of the chain.
+    motor: its share of that torque, held for `period` (s). One beyond is refused; Gymnasium's wrapper ClipAction
+    clips it. An observation is the positions of slides (m), the sines and cosines of the relative angles, and the rates
+    (m/s, rad/s). render_mode "rgb_array": render() returns a picture of the chain.
 
     Derive from it: `reward(q, qd, action)` is due after each step; `is_over(q, qd)` ends an episode;
     `first_state(random)` begins one, by default in the first state of the scene."""
@@ -134,9 +135,10 @@ class Environment(Env):
         if self._steps is None:
             raise ValueError("step: expected a reset() before the first one, got none")
         action = np.atleast_1d(np.ma.filled(np.asanyarray(action, dtype=float), np.nan))
-        if action.shape != self.action_space.shape or not np.isfinite(action).all():
-            raise ValueError(f"action: expected {self.action_space.shape[0]} finite numbers from -1 to 1, got {action}")
-        action = np.clip(action, -1, 1)
+        if action.shape != self.action_space.shape:
+            raise ValueError(f"action: expected {self.action_space.shape[0]} numbers from -1 to 1, got {action}")
+        for k in np.flatnonzero(~(abs(action) <= 1))[:1]:
+            raise ValueError(f"action[{k}], of {self.scene.joints[self._places[k]]}: expected a number from -1 to 1, got {float(action[k])}")
         self._hold(action * self._most)
         self._steps += 1
         self._simulation.advance_to(self._steps * self.period)
