@@ -14,9 +14,10 @@ struct Fault {
   std::string expected;  ///< such as "a number > 0 kg"
   std::string found;     ///< as the user wrote it, such as "\"heavy\"", or "nothing"
   int line = 0;          ///< in the text that it came from, from 1 on; 0: unknown
+  std::string file{};    ///< of that text; empty: unknown
 };
 
-/// "links/lower/mass: expected a number > 0 kg, got \"heavy\""
+/// "scene.yaml:4: links/lower/mass: expected a number > 0 kg, got \"heavy\"", without a file from "links" on
 std::string toString(const Fault& fault);
 /// All faults, by default on one line.
 std::string toString(const std::vector<Fault>& faults, const char* between = "; ");
@@ -34,13 +35,14 @@ class Refused : public std::invalid_argument {
 
 /// A property of accepted input that its author may not expect: an ignored element, or a default.
 struct Note {
-  std::string path;  ///< as in a Fault
-  std::string text;  ///< such as "turns freely, as it has neither lower nor upper"
-  int line = 0;      ///< as in a Fault
-  int more = 0;      ///< the number of further places with this text
+  std::string path;    ///< as in a Fault
+  std::string text;    ///< such as "turns freely, as it has neither lower nor upper"
+  int line = 0;        ///< as in a Fault
+  int more = 0;        ///< the number of further places with this text
+  std::string file{};  ///< as in a Fault
 };
 
-/// "robot_description/joint[a]: turns freely, as it has neither lower nor upper (and 2 more)"
+/// "robot.urdf: robot_description/joint[a]: turns freely, as it has neither lower nor upper (and 2 more)"
 std::string toString(const Note& note);
 
 // ---- Numbers and text in faults --------------------------------------------------------------------

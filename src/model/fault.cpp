@@ -20,11 +20,17 @@ std::vector<Fault>& shorten(std::vector<Fault>& faults) {
   return faults;
 }
 
+template <class Finding>
+std::string placeOf(const Finding& finding) {
+  if (finding.file.empty()) return finding.path;
+  return finding.file + (finding.line > 0 ? ":" + std::to_string(finding.line) : "") + ": " + finding.path;
+}
+
 }  // namespace
 
 std::string toString(const Note& note) {
   const std::string more = note.more > 0 ? " (and " + std::to_string(note.more) + " more)" : "";
-  return note.path + ": " + note.text + more;
+  return placeOf(note) + ": " + note.text + more;
 }
 
 // ---- Numbers and text in faults -------------------------------------------------------------------
@@ -66,7 +72,7 @@ std::string quoted(const std::string& text) {
 // ---- Faults ----------------------------------------------------------------------------------------
 
 std::string toString(const Fault& fault) {
-  return fault.path + ": expected " + fault.expected + ", got " + fault.found;
+  return placeOf(fault) + ": expected " + fault.expected + ", got " + fault.found;
 }
 
 std::string toString(const std::vector<Fault>& faults, const char* between) {

@@ -154,6 +154,7 @@ void bindFaults(py::module& module) {
       .def_readonly("expected", &Fault::expected, "Such as 'a number > 0 kg'.")
       .def_readonly("found", &Fault::found, "What the input has there.")
       .def_readonly("line", &Fault::line, "The line of the YAML text, from 1 on; 0: unknown.")
+      .def_readonly("file", &Fault::file, "The file of that text; empty: unknown.")
       .def("__repr__", [](const Fault& fault) { return "<Fault " + toString(fault) + ">"; });
   static const py::handle refused = py::exception<Refused>(module, "Refused", PyExc_ValueError).release();
   refused.attr("__doc__") = "Raised for a scene with faults. `faults` lists all of them.";
@@ -200,11 +201,23 @@ void warn(const std::string& words) {
 
 namespace {
 
-/// A scene that the user gives, with one warning of Python for each of its notes.
-TreeAndScene read(Value tree) {
+/// A scene that the user gives, with one warning of Python for each of its notes. file: that it came from.
+TreeAndScene read(Value tree, const std::string& file = "") {
   TreeAndScene made(std::move(tree));
-  for (const Note& note : made.scene.notes) warn(toString(note));
+  for (const Note& note : withFiles(made.scene.notes, file, file)) warn(toString(note));
   return made;
+}
+
+TreeAndScene fromFile(const py::object& given) {
+  const py::object path = found(given);
+  const std::string text = readAll(path);
+  const py::object decoded = py::module::import("os").attr("fsdecode")(path);  // its name need not be text
+  const auto name = decoded.attr("encode")("utf-8", "backslashreplace").cast<std::string>();
+  try {
+    return read(parseScene(text), name);
+  } catch (const Refused& refused) {
+    throw Refused(withFiles(refused.faults(), name, name));
+  }
 }
 
 TreeAndScene fromUrdf(const py::object& text, const py::object& rest) {
@@ -265,8 +278,7 @@ config/README.md explains every key. Raises Refused, with all faults, for a scen
           "from_yaml", [](const py::object& text) { return read(parseScene(textOf(text, "text"))); },
           py::arg("text"), "From the text of a YAML scene, or of a URDF.")
       .def_static(
-          "from_file", [](const py::object& path) { return read(parseScene(readAll(found(path)))); },
-          py::arg("path"),
+          "from_file", &fromFile, py::arg("path"),
           R"(From a YAML file or a URDF, or by the name of a scene that ships, such as 'double_pendulum'.
 
 Raises OSError if the file cannot be read.)")

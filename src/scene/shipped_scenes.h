@@ -1,6 +1,6 @@
 #pragma once
 
-/// Scenes by their names.
+/// Scenes by their names, and their files in faults.
 
 #include <algorithm>
 #include <filesystem>
@@ -29,6 +29,18 @@ inline std::string findScene(const std::string& given, const std::filesystem::pa
   throw Refused(
       {{given.empty() ? quoted(given) : onOneLine(given),
         orClosest("a file, or one of the scenes that ship: " + inCommas(names), given, names), "neither"}});
+}
+
+/// Faults or notes of a scene with their files: `urdf` of those in a robot_description, else `scene`. Those
+/// that no text gave, such as of a tool's option, have none.
+template <class Finding>
+std::vector<Finding> withFiles(std::vector<Finding> findings, const std::string& scene,
+                               const std::string& urdf) {
+  for (Finding& finding : findings) {
+    const bool isInUrdf = finding.path.rfind("robot_description", 0) == 0;
+    if (isInUrdf || finding.line > 0 || finding.path == "scene") finding.file = isInUrdf ? urdf : scene;
+  }
+  return findings;
 }
 
 }  // namespace planar_chain
