@@ -19,6 +19,7 @@
 #include "ode/switches.h"
 #include "planar_chain/scene.h"
 #include "run/energy_guard.h"
+#include "run/fastest_key.h"
 #include "run/requirements.h"
 #include "simd/cpu.h"
 
@@ -115,11 +116,8 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
   }
   if (dynamics.isStretched(t, y)) std::snprintf(why, sizeof why, "%s", whyStretched(scene, t));
   char text[300];
-  std::snprintf(
-      text, sizeof text,
-      "%s gave up at t = %.9g s: %s; smaller steps and rodas5p fail too; the last good state is kept",
-      scene.integrator.method.c_str(), t, why);
-  to = text;
+  std::snprintf(text, sizeof text, "%s gave up at t = %.9g s: %s; ", scene.integrator.method.c_str(), t, why);
+  to = text + fastestKey(scene, t, 0) + "smaller steps and rodas5p fail too; the last good state is kept";
 }
 
 /// The error control counts angles up to half a turn.

@@ -53,7 +53,6 @@ struct Simulation::Parts {
 
   Parts(const Scene& given, int commandCapacity, bool measures)
       : scene(given), dynamics(scene, keep(makeCommands(scene.chain, commandCapacity))) {
-    fault.reserve(300);
     if (measures && !scene.sensors.empty()) sampler = std::make_unique<Sampler>(scene, dynamics, turns);
     climbTo(0);
   }

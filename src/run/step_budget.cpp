@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ode/methods.h"
+#include "run/fastest_key.h"
 
 namespace planar_chain {
 
@@ -55,10 +56,13 @@ std::string StepBudget::reason() const {
   std::snprintf(text, sizeof text, "stopped at t = %.9g s of %.9g s after %lld steps: the rate of ",
                 simulation_.time(), end_, made());
   std::string why = text + joints[fastest].name;
-  std::snprintf(text, sizeof text, " is %.3g rad/s, the torque in ", qd[fastest]);
+  std::snprintf(text, sizeof text, " is %.3g %s, the %s in ", qd[fastest],
+                joints[fastest].slides ? "m/s" : "rad/s", joints[strongest].slides ? "force" : "torque");
   why += text + joints[strongest].name;
-  std::snprintf(text, sizeof text, " %.3g N m; ", tau[strongest]);
+  std::snprintf(text, sizeof text, " %.3g %s; ", tau[strongest], joints[strongest].slides ? "N" : "N m");
   why += text;
+  const double step = (simulation_.time() - begin_) / static_cast<double>(std::max(made(), 1LL));
+  why += fastestKey(simulation_.scene(), simulation_.time(), step);
   constexpr double fine = 1e-10;
   if (simulation_.tolerance() > 0 && simulation_.tolerance() < fine) {
     std::snprintf(text, sizeof text, "the tolerance is %.3g, and below 1e-10 rounding may exceed it; ",

@@ -25,8 +25,8 @@ class StepBudget {
   /// True while Simulation::advanceTo() may continue.
   bool isLeft() const { return made() < most(); }
 
-  /// Returns why the run stops: the steps, the time, the fastest joint and the largest torque in a joint.
-  /// It evaluates the dynamics. Allocates.
+  /// Returns why the run stops: the steps, the time, the fastest joint, the largest torque in a joint, and
+  /// fastestKey(). It evaluates the dynamics. Allocates.
   std::string reason() const;
 
  private:
