@@ -99,6 +99,7 @@ class Tool(InFolder):
                             (self.CSV.replace("q_arm_joint", "q_arn_joint"), "got 'q_arn_joint'"),
                             (self.CSV.replace("0.05,", "0.05,1,"), "line 7: expected 2 fields, got 3"),
                             ("t,q_arm_joint\n" + "".join(f"{k},\n" for k in range(20)), "bad.csv: expected angles of the joint arm_joint, got none"),
+                            (self.CSV + "1e7,0\n", "bad.csv: expected samples at most 1000 s apart, got 1e+07 s before t = 1e+07 s (a wrong stamp?)"),
                             ("", "expected the columns t, q_arm_joint, got none"),
                             ("t,q_arm_joint\n0,1\n", "expected at least 10 samples, got 1")):
             result = self.run_tool(self.recording("single.yaml"), "--data", self.write("bad.csv", text), "--vary", "links/arm/inertia")
@@ -106,6 +107,7 @@ class Tool(InFolder):
             self.assertIn(words, result.stderr)
         for arguments, words in ((("--data", self.path("none.csv")), "none.csv: No such file"),
                                  (("--data", self.recording("single_0.csv"), "--plot", "x.txt"), "--plot: expected a name"),
+                                 (("--data", self.recording("single_0.csv"), "--vary", "links/arm/mass=0,5"), "0,5' (a decimal point, not a comma?)"),
                                  (("--data", self.recording("single_0.csv"), "--windows", "x"), "--windows")):
             result = self.run_tool(self.recording("single.yaml"), "--vary", "links/arm/inertia", *arguments)
             self.assertEqual(result.returncode, 2)

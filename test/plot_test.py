@@ -312,6 +312,7 @@ class Plot(PlotTool):
                             ("run,links/a/mass,t,q_a,qd_a,reason\n0,1,1,1,1,\n1,1,1,1\n", "row 2: expected 5 numbers and a reason, got 4 cells"),
                             ("run,links/a/mass,t,q_a,qd_a,reason\n0,x,1,1,1,\n", "row 1: expected 5 numbers and a reason, got could not"),
                             ("run,links/a/mass,t,q_a,qd_a,reason\n0,1,1,1e308,1,\n", "other.csv, q_a: expected numbers up to 1e+300, got 1e+308"),
+                            ("\ufefft,q_a,qd_a,energy\n0,0,0,0\n2,0,0,0\n1,0,0,0\n", "other.csv, row 3: expected a time after 2 s, got 1 s"),
                             ("run,t,reason\n0,1,\n", "expected the columns t, q_")):
             with open(other, "w", encoding="utf-8") as file:
                 file.write(text)

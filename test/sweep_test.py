@@ -42,6 +42,9 @@ class Tables(unittest.TestCase):
                      "uniform(2,1)", "uniform(-1e308,1e308)", "1:2:inf", "1:2:nan", "1:2:1e15"):
             with self.assertRaisesRegex(BadSweep, "--vary: expected"):
                 table_of([("a", text)], None, 0)
+        for text, hint in (("0,5:2:3", True), ("normal(0,3,0,01)", True), ("normal(0,3,-0,01)", False), ("0,5:x:3", False)):
+            with self.assertRaisesRegex(BadSweep, "got '.*'" + r" \(a decimal point, not a comma\?\)" * hint + "$"):
+                table_of([("a", text)], None, 0)
         self.assertEqual(set(table_of([("a", "uniform(2,2)")], 3, 0)[1].ravel()), {2})
         with self.assertRaisesRegex(BadSweep, "--vary: expected each path once, got a 2 times"):
             table_of([("a", "1"), ("b", "1"), ("a", "2")], None, 0)

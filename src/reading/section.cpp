@@ -29,10 +29,19 @@ std::string found(const Value* value) {
   return isNumber && shown == '"' + *value->text() + '"' ? *value->text() : shown;
 }
 
+const char* const pointNote = " (a decimal point, not a comma?)";
+
+/// True for [0,5, 1,5], which YAML reads as four numbers. [0,5, 1] may be a vector of space.
+bool isPairWithCommas(const Value::List& list) {
+  const auto isWhole = [](const Value& entry) { return std::floor(unchecked(entry)) == unchecked(entry); };
+  return list.size() == 4 && std::all_of(list.begin(), list.end(), isWhole);
+}
+
 std::string noteOn(const Value* value) {
   if (value && value->text()) return numberNote(*value->text());
-  std::string note;
-  for (const Value& entry : value && value->list() ? *value->list() : Value::List()) {
+  if (!value || !value->list()) return "";
+  std::string note = isPairWithCommas(*value->list()) ? pointNote : "";
+  for (const Value& entry : *value->list()) {
     if (note.empty()) note = noteOn(&entry);
   }
   return note;
@@ -57,8 +66,10 @@ bool isName(const std::string& text) {
 
 std::string numberNote(const std::string& text) {
   const std::size_t comma = text.find(',');
-  if (comma != std::string::npos && numberIn(std::string(text).replace(comma, 1, ".")))
-    return " (a decimal point, not a comma?)";
+  if (comma != std::string::npos && numberIn(std::string(text).replace(comma, 1, "."))) return pointNote;
+  if (numberIn(text.substr(0, text.find(';'))) && !numberIn(text)) {
+    return " (points within numbers, commas between them?)";
+  }
   const std::size_t end = std::min(text.find_first_not_of("+-.0123456789"), text.size());
   const std::string unit = text.substr(std::min(text.find_first_not_of(' ', end), text.size()));
   const bool isLetters = !unit.empty() && (isLetter(unit[0]) || static_cast<unsigned char>(unit[0]) >= 0x80);

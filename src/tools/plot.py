@@ -78,9 +78,12 @@ def require_file(path):
         raise Refused(f"{path}: expected a .csv or .bag that can be read, got nothing: {problem.strerror}") from problem
 
 
-def require_two(path, states):
-    if len(states) < 2:
-        raise Refused(f"{path}: expected two states or more, got {len(states)}")
+def require_times(path, what, t):
+    """what: has a time, such as a row."""
+    if len(t) < 2:
+        raise Refused(f"{path}: expected two states or more, got {len(t)}")
+    for k in np.flatnonzero(~(np.diff(t) > 0))[:1] + 1:
+        raise Refused(f"{path}, {what} {k + 1}: expected a time after {t[k - 1]:.12g} s, got {t[k]:.12g} s")
 
 
 def require_drawable(path, name, values):
@@ -91,7 +94,7 @@ def require_drawable(path, name, values):
 
 def read_rows(path):
     try:
-        with open(path, newline="", encoding="utf-8") as file:
+        with open(path, newline="", encoding="utf-8-sig") as file:
             return list(csv.reader(file))
     except (UnicodeDecodeError, csv.Error) as problem:
         raise Refused(f"{path}: expected a table in text, got other bytes ({problem})") from problem
@@ -123,7 +126,7 @@ def read_csv(path):
         raise Refused(f"{path}: expected the columns t, q_<joint>…, qd_<joint>…, energy, got "
                       f"{', '.join(header)[:80] or 'nothing'}")
     table = numbers_of(path, header, rows)
-    require_two(path, table)
+    require_times(path, "row", table[:, 0])
     n = len(joints)
     motion = Motion(joints, table[:, 0], table[:, 1:n + 1], table[:, n + 1:2 * n + 1])
     motion.energy = motion.t, {"T + V, less that of the start": table[:, -1] - table[0, -1]}
@@ -182,7 +185,8 @@ def read_bag(path, node):
         states, statuses = messages_of(states_topic, "sensor_msgs/JointState"), messages_of(status_topic, "planar_chain/SimStatus")
         taken, links, scenes = (messages_of(below and below + name, kind) for name, kind in (
             ("commands_taken", "planar_chain/CommandTaken"), ("link_states", "planar_chain/LinkStates"), ("scene", "std_msgs/String")))
-    require_two(path, states)
+    stamps = np.array([state.header.stamp.to_sec() for state in states])
+    require_times(path, f"message of {states_topic}", stamps)
 
     names = list(states[0].name)
     if any(list(state.name) != names or not len(state.position) == len(state.velocity) == len(names) for state in states):
@@ -198,7 +202,7 @@ def read_bag(path, node):
         return np.array([(message.header.stamp - states[0].header.stamp).to_sec() for message in messages])
 
     motion = Motion(names, since_start(states), *of(states, "position", "velocity", "effort"))
-    motion.events = events_of(np.array([state.header.stamp.to_sec() for state in states]), statuses, taken)
+    motion.events = events_of(stamps, statuses, taken)
     if scenes:
         try:
             motion.slides = slides_of(read_chain("/dev/stdin", scenes[0].data))

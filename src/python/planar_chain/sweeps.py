@@ -75,8 +75,17 @@ def column_of(text):
         if kind == "grid":
             return "list", np.linspace(numbers[0], numbers[1], int(numbers[2])).tolist()
         return kind, numbers
+    points = re.sub(r"(\d),(\d)", r"\1.\2", text)
+    note = " (a decimal point, not a comma?)" * (points != text and is_column(points))
     raise BadSweep("--vary: expected FIRST:LAST:COUNT, A,B,…, normal(MEAN,DEVIATION) or uniform(LOW,HIGH) of finite numbers, "
-                   f"COUNT >= 2, DEVIATION >= 0, LOW <= HIGH, got {text!r}")
+                   f"COUNT >= 2, DEVIATION >= 0, LOW <= HIGH, got {text!r}{note}")
+
+
+def is_column(text):
+    try:
+        return bool(column_of(text))
+    except BadSweep:
+        return False
 
 
 def table_of(varied, runs, seed):

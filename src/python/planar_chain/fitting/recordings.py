@@ -10,6 +10,7 @@ import numpy as np
 MOST_ANGLE = 50.0  # rad; above it an angle is rather in degrees
 LEAST_MOTION = 1e-6  # rad
 LEAST_SAMPLES = 10
+MOST_GAP, MOST_SPACINGS = 1000.0, 100  # s, between two samples, or so many times the usual spacing: the run between them takes long
 LONG_REST, KEPT_REST = 0.5, 0.1  # s: a longer rest before the first motion is cut; so much of it stays
 MOVED, MOST_MOVED = 0.02, 0.02  # a joint has moved by this part of its range, or by so much, rad,
 NOISY, MOST_NOISY = 8.0, 0.1  # or by so many times the noise of its samples if that is more; by so much, rad, in any case
@@ -144,6 +145,10 @@ def require_angles(recording, joints):
     name = recording.name
     if len(recording) < LEAST_SAMPLES:
         raise BadFit(f"{name}: expected at least {LEAST_SAMPLES} samples, got {len(recording)}")
+    gaps, most = np.diff(recording.t), max(MOST_GAP, MOST_SPACINGS * np.median(np.diff(recording.t)))
+    for k in np.flatnonzero(gaps > most)[:1]:
+        raise BadFit(f"{name}: expected samples at most {most:g} s apart, got {gaps[k]:g} s before t = {recording.start + recording.t[k + 1]:g} s "
+                     "(a wrong stamp?)")
     for values, what in ((recording.q, "angle"), (recording.qd, "rate")):
         for k, j in np.argwhere(np.isinf(values))[:1] if values is not None else ():
             raise BadFit(f"{name}: expected a finite {what} of {joints[j]}, got {values[k, j]:g} at t = {recording.t[k]:g} s")

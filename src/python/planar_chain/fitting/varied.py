@@ -55,7 +55,8 @@ def parsed(text):
     except ValueError:
         values = []
     if len(values) not in (1, 3):
-        raise BadFit(f"--vary: expected PATH, PATH=FIRST or PATH=FIRST:LOW:HIGH of numbers, got {text!r}")
+        raise BadFit(f"--vary: expected PATH, PATH=FIRST or PATH=FIRST:LOW:HIGH of numbers, got {text!r}"
+                     + " (a decimal point, not a comma?)" * ("," in rest))
     return path, (*values, None, None)[:3]
 
 
