@@ -14,6 +14,7 @@ from in_folder import InFolder
 
 CONFIGURATION = [argument for argument in sys.argv if argument.startswith('-D')]
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..')
+ROPE = os.path.join(ROOT, 'config/scenes/rope.yaml')
 
 
 class Arguments(InFolder):
@@ -26,7 +27,7 @@ class Arguments(InFolder):
     def test_arguments_of_sim_launch_and_options_of_roslaunch_pass(self):
         for given in ((), ('scene:=rope', 'rviz:=false'), ('-p', '11411'), ('--port=11411', 'scene:=whip'),
                       ('--screen', '__name:=sim', 'record:=run'), ('real_time_factor:=.5', 'rviz:=False'), ('real_time_factor:=1e2', 'record:=false'),
-                      ('scene_file:=' + os.path.join(ROOT, 'config/scenes/rope.yaml'), 'urdf:=none')):
+                      ('scene_file:=' + ROPE, 'urdf:=none'), ('scene_file:=none', 'scene:=rope')):
             self.assertEqual(self.run_script(*given), (0, ''))
 
     def test_others_are_refused(self):
@@ -43,6 +44,8 @@ class Arguments(InFolder):
                              (('record:=/none/run',), 'record: expected a path in a folder that can be written, got /none/run'),
                              (('--scene', 'rope'), 'Expected scene:=VALUE, got --scene'),
                              (('scene:=rop',), 'No scene is called rop. There are: acrobot '),
+                             (('scene_file:=' + ROPE, 'scene:=rope'), 'Expected scene:= or scene_file:=, got both'),
+                             (('scene:=rope', 'urdf:=' + ROPE), 'Expected scene:= or urdf:=, got both'),
                              (('rope',), 'Expected NAME:=VALUE, got rope')):
             status, said = self.run_script(*given)
             self.assertEqual(status, 2)
