@@ -63,11 +63,34 @@ class Faults(PlotTool):
                            (self.damaged("command.bag", ("/planar_chain/commands_taken", command)), (("plot",), FIT, REPLAY))):
             self.assert_all_refuse(bag, tools, r"expected a bag that can be read, got a damaged one \(.*\)")
 
+    def test_a_damaged_definition_is_said(self):
+        for tools, topic, was, is_now in (
+                ((("plot",), FIT), "/joint_states", b"float64[] position", b"float64[] pos1tion"), ((("plot",), FIT), "/joint_states", b"time stamp", b"time_stamp"),
+                ((("plot",), FIT), "/planar_chain/status", b"float64 tolerance", b"float64 tolerancf")):
+            bag = self.bag("text.bag")
+            with open(bag, "r+b") as file:
+                data = file.read()
+                self.assertIn(was, data)
+                file.seek(0)
+                file.write(data.replace(was, is_now))
+            self.assert_all_refuse(bag, tools, f"expected {topic} of type .* as this version defines it, got a definition that is damaged.*")
+
     def test_a_damaged_scene_is_said(self):
         bag = self.bag("scene.bag", ("/planar_chain/scene", String("chain: [a")),
                        ("/planar_chain/commands_taken", CommandTaken(number=1, tick=1, joint_torques=[0, 0, 0])))
         self.assert_all_refuse(bag, (("plot",),), "the scene is refused:\nline 1: scene: expected YAML, got .*")
         self.assert_all_refuse(bag, (REPLAY,), "expected /planar_chain/scene in YAML, got .*")
+
+    def test_faults_of_a_scene_name_its_file(self):
+        scene = self.path("scene.yaml")
+        with open(scene, "w", encoding="ascii") as file:
+            file.write("chain: [a]\nlinks: {a: {mass: -1, inertia: 1, com: [0, 0], pin: [1, 0]}}\n")
+        for tool, *more in there(("simulate", "--duration", "1"), ("equations",), ("fit", "--data", "x.csv", "--vary", "links/a/mass"),
+                                 ("sweep", "--vary", "links/a/mass=1,2", "--duration", "1", "--output", self.path("out.csv")),
+                                 ("formulas", "--format", "c")):
+            run = self.run_tool(tool, scene, *more)
+            self.assertEqual(run.returncode, 2, run.stderr)
+            self.assertRegex(run.stderr, rf"^({tool}: )?{scene}:2: links/a/mass: expected a number > 0 kg, got -1\n$")
 
     def test_other_files_and_folders_are_named(self):
         with open(self.path("other.bag"), "wb") as file:

@@ -95,6 +95,15 @@ class Tools(InFolder):
         fine = self.simulate("--duration", "10", "--tolerance", "1e-12", "--most-steps", "20").stderr
         self.assertIn("; the tolerance is 1e-12, and below 1e-10 rounding may exceed it; expected at most 20 steps", fine)
         self.assertEqual(self.simulate("--duration", "1", "--most-steps", "10000").returncode, 0)
+        limited = SCENE.replace(ROD, ROD[:-1] + ", joint: {KEYS}}", 1)
+        for scene, key in ((SCENE + "loads: {hum: {joint: lower_joint, torque: 1, frequency: 1e6}}\n", "frequency of load hum (1e+06 Hz)"),
+                           (SCENE + "base: {x: {amplitude: 1e-6, frequency: 1e6}}\n", "frequency of base/x (1e+06 Hz)"),
+                           (limited.replace("KEYS", "drive: {amplitude: 1e-9, frequency: 1e7}"), "frequency of drive of upper_joint (1e+07 Hz)"),
+                           (limited.replace("KEYS", "drag: 1e100"), "drag of upper_joint (1e+100 N m s²/rad²)"),
+                           (limited.replace("KEYS", "lower: -0.5, stop_damping: 1e100"), "stop_damping of upper_joint (1e+100 N m s/rad)")):
+            said = self.simulate("--duration", "1", "--most-steps", "2000", scene=scene)
+            self.assertEqual(said.returncode, 1, scene)
+            self.assertIn(f"; the fastest key is {key}; ", said.stderr)
         os.remove(self.path("out.csv"))
         self.assert_refused(self.simulate("--duration", "1", "--most-steps", "0"), "--most-steps: expected a number > 0")
 
@@ -348,6 +357,16 @@ class Tools(InFolder):
             self.assertEqual((result.returncode, result.stderr),
                              (1, f"{tool}: cannot write standard output: No space left on device\n"), arguments)
 
+    def test_nothing_meant_for_a_closed_standard_file_goes_into_another(self):
+        self.run_tool("equations")  # writes the scene
+        command = f"{os.path.join(BIN, 'simulate')} {self.path('scene.yaml')} --csv {self.path('out.csv')}"
+        for more, words in (("--duration 0.1 >&-", "simulate: cannot write standard output: Bad file descriptor\n"),
+                            ("--duration 10 --most-steps 20 2>&-", "")):
+            run = subprocess.run(["bash", "-c", f"{command} {more}"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
+                                 timeout=60, check=False)
+            self.assertEqual((run.returncode, run.stderr), (1, words))
+            self.assertEqual({len(row) for row in self.rows()[1]}, {6})  # all numbers
+
     def test_a_pipe_is_an_output_like_others(self):
         self.run_tool("equations")  # writes the scene
         os.mkfifo(self.path("pipe"))
@@ -385,7 +404,7 @@ class Tools(InFolder):
         def has_rows():
             return os.path.exists(self.path("out.csv")) and os.path.getsize(self.path("out.csv")) > 10 ** 5
 
-        for by in (signal.SIGINT, signal.SIGTERM):
+        for by in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             out, error, status = self.interrupted("--duration", "1e6", "--csv", self.path("out.csv"), after=has_rows,
                                                   by=by)
             self.assertEqual((out, status), ("", 128 + by))

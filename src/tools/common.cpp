@@ -1,5 +1,6 @@
 #include "tools/common.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -64,9 +65,18 @@ Fault unknownOption(const std::string& given, const Tool& tool) {
           "none of those that --help lists"};
 }
 
+/// Where standard input, output or error is closed, no file of the run takes its number, and with it what is
+/// meant for the other. To read or write there fails, as before.
+void occupyStandardFiles() {
+  for (int fd = 0; fd < 3; ++fd) {
+    if (fcntl(fd, F_GETFD) < 0) open("/dev/null", fd == 0 ? O_WRONLY : O_RDONLY);
+  }
+}
+
 }  // namespace
 
 int run(const Tool& tool, int argc, char** argv) {
+  occupyStandardFiles();
   std::signal(SIGXFSZ, SIG_IGN);  // a file at the limit of its size is an error in words
   try {
     constexpr unsigned width = 110;
@@ -171,22 +181,6 @@ void checkOutputs(const Arguments& given, const std::vector<std::string>& option
   for (const fs::path& file : made) fs::remove(file, none);
 }
 
-namespace {
-
-/// Puts the file and the line before the path of each fault, or note, that has them:
-/// "scene.yaml:4: links/upper/mass".
-template <class Finding>
-void addFiles(std::vector<Finding>& findings, const std::string& scene, const std::string& urdf) {
-  for (Finding& finding : findings) {
-    const bool isInUrdf = finding.path.compare(0, 17, "robot_description") == 0;
-    if (finding.line == 0 && !isInUrdf) continue;
-    const std::string line = finding.line > 0 ? ":" + std::to_string(finding.line) : "";
-    finding.path = (isInUrdf ? urdf : scene) + line + ": " + finding.path;
-  }
-}
-
-}  // namespace
-
 Scene readScene(const Arguments& given, const std::function<void(Value&)>& amend, std::vector<Fault> faults) {
   const auto file = given.text("SCENE"), urdf = given.text("urdf");
   try {
@@ -203,15 +197,13 @@ Scene readScene(const Arguments& given, const std::function<void(Value&)>& amend
       Scene scene = planar_chain::readScene(value);
       scene.text = toYaml(value);
       if (faults.empty()) {
-        std::vector<Note> notes = scene.notes;
-        addFiles(notes, path, pathOfUrdf);
-        for (const Note& note : notes) std::cerr << "note: " << toString(note) << '\n';
+        for (const Note& note : withFiles(scene.notes, path, pathOfUrdf)) {
+          std::cerr << "note: " << toString(note) << '\n';
+        }
         return scene;
       }
     } catch (const Refused& refused) {
-      std::vector<Fault> own = refused.faults();
-      addFiles(own, path, pathOfUrdf);
-      throw Refused(std::move(own));
+      throw Refused(withFiles(refused.faults(), path, pathOfUrdf));
     }
   } catch (const Refused& refused) {
     faults.insert(faults.end(), refused.faults().begin(), refused.faults().end());

@@ -11,6 +11,11 @@ import argparse
 import os
 import sys
 
+for fd, name in enumerate(("stdin", "stdout", "stderr")):
+    if getattr(sys, name) is None:  # closed: no file of the run takes its number, and with it what is meant for the other
+        os.open(os.devnull, os.O_RDONLY if fd else os.O_WRONLY)
+sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # pylint: disable=consider-using-with
+
 from files import words_of, writing
 
 
@@ -21,7 +26,7 @@ def say(text):
 
 def put(text):
     """Writes to standard output. What Python's own could not write, it would try again at the end."""
-    with writing("standard output"), open(1, "w", encoding="utf-8", closefd=False) as out:
+    with writing("standard output"), open(1, "w", encoding="utf-8", errors="surrogateescape", closefd=False) as out:
         out.write(text)
 
 

@@ -163,9 +163,10 @@ void checkFiles(const Arguments& given, std::vector<Fault>& faults) {
 
 volatile std::sig_atomic_t caught = 0;  ///< the signal that ends the run
 
-/// Lets Ctrl-C and kill end the run so that its files are complete. A second signal ends the program at once.
+/// Lets Ctrl-C, kill and the end of the terminal end the run so that its files are complete. A second signal
+/// ends the program at once.
 void catchSignals() {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const auto before = std::signal(signal, [](int which) {
       caught = which;
       std::signal(which, SIG_DFL);

@@ -1,6 +1,7 @@
 """Bags that are read, or why they cannot be: for fits, and by a link for the tools plot and show."""
 
 import contextlib
+import io
 
 ENDINGS = ".bag", ".bag.active"  # active: it is being recorded, or its recorder was killed
 
@@ -8,16 +9,23 @@ ENDINGS = ".bag", ".bag.active"  # active: it is being recorded, or its recorder
 @contextlib.contextmanager
 def opened(path, refused):
     """Within it, gives a rosbag.Bag and messages_of(topic or None, type), a list. Raises `refused` with the reason if the bag cannot be
-    read, or has another type."""
+    read, or has another type, or defines it otherwise."""
     try:
         import rosbag  # pylint: disable=import-outside-toplevel  # a CSV needs no ROS
+        from genpy.message import get_message_class  # pylint: disable=import-outside-toplevel
     except ImportError as missing:
         raise refused(f"{path}: a bag needs ROS's rosbag for Python: {missing}") from None
 
     def messages_of(topic, kind):
-        messages = [message for _, message, _ in bag.read_messages(topic)] if topic else []
-        for other in (message._type for message in messages if message._type != kind):
-            raise refused(f"{path}: expected {topic} of type {kind}, got {other}")
+        with contextlib.redirect_stderr(io.StringIO()):  # rosbag warns of definitions that are refused here
+            messages = [message for _, message, _ in bag.read_messages(topic)] if topic else []
+        present = get_message_class(kind)
+        for its in {type(message) for message in messages}:
+            if its._type != kind:
+                raise refused(f"{path}: expected {topic} of type {kind}, got {its._type}")
+            if present and its._md5sum != present._md5sum:
+                raise refused(f"{path}: expected {topic} of type {kind} as this version defines it, got a definition that is damaged, or "
+                              "that of another version, which `rosbag fix` converts (msg/README.md)")
         return messages
 
     try:
