@@ -194,7 +194,7 @@ TEST_P(QuadruplePrecision, ErrorIsToleranceTimesGrowth) {
 
 TEST_P(QuadruplePrecision, IsReachedToWhatDoubleAllows) {
   // Some thousand steps round once each; √4000 of these, added at random, are 63. The median of runs that
-  // round differently, as chance makes one of them three times better or worse. Measured: dopri5 at most 5,
+  // round differently, as chance makes one of them three times better or worse. Measured: dopri5 at most 13,
   // auto, which takes fewer and longer steps, at most 23; a single run may come out ten times worse.
   Reference reference(GetParam());
   RecordProperty("growth", std::to_string(reference.growth()));

@@ -25,6 +25,16 @@ constexpr double shorter = 0.9;
 /// The same after a result that is not finite, which says nothing of the error.
 constexpr double farShorter = 0.1;
 
+// Error estimates that are rounding.
+constexpr double finest = 1e-10;    ///< tolerance: from there on they are looked for
+constexpr double suspect = 0.25;    ///< an error of so much keeps steps from growing, or nearly
+constexpr double growing = 1.2;     ///< the factor by which steps grow whose error is rounding
+constexpr double mostCounted = 16;  ///< times the noise: more is no rounding
+/// Another length for the same step. The error of a method changes by a few per cent then, rounding by
+/// itself.
+constexpr double nearlyTheSame = 1 - 1. / 256;
+constexpr double asMuch = 0.25;  ///< of the error: more than a few per cent, less than rounding mostly does
+
 // The first step: numbers of Hairer, Nørsett, Wanner. A wrong one costs a run a few steps, or one rejection.
 constexpr double fromRest = 1e-5;    ///< of the scale: sizes and slopes below give no time scale
 constexpr double blind = 1e-6;       ///< s: Euler's step then
@@ -128,7 +138,11 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
   const double most = aimed_ * std::max(lengthened, 1 / lengthened);
   const bool isAsForeseen = isForeseen && most <= 1 && h > nearlyWhole * h_;
   isAsForeseen ? stepper_->stepAsForeseen(state.t, h, state.y) : stepper_->step(state.t, h, state.y);
-  const double error = isAsForeseen ? most : errorNorm(state.y, h, stepper_->error());
+  double error = isAsForeseen ? most : errorNorm(state.y, h, stepper_->error());
+  if (error > suspect && tolerance_.value <= finest && !isForeseen && !isJump) {
+    const double other = (state.t + nearlyTheSame * h) - state.t;
+    if (isRounding(state, h, other, error)) next = state.t + other;
+  }
   const bool mayPass = error <= 1 || isJump;
   const bool taken = mayPass && std::isfinite(error) && stepper_->take(state, next);
   finite_ = std::isfinite(error) && (taken || !mayPass);
@@ -154,6 +168,33 @@ std::optional<Outcome> AdaptiveSteps::attempt(State& state, double end, double l
   justRejected_ = true;
   ++count_.rejected;
   return std::nullopt;
+}
+
+bool AdaptiveSteps::isRounding(const State& state, double h, double other, double& error) {
+  const bool isAccepted = error <= 1;
+  if (!std::isfinite(error) || (isAccepted && stiffness_->isCounted())) return false;
+  double counted = stiffness_->share(tolerance_.value);
+  const auto normIf = [&](double share, const Vector& of) {
+    stiffness_->count(share);
+    return errorNorm(state.y, h, of);
+  };
+  trial_ = stepper_->error();
+  const bool mayBe = normIf(mostCounted, trial_) <= 1;
+  stiffness_->count(counted);
+  if (!mayBe) return false;
+
+  // Attempt another length, and compare.
+  ++count_.rejected;
+  stepper_->step(state.t, other, state.y);
+  trialDerivative_ = stepper_->error() - trial_;
+  if (errorNorm(state.y, h, trialDerivative_) < asMuch * error) {
+    if (isAccepted) stepper_->step(state.t, h, state.y);
+    return false;
+  }
+  error = errorNorm(state.y, h, stepper_->error());
+  const double least = simd::power(safety / growing, facts().errorOrder);
+  while (error > least && counted < mostCounted) error = normIf(counted *= 2, stepper_->error());
+  return true;
 }
 
 void AdaptiveSteps::resume(double h) {

@@ -79,6 +79,11 @@ class AdaptiveSteps : public Integrator {
   /// The factor by which a step may grow whose error is known before the attempt.
   double foreseen(double error) const;
 
+  /// Call this if the error of an attempt of h is near the allowed one. Returns true if it is rounding: a
+  /// step of the other length then has another error. So much of LocalStiffness::noise() counts from now on
+  /// that the steps pass, the other length is attempted, and `error` is its norm.
+  bool isRounding(const State& state, double h, double other, double& error);
+
   std::unique_ptr<Stepper> stepper_;
   Tolerance tolerance_;
   std::shared_ptr<LocalStiffness> stiffness_;

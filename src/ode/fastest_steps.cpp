@@ -50,6 +50,7 @@ class FastestSteps : public Integrator {
       // Attempt a step.
       const double before = state.t;
       lastTried_ = &running();
+      const long long rejected = lastTried_->count().rejected;
       const std::optional<Outcome> outcome =
           lastTried_->attempt(state, end, std::min(longestStep, steadyStep(*lastTried_)));
 
@@ -58,12 +59,12 @@ class FastestSteps : public Integrator {
       run_.cost += cost;
       run_.progress += state.t - before;
       (onTrial_ ? onTrials_ : onIncumbents_) += cost;
-      if (!outcome) {
-        ++count_.rejected;
-      } else if (hasFailed(*outcome)) {
+      count_.rejected += lastTried_->count().rejected - rejected;
+      if (outcome && hasFailed(*outcome)) {
         if (tryTheNext()) continue;
         return *outcome;
-      } else {
+      }
+      if (outcome) {
         ++count_.accepted;
         ++run_.steps;
         failures_ = 0;

@@ -43,7 +43,9 @@ struct StepCount {
 ///
 /// The rounding of a stiff f may exceed this error at every h. So steps below a millisecond count as one
 /// millisecond, and an error passes that is no larger than the effect of rounding y (local_stiffness.h).
-/// Below a tolerance of 1e-10 rounding counts in proportion.
+/// Below a tolerance of 1e-10 rounding counts in proportion. From 1e-10 on an error estimate near the allowed
+/// one is compared, now and then, with that of a step of another length. If it is rounding, so much of the
+/// rounding counts for the next steps that they pass.
 ///
 /// If `ofRates` is given, it is the tolerance of rates. Otherwise a rate's error counts as the error of the
 /// angle that it causes, and may be 1 s/T times that of an angle:

@@ -57,6 +57,7 @@ class LocalStiffness {
       moved_[i] = y[i] + zigzag_[i] * ulp;
     }
     f_.slope(t, moved_.data(), slope_.data());
+    counted_ = 0;
     noise_ = (slope_ - base_).cwiseAbs();
     if (!noise_.allFinite()) noise_.setZero();
   }
@@ -66,6 +67,14 @@ class LocalStiffness {
   /// Rounding of y moves f by noise(), and y over a step of h by noise() × timeOf(h): the effect stops
   /// growing after the fastest mode's own time 1/|λ|. Error estimates below that are noise.
   const Vector& noise() const { return noise_; }
+  /// The share of it that counts beside this tolerance: below 1e-10 in proportion to it, or that of count()
+  /// since the last update, if that is more.
+  double share(double tolerance) const {
+    constexpr double perRounding = 1e10;  // 1 over the tolerance down to which rounding counts in full
+    return std::max(counted_, std::min(1.0, tolerance * perRounding));
+  }
+  void count(double share) { counted_ = share; }
+  bool isCounted() const { return counted_ > 0; }
   double timeOf(double h) const { return h * eigenvalue_ > 1 ? 1 / eigenvalue_ : h; }
   /// T, s: the shortest time for which a rate's error turns the links (integrator.h).
   double turningTime(double h, double tolerance) const {
@@ -82,7 +91,7 @@ class LocalStiffness {
   System& f_;
   const Eigen::Index works_;
   int calls_ = 0;  ///< since the last update that maybeUpdate() made
-  double eigenvalue_ = 0;
+  double eigenvalue_ = 0, counted_ = 0;
   Vector noise_{f_.arrangedSize()}, base_ = noise_, moved_ = noise_, slope_ = noise_, direction_ = noise_;
   Vector zigzag_ = noise_;  ///< the highest mode of a chain: every component opposite to its neighbours
 };
@@ -94,7 +103,7 @@ struct Allowance {
       : most(mostAt(tolerance.value, h)),
         mostOfRates(tolerance.ofRates ? mostAt(*tolerance.ofRates, h)
                                       : most / stiffness.turningTime(h, tolerance.value)),
-        perNoise(std::min(1.0, tolerance.value * perRounding) * clearly * stiffness.timeOf(h)) {}
+        perNoise(stiffness.share(tolerance.value) * clearly * stiffness.timeOf(h)) {}
 
   double most, mostOfRates, perNoise;
 
@@ -107,8 +116,7 @@ struct Allowance {
                     std::numeric_limits<double>::epsilon());
   }
 
-  static constexpr double perRounding = 1e10;  // 1 over the tolerance down to which rounding counts in full
-  static constexpr double clearly = 4;         // above rounding, so that steps whose estimate is that grow
+  static constexpr double clearly = 4;  // above rounding, so that steps whose estimate is that grow
 };
 
 }  // namespace planar_chain::ode
