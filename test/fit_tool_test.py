@@ -108,10 +108,20 @@ class Tool(InFolder):
         for arguments, words in ((("--data", self.path("none.csv")), "none.csv: No such file"),
                                  (("--data", self.recording("single_0.csv"), "--plot", "x.txt"), "--plot: expected a name"),
                                  (("--data", self.recording("single_0.csv"), "--vary", "links/arm/mass=0,5"), "0,5' (a decimal point, not a comma?)"),
-                                 (("--data", self.recording("single_0.csv"), "--windows", "x"), "--windows")):
+                                 (("--data", self.recording("single_0.csv"), "--windows", "x"), "--windows"),
+                                 (("--data", *[self.recording("single_0.csv")] * 2), "single_0.csv 2 times")):
             result = self.run_tool(self.recording("single.yaml"), "--vary", "links/arm/inertia", *arguments)
             self.assertEqual(result.returncode, 2)
             self.assertIn(words, result.stderr)
+        with open(self.recording("single.yaml"), "rb") as file:
+            text = file.read()
+        for other in (text.replace(b": ", b":\t"), b"# gr\xf6\xdfe\n" + text):  # which yaml-cpp reads
+            with open(self.path("other.yaml"), "wb") as file:
+                file.write(other)
+            result = self.run_tool(self.path("other.yaml"), "--data", self.recording("single_0.csv"), "--vary", "links/arm/inertia", "--output",
+                                   self.path("fitted.yaml"))
+            self.assertEqual(result.returncode, 2, result.stderr)
+            self.assertRegex(result.stderr, "^fit: .*other.yaml: expected YAML in UTF-8 that PyYAML reads too .*, got .*\n$")
         own = self.write("own.csv", self.CSV)
         with open(self.recording("single.yaml"), encoding="utf-8") as file:
             scene = self.write("own.yaml", file.read())

@@ -313,10 +313,15 @@ class Plot(PlotTool):
                             ("run,links/a/mass,t,q_a,qd_a,reason\n0,x,1,1,1,\n", "row 1: expected 5 numbers and a reason, got could not"),
                             ("run,links/a/mass,t,q_a,qd_a,reason\n0,1,1,1e308,1,\n", "other.csv, q_a: expected numbers up to 1e+300, got 1e+308"),
                             ("\ufefft,q_a,qd_a,energy\n0,0,0,0\n2,0,0,0\n1,0,0,0\n", "other.csv, row 3: expected a time after 2 s, got 1 s"),
+                            ("t,q_a,qd_a,energy\n0,nan,0,0\n1,nan,0,0\n", "other.csv: expected angles, got nan alone"),
                             ("run,t,reason\n0,1,\n", "expected the columns t, q_")):
             with open(other, "w", encoding="utf-8") as file:
                 file.write(text)
             self.assertIn(fault, self.refused(other))
+        with open(other, "w", encoding="utf-8") as file:
+            file.write("t,q_a,qd_a,energy\n0,0,0,0\n1,0,0,0\n")
+        self.assertIn("--scene: expected the scene of a, got that of shoulder_pin, elbow_pin, hand_pin", self.refused(other, "--scene", SCENE))
+        self.assertIn("--output: expected a name that ends in", self.refused(other, "--output", ""))
         for data in (b"\xff\xfe\x00", b"\x80" * 5000, b"t,q_a,qd_a,energy\n0,0,0,\xc3\x28\n"):
             with open(other, "wb") as file:
                 file.write(data)
@@ -329,6 +334,19 @@ class Plot(PlotTool):
         with open(bag, "w", encoding="utf-8") as file:
             file.write("no bag")
         self.assertIn("expected a bag that can be read", self.refused(bag))
+
+    def test_states_of_another_robot(self):
+        for efforts, names, drawn in (([], ["a"], True), ([1.0], ["a"], True), ([1.0, 2.0], ["a"], False), (None, ["a"], False), ([], [], False)):
+            with rosbag.Bag(self.path("robot.bag"), "w") as bag:
+                for k in range(1, 9):
+                    state = JointState(name=names, position=[0.1 * k] * len(names), velocity=[0.0] * len(names),
+                                       effort=[0.0] * (k % 2) if efforts is None else efforts)
+                    state.header.stamp = rospy.Time(k)
+                    bag.write("/joint_states", state, rospy.Time(k))
+            if drawn:
+                self.assertEqual(self.run_tool("plot", self.path("robot.bag")).returncode, 0)
+            else:
+                self.assertIn("expected an angle, a rate and perhaps an effort of the same joints in each state", self.refused(self.path("robot.bag")))
 
     def test_a_bag_whose_recorder_was_killed(self):
         self.simulate("--bag", self.path("whole.bag"))

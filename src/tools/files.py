@@ -19,8 +19,9 @@ class BadOutput(ValueError):
 
 def words_of(problem):
     """An error of the system without its number."""
-    is_of_file = isinstance(problem, OSError) and problem.filename is not None
-    return f"{os.fsdecode(problem.filename)}: {problem.strerror}" if is_of_file else str(problem)
+    if not isinstance(problem, OSError) or not problem.strerror:
+        return str(problem)
+    return problem.strerror if problem.filename is None else f"{os.fsdecode(problem.filename)}: {problem.strerror}"
 
 
 @contextlib.contextmanager
@@ -33,9 +34,11 @@ def writing(name):
 
 
 def save_picture(figure, path, **how):
-    """As figure.savefig(), which on a full disk fails in words of zlib."""
+    """As figure.savefig(), which on a full disk fails in words of zlib, and warns of letters that a font lacks."""
     picture = io.BytesIO()
-    figure.savefig(picture, format=os.path.splitext(path)[1][1:], **how)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        figure.savefig(picture, format=os.path.splitext(path)[1][1:], **how)
     with writing(path), open(path, "wb") as file:
         file.write(picture.getbuffer())
 

@@ -60,9 +60,12 @@ def windows_of(text):
 
 def scene_text(path, scene):
     """The text of the scene's file; of one with a URDF, which has no such numbers, that of the links that were written out."""
-    with open(scene_file(path), encoding="utf-8") as file:
-        text = file.read()
-    return yaml.safe_dump(scene.to_dict(), sort_keys=False) if "robot_description" in tree_of(text) else text
+    try:
+        with open(scene_file(path), encoding="utf-8") as file:
+            text = file.read()
+        return yaml.safe_dump(scene.to_dict(), sort_keys=False) if "robot_description" in tree_of(text) else text
+    except (UnicodeDecodeError, yaml.YAMLError) as problem:
+        raise BadFit(f"{path}: expected YAML in UTF-8 that PyYAML reads too (--output), got {' '.join(str(problem).split())}") from None
 
 
 def check_outputs(given):
@@ -83,7 +86,7 @@ def show_progress(window, error, calls):
 def write_all(given, result, text):
     """The files that were asked for."""
     if given.output is not None:
-        with writing(given.output), open(given.output, "w", encoding="utf-8") as file:
+        with writing(given.output), open(given.output, "w", encoding="utf-8", errors="surrogateescape") as file:
             file.write(f"# The fit is bad: {result.bad}.\n" * bool(result.bad)
                        + with_numbers(text, {found.path: found.value for found in result.numbers}))
     if given.plot is not None:

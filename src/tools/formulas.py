@@ -88,7 +88,7 @@ def main():
     if picture:
         save_picture(picture, str(picture_of(pathlib.Path(given.output))), bbox_inches="tight", pad_inches=0.02)
     if given.output:
-        with writing(given.output), open(given.output, "w", encoding="utf-8") as file:
+        with writing(given.output), open(given.output, "w", encoding="utf-8", errors="surrogateescape") as file:
             file.write(text)
         text = f"written to {given.output}\n"
     put(text)

@@ -20,7 +20,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
 from chain import NoChain, read_chain  # noqa: E402
 from files import BadOutput, require_outputs, save_picture, scene_file, words_of  # noqa: E402
-from plot_panels import STILL, UNKNOWN, kinds, panels  # noqa: E402
+from plot_panels import STILL, UNKNOWN, give_height, kinds, label_axis, panels  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
 from plot_strobe import Links, draw_strobe  # noqa: E402
 from unread import ENDINGS, opened  # noqa: E402
@@ -188,9 +188,10 @@ def read_bag(path, node):
     stamps = np.array([state.header.stamp.to_sec() for state in states])
     require_times(path, f"message of {states_topic}", stamps)
 
-    names = list(states[0].name)
-    if any(list(state.name) != names or not len(state.position) == len(state.velocity) == len(names) for state in states):
-        raise Refused(f"{path}, {states_topic}: expected an angle and a rate of the same joints in each state, got others")
+    names, efforts = list(states[0].name), len(states[0].effort)  # robots may have none
+    if not names or efforts not in (0, len(names)) or any(
+            list(state.name) != names or not len(state.position) == len(state.velocity) == len(names) or len(state.effort) != efforts for state in states):
+        raise Refused(f"{path}, {states_topic}: expected an angle, a rate and perhaps an effort of the same joints in each state, got others")
 
     def of(messages, *fields):
         values = [np.array([getattr(message, field) for message in messages]) for field in fields]
@@ -201,7 +202,7 @@ def read_bag(path, node):
     def since_start(messages):
         return np.array([(message.header.stamp - states[0].header.stamp).to_sec() for message in messages])
 
-    motion = Motion(names, since_start(states), *of(states, "position", "velocity", "effort"))
+    motion = Motion(names, since_start(states), *of(states, "position", "velocity", *["effort"] * (efforts > 0)))
     motion.events = events_of(stamps, statuses, taken)
     if scenes:
         try:
@@ -243,23 +244,6 @@ def chosen(motion, names):
 
 def style(k, colours=tuple(COLOURS)):
     return {"color": colours[k % len(colours)], "linestyle": DASHES[k // 2 % len(DASHES)]}
-
-
-def label_axis(axis, label, unit):
-    """Puts the power of ten that stands at the numbers of an axis before its unit, where it covers nothing."""
-    low, high = axis.get_view_interval()
-    largest = max(abs(low), abs(high))
-    power = int(np.floor(np.log10(largest))) if largest > 0 else 0
-    if axis.get_scale() == "linear" and not -3 <= power <= 4:
-        axis.set_major_formatter(lambda value, _: f"{value / 10.0 ** power:.4g}".replace("-", "\N{MINUS SIGN}"))
-        unit = f"1e{power} {unit}"
-    axis.set_label_text(f"{label} ({unit})" if not label.endswith("\n") else f"{label}({unit})")
-
-
-def give_height(axes, least):
-    low, high = axes.get_ylim()
-    if high - low < least:
-        axes.set_ylim((low + high - least) / 2, (low + high + least) / 2)
 
 
 def is_coarse(q, qd):
@@ -330,10 +314,15 @@ def draw(motion, columns, title, wrap):
     return figure
 
 
-def strobe(motion, scene, given, apart, title):
+def links_of(option, scene, motion):
     links = Links(scene)
     if links.joints != motion.joints:
-        raise Refused(f"--strobe: expected the scene of {listed(motion.joints)}, got that of {listed(links.joints)}")
+        raise Refused(f"{option}: expected the scene of {listed(motion.joints)}, got that of {listed(links.joints)}")
+    return links
+
+
+def strobe(motion, scene, given, apart, title):
+    links = links_of("--strobe", scene, motion)
     if not math.isfinite(apart):
         raise Refused(f"--apart: expected a finite number, got {apart}")
     if links.moves and motion.first is None:
@@ -366,16 +355,20 @@ def arguments():
 
 def main():
     given = arguments()
-    output = given.output or given.file + ".png"
+    output = given.file + ".png" if given.output is None else given.output
     try:
         if os.path.splitext(output)[1] not in (".png", ".svg", ".pdf"):
             raise Refused(f"--output: expected a name that ends in .png, .svg or .pdf, got {output}")
         require_file(given.file)
         require_outputs([("--output", output)], [given.file, *map(scene_file, filter(None, (given.scene, given.strobe)))])
         motion = read_bag(given.file, given.node) if given.file.endswith(ENDINGS) else read_csv(given.file)
+        is_sweep = isinstance(motion, Runs)
+        if not is_sweep and np.isnan(motion.q).all():
+            raise Refused(f"{given.file}: expected angles, got nan alone")
         columns = chosen(motion, given.joints)
-        if given.scene:
-            motion.slides = slides_of(read_chain(given.scene))
+        if given.scene is not None:
+            links = links_of("--scene", given.scene, motion)
+            motion.slides = links.joints[:links.slides]
         title = os.path.basename(given.file)
         if (given.at or given.apart) and not given.strobe:
             raise Refused("--at and --apart: expected --strobe SCENE beside them, got nothing")
@@ -383,7 +376,6 @@ def main():
             title += f": {len(columns)} of {len(motion.joints)} joints"
         pyplot.style.use(["default", "dark_background"] if given.dark else "default")
         pyplot.rcParams.update({"axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.3})
-        is_sweep = isinstance(motion, Runs)
         if is_sweep and given.strobe:
             raise Refused("--strobe: expected one motion, got many runs")
         figure = (draw_runs(motion, columns, title, given.wrap, COLOURS[0]) if is_sweep

@@ -1,4 +1,4 @@
-"""What the panels over time show: for plot."""
+"""What the panels over time show, and their axes: for plot."""
 
 import numpy as np
 
@@ -48,3 +48,20 @@ def panels(motion, columns, wrap):
 
 def has_values(curves):
     return any(np.any(np.nan_to_num(values) != 0) for _, _, values in curves)
+
+
+def label_axis(axis, label, unit):
+    """Puts the power of ten that stands at the numbers of an axis before its unit, where it covers nothing."""
+    low, high = axis.get_view_interval()
+    largest = max(abs(low), abs(high))
+    power = int(np.floor(np.log10(largest))) if largest > 0 else 0
+    if axis.get_scale() == "linear" and not -3 <= power <= 4:
+        axis.set_major_formatter(lambda value, _: f"{value / 10.0 ** power:.4g}".replace("-", "\N{MINUS SIGN}"))
+        unit = f"1e{power} {unit}"
+    axis.set_label_text(f"{label} ({unit})" if not label.endswith("\n") else f"{label}({unit})")
+
+
+def give_height(axes, least):
+    low, high = axes.get_ylim()
+    if high - low < least:
+        axes.set_ylim((low + high - least) / 2, (low + high + least) / 2)

@@ -287,9 +287,9 @@ def show_bag(path, options):
     try:
         urdfs = {node: urdf_of(str(EQUATIONS.parent / 'simulate'), scene, node, node + '/view/chain' in topics)
                  for node, scene in scenes.items()}
-    except ValueError as refused:
+        trees = {node: tree_of(scene) for node, scene in scenes.items()}
+    except (ValueError, yaml.YAMLError) as refused:
         refuse('show: %s: the scene%s is refused:\n%s' % (path, ' in ' + given if given else '', refused))
-    trees = {node: tree_of(scene) for node, scene in scenes.items()}
     require_display()
     with Master() as master:
         rospy.set_param('/use_sim_time', True)

@@ -27,7 +27,7 @@ except ImportError as missing:
 
 def varied_from(text):
     path, equals, values = text.partition("=")
-    if not equals:
+    if not equals or not path:
         raise BadSweep(f"--vary: expected PATH=VALUES, got {text!r}")
     return path, values
 

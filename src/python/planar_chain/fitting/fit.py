@@ -142,6 +142,14 @@ def recordings_of(data, scene, effort=False, node=None, many_turns=False, pieces
     return recordings
 
 
+def require_once(data):
+    """Twice the same file would count as twice the data."""
+    files = [os.path.realpath(one) for one in (data if isinstance(data, (list, tuple)) else [data]) if isinstance(one, (str, os.PathLike))]
+    for file in files:
+        if files.count(file) > 1:
+            raise BadFit(f"--data: expected each recording once, got {file} {files.count(file)} times")
+
+
 def require_pieces(seconds):
     if seconds is not None and not (is_number(seconds) and 0 < seconds < math.inf):
         raise BadFit(f"--pieces: expected a time > 0 s, got {seconds!r}")
@@ -178,6 +186,7 @@ def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effo
         warnings.simplefilter("ignore", RuntimeWarning)  # what numpy says of overflows: the result says that it is bad
         numbers = numbers_of(scene, vary)
         require_pieces(pieces)
+        require_once(recordings)
         data = recordings_of(recordings, scene, effort, node, many_turns, pieces)
         unseen = recordings_of(predict, scene, effort, node, many_turns, pieces) if predict else []
         windows = windows_of([*data, *unseen], windows)

@@ -44,9 +44,9 @@ def value_at(values, path):
 
 def parsed(text):
     """(path, [first, low, high]) of PATH[=FIRST[:LOW:HIGH]]. What is not given is None."""
-    if not isinstance(text, str):
+    path, equals, rest = text.partition("=") if isinstance(text, str) else ("", "", "")
+    if not path:
         raise BadFit(f"--vary: expected PATH[=FIRST[:LOW:HIGH]], got {text!r}")
-    path, equals, rest = text.partition("=")
     if not equals:
         return path, (None, None, None)
     parts = rest.split(":")
