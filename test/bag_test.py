@@ -596,6 +596,12 @@ loads:
         self.assertRegex(result.stdout, "0 taken, 1 refused; the first refusal: joint_torques/data: expected 2 torques")
         self.assertEqual(result.returncode, 3, result.stderr)
 
+        # Its warning does not go into the bag, which has the number of standard error where that is closed.
+        command = f"{BIN}/simulate {self.path('scene.yaml')} --duration 1 --commands {self.path('in.bag')} --bag {self.path('out.bag')}"
+        for closed in ("2>&-", ">&- 2>&-", "<&- >&- 2>&-"):
+            self.assertIn(subprocess.run(["bash", "-c", f"{command} {closed}"], stdout=subprocess.DEVNULL, check=False).returncode, (1, 3))
+            self.assertEqual(len(self.read("out.bag")["/joint_states"]), 300)
+
     def test_the_way_to_a_state_far_ahead_has_the_budget_of_the_run(self):
         self.write_commands("in.bag", [CommandTaken(number=1, tick=1, kind=CommandTaken.RESET), CommandTaken(
             number=2, tick=2, scene_time=1e9, kind=CommandTaken.SET_STATE, q=[0, 0], qd=[0, 0])])
