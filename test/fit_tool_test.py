@@ -109,6 +109,7 @@ class Tool(InFolder):
                                  (("--data", self.recording("single_0.csv"), "--plot", "x.txt"), "--plot: expected a name"),
                                  (("--data", self.recording("single_0.csv"), "--vary", "links/arm/mass=0,5"), "0,5' (a decimal point, not a comma?)"),
                                  (("--data", self.recording("single_0.csv"), "--windows", "x"), "--windows"),
+                                 (("--data", self.recording("single_0.csv"), "--effort"), "--effort: expected a bag beside it, got none"),
                                  (("--data", *[self.recording("single_0.csv")] * 2), "single_0.csv 2 times")):
             result = self.run_tool(self.recording("single.yaml"), "--vary", "links/arm/inertia", *arguments)
             self.assertEqual(result.returncode, 2)

@@ -322,6 +322,7 @@ class Plot(PlotTool):
             file.write("t,q_a,qd_a,energy\n0,0,0,0\n1,0,0,0\n")
         self.assertIn("--scene: expected the scene of a, got that of shoulder_pin, elbow_pin, hand_pin", self.refused(other, "--scene", SCENE))
         self.assertIn("--output: expected a name that ends in", self.refused(other, "--output", ""))
+        self.assertIn("--node: expected a bag beside it, got " + other, self.refused(other, "--node", "left"))
         for data in (b"\xff\xfe\x00", b"\x80" * 5000, b"t,q_a,qd_a,energy\n0,0,0,\xc3\x28\n"):
             with open(other, "wb") as file:
                 file.write(data)

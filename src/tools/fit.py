@@ -21,6 +21,7 @@ try:
     import yaml
 
     from planar_chain import BadFit, Failed, Refused, fit
+    from planar_chain.fitting.fit import is_bag
     from planar_chain.fitting.report import as_json, as_text
     from planar_chain.fitting.yaml_edit import with_numbers
 except ImportError as missing:
@@ -68,9 +69,12 @@ def scene_text(path, scene):
         raise BadFit(f"{path}: expected YAML in UTF-8 that PyYAML reads too (--output), got {' '.join(str(problem).split())}") from None
 
 
-def check_outputs(given):
+def check(given):
     if given.plot is not None and os.path.splitext(given.plot)[1] not in PICTURES:
         raise BadFit(f"--plot: expected a name that ends in {', '.join(PICTURES)}, got {given.plot}")
+    for option, value in (("--effort", given.effort), ("--node", given.node)):
+        if value and not any(is_bag(file) for file in [*given.data, *given.predict]):
+            raise BadFit(f"{option}: expected a bag beside it, got none")
     if given.output is not None and given.output.endswith(".urdf"):
         raise BadFit(f"--output: expected the name of a YAML scene, got {given.output}")
     require_outputs([("--output", given.output), ("--plot", given.plot)], [scene_file(given.scene), *given.data, *given.predict])
@@ -96,7 +100,7 @@ def write_all(given, result, text):
 
 def main():
     given = arguments()
-    check_outputs(given)
+    check(given)
     try:
         scene = scene_from(given.scene, say)
         text = given.output and scene_text(given.scene, scene)

@@ -360,6 +360,8 @@ def main():
         if os.path.splitext(output)[1] not in (".png", ".svg", ".pdf"):
             raise Refused(f"--output: expected a name that ends in .png, .svg or .pdf, got {output}")
         require_file(given.file)
+        if given.node is not None and not given.file.endswith(ENDINGS):
+            raise Refused(f"--node: expected a bag beside it, got {given.file}")
         require_outputs([("--output", output)], [given.file, *map(scene_file, filter(None, (given.scene, given.strobe)))])
         motion = read_bag(given.file, given.node) if given.file.endswith(ENDINGS) else read_csv(given.file)
         is_sweep = isinstance(motion, Runs)
