@@ -137,10 +137,17 @@ class Stops : public Effect, public Switching {
       const std::array<double, 4> push{x0 + lag * v0, v0 + 2 * lag * b, b + 3 * lag * c, c};
       const double noise = stop.rounding(y.data());
       const double pushNoise = noise * (1 + 5 * lag);
+      // as in due(): so both ends are not above 0
+      const double allowed =
+          std::max(stop.noise(y.data(), y.data() + n_), stop.noise(next.data(), next.data() + n_));
+      const auto less = [allowed](std::array<double, 4> g) {
+        g[0] -= allowed;
+        return g;
+      };
       if (stop.place == Place::free) first = std::min(first, passing(depth, noise));
-      if (stop.place == Place::pushing) first = std::min(first, passing(-push, pushNoise));
+      if (stop.place == Place::pushing) first = std::min(first, passing(less(-push), pushNoise));
       if (stop.place == Place::parted)
-        first = std::min({first, passing(-depth, noise), passing(push, pushNoise)});
+        first = std::min({first, passing(-depth, noise), passing(less(push), pushNoise)});
     }
     return first < 1 ? first * h : -1;
   }
