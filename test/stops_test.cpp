@@ -462,6 +462,27 @@ double apart(const std::vector<double>& one, const std::vector<double>& other) {
   return most;
 }
 
+/// Limits so near that a joint leaves one stop within rounding of the other.
+TEST(Stop, ThatIsAHairBesideTheOtherOneIsLeft) {
+  const auto after = [](const char* method) {
+    Joint joint{"joint"};
+    joint.lower = -0.1332315485599016;
+    joint.upper = std::nextafter(joint.lower, 0);
+    joint.stopStiffness = 3.7e5;
+    joint.others.emplace_back("rotor_inertia", 0.003);
+    Scene scene = test::uniformChain(1, {"link", 1.138, 0.0948, {0.5, 0}, {1, 0}}, joint, joint, {0, -9.81});
+    scene.q = {joint.lower};
+    scene.qd = {-2.94};
+    scene.integrator = {method, 1e-9, 1e-3};
+    Simulation simulation(scene);
+    EXPECT_TRUE(simulation.advanceTo(0.5)) << simulation.fault();
+    return simulation.q();
+  };
+  const std::vector<double> exact = after("dop853");
+  for (const char* method : {"taylor", "auto", "radau13"})
+    EXPECT_LT(apart(after(method), exact), 1e-8) << method;
+}
+
 /// The course of a step tells when a stop is touched: steps are not repeated to find out. With
 /// friction, and in lanes.
 TEST(Stop, OfALongChainIsLandedOnWithinTheStep) {

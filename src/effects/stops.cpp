@@ -59,7 +59,8 @@ std::array<double, 4> operator-(const std::array<double, 4>& g) {
 
 class Stops : public Effect, public Switching {
  public:
-  explicit Stops(const Chain& chain) : coordinates_(chain.coordinates()), n_(chain.size()) {
+  Stops(const Chain& chain, bool holdsTip)
+      : coordinates_(chain.coordinates()), n_(chain.size()), holdsTip_(holdsTip) {
     for (int i = 0; i < n_; ++i) {
       const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
       for (const double sign : {-1.0, 1.0}) {
@@ -151,8 +152,10 @@ class Stops : public Effect, public Switching {
     }
     return first < 1 ? first * h : -1;
   }
+  /// Of a held tip unknown: where friction leaves but two joints free, a projection of what the course gives
+  /// moves the rates by more than the tolerance, and energy comes from nothing.
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
-    if (!of.course) return {};
+    if (!of.course || holdsTip_) return {};
     const double last = of.t + of.h;
     ode::Crossing first;
     first.t = last;
@@ -199,6 +202,7 @@ class Stops : public Effect, public Switching {
 
   Coordinates coordinates_;
   int n_;
+  bool holdsTip_;
   std::vector<Stop> stops_;
   std::vector<const Stop*> active_;
 };
@@ -228,7 +232,7 @@ class StopKind : public EffectKind {
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {
-    return makeUnlessEmpty<Stops>(scene.chain);
+    return makeUnlessEmpty<Stops>(scene.chain, scene.tip.has_value());
   }
 
   /// τ_i = s_lower − s_upper; s = k x + d ẋ where x > 0 and s > 0
