@@ -196,8 +196,9 @@ class LandingOnSwitches : public StepsOf {
     return true;
   }
 
-  bool isExactAt(double t) const {
-    return course_.isKnown() && steps_->errorNorm(before_.y, t - before_.t, course_.errorAt(t)) <= 1;
+  /// True if the course's error there is at most this share of the one that a step may add.
+  bool isExactAt(double t, double share = 1) const {
+    return course_.isKnown() && steps_->errorNorm(before_.y, t - before_.t, course_.errorAt(t)) <= share;
   }
 
   Stretch stretch(const Place& to) const {
@@ -245,13 +246,16 @@ class LandingOnSwitches : public StepsOf {
     // Shares of a step, and of the last: shorter steps end before the switch, whose time is not exact yet;
     // after longer ones the course is less exact there. A wrong share costs steps.
     constexpr double behind = 1e-3, nearer = 1e-4, farther = 10;
+    // Of the error that a step may add. Where the stiffness changes, the error of a rate counts by a stiff
+    // mode's short time (integrator.h), but stays when that mode has gone.
+    constexpr double ofStiffness = 1e-4;
     double beyond = behind * (found_.t - before_.t);
     for (int steps = 0;; ++steps) {
       const std::optional<Crossing> crossing = switches_.crossing(stretch(found_));
       if (!crossing) return false;
       const double t = crossing->t;
       crossing_ = *crossing;
-      if (isExactAt(t)) {
+      if (isExactAt(t, crossing->changesStiffness ? ofStiffness : 1)) {
         course_.land(t, state);
         steps_->endAt(state);
         countBend(state.t);
