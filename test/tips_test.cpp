@@ -466,6 +466,50 @@ TEST(HeldTip, IsReachedFromAnyAngles) {
       Refused);
 }
 
+/// Friction leaves two joints, and all others stick by turns: what a change leaves of the rates must not
+/// grow.
+TEST(HeldTip, KeepsItsEnergyWhereAllButTwoJointsStick) {
+  const std::string link = ", com: [0.083333, 0], pin: [0.16667, 0], ";
+  const std::string text =
+      "chain: [l0, l1, l2, l3, l4, l5]\ntip: {pin: [0.21205, -0.59459]}\nlinks:\n"
+      "  l0: {mass: 0.25704, inertia: 0.00054536, com: [0.083333, -0.00014187], pin: [0.16667, "
+      "-0.00072978],\n"
+      "       joint: {lower: 0.044379, upper: 0.045488, stop_stiffness: 76309, stop_damping: 23.859,\n"
+      "               damping: 0.0044713, stiffness: 0.22911, rest_angle: -0.10016},\n"
+      "       initial: {angle: 0.044636, velocity: 0.2243}}\n"
+      "  l1: {mass: 0.79758, inertia: 0.0016253" +
+      link +
+      "joint: {friction: 0.29103}, initial: {angle: -0.70837, velocity: 3.6432}}\n"
+      "  l2: {mass: 0.37508, inertia: 0.00015206" +
+      link +
+      "joint: {lower: -0.028132, upper: -0.001158, stop_stiffness: 30436000, friction: 0.0018259},\n"
+      "       initial: {angle: -0.001661, velocity: -2.8342}}\n"
+      "  l3: {mass: 0.55094, inertia: 0.00013748" +
+      link +
+      "joint: {friction: 2.3553, drag: 0.0023084}, initial: {angle: -0.80231, velocity: -2.9859}}\n"
+      "  l4: {mass: 0.95123, inertia: 0.0009948" +
+      link +
+      "joint: {lower: -1.3552, upper: -1.0592, stop_stiffness: 43335, stop_damping: 4.6524, damping: "
+      "0.48769,\n"
+      "        friction: 0.0002436}, initial: {angle: -1.0749, velocity: 3.883}}\n"
+      "  l5: {mass: 2.1147, inertia: 0.0027445" +
+      link +
+      "joint: {lower: 0.35026, upper: 0.35579, stop_stiffness: 225260, damping: 0.89672,\n"
+      "        rotor_inertia: 0.13309}, initial: {angle: 0.35516, velocity: 1.416}}\n";
+  Scene scene = readSceneText(text);
+  const auto after = [&](const char* method, double tolerance) {
+    scene.integrator = {method, tolerance, 0};
+    Simulation simulation(scene);
+    EXPECT_TRUE(simulation.advanceTo(0.3)) << method << ": " << simulation.fault();
+    return simulation.q();
+  };
+  const std::vector<double> exact = after("dop853", 1e-9);
+  for (const char* method : {"rodas5p", "dop853", "auto"}) {
+    const std::vector<double> q = after(method, 1e-4);
+    for (std::size_t i = 0; i < q.size(); ++i) EXPECT_NEAR(q[i], exact[i], 1e-3) << method << " " << i;
+  }
+}
+
 /// From a pose so far off that the chain is laid along an arc: the driven joint stays.
 TEST(HeldTip, IsReachedBesideAHeldJoint) {
   Simulation simulation(readSceneText(

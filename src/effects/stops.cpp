@@ -59,8 +59,7 @@ std::array<double, 4> operator-(const std::array<double, 4>& g) {
 
 class Stops : public Effect, public Switching {
  public:
-  Stops(const Chain& chain, bool holdsTip)
-      : coordinates_(chain.coordinates()), n_(chain.size()), holdsTip_(holdsTip) {
+  explicit Stops(const Chain& chain) : coordinates_(chain.coordinates()), n_(chain.size()) {
     for (int i = 0; i < n_; ++i) {
       const Joint& joint = chain.joints()[static_cast<std::size_t>(i)];
       for (const double sign : {-1.0, 1.0}) {
@@ -152,10 +151,8 @@ class Stops : public Effect, public Switching {
     }
     return first < 1 ? first * h : -1;
   }
-  /// Of a held tip unknown: where friction leaves but two joints free, a projection of what the course gives
-  /// moves the rates by more than the tolerance, and energy comes from nothing.
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
-    if (!of.course || holdsTip_) return {};
+    if (!of.course) return {};
     const double last = of.t + of.h;
     ode::Crossing first;
     first.t = last;
@@ -202,7 +199,6 @@ class Stops : public Effect, public Switching {
 
   Coordinates coordinates_;
   int n_;
-  bool holdsTip_;
   std::vector<Stop> stops_;
   std::vector<const Stop*> active_;
 };
@@ -232,7 +228,7 @@ class StopKind : public EffectKind {
   }
 
   std::unique_ptr<Effect> make(const Scene& scene) const override {
-    return makeUnlessEmpty<Stops>(scene.chain, scene.tip.has_value());
+    return makeUnlessEmpty<Stops>(scene.chain);
   }
 
   /// τ_i = s_lower − s_upper; s = k x + d ẋ where x > 0 and s > 0
