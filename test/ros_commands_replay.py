@@ -2,6 +2,7 @@
 """What a node did under commands from several sources, recorded by the real rosbag, simulate does again: every
 state that was recorded, to the last bit."""
 
+import math
 import os
 import random
 import subprocess
@@ -135,7 +136,8 @@ class CommandsReplay(InFolder):
             self.assertEqual(again[tick], recorded[tick], 'tick %d' % tick)
         if 'sensors' in scene:
             measured, again = measurements_in(self.path('node.bag')), measurements_in(self.path('again.bag'))
-            last = 2 * max(recorded)  # where the replay ends; rosbag may have got a measurement more than states
+            # Where the replay ends, less the delay: rosbag may have got a later measurement than the last state.
+            last = 2 * max(recorded) - math.ceil(400 * scene['sensors']['encoders']['delay'])
             kept = {key: values for key, values in measured.items() if 0 < key[1] <= last}
             self.assertGreater(len(kept), 400)
             self.assertEqual({topic for topic, _ in kept}, {'/planar_chain/encoders', '/planar_chain/imu'})
