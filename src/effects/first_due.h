@@ -17,6 +17,16 @@ inline double narrowest(const ode::Stretch& of) {
   return 8 * std::numeric_limits<double>::epsilon() * std::max(std::abs(of.t), of.h);
 }
 
+/// The state at t within a stretch of a step whose course is known. Valid until the next call.
+inline const Eigen::VectorXd& stateAt(double t, const ode::Stretch& of) {
+  return t == of.t ? of.y : t == of.t + of.h ? of.next : of.course->at(t);
+}
+
+/// How far something may change within narrowest(), by its values at the begin, in the middle and at the end.
+inline double changeWithinRounding(const ode::Stretch& of, double begin, double half, double end) {
+  return narrowest(of) * (2 * std::max(std::abs(half - begin), std::abs(end - half)) / of.h);
+}
+
 /// The polynomial through some points (x, g), by Newton's divided differences.
 class Interpolation {
  public:

@@ -153,18 +153,17 @@ class Stops : public Effect, public Switching {
   }
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
     if (!of.course) return {};
-    const double last = of.t + of.h;
     ode::Crossing first;
-    first.t = last;
+    first.t = of.t + of.h;
     for (const Stop& stop : stops_) {
       const auto due = [&](double t) {
-        const double* y = (t == of.t ? of.y : t == last ? of.next : of.course->at(t)).data();
+        const double* y = stateAt(t, of).data();
         return stop.due(y, y + n_);
       };
       if (due(first.t) > 0) {
         first = firstDue(of, first.t, -1, due, [&](double begin, double half, double end) {
-          const double steepest = 2 * std::max(std::abs(half - begin), std::abs(end - half)) / of.h;
-          return narrowest(of) * steepest + 2 * stop.noise(of.next.data(), of.next.data() + n_);
+          return changeWithinRounding(of, begin, half, end) +
+                 2 * stop.noise(of.next.data(), of.next.data() + n_);
         });
       }
     }

@@ -109,7 +109,7 @@ class SwitchInstant {
   }
   /// The same of one joint at t within the stretch.
   double dueAt(int joint, double t, const ode::Stretch& of) const {
-    const Eigen::VectorXd& y = t == of.t ? of.y : t == of.t + of.h ? of.next : of.course->at(t);
+    const Eigen::VectorXd& y = stateAt(t, of);
     return joints_.slides(joint) ? joints_.slideDue(joint, y.data() + n_)
                                  : joints_.stickDue(joint, momentsAt(t, y.data()));
   }
@@ -119,8 +119,7 @@ class SwitchInstant {
   /// does not jump: a delay δ changes a rate by δ² alone, and `late` of the step's change is enough. Its
   /// bounds are shares of the breakaway torque: far above rounding, far below the torque.
   double mostBeyond(int joint, const ode::Stretch& of, double begin, double half, double end) const {
-    const double steepest = 2 * std::max(std::abs(half - begin), std::abs(end - half)) / of.h;
-    const double ofTime = narrowest(of) * steepest, most = joints_.breakaway(joint);
+    const double ofTime = changeWithinRounding(of, begin, half, end), most = joints_.breakaway(joint);
     constexpr double ofRates = 32 * epsilon, ofMoments = 1e-11, late = 1e-5, leastLate = 1e-8,
                      mostLate = 1e-6;
     if (joints_.slides(joint)) {

@@ -45,10 +45,10 @@ class Switches;
 /// A switch that was found: a value that is passed from crossing() to change().
 struct Crossing {
   double t = 0;
-  const Switches* by = nullptr;  ///< the object that found it
-  int which = -1;                ///< its component, counted by that object; −1: unknown
-  double slope = 0;              ///< the derivative of its due()
-  bool changesStiffness = false;
+  const Switches* by = nullptr;   ///< the object that found it
+  int which = -1;                 ///< its component, counted by that object; −1: unknown
+  double slope = 0;               ///< the derivative of its due()
+  bool changesStiffness = false;  ///< true if f is stiffer or less stiff behind it
 };
 
 /// The states are not arranged.
