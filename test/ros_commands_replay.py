@@ -286,6 +286,39 @@ class CommandsReplay(InFolder):
         first = ((0.0,) * 3, (0.0,) * 3)
         self.assertGreaterEqual([state[:2] for state in recorded.values()].count(first), 1)
 
+    def test_states_that_clear_a_fault(self):
+        # A crank with a rocker, pushed until it would have to pass a pose in which its way on is not determined.
+        links = {'a': {'mass': 1.0, 'inertia': 1 / 12, 'com': [0.2, 0.0], 'pin': [0.4, 0.0], 'initial': {'angle': 1.0}},
+                 'b': {'mass': 1.0, 'inertia': 1 / 12, 'com': [0.5, 0.0], 'pin': [1.0, 0.0], 'initial': {'angle': -1.0}},
+                 'c': {'mass': 1.0, 'inertia': 1 / 12, 'com': [0.5, 0.0], 'pin': [1.0, 0.0], 'joint': {'friction': 0.1},
+                       'initial': {'angle': -1.2}}}
+        scene = {'chain': ['a', 'b', 'c'], 'links': links, 'tip': {'pin': [1.0, 0.0]}, 'real_time_factor': 1.0,
+                 'publish': {'rate': 200.0, 'status_rate': 50.0}}
+        failing = {'q': [-0.05878839731328728, -0.14511341363410218, 0.1237143931307556], 'qd': [-0.5, 0.3, 0.2]}
+        calls = {name: rospy.ServiceProxy('/planar_chain/' + name, service) for name, service in [
+            ('set_state', SetState), ('settle', Trigger), ('clear_commands', Trigger), ('reset', Trigger)]}
+        states, statuses = Listener('/joint_states', JointState), Listener('/planar_chain/status', SimStatus)
+        with Node(scene, arguments=['--wait-for-recorder']):
+            with Running('rosbag', 'record', '-q', '-O', self.path('node.bag'), *TOPICS, '/tf', '/planar_chain/link_states',
+                         '/planar_chain/tip_wrench', '/planar_chain/e'):
+                states.wait_for_count(20)
+                for cures in (['settle'], ['clear_commands', 'settle'], ['clear_commands', 'set_state'], ['reset']):
+                    self.assertTrue(calls['set_state'](**failing).success)
+                    failed = statuses.wait_for(lambda status: status.fault, len(statuses.messages))
+                    self.assertNotAlmostEqual(statuses.messages[failed].sim_time * 200 % 1, 0, places=6)
+                    for cure in cures:
+                        asked = {'q': [0.3, -0.2, 0.1], 'qd': [0.0] * 3} if cure == 'set_state' else {}
+                        self.assertTrue(calls[cure](**asked).success)
+                    statuses.wait_for(lambda status: not status.fault, len(statuses.messages))
+                    states.wait_for_count(len(states.messages) + 50)
+        states.close()
+        statuses.close()
+        recorded, again, said = self.replay(scene)
+        self.assertIn('10 taken', said)
+        self.assertNotIn('refused', said)
+        for tick in sorted(set(recorded) - {0}):
+            self.assertEqual(again[tick], recorded[tick], 'tick %d' % tick)
+
 
 if __name__ == '__main__':
     rospy.init_node('ros_commands_replay', anonymous=True)

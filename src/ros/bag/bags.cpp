@@ -208,12 +208,9 @@ class OfflineNode : public Bags {
     for (; next_ < commands.size() && commands[next_].tick <= static_cast<std::uint64_t>(k); ++next_) {
       const CommandTaken& command = commands[next_];
       ticks_.next = static_cast<long long>(command.tick);
-      // A fault stops the node between two ticks, and only then a state is set there.
-      const bool isBetween =
-          (command.kind == CommandTaken::SET_STATE || command.kind == CommandTaken::SETTLE) &&
-          command.scene_time > simulation_.time();
-      if (isBetween && !simulation_.advanceTo(command.scene_time, keepGoing) && !keepGoing()) return false;
-      if (const std::string refusal = commands_.takeOrWarn(command); !refusal.empty()) {
+      if (!goWhereItCame(command, keepGoing)) return false;
+      if (const std::string refusal = commands_.take(command); !refusal.empty()) {
+        commands_.refuse(refusal);
         if (refused_++ == 0) firstRefusal_ = refusal;
       } else if (writer_) {
         writer_->command(command);
@@ -246,6 +243,19 @@ class OfflineNode : public Bags {
   }
 
  private:
+  /// Only a fault stops a node between two ticks. So does this: on the way to the tick, as an end elsewhere
+  /// would change the steps. Returns false if interrupted.
+  bool goWhereItCame(const CommandTaken& command, const std::function<bool()>& keepGoing) {
+    if (command.kind == CommandTaken::RESET || command.scene_time <= simulation_.time()) return true;
+    const bool arrives = simulation_.advanceTo(ticks_.sceneTime(ticks_.next), keepGoing);
+    if (arrives) {
+      std::fprintf(stderr,
+                   "simulate: at %s s the node had failed, and command %llu came; this run did not fail\n",
+                   toText(command.scene_time).c_str(), static_cast<unsigned long long>(command.number));
+    }
+    return arrives || !simulation_.fault().empty();
+  }
+
   Ticks ticks_;
   Simulation simulation_;
   Commands commands_;
