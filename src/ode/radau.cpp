@@ -93,8 +93,9 @@ void Radau::carryOn(double h) {
 /// fails, the error to report in units of the allowed one: NaN if the stages are not finite.
 double Radau::solveStages(double t, double h, const Vector& y) {
   static const double failed = simd::power(halving, stages);
-  rate_ = simd::power(std::max(rate_, epsilon), 0.8);
-  double before = 0;
+  // The first iteration is judged by what the second one changed last time. Where all else is driven, later
+  // ones change nothing but digits.
+  double rate = rate_ = simd::power(std::max(rate_, epsilon), 0.8), before = 0;
   for (iterations_ = 1; iterations_ <= mostIterations; ++iterations_) {
     improve(t, h, y);
     if (!change_.allFinite()) return std::nan("");
@@ -103,12 +104,13 @@ double Radau::solveStages(double t, double h, const Vector& y) {
       const double theta = size / before;
       if (theta > slow && largest(perLost_) <= 1) return 0;
       if (theta >= 0.99) return failed;
-      rate_ = theta / (1 - theta);
-      if (rate_ * size > 1 && simd::power(theta, mostIterations - iterations_) / (1 - theta) * size > 1) {
+      rate = theta / (1 - theta);
+      if (iterations_ == 2) rate_ = rate;
+      if (rate * size > 1 && simd::power(theta, mostIterations - iterations_) / (1 - theta) * size > 1) {
         return failed;
       }
     }
-    if (rate_ * size <= 1) return 0;
+    if (rate * size <= 1) return 0;
     before = size;
   }
   return failed;

@@ -102,7 +102,7 @@ class Radau : public ImplicitStepper {
   Eigen::ArrayXd allowed_ = Eigen::ArrayXd::Zero(tolerance_.ceiling.size()), mayVanish_ = allowed_;
   Vector perExactEnough_ = startSlope_, perLost_ = startSlope_;  ///< 1 over it
   double hTried_ = 0, hLast_ = 0;
-  double rate_ = 1;  ///< θ/(1 − θ) of the last iteration, θ: by how much it shrank the change
+  double rate_ = 1;  ///< θ/(1 − θ) of the second iteration, θ: by how much it shrank the change
   int iterations_ = 4;
 };
 
