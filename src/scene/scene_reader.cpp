@@ -229,6 +229,10 @@ std::optional<Chain> makeChain(Expanded& from, std::vector<Fault>& faults) {
     const std::string links = "links/";
     std::set<std::pair<std::string, std::string>> reported;
     for (Fault fault : refused.faults()) {
+      if (from.isFloating && fault.path == links + from.links[1].name + "/mass") {  // no key of a free chain
+        fault = {links + from.links[1].name + "/inertia",
+                 "a number > 0 kg m² (else a motion of the free chain moves no mass)", "0"};
+      }
       const std::size_t end = std::min(fault.path.find('/', links.size()), fault.path.size());
       const std::string name = fault.path.substr(links.size(), end - links.size());
       fault.path.replace(links.size(), name.size(), from.entryOf.at(name));
