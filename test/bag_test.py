@@ -409,7 +409,7 @@ class Bags(InFolder):
         self.assert_all_end(signal.SIGINT, 0)
 
     def assert_all_end(self, by, status):
-        show = self.shown(DISPLAY=":0")
+        show = self.shown(DISPLAY=":0", ROS_PACKAGE_PATH="")  # without setup.bash
         deadline = time.monotonic() + 60
         started = {}
         while not any("rosbag/play" in command for command in started.values()) and time.monotonic() < deadline:
@@ -558,6 +558,8 @@ loads:
         self.assert_replay_refused("in.bag", "number 2 where 1 is due")
         self.write_commands("in.bag", self.COMMANDS[:1] + self.COMMANDS[2:])
         self.assert_replay_refused("in.bag", "number 3 where 2 is due")
+        self.write_commands("in.bag", [CommandTaken(number=2, kind=CommandTaken.RESET)])
+        self.assert_replay_refused("in.bag", "number 2 where 1 is due (a reset that changes the scene skips a number")
 
     def test_bags_that_tell_nothing_are_refused(self):
         self.bag("--duration", "0.1", name="bare.bag")
@@ -586,7 +588,8 @@ loads:
         self.write("in.bag", ("/left/planar_chain/commands_taken", left, 1),
                    ("/right/planar_chain/commands_taken", self.COMMANDS[0], 2))
         self.assert_replay_refused("in.bag", "--node: expected one of /left/planar_chain, /right/planar_chain")
-        self.assert_replay_refused("in.bag", "/planar_chain", more=("--node", "planar_chain"))
+        self.assert_replay_refused("in.bag", '--node: expected one of /left/planar_chain, /right/planar_chain, got "/planar_chain"',
+                                   more=("--node", "planar_chain"))
         topics = self.bag("--duration", "1", "--commands", self.path("in.bag"), "--node", "left/planar_chain")
         self.assertEqual([str(message) for _, message in topics["/left/planar_chain/commands_taken"]], [str(left)])
 
@@ -602,12 +605,12 @@ loads:
             self.assertIn(subprocess.run(["bash", "-c", f"{command} {closed}"], stdout=subprocess.DEVNULL, check=False).returncode, (1, 3))
             self.assertEqual(len(self.read("out.bag")["/joint_states"]), 300)
 
-    def test_the_way_to_a_state_far_ahead_has_the_budget_of_the_run(self):
+    def test_a_time_far_ahead_of_its_tick_is_not_gone_to(self):
         self.write_commands("in.bag", [CommandTaken(number=1, tick=1, kind=CommandTaken.RESET), CommandTaken(
             number=2, tick=2, scene_time=1e9, kind=CommandTaken.SET_STATE, q=[0, 0], qd=[0, 0])])
         result = self.run_tool("--duration", "0.1", "--commands", self.path("in.bag"), "--most-steps", "20000")
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("expected at most 20000 steps", result.stderr)
+        self.assertEqual((result.returncode, result.stderr), (
+            0, "simulate: at 1000000000 s the node had failed, and command 2 came; this run did not fail\n"))
 
     def test_the_bag_of_commands_is_not_written_over(self):
         self.write_commands("in.bag", self.COMMANDS)

@@ -189,6 +189,11 @@ class Words(unittest.TestCase):
         self.assertEqual(result.not_told, ["links/lower/pin/0 is not seen"])
         self.assertEqual(found(result)["links/lower/pin/0"].value, 1.0)
 
+    def test_data_without_any_error_do_not_tell_what_is_not_seen(self):
+        turning, t = Scene({"chain": ["rod"], "gravity": [0, 0], "links": {"rod": ROD}}), np.arange(32) / 16
+        result = fit(turning, {"t": t, "q": t[:, None], "qd": np.ones((32, 1))}, ["links/rod/mass"])
+        self.assertEqual((result.not_told, result.errors[0][1][0]), (["links/rod/mass is not seen"], 0))
+
     def test_the_scale_of_all_masses_is_not_seen(self):
         result = fit(PENDULUM, noisy(motion(PENDULUM, [-0.5, 0.0]), 5),
                      ["links/rod/mass", "links/rod/inertia", "links/rod/joint/damping"])
@@ -320,6 +325,11 @@ class Bad(unittest.TestCase):
         self.refused("LOW <= FIRST <= HIGH", PENDULUM, self.good, ["links/rod/mass=1:2:3"])
         self.refused("PATH=FIRST:LOW:HIGH", PENDULUM, self.good, ["links/rod/mass=1:2"])
         self.refused("the initial state of each recording is always fitted", PENDULUM, self.good, ["links/rod/initial/angle"])
+        for rough in ("integrator/tolerance", "integrator/step", "links/rod/repeat"):
+            self.refused(f"a number of the machine that the motion follows smoothly, got {rough}", PENDULUM, self.good, [rough + "=1"])
+        for still in ("publish/rate", "integrator/loosest_tolerance", "links/rod/joint/effort_limit"):
+            self.refused(f"a number that changes the motion, got {still}, which acts only on", PENDULUM, self.good, [still + "=1"])
+        self.refused("of numbers, got 'links/rod/mass=1_0'", PENDULUM, self.good, ["links/rod/mass=1_0"])
         self.refused("at least one number", PENDULUM, self.good, [])
         self.refused("--vary: expected PATH[=FIRST[:LOW:HIGH]], got 1", PENDULUM, self.good, [1])
         self.refused("--vary: expected a list of PATH[=FIRST[:LOW:HIGH]] or a dict, got 1", PENDULUM, self.good, 1)

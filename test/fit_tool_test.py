@@ -98,6 +98,7 @@ class Tool(InFolder):
                              "line 7: expected a finite number of q_arm_joint, or an empty field for a gap, got 'nan'"),
                             (self.CSV.replace("q_arm_joint", "q_arn_joint"), "got 'q_arn_joint'"),
                             (self.CSV.replace("0.05,", "0.05,1,"), "line 7: expected 2 fields, got 3"),
+                            (self.CSV + "1,1_0\n", "line 102: expected a finite number of q_arm_joint, or an empty field for a gap, got '1_0'"),
                             ("t,q_arm_joint\n" + "".join(f"{k},\n" for k in range(20)), "bad.csv: expected angles of the joint arm_joint, got none"),
                             (self.CSV + "1e7,0\n", "bad.csv: expected samples at most 1000 s apart, got 1e+07 s before t = 1e+07 s (a wrong stamp?)"),
                             ("", "expected the columns t, q_arm_joint, got none"),
@@ -109,6 +110,9 @@ class Tool(InFolder):
                                  (("--data", self.recording("single_0.csv"), "--plot", "x.txt"), "--plot: expected a name"),
                                  (("--data", self.recording("single_0.csv"), "--vary", "links/arm/mass=0,5"), "0,5' (a decimal point, not a comma?)"),
                                  (("--data", self.recording("single_0.csv"), "--windows", "x"), "--windows"),
+                                 (("--data", self.recording("single_0.csv"), "--windows", "0.3,1_0"), "--windows"),
+                                 (("--data", self.recording("single_0.csv"), "--pieces", "1_0"), "invalid float value: '1_0'"),
+                                 (("--data", self.recording("single_0.csv"), "--node", ""), "--node: expected a bag beside it, got none"),
                                  (("--data", self.recording("single_0.csv"), "--effort"), "--effort: expected a bag beside it, got none"),
                                  (("--data", *[self.recording("single_0.csv")] * 2), "single_0.csv 2 times")):
             result = self.run_tool(self.recording("single.yaml"), "--vary", "links/arm/inertia", *arguments)
@@ -133,6 +137,13 @@ class Tool(InFolder):
             result = self.run_tool(scene, "--data", own, "--vary", "links/arm/inertia", *outputs)
             self.assertEqual(result.returncode, 2)
             self.assertIn(f"fit: {outputs[-2]}: expected a file that is not another of the run's, got {outputs[-1]}", result.stderr)
+
+    def test_a_recording_that_may_be_cut_is_said(self):
+        data = self.write("cut.csv", self.CSV[:-1])
+        for arguments in ((), ("--predict", self.write("whole.csv", self.CSV))):
+            warnings = json.loads(self.run_tool(self.recording("single.yaml"), "--data", data, "--vary", "links/arm/inertia", "--json",
+                                                *arguments).stdout)["warnings"]
+            self.assertEqual(warnings[-1], f"{data}: the last line has no end: its last number may be cut off")
 
     def test_a_urdf_is_written_out_as_links(self):
         rod = Scene.from_file(self.robot())

@@ -305,6 +305,7 @@ class Plot(PlotTool):
         other = self.path("other.csv")
         for text, fault in (("", "got nothing"), ("a,b\n1,2\n", "got a, b"), ("t,q_a,qd_a,energy\n0,0,0,0\n", "got 1"),
                             ("t,q_a,qd_a,energy\n0,0,x,0\n", "expected 4 numbers, got could not convert string to float: 'x'"),
+                            ("t,q_a,qd_a,energy\n0,0,0,0\n1,1_0,0,0\n", "row 2: expected 4 numbers, got could not convert string to float: '1_0'"),
                             ("t,q_a,qd_a,energy\n0,0,0,0\n1,0,0\n", "other.csv, row 2: expected 4 numbers, got 3 cells"),
                             ("t,q_a,qd_a,energy\n0,0,0,0\n1,0,0,0,0\n", "other.csv, row 2: expected 4 numbers, got 5 cells"),
                             ("t,q_a,qd_a,energy\n0,0,-2e307,0\n1,1,1e308,0\n", "other.csv, qd_a: expected numbers up to 1e+300, got -2e+307"),
@@ -322,6 +323,10 @@ class Plot(PlotTool):
             file.write("t,q_a,qd_a,energy\n0,0,0,0\n1,0,0,0\n")
         self.assertIn("--scene: expected the scene of a, got that of shoulder_pin, elbow_pin, hand_pin", self.refused(other, "--scene", SCENE))
         self.assertIn("--output: expected a name that ends in", self.refused(other, "--output", ""))
+        for more, fault in ((("--strobe", ""), 'plot: "": expected a file, or one of the scenes that ship'), (("--apart", "0"), "--at and --apart: expected --strobe SCENE beside them, got nothing"),
+                            (("--strobe", SCENE, "--wrap", "--joints", "a"), "--strobe: expected no --joints and no --wrap beside it, got both"),
+                            (("--strobe", SCENE, "--at", "1_0", "2"), "argument --at: invalid float value: '1_0'")):
+            self.assertIn(fault, self.refused(other, *more))
         self.assertIn("--node: expected a bag beside it, got " + other, self.refused(other, "--node", "left"))
         for data in (b"\xff\xfe\x00", b"\x80" * 5000, b"t,q_a,qd_a,energy\n0,0,0,\xc3\x28\n"):
             with open(other, "wb") as file:
@@ -335,6 +340,31 @@ class Plot(PlotTool):
         with open(bag, "w", encoding="utf-8") as file:
             file.write("no bag")
         self.assertIn("expected a bag that can be read", self.refused(bag))
+
+    def test_a_table_that_may_be_cut_is_said(self):
+        table = self.path("cut.csv")
+        for end, note in (("", f"plot: note: {table}: the last line has no end: its last number may be cut off\n"), ("\n", ""), ("\r\n", "")):
+            with open(table, "w", encoding="utf-8", newline="") as file:
+                file.write("t,q_a,qd_a,energy\n0,0,0,0\n1,0,0,0.12" + end)
+            run = self.run_tool("plot", table)
+            self.assertEqual((run.returncode, run.stderr), (0, note))
+
+    def test_after_a_clock_that_went_back_the_rest_is_drawn(self):
+        # Ten states a second, from 5 s to 6.9 s, then from 6 s on. rosbag sorts by receipt.
+        for receipts in (lambda k, stamp: rospy.Time(10 + k), lambda k, stamp: stamp):
+            with rosbag.Bag(self.path("back.bag"), "w") as bag:
+                for k in range(50):
+                    stamp = rospy.Time.from_sec(5 + k / 10 if k < 20 else 4 + k / 10)
+                    for topic, message in (("/joint_states", JointState(name=["a"], position=[k], velocity=[0])),
+                                           ("/planar_chain/status", SimStatus(tick=k, tick_stamp=stamp, kinetic=k))):
+                        message.header.stamp, message.header.seq = stamp, k
+                        bag.write(topic, message, receipts(k, stamp))
+            run = self.run_tool("plot", self.path("back.bag"))
+            self.assertEqual((run.returncode, run.stderr), (
+                0, f"plot: note: {self.path('back.bag')}: the clock went back; only the 30 states after that are drawn, of 50\n"))
+            motion = plot.read_bag(self.path("back.bag"), None)
+            self.assertEqual((motion.q[:, 0].tolist(), motion.energy[1]["T"].tolist()), (list(range(20, 50)),) * 2)
+            np.testing.assert_allclose(motion.t, np.arange(30) / 10, atol=1e-9)
 
     def test_states_of_another_robot(self):
         for efforts, names, drawn in (([], ["a"], True), ([1.0], ["a"], True), ([1.0, 2.0], ["a"], False), (None, ["a"], False), ([], [], False)):

@@ -261,6 +261,10 @@ class Sweeps(SweepTool):
                                  (("--vary", MASS + "=1", "--scheduler", "here"), "--scheduler: expected an address"),
                                  (("--vary", "links/lowr/mass=1"), 'links/lowr/mass: expected a link listed in chain (did you mean lower?), got "lowr"'),
                                  (("--vary", "loads/push/force/1=1"), "loads/push/force/1: expected a number of a list that the scene has, got nothing at \"loads/push/force\""),
+                                 *((("--vary", still + "=1,2"), f"--vary: expected a number that changes the motion, got {still}, which acts only on") for still in (
+                                     "publish/rate", "seed", "real_time_factor", "sensors/e/noise", "links/lower/joint/motor/time_constant")),
+                                 (("--vary", MASS + "=1_0,2"), "--vary: expected FIRST:LAST:COUNT"), (("--vary", MASS + "=1:2:٣"), "--vary: expected FIRST"),
+                                 (("--vary", MASS + "=1", "--runs", "1_0"), "argument --runs: invalid int value: '1_0'"),
                                  (("--vary", MASS), "--vary: expected PATH=VALUES"), ((), "--vary: expected at least one"),
                                  (("--vary", MASS + "=1", "--runs", "0"), "--runs: expected a number from 1"),
                                  (("--vary", MASS + "=1", "--duration", "nan"), "--duration: expected")):

@@ -57,6 +57,17 @@ class Faults(PlotTool):
         self.assert_all_refuse(self.bag("scene.bag", ("/planar_chain/scene", SimStatus())), (("plot",), ("show",)),
                                "expected /planar_chain/scene of type std_msgs/String, got planar_chain/SimStatus")
 
+    def test_a_node_that_is_not_in_the_bag_is_refused(self):
+        taken = CommandTaken(number=1, tick=1, joint_torques=[0, 0, 0])
+        bag = self.bag("nodes.bag", ("/left/planar_chain/status", SimStatus()), *((f"{name}/commands_taken", taken) for name in (
+            "/planar_chain", "/left/planar_chain")))
+        for tool in there(("plot",), FIT, REPLAY):
+            for node in ("/x", "planar", ""):
+                run = self.run_tool(*tool, bag, "--node", node)
+                self.assertEqual((run.returncode, run.stdout), (2, ""), run.stderr)
+                self.assertRegex(run.stderr, "--node: expected (a node of .*nodes.bag \\(|one of )/left/planar_chain, /planar_chain.*, got [^\n]*\n$"
+                                 if node or tool[0] != "simulate" else '--node: expected the name of a node, such as .*, got ""\n$')
+
     def test_a_damaged_message_is_said(self):
         command = CommandTaken(number=1, kind=CommandTaken.JOINT_TORQUE, joint_torque=[JointTorque(joint=MARK)])
         for bag, tools in ((self.damaged("state.bag", joint=MARK), (("plot",), FIT)),

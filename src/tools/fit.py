@@ -17,6 +17,7 @@ import sys
 
 from chain import scene_from
 from files import BadOutput, require_outputs, save_picture, scene_file, tree_of, words_of, writing
+from given import read_number
 try:
     import yaml
 
@@ -54,7 +55,7 @@ def arguments():
 
 def windows_of(text):
     try:
-        return [float(part) for part in text.split(",")]
+        return [read_number(part) for part in text.split(",")]
     except ValueError:
         raise BadFit(f"--windows: expected times in s, such as 0.3,0.6, got {text!r}") from None
 
@@ -72,8 +73,8 @@ def scene_text(path, scene):
 def check(given):
     if given.plot is not None and os.path.splitext(given.plot)[1] not in PICTURES:
         raise BadFit(f"--plot: expected a name that ends in {', '.join(PICTURES)}, got {given.plot}")
-    for option, value in (("--effort", given.effort), ("--node", given.node)):
-        if value and not any(is_bag(file) for file in [*given.data, *given.predict]):
+    for option, is_given in (("--effort", given.effort), ("--node", given.node is not None)):
+        if is_given and not any(is_bag(file) for file in [*given.data, *given.predict]):
             raise BadFit(f"{option}: expected a bag beside it, got none")
     if given.output is not None and given.output.endswith(".urdf"):
         raise BadFit(f"--output: expected the name of a YAML scene, got {given.output}")

@@ -5,7 +5,7 @@ it draws the chain itself at several instants. Of many runs it draws the angles 
 FILE is a CSV of `simulate --csv` or of `sweep`, or a bag of `simulate --bag` or rosbag record. A bag needs joint_states; energy and
 error come from the node's ~status. Panels without data are left out."""
 
-from program import Parser, put, run  # isort: skip
+from program import Parser, put, run, say  # isort: skip
 
 import csv
 import difflib
@@ -20,10 +20,11 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402  the backend comes first
 from chain import NoChain, read_chain  # noqa: E402
 from files import BadOutput, require_outputs, save_picture, scene_file, words_of  # noqa: E402
+from given import read_number, rows_of  # noqa: E402
 from plot_panels import STILL, UNKNOWN, give_height, kinds, label_axis, panels  # noqa: E402
 from plot_runs import Runs, draw_runs  # noqa: E402
 from plot_strobe import Links, draw_strobe  # noqa: E402
-from unread import ENDINGS, opened  # noqa: E402
+from unread import ENDINGS, opened, topics_of  # noqa: E402
 
 # The colours of Okabe and Ito, which the colour-blind can distinguish. The dashes help in black and white.
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6D31", "#7F7F7F"]
@@ -94,8 +95,10 @@ def require_drawable(path, name, values):
 
 def read_rows(path):
     try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            return list(csv.reader(file))
+        rows, cut = rows_of(path)
+        if cut:
+            say(f"note: {cut}")
+        return [row for _, row in rows]
     except (UnicodeDecodeError, csv.Error) as problem:
         raise Refused(f"{path}: expected a table in text, got other bytes ({problem})") from problem
 
@@ -108,7 +111,7 @@ def numbers_of(path, header, rows, texts=0):
         try:
             if len(row) != len(header):
                 raise ValueError(f"{len(row)} cells")
-            table[k] = row[:last]
+            table[k] = [read_number(cell) for cell in row[:last]]
         except ValueError as problem:
             raise Refused(f"{path}, row {k + 1}: expected {last} numbers{' and a reason' if texts else ''}, got {problem}") from problem
     for name, column in zip(header, table.T):
@@ -131,21 +134,6 @@ def read_csv(path):
     motion = Motion(joints, table[:, 0], table[:, 1:n + 1], table[:, n + 1:2 * n + 1])
     motion.energy = motion.t, {"T + V, less that of the start": table[:, -1] - table[0, -1]}
     return motion
-
-
-def topics_of(bag, path, node):
-    """The topics joint_states and ~status of one node. The latter may be None."""
-    node = node and "/" + node.strip("/")
-    named = node and (node.rpartition("/")[0] + "/joint_states", node + "/status")
-    states, statuses = (sorted(topic for topic, about in bag.get_type_and_topic_info().topics.items()
-                               if about.msg_type == kind and topic.endswith(name) and (not node or topic in named))
-                        for kind, name in (("sensor_msgs/JointState", "/joint_states"),  # an encoder publishes JointState too
-                                           ("planar_chain/SimStatus", "/status")))
-    if len(states) != 1 or len(statuses) > 1:
-        found = ", ".join(states + statuses) or ("neither" if bag.get_message_count() else "a bag without messages")
-        which = "of " + node if node else "of one node (choose it with --node)"
-        raise Refused(f"{path}: expected joint_states and ~status {which}, got {found}")
-    return states[0], statuses[0] if statuses else None
 
 
 def slides_of(chain):
@@ -178,13 +166,27 @@ def events_of(stamps, statuses, taken):
     return events
 
 
+def since_jump(messages):
+    """As they were published: rosbag sorts by the time of receipt, which goes back with the clock. Of a motion whose clock went back, what
+    came after that."""
+    if len({message.header.seq for message in messages}) == len(messages):
+        messages = sorted(messages, key=lambda message: message.header.seq)
+    stamps = [message.header.stamp for message in messages]
+    back = [k for k in range(1, len(stamps)) if stamps[k] < stamps[k - 1]]
+    return messages[back[-1]:] if back and len(stamps) - back[-1] > 1 else messages
+
+
 def read_bag(path, node):
     with opened(path, Refused) as (bag, messages_of):
-        states_topic, status_topic = topics_of(bag, path, node)
-        below = status_topic and status_topic[:-len("status")]
-        states, statuses = messages_of(states_topic, "sensor_msgs/JointState"), messages_of(status_topic, "planar_chain/SimStatus")
-        taken, links, scenes = (messages_of(below and below + name, kind) for name, kind in (
-            ("commands_taken", "planar_chain/CommandTaken"), ("link_states", "planar_chain/LinkStates"), ("scene", "std_msgs/String")))
+        states_topic, below = topics_of(bag, path, node, Refused)
+        states = messages_of(states_topic, "sensor_msgs/JointState")
+        statuses, taken, links, scenes = (messages_of(below and f"{below}/{name}", kind) for name, kind in (
+            ("status", "planar_chain/SimStatus"), ("commands_taken", "planar_chain/CommandTaken"),
+            ("link_states", "planar_chain/LinkStates"), ("scene", "std_msgs/String")))
+    recorded = len(states)
+    states, statuses, links = map(since_jump, (states, statuses, links))
+    if len(states) < recorded:
+        say(f"note: {path}: the clock went back; only the {len(states)} states after that are drawn, of {recorded}")
     stamps = np.array([state.header.stamp.to_sec() for state in states])
     require_times(path, f"message of {states_topic}", stamps)
 
@@ -347,7 +349,7 @@ def arguments():
     parser.add_argument("--strobe", metavar="SCENE", help="draws the chain in the plane")
     parser.add_argument("--at", nargs="+", type=float, default=[], metavar="T",
                         help=f"instants of --strobe, s since the first state (default: {INSTANTS} in equal steps)")
-    parser.add_argument("--apart", type=float, default=0.0, metavar="D",
+    parser.add_argument("--apart", type=float, metavar="D",
                         help="distance by which --strobe moves each instant to the right of the previous one, m")
     parser.add_argument("--dark", action="store_true", help="for a dark screen")
     return parser.parse_args()
@@ -372,16 +374,19 @@ def main():
             links = links_of("--scene", given.scene, motion)
             motion.slides = links.joints[:links.slides]
         title = os.path.basename(given.file)
-        if (given.at or given.apart) and not given.strobe:
+        if (given.at or given.apart is not None) and given.strobe is None:
             raise Refused("--at and --apart: expected --strobe SCENE beside them, got nothing")
-        if not given.joints and not given.strobe and len(columns) < len(motion.joints):
+        beside = [f"--{name}" for name in ("joints", "scene", "wrap") if getattr(given, name)]
+        if given.strobe is not None and beside:
+            raise Refused(f"--strobe: expected no {' and no '.join(beside)} beside it, got both")
+        if not given.joints and given.strobe is None and len(columns) < len(motion.joints):
             title += f": {len(columns)} of {len(motion.joints)} joints"
         pyplot.style.use(["default", "dark_background"] if given.dark else "default")
         pyplot.rcParams.update({"axes.grid": True, "grid.alpha": 0.3, "lines.linewidth": 1.3})
-        if is_sweep and given.strobe:
+        if is_sweep and given.strobe is not None:
             raise Refused("--strobe: expected one motion, got many runs")
         figure = (draw_runs(motion, columns, title, given.wrap, COLOURS[0]) if is_sweep
-                  else strobe(motion, given.strobe, given.at, given.apart, title) if given.strobe
+                  else strobe(motion, given.strobe, given.at, given.apart or 0.0, title) if given.strobe is not None
                   else draw(motion, columns, title, given.wrap))
     except (OSError, UnicodeDecodeError) as problem:
         raise Refused(words_of(problem)) from problem

@@ -17,6 +17,7 @@ for fd, name in enumerate(("stdin", "stdout", "stderr")):
 sys.stderr = sys.stderr or open(os.devnull, "w", encoding="utf-8")  # pylint: disable=consider-using-with
 
 from files import words_of, writing
+from given import read_number, read_whole
 
 
 def say(text):
@@ -31,6 +32,11 @@ def put(text):
 
 
 class Parser(argparse.ArgumentParser):
+    def __init__(self, **how):
+        super().__init__(**how)
+        self.register("type", float, read_number)
+        self.register("type", int, read_whole)
+
     def print_help(self, file=None):
         put(self.format_help())
 

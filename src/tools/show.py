@@ -21,11 +21,10 @@ import tempfile
 import time
 
 import rosgraph  # noqa: E402
-import roslib.packages  # noqa: E402
 import rospy  # noqa: E402
 import yaml  # noqa: E402
 from chain import EQUATIONS, NoChain, read_chain  # noqa: E402
-from files import scene_file, tree_of  # noqa: E402
+from files import SHIPPED, scene_file, tree_of  # noqa: E402
 from replay import Master, NoBag, Play, scenes_of, urdf_of  # noqa: E402
 from unread import ENDINGS  # noqa: E402
 
@@ -255,7 +254,7 @@ def show_config(path, options, names):
 
 
 def show_nodes(nodes, options, scenes, title, meanwhile=lambda: None):
-    config = load(os.path.join(roslib.packages.get_pkg_dir('planar_chain'), 'config', 'planar_chain.rviz'))
+    config = load(SHIPPED.resolve().parent / 'planar_chain.rviz')
     size, centre, half = together(list(map(view_of_scene, scenes)))
     fit(config, size, centre, half, frame_of(nodes[0], scenes[0]) if len(nodes) == 1 else None)
     for_nodes(config, nodes)

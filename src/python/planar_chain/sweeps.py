@@ -22,6 +22,7 @@ import zipfile
 import numpy as np
 
 from planar_chain import Scene, simulate_many
+from planar_chain.given import read_number, require_moving
 
 
 LONGEST_WAIT = 20  # s, for a scheduler, and for its first worker
@@ -67,7 +68,7 @@ def column_of(text):
         if not match:
             continue
         try:
-            numbers = [float(part) for group in match.groups() for part in group.split(",")]
+            numbers = [read_number(part) for group in match.groups() for part in group.split(",")]
         except ValueError:
             break
         if not all(map(math.isfinite, numbers)) or not IS_SOUND[kind](*numbers):
@@ -97,6 +98,7 @@ def table_of(varied, runs, seed):
     for path in paths:
         if paths.count(path) > 1:
             raise BadSweep(f"--vary: expected each path once, got {path} {paths.count(path)} times")
+        require_moving(path, BadSweep)
     columns = [column_of(text) for _, text in varied]
     points = math.prod(len(numbers) for kind, numbers in columns if kind == "list")
     runs = points if runs is None else runs

@@ -51,8 +51,8 @@ std::string whyUnread(const std::string& path, const std::exception& problem) {
   return std::string("a damaged one (") + problem.what() + ")";
 }
 
-/// Returns the only node with ~commands_taken.
-std::string onlyNode(const rosbag::Bag& bag, const std::string& path) {
+/// Returns the node with ~commands_taken that is given, or the only one.
+std::string nodeOf(const rosbag::Bag& bag, const std::optional<std::string>& given, const std::string& path) {
   std::set<std::string> nodes;
   for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections()) {
     const std::string& topic = connection->topic;
@@ -60,9 +60,13 @@ std::string onlyNode(const rosbag::Bag& bag, const std::string& path) {
       nodes.insert(topic.substr(0, topic.size() - commandsTaken.size()));
     }
   }
-  if (nodes.empty()) refuse(path, "a bag with commands on a topic such as …" + commandsTaken, "none");
-  if (nodes.size() > 1) throw Refused({{"--node", "one of " + inCommas(nodes), "nothing"}});
-  return *nodes.begin();
+  if (nodes.empty()) {
+    refuse(path, "a bag with commands on " + given.value_or("a topic such as …") + commandsTaken, "none");
+  }
+  if (given ? nodes.count(*given) == 0 : nodes.size() > 1) {
+    throw Refused({{"--node", "one of " + inCommas(nodes), given ? quoted(*given) : "nothing"}});
+  }
+  return given ? *given : *nodes.begin();
 }
 
 template <class Message>
@@ -80,8 +84,13 @@ void check(const std::vector<CommandTaken>& commands, double rate, const std::st
   bool wasSet = false;
   for (const CommandTaken& command : commands) {
     if (command.number != ++number) {
-      refuse(path, "every command that the node took since its start",
-             "number " + std::to_string(command.number) + " where " + std::to_string(number) + " is due");
+      const bool isReset = command.kind == CommandTaken::RESET && command.number == number + 1;
+      refuse(
+          path, "every command that the node took since its start",
+          "number " + std::to_string(command.number) + " where " + std::to_string(number) + " is due" +
+              (isReset
+                   ? " (a reset that changes the scene skips a number: what follows belongs to another scene)"
+                   : ""));
     }
     const bool hasItsFields =
         command.kind <= CommandTaken::TOLERANCE && std::isfinite(command.scene_time) &&
@@ -141,7 +150,7 @@ RecordedCommands readCommands(const std::string& path, const std::optional<std::
                               bool alsoEnd) {
   try {
     const rosbag::Bag bag(path);
-    RecordedCommands recorded{node ? *node : onlyNode(bag, path), {}, 0, {}};
+    RecordedCommands recorded{nodeOf(bag, node, path), {}, 0, {}};
 
     const std::string topic = recorded.node + commandsTaken;
     std::vector<CommandTaken>& commands = recorded.commands;

@@ -6,7 +6,7 @@ import numpy as np
 
 from .commands import commanded
 from .recordings import BadFit, Recording, require_stamps, sampled_torque
-from .unread import opened
+from .unread import opened, topics_of
 
 JUMPS = ("RESET", "SET_STATE", "SETTLE")  # of the state
 
@@ -15,10 +15,10 @@ def read_bag(path, scene, joints, effort=False, node=None):
     """A list of recordings, without a jump of the state in any. scene: the values. effort: it is the torque that was applied, in
     place of commands."""
     with opened(path, BadFit) as (bag, messages_of):
-        topic, below = topics_of(bag, path, node)
+        topic, below = topics_of(bag, path, node, BadFit)
         states, statuses, taken = (messages_of(name, kind) for name, kind in (
-            (topic, "sensor_msgs/JointState"), (below and below + "status", "planar_chain/SimStatus"),
-            (below and below + "commands_taken", "planar_chain/CommandTaken")))
+            (topic, "sensor_msgs/JointState"), (below and below + "/status", "planar_chain/SimStatus"),
+            (below and below + "/commands_taken", "planar_chain/CommandTaken")))
     stamps = np.array([state.header.stamp.to_nsec() for state in states], dtype=np.int64)
     require_stamps(path, stamps * 1e-9, lambda k: f"message {k + 1} of {topic}")
     columns = {field: column_of(path, topic, states, joints, field) for field in ("position", "velocity", "effort")}
@@ -35,21 +35,6 @@ def read_bag(path, scene, joints, effort=False, node=None):
             f"tau_{joint}": load for joint, column in zip(joints, torque.T) for load in [sampled_torque(name, joint, t - t[0], column)] if load}
         recordings.append(Recording(name, t - t[0], q, qd, loads, t[0]))
     return recordings
-
-
-def topics_of(bag, path, node):
-    """joint_states, and what begins the topics of the node, if it is in the bag."""
-    topics = bag.get_type_and_topic_info().topics
-    node = node and "/" + node.strip("/")
-    states = sorted(topic for topic, about in topics.items() if about.msg_type == "sensor_msgs/JointState"
-                    and topic.endswith("/joint_states")  # an encoder publishes JointState too
-                    and (not node or topic == node.rpartition("/")[0] + "/joint_states"))
-    nodes = sorted(topic[:-len("status")] for topic, about in topics.items() if about.msg_type == "planar_chain/SimStatus"
-                   and (not node or topic == node + "/status"))
-    if len(states) != 1 or len(nodes) > 1:
-        raise BadFit(f"{path}: expected joint_states {'of ' + node if node else 'of one node (choose it with --node)'}, "
-                     f"got {', '.join(states + nodes) or ('neither' if topics else 'a bag without messages')}")
-    return states[0], nodes[0] if nodes else None
 
 
 def column_of(path, topic, states, joints, field):
@@ -130,5 +115,7 @@ def kind_of(message):
 def require_all(path, taken):
     for expected, message in enumerate(taken, 1):
         if message.number != expected:
+            changed = " (a reset that changes the scene skips a number: what follows belongs to another scene)" * (
+                kind_of(message) == "RESET" and message.number == expected + 1)
             raise BadFit(f"{path}: expected every command that the node took since its start, got number {message.number} "
-                         f"where {expected} is due")
+                         f"where {expected} is due{changed}")

@@ -9,7 +9,7 @@ do, N samples tell no more than N/τ: τ = 1 + 2 Σ ρ_k, ρ_k the correlation o
 
 import numpy as np
 
-from .solve import FAILED, LOSS, NARROW, STEEPEST, until_steep
+from .solve import FAILED, LEAST_NOISE, LOSS, NARROW, STEEPEST, until_steep
 from .varied import NOT_ZERO
 
 TINY = 1e-3  # of its scale: relative deviations of smaller numbers are in scales
@@ -17,6 +17,7 @@ UNLIKELY = 4.0  # deviations: a correlation of neighbours within them counts as 
 NOT_TOLD = 0.5  # a direction whose relative deviation is above it
 WIDTH, STEEP = 3e-6, 500.0  # of the differences of a Jacobian whose largest entry is STEEP, rad. A steeper one, of a chaotic motion,
 # has narrower ones
+ROUNDED = (np.finfo(float).eps / LEAST_NOISE) ** 2  # the square of a residual that is rounded: without any, none could be divided by
 DOUBT = 3.0  # a singular value below so many errors of the Jacobian is none
 
 
@@ -58,7 +59,7 @@ class Deviations:
         slope = np.mean((1 + z) ** -1.5)
         free = max(len(residuals) - problem.size, 1)
         self.tau = correlation_time(series_of(problem, residuals, samples))
-        self.spread = np.sqrt(np.sum(residuals ** 2 / (1 + z)) / free) / slope * np.sqrt(self.tau)
+        self.spread = np.sqrt(max(np.sum(residuals ** 2 / (1 + z)), ROUNDED) / free) / slope * np.sqrt(self.tau)
         self.scales = np.array([number.scale for number in self.numbers])
         many = len(self.numbers)
         self.values = solution.x[:many] * self.scales

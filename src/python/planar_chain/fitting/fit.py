@@ -208,6 +208,7 @@ def fit(scene, recordings, vary, *, predict=(), offsets=False, delay=False, effo
             result.predictions = [] if result.interrupted else [predicted(result.scene, one, offsets, windows[0]) for one in unseen]
         except KeyboardInterrupt:
             result.interrupted = True
+        result.warnings += [one.cut for one in [*data, *unseen] if one.cut]
         return result
 
 

@@ -7,6 +7,8 @@ import os
 
 import numpy as np
 
+from planar_chain.given import read_number, rows_of
+
 MOST_ANGLE = 50.0  # rad; above it an angle is rather in degrees
 LEAST_MOTION = 1e-6  # rad
 LEAST_SAMPLES = 10
@@ -51,9 +53,9 @@ class Recording:
 
     t: s, N, the first is 0, increasing. q: rad, N × n in the scene's order of joints, NaN where nothing was measured. qd: rad/s, N × n or
     None. loads: what acted, as entries of a scene's `loads`, in this t. start: t of the scene's own laws at t = 0, s. rested: s, the rest
-    that was cut before it."""
+    that was cut before it. cut: words, if a number at its end may be cut off."""
 
-    rested = 0.0
+    rested, cut = 0.0, ""
 
     def __init__(self, name, t, q, qd=None, loads=None, start=0.0):
         self.name, self.start, self.loads = name, float(start), dict(loads or {})
@@ -101,8 +103,10 @@ class Recording:
         shift = self.t[first]
         loads = {name: moved for name, load in self.loads.items() for moved in [moved_load(load, shift)] if moved}
         name = f"{self.name}, {shift:g} to {self.t[last - 1]:g} s"
-        return Recording(name, self.t[first:last] - shift, self.q[first:last],
+        part = Recording(name, self.t[first:last] - shift, self.q[first:last],
                          None if self.qd is None else self.qd[first:last], loads, self.start + shift)
+        part.cut = self.cut if last == len(self) else ""
+        return part
 
 
 def noise_of_samples(values):
@@ -187,7 +191,7 @@ def number_in(path, line, name, field):
     if not field:
         return math.nan
     try:
-        value = float(field)
+        value = read_number(field)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
@@ -197,20 +201,19 @@ def number_in(path, line, name, field):
 
 def read_csv(path, joints):
     try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file)
-            header = [name.strip() for name in next(reader, [])]
-            time, angles, rates, torques = columns_of(path, header, joints)
-            lines, table = [], []
-            for row in reader:
-                if not row:
-                    continue
-                if len(row) != len(header):
-                    raise BadFit(f"{path}: line {reader.line_num}: expected {len(header)} fields, got {len(row)}")
-                lines.append(reader.line_num)
-                table.append([number_in(path, reader.line_num, name, field) for name, field in zip(header, row)])
+        rows, cut = rows_of(path)
     except (UnicodeDecodeError, csv.Error) as problem:
         raise BadFit(f"{path}: expected a CSV in UTF-8, got {problem}") from None
+    header = [name.strip() for name in rows[0][1]] if rows else []
+    time, angles, rates, torques = columns_of(path, header, joints)
+    lines, table = [], []
+    for line, row in rows[1:]:
+        if not row:
+            continue
+        if len(row) != len(header):
+            raise BadFit(f"{path}: line {line}: expected {len(header)} fields, got {len(row)}")
+        lines.append(line)
+        table.append([number_in(path, line, name, field) for name, field in zip(header, row)])
     table = np.array(table).reshape(-1, len(header))
     t = table[:, time]
     require_stamps(path, t, lambda k: f"line {lines[k]}")
@@ -224,7 +227,9 @@ def read_csv(path, joints):
     start = table[0, time]
     unknown = np.full(len(table), np.nan)
     qd = np.column_stack([table[:, rates[joint]] if joint in rates else unknown for joint in joints])
-    return Recording(os.path.basename(path), table[:, time] - start, table[:, angles], qd, loads, start)
+    recording = Recording(os.path.basename(path), table[:, time] - start, table[:, angles], qd, loads, start)
+    recording.cut = cut
+    return recording
 
 
 def sampled_torque(path, joint, t, torque):

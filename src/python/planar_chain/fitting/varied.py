@@ -6,6 +6,7 @@ import re
 import numpy as np
 
 from planar_chain import Scene, simulate_many
+from planar_chain.given import read_number, require_moving
 
 from .recordings import BadFit, is_number
 
@@ -51,7 +52,7 @@ def parsed(text):
         return path, (None, None, None)
     parts = rest.split(":")
     try:
-        values = [float(part) if part.strip() else None for part in parts]
+        values = [read_number(part) if part.strip() else None for part in parts]
     except ValueError:
         values = []
     if len(values) not in (1, 3):
@@ -112,6 +113,9 @@ def numbers_of(scene, vary):
 def number_of(scene, path, first, low, high):
     if "/initial/" in path:
         raise BadFit(f"--vary: expected a number of the machine, got {path}: the initial state of each recording is always fitted")
+    require_moving(path, BadFit)
+    if re.fullmatch("integrator/.*|links/[^/]*/repeat", path):
+        raise BadFit(f"--vary: expected a number of the machine that the motion follows smoothly, got {path}")
     present = value_at(scene.to_dict(), path)
     first = present if first is None else float(first)
     if first is None:
