@@ -112,10 +112,8 @@ void CoupledMotion::torques(double t, const double* y, double* tau) {
 // ---- The welded chain ----------------------------------------------------------------------------------
 
 Powers CoupledMotion::weldedPowers(const ChainState& at, double* N) {
-  Powers powers;
   if (N) std::fill_n(N, n_, 0.0);
-  for (Effect* effect : effects_.active()) powers += effect->apply(at, {N, nullptr});
-  return powers;
+  return effects_.apply(at, {N, nullptr});
 }
 
 void CoupledMotion::runWelded(double t, const double* y, Evaluation& to) {

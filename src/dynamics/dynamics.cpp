@@ -106,9 +106,7 @@ Powers Dynamics::apply(const std::vector<Effect*>& effects, double t, const doub
   std::fill(room_.N.begin(), room_.N.end(), 0.0);
   ChainState at{t, theta, omega};
   if (effects_.acting() == LoadKind::forces) at = stateWithForces(t, theta, omega);
-  Powers powers;
-  for (Effect* effect : effects) powers += effect->apply(at, {room_.N.data(), room_.F.data()});
-  return powers;
+  return Effects::apply(effects, at, {room_.N.data(), room_.F.data()});
 }
 
 void Dynamics::loadsToLanes(LoadKind acting) {
@@ -243,8 +241,7 @@ Powers Dynamics::timeDerivativeOfLoads(double* slopes) {
   std::fill(room_.F.begin(), room_.F.end(), Vec2d{});
   solve_->findPinVelocities();
   const ChainState& at = solve_->state();
-  Powers power;
-  for (Effect* effect : effects_.active()) power += effect->applyRates(at, {room_.N.data(), room_.F.data()});
+  const Powers power = effects_.applyRates(at, {room_.N.data(), room_.F.data()});
   const LoadKind acting = effects_.mostActing();
   loadsToLanes(acting);
   if (acting == LoadKind::forces) std::copy_n(at.e, n_, room_.e.begin());

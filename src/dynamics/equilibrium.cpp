@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "dynamics/closure.h"
+#include "dynamics/effect_tangents.h"
 #include "dynamics/group_matrix.h"
 #include "dynamics/rails.h"
 #include "dynamics/stored_energy.h"
@@ -47,6 +48,7 @@ class Search {
         coordinates_(scene.chain.coordinates()),
         n_(scene.chain.size()),
         effects_(scene, nullptr, &EffectKind::isInEquilibrium),
+        tangents_(n_, effects_),
         stores_(scene.chain),
         reach_(scene.chain.reach()) {
     if (effects_.anyForces(&Forces::dependOnPlace))
@@ -68,9 +70,6 @@ class Search {
     matrix_.floor *= scale_;
     if (scene.tip) hold();
     N_.resize(n_);
-    k_.resize(n_);
-    d_.resize(n_);
-    XF_.resize(n_);
     still_.setZero(n_);
     F_.resize(index(n_));
     e_.resize(index(n_));
@@ -219,8 +218,8 @@ class Search {
       }
       if (std::abs(force) <= exact * scale_) return;
       const double stop = force > 0 ? joint.upper : joint.lower;
-      if (k_[i] > 0) {
-        theta[i] += force / k_[i];
+      if (const double k = tangents_.k[index(i)]; k > 0) {
+        theta[i] += force / k;
       } else if (std::isfinite(stop) && (force > 0 ? theta[i] <= stop : theta[i] >= stop)) {
         theta[i] = stop + force / joint.stopStiffness;
       } else {
@@ -235,18 +234,13 @@ class Search {
   void find(const Eigen::VectorXd& theta) {
     for (int j = coordinates_.slides(); j < n_; ++j) e_[index(j)] = plainRotation(theta[j] + baseAngle_);
     N_.setZero();
-    k_.setZero();
-    d_.setZero();
-    XF_.setZero();
     std::fill(F_.begin(), F_.end(), Vec2d{});
     effects_.enterState(t_, stateOf(theta).data());
     const ChainState at{t_, theta.data(), still_.data(), e_.data(), pinVelocity_.data()};
-    for (Effect* effect : effects_.active()) {
-      effect->apply(at, {N_.data(), F_.data()});
-      effect->addStiffness(k_.data(), d_.data());
-      effect->addTangents(at, k_.data(), d_.data());
-    }
-    for (Forces* forces : effects_.activeForces()) forces->addForceStiffness(at, XF_.data());
+    effects_.apply(at, {N_.data(), F_.data()});
+    tangents_.takeConstant(effects_);
+    tangents_.takeJoints(effects_, at);
+    tangents_.takeForces(effects_, at);
     const auto groups = static_cast<Eigen::Index>(firsts_.size());
     moment_.setZero(groups);
     matrix_.kappa.setZero(groups);
@@ -268,7 +262,8 @@ class Search {
           held_->x[r][group] += dot(held_->at.tip.row[index(r)], d);
       } else if (group >= 0) {
         moment_[group] += N_[j] + cross(R, weight) + cross(P, outer);
-        matrix_.kappa[group] += dot(R, weight) + dot(P, outer) + XF_[j];
+        matrix_.kappa[group] += dot(R, weight) + dot(P, outer);
+        if (!tangents_.XF.empty()) matrix_.kappa[group] += tangents_.XF[index(j)];
         for (int r = 0; held_ && r < held_->at.tip.rows; ++r)
           held_->x[r][group] += dot(held_->at.tip.row[index(r)], perp(P));
       }
@@ -276,7 +271,7 @@ class Search {
     }
     for (Eigen::Index g = 0; g < groups; ++g) {
       const int first = firsts_[static_cast<std::size_t>(g)];
-      matrix_.spring[g] = unitOf(first) * unitOf(first) * k_[first];
+      matrix_.spring[g] = unitOf(first) * unitOf(first) * tangents_.k[index(first)];
     }
   }
   Vec2d railOf(int i) const { return plainRotation(baseAngle_) * scene_.chain.joints()[index(i)].axis; }
@@ -379,13 +374,14 @@ class Search {
   int n_, pushes_ = 0;
   GroupMatrix matrix_;
   Effects effects_;
+  EffectTangents tangents_;
   const Stores stores_;
   const double reach_;
   double baseAngle_ = 0, scale_ = 0, acting_ = 0;  ///< acting_: of weights and loads alone
   std::optional<Held> held_;
   std::vector<int> groups_, firsts_;  ///< the group of each body; the first body of each group
   std::vector<std::pair<const Load*, double>> loads_;  ///< and their factors
-  Eigen::VectorXd N_, k_, d_, XF_, still_, moment_;
+  Eigen::VectorXd N_, still_, moment_;
   std::vector<Vec2d> F_, pinVelocity_;
   std::vector<Rotation<double>> e_;
 };

@@ -55,8 +55,7 @@ void Evaluator::coupleRecursion() {
 
 inline void Evaluator::applyEffects(Evaluation& to) {
   std::fill(to.N.begin(), to.N.end(), 0.0);
-  to.powers = {};
-  for (Effect* effect : effects_.active()) to.powers += effect->apply(to.state(), {to.N.data(), to.F.data()});
+  to.powers = effects_.act() ? effects_.apply(to.state(), {to.N.data(), to.F.data()}) : Powers{};
 }
 
 void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
@@ -179,7 +178,7 @@ double Evaluator::couplingPower(const Evaluation& at) {
   power += dot(at.ends.tipForce, couplings_.tipVelocity);
   if (at.base.rate != 0) {
     std::fill(torques_.begin(), torques_.end(), 0.0);
-    for (Effect* effect : effects_.active()) effect->addTorques(at.state(), torques_.data());
+    effects_.addTorques(at.state(), torques_.data());
     const std::size_t first = index(mechanism_.slides());
     power += (at.moments[first] + torques_[first] + at.slidesMoment) * at.base.rate;
   }

@@ -185,10 +185,7 @@ Powers ExactSolve::timeDerivative(double* slopes) {
   for (int i = 0; i < n_; ++i) change.held[index(i)] = next.joints[index(i)].acceleration;
   std::fill(change.N.begin(), change.N.end(), 0.0);
   std::fill(change.F.begin(), change.F.end(), Vec2d{});
-  Powers power;
-  for (Effect* effect : effects_.active()) {
-    if (effect->variesWithTime()) power += effect->applyRates(at_, {change.N.data(), change.F.data()});
-  }
+  Powers power = effects_.applyRates(at_, {change.N.data(), change.F.data()});
   change.find(at, forces() != nullptr, now, tangents_);
   for (int j = 0; j < n_; ++j) slopes[j] = change.alpha[index(j)] - (j < first ? 0 : change.turning);
   if (!hasPower_) return power;
@@ -197,7 +194,7 @@ Powers ExactSolve::timeDerivative(double* slopes) {
   std::fill(inOrder_.begin(), inOrder_.end(), 0.0);
   const StateChange along{inOrder_.data(),    inOrder_.data() + n_, change.pinVelocities.data(),
                           change.pins.data(), now.angle.rate,       now.angle.acceleration};
-  for (Effect* effect : effects_.active()) power += effect->powersAlong(at_, along);
+  power += Effects::powersAlong(effects_.active(), at_, along);
   for (int i = 0; i < n_; ++i) {
     const Coupling<double>& joint = now.joints[index(i)];
     if (!joint.isHeld) continue;
@@ -219,7 +216,7 @@ double ExactSolve::firstTorque(double t) {
   ChainState at = at_;
   at.t = t;
   std::fill_n(inOrder_.begin(), n_, 0.0);
-  for (Effect* effect : effects_.active()) effect->addTorques(at, inOrder_.data());
+  effects_.addTorques(at, inOrder_.data());
   return inOrder_[index(mechanism_.slides())];
 }
 
@@ -244,11 +241,7 @@ Powers ExactSolve::powersAlongInOrder(const double* uv) {
   if (mechanism_.slides() > 0) moveSlides(u, v, dx, dv);
   mechanism_.findPinChanges(at_.e, omega, u, v, count, pin_.empty() ? nullptr : pin_.data(),
                             pinVelocity_.data(), dx, dv);
-  Powers powers;
-  for (Effect* effect : effects_.activeInOrder()) {
-    powers += effect->powersAlong(at_, {u, v, pinVelocity_.data(), pin_.data()});
-  }
-  return powers;
+  return Effects::powersAlong(effects_.activeInOrder(), at_, {u, v, pinVelocity_.data(), pin_.data()});
 }
 
 /// Writes the changes of the pins of slides, and of the first one behind them.

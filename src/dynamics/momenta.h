@@ -97,7 +97,7 @@ class Momenta {
   bool isActedOn(double t, const double* y) {
     if (effects_.acting() == LoadKind::forces) return true;
     std::fill(torques_.begin(), torques_.end(), 0.0);
-    for (Effect* effect : effects_.active()) effect->addTorques({t, y, y + n_}, torques_.data());
+    effects_.addTorques({t, y, y + n_}, torques_.data());
     return std::any_of(torques_.begin(), torques_.begin() + slides + 1, [](double tau) { return tau != 0; });
   }
 

@@ -117,9 +117,9 @@ class Forces {
   /// Adds Σ X·F of each body, N m: the decrease of the forces' moments per rad that the body turns. Only of
   /// forces whose components do not depend on the state.
   virtual void addForceStiffness(const ChainState& /*at*/, double* /*XF*/) {}
-  /// True if forces depend on the places or velocities of their points. Asked once, when a scene is loaded.
+  /// True if forces depend on the places or velocities of their points. The answer never changes.
   virtual bool dependOnMotion() const { return false; }
-  /// True if they depend on places, so that states have `pin`. Asked once.
+  /// True if they depend on places, so that states have `pin`. The answer never changes.
   virtual bool dependOnPlace() const { return false; }
   /// Adds K and D of each body: the change of its forces with its motion (recursion/force_tangent.h). Only if
   /// dependOnMotion().
@@ -131,7 +131,8 @@ class Forces {
 class InLanes {
  public:
   virtual ~InLanes() = default;
-  /// Takes the order from now on; nullptr: chain order. Called once, before all others. Allocates.
+  /// Takes the order from now on; nullptr: chain order. Called before all others, in long chains twice.
+  /// Allocates.
   virtual void arrange(const Arrangement* lanes) = 0;
   /// As Effect::apply() and Effect::powersAlong(), which then need not be there for chains that do not
   /// couple.

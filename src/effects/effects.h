@@ -54,6 +54,30 @@ class Effects : public ode::Switches {
   const std::vector<InLanes*>& activeInLanes() const { return activeInLanes_; }
   const std::vector<Forces*>& activeForces() const { return activeForces_; }
 
+  // What they do together. Powers are summed here, for all recursions.
+  Powers apply(const ChainState& at, const Actions& to) const { return apply(active_, at, to); }
+  static Powers apply(const std::vector<Effect*>& effects, const ChainState& at, const Actions& to) {
+    Powers sum;
+    for (Effect* effect : effects) sum += effect->apply(at, to);
+    return sum;
+  }
+  Powers applyRates(const ChainState& at, const Actions& to) const {
+    Powers sum;
+    for (Effect* effect : active_) {
+      if (effect->variesWithTime()) sum += effect->applyRates(at, to);
+    }
+    return sum;
+  }
+  static Powers powersAlong(const std::vector<Effect*>& effects, const ChainState& at,
+                            const StateChange& along) {
+    Powers sum;
+    for (Effect* effect : effects) sum += effect->powersAlong(at, along);
+    return sum;
+  }
+  void addTorques(const ChainState& at, double* tau) const {
+    for (Effect* effect : active_) effect->addTorques(at, tau);
+  }
+
   // ---- Coupled joints and the base ----------------------------------------------------------------------
 
   const std::vector<Coupler*>& couplers() const { return couplers_; }

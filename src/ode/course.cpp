@@ -31,8 +31,13 @@ void Course::begin(const State& from) {
   evaluate(start_);
 }
 
+void Course::forget() {
+  start_.isKnown = end_.isKnown = false;
+  time_ = timeRestored_ = std::numeric_limits<double>::quiet_NaN();
+}
+
 void Course::take(const State& from, const State& to) {
-  start_.isKnown = start_.isKnown && start_.state.t == from.t;
+  start_.isKnown = start_.isKnown && start_.state.t == from.t && start_.state.y == from.y;
   if (!start_.isKnown) start_.state = from;
   end_.state = to;
   end_.isKnown = isBent_ = false;

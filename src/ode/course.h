@@ -27,7 +27,7 @@ class Course {
   /// Takes the ends of a step.
   void take(const State& from, const State& to);
   /// Call it when f has jumped.
-  void forget() { start_.isKnown = end_.isKnown = false; }
+  void forget();
 
   /// True if f is known at both ends.
   bool isKnown() const { return start_.isKnown && end_.isKnown; }

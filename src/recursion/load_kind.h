@@ -7,8 +7,8 @@ namespace planar_chain {
 /// What acts on the bodies besides pins, gravity and inertia. Each has all before it.
 enum class LoadKind {
   nothing,
-  moments,  ///< springs, dampers, stops, joint torques
-  forces,   ///< at points of links, with the moments that they have
+  moments,  ///< in joints, equal and opposite on two bodies: springs, dampers, stops, joint torques
+  forces,   ///< from outside, at points of links, with the moments that they have; moments from outside
 };
 
 /// The arrays that it stands in, n of each: e = exp(i θ_j); N: moments about the inner pins, N m; F: forces
