@@ -50,9 +50,9 @@ namespace {
 /// True if two states differ by rounding alone.
 bool areEqual(const double* y, const double* other, int n) {
   constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
-  using Numbers = Eigen::Map<const Eigen::ArrayXd>;
+  using Part = Eigen::Map<const Eigen::ArrayXd>;
   const auto areNear = [&](int from, int count, double least) {
-    const Numbers a(y + from, count), b(other + from, count);
+    const Part a(y + from, count), b(other + from, count);
     const double most = ((a - b).abs() - rounding * (a.abs() + b.abs())).maxCoeff();
     return most <= rounding * least && std::isfinite(a.sum());
   };

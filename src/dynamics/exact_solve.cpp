@@ -71,7 +71,8 @@ ExactSolve::ExactSolve(const Mechanism& mechanism, Effects& effects, EffectTange
 
 ode::LinearCosts ExactSolve::costs() const {
   // By clock, of evaluations as this chain has them; between chains with springs and without. Joining
-  // segments is dear for short ones; where factorizations do not stay in cache, solves wait for memory.
+  // segments is dear for short ones; where factorizations do not stay in cache, solves wait for memory. Wrong
+  // costs make auto choose a slower method, and change no result beyond its tolerance.
   constexpr int isShort = 200, staysInCache = 2500;
   if (!tangents_.bodies.empty()) return {4.5, 1, 5, 2.8};
   if (coupled_) return {2.9, 1, 3.2, 2.8};

@@ -22,6 +22,10 @@ template <class Real>
 /// Rows of numbers, one of each body: the bodies, turned, and their handles.
 class CoupledRows {
  public:
+  /// The first row of m, J, R; of P, ω²; of a handle or a reply; of g of the tip.
+  static constexpr int bodies = 0, pins = 4, rates = 6, handles = 7, tips = 13;
+  static_assert(tips + 2 == CoupledArrays::rows);
+
   explicit CoupledRows(double* first) : first_(first) {}
 
   [[gnu::always_inline]] Lane number(int row, std::ptrdiff_t j) const {
@@ -31,16 +35,17 @@ class CoupledRows {
     return {number(row, j), number(row + 1, j)};
   }
   [[gnu::always_inline]] Turned<Lane> body(std::ptrdiff_t j) const {
-    return {number(0, j), number(1, j), pair(2, j), P(j), ww(j)};
+    return {number(bodies, j), number(bodies + 1, j), pair(bodies + 2, j), P(j), ww(j)};
   }
-  [[gnu::always_inline]] Vec2<Lane> P(std::ptrdiff_t j) const { return pair(4, j); }
-  [[gnu::always_inline]] Lane ww(std::ptrdiff_t j) const { return number(6, j); }
+  [[gnu::always_inline]] Vec2<Lane> P(std::ptrdiff_t j) const { return pair(pins, j); }
+  [[gnu::always_inline]] Lane ww(std::ptrdiff_t j) const { return number(rates, j); }
   [[gnu::always_inline]] CoupledHandle<Lane> handle(std::ptrdiff_t j) const {
-    return {pair(7, j), number(9, j), number(10, j), number(11, j), number(12, j)};
+    return {pair(handles, j), number(handles + 2, j), number(handles + 3, j), number(handles + 4, j),
+            number(handles + 5, j)};
   }
   /// Of a body that couples nothing.
   [[gnu::always_inline]] Reply<Lane> reply(std::ptrdiff_t j) const {
-    return {pair(7, j), P(j), number(9, j), ww(j)};
+    return {pair(handles, j), P(j), number(handles + 2, j), ww(j)};
   }
   template <class... Numbers>
   [[gnu::always_inline]] void put(int row, std::ptrdiff_t j, Numbers... numbers) const {
@@ -76,20 +81,21 @@ template <EndKind ends>
   if (arrays.couples[j]) {
     const JointAt<Lane> joint = jointAt<Lane>(arrays.joints, j);
     const auto handle = inwards(body, N, joint, pin);
-    rows.put(7, j, handle.U.x, handle.U.y, handle.epsilon, handle.inverseD, handle.kappa, handle.D0);
+    rows.put(CoupledRows::handles, j, handle.U.x, handle.U.y, handle.epsilon, handle.inverseD, handle.kappa,
+             handle.D0);
     if constexpr (ends == EndKind::tip) {
       const Lane turn = mulAdd(handle.epsilon, handle.inverseD, joint.acceleration);
       const Vec2<Lane> g = shown.pass(body, handle.U, handle.inverseD, turn);
       shown.eta = handle.kappa * g;
-      rows.put(13, j, g.x, g.y);
+      rows.put(CoupledRows::tips, j, g.x, g.y);
     }
   } else {
     const Handle<Lane> handle = inwards<false>(body, N, pin.A, pin.b);
     const Reply<Lane> reply = replyOf(handle, body);
-    rows.put(7, j, reply.UD.x, reply.UD.y, reply.uD);
+    rows.put(CoupledRows::handles, j, reply.UD.x, reply.UD.y, reply.uD);
     if constexpr (ends == EndKind::tip) {
       const Vec2<Lane> gD = handle.inverseD * shown.pass(body, handle.U, handle.inverseD, reply.uD);
-      rows.put(13, j, gD.x, gD.y);
+      rows.put(CoupledRows::tips, j, gD.x, gD.y);
     }
   }
   if (outside.F) pin.b -= vectorOf(outside.F[j]);
@@ -102,11 +108,11 @@ template <EndKind ends>
                                                        Lane& alpha) {
   if (arrays.couples[j]) {
     CoupledHandle<Lane> handle = rows.handle(j);
-    if constexpr (ends == EndKind::tip) handle.epsilon += dot(rows.pair(13, j), tipForce);
+    if constexpr (ends == EndKind::tip) handle.epsilon += dot(rows.pair(CoupledRows::tips, j), tipForce);
     return outwards(handle, jointAt<Lane>(arrays.joints, j), rows.P(j), rows.ww(j), a, alpha);
   }
   Reply<Lane> reply = rows.reply(j);
-  if constexpr (ends == EndKind::tip) reply.uD += dot(rows.pair(13, j), tipForce);
+  if constexpr (ends == EndKind::tip) reply.uD += dot(rows.pair(CoupledRows::tips, j), tipForce);
   alpha = outwards(reply, a);
   return {};
 }
@@ -124,7 +130,7 @@ PLANAR_CHAIN_IN_ONE_PIECE void coupledLinks(const CoupledArrays& given, const Ou
     const Turned<Pack> body =
         turned(linkAt(arrays.links, k), theta ? rotationsOfSome(theta + first, count, e) : loadRotations(e),
                loadSome(omega + first, count));
-    rows.put(0, first, body.m, body.J, body.R.x, body.R.y, body.P.x, body.P.y, body.ww);
+    rows.put(CoupledRows::bodies, first, body.m, body.J, body.R.x, body.R.y, body.P.x, body.P.y, body.ww);
   }
 
   EndedPin<Lane> shown;

@@ -9,7 +9,7 @@
 ///
 ///     ṡ = v = ω c      ċ = −w = −ω s      M X = f + σ ẇ      J α = N + σ (s X − g_⊥ c)
 ///
-/// An order takes the sums for w_{k+1}, v_{k+1} and (s X)_k, side by side. W is w_{k+1} without its last term
+/// An order takes the sums for w_{k+1}, v_{k+1} and (s X)_k, at once. W is w_{k+1} without its last term
 /// ω_{k+1} s_0 = α_k s_0/(k+1). So
 ///
 ///     Δ α_k = M (N_k − σ g_⊥ c_k + σ Σ_{0<j≤k} s_j X_{k−j}) + σ s_0 (f_k + σ (k+1) W)      Δ = M J − σ² s_0²

@@ -124,7 +124,7 @@ class LandingOnSwitches : public StepsOf {
     if (course_.isPossible()) course_.take(before_, state);
     Outcome found = findOnTheWay();
     if (found == Outcome::underway) {
-      usual_ *= 1.5;
+      usual_ *= farther;
       return outcome;
     }
     if (found == Outcome::switched) {
@@ -148,10 +148,14 @@ class LandingOnSwitches : public StepsOf {
     double due;
   };
 
+  // Wrong values here cost steps, and no accuracy. `memory`: of earlier times between bends over the last
+  // one.
+  static constexpr double farther = 1.5, mostOfUsual = 3, memory = 3;
+
   /// Of a step: little behind the next switch, but long enough to be made.
   double longest(double t) const {
     constexpr double shortest = 256 * std::numeric_limits<double>::epsilon();
-    return std::max(3 * usual_, shortest * std::max(1.0, std::abs(t)));
+    return std::max(mostOfUsual * usual_, shortest * std::max(1.0, std::abs(t)));
   }
 
   /// switches_.due() at t.
@@ -245,7 +249,7 @@ class LandingOnSwitches : public StepsOf {
     constexpr int mostSteps = 4;
     // Shares of a step, and of the last: shorter steps end before the switch, whose time is not exact yet;
     // after longer ones the course is less exact there. A wrong share costs steps.
-    constexpr double behind = 1e-3, nearer = 1e-4, farther = 10;
+    constexpr double behind = 1e-3, nearer = 1e-4, more = 10;
     // Of the error that a step may add. Where the stiffness changes, the error of a rate counts by a stiff
     // mode's short time (integrator.h), but stays when that mode has gone.
     constexpr double ofStiffness = 1e-4;
@@ -265,7 +269,7 @@ class LandingOnSwitches : public StepsOf {
       do {
         const double end = t + beyond;
         if (steps == mostSteps || !(end < found_.t) || !evaluateAt(end, ahead_.front())) return false;
-        beyond *= farther;
+        beyond *= more;
       } while (ahead_.front().due <= 0 && ++steps);
       std::swap(found_, ahead_.front());
       course_.take(before_, trial_);
@@ -275,7 +279,7 @@ class LandingOnSwitches : public StepsOf {
 
   void countBend(double t) {
     const double passed = t - std::exchange(switchedAt_, t);
-    usual_ = std::isfinite(usual_) ? (3 * usual_ + passed) / 4 : passed;
+    usual_ = std::isfinite(usual_) ? (memory * usual_ + passed) / (memory + 1) : passed;
   }
 
   /// The same by a bracket, of which `state` is the upper end.

@@ -14,8 +14,10 @@ namespace {
 constexpr int mostIterations = 17;    // for seven stages; Hairer's code RADAU
 constexpr double newtonShare = 0.03;  // of the error allowed, or √tolerance if that is less: the same
 constexpr double slow = 0.5;          // an iteration that shrinks the change by less may be shaking digits
-constexpr double farShorter = 1e-6;   // of the last step, whose polynomial is then of no use
-constexpr double halving = 1.8;       // an error of 1.8⁷ makes the step 0.9/1.8 of its length
+constexpr double fading = 0.8,
+                 diverging = 0.99;   // as in RADAU: of the rate of convergence, from step to step
+constexpr double farShorter = 1e-6;  // of the last step, whose polynomial is then of no use
+constexpr double halving = 1.8;      // an error of 1.8⁷ makes the step 0.9/1.8 of its length
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 }  // namespace
@@ -95,7 +97,7 @@ double Radau::solveStages(double t, double h, const Vector& y) {
   static const double failed = simd::power(halving, stages);
   // The first iteration is judged by what the second one changed last time. Where all else is driven, later
   // ones change nothing but digits.
-  double rate = rate_ = simd::power(std::max(rate_, epsilon), 0.8), before = 0;
+  double rate = rate_ = simd::power(std::max(rate_, epsilon), fading), before = 0;
   for (iterations_ = 1; iterations_ <= mostIterations; ++iterations_) {
     improve(t, h, y);
     if (!change_.allFinite()) return std::nan("");
@@ -103,7 +105,7 @@ double Radau::solveStages(double t, double h, const Vector& y) {
     if (iterations_ > 1 && size > 0) {
       const double theta = size / before;
       if (theta > slow && largest(perLost_) <= 1) return 0;
-      if (theta >= 0.99) return failed;
+      if (theta >= diverging) return failed;
       rate = theta / (1 - theta);
       if (iterations_ == 2) rate_ = rate;
       if (rate * size > 1 && simd::power(theta, mostIterations - iterations_) / (1 - theta) * size > 1) {

@@ -39,7 +39,7 @@ double power(double x, int k) {
 }  // namespace
 
 /// The cheapest order for two and ten links by trials. Jorba and Zou's 1 − ½ ln(tolerance) is best if the
-/// work grows with the order's square. Here most of it grows with the order.
+/// work grows with the order's square. Here most of it grows with the order. Another order costs time alone.
 int Taylor::orderFor(double tolerance) {
   constexpr int least = 14, most = 34;
   return std::min(std::max(static_cast<int>(std::lround(14 - 0.388 * simd::log2(tolerance))), least), most);

@@ -86,7 +86,7 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
       tip = mulAdd(this->handles_[j].turn, at.g, mulAdd(rhoQ[j] / s_(), at.Eq, mulAdd(-rhoV[j], at.Ev, tip)));
     }
     Moved y = drifts(sigma, drift);
-    const Numbers x = matrix_.solve(rest(y, tip, sigma, drift));
+    const Column x = matrix_.solve(rest(y, tip, sigma, drift));
 
     tipForce_ = {};
     for (int j = 0; j < ends_.tip.rows; ++j) tipForce_ += x[2 + j] * wide(ends_.tip.row[index(j)]);
@@ -144,7 +144,7 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
     Motion last{}, inner{};
   };
   using Matrix = Eigen::Matrix<Scalar, 4, 4>;
-  using Numbers = Eigen::Matrix<Scalar, 4, 1>;
+  using Column = Eigen::Matrix<Scalar, 4, 1>;
   /// eD: e/D. Ev, Eq: how c_t changes with −ρ_v and σ of a body.
   struct AtTip {
     Vec2<Scalar> eD, eta, g, Ev, Eq;
@@ -204,9 +204,9 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
   }
 
   /// The right-hand side of the four equations.
-  Numbers rest(const Moved& y, Vec2<Scalar> tip, const PerEnd<Scalar>& sigma,
-               const PerEnd<Scalar>& drift) const {
-    Numbers rest = Numbers::Zero();
+  Column rest(const Moved& y, Vec2<Scalar> tip, const PerEnd<Scalar>& sigma,
+              const PerEnd<Scalar>& drift) const {
+    Column rest = Column::Zero();
     const Vec2<Scalar> pin = force(y.last) + this->pinForce_, moved = tipBy(y.last) + tip;
     for (std::size_t i = 0; i < slides(); ++i) {
       rest[Eigen::Index(i)] =

@@ -1,4 +1,4 @@
-"""The residuals of a fit and their Jacobian: all runs side by side.
+"""The residuals of a fit and their Jacobian: all runs in one batch.
 
 The unknowns, x: the numbers over their scales; then for each recording its initial state (the angles and rates of the joints that are
 not driven), and if asked for the offset of each encoder and the delay between torque and motion, s. A residual is an angle of the
@@ -12,7 +12,7 @@ from .recordings import BadFit, moved_load, moved_scene
 
 TOLERANCE, EXACT = 1e-9, 1e-13  # of the runs, rad per second: of a fit; where small singular values of a Jacobian count
 DIFFERENCE, DELAY_DIFFERENCE = 1e-5, 1e-4  # of an unknown for its column, relative; of a delay, s
-FEW = 8  # runs side by side that take less time than to start threads
+FEW = 8  # runs of a batch that take less time than to start threads
 CLOSE = 8e-3  # s: between such times angles are interpolated, where a step would have to end at each time
 
 
@@ -215,7 +215,7 @@ def has_laws(values):
 
 
 def is_plain(values):
-    """Whether runs go side by side, with all times at next to no cost: see simulate_many()."""
+    """Whether runs go in lanes, with all times at next to no cost: see simulate_many()."""
     joints = [values["links"][link].get("joint") or {} for link in values["chain"]]
     return (len(joint_links(values)) <= 12 and not has_laws(values)
             and all(set(joint) <= {"name", "damping", "stiffness", "rest_angle"} for joint in joints))

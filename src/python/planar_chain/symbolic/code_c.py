@@ -22,8 +22,8 @@ TERMS = 9  # of the polynomials: their errors are below 4e-18
 
 
 def polynomial(function):
-    """The code of function(z) for 0 ≤ z ≤ (π/2)², in z and zz = z². Even and odd powers are summed side by side, which takes less
-    time than one sum."""
+    """The code of function(z) for 0 ≤ z ≤ (π/2)², in z and zz = z². Even and odd powers are two sums, which take
+    less time than one."""
     with mpmath.workdps(40):
         numbers = [sp.Float(str(number), 17) for number in mpmath.chebyfit(function, [0, (mpmath.pi / 2) ** 2], TERMS)]
     even, odd = (sp.horner(sp.Poly(numbers[first::2], sp.Symbol("zz"))) for first in (0, 1))
