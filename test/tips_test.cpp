@@ -249,7 +249,87 @@ TEST(FourBar, RubsInItsCrank) {
   }
 }
 
+TEST(FourBar, IsHeldByABreakawayTorqueWhereItFirstStops) {
+  for (const char* method : {"auto", "dop853", "rodas5p", "radau13"}) {
+    Scene scene = readSceneText(fourBar("0.02, friction: 0.3, breakaway: 20"));
+    scene.integrator.method = method;
+    Simulation simulation(scene);
+    double t = 0, last = 0;
+    for (; simulation.qd()[0] > 1e-12 && t < 2; t += 0.01) {
+      last = simulation.q()[0];
+      ASSERT_TRUE(simulation.advanceTo(t)) << simulation.fault();
+    }
+    ASSERT_LT(t, 2) << method << ": the crank turns back";
+    const double stopped = simulation.q()[0];
+    EXPECT_GE(stopped, last);
+    ASSERT_TRUE(simulation.advanceTo(5)) << simulation.fault();
+    EXPECT_NEAR(simulation.q()[0], stopped, 1e-9) << method;
+  }
+}
+
 /// At its change point a parallelogram may go on as an antiparallelogram. It keeps its branch, or stops.
+/// A piston that rubs in its cylinder, on a flywheel; no gravity. With the angle φ of the crank,
+///
+///     s(φ) = −r cos φ + √(l² − r² sin² φ)      ½ I(φ) φ̇² = E_0 − F × (path of s)
+///
+/// and s runs through 2r in half a turn. At both dead centres ṡ = 0 and friction changes sign, but no
+/// friction can hold the piston there.
+class Engine {
+ public:
+  static constexpr double r = 0.06, l = 0.2;
+  static std::string scene(const std::string& rubbing, const std::string& method) {
+    return "chain: [piston, rod, crank]\ntip: {pin: [0, 0]}\ngravity: [0, 0]\nintegrator: {method: " +
+           method +
+           ", tolerance: 1e-9}\nlinks:\n  piston: {mass: 0.5, pin: [0, 0], joint: {type: prismatic, axis: "
+           "[1, 0], " +
+           rubbing +
+           "}, initial: {position: 0.25}}\n  rod: {mass: 0.3, inertia: 0.001, com: [0.1, 0], pin: [0.2, 0], "
+           "initial: "
+           "{angle: 2.9}}\n  crank: {mass: 2, inertia: 0.01, com: [0.06, 0], pin: [0.06, 0], initial: "
+           "{angle: 1, "
+           "velocity: -30}}\n";
+  }
+  static double phi(const Simulation& simulation) { return simulation.q()[1] + simulation.q()[2]; }
+  static double energy(const Simulation& simulation) {
+    const double at = phi(simulation), rate = simulation.qd()[1] + simulation.qd()[2];
+    const double sine = r / l * std::sin(at), cosine = std::sqrt(1 - sine * sine);
+    const double rod = r / l * std::cos(at) / cosine;  // −dθ/dφ of the rod, which points to −x
+    const double s = r * std::sin(at) - l * sine * rod;
+    const double x = s + 0.1 * sine * rod, y = 0.1 * cosine * rod;
+    return (0.5 * s * s + 0.3 * (x * x + y * y) + 0.001 * rod * rod + 0.01) * rate * rate / 2;
+  }
+  /// Of the piston while the crank turns backwards from one angle to another.
+  static double path(double from, double to) {
+    const auto s = [](double at) {
+      return -r * std::cos(at) + std::sqrt(l * l - std::pow(r * std::sin(at), 2));
+    };
+    const double last = std::floor(from / pi) * pi,
+                 first = std::ceil(to / pi) * pi;  // dead centres on the way
+    if (last < first) return std::abs(s(from) - s(to));
+    return std::abs(s(from) - s(last)) + 2 * r * std::round((last - first) / pi) + std::abs(s(first) - s(to));
+  }
+};
+
+TEST(Engine, RubsThroughItsDeadCentres) {
+  for (const std::string method : {"auto", "dopri5", "dop853", "rodas5p", "radau13"}) {
+    for (const auto& [force, rubbing] : {std::pair{0.02, "friction: 0.02"}, std::pair{5., "friction: 5"},
+                                         std::pair{5., "friction: 5, breakaway: 9"}}) {
+      Simulation simulation(readSceneText(Engine::scene(rubbing, method)));
+      const double start = Engine::phi(simulation), energy = Engine::energy(simulation);
+      ASSERT_NEAR(simulation.energy().kinetic, energy, 1e-12);
+      for (int k = 1; k <= 10; ++k) {
+        ASSERT_TRUE(simulation.advanceTo(0.2 * k)) << method << " " << rubbing << ": " << simulation.fault();
+        const double left = energy - force * Engine::path(start, Engine::phi(simulation));
+        ASSERT_NEAR(Engine::energy(simulation), left, 2e-7 * energy) << method << " " << rubbing << " " << k;
+      }
+      EXPECT_GT(start - Engine::phi(simulation), 20) << "turns past six dead centres";
+      if (force < 1) continue;
+      ASSERT_TRUE(simulation.advanceTo(20)) << method << " " << rubbing << ": " << simulation.fault();
+      EXPECT_LT(Engine::energy(simulation), 1e-20) << "it has come to rest";
+    }
+  }
+}
+
 TEST(ClosedChain, KeepsItsBranchAtAChangePointOrStops) {
   int passed = 0, stopped = 0;
   for (const char* method : {"auto", "dopri5", "rodas5p", "radau13"}) {

@@ -15,9 +15,10 @@ namespace {
 
 class Friction : public Effect, public Coupler, public Switching, private RestingChain {
  public:
-  /// tolerance: of rates, per second; 0 without error control.
-  Friction(const Chain& chain, double tolerance)
+  /// tolerance: of rates, per second; 0 without error control. isClosed: the tip is held.
+  Friction(const Chain& chain, double tolerance, bool isClosed)
       : coordinates_(chain.coordinates()),
+        isClosed_(isClosed),
         n_(chain.size()),
         joints_(chain, tolerance),
         instant_(joints_, n_) {
@@ -100,20 +101,25 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     instant_.forget();
     mechanics_->forget(joints_.take());
   }
-  /// True if the joint found, which comes to rest, is likely to go on the other way at once.
+  /// True if a joint that comes to rest is likely to go on the other way at once. In a closed chain it may be
+  /// a dead centre, where nothing in the joint can hold it: that it sticks is not tried first.
   bool mayPass(const ode::Crossing& found, int joint) const {
+    if (isClosed_ && joints_.friction(joint) > 0) return true;
     return joint == found.which && !joints_.hasBreakaway() && yield_[joint] > 0 &&
            found.slope > 2 * joints_.friction(joint) * yield_[joint];
   }
-  /// Computes Y of the joint that has come to rest.
-  void learn(const JointAnswer& answer) {
+  /// Computes Y of the joint that has come to rest. Returns this joint if it goes on, but its breakaway
+  /// torque can hold it, else -1.
+  int learn(const JointAnswer& answer) {
     const auto [joint, direction, slope] = arrival_;
-    if (joint < 0) return;
+    if (joint < 0) return -1;
     const double friction = joints_.friction(joint);
     const double more = direction * answer.moments[joint] + friction;
     const double after = direction * coordinates_.relative(answer.accelerations, joint);
     yield_[joint] = joints_.slides(joint) ? (slope + after) / (2 * friction) : slope / more;
     arrival_.joint = -1;
+    const bool canStick = slope <= (friction + joints_.breakaway(joint)) * yield_[joint];
+    return joints_.hasBreakaway() && joints_.slides(joint) && canStick ? joint : -1;
   }
   /// Decides for all joints at rest.
   void decide(double t, const double* y) {
@@ -137,7 +143,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     }
     if (anyChanges) take();
     const JointAnswer answer = mechanics_->answer(t_, y_);
-    learn(answer);
+    const int canStick = learn(answer);
 
     // What is wrong with it?
     const Eigen::Index others = n_ - 1;
@@ -153,13 +159,14 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
         one.release = moment > 0 ? -1 : 1;
       } else {
         const double start = one.direction * coordinates_.relative(answer.accelerations, one.joint);
-        one.wrong = -start - least;
+        one.wrong = one.joint == canStick ? joints_.leastStart(canStick) : -start - least;
         one.start = start / joints_.leastStart(one.joint);
       }
     }
   }
 
   Coordinates coordinates_;
+  bool isClosed_;
   int n_;
   StickSlip joints_;
   SwitchInstant instant_;
@@ -197,7 +204,7 @@ class FrictionKind : public EffectKind {
     const IntegratorSettings& settings = scene.integrator;
     const double tolerance =
         ode::hasFixedStep(settings.method) ? 0 : settings.rateTolerance.value_or(settings.tolerance);
-    return makeUnlessEmpty<Friction>(scene.chain, tolerance);
+    return makeUnlessEmpty<Friction>(scene.chain, tolerance, scene.tip.has_value());
   }
 
   double dryFrictionIn(const Joint& joint) const override { return joint.other("friction"); }
