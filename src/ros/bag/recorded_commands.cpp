@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <set>
 #include <string_view>
 
@@ -121,27 +122,30 @@ void requireTick(std::uint64_t tick, const std::string& path) {
 }
 
 /// Returns the last tick of the states in the bag, in whatever order it has them. A status gives a tick and
-/// its stamp. Each joint_states with a later stamp is one tick more, unless stamps went back with the clock.
-/// Stamps alone do not give the tick, because they jump over pauses.
+/// its stamp, so the number of the joint_states with this stamp. Each joint_states with a higher number is
+/// one tick more. Stamps alone do not give the tick: they jump over pauses, and go back with an external
+/// clock.
 std::uint64_t lastTick(const rosbag::Bag& bag, const std::string& node, const std::string& path) {
-  std::uint64_t tick = 0;
-  ros::Time stamp, latest;
+  std::map<ros::Time, std::uint32_t> numbers;  // of the last one with each stamp
+  std::uint32_t newest = 0;
+  const std::string states = ros::names::append(ros::names::parentNamespace(node), "joint_states");
+  for (const rosbag::MessageInstance& entry : rosbag::View(bag, rosbag::TopicQuery(states))) {
+    const std_msgs::Header header = messageOf<sensor_msgs::JointState>(entry, path)->header;
+    std::uint32_t& number = numbers[header.stamp];
+    number = std::max(number, header.seq);
+    newest = std::max(newest, header.seq);
+  }
+  std::uint64_t last = 0, known = 0, later = numbers.size() - numbers.count(ros::Time());
   for (const rosbag::MessageInstance& entry : rosbag::View(bag, rosbag::TopicQuery(node + "/status"))) {
     const auto status = messageOf<SimStatus>(entry, path);
     requireTick(status->tick, path);
-    latest = std::max(latest, status->tick_stamp);
-    if (status->tick < tick) continue;
-    tick = status->tick;
-    stamp = status->tick_stamp;
+    last = std::max(last, status->tick);
+    const auto found = numbers.find(status->tick_stamp);
+    if (found == numbers.end() || status->tick < known) continue;
+    known = status->tick;
+    later = newest - found->second;
   }
-  if (stamp < latest) return tick;
-  const std::string states = ros::names::append(ros::names::parentNamespace(node), "joint_states");
-  std::set<ros::Time> later;
-  for (const rosbag::MessageInstance& entry : rosbag::View(bag, rosbag::TopicQuery(states))) {
-    const ros::Time its = messageOf<sensor_msgs::JointState>(entry, path)->header.stamp;
-    if (its > stamp) later.insert(its);
-  }
-  return tick + later.size();
+  return std::max(last, known + later);
 }
 
 }  // namespace
