@@ -9,7 +9,7 @@ import unittest
 import numpy as np
 import yaml
 
-from plot_tool import JOINTS, SCENE, SCENES, PlotTool, plot, plot_strobe, read_chain
+from plot_tool import JOINTS, SCENE, SCENES, PlotTool, plot, plot_read, plot_strobe, read_chain
 
 
 class Strobe(PlotTool):
@@ -81,7 +81,7 @@ class Strobe(PlotTool):
         self.assertEqual(list(np.flatnonzero(plot_strobe.is_aside(links, 3.65))), [0])
 
     def test_a_strobe_of_what_stands_still_or_is_wide_is_legible(self):
-        motion = plot.Motion(["a"], np.linspace(0, 1, 5), np.zeros((5, 1)), np.zeros((5, 1)))
+        motion = plot_read.Motion(["a"], np.linspace(0, 1, 5), np.zeros((5, 1)), np.zeros((5, 1)))
         links = plot_strobe.Links.__new__(plot_strobe.Links)
         links.moves, links.pinned, links.joints, links.pin, links.com = False, False, ["a"], np.array([-2j]), np.array([-1j])
         links.rail, links.slides, links.carts = np.zeros(1), 0, 0
@@ -126,7 +126,7 @@ class Strobe(PlotTool):
                 (os.path.join(SCENES, "whip.yaml"), [], 0, "--strobe: expected the scene of shoulder_pin"),
                 (SCENE, [1.0], 0, "--at: expected two times or more from 0 to 2 s, got 1"),
                 (SCENE, [0.0, 2.1], 0, "got 0, 2.1"), (SCENE, [np.nan, 1.0], 0, "got nan, 1"),
-                (SCENE, [1.0, 1.0], 0, "got 1, 1"), (SCENE, [], np.inf, "--apart: expected a finite number, got inf")):
+                (SCENE, [], 2e9, "got 2000000000.0"), (SCENE, [], np.nan, "got nan"), (SCENE, [1.0, 1.0], 0, "got 1, 1"), (SCENE, [], np.inf, "--apart: expected a number up to 1e+09, got inf")):
             with self.assertRaises(plot.Refused) as refusal:
                 plot.strobe(motion, scene, times, apart, "")
             self.assertIn(fault, str(refusal.exception))

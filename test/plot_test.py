@@ -17,7 +17,7 @@ import rospy
 from planar_chain.msg import CommandTaken, SimStatus
 from sensor_msgs.msg import JointState
 
-from plot_tool import BIN, JOINTS, SCENE, SCENES, PlotTool, plot, plot_strobe
+from plot_tool import BIN, JOINTS, SCENE, SCENES, PlotTool, plot, plot_read, plot_strobe
 
 
 class Plot(PlotTool):
@@ -133,17 +133,17 @@ class Plot(PlotTool):
         states = 50 + 0.01 * np.arange(1, 201)
         statuses = [SimStatus(tick=tick, tick_stamp=rospy.Time.from_sec(states[tick - 1]), scene_time=scene_time)
                     for tick, scene_time in ((60, 0.6), (140, 1.4), (175, 0.25))]
-        self.assertEqual(plot.events_of(states, statuses, []), {149: "reset"})
-        self.assertEqual(plot.events_of(states, statuses[:2], []), {})
+        self.assertEqual(plot_read.events_of(states, statuses, []), {149: "reset"})
+        self.assertEqual(plot_read.events_of(states, statuses[:2], []), {})
 
     def test_a_settle_is_no_reset(self):
         # It adds a tick, but no time of the scene.
         states = 50 + 0.01 * np.arange(1, 201)
         statuses = [SimStatus(tick=tick, tick_stamp=rospy.Time.from_sec(states[tick - 1]),
                               scene_time=0.01 * (tick - 2 if tick >= 40 else tick - 1)) for tick in range(5, 200, 10)]
-        self.assertEqual(plot.events_of(states, statuses, [CommandTaken(tick=40, kind=CommandTaken.SETTLE)]), {39: "settle"})
+        self.assertEqual(plot_read.events_of(states, statuses, [CommandTaken(tick=40, kind=CommandTaken.SETTLE)]), {39: "settle"})
         for seen in (statuses, statuses[4:]):
-            self.assertEqual(plot.events_of(states, seen, []), {})
+            self.assertEqual(plot_read.events_of(states, seen, []), {})
 
     def test_wrapped_angles_stay_within_a_turn(self):
         motion = plot.read_bag(self.interrupted(), None)
@@ -180,7 +180,7 @@ class Plot(PlotTool):
                 self.assertTrue(file.read().startswith(mark))
 
     def test_many_joints_are_some_of_them_along_the_chain(self):
-        motion = plot.Motion([f"j{k}" for k in range(100)], None, None, None)
+        motion = plot_read.Motion([f"j{k}" for k in range(100)], None, None, None)
         columns = plot.chosen(motion, [])
         self.assertEqual((len(columns), columns[0], columns[-1]), (plot.MOST_JOINTS, 0, 99))
         self.assertEqual(plot.chosen(motion, ["j7", "j3"]), [7, 3])
@@ -189,7 +189,7 @@ class Plot(PlotTool):
     def turning(torque=0.0):
         """A joint that turns at 2 rad/s for 5 s; errors of 1e-3, but for two."""
         t = np.linspace(0, 5, 101)
-        motion = plot.Motion(["a"], t, 2 * t[:, np.newaxis], np.full((101, 1), 2.0), np.full((101, 1), torque))
+        motion = plot_read.Motion(["a"], t, 2 * t[:, np.newaxis], np.full((101, 1), 2.0), np.full((101, 1), torque))
         motion.slides = []
         motion.energy = t, {"T": np.full(101, 8.0), "V": 0 * t, "supplied": 0 * t, "dissipated": 1e-8 * t}
         motion.balance, motion.error = (t, 1e-15 * np.sin(9 * t)), (t, np.where(t == 0, 0, np.where(t == 2.5, 1e-15, 1e-3)))
@@ -235,7 +235,7 @@ class Plot(PlotTool):
             with open(picture, encoding="utf-8") as file:
                 found = re.findall("<!-- (.*) -->", file.read())
             self.assertEqual([label in found for label in labels + others], [True] * len(labels) + [False] * len(others), arguments)
-        few, many = (plot.draw(plot.Motion(list("abc"), np.arange(2.0), np.ones((2, 3)), np.ones((2, 3))), columns, "", False)
+        few, many = (plot.draw(plot_read.Motion(list("abc"), np.arange(2.0), np.ones((2, 3)), np.ones((2, 3))), columns, "", False)
                      for columns in ([1, 2], [2]))
         self.assertEqual([figure.axes[0].get_ylabel() for figure in (few, many)], ["q (rad or m)", "angle q (rad)"])
         # A position is no angle: it is not wrapped.
@@ -262,7 +262,7 @@ class Plot(PlotTool):
         self.assertFalse(plot.is_coarse(*noise) or plot.is_coarse(1.0 + noise[0], noise[1]))
 
     def test_slides_have_a_portrait_of_their_own_and_energies_colours(self):
-        motion = plot.Motion(["a", "b"], np.linspace(0, 5, 101), np.tile(np.linspace(0, 5, 101), (2, 1)).T, np.ones((101, 2)))
+        motion = plot_read.Motion(["a", "b"], np.linspace(0, 5, 101), np.tile(np.linspace(0, 5, 101), (2, 1)).T, np.ones((101, 2)))
         motion.energy = motion.t, {"T": np.ones(101), "V": np.ones(101)}
         for slides, labels in ((["a"], ["position q (m)", "angle q (rad)"]), ([], ["angle q (rad)"]), (None, ["q (rad or m)"])):
             motion.slides = slides
@@ -315,6 +315,10 @@ class Plot(PlotTool):
                             ("run,links/a/mass,t,q_a,qd_a,reason\n0,1,1,1e308,1,\n", "other.csv, q_a: expected numbers up to 1e+300, got 1e+308"),
                             ("\ufefft,q_a,qd_a,energy\n0,0,0,0\n2,0,0,0\n1,0,0,0\n", "other.csv, row 3: expected a time after 2 s, got 1 s"),
                             ("t,q_a,qd_a,energy\n0,nan,0,0\n1,nan,0,0\n", "other.csv: expected angles, got nan alone"),
+                            ("t,q_a,q_a,qd_a,qd_a,energy\n0,0,0,0,0,0\n1,0,0,0,0,0\n", "each once, got t, q_a, q_a,"),
+                            ("run,t,q_a,qd_a,reason\n0,1,1,1,\n", "expected the columns t, q_"),
+                            ("run,x,t,q_a,qd_a,reason\n0,1,nan,1,1,\n", "expected runs with finite times t, got none"),
+                            ("run,x,t,q_a,qd_a,reason\n", "expected runs with finite times t, got none"),
                             ("run,t,reason\n0,1,\n", "expected the columns t, q_")):
             with open(other, "w", encoding="utf-8") as file:
                 file.write(text)
@@ -328,7 +332,8 @@ class Plot(PlotTool):
                             (("--strobe", SCENE, "--at", "1_0", "2"), "argument --at: invalid float value: '1_0'")):
             self.assertIn(fault, self.refused(other, *more))
         self.assertIn("--node: expected a bag beside it, got " + other, self.refused(other, "--node", "left"))
-        for data in (b"\xff\xfe\x00", b"\x80" * 5000, b"t,q_a,qd_a,energy\n0,0,0,\xc3\x28\n"):
+        self.assertIn("got nothing: Is a directory", self.refused(self.folder))
+        for data in (b"\xff\xfe\x00", b"\0" * 5000, b"\x80" * 5000, b"t,q_a,qd_a,energy\n0,0,0,\xc3\x28\n"):
             with open(other, "wb") as file:
                 file.write(data)
             self.assertRegex(self.refused(other), r"^plot: .*other.csv: expected a table in text, got other bytes \(.*\)\n$")
@@ -340,6 +345,16 @@ class Plot(PlotTool):
         with open(bag, "w", encoding="utf-8") as file:
             file.write("no bag")
         self.assertIn("expected a bag that can be read", self.refused(bag))
+
+    def test_dollars_are_no_formula_and_what_is_nan_throughout_is_left_out(self):
+        table, picture = self.path("$a_{$.csv"), self.path("run.svg")
+        with open(table, "w", encoding="utf-8") as file:
+            file.write("t,q_$b_{$,qd_$b_{$,energy\n0,0,0,nan\n1,1,0,nan\n")
+        run = self.run_tool("plot", table, "--output", picture)
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        with open(picture, encoding="utf-8") as file:
+            text = file.read()
+        self.assertTrue("<!-- $a_{$.csv -->" in text and "<!-- $b_{$ -->" in text and "start (J)" not in text)
 
     def test_a_table_that_may_be_cut_is_said(self):
         table = self.path("cut.csv")

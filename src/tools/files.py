@@ -34,7 +34,11 @@ def writing(name):
 
 
 def save_picture(figure, path, **how):
-    """As figure.savefig(), which on a full disk fails in words of zlib, and warns of letters that a font lacks."""
+    """As figure.savefig(), which on a full disk fails in words of zlib, warns of letters that a font lacks, and takes what stands between
+    dollars, such as those of a file's name, for a formula."""
+    from matplotlib.text import Text  # pylint: disable=import-outside-toplevel  # only what draws has it
+    for text in figure.findobj(Text):
+        text.set_text(text.get_text().replace("$", r"\$"))
     picture = io.BytesIO()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

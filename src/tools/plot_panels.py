@@ -31,8 +31,8 @@ def panels(motion, columns, wrap):
                 yield label, unit, curves, STILL
     if motion.energy:
         t, parts = motion.energy
-        curves = [(ENERGIES.get(name, name), *motion.broken(t, part)) for name, part in parts.items() if np.any(part != 0)]
-        most = max(np.nanmax(abs(part)) for part in parts.values())
+        curves = [(ENERGIES.get(name, name), *motion.broken(t, part)) for name, part in parts.items() if np.any(np.nan_to_num(part) != 0)]
+        most = max(np.nan_to_num(abs(part)).max() for part in parts.values())
         if curves:
             yield "energy" if len(parts) > 1 else "T + V, less that\nof the start", "J", curves, max(STILL * most, STILL)
         if motion.balance:

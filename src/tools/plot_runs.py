@@ -42,7 +42,7 @@ class Runs:
 
     @staticmethod
     def are_in(header):
-        return header[:1] == ["run"] and "t" in header and header[-1] == "reason"
+        return header[:1] == ["run"] and "t" in header[2:] and header[-1] == "reason"
 
 
 def scatter(panel, x, y, colour):
@@ -56,7 +56,7 @@ def scatter(panel, x, y, colour):
 
 def draw_runs(runs, columns, title, wrap, colour):
     paths = runs.paths[:MOST_PATHS]
-    times = np.unique(runs.t)
+    times = np.unique(runs.t[np.isfinite(runs.t)])
     last, whole = runs.t == times[-1], ~np.isnan(runs.q).any(axis=1)
     turns = np.array([wrap and name not in (runs.slides or ()) for name in runs.joints])
     q = runs.q - np.where(turns, 2 * np.pi * np.ceil((runs.q - np.pi) / (2 * np.pi)), 0)

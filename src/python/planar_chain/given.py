@@ -4,6 +4,7 @@ import csv
 import io
 import re
 
+FIRST = 65536  # letters that are looked at before all are read
 STILL = re.compile(r"(publish|sensors)/.*|seed|real_time_factor|command_timeout|integrator/loosest_tolerance|"
                    r"links/[^/]*/joint/(velocity_limit|effort_limit|command_delay|motor/.*)")
 
@@ -31,7 +32,10 @@ def rows_of(path):
     """The rows of a CSV with the number of the line that each ends on; and words on its end where a number may be cut off, or "".
     Raises OSError, UnicodeDecodeError, csv.Error."""
     with open(path, newline="", encoding="utf-8-sig") as file:
-        text = file.read()
+        text = file.read(FIRST)
+        if "\0" in text:  # as of a device without an end
+            raise csv.Error("it has a byte 0")
+        text += file.read()
     reader = csv.reader(io.StringIO(text, newline=""))
     rows = [(reader.line_num, row) for row in reader]
     return rows, "" if text.endswith(("\n", "\r")) or not rows else f"{path}: the last line has no end: its last number may be cut off"
