@@ -373,8 +373,9 @@ class Bags(InFolder):
                              (["one.bag", "broken.yaml"], "broken.yaml is refused:\nline 2: "),
                              (["run.csv"], "run.csv: expected a bag (plot draws a CSV), or a file of rviz"),
                              (["none.rviz"], "none.rviz: expected a bag"), (["view.rviz"], "show: no roscore runs; start a scene first"),
+                             (["one.bag", ""], "show: : expected a scene that can be read, got nothing: No such file or directory"),
                              (["one.bag", "wrong.yaml"], "wrong.yaml is refused:\nline 1: a: expected one of the keys chain")):
-            result = subprocess.run([os.path.join(BIN, "show"), *map(self.path, given)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            result = subprocess.run([os.path.join(BIN, "show"), *(name and self.path(name) for name in given)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                     env={**os.environ, "ROS_MASTER_URI": "http://localhost:1"}, universal_newlines=True, timeout=60,
                                     check=False)
             self.assertEqual((result.returncode, result.stdout), (2, ""), result.stderr)

@@ -68,6 +68,10 @@ class Tools(InFolder):
         self.assert_refused(self.simulate("more", "--duration", "1"), "SCENE: expected one, got more arguments without --\n")
         self.assert_refused(self.run_tool("equations", "--q", "0.1,", "0.2"),
                             "SCENE: expected one, got more arguments without -- (no blank behind a comma: 0.1,0.2)\n")
+        self.assert_refused(self.run_tool("stability", "more"), "expected options alone, got arguments without --\n")
+        for given in (("1e9",), ("0",), ("1", "x"), ("1", "1", "1"), ("99999999999999999999",)):
+            run = subprocess.run([os.path.join(BIN, "batches"), *given], stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True)
+            self.assert_refused(run, "batches [RUNS [PAIRS]]: expected whole numbers from 1 to 1000000\n")
         run = subprocess.run([os.path.join(BIN, "simulate"), "pendulm", "--check"], stderr=subprocess.PIPE, universal_newlines=True)
         self.assertIn("whip (did you mean pendulum?), got neither", run.stderr)
 

@@ -92,9 +92,15 @@ void print(int n, std::size_t runs, const std::array<std::string, 2>& ways, cons
 }  // namespace
 
 int main(int count, char** arguments) {
-  const int runs = count > 1 ? std::atoi(arguments[1]) : 32, pairs = count > 2 ? std::atoi(arguments[2]) : 11;
-  if (runs < 1 || pairs < 1) {
-    std::fprintf(stderr, "batches [RUNS [PAIRS]]\n");
+  // The numbers of the arguments, or 0.
+  const auto number = [&](int place, long absent) {
+    char* end = nullptr;
+    const long given = count > place ? std::strtol(arguments[place], &end, 10) : absent;
+    return static_cast<int>((end && *end != '\0') || given > 1000000 ? 0 : given);
+  };
+  const int runs = number(1, 32), pairs = number(2, 11);
+  if (runs < 1 || pairs < 1 || count > 3) {
+    std::fprintf(stderr, "batches [RUNS [PAIRS]]: expected whole numbers from 1 to 1000000\n");
     return 2;
   }
   const auto many = static_cast<std::size_t>(runs);

@@ -131,7 +131,7 @@ def parse(scenes):
     for option, known in lists.items():
         parser.add_argument("--" + option, metavar="NAMES", default=",".join(known),
                             help="only these of " + ", ".join(known))
-    parser.add_argument("--output", metavar="DIR", required=True, type=pathlib.Path,
+    parser.add_argument("--output", metavar="DIR", required=True,
                         help="folder to write; made if it is not there")
     arguments = parser.parse_args()
     for option, known in lists.items():
@@ -139,12 +139,15 @@ def parse(scenes):
         if not set(names) <= set(known):
             parser.error(f"--{option}: expected some of {', '.join(known)}, got {','.join(names)}")
         setattr(arguments, option, names)
+    folder = pathlib.Path(arguments.output)
     try:
-        arguments.output.mkdir(parents=True, exist_ok=True)
-        if not os.access(arguments.output, os.W_OK):
-            raise PermissionError(f'"{arguments.output}"')
-    except OSError as error:
-        parser.error(f"--output: expected a folder that can be written, got {error}")
+        folder.mkdir(parents=True, exist_ok=True)
+        is_good = arguments.output and os.access(folder, os.W_OK)
+    except OSError:
+        is_good = False
+    if not is_good:
+        parser.error(f"--output: expected a folder that can be written, got {arguments.output or 'nothing'}")
+    arguments.output = folder
     return arguments
 
 

@@ -110,7 +110,8 @@ int run(const Tool& tool, int argc, char** argv) {
     return badInput;
   } catch (const po::too_many_positional_options_error&) {
     const auto endsInComma = [](const std::string& each) { return !each.empty() && each.back() == ','; };
-    std::cerr << "SCENE: expected one, got more arguments without --"
+    std::cerr << (tool.hasScene ? "SCENE: expected one, got more" : "expected options alone, got")
+              << " arguments without --"
               << (std::any_of(argv, argv + argc, endsInComma) ? " (no blank behind a comma: 0.1,0.2)\n"
                                                               : "\n");
     return badInput;

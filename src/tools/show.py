@@ -271,7 +271,7 @@ def show_bag(path, options):
     except NoBag as refused:
         refuse('show: %s' % refused)
     try:
-        if given:
+        if given is not None:
             with open(scene_file(given), encoding='utf-8') as file:
                 scenes = dict.fromkeys(scenes, file.read())
     except (OSError, UnicodeDecodeError) as problem:

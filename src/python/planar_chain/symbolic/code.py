@@ -34,10 +34,14 @@ class ShortNumbers:
 without_powers = create_expand_pow_optimization(4, base_req=lambda base: True)
 
 
+RESERVED = set(("break case catch classdef continue else elseif end for function global if otherwise parfor persistent return spmd switch "
+                "try while").split())  # by MATLAB; a C function's name has more after it
+
+
 def name_from(text):
     """An identifier made from the name of a file."""
     name = re.sub(r"\W", "_", text, flags=re.ASCII)
-    return name if re.match("[A-Za-z]", name) else "chain_" + name
+    return name if re.match("[A-Za-z]", name) and name not in RESERVED else "chain_" + name
 
 
 class Code:
