@@ -161,8 +161,9 @@ struct Cubic {
   double rateAt(double t) const { return c[1] + t * (2 * c[2] + t * 3 * c[3]); }
 };
 
-/// When the first may be due of links that move side by side, with stops at x = 0, from 0 to h.
-double nearestOf(const std::vector<Cubic>& motions, double h, double k, double d) {
+/// When the first may be due of links that move side by side, with stops at x = 0, from 0 to h. lift: what
+/// rounding adds to the first angle after the stops have taken their places.
+double nearestOf(const std::vector<Cubic>& motions, double h, double k, double d, double lift = 0) {
   std::vector<Link> links;
   std::vector<Joint> joints;
   for (std::size_t i = 0; i < motions.size(); ++i) {
@@ -187,8 +188,10 @@ double nearestOf(const std::vector<Cubic>& motions, double h, double k, double d
     }
     return y;
   };
-  const Eigen::VectorXd y = at(0), next = at(h);
+  Eigen::VectorXd y = at(0);
+  const Eigen::VectorXd next = at(h);
   stops.enterState(0, y.data());
+  y[0] += lift;
   return stops.nearest({0, h, y, next});
 }
 
@@ -226,6 +229,15 @@ TEST(Stop, IsLookedForWhereItPushesToo) {
   // −0.01 on, is where 3 t² + 5.4 t = 0.53.
   const Cubic leaving{{0.06, -0.07, 1.5 * h, -1}};
   EXPECT_NEAR(nearestOf({leaving}, h, 1, 1), (std::sqrt(5.4 * 5.4 + 12 * 0.53) - 5.4) / 6, 1e-13);
+}
+
+TEST(Stop, IsLookedForWhereRoundingHasMadeItDue) {
+  constexpr double h = 0.2, b = 3, hair = 1e-17;
+  EXPECT_NEAR(nearestOf({arch(0, b, h)}, h, 1, 0, hair), h / 2, 1e-15) << "hit, and left";
+  const Cubic dip{{0, -b * h, b, 0}};
+  const Cubic lifted{{hair, -b * h, b, 0}};
+  EXPECT_NEAR(nearestOf({lifted}, h, 1, 0, -2 * hair), h / 2, 1e-15) << "left, and hit again";
+  EXPECT_EQ(nearestOf({dip}, h, 1, 0, hair), -1) << "left, and back";
 }
 
 TEST(Stop, OfManyIsSeenByEveryMethod) {

@@ -128,7 +128,7 @@ class Stops : public Effect, public Switching {
       const double x0 = stop.depth(y.data()), x1 = stop.depth(next.data());
       const double v0 = stop.speed(y.data() + n_) * h, v1 = stop.speed(next.data() + n_) * h;
       // A cubic stays below its Bézier points, and most joints are far from their stops.
-      const bool isNear = mayPass(std::max(x0, x1), std::max(x0 + v0 / 3, x1 - v1 / 3), 0);
+      const bool isNear = x0 > 0 || mayPass(std::max(x0, x1), std::max(x0 + v0 / 3, x1 - v1 / 3), 0);
       if (stop.place == Place::free && !isNear) continue;
       // through both ends: x = x0 + v0 s + b s² + c s³, and x + lag ẋ
       const double b = 3 * (x1 - x0) - 2 * v0 - v1, c = v0 + v1 - 2 * (x1 - x0);
@@ -137,20 +137,22 @@ class Stops : public Effect, public Switching {
       const std::array<double, 4> push{x0 + lag * v0, v0 + 2 * lag * b, b + 3 * lag * c, c};
       const double noise = stop.rounding(y.data());
       const double pushNoise = noise * (1 + 5 * lag);
-      // as in due(): so both ends are not above 0
+      // So both ends are not above 0: as in due(). Rounding since change() may have lifted the first one.
       const double allowed =
           std::max(stop.noise(y.data(), y.data() + n_), stop.noise(next.data(), next.data() + n_));
-      const auto less = [allowed](std::array<double, 4> g) {
-        g[0] -= allowed;
+      const auto less = [](std::array<double, 4> g, double by) {
+        g[0] -= std::max(by, g[0]);
         return g;
       };
-      if (stop.place == Place::free) first = std::min(first, passing(depth, noise));
-      if (stop.place == Place::pushing) first = std::min(first, passing(less(-push), pushNoise));
+      if (stop.place == Place::free) first = std::min(first, passing(less(depth, 0), noise));
+      if (stop.place == Place::pushing) first = std::min(first, passing(less(-push, allowed), pushNoise));
       if (stop.place == Place::parted)
-        first = std::min({first, passing(-depth, noise), passing(less(push), pushNoise)});
+        first = std::min({first, passing(less(-depth, 0), noise), passing(less(push, allowed), pushNoise)});
     }
     return first < 1 ? first * h : -1;
   }
+  /// A joint shakes on a spring, or beside others that are hit.
+  bool mayHide() const override { return true; }
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
     if (!of.course) return {};
     ode::Crossing first;
