@@ -92,12 +92,13 @@ Growth growthOf(const Scene& scene, const Result& exact, double fine, unsigned s
   return growth;
 }
 
-/// Compares every method with `exact`. most: how far angles may be off, in tolerance · growth.
+/// Compares methods with `exact`. most: how far angles may be off, in tolerance · growth.
 void expectTheSame(Scene scene, const Result& exact, const Growth& growth, double tolerance,
-                   bool hasRateTolerance, double most, bool conserves) {
+                   bool hasRateTolerance, double most, bool conserves,
+                   const std::vector<std::string>& methods = ode::methodNames()) {
   if (hasRateTolerance) scene.integrator.rateTolerance = tolerance;
   const double allowed = most * tolerance;
-  for (const std::string& method : ode::methodNames()) {
+  for (const std::string& method : methods) {
     if (ode::hasFixedStep(method)) continue;
     SCOPED_TRACE(method + " to " + std::to_string(tolerance) + (hasRateTolerance ? ", rates too" : ""));
     const Result found = after(scene, method, tolerance);
@@ -130,6 +131,8 @@ bool compare(unsigned seed, bool conserves) {
     expectTheSame(scene, exact, growth, tolerance, true, t, conserves);
     expectTheSame(scene, exact, growth, tolerance, false, 4, conserves);
   }
+  // The errors of radau13 are 1e-5 of the tolerance here. A landing may add 1e-4 of what a step may.
+  expectTheSame(scene, exact, growth, 1e-6, false, 2e-4, conserves, {"radau13"});
   return true;
 }
 
