@@ -3,6 +3,7 @@
 
     tool_faults_test.py BIN [unittest options]        BIN: the folder that holds the tools
 """
+import math
 import os
 import signal
 import subprocess
@@ -10,11 +11,11 @@ import unittest
 
 import genpy
 import rosbag
-from planar_chain.msg import CommandTaken, JointTorque, SimStatus
+from planar_chain.msg import CommandTaken, JointTorque, LinkStates, SimStatus
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from plot_tool import BIN, SCENE, PlotTool
+from plot_tool import BIN, JOINTS, SCENE, PlotTool
 
 MARK = "mark_me"
 FIT = "fit", SCENE, "--vary", "links/hand/mass", "--data"
@@ -26,8 +27,8 @@ def there(*tools):
 
 
 class Faults(PlotTool):
-    def bag(self, name, *entries, joint="pin"):
-        states = [JointState(name=[joint], position=[0.0], velocity=[0.0]) for _ in range(2)]
+    def bag(self, name, *entries, joints=("pin",)):
+        states = [JointState(name=joints, position=[0.0] * len(joints), velocity=[0.0] * len(joints)) for _ in range(2)]
         states[1].header.stamp = genpy.Time(1)
         with rosbag.Bag(self.path(name), "w") as file:
             for k, (each, what) in enumerate((*(("/joint_states", state) for state in states), ("/planar_chain/status", SimStatus()), *entries)):
@@ -70,9 +71,18 @@ class Faults(PlotTool):
 
     def test_a_damaged_message_is_said(self):
         command = CommandTaken(number=1, kind=CommandTaken.JOINT_TORQUE, joint_torque=[JointTorque(joint=MARK)])
-        for bag, tools in ((self.damaged("state.bag", joint=MARK), (("plot",), FIT)),
+        for bag, tools in ((self.damaged("state.bag", joints=(MARK,)), (("plot",), FIT)),
                            (self.damaged("command.bag", ("/planar_chain/commands_taken", command)), (("plot",), FIT, REPLAY))):
             self.assert_all_refuse(bag, tools, r"expected a bag that can be read, got a damaged one \(.*\)")
+
+    def test_messages_without_what_they_need(self):
+        for command in (CommandTaken(number=1, kind=255), CommandTaken(number=1, kind=CommandTaken.LINK_FORCE),
+                        CommandTaken(number=1, scene_time=math.inf, joint_torques=[0, 0, 0])):
+            self.assert_all_refuse(self.bag("bare.bag", ("/planar_chain/commands_taken", command), joints=JOINTS), (FIT, REPLAY),
+                                   f"expected commands with what their kind needs, got number 1 of kind {command.kind}")
+        bag = self.bag("states.bag", ("/planar_chain/link_states", LinkStates()), ("/planar_chain/status", SimStatus(scene_time=math.inf)))
+        run = self.run_tool("plot", bag)
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
 
     def test_a_damaged_definition_is_said(self):
         for tools, topic, was, is_now in (

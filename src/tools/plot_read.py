@@ -130,7 +130,7 @@ def events_of(stamps, statuses, taken):
     # before. A settle shifts the time by one tick.
     ticks = [(message.tick, name) for message in taken for name in ("RESET", "SET_STATE", "SETTLE") if message.kind == getattr(message, name)]
     if not taken:
-        ticks = [(start, "RESET") for before, status in zip(statuses, statuses[1:]) if status.scene_time > 0
+        ticks = [(start, "RESET") for before, status in zip(statuses, statuses[1:]) if 0 < status.scene_time < 2 ** 32
                  for start in [status.tick - round(status.scene_time / period)] if start > before.tick]
     # Its state: a status says when its tick was.
     known = [(status.tick, k) for status in statuses for k in [np.argmin(abs(stamps - status.tick_stamp.to_sec()))]
@@ -187,7 +187,8 @@ def read_bag(path, node):
         try:
             motion.slides = slides_of(read_chain("/dev/stdin", scenes[0].data))
         except NoChain as problem:
-            raise Refused(f"{path}: the scene is refused:\n" + str(problem).replace("/dev/stdin:", "line ")) from problem
+            raise Refused(f"{path}: the scene is refused:\n" + str(problem).replace("/dev/stdin: ", "").replace("/dev/stdin:", "line ")) from problem
+    links = [message for message in links if message.pose]
     if links:
         poses = np.array([(pose.x, pose.y, pose.theta) for pose in (message.pose[0] for message in links)])
         motion.first = np.column_stack([np.interp(motion.t, since_start(links), column) for column in poses.T])

@@ -47,7 +47,7 @@ def urdf_of(simulate, scene, node, is_long):
         run = subprocess.run([simulate, file, '--duration', '1e-9', '--write-urdf', urdf, '--node', node],
                              stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, universal_newlines=True, check=False)
         if run.returncode != 0:
-            raise ValueError(run.stderr.strip().replace(file + ':', 'line '))
+            raise ValueError(run.stderr.strip().replace(file + ': ', '').replace(file + ':', 'line '))
         with open(urdf, encoding='utf-8') as text:
             return ground_of(text.read()) if is_long else text.read()
 

@@ -8,6 +8,7 @@ from .commands import commanded
 from .recordings import BadFit, Recording, require_stamps, sampled_torque
 from .unread import opened, topics_of
 
+FIELDS = "JOINT_TORQUE", "LINK_FORCE", "JOINT_TRAJECTORY", "BASE_TRAJECTORY"  # kinds of commands with one entry in the field of that name
 JUMPS = ("RESET", "SET_STATE", "SETTLE")  # of the state
 
 
@@ -73,6 +74,8 @@ def ticks_of(path, stamps, statuses):
     for (k, tick), (after, tick_after) in zip(anchors, anchors[1:]):
         if tick_after - tick != after - k:  # messages were lost
             steps[k:after] = np.round(np.diff(stamps[k:after + 1]) / period)
+            if tick_after <= tick:
+                raise BadFit(f"{path}: expected ticks of its status that do not go back, got {tick_after} after {tick}")
             if steps[k:after].sum() != tick_after - tick:
                 raise BadFit(f"{path}: expected {tick_after - tick} states from tick {tick} on, got {after - k}")
     ticks = np.concatenate([[0], np.cumsum(steps)])
@@ -108,8 +111,8 @@ def pieces_of(path, stamps, statuses, taken):
 
 
 def kind_of(message):
-    return next(name for name in ("JOINT_TORQUES", "JOINT_TORQUE", "LINK_FORCE", "CLEAR_COMMANDS", "SET_STATE", "STEP", "RESET",
-                                  "SETTLE", "JOINT_TRAJECTORY", "BASE_TRAJECTORY", "TOLERANCE") if getattr(message, name) == message.kind)
+    return next((name for name in ("JOINT_TORQUES", *FIELDS, "CLEAR_COMMANDS", "SET_STATE", "STEP", "RESET", "SETTLE", "TOLERANCE")
+                 if getattr(message, name) == message.kind), "")
 
 
 def require_all(path, taken):
@@ -119,3 +122,6 @@ def require_all(path, taken):
                 kind_of(message) == "RESET" and message.number == expected + 1)
             raise BadFit(f"{path}: expected every command that the node took since its start, got number {message.number} "
                          f"where {expected} is due{changed}")
+        kind = kind_of(message)
+        if not kind or not np.isfinite(message.scene_time) or any(len(getattr(message, name.lower())) != (name == kind) for name in FIELDS):
+            raise BadFit(f"{path}: expected commands with what their kind needs, got number {expected} of kind {message.kind}")

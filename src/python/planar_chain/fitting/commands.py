@@ -22,6 +22,8 @@ def commanded(name, scene, joints, taken, since):
             acting = [(place, action, start, min(stop, t)) for place, action, start, stop in acting + in_turn(held)]
             held = []
         elif message.kind in (message.JOINT_TORQUES, message.STEP):
+            if len(message.joint_torques) not in (len(joints), 0 if message.kind == message.STEP else len(joints)):
+                raise BadFit(f"{name}: expected {len(joints)} joint_torques of a command, got {len(message.joint_torques)} at {t:g} s")
             held += [(("joint", joint), {"torque": torque}, t, t + timeout) for joint, torque in zip(joints, message.joint_torques)]
         elif message.kind in (message.JOINT_TORQUE, message.LINK_FORCE):
             command, place, action = of_one(message)
