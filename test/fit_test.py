@@ -20,12 +20,17 @@ except ImportError as missing:
 
 import fit_statistics
 from planar_chain import BadFit, Recording, Scene, fit, simulate_many
+from planar_chain.fitting.deviations import correlation_time
 from planar_chain.fitting.yaml_edit import with_numbers
 
 ROD = {"mass": 1.0, "inertia": 1 / 12, "com": [0.5, 0.0], "pin": [1.0, 0.0]}
 PENDULUM = Scene({"chain": ["rod"], "links": {"rod": {**ROD, "joint": {"damping": 0.1}}}})
 TIMES = np.arange(0, 2.0001, 0.01)  # s
 DOUBLE = fit_statistics.SCENE
+VIBRATING = Scene({"chain": ["rod"], "links": {"rod": {  # at 88 Hz
+    "mass": 0.33, "inertia": 0.0024, "com": [0.18, 0.0], "pin": [0.43, 0.0],
+    "joint": {"friction": 2.84, "stiffness": 3920.0, "rest_angle": 1.2, "drag": 0.39}}}})
+DRAG, FRICTION = "links/rod/joint/drag", "links/rod/joint/friction"
 MASS, COM, DAMPING = "links/lower/mass", "links/lower/com/0", "links/lower/joint/damping"
 
 
@@ -86,6 +91,21 @@ class Numbers(unittest.TestCase):
         self.assertAlmostEqual(found(result)["links/rod/com/0"].value, 0.5, delta=1e-6)
         self.assertAlmostEqual(found(result)["links/rod/joint/damping"].value, 0.1, delta=1e-6)
 
+    def test_vibrations_faster_than_the_first_window(self):
+        data = [{**motion(VIBRATING, [start, 2.3]), "qd": None} for start in (0.05, 0.4)]
+        result = fit(VIBRATING, data, {DRAG: 0.51, FRICTION: 3.7})
+        self.assertEqual((result.bad, result.reason), ("", ""))
+        self.assertAlmostEqual(found(result)[DRAG].value, 0.39, delta=1e-6)
+        self.assertAlmostEqual(found(result)[FRICTION].value, 2.84, delta=1e-5)
+
+    def test_stops_that_are_hit_within_the_first_window(self):
+        stops = Scene({"chain": ["rod"], "links": {"rod": {"mass": 0.612, "inertia": 0.0232, "com": [0.243, -0.01], "pin": [0.572, 0.0],
+                                                           "joint": {"damping": 0.86, "lower": -0.558, "upper": 0.551, "drag": 0.0042}}}})
+        data = [{**noisy(motion(stops, [start, -0.44]), 7, 1e-4), "qd": None} for start in (-1.27, -1.5)]  # they start beyond a stop
+        result = fit(stops, data, {"links/rod/joint/damping": 0.67})
+        self.assertEqual(result.bad, "")
+        self.assertAlmostEqual(found(result)["links/rod/joint/damping"].value, 0.86, delta=5e-4)
+
     def test_deviations_hold(self):
         # Of 120 ratios 95.4 % should be within 2; less than 88 % or a spread off by a fifth has a chance below 1e-3.
         ratios = fit_statistics.ratios(30, 4)
@@ -130,6 +150,7 @@ class Numbers(unittest.TestCase):
         result = fit(PENDULUM, noisy(motion(drag, [-0.5, 0.0]), 2, 1e-4), ["links/rod/com/0"])
         self.assertGreater(result.correlation_time, 5)
         self.assertEqual(fit(PENDULUM, noisy(motion(PENDULUM, [-0.5, 0.0]), 2), ["links/rod/com/0"]).correlation_time, 1)
+        self.assertGreater(correlation_time([np.exp(-k / 50) * (-1) ** k for k in [np.arange(200)]]), 5)  # signs do not count
 
     def test_predictions_of_what_was_not_seen(self):
         unseen = noisy(motion(DOUBLE, fit_statistics.STARTS[1]), 2)
@@ -225,6 +246,17 @@ class Words(unittest.TestCase):
             self.assertRegex(result.bad, "of its motion|a tenth of the data")
             self.assertIn(words, result.warnings[0])
         self.assertEqual(fit(scene, good, [MASS, DAMPING]).bad, "")
+
+    def test_errors_that_are_no_noise_where_samples_hide_vibrations(self):
+        for start in (0.05, 0.4):
+            data = noisy(motion(VIBRATING, [start, 2.3]), 1, 1e-5)
+            self.assertEqual(fit(VIBRATING, data, {DRAG: 0.37}).bad, "")
+            result = fit(VIBRATING.with_values({FRICTION: 2.6}), data, {DRAG: 0.37})  # errors of a hundredth of the motion
+            self.assertRegex(result.bad, "^recording 1 has too few samples for its vibrations, and the errors are no noise")
+        often = noisy(motion(VIBRATING, [start, 2.3], np.arange(0, 2, 0.001)), 1, 1e-5)
+        result = fit(VIBRATING.with_values({FRICTION: 2.6}), often, {DRAG: 0.37})
+        self.assertEqual(result.bad, "")
+        self.assertGreater(found(result)[DRAG].deviation, 1e-3)  # with these errors as outliers of the rest after them 3.5e-5
 
     def test_a_command_that_was_left_out(self):
         push = {"joint": "upper_joint", "torque": 12.0, "start": 2.4, "stop": 4.4}

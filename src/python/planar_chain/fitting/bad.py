@@ -44,6 +44,15 @@ def badness(recordings, joints, errors, samples):
     return worst[1]
 
 
+def sparse(problem, solution):
+    """A sentence on a recording with too few samples, or ""."""
+    for r, (recording, places) in enumerate(zip(problem.recordings, solution.samples)):
+        if problem.is_sparse(solution.x, r, places):
+            return (f"{recording.name} has too few samples for its vibrations, and the errors are no noise: other numbers may fit better, "
+                    "and the deviations mean nothing")
+    return ""
+
+
 def mistakes(solver, scene, problem, states):
     """Sentences on what was likely done wrong. solver(problem, states, until): the error of a fit of the first seconds, rad."""
     said = []

@@ -5,7 +5,8 @@ With ψ the derivative of the loss, J the Jacobian over the noise, N residuals a
     (Σ ψ²/(N − m)) / (mean ψ')² · τ (Jᵀ J)⁻¹
 
 τ is 1 for residuals that are independent. If the residuals correlate from sample to sample, as those of a model that lacks something
-do, N samples tell no more than N/τ: τ = 1 + 2 Σ ρ_k, ρ_k the correlation of residuals k samples apart."""
+do, N samples tell no more than N/τ: τ = 1 + 2 Σ |ρ_k|, ρ_k the correlation of ψ k samples apart. Its sign does not count, as what a
+vibration leaves meets a Jacobian that vibrates too. If residuals are not noise, large ones are no outliers: ψ is then the residual."""
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from .solve import FAILED, LEAST_NOISE, LOSS, NARROW, STEEPEST, until_steep
 from .varied import NOT_ZERO
 
 TINY = 1e-3  # of its scale: relative deviations of smaller numbers are in scales
-UNLIKELY = 4.0  # deviations: a correlation of neighbours within them counts as none
+UNLIKELY, LAGS = 4.0, 10  # deviations: a correlation within them counts as none; samples apart
 NOT_TOLD = 0.5  # a direction whose relative deviation is above it
 WIDTH, STEEP = 3e-6, 500.0  # of the differences of a Jacobian whose largest entry is STEEP, rad. A steeper one, of a chaotic motion,
 # has narrower ones
@@ -21,29 +22,36 @@ ROUNDED = (np.finfo(float).eps / LEAST_NOISE) ** 2  # the square of a residual t
 DOUBT = 3.0  # a singular value below so many errors of the Jacobian is none
 
 
-def correlation_time(series):
-    """τ of residuals, from a list of arrays: one for each recording and joint."""
+def correlation(series, lag):
+    """Of values so many samples apart, in a list of arrays; 0 within what those of noise may have."""
     series = [values - values.mean() for values in series if len(values) > 20]
     power = sum(np.sum(values ** 2) for values in series)
-    count = sum(map(len, series))
-    if not series or power == 0:
-        return 1.0
+    if power == 0:
+        return 0.0
+    found = sum(np.sum(values[lag:] * values[:-lag]) for values in series) / power
+    return found if abs(found) > UNLIKELY / np.sqrt(sum(map(len, series))) else 0.0
 
-    def correlation(lag):
-        return sum(np.sum(values[lag:] * values[:-lag]) for values in series if len(values) > lag) / power
 
-    if abs(correlation(1)) < UNLIKELY / np.sqrt(count):
-        return 1.0
-    tau, longest = 1.0, max(map(len, series)) // 2
-    for lag in range(1, longest):
-        tau += 2 * correlation(lag)
+def correlation_time(series):
+    """τ, from a list of arrays: one for each recording and joint."""
+    tau = 1.0
+    for lag in range(1, max(map(len, series), default=0) // 2):
+        tau += 2 * abs(correlation(series, lag))
         if lag > 5 * tau:  # Sokal's window
             break
-    return max(tau, 1.0)
+    return tau
+
+
+def are_noise(series):
+    """Whether no residuals over the noise tell the signs or the sizes of the next ones; outliers may stand alone."""
+    sizes = [np.log1p(abs(values)) for values in series]
+    signed = [np.copysign(size, values) for size, values in zip(sizes, series)]
+    return not any(correlation(one, lag) for one in (signed, sizes) for lag in range(1, LAGS))
 
 
 class Deviations:
-    """Of the solution of a problem. covariance: of all unknowns x. tau: as above. relative: of each singular direction."""
+    """Of the solution of a problem. covariance: of all unknowns x. tau: as above. are_noise: if its residuals are. relative: of each
+    singular direction."""
 
     def __init__(self, problem, solution, samples, prior):
         self.problem, self.numbers = problem, problem.numbers
@@ -55,10 +63,11 @@ class Deviations:
         residuals = np.nan_to_num(problem.residuals(solution.x, samples), nan=FAILED) * weights
         width = WIDTH * STEEP / steepest
         jacobian, other = (problem.jacobian(solution.x, samples, step) * weights[:, None] for step in (width, 2 * width))
-        z = (residuals / LOSS) ** 2
+        self.are_noise = are_noise(series_of(problem, residuals, samples))
+        z = (residuals / LOSS) ** 2 if self.are_noise else np.zeros(len(residuals))  # what is systematic is no outlier
         slope = np.mean((1 + z) ** -1.5)
         free = max(len(residuals) - problem.size, 1)
-        self.tau = correlation_time(series_of(problem, residuals, samples))
+        self.tau = correlation_time(series_of(problem, residuals / np.sqrt(1 + z), samples))
         self.spread = np.sqrt(max(np.sum(residuals ** 2 / (1 + z)), ROUNDED) / free) / slope * np.sqrt(self.tau)
         self.scales = np.array([number.scale for number in self.numbers])
         many = len(self.numbers)

@@ -8,7 +8,7 @@ import numpy as np
 
 from planar_chain import Scene
 
-from .bad import TRIAL, badness, mistakes
+from .bad import TRIAL, badness, mistakes, sparse
 from .bags import read_bag
 from .deviations import Deviations
 from .hints import hints
@@ -74,13 +74,15 @@ class Fit:
         self.not_told = not_told(deviations, scene.to_dict())
         self.recordings, self.angles = problem.recordings, problem.angles(solution.x, samples_of(problem.recordings, np.inf))
         parts = [problem.parts(solution.x, r) for r in range(len(self.recordings))]
-        self.states = [problem.start(solution.x, r) for r in range(len(self.recordings))]
+        self.states = [problem.states(solution.x, r, [0])[0] for r in range(len(self.recordings))]
         self.offsets, self.delays = ([part[k] for part in parts] for k in (2, 3))
         self.errors = [(recording.name, error_of(angles[places], recording.q[places])) for recording, angles, places in
                        zip(self.recordings, self.angles, samples)]
         self.until = [float(recording.t[places[-1]]) for recording, places in zip(self.recordings, samples)]
         self.warnings = [f"{found.path} ran to its bound {getattr(found, found.at_bound):g}" for found in self.numbers if found.at_bound]
         self.bad = badness(self.recordings, self.joints, problem.errors(solution.x, samples), samples)
+        if not deviations.are_noise and max(error.max() for _, error in self.errors) > problem.errors_of_runs:
+            self.bad = self.bad or sparse(problem, solution)
         if not self.interrupted:
             self.warnings += hints(problem, solution) + lost(self.recordings, samples)
         self.predictions = []

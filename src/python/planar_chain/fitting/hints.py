@@ -11,7 +11,7 @@ import numpy as np
 from planar_chain import Scene, simulate_many
 
 from .varied import AT_BOUND, NOT_ZERO, value_at
-from .problem import TOLERANCE, joint_links
+from .problem import joint_links
 
 SHARE, SHARE_OF_TWO = 0.25, 0.5  # of the residuals' squares that a hint explains at least; that two shapes do
 OWN = 1e-3  # the part of a change that no unknown can do; less is an error of the differences
@@ -25,14 +25,12 @@ SHAPES = {  # the torque along a motion; the key of a joint that gives it, and w
     "q̇ |q̇|": (lambda q, qd: -qd * abs(qd), "drag", "drag"),
     "q̇": (lambda q, qd: -qd, "damping", "damping"),
 }
-OF_THE_RUNS = 100  # residuals below so many tolerances of the runs are errors of integration
 MOST_RECORDINGS, MOST_JOINTS, MOST_TIMES = 4, 6, 400
 
 
 def hints(problem, solution):
     """A list of sentences: the strongest of each joint, and what explains nearly as much."""
-    longest = max(recording.duration for recording in problem.recordings)
-    if max(solution.noise) < OF_THE_RUNS * TOLERANCE * longest:
+    if max(solution.noise) < problem.errors_of_runs:
         return []
     few = [places[::-(-len(places) // MOST_TIMES)] if r < MOST_RECORDINGS else places[:0] for r, places in enumerate(solution.samples)]
     used = [r for r, places in enumerate(few) if len(places)]

@@ -11,7 +11,9 @@ from planar_chain import Scene, simulate_many
 from .recordings import BadFit, moved_load, moved_scene
 
 TOLERANCE, EXACT = 1e-9, 1e-13  # of the runs, rad per second: of a fit; where small singular values of a Jacobian count
+OF_THE_RUNS = 100  # residuals below so many tolerances of the runs are errors of integration
 DIFFERENCE, DELAY_DIFFERENCE = 1e-5, 1e-4  # of an unknown for its column, relative; of a delay, s
+HIDDEN = 0.3  # of the motion: with 3.5 samples a period so much of it is not seen, and many numbers are the best of their neighbours
 FEW = 8  # runs of a batch that take less time than to start threads
 CLOSE = 8e-3  # s: between such times angles are interpolated, where a step would have to end at each time
 
@@ -32,6 +34,7 @@ class Problem:
         self.runs = 0  # simulated so far
         self.is_plain = is_plain(self.values)
         self.reason = ""  # of the last run that failed
+        self.errors_of_runs = OF_THE_RUNS * TOLERANCE * max(recording.duration for recording in recordings)  # rad or m
         self._scenes = {}
 
     # ---- Unknowns ------------------------------------------------------------------------------
@@ -120,11 +123,19 @@ class Problem:
             return times
         return np.linspace(0.0, times[-1], int(np.ceil(times[-1] / CLOSE)) + 1)
 
-    def start(self, x, r):
-        """The initial state of recording r: that from which the run goes, which closes a closed chain."""
+    def states(self, x, r, places):
+        """The states of recording r at these samples. The first is that from which the run goes, which closes a closed chain."""
         values, state, _, delay = self.parts(x, r)
         parameters = {number.path: [value] for number, value in zip(self.numbers, values)}
-        return simulate_many(self.scene_of(r, delay), [0.0], initial=[state], parameters=parameters).states[0, 0]
+        times = np.round(self.recordings[r].t[places], 12)
+        return simulate_many(self.scene_of(r, delay), times, initial=[state], parameters=parameters).states[0]
+
+    def is_sparse(self, x, r, places):
+        """Whether these samples of recording r hide much of the motion between them: where they do not, angles change by nearly the mean
+        of the rates at both ends, times the time."""
+        angles, rates = np.hsplit(self.states(x, r, places), 2)
+        change, time = np.diff(angles, axis=0), np.diff(self.recordings[r].t[places])[:, None]
+        return np.linalg.norm(change - time * (rates[1:] + rates[:-1]) / 2) > HIDDEN * np.linalg.norm(change)
 
     def angles(self, x, samples):
         """The angles that encoders would have shown, for each recording."""

@@ -14,6 +14,7 @@ LEAST_NOISE, LEAST_SHARE = 1e-9, 1e-3  # rad, and of the noise of all joints: no
 FIRST_NOISE = 1e-3  # rad: s_j before the first residuals
 FAILED = 100.0  # rad: a residual of a run that failed; no residual counts more
 EARLY_SAMPLES, EARLY_CALLS, LAST_CALLS = 150, 15, 100  # times of a recording in an early window; evaluations
+SHORTEST = 5  # samples of the first of the shorter windows, each twice as long as the last, that a search which does not end begins with
 EARLY_PRECISION, PRECISION = 1e-3, 1e-9
 STALLED, GAIN = 25, 1e-3  # evaluations that together lower the loss by less than this part of it: the best so far is the minimum
 CALIBRATIONS = 6
@@ -118,14 +119,32 @@ class Solver:
             problem.require_runs(solution.x, samples_of(problem.recordings, (ends + [until])[0], EARLY_SAMPLES))
             reach = np.inf
             for end in ends:
-                samples = samples_of(problem.recordings, np.minimum(end, 2 * reach), EARLY_SAMPLES)
+                start, samples = solution.x, samples_of(problem.recordings, np.minimum(end, 2 * reach), EARLY_SAMPLES)
                 self.stage(end, samples, EARLY_CALLS, EARLY_PRECISION, PRIOR)
+                if end == ends[0] and (solution.reason or any(
+                        problem.is_sparse(solution.x, r, np.arange(places[-1] + 1)) for r, places in enumerate(samples))):
+                    self.from_shorter_windows(start, end, samples)
                 reach = self.followed(samples)
             self.whole(until, 2 * reach)
         except KeyboardInterrupt:
             solution.interrupted, solution.reason = True, "interrupted"
         solution.calls = self.calls
         return solution
+
+    def from_shorter_windows(self, x, end, samples):
+        """The first window once more, after shorter ones from x. It leads to the right valley where a motion vibrates within it."""
+        def error():
+            return np.mean(abs(np.nan_to_num(self.problem.residuals(self.solution.x, samples), nan=FAILED)))
+        recordings, solution = self.problem.recordings, self.solution
+        before, least = solution.x, error()
+        solution.x, count = x, SHORTEST
+        while count < max(map(len, samples)):
+            ends = [min(recording.t[min(count, len(recording)) - 1], end) for recording in recordings]
+            self.stage(max(ends), samples_of(recordings, ends), EARLY_CALLS, EARLY_PRECISION, PRIOR)
+            count *= 2
+        self.stage(end, samples, EARLY_CALLS, EARLY_PRECISION, PRIOR)
+        if error() > least:
+            solution.x = before
 
     def first_error(self):
         """The root mean square error after a fit of the first window, rad; infinite if it does not run."""
