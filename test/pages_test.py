@@ -338,6 +338,16 @@ class Pages(InFolder):
                                     or re.search(r'^\|[^|]*`%s%s`' % (group, key), page, re.MULTILINE))
         self.assertGreaterEqual(count, 40)
 
+    def test_every_key_of_a_joint_has_its_unit_in_plots_and_its_place_in_formulas(self):
+        scene = 'chain: [a]\nlinks: {a: {mass: 1, inertia: 1, com: [0, 0], pin: [1, 0], joint: {%s}}}\n'
+        keys = set(self.keys_refused_at('links/a/joint/unknown', scene % 'unknown: 1'))
+        of_motors = set(self.keys_refused_at('links/a/joint/motor/unknown', scene % 'motor: {unknown: 1}'))
+        words = {'name', 'type', 'drive', 'motor'}  # no numbers
+        self.assertLess(words, keys)
+        for path, needed in (('src/tools/plot_runs.py', (keys - words) | of_motors),
+                             ('src/python/planar_chain/symbolic/chain.py', keys)):
+            self.assertEqual(needed - set(re.findall(r'"(\w+)"', text_of(os.path.join(ROOT, path)))), set(), path)
+
     def test_every_argument_of_the_launch_file_has_its_place(self):
         page = text_of(os.path.join(ROOT, 'src/tools/README.md'))
         launch = xml.etree.ElementTree.parse(os.path.join(ROOT, 'launch/sim.launch'))

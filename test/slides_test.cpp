@@ -5,12 +5,15 @@
 ///     inclined rail     a chain at right angles to it keeps its angles, s̈ = −g sin β
 ///     everything else   q̈ and A agree with kane.h, and the energy balance closes
 
+#include "model/slides.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "effects/effect_kind.h"
 #include "known_motion.h"
 #include "planar_chain/kane.h"
 #include "planar_chain/linear_model.h"
@@ -108,6 +111,17 @@ Scene cartPole(const std::string& more = "") {
       "chain: [cart, pole]\nlinks:\n  cart: {mass: 1.3, joint: {type: prismatic, axis: [1, 0]}}\n  pole: "
       "{mass: 0.4, inertia: 0, com: [0.7, 0], pin: [0.7, 0], initial: {angle: -1.5707963267948966}}\n" +
       more);
+}
+
+/// The keys of every kind; a key of one's own, too.
+TEST(Slides, HaveUnitsOfTheirOwn) {
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) {
+      const std::string words = inUnitsOfSlide(key.range.which);
+      EXPECT_EQ(words.find("rad"), std::string::npos) << key.name << ": " << words;
+      EXPECT_EQ(words.find("N m"), std::string::npos) << key.name << ": " << words;
+    }
+  }
 }
 
 TEST(CartAndPole, HasTheFrequencyOfBothMasses) {

@@ -15,7 +15,7 @@ UNITS = {
     "rest_angle": "rad", "lower": "rad", "upper": "rad", "phase": "rad", "velocity": "rad/s", "velocity_limit": "rad/s",
     "damping": "N m s/rad", "stop_damping": "N m s/rad", "stiffness": "N m/rad", "stop_stiffness": "N m/rad", "torque": "N m",
     "friction": "N m", "breakaway": "N m", "drag": "N m s²/rad²", "effort_limit": "N m", "moment": "N m", "force": "N",
-    "gravity": "m/s²",
+    "no_load_speed": "rad/s", "time_constant": "s", "command_delay": "s", "gravity": "m/s²",
     "frequency": "Hz", "start": "s", "stop": "s", "times": "s", "step": "s", "drive/amplitude": "rad", "drive/offset": "rad",
     "drive/values": "rad", "x/amplitude": "m", "x/offset": "m", "x/values": "m", "y/amplitude": "m", "y/offset": "m",
     "y/values": "m", "angle/amplitude": "rad", "angle/offset": "rad", "angle/values": "rad"}
