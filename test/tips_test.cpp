@@ -277,17 +277,25 @@ TEST(FourBar, IsHeldByABreakawayTorqueWhereItFirstStops) {
 class Engine {
  public:
   static constexpr double r = 0.06, l = 0.2;
-  static std::string scene(const std::string& rubbing, const std::string& method) {
+  /// Before its dead centre, and turning fast.
+  static std::string running(const std::string& rubbing, const std::string& method) {
+    return scene(rubbing, method, "position: 0.25", "angle: 2.9", "angle: 1, velocity: -30");
+  }
+  /// At rest in its dead centre, with a moment on the crank.
+  static std::string waiting(const std::string& rubbing, const std::string& method) {
+    return scene(rubbing, method, "position: 0.14", "angle: 3.141592653589793", "angle: -3.141592653589793") +
+           "loads: {push: {link: crank, moment: 0.5, start: 0.1}}\n";
+  }
+  static std::string scene(const std::string& rubbing, const std::string& method, const std::string& piston,
+                           const std::string& arm, const std::string& wheel) {
     return "chain: [piston, rod, crank]\ntip: {pin: [0, 0]}\ngravity: [0, 0]\nintegrator: {method: " +
            method +
            ", tolerance: 1e-9}\nlinks:\n  piston: {mass: 0.5, pin: [0, 0], joint: {type: prismatic, axis: "
            "[1, 0], " +
-           rubbing +
-           "}, initial: {position: 0.25}}\n  rod: {mass: 0.3, inertia: 0.001, com: [0.1, 0], pin: [0.2, 0], "
-           "initial: "
-           "{angle: 2.9}}\n  crank: {mass: 2, inertia: 0.01, com: [0.06, 0], pin: [0.06, 0], initial: "
-           "{angle: 1, "
-           "velocity: -30}}\n";
+           rubbing + "}, initial: {" + piston +
+           "}}\n  rod: {mass: 0.3, inertia: 0.001, com: [0.1, 0], pin: [0.2, 0], initial: {" + arm +
+           "}}\n  crank: {mass: 2, inertia: 0.01, com: [0.06, 0], pin: [0.06, 0], initial: {" + wheel +
+           "}}\n";
   }
   static double phi(const Simulation& simulation) { return simulation.q()[1] + simulation.q()[2]; }
   static double energy(const Simulation& simulation) {
@@ -314,7 +322,7 @@ TEST(Engine, RubsThroughItsDeadCentres) {
   for (const std::string method : {"auto", "dopri5", "dop853", "rodas5p", "radau13"}) {
     for (const auto& [force, rubbing] : {std::pair{0.02, "friction: 0.02"}, std::pair{5., "friction: 5"},
                                          std::pair{5., "friction: 5, breakaway: 9"}}) {
-      Simulation simulation(readSceneText(Engine::scene(rubbing, method)));
+      Simulation simulation(readSceneText(Engine::running(rubbing, method)));
       const double start = Engine::phi(simulation), energy = Engine::energy(simulation);
       ASSERT_NEAR(simulation.energy().kinetic, energy, 1e-12);
       for (int k = 1; k <= 10; ++k) {
@@ -326,6 +334,27 @@ TEST(Engine, RubsThroughItsDeadCentres) {
       if (force < 1) continue;
       ASSERT_TRUE(simulation.advanceTo(20)) << method << " " << rubbing << ": " << simulation.fault();
       EXPECT_LT(Engine::energy(simulation), 1e-20) << "it has come to rest";
+    }
+  }
+}
+
+TEST(Engine, StartsFromItsDeadCentre) {
+  for (const std::string method : {"auto", "dopri5", "dop853", "rodas5p", "radau13"}) {
+    for (const auto& [force, rubbing] :
+         {std::pair{5., "friction: 5"}, std::pair{5., "friction: 5, breakaway: 6"},
+          std::pair{0., "breakaway: 3"}}) {
+      Simulation simulation(readSceneText(Engine::waiting(rubbing, method)));
+      const double start = Engine::phi(simulation);
+      ASSERT_TRUE(simulation.advanceTo(0.1)) << method << " " << rubbing << ": " << simulation.fault();
+      ASSERT_NEAR(Engine::phi(simulation), start, 1e-12) << "nothing acts yet";
+      for (int k = 1; k <= 10; ++k) {
+        ASSERT_TRUE(simulation.advanceTo(0.1 + 0.1 * k))
+            << method << " " << rubbing << ": " << simulation.fault();
+        const double turned = Engine::phi(simulation) - start;
+        const double left = 0.5 * turned - force * Engine::path(turned, 0);
+        ASSERT_NEAR(Engine::energy(simulation), left, 2e-7) << method << " " << rubbing << " " << k;
+      }
+      EXPECT_GT(Engine::phi(simulation) - start, 2 * pi) << method << " " << rubbing;
     }
   }
 }

@@ -79,6 +79,12 @@ class CoupledMotion final : private Mechanics {
   double closureError(double t, const double* y) { return closure_ ? length(closure_->gap(given(t), y)) : 0; }
   /// See Closure::spread(); 1 if the tip is free.
   double spread(double t, const double* y) { return closure_ ? closure_->spread(given(t), y) : 1; }
+  bool isStretched(double t, const double* y) override {
+    // Rounding, 1e-16, grows by one over the margin in the force on the tip: beyond this to 1e-7 of it.
+    // Larger, motions that only come near such a pose are stopped; smaller, rounding chooses their way.
+    constexpr double undecided = 1e-9;
+    return spread(t, y) < undecided;
+  }
 
  private:
   struct Welded {

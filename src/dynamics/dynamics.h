@@ -78,12 +78,7 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   /// See Closure::spread(); 1 if the tip is free.
   double closureMargin(double t, const double* y) { return coupled_ ? coupled_->spread(t, y) : 1; }
   /// True if the chain is so stretched between its ends that rounding decides how the motion goes on.
-  bool isStretched(double t, const double* y) {
-    // Rounding, 1e-16, grows by one over the margin in the force on the tip: beyond this to 1e-7 of it.
-    // Larger, motions that only come near such a pose are stopped; smaller, rounding chooses their way.
-    constexpr double undecided = 1e-9;
-    return closureMargin(t, y) < undecided;
-  }
+  bool isStretched(double t, const double* y) { return coupled_ && coupled_->isStretched(t, y); }
   /// The force on the tip, N.
   Vec2d tipForce(double t, const double* y) {
     return holdsTip() ? coupled_->at(t, y).ends.tipForce : Vec2d{};

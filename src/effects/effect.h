@@ -65,6 +65,8 @@ class Mechanics {
   virtual void forget(bool holds) = 0;
   /// Puts held joints where they are at t, exactly.
   virtual bool hold(double t, double* y) = 0;
+  /// True if held joints and a held tip leave the motion undetermined, to rounding.
+  virtual bool isStretched(double t, const double* y) = 0;
 
  protected:
   ~Mechanics() = default;

@@ -76,6 +76,12 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     arrival_ = {};
     bool anyChanges = false;
     for (const int i : joints_.joints()) {
+      if (joints_.isLoose(i)) {
+        if (joints_.looseDue(i, y + n_) <= 0) continue;
+        joints_.slide(i, y + n_);
+        anyChanges = true;
+        continue;
+      }
       if (joints_.slides(i)) {
         if (joints_.slideDue(i, y + n_) <= 0) continue;
         anyChanges = true;
@@ -85,7 +91,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
       atRest_.push_back({i, joints_.direction(i)});
     }
     if (anyChanges) take();
-    mechanics_->hold(t, y);
+    if (!isClosed_) mechanics_->hold(t, y);  // which may be at a dead centre
     decide(t, y);
   }
   double due(double t, const Eigen::VectorXd& y) const override { return instant_.due(t, y.data()); }
@@ -127,10 +133,28 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     t_ = t;
     y_ = y;
     if (!atRest_.empty()) findWhatSticks(*this, atRest_, joints_.hasBreakaway());
+    if (isClosed_ && !joints_.stuck().empty()) loosenDeadCentres();
     if (joints_.stuck().empty()) return;
     const double* moments = instant_.momentsAt(t, y);
     for (const RestingJoint& one : atRest_) {
       if (one.direction == 0 && one.excess > 0) joints_.holdAt(one.joint, moments[one.joint], one.widening);
+    }
+  }
+  /// Loosens the stuck joints that are at a dead centre, where they would leave the motion undetermined.
+  void loosenDeadCentres() {
+    if (!mechanics_->isStretched(t_, y_)) return;
+    for (std::size_t k = 0; k < atRest_.size(); ++k) {
+      const int joint = atRest_[k].joint;
+      if (joints_.slides(joint)) continue;
+      joints_.loosen(joint);
+      take();
+      if (!mechanics_->isStretched(t_, y_)) {
+        atRest_.erase(atRest_.begin() + static_cast<std::ptrdiff_t>(k));
+        if (!atRest_.empty()) findWhatSticks(*this, atRest_, joints_.hasBreakaway());
+        return;
+      }
+      joints_.start(joint, 0);
+      take();
     }
   }
   void solve(std::vector<RestingJoint>& joints) override {

@@ -52,6 +52,7 @@ StickSlip::StickSlip(const Chain& chain, double tolerance)
   }
   const std::vector<double> yields = yieldsOf(chain);
   never_.setConstant(n_, never);
+  isLoose_.setConstant(n_, false);
   moments_.setZero(n_);
   for (int i = 0; i < n_; ++i) {
     const Joint& joint = chain.joints()[index(i)];
@@ -90,6 +91,11 @@ void StickSlip::findSlidesDue(const double* omega, Numbers& due) const {
                      never_.tail(others);
 }
 
+double StickSlip::looseDue(int joint, const double* omega) const {
+  const double outer = omega[joint], inner = coordinates_.isDifference(joint) ? omega[joint - 1] : 0;
+  return std::abs(outer - inner) - 8 * epsilon * (std::abs(outer) + std::abs(inner)) - leastStart(joint);
+}
+
 // ---- Transitions ------------------------------------------------------------------------------------
 
 void StickSlip::enter(int joint, const double* y) {
@@ -97,6 +103,7 @@ void StickSlip::enter(int joint, const double* y) {
   direction_[joint] = (rate > 0) - (rate < 0);
   angle_[joint] = coordinates_.relative(y, joint);
   band_[joint] = ownBand(joint);
+  isLoose_[joint] = false;
 }
 
 void StickSlip::rest(int joint, const double* y, bool passes) {
@@ -110,6 +117,15 @@ void StickSlip::rest(int joint, const double* y, bool passes) {
 
 void StickSlip::start(int joint, double direction) {
   direction_[joint] = direction;
+  isLoose_[joint] = false;
+}
+
+void StickSlip::loosen(int joint) {
+  isLoose_[joint] = true;
+}
+
+void StickSlip::slide(int joint, const double* omega) {
+  start(joint, coordinates_.relative(omega, joint) > 0 ? 1 : -1);
 }
 
 void StickSlip::holdAt(int joint, double moment, double widening) {
@@ -121,7 +137,7 @@ bool StickSlip::take() {
   stuck_.clear();
   for (const int i : joints_) {
     never_[i] = slides(i) ? 0 : never;
-    if (!slides(i)) stuck_.push_back(i);
+    if (!slides(i) && !isLoose(i)) stuck_.push_back(i);
   }
   const Eigen::Index first = coordinates_.slides(), others = n_ - 1 - first;
   moments_ = -(direction_ * sliding_).matrix();

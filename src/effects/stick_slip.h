@@ -4,7 +4,9 @@
 ///
 ///     slides    μ = −c sign(q̇)           until q̇ passes 0
 ///     sticks    q̈ = 0                    until |μ| > breakaway torque + band
+///     is loose  μ = 0                    until |q̇| > what rounding and the tolerance give
 ///
+/// A joint is loose at rest in a dead centre of a closed chain, where no torque in it can hold it.
 /// A joint that sticks keeps the angle at which it came to rest. Nothing here evaluates the chain.
 ///
 /// The band keeps rounding from deciding. It is the largest of
@@ -55,7 +57,8 @@ class StickSlip {
   const std::vector<int>& joints() const { return joints_; }
   const std::vector<int>& stuck() const { return stuck_; }
   bool slides(int joint) const { return direction_[joint] != 0; }
-  /// The sign of q̇, 0: stuck, or without friction.
+  bool isLoose(int joint) const { return isLoose_[joint]; }
+  /// The sign of q̇, 0: stuck, loose, or without friction.
   double direction(int joint) const { return direction_[joint]; }
   /// The angle of a stuck joint, rad.
   double angle(int joint) const { return angle_[joint]; }
@@ -74,6 +77,8 @@ class StickSlip {
   double slideDue(int joint, const double* omega) const;
   /// The same of all.
   void findSlidesDue(const double* omega, Numbers& due) const;
+  /// How far a loose joint has come to slide, rad/s.
+  double looseDue(int joint, const double* omega) const;
   /// |μ| that releases a stuck joint, N m.
   double limit(int joint) const { return breakaway_[joint] + band_[joint]; }
   double stickDue(int joint, const double* moments) const { return std::abs(moments[joint]) - limit(joint); }
@@ -89,6 +94,10 @@ class StickSlip {
   void rest(int joint, const double* y, bool passes);
   /// Of a joint at rest: 0, it sticks; else it starts.
   void start(int joint, double direction);
+  /// Of a stuck joint.
+  void loosen(int joint);
+  /// A loose joint slides as it moves.
+  void slide(int joint, const double* omega);
   /// Widens the band of a stuck joint to so many times what this torque asks for.
   void holdAt(int joint, double moment, double widening);
   /// Lists the stuck joints, and sums the moments. Returns true if other joints stick than before.
@@ -108,8 +117,9 @@ class StickSlip {
   Numbers band_;                 ///< N m
   Numbers direction_;            ///< of q̇; 0: stuck, or no friction
   Numbers never_;                ///< 0 if it slides, else far below 0
-  Numbers angle_;                ///< where it was at rest last, from body to body
-  Eigen::VectorXd moments_;      ///< on the bodies, N m
+  Eigen::Array<bool, Eigen::Dynamic, 1> isLoose_;
+  Numbers angle_;            ///< where it was at rest last, from body to body
+  Eigen::VectorXd moments_;  ///< on the bodies, N m
 };
 
 }  // namespace planar_chain

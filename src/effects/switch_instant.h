@@ -104,12 +104,16 @@ class SwitchInstant {
     joints_.findSlidesDue(y + n_, seen.dues);
     const double* moments = joints_.stuck().empty() ? nullptr : momentsAt(t, y);
     for (const int i : joints_.stuck()) seen.dues[i] = joints_.stickDue(i, moments);
+    for (const int i : joints_.joints()) {
+      if (joints_.isLoose(i)) seen.dues[i] = joints_.looseDue(i, y + n_);
+    }
     seen.hasDues = true;
     return seen.dues;
   }
   /// The same of one joint at t within the stretch.
   double dueAt(int joint, double t, const ode::Stretch& of) const {
     const Eigen::VectorXd& y = stateAt(t, of);
+    if (joints_.isLoose(joint)) return joints_.looseDue(joint, y.data() + n_);
     return joints_.slides(joint) ? joints_.slideDue(joint, y.data() + n_)
                                  : joints_.stickDue(joint, momentsAt(t, y.data()));
   }
@@ -122,6 +126,7 @@ class SwitchInstant {
     const double ofTime = changeWithinRounding(of, begin, half, end), most = joints_.breakaway(joint);
     constexpr double ofRates = 32 * epsilon, ofMoments = 1e-11, late = 1e-5, leastLate = 1e-8,
                      mostLate = 1e-6;
+    if (joints_.isLoose(joint)) return ofTime + joints_.leastStart(joint);
     if (joints_.slides(joint)) {
       const double *omega = of.next.data() + n_, inner = joint > 0 ? std::abs(omega[joint - 1]) : 0;
       return ofTime + ofRates * (std::abs(omega[joint]) + inner);
