@@ -83,7 +83,8 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
         continue;
       }
       if (joints_.slides(i)) {
-        if (joints_.slideDue(i, y + n_) <= 0) continue;
+        // The one found is due, also where a held tip moves the state by rounding.
+        if (i != found.which && joints_.slideDue(i, y + n_) <= 0) continue;
         anyChanges = true;
         if (i == found.which) arrival_ = {i, joints_.direction(i), found.slope};
         joints_.rest(i, y, mayPass(found, i));
