@@ -380,6 +380,8 @@ TEST(ClosedChain, KeepsItsBranchAtAChangePointOrStops) {
         EXPECT_NE(simulation.fault().find("straight or folded"), std::string::npos) << simulation.fault();
       }
       EXPECT_NEAR(simulation.q()[0] + simulation.q()[1], 0, 1e-4) << method << " at " << tolerance;
+      const EnergyBalance balance = simulation.energyBalance();
+      EXPECT_NEAR(balance.residual / balance.now.kinetic, 0, 10 * tolerance) << method << " at " << tolerance;
     }
   }
   EXPECT_GT(passed, 0);

@@ -19,11 +19,13 @@ enum class Outcome {
   underway,      ///< one step was made towards the end
   switched,      ///< as underway, and f changes here: see switches.h
   notFinite,     ///< the next step is not finite, however short it is
+  undetermined,  ///< a projection moves the state by far more than the tolerance: see projected_steps.h
   stepTooSmall,  ///< the tolerance needs steps below the spacing of the numbers at t, or at 1 s
 };
 
 inline bool hasFailed(Outcome outcome) {
-  return outcome == Outcome::notFinite || outcome == Outcome::stepTooSmall;
+  return outcome == Outcome::notFinite || outcome == Outcome::undetermined ||
+         outcome == Outcome::stepTooSmall;
 }
 
 struct StepCount {

@@ -114,7 +114,8 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
     std::snprintf(why, sizeof why, "time cannot resolve %.3g %s in %.50s", *most,
                   joint.slides ? "m/s²" : "rad/s²", joint.name.c_str());
   }
-  if (dynamics.isStretched(t, y)) std::snprintf(why, sizeof why, "%s", whyStretched(scene, t));
+  if (outcome == ode::Outcome::undetermined || dynamics.isStretched(t, y))
+    std::snprintf(why, sizeof why, "%s", whyStretched(scene, t));
   char text[300];
   std::snprintf(text, sizeof text, "%s gave up at t = %.9g s: %s; ", scene.integrator.method.c_str(), t, why);
   to = text + fastestKey(scene, t, 0) + "smaller steps and rodas5p fail too; the last good state is kept";
@@ -150,7 +151,11 @@ inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t
   require(settings.method != "taylor" || dynamics.hasSeries(),
           "method taylor needs a Taylor series of all that acts");
   auto method = ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, rung, dynamics));
-  if (dynamics.keepsConditions()) method = ode::projectedSteps(std::move(method), dynamics);
+  if (dynamics.keepsConditions()) {
+    // A regular motion is moved by one tolerance at most, one through a change point by 1e2 to 1e7 of them.
+    const double most = ode::hasFixedStep(settings.method) ? 0.1 : 100 * settings.tolerance;
+    method = ode::projectedSteps(std::move(method), dynamics, most);
+  }
   if (!dynamics.effects().haveSwitches()) return method;
   return ode::landingOnSwitches(std::move(method), dynamics.effects(), dynamics);
 }
