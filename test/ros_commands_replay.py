@@ -287,14 +287,19 @@ class CommandsReplay(InFolder):
         self.assertGreaterEqual([state[:2] for state in recorded.values()].count(first), 1)
 
     def test_states_that_clear_a_fault(self):
-        # A crank with a rocker, pushed until it would have to pass a pose in which its way on is not determined.
-        links = {'a': {'mass': 1.0, 'inertia': 1 / 12, 'com': [0.2, 0.0], 'pin': [0.4, 0.0], 'initial': {'angle': 1.0}},
-                 'b': {'mass': 1.0, 'inertia': 1 / 12, 'com': [0.5, 0.0], 'pin': [1.0, 0.0], 'initial': {'angle': -1.0}},
-                 'c': {'mass': 1.0, 'inertia': 1 / 12, 'com': [0.5, 0.0], 'pin': [1.0, 0.0], 'joint': {'friction': 0.1},
-                       'initial': {'angle': -1.2}}}
+        # A parallelogram, which stops in its change point, where it is straight.
+        def at(angle):
+            return [angle, -angle, angle - math.pi]
+
+        def link(length, inertia):
+            return {'mass': 1.0, 'inertia': inertia, 'com': [length / 2, 0.0], 'pin': [length, 0.0]}
+
+        links = {'a': link(0.5, 0.02), 'b': link(1.0, 0.08), 'c': link(0.5, 0.02)}
+        for name, angle in zip('abc', at(-1.2)):
+            links[name]['initial'] = {'angle': angle}
         scene = {'chain': ['a', 'b', 'c'], 'links': links, 'tip': {'pin': [1.0, 0.0]}, 'real_time_factor': 1.0,
                  'publish': {'rate': 200.0, 'status_rate': 50.0}}
-        failing = {'q': [-0.05878839731328728, -0.14511341363410218, 0.1237143931307556], 'qd': [-0.5, 0.3, 0.2]}
+        failing = {'q': at(1.0), 'qd': [-1.0, 1.0, -1.0]}
         calls = {name: rospy.ServiceProxy('/planar_chain/' + name, service) for name, service in [
             ('set_state', SetState), ('settle', Trigger), ('clear_commands', Trigger), ('reset', Trigger)]}
         states, statuses = Listener('/joint_states', JointState), Listener('/planar_chain/status', SimStatus)
@@ -307,7 +312,7 @@ class CommandsReplay(InFolder):
                     failed = statuses.wait_for(lambda status: status.fault, len(statuses.messages))
                     self.assertNotAlmostEqual(statuses.messages[failed].sim_time * 200 % 1, 0, places=6)
                     for cure in cures:
-                        asked = {'q': [0.3, -0.2, 0.1], 'qd': [0.0] * 3} if cure == 'set_state' else {}
+                        asked = {'q': at(-1.9), 'qd': [0.0] * 3} if cure == 'set_state' else {}
                         self.assertTrue(calls[cure](**asked).success)
                     statuses.wait_for(lambda status: not status.fault, len(statuses.messages))
                     states.wait_for_count(len(states.messages) + 50)

@@ -97,7 +97,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   }
   double due(double t, const Eigen::VectorXd& y) const override { return instant_.due(t, y.data()); }
   double nearest(const ode::Stretch& of) const override { return instant_.nearest(of); }
-  bool mayHide() const override { return true; }
+  bool mayHide(const ode::Stretch& /*of*/) const override { return true; }
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
     return instant_.crossing(of);
   }

@@ -152,7 +152,15 @@ class Stops : public Effect, public Switching {
     return first < 1 ? first * h : -1;
   }
   /// A joint shakes on a spring, or beside others that are hit.
-  bool mayHide() const override { return true; }
+  bool mayHide(const ode::Stretch& of) const override {
+    constexpr double farther = 4;  // than its rates at both ends take it: a swing there and back, and more
+    return std::any_of(stops_.begin(), stops_.end(), [&](const Stop& stop) {
+      const double x0 = stop.depth(of.y.data()), x1 = stop.depth(of.next.data());
+      const double v0 = stop.speed(of.y.data() + n_), v1 = stop.speed(of.next.data() + n_);
+      const double way = std::abs(x1 - x0) + of.h * (std::abs(v0) + std::abs(v1));
+      return std::max(x0, x1) + farther * way > 0;
+    });
+  }
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
     if (!of.course) return {};
     ode::Crossing first;

@@ -215,7 +215,8 @@ class LandingOnSwitches : public StepsOf {
     constexpr int mostCuts = 24;  // an overdamped stop would need millions, each closer to from_
     int cuts = 0;
     std::size_t count = 1;
-    const int pieces = switches_.mayHide() ? steps_->pieces() : 1;
+    const bool looks = steps_->pieces() > 1 && switches_.mayHide(stretch(ahead_.front()));
+    const int pieces = looks ? steps_->pieces() : 1;
     const double piece = (ahead_.front().t - from_.t) / pieces;
     for (int k = pieces - 1; k > 0; --k) {
       if (!lookAt(from_.t + k * piece, ahead_[count++])) return Outcome::notFinite;
