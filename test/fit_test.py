@@ -106,6 +106,14 @@ class Numbers(unittest.TestCase):
         self.assertEqual(result.bad, "")
         self.assertAlmostEqual(found(result)["links/rod/joint/damping"].value, 0.86, delta=5e-4)
 
+    def test_a_limit_that_a_window_hardly_sees_does_not_run_away(self):
+        scene = Scene({"chain": ["rod"], "links": {"rod": {**ROD, "inertia": 0.08, "joint": {"damping": 0.05, "upper": 0.6}}}})
+        for start, end in (([-1.5, 9.0], 3.0), ([-3.0, 6.0], 5.0)):
+            result = fit(scene, [motion(scene, start, np.arange(0, end, 0.01))], {"links/rod/joint/upper": 0.5})
+            self.assertEqual((result.bad, result.reason), ("", ""))
+            self.assertAlmostEqual(found(result)["links/rod/joint/upper"].value, 0.6, places=9)
+            self.assertLess(result.evaluations, 150)
+
     def test_deviations_hold(self):
         # Of 120 ratios 95.4 % should be within 2; less than 88 % or a spread off by a fifth has a chance below 1e-3.
         ratios = fit_statistics.ratios(30, 4)

@@ -24,6 +24,8 @@ SAME_NOISE = 0.02  # relative change of s_j at which it stays
 PRIOR, LAST_PRIOR = 1.0, 10.0  # deviation of a number from its first value, in scales, as it is taken to be before the data come:
 # in an early window; in the last. What the data cannot tell thus stays near its first value
 
+FARTHEST = 1000.0  # scales: a step that takes a number farther from its first value is refused, as if the run had failed
+
 
 class Stalled(Exception):
     """The loss stays, though the steps of a search that doubts its Jacobian do not: where runs are no more precise than that."""
@@ -208,7 +210,8 @@ class Solver:
 
         def error(x):
             self.calls += 1
-            plain = problem.residuals(x, samples)
+            is_far = (abs(x[:many] - first) > FARTHEST).any()
+            plain = np.full(len(joints), np.nan) if is_far else problem.residuals(x, samples)
             values = np.clip(np.nan_to_num(plain, nan=FAILED), -FAILED, FAILED) * weights
             z = (values / LOSS) ** 2
             cost = np.sum(np.sqrt(1 + z) - 1)
