@@ -62,6 +62,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
 
   void enterState(double t, const double* y) override {
     yield_.setZero();
+    vain_ = 0;
     arrival_ = {};
     atRest_.clear();
     for (const int i : joints_.joints()) {
@@ -83,9 +84,12 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
         continue;
       }
       if (joints_.slides(i)) {
-        // The one found is due, also where a held tip moves the state by rounding.
-        if (i != found.which && joints_.slideDue(i, y + n_) <= 0) continue;
+        // A held tip moves the state by rounding: one that is found again and again is due.
+        const bool isFound = i == found.which && joints_.slideDue(i, y + n_) <= 0 && ++vain_ > mostVain &&
+                             joints_.looseDue(i, y + n_) <= 0;
+        if (!isFound && joints_.slideDue(i, y + n_) <= 0) continue;
         anyChanges = true;
+        vain_ = 0;
         if (i == found.which) arrival_ = {i, joints_.direction(i), found.slope};
         joints_.rest(i, y, mayPass(found, i));
       }
@@ -196,7 +200,9 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   StickSlip joints_;
   SwitchInstant instant_;
   Mechanics* mechanics_ = nullptr;
-  Eigen::ArrayXd yield_;  ///< Y of each joint when it last came to rest, 1/(kg m²); 0: unknown
+  static constexpr int mostVain = 20;  ///< searches; fewer, one that is not at rest yet may stick too early
+  int vain_ = 0;                       ///< in a row, which found a joint that was not due
+  Eigen::ArrayXd yield_;               ///< Y of each joint when it last came to rest, 1/(kg m²); 0: unknown
 
   // Of the present change:
   double t_ = 0;
