@@ -267,6 +267,39 @@ TEST(FourBar, IsHeldByABreakawayTorqueWhereItFirstStops) {
   }
 }
 
+/// Two joints rub, and the tip is on a line. One breaks loose at the instant at which the other comes to
+/// rest.
+TEST(ClosedChain, LetsOneJointGoWhereAnotherTurnsBack) {
+  Scene scene = readSceneText(
+      "{chain: [l0, l1, l2, l3], links: {l0: {mass: 0.5719886086106248, inertia: 0.022807217907195483,"
+      " com: [0.43476316352291006, -0.06395670244349043], pin: [0.6843773248621583, 0.0], initial: {an"
+      "gle: 1.5131146759491507}, joint: {friction: 2.4690993361542692, drag: 0.029053931596717174}}, l"
+      "1: {mass: 0.37470693941494265, inertia: 0.0, com: [0.18871165157323597, -0.01956093104333136], "
+      "pin: [0.28448403080690615, 0.00027382612429374003], initial: {angle: 0.28463088505977696, veloc"
+      "ity: 2.8538739638335464}, joint: {friction: 0.5550641081069131, rotor_inertia: 0.00191948351337"
+      "42262}}, l2: {mass: 1.9270526245350568, inertia: 0.01841221335202196, com: [0.2362360684053922,"
+      " 0.01711660685756675], pin: [0.3120844002015171, -0.01751710215290548], initial: {angle: 0.4174"
+      "0189820138784}, joint: {damping: 0.013904126027377353}}, l3: {mass: 1.1126098281744978, inertia"
+      ": 0.06975822306751674, com: [0.15493606016506528, 0.008917071040173755], pin: [0.72444930188716"
+      "74, 0.0], initial: {angle: -0.9505592404015325, velocity: 0.2296481066922334}, joint: {rotor_in"
+      "ertia: 0.0054512981672953835}}}, tip: {line: {point: [0.02010048586601751, 1.9111474850633912],"
+      " direction: [-0.9591404589268087, 0.28293034487249874]}}, gravity: [-2.9270275311478464, -4.377"
+      "341349191591]}");
+  const auto after = [&](const char* method, double tolerance) {
+    scene.integrator.method = method;
+    scene.integrator.tolerance = tolerance;
+    Simulation simulation(scene);
+    EXPECT_TRUE(simulation.advanceTo(0.4) && simulation.advanceTo(0.71)) << simulation.fault();
+    return simulation.qd();
+  };
+  const std::vector<double> exact = after("auto", 1e-12);
+  EXPECT_GT(exact[1], 0.04) << "the second joint slides";
+  for (const auto& [method, tolerance] : {std::pair{"auto", 1e-6}, std::pair{"radau13", 1e-8}}) {
+    const std::vector<double> rates = after(method, tolerance);
+    for (std::size_t i = 0; i < rates.size(); ++i) EXPECT_NEAR(rates[i], exact[i], 1e-4) << method;
+  }
+}
+
 /// At its change point a parallelogram may go on as an antiparallelogram. It keeps its branch, or stops.
 /// A piston that rubs in its cylinder, on a flywheel; no gravity. With the angle φ of the crank,
 ///
