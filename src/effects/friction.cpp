@@ -91,12 +91,17 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
         anyChanges = true;
         vain_ = 0;
         if (i == found.which) arrival_ = {i, joints_.direction(i), found.slope};
+        const double before = joints_.direction(i);
         joints_.rest(i, y, mayPass(found, i));
+        atRest_.push_back({i, joints_.direction(i)});
+        atRest_.back().release = -before;
+        continue;
       }
       atRest_.push_back({i, joints_.direction(i)});
     }
     if (anyChanges) take();
-    if (!isClosed_) mechanics_->hold(t, y);  // which may be at a dead centre
+    if (isClosed_ && anyChanges) passDeadCentres(t, y);
+    mechanics_->hold(t, y);
     decide(t, y);
   }
   double due(double t, const Eigen::VectorXd& y) const override { return instant_.due(t, y.data()); }
@@ -112,25 +117,31 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     instant_.forget();
     mechanics_->forget(joints_.take());
   }
-  /// True if a joint that comes to rest is likely to go on the other way at once. In a closed chain it may be
-  /// a dead centre, where nothing in the joint can hold it: that it sticks is not tried first.
+  /// True if the joint found, which comes to rest, is likely to go on the other way at once.
   bool mayPass(const ode::Crossing& found, int joint) const {
-    if (isClosed_ && joints_.friction(joint) > 0) return true;
     return joint == found.which && !joints_.hasBreakaway() && yield_[joint] > 0 &&
            found.slope > 2 * joints_.friction(joint) * yield_[joint];
   }
-  /// Computes Y of the joint that has come to rest. Returns this joint if it goes on, but its breakaway
-  /// torque can hold it, else -1.
-  int learn(const JointAnswer& answer) {
+  /// Computes Y of the joint that has come to rest.
+  void learn(const JointAnswer& answer) {
     const auto [joint, direction, slope] = arrival_;
-    if (joint < 0) return -1;
+    if (joint < 0) return;
     const double friction = joints_.friction(joint);
     const double more = direction * answer.moments[joint] + friction;
     const double after = direction * coordinates_.relative(answer.accelerations, joint);
     yield_[joint] = joints_.slides(joint) ? (slope + after) / (2 * friction) : slope / more;
     arrival_.joint = -1;
-    const bool canStick = slope <= (friction + joints_.breakaway(joint)) * yield_[joint];
-    return joints_.hasBreakaway() && joints_.slides(joint) && canStick ? joint : -1;
+  }
+  /// In a closed chain a joint may come to rest in a dead centre, where nothing in it can hold it: those that
+  /// would leave the motion undetermined go on. release: where they go.
+  void passDeadCentres(double t, const double* y) {
+    if (joints_.stuck().empty() || !mechanics_->isStretched(t, y)) return;
+    for (RestingJoint& one : atRest_) {
+      if (one.release == 0 || joints_.slides(one.joint)) continue;
+      one.direction = one.release;
+      joints_.start(one.joint, one.direction);
+    }
+    take();
   }
   /// Decides for all joints at rest.
   void decide(double t, const double* y) {
@@ -172,7 +183,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     }
     if (anyChanges) take();
     const JointAnswer answer = mechanics_->answer(t_, y_);
-    const int canStick = learn(answer);
+    learn(answer);
 
     // What is wrong with it?
     const Eigen::Index others = n_ - 1;
@@ -188,7 +199,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
         one.release = moment > 0 ? -1 : 1;
       } else {
         const double start = one.direction * coordinates_.relative(answer.accelerations, one.joint);
-        one.wrong = one.joint == canStick ? joints_.leastStart(canStick) : -start - least;
+        one.wrong = -start - least;
         one.start = start / joints_.leastStart(one.joint);
       }
     }
