@@ -83,21 +83,17 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
         anyChanges = true;
         continue;
       }
+      RestingJoint one{i};
       if (joints_.slides(i)) {
-        // A held tip moves the state by rounding: one that is found again and again is due.
-        const bool isFound = i == found.which && joints_.slideDue(i, y + n_) <= 0 && ++vain_ > mostVain &&
-                             joints_.looseDue(i, y + n_) <= 0;
-        if (!isFound && joints_.slideDue(i, y + n_) <= 0) continue;
+        if (joints_.slideDue(i, y + n_) <= 0 && !isFoundInVain(found, i, y)) continue;
         anyChanges = true;
         vain_ = 0;
         if (i == found.which) arrival_ = {i, joints_.direction(i), found.slope};
-        const double before = joints_.direction(i);
+        one.release = -joints_.direction(i);
         joints_.rest(i, y, mayPass(found, i));
-        atRest_.push_back({i, joints_.direction(i)});
-        atRest_.back().release = -before;
-        continue;
       }
-      atRest_.push_back({i, joints_.direction(i)});
+      one.direction = joints_.direction(i);
+      atRest_.push_back(one);
     }
     if (anyChanges) take();
     if (isClosed_ && anyChanges) passDeadCentres(t, y);
@@ -116,6 +112,11 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   void take() {
     instant_.forget();
     mechanics_->forget(joints_.take());
+  }
+  /// True if the joint found, which is not due, counts as due. A held tip moves the state where a search has
+  /// ended by rounding, so a joint with hardly a rate may be found again and again.
+  bool isFoundInVain(const ode::Crossing& found, int joint, const double* y) {
+    return isClosed_ && joint == found.which && ++vain_ > mostVain && joints_.looseDue(joint, y + n_) <= 0;
   }
   /// True if the joint found, which comes to rest, is likely to go on the other way at once.
   bool mayPass(const ode::Crossing& found, int joint) const {
@@ -211,8 +212,8 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   StickSlip joints_;
   SwitchInstant instant_;
   Mechanics* mechanics_ = nullptr;
-  static constexpr int mostVain = 20;  ///< searches; fewer, one that is not at rest yet may stick too early
-  int vain_ = 0;                       ///< in a row, which found a joint that was not due
+  static constexpr int mostVain = 20;  ///< with fewer, a joint that is not at rest yet may stick too early
+  int vain_ = 0;                       ///< searches since a joint came to rest that found one not due
   Eigen::ArrayXd yield_;               ///< Y of each joint when it last came to rest, 1/(kg m²); 0: unknown
 
   // Of the present change:

@@ -66,6 +66,7 @@ StickSlip::StickSlip(const Chain& chain, double tolerance)
   }
   stuck_.reserve(joints_.size());
   before_.reserve(joints_.size());
+  loose_.reserve(joints_.size());
   for (const int i : joints_) band_[i] = ownBand(i);
 }
 
@@ -135,9 +136,10 @@ void StickSlip::holdAt(int joint, double moment, double widening) {
 bool StickSlip::take() {
   std::swap(stuck_, before_);
   stuck_.clear();
+  loose_.clear();
   for (const int i : joints_) {
     never_[i] = slides(i) ? 0 : never;
-    if (!slides(i) && !isLoose(i)) stuck_.push_back(i);
+    if (!slides(i)) (isLoose(i) ? loose_ : stuck_).push_back(i);
   }
   const Eigen::Index first = coordinates_.slides(), others = n_ - 1 - first;
   moments_ = -(direction_ * sliding_).matrix();

@@ -53,9 +53,10 @@ class StickSlip {
 
   // ---- The joints ---------------------------------------------------------------------------------------
 
-  /// Those with friction; of them, those that stick.
+  /// Those with friction; of them, those that stick, and those that are loose.
   const std::vector<int>& joints() const { return joints_; }
   const std::vector<int>& stuck() const { return stuck_; }
+  const std::vector<int>& loose() const { return loose_; }
   bool slides(int joint) const { return direction_[joint] != 0; }
   bool isLoose(int joint) const { return isLoose_[joint]; }
   /// The sign of q̇, 0: stuck, loose, or without friction.
@@ -100,7 +101,8 @@ class StickSlip {
   void slide(int joint, const double* omega);
   /// Widens the band of a stuck joint to so many times what this torque asks for.
   void holdAt(int joint, double moment, double widening);
-  /// Lists the stuck joints, and sums the moments. Returns true if other joints stick than before.
+  /// Lists the stuck and the loose joints, and sums the moments. Returns true if other joints stick than
+  /// before.
   bool take();
 
  private:
@@ -110,7 +112,7 @@ class StickSlip {
   int n_;
   double tolerance_;
   bool hasBreakaway_ = false;
-  std::vector<int> joints_, stuck_, before_;
+  std::vector<int> joints_, stuck_, before_, loose_;
   // Of each joint:
   Numbers sliding_, breakaway_;  ///< torques, N m
   Numbers mostYield_;            ///< Y

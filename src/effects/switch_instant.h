@@ -104,9 +104,7 @@ class SwitchInstant {
     joints_.findSlidesDue(y + n_, seen.dues);
     const double* moments = joints_.stuck().empty() ? nullptr : momentsAt(t, y);
     for (const int i : joints_.stuck()) seen.dues[i] = joints_.stickDue(i, moments);
-    for (const int i : joints_.joints()) {
-      if (joints_.isLoose(i)) seen.dues[i] = joints_.looseDue(i, y + n_);
-    }
+    for (const int i : joints_.loose()) seen.dues[i] = joints_.looseDue(i, y + n_);
     seen.hasDues = true;
     return seen.dues;
   }

@@ -14,10 +14,10 @@ namespace {
 constexpr int mostIterations = 17;    // for seven stages; Hairer's code RADAU
 constexpr double newtonShare = 0.03;  // of the error allowed, or √tolerance if that is less: the same
 constexpr double slow = 0.5;          // an iteration that shrinks the change by less may be shaking digits
-constexpr double fading = 0.8,
-                 diverging = 0.99;   // as in RADAU: of the rate of convergence, from step to step
-constexpr double farShorter = 1e-6;  // of the last step, whose polynomial is then of no use
-constexpr double halving = 1.8;      // an error of 1.8⁷ makes the step 0.9/1.8 of its length
+constexpr double fading = 0.8;        // the power of the last step's rate of convergence that counts; RADAU
+constexpr double diverging = 0.99;    // an iteration that shrinks the change by less does not end; RADAU
+constexpr double farShorter = 1e-6;   // of the last step, whose polynomial is then of no use
+constexpr double halving = 1.8;       // an error of 1.8⁷ makes the step 0.9/1.8 of its length
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 }  // namespace

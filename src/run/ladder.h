@@ -153,6 +153,7 @@ inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t
   auto method = ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, rung, dynamics));
   if (dynamics.keepsConditions()) {
     // A regular motion is moved by one tolerance at most, one through a change point by 1e2 to 1e7 of them.
+    // Equal steps have no tolerance, and may err by a tenth, as in the energy balance.
     const double most = ode::hasFixedStep(settings.method) ? 0.1 : 100 * settings.tolerance;
     method = ode::projectedSteps(std::move(method), dynamics, most);
   }

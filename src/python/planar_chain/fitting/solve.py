@@ -23,7 +23,6 @@ LOST, LOST_SAMPLES = 0.5, 20  # rad or m: a motion is lost where most errors of 
 SAME_NOISE = 0.02  # relative change of s_j at which it stays
 PRIOR, LAST_PRIOR = 1.0, 10.0  # deviation of a number from its first value, in scales, as it is taken to be before the data come:
 # in an early window; in the last. What the data cannot tell thus stays near its first value
-
 FARTHEST = 1000.0  # scales: a step that takes a number farther from its first value is refused, as if the run had failed
 
 
