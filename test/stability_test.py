@@ -18,7 +18,7 @@ def run(*arguments):
                           stderr=subprocess.PIPE, universal_newlines=True, timeout=200)
 
 
-class Output(unittest.TestCase):
+class Tool(unittest.TestCase):
     @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
     def test_output_that_cannot_be_written_fails_the_run(self):
         with open("/dev/full", "w") as full:
@@ -26,6 +26,11 @@ class Output(unittest.TestCase):
                                     universal_newlines=True, timeout=60)
         self.assertEqual((result.returncode, result.stderr),
                          (1, "stability: cannot write standard output: No space left on device\n"))
+
+    def test_arguments_without_options_are_refused(self):
+        result = run("more")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("expected options alone, got arguments without --\n", result.stderr)
 
 
 class Measured(unittest.TestCase):

@@ -68,7 +68,6 @@ class Tools(InFolder):
         self.assert_refused(self.simulate("more", "--duration", "1"), "SCENE: expected one, got more arguments without --\n")
         self.assert_refused(self.run_tool("equations", "--q", "0.1,", "0.2"),
                             "SCENE: expected one, got more arguments without -- (no blank behind a comma: 0.1,0.2)\n")
-        self.assert_refused(self.run_tool("stability", "more"), "expected options alone, got arguments without --\n")
         for given in (("1e9",), ("0",), ("1", "x"), ("1", "1", "1"), ("99999999999999999999",)):
             run = subprocess.run([os.path.join(BIN, "batches"), *given], stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True)
             self.assert_refused(run, "batches [RUNS [PAIRS]]: expected whole numbers from 1 to 1000000\n")
@@ -163,13 +162,13 @@ class Tools(InFolder):
         self.assert_refused(result, '"": expected a file, or one of the scenes that ship')
 
     def test_memory_that_ends_is_said(self):
-        self.run_tool("equations")  # writes the scene
-        command = f"ulimit -v 60000; exec {os.path.join(BIN, 'equations')} {self.path('long.yaml')}"
+        program = os.path.join(BIN, "equations")
+        if "libasan" in subprocess.run(["ldd", program], stdout=subprocess.PIPE, universal_newlines=True).stdout:
+            self.skipTest("the sanitizer ends the program first")
+        command = f"ulimit -v 60000; exec {program} {self.path('long.yaml')}"
         with open(self.path("long.yaml"), "w") as file:
             file.write(f"chain: [rod]\nlinks: {{rod: {ROD[:-1]}, repeat: 900}}}}\n")
         result = subprocess.run(["bash", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
-        if "AddressSanitizer" in result.stderr:
-            self.skipTest("the sanitizer ends the program first")
         self.assertEqual((result.returncode, result.stderr), (1, "equations: there is not enough memory\n"))
 
     def test_neither_scene_nor_robot(self):
