@@ -16,7 +16,8 @@ CoupledMotion::CoupledMotion(const Mechanism& mechanism, Effects& effects)
       asked_(stepped_),
       whole_(stepped_),
       held_(n_),
-      scratch_(index(n_)) {
+      scratch_(index(n_)),
+      settled_(2 * scratch_.size()) {
   const std::vector<Coupler*>& couplers = effects.couplers();
   for (Coupler* coupler : couplers) coupler->attach(*this);
   if (effects.holdTip()) closure_.emplace(mechanism);
@@ -154,6 +155,13 @@ bool CoupledMotion::hold(double t, double* y) {
     y[n_ + i] = (isDifference ? y[n_ + i - 1] : 0) + motion.rate;
   }
   return any;
+}
+
+void CoupledMotion::settle(double t, double* y) {
+  hold(t, y);
+  if (!closure_ || isStretched(t, y)) return;
+  std::copy_n(y, 2 * n_, settled_.begin());
+  if (closure_->project(held_, settled_.data(), nullptr)) std::copy(settled_.begin(), settled_.end(), y);
 }
 
 bool CoupledMotion::project(double t, double* y, double* carry) {

@@ -66,7 +66,7 @@ class CoupledMotion final : private Mechanics {
   // ---- Held joints: driven or stuck ---------------------------------------------------------------------
 
   /// Puts held joints where they are at t, exactly. Returns true if there are any.
-  bool hold(double t, double* y) override;
+  bool hold(double t, double* y);
   /// The same for relative angles and rates.
   void hold(double t, double* q, double* qd) { given(t).hold(q, qd); }
 
@@ -107,6 +107,7 @@ class CoupledMotion final : private Mechanics {
   /// What couples at t.
   const Couplings& given(double t);
   JointAnswer answer(double t, const double* y) override;
+  void settle(double t, double* y) override;
   void forget(bool holds) override;
   bool isWelded() const { return welded_ && effects_.acting() != LoadKind::forces; }
   void runWelded(double t, const double* y, Evaluation& to);
@@ -122,7 +123,7 @@ class CoupledMotion final : private Mechanics {
   std::optional<Welded> welded_;
   std::optional<Closure> closure_;  ///< if the tip is held
   Couplings held_;
-  std::vector<double> scratch_;
+  std::vector<double> scratch_, settled_;
   long long evaluations_ = 0;
 };
 

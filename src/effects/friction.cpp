@@ -97,7 +97,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     }
     if (anyChanges) take();
     if (isClosed_ && anyChanges) passDeadCentres(t, y);
-    mechanics_->hold(t, y);
+    mechanics_->settle(t, y);
     decide(t, y);
   }
   double due(double t, const Eigen::VectorXd& y) const override { return instant_.due(t, y.data()); }

@@ -19,6 +19,11 @@ inline bool mayPass(double end, double top, double noise) {
   return end <= 0 && end + most * (top - end) > noise;
 }
 
+/// The g_0 … g_3 of the cubic through g and g' at 0 and 1.
+inline std::array<double, 4> cubic(double g0, double slope0, double g1, double slope1) {
+  return {g0, slope0, 3 * (g1 - g0) - 2 * slope0 - slope1, slope0 + slope1 - 2 * (g1 - g0)};
+}
+
 /// The s of the top at which g_0 + g_1 s + g_2 s² + g_3 s³ may pass; 1: nowhere.
 inline double passing(const std::array<double, 4>& g, double noise) {
   // the root of the derivative where the second one is −2 root

@@ -92,6 +92,13 @@ void StickSlip::findSlidesDue(const double* omega, Numbers& due) const {
                      never_.tail(others);
 }
 
+void StickSlip::findSlidesSlope(const double* alpha, Numbers& slope) const {
+  const Eigen::Index first = coordinates_.slides(), others = n_ - 1 - first;
+  for (int i = 0; i <= first; ++i) slope[i] = -direction_[i] * coordinates_.relative(alpha, i);
+  const Eigen::Map<const Numbers> outer(alpha + first + 1, others), inner(alpha + first, others);
+  slope.tail(others) = -direction_.tail(others) * (outer - inner);
+}
+
 double StickSlip::looseDue(int joint, const double* omega) const {
   const double outer = omega[joint], inner = coordinates_.isDifference(joint) ? omega[joint - 1] : 0;
   return std::abs(outer - inner) - 8 * epsilon * (std::abs(outer) + std::abs(inner)) - leastStart(joint);

@@ -78,6 +78,8 @@ class StickSlip {
   double slideDue(int joint, const double* omega) const;
   /// The same of all.
   void findSlidesDue(const double* omega, Numbers& due) const;
+  /// Their derivatives, but for rounding, rad/s².
+  void findSlidesSlope(const double* alpha, Numbers& slope) const;
   /// How far a loose joint has come to slide, rad/s.
   double looseDue(int joint, const double* omega) const;
   /// |μ| that releases a stuck joint, N m.

@@ -131,10 +131,10 @@ class Stops : public Effect, public Switching {
       const bool isNear = x0 > 0 || mayPass(std::max(x0, x1), std::max(x0 + v0 / 3, x1 - v1 / 3), 0);
       if (stop.place == Place::free && !isNear) continue;
       // through both ends: x = x0 + v0 s + b s² + c s³, and x + lag ẋ
-      const double b = 3 * (x1 - x0) - 2 * v0 - v1, c = v0 + v1 - 2 * (x1 - x0);
+      const std::array<double, 4> depth = cubic(x0, v0, x1, v1);
       const double lag = stop.d / (stop.k * h);
-      const std::array<double, 4> depth{x0, v0, b, c};
-      const std::array<double, 4> push{x0 + lag * v0, v0 + 2 * lag * b, b + 3 * lag * c, c};
+      const std::array<double, 4> push{x0 + lag * v0, v0 + 2 * lag * depth[2], depth[2] + 3 * lag * depth[3],
+                                       depth[3]};
       const double noise = stop.rounding(y.data());
       const double pushNoise = noise * (1 + 5 * lag);
       // So both ends are not above 0: as in due(). Rounding since change() may have lifted the first one.

@@ -27,6 +27,7 @@ class SwitchInstant {
       seen.y = Numbers(2 * n);
       seen.moments = seen.dues = Numbers(n);
     }
+    for (Numbers& slope : slopes_) slope = Numbers(n);
     due_.reserve(joints.joints().size());
     forget();
   }
@@ -41,16 +42,8 @@ class SwitchInstant {
   double nearest(const ode::Stretch& of) const {
     const double middle = of.t + of.h / 2;
     const Eigen::VectorXd& between = of.course->at(middle);
-    double first = 1;
-    // A parabola's top is at most so far above its ends that 2 g_m > min(g_0, g_1) where passing() finds one.
-    const Numbers &atBegin = duesAt(of.t, of.y.data()), &atHalf = duesAt(middle, between.data()),
-                  &atEnd = duesAt(of.t + of.h, of.next.data());
-    if ((2 * atHalf - atBegin.min(atEnd)).maxCoeff() > 0) {
-      for (const int i : joints_.joints()) {
-        if (joints_.slides(i)) first = std::min(first, passing(atBegin[i], atHalf[i], atEnd[i]));
-      }
-    }
-
+    double first = slidesPassing(of, duesAt(of.t, of.y.data()), duesAt(middle, between.data()),
+                                 duesAt(of.t + of.h, of.next.data()));
     if (!joints_.stuck().empty()) {
       const double *begin = momentsAt(of.t, of.y.data()), *half = momentsAt(middle, between.data()),
                    *end = momentsAt(of.t + of.h, of.next.data());
@@ -108,6 +101,30 @@ class SwitchInstant {
     seen.hasDues = true;
     return seen.dues;
   }
+  /// The share of the stretch at which a sliding joint may first pass its rest; 1: nowhere. By a cubic
+  /// through the rates and accelerations at the ends of each half: a joint that rests for a small part of a
+  /// step, or near an end of it, is seen by these alone.
+  double slidesPassing(const ode::Stretch& of, const Numbers& begin, const Numbers& half,
+                       const Numbers& end) const {
+    const double times[] = {of.t, of.t + of.h / 2, of.t + of.h};
+    for (std::size_t k = 0; k < slopes_.size(); ++k) {
+      joints_.findSlidesSlope(of.course->accelerationsAt(times[k]).data(), slopes_[k]);
+      slopes_[k] *= of.h / 2;
+    }
+    const auto& [atBegin, atHalf, atEnd] = slopes_;
+    // A cubic stays below its Bézier points.
+    const auto above = (begin + atBegin / 3).max(half + atHalf.abs() / 3).max(end - atEnd / 3);
+    if ((2 * above - begin.min(half).min(end)).maxCoeff() <= 0) return 1;
+    double first = 1;
+    for (const int i : joints_.joints()) {
+      if (!joints_.slides(i)) continue;
+      if (half[i] > 0 && end[i] <= 0) first = std::min(first, 0.5);
+      const double early = passing(cubic(begin[i], atBegin[i], half[i], atHalf[i]), 0);
+      const double late = passing(cubic(half[i], atHalf[i], end[i], atEnd[i]), 0);
+      first = std::min(first, early < 1 ? early / 2 : (1 + late) / 2);
+    }
+    return first;
+  }
   /// The same of one joint at t within the stretch.
   double dueAt(int joint, double t, const ode::Stretch& of) const {
     const Eigen::VectorXd& y = stateAt(t, of);
@@ -164,7 +181,8 @@ class SwitchInstant {
   }
   mutable std::array<Seen, 8> seen_;
   mutable std::size_t oldest_ = 0;
-  mutable std::vector<int> due_;  ///< scratch of crossing()
+  mutable std::vector<int> due_;           ///< scratch of crossing()
+  mutable std::array<Numbers, 3> slopes_;  ///< scratch of slidesPassing()
 };
 
 }  // namespace planar_chain

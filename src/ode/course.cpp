@@ -13,9 +13,12 @@ Course::Course(SeriesSystem& f)
       bend_(n_),
       increment_(2 * n_),
       restored_(f.size()),
+      accelerations_(restored_),
       at_(f.arrangedSize()),
       rates_(f.arrangedSize() - n_),
-      error_(at_) {
+      error_(at_),
+      slope_(at_) {
+  slope_.setZero();
   for (End* end : {&start_, &end_}) {
     end->state = State(f.arrangedSize());
     end->rates = rates_;
@@ -108,6 +111,18 @@ const Vector& Course::arrangedAt(double t) const {
   }
   time_ = t;
   return at_;
+}
+
+const Eigen::VectorXd& Course::accelerationsAt(double t) const {
+  findRates();
+  const double h = h_, s = (t - start_.state.t) / h, s2 = s * s, s3 = s2 * s;
+  slope_.head(n_) = 60 / (h * h) * (s - s2) * (1 - 2 * s) * turn_ +
+                    12 / h * (8 * s2 - 3 * s - 5 * s3) * start_.state.y.segment(n_, n_) +
+                    12 / h * (7 * s2 - 2 * s - 5 * s3) * end_.state.y.segment(n_, n_) +
+                    (1 - 9 * s + 18 * s2 - 10 * s3) * start_.rates.head(n_) +
+                    (3 * s - 12 * s2 + 10 * s3) * end_.rates.head(n_);
+  f_.restore(slope_.data(), accelerations_.data());
+  return accelerations_;
 }
 
 const Vector& Course::errorAt(double t) const {

@@ -35,6 +35,8 @@ class Course {
   /// [θ ω] at t within the step, and the works at its start, not arranged. Valid until the next call. In the
   /// middle d g is left out.
   const Eigen::VectorXd& at(double t) const;
+  /// α at t within the step, by p'', in the order of at(). Valid until the next call.
+  const Eigen::VectorXd& accelerationsAt(double t) const;
   /// A bound of the error there, arranged: d g and d g'.
   const Vector& errorAt(double t) const;
   /// Sets `state` to that at t.
@@ -58,10 +60,10 @@ class Course {
   Eigen::VectorXd turn_;  ///< of θ, from end to end
   mutable End start_, end_;
   mutable bool isBent_ = false;  ///< bend_ is known
-  mutable Eigen::VectorXd bend_, increment_, restored_;
+  mutable Eigen::VectorXd bend_, increment_, restored_, accelerations_;
   mutable double time_ = std::numeric_limits<double>::quiet_NaN();  ///< of at_
   mutable double timeRestored_ = time_;                             ///< of restored_
-  mutable Vector at_, rates_, error_;
+  mutable Vector at_, rates_, error_, slope_;
 };
 
 }  // namespace planar_chain::ode
