@@ -30,15 +30,17 @@ class DenseChain : public RestingChain {
   Eigen::VectorXd b, c, lambda, rates;
   double noise = 0;  ///< added to |λ| of stuck joints, and taken from the rate of those that start
 
-  DenseChain(int n, unsigned seed) : A(n, n), b(n), c(n), lambda(n), rates(n) {
+  /// decay: of A from joint to joint; own: the least answer of a joint to its own torque.
+  explicit DenseChain(int n, unsigned seed, double decay = 4, double own = 0.1)
+      : A(n, n), b(n), c(n), lambda(n), rates(n) {
     test::Random random(seed);
     Eigen::MatrixXd root(n, n);
     for (int i = 0; i < n; ++i) {
-      for (int j = 0; j < n; ++j) root(i, j) = random.between(-1, 1) * std::pow(4., -std::abs(i - j) / 2);
+      for (int j = 0; j < n; ++j) root(i, j) = random.between(-1, 1) * std::pow(decay, -std::abs(i - j) / 2);
       b[i] = random.between(-1, 1);
       c[i] = random.between(0.01, 1);
     }
-    A = root * root.transpose() + 0.1 * Eigen::MatrixXd::Identity(n, n);
+    A = root * root.transpose() + own * Eigen::MatrixXd::Identity(n, n);
   }
 
   void solve(std::vector<RestingJoint>& joints) override {
@@ -112,6 +114,24 @@ TEST(Complementarity, OneByOneAgreesToo) {
   }
 }
 
+// In folded chains a start may load other joints more. There rounds that change several joints at once may go
+// in circles, of four joints and more. 1000 chains each, about 1 of 100 of which does.
+TEST(Complementarity, EndsWhereRoundsGoInCircles) {
+  for (const int n : {3, 4, 5, 6, 10}) {
+    for (const bool oneByOne : {false, true}) {
+      for (unsigned seed = 1; seed <= 1000; ++seed) {
+        DenseChain chain(n, seed, 1, 1e-3);
+        std::vector<RestingJoint> joints = allStuck(n);
+        findWhatSticks(chain, joints, oneByOne);
+        for (const RestingJoint& one : joints) {
+          EXPECT_FALSE(one.isHeld) << n << " joints, " << seed;
+          EXPECT_LE(one.direction == 0 ? one.excess : one.wrong, 1e-9) << n << " joints, " << seed;
+        }
+      }
+    }
+  }
+}
+
 // With noise each state of a joint that is near its limit is wrong: the decision must end all the same.
 TEST(Complementarity, EndsWhereRoundingDecides) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
@@ -121,7 +141,7 @@ TEST(Complementarity, EndsWhereRoundingDecides) {
     chain.c = chain.c.cwiseMin(chain.lambda.cwiseAbs());  // stuck joints are at their limits now
     chain.noise = 1e-9;
     joints = allStuck(20);
-    EXPECT_LE(findWhatSticks(chain, joints, false), 3 * 20 + 30) << seed;
+    EXPECT_LE(findWhatSticks(chain, joints, false), 3 * 20 + 110) << seed;
     for (const RestingJoint& one : joints)
       EXPECT_LE(one.direction == 0 ? one.excess : one.wrong, 2e-9) << seed;
   }

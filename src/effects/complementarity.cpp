@@ -8,10 +8,10 @@ namespace planar_chain {
 
 namespace {
 
-/// Rounds in a row that may bring nothing before fronts get wider.
+/// Rounds in a row that may bring nothing before fronts get wider: so many, in short chains fewer.
 constexpr int mostVain = 20;
 /// Wrong joints this near to each other are of one front: A falls off by about 4 from joint to joint. The
-/// distance doubles after each mostVain rounds, until all are of one front.
+/// distance doubles each time.
 constexpr int nearest = 3;
 /// A joint that starts with a smaller share than this of the least q̈ that counts is held. A joint beside
 /// others that slide starts with more than a tenth where its band ends.
@@ -31,7 +31,8 @@ class Pivoting {
       : chain_(chain), joints_(joints), oneByOne_(oneByOne) {}
 
   int run() {
-    const int size = static_cast<int>(joints_.size()), most = 2 * size + 20;
+    const int size = static_cast<int>(joints_.size()), most = 2 * size + 100;
+    const int patience = std::min(mostVain, size + 4);
     int fewest = std::numeric_limits<int>::max(), vain = 0;
     while (rounds_ < most) {
       const int wrong = solve();
@@ -42,10 +43,13 @@ class Pivoting {
       vain = wrong < fewest ? 0 : vain + 1;
       fewest = std::min(fewest, wrong);
       flipped_ = 0;
-      if (oneByOne_) {
+      const int wider = std::min(vain / patience, 16), apart = nearest << wider;
+      if (wider > 0 && (oneByOne_ || apart >= size)) {
+        flipFirst();
+      } else if (oneByOne_) {
         flipOfAll();
       } else {
-        flipOfFronts(nearest << std::min(vain / mostVain, 16));
+        flipOfFronts(apart);
       }
     }
     giveUp();
@@ -88,6 +92,9 @@ class Pivoting {
     last_ = &joint;
     ++flipped_;
   }
+
+  /// The first one alone, by Murty's scheme: several at once may go round in circles.
+  void flipFirst() { flip(*std::find_if(joints_.begin(), joints_.end(), isWrong)); }
 
   /// All that start in the wrong direction. Of those that break loose, the one with the most load.
   void flipOfAll() {

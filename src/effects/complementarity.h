@@ -13,7 +13,8 @@
 /// A is never formed. An oracle solves the chain for a guess of which joints stick; it returns λ of these and
 /// q̈ of the others. Each round changes one wrong joint of each front at once: those that start in the wrong
 /// direction, else the one with the most load, for its start relieves its neighbours. If rounds bring no
-/// fewer wrong joints, fronts get wider, at last as wide as the chain: then it is Murty's scheme.
+/// fewer wrong joints, fronts get wider, at last as wide as the chain. Then the first wrong joint alone is
+/// changed, until there are fewer: Murty's scheme, which ends.
 ///
 /// If one joint alone is changed, what was wrong with it is right, for A is positive definite: one that
 /// breaks loose starts that way; one that stops does not start again the same way, but it may the other way.
@@ -57,7 +58,7 @@ class RestingChain {
 };
 
 /// Solves the problem from the directions given. Afterwards `joints` has a solution with its results. Joints
-/// of which rounding decides stick with an excess above 0. Calls solve() at most 3 × size + 30 times: if that
+/// of which rounding decides stick with an excess above 0. Calls solve() at most 3 × size + 110 times: if that
 /// is not enough, what starts in the wrong direction sticks. Returns how often. Allocates nothing.
 int findWhatSticks(RestingChain& chain, std::vector<RestingJoint>& joints, bool oneByOne);
 

@@ -62,7 +62,6 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
 
   void enterState(double t, const double* y) override {
     yield_.setZero();
-    vain_ = 0;
     arrival_ = {};
     atRest_.clear();
     for (const int i : joints_.joints()) {
@@ -85,9 +84,8 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
       }
       RestingJoint one{i};
       if (joints_.slides(i)) {
-        if (joints_.slideDue(i, y + n_) <= 0 && !isFoundInVain(found, i, y)) continue;
+        if (joints_.slideDue(i, y + n_) <= 0) continue;
         anyChanges = true;
-        vain_ = 0;
         if (i == found.which) arrival_ = {i, joints_.direction(i), found.slope};
         one.release = -joints_.direction(i);
         joints_.rest(i, y, mayPass(found, i));
@@ -112,11 +110,6 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   void take() {
     instant_.forget();
     mechanics_->forget(joints_.take());
-  }
-  /// True if the joint found, which is not due, counts as due. A held tip moves the state where a search has
-  /// ended by rounding, so a joint with hardly a rate may be found again and again.
-  bool isFoundInVain(const ode::Crossing& found, int joint, const double* y) {
-    return isClosed_ && joint == found.which && ++vain_ > mostVain && joints_.looseDue(joint, y + n_) <= 0;
   }
   /// True if the joint found, which comes to rest, is likely to go on the other way at once.
   bool mayPass(const ode::Crossing& found, int joint) const {
@@ -212,8 +205,6 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   StickSlip joints_;
   SwitchInstant instant_;
   Mechanics* mechanics_ = nullptr;
-  static constexpr int mostVain = 20;  ///< with fewer, a joint that is not at rest yet may stick too early
-  int vain_ = 0;                       ///< searches since a joint came to rest that found one not due
   Eigen::ArrayXd yield_;               ///< Y of each joint when it last came to rest, 1/(kg m²); 0: unknown
 
   // Of the present change:

@@ -57,7 +57,8 @@ class Course {
   SeriesSystem& f_;
   const Eigen::Index n_;  ///< positions, arranged
   double h_ = 0;
-  Eigen::VectorXd turn_;  ///< of θ, from end to end
+  mutable Eigen::VectorXd turn_;      ///< of θ, from end to end
+  mutable bool isTurnKnown_ = false;  ///< where it is rounding, too
   mutable End start_, end_;
   mutable bool isBent_ = false;  ///< bend_ is known
   mutable Eigen::VectorXd bend_, increment_, restored_, accelerations_;

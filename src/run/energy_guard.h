@@ -8,12 +8,13 @@
 /// Gaps of about the last second are added up. A gap is accepted while the tolerance explains it. Angles off
 /// by ε and rates off by ε (1 + max|ω|) change the energy by at most
 ///
-///     2 √(T T_ε) + T_ε + 2 √(V_e V_ε) + V_ε + ε Σ m |g| ρ
+///     2 √(T T_ε) + T_ε + 2 √(V_e V_ε) + V_ε + ε Σ m |g| ρ + ε W_1
 ///
 ///     T_ε         kinetic energy of that rate error, at worst
 ///     V_e, V_ε    elastic energy; 2 ε² Σ k
 ///     ρ_j         |r_j| + Σ_{k<j} |p_k|, the largest distance of body j from the ground
 ///     ε           10 tolerances, and rounding
+///     W_1         if there are works, their unit in the error control: the larger of 1 J and Σ (m ρ² + I)/s²
 ///
 /// Slides move all bodies by ε R more, R: the chain's reach. So ρ counts R more, and their stiffness R².
 ///
@@ -80,13 +81,15 @@ class EnergyCheck {
     const double in = works[0] - worksThen_[0];
     const double out = works[1] - worksThen_[1];
     const double fading = std::max(0.0, 1 - (t - then_));
+    const bool hasWorks = works != Eigen::Vector2d::Zero();
     const double gap = gap_ * fading + (now.kinetic - energyThen_.kinetic) +
                        (now.potential - energyThen_.potential) - in + out;
     const double moved = std::max(moved_ * fading, now.kinetic + energyThen_.kinetic +
                                                        std::abs(now.potential - energyThen_.potential) +
                                                        std::abs(in) + std::abs(out));
     const double lately = steps_ * fading + static_cast<double>(steps);
-    if (!std::isfinite(gap) || !(std::abs(gap) <= errorEnergy(t, y, now, lately) + share_ * moved)) {
+    const double allowed = errorEnergy(t, y, now, lately, hasWorks) + share_ * moved;
+    if (!std::isfinite(gap) || !(std::abs(gap) <= allowed)) {
       refused_ = gap;
       return false;
     }
@@ -102,11 +105,12 @@ class EnergyCheck {
   double gap() const { return refused_; }
 
  private:
-  double errorEnergy(double t, const double* y, const Energy& now, double steps) const {
+  double errorEnergy(double t, const double* y, const Energy& now, double steps, bool hasWorks) const {
     constexpr double mostAngle = 1e6;  // rad; beyond, rounding explains no gap
     const Eigen::Map<const Eigen::ArrayXd> theta(y, n_), omega(y + n_, n_);
     const double rounding = std::numeric_limits<double>::epsilon() * std::max(32, n_);
     const double seconds = std::max(1.0, t - then_);
+    const double ofWorks = hasWorks ? (tolerance_ * seconds + rounding) * std::max(1.0, inertia_) : 0;
     const double angle = tolerance_ * seconds + rounding * (pi + std::min(theta.abs().maxCoeff(), mostAngle));
     const double ofRates = std::max(rateTolerance_ * seconds, perStep_ * steps);
     const double rate = (ofRates + rounding) * (1 + omega.abs().maxCoeff());
@@ -117,7 +121,7 @@ class EnergyCheck {
     const double mostElastic = std::max(now.elastic, energyThen_.elastic);
     // Root by root: a product of energies may overflow.
     return 2 * std::sqrt(mostKinetic) * std::sqrt(kinetic) + kinetic +
-           2 * std::sqrt(mostElastic) * std::sqrt(elastic) + elastic + weight_ * angle;
+           2 * std::sqrt(mostElastic) * std::sqrt(elastic) + elastic + weight_ * angle + ofWorks;
   }
 
   int n_;
