@@ -74,8 +74,9 @@ class Pace {
   double time_ = 0;
 };
 
-/// Why the motion stops at t in a pose that is stretched between the ends, and the cure.
-inline const char* whyStretched(const Scene& scene, double t) {
+/// True if the laws of a held tip leave the reach of the chain soon.
+inline bool leavesReach(const Scene& scene, double t) {
+  if (!scene.tip || scene.tip->line || scene.chain.slides() > 0) return false;
   double reach = 0, longest = 0;
   for (const Link& link : scene.chain.links()) {
     reach += length(link.pin);
@@ -86,7 +87,12 @@ inline const char* whyStretched(const Scene& scene, double t) {
     const double distance = std::hypot(scene.tip->x.at(t + soon).value, scene.tip->y.at(t + soon).value);
     leaves = leaves || distance > reach || distance < 2 * longest - reach;
   }
-  return leaves && !scene.tip->line && scene.chain.slides() == 0
+  return leaves;
+}
+
+/// Why the motion stops at t in a pose that is stretched between the ends, and the cure.
+inline const char* whyStretched(const Scene& scene, double t) {
+  return leavesReach(scene, t)
              ? "the laws of the held tip leave the reach of the chain (longer links, or laws that move the "
                "tip less, keep it within)"
              : "the chain to its held tip is straight or folded: its way on is not determined "
@@ -114,7 +120,8 @@ inline void describeFailure(std::string& to, const Scene& scene, double t, const
     std::snprintf(why, sizeof why, "time cannot resolve %.3g %s in %.50s", *most,
                   joint.slides ? "m/s²" : "rad/s²", joint.name.c_str());
   }
-  if (outcome == ode::Outcome::undetermined || dynamics.isStretched(t, y))
+  const bool isLast = outcome == ode::Outcome::stepTooSmall && leavesReach(scene, t);
+  if (outcome == ode::Outcome::undetermined || isLast || dynamics.isStretched(t, y))
     std::snprintf(why, sizeof why, "%s", whyStretched(scene, t));
   char text[300];
   std::snprintf(text, sizeof text, "%s gave up at t = %.9g s: %s; ", scene.integrator.method.c_str(), t, why);
