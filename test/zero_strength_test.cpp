@@ -142,22 +142,6 @@ Scene withOffsets(const Scene& scene, double strength) {
   });
 }
 
-Scene withSprings(const Scene& scene, double strength) {
-  return changed(scene, [=](auto&, auto& joints, auto&) {
-    for (Joint& joint : joints) {
-      if (joint.stiffness == 0) joint.stiffness = strength;
-    }
-  });
-}
-
-Scene withDampers(const Scene& scene, double strength) {
-  return changed(scene, [=](auto&, auto& joints, auto&) {
-    for (Joint& joint : joints) {
-      if (joint.damping == 0) joint.damping = strength;
-    }
-  });
-}
-
 /// None that is ever reached.
 Scene withLimits(const Scene& scene, double) {
   return changed(scene, [](auto&, auto& joints, auto&) {
@@ -219,13 +203,44 @@ Scene with(const Scene& scene, double strength) {
   return withLoad(scene, loadOf(scene, strength));
 }
 
-struct Effect {
-  const char* name;
-  Scene (*with)(const Scene&, double strength);
+struct Row {
+  std::string name;
+  std::function<Scene(const Scene&, double strength)> with;
 };
-constexpr Effect effects[] = {
-    {"springs", withSprings}, {"dampers", withDampers},   {"limits", withLimits}, {"torque", with<torqueOf>},
-    {"force", with<forceOf>}, {"moment", with<momentOf>}, {"sine", withSine},     {"ramp", withRamp}};
+
+/// In every joint where it is 0.
+Row rowOf(const JointKey& key) {
+  return {std::string("joint/") + key.name, [key](const Scene& scene, double strength) {
+            return changed(scene, [=](auto&, auto& joints, auto&) {
+              for (Joint& joint : joints) {
+                if (key.of(joint) != 0) continue;
+                key.member ? void(joint.*key.member = strength) : joint.others.set(key.name, strength);
+              }
+            });
+          }};
+}
+
+/// True if a trace makes an effect, and leaves the recursion and the ends of steps as they are.
+bool isComparable(const Row& row) try {
+  const Scene scene = row.with(randomScene(3, 1, {false, false, false}), trace);
+  const Effects effects(scene);
+  return !effects.empty() && effects.couplers().empty() && !effects.haveSwitches();
+} catch (const Refused&) {
+  return false;  // the key needs others beside it
+}
+
+/// Of every key of joints that is comparable by itself, and of what needs more than a number.
+std::vector<Row> allRows() {
+  std::vector<Row> rows{{"limits", withLimits},     {"torque", with<torqueOf>}, {"force", with<forceOf>},
+                        {"moment", with<momentOf>}, {"sine", withSine},         {"ramp", withRamp}};
+  for (const EffectKind* kind : effectKinds()) {
+    for (const JointKey& key : kind->jointKeys()) {
+      if (isComparable(rowOf(key))) rows.push_back(rowOf(key));
+    }
+  }
+  return rows;
+}
+
 constexpr double strengths[] = {0, trace};
 
 // ---- Every method, short and long chains -----------------------------------------------------
@@ -255,29 +270,36 @@ class ZeroStrength : public testing::TestWithParam<std::tuple<std::string, int>>
 };
 
 TEST_P(ZeroStrength, IsAbsence) {
-  for (const Scene& scene : {bare(), full()}) {
+  const std::vector<Row> rows = allRows();
+  EXPECT_GE(rows.size(), 8U) << "stiffness and damping are comparable";
+  for (const bool isBare : {true, false}) {
+    const Scene scene = isBare ? bare() : full();
+    SCOPED_TRACE(isBare ? "alone" : "beside others");
     const Motion none = motionOf(scene);
     EXPECT_EQ(none.rescues, 0) << "the guard is to have no reason";
-    for (const Effect& effect : effects) {
+    for (const Row& row : rows) {
       for (const double strength : strengths) {
-        EXPECT_TRUE(same(none, motionOf(effect.with(scene, strength)))) << effect.name << ' ' << strength;
+        SCOPED_TRACE(row.name + (strength == 0 ? " of 0" : " of a trace"));
+        EXPECT_TRUE(same(none, motionOf(row.with(scene, strength))));
       }
     }
   }
 }
 
 TEST_P(ZeroStrength, OfGravityAndOffsetsIsAbsence) {
-  for (const auto with : {withGravity, withOffsets}) {
-    const Motion none = motionOf(with(bare(), 0.0));
+  for (const Row& row : {Row{"gravity", withGravity}, Row{"offsets", withOffsets}}) {
+    const Motion none = motionOf(row.with(bare(), 0.0));
     for (const double strength : {-0.0, trace}) {
-      EXPECT_TRUE(same(none, motionOf(with(bare(), strength)))) << strength;
+      EXPECT_TRUE(same(none, motionOf(row.with(bare(), strength)))) << row.name << ' ' << strength;
     }
   }
 }
 
 TEST_P(ZeroStrength, OfCommandsIsAbsence) {
   const int last = size() - 1;
-  for (const Scene& scene : {bare(), full()}) {
+  for (const bool isBare : {true, false}) {
+    const Scene scene = isBare ? bare() : full();
+    SCOPED_TRACE(isBare ? "alone" : "beside others");
     const Motion none = motionOf(scene);
     EXPECT_TRUE(same(none, motionOf(scene, 4))) << "room for commands";
     for (const double strength : strengths) {
@@ -318,11 +340,13 @@ TEST_P(ZeroStrength, OfWindowsAndCornersBeginsANewStepThereAndNothingElse) {
   Load window = momentOf(bare(), trace);
   window.start = 0.0423;
   window.stop = 0.1456;
-  EXPECT_TRUE(same(motionByHand(bare(), {forever, {0.0423, 0.1456}}), motionOf(withLoad(bare(), window))));
+  EXPECT_TRUE(same(motionByHand(bare(), {forever, {0.0423, 0.1456}}), motionOf(withLoad(bare(), window))))
+      << "window";
 
   Load ramp = torqueOf(bare(), trace);
   ramp.law = Ramp{{0.05, 0.08, 0.1345}, {0, 1, -1}};
-  EXPECT_TRUE(same(motionByHand(bare(), {forever, {0.05, 0.08, 0.1345}}), motionOf(withLoad(bare(), ramp))));
+  EXPECT_TRUE(same(motionByHand(bare(), {forever, {0.05, 0.08, 0.1345}}), motionOf(withLoad(bare(), ramp))))
+      << "ramp";
 }
 
 TEST_P(ZeroStrength, OfACommandOnTheWayBeginsANewStepThereAndNothingElse) {
@@ -346,8 +370,11 @@ TEST(ZeroStrengthOf, WorksIsAbsenceInTheLargestEigenvalue) {
       return stiffness.largestEigenvalue();
     };
     const Scene bare = randomScene(n, static_cast<unsigned>(n), {false, false, false});
-    EXPECT_EQ(eigenvalueOf(bare), eigenvalueOf(withDampers(bare, trace))) << n;
-    EXPECT_EQ(eigenvalueOf(bare), eigenvalueOf(with<momentOf>(bare, 0))) << n;
+    const Scene traced = changed(bare, [](auto&, auto& joints, auto&) {
+      for (Joint& joint : joints) joint.damping = trace;
+    });
+    EXPECT_EQ(eigenvalueOf(bare), eigenvalueOf(traced)) << "damping of " << n;
+    EXPECT_EQ(eigenvalueOf(bare), eigenvalueOf(with<momentOf>(bare, 0))) << "moment on " << n;
   }
 }
 
