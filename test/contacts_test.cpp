@@ -131,8 +131,8 @@ bool compare(unsigned seed, bool conserves) {
     expectTheSame(scene, exact, growth, tolerance, true, t, conserves);
     expectTheSame(scene, exact, growth, tolerance, false, 4, conserves);
   }
-  // The errors of radau13 are 1e-5 of the tolerance here. A landing may add 1e-4 of what a step may.
-  expectTheSame(scene, exact, growth, 1e-6, false, 2e-4, conserves, {"radau13"});
+  // The errors of radau13 are 1e-5 of the tolerance here. Each landing may add 1e-4 of what a step may.
+  expectTheSame(scene, exact, growth, 1e-6, false, 1e-3, conserves, {"radau13"});
   return true;
 }
 

@@ -64,6 +64,24 @@ TEST(Course, IsExactAtTheEnds) {
   EXPECT_EQ(step.course.at(step.to.t), step.to.y.matrix());
 }
 
+TEST(Course, TakesNoRoundingOfAnAngleForARate) {
+  for (const double h : {1e-6, 1e-8, 1e-10}) {
+    Step step(h);
+    step.to.y[0] += 4e-16;
+    step.course.take(step.from, step.to);
+    const double t = start + h / 2;
+    EXPECT_NEAR(step.course.at(t)[1], std::cos(t), 1e-15) << h;
+  }
+}
+
+TEST(Course, KnowsTheAccelerations) {
+  for (const double s : {0.0, 0.3, 0.5, 1.0}) {
+    Step step(0.2);
+    const double t = start + s * 0.2;
+    EXPECT_NEAR(step.course.accelerationsAt(t)[0], -std::sin(t), 1e-6) << s;
+  }
+}
+
 TEST(Course, LandsWithTheWorksFromEitherEnd) {
   for (const double s : {0.2, 0.8}) {
     Step step(0.4);

@@ -495,6 +495,28 @@ TEST(Stop, ThatIsAHairBesideTheOtherOneIsLeft) {
     EXPECT_LT(apart(after(method), exact), 1e-8) << method;
 }
 
+// The stiffness of a stop goes when it is left, but the error of a rate stays: dopri5 ended at the other
+// stop.
+TEST(Stop, ThatIsOverdampedLeavesNoErrorOfTheRate) {
+  Scene scene = readSceneText(
+      "{chain: [cart, rod], links: {cart: {mass: 4.6, joint: {type: prismatic, axis: [1, 0], lower: -0.862, "
+      "upper: "
+      "-0.861999999, stop_stiffness: 194}, initial: {position: -0.862, velocity: 0.278}}, rod: {mass: 0.38, "
+      "inertia: "
+      "0.0065, com: [0.226, 0], pin: [0.453, 0], initial: {angle: -0.2166, velocity: 3.9}, joint: {lower: "
+      "-0.2086, "
+      "upper: -0.078, stop_damping: 8992, stiffness: 1}}}}");
+  const auto after = [&](const char* method, double tolerance) {
+    scene.integrator = {method, tolerance, 1e-3};
+    Simulation simulation(scene);
+    EXPECT_TRUE(simulation.advanceTo(0.2)) << simulation.fault();
+    return simulation.q();
+  };
+  const std::vector<double> exact = after("radau13", 1e-10);
+  for (const double tolerance : {1e-3, 1e-4, 1e-5})
+    EXPECT_LT(apart(after("dopri5", tolerance), exact), 1e-2 * tolerance) << tolerance;
+}
+
 /// The course of a step tells when a stop is touched: steps are not repeated to find out. With
 /// friction, and in lanes.
 TEST(Stop, OfALongChainIsLandedOnWithinTheStep) {

@@ -102,7 +102,7 @@ void AdaptiveSteps::restartAfter(Change change) {
   if (change == Change::all) {
     stiffness_->begin();
   } else if (change == Change::stiffBend || change == Change::stiffness) {
-    stiffness_->forget();
+    stiffness_->change();
   }
 }
 

@@ -251,8 +251,8 @@ class LandingOnSwitches : public StepsOf {
     // Shares of a step, and of the last: shorter steps end before the switch, whose time is not exact yet;
     // after longer ones the course is less exact there. A wrong share costs steps.
     constexpr double behind = 1e-3, nearer = 1e-4, more = 10;
-    // Of the error that a step may add. Where the stiffness changes, the error of a rate counts by a stiff
-    // mode's short time (integrator.h), but stays when that mode has gone.
+    // Of the error that a step may add, where the stiffness changes: the first such landing is before it is
+    // known that the error of a rate may last longer than a stiff mode (integrator.h).
     constexpr double ofStiffness = 1e-4;
     double beyond = behind * (found_.t - before_.t);
     for (int steps = 0;; ++steps) {

@@ -55,9 +55,9 @@ struct StepCount {
 ///     T = clamp(max(h/2, 1/|λ|, (2e-10/tolerance)² s), 0, 1 s)
 ///
 /// An error e of the rate that grows along the step turns the link by e h/2 within it. Later it turns it by
-/// at least e/|λ|, as no vibration is faster than |λ|, the largest eigenvalue of J. At a tolerance
-/// of 2e-10, T is 1 s. Stiff motions then mostly need half the evaluations or fewer, and angles still meet
-/// the tolerance.
+/// at least e/|λ|, as no vibration is faster than |λ|, the largest eigenvalue of J. Where stops change the
+/// stiffness, |λ| is the least one so far: the error stays when a stop is left. At a tolerance of 2e-10, T is
+/// 1 s. Stiff motions then mostly need half the evaluations or fewer, and angles still meet the tolerance.
 struct Tolerance {
   double value = 0;
   Eigen::ArrayXd ceiling;

@@ -34,10 +34,18 @@ class LocalStiffness {
   }
   /// Makes the next maybeUpdate() the first one.
   void forget() { calls_ = 0; }
+  /// The same where f has become stiffer or less stiff: from now on its least stiff state tells how long an
+  /// error of a rate lasts. After a stop is left it stays.
+  void change() {
+    forget();
+    lasting_ = &least_;
+  }
   /// Also forgets the direction that power iteration has found.
   void begin() {
     forget();
     direction_ = zigzag_;
+    least_ = std::numeric_limits<double>::infinity();
+    lasting_ = &eigenvalue_;
   }
   /// Measures both at the arranged state y, by six evaluations of f.
   void update(double t, const Vector& y) {
@@ -50,6 +58,7 @@ class LocalStiffness {
       direction_ = zigzag_.cwiseAbs();
       eigenvalue_ = 0;
     }
+    least_ = std::min(least_, eigenvalue_);
 
     // Move each component by one unit in the last place of 1 + |y_i|, up and down by turns.
     for (Eigen::Index i = 0; i < y.size(); ++i) {
@@ -78,7 +87,7 @@ class LocalStiffness {
   double timeOf(double h) const { return h * eigenvalue_ > 1 ? 1 / eigenvalue_ : h; }
   /// T, s: the shortest time for which a rate's error turns the links (integrator.h).
   double turningTime(double h, double tolerance) const {
-    return std::min(1.0, std::max({h / 2, 1 / eigenvalue_, leastTurningTime(tolerance)}));
+    return std::min(1.0, std::max({h / 2, 1 / *lasting_, leastTurningTime(tolerance)}));
   }
   /// The part of it that the tolerance determines.
   static double leastTurningTime(double tolerance) {
@@ -92,6 +101,8 @@ class LocalStiffness {
   const Eigen::Index works_;
   int calls_ = 0;  ///< since the last update that maybeUpdate() made
   double eigenvalue_ = 0, counted_ = 0;
+  double least_ = std::numeric_limits<double>::infinity();  ///< eigenvalue_ since begin()
+  const double* lasting_ = &eigenvalue_;                    ///< that of turningTime()
   Vector noise_{f_.arrangedSize()}, base_ = noise_, moved_ = noise_, slope_ = noise_, direction_ = noise_;
   Vector zigzag_ = noise_;  ///< the highest mode of a chain: every component opposite to its neighbours
 };

@@ -1,0 +1,69 @@
+/// Machines whose joints rub, each of which once stuck or slid otherwise than the law of dry friction says,
+/// or stopped. They were found among random ones. What is known of their motion: it is the same by every
+/// method, and no joint at rest bears more than its breakaway torque.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "effects/effect_kind.h"
+#include "effects/stick_slip.h"
+#include "planar_chain/simulation.h"
+#include "reference_data.h"
+
+namespace planar_chain {
+namespace {
+
+constexpr double duration = 1.2;  // s
+
+/// The angles at the end. rows: times at which it stops on the way.
+std::vector<double> after(Scene scene, const char* method, double tolerance, int rows) {
+  SCOPED_TRACE(std::string(method) + " to " + std::to_string(tolerance) + ", " + std::to_string(rows) +
+               " rows");
+  scene.integrator.method = method;
+  scene.integrator.tolerance = tolerance;
+  Simulation simulation(scene);
+  std::vector<double> tau(scene.q.size());
+  for (int k = 1; k <= rows; ++k) {
+    if (!simulation.advanceTo(k * duration / rows)) {
+      ADD_FAILURE() << simulation.fault();
+      break;
+    }
+    simulation.jointTorques(tau.data());
+    for (std::size_t i = 0; i < tau.size(); ++i) {
+      const Joint& joint = scene.chain.joints()[i];
+      if (!mayStick(joint) || simulation.qd()[i] != 0) continue;
+      const double breakaway = std::max(joint.other("friction"), joint.other("breakaway"));
+      EXPECT_LT(std::abs(tau[i]), 1.01 * breakaway) << joint.name << " at " << simulation.time() << " s";
+    }
+  }
+  return simulation.q();
+}
+
+class Sticking : public testing::TestWithParam<const char*> {};
+
+TEST_P(Sticking, IsTheSameByEveryMethod) {
+  const Scene scene = test::referenceScene(std::string("sticking/") + GetParam() + ".yaml");
+  const std::vector<double> exact = after(scene, "dopri5", 1e-11, 1200);
+  for (const char* method : {"auto", "dop853", "dopri5", "rodas5p", "radau13"}) {
+    for (const double tolerance : {1e-4, 1e-6, 1e-8, 1e-10}) {
+      for (const int rows : {1, 60}) {
+        const std::vector<double> found = after(scene, method, tolerance, rows);
+        for (std::size_t i = 0; i < exact.size(); ++i)
+          EXPECT_NEAR(found[i], exact[i], 0.1 * tolerance * (1 + std::abs(exact[i])))
+              << method << " to " << tolerance << ", joint " << i;
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Machines, Sticking,
+                         testing::Values("circles", "circles_with_breakaway", "left_over_rates", "locked",
+                                         "within_a_step"),
+                         [](const auto& one) { return std::string(one.param); });
+
+}  // namespace
+}  // namespace planar_chain
