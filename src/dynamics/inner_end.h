@@ -2,8 +2,7 @@
 
 /// The ends of a chain at a state: what slides, and under which forces; what holds the tip.
 ///
-///     f_i = N_i + d_i·Σ F_j,  j = i … of the slides          N_i: of springs, friction, motors along the
-///     rail
+///     f_i = N_i + d_i·Σ F_j,  j = i … of the slides     N_i: of springs, friction, motors along the rail
 ///
 /// Where the base turns the rails (rails.h), D of the first pin is a part of the acceleration of the base. A
 /// slide of mass m_j has another D: F_j is less by m_j (D_j − D).

@@ -4,9 +4,9 @@
 ///
 ///     commands, after their dead time → sum u, cut off at ± L → lag → x → torque–speed line → torque τ
 ///
-///     T ẋ = u − x         x(t) = u + (x_0 − u) exp(−(t − t_0)/T)        t_0: the last change of u; x(t_0) =
-///     x_0 |τ| ≤ L (1 − s q̇/ω_0)     s = sign x                              L: effort_limit, ω_0:
-///     no_load_speed
+///     T ẋ = u − x                 x(t) = u + (x_0 − u) exp(−(t − t_0)/T)      t_0: the last change of u
+///     |τ| ≤ L (1 − s q̇/ω_0)       s = sign x                                  L: effort_limit
+///                                                                             ω_0: no_load_speed
 ///
 /// u is constant from one command to the next, so x is exact. The line comes last. It is a function of q̇
 /// alone and leaves x as it is. With m = s x ≥ 0 and l = L (1 − s q̇/ω_0), a motor is

@@ -37,6 +37,7 @@ struct StepCount {
 /// The error control accepts a step of length h if it adds to component i at most an error of
 ///
 ///     ¼ tolerance · clamp(h / 1 s, 1/1000, 1) · (1 + min(|y_i|, ceiling_i))
+///
 /// This is the textbook's atol + rtol |y_i| with atol = rtol, but stricter. The factor ¼ is there because
 /// errors of angles and rates feed each other on the way to the end. The error is one per second, not per
 /// step: the errors of a second meet the tolerance, however many steps it takes. A component's size counts up

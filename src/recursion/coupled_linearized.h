@@ -5,8 +5,8 @@
 ///
 ///     rotor    k̂ = k + s d + s² J         δ also + J (ρ_v,i − ρ_v,i−1)
 ///     held     k̂ → ∞:   B ← T + B     h ← U_R     p ← U_L     q ← D_m
-///              u' = u'_parent + w,   w = (ρ_v,i − ρ_v,i−1)/s²,   b ← b − E_v ρ_v − E_q σ + U_R w,   r ← D_m
-///              w − ε
+///              u' = u'_parent + w     w = (ρ_v,i − ρ_v,i−1)/s²
+///              b ← b − E_v ρ_v − E_q σ + U_R w     r ← D_m w − ε
 ///
 /// The moment of a joint changes by δμ = q u'_parent + Σ p_k·y_k + r with (p, q, r) of its inner pin, and the
 /// force of the base by b of the first body. They give the changes of the powers.

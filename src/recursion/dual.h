@@ -3,8 +3,8 @@
 /// Numbers that carry a derivative: a + b ε with ε² = 0. Any rational program that runs on them computes,
 /// beside its value, the derivative along one direction, exact to rounding:
 ///
-///     (a + a' ε)(b + b' ε) = a b + (a b' + a' b) ε          (a + a' ε)/(b + b' ε) = q + (a' − q b')/b ε,  q
-///     = a/b
+///     (a + a' ε)(b + b' ε) = a b + (a b' + a' b) ε
+///     (a + a' ε)/(b + b' ε) = q + (a' − q b')/b ε          q = a/b
 
 #include <cmath>
 
