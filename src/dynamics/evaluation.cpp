@@ -65,17 +65,20 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
 
   // What is given at t.
   takeCouplings(t);
-  if (!to.isPlain) return evaluateMoving(to);
-
-  // Rotations. The recursion computes those that nothing else needs.
-  const double* theta = to.y.data();
-  if (effects_.acting() == LoadKind::forces) {
-    mechanism_.rotate(theta, to.e.data(), n_);
-    theta = nullptr;
-    placePins(to);
+  if (!to.isPlain) {
+    to.base = couplings_.base();
+    to.ground = couplings_.pinAcceleration() - mechanism_.chain().gravity();
+    to.groundTurning = couplings_.angle.acceleration;
   }
+
+  const bool areTurned = effects_.acting() == LoadKind::forces;
+  const double* theta = to.isPlain && !areTurned ? to.y.data() : turn(to);
+  if (areTurned) placePins(to);
   applyEffects(to);
   run(to, theta);
+  for (std::size_t i = 0; i < to.slopesOnBase.size(); ++i) {
+    to.slopesOnBase[i] = to.alpha[i] - (i < index(mechanism_.slides()) ? 0 : to.groundTurning);
+  }
   if (anyIsGiven_) to.powers.supplied += couplingPower(to);
 }
 
@@ -110,22 +113,6 @@ const double* Evaluator::turn(Evaluation& to) const {
   if (to.base.angle == 0 && effects_.acting() != LoadKind::forces) return to.y.data() + slides;
   mechanism_.rotate(to.y.data(), to.base.angle, to.e.data());
   return nullptr;
-}
-
-/// The base moves, or the chain has ends.
-[[gnu::noinline]] void Evaluator::evaluateMoving(Evaluation& to) {
-  to.base = couplings_.base();
-  to.ground = couplings_.pinAcceleration() - mechanism_.chain().gravity();
-  to.groundTurning = couplings_.angle.acceleration;
-
-  const double* theta = turn(to);
-  if (effects_.acting() == LoadKind::forces) placePins(to);
-  applyEffects(to);
-  run(to, theta);
-  for (std::size_t i = 0; i < to.slopesOnBase.size(); ++i) {
-    to.slopesOnBase[i] = to.alpha[i] - (i < index(mechanism_.slides()) ? 0 : to.groundTurning);
-  }
-  if (anyIsGiven_) to.powers.supplied += couplingPower(to);
 }
 
 /// theta: of the bodies, or nullptr if they are turned.

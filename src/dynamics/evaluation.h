@@ -89,7 +89,6 @@ class Evaluator {
  private:
   void takeCouplings(double t);
   void coupleRecursion();
-  void evaluateMoving(Evaluation& to);
   const double* turn(Evaluation& to) const;
   void placePins(Evaluation& to) const;
   void run(Evaluation& to, const double* theta);

@@ -238,25 +238,15 @@ Powers ExactSolve::powersAlongInOrder(const double* uv) {
   const double* v = u + n_;
   const double* omega = coupled_ ? coupled_->at.omega() : at_.omega;
   const int count = pin_.empty() ? effects_.reach() : n_;
-  Vec2d dx, dv;
-  if (mechanism_.slides() > 0) moveSlides(u, v, dx, dv);
-  mechanism_.findPinChanges(at_.e, omega, u, v, count, pin_.empty() ? nullptr : pin_.data(),
-                            pinVelocity_.data(), dx, dv);
-  return Effects::powersAlong(effects_.activeInOrder(), at_, {u, v, pinVelocity_.data(), pin_.data()});
-}
-
-/// Writes the changes of the pins of slides, and of the first one behind them.
-void ExactSolve::moveSlides(const double* u, const double* v, Vec2d& dx, Vec2d& dv) {
-  const Evaluation& at = coupled_->at;
-  const auto [e, rate, turning] = at.turn();
-  const Rails<Dual> rails = changingRails(mechanism_.chain(), {planar_chain::turning(e, 0), rate, turning},
-                                          at.y.data(), at.omega(), u, v);
-  for (std::size_t i = 0; i < index(mechanism_.slides()); ++i) {
-    if (!pin_.empty()) pin_[i] = changeOf(rails.own[i].place);
-    if (!pinVelocity_.empty()) pinVelocity_[i] = changeOf(rails.own[i].velocity);
+  if (hasForces_ && mechanism_.slides() > 0) {
+    const Evaluation& at = coupled_->at;
+    const auto [e, rate, turning] = at.turn();
+    rails_ = changingRails(mechanism_.chain(), {planar_chain::turning(e, 0), rate, turning}, at.y.data(),
+                           omega, u, v);
   }
-  dx = changeOf(rails.first.place);
-  dv = changeOf(rails.first.velocity);
+  mechanism_.findPinChanges(at_.e, omega, u, v, count, rails_, pin_.empty() ? nullptr : pin_.data(),
+                            pinVelocity_.data());
+  return Effects::powersAlong(effects_.activeInOrder(), at_, {u, v, pinVelocity_.data(), pin_.data()});
 }
 
 template <class Scalar>

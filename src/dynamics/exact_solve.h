@@ -115,7 +115,6 @@ class ExactSolve {
     return change;
   }
   Powers powersAlongInOrder(const double* uv);
-  void moveSlides(const double* u, const double* v, Vec2d& dx, Vec2d& dv);
   void takeEnds();
   void turnEnds();
   /// That of held joints and the base, along the last solution.
@@ -142,6 +141,7 @@ class ExactSolve {
   std::vector<double> stateAt_, omegaInLanes_;
   std::vector<Rotation<double>> eAt_;
   std::vector<Vec2d> pinVelocity_, pin_;
+  Rails<Dual> rails_;  ///< changes of the slides; 0 without them
 
   std::vector<double> part_, inOrder_;
   CacheLines room_;

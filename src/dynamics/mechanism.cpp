@@ -70,8 +70,15 @@ void Mechanism::findPinVelocities(const Rotation<double>* e, const double* omega
 }
 
 void Mechanism::findPinChanges(const Rotation<double>* e, const double* omega, const double* u,
-                               const double* v, int count, Vec2d* places, Vec2d* velocities, Vec2d dx,
-                               Vec2d dv) const {
+                               const double* v, int count, const Rails<Dual>& rails, Vec2d* places,
+                               Vec2d* velocities, Vec2d dx, Vec2d dv) const {
+  for (int i = 0; i < std::min(slides(), count); ++i) {
+    const RailPoint<Dual>& own = rails.own[index(i)];
+    if (places) places[i] = dx + changeOf(own.place);
+    velocities[i] = dv + changeOf(own.velocity);
+  }
+  dx += changeOf(rails.first.place);
+  dv += changeOf(rails.first.velocity);
   for (int j = slides(); j < count; ++j) {
     if (places) places[j] = dx;
     velocities[j] = dv;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <variant>
 
+#include "dynamics/rails.h"
 #include "lanes/arrangement.h"
 #include "lanes/segments.h"
 #include "lanes/short_chain.h"
@@ -58,9 +59,10 @@ class Mechanism {
   ///
   ///     δx_next = δx + u iP      δẋ_next = δẋ + v iP − ω u P
   ///
-  /// dx, dv: of the first one that is no slide's. Places may be nullptr. Allocates nothing.
+  /// and those of slides as `rails` say. dx, dv: of the ground pin. Places may be nullptr. Allocates nothing.
   void findPinChanges(const Rotation<double>* e, const double* omega, const double* u, const double* v,
-                      int count, Vec2d* places, Vec2d* velocities, Vec2d dx = {}, Vec2d dv = {}) const;
+                      int count, const Rails<Dual>& rails, Vec2d* places, Vec2d* velocities, Vec2d dx = {},
+                      Vec2d dv = {}) const;
 
  private:
   const Chain& chain_;

@@ -83,20 +83,13 @@ class MotionChange {
  private:
   /// The rails on the base, and the places and velocities of all pins.
   void movePins(const Evaluation& at) {
-    const auto slides = index(mechanism_.slides());
-    Vec2d x = pin, v = velocity;
-    if (slides > 0) {
-      base_ = {planar_chain::turning(at.turn().e, angle), {at.base.rate, rate}, {at.groundTurning, turning}};
-      rails_ = changingRails(mechanism_.chain(), base_, at.y.data(), at.omega(), turn.data(), speed.data());
-      for (std::size_t i = 0; i < slides; ++i) {
-        pins[i] = x + changeOf(rails_.own[i].place);
-        pinVelocities[i] = v + changeOf(rails_.own[i].velocity);
-      }
-      x += changeOf(rails_.first.place);
-      v += changeOf(rails_.first.velocity);
+    if (mechanism_.slides() > 0) {
+      const BaseTurn<Dual> base{
+          planar_chain::turning(at.turn().e, angle), {at.base.rate, rate}, {at.groundTurning, turning}};
+      rails_ = changingRails(mechanism_.chain(), base, at.y.data(), at.omega(), turn.data(), speed.data());
     }
-    mechanism_.findPinChanges(at.e.data(), at.omega(), turn.data(), speed.data(), mechanism_.size(),
-                              pins.data(), pinVelocities.data(), x, v);
+    mechanism_.findPinChanges(at.e.data(), at.omega(), turn.data(), speed.data(), mechanism_.size(), rails_,
+                              pins.data(), pinVelocities.data(), pin, velocity);
   }
   /// The bodies, and the forces and moments, which depend on the motion of the pins.
   void nudge(const Evaluation& at, bool hasForces, const Couplings& couplings,
@@ -135,7 +128,6 @@ class MotionChange {
   static Vec2<Dual> nudged(Vec2d value, Vec2d change) { return {{value.x, change.x}, {value.y, change.y}}; }
 
   const Mechanism& mechanism_;
-  BaseTurn<Dual> base_;
   Rails<Dual> rails_;
   Ended<Dual> recursion_;
   std::vector<Rotation<Dual>> e_;
