@@ -4,9 +4,17 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
 #include <string>
+#include <vector>
 
+#include "effects/effect_kind.h"
+#include "ode/methods.h"
 #include "planar_chain/scene_reader.h"
+#include "planar_chain/simulation.h"
 
 namespace planar_chain {
 namespace {
@@ -86,6 +94,64 @@ TEST(ADrive, ObeysTheLaws) {
           "      initial: {angle: 1, velocity: 1}}\n") +
       base);
   test::EffectLaws(scene, 0.1).expectAll();
+}
+
+/// A spring k in the first joint from t = 0.5 s on, which is no switch: enter() changes its stiffness.
+class LateSpring : public Effect {
+ public:
+  explicit LateSpring(double k) : most_(k) {}
+  LoadKind mostActing() const override { return LoadKind::moments; }
+  Powers apply(const ChainState& at, const Actions& to) override {
+    to.N[0] -= k_ * at.theta[0];
+    return {-k_ * at.theta[0] * at.omega[0], 0};
+  }
+  void addTorques(const ChainState& at, double* tau) override { tau[0] -= k_ * at.theta[0]; }
+  void addStiffness(double* k, double* /*d*/) const override { k[0] += k_; }
+  Powers powersAlong(const ChainState& at, const StateChange& along) override {
+    return {-k_ * (at.theta[0] * along.v[0] + along.u[0] * at.omega[0]), 0};
+  }
+  void enter(double t) override { k_ = t < start ? 0 : most_; }
+  double until() const override { return k_ > 0 ? std::numeric_limits<double>::infinity() : start; }
+
+  static constexpr double start = 0.5;
+
+ private:
+  double most_, k_ = 0;
+};
+
+class LateSpringKind : public EffectKind {
+ public:
+  std::vector<JointKey> jointKeys() const override {
+    return {{"late", nullptr, NumberRule::from(0, "N m/rad")}};
+  }
+  std::unique_ptr<Effect> make(const Scene& scene) const override {
+    const double k = scene.chain.joints().front().other("late");
+    return k > 0 ? std::make_unique<LateSpring>(k) : nullptr;
+  }
+  void summarize(const Scene& /*scene*/, SceneWords& /*words*/) const override {}
+};
+
+TEST(AStiffnessThatChangesWithTime, IsKnownToEveryMethod) {
+  static const LateSpringKind kind;
+  effectKinds().push_back(&kind);
+  std::map<std::string, long long> steps;
+  for (const std::string& method : ode::methodNames()) {
+    SCOPED_TRACE(method);
+    Simulation simulation(
+        readSceneText("chain: [wheel]\n"
+                      "gravity: [0, 0]\n"
+                      "links:\n"
+                      "  wheel: {mass: 1, inertia: 0.5, com: [0, 0], pin: [1, 0], joint: {late: 200}, "
+                      "initial: {velocity: 3}}\n"
+                      "integrator: {method: " +
+                      method + ", tolerance: 1e-7, step: 0.0005}\n"));
+    ASSERT_TRUE(simulation.advanceTo(1)) << simulation.fault();
+    const double w = 20, turned = w * (1 - LateSpring::start);  // w² = 200/0.5
+    EXPECT_NEAR(simulation.q()[0], 1.5 * std::cos(turned) + 3 / w * std::sin(turned), 1e-5);
+    steps[method] = simulation.statistics().steps;
+    EXPECT_EQ(simulation.statistics().rescues, 0) << "the energy does not fit the motion";
+  }
+  EXPECT_LT(steps["rodas5p"], steps["dopri5"]);
 }
 
 }  // namespace

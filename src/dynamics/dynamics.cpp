@@ -59,7 +59,7 @@ std::string Dynamics::recursion() const {
 void Dynamics::enter(double t) {
   effects_.enter(t);
   if (coupled_) coupled_->forget();
-  isBare_ = !coupled_ && !effects_.act() && works_ == 0;
+  switched();
 }
 
 void Dynamics::reconsider(double t, double* y) {
