@@ -214,14 +214,9 @@ void Dynamics::reserve(int complexCount) {
 
 void Dynamics::linearize(double t, const double* y, double* dydt) {
   ++evaluations_;
-  if (coupled_) return linearizeCoupled(t, y, dydt);
   evaluate(t, y, dydt);
+  if (coupled_) return solve_->linearize(coupled_->at(t, y), coupled_->evaluator().couplings());
   solve_->linearize(t, y, dydt, outside_);
-}
-
-[[gnu::noinline]] void Dynamics::linearizeCoupled(double t, const double* y, double* dydt) {
-  evaluate(t, y, dydt);
-  solve_->linearize(coupled_->at(t, y), coupled_->evaluator().couplings());
 }
 
 bool Dynamics::timeDerivative(double* ft) {

@@ -190,7 +190,6 @@ class Dynamics final : public ode::SeriesSystem, private SeriesLoads {
   Powers apply(const std::vector<Effect*>& effects, double t, const double* theta, const double* omega);
   ChainState stateWithForces(double t, const double* theta, const double* omega);
   void loadsToLanes(LoadKind acting);
-  void linearizeCoupled(double t, const double* y, double* dydt);
   Powers timeDerivativeOfLoads(double* slopes);
 
   void findOrder(int k) override;

@@ -53,11 +53,6 @@ void Evaluator::coupleRecursion() {
   tip_.acceleration -= mechanism_.chain().gravity();
 }
 
-inline void Evaluator::applyEffects(Evaluation& to) {
-  std::fill(to.N.begin(), to.N.end(), 0.0);
-  to.powers = effects_.act() ? effects_.apply(to.state(), {to.N.data(), to.F.data()}) : Powers{};
-}
-
 void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
   to.isKnown = true;
   to.t = t;
@@ -74,7 +69,8 @@ void Evaluator::evaluate(double t, const double* y, Evaluation& to) {
   const bool areTurned = effects_.acting() == LoadKind::forces;
   const double* theta = to.isPlain && !areTurned ? to.y.data() : turn(to);
   if (areTurned) placePins(to);
-  applyEffects(to);
+  std::fill(to.N.begin(), to.N.end(), 0.0);
+  to.powers = effects_.act() ? effects_.apply(to.state(), {to.N.data(), to.F.data()}) : Powers{};
   run(to, theta);
   for (std::size_t i = 0; i < to.slopesOnBase.size(); ++i) {
     to.slopesOnBase[i] = to.alpha[i] - (i < index(mechanism_.slides()) ? 0 : to.groundTurning);

@@ -95,7 +95,6 @@ class Evaluator {
   void runBetweenEnds(Evaluation& to, const double* theta);
   void runOnRails(Evaluation& to, const double* theta);
   void sweepBetweenEnds(Evaluation& to, const double* theta, Vec2d ground);
-  void applyEffects(Evaluation& to);
   double couplingPower(const Evaluation& at);
   const Vec2d* forces(const Evaluation& at) const {
     return effects_.acting() == LoadKind::forces ? at.F.data() : nullptr;
