@@ -129,8 +129,9 @@ class Forces {
   virtual void addForceTangents(const ChainState& /*at*/, ForceTangent* /*to*/) {}
 };
 
-/// An effect with moments alone that takes states in lane order, so that long chains need not reorder them
-/// (lanes/arrangement.h). In short chains both orders are the same.
+/// An effect that takes states in lane order, so that long chains need not reorder them
+/// (lanes/arrangement.h). It has moments alone, which do not depend on t explicitly. In short chains both
+/// orders are the same.
 class InLanes {
  public:
   virtual ~InLanes() = default;

@@ -100,9 +100,9 @@ class EndedLinearized : public CoupledLinearized<Scalar, kinds> {
       if (i == 0 && slides() == 2) add(turns_[0], turn[0], y.inner);
     }
     this->pinForce_ += force(y.last) - times(G_, tipForce_);
-    moved_ = y;
     for (std::size_t i = 0; i < slides(); ++i) {
       const PerEnd<double>&k = ends_.stiffness, &d = ends_.damping;
+      moved_ = y;
       slideForces_[i] =
           slide(i).isHeld ? effort(i, y, this->pinForce_) : -k[i] * sigma[i] - (k[i] + s_() * d[i]) * turn[i];
     }
