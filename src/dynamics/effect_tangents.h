@@ -23,8 +23,6 @@ struct EffectTangents {
     std::fill(constantK.begin(), constantK.end(), 0.0);
     std::fill(constantD.begin(), constantD.end(), 0.0);
     for (const auto& effect : effects.all()) effect->addStiffness(constantK.data(), constantD.data());
-    k = constantK;
-    d = constantD;
   }
   /// Takes k and d at a state.
   void takeJoints(const Effects& effects, const ChainState& at) {

@@ -235,7 +235,7 @@ class Search {
     for (int j = coordinates_.slides(); j < n_; ++j) e_[index(j)] = plainRotation(theta[j] + baseAngle_);
     N_.setZero();
     std::fill(F_.begin(), F_.end(), Vec2d{});
-    effects_.enterState(t_, stateOf(theta).data());
+    effects_.enterState(t_, (Eigen::VectorXd(2 * n_) << theta, still_).finished().data());
     const ChainState at{t_, theta.data(), still_.data(), e_.data(), pinVelocity_.data()};
     effects_.apply(at, {N_.data(), F_.data()});
     tangents_.takeConstant(effects_);
@@ -255,18 +255,16 @@ class Search {
       const Vec2d weight = link.mass * scene_.chain.gravity();
       const Vec2d R = e_[index(j)] * link.com, P = e_[index(j)] * link.pin;
       const int group = groups_[index(j)];
+      const Vec2d tip = coordinates_.slides(j) ? reach_ * railOf(j) : perp(P);  // moves so with the group
       if (group >= 0 && coordinates_.slides(j)) {
-        const Vec2d d = reach_ * railOf(j);
-        moment_[group] += reach_ * N_[j] + dot(d, outer + weight + F_[index(j)]);
-        for (int r = 0; r < held_->at.tip.rows; ++r)
-          held_->x[r][group] += dot(held_->at.tip.row[index(r)], d);
+        moment_[group] += reach_ * N_[j] + dot(tip, outer + weight + F_[index(j)]);
       } else if (group >= 0) {
         moment_[group] += N_[j] + cross(R, weight) + cross(P, outer);
         matrix_.kappa[group] += dot(R, weight) + dot(P, outer);
         if (!tangents_.XF.empty()) matrix_.kappa[group] += tangents_.XF[index(j)];
-        for (int r = 0; held_ && r < held_->at.tip.rows; ++r)
-          held_->x[r][group] += dot(held_->at.tip.row[index(r)], perp(P));
       }
+      for (int r = 0; held_ && group >= 0 && r < held_->at.tip.rows; ++r)
+        held_->x[r][group] += dot(held_->at.tip.row[index(r)], tip);
       outer += weight + F_[index(j)];
     }
     for (Eigen::Index g = 0; g < groups; ++g) {
@@ -275,10 +273,6 @@ class Search {
     }
   }
   Vec2d railOf(int i) const { return plainRotation(baseAngle_) * scene_.chain.joints()[index(i)].axis; }
-
-  Eigen::VectorXd stateOf(const Eigen::VectorXd& theta) const {
-    return (Eigen::VectorXd(2 * n_) << theta, still_).finished();
-  }
 
   /// V of weights, springs, stops and loads, J.
   double energyAt(const Eigen::VectorXd& theta) const {

@@ -27,16 +27,14 @@ std::size_t CommandEffect::placeOf(const Command& command) const {
 }
 
 bool CommandEffect::hasRoom(double now) const {
-  const auto waits = [&](const Command& command) {
-    return command.start - (command.joint == Load::none ? 0 : delays_[index(command.joint)]) > now;
-  };
+  const auto waits = [&](const Command& command) { return command.start - delayOf(command.joint) > now; };
   const auto waiting = std::count_if(waiting_.begin(), waiting_.end(), waits);
   return static_cast<std::size_t>(waiting) + timed_.size() < capacity_;
 }
 
 Command CommandEffect::delayed(Command command, double now) const {
-  if (isPrompt(command.joint)) return command;
-  const double delay = delays_[index(command.joint)];
+  const double delay = delayOf(command.joint);
+  if (delay == 0) return command;
   command.start = std::max(command.start, now) + delay;
   command.stop += delay;
   return command;

@@ -46,9 +46,7 @@ class CommandEffect : public TimedTerms {
   /// Lets motors reach what is commanded at t at once.
   virtual void finish(double /*t*/) {}
   /// True if a command for this joint acts from its start on; `none`: for a link.
-  bool isPrompt(int joint) const {
-    return joint == Load::none || delays_[static_cast<std::size_t>(joint)] == 0;
-  }
+  bool isPrompt(int joint) const { return delayOf(joint) == 0; }
   /// Returns how often the torque in each joint came to be cut off.
   const std::vector<long long>& cutOffs() const { return cutOffs_; }
 
@@ -60,6 +58,7 @@ class CommandEffect : public TimedTerms {
  private:
   /// True if its torques are left to a motor.
   virtual bool hasMotor(int /*joint*/) const { return false; }
+  double delayOf(int joint) const { return joint == Load::none ? 0 : delays_[index(joint)]; }
   bool hasRoom(double now) const;
   /// The command as it acts: after its dead time.
   Command delayed(Command command, double now) const;
