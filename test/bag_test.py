@@ -530,6 +530,20 @@ loads:
             self.assertIn("4 taken\n", said)
             self.assertAlmostEqual(self.rows()[-1][0], 1.23, places=12)
 
+        # Times that repeat half a second.
+        loop = []
+        for topic, messages in self.read("one.bag").items():
+            for received, message in messages:
+                back = 5 * 10**8 if received > 7 * 10**8 else 0
+                if hasattr(message, "tick_stamp"):
+                    message.tick_stamp = time_of(message.tick_stamp.to_nsec() - back)
+                if hasattr(message, "header"):
+                    message.header.stamp = time_of(message.header.stamp.to_nsec() - back)
+                loop.append((topic, message, received - back))
+        self.write("loop.bag", *loop)
+        self.bag("--commands", self.path("loop.bag"), name="two.bag")
+        self.assertTrue(self.bytes_of("one.bag") == self.bytes_of("two.bag"))
+
         # The last command lies behind the last state.
         self.write("short.bag", *((topic, message, received) for topic, messages in self.read("one.bag").items()
                                   for received, message in messages if received < 0.25e9 or topic.endswith("commands_taken")))
@@ -561,6 +575,51 @@ loads:
         self.assert_replay_refused("in.bag", "number 3 where 2 is due")
         self.write_commands("in.bag", [CommandTaken(number=2, kind=CommandTaken.RESET)])
         self.assert_replay_refused("in.bag", "number 2 where 1 is due (a reset that changes the scene skips a number")
+
+    def test_a_bag_that_has_lost_the_last_commands_is_named(self):
+        self.write_commands("in.bag", self.COMMANDS)
+        one = self.bag("--duration", "1.23", "--commands", self.path("in.bag"), name="one.bag")
+        for kept in (3, 2):
+            self.write("lost.bag", *((topic, message, received) for topic, messages in one.items() for received, message in messages
+                                     if not (topic.endswith("commands_taken") and message.number > kept)))
+            for more in ((), ("--duration", "1"), ("--duration", "9")):
+                result = self.run_tool("--commands", self.path("lost.bag"), *more)
+                self.assertEqual((result.returncode, result.stderr), (3, ""))
+                # The first tick that shows the command, which is the tick it belongs to.
+                tick = self.COMMANDS[kept].tick
+                self.assertIn(f"from tick {tick} ({tick / 300:.17g} s) on, the motion is not the recorded one: a command after number "
+                              f"{kept}, the last in the bag, is missing, or the node had another version or kind of processor\n", result.stdout)
+            self.simulate("--commands", self.path("lost.bag"), "--duration", "0.2")  # which ends before it
+        # Two ticks before the end, behind the last status.
+        late = CommandTaken(number=1, tick=367, scene_time=366 / 300, joint_torques=[1.0, 1.0])
+        self.write_commands("in.bag", [late])
+        one = self.bag("--duration", "1.23", "--commands", self.path("in.bag"), name="one.bag")
+        self.write("lost.bag", ("/planar_chain/commands_taken", CommandTaken(number=1, joint_torques=[0.0, 0.0]), 1), *(
+            (topic, message, received) for topic, messages in one.items() if not topic.endswith("commands_taken")
+            for received, message in messages))
+        self.assertIn("from tick 367 ", self.run_tool("--commands", self.path("lost.bag")).stdout)
+        # Of another scene, it is not expected.
+        result = self.run_tool("--commands", self.path("lost.bag"), scene=SCENE.replace("mass: 1", "mass: 2", 1))
+        self.assertEqual(result.returncode, 0, result.stdout)
+
+    def test_a_bag_in_which_the_node_was_started_again_is_refused(self):
+        self.write_commands("in.bag", self.COMMANDS)
+        self.bag("--duration", "1", name="one.bag")
+        self.bag("--duration", "1.23", "--commands", self.path("in.bag"), name="two.bag")
+        for names, words in ((("one.bag", "two.bag"), "its status 1 is of tick 60 and of tick 60"),
+                             (("two.bag", "one.bag"), "its status 1 is of tick 60 and of tick 60"),
+                             (("two.bag", "two.bag"), "its command 1 is of tick 31 and of tick 31")):
+            entries = []
+            for begin, name in zip((0, 5 * 10**9), names):
+                for topic, messages in self.read(name).items():
+                    for received, message in messages:
+                        if hasattr(message, "header"):
+                            message.header.stamp = time_of(received + begin)
+                        if hasattr(message, "tick_stamp"):
+                            message.tick_stamp = time_of(received + begin)
+                        entries.append((topic, message, received + begin))
+            self.write("twice.bag", *entries)
+            self.assert_replay_refused("twice.bag", f"expected one run of /planar_chain, got a second one: {words} (the node was started again")
 
     def test_bags_that_tell_nothing_are_refused(self):
         self.bag("--duration", "0.1", name="bare.bag")

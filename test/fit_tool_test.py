@@ -279,6 +279,24 @@ class Bags(InFolder):
         for path, value in self.TRUE.items():
             self.assertAlmostEqual(found(result)[path].value / value, 1, delta=1e-4, msg=path)
 
+    def test_a_bag_in_which_the_node_was_started_again_is_refused(self):
+        import genpy  # pylint: disable=import-outside-toplevel
+        import rosbag  # pylint: disable=import-outside-toplevel
+        run = self.record()
+        for has_commands, words in ((True, "its command 1 is of tick 5 and of tick 5"), (False, "its status 1 is of tick 20 and of tick 20")):
+            with rosbag.Bag(run) as once, rosbag.Bag(self.path("twice.bag"), "w") as bag:
+                for later in (0, 100):
+                    for topic, message, received in once.read_messages():
+                        if topic in ("/joint_states", "/planar_chain/status"):
+                            message.header.stamp += genpy.Duration(later)
+                            message.header.seq *= not has_commands  # as a writer leaves it that does not count
+                        if topic.endswith("/status"):
+                            message.tick_stamp += genpy.Duration(later)
+                        if has_commands or not (later and topic.endswith("commands_taken")):
+                            bag.write(topic, message, received + genpy.Duration(later))
+            with self.assertRaisesRegex(BadFit, f"expected one run of /planar_chain, got a second one: {words} "):
+                fit(self.ARM, self.path("twice.bag"), list(self.TRUE))
+
     def test_bags_without_what_is_needed(self):
         import genpy  # pylint: disable=import-outside-toplevel
         import rosbag  # pylint: disable=import-outside-toplevel

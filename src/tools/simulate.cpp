@@ -337,7 +337,7 @@ int simulate(const Arguments& given) {
   }
   writeSummary(simulation, rows.duration);
   if (bags) std::fputs(bags->summary().c_str(), stdout);
-  return bags && bags->hasRefused() ? doneInPart : done;
+  return !bags || bags->isAsRecorded() ? done : doneInPart;
 }
 
 }  // namespace
@@ -348,8 +348,9 @@ int main(int argc, char** argv) {
   return run(
       {"simulate",
        "Simulates a scene as fast as possible and writes its motion.",
-       "0 done; 1 the run failed; 2 bad arguments or scene; 3 a command of --commands was refused; 130 "
-       "interrupted by Ctrl-C.",
+       "0 done; 1 the run failed; 2 bad arguments or scene; 3 a command of --commands was refused, or the "
+       "motion "
+       "left the recorded one; 130 interrupted by Ctrl-C.",
        true,
        {{"duration",
          "Simulated time, s (default with --commands: to the last state in their bag, on joint_states or "

@@ -189,6 +189,7 @@ class OfflineNode : public Bags {
       if (!other.empty()) {
         std::fprintf(stderr, "simulate: %s was recorded with another scene, so the motion differs: %s\n",
                      given.commands->c_str(), other.c_str());
+        recorded_.states.clear();
       }
     }
     if (given.endsAsRecorded && recorded_.lastTick == 0) {
@@ -221,10 +222,15 @@ class OfflineNode : public Bags {
   }
 
   void tick(long long k) override {
+    const auto recorded = recorded_.states.find(static_cast<std::uint64_t>(k));
+    if (left_.empty() && recorded != recorded_.states.end() && simulation_.fault().empty() &&
+        recorded->second != digestOf(simulation_.q(), simulation_.qd())) {
+      leave(k);
+    }
     if (writer_ && k > 0) writer_->tick(k);
   }
 
-  bool hasRefused() const override { return refused_ > 0; }
+  bool isAsRecorded() const override { return refused_ == 0 && left_.empty(); }
 
   void close() override {
     if (writer_) writer_->close();
@@ -238,7 +244,7 @@ class OfflineNode : public Bags {
     const std::size_t late = recorded_.commands.size() - next_;
     if (late > 0) text << ", " << late << " after the end";
     if (refused_ > 0) text << "; the first refusal: " << firstRefusal_;
-    text << '\n';
+    text << '\n' << left_;
     return text.str();
   }
 
@@ -256,6 +262,20 @@ class OfflineNode : public Bags {
     return arrives || !simulation_.fault().empty();
   }
 
+  /// Says that the state of tick k is not the recorded one.
+  void leave(long long k) {
+    std::ostringstream text;
+    text << "  from tick " << k << " (" << toText(ticks_.timeOf(k))
+         << " s) on, the motion is not the recorded one: ";
+    // Between recorded commands none is missing: their numbers have no gap.
+    if (next_ == recorded_.commands.size()) {
+      text << "a command after number " << next_ << ", the last in the bag, is missing, or ";
+    }
+    text << "the node had another " << (recorded_.scene.empty() ? "scene, " : "")
+         << "version or kind of processor\n";
+    left_ = text.str();
+  }
+
   Ticks ticks_;
   Simulation simulation_;
   Commands commands_;
@@ -263,6 +283,7 @@ class OfflineNode : public Bags {
   std::size_t next_ = 0;  ///< index of the next command to take
   std::size_t refused_ = 0;
   std::string firstRefusal_;
+  std::string left_;  ///< where the motion left the recorded one; empty: nowhere
   std::optional<BagWriter> writer_;
 };
 

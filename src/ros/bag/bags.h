@@ -49,10 +49,11 @@ class Bags {
   /// @throws std::runtime_error as tick()
   virtual void close() = 0;
 
-  /// Returns a line that counts the commands taken and refused, with the reason of the first refusal; empty
-  /// without a bag of commands.
+  /// Returns a line that counts the commands taken and refused, with the reason of the first refusal, and one
+  /// that says where the motion leaves the recorded one, if it does; empty without a bag of commands.
   virtual std::string summary() const = 0;
-  virtual bool hasRefused() const = 0;  ///< a command
+  /// False if a command was refused, or the motion left the recorded one.
+  virtual bool isAsRecorded() const = 0;
 };
 
 /// The library's only function, exported as `openBags`: a run of the scene, whose publish settings give the

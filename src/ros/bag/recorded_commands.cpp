@@ -14,9 +14,11 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <set>
 #include <string_view>
+#include <utility>
 
 #include "planar_chain/fault.h"
 #include "planar_chain/value.h"
@@ -79,11 +81,23 @@ boost::shared_ptr<Message> messageOf(const rosbag::MessageInstance& entry, const
                                      : entry.getDataType());
 }
 
+/// Refuses what a node that was started again numbers anew, as fitting/bags.py does.
+[[noreturn]] void refuseRestart(const std::string& path, const std::string& node, const std::string& numbered,
+                                std::uint64_t tick, std::uint64_t other) {
+  refuse(path, "one run of " + node,
+         "a second one: " + numbered + " is of tick " + std::to_string(tick) + " and of tick " +
+             std::to_string(other) + " (the node was started again; record each run in a bag of its own)");
+}
+
 /// @throws Refused if one of them is missing, is not what its kind needs, or does not fit the ticks
-void check(const std::vector<CommandTaken>& commands, double rate, const std::string& path) {
+void check(const std::vector<CommandTaken>& commands, double rate, const std::string& node,
+           const std::string& path) {
   std::uint64_t tickBefore = 0, number = 0;
   bool wasSet = false;
   for (const CommandTaken& command : commands) {
+    if (number > 0 && command.number == number) {
+      refuseRestart(path, node, "its command " + std::to_string(number), tickBefore, command.tick);
+    }
     if (command.number != ++number) {
       const bool isReset = command.kind == CommandTaken::RESET && command.number == number + 1;
       refuse(
@@ -121,40 +135,119 @@ void requireTick(std::uint64_t tick, const std::string& path) {
   refuse(path, "ticks up to number 100000000", std::to_string(tick));
 }
 
-/// Returns the last tick of the states in the bag, in whatever order it has them. A status gives a tick and
-/// its stamp, so the number of the joint_states with this stamp. Each joint_states with a higher number is
-/// one tick more. Stamps alone do not give the tick: they jump over pauses, and go back with an external
-/// clock.
-std::uint64_t lastTick(const rosbag::Bag& bag, const std::string& node, const std::string& path) {
-  std::map<ros::Time, std::uint32_t> numbers;  // of the last one with each stamp
-  std::uint32_t newest = 0;
-  const std::string states = ros::names::append(ros::names::parentNamespace(node), "joint_states");
-  for (const rosbag::MessageInstance& entry : rosbag::View(bag, rosbag::TopicQuery(states))) {
-    const std_msgs::Header header = messageOf<sensor_msgs::JointState>(entry, path)->header;
-    std::uint32_t& number = numbers[header.stamp];
-    number = std::max(number, header.seq);
-    newest = std::max(newest, header.seq);
-  }
-  std::uint64_t last = 0, known = 0, later = numbers.size() - numbers.count(ros::Time());
+/// A message of joint_states.
+struct State {
+  std::uint32_t number;
+  ros::Time stamp;
+  std::size_t digest;
+};
+
+/// The last of the ticks, or of the states, with one stamp. An external clock that goes back repeats stamps.
+struct AtStamp {
+  std::uint64_t last = 0;  ///< a tick, or an index
+  bool isOnly = true;
+};
+
+/// The ticks that ~status tells.
+struct Statuses {
+  std::map<ros::Time, AtStamp> ticks;
+  std::uint64_t last = 0;
+  std::string caller;  ///< the publisher
+};
+
+/// @throws Refused if the node was started again
+Statuses readStatuses(const rosbag::Bag& bag, const std::string& node, const std::string& path,
+                      bool isNeeded) {
+  Statuses statuses;
+  std::map<std::uint32_t, std::pair<std::uint64_t, ros::Time>> byNumber;  // each number is of one message
   for (const rosbag::MessageInstance& entry : rosbag::View(bag, rosbag::TopicQuery(node + "/status"))) {
+    if (!isNeeded && !entry.isType<SimStatus>()) continue;
     const auto status = messageOf<SimStatus>(entry, path);
-    requireTick(status->tick, path);
-    last = std::max(last, status->tick);
-    const auto found = numbers.find(status->tick_stamp);
-    if (found == numbers.end() || status->tick < known) continue;
-    known = status->tick;
-    later = newest - found->second;
+    if (isNeeded) requireTick(status->tick, path);
+    const std::pair now(status->tick, status->header.stamp);
+    const auto [before, isNew] = byNumber.emplace(status->header.seq, now);
+    // Messages without numbers have the number 0.
+    if (!isNew && status->header.seq > 0 && before->second != now) {
+      refuseRestart(path, node, "its status " + std::to_string(status->header.seq), before->second.first,
+                    status->tick);
+    }
+    AtStamp& at = statuses.ticks.emplace(status->tick_stamp, AtStamp{status->tick}).first->second;
+    at.isOnly = at.isOnly && at.last == status->tick;
+    at.last = std::max(at.last, status->tick);
+    statuses.last = std::max(statuses.last, status->tick);
+    statuses.caller = entry.getCallerId();
   }
-  return std::max(last, known + later);
+  return statuses;
+}
+
+/// Finds the tick of each state, in whatever order the bag has them. A status gives a tick and its stamp, so
+/// the number of the joint_states with this stamp. From one to the next, each state is one tick more, if both
+/// agree on that. Stamps alone do not give the tick: they jump over pauses, and go back with an external
+/// clock.
+void readStates(const rosbag::Bag& bag, const std::string& path, bool isNeeded, RecordedCommands& recorded) {
+  const Statuses statuses = readStatuses(bag, recorded.node, path, isNeeded);
+  std::vector<State> states;
+  const std::string topic = ros::names::append(ros::names::parentNamespace(recorded.node), "joint_states");
+  for (const rosbag::MessageInstance& entry : rosbag::View(bag, rosbag::TopicQuery(topic))) {
+    const bool isOthers = !statuses.caller.empty() && entry.getCallerId() != statuses.caller;
+    if (isOthers || !(isNeeded || entry.isType<sensor_msgs::JointState>())) continue;
+    const auto state = messageOf<sensor_msgs::JointState>(entry, path);
+    if (state->header.stamp.isZero()) continue;
+    states.push_back({state->header.seq, state->header.stamp, digestOf(state->position, state->velocity)});
+  }
+  std::stable_sort(states.begin(), states.end(),
+                   [](const State& a, const State& b) { return a.number < b.number; });
+
+  std::map<ros::Time, AtStamp> at;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const auto [entry, isNew] = at.emplace(states[i].stamp, AtStamp());
+    entry->second = {i, isNew};
+  }
+
+  // Find the states that a status names, by how far ticks are ahead of numbers, and the last one.
+  std::vector<std::pair<std::size_t, std::uint64_t>> known;
+  std::uint64_t lastKnown = 0, later = at.size();
+  for (const auto& [stamp, tick] : statuses.ticks) {
+    const auto state = at.find(stamp);
+    if (state == at.end()) continue;
+    const std::uint32_t number = states[state->second.last].number;
+    if (tick.isOnly && state->second.isOnly) known.emplace_back(state->second.last, tick.last - number);
+    if (tick.last >= lastKnown) {
+      lastKnown = tick.last;
+      later = states.back().number - number;
+    }
+  }
+  std::sort(known.begin(), known.end());
+  for (std::size_t k = 0; k < known.size(); ++k) {
+    const auto [first, ahead] = known[k];
+    const bool isLast = k + 1 == known.size();
+    if (isLast ? k > 0 && known[k - 1].second != ahead : known[k + 1].second != ahead) continue;
+    for (std::size_t i = first; i < (isLast ? states.size() : known[k + 1].first); ++i) {
+      recorded.states.emplace(states[i].number + ahead, states[i].digest);
+    }
+  }
+  const std::uint64_t last = std::max(statuses.last, lastKnown + later);
+  if (!isNeeded || last == 0) return;
+  requireTick(recorded.commands.back().tick, path);
+  recorded.lastTick = static_cast<long long>(std::max(last, recorded.commands.back().tick));
 }
 
 }  // namespace
 
+std::size_t digestOf(const std::vector<double>& q, const std::vector<double>& qd) {
+  const auto of = [](const std::vector<double>& values) {
+    const std::string_view bytes(reinterpret_cast<const char*>(values.data()),
+                                 values.size() * sizeof(double));
+    return std::hash<std::string_view>()(bytes);
+  };
+  return 31 * of(q) + of(qd);
+}
+
 RecordedCommands readCommands(const std::string& path, const std::optional<std::string>& node, double rate,
-                              bool alsoEnd) {
+                              bool needsEnd) {
   try {
     const rosbag::Bag bag(path);
-    RecordedCommands recorded{nodeOf(bag, node, path), {}, 0, {}};
+    RecordedCommands recorded{nodeOf(bag, node, path), {}, 0, {}, {}};
 
     const std::string topic = recorded.node + commandsTaken;
     std::vector<CommandTaken>& commands = recorded.commands;
@@ -162,9 +255,9 @@ RecordedCommands readCommands(const std::string& path, const std::optional<std::
       commands.push_back(*messageOf<CommandTaken>(entry, path));
     }
     if (commands.empty()) refuse(path, "a bag with commands on " + topic, "none");
-    std::sort(commands.begin(), commands.end(),
-              [](const CommandTaken& a, const CommandTaken& b) { return a.number < b.number; });
-    check(commands, rate, path);
+    std::stable_sort(commands.begin(), commands.end(),
+                     [](const CommandTaken& a, const CommandTaken& b) { return a.number < b.number; });
+    check(commands, rate, recorded.node, path);
     for (const rosbag::MessageInstance& entry :
          rosbag::View(bag, rosbag::TopicQuery(recorded.node + "/scene"))) {
       recorded.scene = messageOf<std_msgs::String>(entry, path)->data;
@@ -174,10 +267,7 @@ RecordedCommands readCommands(const std::string& path, const std::optional<std::
     } catch (const Refused& problem) {
       refuse(path, recorded.node + "/scene in YAML", problem.what());
     }
-    if (const std::uint64_t last = alsoEnd ? lastTick(bag, recorded.node, path) : 0; last > 0) {
-      requireTick(commands.back().tick, path);
-      recorded.lastTick = static_cast<long long>(std::max(last, commands.back().tick));
-    }
+    readStates(bag, path, needsEnd, recorded);
     return recorded;
   } catch (const Refused&) {
     throw;

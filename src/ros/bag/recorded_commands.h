@@ -4,6 +4,9 @@
 
 #include <planar_chain/CommandTaken.h>
 
+#include <cstddef>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,15 +18,21 @@ struct RecordedCommands {
   std::vector<CommandTaken> commands;  ///< in the order in which they were taken
   long long lastTick = 0;              ///< of the states and commands; 0 without states
   std::string scene;                   ///< its text; empty if the bag has none
+  std::map<std::uint64_t, std::size_t>
+      states;  ///< digestOf() each state, by tick, as far as ~status tells it
 };
+
+/// Equal for two states if they are equal to the last bit.
+std::size_t digestOf(const std::vector<double>& q, const std::vector<double>& qd);
 
 /// Reads ~commands_taken, of which no command may be missing.
 /// @param node the node that took the commands; without it, the bag must hold those of one node only
 /// @param rate ticks per second
-/// @param alsoEnd finds lastTick, from joint_states and ~status
-/// @throws Refused when the file cannot be read, or has no such commands or not all of them
+/// @param needsEnd refuses joint_states and ~status of another version; otherwise they are left out
+/// @throws Refused when the file cannot be read, has no such commands or not all of them, or if the node was
+/// started again
 RecordedCommands readCommands(const std::string& path, const std::optional<std::string>& node, double rate,
-                              bool alsoEnd);
+                              bool needsEnd);
 
 /// Where two scenes differ first, with both values, apart from what is published; empty if nowhere. Both are
 /// texts. A text that spells a number equals the number.

@@ -27,6 +27,7 @@ def read_bag(path, scene, joints, effort=False, node=None):
         raise BadFit(f"{path}: expected positions on {topic}, got none")
     if effort and columns["effort"] is None:
         raise BadFit(f"{path}: expected an effort on {topic}, got none")
+    require_one_run(path, below, statuses, taken)
     pieces = pieces_of(path, stamps, statuses, taken)
     recordings = []
     for k, (inside, t, commands) in enumerate(pieces):
@@ -113,6 +114,18 @@ def pieces_of(path, stamps, statuses, taken):
 def kind_of(message):
     return next((name for name in ("JOINT_TORQUES", *FIELDS, "CLEAR_COMMANDS", "SET_STATE", "STEP", "RESET", "SETTLE", "TOLERANCE")
                  if getattr(message, name) == message.kind), "")
+
+
+def require_one_run(path, node, statuses, taken):
+    """Refuses what a node that was started again numbers anew, as recorded_commands.cpp does."""
+    numbered = [(f"its status {status.header.seq}", status.tick, status.header.stamp) for status in statuses if status.header.seq > 0]
+    numbered += [(f"its command {command.number}", command.tick, k) for k, command in enumerate(taken)]
+    seen = {}
+    for name, *now in numbered:
+        before = seen.setdefault(name, now)
+        if before != now:
+            raise BadFit(f"{path}: expected one run of {node}, got a second one: {name} is of tick {before[0]} and of tick {now[0]} "
+                         "(the node was started again; record each run in a bag of its own)")
 
 
 def require_all(path, taken):
