@@ -71,6 +71,13 @@ class Bags(InFolder):
         said = re.search("the last row is at t = (.*) s, of 100000 s", error).group(1)
         self.assertEqual(float(said), len(stamps) / 300)
 
+    def test_a_run_shorter_than_a_tick_has_no_bag(self):
+        result = self.run_tool("--duration", "0.003", "--bag", self.path("out.bag"))
+        self.assert_refused(result, "--duration: expected at least a tick of 0.0033333333333333335 s, the first with messages, got 0.003")
+        self.assertFalse(os.path.exists(self.path("out.bag")))
+        self.simulate("--duration", "0.003", "--write-urdf", self.path("robot.urdf"))
+        self.assertEqual(len(self.bag("--duration", "0.0034")["/joint_states"]), 1)
+
     @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
     def test_a_urdf_that_cannot_be_written_says_why(self):
         result = self.run_tool("--duration", "0.1", "--write-urdf", "/dev/full")

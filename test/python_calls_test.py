@@ -54,6 +54,7 @@ class Calls(unittest.TestCase):
                 (lambda: Scene({"\ud800": 1}), "scene: expected a dict whose keys are text, got"),
                 (lambda: scene.with_values({"\ud800": 1}), r"numbers: expected text, got '\\ud800'"),
                 (lambda: simulation.hold_torque("\ud800", 1), r"joint: expected .*, got '\\ud800'"),
+                (lambda: simulation.hold_torque("nö", 1.), "joint: expected .*, got 'nö'"),
                 (lambda: simulation.hold_torque(True, 1.), "joint: expected the name of a joint, or a number from 0 to 0, got True"),
                 (lambda: simulation.hold_force(np.False_, [1, 0]), "link: expected the name of a link, or a number from 0 to 0, got "),
                 (lambda: simulation.advance_to(1, most_steps=True), "most_steps: expected a whole number >= 1, got True"),

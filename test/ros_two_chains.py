@@ -97,9 +97,11 @@ class TwoChains(InFolder):
         environment = dict(os.environ, PATH=self.folder + ':' + os.environ['PATH'], HOME=self.folder, DISPLAY=':0')
         texts = [self.listen('/show/energy_%d' % k, MarkerArray) for k in (0, 1)]
         with Node(rod(), '/left'), Node(rod(gravity=[0.0, -9.81]), '/right'):
-            wrong = subprocess.run([show, 'left', 'middle'], env=environment, stderr=subprocess.PIPE, universal_newlines=True,
-                                   timeout=LIMIT, check=False)
-            self.assertIn('show: /middle/planar_chain: expected a running scene', wrong.stderr)
+            for name in ('middle', '~x'):
+                wrong = subprocess.run([show, 'left', name], env=environment, stderr=subprocess.PIPE, universal_newlines=True,
+                                       timeout=LIMIT, check=False)
+                self.assertEqual((wrong.returncode, wrong.stderr), (2, 'show: /%s/planar_chain: expected a running scene, a file of '
+                                                                    'rviz or a bag, got nothing of this name\n' % name))
             process = subprocess.Popen([show, 'left', 'right'], env=environment, start_new_session=True)
             try:
                 for text in texts:

@@ -103,7 +103,7 @@ class Arguments(unittest.TestCase):
 
     def test_a_full_disk_is_a_failure(self):
         result = run("--quick", "--csv", "/dev/full")
-        self.assertEqual((result.returncode, result.stdout), (1, ""), result.stderr)
+        self.assertEqual((result.returncode, result.stdout, result.stderr), (1, "", "stability: cannot write /dev/full: No space left on device\n"))
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@
     sweep_test.py BIN [unittest options]        BIN: the folder that holds the tools; PYTHONPATH finds planar_chain
 """
 import csv
+import json
 import os
 import shlex
 import shutil
@@ -233,6 +234,15 @@ class Sweeps(SweepTool):
         self.assertEqual([line.split(".npz")[0][-9:] for line in said.splitlines()[1:]], ["000000020", "000000060", "000000080"])
         self.assertIn("000000080.npz: damaged (states of 20 x 2 x 4, not 20 x 1 x 4)", said)
         self.assertNotIn("000000040.npz", os.listdir(parts))
+        sound = {"states": np.zeros((20, 1, 4)), "done": np.ones(20, dtype=bool), "reasons": "{}"}
+        for name, wrong, words in (("states", sound["states"].astype("U8"), "states of <U8, not float64"),
+                                   ("states", sound["states"].astype(complex), "states of complex128, not float64"),
+                                   ("done", sound["done"].astype("U8"), "done of <U8, not bool"),
+                                   ("reasons", '{"0": 5}', "reasons that are not a text for each run"),
+                                   ("reasons", '{"20": "why"}', "reasons that are not a text for each run"),
+                                   ("reasons", "[" * 100000, "damaged (")):
+            np.savez(os.path.join(parts, "000000080.npz"), **{**sound, name: wrong})
+            self.assertIn("000000080.npz: damaged (" + words.replace("damaged (", ""), self.sweep(*arguments, status=1))
         for name in ("000000020.npz", "000000060.npz", "000000080.npz"):
             os.remove(os.path.join(parts, name))
         self.sweep(*arguments)
@@ -241,8 +251,10 @@ class Sweeps(SweepTool):
 
     def test_a_damaged_description_is_named(self):
         arguments = ("--vary", MASS + "=1:2:40", "--duration", "1", "--chunk", "20")
-        for text in ("", "[1]", "{\x00", '{"scene": '):
+        for text in ("", "[1]", "{\x00", '{"scene": ', "[" * 100000, None):
             self.killed(*arguments)
+            with open(self.path("runs.csv.parts/sweep.json"), encoding="utf-8") as file:
+                text = text if text is not None else json.dumps({**json.load(file), "outputs": [5]})
             with open(self.path("runs.csv.parts/sweep.json"), "w", encoding="utf-8") as file:
                 file.write(text)
             self.assertRegex(self.sweep(*arguments, status=2), r"^sweep: .*runs.csv.parts/sweep.json: expected the description of a sweep, "

@@ -81,7 +81,8 @@ py::object objectOf(const Value& value) {
 
 std::string shown(const py::handle& object) {
   try {
-    return onOneLine(py::str(py::repr(object)).attr("encode")("ascii", "replace").cast<std::string>());
+    return onOneLine(
+        py::str(py::repr(object)).attr("encode")("utf-8", "backslashreplace").cast<std::string>());
   } catch (const py::error_already_set&) {  // such as of a list that is too deep to print
     return "a " + py::str(object.get_type().attr("__name__")).cast<std::string>();
   }

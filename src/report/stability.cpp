@@ -194,7 +194,9 @@ std::string automatic(Scene scene, bool quick) {
 
 int stability(const Arguments& given) {
   const bool quick = given.has("quick");
-  if (const auto path = given.text("csv")) {
+  const std::optional<std::string> path = given.text("csv");
+  const std::string name = path.value_or("standard output");
+  if (path) {
     std::vector<Fault> faults;
     checkOutputs(given, {"csv"}, {}, faults);
     if (!faults.empty() || !std::freopen(path->c_str(), "w", stdout)) throw Refused(faults);
@@ -211,9 +213,10 @@ int stability(const Arguments& given) {
       std::cout << chain << method << ',' << text(limit.stable) << ',' << text(limit.unstable) << ','
                 << limit.how << ',' << text(predictedLimit(method, eigenvalues, largest)) << ','
                 << text(largest) << ",,\n";
-      finishOutput();
+      finishOutput(name);
     }
     std::cout << chain << "auto,,,,,," << automatic(each.scene, quick) << '\n';
+    finishOutput(name);
   }
   return done;
 }

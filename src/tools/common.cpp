@@ -43,11 +43,10 @@ void checkAlone(const Arguments& given, const char* option, std::initializer_lis
   }
 }
 
-void finishOutput() {
+void finishOutput(const std::string& name) {
   errno = 0;
   if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
-  throw std::runtime_error(std::string("cannot write standard output: ") +
-                           std::strerror(errno != 0 ? errno : EIO));
+  throw std::runtime_error("cannot write " + name + ": " + std::strerror(errno != 0 ? errno : EIO));
 }
 
 namespace {

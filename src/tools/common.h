@@ -43,9 +43,9 @@ class Arguments : public boost::program_options::variables_map {
 void checkAlone(const Arguments& given, const char* option, std::initializer_list<const char*> others,
                 std::vector<Fault>& faults);
 
-/// Flushes standard output.
+/// Flushes standard output, which may be a file of this name.
 /// @throws std::runtime_error if output was lost, for example on a full disk
-void finishOutput();
+void finishOutput(const std::string& name = "standard output");
 
 struct Option {
   const char *name, *meaning;

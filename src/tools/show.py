@@ -326,7 +326,7 @@ def main():
         require_master()
         return show_config(arguments[0], arguments[1:], names)
     given = list(itertools.takewhile(lambda argument: not argument.startswith('-'), arguments))
-    nodes = [rosgraph.names.make_global_ns(name).rstrip('/') + '/planar_chain' for name in given]
+    nodes = [('/' + name.strip('/')).rstrip('/') + '/planar_chain' for name in given]
     require_master()
     missing = [node for node in nodes if not rospy.has_param(node)]
     if missing:

@@ -227,6 +227,11 @@ Rows rowsOf(const Arguments& given, const Scene& scene, bool hasBags) {
   if (hasBags && duration > longestRun) {
     faults.push_back({"--duration", "at most 4294967295 s with a bag", toText(duration)});
   }
+  if (given.has("bag") && given.has("duration") && !rows.isTick(1)) {
+    const std::string tick = toText(1 / scene.publish.rate);
+    faults.push_back(
+        {"--duration", "at least a tick of " + tick + " s, the first with messages", toText(duration)});
+  }
   if (!faults.empty()) throw Refused(std::move(faults));
   return rows;
 }

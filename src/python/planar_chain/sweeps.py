@@ -206,8 +206,8 @@ class Sweep:
                 with open(name, encoding="utf-8") as file:
                     kept = json.load(file)
                 others = [key for key in about if kept.get(key) != about[key]]
-                known.update(kept.get("outputs", ()))
-            except (ValueError, AttributeError, TypeError):
+                known.update(map(os.fspath, kept.get("outputs", ())))
+            except (ValueError, AttributeError, TypeError, RecursionError):
                 raise BadSweep(f"{name}: expected the description of a sweep, got a damaged file; remove the folder") from None
             if others:
                 raise BadSweep(f"{self.folder}: expected the chunks of this sweep, got those of another: its "
@@ -266,12 +266,17 @@ class Sweep:
                 reasons = {int(k): text for k, text in json.loads(str(kept["reasons"])).items()}
                 states, done = kept["states"], kept["done"]
         except (ValueError, LookupError, AttributeError, EOFError, MemoryError, NotImplementedError, SyntaxError, struct.error,
-                zipfile.BadZipFile) as problem:
+                zipfile.BadZipFile, RecursionError) as problem:
             raise damaged(" ".join(str(problem).split()) or type(problem).__name__) from None
         runs = len(self.values[start:start + self.chunk])
-        for name, array, shape in (("states", states, (runs, len(self.times), 2 * len(self.scene))), ("done", done, (runs,))):
+        for name, array, kind, shape in (("states", states, float, (runs, len(self.times), 2 * len(self.scene))),
+                                         ("done", done, bool, (runs,))):
             if array.shape != shape:
                 raise damaged(f"{name} of {' x '.join(map(str, array.shape))}, not {' x '.join(map(str, shape))}")
+            if array.dtype != kind:
+                raise damaged(f"{name} of {array.dtype}, not {np.dtype(kind)}")
+        if not all(0 <= k < runs and isinstance(text, str) for k, text in reasons.items()):
+            raise damaged("reasons that are not a text for each run that failed")
         return start, states, done, reasons
 
     def _require_sound_chunks(self):
