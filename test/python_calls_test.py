@@ -260,6 +260,15 @@ class Threads(unittest.TestCase):
         with self.assertRaisesRegex(planar_chain.Failed, r"stopped at t = [0-9.]+ s of 1e.12 s after"):
             Simulation(scene).advance_to(1e12, most_steps=3)
 
+    def test_sensors_within_a_bad_fixed_step_end_with_the_steps(self):
+        fast = {**PENDULUM["links"]["rod"], "initial": {"velocity": 1e7}}
+        simulation = Simulation(Scene({"chain": ["a", "b"], "links": {"a": fast, "b": {**fast, "initial": {"velocity": -3e7}}},
+                                       "integrator": {"method": "rk4", "step": 0.01},
+                                       "sensors": {"angle": {"joints": "all", "rate": 1000}}}))
+        with self.assertRaisesRegex(planar_chain.Failed, "expected at most 1000 steps"):
+            simulation.advance_to(1, most_steps=1000)
+        self.assertLess(simulation.statistics().evaluations, 20000)
+
     def test_ctrl_c_ends_an_integration(self):
         threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
         with self.assertRaises(KeyboardInterrupt):

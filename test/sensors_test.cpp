@@ -13,6 +13,9 @@
 
 #include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
+#include "run/ladder.h"
+#include "run/sampler.h"
+#include "run/step_budget.h"
 #include "sensors/random.h"
 #include "sensors/sensor_bank.h"
 
@@ -282,6 +285,103 @@ TEST(Sensors, MeasureRepeatedStepsOnce) {
     EXPECT_EQ(all[k].number, static_cast<long long>(k));
     EXPECT_LE(std::abs(all[k].values[0]), 0.11);  // refused states are beyond
   }
+}
+
+// ---- What measurements cost ----------------------------------------------------------------------
+
+/// Two rods that turn by 1e5 and −3e5 rad in a step: every fixed step is wrong.
+const std::string tooFast =
+    "chain: [upper, lower]\nlinks:\n  upper: {mass: 1, inertia: 0.08, com: [0.5, 0], pin: [1, 0], initial: "
+    "{velocity: 1.0e+7}}\n  lower: {mass: 1, inertia: 0.08, com: [0.5, 0], pin: [1, 0], initial: {velocity: "
+    "-3.0e+7}}\nintegrator: {method: rk4, step: 0.01}\nsensors: {encoder: {joints: all, rate: 1000}}\n";
+
+/// Of measurements within a fixed step: one step of the method each, four evaluations of rk4. They are
+/// counted, and their errors are as those of the motion: of fourth order.
+TEST(Sensors, WithinAFixedStepTakeAStepOfItsMethod) {
+  Scene scene =
+      readSceneText(rod + "sensors: {encoder: {joints: all, rate: 900}}\nintegrator: {method: rk4}");
+  Scene fine = scene;
+  fine.integrator.step = 1e-4;
+  const std::vector<Measurement> exact = run(fine, 1, 1);
+  double before = 0;
+  for (const double step : {0.1, 0.05, 0.025}) {
+    scene.integrator.step = step;
+    Simulation with(scene, 0, true), without(scene);
+    ASSERT_TRUE(with.advanceTo(1) && without.advanceTo(1));
+    const long long steps = with.statistics().steps - without.statistics().steps;
+    EXPECT_GT(steps, 850);  // others are at the ends of steps
+    EXPECT_LT(steps, 900);
+    EXPECT_EQ(with.statistics().evaluations - without.statistics().evaluations, 4 * steps);
+    double error = 0;
+    const std::vector<Measurement> all = with.measure();
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      error = std::max(error, std::abs(all[k].values[0] - exact[k].values[0]));
+    }
+    if (before > 0) {
+      EXPECT_NEAR(std::log2(before / error), 4, 0.5) << step;
+    }
+    before = error;
+  }
+}
+
+TEST(Sensors, WithinARefusedFixedStepEndAsTheMotionDoes) {
+  const Scene scene = readSceneText(tooFast);
+  constexpr long long most = 1000, perStep = 12;  // evaluations of a step of rodas5p, with its factorization
+  Simulation with(scene, 0, true), without(scene);
+  for (Simulation* each : {&with, &without}) {
+    const StepBudget budget(*each, 1, most);
+    EXPECT_FALSE(each->advanceTo(1, [&] { return budget.isLeft(); }));
+    EXPECT_EQ(each->fault(), "");
+    EXPECT_LT(each->statistics().steps + each->statistics().rejected, 2 * most);
+    EXPECT_LT(each->statistics().evaluations, 2 * most * perStep);
+    EXPECT_GT(each->statistics().rescues, 0);
+  }
+  // The same number of polls gives the same state.
+  Simulation* const both[] = {&with, &without};
+  for (Simulation* each : both) {
+    each->reset();
+    int polls = 0;
+    EXPECT_FALSE(each->advanceTo(1, [&] { return ++polls < 20; }));
+  }
+  EXPECT_EQ(with.time(), without.time());
+  EXPECT_EQ(with.q(), without.q());
+  EXPECT_EQ(with.qd(), without.qd());
+}
+
+TEST(Sensors, KeepNoInterruptWaiting) {
+  Simulation simulation(readSceneText(tooFast), 0, true);
+  EXPECT_FALSE(simulation.advanceTo(1, [] { return false; }));
+  constexpr int untilTheCheck = 32, measurements = 10, ofRk4 = 4;
+  EXPECT_GT(simulation.statistics().evaluations, 0);
+  EXPECT_LE(simulation.statistics().evaluations, untilTheCheck * (1 + measurements) * ofRk4 + 10);
+}
+
+/// Steps that pass for adaptive ones, and are far too long.
+class FarTooLong : public ode::StepsOf {
+ public:
+  using StepsOf::StepsOf;
+  const char* name() const override { return "dopri5"; }
+  ode::Outcome advance(ode::State& state, double end, double longestStep) override {
+    return steps_->advance(state, end, longestStep);
+  }
+};
+
+TEST(Sensors, WithinAnyStepTakeABoundedNumberOfSteps) {
+  const Scene scene = readSceneText(tooFast);
+  Dynamics dynamics(scene);
+  const Turns turns(scene, dynamics.size());
+  Sampler sampler(scene, dynamics, turns);
+  FarTooLong steps(ode::makeMethod("rk4", dynamics, 0.0015, toleranceOf(scene, 0, dynamics)));
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(dynamics.size());
+  y[2] = 1e7, y[3] = -2e7;
+  ode::State state(dynamics, y);
+  sampler.measureAt(state);
+  EXPECT_EQ(sampler.integrate(steps, state, 0.0015, 1), ode::Outcome::arrived);
+  long long accepted = 0, rejected = 0;
+  sampler.countSteps(accepted, rejected);
+  EXPECT_EQ(accepted, 2 * Sampler::mostSteps + 1);  // of dop853, rodas5p and ros34pw2
+  EXPECT_LT(rejected, accepted);
+  EXPECT_EQ(sampler.measure(state).size(), 2u);
 }
 
 TEST(Sensors, BeginAgainAtAReset) {

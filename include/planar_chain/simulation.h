@@ -26,6 +26,7 @@
 
 namespace planar_chain {
 
+/// Steps and evaluations include those for measurements.
 struct Statistics {
   long long steps = 0;        ///< accepted steps since construction or reset()
   long long rejected = 0;     ///< steps repeated with a smaller size

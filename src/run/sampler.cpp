@@ -1,6 +1,7 @@
 #include "run/sampler.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "ode/methods.h"
 #include "run/ladder.h"
@@ -11,8 +12,9 @@ Sampler::Sampler(const Scene& scene, Dynamics& dynamics, const Turns& turns)
     : scene_(scene),
       dynamics_(dynamics),
       turns_(turns),
-      explicit_(makeIntegrator("dop853")),
-      stiff_(makeIntegrator("rodas5p")),
+      integrators_{makeIntegrator("dop853"), makeIntegrator("rodas5p"),
+                   makeIntegrator(ode::hasFixedStep(scene.integrator.method) ? scene.integrator.method
+                                                                             : "ros34pw2_fixed")},
       start_(dynamics.arrangedSize()),
       at_(start_),
       y_(dynamics.size()),
@@ -20,13 +22,21 @@ Sampler::Sampler(const Scene& scene, Dynamics& dynamics, const Turns& turns)
       qd_(scene.q.size()),
       motions_(scene.q.size()) {}
 
-std::unique_ptr<ode::Integrator> Sampler::makeIntegrator(const char* method) const {
-  return ode::makeMethod(method, dynamics_, scene_.integrator.step, toleranceOf(scene_, 0, dynamics_));
+std::unique_ptr<ode::Integrator> Sampler::makeIntegrator(const std::string& method) const {
+  constexpr double longest = std::numeric_limits<double>::infinity();
+  return ode::makeMethod(method, dynamics_, longest, toleranceOf(scene_, 0, dynamics_));
 }
 
 void Sampler::useTolerance() {
-  for (const auto* each : {&explicit_, &stiff_}) {
-    (*each)->setTolerance(toleranceOf(scene_, 0, dynamics_).arrangedBy(dynamics_));
+  for (const auto& each : integrators_) {
+    each->setTolerance(toleranceOf(scene_, 0, dynamics_).arrangedBy(dynamics_));
+  }
+}
+
+void Sampler::countSteps(long long& accepted, long long& rejected) const {
+  for (const auto& each : integrators_) {
+    accepted += each->count().accepted;
+    rejected += each->count().rejected;
   }
 }
 
@@ -52,28 +62,26 @@ std::vector<Measurement> Sampler::measure(const ode::State& state) {
 }
 
 void Sampler::measureAt(const ode::State& state) {
-  const long long before = dynamics_.evaluations();
   while (bank_.next() <= state.t) take(state);
-  evaluations_ += dynamics_.evaluations() - before;
 }
 
 void Sampler::measureWithin(const ode::State& from, const ode::State& to, const std::string& method) {
   if (bank_.next() > to.t) return;
-  const long long before = dynamics_.evaluations();
   while (bank_.next() < to.t) {
-    moveTo(bank_.next(), from, to, !ode::isExplicit(method));
+    moveTo(bank_.next(), from, to, method);
     take(at_);
   }
-  evaluations_ += dynamics_.evaluations() - before;
   measureAt(to);
 }
 
-/// Sets at_ to the state at t within a step. A straight line if the integrator fails.
-void Sampler::moveTo(double t, const ode::State& from, const ode::State& to, bool isStiff) {
-  ode::Integrator& integrator = isStiff ? *stiff_ : *explicit_;
-  integrator.begin();
-  at_ = from;
-  if (integrator.integrate(at_, t, t - from.t) == ode::Outcome::arrived) return;
+/// Sets at_ to the state at t within a step of this method.
+void Sampler::moveTo(double t, const ode::State& from, const ode::State& to, const std::string& method) {
+  const std::size_t first = ode::hasFixedStep(method) ? 2 : ode::isExplicit(method) ? 0 : 1;
+  for (std::size_t k = first; k < integrators_.size(); ++k) {
+    integrators_[k]->begin();
+    at_ = from;
+    if (integrators_[k]->integrate(at_, t, t - from.t, mostSteps) == ode::Outcome::arrived) return;
+  }
   at_ = to;
   at_.t = t;
   at_.y = from.y + (t - from.t) / (to.t - from.t) * (to.y - from.y);

@@ -2,11 +2,20 @@
 
 /// Measures along a motion, between the ends of its steps, and does not change it.
 ///
-/// The state at a time within a step follows from that at the step's start, by shorter steps of an integrator
-/// of its own with the scene's tolerance: dop853, or rodas5p if the motion's own method is implicit. It
-/// begins anew each time, because it adapts as it runs. Nothing switches within a step, so f is smooth there.
-/// The state depends on the step and the time alone. So sensors do not affect each other.
+/// The state at a time within a step follows from that at the step's start:
+///
+///     fixed steps      by one step of the same method, so with an error of the same order
+///     adaptive steps   with the scene's tolerance, by dop853 if the motion's own method is explicit; by
+///                      rodas5p if it is not, or if dop853 needs more than `mostSteps` steps
+///     where they fail  by one step of ros34pw2, of the scene's method if its steps are fixed; if even that
+///     is
+///                      not finite, along a straight line
+///
+/// So a measurement takes a bounded number of steps, whatever the step within which it is. They count in the
+/// statistics. Each measurement begins anew: its state depends on the step and the time alone, and sensors do
+/// not affect each other. Nothing switches within a step, so f is smooth there.
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,14 +30,17 @@ namespace planar_chain {
 /// Allocates, but where it says so.
 class Sampler {
  public:
+  /// Of dop853, and of rodas5p, for one measurement. The motions of the scenes that ship need up to 100.
+  static constexpr int mostSteps = 1000;
+
   /// These must outlive this object. `dynamics` are those of the motion.
   Sampler(const Scene& scene, Dynamics& dynamics, const Turns& turns);
 
   SensorBank& bank() { return bank_; }
   /// The scene has another tolerance.
   void useTolerance();
-  /// Evaluations of f that the measurements took.
-  long long evaluations() const { return evaluations_; }
+  /// Adds the steps that the measurements took.
+  void countSteps(long long& accepted, long long& rejected) const;
 
   /// As Integrator::integrate(), for the steps between two checks of energy: takes the measurements that are
   /// due within each.
@@ -39,11 +51,11 @@ class Sampler {
   void measureAt(const ode::State& state);
 
  private:
-  std::unique_ptr<ode::Integrator> makeIntegrator(const char* method) const;
+  std::unique_ptr<ode::Integrator> makeIntegrator(const std::string& method) const;
   /// Takes the measurements that are due within a step, and at its end. method: of the step.
   void measureWithin(const ode::State& from, const ode::State& to, const std::string& method);
   /// Allocates nothing.
-  void moveTo(double t, const ode::State& from, const ode::State& to, bool isStiff);
+  void moveTo(double t, const ode::State& from, const ode::State& to, const std::string& method);
   void take(const ode::State& state);
 
   const Scene& scene_;
@@ -51,8 +63,9 @@ class Sampler {
   const Turns& turns_;
   const Coordinates coordinates_ = scene_.chain.coordinates();
   SensorBank bank_{scene_};
-  long long evaluations_ = 0;
-  std::unique_ptr<ode::Integrator> explicit_, stiff_;  ///< of steps to the times of measurements
+  /// dop853, rodas5p, and a method of fixed step, which takes one to any time. Each is tried after those
+  /// before it.
+  std::array<std::unique_ptr<ode::Integrator>, 3> integrators_;
   ode::State start_, at_;
   Eigen::VectorXd y_;
   std::vector<double> q_, qd_;

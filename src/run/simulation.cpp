@@ -71,7 +71,8 @@ Statistics Simulation::statistics() const {
     statistics.steps += integrator->count().accepted;
     statistics.rejected += integrator->count().rejected;
   }
-  statistics.evaluations = parts_->evaluations();
+  if (parts_->sampler) parts_->sampler->countSteps(statistics.steps, statistics.rejected);
+  statistics.evaluations = parts_->dynamics.evaluations();
   statistics.localError = parts_->integrator().count().lastError;
   statistics.rescues = parts_->rescues;
   return statistics;

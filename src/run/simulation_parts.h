@@ -215,8 +215,6 @@ struct Simulation::Parts {
     integrator().begin();
   }
 
-  long long evaluations() const { return dynamics.evaluations() - (sampler ? sampler->evaluations() : 0); }
-
   /// True if another method will be faster: the motion is stiff, or a stop ends unstable steps at once.
   bool isStuck() { return rung + 1 < rungs && pace.isSlow(integrator().count(), state.t); }
 
