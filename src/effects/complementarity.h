@@ -58,8 +58,8 @@ class RestingChain {
 };
 
 /// Solves the problem from the directions given. Afterwards `joints` has a solution with its results. Joints
-/// of which rounding decides stick with an excess above 0. Calls solve() at most 3 × size + 110 times: if that
-/// is not enough, what starts in the wrong direction sticks. Returns how often. Allocates nothing.
+/// of which rounding decides stick with an excess above 0. Calls solve() at most 3 × size + 110 times: if
+/// that is not enough, what starts in the wrong direction sticks. Returns how often. Allocates nothing.
 int findWhatSticks(RestingChain& chain, std::vector<RestingJoint>& joints, bool oneByOne);
 
 }  // namespace planar_chain

@@ -154,9 +154,9 @@ double Effects::nearest(const ode::Stretch& of) const {
   return first;
 }
 
-bool Effects::mayHide(const ode::Stretch& of) const {
+bool Effects::mayHide(const ode::Stretch& of, bool isLong) const {
   return std::any_of(switching_.begin(), switching_.end(),
-                     [&of](const Switching* switching) { return switching->mayHide(of); });
+                     [&](const Switching* switching) { return switching->mayHide(of, isLong); });
 }
 
 std::optional<ode::Crossing> Effects::crossing(const ode::Stretch& of) const {

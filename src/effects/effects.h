@@ -99,7 +99,7 @@ class Effects : public ode::Switches {
   bool haveUncoupledSwitches() const { return haveUncoupledSwitches_; }
   double due(double t, const Eigen::VectorXd& y) const override;
   double nearest(const ode::Stretch& of) const override;
-  bool mayHide(const ode::Stretch& of) const override;
+  bool mayHide(const ode::Stretch& of, bool isLong) const override;
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override;
 
  private:

@@ -100,7 +100,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   }
   double due(double t, const Eigen::VectorXd& y) const override { return instant_.due(t, y.data()); }
   double nearest(const ode::Stretch& of) const override { return instant_.nearest(of); }
-  bool mayHide(const ode::Stretch& /*of*/) const override { return true; }
+  bool mayHide(const ode::Stretch& of, bool isLong) const override { return isLong || instant_.isNear(of); }
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
     return instant_.crossing(of);
   }
@@ -205,7 +205,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   StickSlip joints_;
   SwitchInstant instant_;
   Mechanics* mechanics_ = nullptr;
-  Eigen::ArrayXd yield_;               ///< Y of each joint when it last came to rest, 1/(kg m²); 0: unknown
+  Eigen::ArrayXd yield_;  ///< Y of each joint when it last came to rest, 1/(kg m²); 0: unknown
 
   // Of the present change:
   double t_ = 0;

@@ -152,7 +152,7 @@ class Stops : public Effect, public Switching {
     return first < 1 ? first * h : -1;
   }
   /// A joint shakes on a spring, or beside others that are hit.
-  bool mayHide(const ode::Stretch& of) const override {
+  bool mayHide(const ode::Stretch& of, bool /*isLong*/) const override {
     constexpr double farther = 4;  // than its rates at both ends take it: a swing there and back, and more
     return std::any_of(stops_.begin(), stops_.end(), [&](const Stop& stop) {
       const double x0 = stop.depth(of.y.data()), x1 = stop.depth(of.next.data());

@@ -56,6 +56,18 @@ class SwitchInstant {
     }
     return first < 1 ? first * of.h : -1;
   }
+  /// True if a stuck joint comes nearer to its limit than its moment changes in the stretch.
+  bool isNear(const ode::Stretch& of) const {
+    if (joints_.stuck().empty()) return false;
+    const double middle = of.t + of.h / 2;
+    const Eigen::VectorXd& between = of.course->at(middle);
+    const double *begin = momentsAt(of.t, of.y.data()), *half = momentsAt(middle, between.data()),
+                 *end = momentsAt(of.t + of.h, of.next.data());
+    return std::any_of(joints_.stuck().begin(), joints_.stuck().end(), [&](int i) {
+      const auto [least, most] = std::minmax({begin[i], half[i], end[i]});
+      return std::max(most, -least) + (most - least) > joints_.limit(i);
+    });
+  }
   /// The joint is its `which`.
   ode::Crossing crossing(const ode::Stretch& of) const {
     // The joint that changes first along the chord, then those that change before.

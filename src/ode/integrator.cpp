@@ -194,10 +194,14 @@ class LandingOnSwitches : public StepsOf {
   /// The same by the course, if that is known and exact.
   bool evaluateWithin(double t, Place& place) {
     if (!isExactAt(t)) return evaluateAt(t, place);
+    lookWithin(t, place);
+    return true;
+  }
+  /// The same by the course, exact or not: what is due there may be due in vain.
+  void lookWithin(double t, Place& place) {
     place.t = t;
     place.y = course_.at(t);
     place.due = switches_.due(t, place.y);
-    return true;
   }
 
   /// True if the course's error there is at most this share of the one that a step may add.
@@ -215,11 +219,17 @@ class LandingOnSwitches : public StepsOf {
     constexpr int mostCuts = 24;  // an overdamped stop would need millions, each closer to from_
     int cuts = 0;
     std::size_t count = 1;
-    const bool looks = steps_->pieces() > 1 && switches_.mayHide(stretch(ahead_.front()));
-    const int pieces = looks ? steps_->pieces() : 1;
+    const bool isLong = steps_->pieces() > 1, looks = switches_.mayHide(stretch(ahead_.front()), isLong);
+    const int pieces = looks ? std::max(steps_->pieces(), course_.isPossible() ? 2 : 1) : 1;
     const double piece = (ahead_.front().t - from_.t) / pieces;
     for (int k = pieces - 1; k > 0; --k) {
-      if (!lookAt(from_.t + k * piece, ahead_[count++])) return Outcome::notFinite;
+      Place& place = ahead_[count++];
+      const double t = from_.t + k * piece;
+      if (!isLong) {
+        lookWithin(t, place);
+      } else if (!lookAt(t, place)) {
+        return Outcome::notFinite;
+      }
     }
     while (count > 0) {
       Place& to = ahead_[count - 1];

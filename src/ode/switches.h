@@ -59,8 +59,9 @@ class Switches {
   virtual double due(double t, const Eigen::VectorXd& y) const = 0;
   /// The time after which a switch may first be due before the end. Negative if none can be.
   virtual double nearest(const Stretch& of) const = 0;
-  /// True if due() may rise above 0 and fall again within a long step, so that nearest() does not see it.
-  virtual bool mayHide(const Stretch& /*of*/) const { return false; }
+  /// True if due() may rise above 0 and fall again within the step, so that nearest() does not see it.
+  /// isLong: it is a polynomial of high order, and free to look at.
+  virtual bool mayHide(const Stretch& /*of*/, bool /*isLong*/) const { return false; }
   /// The first time at which a switch is due, for a stretch at whose end one is. Nothing: unknown, or f
   /// changes so much there that the step size no longer suits.
   virtual std::optional<Crossing> crossing(const Stretch& /*of*/) const { return {}; }
