@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "effects/first_due.h"
 #include "effects/passing.h"
 
 namespace planar_chain {
@@ -83,17 +84,32 @@ class Drags : public Effect, public Switching {
     for (const Drag& drag : drags_) most = std::max(most, dueOf(drag, y.data()));
     return most;
   }
-  /// Between two ends, q̇ is taken for that of the cubic through both. Its turning point is where a change of
-  /// sign may hide.
+  /// The turning point of q̇ is where a change of sign may hide. Where the course is unknown, q̇ is taken for
+  /// that of the cubic through both ends, which has the rounding of angles in it.
   double nearest(const ode::Stretch& of) const override {
     const double *y = of.y.data(), *next = of.next.data();
+    const double* between = of.course ? of.course->at(of.t + of.h / 2).data() : nullptr;
     double first = 1;
     for (const Drag& drag : drags_) {
       const double v0 = drag.q(y + n_), v1 = drag.q(next + n_);
-      const double middle = 1.5 * (drag.q(next) - drag.q(y)) / of.h - (v0 + v1) / 4;
+      const double middle =
+          between ? drag.q(between + n_) : 1.5 * (drag.q(next) - drag.q(y)) / of.h - (v0 + v1) / 4;
       first = std::min(first, passing(dueAt(drag, v0), dueAt(drag, middle), dueAt(drag, v1)));
     }
     return first < 1 ? first * of.h : -1;
+  }
+  std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
+    if (!of.course) return {};
+    ode::Crossing first;
+    first.t = of.t + of.h;
+    for (const Drag& drag : drags_) {
+      const auto due = [&](double t) { return dueOf(drag, stateAt(t, of).data()); };
+      if (due(first.t) <= 0) continue;
+      first = firstDue(of, first.t, drag.q.joint, due, [&](double begin, double half, double end) {
+        return changeWithinRounding(of, begin, half, end) + leastRate;
+      });
+    }
+    return first;
   }
 
  private:
