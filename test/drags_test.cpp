@@ -161,6 +161,25 @@ TEST_P(Motions, HaveTheirExactDerivative) {
 
 INSTANTIATE_TEST_SUITE_P(Drag, Motions, testing::Values(chainOfFive("auto"), cart()));
 
+// It falls from rest beside a carriage that sticks. In steps of 1e-10 s the rounding of an angle was taken
+// for a rate whose sign changes, and the stiff methods did not get away from the start.
+TEST(Drag, FromRestIsNoStall) {
+  Scene scene = readSceneText(
+      "{chain: [x, y, arm], links: {arm: {mass: 0.5, inertia: 0.16666666666666666, com: [1, 0], pin: [2, 0], "
+      "joint: "
+      "{stiffness: 0.981, rest_angle: -0.5}}, x: {mass: 50, joint: {type: prismatic, axis: [1, 0], friction: "
+      "245.25}}, y: {mass: 5, joint: {type: prismatic, axis: [0, 1], drag: 0.01}}}}");
+  for (const char* method : {"auto", "rodas5p", "radau13"}) {
+    for (const double tolerance : {1e-6, 1e-8, 1e-10}) {
+      scene.integrator.method = method;
+      scene.integrator.tolerance = tolerance;
+      Simulation simulation(scene);
+      EXPECT_TRUE(simulation.advanceTo(0.3)) << simulation.fault();
+      EXPECT_LT(simulation.statistics().rejected, 100) << method << " to " << tolerance;
+    }
+  }
+}
+
 TEST(Drag, IsNotThereWithoutItsKey) {
   const Scene scene = flywheel("auto", "0");
   EXPECT_EQ(dragKind().make(scene), nullptr);
