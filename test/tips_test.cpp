@@ -267,6 +267,60 @@ TEST(FourBar, IsHeldByABreakawayTorqueWhereItFirstStops) {
   }
 }
 
+/// Coupler and rocker are straight: they sag by their weight, and the crank turns against its brake of 392 N
+/// m until all is at rest. So the brake takes what the weights give.
+TEST(FourBar, SagsFromItsDeadCentreAgainstABrake) {
+  Scene scene = readSceneText(
+      "{chain: [a, b, c], links: {a: {mass: 0.01, inertia: 0, com: [0.25, 0], pin: [0.5, 0], initial: "
+      "{angle: "
+      "0.7853981633974483}, joint: {friction: 392}}, b: {mass: 0.1, inertia: 0.1, com: [0.5, 0], pin: [1, "
+      "0], "
+      "initial: {angle: 2.0943951023931953}}, c: {mass: 1, inertia: 0, com: [0.3, 0], pin: [0.3, 0]}}, tip: "
+      "{pin: "
+      "[-0.902150192374, 0.690018337754]}}");
+  for (const char* method : {"auto", "dop853", "rodas5p", "radau13"}) {
+    scene.integrator.method = method;
+    Simulation simulation(scene);
+    const double start = simulation.q()[0], before = simulation.energy().potential;
+    std::vector<double> tau(3);
+    for (int k = 1; k <= 200; ++k) {
+      ASSERT_TRUE(simulation.advanceTo(1e-3 * k)) << simulation.fault();
+      simulation.jointTorques(tau.data());
+      if (std::abs(simulation.qd()[0]) > 1e-8) {
+        EXPECT_NEAR(std::abs(tau[0]), 392, 1e-9) << method;
+      }
+    }
+    const double turned = simulation.q()[0] - start;
+    EXPECT_GT(turned, 1e-7);
+    EXPECT_NEAR(392 * turned, before - simulation.energy().potential, 1e-3 * 392 * turned) << method;
+    for (const double rate : simulation.qd()) EXPECT_NEAR(rate, 0, 1e-12) << method;
+  }
+}
+
+/// Three sides of a square, the tip on the line of the fourth. Two joints rub. Neither alone holds a torque
+/// of 1.5 times its friction; both together do.
+TEST(ClosedChain, IsHeldByTwoJointsTogether) {
+  Scene scene = readSceneText(
+      "{chain: [a, b, c], links: {a: {mass: 1, inertia: 8e-4, com: [0.05, 0], pin: [0.1, 0], joint: "
+      "{friction: 4.905}}, "
+      "b: {mass: 1, inertia: 8e-4, com: [0.05, 0], pin: [0.1, 0], initial: {angle: 1.5707963267948966}, "
+      "joint: "
+      "{friction: 4.905}}, c: {mass: 1, inertia: 8e-4, com: [0.05, 0], pin: [0.1, 0], initial: {angle: "
+      "1.5707963267948966}}}, gravity: [0, 0], loads: {torque: {joint: a_joint, torque: 7.3575}}, tip: "
+      "{line: {point: [0, 0.1], direction: [0, 1]}}}");
+  for (const char* method : {"auto", "dopri5", "rodas5p", "radau13"}) {
+    for (const double tolerance : {1e-4, 1e-6, 1e-8}) {
+      scene.integrator.method = method;
+      scene.integrator.tolerance = tolerance;
+      Simulation simulation(scene);
+      const std::vector<double> start = simulation.q();
+      ASSERT_TRUE(simulation.advanceTo(0.5)) << simulation.fault();
+      EXPECT_LT(simulation.statistics().steps, 1000) << method;
+      for (const int i : {0, 1}) EXPECT_NEAR(simulation.q()[index(i)], start[index(i)], 1e-9) << method;
+    }
+  }
+}
+
 /// Two joints rub, and the tip is on a line. One breaks loose at the instant at which the other comes to
 /// rest.
 TEST(ClosedChain, LetsOneJointGoWhereAnotherTurnsBack) {

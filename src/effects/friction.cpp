@@ -24,6 +24,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
         instant_(joints_, n_) {
     yield_.setZero(n_);
     atRest_.reserve(joints_.joints().size());
+    others_.reserve(joints_.joints().size());
   }
   bool empty() const { return joints_.joints().empty(); }
 
@@ -40,7 +41,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   Powers powersAlong(const ChainState& /*at*/, const StateChange& along) override {
     double change = 0;
     for (const int i : joints_.joints()) {
-      change += joints_.direction(i) * joints_.friction(i) * coordinates_.relative(along.v, i);
+      change -= joints_.torques()[i] * coordinates_.relative(along.v, i);
     }
     return {0, change};
   }
@@ -150,22 +151,36 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
       if (one.direction == 0 && one.excess > 0) joints_.holdAt(one.joint, moments[one.joint], one.widening);
     }
   }
-  /// Loosens the stuck joints that are at a dead centre, where they would leave the motion undetermined.
+  /// Loosens one of the stuck joints, if they leave the motion undetermined.
   void loosenDeadCentres() {
     if (!mechanics_->isStretched(t_, y_)) return;
     for (std::size_t k = 0; k < atRest_.size(); ++k) {
       const int joint = atRest_[k].joint;
       if (joints_.slides(joint)) continue;
-      joints_.loosen(joint);
-      take();
-      if (!mechanics_->isStretched(t_, y_)) {
-        atRest_.erase(atRest_.begin() + static_cast<std::ptrdiff_t>(k));
-        if (!atRest_.empty()) findWhatSticks(*this, atRest_, joints_.hasBreakaway());
+      if (loosen(k)) {
+        atRest_ = others_;
         return;
       }
       joints_.start(joint, 0);
       take();
     }
+  }
+  /// Loosens a joint, and decides for the others_. In a dead centre it does not start, whatever it bears. If
+  /// it starts, others could hold it with it: then it bears its friction, if it does not start with that.
+  bool loosen(std::size_t which) {
+    const int joint = atRest_[which].joint;
+    for (const double push : {0., 1., -1., 0.}) {
+      joints_.loosen(joint, push);
+      take();
+      if (mechanics_->isStretched(t_, y_)) return false;
+      others_ = atRest_;
+      others_.erase(others_.begin() + static_cast<std::ptrdiff_t>(which));
+      if (others_.empty()) return true;
+      findWhatSticks(*this, others_, joints_.hasBreakaway());
+      const double start = coordinates_.relative(mechanics_->answer(t_, y_).accelerations, joint);
+      if (std::abs(start) <= joints_.leastStart(joint)) break;
+    }
+    return true;
   }
   void solve(std::vector<RestingJoint>& joints) override {
     // Take the guess.
@@ -210,7 +225,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
   // Of the present change:
   double t_ = 0;
   const double* y_ = nullptr;
-  std::vector<RestingJoint> atRest_;
+  std::vector<RestingJoint> atRest_, others_;
   struct Arrival {
     int joint = -1;
     double direction = 0, slope = 0;  ///< until then: the sign of q̇, and |q̈|

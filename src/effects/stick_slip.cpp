@@ -49,7 +49,7 @@ std::vector<double> yieldsOf(const Chain& chain) {
 
 StickSlip::StickSlip(const Chain& chain, double tolerance)
     : coordinates_(chain.coordinates()), n_(chain.size()), tolerance_(tolerance) {
-  for (Numbers* numbers : {&sliding_, &breakaway_, &mostYield_, &band_, &direction_, &angle_}) {
+  for (Numbers* numbers : {&sliding_, &breakaway_, &mostYield_, &band_, &direction_, &push_, &angle_}) {
     numbers->setZero(n_);
   }
   const std::vector<double> yields = yieldsOf(chain);
@@ -118,6 +118,7 @@ void StickSlip::enter(int joint, const double* y) {
   angle_[joint] = coordinates_.relative(y, joint);
   band_[joint] = ownBand(joint);
   isLoose_[joint] = false;
+  push_[joint] = 0;
 }
 
 void StickSlip::rest(int joint, const double* y, bool passes) {
@@ -132,10 +133,12 @@ void StickSlip::rest(int joint, const double* y, bool passes) {
 void StickSlip::start(int joint, double direction) {
   direction_[joint] = direction;
   isLoose_[joint] = false;
+  push_[joint] = 0;
 }
 
-void StickSlip::loosen(int joint) {
+void StickSlip::loosen(int joint, double push) {
   isLoose_[joint] = true;
+  push_[joint] = push;
 }
 
 void StickSlip::slide(int joint, const double* omega) {
@@ -155,8 +158,8 @@ bool StickSlip::take() {
     if (!slides(i)) (isLoose(i) ? loose_ : stuck_).push_back(i);
   }
   const Eigen::Index first = coordinates_.slides(), others = n_ - 1 - first;
-  moments_ = -(direction_ * sliding_).matrix();
-  moments_.segment(first, others) += (direction_.tail(others) * sliding_.tail(others)).matrix();
+  moments_ = torques().matrix();
+  moments_.segment(first, others) -= torques().tail(others).matrix();
   return stuck_ != before_;
 }
 

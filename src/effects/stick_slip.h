@@ -4,9 +4,10 @@
 ///
 ///     slides    μ = −c sign(q̇)           until q̇ passes 0
 ///     sticks    q̈ = 0                    until |μ| > breakaway torque + band
-///     is loose  μ = 0                    until |q̇| > what rounding and the tolerance give
+///     is loose  μ = 0 or ±c              until |q̇| > what rounding and the tolerance give
 ///
-/// A joint is loose at rest in a dead centre of a closed chain, where no torque in it can hold it.
+/// A joint is loose at rest in a dead centre of a closed chain, where no torque in it can hold it; or where
+/// several could hold the chain together, and what each of them bears is not determined.
 /// A joint that sticks keeps the angle at which it came to rest. Nothing here evaluates the chain.
 ///
 /// The band keeps rounding from deciding. It is the largest of
@@ -67,8 +68,8 @@ class StickSlip {
   double breakaway(int joint) const { return breakaway_[joint]; }
   /// True if a breakaway torque is larger than the friction.
   bool hasBreakaway() const { return hasBreakaway_; }
-  /// The torque of friction in each joint, N m: −c sign(q̇) of those that slide.
-  auto torques() const { return -direction_ * sliding_; }
+  /// The torque of friction in each joint, N m: −c sign(q̇) of those that slide, and what loose ones bear.
+  auto torques() const { return -(direction_ + push_) * sliding_; }
   /// The same as moments on the bodies.
   const Eigen::VectorXd& moments() const { return moments_; }
 
@@ -99,8 +100,8 @@ class StickSlip {
   void rest(int joint, const double* y, bool passes);
   /// Of a joint at rest: 0, it sticks; else it starts.
   void start(int joint, double direction);
-  /// Of a stuck joint.
-  void loosen(int joint);
+  /// Of a stuck joint. push: the direction against which it bears its friction; 0: none.
+  void loosen(int joint, double push);
   /// A loose joint slides as it moves.
   void slide(int joint, const double* omega);
   /// Widens the band of a stuck joint to so many times what this torque asks for.
@@ -124,6 +125,7 @@ class StickSlip {
   Numbers direction_;            ///< of q̇; 0: stuck, or no friction
   Numbers never_;                ///< 0 if it slides, else far below 0
   Eigen::Array<bool, Eigen::Dynamic, 1> isLoose_;
+  Numbers push_;             ///< of a loose joint, else 0
   Numbers angle_;            ///< where it was at rest last, from body to body
   Eigen::VectorXd moments_;  ///< on the bodies, N m
 };

@@ -77,6 +77,7 @@ class Pace {
 /// True if the laws of a held tip leave the reach of the chain soon.
 inline bool leavesReach(const Scene& scene, double t) {
   if (!scene.tip || scene.tip->line || scene.chain.slides() > 0) return false;
+  if (!scene.tip->x.moves() && !scene.tip->y.moves()) return false;
   double reach = 0, longest = 0;
   for (const Link& link : scene.chain.links()) {
     reach += length(link.pin);
