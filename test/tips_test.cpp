@@ -321,6 +321,43 @@ TEST(ClosedChain, IsHeldByTwoJointsTogether) {
   }
 }
 
+/// A brake whose breakaway torque is ten times its friction holds the chain. The projection of a state leaves
+/// rates of rounding, with which it slid.
+TEST(ClosedChain, StaysAtRestWhenItsStateIsGivenOn) {
+  const Scene scene = readSceneText(
+      "{chain: [a, b, c], links: {a: {mass: 1000, inertia: 83.333, com: [0.5, 0], pin: [1, 0], initial: "
+      "{angle: "
+      "1.0471975511965976}}, b: {mass: 1000, inertia: 83.333, com: [0.5, 0], pin: [1, 0], initial: {angle: "
+      "1.0471975511965976}, joint: {friction: 19620, breakaway: 196200, stiffness: 9810}}, c: {mass: 1000, "
+      "inertia: "
+      "83.333, com: [0.5, 0], pin: [1, 0], initial: {angle: 1.0471975511965976}, joint: {stiffness: 9810, "
+      "rest_angle: 1.5707963267948966}}}, gravity: [0, 9.81], tip: {pin: [-1, 1.732050807569]}}");
+  Simulation simulation(scene);
+  const std::vector<double> start = simulation.q();
+  for (const double rate : {0.0, 1e-50, 1e-18, 1e-12}) {
+    simulation.setState(start, {rate, 0, -rate});
+    ASSERT_TRUE(simulation.advanceTo(simulation.time() + 0.1)) << simulation.fault();
+    for (std::size_t i = 0; i < start.size(); ++i) EXPECT_NEAR(simulation.q()[i], start[i], 1e-12) << rate;
+  }
+}
+
+/// The crank turns back where the rest is nearly straight, while a law moves the tip: what rounding leaves of
+/// its rate is 1e-4 rad/s of the other joints.
+TEST(FourBar, KeepsItsEnergyWhereItsCrankTurnsBackBesideAMovingTip) {
+  Scene scene = readSceneText(
+      "{chain: [l0, l1, l2], links: {l0: {mass: 0.5, inertia: 0.16666666666666666, com: [1, 0], pin: [2, 0], "
+      "initial: "
+      "{angle: 3.141592653589793}, joint: {friction: 7.3575, breakaway: 10}}, l1: {mass: 0.1, inertia: 0, "
+      "com: [0.5, "
+      "0], pin: [0.5, 0]}, l2: {mass: 100, inertia: 0, com: [2, 0], pin: [2, 0], initial: {angle: "
+      "-2.0943951023931953}, joint: {stiffness: 19620}}}, gravity: [9.81, 0], integrator: {method: dop853, "
+      "tolerance: "
+      "1e-10}, tip: {pin: {x: {times: [0.3, 0.6], values: [-1.5, -1.55]}, y: {offset: 1.732050807569}}}}");
+  Simulation simulation(scene);
+  ASSERT_TRUE(simulation.advanceTo(0.31)) << simulation.fault();
+  EXPECT_LT(std::abs(simulation.energyBalance().residual), 1e-5);
+}
+
 /// Two joints rub, and the tip is on a line. One breaks loose at the instant at which the other comes to
 /// rest.
 TEST(ClosedChain, LetsOneJointGoWhereAnotherTurnsBack) {

@@ -63,8 +63,8 @@ class Mechanics {
   /// Call it after a joint changes the direction in which it slides; with `holds` after joints stick or break
   /// loose.
   virtual void forget(bool holds) = 0;
-  /// Puts held joints where they are at t, exactly, and moves the others to where a held tip is, which takes
-  /// no more than rounding.
+  /// Puts held joints where they are at t, exactly, and moves the others to where a held tip is, if that
+  /// takes no more than rounding.
   virtual void settle(double t, double* y) = 0;
   /// True if held joints and a held tip leave the motion undetermined, to rounding.
   virtual bool isStretched(double t, const double* y) = 0;
