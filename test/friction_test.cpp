@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -180,6 +181,24 @@ TEST(StickSlip, AReleaseInVainWidensTheBandUntilTheJointMoves) {
   joints.rest(1, y, false);
   joints.take();
   EXPECT_NEAR(joints.limit(1) - 0.5, own, 1e-3 * own);
+}
+
+// 20 N on a carriage with 9.81 N of friction and 14.7 N of breakaway: 9.81 N more at the same time hold it,
+// whether they are given before its state or after.
+TEST(StickSlip, AForceAtTheStartHoldsWhateverWasDecidedBefore) {
+  const Scene scene = readSceneText(
+      "{chain: [c, l], links: {c: {mass: 1, joint: {type: prismatic, axis: [0, 1], friction: 9.81, "
+      "breakaway: "
+      "14.7}}, l: {mass: 1, inertia: 0.1, com: [0, 0], pin: [0.1, 0]}}, gravity: [0, -10]}");
+  constexpr double forever = std::numeric_limits<double>::infinity();
+  for (const bool isFirst : {true, false}) {
+    Simulation simulation(scene, 4);
+    if (isFirst) simulation.holdTorque(0, 9.81, forever);
+    simulation.setState({0, 0}, {0, 0});
+    if (!isFirst) simulation.holdTorque(0, 9.81, forever);
+    ASSERT_TRUE(simulation.advanceTo(1)) << simulation.fault();
+    EXPECT_EQ(simulation.q()[0], 0) << isFirst;
+  }
 }
 
 // ---- Bodies without inertia of their own, and joints at rest with other switches -----------------------

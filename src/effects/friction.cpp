@@ -86,7 +86,11 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
         continue;
       }
       RestingJoint one{i};
-      if (joints_.slides(i)) {
+      if (joints_.slides(i) && coordinates_.relative(y + n_, i) == 0) {
+        // It has started here, and has not moved: what acts now may hold it.
+        joints_.start(i, 0);
+        anyChanges = true;
+      } else if (joints_.slides(i)) {
         if (joints_.slideDue(i, y + n_) <= 0) continue;
         anyChanges = true;
         if (i == found.which) arrival_ = {i, joints_.direction(i), found.slope};
