@@ -99,17 +99,9 @@ class Drags : public Effect, public Switching {
     return first < 1 ? first * of.h : -1;
   }
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
-    if (!of.course) return {};
-    ode::Crossing first;
-    first.t = of.t + of.h;
-    for (const Drag& drag : drags_) {
-      const auto due = [&](double t) { return dueOf(drag, stateAt(t, of).data()); };
-      if (due(first.t) <= 0) continue;
-      first = firstDue(of, first.t, drag.q.joint, due, [&](double begin, double half, double end) {
-        return changeWithinRounding(of, begin, half, end) + leastRate;
-      });
-    }
-    return first;
+    return firstDueOf(
+        drags_, of, [this](const Drag& drag, const double* y) { return dueOf(drag, y); },
+        [](const Drag& /*drag*/) { return leastRate; });
   }
 
  private:

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 
 #include "ode/switches.h"
 
@@ -98,6 +99,24 @@ ode::Crossing firstDue(const ode::Stretch& of, double last, int which, const Due
   }
   found.t = high;
   return found;
+}
+
+/// The first change of several parts of an effect, each by its dueOf(part, y), with noiseOf(part), its
+/// rounding. Nothing if the course is unknown.
+template <class Parts, class DueOf, class NoiseOf>
+std::optional<ode::Crossing> firstDueOf(const Parts& parts, const ode::Stretch& of, const DueOf& dueOf,
+                                        const NoiseOf& noiseOf) {
+  if (!of.course) return {};
+  ode::Crossing first;
+  first.t = of.t + of.h;
+  for (const auto& part : parts) {
+    const auto due = [&](double t) { return dueOf(part, stateAt(t, of).data()); };
+    if (due(first.t) <= 0) continue;
+    first = firstDue(of, first.t, -1, due, [&](double begin, double half, double end) {
+      return changeWithinRounding(of, begin, half, end) + noiseOf(part);
+    });
+  }
+  return first;
 }
 
 }  // namespace planar_chain

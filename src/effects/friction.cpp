@@ -67,7 +67,7 @@ class Friction : public Effect, public Coupler, public Switching, private Restin
     atRest_.clear();
     for (const int i : joints_.joints()) {
       joints_.enter(i, y);
-      // The projection of a held tip leaves rounding of a joint at rest.
+      // The projection onto a held tip gives a joint at rest a rate of rounding.
       if (isClosed_ && joints_.looseDue(i, y + n_) <= 0) joints_.start(i, 0);
       if (!joints_.slides(i)) atRest_.push_back({i});
     }

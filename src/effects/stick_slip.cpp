@@ -20,7 +20,7 @@ constexpr double accuracyOfWeak = 0.1, weak = 1e4;
 /// Friction that changes no rate by more than this share of the tolerance in a second is left out. Rounding
 /// of the joint's moment would decide whether it sticks.
 constexpr double negligible = 0.1;
-/// rad/s: more than the projection of a held tip leaves of a joint at rest.
+/// rad/s: more than the rate that the projection onto a held tip gives a joint at rest.
 constexpr double leftOver = 1e-11;
 /// Of the inertia that a body has about its pin, with what it carries there. A point mass and a slide without
 /// mass have none of their own: they would yield without bound, and no start, however fast, would count.

@@ -162,22 +162,11 @@ class Stops : public Effect, public Switching {
     });
   }
   std::optional<ode::Crossing> crossing(const ode::Stretch& of) const override {
-    if (!of.course) return {};
-    ode::Crossing first;
-    first.t = of.t + of.h;
-    for (const Stop& stop : stops_) {
-      const auto due = [&](double t) {
-        const double* y = stateAt(t, of).data();
-        return stop.due(y, y + n_);
-      };
-      if (due(first.t) > 0) {
-        first = firstDue(of, first.t, -1, due, [&](double begin, double half, double end) {
-          return changeWithinRounding(of, begin, half, end) +
-                 2 * stop.noise(of.next.data(), of.next.data() + n_);
-        });
-      }
-    }
-    first.changesStiffness = true;
+    const double* next = of.next.data();
+    std::optional<ode::Crossing> first = firstDueOf(
+        stops_, of, [this](const Stop& stop, const double* y) { return stop.due(y, y + n_); },
+        [&](const Stop& stop) { return 2 * stop.noise(next, next + n_); });
+    if (first) first->changesStiffness = true;
     return first;
   }
 

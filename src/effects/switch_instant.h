@@ -45,8 +45,7 @@ class SwitchInstant {
     double first = slidesPassing(of, duesAt(of.t, of.y.data()), duesAt(middle, between.data()),
                                  duesAt(of.t + of.h, of.next.data()));
     if (!joints_.stuck().empty()) {
-      const double *begin = momentsAt(of.t, of.y.data()), *half = momentsAt(middle, between.data()),
-                   *end = momentsAt(of.t + of.h, of.next.data());
+      const auto [begin, half, end] = momentsAlong(of);
       for (const int i : joints_.stuck()) {
         for (const double sign : {-1.0, 1.0}) {
           const auto over = [&](const double* mu) { return sign * mu[i] - joints_.limit(i); };
@@ -59,12 +58,9 @@ class SwitchInstant {
   /// True if a stuck joint comes nearer to its limit than its moment changes in the stretch.
   bool isNear(const ode::Stretch& of) const {
     if (joints_.stuck().empty()) return false;
-    const double middle = of.t + of.h / 2;
-    const Eigen::VectorXd& between = of.course->at(middle);
-    const double *begin = momentsAt(of.t, of.y.data()), *half = momentsAt(middle, between.data()),
-                 *end = momentsAt(of.t + of.h, of.next.data());
+    const std::array<const double*, 3> at = momentsAlong(of);
     return std::any_of(joints_.stuck().begin(), joints_.stuck().end(), [&](int i) {
-      const auto [least, most] = std::minmax({begin[i], half[i], end[i]});
+      const auto [least, most] = std::minmax({at[0][i], at[1][i], at[2][i]});
       return std::max(most, -least) + (most - least) > joints_.limit(i);
     });
   }
@@ -102,6 +98,12 @@ class SwitchInstant {
   using Numbers = Eigen::ArrayXd;
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
+  /// The same at the begin, in the middle and at the end of a stretch.
+  std::array<const double*, 3> momentsAlong(const ode::Stretch& of) const {
+    const double middle = of.t + of.h / 2;
+    return {momentsAt(of.t, of.y.data()), momentsAt(middle, of.course->at(middle).data()),
+            momentsAt(of.t + of.h, of.next.data())};
+  }
   /// How much the change of each joint is due at a state. Valid as momentsAt().
   const Numbers& duesAt(double t, const double* y) const {
     Seen& seen = this->seen(t, y);

@@ -14,7 +14,8 @@
 ///     V_e, V_ε    elastic energy; 2 ε² Σ k
 ///     ρ_j         |r_j| + Σ_{k<j} |p_k|, the largest distance of body j from the ground
 ///     ε           10 tolerances, and rounding
-///     W_1         if there are works, their unit in the error control: the larger of 1 J and Σ (m ρ² + I)/s²
+///     W_1         1 J or Σ (m ρ² + I)/s², whichever is more: the error control lets works err by so much of
+///                 the tolerance; 0 without works
 ///
 /// Slides move all bodies by ε R more, R: the chain's reach. So ρ counts R more, and their stiffness R².
 ///

@@ -161,8 +161,8 @@ inline std::unique_ptr<ode::Integrator> methodOf(const Scene& scene, std::size_t
   auto method = ode::makeMethod(settings.method, dynamics, settings.step, toleranceOf(scene, rung, dynamics));
   if (dynamics.keepsConditions()) {
     // A regular motion is moved by one tolerance at most, one through a change point by 1e2 to 1e7 of them.
-    // Equal steps have no tolerance, and may err by a tenth, as in the energy balance. Held joints alone
-    // leave nothing undetermined.
+    // Equal steps have no tolerance, and may err by a tenth, as in the energy balance. The momenta of
+    // a free chain leave nothing undetermined.
     const double most = ode::hasFixedStep(settings.method) ? 0.1 : 100 * settings.tolerance;
     constexpr double any = std::numeric_limits<double>::infinity();
     method = ode::projectedSteps(std::move(method), dynamics, scene.tip ? most : any);

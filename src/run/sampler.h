@@ -7,9 +7,8 @@
 ///     fixed steps      by one step of the same method, so with an error of the same order
 ///     adaptive steps   with the scene's tolerance, by dop853 if the motion's own method is explicit; by
 ///                      rodas5p if it is not, or if dop853 needs more than `mostSteps` steps
-///     where they fail  by one step of ros34pw2, of the scene's method if its steps are fixed; if even that
-///     is
-///                      not finite, along a straight line
+///     where they fail  by one step of ros34pw2, or of the scene's method if its steps are fixed;
+///                      if that is not finite, along a straight line
 ///
 /// So a measurement takes a bounded number of steps, whatever the step within which it is. They count in the
 /// statistics. Each measurement begins anew: its state depends on the step and the time alone, and sensors do

@@ -354,8 +354,7 @@ int main(int argc, char** argv) {
       {"simulate",
        "Simulates a scene as fast as possible and writes its motion.",
        "0 done; 1 the run failed; 2 bad arguments or scene; 3 a command of --commands was refused, or the "
-       "motion "
-       "left the recorded one; 130 interrupted by Ctrl-C.",
+       "motion left the recorded one; 130 interrupted by Ctrl-C.",
        true,
        {{"duration",
          "Simulated time, s (default with --commands: to the last state in their bag, on joint_states or "

@@ -18,8 +18,8 @@ struct RecordedCommands {
   std::vector<CommandTaken> commands;  ///< in the order in which they were taken
   long long lastTick = 0;              ///< of the states and commands; 0 without states
   std::string scene;                   ///< its text; empty if the bag has none
-  std::map<std::uint64_t, std::size_t>
-      states;  ///< digestOf() each state, by tick, as far as ~status tells it
+  /// digestOf() each state, by tick, as far as ~status tells it.
+  std::map<std::uint64_t, std::size_t> states;
 };
 
 /// Equal for two states if they are equal to the last bit.
