@@ -297,6 +297,17 @@ class Bags(InFolder):
             with self.assertRaisesRegex(BadFit, f"expected one run of /planar_chain, got a second one: {words} "):
                 fit(self.ARM, self.path("twice.bag"), list(self.TRUE))
 
+    def test_a_bag_that_lost_the_last_commands_is_refused(self):
+        import rosbag  # pylint: disable=import-outside-toplevel
+        run = self.record()
+        for last, at in ((24, 1.19), (0, 0.09)):
+            with rosbag.Bag(run) as whole, rosbag.Bag(self.path("lost.bag"), "w") as bag:
+                for topic, message, received in whole.read_messages():
+                    if not topic.endswith("commands_taken") or message.number <= last:
+                        bag.write(topic, message, received)
+            with self.assertRaisesRegex(BadFit, rf"expected every command that the node took, got none of kind JOINT_TORQUES at {at}\d* s, which its"):
+                fit(self.ARM, self.path("lost.bag"), list(self.TRUE))
+
     def test_bags_without_what_is_needed(self):
         import genpy  # pylint: disable=import-outside-toplevel
         import rosbag  # pylint: disable=import-outside-toplevel

@@ -10,6 +10,7 @@ from .unread import opened, topics_of
 
 FIELDS = "JOINT_TORQUE", "LINK_FORCE", "JOINT_TRAJECTORY", "BASE_TRAJECTORY"  # kinds of commands with one entry in the field of that name
 JUMPS = ("RESET", "SET_STATE", "SETTLE")  # of the state
+AGES = {kind: kind.lower() + "_age" for kind in ("JOINT_TORQUES", *FIELDS)}  # in a status
 
 
 def read_bag(path, scene, joints, effort=False, node=None):
@@ -92,6 +93,7 @@ def pieces_of(path, stamps, statuses, taken):
             raise BadFit(f"{path}: expected the node's status beside its commands_taken, got none")
         return [(slice(0, len(stamps)), (stamps - stamps[0]) * 1e-9, [])]
     require_all(path, taken)
+    require_last(path, statuses, taken)
     ticks = ticks_of(path, stamps, statuses)
     edges = [0, *sorted({message.tick for message in taken if kind_of(message) in JUMPS}), np.iinfo(np.int64).max]
     pieces = []
@@ -138,3 +140,19 @@ def require_all(path, taken):
         kind = kind_of(message)
         if not kind or not np.isfinite(message.scene_time) or any(len(getattr(message, name.lower())) != (name == kind) for name in FIELDS):
             raise BadFit(f"{path}: expected commands with what their kind needs, got number {expected} of kind {message.kind}")
+
+
+def require_last(path, statuses, taken):
+    """A status tells the age of the last command of each kind. It is missing if the recorder lost it at the end."""
+    for kind, age in AGES.items():
+        steps = [message for message in taken if kind_of(message) == "STEP"]
+        of_steps = {"JOINT_TORQUES": "joint_torques", "BASE_TRAJECTORY": "base_pose"}.get(kind)
+        times = np.sort([message.scene_time for message in taken if kind_of(message) == kind] +
+                        [message.scene_time for message in steps if of_steps and getattr(message, of_steps)])
+        for status in statuses:
+            if not getattr(status, age) > 0:
+                continue
+            accepted = status.scene_time - getattr(status, age)
+            if not (abs(times - accepted) <= 1e-9 * max(1, status.scene_time)).any():
+                raise BadFit(f"{path}: expected every command that the node took, got none of kind {kind} at {accepted:.9g} s, which its "
+                             f"status at {status.scene_time:.9g} s tells of (record ~commands_taken to the end)")
