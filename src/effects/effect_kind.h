@@ -113,8 +113,8 @@ class EffectKind {
 
   /// The energy V that it stores in a joint at the angle q, J.
   virtual double energyIn(const Joint& /*joint*/, double /*q*/) const { return 0; }
-  /// A typical ∂²V/∂q² in a joint, N m/rad: > 0 where it stores energy, else energyIn() is not called. The
-  /// guard allows more error of the energy for a larger value.
+  /// A typical ∂²V/∂q² in a joint, N m/rad: > 0 where it stores energy, else energyIn() and energyBetween()
+  /// are not called. The guard allows more error of the energy for a larger value.
   virtual double stiffnessOf(const Joint& /*joint*/) const { return 0; }
   /// A typical moment in a joint, N m: what residuals of an equilibrium are compared with.
   virtual double momentOf(const Joint& joint) const { return stiffnessOf(joint); }
@@ -123,6 +123,10 @@ class EffectKind {
   virtual double energyOf(const Link& /*link*/, const PlacedBody& /*at*/) const { return 0; }
   /// A typical ∂²V/∂x² of a body, N/m: > 0 where it stores energy, else energyOf() is not called.
   virtual double stiffnessOf(const Link& /*link*/) const { return 0; }
+
+  /// The energy V that it stores in the pose of the whole chain, beyond that in single joints and bodies, J.
+  /// theta: absolute angles; chain.coordinates() makes relative ones of them.
+  virtual double energyBetween(const Chain& /*chain*/, const double* /*theta*/) const { return 0; }
 
   /// The inertia that resists q̈ of a joint besides the links', kg m².
   virtual double inertiaIn(const Joint& /*joint*/) const { return 0; }
