@@ -1,7 +1,7 @@
 #!/bin/bash
 # Runs a recorder on topics whose names may begin with @, the namespace: topics have their full names in a bag.
 # Adds those of the scene's sensors, whose names only the scene knows. An earlier bag of the name is kept: the new one gets
-# a number. Usage: record.sh RECORDER -O BAG TOPIC …
+# a number. At the end says what the bag lacks. Usage: record.sh RECORDER -O BAG TOPIC …
 namespace=${ROS_NAMESPACE%/}
 recorder=$1 wanted=${3%.bag}
 shift 3
@@ -15,4 +15,7 @@ for ((k = 2; ; k++)); do
   bag=${wanted}_$k
 done
 [ "$bag" = "$wanted" ] || echo "record: $wanted.bag is there already; recording to $bag.bag"
-exec "$recorder" -O "$bag" "$@"
+trap : INT TERM  # ends the recorder, which is of the same process group; the check comes after it
+"$recorder" -O "$bag" "$@" || status=$?
+[ ! -e "$bag.bag" ] || PATH=/usr/bin:$PATH python3 "$(dirname "$0")/recorded" "$bag.bag" || status=$?
+exit "${status:-0}"

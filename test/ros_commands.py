@@ -3,6 +3,7 @@
 wrong with a command changes nothing and is counted."""
 
 import re
+import threading
 
 import rospy
 import rostest
@@ -31,6 +32,27 @@ class Commands(Watching):
             expected = speed + torque / ROD_INERTIA * self.seconds_between(first, i)
             # Stamps are whole ns.
             self.assertAlmostEqual(self.states.messages[i].velocity[0], expected, delta=2e-9)
+
+    def test_commands_during_a_long_step_all_wait(self):
+        many = 5000  # roscpp would keep 2000, and drop others without a word
+        scene = rod(integrator={'method': 'rk4', 'step': 2e-5})  # some milliseconds a tick
+        scene['links']['rod'].update(repeat=100)
+        taken = Listener('/planar_chain/commands_taken', CommandTaken)
+        with Node(scene):
+            torques = publisher('/planar_chain/joint_torque', JointTorque)
+            step, answers = service('step', Step), []
+            caller = threading.Thread(target=lambda: answers.append(step(n=1000)))
+            caller.start()
+            moving = self.statuses.wait_for(lambda status: status.paused and status.tick > 2)
+            for k in range(many):
+                torques.publish(joint='rod_1_joint', torque=k * 1e-9)
+            self.statuses.wait_for_count(moving + 5)
+            self.assertEqual((answers, len(taken.messages)), ([], 1))
+            caller.join()
+            taken.wait_for_count(1 + many)
+        taken.close()
+        self.assertEqual([command.joint_torque[0].torque for command in taken.messages[1:]], [k * 1e-9 for k in range(many)])
+        self.assertEqual(self.statuses.messages[-1].rejected_commands, 0)
 
     def test_held_torque_from_rostopic_accelerates_as_the_equation_says(self):
         with Node(rod()):

@@ -90,7 +90,7 @@ class Faults(unittest.TestCase):
             self.assertIn(topics[-1].messages[status].fault, diagnostics.messages[failed].status[0].message)
             publisher('/planar_chain/joint_torques', Float64MultiArray).publish(data=[1.0])
             refused = topics[-1].wait_for(lambda message: message.rejected_commands == 1)
-            self.assertIn('call ~reset or ~set_state', topics[-1].messages[refused].last_rejection)
+            self.assertIn('call ~reset, ~settle or ~set_state', topics[-1].messages[refused].last_rejection)
             self.assertTrue(service('reset', Trigger)().success)
             diagnostics.wait_for(lambda message: level(message) == ok, failed)
         for topic in topics:

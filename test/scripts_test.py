@@ -78,6 +78,34 @@ class Recorder(InFolder):
                                                      f'-O {run}_{number} {topics}'])
 
 
+    def test_what_a_bag_lacks_is_said(self):
+        try:
+            import rosbag  # pylint: disable=import-outside-toplevel
+            from genpy import Time  # pylint: disable=import-outside-toplevel
+            from std_msgs.msg import Header, String  # pylint: disable=import-outside-toplevel
+            from geometry_msgs.msg import PointStamped  # pylint: disable=import-outside-toplevel
+        except ImportError as missing:
+            self.skipTest(str(missing))
+        for name, lost in (('whole', ()), ('lacks', (4, 5)), ('ends', (0, 9))):  # the first and the last cannot be known to lack
+            bag = self.path(name)
+            with rosbag.Bag(bag + '.bag', 'w') as file:
+                for k in set(range(10)) - set(lost):
+                    file.write('/left/point', PointStamped(header=Header(seq=k)), Time(1 + 100 * k))
+                    file.write('/left/word', String('x'), Time(1 + k))
+            run = subprocess.run([sys.executable, os.path.join(ROOT, 'launch/recorded'), bag + '.bag'], stderr=subprocess.PIPE,
+                                 universal_newlines=True, check=False)
+            said = f'record: {bag}.bag lacks 2 of 10 messages of /left/point: the recorder was too slow. '
+            self.assertEqual((run.returncode, run.stderr[:len(said)]), (1, said) if lost == (4, 5) else (0, ''))
+        recorder = self.path('recorder')
+        with open(recorder, 'w', encoding='ascii') as file:
+            file.write(f'#!/bin/sh\ncp "{self.path("lacks")}.bag" "$2.bag"\n')
+        os.chmod(recorder, 0o755)
+        run = subprocess.run(['bash', os.path.join(ROOT, 'launch/record.sh'), recorder, '-O', self.path('made'), '/tf'],
+                             stderr=subprocess.PIPE, universal_newlines=True, check=False)
+        self.assertEqual(run.returncode, 1)
+        self.assertIn(f'{self.path("made")}.bag lacks 2 of 10 messages of /left/point', run.stderr)
+
+
 class OneBuild(InFolder):
     def flags(self, script):
         """How the core is compiled with the options of this script."""

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -9,6 +10,7 @@
 #include "planar_chain/scene_reader.h"
 #include "planar_chain/simulation.h"
 #include "random_scene.h"
+#include "ros/messages/rests.h"
 #include "ros/node/tolerance_pace.h"
 
 namespace planar_chain {
@@ -135,6 +137,17 @@ TEST(Advice, NamesWhatHelps) {
   EXPECT_NE(
       adviceFor({"rk4", 1e-8, 1e-3}, 1e-8, 4, 5, period, 200).find("integrator/step of at least 0.004 s"),
       std::string::npos);
+}
+
+/// However fast messages come, so many take so much time; slow ones are not delayed.
+TEST(Rests, LeaveTheRecorderItsTime) {
+  Rests rests(40, 0.02);
+  const auto begin = std::chrono::steady_clock::now();
+  for (int k = 0; k < 200; ++k) rests.after();
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, 5 * std::chrono::milliseconds(20));
+
+  Rests seldom(2, 1000);
+  seldom.after();
 }
 
 }  // namespace

@@ -68,8 +68,10 @@ template <class In>
 struct Received {
   std::optional<In> message;
   std::string expected, found;  ///< without a message
+  std::size_t length = 0;       ///< of what was sent, bytes
 
   void read(ros::serialization::IStream& stream) {
+    length = stream.getLength();
     try {
       stream.next(message.emplace());
       return;

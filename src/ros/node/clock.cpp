@@ -212,6 +212,7 @@ long long Clock::due(long long next) {
                rate_, seconds(behind));
     }
     drop(next, behind);
+    ++drops_;
   }
 
   // Find the last tick with a stamp up to this reading.

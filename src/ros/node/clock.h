@@ -45,6 +45,8 @@ class Clock {
   double catchUpPause() const { return speed_ > 0 ? 1 / (rate_ * speed_) : 0; }
   /// Returns the delay of tick `done`, s, dropped time included. Negative if the tick is early.
   double lag(long long done) const;
+  /// Returns how often a delay was dropped.
+  std::uint64_t drops() const { return drops_; }
   /// Returns how often the stamps restarted because the clock jumped.
   std::uint64_t jumps() const { return jumps_; }
 
@@ -74,7 +76,7 @@ class Clock {
   std::string name_;
   long long tick0_ = 0;
   std::int64_t stamp0_ = 0, late_ = 0, lateAtBegin_ = 0;  ///< ns
-  std::uint64_t jumps_ = 0;
+  std::uint64_t drops_ = 0, jumps_ = 0;
   Every warnings_{5};
 };
 

@@ -15,7 +15,9 @@ namespace planar_chain {
 
 namespace {
 
-constexpr std::uint32_t queueSize = 2000;        // two seconds of commands at 1000 Hz
+constexpr std::uint32_t queueSize = 20000;  // until the next serve() or collect(), at 100,000 Hz
+constexpr std::size_t mostWaitingBytes = std::size_t{64} << 20;
+constexpr std::size_t bytesOfACommand = 250;     // in memory, beside its lists
 constexpr std::uint32_t logSize = 10000;         // a lost message would make the others useless
 constexpr double stampResolution = 1e-9;         // s
 constexpr std::size_t mostSteps = 10000;         // of one call
@@ -41,14 +43,23 @@ void Commands::moveTo(Simulation& simulation) {
 
 // ---- From topics -------------------------------------------------------------------------------
 
-void Commands::listen(ros::NodeHandle& node) {
+void Commands::listen(ros::NodeHandle node) {
+  node.setCallbackQueue(&queue_);
   log_ = node.advertise<CommandTaken>("commands_taken", logSize);
   const auto hints = ros::TransportHints().tcpNoDelay();
   // Subscribes `take` to what can be read. What cannot is refused.
   const auto subscribe = [&](auto type, const char* topic, auto take) {
     using In = Received<decltype(type)>;
     const boost::function<void(const In&)> onMessage = [this, topic, take](const In& in) {
-      in.message ? take(*in.message) : refuse(toString(Fault{topic, in.expected, in.found}));
+      if (!in.message) return refuse(toString(Fault{topic, in.expected, in.found}));
+      if (!isCollecting_) return take(*in.message);
+      waitingBytes_ += bytesOfACommand + in.length;
+      if (waitingBytes_ <= mostWaitingBytes) {
+        waiting_.push_back([take, message = *in.message] { take(message); });
+      } else {
+        waitingBytes_ -= bytesOfACommand + in.length;
+        refuse(toString(Fault{topic, "messages of at most 64 MiB during a tick or ~step", "more"}));
+      }
     };
     subscribers_.push_back(node.subscribe<In, const In&>(topic, queueSize, onMessage, {}, hints));
   };
@@ -61,6 +72,24 @@ void Commands::listen(ros::NodeHandle& node) {
             [this](const auto& in) { onBaseTrajectory(plainOf<MultiDOFJointTrajectory>(in)); });
   subscribe(JointTorque(), "joint_torque", [this](const auto& in) { onJointTorque(in); });
   subscribe(LinkForce(), "link_force", [this](const auto& in) { onLinkForce(in); });
+}
+
+void Commands::serve() {
+  for (; !waiting_.empty(); waiting_.pop_front()) waiting_.front()();
+  waitingBytes_ = 0;
+  queue_.callAvailable();
+}
+
+void Commands::collect() {
+  isCollecting_ = true;
+  queue_.callAvailable();
+  isCollecting_ = false;
+}
+
+void Commands::dropWaiting() {
+  queue_.clear();
+  waiting_.clear();
+  waitingBytes_ = 0;
 }
 
 void Commands::onJointTorques(const std::vector<double>& torques) {
@@ -104,7 +133,7 @@ double Commands::sceneTimeOf(ros::Time start) const {
 
 std::string Commands::takeOrWarn(const CommandTaken& input) {
   const std::string& fault = simulation_->fault();
-  std::string refusal = fault.empty() ? take(input) : fault + "; call ~reset or ~set_state";
+  std::string refusal = fault.empty() ? take(input) : fault + "; call ~reset, ~settle or ~set_state";
   if (!refusal.empty()) refuse(refusal);
   return refusal;
 }
@@ -137,6 +166,7 @@ std::string Commands::take(CommandTaken input) {
     input.tick = static_cast<std::uint64_t>(ticks_.next);
     input.scene_time = simulation_->time();
     log_.publish(input);
+    rests_.after();
   }
   return "";
 }

@@ -4,6 +4,7 @@
 
 #include <planar_chain/CommandTaken.h>
 #include <planar_chain/SimStatus.h>
+#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <ros/subscriber.h>
@@ -11,7 +12,9 @@
 #include <trajectory_msgs/JointTrajectory.h>
 #include <trajectory_msgs/MultiDOFJointTrajectory.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <string>
@@ -21,6 +24,7 @@
 #include "planar_chain/fault.h"
 #include "planar_chain/simulation.h"
 #include "ros/messages/pace.h"
+#include "ros/messages/rests.h"
 
 namespace planar_chain {
 
@@ -54,8 +58,15 @@ class Commands {
   void moveTo(Simulation& simulation);
 
   /// Subscribes to joint_torques, joint_torque, link_force, joint_trajectory and base_trajectory under
-  /// `node`, and advertises commands_taken.
-  void listen(ros::NodeHandle& node);
+  /// `node`, and advertises commands_taken. Messages come with serve(), or wait for it.
+  void listen(ros::NodeHandle node);
+  /// Takes the messages that have arrived, in their order.
+  void serve();
+  /// During a long tick: messages that have arrived wait for serve(). roscpp would drop the oldest without a
+  /// word; here those that do not fit into 64 MiB are refused.
+  void collect();
+  /// Drops the messages that wait.
+  void dropWaiting();
   void onJointTorques(const std::vector<double>& torques);
   void onJointTorque(const JointTorque& message);
   void onLinkForce(const LinkForce& message);
@@ -107,7 +118,12 @@ class Commands {
   std::uint64_t accepted_ = 0, rejected_ = 0;
   std::uint64_t warned_ = 0;  ///< of those rejected
   std::string lastRejection_;
+  ros::CallbackQueue queue_;  ///< outlives the subscribers
   ros::Publisher log_;
+  Rests rests_{40, 2e-2};  ///< of the log
+  bool isCollecting_ = false;
+  std::deque<std::function<void()>> waiting_;
+  std::size_t waitingBytes_ = 0;
   std::vector<ros::Subscriber> subscribers_;
 };
 

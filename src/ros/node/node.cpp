@@ -33,6 +33,8 @@ constexpr double diagnosticsPeriod = 1;        // s
 constexpr double longestWait = 0.1;            // s, to notice a shutdown or a halted clock
 constexpr double longestWaitForRecorder = 15;  // s
 constexpr double servePeriod = 0.1;            // s, during long ticks
+constexpr int recordedAtOnce = 40;             // ticks, while a recorder listens,
+constexpr double recordedRate = 2000;          // Hz of wall time, or twice the rate of ticks if that is more
 
 constexpr char severalClocksFault[] =
     "/clock has several publishers. Time jumps between them. Stop all but one (rostopic info /clock lists "
@@ -106,7 +108,8 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
       times_(static_cast<std::size_t>(2 + std::ceil(factorSeconds * settings_.statusRate))),
       warnings_(warningPeriod),
       advice_(advicePeriod),
-      clockWarnings_(advicePeriod) {
+      clockWarnings_(advicePeriod),
+      rests_(recordedAtOnce, recordedAtOnce / std::max(recordedRate, 2 * settings_.rate)) {
   // Advertise the topics of the scene.
   sceneOut_ = inner_.advertise<std_msgs::String>("scene", 1, true);
   load(scene);
@@ -114,9 +117,7 @@ Node::Node(const Scene& scene, std::function<std::optional<Scene>()> changedScen
   status_.header.frame_id = messages_->frames().base;
 
   // Subscribe to commands, on a queue of their own.
-  ros::NodeHandle commandsHandle("~");
-  commandsHandle.setCallbackQueue(&commandQueue_);
-  commands_.listen(commandsHandle);
+  commands_.listen(ros::NodeHandle("~"));
   advertiseServices();
   diagnostics_.setHardwareID("none");
   diagnostics_.add("simulation", this, &Node::diagnose);
@@ -175,6 +176,7 @@ void Node::waitForRecorder(bool (*keepGoing)()) {
   const double end = steadyTime() + longestWaitForRecorder;
   while (keepGoing() && !isRecorded() && steadyTime() < end) {
     publishStatus();
+    commands_.collect();
     ros::WallDuration(longestWait).sleep();
   }
   isWaiting_ = false;
@@ -202,7 +204,7 @@ void Node::run(bool (*keepGoing)()) {
     const double wait = isHalted ? longestWait : runDueTicks();
     if (paused_) showSetState();
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::clamp(wait, 0.0, longestWait)));
-    commandQueue_.callAvailable();
+    commands_.serve();
   }
 }
 
@@ -213,8 +215,8 @@ double Node::runDueTicks() {
   if (began_ < resting_) return resting_ - began_;
   const long long due = clock_->due(ticks_.next);
 
-  // Catch up in bursts: more ticks at once would overrun the queues of subscribers (rosbag keeps 100 messages
-  // of a topic), and commands are served in between.
+  // Catch up in bursts: more ticks at once would overrun the queues of subscribers, and commands are served
+  // in between.
   const double pause = clock_->catchUpPause();
   const long long late = due - ticks_.next;
   const long long burst = pause > 0 ? std::max(fewTicks, late / catchUpShare) : late + 1;
@@ -223,6 +225,7 @@ double Node::runDueTicks() {
     const double start = steadyTime();
     if (!tick()) return 0;
     keepPace(steadyTime() - start);
+    restForRecorder();
   }
   if (ticks_.next > due) return clock_->untilDue(ticks_.next);
   ++overruns_;
@@ -307,6 +310,7 @@ bool Node::serveDuringTicks() {
   }
   inTick_ = true;
   ros::getGlobalCallbackQueue()->callAvailable();
+  commands_.collect();
   inTick_ = false;
   served_ = steadyTime();
   return resets == resets_;
@@ -373,7 +377,7 @@ void Node::updateStatus() {
                        : isWaiting_           ? "waiting for the recorder"
                        : paused_              ? "paused"
                                               : clock_->haltedBy();
-  status_.overruns = overruns_;
+  status_.overruns = overruns_ + clock_->drops();
   status_.clock_jumps = clock_->jumps();
   status_.lag = status_.standstill.empty() ? std::max(0.0, clock_->lag(ticks_.next - 1)) : 0;
   commands_.describe(status_);

@@ -4,7 +4,6 @@
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <planar_chain/Step.h>
-#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <ros/service_server.h>
@@ -23,6 +22,7 @@
 #include "planar_chain/simulation.h"
 #include "ros/messages/incoming.h"
 #include "ros/messages/pace.h"
+#include "ros/messages/rests.h"
 #include "ros/node/clock.h"
 #include "ros/node/commands.h"
 #include "ros/node/tolerance_pace.h"
@@ -75,6 +75,10 @@ class Node {
   void showSetState();
   bool tick();
   bool serveDuringTicks();
+  /// Call it after a tick.
+  void restForRecorder() {
+    if (commands_.areRecorded()) rests_.after();
+  }
   void sampleTimes();
   void setPaused(bool paused);
   void publishStatus();
@@ -85,9 +89,8 @@ class Node {
   Answer take(const CommandTaken& input, const char* done);
   double sceneTimeOf(ros::Time stamp) const;
 
-  ros::CallbackQueue commandQueue_;  ///< holds the messages that wait for the end of a tick
-  ros::NodeHandle outer_;            ///< in the node's namespace
-  ros::NodeHandle inner_{"~"};       ///< below the node's name
+  ros::NodeHandle outer_;       ///< in the node's namespace
+  ros::NodeHandle inner_{"~"};  ///< below the node's name
   const PublishSettings settings_;
   std::function<std::optional<Scene>()> changedScene_;
   std::unique_ptr<Simulation> simulation_;
@@ -119,6 +122,7 @@ class Node {
   std::pair<double, double> sampledAt_, skipped_;  ///< the same at the last sample, and while paused
   double motionEnd_ = 0;                           ///< s, of the scene's drives and base
   Every warnings_, advice_, clockWarnings_;
+  Rests rests_;                        ///< of ticks that are recorded
   std::optional<TolerancePace> pace_;  ///< if the tolerance may yield
   double load_ = 0, stepsOfTick_ = 0;  ///< of a tick, in the mean of about the last twenty
   double stepsBefore_ = 0;             ///< all steps before the next tick

@@ -65,7 +65,8 @@ Answer Node::pause() {
 }
 
 Answer Node::resume() {
-  if (!simulation_->fault().empty()) return {false, simulation_->fault() + "; call ~reset or ~set_state"};
+  if (!simulation_->fault().empty())
+    return {false, simulation_->fault() + "; call ~reset, ~settle or ~set_state"};
   if (!paused_) return {true, "already running"};
   setPaused(false);
   return {true, "running"};
@@ -73,7 +74,7 @@ Answer Node::resume() {
 
 /// Takes an input that waited for the end of a tick. `done`: the message if it is accepted.
 Answer Node::take(const CommandTaken& input, const char* done) {
-  commandQueue_.callAvailable();
+  commands_.serve();
   const std::string refusal = commands_.take(input);
   return refusal.empty() ? Answer{true, done} : Answer{false, refusal};
 }
@@ -88,8 +89,8 @@ Answer Node::reset() {
   }
 
   // Commands that have arrived belong to the time before the reset.
-  if (inTick_) commandQueue_.clear();
-  commandQueue_.callAvailable();
+  if (inTick_) commands_.dropWaiting();
+  commands_.serve();
   if (changed) load(*changed);
   commands_.take(inputOf(CommandTaken::RESET));
   allowYielding();
@@ -121,7 +122,8 @@ Answer Node::setState(const std::vector<double>& q, const std::vector<double>& q
 
 Answer Node::step(const StepRequest& request, StepResponse& response) {
   // Check the request.
-  if (!simulation_->fault().empty()) return {false, simulation_->fault() + "; call ~reset or ~set_state"};
+  if (!simulation_->fault().empty())
+    return {false, simulation_->fault() + "; call ~reset, ~settle or ~set_state"};
   if (inTick_) return {false, longTick};
   if (!clock_->hasBegun()) return {false, clock_->haltedBy()};
   CommandTaken input = inputOf(CommandTaken::STEP);
@@ -145,6 +147,7 @@ Answer Node::step(const StepRequest& request, StepResponse& response) {
       if (!keepGoing_()) return {false, "the node is ending"};
       return {false, simulation_->fault().empty() ? "~reset aborted the tick" : simulation_->fault()};
     }
+    restForRecorder();
     const ros::Time stamp = clock_->stampOf(ticks_.next - 1);
     response.states.push_back(messages_->jointStates(stamp));
     if (simulation_->scene().base) response.base_wrenches.push_back(messages_->baseWrench(stamp));
