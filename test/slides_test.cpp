@@ -12,6 +12,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "effects/effect_kind.h"
 #include "known_motion.h"
@@ -546,6 +547,42 @@ TEST(Slides, SettleWhereSpringsAndStopsHoldThem) {
   scene = readSceneText(cart() + "start: rest\n");
   EXPECT_EQ(scene.q[0], 0.1) << "nothing pushes along a level rail";
   EXPECT_THROW(readSceneText(cart("axis: [1, 1]") + "start: rest\n"), Refused);
+}
+
+/// Rounding of a heavy link's inertia in the acceleration of a light one: q̈ of the same machine, written from
+/// either end, and the note.
+TEST(Slides, NoteMassesBesideWhichDigitsAreLost) {
+  const auto two = [](const std::string& rest, double first, double second, double torque, double qa,
+                      double qb) {
+    std::ostringstream text;
+    text << "chain: [a, b]\ngravity: [0, 0]\nlinks:\n"
+         << "  a: {mass: " << first << ", inertia: " << first / 12
+         << ", com: [0.5, 0], pin: [1, 0], joint: {type: floating}, initial: {angle: " << qa << "}}\n"
+         << "  b: {mass: " << second << ", inertia: " << second / 12
+         << ", com: [0.5, 0], pin: [1, 0], initial: {angle: " << qb << "}}\n"
+         << "loads: {t: {joint: b_joint, torque: " << torque << "}}\n"
+         << rest;
+    return readSceneText(text.str());
+  };
+  const auto accelerationOf = [](const Scene& scene) {
+    std::vector<double> qdd(4);
+    Simulation(scene).accelerations(qdd.data());
+    return qdd[3];
+  };
+  const auto notes = [](const Scene& scene) { return scene.notes.empty() ? "" : toString(scene.notes[0]); };
+  for (const double ratio : {1e6, 1e8, 1e11}) {
+    const Scene heavyLast = two("", 1, ratio, 0.1, -1, 0.5);
+    const Scene heavyFirst = two("", ratio, 1, 0.1, 2.1, 0.5);
+    const double lost = std::abs(accelerationOf(heavyLast) / accelerationOf(heavyFirst) - 1);
+    EXPECT_LT(lost, 2e-15 * ratio);
+    EXPECT_EQ(notes(heavyFirst), "");
+    EXPECT_EQ(notes(heavyLast), ratio < 1e10 ? ""
+                                             : "links/b/mass: is 1e+11 times that of a link before it: "
+                                               "accelerations are exact to 1e-05 of their size (exact if "
+                                               "the chain begins at its heavy end)");
+  }
+  EXPECT_EQ(notes(two("integrator: {tolerance: 1e-4}\n", 1, 1e11, 0.1, -1, 0.5)), "");
+  EXPECT_NE(notes(two("integrator: {method: rk4, step: 1e-3}\n", 1, 1e11, 0.1, -1, 0.5)), "");
 }
 
 }  // namespace

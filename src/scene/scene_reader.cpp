@@ -372,6 +372,7 @@ Scene readSceneAndNote(const Value& value, std::set<std::string>* numbers) {
   requireSeries(scene, top);
   if (closeStart(scene, top) && startsAtRest) startAtRest(scene, top);
   throwAny(faults, value);
+  noteRounding(scene);
   return scene;
 }
 
