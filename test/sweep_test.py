@@ -218,6 +218,28 @@ class Sweeps(SweepTool):
         with open(SCENE, encoding="utf-8") as file:
             self.assertEqual(self.text("own.csv"), file.read())
 
+    def test_a_chunk_that_holds_other_runs_is_refused(self):
+        arguments = ("--vary", MASS + "=1:2:100", "--duration", "1", "--chunk", "20")
+        self.killed("--vary", MASS + "=3:4:100", *arguments[2:])
+        parts = self.path("runs.csv.parts")
+        other = self.path("other.npz")
+        os.rename(os.path.join(parts, "000000040.npz"), other)
+        shutil.rmtree(parts)
+        self.killed(*arguments, "--overwrite")
+        older = os.path.join(parts, "000000060.npz")
+        with np.load(older) as kept:
+            mark = str(kept["holds"]).split()[-1]
+            arrays = {name: kept[name] for name in kept.files if name != "holds"}
+        np.savez(older, **arrays)
+        shutil.copy(os.path.join(parts, "000000000.npz"), os.path.join(parts, "000000020.npz"))
+        shutil.copy(other, os.path.join(parts, "000000040.npz"))
+        said = self.sweep(*arguments, status=1)
+        self.assertRegex(said, "^sweep: expected the chunks of this sweep, got other or damaged files; remove them:\n")
+        for line, start, words in zip(said.splitlines()[1:], (20, 40, 60), (
+                f"runs 0 to 19 of the sweep {mark}", r"runs 40 to 59 of the sweep [0-9a-f]{16}", "one of an older version, which does not say its runs")):
+            self.assertRegex(line, rf"{start:09d}.npz: expected runs {start} to {start + 19} of the sweep {mark}, got {words}")
+        self.assertEqual(len(said.splitlines()), 4)
+
     def test_damaged_chunks_are_all_named_before_any_run(self):
         arguments = ("--vary", MASS + "=1:2:100", "--duration", "1", "--chunk", "20")
         self.killed(*arguments)
@@ -228,13 +250,14 @@ class Sweeps(SweepTool):
         with open(os.path.join(parts, "000000060.npz"), "r+b") as file:
             file.seek(300)
             file.write(b"damaged!")
-        np.savez(os.path.join(parts, "000000080.npz"), states=np.zeros((20, 2, 4)), done=np.zeros(20), reasons="{}")
+        with np.load(os.path.join(parts, "000000080.npz")) as kept:
+            sound = {"holds": str(kept["holds"]), "states": np.zeros((20, 1, 4)), "done": np.ones(20, dtype=bool), "reasons": "{}"}
+        np.savez(os.path.join(parts, "000000080.npz"), **{**sound, "states": np.zeros((20, 2, 4))})
         said = self.sweep(*arguments, status=1)
-        self.assertRegex(said, "^sweep: expected the chunks of this sweep, got damaged files; remove them:\n")
+        self.assertRegex(said, "^sweep: expected the chunks of this sweep, got other or damaged files; remove them:\n")
         self.assertEqual([line.split(".npz")[0][-9:] for line in said.splitlines()[1:]], ["000000020", "000000060", "000000080"])
         self.assertIn("000000080.npz: damaged (states of 20 x 2 x 4, not 20 x 1 x 4)", said)
         self.assertNotIn("000000040.npz", os.listdir(parts))
-        sound = {"states": np.zeros((20, 1, 4)), "done": np.ones(20, dtype=bool), "reasons": "{}"}
         for name, wrong, words in (("states", sound["states"].astype("U8"), "states of <U8, not float64"),
                                    ("states", sound["states"].astype(complex), "states of complex128, not float64"),
                                    ("done", sound["done"].astype("U8"), "done of <U8, not bool"),

@@ -37,7 +37,7 @@ class SweepFailed(RuntimeError):
 
 
 class Damaged(SweepFailed):
-    """Which file of a chunk cannot be used, and why."""
+    """Which file of a chunk cannot be used, and why: it is damaged, or holds other runs."""
 
 
 # ---- What varies -------------------------------------------------------------------------------
@@ -199,6 +199,7 @@ class Sweep:
         """What an interrupted sweep left behind is taken up if it is the same sweep."""
         about = {"scene": self.scene.to_dict(), "paths": self.paths, "times": list(self.times), "chunk": self.chunk,
                  "runs": len(self.values), "values": hashlib.sha256(self.values.tobytes()).hexdigest()}
+        self._mark = hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()[:16]
         name = os.path.join(self.folder, "sweep.json")
         known, is_new = set(), not os.path.exists(name)
         if not is_new:
@@ -223,6 +224,10 @@ class Sweep:
         if is_new or len(about["outputs"]) > len(known):
             with whole(name) as file:
                 file.write(json.dumps(about).encode())
+
+    def _holds(self, start):
+        """What a chunk says of itself, so that none stands for another."""
+        return f"runs {start} to {min(start + self.chunk, len(self.values)) - 1} of the sweep {self._mark}"
 
     def _take(self, path, is_own, overwrite):
         """By its partial file, which keeps other sweeps off until this one ends."""
@@ -253,7 +258,7 @@ class Sweep:
 
     def keep(self, start, result):
         states, done, reasons = result
-        save_npz(self._path(start), states=states, done=done,
+        save_npz(self._path(start), holds=self._holds(start), states=states, done=done,
                  reasons=json.dumps({int(k): text for k, text in reasons.items()}))
 
     def _chunk(self, start):
@@ -263,11 +268,14 @@ class Sweep:
 
         try:
             with np.load(self._path(start)) as kept:
+                holds = str(kept["holds"]) if "holds" in kept else "one of an older version, which does not say its runs"
                 reasons = {int(k): text for k, text in json.loads(str(kept["reasons"])).items()}
                 states, done = kept["states"], kept["done"]
         except (ValueError, LookupError, AttributeError, EOFError, MemoryError, NotImplementedError, SyntaxError, struct.error,
                 zipfile.BadZipFile, RecursionError) as problem:
             raise damaged(" ".join(str(problem).split()) or type(problem).__name__) from None
+        if holds != self._holds(start):
+            raise Damaged(f"{self._path(start)}: expected {self._holds(start)}, got {holds}")
         runs = len(self.values[start:start + self.chunk])
         for name, array, kind, shape in (("states", states, float, (runs, len(self.times), 2 * len(self.scene))),
                                          ("done", done, bool, (runs,))):
@@ -288,7 +296,7 @@ class Sweep:
             except Damaged as problem:
                 damaged.append(f"\n{problem}")
         if damaged:
-            raise SweepFailed("expected the chunks of this sweep, got damaged files; remove them:" + "".join(damaged))
+            raise SweepFailed("expected the chunks of this sweep, got other or damaged files; remove them:" + "".join(damaged))
 
     def chunks(self):
         """start, states, done, reasons of each, in order."""
